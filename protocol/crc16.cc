@@ -1,0 +1,29 @@
+#include "protocol/crc16.h"
+
+namespace pheromone {
+namespace protocol {
+
+// One byte at once without a table: a table of 512 bytes would cost a microcontroller half of its
+// memory, and the loop over bits is four times slower. Eight steps of the reflected register
+// collapse into the parity of the low byte and two shifted copies of it.
+uint16_t Crc16Update(uint16_t crc, uint8_t byte) {
+  const uint8_t low = static_cast<uint8_t>((crc ^ byte) & 0xFFu);
+  const uint8_t folded = static_cast<uint8_t>(low ^ (low >> 4));
+  const bool odd = ((0x6996u >> (folded & 0x0Fu)) & 1u) != 0;
+  const uint16_t copy = low;
+  uint16_t next = static_cast<uint16_t>(crc >> 8);
+  next = static_cast<uint16_t>(next ^ static_cast<uint16_t>(copy << 6) ^
+                               static_cast<uint16_t>(copy << 7));
+  return odd ? static_cast<uint16_t>(next ^ 0xC001u) : next;
+}
+
+uint16_t Crc16(const uint8_t* bytes, size_t size) {
+  uint16_t crc = 0;
+  for (size_t i = 0; i < size; ++i) {
+    crc = Crc16Update(crc, bytes[i]);
+  }
+  return crc;
+}
+
+}  // namespace protocol
+}  // namespace pheromone

@@ -1,0 +1,89 @@
+// The strict streaming decoder: bytes in, messages out. It holds one body, allocates nothing, and
+// takes the time as an argument.
+//
+//   FrameDecoder decoder(20);                       // gap timeout of a UART, ms
+//   if (decoder.Push(byte, now_ms)) Use(decoder.message());
+//
+// Rules (protocol/README.md, "Receiving"):
+//  * inside a frame, only DLE, STX and ETX may follow a DLE; anything else discards the frame;
+//  * DLE STX starts afresh in any state;
+//  * a frame is delivered only if its CRC is right and neither ID nor opcode is 0;
+//  * a gap between two bytes of one frame longer than the timeout discards the frame.
+// Nothing is ever answered or delivered for what was discarded: it is counted, and that is all.
+//
+// Trust: bytes may come from anyone. Memory is bounded by kMaxBody; no input makes the decoder read
+// or write outside of it.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "protocol/frame.h"
+
+namespace pheromone {
+namespace protocol {
+
+/// What happened to the bytes so far. Every byte of a discarded frame is accounted for by exactly
+/// one of the reasons; the counters wrap.
+struct DecoderCounters {
+  uint32_t frames = 0;         ///< delivered
+  uint32_t crc_errors = 0;     ///< complete, but damaged
+  uint32_t bad_escapes = 0;    ///< DLE followed by something illegal
+  uint32_t oversize = 0;       ///< more than kMaxBody bytes
+  uint32_t runts = 0;          ///< complete, but shorter than ID, OPCODE and CRC
+  uint32_t refused = 0;        ///< CRC right, but ID 0 or opcode 0: a line of zero bytes
+  uint32_t restarts = 0;       ///< DLE STX inside a frame
+  uint32_t timeouts = 0;       ///< a gap inside a frame
+  uint32_t ignored_bytes = 0;  ///< bytes outside of frames
+};
+
+class FrameDecoder {
+ public:
+  /// `gap_timeout_ms`: the longest silence inside a frame; kNoGapTimeout for links that cannot lose
+  /// bytes and may dribble them (pty).
+  explicit FrameDecoder(uint16_t gap_timeout_ms) : gap_timeout_ms_(gap_timeout_ms) {}
+
+  /// Takes one byte read at `now_ms` (any clock that does not run backwards; it may wrap). Returns
+  /// true when this byte completes a valid frame; message() is then good until the next call.
+  bool Push(uint8_t byte, uint32_t now_ms);
+
+  /// Takes a block read at once and calls `on_message(const Message&)` for each frame in it.
+  template <typename OnMessage>
+  void PushBlock(const uint8_t* bytes, size_t size, uint32_t now_ms, OnMessage&& on_message) {
+    for (size_t i = 0; i < size; ++i) {
+      if (Push(bytes[i], now_ms)) {
+        on_message(static_cast<const Message&>(message_));
+      }
+    }
+  }
+
+  /// Discards an open frame whose gap timeout has passed at `now_ms`. Push does this by itself;
+  /// call it when it matters that the channel is free again without another byte.
+  void Expire(uint32_t now_ms);
+
+  /// Between DLE STX and the frame's end: somebody is sending.
+  bool frame_open() const { return state_ == State::kBody || state_ == State::kBodyDle; }
+
+  const Message& message() const { return message_; }
+  const DecoderCounters& counters() const { return counters_; }
+
+ private:
+  enum class State : uint8_t { kIdle, kIdleDle, kBody, kBodyDle };
+
+  void Start();
+  void Append(uint8_t byte);
+  bool Finish();
+  void Discard(uint32_t* counter);
+
+  Message message_;
+  DecoderCounters counters_;
+  uint32_t last_byte_ms_ = 0;
+  uint16_t gap_timeout_ms_;
+  uint16_t crc_ = 0;
+  uint8_t size_ = 0;           // body bytes so far, CRC included
+  uint8_t crc_bytes_[2] = {};  // the last two body bytes, which may turn out to be the CRC
+  State state_ = State::kIdle;
+};
+
+}  // namespace protocol
+}  // namespace pheromone

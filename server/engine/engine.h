@@ -1,0 +1,119 @@
+// The engine: request in, answer out, and the only place where state changes. A deterministic state
+// machine without clock, thread, socket or log: the same events with the same stamps give the same
+// answers and the same state hash, live, in a simulation and in a replay.
+//
+//   Engine engine;
+//   engine.Apply(1, stamp, ConfigChanged{config, epoch}, &out);
+//   switch (engine.Classify(link, message)) {
+//     case Handling::kIgnore: break;
+//     case Handling::kAnswer: engine.Answer(stamp, link, message, &out); break;      // no change
+//     case Handling::kChange: engine.Apply(sequence, stamp, RequestReceived{...}, &out); break;
+//   }
+//
+// Not thread-safe: Service puts one lock around it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "protocol/messages.h"
+#include "server/base/result.h"
+#include "server/engine/event.h"
+#include "server/engine/robot_table.h"
+#include "server/field/field.h"
+
+namespace pheromone::engine {
+
+/// What a message from a client asks for.
+enum class Handling {
+  kIgnore,  ///< never answered: an echo, an ID that is nobody's, an old duplicate
+  kAnswer,  ///< answered from the present state, which stays as it is
+  kChange,  ///< must go through the log
+};
+
+/// What happened so far that an operator may want to know of. Not part of the state.
+struct EngineCounters {
+  uint64_t id_conflicts = 0;      ///< two nonces taking turns under one ID
+  uint64_t robots_forgotten = 0;  ///< to make room for another
+  uint64_t commands_unanswered = 0;
+  uint64_t commands_unknown = 0;  ///< the robot restarted before it acknowledged
+};
+
+class Engine {
+ public:
+  /// The intervals between a command's transmissions double from the first to the longest; after
+  /// the last one the command is reported unanswered.
+  static constexpr uint64_t kFirstRetryMs = 250;
+  static constexpr uint64_t kLongestRetryMs = 4000;
+  static constexpr uint8_t kCommandTransmissions = 6;
+  /// A broadcast halt is sent this often, this far apart.
+  static constexpr uint8_t kBroadcastTransmissions = 3;
+  static constexpr uint64_t kBroadcastIntervalMs = 100;
+
+  /// Whether a ConfigChanged has been applied; nothing else may come before it.
+  bool configured() const { return field_ != nullptr; }
+  const EngineConfig& config() const { return config_; }
+  const field::Field& field() const { return *field_; }
+  const RobotTable& robots() const { return robots_; }
+  const EngineCounters& counters() const { return counters_; }
+  uint16_t epoch() const { return epoch_; }
+  uint64_t field_time_ms() const { return field_time_ms_; }
+
+  Handling Classify(LinkIndex link, const protocol::Message& message) const;
+
+  /// Answers a message of Handling::kAnswer: at most one message is appended to `out`.
+  void Answer(const Stamp& stamp, LinkIndex link, const protocol::Message& message,
+              std::vector<Outgoing>* out) const;
+
+  /// Applies an event; appends what is to be sent because of it. `sequence` numbers the events from
+  /// 1. A RequestReceived must be of Handling::kChange, a ConfigChanged and a CommandIssued must
+  /// have been accepted by the checks below.
+  void Apply(uint64_t sequence, const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
+
+  Status CheckConfig(const EngineConfig& next) const;
+  Status CheckCommand(const CommandIssued& command) const;
+
+  /// The field time at which an Advance has something to do.
+  std::optional<uint64_t> NextDeadline() const;
+
+  /// The sum over all live objects of the hash of kind, key and canonical value. Equal states have
+  /// equal hashes, whatever way they came about.
+  uint64_t StateHash() const;
+
+ private:
+  struct Broadcast {
+    LinkIndex link;
+    uint8_t seq;
+    uint8_t left;
+    uint64_t next_ms;
+  };
+
+  void On(const RequestReceived& request, std::vector<Outgoing>* out);
+  void On(const Advance& advance, std::vector<Outgoing>* out);
+  void On(const ConfigChanged& change, std::vector<Outgoing>* out);
+  void On(const CommandIssued& issued, std::vector<Outgoing>* out);
+
+  protocol::Message TakeHello(LinkIndex link, const protocol::HelloRequest& hello);
+  protocol::Message TakeChange(const protocol::Message& request);
+  protocol::Message TakeDeposit(const protocol::DepositRequest& request);
+  protocol::Message TakeTrace(const protocol::TraceRequest& request);
+  void TakeCommandAck(LinkIndex link, const protocol::CommandAck& ack);
+  protocol::Message AnswerSense(const protocol::SenseRequest& request, uint64_t now_ms) const;
+  void Send(LinkIndex link, const protocol::Message& message, std::vector<Outgoing>* out) const;
+  void SendCommand(LinkIndex link, uint8_t id, RobotState* robot, std::vector<Outgoing>* out);
+  void SendBroadcast(Broadcast* broadcast, std::vector<Outgoing>* out);
+
+  EngineConfig config_;
+  std::unique_ptr<field::Field> field_;
+  RobotTable robots_;
+  std::vector<Broadcast> broadcasts_;
+  uint8_t next_broadcast_seq_ = 0;
+  uint16_t epoch_ = 0;
+  uint64_t field_time_ms_ = 0;
+  uint64_t sequence_ = 0;
+  EngineCounters counters_;
+};
+
+}  // namespace pheromone::engine

@@ -1,0 +1,76 @@
+// What can happen to the engine, and what it sends in return. The events are the ordered log: state
+// changes only in Engine::Apply(sequence, stamp, event), so whoever has the events has the state.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "protocol/messages.h"
+#include "server/field/field.h"
+
+namespace pheromone::engine {
+
+/// When a batch of events happened, read once per batch under the engine's lock. Nothing inside the
+/// engine reads a clock.
+struct Stamp {
+  uint64_t field_time_ms = 0;  ///< drives evaporation and deadlines; never decreases
+  int64_t utc_ms = 0;          ///< for display only; may jump
+};
+
+/// A link as the engine knows it: its name is half of a robot's key, its medium-access figures go
+/// into HELLO answers.
+struct LinkSettings {
+  std::string name;
+  uint8_t slot_ms = 1;
+  uint8_t response_window_ms = 100;
+  bool operator==(const LinkSettings&) const = default;
+};
+
+/// The part of the configuration that the state depends on, in integers.
+struct EngineConfig {
+  field::FieldConfig field;
+  uint16_t pose_unit_10um = 100;
+  uint16_t robots_per_link = 254;  ///< beyond it, the robot idle for longest is forgotten
+  std::vector<LinkSettings> links;
+  bool operator==(const EngineConfig&) const = default;
+};
+
+/// A link's place in EngineConfig::links.
+using LinkIndex = uint16_t;
+
+struct RequestReceived {
+  LinkIndex link = 0;
+  protocol::Message message;
+};
+
+/// Time has passed: retries that are due are sent.
+struct Advance {};
+
+/// The first event of a new state, and every change of the configuration after it. `new_epoch` is
+/// used if this begins an epoch: the state is new, or what HELLO tells the clients has changed.
+struct ConfigChanged {
+  EngineConfig config;
+  uint16_t new_epoch = 1;
+};
+
+/// The operator wants a robot to do something; id kBroadcastId: all robots of the link (halt only).
+struct CommandIssued {
+  LinkIndex link = 0;
+  uint8_t id = 0;
+  protocol::CommandCode code = protocol::CommandCode::kHalt;
+  std::array<uint8_t, protocol::kMaxCommandArguments> arguments{};
+};
+
+using Event = std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued>;
+
+/// A message to be sent on a link, not before the change it speaks of is durable.
+struct Outgoing {
+  LinkIndex link = 0;
+  uint64_t durable_at = 0;  ///< the log's sequence number that must be durable first
+  protocol::Message message;
+};
+
+}  // namespace pheromone::engine

@@ -1,0 +1,246 @@
+// Changes happen exactly once, whatever the radio loses, repeats or delays.
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "server/engine/engine.h"
+#include "server/engine/testing/bench.h"
+
+namespace pheromone::engine {
+namespace {
+
+using protocol::Reason;
+using testing::Bench;
+using testing::Deposit;
+using testing::Hello;
+using testing::SameMessage;
+using testing::Sense;
+using testing::Trace;
+
+uint64_t QuantaOnTheMap(const Bench& bench) {
+  uint64_t sum = 0;
+  bench.engine.field().ForEach(
+      [&](uint8_t, field::NodeIndex, field::NodeState state) { sum += state.count; });
+  return sum;
+}
+
+TEST(CompareSeq, FollowsTheTableOfTheSpecification) {
+  RobotState robot;
+  EXPECT_EQ(CompareSeq(robot, 0, 0), SeqVerdict::kNew);  // nothing was taken yet
+  robot.has_last = true;
+  robot.last_crc = 77;
+  for (int last = 0; last < 256; ++last) {
+    robot.last_seq = static_cast<uint8_t>(last);
+    EXPECT_EQ(CompareSeq(robot, robot.last_seq, 77), SeqVerdict::kRepeat);
+    EXPECT_EQ(CompareSeq(robot, robot.last_seq, 78), SeqVerdict::kReused);
+    for (int behind = 1; behind <= 127; ++behind) {
+      EXPECT_EQ(CompareSeq(robot, static_cast<uint8_t>(last - behind), 77), SeqVerdict::kStale);
+    }
+    for (int ahead = 1; ahead <= 128; ++ahead) {
+      EXPECT_EQ(CompareSeq(robot, static_cast<uint8_t>(last + ahead), 77), SeqVerdict::kNew);
+    }
+  }
+}
+
+TEST(ExactlyOnce, AChangeBeforeHelloIsRefused) {
+  Bench bench;
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 1)), Reason::kSayHello);
+  EXPECT_EQ(bench.HandleForReason(Trace(1, 1)), Reason::kSayHello);
+  EXPECT_EQ(QuantaOnTheMap(bench), 0u);
+}
+
+TEST(ExactlyOnce, ARepeatGetsTheStoredAnswerAndChangesNothing) {
+  Bench bench;
+  bench.Handle(Hello(1, 1));
+  const auto first = bench.Handle(Trace(1, 5));
+  const uint64_t hash = bench.engine.StateHash();
+  bench.now_ms += 100'000;
+  const auto second = bench.Handle(Trace(1, 5));
+  ASSERT_TRUE(first && second);
+  EXPECT_TRUE(SameMessage(*first, *second));
+  EXPECT_EQ(bench.engine.StateHash(), hash);
+  EXPECT_EQ(QuantaOnTheMap(bench), 1u);
+}
+
+TEST(ExactlyOnce, TheSameSeqWithOtherContentIsRefused) {
+  Bench bench;
+  bench.Handle(Hello(1, 1));
+  bench.Handle(Deposit(1, 5));
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 5, 1000)), Reason::kSequenceReused);
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 5)), Reason::kNone);  // the stored one is still there
+  EXPECT_EQ(QuantaOnTheMap(bench), 1u);
+}
+
+TEST(ExactlyOnce, AnOldSeqIsDropped) {
+  Bench bench;
+  bench.Handle(Hello(1, 1));
+  bench.Handle(Deposit(1, 200));
+  EXPECT_FALSE(bench.Handle(Deposit(1, 199)).has_value());
+  EXPECT_FALSE(bench.Handle(Deposit(1, 73)).has_value());
+  EXPECT_TRUE(bench.Handle(Deposit(1, 72)).has_value());  // 128 ahead
+  EXPECT_EQ(QuantaOnTheMap(bench), 2u);
+}
+
+TEST(ExactlyOnce, PermanentRefusalsAreStoredToo) {
+  Bench bench;
+  bench.Handle(Hello(1, 1));
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 5, -1)), Reason::kOffTheMap);
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 5, -1)), Reason::kOffTheMap);
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 5)), Reason::kSequenceReused);
+}
+
+TEST(ExactlyOnce, ABadLengthNeverEntersTheMemory) {
+  Bench bench;
+  bench.Handle(Hello(1, 1));
+  protocol::Message bad = Deposit(1, 5);
+  --bad.length;
+  EXPECT_EQ(bench.HandleForReason(bad), Reason::kBadLength);
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 5)), Reason::kNone);
+  EXPECT_EQ(QuantaOnTheMap(bench), 1u);
+}
+
+TEST(ExactlyOnce, DepositTraceAndEventShareOneCounter) {
+  Bench bench;
+  bench.Handle(Hello(1, 1));
+  bench.Handle(Deposit(1, 5));
+  EXPECT_EQ(bench.HandleForReason(Trace(1, 5)), Reason::kSequenceReused);
+  const auto event =
+      testing::MessageOf(protocol::EventReport{1, 5, protocol::EventCode::kTrailLost, 0});
+  EXPECT_EQ(bench.HandleForReason(event), Reason::kSequenceReused);
+}
+
+TEST(ExactlyOnce, RobotsOfOtherIdsAndLinksAreOthers) {
+  Bench bench;
+  for (const LinkIndex link : {LinkIndex{0}, LinkIndex{1}}) {
+    for (const uint8_t id : {uint8_t{1}, uint8_t{254}}) {
+      bench.Handle(Hello(id, 1), link);
+      EXPECT_EQ(bench.HandleForReason(Deposit(id, 5), link), Reason::kNone);
+    }
+  }
+  EXPECT_EQ(QuantaOnTheMap(bench), 4u);
+}
+
+TEST(Hello, ReportsTheLastChangeAndAWarmRestartKeepsIt) {
+  Bench bench;
+  bench.Handle(Hello(1, 9));
+  bench.Handle(Trace(1, 33));
+  protocol::HelloAnswer answer;
+  ASSERT_TRUE(protocol::Decode(*bench.Handle(Hello(1, 9)), &answer));
+  EXPECT_EQ(answer.last_opcode, 0x31);
+  EXPECT_EQ(answer.last_seq, 33);
+  bench.Handle(Trace(1, 33));
+  EXPECT_EQ(QuantaOnTheMap(bench), 1u);  // still a repeat
+}
+
+TEST(Hello, ANewNonceReportsTheLastChangeAndForgetsIt) {
+  Bench bench;
+  bench.Handle(Hello(1, 9));
+  bench.Handle(Trace(1, 33));
+  protocol::HelloAnswer answer;
+  ASSERT_TRUE(protocol::Decode(*bench.Handle(Hello(1, 10)), &answer));
+  EXPECT_EQ(answer.last_opcode, 0x31);
+  EXPECT_EQ(answer.last_seq, 33);
+  bench.Handle(Trace(1, 33));
+  EXPECT_EQ(QuantaOnTheMap(bench), 2u);  // another request of a robot that has booted since
+  ASSERT_TRUE(protocol::Decode(*bench.Handle(Hello(1, 11)), &answer));
+  ASSERT_TRUE(protocol::Decode(*bench.Handle(Hello(1, 12)), &answer));
+  EXPECT_EQ(answer.last_opcode, 0);
+}
+
+TEST(Hello, TellsWhatAClientMustKnow) {
+  Bench bench(testing::SmallConfig(), 0xBEEF);
+  protocol::HelloAnswer answer;
+  ASSERT_TRUE(protocol::Decode(*bench.Handle(Hello(3, 0x1234), 1), &answer));
+  EXPECT_EQ(answer.id, 3);
+  EXPECT_EQ(answer.nonce, 0x1234);
+  EXPECT_EQ(answer.protocol_version, 1);
+  EXPECT_EQ(answer.epoch, 0xBEEF);
+  EXPECT_EQ(answer.pose_unit_10um, 100);
+  EXPECT_EQ(answer.antenna_distance_mm, 330);
+  EXPECT_EQ(answer.type_mask, (1u << 1) | (1u << 2));
+  EXPECT_EQ(answer.slot_ms, 4);
+  EXPECT_EQ(answer.response_window_ms, 50);
+}
+
+TEST(Hello, TwoNoncesTakingTurnsAreAnIdConflict) {
+  Bench bench;
+  bench.Handle(Hello(1, 100));
+  bench.Handle(Hello(1, 101));
+  EXPECT_EQ(bench.engine.counters().id_conflicts, 0u);
+  bench.Handle(Hello(1, 100));
+  bench.Handle(Hello(1, 101));
+  EXPECT_EQ(bench.engine.counters().id_conflicts, 2u);
+}
+
+TEST(Hello, BeyondTheCapTheRobotIdleForLongestIsForgotten) {
+  EngineConfig config = testing::SmallConfig();
+  config.robots_per_link = 2;
+  Bench bench(config);
+  bench.Handle(Hello(1, 1));
+  bench.Handle(Hello(2, 1));
+  bench.Handle(Deposit(1, 1));
+  bench.Handle(Hello(3, 1));
+  EXPECT_EQ(bench.engine.counters().robots_forgotten, 1u);
+  EXPECT_EQ(bench.HandleForReason(Deposit(2, 1)), Reason::kSayHello);
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 2)), Reason::kNone);
+  EXPECT_EQ(bench.HandleForReason(Deposit(3, 1)), Reason::kNone);
+}
+
+TEST(Epoch, ChangesWithWhatHelloTellsAndRobotsMustAskAgain) {
+  Bench bench;
+  bench.Handle(Hello(1, 1));
+  bench.Handle(Deposit(1, 5));
+  EngineConfig config = testing::SmallConfig();
+  config.field.antenna_distance_um = 400'000;
+  bench.Apply(ConfigChanged{config, 8});
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 6)), Reason::kSayHello);
+  EXPECT_EQ(bench.HandleForReason(Sense(1)), Reason::kNone);
+  bench.Handle(Hello(1, 1));
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 5)), Reason::kNone);
+  EXPECT_EQ(QuantaOnTheMap(bench), 1u);  // the memory outlived the epoch: still a repeat
+}
+
+TEST(Epoch, StaysWhenAChangeDoesNotConcernTheClients) {
+  Bench bench;
+  bench.Handle(Hello(1, 1));
+  EngineConfig config = testing::SmallConfig();
+  config.field.pheromones[0].tau_ms = 1'000;
+  bench.Apply(ConfigChanged{config, 8});
+  EXPECT_EQ(bench.engine.epoch(), 7);
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 6)), Reason::kNone);
+}
+
+// A client that retries until it is answered, over a channel that loses requests and answers and
+// echoes old frames: in the end each of its deposits was made once.
+TEST(ExactlyOnce, OverALossyChannelEachDepositIsMadeOnce) {
+  std::mt19937 random(42);
+  EngineConfig config = testing::SmallConfig();
+  config.field.pheromones[1].max_count = 60'000;
+  Bench bench(config);
+  bench.Handle(Hello(1, 1));
+  std::vector<protocol::Message> sent;
+  constexpr int kDeposits = 2'000;
+  for (int i = 0; i < kDeposits; ++i) {
+    const protocol::Message request = Deposit(1, static_cast<uint8_t>(i), 5000, 5000, 1, 2);
+    sent.push_back(request);
+    for (bool answered = false; !answered;) {
+      bench.now_ms += 10;
+      if (random() % 3 == 0) {  // an echo from at most 100 requests ago
+        const size_t age = 1 + random() % 100;
+        if (age < sent.size()) {
+          bench.Handle(sent[sent.size() - 1 - age]);
+        }
+      }
+      if (random() % 2 == 0) {
+        continue;  // the request was lost
+      }
+      const auto answer = bench.Handle(request);
+      answered = answer.has_value() && random() % 2 == 0;
+    }
+  }
+  EXPECT_EQ(QuantaOnTheMap(bench), static_cast<uint64_t>(kDeposits));
+}
+
+}  // namespace
+}  // namespace pheromone::engine

@@ -1,0 +1,20 @@
+#include "server/engine/field_clock.h"
+
+namespace pheromone::engine {
+
+uint64_t FieldClock::ResumeAt(const Stamp& last, int64_t utc_ms, bool evaporate_while_down) {
+  if (!evaporate_while_down || utc_ms <= last.utc_ms) {
+    return last.field_time_ms;
+  }
+  return last.field_time_ms + static_cast<uint64_t>(utc_ms) - static_cast<uint64_t>(last.utc_ms);
+}
+
+Stamp FieldClock::Read(const ClockReading& reading) {
+  if (last_boottime_ms_ && reading.boottime_ms > *last_boottime_ms_) {
+    now_ms_ += reading.boottime_ms - *last_boottime_ms_;
+  }
+  last_boottime_ms_ = reading.boottime_ms;
+  return {now_ms_, reading.utc_ms};
+}
+
+}  // namespace pheromone::engine

@@ -1,0 +1,42 @@
+// The ordered log, as the engine's service sees it: where events get their sequence number and
+// become durable. The journal will keep them on disk; VolatileLog keeps nothing.
+#pragma once
+
+#include <cstdint>
+
+#include "protocol/opcodes.h"
+#include "server/engine/event.h"
+
+namespace pheromone::engine {
+
+class OrderedLog {
+ public:
+  OrderedLog() = default;
+  OrderedLog(const OrderedLog&) = delete;
+  OrderedLog& operator=(const OrderedLog&) = delete;
+  virtual ~OrderedLog() = default;
+
+  /// Asked before a change is applied: kNone if it can be logged; kBusy or kReadOnly, with which
+  /// the client is refused and nothing changes, if not.
+  virtual protocol::Reason Admit() = 0;
+
+  /// Takes an event and gives it the next sequence number, counting from 1. Called under the
+  /// service's lock, right before the event is applied.
+  virtual uint64_t Append(const Stamp& stamp, const Event& event) = 0;
+
+  /// All events up to this sequence number will survive a crash. Never decreases.
+  virtual uint64_t DurableSequence() const = 0;
+};
+
+/// Remembers nothing: state lives as long as the process, and each event counts as durable at once.
+class VolatileLog final : public OrderedLog {
+ public:
+  protocol::Reason Admit() override { return protocol::Reason::kNone; }
+  uint64_t Append(const Stamp& /*stamp*/, const Event& /*event*/) override { return ++sequence_; }
+  uint64_t DurableSequence() const override { return sequence_; }
+
+ private:
+  uint64_t sequence_ = 0;
+};
+
+}  // namespace pheromone::engine

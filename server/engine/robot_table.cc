@@ -1,0 +1,81 @@
+#include "server/engine/robot_table.h"
+
+#include <algorithm>
+
+#include "server/base/hash.h"
+
+namespace pheromone::engine {
+namespace {
+
+uint64_t HashMessage(const protocol::Message& message) {
+  uint64_t hash = Hash64({message.id, message.opcode, message.length});
+  for (uint8_t i = 0; i < message.length; ++i) {
+    hash = HashStep(hash, message.data[i]);
+  }
+  return hash;
+}
+
+uint64_t HashCommand(const CommandState& state) {
+  protocol::Message message;
+  protocol::Encode(state.command, &message);
+  return Hash64({static_cast<uint64_t>(state.outcome), HashMessage(message),
+                 static_cast<uint64_t>(state.result), state.sent, state.next_retry_ms});
+}
+
+}  // namespace
+
+SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc) {
+  if (!robot.has_last) {
+    return SeqVerdict::kNew;
+  }
+  const auto ahead = static_cast<uint8_t>(seq - robot.last_seq);
+  if (ahead == 0) {
+    return crc == robot.last_crc ? SeqVerdict::kRepeat : SeqVerdict::kReused;
+  }
+  return ahead <= 128 ? SeqVerdict::kNew : SeqVerdict::kStale;
+}
+
+void RobotTable::SetLinks(const std::vector<LinkSettings>& links) {
+  by_index_.clear();
+  for (const LinkSettings& link : links) {
+    Robots& robots = by_name_[link.name];
+    robots.name = link.name;
+    by_index_.push_back(&robots);
+  }
+}
+
+const RobotState* RobotTable::Find(LinkIndex link, uint8_t id) const {
+  if (link >= by_index_.size()) {
+    return nullptr;
+  }
+  const auto& robots = by_index_[link]->robots;
+  const auto found = robots.find(id);
+  return found == robots.end() ? nullptr : &found->second;
+}
+
+void RobotTable::ForgetIdlest(LinkIndex link) {
+  Robots& robots = *by_index_[link];
+  const auto idlest = std::min_element(
+      robots.robots.begin(), robots.robots.end(),
+      [](const auto& a, const auto& b) { return a.second.last_activity < b.second.last_activity; });
+  if (idlest != robots.robots.end()) {
+    hash_ -= Hash(robots.name, idlest->first, idlest->second);
+    robots.robots.erase(idlest);
+  }
+}
+
+uint64_t RobotTable::Hash(const std::string& link_name, uint8_t id, const RobotState& robot) {
+  const uint64_t last_event =
+      robot.last_event
+          ? Hash64({1, robot.last_event->seq, static_cast<uint64_t>(robot.last_event->code),
+                    static_cast<uint64_t>(robot.last_event->argument)})
+          : 0;
+  return Hash64({'R', HashText(link_name), id, robot.epoch, robot.nonce,
+                 robot.previous_nonce ? uint64_t{*robot.previous_nonce} + 1 : 0,
+                 robot.firmware_version, robot.capabilities, robot.has_last ? 1u : 0u,
+                 robot.last_opcode, robot.last_seq, robot.last_crc, HashMessage(robot.last_answer),
+                 robot.last_change, robot.last_activity, robot.next_command_seq,
+                 HashCommand(robot.command), last_event});
+}
+
+}  // namespace pheromone::engine

@@ -1,0 +1,112 @@
+// What the engine remembers of each robot: the memory that makes changes happen exactly once, and
+// the command it has been given. A robot's key is (link name, client ID); where its last message
+// came from is no part of it, so a reconnect is the same robot.
+//
+// All of it is logged state and counts into the state hash.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/messages.h"
+#include "server/engine/event.h"
+
+namespace pheromone::engine {
+
+/// How a mutating request's seq compares with the last one taken (modulo 256).
+enum class SeqVerdict {
+  kNew,     ///< 1 to 128 ahead, or nothing was taken yet
+  kRepeat,  ///< the same seq and the same content: the answer was lost
+  kReused,  ///< the same seq, other content
+  kStale,   ///< 1 to 127 behind: an echo of the past
+};
+
+/// What became of a robot's last command.
+enum class CommandOutcome : uint8_t { kNone, kPending, kAccepted, kRefused, kUnanswered, kUnknown };
+
+struct CommandState {
+  CommandOutcome outcome = CommandOutcome::kNone;
+  protocol::Command command;
+  int16_t result = 0;          ///< of a refused one: the robot's reason
+  uint8_t sent = 0;            ///< how often
+  uint64_t next_retry_ms = 0;  ///< field time, while pending
+};
+
+struct RobotState {
+  uint16_t epoch = 0;  ///< in which it last said HELLO
+  uint16_t nonce = 0;
+  std::optional<uint16_t> previous_nonce;
+  uint8_t firmware_version = 0;
+  uint8_t capabilities = 0;
+
+  bool has_last = false;  ///< a change was taken since the robot booted
+  uint8_t last_opcode = 0;
+  uint8_t last_seq = 0;
+  uint16_t last_crc = 0;
+  protocol::Message last_answer;
+  uint64_t last_change = 0;    ///< the log's sequence number of that change
+  uint64_t last_activity = 0;  ///< and of its last event of any kind: who is idle for longest
+
+  uint8_t next_command_seq = 0;
+  CommandState command;
+  std::optional<protocol::EventReport> last_event;
+};
+
+SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc);
+
+class RobotTable {
+ public:
+  /// Robots of links that left the configuration are kept: the link may return.
+  void SetLinks(const std::vector<LinkSettings>& links);
+
+  /// Null for a robot that never said HELLO.
+  const RobotState* Find(LinkIndex link, uint8_t id) const;
+
+  /// Changes a robot, which is made if it is new: `change(RobotState&)`. The hash follows.
+  template <typename Change>
+  void Update(LinkIndex link, uint8_t id, Change&& change) {
+    Robots& robots = *by_index_[link];
+    const auto [entry, is_new] = robots.robots.try_emplace(id);
+    if (!is_new) {
+      hash_ -= Hash(robots.name, id, entry->second);
+    }
+    change(entry->second);
+    hash_ += Hash(robots.name, id, entry->second);
+  }
+
+  /// Forgets the robot of a link whose last event lies furthest back.
+  void ForgetIdlest(LinkIndex link);
+
+  size_t CountOn(LinkIndex link) const { return by_index_[link]->robots.size(); }
+
+  /// Calls `visit(LinkIndex, id, const RobotState&)` for each robot of the present links.
+  template <typename Visit>
+  void ForEach(Visit&& visit) const {
+    for (size_t link = 0; link < by_index_.size(); ++link) {
+      for (const auto& [id, robot] : by_index_[link]->robots) {
+        visit(static_cast<LinkIndex>(link), id, robot);
+      }
+    }
+  }
+
+  uint64_t hash() const { return hash_; }
+
+  /// Hash64 over kind 'R', the link's name, the ID and every field, in the order of RobotState.
+  static uint64_t Hash(const std::string& link_name, uint8_t id, const RobotState& robot);
+
+ private:
+  struct Robots {
+    std::string name;
+    std::map<uint8_t, RobotState> robots;
+  };
+
+  std::map<std::string, Robots> by_name_;
+  std::vector<Robots*> by_index_;
+  uint64_t hash_ = 0;
+};
+
+}  // namespace pheromone::engine

@@ -1,0 +1,152 @@
+#include "server/engine/service.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace pheromone::engine {
+
+using protocol::Message;
+using protocol::Reason;
+
+Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms)
+    : log_(log), read_clock_(std::move(read_clock)), clock_(start_ms) {}
+
+Status Service::Configure(const EngineConfig& config, uint16_t new_epoch) {
+  const std::lock_guard lock(mutex_);
+  if (engine_.configured() && engine_.config() == config) {
+    return Ok();
+  }
+  const Stamp stamp = clock_.Read(read_clock_());
+  const Status acceptable = engine_.CheckConfig(config);
+  if (!acceptable.ok()) {
+    return acceptable;
+  }
+  std::vector<Outgoing> none;
+  if (Change(stamp, ConfigChanged{config, new_epoch}, &none) != Reason::kNone) {
+    return Error{"the log takes no changes at the moment"};
+  }
+  return Ok();
+}
+
+void Service::Handle(LinkIndex link, std::span<const Message> messages,
+                     std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  const Stamp stamp = clock_.Read(read_clock_());
+  const size_t before = out->size();
+  for (const Message& message : messages) {
+    HandleOne(stamp, link, message, out);
+  }
+  HoldBack(out, before);
+}
+
+void Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& message,
+                        std::vector<Outgoing>* out) {
+  ++counters_.requests;
+  const size_t before = out->size();
+  switch (engine_.Classify(link, message)) {
+    case Handling::kIgnore:
+      ++counters_.ignored;
+      return;
+    case Handling::kAnswer:
+      engine_.Answer(stamp, link, message, out);
+      // Only the answer to a repeated change speaks of an event of the log.
+      counters_.repeats += out->size() > before && out->back().durable_at != 0 ? 1u : 0u;
+      break;
+    case Handling::kChange: {
+      const Reason refused = Change(stamp, RequestReceived{link, message}, out);
+      if (refused != Reason::kNone) {
+        const bool has_seq = protocol::IsMutating(message.opcode);
+        Outgoing answer{link, 0, {}};
+        protocol::Encode(protocol::ErrorAnswer{message.id, message.opcode, refused,
+                                               has_seq ? message.data[0] : uint8_t{0}},
+                         &answer.message);
+        out->push_back(answer);
+      }
+      break;
+    }
+  }
+  for (size_t i = before; i < out->size(); ++i) {
+    protocol::ErrorAnswer error;
+    const Outgoing& sent = (*out)[i];
+    if (protocol::Decode(sent.message, &error)) {
+      ++counters_.errors[std::min<size_t>(static_cast<size_t>(error.reason), kReasons - 1)];
+    } else {
+      ++counters_.answers;
+    }
+  }
+}
+
+Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out) {
+  const Reason refused = log_->Admit();
+  if (refused == Reason::kNone) {
+    ++counters_.changes;
+    const uint64_t sequence = log_->Append(stamp, event);
+    engine_.Apply(sequence, stamp, event, out);
+  }
+  return refused;
+}
+
+Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  const Status acceptable = engine_.CheckCommand(command);
+  if (!acceptable.ok()) {
+    return acceptable;
+  }
+  const size_t before = out->size();
+  if (Change(clock_.Read(read_clock_()), command, out) != Reason::kNone) {
+    return Error{"the log takes no changes at the moment"};
+  }
+  HoldBack(out, before);
+  return Ok();
+}
+
+void Service::AdvanceIfDue(std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  const Stamp stamp = clock_.Read(read_clock_());
+  const std::optional<uint64_t> deadline = engine_.NextDeadline();
+  if (deadline && *deadline <= stamp.field_time_ms) {
+    const size_t before = out->size();
+    Change(stamp, Advance{}, out);
+    HoldBack(out, before);
+  }
+}
+
+std::optional<uint64_t> Service::MillisecondsToDeadline() {
+  const std::lock_guard lock(mutex_);
+  const std::optional<uint64_t> deadline = engine_.NextDeadline();
+  if (!deadline) {
+    return std::nullopt;
+  }
+  const uint64_t now_ms = clock_.Read(read_clock_()).field_time_ms;
+  return *deadline > now_ms ? *deadline - now_ms : 0;
+}
+
+// Keeps what may not be sent yet, in order, for Release.
+void Service::HoldBack(std::vector<Outgoing>* out, size_t from) {
+  const uint64_t durable = log_->DurableSequence();
+  const auto begin = out->begin() + static_cast<std::ptrdiff_t>(from);
+  const auto waits = [durable](const Outgoing& it) { return it.durable_at > durable; };
+  std::copy_if(begin, out->end(), std::back_inserter(held_), waits);
+  out->erase(std::remove_if(begin, out->end(), waits), out->end());
+}
+
+void Service::Release(std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  const uint64_t durable = log_->DurableSequence();
+  const auto ready = [durable](const Outgoing& it) { return it.durable_at <= durable; };
+  std::copy_if(held_.begin(), held_.end(), std::back_inserter(*out), ready);
+  std::erase_if(held_, ready);
+}
+
+ServiceCounters Service::counters() const {
+  const std::lock_guard lock(mutex_);
+  return counters_;
+}
+
+uint64_t Service::StateHash() const {
+  const std::lock_guard lock(mutex_);
+  return engine_.StateHash();
+}
+
+}  // namespace pheromone::engine

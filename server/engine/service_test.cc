@@ -1,0 +1,189 @@
+#include "server/engine/service.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "server/engine/testing/bench.h"
+
+namespace pheromone::engine {
+namespace {
+
+using protocol::Reason;
+using testing::Deposit;
+using testing::Hello;
+using testing::Sense;
+
+// A log whose health and durability the test decides, and which remembers what it was given.
+class ScriptedLog final : public OrderedLog {
+ public:
+  Reason Admit() override { return admit; }
+  uint64_t Append(const Stamp& stamp, const Event& event) override {
+    events.emplace_back(stamp, event);
+    return events.size();
+  }
+  uint64_t DurableSequence() const override { return durable; }
+
+  Reason admit = Reason::kNone;
+  uint64_t durable = UINT64_MAX;
+  std::vector<std::pair<Stamp, Event>> events;
+};
+
+class ServiceTest : public ::testing::Test {
+ protected:
+  ServiceTest() : service_(&log_, [this] { return now_; }) {
+    EXPECT_TRUE(service_.Configure(testing::SmallConfig(), 7).ok());
+  }
+
+  std::vector<Outgoing> Handle(std::vector<protocol::Message> messages) {
+    std::vector<Outgoing> out;
+    service_.Handle(0, messages, &out);
+    return out;
+  }
+
+  ScriptedLog log_;
+  ClockReading now_{1'000, 1'700'000'000'000};
+  Service service_;
+};
+
+TEST_F(ServiceTest, ABatchIsAnsweredInOrderUnderOneStamp) {
+  const auto out = Handle({Hello(1, 1), Deposit(1, 1), Sense(1), Deposit(1, 2)});
+  ASSERT_EQ(out.size(), 4u);
+  EXPECT_EQ(out[0].message.opcode, protocol::kHelloAnswer);
+  EXPECT_EQ(out[2].message.opcode, 0x81);
+  ASSERT_EQ(log_.events.size(), 4u);  // the configuration and three changes; SENSE is none
+  EXPECT_EQ(log_.events[1].first.field_time_ms, log_.events[3].first.field_time_ms);
+  EXPECT_EQ(log_.events[1].first.utc_ms, 1'700'000'000'000);
+}
+
+TEST_F(ServiceTest, ALogThatTakesNothingRefusesChangesAndLetsSensesPass) {
+  Handle({Hello(1, 1)});
+  const uint64_t hash = service_.StateHash();
+  for (const Reason reason : {Reason::kReadOnly, Reason::kBusy}) {
+    log_.admit = reason;
+    const auto out = Handle({Deposit(1, 9), Sense(1)});
+    ASSERT_EQ(out.size(), 2u);
+    protocol::ErrorAnswer error;
+    ASSERT_TRUE(protocol::Decode(out[0].message, &error));
+    EXPECT_EQ(error.reason, reason);
+    EXPECT_EQ(error.seq, 9);
+    EXPECT_EQ(out[1].message.opcode, 0x81);
+  }
+  EXPECT_EQ(service_.StateHash(), hash);
+  log_.admit = Reason::kNone;  // these refusals were not stored: the retry succeeds
+  EXPECT_EQ(Handle({Deposit(1, 9)})[0].message.opcode, 0xA1);
+}
+
+TEST_F(ServiceTest, AnswersToChangesWaitUntilTheChangeIsDurable) {
+  log_.durable = 1;
+  EXPECT_TRUE(Handle({Hello(1, 1)}).empty());
+  EXPECT_EQ(Handle({Sense(1)}).size(), 1u);  // SENSE speaks of no change
+  EXPECT_TRUE(Handle({Deposit(1, 1)}).empty());
+  EXPECT_TRUE(Handle({Deposit(1, 1)}).empty());  // a repeat waits as well
+  std::vector<Outgoing> out;
+  log_.durable = 2;
+  service_.Release(&out);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].message.opcode, protocol::kHelloAnswer);
+  log_.durable = 3;
+  service_.Release(&out);
+  EXPECT_EQ(out.size(), 3u);
+  service_.Release(&out);
+  EXPECT_EQ(out.size(), 3u);
+}
+
+TEST_F(ServiceTest, TheSameConfigurationIsNoEvent) {
+  EXPECT_TRUE(service_.Configure(testing::SmallConfig(), 8).ok());
+  EXPECT_EQ(log_.events.size(), 1u);
+  EngineConfig other = testing::SmallConfig();
+  other.field.pheromones[0].tau_ms = 5;
+  EXPECT_TRUE(service_.Configure(other, 8).ok());
+  EXPECT_EQ(log_.events.size(), 2u);
+}
+
+TEST_F(ServiceTest, ARefusedConfigurationChangesNothing) {
+  const uint64_t hash = service_.StateHash();
+  EngineConfig other = testing::SmallConfig();
+  other.field.map.cell_um = 50'000;
+  EXPECT_FALSE(service_.Configure(other, 8).ok());
+  EXPECT_EQ(service_.StateHash(), hash);
+  EXPECT_EQ(log_.events.size(), 1u);
+}
+
+TEST_F(ServiceTest, CommandsAreRetriedWhenTheirTimeHasCome) {
+  Handle({Hello(1, 1)});
+  std::vector<Outgoing> out;
+  CommandIssued issued;
+  issued.id = 1;
+  ASSERT_TRUE(service_.Issue(issued, &out).ok());
+  EXPECT_EQ(out.size(), 1u);
+  EXPECT_EQ(service_.MillisecondsToDeadline(), Engine::kFirstRetryMs);
+  service_.AdvanceIfDue(&out);
+  EXPECT_EQ(out.size(), 1u);
+  now_.boottime_ms += Engine::kFirstRetryMs;
+  EXPECT_EQ(service_.MillisecondsToDeadline(), 0u);
+  service_.AdvanceIfDue(&out);
+  EXPECT_EQ(out.size(), 2u);
+  issued.id = 99;
+  EXPECT_FALSE(service_.Issue(issued, &out).ok());
+}
+
+TEST_F(ServiceTest, CountsWhatItDid) {
+  Handle({Hello(1, 1), Deposit(1, 1), Deposit(1, 1), Deposit(2, 1), Sense(0)});
+  const ServiceCounters counters = service_.counters();
+  EXPECT_EQ(counters.requests, 5u);
+  EXPECT_EQ(counters.answers, 3u);
+  EXPECT_EQ(counters.repeats, 1u);
+  EXPECT_EQ(counters.ignored, 1u);
+  EXPECT_EQ(counters.changes, 3u);  // with the configuration
+  EXPECT_EQ(counters.errors[static_cast<size_t>(Reason::kSayHello)], 1u);
+}
+
+// Several links at once: nothing is lost, and the log replays to the same state.
+TEST(ServiceThreads, ConcurrentLinksLoseNothing) {
+  ScriptedLog log;
+  std::atomic<uint64_t> clock{0};
+  Service service(&log, [&clock] { return ClockReading{++clock, 0}; });
+  EngineConfig config = testing::SmallConfig();
+  config.field.pheromones[1].max_count = 60'000;
+  ASSERT_TRUE(service.Configure(config, 7).ok());
+  constexpr int kEach = 2'000;
+  std::atomic<int> answers{0};
+  std::vector<std::thread> threads;
+  for (uint8_t t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      const auto link = static_cast<LinkIndex>(t % 2);
+      const auto id = static_cast<uint8_t>(1 + t);
+      std::vector<Outgoing> out;
+      const protocol::Message hello = Hello(id, 1);
+      service.Handle(link, {&hello, 1}, &out);
+      for (int i = 0; i < kEach; ++i) {
+        const protocol::Message batch[] = {Deposit(id, static_cast<uint8_t>(i), 5000, 5000, 1, 2),
+                                           Sense(id)};
+        service.Handle(link, batch, &out);
+      }
+      answers += static_cast<int>(out.size());
+    });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  EXPECT_EQ(answers, 4 * (2 * kEach + 1));
+  uint64_t quanta = 0;
+  service.Inspect([&](const Engine& engine) {
+    engine.field().ForEach(
+        [&](uint8_t, field::NodeIndex, field::NodeState state) { quanta += state.count; });
+    return 0;
+  });
+  EXPECT_EQ(quanta, 4u * kEach);
+  Engine replayed;
+  std::vector<Outgoing> out;
+  for (size_t i = 0; i < log.events.size(); ++i) {
+    replayed.Apply(i + 1, log.events[i].first, log.events[i].second, &out);
+  }
+  EXPECT_EQ(replayed.StateHash(), service.StateHash());
+}
+
+}  // namespace
+}  // namespace pheromone::engine
