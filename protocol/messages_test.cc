@@ -1,0 +1,296 @@
+#include "protocol/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "protocol/testing/message_fields.h"
+#include "protocol/testing/message_table.h"
+#include "protocol/testing/vectors.h"
+
+namespace pheromone::protocol {
+namespace {
+
+using testing::AcceptedAs;
+using testing::Fields;
+using testing::ToBody;
+
+constexpr uint8_t kIds[] = {1, 16, 254, 255};
+constexpr uint8_t kBytes[] = {0, 1, 16, 127, 128, 255};
+constexpr int16_t kNarrow[] = {-32768, -32767, -256, -1, 0, 1, 16, 0x1010, 255, 256, 32767};
+constexpr int32_t kWide[] = {INT32_MIN, INT32_MIN + 1, -65536, -32769, -32768, -1,    0,
+                             1,         0x10101010,    32767,  32768,  65535,  65536, INT32_MAX};
+constexpr uint16_t kWords[] = {0, 1, 0x1010, 255, 256, 16384, 32767, 32768, 49152, 65535};
+
+// The message is accepted as `name` and nothing else, and comes back with the same fields.
+template <typename Struct>
+void ExpectComesBack(const Struct& sent, const std::string& name) {
+  Message message;
+  ASSERT_TRUE(testing::TryEncode(sent, &message));
+  ASSERT_EQ(AcceptedAs(message), std::vector<std::string>{name});
+  Struct received;
+  ASSERT_TRUE(Decode(message, &received));
+  ASSERT_EQ(Fields(received), Fields(sent));
+}
+
+TEST(MessagesComeBack, SenseAndTraceWithExtremePoses) {
+  for (uint8_t type = kMinType; type <= kMaxType; ++type) {
+    for (const uint16_t heading : kWords) {
+      for (const int16_t x : kNarrow) {
+        for (const int16_t y : kNarrow) {
+          ExpectComesBack(SenseRequest{2, type, false, {x, y, heading}}, "SENSE");
+          ExpectComesBack(TraceRequest{2, type, false, 9, {x, y, heading}}, "TRACE");
+        }
+      }
+      for (const int32_t x : kWide) {
+        for (const int32_t y : kWide) {
+          ExpectComesBack(SenseRequest{2, type, true, {x, y, heading}}, "SENSE_WIDE");
+          ExpectComesBack(TraceRequest{2, type, true, 9, {x, y, heading}}, "TRACE_WIDE");
+        }
+      }
+    }
+  }
+}
+
+TEST(MessagesComeBack, AnswersWithExtremeIntensities) {
+  for (uint8_t type = kMinType; type <= kMaxType; ++type) {
+    for (const int16_t left : kNarrow) {
+      for (const int16_t right : kNarrow) {
+        ExpectComesBack(SenseAnswer{3, type, false, left, right}, "SENSE_ANSWER");
+        ExpectComesBack(SenseAnswer{3, type, true, left, right}, "SENSE_WIDE_ANSWER");
+        ExpectComesBack(TraceAnswer{3, type, false, 255, left, right}, "TRACE_ANSWER");
+        ExpectComesBack(TraceAnswer{3, type, true, 255, left, right}, "TRACE_WIDE_ANSWER");
+      }
+    }
+  }
+}
+
+TEST(MessagesComeBack, Deposit) {
+  for (uint8_t type = kMinType; type <= kMaxType; ++type) {
+    for (const uint8_t seq : kBytes) {
+      ExpectComesBack(DepositAnswer{4, type, seq}, "DEPOSIT_ANSWER");
+      for (const int16_t x : kNarrow) {
+        for (const int16_t y : kNarrow) {
+          ExpectComesBack(DepositRequest{4, type, seq, x, y, static_cast<uint8_t>(seq + 1)},
+                          "DEPOSIT");
+        }
+      }
+    }
+  }
+}
+
+TEST(MessagesComeBack, EveryCommandWithItsArguments) {
+  for (uint8_t code = 1; code <= 9; ++code) {
+    for (const uint8_t id : kIds) {
+      for (const uint8_t fill : kBytes) {
+        Command command;
+        command.id = id;
+        command.seq = fill;
+        command.code = static_cast<CommandCode>(code);
+        for (int i = 0; i < testing::CommandArguments(code); ++i) {
+          command.arguments[i] = static_cast<uint8_t>(fill + i);
+        }
+        ExpectComesBack(command, "COMMAND");
+      }
+    }
+  }
+}
+
+TEST(MessagesComeBack, AcksAndEvents) {
+  for (const uint8_t id : kIds) {
+    for (const uint8_t seq : kBytes) {
+      ExpectComesBack(EventAck{id, seq}, "EVENT_ACK");
+      for (const uint8_t code : kBytes) {
+        for (const int16_t value : kNarrow) {
+          ExpectComesBack(CommandAck{id, seq, static_cast<CommandCode>(code), value},
+                          "COMMAND_ACK");
+          ExpectComesBack(EventReport{id, seq, static_cast<EventCode>(code), value}, "EVENT");
+        }
+      }
+      for (const uint8_t opcode : kBytes) {
+        for (const uint8_t reason : kBytes) {
+          ExpectComesBack(ErrorAnswer{id, opcode, static_cast<Reason>(reason), seq}, "ERROR");
+        }
+      }
+    }
+  }
+}
+
+TEST(MessagesComeBack, HelloAndItsAnswer) {
+  for (const uint16_t word : kWords) {
+    for (const uint8_t byte : kBytes) {
+      ExpectComesBack(HelloRequest{5, word, byte, static_cast<uint8_t>(~byte)}, "HELLO");
+      HelloAnswer answer;
+      answer.id = 5;
+      answer.nonce = word;
+      answer.protocol_version = byte;
+      answer.epoch = static_cast<uint16_t>(word + 1);
+      answer.pose_unit_10um = static_cast<uint16_t>(word + 2);
+      answer.antenna_distance_mm = static_cast<uint16_t>(word + 3);
+      answer.type_mask = static_cast<uint16_t>(word + 4);
+      answer.slot_ms = static_cast<uint8_t>(byte + 1);
+      answer.response_window_ms = static_cast<uint8_t>(byte + 2);
+      answer.last_opcode = static_cast<uint8_t>(byte + 3);
+      answer.last_seq = static_cast<uint8_t>(byte + 4);
+      ExpectComesBack(answer, "HELLO_ANSWER");
+    }
+  }
+}
+
+TEST(MessagesComeBack, PingsOfEveryLength) {
+  for (uint8_t length = 0; length <= kMaxPing; ++length) {
+    for (const bool answer : {false, true}) {
+      Ping ping;
+      ping.id = 6;
+      ping.answer = answer;
+      ping.length = length;
+      for (uint8_t i = 0; i < length; ++i) {
+        ping.payload[i] = static_cast<uint8_t>(0x0F + i);
+      }
+      ExpectComesBack(ping, answer ? "PING_ANSWER" : "PING");
+    }
+  }
+}
+
+// ---- What Decode accepts
+
+// The only name under which a message of this opcode and length may be accepted, by the table.
+std::vector<std::string> ExpectedNames(const Message& message) {
+  static const auto table = testing::MessageTable();
+  const testing::TableRow& row = table[message.opcode];
+  if (row.name.empty() || message.length < row.least || message.length > row.most) {
+    return {};
+  }
+  if (row.name == "COMMAND" && message.length != 2 + testing::CommandArguments(message.data[1])) {
+    return {};
+  }
+  return {row.name};
+}
+
+TEST(Decode, AcceptsExactlyTheLengthsOfTheTable) {
+  for (unsigned opcode = 0; opcode <= 0xFF; ++opcode) {
+    for (unsigned length = 0; length <= kMaxData; ++length) {
+      Message message;
+      message.id = 1;
+      message.opcode = static_cast<uint8_t>(opcode);
+      message.length = static_cast<uint8_t>(length);
+      ASSERT_EQ(AcceptedAs(message), ExpectedNames(message)) << opcode << ", length " << length;
+    }
+  }
+}
+
+TEST(Decode, AcceptsCommandsOfTheirCodesLengthOnly) {
+  for (unsigned code = 0; code <= 0xFF; ++code) {
+    for (unsigned length = 0; length <= kMaxData; ++length) {
+      Message message;
+      message.id = 1;
+      message.opcode = kCommand;
+      message.length = static_cast<uint8_t>(length);
+      message.data[1] = static_cast<uint8_t>(code);
+      ASSERT_EQ(AcceptedAs(message), ExpectedNames(message)) << code << ", length " << length;
+    }
+  }
+}
+
+TEST(Decode, ACommandWithoutArgumentsLeavesNoneOfTheLastOne) {
+  Command command;
+  ASSERT_TRUE(Decode(testing::ToMessage({1, kCommand, 7, 8, 1, 2, 3, 4, 5}), &command));
+  ASSERT_TRUE(Decode(testing::ToMessage({1, kCommand, 8, 1}), &command));
+  Command halt;
+  halt.id = 1;
+  halt.seq = 8;
+  EXPECT_EQ(Fields(command), Fields(halt));
+}
+
+// Decodes as a Struct, if it is one, and encodes again: 1 and the same bytes, or 0.
+template <typename Struct>
+int ComesBackAs(const Message& message) {
+  Struct decoded;
+  if (!Decode(message, &decoded)) {
+    return 0;
+  }
+  Message again;
+  EXPECT_TRUE(testing::TryEncode(decoded, &again));
+  EXPECT_EQ(ToBody(again), ToBody(message));
+  return 1;
+}
+
+template <typename... Struct>
+int ComesBackAsOneOf(const Message& message) {
+  return (0 + ... + ComesBackAs<Struct>(message));
+}
+
+TEST(Decode, LosesNoBitOfAnyMessage) {
+  std::mt19937 random(1);
+  const auto table = testing::MessageTable();
+  for (unsigned opcode = 0; opcode <= 0xFF; ++opcode) {
+    const testing::TableRow& row = table[opcode];
+    for (int round = 0; round < 200 && !row.name.empty(); ++round) {
+      Message message;
+      message.id = static_cast<uint8_t>(random());
+      message.opcode = static_cast<uint8_t>(opcode);
+      for (uint8_t& byte : message.data) {
+        byte = static_cast<uint8_t>(random());
+      }
+      const int spread = row.most - row.least + 1;
+      int length = row.least + static_cast<int>(random() % 1000) % spread;
+      if (row.name == "COMMAND") {
+        message.data[1] = static_cast<uint8_t>(1 + random() % 9);
+        length = 2 + testing::CommandArguments(message.data[1]);
+      }
+      message.length = static_cast<uint8_t>(length);
+      const int times =
+          ComesBackAsOneOf<SenseRequest, SenseAnswer, DepositRequest, DepositAnswer, TraceRequest,
+                           TraceAnswer, Command, CommandAck, EventReport, EventAck, HelloRequest,
+                           HelloAnswer, Ping, ErrorAnswer>(message);
+      ASSERT_EQ(times, 1) << row.name;
+    }
+  }
+}
+
+// ---- What Encode refuses or mends
+
+TEST(Encode, ANarrowMessageRefusesCoordinatesOutsideOfItsRange) {
+  const auto fits = [](int32_t x, int32_t y) {
+    Message message;
+    const bool sense = Encode(SenseRequest{1, 1, false, {x, y, 0}}, &message);
+    const bool trace = Encode(TraceRequest{1, 1, false, 0, {x, y, 0}}, &message);
+    EXPECT_EQ(sense, trace) << x << ", " << y;
+    EXPECT_EQ(FitsNarrow(x, y), sense) << x << ", " << y;
+    return sense;
+  };
+  for (const int32_t inside : {-32768, 0, 32767}) {
+    EXPECT_TRUE(fits(inside, 0));
+    EXPECT_TRUE(fits(0, inside));
+  }
+  for (const int32_t outside : {INT32_MIN, -65536, -32769, 32768, 65535, 65536, INT32_MAX}) {
+    EXPECT_FALSE(fits(outside, 0)) << outside;
+    EXPECT_FALSE(fits(0, outside)) << outside;
+    EXPECT_FALSE(fits(outside, outside)) << outside;
+  }
+}
+
+TEST(Encode, APingIsCutToItsLimit) {
+  Ping ping;
+  ping.id = 1;
+  ping.length = kMaxPing + 1;
+  Message message;
+  Encode(ping, &message);
+  EXPECT_EQ(message.length, kMaxPing);
+}
+
+TEST(Encode, ACommandOfUnknownCodeCarriesNoArguments) {
+  Command command;
+  command.id = 1;
+  command.code = static_cast<CommandCode>(10);
+  Message message;
+  Encode(command, &message);
+  EXPECT_EQ(ToBody(message), (testing::Bytes{1, kCommand, 0, 10}));
+  EXPECT_TRUE(AcceptedAs(message).empty());
+}
+
+}  // namespace
+}  // namespace pheromone::protocol

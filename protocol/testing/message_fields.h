@@ -1,0 +1,88 @@
+// Messages as comparable, printable tuples of their fields, and Encode with one face. Host only.
+#pragma once
+
+#include <cstdint>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "protocol/messages.h"
+
+namespace pheromone::testing {
+
+inline auto Fields(const protocol::WirePose& p) {
+  return std::tuple{p.x, p.y, int{p.heading}};
+}
+
+inline auto Fields(const protocol::SenseRequest& m) {
+  return std::tuple{int{m.id}, int{m.type}, m.wide, Fields(m.pose)};
+}
+
+inline auto Fields(const protocol::SenseAnswer& m) {
+  return std::tuple{int{m.id}, int{m.type}, m.wide, int{m.left}, int{m.right}};
+}
+
+inline auto Fields(const protocol::DepositRequest& m) {
+  return std::tuple{int{m.id}, int{m.type}, int{m.seq}, int{m.x}, int{m.y}, int{m.quanta}};
+}
+
+inline auto Fields(const protocol::DepositAnswer& m) {
+  return std::tuple{int{m.id}, int{m.type}, int{m.seq}};
+}
+
+inline auto Fields(const protocol::TraceRequest& m) {
+  return std::tuple{int{m.id}, int{m.type}, m.wide, int{m.seq}, Fields(m.pose)};
+}
+
+inline auto Fields(const protocol::TraceAnswer& m) {
+  return std::tuple{int{m.id}, int{m.type}, m.wide, int{m.seq}, int{m.left}, int{m.right}};
+}
+
+inline auto Fields(const protocol::Command& m) {
+  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.code),
+                    std::vector<int>(std::begin(m.arguments), std::end(m.arguments))};
+}
+
+inline auto Fields(const protocol::CommandAck& m) {
+  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.code), int{m.result}};
+}
+
+inline auto Fields(const protocol::EventReport& m) {
+  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.code), int{m.argument}};
+}
+
+inline auto Fields(const protocol::EventAck& m) {
+  return std::tuple{int{m.id}, int{m.seq}};
+}
+
+inline auto Fields(const protocol::HelloRequest& m) {
+  return std::tuple{int{m.id}, int{m.nonce}, int{m.firmware_version}, int{m.capabilities}};
+}
+
+inline auto Fields(const protocol::HelloAnswer& m) {
+  return std::tuple{int{m.id},          int{m.nonce},          int{m.protocol_version},
+                    int{m.epoch},       int{m.pose_unit_10um}, int{m.antenna_distance_mm},
+                    int{m.type_mask},   int{m.slot_ms},        int{m.response_window_ms},
+                    int{m.last_opcode}, int{m.last_seq}};
+}
+
+inline auto Fields(const protocol::Ping& m) {
+  return std::tuple{int{m.id}, m.answer, std::vector<int>(m.payload, m.payload + m.length)};
+}
+
+inline auto Fields(const protocol::ErrorAnswer& m) {
+  return std::tuple{int{m.id}, int{m.refused_opcode}, static_cast<int>(m.reason), int{m.seq}};
+}
+
+/// Encode, whether it can fail or not.
+template <typename Struct>
+bool TryEncode(const Struct& from, protocol::Message* to) {
+  if constexpr (std::is_void_v<decltype(Encode(from, to))>) {
+    Encode(from, to);
+    return true;
+  } else {
+    return Encode(from, to);
+  }
+}
+
+}  // namespace pheromone::testing

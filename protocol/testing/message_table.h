@@ -1,0 +1,87 @@
+// The table of messages (protocol/README.md, "Messages") written out a second time, and which
+// messages the code under test takes something for. Host only.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "protocol/messages.h"
+
+namespace pheromone::testing {
+
+/// A row of the table; an empty name where no such opcode exists.
+struct TableRow {
+  std::string name;  ///< as in fields.txt
+  int least = 0;
+  int most = 0;
+};
+
+/// By opcode.
+inline std::array<TableRow, 256> MessageTable() {
+  std::array<TableRow, 256> table;
+  for (unsigned type = 1; type <= 15; ++type) {
+    table[0x00 + type] = {"SENSE", 6, 6};
+    table[0x80 + type] = {"SENSE_ANSWER", 4, 4};
+    table[0x10 + type] = {"SENSE_WIDE", 10, 10};
+    table[0x90 + type] = {"SENSE_WIDE_ANSWER", 4, 4};
+    table[0x20 + type] = {"DEPOSIT", 6, 6};
+    table[0xA0 + type] = {"DEPOSIT_ANSWER", 1, 1};
+    table[0x30 + type] = {"TRACE", 7, 7};
+    table[0xB0 + type] = {"TRACE_ANSWER", 5, 5};
+    table[0x60 + type] = {"TRACE_WIDE", 11, 11};
+    table[0xE0 + type] = {"TRACE_WIDE_ANSWER", 5, 5};
+  }
+  table[0x51] = {"COMMAND_ACK", 4, 4};
+  table[0xD1] = {"COMMAND", 2, 7};
+  table[0x52] = {"EVENT", 4, 4};
+  table[0xD2] = {"EVENT_ACK", 1, 1};
+  table[0x71] = {"HELLO", 4, 4};
+  table[0xF1] = {"HELLO_ANSWER", 15, 15};
+  table[0x72] = {"PING", 0, 16};
+  table[0xF2] = {"PING_ANSWER", 0, 16};
+  table[0xFE] = {"ERROR", 3, 3};
+  return table;
+}
+
+/// Bytes of arguments by a COMMAND's code, or -1 for an unknown code.
+inline int CommandArguments(unsigned code) {
+  constexpr std::array<int, 10> kLengths = {-1, 0, 0, 2, 4, 1, 0, 0, 5, 1};
+  return code < kLengths.size() ? kLengths[code] : -1;
+}
+
+/// The names of the messages as which Decode accepts `message`: one, if all is well, or none.
+inline std::vector<std::string> AcceptedAs(const protocol::Message& message) {
+  std::vector<std::string> names;
+  const auto try_plain = [&](auto decoded, const char* name) {
+    if (Decode(message, &decoded)) {
+      names.emplace_back(name);
+    }
+  };
+  const auto try_wide = [&](auto decoded, const char* narrow, const char* wide) {
+    if (Decode(message, &decoded)) {
+      names.emplace_back(decoded.wide ? wide : narrow);
+    }
+  };
+  try_wide(protocol::SenseRequest{}, "SENSE", "SENSE_WIDE");
+  try_wide(protocol::SenseAnswer{}, "SENSE_ANSWER", "SENSE_WIDE_ANSWER");
+  try_plain(protocol::DepositRequest{}, "DEPOSIT");
+  try_plain(protocol::DepositAnswer{}, "DEPOSIT_ANSWER");
+  try_wide(protocol::TraceRequest{}, "TRACE", "TRACE_WIDE");
+  try_wide(protocol::TraceAnswer{}, "TRACE_ANSWER", "TRACE_WIDE_ANSWER");
+  try_plain(protocol::Command{}, "COMMAND");
+  try_plain(protocol::CommandAck{}, "COMMAND_ACK");
+  try_plain(protocol::EventReport{}, "EVENT");
+  try_plain(protocol::EventAck{}, "EVENT_ACK");
+  try_plain(protocol::HelloRequest{}, "HELLO");
+  try_plain(protocol::HelloAnswer{}, "HELLO_ANSWER");
+  try_plain(protocol::ErrorAnswer{}, "ERROR");
+  protocol::Ping ping;
+  if (Decode(message, &ping)) {
+    names.emplace_back(ping.answer ? "PING_ANSWER" : "PING");
+  }
+  return names;
+}
+
+}  // namespace pheromone::testing

@@ -1,0 +1,509 @@
+#!/usr/bin/env python3
+"""Writes the protocol's test vectors: crc.txt, frames.txt, fields.txt and streams.txt.
+
+    python3 make_vectors.py            write the files, beside this script
+    python3 make_vectors.py --check    compare them with what would be written; exit 1 if different
+
+Nothing here is shared with the implementation under test: the CRC goes bit by bit, the stuffing and
+the reading are written from the specification (../README.md), and every verdict in the list below
+is what a person expects, checked against this script's own reader before anything is written.
+"""
+
+import pathlib
+import sys
+
+DLE, STX, ETX = 0x10, 0x02, 0x03
+MAX_DATA = 64
+
+# --------------------------------------------------------------------------------------------------
+# Messages: opcode and the layout of DATA. "type" in the opcode's place: the low four bits are the
+# pheromone type. COMMAND's arguments and PING's payload follow the fixed part.
+
+POSE = "x:i16 y:i16 heading:u16"
+WIDE_POSE = "x:i32 y:i32 heading:u16"
+INTENSITIES = "left:i16 right:i16"
+
+MESSAGES = {
+    # name: (opcode, takes a type, layout)
+    "SENSE": (0x00, True, POSE),
+    "SENSE_ANSWER": (0x80, True, INTENSITIES),
+    "SENSE_WIDE": (0x10, True, WIDE_POSE),
+    "SENSE_WIDE_ANSWER": (0x90, True, INTENSITIES),
+    "DEPOSIT": (0x20, True, "seq:u8 x:i16 y:i16 quanta:u8"),
+    "DEPOSIT_ANSWER": (0xA0, True, "seq:u8"),
+    "TRACE": (0x30, True, "seq:u8 " + POSE),
+    "TRACE_ANSWER": (0xB0, True, "seq:u8 " + INTENSITIES),
+    "TRACE_WIDE": (0x60, True, "seq:u8 " + WIDE_POSE),
+    "TRACE_WIDE_ANSWER": (0xE0, True, "seq:u8 " + INTENSITIES),
+    "COMMAND": (0xD1, False, "seq:u8 code:u8"),
+    "COMMAND_ACK": (0x51, False, "seq:u8 code:u8 result:i16"),
+    "EVENT": (0x52, False, "seq:u8 code:u8 argument:i16"),
+    "EVENT_ACK": (0xD2, False, "seq:u8"),
+    "HELLO": (0x71, False, "nonce:u16 firmware_version:u8 capabilities:u8"),
+    "HELLO_ANSWER": (0xF1, False,
+                     "nonce:u16 protocol_version:u8 epoch:u16 pose_unit_10um:u16 "
+                     "antenna_distance_mm:u16 type_mask:u16 slot_ms:u8 response_window_ms:u8 "
+                     "last_opcode:u8 last_seq:u8"),
+    "PING": (0x72, False, "payload:bytes"),
+    "PING_ANSWER": (0xF2, False, "payload:bytes"),
+    "ERROR": (0xFE, False, "refused_opcode:u8 reason:u8 seq:u8"),
+}
+
+COMMAND_ARGUMENTS = {
+    1: "", 2: "",
+    3: "speed_mm_s:i16",
+    4: "x:i16 y:i16",
+    5: "type_to_follow:u8",
+    6: "", 7: "",
+    8: "parameter:u8 value:i32",
+    9: "parameter:u8",
+}
+
+LARGEST_PING = 16
+
+# --------------------------------------------------------------------------------------------------
+# The list. Good frames: name, message, fields.
+
+GOOD = [
+    ("sense_at_the_origin", "SENSE", dict(id=1, type=1, x=0, y=0, heading=0)),
+    ("sense_of_the_worked_example", "SENSE", dict(id=7, type=1, x=1000, y=500, heading=0)),
+    ("sense_facing_left", "SENSE", dict(id=7, type=1, x=1000, y=500, heading=16384)),
+    ("sense_negative", "SENSE", dict(id=2, type=3, x=-1, y=-2, heading=65535)),
+    ("sense_least", "SENSE", dict(id=254, type=15, x=-32768, y=-32768, heading=32768)),
+    ("sense_greatest", "SENSE", dict(id=253, type=14, x=32767, y=32767, heading=32767)),
+    ("sense_id_is_dle", "SENSE", dict(id=16, type=1, x=1, y=2, heading=3)),
+    ("sense_data_holds_dle_stx", "SENSE", dict(id=3, type=2, x=0x0210, y=0x0102, heading=0x0210)),
+    ("sense_data_holds_dle_etx", "SENSE", dict(id=3, type=2, x=0x0310, y=0x0102, heading=0x0310)),
+    ("sense_data_is_all_dle", "SENSE", dict(id=3, type=2, x=0x1010, y=0x1010, heading=0x1010)),
+    ("sense_dle_at_both_ends", "SENSE", dict(id=3, type=2, x=0x0010, y=0, heading=0x1000)),
+    ("sense_crc_low_is_dle", "SENSE", dict(id=7, type=1, x=1000, y=500, heading=189)),
+    ("sense_crc_high_is_dle", "SENSE", dict(id=7, type=1, x=1000, y=500, heading=10243)),
+    ("sense_crc_is_dle_dle", "SENSE", dict(id=7, type=1, x=1000, y=500, heading=59582)),
+    ("sense_crc_is_dle_stx", "SENSE", dict(id=7, type=1, x=1000, y=500, heading=4287)),
+    ("sense_crc_is_dle_etx", "SENSE", dict(id=7, type=1, x=1000, y=500, heading=21312)),
+    ("sense_answer_nothing_there", "SENSE_ANSWER", dict(id=1, type=1, left=0, right=0)),
+    ("sense_answer_of_the_worked_example", "SENSE_ANSWER",
+     dict(id=7, type=1, left=4096, right=2560)),
+    ("sense_answer_negative", "SENSE_ANSWER", dict(id=2, type=3, left=-1, right=-4096)),
+    ("sense_answer_saturated", "SENSE_ANSWER", dict(id=2, type=3, left=32767, right=-32767)),
+    ("sense_answer_extremes", "SENSE_ANSWER", dict(id=254, type=15, left=-32768, right=32767)),
+    ("sense_answer_dle", "SENSE_ANSWER", dict(id=16, type=1, left=0x1010, right=0x0310)),
+    ("sense_wide_at_the_origin", "SENSE_WIDE", dict(id=1, type=1, x=0, y=0, heading=0)),
+    ("sense_wide_beyond_narrow", "SENSE_WIDE", dict(id=4, type=2, x=32768, y=-32769, heading=1)),
+    ("sense_wide_extremes", "SENSE_WIDE",
+     dict(id=4, type=15, x=-2147483648, y=2147483647, heading=49152)),
+    ("sense_wide_dle", "SENSE_WIDE",
+     dict(id=16, type=1, x=0x10101010, y=0x02100310, heading=0x1010)),
+    ("sense_wide_answer", "SENSE_WIDE_ANSWER", dict(id=4, type=2, left=300, right=-300)),
+    ("sense_wide_answer_extremes", "SENSE_WIDE_ANSWER",
+     dict(id=4, type=15, left=32767, right=-32768)),
+    ("deposit_one", "DEPOSIT", dict(id=1, type=1, seq=0, x=100, y=200, quanta=1)),
+    ("deposit_extremes", "DEPOSIT",
+     dict(id=254, type=15, seq=255, x=-32768, y=32767, quanta=255)),
+    ("deposit_dle", "DEPOSIT", dict(id=16, type=1, seq=16, x=0x1010, y=-0x0FF0, quanta=16)),
+    ("deposit_answer", "DEPOSIT_ANSWER", dict(id=1, type=1, seq=0)),
+    ("deposit_answer_dle", "DEPOSIT_ANSWER", dict(id=16, type=15, seq=16)),
+    ("trace_at_the_origin", "TRACE", dict(id=1, type=1, seq=1, x=0, y=0, heading=0)),
+    ("trace_extremes", "TRACE", dict(id=254, type=15, seq=255, x=32767, y=-32768, heading=65535)),
+    ("trace_dle", "TRACE", dict(id=16, type=2, seq=16, x=0x0210, y=0x0310, heading=0x1010)),
+    ("trace_answer", "TRACE_ANSWER", dict(id=1, type=1, seq=1, left=12, right=-34)),
+    ("trace_answer_dle", "TRACE_ANSWER", dict(id=16, type=15, seq=16, left=0x0310, right=0x0210)),
+    ("trace_wide_negative", "TRACE_WIDE",
+     dict(id=5, type=1, seq=2, x=-40000, y=-40001, heading=8192)),
+    ("trace_wide_extremes", "TRACE_WIDE",
+     dict(id=254, type=15, seq=255, x=2147483647, y=-2147483648, heading=65535)),
+    ("trace_wide_dle", "TRACE_WIDE",
+     dict(id=16, type=1, seq=16, x=0x10101010, y=0x10101010, heading=0x1010)),
+    ("trace_wide_answer", "TRACE_WIDE_ANSWER", dict(id=5, type=1, seq=2, left=-32768, right=5)),
+    ("trace_wide_answer_dle", "TRACE_WIDE_ANSWER",
+     dict(id=16, type=2, seq=16, left=0x1010, right=0x1010)),
+    ("command_halt", "COMMAND", dict(id=1, seq=1, code=1)),
+    ("command_halt_all", "COMMAND", dict(id=255, seq=9, code=1)),
+    ("command_resume", "COMMAND", dict(id=1, seq=2, code=2)),
+    ("command_speed", "COMMAND", dict(id=1, seq=3, code=3, speed_mm_s=-250)),
+    ("command_go_to", "COMMAND", dict(id=1, seq=4, code=4, x=-32768, y=32767)),
+    ("command_go_to_dle", "COMMAND", dict(id=16, seq=16, code=4, x=0x0210, y=0x0310)),
+    ("command_follow_type", "COMMAND", dict(id=1, seq=5, code=5, type_to_follow=2)),
+    ("command_pick_load", "COMMAND", dict(id=1, seq=6, code=6)),
+    ("command_drop_load", "COMMAND", dict(id=1, seq=7, code=7)),
+    ("command_set_parameter", "COMMAND",
+     dict(id=1, seq=8, code=8, parameter=16, value=-2147483648)),
+    ("command_get_parameter", "COMMAND", dict(id=1, seq=255, code=9, parameter=3)),
+    ("command_ack_accepted", "COMMAND_ACK", dict(id=1, seq=1, code=1, result=0)),
+    ("command_ack_refused", "COMMAND_ACK", dict(id=1, seq=3, code=3, result=11)),
+    ("command_ack_dle", "COMMAND_ACK", dict(id=16, seq=16, code=4, result=0x0310)),
+    ("event_load_picked", "EVENT", dict(id=1, seq=3, code=1, argument=0)),
+    ("event_parameter_value", "EVENT", dict(id=1, seq=255, code=8, argument=-32768)),
+    ("event_dle", "EVENT", dict(id=16, seq=16, code=9, argument=0x1010)),
+    ("event_ack", "EVENT_ACK", dict(id=1, seq=3)),
+    ("event_ack_dle", "EVENT_ACK", dict(id=16, seq=16)),
+    ("hello_of_the_worked_example", "HELLO",
+     dict(id=7, nonce=42, firmware_version=1, capabilities=0)),
+    ("hello_extremes", "HELLO", dict(id=254, nonce=65535, firmware_version=255, capabilities=255)),
+    ("hello_dle", "HELLO", dict(id=16, nonce=0x0210, firmware_version=16, capabilities=16)),
+    ("hello_answer_of_the_worked_example", "HELLO_ANSWER",
+     dict(id=7, nonce=42, protocol_version=1, epoch=1, pose_unit_10um=100, antenna_distance_mm=300,
+          type_mask=0x0006, slot_ms=2, response_window_ms=10, last_opcode=0, last_seq=0)),
+    ("hello_answer_remembers_a_trace", "HELLO_ANSWER",
+     dict(id=7, nonce=43, protocol_version=1, epoch=1, pose_unit_10um=100, antenna_distance_mm=300,
+          type_mask=0x0006, slot_ms=2, response_window_ms=10, last_opcode=0x31, last_seq=200)),
+    ("hello_answer_extremes", "HELLO_ANSWER",
+     dict(id=254, nonce=65535, protocol_version=255, epoch=65535, pose_unit_10um=65535,
+          antenna_distance_mm=65535, type_mask=65534, slot_ms=255, response_window_ms=255,
+          last_opcode=255, last_seq=255)),
+    ("hello_answer_dle", "HELLO_ANSWER",
+     dict(id=16, nonce=0x1010, protocol_version=16, epoch=0x1010, pose_unit_10um=0x0210,
+          antenna_distance_mm=0x0310, type_mask=0x1010, slot_ms=16, response_window_ms=16,
+          last_opcode=0x10, last_seq=16)),
+    ("ping_empty", "PING", dict(id=1, payload="")),
+    ("ping_nonce", "PING", dict(id=1, payload="DEADBEEF")),
+    ("ping_longest", "PING", dict(id=254, payload="000102030405060708090A0B0C0D0E0F")),
+    ("ping_longest_all_dle", "PING", dict(id=16, payload="10" * 16)),
+    ("ping_answer_empty", "PING_ANSWER", dict(id=1, payload="")),
+    ("ping_answer_nonce", "PING_ANSWER", dict(id=1, payload="DEADBEEF")),
+    ("ping_answer_longest_all_dle", "PING_ANSWER", dict(id=16, payload="10" * 16)),
+    ("error_unknown_opcode", "ERROR", dict(id=1, refused_opcode=0x41, reason=1, seq=0)),
+    ("error_bad_length_of_deposit", "ERROR", dict(id=1, refused_opcode=0x21, reason=2, seq=77)),
+    ("error_off_the_map", "ERROR", dict(id=1, refused_opcode=0x01, reason=3, seq=0)),
+    ("error_unknown_pheromone", "ERROR", dict(id=1, refused_opcode=0x2F, reason=4, seq=1)),
+    ("error_sequence_reused", "ERROR", dict(id=1, refused_opcode=0x31, reason=5, seq=16)),
+    ("error_say_hello", "ERROR", dict(id=1, refused_opcode=0x52, reason=6, seq=2)),
+    ("error_busy", "ERROR", dict(id=1, refused_opcode=0x61, reason=7, seq=3)),
+    ("error_read_only", "ERROR", dict(id=1, refused_opcode=0x21, reason=8, seq=4)),
+    ("error_map_full", "ERROR", dict(id=1, refused_opcode=0x21, reason=9, seq=5)),
+    ("error_not_permitted", "ERROR", dict(id=1, refused_opcode=0x21, reason=10, seq=6)),
+    ("error_bad_value", "ERROR", dict(id=1, refused_opcode=0x21, reason=11, seq=7)),
+    ("error_blocked_by_obstacle", "ERROR", dict(id=1, refused_opcode=0x31, reason=12, seq=8)),
+    ("error_everything_dle", "ERROR", dict(id=16, refused_opcode=0x10, reason=16, seq=16)),
+]
+
+# Whole frames with a right CRC that no message fits, or that are never to be delivered:
+# name, unstuffed body, verdict.
+BODIES = [
+    ("opcode_sense_without_type", "01 00 00 00 00 00 00 01", "refused"),
+    ("opcode_0x10", "01 10 01 02 03 04", "unknown-opcode"),
+    ("opcode_sense_answer_without_type", "01 80 01 02 03 04", "unknown-opcode"),
+    ("opcode_deposit_without_type", "01 20 01 02 03 04 05 06", "unknown-opcode"),
+    ("opcode_tag_scan", "01 41", "unknown-opcode"),
+    ("opcode_tag_answer_holds_false_frame", "C1 C7 10 02 05 20 11 22", "unknown-opcode"),
+    ("opcode_0x50", "01 50 00 00 00 00", "unknown-opcode"),
+    ("opcode_0x53", "01 53 00 00 00 00", "unknown-opcode"),
+    ("opcode_0x70", "01 70 00 00 00 00", "unknown-opcode"),
+    ("opcode_0x7E", "01 7E 21 02 00", "unknown-opcode"),
+    ("opcode_0xFF", "01 FF", "unknown-opcode"),
+    ("longest_data", "C1 41 " + " ".join(f"{i:02X}" for i in range(100, 164)), "unknown-opcode"),
+    ("longest_data_all_dle", "10 10 " + "10 " * 64, "unknown-opcode"),
+    ("sense_too_short_crc_is_dle_dle", "01 02 40 6E", "bad-length"),
+    ("sense_one_byte_short", "01 01 00 00 00 00 00", "bad-length"),
+    ("sense_one_byte_long", "01 01 00 00 00 00 00 00 00", "bad-length"),
+    ("deposit_empty", "01 21", "bad-length"),
+    ("ping_too_long", "01 72 " + "AB " * 17, "bad-length"),
+    ("command_halt_with_argument", "01 D1 01 01 00", "bad-length"),
+    ("command_speed_without_argument", "01 D1 01 03", "bad-length"),
+    ("command_unknown_code", "01 D1 01 0A", "bad-length"),
+    ("zero_line", "00 00", "refused"),
+    ("zero_line_long", "00 00 00 00 00 00 00 00", "refused"),
+    ("id_zero", "00 01 00 00 00 00 00 00", "refused"),
+    ("opcode_zero", "01 00", "refused"),
+]
+
+# What never passes the receiver, as it would stand on the wire: name, wire, verdict.
+DAMAGED = [
+    ("crc_of_other_data", "10 02 07 01 E8 07 F4 01 00 00 61 FE 10 03", "bad-crc"),
+    ("crc_high_byte_first", "10 02 07 01 E8 03 F4 01 00 00 FE 61 10 03", "bad-crc"),
+    ("crc_covers_etx", "10 02 07 01 E8 03 F4 01 00 00 7F E9 10 03", "bad-crc"),
+    ("crc_starts_with_ffff", "10 02 07 01 E8 03 F4 01 00 00 21 F5 10 03", "bad-crc"),
+    ("crc_of_stuffed_bytes", "10 02 10 10 72 8C 20 10 03", "bad-crc"),
+    ("crc_missing", "10 02 07 72 10 03", "runt"),
+    ("dle_not_doubled", "10 02 10 01 00 00 00 00 00 00 11 CC 10 03", "bad-escape"),
+    ("dle_then_zero", "10 02 01 72 10 00 00 00 10 03", "bad-escape"),
+    ("empty_frame", "10 02 10 03", "runt"),
+    ("one_byte_frame", "10 02 01 10 03", "runt"),
+    ("two_zeros", "10 02 00 00 10 03", "runt"),
+    ("three_dle", "10 02 10 10 10 10 10 10 10 03", "runt"),
+    ("longest_and_one_more", "10 02 " + "55 " * (MAX_DATA + 5), "oversize"),
+    ("longest_and_one_more_dle", "10 02 " + "10 10 " * (MAX_DATA + 5), "oversize"),
+]
+
+# Bytes as they may arrive without a pause, and the frames that come out: name, pieces, frames.
+# "@name" is a frame of the lists above, "@name[n:]" the rest of it from byte n, counted from 0.
+STREAMS = [
+    ("nothing", [], []),
+    ("two_frames", ["@sense_at_the_origin", "@ping_empty"],
+     ["@sense_at_the_origin", "@ping_empty"]),
+    ("frame_noise_frame", ["@ping_empty", "00 FF 03 02", "@ping_nonce"],
+     ["@ping_empty", "@ping_nonce"]),
+    ("end_without_a_start", ["10 03", "@ping_nonce"], ["@ping_nonce"]),
+    ("lone_dle_before", ["10", "@ping_nonce"], ["@ping_nonce"]),
+    ("two_dle_before", ["10 10", "@ping_nonce"], ["@ping_nonce"]),
+    ("dle_zero_before", ["10 00", "@ping_nonce"], ["@ping_nonce"]),
+    ("start_twice", ["10 02", "@ping_nonce"], ["@ping_nonce"]),
+    ("cut_short", ["10 02 07 01 E8", "@ping_nonce"], ["@ping_nonce"]),
+    ("cut_short_pad", ["10 02 07 01 E8", "00", "@ping_nonce"], ["@ping_nonce"]),
+    ("cut_after_dle", ["10 02 07 01 10", "@ping_nonce"], []),
+    ("cut_after_dle_pad", ["10 02 07 01 10", "00", "@ping_nonce"], ["@ping_nonce"]),
+    ("cut_after_dle_then_two", ["10 02 07 01 10", "@ping_nonce", "@ping_empty"], ["@ping_empty"]),
+    ("cut_after_two_dle", ["10 02 07 01 10 10", "@ping_nonce"], ["@ping_nonce"]),
+    ("joined_in_the_middle", ["@sense_of_the_worked_example[6:]", "@ping_nonce"], ["@ping_nonce"]),
+    ("joined_at_a_false_frame", ["@opcode_tag_answer_holds_false_frame[5:]", "@ping_nonce"],
+     ["05 20 11 22", "@ping_nonce"]),
+    ("joined_before_a_false_frame", ["@opcode_tag_answer_holds_false_frame[4:]"], ["05 20 11 22"]),
+    ("bad_crc_then_good", ["@crc_of_other_data", "@ping_nonce"], ["@ping_nonce"]),
+    ("bad_escape_then_good", ["@dle_not_doubled", "@ping_nonce"], ["@ping_nonce"]),
+    ("runt_then_good", ["@empty_frame", "@ping_nonce"], ["@ping_nonce"]),
+    ("oversize_then_good", ["@longest_and_one_more", "AA 10 03", "@ping_nonce"], ["@ping_nonce"]),
+    ("oversize_hides_nothing", ["@longest_and_one_more", "10", "@ping_nonce"], ["@ping_nonce"]),
+    ("zero_line_then_good", ["00 " * 20, "@zero_line", "@ping_nonce"], ["@ping_nonce"]),
+]
+
+CRCS = ["", "00", "00 00 00 00", "01", "80", "FF", "10", "31 32 33 34 35 36 37 38 39",
+        "01 02 40 6E", "C1 C7 10 02 05 20 11 22", "07 01 E8 03 F4 01 00 00",
+        "31 32 33 34 35 36 37 38 39 3D BB", "07 11 41 00 53 B9" + " 00" * 12,
+        "07 11 41 00 53 B9" + " 00" * 12 + " 03", " ".join(f"{i:02X}" for i in range(256))]
+
+# Known from elsewhere: the catalogues' check value, and the example of DF1's manual (Rockwell
+# 1770-6.5.16), whose CRC covers the ETX that ours leaves out.
+PUBLISHED = {
+    "31 32 33 34 35 36 37 38 39": 0xBB3D,
+    "07 11 41 00 53 B9" + " 00" * 12 + " 03": 0x4C6B,
+}
+
+# --------------------------------------------------------------------------------------------------
+# The protocol, a second time.
+
+
+def crc16(data):
+    """CRC-16/ARC, bit by bit."""
+    crc = 0
+    for byte in data:
+        for bit in range(8):
+            feedback = (crc ^ (byte >> bit)) & 1
+            crc >>= 1
+            if feedback:
+                crc ^= 0xA001
+    return crc
+
+
+def little_endian(value, kind):
+    bits = int(kind[1:])
+    least = -(1 << (bits - 1)) if kind[0] == "i" else 0
+    if not least <= value < least + (1 << bits):
+        raise ValueError(f"{value} does not fit {kind}")
+    return bytes((value >> shift) & 0xFF for shift in range(0, bits, 8))
+
+
+def body_of(message, fields):
+    """ID, OPCODE, DATA of a message; uses every field exactly once."""
+    opcode, typed, layout = MESSAGES[message]
+    rest = dict(fields)
+    body = [rest.pop("id"), opcode | rest.pop("type") if typed else opcode]
+    if message == "COMMAND":
+        layout += " " + COMMAND_ARGUMENTS[fields["code"]]
+    data = b""
+    for item in layout.split():
+        name, kind = item.split(":")
+        value = rest.pop(name)
+        data += bytes.fromhex(value) if kind == "bytes" else little_endian(value, kind)
+    if rest:
+        raise ValueError(f"{message} has no field {', '.join(rest)}")
+    return bytes(body) + data
+
+
+def wire_of(body):
+    crc = crc16(body)
+    out = [DLE, STX]
+    for byte in list(body) + [crc & 0xFF, crc >> 8]:
+        out += [byte, byte] if byte == DLE else [byte]
+    return bytes(out + [DLE, ETX])
+
+
+def judge(body, crc_included):
+    """What becomes of a complete frame: the receiver's rules, then the table of messages."""
+    if len(crc_included) < 4:
+        return "runt"
+    if crc16(body) != crc_included[-2] | crc_included[-1] << 8:
+        return "bad-crc"
+    if body[0] == 0 or body[1] == 0:
+        return "refused"
+    data = len(body) - 2
+    low = body[1] & 0x0F
+    for name, (opcode, typed, layout) in MESSAGES.items():
+        if body[1] != (opcode | low if typed else opcode) or typed and low == 0:
+            continue
+        if name == "COMMAND":
+            if data < 2 or body[3] not in COMMAND_ARGUMENTS:
+                return "bad-length"
+            layout += " " + COMMAND_ARGUMENTS[body[3]]
+        if layout == "payload:bytes":
+            return "ok" if data <= LARGEST_PING else "bad-length"
+        bits = sum(int(item.split(":")[1][1:]) for item in layout.split())
+        return "ok" if 8 * data == bits else "bad-length"
+    return "unknown-opcode"
+
+
+def read_inside(stream, at):
+    """From behind a DLE STX: (bytes inside, unstuffed; how it ended, if it did; where to go on)."""
+    inside = []
+    while at < len(stream):
+        pair = list(stream[at:at + 2])
+        if pair[0] != DLE:
+            inside.append(pair[0])
+            at += 1
+        elif pair == [DLE, DLE]:
+            inside.append(DLE)
+            at += 2
+        elif pair == [DLE, ETX]:
+            return inside, "complete", at + 2
+        elif pair in ([DLE], [DLE, STX]):
+            return inside, None, at
+        else:
+            return inside, "bad-escape", at + 2
+        if len(inside) > MAX_DATA + 4:
+            return inside, "oversize", at
+    return inside, None, at
+
+
+def read(stream):
+    """The frames in a stream without pauses: a list of (body, verdict)."""
+    found = []
+    at = 0
+    while at < len(stream):
+        if stream[at:at + 2] != bytes([DLE, STX]):
+            at += 1
+            continue
+        inside, end, at = read_inside(stream, at + 2)
+        if end == "complete":
+            body = bytes(inside[:-2])
+            found.append((body, judge(body, inside)))
+        elif end:
+            found.append((None, end))
+    return found
+
+
+# --------------------------------------------------------------------------------------------------
+# The files.
+
+DELIVERED = ("ok", "unknown-opcode", "bad-length")
+
+
+def hexadecimal(data):
+    return " ".join(f"{byte:02X}" for byte in data) or "-"
+
+
+def header(*lines):
+    made = ("Made by make_vectors.py: edit the list there. Columns are separated by |, bytes are",
+            "hexadecimal, - stands for none, # begins a comment line.")
+    return "".join(f"# {line}".rstrip() + "\n" for line in (*lines, "", *made))
+
+
+def crc_file():
+    text = header("CRC-16/ARC of some bytes.", "", "bytes | CRC as a number (sent low byte first)")
+    for item in CRCS:
+        data = bytes.fromhex(item)
+        if PUBLISHED.get(item, crc16(data)) != crc16(data):
+            raise ValueError(f"the CRC of {item} is not the published one")
+        text += f"{hexadecimal(data)} | {crc16(data):04X}\n"
+    return text
+
+
+def frames():
+    """name: (body or None, wire, verdict) of every frame; checks the verdicts."""
+    table = {}
+
+    def add(name, body, wire, verdict):
+        if name in table:
+            raise ValueError(f"{name} stands twice in the list")
+        seen = read(wire)
+        if [found for _, found in seen] != [verdict] or body is not None and seen[0][0] != body:
+            raise ValueError(f"{name}: expected {verdict}, but the reader finds {seen}")
+        table[name] = (body, wire, verdict)
+
+    for name, message, fields in GOOD:
+        body = body_of(message, fields)
+        add(name, body, wire_of(body), "ok")
+    for name, text, verdict in BODIES:
+        body = bytes.fromhex(text)
+        add(name, body, wire_of(body), verdict)
+    for name, text, verdict in DAMAGED:
+        add(name, None, bytes.fromhex(text), verdict)
+    return table
+
+
+def frames_file(table):
+    text = header(
+        "Frames, one by one: what they say, how they look on the wire, what a receiver does.", "",
+        "name | ID OPCODE DATA, unstuffed (- where the wire holds no such thing) | wire | verdict",
+        "",
+        "verdict    ok              delivered; fields.txt says what it means",
+        "           unknown-opcode  delivered by the decoder; no such opcode",
+        "           bad-length      delivered by the decoder; wrong length for its opcode",
+        "           refused         CRC right, but ID 0 or opcode 0",
+        "           bad-crc         complete, but the CRC is wrong",
+        "           bad-escape      DLE followed by something other than DLE, STX, ETX",
+        "           oversize        more than 68 bytes, unstuffed, after DLE STX",
+        "           runt            fewer than 4 bytes between the delimiters")
+    for name, (body, wire, verdict) in table.items():
+        shown = "-" if body is None else hexadecimal(body)
+        text += f"{name} | {shown} | {hexadecimal(wire)} | {verdict}\n"
+    return text
+
+
+def fields_file():
+    text = header(
+        "What the frames with the verdict ok mean.", "",
+        "name, as in frames.txt | message | field=value ...", "",
+        "Values are decimal; only a PING's payload is bytes. \"type\" is the pheromone type in the",
+        "opcode's low four bits. COMMAND's arguments have a name each.")
+    for name, message, fields in GOOD:
+        shown = " ".join(f"{key}={'-' if value == '' else value}" for key, value in fields.items())
+        text += f"{name} | {message} | {shown}\n"
+    return text
+
+
+def streams_file(table):
+    def bytes_of(piece, column):
+        if not piece.startswith("@"):
+            return bytes.fromhex(piece)
+        name, _, start = piece[1:].partition("[")
+        return table[name][column][int(start.rstrip(":]") or 0):]
+
+    text = header(
+        "Bytes that arrive without a pause, and the frames that a receiver delivers from them.", "",
+        "name | bytes | ID OPCODE DATA of each delivered frame, separated by ;")
+    for name, pieces, delivered in STREAMS:
+        stream = b"".join(bytes_of(piece, 1) for piece in pieces)
+        expected = [bytes_of(piece, 0) for piece in delivered]
+        found = [body for body, verdict in read(stream) if verdict in DELIVERED]
+        if found != expected:
+            raise ValueError(f"{name}: expected {expected}, but the reader finds {found}")
+        shown = " ; ".join(hexadecimal(body) for body in expected) or "-"
+        text += f"{name} | {hexadecimal(stream)} | {shown}\n"
+    return text
+
+
+def main(arguments):
+    if arguments not in ([], ["--check"]):
+        print(__doc__, file=sys.stderr)
+        return 2
+    table = frames()
+    files = {
+        "crc.txt": crc_file(),
+        "frames.txt": frames_file(table),
+        "fields.txt": fields_file(),
+        "streams.txt": streams_file(table),
+    }
+    here = pathlib.Path(__file__).resolve().parent
+    stale = []
+    for name, text in files.items():
+        path = here / name
+        if not arguments:
+            path.write_text(text, encoding="ascii", newline="\n")
+        elif not path.exists() or path.read_bytes() != text.encode("ascii"):
+            stale.append(name)
+    for name in stale:
+        print(f"{name} is not what make_vectors.py makes: run it and look at the difference")
+    return 1 if stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
