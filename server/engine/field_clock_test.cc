@@ -7,7 +7,7 @@
 namespace pheromone::engine {
 namespace {
 
-constexpr int64_t kDayMs = 24 * 3600 * 1000;
+constexpr int64_t kDayMs = 86'400'000;
 
 TEST(FieldClock, AdvancesWithBootTime) {
   FieldClock clock(500);

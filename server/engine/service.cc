@@ -18,7 +18,7 @@ Status Service::Configure(const EngineConfig& config, uint16_t new_epoch) {
     return Ok();
   }
   const Stamp stamp = clock_.Read(read_clock_());
-  const Status acceptable = engine_.CheckConfig(config);
+  Status acceptable = engine_.CheckConfig(config);
   if (!acceptable.ok()) {
     return acceptable;
   }
@@ -89,7 +89,7 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
 
 Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
-  const Status acceptable = engine_.CheckCommand(command);
+  Status acceptable = engine_.CheckCommand(command);
   if (!acceptable.ok()) {
     return acceptable;
   }

@@ -91,7 +91,8 @@ class CellMap {
     return KeyOf(node.column >> kTileBits, node.row >> kTileBits);
   }
   static size_t SlotOf(NodeIndex node) {
-    return static_cast<size_t>((node.row % kTileSide) * kTileSide + node.column % kTileSide);
+    const auto row = static_cast<size_t>(node.row % kTileSide);
+    return row * kTileSide + static_cast<size_t>(node.column % kTileSide);
   }
 
   template <typename Visit>

@@ -6,6 +6,7 @@
 // floor(width / a) + 1 nodes along x, floor(height / a) + 1 along y.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 
 namespace pheromone::field {

@@ -123,7 +123,7 @@ class NaiveField {
           continue;
         }
         const int64_t d2 = (x - antenna.x) * (x - antenna.x) + (y - antenna.y) * (y - antenna.y);
-        sum += CountDown(law, node, now_ms) * ExactSpread(law, d2);
+        sum += Wide{CountDown(law, node, now_ms)} * ExactSpread(law, d2);
       }
     }
     // round(4096 * Q * sum / 65 536), Q in millionths

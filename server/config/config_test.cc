@@ -1,0 +1,309 @@
+#include "server/config/config.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+namespace pheromone::config {
+namespace {
+
+// The example of the specification, character by character what users are told to write.
+constexpr std::string_view kExample = R"([map]
+width_m = 10.0
+height_m = 10.0
+cell_m = 0.1            # a
+[antennas]
+bias_m = 0.33           # b
+[[pheromone]]
+type = 1
+name = "trail"
+core_m = 0.1            # c
+sigma_m = 0.4           # σ
+tau_s = 30.0            # τ; 0 = never evaporates
+quantum = 0.125         # Q
+maximum = 1.0
+directional = true
+[[link]]
+name = "radio-a"
+kind = "pty"            # later: "serial" (port, baud), "tcp" and "udp" (listen)
+path = "radio-a.pty"    # a symbolic link to the slave side, made by the daemon
+)";
+
+Config Parse(std::string_view text) {
+  Result<Config> parsed = ParseConfig(text, "test.toml");
+  EXPECT_TRUE(parsed.ok()) << parsed.error();
+  return parsed.ok() ? std::move(parsed).value() : Config{};
+}
+
+TEST(ConfigTest, TheExampleBecomesTheseIntegers) {
+  const Config config = Parse(kExample);
+  const field::FieldConfig& field = config.engine.field;
+  EXPECT_EQ(field.map, (field::MapGeometry{{0, 0}, 10'000'000, 10'000'000, 100'000}));
+  EXPECT_EQ(field.antenna_distance_um, 330'000);
+  ASSERT_EQ(field.pheromones.size(), 1u);
+  EXPECT_EQ(field.pheromones[0],
+            (field::PheromoneLaw{1, "trail", 100'000, 400'000, 30'000, 125'000, 8, true}));
+  EXPECT_TRUE(field.paths.empty());
+  EXPECT_EQ(field.memory_bytes, uint64_t{1} << 30);
+  EXPECT_EQ(config.engine.pose_unit_10um, 100);
+  EXPECT_EQ(config.engine.robots_per_link, 254);
+  ASSERT_EQ(config.engine.links.size(), 1u);
+  EXPECT_EQ(config.engine.links[0], (engine::LinkSettings{"radio-a", 1, 100}));
+  ASSERT_EQ(config.links.size(), 1u);
+  LinkConfig link;
+  link.name = "radio-a";
+  link.kind = LinkKind::kPty;
+  link.path = "radio-a.pty";
+  EXPECT_EQ(config.links[0], link);
+  EXPECT_EQ(config.daemon, DaemonSettings{});
+}
+
+TEST(ConfigTest, EveryKeyArrivesWhereItBelongs) {
+  const Config config = Parse(R"(
+[map]
+width_m = 60
+height_m = 20.5
+cell_m = 0.05
+origin_x_m = -30
+origin_y_m = -1.25
+pose_unit_mm = 2.5
+[antennas]
+bias_m = 0.5
+[[pheromone]]
+type = 15
+name = "a"
+core_m = 0
+sigma_m = 0.000001
+tau_s = 0.001
+quantum = 0.000001
+maximum = 0.065535
+directional = false
+[[path]]
+pheromone = "a"
+points_m = [[-30, -1.25], [30, 19.25], [0.1, 0.2]]
+closed = true
+intensity = 0.00001
+[[path]]
+name = "ring"
+shape = "circle"
+pheromone = 15
+center_m = [0.0, 5]
+radius_m = 1.5
+[[link]]
+name = "usb"
+kind = "serial"
+port = "/dev/ttyUSB0"
+baud = 250000
+turnaround_ms = 3
+slot_ms = 7
+response_window_ms = 40
+gap_timeout_ms = 50
+required = true
+[[link]]
+name = "v4"
+kind = "tcp"
+listen = "127.0.0.1:4950"
+[[link]]
+name = "v6"
+kind = "tcp"
+listen = "[::1]:4951"
+gap_timeout_ms = 5
+[limits]
+field_memory_mib = 16
+robots_per_link = 3
+[daemon]
+io_threads = 4
+log_level = "debug"
+)");
+  const field::FieldConfig& field = config.engine.field;
+  EXPECT_EQ(field.map,
+            (field::MapGeometry{{-30'000'000, -1'250'000}, 60'000'000, 20'500'000, 50'000}));
+  EXPECT_EQ(config.engine.pose_unit_10um, 250);
+  ASSERT_EQ(field.pheromones.size(), 1u);
+  EXPECT_EQ(field.pheromones[0], (field::PheromoneLaw{15, "a", 0, 1, 1, 1, 65535, false}));
+  ASSERT_EQ(field.paths.size(), 2u);
+  EXPECT_EQ(
+      field.paths[0],
+      (field::Path{15,
+                   10,
+                   true,
+                   {{-30'000'000, -1'250'000}, {30'000'000, 19'250'000}, {100'000, 200'000}}}));
+  EXPECT_EQ(field.paths[1].count, 65535);
+  EXPECT_TRUE(field.paths[1].closed);
+  EXPECT_EQ(field.paths[1].points, field::CirclePoints({0, 5'000'000}, 1'500'000, 25'000));
+  ASSERT_EQ(config.links.size(), 3u);
+  LinkConfig usb;
+  usb.name = "usb";
+  usb.kind = LinkKind::kSerial;
+  usb.path = "/dev/ttyUSB0";
+  usb.baud = 250'000;
+  usb.required = true;
+  usb.turnaround_ms = 3;
+  usb.gap_timeout_ms = 50;
+  usb.slot_ms = 7;
+  usb.response_window_ms = 40;
+  EXPECT_EQ(config.links[0], usb);
+  LinkConfig tcp;
+  tcp.name = "v4";
+  tcp.kind = LinkKind::kTcp;
+  tcp.listen_address = "127.0.0.1";
+  tcp.listen_port = 4950;
+  tcp.gap_timeout_ms = 10'000;
+  EXPECT_EQ(config.links[1], tcp);
+  EXPECT_EQ(config.links[2].listen_address, "::1");
+  EXPECT_EQ(config.links[2].gap_timeout_ms, 5);
+  EXPECT_EQ(config.engine.links[0], (engine::LinkSettings{"usb", 7, 40}));
+  EXPECT_EQ(field.memory_bytes, uint64_t{16} << 20);
+  EXPECT_EQ(config.engine.robots_per_link, 3);
+  EXPECT_EQ(config.daemon, (DaemonSettings{4, "debug"}));
+  EXPECT_TRUE(config.warnings.empty());
+}
+
+// T_t = 2 ms and a byte of 1.04 ms at 9600 baud, rounded up: slot T_t + B, window T_t + 20 + 2 B.
+TEST(ConfigTest, ASerialLinksTimesFollowFromItsBaudRate) {
+  std::string text(kExample);
+  text += "[[link]]\nname = \"s\"\nkind = \"serial\"\nport = \"/dev/ttyS0\"\n";
+  const Config config = Parse(text);
+  ASSERT_EQ(config.links.size(), 2u);
+  EXPECT_EQ(config.links[1].baud, 9600u);
+  EXPECT_EQ(config.links[1].turnaround_ms, 2);
+  EXPECT_EQ(config.links[1].slot_ms, 4);
+  EXPECT_EQ(config.links[1].response_window_ms, 25);
+  EXPECT_EQ(config.links[1].gap_timeout_ms, 20);
+}
+
+TEST(ConfigTest, WholeNumbersServeAsDecimalsAndDecimalsThatAreNotExactInBinaryAreExactHere) {
+  std::string text(kExample);
+  text.replace(text.find("10.0"), 4, "10");
+  text.replace(text.find("0.33 "), 5, "0.003");
+  text.replace(text.find("cell_m = 0.1"), 12, "cell_m = 0.30000000000000004");
+  const Config config = Parse(text);
+  EXPECT_EQ(config.engine.field.map.width_um, 10'000'000);
+  EXPECT_EQ(config.engine.field.map.cell_um, 300'000);
+  EXPECT_EQ(config.engine.field.antenna_distance_um, 3'000);
+}
+
+TEST(ConfigTest, TheDefaultHasATrailAndAPathAndOnePty) {
+  const Result<Config> parsed = ParseConfig(DefaultConfigText(), "default");
+  ASSERT_TRUE(parsed.ok()) << parsed.error();
+  const Config& config = parsed.value();
+  const field::FieldConfig& field = config.engine.field;
+  ASSERT_EQ(field.pheromones.size(), 2u);
+  EXPECT_EQ(field.pheromones[0].name, "trail");
+  EXPECT_EQ(field.pheromones[0].tau_ms, 30'000);
+  EXPECT_EQ(field.pheromones[1].name, "path");
+  EXPECT_EQ(field.pheromones[1].tau_ms, 0);
+  ASSERT_EQ(field.paths.size(), 1u);
+  EXPECT_EQ(field.paths[0].type, 2);
+  EXPECT_EQ(field.paths[0].count, 8);
+  EXPECT_TRUE(field.paths[0].closed);
+  ASSERT_EQ(config.links.size(), 1u);
+  EXPECT_EQ(config.links[0].name, "radio-a");
+  EXPECT_EQ(config.links[0].path, "radio-a.pty");
+}
+
+// Three points of the circuit half a metre apart lie on a circle: the smallest of these, and where.
+TEST(ConfigTest, TheDefaultCircuitIsSmoothEnoughToDrive) {
+  const Config config = Parse(DefaultConfigText());
+  const std::vector<field::PointUm>& points = config.engine.field.paths.at(0).points;
+  double smallest_m = 1e9;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const auto at = [&](size_t j) { return points[(i + j) % points.size()]; };
+    const auto side_m = [](field::PointUm a, field::PointUm b) {
+      return std::hypot(static_cast<double>(b.x - a.x), static_cast<double>(b.y - a.y)) / 1e6;
+    };
+    const double a = side_m(at(0), at(5));
+    const double b = side_m(at(5), at(10));
+    const double c = side_m(at(0), at(10));
+    const double s = (a + b + c) / 2;
+    const double area = std::sqrt(std::max(0.0, s * (s - a) * (s - b) * (s - c)));
+    smallest_m = std::min(smallest_m, a * b * c / (4 * area));
+    EXPECT_GE(at(0).x, 900'000);
+    EXPECT_LE(at(0).x, 9'100'000);
+    EXPECT_GE(at(0).y, 900'000);
+    EXPECT_LE(at(0).y, 9'100'000);
+  }
+  EXPECT_GT(smallest_m, 0.8);
+}
+
+TEST(ConfigTest, TheDefaultIsTheFileThatPeopleRead) {
+  std::ifstream file(PHEROMONE_SOURCE_DIR "/server/config/default.toml");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(DefaultConfigText(), text);
+}
+
+TEST(ConfigTest, AFileIsReadLikeAText) {
+  const Result<Config> loaded = LoadConfig(PHEROMONE_SOURCE_DIR "/server/config/default.toml");
+  ASSERT_TRUE(loaded.ok()) << loaded.error();
+  EXPECT_EQ(loaded.value().engine, Parse(DefaultConfigText()).engine);
+}
+
+TEST(ConfigTest, AFileThatCannotBeReadIsNamed) {
+  EXPECT_EQ(LoadConfig("/nonexistent/x.toml").error(),
+            "/nonexistent/x.toml: cannot be read: No such file or directory");
+  EXPECT_FALSE(LoadConfig("/tmp").ok());
+}
+
+// Damaged text is refused or read; it never brings the reader down.
+TEST(ConfigTest, MutatedTextNeverCrashesTheReader) {
+  std::mt19937 random(7);  // NOLINT: the same damage every time
+  const std::string original(DefaultConfigText());
+  // Without its comments, so that most damage hits something.
+  std::string bare;
+  for (size_t i = 0; i < original.size();) {
+    const size_t end = std::min(original.find('\n', i), original.size() - 1) + 1;
+    std::string line = original.substr(i, end - i);
+    line = line.substr(0, line.find('#'));
+    bare += line.empty() || line.back() == '\n' ? line : line + '\n';
+    i = end;
+  }
+  constexpr std::string_view kBytes = "[]{}=.,\"'#\n 0123456789-+eE_\\xn\xC3\xFF\0truefals";
+  int refused = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    std::string text = bare;
+    const int changes = 1 + static_cast<int>(random() % 4);
+    for (int i = 0; i < changes && !text.empty(); ++i) {
+      const size_t at = random() % text.size();
+      switch (random() % 5) {
+        case 0:
+          text.erase(at, 1 + random() % 4);
+          break;
+        case 1:
+          text.insert(at, 1, kBytes[random() % kBytes.size()]);
+          break;
+        case 2:
+          text[at] = kBytes[random() % kBytes.size()];
+          break;
+        case 3:
+          text[at] = static_cast<char>(random());
+          break;
+        default:
+          if (random() % 16 == 0) {
+            text.resize(at);
+          } else {
+            text.insert(at, text.substr(random() % text.size(), random() % 24));
+          }
+          break;
+      }
+    }
+    const Result<Config> parsed = ParseConfig(text, "m");
+    if (!parsed.ok()) {
+      ++refused;
+      EXPECT_EQ(parsed.error().substr(0, 2), "m:") << parsed.error();
+    }
+  }
+  EXPECT_GT(refused, 10'000);
+}
+
+TEST(ConfigTest, EveryPrefixOfTheDefaultIsHandled) {
+  const std::string_view text = DefaultConfigText();
+  for (size_t size = 0; size < text.size(); ++size) {
+    const Result<Config> parsed = ParseConfig(text.substr(0, size), "p");
+    EXPECT_TRUE(parsed.ok() || parsed.error().substr(0, 2) == "p:");
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::config

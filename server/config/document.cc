@@ -1,0 +1,160 @@
+#include "server/config/document.h"
+
+#include <toml++/toml.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace pheromone::config {
+namespace {
+
+constexpr size_t kMaxText = size_t{1} << 20;
+// The library takes a tree apart recursively; a line of this length cannot exhaust the stack.
+constexpr size_t kMaxLine = size_t{16} << 10;
+constexpr int kMaxDepth = 8;
+
+Position ToPosition(const toml::source_region& source) {
+  return {source.begin.line, source.begin.column};
+}
+
+// False if the tree is deeper than any configuration.
+bool Convert(const toml::node& from, int depth, Value* to) {
+  if (depth > kMaxDepth) {
+    return false;
+  }
+  to->at = ToPosition(from.source());
+  if (const auto* table = from.as_table()) {
+    to->kind = Value::Kind::kTable;
+    for (const auto& [key, node] : *table) {
+      Value& entry = to->items.emplace_back();
+      entry.key = key.str();
+      entry.key_at = ToPosition(key.source());
+      if (!Convert(node, depth + 1, &entry)) {
+        return false;
+      }
+    }
+  } else if (const auto* array = from.as_array()) {
+    to->kind = Value::Kind::kArray;
+    for (const toml::node& node : *array) {
+      if (!Convert(node, depth + 1, &to->items.emplace_back())) {
+        return false;
+      }
+    }
+  } else if (const auto* text = from.as_string()) {
+    to->kind = Value::Kind::kString;
+    to->text = text->get();
+  } else if (const auto* integer = from.as_integer()) {
+    to->kind = Value::Kind::kInteger;
+    to->integer = integer->get();
+    to->number = static_cast<double>(to->integer);
+  } else if (const auto* number = from.as_floating_point()) {
+    to->kind = Value::Kind::kFloat;
+    to->number = number->get();
+  } else if (const auto* boolean = from.as_boolean()) {
+    to->kind = Value::Kind::kBoolean;
+    to->boolean = boolean->get();
+  } else {
+    to->kind = Value::Kind::kTime;
+  }
+  return true;
+}
+
+// The line that is too long, counted from 1, or 0.
+uint32_t LongLine(std::string_view text) {
+  uint32_t line = 1;
+  size_t begin = 0;
+  while (begin < text.size()) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    if (end - begin > kMaxLine) {
+      return line;
+    }
+    begin = end + 1;
+    ++line;
+  }
+  return 0;
+}
+
+// What a message quotes comes from the file: a message stays one line of moderate length.
+std::string Printable(std::string_view text, size_t most) {
+  std::string printable;
+  for (const char c : text.substr(0, most)) {
+    const bool control = static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
+    printable += control ? ' ' : c;
+  }
+  return text.size() > most ? printable + "..." : printable;
+}
+
+}  // namespace
+
+const Value* Value::Find(std::string_view name) const {
+  for (const Value& item : items) {
+    if (kind == Kind::kTable && item.key == name) {
+      return &item;
+    }
+  }
+  return nullptr;
+}
+
+std::string Value::Describe() const {
+  switch (kind) {
+    case Kind::kBoolean:
+      return boolean ? "true" : "false";
+    case Kind::kInteger:
+      return std::to_string(integer);
+    case Kind::kFloat:
+      return FormatNumber(number);
+    case Kind::kString:
+      return "the string \"" + Printable(text, 60) + '"';
+    case Kind::kTime:
+      return "a date or time";
+    case Kind::kArray:
+      return "an array of " + std::to_string(items.size());
+    case Kind::kTable:
+      break;
+  }
+  return "a table";
+}
+
+Result<Value> ParseDocument(std::string_view text, std::string_view name) {
+  const auto fail = [name](Position at, std::string_view what) {
+    return Error{FormatProblem(name, at, "syntax", what)};
+  };
+  if (text.size() > kMaxText) {
+    return fail({1, 1}, "the file is larger than 1 MiB");
+  }
+  if (const uint32_t line = LongLine(text); line != 0) {
+    return fail({line, 1}, "the line is longer than 16384 bytes");
+  }
+  try {
+    const toml::table table = toml::parse(text);
+    Value root;
+    if (!Convert(table, 0, &root)) {
+      return fail({1, 1}, "tables and arrays are nested too deeply");
+    }
+    return root;
+  } catch (const toml::parse_error& error) {
+    return fail(ToPosition(error.source()), error.description());
+  } catch (const std::exception& error) {
+    return fail({1, 1}, error.what());
+  }
+}
+
+std::string FormatProblem(std::string_view name, Position at, std::string_view key,
+                          std::string_view text) {
+  std::string line(name);
+  line += ':' + std::to_string(at.line) + ':' + std::to_string(at.column) + ": ";
+  return line + Printable(key, 80) + ": " + Printable(text, 400);
+}
+
+std::string FormatNumber(double number) {
+  std::array<char, 64> digits{};
+  const double size = std::abs(number);
+  const bool plain = size == 0 || (size >= 1e-12 && size < 1e15);
+  const auto end =
+      plain ? std::to_chars(digits.begin(), digits.end(), number, std::chars_format::fixed)
+            : std::to_chars(digits.begin(), digits.end(), number);
+  return {digits.begin(), end.ptr};
+}
+
+}  // namespace pheromone::config

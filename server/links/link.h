@@ -1,0 +1,122 @@
+// A link: a way for robots to reach the server. It turns bytes into frames and back, hands the
+// frames of one read to the engine as one batch, and sends what comes back.
+//
+//   boost::asio::io_context io;
+//   Switchboard switchboard(&service);
+//   auto link = MakePtyLink(io, {.path = "radio-a.pty"}, {"radio-a", 0, &switchboard, log});
+//   switchboard.Add(link.get());
+//   const Status first_try = link->Start();   // goes on trying if this failed
+//   io.run();                                 // on as many threads as you like
+//   ...
+//   link->Stop();                             // io runs dry
+//
+// A link never ends the program: what fails is told (LinkLog), counted, and tried again with
+// capped, jittered back-off. Start is called once, before or while the io_context runs; the link
+// outlives the run. All other functions are thread-safe. SIGPIPE must be ignored.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <span>
+#include <string>
+
+#include "protocol/decoder.h"
+#include "server/base/result.h"
+#include "server/engine/event.h"
+
+namespace pheromone::links {
+
+enum class Severity { kInfo, kWarning };
+
+/// Where a link says what an operator should know. Called from any thread of the io_context.
+using LinkLog = std::function<void(Severity, const std::string&)>;
+
+struct LinkCounters {
+  protocol::DecoderCounters received;  ///< what became of the bytes that came in
+  uint64_t bytes_in = 0;
+  uint64_t bytes_out = 0;
+  uint64_t frames_out = 0;
+  uint64_t opened = 0;             ///< ports opened, connections accepted
+  uint64_t late_answers = 0;       ///< not sent: the response window had passed
+  uint64_t dropped_answers = 0;    ///< not sent: nobody read what was sent before
+  uint64_t withheld_errors = 0;    ///< not sent: a second ERROR within a response window
+  uint64_t undeliverable = 0;      ///< not sent: nobody is connected
+  uint64_t dropped_connections = 0;  ///< to make room for another
+};
+
+/// Counters and state that conversations write and anyone reads.
+class LinkRecord {
+ public:
+  struct State {
+    bool up = false;
+    std::string reason;  ///< why it is down, or how it is reached
+  };
+
+  template <typename Change>
+  void Count(Change&& change) {
+    const std::lock_guard lock(mutex_);
+    change(counters_);
+  }
+  LinkCounters counters() const {
+    const std::lock_guard lock(mutex_);
+    return counters_;
+  }
+  State state() const {
+    const std::lock_guard lock(mutex_);
+    return state_;
+  }
+  /// Returns whether this is news.
+  bool SetState(State state);
+
+ private:
+  mutable std::mutex mutex_;
+  LinkCounters counters_;
+  State state_;
+};
+
+class Switchboard;
+
+/// What every link is given.
+struct LinkContext {
+  std::string name;
+  engine::LinkIndex index = 0;
+  Switchboard* switchboard = nullptr;  ///< outlives the link
+  LinkLog log;
+};
+
+class Link {
+ public:
+  explicit Link(LinkContext context) : context_(std::move(context)) {}
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+  virtual ~Link() = default;
+
+  /// Opens what is to be opened. An error tells why that failed; the link then tries again.
+  virtual Status Start() = 0;
+
+  /// Ends the conversations and everything else that keeps the io_context busy.
+  virtual void Stop() = 0;
+
+  /// Sends messages nobody asked for right now: commands, and answers that had to wait.
+  virtual void Send(std::span<const protocol::Message> messages) = 0;
+
+  /// Where it is reached: a path, or ADDRESS:PORT. Empty while that is not known.
+  virtual std::string address() const = 0;
+
+  const std::string& name() const { return context_.name; }
+  LinkRecord::State state() const { return record_.state(); }
+  LinkCounters counters() const { return record_.counters(); }
+
+ protected:
+  void ReportUp(const std::string& how);
+  void ReportDown(const std::string& why);
+  const LinkContext& context() const { return context_; }
+  LinkRecord* record() { return &record_; }
+
+ private:
+  const LinkContext context_;
+  LinkRecord record_;
+};
+
+}  // namespace pheromone::links

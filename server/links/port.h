@@ -1,0 +1,66 @@
+// What a link needs of a serial line, real or virtual: a descriptor to read and write.
+//
+// Not thread-safe; one owner, which closes what it opened.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/base/result.h"
+
+namespace pheromone::links {
+
+/// An open descriptor, closed with its owner.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int value) : value_(value) {}
+  Descriptor(Descriptor&& other) noexcept : value_(other.release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept;
+  ~Descriptor();
+
+  int get() const { return value_; }
+  bool valid() const { return value_ >= 0; }
+  int release() {
+    const int value = value_;
+    value_ = -1;
+    return value;
+  }
+
+ private:
+  int value_ = -1;
+};
+
+class Port {
+ public:
+  Port() = default;
+  Port(const Port&) = delete;
+  Port& operator=(const Port&) = delete;
+  virtual ~Port() = default;
+
+  /// A descriptor of the caller's own, non-blocking and closed on exec. After an error, or after
+  /// Close, it may be opened again.
+  virtual Result<Descriptor> Open() = 0;
+
+  /// Gives back what Open took besides the descriptor.
+  virtual void Close() = 0;
+
+  /// In words, for a log: "pty radio-a.pty -> /dev/pts/3".
+  virtual std::string Describe() const = 0;
+};
+
+/// The master side of a pseudo-terminal. `path` becomes a symbolic link to the slave side, which
+/// clients open like a modem's port; it replaces a symbolic link to a pseudo-terminal that no
+/// running server holds, and nothing else. The port holds the slave open, so that the absence of a
+/// client is not the end of the line.
+std::unique_ptr<Port> MakePtyPort(std::string path);
+
+/// A real serial port, through libserialport: 8N1 without flow control, for this process alone.
+/// `path` may be a symbolic link (/dev/serial/by-id/...).
+std::unique_ptr<Port> MakeSerialPort(std::string path, uint32_t baud);
+
+/// `what: the system's words for errno`
+Error SystemError(const std::string& what);
+
+}  // namespace pheromone::links

@@ -1,0 +1,128 @@
+// Pseudo-terminals. libserialport cannot open them (they have no entry in sysfs and no modem
+// lines), so they go through termios.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <cstdlib>
+#include <string_view>
+
+#include "server/links/port.h"
+
+namespace pheromone::links {
+namespace {
+
+constexpr std::string_view kPtyFolder = "/dev/pts/";
+
+// The slave of a running server carries a record lock: clients are free to use flock.
+struct flock WholeFile() {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  return lock;
+}
+
+bool HeldByAServer(const std::string& slave) {
+  const Descriptor other(open(slave.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  struct flock lock = WholeFile();
+  return other.valid() && fcntl(other.get(), F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+}
+
+// Where a symbolic link points; empty if it is none.
+std::string TargetOf(const std::string& path) {
+  std::array<char, PATH_MAX> target{};
+  const ssize_t size = readlink(path.c_str(), target.data(), target.size());
+  return size > 0 ? std::string(target.data(), static_cast<size_t>(size)) : std::string();
+}
+
+class PtyPort final : public Port {
+ public:
+  explicit PtyPort(std::string path) : path_(std::move(path)) {}
+  ~PtyPort() override { RemoveLink(); }
+
+  Result<Descriptor> Open() override {
+    Descriptor master(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+    std::array<char, 64> name{};
+    if (!master.valid() || grantpt(master.get()) != 0 || unlockpt(master.get()) != 0 ||
+        ptsname_r(master.get(), name.data(), name.size()) != 0) {
+      return SystemError("cannot make a pseudo-terminal");
+    }
+    Descriptor slave(open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+    termios mode{};
+    if (!slave.valid() || tcgetattr(slave.get(), &mode) != 0) {
+      return SystemError(std::string("cannot open ") + name.data());
+    }
+    cfmakeraw(&mode);
+    struct flock lock = WholeFile();
+    if (tcsetattr(slave.get(), TCSANOW, &mode) != 0 ||
+        fcntl(slave.get(), F_OFD_SETLK, &lock) != 0) {
+      return SystemError(std::string("cannot set up ") + name.data());
+    }
+    const Status linked = MakeLink(name.data());
+    if (!linked.ok()) {
+      return Error{linked.error()};
+    }
+    slave_ = std::move(slave);
+    slave_name_ = name.data();
+    return master;
+  }
+
+  void Close() override {
+    RemoveLink();
+    slave_ = Descriptor();
+    slave_name_.clear();
+  }
+
+  std::string Describe() const override {
+    return "pty " + path_ + (slave_name_.empty() ? "" : " -> " + slave_name_);
+  }
+
+ private:
+  Status MakeLink(const std::string& slave) const {
+    struct stat found {};
+    if (lstat(path_.c_str(), &found) == 0) {
+      const std::string target = TargetOf(path_);
+      if (!S_ISLNK(found.st_mode) || std::string_view(target).substr(0, kPtyFolder.size()) !=
+                                         kPtyFolder) {
+        return Error{path_ + " exists and is no link to a pseudo-terminal; remove it or configure "
+                             "another path"};
+      }
+      if (target != slave && HeldByAServer(target)) {
+        return Error{path_ + " belongs to another server that is running"};
+      }
+    }
+    // Made aside and moved into place: whoever looks sees the old one or the new one.
+    const std::string aside = path_ + "." + std::to_string(getpid());
+    if (symlink(slave.c_str(), aside.c_str()) != 0 && errno != EEXIST) {
+      return SystemError("cannot make the symbolic link " + path_);
+    }
+    if (rename(aside.c_str(), path_.c_str()) != 0) {
+      const Error error = SystemError("cannot make the symbolic link " + path_);
+      unlink(aside.c_str());
+      return error;
+    }
+    return Ok();
+  }
+
+  void RemoveLink() const {
+    if (!slave_name_.empty() && TargetOf(path_) == slave_name_) {
+      unlink(path_.c_str());
+    }
+  }
+
+  const std::string path_;
+  Descriptor slave_;
+  std::string slave_name_;
+};
+
+}  // namespace
+
+std::unique_ptr<Port> MakePtyPort(std::string path) {
+  return std::make_unique<PtyPort>(std::move(path));
+}
+
+}  // namespace pheromone::links

@@ -1,0 +1,38 @@
+// Between the links and the engine: a batch goes in, and each message that comes out goes to the
+// link it is for.
+//
+// Thread-safe once all links have been added.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "protocol/frame.h"
+#include "server/engine/service.h"
+#include "server/links/link.h"
+
+namespace pheromone::links {
+
+class Switchboard {
+ public:
+  /// `service` outlives the switchboard.
+  explicit Switchboard(engine::Service* service) : service_(service) {}
+
+  /// Links are added in the order of their LinkIndex, before any is started, and outlive the
+  /// switchboard's use.
+  void Add(Link* link) { links_.push_back(link); }
+
+  /// Hands a batch to the engine. What is to be sent on the same link is appended to `own`, for
+  /// the caller to send in its turn; the rest is sent.
+  void Handle(engine::LinkIndex from, std::span<const protocol::Message> batch,
+              std::vector<protocol::Message>* own);
+
+  /// Sends each message on its link.
+  void Deliver(std::span<const engine::Outgoing> outgoing);
+
+ private:
+  engine::Service* service_;
+  std::vector<Link*> links_;
+};
+
+}  // namespace pheromone::links
