@@ -1,0 +1,62 @@
+# shellcheck shell=bash
+# What deploy/run and deploy/test have in common. Sourced, from the project's root.
+
+say() { printf '%s\n' "$*"; }
+
+complain() { printf '%s: %s\n' "${0##*/}" "$*" >&2; }
+
+# The packages named in the given list files.
+packages_in() { sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$@"; }
+
+is_installed() {
+  [[ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" == installed ]]
+}
+
+# install_packages LIST...: installs what is missing, and touches nothing if all is there.
+install_packages() {
+  local package missing=()
+  if command -v dpkg-query >/dev/null; then
+    while read -r package; do
+      is_installed "$package" || missing+=("$package")
+    done < <(packages_in "$@")
+  else
+    complain "not a Debian system, so nothing is installed. Needed: $(packages_in "$@" | xargs)"
+    return 0
+  fi
+  if ((${#missing[@]} == 0)); then
+    return 0
+  fi
+  local as_root=()
+  if ((EUID != 0)); then
+    if ! command -v sudo >/dev/null; then
+      complain "these packages are missing: ${missing[*]}"
+      complain "to install them, run apt-get install as root; there is no sudo here"
+      return 1
+    fi
+    as_root=(sudo)
+  fi
+  say "Installing: ${missing[*]}"
+  local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive
+             apt-get -q -y -o DPkg::Lock::Timeout=300)
+  if ! "${apt[@]}" update || ! "${apt[@]}" install --no-install-recommends "${missing[@]}"; then
+    complain "apt-get could not install the packages above"
+    return 1
+  fi
+}
+
+# configure PRESET: cheap when nothing has changed, and quiet unless it fails.
+configure() {
+  mkdir -p build
+  local log="build/configure-$1.log"
+  if ! cmake --preset "$1" >"$log" 2>&1; then
+    cat "$log" >&2
+    return 1
+  fi
+}
+
+# build PRESET [TARGET...]: configures and builds; all targets unless some are named.
+build() {
+  local preset="$1"
+  shift
+  configure "$preset" && cmake --build "build/$preset" --parallel "$(nproc)" ${1+--target "$@"}
+}
