@@ -23,8 +23,8 @@
 namespace pheromone {
 namespace protocol {
 
-/// What happened to the bytes so far. Every byte of a discarded frame is accounted for by exactly
-/// one of the reasons; the counters wrap.
+/// What happened to the bytes so far. Each frame that was begun is counted once, by how it ended;
+/// each byte outside of frames is in ignored_bytes. The counters wrap.
 struct DecoderCounters {
   uint32_t frames = 0;         ///< delivered
   uint32_t crc_errors = 0;     ///< complete, but damaged

@@ -5,7 +5,8 @@
 //   Encode(SenseAnswer{id, type, wide, left, right}, &message);
 //
 // Decode checks the opcode and the exact length, nothing else: whether a value makes sense is for
-// the one who acts on it to say. Encode always yields a message whose length is right.
+// the one who acts on it to say. Encode yields a message whose length is right, given a type from 1
+// to 15 and a command code that exists; it does not check them.
 //
 // Units: coordinates in the map's pose unit (HELLO says how long it is, 1 mm unless configured
 // otherwise); headings as binary angles, 65 536 a turn, counter-clockwise from +x; intensities in

@@ -50,7 +50,6 @@ class FieldReader {
     *to = static_cast<Integer>(value);
   }
 
-  bool Has(const std::string& name) const { return vector_.fields.contains(name); }
   bool AllUsed() const { return used_.size() == vector_.fields.size(); }
 
  private:

@@ -289,8 +289,10 @@ Message Engine::TakeChange(const Message& request) {
 Message Engine::TakeDeposit(const protocol::DepositRequest& request) {
   const field::PointUm point{ToMicrometres(request.x, config_.pose_unit_10um),
                              ToMicrometres(request.y, config_.pose_unit_10um)};
+  const bool has_place =
+      field_->FindLaw(request.type) != nullptr && config_.field.map.Contains(point);
   const Reason reason =
-      request.quanta == 0
+      has_place && request.quanta == 0
           ? Reason::kBadValue
           : ToReason(field_->Deposit(request.type, point, request.quanta, field_time_ms_));
   if (reason != Reason::kNone) {

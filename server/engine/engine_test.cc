@@ -158,9 +158,11 @@ TEST(Engine, SaysWhyAPoseOrValueIsRefused) {
   EXPECT_EQ(bench.HandleForReason(Sense(1, 0, 0, 0, 3)), Reason::kUnknownPheromone);
   EXPECT_EQ(bench.HandleForReason(Deposit(1, 1, 0, 0, 1, 3)), Reason::kUnknownPheromone);
   EXPECT_EQ(bench.HandleForReason(Deposit(1, 2, 0, 0, 0)), Reason::kBadValue);
-  EXPECT_EQ(bench.HandleForReason(Trace(1, 3, -1, 0)), Reason::kOffTheMap);
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 5, -1, 0, 0)), Reason::kOffTheMap);  // place first
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 6, -1, 0, 0, 3)), Reason::kUnknownPheromone);
+  EXPECT_EQ(bench.HandleForReason(Trace(1, 7, -1, 0)), Reason::kOffTheMap);
   const auto event =
-      MessageOf(protocol::EventReport{1, 4, static_cast<protocol::EventCode>(10), 0});
+      MessageOf(protocol::EventReport{1, 8, static_cast<protocol::EventCode>(10), 0});
   EXPECT_EQ(bench.HandleForReason(event), Reason::kBadValue);
 }
 

@@ -1,0 +1,59 @@
+// Angles and poses on a robot, in integers.
+//
+// Units: positions in mm; angles as binary angles (uint16_t, 65 536 a turn, counter-clockwise from
+// +x, so that they wrap by themselves); sines and cosines in 1/16 384 (Q14).
+//
+// Pure functions; any thread, any interrupt. The sine table has only 65 entries because tables
+// of constants live in RAM on an AVR.
+#pragma once
+
+#include <stdint.h>
+
+namespace pheromone {
+namespace client {
+
+using BinaryAngle = uint16_t;
+constexpr BinaryAngle kQuarterTurn = 0x4000;
+
+/// Sine and cosine in Q14. Within 2/16 384 of the truth (an
+/// angle's own grain is 1.6/16 384 rad); exact on the axes; equal to each other
+/// at 45 degrees; odd and even to the bit.
+int16_t SinQ14(BinaryAngle angle);
+int16_t CosQ14(BinaryAngle angle);
+
+/// A place and the way a robot faces, on the map or in its own odometry.
+struct Pose {
+  int32_t x_mm;
+  int32_t y_mm;
+  BinaryAngle heading;
+};
+
+/// What a drive reports: the pose since it was switched on, which began as 0, 0, 0.
+using Odometry = Pose;
+
+/// No coordinate of odometry or of a place on the map is larger, either way (16.8 km).
+constexpr int32_t kMaxCoordinateMm = 16777216;
+constexpr int32_t kFarAway = INT32_MAX;
+
+/// From odometry to the map: pose = start + R(start heading) * odometry. Each coordinate is within
+/// 1 mm and 0.2 mm for each metre from the start, the resolution of Q14.
+class StartPose {
+ public:
+  /// Requires |x_mm|, |y_mm| <= kMaxCoordinateMm.
+  explicit StartPose(const Pose& start);
+
+  /// The pose on the map; x_mm and y_mm are kFarAway if odometry is over kMaxCoordinateMm.
+  Pose Place(const Odometry& odometry) const;
+
+ private:
+  Pose start_;
+  int16_t cos_;
+  int16_t sin_;
+};
+
+/// `mm` in the server's pose unit, which is `unit_10um` times 10 micrometres (HELLO), to the
+/// nearest unit, halves away from zero. False if |mm| is over kMaxCoordinateMm or the unit is 0.
+bool ToPoseUnits(int32_t mm, uint16_t unit_10um, int32_t* units);
+
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,80 @@
+#include "client_fw/core/backoff.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace pheromone {
+namespace client {
+namespace {
+
+std::vector<int> Draws(Random random, int count) {
+  std::vector<int> draws;
+  for (int i = 0; i < count; ++i) {
+    draws.push_back(random.Below(64));
+  }
+  return draws;
+}
+
+TEST(ContentionWindowTest, DoublesOnAMissUpTo64) {
+  ContentionWindow window;
+  EXPECT_EQ(8, window.slots());
+  for (const int expected : {16, 32, 64, 64}) {
+    window.OnMiss();
+    EXPECT_EQ(expected, window.slots());
+  }
+}
+
+TEST(ContentionWindowTest, ShrinksByAnEighthDownTo8) {
+  ContentionWindow window;
+  for (int i = 0; i < 3; ++i) {
+    window.OnMiss();
+  }
+  // x - floor(x / 8), never under 8.
+  for (const int expected :
+       {56, 49, 43, 38, 34, 30, 27, 24, 21, 19, 17, 15, 14, 13, 12, 11, 10, 9, 8, 8}) {
+    window.OnSuccess();
+    EXPECT_EQ(expected, window.slots());
+  }
+}
+
+TEST(RandomTest, SameSeedSameSequence) {
+  EXPECT_EQ(Draws(Random(7, 3), 100), Draws(Random(7, 3), 100));
+}
+
+TEST(RandomTest, NeighboursAndNextBootDiffer) {
+  EXPECT_NE(Draws(Random(7, 3), 8), Draws(Random(8, 3), 8));
+  EXPECT_NE(Draws(Random(7, 3), 8), Draws(Random(7, 4), 8));
+}
+
+TEST(RandomTest, StaysBelowTheBoundAndReachesEveryValue) {
+  Random random(1, 1);
+  std::vector<int> seen(8);
+  for (int i = 0; i < 8000; ++i) {
+    const uint16_t value = random.Below(8);
+    ASSERT_LT(value, 8);
+    ++seen[value];
+  }
+  for (const int count : seen) {
+    EXPECT_NEAR(1000, count, 150);  // five standard deviations
+  }
+}
+
+TEST(RandomTest, FirstDrawsOfASwarmAreSpread) {
+  std::vector<int> seen(8);
+  for (int id = 1; id <= 254; ++id) {
+    ++seen[Random(static_cast<uint8_t>(id), 1).Below(8)];
+  }
+  for (const int count : seen) {
+    EXPECT_GT(count, 15);
+    EXPECT_LT(count, 50);
+  }
+}
+
+TEST(RandomTest, BelowZeroIsZero) {
+  EXPECT_EQ(0, Random(1, 1).Below(0));
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone

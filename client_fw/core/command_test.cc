@@ -1,0 +1,220 @@
+// COMMANDs are executed once and acknowledged as often as they come.
+#include <gtest/gtest.h>
+
+#include "client_fw/core/conversation_harness.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+using protocol::Command;
+using protocol::CommandCode;
+using protocol::Reason;
+
+constexpr WheelSpeeds kStill = {0, 0};
+constexpr WheelSpeeds kStraight = {200, 200};
+
+class CommandTest : public testing::Test {
+ protected:
+  // In the quiet part of a period, where the ACK is the next frame.
+  CommandTest() {
+    harness.GreetAndServe(1500);
+    EXPECT_TRUE(harness.RunUntilSent());
+    harness.Answer(0, 0);
+    EXPECT_EQ(kStraight, harness.conversation.wheels());
+  }
+
+  void Send(uint8_t seq, CommandCode code, int argument = 0) {
+    Command command;
+    command.id = kTestId;
+    command.seq = seq;
+    command.code = code;
+    command.arguments[0] = static_cast<uint8_t>(argument & 0xFF);
+    command.arguments[1] = static_cast<uint8_t>((argument >> 8) & 0xFF);
+    harness.FeedEncoded(command);
+  }
+
+  void ExpectAck(uint8_t seq, CommandCode code, Reason result) {
+    ASSERT_TRUE(harness.RunUntilSent(17));
+    protocol::CommandAck ack;
+    ASSERT_TRUE(Decode(harness.sent, &ack));
+    EXPECT_EQ(kTestId, ack.id);
+    EXPECT_EQ(seq, ack.seq);
+    EXPECT_EQ(code, ack.code);
+    EXPECT_EQ(static_cast<int16_t>(result), ack.result);
+  }
+
+  Harness harness;
+};
+
+TEST_F(CommandTest, HaltAndResume) {
+  Send(1, CommandCode::kHalt);
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kHalted, harness.conversation.flags());
+  ExpectAck(1, CommandCode::kHalt, Reason::kNone);
+  harness.Serve(1000);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  Send(2, CommandCode::kResume);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  ExpectAck(2, CommandCode::kResume, Reason::kNone);
+}
+
+TEST_F(CommandTest, HaltOutlastsAFailSafeStop) {
+  Send(1, CommandCode::kHalt);
+  harness.Run(2000);
+  harness.Serve(2000);
+  EXPECT_EQ(kHalted, harness.conversation.flags());
+}
+
+TEST_F(CommandTest, SpeedTakesEffectAtOnce) {
+  Send(1, CommandCode::kSpeed, 350);
+  EXPECT_EQ((WheelSpeeds{350, 350}), harness.conversation.wheels());
+  EXPECT_EQ(350, harness.conversation.parameters().speed_mm_s);
+  ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
+}
+
+TEST_F(CommandTest, SpeedOutOfRangeIsABadValue) {
+  Send(1, CommandCode::kSpeed, -1);
+  ExpectAck(1, CommandCode::kSpeed, Reason::kBadValue);
+  Send(2, CommandCode::kSpeed, 2201);
+  ExpectAck(2, CommandCode::kSpeed, Reason::kBadValue);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(2u, harness.counters().refused_commands);
+}
+
+TEST_F(CommandTest, FollowTypeChangesWhatIsAskedFor) {
+  Send(1, CommandCode::kFollowType, 1);
+  ExpectAck(1, CommandCode::kFollowType, Reason::kNone);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(1, harness.SentSense().type);
+}
+
+TEST_F(CommandTest, FollowTypeThatDoesNotExistIsRefused) {
+  Send(1, CommandCode::kFollowType, 3);
+  ExpectAck(1, CommandCode::kFollowType, Reason::kUnknownPheromone);
+  Send(2, CommandCode::kFollowType, 16);
+  ExpectAck(2, CommandCode::kFollowType, Reason::kBadValue);
+  EXPECT_EQ(2, harness.conversation.parameters().type);
+}
+
+TEST_F(CommandTest, OtherKnownCommandsAreNotPermitted) {
+  uint8_t seq = 0;
+  for (const CommandCode code : {CommandCode::kGoTo, CommandCode::kPickLoad, CommandCode::kDropLoad,
+                                 CommandCode::kSetParameter, CommandCode::kGetParameter}) {
+    Send(++seq, code);
+    ExpectAck(seq, code, Reason::kNotPermitted);
+  }
+}
+
+TEST_F(CommandTest, UnknownOrMalformedCommandIsNotAcknowledged) {
+  protocol::Message message;
+  message.id = kTestId;
+  message.opcode = protocol::kCommand;
+  message.length = 2;
+  message.data[0] = 1;
+  message.data[1] = 99;
+  harness.Feed(message);
+  message.data[1] = static_cast<uint8_t>(CommandCode::kSpeed);  // without its argument
+  harness.Feed(message);
+  EXPECT_EQ(2u, harness.counters().malformed);
+  EXPECT_FALSE(harness.RunUntilSent(50));
+}
+
+TEST_F(CommandTest, RepetitionIsAcknowledgedAgainButNotExecuted) {
+  Send(1, CommandCode::kSpeed, 350);
+  ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
+  Send(2, CommandCode::kHalt);
+  ExpectAck(2, CommandCode::kHalt, Reason::kNone);
+  Send(3, CommandCode::kResume);
+  ExpectAck(3, CommandCode::kResume, Reason::kNone);
+  Send(3, CommandCode::kResume);
+  ExpectAck(3, CommandCode::kResume, Reason::kNone);
+  EXPECT_EQ(3u, harness.counters().commands);
+  EXPECT_EQ(1u, harness.counters().repeated_commands);
+  EXPECT_EQ(4u, harness.counters().acks);
+
+  Send(4, CommandCode::kSpeed, 9999);
+  ExpectAck(4, CommandCode::kSpeed, Reason::kBadValue);
+  Send(4, CommandCode::kSpeed, 9999);
+  ExpectAck(4, CommandCode::kSpeed, Reason::kBadValue);  // the stored result
+}
+
+TEST_F(CommandTest, NewEpochForgetsTheLastCommand) {
+  Send(1, CommandCode::kSpeed, 350);
+  ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kSayHello);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.hello.epoch = 10;
+  harness.AnswerHello();
+  Send(1, CommandCode::kSpeed, 100);
+  EXPECT_EQ(100, harness.conversation.parameters().speed_mm_s);
+}
+
+TEST_F(CommandTest, SameEpochRemembersTheLastCommand) {
+  Send(1, CommandCode::kSpeed, 350);
+  ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kSayHello);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerHello();
+  Send(1, CommandCode::kSpeed, 350);
+  EXPECT_EQ(1u, harness.counters().repeated_commands);
+}
+
+TEST_F(CommandTest, BroadcastHaltIsObeyedWithoutAck) {
+  Command command;
+  command.id = protocol::kBroadcastId;
+  command.code = CommandCode::kHalt;
+  for (int i = 0; i < 3; ++i) {
+    harness.FeedEncoded(command);
+  }
+  EXPECT_EQ(kHalted, harness.conversation.flags());
+  EXPECT_FALSE(harness.RunUntilSent(50));
+  EXPECT_EQ(0u, harness.counters().acks);
+}
+
+TEST_F(CommandTest, OtherBroadcastsAndOthersCommandsAreIgnored) {
+  Command command;
+  command.id = protocol::kBroadcastId;
+  command.code = CommandCode::kSpeed;
+  harness.FeedEncoded(command);
+  command.id = kTestId + 1;
+  command.code = CommandCode::kHalt;
+  harness.FeedEncoded(command);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(0u, harness.counters().commands);
+}
+
+TEST_F(CommandTest, AckWaitsForTheChannelButNotLongerThanTheWindow) {
+  harness.busy = true;
+  Send(1, CommandCode::kHalt);
+  harness.Run(kTestWindowMs - 1);
+  EXPECT_FALSE(harness.leaving);
+  harness.busy = false;
+  ExpectAck(1, CommandCode::kHalt, Reason::kNone);
+  harness.busy = true;
+  Send(2, CommandCode::kResume);
+  harness.Run(kTestWindowMs + 1);
+  harness.busy = false;
+  EXPECT_FALSE(harness.RunUntilSent(50));
+  EXPECT_EQ(1u, harness.counters().dropped_acks);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+TEST_F(CommandTest, CommandInTheMiddleOfAnExchangeLeavesItIntact) {
+  ASSERT_TRUE(harness.RunUntilSent());
+  const protocol::Message answer = harness.AnswerToSent(2048, 0);
+  Send(1, CommandCode::kSpeed, 100);
+  harness.Run(5);
+  EXPECT_FALSE(harness.leaving);  // the answer's turn
+  harness.Feed(answer);
+  EXPECT_EQ((WheelSpeeds{50, 100}), harness.conversation.wheels());
+  ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,465 @@
+// Periods, retries, the fail-safe, and manners on the channel.
+#include "client_fw/core/conversation.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "client_fw/core/conversation_harness.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+using protocol::Message;
+using protocol::Reason;
+
+constexpr WheelSpeeds kStill = {0, 0};
+constexpr WheelSpeeds kStraight = {200, 200};
+
+TEST(ConversationTest, AsksOnceAPeriodWithThePoseOfThatMoment) {
+  Harness harness;
+  harness.GreetAndServe(1500);  // nobody else about for over a second: no random delay
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  for (int i = 0; i < 10; ++i) {
+    const uint32_t last_ms = harness.began_ms;
+    harness.Run(100);
+    harness.pose = {1000 + i, -2000 - i, static_cast<BinaryAngle>(100 * i)};
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(200u, harness.began_ms - last_ms);
+    const protocol::SenseRequest sense = harness.SentSense();
+    EXPECT_EQ(kTestId, sense.id);
+    EXPECT_EQ(2, sense.type);
+    EXPECT_FALSE(sense.wide);
+    EXPECT_EQ(1000 + i, sense.pose.x);
+    EXPECT_EQ(-2000 - i, sense.pose.y);
+    EXPECT_EQ(100 * i, sense.pose.heading);
+    harness.Answer(0, 0);
+  }
+  EXPECT_EQ(0u, harness.counters().retries);
+  EXPECT_EQ(0u, harness.counters().skipped_periods);
+}
+
+TEST(ConversationTest, SteersByTheChosenLaw) {
+  for (const Law law : {Law::kDifferential, Law::kPaper}) {
+    Parameters parameters = TestParameters();
+    parameters.law = law;
+    Harness harness(parameters);
+    harness.Greet();
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.Answer(1024, 0);
+    const WheelSpeeds expected = law == Law::kPaper ? WheelSpeeds{150, 50} : WheelSpeeds{150, 200};
+    EXPECT_EQ(expected, harness.conversation.wheels());
+    EXPECT_EQ(1024, harness.conversation.p_left());
+    EXPECT_EQ(0, harness.conversation.p_right());
+  }
+}
+
+TEST(ConversationTest, CoordinatesAreInTheServersUnit) {
+  Harness harness;
+  harness.hello.pose_unit_10um = 1000;  // centimetres
+  harness.pose = {12344, -12345, 5};
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(1234, harness.SentSense().pose.x);
+  EXPECT_EQ(-1235, harness.SentSense().pose.y);
+}
+
+TEST(ConversationTest, WideRequestsReachFarther) {
+  Parameters parameters = TestParameters();
+  parameters.wide = true;
+  Harness harness(parameters);
+  harness.pose = {1000000, -1000000, 7};
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_TRUE(harness.SentSense().wide);
+  EXPECT_EQ(1000000, harness.SentSense().pose.x);
+  harness.Answer(0, 4096);
+  EXPECT_EQ((WheelSpeeds{200, 0}), harness.conversation.wheels());
+}
+
+TEST(ConversationTest, SaysNothingWithoutAPose) {
+  Harness harness;
+  harness.pose_known = false;
+  harness.Greet();
+  EXPECT_FALSE(harness.RunUntilSent(400));
+  harness.pose_known = true;
+  EXPECT_TRUE(harness.RunUntilSent(1000));
+}
+
+TEST(ConversationTest, MissIsCountedOneMillisecondAfterTheWindow) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Run(kTestWindowMs);
+  EXPECT_EQ(0u, harness.counters().timeouts);
+  harness.Step();
+  EXPECT_EQ(1u, harness.counters().timeouts);
+}
+
+TEST(ConversationTest, AnswerNeedOnlyBeginInTheWindow) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Run(kTestWindowMs);
+  for (const uint8_t byte : Harness::FrameOf(harness.AnswerToSent(2048, 0))) {
+    harness.FeedByte(byte);
+    harness.Run(2);
+  }
+  EXPECT_EQ(0u, harness.counters().timeouts);
+  EXPECT_EQ(1u, harness.counters().answers);
+  EXPECT_EQ((WheelSpeeds{100, 200}), harness.conversation.wheels());
+}
+
+TEST(ConversationTest, AnswerThatBreaksOffIsAMissAfterTheGapTimeout) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Run(kTestWindowMs);
+  const std::vector<uint8_t> frame = Harness::FrameOf(harness.AnswerToSent(0, 0));
+  for (size_t i = 0; i < 6; ++i) {
+    harness.FeedByte(frame[i]);
+  }
+  harness.Run(20);
+  EXPECT_EQ(0u, harness.counters().timeouts);
+  harness.Step();
+  EXPECT_EQ(1u, harness.counters().timeouts);
+  EXPECT_EQ(1u, harness.conversation.decoder_counters().timeouts);
+}
+
+// In a trial, clients waiting for an end that never came brought a channel down to 0.4 %.
+TEST(ConversationTest, FrameThatNeverEndsDoesNotHoldUpALinkWithoutGapTimeout) {
+  Parameters parameters = TestParameters();
+  parameters.gap_timeout_ms = protocol::kNoGapTimeout;
+  Harness harness(parameters);
+  harness.Greet();
+  harness.FeedByte(protocol::kDle);
+  harness.FeedByte(protocol::kStx);
+  harness.FeedByte(99);
+  EXPECT_FALSE(harness.RunUntilSent(200));
+  EXPECT_TRUE(harness.RunUntilSent(200));
+}
+
+TEST(ConversationTest, RetryCarriesAFreshPose) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.pose.x_mm = 4321;
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(4321, harness.SentSense().pose.x);
+  EXPECT_EQ(1u, harness.counters().retries);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+TEST(ConversationTest, FiveRetriesThenTheNextPeriod) {
+  Parameters parameters = TestParameters();
+  parameters.period_ms = 2000;
+  parameters.fail_safe_ms = 5000;
+  Harness harness(parameters);
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  const uint32_t period_ms = harness.began_ms;
+  // Windows of 16, 32, 64, 64, 64 slots after the misses.
+  for (const uint32_t window : {16u, 32u, 64u, 64u, 64u}) {
+    const uint32_t missed_ms = harness.sent_ms + kTestWindowMs + 1;
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_LE(harness.began_ms - missed_ms, window * kTestSlotMs);
+  }
+  EXPECT_EQ(5u, harness.counters().retries);
+  EXPECT_EQ(6u, harness.counters().requests);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(1u, harness.counters().abandoned);
+  EXPECT_EQ(5u, harness.counters().retries);
+  EXPECT_GE(harness.began_ms - period_ms, 2000u - 8 * kTestSlotMs);  // the delay before the first
+  EXPECT_LE(harness.began_ms - period_ms, 2000u + 64 * kTestSlotMs);
+}
+
+TEST(ConversationTest, BackOffIsRandom) {
+  std::set<uint32_t> delays;
+  for (uint8_t id = 1; id <= 20; ++id) {
+    Parameters parameters = TestParameters();
+    parameters.id = id;
+    Harness harness(parameters);
+    harness.Greet();
+    ASSERT_TRUE(harness.RunUntilSent());
+    const uint32_t missed_ms = harness.sent_ms + kTestWindowMs + 1;
+    ASSERT_TRUE(harness.RunUntilSent());
+    delays.insert(harness.began_ms - missed_ms);
+  }
+  EXPECT_GT(delays.size(), 8u);
+}
+
+TEST(ConversationTest, PeriodsMissedAreCountedAndTheGridKept) {
+  Parameters parameters = TestParameters();
+  parameters.fail_safe_ms = 5000;
+  Harness harness(parameters);
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  const uint32_t grid_ms = harness.began_ms;
+  harness.Answer(0, 0);
+  harness.busy = true;
+  harness.Run(500);  // over the next two periods
+  harness.busy = false;
+  harness.Serve(300);
+  EXPECT_EQ(1u, harness.counters().skipped_periods);
+  harness.Serve(1200);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(0u, (harness.began_ms - grid_ms) % 200);
+}
+
+TEST(FailSafeTest, StopsWhenAnswersStop) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Run(499);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  harness.Step();
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(1u, harness.counters().fail_safe_stops);
+}
+
+TEST(FailSafeTest, SaysHelloAgainAfterTheSilenceAndGoesOnWithAnAnswer) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  harness.Run(700);
+  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+  harness.hello.pose_unit_10um = 1000;  // as reconfigured meanwhile
+  harness.AnswerHello();
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(100, harness.SentSense().pose.x);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(1u, harness.counters().fail_safe_stops);
+}
+
+TEST(FailSafeTest, OthersAnswersDoNotCount) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  for (int i = 0; i < 60; ++i) {
+    harness.Run(10);
+    harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 4096, 0});
+  }
+  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(60u, harness.counters().heard);
+  EXPECT_EQ(0, harness.conversation.p_left());
+}
+
+TEST(FailSafeTest, ErrorsDoNotCountAsAnswersButSpareTheHello) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    ASSERT_EQ(protocol::kSense | 2, harness.sent.opcode);
+    harness.AnswerError(Reason::kReadOnly);
+  }
+  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(Reason::kReadOnly, harness.conversation.last_error());
+  EXPECT_EQ(5u, harness.counters().errors);
+  EXPECT_EQ(1u, harness.counters().hellos);
+}
+
+TEST(FailSafeTest, PauseOfTheWholeLoopStopsTheRobot) {
+  // 65 536 ms is no time at all for 16 bits of clock.
+  for (const uint32_t pause_ms : {30001u, 65536u, 65600u, 0x80000000u}) {
+    Harness harness;
+    harness.GreetAndServe(1500);
+    ASSERT_EQ(kStraight, harness.conversation.wheels());
+    harness.now_ms += pause_ms;
+    harness.Step();
+    EXPECT_EQ(kStill, harness.conversation.wheels()) << pause_ms;
+    EXPECT_EQ(1u, harness.counters().fail_safe_stops);
+    harness.Serve(1000);
+    EXPECT_EQ(kStraight, harness.conversation.wheels()) << pause_ms;
+    EXPECT_EQ(2u, harness.counters().hellos);
+  }
+}
+
+TEST(FailSafeTest, ClockMayWrap) {
+  for (const uint32_t before_ms : {100u, 700u, 1501u, 1620u}) {
+    Harness harness(TestParameters(), 0u - before_ms);
+    harness.GreetAndServe(5000);
+    EXPECT_EQ(kStraight, harness.conversation.wheels());
+    EXPECT_EQ(0u, harness.counters().fail_safe_stops);
+    EXPECT_EQ(1u, harness.counters().hellos);
+    harness.Run(700);
+    EXPECT_EQ(kStill, harness.conversation.wheels());
+  }
+}
+
+TEST(ChannelTest, NothingIsBegunWhileItIsBusy) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  harness.busy = true;
+  EXPECT_FALSE(harness.RunUntilSent(400));
+  harness.busy = false;
+  EXPECT_TRUE(harness.RunUntilSent(9 * kTestSlotMs + 15));
+}
+
+TEST(ChannelTest, AfterABusySpellADelayIsDrawnEvenByALoneRobot) {
+  std::set<uint32_t> delays;
+  for (uint8_t id = 1; id <= 20; ++id) {
+    Parameters parameters = TestParameters();
+    parameters.id = id;
+    Harness harness(parameters);
+    harness.GreetAndServe(1500);
+    harness.busy = true;
+    harness.Run(300);
+    harness.busy = false;
+    const uint32_t free_ms = harness.now_ms;
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_GE(harness.began_ms - free_ms, kTestSlotMs);
+    EXPECT_LE(harness.began_ms - free_ms, 1u + 8 * kTestSlotMs);
+    delays.insert(harness.began_ms - free_ms);
+  }
+  EXPECT_GE(delays.size(), 5u);
+}
+
+TEST(ChannelTest, NothingIsBegunInsideAForeignFrame) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Run(160);
+  const int before = harness.frames_sent;
+  harness.FeedByte(protocol::kDle);
+  harness.FeedByte(protocol::kStx);
+  for (int i = 0; i < 15; ++i) {  // slowly, over the beginning of the next period
+    harness.FeedByte(0x55);
+    harness.Run(10);
+    EXPECT_FALSE(harness.leaving);
+  }
+  EXPECT_EQ(before, harness.frames_sent);
+}
+
+// Lets `bytes` arrive just before a period begins, and expects the client to wait for the window.
+void ExpectHeldBy(const std::vector<uint8_t>& bytes) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Run(harness.began_ms + 199 - harness.now_ms);
+  for (const uint8_t byte : bytes) {
+    harness.FeedByte(byte);
+  }
+  harness.Run(kTestWindowMs);
+  EXPECT_FALSE(harness.leaving);
+  EXPECT_TRUE(harness.RunUntilSent(9 * kTestSlotMs + 17));
+}
+
+TEST(ChannelTest, WaitsForTheAnswerToAForeignRequest) {
+  Message message;
+  ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
+  ExpectHeldBy(Harness::FrameOf(message));
+}
+
+TEST(ChannelTest, WaitsForTheAckOfAForeignCommand) {
+  Message message;
+  protocol::Command command;
+  command.id = kTestId + 1;
+  Encode(command, &message);
+  ExpectHeldBy(Harness::FrameOf(message));
+}
+
+TEST(ChannelTest, WaitsAfterADamagedFrameWhichTheServerMayHaveUnderstood) {
+  Message message;
+  ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
+  std::vector<uint8_t> frame = Harness::FrameOf(message);
+  frame[4] ^= 0x01;
+  ExpectHeldBy(frame);
+}
+
+TEST(ChannelTest, ForeignAnswerFreesTheChannel) {
+  Harness harness;
+  harness.hello.response_window_ms = 200;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Run(harness.began_ms + 199 - harness.now_ms);
+  harness.FeedEncoded(protocol::SenseRequest{kTestId + 1, 2, false, {}});
+  harness.Run(5);
+  harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
+  EXPECT_TRUE(harness.RunUntilSent(9 * kTestSlotMs + 17));
+}
+
+TEST(ChannelTest, DelayIsRandomWhileOthersAreHeardAndNoneAfterASecond) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  std::set<uint32_t> phases;
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    phases.insert(harness.began_ms % 200);
+    harness.Answer(0, 0);
+    harness.Run(10);
+    harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
+  }
+  EXPECT_GE(phases.size(), 5u);
+  EXPECT_LE(phases.size(), 9u);  // 8 slots, and the undelayed first
+
+  harness.Serve(1200);
+  phases.clear();
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    phases.insert(harness.began_ms % 200);
+    harness.Answer(0, 0);
+  }
+  EXPECT_EQ(1u, phases.size());
+}
+
+TEST(ChannelTest, OwnEchoIsRecognised) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Feed(harness.sent);  // as a modem might
+  EXPECT_EQ(1u, harness.counters().own_id_heard);
+  EXPECT_EQ(0u, harness.counters().heard);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+TEST(ChannelTest, DamagedAnswerIsNotBelieved) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  std::vector<uint8_t> frame = Harness::FrameOf(harness.AnswerToSent(0, 0));
+  frame[5] ^= 0x01;
+  for (const uint8_t byte : frame) {
+    harness.FeedByte(byte);
+  }
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(1u, harness.conversation.decoder_counters().crc_errors);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(1u, harness.counters().retries);
+}
+
+TEST(ChannelTest, AnswerThatNobodyAwaitsIsCounted) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Answer(4096, 0);  // once more
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(1u, harness.counters().late_answers);
+}
+
+TEST(ChannelTest, AnswerOfAnotherTypeIsNotBelieved) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.FeedEncoded(protocol::SenseAnswer{kTestId, 1, false, 0, 0});
+  harness.FeedEncoded(protocol::SenseAnswer{kTestId, 2, true, 0, 0});
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(2u, harness.counters().late_answers);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,160 @@
+// How a conversation begins.
+#include <gtest/gtest.h>
+
+#include "client_fw/core/conversation_harness.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+using protocol::Reason;
+
+constexpr WheelSpeeds kStill = {0, 0};
+
+TEST(HelloTest, IsSaidFirstWithTheBootCounter) {
+  Parameters parameters = TestParameters();
+  parameters.firmware_version = 3;
+  parameters.capabilities = 0x81;
+  Harness harness(parameters);
+  ASSERT_TRUE(harness.RunUntilSent());
+  protocol::HelloRequest hello;
+  ASSERT_TRUE(Decode(harness.sent, &hello));
+  EXPECT_EQ(kTestId, hello.id);
+  EXPECT_EQ(0x1234, hello.nonce);
+  EXPECT_EQ(3, hello.firmware_version);
+  EXPECT_EQ(0x81, hello.capabilities);
+}
+
+TEST(HelloTest, IsRepeatedWithGrowingBackOffUntilAnswered) {
+  Harness harness;
+  ASSERT_TRUE(harness.RunUntilSent());
+  for (const uint32_t half : {50u, 100u, 200u, 400u, 800u, 800u, 800u}) {
+    const uint32_t missed_ms = harness.sent_ms + 101;  // the window before HELLO's answer is 100 ms
+    ASSERT_TRUE(harness.RunUntilSent());
+    ASSERT_EQ(protocol::kHello, harness.sent.opcode);
+    const uint32_t waited_ms = harness.began_ms - missed_ms;
+    EXPECT_GE(waited_ms, half);
+    EXPECT_LE(waited_ms, 2 * half);
+  }
+  EXPECT_EQ(8u, harness.counters().hellos);
+  EXPECT_EQ(7u, harness.counters().timeouts);
+  EXPECT_FALSE(harness.conversation.greeted());
+
+  harness.AnswerHello();
+  EXPECT_TRUE(harness.conversation.greeted());
+  harness.Serve(5000);
+  EXPECT_EQ(8u, harness.counters().hellos);
+}
+
+TEST(HelloTest, WheelsStandStillUntilTheFirstIntensities) {
+  Harness harness;
+  harness.Run(700);
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kNoAnswerYet, harness.conversation.flags());
+  harness.Greet();
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  harness.Answer(0, 0);
+  EXPECT_EQ((WheelSpeeds{200, 200}), harness.conversation.wheels());
+  EXPECT_EQ(0, harness.conversation.flags());
+  EXPECT_EQ(0u, harness.counters().fail_safe_stops);
+}
+
+TEST(HelloTest, AnswerToAnotherBootIsNotBelieved) {
+  Harness harness;
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.hello.nonce = 0x1235;
+  harness.AnswerHello();
+  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_EQ(1u, harness.counters().late_answers);
+  harness.hello.nonce = 0x1234;
+  harness.AnswerHello();
+  EXPECT_TRUE(harness.conversation.greeted());
+}
+
+TEST(HelloTest, AnswerForAnotherRobotIsNotBelieved) {
+  Harness harness;
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.hello.id = kTestId + 1;
+  harness.AnswerHello();
+  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_EQ(1u, harness.counters().heard);
+}
+
+TEST(HelloTest, WrongVersionKeepsTheRobotStoppedAndAskingSlowly) {
+  Harness harness;
+  harness.hello.protocol_version = protocol::kProtocolVersion + 1;
+  harness.Serve(20000);
+  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_EQ(kNoAnswerYet | kWrongVersion, harness.conversation.flags());
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(0u, harness.counters().requests);
+  EXPECT_GE(harness.counters().hellos,
+            12u);  // 20 s in steps of 0.8 to 1.6 s, the first ones shorter
+  EXPECT_LE(harness.counters().hellos, 30u);
+
+  harness.hello.protocol_version = protocol::kProtocolVersion;
+  harness.Serve(3000);
+  EXPECT_EQ(0, harness.conversation.flags());
+}
+
+TEST(HelloTest, MissingTypeKeepsTheRobotStopped) {
+  Harness harness;
+  harness.hello.type_mask = 0x0002;  // type 1 only
+  harness.Serve(3000);
+  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_EQ(kNoAnswerYet | kTypeMissing, harness.conversation.flags());
+  EXPECT_EQ(0u, harness.counters().requests);
+
+  harness.hello.type_mask = 0x0004;
+  harness.Serve(3000);
+  EXPECT_EQ(0, harness.conversation.flags());
+  EXPECT_EQ((WheelSpeeds{200, 200}), harness.conversation.wheels());
+}
+
+TEST(HelloTest, TypeOutsideOfTheProtocolIsMissing) {
+  Parameters parameters = TestParameters();
+  parameters.type = 0;
+  Harness harness(parameters);
+  harness.hello.type_mask = 0xFFFF;
+  harness.Serve(1000);
+  EXPECT_EQ(kNoAnswerYet | kTypeMissing, harness.conversation.flags());
+}
+
+TEST(HelloTest, RefusalIsAnsweredByLaterHellos) {
+  Harness harness;
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kBusy);
+  EXPECT_EQ(1u, harness.counters().errors);
+  EXPECT_EQ(Reason::kBusy, harness.conversation.last_error());
+  harness.Greet();
+}
+
+TEST(HelloTest, CountsNewEpochs) {
+  Harness harness;
+  harness.Greet();
+  EXPECT_EQ(1u, harness.counters().epochs);  // the memory knew of epoch 0
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kSayHello);
+  harness.Greet();
+  EXPECT_EQ(1u, harness.counters().epochs);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kSayHello);
+  harness.hello.epoch = 10;
+  harness.Greet();
+  EXPECT_EQ(2u, harness.counters().epochs);
+  EXPECT_EQ(10, harness.memory.epoch);
+}
+
+TEST(HelloTest, ServersParametersAreKept) {
+  Harness harness;
+  harness.Greet();
+  EXPECT_EQ(100, harness.conversation.server().pose_unit_10um);
+  EXPECT_EQ(200, harness.conversation.server().antenna_distance_mm);
+  EXPECT_EQ(kTestWindowMs, harness.conversation.server().response_window_ms);
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,161 @@
+// The loop that joins board, conversation and drive.
+#include "client_fw/core/robot.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "client_fw/boards/host/host_board.h"
+#include "client_fw/core/conversation_harness.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+struct FakeDrive {
+  bool odometry(Odometry* to) {
+    *to = pose;
+    return known;
+  }
+  void set_wheel_speeds(int16_t left, int16_t right) { told.push_back({left, right}); }
+
+  Odometry pose = {0, 0, 0};
+  bool known = true;
+  std::vector<WheelSpeeds> told;
+};
+
+class RobotTest : public testing::Test {
+ protected:
+  explicit RobotTest(const Parameters& parameters = WithStart())
+      : robot(&board, &drive, parameters, &memory) {}
+
+  static Parameters WithStart() {
+    Parameters parameters = TestParameters();
+    parameters.start = Pose{1000, 2000, kQuarterTurn};
+    return parameters;
+  }
+
+  // One millisecond of a link that takes `kAirtimeMs` for whatever is sent.
+  void Step() {
+    board.set_millis(++now_ms);
+    robot.Step();
+    uint8_t bytes[kMaxClientFrame];
+    const size_t size = board.TakeTransmission(bytes, sizeof(bytes));
+    if (size != 0) {
+      protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+      bool complete = false;
+      for (size_t i = 0; i < size; ++i) {
+        complete = decoder.Push(bytes[i], 0);
+      }
+      ASSERT_TRUE(complete);
+      request = decoder.message();
+      leaves_ms = now_ms + kAirtimeMs;
+      leaving = true;
+    } else if (leaving && now_ms == leaves_ms) {
+      leaving = false;
+      board.OnTransmitted();
+      if (serving) {
+        Serve();
+      }
+    }
+  }
+
+  void Serve() {
+    protocol::Message answer;
+    if (request.opcode == protocol::kHello) {
+      protocol::HelloAnswer hello;
+      hello.id = kTestId;
+      hello.nonce = 0x1234;
+      hello.protocol_version = protocol::kProtocolVersion;
+      hello.pose_unit_10um = 100;
+      hello.type_mask = 0x0004;
+      hello.slot_ms = kTestSlotMs;
+      hello.response_window_ms = kTestWindowMs;
+      Encode(hello, &answer);
+    } else {
+      ASSERT_TRUE(Decode(request, &sense));
+      Encode(protocol::SenseAnswer{kTestId, 2, false, left, 0}, &answer);
+    }
+    const std::vector<uint8_t> frame = Harness::FrameOf(answer);
+    board.Receive(frame.data(), frame.size());
+  }
+
+  void Run(int ms) {
+    for (int i = 0; i < ms; ++i) {
+      Step();
+    }
+  }
+
+  static constexpr uint32_t kAirtimeMs = 15;
+  HostBoard board;
+  FakeDrive drive;
+  RequestMemory memory = {};
+  Robot<HostBoard, FakeDrive> robot;
+  uint32_t now_ms = 0;
+  bool serving = true;
+  bool leaving = false;
+  uint32_t leaves_ms = 0;
+  int16_t left = 0;
+  protocol::Message request;
+  protocol::SenseRequest sense;
+};
+
+TEST_F(RobotTest, FirstThingToldIsZero) {
+  Step();
+  ASSERT_EQ(1u, drive.told.size());
+  EXPECT_EQ((WheelSpeeds{0, 0}), drive.told[0]);
+}
+
+TEST_F(RobotTest, AsksWithOdometryPlacedOnTheMap) {
+  drive.pose = {300, -50, 0x0100};
+  Run(500);
+  EXPECT_EQ(1000 + 50, sense.pose.x);  // facing +y: forward is +y, left is -x
+  EXPECT_EQ(2000 + 300, sense.pose.y);
+  EXPECT_EQ(0x4100, sense.pose.heading);
+}
+
+TEST_F(RobotTest, UnchangedSpeedsAreRepeatedEvery250Ms) {
+  Run(1000);
+  EXPECT_EQ((WheelSpeeds{200, 200}), robot.wheels());
+  drive.told.clear();
+  Run(2000);
+  EXPECT_EQ(8u, drive.told.size());
+  for (const WheelSpeeds& speeds : drive.told) {
+    EXPECT_EQ((WheelSpeeds{200, 200}), speeds);
+  }
+}
+
+TEST_F(RobotTest, ChangedSpeedsAreToldWithTheAnswer) {
+  Run(1000);
+  left = 2048;
+  drive.told.clear();
+  Run(240);
+  ASSERT_FALSE(drive.told.empty());
+  EXPECT_EQ((WheelSpeeds{100, 200}), drive.told.back());
+}
+
+TEST_F(RobotTest, FailSafeTellsTheDriveZeroAndGoesOnTellingIt) {
+  Run(1000);
+  serving = false;
+  Run(450 + 500);
+  drive.told.clear();
+  Run(1000);
+  EXPECT_EQ(4u, drive.told.size());
+  for (const WheelSpeeds& speeds : drive.told) {
+    EXPECT_EQ((WheelSpeeds{0, 0}), speeds);
+  }
+  serving = true;
+  Run(3000);
+  EXPECT_EQ((WheelSpeeds{200, 200}), drive.told.back());
+}
+
+TEST_F(RobotTest, UnknownOdometryIsNotSent) {
+  drive.known = false;
+  Run(2000);
+  EXPECT_EQ(0u, robot.conversation().counters().requests);
+  EXPECT_GE(robot.conversation().counters().hello_answers, 1u);
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone

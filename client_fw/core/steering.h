@@ -1,0 +1,55 @@
+// Two intensities in, two wheel speeds out. Integers only, so that every target computes the same.
+//
+// Units: P_L and P_R in 1/4096 of a pheromone unit, as on the wire; speeds in mm/s. Both laws
+// compare the antennas by a share of M = max(1 unit, |P_L|, |P_R|), which is the paper's "P in
+// [0, 1]" made good for any intensity. The one division is rounded, halves up.
+//
+// Pure functions; any thread, any interrupt.
+#pragma once
+
+#include <stdint.h>
+
+namespace pheromone {
+namespace client {
+
+/// One pheromone unit, as intensities travel.
+constexpr uint16_t kIntensityUnit = 4096;
+/// The largest K of both laws: what a Pioneer's firmware accepts.
+constexpr int16_t kMaxSpeedMmS = 2200;
+
+struct WheelSpeeds {
+  int16_t left_mm_s;
+  int16_t right_mm_s;
+};
+
+inline bool operator==(const WheelSpeeds& a, const WheelSpeeds& b) {
+  return a.left_mm_s == b.left_mm_s && a.right_mm_s == b.right_mm_s;
+}
+inline bool operator!=(const WheelSpeeds& a, const WheelSpeeds& b) {
+  return !(a == b);
+}
+
+enum class Law : uint8_t { kDifferential, kPaper };
+
+/// kDifferential: D = (P_L - P_R) / M, v_L = K (1 - max(D, 0)), v_R = K (1 - max(-D, 0)): straight
+/// on at K when balanced, otherwise towards the stronger side by slowing the wheel on that side.
+/// The slowed wheel runs backwards, down to -K, if the intensities have opposite signs.
+///
+/// kPaper: eq. (6), Susnea et al. 2009, as printed, with d = |P_L - P_R| / M: the wheel on the
+/// stronger side turns at K (1 - d), the other at K d; both stand still when balanced. So the robot
+/// turns away from the stronger side for d < 1/2 and towards it for d > 1/2. For experiments with
+/// the paper. Speeds lie in [-K, 2 K].
+///
+/// Requires 0 <= k_mm_s <= kMaxSpeedMmS.
+WheelSpeeds Steer(Law law, int16_t p_left, int16_t p_right, int16_t k_mm_s);
+
+inline WheelSpeeds SteerDifferential(int16_t p_left, int16_t p_right, int16_t k_mm_s) {
+  return Steer(Law::kDifferential, p_left, p_right, k_mm_s);
+}
+
+inline WheelSpeeds SteerPaper(int16_t p_left, int16_t p_right, int16_t k_mm_s) {
+  return Steer(Law::kPaper, p_left, p_right, k_mm_s);
+}
+
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,282 @@
+// Requests that change the server's state are executed once, and what ERROR answers do.
+#include <gtest/gtest.h>
+
+#include "client_fw/core/conversation_harness.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+using protocol::Reason;
+
+constexpr WheelSpeeds kStill = {0, 0};
+constexpr WheelSpeeds kStraight = {200, 200};
+
+Parameters TraceParameters() {
+  Parameters parameters = TestParameters();
+  parameters.lay_trail = true;
+  return parameters;
+}
+
+TEST(TraceTest, EachHasTheNextSeqAndAFreshPose) {
+  Harness harness(TraceParameters());
+  harness.hello.last_seq = 254;
+  harness.Greet();
+  for (const int seq : {255, 0, 1, 2}) {
+    harness.pose.x_mm = 100 + seq;
+    ASSERT_TRUE(harness.RunUntilSent());
+    const protocol::TraceRequest trace = harness.SentTrace();
+    EXPECT_EQ(seq, trace.seq);
+    EXPECT_EQ(100 + seq, trace.pose.x);
+    EXPECT_FALSE(trace.wide);
+    harness.Answer(2048, 0);
+    EXPECT_EQ((WheelSpeeds{100, 200}), harness.conversation.wheels());
+  }
+  EXPECT_EQ(0u, harness.counters().duplicates);
+}
+
+TEST(TraceTest, WideOneHasItsOwnService) {
+  Parameters parameters = TraceParameters();
+  parameters.wide = true;
+  Harness harness(parameters);
+  harness.pose = {-70000, 80000, 0x1010};
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_TRUE(harness.SentTrace().wide);
+  EXPECT_EQ(-70000, harness.SentTrace().pose.x);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+TEST(TraceTest, LongestPossibleFrameFits) {
+  Parameters parameters = TraceParameters();
+  parameters.wide = true;
+  parameters.id = 0x10;
+  Harness harness(parameters);
+  harness.hello.last_seq = 0x0F;
+  harness.pose = {0x00101010, 0x00101010, 0x1010};
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(0x10, harness.SentTrace().seq);
+  EXPECT_EQ(0x00101010, harness.SentTrace().pose.y);
+  EXPECT_GE(harness.wire.size(), 4u + 15u + 10u);  // ten bytes doubled at least
+}
+
+TEST(TraceTest, RetryIsTheSameToTheByte) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  const std::vector<uint8_t> first = harness.wire;
+  for (int i = 0; i < 8; ++i) {  // over the end of the first period's retries
+    harness.pose.x_mm += 10;
+    do {
+      ASSERT_TRUE(harness.RunUntilSent());
+      if (harness.sent.opcode == protocol::kHello) {
+        harness.AnswerHello();
+      }
+    } while (harness.sent.opcode == protocol::kHello);
+    EXPECT_EQ(first, harness.wire);
+  }
+  EXPECT_EQ(8u, harness.counters().duplicates);
+  harness.Answer(0, 0);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_NE(first, harness.wire);
+  EXPECT_EQ(2, harness.SentTrace().seq);
+  EXPECT_EQ(harness.pose.x_mm, harness.SentTrace().pose.x);
+}
+
+TEST(TraceTest, AnswerToAnotherSeqIsNotBelieved) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.FeedEncoded(protocol::TraceAnswer{kTestId, 2, false, 9, 0, 0});
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(1u, harness.counters().late_answers);
+}
+
+TEST(TraceTest, AnswerToAnOldPoseSettlesTheRequestButDoesNotSteer) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  const protocol::Message first = harness.sent;
+  while (harness.now_ms - harness.began_ms < 600 || harness.sent.opcode == protocol::kHello) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    if (harness.sent.opcode == protocol::kHello) {
+      harness.AnswerHello();
+    } else if (harness.counters().hellos > 1) {
+      break;
+    }
+  }
+  harness.Feed(Harness::AnswerTo(first, 0, 0));
+  EXPECT_EQ(1u, harness.counters().stale_answers);
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  ASSERT_TRUE(harness.RunUntilSent(8 * kTestSlotMs + 16 + 200));
+  EXPECT_EQ(2, harness.SentTrace().seq);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+TEST(TraceTest, WarmResetRepeatsThePendingRequest) {
+  Harness before(TraceParameters());
+  before.Greet();
+  ASSERT_TRUE(before.RunUntilSent());
+
+  // At a time whose low half is small, so that no pose could be mistaken for one taken at 0.
+  Harness after(TraceParameters(), 0x10000, before.memory);
+  after.pose.x_mm += 500;
+  after.hello.last_seq = 1;
+  after.Greet();
+  ASSERT_TRUE(after.RunUntilSent());
+  EXPECT_EQ(before.wire, after.wire);
+  after.Answer(0, 0);
+  EXPECT_EQ(kStill, after.conversation.wheels());  // whose pose nobody knows any more
+  EXPECT_EQ(1u, after.counters().stale_answers);
+  ASSERT_TRUE(after.RunUntilSent());
+  EXPECT_EQ(2, after.SentTrace().seq);
+  EXPECT_EQ(after.pose.x_mm, after.SentTrace().pose.x);
+}
+
+TEST(TraceTest, PowerUpForgetsThePendingRequest) {
+  RequestMemory memory = {};
+  memory.nonce = 0x1233;  // another boot's
+  memory.seq = 5;
+  memory.opcode = protocol::kTrace | 2;
+  memory.length = 7;
+  const Conversation conversation(TraceParameters(), &memory);
+  EXPECT_EQ(0x1234, memory.nonce);
+  EXPECT_EQ(0, memory.opcode);
+  EXPECT_EQ(0, memory.seq);
+}
+
+TEST(TraceTest, MemoryThatCannotBeIsForgotten) {
+  RequestMemory memory = {};
+  memory.nonce = 0x1234;
+  memory.opcode = protocol::kTrace | 2;
+  memory.length = kMaxPending + 1;
+  const Conversation conversation(TraceParameters(), &memory);
+  EXPECT_EQ(0, memory.opcode);
+}
+
+TEST(TraceTest, NewEpochDropsThePendingRequest) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kSayHello, 1);
+  harness.hello.epoch = 10;
+  harness.hello.last_seq = 77;
+  harness.pose.x_mm = 3333;
+  harness.Greet();
+  EXPECT_EQ(1u, harness.counters().lost_traces);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(78, harness.SentTrace().seq);
+  EXPECT_EQ(3333, harness.SentTrace().pose.x);
+}
+
+TEST(TraceTest, SameEpochKeepsThePendingRequest) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  const std::vector<uint8_t> first = harness.wire;
+  harness.AnswerError(Reason::kSayHello, 1);
+  harness.hello.last_seq = 1;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(first, harness.wire);
+}
+
+TEST(ErrorTest, SayHelloIsObeyedAtOnce) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kSayHello);
+  ASSERT_TRUE(harness.RunUntilSent(30));
+  EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+  harness.AnswerHello();
+  ASSERT_TRUE(harness.RunUntilSent(30));
+  harness.Answer(0, 0);
+  EXPECT_EQ(0u, harness.counters().fail_safe_stops);
+}
+
+TEST(ErrorTest, OffTheMapStopsUntilAnAnswerComes) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kOffTheMap);
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kOffTheMap, harness.conversation.flags());
+  EXPECT_EQ(1u, harness.counters().off_the_map_stops);
+  ASSERT_TRUE(harness.RunUntilSent());  // it may have been carried back
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+TEST(ErrorTest, CoordinateOutOfRangeIsNeverSent) {
+  for (const bool lay_trail : {false, true}) {
+    Parameters parameters = TestParameters();
+    parameters.lay_trail = lay_trail;
+    Harness harness(parameters);
+    harness.GreetAndServe(1500);
+    harness.pose.x_mm = 32768;
+    const uint32_t requests = harness.counters().requests;
+    harness.Serve(400);
+    EXPECT_EQ(requests, harness.counters().requests);
+    EXPECT_EQ(kStill, harness.conversation.wheels());
+    EXPECT_EQ(kOffTheMap, harness.conversation.flags());
+    EXPECT_EQ(1u, harness.counters().off_the_map_stops);
+    harness.pose.x_mm = 32767;
+    harness.Serve(400);
+    EXPECT_EQ(kStraight, harness.conversation.wheels());
+  }
+}
+
+TEST(ErrorTest, FarAwayIsOffTheMapEvenForWideMessages) {
+  Parameters parameters = TestParameters();
+  parameters.wide = true;
+  Harness harness(parameters);
+  harness.pose.y_mm = kFarAway;
+  harness.GreetAndServe(400);
+  EXPECT_EQ(0u, harness.counters().requests);
+  EXPECT_EQ(kNoAnswerYet | kOffTheMap, harness.conversation.flags());
+}
+
+TEST(ErrorTest, BusyServerIsAskedAgainWithTheSameRequest) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  const std::vector<uint8_t> first = harness.wire;
+  harness.AnswerError(Reason::kBusy, 1);
+  ASSERT_TRUE(harness.RunUntilSent(16 * kTestSlotMs + 16));
+  EXPECT_EQ(first, harness.wire);
+  EXPECT_EQ(1u, harness.counters().retries);
+  EXPECT_EQ(0u, harness.counters().timeouts);
+}
+
+TEST(ErrorTest, OtherReasonsGiveTheRequestUp) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  const uint32_t period_ms = harness.began_ms;
+  harness.AnswerError(Reason::kMapFull, 1);
+  EXPECT_EQ(Reason::kMapFull, harness.conversation.last_error());
+  EXPECT_EQ(1u, harness.counters().lost_traces);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(2, harness.SentTrace().seq);
+  EXPECT_GE(harness.began_ms - period_ms, 200u - 8 * kTestSlotMs);
+}
+
+TEST(ErrorTest, RefusalOfAnotherRequestIsNotBelieved) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.AnswerError(Reason::kMapFull, 2);  // another seq
+  harness.FeedEncoded(
+      protocol::ErrorAnswer{kTestId, protocol::kTrace | 1, Reason::kMapFull, 1});  // another type
+  EXPECT_EQ(0u, harness.counters().errors);
+  EXPECT_EQ(2u, harness.counters().late_answers);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone

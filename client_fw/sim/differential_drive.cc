@@ -1,0 +1,82 @@
+#include "client_fw/sim/differential_drive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace pheromone::sim {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+// A heading in `steps` a turn, to the nearest one, modulo a turn.
+uint16_t HeadingIn(double heading_rad, double steps) {
+  const auto rounded = static_cast<int64_t>(std::llround(heading_rad / kTurn * steps));
+  return static_cast<uint16_t>(rounded & (static_cast<int64_t>(steps) - 1));
+}
+
+int32_t Millimetres(double metres) {
+  return static_cast<int32_t>(std::lround(metres * 1000));
+}
+
+}  // namespace
+
+PlanePose MoveOnArc(const PlanePose& pose, double left_m, double right_m, double wheelbase_m) {
+  const double way = (left_m + right_m) / 2;
+  const double turn = (right_m - left_m) / wheelbase_m;
+  // The chord of the arc: way * sin(turn / 2) / (turn / 2), in the direction halfway through.
+  const double half = turn / 2;
+  const double chord = std::abs(half) < 1e-9 ? way : way * std::sin(half) / half;
+  const double direction = pose.heading_rad + half;
+  return {pose.x_m + chord * std::cos(direction), pose.y_m + chord * std::sin(direction),
+          pose.heading_rad + turn};
+}
+
+client::Pose ToClientPose(const PlanePose& pose) {
+  return {Millimetres(pose.x_m), Millimetres(pose.y_m), HeadingIn(pose.heading_rad, 65536)};
+}
+
+DifferentialDrive::DifferentialDrive(const DriveConfig& config, const PlanePose& start)
+    : config_(config), pose_(start) {}
+
+void DifferentialDrive::Advance(double seconds) {
+  const double left_m = Roll(&left_, seconds);
+  const double right_m = Roll(&right_, seconds);
+  pose_ = MoveOnArc(pose_, left_m, right_m, config_.wheelbase_m);
+  odometry_ = MoveOnArc(odometry_, left_m * config_.left_scale, right_m * config_.right_scale,
+                        config_.wheelbase_m);
+  travelled_m_ += std::abs(left_m + right_m) / 2;
+}
+
+bool DifferentialDrive::odometry(client::Odometry* odometry) const {
+  odometry->x_mm = Millimetres(odometry_.x_m);
+  odometry->y_mm = Millimetres(odometry_.y_m);
+  odometry->heading = static_cast<uint16_t>(HeadingIn(odometry_.heading_rad, 4096) << 4);
+  return true;
+}
+
+void DifferentialDrive::set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s) {
+  left_.target = TargetOf(left_mm_s);
+  right_.target = TargetOf(right_mm_s);
+}
+
+double DifferentialDrive::TargetOf(int16_t mm_s) const {
+  double speed = mm_s;
+  if (config_.command_quantum_mm_s > 0) {
+    speed = std::round(speed / config_.command_quantum_mm_s) * config_.command_quantum_mm_s;
+  }
+  return std::clamp(speed / 1000, -config_.max_wheel_speed_m_s, config_.max_wheel_speed_m_s);
+}
+
+// The way of a wheel that approaches its target speed at the acceleration limit.
+double DifferentialDrive::Roll(Wheel* wheel, double seconds) const {
+  const double change = wheel->target - wheel->speed;
+  const double limit = config_.wheel_acceleration_m_s2;
+  const double needed = limit > 0 ? std::abs(change) / limit : 0;
+  const double ramp = std::min(needed, seconds);
+  const double before = wheel->speed;
+  wheel->speed = ramp < needed ? before + std::copysign(limit * ramp, change) : wheel->target;
+  return (before + wheel->speed) / 2 * ramp + wheel->target * (seconds - ramp);
+}
+
+}  // namespace pheromone::sim

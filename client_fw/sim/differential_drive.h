@@ -1,0 +1,76 @@
+// A differential-drive robot on a plane, and what its odometry makes of the way. It is a Drive for
+// client_fw/core/robot.h, standing in for a Pioneer: wheel commands in steps of 20 mm/s, wheels
+// that accelerate at a limit, positions reported in whole millimetres and headings in 4096 a turn.
+//
+// Units: metres, radians, seconds inside; the Drive's side in mm and binary angles. Headings
+// counter-clockwise from +x. Within a step the wheels' ways are exact for the acceleration limit,
+// and the robot moves on the arc of that curvature. No randomness; no threads.
+#pragma once
+
+#include <cstdint>
+
+#include "client_fw/core/angle.h"
+#include "client_fw/core/steering.h"
+
+namespace pheromone::sim {
+
+struct DriveConfig {
+  double wheelbase_m = 0.33;             ///< between the planes of the drive wheels
+  double wheel_acceleration_m_s2 = 0.3;  ///< 0: no limit
+  double max_wheel_speed_m_s = 1.2;
+  int command_quantum_mm_s = 20;  ///< a Pioneer's VEL2; 0: none
+  double left_scale = 1.0;        ///< odometry sees this many metres a metre of the left
+  double right_scale = 1.0;       ///< and right wheel: drift
+};
+
+/// A true pose. The heading is not reduced to a turn.
+struct PlanePose {
+  double x_m = 0;
+  double y_m = 0;
+  double heading_rad = 0;
+};
+
+/// `pose` after its wheels rolled `left_m` and `right_m` along an arc.
+PlanePose MoveOnArc(const PlanePose& pose, double left_m, double right_m, double wheelbase_m);
+
+/// To the nearest millimetre and binary angle.
+client::Pose ToClientPose(const PlanePose& pose);
+
+class DifferentialDrive {
+ public:
+  DifferentialDrive(const DriveConfig& config, const PlanePose& start);
+
+  /// Lets `seconds` pass.
+  void Advance(double seconds);
+
+  // The Drive concept.
+  bool odometry(client::Odometry* odometry) const;
+  void set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s);
+
+  const PlanePose& true_pose() const { return pose_; }
+  /// Of the wheels as they turn now, and as they were told to (quantised and limited).
+  double left_m_s() const { return left_.speed; }
+  double right_m_s() const { return right_.speed; }
+  double left_target_m_s() const { return left_.target; }
+  double right_target_m_s() const { return right_.target; }
+  /// The way of the robot's centre, forwards and backwards alike.
+  double travelled_m() const { return travelled_m_; }
+
+ private:
+  struct Wheel {
+    double speed = 0;
+    double target = 0;
+  };
+
+  double TargetOf(int16_t mm_s) const;
+  double Roll(Wheel* wheel, double seconds) const;
+
+  DriveConfig config_;
+  PlanePose pose_;
+  PlanePose odometry_;
+  Wheel left_;
+  Wheel right_;
+  double travelled_m_ = 0;
+};
+
+}  // namespace pheromone::sim

@@ -1,0 +1,129 @@
+// A half-duplex radio channel that all stations share, in virtual time: bytes with their exact
+// ends, collisions, deafness while sending, carrier, and seeded damage.
+//
+//   RadioMedium medium(config);
+//   const int a = medium.AddStation(&station);
+//   medium.Transmit(a, bytes);               // goes on the air after the turnaround
+//   medium.AdvanceTo(medium.now_ns() + 1'000'000);
+//
+// Rules:
+//  * a block given to Transmit is on the air from `turnaround` later, ten bits a byte, without
+//  gaps;
+//    what is given while the station is still sending follows directly;
+//  * from Transmit until its last byte has left, a station hears nothing, not even a byte of which
+//    it missed a part;
+//  * a byte during which another station was on the air, however shortly, arrives mangled
+//  everywhere;
+//  * everybody hears everybody: there are no hidden stations.
+//
+// Time is int64_t nanoseconds. Byte k of a block ends at start + (k + 1) * 10 / baud, rounded down:
+// no drift. Events at the same time happen in the order of their stations' numbers. Everything is
+// determined by the calls and the seed. One thread. Callbacks may call Transmit and Busy.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <random>
+#include <span>
+#include <vector>
+
+namespace pheromone::sim {
+
+/// Whoever owns a modem on the channel.
+class Station {
+ public:
+  virtual ~Station() = default;
+  /// A byte ended at `time_ns`; it may be damaged.
+  virtual void OnByte(uint8_t byte, int64_t time_ns) = 0;
+  /// The last byte of everything given to Transmit has left.
+  virtual void OnTransmitted(int64_t time_ns) = 0;
+};
+
+struct RadioConfig {
+  int64_t baud = 9600;
+  int64_t turnaround_ns = 2'000'000;  ///< from Transmit to the first bit
+  bool carrier_detect = true;         ///< Busy tells of others on the air
+  double byte_error = 0;              ///< probability that a listener gets a byte wrong
+  double block_loss = 0;              ///< probability that a listener misses a block altogether
+  uint64_t seed = 1;
+};
+
+struct RadioCounters {
+  uint64_t blocks = 0;           ///< that went on the air
+  uint64_t bytes = 0;            ///< that went on the air
+  uint64_t collided_blocks = 0;  ///< of the blocks: overlapped by another
+  uint64_t collided_bytes = 0;
+  uint64_t damaged_bytes = 0;  ///< by byte_error, per listener
+  uint64_t lost_blocks = 0;    ///< by block_loss, per listener
+  int64_t airtime_ns = 0;      ///< sum over the blocks' bytes that have ended
+};
+
+class RadioMedium {
+ public:
+  static constexpr int64_t kNever = std::numeric_limits<int64_t>::max();
+
+  explicit RadioMedium(const RadioConfig& config);
+
+  /// `station` must outlive the medium. Returns its number.
+  int AddStation(Station* station);
+
+  /// Sends `bytes`, which are copied; none is a no-op.
+  void Transmit(int station, std::span<const uint8_t> bytes);
+
+  /// Lets everything happen that happens until and at `time_ns`, which is not before now.
+  void AdvanceTo(int64_t time_ns);
+
+  int64_t now_ns() const { return now_ns_; }
+  /// When something happens next, kNever if nothing will by itself.
+  int64_t NextEventTime() const;
+
+  /// Carrier as the station's modem shows it: another station is on the air (if the modem can
+  /// tell), or the station itself is sending.
+  bool Busy(int station) const;
+  /// From Transmit to the last byte.
+  bool Sending(int station) const;
+
+  const RadioCounters& counters() const { return counters_; }
+  /// The share of the time since 0 in which at least one station was on the air.
+  double Utilisation() const;
+
+ private:
+  struct Block {
+    std::vector<uint8_t> bytes;
+    std::vector<bool> lost_for;  // by listener
+  };
+  struct Transmitter {
+    Station* station = nullptr;
+    std::deque<Block> blocks;  // the first is on the air, or will be
+    bool on_air = false;
+    int64_t start_ns = 0;       // of the first block
+    int64_t byte_start_ns = 0;  // of the byte in progress
+    size_t byte = 0;            // in progress
+    bool byte_collides = false;
+    bool block_collides = false;
+    int64_t deaf_until_ns = -1;  // end of its last transmission
+  };
+
+  int64_t EventTimeOf(const Transmitter& transmitter) const;
+  void GoOnAir(size_t number);
+  void EndByte(size_t number);
+  void BeginBlock(Transmitter* transmitter, int64_t start_ns);
+  void StartBlock(Transmitter* transmitter);
+  void Deliver(size_t from, uint8_t byte, int64_t begin_ns, const std::vector<bool>& lost_for);
+  bool OthersOnAir(size_t number) const;
+  bool OthersGoOn(size_t number) const;
+  bool Happens(double probability);
+  uint8_t Mangle(uint8_t byte);
+
+  RadioConfig config_;
+  std::vector<Transmitter> transmitters_;
+  RadioCounters counters_;
+  std::mt19937_64 random_;
+  int64_t now_ns_ = 0;
+  int64_t busy_ns_ = 0;        // in completed spells of a used channel
+  int64_t busy_since_ns_ = 0;  // start of the spell in progress, if on_air_ > 0
+  int on_air_ = 0;
+};
+
+}  // namespace pheromone::sim

@@ -1,0 +1,42 @@
+#include "client_fw/sim/simulated_robot.h"
+
+#include <array>
+#include <span>
+
+namespace pheromone::sim {
+namespace {
+
+constexpr double kStepSeconds = 0.001;
+
+client::Parameters WithStart(client::Parameters parameters, const PlanePose& start) {
+  parameters.start = ToClientPose(start);
+  return parameters;
+}
+
+}  // namespace
+
+SimulatedRobot::SimulatedRobot(const SimulatedRobotConfig& config, RadioMedium* medium)
+    : medium_(medium),
+      drive_(config.drive, config.start),
+      robot_(&board_, &drive_, WithStart(config.client, config.start), &memory_),
+      station_(medium->AddStation(this)) {}
+
+void SimulatedRobot::Step() {
+  drive_.Advance(kStepSeconds);
+  board_.set_millis(static_cast<uint32_t>(medium_->now_ns() / 1'000'000));
+  board_.set_carrier(medium_->Busy(station_));
+  robot_.Step();
+  std::array<uint8_t, client::kMaxClientFrame> frame{};
+  const size_t size = board_.TakeTransmission(frame.data(), frame.size());
+  medium_->Transmit(station_, std::span(frame.data(), size));
+}
+
+void SimulatedRobot::OnByte(uint8_t byte, int64_t /*time_ns*/) {
+  board_.Receive(byte);
+}
+
+void SimulatedRobot::OnTransmitted(int64_t /*time_ns*/) {
+  board_.OnTransmitted();
+}
+
+}  // namespace pheromone::sim

@@ -1,0 +1,72 @@
+#include "client_fw/swarm/path_experiment.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client_fw/swarm/picture.h"
+
+namespace pheromone::swarm {
+namespace {
+
+PathSummary RunSeeds(PathExperiment experiment, int seeds) {
+  std::vector<PathRun> runs;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    runs.push_back(FollowPath(experiment, static_cast<uint64_t>(seed)));
+  }
+  return Summarise(experiment, runs);
+}
+
+TEST(PathExperiment, BeginsWhereThePaperSays) {
+  for (const Shape shape : {Shape::kLine, Shape::kCircle, Shape::kSCurve}) {
+    for (uint64_t seed = 1; seed <= 4; ++seed) {
+      const PathRun run = FollowPath({.shape = shape, .duration_ms = 200}, seed);
+      EXPECT_NEAR(run.track.front().distance_m, 0.2, 0.003);
+    }
+  }
+}
+
+TEST(PathExperiment, RecordsEveryFifthOfASecondForTenSeconds) {
+  const PathRun run = FollowPath({}, 1);
+  ASSERT_EQ(run.track.size(), 51u);
+  EXPECT_EQ(run.track.back().time_ms, 10'000);
+}
+
+// The figures that the project promises for the default law: mean of 20 seeds on each path.
+class FollowsThePath : public ::testing::TestWithParam<Shape> {};
+
+TEST_P(FollowsThePath, WithTheDifferentialLaw) {
+  const PathSummary summary = RunSeeds({.shape = GetParam()}, 20);
+  EXPECT_LE(summary.mean_error_m, 0.100);
+  EXPECT_LE(summary.late_mean_error_m, 0.050);
+  EXPECT_GE(summary.progress, 0.70);
+  EXPECT_EQ(summary.fail_safe_stops, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(EachShape, FollowsThePath,
+                         ::testing::Values(Shape::kLine, Shape::kCircle, Shape::kSCurve));
+
+TEST(PathExperiment, ARepeatedRunIsTheSameToTheBit) {
+  for (const client::Law law : {client::Law::kDifferential, client::Law::kPaper}) {
+    const PathExperiment experiment{.shape = Shape::kSCurve, .law = law, .frame_loss = 0.05};
+    const PathRun first = FollowPath(experiment, 7);
+    const PathRun second = FollowPath(experiment, 7);
+    const field::Field field(EngineConfigOf(experiment).field);
+    const auto draw = [&](const PathRun& run) {
+      return DrawPathPicture("t", field, PathOf(experiment.shape), {{"l", "#000", run.track}}, 0);
+    };
+    EXPECT_EQ(ToCsv(first.track), ToCsv(second.track));
+    EXPECT_EQ(draw(first), draw(second));
+    EXPECT_EQ(first.state_hash, second.state_hash);
+    EXPECT_NE(ToCsv(FollowPath(experiment, 8).track), ToCsv(first.track));
+  }
+}
+
+TEST(PathExperiment, StaysOnACircleForTenMinutes) {
+  const PathRun run = FollowPath({.shape = Shape::kCircle, .duration_ms = 600'000}, 3);
+  EXPECT_LE(run.late_mean_error_m, 0.050);
+  EXPECT_GE(run.progress, 0.70);
+}
+
+}  // namespace
+}  // namespace pheromone::swarm

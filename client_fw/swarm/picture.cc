@@ -1,0 +1,219 @@
+#include "client_fw/swarm/picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace pheromone::swarm {
+namespace {
+
+constexpr double kPixelsPerMetre = 120;
+constexpr double kMarginM = 0.7;
+constexpr double kTitlePx = 34;
+constexpr double kLegendLinePx = 22;
+
+struct Box {
+  double left = 1e9;
+  double bottom = 1e9;
+  double right = -1e9;
+  double top = -1e9;
+
+  void Add(double x, double y) {
+    left = std::min(left, x);
+    right = std::max(right, x);
+    bottom = std::min(bottom, y);
+    top = std::max(top, y);
+  }
+};
+
+std::string Escaped(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '&':
+        safe += "&amp;";
+        break;
+      default:
+        safe += c;
+    }
+  }
+  return safe;
+}
+
+class Canvas {
+ public:
+  Canvas(const Box& box, size_t legend_lines) : box_(box) {
+    width_ = std::max(420.0, (box.right - box.left) * kPixelsPerMetre);
+    plot_height_ = (box.top - box.bottom) * kPixelsPerMetre;
+    height_ = kTitlePx + plot_height_ + 16 + kLegendLinePx * static_cast<double>(legend_lines);
+  }
+
+  double X(double metres) const { return (metres - box_.left) * kPixelsPerMetre; }
+  double Y(double metres) const { return kTitlePx + (box_.top - metres) * kPixelsPerMetre; }
+  double width() const { return width_; }
+  double height() const { return height_; }
+  double plot_bottom() const { return kTitlePx + plot_height_; }
+
+  template <typename... Args>
+  void Add(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(svg_), format, std::forward<Args>(args)...);
+    svg_ += '\n';
+  }
+  std::string Take() { return std::move(svg_); }
+
+ private:
+  Box box_;
+  double width_ = 0;
+  double plot_height_ = 0;
+  double height_ = 0;
+  std::string svg_;
+};
+
+Box BoxOf(const field::Path& path, const std::vector<Way>& ways) {
+  Box box;
+  for (const field::PointUm point : path.points) {
+    box.Add(static_cast<double>(point.x) / 1e6, static_cast<double>(point.y) / 1e6);
+  }
+  for (const Way& way : ways) {
+    for (const Sample& s : way.track) {
+      box.Add(s.pose.x_m, s.pose.y_m);
+    }
+  }
+  return {box.left - kMarginM, box.bottom - kMarginM, box.right + kMarginM, box.top + kMarginM};
+}
+
+void DrawGrid(Canvas* canvas, const Box& box) {
+  for (double x = std::ceil(box.left); x <= box.right; x += 1) {
+    canvas->Add(
+        R"svg(<path d="M{0:.1f} {1:.1f}V{2:.1f}" stroke="#dddddd"/><text x="{3:.1f}" y="{4:.1f}" class="t">{5:.0f} m</text>)svg",
+        canvas->X(x), kTitlePx, canvas->plot_bottom(), canvas->X(x) + 3, canvas->plot_bottom() - 4,
+        x);
+  }
+  for (double y = std::ceil(box.bottom); y <= box.top; y += 1) {
+    canvas->Add(
+        R"svg(<path d="M0 {0:.1f}H{1:.1f}" stroke="#dddddd"/><text x="3" y="{2:.1f}" class="t">{3:.0f} m</text>)svg",
+        canvas->Y(y), canvas->X(box.right), canvas->Y(y) - 3, y);
+  }
+}
+
+// Each node as a disc that is full up to c and fades over sigma: their overlap shows the sum.
+void DrawPheromone(Canvas* canvas, const field::Field& field, const field::PheromoneLaw& law,
+                   uint64_t now_ms) {
+  const double reach = static_cast<double>(law.reach_um());
+  canvas->Add(
+      R"svg(<defs><radialGradient id="z"><stop offset="{:.3f}" stop-color="#e08214" stop-opacity="1"/><stop offset="1" stop-color="#e08214" stop-opacity="0"/></radialGradient></defs><g fill="url(#z)">)svg",
+      static_cast<double>(law.core_um) / reach);
+  std::vector<std::pair<field::NodeIndex, double>> nodes;
+  field.ForEach([&](uint8_t type, field::NodeIndex node, field::NodeState state) {
+    const double share = static_cast<double>(field::CountAt(law, state, now_ms)) / law.max_count;
+    if (type == law.type && share > 0) {
+      nodes.emplace_back(node, share);
+    }
+  });
+  std::sort(nodes.begin(), nodes.end());
+  for (const auto& [node, share] : nodes) {
+    const field::PointUm at = field.config().map.PositionOf(node);
+    canvas->Add(R"svg(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" opacity="{:.3f}"/>)svg",
+                canvas->X(static_cast<double>(at.x) / 1e6),
+                canvas->Y(static_cast<double>(at.y) / 1e6), reach / 1e6 * kPixelsPerMetre,
+                0.16 * share);
+  }
+  canvas->Add("</g><g fill=\"#b35806\">");
+  for (const auto& [node, share] : nodes) {
+    const field::PointUm at = field.config().map.PositionOf(node);
+    canvas->Add(R"svg(<circle cx="{:.1f}" cy="{:.1f}" r="1.6"/>)svg",
+                canvas->X(static_cast<double>(at.x) / 1e6),
+                canvas->Y(static_cast<double>(at.y) / 1e6));
+  }
+  canvas->Add("</g>");
+}
+
+void DrawPath(Canvas* canvas, const field::Path& path) {
+  std::string points;
+  for (const field::PointUm point : path.points) {
+    points += fmt::format("{:.1f},{:.1f} ", canvas->X(static_cast<double>(point.x) / 1e6),
+                          canvas->Y(static_cast<double>(point.y) / 1e6));
+  }
+  canvas->Add(
+      R"svg(<{} points="{}" fill="none" stroke="#333333" stroke-width="1.2" stroke-dasharray="6 4"/>)svg",
+      path.closed ? "polygon" : "polyline", points);
+}
+
+// The robot as a triangle that faces its heading.
+void DrawRobot(Canvas* canvas, const sim::PlanePose& pose, const std::string& colour, bool filled) {
+  canvas->Add(
+      R"svg(<path transform="translate({:.1f} {:.1f}) rotate({:.1f})" d="M13 0L-8 8L-8 -8Z" fill="{}" stroke="{}" stroke-width="1.5"/>)svg",
+      canvas->X(pose.x_m), canvas->Y(pose.y_m), -pose.heading_rad * 180 / 3.14159265358979,
+      filled ? colour : "white", colour);
+}
+
+void DrawWay(Canvas* canvas, const Way& way) {
+  std::string points;
+  for (const Sample& s : way.track) {
+    points += fmt::format("{:.1f},{:.1f} ", canvas->X(s.pose.x_m), canvas->Y(s.pose.y_m));
+  }
+  canvas->Add(
+      R"svg(<polyline points="{}" fill="none" stroke="{}" stroke-width="1.8" opacity="0.85"/>)svg",
+      points, way.colour);
+  DrawRobot(canvas, way.track.front().pose, way.colour, false);
+  DrawRobot(canvas, way.track.back().pose, way.colour, true);
+}
+
+void DrawLegend(Canvas* canvas, const std::vector<const Way*>& ways) {
+  double y = canvas->plot_bottom() + 22;
+  canvas->Add(
+      R"svg(<path d="M10 {0:.1f}h30" stroke="#333333" stroke-width="1.2" stroke-dasharray="6 4"/><text x="48" y="{1:.1f}" class="l">target path; dots are nodes with pheromone, the shade its intensity</text>)svg",
+      y - 4, y);
+  for (const Way* way : ways) {
+    y += kLegendLinePx;
+    canvas->Add(
+        R"svg(<path d="M10 {0:.1f}h30" stroke="{1}" stroke-width="2.5"/><text x="48" y="{2:.1f}" class="l">{3}</text>)svg",
+        y - 4, way->colour, y, Escaped(way->label));
+  }
+}
+
+}  // namespace
+
+std::string DrawPathPicture(const std::string& title, const field::Field& field,
+                            const field::Path& path, const std::vector<Way>& ways,
+                            uint64_t now_ms) {
+  std::vector<const Way*> listed;
+  for (const Way& way : ways) {
+    if (way.in_legend) {
+      listed.push_back(&way);
+    }
+  }
+  const Box box = BoxOf(path, ways);
+  Canvas canvas(box, listed.size() + 1);
+  canvas.Add(
+      R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)svg",
+      canvas.width(), canvas.height());
+  canvas.Add(
+      "<style>text{{font-family:sans-serif;fill:#333}}.t{{font-size:11px;fill:#888}}"
+      ".l{{font-size:13px}}</style><rect width=\"100%\" height=\"100%\" fill=\"white\"/>");
+  canvas.Add(R"svg(<text x="10" y="22" font-size="16" font-weight="bold">{}</text>)svg",
+             Escaped(title));
+  DrawGrid(&canvas, box);
+  if (const field::PheromoneLaw* law = field.FindLaw(path.type); law != nullptr) {
+    DrawPheromone(&canvas, field, *law, now_ms);
+  }
+  DrawPath(&canvas, path);
+  for (const Way& way : ways) {
+    if (way.track.size() >= 2) {
+      DrawWay(&canvas, way);
+    }
+  }
+  DrawLegend(&canvas, listed);
+  canvas.Add("</svg>");
+  return canvas.Take();
+}
+
+}  // namespace pheromone::swarm
