@@ -114,9 +114,9 @@ TEST(StartPoseTest, CloseToTheTrueRotation) {
       const Pose pose = start.Place(Odometry{way, way / 2, 0});
       const double c = std::cos(Radians(heading));
       const double s = std::sin(Radians(heading));
-      const double bound = 1 + 0.2e-3 * std::hypot(way, way / 2);
-      ASSERT_NEAR(way * c - way / 2 * s, pose.x_mm, bound);
-      ASSERT_NEAR(way * s + way / 2 * c, pose.y_mm, bound);
+      const double bound = 1 + 0.2e-3 * std::hypot(way, way / 2.0);
+      ASSERT_NEAR(way * c - way / 2.0 * s, pose.x_mm, bound);
+      ASSERT_NEAR(way * s + way / 2.0 * c, pose.y_mm, bound);
     }
   }
 }
@@ -153,7 +153,7 @@ TEST(PoseUnitsTest, EqualsTheExactFractionForEveryKindOfUnit) {
     for (int64_t mm = 0; mm <= kMaxCoordinateMm; mm = mm * 2 + 3) {
       int32_t units = 0;
       ASSERT_TRUE(ToPoseUnits(static_cast<int32_t>(-mm), unit, &units));
-      const int64_t expected = (2 * mm * 100 + unit) / (2 * unit);
+      const int64_t expected = (2 * mm * 100 + size) / (int64_t{2} * size);
       ASSERT_EQ(-expected, units) << mm << ' ' << unit;
     }
   }

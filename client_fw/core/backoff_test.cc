@@ -9,9 +9,9 @@ namespace client {
 namespace {
 
 std::vector<int> Draws(Random random, int count) {
-  std::vector<int> draws;
-  for (int i = 0; i < count; ++i) {
-    draws.push_back(random.Below(64));
+  std::vector<int> draws(static_cast<size_t>(count));
+  for (int& draw : draws) {
+    draw = random.Below(64);
   }
   return draws;
 }

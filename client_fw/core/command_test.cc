@@ -1,7 +1,7 @@
 // COMMANDs are executed once and acknowledged as often as they come.
 #include <gtest/gtest.h>
 
-#include "client_fw/core/conversation_harness.h"
+#include "client_fw/core/testing/conversation_harness.h"
 
 namespace pheromone {
 namespace client {
@@ -18,10 +18,10 @@ class CommandTest : public testing::Test {
  protected:
   // In the quiet part of a period, where the ACK is the next frame.
   CommandTest() {
-    harness.GreetAndServe(1500);
-    EXPECT_TRUE(harness.RunUntilSent());
-    harness.Answer(0, 0);
-    EXPECT_EQ(kStraight, harness.conversation.wheels());
+    harness_.GreetAndServe(1500);
+    EXPECT_TRUE(harness_.RunUntilSent());
+    harness_.Answer(0, 0);
+    EXPECT_EQ(kStraight, harness_.conversation.wheels());
   }
 
   void Send(uint8_t seq, CommandCode code, int argument = 0) {
@@ -31,47 +31,47 @@ class CommandTest : public testing::Test {
     command.code = code;
     command.arguments[0] = static_cast<uint8_t>(argument & 0xFF);
     command.arguments[1] = static_cast<uint8_t>((argument >> 8) & 0xFF);
-    harness.FeedEncoded(command);
+    harness_.FeedEncoded(command);
   }
 
   void ExpectAck(uint8_t seq, CommandCode code, Reason result) {
-    ASSERT_TRUE(harness.RunUntilSent(17));
+    ASSERT_TRUE(harness_.RunUntilSent(17));
     protocol::CommandAck ack;
-    ASSERT_TRUE(Decode(harness.sent, &ack));
+    ASSERT_TRUE(Decode(harness_.sent, &ack));
     EXPECT_EQ(kTestId, ack.id);
     EXPECT_EQ(seq, ack.seq);
     EXPECT_EQ(code, ack.code);
     EXPECT_EQ(static_cast<int16_t>(result), ack.result);
   }
 
-  Harness harness;
+  Harness harness_;
 };
 
 TEST_F(CommandTest, HaltAndResume) {
   Send(1, CommandCode::kHalt);
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(kHalted, harness.conversation.flags());
+  EXPECT_EQ(kStill, harness_.conversation.wheels());
+  EXPECT_EQ(kHalted, harness_.conversation.flags());
   ExpectAck(1, CommandCode::kHalt, Reason::kNone);
-  harness.Serve(1000);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.Answer(0, 0);
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  harness_.Serve(1000);
+  ASSERT_TRUE(harness_.RunUntilSent());
+  harness_.Answer(0, 0);
+  EXPECT_EQ(kStill, harness_.conversation.wheels());
   Send(2, CommandCode::kResume);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness_.conversation.wheels());
   ExpectAck(2, CommandCode::kResume, Reason::kNone);
 }
 
 TEST_F(CommandTest, HaltOutlastsAFailSafeStop) {
   Send(1, CommandCode::kHalt);
-  harness.Run(2000);
-  harness.Serve(2000);
-  EXPECT_EQ(kHalted, harness.conversation.flags());
+  harness_.Run(2000);
+  harness_.Serve(2000);
+  EXPECT_EQ(kHalted, harness_.conversation.flags());
 }
 
 TEST_F(CommandTest, SpeedTakesEffectAtOnce) {
   Send(1, CommandCode::kSpeed, 350);
-  EXPECT_EQ((WheelSpeeds{350, 350}), harness.conversation.wheels());
-  EXPECT_EQ(350, harness.conversation.parameters().speed_mm_s);
+  EXPECT_EQ((WheelSpeeds{350, 350}), harness_.conversation.wheels());
+  EXPECT_EQ(350, harness_.conversation.parameters().speed_mm_s);
   ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
 }
 
@@ -80,15 +80,15 @@ TEST_F(CommandTest, SpeedOutOfRangeIsABadValue) {
   ExpectAck(1, CommandCode::kSpeed, Reason::kBadValue);
   Send(2, CommandCode::kSpeed, 2201);
   ExpectAck(2, CommandCode::kSpeed, Reason::kBadValue);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
-  EXPECT_EQ(2u, harness.counters().refused_commands);
+  EXPECT_EQ(kStraight, harness_.conversation.wheels());
+  EXPECT_EQ(2u, harness_.counters().refused_commands);
 }
 
 TEST_F(CommandTest, FollowTypeChangesWhatIsAskedFor) {
   Send(1, CommandCode::kFollowType, 1);
   ExpectAck(1, CommandCode::kFollowType, Reason::kNone);
-  ASSERT_TRUE(harness.RunUntilSent());
-  EXPECT_EQ(1, harness.SentSense().type);
+  ASSERT_TRUE(harness_.RunUntilSent());
+  EXPECT_EQ(1, harness_.SentSense().type);
 }
 
 TEST_F(CommandTest, FollowTypeThatDoesNotExistIsRefused) {
@@ -96,7 +96,7 @@ TEST_F(CommandTest, FollowTypeThatDoesNotExistIsRefused) {
   ExpectAck(1, CommandCode::kFollowType, Reason::kUnknownPheromone);
   Send(2, CommandCode::kFollowType, 16);
   ExpectAck(2, CommandCode::kFollowType, Reason::kBadValue);
-  EXPECT_EQ(2, harness.conversation.parameters().type);
+  EXPECT_EQ(2, harness_.conversation.parameters().type);
 }
 
 TEST_F(CommandTest, OtherKnownCommandsAreNotPermitted) {
@@ -115,11 +115,11 @@ TEST_F(CommandTest, UnknownOrMalformedCommandIsNotAcknowledged) {
   message.length = 2;
   message.data[0] = 1;
   message.data[1] = 99;
-  harness.Feed(message);
+  harness_.Feed(message);
   message.data[1] = static_cast<uint8_t>(CommandCode::kSpeed);  // without its argument
-  harness.Feed(message);
-  EXPECT_EQ(2u, harness.counters().malformed);
-  EXPECT_FALSE(harness.RunUntilSent(50));
+  harness_.Feed(message);
+  EXPECT_EQ(2u, harness_.counters().malformed);
+  EXPECT_FALSE(harness_.RunUntilSent(50));
 }
 
 TEST_F(CommandTest, RepetitionIsAcknowledgedAgainButNotExecuted) {
@@ -131,9 +131,9 @@ TEST_F(CommandTest, RepetitionIsAcknowledgedAgainButNotExecuted) {
   ExpectAck(3, CommandCode::kResume, Reason::kNone);
   Send(3, CommandCode::kResume);
   ExpectAck(3, CommandCode::kResume, Reason::kNone);
-  EXPECT_EQ(3u, harness.counters().commands);
-  EXPECT_EQ(1u, harness.counters().repeated_commands);
-  EXPECT_EQ(4u, harness.counters().acks);
+  EXPECT_EQ(3u, harness_.counters().commands);
+  EXPECT_EQ(1u, harness_.counters().repeated_commands);
+  EXPECT_EQ(4u, harness_.counters().acks);
 
   Send(4, CommandCode::kSpeed, 9999);
   ExpectAck(4, CommandCode::kSpeed, Reason::kBadValue);
@@ -144,24 +144,24 @@ TEST_F(CommandTest, RepetitionIsAcknowledgedAgainButNotExecuted) {
 TEST_F(CommandTest, NewEpochForgetsTheLastCommand) {
   Send(1, CommandCode::kSpeed, 350);
   ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.AnswerError(Reason::kSayHello);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.hello.epoch = 10;
-  harness.AnswerHello();
+  ASSERT_TRUE(harness_.RunUntilSent());
+  harness_.AnswerError(Reason::kSayHello);
+  ASSERT_TRUE(harness_.RunUntilSent());
+  harness_.hello.epoch = 10;
+  harness_.AnswerHello();
   Send(1, CommandCode::kSpeed, 100);
-  EXPECT_EQ(100, harness.conversation.parameters().speed_mm_s);
+  EXPECT_EQ(100, harness_.conversation.parameters().speed_mm_s);
 }
 
 TEST_F(CommandTest, SameEpochRemembersTheLastCommand) {
   Send(1, CommandCode::kSpeed, 350);
   ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.AnswerError(Reason::kSayHello);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.AnswerHello();
+  ASSERT_TRUE(harness_.RunUntilSent());
+  harness_.AnswerError(Reason::kSayHello);
+  ASSERT_TRUE(harness_.RunUntilSent());
+  harness_.AnswerHello();
   Send(1, CommandCode::kSpeed, 350);
-  EXPECT_EQ(1u, harness.counters().repeated_commands);
+  EXPECT_EQ(1u, harness_.counters().repeated_commands);
 }
 
 TEST_F(CommandTest, BroadcastHaltIsObeyedWithoutAck) {
@@ -169,49 +169,49 @@ TEST_F(CommandTest, BroadcastHaltIsObeyedWithoutAck) {
   command.id = protocol::kBroadcastId;
   command.code = CommandCode::kHalt;
   for (int i = 0; i < 3; ++i) {
-    harness.FeedEncoded(command);
+    harness_.FeedEncoded(command);
   }
-  EXPECT_EQ(kHalted, harness.conversation.flags());
-  EXPECT_FALSE(harness.RunUntilSent(50));
-  EXPECT_EQ(0u, harness.counters().acks);
+  EXPECT_EQ(kHalted, harness_.conversation.flags());
+  EXPECT_FALSE(harness_.RunUntilSent(50));
+  EXPECT_EQ(0u, harness_.counters().acks);
 }
 
 TEST_F(CommandTest, OtherBroadcastsAndOthersCommandsAreIgnored) {
   Command command;
   command.id = protocol::kBroadcastId;
   command.code = CommandCode::kSpeed;
-  harness.FeedEncoded(command);
+  harness_.FeedEncoded(command);
   command.id = kTestId + 1;
   command.code = CommandCode::kHalt;
-  harness.FeedEncoded(command);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
-  EXPECT_EQ(0u, harness.counters().commands);
+  harness_.FeedEncoded(command);
+  EXPECT_EQ(kStraight, harness_.conversation.wheels());
+  EXPECT_EQ(0u, harness_.counters().commands);
 }
 
 TEST_F(CommandTest, AckWaitsForTheChannelButNotLongerThanTheWindow) {
-  harness.busy = true;
+  harness_.busy = true;
   Send(1, CommandCode::kHalt);
-  harness.Run(kTestWindowMs - 1);
-  EXPECT_FALSE(harness.leaving);
-  harness.busy = false;
+  harness_.Run(kTestWindowMs - 1);
+  EXPECT_FALSE(harness_.leaving);
+  harness_.busy = false;
   ExpectAck(1, CommandCode::kHalt, Reason::kNone);
-  harness.busy = true;
+  harness_.busy = true;
   Send(2, CommandCode::kResume);
-  harness.Run(kTestWindowMs + 1);
-  harness.busy = false;
-  EXPECT_FALSE(harness.RunUntilSent(50));
-  EXPECT_EQ(1u, harness.counters().dropped_acks);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  harness_.Run(kTestWindowMs + 1);
+  harness_.busy = false;
+  EXPECT_FALSE(harness_.RunUntilSent(50));
+  EXPECT_EQ(1u, harness_.counters().dropped_acks);
+  EXPECT_EQ(kStraight, harness_.conversation.wheels());
 }
 
 TEST_F(CommandTest, CommandInTheMiddleOfAnExchangeLeavesItIntact) {
-  ASSERT_TRUE(harness.RunUntilSent());
-  const protocol::Message answer = harness.AnswerToSent(2048, 0);
+  ASSERT_TRUE(harness_.RunUntilSent());
+  const protocol::Message answer = harness_.AnswerToSent(2048, 0);
   Send(1, CommandCode::kSpeed, 100);
-  harness.Run(5);
-  EXPECT_FALSE(harness.leaving);  // the answer's turn
-  harness.Feed(answer);
-  EXPECT_EQ((WheelSpeeds{50, 100}), harness.conversation.wheels());
+  harness_.Run(5);
+  EXPECT_FALSE(harness_.leaving);  // the answer's turn
+  harness_.Feed(answer);
+  EXPECT_EQ((WheelSpeeds{50, 100}), harness_.conversation.wheels());
   ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
 }
 

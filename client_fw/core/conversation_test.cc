@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "client_fw/core/conversation_harness.h"
+#include "client_fw/core/testing/conversation_harness.h"
 
 namespace pheromone {
 namespace client {

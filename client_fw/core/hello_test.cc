@@ -1,7 +1,7 @@
 // How a conversation begins.
 #include <gtest/gtest.h>
 
-#include "client_fw/core/conversation_harness.h"
+#include "client_fw/core/testing/conversation_harness.h"
 
 namespace pheromone {
 namespace client {

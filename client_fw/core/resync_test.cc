@@ -1,7 +1,7 @@
 // Buffered links (TCP, UDP, USB, pty): an answer may come when its request has long been given up.
 #include <gtest/gtest.h>
 
-#include "client_fw/core/conversation_harness.h"
+#include "client_fw/core/testing/conversation_harness.h"
 
 namespace pheromone {
 namespace client {

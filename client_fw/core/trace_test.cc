@@ -1,7 +1,7 @@
 // Requests that change the server's state are executed once, and what ERROR answers do.
 #include <gtest/gtest.h>
 
-#include "client_fw/core/conversation_harness.h"
+#include "client_fw/core/testing/conversation_harness.h"
 
 namespace pheromone {
 namespace client {

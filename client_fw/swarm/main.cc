@@ -144,14 +144,14 @@ void ShowStatus(const LiveStatus& status) {
   std::fflush(stdout);
 }
 
-void PrintSummary(const LiveResult& result) {
+void PrintSummary(const LiveResult& result, const field::Path& path) {
   const client::Counters& c = result.last.counters;
   fmt::print(
-      "\n{:.1f} s, {:.2f} m of the path; {} requests, {} answers, {} timeouts, {} late "
+      "\n{:.1f} s, {:.2f} m along the path; {} requests, {} answers, {} timeouts, {} late "
       "answers, {} resynchronisations, {} fail-safe stops, {} reconnects; channel in use "
       "{:.1f} %\n",
-      result.last.seconds, result.track.empty() ? 0.0 : result.last.sample.along_m, c.requests,
-      c.answers, c.timeouts, c.late_answers, c.resyncs, c.fail_safe_stops, result.reconnects,
+      result.last.seconds, Progress(result.track, path), c.requests, c.answers, c.timeouts,
+      c.late_answers, c.resyncs, c.fail_safe_stops, result.reconnects,
       result.last.utilisation * 100);
   fmt::print("mean distance from the path: {:.1f} mm over all, {:.1f} mm after the first 5 s\n",
              MeanDistance(result.track, 0) * 1000, MeanDistance(result.track, 5000) * 1000);
@@ -199,7 +199,7 @@ int RunLiveCommand(const LiveOptions& options) {
   if (!result.ok()) {
     return Fail(result.error(), kFailed);
   }
-  PrintSummary(result.value());
+  PrintSummary(result.value(), live.path);
 
   const field::Field field(field_config);
   const std::filesystem::path out(options.out);

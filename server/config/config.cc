@@ -33,15 +33,15 @@ void ReadDaemon(const Value& root, Notes* notes, DaemonSettings* daemon) {
 }  // namespace
 
 const Value& TableOf(const Value& root, std::string_view name, Notes* notes) {
-  static const Value kEmpty;
+  static const Value empty_table;
   const Value* value = root.Find(name);
   if (value != nullptr && value->kind != Value::Kind::kTable) {
     notes->problems.Add(
         value->at, name,
         "found " + value->Describe() + ", expected a table [" + std::string(name) + "]");
-    return kEmpty;
+    return empty_table;
   }
-  return value != nullptr ? *value : kEmpty;
+  return value != nullptr ? *value : empty_table;
 }
 
 std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Notes* notes) {

@@ -6,8 +6,11 @@ namespace pheromone::links {
 
 bool LinkRecord::SetState(State state) {
   const std::lock_guard lock(mutex_);
-  const bool news = state.up != state_.up || state.reason != state_.reason;
+  const auto now = std::chrono::steady_clock::now();
+  const bool news = state.up != state_.up || state.reason != state_.reason ||
+                    now - last_news_ > std::chrono::minutes(10);
   state_ = std::move(state);
+  last_news_ = news ? now : last_news_;
   return news;
 }
 

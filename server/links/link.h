@@ -15,6 +15,7 @@
 // outlives the run. All other functions are thread-safe. SIGPIPE must be ignored.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -37,11 +38,11 @@ struct LinkCounters {
   uint64_t bytes_in = 0;
   uint64_t bytes_out = 0;
   uint64_t frames_out = 0;
-  uint64_t opened = 0;             ///< ports opened, connections accepted
-  uint64_t late_answers = 0;       ///< not sent: the response window had passed
-  uint64_t dropped_answers = 0;    ///< not sent: nobody read what was sent before
-  uint64_t withheld_errors = 0;    ///< not sent: a second ERROR within a response window
-  uint64_t undeliverable = 0;      ///< not sent: nobody is connected
+  uint64_t opened = 0;               ///< ports opened, connections accepted
+  uint64_t late_answers = 0;         ///< not sent: the response window had passed
+  uint64_t dropped_answers = 0;      ///< not sent: nobody read what was sent before
+  uint64_t withheld_errors = 0;      ///< not sent: a second ERROR within a response window
+  uint64_t undeliverable = 0;        ///< not sent: nobody is connected
   uint64_t dropped_connections = 0;  ///< to make room for another
 };
 
@@ -66,13 +67,14 @@ class LinkRecord {
     const std::lock_guard lock(mutex_);
     return state_;
   }
-  /// Returns whether this is news.
+  /// Returns whether this is news: another state, or the same one for longer than ten minutes.
   bool SetState(State state);
 
  private:
   mutable std::mutex mutex_;
   LinkCounters counters_;
   State state_;
+  std::chrono::steady_clock::time_point last_news_;
 };
 
 class Switchboard;

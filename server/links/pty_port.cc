@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <climits>
 #include <cstdlib>
 #include <string_view>
@@ -18,18 +17,21 @@ namespace {
 
 constexpr std::string_view kPtyFolder = "/dev/pts/";
 
-// The slave of a running server carries a record lock: clients are free to use flock.
-struct flock WholeFile() {
-  struct flock lock {};
-  lock.l_type = F_WRLCK;
-  lock.l_whence = SEEK_SET;
-  return lock;
+// A pseudo-terminal is gone when its master is closed, and then its name may soon be another's.
+// Ours are told from others by characters that have no meaning on a raw line and that clients leave
+// alone. (A lock would do as well if clients did not take locks themselves.)
+constexpr cc_t kMark[] = {'P', 'h'};
+
+void Mark(termios* mode) {
+  mode->c_cc[VEOL2] = kMark[0];
+  mode->c_cc[VREPRINT] = kMark[1];
 }
 
 bool HeldByAServer(const std::string& slave) {
   const Descriptor other(open(slave.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  struct flock lock = WholeFile();
-  return other.valid() && fcntl(other.get(), F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  termios mode{};
+  return other.valid() && tcgetattr(other.get(), &mode) == 0 && mode.c_cc[VEOL2] == kMark[0] &&
+         mode.c_cc[VREPRINT] == kMark[1];
 }
 
 // Where a symbolic link points; empty if it is none.
@@ -57,9 +59,8 @@ class PtyPort final : public Port {
       return SystemError(std::string("cannot open ") + name.data());
     }
     cfmakeraw(&mode);
-    struct flock lock = WholeFile();
-    if (tcsetattr(slave.get(), TCSANOW, &mode) != 0 ||
-        fcntl(slave.get(), F_OFD_SETLK, &lock) != 0) {
+    Mark(&mode);
+    if (tcsetattr(slave.get(), TCSANOW, &mode) != 0) {
       return SystemError(std::string("cannot set up ") + name.data());
     }
     const Status linked = MakeLink(name.data());
@@ -86,10 +87,11 @@ class PtyPort final : public Port {
     struct stat found {};
     if (lstat(path_.c_str(), &found) == 0) {
       const std::string target = TargetOf(path_);
-      if (!S_ISLNK(found.st_mode) || std::string_view(target).substr(0, kPtyFolder.size()) !=
-                                         kPtyFolder) {
-        return Error{path_ + " exists and is no link to a pseudo-terminal; remove it or configure "
-                             "another path"};
+      if (!S_ISLNK(found.st_mode) ||
+          std::string_view(target).substr(0, kPtyFolder.size()) != kPtyFolder) {
+        return Error{path_ +
+                     " exists and is no link to a pseudo-terminal; remove it or configure "
+                     "another path"};
       }
       if (target != slave && HeldByAServer(target)) {
         return Error{path_ + " belongs to another server that is running"};
@@ -97,7 +99,8 @@ class PtyPort final : public Port {
     }
     // Made aside and moved into place: whoever looks sees the old one or the new one.
     const std::string aside = path_ + "." + std::to_string(getpid());
-    if (symlink(slave.c_str(), aside.c_str()) != 0 && errno != EEXIST) {
+    unlink(aside.c_str());
+    if (symlink(slave.c_str(), aside.c_str()) != 0) {
       return SystemError("cannot make the symbolic link " + path_);
     }
     if (rename(aside.c_str(), path_.c_str()) != 0) {

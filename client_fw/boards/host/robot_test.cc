@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "client_fw/boards/host/host_board.h"
-#include "client_fw/core/conversation_harness.h"
+#include "client_fw/core/testing/conversation_harness.h"
 
 namespace pheromone {
 namespace client {
@@ -27,7 +27,7 @@ struct FakeDrive {
 class RobotTest : public testing::Test {
  protected:
   explicit RobotTest(const Parameters& parameters = WithStart())
-      : robot(&board, &drive, parameters, &memory) {}
+      : robot_(&board_, &drive_, parameters, &memory_) {}
 
   static Parameters WithStart() {
     Parameters parameters = TestParameters();
@@ -37,10 +37,10 @@ class RobotTest : public testing::Test {
 
   // One millisecond of a link that takes `kAirtimeMs` for whatever is sent.
   void Step() {
-    board.set_millis(++now_ms);
-    robot.Step();
+    board_.set_millis(++now_ms_);
+    robot_.Step();
     uint8_t bytes[kMaxClientFrame];
-    const size_t size = board.TakeTransmission(bytes, sizeof(bytes));
+    const size_t size = board_.TakeTransmission(bytes, sizeof(bytes));
     if (size != 0) {
       protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
       bool complete = false;
@@ -48,13 +48,13 @@ class RobotTest : public testing::Test {
         complete = decoder.Push(bytes[i], 0);
       }
       ASSERT_TRUE(complete);
-      request = decoder.message();
-      leaves_ms = now_ms + kAirtimeMs;
-      leaving = true;
-    } else if (leaving && now_ms == leaves_ms) {
-      leaving = false;
-      board.OnTransmitted();
-      if (serving) {
+      request_ = decoder.message();
+      leaves_ms_ = now_ms_ + kAirtimeMs;
+      leaving_ = true;
+    } else if (leaving_ && now_ms_ == leaves_ms_) {
+      leaving_ = false;
+      board_.OnTransmitted();
+      if (serving_) {
         Serve();
       }
     }
@@ -62,7 +62,7 @@ class RobotTest : public testing::Test {
 
   void Serve() {
     protocol::Message answer;
-    if (request.opcode == protocol::kHello) {
+    if (request_.opcode == protocol::kHello) {
       protocol::HelloAnswer hello;
       hello.id = kTestId;
       hello.nonce = 0x1234;
@@ -73,11 +73,11 @@ class RobotTest : public testing::Test {
       hello.response_window_ms = kTestWindowMs;
       Encode(hello, &answer);
     } else {
-      ASSERT_TRUE(Decode(request, &sense));
-      Encode(protocol::SenseAnswer{kTestId, 2, false, left, 0}, &answer);
+      ASSERT_TRUE(Decode(request_, &sense_));
+      Encode(protocol::SenseAnswer{kTestId, 2, false, left_, 0}, &answer);
     }
     const std::vector<uint8_t> frame = Harness::FrameOf(answer);
-    board.Receive(frame.data(), frame.size());
+    board_.Receive(frame.data(), frame.size());
   }
 
   void Run(int ms) {
@@ -87,73 +87,73 @@ class RobotTest : public testing::Test {
   }
 
   static constexpr uint32_t kAirtimeMs = 15;
-  HostBoard board;
-  FakeDrive drive;
-  RequestMemory memory = {};
-  Robot<HostBoard, FakeDrive> robot;
-  uint32_t now_ms = 0;
-  bool serving = true;
-  bool leaving = false;
-  uint32_t leaves_ms = 0;
-  int16_t left = 0;
-  protocol::Message request;
-  protocol::SenseRequest sense;
+  HostBoard board_;
+  FakeDrive drive_;
+  RequestMemory memory_ = {};
+  Robot<HostBoard, FakeDrive> robot_;
+  uint32_t now_ms_ = 0;
+  bool serving_ = true;
+  bool leaving_ = false;
+  uint32_t leaves_ms_ = 0;
+  int16_t left_ = 0;
+  protocol::Message request_;
+  protocol::SenseRequest sense_;
 };
 
 TEST_F(RobotTest, FirstThingToldIsZero) {
   Step();
-  ASSERT_EQ(1u, drive.told.size());
-  EXPECT_EQ((WheelSpeeds{0, 0}), drive.told[0]);
+  ASSERT_EQ(1u, drive_.told.size());
+  EXPECT_EQ((WheelSpeeds{0, 0}), drive_.told[0]);
 }
 
 TEST_F(RobotTest, AsksWithOdometryPlacedOnTheMap) {
-  drive.pose = {300, -50, 0x0100};
+  drive_.pose = {300, -50, 0x0100};
   Run(500);
-  EXPECT_EQ(1000 + 50, sense.pose.x);  // facing +y: forward is +y, left is -x
-  EXPECT_EQ(2000 + 300, sense.pose.y);
-  EXPECT_EQ(0x4100, sense.pose.heading);
+  EXPECT_EQ(1000 + 50, sense_.pose.x);  // facing +y: forward is +y, left_ is -x
+  EXPECT_EQ(2000 + 300, sense_.pose.y);
+  EXPECT_EQ(0x4100, sense_.pose.heading);
 }
 
 TEST_F(RobotTest, UnchangedSpeedsAreRepeatedEvery250Ms) {
   Run(1000);
-  EXPECT_EQ((WheelSpeeds{200, 200}), robot.wheels());
-  drive.told.clear();
+  EXPECT_EQ((WheelSpeeds{200, 200}), robot_.wheels());
+  drive_.told.clear();
   Run(2000);
-  EXPECT_EQ(8u, drive.told.size());
-  for (const WheelSpeeds& speeds : drive.told) {
+  EXPECT_EQ(8u, drive_.told.size());
+  for (const WheelSpeeds& speeds : drive_.told) {
     EXPECT_EQ((WheelSpeeds{200, 200}), speeds);
   }
 }
 
 TEST_F(RobotTest, ChangedSpeedsAreToldWithTheAnswer) {
   Run(1000);
-  left = 2048;
-  drive.told.clear();
+  left_ = 2048;
+  drive_.told.clear();
   Run(240);
-  ASSERT_FALSE(drive.told.empty());
-  EXPECT_EQ((WheelSpeeds{100, 200}), drive.told.back());
+  ASSERT_FALSE(drive_.told.empty());
+  EXPECT_EQ((WheelSpeeds{100, 200}), drive_.told.back());
 }
 
 TEST_F(RobotTest, FailSafeTellsTheDriveZeroAndGoesOnTellingIt) {
   Run(1000);
-  serving = false;
+  serving_ = false;
   Run(450 + 500);
-  drive.told.clear();
+  drive_.told.clear();
   Run(1000);
-  EXPECT_EQ(4u, drive.told.size());
-  for (const WheelSpeeds& speeds : drive.told) {
+  EXPECT_EQ(4u, drive_.told.size());
+  for (const WheelSpeeds& speeds : drive_.told) {
     EXPECT_EQ((WheelSpeeds{0, 0}), speeds);
   }
-  serving = true;
+  serving_ = true;
   Run(3000);
-  EXPECT_EQ((WheelSpeeds{200, 200}), drive.told.back());
+  EXPECT_EQ((WheelSpeeds{200, 200}), drive_.told.back());
 }
 
 TEST_F(RobotTest, UnknownOdometryIsNotSent) {
-  drive.known = false;
+  drive_.known = false;
   Run(2000);
-  EXPECT_EQ(0u, robot.conversation().counters().requests);
-  EXPECT_GE(robot.conversation().counters().hello_answers, 1u);
+  EXPECT_EQ(0u, robot_.conversation().counters().requests);
+  EXPECT_GE(robot_.conversation().counters().hello_answers, 1u);
 }
 
 }  // namespace

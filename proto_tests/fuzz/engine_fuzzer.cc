@@ -1,0 +1,72 @@
+// The engine under any messages at any times: it must not crash, and what it became must equal what
+// its log says when applied to a fresh engine. The input is a list of records: a byte of time, a
+// byte of length, then ID, opcode and data.
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+#include "server/engine/service.h"
+#include "server/engine/testing/bench.h"
+
+namespace {
+
+using pheromone::engine::Outgoing;
+
+class RememberingLog final : public pheromone::engine::OrderedLog {
+ public:
+  pheromone::protocol::Reason Admit() override { return pheromone::protocol::Reason::kNone; }
+  uint64_t Append(const pheromone::engine::Stamp& stamp,
+                  const pheromone::engine::Event& event) override {
+    events.emplace_back(stamp, event);
+    return events.size();
+  }
+  uint64_t DurableSequence() const override { return events.size(); }
+
+  std::vector<std::pair<pheromone::engine::Stamp, pheromone::engine::Event>> events;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  RememberingLog log;
+  uint64_t now_ms = 1;
+  pheromone::engine::Service service(&log, [&now_ms] {
+    return pheromone::engine::ClockReading{now_ms, 0};
+  });
+  pheromone::engine::EngineConfig config = pheromone::engine::testing::SmallConfig();
+  config.robots_per_link = 3;
+  config.field.memory_bytes = 4 * pheromone::field::CellMap::kTileBytes;
+  if (!service.Configure(config, 1).ok()) {
+    std::abort();
+  }
+  std::vector<Outgoing> out;
+  for (size_t at = 0; at + 4 <= size;) {
+    now_ms += uint64_t{data[at]} * data[at] * data[at];
+    pheromone::protocol::Message message;
+    const size_t rest = size - at - 4;
+    message.length = static_cast<uint8_t>(
+        std::min({size_t{data[at + 1]} % 20, rest, size_t{pheromone::protocol::kMaxData}}));
+    message.id = data[at + 2];
+    message.opcode = data[at + 3];
+    std::copy_n(data + at + 4, message.length, message.data);
+    at += 4u + message.length;
+    const auto link = static_cast<pheromone::engine::LinkIndex>(message.id % 3);
+    const size_t before = out.size();
+    service.Handle(link, {&message, 1}, &out);
+    if (out.size() > before + 1) {
+      std::abort();  // one answer at most
+    }
+    service.AdvanceIfDue(&out);
+  }
+  pheromone::engine::Engine replayed;
+  std::vector<Outgoing> again;
+  for (size_t i = 0; i < log.events.size(); ++i) {
+    replayed.Apply(i + 1, log.events[i].first, log.events[i].second, &again);
+  }
+  if (replayed.StateHash() != service.StateHash()) {
+    std::abort();
+  }
+  return 0;
+}

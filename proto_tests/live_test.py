@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""A simulated robot against the real daemon over a pty, in real time, with trouble in the middle.
+
+First the daemon freezes for a while, then it ends and another one takes its place. The robot must
+stop by its fail-safe, count what it lost, come back by itself each time, and end in an orderly way.
+Nothing is asserted about how fast any of this happens.
+
+Usage: live_test.py BIN_DIR
+"""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import xml.dom.minidom
+
+DEADLINE_S = 60.0
+
+
+class Daemon:
+    """pheromoned with its default configuration, in a folder of its own."""
+
+    def __init__(self, bin_dir, folder):
+        self.modem = os.path.join(folder, "radio-a.pty")
+        self.log = open(os.path.join(folder, "pheromoned.log"), "ab")
+        self.process = subprocess.Popen(
+            [os.path.join(bin_dir, "pheromoned")], cwd=folder, stdout=self.log, stderr=self.log)
+        wait_until(lambda: os.path.exists(self.modem), "the modem appears")
+
+    def stop(self):
+        self.process.send_signal(signal.SIGTERM)
+        status = self.process.wait(DEADLINE_S)
+        check(status == 0, f"pheromoned ended with status {status}")
+        check(not os.path.lexists(self.modem), "pheromoned left its link behind")
+        self.log.close()
+
+
+def check(holds, otherwise):
+    if not holds:
+        raise AssertionError(otherwise)
+
+
+def wait_until(holds, what):
+    end = time.monotonic() + DEADLINE_S
+    while not holds():
+        check(time.monotonic() < end, f"gave up waiting until {what}")
+        time.sleep(0.02)
+
+
+class Robot:
+    """pheromone-swarm live; remembers the lines it prints."""
+
+    def __init__(self, bin_dir, modem, out):
+        self.process = subprocess.Popen(
+            [os.path.join(bin_dir, "pheromone-swarm"), "live", "--modem", modem, "--out", out],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.lines = []
+
+    def read_until(self, holds, what):
+        """Reads the robot's lines, one a second, until `holds(line)`."""
+        end = time.monotonic() + DEADLINE_S
+        for line in self.process.stdout:
+            self.lines.append(line)
+            if holds(line):
+                return
+            check(time.monotonic() < end, f"gave up waiting until {what}")
+        raise AssertionError(f"the robot ended before {what}:\n{''.join(self.lines)}")
+
+    def stop(self):
+        self.process.send_signal(signal.SIGINT)
+        rest, _ = self.process.communicate(timeout=DEADLINE_S)
+        self.lines.append(rest)
+        check(self.process.returncode == 0, f"the robot ended with {self.process.returncode}")
+        return "".join(self.lines)
+
+
+def drives(line):
+    speeds = re.search(r"wheels +(-?\d+) +(-?\d+) mm/s", line)
+    return bool(speeds) and "STOPPED" not in line and int(speeds[1]) + int(speeds[2]) > 0
+
+
+def stands(line):
+    speeds = re.search(r"wheels +(-?\d+) +(-?\d+) mm/s", line)
+    return bool(speeds) and int(speeds[1]) == 0 and int(speeds[2]) == 0
+
+
+def number_of(text, what):
+    found = re.search(rf"(\d+) {what}", text)
+    check(found, f"the summary does not tell of {what}:\n{text}")
+    return int(found[1])
+
+
+def run(bin_dir, folder):
+    daemon = Daemon(bin_dir, folder)
+    robot = Robot(bin_dir, daemon.modem, folder)
+    try:
+        robot.read_until(drives, "the robot drives")
+
+        daemon.process.send_signal(signal.SIGSTOP)
+        robot.read_until(stands, "the robot stands for want of answers")
+        daemon.process.send_signal(signal.SIGCONT)
+        robot.read_until(drives, "the robot drives after the daemon was frozen")
+
+        daemon.stop()
+        robot.read_until(stands, "the robot stands without a daemon")
+        daemon = Daemon(bin_dir, folder)
+        robot.read_until(drives, "the robot drives with another daemon")
+
+        text = robot.stop()
+        daemon.stop()
+    finally:
+        for process in (robot.process, daemon.process):
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+
+    print(text)
+    check(number_of(text, "timeouts") > 0, "lost exchanges were not counted")
+    check(number_of(text, "fail-safe stops") >= 2, "the fail-safe stops were not counted")
+    check(number_of(text, "resynchronisations") > 0, "no resynchronisation was counted")
+    check(number_of(text, "reconnects") > 0, "the reconnect was not counted")
+    with open(os.path.join(folder, "track.csv"), encoding="ascii") as track:
+        rows = track.read().splitlines()
+    check(len(rows) > 20 and rows[0].startswith("time_s,x_m,y_m"), "track.csv is no track")
+    check(all(len(row.split(",")) == len(rows[0].split(",")) for row in rows), "ragged track.csv")
+    xml.dom.minidom.parse(os.path.join(folder, "track.svg"))
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as temporary:
+        run(os.path.abspath(sys.argv[1]), temporary)
+    print("ok")

@@ -1,0 +1,241 @@
+#include "server/daemon/daemon.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+
+#include "server/daemon/describe.h"
+#include "server/daemon/make_link.h"
+#include "server/daemon/system_clock.h"
+#include "server/engine/service.h"
+#include "server/links/switchboard.h"
+
+namespace pheromone::daemon {
+namespace {
+
+using std::chrono::milliseconds;
+
+// How often the engine is asked at least, and at most, whether something is due.
+constexpr milliseconds kLongestTick{1000};
+constexpr milliseconds kShortestTick{20};
+
+// State lives as long as the process: each start is another epoch, and robots say hello again.
+uint16_t RandomEpoch(uint16_t other_than) {
+  std::random_device random;
+  std::uniform_int_distribution<int> any(1, UINT16_MAX);
+  int epoch = 0;
+  do {
+    epoch = any(random);
+  } while (epoch == other_than);
+  return static_cast<uint16_t>(epoch);
+}
+
+void LogLines(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) {
+    spdlog::info("{}", line);
+  }
+}
+
+// What --check says in full is not worth a line at every start.
+void LogWarnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) {
+    spdlog::debug("{}", warning);
+  }
+}
+
+}  // namespace
+
+class Daemon::Impl {
+ public:
+  Impl(config::Config config, Reload reload)
+      : config_(std::move(config)),
+        reload_(std::move(reload)),
+        strand_(boost::asio::make_strand(io_)),
+        signals_(strand_, SIGINT, SIGTERM, SIGHUP),
+        ticker_(strand_),
+        service_(&log_, ReadSystemClocks),
+        switchboard_(&service_) {}
+
+  int Run() {
+    std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
+    const Status configured = service_.Configure(config_.engine, RandomEpoch(0));
+    if (!configured.ok()) {
+      spdlog::critical("{}", configured.error());
+      return 1;
+    }
+    LogWarnings(config_.warnings);
+    LogLines(DescribeField(config_.engine.field));
+    MakeLinks();
+    AwaitSignal();
+    Tick();
+    std::vector<std::thread> threads;
+    const bool started = StartLinks();
+    if (!started) {
+      boost::asio::post(strand_, [this] { Stop(); });
+    }
+    for (int i = 0; i < config_.daemon.io_threads; ++i) {
+      threads.emplace_back([this] { io_.run(); });
+    }
+    for (std::thread& thread : threads) {
+      thread.join();
+    }
+    Summarise();
+    return started ? 0 : 1;
+  }
+
+ private:
+  void MakeLinks() {
+    std::random_device random;
+    for (size_t i = 0; i < config_.links.size(); ++i) {
+      const auto log = [](links::Severity severity, const std::string& text) {
+        spdlog::log(severity == links::Severity::kInfo ? spdlog::level::info : spdlog::level::warn,
+                    "{}", text);
+      };
+      links_.push_back(
+          MakeLink(io_, config_.links[i],
+                   {config_.links[i].name, static_cast<engine::LinkIndex>(i), &switchboard_, log},
+                   random()));
+      switchboard_.Add(links_.back().get());
+    }
+  }
+
+  // False if a required link did not come up.
+  bool StartLinks() {
+    bool good = true;
+    size_t up = 0;
+    for (size_t i = 0; i < links_.size(); ++i) {
+      const Status status = links_[i]->Start();
+      up += status.ok() ? 1u : 0u;
+      if (!status.ok() && config_.links[i].required) {
+        spdlog::critical("link {} is required and did not come up: {}", links_[i]->name(),
+                         status.error());
+        good = false;
+      }
+    }
+    if (good) {
+      spdlog::info("ready: {} of {} links up", up, links_.size());
+    }
+    return good;
+  }
+
+  void AwaitSignal() {
+    signals_.async_wait([this](const boost::system::error_code& error, int signal) {
+      if (error) {
+        return;
+      }
+      if (signal == SIGHUP) {
+        ReadConfigurationAgain();
+        AwaitSignal();
+      } else {
+        spdlog::info("{}: stopping", signal == SIGINT ? "interrupted" : "terminated");
+        Stop();
+      }
+    });
+  }
+
+  // Everything that keeps the io_context busy ends, and with it Run.
+  void Stop() {
+    stopping_ = true;
+    boost::system::error_code ignored;
+    signals_.cancel(ignored);
+    signals_.clear(ignored);  // from here on, SIGINT and SIGTERM end the process
+    std::signal(SIGHUP, SIG_IGN);
+    ticker_.cancel();
+    for (const auto& link : links_) {
+      link->Stop();
+    }
+  }
+
+  void Tick() {
+    const auto due = service_.MillisecondsToDeadline();
+    const auto wait =
+        due ? milliseconds(std::min<uint64_t>(*due, kLongestTick.count())) : kLongestTick;
+    ticker_.expires_after(std::max(wait, kShortestTick));
+    ticker_.async_wait([this](const boost::system::error_code& error) {
+      if (error || stopping_) {
+        return;
+      }
+      std::vector<engine::Outgoing> out;
+      service_.AdvanceIfDue(&out);
+      service_.Release(&out);
+      switchboard_.Deliver(out);
+      Tick();
+    });
+  }
+
+  void ReadConfigurationAgain() {
+    Result<config::Config> loaded = reload_();
+    if (!loaded.ok()) {
+      spdlog::error("the configuration stays as it was:\n{}", loaded.error());
+      return;
+    }
+    config::Config& next = loaded.value();
+    if (next.links != config_.links) {
+      spdlog::warn("changed links need a restart");
+    }
+    if (next.daemon != config_.daemon) {
+      spdlog::warn("changed [daemon] settings need a restart");
+    }
+    // Links know themselves by their place among those they were started with.
+    next.engine.links = config_.engine.links;
+    const uint16_t epoch = service_.Inspect([](const auto& engine) { return engine.epoch(); });
+    const Status status = service_.Configure(next.engine, RandomEpoch(epoch));
+    if (!status.ok()) {
+      spdlog::error("the configuration stays as it was: {}", status.error());
+      return;
+    }
+    config_.engine = next.engine;
+    LogWarnings(next.warnings);
+    LogLines(DescribeField(config_.engine.field));
+    spdlog::info("configuration read again");
+  }
+
+  void Summarise() const {
+    LogLines(DescribeCounters(service_.counters()));
+    for (const auto& link : links_) {
+      spdlog::info("{}", DescribeLink(link->name(), link->counters()));
+    }
+    const auto [robots, time_ms] = service_.Inspect([](const engine::Engine& engine) {
+      size_t count = 0;
+      engine.robots().ForEach([&count](auto&&...) { ++count; });
+      return std::pair(count, engine.field_time_ms());
+    });
+    spdlog::info("robots {}, field time {} ms, state hash {:016x}", robots, time_ms,
+                 service_.StateHash());
+    spdlog::info("stopped");
+  }
+
+  config::Config config_;
+  const Reload reload_;
+  boost::asio::io_context io_;
+  boost::asio::strand<boost::asio::io_context::executor_type> strand_;
+  boost::asio::signal_set signals_;
+  boost::asio::steady_timer ticker_;
+  engine::VolatileLog log_;
+  engine::Service service_;
+  links::Switchboard switchboard_;
+  std::vector<std::unique_ptr<links::Link>> links_;
+  bool stopping_ = false;
+};
+
+Daemon::Daemon(config::Config config, Reload reload)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(reload))) {}
+
+Daemon::~Daemon() = default;
+
+int Daemon::Run() {
+  return impl_->Run();
+}
+
+}  // namespace pheromone::daemon

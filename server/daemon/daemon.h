@@ -1,0 +1,41 @@
+// The running server: engine, links, threads and signals.
+//
+//   Daemon daemon(std::move(config), reload);
+//   return daemon.Run();        // until SIGINT or SIGTERM
+//
+// SIGINT, SIGTERM: an orderly stop; a second one ends the process at once. SIGHUP: the
+// configuration is read again. What concerns the map takes effect, if the present map can follow;
+// changed links and daemon settings wait for a restart, and the log says so.
+//
+// This is the sole owner of threads and signals.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/base/result.h"
+#include "server/config/config.h"
+
+namespace pheromone::daemon {
+
+class Daemon {
+ public:
+  using Reload = std::function<Result<config::Config>()>;
+
+  /// `reload` reads the configuration again.
+  Daemon(config::Config config, Reload reload);
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+  ~Daemon();
+
+  /// Returns the exit status: 0 after an orderly stop, 1 if a required link did not come up.
+  int Run();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pheromone::daemon

@@ -1,0 +1,310 @@
+#!/usr/bin/env python3
+"""The pheromoned program from outside: command line, exit status, signals, links that fail.
+
+    daemon_test.py --pheromoned build/release/bin/pheromoned
+                   --shim build/release/tests/libpty_as_serial_shim.so
+"""
+
+import argparse
+import os
+import pathlib
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import tty
+import unittest
+
+PHEROMONED = ""
+SHIM = ""
+PATIENCE_S = 30  # of a busy machine; nothing waits this long when things are well
+
+CONFIG = """[map]
+width_m = 10.0
+height_m = 10.0
+cell_m = 0.1
+[antennas]
+bias_m = 0.33
+[[pheromone]]
+type = 1
+name = "trail"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 30.0
+quantum = 0.125
+maximum = 0.25
+"""
+PTY = '[[link]]\nname = "radio-a"\nkind = "pty"\npath = "radio-a.pty"\n'
+
+
+def crc16(body):
+    crc = 0
+    for byte in body:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc >> 1) ^ (0xA001 if crc & 1 else 0)
+    return crc
+
+
+def frame(client, opcode, data):
+    body = bytes([client, opcode]) + data
+    body += crc16(body).to_bytes(2, "little")
+    return b"\x10\x02" + body.replace(b"\x10", b"\x10\x10") + b"\x10\x03"
+
+
+PING = frame(3, 0x72, b"\x2a")
+ECHO = frame(3, 0xF2, b"\x2a")
+
+
+class Running:
+    """A pheromoned in a folder of its own, and what it says."""
+
+    def __init__(self, folder, *arguments, **kwargs):
+        environment = {key: value for key, value in os.environ.items()
+                       if key not in ("JOURNAL_STREAM", "INVOCATION_ID")}
+        environment.update(kwargs)
+        self.process = subprocess.Popen([PHEROMONED, *arguments], cwd=folder, env=environment,
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        self.log = ""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        self.process.stderr.close()
+
+    def _read(self):
+        data = os.read(self.process.stderr.fileno(), 65536)
+        self.log += data.decode()
+        return data != b""
+
+    def await_log(self, text, times=1):
+        deadline = time.monotonic() + PATIENCE_S
+        while self.log.count(text) < times:
+            left = deadline - time.monotonic()
+            if not select.select([self.process.stderr], [], [], max(left, 0))[0] or not self._read():
+                raise AssertionError(f"waited for {text!r} in\n{self.log}")
+
+    def end(self):
+        """The exit status, once the process has ended by itself."""
+        while self._read():
+            pass
+        return self.process.wait(PATIENCE_S)
+
+    def stop(self, number=signal.SIGTERM):
+        self.process.send_signal(number)
+        return self.end()
+
+
+def ask(descriptor, request, answer_size):
+    os.write(descriptor, request)
+    answer = b""
+    while len(answer) < answer_size:
+        if not select.select([descriptor], [], [], PATIENCE_S)[0]:
+            raise AssertionError(f"no answer; so far {answer!r}")
+        answer += os.read(descriptor, answer_size - len(answer))
+    return answer
+
+
+class DaemonTest(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.temporary.name)
+        self.addCleanup(self.temporary.cleanup)
+        self.config = self.folder / "test.toml"
+        self.config.write_text(CONFIG + PTY)
+
+    def call(self, *arguments):
+        return subprocess.run([PHEROMONED, *arguments], cwd=self.folder, text=True,
+                              capture_output=True, timeout=PATIENCE_S, check=False)
+
+    def start(self, *arguments, **kwargs):
+        return Running(self.folder, *arguments, **kwargs)
+
+    def test_check_accepts_a_good_file(self):
+        result = self.call("--check", "--config", "test.toml")
+        self.assertEqual((result.returncode, result.stdout, result.stderr),
+                         (0, "test.toml: ok\n", ""))
+
+    def test_check_refuses_a_bad_file_with_every_mistake(self):
+        self.config.write_text(CONFIG.replace("cell_m = 0.1", "cel_m = 0.1")
+                               .replace("sigma_m = 0.4", 'sigma_m = "wide"') + PTY)
+        result = self.call("--check", "--config", "test.toml")
+        self.assertEqual(result.returncode, 2)
+        self.assertEqual(result.stdout, "")
+        self.assertIn("test.toml:4:1: map.cel_m: unknown key, expected cell_m?\n", result.stderr)
+        self.assertIn("test.toml:11:11: pheromone[1].sigma_m: found the string \"wide\", expected "
+                      "a number", result.stderr)
+
+    def test_a_bad_file_ends_the_start_with_the_same_words(self):
+        self.config.write_text("[map\n")
+        checked = self.call("--check", "--config", "test.toml")
+        started = self.call("--config", "test.toml")
+        self.assertEqual((started.returncode, started.stderr), (2, checked.stderr))
+        self.assertTrue(started.stderr.startswith("test.toml:1:"))
+
+    def test_a_file_that_is_not_there(self):
+        result = self.call("--config", "none.toml")
+        self.assertEqual((result.returncode, result.stderr),
+                         (2, "none.toml: cannot be read: No such file or directory\n"))
+
+    def test_the_default_configuration_can_be_copied(self):
+        printed = self.call("--default-config")
+        self.assertEqual(printed.returncode, 0)
+        self.config.write_text(printed.stdout)
+        self.assertEqual(self.call("--check", "--config", "test.toml").returncode, 0)
+        self.assertEqual(self.call("--check").returncode, 0)
+
+    def test_command_line_mistakes_and_help(self):
+        for arguments in (["--confg", "x"], ["--log-level", "loud"], ["stray"], ["--config"]):
+            self.assertEqual(self.call(*arguments).returncode, 2, arguments)
+        self.assertIn("--config", self.call("--help").stdout)
+        self.assertRegex(self.call("--version").stdout, r"^pheromoned \d+\.\d+\.\d+\n$")
+
+    def test_the_default_serves_a_pty_and_sigterm_ends_it_cleanly(self):
+        with self.start() as server:
+            server.await_log("ready: 1 of 1 links up")
+            port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
+            self.assertEqual(ask(port, PING, len(ECHO)), ECHO)
+            self.assertEqual(server.stop(), 0)
+            os.close(port)
+            self.assertFalse(os.path.lexists(self.folder / "radio-a.pty"))
+            self.assertIn("requests 1, answers 1", server.log)
+            self.assertIn("state hash", server.log)
+            self.assertTrue(server.log.endswith("stopped\n"))
+
+    def test_sigint_ends_it_cleanly_too(self):
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            self.assertEqual(server.stop(signal.SIGINT), 0)
+
+    def test_a_stop_with_clients_connected_and_talking(self):
+        self.config.write_text(CONFIG + '[[link]]\nname = "t"\nkind = "tcp"\n'
+                               'listen = "127.0.0.1:0"\n')
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            address = server.log.split("up, tcp ")[1].split()[0].split(":")
+            clients = [socket.create_connection((address[0], int(address[1]))) for _ in range(5)]
+            for client in clients:
+                self.assertEqual(ask(client.fileno(), PING, len(ECHO)), ECHO)
+                client.sendall(PING * 100 + PING[:5])
+            self.assertEqual(server.stop(), 0)
+            for client in clients:
+                client.close()
+
+    def test_a_port_that_does_not_exist_does_not_stop_the_others(self):
+        self.config.write_text(CONFIG + PTY + '[[link]]\nname = "radio-b"\nkind = "serial"\n'
+                               'port = "/dev/ttyNONE7"\n')
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready: 1 of 2 links up")
+            self.assertIn("link radio-b: down, /dev/ttyNONE7: No such file or directory; trying "
+                          "again", server.log)
+            port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
+            self.assertEqual(ask(port, PING, len(ECHO)), ECHO)
+            os.close(port)
+            self.assertEqual(server.stop(), 0)
+
+    def test_a_serial_port_serves_and_survives_being_unplugged(self):
+        if not SHIM:
+            self.skipTest("no --shim to let libserialport open a pseudo-terminal")
+        self.config.write_text(CONFIG + '[[link]]\nname = "radio-b"\nkind = "serial"\n'
+                               'port = "modem"\nresponse_window_ms = 255\n')
+
+        def plug_in():
+            master, slave = os.openpty()
+            tty.setraw(slave)
+            os.symlink(os.ttyname(slave), self.folder / "modem")
+            os.close(slave)
+            return master
+
+        # The sanitizers want to be loaded first, and say so unless told not to.
+        options = os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"
+        master = plug_in()
+        with self.start("--config", "test.toml", LD_PRELOAD=SHIM, ASAN_OPTIONS=options) as server:
+            server.await_log("ready: 1 of 1 links up")
+            self.assertEqual(ask(master, PING, len(ECHO)), ECHO)
+            os.unlink(self.folder / "modem")
+            os.close(master)
+            server.await_log("the other side hung up; trying again")
+            master = plug_in()
+            server.await_log("link radio-b: up, serial modem at 9600 baud", 2)
+            self.assertEqual(ask(master, PING, len(ECHO)), ECHO)
+            self.assertEqual(server.stop(), 0)
+            self.assertIn("opened again 1", server.log)
+        os.close(master)
+
+    def test_a_required_port_that_does_not_exist_ends_the_start(self):
+        self.config.write_text(CONFIG + PTY + '[[link]]\nname = "radio-b"\nkind = "serial"\n'
+                               'port = "/dev/ttyNONE7"\nrequired = true\n')
+        with self.start("--config", "test.toml") as server:
+            self.assertEqual(server.end(), 1)
+            self.assertIn("link radio-b is required and did not come up: /dev/ttyNONE7: No such "
+                          "file or directory", server.log)
+        self.assertFalse(os.path.lexists(self.folder / "radio-a.pty"))
+
+    def test_sighup_reads_the_configuration_again(self):
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            self.config.write_text(CONFIG.replace("tau_s = 30.0", "tau_s = 5") + PTY)
+            server.process.send_signal(signal.SIGHUP)
+            server.await_log("configuration read again")
+            self.assertIn("one quantum less every 5 s", server.log)
+            self.assertNotIn("need a restart", server.log)
+
+            self.config.write_text(CONFIG + PTY.replace("radio-a.pty", "other.pty")
+                                   + "[daemon]\nio_threads = 3\n")
+            server.process.send_signal(signal.SIGHUP)
+            server.await_log("configuration read again", 2)
+            self.assertIn("changed links need a restart", server.log)
+            self.assertIn("changed [daemon] settings need a restart", server.log)
+            self.assertEqual(server.stop(), 0)
+
+    def test_sighup_with_a_bad_file_changes_nothing(self):
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            self.config.write_text(CONFIG.replace("tau_s = 30.0", "tau_s = -1") + PTY)
+            server.process.send_signal(signal.SIGHUP)
+            server.await_log("test.toml:12:9: pheromone[1].tau_s")
+            self.config.write_text(CONFIG.replace("cell_m = 0.1", "cell_m = 0.2") + PTY)
+            server.process.send_signal(signal.SIGHUP)
+            server.await_log("the configuration stays as it was", 2)
+            port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
+            self.assertEqual(ask(port, PING, len(ECHO)), ECHO)
+            os.close(port)
+            self.assertEqual(server.stop(), 0)
+
+    def test_the_journal_gets_no_time_of_ours(self):
+        with self.start("--config", "test.toml", JOURNAL_STREAM="8:1") as server:
+            server.await_log("ready")
+            self.assertTrue(server.log.startswith("info: pheromoned "), server.log)
+            self.assertEqual(server.stop(), 0)
+
+    def test_log_level_silences(self):
+        with self.start("--log-level", "warn") as server:
+            deadline = time.monotonic() + PATIENCE_S
+            while not os.path.lexists(self.folder / "radio-a.pty"):
+                self.assertLess(time.monotonic(), deadline)
+                time.sleep(0.01)
+            self.assertEqual(server.stop(), 0)
+            self.assertEqual(server.log, "")
+
+
+def main():
+    global PHEROMONED, SHIM
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pheromoned", required=True)
+    parser.add_argument("--shim", default="")
+    arguments, rest = parser.parse_known_args()
+    PHEROMONED = str(pathlib.Path(arguments.pheromoned).resolve())
+    SHIM = str(pathlib.Path(arguments.shim).resolve()) if arguments.shim else ""
+    unittest.main(argv=[sys.argv[0], *rest])
+
+
+if __name__ == "__main__":
+    main()

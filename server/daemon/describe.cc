@@ -1,0 +1,117 @@
+#include "server/daemon/describe.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+#include "protocol/opcodes.h"
+#include "server/field/path.h"
+
+namespace pheromone::daemon {
+namespace {
+
+double Metres(int64_t um) {
+  return static_cast<double>(um) / 1e6;
+}
+
+std::string_view NameOf(protocol::Reason reason) {
+  switch (reason) {
+    case protocol::Reason::kUnknownOpcode:
+      return "unknown opcode";
+    case protocol::Reason::kBadLength:
+      return "bad length";
+    case protocol::Reason::kOffTheMap:
+      return "off the map";
+    case protocol::Reason::kUnknownPheromone:
+      return "unknown pheromone";
+    case protocol::Reason::kSequenceReused:
+      return "sequence reused";
+    case protocol::Reason::kSayHello:
+      return "say hello";
+    case protocol::Reason::kBusy:
+      return "busy";
+    case protocol::Reason::kReadOnly:
+      return "read-only";
+    case protocol::Reason::kMapFull:
+      return "map full";
+    case protocol::Reason::kNotPermitted:
+      return "not permitted";
+    case protocol::Reason::kBadValue:
+      return "bad value";
+    case protocol::Reason::kBlockedByObstacle:
+      return "blocked by obstacle";
+    default:
+      return "other";
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> DescribeField(const field::FieldConfig& field) {
+  const field::MapGeometry& map = field.map;
+  std::vector<std::string> lines = {fmt::format(
+      "map: {} m x {} m from ({}, {}), {} x {} nodes, one every {} m; antennas {} m apart",
+      Metres(map.width_um), Metres(map.height_um), Metres(map.origin.x), Metres(map.origin.y),
+      map.columns(), map.rows(), Metres(map.cell_um), Metres(field.antenna_distance_um))};
+  for (const field::PheromoneLaw& law : field.pheromones) {
+    const double quantum = static_cast<double>(law.quantum_micro) / 1e6;
+    lines.push_back(fmt::format(
+        "pheromone {} \"{}\": quantum {}, at most {}, {}, smelled to {} m{}", law.type, law.name,
+        quantum, quantum * law.max_count,
+        law.tau_ms == 0
+            ? std::string("never evaporates")
+            : fmt::format("one quantum less every {} s", static_cast<double>(law.tau_ms) / 1e3),
+        Metres(law.reach_um()), law.directional ? " ahead" : ""));
+  }
+  for (const field::Path& path : field.paths) {
+    lines.push_back(fmt::format("path of type {}: {:.1f} m{}", path.type,
+                                field::LengthOf(path) / 1e6, path.closed ? ", closed" : ""));
+  }
+  return lines;
+}
+
+std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counters) {
+  std::vector<std::string> lines = {fmt::format(
+      "requests {}, answers {} ({} repeated), changes {}, ignored {}", counters.requests,
+      counters.answers, counters.repeats, counters.changes, counters.ignored)};
+  std::string errors;
+  for (size_t reason = 0; reason < counters.errors.size(); ++reason) {
+    if (counters.errors[reason] != 0) {
+      errors += fmt::format("{}{} {}", errors.empty() ? "" : ", ",
+                            NameOf(static_cast<protocol::Reason>(reason)), counters.errors[reason]);
+    }
+  }
+  lines.push_back("errors: " + (errors.empty() ? "none" : errors));
+  return lines;
+}
+
+std::string DescribeLink(const std::string& name, const links::LinkCounters& counters) {
+  std::string line = fmt::format("link {}: {} frames in {} bytes received, {} in {} bytes sent",
+                                 name, counters.received.frames, counters.bytes_in,
+                                 counters.frames_out, counters.bytes_out);
+  const std::array<std::pair<std::string_view, uint64_t>, 14> losses = {{
+      {"damaged", counters.received.crc_errors},
+      {"bad escapes", counters.received.bad_escapes},
+      {"oversize", counters.received.oversize},
+      {"runts", counters.received.runts},
+      {"refused", counters.received.refused},
+      {"restarts", counters.received.restarts},
+      {"timeouts", counters.received.timeouts},
+      {"stray bytes", counters.received.ignored_bytes},
+      {"late answers", counters.late_answers},
+      {"dropped answers", counters.dropped_answers},
+      {"withheld errors", counters.withheld_errors},
+      {"undeliverable", counters.undeliverable},
+      {"dropped connections", counters.dropped_connections},
+      {"opened again", counters.opened > 0 ? counters.opened - 1 : 0},
+  }};
+  for (const auto& [what, count] : losses) {
+    if (count != 0) {
+      line += fmt::format(", {} {}", what, count);
+    }
+  }
+  return line;
+}
+
+}  // namespace pheromone::daemon

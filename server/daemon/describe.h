@@ -1,0 +1,22 @@
+// What the daemon says about itself in the log: a configuration when it starts, counters when it
+// ends. Lines without their end.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/config/config.h"
+#include "server/engine/service.h"
+#include "server/links/link.h"
+
+namespace pheromone::daemon {
+
+std::vector<std::string> DescribeField(const field::FieldConfig& field);
+
+/// Requests, answers and errors by reason, over all links.
+std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counters);
+
+/// The frames and bytes of a link, and every kind of loss that happened.
+std::string DescribeLink(const std::string& name, const links::LinkCounters& counters);
+
+}  // namespace pheromone::daemon

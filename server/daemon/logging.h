@@ -1,0 +1,13 @@
+// The daemon's log: standard error, with time and colour on a terminal, bare under systemd, whose
+// journal knows the time itself.
+#pragma once
+
+#include <string>
+
+namespace pheromone::daemon {
+
+/// Sets up the default logger, once, before there are threads. `level` is one of the words of the
+/// configuration's daemon.log_level.
+void SetUpLogging(const std::string& level);
+
+}  // namespace pheromone::daemon

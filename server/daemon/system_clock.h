@@ -1,0 +1,11 @@
+// The machine's clocks, for the engine's service.
+#pragma once
+
+#include "server/engine/field_clock.h"
+
+namespace pheromone::daemon {
+
+/// CLOCK_BOOTTIME and CLOCK_REALTIME now. Thread-safe.
+engine::ClockReading ReadSystemClocks();
+
+}  // namespace pheromone::daemon

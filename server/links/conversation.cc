@@ -1,0 +1,212 @@
+#include "server/links/conversation.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <utility>
+#include <variant>
+
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+
+#include "protocol/messages.h"
+
+namespace pheromone::links {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+uint32_t Milliseconds(Clock::time_point at) {
+  const auto since = std::chrono::duration_cast<std::chrono::milliseconds>(at.time_since_epoch());
+  return static_cast<uint32_t>(since.count());  // it may wrap
+}
+
+protocol::DecoderCounters Difference(const protocol::DecoderCounters& now,
+                                     const protocol::DecoderCounters& before) {
+  return {now.frames - before.frames,
+          now.crc_errors - before.crc_errors,
+          now.bad_escapes - before.bad_escapes,
+          now.oversize - before.oversize,
+          now.runts - before.runts,
+          now.refused - before.refused,
+          now.restarts - before.restarts,
+          now.timeouts - before.timeouts,
+          now.ignored_bytes - before.ignored_bytes};
+}
+
+void Add(const protocol::DecoderCounters& more, protocol::DecoderCounters* sum) {
+  sum->frames += more.frames;
+  sum->crc_errors += more.crc_errors;
+  sum->bad_escapes += more.bad_escapes;
+  sum->oversize += more.oversize;
+  sum->runts += more.runts;
+  sum->refused += more.refused;
+  sum->restarts += more.restarts;
+  sum->timeouts += more.timeouts;
+  sum->ignored_bytes += more.ignored_bytes;
+}
+
+}  // namespace
+
+Conversation::Conversation(const asio::any_io_executor& strand, const ConversationOptions& options,
+                           OnBatch on_batch, LinkRecord* record)
+    : options_(options),
+      on_batch_(std::move(on_batch)),
+      record_(record),
+      stream_(strand),
+      wake_(strand),
+      decoder_(options.gap_timeout_ms),
+      last_read_(Clock::now()),
+      line_free_at_(last_read_) {}
+
+asio::awaitable<std::string> Conversation::Run(Descriptor descriptor) {
+  using asio::experimental::awaitable_operators::operator||;
+  error_code error;
+  if (closed_) {
+    co_return "closed";
+  }
+  const int handle = descriptor.get();
+  stream_.assign(handle, error);  // NOLINT(bugprone-unused-return-value)
+  if (error) {
+    co_return "cannot be waited for: " + error.message();
+  }
+  descriptor.release();
+  const auto reason = co_await (Read() || Write());
+  stream_.close(error);
+  co_return std::visit([](const std::string& why) { return why; }, reason);
+}
+
+void Conversation::Close() {
+  error_code ignored;
+  closed_ = true;
+  stream_.close(ignored);
+  wake_.cancel();
+}
+
+asio::awaitable<std::string> Conversation::Read() {
+  std::array<uint8_t, 4096> buffer;  // NOLINT: filled by the read
+  while (true) {
+    error_code error;
+    const size_t size = co_await stream_.async_read_some(
+        asio::buffer(buffer), asio::redirect_error(asio::use_awaitable, error));
+    // A line that ends says so in one of two ways.
+    if (error == asio::error::eof || error.value() == EIO) {
+      co_return "the other side hung up";
+    }
+    if (error) {
+      co_return error.message();
+    }
+    TakeBytes({buffer.data(), size});
+  }
+}
+
+void Conversation::TakeBytes(std::span<const uint8_t> bytes) {
+  last_read_ = Clock::now();
+  const protocol::DecoderCounters before = decoder_.counters();
+  batch_.clear();
+  answers_.clear();
+  decoder_.PushBlock(bytes.data(), bytes.size(), Milliseconds(last_read_),
+                     [this](const protocol::Message& message) { batch_.push_back(message); });
+  const protocol::DecoderCounters received = Difference(decoder_.counters(), before);
+  record_->Count([&](LinkCounters& counters) {
+    counters.bytes_in += bytes.size();
+    Add(received, &counters.received);
+  });
+  if (!batch_.empty()) {
+    on_batch_(this, batch_, &answers_);
+  }
+  for (const protocol::Message& answer : answers_) {
+    Enqueue(answer, last_read_);
+  }
+}
+
+void Conversation::Enqueue(const protocol::Message& message,
+                           std::optional<Clock::time_point> asked_at) {
+  // On a shared line, answers that say no must not crowd out those that say yes.
+  if (options_.medium_access && message.opcode == protocol::kError) {
+    const auto now = Clock::now();
+    if (last_error_ && now - *last_error_ < options_.response_window) {
+      record_->Count([](LinkCounters& counters) { ++counters.withheld_errors; });
+      return;
+    }
+    last_error_ = now;
+  }
+  Frame frame{std::vector<uint8_t>(protocol::kMaxFrame), asked_at};
+  frame.bytes.resize(protocol::EncodeFrame(message, frame.bytes.data(), frame.bytes.size()));
+  queued_bytes_ += frame.bytes.size();
+  queue_.push_back(std::move(frame));
+  while (queued_bytes_ > kMaxQueue) {
+    queued_bytes_ -= queue_.front().bytes.size();
+    queue_.pop_front();
+    record_->Count([](LinkCounters& counters) { ++counters.dropped_answers; });
+  }
+  wake_.cancel();
+}
+
+// When a frame may be sent. An answer goes as soon as the robot listens again; anything else waits
+// until the line is nobody's.
+Clock::time_point Conversation::EarliestStart(const Frame& frame) const {
+  if (!options_.medium_access) {
+    return Clock::time_point::min();
+  }
+  if (frame.asked_at) {
+    return std::max(*frame.asked_at + options_.server_gap(), line_free_at_);
+  }
+  const Clock::duration gap = std::chrono::milliseconds(options_.gap_timeout_ms);
+  const auto silence =
+      decoder_.frame_open() ? std::max(gap, options_.idle_time()) : options_.idle_time();
+  return std::max(last_read_ + silence, line_free_at_ + options_.idle_time());
+}
+
+// What is written at once: one whole frame on a shared line; elsewhere all there is.
+std::vector<uint8_t> Conversation::NextBlock(size_t* frames) {
+  std::vector<uint8_t> block;
+  for (*frames = 0; !queue_.empty() && (*frames == 0 || !options_.medium_access); ++*frames) {
+    const std::vector<uint8_t>& bytes = queue_.front().bytes;
+    block.insert(block.end(), bytes.begin(), bytes.end());
+    queued_bytes_ -= bytes.size();
+    queue_.pop_front();
+  }
+  return block;
+}
+
+asio::awaitable<std::string> Conversation::Write() {
+  error_code error;
+  while (true) {
+    const Clock::time_point now = Clock::now();
+    Clock::time_point start = Clock::time_point::max();
+    if (!queue_.empty()) {
+      const Frame& frame = queue_.front();
+      start = EarliestStart(frame);
+      if (options_.medium_access && frame.asked_at &&
+          std::max(start, now) > *frame.asked_at + options_.response_window) {
+        queued_bytes_ -= frame.bytes.size();
+        queue_.pop_front();
+        record_->Count([](LinkCounters& counters) { ++counters.late_answers; });
+        continue;
+      }
+    }
+    if (start > now) {
+      wake_.expires_at(start);
+      co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      continue;
+    }
+    size_t frames = 0;
+    const std::vector<uint8_t> block = NextBlock(&frames);
+    line_free_at_ = now + static_cast<int64_t>(block.size()) * options_.byte_time;
+    const size_t size = co_await asio::async_write(
+        stream_, asio::buffer(block), asio::redirect_error(asio::use_awaitable, error));
+    record_->Count([&](LinkCounters& counters) {
+      counters.bytes_out += size;
+      counters.frames_out += error ? 0 : frames;
+    });
+    if (error) {
+      co_return error.value() == EIO ? "the other side hung up" : error.message();
+    }
+  }
+}
+
+}  // namespace pheromone::links

@@ -1,0 +1,102 @@
+// One line, open: bytes from a descriptor become batches of messages, messages become whole frames
+// on it. Knows when a half-duplex line may be used (protocol/README.md, "Medium access").
+//
+//   Conversation conversation(strand, options, on_batch, &record);
+//   const std::string why = co_await conversation.Run(std::move(descriptor));
+//
+// All functions are called on the strand, which on_batch is called on too. A conversation holds at
+// most kMaxQueue bytes that the other side has not taken; then the oldest frames are dropped.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "protocol/decoder.h"
+#include "server/links/link.h"
+#include "server/links/port.h"
+
+namespace pheromone::links {
+
+using Clock = std::chrono::steady_clock;
+
+struct ConversationOptions {
+  uint16_t gap_timeout_ms = protocol::kNoGapTimeout;
+
+  /// Whether robots share the line, one station sending at a time.
+  bool medium_access = false;
+  Clock::duration byte_time{};        ///< B
+  Clock::duration turnaround{};       ///< T_t
+  Clock::duration response_window{};  ///< W
+
+  /// G_s: how long the robot that asked needs to get from sending to listening.
+  Clock::duration server_gap() const { return turnaround + byte_time; }
+  /// I_c: a line silent for this long is nobody's.
+  Clock::duration idle_time() const { return server_gap() + 2 * byte_time; }
+};
+
+class Conversation {
+ public:
+  static constexpr size_t kMaxQueue = 64 * 1024;
+
+  /// Called with the messages of one read; what it appends to `answers` is sent on this line.
+  using OnBatch = std::function<void(Conversation* from, std::span<const protocol::Message> batch,
+                                     std::vector<protocol::Message>* answers)>;
+
+  Conversation(const boost::asio::any_io_executor& strand, const ConversationOptions& options,
+               OnBatch on_batch, LinkRecord* record);
+
+  /// Reads and writes until the other side hangs up, something fails, or Close is called. Returns
+  /// the reason, in words. Once.
+  boost::asio::awaitable<std::string> Run(Descriptor descriptor);
+
+  /// Sends a message that is no answer to the last batch.
+  void Send(const protocol::Message& message) { Enqueue(message, std::nullopt); }
+
+  /// Ends Run, also one that has not begun.
+  void Close();
+  bool closed() const { return closed_; }
+
+  /// When the last byte came in, or the conversation began.
+  Clock::time_point last_read() const { return last_read_; }
+
+ private:
+  struct Frame {
+    std::vector<uint8_t> bytes;
+    std::optional<Clock::time_point> asked_at;
+  };
+
+  boost::asio::awaitable<std::string> Read();
+  boost::asio::awaitable<std::string> Write();
+  void TakeBytes(std::span<const uint8_t> bytes);
+  void Enqueue(const protocol::Message& message, std::optional<Clock::time_point> asked_at);
+  Clock::time_point EarliestStart(const Frame& frame) const;
+  std::vector<uint8_t> NextBlock(size_t* frames);
+
+  const ConversationOptions options_;
+  const OnBatch on_batch_;
+  LinkRecord* const record_;
+  boost::asio::posix::stream_descriptor stream_;
+  boost::asio::steady_timer wake_;  // cancelled when there is something new to write
+  protocol::FrameDecoder decoder_;
+  std::deque<Frame> queue_;
+  size_t queued_bytes_ = 0;
+  Clock::time_point last_read_;
+  Clock::time_point line_free_at_;  // own bytes have left by then
+  std::optional<Clock::time_point> last_error_;
+  std::vector<protocol::Message> batch_;
+  std::vector<protocol::Message> answers_;
+  bool closed_ = false;
+};
+
+}  // namespace pheromone::links

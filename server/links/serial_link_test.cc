@@ -1,0 +1,197 @@
+// Serial links, through libserialport, on pseudo-terminals: testing/pty_as_serial_shim.c is linked
+// in. What a pseudo-terminal cannot show: baud rates, modem lines, adapters that really vanish.
+#include <gtest/gtest.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+
+#include <fstream>
+
+#include "server/links/port_link.h"
+#include "server/links/testing/link_bench.h"
+
+namespace pheromone::links {
+namespace {
+
+using engine::testing::Hello;
+using std::chrono::milliseconds;
+using testing::Eventually;
+using testing::IsEcho;
+using testing::Peer;
+using testing::PingOf;
+using testing::Wire;
+
+// A modem that can be plugged in and out: the master is the test's, the slave the server's port.
+class SerialLinkTest : public ::testing::Test {
+ protected:
+  SerialLinkTest() {
+    options_.path = path_;
+    options_.response_window_ms = 10'000;  // a busy machine must not make answers late
+    options_.backoff = {milliseconds(5), milliseconds(20), 1};
+  }
+
+  Peer PlugIn() {
+    Descriptor master(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
+    EXPECT_EQ(unlockpt(master.get()), 0);
+    slave_ = ptsname(master.get());
+    unlink(path_.c_str());
+    EXPECT_EQ(symlink(slave_.c_str(), path_.c_str()), 0);
+    return Peer(std::move(master));
+  }
+
+  Status Start() {
+    return server_.Start(MakeSerialLink(server_.io(), options_, server_.Context(0)));
+  }
+
+  bool Up() {
+    return Eventually([this] { return server_.link().state().up; });
+  }
+
+  testing::TemporaryFolder folder_;
+  std::string path_ = folder_ / "modem";
+  std::string slave_;
+  SerialOptions options_;
+  testing::Server server_;
+};
+
+TEST_F(SerialLinkTest, APingIsAnsweredThroughLibserialport) {
+  for (const uint32_t baud : {9600u, 115200u, 250000u}) {
+    Peer radio = PlugIn();
+    options_.baud = baud;
+    testing::Server server;
+    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok())
+        << baud;
+    for (int byte = 0; byte < 256; ++byte) {
+      EXPECT_TRUE(
+          IsEcho(radio.Ask(PingOf(3, static_cast<uint8_t>(byte))), 3, static_cast<uint8_t>(byte)));
+    }
+  }
+}
+
+TEST_F(SerialLinkTest, ThePortIsRawAndExclusiveAndAnIdleLineIsNotItsEnd) {
+  Peer radio = PlugIn();
+  const Descriptor beside(open(slave_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  ASSERT_TRUE(Start().ok());
+  termios mode{};
+  ASSERT_EQ(tcgetattr(beside.get(), &mode), 0);
+  EXPECT_EQ(mode.c_lflag & (ICANON | ECHO | ISIG), 0u);
+  EXPECT_EQ(mode.c_iflag & (IXON | IXOFF | ICRNL), 0u);
+  EXPECT_EQ(mode.c_cc[VMIN], 1);
+  EXPECT_EQ(cfgetospeed(&mode), static_cast<speed_t>(B9600));
+  int exclusive = 0;
+  ASSERT_EQ(ioctl(beside.get(), TIOCGEXCL, &exclusive), 0);
+  EXPECT_EQ(exclusive, 1);
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  EXPECT_EQ(server_.link().counters().opened, 1u);  // an end would have opened it again
+}
+
+TEST_F(SerialLinkTest, APortThatIsUnpluggedAndPluggedInAgainServesOn) {
+  for (uint8_t round = 1; round <= 3; ++round) {
+    Peer radio = PlugIn();
+    if (round == 1) {
+      ASSERT_TRUE(Start().ok());
+    }
+    ASSERT_TRUE(Up());
+    EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, round)), 3, round));
+    ASSERT_EQ(unlink(path_.c_str()), 0);
+    radio.HangUp();
+    ASSERT_TRUE(Eventually([this] {
+      return server_.link().state().reason.find("No such file") != std::string::npos;
+    }));
+  }
+  EXPECT_EQ(server_.link().counters().opened, 3u);
+  EXPECT_EQ(server_.lines()[1], "link radio-a: down, the other side hung up; trying again");
+}
+
+TEST_F(SerialLinkTest, APortThatIsAbsentAtFirstIsTriedAgain) {
+  const Status status = Start();
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error(), path_ + ": No such file or directory");
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Up());
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(SerialLinkTest, AFileThatIsNoPortIsAnError) {
+  std::ofstream(path_) << "x";
+  const Status status = Start();
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error(), path_ + ": not a serial port");
+}
+
+TEST_F(SerialLinkTest, StopWhileUpAndWhileDownIsClean) {
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  server_.Stop();
+  EXPECT_TRUE(radio.SeesTheEnd());
+
+  testing::Server second;
+  options_.path = folder_ / "none";
+  options_.backoff = {milliseconds(60'000), milliseconds(60'000), 1};  // Stop need not wait for it
+  EXPECT_FALSE(second.Start(MakeSerialLink(second.io(), options_, second.Context(0))).ok());
+}
+
+// G_s = T_t + B: the robot's modem is still sending until then.
+TEST_F(SerialLinkTest, AnAnswerWaitsForTheServerGap) {
+  options_.turnaround_ms = 150;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  const auto asked = std::chrono::steady_clock::now();
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  EXPECT_GE(std::chrono::steady_clock::now() - asked, milliseconds(151));
+}
+
+// With a gap longer than the window no answer is ever in time.
+TEST_F(SerialLinkTest, AnAnswerThatCannotStartWithinTheWindowIsNotSentButCounted) {
+  options_.turnaround_ms = 50;
+  options_.response_window_ms = 10;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  ASSERT_TRUE(radio.Send(Hello(1, 5)));
+  ASSERT_TRUE(radio.Send(PingOf(1, 1)));
+  ASSERT_TRUE(Eventually([this] { return server_.link().counters().late_answers == 2; }));
+  // What nobody waits for has no window: it goes when the line is idle.
+  std::vector<engine::Outgoing> out;
+  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
+  server_.switchboard().Deliver(out);
+  const auto command = radio.Receive();
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->opcode, protocol::kCommand);
+  EXPECT_TRUE(Eventually([this] { return server_.link().counters().frames_out == 1; }));
+}
+
+TEST_F(SerialLinkTest, ErrorsAreSentOnceInAResponseWindow) {
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  protocol::Message unknown;
+  unknown.id = 1;
+  unknown.opcode = 0x7A;
+  std::vector<uint8_t> bytes;
+  for (const protocol::Message& message : {unknown, unknown, PingOf(1, 1)}) {
+    const std::vector<uint8_t> frame = Wire(message);
+    bytes.insert(bytes.end(), frame.begin(), frame.end());
+  }
+  ASSERT_TRUE(radio.SendBytes(bytes));
+  EXPECT_EQ(engine::testing::ReasonOf(*radio.Receive()), protocol::Reason::kUnknownOpcode);
+  EXPECT_TRUE(IsEcho(radio.Receive(), 1, 1));
+  EXPECT_EQ(server_.link().counters().withheld_errors, 1u);
+}
+
+// A frame whose end is lost: the silence after it discards it, and the next one is answered.
+TEST_F(SerialLinkTest, AGapInsideAFrameDiscardsIt) {
+  options_.gap_timeout_ms = 20;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  std::vector<uint8_t> half = Wire(PingOf(3, 1));
+  half.resize(half.size() / 2);
+  ASSERT_TRUE(radio.SendBytes(half));
+  ASSERT_TRUE(Eventually([&] { return server_.link().counters().bytes_in == half.size(); }));
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_TRUE(
+      Eventually([&] { return std::chrono::steady_clock::now() - begin > milliseconds(30); }));
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 2)), 3, 2));
+  EXPECT_EQ(server_.link().counters().received.timeouts, 1u);
+}
+
+}  // namespace
+}  // namespace pheromone::links

@@ -1,0 +1,208 @@
+#include "server/links/tcp_link.h"
+
+#include <algorithm>
+#include <array>
+#include <list>
+#include <utility>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include "protocol/opcodes.h"
+#include "server/links/conversation.h"
+#include "server/links/port.h"
+#include "server/links/switchboard.h"
+
+namespace pheromone::links {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+std::string ToText(const tcp::endpoint& endpoint) {
+  const std::string address = endpoint.address().to_string();
+  return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" +
+         std::to_string(endpoint.port());
+}
+
+class TcpLink final : public Link {
+ public:
+  TcpLink(asio::io_context& io, TcpOptions options, LinkContext context)
+      : Link(std::move(context)),
+        options_(std::move(options)),
+        strand_(asio::make_strand(io)),
+        acceptor_(strand_),
+        retry_(strand_),
+        backoff_(options_.backoff) {}
+
+  Status Start() override {
+    const Status listening = Listen();
+    asio::co_spawn(strand_, Accept(), asio::detached);
+    return listening;
+  }
+
+  void Stop() override {
+    asio::post(strand_, [this] {
+      error_code ignored;
+      stopping_ = true;
+      acceptor_.close(ignored);
+      retry_.cancel();
+      for (Conversation& conversation : conversations_) {
+        conversation.Close();
+      }
+      record()->SetState({false, "stopped"});
+    });
+  }
+
+  void Send(std::span<const protocol::Message> messages) override {
+    asio::post(strand_, [this, copy = std::vector(messages.begin(), messages.end())] {
+      for (const protocol::Message& message : copy) {
+        Route(message);
+      }
+    });
+  }
+
+  std::string address() const override {
+    const LinkRecord::State now = state();
+    return now.up ? now.reason.substr(now.reason.rfind(' ') + 1) : "";
+  }
+
+ private:
+  Status Listen() {
+    error_code error;
+    const auto address = asio::ip::make_address(options_.listen_address, error);
+    const tcp::endpoint endpoint(address, options_.listen_port);
+    if (!error) {
+      acceptor_.open(endpoint.protocol(), error);
+    }
+    if (!error) {
+      acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+      acceptor_.bind(endpoint, error);
+    }
+    if (!error) {
+      acceptor_.listen(asio::socket_base::max_listen_connections, error);
+    }
+    if (error) {
+      const std::string why = "cannot listen on " + options_.listen_address + " port " +
+                              std::to_string(options_.listen_port) + ": " + error.message();
+      error_code ignored;
+      acceptor_.close(ignored);
+      ReportDown(why + "; trying again");
+      return Error{why};
+    }
+    ReportUp("tcp " + ToText(acceptor_.local_endpoint(error)));
+    return Ok();
+  }
+
+  asio::awaitable<void> Accept() {
+    while (!stopping_) {
+      error_code error;
+      if (acceptor_.is_open()) {
+        tcp::socket socket =
+            co_await acceptor_.async_accept(asio::redirect_error(asio::use_awaitable, error));
+        if (!error) {
+          backoff_.Reset();
+          Welcome(std::move(socket));
+          continue;
+        }
+      }
+      if (!stopping_) {  // not listening, or out of descriptors: neither is helped by haste
+        retry_.expires_after(backoff_.Next());
+        co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      }
+      if (!stopping_ && !acceptor_.is_open()) {
+        static_cast<void>(Listen());
+      }
+    }
+  }
+
+  void Welcome(tcp::socket socket) {
+    error_code error;
+    socket.set_option(tcp::no_delay(true), error);
+    socket.set_option(asio::socket_base::keep_alive(true), error);
+    Descriptor descriptor(socket.release(error));
+    if (error || stopping_) {
+      return;
+    }
+    if (conversations_.size() >= options_.max_connections) {
+      DropIdlest();
+    }
+    record()->Count([](LinkCounters& counters) { ++counters.opened; });
+    ConversationOptions options;
+    options.gap_timeout_ms = options_.gap_timeout_ms;
+    // The list keeps its places: `self` stands for the conversation as long as it runs.
+    const auto self = conversations_.emplace(
+        conversations_.end(), strand_, options,
+        [this](Conversation* from, auto batch, auto* /*answers*/) { Take(from, batch); }, record());
+    asio::co_spawn(strand_, Converse(self, std::move(descriptor)), asio::detached);
+  }
+
+  asio::awaitable<void> Converse(std::list<Conversation>::iterator self, Descriptor descriptor) {
+    co_await self->Run(std::move(descriptor));
+    for (Conversation*& place : last_spoke_) {
+      if (place == &*self) {
+        place = nullptr;
+      }
+    }
+    conversations_.erase(self);
+  }
+
+  // A robot that comes back must find room, whoever forgot to hang up.
+  void DropIdlest() {
+    const auto idlest = std::min_element(
+        conversations_.begin(), conversations_.end(), [](const auto& a, const auto& b) {
+          return std::pair(a.closed(), a.last_read()) < std::pair(b.closed(), b.last_read());
+        });
+    idlest->Close();
+    record()->Count([](LinkCounters& counters) { ++counters.dropped_connections; });
+  }
+
+  void Take(Conversation* from, std::span<const protocol::Message> batch) {
+    for (const protocol::Message& message : batch) {
+      if (!protocol::IsFromServer(message.opcode)) {
+        last_spoke_[message.id] = from;
+      }
+    }
+    answers_.clear();
+    context().switchboard->Handle(context().index, batch, &answers_);
+    for (const protocol::Message& answer : answers_) {
+      Route(answer);
+    }
+  }
+
+  void Route(const protocol::Message& message) {
+    if (message.id == protocol::kBroadcastId) {
+      for (Conversation& conversation : conversations_) {
+        conversation.Send(message);
+      }
+    } else if (last_spoke_[message.id] != nullptr) {
+      last_spoke_[message.id]->Send(message);
+    } else {
+      record()->Count([](LinkCounters& counters) { ++counters.undeliverable; });
+    }
+  }
+
+  const TcpOptions options_;
+  const asio::strand<asio::io_context::executor_type> strand_;
+  tcp::acceptor acceptor_;
+  asio::steady_timer retry_;
+  Backoff backoff_;
+  std::list<Conversation> conversations_;
+  std::array<Conversation*, 256> last_spoke_{};  // by client ID
+  std::vector<protocol::Message> answers_;
+  bool stopping_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Link> MakeTcpLink(asio::io_context& io, TcpOptions options, LinkContext context) {
+  return std::make_unique<TcpLink>(io, std::move(options), std::move(context));
+}
+
+}  // namespace pheromone::links

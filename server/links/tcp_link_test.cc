@@ -1,0 +1,201 @@
+#include "server/links/tcp_link.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include "server/links/testing/link_bench.h"
+
+namespace pheromone::links {
+namespace {
+
+using engine::testing::Deposit;
+using engine::testing::Hello;
+using std::chrono::milliseconds;
+using testing::Eventually;
+using testing::IsEcho;
+using testing::Peer;
+using testing::PingOf;
+using testing::Wire;
+
+uint16_t PortOf(const std::string& address) {
+  return static_cast<uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
+}
+
+class TcpLinkTest : public ::testing::Test {
+ protected:
+  TcpLinkTest() {
+    options_.listen_address = "127.0.0.1";
+    options_.backoff = {milliseconds(5), milliseconds(20), 1};
+  }
+
+  Status Start(engine::LinkIndex index = 0) {
+    return server_.Start(MakeTcpLink(server_.io(), options_, server_.Context(index)));
+  }
+
+  Peer Connect() {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(PortOf(server_.link().address()));
+    Descriptor socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    const int connected =
+        connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+    EXPECT_EQ(connected, 0);
+    return Peer(std::move(socket_));
+  }
+
+  TcpOptions options_;
+  testing::Server server_;
+};
+
+TEST_F(TcpLinkTest, APingIsAnswered) {
+  ASSERT_TRUE(Start().ok());
+  EXPECT_EQ(server_.link().address().find("127.0.0.1:"), 0u);
+  Peer robot = Connect();
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(TcpLinkTest, TwoRobotsOnTwoConnectionsGetTheirOwnAnswers) {
+  ASSERT_TRUE(Start().ok());
+  Peer a = Connect();
+  Peer b = Connect();
+  for (uint8_t i = 0; i < 100; ++i) {
+    ASSERT_TRUE(a.Send(PingOf(1, i)));
+    ASSERT_TRUE(b.Send(PingOf(2, i)));
+    EXPECT_TRUE(IsEcho(b.Receive(), 2, i));
+    EXPECT_TRUE(IsEcho(a.Receive(), 1, i));
+  }
+}
+
+TEST_F(TcpLinkTest, AReconnectIsTheSameRobot) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot = Connect();
+  ASSERT_TRUE(robot.Ask(Hello(1, 5)));
+  const auto first = robot.Ask(Deposit(1, 9));
+  ASSERT_TRUE(first);
+  const uint64_t hash = server_.service().StateHash();
+  robot.HangUp();
+  Peer again = Connect();
+  const auto second = again.Ask(Deposit(1, 9));
+  ASSERT_TRUE(second);
+  EXPECT_TRUE(engine::testing::SameMessage(*first, *second));
+  EXPECT_EQ(server_.service().StateHash(), hash);
+}
+
+TEST_F(TcpLinkTest, CommandsGoWhereTheRobotSpokeLast) {
+  ASSERT_TRUE(Start().ok());
+  Peer before = Connect();
+  ASSERT_TRUE(before.Ask(Hello(1, 5)));
+  Peer now = Connect();
+  ASSERT_TRUE(now.Ask(PingOf(1, 1)));
+  std::vector<engine::Outgoing> out;
+  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
+  server_.switchboard().Deliver(out);
+  const auto command = now.Receive();
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->opcode, protocol::kCommand);
+  EXPECT_TRUE(IsEcho(before.Ask(PingOf(2, 2)), 2, 2));  // and nothing came before it
+}
+
+TEST_F(TcpLinkTest, ABroadcastReachesEveryConnection) {
+  ASSERT_TRUE(Start().ok());
+  Peer a = Connect();
+  Peer b = Connect();
+  ASSERT_TRUE(a.Ask(Hello(1, 5)));
+  ASSERT_TRUE(b.Ask(Hello(2, 5)));
+  std::vector<engine::Outgoing> out;
+  ASSERT_TRUE(server_.service()
+                  .Issue({0, protocol::kBroadcastId, protocol::CommandCode::kHalt, {}}, &out)
+                  .ok());
+  server_.switchboard().Deliver(out);
+  EXPECT_EQ(a.Receive()->id, protocol::kBroadcastId);
+  EXPECT_EQ(b.Receive()->id, protocol::kBroadcastId);
+}
+
+TEST_F(TcpLinkTest, AnEchoOfTheServersFramesDoesNotTakeOverARobotsAddress) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot = Connect();
+  ASSERT_TRUE(robot.Ask(Hello(1, 5)));
+  Peer echo = Connect();
+  protocol::Message answer = PingOf(1, 1);
+  answer.opcode = protocol::kPingAnswer;
+  ASSERT_TRUE(echo.Send(answer));
+  ASSERT_TRUE(Eventually([&] { return server_.link().counters().received.frames == 2; }));
+  std::vector<engine::Outgoing> out;
+  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
+  server_.switchboard().Deliver(out);
+  EXPECT_TRUE(robot.Receive());
+}
+
+TEST_F(TcpLinkTest, HalfAFrameAndAHangUpHarmNobody) {
+  ASSERT_TRUE(Start().ok());
+  std::vector<uint8_t> half = Wire(PingOf(3, 1));
+  half.resize(half.size() / 2);
+  Peer rude = Connect();
+  ASSERT_TRUE(rude.SendBytes(half));
+  rude.HangUp();
+  Peer robot = Connect();
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 2)), 3, 2));
+  EXPECT_EQ(server_.link().counters().received.frames, 1u);
+}
+
+TEST_F(TcpLinkTest, AClientThatHangsUpBeforeItsAnswersHarmsNobody) {
+  ASSERT_TRUE(Start().ok());
+  for (int round = 0; round < 20; ++round) {
+    Peer rude = Connect();
+    for (uint8_t i = 0; i < 50; ++i) {
+      ASSERT_TRUE(rude.Send(PingOf(3, i)));
+    }
+    const linger now{1, 0};  // a reset, not an orderly end
+    setsockopt(rude.descriptor(), SOL_SOCKET, SO_LINGER, &now, sizeof now);
+    rude.HangUp();
+  }
+  Peer robot = Connect();
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(4, 2)), 4, 2));
+}
+
+TEST_F(TcpLinkTest, WhenThereIsNoRoomTheConnectionSilentForLongestGoes) {
+  options_.max_connections = 2;
+  ASSERT_TRUE(Start().ok());
+  Peer a = Connect();
+  ASSERT_TRUE(a.Ask(PingOf(1, 1)));
+  Peer b = Connect();
+  ASSERT_TRUE(b.Ask(PingOf(2, 1)));
+  ASSERT_TRUE(a.Ask(PingOf(1, 2)));
+  Peer c = Connect();
+  EXPECT_TRUE(IsEcho(c.Ask(PingOf(3, 1)), 3, 1));
+  EXPECT_TRUE(b.SeesTheEnd());
+  EXPECT_TRUE(IsEcho(a.Ask(PingOf(1, 3)), 1, 3));
+  EXPECT_EQ(server_.link().counters().dropped_connections, 1u);
+}
+
+TEST_F(TcpLinkTest, APortInUseIsToldAndTriedAgain) {
+  ASSERT_TRUE(Start(0).ok());
+  options_.listen_port = PortOf(server_.link(0).address());
+  const Status second = Start(1);
+  ASSERT_FALSE(second.ok());
+  EXPECT_NE(second.error().find("Address already in use"), std::string::npos);
+  EXPECT_EQ(server_.link(1).address(), "");
+  server_.link(0).Stop();
+  EXPECT_TRUE(Eventually([&] { return server_.link(1).state().up; }));
+}
+
+TEST_F(TcpLinkTest, AnAddressThatIsNoneIsAnError) {
+  options_.listen_address = "1.2.3";
+  EXPECT_FALSE(Start().ok());
+}
+
+TEST_F(TcpLinkTest, StopEndsEveryConnection) {
+  ASSERT_TRUE(Start().ok());
+  Peer a = Connect();
+  Peer b = Connect();
+  ASSERT_TRUE(a.Ask(PingOf(1, 1)));
+  server_.Stop();
+  EXPECT_TRUE(a.SeesTheEnd());
+  EXPECT_TRUE(b.SeesTheEnd());
+}
+
+}  // namespace
+}  // namespace pheromone::links
