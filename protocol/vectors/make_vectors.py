@@ -217,6 +217,9 @@ DAMAGED = [
     ("crc_missing", "10 02 07 72 10 03", "runt"),
     ("dle_not_doubled", "10 02 10 01 00 00 00 00 00 00 11 CC 10 03", "bad-escape"),
     ("dle_then_zero", "10 02 01 72 10 00 00 00 10 03", "bad-escape"),
+    # Who drops the two bytes, or the DLE alone, but stays inside the frame hears a good PING.
+    ("good_without_the_illegal_escape", "10 02 01 72 10 55 81 B5 10 03", "bad-escape"),
+    ("good_without_the_illegal_dle", "10 02 01 10 72 81 B5 10 03", "bad-escape"),
     ("empty_frame", "10 02 10 03", "runt"),
     ("one_byte_frame", "10 02 01 10 03", "runt"),
     ("two_zeros", "10 02 00 00 10 03", "runt"),

@@ -67,7 +67,7 @@ std::optional<Endpoint> ParseEndpoint(std::string_view text) {
 }
 
 std::optional<std::string> ReadName(const TableReader& table) {
-  const auto name = table.String("name");
+  auto name = table.String("name");
   if (name && (name->size() > 32 ||
                name->find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                        "0123456789-_.") != std::string::npos)) {

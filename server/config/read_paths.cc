@@ -152,7 +152,7 @@ std::optional<std::vector<field::PointUm>> ReadCircle(const TableReader& table,
 std::optional<std::vector<field::PointUm>> ReadLine(const TableReader& table, Shape shape,
                                                     bool closed, const field::MapGeometry& map,
                                                     LengthBudget* budget) {
-  const auto knots = ReadPoints(table, closed ? 3 : 2, map);
+  auto knots = ReadPoints(table, closed ? 3 : 2, map);
   if (!knots ||
       !budget->Take(table, "points_m", field::LengthOf({.closed = closed, .points = *knots}))) {
     return std::nullopt;

@@ -80,6 +80,7 @@ class Daemon::Impl {
     AwaitSignal();
     Tick();
     std::vector<std::thread> threads;
+    threads.reserve(static_cast<size_t>(config_.daemon.io_threads));
     const bool started = StartLinks();
     if (!started) {
       boost::asio::post(strand_, [this] { Stop(); });

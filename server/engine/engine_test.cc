@@ -261,7 +261,8 @@ TEST(StateHash, TheSameEventsGiveTheSameStateAndTheSameAnswers) {
   size_t answers = 0;
   for (const auto& [now_ms, event] : bench.log) {
     std::vector<Outgoing> out;
-    replayed.Apply(++sequence, {now_ms, static_cast<int64_t>(sequence)}, event, &out);
+    ++sequence;
+    replayed.Apply(sequence, {now_ms, static_cast<int64_t>(sequence)}, event, &out);
     answers += out.size();
   }
   EXPECT_GT(answers, 1'000u);

@@ -47,7 +47,7 @@ struct ConversationOptions {
 
 class Conversation {
  public:
-  static constexpr size_t kMaxQueue = 64 * 1024;
+  static constexpr size_t kMaxQueue = size_t{64} * 1024;
 
   /// Called with the messages of one read; what it appends to `answers` is sent on this line.
   using OnBatch = std::function<void(Conversation* from, std::span<const protocol::Message> batch,

@@ -34,7 +34,7 @@ class PortLink final : public Link {
 
   Status Start() override {
     Result<Descriptor> first = Open();
-    const Status status = first.ok() ? Ok() : Status(Error{first.error()});
+    Status status = first.ok() ? Ok() : Status(Error{first.error()});
     asio::co_spawn(strand_, Run(std::move(first)), asio::detached);
     return status;
   }
@@ -78,34 +78,41 @@ class PortLink final : public Link {
   asio::awaitable<void> Run(Result<Descriptor> opened) {
     while (!stopping_) {
       if (opened.ok()) {
-        const auto begin = Clock::now();
-        conversation_.emplace(
-            strand_, options_,
-            [this](auto* /*from*/, auto batch, auto* answers) {
-              context().switchboard->Handle(context().index, batch, answers);
-            },
-            record());
-        const std::string why = co_await conversation_->Run(std::move(opened).value());
-        conversation_.reset();
-        port_->Close();
-        if (stopping_) {
-          break;
-        }
-        ReportDown(why + "; trying again");
-        // A port that opens and dies at once is no better than one that does not open.
-        if (Clock::now() - begin > longest_wait_) {
-          backoff_.Reset();
-        }
+        co_await Converse(std::move(opened).value());
+      }
+      if (stopping_) {
+        break;
       }
       boost::system::error_code ignored;
       retry_.expires_after(backoff_.Next());
       co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
-      if (!stopping_) {
-        opened = Open();
+      if (stopping_) {
+        break;
       }
+      opened = Open();
     }
     port_->Close();
     record()->SetState({false, "stopped"});
+  }
+
+  asio::awaitable<void> Converse(Descriptor descriptor) {
+    const auto begin = Clock::now();
+    conversation_.emplace(
+        strand_, options_,
+        [this](auto* /*from*/, auto batch, auto* answers) {
+          context().switchboard->Handle(context().index, batch, answers);
+        },
+        record());
+    const std::string why = co_await conversation_->Run(std::move(descriptor));
+    conversation_.reset();
+    port_->Close();
+    if (!stopping_) {
+      ReportDown(why + "; trying again");
+    }
+    // A port that opens and dies at once is no better than one that does not open.
+    if (Clock::now() - begin > longest_wait_) {
+      backoff_.Reset();
+    }
   }
 
   const asio::strand<asio::io_context::executor_type> strand_;
@@ -121,14 +128,15 @@ class PortLink final : public Link {
 
 }  // namespace
 
-std::unique_ptr<Link> MakePtyLink(asio::io_context& io, PtyOptions options, LinkContext context) {
+std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const PtyOptions& options,
+                                  LinkContext context) {
   ConversationOptions conversation;
   conversation.gap_timeout_ms = options.gap_timeout_ms;
   return std::make_unique<PortLink>(io, MakePtyPort(options.path), options.path, conversation,
                                     options.backoff, std::move(context));
 }
 
-std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, SerialOptions options,
+std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& options,
                                      LinkContext context) {
   using std::chrono::milliseconds;
   ConversationOptions conversation;

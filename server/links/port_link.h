@@ -20,7 +20,7 @@ struct PtyOptions {
 };
 
 /// A virtual modem: no medium access. See MakePtyPort for the symbolic link.
-std::unique_ptr<Link> MakePtyLink(boost::asio::io_context& io, PtyOptions options,
+std::unique_ptr<Link> MakePtyLink(boost::asio::io_context& io, const PtyOptions& options,
                                   LinkContext context);
 
 struct SerialOptions {
@@ -33,7 +33,7 @@ struct SerialOptions {
 };
 
 /// A radio modem, shared by its robots: answers keep to the server gap and the response window.
-std::unique_ptr<Link> MakeSerialLink(boost::asio::io_context& io, SerialOptions options,
+std::unique_ptr<Link> MakeSerialLink(boost::asio::io_context& io, const SerialOptions& options,
                                      LinkContext context);
 
 }  // namespace pheromone::links

@@ -84,11 +84,11 @@ class PtyPort final : public Port {
 
  private:
   Status MakeLink(const std::string& slave) const {
-    struct stat found {};
+    struct stat found = {};
     if (lstat(path_.c_str(), &found) == 0) {
       const std::string target = TargetOf(path_);
-      if (!S_ISLNK(found.st_mode) ||
-          std::string_view(target).substr(0, kPtyFolder.size()) != kPtyFolder) {
+      if ((found.st_mode & S_IFMT) != S_IFLNK ||
+          target.compare(0, kPtyFolder.size(), kPtyFolder) != 0) {
         return Error{path_ +
                      " exists and is no link to a pseudo-terminal; remove it or configure "
                      "another path"};

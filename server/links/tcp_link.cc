@@ -42,7 +42,7 @@ class TcpLink final : public Link {
         backoff_(options_.backoff) {}
 
   Status Start() override {
-    const Status listening = Listen();
+    Status listening = Listen();
     asio::co_spawn(strand_, Accept(), asio::detached);
     return listening;
   }

@@ -39,11 +39,11 @@ class TcpLinkTest : public ::testing::Test {
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     address.sin_port = htons(PortOf(server_.link().address()));
-    Descriptor socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    Descriptor handle(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     const int connected =
-        connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+        connect(handle.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
     EXPECT_EQ(connected, 0);
-    return Peer(std::move(socket_));
+    return Peer(std::move(handle));
   }
 
   TcpOptions options_;
@@ -54,6 +54,23 @@ TEST_F(TcpLinkTest, APingIsAnswered) {
   ASSERT_TRUE(Start().ok());
   EXPECT_EQ(server_.link().address().find("127.0.0.1:"), 0u);
   Peer robot = Connect();
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(TcpLinkTest, Ipv6IsListenedOnAndToldInBrackets) {
+  options_.listen_address = "::1";
+  if (!Start().ok()) {
+    GTEST_SKIP() << "no IPv6 here";
+  }
+  const std::string address = server_.link().address();
+  EXPECT_EQ(address.find("[::1]:"), 0u);
+  sockaddr_in6 there{};
+  there.sin6_family = AF_INET6;
+  there.sin6_addr = in6addr_loopback;
+  there.sin6_port = htons(PortOf(address));
+  Descriptor handle(socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  ASSERT_EQ(connect(handle.get(), reinterpret_cast<const sockaddr*>(&there), sizeof there), 0);
+  Peer robot(std::move(handle));
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 1)), 3, 1));
 }
 

@@ -88,7 +88,7 @@ class Server {
   Status Start(std::unique_ptr<Link> link) {
     switchboard_.Add(link.get());
     links_.push_back(std::move(link));
-    const Status status = links_.back()->Start();
+    Status status = links_.back()->Start();
     while (threads_.size() < 2) {
       threads_.emplace_back([this] { io_.run(); });
     }
