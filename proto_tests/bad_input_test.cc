@@ -42,6 +42,7 @@ class Server {
       }
     }
     std::vector<protocol::Message> answers;
+    answers.reserve(out.size());
     for (const engine::Outgoing& it : out) {
       answers.push_back(it.message);
     }
@@ -60,8 +61,8 @@ class Server {
   }
 
   bool AnswersAPing() {
-    static const Bytes kPing = testing::NaiveEncode({0x07, 0x72, 0x10, 0x02, 0x55});
-    const std::vector<protocol::Message> answers = Feed(kPing);
+    const std::vector<protocol::Message> answers =
+        Feed(testing::NaiveEncode({0x07, 0x72, 0x10, 0x02, 0x55}));
     return answers.size() == 1 && answers[0].opcode == protocol::kPingAnswer &&
            answers[0].length == 3;
   }

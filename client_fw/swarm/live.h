@@ -61,7 +61,7 @@ struct LiveConfig {
 
 struct LiveStatus {
   Sample sample;
-  client::Counters counters;
+  client::Counters counters{};
   uint8_t flags = 0;  ///< client::StopFlag
   double seconds = 0;
   double exchanges_per_s = 0;  ///< over the last second

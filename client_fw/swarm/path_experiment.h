@@ -51,7 +51,7 @@ struct PathRun {
   double mean_error_m = 0;       ///< over the whole run
   double late_mean_error_m = 0;  ///< over its second half
   double progress = 0;           ///< along the path, as a share of K * t
-  client::Counters counters;
+  client::Counters counters{};
   double utilisation = 0;   ///< of the channel
   uint64_t state_hash = 0;  ///< of the engine, at the end
 };

@@ -90,16 +90,20 @@ Box BoxOf(const field::Path& path, const std::vector<Way>& ways) {
   return {box.left - kMarginM, box.bottom - kMarginM, box.right + kMarginM, box.top + kMarginM};
 }
 
+int FirstMetre(double from) {
+  return static_cast<int>(std::ceil(from));
+}
+
 void DrawGrid(Canvas* canvas, const Box& box) {
-  for (double x = std::ceil(box.left); x <= box.right; x += 1) {
+  for (int x = FirstMetre(box.left); x <= box.right; ++x) {
     canvas->Add(
-        R"svg(<path d="M{0:.1f} {1:.1f}V{2:.1f}" stroke="#dddddd"/><text x="{3:.1f}" y="{4:.1f}" class="t">{5:.0f} m</text>)svg",
+        R"svg(<path d="M{0:.1f} {1:.1f}V{2:.1f}" stroke="#dddddd"/><text x="{3:.1f}" y="{4:.1f}" class="t">{5} m</text>)svg",
         canvas->X(x), kTitlePx, canvas->plot_bottom(), canvas->X(x) + 3, canvas->plot_bottom() - 4,
         x);
   }
-  for (double y = std::ceil(box.bottom); y <= box.top; y += 1) {
+  for (int y = FirstMetre(box.bottom); y <= box.top; ++y) {
     canvas->Add(
-        R"svg(<path d="M0 {0:.1f}H{1:.1f}" stroke="#dddddd"/><text x="3" y="{2:.1f}" class="t">{3:.0f} m</text>)svg",
+        R"svg(<path d="M0 {0:.1f}H{1:.1f}" stroke="#dddddd"/><text x="3" y="{2:.1f}" class="t">{3} m</text>)svg",
         canvas->Y(y), canvas->X(box.right), canvas->Y(y) - 3, y);
   }
 }
