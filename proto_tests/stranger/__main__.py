@@ -1,0 +1,108 @@
+"""The client as a program.
+
+    python3 proto_tests/stranger radio-a.pty hello
+    python3 proto_tests/stranger radio-a.pty ping DEADBEEF
+    python3 proto_tests/stranger radio-a.pty deposit 1 1000 600 1
+    python3 proto_tests/stranger radio-a.pty sense 1 1000 500 0
+    python3 proto_tests/stranger radio-a.pty trace --wide 1 40000 500 16384
+    python3 proto_tests/stranger --self-test
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import struct
+import sys
+import termios
+import time
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+shutil.rmtree(Path(__file__).with_name("__pycache__"), ignore_errors=True)  # of this very file
+sys.path[0] = str(Path(__file__).resolve().parents[1])
+from stranger.client import Client, NoAnswer, Refused, Smell, open_terminal  # noqa: E402
+from stranger.testing.selftest import self_test  # noqa: E402
+
+
+def integer(text: str) -> int:
+    return int(text, 0)
+
+
+def arguments() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="stranger",
+        description="Talks the pheromone protocol to a server on a terminal.",
+        epilog="Coordinates are pose units, headings binary angles (65536 to a turn).",
+    )
+    parser.add_argument("path", nargs="?", help="the terminal, radio-a.pty for instance")
+    parser.add_argument("--self-test", action="store_true", help="check against the vectors")
+    parser.add_argument("--id", type=integer, default=1, help="CLIENT_ID, 1 to 254 (default 1)")
+    parser.add_argument("--nonce", type=integer, default=1, help="boot counter (default 1)")
+    parser.add_argument("--timeout", type=float, default=0.5, help="seconds to wait for an answer")
+    requests = parser.add_subparsers(dest="request", metavar="REQUEST")
+    requests.add_parser("hello", help="say HELLO and show what the server tells")
+    ping = requests.add_parser("ping", help="ask for an echo")
+    ping.add_argument("payload", nargs="?", default="", help="up to 16 bytes, hexadecimal")
+    for name, fields, what in (
+        ("sense", "type x y heading", "what is smelled at a pose"),
+        ("trace", "type x y heading", "the same, then leave 1 quantum"),
+        ("deposit", "type x y quanta=1", "leave pheromone"),
+        ("event", "code argument=0", "report an event"),
+    ):
+        request = requests.add_parser(name, help=what)
+        for field, _, default in (field.partition("=") for field in fields.split()):
+            optional = {"nargs": "?", "default": int(default)} if default else {}
+            request.add_argument(field, type=integer, **optional)
+        if "heading" in fields:
+            request.add_argument("--wide", action="store_true", help="coordinates of 32 bits")
+    return parser
+
+
+def carry_out(options: argparse.Namespace, robot: Client) -> str:
+    """Makes the request and gives the answer as text."""
+    if options.request == "ping":
+        started = time.monotonic()
+        echo = robot.ping(bytes.fromhex(options.payload))
+        return f"echo {echo.hex(' ').upper() or '-'} after {time.monotonic() - started:.4f} s"
+    if options.request == "sense":
+        return shown(robot.sense(options.type, options.x, options.y, options.heading, options.wide))
+    # What changes something needs a HELLO. The nonce stays the same, so the server remembers the
+    # last seq of the run before, and this one goes on from there.
+    told = robot.hello(options.nonce)
+    if options.request == "hello":
+        lines = [f"{name} {value}" for name, value in told._asdict().items()]
+        return "\n".join((*lines, "types " + " ".join(map(str, told.types))))
+    if options.request == "trace":
+        return shown(robot.trace(options.type, options.x, options.y, options.heading, options.wide))
+    if options.request == "deposit":
+        robot.deposit(options.type, options.x, options.y, options.quanta)
+        return "deposited"
+    robot.event(options.code, options.argument)
+    return "acknowledged"
+
+
+def shown(smell: Smell) -> str:
+    left, right = smell
+    return f"left {left} right {right} (units: {left / 4096:g} {right / 4096:g})"
+
+
+def main() -> int:
+    parser = arguments()
+    options = parser.parse_args()
+    if options.self_test:
+        print(self_test())
+        return 0
+    if options.path is None or options.request is None:
+        parser.error("PATH and a request are needed, or --self-test")
+    try:
+        with open_terminal(options.path) as line:
+            print(carry_out(options, Client(line, options.id, options.timeout)))
+    except (Refused, NoAnswer, OSError, ValueError, struct.error, termios.error) as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

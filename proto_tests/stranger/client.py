@@ -1,0 +1,308 @@
+"""A robot's conversation with the server over a terminal (sections 3, 7 and 8).
+
+For a line without other talkers: the listening and the random delays of section 9 are not here.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import select
+import termios
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from . import wire
+from .wire import Message, NotAMessage, build, parse
+
+
+class Line:
+    """Frames both ways on a file descriptor, which it owns."""
+
+    def __init__(self, fd: int) -> None:
+        self.fd = fd
+        self.decoder = wire.Decoder()
+        self._bodies: deque[bytes] = deque()
+
+    def send(self, data: bytes) -> None:
+        """Writes all of it."""
+        while data:
+            data = data[os.write(self.fd, data) :]
+
+    def receive(self, deadline: float) -> bytes | None:
+        """The body of the next frame, or None at the deadline (a time.monotonic())."""
+        while not self._bodies:
+            left = deadline - time.monotonic()
+            if left <= 0 or not select.select((self.fd,), (), (), left)[0]:
+                return None
+            data = os.read(self.fd, 4096)
+            if not data:
+                raise ConnectionError("the other end has gone")
+            self._bodies.extend(self.decoder.feed(data))
+        return self._bodies.popleft()
+
+    def close(self) -> None:
+        if self.fd >= 0:
+            os.close(self.fd)
+        self.fd = -1
+
+    def __enter__(self) -> Line:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def open_terminal(path: str | os.PathLike[str]) -> Line:
+    """Opens a terminal, real or pseudo, and makes it pass all bytes as they are."""
+    line = Line(os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_CLOEXEC))
+    try:
+        settings = termios.tcgetattr(line.fd)
+        settings[0] = settings[1] = settings[3] = 0  # nothing done to input, to output, locally
+        settings[2] &= ~(termios.CSIZE | termios.PARENB)
+        settings[2] |= termios.CS8 | termios.CLOCAL | termios.CREAD
+        settings[6][termios.VMIN], settings[6][termios.VTIME] = 1, 0
+        termios.tcsetattr(line.fd, termios.TCSANOW, settings)
+        termios.tcflush(line.fd, termios.TCIFLUSH)  # answers that somebody before us left
+    except BaseException:
+        line.close()
+        raise
+    return line
+
+
+class NoAnswer(Exception):
+    """The server kept silent."""
+
+
+class Refused(Exception):
+    """The server answered with an ERROR."""
+
+    def __init__(self, refused_opcode: int, reason: int, seq: int) -> None:
+        self.reason = reason
+        name = wire.REASONS.get(reason, "not permitted")
+        super().__init__(f"opcode {refused_opcode:02X} refused: {reason}, {name} (seq {seq})")
+
+
+NUMBER_NOT_USED = (1, 2, 6, 7, 8)
+"""Reasons after which the next request carries the same seq (section 7)."""
+
+
+class Smell(NamedTuple):
+    """Intensities at the two antennas, in 1/4096 of a pheromone unit."""
+
+    left: int
+    right: int
+
+
+class ServerInfo(NamedTuple):
+    """What HELLO's answer tells."""
+
+    nonce: int
+    protocol_version: int
+    epoch: int
+    pose_unit_10um: int
+    antenna_distance_mm: int
+    type_mask: int
+    slot_ms: int
+    response_window_ms: int
+    last_opcode: int
+    last_seq: int
+
+    @property
+    def types(self) -> list[int]:
+        """The pheromone types that exist."""
+        return [t for t in range(1, 16) if self.type_mask >> t & 1]
+
+
+class Client:
+    """One robot on a line: asks, waits, takes the right answer, repeats what must not be lost.
+
+    Its requests raise Refused for an ERROR and NoAnswer for silence. They are sent up to `tries`
+    times, `timeout` seconds apart, byte for byte the same: the server carries them out once.
+    `on_command` is called once for each COMMAND and gives the ACK's result, 0 for accepted.
+    """
+
+    def __init__(
+        self,
+        line: Line,
+        client_id: int,
+        timeout: float = 0.5,
+        tries: int = 4,
+        on_command: Callable[[Message], int] | None = None,
+    ) -> None:
+        if not 1 <= client_id <= 254:
+            raise ValueError(f"CLIENT_ID is 1 to 254, not {client_id}")
+        self.line = line
+        self.client_id = client_id
+        self.timeout = timeout
+        self.tries = tries
+        self.on_command = on_command
+        self.next_seq = 0
+        self._nonce: int | None = None  # of the last HELLO that was answered
+        self._epoch: int | None = None  # of that answer
+        self._last_command: tuple[int, bytes] | None = None  # its seq and its ACK
+        self._in_step = False  # False: who knows what is under way, or was left half said
+        self._ping_tag = secrets.token_bytes(8)
+        self._ping_count = 0
+
+    def hello(self, nonce: int, firmware_version: int = 1) -> ServerInfo:
+        """Says HELLO; comes before whatever changes something."""
+        new = nonce != self._nonce
+        if new:
+            self._last_command = None
+        request = build(
+            "HELLO",
+            self.client_id,
+            nonce=nonce,
+            firmware_version=firmware_version,
+            capabilities=0,
+        )
+        told = ServerInfo(**self._ask(request, self.tries))
+        if told.protocol_version != 1:
+            raise ValueError(f"the server speaks version {told.protocol_version}, not 1")
+        if self._epoch not in (None, told.epoch):
+            self._last_command = None
+        if new and told.last_opcode:  # it may remember a run before this one: go on from there
+            self.next_seq = (told.last_seq + 1) % 256
+        self._nonce, self._epoch = nonce, told.epoch
+        return told
+
+    def ping(self, payload: bytes = b"") -> bytes:
+        """Gives the echo."""
+        request = build("PING", self.client_id, payload=payload)
+        return self._ask(request, self.tries)["payload"]
+
+    def sense(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Smell:
+        """What the robot smells at this pose; `wide` if x or y does not fit into 16 bits.
+
+        Sent once only: after NoAnswer, come again with a fresh pose.
+        """
+        name = "SENSE_WIDE" if wide else "SENSE"
+        request = build(name, self.client_id, type=pheromone, x=x, y=y, heading=heading)
+        answer = self._ask(request, tries=1)
+        return Smell(answer["left"], answer["right"])
+
+    def trace(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Smell:
+        """Smells, and leaves one quantum."""
+        name = "TRACE_WIDE" if wide else "TRACE"
+        answer = self._change(name, type=pheromone, x=x, y=y, heading=heading)
+        return Smell(answer["left"], answer["right"])
+
+    def deposit(self, pheromone: int, x: int, y: int, quanta: int = 1) -> None:
+        self._change("DEPOSIT", type=pheromone, x=x, y=y, quanta=quanta)
+
+    def event(self, code: int, argument: int = 0) -> None:
+        self._change("EVENT", code=code, argument=argument)
+
+    def listen(self, seconds: float) -> None:
+        """Serves commands for a while."""
+        deadline = time.monotonic() + seconds
+        while (body := self.line.receive(deadline)) is not None:
+            self._overhear(body)
+
+    def resynchronise(self) -> list[bytes]:
+        """Sends a PING never sent before and waits for its echo; gives all that came before it."""
+        self._in_step = False
+        for _ in range(self.tries):
+            self._ping_count += 1
+            payload = self._ping_tag + self._ping_count.to_bytes(8, "little")
+            echo = build("PING_ANSWER", self.client_id, payload=payload)
+            self._send(build("PING", self.client_id, payload=payload))
+            heard = []
+            deadline = time.monotonic() + self.timeout
+            while (body := self.line.receive(deadline)) is not None:
+                if body == echo:
+                    self._in_step = True
+                    return heard
+                heard.append(body)
+        raise NoAnswer("no echo of a PING")
+
+    def _change(self, name: str, **fields: Any) -> dict[str, Any]:
+        """Makes a mutating request. The next one takes the next number, also if the outcome of
+        this one is unknown, but not if the server did not get as far as taking it."""
+        request = build(name, self.client_id, seq=self.next_seq, **fields)
+        if not self._in_step:
+            self.resynchronise()  # what has not been sent at all does not use its number
+        used = True
+        try:
+            return self._ask(request, self.tries)
+        except Refused as refused:
+            used = refused.reason not in NUMBER_NOT_USED
+            raise
+        finally:
+            self.next_seq = (self.next_seq + used) % 256
+
+    def _ask(self, request: bytes, tries: int) -> dict[str, Any]:
+        """Makes a request until it is answered, and gives the fields of the answer."""
+        for left in reversed(range(tries)):
+            if not self._in_step:
+                self.resynchronise()
+            answer = self._exchange(request)
+            if answer is None:
+                continue
+            if answer.name != "ERROR":
+                return answer.fields
+            if answer.fields["reason"] != wire.BUSY or not left:
+                raise Refused(**answer.fields)
+            time.sleep(self.timeout / 4)
+        raise NoAnswer(f"no answer to {parse(request)}")
+
+    def _exchange(self, request: bytes) -> Message | None:
+        """Sends a request once and gives its answer, an ERROR perhaps; None if none came."""
+        self._send(request)
+        deadline = time.monotonic() + self.timeout
+        while (heard := self.line.receive(deadline)) is not None:
+            if (answer := answer_in(heard, request)) is not None:
+                return answer
+            self._overhear(heard)
+        self._in_step = False
+        return None
+
+    def _send(self, body: bytes) -> None:
+        pad = b"" if self._in_step else wire.PAD
+        self.line.send(pad + wire.encode(body))
+
+    def _overhear(self, body: bytes) -> None:
+        """Looks at a frame that is no answer: obeys a COMMAND once and acknowledges it each time;
+        to everybody there is only *halt*, obeyed each time and never acknowledged."""
+        if self.on_command is None or body[0] not in (self.client_id, wire.EVERYBODY):
+            return
+        try:
+            command = parse(body)
+        except NotAMessage:
+            return
+        if command.name != "COMMAND":
+            return
+        seq, code = command.fields["seq"], command.fields["code"]
+        if command.client_id == wire.EVERYBODY:
+            if code == wire.HALT:
+                self.on_command(command)
+            return
+        if self._last_command is None or self._last_command[0] != seq:
+            result = self.on_command(command)
+            ack = build("COMMAND_ACK", self.client_id, seq=seq, code=code, result=result)
+            self._last_command = seq, ack
+        self._send(self._last_command[1])
+
+
+def answer_in(heard: bytes, request: bytes) -> Message | None:
+    """The message in `heard`, if that is an answer to this request; else None (section 8)."""
+    try:
+        answer = parse(heard)
+    except NotAMessage:
+        return None
+    client_id, opcode, data = request[0], request[1], request[2:]
+    mutating = opcode >> 4 in (0x2, 0x3, 0x6) or opcode == 0x52
+    seq = data[0] if mutating and data else 0
+    if answer.name == "ERROR":
+        same = answer.fields["refused_opcode"] == opcode and answer.fields["seq"] == seq
+    else:
+        same = (
+            heard[1] == opcode | wire.ANSWER
+            and answer.fields.get("seq", seq) == seq
+            and (answer.name != "HELLO_ANSWER" or heard[2:4] == data[:2])
+            and (answer.name != "PING_ANSWER" or heard[2:] == data)
+        )
+    return answer if same and answer.client_id == client_id else None

@@ -1,0 +1,1 @@
+"""What the test of a real server is made of; nothing of it belongs to a client."""

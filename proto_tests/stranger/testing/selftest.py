@@ -1,0 +1,165 @@
+"""Holds the client and the model against the vectors and the specification's own words."""
+
+from __future__ import annotations
+
+import socket
+import time
+from typing import Any
+
+from . import vectors
+from ..client import Client, Line, NoAnswer, Refused
+from .model import Model, Pheromone, cosine_q14, fit_to_wire, round_half_away, sine_q14
+from ..wire import (
+    EVERYBODY,
+    HALT,
+    REASONS,
+    Decoder,
+    Message,
+    NotAMessage,
+    build,
+    crc16,
+    encode,
+    parse,
+)
+
+
+def self_test() -> str:
+    """Gives a line to print, or raises AssertionError."""
+    return (
+        f"{_check_crc()} CRCs, {_check_frames()} frames, {_check_fields()} messages,"
+        f" {_check_streams()} streams, {_check_model()}, {_check_numbers()} and {_check_commands()}"
+        " agree with the specification"
+    )
+
+
+def _check_crc() -> int:
+    rows = vectors.rows("crc.txt")
+    for data, number in rows:
+        got = crc16(vectors.from_hex(data))
+        assert got == int(number, 16), f"CRC of {data} is {number}, not {got:04X}"
+    return len(rows)
+
+
+def _check_frames() -> int:
+    frames = vectors.frames()
+    for name, body, wire, verdict in frames.values():
+        if body is not None:
+            got = encode(body)
+            assert got == wire, f"{name}: encoded as {got.hex(' ')}"
+        decoder = Decoder()
+        found = decoder.feed(wire)
+        assert found in ([], [body]), f"{name}: read as {[one.hex(' ') for one in found]}"
+        told = _verdict(found[0]) if found else " ".join(decoder.dropped.keys() - {"begun-again"})
+        assert told == verdict, f"{name}: {told}, not {verdict}"
+    return len(frames)
+
+
+def _verdict(body: bytes) -> str:
+    try:
+        parse(body)
+    except NotAMessage as error:
+        return {1: "unknown-opcode", 2: "bad-length"}[error.reason]
+    return "ok"
+
+
+def _check_fields() -> int:
+    frames = vectors.frames()
+    rows = vectors.rows("fields.txt")
+    for name, message_name, text in rows:
+        expected: dict[str, Any] = {}
+        for pair in text.split():
+            key, value = pair.split("=")
+            expected[key] = vectors.from_hex(value) if key == "payload" else int(value)
+        body = frames[name].body
+        message = parse(body)
+        got = {"id": message.client_id, **message.fields}
+        assert (message.name, got) == (message_name, expected), f"{name}: read as {message}"
+        again = build(message_name, expected.pop("id"), **expected)
+        assert again == body, f"{name}: built as {again.hex(' ')}"
+    good = {frame.name for frame in frames.values() if frame.verdict == "ok"}
+    missing = good - {row[0] for row in rows}
+    assert not missing, f"good frames without fields: {missing}"
+    return len(rows)
+
+
+def _check_streams() -> int:
+    streams = vectors.streams()
+    for name, data, delivered in streams:
+        at_once = Decoder().feed(data)
+        assert at_once == delivered, f"{name}: {[body.hex(' ') for body in at_once]}"
+        decoder = Decoder()
+        dribbled = [body for byte in data for body in decoder.feed(bytes((byte,)))]
+        assert dribbled == delivered, f"{name}, byte by byte"
+    return len(streams)
+
+
+def _check_model() -> str:
+    """The worked example, and what section 10 says in so many words."""
+    example = Pheromone(1, 100_000, 400_000, 1000, 1_000_000, 3)
+    model = Model(2_000_000, 2_000_000, 100_000, 1000, 300_000, {1: example})
+    model.deposit(1, 1000, 600)
+    assert model.sense(1, 1000, 500, 0) == (4096, 2560), "the worked example"
+    assert model.sense(1, 1000, 500, 32768) == (2560, 4096), "the worked example, turned round"
+    model.deposit(1, 1000, 600, 200)
+    assert model.quanta(1, 10, 6, 0) == 3, "quanta are capped"
+    levels = [model.quanta(1, 10, 6, t) for t in (0, 999, 1000, 1999, 2000, 3000, 99999)]
+    assert levels == [3, 3, 2, 2, 1, 0, 0], "evaporation"
+    assert model.node(50, 149) == (1, 1), "a tie goes to the larger coordinate"
+    assert model.node(2000, 2000) == (20, 20), "the last node is on the edge"
+    assert (sine_q14(16384), cosine_q14(16384)) == (16384, 0), "exact on the axes"
+    assert sine_q14(8192) == cosine_q14(8192) == 11585, "equal at 45 degrees"
+    assert all(sine_q14(-h) == -sine_q14(h) for h in range(0, 65536, 7)), "the sine is odd"
+    assert fit_to_wire(65534, -32767) == (32767, -16383), "both are scaled alike"
+    assert round_half_away(-5, 2) == -3 and round_half_away(5, 2) == 3, "halves away from zero"
+    return "the model"
+
+
+def _line_pair() -> tuple[Line, Line]:
+    here, there = socket.socketpair()
+    return Line(here.detach()), Line(there.detach())
+
+
+def _check_numbers() -> str:
+    """A number is used again after ERROR 1, 2, 6, 7 and 8, and after nothing else."""
+    server, line = _line_pair()
+    with server, line:
+        robot = Client(line, 16, timeout=0.01, tries=1)
+        for reason in (*REASONS, 0):  # 0: no answer at all
+            before = robot.next_seq
+            robot._in_step = True  # spares the server the echo of a PING
+            if reason:
+                refusal = build("ERROR", 16, refused_opcode=0x52, reason=reason, seq=before)
+                server.send(encode(refusal))
+            try:
+                robot.event(1)
+            except (Refused, NoAnswer):
+                pass
+            expected = before if reason in (1, 2, 6, 7, 8) else before + 1
+            assert robot.next_seq == expected, f"seq {robot.next_seq} after ERROR {reason}"
+    return "sequence numbers"
+
+
+def _check_commands() -> str:
+    """A COMMAND is obeyed once, acknowledged every time, and halt to all is not acknowledged."""
+    server, line = _line_pair()
+    obeyed: list[str] = []
+
+    def obey(command: Message) -> int:
+        obeyed.append(str(command))
+        return 11
+
+    with server, line:
+        robot = Client(line, 16, on_command=obey)
+        go = encode(build("COMMAND", 16, seq=16, code=4, x=528, y=784))
+        for_another = encode(build("COMMAND", 17, seq=1, code=2))
+        halt = encode(build("COMMAND", EVERYBODY, seq=1, code=HALT))
+        server.send(go + for_another + halt + go)
+        robot.listen(0)  # at the deadline already: nothing is read
+        assert not obeyed
+        robot.listen(0.05)
+        heard = [server.receive(time.monotonic() + 1) for _ in range(2)]
+    ack = build("COMMAND_ACK", 16, seq=16, code=4, result=11)
+    assert heard == [ack, ack], f"acknowledged with {heard}"
+    go_told, halt_told = "COMMAND id=16 seq=16 code=4 x=528 y=784", "COMMAND id=255 seq=1 code=1"
+    assert obeyed == [go_told, halt_told], f"obeyed {obeyed}"
+    return "the handling of commands"

@@ -1,0 +1,52 @@
+"""Reads protocol/vectors (section 14)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+FOLDER = Path(__file__).resolve().parents[3] / "protocol" / "vectors"
+
+
+class Frame(NamedTuple):
+    name: str
+    body: bytes | None  # None where the wire holds no such thing
+    wire: bytes
+    verdict: str
+
+
+class Stream(NamedTuple):
+    name: str
+    data: bytes
+    delivered: list[bytes]
+
+
+def rows(file: str) -> list[list[str]]:
+    """The lines of a file, each as its columns."""
+    lines = (FOLDER / file).read_text(encoding="utf-8").splitlines()
+    found = [
+        [column.strip() for column in line.split("|")]
+        for line in lines
+        if line and not line.startswith("#")
+    ]
+    assert found, f"{file} is empty"
+    return found
+
+
+def from_hex(text: str) -> bytes:
+    return b"" if text == "-" else bytes.fromhex(text)
+
+
+def frames() -> dict[str, Frame]:
+    """By name."""
+    return {
+        name: Frame(name, None if body == "-" else from_hex(body), from_hex(wire), verdict)
+        for name, body, wire, verdict in rows("frames.txt")
+    }
+
+
+def streams() -> list[Stream]:
+    return [
+        Stream(name, from_hex(data), [from_hex(part) for part in parts.split(";") if part != "-"])
+        for name, data, parts in rows("streams.txt")
+    ]

@@ -1,0 +1,222 @@
+"""Frames and messages: bytes to fields and back (sections 1, 2, 4 and 6)."""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from typing import Any, NamedTuple
+
+# ---------------------------------------------------------------- frames: sections 1 and 2
+
+DLE, STX, ETX = 0x10, 0x02, 0x03
+START, END = bytes((DLE, STX)), bytes((DLE, ETX))
+PAD = b"\x00"  # goes before a frame when nobody can know what stood before it
+MOST_DATA = 64
+EVERYBODY = 0xFF
+ANSWER = 0x80  # the bit by which an answer's opcode differs from its request's
+
+
+def crc16(data: bytes) -> int:
+    """CRC-16/ARC."""
+    crc = 0
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc >> 1) ^ 0xA001 if crc & 1 else crc >> 1
+    return crc
+
+
+def encode(body: bytes) -> bytes:
+    """The frame of a body, that is of CLIENT_ID, OPCODE and DATA, as it goes onto the wire."""
+    if not 2 <= len(body) <= 2 + MOST_DATA:
+        raise ValueError(f"a body has 2 to {2 + MOST_DATA} bytes, this one {len(body)}")
+    checked = body + crc16(body).to_bytes(2, "little")
+    return START + checked.replace(bytes((DLE,)), bytes((DLE, DLE))) + END
+
+
+class Decoder:
+    """Finds frames in a stream of bytes, and drops everything else.
+
+    There is no gap timeout: a pseudo-terminal has none. `dropped` counts what was thrown away
+    inside of frames, by the verdicts of the vectors.
+    """
+
+    def __init__(self) -> None:
+        self.dropped: Counter[str] = Counter()
+        self._open: bytearray | None = None  # what the frame holds so far; None outside of frames
+        self._after_dle = False
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Takes some bytes, gives the bodies of the frames that they complete."""
+        return [body for byte in data if (body := self._take(byte)) is not None]
+
+    def _take(self, byte: int) -> bytes | None:
+        after_dle, self._after_dle = self._after_dle, False
+        if self._open is None:
+            if after_dle and byte == STX:
+                self._open = bytearray()
+            else:
+                self._after_dle = byte == DLE
+        elif not after_dle and byte == DLE:
+            self._after_dle = True
+        elif not after_dle or byte == DLE:
+            if len(self._open) == 2 + MOST_DATA + 2:
+                self._drop("oversize")
+            else:
+                self._open.append(byte)
+        elif byte == STX:
+            self._drop("begun-again")
+            self._open = bytearray()
+        elif byte == ETX:
+            complete, self._open = bytes(self._open), None
+            return self._judge(complete)
+        else:
+            self._drop("bad-escape")
+        return None
+
+    def _judge(self, complete: bytes) -> bytes | None:
+        if len(complete) < 4:
+            return self._drop("runt")
+        if crc16(complete) != 0:
+            return self._drop("bad-crc")
+        if complete[0] == 0 or complete[1] == 0:
+            return self._drop("refused")
+        return complete[:-2]
+
+    def _drop(self, why: str) -> None:
+        self.dropped[why] += 1
+        self._open = None
+
+
+# ---------------------------------------------------------------- messages: section 4
+
+
+class Layout(NamedTuple):
+    """How a kind of message is laid out; `typed` if bits 3 to 0 of its opcode are a type."""
+
+    opcode: int
+    name: str
+    format: str
+    fields: str
+    typed: bool = False
+
+
+_LAYOUTS = (
+    Layout(0x00, "SENSE", "hhH", "x y heading", typed=True),
+    Layout(0x10, "SENSE_WIDE", "iiH", "x y heading", typed=True),
+    Layout(0x20, "DEPOSIT", "BhhB", "seq x y quanta", typed=True),
+    Layout(0x30, "TRACE", "BhhH", "seq x y heading", typed=True),
+    Layout(0x60, "TRACE_WIDE", "BiiH", "seq x y heading", typed=True),
+    Layout(0x51, "COMMAND_ACK", "BBh", "seq code result"),
+    Layout(0x52, "EVENT", "BBh", "seq code argument"),
+    Layout(0x71, "HELLO", "HBB", "nonce firmware_version capabilities"),
+    Layout(0x72, "PING", "", ""),
+    Layout(0x80, "SENSE_ANSWER", "hh", "left right", typed=True),
+    Layout(0x90, "SENSE_WIDE_ANSWER", "hh", "left right", typed=True),
+    Layout(0xA0, "DEPOSIT_ANSWER", "B", "seq", typed=True),
+    Layout(0xB0, "TRACE_ANSWER", "Bhh", "seq left right", typed=True),
+    Layout(0xE0, "TRACE_WIDE_ANSWER", "Bhh", "seq left right", typed=True),
+    Layout(0xD1, "COMMAND", "BB", "seq code"),
+    Layout(0xD2, "EVENT_ACK", "B", "seq"),
+    Layout(
+        0xF1,
+        "HELLO_ANSWER",
+        "HBHHHHBBBB",
+        "nonce protocol_version epoch pose_unit_10um antenna_distance_mm type_mask slot_ms"
+        " response_window_ms last_opcode last_seq",
+    ),
+    Layout(0xF2, "PING_ANSWER", "", ""),
+    Layout(0xFE, "ERROR", "BBB", "refused_opcode reason seq"),
+)
+_BY_NAME = {layout.name: layout for layout in _LAYOUTS}
+_BY_OPCODE = {
+    layout.opcode | kind: layout
+    for layout in _LAYOUTS
+    for kind in (range(1, 16) if layout.typed else (0,))
+}
+
+HALT = 1
+_COMMANDS = {  # code: format and fields of the arguments
+    HALT: ("", ""),
+    2: ("", ""),  # resume
+    3: ("h", "speed_mm_s"),
+    4: ("hh", "x y"),  # go to
+    5: ("B", "type_to_follow"),
+    6: ("", ""),  # pick the load
+    7: ("", ""),  # drop the load
+    8: ("Bi", "parameter value"),  # set parameter
+    9: ("B", "parameter"),  # get parameter
+}
+
+_REASONS = (
+    "unknown opcode, bad length, off the map, unknown pheromone, sequence reused, say hello, busy,"
+    " read-only, map full, not permitted, bad value, blocked by obstacle"
+)
+_TAG_REASONS = "no tag in range, tag protected, tag full, generation changed, unknown symbol"
+REASONS = {
+    **dict(enumerate(_REASONS.split(", "), start=1)),
+    **dict(enumerate(_TAG_REASONS.split(", "), start=16)),
+}
+UNKNOWN_OPCODE, BAD_LENGTH, BUSY = 1, 2, 7
+
+
+class NotAMessage(ValueError):
+    """A good frame that is no message, for a reason of section 6: 1 or 2."""
+
+    def __init__(self, reason: int, body: bytes) -> None:
+        self.reason = reason
+        super().__init__(f"{REASONS[reason]}: {body.hex(' ')}")
+
+
+class Message(NamedTuple):
+    """What a frame says: the message's name, who sent it or is to get it, and its fields."""
+
+    name: str
+    client_id: int
+    fields: dict[str, Any]  # integers, but for a PING's payload
+
+    def __str__(self) -> str:
+        fields = (f"{key}={value}" for key, value in self.fields.items())
+        return " ".join((self.name, f"id={self.client_id}", *fields))
+
+
+def _shape(layout: Layout, code: int) -> tuple[struct.Struct, list[str]]:
+    """How DATA is packed, and its fields; `code` is for a COMMAND's arguments."""
+    more_format, more_fields = _COMMANDS[code] if layout.name == "COMMAND" else ("", "")
+    names = layout.fields.split() + more_fields.split()
+    return struct.Struct("<" + layout.format + more_format), names
+
+
+def parse(body: bytes) -> Message:
+    """The message that a frame's body holds; NotAMessage if it holds none."""
+    client_id, opcode, data = body[0], body[1], body[2:]
+    layout = _BY_OPCODE.get(opcode)
+    if layout is None:
+        raise NotAMessage(UNKNOWN_OPCODE, body)
+    if layout.name in ("PING", "PING_ANSWER"):
+        if len(data) > 16:
+            raise NotAMessage(BAD_LENGTH, body)
+        return Message(layout.name, client_id, {"payload": data})
+    fields = {"type": opcode & 0x0F} if layout.typed else {}
+    try:
+        packing, names = _shape(layout, data[1] if len(data) > 1 else 0)
+        fields.update(zip(names, packing.unpack(data)))
+    except (KeyError, struct.error):
+        raise NotAMessage(BAD_LENGTH, body) from None
+    return Message(layout.name, client_id, fields)
+
+
+def build(name: str, client_id: int, **fields: Any) -> bytes:
+    """The body of a message, the opposite of `parse`; struct.error if a value does not fit."""
+    layout = _BY_NAME[name]
+    opcode = layout.opcode
+    if layout.typed:
+        if not 1 <= fields["type"] <= 15:
+            raise ValueError(f"pheromone types are 1 to 15, not {fields['type']}")
+        opcode |= fields["type"]
+    if name in ("PING", "PING_ANSWER"):
+        if len(fields["payload"]) > 16:
+            raise ValueError(f"a PING carries up to 16 bytes, not {len(fields['payload'])}")
+        return bytes((client_id, opcode)) + fields["payload"]
+    packing, names = _shape(layout, fields.get("code", 0))
+    return bytes((client_id, opcode)) + packing.pack(*(fields[name] for name in names))
