@@ -153,8 +153,12 @@ void PrintSummary(const LiveResult& result, const field::Path& path) {
       result.last.seconds, Progress(result.track, path), c.requests, c.answers, c.timeouts,
       c.late_answers, c.resyncs, c.fail_safe_stops, result.reconnects,
       result.last.utilisation * 100);
-  fmt::print("mean distance from the path: {:.1f} mm over all, {:.1f} mm after the first 5 s\n",
-             MeanDistance(result.track, 0) * 1000, MeanDistance(result.track, 5000) * 1000);
+  constexpr int64_t kSettledMs = 5000;
+  fmt::print("mean distance from the path: {:.1f} mm", MeanDistance(result.track, 0) * 1000);
+  if (result.last.sample.time_ms > kSettledMs) {
+    fmt::print(", {:.1f} mm after the first 5 s", MeanDistance(result.track, kSettledMs) * 1000);
+  }
+  fmt::print("\n");
 }
 
 // 0.2 m to the left of the path's first point and 20 degrees off, as in the paper's experiment.

@@ -17,6 +17,15 @@ void ReadLimits(const Value& root, Notes* notes, engine::EngineConfig* engine) {
   engine->field.memory_bytes =
       static_cast<uint64_t>(limits.Integer("field_memory_mib", 1, kMaxMemoryMib, 1024).value_or(1))
       << 20;
+  const field::FieldConfig& field = engine->field;
+  const size_t tiles = notes->problems.empty()
+                           ? field::TilesOfPaths(field, [](const field::Path&) { return true; })
+                           : 0;
+  if (tiles > field::TileLimit(field)) {
+    const uint64_t mib = ((tiles * field::CellMap::kTileBytes) >> 20) + 1;
+    limits.Report("field_memory_mib",
+                  "is not enough for the paths, expected at least " + std::to_string(mib));
+  }
   engine->robots_per_link =
       static_cast<uint16_t>(limits.Integer("robots_per_link", 1, 254, 254).value_or(1));
 }

@@ -393,5 +393,37 @@ TEST(ConfigErrorsTest, AConfigurationWithoutLinksIsAWarning) {
                 "f:1:1: link: there is no [[link]], so no robot can reach the server"});
 }
 
+TEST(ConfigErrors, PathsThatDoNotFitTheMemoryAreRefused) {
+  // 20 001 nodes in a row, eight to a tile: 2501 tiles.
+  constexpr std::string_view kLong = R"([map]
+width_m = 2000
+height_m = 2000
+cell_m = 0.1
+wide = true
+[antennas]
+bias_m = 0.33
+[[pheromone]]
+type = 1
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 0
+quantum = 0.125
+maximum = 0.25
+[[path]]
+pheromone = 1
+points_m = [[0, 0], [2000, 0]]
+[[link]]
+name = "radio-a"
+kind = "pty"
+path = "a.pty"
+[limits]
+field_memory_mib = )";
+  const Result<Config> little = ParseConfig(std::string(kLong) + "1", "f");
+  ASSERT_FALSE(little.ok());
+  EXPECT_EQ(little.error(),
+            "f:23:20: limits.field_memory_mib: is not enough for the paths, expected at least 2");
+  EXPECT_TRUE(ParseConfig(std::string(kLong) + "2", "f").ok());
+}
+
 }  // namespace
 }  // namespace pheromone::config

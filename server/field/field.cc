@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "server/base/hash.h"
@@ -60,6 +61,22 @@ std::set<NodeIndex> NodesOfPaths(const FieldConfig& config, uint8_t type, Wanted
 
 }  // namespace
 
+size_t TileLimit(const FieldConfig& config) {
+  return static_cast<size_t>(config.memory_bytes / CellMap::kTileBytes);
+}
+
+size_t TilesOfPaths(const FieldConfig& config, const std::function<bool(const Path&)>& wanted) {
+  std::set<std::tuple<uint8_t, int32_t, int32_t>> tiles;
+  for (const Path& path : config.paths) {
+    if (wanted(path)) {
+      for (const NodeIndex node : NodesAlong(config.map, path)) {
+        tiles.emplace(path.type, node.column / CellMap::kTileSide, node.row / CellMap::kTileSide);
+      }
+    }
+  }
+  return tiles.size();
+}
+
 Antennas AntennasOf(const PoseUm& pose, DirectionQ14 heading, int64_t distance_um) {
   constexpr int64_t kTwoQ14 = int64_t{2} << 14;
   const PointUm offset{RoundDiv(-distance_um * heading.sin, kTwoQ14),
@@ -86,14 +103,10 @@ uint32_t SpreadQ16(const PheromoneLaw& law, int64_t distance_squared_um2) {
 Field::Field(FieldConfig config)
     : config_(std::move(config)),
       layers_(MakeLayers(&budget_, std::make_index_sequence<kTypes>())) {
-  SetBudget();
+  budget_.limit = TileLimit(config_);
   for (const Path& path : config_.paths) {
     LayPath(path, 0);
   }
-}
-
-void Field::SetBudget() {
-  budget_.limit = static_cast<size_t>(config_.memory_bytes / CellMap::kTileBytes);
 }
 
 const PheromoneLaw* Field::FindLaw(uint8_t type) const {
@@ -235,6 +248,11 @@ Status Field::CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const {
                    "\") left the configuration, but some of it is on the map"};
     }
   }
+  const size_t new_tiles =
+      TilesOfPaths(next, [this](const Path& path) { return !Contains(config_.paths, path); });
+  if (new_tiles != 0 && budget_.used + new_tiles > TileLimit(next)) {
+    return Error{"there is no memory for the new paths beside what is on the map"};
+  }
   return Ok();
 }
 
@@ -262,7 +280,7 @@ void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
     }
   }
   const std::vector<Path> before = std::exchange(config_, next).paths;
-  SetBudget();
+  budget_.limit = TileLimit(config_);
   // 3. New paths.
   for (const Path& path : config_.paths) {
     if (!Contains(before, path)) {

@@ -15,6 +15,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,13 +58,20 @@ Antennas AntennasOf(const PoseUm& pose, DirectionQ14 heading, int64_t distance_u
 /// mu(d) of eq. (1) in 1/65 536, d^2 given in square micrometres; 0 beyond reach.
 uint32_t SpreadQ16(const PheromoneLaw& law, int64_t distance_squared_um2);
 
+/// How many tiles the memory of a configuration allows.
+size_t TileLimit(const FieldConfig& config);
+
+/// How many tiles the nodes of a configuration's paths occupy, over all pheromones; those of paths
+/// for which `wanted` is false are left out.
+size_t TilesOfPaths(const FieldConfig& config, const std::function<bool(const Path&)>& wanted);
+
 enum class DepositResult { kDone, kOffTheMap, kUnknownPheromone, kMapFull };
 enum class SenseError { kNone, kOffTheMap, kUnknownPheromone };
 
 class Field {
  public:
   /// The configuration must be sound (server/config checks it): sides, sigma and quanta positive,
-  /// types 1-15 and each at most once. Lays the configuration's paths at time 0.
+  /// types 1-15 and each at most once, memory for the paths. Lays the paths at time 0.
   explicit Field(FieldConfig config);
   Field(const Field&) = delete;
   Field& operator=(const Field&) = delete;
@@ -80,8 +88,8 @@ class Field {
   /// Adds `quanta` at the node nearest to `point`. All or nothing.
   DepositResult Deposit(uint8_t type, PointUm point, uint16_t quanta, uint64_t now_ms);
 
-  /// Why `next` cannot replace the configuration, if it cannot: another geometry, or a pheromone
-  /// that goes while some of it is left on the map.
+  /// Why `next` cannot replace the configuration, if it cannot: another geometry, a pheromone that
+  /// goes while some of it is left on the map, or new paths for which there is no memory.
   Status CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const;
 
   /// Goes on under `next`, which CheckReconfigure accepts. A law whose evaporation or quantum
@@ -114,7 +122,6 @@ class Field {
   void SweepAll(uint64_t now_ms);
   void LayPath(const Path& path, uint64_t now_ms);
   void Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t now_ms);
-  void SetBudget();
 
   FieldConfig config_;
   TileBudget budget_;

@@ -250,6 +250,18 @@ TEST(Reconfigure, APheromoneThatLeavesTakesItsRemainsAlong) {
   EXPECT_EQ(field.node_count(), 0u);
 }
 
+TEST(Reconfigure, RefusesPathsForWhichThereIsNoMemory) {
+  FieldConfig config = Config();
+  config.memory_bytes = 12 * CellMap::kTileBytes;
+  Field field(config);
+  FieldConfig next = config;
+  next.paths = {{.type = 1, .count = 1, .points = {{0, 0}, {9'500'000, 0}}}};  // 96 nodes, 12 tiles
+  EXPECT_EQ(TilesOfPaths(next, [](const Path&) { return true; }), 12u);
+  EXPECT_TRUE(field.CheckReconfigure(next, 0).ok());
+  field.Deposit(1, {0, 5'000'000}, 1, 0);
+  EXPECT_FALSE(field.CheckReconfigure(next, 0).ok());
+}
+
 TEST(Reconfigure, PathsComeAndGoWithTheConfiguration) {
   FieldConfig config = Config();
   config.pheromones[0].tau_ms = 0;
