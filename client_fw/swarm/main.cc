@@ -128,19 +128,20 @@ struct LiveOptions {
 void ShowStatus(const LiveStatus& status) {
   const Sample& s = status.sample;
   const bool terminal = isatty(STDOUT_FILENO) != 0;
-  // On a terminal one line is renewed; elsewhere a line a second is enough.
+  // On a terminal one line is renewed, cut at the right edge rather than wrapped; elsewhere a line
+  // a second is enough.
   if (!terminal && s.time_ms % 1000 != 0) {
     return;
   }
   fmt::print(
       "{}{:6.1f} s  pose {:5.2f} {:5.2f} m {:4.0f}°  P {:5.2f} {:5.2f}  wheels {:4d} {:4d} mm/s"
       "  off path {:4.0f} mm  {:3.1f} exch/s  channel {:4.1f} %{}{}",
-      terminal ? "\r" : "", status.seconds, s.pose.x_m, s.pose.y_m,
+      terminal ? "\r\x1b[?7l" : "", status.seconds, s.pose.x_m, s.pose.y_m,
       std::remainder(s.pose.heading_rad * 180 / std::numbers::pi, 360.0), s.p_left / 4096.0,
       s.p_right / 4096.0, s.wheels.left_mm_s, s.wheels.right_mm_s, s.distance_m * 1000,
       status.exchanges_per_s, status.utilisation * 100,
       status.connected ? (status.flags != 0 ? "  STOPPED" : "") : "  NO MODEM",
-      terminal ? "\x1b[K" : "\n");
+      terminal ? "\x1b[K\x1b[?7h" : "\n");
   std::fflush(stdout);
 }
 
