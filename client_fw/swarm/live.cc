@@ -90,7 +90,8 @@ void PortModem::OnByte(uint8_t byte, int64_t /*time_ns*/) {
   }
 }
 
-Result<LiveResult> RunLive(const LiveConfig& config, double seconds, const volatile bool* stop,
+Result<LiveResult> RunLive(const LiveConfig& config, double seconds,
+                           const volatile std::sig_atomic_t* stop,
                            const std::function<void(const LiveStatus&)>& show) {
   sim::RadioMedium medium(config.radio);
   PortModem modem(config.device, &medium);
@@ -104,7 +105,7 @@ Result<LiveResult> RunLive(const LiveConfig& config, double seconds, const volat
   const int64_t start_ns = MonotonicNs();
   int64_t now_ms = 0;
   const auto end_ms = static_cast<int64_t>(seconds * 1000);
-  while (!*stop && (end_ms == 0 || now_ms < end_ms)) {
+  while (*stop == 0 && (end_ms == 0 || now_ms < end_ms)) {
     // Every millisecond of the robot's time is lived through, late if need be, never skipped.
     const int64_t target_ms = (MonotonicNs() - start_ns) / kNsPerMs;
     for (; now_ms < target_ms && (end_ms == 0 || now_ms < end_ms);) {

@@ -7,6 +7,7 @@
 // own fail-safe and goes on when answers return.
 #pragma once
 
+#include <csignal>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -75,9 +76,10 @@ struct LiveResult {
   uint64_t reconnects = 0;
 };
 
-/// Runs until `seconds` have passed (0: for ever) or `*stop` is set (by a signal handler), calling
-/// `show` about five times a second. Errors: the device cannot be opened at the start.
-Result<LiveResult> RunLive(const LiveConfig& config, double seconds, const volatile bool* stop,
+/// Runs until `seconds` have passed (0: for ever) or `*stop` is not 0 (a signal handler's doing),
+/// calling `show` about five times a second. Errors: the device cannot be opened at the start.
+Result<LiveResult> RunLive(const LiveConfig& config, double seconds,
+                           const volatile std::sig_atomic_t* stop,
                            const std::function<void(const LiveStatus&)>& show);
 
 }  // namespace pheromone::swarm

@@ -29,10 +29,10 @@ namespace {
 constexpr int kFailed = 1;
 constexpr int kWrongInput = 2;
 
-volatile bool stop_requested = false;
+volatile std::sig_atomic_t stop_requested = 0;
 
 void OnStopSignal(int /*signal*/) {
-  stop_requested = true;
+  stop_requested = 1;
 }
 
 Status WriteFile(const std::filesystem::path& path, const std::string& content) {
@@ -272,7 +272,7 @@ int Main(int argc, char** argv) {
                            "The daemon's configuration, for its first [[path]] (default: the "
                            "built-in one)");
   live_command->add_option("--seconds", live.seconds, "End after this time (default: Ctrl-C)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0.1, 1e7));
   live_command->add_option("--out", live.out, "Folder for track.csv and track.svg (default: .)");
   live_command->add_option("--speed", live.speed_mm_s, "K, mm/s (default: 300)")
       ->check(CLI::Range(20, 2000));

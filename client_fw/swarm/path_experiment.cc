@@ -131,6 +131,7 @@ PathRun FollowPath(const PathExperiment& experiment, uint64_t seed) {
   config.robot.client.law = experiment.law;
   config.robot.client.speed_mm_s = experiment.speed_mm_s;
   config.robot.client.period_ms = experiment.period_ms;
+  config.robot.client.lay_trail = experiment.lay_trail;
   config.robot.start = StartPose(path, along_m, side * experiment.offset_m,
                                  turn * experiment.heading_error_deg * std::numbers::pi / 180);
 

@@ -36,7 +36,8 @@ struct PathExperiment {
   double antenna_distance_m = 0.33;  ///< b
   double offset_m = 0.2;             ///< beside the path at the start
   double heading_error_deg = 20;
-  double frame_loss = 0;  ///< probability that a listener misses a frame
+  bool lay_trail = false;  ///< TRACE instead of SENSE: the robot adds to the path
+  double frame_loss = 0;   ///< probability that a listener misses a frame
 };
 
 /// The path of an experiment, on a map of 10 m x 10 m: an oblique line; a circle of radius 1.5 m;

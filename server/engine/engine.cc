@@ -14,21 +14,6 @@ namespace {
 using protocol::Message;
 using protocol::Reason;
 
-Message ErrorMessage(const Message& refused, Reason reason) {
-  const bool has_seq = protocol::IsMutating(refused.opcode) && refused.length > 0;
-  Message message;
-  protocol::Encode(protocol::ErrorAnswer{refused.id, refused.opcode, reason,
-                                         has_seq ? refused.data[0] : uint8_t{0}},
-                   &message);
-  return message;
-}
-
-Message ErrorMessage(uint8_t id, uint8_t opcode, Reason reason, uint8_t seq) {
-  Message message;
-  protocol::Encode(protocol::ErrorAnswer{id, opcode, reason, seq}, &message);
-  return message;
-}
-
 // What is wrong with the form of a client's message, if anything.
 Reason FaultOf(const Message& message) {
   const protocol::LengthRule rule = protocol::LengthOf(message.opcode);
@@ -98,6 +83,14 @@ uint64_t HashConfig(const EngineConfig& config) {
 
 }  // namespace
 
+Message ErrorMessage(const Message& message, Reason reason) {
+  const bool has_seq = protocol::IsMutating(message.opcode) && message.length > 0;
+  const uint8_t seq = has_seq ? message.data[0] : uint8_t{0};
+  Message error;
+  protocol::Encode(protocol::ErrorAnswer{message.id, message.opcode, reason, seq}, &error);
+  return error;
+}
+
 Handling Engine::Classify(LinkIndex link, const Message& message) const {
   const bool nobody = message.id == 0 || message.id == protocol::kBroadcastId;
   if (nobody || message.opcode == 0 || protocol::IsFromServer(message.opcode) ||
@@ -143,7 +136,7 @@ void Engine::Answer(const Stamp& stamp, LinkIndex link, const Message& message,
   if (fault != Reason::kNone) {
     out->push_back({link, 0, ErrorMessage(message, fault)});
   } else if (protocol::Decode(message, &sense)) {
-    out->push_back({link, 0, AnswerSense(sense, now_ms)});
+    out->push_back({link, 0, AnswerSense(message, now_ms)});
   } else if (protocol::Decode(message, &ping)) {
     ping.answer = true;
     out->push_back({link, 0, {}});
@@ -161,18 +154,17 @@ void Engine::Answer(const Stamp& stamp, LinkIndex link, const Message& message,
   }
 }
 
-Message Engine::AnswerSense(const protocol::SenseRequest& request, uint64_t now_ms) const {
+Message Engine::AnswerSense(const Message& message, uint64_t now_ms) const {
+  protocol::SenseRequest request;
+  protocol::Decode(message, &request);
   field::SenseError error = field::SenseError::kNone;
   const auto p =
       field_->Sense(request.type, ToField(request.pose, config_.pose_unit_10um), now_ms, &error);
-  Message answer;
   if (!p) {
-    const auto service =
-        static_cast<uint8_t>(request.wide ? protocol::kSenseWide : protocol::kSense);
-    return ErrorMessage(request.id, static_cast<uint8_t>(service | request.type), ToReason(error),
-                        0);
+    return ErrorMessage(message, ToReason(error));
   }
   const WireIntensities wire = ToWire(*p);
+  Message answer;
   protocol::Encode(
       protocol::SenseAnswer{request.id, request.type, request.wide, wire.left, wire.right},
       &answer);
@@ -269,10 +261,10 @@ Message Engine::TakeChange(const Message& request) {
   protocol::TraceRequest trace;
   protocol::EventReport event;
   if (protocol::Decode(request, &deposit)) {
-    return TakeDeposit(deposit);
+    return TakeDeposit(request);
   }
   if (protocol::Decode(request, &trace)) {
-    return TakeTrace(trace);
+    return TakeTrace(request);
   }
   const bool is_event = protocol::Decode(request, &event);
   assert(is_event);
@@ -286,7 +278,9 @@ Message Engine::TakeChange(const Message& request) {
   return answer;
 }
 
-Message Engine::TakeDeposit(const protocol::DepositRequest& request) {
+Message Engine::TakeDeposit(const Message& message) {
+  protocol::DepositRequest request;
+  protocol::Decode(message, &request);
   const field::PointUm point{ToMicrometres(request.x, config_.pose_unit_10um),
                              ToMicrometres(request.y, config_.pose_unit_10um)};
   const bool has_place =
@@ -296,8 +290,7 @@ Message Engine::TakeDeposit(const protocol::DepositRequest& request) {
           ? Reason::kBadValue
           : ToReason(field_->Deposit(request.type, point, request.quanta, field_time_ms_));
   if (reason != Reason::kNone) {
-    return ErrorMessage(request.id, static_cast<uint8_t>(protocol::kDeposit | request.type), reason,
-                        request.seq);
+    return ErrorMessage(message, reason);
   }
   Message answer;
   protocol::Encode(protocol::DepositAnswer{request.id, request.type, request.seq}, &answer);
@@ -305,7 +298,9 @@ Message Engine::TakeDeposit(const protocol::DepositRequest& request) {
 }
 
 // Senses first, so that a robot does not smell the quantum it is about to leave.
-Message Engine::TakeTrace(const protocol::TraceRequest& request) {
+Message Engine::TakeTrace(const Message& message) {
+  protocol::TraceRequest request;
+  protocol::Decode(message, &request);
   const field::PoseUm pose = ToField(request.pose, config_.pose_unit_10um);
   field::SenseError error = field::SenseError::kNone;
   const auto p = field_->Sense(request.type, pose, field_time_ms_, &error);
@@ -313,10 +308,7 @@ Message Engine::TakeTrace(const protocol::TraceRequest& request) {
       p ? ToReason(field_->Deposit(request.type, pose.position, 1, field_time_ms_))
         : ToReason(error);
   if (reason != Reason::kNone) {
-    const auto service =
-        static_cast<uint8_t>(request.wide ? protocol::kTraceWide : protocol::kTrace);
-    return ErrorMessage(request.id, static_cast<uint8_t>(service | request.type), reason,
-                        request.seq);
+    return ErrorMessage(message, reason);
   }
   const WireIntensities wire = ToWire(*p);
   Message answer;

@@ -41,6 +41,9 @@ struct EngineCounters {
   uint64_t commands_unknown = 0;  ///< the robot restarted before it acknowledged
 };
 
+/// The ERROR that refuses `message`; with its seq, if it has one.
+protocol::Message ErrorMessage(const protocol::Message& message, protocol::Reason reason);
+
 class Engine {
  public:
   /// The intervals between a command's transmissions double from the first to the longest; after
@@ -97,10 +100,10 @@ class Engine {
 
   protocol::Message TakeHello(LinkIndex link, const protocol::HelloRequest& hello);
   protocol::Message TakeChange(const protocol::Message& request);
-  protocol::Message TakeDeposit(const protocol::DepositRequest& request);
-  protocol::Message TakeTrace(const protocol::TraceRequest& request);
+  protocol::Message TakeDeposit(const protocol::Message& request);
+  protocol::Message TakeTrace(const protocol::Message& request);
   void TakeCommandAck(LinkIndex link, const protocol::CommandAck& ack);
-  protocol::Message AnswerSense(const protocol::SenseRequest& request, uint64_t now_ms) const;
+  protocol::Message AnswerSense(const protocol::Message& message, uint64_t now_ms) const;
   void Send(LinkIndex link, const protocol::Message& message, std::vector<Outgoing>* out) const;
   void SendCommand(LinkIndex link, uint8_t id, RobotState* robot, std::vector<Outgoing>* out);
   void SendBroadcast(Broadcast* broadcast, std::vector<Outgoing>* out);

@@ -56,12 +56,7 @@ void Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& messa
     case Handling::kChange: {
       const Reason refused = Change(stamp, RequestReceived{link, message}, out);
       if (refused != Reason::kNone) {
-        const bool has_seq = protocol::IsMutating(message.opcode);
-        Outgoing answer{link, 0, {}};
-        protocol::Encode(protocol::ErrorAnswer{message.id, message.opcode, refused,
-                                               has_seq ? message.data[0] : uint8_t{0}},
-                         &answer.message);
-        out->push_back(answer);
+        out->push_back({link, 0, ErrorMessage(message, refused)});
       }
       break;
     }

@@ -1,7 +1,5 @@
 #include "server/field/cell_map.h"
 
-#include <vector>
-
 namespace pheromone::field {
 
 NodeState CellMap::Read(NodeIndex node) const {
@@ -39,18 +37,6 @@ bool CellMap::Write(NodeIndex node, NodeState state) {
     EraseIfEmpty(found);
   }
   return true;
-}
-
-void CellMap::Sweep(const PheromoneLaw& law, uint64_t now_ms) {
-  std::vector<NodeIndex> dead;
-  ForEach([&](NodeIndex node, NodeState state) {
-    if (CountAt(law, state, now_ms) == 0) {
-      dead.push_back(node);
-    }
-  });
-  for (const NodeIndex node : dead) {
-    Write(node, {});
-  }
 }
 
 void CellMap::EraseIfEmpty(std::unordered_map<uint64_t, Tile>::iterator tile) {

@@ -40,9 +40,6 @@ class CellMap {
   /// the budget is exhausted. Writing count 0 forgets the node.
   bool Write(NodeIndex node, NodeState state);
 
-  /// Forgets the nodes that are 0 at `now_ms` under `law`, and gives back the tiles left empty.
-  void Sweep(const PheromoneLaw& law, uint64_t now_ms);
-
   /// Calls `visit(NodeIndex, NodeState)` for each remembered node, in no particular order.
   template <typename Visit>
   void ForEach(Visit&& visit) const {

@@ -116,16 +116,5 @@ TEST(CellMap, GivesBackTheTileOfItsLastNode) {
   EXPECT_TRUE(map.Write({100, 100}, {1, 0}));
 }
 
-TEST(CellMap, ASweepForgetsWhatHasEvaporatedAndNothingElse) {
-  TileBudget budget{100, 0};
-  CellMap map(&budget);
-  ASSERT_TRUE(map.Write({0, 0}, {2, 0}));
-  ASSERT_TRUE(map.Write({50, 0}, {3, 0}));
-  map.Sweep(Evaporating(), 2'000);
-  EXPECT_EQ(map.Read({0, 0}).count, 0);
-  EXPECT_EQ(map.Read({50, 0}).count, 3);
-  EXPECT_EQ(budget.used, 1u);
-}
-
 }  // namespace
 }  // namespace pheromone::field

@@ -199,18 +199,39 @@ bool Field::Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint
   }
   if (state.count != 0) {
     hash_ += NodeHash(law, node, state);
+    const auto tau_ms = static_cast<uint64_t>(law.tau_ms);
+    if (tau_ms != 0) {
+      next_sweep_ms_ = std::min(next_sweep_ms_, state.time_ms + state.count * tau_ms);
+    }
   }
   return true;
 }
 
+// A map full of what has not evaporated must not be searched again for every deposit that it
+// refuses: each sweep finds out when the next one can give back anything, and Store keeps that up
+// to date.
 void Field::SweepAll(uint64_t now_ms) {
+  if (now_ms < next_sweep_ms_) {
+    return;
+  }
+  next_sweep_ms_ = UINT64_MAX;
   for (const PheromoneLaw& law : config_.pheromones) {
+    if (law.tau_ms == 0) {
+      continue;
+    }
+    std::vector<std::pair<NodeIndex, NodeState>> dead;
     layers_[law.type].ForEach([&](NodeIndex node, NodeState state) {
-      if (CountAt(law, state, now_ms) == 0) {
-        hash_ -= NodeHash(law, node, state);
+      const uint64_t dies_ms = state.time_ms + state.count * static_cast<uint64_t>(law.tau_ms);
+      if (dies_ms <= now_ms) {
+        dead.emplace_back(node, state);
+      } else {
+        next_sweep_ms_ = std::min(next_sweep_ms_, dies_ms);
       }
     });
-    layers_[law.type].Sweep(law, now_ms);
+    for (const auto& [node, state] : dead) {
+      hash_ -= NodeHash(law, node, state);
+      layers_[law.type].Write(node, {});
+    }
   }
 }
 
@@ -279,6 +300,7 @@ void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
       Rebase(law, successor != nullptr ? *successor : nothing, now_ms);
     }
   }
+  next_sweep_ms_ = 0;
   const std::vector<Path> before = std::exchange(config_, next).paths;
   budget_.limit = TileLimit(config_);
   // 3. New paths.

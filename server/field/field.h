@@ -127,6 +127,7 @@ class Field {
   TileBudget budget_;
   std::array<CellMap, kTypes> layers_;
   uint64_t hash_ = 0;
+  uint64_t next_sweep_ms_ = 0;  // nothing that a sweep could give back dies before
 };
 
 }  // namespace pheromone::field

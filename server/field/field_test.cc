@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <set>
 
 namespace pheromone::field {
 namespace {
@@ -173,6 +174,45 @@ TEST(Field, AFullMapTakesBackWhatHasEvaporated) {
   EXPECT_EQ(field.Deposit(1, {1'600'000, 0}, 1, 30'000), DepositResult::kDone);
   EXPECT_EQ(field.node_count(), 2u);
   EXPECT_EQ(HashFromADump(field), field.hash());
+}
+
+// Deposits of different lifetimes on a map that stays nearly full, against a map without a limit:
+// what is refused is only what would not fit beside what is alive.
+TEST(Field, AFullMapForgetsTheDeadAndOnlyTheDead) {
+  std::mt19937 random(8);
+  FieldConfig config = Config();
+  config.map.cell_um = 1'000'000;  // 11 x 11 nodes in four tiles
+  config.pheromones[0].tau_ms = 100;
+  config.memory_bytes = 2 * CellMap::kTileBytes;
+  FieldConfig unlimited = config;
+  unlimited.memory_bytes = 64 << 20;
+  Field small(config);
+  Field large(unlimited);
+  int refused = 0;
+  int taken = 0;
+  for (uint64_t now_ms = 0; now_ms < 400'000; now_ms += random() % 200) {
+    const PointUm point{static_cast<int64_t>(random() % 11) * 1'000'000,
+                        static_cast<int64_t>(random() % 11) * 1'000'000};
+    const auto quanta = static_cast<uint16_t>(1 + random() % 8);
+    if (small.Deposit(1, point, quanta, now_ms) == DepositResult::kDone) {
+      large.Deposit(1, point, quanta, now_ms);
+      ++taken;
+    } else {
+      std::set<std::pair<int32_t, int32_t>> alive;
+      large.ForEach([&](uint8_t, NodeIndex node, NodeState state) {
+        if (CountAt(config.pheromones[0], state, now_ms) != 0) {
+          alive.emplace(node.column / 8, node.row / 8);
+        }
+      });
+      ASSERT_EQ(alive.size(), 2u) << now_ms;
+      ++refused;
+    }
+    const PoseUm pose{point, static_cast<uint16_t>(random())};
+    ASSERT_EQ(At(small, pose, now_ms), At(large, pose, now_ms));
+    ASSERT_EQ(HashFromADump(small), small.hash());
+  }
+  EXPECT_GT(refused, 100);
+  EXPECT_GT(taken, 100);
 }
 
 TEST(Field, TheHashIsTheSumOverADump) {

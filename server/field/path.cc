@@ -56,8 +56,9 @@ void ForEachSide(const Path& path, Visit&& visit) {
   }
 }
 
-bool Adjacent(NodeIndex a, NodeIndex b) {
-  return std::abs(a.column - b.column) <= 1 && std::abs(a.row - b.row) <= 1;
+// Two nodes across the corner of one cell.
+bool Diagonal(NodeIndex a, NodeIndex b) {
+  return std::abs(a.column - b.column) == 1 && std::abs(a.row - b.row) == 1;
 }
 
 }  // namespace
@@ -126,13 +127,11 @@ std::vector<NodeIndex> NodesAlong(const MapGeometry& map, const Path& path) {
     if (!line.empty() && line.back() == node) {
       return;
     }
-    // Two neighbours of a corner that touch each other need no corner between them.
-    if (line.size() >= 2 && Adjacent(line[line.size() - 2], node)) {
+    // A stair's corner is not needed: the nodes before and after it touch each other.
+    if (line.size() >= 2 && Diagonal(line[line.size() - 2], node)) {
       line.pop_back();
     }
-    if (line.empty() || !(line.back() == node)) {
-      line.push_back(node);
-    }
+    line.push_back(node);
   };
   if (path.points.size() == 1) {
     visit(map.NearestNode(path.points.front()));

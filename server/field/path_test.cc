@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <random>
 #include <set>
 
 namespace pheromone::field {
@@ -73,6 +74,60 @@ TEST(NodesAlong, ACircleClosesAndStaysOnItsRadius) {
   ExpectOneNodeWide(nodes, true);
   for (const NodeIndex node : nodes) {
     EXPECT_NEAR(std::hypot(node.column - 50, node.row - 50), 15, 0.7072);
+  }
+}
+
+// Bends that a corner cut must not eat: there and back, closed in a line, a spike.
+TEST(NodesAlong, APathThatTurnsBackKeepsItsFarEnd) {
+  const auto row = [](int32_t from, int32_t to) {
+    std::set<NodeIndex> nodes;
+    for (int32_t column = from; column <= to; ++column) {
+      nodes.insert({column, 10});
+    }
+    return nodes;
+  };
+  const auto as_set = [](const std::vector<NodeIndex>& nodes) {
+    return std::set<NodeIndex>(nodes.begin(), nodes.end());
+  };
+  const PointUm a{1'000'000, 1'000'000};
+  const PointUm b{3'000'000, 1'000'000};
+  const PointUm c{5'000'000, 1'000'000};
+  EXPECT_EQ(as_set(NodesAlong(TenMetres(), Polyline({a, c, a}))), row(10, 50));
+  EXPECT_EQ(as_set(NodesAlong(TenMetres(), Polyline({a, b, c}, true))), row(10, 50));
+  EXPECT_EQ(as_set(NodesAlong(TenMetres(), Polyline(SplinePoints({a, c}, true, 25'000), true))),
+            row(10, 50));
+  const auto spike = as_set(
+      NodesAlong(TenMetres(), Polyline({a, {2'000'000, 1'000'000}, {1'000'000, 1'100'000}})));
+  EXPECT_TRUE(spike.contains({20, 10}));
+  EXPECT_TRUE(spike.contains({10, 11}));
+  EXPECT_EQ(spike.size(), 17u);  // columns 10 to 20 out, 10 to 15 back in the next row
+}
+
+// However a path bends: its nearest node lies within half a cell's diagonal, and if that node is
+// cut as a corner, the next ones are one cell on.
+TEST(NodesAlong, EveryPartOfARandomPathHasANodeNearby) {
+  std::mt19937 random(3);
+  for (int round = 0; round < 300; ++round) {
+    Path path = Polyline({}, random() % 2 == 0);
+    for (int i = 0; i < 5; ++i) {
+      path.points.push_back({static_cast<int64_t>(1'000'000 + random() % 2'000'000),
+                             static_cast<int64_t>(1'000'000 + random() % 2'000'000)});
+    }
+    const auto nodes = NodesAlong(TenMetres(), path);
+    for (size_t i = 1; i < path.points.size(); ++i) {
+      const PointUm from = path.points[i - 1];
+      const PointUm to = path.points[i];
+      for (int step = 0; step <= 50; ++step) {
+        const PointUm at{from.x + (to.x - from.x) * step / 50,
+                         from.y + (to.y - from.y) * step / 50};
+        double nearest = 1e9;
+        for (const NodeIndex node : nodes) {
+          const PointUm position = TenMetres().PositionOf(node);
+          nearest = std::min(nearest, std::hypot(position.x - at.x, position.y - at.y));
+        }
+        ASSERT_LE(nearest, 1.7072 * 100'000) << round;
+      }
+    }
   }
 }
 
