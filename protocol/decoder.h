@@ -37,6 +37,32 @@ struct DecoderCounters {
   uint32_t ignored_bytes = 0;  ///< bytes outside of frames
 };
 
+/// Calls `use(&one of a's counters, the same one of b's)` for each counter.
+template <typename Use>
+void ForEachCounter(DecoderCounters* a, const DecoderCounters& b, Use&& use) {
+  static_assert(sizeof(DecoderCounters) == 9 * sizeof(uint32_t), "a counter is missing here");
+  use(&a->frames, b.frames);
+  use(&a->crc_errors, b.crc_errors);
+  use(&a->bad_escapes, b.bad_escapes);
+  use(&a->oversize, b.oversize);
+  use(&a->runts, b.runts);
+  use(&a->refused, b.refused);
+  use(&a->restarts, b.restarts);
+  use(&a->timeouts, b.timeouts);
+  use(&a->ignored_bytes, b.ignored_bytes);
+}
+
+inline DecoderCounters& operator+=(DecoderCounters& sum, const DecoderCounters& more) {
+  ForEachCounter(&sum, more, [](uint32_t* a, uint32_t b) { *a += b; });
+  return sum;
+}
+
+/// What happened since `before`, also if a counter has wrapped.
+inline DecoderCounters operator-(DecoderCounters now, const DecoderCounters& before) {
+  ForEachCounter(&now, before, [](uint32_t* a, uint32_t b) { *a -= b; });
+  return now;
+}
+
 class FrameDecoder {
  public:
   /// `gap_timeout_ms`: the longest silence inside a frame; kNoGapTimeout for links that cannot lose

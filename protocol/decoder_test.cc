@@ -268,6 +268,18 @@ TEST(FrameDecoderTime, SilenceOutsideOfFramesCountsNothing) {
   EXPECT_EQ(decoder.counters().ignored_bytes, 1u);
 }
 
+// ---- Counters
+
+TEST(DecoderCounters, SumsAndDifferencesTakeEachCounterAlsoAfterItHasWrapped) {
+  const DecoderCounters before{1, 2, 3, 4, 5, 6, 7, 8, UINT32_MAX};
+  const DecoderCounters now{2, 4, 6, 8, 10, 12, 14, 16, 8};
+  const DecoderCounters difference{1, 2, 3, 4, 5, 6, 7, 8, 9};
+  EXPECT_EQ(testing::Tie(now - before), testing::Tie(difference));
+  DecoderCounters sum = before;
+  sum += difference;
+  EXPECT_EQ(testing::Tie(sum), testing::Tie(now));
+}
+
 // ---- Bounds
 
 TEST(FrameDecoder, TheLongestBodyPassesAndOneByteMoreDoesNot) {

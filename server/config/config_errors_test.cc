@@ -261,6 +261,17 @@ INSTANTIATE_TEST_SUITE_P(
         Case{33, "port = \"/dev/ttyS0\"\nturnaround_ms = 30\nresponse_window_ms = 32",
              "35:22: link[2].response_window_ms: found 32, expected more than turnaround_ms and "
              "the time of a byte, which the server waits before it answers"},
+        Case{29,
+             "path = \"./x/../b.pty\"\n[[link]]\nname = \"b\"\nkind = \"pty\"\npath = \"b.pty\"",
+             "33:8: link[2].path: found the string \"b.pty\" again, expected what link \"radio-a\" "
+             "does not have"},
+        Case{33, "port = \"/dev/ttyS0\"\nbaud = 300\ngap_timeout_ms = 66",
+             "35:18: link[2].gap_timeout_ms: found 66, expected more than the time of two bytes, "
+             "which is 66.666 ms at 300 baud, or 0 for no limit"},
+        Case{33, "port = \"/dev/ttyS0\"\nbaud = 75",
+             "30:1: link[2].response_window_ms: missing, and 289, which follows from baud and "
+             "turnaround_ms, is more than 255; expected a faster line or a whole number from 1 to "
+             "255"},
         Case{37, "listen = \"localhost:4950\"",
              "37:10: link[3].listen: found the string \"localhost:4950\", expected a numeric "
              "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\""},
@@ -273,7 +284,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ConfigErrorsTest, AnAddressIsFourNumbersOrBracketedAndAPort) {
   for (const std::string_view bad :
        {"", ":1", "1.2.3:5", "1.2.3.4", "1.2.3.4:", "1.2.3.4:65536", "1.2.3.256:1", "1.2.3.4.5:1",
-        "1.2.3.4:1 ", "::1:4950", "[::1]", "[]:4", "[1.2.3.4]:5", "1..2.3:4", "-1.2.3.4:5"}) {
+        "1.2.3.4:1 ", "127.0.0.01:4951", "[::::]:4950", "[:::1]:1", "[1:2:3:4:5:6:7]:1", "::1:4950",
+        "[::1]", "[]:4", "[1.2.3.4]:5", "1..2.3:4", "-1.2.3.4:5"}) {
     EXPECT_NE(ErrorOf(Replaced(37, "listen = \"" + std::string(bad) + "\"")), "") << bad;
   }
   for (const std::string_view good : {"0.0.0.0:0", "[::]:65535", "[fe80::1:2]:80"}) {
@@ -354,6 +366,17 @@ TEST(ConfigErrorsTest, TheReachOfAPheromoneIsAtMostAThousandCells) {
             "at most 1000 cells\n"
             "f.toml:19:11: pheromone[2].sigma_m: core_m + sigma_m is 0.5 m or 1250 cells, expected "
             "at most 1000 cells");
+}
+
+// 42 m / 2 + 0.5 m are 2150 cells of 0.01 m, 19 m / 2 + 0.5 m just 1000.
+TEST(ConfigErrorsTest, TheAntennasAreNoFartherApartThanAnAnswerMayCost) {
+  std::string text = Replaced(4, "cell_m = 0.01");
+  text.replace(text.find("bias_m = 0.33"), 13, "bias_m = 42");
+  EXPECT_EQ(ErrorOf(text),
+            "f.toml:6:10: antennas.bias_m: half of it and the farthest core_m + sigma_m are 21.5 m "
+            "or 2150 cells, expected at most 1000 cells");
+  text.replace(text.find("bias_m = 42"), 11, "bias_m = 19");
+  EXPECT_EQ(ErrorOf(text), "");
 }
 
 TEST(ConfigErrorsTest, ALargeMapIsFineWithWideMessagesOrAnotherUnit) {

@@ -174,6 +174,15 @@ TEST(ConfigTest, ASerialLinksTimesFollowFromItsBaudRate) {
   EXPECT_EQ(config.links[1].gap_timeout_ms, 20);
 }
 
+// At 300 baud a byte takes 33.3 ms and four of them 133.3 ms.
+TEST(ConfigTest, TheGapTimeoutOfASlowLineLetsItsBytesThrough) {
+  std::string text(kExample);
+  text += "[[link]]\nname = \"s\"\nkind = \"serial\"\nport = \"/dev/ttyS0\"\nbaud = 300\n";
+  EXPECT_EQ(Parse(text).links[1].gap_timeout_ms, 134);
+  EXPECT_EQ(Parse(text + "gap_timeout_ms = 67\n").links[1].gap_timeout_ms, 67);
+  EXPECT_EQ(Parse(text + "gap_timeout_ms = 0\n").links[1].gap_timeout_ms, 0);
+}
+
 TEST(ConfigTest, WholeNumbersServeAsDecimalsAndDecimalsThatAreNotExactInBinaryAreExactHere) {
   std::string text(kExample);
   text.replace(text.find("10.0"), 4, "10");

@@ -11,7 +11,7 @@ namespace {
 constexpr int64_t kUmPerM = 1'000'000;
 constexpr int64_t kMaxCells = 30'000;  // along an axis
 constexpr int64_t kMaxReachUm = 50 * kUmPerM;
-constexpr int64_t kMaxReachCells = 1'000;  // a request looks at each node in reach
+constexpr int64_t kMaxReachCells = 1'000;  // from the robot: a request looks at each node in reach
 constexpr int64_t kMaxOriginUm = 1'000'000 * kUmPerM;
 constexpr int64_t kMaxTauMs = 1'000'000'000'000;
 constexpr int64_t kMaxQuantumMicro = 1'000 * int64_t{1'000'000};
@@ -188,6 +188,21 @@ void ReadPheromone(const TableReader& table, bool has_map, Notes* notes,
   }
 }
 
+// An answer looks at a rectangle that holds what both antennas reach.
+void CheckAntennas(const TableReader& antennas, const field::FieldConfig& field) {
+  int64_t reach_um = 0;
+  for (const field::PheromoneLaw& law : field.pheromones) {
+    reach_um = std::max(reach_um, law.reach_um());
+  }
+  const int64_t most_um = field.antenna_distance_um / 2 + reach_um;
+  if (const int64_t cells = most_um / field.map.cell_um; cells > kMaxReachCells) {
+    antennas.Report("bias_m", "half of it and the farthest core_m + sigma_m are " +
+                                  FormatScaled(most_um, kMetresToUm) + " m or " +
+                                  std::to_string(cells) + " cells, expected at most " +
+                                  std::to_string(kMaxReachCells) + " cells");
+  }
+}
+
 }  // namespace
 
 bool ReadField(const Value& root, Notes* notes, engine::EngineConfig* engine) {
@@ -205,6 +220,9 @@ bool ReadField(const Value& root, Notes* notes, engine::EngineConfig* engine) {
   for (size_t i = 0; i < tables.size(); ++i) {
     const TableReader table(*tables[i], PathOf("pheromone", i), &notes->problems);
     ReadPheromone(table, has_map, notes, &engine->field);
+  }
+  if (has_map) {
+    CheckAntennas(antennas, engine->field);
   }
   return has_map && engine->field.pheromones.size() == tables.size();
 }

@@ -1,6 +1,11 @@
 // [[link]]: how robots reach the server.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <optional>
 
 #include "server/config/sections.h"
@@ -12,7 +17,7 @@ constexpr std::string_view kKinds[] = {"pty", "serial", "tcp"};  // in the order
 
 // D_s, what the server may take to answer: a USB adapter alone may hold bytes back for 16 ms.
 constexpr int64_t kServerDelayMs = 20;
-constexpr int64_t kSerialGapMs = 20;
+constexpr int64_t kSerialGapMs = 20;  // or four bytes, if they take longer
 constexpr int64_t kTcpGapMs = 10'000;
 constexpr int64_t kWindowMs = 100;  // without medium access
 
@@ -21,30 +26,10 @@ struct Endpoint {
   uint16_t port = 0;
 };
 
-bool IsIpv4(std::string_view text) {
-  int parts = 0;
-  while (true) {
-    uint8_t part = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), part);
-    if (error != std::errc() || end == text.data()) {
-      return false;
-    }
-    ++parts;
-    text.remove_prefix(static_cast<size_t>(end - text.data()));
-    if (text.empty()) {
-      return parts == 4;
-    }
-    if (text.front() != '.' || parts == 4) {
-      return false;
-    }
-    text.remove_prefix(1);
-  }
-}
-
-// Near enough: whoever opens the socket says the rest.
-bool IsIpv6(std::string_view text) {
-  return text.find(':') != std::string_view::npos &&
-         text.find_first_not_of("0123456789abcdefABCDEF:.") == std::string_view::npos;
+// What can be listened on: `family` is AF_INET or AF_INET6.
+bool IsAddress(int family, const std::string& text) {
+  in6_addr address{};  // the larger of the two
+  return inet_pton(family, text.c_str(), &address) == 1;
 }
 
 // "127.0.0.1:4950" or "[::1]:4950"
@@ -62,7 +47,7 @@ std::optional<Endpoint> ParseEndpoint(std::string_view text) {
   Endpoint endpoint{std::string(address), 0};
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), endpoint.port);
   const bool good = error == std::errc() && end == port.data() + port.size() && !port.empty() &&
-                    (brackets ? IsIpv6(address) : IsIpv4(address));
+                    IsAddress(brackets ? AF_INET6 : AF_INET, endpoint.address);
   return good ? std::optional(endpoint) : std::nullopt;
 }
 
@@ -78,6 +63,18 @@ std::optional<std::string> ReadName(const TableReader& table) {
   return name;
 }
 
+// A number of milliseconds that HELLO tells in one byte. `fallback` follows from other keys, and
+// may not fit.
+std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, int64_t fallback) {
+  if (table.Find(key) == nullptr && fallback > UINT8_MAX) {
+    table.Report(key, "missing, and " + std::to_string(fallback) +
+                          ", which follows from baud and turnaround_ms, is more than 255; expected "
+                          "a faster line or a whole number from 1 to 255");
+    return std::nullopt;
+  }
+  return table.Integer(key, 1, UINT8_MAX, fallback);
+}
+
 // The medium-access figures that HELLO tells the robots.
 bool ReadTimes(const TableReader& table, LinkConfig* link) {
   const bool serial = link->kind == LinkKind::kSerial;
@@ -89,14 +86,24 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
   const auto byte_times_ms = [link](int64_t n) {
     return (n * 10'000 + int64_t{link->baud} - 1) / int64_t{link->baud};
   };
-  const int64_t slot = serial ? std::min<int64_t>(turnaround + byte_times_ms(1), 255) : 1;
-  const int64_t window =
-      serial ? std::min<int64_t>(turnaround + kServerDelayMs + byte_times_ms(2), 255) : kWindowMs;
-  const int64_t gap = serial ? kSerialGapMs : link->kind == LinkKind::kTcp ? kTcpGapMs : 0;
-  const auto slot_ms = table.Integer("slot_ms", 1, 255, slot);
-  const auto window_ms = table.Integer("response_window_ms", 1, 255, window);
+  const int64_t slot = serial ? turnaround + byte_times_ms(1) : 1;
+  const int64_t window = serial ? turnaround + kServerDelayMs + byte_times_ms(2) : kWindowMs;
+  const int64_t gap = serial                         ? std::max(kSerialGapMs, byte_times_ms(4))
+                      : link->kind == LinkKind::kTcp ? kTcpGapMs
+                                                     : 0;
+  const auto slot_ms = ReadByte(table, "slot_ms", slot);
+  const auto window_ms = ReadByte(table, "response_window_ms", window);
   const auto gap_ms = table.Integer("gap_timeout_ms", 0, 60'000, gap);
   if (!slot_ms || !window_ms || !gap_ms) {
+    return false;
+  }
+  // Bytes that follow each other without a pause are a byte time apart, and a read may come late.
+  if (serial && *gap_ms != 0 && *gap_ms * link->baud <= 20'000) {
+    table.Report("gap_timeout_ms",
+                 "found " + std::to_string(*gap_ms) + ", expected more than the " +
+                     "time of two bytes, which is " +
+                     FormatScaled(20'000'000 / link->baud, kSecondsToMs) + " ms at " +
+                     std::to_string(link->baud) + " baud, or 0 for no limit");
     return false;
   }
   if (serial && *window_ms <= turnaround + byte_times_ms(1)) {
@@ -163,7 +170,10 @@ std::string_view Clash(const LinkConfig& a, const LinkConfig& b) {
                       a.listen_address == b.listen_address;
     return same ? "listen" : "";
   }
-  if (a.kind != LinkKind::kTcp && a.path == b.path) {
+  const auto normal = [](const std::string& path) {
+    return std::filesystem::path(path).lexically_normal();
+  };
+  if (a.kind != LinkKind::kTcp && normal(a.path) == normal(b.path)) {
     return a.kind == LinkKind::kPty ? "path" : "port";
   }
   return "";

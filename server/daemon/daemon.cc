@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
+#include <optional>
 #include <random>
 #include <thread>
 #include <utility>
@@ -29,6 +31,11 @@ using std::chrono::milliseconds;
 // How often the engine is asked at least, and at most, whether something is due.
 constexpr milliseconds kLongestTick{1000};
 constexpr milliseconds kShortestTick{20};
+// While something is due, something else may become due sooner.
+constexpr milliseconds kBusyTick{100};
+
+// A stop signal often comes twice at once: timeout(1), for one, signals its child and its group.
+constexpr std::chrono::seconds kImpatience{1};
 
 // State lives as long as the process: each start is another epoch, and robots say hello again.
 uint16_t RandomEpoch(uint16_t other_than) {
@@ -62,7 +69,7 @@ class Daemon::Impl {
       : config_(std::move(config)),
         reload_(std::move(reload)),
         strand_(boost::asio::make_strand(io_)),
-        signals_(strand_, SIGINT, SIGTERM, SIGHUP),
+        signals_(signal_io_, SIGINT, SIGTERM, SIGHUP),
         ticker_(strand_),
         service_(&log_, ReadSystemClocks),
         switchboard_(&service_) {}
@@ -81,6 +88,7 @@ class Daemon::Impl {
     Tick();
     std::vector<std::thread> threads;
     threads.reserve(static_cast<size_t>(config_.daemon.io_threads));
+    std::thread signal_thread([this] { signal_io_.run(); });
     const bool started = StartLinks();
     if (!started) {
       boost::asio::post(strand_, [this] { Stop(); });
@@ -92,6 +100,9 @@ class Daemon::Impl {
       thread.join();
     }
     Summarise();
+    signal_io_.stop();
+    signal_thread.join();
+    BlockSignals();
     return started ? 0 : 1;
   }
 
@@ -136,22 +147,41 @@ class Daemon::Impl {
         return;
       }
       if (signal == SIGHUP) {
-        ReadConfigurationAgain();
-        AwaitSignal();
+        boost::asio::post(strand_, [this] { ReadConfigurationAgain(); });
       } else {
-        spdlog::info("{}: stopping", signal == SIGINT ? "interrupted" : "terminated");
-        Stop();
+        TakeStopSignal(signal);
       }
+      AwaitSignal();
     });
   }
 
-  // Everything that keeps the io_context busy ends, and with it Run.
+  void TakeStopSignal(int signal) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!told_to_stop_at_) {
+      told_to_stop_at_ = now;
+      boost::asio::post(strand_, [this, signal] {  // a log that is stuck must not stop this thread
+        spdlog::info("{}: stopping", signal == SIGINT ? "interrupted" : "terminated");
+        Stop();
+      });
+    } else if (now - *told_to_stop_at_ >= kImpatience) {
+      std::_Exit(128 + signal);
+    }
+  }
+
+  // With signals_ goes its handler: a signal that comes between that and the end of the process
+  // would spoil the exit status.
+  static void BlockSignals() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+      sigaddset(&signals, signal);
+    }
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  }
+
+  // Everything that keeps io_ busy ends, and with it Run.
   void Stop() {
     stopping_ = true;
-    boost::system::error_code ignored;
-    signals_.cancel(ignored);
-    signals_.clear(ignored);  // from here on, SIGINT and SIGTERM end the process
-    std::signal(SIGHUP, SIG_IGN);
     ticker_.cancel();
     for (const auto& link : links_) {
       link->Stop();
@@ -161,7 +191,7 @@ class Daemon::Impl {
   void Tick() {
     const auto due = service_.MillisecondsToDeadline();
     const auto wait =
-        due ? milliseconds(std::min<uint64_t>(*due, kLongestTick.count())) : kLongestTick;
+        due ? milliseconds(std::min<uint64_t>(*due, kBusyTick.count())) : kLongestTick;
     ticker_.expires_after(std::max(wait, kShortestTick));
     ticker_.async_wait([this](const boost::system::error_code& error) {
       if (error || stopping_) {
@@ -171,11 +201,28 @@ class Daemon::Impl {
       service_.AdvanceIfDue(&out);
       service_.Release(&out);
       switchboard_.Deliver(out);
+      WarnOfTrouble();
       Tick();
     });
   }
 
+  // Once for each tick in which there was more of it.
+  void WarnOfTrouble() {
+    std::string trouble = DescribeTrouble(Counters());
+    if (trouble != trouble_) {
+      trouble_ = std::move(trouble);
+      spdlog::warn("so far: {}", trouble_);
+    }
+  }
+
+  engine::EngineCounters Counters() const {
+    return service_.Inspect([](const engine::Engine& engine) { return engine.counters(); });
+  }
+
   void ReadConfigurationAgain() {
+    if (stopping_) {
+      return;
+    }
     Result<config::Config> loaded = reload_();
     if (!loaded.ok()) {
       spdlog::error("the configuration stays as it was:\n{}", loaded.error());
@@ -204,6 +251,9 @@ class Daemon::Impl {
 
   void Summarise() const {
     LogLines(DescribeCounters(service_.counters()));
+    if (const std::string trouble = DescribeTrouble(Counters()); !trouble.empty()) {
+      spdlog::info("{}", trouble);
+    }
     for (const auto& link : links_) {
       spdlog::info("{}", DescribeLink(link->name(), link->counters()));
     }
@@ -212,7 +262,7 @@ class Daemon::Impl {
       engine.robots().ForEach([&count](auto&&...) { ++count; });
       return std::pair(count, engine.field_time_ms());
     });
-    spdlog::info("robots {}, field time {} ms, state hash {:016x}", robots, time_ms,
+    spdlog::info("robots {}, last change at field time {} ms, state hash {:016x}", robots, time_ms,
                  service_.StateHash());
     spdlog::info("stopped");
   }
@@ -221,12 +271,15 @@ class Daemon::Impl {
   const Reload reload_;
   boost::asio::io_context io_;
   boost::asio::strand<boost::asio::io_context::executor_type> strand_;
+  boost::asio::io_context signal_io_;  // of its own: it hears a second signal when io_ is stuck
   boost::asio::signal_set signals_;
+  std::optional<std::chrono::steady_clock::time_point> told_to_stop_at_;  // of signal_io_'s thread
   boost::asio::steady_timer ticker_;
   engine::VolatileLog log_;
   engine::Service service_;
   links::Switchboard switchboard_;
   std::vector<std::unique_ptr<links::Link>> links_;
+  std::string trouble_;
   bool stopping_ = false;
 };
 

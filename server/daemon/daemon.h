@@ -3,9 +3,10 @@
 //   Daemon daemon(std::move(config), reload);
 //   return daemon.Run();        // until SIGINT or SIGTERM
 //
-// SIGINT, SIGTERM: an orderly stop; a second one ends the process at once. SIGHUP: the
-// configuration is read again. What concerns the map takes effect, if the present map can follow;
-// changed links and daemon settings wait for a restart, and the log says so.
+// SIGINT, SIGTERM: an orderly stop; another one a second later or more ends the process at once,
+// with the status that a shell would give it. SIGHUP: the configuration is read again. What
+// concerns the map takes effect, if the present map can follow; changed links and daemon settings
+// wait for a restart, and the log says so.
 //
 // This is the sole owner of threads and signals.
 #pragma once

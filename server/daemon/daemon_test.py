@@ -162,7 +162,8 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual(self.call("--check").returncode, 0)
 
     def test_command_line_mistakes_and_help(self):
-        for arguments in (["--confg", "x"], ["--log-level", "loud"], ["stray"], ["--config"]):
+        for arguments in (["--confg", "x"], ["--log-level", "loud"], ["stray"], ["--config"],
+                          ["--config", ""], ["--config="], ["--check", "--config", ""]):
             self.assertEqual(self.call(*arguments).returncode, 2, arguments)
         self.assertIn("--config", self.call("--help").stdout)
         self.assertRegex(self.call("--version").stdout, r"^pheromoned \d+\.\d+\.\d+\n$")
@@ -183,6 +184,52 @@ class DaemonTest(unittest.TestCase):
         with self.start("--config", "test.toml") as server:
             server.await_log("ready")
             self.assertEqual(server.stop(signal.SIGINT), 0)
+
+    def test_two_stop_signals_close_together_are_one(self):
+        for pause_s in (0, 0, 0.0005, 0.001, 0.002, 0.003, 0.005, 0.01, 0.02):
+            with self.start("--config", "test.toml") as server:
+                server.await_log("ready")
+                server.process.send_signal(signal.SIGTERM)
+                time.sleep(pause_s)
+                self.assertEqual(server.stop(), 0, pause_s)
+                self.assertIn("state hash", server.log)
+                self.assertTrue(server.log.endswith("stopped\n"), server.log)
+                self.assertFalse(os.path.lexists(self.folder / "radio-a.pty"))
+
+    def test_a_later_stop_signal_ends_a_stop_that_is_stuck(self):
+        reading, writing = os.pipe()  # nobody reads the log, and it is full
+        with subprocess.Popen([PHEROMONED, "--config", "test.toml"], cwd=self.folder,
+                              stderr=writing) as process:
+            self.addCleanup(os.close, reading)
+            log = b""
+            while b"ready" not in log:
+                log += os.read(reading, 4096)
+            os.set_blocking(writing, False)
+            with self.assertRaises(BlockingIOError):
+                while True:
+                    os.write(writing, b"x")
+            os.set_blocking(writing, True)
+            os.close(writing)
+            process.send_signal(signal.SIGTERM)
+            deadline = time.monotonic() + PATIENCE_S
+            while process.poll() is None and time.monotonic() < deadline:
+                time.sleep(1.1)
+                process.send_signal(signal.SIGTERM)
+            process.kill()
+            self.assertEqual(process.wait(), 128 + signal.SIGTERM)
+
+    def test_two_robots_under_one_id_are_warned_of_and_in_the_summary(self):
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
+            for nonce in (1, 2, 1):
+                os.write(port, frame(3, 0x71, bytes([nonce, 0, 1, 0])))
+            trouble = "ID conflicts (two robots under one ID) 1\n"
+            server.await_log("so far: " + trouble)
+            self.assertEqual(server.stop(), 0)
+            self.assertEqual(server.log.count("so far"), 1)
+            self.assertEqual(server.log.count(trouble), 2)
+            os.close(port)
 
     def test_a_stop_with_clients_connected_and_talking(self):
         self.config.write_text(CONFIG + '[[link]]\nname = "t"\nkind = "tcp"\n'

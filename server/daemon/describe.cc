@@ -86,6 +86,22 @@ std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counter
   return lines;
 }
 
+std::string DescribeTrouble(const engine::EngineCounters& counters) {
+  const std::array<std::pair<std::string_view, uint64_t>, 4> troubles = {{
+      {"ID conflicts (two robots under one ID)", counters.id_conflicts},
+      {"robots forgotten to make room", counters.robots_forgotten},
+      {"commands unanswered", counters.commands_unanswered},
+      {"commands with unknown outcome (the robot restarted)", counters.commands_unknown},
+  }};
+  std::string text;
+  for (const auto& [what, count] : troubles) {
+    if (count != 0) {
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", what, count);
+    }
+  }
+  return text;
+}
+
 std::string DescribeLink(const std::string& name, const links::LinkCounters& counters) {
   std::string line = fmt::format("link {}: {} frames in {} bytes received, {} in {} bytes sent",
                                  name, counters.received.frames, counters.bytes_in,

@@ -63,6 +63,9 @@ int Main(int argc, char** argv) {
   CLI::App app("The pheromone server: virtual pheromone trails for robots.", "pheromoned");
   app.add_option("--config", options.config_path,
                  "The configuration file; without one, the default configuration")
+      ->check([](const std::string& path) {
+        return path.empty() ? std::string("is empty, expected a file") : std::string();
+      })
       ->type_name("FILE");
   app.add_flag("--check", options.check, "Check the configuration and end");
   app.add_flag("--default-config", options.print_default,

@@ -24,31 +24,6 @@ uint32_t Milliseconds(Clock::time_point at) {
   return static_cast<uint32_t>(since.count());  // it may wrap
 }
 
-protocol::DecoderCounters Difference(const protocol::DecoderCounters& now,
-                                     const protocol::DecoderCounters& before) {
-  return {now.frames - before.frames,
-          now.crc_errors - before.crc_errors,
-          now.bad_escapes - before.bad_escapes,
-          now.oversize - before.oversize,
-          now.runts - before.runts,
-          now.refused - before.refused,
-          now.restarts - before.restarts,
-          now.timeouts - before.timeouts,
-          now.ignored_bytes - before.ignored_bytes};
-}
-
-void Add(const protocol::DecoderCounters& more, protocol::DecoderCounters* sum) {
-  sum->frames += more.frames;
-  sum->crc_errors += more.crc_errors;
-  sum->bad_escapes += more.bad_escapes;
-  sum->oversize += more.oversize;
-  sum->runts += more.runts;
-  sum->refused += more.refused;
-  sum->restarts += more.restarts;
-  sum->timeouts += more.timeouts;
-  sum->ignored_bytes += more.ignored_bytes;
-}
-
 }  // namespace
 
 Conversation::Conversation(const asio::any_io_executor& strand, const ConversationOptions& options,
@@ -110,10 +85,10 @@ void Conversation::TakeBytes(std::span<const uint8_t> bytes) {
   answers_.clear();
   decoder_.PushBlock(bytes.data(), bytes.size(), Milliseconds(last_read_),
                      [this](const protocol::Message& message) { batch_.push_back(message); });
-  const protocol::DecoderCounters received = Difference(decoder_.counters(), before);
+  const protocol::DecoderCounters received = decoder_.counters() - before;
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_in += bytes.size();
-    Add(received, &counters.received);
+    counters.received += received;
   });
   if (!batch_.empty()) {
     on_batch_(this, batch_, &answers_);
@@ -137,7 +112,13 @@ void Conversation::Enqueue(const protocol::Message& message,
   Frame frame{std::vector<uint8_t>(protocol::kMaxFrame), asked_at};
   frame.bytes.resize(protocol::EncodeFrame(message, frame.bytes.data(), frame.bytes.size()));
   queued_bytes_ += frame.bytes.size();
-  queue_.push_back(std::move(frame));
+  // On a shared line, what nobody asked for waits for silence, and must not hold up an answer that
+  // a robot has a window open for.
+  const auto place =
+      options_.medium_access && asked_at
+          ? std::find_if(queue_.begin(), queue_.end(), [](const Frame& it) { return !it.asked_at; })
+          : queue_.end();
+  queue_.insert(place, std::move(frame));
   while (queued_bytes_ > kMaxQueue) {
     queued_bytes_ -= queue_.front().bytes.size();
     queue_.pop_front();

@@ -5,7 +5,7 @@
 //   const std::string why = co_await conversation.Run(std::move(descriptor));
 //
 // All functions are called on the strand, which on_batch is called on too. A conversation holds at
-// most kMaxQueue bytes that the other side has not taken; then the oldest frames are dropped.
+// most kMaxQueue bytes that the other side has not taken; then the first in the queue are dropped.
 #pragma once
 
 #include <chrono>
@@ -89,7 +89,7 @@ class Conversation {
   boost::asio::posix::stream_descriptor stream_;
   boost::asio::steady_timer wake_;  // cancelled when there is something new to write
   protocol::FrameDecoder decoder_;
-  std::deque<Frame> queue_;
+  std::deque<Frame> queue_;  // on a shared line: answers, then the rest
   size_t queued_bytes_ = 0;
   Clock::time_point last_read_;
   Clock::time_point line_free_at_;  // own bytes have left by then

@@ -160,6 +160,25 @@ TEST_F(SerialLinkTest, AnAnswerThatCannotStartWithinTheWindowIsNotSentButCounted
   EXPECT_TRUE(Eventually([this] { return server_.link().counters().frames_out == 1; }));
 }
 
+// The command is there first, but must wait until the line is idle for G_s + 2 B; the robot that
+// asks meanwhile is answered after G_s.
+TEST_F(SerialLinkTest, AnAnswerGoesBeforeACommandThatWaitsForAnIdleLine) {
+  options_.turnaround_ms = 500;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  ASSERT_TRUE(radio.Ask(Hello(1, 5)));
+  std::vector<engine::Outgoing> out;
+  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
+  server_.switchboard().Deliver(out);
+  ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+  ASSERT_TRUE(radio.Send(PingOf(3, 2)));
+  EXPECT_TRUE(IsEcho(radio.Receive(), 3, 1));
+  EXPECT_TRUE(IsEcho(radio.Receive(), 3, 2));
+  const auto command = radio.Receive();
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->opcode, protocol::kCommand);
+}
+
 TEST_F(SerialLinkTest, ErrorsAreSentOnceInAResponseWindow) {
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
