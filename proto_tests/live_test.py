@@ -2,10 +2,10 @@
 """A simulated robot against the real daemon over a pty, in real time, with trouble in the middle.
 
 First the daemon freezes for a while, then it ends and another one takes its place. The robot must
-stop by its fail-safe, count what it lost, come back by itself each time, and end in an orderly way.
-Nothing is asserted about how fast any of this happens.
+stop by its fail-safe, count what it lost, come back by itself each time, stay on the path, and end
+in an orderly way. Nothing is asserted about how fast any of this happens.
 
-Usage: live_test.py BIN_DIR
+Usage: live_test.py BIN_DIR [SECONDS]      SECONDS: drive on for so long afterwards (default 5)
 """
 
 import os
@@ -93,7 +93,25 @@ def number_of(text, what):
     return int(found[1])
 
 
-def run(bin_dir, folder):
+def check_balance(text):
+    """Every exchange ended in an answer or was counted as lost; one may be under way at the end."""
+    asked = number_of(text, "requests") + number_of(text, "resynchronisations")
+    asked += number_of(text, "hellos")
+    ended = number_of(text, "answers") + number_of(text, "greetings and echoes")
+    ended += number_of(text, "timeouts") + number_of(text, "errors")
+    check(0 <= asked - ended <= 1, f"{asked} exchanges begun, {ended} accounted for:\n{text}")
+
+
+def check_on_the_path(rows):
+    """Once the robot has come near the path, it never leaves it."""
+    column = rows[0].split(",").index("distance_from_path_mm")
+    distances = [float(row.split(",")[column]) for row in rows[1:]]
+    near = next((i for i, distance in enumerate(distances) if distance < 50), None)
+    check(near is not None, "the robot never came near the path")
+    check(max(distances[near:]) < 200, f"the robot left the path: {max(distances[near:])} mm")
+
+
+def run(bin_dir, folder, seconds):
     daemon = Daemon(bin_dir, folder)
     robot = Robot(bin_dir, daemon.modem, folder)
     try:
@@ -108,6 +126,8 @@ def run(bin_dir, folder):
         robot.read_until(stands, "the robot stands without a daemon")
         daemon = Daemon(bin_dir, folder)
         robot.read_until(drives, "the robot drives with another daemon")
+        for _ in range(seconds):
+            robot.read_until(drives, "the robot drives on")
 
         text = robot.stop()
         daemon.stop()
@@ -126,10 +146,12 @@ def run(bin_dir, folder):
         rows = track.read().splitlines()
     check(len(rows) > 20 and rows[0].startswith("time_s,x_m,y_m"), "track.csv is no track")
     check(all(len(row.split(",")) == len(rows[0].split(",")) for row in rows), "ragged track.csv")
+    check_balance(text)
+    check_on_the_path(rows)
     xml.dom.minidom.parse(os.path.join(folder, "track.svg"))
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as temporary:
-        run(os.path.abspath(sys.argv[1]), temporary)
+        run(os.path.abspath(sys.argv[1]), temporary, int((sys.argv + ["5"])[2]))
     print("ok")

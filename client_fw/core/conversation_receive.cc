@@ -126,10 +126,12 @@ bool Conversation::OnHelloAnswer(const Message& message) {
 }
 
 bool Conversation::OnEcho(const Message& message) {
-  if (message.opcode != protocol::kPingAnswer || protocol::GetU16(message.data) != memory_->nonce ||
+  if (message.opcode != protocol::kPingAnswer || message.length != kPingSize ||
+      protocol::GetU16(message.data) != memory_->nonce ||
       protocol::GetU16(message.data + 2) != pings_) {
     return false;
   }
+  Count(&counters_.echoes);
   resync_ = false;
   window_.OnSuccess();
   WaitUntil(now_);

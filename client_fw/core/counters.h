@@ -21,6 +21,7 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t lost_traces;        ///< TRACEs given up with unknown outcome or refused
   uint32_t late_answers;       ///< addressed to this robot, but nobody waited for it
   uint32_t resyncs;            ///< PINGs sent to flush a buffered link
+  uint32_t echoes;             ///< PINGs answered
   uint32_t fail_safe_stops;    ///< stopped for want of answers
   uint32_t off_the_map_stops;  ///< stopped because the pose is outside of the map
   uint32_t errors;             ///< ERROR answers; the last reason is in Conversation

@@ -148,12 +148,13 @@ void ShowStatus(const LiveStatus& status) {
 void PrintSummary(const LiveResult& result, const field::Path& path) {
   const client::Counters& c = result.last.counters;
   fmt::print(
-      "\n{:.1f} s, {:.2f} m along the path; {} requests, {} answers, {} timeouts, {} late "
-      "answers, {} resynchronisations, {} fail-safe stops, {} reconnects; channel in use "
-      "{:.1f} %\n",
-      result.last.seconds, Progress(result.track, path), c.requests, c.answers, c.timeouts,
-      c.late_answers, c.resyncs, c.fail_safe_stops, result.reconnects,
-      result.last.utilisation * 100);
+      "\n{:.1f} s, {:.2f} m along the path; {} requests, {} hellos, {} resynchronisations; {} "
+      "answers, "
+      "{} greetings and echoes, {} timeouts, {} errors, {} late answers; {} fail-safe stops, {} "
+      "reconnects; channel in use {:.1f} %\n",
+      result.last.seconds, Progress(result.track, path), c.requests, c.hellos, c.resyncs, c.answers,
+      c.hello_answers + c.echoes, c.timeouts, c.errors, c.late_answers, c.fail_safe_stops,
+      result.reconnects, result.last.utilisation * 100);
   constexpr int64_t kSettledMs = 5000;
   fmt::print("mean distance from the path: {:.1f} mm", MeanDistance(result.track, 0) * 1000);
   if (result.last.sample.time_ms > kSettledMs) {
