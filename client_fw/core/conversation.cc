@@ -58,11 +58,14 @@ void Conversation::Poll(uint32_t now_ms, const Pose* pose, bool channel_busy) {
   if (phase_ != Phase::kWaiting) {
     return;
   }
+  const bool due = Since(not_before_) < 0x8000u;
+  if (due) {
+    not_before_ = now_;  // stays due, however long the channel is busy
+  }
   const bool free = !channel_busy && !open;
   if (ack_due_ && free) {
     Begin(Job::kAck, pose);
-  } else if (Since(not_before_) < 0x8000u &&
-             CountDown(static_cast<uint16_t>(elapsed_ms), free && !holding_)) {
+  } else if (due && CountDown(static_cast<uint16_t>(elapsed_ms), free && !holding_)) {
     Begin(!greeted_ ? Job::kHello : resync_ ? Job::kPing : Job::kAsk, pose);
   }
 }
@@ -81,6 +84,7 @@ void Conversation::Restart() {
     StopFailSafe();
   }
   started_ = true;
+  pose_known_ = false;
   others_ = true;  // we have not listened: others may be about
   heard_ = now_;
   next_period_ = now_;
@@ -93,6 +97,9 @@ void Conversation::Restart() {
 void Conversation::CheckSilence() {
   if (Since(answered_) >= parameters_.fail_safe_ms) {
     StopFailSafe();
+  }
+  if (Since(posed_) >= parameters_.fail_safe_ms) {
+    pose_known_ = false;
   }
   if (greeted_ && phase_ == Phase::kWaiting && Since(contacted_) >= parameters_.fail_safe_ms) {
     SayHello();
@@ -182,6 +189,7 @@ bool Conversation::MakeRequest(const Pose* pose, Message* message) {
     for (uint8_t i = 0; i < memory_->length; ++i) {
       message->data[i] = memory_->data[i];
     }
+    memory_->sent = static_cast<uint8_t>(memory_->sent != 0 ? 2 : 1);
     Count(&counters_.duplicates);
   } else if (pose == nullptr || !MakeFresh(*pose, message)) {
     return false;
@@ -222,6 +230,7 @@ bool Conversation::MakeFresh(const Pose& pose, Message* message) {
     }
     memory_->length = message->length;
     memory_->seq = trace.seq;
+    memory_->sent = 1;
     memory_->opcode = message->opcode;  // last: now it is pending
   }
   posed_ = now_;
@@ -271,7 +280,7 @@ void Conversation::WaitForHello() {
 // The first period that begins after now, in step with the ones before.
 void Conversation::WaitForNextPeriod() {
   const uint16_t late_ms = Since(next_period_);
-  if (late_ms < 0x8000u) {
+  if (late_ms < static_cast<uint16_t>(0u - parameters_.period_ms)) {  // else not yet begun
     const uint16_t passed = late_ms / parameters_.period_ms;
     counters_.skipped_periods += passed;
     next_period_ = static_cast<uint16_t>(next_period_ + (passed + 1u) * parameters_.period_ms);

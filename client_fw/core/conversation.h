@@ -52,6 +52,8 @@ struct RequestMemory {
   uint8_t opcode;  ///< of the request not yet answered, 0: none
   uint8_t length;
   uint8_t data[kMaxPending];
+  uint8_t sent;     ///< how often it was sent and not refused; 2: or more often
+  bool remembered;  ///< the server greeted us and must remember a request, or has forgotten us
 };
 
 /// Why the wheels stand still. Any one of them is enough.

@@ -12,7 +12,10 @@ using protocol::Reason;
 
 // Whether the server answers this client's request, so that the channel is not free yet.
 bool OpensWindow(uint8_t opcode) {
-  return opcode != protocol::kCommandAck;
+  const uint8_t service = protocol::ServiceOf(opcode);
+  return opcode == protocol::kEvent || opcode == protocol::kHello || opcode == protocol::kPing ||
+         (opcode != 0 && service < 0x50u) ||
+         (service == protocol::kTraceWide && protocol::TypeOf(opcode) != 0);
 }
 
 }  // namespace
@@ -101,6 +104,15 @@ bool Conversation::OnHelloAnswer(const Message& message) {
     Count(&counters_.epochs);
     command_known_ = false;
     DropPending();  // its coordinates may mean another place now
+    memory_->remembered = false;
+  }
+  if (server_.last_opcode == 0) {
+    if (memory_->remembered && memory_->sent != 0) {
+      DropPending();  // the server may have taken it before it forgot us
+    }
+    memory_->remembered = false;
+  } else if (static_cast<uint8_t>(server_.last_seq - memory_->seq - 1) < 127) {
+    DropPending();  // behind: it would never be answered
   }
   Count(&counters_.hello_answers);
   uint8_t set = 0;
@@ -149,6 +161,7 @@ bool Conversation::OnIntensities(const Message& message) {
       return false;
     }
     memory_->opcode = 0;
+    memory_->remembered = true;
   }
   Count(&counters_.answers);
   attempt_ = 0;
@@ -174,6 +187,10 @@ bool Conversation::OnError(const Message& message) {
   }
   Count(&counters_.errors);
   last_error_ = error.reason;
+  if (protocol::IsMutating(asked_opcode_)) {
+    --memory_->sent;  // this time it was not taken, or else it is given up below
+    memory_->remembered |= error.reason == Reason::kSayHello;
+  }
   if (job_ == Job::kHello) {
     WaitForHello();
   } else if (error.reason == Reason::kSayHello) {

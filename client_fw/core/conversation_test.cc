@@ -281,6 +281,28 @@ TEST(FailSafeTest, PauseOfTheWholeLoopStopsTheRobot) {
   }
 }
 
+TEST(FailSafeTest, LastsAndHelloGoesOnHoweverLongTheServerIsSilent) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  uint32_t silent_ms = 1000;
+  harness.Run(silent_ms);
+  for (const uint32_t until_ms : {20000u, 40000u, 70000u, 140000u}) {
+    for (; silent_ms < until_ms; ++silent_ms) {
+      harness.Step();
+      ASSERT_EQ(kFailSafe, harness.conversation.flags()) << silent_ms;
+      ASSERT_EQ(kStill, harness.conversation.wheels()) << silent_ms;
+    }
+    const uint32_t hellos = harness.counters().hellos;
+    harness.Run(2000);  // HELLO's pauses are up to 1.6 s and the window
+    silent_ms += 2000;
+    EXPECT_GT(harness.counters().hellos, hellos) << until_ms;
+    EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+  }
+  EXPECT_EQ(1u, harness.counters().fail_safe_stops);
+  harness.Serve(3000);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
 TEST(FailSafeTest, ClockMayWrap) {
   for (const uint32_t before_ms : {100u, 700u, 1501u, 1620u}) {
     Harness harness(TestParameters(), 0u - before_ms);
@@ -338,6 +360,49 @@ TEST(ChannelTest, NothingIsBegunInsideAForeignFrame) {
   EXPECT_EQ(before, harness.frames_sent);
 }
 
+// Points in time are 16 bits wide, and 65 s are no time at all for them.
+TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpell) {
+  for (const uint32_t busy_ms : {30000u, 33000u, 40000u, 60000u, 66000u, 100000u}) {
+    for (const bool told : {false, true}) {  // HELLO never answered, or the channel lost later
+      Harness harness;
+      if (told) {
+        harness.GreetAndServe(1500);
+      }
+      harness.busy = true;
+      harness.Run(busy_ms);
+      const int before = harness.frames_sent;
+      harness.Run(1);
+      EXPECT_EQ(before, harness.frames_sent);
+      harness.busy = false;
+      EXPECT_TRUE(harness.RunUntilSent(2000)) << busy_ms;
+      EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+    }
+  }
+}
+
+// COMMANDs spare the HELLO, so that the grid of the periods is as old as the last request.
+TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpellWithCommands) {
+  for (const uint32_t busy_ms : {30000u, 33000u, 40000u, 60000u, 66000u, 100000u}) {
+    Harness harness;
+    harness.GreetAndServe(1500);
+    harness.busy = true;
+    protocol::Command command;
+    command.id = kTestId;
+    command.code = protocol::CommandCode::kResume;
+    for (uint32_t ms = 0; ms < busy_ms; ms += 400) {
+      harness.FeedEncoded(command);
+      harness.Run(400);
+    }
+    EXPECT_EQ(kFailSafe, harness.conversation.flags());
+    const uint32_t answers = harness.counters().answers;
+    harness.busy = false;
+    harness.Serve(4000);
+    EXPECT_EQ(1u, harness.counters().hellos);
+    EXPECT_GE(harness.counters().answers, answers + 15) << busy_ms;
+    EXPECT_EQ(kStraight, harness.conversation.wheels());
+  }
+}
+
 // Lets `bytes` arrive just before a period begins, and expects the client to wait for the window.
 void ExpectHeldBy(const std::vector<uint8_t>& bytes) {
   Harness harness;
@@ -357,6 +422,27 @@ TEST(ChannelTest, WaitsForTheAnswerToAForeignRequest) {
   Message message;
   ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
   ExpectHeldBy(Harness::FrameOf(message));
+}
+
+TEST(ChannelTest, WaitsAfterExactlyTheRequestsOfTheProtocolsList) {
+  for (int opcode = 0; opcode < 0x80; ++opcode) {
+    const bool opens = (opcode >= 0x01 && opcode <= 0x4F) || opcode == 0x52 ||
+                       (opcode >= 0x61 && opcode <= 0x6F) || opcode == 0x71 || opcode == 0x72;
+    if (opcode == protocol::kDle) {
+      continue;  // cannot be an opcode
+    }
+    Harness harness;
+    harness.hello.response_window_ms = 200;
+    harness.GreetAndServe(1500);
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.Answer(0, 0);
+    harness.Run(harness.began_ms + 199 - harness.now_ms);
+    Message message;
+    message.id = kTestId + 1;
+    message.opcode = static_cast<uint8_t>(opcode);
+    harness.Feed(message);
+    EXPECT_EQ(!opens, harness.RunUntilSent(9 * kTestSlotMs + 17)) << opcode;
+  }
 }
 
 TEST(ChannelTest, WaitsForTheAckOfAForeignCommand) {

@@ -18,7 +18,7 @@ struct Parameters {
   Pose start = Pose{0, 0, 0};     ///< where on the map odometry began
   uint16_t boot_counter = 0;      ///< the nonce of HELLO: another one after each power-up
   uint16_t period_ms = 200;       ///< one exchange each, 1 to 30 000
-  uint16_t fail_safe_ms = 500;    ///< longest drive without an answer; more than the period
+  uint16_t fail_safe_ms = 500;    ///< longest drive without an answer; over period_ms, to 30 000
   uint16_t gap_timeout_ms = 20;   ///< longest silence inside a frame; 0 on links without gaps
   uint8_t first_window_ms = 100;  ///< response window until HELLO tells the server's
   bool wide = false;              ///< 32-bit coordinates

@@ -184,6 +184,130 @@ TEST(TraceTest, SameEpochKeepsThePendingRequest) {
   EXPECT_EQ(first, harness.wire);
 }
 
+// The server may have taken the request whose answer was lost before it forgot the robot.
+TEST(TraceTest, ServerThatForgotUsDoesNotGetARequestInDoubtAgain) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  ASSERT_TRUE(harness.RunUntilSent());  // unanswered, so once more
+  harness.AnswerError(Reason::kSayHello, 1);
+  ASSERT_TRUE(harness.RunUntilSent());
+  ASSERT_EQ(protocol::kHello, harness.sent.opcode);
+  EXPECT_EQ(0u, harness.counters().lost_traces);
+  harness.Greet();  // its first answer is lost
+  EXPECT_EQ(1u, harness.counters().lost_traces);
+  harness.pose.x_mm = 3333;
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(1, harness.SentTrace().seq);
+  EXPECT_EQ(3333, harness.SentTrace().pose.x);
+}
+
+TEST(TraceTest, ServerThatForgotUsGetsARequestAgainThatItRefusedEachTime) {
+  Harness harness(TraceParameters());
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  const std::vector<uint8_t> first = harness.wire;
+  const uint8_t seq = harness.SentTrace().seq;
+  for (int i = 0; i < 3; ++i) {
+    harness.AnswerError(Reason::kBusy, seq);
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(first, harness.wire);
+    harness.AnswerError(Reason::kSayHello, seq);
+    harness.Greet();
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(first, harness.wire);
+  }
+  EXPECT_EQ(0u, harness.counters().lost_traces);
+}
+
+// ERROR 6 may be lost, too.
+TEST(TraceTest, ServerThatForgotAnAnsweredRequestForgotTheOneInDoubt) {
+  for (const bool reset : {false, true}) {
+    Harness before(TraceParameters());
+    before.GreetAndServe(1500);
+    ASSERT_TRUE(before.RunUntilSent());
+    Harness after(TraceParameters(), 0x10000, before.memory);
+    Harness& harness = reset ? after : before;
+    while (harness.sent.opcode != protocol::kHello) {
+      ASSERT_TRUE(harness.RunUntilSent());
+    }
+    harness.AnswerHello();
+    EXPECT_EQ(1u, harness.counters().lost_traces);
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(1, harness.SentTrace().seq);
+
+    // Now it remembers nothing because nothing was taken.
+    const std::vector<uint8_t> first = harness.wire;
+    do {
+      ASSERT_TRUE(harness.RunUntilSent());
+    } while (harness.sent.opcode != protocol::kHello);
+    harness.AnswerHello();
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(first, harness.wire);
+    EXPECT_EQ(1u, harness.counters().lost_traces);
+  }
+}
+
+TEST(TraceTest, WarmResetKeepsTheFirstRequestWhichMayNotHaveArrived) {
+  Harness before(TraceParameters());
+  before.Greet();
+  ASSERT_TRUE(before.RunUntilSent());
+  Harness after(TraceParameters(), 0x10000, before.memory);
+  after.Greet();
+  ASSERT_TRUE(after.RunUntilSent());
+  EXPECT_EQ(before.wire, after.wire);
+
+  // But now it is in doubt, also across another reset.
+  after.AnswerError(Reason::kSayHello, 1);
+  Harness last(TraceParameters(), 0x10000, after.memory);
+  last.Greet();
+  EXPECT_EQ(1u, last.counters().lost_traces);
+}
+
+TEST(TraceTest, RequestThatIsBehindIsGivenUp) {
+  for (const int ahead : {0, 1, 127, 128, 255}) {
+    const bool behind = ahead == 1 || ahead == 127;
+    Harness harness(TraceParameters());
+    harness.Greet();
+    ASSERT_TRUE(harness.RunUntilSent());
+    const std::vector<uint8_t> first = harness.wire;
+    harness.hello.last_opcode = protocol::kTrace | 2;
+    harness.hello.last_seq = static_cast<uint8_t>(1 + ahead);
+    do {
+      ASSERT_TRUE(harness.RunUntilSent());
+    } while (harness.sent.opcode != protocol::kHello);
+    harness.AnswerHello();
+    EXPECT_EQ(behind ? 1u : 0u, harness.counters().lost_traces) << ahead;
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(behind, first != harness.wire) << ahead;
+    EXPECT_EQ(static_cast<uint8_t>(behind ? ahead + 2 : 1), harness.SentTrace().seq);
+    harness.Answer(0, 0);
+  }
+}
+
+TEST(TraceTest, OldPoseStaysOldWhenTheClockComesRound) {
+  for (const bool pause : {false, true}) {
+    Harness harness(TraceParameters());
+    harness.Greet();
+    ASSERT_TRUE(harness.RunUntilSent());
+    const protocol::Message first = harness.sent;
+    const uint32_t posed_ms = harness.began_ms;
+    if (pause) {
+      harness.now_ms = posed_ms + 0x10000;
+    }
+    do {
+      ASSERT_TRUE(harness.RunUntilSent());
+      if (harness.sent.opcode == protocol::kHello) {
+        harness.AnswerHello();
+      }
+    } while (harness.sent.opcode != first.opcode || harness.now_ms - posed_ms < 0x10000);
+    ASSERT_LT(harness.now_ms - posed_ms, 0x10000u + 500);
+    harness.Feed(Harness::AnswerTo(first, 0, 0));
+    EXPECT_EQ(1u, harness.counters().stale_answers);
+    EXPECT_EQ(kStill, harness.conversation.wheels());
+  }
+}
+
 TEST(ErrorTest, SayHelloIsObeyedAtOnce) {
   Harness harness;
   harness.GreetAndServe(1500);
