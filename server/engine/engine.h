@@ -100,8 +100,8 @@ class Engine {
 
   protocol::Message TakeHello(LinkIndex link, const protocol::HelloRequest& hello);
   protocol::Message TakeChange(const protocol::Message& request);
-  protocol::Message TakeDeposit(const protocol::Message& request);
-  protocol::Message TakeTrace(const protocol::Message& request);
+  protocol::Message TakeDeposit(const protocol::Message& message);
+  protocol::Message TakeTrace(const protocol::Message& message);
   void TakeCommandAck(LinkIndex link, const protocol::CommandAck& ack);
   protocol::Message AnswerSense(const protocol::Message& message, uint64_t now_ms) const;
   void Send(LinkIndex link, const protocol::Message& message, std::vector<Outgoing>* out) const;
