@@ -1,9 +1,8 @@
 // The nodes of one pheromone type: a sparse map from node to (count, time).
 //
 // Nodes live in tiles of 8 x 8 that are made when a deposit first touches them, so memory follows
-// the trails and not the size of the map. The number of tiles is bounded by a budget which all
-// types share; a tile in which everything has evaporated is given back when the budget is
-// exhausted.
+// the trails and not the size of the map, and given back when their last node is forgotten. The
+// number of tiles is bounded by a budget which all types share.
 //
 // Not thread-safe: one owner (the engine, behind its lock).
 #pragma once

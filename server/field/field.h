@@ -4,10 +4,11 @@
 //   field.Deposit(type, point, quanta, now_ms);
 //   Intensities p = field.Sense(type, pose, now_ms).value();   // P_L, P_R of eq. (4)
 //
-// Evaporation is worked out when a node is read: nothing sweeps the map, a deposit touches one
-// node, and a query touches the nodes in reach of the antennas, whatever the size of the map. All
-// arithmetic is defined to the bit in protocol/README.md ("Arithmetic"); equations are those of
-// Susnea et al. 2009.
+// Evaporation is worked out when a node is read: no frame sweeps the map, a deposit touches one
+// node, and a query touches the nodes in reach of the antennas, whatever the size of the map. Only
+// a map whose memory is used up is searched, for what has evaporated, and only when something can
+// have. All arithmetic is defined to the bit in protocol/README.md ("Arithmetic"); equations are
+// those of Susnea et al. 2009.
 //
 // Pure: no clock, no log, no files. Times are the field's own milliseconds, which never decrease.
 // Sense is const and changes nothing. Not thread-safe: one owner (the engine, behind its lock).
