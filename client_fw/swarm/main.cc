@@ -1,6 +1,7 @@
 // pheromone-swarm: experiments with simulated robots.
 //
 //   pheromone-swarm path     the paper's path-following experiment, in virtual time
+//   pheromone-swarm detour   round a repellent that lies across a path, in virtual time
 //   pheromone-swarm live     one robot against a running pheromoned, in real time
 //
 // Exit status: 0 done; 1 the experiment could not be run; 2 the command line or a file is wrong.
@@ -14,10 +15,14 @@
 #include <fstream>
 #include <numbers>
 #include <random>
+#include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "client_fw/swarm/detour_experiment.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
@@ -35,19 +40,35 @@ void OnStopSignal(int /*signal*/) {
   stop_requested = 1;
 }
 
-Status WriteFile(const std::filesystem::path& path, const std::string& content) {
-  std::ofstream file(path, std::ios::binary);
-  file << content;
-  file.close();
-  if (!file) {
-    return Error{path.string() + ": cannot be written"};
-  }
-  return Ok();
-}
-
 int Fail(const std::string& message, int status) {
   fmt::print(stderr, "pheromone-swarm: {}\n", message);
   return status;
+}
+
+// The exit status: 0, or kFailed at the first file that cannot be written.
+int WriteFiles(const std::filesystem::path& folder,
+               const std::vector<std::pair<std::string, std::string>>& contents) {
+  for (const auto& [name, content] : contents) {
+    std::ofstream file(folder / name, std::ios::binary);
+    file << content;
+    file.close();
+    if (!file) {
+      return Fail((folder / name).string() + ": cannot be written", kFailed);
+    }
+  }
+  return 0;
+}
+
+// CLI::Range lets "nan" through.
+CLI::Validator Between(double least, double most) {
+  return {[=](std::string& text) {
+            double value = 0;
+            const bool good =
+                CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+            return good ? std::string()
+                        : fmt::format("{} is not a number from {} to {}", text, least, most);
+          },
+          fmt::format("{} to {}", least, most)};
 }
 
 struct PathOptions {
@@ -90,11 +111,11 @@ int RunPath(const PathOptions& options) {
     if (!options.out.empty()) {
       const field::Field field(EngineConfigOf(experiment).field);
       const std::string name(NameOf(shape));
-      const Status written =
-          WriteFile(std::filesystem::path(options.out) / ("path-" + name + ".svg"),
-                    DrawPathPicture("Path following: " + name, field, PathOf(shape), ways, 0));
-      if (!written.ok()) {
-        return Fail(written.error(), kFailed);
+      const int status = WriteFiles(
+          options.out, {{"path-" + name + ".svg", DrawPathPicture("Path following: " + name, field,
+                                                                  PathOf(shape), ways, 0)}});
+      if (status != 0) {
+        return status;
       }
     }
   }
@@ -104,13 +125,39 @@ int RunPath(const PathOptions& options) {
   const std::string csv = ToCsv(summaries);
   fmt::print("{}", csv);
   if (!options.out.empty()) {
-    const std::filesystem::path out(options.out);
-    for (const Status& written :
-         {WriteFile(out / "path.csv", csv), WriteFile(out / "path-runs.csv", runs_csv)}) {
-      if (!written.ok()) {
-        return Fail(written.error(), kFailed);
-      }
+    return WriteFiles(options.out, {{"path.csv", csv}, {"path-runs.csv", runs_csv}});
+  }
+  return 0;
+}
+
+struct DetourOptions {
+  std::vector<double> offsets_m = {0.2, 0};
+  std::vector<double> weights = {DetourExperiment{}.weight};
+  int seeds = 20;
+  std::string out;
+  DetourExperiment experiment;
+};
+
+int RunDetour(const DetourOptions& options) {
+  std::vector<DetourSeries> all;
+  for (const double offset_m : options.offsets_m) {
+    DetourExperiment experiment = options.experiment;
+    experiment.patch_offset_m = offset_m;
+    experiment.sensed_type = DetourExperiment::kPathType;
+    all.push_back(MakeDetours(experiment, options.seeds));
+    experiment.sensed_type = DetourExperiment::kWayType;
+    for (const double weight : options.weights) {
+      experiment.weight = weight;
+      all.push_back(MakeDetours(experiment, options.seeds));
     }
+  }
+  fmt::print("{}", ToTable(all));
+  if (!options.out.empty()) {
+    // Of the first offset: without the repellent, and with the first weight.
+    const std::vector<DetourSeries> pictured(all.begin(), all.begin() + 2);
+    const field::Field field(EngineConfigOf(pictured.front().experiment).field);
+    return WriteFiles(options.out, {{"detour.csv", ToCsv(all)},
+                                    {"detour.svg", Draw(PictureOf(pictured), field, 0)}});
   }
   return 0;
 }
@@ -212,13 +259,12 @@ int RunLiveCommand(const LiveOptions& options) {
   const Way way{fmt::format("robot {}, law {}, {:.0f} s", options.id, NameOf(options.law),
                             result.value().last.seconds),
                 "#2166ac", result.value().track};
-  for (const Status& written :
-       {WriteFile(out / "track.csv", ToCsv(result.value().track)),
-        WriteFile(out / "track.svg", DrawPathPicture("A robot on a virtual pheromone path", field,
-                                                     live.path, {way}, 0))}) {
-    if (!written.ok()) {
-      return Fail(written.error(), kFailed);
-    }
+  const int status = WriteFiles(
+      out, {{"track.csv", ToCsv(result.value().track)},
+            {"track.svg",
+             DrawPathPicture("A robot on a virtual pheromone path", field, live.path, {way}, 0)}});
+  if (status != 0) {
+    return status;
   }
   fmt::print("{}\n{}\n", (out / "track.csv").string(), (out / "track.svg").string());
   if (result.value().last.counters.answers == 0) {
@@ -247,22 +293,62 @@ int Main(int argc, char** argv) {
   path_command->add_option("--seeds", path.seeds, "Runs of each (default: 20)")
       ->check(CLI::Range(1, 10'000));
   path_command->add_option("--seconds", duration_s, "Length of a run (default: 10)")
-      ->check(CLI::Range(1.0, 3600.0));
+      ->check(Between(1.0, 3600.0));
   path_command->add_option("--speed", experiment.speed_mm_s, "K, mm/s (default: 300)")
       ->check(CLI::Range(20, 2000));
   path_command->add_option("--period-ms", experiment.period_ms, "Between requests (default: 200)")
       ->check(CLI::Range(50, 5000));
   path_command->add_option("--cell", experiment.cell_m, "a, m (default: 0.1)")
-      ->check(CLI::Range(0.01, 1.0));
+      ->check(Between(0.01, 1.0));
   path_command->add_option("--core", experiment.core_m, "c, m (default: 0.1)")
-      ->check(CLI::Range(0.0, 2.0));
+      ->check(Between(0.0, 2.0));
   path_command->add_option("--sigma", experiment.sigma_m, "sigma, m (default: 0.4)")
-      ->check(CLI::Range(0.01, 5.0));
+      ->check(Between(0.01, 5.0));
   path_command->add_option("--bias", experiment.antenna_distance_m, "b, m (default: 0.33)")
-      ->check(CLI::Range(0.01, 2.0));
+      ->check(Between(0.01, 2.0));
   path_command->add_option("--loss", experiment.frame_loss, "Share of frames lost (default: 0)")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(Between(0.0, 1.0));
   path_command->add_option("--out", path.out, "Folder for path.csv, path-runs.csv and pictures");
+
+  DetourOptions detour;
+  double detour_duration_s = 40;
+  CLI::App* detour_command = app.add_subcommand(
+      "detour",
+      "Round a repellent patch that lies across a path, and back to the path; with and without the "
+      "repellent, in virtual time; prints a table of the worst runs");
+  detour_command
+      ->add_option("--offset", detour.offsets_m,
+                   "The patch's centre, m to the left of the path (default: 0.2 0)")
+      ->check(Between(-1.0, 1.0));
+  detour_command
+      ->add_option("--weight", detour.weights, "Of the repellent in the blend (default: 0.3)")
+      ->check(Between(0.0, 10.0));
+  detour_command
+      ->add_option("--radius", detour.experiment.patch_radius_m, "Of the patch, m (default: 0.3)")
+      ->check(Between(0.1, 1.0));
+  detour_command
+      ->add_option("--core", detour.experiment.core_m, "c of both pheromones, m (default: 0.1)")
+      ->check(Between(0.0, 1.0));
+  detour_command
+      ->add_option("--sigma", detour.experiment.sigma_m, "sigma of both, m (default: 0.8)")
+      ->check(Between(0.01, 2.0));
+  detour_command->add_option("--bias", detour.experiment.antenna_distance_m, "b, m (default: 0.33)")
+      ->check(Between(0.01, 2.0));
+  detour_command->add_option("--speed", detour.experiment.speed_mm_s, "K, mm/s (default: 300)")
+      ->check(CLI::Range(20, 2000));
+  detour_command->add_option("--seeds", detour.seeds, "Runs of each (default: 20)")
+      ->check(CLI::Range(1, 10'000));
+  detour_command
+      ->add_option("--seconds", detour_duration_s,
+                   "Longest run; one ends before the path does (default: 40)")
+      ->check(Between(1.0, 3600.0));
+  detour_command->add_option("--out", detour.out,
+                             "Folder for detour.csv (all runs) and detour.svg "
+                             "(those of the first offset and weight)");
+  detour_command->footer(
+      "The table has the worst of each series: runs that entered the patch, least distance to it "
+      "(negative: inside), longest time inside, largest detour from the path, how many runs came "
+      "back and how far behind the patch's centre, least progress as a share of K t.");
 
   LiveOptions live;
   CLI::App* live_command =
@@ -273,7 +359,7 @@ int Main(int argc, char** argv) {
                            "The daemon's configuration, for its first [[path]] (default: the "
                            "built-in one)");
   live_command->add_option("--seconds", live.seconds, "End after this time (default: Ctrl-C)")
-      ->check(CLI::Range(0.1, 1e7));
+      ->check(Between(0.1, 1e7));
   live_command->add_option("--out", live.out, "Folder for track.csv and track.svg (default: .)");
   live_command->add_option("--speed", live.speed_mm_s, "K, mm/s (default: 300)")
       ->check(CLI::Range(20, 2000));
@@ -286,7 +372,9 @@ int Main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kWrongInput;
   }
-  const std::string& out = path_command->parsed() ? path.out : live.out;
+  const std::string& out = path_command->parsed()     ? path.out
+                           : detour_command->parsed() ? detour.out
+                                                      : live.out;
   if (!out.empty()) {
     std::error_code error;
     std::filesystem::create_directories(out, error);
@@ -297,6 +385,10 @@ int Main(int argc, char** argv) {
   if (path_command->parsed()) {
     experiment.duration_ms = static_cast<int64_t>(duration_s * 1000);
     return RunPath(path);
+  }
+  if (detour_command->parsed()) {
+    detour.experiment.duration_ms = static_cast<int64_t>(detour_duration_s * 1000);
+    return RunDetour(detour);
   }
   return RunLiveCommand(live);
 }

@@ -105,7 +105,7 @@ engine::EngineConfig EngineConfigOf(const PathExperiment& experiment) {
                       .width_um = ToUm(10),
                       .height_um = ToUm(10),
                       .cell_um = ToUm(experiment.cell_m)};
-  config.field.antenna_distance_um = ToUm(experiment.antenna_distance_m);
+  config.field.antennas.distance_um = ToUm(experiment.antenna_distance_m);
   config.field.pheromones = {law};
   config.field.paths = {PathOf(experiment.shape)};
   config.field.memory_bytes = 64 << 20;

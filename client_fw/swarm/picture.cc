@@ -13,6 +13,7 @@ constexpr double kPixelsPerMetre = 120;
 constexpr double kMarginM = 0.7;
 constexpr double kTitlePx = 34;
 constexpr double kLegendLinePx = 22;
+constexpr const char* kOutlineColour = "#2d004b";
 
 struct Box {
   double left = 1e9;
@@ -109,15 +110,15 @@ void DrawGrid(Canvas* canvas, const Box& box) {
 }
 
 // Each node as a disc that is full up to c and fades over sigma: their overlap shows the sum.
-void DrawPheromone(Canvas* canvas, const field::Field& field, const field::PheromoneLaw& law,
-                   uint64_t now_ms) {
+void DrawPheromone(Canvas* canvas, const field::Field& field, const Shade& shade,
+                   const field::PheromoneLaw& law, uint64_t now_ms) {
   const double reach = static_cast<double>(law.reach_um());
   canvas->Add(
-      R"svg(<defs><radialGradient id="z"><stop offset="{:.3f}" stop-color="#e08214" stop-opacity="1"/><stop offset="1" stop-color="#e08214" stop-opacity="0"/></radialGradient></defs><g fill="url(#z)">)svg",
-      static_cast<double>(law.core_um) / reach);
+      R"svg(<defs><radialGradient id="z{0}"><stop offset="{1:.3f}" stop-color="{2}" stop-opacity="1"/><stop offset="1" stop-color="{2}" stop-opacity="0"/></radialGradient></defs><g fill="url(#z{0})">)svg",
+      shade.type, static_cast<double>(law.core_um) / reach, shade.colour);
   std::vector<std::pair<field::NodeIndex, double>> nodes;
   field.ForEach([&](uint8_t type, field::NodeIndex node, field::NodeState state) {
-    const double share = static_cast<double>(field::CountAt(law, state, now_ms)) / law.max_count;
+    const double share = static_cast<double>(field::LevelAt(law, state, now_ms)) / law.max_level();
     if (type == law.type && share > 0) {
       nodes.emplace_back(node, share);
     }
@@ -128,9 +129,9 @@ void DrawPheromone(Canvas* canvas, const field::Field& field, const field::Phero
     canvas->Add(R"svg(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" opacity="{:.3f}"/>)svg",
                 canvas->X(static_cast<double>(at.x) / 1e6),
                 canvas->Y(static_cast<double>(at.y) / 1e6), reach / 1e6 * kPixelsPerMetre,
-                0.16 * share);
+                shade.opacity * share);
   }
-  canvas->Add("</g><g fill=\"#b35806\">");
+  canvas->Add(R"svg(</g><g fill="{}">)svg", shade.node_colour);
   for (const auto& [node, share] : nodes) {
     const field::PointUm at = field.config().map.PositionOf(node);
     canvas->Add(R"svg(<circle cx="{:.1f}" cy="{:.1f}" r="1.6"/>)svg",
@@ -149,6 +150,14 @@ void DrawPath(Canvas* canvas, const field::Path& path) {
   canvas->Add(
       R"svg(<{} points="{}" fill="none" stroke="#333333" stroke-width="1.2" stroke-dasharray="6 4"/>)svg",
       path.closed ? "polygon" : "polyline", points);
+}
+
+void DrawOutline(Canvas* canvas, const Outline& outline) {
+  canvas->Add(
+      R"svg(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" fill="none" stroke="{}" stroke-width="1.5"/>)svg",
+      canvas->X(static_cast<double>(outline.centre.x) / 1e6),
+      canvas->Y(static_cast<double>(outline.centre.y) / 1e6),
+      static_cast<double>(outline.radius_um) / 1e6 * kPixelsPerMetre, kOutlineColour);
 }
 
 // The robot as a triangle that faces its heading.
@@ -171,11 +180,18 @@ void DrawWay(Canvas* canvas, const Way& way) {
   DrawRobot(canvas, way.track.back().pose, way.colour, true);
 }
 
-void DrawLegend(Canvas* canvas, const std::vector<const Way*>& ways) {
+void DrawLegend(Canvas* canvas, const std::vector<Outline>& outlines,
+                const std::vector<const Way*>& ways) {
   double y = canvas->plot_bottom() + 22;
   canvas->Add(
       R"svg(<path d="M10 {0:.1f}h30" stroke="#333333" stroke-width="1.2" stroke-dasharray="6 4"/><text x="48" y="{1:.1f}" class="l">target path; dots are nodes with pheromone, the shade its intensity</text>)svg",
       y - 4, y);
+  for (const Outline& outline : outlines) {
+    y += kLegendLinePx;
+    canvas->Add(
+        R"svg(<circle cx="25" cy="{:.1f}" r="7" fill="none" stroke="{}" stroke-width="1.5"/><text x="48" y="{:.1f}" class="l">{}</text>)svg",
+        y - 4, kOutlineColour, y, Escaped(outline.label));
+  }
   for (const Way* way : ways) {
     y += kLegendLinePx;
     canvas->Add(
@@ -186,17 +202,15 @@ void DrawLegend(Canvas* canvas, const std::vector<const Way*>& ways) {
 
 }  // namespace
 
-std::string DrawPathPicture(const std::string& title, const field::Field& field,
-                            const field::Path& path, const std::vector<Way>& ways,
-                            uint64_t now_ms) {
+std::string Draw(const Picture& picture, const field::Field& field, uint64_t now_ms) {
   std::vector<const Way*> listed;
-  for (const Way& way : ways) {
+  for (const Way& way : picture.ways) {
     if (way.in_legend) {
       listed.push_back(&way);
     }
   }
-  const Box box = BoxOf(path, ways);
-  Canvas canvas(box, listed.size() + 1);
+  const Box box = BoxOf(picture.path, picture.ways);
+  Canvas canvas(box, listed.size() + picture.outlines.size() + 1);
   canvas.Add(
       R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)svg",
       canvas.width(), canvas.height());
@@ -204,20 +218,36 @@ std::string DrawPathPicture(const std::string& title, const field::Field& field,
       "<style>text{{font-family:sans-serif;fill:#333}}.t{{font-size:11px;fill:#888}}"
       ".l{{font-size:13px}}</style><rect width=\"100%\" height=\"100%\" fill=\"white\"/>");
   canvas.Add(R"svg(<text x="10" y="22" font-size="16" font-weight="bold">{}</text>)svg",
-             Escaped(title));
+             Escaped(picture.title));
   DrawGrid(&canvas, box);
-  if (const field::PheromoneLaw* law = field.FindLaw(path.type); law != nullptr) {
-    DrawPheromone(&canvas, field, *law, now_ms);
+  for (const Shade& shade : picture.shades) {
+    if (const field::PheromoneLaw* law = field.FindLaw(shade.type); law != nullptr) {
+      DrawPheromone(&canvas, field, shade, *law, now_ms);
+    }
   }
-  DrawPath(&canvas, path);
-  for (const Way& way : ways) {
+  DrawPath(&canvas, picture.path);
+  for (const Outline& outline : picture.outlines) {
+    DrawOutline(&canvas, outline);
+  }
+  for (const Way& way : picture.ways) {
     if (way.track.size() >= 2) {
       DrawWay(&canvas, way);
     }
   }
-  DrawLegend(&canvas, listed);
+  DrawLegend(&canvas, picture.outlines, listed);
   canvas.Add("</svg>");
   return canvas.Take();
+}
+
+std::string DrawPathPicture(const std::string& title, const field::Field& field,
+                            const field::Path& path, const std::vector<Way>& ways,
+                            uint64_t now_ms) {
+  Picture picture;
+  picture.title = title;
+  picture.path = path;
+  picture.shades = {{path.type, "#e08214", "#b35806"}};
+  picture.ways = ways;
+  return Draw(picture, field, now_ms);
 }
 
 }  // namespace pheromone::swarm

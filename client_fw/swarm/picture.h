@@ -4,6 +4,7 @@
 // node by node, with the core and the slope of eq. (1) (Susnea et al. 2009).
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,34 @@ struct Way {
   bool in_legend = true;
 };
 
-/// A complete SVG document: the part of the map around `path` and the ways, with a metre grid and a
-/// legend. The pheromone shown is that of the path's type, as the field holds it at `now_ms`.
+/// One pheromone on the picture, as the field holds it. A type that does not exist is left out.
+struct Shade {
+  uint8_t type = 1;
+  std::string colour;       ///< of what it spreads to
+  std::string node_colour;  ///< of the dots on its nodes
+  double opacity = 0.16;    ///< of one full node; less where many overlap
+};
+
+/// An outline on the map.
+struct Outline {
+  std::string label;
+  field::PointUm centre;
+  int64_t radius_um = 0;
+};
+
+struct Picture {
+  std::string title;
+  field::Path path;
+  std::vector<Shade> shades;      ///< the first at the bottom
+  std::vector<Outline> outlines;  ///< the ways are drawn over them
+  std::vector<Way> ways;
+};
+
+/// A complete SVG document: the part of the map around the path and the ways, with a metre grid and
+/// a legend. The pheromone is that at `now_ms`.
+std::string Draw(const Picture& picture, const field::Field& field, uint64_t now_ms);
+
+/// The same with the pheromone of the path's type, and nothing else.
 std::string DrawPathPicture(const std::string& title, const field::Field& field,
                             const field::Path& path, const std::vector<Way>& ways, uint64_t now_ms);
 

@@ -27,6 +27,10 @@ void EngineStation::OnByte(uint8_t byte, int64_t time_ns) {
   }
   std::vector<engine::Outgoing> out;
   service_->Handle(0, {&decoder_.message(), 1}, &out);
+  Queue(out, time_ns);
+}
+
+void EngineStation::Queue(const std::vector<engine::Outgoing>& out, int64_t time_ns) {
   for (const engine::Outgoing& answer : out) {
     std::vector<uint8_t> frame(protocol::kMaxFrame);
     frame.resize(protocol::EncodeFrame(answer.message, frame.data(), frame.size()));
@@ -39,6 +43,9 @@ void EngineStation::OnTransmitted(int64_t /*time_ns*/) {}
 
 void EngineStation::Step() {
   const int64_t now_ns = medium_->now_ns();
+  std::vector<engine::Outgoing> due;
+  service_->AdvanceIfDue(&due);
+  Queue(due, now_ns);
   while (!pending_.empty() && pending_.front().not_before_ns <= now_ns) {
     if (pending_.front().not_after_ns < now_ns) {
       ++late_answers_;

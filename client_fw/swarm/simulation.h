@@ -32,7 +32,7 @@ class EngineStation final : public sim::Station {
   void OnByte(uint8_t byte, int64_t time_ns) override;
   void OnTransmitted(int64_t time_ns) override;
 
-  /// To be called every millisecond: sends what is due.
+  /// To be called every millisecond: lets the engine do what is due, and sends.
   void Step();
 
   /// Answers that could not start within the response window.
@@ -45,6 +45,8 @@ class EngineStation final : public sim::Station {
     int64_t not_after_ns;
     std::vector<uint8_t> frame;
   };
+
+  void Queue(const std::vector<engine::Outgoing>& out, int64_t time_ns);
 
   engine::Service* service_;
   sim::RadioMedium* medium_;

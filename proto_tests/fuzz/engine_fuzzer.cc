@@ -1,6 +1,7 @@
 // The engine under any messages at any times: it must not crash, and what it became must equal what
 // its log says when applied to a fresh engine. The input is a list of records: a byte of time, a
-// byte of length, then ID, opcode and data.
+// byte of length, then ID, opcode and data. A length of 254 is what a tracker saw of the robot, 255
+// an edit of the map, both made of the four bytes that follow.
 
 #include <algorithm>
 #include <cstdint>
@@ -13,6 +14,7 @@
 namespace {
 
 using pheromone::engine::Outgoing;
+using pheromone::field::FieldEdit;
 
 class RememberingLog final : public pheromone::engine::OrderedLog {
  public:
@@ -27,6 +29,21 @@ class RememberingLog final : public pheromone::engine::OrderedLog {
   std::vector<std::pair<pheromone::engine::Stamp, pheromone::engine::Event>> events;
 };
 
+pheromone::field::PointUm PointOf(const uint8_t* data) {
+  return {(data[0] - 20) * int64_t{50'000}, (data[1] - 20) * int64_t{50'000}};
+}
+
+FieldEdit EditOf(const uint8_t* data) {
+  FieldEdit edit;
+  edit.type = data[0] % 4;
+  edit.shape = static_cast<FieldEdit::Shape>(data[0] / 4 % 4);
+  edit.action = static_cast<FieldEdit::Action>(data[0] / 16 % 4);
+  edit.level = data[1] * 4u;
+  edit.radius_um = data[1] * int64_t{4'000};
+  edit.points = {PointOf(data + 1), PointOf(data + 2)};
+  return edit;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -37,13 +54,32 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   });
   pheromone::engine::EngineConfig config = pheromone::engine::testing::SmallConfig();
   config.robots_per_link = 3;
-  config.field.memory_bytes = 4 * pheromone::field::CellMap::kTileBytes;
+  using pheromone::field::CellMap;
+  config.field.memory_bytes =
+      4 * CellMap::kTileBytes + 2 * CellMap::kLeafBytes +
+      2 * CellMap::TopBytes(config.field.map.columns(), config.field.map.rows());
+  config.frames = {pheromone::engine::MakeFrame("radio-b", 1, {3'000'000, 0}, 30)};
   if (!service.Configure(config, 1).ok()) {
     std::abort();
   }
   std::vector<Outgoing> out;
   for (size_t at = 0; at + 4 <= size;) {
     now_ms += uint64_t{data[at]} * data[at] * data[at];
+    if (data[at + 1] >= 254 && at + 8 <= size) {
+      const uint8_t* four = data + at + 4;
+      if (data[at + 1] == 254) {
+        const pheromone::engine::PoseObserved seen{
+            static_cast<pheromone::engine::LinkIndex>(data[at + 2] % 3),
+            data[at + 2],
+            {PointOf(four), static_cast<uint16_t>(four[2] * 256)},
+            four[3] * 100u};
+        service.Observe({&seen, 1});
+      } else {
+        static_cast<void>(service.Edit(EditOf(four)));
+      }
+      at += 8;
+      continue;
+    }
     pheromone::protocol::Message message;
     const size_t rest = size - at - 4;
     message.length = static_cast<uint8_t>(

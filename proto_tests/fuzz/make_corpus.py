@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Makes seeds for the fuzzers from the protocol's vectors and the default configuration.
+"""Makes seeds for the fuzzers from the protocol's vectors and the default configuration, and
+small pictures and arrays.
 
-Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/engine/, DIR/config/
+Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/engine/, DIR/config/, DIR/maps/,
+                               DIR/tracker/
 """
 
 import pathlib
+import struct
 import sys
+import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -18,8 +22,47 @@ def frames():
             yield name, None if body == "-" else bytes.fromhex(body), bytes.fromhex(wire)
 
 
+def png(columns, rows, depth, colour_type, scanlines, between=(), interlace=0):
+    """A PNG of these scan lines, each with its filter byte; `between` are (kind, data) chunks."""
+    header = struct.pack(">IIBBBBB", columns, rows, depth, colour_type, 0, 0, interlace)
+    chunks = [(b"IHDR", header), *between, (b"IDAT", zlib.compress(scanlines)), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in chunks)
+
+
+def npy(descr, fortran_order, shape, data, version=1):
+    """An array as numpy.save writes it."""
+    header = str({"descr": descr, "fortran_order": fortran_order, "shape": shape}).encode() + b"\n"
+    return (b"\x93NUMPY" + bytes([version, 0]) +
+            struct.pack("<H" if version == 1 else "<I", len(header)) + header + data)
+
+
+def rasters():
+    """(name, parser of maps_fuzzer.cc, file)."""
+    yield "p5", 0, b"P5 # c\n2 2\n255\n\x00\x01\xfe\xff"
+    yield "p5_wide", 0, b"P5\n1 2\n1000\n\x03\xe8\x00\x0a"
+    yield "p2", 0, b"P2\n2 2 # c\n9\n0 1\n2 9\n"
+    yield "gray", 1, png(2, 2, 8, 0, bytes([0, 1, 2, 1, 3, 4]))
+    yield "gray_1", 1, png(9, 1, 1, 0, bytes([0, 0xA5, 0x80]))
+    yield "gray_16", 1, png(1, 2, 16, 0, bytes([0, 1, 2, 2, 3, 4]))
+    yield "rgba", 1, png(1, 1, 8, 6, bytes([0, 1, 2, 3, 255]))
+    yield "palette", 1, png(2, 1, 8, 3, bytes([0, 1, 0]),
+                            [(b"PLTE", bytes(range(6))), (b"tRNS", b"\x80")])
+    yield "interlaced", 1, png(2, 2, 8, 0, bytes([0, 1, 0, 2, 0, 3, 4]), interlace=1)
+    yield "text", 1, png(1, 1, 8, 0, bytes(2), [(b"zTXt", b"a\0\0" + zlib.compress(bytes(99)))])
+    yield "f8", 2, npy("<f8", False, (1, 2), struct.pack("<2d", 0.5, -1))
+    yield "i8", 2, npy(">i8", True, (2, 1), struct.pack(">2q", -5, 7), version=2)
+    yield "u1", 2, npy("|u1", True, (2, 3), bytes(range(6)))
+    yield "grid", 3, b"# c\n1,2.5,nan\n-3e2, 4 ,0\n"
+    yield "places", 4, b"x,y,value\n0.05,-1.2,3\n1e3,0,nan\n"
+    yield "ros", 5, (b"image: lab.pgm\nresolution: 0.05\norigin: [-1.5, 2, 0]\nnegate: 0\n"
+                     b"occupied_thresh: 0.65\nfree_thresh: 0.196\nmode: scale\n")
+    yield "yaml", 5, b"a: &x {b: [1, 'two', \"3\"]}\nc: *x\nd: |\n  text\n? e\n: !!str 5\n"
+
+
 def main(folder):
-    for fuzzer in ("decoder", "engine", "config"):
+    for fuzzer in ("decoder", "engine", "config", "maps", "tracker"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     hello = bytes.fromhex("01 71 2A 00 01 00")
     for name, body, wire in frames():
@@ -34,6 +77,13 @@ def main(folder):
     (folder / "config" / "default").write_bytes(default)
     plain = [line.split(b"#")[0].strip() for line in default.splitlines()]
     (folder / "config" / "plain").write_bytes(b"\n".join(line for line in plain if line))
+    for name, parser, file in rasters():
+        (folder / "maps" / name).write_bytes(bytes([parser]) + file)
+    (folder / "tracker" / "pose").write_bytes(b"pose radio-a 7 2.35 0.9 -90\r\n\npose b 8 -1 .5 0")
+    (folder / "tracker" / "gps").write_bytes(b"gps a 1 47.3769 8.5417 181.5\ngps a 2 0 -180 360 408")
+    seen, edit = bytes([9, 254, 1, 0, 30, 40, 50, 60]), bytes([9, 255, 0, 0, 1, 40, 60, 80])
+    (folder / "engine" / "seen_and_edited").write_bytes(
+        bytes([1, 4]) + hello + seen + edit + bytes([1, 6, 1, 0x21, 1, 0, 0, 0, 0, 1]))
 
 
 if __name__ == "__main__":

@@ -18,13 +18,14 @@ void ReadLimits(const Value& root, Notes* notes, engine::EngineConfig* engine) {
       static_cast<uint64_t>(limits.Integer("field_memory_mib", 1, kMaxMemoryMib, 1024).value_or(1))
       << 20;
   const field::FieldConfig& field = engine->field;
-  const size_t tiles = notes->problems.empty()
-                           ? field::TilesOfPaths(field, [](const field::Path&) { return true; })
-                           : 0;
-  if (tiles > field::TileLimit(field)) {
-    const uint64_t mib = ((tiles * field::CellMap::kTileBytes) >> 20) + 1;
-    limits.Report("field_memory_mib",
-                  "is not enough for the paths, expected at least " + std::to_string(mib));
+  const uint64_t laid = notes->problems.empty()
+                            ? field::BytesOfLaid(
+                                  field, [](const field::Path&) { return true; },
+                                  [](const field::Print&) { return true; })
+                            : 0;
+  if (laid > field.memory_bytes) {
+    limits.Report("field_memory_mib", "is not enough for the paths and prints, expected at least " +
+                                          std::to_string((laid >> 20) + 1));
   }
   engine->robots_per_link =
       static_cast<uint16_t>(limits.Integer("robots_per_link", 1, 254, 254).value_or(1));
@@ -41,61 +42,33 @@ void ReadDaemon(const Value& root, Notes* notes, DaemonSettings* daemon) {
 
 }  // namespace
 
-const Value& TableOf(const Value& root, std::string_view name, Notes* notes) {
-  static const Value empty_table;
-  const Value* value = root.Find(name);
-  if (value != nullptr && value->kind != Value::Kind::kTable) {
-    notes->problems.Add(
-        value->at, name,
-        "found " + value->Describe() + ", expected a table [" + std::string(name) + "]");
-    return empty_table;
-  }
-  return value != nullptr ? *value : empty_table;
-}
-
-std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Notes* notes) {
-  std::vector<const Value*> tables;
-  const Value* value = root.Find(name);
-  if (value == nullptr) {
-    return tables;
-  }
-  const auto refuse = [&](const Value& found) {
-    notes->problems.Add(
-        found.at, name,
-        "found " + found.Describe() + ", expected tables [[" + std::string(name) + "]]");
-  };
-  if (value->kind != Value::Kind::kArray) {
-    refuse(*value);
-    return tables;
-  }
-  for (const Value& item : value->items) {
-    if (item.kind == Value::Kind::kTable) {
-      tables.push_back(&item);
-    } else {
-      refuse(item);
-    }
-  }
-  return tables;
-}
-
-std::string PathOf(std::string_view name, size_t index) {
-  return std::string(name) + '[' + std::to_string(index + 1) + ']';
-}
-
-Result<Config> ParseConfig(std::string_view text, std::string_view name) {
+Result<Config> ParseConfig(std::string_view text, std::string_view name,
+                           const std::optional<std::filesystem::path>& folder) {
   const Result<Value> document = ParseDocument(text, name);
   if (!document.ok()) {
     return Error{document.error()};
   }
   const Value& root = document.value();
-  Notes notes{Problems(name), std::string(name), {}};
+  Notes notes{Problems(name), std::string(name), folder, {}};
   Config config;
   TableReader(root, "", &notes.problems)
-      .AllowOnly({"map", "antennas", "pheromone", "path", "link", "limits", "daemon"});
-  if (ReadField(root, &notes, &config.engine)) {
-    ReadPaths(root, &notes, &config.engine.field);
+      .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
+                  "tracker", "limits", "daemon"});
+  field::FieldConfig& field = config.engine.field;
+  const bool has_map = ReadMap(root, &notes, &config);
+  ReadAntennas(root, &notes, &field);
+  const bool has_pheromones = ReadPheromones(root, has_map, &notes, &field);
+  if (has_map) {
+    CheckAntennas(root, &notes, field);
+    ReadObstacles(root, &notes, &field);
+  }
+  if (has_map && has_pheromones) {
+    ReadPaths(root, config.datum, &notes, &field);
+    ReadPrints(root, &notes, &field);
   }
   ReadLinks(root, &notes, &config);
+  ReadFrames(root, &notes, &config.engine);
+  ReadTrackers(root, &notes, &config);
   ReadLimits(root, &notes, &config.engine);
   ReadDaemon(root, &notes, &config.daemon);
   if (!notes.problems.empty()) {
@@ -114,7 +87,7 @@ Result<Config> LoadConfig(const std::string& path) {
     return Error{path + ": cannot be read: " + std::strerror(errno)};
   }
   text.resize(static_cast<size_t>(file.gcount()));
-  return ParseConfig(text, path);
+  return ParseConfig(text, path, std::filesystem::path(path).parent_path());
 }
 
 }  // namespace pheromone::config

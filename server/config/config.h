@@ -5,18 +5,25 @@
 //   service.Configure(loaded.value().engine, epoch);
 //
 // The keys, their units and defaults are described where users look: in default.toml, which is the
-// configuration of a server that was given none. Errors are one line for each mistake,
+// configuration of a server that was given none, and in the manual, pheromoned.toml(5). Errors are
+// one line for each mistake,
 //   FILE:LINE:COLUMN: KEY: what was found, expected what
 // where `pheromone[2].sigma_m` is a key of the second [[pheromone]].
+//
+// A configuration may name other files: maps, pictures, lines. They are read at once, with
+// server/maps, and what they say ends up in the same structs.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "server/base/result.h"
 #include "server/engine/event.h"
+#include "server/maps/geodesy.h"
 
 namespace pheromone::config {
 
@@ -44,9 +51,20 @@ struct LinkConfig {
   bool operator==(const LinkConfig&) const = default;
 };
 
+/// A place where a camera or another tracking system reports where robots are, over UDP.
+struct TrackerConfig {
+  std::string name;
+  std::string listen_address;  ///< numeric, IPv4 or IPv6 without brackets
+  uint16_t listen_port = 0;    ///< 0 lets the system choose
+  uint32_t valid_ms = 1000;    ///< how long a reported pose counts
+  bool operator==(const TrackerConfig&) const = default;
+};
+
 struct Config {
   engine::EngineConfig engine;
   std::vector<LinkConfig> links;  ///< in the order of engine.links
+  std::vector<TrackerConfig> trackers;
+  std::optional<maps::Wgs84> datum;  ///< where on the Earth the map's (0, 0) is
   DaemonSettings daemon;
   std::vector<std::string> warnings;  ///< in the form of errors; the configuration may be used
 };
@@ -54,8 +72,10 @@ struct Config {
 /// Reads a file. Errors: it cannot be read, or what ParseConfig finds.
 Result<Config> LoadConfig(const std::string& path);
 
-/// Parses a text; `name` stands for the file in messages.
-Result<Config> ParseConfig(std::string_view text, std::string_view name);
+/// Parses a text; `name` stands for the file in messages. The names of other files are relative to
+/// `folder`; without one, the text may name none.
+Result<Config> ParseConfig(std::string_view text, std::string_view name,
+                           const std::optional<std::filesystem::path>& folder = std::nullopt);
 
 /// The default configuration, as a commented file.
 std::string_view DefaultConfigText();

@@ -2,89 +2,22 @@
 // found, what was expected.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "server/config/config.h"
+#include "server/config/testing/config_text.h"
 
 namespace pheromone::config {
 namespace {
 
-// Line numbers matter below: keep them.
-constexpr std::string_view kGood = R"([map]
-width_m = 10.0
-height_m = 8.0
-cell_m = 0.1
-[antennas]
-bias_m = 0.33
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 30.0
-quantum = 0.125
-maximum = 0.25
-[[pheromone]]
-type = 2
-name = "path"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = 0.125
-maximum = 0.25
-[[path]]
-pheromone = "path"
-points_m = [[1, 1], [2, 2], [3, 1.5]]
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "a.pty"
-[[link]]
-name = "radio-b"
-kind = "serial"
-port = "/dev/ttyS0"
-[[link]]
-name = "net"
-kind = "tcp"
-listen = "127.0.0.1:4950"
-)";
-
-struct Case {
-  int line;               // to be replaced by
-  std::string_view with;  // this
-  std::string_view error;
-};
-
-std::string Replaced(int line, std::string_view with) {
-  std::string text;
-  size_t begin = 0;
-  for (int number = 1; begin < kGood.size(); ++number) {
-    const size_t end = kGood.find('\n', begin) + 1;
-    text +=
-        number == line ? std::string(with) + '\n' : std::string(kGood.substr(begin, end - begin));
-    begin = end;
-  }
-  return text;
-}
-
-std::string ErrorOf(std::string_view text) {
-  const Result<Config> parsed = ParseConfig(text, "f.toml");
-  return parsed.ok() ? "" : parsed.error();
-}
-
-class ConfigErrorTest : public ::testing::TestWithParam<Case> {};
+class ConfigErrorTest : public ErrorsTest {};
 
 TEST(ConfigErrorsTest, TheTextToDamageIsGood) {
   EXPECT_EQ(ErrorOf(kGood), "");
 }
 
 TEST_P(ConfigErrorTest, NamesPlaceKeyAndExpectation) {
-  EXPECT_EQ(ErrorOf(Replaced(GetParam().line, GetParam().with)),
-            "f.toml:" + std::string(GetParam().error));
+  ExpectError();
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -108,7 +41,8 @@ INSTANTIATE_TEST_SUITE_P(
              "2:1: map.widht_m: unknown key, expected width_m?"},
         Case{2, "width_m = 10.0\nwidth = 3", "3:1: map.width: unknown key, expected width_m?"},
         Case{6, "bias_m = 0.1\nxyzzyxyzzy = 1",
-             "7:1: antennas.xyzzyxyzzy: unknown key, expected one of bias_m"},
+             "7:1: antennas.xyzzyxyzzy: unknown key, expected one of bias_m, forward_m, "
+             "angle_deg"},
         Case{19, "sigma_m = 0.4\nsigma = 1",
              "20:1: pheromone[2].sigma: unknown key, expected sigma_m?"},
         Case{5, "[antenna]\n[antennas]", "5:2: antenna: unknown key, expected antennas?"},
@@ -180,6 +114,26 @@ INSTANTIATE_TEST_SUITE_P(
              "6:10: antennas.bias_m: found 65.001, expected a number from 0 to 65"},
         Case{6, "bias_m = -0.1",
              "6:10: antennas.bias_m: found -0.1, expected a number from 0 to 65"},
+        Case{6, "bias_m = 1\nforward_m = 32.5",
+             "7:13: antennas.forward_m: found 32.5, expected a number from -32 to 32"},
+        Case{6, "bias_m = 1\nangle_deg = 181",
+             "7:13: antennas.angle_deg: found 181, expected a number from 0 to 180"},
+        Case{4, "cell_m = 0.1\ndatum = 3",
+             "5:9: map.datum: found 3, expected {latitude_deg = ..., longitude_deg = ..., "
+             "height_m = 0}"},
+        Case{4, "cell_m = 0.1\ndatum = {latitude_deg = 91, longitude_deg = 0}",
+             "5:25: map.datum.latitude_deg: found 91, expected a number from -90 to 90"},
+        Case{4, "cell_m = 0.1\ndatum = {latitude_deg = 1, longitude_deg = \"8E\"}",
+             "5:44: map.datum.longitude_deg: found the string \"8E\", expected a number from -180 "
+             "to 180"},
+        Case{4, "cell_m = 0.1\ndatum = {latitude_deg = nan, longitude_deg = 0}",
+             "5:25: map.datum.latitude_deg: found nan, expected a number from -90 to 90"},
+        Case{4, "cell_m = 0.1\ndatum = {latitude_deg = 1}",
+             "5:9: map.datum.longitude_deg: missing, expected a number from -180 to 180"},
+        Case{4, "cell_m = 0.1\ndatum = {latitude_deg = 1, longitude_deg = 2, height_m = 1e6}",
+             "5:58: map.datum.height_m: found 1000000, expected a number from -100000 to 100000"},
+        Case{4, "cell_m = 0.1\ndatum = {lat = 1, latitude_deg = 1, longitude_deg = 2}",
+             "5:10: map.datum.lat: unknown key, expected latitude_deg?"},
         Case{11, "sigma_m = 0",
              "11:11: pheromone[1].sigma_m: found 0, expected a number from 0.000001 to 50"},
         Case{11, "sigma_m = 49.95",
@@ -207,92 +161,6 @@ INSTANTIATE_TEST_SUITE_P(
         Case{17, "name = \"trail\"",
              "17:8: pheromone[2].name: found \"trail\" again, expected another name"}));
 
-INSTANTIATE_TEST_SUITE_P(
-    Paths, ConfigErrorTest,
-    ::testing::Values(
-        Case{24, "pheromone = \"food\"",
-             "24:13: path[1].pheromone: found the string \"food\", "
-             "expected 1 or \"trail\", 2 or \"path\""},
-        Case{24, "pheromone = 7",
-             "24:13: path[1].pheromone: found 7, expected 1 or \"trail\", 2 or \"path\""},
-        Case{25, "points_m = [[1, 1], [10.5, 2]]",
-             "25:21: path[1].points_m[2]: found an array of 2, expected a point on the map, which "
-             "reaches from (0, 0) to (10, 8)"},
-        Case{25, "points_m = [[1, 1], [2]]",
-             "25:21: path[1].points_m[2]: found an array of 1, "
-             "expected a point [x, y] in metres"},
-        Case{25, "points_m = [[1, 1]]",
-             "25:12: path[1].points_m: found an array of 1, expected at "
-             "least 2 points [x, y] in metres"},
-        Case{25, "points_m = [[1, 1], [2, 2]]\nclosed = true",
-             "25:12: path[1].points_m: found an array of 2, expected at least 3 points [x, y] in "
-             "metres"},
-        Case{25, "points_m = [[1, 1], [2, 2]]\nintensity = 0.2",
-             "26:13: path[1].intensity: found 0.2, expected a multiple of the quantum 0.125 of "
-             "\"path\""},
-        Case{25, "points_m = [[1, 1], [2, 2]]\nintensity = 0.375",
-             "26:13: path[1].intensity: found 0.375, expected a number from 0.125 to 0.25"},
-        Case{25, "points_m = [[1, 1], [2, 2]]\nshape = \"oval\"",
-             "26:9: path[1].shape: found the string \"oval\", expected one of \"polyline\", "
-             "\"circle\", \"spline\""},
-        Case{25, "shape = \"circle\"\ncenter_m = [2, 2]\nradius_m = 2.5",
-             "27:12: path[1].radius_m: found 2.5, with which the circle leaves the map"},
-        Case{25, "shape = \"circle\"\ncenter_m = [2, 2]\nradius_m = 1\nclosed = true",
-             "28:1: path[1].closed: unknown key, expected one of name, pheromone, shape, center_m, "
-             "radius_m, intensity"}));
-
-INSTANTIATE_TEST_SUITE_P(
-    Links, ConfigErrorTest,
-    ::testing::Values(
-        Case{28, "kind = \"udp\"",
-             "28:8: link[1].kind: found the string \"udp\", expected one of "
-             "\"pty\", \"serial\", \"tcp\""},
-        Case{31, "name = \"radio-a\"",
-             "31:8: link[2].name: found the string \"radio-a\" again, "
-             "expected what link \"radio-a\" does not have"},
-        Case{27, "name = \"a b\"",
-             "27:8: link[1].name: found the string \"a b\", expected at most "
-             "32 letters, digits, hyphens, underscores and dots"},
-        Case{29, "path = \"/dev/ttyS0\"",
-             "33:8: link[2].port: found the string \"/dev/ttyS0\" "
-             "again, expected what link \"radio-a\" does not have"},
-        Case{33, "port = \"/dev/ttyS0\"\nbaud = 9600.5",
-             "34:8: link[2].baud: found 9600.5, expected a whole number from 50 to 4000000"},
-        Case{33, "port = \"/dev/ttyS0\"\nturnaround_ms = 30\nresponse_window_ms = 32",
-             "35:22: link[2].response_window_ms: found 32, expected more than turnaround_ms and "
-             "the time of a byte, which the server waits before it answers"},
-        Case{29,
-             "path = \"./x/../b.pty\"\n[[link]]\nname = \"b\"\nkind = \"pty\"\npath = \"b.pty\"",
-             "33:8: link[2].path: found the string \"b.pty\" again, expected what link \"radio-a\" "
-             "does not have"},
-        Case{33, "port = \"/dev/ttyS0\"\nbaud = 300\ngap_timeout_ms = 66",
-             "35:18: link[2].gap_timeout_ms: found 66, expected more than the time of two bytes, "
-             "which is 66.666 ms at 300 baud, or 0 for no limit"},
-        Case{33, "port = \"/dev/ttyS0\"\nbaud = 75",
-             "30:1: link[2].response_window_ms: missing, and 289, which follows from baud and "
-             "turnaround_ms, is more than 255; expected a faster line or a whole number from 1 to "
-             "255"},
-        Case{37, "listen = \"localhost:4950\"",
-             "37:10: link[3].listen: found the string \"localhost:4950\", expected a numeric "
-             "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\""},
-        Case{37,
-             "listen = \"127.0.0.1:4950\"\n[[link]]\nname = \"n\"\nkind = \"tcp\"\n"
-             "listen = \"127.0.0.1:4950\"",
-             "41:10: link[4].listen: found the string \"127.0.0.1:4950\" again, expected what link "
-             "\"net\" does not have"}));
-
-TEST(ConfigErrorsTest, AnAddressIsFourNumbersOrBracketedAndAPort) {
-  for (const std::string_view bad :
-       {"", ":1", "1.2.3:5", "1.2.3.4", "1.2.3.4:", "1.2.3.4:65536", "1.2.3.256:1", "1.2.3.4.5:1",
-        "1.2.3.4:1 ", "127.0.0.01:4951", "[::::]:4950", "[:::1]:1", "[1:2:3:4:5:6:7]:1", "::1:4950",
-        "[::1]", "[]:4", "[1.2.3.4]:5", "1..2.3:4", "-1.2.3.4:5"}) {
-    EXPECT_NE(ErrorOf(Replaced(37, "listen = \"" + std::string(bad) + "\"")), "") << bad;
-  }
-  for (const std::string_view good : {"0.0.0.0:0", "[::]:65535", "[fe80::1:2]:80"}) {
-    EXPECT_EQ(ErrorOf(Replaced(37, "listen = \"" + std::string(good) + "\"")), "") << good;
-  }
-}
-
 TEST(ConfigErrorsTest, AllMistakesAreFoundAtOnceInTheOrderOfTheFile) {
   EXPECT_EQ(ErrorOf("[map]\nwidth_m = 0\nheight_m = 1\ncell_m = -1\nx = 1\n[antennas]\nbias_m = 1\n"
                     "[[link]]\nname = 1\nkind = \"pty\"\npath = \"p\"\n"),
@@ -300,7 +168,7 @@ TEST(ConfigErrorsTest, AllMistakesAreFoundAtOnceInTheOrderOfTheFile) {
             "f.toml:2:11: map.width_m: found 0, expected a number from 0.000001 to 1000000\n"
             "f.toml:4:10: map.cell_m: found -1, expected a number from 0.000001 to 1000000\n"
             "f.toml:5:1: map.x: unknown key, expected one of width_m, height_m, cell_m, "
-            "origin_x_m, origin_y_m, pose_unit_mm, wide\n"
+            "origin_x_m, origin_y_m, pose_unit_mm, wide, datum\n"
             "f.toml:9:8: link[1].name: found 1, expected a string that is not empty");
 }
 
@@ -337,29 +205,6 @@ TEST(ConfigErrorsTest, HugeFilesLongLinesAndDeepNestsAreRefused) {
   EXPECT_NE(ErrorOf("a = " + std::string(10'000, '[')), "");
 }
 
-// The spline through the corners of a rectangle bulges between them.
-TEST(ConfigErrorsTest, ACurveMayNotLeaveTheMapBetweenItsPoints) {
-  const std::string error = ErrorOf(Replaced(
-      25, "shape = \"spline\"\nclosed = true\npoints_m = [[0, 2], [0, 6], [4, 6], [4, 2]]"));
-  EXPECT_EQ(error.substr(0, error.find(" (")),
-            "f.toml:27:12: path[1].points_m: the curve leaves the map at");
-}
-
-TEST(ConfigErrorsTest, PathsLongerThanAMillionCellsAreRefused) {
-  std::string text = Replaced(4, "cell_m = 0.001");
-  text.replace(text.find("sigma_m = 0.4"), 13, "sigma_m = 0.1");
-  text.replace(text.find("sigma_m = 0.4"), 13, "sigma_m = 0.1");
-  std::string points = "points_m = [";
-  for (int i = 0; i < 200; ++i) {
-    points += i % 2 == 0 ? "[0, 0], " : "[10, 8], ";
-  }
-  const size_t at = text.find("points_m");
-  text.replace(at, text.find('\n', at) - at, points + "]");
-  EXPECT_EQ(ErrorOf(text),
-            "f.toml:25:12: path[1].points_m: the paths are more than 1000000 cells long, expected "
-            "shorter paths");
-}
-
 TEST(ConfigErrorsTest, TheReachOfAPheromoneIsAtMostAThousandCells) {
   EXPECT_EQ(ErrorOf(Replaced(4, "cell_m = 0.0004")),
             "f.toml:11:11: pheromone[1].sigma_m: core_m + sigma_m is 0.5 m or 1250 cells, expected "
@@ -377,33 +222,17 @@ TEST(ConfigErrorsTest, TheAntennasAreNoFartherApartThanAnAnswerMayCost) {
             "or 2150 cells, expected at most 1000 cells");
   text.replace(text.find("bias_m = 42"), 11, "bias_m = 19");
   EXPECT_EQ(ErrorOf(text), "");
+  // 19 m / 2 + 0.02 m + 0.5 m, to whichever side.
+  text.replace(text.find("bias_m = 19"), 11, "bias_m = 19\nforward_m = -0.02");
+  EXPECT_EQ(ErrorOf(text),
+            "f.toml:6:10: antennas.bias_m: half of it, forward_m and the farthest core_m + sigma_m "
+            "are 10.02 m or 1002 cells, expected at most 1000 cells");
 }
 
 TEST(ConfigErrorsTest, ALargeMapIsFineWithWideMessagesOrAnotherUnit) {
   EXPECT_EQ(ErrorOf(Replaced(2, "width_m = 100\nwide = true")), "");
   EXPECT_EQ(ErrorOf(Replaced(2, "width_m = 65.534\norigin_x_m = -32.767")), "");
   EXPECT_EQ(ErrorOf(Replaced(2, "width_m = 100\npose_unit_mm = 5")), "");
-}
-
-// The pheromone of the text: c = 0.1 m, sigma = 0.4 m, cells of 0.1 m, directional. Naively: each
-// node ahead of an antenna that stands on a node, at the maximum times mu of eq. (1).
-TEST(ConfigErrorsTest, SaturationIsAWarningWithTheStrengthThatCanBeReached) {
-  double sum = 0;
-  for (int x = 0; x <= 5; ++x) {
-    for (int y = -5; y <= 5; ++y) {
-      sum += std::clamp((0.5 - std::hypot(x, y) / 10) / 0.4, 0.0, 1.0);
-    }
-  }
-  EXPECT_LT(0.375 * sum, 7.99);
-  EXPECT_TRUE(ParseConfig(Replaced(14, "maximum = 0.375"), "f").value().warnings.empty());
-  EXPECT_GT(0.5 * sum, 8);
-  const auto warnings = ParseConfig(Replaced(14, "maximum = 0.5"), "f").value().warnings;
-  ASSERT_EQ(warnings.size(), 1u);
-  std::ostringstream expected;
-  expected << "f:7:1: pheromone[1]: where every node is at its maximum, an antenna smells "
-           << std::floor(0.5 * sum * 10) / 10
-           << " units and a message holds 7.99: both sides are then scaled down by the same factor";
-  EXPECT_EQ(warnings[0], expected.str());
 }
 
 TEST(ConfigErrorsTest, AConfigurationWithoutLinksIsAWarning) {
@@ -414,38 +243,6 @@ TEST(ConfigErrorsTest, AConfigurationWithoutLinksIsAWarning) {
   EXPECT_EQ(parsed.value().warnings,
             std::vector<std::string>{
                 "f:1:1: link: there is no [[link]], so no robot can reach the server"});
-}
-
-TEST(ConfigErrors, PathsThatDoNotFitTheMemoryAreRefused) {
-  // 20 001 nodes in a row, eight to a tile: 2501 tiles.
-  constexpr std::string_view kLong = R"([map]
-width_m = 2000
-height_m = 2000
-cell_m = 0.1
-wide = true
-[antennas]
-bias_m = 0.33
-[[pheromone]]
-type = 1
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = 0.125
-maximum = 0.25
-[[path]]
-pheromone = 1
-points_m = [[0, 0], [2000, 0]]
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "a.pty"
-[limits]
-field_memory_mib = )";
-  const Result<Config> little = ParseConfig(std::string(kLong) + "1", "f");
-  ASSERT_FALSE(little.ok());
-  EXPECT_EQ(little.error(),
-            "f:23:20: limits.field_memory_mib: is not enough for the paths, expected at least 2");
-  EXPECT_TRUE(ParseConfig(std::string(kLong) + "2", "f").ok());
 }
 
 }  // namespace

@@ -41,10 +41,17 @@ TEST(ConfigTest, TheExampleBecomesTheseIntegers) {
   const Config config = Parse(kExample);
   const field::FieldConfig& field = config.engine.field;
   EXPECT_EQ(field.map, (field::MapGeometry{{0, 0}, 10'000'000, 10'000'000, 100'000}));
-  EXPECT_EQ(field.antenna_distance_um, 330'000);
+  EXPECT_EQ(field.antennas, (field::AntennaGeometry{330'000, 0, 16384}));
   ASSERT_EQ(field.pheromones.size(), 1u);
-  EXPECT_EQ(field.pheromones[0],
-            (field::PheromoneLaw{1, "trail", 100'000, 400'000, 30'000, 125'000, 8, true}));
+  field::PheromoneLaw trail;
+  trail.type = 1;
+  trail.name = "trail";
+  trail.core_um = 100'000;
+  trail.sigma_um = 400'000;
+  trail.tau_ms = 30'000;
+  trail.quantum_micro = 125'000;
+  trail.max_count = 8;
+  EXPECT_EQ(field.pheromones[0], trail);
   EXPECT_TRUE(field.paths.empty());
   EXPECT_EQ(field.memory_bytes, uint64_t{1} << 30);
   EXPECT_EQ(config.engine.pose_unit_10um, 100);
@@ -69,8 +76,11 @@ cell_m = 0.05
 origin_x_m = -30
 origin_y_m = -1.25
 pose_unit_mm = 2.5
+datum = {latitude_deg = 47.25, longitude_deg = -8.5, height_m = 408}
 [antennas]
 bias_m = 0.5
+forward_m = -0.25
+angle_deg = 60
 [[pheromone]]
 type = 15
 name = "a"
@@ -110,6 +120,19 @@ name = "v6"
 kind = "tcp"
 listen = "[::1]:4951"
 gap_timeout_ms = 5
+[[frame]]
+link = "v6"
+id = 254
+x_m = -1.5
+y_m = 0.25
+heading_deg = 90
+[[tracker]]
+name = "ceiling"
+listen = "[::1]:4960"
+valid_s = 0.25
+[[tracker]]
+name = "gps"
+listen = "0.0.0.0:4961"
 [limits]
 field_memory_mib = 16
 robots_per_link = 3
@@ -121,8 +144,17 @@ log_level = "debug"
   EXPECT_EQ(field.map,
             (field::MapGeometry{{-30'000'000, -1'250'000}, 60'000'000, 20'500'000, 50'000}));
   EXPECT_EQ(config.engine.pose_unit_10um, 250);
+  EXPECT_EQ(config.datum, (maps::Wgs84{47.25, -8.5, 408}));
+  // A sixth of a turn: 65 536 / 6 = 10 922.67.
+  EXPECT_EQ(field.antennas, (field::AntennaGeometry{500'000, -250'000, 10'923}));
   ASSERT_EQ(field.pheromones.size(), 1u);
-  EXPECT_EQ(field.pheromones[0], (field::PheromoneLaw{15, "a", 0, 1, 1, 1, 65535, false}));
+  field::PheromoneLaw a;
+  a.type = 15;
+  a.name = "a";
+  a.tau_ms = 1;
+  a.max_count = 65535;
+  a.directional = false;
+  EXPECT_EQ(field.pheromones[0], a);
   ASSERT_EQ(field.paths.size(), 2u);
   EXPECT_EQ(
       field.paths[0],
@@ -155,6 +187,17 @@ log_level = "debug"
   EXPECT_EQ(config.links[2].listen_address, "::1");
   EXPECT_EQ(config.links[2].gap_timeout_ms, 5);
   EXPECT_EQ(config.engine.links[0], (engine::LinkSettings{"usb", 7, 40}));
+  engine::RobotFrame frame;
+  frame.link = "v6";
+  frame.id = 254;
+  frame.x_um = -1'500'000;
+  frame.y_um = 250'000;
+  frame.heading = 16384;  // a quarter turn: cos 0, sin 1
+  frame.cos_q30 = 0;
+  frame.sin_q30 = 1 << 30;
+  EXPECT_EQ(config.engine.frames, std::vector<engine::RobotFrame>{frame});
+  EXPECT_EQ(config.trackers, (std::vector<TrackerConfig>{{"ceiling", "::1", 4960, 250},
+                                                         {"gps", "0.0.0.0", 4961, 1000}}));
   EXPECT_EQ(field.memory_bytes, uint64_t{16} << 20);
   EXPECT_EQ(config.engine.robots_per_link, 3);
   EXPECT_EQ(config.daemon, (DaemonSettings{4, "debug"}));
@@ -191,7 +234,7 @@ TEST(ConfigTest, WholeNumbersServeAsDecimalsAndDecimalsThatAreNotExactInBinaryAr
   const Config config = Parse(text);
   EXPECT_EQ(config.engine.field.map.width_um, 10'000'000);
   EXPECT_EQ(config.engine.field.map.cell_um, 300'000);
-  EXPECT_EQ(config.engine.field.antenna_distance_um, 3'000);
+  EXPECT_EQ(config.engine.field.antennas.distance_um, 3'000);
 }
 
 TEST(ConfigTest, TheDefaultHasATrailAndAPathAndOnePty) {

@@ -1,10 +1,5 @@
 // [[link]]: how robots reach the server.
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <optional>
 
@@ -20,48 +15,6 @@ constexpr int64_t kServerDelayMs = 20;
 constexpr int64_t kSerialGapMs = 20;  // or four bytes, if they take longer
 constexpr int64_t kTcpGapMs = 10'000;
 constexpr int64_t kWindowMs = 100;  // without medium access
-
-struct Endpoint {
-  std::string address;
-  uint16_t port = 0;
-};
-
-// What can be listened on: `family` is AF_INET or AF_INET6.
-bool IsAddress(int family, const std::string& text) {
-  in6_addr address{};  // the larger of the two
-  return inet_pton(family, text.c_str(), &address) == 1;
-}
-
-// "127.0.0.1:4950" or "[::1]:4950"
-std::optional<Endpoint> ParseEndpoint(std::string_view text) {
-  const size_t colon = text.rfind(':');
-  if (colon == std::string_view::npos) {
-    return std::nullopt;
-  }
-  std::string_view address = text.substr(0, colon);
-  const std::string_view port = text.substr(colon + 1);
-  const bool brackets = address.size() > 2 && address.front() == '[' && address.back() == ']';
-  if (brackets) {
-    address = address.substr(1, address.size() - 2);
-  }
-  Endpoint endpoint{std::string(address), 0};
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), endpoint.port);
-  const bool good = error == std::errc() && end == port.data() + port.size() && !port.empty() &&
-                    IsAddress(brackets ? AF_INET6 : AF_INET, endpoint.address);
-  return good ? std::optional(endpoint) : std::nullopt;
-}
-
-std::optional<std::string> ReadName(const TableReader& table) {
-  auto name = table.String("name");
-  if (name && (name->size() > 32 ||
-               name->find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                       "0123456789-_.") != std::string::npos)) {
-    table.Expected("name", *table.Find("name"),
-                   "at most 32 letters, digits, hyphens, underscores and dots");
-    return std::nullopt;
-  }
-  return name;
-}
 
 // A number of milliseconds that HELLO tells in one byte. `fallback` follows from other keys, and
 // may not fit.
@@ -142,12 +95,7 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
     case LinkKind::kTcp: {
       table.AllowOnly({"name", "kind", "required", "listen", "slot_ms", "response_window_ms",
                        "gap_timeout_ms"});
-      const auto listen = table.String("listen");
-      const auto endpoint = listen ? ParseEndpoint(*listen) : std::nullopt;
-      if (listen && !endpoint) {
-        table.Expected("listen", *table.Find("listen"),
-                       "a numeric address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\"");
-      }
+      const auto endpoint = ReadEndpoint(table, "listen");
       if (!endpoint) {
         return false;
       }

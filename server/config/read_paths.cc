@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
+#include "server/config/points.h"
 #include "server/config/sections.h"
+#include "server/maps/lines.h"
 
 namespace pheromone::config {
 namespace {
@@ -11,79 +14,10 @@ namespace {
 enum Shape : size_t { kPolyline, kCircle, kSpline };
 constexpr std::string_view kShapes[] = {"polyline", "circle", "spline"};
 
-constexpr int64_t kMaxCoordinateUm = 2'000'000'000'000;
-constexpr double kMaxPathCells = 1e6;  // all paths together
+constexpr double kMaxPathCells = 1e6;         // all paths together
+constexpr size_t kMaxPathPoints = 1'000'000;  // the same, of those that come from files
 
-std::string Format(field::PointUm point) {
-  return "(" + FormatScaled(point.x, kMetresToUm) + ", " + FormatScaled(point.y, kMetresToUm) + ")";
-}
-
-// [x, y] in metres, somewhere on the map.
-std::optional<field::PointUm> ReadPoint(const TableReader& table, const Value& value,
-                                        const std::string& key, const field::MapGeometry& map) {
-  if (value.kind != Value::Kind::kArray || value.items.size() != 2) {
-    table.Expected(key, value, "a point [x, y] in metres");
-    return std::nullopt;
-  }
-  const auto coordinate = [&](size_t i) {
-    return table.ScaledValue(value.items[i], key, kMetresToUm, -kMaxCoordinateUm, kMaxCoordinateUm);
-  };
-  const auto x_um = coordinate(0);
-  const auto y_um = coordinate(1);
-  if (!x_um || !y_um) {
-    return std::nullopt;
-  }
-  const field::PointUm point{*x_um, *y_um};
-  if (!map.Contains(point)) {
-    table.Expected(key, value,
-                   "a point on the map, which reaches from " + Format(map.origin) + " to " +
-                       Format({map.origin.x + map.width_um, map.origin.y + map.height_um}));
-    return std::nullopt;
-  }
-  return point;
-}
-
-std::optional<std::vector<field::PointUm>> ReadPoints(const TableReader& table, size_t least,
-                                                      const field::MapGeometry& map) {
-  const std::string expected = "at least " + std::to_string(least) + " points [x, y] in metres";
-  const Value* value = table.Find("points_m");
-  if (value == nullptr) {
-    table.Missing("points_m", expected);
-    return std::nullopt;
-  }
-  if (value->kind != Value::Kind::kArray || value->items.size() < least) {
-    table.Expected("points_m", *value, expected);
-    return std::nullopt;
-  }
-  std::vector<field::PointUm> points;
-  for (size_t i = 0; i < value->items.size(); ++i) {
-    if (const auto point = ReadPoint(table, value->items[i], PathOf("points_m", i), map)) {
-      points.push_back(*point);
-    }
-  }
-  return points.size() == value->items.size() ? std::optional(points) : std::nullopt;
-}
-
-// The pheromone that a path names by its type or its name.
-const field::PheromoneLaw* ReadPheromoneOf(const TableReader& table,
-                                           const field::FieldConfig& field) {
-  const Value* value = table.Find("pheromone");
-  std::string known;
-  for (const field::PheromoneLaw& law : field.pheromones) {
-    const bool by_type = value != nullptr && value->kind == Value::Kind::kInteger;
-    const bool by_name = value != nullptr && value->kind == Value::Kind::kString;
-    if ((by_type && value->integer == law.type) || (by_name && value->text == law.name)) {
-      return &law;
-    }
-    known += (known.empty() ? "" : ", ") + std::to_string(law.type) + " or \"" + law.name + '"';
-  }
-  if (value == nullptr) {
-    table.Missing("pheromone", known);
-  } else {
-    table.Expected("pheromone", *value, known);
-  }
-  return nullptr;
-}
+constexpr std::string_view kLineFiles[] = {".svg", ".geojson", ".json", ".csv"};
 
 std::optional<uint16_t> ReadCount(const TableReader& table, const field::PheromoneLaw& law) {
   const int64_t maximum = law.max_count * law.quantum_micro;
@@ -102,9 +36,9 @@ std::optional<uint16_t> ReadCount(const TableReader& table, const field::Pheromo
 }
 
 // Paths are worked out node by node when the map is made: their length, in cells, is limited.
-class LengthBudget {
+class PathBudget {
  public:
-  explicit LengthBudget(int64_t cell_um) : cell_um_(static_cast<double>(cell_um)) {}
+  explicit PathBudget(int64_t cell_um) : cell_um_(static_cast<double>(cell_um)) {}
 
   bool Take(const TableReader& table, std::string_view key, double length_um) {
     left_ -= length_um / cell_um_ + 1;
@@ -114,9 +48,28 @@ class LengthBudget {
     return left_ >= 0;
   }
 
+  bool TakePoints(const TableReader& table, std::string_view key, size_t points) {
+    if (points > points_left_) {
+      table.Report(key, "the files of all paths have more than 1000000 points, expected fewer");
+      points_left_ = 0;
+      return false;
+    }
+    points_left_ -= points;
+    return true;
+  }
+
  private:
   double cell_um_;
   double left_ = kMaxPathCells;
+  size_t points_left_ = kMaxPathPoints;
+};
+
+// What the tables of a file's paths are read with.
+struct Surroundings {
+  const field::FieldConfig& field;
+  const std::optional<maps::Wgs84>& datum;
+  const Notes& notes;
+  PathBudget* budget;
 };
 
 // The sides of a curve that is made of straight pieces.
@@ -126,14 +79,14 @@ int64_t StepOf(const field::MapGeometry& map) {
 
 std::optional<std::vector<field::PointUm>> ReadCircle(const TableReader& table,
                                                       const field::MapGeometry& map,
-                                                      LengthBudget* budget) {
+                                                      PathBudget* budget) {
   const Value* value = table.Find("center_m");
   const auto radius_um = table.Scaled("radius_m", kMetresToUm, 1, kMaxCoordinateUm);
   if (value == nullptr) {
     table.Missing("center_m", "a point [x, y] in metres");
     return std::nullopt;
   }
-  const auto centre = ReadPoint(table, *value, "center_m", map);
+  const auto centre = ReadPointOnMap(table, *value, "center_m", map);
   if (!centre || !radius_um) {
     return std::nullopt;
   }
@@ -151,8 +104,8 @@ std::optional<std::vector<field::PointUm>> ReadCircle(const TableReader& table,
 
 std::optional<std::vector<field::PointUm>> ReadLine(const TableReader& table, Shape shape,
                                                     bool closed, const field::MapGeometry& map,
-                                                    LengthBudget* budget) {
-  auto knots = ReadPoints(table, closed ? 3 : 2, map);
+                                                    PathBudget* budget) {
+  auto knots = ReadPoints(table, "points_m", closed ? 3 : 2, &map);
   if (!knots ||
       !budget->Take(table, "points_m", field::LengthOf({.closed = closed, .points = *knots}))) {
     return std::nullopt;
@@ -164,14 +117,97 @@ std::optional<std::vector<field::PointUm>> ReadLine(const TableReader& table, Sh
   const auto off = std::find_if(curve.begin(), curve.end(),
                                 [&map](field::PointUm point) { return !map.Contains(point); });
   if (off != curve.end()) {
-    table.Report("points_m", "the curve leaves the map at " + Format(*off) +
+    table.Report("points_m", "the curve leaves the map at " + FormatPoint(*off) +
                                  ", expected points further from the edge");
     return std::nullopt;
   }
   return curve;
 }
 
-void ReadPath(const TableReader& table, LengthBudget* budget, field::FieldConfig* field) {
+// How the file is to be read: some keys belong to one format.
+std::optional<maps::LineOptions> ReadLineOptions(const TableReader& table,
+                                                 const std::string& extension,
+                                                 const std::optional<maps::Wgs84>& datum) {
+  maps::LineOptions options;
+  bool good = true;
+  if (extension == ".svg") {
+    const auto scale = table.Number("metres_per_unit", 1e-9, 1e6);
+    const auto id = table.String("id", "");
+    good = scale && id;
+    options.metres_per_unit = scale.value_or(1);
+    options.svg_id = id.value_or("");
+  } else {
+    good = table.Without({"metres_per_unit", "id"}, "a file that is no drawing",
+                         "them with a .svg alone");
+  }
+  if (extension == ".geojson" || extension == ".json") {
+    const auto metres = table.Boolean("metres", false);
+    good = good && metres;
+    options.geojson_unit =
+        metres.value_or(false) ? maps::GeoJsonUnit::kMetres : maps::GeoJsonUnit::kDegrees;
+    options.datum = datum;
+    if (metres && !*metres && !datum) {
+      table.Report("file", "holds degrees, expected a datum in [map], or metres = true");
+      good = false;
+    }
+  } else {
+    good =
+        table.Without({"metres"}, "a file that is no GeoJSON", "it with a .geojson alone") && good;
+  }
+  return good ? std::optional(options) : std::nullopt;
+}
+
+std::optional<std::vector<maps::Line>> ReadLines(const TableReader& table,
+                                                 const Surroundings& around) {
+  const auto path = ReadFileName(table, "file", kLineFiles, around.notes);
+  const auto options =
+      path ? ReadLineOptions(table, ExtensionOf(*path), around.datum) : std::nullopt;
+  if (!options) {
+    return std::nullopt;
+  }
+  Result<std::vector<maps::Line>> lines = maps::LoadLines(*path, *options);
+  if (!lines.ok()) {
+    table.Report("file", lines.error());
+    return std::nullopt;
+  }
+  const field::MapGeometry& map = around.field.map;
+  for (const maps::Line& line : lines.value()) {
+    for (const field::PointUm point : line.points) {
+      if (!map.Contains(point)) {
+        table.Report("file",
+                     path->string() + " leaves the map at " + FormatPoint(point) +
+                         ", expected points from " + FormatPoint(map.origin) + " to " +
+                         FormatPoint({map.origin.x + map.width_um, map.origin.y + map.height_um}));
+        return std::nullopt;
+      }
+    }
+    const double length_um = field::LengthOf({.closed = line.closed, .points = line.points});
+    if (!around.budget->Take(table, "file", length_um) ||
+        !around.budget->TakePoints(table, "file", line.points.size())) {
+      return std::nullopt;
+    }
+  }
+  return std::move(lines).value();
+}
+
+void ReadPathFile(const TableReader& table, const Surroundings& around,
+                  std::vector<field::Path>* paths) {
+  table.AllowOnly({"name", "pheromone", "file", "metres_per_unit", "id", "metres", "intensity"});
+  const auto name = table.String("name", "");
+  const field::PheromoneLaw* law = ReadPheromoneOf(table, around.field);
+  const auto count = law != nullptr ? ReadCount(table, *law) : std::nullopt;
+  auto lines = ReadLines(table, around);
+  if (!name || !count || !lines) {
+    return;
+  }
+  for (maps::Line& line : *lines) {
+    paths->push_back({law->type, *count, line.closed, std::move(line.points)});
+  }
+}
+
+void ReadPath(const TableReader& table, const Surroundings& around,
+              std::vector<field::Path>* paths) {
+  const field::MapGeometry& map = around.field.map;
   const auto shape = table.OneOf("shape", kShapes, kPolyline);
   if (!shape) {
     return;
@@ -182,26 +218,31 @@ void ReadPath(const TableReader& table, LengthBudget* budget, field::FieldConfig
     table.AllowOnly({"name", "pheromone", "shape", "points_m", "closed", "intensity"});
   }
   const auto name = table.String("name", "");
-  const field::PheromoneLaw* law = ReadPheromoneOf(table, *field);
+  const field::PheromoneLaw* law = ReadPheromoneOf(table, around.field);
   const auto closed = table.Boolean("closed", false);
   const auto count = law != nullptr ? ReadCount(table, *law) : std::nullopt;
-  const auto points = *shape == kCircle ? ReadCircle(table, field->map, budget)
+  const auto points = *shape == kCircle ? ReadCircle(table, map, around.budget)
                                         : ReadLine(table, static_cast<Shape>(*shape),
-                                                   closed.value_or(false), field->map, budget);
+                                                   closed.value_or(false), map, around.budget);
   if (name && law != nullptr && closed && count && points) {
-    field->paths.push_back({law->type, *count, *closed || *shape == kCircle, *points});
+    paths->push_back({law->type, *count, *closed || *shape == kCircle, *points});
   }
 }
 
 }  // namespace
 
-void ReadPaths(const Value& root, Notes* notes, field::FieldConfig* field) {
-  LengthBudget budget(field->map.cell_um);
+void ReadPaths(const Value& root, const std::optional<maps::Wgs84>& datum, Notes* notes,
+               field::FieldConfig* field) {
+  PathBudget budget(field->map.cell_um);
+  const Surroundings around{*field, datum, *notes, &budget};
   const std::vector<const Value*> tables = TablesOf(root, "path", notes);
+  std::vector<field::Path> paths;
   for (size_t i = 0; i < tables.size(); ++i) {
     const TableReader table(*tables[i], PathOf("path", i), &notes->problems);
-    ReadPath(table, &budget, field);
+    const bool from_file = table.Find("file") != nullptr;
+    from_file ? ReadPathFile(table, around, &paths) : ReadPath(table, around, &paths);
   }
+  field->paths = std::move(paths);
 }
 
 }  // namespace pheromone::config

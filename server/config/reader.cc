@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "server/field/geometry.h"
+
 namespace pheromone::config {
 namespace {
 
@@ -72,6 +74,20 @@ void TableReader::AllowOnly(std::initializer_list<std::string_view> known) const
   }
 }
 
+bool TableReader::Without(std::initializer_list<std::string_view> keys, std::string_view choice,
+                          std::string_view expected) const {
+  bool good = true;
+  for (const std::string_view key : keys) {
+    if (const Value* entry = Find(key)) {
+      std::string text = "found with ";
+      text.append(choice).append(", expected ").append(expected);
+      problems_->Add(entry->key_at, KeyOf(key), text);
+      good = false;
+    }
+  }
+  return good;
+}
+
 std::optional<int64_t> TableReader::Scaled(std::string_view key, Scale scale, int64_t least,
                                            int64_t most, std::optional<int64_t> fallback) const {
   if (const Value* value = Find(key)) {
@@ -124,6 +140,38 @@ std::optional<int64_t> TableReader::Integer(std::string_view key, int64_t least,
     return std::nullopt;
   }
   return value->integer;
+}
+
+std::optional<double> TableReader::Number(std::string_view key, double least, double most,
+                                          std::optional<double> fallback) const {
+  const std::string expected = "a number from " + FormatNumber(least) + " to " + FormatNumber(most);
+  const Value* value = Find(key);
+  if (value == nullptr) {
+    if (!fallback) {
+      Missing(key, expected);
+    }
+    return fallback;
+  }
+  const bool is_number = value->kind == Value::Kind::kInteger || value->kind == Value::Kind::kFloat;
+  if (!is_number || !(value->number >= least && value->number <= most)) {
+    Expected(key, *value, expected);
+    return std::nullopt;
+  }
+  return value->number;
+}
+
+std::optional<TableReader> TableReader::Table(std::string_view key,
+                                              std::string_view expected) const {
+  const Value* value = Find(key);
+  if (value == nullptr) {
+    Missing(key, expected);
+    return std::nullopt;
+  }
+  if (value->kind != Value::Kind::kTable) {
+    Expected(key, *value, expected);
+    return std::nullopt;
+  }
+  return Inside(*value, key);
 }
 
 std::optional<bool> TableReader::Boolean(std::string_view key, bool fallback) const {
@@ -183,6 +231,11 @@ void TableReader::Expected(std::string_view key, const Value& found,
 
 void TableReader::Missing(std::string_view key, std::string_view expected) const {
   problems_->Add(table_.at, KeyOf(key), "missing, expected " + std::string(expected));
+}
+
+uint16_t ToBinaryAngle(int64_t microdegrees) {
+  // 65 536 / 360 000 000 in lowest terms.
+  return static_cast<uint16_t>(field::RoundDiv(microdegrees * 256, 1'406'250));
 }
 
 std::string_view Nearest(std::string_view word, std::span<const std::string_view> known) {

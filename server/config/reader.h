@@ -51,6 +51,8 @@ constexpr Scale kMetresToMm{1'000};
 constexpr Scale kSecondsToMs{1'000};
 constexpr Scale kMillimetresTo10Um{100};
 constexpr Scale kToMicro{1'000'000};
+constexpr Scale kToMilli{1'000};
+constexpr Scale kDegrees{1'000'000};  ///< in millionths of a degree
 
 class TableReader {
  public:
@@ -62,12 +64,20 @@ class TableReader {
   /// Notes each key that is not among `known`, with the nearest one that is.
   void AllowOnly(std::initializer_list<std::string_view> known) const;
 
+  /// Notes each of `keys` that is there: it means something, but not beside `choice`, such as
+  /// `profile = "cone"`. False if there is one.
+  bool Without(std::initializer_list<std::string_view> keys, std::string_view choice,
+               std::string_view expected) const;
+
   /// The whole number of small units, between `least` and `most` (in small units).
   std::optional<int64_t> Scaled(std::string_view key, Scale scale, int64_t least, int64_t most,
                                 std::optional<int64_t> fallback = std::nullopt) const;
 
   std::optional<int64_t> Integer(std::string_view key, int64_t least, int64_t most,
                                  std::optional<int64_t> fallback = std::nullopt) const;
+  /// Any number, where no small unit is natural, such as degrees on the Earth.
+  std::optional<double> Number(std::string_view key, double least, double most,
+                               std::optional<double> fallback = std::nullopt) const;
   std::optional<bool> Boolean(std::string_view key, bool fallback) const;
   std::optional<std::string> String(std::string_view key,
                                     std::optional<std::string> fallback = std::nullopt) const;
@@ -79,6 +89,14 @@ class TableReader {
   /// The same conversion for a value that is no entry of its own, such as a coordinate.
   std::optional<int64_t> ScaledValue(const Value& value, std::string_view key, Scale scale,
                                      int64_t least, int64_t most) const;
+
+  /// The table that a key holds; `expected` says what belongs there.
+  std::optional<TableReader> Table(std::string_view key, std::string_view expected) const;
+
+  /// A reader for a table within this one, such as an item of an array.
+  TableReader Inside(const Value& table, std::string_view key) const {
+    return {table, KeyOf(key), problems_};
+  }
 
   const Value* Find(std::string_view key) const { return table_.Find(key); }
   Position at() const { return table_.at; }
@@ -95,6 +113,9 @@ class TableReader {
   std::string path_;
   Problems* problems_;
 };
+
+/// Millionths of a degree as a binary angle, 65 536 a turn; any number of turns.
+uint16_t ToBinaryAngle(int64_t microdegrees);
 
 /// The one of `known` that is most like `word`, or empty if none is.
 std::string_view Nearest(std::string_view word, std::span<const std::string_view> known);

@@ -2,27 +2,58 @@
 // folder.
 #pragma once
 
+#include <filesystem>
+#include <optional>
+#include <span>
+
 #include "server/config/config.h"
 #include "server/config/reader.h"
 
 namespace pheromone::config {
 
-/// Where problems and warnings go while a file is read.
+/// Where problems and warnings go while a file is read, and where the files are that it names.
 struct Notes {
   Problems problems;
   std::string file;
+  std::optional<std::filesystem::path> folder;
   std::vector<std::string> warnings;
 };
 
-/// [map], [antennas] and [[pheromone]]. False if the geometry is not known well enough to read the
-/// paths.
-bool ReadField(const Value& root, Notes* notes, engine::EngineConfig* engine);
+// --- The sections. Those of the field need what was read before them: the geometry, then the
+// --- pheromones.
 
-/// [[path]]; needs the geometry and the pheromones.
-void ReadPaths(const Value& root, Notes* notes, field::FieldConfig* field);
+/// [map]. False if the geometry is not known well enough to read what lies on the map.
+bool ReadMap(const Value& root, Notes* notes, Config* config);
+
+/// [antennas]
+void ReadAntennas(const Value& root, Notes* notes, field::FieldConfig* field);
+
+/// That an answer does not cost more than a robot may wait for, once the pheromones are known.
+void CheckAntennas(const Value& root, Notes* notes, const field::FieldConfig& field);
+
+/// [[pheromone]]. False if there is one that is not understood.
+bool ReadPheromones(const Value& root, bool has_map, Notes* notes, field::FieldConfig* field);
+
+/// [obstacles]
+void ReadObstacles(const Value& root, Notes* notes, field::FieldConfig* field);
+
+/// [[path]]
+void ReadPaths(const Value& root, const std::optional<maps::Wgs84>& datum, Notes* notes,
+               field::FieldConfig* field);
+
+/// [[print]]
+void ReadPrints(const Value& root, Notes* notes, field::FieldConfig* field);
 
 /// [[link]]
 void ReadLinks(const Value& root, Notes* notes, Config* config);
+
+/// [[frame]], which needs the links
+void ReadFrames(const Value& root, Notes* notes, engine::EngineConfig* engine);
+
+/// [[tracker]]
+void ReadTrackers(const Value& root, Notes* notes, Config* config);
+
+// --- What several of them have in common.
 
 /// [NAME], or an empty table if there is none. A value of another kind is noted.
 const Value& TableOf(const Value& root, std::string_view name, Notes* notes);
@@ -32,5 +63,31 @@ std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Not
 
 /// `NAME[2]`, the path of the second table of an array.
 std::string PathOf(std::string_view name, size_t index);
+
+/// Pheromone types and their names, as messages list what may be chosen.
+std::string ListOf(const std::vector<field::PheromoneLaw>& laws);
+
+/// The law that a path or a print is laid in, by the type or the name of its key `pheromone`. A
+/// blend has no pheromone of its own, so it is none of them.
+const field::PheromoneLaw* ReadPheromoneOf(const TableReader& table,
+                                           const field::FieldConfig& field);
+
+/// `name` is at most 32 letters, digits, hyphens, underscores and dots.
+std::optional<std::string> ReadName(const TableReader& table);
+
+/// A numeric address and a port: "127.0.0.1:4950", "[::1]:4950".
+struct Endpoint {
+  std::string address;  ///< without brackets
+  uint16_t port = 0;
+};
+std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view key);
+
+/// The regular file that `key` names, its extension one of `extensions` (".csv"), in any case.
+std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std::string_view key,
+                                                  std::span<const std::string_view> extensions,
+                                                  const Notes& notes);
+
+/// The extension of a file name in lower case.
+std::string ExtensionOf(const std::filesystem::path& path);
 
 }  // namespace pheromone::config

@@ -28,11 +28,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// How often the engine is asked at least, and at most, whether something is due.
-constexpr milliseconds kLongestTick{1000};
+// The engine does what is due in bounded steps. Between two of them others have a turn, however
+// much is due.
 constexpr milliseconds kShortestTick{20};
-// While something is due, something else may become due sooner.
-constexpr milliseconds kBusyTick{100};
+// How often trouble is told, at the most.
+constexpr milliseconds kBetweenReports{1000};
 
 // A stop signal often comes twice at once: timeout(1), for one, signals its child and its group.
 constexpr std::chrono::seconds kImpatience{1};
@@ -54,6 +54,11 @@ void LogLines(const std::vector<std::string>& lines) {
   }
 }
 
+void LogOfLink(links::Severity severity, const std::string& text) {
+  spdlog::log(severity == links::Severity::kInfo ? spdlog::level::info : spdlog::level::warn, "{}",
+              text);
+}
+
 // What --check says in full is not worth a line at every start.
 void LogWarnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) {
@@ -71,8 +76,11 @@ class Daemon::Impl {
         strand_(boost::asio::make_strand(io_)),
         signals_(signal_io_, SIGINT, SIGTERM, SIGHUP),
         ticker_(strand_),
+        reporter_(strand_),
         service_(&log_, ReadSystemClocks),
-        switchboard_(&service_) {}
+        switchboard_(&service_) {
+    service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
+  }
 
   int Run() {
     std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
@@ -82,10 +90,11 @@ class Daemon::Impl {
       return 1;
     }
     LogWarnings(config_.warnings);
-    LogLines(DescribeField(config_.engine.field));
+    LogLines(DescribeConfig(config_));
     MakeLinks();
     AwaitSignal();
-    Tick();
+    boost::asio::post(strand_, [this] { Tick(); });
+    ReportTrouble();
     std::vector<std::thread> threads;
     threads.reserve(static_cast<size_t>(config_.daemon.io_threads));
     std::thread signal_thread([this] { signal_io_.run(); });
@@ -110,15 +119,17 @@ class Daemon::Impl {
   void MakeLinks() {
     std::random_device random;
     for (size_t i = 0; i < config_.links.size(); ++i) {
-      const auto log = [](links::Severity severity, const std::string& text) {
-        spdlog::log(severity == links::Severity::kInfo ? spdlog::level::info : spdlog::level::warn,
-                    "{}", text);
-      };
-      links_.push_back(
-          MakeLink(io_, config_.links[i],
-                   {config_.links[i].name, static_cast<engine::LinkIndex>(i), &switchboard_, log},
-                   random()));
+      links_.push_back(MakeLink(
+          io_, config_.links[i],
+          {config_.links[i].name, static_cast<engine::LinkIndex>(i), &switchboard_, LogOfLink},
+          random()));
       switchboard_.Add(links_.back().get());
+    }
+    for (const config::TrackerConfig& tracker : config_.trackers) {
+      const auto log = [name = tracker.name](links::Severity severity, const std::string& text) {
+        LogOfLink(severity, name + ": " + text);
+      };
+      trackers_.push_back(MakeTracker(io_, tracker, config_.datum, &service_, log, random()));
     }
   }
 
@@ -134,6 +145,9 @@ class Daemon::Impl {
                          status.error());
         good = false;
       }
+    }
+    for (const auto& tracker : trackers_) {
+      (void)tracker->Start();  // it says itself what failed, and tries again
     }
     if (good) {
       spdlog::info("ready: {} of {} links up", up, links_.size());
@@ -183,36 +197,53 @@ class Daemon::Impl {
   void Stop() {
     stopping_ = true;
     ticker_.cancel();
+    reporter_.cancel();
     for (const auto& link : links_) {
       link->Stop();
     }
+    for (const auto& tracker : trackers_) {
+      tracker->Stop();
+    }
   }
 
+  // Waits for the engine's next deadline, if there is one. What brings it forward calls this again
+  // (OnEarlierDeadline), and with it the timer is set anew.
   void Tick() {
     const auto due = service_.MillisecondsToDeadline();
-    const auto wait =
-        due ? milliseconds(std::min<uint64_t>(*due, kBusyTick.count())) : kLongestTick;
-    ticker_.expires_after(std::max(wait, kShortestTick));
+    if (stopping_ || !due) {
+      return;
+    }
+    constexpr auto kDay = static_cast<uint64_t>(milliseconds(std::chrono::hours(24)).count());
+    ticker_.expires_after(std::max(milliseconds(std::min(*due, kDay)), kShortestTick));
     ticker_.async_wait([this](const boost::system::error_code& error) {
       if (error || stopping_) {
         return;
       }
       std::vector<engine::Outgoing> out;
       service_.AdvanceIfDue(&out);
-      service_.Release(&out);
       switchboard_.Deliver(out);
-      WarnOfTrouble();
       Tick();
     });
   }
 
-  // Once for each tick in which there was more of it.
-  void WarnOfTrouble() {
-    std::string trouble = DescribeTrouble(Counters());
-    if (trouble != trouble_) {
-      trouble_ = std::move(trouble);
-      spdlog::warn("so far: {}", trouble_);
-    }
+  // Once for each second in which there was more of it; and what a log of the future made durable
+  // in the meantime goes out.
+  void ReportTrouble() {
+    reporter_.expires_after(kBetweenReports);
+    reporter_.async_wait([this](const boost::system::error_code& error) {
+      if (error || stopping_) {
+        return;
+      }
+      std::vector<engine::Outgoing> out;
+      service_.Release(&out);
+      switchboard_.Deliver(out);
+      std::string trouble = DescribeTrouble(Counters());
+      if (trouble != trouble_) {
+        trouble_ = std::move(trouble);
+        spdlog::warn("so far: {}", trouble_);
+      }
+      ReportTrouble();
+    });
   }
 
   engine::EngineCounters Counters() const {
@@ -232,6 +263,9 @@ class Daemon::Impl {
     if (next.links != config_.links) {
       spdlog::warn("changed links need a restart");
     }
+    if (next.trackers != config_.trackers || next.datum != config_.datum) {
+      spdlog::warn("changed trackers, or their datum, need a restart");
+    }
     if (next.daemon != config_.daemon) {
       spdlog::warn("changed [daemon] settings need a restart");
     }
@@ -245,7 +279,7 @@ class Daemon::Impl {
     }
     config_.engine = next.engine;
     LogWarnings(next.warnings);
-    LogLines(DescribeField(config_.engine.field));
+    LogLines(DescribeConfig(config_));
     spdlog::info("configuration read again");
   }
 
@@ -275,10 +309,12 @@ class Daemon::Impl {
   boost::asio::signal_set signals_;
   std::optional<std::chrono::steady_clock::time_point> told_to_stop_at_;  // of signal_io_'s thread
   boost::asio::steady_timer ticker_;
+  boost::asio::steady_timer reporter_;
   engine::VolatileLog log_;
   engine::Service service_;
   links::Switchboard switchboard_;
   std::vector<std::unique_ptr<links::Link>> links_;
+  std::vector<std::unique_ptr<links::TrackerLink>> trackers_;
   std::string trouble_;
   bool stopping_ = false;
 };

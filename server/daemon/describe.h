@@ -11,7 +11,8 @@
 
 namespace pheromone::daemon {
 
-std::vector<std::string> DescribeField(const field::FieldConfig& field);
+/// The map, each pheromone's law in words, and what lies on the map.
+std::vector<std::string> DescribeConfig(const config::Config& config);
 
 /// Requests, answers and errors by reason, over all links.
 std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counters);

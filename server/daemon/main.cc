@@ -12,6 +12,7 @@
 
 #include "server/config/config.h"
 #include "server/daemon/daemon.h"
+#include "server/daemon/describe.h"
 #include "server/daemon/logging.h"
 
 namespace pheromone::daemon {
@@ -50,6 +51,9 @@ int Run(const Options& options) {
       std::cerr << "warning: " << warning << '\n';
     }
     std::cout << name << ": ok\n";
+    for (const std::string& line : DescribeConfig(config)) {
+      std::cout << "  " << line << '\n';
+    }
     return 0;
   }
   SetUpLogging(options.log_level.empty() ? config.daemon.log_level : options.log_level);
@@ -67,7 +71,7 @@ int Main(int argc, char** argv) {
         return path.empty() ? std::string("is empty, expected a file") : std::string();
       })
       ->type_name("FILE");
-  app.add_flag("--check", options.check, "Check the configuration and end");
+  app.add_flag("--check", options.check, "Check the configuration, say what it means, and end");
   app.add_flag("--default-config", options.print_default,
                "Print the default configuration and end");
   app.add_option("--log-level", options.log_level, "Instead of the configured one")

@@ -1,11 +1,32 @@
 #include "server/daemon/make_link.h"
 
+#include <cmath>
 #include <utility>
 
 #include "server/links/port_link.h"
 #include "server/links/tcp_link.h"
 
 namespace pheromone::daemon {
+namespace {
+
+// Without a height of its own, a robot is on the map's ground.
+links::GpsToMap GpsToMapAround(const std::optional<maps::Wgs84>& datum) {
+  if (!datum) {
+    return nullptr;
+  }
+  const Result<maps::LocalFrame> frame = maps::LocalFrame::At(*datum);
+  if (!frame.ok()) {
+    return nullptr;  // the configuration was checked
+  }
+  return [frame = frame.value()](const links::GpsFix& fix) {
+    const maps::EastNorthUp local = frame.ToLocal(
+        {fix.latitude_deg, fix.longitude_deg, fix.height_m.value_or(frame.datum().height_m)});
+    return field::PoseUm{{std::llround(local.east_m * 1e6), std::llround(local.north_m * 1e6)},
+                         maps::HeadingFromCompass(fix.course_deg)};
+  };
+}
+
+}  // namespace
 
 std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config::LinkConfig& config,
                                       links::LinkContext context, uint32_t seed) {
@@ -38,6 +59,20 @@ std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config:
   options.gap_timeout_ms = config.gap_timeout_ms;
   options.backoff = backoff;
   return links::MakeTcpLink(io, options, std::move(context));
+}
+
+std::unique_ptr<links::TrackerLink> MakeTracker(boost::asio::io_context& io,
+                                                const config::TrackerConfig& config,
+                                                const std::optional<maps::Wgs84>& datum,
+                                                engine::Service* service, links::LinkLog log,
+                                                uint32_t seed) {
+  links::TrackerOptions options;
+  options.listen_address = config.listen_address;
+  options.listen_port = config.listen_port;
+  options.valid_ms = config.valid_ms;
+  options.backoff.seed = seed;
+  return std::make_unique<links::TrackerLink>(io, options, service, GpsToMapAround(datum),
+                                              std::move(log));
 }
 
 }  // namespace pheromone::daemon

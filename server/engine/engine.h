@@ -14,8 +14,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "protocol/messages.h"
@@ -71,14 +73,24 @@ class Engine {
               std::vector<Outgoing>* out) const;
 
   /// Applies an event; appends what is to be sent because of it. `sequence` numbers the events from
-  /// 1. A RequestReceived must be of Handling::kChange, a ConfigChanged and a CommandIssued must
-  /// have been accepted by the checks below.
+  /// 1. A RequestReceived must be of Handling::kChange; the others, but for Advance, must have been
+  /// accepted by the checks below.
   void Apply(uint64_t sequence, const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
 
   Status CheckConfig(const EngineConfig& next) const;
   Status CheckCommand(const CommandIssued& command) const;
 
-  /// The field time at which an Advance has something to do.
+  /// Says all that is clear before the edit is made: unknown type, blend, level, shape, size.
+  Status CheckEdit(const field::FieldEdit& edit) const;
+  /// What became of the last FieldEdited: whether there was memory for all of it shows only when it
+  /// is applied. If not, nothing was changed. Not part of the state.
+  const Status& edit_outcome() const { return edit_outcome_; }
+
+  /// Whether a robot has said HELLO in this epoch: only then may a PoseObserved name it.
+  bool SaidHello(LinkIndex link, uint8_t id) const;
+
+  /// The field time at which an Advance has something to do, nothing if never. After an Advance it
+  /// may still lie in the past: then there is more to do than fits into one step.
   std::optional<uint64_t> NextDeadline() const;
 
   /// The sum over all live objects of the hash of kind, key and canonical value. Equal states have
@@ -97,18 +109,25 @@ class Engine {
   void On(const Advance& advance, std::vector<Outgoing>* out);
   void On(const ConfigChanged& change, std::vector<Outgoing>* out);
   void On(const CommandIssued& issued, std::vector<Outgoing>* out);
+  void On(const FieldEdited& edited, std::vector<Outgoing>* out);
+  void On(const PoseObserved& observed, std::vector<Outgoing>* out);
 
   protocol::Message TakeHello(LinkIndex link, const protocol::HelloRequest& hello);
-  protocol::Message TakeChange(const protocol::Message& request);
-  protocol::Message TakeDeposit(const protocol::Message& message);
-  protocol::Message TakeTrace(const protocol::Message& message);
+  protocol::Message TakeChange(LinkIndex link, const protocol::Message& request);
+  protocol::Message TakeDeposit(LinkIndex link, const protocol::Message& message);
+  protocol::Message TakeTrace(LinkIndex link, const protocol::Message& message);
   void TakeCommandAck(LinkIndex link, const protocol::CommandAck& ack);
-  protocol::Message AnswerSense(const protocol::Message& message, uint64_t now_ms) const;
+  protocol::Message AnswerSense(LinkIndex link, const protocol::Message& message,
+                                uint64_t now_ms) const;
+  field::PoseUm PoseOf(LinkIndex link, uint8_t id, const protocol::WirePose& reported,
+                       uint64_t now_ms) const;
   void Send(LinkIndex link, const protocol::Message& message, std::vector<Outgoing>* out) const;
   void SendCommand(LinkIndex link, uint8_t id, RobotState* robot, std::vector<Outgoing>* out);
   void SendBroadcast(Broadcast* broadcast, std::vector<Outgoing>* out);
 
   EngineConfig config_;
+  uint64_t config_hash_ = 0;
+  std::map<std::pair<LinkIndex, uint8_t>, RobotFrame> frames_;  // of the present links
   std::unique_ptr<field::Field> field_;
   RobotTable robots_;
   std::vector<Broadcast> broadcasts_;
@@ -117,6 +136,7 @@ class Engine {
   uint64_t field_time_ms_ = 0;
   uint64_t sequence_ = 0;
   EngineCounters counters_;
+  Status edit_outcome_ = Ok();
 };
 
 }  // namespace pheromone::engine

@@ -59,6 +59,28 @@ TEST(Engine, SenseNeedsNoHelloAndChangesNothing) {
   EXPECT_EQ(bench.engine.StateHash(), hash);
 }
 
+// Two servers live through the same changes; one of them is asked a million times in between.
+TEST(Engine, AMillionSensesLeaveNoTrace) {
+  Bench asked;
+  Bench left_alone;
+  constexpr int kChanges = 100;
+  for (int i = 0; i < kChanges; ++i) {
+    const auto seq = static_cast<uint8_t>(i);
+    const auto x = static_cast<int16_t>(4500 + 10 * i);
+    for (Bench* bench : {&asked, &left_alone}) {
+      bench->now_ms += 777;
+      bench->Handle(Hello(1, 1));
+      bench->Handle(Deposit(1, seq, x, 5000, 3));
+      bench->Apply(Advance{});
+    }
+    for (int j = 0; j < 1'000'000 / kChanges; ++j) {
+      asked.Handle(Sense(1, 4000 + j % 2000, 5000, static_cast<uint16_t>(j)));
+    }
+    ASSERT_EQ(asked.engine.StateHash(), left_alone.engine.StateHash());
+  }
+  EXPECT_EQ(asked.log.size(), left_alone.log.size());
+}
+
 TEST(Engine, TraceSensesBeforeItLeavesItsQuantum) {
   Bench bench;
   bench.Handle(Hello(1, 1));
@@ -168,7 +190,9 @@ TEST(Engine, SaysWhyAPoseOrValueIsRefused) {
 
 TEST(Engine, AFullMapIsSaid) {
   EngineConfig config = testing::SmallConfig();
-  config.field.memory_bytes = field::CellMap::kTileBytes;
+  config.field.memory_bytes =
+      field::CellMap::kTileBytes + field::CellMap::kLeafBytes +
+      field::CellMap::TopBytes(config.field.map.columns(), config.field.map.rows());
   Bench bench(config);
   bench.Handle(Hello(1, 1));
   EXPECT_EQ(bench.HandleForReason(Deposit(1, 1, 0, 0)), Reason::kNone);
@@ -219,7 +243,7 @@ void Drive(Bench* bench, uint32_t seed, int steps) {
     const auto y = static_cast<int16_t>(random() % 10'000);
     const auto type = static_cast<uint8_t>(1 + random() % 3);
     const auto link = static_cast<LinkIndex>(random() % 2);
-    switch (random() % 8) {
+    switch (random() % 10) {
       case 0:
         bench->Handle(Hello(id, static_cast<uint16_t>(random() % 3)), link);
         break;
@@ -243,10 +267,30 @@ void Drive(Bench* bench, uint32_t seed, int steps) {
       case 6:
         bench->Apply(Advance{});
         break;
+      case 7: {
+        const PoseObserved observed{link, id, {{x * 1000, y * 1000}, seq}, seq * 100u};
+        if (bench->engine.SaidHello(link, id)) {
+          bench->Apply(observed);
+        }
+        break;
+      }
+      case 8: {
+        const FieldEdited edited{{.type = type,
+                                  .shape = field::FieldEdit::Shape::kStroke,
+                                  .action = static_cast<field::FieldEdit::Action>(seq % 3),
+                                  .level = seq,
+                                  .radius_um = 300'000,
+                                  .points = {{x * 1000, y * 1000}}}};
+        if (bench->engine.CheckEdit(edited.edit).ok()) {
+          bench->Apply(edited);
+        }
+        break;
+      }
       default:
         if (random() % 50 == 0) {
           EngineConfig config = testing::SmallConfig();
           config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + random() % 30'000);
+          config.frames = {MakeFrame("radio-a", id, {x * 100, y * 100}, seq)};
           bench->Apply(ConfigChanged{config, static_cast<uint16_t>(random())});
         }
     }
@@ -288,6 +332,9 @@ TEST(StateHash, TheKeptSumsEqualThoseOfADump) {
     engine.field().ForEach([&](uint8_t type, field::NodeIndex node, field::NodeState state) {
       nodes += field::Field::NodeHash(*engine.field().FindLaw(type), node, state);
     });
+    const field::SweepState& sweep = engine.field().sweep();
+    nodes += Hash64({'W', sweep.type, static_cast<uint64_t>(sweep.leaf), sweep.earliest_ms,
+                     sweep.cycle_ms, sweep.next_ms});
     EXPECT_EQ(nodes, engine.field().hash());
     uint64_t robots = 0;
     engine.robots().ForEach([&](LinkIndex link, uint8_t id, const RobotState& robot) {

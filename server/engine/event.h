@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "protocol/messages.h"
-#include "server/field/field.h"
+#include "server/engine/frames.h"
+#include "server/field/config.h"
+#include "server/field/edit.h"
 
 namespace pheromone::engine {
 
@@ -35,6 +37,7 @@ struct EngineConfig {
   uint16_t pose_unit_10um = 100;
   uint16_t robots_per_link = 254;  ///< beyond it, the robot idle for longest is forgotten
   std::vector<LinkSettings> links;
+  std::vector<RobotFrame> frames;  ///< of robots whose coordinates are not the map's
   bool operator==(const EngineConfig&) const = default;
 };
 
@@ -46,7 +49,8 @@ struct RequestReceived {
   protocol::Message message;
 };
 
-/// Time has passed: retries that are due are sent.
+/// Time has passed: what is due is done, in one bounded step. Retries are sent, pheromone that has
+/// evaporated is swept, what diffuses makes a step.
 struct Advance {};
 
 /// The first event of a new state, and every change of the configuration after it. `new_epoch` is
@@ -64,7 +68,23 @@ struct CommandIssued {
   std::array<uint8_t, protocol::kMaxCommandArguments> arguments{};
 };
 
-using Event = std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued>;
+/// The operator changed the map by hand.
+struct FieldEdited {
+  field::FieldEdit edit;
+};
+
+/// Somebody else than the robot, a camera above the floor or a satellite receiver, says where it
+/// is. For `valid_ms` of field time this takes the place of what the robot reports of itself; 0
+/// takes back what was said before.
+struct PoseObserved {
+  LinkIndex link = 0;
+  uint8_t id = 0;
+  field::PoseUm pose;  ///< on the map, whatever the robot's own frame is; may lie off it
+  uint32_t valid_ms = 1000;
+};
+
+using Event =
+    std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited, PoseObserved>;
 
 /// A message to be sent on a link, not before the change it speaks of is durable.
 struct Outgoing {

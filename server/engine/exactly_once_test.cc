@@ -20,8 +20,9 @@ using testing::Trace;
 
 uint64_t QuantaOnTheMap(const Bench& bench) {
   uint64_t sum = 0;
-  bench.engine.field().ForEach(
-      [&](uint8_t, field::NodeIndex, field::NodeState state) { sum += state.count; });
+  bench.engine.field().ForEach([&](uint8_t, field::NodeIndex, field::NodeState state) {
+    sum += state.level / field::kLevelsPerQuantum;
+  });
   return sum;
 }
 
@@ -192,7 +193,7 @@ TEST(Epoch, ChangesWithWhatHelloTellsAndRobotsMustAskAgain) {
   bench.Handle(Hello(1, 1));
   bench.Handle(Deposit(1, 5));
   EngineConfig config = testing::SmallConfig();
-  config.field.antenna_distance_um = 400'000;
+  config.field.antennas.distance_um = 400'000;
   bench.Apply(ConfigChanged{config, 8});
   EXPECT_EQ(bench.HandleForReason(Deposit(1, 6)), Reason::kSayHello);
   EXPECT_EQ(bench.HandleForReason(Sense(1)), Reason::kNone);

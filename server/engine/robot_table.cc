@@ -15,6 +15,12 @@ uint64_t HashMessage(const protocol::Message& message) {
   return hash;
 }
 
+uint64_t HashObserved(const ObservedPose& observed) {
+  return Hash64({1, static_cast<uint64_t>(observed.pose.position.x),
+                 static_cast<uint64_t>(observed.pose.position.y), observed.pose.heading,
+                 observed.until_ms});
+}
+
 uint64_t HashCommand(const CommandState& state) {
   protocol::Message message;
   protocol::Encode(state.command, &message);
@@ -59,9 +65,14 @@ void RobotTable::ForgetIdlest(LinkIndex link) {
       robots.robots.begin(), robots.robots.end(),
       [](const auto& a, const auto& b) { return a.second.last_activity < b.second.last_activity; });
   if (idlest != robots.robots.end()) {
-    hash_ -= Hash(robots.name, idlest->first, idlest->second);
+    Discount(robots, idlest->first, idlest->second);
     robots.robots.erase(idlest);
   }
+}
+
+void RobotTable::Discount(const Robots& robots, uint8_t id, const RobotState& robot) {
+  hash_ -= Hash(robots.name, id, robot);
+  pending_commands_ -= robot.has_pending_command() ? 1u : 0u;
 }
 
 uint64_t RobotTable::Hash(const std::string& link_name, uint8_t id, const RobotState& robot) {
@@ -75,7 +86,8 @@ uint64_t RobotTable::Hash(const std::string& link_name, uint8_t id, const RobotS
                  robot.firmware_version, robot.capabilities, robot.has_last ? 1u : 0u,
                  robot.last_opcode, robot.last_seq, robot.last_crc, HashMessage(robot.last_answer),
                  robot.last_change, robot.last_activity, robot.next_command_seq,
-                 HashCommand(robot.command), last_event});
+                 HashCommand(robot.command), last_event,
+                 robot.observed ? HashObserved(*robot.observed) : 0});
 }
 
 }  // namespace pheromone::engine

@@ -1,6 +1,6 @@
-// What the engine remembers of each robot: the memory that makes changes happen exactly once, and
-// the command it has been given. A robot's key is (link name, client ID); where its last message
-// came from is no part of it, so a reconnect is the same robot.
+// What the engine remembers of each robot: the memory that makes changes happen exactly once, the
+// command it has been given, and where a tracker saw it. A robot's key is (link name, client ID);
+// where its last message came from is no part of it, so a reconnect is the same robot.
 //
 // All of it is logged state and counts into the state hash.
 #pragma once
@@ -36,6 +36,12 @@ struct CommandState {
   uint64_t next_retry_ms = 0;  ///< field time, while pending
 };
 
+/// Where a tracker saw a robot, in the map's coordinates; believed while field time < until_ms.
+struct ObservedPose {
+  field::PoseUm pose;
+  uint64_t until_ms = 0;
+};
+
 struct RobotState {
   uint16_t epoch = 0;  ///< in which it last said HELLO
   uint16_t nonce = 0;
@@ -54,6 +60,9 @@ struct RobotState {
   uint8_t next_command_seq = 0;
   CommandState command;
   std::optional<protocol::EventReport> last_event;
+  std::optional<ObservedPose> observed;
+
+  bool has_pending_command() const { return command.outcome == CommandOutcome::kPending; }
 };
 
 SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc);
@@ -72,10 +81,11 @@ class RobotTable {
     Robots& robots = *by_index_[link];
     const auto [entry, is_new] = robots.robots.try_emplace(id);
     if (!is_new) {
-      hash_ -= Hash(robots.name, id, entry->second);
+      Discount(robots, id, entry->second);
     }
     change(entry->second);
     hash_ += Hash(robots.name, id, entry->second);
+    pending_commands_ += entry->second.has_pending_command() ? 1u : 0u;
   }
 
   /// Forgets the robot of a link whose last event lies furthest back.
@@ -95,6 +105,9 @@ class RobotTable {
 
   uint64_t hash() const { return hash_; }
 
+  /// Robots with a pending command, those of links that left included.
+  size_t pending_commands() const { return pending_commands_; }
+
   /// Hash64 over kind 'R', the link's name, the ID and every field, in the order of RobotState.
   static uint64_t Hash(const std::string& link_name, uint8_t id, const RobotState& robot);
 
@@ -104,9 +117,12 @@ class RobotTable {
     std::map<uint8_t, RobotState> robots;
   };
 
+  void Discount(const Robots& robots, uint8_t id, const RobotState& robot);
+
   std::map<std::string, Robots> by_name_;
   std::vector<Robots*> by_index_;
   uint64_t hash_ = 0;
+  size_t pending_commands_ = 0;
 };
 
 }  // namespace pheromone::engine

@@ -5,6 +5,11 @@
 #include <utility>
 
 namespace pheromone::engine {
+namespace {
+
+constexpr char kNoChanges[] = "the log takes no changes at the moment";
+
+}  // namespace
 
 using protocol::Message;
 using protocol::Reason;
@@ -24,7 +29,7 @@ Status Service::Configure(const EngineConfig& config, uint16_t new_epoch) {
   }
   std::vector<Outgoing> none;
   if (Change(stamp, ConfigChanged{config, new_epoch}, &none) != Reason::kNone) {
-    return Error{"the log takes no changes at the moment"};
+    return Error{kNoChanges};
   }
   return Ok();
 }
@@ -78,8 +83,20 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
     ++counters_.changes;
     const uint64_t sequence = log_->Append(stamp, event);
     engine_.Apply(sequence, stamp, event, out);
+    put_off_ms_ = 0;
+    WakeIfEarlier();
   }
   return refused;
+}
+
+void Service::WakeIfEarlier() {
+  const std::optional<uint64_t> deadline = engine_.NextDeadline();
+  if (deadline && *deadline < awaited_ms_) {
+    awaited_ms_ = *deadline;
+    if (wake_) {
+      wake_();
+    }
+  }
 }
 
 Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) {
@@ -90,31 +107,71 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
   }
   const size_t before = out->size();
   if (Change(clock_.Read(read_clock_()), command, out) != Reason::kNone) {
-    return Error{"the log takes no changes at the moment"};
+    return Error{kNoChanges};
   }
   HoldBack(out, before);
   return Ok();
+}
+
+Status Service::Edit(const field::FieldEdit& edit) {
+  const std::lock_guard lock(mutex_);
+  Status acceptable = engine_.CheckEdit(edit);
+  if (!acceptable.ok()) {
+    return acceptable;
+  }
+  std::vector<Outgoing> none;
+  if (Change(clock_.Read(read_clock_()), FieldEdited{edit}, &none) != Reason::kNone) {
+    return Error{kNoChanges};
+  }
+  return engine_.edit_outcome();
+}
+
+size_t Service::Observe(std::span<const PoseObserved> observations) {
+  const std::lock_guard lock(mutex_);
+  const Stamp stamp = clock_.Read(read_clock_());
+  std::vector<Outgoing> none;
+  size_t taken = 0;
+  for (const PoseObserved& it : observations) {
+    const bool known = engine_.SaidHello(it.link, it.id);
+    taken += known && Change(stamp, it, &none) == Reason::kNone ? 1u : 0u;
+  }
+  counters_.observations += taken;
+  counters_.observations_refused += observations.size() - taken;
+  return taken;
+}
+
+std::optional<LinkIndex> Service::FindLink(std::string_view name) const {
+  const std::lock_guard lock(mutex_);
+  const std::vector<LinkSettings>& links = engine_.config().links;
+  const auto found = std::find_if(links.begin(), links.end(),
+                                  [name](const LinkSettings& it) { return it.name == name; });
+  return found != links.end() ? std::optional(static_cast<LinkIndex>(found - links.begin()))
+                              : std::nullopt;
 }
 
 void Service::AdvanceIfDue(std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
   const Stamp stamp = clock_.Read(read_clock_());
   const std::optional<uint64_t> deadline = engine_.NextDeadline();
-  if (deadline && *deadline <= stamp.field_time_ms) {
-    const size_t before = out->size();
-    Change(stamp, Advance{}, out);
-    HoldBack(out, before);
+  if (!deadline || std::max(*deadline, put_off_ms_) > stamp.field_time_ms) {
+    return;
   }
+  const size_t before = out->size();
+  if (Change(stamp, Advance{}, out) != Reason::kNone) {
+    put_off_ms_ = stamp.field_time_ms + kPutOffMs;
+  }
+  HoldBack(out, before);
 }
 
 std::optional<uint64_t> Service::MillisecondsToDeadline() {
   const std::lock_guard lock(mutex_);
   const std::optional<uint64_t> deadline = engine_.NextDeadline();
+  awaited_ms_ = deadline ? std::max(*deadline, put_off_ms_) : UINT64_MAX;
   if (!deadline) {
     return std::nullopt;
   }
   const uint64_t now_ms = clock_.Read(read_clock_()).field_time_ms;
-  return *deadline > now_ms ? *deadline - now_ms : 0;
+  return awaited_ms_ > now_ms ? awaited_ms_ - now_ms : 0;
 }
 
 // Keeps what may not be sent yet, in order, for Release.

@@ -13,6 +13,8 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "protocol/messages.h"
@@ -31,7 +33,9 @@ struct ServiceCounters {
   uint64_t ignored = 0;                     ///< of them: never answered
   uint64_t answers = 0;                     ///< other than errors
   uint64_t repeats = 0;                     ///< of the answers: given again, to a repeated request
-  uint64_t changes = 0;                     ///< requests that went through the log
+  uint64_t changes = 0;                     ///< events that went through the log
+  uint64_t observations = 0;                ///< poses that trackers reported and that were taken
+  uint64_t observations_refused = 0;        ///< the robot is unknown, or the log took no changes
   std::array<uint64_t, kReasons> errors{};  ///< ERROR answers by reason
 };
 
@@ -42,6 +46,11 @@ class Service {
   /// `log` outlives the service. `read_clock` is called under the lock. `start_ms` is the field
   /// time to begin with (FieldClock::ResumeAt after a restart).
   Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms = 0);
+
+  /// `wake` is called when something becomes due earlier than MillisecondsToDeadline said last: a
+  /// timer that waits should ask again. Under the lock, from any thread: post, and do not call
+  /// back. To be set before anything else is called.
+  void OnEarlierDeadline(std::function<void()> wake) { wake_ = std::move(wake); }
 
   /// Logs and applies a configuration if it differs from the present one. Must succeed once before
   /// anything else is called. Errors: what the running state cannot follow.
@@ -54,9 +63,23 @@ class Service {
   /// Logs and applies a command to a robot. Errors: no such robot, or the log takes no changes.
   Status Issue(const CommandIssued& command, std::vector<Outgoing>* out);
 
-  /// Does what is due. Call it when MillisecondsToDeadline() have passed.
+  /// Logs and applies a change of the map by hand. Errors: what cannot be done, or the log takes no
+  /// changes; then the map is as it was.
+  Status Edit(const field::FieldEdit& edit);
+
+  /// Takes what a tracker saw at once; returns how many were taken. Robots that have not said HELLO
+  /// in this epoch are left out, and counted.
+  size_t Observe(std::span<const PoseObserved> observations);
+
+  /// The place of a link in the present configuration.
+  std::optional<LinkIndex> FindLink(std::string_view name) const;
+
+  /// Does what is due, in one bounded step. Call it when MillisecondsToDeadline() have passed; that
+  /// says 0 if there is more, and nothing if no time will bring anything. While the log takes no
+  /// changes nothing is done, and the deadline is put off by kPutOffMs.
   void AdvanceIfDue(std::vector<Outgoing>* out);
   std::optional<uint64_t> MillisecondsToDeadline();
+  static constexpr uint64_t kPutOffMs = 1000;
 
   /// Appends the answers that were waiting for their change to become durable and no longer are.
   void Release(std::vector<Outgoing>* out);
@@ -76,12 +99,16 @@ class Service {
                  std::vector<Outgoing>* out);
   protocol::Reason Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
   void HoldBack(std::vector<Outgoing>* out, size_t from);
+  void WakeIfEarlier();
 
   mutable std::mutex mutex_;
   OrderedLog* log_;
   ReadClock read_clock_;
   FieldClock clock_;
   Engine engine_;
+  std::function<void()> wake_;
+  uint64_t awaited_ms_ = UINT64_MAX;  // the deadline that was told last, in field time
+  uint64_t put_off_ms_ = 0;           // the log refused an Advance: not before this
   std::vector<Outgoing> held_;
   ServiceCounters counters_;
 };

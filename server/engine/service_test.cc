@@ -129,6 +129,129 @@ TEST_F(ServiceTest, CommandsAreRetriedWhenTheirTimeHasCome) {
   EXPECT_FALSE(service_.Issue(issued, &out).ok());
 }
 
+TEST_F(ServiceTest, ATimerIsWokenByWhatIsDueSoonerAndByNothingElse) {
+  Handle({Hello(1, 1)});
+  int woken = 0;
+  service_.OnEarlierDeadline([&woken] { ++woken; });
+  EXPECT_FALSE(service_.MillisecondsToDeadline().has_value());
+  Handle({Sense(1)});
+  EXPECT_EQ(woken, 0);
+  Handle({Deposit(1, 1, 5000, 5000, 2)});  // dies in a minute
+  EXPECT_EQ(woken, 1);
+  EXPECT_EQ(service_.MillisecondsToDeadline(), 60'000u);
+  Handle({Deposit(1, 2, 1000, 1000, 3)});  // lives longer
+  EXPECT_EQ(woken, 1);
+  std::vector<Outgoing> out;
+  CommandIssued issued;
+  issued.id = 1;
+  ASSERT_TRUE(service_.Issue(issued, &out).ok());
+  EXPECT_EQ(woken, 2);
+  Handle({Deposit(1, 3, 1000, 1000, 1)});  // still later than the command
+  EXPECT_EQ(woken, 2);
+  EXPECT_EQ(service_.MillisecondsToDeadline(), Engine::kFirstRetryMs);
+}
+
+TEST_F(ServiceTest, WhatEvaporatesIsSweptAtItsTimeWithoutAnyRequest) {
+  Handle({Hello(1, 1), Deposit(1, 1, 5000, 5000, 2)});
+  const auto nodes = [this] {
+    return service_.Inspect([](const Engine& engine) { return engine.field().node_count(); });
+  };
+  std::vector<Outgoing> out;
+  now_.boottime_ms += *service_.MillisecondsToDeadline() - 1;
+  service_.AdvanceIfDue(&out);
+  EXPECT_EQ(nodes(), 1u);
+  for (int i = 0; i < 3 && service_.MillisecondsToDeadline(); ++i) {
+    now_.boottime_ms += *service_.MillisecondsToDeadline();
+    service_.AdvanceIfDue(&out);
+  }
+  EXPECT_EQ(nodes(), 0u);
+  EXPECT_FALSE(service_.MillisecondsToDeadline().has_value());
+}
+
+TEST_F(ServiceTest, WhileTheLogTakesNothingTheDeadlineIsPutOffInsteadOfAskedAgainAtOnce) {
+  Handle({Hello(1, 1), Deposit(1, 1)});
+  int woken = 0;
+  service_.OnEarlierDeadline([&woken] { ++woken; });
+  now_.boottime_ms += *service_.MillisecondsToDeadline();
+  log_.admit = Reason::kReadOnly;
+  const size_t events = log_.events.size();
+  const uint64_t hash = service_.StateHash();
+  std::vector<Outgoing> out;
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(service_.MillisecondsToDeadline(), 0u);
+    service_.AdvanceIfDue(&out);
+    EXPECT_EQ(service_.MillisecondsToDeadline(), Service::kPutOffMs);
+    service_.AdvanceIfDue(&out);  // too early
+    now_.boottime_ms += Service::kPutOffMs;
+  }
+  EXPECT_EQ(log_.events.size(), events);
+  EXPECT_EQ(service_.StateHash(), hash);
+  EXPECT_EQ(woken, 0);
+  service_.AdvanceIfDue(&out);
+  ASSERT_EQ(service_.MillisecondsToDeadline(), Service::kPutOffMs);
+  log_.admit = Reason::kNone;
+  Handle({Deposit(1, 2)});  // the log is back: no reason to wait any longer
+  EXPECT_EQ(woken, 1);
+  EXPECT_EQ(service_.MillisecondsToDeadline(), 0u);
+}
+
+TEST_F(ServiceTest, AnEditIsLoggedUnlessItIsClearThatItCannotBeDone) {
+  field::FieldEdit edit;
+  edit.level = 64;
+  edit.points = {{0, 0}, {500'000, 0}};
+  ASSERT_TRUE(service_.Edit(edit).ok());
+  EXPECT_EQ(log_.events.size(), 2u);
+  EXPECT_EQ(std::get<FieldEdited>(log_.events[1].second).edit, edit);
+  const uint64_t hash = service_.StateHash();
+  field::FieldEdit wrong = edit;
+  wrong.type = 7;
+  EXPECT_NE(service_.Edit(wrong).error().find("not configured"), std::string::npos);
+  log_.admit = Reason::kReadOnly;
+  EXPECT_NE(service_.Edit(edit).error().find("log"), std::string::npos);
+  EXPECT_EQ(log_.events.size(), 2u);
+  EXPECT_EQ(service_.StateHash(), hash);
+}
+
+// Whether there is memory shows when it is tried: the event is in the log, and a replay finds the
+// same lack.
+TEST_F(ServiceTest, AnEditWithoutMemoryIsAnErrorHereAndInEveryReplay) {
+  EngineConfig config = testing::SmallConfig();
+  config.field.memory_bytes = 40'000;
+  ASSERT_TRUE(service_.Configure(config, 7).ok());
+  field::FieldEdit edit;
+  edit.level = 64;
+  edit.shape = field::FieldEdit::Shape::kAll;
+  EXPECT_NE(service_.Edit(edit).error().find("memory"), std::string::npos);
+  EXPECT_EQ(log_.events.size(), 3u);
+  Engine replayed;
+  std::vector<Outgoing> out;
+  for (size_t i = 0; i < log_.events.size(); ++i) {
+    replayed.Apply(i + 1, log_.events[i].first, log_.events[i].second, &out);
+  }
+  EXPECT_EQ(replayed.StateHash(), service_.StateHash());
+  EXPECT_FALSE(replayed.edit_outcome().ok());
+}
+
+TEST_F(ServiceTest, OnlyPosesOfKnownRobotsAreLogged) {
+  Handle({Hello(1, 1)});
+  const PoseObserved known{0, 1, {{1, 2}, 3}, 100};
+  const PoseObserved seen[] = {known, {0, 2, {}, 100}, {1, 1, {}, 100}, {9, 1, {}, 100}};
+  EXPECT_EQ(service_.Observe(seen), 1u);
+  ASSERT_EQ(log_.events.size(), 3u);
+  EXPECT_EQ(std::get<PoseObserved>(log_.events[2].second).pose.position, known.pose.position);
+  log_.admit = Reason::kBusy;
+  EXPECT_EQ(service_.Observe({&known, 1}), 0u);
+  EXPECT_EQ(log_.events.size(), 3u);
+  EXPECT_EQ(service_.counters().observations, 1u);
+  EXPECT_EQ(service_.counters().observations_refused, 4u);
+}
+
+TEST_F(ServiceTest, FindsLinksByName) {
+  EXPECT_EQ(service_.FindLink("radio-b"), LinkIndex{1});
+  EXPECT_FALSE(service_.FindLink("radio-c").has_value());
+  EXPECT_FALSE(service_.FindLink("").has_value());
+}
+
 TEST_F(ServiceTest, CountsWhatItDid) {
   Handle({Hello(1, 1), Deposit(1, 1), Deposit(1, 1), Deposit(2, 1), Sense(0)});
   const ServiceCounters counters = service_.counters();
@@ -172,8 +295,9 @@ TEST(ServiceThreads, ConcurrentLinksLoseNothing) {
   EXPECT_EQ(answers, 4 * (2 * kEach + 1));
   uint64_t quanta = 0;
   service.Inspect([&](const Engine& engine) {
-    engine.field().ForEach(
-        [&](uint8_t, field::NodeIndex, field::NodeState state) { quanta += state.count; });
+    engine.field().ForEach([&](uint8_t, field::NodeIndex, field::NodeState state) {
+      quanta += state.level / field::kLevelsPerQuantum;
+    });
     return 0;
   });
   EXPECT_EQ(quanta, 4u * kEach);

@@ -1,48 +1,122 @@
 #include "server/field/cell_map.h"
 
 namespace pheromone::field {
+namespace {
+
+int32_t Leaves(int32_t nodes) {
+  constexpr int32_t kNodes = kLeafSide * kTileSide;
+  return (nodes + kNodes - 1) / kNodes;
+}
+
+}  // namespace
+
+CellMap::CellMap(int32_t columns, int32_t rows, MemoryBudget* budget, Reclaimer* reclaimer,
+                 TilePool* pool)
+    : leaf_columns_(Leaves(columns)),
+      leaf_rows_(Leaves(rows)),
+      budget_(budget),
+      reclaimer_(reclaimer),
+      pool_(pool) {}
+
+CellMap::~CellMap() {
+  std::atomic<Leaf*>* top = top_.load(std::memory_order_relaxed);
+  for (int32_t i = 0; top != nullptr && i < leaf_count(); ++i) {
+    Leaf* leaf = top[i].load(std::memory_order_relaxed);
+    for (size_t p = 0; leaf != nullptr && p < leaf->place.size(); ++p) {
+      if (Tile* tile = leaf->place[p].tile.load(std::memory_order_relaxed); tile != nullptr) {
+        pool_->Give(tile);
+      }
+    }
+    delete leaf;
+  }
+  delete[] top;
+}
+
+uint64_t CellMap::TopBytes(int32_t columns, int32_t rows) {
+  return static_cast<uint64_t>(Leaves(columns)) * static_cast<uint64_t>(Leaves(rows)) *
+         sizeof(std::atomic<Leaf*>);
+}
+
+CellMap::Place* CellMap::FindPlace(NodeIndex node) const {
+  if (top_.load(std::memory_order_relaxed) == nullptr) {
+    return nullptr;
+  }
+  Leaf* leaf = TopOf(node)->load(std::memory_order_relaxed);
+  return leaf != nullptr ? &leaf->place[PlaceOf(node)] : nullptr;
+}
 
 NodeState CellMap::Read(NodeIndex node) const {
-  const auto found = tiles_.find(KeyOf(node));
-  if (found == tiles_.end()) {
-    return {};
+  const Place* place = FindPlace(node);
+  const Tile* tile = place != nullptr ? place->tile.load(std::memory_order_relaxed) : nullptr;
+  return tile != nullptr ? UnpackNode(tile->word[SlotOf(node)].load(std::memory_order_relaxed))
+                         : NodeState{};
+}
+
+// The node's place with a tile in it; null when the budget has no room for all that is missing.
+CellMap::Place* CellMap::MakePlace(NodeIndex node) {
+  const bool has_top = top_.load(std::memory_order_relaxed) != nullptr;
+  Place* place = FindPlace(node);
+  const auto leaves = static_cast<size_t>(leaf_count());
+  const uint64_t bytes = kTileBytes + (place == nullptr ? kLeafBytes : 0) +
+                         (has_top ? 0 : leaves * sizeof(std::atomic<Leaf*>));
+  if (!budget_->Take(bytes)) {
+    return nullptr;
   }
-  const size_t slot = SlotOf(node);
-  return {found->second.count[slot], found->second.time_ms[slot]};
+  if (!has_top) {
+    top_.store(
+        new std::atomic<Leaf*>[leaves] {}, std::memory_order_release);
+  }
+  if (place == nullptr) {
+    auto* leaf = new Leaf{};
+    TopOf(node)->store(leaf);
+    place = &leaf->place[PlaceOf(node)];
+  }
+  place->tile.store(pool_->Take());
+  ++TopOf(node)->load(std::memory_order_relaxed)->tiles;
+  ++tile_count_;
+  return place;
 }
 
 bool CellMap::Write(NodeIndex node, NodeState state) {
-  auto found = tiles_.find(KeyOf(node));
-  if (found == tiles_.end()) {
-    if (state.count == 0) {
+  Place* place = FindPlace(node);
+  Tile* tile = place != nullptr ? place->tile.load(std::memory_order_relaxed) : nullptr;
+  if (tile == nullptr) {
+    if (state.level == 0) {
       return true;
     }
-    if (budget_->used >= budget_->limit) {
+    place = MakePlace(node);
+    if (place == nullptr) {
       return false;
     }
-    ++budget_->used;
-    found = tiles_.emplace(KeyOf(node), Tile{}).first;
+    tile = place->tile.load(std::memory_order_relaxed);
   }
-  Tile& tile = found->second;
   const size_t slot = SlotOf(node);
   const uint64_t bit = uint64_t{1} << slot;
-  node_count_ -= (tile.occupied & bit) != 0 ? 1 : 0;
-  tile.count[slot] = state.count;
-  tile.time_ms[slot] = state.time_ms;
-  if (state.count != 0) {
-    tile.occupied |= bit;
-    ++node_count_;
-  } else {
-    tile.occupied &= ~bit;
-    EraseIfEmpty(found);
+  const uint64_t before = place->occupied.load(std::memory_order_relaxed);
+  const uint64_t after = state.level != 0 ? before | bit : before & ~bit;
+  tile->word[slot].store(state.level != 0 ? PackNode(state) : 0, std::memory_order_relaxed);
+  if (after != before) {
+    // Whoever sees the bit sees the tile and the word.
+    place->occupied.store(after, std::memory_order_release);
+    node_count_ += state.level != 0 ? 1 : static_cast<size_t>(-1);
+    if (after == 0) {
+      RemoveTile(node, place);
+    }
   }
   return true;
 }
 
-void CellMap::EraseIfEmpty(std::unordered_map<uint64_t, Tile>::iterator tile) {
-  if (tile->second.occupied == 0) {
-    tiles_.erase(tile);
-    --budget_->used;
+void CellMap::RemoveTile(NodeIndex node, Place* place) {
+  Tile* tile = place->tile.exchange(nullptr);
+  TilePool* pool = pool_;
+  budget_->Give(kTileBytes);
+  --tile_count_;
+  reclaimer_->Retire([pool, tile] { pool->Give(tile); });
+  Leaf* leaf = TopOf(node)->load(std::memory_order_relaxed);
+  if (--leaf->tiles == 0) {
+    TopOf(node)->store(nullptr);
+    budget_->Give(kLeafBytes);
+    reclaimer_->Retire([leaf] { delete leaf; });
   }
 }
 

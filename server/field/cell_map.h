@@ -1,113 +1,160 @@
-// The nodes of one pheromone type: a sparse map from node to (count, time).
+// The nodes of one pheromone type: a sparse map from node to (level, time).
 //
-// Nodes live in tiles of 8 x 8 that are made when a deposit first touches them, so memory follows
-// the trails and not the size of the map, and given back when their last node is forgotten. The
-// number of tiles is bounded by a budget which all types share.
+// Nodes live in tiles of 8 x 8 that are made when a deposit first touches them and given back when
+// their last node is forgotten, so memory follows the trails and not the size of the map. A
+// directory of two levels finds a tile: a top table with a place for each 128 x 128 nodes of the
+// map, and leaves with a bitmap of the occupied nodes beside each tile's address, so that a query
+// knows which nodes to look at before it touches a tile. Memory is counted in a budget that all
+// types share.
 //
-// Not thread-safe: one owner (the engine, behind its lock).
+// One writer (the engine, behind its lock); any number of readers between Enter and Leave of the
+// Reclaimer. A reader may see one node before and another one after a change that is under way.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
 
 #include "server/field/geometry.h"
+#include "server/field/kernel.h"
 #include "server/field/law.h"
+#include "server/field/memory.h"
+#include "server/field/tile_pool.h"
 
 namespace pheromone::field {
 
-/// How many tiles may exist, over all types.
-struct TileBudget {
-  size_t limit = 0;
-  size_t used = 0;
-};
+constexpr int kTileBits = 3;
+constexpr int32_t kTileSide = 1 << kTileBits;
+constexpr int kLeafBits = 4;
+constexpr int32_t kLeafSide = 1 << kLeafBits;  ///< in tiles
+
+/// A node's state in a word, and back.
+inline uint64_t PackNode(NodeState state) {
+  return (uint64_t{state.level} << kTimeBits) | (state.time_ms & kTimeMask);
+}
+inline NodeState UnpackNode(uint64_t word) {
+  return {static_cast<uint32_t>(word >> kTimeBits), word & kTimeMask};
+}
 
 class CellMap {
  public:
-  static constexpr int kTileBits = 3;
-  static constexpr int32_t kTileSide = 1 << kTileBits;
+  struct Place {
+    std::atomic<uint64_t> occupied;  ///< bit 8 * row + column: the node's level is not 0
+    std::atomic<Tile*> tile;
+  };
+  struct alignas(64) Leaf {
+    std::array<Place, size_t{kLeafSide} * kLeafSide> place;
+    int tiles = 0;  // the writer's
+  };
 
-  /// `budget` is shared and outlives the map.
-  explicit CellMap(TileBudget* budget) : budget_(budget) {}
+  /// What they cost, their share of the heap's own memory included.
+  static constexpr uint64_t kTileBytes = sizeof(Tile) + 16;
+  static constexpr uint64_t kLeafBytes = sizeof(Leaf) + 128;
 
-  /// The state of a node; count 0 where nothing was ever left.
+  /// `columns` x `rows` nodes. The others are shared, and outlive the map.
+  CellMap(int32_t columns, int32_t rows, MemoryBudget* budget, Reclaimer* reclaimer,
+          TilePool* pool);
+  CellMap(const CellMap&) = delete;
+  CellMap& operator=(const CellMap&) = delete;
+  ~CellMap();
+
+  /// The state of a node; level 0 where nothing was ever left.
   NodeState Read(NodeIndex node) const;
 
-  /// Replaces the state of a node. Returns false, changing nothing, when that needs a new tile and
-  /// the budget is exhausted. Writing count 0 forgets the node.
+  /// Replaces the state of a node. Returns false, changing nothing, when that needs memory that the
+  /// budget has not. Writing level 0 forgets the node.
   bool Write(NodeIndex node, NodeState state);
 
-  /// Calls `visit(NodeIndex, NodeState)` for each remembered node, in no particular order.
+  /// The leaf that holds a tile; null if nothing was left there. Loads with the order that the
+  /// Reclaimer asks for.
+  const Leaf* FindLeaf(int32_t leaf_column, int32_t leaf_row) const {
+    const std::atomic<Leaf*>* top = top_.load(std::memory_order_acquire);
+    return top != nullptr ? top[leaf_row * leaf_columns_ + leaf_column].load() : nullptr;
+  }
+
+  /// Calls `visit(NodeIndex, NodeState)` for each remembered node, leaf by leaf and tile by tile.
+  /// The map may be written to from inside.
   template <typename Visit>
   void ForEach(Visit&& visit) const {
-    for (const auto& [key, tile] : tiles_) {
-      VisitTile(key, tile, visit);
+    for (int32_t leaf = 0; leaf < leaf_count(); ++leaf) {
+      ForEachInLeaf(leaf, visit);
     }
   }
 
-  /// The same for the remembered nodes of the rectangle between two nodes, both included.
+  /// The same for the leaf in one place of the top table.
   template <typename Visit>
-  void ForEachIn(NodeIndex low, NodeIndex high, Visit&& visit) const {
-    for (int32_t row = low.row >> kTileBits; row <= high.row >> kTileBits; ++row) {
-      for (int32_t column = low.column >> kTileBits; column <= high.column >> kTileBits; ++column) {
-        const auto found = tiles_.find(KeyOf(column, row));
-        if (found == tiles_.end()) {
-          continue;
+  void ForEachInLeaf(int32_t leaf_index, Visit&& visit) const {
+    const int32_t leaf_column = leaf_index % leaf_columns_;
+    const int32_t leaf_row = leaf_index / leaf_columns_;
+    for (int32_t i = 0; i < kLeafSide * kLeafSide; ++i) {
+      // Looked up again for each tile: the visitor may have emptied the leaf.
+      const Leaf* leaf = FindLeaf(leaf_column, leaf_row);
+      if (leaf == nullptr) {
+        return;
+      }
+      const Place& place = leaf->place[static_cast<size_t>(i)];
+      uint64_t rest = place.occupied.load(std::memory_order_acquire);
+      const Tile* tile = place.tile.load();
+      if (rest == 0 || tile == nullptr) {
+        continue;
+      }
+      const int32_t column = (leaf_column * kLeafSide + i % kLeafSide) * kTileSide;
+      const int32_t row = (leaf_row * kLeafSide + i / kLeafSide) * kTileSide;
+      std::array<uint64_t, 64> words{};
+      for (size_t slot = 0; slot < 64; ++slot) {
+        words[slot] = tile->word[slot].load(std::memory_order_relaxed);
+      }
+      for (; rest != 0; rest &= rest - 1) {
+        const int slot = std::countr_zero(rest);
+        const NodeState state = UnpackNode(words[static_cast<size_t>(slot)]);
+        if (state.level != 0) {
+          visit(NodeIndex{column + slot % kTileSide, row + slot / kTileSide}, state);
         }
-        VisitTile(found->first, found->second, [&](NodeIndex node, NodeState state) {
-          if (node.column >= low.column && node.column <= high.column && node.row >= low.row &&
-              node.row <= high.row) {
-            visit(node, state);
-          }
-        });
       }
     }
   }
 
+  int32_t leaf_count() const { return leaf_columns_ * leaf_rows_; }
   size_t node_count() const { return node_count_; }
-  size_t tile_count() const { return tiles_.size(); }
+  size_t tile_count() const { return tile_count_; }
+  size_t tiles_in_leaf(int32_t leaf_index) const {
+    const Leaf* leaf = FindLeaf(leaf_index % leaf_columns_, leaf_index / leaf_columns_);
+    return leaf != nullptr ? static_cast<size_t>(leaf->tiles) : 0;
+  }
 
-  /// What one tile costs, its share of the directory included.
-  static constexpr size_t kTileBytes = 64 * (sizeof(uint64_t) + sizeof(uint16_t)) + 64;
+  /// What the top table of a map costs.
+  static uint64_t TopBytes(int32_t columns, int32_t rows);
 
  private:
-  struct Tile {
-    std::array<uint64_t, 64> time_ms{};
-    std::array<uint16_t, 64> count{};
-    uint64_t occupied = 0;  // bit i: count[i] > 0
-  };
+  Place* FindPlace(NodeIndex node) const;
+  Place* MakePlace(NodeIndex node);
+  void RemoveTile(NodeIndex node, Place* place);
 
-  static uint64_t KeyOf(int32_t tile_column, int32_t tile_row) {
-    return (static_cast<uint64_t>(static_cast<uint32_t>(tile_row)) << 32) |
-           static_cast<uint32_t>(tile_column);
+  std::atomic<Leaf*>* TopOf(NodeIndex node) const {
+    const int32_t row = node.row >> (kTileBits + kLeafBits);
+    const int32_t index = row * leaf_columns_ + (node.column >> (kTileBits + kLeafBits));
+    return &top_.load(std::memory_order_relaxed)[index];
   }
-  static uint64_t KeyOf(NodeIndex node) {
-    return KeyOf(node.column >> kTileBits, node.row >> kTileBits);
+  static size_t PlaceOf(NodeIndex node) {
+    const int32_t row = (node.row >> kTileBits) % kLeafSide;
+    const int32_t index = row * kLeafSide + (node.column >> kTileBits) % kLeafSide;
+    return static_cast<size_t>(index);
   }
   static size_t SlotOf(NodeIndex node) {
-    const auto row = static_cast<size_t>(node.row % kTileSide);
-    return row * kTileSide + static_cast<size_t>(node.column % kTileSide);
+    const int32_t index = (node.row % kTileSide) * kTileSide + node.column % kTileSide;
+    return static_cast<size_t>(index);
   }
 
-  template <typename Visit>
-  static void VisitTile(uint64_t key, const Tile& tile, Visit&& visit) {
-    const auto column = static_cast<int32_t>(static_cast<uint32_t>(key)) << kTileBits;
-    const auto row = static_cast<int32_t>(key >> 32) << kTileBits;
-    for (uint64_t rest = tile.occupied; rest != 0; rest &= rest - 1) {
-      const int slot = std::countr_zero(rest);
-      const auto at = static_cast<size_t>(slot);
-      visit(NodeIndex{column + slot % kTileSide, row + slot / kTileSide},
-            NodeState{tile.count[at], tile.time_ms[at]});
-    }
-  }
-
-  void EraseIfEmpty(std::unordered_map<uint64_t, Tile>::iterator tile);
-
-  std::unordered_map<uint64_t, Tile> tiles_;
+  int32_t leaf_columns_;
+  int32_t leaf_rows_;
+  std::atomic<std::atomic<Leaf*>*> top_{nullptr};  // made at the first deposit
   size_t node_count_ = 0;
-  TileBudget* budget_;
+  size_t tile_count_ = 0;
+  MemoryBudget* budget_;
+  Reclaimer* reclaimer_;
+  TilePool* pool_;
 };
 
 }  // namespace pheromone::field

@@ -2,167 +2,112 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <tuple>
 #include <utility>
 
 #include "server/base/hash.h"
+#include "server/field/kernel_table.h"
 
 namespace pheromone::field {
 namespace {
 
-__extension__ using Int128 = __int128;
-
-template <size_t... kIndex>
-std::array<CellMap, kTypes> MakeLayers(TileBudget* budget, std::index_sequence<kIndex...>) {
-  return {((void)kIndex, CellMap(budget))...};
-}
-
-// P = 4096 * Q * sum / 65 536 for Q in millionths, rounded to nearest.
-int64_t ToIntensity(const PheromoneLaw& law, int64_t sum) {
-  constexpr int64_t kDivisor = 16 * int64_t{1'000'000};
-  const Int128 scaled = static_cast<Int128>(law.quantum_micro) * sum;
-  return static_cast<int64_t>((scaled + kDivisor / 2) / kDivisor);
-}
-
-int64_t SquaredDistance(PointUm a, PointUm b) {
-  return (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y);
-}
-
-bool SameSubstance(const PheromoneLaw& a, const PheromoneLaw& b) {
-  return a.tau_ms == b.tau_ms && a.quantum_micro == b.quantum_micro && a.max_count == b.max_count;
-}
-
-const PheromoneLaw* FindIn(const FieldConfig& config, uint8_t type) {
-  for (const PheromoneLaw& law : config.pheromones) {
-    if (law.type == type) {
-      return &law;
-    }
+SenseError Check(const Setup& setup, uint8_t type, const PoseUm& pose) {
+  if (type >= kTypes || setup.law[type] == nullptr) {
+    return SenseError::kUnknownPheromone;
   }
-  return nullptr;
+  return setup.config.map.Contains(pose.position) ? SenseError::kNone : SenseError::kOffTheMap;
 }
 
-bool Contains(const std::vector<Path>& paths, const Path& path) {
-  return std::find(paths.begin(), paths.end(), path) != paths.end();
-}
-
-// The nodes of the paths of `type` that `wanted(path)` picks.
-template <typename Wanted>
-std::set<NodeIndex> NodesOfPaths(const FieldConfig& config, uint8_t type, Wanted&& wanted) {
-  std::set<NodeIndex> nodes;
-  for (const Path& path : config.paths) {
-    if (path.type == type && wanted(path)) {
-      const std::vector<NodeIndex> line = NodesAlong(config.map, path);
-      nodes.insert(line.begin(), line.end());
-    }
-  }
-  return nodes;
-}
-
-}  // namespace
-
-size_t TileLimit(const FieldConfig& config) {
-  return static_cast<size_t>(config.memory_bytes / CellMap::kTileBytes);
-}
-
-size_t TilesOfPaths(const FieldConfig& config, const std::function<bool(const Path&)>& wanted) {
-  std::set<std::tuple<uint8_t, int32_t, int32_t>> tiles;
-  for (const Path& path : config.paths) {
-    if (wanted(path)) {
-      for (const NodeIndex node : NodesAlong(config.map, path)) {
-        tiles.emplace(path.type, node.column / CellMap::kTileSide, node.row / CellMap::kTileSide);
-      }
-    }
-  }
-  return tiles.size();
-}
-
-Antennas AntennasOf(const PoseUm& pose, DirectionQ14 heading, int64_t distance_um) {
-  constexpr int64_t kTwoQ14 = int64_t{2} << 14;
-  const PointUm offset{RoundDiv(-distance_um * heading.sin, kTwoQ14),
-                       RoundDiv(distance_um * heading.cos, kTwoQ14)};
-  const PointUm p = pose.position;
-  return {{p.x + offset.x, p.y + offset.y}, {p.x - offset.x, p.y - offset.y}};
-}
-
-uint32_t SpreadQ16(const PheromoneLaw& law, int64_t distance_squared_um2) {
-  const int64_t reach = law.reach_um();
-  if (distance_squared_um2 > reach * reach) {
-    return 0;
-  }
-  if (distance_squared_um2 <= law.core_um * law.core_um) {
-    return 65536;
-  }
-  // IEEE double, each operation rounded once, no contraction: the same bits everywhere.
-  const double distance = std::sqrt(static_cast<double>(distance_squared_um2));
-  const double slope = 65536.0 / static_cast<double>(law.sigma_um);
-  const double mu = std::floor((static_cast<double>(reach) - distance) * slope + 0.5);
-  return static_cast<uint32_t>(std::clamp(mu, 0.0, 65536.0));
-}
-
-Field::Field(FieldConfig config)
-    : config_(std::move(config)),
-      layers_(MakeLayers(&budget_, std::make_index_sequence<kTypes>())) {
-  budget_.limit = TileLimit(config_);
-  for (const Path& path : config_.paths) {
-    LayPath(path, 0);
-  }
-}
-
-const PheromoneLaw* Field::FindLaw(uint8_t type) const {
-  return FindIn(config_, type);
-}
-
-std::optional<Intensities> Field::Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms,
-                                        SenseError* error) const {
-  const auto refuse = [error](SenseError reason) {
+std::optional<Intensities> SensePair(const Setup& setup, const Layers& layers, const Kernel& kernel,
+                                     uint8_t type, const PoseUm& pose, uint64_t now_ms,
+                                     SenseError* error) {
+  const SenseError reason = Check(setup, type, pose);
+  if (reason != SenseError::kNone) {
     if (error != nullptr) {
       *error = reason;
     }
     return std::nullopt;
-  };
-  const PheromoneLaw* law = FindLaw(type);
-  if (law == nullptr) {
-    return refuse(SenseError::kUnknownPheromone);
   }
-  if (!config_.map.Contains(pose.position)) {
-    return refuse(SenseError::kOffTheMap);
-  }
-  const DirectionQ14 heading = DirectionOf(pose.heading);
-  const Antennas antennas = AntennasOf(pose, heading, config_.antenna_distance_um);
+  const Antennas antennas = AntennasOf(pose, setup.config.antennas);
+  const PointUm places[2] = {antennas.left, antennas.right};
+  int64_t p[2] = {0, 0};
+  SenseAt(setup, layers, kernel, type, pose, DirectionOf(pose.heading), places, now_ms, p);
+  return Intensities{p[0], p[1]};
+}
 
-  // Only nodes in reach of an antenna can count: the rectangle around both.
-  const int64_t reach = law->reach_um();
-  const MapGeometry& map = config_.map;
-  const auto nodes_in_reach = [&](int64_t a, int64_t b, int64_t origin, int32_t count) {
-    const int64_t low = -FloorDiv(-(std::min(a, b) - reach - origin), map.cell_um);
-    const int64_t high = FloorDiv(std::max(a, b) + reach - origin, map.cell_um);
-    return std::pair{static_cast<int32_t>(std::max<int64_t>(low, 0)),
-                     static_cast<int32_t>(std::min<int64_t>(high, count - 1))};
-  };
-  const auto [left, right] =
-      nodes_in_reach(antennas.left.x, antennas.right.x, map.origin.x, map.columns());
-  const auto [bottom, top] =
-      nodes_in_reach(antennas.left.y, antennas.right.y, map.origin.y, map.rows());
-  if (left > right || bottom > top) {
-    return Intensities{};
-  }
+}  // namespace
 
-  int64_t sum_left = 0;
-  int64_t sum_right = 0;
-  layers_[type].ForEachIn({left, bottom}, {right, top}, [&](NodeIndex node, NodeState state) {
-    const PointUm at = map.PositionOf(node);
-    if (law->directional &&
-        (at.x - pose.position.x) * heading.cos + (at.y - pose.position.y) * heading.sin < 0) {
-      return;  // behind the axle line: invisible (fig. 7)
-    }
-    const int64_t count = CountAt(*law, state, now_ms);
-    if (count != 0) {
-      sum_left += count * SpreadQ16(*law, SquaredDistance(at, antennas.left));
-      sum_right += count * SpreadQ16(*law, SquaredDistance(at, antennas.right));
-    }
-  });
-  return Intensities{ToIntensity(*law, sum_left), ToIntensity(*law, sum_right)};
+Antennas AntennasOf(const PoseUm& pose, const AntennaGeometry& geometry) {
+  constexpr int64_t kOneQ14 = int64_t{1} << 14;
+  constexpr uint16_t kQuarterTurn = 16384;
+  const PointUm p = pose.position;
+  const auto aside = [&](uint16_t direction) {
+    const DirectionQ14 h = DirectionOf(direction);
+    return PointUm{RoundDiv(geometry.distance_um * h.cos, 2 * kOneQ14),
+                   RoundDiv(geometry.distance_um * h.sin, 2 * kOneQ14)};
+  };
+  const PointUm left = aside(static_cast<uint16_t>(pose.heading + geometry.angle));
+  if (geometry.angle == kQuarterTurn && geometry.forward_um == 0) {
+    return {{p.x + left.x, p.y + left.y}, {p.x - left.x, p.y - left.y}};
+  }
+  const PointUm right = aside(static_cast<uint16_t>(pose.heading - geometry.angle));
+  const DirectionQ14 h = DirectionOf(pose.heading);
+  const PointUm ahead{p.x + RoundDiv(geometry.forward_um * h.cos, kOneQ14),
+                      p.y + RoundDiv(geometry.forward_um * h.sin, kOneQ14)};
+  return {{ahead.x + left.x, ahead.y + left.y}, {ahead.x + right.x, ahead.y + right.y}};
+}
+
+uint32_t SpreadQ16(const PheromoneLaw& law, int64_t distance_squared_um2) {
+  const KernelLaw kernel = ForKernel(law);
+  const auto d2 = static_cast<double>(distance_squared_um2);
+  if (kernel.gaussian) {
+    const double mu = Exp2Minus(d2 * kernel.exponent) * 65536.0 + 0.5;
+    return d2 <= kernel.reach_um2 ? static_cast<uint32_t>(mu) : 0;
+  }
+  // IEEE double, each operation rounded once, no contraction: the same bits everywhere.
+  const double mu = (kernel.reach_um - std::sqrt(d2)) * kernel.slope + 0.5;
+  return static_cast<uint32_t>(std::clamp(mu, 0.0, 65536.0));
+}
+
+Field::Field(FieldConfig config, const Kernel& kernel, uint64_t now_ms) : kernel_(kernel) {
+  budget_.limit_bytes = config.memory_bytes;
+  for (size_t type = 1; type < kTypes; ++type) {
+    layers_.cells[type] = std::make_unique<CellMap>(config.map.columns(), config.map.rows(),
+                                                    &budget_, &reclaimer_, &pool_);
+    layers_.diffusing[type] = std::make_unique<DiffusionLayer>(
+        config.map.columns(), config.map.rows(), &budget_, &reclaimer_, &pool_);
+  }
+  setup_.store(new Setup(std::move(config)));
+  LayAll(current().config, nullptr, now_ms);
+}
+
+Field::~Field() {
+  delete setup_.load();
+}
+
+void Field::Publish(FieldConfig config) {
+  const Setup* before = setup_.exchange(new Setup(std::move(config)));
+  reclaimer_.Retire([before] { delete before; });
+  budget_.limit_bytes = current().config.memory_bytes;
+}
+
+std::optional<Intensities> Field::Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms,
+                                        SenseError* error) const {
+  return SensePair(current(), layers_, kernel_, type, pose, now_ms, error);
+}
+
+SenseError Field::SenseAll(uint8_t type, const PoseUm& pose, std::span<const PointUm> antennas,
+                           uint64_t now_ms, std::span<int64_t> intensities) const {
+  const SenseError reason = Check(current(), type, pose);
+  if (reason == SenseError::kNone) {
+    SenseAt(current(), layers_, kernel_, type, pose, DirectionOf(pose.heading), antennas, now_ms,
+            intensities);
+  }
+  return reason;
+}
+
+bool Field::IsBlocked(NodeIndex node) const {
+  const FieldConfig& config = current().config;
+  return config.obstacles && config.obstacles->Blocked(node);
 }
 
 DepositResult Field::Deposit(uint8_t type, PointUm point, uint16_t quanta, uint64_t now_ms) {
@@ -170,168 +115,226 @@ DepositResult Field::Deposit(uint8_t type, PointUm point, uint16_t quanta, uint6
   if (law == nullptr) {
     return DepositResult::kUnknownPheromone;
   }
-  if (!config_.map.Contains(point)) {
+  if (law->is_blend()) {
+    return DepositResult::kNotPermitted;
+  }
+  const MapGeometry& map = current().config.map;
+  if (!map.Contains(point)) {
     return DepositResult::kOffTheMap;
   }
-  const NodeIndex node = config_.map.NearestNode(point);
-  const NodeState next = AfterDeposit(*law, layers_[type].Read(node), quanta, now_ms);
+  const NodeIndex node = map.NearestNode(point);
+  if (IsBlocked(node)) {
+    return DepositResult::kBlocked;
+  }
+  if (law->diffuses()) {
+    DiffusionLayer& layer = *layers_.diffusing[type];
+    BeginDiffusion(type, now_ms);
+    const uint64_t amount = uint64_t{quanta} << 16;
+    const uint32_t most = uint32_t{law->max_count} << 16;
+    const bool done = layer.Add(node, amount, most) ||
+                      (SweepPortion(now_ms, kTilesForADeposit) && layer.Add(node, amount, most));
+    return done ? DepositResult::kDone : DepositResult::kMapFull;
+  }
+  const NodeState next = AfterDeposit(*law, layers_.cells[type]->Read(node), quanta, now_ms);
   return Store(*law, node, next, now_ms) ? DepositResult::kDone : DepositResult::kMapFull;
 }
 
+uint32_t Field::LevelOf(uint8_t type, NodeIndex node, uint64_t now_ms) const {
+  const PheromoneLaw* law = FindLaw(type);
+  if (law == nullptr || law->is_blend()) {
+    return 0;
+  }
+  return law->diffuses() ? LevelOfDiffusing(layers_.diffusing[type]->Read(node))
+                         : LevelAt(*law, layers_.cells[type]->Read(node), now_ms);
+}
+
 uint64_t Field::NodeHash(const PheromoneLaw& law, NodeIndex node, NodeState state) {
-  return Hash64({'N', law.type, static_cast<uint64_t>(node.column), static_cast<uint64_t>(node.row),
-                 state.count, law.tau_ms == 0 ? 0 : state.time_ms});
+  const auto key = uint64_t{'N'} << 56 | uint64_t{law.type} << 48 |
+                   static_cast<uint64_t>(node.row) << 24 | static_cast<uint64_t>(node.column);
+  const NodeState canonical{state.level, law.tau_ms == 0 ? 0 : state.time_ms};
+  return HashStep(HashStep(0, key), PackNode(canonical));
+}
+
+uint64_t Field::hash() const {
+  uint64_t sum = hash_ + Hash64({'W', sweep_.type, static_cast<uint64_t>(sweep_.leaf),
+                                 sweep_.earliest_ms, sweep_.cycle_ms, sweep_.next_ms});
+  for (const PheromoneLaw& law : config().pheromones) {
+    if (law.diffuses()) {
+      sum += Hash64({'D', law.type, layers_.diffusing[law.type]->Hash(), stepped_ms_[law.type]});
+    }
+  }
+  return sum;
 }
 
 // Every change of a node goes through here, so that the hash cannot miss one. When memory is
 // exhausted, what has evaporated is given back first.
 bool Field::Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms) {
-  CellMap& layer = layers_[law.type];
+  CellMap& layer = *layers_.cells[law.type];
+  state.time_ms = std::min(state.time_ms, kTimeMask);
   const NodeState before = layer.Read(node);
   if (!layer.Write(node, state)) {
-    SweepAll(now_ms);
+    SweepPortion(now_ms, kTilesForADeposit);
     if (!layer.Write(node, state)) {
       return false;
     }
   }
-  if (before.count != 0) {
+  if (before.level != 0) {
     hash_ -= NodeHash(law, node, before);
   }
-  if (state.count != 0) {
+  if (state.level != 0) {
     hash_ += NodeHash(law, node, state);
-    const auto tau_ms = static_cast<uint64_t>(law.tau_ms);
-    if (tau_ms != 0) {
-      next_sweep_ms_ = std::min(next_sweep_ms_, state.time_ms + state.count * tau_ms);
-    }
+    const uint64_t until_ms = LivesUntil(law, state);
+    sweep_.earliest_ms = std::min(sweep_.earliest_ms, until_ms);
+    sweep_.cycle_ms = std::min(sweep_.cycle_ms, until_ms);
   }
   return true;
 }
 
-// A map full of what has not evaporated must not be searched again for every deposit that it
-// refuses: each sweep finds out when the next one can give back anything, and Store keeps that up
-// to date.
-void Field::SweepAll(uint64_t now_ms) {
-  if (now_ms < next_sweep_ms_) {
-    return;
+// Steps count from when something is first there to be stepped.
+void Field::BeginDiffusion(uint8_t type, uint64_t now_ms) {
+  if (layers_.diffusing[type]->empty()) {
+    stepped_ms_[type] = now_ms;
   }
-  next_sweep_ms_ = UINT64_MAX;
-  for (const PheromoneLaw& law : config_.pheromones) {
-    if (law.tau_ms == 0) {
-      continue;
+}
+
+// Replaces what a node holds, in either kind of layer.
+bool Field::SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, uint64_t now_ms) {
+  if (!law.diffuses()) {
+    return Store(law, node, {level, now_ms}, now_ms);
+  }
+  DiffusionLayer& layer = *layers_.diffusing[law.type];
+  BeginDiffusion(law.type, now_ms);
+  const uint32_t content = level << (16 - kLevelBits);
+  return layer.Set(node, content) ||
+         (SweepPortion(now_ms, kTilesForADeposit) && layer.Set(node, content));
+}
+
+// Looks at the next leaves of the map, as many as have about that many tiles, and forgets what has
+// evaporated there. Each round finds out when the next one can give back anything, so that a map
+// full of what has not evaporated is not searched again for every deposit that it refuses. True if
+// memory came back.
+bool Field::SweepPortion(uint64_t now_ms, int tiles) {
+  if (now_ms < sweep_.earliest_ms) {
+    return false;
+  }
+  // What there is to look at, in sixteenths of a tile.
+  constexpr int kTile = 16;
+  constexpr int kLeaf = 8 * kTile;
+  constexpr int kNoLeaf = 1;
+  const uint64_t used_before = budget_.used_bytes;
+  const std::pair begin{sweep_.type, sweep_.leaf};
+  int work = tiles * kTile;
+  size_t types = kTypes;  // one that was emptied on the way does not come back to where it began
+  do {
+    if (sweep_.type == 1 && sweep_.leaf == 0) {
+      sweep_.cycle_ms = UINT64_MAX;  // a new round sees everything
     }
-    std::vector<std::pair<NodeIndex, NodeState>> dead;
-    layers_[law.type].ForEach([&](NodeIndex node, NodeState state) {
-      const uint64_t dies_ms = state.time_ms + state.count * static_cast<uint64_t>(law.tau_ms);
-      if (dies_ms <= now_ms) {
-        dead.emplace_back(node, state);
-      } else {
-        next_sweep_ms_ = std::min(next_sweep_ms_, dies_ms);
+    const PheromoneLaw* law = FindLaw(sweep_.type);
+    const CellMap& layer = *layers_.cells[sweep_.type];
+    const bool wanted = law != nullptr && law->tau_ms != 0 && layer.tile_count() != 0;
+    if (wanted) {
+      const int in_leaf = static_cast<int>(layer.tiles_in_leaf(sweep_.leaf));
+      work -= in_leaf != 0 ? kLeaf + in_leaf * kTile : kNoLeaf;
+      SweepLeaf(*law, sweep_.leaf, now_ms);
+    }
+    if (!wanted || ++sweep_.leaf >= layer.leaf_count()) {
+      sweep_.leaf = 0;
+      --types;
+      if (++sweep_.type == kTypes) {
+        sweep_.type = 1;
+        sweep_.earliest_ms = sweep_.cycle_ms;
       }
-    });
-    for (const auto& [node, state] : dead) {
+    }
+  } while (work > 0 && types > 0 && begin != std::pair{sweep_.type, sweep_.leaf});
+  return budget_.used_bytes < used_before;
+}
+
+void Field::SweepLeaf(const PheromoneLaw& law, int32_t leaf, uint64_t now_ms) {
+  CellMap& layer = *layers_.cells[law.type];
+  layer.ForEachInLeaf(leaf, [&](NodeIndex node, NodeState state) {
+    if (LevelAt(law, state, now_ms) == 0) {
       hash_ -= NodeHash(law, node, state);
-      layers_[law.type].Write(node, {});
+      layer.Write(node, {});
+    } else {
+      sweep_.cycle_ms = std::min(sweep_.cycle_ms, LivesUntil(law, state));
     }
-  }
+  });
 }
 
-void Field::LayPath(const Path& path, uint64_t now_ms) {
-  const PheromoneLaw* law = FindLaw(path.type);
-  if (law == nullptr) {
-    return;
-  }
-  const uint16_t count = std::min(path.count, law->max_count);
-  for (const NodeIndex node : NodesAlong(config_.map, path)) {
-    if (CountAt(*law, layers_[law->type].Read(node), now_ms) < count) {
-      Store(*law, node, {count, now_ms}, now_ms);
-    }
-  }
-}
-
-Status Field::CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const {
-  if (!(next.map == config_.map)) {
-    return Error{
-        "the map's origin, extent or cell size differ from the running map's; they cannot "
-        "be changed while pheromone lies on it"};
-  }
-  for (const PheromoneLaw& law : config_.pheromones) {
-    if (FindIn(next, law.type) != nullptr) {
+void Field::StepDiffusion(uint64_t now_ms) {
+  const FieldConfig& config = current().config;
+  const ObstacleMask* obstacles = config.obstacles ? &*config.obstacles : nullptr;
+  for (const PheromoneLaw& law : config.pheromones) {
+    DiffusionLayer& layer = *layers_.diffusing[law.type];
+    uint64_t& stepped_ms = stepped_ms_[law.type];
+    if (!law.diffuses() || layer.empty() || now_ms < stepped_ms + law.diffusion.step_ms) {
       continue;
     }
-    const std::set<NodeIndex> laid =
-        NodesOfPaths(config_, law.type, [](const Path&) { return true; });
-    bool left_over = false;
-    layers_[law.type].ForEach([&](NodeIndex node, NodeState state) {
-      left_over |= CountAt(law, state, now_ms) != 0 && !laid.contains(node);
-    });
-    if (left_over) {
-      return Error{"pheromone type " + std::to_string(law.type) + " (\"" + law.name +
-                   "\") left the configuration, but some of it is on the map"};
+    const uint64_t steps = (now_ms - stepped_ms) / law.diffusion.step_ms;
+    DiffusionLaw step = law.diffusion;
+    for (uint64_t i = 0; i < std::min(steps, kStepsAtOnce); ++i) {
+      layer.Step(step, obstacles);
     }
-  }
-  const size_t new_tiles =
-      TilesOfPaths(next, [this](const Path& path) { return !Contains(config_.paths, path); });
-  if (new_tiles != 0 && budget_.used + new_tiles > TileLimit(next)) {
-    return Error{"there is no memory for the new paths beside what is on the map"};
-  }
-  return Ok();
-}
-
-void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
-  // 1. Paths that left: erased, but for nodes that they share with a path that stays.
-  for (const PheromoneLaw& law : config_.pheromones) {
-    const std::set<NodeIndex> kept = NodesOfPaths(
-        config_, law.type, [&](const Path& path) { return Contains(next.paths, path); });
-    const std::set<NodeIndex> gone = NodesOfPaths(
-        config_, law.type, [&](const Path& path) { return !Contains(next.paths, path); });
-    for (const NodeIndex node : gone) {
-      if (!kept.contains(node)) {
-        Store(law, node, {}, now_ms);
-      }
+    if (steps > kStepsAtOnce) {
+      layer.Decay(law.diffusion, steps - kStepsAtOnce);
     }
-  }
-  // 2. Laws: present values go on under the new law.
-  for (const PheromoneLaw& law : config_.pheromones) {
-    const PheromoneLaw* successor = FindIn(next, law.type);
-    PheromoneLaw nothing;
-    nothing.type = law.type;
-    nothing.max_count = 0;
-    if (successor == nullptr || !SameSubstance(law, *successor)) {
-      Rebase(law, successor != nullptr ? *successor : nothing, now_ms);
-    }
-  }
-  next_sweep_ms_ = 0;
-  const std::vector<Path> before = std::exchange(config_, next).paths;
-  budget_.limit = TileLimit(config_);
-  // 3. New paths.
-  for (const Path& path : config_.paths) {
-    if (!Contains(before, path)) {
-      LayPath(path, now_ms);
-    }
+    stepped_ms += steps * law.diffusion.step_ms;
   }
 }
 
-// Expresses the present values under `from` as counts under `to`, at the nearest whole quantum.
-void Field::Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t now_ms) {
-  CellMap& layer = layers_[from.type];
-  std::vector<std::pair<NodeIndex, NodeState>> nodes;
-  layer.ForEach([&](NodeIndex node, NodeState state) { nodes.emplace_back(node, state); });
-  for (const auto& [node, state] : nodes) {
-    const int64_t value_micro = CountAt(from, state, now_ms) * from.quantum_micro;
-    const int64_t count = std::min<int64_t>(RoundDiv(value_micro, to.quantum_micro), to.max_count);
-    const NodeState next{static_cast<uint16_t>(count), now_ms};
-    layer.Write(node, next);
-    hash_ -= NodeHash(from, node, state);
-    hash_ += next.count != 0 ? NodeHash(to, node, next) : 0;
+void Field::Advance(uint64_t now_ms) {
+  StepDiffusion(now_ms);
+  if (now_ms >= sweep_.earliest_ms && now_ms >= sweep_.next_ms) {
+    SweepPortion(now_ms, kTilesAtOnce);
+    sweep_.next_ms = now_ms + kSweepIntervalMs;
   }
+  reclaimer_.Collect();
+}
+
+std::optional<uint64_t> Field::NextDeadline() const {
+  uint64_t deadline = UINT64_MAX;
+  if (sweep_.earliest_ms != UINT64_MAX) {
+    deadline = std::max(sweep_.earliest_ms, sweep_.next_ms);
+  }
+  for (const PheromoneLaw& law : config().pheromones) {
+    if (law.diffuses() && !layers_.diffusing[law.type]->empty()) {
+      deadline = std::min(deadline, stepped_ms_[law.type] + law.diffusion.step_ms);
+    }
+  }
+  return deadline == UINT64_MAX ? std::nullopt : std::optional(deadline);
 }
 
 size_t Field::node_count() const {
   size_t count = 0;
-  for (const CellMap& layer : layers_) {
-    count += layer.node_count();
+  for (size_t type = 1; type < kTypes; ++type) {
+    count += layers_.cells[type]->node_count();
   }
   return count;
+}
+
+size_t Field::tile_count() const {
+  size_t count = 0;
+  for (size_t type = 1; type < kTypes; ++type) {
+    count += layers_.cells[type]->tile_count();
+  }
+  return count;
+}
+
+FieldReader::FieldReader(const Field& field) : field_(field), slot_(field.reclaimer_.Register()) {}
+
+FieldReader::~FieldReader() {
+  if (ok()) {
+    field_.reclaimer_.Unregister(slot_);
+  }
+}
+
+std::optional<Intensities> FieldReader::Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms,
+                                              SenseError* error) const {
+  field_.reclaimer_.Enter(slot_);
+  const auto p =
+      SensePair(*field_.setup_.load(), field_.layers_, field_.kernel_, type, pose, now_ms, error);
+  field_.reclaimer_.Leave(slot_);
+  return p;
 }
 
 }  // namespace pheromone::field

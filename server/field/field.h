@@ -1,45 +1,50 @@
-// The pheromone map: deposits in, intensities at a robot's two antennas out.
+// The pheromone map: deposits in, intensities at a robot's antennas out.
 //
 //   Field field(config);
 //   field.Deposit(type, point, quanta, now_ms);
 //   Intensities p = field.Sense(type, pose, now_ms).value();   // P_L, P_R of eq. (4)
 //
 // Evaporation is worked out when a node is read: no frame sweeps the map, a deposit touches one
-// node, and a query touches the nodes in reach of the antennas, whatever the size of the map. Only
-// a map whose memory is used up is searched, for what has evaporated, and only when something can
-// have. All arithmetic is defined to the bit in protocol/README.md ("Arithmetic"); equations are
-// those of Susnea et al. 2009.
+// node, and a query touches the occupied nodes in reach of the antennas, whatever the size of the
+// map. What has evaporated is given back in bounded portions: by Advance, and by a deposit that
+// finds no memory. All arithmetic is defined to the bit in protocol/README.md ("Arithmetic");
+// equations are those of Susnea et al. 2009. server/field/README.md explains the algorithm and has
+// the measurements.
 //
-// Pure: no clock, no log, no files. Times are the field's own milliseconds, which never decrease.
-// Sense is const and changes nothing. Not thread-safe: one owner (the engine, behind its lock).
+// Pure: no clock, no log, no files. Times are the field's own milliseconds, which never decrease
+// and stay below 2^42.
+//
+// Threads: one writer (the engine, behind its lock), for which Field is; any number of others look
+// through a FieldReader each. Sense is const and changes nothing.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
-#include <functional>
 #include <optional>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "server/base/result.h"
-#include "server/field/cell_map.h"
-#include "server/field/geometry.h"
+#include "server/field/config.h"
+#include "server/field/edit.h"
 #include "server/field/heading.h"
-#include "server/field/law.h"
-#include "server/field/path.h"
+#include "server/field/kernel.h"
+#include "server/field/memory.h"
+#include "server/field/sense.h"
+#include "server/field/setup.h"
 
 namespace pheromone::field {
 
-constexpr size_t kTypes = 16;  ///< types are 1-15; entry 0 of tables stays empty
-
-struct FieldConfig {
-  MapGeometry map;
-  int64_t antenna_distance_um = 0;  ///< b of eq. (5)
-  std::vector<PheromoneLaw> pheromones;
-  std::vector<Path> paths;    ///< predefined trails
-  uint64_t memory_bytes = 0;  ///< what the nodes may occupy; beyond it, the map is full
-  bool operator==(const FieldConfig&) const = default;
+/// The left and the right antenna, eq. (5) with a heading counted counter-clockwise.
+struct Antennas {
+  PointUm left;
+  PointUm right;
 };
+Antennas AntennasOf(const PoseUm& pose, const AntennaGeometry& geometry);
+
+/// mu of eq. (1), or of a Gaussian, for a source at `distance_squared_um2`, in 1/65 536.
+uint32_t SpreadQ16(const PheromoneLaw& law, int64_t distance_squared_um2);
 
 /// P_L and P_R of eq. (4), in 1/4096 of a pheromone unit, not yet limited to what a message holds.
 struct Intensities {
@@ -48,46 +53,68 @@ struct Intensities {
   bool operator==(const Intensities&) const = default;
 };
 
-struct Antennas {
-  PointUm left;
-  PointUm right;
+enum class SenseError : uint8_t { kNone, kOffTheMap, kUnknownPheromone };
+
+enum class DepositResult : uint8_t {
+  kDone,
+  kOffTheMap,
+  kUnknownPheromone,
+  kMapFull,
+  kBlocked,       ///< there is an obstacle
+  kNotPermitted,  ///< a blend has no pheromone of its own
 };
 
-/// Eq. (5) for headings counted counter-clockwise: left = p + (b / 2)(-sin, cos), right = p - that.
-Antennas AntennasOf(const PoseUm& pose, DirectionQ14 heading, int64_t distance_um);
-
-/// mu(d) of eq. (1) in 1/65 536, d^2 given in square micrometres; 0 beyond reach.
-uint32_t SpreadQ16(const PheromoneLaw& law, int64_t distance_squared_um2);
-
-/// How many tiles the memory of a configuration allows.
-size_t TileLimit(const FieldConfig& config);
-
-/// How many tiles the nodes of a configuration's paths occupy, over all pheromones; those of paths
-/// for which `wanted` is false are left out.
-size_t TilesOfPaths(const FieldConfig& config, const std::function<bool(const Path&)>& wanted);
-
-enum class DepositResult { kDone, kOffTheMap, kUnknownPheromone, kMapFull };
-enum class SenseError { kNone, kOffTheMap, kUnknownPheromone };
+/// How far the search for what has evaporated is. Part of the state: it decides when memory comes
+/// back.
+struct SweepState {
+  uint8_t type = 1;
+  int32_t leaf = 0;
+  uint64_t earliest_ms = UINT64_MAX;  ///< nothing dies before
+  uint64_t cycle_ms = UINT64_MAX;     ///< the same, of what the present round has seen
+  uint64_t next_ms = 0;               ///< the next portion is not due before
+  bool operator==(const SweepState&) const = default;
+};
 
 class Field {
  public:
-  /// The configuration must be sound (server/config checks it): sides, sigma and quanta positive,
-  /// types 1-15 and each at most once, memory for the paths. Lays the paths at time 0.
-  explicit Field(FieldConfig config);
+  /// About how many tiles one portion of a sweep looks at, and a deposit that finds no memory: it
+  /// may be refused although something has evaporated elsewhere.
+  static constexpr int kTilesAtOnce = 8192;
+  static constexpr int kTilesForADeposit = 256;
+  static constexpr uint64_t kSweepIntervalMs = 1000;
+  /// Of a diffusing type's steps that are due at once, so many are made; of the others, only the
+  /// evaporation.
+  static constexpr uint64_t kStepsAtOnce = 16;
+
+  /// Lays the configuration's paths and prints at `now_ms`. `kernel` is for tests and benchmarks;
+  /// it changes no bit of any answer.
+  explicit Field(FieldConfig config, const Kernel& kernel = BestKernel(), uint64_t now_ms = 0);
   Field(const Field&) = delete;
   Field& operator=(const Field&) = delete;
+  ~Field();
 
-  const FieldConfig& config() const { return config_; }
-  const PheromoneLaw* FindLaw(uint8_t type) const;
+  const FieldConfig& config() const { return current().config; }
+  /// Null if there is no such type.
+  const PheromoneLaw* FindLaw(uint8_t type) const {
+    return type < kTypes ? current().law[type] : nullptr;
+  }
 
-  /// The intensities at the antennas of a robot at `pose`. Empty, with the reason in `error` if
-  /// given, when the robot's centre is not on the map or the type does not exist. The antennas
-  /// may leave the map.
+  /// P_L and P_R for a robot at `pose`; of a blend, the weighted sum. Nothing, and the reason in
+  /// `error` if given, when the robot's centre is not on the map or the type does not exist. The
+  /// antennas may leave the map.
   std::optional<Intensities> Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms,
                                    SenseError* error = nullptr) const;
 
+  /// P at any number of antennas, anywhere around the robot (within 65 m). `intensities` has as
+  /// many places as `antennas`; unchanged if the result is not kNone.
+  SenseError SenseAll(uint8_t type, const PoseUm& pose, std::span<const PointUm> antennas,
+                      uint64_t now_ms, std::span<int64_t> intensities) const;
+
   /// Adds `quanta` at the node nearest to `point`. All or nothing.
   DepositResult Deposit(uint8_t type, PointUm point, uint16_t quanta, uint64_t now_ms);
+
+  /// Fills, brushes or erases. All or nothing; errors: edit.h.
+  Status Edit(const FieldEdit& edit, uint64_t now_ms);
 
   /// Why `next` cannot replace the configuration, if it cannot: another geometry, a pheromone that
   /// goes while some of it is left on the map, or new paths for which there is no memory.
@@ -98,37 +125,123 @@ class Field {
   /// their own nodes, new ones are laid.
   void Reconfigure(const FieldConfig& next, uint64_t now_ms);
 
-  /// Calls `visit(type, NodeIndex, NodeState)` for each remembered node, in no particular order.
+  /// Does what is due by `now_ms`, in a bounded portion: looks for what has evaporated, and steps
+  /// the types that diffuse.
+  void Advance(uint64_t now_ms);
+  /// When Advance has something to do; nothing if never.
+  std::optional<uint64_t> NextDeadline() const;
+
+  /// Calls `visit(type, NodeIndex, NodeState)` for each remembered node of the types that do not
+  /// diffuse, in no particular order.
   template <typename Visit>
   void ForEach(Visit&& visit) const {
-    for (const PheromoneLaw& law : config_.pheromones) {
-      layers_[law.type].ForEach(
+    for (const PheromoneLaw& law : config().pheromones) {
+      layers_.cells[law.type]->ForEach(
           [&](NodeIndex node, NodeState state) { visit(law.type, node, state); });
     }
   }
 
-  /// The nodes' contribution to the state hash, kept up to date by every change: the sum over the
-  /// remembered nodes of NodeHash.
-  uint64_t hash() const { return hash_; }
+  /// Calls `visit(NodeIndex, level)` for each node of a type that has something at `now_ms`.
+  template <typename Visit>
+  void VisitLevels(uint8_t type, uint64_t now_ms, Visit&& visit) const {
+    VisitLevelsIn(current(), layers_, type, now_ms, visit);
+  }
 
-  /// Hash64 of (kind 'N', type, column, row, count, time); time 0 where nothing evaporates.
+  /// The present level of a node, of either kind of type.
+  uint32_t LevelOf(uint8_t type, NodeIndex node, uint64_t now_ms) const;
+
+  /// The contribution to the state hash: the sum over the remembered nodes of NodeHash, kept up to
+  /// date by every change, and what diffuses and the sweep, worked out when asked.
+  uint64_t hash() const;
+
+  /// HashStep over (kind 'N', type, column, row) in one word and the node's packed state (kernel.h)
+  /// in another; time 0 where nothing evaporates.
   static uint64_t NodeHash(const PheromoneLaw& law, NodeIndex node, NodeState state);
 
+  const SweepState& sweep() const { return sweep_; }
+  const Kernel& kernel() const { return kernel_; }
   size_t node_count() const;
-  size_t tile_count() const { return budget_.used; }
-  size_t tile_limit() const { return budget_.limit; }
+  size_t tile_count() const;
+  uint64_t used_bytes() const { return budget_.used_bytes; }
+  uint64_t limit_bytes() const { return budget_.limit_bytes; }
 
  private:
+  friend class FieldReader;
+
+  const Setup& current() const { return *setup_.load(std::memory_order_relaxed); }
+  void Publish(FieldConfig config);
+
+  template <typename Visit>
+  static void VisitLevelsIn(const Setup& setup, const Layers& layers, uint8_t type, uint64_t now_ms,
+                            Visit&& visit) {
+    const PheromoneLaw* law = type < kTypes ? setup.law[type] : nullptr;
+    if (law == nullptr) {
+      return;
+    }
+    layers.cells[type]->ForEach([&](NodeIndex node, NodeState state) {
+      if (const uint32_t level = LevelAt(*law, state, now_ms); level != 0) {
+        visit(node, level);
+      }
+    });
+    if (layers.diffusing[type] != nullptr) {
+      layers.diffusing[type]->ForEach([&](NodeIndex node, uint32_t content_q16) {
+        if (const uint32_t level = LevelOfDiffusing(content_q16); level != 0) {
+          visit(node, level);
+        }
+      });
+    }
+  }
+
   bool Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms);
-  void SweepAll(uint64_t now_ms);
-  void LayPath(const Path& path, uint64_t now_ms);
+  bool SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, uint64_t now_ms);
+  bool IsBlocked(NodeIndex node) const;
+  bool SweepPortion(uint64_t now_ms, int tiles);
+  void BeginDiffusion(uint8_t type, uint64_t now_ms);
+  void SweepLeaf(const PheromoneLaw& law, int32_t leaf, uint64_t now_ms);
+  void StepDiffusion(uint64_t now_ms);
+  void LayAll(const FieldConfig& config, const FieldConfig* except, uint64_t now_ms);
+  void EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64_t now_ms);
   void Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t now_ms);
 
-  FieldConfig config_;
-  TileBudget budget_;
-  std::array<CellMap, kTypes> layers_;
+  const Kernel& kernel_;
+  MemoryBudget budget_;
+  TilePool pool_;  // outlives the reclaimer, which gives tiles back to it
+  mutable Reclaimer reclaimer_;
+  std::atomic<const Setup*> setup_{nullptr};
+  Layers layers_;
   uint64_t hash_ = 0;
-  uint64_t next_sweep_ms_ = 0;  // nothing that a sweep could give back dies before
+  SweepState sweep_;
+  std::array<uint64_t, kTypes> stepped_ms_{};  // of diffusing types: the time of the last step
+};
+
+/// A place beside the writer: looks at the field while it is being changed, without holding it up
+/// and without waiting. What it sees may mix neighbouring moments. One thread at a time; the field
+/// outlives it. At most Reclaimer::kReaders exist. No call from inside another one's visitor.
+class FieldReader {
+ public:
+  explicit FieldReader(const Field& field);
+  FieldReader(const FieldReader&) = delete;
+  FieldReader& operator=(const FieldReader&) = delete;
+  ~FieldReader();
+
+  /// False when there was no place left; then nothing else may be called.
+  bool ok() const { return slot_ >= 0; }
+
+  /// As Field::Sense.
+  std::optional<Intensities> Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms,
+                                   SenseError* error = nullptr) const;
+
+  /// As Field::VisitLevels. Holds back the reuse of memory, not the writer, until it ends.
+  template <typename Visit>
+  void VisitLevels(uint8_t type, uint64_t now_ms, Visit&& visit) const {
+    field_.reclaimer_.Enter(slot_);
+    Field::VisitLevelsIn(*field_.setup_.load(), field_.layers_, type, now_ms, visit);
+    field_.reclaimer_.Leave(slot_);
+  }
+
+ private:
+  const Field& field_;
+  int slot_;
 };
 
 }  // namespace pheromone::field

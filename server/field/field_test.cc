@@ -2,55 +2,43 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <numbers>
 #include <random>
 #include <set>
+#include <vector>
+
+#include "server/field/testing/random_field.h"
+#include "server/field/testing/trail_field.h"
 
 namespace pheromone::field {
 namespace {
 
-PheromoneLaw Trail() {
-  PheromoneLaw law;
-  law.type = 1;
-  law.name = "trail";
-  law.core_um = 100'000;
-  law.sigma_um = 400'000;
-  law.tau_ms = 30'000;
-  law.quantum_micro = 125'000;
-  law.max_count = 8;
-  return law;
-}
+using testing::At;
+using testing::BytesOf;
+using testing::HashFromADump;
+using testing::TrailConfig;
+using testing::TrailLaw;
 
-FieldConfig Config() {
-  FieldConfig config;
-  config.map = {
-      .origin = {0, 0}, .width_um = 10'000'000, .height_um = 10'000'000, .cell_um = 100'000};
-  config.antenna_distance_um = 330'000;
-  config.pheromones = {Trail()};
-  config.memory_bytes = 64 << 20;
-  return config;
-}
-
-uint64_t HashFromADump(const Field& field) {
-  uint64_t sum = 0;
-  field.ForEach([&](uint8_t type, NodeIndex node, NodeState state) {
-    sum += Field::NodeHash(*field.FindLaw(type), node, state);
-  });
-  return sum;
-}
-
-Intensities At(const Field& field, PoseUm pose, uint64_t now_ms) {
-  return field.Sense(1, pose, now_ms).value_or(Intensities{-1, -1});
-}
+constexpr uint16_t kLeftOfAxle = 16384;
 
 TEST(AntennasOf, AreLeftAndRightOfTheHeading) {
-  const Antennas east = AntennasOf({{0, 0}, 0}, DirectionOf(0), 330'000);
+  const AntennaGeometry geometry{.distance_um = 330'000};
+  const Antennas east = AntennasOf({{0, 0}, 0}, geometry);
   EXPECT_EQ(east.left, (PointUm{0, 165'000}));
   EXPECT_EQ(east.right, (PointUm{0, -165'000}));
-  const Antennas north = AntennasOf({{0, 0}, 16384}, DirectionOf(16384), 330'000);
+  const Antennas north = AntennasOf({{0, 0}, kLeftOfAxle}, geometry);
   EXPECT_EQ(north.left, (PointUm{-165'000, 0}));
   EXPECT_EQ(north.right, (PointUm{165'000, 0}));
+}
+
+TEST(AntennasOf, MayStandForwardAndAtAnyAngle) {
+  const AntennaGeometry geometry{.distance_um = 200'000, .forward_um = 50'000, .angle = 8192};
+  const Antennas east = AntennasOf({{1'000, 0}, 0}, geometry);
+  EXPECT_EQ(east.left, (PointUm{121'709, 70'709}));  // 100 000 * 11 585 / 16 384 = 70 709.2
+  EXPECT_EQ(east.right, (PointUm{121'709, -70'709}));
+  const AntennaGeometry ahead{.distance_um = 200'000, .forward_um = -30'000, .angle = 0};
+  const Antennas west = AntennasOf({{0, 7}, 32768}, ahead);
+  EXPECT_EQ(west.left, (PointUm{-70'000, 7}));
+  EXPECT_EQ(west.right, west.left);
 }
 
 // Eq. (5) as printed: x_R = x - b/2 sin phi, y_R = y - b/2 cos phi, x_L, y_L with plus. It is right
@@ -65,40 +53,55 @@ TEST(AntennasOf, EquationFiveAsPrintedEqualsOursAtMinusPhi) {
     const DirectionQ14 h = DirectionOf(phi);
     const int64_t half_b_sin = RoundDiv(b * h.sin, 32768);
     const int64_t half_b_cos = RoundDiv(b * h.cos, 32768);
-    const Antennas ours = AntennasOf({p, minus_phi}, DirectionOf(minus_phi), b);
+    const Antennas ours = AntennasOf({p, minus_phi}, {.distance_um = b});
     ASSERT_EQ(ours.left, (PointUm{p.x + half_b_sin, p.y + half_b_cos})) << i;
     ASSERT_EQ(ours.right, (PointUm{p.x - half_b_sin, p.y - half_b_cos})) << i;
   }
 }
 
-TEST(SpreadQ16, IsTheZShapeOfEquationOne) {
-  const PheromoneLaw law = Trail();
-  const auto spread = [&](int64_t d) { return SpreadQ16(law, d * d); };
-  EXPECT_EQ(spread(0), 65536u);
-  EXPECT_EQ(spread(100'000), 65536u);
-  EXPECT_EQ(spread(200'000), 65536u * 3 / 4);
-  EXPECT_EQ(spread(300'000), 65536u / 2);
-  EXPECT_EQ(spread(500'000), 0u);
-  EXPECT_EQ(spread(500'001), 0u);
-}
-
 TEST(Field, SmellsTheStrongerSideOnTheSideOfTheSource) {
-  Field field(Config());
+  Field field(TrailConfig());
   ASSERT_EQ(field.Deposit(1, {5'200'000, 5'200'000}, 8, 0), DepositResult::kDone);
   const Intensities p = At(field, {{5'000'000, 5'000'000}, 0}, 0);
   EXPECT_GT(p.left, p.right);
 }
 
 TEST(Field, OneSourceAtFullStrengthIsOneUnit) {
-  Field field(Config());
+  Field field(TrailConfig());
   field.Deposit(1, {5'000'000, 5'200'000}, 8, 0);
   // The left antenna is 35 mm from the node: within the core, and the node on the axle line counts.
   EXPECT_EQ(At(field, {{5'000'000, 5'000'000}, 0}, 0).left, 4096);
 }
 
+TEST(Field, ARepellentSmellsTheOtherWayRound) {
+  FieldConfig config = TrailConfig();
+  config.pheromones[0].weight_milli = -500;
+  Field field(config);
+  field.Deposit(1, {5'000'000, 5'200'000}, 8, 0);
+  EXPECT_EQ(At(field, {{5'000'000, 5'000'000}, 0}, 0).left, -2048);
+}
+
+TEST(Field, ABlendSmellsOfItsPartsAndTakesNoDeposit) {
+  FieldConfig config = TrailConfig();
+  PheromoneLaw alarm = TrailLaw();
+  alarm.type = 2;
+  alarm.weight_milli = 100;  // a blend has weights of its own
+  PheromoneLaw blend;
+  blend.type = 3;
+  blend.blend = {{1, 1000}, {2, -250}};
+  config.pheromones = {TrailLaw(), alarm, blend};
+  Field field(config);
+  const PointUm point{5'000'000, 5'200'000};
+  const PoseUm pose{{5'000'000, 5'000'000}, 0};
+  field.Deposit(1, point, 8, 0);
+  field.Deposit(2, point, 8, 0);
+  EXPECT_EQ(field.Sense(3, pose, 0)->left, 4096 * 3 / 4);
+  EXPECT_EQ(field.Deposit(3, point, 8, 0), DepositResult::kNotPermitted);
+}
+
 TEST(Field, WhatIsBehindTheAxleLineIsInvisibleUnlessTheLawSaysOtherwise) {
-  FieldConfig config = Config();
-  config.pheromones.push_back(Trail());
+  FieldConfig config = TrailConfig();
+  config.pheromones.push_back(TrailLaw());
   config.pheromones.back().type = 2;
   config.pheromones.back().directional = false;
   Field field(config);
@@ -111,7 +114,7 @@ TEST(Field, WhatIsBehindTheAxleLineIsInvisibleUnlessTheLawSaysOtherwise) {
 }
 
 TEST(Field, AnAntennaMayLeaveTheMap) {
-  Field field(Config());
+  Field field(TrailConfig());
   field.Deposit(1, {0, 0}, 8, 0);
   EXPECT_GT(At(field, {{0, 0}, 0}, 0).right, 0);
   const MapGeometry& map = field.config().map;
@@ -120,23 +123,41 @@ TEST(Field, AnAntennaMayLeaveTheMap) {
 }
 
 TEST(Field, SaysWhyItCannotSense) {
-  const Field field(Config());
+  const Field field(TrailConfig());
   SenseError error = SenseError::kNone;
   EXPECT_FALSE(field.Sense(1, {{10'000'001, 0}, 0}, 0, &error).has_value());
   EXPECT_EQ(error, SenseError::kOffTheMap);
-  EXPECT_FALSE(field.Sense(2, {{0, 0}, 0}, 0, &error).has_value());
-  EXPECT_EQ(error, SenseError::kUnknownPheromone);
+  for (const uint8_t type : std::vector<uint8_t>{0, 2, 15, 16, 255}) {
+    EXPECT_FALSE(field.Sense(type, {{0, 0}, 0}, 0, &error).has_value());
+    EXPECT_EQ(error, SenseError::kUnknownPheromone);
+  }
+}
+
+TEST(Field, ManyAntennasAreRefusedAllTogether) {
+  const Field field(TrailConfig());
+  const std::vector<PointUm> antennas(3);
+  std::vector<int64_t> p(3, 77);
+  EXPECT_EQ(field.SenseAll(1, {{-1, 0}, 0}, antennas, 0, p), SenseError::kOffTheMap);
+  EXPECT_EQ(field.SenseAll(9, {{0, 0}, 0}, antennas, 0, p), SenseError::kUnknownPheromone);
+  EXPECT_EQ(p, std::vector<int64_t>(3, 77));
 }
 
 TEST(Field, SaysWhyItCannotDeposit) {
-  Field field(Config());
+  FieldConfig config = TrailConfig();
+  ObstacleMask mask(config.map.columns(), config.map.rows());
+  mask.Set({3, 4});
+  config.obstacles = Shared<ObstacleMask>(std::move(mask));
+  Field field(config);
   EXPECT_EQ(field.Deposit(1, {-1, 0}, 1, 0), DepositResult::kOffTheMap);
   EXPECT_EQ(field.Deposit(7, {0, 0}, 1, 0), DepositResult::kUnknownPheromone);
+  EXPECT_EQ(field.Deposit(255, {0, 0}, 1, 0), DepositResult::kUnknownPheromone);
+  EXPECT_EQ(field.Deposit(1, {300'000, 400'000}, 1, 0), DepositResult::kBlocked);
   EXPECT_EQ(field.node_count(), 0u);
+  EXPECT_EQ(field.used_bytes(), 0u);
 }
 
 TEST(Field, ATrailEvaporatesQuantumByQuantum) {
-  Field field(Config());
+  Field field(TrailConfig());
   field.Deposit(1, {5'000'000, 5'200'000}, 8, 1'000);
   const PoseUm pose{{5'000'000, 5'000'000}, 0};
   EXPECT_EQ(At(field, pose, 30'999).left, 4096);
@@ -145,7 +166,7 @@ TEST(Field, ATrailEvaporatesQuantumByQuantum) {
 }
 
 TEST(Field, TimeSteppingBackwardsChangesNoPheromone) {
-  Field field(Config());
+  Field field(TrailConfig());
   field.Deposit(1, {5'000'000, 5'200'000}, 8, 1'000'000);
   const PoseUm pose{{5'000'000, 5'000'000}, 0};
   const Intensities before = At(field, pose, 1'000'000);
@@ -155,8 +176,8 @@ TEST(Field, TimeSteppingBackwardsChangesNoPheromone) {
 }
 
 TEST(Field, AFullMapRefusesNewTilesButServesTheOldOnes) {
-  FieldConfig config = Config();
-  config.memory_bytes = 2 * CellMap::kTileBytes;
+  FieldConfig config = TrailConfig();
+  config.memory_bytes = BytesOf(config.map, 2, 1);
   Field field(config);
   EXPECT_EQ(field.Deposit(1, {0, 0}, 1, 0), DepositResult::kDone);
   EXPECT_EQ(field.Deposit(1, {800'000, 0}, 1, 0), DepositResult::kDone);
@@ -166,8 +187,8 @@ TEST(Field, AFullMapRefusesNewTilesButServesTheOldOnes) {
 }
 
 TEST(Field, AFullMapTakesBackWhatHasEvaporated) {
-  FieldConfig config = Config();
-  config.memory_bytes = 2 * CellMap::kTileBytes;
+  FieldConfig config = TrailConfig();
+  config.memory_bytes = BytesOf(config.map, 2, 1);
   Field field(config);
   field.Deposit(1, {0, 0}, 1, 0);
   field.Deposit(1, {800'000, 0}, 2, 0);
@@ -180,10 +201,10 @@ TEST(Field, AFullMapTakesBackWhatHasEvaporated) {
 // what is refused is only what would not fit beside what is alive.
 TEST(Field, AFullMapForgetsTheDeadAndOnlyTheDead) {
   std::mt19937 random(8);
-  FieldConfig config = Config();
+  FieldConfig config = TrailConfig();
   config.map.cell_um = 1'000'000;  // 11 x 11 nodes in four tiles
   config.pheromones[0].tau_ms = 100;
-  config.memory_bytes = 2 * CellMap::kTileBytes;
+  config.memory_bytes = BytesOf(config.map, 2, 1);
   FieldConfig unlimited = config;
   unlimited.memory_bytes = 64 << 20;
   Field small(config);
@@ -199,10 +220,8 @@ TEST(Field, AFullMapForgetsTheDeadAndOnlyTheDead) {
       ++taken;
     } else {
       std::set<std::pair<int32_t, int32_t>> alive;
-      large.ForEach([&](uint8_t, NodeIndex node, NodeState state) {
-        if (CountAt(config.pheromones[0], state, now_ms) != 0) {
-          alive.emplace(node.column / 8, node.row / 8);
-        }
+      large.VisitLevels(1, now_ms, [&](NodeIndex node, uint32_t) {
+        alive.emplace(node.column / 8, node.row / 8);
       });
       ASSERT_EQ(alive.size(), 2u) << now_ms;
       ++refused;
@@ -217,23 +236,24 @@ TEST(Field, AFullMapForgetsTheDeadAndOnlyTheDead) {
 
 TEST(Field, TheHashIsTheSumOverADump) {
   std::mt19937 random(3);
-  FieldConfig config = Config();
-  config.pheromones.push_back(Trail());
+  FieldConfig config = TrailConfig();
+  config.pheromones.push_back(TrailLaw());
   config.pheromones.back().type = 2;
   config.pheromones.back().tau_ms = 0;
   Field field(config);
+  const uint64_t empty = field.hash();
   for (int i = 0; i < 5'000; ++i) {
     const PointUm point{static_cast<int64_t>(random() % 10'000'000),
                         static_cast<int64_t>(random() % 10'000'000)};
     field.Deposit(static_cast<uint8_t>(1 + random() % 2), point, 1, random() % 1'000'000);
   }
-  EXPECT_NE(field.hash(), 0u);
+  EXPECT_NE(field.hash(), empty);
   EXPECT_EQ(HashFromADump(field), field.hash());
 }
 
 TEST(Field, TheHashDoesNotKnowInWhichOrderNodesWereMade) {
-  Field one(Config());
-  Field two(Config());
+  Field one(TrailConfig());
+  Field two(TrailConfig());
   one.Deposit(1, {0, 0}, 1, 5);
   one.Deposit(1, {5'000'000, 0}, 2, 5);
   two.Deposit(1, {5'000'000, 0}, 2, 5);
@@ -241,82 +261,20 @@ TEST(Field, TheHashDoesNotKnowInWhichOrderNodesWereMade) {
   EXPECT_EQ(one.hash(), two.hash());
 }
 
-TEST(Reconfigure, AChangedTauGoesOnFromThePresentValues) {
-  Field field(Config());
-  field.Deposit(1, {5'000'000, 5'200'000}, 8, 0);
-  FieldConfig next = Config();
-  next.pheromones[0].tau_ms = 1'000;
-  ASSERT_TRUE(field.CheckReconfigure(next, 65'000).ok());
-  field.Reconfigure(next, 65'000);  // two of eight quanta are gone
-  const PoseUm pose{{5'000'000, 5'000'000}, 0};
-  EXPECT_EQ(At(field, pose, 65'000).left, 4096 * 6 / 8);
-  EXPECT_EQ(At(field, pose, 66'000).left, 4096 * 5 / 8);
-  EXPECT_EQ(HashFromADump(field), field.hash());
-}
-
-TEST(Reconfigure, AChangedQuantumKeepsTheValue) {
-  Field field(Config());
-  field.Deposit(1, {5'000'000, 5'200'000}, 4, 0);
-  FieldConfig next = Config();
-  next.pheromones[0].quantum_micro = 250'000;
-  next.pheromones[0].max_count = 4;
-  field.Reconfigure(next, 0);
-  EXPECT_EQ(At(field, {{5'000'000, 5'000'000}, 0}, 0).left, 2048);
-  EXPECT_EQ(HashFromADump(field), field.hash());
-}
-
-TEST(Reconfigure, RefusesAnotherGeometryAndAPheromoneStillOnTheMap) {
-  Field field(Config());
-  FieldConfig wider = Config();
-  wider.map.width_um += 1;
-  EXPECT_FALSE(field.CheckReconfigure(wider, 0).ok());
-  FieldConfig without = Config();
-  without.pheromones.clear();
-  EXPECT_TRUE(field.CheckReconfigure(without, 0).ok());
-  field.Deposit(1, {0, 0}, 1, 0);
-  EXPECT_FALSE(field.CheckReconfigure(without, 29'999).ok());
-  EXPECT_TRUE(field.CheckReconfigure(without, 30'000).ok());
-}
-
-TEST(Reconfigure, APheromoneThatLeavesTakesItsRemainsAlong) {
-  Field field(Config());
-  field.Deposit(1, {0, 0}, 1, 0);
-  FieldConfig without = Config();
-  without.pheromones.clear();
-  field.Reconfigure(without, 30'000);
-  EXPECT_EQ(field.hash(), 0u);
-  EXPECT_EQ(field.node_count(), 0u);
-  field.Reconfigure(Config(), 30'000);
-  EXPECT_EQ(field.node_count(), 0u);
-}
-
-TEST(Reconfigure, RefusesPathsForWhichThereIsNoMemory) {
-  FieldConfig config = Config();
-  config.memory_bytes = 12 * CellMap::kTileBytes;
-  Field field(config);
-  FieldConfig next = config;
-  next.paths = {{.type = 1, .count = 1, .points = {{0, 0}, {9'500'000, 0}}}};  // 96 nodes, 12 tiles
-  EXPECT_EQ(TilesOfPaths(next, [](const Path&) { return true; }), 12u);
-  EXPECT_TRUE(field.CheckReconfigure(next, 0).ok());
-  field.Deposit(1, {0, 5'000'000}, 1, 0);
-  EXPECT_FALSE(field.CheckReconfigure(next, 0).ok());
-}
-
-TEST(Reconfigure, PathsComeAndGoWithTheConfiguration) {
-  FieldConfig config = Config();
-  config.pheromones[0].tau_ms = 0;
-  const Path across{.type = 1, .count = 8, .points = {{0, 5'000'000}, {10'000'000, 5'000'000}}};
-  const Path up{.type = 1, .count = 8, .points = {{5'000'000, 0}, {5'000'000, 10'000'000}}};
-  config.paths = {across, up};
-  Field field(config);
-  EXPECT_EQ(field.node_count(), 201u);
-  FieldConfig next = config;
-  next.paths = {up};
-  field.Reconfigure(next, 0);
-  EXPECT_EQ(field.node_count(), 101u);  // the crossing stays
-  field.Reconfigure(config, 0);
-  EXPECT_EQ(field.node_count(), 201u);
-  EXPECT_EQ(HashFromADump(field), field.hash());
+TEST(Field, SensingLeavesNoTrace) {
+  std::mt19937_64 random(12);
+  Field field(TrailConfig());
+  for (int i = 0; i < 200; ++i) {
+    field.Deposit(1, testing::RandomPoint(random, field.config().map), 4, 1'000);
+  }
+  const uint64_t before = field.hash();
+  const uint64_t bytes = field.used_bytes();
+  for (int i = 0; i < 20'000; ++i) {
+    field.Sense(static_cast<uint8_t>(random() % 20),
+                testing::RandomPose(random, field.config().map), random() % 1'000'000);
+  }
+  EXPECT_EQ(field.hash(), before);
+  EXPECT_EQ(field.used_bytes(), bytes);
 }
 
 }  // namespace

@@ -47,18 +47,13 @@ std::array<int16_t, kQuarter + 1> MakeQuarterSine() {
 
 const std::array<int16_t, kQuarter + 1> kQuarterSine = MakeQuarterSine();
 
+// Without a branch: headings come in no order.
 int32_t SineQ14(uint16_t heading) {
-  const size_t within = heading % kQuarter;
-  switch (heading / kQuarter) {
-    case 0:
-      return kQuarterSine[within];
-    case 1:
-      return kQuarterSine[kQuarter - within];
-    case 2:
-      return -kQuarterSine[within];
-    default:
-      return -kQuarterSine[kQuarter - within];
-  }
+  const int quarter = heading / kQuarter;
+  const int within = heading % kQuarter;
+  const int step = (quarter & 1) != 0 ? kQuarter - within : within;
+  const int32_t sine = kQuarterSine[static_cast<size_t>(step)];
+  return (quarter & 2) != 0 ? -sine : sine;
 }
 
 }  // namespace

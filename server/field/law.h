@@ -1,54 +1,107 @@
-// What a pheromone is: its numbers, in integers, as the paper's equations use them.
+// What a pheromone is: its numbers, in integers, as the equations use them.
 //
-//   spread       eq. (1): full strength up to c from a source, falling to nothing at c + sigma
-//   evaporation  eq. (2), (3): the count of quanta at a node falls by one every tau
+//   spread       how strongly a source is smelled at a distance: eq. (1), or a Gaussian
+//   evaporation  eq. (2), (3): what a node holds becomes less with time
 //   strength     Q, the worth of one quantum; a node holds at most `max_count` of them
+//   weight       what an antenna makes of it; negative = repellent
 //
-// All equations: Susnea et al. 2009; our readings of what they leave open: protocol/README.md.
+// A type may be a *blend* instead: a weighted sum of others, without pheromone of its own.
+//
+// All equations: Susnea et al. 2009; our readings of what they leave open, and the arithmetic to
+// the bit: protocol/README.md.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace pheromone::field {
+
+/// The content of a node is counted in levels of 1/64 quantum, so that the laws that divide a
+/// quantum have something to divide. A node of the paper's law holds whole quanta.
+constexpr int kLevelBits = 6;
+constexpr uint32_t kLevelsPerQuantum = 1u << kLevelBits;
+
+/// How the content of a node becomes less. `tau_ms` = 0: it does not.
+enum class Evaporation : uint8_t {
+  kCounter,      ///< the paper's: one quantum less every tau
+  kLinear,       ///< the same in steps of one level: tau / 64
+  kExponential,  ///< halved every tau (the half-life)
+};
+
+/// How strongly a source is smelled at distance d.
+enum class Profile : uint8_t {
+  kZShape,    ///< eq. (1): full up to c, falling to nothing at c + sigma; c = 0 is a cone
+  kGaussian,  ///< exp(-d^2 / (2 sigma^2)), nothing beyond `cutoff_um`
+};
+
+/// One part of a blend.
+struct BlendPart {
+  uint8_t type = 1;
+  int32_t weight_milli = 1000;  ///< in thousandths; instead of the part's own weight
+  bool operator==(const BlendPart&) const = default;
+};
+
+/// A pheromone type that spreads by itself, on a layer of its own (diffusion.h).
+struct DiffusionLaw {
+  /// The share of the difference between two neighbours that moves in a step, in 1/65 536:
+  /// D * step / a^2; at most 1/4. 0 = this type does not diffuse.
+  uint32_t exchange_q16 = 0;
+  uint32_t step_ms = 100;
+  uint32_t keep_q32 = 0;    ///< what a step leaves of a node's content, in 2^-32; 0 = all
+  uint32_t cutoff_q16 = 0;  ///< a node with less than this (1/65 536 quantum) loses it
+  bool operator==(const DiffusionLaw&) const = default;
+};
 
 struct PheromoneLaw {
   uint8_t type = 1;  ///< 1-15, as in the opcodes
   std::string name;
-  int64_t core_um = 0;        ///< c
-  int64_t sigma_um = 1;       ///< sigma, > 0
-  int64_t tau_ms = 0;         ///< tau; 0 = never evaporates
-  int64_t quantum_micro = 1;  ///< Q in millionths of a pheromone unit, > 0
-  uint16_t max_count = 1;     ///< C_max = maximum / Q
-  bool directional = true;    ///< only sources ahead of the axle line count
+  Profile profile = Profile::kZShape;
+  int64_t core_um = 0;    ///< c; of a Gaussian: unused, 0
+  int64_t sigma_um = 1;   ///< sigma, > 0
+  int64_t cutoff_um = 0;  ///< of a Gaussian: its reach
+  Evaporation evaporation = Evaporation::kCounter;
+  int64_t tau_ms = 0;           ///< tau, or the half-life; 0 = never evaporates
+  int64_t quantum_micro = 1;    ///< Q in millionths of a pheromone unit, > 0
+  uint16_t max_count = 1;       ///< C_max = maximum / Q
+  bool directional = true;      ///< only sources ahead of the axle line count
+  int32_t weight_milli = 1000;  ///< in thousandths; negative = repellent
+  DiffusionLaw diffusion;
+  std::vector<BlendPart>
+      blend;  ///< not empty: a blend; then only type, name and this mean anything
   bool operator==(const PheromoneLaw&) const = default;
 
-  int64_t reach_um() const { return core_um + sigma_um; }
-};
-
-/// What a node remembers: C_n quanta at the time T_n of the last deposit.
-struct NodeState {
-  uint16_t count = 0;
-  uint64_t time_ms = 0;
-};
-
-/// C(t) = max(0, C_n - floor((t - T_n) / tau)), the reading of eq. (2), (3) at a node between
-/// deposits. A time before T_n counts as T_n.
-inline uint16_t CountAt(const PheromoneLaw& law, NodeState node, uint64_t now_ms) {
-  if (law.tau_ms == 0 || now_ms <= node.time_ms) {
-    return node.count;
+  bool is_blend() const { return !blend.empty(); }
+  bool diffuses() const { return diffusion.exchange_q16 != 0; }
+  int64_t reach_um() const {
+    return profile == Profile::kGaussian ? cutoff_um : core_um + sigma_um;
   }
-  const uint64_t steps = (now_ms - node.time_ms) / static_cast<uint64_t>(law.tau_ms);
-  return steps >= node.count ? uint16_t{0} : static_cast<uint16_t>(node.count - steps);
-}
+  uint32_t max_level() const { return uint32_t{max_count} << kLevelBits; }
+};
 
-/// C_{n+1} = min(C_max, C(now) + quanta), T_{n+1} = now: a deposit, eq. (2).
+/// What a node remembers: its level at the time of the last deposit.
+struct NodeState {
+  uint32_t level = 0;  ///< in 1/64 quantum
+  uint64_t time_ms = 0;
+  bool operator==(const NodeState&) const = default;
+};
+
+/// The level of a node at `now_ms`; a time before the last deposit counts as that.
+///
+///   counter      max(0, L - 64 floor(dt / tau)), our reading of eq. (2), (3)
+///   linear       max(0, L - floor(64 dt / tau))
+///   exponential  round(L 2^(-dt / tau)), by Exp2Minus (kernel.h)
+uint32_t LevelAt(const PheromoneLaw& law, NodeState node, uint64_t now_ms);
+
+/// A node that is left alone has something until this time at least (UINT64_MAX: for good).
+uint64_t LivesUntil(const PheromoneLaw& law, NodeState node);
+
+/// L_{n+1} = min(L_max, L(now) + 64 quanta), T_{n+1} = now: a deposit, eq. (2).
 inline NodeState AfterDeposit(const PheromoneLaw& law, NodeState node, uint16_t quanta,
                               uint64_t now_ms) {
-  const uint32_t sum = uint32_t{CountAt(law, node, now_ms)} + quanta;
-  return {static_cast<uint16_t>(std::min<uint32_t>(sum, law.max_count)),
-          std::max(now_ms, node.time_ms)};
+  const uint32_t sum = LevelAt(law, node, now_ms) + (uint32_t{quanta} << kLevelBits);
+  return {std::min(sum, law.max_level()), std::max(now_ms, node.time_ms)};
 }
 
 }  // namespace pheromone::field

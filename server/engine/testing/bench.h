@@ -29,7 +29,7 @@ inline EngineConfig SmallConfig() {
   EngineConfig config;
   config.field.map = {
       .origin = {0, 0}, .width_um = 10'000'000, .height_um = 10'000'000, .cell_um = 100'000};
-  config.field.antenna_distance_um = 330'000;
+  config.field.antennas.distance_um = 330'000;
   config.field.pheromones = {Law(1, 30'000), Law(2, 0)};
   config.field.memory_bytes = 16 << 20;
   config.links = {{"radio-a", 3, 40}, {"radio-b", 4, 50}};

@@ -1,81 +1,110 @@
-// The oracle of the field: the paper's formulas recomputed naively. A dense array of all N^2 nodes,
-// scanned whole for each antenna; evaporation counted down step by step; the Z-shape rounded by
-// comparing integers, without any floating point; trigonometry from libm. It shares no arithmetic
-// with the code under test.
+// The oracle of the field: a dense array of all nodes, scanned whole for each antenna, with the
+// equations of naive_law.h. Every blocked node is tried for every line of sight.
+//
+//   NaiveField naive(config, blocked);
+//   naive.Deposit(type, point, quanta, now_ms);
+//   EXPECT_EQ(field.Sense(type, pose, now_ms), naive.Sense(type, pose, now_ms));
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <map>
-#include <numbers>
+#include <span>
+#include <utility>
 #include <vector>
 
+#include "server/field/config.h"
 #include "server/field/field.h"
+#include "server/field/testing/naive_law.h"
 
 namespace pheromone::field::testing {
 
-__extension__ using Wide = __int128;
-
 class NaiveField {
  public:
-  explicit NaiveField(const FieldConfig& config) : config_(config) {
+  explicit NaiveField(const FieldConfig& config, std::vector<NodeIndex> blocked = {})
+      : config_(config), blocked_(std::move(blocked)) {
     for (const PheromoneLaw& law : config.pheromones) {
-      layers_[law.type].resize(static_cast<size_t>(columns()) * static_cast<size_t>(rows()));
+      layers_[law.type].resize(static_cast<size_t>(columns() * rows()));
     }
   }
 
-  void Deposit(uint8_t type, PointUm point, int quanta, uint64_t now_ms) {
-    const int64_t column = Nearest(point.x - config_.map.origin.x, columns());
-    const int64_t row = Nearest(point.y - config_.map.origin.y, rows());
-    Node& node = layers_[type][static_cast<size_t>(row * columns() + column)];
+  /// False, changing nothing, where there is an obstacle.
+  bool Deposit(uint8_t type, PointUm point, int64_t quanta, uint64_t now_ms) {
+    const NodeIndex at{static_cast<int32_t>(Nearest(point.x - config_.map.origin.x, columns())),
+                       static_cast<int32_t>(Nearest(point.y - config_.map.origin.y, rows()))};
+    for (const NodeIndex blocked : blocked_) {
+      if (blocked == at) {
+        return false;
+      }
+    }
     const PheromoneLaw& law = LawOf(type);
-    node.count = std::min<int64_t>(law.max_count, CountDown(law, node, now_ms) + quanta);
-    node.time_ms = now_ms;
+    Node& node = At(type, at);
+    node.level =
+        std::min<int64_t>(64 * int64_t{law.max_count}, LevelOf(type, at, now_ms) + 64 * quanta);
+    node.time_ms = std::max(node.time_ms, now_ms);
+    return true;
+  }
+
+  int64_t LevelOf(uint8_t type, NodeIndex at, uint64_t now_ms) const {
+    const Node& node = layers_.at(type)[IndexOf(at)];
+    const uint64_t dt_ms = now_ms > node.time_ms ? now_ms - node.time_ms : 0;
+    return node.level == 0 ? 0 : NaiveLevel(LawOf(type), node.level, dt_ms);
   }
 
   Intensities Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms) const {
-    const long double angle = 2 * std::numbers::pi_v<long double> * pose.heading / 65536;
-    const int64_t cos_q14 = std::llround(16384 * std::cos(angle));
-    const int64_t sin_q14 = std::llround(16384 * std::sin(angle));
-    const long double half = static_cast<long double>(config_.antenna_distance_um) / 2;
-    const int64_t across_x = std::llround(-half * static_cast<long double>(sin_q14) / 16384);
-    const int64_t across_y = std::llround(half * static_cast<long double>(cos_q14) / 16384);
-    const PointUm p = pose.position;
-    return {Intensity(type, p, cos_q14, sin_q14, {p.x + across_x, p.y + across_y}, now_ms),
-            Intensity(type, p, cos_q14, sin_q14, {p.x - across_x, p.y - across_y}, now_ms)};
+    const PointUm antennas[2] = {Antenna(pose, 1), Antenna(pose, -1)};
+    const std::vector<int64_t> p = SenseAll(type, pose, antennas, now_ms);
+    return {p[0], p[1]};
   }
 
-  /// The exact floor(65 536 * mu(d) + 1/2) of eq. (1) at distance sqrt(d2): the largest m with
-  /// m - 1/2 <= 65 536 (R - d) / sigma, that is (131 072 d)^2 <= (131 072 R - (2 m - 1) sigma)^2.
-  static int64_t ExactSpread(const PheromoneLaw& law, int64_t d2) {
-    const Wide core = law.core_um;
-    const Wide reach = core + law.sigma_um;
-    if (d2 <= core * core) {
-      return 65536;
+  std::vector<int64_t> SenseAll(uint8_t type, const PoseUm& pose, std::span<const PointUm> antennas,
+                                uint64_t now_ms) const {
+    const PheromoneLaw& law = LawOf(type);
+    std::vector<int64_t> p;
+    for (const PointUm antenna : antennas) {
+      Wide total = law.blend.empty() ? Part(law, law.weight_milli, pose, antenna, now_ms) : Wide{0};
+      for (const BlendPart& part : law.blend) {
+        total += Part(LawOf(part.type), part.weight_milli, pose, antenna, now_ms);
+      }
+      // 4096 / (1000 * 1 000 000 * 64 * 65 536), rounded once, halves away from zero
+      const Wide numerator = 2 * 4096 * (total < 0 ? -total : total);
+      const Wide denominator = Wide{2} * 1'000'000'000 * 64 * 65536;
+      const auto rounded = static_cast<int64_t>((numerator + denominator / 2) / denominator);
+      p.push_back(total < 0 ? -rounded : rounded);
     }
-    if (d2 > reach * reach) {
-      return 0;
-    }
-    int64_t low = 0;  // holds
-    int64_t high = 65536;
-    while (low < high) {
-      const int64_t m = (low + high + 1) / 2;
-      const Wide bound = 131072 * reach - (2 * Wide{m} - 1) * law.sigma_um;
-      const bool holds = bound >= 0 && Wide{131072} * 131072 * d2 <= bound * bound;
-      (holds ? low : high) = holds ? m : m - 1;
-    }
-    return low;
+    return p;
+  }
+
+  /// The left antenna (`side` = 1) or the right one (-1), eq. (5) and its generalisation.
+  PointUm Antenna(const PoseUm& pose, int side) const {
+    const AntennaGeometry& geometry = config_.antennas;
+    const PointUm ahead = NaiveDirection(pose.heading);
+    const PointUm aside = NaiveDirection(pose.heading + side * int64_t{geometry.angle});
+    const auto place = [&](int64_t forward, int64_t sideways) {
+      const auto f = static_cast<long double>(geometry.forward_um * forward) / 16384;
+      const auto b = static_cast<long double>(geometry.distance_um * sideways) / 32768;
+      return std::llround(f) + std::llround(b);
+    };
+    return {pose.position.x + place(ahead.x, aside.x), pose.position.y + place(ahead.y, aside.y)};
   }
 
  private:
   struct Node {
-    int64_t count = 0;
+    int64_t level = 0;
     uint64_t time_ms = 0;
   };
 
   int64_t columns() const { return config_.map.width_um / config_.map.cell_um + 1; }
   int64_t rows() const { return config_.map.height_um / config_.map.cell_um + 1; }
+  size_t IndexOf(NodeIndex node) const {
+    return static_cast<size_t>(node.row * columns() + node.column);
+  }
+  Node& At(uint8_t type, NodeIndex node) { return layers_.at(type)[IndexOf(node)]; }
+  PointUm PlaceOf(NodeIndex node) const {
+    return {config_.map.origin.x + node.column * config_.map.cell_um,
+            config_.map.origin.y + node.row * config_.map.cell_um};
+  }
 
   const PheromoneLaw& LawOf(uint8_t type) const {
     for (const PheromoneLaw& law : config_.pheromones) {
@@ -98,41 +127,45 @@ class NaiveField {
     return best;
   }
 
-  static int64_t CountDown(const PheromoneLaw& law, const Node& node, uint64_t now_ms) {
-    int64_t count = node.count;
-    if (law.tau_ms > 0) {
-      const auto tau = static_cast<uint64_t>(law.tau_ms);
-      for (uint64_t t = node.time_ms + tau; t <= now_ms && count > 0; t += tau) {
-        --count;
+  bool Sees(PointUm antenna, PointUm source) const {
+    for (const NodeIndex blocked : blocked_) {
+      if (!NaivePasses(antenna, source, PlaceOf(blocked), config_.map.cell_um)) {
+        return false;
       }
     }
-    return count;
+    return true;
   }
 
-  int64_t Intensity(uint8_t type, PointUm robot, int64_t cos_q14, int64_t sin_q14, PointUm antenna,
-                    uint64_t now_ms) const {
-    const PheromoneLaw& law = LawOf(type);
-    const std::vector<Node>& nodes = layers_.at(type);
+  // w * Q * S of one substance, in 1/(1000 * 1 000 000 * 64 * 65 536) of a pheromone unit.
+  Wide Part(const PheromoneLaw& law, int32_t weight_milli, const PoseUm& pose, PointUm antenna,
+            uint64_t now_ms) const {
+    const PointUm ahead = NaiveDirection(pose.heading);
     Wide sum = 0;
-    for (int64_t row = 0; row < rows(); ++row) {
-      for (int64_t column = 0; column < columns(); ++column) {
-        const Node& node = nodes[static_cast<size_t>(row * columns() + column)];
-        const int64_t x = config_.map.origin.x + column * config_.map.cell_um;
-        const int64_t y = config_.map.origin.y + row * config_.map.cell_um;
-        if (law.directional && (x - robot.x) * cos_q14 + (y - robot.y) * sin_q14 < 0) {
+    for (int32_t row = 0; row < rows(); ++row) {
+      for (int32_t column = 0; column < columns(); ++column) {
+        const int64_t level = LevelOf(law.type, {column, row}, now_ms);
+        if (level == 0) {
           continue;
         }
-        const int64_t d2 = (x - antenna.x) * (x - antenna.x) + (y - antenna.y) * (y - antenna.y);
-        sum += Wide{CountDown(law, node, now_ms)} * ExactSpread(law, d2);
+        const PointUm source = PlaceOf({column, row});
+        const PointUm robot = pose.position;
+        if (law.directional &&
+            (source.x - robot.x) * ahead.x + (source.y - robot.y) * ahead.y < 0) {
+          continue;
+        }
+        const int64_t dx = source.x - antenna.x;
+        const int64_t dy = source.y - antenna.y;
+        const int64_t mu = NaiveSpread(law, dx * dx + dy * dy);
+        if (mu != 0 && Sees(antenna, source)) {
+          sum += Wide{level} * mu;
+        }
       }
     }
-    // round(4096 * Q * sum / 65 536), Q in millionths
-    const Wide numerator = 4096 * Wide{law.quantum_micro} * sum;
-    const Wide denominator = Wide{65536} * 1'000'000;
-    return static_cast<int64_t>((2 * numerator + denominator) / (2 * denominator));
+    return Wide{weight_milli} * law.quantum_micro * sum;
   }
 
   FieldConfig config_;
+  std::vector<NodeIndex> blocked_;
   std::map<uint8_t, std::vector<Node>> layers_;
 };
 

@@ -1,0 +1,177 @@
+// What several sections have in common: tables, names, pheromones, addresses, files.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <charconv>
+#include <system_error>
+
+#include "server/config/sections.h"
+
+namespace pheromone::config {
+namespace {
+
+// What can be listened on: `family` is AF_INET or AF_INET6.
+bool IsAddress(int family, const std::string& text) {
+  in6_addr address{};  // the larger of the two
+  return inet_pton(family, text.c_str(), &address) == 1;
+}
+
+std::optional<Endpoint> ParseEndpoint(std::string_view text) {
+  const size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos) {
+    return std::nullopt;
+  }
+  std::string_view address = text.substr(0, colon);
+  const std::string_view port = text.substr(colon + 1);
+  const bool brackets = address.size() > 2 && address.front() == '[' && address.back() == ']';
+  if (brackets) {
+    address = address.substr(1, address.size() - 2);
+  }
+  Endpoint endpoint{std::string(address), 0};
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), endpoint.port);
+  const bool good = error == std::errc() && end == port.data() + port.size() && !port.empty() &&
+                    IsAddress(brackets ? AF_INET6 : AF_INET, endpoint.address);
+  return good ? std::optional(endpoint) : std::nullopt;
+}
+
+}  // namespace
+
+const Value& TableOf(const Value& root, std::string_view name, Notes* notes) {
+  static const Value empty_table;
+  const Value* value = root.Find(name);
+  if (value != nullptr && value->kind != Value::Kind::kTable) {
+    notes->problems.Add(
+        value->at, name,
+        "found " + value->Describe() + ", expected a table [" + std::string(name) + "]");
+    return empty_table;
+  }
+  return value != nullptr ? *value : empty_table;
+}
+
+std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Notes* notes) {
+  std::vector<const Value*> tables;
+  const Value* value = root.Find(name);
+  if (value == nullptr) {
+    return tables;
+  }
+  const auto refuse = [&](const Value& found) {
+    notes->problems.Add(
+        found.at, name,
+        "found " + found.Describe() + ", expected tables [[" + std::string(name) + "]]");
+  };
+  if (value->kind != Value::Kind::kArray) {
+    refuse(*value);
+    return tables;
+  }
+  for (const Value& item : value->items) {
+    if (item.kind == Value::Kind::kTable) {
+      tables.push_back(&item);
+    } else {
+      refuse(item);
+    }
+  }
+  return tables;
+}
+
+std::string PathOf(std::string_view name, size_t index) {
+  return std::string(name) + '[' + std::to_string(index + 1) + ']';
+}
+
+std::string ListOf(const std::vector<field::PheromoneLaw>& laws) {
+  std::string list;
+  for (const field::PheromoneLaw& law : laws) {
+    if (!law.is_blend()) {
+      list += (list.empty() ? "" : ", ") + std::to_string(law.type) + " or \"" + law.name + '"';
+    }
+  }
+  return list;
+}
+
+const field::PheromoneLaw* ReadPheromoneOf(const TableReader& table,
+                                           const field::FieldConfig& field) {
+  const Value* value = table.Find("pheromone");
+  if (value == nullptr) {
+    table.Missing("pheromone", ListOf(field.pheromones));
+    return nullptr;
+  }
+  for (const field::PheromoneLaw& law : field.pheromones) {
+    const bool by_type = value->kind == Value::Kind::kInteger && value->integer == law.type;
+    const bool by_name = value->kind == Value::Kind::kString && value->text == law.name;
+    if ((by_type || by_name) && !law.is_blend()) {
+      return &law;
+    }
+    if (by_type || by_name) {
+      table.Expected("pheromone", *value,
+                     ListOf(field.pheromones) + ": a blend has no pheromone of its own");
+      return nullptr;
+    }
+  }
+  table.Expected("pheromone", *value, ListOf(field.pheromones));
+  return nullptr;
+}
+
+std::optional<std::string> ReadName(const TableReader& table) {
+  auto name = table.String("name");
+  if (name && (name->size() > 32 ||
+               name->find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                       "0123456789-_.") != std::string::npos)) {
+    table.Expected("name", *table.Find("name"),
+                   "at most 32 letters, digits, hyphens, underscores and dots");
+    return std::nullopt;
+  }
+  return name;
+}
+
+std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view key) {
+  const auto text = table.String(key);
+  auto endpoint = text ? ParseEndpoint(*text) : std::nullopt;
+  if (text && !endpoint) {
+    table.Expected(key, *table.Find(key),
+                   "a numeric address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\"");
+  }
+  return endpoint;
+}
+
+std::string ExtensionOf(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return extension;
+}
+
+std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std::string_view key,
+                                                  std::span<const std::string_view> extensions,
+                                                  const Notes& notes) {
+  const auto name = table.String(key);
+  if (!name) {
+    return std::nullopt;
+  }
+  const Value& value = *table.Find(key);
+  const std::string extension = ExtensionOf(*name);
+  if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) {
+    std::string list;
+    for (const std::string_view known : extensions) {
+      list.append(list.empty() ? "" : ", ").append(known);
+    }
+    table.Expected(key, value, "a file whose name ends in one of " + list);
+    return std::nullopt;
+  }
+  if (!notes.folder) {
+    table.Expected(key, value, "no file, since this configuration is not in a folder of its own");
+    return std::nullopt;
+  }
+  // What a pipe or a device would deliver is not looked for: reading it might never end.
+  std::filesystem::path path = *notes.folder / *name;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    table.Report(key, path.string() + ": " + (error ? error.message() : "is not a regular file") +
+                          ", expected a file");
+    return std::nullopt;
+  }
+  return path;
+}
+
+}  // namespace pheromone::config

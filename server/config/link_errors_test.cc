@@ -1,0 +1,120 @@
+// Each way to get a link, a frame or a tracker wrong.
+
+#include "server/config/testing/config_text.h"
+
+namespace pheromone::config {
+namespace {
+
+class LinkErrorsTest : public ErrorsTest {};
+
+TEST_P(LinkErrorsTest, NamesPlaceKeyAndExpectation) {
+  ExpectError();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Links, LinkErrorsTest,
+    ::testing::Values(
+        Case{28, "kind = \"udp\"",
+             "28:8: link[1].kind: found the string \"udp\", expected one of "
+             "\"pty\", \"serial\", \"tcp\""},
+        Case{31, "name = \"radio-a\"",
+             "31:8: link[2].name: found the string \"radio-a\" again, "
+             "expected what link \"radio-a\" does not have"},
+        Case{27, "name = \"a b\"",
+             "27:8: link[1].name: found the string \"a b\", expected at most "
+             "32 letters, digits, hyphens, underscores and dots"},
+        Case{29, "path = \"/dev/ttyS0\"",
+             "33:8: link[2].port: found the string \"/dev/ttyS0\" "
+             "again, expected what link \"radio-a\" does not have"},
+        Case{33, "port = \"/dev/ttyS0\"\nbaud = 9600.5",
+             "34:8: link[2].baud: found 9600.5, expected a whole number from 50 to 4000000"},
+        Case{33, "port = \"/dev/ttyS0\"\nturnaround_ms = 30\nresponse_window_ms = 32",
+             "35:22: link[2].response_window_ms: found 32, expected more than turnaround_ms and "
+             "the time of a byte, which the server waits before it answers"},
+        Case{29,
+             "path = \"./x/../b.pty\"\n[[link]]\nname = \"b\"\nkind = \"pty\"\npath = \"b.pty\"",
+             "33:8: link[2].path: found the string \"b.pty\" again, expected what link \"radio-a\" "
+             "does not have"},
+        Case{33, "port = \"/dev/ttyS0\"\nbaud = 300\ngap_timeout_ms = 66",
+             "35:18: link[2].gap_timeout_ms: found 66, expected more than the time of two bytes, "
+             "which is 66.666 ms at 300 baud, or 0 for no limit"},
+        Case{33, "port = \"/dev/ttyS0\"\nbaud = 75",
+             "30:1: link[2].response_window_ms: missing, and 289, which follows from baud and "
+             "turnaround_ms, is more than 255; expected a faster line or a whole number from 1 to "
+             "255"},
+        Case{37, "listen = \"localhost:4950\"",
+             "37:10: link[3].listen: found the string \"localhost:4950\", expected a numeric "
+             "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\""},
+        Case{37,
+             "listen = \"127.0.0.1:4950\"\n[[link]]\nname = \"n\"\nkind = \"tcp\"\n"
+             "listen = \"127.0.0.1:4950\"",
+             "41:10: link[4].listen: found the string \"127.0.0.1:4950\" again, expected what link "
+             "\"net\" does not have"}));
+
+// After the text, whose last line is 37.
+INSTANTIATE_TEST_SUITE_P(
+    Poses, LinkErrorsTest,
+    ::testing::Values(
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[frame]]\nid = 3\nx_m = 1",
+             "38:1: frame[1].link: missing, expected a string"},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[frame]]\nlink = \"radio\"\nid = 3",
+             "39:8: frame[1].link: found the string \"radio\", expected one of the links "
+             "\"radio-a\", \"radio-b\", \"net\""},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[frame]]\nlink = \"net\"",
+             "38:1: frame[1].id: missing, expected a whole number from 1 to 254"},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[frame]]\nlink = \"net\"\nid = 255",
+             "40:6: frame[1].id: found 255, expected a whole number from 1 to 254"},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[frame]]\nlink = \"net\"\nid = 1\nx_m = 2e6",
+             "41:7: frame[1].x_m: found 2000000, expected a number from -1000000 to 1000000"},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[frame]]\nlink = \"net\"\nid = 1\ny_m = \"0\"",
+             "41:7: frame[1].y_m: found the string \"0\", expected a number from -1000000 to "
+             "1000000"},
+        Case{37,
+             "listen = \"127.0.0.1:4950\"\n[[frame]]\nlink = \"net\"\nid = 1\nheading_deg = 361",
+             "41:15: frame[1].heading_deg: found 361, expected a number from -360 to 360"},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[frame]]\nlink = \"net\"\nid = 1\nheading = 1",
+             "41:1: frame[1].heading: unknown key, expected heading_deg?"},
+        Case{37,
+             "listen = \"127.0.0.1:4950\"\n[[frame]]\nlink = \"net\"\nid = 1\n"
+             "[[frame]]\nlink = \"net\"\nid = 1",
+             "43:6: frame[2].id: found 1 again, expected one frame for robot 1 on link \"net\""},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[tracker]]\nlisten = \"127.0.0.1:4960\"",
+             "38:1: tracker[1].name: missing, expected a string"},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[tracker]]\nname = \"t\"",
+             "38:1: tracker[1].listen: missing, expected a string"},
+        Case{37, "listen = \"127.0.0.1:4950\"\n[[tracker]]\nname = \"t\"\nlisten = \"here\"",
+             "40:10: tracker[1].listen: found the string \"here\", expected a numeric address and "
+             "a port such as \"127.0.0.1:4950\" or \"[::1]:4950\""},
+        Case{37,
+             "listen = \"127.0.0.1:4950\"\n[[tracker]]\nname = \"t\"\nlisten = "
+             "\"127.0.0.1:1\"\nvalid_s = 0",
+             "41:11: tracker[1].valid_s: found 0, expected a number from 0.001 to 3600"},
+        Case{37,
+             "listen = \"127.0.0.1:4950\"\n[[tracker]]\nname = \"t\"\nlisten = "
+             "\"127.0.0.1:1\"\nport = 3",
+             "41:1: tracker[1].port: unknown key, expected one of name, listen, valid_s"},
+        Case{37,
+             "listen = \"127.0.0.1:4950\"\n[[tracker]]\nname = \"t\"\nlisten = "
+             "\"127.0.0.1:1\"\n[[tracker]]\nname = \"u\"\nlisten = \"127.0.0.1:1\"",
+             "43:10: tracker[2].listen: found the string \"127.0.0.1:1\" again, expected what "
+             "tracker \"t\" does not have"},
+        Case{37,
+             "listen = \"127.0.0.1:4950\"\n[[tracker]]\nname = \"t\"\nlisten = "
+             "\"127.0.0.1:1\"\n[[tracker]]\nname = \"t\"\nlisten = \"127.0.0.1:2\"",
+             "42:8: tracker[2].name: found the string \"t\" again, expected what tracker \"t\" "
+             "does not have"}));
+
+TEST(LinksTest, AnAddressIsFourNumbersOrBracketedAndAPort) {
+  for (const std::string_view bad :
+       {"", ":1", "1.2.3:5", "1.2.3.4", "1.2.3.4:", "1.2.3.4:65536", "1.2.3.256:1", "1.2.3.4.5:1",
+        "1.2.3.4:1 ", "127.0.0.01:4951", "[::::]:4950", "[:::1]:1", "[1:2:3:4:5:6:7]:1", "::1:4950",
+        "[::1]", "[]:4", "[1.2.3.4]:5", "1..2.3:4", "-1.2.3.4:5"}) {
+    EXPECT_NE(ErrorOf(Replaced(37, "listen = \"" + std::string(bad) + "\"")), "") << bad;
+  }
+  for (const std::string_view good : {"0.0.0.0:0", "[::]:65535", "[fe80::1:2]:80"}) {
+    EXPECT_EQ(ErrorOf(Replaced(37, "listen = \"" + std::string(good) + "\"")), "") << good;
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::config

@@ -1,0 +1,137 @@
+// [map], [antennas].
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "server/config/law.h"
+#include "server/config/sections.h"
+
+namespace pheromone::config {
+namespace {
+
+constexpr int64_t kUmPerM = 1'000'000;
+constexpr int64_t kMaxCells = 30'000;  // along an axis
+constexpr int64_t kMaxOriginUm = 1'000'000 * kUmPerM;
+constexpr int64_t kMaxForwardUm = 32 * kUmPerM;
+constexpr double kMaxHeightM = 100'000;
+
+// The first coordinate of the map that a message cannot hold, if there is one. Robots state their
+// place in pose units, as 16-bit numbers or, in the wide messages, as 32-bit ones.
+std::optional<int64_t> NotAddressable(const field::MapGeometry& map, int64_t unit_um, bool wide) {
+  const int64_t most = (wide ? int64_t{INT32_MAX} : int64_t{INT16_MAX}) * unit_um;
+  const std::array<int64_t, 4> edges = {map.origin.x, map.origin.x + map.width_um, map.origin.y,
+                                        map.origin.y + map.height_um};
+  const auto bad = std::find_if(edges.begin(), edges.end(),
+                                [most](int64_t edge) { return edge < -most || edge > most; });
+  return bad == edges.end() ? std::nullopt : std::optional(*bad);
+}
+
+bool ReadSides(const TableReader& map, field::MapGeometry* geometry) {
+  const auto width_um = map.Scaled("width_m", kMetresToUm, 1, kMaxOriginUm);
+  const auto height_um = map.Scaled("height_m", kMetresToUm, 1, kMaxOriginUm);
+  const auto cell_um = map.Scaled("cell_m", kMetresToUm, 1, kMaxOriginUm);
+  const auto x_um = map.Scaled("origin_x_m", kMetresToUm, -kMaxOriginUm, kMaxOriginUm, 0);
+  const auto y_um = map.Scaled("origin_y_m", kMetresToUm, -kMaxOriginUm, kMaxOriginUm, 0);
+  if (!width_um || !height_um || !cell_um || !x_um || !y_um) {
+    return false;
+  }
+  *geometry = {{*x_um, *y_um}, *width_um, *height_um, *cell_um};
+  const int64_t cells = std::max(*width_um, *height_um) / *cell_um;
+  if (cells > kMaxCells) {
+    map.Report("cell_m", "found " + FormatScaled(*cell_um, kMetresToUm) + ", which makes " +
+                             std::to_string(cells) + " cells along an axis, expected at most " +
+                             std::to_string(kMaxCells));
+    return false;
+  }
+  if (*cell_um > std::min(*width_um, *height_um)) {
+    map.Report("cell_m", "found " + FormatScaled(*cell_um, kMetresToUm) +
+                             ", expected no more than width_m and height_m");
+    return false;
+  }
+  return true;
+}
+
+void ReadDatum(const TableReader& map, std::optional<maps::Wgs84>* datum) {
+  if (map.Find("datum") == nullptr) {
+    return;
+  }
+  const auto table = map.Table("datum", "{latitude_deg = ..., longitude_deg = ..., height_m = 0}");
+  if (!table) {
+    return;
+  }
+  table->AllowOnly({"latitude_deg", "longitude_deg", "height_m"});
+  const auto latitude = table->Number("latitude_deg", -90, 90);
+  const auto longitude = table->Number("longitude_deg", -180, 180);
+  const auto height = table->Number("height_m", -kMaxHeightM, kMaxHeightM, 0);
+  if (latitude && longitude && height) {
+    *datum = maps::Wgs84{*latitude, *longitude, *height};
+  }
+}
+
+}  // namespace
+
+bool ReadMap(const Value& root, Notes* notes, Config* config) {
+  const TableReader map(TableOf(root, "map", notes), "map", &notes->problems);
+  map.AllowOnly({"width_m", "height_m", "cell_m", "origin_x_m", "origin_y_m", "pose_unit_mm",
+                 "wide", "datum"});
+  field::MapGeometry& geometry = config->engine.field.map;
+  const bool has_sides = ReadSides(map, &geometry);
+  const auto unit = map.Scaled("pose_unit_mm", kMillimetresTo10Um, 1, UINT16_MAX, 100);
+  const auto wide = map.Boolean("wide", false);
+  ReadDatum(map, &config->datum);
+  if (!has_sides || !unit || !wide) {
+    return has_sides;
+  }
+  config->engine.pose_unit_10um = static_cast<uint16_t>(*unit);
+  if (const auto edge = NotAddressable(geometry, *unit * 10, *wide)) {
+    const std::string unit_mm = FormatScaled(*unit, kMillimetresTo10Um);
+    map.Report(*wide ? "pose_unit_mm" : "wide",
+               "the map reaches to " + FormatScaled(*edge, kMetresToUm) +
+                   " m, which is more than " + std::string(*wide ? "2147483647" : "32767") +
+                   " pose units of " + unit_mm + " mm, expected " +
+                   (*wide ? "a larger pose_unit_mm"
+                          : "wide = true, a larger pose_unit_mm or another origin"));
+  }
+  return true;
+}
+
+void ReadAntennas(const Value& root, Notes* notes, field::FieldConfig* field) {
+  const TableReader table(TableOf(root, "antennas", notes), "antennas", &notes->problems);
+  table.AllowOnly({"bias_m", "forward_m", "angle_deg"});
+  // HELLO tells it in whole millimetres.
+  const auto distance_mm = table.Scaled("bias_m", kMetresToMm, 0, 65'000);
+  const auto forward_um = table.Scaled("forward_m", kMetresToUm, -kMaxForwardUm, kMaxForwardUm, 0);
+  const auto angle =
+      table.Scaled("angle_deg", kDegrees, 0, 180 * kDegrees.factor, 90 * kDegrees.factor);
+  if (distance_mm && forward_um && angle) {
+    field->antennas = {1'000 * *distance_mm, *forward_um,
+                       static_cast<uint16_t>(ToBinaryAngle(*angle))};
+  }
+}
+
+// An answer looks at a rectangle that holds what both antennas reach.
+void CheckAntennas(const Value& root, Notes* notes, const field::FieldConfig& field) {
+  const field::PheromoneLaw* farthest = nullptr;
+  for (const field::PheromoneLaw& law : field.pheromones) {
+    if (!law.is_blend() && (farthest == nullptr || law.reach_um() > farthest->reach_um())) {
+      farthest = &law;
+    }
+  }
+  if (farthest == nullptr) {
+    return;
+  }
+  const int64_t forward_um = std::abs(field.antennas.forward_um);
+  const int64_t most_um = field.antennas.distance_um / 2 + forward_um + farthest->reach_um();
+  const int64_t cells = most_um / field.map.cell_um;
+  if (cells > kMaxReachCells) {
+    const TableReader table(TableOf(root, "antennas", notes), "antennas", &notes->problems);
+    const bool gaussian = farthest->profile == field::Profile::kGaussian;
+    table.Report("bias_m", "half of it" + std::string(forward_um != 0 ? ", forward_m" : "") +
+                               " and the farthest " + (gaussian ? "cutoff_m" : "core_m + sigma_m") +
+                               " are " + FormatScaled(most_um, kMetresToUm) + " m or " +
+                               std::to_string(cells) + " cells, expected at most " +
+                               std::to_string(kMaxReachCells) + " cells");
+  }
+}
+
+}  // namespace pheromone::config

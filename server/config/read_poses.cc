@@ -1,0 +1,88 @@
+// [[frame]] and [[tracker]]: where robots are, beside what they say themselves.
+#include <algorithm>
+#include <optional>
+
+#include "server/config/points.h"
+#include "server/config/sections.h"
+
+namespace pheromone::config {
+namespace {
+
+constexpr int64_t kMaxValidMs = 3'600'000;
+
+// One of the configured links.
+std::optional<std::string> ReadLinkName(const TableReader& table,
+                                        const engine::EngineConfig& engine) {
+  auto name = table.String("link");
+  const auto has_name = [&](const engine::LinkSettings& link) { return link.name == name; };
+  if (name && std::none_of(engine.links.begin(), engine.links.end(), has_name)) {
+    std::string list;
+    for (const engine::LinkSettings& link : engine.links) {
+      list += (list.empty() ? "\"" : ", \"") + link.name + '"';
+    }
+    table.Expected("link", *table.Find("link"),
+                   list.empty() ? "a [[link]] of that name" : "one of the links " + list);
+    return std::nullopt;
+  }
+  return name;
+}
+
+void ReadFrame(const TableReader& table, engine::EngineConfig* engine) {
+  table.AllowOnly({"link", "id", "x_m", "y_m", "heading_deg"});
+  const auto link = ReadLinkName(table, *engine);
+  const auto id = table.Integer("id", 1, 254);
+  const auto x_um = table.Scaled("x_m", kMetresToUm, -kMaxCoordinateUm, kMaxCoordinateUm, 0);
+  const auto y_um = table.Scaled("y_m", kMetresToUm, -kMaxCoordinateUm, kMaxCoordinateUm, 0);
+  const auto heading = table.Number("heading_deg", -360, 360, 0);
+  if (!link || !id || !x_um || !y_um || !heading) {
+    return;
+  }
+  for (const engine::RobotFrame& other : engine->frames) {
+    if (other.link == *link && other.id == *id) {
+      table.Report("id", "found " + std::to_string(*id) + " again, expected one frame for robot " +
+                             std::to_string(*id) + " on link \"" + *link + '"');
+      return;
+    }
+  }
+  engine->frames.push_back(
+      engine::MakeFrame(*link, static_cast<uint8_t>(*id), {*x_um, *y_um}, *heading));
+}
+
+void ReadTracker(const TableReader& table, std::vector<TrackerConfig>* trackers) {
+  table.AllowOnly({"name", "listen", "valid_s"});
+  const auto name = ReadName(table);
+  const auto endpoint = ReadEndpoint(table, "listen");
+  const auto valid_ms = table.Scaled("valid_s", kSecondsToMs, 1, kMaxValidMs, 1'000);
+  if (!name || !endpoint || !valid_ms) {
+    return;
+  }
+  for (const TrackerConfig& other : *trackers) {
+    const bool same_port = other.listen_port != 0 && other.listen_port == endpoint->port &&
+                           other.listen_address == endpoint->address;
+    if (other.name == *name || same_port) {
+      const std::string_view key = other.name == *name ? "name" : "listen";
+      table.Report(key, "found " + table.Find(key)->Describe() +
+                            " again, expected what tracker \"" + other.name + "\" does not have");
+      return;
+    }
+  }
+  trackers->push_back({*name, endpoint->address, endpoint->port, static_cast<uint32_t>(*valid_ms)});
+}
+
+}  // namespace
+
+void ReadFrames(const Value& root, Notes* notes, engine::EngineConfig* engine) {
+  const std::vector<const Value*> tables = TablesOf(root, "frame", notes);
+  for (size_t i = 0; i < tables.size(); ++i) {
+    ReadFrame(TableReader(*tables[i], PathOf("frame", i), &notes->problems), engine);
+  }
+}
+
+void ReadTrackers(const Value& root, Notes* notes, Config* config) {
+  const std::vector<const Value*> tables = TablesOf(root, "tracker", notes);
+  for (size_t i = 0; i < tables.size(); ++i) {
+    ReadTracker(TableReader(*tables[i], PathOf("tracker", i), &notes->problems), &config->trackers);
+  }
+}
+
+}  // namespace pheromone::config

@@ -1,0 +1,147 @@
+#include "server/engine/config_hash.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <set>
+
+#include "server/engine/testing/bench.h"
+
+namespace pheromone::engine {
+namespace {
+
+using Change = std::function<void(EngineConfig&)>;
+
+field::Shared<std::vector<field::PrintNode>> Nodes(std::vector<field::PrintNode> nodes) {
+  return field::Shared(std::move(nodes));
+}
+
+field::Shared<field::ObstacleMask> Wall(const EngineConfig& config, int32_t row) {
+  field::ObstacleMask mask(config.field.map.columns(), config.field.map.rows());
+  mask.BlockRow(row, 3, 9);
+  return field::Shared(std::move(mask));
+}
+
+// Something in every list.
+EngineConfig FullConfig() {
+  EngineConfig config = testing::SmallConfig();
+  field::PheromoneLaw blend;
+  blend.type = 3;
+  blend.name = "both";
+  blend.blend = {{1, 1000}, {2, -500}};
+  config.field.pheromones.push_back(blend);
+  config.field.paths = {{1, 2, false, {{0, 0}, {5, 5}}}, {2, 1, false, {{7, 7}}}};
+  config.field.prints = {{1, Nodes({{{1, 2}, 64}, {{2, 2}, 128}})}};
+  config.field.obstacles = Wall(config, 4);
+  config.frames = {MakeFrame("radio-a", 3, {10, 20}, 30)};
+  return config;
+}
+
+// One change for each field that there is.
+std::map<std::string, Change> EveryChange() {
+  using C = EngineConfig;
+  return {
+      {"origin.x", [](C& c) { ++c.field.map.origin.x; }},
+      {"origin.y", [](C& c) { ++c.field.map.origin.y; }},
+      {"width", [](C& c) { ++c.field.map.width_um; }},
+      {"height", [](C& c) { ++c.field.map.height_um; }},
+      {"cell", [](C& c) { ++c.field.map.cell_um; }},
+      {"antenna distance", [](C& c) { ++c.field.antennas.distance_um; }},
+      {"antenna forward", [](C& c) { ++c.field.antennas.forward_um; }},
+      {"antenna angle", [](C& c) { ++c.field.antennas.angle; }},
+      {"type", [](C& c) { c.field.pheromones[1].type = 9; }},
+      {"name", [](C& c) { c.field.pheromones[0].name += "'"; }},
+      {"profile", [](C& c) { c.field.pheromones[0].profile = field::Profile::kGaussian; }},
+      {"core", [](C& c) { ++c.field.pheromones[0].core_um; }},
+      {"sigma", [](C& c) { ++c.field.pheromones[0].sigma_um; }},
+      {"cutoff", [](C& c) { ++c.field.pheromones[0].cutoff_um; }},
+      {"linear", [](C& c) { c.field.pheromones[0].evaporation = field::Evaporation::kLinear; }},
+      {"half", [](C& c) { c.field.pheromones[0].evaporation = field::Evaporation::kExponential; }},
+      {"tau", [](C& c) { ++c.field.pheromones[0].tau_ms; }},
+      {"quantum", [](C& c) { ++c.field.pheromones[0].quantum_micro; }},
+      {"max_count", [](C& c) { ++c.field.pheromones[0].max_count; }},
+      {"directional", [](C& c) { c.field.pheromones[0].directional = false; }},
+      {"weight", [](C& c) { c.field.pheromones[0].weight_milli = -1000; }},
+      {"exchange", [](C& c) { ++c.field.pheromones[0].diffusion.exchange_q16; }},
+      {"step", [](C& c) { ++c.field.pheromones[0].diffusion.step_ms; }},
+      {"keep", [](C& c) { ++c.field.pheromones[0].diffusion.keep_q32; }},
+      {"diffusion cutoff", [](C& c) { ++c.field.pheromones[0].diffusion.cutoff_q16; }},
+      {"part's type", [](C& c) { c.field.pheromones[2].blend[0].type = 2; }},
+      {"part's weight", [](C& c) { ++c.field.pheromones[2].blend[1].weight_milli; }},
+      {"fewer parts", [](C& c) { c.field.pheromones[2].blend.pop_back(); }},
+      {"fewer pheromones", [](C& c) { c.field.pheromones.pop_back(); }},
+      {"path's type", [](C& c) { c.field.paths[0].type = 2; }},
+      {"path's count", [](C& c) { ++c.field.paths[0].count; }},
+      {"path closed", [](C& c) { c.field.paths[0].closed = true; }},
+      {"path's point", [](C& c) { ++c.field.paths[0].points[1].y; }},
+      {"point to the next path",
+       [](C& c) {
+         c.field.paths[0].points.pop_back();
+         c.field.paths[1].points.insert(c.field.paths[1].points.begin(), {5, 5});
+       }},
+      {"fewer paths", [](C& c) { c.field.paths.pop_back(); }},
+      {"print's type", [](C& c) { c.field.prints[0].type = 2; }},
+      {"print's level",
+       [](C& c) {
+         c.field.prints[0].nodes = Nodes({{{1, 2}, 64}, {{2, 2}, 1}});
+       }},
+      {"print's node",
+       [](C& c) {
+         c.field.prints[0].nodes = Nodes({{{1, 2}, 64}, {{2, 3}, 128}});
+       }},
+      {"print without nodes", [](C& c) { c.field.prints[0].nodes = {}; }},
+      {"fewer prints", [](C& c) { c.field.prints.pop_back(); }},
+      {"other obstacles", [](C& c) { c.field.obstacles = Wall(c, 5); }},
+      {"no obstacles", [](C& c) { c.field.obstacles = {}; }},
+      {"memory", [](C& c) { ++c.field.memory_bytes; }},
+      {"pose unit", [](C& c) { ++c.pose_unit_10um; }},
+      {"robots per link", [](C& c) { --c.robots_per_link; }},
+      {"link's name", [](C& c) { c.links[0].name = "radio-c"; }},
+      {"slot", [](C& c) { ++c.links[1].slot_ms; }},
+      {"window", [](C& c) { ++c.links[1].response_window_ms; }},
+      {"fewer links", [](C& c) { c.links.pop_back(); }},
+      {"frame's link", [](C& c) { c.frames[0].link = "radio-b"; }},
+      {"frame's id", [](C& c) { ++c.frames[0].id; }},
+      {"frame's x", [](C& c) { ++c.frames[0].x_um; }},
+      {"frame's y", [](C& c) { ++c.frames[0].y_um; }},
+      {"frame's heading", [](C& c) { ++c.frames[0].heading; }},
+      {"frame's cos", [](C& c) { ++c.frames[0].cos_q30; }},
+      {"frame's sin", [](C& c) { ++c.frames[0].sin_q30; }},
+      {"no frames", [](C& c) { c.frames.clear(); }},
+  };
+}
+
+TEST(HashConfig, TellsEveryFieldFromEveryOther) {
+  std::set<uint64_t> hashes = {HashConfig(FullConfig())};
+  for (const auto& [name, change] : EveryChange()) {
+    EngineConfig config = FullConfig();
+    change(config);
+    EXPECT_FALSE(config == FullConfig()) << name;
+    EXPECT_TRUE(hashes.insert(HashConfig(config)).second) << name;
+  }
+}
+
+// Content decides, not where it lies in memory.
+TEST(HashConfig, EqualConfigurationsHaveEqualHashes) {
+  EXPECT_TRUE(FullConfig() == FullConfig());
+  EXPECT_EQ(HashConfig(FullConfig()), HashConfig(FullConfig()));
+}
+
+TEST(SameHello, DiffersExactlyWhereHelloTellsSomethingElse) {
+  const std::set<std::string> told = {"antenna distance", "type",       "fewer pheromones",
+                                      "pose unit",        "slot",       "window",
+                                      "link's name",      "fewer links"};
+  for (const auto& [name, change] : EveryChange()) {
+    EngineConfig config = FullConfig();
+    change(config);
+    EXPECT_EQ(SameHello(config, FullConfig()), !told.contains(name)) << name;
+  }
+}
+
+TEST(TypeMask, HasABitForEachTypeBlendsIncluded) {
+  EXPECT_EQ(TypeMaskOf(FullConfig().field), 0b1110);
+}
+
+}  // namespace
+}  // namespace pheromone::engine

@@ -1,0 +1,156 @@
+// What the operator does: commands to robots, and changes of the map by hand.
+
+#include <algorithm>
+#include <cassert>
+#include <string>
+#include <utility>
+
+#include "server/engine/engine.h"
+
+namespace pheromone::engine {
+namespace {
+
+using protocol::Message;
+
+// What an edit's distances are computed with exactly (server/field/edit.cc) bounds how far a
+// stroke may reach; the number of points bounds how long that may take.
+constexpr int64_t kMostStrokeUm = 2'000'000'000;
+constexpr size_t kMostStrokePoints = 1024;
+
+bool IsShort(const std::vector<field::PointUm>& points, int64_t radius_um) {
+  if (radius_um > kMostStrokeUm) {
+    return false;
+  }
+  field::PointUm low = points.front();
+  field::PointUm high = low;
+  for (const field::PointUm point : points) {
+    low = {std::min(low.x, point.x), std::min(low.y, point.y)};
+    high = {std::max(high.x, point.x), std::max(high.y, point.y)};
+  }
+  return std::max(high.x - low.x, high.y - low.y) + 2 * radius_um <= kMostStrokeUm;
+}
+
+// What is wrong with an edit's shape, but for what only its nodes can tell.
+Status CheckShape(const field::FieldEdit& edit) {
+  if (edit.shape > field::FieldEdit::Shape::kAll ||
+      edit.action > field::FieldEdit::Action::kErase) {
+    return Error{"an edit of an unknown shape or action"};
+  }
+  const auto is_far = [](field::PointUm point) {
+    return point.x < -kMostOffsetUm || point.x > kMostOffsetUm || point.y < -kMostOffsetUm ||
+           point.y > kMostOffsetUm;
+  };
+  if (std::any_of(edit.points.begin(), edit.points.end(), is_far)) {
+    return Error{"an edit with a point further than 10^9 m from the map's origin of coordinates"};
+  }
+  if (edit.points.size() > kMostStrokePoints) {
+    return Error{"an edit of " + std::to_string(edit.points.size()) + " points, expected at most " +
+                 std::to_string(kMostStrokePoints) + ": make it in parts"};
+  }
+  const bool is_stroke = edit.shape == field::FieldEdit::Shape::kStroke;
+  if (is_stroke && !edit.points.empty() && !IsShort(edit.points, edit.radius_um)) {
+    return Error{"a stroke that spans more than 2 km: make it in parts"};
+  }
+  return Ok();
+}
+
+}  // namespace
+
+Status Engine::CheckCommand(const CommandIssued& command) const {
+  if (command.link >= config_.links.size()) {
+    return Error{"there is no link " + std::to_string(command.link)};
+  }
+  const auto code = static_cast<uint8_t>(command.code);
+  if (protocol::CommandArgumentLength(code) > protocol::kMaxCommandArguments) {
+    return Error{"there is no command " + std::to_string(code)};
+  }
+  const bool broadcast = command.id == protocol::kBroadcastId;
+  if (broadcast && command.code != protocol::CommandCode::kHalt) {
+    return Error{"only halt can be sent to all robots"};
+  }
+  if (!broadcast && robots_.Find(command.link, command.id) == nullptr) {
+    return Error{"no robot " + std::to_string(command.id) + " has said HELLO on link \"" +
+                 config_.links[command.link].name + "\""};
+  }
+  return Ok();
+}
+
+// A newer command takes the place of one that is still pending: an operator who says halt means
+// now.
+void Engine::On(const CommandIssued& issued, std::vector<Outgoing>* out) {
+  assert(CheckCommand(issued).ok());
+  if (issued.id == protocol::kBroadcastId) {
+    broadcasts_.push_back({issued.link, next_broadcast_seq_++, kBroadcastTransmissions, 0});
+    SendBroadcast(&broadcasts_.back(), out);
+    return;
+  }
+  robots_.Update(issued.link, issued.id, [&](RobotState& robot) {
+    robot.command = CommandState{};
+    robot.command.outcome = CommandOutcome::kPending;
+    robot.command.command.id = issued.id;
+    robot.command.command.seq = robot.next_command_seq++;
+    robot.command.command.code = issued.code;
+    std::copy(issued.arguments.begin(), issued.arguments.end(), robot.command.command.arguments);
+    SendCommand(issued.link, issued.id, &robot, out);
+  });
+}
+
+void Engine::SendCommand(LinkIndex link, uint8_t id, RobotState* robot,
+                         std::vector<Outgoing>* out) {
+  CommandState& state = robot->command;
+  if (state.sent == kCommandTransmissions) {
+    state.outcome = CommandOutcome::kUnanswered;
+    state.next_retry_ms = 0;
+    ++counters_.commands_unanswered;
+    return;
+  }
+  state.next_retry_ms = field_time_ms_ + std::min(kFirstRetryMs << state.sent, kLongestRetryMs);
+  ++state.sent;
+  Message message;
+  protocol::Encode(state.command, &message);
+  message.id = id;
+  Send(link, message, out);
+}
+
+void Engine::SendBroadcast(Broadcast* broadcast, std::vector<Outgoing>* out) {
+  protocol::Command halt;
+  halt.id = protocol::kBroadcastId;
+  halt.seq = broadcast->seq;
+  halt.code = protocol::CommandCode::kHalt;
+  Message message;
+  protocol::Encode(halt, &message);
+  Send(broadcast->link, message, out);
+  --broadcast->left;
+  broadcast->next_ms = field_time_ms_ + kBroadcastIntervalMs;
+}
+
+Status Engine::CheckEdit(const field::FieldEdit& edit) const {
+  const std::string type = "pheromone type " + std::to_string(edit.type);
+  const field::PheromoneLaw* law = field_->FindLaw(edit.type);
+  if (law == nullptr) {
+    return Error{type + " is not configured"};
+  }
+  if (law->is_blend()) {
+    return Error{type + " (\"" + law->name + "\") is a blend, which has no pheromone of its own"};
+  }
+  if (edit.action != field::FieldEdit::Action::kErase && edit.level > law->max_level()) {
+    return Error{type + " (\"" + law->name + "\") holds at most " +
+                 std::to_string(law->max_level()) + "/64 quanta, not " +
+                 std::to_string(edit.level) + "/64"};
+  }
+  Status shape = CheckShape(edit);
+  const bool is_simple = edit.shape == field::FieldEdit::Shape::kAll &&
+                         edit.action == field::FieldEdit::Action::kErase;
+  if (!shape.ok() || is_simple) {
+    return shape;
+  }
+  const auto nodes = field::NodesOf(edit, config_.field.map);
+  return nodes.ok() ? Ok() : Status(Error{nodes.error()});
+}
+
+void Engine::On(const FieldEdited& edited, std::vector<Outgoing>* /*out*/) {
+  assert(CheckEdit(edited.edit).ok());
+  edit_outcome_ = field_->Edit(edited.edit, field_time_ms_);
+}
+
+}  // namespace pheromone::engine

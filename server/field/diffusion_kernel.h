@@ -1,0 +1,61 @@
+// One step of diffusion over one tile, once for each instruction set. All in integers, so every
+// kernel gives the same bits (protocol/README.md, "Arithmetic"); which one runs is a matter of
+// speed.
+//
+// Like kernel.h, this header and the sources that implement a kernel use nothing of the standard
+// library: an inline function of it, compiled for AVX2, could be the copy that the linker keeps for
+// a processor that has none.
+//
+// Thread-safe: kernels have no state.
+#pragma once
+
+#include <stdint.h>
+
+namespace pheromone::field {
+
+/// What a step does, the same for all tiles of a layer (DiffusionLaw in law.h).
+struct DiffusionNumbers {
+  uint32_t exchange_q16 = 0;  // at most 1/4
+  uint32_t keep_q32 = 0;      // 0: nothing evaporates
+  uint32_t cutoff_q16 = 0;
+};
+
+/// A tile and its surroundings before the step, and what becomes of the tile. Contents are 64
+/// numbers below 2^31 in 1/65 536 quantum, row by row from the bottom, on a boundary of 64 bytes.
+struct DiffusionTile {
+  enum : uint8_t { kLeft, kRight, kBelow, kAbove, kSides };
+  const void* centre;
+  const void* beside[kSides];
+
+  // The edges between nodes that something may cross. Bit 8 * row + column of `open_right` is the
+  // edge between that node and the one to its right, of `open_above` to the one above; bit `row` of
+  // `open_left`, bit `column` of `open_below`: the edges between this tile and those neighbours.
+  uint64_t open_right;
+  uint64_t open_above;
+  uint8_t open_left;
+  uint8_t open_below;
+
+  void* next;         // 64 numbers, which none of the above overlaps
+  uint64_t occupied;  // bit 8 * row + column: `next` is not 0
+  uint64_t sum;       // of `next`
+  uint64_t cut;       // what was below the cut-off
+};
+
+struct DiffusionKernel {
+  const char* name;
+  void (*step)(const DiffusionNumbers& numbers, DiffusionTile* tile);
+};
+
+/// The kernels that this processor can run, the best one last; the first is portable.
+struct DiffusionKernelList {
+  const DiffusionKernel* kernel[3];
+  int count;
+};
+DiffusionKernelList DiffusionKernels();
+const DiffusionKernel& BestDiffusionKernel();
+
+extern const DiffusionKernel kPortableDiffusion;
+extern const DiffusionKernel kAvx2Diffusion;
+extern const DiffusionKernel kAvx512Diffusion;
+
+}  // namespace pheromone::field

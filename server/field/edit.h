@@ -1,0 +1,41 @@
+// Changes of the map that no robot makes: fill, brush, erase. Small enough to be an event of the
+// log; what they touch is decided in integers.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/base/result.h"
+#include "server/field/geometry.h"
+
+namespace pheromone::field {
+
+struct FieldEdit {
+  enum class Shape : uint8_t {
+    kRectangle,  ///< between two points, edges included
+    kStroke,     ///< within `radius_um` of a line through the points; of one point: a disc
+    kAll,        ///< the whole map
+  };
+  enum class Action : uint8_t {
+    kSet,    ///< to the level
+    kAdd,    ///< the level, up to the maximum
+    kErase,  ///< to nothing
+  };
+
+  uint8_t type = 1;
+  Shape shape = Shape::kRectangle;
+  Action action = Action::kSet;
+  uint32_t level = 0;  ///< in 1/64 quantum
+  int64_t radius_um = 0;
+  std::vector<PointUm> points;
+  bool operator==(const FieldEdit&) const = default;
+};
+
+/// The most nodes that an edit may touch; larger ones are made in parts.
+constexpr int64_t kMostNodesOfEdit = int64_t{1} << 20;
+
+/// The nodes of an edit's shape, row by row. Errors: a shape without the points that it needs, or
+/// too many nodes. Parts beyond the map are left out.
+Result<std::vector<NodeIndex>> NodesOf(const FieldEdit& edit, const MapGeometry& map);
+
+}  // namespace pheromone::field

@@ -1,0 +1,37 @@
+// One query: eq. (4) at any number of antennas. Internal to this folder; Field and FieldReader are
+// what others use.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "server/field/cell_map.h"
+#include "server/field/diffusion.h"
+#include "server/field/heading.h"
+#include "server/field/setup.h"
+
+namespace pheromone::field {
+
+/// Where the pheromones of all types lie; they outlive every query.
+struct Layers {
+  std::array<std::unique_ptr<CellMap>, kTypes> cells;
+  std::array<std::unique_ptr<DiffusionLayer>, kTypes> diffusing;
+};
+
+/// The level that an antenna smells of a diffusing node's content (in 1/65 536 quantum).
+inline uint32_t LevelOfDiffusing(uint32_t content_q16) {
+  constexpr uint32_t kHalf = 1u << (15 - kLevelBits);
+  constexpr uint32_t kMost = (1u << 22) - 1;
+  const uint64_t level = (uint64_t{content_q16} + kHalf) >> (16 - kLevelBits);
+  return level < kMost ? static_cast<uint32_t>(level) : kMost;
+}
+
+/// P at each of `antennas`, in 1/4096 of a pheromone unit, for a type that exists and a robot on
+/// the map. Reads words that a writer may be changing.
+void SenseAt(const Setup& setup, const Layers& layers, const Kernel& kernel, uint8_t type,
+             const PoseUm& pose, DirectionQ14 heading, std::span<const PointUm> antennas,
+             uint64_t now_ms, std::span<int64_t> intensities);
+
+}  // namespace pheromone::field

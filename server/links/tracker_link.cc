@@ -1,0 +1,253 @@
+#include "server/links/tracker_link.h"
+
+#include <cmath>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+namespace pheromone::links {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::udp;
+using boost::system::error_code;
+
+constexpr std::chrono::seconds kBetweenReports{1};
+constexpr size_t kMostDatagram = 65'536;  // more than UDP can carry
+
+std::string ToText(const udp::endpoint& endpoint) {
+  const std::string address = endpoint.address().to_string();
+  return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" +
+         std::to_string(endpoint.port());
+}
+
+// The beginning of a stranger's line, fit for a log.
+std::string Quoted(std::string_view line) {
+  constexpr size_t kMost = 60;
+  std::string text = "\"";
+  for (const char c : line.substr(0, kMost)) {
+    text += c >= ' ' && c <= '~' ? c : '?';
+  }
+  return text + (line.size() > kMost ? "...\"" : "\"");
+}
+
+field::PoseUm ToUm(const PoseFix& fix) {
+  return {{std::llround(fix.x_m * 1e6), std::llround(fix.y_m * 1e6)},
+          static_cast<uint16_t>(std::llround(fix.heading_deg * 65536 / 360))};
+}
+
+}  // namespace
+
+// All that is not under the lock belongs to the strand.
+class TrackerLink::Impl {
+ public:
+  Impl(asio::io_context& io, TrackerOptions options, engine::Service* service, GpsToMap gps_to_map,
+       LinkLog log)
+      : options_(std::move(options)),
+        service_(service),
+        gps_to_map_(std::move(gps_to_map)),
+        log_(std::move(log)),
+        strand_(asio::make_strand(io)),
+        socket_(strand_),
+        retry_(strand_),
+        report_(strand_),
+        backoff_(options_.backoff),
+        buffer_(kMostDatagram) {}
+
+  Status Start() {
+    Status listening = Listen();
+    asio::co_spawn(strand_, Receive(), asio::detached);
+    return listening;
+  }
+
+  void Stop() {
+    asio::post(strand_, [this] {
+      error_code ignored;
+      stopping_ = true;
+      socket_.close(ignored);
+      retry_.cancel();
+      report_.cancel();
+      record_.SetState({false, "stopped"});
+    });
+  }
+
+  std::string address() const {
+    const LinkRecord::State now = record_.state();
+    return now.up ? now.reason : "";
+  }
+
+  TrackerCounters counters() const {
+    const std::lock_guard lock(mutex_);
+    return counters_;
+  }
+
+ private:
+  Status Listen() {
+    error_code error;
+    const auto ip = asio::ip::make_address(options_.listen_address, error);
+    const udp::endpoint endpoint(ip, options_.listen_port);
+    if (!error) {
+      socket_.open(endpoint.protocol(), error);
+    }
+    if (!error) {
+      socket_.bind(endpoint, error);
+    }
+    if (error) {
+      const std::string why = "cannot listen on " + options_.listen_address + " port " +
+                              std::to_string(options_.listen_port) + ": " + error.message();
+      error_code ignored;
+      socket_.close(ignored);
+      if (record_.SetState({false, why})) {
+        log_(Severity::kWarning, "tracker: down, " + why + "; trying again");
+      }
+      return Error{why};
+    }
+    const std::string where = ToText(socket_.local_endpoint(error));
+    if (record_.SetState({true, where})) {
+      log_(Severity::kInfo, "tracker: up, udp " + where);
+    }
+    return Ok();
+  }
+
+  asio::awaitable<void> Receive() {
+    while (!stopping_) {
+      error_code error;
+      if (socket_.is_open()) {
+        udp::endpoint sender;
+        const size_t size = co_await socket_.async_receive_from(
+            asio::buffer(buffer_), sender, asio::redirect_error(asio::use_awaitable, error));
+        if (!error) {
+          backoff_.Reset();
+          Take({buffer_.data(), size});
+          continue;
+        }
+      }
+      if (!stopping_) {
+        retry_.expires_after(backoff_.Next());
+        co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      }
+      if (!stopping_ && !socket_.is_open()) {
+        static_cast<void>(Listen());
+      }
+    }
+  }
+
+  // One datagram is one batch for the engine.
+  void Take(std::string_view datagram) {
+    seen_.clear();
+    size_t lines = 0;
+    ForEachTrackerLine(datagram, [&](std::string_view line) {
+      if (++lines > kMostTrackerLines) {
+        Refuse(TrackerFault::kTooManyLines, line);
+        return;
+      }
+      const auto parsed = ParseTrackerLine(line);
+      if (const auto* fault = std::get_if<TrackerFault>(&parsed)) {
+        Refuse(*fault, line);
+      } else {
+        Note(std::get<TrackerLine>(parsed), line);
+      }
+    });
+    const size_t taken = seen_.empty() ? 0 : service_->Observe(seen_);
+    const std::lock_guard lock(mutex_);
+    ++counters_.datagrams;
+    counters_.poses += taken;
+    counters_.not_taken += seen_.size() - taken;
+  }
+
+  void Note(const TrackerLine& line, std::string_view text) {
+    const auto link = service_->FindLink(line.link);
+    const auto* gps = std::get_if<GpsFix>(&line.fix);
+    if (!link) {
+      Refuse(TrackerFault::kUnknownLink, text);
+    } else if (gps != nullptr && !gps_to_map_) {
+      Refuse(TrackerFault::kNoDatum, text);
+    } else {
+      const field::PoseUm pose =
+          gps != nullptr ? gps_to_map_(*gps) : ToUm(std::get<PoseFix>(line.fix));
+      seen_.push_back({*link, line.id, pose, options_.valid_ms});
+    }
+  }
+
+  // Told at once if nothing was told lately, else with what comes until the second is over.
+  void Refuse(TrackerFault fault, std::string_view line) {
+    {
+      const std::lock_guard lock(mutex_);
+      ++counters_.faults[static_cast<size_t>(fault)];
+    }
+    ++untold_;
+    last_fault_ = std::string(TextOf(fault)) + ": " + Quoted(line);
+    if (!reporting_) {
+      Report();
+    }
+  }
+
+  void Report() {
+    reporting_ = untold_ != 0 && !stopping_;
+    if (!reporting_) {
+      return;
+    }
+    log_(Severity::kWarning, "tracker: " + std::to_string(std::exchange(untold_, 0)) +
+                                 " lines refused, the last one for " + last_fault_);
+    report_.expires_after(kBetweenReports);
+    report_.async_wait([this](const error_code& error) {
+      if (!error) {
+        Report();
+      }
+    });
+  }
+
+  const TrackerOptions options_;
+  engine::Service* const service_;
+  const GpsToMap gps_to_map_;
+  const LinkLog log_;
+  const asio::strand<asio::io_context::executor_type> strand_;
+  udp::socket socket_;
+  asio::steady_timer retry_;
+  asio::steady_timer report_;
+  Backoff backoff_;
+  std::vector<char> buffer_;
+  std::vector<engine::PoseObserved> seen_;
+  uint64_t untold_ = 0;
+  std::string last_fault_;
+  bool reporting_ = false;
+  bool stopping_ = false;
+  LinkRecord record_;  // its state only
+  mutable std::mutex mutex_;
+  TrackerCounters counters_;
+};
+
+TrackerLink::TrackerLink(asio::io_context& io, TrackerOptions options, engine::Service* service,
+                         GpsToMap gps_to_map, LinkLog log)
+    : impl_(std::make_unique<Impl>(io, std::move(options), service, std::move(gps_to_map),
+                                   std::move(log))) {}
+
+TrackerLink::~TrackerLink() = default;
+
+Status TrackerLink::Start() {
+  return impl_->Start();
+}
+
+void TrackerLink::Stop() {
+  impl_->Stop();
+}
+
+std::string TrackerLink::address() const {
+  return impl_->address();
+}
+
+TrackerCounters TrackerLink::counters() const {
+  return impl_->counters();
+}
+
+}  // namespace pheromone::links

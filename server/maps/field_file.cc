@@ -1,0 +1,220 @@
+#include "server/maps/field_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+#include <utility>
+
+#include "server/maps/file.h"
+
+namespace pheromone::maps {
+namespace {
+
+constexpr std::string_view kMagic = "# pheromone-field ";
+constexpr std::string_view kVersion = "1";
+constexpr std::string_view kNodesLine = "# nodes type,column,row,level";
+
+std::string Printable(std::string_view text) {
+  std::string printable(text);
+  std::replace_if(
+      printable.begin(), printable.end(),
+      [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }, '?');
+  return printable;
+}
+
+std::string LawInWords(const field::PheromoneLaw& law) {
+  std::string words = "permanent";
+  if (law.tau_ms != 0) {
+    constexpr std::string_view kNames[] = {"counter", "linear", "exponential"};
+    words = kNames[static_cast<size_t>(law.evaporation)];
+    words += ':' + std::to_string(law.tau_ms) + "ms";
+  }
+  return words + (law.diffuses() ? "+diffusing" : "");
+}
+
+// `visit_levels(type, visit)` calls visit(NodeIndex, level) for each node.
+template <typename VisitLevels>
+SavedField CaptureFrom(const field::MapGeometry& map, std::span<const field::PheromoneLaw> laws,
+                       const VisitLevels& visit_levels) {
+  SavedField saved;
+  saved.map = map;
+  for (const field::PheromoneLaw& law : laws) {
+    if (law.is_blend()) {
+      continue;
+    }
+    saved.types.push_back({law.type, Printable(law.name), law.quantum_micro, LawInWords(law)});
+    std::vector<field::PrintNode> nodes;
+    visit_levels(law.type, [&nodes](field::NodeIndex node, uint32_t level) {
+      nodes.push_back({node, level});
+    });
+    std::sort(nodes.begin(), nodes.end(),
+              [](const auto& a, const auto& b) { return a.node < b.node; });
+    if (!nodes.empty()) {
+      saved.prints.push_back(
+          {law.type, field::Shared<std::vector<field::PrintNode>>(std::move(nodes))});
+    }
+  }
+  const auto by_type = [](const auto& a, const auto& b) { return a.type < b.type; };
+  std::sort(saved.types.begin(), saved.types.end(), by_type);
+  std::sort(saved.prints.begin(), saved.prints.end(), by_type);
+  return saved;
+}
+
+template <typename Number>
+void Append(Number number, char after, std::string* text) {
+  char digits[24];
+  const auto [end, error] = std::to_chars(std::begin(digits), std::end(digits), number);
+  text->append(digits, end);
+  *text += after;
+}
+
+size_t NodesIn(const SavedField& saved) {
+  size_t count = 0;
+  for (const field::Print& print : saved.prints) {
+    count += print.nodes->size();
+  }
+  return count;
+}
+
+std::string InWords(const field::MapGeometry& map) {
+  const auto um = [](int64_t value) { return std::to_string(value); };
+  return "origin (" + um(map.origin.x) + ", " + um(map.origin.y) + "), size " + um(map.width_um) +
+         " x " + um(map.height_um) + " and cells of " + um(map.cell_um) + " um";
+}
+
+std::string At(field::NodeIndex node) {
+  return " at node (" + std::to_string(node.column) + ", " + std::to_string(node.row) + ")";
+}
+
+// Why a type cannot take what was saved of it.
+Status CheckType(const SavedType& saved, const field::Print& print,
+                 const field::PheromoneLaw* law) {
+  const std::string who =
+      "pheromone type " + std::to_string(saved.type) + " (\"" + saved.name + "\") ";
+  if (law == nullptr) {
+    return Error{who + "is not configured"};
+  }
+  if (law->is_blend()) {
+    return Error{who + "is configured as a blend, which holds nothing"};
+  }
+  if (Printable(law->name) != saved.name) {
+    return Error{who + "is configured as \"" + Printable(law->name) + "\""};
+  }
+  if (law->quantum_micro != saved.quantum_micro) {
+    return Error{who + "was saved in quanta of " + std::to_string(saved.quantum_micro) +
+                 " millionths, and is configured with quanta of " +
+                 std::to_string(law->quantum_micro)};
+  }
+  const bool whole =
+      law->evaporation == field::Evaporation::kCounter && law->tau_ms != 0 && !law->diffuses();
+  for (const field::PrintNode& it : *print.nodes) {
+    const std::string level = "has level " + std::to_string(it.level) + At(it.node);
+    if (it.level > law->max_level()) {
+      return Error{who + level + ", expected at most " + std::to_string(law->max_level()) +
+                   ", the configured maximum"};
+    }
+    if (whole && it.level % field::kLevelsPerQuantum != 0) {
+      return Error{who + level + ", expected a multiple of " +
+                   std::to_string(field::kLevelsPerQuantum) + ": its law counts whole quanta"};
+    }
+  }
+  return Ok();
+}
+
+}  // namespace
+
+SavedField Capture(const field::Field& field, uint64_t now_ms) {
+  return CaptureFrom(
+      field.config().map, field.config().pheromones,
+      [&](uint8_t type, const auto& visit) { field.VisitLevels(type, now_ms, visit); });
+}
+
+SavedField Capture(const field::FieldReader& reader, const field::MapGeometry& map,
+                   std::span<const field::PheromoneLaw> laws, uint64_t now_ms) {
+  return CaptureFrom(
+      map, laws, [&](uint8_t type, const auto& visit) { reader.VisitLevels(type, now_ms, visit); });
+}
+
+std::string EncodeField(const SavedField& saved) {
+  std::string text;
+  text.reserve(1000 + NodesIn(saved) * 16);
+  text.append(kMagic).append(kVersion) += '\n';
+  text += "# map origin_um ";
+  Append(saved.map.origin.x, ' ', &text);
+  Append(saved.map.origin.y, ' ', &text);
+  text += "size_um ";
+  Append(saved.map.width_um, ' ', &text);
+  Append(saved.map.height_um, ' ', &text);
+  text += "cell_um ";
+  Append(saved.map.cell_um, '\n', &text);
+  for (const SavedType& it : saved.types) {
+    text += "# type ";
+    Append(int{it.type}, ' ', &text);
+    text += "quantum_micro ";
+    Append(it.quantum_micro, ' ', &text);
+    text += "law " + it.law + " name \"" + it.name + "\"\n";
+  }
+  text.append(kNodesLine) += '\n';
+  uint64_t levels = 0;
+  for (const field::Print& print : saved.prints) {
+    for (const field::PrintNode& it : *print.nodes) {
+      Append(int{print.type}, ',', &text);
+      Append(it.node.column, ',', &text);
+      Append(it.node.row, ',', &text);
+      Append(it.level, '\n', &text);
+      levels += it.level;
+    }
+  }
+  text += "# end nodes ";
+  Append(NodesIn(saved), ' ', &text);
+  text += "levels ";
+  Append(levels, '\n', &text);
+  return text;
+}
+
+Status SaveField(const std::string& path, const SavedField& saved) {
+  if (NodesIn(saved) > kMostSavedNodes) {
+    return Error{path + ": not written: " + std::to_string(NodesIn(saved)) +
+                 " nodes hold something, expected at most " + std::to_string(kMostSavedNodes)};
+  }
+  return WriteFile(path, EncodeField(saved));
+}
+
+Result<SavedField> LoadField(const std::string& path) {
+  const Result<std::string> text = ReadFile(path);
+  return text.ok() ? ParseField(text.value(), path) : Error{text.error()};
+}
+
+Status CheckFits(const SavedField& saved, const field::FieldConfig& config) {
+  if (!(saved.map == config.map)) {
+    return Error{"the map was saved with " + InWords(saved.map) + ", and is configured with " +
+                 InWords(config.map)};
+  }
+  field::FieldConfig together = config;
+  for (const field::Print& print : saved.prints) {
+    const auto type = std::find_if(saved.types.begin(), saved.types.end(),
+                                   [&](const SavedType& it) { return it.type == print.type; });
+    Status fits = CheckType(*type, print, config.FindLaw(print.type));
+    if (!fits.ok()) {
+      return fits;
+    }
+    together.prints.push_back(print);
+  }
+  const uint64_t bytes = field::BytesOfLaid(
+      together, [](const field::Path&) { return true; }, [](const field::Print&) { return true; });
+  if (bytes > config.memory_bytes) {
+    return Error{"what lies on the map takes " + std::to_string(bytes) +
+                 " bytes, and the configured memory is " + std::to_string(config.memory_bytes)};
+  }
+  return Ok();
+}
+
+Status LayOnto(const SavedField& saved, field::FieldConfig* config) {
+  Status fits = CheckFits(saved, *config);
+  if (fits.ok()) {
+    config->prints.insert(config->prints.end(), saved.prints.begin(), saved.prints.end());
+  }
+  return fits;
+}
+
+}  // namespace pheromone::maps

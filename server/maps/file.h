@@ -1,0 +1,36 @@
+// Whole files in and out, and how to say where in one something is wrong.
+//
+//   Result<std::string> bytes = ReadFile("lab.pgm", kMaxFileBytes);
+//   Status written = WriteFile("lab.pgm", bytes.value());
+//
+// Any thread. Errors name the file and the system's reason.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "server/base/result.h"
+
+namespace pheromone::maps {
+
+constexpr size_t kMaxFileBytes = size_t{1} << 30;
+
+/// All bytes of a file. More than `max_bytes` is an error, found before they are read into memory.
+Result<std::string> ReadFile(const std::string& path, size_t max_bytes = kMaxFileBytes);
+
+/// Replaces a file as a whole: the bytes go to a new file beside it, to the disk, and only then
+/// take the old one's name. Whoever reads meanwhile, or after a power cut, finds the old or the new
+/// content and nothing between. On an error the old file is untouched.
+Status WriteFile(const std::string& path, std::string_view bytes);
+
+/// "NAME: byte N: WHAT", counting from 0, for formats without lines.
+Error AtByte(std::string_view name, size_t offset, std::string_view what);
+
+/// "NAME:LINE: WHAT" or "NAME:LINE:COLUMN: WHAT", counting from 1; column 0 = not known.
+Error AtLine(std::string_view name, size_t line, size_t column, std::string_view what);
+
+/// What was found in a file, for a message: in quotes, short, and printable whatever it was.
+std::string Quoted(std::string_view found);
+
+}  // namespace pheromone::maps

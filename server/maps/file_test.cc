@@ -1,0 +1,84 @@
+#include "server/maps/file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace pheromone::maps {
+namespace {
+
+class FileTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "maps_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string In(const std::string& name) const { return (folder_ / name).string(); }
+  size_t Entries() const {
+    return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(FileTest, ComesBackAsItWasWritten) {
+  std::string bytes("\0\r\n\xFF", 4);
+  bytes.append(200'000, 'x');
+  ASSERT_TRUE(WriteFile(In("a"), bytes).ok());
+  EXPECT_EQ(ReadFile(In("a")).value(), bytes);
+}
+
+TEST_F(FileTest, WritingReplacesTheWholeFileAndLeavesNothingBeside) {
+  ASSERT_TRUE(WriteFile(In("a"), "long content").ok());
+  ASSERT_TRUE(WriteFile(In("a"), "short").ok());
+  EXPECT_EQ(ReadFile(In("a")).value(), "short");
+  EXPECT_EQ(Entries(), 1U);
+}
+
+TEST_F(FileTest, WritingStepsOverWhatACrashLeftBehind) {
+  std::ofstream(In("a.new0")) << "half";
+  ASSERT_TRUE(WriteFile(In("a"), "whole").ok());
+  EXPECT_EQ(ReadFile(In("a")).value(), "whole");
+  EXPECT_EQ(ReadFile(In("a.new0")).value(), "half");
+}
+
+TEST_F(FileTest, AFailedWriteSaysWhyAndLeavesNothing) {
+  EXPECT_EQ(WriteFile(In("none/a"), "x").error(),
+            In("none/a.new0") + ": cannot be created: No such file or directory");
+  std::filesystem::create_directory(In("folder"));
+  EXPECT_EQ(WriteFile(In("folder"), "x").error(),
+            In("folder") + ": cannot be written: Is a directory");
+  EXPECT_EQ(Entries(), 1U);
+}
+
+TEST_F(FileTest, ReadingSaysWhyItFails) {
+  EXPECT_EQ(ReadFile(In("a")).error(), In("a") + ": cannot be opened: No such file or directory");
+  EXPECT_EQ(ReadFile(In("")).error(), In("") + ": cannot be read: Is a directory");
+}
+
+TEST_F(FileTest, ReadingStopsAtTheLimitEvenWhereThereIsNoEnd) {
+  ASSERT_TRUE(WriteFile(In("a"), "12345").ok());
+  EXPECT_TRUE(ReadFile(In("a"), 5).ok());
+  EXPECT_EQ(ReadFile(In("a"), 4).error(), In("a") + ": too long, expected at most 4 bytes");
+  EXPECT_EQ(ReadFile("/dev/zero", 100'000).error(),
+            "/dev/zero: too long, expected at most 100000 bytes");
+}
+
+TEST(Messages, SayWhereInTheFormAnEditorUnderstands) {
+  EXPECT_EQ(AtLine("a.csv", 3, 7, "no").message, "a.csv:3:7: no");
+  EXPECT_EQ(AtLine("a.csv", 3, 0, "no").message, "a.csv:3: no");
+  EXPECT_EQ(AtByte("a.npy", 0, "no").message, "a.npy: byte 0: no");
+}
+
+TEST(Messages, QuoteShortlyAndPrintably) {
+  EXPECT_EQ(Quoted("abc"), "\"abc\"");
+  EXPECT_EQ(Quoted(std::string_view("\0\n\xFF~", 4)), "\"???~\"");
+  EXPECT_EQ(Quoted(std::string(33, 'x')), "\"" + std::string(32, 'x') + "...\"");
+}
+
+}  // namespace
+}  // namespace pheromone::maps

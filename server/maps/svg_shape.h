@@ -1,0 +1,42 @@
+// What the elements of an SVG drawing draw: <path>, and the basic shapes (SVG 1.1, chapter 9) by
+// their equivalent paths. Internal to server/maps.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+#include "server/maps/line_sink.h"
+#include "server/maps/svg_pen.h"
+
+namespace pugi {
+class xml_node;
+}
+
+namespace pheromone::maps {
+
+/// An attribute's value and where it stands in the sink's text.
+struct SvgAttribute {
+  std::string_view text;
+  size_t offset = 0;
+};
+
+/// Finds attributes of elements, and says where they and their elements stand. The document was
+/// parsed in place from `buffer`, a copy of the sink's text.
+struct SvgSource {
+  const char* buffer = nullptr;
+
+  std::optional<SvgAttribute> Find(const pugi::xml_node& element, const char* name) const;
+  size_t OffsetOf(const pugi::xml_node& element) const;
+};
+
+/// A length as an attribute has it, in user units. False if the sink was told what is wrong.
+bool ParseSvgLength(const SvgAttribute& attribute, LineSink* sink, double* length);
+
+bool IsSvgShape(std::string_view element);
+
+/// Draws one of the shapes. False if the sink was told what is wrong.
+bool DrawSvgShape(std::string_view name, const pugi::xml_node& element, const SvgSource& source,
+                  LineSink* sink, SvgPen* pen);
+
+}  // namespace pheromone::maps
