@@ -44,7 +44,7 @@ class CellMap {
     std::atomic<uint64_t> occupied;  ///< bit 8 * row + column: the node's level is not 0
     std::atomic<Tile*> tile;
   };
-  struct alignas(64) Leaf {
+  struct Leaf {
     std::array<Place, size_t{kLeafSide} * kLeafSide> place;
     int tiles = 0;  // the writer's
   };

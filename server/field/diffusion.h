@@ -137,7 +137,7 @@ class DiffusionLayer {
 
  private:
   using Place = CellMap::Place;
-  struct alignas(64) Leaf {
+  struct Leaf {
     std::array<Place, size_t{kLeafSide} * kLeafSide> place;
     // The writer's:
     int32_t column;  // in leaves

@@ -20,8 +20,12 @@ KernelList Kernels() {
 }
 
 const Kernel& BestKernel() {
-  static const Kernel& best = *Kernels().kernel[Kernels().count - 1];
-  return best;
+  static const KernelList list = Kernels();
+  const Kernel* best = &kScalarKernel;
+  for (int i = 1; i < list.count; ++i) {
+    best = list.kernel[i];
+  }
+  return *best;
 }
 
 }  // namespace pheromone::field

@@ -24,6 +24,7 @@ struct KernelLaw {
   // Evaporation. Stepwise: level - unit * floor(scale * dt / tau). Exponential: halved every tau.
   bool exponential = false;
   double tau_ms = 1;
+  double per_tau = 1;  ///< 1 / tau
   double scale = 0;
   double unit = 0;
   // Spread.

@@ -12,7 +12,7 @@
 #include "server/field/kernel.h"
 
 namespace pheromone::field {
-namespace {
+namespace {  // NOLINT(google-build-namespaces): a kernel each, and no two may share code
 
 template <typename L>
 inline typename L::V Exp2Minus(typename L::V x) {
@@ -30,7 +30,7 @@ template <typename L, bool kExponential, bool kGaussian, size_t kAntennas>
 void Weigh(const KernelLaw& law, const KernelQuery& query, Candidates* candidates, int64_t* sum) {
   using V = typename L::V;
   const size_t count = candidates->count;
-  static const uint64_t kNothing = 0;
+  static constexpr uint64_t kNothing = 0;
   for (size_t i = count; i % static_cast<size_t>(L::kWidth) != 0; ++i) {
     candidates->word[i] = &kNothing;
     candidates->x[i] = 0;
@@ -39,6 +39,8 @@ void Weigh(const KernelLaw& law, const KernelQuery& query, Candidates* candidate
   const V now = L::Set(static_cast<double>(query.now_ms));
   const V zero = L::Set(0);
   const V half = L::Set(0.5);
+  const V one = L::Set(1);
+  const V tau = L::Set(law.tau_ms);
   const V one_q16 = L::Set(65536);
   // Whole numbers below 2^38 * 512: exact in any order.
   V total[kAntennas];
@@ -53,13 +55,18 @@ void Weigh(const KernelLaw& law, const KernelQuery& query, Candidates* candidate
     V level = L::LevelOf(words);
     const V dt = L::Max(L::Sub(now, L::TimeOf(words)), zero);
     if (kExponential) {
-      const V left = L::Mul(level, Exp2Minus<L>(L::Div(dt, L::Set(law.tau_ms))));
+      const V left = L::Mul(level, Exp2Minus<L>(L::Div(dt, tau)));
       level = L::Truncate(L::Add(left, half));
     } else {
-      // The quotient of whole numbers below 2^53 is never rounded up to the next whole number, so
-      // its floor is exact. More steps than a level has are as good as all.
-      const V steps = L::Div(L::Mul(dt, L::Set(law.scale)), L::Set(law.tau_ms));
-      const V whole = L::Truncate(L::Min(steps, L::Set(4194304)));
+      // floor(time / tau) in whole numbers. The product is off by less than one, which the
+      // remainder, exact, tells; a division would take longer. More steps than a level has are as
+      // good as all.
+      const V time = L::Mul(dt, L::Set(law.scale));
+      const V near = L::Truncate(L::Min(L::Mul(time, L::Set(law.per_tau)), L::Set(4194304)));
+      const V rest = L::Sub(time, L::Mul(near, tau));
+      const V more = L::Keep(L::AtLeast(rest, tau), one);
+      const V less = L::Sub(one, L::Keep(L::AtLeast(rest, zero), one));
+      const V whole = L::Sub(L::Add(near, more), less);
       level = L::Max(L::Sub(level, L::Mul(whole, L::Set(law.unit))), zero);
     }
     level = L::Keep(L::AtLeast(ahead, zero), level);
@@ -131,7 +138,7 @@ struct TileRows {
   float rest[8];
 };
 inline TileRows RowsFrom(float y, const MaskQuery& query) {
-  TileRows rows;
+  TileRows rows{};
   for (int row = 0; row < 8; ++row) {
     const float at = y + static_cast<float>(row);
     rows.ahead[row] = -query.margin - at * query.sin;

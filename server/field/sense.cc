@@ -136,7 +136,7 @@ class Sum {
       Flush();
     }
     const MapGeometry& map = view_.setup.config.map;
-    const auto cell = static_cast<double>(map.cell_um);
+    const std::array<double, 8>& cells_um = view_.setup.cells_um;
     const int64_t left = map.origin.x + int64_t{tile_column} * kTileSide * map.cell_um;
     const int64_t bottom = map.origin.y + int64_t{tile_row} * kTileSide * map.cell_um;
     const auto x = static_cast<double>(left - view_.robot.x);
@@ -145,9 +145,9 @@ class Sum {
     // foreseen wrongly costs more than a few stores in vain.
     do {
       for (int i = 0; i < 4; ++i) {
-        const int slot = std::countr_zero(nodes | kTopBit);
-        found_.x[count_] = x + (slot % kTileSide) * cell;
-        found_.y[count_] = y + (slot / kTileSide) * cell;
+        const auto slot = static_cast<size_t>(std::countr_zero(nodes | kTopBit));
+        found_.x[count_] = x + cells_um[slot % kTileSide];
+        found_.y[count_] = y + cells_um[slot / kTileSide];
         found_.word[count_] = rows.Word(words, slot, &made_[count_]);
         count_ += nodes != 0 ? 1 : 0;
         nodes &= nodes - 1;
@@ -244,7 +244,7 @@ struct CellRows {
   }
 
   // Where the word of a node is, and asks for it.
-  static const uint64_t* Word(const uint64_t* words, int slot, uint64_t* /*made*/) {
+  static const uint64_t* Word(const uint64_t* words, size_t slot, uint64_t* /*made*/) {
     __builtin_prefetch(words + slot);
     return words + slot;
   }
@@ -282,10 +282,9 @@ struct CellRows {
 struct DiffusingRows {
   const DiffusionLayer& layer;
 
-  static const uint64_t* Word(const uint64_t* words, int slot, uint64_t* made) {
+  static const uint64_t* Word(const uint64_t* words, size_t slot, uint64_t* made) {
     const uint64_t pair = __atomic_load_n(words + slot / 2, __ATOMIC_RELAXED);
-    const auto content =
-        std::bit_cast<std::array<uint32_t, 2>>(pair)[static_cast<size_t>(slot % 2)];
+    const auto content = std::bit_cast<std::array<uint32_t, 2>>(pair)[slot % 2];
     *made = PackNode({LevelOfDiffusing(content), 0});
     return made;
   }

@@ -15,6 +15,7 @@ KernelLaw ForKernel(const PheromoneLaw& law) {
   if (law.tau_ms != 0) {
     const bool linear = law.evaporation == Evaporation::kLinear;
     kernel.tau_ms = static_cast<double>(law.tau_ms);
+    kernel.per_tau = 1 / kernel.tau_ms;
     kernel.scale = linear ? kLevelsPerQuantum : 1;
     kernel.unit = linear ? 1 : kLevelsPerQuantum;
   }
@@ -36,6 +37,9 @@ Setup::Setup(FieldConfig config_in)
       columns(config.map.columns()),
       rows(config.map.rows()),
       cells_per_um(1 / static_cast<double>(config.map.cell_um)) {
+  for (size_t i = 0; i < cells_um.size(); ++i) {
+    cells_um[i] = static_cast<double>(static_cast<int64_t>(i) * config.map.cell_um);
+  }
   for (const PheromoneLaw& it : config.pheromones) {
     law[it.type] = &it;
     kernel_law[it.type] = ForKernel(it);

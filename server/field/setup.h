@@ -27,6 +27,7 @@ struct Setup {
   int32_t columns = 0;
   int32_t rows = 0;
   double cells_per_um = 0;
+  std::array<double, 8> cells_um{};  ///< 0 to 7 cells
 };
 
 /// The numbers of a law that the inner loops use.

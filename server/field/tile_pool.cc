@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <new>
+#include <utility>
 
 namespace pheromone::field {
 namespace {
@@ -27,10 +28,8 @@ struct alignas(64) TilePool::Chunk {
 };
 
 TilePool::~TilePool() {
-  while (with_room_ != nullptr) {
-    Chunk* chunk = with_room_;
-    Unlink(chunk);
-    std::free(chunk);
+  for (Chunk* chunk = with_room_; chunk != nullptr;) {
+    std::free(std::exchange(chunk, chunk->next));
   }
 }
 
