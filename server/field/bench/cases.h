@@ -31,6 +31,7 @@ inline constexpr const char* kDeposit = "deposit";
 inline constexpr const char* kRobotStep = "robot-step";
 inline constexpr const char* kReaders = "readers";
 inline constexpr const char* kMachine = "machine";
+inline constexpr const char* kDiffusion = "diffusion";
 
 inline constexpr const char* kField = "field";
 inline constexpr const char* kLiteralScan = "literal scan";
@@ -39,6 +40,7 @@ inline constexpr const char* kSkippingScan = "SIMD scan, skipping";
 inline constexpr const char* kMemoryBound = "memory bound";
 inline constexpr const char* kDenseSweep = "dense sweep";
 inline constexpr const char* kStencil = "5-point stencil";
+inline constexpr const char* kWithObstacles = "field, obstacles";
 inline constexpr const char* kOneThread = "one thread";
 inline constexpr const char* kTwoThreads = "two threads";
 

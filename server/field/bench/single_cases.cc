@@ -101,10 +101,41 @@ Case Stencil() {
           .operations = double{kSide} * kSide};
 }
 
+// A step of a diffusing type on a map that is full, per node. With obstacles: a twentieth of them.
+Case Diffusion(bool obstacles) {
+  constexpr int32_t kSide = 320;
+  return {.key = {kDiffusion, obstacles ? kWithObstacles : kField, {.nodes = kSide}},
+          .run =
+              [=](benchmark::State& state) {
+                MemoryBudget budget{uint64_t{1} << 30, 0};
+                TilePool pool;
+                Reclaimer reclaimer;
+                DiffusionLayer layer(kSide, kSide, &budget, &reclaimer, &pool);
+                ObstacleMask mask(kSide, kSide);
+                for (int32_t row = 0; row < kSide; ++row) {
+                  for (int32_t column = 0; column < kSide; ++column) {
+                    const uint64_t random = Mix(static_cast<uint64_t>(row * kSide + column));
+                    layer.Set({column, row}, static_cast<uint32_t>(random >> 34));
+                    if (random % 20 == 0) {
+                      mask.Set({column, row});
+                    }
+                  }
+                }
+                DiffusionLaw law;
+                law.exchange_q16 = 6554;
+                law.keep_q32 = 4'294'000'000;
+                for (auto _ : state) {
+                  layer.Step(law, obstacles ? &mask : nullptr);
+                }
+              },
+          .operations = double{kSide} * kSide};
+}
+
 }  // namespace
 
 std::vector<Case> SingleCases() {
-  return {WarmDeposit(), MixedWork(false), MixedWork(true), Stencil()};
+  return {WarmDeposit(), MixedWork(false), MixedWork(true),
+          Stencil(),     Diffusion(false), Diffusion(true)};
 }
 
 }  // namespace pheromone::field::bench

@@ -162,7 +162,8 @@ void AddMachine(const Results& results, std::string* text) {
   bool first = true;
   for (const auto& [key, ns, repetitions] : results.All()) {
     const bool bound = key.variant == kMemoryBound;
-    if (!bound && key.group != kMachine && key.group != kDeposit && key.group != kReaders) {
+    if (!bound && key.group != kMachine && key.group != kDeposit && key.group != kDiffusion &&
+        key.group != kReaders) {
       continue;
     }
     if (first) {
