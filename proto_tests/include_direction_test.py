@@ -146,7 +146,9 @@ class Rules:
             return "it belongs to no layer of the table"
         if "/testing/" in included and not is_test(path) and ANYTHING not in allowed:
             return "only tests include from a folder testing/"
-        inside = any(included == t or included.startswith(t + "/") for t in allowed)
+        # A folder's name does not let in a layer of its own that lies inside.
+        inside = any(other == self.layer_of(t) and (included == t or included.startswith(t + "/"))
+                     for t in allowed)
         if other == layer or inside or ANYTHING in allowed:
             return None
         return f"{layer} may not include {other}"
@@ -206,6 +208,7 @@ SAMPLE = """
 |---|---|
 | `protocol` | `<stdint.h>` only |
 | `server/field` | `std` |
+| `server/field/bench` | `server/field`, `std`, `clock` |
 | `server/engine` | `server/field`, `protocol`, `std` |
 | `server/web` (planned) | `server/engine/control.h`, `asio`, `clock` |
 | `proto_tests` | `anything` |
@@ -241,6 +244,10 @@ SAMPLES = (
     ("server/field/map.cc", "SOME_MACRO", "not a plain file name"),
     ("server/field/map_test.cc", '"protocol/frame.h"', "may not include protocol"),
     ("server/field/map_test.cc", '"protocol/testing/vectors.h"', None),
+    ("server/field/bench/plot.cc", '"server/field/map.h"', None),
+    ("server/field/bench/plot.cc", "<chrono>", None),
+    ("server/field/map.cc", '"server/field/bench/plot.h"', "may not include server/field/bench"),
+    ("server/engine/engine.cc", '"server/field/bench/plot.h"', "may not include server/field/b"),
     ("server/engine/engine.cc", '"server/field/map.h"', None),
     ("server/engine/engine.cc", '"server/fieldwork/map.h"', "no layer"),
     ("server/engine/engine.cc", '"proto_tests/peer.h"', "may not include proto_tests"),

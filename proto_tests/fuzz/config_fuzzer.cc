@@ -17,6 +17,19 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     return 0;
   }
-  const pheromone::field::Field field(parsed.value().engine.field);
-  return field.node_count() > field.tile_limit() * 64 ? 1 : 0;
+  pheromone::field::Field field(parsed.value().engine.field);
+  const pheromone::field::PointUm corner = field.config().map.origin;
+  for (const auto& law : field.config().pheromones) {
+    field.Deposit(law.type, corner, 1, 0);
+  }
+  field.Advance(60'000);  // as long as the longest step of diffusion
+  for (const auto& law : field.config().pheromones) {
+    if (!field.Sense(law.type, {corner, 0}, 60'000)) {
+      std::abort();
+    }
+  }
+  if (field.used_bytes() > field.limit_bytes()) {
+    std::abort();
+  }
+  return 0;
 }

@@ -50,7 +50,8 @@ const Value& TableOf(const Value& root, std::string_view name, Notes* notes) {
   return value != nullptr ? *value : empty_table;
 }
 
-std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Notes* notes) {
+std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Notes* notes,
+                                   size_t most) {
   std::vector<const Value*> tables;
   const Value* value = root.Find(name);
   if (value == nullptr) {
@@ -66,6 +67,12 @@ std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Not
     return tables;
   }
   for (const Value& item : value->items) {
+    if (tables.size() == most) {
+      notes->problems.Add(item.at, name,
+                          "found " + std::to_string(value->items.size()) +
+                              " tables, expected at most " + std::to_string(most));
+      break;
+    }
     if (item.kind == Value::Kind::kTable) {
       tables.push_back(&item);
     } else {

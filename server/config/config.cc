@@ -1,10 +1,7 @@
 #include "server/config/config.h"
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-
 #include "server/config/sections.h"
+#include "server/maps/file.h"
 
 namespace pheromone::config {
 namespace {
@@ -79,15 +76,11 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
 }
 
 Result<Config> LoadConfig(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  // One byte more than ParseConfig takes, so that it can say that the file is too large.
-  std::string text((size_t{1} << 20) + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad() || !file.is_open() || (file.fail() && !file.eof())) {
-    return Error{path + ": cannot be read: " + std::strerror(errno)};
+  const Result<std::string> text = maps::ReadFile(path, kMaxText);
+  if (!text.ok()) {
+    return Error{text.error()};
   }
-  text.resize(static_cast<size_t>(file.gcount()));
-  return ParseConfig(text, path, std::filesystem::path(path).parent_path());
+  return ParseConfig(text.value(), path, std::filesystem::path(path).parent_path());
 }
 
 }  // namespace pheromone::config

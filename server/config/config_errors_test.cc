@@ -201,8 +201,24 @@ TEST(ConfigErrorsTest, HugeFilesLongLinesAndDeepNestsAreRefused) {
   for (int i = 0; i < 8'000; ++i) {
     keys += ".a";
   }
-  EXPECT_EQ(ErrorOf(keys + "=1"), "f.toml:1:1: syntax: tables and arrays are nested too deeply");
+  EXPECT_EQ(ErrorOf(keys + "=1"), "f.toml:1:17: syntax: tables and arrays are nested too deeply");
   EXPECT_NE(ErrorOf("a = " + std::string(10'000, '[')), "");
+}
+
+// In micrometres, it is infinite.
+TEST(ConfigErrorsTest, ANumberThatOverflowsWhenScaledIsOutOfRange) {
+  EXPECT_EQ(ErrorOf(Replaced(4, "cell_m = 0.1\norigin_x_m = -1e308")),
+            "f.toml:5:14: map.origin_x_m: found -1e+308, expected a number from -1000000 to "
+            "1000000");
+}
+
+TEST(ConfigErrorsTest, NoMoreLinksThanCouldBeOpen) {
+  std::string text(kGood);
+  for (int i = 0; i < 254; ++i) {
+    const std::string name = "l" + std::to_string(i);
+    text += "[[link]]\nname = \"" + name + "\"\nkind = \"pty\"\npath = \"" + name + "\"\n";
+  }
+  EXPECT_EQ(ErrorOf(text), "f.toml:1050:1: link: found 257 tables, expected at most 256");
 }
 
 TEST(ConfigErrorsTest, TheReachOfAPheromoneIsAtMostAThousandCells) {

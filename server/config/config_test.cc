@@ -294,8 +294,9 @@ TEST(ConfigTest, AFileIsReadLikeAText) {
 
 TEST(ConfigTest, AFileThatCannotBeReadIsNamed) {
   EXPECT_EQ(LoadConfig("/nonexistent/x.toml").error(),
-            "/nonexistent/x.toml: cannot be read: No such file or directory");
-  EXPECT_FALSE(LoadConfig("/tmp").ok());
+            "/nonexistent/x.toml: cannot be opened: No such file or directory");
+  EXPECT_EQ(LoadConfig("/tmp").error(), "/tmp: cannot be read: Is a directory");
+  EXPECT_EQ(LoadConfig("/dev/zero").error(), "/dev/zero: is not a regular file");
 }
 
 // Damaged text is refused or read; it never brings the reader down.

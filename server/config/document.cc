@@ -9,7 +9,6 @@
 namespace pheromone::config {
 namespace {
 
-constexpr size_t kMaxText = size_t{1} << 20;
 // The library takes a tree apart recursively; a line of this length cannot exhaust the stack.
 constexpr size_t kMaxLine = size_t{16} << 10;
 constexpr int kMaxDepth = 8;
@@ -18,26 +17,27 @@ Position ToPosition(const toml::source_region& source) {
   return {source.begin.line, source.begin.column};
 }
 
-// False if the tree is deeper than any configuration.
-bool Convert(const toml::node& from, int depth, Value* to) {
+// False if the tree is deeper than any configuration, `at` then saying where.
+bool Convert(const toml::node& from, int depth, Value* to, Position* at) {
+  to->at = ToPosition(from.source());
   if (depth > kMaxDepth) {
+    *at = to->at;
     return false;
   }
-  to->at = ToPosition(from.source());
   if (const auto* table = from.as_table()) {
     to->kind = Value::Kind::kTable;
     for (const auto& [key, node] : *table) {
       Value& entry = to->items.emplace_back();
       entry.key = key.str();
       entry.key_at = ToPosition(key.source());
-      if (!Convert(node, depth + 1, &entry)) {
+      if (!Convert(node, depth + 1, &entry, at)) {
         return false;
       }
     }
   } else if (const auto* array = from.as_array()) {
     to->kind = Value::Kind::kArray;
     for (const toml::node& node : *array) {
-      if (!Convert(node, depth + 1, &to->items.emplace_back())) {
+      if (!Convert(node, depth + 1, &to->items.emplace_back(), at)) {
         return false;
       }
     }
@@ -129,8 +129,8 @@ Result<Value> ParseDocument(std::string_view text, std::string_view name) {
   try {
     const toml::table table = toml::parse(text);
     Value root;
-    if (!Convert(table, 0, &root)) {
-      return fail({1, 1}, "tables and arrays are nested too deeply");
+    if (Position deep; !Convert(table, 0, &root, &deep)) {
+      return fail(deep, "tables and arrays are nested too deeply");
     }
     return root;
   } catch (const toml::parse_error& error) {

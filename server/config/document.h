@@ -2,6 +2,7 @@
 // throws ends here; the rest of this folder does not know it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -39,8 +40,10 @@ struct Value {
   std::string Describe() const;
 };
 
+constexpr size_t kMaxText = size_t{1} << 20;
+
 /// Parses a TOML document. Errors: `NAME:LINE:COL: syntax: what was expected`, also for a text of
-/// more than 1 MiB, a line of more than 16 KiB or a nesting that no configuration needs.
+/// more than kMaxText bytes, a line of more than 16 KiB or a nesting that no configuration needs.
 Result<Value> ParseDocument(std::string_view text, std::string_view name);
 
 /// `NAME:LINE:COL: KEY: TEXT`

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/field/diffusion.h"
 #include "server/field/field.h"
 
 namespace pheromone::config {
@@ -18,6 +19,7 @@ constexpr int64_t kMaxQuantumMicro = 1'000 * int64_t{1'000'000};
 constexpr int64_t kMaxStepMs = 60'000;
 constexpr double kMaxExchangeQ16 = 16'384;  // beyond a quarter, the steps would swing
 constexpr double kMaxCoefficient = 1'000;
+constexpr uint16_t kMaxDiffusingCount = field::DiffusionLayer::kMostContent >> 16;  // whole quanta
 
 // What a profile's lengths are called when they are too long together.
 struct ReachKeys {
@@ -215,6 +217,13 @@ bool ReadDiffusion(const TableReader& table, const field::MapGeometry* map,
   const auto cutoff_micro =
       diffusion->Scaled("cutoff", kToMicro, 0, law->quantum_micro, law->quantum_micro / 128);
   if (!coefficient || !step_ms || !cutoff_micro || map == nullptr) {
+    return false;
+  }
+  if (law->max_count > kMaxDiffusingCount) {
+    table.Report("maximum", "found " + FormatScaled(law->max_count * law->quantum_micro, kToMicro) +
+                                " or " + std::to_string(law->max_count) +
+                                " quanta, expected at most " + std::to_string(kMaxDiffusingCount) +
+                                " quanta for a pheromone with diffusion");
     return false;
   }
   const auto exchange = ExchangeOf(*diffusion, *coefficient, *step_ms, *map);

@@ -96,7 +96,7 @@ TEST(LawTest, WeightsAreInThousandthsAndMayBeNegative) {
 }
 
 // x = 65 536 * 0.001 m^2/s * 0.1 s / (0.1 m)^2 = 655.36; k = 2^32 * 2^(-0.1 / 60) = 4 290 008
-// 506.4.
+// 420.1.
 TEST(LawTest, DiffusionIsInSharesOfADifferenceAndOfWhatIsKept) {
   field::PheromoneLaw law = Expected();
   law.evaporation = field::Evaporation::kExponential;
@@ -124,6 +124,20 @@ TEST(LawTest, AStepMayTakeAHalfLifeAndNoMore) {
   EXPECT_EQ(ErrorOf(With(Law(keys + "0.051}\n"))),
             "f.toml:16:52: pheromone[1].diffusion.step_s: found 0.051, expected a number from "
             "0.001 to 0.05");
+}
+
+// A node of a layer holds less than 2^31 / 65 536 quanta.
+TEST(LawTest, APheromoneThatDiffusesHasAtMost32767Quanta) {
+  const auto with_maximum = [](std::string_view maximum) {
+    std::string text =
+        Law(Reaching("evaporation = \"permanent\"\ndiffusion = {coefficient_m2_per_s = 0.01}\n"));
+    return With(text.replace(text.find("maximum = 1"), 11, maximum));
+  };
+  EXPECT_EQ(ErrorOf(with_maximum("maximum = 8191.75")), "");
+  EXPECT_EQ(
+      ErrorOf(with_maximum("maximum = 8192")),
+      "f.toml:11:11: pheromone[1].maximum: found 8192 or 32768 quanta, expected at most 32767 "
+      "quanta for a pheromone with diffusion");
 }
 
 struct LawCase {

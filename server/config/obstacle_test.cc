@@ -51,6 +51,25 @@ TEST_F(ObstacleTest, AMapOfRos) {
             (Nodes{{10, 20}, {11, 20}, {30, 20}}));
 }
 
+// The map of these tests has 81 rows: 24 691 obstacles over all of them are too many.
+TEST_F(ObstacleTest, CrossAtMostTwoMillionRowsTogether) {
+  const auto many = [](int n) {
+    std::string keys = "[obstacles]\nrectangles_m = [\n";
+    for (int i = 0; i < n; ++i) {
+      keys += "[5, -1, 5, 9],\n";
+    }
+    return keys +
+           "]\ndiscs_m = [[3, 2, 0.04]]\nwalls = [{points_m = [[1, 1], [1.2, 1]], "
+           "thickness_m = 0.02}]\n";
+  };
+  EXPECT_EQ(ErrorOf(many(24'000)), "");
+  const std::string error = ErrorOf(many(25'000));
+  EXPECT_NE(error.find("expected shapes that together cross at most 2000000 rows of nodes"),
+            std::string::npos)
+      << error;
+  EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+}
+
 TEST_F(ObstacleTest, DisabledObstaclesAreReadAllTheSame) {
   EXPECT_FALSE(Field("[obstacles]\nenabled = false\ndiscs_m = [[3, 2, 1]]\n").obstacles);
   EXPECT_EQ(ErrorOf("[obstacles]\nenabled = false\ndiscs_m = [[3, 2]]\n"),

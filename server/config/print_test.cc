@@ -129,5 +129,15 @@ TEST_F(PrintTest, PrintsTogetherCoverALimitedNumberOfNodes) {
             "smaller ones or larger cells of the map");
 }
 
+TEST_F(PrintTest, TheirNumberIsLimited) {
+  Write("p.csv", "1\n");
+  std::string many;
+  for (int i = 0; i < 1025; ++i) {
+    many += "[[print]]\npheromone = 2\nfile = \"p.csv\"\n";
+  }
+  EXPECT_NE(ErrorOf(many).find("print: found 1025 tables, expected at most 1024"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace pheromone::config

@@ -157,7 +157,7 @@ void ReadLink(const TableReader& table, Config* config) {
 }  // namespace
 
 void ReadLinks(const Value& root, Notes* notes, Config* config) {
-  const std::vector<const Value*> tables = TablesOf(root, "link", notes);
+  const std::vector<const Value*> tables = TablesOf(root, "link", notes, kMostTables);
   for (size_t i = 0; i < tables.size(); ++i) {
     ReadLink(TableReader(*tables[i], PathOf("link", i), &notes->problems), config);
   }

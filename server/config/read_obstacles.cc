@@ -1,5 +1,7 @@
 // [obstacles]: where robots cannot go, drawn in the configuration or taken from a map.
+#include <algorithm>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "server/config/points.h"
@@ -11,6 +13,37 @@ namespace {
 
 constexpr std::string_view kMapFiles[] = {".yaml", ".yml"};
 constexpr std::string_view kUnknownWords[] = {"free", "blocked"};
+
+// All shapes together: they are worked out row by row.
+constexpr int64_t kMostRows = 2'000'000;
+
+class RowBudget {
+ public:
+  RowBudget(const TableReader& table, const field::MapGeometry& map) : table_(table), map_(map) {}
+
+  // A shape, `item`, between two heights. False, and noted once, if it is too much.
+  bool Take(const std::string& key, const Value& item, int64_t low_um, int64_t high_um) {
+    if (left_ < 0) {
+      return false;
+    }
+    left_ -= RowOf(high_um) - RowOf(low_um) + 1;
+    if (left_ < 0) {
+      table_.Expected(
+          key, item,
+          "shapes that together cross at most " + std::to_string(kMostRows) + " rows of nodes");
+    }
+    return left_ >= 0;
+  }
+
+ private:
+  int64_t RowOf(int64_t y_um) const {
+    return std::clamp<int64_t>(field::FloorDiv(y_um - map_.origin.y, map_.cell_um), 0, map_.rows());
+  }
+
+  const TableReader& table_;
+  const field::MapGeometry& map_;
+  int64_t left_ = kMostRows;
+};
 
 // What reads the items of an array key one by one; an item's key is KEY[N].
 template <typename ReadItem>
@@ -29,18 +62,21 @@ void ForEachItem(const TableReader& table, std::string_view key, std::string_vie
   }
 }
 
-void ReadRectangles(const TableReader& table, const field::MapGeometry& map,
+void ReadRectangles(const TableReader& table, const field::MapGeometry& map, RowBudget* budget,
                     field::ObstacleMask* mask) {
   constexpr std::string_view kOne = "two opposite corners [x0, y0, x1, y1] in metres";
-  ForEachItem(table, "rectangles_m", "an array of rectangles [x0, y0, x1, y1] in metres",
-              [&](const Value& item, const std::string& key) {
-                if (const auto n = ReadMetres(table, item, key, 4, kOne)) {
-                  BlockRectangle(map, {(*n)[0], (*n)[1]}, {(*n)[2], (*n)[3]}, mask);
-                }
-              });
+  ForEachItem(
+      table, "rectangles_m", "an array of rectangles [x0, y0, x1, y1] in metres",
+      [&](const Value& item, const std::string& key) {
+        const auto n = ReadMetres(table, item, key, 4, kOne);
+        if (n && budget->Take(key, item, std::min((*n)[1], (*n)[3]), std::max((*n)[1], (*n)[3]))) {
+          BlockRectangle(map, {(*n)[0], (*n)[1]}, {(*n)[2], (*n)[3]}, mask);
+        }
+      });
 }
 
-void ReadDiscs(const TableReader& table, const field::MapGeometry& map, field::ObstacleMask* mask) {
+void ReadDiscs(const TableReader& table, const field::MapGeometry& map, RowBudget* budget,
+               field::ObstacleMask* mask) {
   constexpr std::string_view kOne =
       "a centre and a radius that is not negative, [x, y, r] in metres";
   ForEachItem(table, "discs_m", "an array of discs [x, y, r] in metres",
@@ -48,13 +84,14 @@ void ReadDiscs(const TableReader& table, const field::MapGeometry& map, field::O
                 const auto n = ReadMetres(table, item, key, 3, kOne);
                 if (n && (*n)[2] < 0) {
                   table.Expected(key, item, kOne);
-                } else if (n) {
+                } else if (n && budget->Take(key, item, (*n)[1] - (*n)[2], (*n)[1] + (*n)[2])) {
                   BlockDisc(map, {(*n)[0], (*n)[1]}, (*n)[2], mask);
                 }
               });
 }
 
-void ReadWalls(const TableReader& table, const field::MapGeometry& map, field::ObstacleMask* mask) {
+void ReadWalls(const TableReader& table, const field::MapGeometry& map, RowBudget* budget,
+               field::ObstacleMask* mask) {
   ForEachItem(table, "walls", "an array of walls {points_m = [...], thickness_m = ...}",
               [&](const Value& item, const std::string& key) {
                 if (item.kind != Value::Kind::kTable) {
@@ -65,7 +102,12 @@ void ReadWalls(const TableReader& table, const field::MapGeometry& map, field::O
                 wall.AllowOnly({"points_m", "thickness_m"});
                 const auto points = ReadPoints(wall, "points_m", 2, nullptr);
                 const auto thickness = wall.Scaled("thickness_m", kMetresToUm, 0, kMaxCoordinateUm);
-                if (points && thickness) {
+                bool fits = points && thickness;
+                for (size_t i = 1; fits && i < points->size(); ++i) {
+                  const auto [low, high] = std::minmax((*points)[i - 1].y, (*points)[i].y);
+                  fits = budget->Take(key, item, low - *thickness / 2, high + *thickness / 2);
+                }
+                if (fits) {
                   BlockLine(map, *points, *thickness, mask);
                 }
               });
@@ -111,9 +153,10 @@ void ReadObstacles(const Value& root, Notes* notes, field::FieldConfig* field) {
   // Read although they are not used, so that their mistakes do not come up when they are.
   field::ObstacleMask mask(field->map.columns(), field->map.rows());
   ReadMapFile(table, *notes, field->map, &mask);
-  ReadRectangles(table, field->map, &mask);
-  ReadDiscs(table, field->map, &mask);
-  ReadWalls(table, field->map, &mask);
+  RowBudget budget(table, field->map);
+  ReadRectangles(table, field->map, &budget, &mask);
+  ReadDiscs(table, field->map, &budget, &mask);
+  ReadWalls(table, field->map, &budget, &mask);
   if (enabled.value_or(false) && !mask.empty()) {
     field->obstacles = field::Shared<field::ObstacleMask>(std::move(mask));
   }

@@ -79,7 +79,7 @@ void ReadFrames(const Value& root, Notes* notes, engine::EngineConfig* engine) {
 }
 
 void ReadTrackers(const Value& root, Notes* notes, Config* config) {
-  const std::vector<const Value*> tables = TablesOf(root, "tracker", notes);
+  const std::vector<const Value*> tables = TablesOf(root, "tracker", notes, kMostTables);
   for (size_t i = 0; i < tables.size(); ++i) {
     ReadTracker(TableReader(*tables[i], PathOf("tracker", i), &notes->problems), &config->trackers);
   }

@@ -21,6 +21,8 @@ constexpr std::string_view kFiles[] = {".yaml", ".yml", ".pgm", ".png", ".npy", 
 // All prints together: what they are sampled at is worked out, and kept, node by node.
 constexpr int64_t kMostNodes = int64_t{1} << 22;
 
+constexpr size_t kMostPrints = 1024;
+
 // The numbers of a file, and which of them stands for the print's maximum.
 struct Picture {
   maps::Raster raster;
@@ -180,7 +182,7 @@ class Prints {
 
 void ReadPrints(const Value& root, Notes* notes, field::FieldConfig* field) {
   Prints prints(*notes, field);
-  const std::vector<const Value*> tables = TablesOf(root, "print", notes);
+  const std::vector<const Value*> tables = TablesOf(root, "print", notes, kMostPrints);
   for (size_t i = 0; i < tables.size(); ++i) {
     prints.Read(TableReader(*tables[i], PathOf("print", i), &notes->problems));
   }

@@ -112,7 +112,7 @@ std::optional<int64_t> TableReader::ScaledValue(const Value& value, std::string_
   const double whole = std::round(scaled);
   // A decimal fraction is not exact in binary: allow for the last bits, and for nothing else.
   const double rounding = 1e-6 + 4 * std::numeric_limits<double>::epsilon() * std::abs(scaled);
-  if (scaled < static_cast<double>(least) - rounding ||
+  if (!std::isfinite(scaled) || scaled < static_cast<double>(least) - rounding ||
       scaled > static_cast<double>(most) + rounding) {
     Expected(key, value, "a number from " + range);
     return std::nullopt;

@@ -2,6 +2,8 @@
 // folder.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -58,8 +60,10 @@ void ReadTrackers(const Value& root, Notes* notes, Config* config);
 /// [NAME], or an empty table if there is none. A value of another kind is noted.
 const Value& TableOf(const Value& root, std::string_view name, Notes* notes);
 
-/// The tables of [[NAME]]; other values are noted.
-std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Notes* notes);
+/// The tables of [[NAME]]; other values are noted, and tables beyond `most`.
+constexpr size_t kMostTables = 256;  ///< of those that hold something open
+std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Notes* notes,
+                                   size_t most = SIZE_MAX);
 
 /// `NAME[2]`, the path of the second table of an array.
 std::string PathOf(std::string_view name, size_t index);

@@ -18,6 +18,7 @@
 #include <boost/asio/strand.hpp>
 
 #include "server/daemon/describe.h"
+#include "server/daemon/field_saver.h"
 #include "server/daemon/make_link.h"
 #include "server/daemon/system_clock.h"
 #include "server/engine/service.h"
@@ -70,15 +71,19 @@ void LogWarnings(const std::vector<std::string>& warnings) {
 
 class Daemon::Impl {
  public:
-  Impl(config::Config config, Reload reload)
+  Impl(config::Config config, Reload reload, std::string save_field)
       : config_(std::move(config)),
         reload_(std::move(reload)),
         strand_(boost::asio::make_strand(io_)),
         signals_(signal_io_, SIGINT, SIGTERM, SIGHUP),
         ticker_(strand_),
         reporter_(strand_),
-        service_(&log_, ReadSystemClocks),
+        service_(&log_, [this] { return ReadClocks(); }),
+        saver_(
+            &service_, [this] { return field_clock_.Read(ReadSystemClocks()).field_time_ms; },
+            std::move(save_field)),
         switchboard_(&service_) {
+    signals_.add(SIGUSR1);
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
   }
 
@@ -108,14 +113,24 @@ class Daemon::Impl {
     for (std::thread& thread : threads) {
       thread.join();
     }
+    // A start that failed must not replace what an earlier run has saved.
+    const bool saved = !started || saver_.SaveAtEnd();
     Summarise();
     signal_io_.stop();
     signal_thread.join();
     BlockSignals();
-    return started ? 0 : 1;
+    return started && saved ? 0 : 1;
   }
 
  private:
+  // The service's clock, read along so that the field time is known between events too. Under the
+  // service's lock.
+  engine::ClockReading ReadClocks() {
+    const engine::ClockReading reading = ReadSystemClocks();
+    field_clock_.Read(reading);
+    return reading;
+  }
+
   void MakeLinks() {
     std::random_device random;
     for (size_t i = 0; i < config_.links.size(); ++i) {
@@ -127,7 +142,7 @@ class Daemon::Impl {
     }
     for (const config::TrackerConfig& tracker : config_.trackers) {
       const auto log = [name = tracker.name](links::Severity severity, const std::string& text) {
-        LogOfLink(severity, name + ": " + text);
+        LogOfLink(severity, fmt::format("{}: {}", name, text));
       };
       trackers_.push_back(MakeTracker(io_, tracker, config_.datum, &service_, log, random()));
     }
@@ -162,6 +177,8 @@ class Daemon::Impl {
       }
       if (signal == SIGHUP) {
         boost::asio::post(strand_, [this] { ReadConfigurationAgain(); });
+      } else if (signal == SIGUSR1) {
+        boost::asio::post(strand_, [this] { saver_.SaveBeside(); });
       } else {
         TakeStopSignal(signal);
       }
@@ -187,7 +204,7 @@ class Daemon::Impl {
   static void BlockSignals() {
     sigset_t signals;
     sigemptyset(&signals);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) {
       sigaddset(&signals, signal);
     }
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
@@ -311,7 +328,9 @@ class Daemon::Impl {
   boost::asio::steady_timer ticker_;
   boost::asio::steady_timer reporter_;
   engine::VolatileLog log_;
+  engine::FieldClock field_clock_;
   engine::Service service_;
+  FieldSaver saver_;
   links::Switchboard switchboard_;
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<std::unique_ptr<links::TrackerLink>> trackers_;
@@ -319,8 +338,8 @@ class Daemon::Impl {
   bool stopping_ = false;
 };
 
-Daemon::Daemon(config::Config config, Reload reload)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(reload))) {}
+Daemon::Daemon(config::Config config, Reload reload, std::string save_field)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(reload), std::move(save_field))) {}
 
 Daemon::~Daemon() = default;
 

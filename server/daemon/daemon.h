@@ -1,12 +1,13 @@
 // The running server: engine, links, threads and signals.
 //
-//   Daemon daemon(std::move(config), reload);
+//   Daemon daemon(std::move(config), reload, "lab.field");
 //   return daemon.Run();        // until SIGINT or SIGTERM
 //
 // SIGINT, SIGTERM: an orderly stop; another one a second later or more ends the process at once,
 // with the status that a shell would give it. SIGHUP: the configuration is read again. What
 // concerns the map takes effect, if the present map can follow; changed links and daemon settings
-// wait for a restart, and the log says so.
+// wait for a restart, and the log says so. SIGUSR1: the field is saved at once, beside the robots
+// (field_saver.h).
 //
 // This is the sole owner of threads and signals.
 #pragma once
@@ -25,13 +26,15 @@ class Daemon {
  public:
   using Reload = std::function<Result<config::Config>()>;
 
-  /// `reload` reads the configuration again.
-  Daemon(config::Config config, Reload reload);
+  /// `reload` reads the configuration again. The field is saved to `save_field` at an orderly stop;
+  /// empty: it is not saved.
+  Daemon(config::Config config, Reload reload, std::string save_field);
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
   ~Daemon();
 
-  /// Returns the exit status: 0 after an orderly stop, 1 if a required link did not come up.
+  /// Returns the exit status: 0 after an orderly stop, 1 if a required link did not come up or
+  /// the field could not be saved.
   int Run();
 
  private:

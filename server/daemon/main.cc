@@ -6,14 +6,18 @@
 
 #include <exception>
 #include <iostream>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
 #include "server/config/config.h"
 #include "server/daemon/daemon.h"
 #include "server/daemon/describe.h"
+#include "server/daemon/field_saver.h"
 #include "server/daemon/logging.h"
+#include "server/maps/field_file.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -24,6 +28,8 @@ constexpr const char* kDefaultName = "default configuration";
 struct Options {
   std::string config_path;  // empty: the default configuration
   std::string log_level;    // empty: as configured
+  std::string load_field;   // empty: nothing is laid but what is configured
+  std::string save_field;   // empty: the field is not saved
   bool check = false;
   bool print_default = false;
 };
@@ -32,6 +38,41 @@ Result<config::Config> Load(const Options& options) {
   return options.config_path.empty()
              ? config::ParseConfig(config::DefaultConfigText(), kDefaultName)
              : config::LoadConfig(options.config_path);
+}
+
+// What --load-field names, laid beside what the configuration lays.
+Status LayLoaded(const std::string& path, config::Config* config,
+                 std::optional<maps::SavedField>* loaded) {
+  Result<maps::SavedField> saved = maps::LoadField(path);
+  if (!saved.ok()) {
+    return Error{saved.error()};
+  }
+  const Status laid = maps::LayOnto(saved.value(), &config->engine.field);
+  if (!laid.ok()) {
+    return Error{path + " does not fit the configuration: " + laid.error()};
+  }
+  *loaded = std::move(saved).value();
+  return Ok();
+}
+
+// The configuration once more. What was loaded at the start is still part of it: without it, it
+// would be erased like a path that left.
+Result<config::Config> LoadAgain(const Options& options,
+                                 const std::optional<maps::SavedField>& loaded) {
+  Result<config::Config> config = Load(options);
+  if (!config.ok() || !loaded) {
+    return config;
+  }
+  field::FieldConfig& field = config.value().engine.field;
+  for (const field::Print& print : loaded->prints) {
+    const field::PheromoneLaw* law = field.FindLaw(print.type);
+    if (law == nullptr || law->is_blend()) {
+      return Error{options.load_field + ", which was loaded, has pheromone type " +
+                   std::to_string(print.type) + ", which left the configuration"};
+    }
+    field.prints.push_back(print);
+  }
+  return config;
 }
 
 int Run(const Options& options) {
@@ -45,6 +86,21 @@ int Run(const Options& options) {
     return kUsage;
   }
   config::Config& config = loaded.value();
+  std::optional<maps::SavedField> field;
+  if (!options.load_field.empty()) {
+    const Status laid = LayLoaded(options.load_field, &config, &field);
+    if (!laid.ok()) {
+      std::cerr << laid.error() << '\n';
+      return kUsage;
+    }
+  }
+  if (!options.save_field.empty()) {
+    const Status writable = CheckFolderOf(options.save_field);
+    if (!writable.ok()) {
+      std::cerr << writable.error() << '\n';
+      return kUsage;
+    }
+  }
   const std::string name = options.config_path.empty() ? kDefaultName : options.config_path;
   if (options.check) {
     for (const std::string& warning : config.warnings) {
@@ -58,18 +114,28 @@ int Run(const Options& options) {
   }
   SetUpLogging(options.log_level.empty() ? config.daemon.log_level : options.log_level);
   spdlog::info("pheromoned {}, {}", PHEROMONE_VERSION, name);
-  Daemon daemon(std::move(config), [&options] { return Load(options); });
+  Daemon daemon(
+      std::move(config), [&] { return LoadAgain(options, field); }, options.save_field);
   return daemon.Run();
 }
 
 int Main(int argc, char** argv) {
   Options options;
   CLI::App app("The pheromone server: virtual pheromone trails for robots.", "pheromoned");
+  const auto not_empty = [](const std::string& path) {
+    return path.empty() ? std::string("is empty, expected a file") : std::string();
+  };
   app.add_option("--config", options.config_path,
                  "The configuration file; without one, the default configuration")
-      ->check([](const std::string& path) {
-        return path.empty() ? std::string("is empty, expected a file") : std::string();
-      })
+      ->check(not_empty)
+      ->type_name("FILE");
+  app.add_option("--load-field", options.load_field,
+                 "Lay what this file holds, which an earlier run has saved")
+      ->check(not_empty)
+      ->type_name("FILE");
+  app.add_option("--save-field", options.save_field,
+                 "Save the field to this file at an orderly stop, and at SIGUSR1")
+      ->check(not_empty)
       ->type_name("FILE");
   app.add_flag("--check", options.check, "Check the configuration, say what it means, and end");
   app.add_flag("--default-config", options.print_default,

@@ -1,6 +1,7 @@
 #include "server/daemon/make_link.h"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "server/links/port_link.h"
@@ -8,6 +9,10 @@
 
 namespace pheromone::daemon {
 namespace {
+
+// 1000 km from the datum, the ground lies 80 km below the map's plane, and heights are within 100
+// km. What is deeper is on another side of the Earth, where x and y are small again.
+constexpr double kDeepestM = -300'000;
 
 // Without a height of its own, a robot is on the map's ground.
 links::GpsToMap GpsToMapAround(const std::optional<maps::Wgs84>& datum) {
@@ -18,9 +23,12 @@ links::GpsToMap GpsToMapAround(const std::optional<maps::Wgs84>& datum) {
   if (!frame.ok()) {
     return nullptr;  // the configuration was checked
   }
-  return [frame = frame.value()](const links::GpsFix& fix) {
+  return [frame = frame.value()](const links::GpsFix& fix) -> std::optional<field::PoseUm> {
     const maps::EastNorthUp local = frame.ToLocal(
         {fix.latitude_deg, fix.longitude_deg, fix.height_m.value_or(frame.datum().height_m)});
+    if (local.up_m < kDeepestM) {
+      return std::nullopt;
+    }
     return field::PoseUm{{std::llround(local.east_m * 1e6), std::llround(local.north_m * 1e6)},
                          maps::HeadingFromCompass(fix.course_deg)};
   };

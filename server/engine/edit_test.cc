@@ -94,8 +94,10 @@ TEST(Edit, FarPointsAndLongStrokesAreRefusedAndNotComputed) {
   EXPECT_FALSE(bench.engine.CheckEdit(edit).ok());
   edit.radius_um = INT64_MAX;
   EXPECT_FALSE(bench.engine.CheckEdit(edit).ok());
-  edit.radius_um = -1;
-  EXPECT_FALSE(bench.engine.CheckEdit(edit).ok());
+  for (const int64_t negative : {int64_t{-1}, INT64_MIN}) {
+    edit.radius_um = negative;
+    EXPECT_NE(bench.engine.CheckEdit(edit).error().find("expected 0 or more"), std::string::npos);
+  }
   edit.radius_um = 0;
   edit.points.assign(1025, {0, 0});
   EXPECT_FALSE(bench.engine.CheckEdit(edit).ok());

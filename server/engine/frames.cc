@@ -24,9 +24,10 @@ int64_t RoundQ30(Int128 value) {
 
 // Rounding each of the two numbers moves the square of the length by less than 2 units of 2^-30.
 bool HasUnitLength(const RobotFrame& frame) {
-  const int64_t length2 =
-      int64_t{frame.cos_q30} * frame.cos_q30 + int64_t{frame.sin_q30} * frame.sin_q30;
-  return std::abs(length2 - kOneQ30 * kOneQ30) < 2 * kOneQ30;
+  const Int128 cos = frame.cos_q30;
+  const Int128 sin = frame.sin_q30;
+  const Int128 excess = cos * cos + sin * sin - Int128{kOneQ30} * kOneQ30;
+  return excess > -2 * kOneQ30 && excess < 2 * kOneQ30;
 }
 
 // As near as a binary angle and its direction in 1/16 384 are to the angle itself.

@@ -115,6 +115,7 @@ TEST(CheckFrames, SaysWhichFrameIsWrongAndWhy) {
       {[](RobotFrame& it) { it.y_um = INT64_MIN; }, "10^15"},
       {[](RobotFrame& it) { it.cos_q30 += 4; }, "turned by"},
       {[](RobotFrame& it) { it.sin_q30 = INT32_MIN; }, "turned by"},
+      {[](RobotFrame& it) { it.cos_q30 = it.sin_q30 = INT32_MIN; }, "turned by"},
       {[](RobotFrame& it) { it.sin_q30 = -it.sin_q30; }, "turned by"},
       {[](RobotFrame& it) { it.heading = static_cast<uint16_t>(it.heading + 8); }, "turned by"},
   };

@@ -47,6 +47,10 @@ Status CheckShape(const field::FieldEdit& edit) {
     return Error{"an edit of " + std::to_string(edit.points.size()) + " points, expected at most " +
                  std::to_string(kMostStrokePoints) + ": make it in parts"};
   }
+  if (edit.radius_um < 0) {
+    return Error{"an edit with a radius of " + std::to_string(edit.radius_um) +
+                 " um, expected 0 or more"};
+  }
   const bool is_stroke = edit.shape == field::FieldEdit::Shape::kStroke;
   if (is_stroke && !edit.points.empty() && !IsShort(edit.points, edit.radius_um)) {
     return Error{"a stroke that spans more than 2 km: make it in parts"};

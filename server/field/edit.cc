@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <string>
 
+#include "server/field/wide_integer.h"
+
 namespace pheromone::field {
 namespace {
-
-__extension__ using Int128 = __int128;
 
 struct Box {
   PointUm low;
@@ -30,8 +30,8 @@ bool IsNear(PointUm p, PointUm a, PointUm b, int64_t radius) {
     const Int128 qy = p.y - b.y;
     return qx * qx + qy * qy <= radius2;
   }
-  const Int128 across = px * dy - py * dx;
-  return across * across <= radius2 * length2;
+  const Int128 across = px * dy - py * dx;  // distance * length
+  return CompareToRoot(across, radius2, length2) <= 0;
 }
 
 Box BoxOf(const FieldEdit& edit, const MapGeometry& map) {

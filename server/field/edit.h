@@ -1,5 +1,5 @@
 // Changes of the map that no robot makes: fill, brush, erase. Small enough to be an event of the
-// log; what they touch is decided in integers.
+// log; what they touch is decided in integers, exactly for points and radii within 2^50 um.
 #pragma once
 
 #include <cstdint>

@@ -135,6 +135,25 @@ TEST(NodesOf, RandomShapesHoldTheNodesThatAreInThem) {
   EXPECT_GE(inside, 50'000);
 }
 
+// On a map of 3000 km, where the squares of products of distances need 161 bits.
+TEST(NodesOf, AStrokeIsExactOnTheLargestMap) {
+  constexpr int64_t kKm = 1'000'000'000;
+  const MapGeometry map{{0, 0}, 3'000 * kKm, 3'000 * kKm, kKm};
+  FieldEdit edit;
+  edit.shape = Shape::kStroke;
+  edit.points = {{0, 0}, {3'000 * kKm, 1'000 * kKm}};
+  // Node (column, row) is |column - 3 row| / sqrt(10) km from the line, so two beside it in a row
+  // are within 0.9 km, of which the third is 0.949 km away.
+  edit.radius_um = 900'000'000;
+  const std::set<NodeIndex> nodes = SetOf(NodesOf(edit, map));
+  for (int32_t row = 10; row < 990; ++row) {
+    for (int32_t column = 3 * row - 4; column <= 3 * row + 4; ++column) {
+      ASSERT_EQ(nodes.contains({column, row}), std::abs(column - 3 * row) <= 2)
+          << column << ", " << row;
+    }
+  }
+}
+
 TEST(NodesOf, SaysWhatIsWrong) {
   MapGeometry map = TrailConfig().map;
   FieldEdit edit;
@@ -218,6 +237,21 @@ TEST(Edit, LeavesBlockedNodesAlone) {
   ASSERT_TRUE(field.Edit(Square(Action::kSet, 64), 0).ok());
   EXPECT_EQ(field.node_count(), 8u);
   EXPECT_EQ(field.LevelOf(1, {1, 1}, 0), 0u);
+}
+
+// An obstacle may have come where something permanent lay.
+TEST(Edit, ErasesWhatLiesUnderAnObstacle) {
+  FieldConfig config = TrailConfig();
+  config.pheromones[0].tau_ms = 0;
+  Field field(config);
+  field.Deposit(1, {100'000, 100'000}, 8, 0);
+  ObstacleMask mask(config.map.columns(), config.map.rows());
+  mask.Set({1, 1});
+  config.obstacles = Shared<ObstacleMask>(std::move(mask));
+  field.Reconfigure(config, 0);
+  EXPECT_EQ(field.LevelOf(1, {1, 1}, 0), 8 * kLevelsPerQuantum);
+  ASSERT_TRUE(field.Edit(Square(Action::kErase, 0), 0).ok());
+  EXPECT_EQ(field.node_count(), 0u);
 }
 
 TEST(Edit, SaysWhyItCannot) {

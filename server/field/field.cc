@@ -87,7 +87,6 @@ Field::~Field() {
 void Field::Publish(FieldConfig config) {
   const Setup* before = setup_.exchange(new Setup(std::move(config)));
   reclaimer_.Retire([before] { delete before; });
-  budget_.limit_bytes = current().config.memory_bytes;
 }
 
 std::optional<Intensities> Field::Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms,
@@ -172,11 +171,9 @@ bool Field::Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint
   CellMap& layer = *layers_.cells[law.type];
   state.time_ms = std::min(state.time_ms, kTimeMask);
   const NodeState before = layer.Read(node);
-  if (!layer.Write(node, state)) {
-    SweepPortion(now_ms, kTilesForADeposit);
-    if (!layer.Write(node, state)) {
-      return false;
-    }
+  if (!layer.Write(node, state) &&
+      !(SweepPortion(now_ms, kTilesForADeposit) && layer.Write(node, state))) {
+    return false;
   }
   if (before.level != 0) {
     hash_ -= NodeHash(law, node, before);
@@ -271,13 +268,11 @@ void Field::StepDiffusion(uint64_t now_ms) {
       continue;
     }
     const uint64_t steps = (now_ms - stepped_ms) / law.diffusion.step_ms;
-    DiffusionLaw step = law.diffusion;
-    for (uint64_t i = 0; i < std::min(steps, kStepsAtOnce); ++i) {
-      layer.Step(step, obstacles);
+    const uint64_t made = std::min(steps, kStepsAtOnce);
+    for (uint64_t i = 0; i < made; ++i) {
+      layer.Step(law.diffusion, obstacles);
     }
-    if (steps > kStepsAtOnce) {
-      layer.Decay(law.diffusion, steps - kStepsAtOnce);
-    }
+    layer.Decay(law.diffusion, steps - made);
     stepped_ms += steps * law.diffusion.step_ms;
   }
 }

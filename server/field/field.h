@@ -183,13 +183,11 @@ class Field {
         visit(node, level);
       }
     });
-    if (layers.diffusing[type] != nullptr) {
-      layers.diffusing[type]->ForEach([&](NodeIndex node, uint32_t content_q16) {
-        if (const uint32_t level = LevelOfDiffusing(content_q16); level != 0) {
-          visit(node, level);
-        }
-      });
-    }
+    layers.diffusing[type]->ForEach([&](NodeIndex node, uint32_t content_q16) {
+      if (const uint32_t level = LevelOfDiffusing(content_q16); level != 0) {
+        visit(node, level);
+      }
+    });
   }
 
   bool Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms);

@@ -3,13 +3,14 @@
 #include <array>
 #include <cstddef>
 
+#include "server/field/wide_integer.h"
+
 namespace pheromone::field {
 namespace {
 
 constexpr int kQuarter = 16384;
 constexpr int kOneQ14 = 1 << 14;
 
-__extension__ using Int128 = __int128;
 constexpr int kFraction = 60;
 constexpr int64_t kOneQ60 = int64_t{1} << kFraction;
 constexpr int64_t kHalfPiQ60 = 1811004864519280710;  // floor(pi / 2 * 2^60)

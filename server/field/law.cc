@@ -1,5 +1,7 @@
 #include "server/field/law.h"
 
+#include <bit>
+
 #include "server/field/kernel_table.h"
 
 namespace pheromone::field {
@@ -24,22 +26,24 @@ uint64_t LivesUntil(const PheromoneLaw& law, NodeState node) {
   if (law.tau_ms == 0) {
     return UINT64_MAX;
   }
+  if (node.level == 0) {
+    return node.time_ms;
+  }
   const auto tau = static_cast<uint64_t>(law.tau_ms);
+  const uint64_t level = node.level;
   switch (law.evaporation) {
     case Evaporation::kExponential: {
-      // L 2^-n < 1/2 needs n > log2(L) + 1.
-      uint64_t halvings = 0;
-      for (uint32_t rest = node.level; rest != 0; rest >>= 1) {
-        ++halvings;
-      }
-      return node.time_ms + halvings * tau;
+      // L 2^-n < 1/2 needs n > log2(L) + 1; and of L = 2^k (1 + f), log2(L) is at least k + f.
+      const auto k = static_cast<uint64_t>(std::bit_width(level)) - 1;
+      const uint64_t f_tau = ((level - (uint64_t{1} << k)) * tau) >> k;
+      return node.time_ms + (k + 1) * tau + f_tau;
     }
     case Evaporation::kLinear:
-      return node.time_ms + node.level * tau / kLevelsPerQuantum;
+      return node.time_ms + (level * tau + kLevelsPerQuantum - 1) / kLevelsPerQuantum;
     case Evaporation::kCounter:
       break;
   }
-  return node.time_ms + node.level / kLevelsPerQuantum * tau;
+  return node.time_ms + (level + kLevelsPerQuantum - 1) / kLevelsPerQuantum * tau;
 }
 
 }  // namespace pheromone::field

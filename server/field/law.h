@@ -94,7 +94,9 @@ struct NodeState {
 ///   exponential  round(L 2^(-dt / tau)), by Exp2Minus (kernel.h)
 uint32_t LevelAt(const PheromoneLaw& law, NodeState node, uint64_t now_ms);
 
-/// A node that is left alone has something until this time at least (UINT64_MAX: for good).
+/// Until when a node has something, if it is left alone (UINT64_MAX: for good). Exact where
+/// evaporation goes by steps; a little early, by less than a tenth of the half-life, where it is
+/// exponential.
 uint64_t LivesUntil(const PheromoneLaw& law, NodeState node);
 
 /// L_{n+1} = min(L_max, L(now) + 64 quanta), T_{n+1} = now: a deposit, eq. (2).

@@ -1,15 +1,12 @@
 #include "server/field/obstacles.h"
 
 #include <algorithm>
-#include <compare>
 
 #include "server/base/hash.h"
+#include "server/field/wide_integer.h"
 
 namespace pheromone::field {
 namespace {
-
-__extension__ using Int128 = __int128;
-__extension__ using UInt128 = unsigned __int128;
 
 int32_t BlocksFor(int32_t nodes) {
   return (nodes - 1) / ObstacleMask::kBlockSide + 1;
@@ -39,20 +36,6 @@ int64_t FirstSquare(Int128 low, Int128 side) {
 }
 int64_t LastSquare(Int128 high, Int128 side) {
   return static_cast<int64_t>(-FloorDiv(-high, side)) - 1;
-}
-
-struct Wide {
-  UInt128 high;
-  UInt128 low;
-  auto operator<=>(const Wide&) const = default;
-};
-
-Wide Multiply(UInt128 a, UInt128 b) {
-  constexpr UInt128 kLow = ~uint64_t{0};
-  const UInt128 low = (a & kLow) * (b & kLow);
-  const UInt128 cross = (a >> 64) * (b & kLow) + (low >> 64);
-  const UInt128 middle = (a & kLow) * (b >> 64) + (cross & kLow);
-  return {(a >> 64) * (b >> 64) + (cross >> 64) + (middle >> 64), (middle << 64) | (low & kLow)};
 }
 
 // The points within `radius` of the line from `a` to `b`.
@@ -140,10 +123,7 @@ class Stroke {
       const Int128 y = corner.y - a_.y;
       const Int128 along = x * dx + y * dy;
       const Int128 across = x * dy - y * dx;  // distance * length
-      const auto magnitude = static_cast<UInt128>(across < 0 ? -across : across);
-      if (along > 0 && along < length2 &&
-          Multiply(magnitude, magnitude) <
-              Multiply(static_cast<UInt128>(radius2), static_cast<UInt128>(length2))) {
+      if (along > 0 && along < length2 && CompareToRoot(across, radius2, length2) < 0) {
         return true;
       }
     }

@@ -42,15 +42,22 @@ void ForEachLaid(const FieldConfig& config, PickPath&& pick_path, PickPrint&& pi
   }
 }
 
-using LaidNodes = std::set<std::pair<uint8_t, NodeIndex>>;
+using LaidNode = std::pair<uint8_t, NodeIndex>;
 
-LaidNodes NodesThat(const FieldConfig& config, const FieldConfig& other, bool are_in_other) {
-  LaidNodes nodes;
+// Of the paths and prints of `config` that are, or are not, in the other one too; in order.
+std::vector<LaidNode> NodesThat(const FieldConfig& config, const FieldConfig& other,
+                                bool are_in_other) {
+  std::vector<LaidNode> nodes;
   ForEachLaid(
       config, [&](const Path& it) { return Contains(other.paths, it) == are_in_other; },
       [&](const Print& it) { return Contains(other.prints, it) == are_in_other; },
-      [&](uint8_t type, NodeIndex node, uint32_t) { nodes.emplace(type, node); });
+      [&](uint8_t type, NodeIndex node, uint32_t) { nodes.emplace_back(type, node); });
+  std::sort(nodes.begin(), nodes.end());
   return nodes;
+}
+
+bool Contains(const std::vector<LaidNode>& sorted, uint8_t type, NodeIndex node) {
+  return std::binary_search(sorted.begin(), sorted.end(), LaidNode{type, node});
 }
 
 }  // namespace
@@ -66,13 +73,18 @@ uint64_t BytesOfLaid(const FieldConfig& config, const std::function<bool(const P
   std::set<std::tuple<uint8_t, int32_t, int32_t>> tiles;
   std::set<std::tuple<uint8_t, int32_t, int32_t>> leaves;
   std::set<uint8_t> types;
+  uint64_t leaf_bytes = 0;
   ForEachLaid(config, wanted, wanted_print, [&](uint8_t type, NodeIndex node, uint32_t) {
     const NodeIndex tile{node.column / kTileSide, node.row / kTileSide};
     types.insert(type);
     tiles.emplace(type, tile.column, tile.row);
-    leaves.emplace(type, tile.column / kLeafSide, tile.row / kLeafSide);
+    if (leaves.emplace(type, tile.column / kLeafSide, tile.row / kLeafSide).second) {
+      const PheromoneLaw* law = config.FindLaw(type);
+      const bool diffuses = law != nullptr && law->diffuses();
+      leaf_bytes += diffuses ? DiffusionLayer::kLeafBytes : CellMap::kLeafBytes;
+    }
   });
-  return tiles.size() * CellMap::kTileBytes + leaves.size() * CellMap::kLeafBytes +
+  return tiles.size() * CellMap::kTileBytes + leaf_bytes +
          types.size() * CellMap::TopBytes(config.map.columns(), config.map.rows());
 }
 
@@ -95,10 +107,12 @@ void Field::LayAll(const FieldConfig& config, const FieldConfig* except, uint64_
 
 // Paths and prints that left are erased, but for nodes that they share with one that stays.
 void Field::EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64_t now_ms) {
-  const LaidNodes kept = NodesThat(before, next, true);
-  for (const auto& [type, node] : NodesThat(before, next, false)) {
+  const std::vector<LaidNode> gone = NodesThat(before, next, false);
+  const std::vector<LaidNode> kept =
+      gone.empty() ? std::vector<LaidNode>{} : NodesThat(before, next, true);
+  for (const auto& [type, node] : gone) {
     const PheromoneLaw* law = FindLaw(type);
-    if (law != nullptr && !kept.contains({type, node})) {
+    if (law != nullptr && !Contains(kept, type, node)) {
       SetLevel(*law, node, 0, now_ms);
     }
   }
@@ -111,19 +125,15 @@ Status Field::CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const {
         "the map's origin, extent or cell size differ from the running map's; they cannot "
         "be changed while pheromone lies on it"};
   }
-  LaidNodes laid;
-  ForEachLaid(
-      present, [](const Path&) { return true; }, [](const Print&) { return true; },
-      [&](uint8_t type, NodeIndex node, uint32_t) { laid.emplace(type, node); });
+  const std::vector<LaidNode> laid = NodesThat(present, present, true);
   for (const PheromoneLaw& law : present.pheromones) {
     const PheromoneLaw* successor = next.FindLaw(law.type);
     if (successor != nullptr && !successor->is_blend()) {
       continue;
     }
     bool left_over = false;
-    VisitLevels(law.type, now_ms, [&](NodeIndex node, uint32_t) {
-      left_over |= !laid.contains({law.type, node});
-    });
+    VisitLevels(law.type, now_ms,
+                [&](NodeIndex node, uint32_t) { left_over |= !Contains(laid, law.type, node); });
     if (left_over) {
       return Error{"pheromone type " + std::to_string(law.type) + " (\"" + law.name +
                    "\") left the configuration, but some of it is on the map"};
@@ -141,7 +151,9 @@ Status Field::CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const {
 void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
   const FieldConfig before = current().config;
   EraseLaid(before, next, now_ms);
-  // Present values go on under the new laws.
+  // Present values go on under the new laws, all of them: a limit that is lower than what is there,
+  // or the directory of a type that begins to diffuse, must not cost any.
+  budget_.limit_bytes = UINT64_MAX;
   for (const PheromoneLaw& law : before.pheromones) {
     const PheromoneLaw* successor = next.FindLaw(law.type);
     PheromoneLaw nothing;
@@ -155,7 +167,8 @@ void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
   }
   Publish(next);
   sweep_ = {.earliest_ms = 0, .cycle_ms = UINT64_MAX, .next_ms = now_ms};
-  LayAll(current().config, &before, now_ms);
+  LayAll(current().config, &before, now_ms);  // which fits, as CheckReconfigure found
+  budget_.limit_bytes = current().config.memory_bytes;
 }
 
 // Expresses the present values under `from` as levels under `to`, at the nearest level; whole
@@ -197,7 +210,7 @@ Status Field::Edit(const FieldEdit& edit, uint64_t now_ms) {
   DiffusionLayer& diffusing = *layers_.diffusing[law->type];
   std::vector<std::pair<NodeIndex, NodeState>> before;
   for (const NodeIndex node : nodes.value()) {
-    if (IsBlocked(node)) {
+    if (edit.action != FieldEdit::Action::kErase && IsBlocked(node)) {
       continue;
     }
     const NodeState state = law->diffuses() ? NodeState{diffusing.Read(node), 0} : cells.Read(node);

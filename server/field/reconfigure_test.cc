@@ -155,6 +155,56 @@ TEST(Reconfigure, ALowerLimitIsKeptByWhatComesLater) {
   EXPECT_EQ(field.LevelOf(1, {8, 0}, 0), 8 * kLevelsPerQuantum);
 }
 
+TEST(Reconfigure, AChangedLawLosesNothingUnderALimitBelowWhatIsThere) {
+  FieldConfig config = TrailConfig();
+  Field field(config);
+  field.Deposit(1, {0, 0}, 8, 0);
+  field.Deposit(1, {800'000, 0}, 8, 0);
+  config.memory_bytes = BytesOf(config.map, 1, 1);
+  field.Reconfigure(config, 0);
+  config.pheromones[0].tau_ms = 1'000;
+  ASSERT_TRUE(field.CheckReconfigure(config, 0).ok());
+  field.Reconfigure(config, 0);
+  EXPECT_EQ(field.LevelOf(1, {0, 0}, 0), 8 * kLevelsPerQuantum);
+  EXPECT_EQ(field.LevelOf(1, {8, 0}, 0), 8 * kLevelsPerQuantum);
+  EXPECT_EQ(field.limit_bytes(), config.memory_bytes);
+}
+
+TEST(Reconfigure, WhatBeginsToDiffuseLosesNothingOnAFullMap) {
+  FieldConfig config = TrailConfig();
+  config.pheromones[0].tau_ms = 0;
+  config.memory_bytes = BytesOf(config.map, 2, 1);
+  Field field(config);
+  field.Deposit(1, {0, 0}, 8, 0);
+  field.Deposit(1, {800'000, 0}, 8, 0);
+  config.pheromones[0].diffusion = {.exchange_q16 = 1'000};
+  ASSERT_TRUE(field.CheckReconfigure(config, 0).ok());
+  field.Reconfigure(config, 0);
+  EXPECT_EQ(field.LevelOf(1, {0, 0}, 0), 8 * kLevelsPerQuantum);
+  EXPECT_EQ(field.LevelOf(1, {8, 0}, 0), 8 * kLevelsPerQuantum);
+}
+
+// As much as it says, and not a byte less, holds all of a path of a diffusing type.
+TEST(Reconfigure, RefusesAPathThatDiffusesForWhichThereIsNoMemory) {
+  FieldConfig config = TrailConfig();
+  config.pheromones[0].tau_ms = 0;
+  config.pheromones[0].diffusion = {.exchange_q16 = 1'000};
+  FieldConfig next = config;
+  next.paths = {{.type = 1, .count = 1, .points = {{0, 0}, {9'500'000, 0}}}};  // in one leaf
+  const auto all = [](const auto&) { return true; };
+  for (const uint64_t missing : {uint64_t{0}, uint64_t{1}}) {
+    config.memory_bytes = BytesOfLaid(next, all, all) - missing;
+    next.memory_bytes = config.memory_bytes;
+    Field field(config);
+    EXPECT_EQ(field.CheckReconfigure(next, 0).ok(), missing == 0);
+    if (missing == 0) {
+      field.Reconfigure(next, 0);
+      EXPECT_EQ(field.used_bytes(), config.memory_bytes);
+      EXPECT_EQ(field.LevelOf(1, {95, 0}, 0), kLevelsPerQuantum);
+    }
+  }
+}
+
 // Any law to any other: what a node is worth is the same before and after, to half of what the new
 // law can tell apart, and up to its maximum.
 TEST(Reconfigure, AnyChangeOfTheLawKeepsTheValues) {

@@ -5,11 +5,10 @@
 #include <cmath>
 
 #include "server/field/sight.h"
+#include "server/field/wide_integer.h"
 
 namespace pheromone::field {
 namespace {
-
-__extension__ using Int128 = __int128;
 
 // What is the same for all types of a query.
 struct View {
@@ -33,7 +32,7 @@ struct TileAhead {
 };
 
 // Gathers the nodes that can count for one type after the other, and adds them up.
-class Sum {
+class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order of their use
  public:
   Sum(const View& view, DirectionQ14 heading, const ObstacleMask* obstacles)
       : view_(view), heading_(heading), all_obstacles_(obstacles) {
@@ -212,10 +211,13 @@ void Sum::WeighSeen(size_t antenna) {
   const double cells_per_um = view_.setup.cells_per_um;
   const SightWindow::Viewpoint viewpoint = sight_.From(view_.antennas[antenna]);
   seen_.count = 0;
+  // A whole number that is not negative, but for what rounding did.
+  const auto index = [](double node) {
+    return static_cast<int32_t>(node + 0.5);  // NOLINT(bugprone-incorrect-roundings)
+  };
   for (size_t i = 0; i < count_; ++i) {
-    // Whole numbers but for what rounding does.
-    const NodeIndex node{static_cast<int32_t>(found_.x[i] * cells_per_um - mask_.column + 0.5),
-                         static_cast<int32_t>(found_.y[i] * cells_per_um - mask_.row + 0.5)};
+    const NodeIndex node{index(found_.x[i] * cells_per_um - mask_.column),
+                         index(found_.y[i] * cells_per_um - mask_.row)};
     seen_.x[seen_.count] = found_.x[i];
     seen_.y[seen_.count] = found_.y[i];
     seen_.word[seen_.count] = found_.word[i];
@@ -270,7 +272,7 @@ struct CellRows {
       list->column[count] = column;
       list->row[count] = row;
       const bool wanted[] = {occupied != 0, tile != nullptr, ahead.Reaches(column, row)};
-      count += wanted[0] & wanted[1] & wanted[2] ? 1u : 0u;
+      count += (wanted[0] & wanted[1] & wanted[2]) ? 1u : 0u;
       ++place;
     }
     list->count = count;

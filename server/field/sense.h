@@ -20,12 +20,11 @@ struct Layers {
   std::array<std::unique_ptr<DiffusionLayer>, kTypes> diffusing;
 };
 
-/// The level that an antenna smells of a diffusing node's content (in 1/65 536 quantum).
+/// The level that an antenna smells of a diffusing node's content (in 1/65 536 quantum, below
+/// 2^31), to nearest.
 inline uint32_t LevelOfDiffusing(uint32_t content_q16) {
   constexpr uint32_t kHalf = 1u << (15 - kLevelBits);
-  constexpr uint32_t kMost = (1u << 22) - 1;
-  const uint64_t level = (uint64_t{content_q16} + kHalf) >> (16 - kLevelBits);
-  return level < kMost ? static_cast<uint32_t>(level) : kMost;
+  return (content_q16 + kHalf) >> (16 - kLevelBits);
 }
 
 /// P at each of `antennas`, in 1/4096 of a pheromone unit, for a type that exists and a robot on

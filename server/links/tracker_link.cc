@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -173,9 +174,13 @@ class TrackerLink::Impl {
     } else if (gps != nullptr && !gps_to_map_) {
       Refuse(TrackerFault::kNoDatum, text);
     } else {
-      const field::PoseUm pose =
+      const std::optional<field::PoseUm> pose =
           gps != nullptr ? gps_to_map_(*gps) : ToUm(std::get<PoseFix>(line.fix));
-      seen_.push_back({*link, line.id, pose, options_.valid_ms});
+      if (pose) {
+        seen_.push_back({*link, line.id, *pose, options_.valid_ms});
+      } else {
+        Refuse(TrackerFault::kOutOfRange, text);
+      }
     }
   }
 

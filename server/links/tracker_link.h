@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <boost/asio/io_context.hpp>
@@ -44,9 +45,10 @@ struct TrackerCounters {
   std::array<uint64_t, kTrackerFaults> faults{};  ///< lines that were none, by TrackerFault
 };
 
-/// The pose on the map of a robot that is on the Earth; called from the io_context's threads. Null
-/// if the map has no place there: then `gps` lines are faults.
-using GpsToMap = std::function<field::PoseUm(const GpsFix&)>;
+/// The pose on the map of a robot that is on the Earth, or nothing if that is out of its range,
+/// such as the other side; called from the io_context's threads. Null if the map has no place
+/// there: then `gps` lines are faults.
+using GpsToMap = std::function<std::optional<field::PoseUm>(const GpsFix&)>;
 
 class TrackerLink {
  public:

@@ -139,6 +139,13 @@ TEST_F(TrackerLinkTest, PlacesOnTheEarthGoThroughTheMapsOwnConversion) {
   EXPECT_EQ(SeenOf(1)->pose.heading, 33);
 }
 
+TEST_F(TrackerLinkTest, APlaceThatTheMapCannotHaveIsOutOfRange) {
+  ASSERT_TRUE(Start([](const GpsFix&) { return std::nullopt; }).ok());
+  Send("gps radio-a 1 -47.5 -171.75 90");
+  EXPECT_FALSE(SeenOf(1));
+  EXPECT_EQ(Faults(TrackerFault::kOutOfRange), 1u);
+}
+
 TEST_F(TrackerLinkTest, AMapThatIsNowhereOnTheEarthTakesNoPlaces) {
   ASSERT_TRUE(Start().ok());
   Send("gps radio-a 1 47.5 8.25 90");

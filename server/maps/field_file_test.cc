@@ -15,7 +15,6 @@ namespace {
 using field::Evaporation;
 using field::Field;
 using field::FieldConfig;
-using field::NodeIndex;
 using field::PheromoneLaw;
 using field::PointUm;
 using field::Shared;
@@ -177,8 +176,9 @@ TEST(FieldFileTest, ALineThatIsLostOrThereTwiceIsNoticed) {
     const std::string before(kSmallFile.substr(0, begin));
     const std::string line(kSmallFile.substr(begin, end + 1 - begin));
     const std::string after(kSmallFile.substr(end + 1));
-    EXPECT_NE(ErrorOf(before + after), "no error") << line;
-    EXPECT_NE(ErrorOf(before + line + line + after), "no error") << line;
+    EXPECT_NE(ErrorOf(std::string(before).append(after)), "no error") << line;
+    EXPECT_NE(ErrorOf(std::string(before).append(line).append(line).append(after)), "no error")
+        << line;
   }
 }
 
@@ -195,7 +195,8 @@ TEST(FieldFileTest, EveryMistakeIsToldWithItsPlace) {
       {"field 1\n", "field 11\n", "lab.field:1:19: found \"11\", expected version 1"},
       {" 400000 ", " 0 ", "lab.field:2:42: found \"0\", expected a width from 1 to"},
       {"cell_um 100000", "cell_um 0", "found \"0\", expected a cell from 1 to"},
-      {"400000", "1000000000000", "found \"100000\", expected a cell from 59605 to"},
+      {"400000 300000 cell_um 100000", "1 1000000000000 cell_um 59604",
+       "lab.field:2:66: found \"59604\", expected a cell from 59605 to"},
       {"400000", "99999999999999999999999", "expected a width from 1 to"},
       {"type 1 ", "type 0 ", "lab.field:3:8: found \"0\", expected a type from 1 to 15"},
       {"type 2 ", "type 1 ", "lab.field:4:8: found \"1\", expected a type from 2 to 15"},

@@ -58,9 +58,8 @@ TEST(FieldRasterTest, EachCellIsTheStrongestOfItsNodesInUnits) {
     Random random(seed);
     const FieldConfig config = RandomConfigWithWalls(random);
     Field field(config);
-    for (int i = 0; i < 150; ++i) {
-      field.Deposit(1, field::testing::RandomPoint(random, config.map), 3,
-                    static_cast<uint64_t>(10 * i));
+    for (uint64_t i = 0; i < 150; ++i) {
+      field.Deposit(1, field::testing::RandomPoint(random, config.map), 3, 10 * i);
     }
     RasterExtent extent;
     extent.nodes_per_cell = static_cast<int32_t>(Between(random, 1, 5));
@@ -87,7 +86,7 @@ TEST(FieldRasterTest, EachCellIsTheStrongestOfItsNodesInUnits) {
       }
     }
   }
-  EXPECT_GT(unknown, 200);
+  EXPECT_GT(unknown, 100);
   EXPECT_GT(something, 1000);
 }
 

@@ -1,6 +1,7 @@
 #include "server/maps/file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -50,9 +51,20 @@ bool WriteAll(int fd, std::string_view bytes) {
 }  // namespace
 
 Result<std::string> ReadFile(const std::string& path, size_t max_bytes) {
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0) {
+  // Without O_NONBLOCK, opening a pipe would wait for somebody who writes to it.
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  struct stat status {};
+  if (file.get() < 0 || fstat(file.get(), &status) != 0) {
     return SystemError(path, "cannot be opened");
+  }
+  if (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
+    return Error{path + ": is not a regular file"};  // its bytes might never end, or never come
+  }
+  const auto too_long = [&] {
+    return Error{path + ": too long, expected at most " + std::to_string(max_bytes) + " bytes"};
+  };
+  if (S_ISREG(status.st_mode) && static_cast<uint64_t>(status.st_size) > max_bytes) {
+    return too_long();
   }
   std::string bytes;
   std::array<char, 65536> portion{};
@@ -66,7 +78,7 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes) {
     }
     bytes.append(portion.data(), static_cast<size_t>(std::max<ssize_t>(count, 0)));
     if (bytes.size() > max_bytes) {
-      return Error{path + ": too long, expected at most " + std::to_string(max_bytes) + " bytes"};
+      return too_long();  // it has grown, or is one of those that do not tell their size
     }
   }
 }

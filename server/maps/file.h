@@ -16,7 +16,8 @@ namespace pheromone::maps {
 
 constexpr size_t kMaxFileBytes = size_t{1} << 30;
 
-/// All bytes of a file. More than `max_bytes` is an error, found before they are read into memory.
+/// All bytes of a regular file; pipes and devices, which may never end, are refused unread. More
+/// than `max_bytes` is an error, found before they are read into memory.
 Result<std::string> ReadFile(const std::string& path, size_t max_bytes = kMaxFileBytes);
 
 /// Replaces a file as a whole: the bytes go to a new file beside it, to the disk, and only then

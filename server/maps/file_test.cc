@@ -1,6 +1,7 @@
 #include "server/maps/file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -64,8 +65,22 @@ TEST_F(FileTest, ReadingStopsAtTheLimitEvenWhereThereIsNoEnd) {
   ASSERT_TRUE(WriteFile(In("a"), "12345").ok());
   EXPECT_TRUE(ReadFile(In("a"), 5).ok());
   EXPECT_EQ(ReadFile(In("a"), 4).error(), In("a") + ": too long, expected at most 4 bytes");
-  EXPECT_EQ(ReadFile("/dev/zero", 100'000).error(),
-            "/dev/zero: too long, expected at most 100000 bytes");
+  // Of those in /proc the size is 0.
+  EXPECT_EQ(ReadFile("/proc/self/status", 3).error(),
+            "/proc/self/status: too long, expected at most 3 bytes");
+}
+
+TEST_F(FileTest, WhatMayNeverEndOrNeverBeginIsNotRead) {
+  EXPECT_EQ(ReadFile("/dev/zero").error(), "/dev/zero: is not a regular file");
+  ASSERT_EQ(mkfifo(In("pipe").c_str(), 0600), 0);
+  EXPECT_EQ(ReadFile(In("pipe")).error(), In("pipe") + ": is not a regular file");
+}
+
+TEST_F(FileTest, AHugeFileIsRefusedByItsSize) {
+  ASSERT_TRUE(WriteFile(In("huge"), "").ok());
+  std::filesystem::resize_file(In("huge"), uintmax_t{1} << 40);  // a hole
+  EXPECT_EQ(ReadFile(In("huge")).error(),
+            In("huge") + ": too long, expected at most 1073741824 bytes");
 }
 
 TEST(Messages, SayWhereInTheFormAnEditorUnderstands) {

@@ -1,5 +1,6 @@
 #include "server/maps/ros_map.h"
 
+#include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -62,7 +63,7 @@ class Keys {
     return numbers;
   }
 
-  bool Has(const std::string& key) const { return FindOptional(key).has_value(); }
+  bool Has(const std::string& key) { return FindOptional(key).has_value(); }
 
   void Report(const std::string& key, const std::string& what) {
     Report(Find(key), key + ": " + what);
@@ -72,10 +73,13 @@ class Keys {
 
  private:
   // Not root_[key]: that takes one of two equal keys without a word, and compares as YAML does.
-  std::optional<YAML::Node> FindOptional(const std::string& key) const {
+  std::optional<YAML::Node> FindOptional(const std::string& key) {
     std::optional<YAML::Node> found;
     for (const auto& entry : root_) {
       if (entry.first.IsScalar() && entry.first.Scalar() == key) {
+        if (found) {
+          Report(entry.first, key + ": found again, expected it once");
+        }
         found = entry.second;
       }
     }
@@ -241,6 +245,8 @@ Result<RosMapInfo> ParseRosMapInfo(std::string_view yaml, std::string_view name)
     Keys keys(root, name);
     RosMapInfo info = ReadKeys(keys);
     return keys.problem() ? Result<RosMapInfo>(*keys.problem()) : std::move(info);
+  } catch (const YAML::DeepRecursion& error) {
+    return AtNode(error.mark, name, "nested too deeply, expected keys and values");
   } catch (const YAML::Exception& error) {
     return AtNode(error.mark, name, error.msg);
   }

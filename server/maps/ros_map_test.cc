@@ -119,10 +119,16 @@ TEST(RosMapInfo, EachRequiredKeyIsMissed) {
   }
 }
 
+TEST(RosMapInfo, AKeyGivenTwiceIsRefused) {
+  EXPECT_EQ(InfoError(With("negate", "negate: 0\nnegate: 1")),
+            "lab.yaml:6:1: negate: found again, expected it once");
+}
+
 TEST(RosMapInfo, HostileYamlIsRefused) {
   EXPECT_EQ(InfoError(std::string(65'537, ' ')),
             "lab.yaml: too long, expected at most 65536 bytes");
-  EXPECT_FALSE(ParseRosMapInfo(std::string(60'000, '['), "a").ok());
+  EXPECT_EQ(InfoError("\n" + std::string(60'000, '[')),
+            "lab.yaml:2:1: nested too deeply, expected keys and values");
   EXPECT_FALSE(ParseRosMapInfo(std::string(60'000, '{'), "a").ok());
   std::string laughs = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 60; ++i) {

@@ -1,0 +1,99 @@
+#include "server/daemon/field_saver.h"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace pheromone::daemon {
+
+Status CheckFolderOf(const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  const std::string name = folder.empty() ? "." : folder.string();
+  if (access(name.c_str(), W_OK | X_OK) != 0) {
+    return Error{path + ": cannot be written in its folder: " + std::strerror(errno)};
+  }
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored) ? Error{path + ": is a folder"} : Ok();
+}
+
+FieldSaver::FieldSaver(const engine::Service* service, std::function<uint64_t()> now_ms,
+                       std::string path)
+    : service_(*service), now_ms_(std::move(now_ms)), path_(std::move(path)) {}
+
+FieldSaver::~FieldSaver() {
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void FieldSaver::SaveBeside() {
+  if (path_.empty()) {
+    spdlog::warn("asked to save the field, but started without --save-field");
+    return;
+  }
+  if (asked_.fetch_add(1) != 0) {
+    return;
+  }
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+  thread_ = std::thread([this] {
+    uint64_t served = 0;
+    do {
+      served = asked_;
+      Write(CaptureBeside());
+    } while (asked_.fetch_sub(served) != served);
+  });
+}
+
+bool FieldSaver::SaveAtEnd() {
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+  return path_.empty() || Write(service_.Inspect([this](const engine::Engine& engine) {
+           return Result<maps::SavedField>(maps::Capture(engine.field(), now_ms_()));
+         }));
+}
+
+Result<maps::SavedField> FieldSaver::CaptureBeside() const {
+  const auto laws_of = [](const engine::Engine& engine) {
+    return engine.config().field.pheromones;
+  };
+  for (;;) {
+    const std::vector<field::PheromoneLaw> laws = service_.Inspect(laws_of);
+    const auto [field, map, now_ms] = service_.Inspect([this](const engine::Engine& engine) {
+      return std::tuple(&engine.field(), engine.config().field.map, now_ms_());
+    });
+    const field::FieldReader reader(*field);  // the engine keeps its field, once it has one
+    if (!reader.ok()) {
+      return Error{"too many look at it at once"};
+    }
+    maps::SavedField saved = maps::Capture(reader, map, laws, now_ms);
+    // A level read under one law must not be written under another.
+    if (service_.Inspect(laws_of) == laws) {
+      return saved;
+    }
+  }
+}
+
+bool FieldSaver::Write(const Result<maps::SavedField>& saved) const {
+  const Status written = saved.ok() ? maps::SaveField(path_, saved.value()) : Error{saved.error()};
+  if (!written.ok()) {
+    spdlog::error("the field was not saved: {}", written.error());
+    return false;
+  }
+  size_t nodes = 0;
+  for (const field::Print& print : saved.value().prints) {
+    nodes += print.nodes->size();
+  }
+  spdlog::info("field saved to {}: {} nodes", path_, nodes);
+  return true;
+}
+
+}  // namespace pheromone::daemon
