@@ -323,6 +323,16 @@ FieldReader::~FieldReader() {
   }
 }
 
+void FieldReader::SenseEach(uint8_t type, std::span<const PoseUm> poses, uint64_t now_ms,
+                            std::span<std::optional<Intensities>> answers) const {
+  field_.reclaimer_.Enter(slot_);
+  const Setup& setup = *field_.setup_.load();
+  for (size_t i = 0; i < poses.size(); ++i) {
+    answers[i] = SensePair(setup, field_.layers_, field_.kernel_, type, poses[i], now_ms, nullptr);
+  }
+  field_.reclaimer_.Leave(slot_);
+}
+
 std::optional<Intensities> FieldReader::Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms,
                                               SenseError* error) const {
   field_.reclaimer_.Enter(slot_);

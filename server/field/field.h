@@ -229,6 +229,11 @@ class FieldReader {
   std::optional<Intensities> Sense(uint8_t type, const PoseUm& pose, uint64_t now_ms,
                                    SenseError* error = nullptr) const;
 
+  /// The same for many poses in one visit, which is cheaper than one by one; `answers` has as many
+  /// places as `poses`. Holds back the reuse of memory, not the writer, until it ends.
+  void SenseEach(uint8_t type, std::span<const PoseUm> poses, uint64_t now_ms,
+                 std::span<std::optional<Intensities>> answers) const;
+
   /// As Field::VisitLevels. Holds back the reuse of memory, not the writer, until it ends.
   template <typename Visit>
   void VisitLevels(uint8_t type, uint64_t now_ms, Visit&& visit) const {

@@ -49,6 +49,29 @@ TEST(FieldReader, SeesWhatTheFieldSees) {
   EXPECT_EQ(nodes, 1);
 }
 
+TEST(FieldReader, AnswersManyAsItAnswersEach) {
+  Field field(TrailConfig());
+  Random random(21);
+  for (int i = 0; i < 3'000; ++i) {
+    field.Deposit(1, RandomPoint(random, field.config().map), 8, 0);
+  }
+  const FieldReader reader(field);
+  std::vector<PoseUm> poses;
+  for (int i = 0; i < 200; ++i) {
+    poses.push_back(RandomPose(random, field.config().map));
+  }
+  poses[7].position.x = -1;  // off the map: no answer, and the others have theirs
+  std::vector<std::optional<Intensities>> answers(poses.size());
+  reader.SenseEach(1, poses, 500, answers);
+  EXPECT_FALSE(answers[7].has_value());
+  int telling = 0;
+  for (size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_EQ(answers[i], field.Sense(1, poses[i], 500)) << i;
+    telling += answers[i] && answers[i]->left > 0 && answers[i]->right > 0 ? 1 : 0;
+  }
+  EXPECT_GE(telling, 150);
+}
+
 TEST(FieldReader, SaysWhenThereIsNoPlaceLeft) {
   const Field field(TrailConfig());
   std::vector<std::unique_ptr<FieldReader>> readers;

@@ -1,5 +1,8 @@
 #include <atomic>
+#include <optional>
+#include <span>
 #include <thread>
+#include <vector>
 
 #include "server/field/bench/cases.h"
 #include "server/field/bench/maps.h"
@@ -62,9 +65,12 @@ Case MixedWork(bool reader) {
               if (reader) {
                 beside = std::thread([&] {
                   const FieldReader view(map.field);
-                  each_portion([&](size_t i) {
-                    benchmark::DoNotOptimize(view.Sense(kType, poses[i % poses.size()], kNowMs));
-                  });
+                  std::vector<std::optional<Intensities>> answers(kPortion);
+                  for (size_t i; (i = done.fetch_add(kPortion)) < kOperations;) {
+                    const std::span some(&poses[(first + i) % poses.size()], kPortion);
+                    view.SenseEach(kType, some, kNowMs, answers);
+                    benchmark::DoNotOptimize(answers.data());
+                  }
                 });
               }
               each_portion([&](size_t i) {
