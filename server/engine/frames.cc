@@ -27,7 +27,8 @@ bool HasUnitLength(const RobotFrame& frame) {
   const Int128 cos = frame.cos_q30;
   const Int128 sin = frame.sin_q30;
   const Int128 excess = cos * cos + sin * sin - Int128{kOneQ30} * kOneQ30;
-  return excess > -2 * kOneQ30 && excess < 2 * kOneQ30;
+  constexpr int64_t kSlack = 2 * kOneQ30;
+  return excess > -kSlack && excess < kSlack;
 }
 
 // As near as a binary angle and its direction in 1/16 384 are to the angle itself.

@@ -120,7 +120,8 @@ Case Diffusion(bool obstacles) {
                 ObstacleMask mask(kSide, kSide);
                 for (int32_t row = 0; row < kSide; ++row) {
                   for (int32_t column = 0; column < kSide; ++column) {
-                    const uint64_t random = Mix(static_cast<uint64_t>(row * kSide + column));
+                    const int32_t node = row * kSide + column;
+                    const uint64_t random = Mix(static_cast<uint64_t>(node));
                     layer.Set({column, row}, static_cast<uint32_t>(random >> 34));
                     if (random % 20 == 0) {
                       mask.Set({column, row});
