@@ -191,7 +191,7 @@ class MapTest(unittest.TestCase):
         self.refused(2, "is a blend", "draw", "--type", "guide", *config, "out.png")
         self.refused(2, "no node of the map lies there", "draw", *config, "--area", 5, 5, 6, 6,
                      "out.png")
-        self.refused(2, "none.toml: cannot be read", "draw", "--config", "none.toml", "out.png")
+        self.refused(2, "none.toml: cannot be opened", "draw", "--config", "none.toml", "out.png")
         self.refused(2, "does not fit the configuration: the map was saved with", "draw",
                      "--field", "lab.field", "out.png")
         (self.folder / "cut.field").write_text(SAVED[:-3])

@@ -28,7 +28,7 @@ class TrackerLinkTest : public ::testing::Test {
     std::vector<engine::Outgoing> out;
     service_.Handle(0, std::vector{Hello(1, 1), Hello(2, 1)}, &out);
   }
-  ~TrackerLinkTest() override { StopAll(); }
+  void TearDown() override { StopAll(); }
 
   // A second one for tests that need it.
   Status Start(GpsToMap gps_to_map = nullptr) {

@@ -134,7 +134,7 @@ inline Tally LiveFor(uint64_t duration_ms, uint64_t seed) {
     }
   }
   // And when all is over, everything comes back.
-  AdvanceTo(field, now_ms + 100 * uint64_t{24 * 3'600'000});
+  AdvanceTo(field, now_ms + 100 * uint64_t{24} * 3'600'000);
   EXPECT_EQ(field.node_count(), 0u);
   EXPECT_EQ(field.used_bytes(), FootprintOfTheLiving(config, NaiveField(config), 0).bytes);
   EXPECT_FALSE(field.NextDeadline().has_value());

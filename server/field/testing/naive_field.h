@@ -68,7 +68,7 @@ class NaiveField {
         total += Part(LawOf(part.type), part.weight_milli, pose, antenna, now_ms);
       }
       // 4096 / (1000 * 1 000 000 * 64 * 65 536), rounded once, halves away from zero
-      const Wide numerator = 2 * 4096 * (total < 0 ? -total : total);
+      const Wide numerator = Wide{2} * 4096 * (total < 0 ? -total : total);
       const Wide denominator = Wide{2} * 1'000'000'000 * 64 * 65536;
       const auto rounded = static_cast<int64_t>((numerator + denominator / 2) / denominator);
       p.push_back(total < 0 ? -rounded : rounded);
