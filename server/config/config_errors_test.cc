@@ -216,7 +216,8 @@ TEST(ConfigErrorsTest, NoMoreLinksThanCouldBeOpen) {
   std::string text(kGood);
   for (int i = 0; i < 254; ++i) {
     const std::string name = "l" + std::to_string(i);
-    text += "[[link]]\nname = \"" + name + "\"\nkind = \"pty\"\npath = \"" + name + "\"\n";
+    text.append("[[link]]\nname = \"").append(name).append("\"\nkind = \"pty\"\npath = \"");
+    text.append(name).append("\"\n");
   }
   EXPECT_EQ(ErrorOf(text), "f.toml:1050:1: link: found 257 tables, expected at most 256");
 }

@@ -268,7 +268,8 @@ void Drive(Bench* bench, uint32_t seed, int steps) {
         bench->Apply(Advance{});
         break;
       case 7: {
-        const PoseObserved observed{link, id, {{x * 1000, y * 1000}, seq}, seq * 100u};
+        const PoseObserved observed{
+            link, id, {{x * int64_t{1000}, y * int64_t{1000}}, seq}, seq * 100u};
         if (bench->engine.SaidHello(link, id)) {
           bench->Apply(observed);
         }
@@ -280,7 +281,7 @@ void Drive(Bench* bench, uint32_t seed, int steps) {
                                   .action = static_cast<field::FieldEdit::Action>(seq % 3),
                                   .level = seq,
                                   .radius_um = 300'000,
-                                  .points = {{x * 1000, y * 1000}}}};
+                                  .points = {{x * int64_t{1000}, y * int64_t{1000}}}}};
         if (bench->engine.CheckEdit(edited.edit).ok()) {
           bench->Apply(edited);
         }

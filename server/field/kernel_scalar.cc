@@ -33,7 +33,7 @@ struct Scalar {
   static M AtLeast(V a, V b) { return a >= b; }
   static V Keep(M m, V v) { return m ? v : 0; }
   static V PowerOfTwo(V n) {
-    Bits bits;
+    Bits bits{};
     bits.word = static_cast<uint64_t>(1023 - static_cast<int>(n)) << 52;
     return bits.number;
   }

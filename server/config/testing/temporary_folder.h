@@ -19,7 +19,7 @@ class FolderTest : public ::testing::Test {
     std::string name = (std::filesystem::temp_directory_path() / "config-XXXXXX").string();
     folder_ = mkdtemp(name.data());
   }
-  ~FolderTest() override { std::filesystem::remove_all(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   void Write(const std::string& name, std::string_view bytes) const {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
