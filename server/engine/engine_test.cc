@@ -291,7 +291,7 @@ void Drive(Bench* bench, uint32_t seed, int steps) {
         if (random() % 50 == 0) {
           EngineConfig config = testing::SmallConfig();
           config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + random() % 30'000);
-          config.frames = {MakeFrame("radio-a", id, {x * 100, y * 100}, seq)};
+          config.frames = {MakeFrame("radio-a", id, {x * int64_t{100}, y * int64_t{100}}, seq)};
           bench->Apply(ConfigChanged{config, static_cast<uint16_t>(random())});
         }
     }

@@ -23,9 +23,9 @@ TEST(Frame, WithoutOneEverythingStaysWhereItIs) {
 TEST(Frame, QuarterTurnsAreExact) {
   const field::PoseUm reported = At(3'000'001, 1'000'002, 60'000);
   const struct {
-    double heading_deg;
+    double heading_deg = 0;
     field::PointUm position;
-    uint16_t heading;
+    uint16_t heading = 0;
   } expected[] = {
       {0, {3'000'001, 1'000'002}, 60'000},           {90, {-1'000'002, 3'000'001}, 10'848},
       {180, {-3'000'001, -1'000'002}, 27'232},       {-90, {1'000'002, -3'000'001}, 43'616},

@@ -30,7 +30,7 @@ using testing::Random;
 using testing::RandomLaw;
 
 constexpr uint32_t kMostLevel = (1u << 22) - 1;
-constexpr int64_t kFarthest_um = 65'000'000;
+constexpr int64_t kFarthestUm = 65'000'000;
 
 std::vector<const Kernel*> AllKernels() {
   const KernelList list = Kernels();
@@ -101,7 +101,7 @@ Question RandomQuestion(Random& random, Laws laws) {
     question.ahead = NaiveDirection(Between(random, 0, 65535));
   }
   const int64_t reach = law.reach_um();
-  const int64_t span = std::min(kFarthest_um / 2, reach);
+  const int64_t span = std::min(kFarthestUm / 2, reach);
   for (PointUm& antenna : question.antennas) {
     antenna = {Between(random, -span, span), Between(random, -span, span)};
   }
@@ -181,7 +181,7 @@ TEST(Weigh, ExponentialsAreNearTheExactSumAndTheSameInEveryKernel) {
 // The most that a sum can become: 512 nodes at the largest level and full strength.
 TEST(Weigh, TheLargestSumIsExact) {
   Question question;
-  question.law.core_um = kFarthest_um;
+  question.law.core_um = kFarthestUm;
   for (size_t i = 0; i < Candidates::kMost; ++i) {
     question.states.push_back({kMostLevel, kTimeMask});
     question.places.push_back({static_cast<int64_t>(i), 0});
@@ -195,7 +195,7 @@ TEST(Weigh, TheLargestSumIsExact) {
 
 // How a node stands to a circle and an axle line, in whole micrometres.
 struct Boundary {
-  int64_t radius_um;
+  int64_t radius_um = 0;
   PointUm ahead;  // Q14; both 0: all around
 
   bool Keeps(PointUm at, int64_t margin_um) const {
@@ -240,7 +240,8 @@ TEST(Mask, LosesNoNodeThatCountsAndDropsWhatIsClearlyOutside) {
       return static_cast<int32_t>(std::max<int64_t>(node, 0) / 8);
     };
     for (size_t t = 0; t < asked.count; ++t) {
-      asked.occupied[t] = OneIn(random, 4) ? random() & random() : UINT64_MAX;
+      const uint64_t half = random();
+      asked.occupied[t] = OneIn(random, 4) ? half & random() : UINT64_MAX;
       asked.words[t] = words.data();
       asked.column[t] = tile_near(first.x);
       asked.row[t] = tile_near(first.y);

@@ -57,6 +57,7 @@ TEST(FieldReader, AnswersManyAsItAnswersEach) {
   }
   const FieldReader reader(field);
   std::vector<PoseUm> poses;
+  poses.reserve(200);
   for (int i = 0; i < 200; ++i) {
     poses.push_back(RandomPose(random, field.config().map));
   }
@@ -86,7 +87,7 @@ TEST(FieldReader, SaysWhenThereIsNoPlaceLeft) {
 
 // The highest of anything that the writer below ever does.
 constexpr uint16_t kMostQuanta = 8;
-constexpr int64_t kMostQuantum_micro = 250'000;
+constexpr int64_t kMostQuantumMicro = 250'000;
 
 // A small map that is always nearly full of short trails, so that tiles are retired and handed out
 // again all the time.
@@ -115,7 +116,7 @@ FieldConfig BusyConfig() {
 FieldConfig RandomBusyConfig(Random& random) {
   FieldConfig config = BusyConfig();
   config.pheromones[0].tau_ms = Between(random, 20, 60);
-  config.pheromones[0].quantum_micro = OneIn(random, 2) ? 125'000 : kMostQuantum_micro;
+  config.pheromones[0].quantum_micro = OneIn(random, 2) ? 125'000 : kMostQuantumMicro;
   config.pheromones[1].directional = OneIn(random, 2);
   if (OneIn(random, 2)) {
     config.paths = {{.type = 1, .count = 4, .points = {{1'000'000, 3'000'000}, {2'000'000, 0}}}};
@@ -130,8 +131,8 @@ FieldConfig RandomBusyConfig(Random& random) {
 
 // P where every node in reach holds the most at full strength.
 int64_t MostIntensity(const FieldConfig& config, int parts) {
-  const int64_t side = 2 * 600'000 / config.map.cell_um + 1;
-  return parts * side * side * kMostQuanta * kMostQuantum_micro * 4096 / 1'000'000;
+  const int64_t side = 2 * int64_t{600'000} / config.map.cell_um + 1;
+  return int64_t{parts} * side * side * kMostQuanta * kMostQuantumMicro * 4096 / 1'000'000;
 }
 
 struct Seen {
@@ -221,12 +222,13 @@ TEST(FieldReader, LooksOnWhileTheFieldChanges) {
 TEST(FieldReader, ComesAndGoesInManyThreads) {
   Field field(TrailConfig());
   std::vector<std::thread> threads;
+  threads.reserve(kReaders);
   for (int t = 0; t < kReaders; ++t) {
     threads.emplace_back([&field, t] {
       for (int i = 0; i < 500; ++i) {
         const FieldReader reader(field);
         ASSERT_TRUE(reader.ok());
-        ASSERT_TRUE(reader.Sense(1, {{t * 1'000'000, 5'000'000}, 0}, 0).has_value());
+        ASSERT_TRUE(reader.Sense(1, {{t * int64_t{1'000'000}, 5'000'000}, 0}, 0).has_value());
       }
     });
   }
