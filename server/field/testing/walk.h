@@ -12,6 +12,18 @@
 #include "server/field/field.h"
 #include "server/field/testing/random_field.h"
 
+// g++ has macros for it, clang++ a function.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define PHEROMONE_SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define PHEROMONE_SANITIZED 1
+#endif
+#endif
+#ifndef PHEROMONE_SANITIZED
+#define PHEROMONE_SANITIZED 0
+#endif
+
 namespace pheromone::field::testing {
 
 /// The memory of this process that is in the machine, in bytes.
@@ -90,7 +102,7 @@ inline void WalkAndWatch(Client client, uint8_t type, int64_t requests) {
     EXPECT_LE(field.used_bytes(), config.memory_bytes);
   }
   EXPECT_EQ(field.hash(), HashFromADump(field));
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !PHEROMONE_SANITIZED
   EXPECT_LE(most_resident, allowed);
 #else
   (void)allowed;  // a sanitizer keeps what was freed
