@@ -3,6 +3,24 @@
 namespace pheromone {
 namespace protocol {
 
+#ifdef __AVR__
+
+// Bit by bit, as it is defined: a third of the size of what is below, and still a hundred times
+// faster than the radio.
+uint16_t Crc16Update(uint16_t crc, uint8_t byte) {
+  crc ^= byte;
+  for (uint8_t bit = 0; bit < 8; ++bit) {
+    const bool odd = (crc & 1u) != 0;
+    crc >>= 1;
+    if (odd) {
+      crc ^= 0xA001u;
+    }
+  }
+  return crc;
+}
+
+#else
+
 // One byte at once without a table: a table of 512 bytes would cost a microcontroller half of its
 // memory, and the loop over bits is four times slower. Eight steps of the reflected register
 // collapse into the parity of the low byte and two shifted copies of it.
@@ -16,6 +34,8 @@ uint16_t Crc16Update(uint16_t crc, uint8_t byte) {
                                static_cast<uint16_t>(copy << 7));
   return odd ? static_cast<uint16_t>(next ^ 0xC001u) : next;
 }
+
+#endif
 
 uint16_t Crc16(const uint8_t* bytes, size_t size) {
   uint16_t crc = 0;

@@ -11,6 +11,8 @@
 //  * a gap between two bytes of one frame longer than the timeout discards the frame.
 // Nothing is ever answered or delivered for what was discarded: it is counted, and that is all.
 //
+// The rules are carried out by FrameParser (frame_parser.h), which a robot may use by itself.
+//
 // Trust: bytes may come from anyone. Memory is bounded by kMaxBody; no input makes the decoder read
 // or write outside of it.
 #pragma once
@@ -19,6 +21,7 @@
 #include <stdint.h>
 
 #include "protocol/frame.h"
+#include "protocol/frame_parser.h"
 
 namespace pheromone {
 namespace protocol {
@@ -63,6 +66,12 @@ inline DecoderCounters operator-(DecoderCounters now, const DecoderCounters& bef
   return now;
 }
 
+/// Counts what a byte did.
+void Tally(FrameParser::Event event, DecoderCounters* counters);
+
+/// Counts a gap timeout and discards what `parser` has open, if anything.
+void TimeOut(FrameParser* parser, DecoderCounters* counters);
+
 class FrameDecoder {
  public:
   /// `gap_timeout_ms`: the longest silence inside a frame; kNoGapTimeout for links that cannot lose
@@ -88,27 +97,17 @@ class FrameDecoder {
   void Expire(uint32_t now_ms);
 
   /// Between DLE STX and the frame's end: somebody is sending.
-  bool frame_open() const { return state_ == State::kBody || state_ == State::kBodyDle; }
+  bool frame_open() const { return parser_.open(); }
 
   const Message& message() const { return message_; }
   const DecoderCounters& counters() const { return counters_; }
 
  private:
-  enum class State : uint8_t { kIdle, kIdleDle, kBody, kBodyDle };
-
-  void Start();
-  void Append(uint8_t byte);
-  bool Finish();
-  void Discard(uint32_t* counter);
-
   Message message_;
   DecoderCounters counters_;
   uint32_t last_byte_ms_ = 0;
   uint16_t gap_timeout_ms_;
-  uint16_t crc_ = 0;
-  uint8_t size_ = 0;           // body bytes so far, CRC included
-  uint8_t crc_bytes_[2] = {};  // the last two body bytes, which may turn out to be the CRC
-  State state_ = State::kIdle;
+  FrameParser parser_;
 };
 
 }  // namespace protocol

@@ -4,36 +4,28 @@
 
 namespace pheromone {
 namespace protocol {
-namespace {
 
-// Appends bytes to a caller's array and remembers whether one did not fit.
-class Writer {
- public:
-  Writer(uint8_t* to, size_t capacity) : to_(to), capacity_(capacity) {}
+FrameWriter::FrameWriter(uint8_t* wire) : at_(wire) {
+  *at_++ = kDle;
+  *at_++ = kStx;
+}
 
-  void Raw(uint8_t byte) {
-    if (size_ < capacity_) {
-      to_[size_] = byte;
-    }
-    ++size_;
+void FrameWriter::Put(uint8_t byte) {
+  crc_ = Crc16Update(crc_, byte);
+  *at_++ = byte;
+  if (byte == kDle) {
+    *at_++ = kDle;
   }
+}
 
-  void Stuffed(uint8_t byte) {
-    Raw(byte);
-    if (byte == kDle) {
-      Raw(kDle);
-    }
-  }
-
-  size_t size() const { return size_ <= capacity_ ? size_ : 0; }
-
- private:
-  uint8_t* to_;
-  size_t capacity_;
-  size_t size_ = 0;
-};
-
-}  // namespace
+uint8_t* FrameWriter::Finish() {
+  const uint16_t crc = crc_;
+  Put(static_cast<uint8_t>(crc & 0xFFu));
+  Put(static_cast<uint8_t>(crc >> 8));
+  *at_++ = kDle;
+  *at_++ = kEtx;
+  return at_;
+}
 
 uint16_t MessageCrc(const Message& message) {
   uint16_t crc = Crc16Update(0, message.id);
@@ -48,20 +40,22 @@ size_t EncodeFrame(const Message& message, uint8_t* wire, size_t capacity) {
   if (message.length > kMaxData) {
     return 0;
   }
-  Writer writer(wire, capacity);
-  writer.Raw(kDle);
-  writer.Raw(kStx);
-  writer.Stuffed(message.id);
-  writer.Stuffed(message.opcode);
+  uint8_t aside[kMaxFrame];  // for a caller whose room may be just enough
+  uint8_t* const to = capacity < kMaxFrame ? aside : wire;
+  FrameWriter writer(to);
+  writer.Put(message.id);
+  writer.Put(message.opcode);
   for (uint8_t i = 0; i < message.length; ++i) {
-    writer.Stuffed(message.data[i]);
+    writer.Put(message.data[i]);
   }
-  const uint16_t crc = MessageCrc(message);
-  writer.Stuffed(static_cast<uint8_t>(crc & 0xFFu));
-  writer.Stuffed(static_cast<uint8_t>(crc >> 8));
-  writer.Raw(kDle);
-  writer.Raw(kEtx);
-  return writer.size();
+  const size_t size = static_cast<size_t>(writer.Finish() - to);
+  if (size > capacity) {
+    return 0;
+  }
+  for (size_t i = 0; capacity < kMaxFrame && i < size; ++i) {
+    wire[i] = aside[i];
+  }
+  return size;
 }
 
 }  // namespace protocol

@@ -39,6 +39,26 @@ struct Message {
 /// The CRC over ID, OPCODE and DATA, as sent in the frame.
 uint16_t MessageCrc(const Message& message);
 
+/// Writes a frame byte by byte: stuffs, and adds delimiters and CRC.
+///
+///   FrameWriter writer(wire);
+///   writer.Put(id); writer.Put(opcode); ... writer.Put(last byte of DATA);
+///   size = writer.Finish() - wire;
+///
+/// `wire` must have room for 8 bytes and two for each Put.
+class FrameWriter {
+ public:
+  explicit FrameWriter(uint8_t* wire);
+
+  void Put(uint8_t byte);
+  /// CRC and end; returns where the frame ends. Nothing may follow.
+  uint8_t* Finish();
+
+ private:
+  uint8_t* at_;
+  uint16_t crc_ = 0;
+};
+
 /// Writes the whole frame of `message` to `wire`, which has room for `capacity` bytes (kMaxFrame is
 /// always enough). Returns the number of bytes written, or 0 if they do not fit or `length` is over
 /// kMaxData; then `wire` holds nothing of use.
