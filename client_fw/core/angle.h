@@ -3,8 +3,8 @@
 // Units: positions in mm; angles as binary angles (uint16_t, 65 536 a turn, counter-clockwise from
 // +x, so that they wrap by themselves); sines and cosines in 1/16 384 (Q14).
 //
-// Pure functions; any thread, any interrupt. The sine table has only 65 entries because tables
-// of constants live in RAM on an AVR.
+// Pure functions; any thread, any interrupt. The sine is a polynomial, since tables of constants
+// live in RAM on an AVR.
 #pragma once
 
 #include <stdint.h>
@@ -43,9 +43,20 @@ class StartPose {
   explicit StartPose(const Pose& start);
 
   /// The pose on the map; x_mm and y_mm are kFarAway if odometry is over kMaxCoordinateMm.
-  Pose Place(const Odometry& odometry) const;
+  Pose Place(const Odometry& odometry) const {
+    return Pose{XOf(odometry), YOf(odometry), HeadingOf(odometry)};
+  }
+  int32_t XOf(const Odometry& odometry) const {
+    return Along(start_.x_mm, odometry, cos_, static_cast<int16_t>(-sin_));
+  }
+  int32_t YOf(const Odometry& odometry) const { return Along(start_.y_mm, odometry, sin_, cos_); }
+  BinaryAngle HeadingOf(const Odometry& odometry) const {
+    return static_cast<BinaryAngle>(start_.heading + odometry.heading);
+  }
 
  private:
+  static int32_t Along(int32_t from, const Odometry& way, int16_t cos_x, int16_t cos_y);
+
   Pose start_;
   int16_t cos_;
   int16_t sin_;

@@ -12,21 +12,21 @@ namespace client {
 constexpr uint8_t kMinWindow = 8;
 constexpr uint8_t kMaxWindow = 64;
 
-/// A linear congruential generator modulo 2^32 (multiplier and increment of Knuth and Lewis), of
-/// which only the high half is used: small, and the same sequence on every machine for a seed.
+/// A linear congruential generator modulo 2^16 (multiplier and increment of Grogono) of which only
+/// the high byte is used: small, and the same sequence on every machine for a seed.
 class Random {
  public:
   Random(uint8_t id, uint16_t boot_counter)
-      : state_((static_cast<uint32_t>(id) << 16 | boot_counter) * UINT32_C(2654435761)) {}
+      : state_(static_cast<uint16_t>((id * 0x9E37u) ^ (boot_counter * 0x6A09u))) {}
 
-  /// Evenly from 0 to bound - 1; 0 if `bound` is 0.
-  uint16_t Below(uint16_t bound) {
-    state_ = state_ * UINT32_C(1664525) + UINT32_C(1013904223);
-    return static_cast<uint16_t>((state_ >> 16) * bound >> 16);
+  /// From 0 to bound - 1, each as often as 256 draws allow; 0 if `bound` is 0.
+  __attribute__((noinline)) uint8_t Below(uint8_t bound) {
+    state_ = static_cast<uint16_t>(state_ * 25173u + 13849u);
+    return static_cast<uint8_t>(((state_ >> 8) * bound) >> 8);
   }
 
  private:
-  uint32_t state_;
+  uint16_t state_;
 };
 
 class ContentionWindow {

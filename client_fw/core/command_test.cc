@@ -99,13 +99,9 @@ TEST_F(CommandTest, FollowTypeThatDoesNotExistIsRefused) {
   EXPECT_EQ(2, harness_.conversation.parameters().type);
 }
 
-TEST_F(CommandTest, OtherKnownCommandsAreNotPermitted) {
-  uint8_t seq = 0;
-  for (const CommandCode code : {CommandCode::kGoTo, CommandCode::kPickLoad, CommandCode::kDropLoad,
-                                 CommandCode::kSetParameter, CommandCode::kGetParameter}) {
-    Send(++seq, code);
-    ExpectAck(seq, code, Reason::kNotPermitted);
-  }
+TEST_F(CommandTest, GoToIsNotPermitted) {
+  Send(1, CommandCode::kGoTo, 500);
+  ExpectAck(1, CommandCode::kGoTo, Reason::kNotPermitted);
 }
 
 TEST_F(CommandTest, UnknownOrMalformedCommandIsNotAcknowledged) {
@@ -174,6 +170,18 @@ TEST_F(CommandTest, BroadcastHaltIsObeyedWithoutAck) {
   EXPECT_EQ(kHalted, harness_.conversation.flags());
   EXPECT_FALSE(harness_.RunUntilSent(50));
   EXPECT_EQ(0u, harness_.counters().acks);
+}
+
+TEST_F(CommandTest, BroadcastHaltOfAWrongLengthIsIgnored) {
+  protocol::Message message;
+  message.id = protocol::kBroadcastId;
+  message.opcode = protocol::kCommand;
+  message.data[1] = static_cast<uint8_t>(CommandCode::kHalt);
+  for (const uint8_t length : {uint8_t{0}, uint8_t{1}, uint8_t{3}, uint8_t{64}}) {
+    message.length = length;
+    harness_.Feed(message);
+  }
+  EXPECT_EQ(kStraight, harness_.conversation.wheels());
 }
 
 TEST_F(CommandTest, OtherBroadcastsAndOthersCommandsAreIgnored) {

@@ -1,23 +1,21 @@
-// Time and sending; the other half is conversation_receive.cc.
+// Time and the channel. The other parts are conversation_send.cc, conversation_receive.cc and
+// conversation_act.cc.
 #include "client_fw/core/conversation.h"
-
-#include "protocol/byte_order.h"
 
 namespace pheromone {
 namespace client {
 namespace {
-
-using protocol::Encode;
-using protocol::Message;
 
 constexpr uint8_t kDefaultSlotMs = 5;  // before HELLO's answer tells it
 constexpr uint8_t kHalfFirstHelloMs =
     50;                                   // HELLO's back-off: 50, 100 ... 800 ms, and as much again
 constexpr uint8_t kHelloDoublings = 4;    // at random
 constexpr uint16_t kAloneMs = 1000;       // nobody else heard for so long: no random delay
+constexpr uint8_t kAttemptsAPause = 64;   // of a robot that is alone, on the average
 constexpr uint8_t kStalledFrameMs = 200;  // an open frame does not hold us up for longer
 constexpr uint8_t kByteGraceMs = 5;       // a lone DLE is not yet a frame, but its first byte
-constexpr uint16_t kLongestPauseMs = 30000;  // less than half of what 16 bits of time can tell
+constexpr uint16_t kCensusMs = 1000;      // in which every robot in range is heard
+constexpr uint16_t kLongestStepMs = 0x7FFF;
 
 }  // namespace
 
@@ -25,224 +23,143 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
     : ConversationState(),
       memory_(memory),
       random_(parameters.id, parameters.boot_counter),
+      fuzzy_(FuzzyState{kNoError}),
       parameters_(parameters),
-      counters_(),
-      decoder_(parameters.gap_timeout_ms) {
+      start_(parameters.start) {
   flags_ = kNoAnswerYet;
+  phase_ = Phase::kContending;
+  HearOther();  // we have not listened: others may be about
   if (memory->nonce != parameters.boot_counter || memory->length > kMaxPending) {
     *memory = RequestMemory();
     memory->nonce = parameters.boot_counter;
   }
 }
 
-void Conversation::Poll(uint32_t now_ms, const Pose* pose, bool channel_busy) {
-  const uint32_t elapsed_ms = now_ms - last_poll_ms_;
-  last_poll_ms_ = now_ms;
-  now_ = static_cast<uint16_t>(now_ms);
-  decoder_.Expire(now_ms);
-  if (!started_ || elapsed_ms > kLongestPauseMs) {
-    Restart();
+// Lets the timers run; returns what has passed since the last call.
+uint16_t Conversation::Advance(Milliseconds now_ms) {
+  const Milliseconds passed_ms = static_cast<Milliseconds>(now_ms - now_ms_);
+  now_ms_ = now_ms;
+  const uint16_t elapsed_ms =
+      passed_ms < kLongestStepMs ? static_cast<uint16_t>(passed_ms) : kLongestStepMs;
+  for (uint16_t& timer : timers_) {
+    timer = timer > elapsed_ms ? static_cast<uint16_t>(timer - elapsed_ms) : 0;
   }
-  if (Since(heard_) >= kAloneMs) {
-    others_ = false;
+  quiet_ms_ =
+      elapsed_ms < 255u - quiet_ms_ ? static_cast<uint8_t>(quiet_ms_ + elapsed_ms) : UINT8_MAX;
+  if (elapsed_ms >= kAloneMs) {
+    HearOther();  // a pause: we have not listened
   }
-  if (Since(held_) > WindowMs()) {
-    holding_ = false;
-  }
+  return elapsed_ms;
+}
+
+void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool channel_busy) {
+  const uint16_t elapsed_ms = Advance(now_ms);
   const bool open = FrameOpen();
-  if (phase_ == Phase::kAwaiting && !open && Since(sent_) > WindowMs() &&
-      Since(last_byte_) > kByteGraceMs) {
+  if (phase_ == Phase::kAwaiting && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
+      quiet_ms_ > kByteGraceMs) {
     OnMiss();
   }
   CheckSilence();
-  if (phase_ != Phase::kWaiting) {
+  if (timers_[kCensus] == 0) {
+    TakeCensus();
+  }
+  if (phase_ == Phase::kAwaiting || tx_size_ != 0) {
+    slot_left_ms_ = 0;
     return;
   }
-  const bool due = Since(not_before_) < 0x8000u;
-  if (due) {
-    not_before_ = now_;  // stays due, however long the channel is busy
+  const bool clear = !open && !channel_busy;
+  if (ack_due_ && clear) {
+    ack_due_ = false;
+    Count(&Counters::acks);
+    Send(protocol::kCommandAck, ack_, sizeof(ack_));
+    return;
   }
-  const bool free = !channel_busy && !open;
-  if (ack_due_ && free) {
-    Begin(Job::kAck, pose);
-  } else if (due && CountDown(static_cast<uint16_t>(elapsed_ms), free && !holding_)) {
-    Begin(!greeted_ ? Job::kHello : resync_ ? Job::kPing : Job::kAsk, pose);
+  if (phase_ == Phase::kResting && timers_[kPeriod] == 0) {
+    ContendFor(0);  // what was random is in the moment at which the period began
   }
+  const bool free =
+      clear && timers_[kHeld] == 0 && (timers_[kOthers] == 0 || quiet_ms_ >= IdleMs());
+  const bool slot_begins = SlotBegins(elapsed_ms, free);
+  if (phase_ == Phase::kResting || timers_[kPause] != 0) {
+    return;
+  }
+  if (!free && countdown_ == 0) {
+    countdown_ = static_cast<uint8_t>(1 + RandomSlots());  // not all at once after it
+  }
+  if (!slot_begins) {
+    return;
+  }
+  if (countdown_ > 1) {
+    --countdown_;
+    return;
+  }
+  Begin(odometry);
 }
 
-void Conversation::OnSent(uint32_t now_ms) {
-  if (phase_ == Phase::kSending) {
-    now_ = static_cast<uint16_t>(now_ms);
-    sent_ = now_;
-    tx_size_ = 0;
-    phase_ = job_ == Job::kAck ? Phase::kWaiting : Phase::kAwaiting;
+// Slots are counted from the moment when the channel became free, which all stations see at the
+// same time: whoever begins, begins with a slot, and others have noticed before the next. What is
+// due after a quiet of a whole window, or of a robot that is alone, need not wait for one.
+bool Conversation::SlotBegins(uint16_t elapsed_ms, bool free) {
+  if (!free) {
+    slot_left_ms_ = 0;
+    return false;
   }
+  if (slot_left_ms_ > elapsed_ms) {
+    slot_left_ms_ = static_cast<uint8_t>(slot_left_ms_ - elapsed_ms);
+    return countdown_ == 0 && (timers_[kOthers] == 0 || quiet_ms_ / kMinWindow >= SlotMs());
+  }
+  slot_left_ms_ = SlotMs();
+  return true;
 }
 
-void Conversation::Restart() {
-  if (started_) {
-    StopFailSafe();
-  }
-  started_ = true;
-  pose_known_ = false;
-  others_ = true;  // we have not listened: others may be about
-  heard_ = now_;
-  next_period_ = now_;
-  SayHello();
-  if (phase_ != Phase::kSending) {
-    WaitUntil(now_);
-  }
+void Conversation::OnSent(Milliseconds now_ms) {
+  Advance(now_ms);
+  tx_size_ = 0;
+  quiet_ms_ = 0;
+  timers_[kWindow] = static_cast<uint16_t>(WindowMs() + 1);
 }
 
 void Conversation::CheckSilence() {
-  if (Since(answered_) >= parameters_.fail_safe_ms) {
-    StopFailSafe();
+  if (timers_[kAnswered] == 0 && (flags_ & kNoAnswerYet) == 0) {
+    // Events of its own would not help a channel that is merely too full.
+    Stop(kFailSafe, timers_[kContacted] == 0 ? BitOf(protocol::EventCode::kFailSafeStop) : 0);
   }
-  if (Since(posed_) >= parameters_.fail_safe_ms) {
-    pose_known_ = false;
-  }
-  if (greeted_ && phase_ == Phase::kWaiting && Since(contacted_) >= parameters_.fail_safe_ms) {
+  if (greeted_ && phase_ != Phase::kAwaiting && timers_[kContacted] == 0) {
     SayHello();
+    Contend();
   }
-  if (ack_due_ && Since(commanded_) > WindowMs()) {
+  if (ack_due_ && timers_[kAckDue] == 0) {
     ack_due_ = false;  // the server has stopped waiting, and will repeat the command
-    Count(&counters_.dropped_acks);
+    Count(&Counters::dropped_acks);
   }
 }
 
-// Lets the random delay run, which it does only while the channel is free. True: send now.
-bool Conversation::CountDown(uint16_t elapsed_ms, bool free) {
-  if (!drawn_) {
-    Wait(others_ ? RandomDelay() : 0);
-  } else if (was_free_ && free) {
-    countdown_ms_ =
-        countdown_ms_ > elapsed_ms ? static_cast<uint16_t>(countdown_ms_ - elapsed_ms) : 0;
+// Somebody is in the middle of a frame. Without a gap timeout, what stalls is not waited for, but
+// may still go on.
+bool Conversation::FrameOpen() {
+  if (kHasBufferedLink && parameters_.gap_timeout_ms == protocol::kNoGapTimeout) {
+    return parser_.open() && quiet_ms_ <= kStalledFrameMs;
   }
-  was_free_ = free;
-  if (!free && countdown_ms_ == 0) {
-    countdown_ms_ = static_cast<uint16_t>(SlotMs() + RandomDelay());  // not all at once after it
+  if (quiet_ms_ > parameters_.gap_timeout_ms) {
+    TimeOut(&parser_);
   }
-  return countdown_ms_ == 0;
+  return parser_.open();
 }
 
-void Conversation::Begin(Job job, const Pose* pose) {
-  Message message;
-  message.id = parameters_.id;
-  if (job == Job::kHello) {
-    MakeHello(&message);
-  } else if (job == Job::kPing) {
-    MakePing(&message);
-  } else if (job == Job::kAck) {
-    MakeAck(&message);
-  } else if (!MakeRequest(pose, &message)) {
-    attempt_ = 0;
-    WaitForNextPeriod();
-    return;
+void Conversation::TakeCensus() {
+  timers_[kCensus] = kCensusMs;
+  robots_ = counted_;
+  counted_ = 0;
+  for (uint8_t& eight : seen_) {
+    eight = 0;
   }
-  uint8_t pad = 0;
-  if (resync_) {
-    tx_[0] = 0x00;  // ends any escape or frame that the receiver may be stuck in
-    pad = 1;
-  }
-  tx_size_ = static_cast<uint8_t>(EncodeFrame(message, tx_ + pad, sizeof(tx_) - pad) + pad);
-  job_ = job;
-  asked_opcode_ = message.opcode;
-  phase_ = Phase::kSending;
-}
-
-void Conversation::MakeHello(Message* message) {
-  protocol::HelloRequest hello;
-  hello.id = parameters_.id;
-  hello.nonce = memory_->nonce;
-  hello.firmware_version = parameters_.firmware_version;
-  hello.capabilities = parameters_.capabilities;
-  Encode(hello, message);
-  Count(&counters_.hellos);
-}
-
-void Conversation::MakePing(Message* message) {
-  ++pings_;
-  message->opcode = protocol::kPing;
-  message->length = kPingSize;
-  protocol::PutU16(message->data, memory_->nonce);
-  protocol::PutU16(message->data + 2, pings_);
-  Count(&counters_.resyncs);
-}
-
-void Conversation::MakeAck(Message* message) {
-  protocol::CommandAck ack;
-  ack.id = parameters_.id;
-  ack.seq = command_seq_;
-  ack.code = static_cast<protocol::CommandCode>(command_code_);
-  ack.result = static_cast<uint8_t>(command_result_);
-  Encode(ack, message);
-  ack_due_ = false;
-  Count(&counters_.acks);
-}
-
-// The TRACE that still waits for its answer, or a new request with this pose. False if the pose is
-// not known or has no place in the message.
-bool Conversation::MakeRequest(const Pose* pose, Message* message) {
-  if (memory_->opcode != 0) {
-    message->opcode = memory_->opcode;
-    message->length = memory_->length;
-    for (uint8_t i = 0; i < memory_->length; ++i) {
-      message->data[i] = memory_->data[i];
-    }
-    memory_->sent = static_cast<uint8_t>(memory_->sent != 0 ? 2 : 1);
-    Count(&counters_.duplicates);
-  } else if (pose == nullptr || !MakeFresh(*pose, message)) {
-    return false;
-  }
-  if (attempt_ != 0) {
-    Count(&counters_.retries);
-  }
-  Count(&counters_.requests);
-  return true;
-}
-
-bool Conversation::MakeFresh(const Pose& pose, Message* message) {
-  protocol::TraceRequest trace;
-  trace.id = parameters_.id;
-  trace.type = parameters_.type;
-  trace.wide = parameters_.wide;
-  trace.seq = static_cast<uint8_t>(memory_->seq + 1u);
-  trace.pose.heading = pose.heading;
-  bool fits = ToPoseUnits(pose.x_mm, server_.pose_unit_10um, &trace.pose.x) &&
-              ToPoseUnits(pose.y_mm, server_.pose_unit_10um, &trace.pose.y);
-  if (fits && parameters_.lay_trail) {
-    fits = Encode(trace, message);
-  } else if (fits) {
-    protocol::SenseRequest sense;
-    sense.id = trace.id;
-    sense.type = trace.type;
-    sense.wide = trace.wide;
-    sense.pose = trace.pose;
-    fits = Encode(sense, message);
-  }
-  if (!fits) {
-    StopOffTheMap();
-    return false;
-  }
-  if (parameters_.lay_trail) {
-    for (uint8_t i = 0; i < message->length; ++i) {
-      memory_->data[i] = message->data[i];
-    }
-    memory_->length = message->length;
-    memory_->seq = trace.seq;
-    memory_->sent = 1;
-    memory_->opcode = message->opcode;  // last: now it is pending
-  }
-  posed_ = now_;
-  pose_known_ = true;
-  return true;
 }
 
 void Conversation::OnMiss() {
-  Count(&counters_.timeouts);
-  resync_ = parameters_.buffered_link;
+  Count(&Counters::timeouts);
+  resync_ = kHasBufferedLink && parameters_.buffered_link;
   window_.OnMiss();
-  if (job_ == Job::kHello) {
+  if (asked_opcode_ == protocol::kHello) {
     WaitForHello();
   } else {
     Retry();
@@ -252,13 +169,12 @@ void Conversation::OnMiss() {
 // Back off, or give this period up.
 void Conversation::Retry() {
   if (attempt_ == kMaxRetries) {
-    attempt_ = 0;
-    Count(&counters_.abandoned);
-    WaitForNextPeriod();
+    Count(&Counters::abandoned);
+    window_ = ContentionWindow();
+    Rest();
   } else {
     ++attempt_;
-    WaitUntil(now_);
-    Wait(RandomDelay());
+    ContendFor(RandomSlots());
   }
 }
 
@@ -269,80 +185,77 @@ void Conversation::SayHello() {
 }
 
 void Conversation::WaitForHello() {
-  const uint16_t half = static_cast<uint16_t>(kHalfFirstHelloMs << hello_attempt_);
+  timers_[kPause] = static_cast<uint16_t>((kHalfFirstHelloMs + random_.Below(kHalfFirstHelloMs))
+                                          << hello_attempt_);
   if (hello_attempt_ < kHelloDoublings) {
     ++hello_attempt_;
   }
-  WaitUntil(now_);
-  Wait(static_cast<uint16_t>(half + random_.Below(half)));
+  ContendFor(0);
 }
 
-// The first period that begins after now, in step with the ones before.
-void Conversation::WaitForNextPeriod() {
-  const uint16_t late_ms = Since(next_period_);
-  if (late_ms < static_cast<uint16_t>(0u - parameters_.period_ms)) {  // else not yet begun
-    const uint16_t passed = late_ms / parameters_.period_ms;
-    counters_.skipped_periods += passed;
-    next_period_ = static_cast<uint16_t>(next_period_ + (passed + 1u) * parameters_.period_ms);
+// Until the next period begins. If it has begun already, others come first, by chance.
+void Conversation::Rest() {
+  attempt_ = 0;
+  event_turn_ = false;
+  phase_ = Phase::kResting;
+  if (timers_[kPeriod] == 0) {
+    Count(&Counters::late_periods);
+    Contend();
   }
-  WaitUntil(next_period_);
 }
 
-void Conversation::WaitUntil(uint16_t ms) {
-  phase_ = Phase::kWaiting;
-  not_before_ = ms;
-  drawn_ = false;
+// Long enough for one exchange of every robot about: 26 bytes, two turnarounds, and the more time
+// for contention the more there are. But never so long that the fail-safe would stop the robot.
+uint16_t Conversation::PeriodMs() {
+  const uint16_t period_ms = parameters_.period_ms;
+  if (period_ms <= 1) {
+    return 0;
+  }
+  const uint16_t exchange_ms =
+      static_cast<uint16_t>(9u * parameters_.three_bytes_ms + (2u + robots_ / 2u) * SlotMs());
+  const uint16_t needed_ms = static_cast<uint16_t>((robots_ + 1u) * exchange_ms);
+  congested_ = needed_ms > period_ms;
+  if (!congested_) {
+    return period_ms;
+  }
+  Count(&Counters::stretched_periods);
+  const uint16_t most_ms =
+      static_cast<uint16_t>(parameters_.fail_safe_ms - parameters_.fail_safe_ms / 8u);
+  return needed_ms < most_ms ? needed_ms : most_ms;
 }
 
-void Conversation::Wait(uint16_t countdown_ms) {
-  countdown_ms_ = countdown_ms;
-  drawn_ = true;
+// Who asks without a pause hears nobody and believes that it is alone. So now and then it listens
+// for as long as a newcomer may need.
+void Conversation::Contend() {
+  uint8_t slots = 0;
+  if (timers_[kOthers] != 0) {
+    slots = RandomSlots();
+  } else if (random_.Below(kAttemptsAPause) == 0) {
+    slots = kMinWindow;
+  }
+  ContendFor(slots);
+}
+
+void Conversation::ContendFor(uint8_t slots) {
+  phase_ = Phase::kContending;
+  countdown_ = slots;
+}
+
+void Conversation::OnSuccess() {
+  attempt_ = 0;
+  window_.OnSuccess();
 }
 
 uint8_t Conversation::SlotMs() const {
-  return server_.slot_ms != 0 ? server_.slot_ms : kDefaultSlotMs;
-}
-
-uint16_t Conversation::RandomDelay() {
-  return static_cast<uint16_t>(random_.Below(window_.slots()) * SlotMs());
+  return server_[kSlotAt] != 0 ? server_[kSlotAt] : kDefaultSlotMs;
 }
 
 uint8_t Conversation::WindowMs() const {
-  return greeted_ && server_.response_window_ms != 0 ? server_.response_window_ms
-                                                     : parameters_.first_window_ms;
+  return greeted_ && server_[kWindowAt] != 0 ? server_[kWindowAt] : parameters_.first_window_ms;
 }
 
-bool Conversation::FrameOpen() const {
-  return decoder_.frame_open() && Since(last_byte_) <= kStalledFrameMs;
-}
-
-void Conversation::SetFlags(uint8_t set, uint8_t clear) {
-  flags_ = static_cast<uint8_t>((flags_ & ~clear) | set);
-  wheels_ = WheelSpeeds{0, 0};
-  if (flags_ == 0) {
-    wheels_ = Steer(parameters_.law, p_left_, p_right_, parameters_.speed_mm_s);
-  }
-}
-
-void Conversation::StopOffTheMap() {
-  if ((flags_ & kOffTheMap) == 0) {
-    Count(&counters_.off_the_map_stops);
-    SetFlags(kOffTheMap, 0);
-  }
-}
-
-void Conversation::StopFailSafe() {
-  if ((flags_ & (kNoAnswerYet | kFailSafe)) == 0) {
-    Count(&counters_.fail_safe_stops);
-    SetFlags(kFailSafe, 0);
-  }
-}
-
-void Conversation::DropPending() {
-  if (memory_->opcode != 0) {
-    Count(&counters_.lost_traces);
-    memory_->opcode = 0;
-  }
+void Conversation::HearOther() {
+  timers_[kOthers] = kAloneMs;
 }
 
 }  // namespace client

@@ -1,8 +1,8 @@
-// A robot's talk with the pheromone server, without any I/O: bytes, poses and the time go in,
+// A robot's talk with the pheromone server, without any I/O: bytes, odometry and the time go in,
 // frames, wheel speeds and counters come out.
 //
 //   conversation.OnByte(byte, now_ms);                    // each byte from the radio
-//   conversation.Poll(now_ms, &pose, channel_busy);       // every millisecond or so
+//   conversation.Poll(now_ms, &odometry, channel_busy);   // every millisecond or so
 //   if (conversation.tx_size() != 0) ...                  // give tx() to the radio, at once
 //   conversation.OnSent(now_ms);                          // when its last byte has left
 //   drive.set_wheel_speeds(conversation.wheels());
@@ -10,16 +10,18 @@
 // It says HELLO until the server answers, then asks once a period with the pose of that moment
 // (SENSE, or TRACE to leave a trail), one request at a time. An unanswered request is repeated
 // after a random number of slots, five times, then the next period begins. A TRACE is repeated to
-// the bit under its seq until it is answered, so that the server executes it once. On a buffered
-// link an answer may come after its request was given up; there a PING is sent after every timeout,
-// and nothing is believed before its echo.
+// the bit under its seq until it is answered, so that the server executes it once; so is an EVENT,
+// which goes after the intensities of a period. On a buffered link an answer may come after its
+// request was given up; there a PING is sent after every timeout, and nothing is believed before
+// its echo. Access to the channel is described in protocol/README.md, section 9.
 //
 // Fail-safe: wheels() is zero before the first answer, and again when intensities have been missing
-// for Parameters::fail_safe_ms, until they come. After such a silence HELLO is said again.
+// for fail_safe_ms, until they come. After such a silence HELLO is said again.
 //
-// Times are uint32_t milliseconds that may wrap. After a pause of the loop of half a minute or more
-// the robot stops and says HELLO, as after a silence. Nothing is allocated; one instance belongs to
-// one loop (not to interrupts). Malformed and foreign frames are counted and otherwise ignored.
+// Times are milliseconds of a clock that may wrap (Milliseconds in features.h). After a pause of
+// the loop the robot stops and says HELLO, as after a silence. Nothing is allocated; one instance
+// belongs to one loop (not to interrupts). Malformed and foreign frames are counted and otherwise
+// ignored.
 #pragma once
 
 #include <stdint.h>
@@ -28,33 +30,19 @@
 #include "client_fw/core/backoff.h"
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
+#include "client_fw/core/features.h"
+#include "client_fw/core/fuzzy.h"
 #include "client_fw/core/parameters.h"
+#include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
-#include "protocol/decoder.h"
+#include "protocol/byte_order.h"
+#include "protocol/frame_parser.h"
 #include "protocol/messages.h"
 
 namespace pheromone {
 namespace client {
 
-/// DATA of the longest request with a seq: TRACE_WIDE.
-constexpr uint8_t kMaxPending = 11;
-/// The longest thing a client sends: TRACE_WIDE made of nothing but DLE. Radio rings hold this
-/// much.
-constexpr uint8_t kMaxClientFrame = 4 + 2 * (kMaxPending + 4);
 constexpr uint8_t kMaxRetries = 5;
-
-/// What must outlive a warm reset for "exactly once": plain memory, zeroed by the caller when the
-/// boot counter changes or when the memory cannot be trusted. Nobody else writes to it.
-struct RequestMemory {
-  uint16_t nonce;  ///< of the boot that used it; another boot counter clears the rest
-  uint16_t epoch;  ///< the server's, as last heard
-  uint8_t seq;     ///< of the last request that had one
-  uint8_t opcode;  ///< of the request not yet answered, 0: none
-  uint8_t length;
-  uint8_t data[kMaxPending];
-  uint8_t sent;     ///< how often it was sent and not refused; 2: or more often
-  bool remembered;  ///< the server greeted us and must remember a request, or has forgotten us
-};
 
 /// Why the wheels stand still. Any one of them is enough.
 enum StopFlag : uint8_t {
@@ -64,25 +52,43 @@ enum StopFlag : uint8_t {
   kOffTheMap = 0x08,     ///< the pose has no place on the map; until an answer comes
   kWrongVersion = 0x10,  ///< the server speaks another protocol version
   kTypeMissing = 0x20,   ///< the server has no such pheromone
+  kTrailLost = 0x40,     ///< nothing to smell, and LostTrail::kStop; until there is
 };
 
-class Conversation : private ConversationState {
+/// From odometry to the map, where the image has a start pose.
+template <bool enabled>
+class Placement : public StartPose {
+ public:
+  using StartPose::StartPose;
+};
+
+template <>
+class Placement<false> {
+ public:
+  explicit Placement(const Pose& /*start*/) {}
+  static int32_t XOf(const Odometry& odometry) { return odometry.x_mm; }
+  static int32_t YOf(const Odometry& odometry) { return odometry.y_mm; }
+  static BinaryAngle HeadingOf(const Odometry& odometry) { return odometry.heading; }
+};
+
+class Conversation : private ConversationState, private Tally<kHasCounters> {
  public:
   /// `memory` must outlive the conversation.
   Conversation(const Parameters& parameters, RequestMemory* memory);
 
   /// A byte from the radio, read at `now_ms`. After a transmission, tell OnSent first.
-  void OnByte(uint8_t byte, uint32_t now_ms);
+  void OnByte(uint8_t byte, Milliseconds now_ms);
 
-  /// Lets time pass. `pose` is the pose on the map at `now_ms`, or null while there is none; then
-  /// no request is sent. `channel_busy`: the radio hears a carrier; nothing is begun meanwhile.
-  void Poll(uint32_t now_ms, const Pose* pose, bool channel_busy);
+  /// Lets time pass. `odometry` is the drive's at `now_ms`, or null while there is none; then no
+  /// intensities are asked for. `channel_busy`: the radio hears a carrier; nothing is begun
+  /// meanwhile.
+  void Poll(Milliseconds now_ms, const Odometry* odometry, bool channel_busy);
 
   /// A frame to send, whole and at once; it stays until OnSent. Size 0: nothing.
   const uint8_t* tx() const { return tx_; }
   uint8_t tx_size() const { return tx_size_; }
   /// The last byte of tx() has left.
-  void OnSent(uint32_t now_ms);
+  void OnSent(Milliseconds now_ms);
 
   WheelSpeeds wheels() const { return wheels_; }
   /// A set of StopFlag; 0 while driving.
@@ -90,71 +96,96 @@ class Conversation : private ConversationState {
   /// The last intensities, 1/4096 of a unit; 0 before the first.
   int16_t p_left() const { return p_left_; }
   int16_t p_right() const { return p_right_; }
+  /// There has been nothing to smell for lost_after_ms.
+  bool trail_lost() const { return trail_lost_; }
+  /// There are more robots about than the channel serves in a period, so periods are longer.
+  bool congested() const { return congested_; }
+  /// The load is to be held, as COMMANDs have said.
+  bool load() const { return load_; }
 
   /// HELLO has been answered and the server is the one we can talk to.
   bool greeted() const { return greeted_; }
-  /// The server's last HELLO answer; meaningful once counters().hello_answers is not 0.
-  const protocol::HelloAnswer& server() const { return server_; }
-  /// As given, with type and speed as COMMANDs have changed them.
+  /// The server's last HELLO answer; meaningful once there was one.
+  protocol::HelloAnswer server() const;
+  /// As given, with settings as COMMANDs have changed them.
   const Parameters& parameters() const { return parameters_; }
-  const Counters& counters() const { return counters_; }
-  const protocol::DecoderCounters& decoder_counters() const { return decoder_.counters(); }
+  /// True once after COMMAND 8 has changed a setting: it is to be stored.
+  bool TakeSettingsChanged();
+  using Tally<kHasCounters>::counters;
+  using Tally<kHasCounters>::decoder_counters;
   /// The reason of the last ERROR, kNone before.
   protocol::Reason last_error() const { return last_error_; }
 
  private:
   enum : uint8_t { kPingSize = 4 };  // nonce and number
 
-  // Time and sending: conversation.cc.
-  void Restart();
+  // Time and the channel: conversation.cc.
+  uint16_t Advance(Milliseconds now_ms);
   void CheckSilence();
-  bool CountDown(uint16_t elapsed_ms, bool free);
-  void Begin(Job job, const Pose* pose);
-  void MakeHello(protocol::Message* message);
-  void MakePing(protocol::Message* message);
-  void MakeAck(protocol::Message* message);
-  bool MakeRequest(const Pose* pose, protocol::Message* message);
-  bool MakeFresh(const Pose& pose, protocol::Message* message);
+  bool FrameOpen();
   void OnMiss();
   void Retry();
   void SayHello();
   void WaitForHello();
-  void WaitForNextPeriod();
-  void WaitUntil(uint16_t ms);
-  void Wait(uint16_t countdown_ms);
-  uint16_t RandomDelay();
+  void Rest();
+  uint16_t PeriodMs();
+  void Contend();
+  void ContendFor(uint8_t slots);
+  /// The slot with which to begin, counted from 1.
+  uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
+  void TakeCensus();
+  bool SlotBegins(uint16_t elapsed_ms, bool free);
   uint8_t SlotMs() const;
+  uint8_t IdleMs() const { return static_cast<uint8_t>(SlotMs() + parameters_.three_bytes_ms); }
   uint8_t WindowMs() const;
-  uint16_t Since(uint16_t ms) const { return static_cast<uint16_t>(now_ - ms); }
-  bool FrameOpen() const;
-  void SetFlags(uint8_t set, uint8_t clear);
-  void StopOffTheMap();
-  void StopFailSafe();
+  void OnSuccess();
+
+  // Sending: conversation_send.cc.
+  void Begin(const Odometry* odometry);
+  void Send(uint8_t opcode, const uint8_t* data, uint8_t length);
+  bool MakeRequest(const Odometry* odometry);
+  bool MakeFresh(const Odometry& odometry, uint8_t* opcode);
+  bool IsWide() const { return kHasWide && parameters_.wide; }
+  bool AppendCoordinate(int32_t mm);
+  void Append(uint16_t value);
+  void AppendSeq();
+  void MakeEvent();
+  void MakePending(uint8_t opcode);
   void DropPending();
 
   // Receiving: conversation_receive.cc.
-  void OnMessage(const protocol::Message& message);
-  void OnForeign(const protocol::Message& message);
-  void OnAnswer(const protocol::Message& message);
+  void OnFrame();
+  void CountRobot(uint8_t id);
+  void OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length);
   // These return false for what nobody waited for.
-  bool OnHelloAnswer(const protocol::Message& message);
-  bool OnEcho(const protocol::Message& message);
-  bool OnIntensities(const protocol::Message& message);
-  bool OnError(const protocol::Message& message);
-  void OnCommand(const protocol::Message& message);
-  protocol::Reason Execute(const protocol::Command& command);
-  void Hold();
-  void HearOther();
+  bool OnAnswer(uint8_t opcode, const uint8_t* data, uint8_t length);
+  bool OnHelloAnswer(const uint8_t* data, uint8_t length);
+  bool OnEcho(const uint8_t* data, uint8_t length);
+  bool OnDone(const uint8_t* data, uint8_t length);
+  void OnIntensities(const uint8_t* data);
+  bool OnError(const uint8_t* data, uint8_t length);
+  bool RequestPending() const { return memory_->opcode == asked_opcode_; }
+
+  // What it means for the robot: conversation_act.cc.
+  void OnCommand(const uint8_t* data, uint8_t length);
+  protocol::Reason Execute(uint8_t code, const uint8_t* arguments);
+  protocol::Reason Change(uint8_t id, uint32_t value);
   bool HasType(uint8_t type) const;
+  void Smell();
+  void SetFlags(uint8_t set, uint8_t clear);
+  void Stop(StopFlag flag, uint8_t event_bit);
+  void Report(uint8_t event_bit) { events_ = static_cast<uint8_t>(events_ | event_bit); }
+
+  void Hold() { timers_[kHeld] = static_cast<uint16_t>(WindowMs() + 1); }
+  void HearOther();
 
   RequestMemory* memory_;
   Random random_;
   ContentionWindow window_;
+  FuzzyState fuzzy_;
   Parameters parameters_;
-  protocol::HelloAnswer server_;
-  Counters counters_;
-  protocol::FrameDecoder decoder_;
-  uint8_t tx_[kMaxClientFrame];
+  Placement<kHasStartPose> start_;
+  protocol::FrameParser parser_;
 };
 
 }  // namespace client

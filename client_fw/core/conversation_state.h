@@ -2,61 +2,97 @@
 // rather than one by one. They come first in the object: an AVR reaches its first 64 bytes with
 // shorter instructions.
 //
-// Points in time are the low half of the clock, which suffices for differences up to half a minute;
-// Conversation::Restart deals with longer gaps between two Polls.
+// Time is kept in timers that run down to 0 and stay there (Conversation::Advance), rather than in
+// points of time: a timer cannot wrap, needs no flag that says whether it means something, and
+// after a pause of the whole loop all of them have run out, which is what a robot should make of
+// it.
 #pragma once
 
 #include <stdint.h>
 
+#include "client_fw/core/features.h"
+#include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
 #include "protocol/opcodes.h"
 
 namespace pheromone {
 namespace client {
 
+/// The longest thing a client sends: TRACE_WIDE made of nothing but DLE. Radio rings hold this
+/// much.
+constexpr uint8_t kMaxClientFrame = 4 + 2 * (kMaxPending + 4);
+
 class ConversationState {
  protected:
-  enum class Phase : uint8_t { kWaiting, kSending, kAwaiting };
-  enum class Job : uint8_t { kHello, kPing, kAsk, kAck };
+  /// kAwaiting begins with the request's first byte; tx_size_ is not 0 while anything leaves.
+  enum class Phase : uint8_t { kResting, kContending, kAwaiting };
+  enum Timer : uint8_t {
+    kAnswered,   ///< since the last intensities: fail-safe
+    kPosed,      ///< the pose of the request in progress is fresh
+    kContacted,  ///< since the last valid frame of the server for us: HELLO
+    kOthers,     ///< another station may be about
+    kHeld,       ///< somebody's answer or ACK is due
+    kAckDue,     ///< our own ACK still makes sense
+    kWindow,     ///< kAwaiting: our answer may still begin
+    kPeriod,     ///< until the next period begins
+    kCensus,     ///< until the robots about have been counted
+    kPause,      ///< before HELLO is said again
+    kSmelled,    ///< until the trail counts as lost
+    kTimers
+  };
+
+  // Where things stand in the DATA of HELLO's answer.
+  enum : uint8_t {
+    kVersionAt = 2,
+    kEpochAt = 3,
+    kPoseUnitAt = 5,
+    kTypeMaskAt = 9,
+    kSlotAt = 11,
+    kWindowAt = 12,
+    kLastOpcodeAt = 13,
+    kLastSeqAt = 14,
+    kHelloAnswerSize = 15
+  };
+
+  /// For events_.
+  static constexpr uint8_t BitOf(protocol::EventCode event) {
+    return static_cast<uint8_t>(1u << (static_cast<uint8_t>(event) - 1));
+  }
 
   Phase phase_;
-  Job job_;  // being sent or awaited
   uint8_t flags_;
-  bool started_;
   bool greeted_;
-  bool drawn_;          // countdown_ms_ has been drawn
-  bool was_free_;       // at the last Poll
   bool resync_;         // buffered link: nothing is believed before a PING's echo
-  bool others_;         // another station may be about
-  bool holding_;        // somebody's answer or ACK is due
-  bool pose_known_;     // posed_ means something
-  bool command_known_;  // command_seq_ and so on mean something
+  bool command_known_;  // ack_ is of a command that was executed
   bool ack_due_;
-  uint8_t attempt_;  // misses since the last success
+  bool event_turn_;  // intensities have come in this period, now the events
+  bool trail_lost_;
+  bool load_;
+  bool congested_;
+  bool save_;
+  uint8_t robots_;    // others that were heard in the last census
+  uint8_t counted_;   // in this one
+  uint8_t seen_[4];   // who was, by the lowest five bits of the ID
+  uint8_t events_;    // to be reported
+  uint8_t value_id_;  // of the setting to be reported
+  uint8_t attempt_;   // misses since the last success
   uint8_t hello_attempt_;
-  uint8_t asked_opcode_;
+  uint8_t asked_opcode_;  // kAwaiting: of the request
   uint8_t tx_size_;
-  uint16_t now_;
-  uint16_t not_before_;    // kWaiting: the countdown starts then
-  uint16_t countdown_ms_;  // kWaiting: runs while the channel is free
-  uint16_t next_period_;   // begins then
-  uint16_t sent_;          // kAwaiting: the window opened then
-  uint16_t posed_;         // when the pose of the request in progress was taken
-  uint16_t answered_;      // last intensities
-  uint16_t contacted_;     // last valid frame of the server for us
-  uint16_t heard_;         // last sign of another station
-  uint16_t last_byte_;
-  uint16_t held_;       // holding_: since then
-  uint16_t commanded_;  // ack_due_: since then
-  uint32_t last_poll_ms_;
+  uint8_t countdown_;     // kContending: the slot that is ours; 0: not drawn, begin at once
+  uint8_t slot_left_ms_;  // until the next slot begins; 0 while the channel is not free
+  uint8_t quiet_ms_;      // since the last byte heard; stays at 255
+  protocol::Reason last_error_;
+  uint8_t ack_[4];  // DATA of the last command's ACK: seq, code, result
   int16_t p_left_;
   int16_t p_right_;
   WheelSpeeds wheels_;
+  int16_t spiral_;  // the intensity that makes a lost robot turn
   uint16_t pings_;
-  uint8_t command_seq_;
-  uint8_t command_code_;
-  protocol::Reason command_result_;
-  protocol::Reason last_error_;
+  Milliseconds now_ms_;
+  uint16_t timers_[kTimers];
+  uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer
+  uint8_t tx_[kMaxClientFrame];
 };
 
 }  // namespace client

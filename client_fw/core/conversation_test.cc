@@ -1,4 +1,4 @@
-// Periods, retries, the fail-safe, and manners on the channel.
+// Periods, retries and the fail-safe.
 #include "client_fw/core/conversation.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,6 @@ namespace pheromone {
 namespace client {
 namespace {
 
-using protocol::Message;
 using protocol::Reason;
 
 constexpr WheelSpeeds kStill = {0, 0};
@@ -38,7 +37,7 @@ TEST(ConversationTest, AsksOnceAPeriodWithThePoseOfThatMoment) {
     harness.Answer(0, 0);
   }
   EXPECT_EQ(0u, harness.counters().retries);
-  EXPECT_EQ(0u, harness.counters().skipped_periods);
+  EXPECT_EQ(0u, harness.counters().late_periods);
 }
 
 TEST(ConversationTest, SteersByTheChosenLaw) {
@@ -160,7 +159,6 @@ TEST(ConversationTest, FiveRetriesThenTheNextPeriod) {
   Harness harness(parameters);
   harness.Greet();
   ASSERT_TRUE(harness.RunUntilSent());
-  const uint32_t period_ms = harness.began_ms;
   // Windows of 16, 32, 64, 64, 64 slots after the misses.
   for (const uint32_t window : {16u, 32u, 64u, 64u, 64u}) {
     const uint32_t missed_ms = harness.sent_ms + kTestWindowMs + 1;
@@ -169,44 +167,75 @@ TEST(ConversationTest, FiveRetriesThenTheNextPeriod) {
   }
   EXPECT_EQ(5u, harness.counters().retries);
   EXPECT_EQ(6u, harness.counters().requests);
+  const uint32_t last_ms = harness.began_ms;
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(1u, harness.counters().abandoned);
   EXPECT_EQ(5u, harness.counters().retries);
-  EXPECT_GE(harness.began_ms - period_ms, 2000u - 8 * kTestSlotMs);  // the delay before the first
-  EXPECT_LE(harness.began_ms - period_ms, 2000u + 64 * kTestSlotMs);
+  EXPECT_EQ(2000u, harness.began_ms - last_ms);
 }
 
-TEST(ConversationTest, BackOffIsRandom) {
+TEST(ConversationTest, BackOffIsARandomNumberOfWholeSlots) {
   std::set<uint32_t> delays;
-  for (uint8_t id = 1; id <= 20; ++id) {
+  for (uint8_t id = 1; id <= 40; ++id) {
     Parameters parameters = TestParameters();
     parameters.id = id;
     Harness harness(parameters);
-    harness.Greet();
+    harness.GreetAndServe(id % 2 == 0 ? 0 : 1500);  // alone or not
     ASSERT_TRUE(harness.RunUntilSent());
     const uint32_t missed_ms = harness.sent_ms + kTestWindowMs + 1;
     ASSERT_TRUE(harness.RunUntilSent());
     delays.insert(harness.began_ms - missed_ms);
+    EXPECT_EQ(0u, (harness.began_ms - missed_ms) % kTestSlotMs);
   }
-  EXPECT_GT(delays.size(), 8u);
+  EXPECT_GT(delays.size(), 10u);
+  EXPECT_EQ(15u * kTestSlotMs, *delays.rbegin());  // of 16 slots after the first miss
 }
 
-TEST(ConversationTest, PeriodsMissedAreCountedAndTheGridKept) {
-  Parameters parameters = TestParameters();
-  parameters.fail_safe_ms = 5000;
-  Harness harness(parameters);
+TEST(ConversationTest, PeriodCountsFromTheLastSendingSoThatItMovesToAFreePlace) {
+  Harness harness;
   harness.GreetAndServe(1500);
   ASSERT_TRUE(harness.RunUntilSent());
-  const uint32_t grid_ms = harness.began_ms;
   harness.Answer(0, 0);
+  const uint32_t planned_ms = harness.began_ms + 200;
   harness.busy = true;
-  harness.Run(500);  // over the next two periods
+  harness.Run(planned_ms + 50 - harness.now_ms);
   harness.busy = false;
-  harness.Serve(300);
-  EXPECT_EQ(1u, harness.counters().skipped_periods);
-  harness.Serve(1200);
   ASSERT_TRUE(harness.RunUntilSent());
-  EXPECT_EQ(0u, (harness.began_ms - grid_ms) % 200);
+  harness.Answer(0, 0);
+  const uint32_t moved_ms = harness.began_ms;
+  EXPECT_GE(moved_ms - planned_ms, 50u);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(200u, harness.began_ms - moved_ms);
+}
+
+TEST(ConversationTest, PeriodThatPassedDuringAnExchangeBeginsAtOnce) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  const protocol::Message answer = harness.AnswerToSent(0, 0);
+  for (int i = 0; i < 50; ++i) {  // an answer that dribbles in
+    harness.FeedByte(protocol::kDle);
+    harness.Run(5);
+  }
+  harness.Feed(answer);
+  EXPECT_EQ(1u, harness.counters().late_periods);
+  EXPECT_TRUE(harness.RunUntilSent(16));
+}
+
+TEST(ConversationTest, AsFastAsItGoesMeansAtOnceAfterTheAnswer) {
+  for (const uint16_t period_ms : {uint16_t{0}, uint16_t{1}}) {
+    Parameters parameters = TestParameters();
+    parameters.period_ms = period_ms;
+    Harness harness(parameters);
+    harness.GreetAndServe(1500);
+    ASSERT_TRUE(harness.RunUntilSent());
+    for (int i = 0; i < 10; ++i) {
+      harness.Answer(0, 0);
+      harness.Step();
+      EXPECT_EQ(harness.now_ms, harness.began_ms);
+      ASSERT_TRUE(harness.RunUntilSent(16));
+    }
+  }
 }
 
 TEST(FailSafeTest, StopsWhenAnswersStop) {
@@ -313,237 +342,6 @@ TEST(FailSafeTest, ClockMayWrap) {
     harness.Run(700);
     EXPECT_EQ(kStill, harness.conversation.wheels());
   }
-}
-
-TEST(ChannelTest, NothingIsBegunWhileItIsBusy) {
-  Harness harness;
-  harness.GreetAndServe(1500);
-  harness.busy = true;
-  EXPECT_FALSE(harness.RunUntilSent(400));
-  harness.busy = false;
-  EXPECT_TRUE(harness.RunUntilSent(9 * kTestSlotMs + 15));
-}
-
-TEST(ChannelTest, AfterABusySpellADelayIsDrawnEvenByALoneRobot) {
-  std::set<uint32_t> delays;
-  for (uint8_t id = 1; id <= 20; ++id) {
-    Parameters parameters = TestParameters();
-    parameters.id = id;
-    Harness harness(parameters);
-    harness.GreetAndServe(1500);
-    harness.busy = true;
-    harness.Run(300);
-    harness.busy = false;
-    const uint32_t free_ms = harness.now_ms;
-    ASSERT_TRUE(harness.RunUntilSent());
-    EXPECT_GE(harness.began_ms - free_ms, kTestSlotMs);
-    EXPECT_LE(harness.began_ms - free_ms, 1u + 8 * kTestSlotMs);
-    delays.insert(harness.began_ms - free_ms);
-  }
-  EXPECT_GE(delays.size(), 5u);
-}
-
-TEST(ChannelTest, NothingIsBegunInsideAForeignFrame) {
-  Harness harness;
-  harness.GreetAndServe(1500);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.Answer(0, 0);
-  harness.Run(160);
-  const int before = harness.frames_sent;
-  harness.FeedByte(protocol::kDle);
-  harness.FeedByte(protocol::kStx);
-  for (int i = 0; i < 15; ++i) {  // slowly, over the beginning of the next period
-    harness.FeedByte(0x55);
-    harness.Run(10);
-    EXPECT_FALSE(harness.leaving);
-  }
-  EXPECT_EQ(before, harness.frames_sent);
-}
-
-// Points in time are 16 bits wide, and 65 s are no time at all for them.
-TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpell) {
-  for (const uint32_t busy_ms : {30000u, 33000u, 40000u, 60000u, 66000u, 100000u}) {
-    for (const bool told : {false, true}) {  // HELLO never answered, or the channel lost later
-      Harness harness;
-      if (told) {
-        harness.GreetAndServe(1500);
-      }
-      harness.busy = true;
-      harness.Run(busy_ms);
-      const int before = harness.frames_sent;
-      harness.Run(1);
-      EXPECT_EQ(before, harness.frames_sent);
-      harness.busy = false;
-      EXPECT_TRUE(harness.RunUntilSent(2000)) << busy_ms;
-      EXPECT_EQ(protocol::kHello, harness.sent.opcode);
-    }
-  }
-}
-
-// COMMANDs spare the HELLO, so that the grid of the periods is as old as the last request.
-TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpellWithCommands) {
-  for (const uint32_t busy_ms : {30000u, 33000u, 40000u, 60000u, 66000u, 100000u}) {
-    Harness harness;
-    harness.GreetAndServe(1500);
-    harness.busy = true;
-    protocol::Command command;
-    command.id = kTestId;
-    command.code = protocol::CommandCode::kResume;
-    for (uint32_t ms = 0; ms < busy_ms; ms += 400) {
-      harness.FeedEncoded(command);
-      harness.Run(400);
-    }
-    EXPECT_EQ(kFailSafe, harness.conversation.flags());
-    const uint32_t answers = harness.counters().answers;
-    harness.busy = false;
-    harness.Serve(4000);
-    EXPECT_EQ(1u, harness.counters().hellos);
-    EXPECT_GE(harness.counters().answers, answers + 15) << busy_ms;
-    EXPECT_EQ(kStraight, harness.conversation.wheels());
-  }
-}
-
-// Lets `bytes` arrive just before a period begins, and expects the client to wait for the window.
-void ExpectHeldBy(const std::vector<uint8_t>& bytes) {
-  Harness harness;
-  harness.GreetAndServe(1500);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.Answer(0, 0);
-  harness.Run(harness.began_ms + 199 - harness.now_ms);
-  for (const uint8_t byte : bytes) {
-    harness.FeedByte(byte);
-  }
-  harness.Run(kTestWindowMs);
-  EXPECT_FALSE(harness.leaving);
-  EXPECT_TRUE(harness.RunUntilSent(9 * kTestSlotMs + 17));
-}
-
-TEST(ChannelTest, WaitsForTheAnswerToAForeignRequest) {
-  Message message;
-  ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
-  ExpectHeldBy(Harness::FrameOf(message));
-}
-
-TEST(ChannelTest, WaitsAfterExactlyTheRequestsOfTheProtocolsList) {
-  for (int opcode = 0; opcode < 0x80; ++opcode) {
-    const bool opens = (opcode >= 0x01 && opcode <= 0x4F) || opcode == 0x52 ||
-                       (opcode >= 0x61 && opcode <= 0x6F) || opcode == 0x71 || opcode == 0x72;
-    if (opcode == protocol::kDle) {
-      continue;  // cannot be an opcode
-    }
-    Harness harness;
-    harness.hello.response_window_ms = 200;
-    harness.GreetAndServe(1500);
-    ASSERT_TRUE(harness.RunUntilSent());
-    harness.Answer(0, 0);
-    harness.Run(harness.began_ms + 199 - harness.now_ms);
-    Message message;
-    message.id = kTestId + 1;
-    message.opcode = static_cast<uint8_t>(opcode);
-    harness.Feed(message);
-    EXPECT_EQ(!opens, harness.RunUntilSent(9 * kTestSlotMs + 17)) << opcode;
-  }
-}
-
-TEST(ChannelTest, WaitsForTheAckOfAForeignCommand) {
-  Message message;
-  protocol::Command command;
-  command.id = kTestId + 1;
-  Encode(command, &message);
-  ExpectHeldBy(Harness::FrameOf(message));
-}
-
-TEST(ChannelTest, WaitsAfterADamagedFrameWhichTheServerMayHaveUnderstood) {
-  Message message;
-  ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
-  std::vector<uint8_t> frame = Harness::FrameOf(message);
-  frame[4] ^= 0x01;
-  ExpectHeldBy(frame);
-}
-
-TEST(ChannelTest, ForeignAnswerFreesTheChannel) {
-  Harness harness;
-  harness.hello.response_window_ms = 200;
-  harness.GreetAndServe(1500);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.Answer(0, 0);
-  harness.Run(harness.began_ms + 199 - harness.now_ms);
-  harness.FeedEncoded(protocol::SenseRequest{kTestId + 1, 2, false, {}});
-  harness.Run(5);
-  harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
-  EXPECT_TRUE(harness.RunUntilSent(9 * kTestSlotMs + 17));
-}
-
-TEST(ChannelTest, DelayIsRandomWhileOthersAreHeardAndNoneAfterASecond) {
-  Harness harness;
-  harness.GreetAndServe(1500);
-  std::set<uint32_t> phases;
-  for (int i = 0; i < 20; ++i) {
-    ASSERT_TRUE(harness.RunUntilSent());
-    phases.insert(harness.began_ms % 200);
-    harness.Answer(0, 0);
-    harness.Run(10);
-    harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
-  }
-  EXPECT_GE(phases.size(), 5u);
-  EXPECT_LE(phases.size(), 9u);  // 8 slots, and the undelayed first
-
-  harness.Serve(1200);
-  phases.clear();
-  for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(harness.RunUntilSent());
-    phases.insert(harness.began_ms % 200);
-    harness.Answer(0, 0);
-  }
-  EXPECT_EQ(1u, phases.size());
-}
-
-TEST(ChannelTest, OwnEchoIsRecognised) {
-  Harness harness;
-  harness.Greet();
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.Feed(harness.sent);  // as a modem might
-  EXPECT_EQ(1u, harness.counters().own_id_heard);
-  EXPECT_EQ(0u, harness.counters().heard);
-  harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
-}
-
-TEST(ChannelTest, DamagedAnswerIsNotBelieved) {
-  Harness harness;
-  harness.Greet();
-  ASSERT_TRUE(harness.RunUntilSent());
-  std::vector<uint8_t> frame = Harness::FrameOf(harness.AnswerToSent(0, 0));
-  frame[5] ^= 0x01;
-  for (const uint8_t byte : frame) {
-    harness.FeedByte(byte);
-  }
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(1u, harness.conversation.decoder_counters().crc_errors);
-  ASSERT_TRUE(harness.RunUntilSent());
-  EXPECT_EQ(1u, harness.counters().retries);
-}
-
-TEST(ChannelTest, AnswerThatNobodyAwaitsIsCounted) {
-  Harness harness;
-  harness.GreetAndServe(1500);
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.Answer(0, 0);
-  harness.Answer(4096, 0);  // once more
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
-  EXPECT_EQ(1u, harness.counters().late_answers);
-}
-
-TEST(ChannelTest, AnswerOfAnotherTypeIsNotBelieved) {
-  Harness harness;
-  harness.Greet();
-  ASSERT_TRUE(harness.RunUntilSent());
-  harness.FeedEncoded(protocol::SenseAnswer{kTestId, 1, false, 0, 0});
-  harness.FeedEncoded(protocol::SenseAnswer{kTestId, 2, true, 0, 0});
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(2u, harness.counters().late_answers);
-  harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
 }
 
 }  // namespace

@@ -3,6 +3,9 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/features.h"
+#include "protocol/decoder.h"
+
 namespace pheromone {
 namespace client {
 
@@ -15,15 +18,18 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t epochs;             ///< HELLO told another epoch than the one remembered
   uint32_t timeouts;           ///< request, HELLO or PING without an answer in its window
   uint32_t retries;            ///< requests sent again because of a timeout or a busy server
-  uint32_t duplicates;         ///< of those, byte-identical repetitions of a TRACE
+  uint32_t duplicates;         ///< of those, byte-identical repetitions of a TRACE or EVENT
   uint32_t abandoned;          ///< periods given up after the last retry
-  uint32_t skipped_periods;    ///< periods that passed while an exchange was still going on
-  uint32_t lost_traces;        ///< TRACEs given up with unknown outcome or refused
+  uint32_t late_periods;       ///< periods that began late, because of the exchange before
+  uint32_t stretched_periods;  ///< periods that were lengthened because of congestion
+  uint32_t lost_traces;        ///< TRACEs and EVENTs given up with unknown outcome or refused
   uint32_t late_answers;       ///< addressed to this robot, but nobody waited for it
   uint32_t resyncs;            ///< PINGs sent to flush a buffered link
   uint32_t echoes;             ///< PINGs answered
   uint32_t fail_safe_stops;    ///< stopped for want of answers
   uint32_t off_the_map_stops;  ///< stopped because the pose is outside of the map
+  uint32_t lost_trails;        ///< smelled nothing for lost_after_ms
+  uint32_t events;             ///< EVENTs acknowledged
   uint32_t errors;             ///< ERROR answers; the last reason is in Conversation
   uint32_t commands;           ///< COMMANDs executed
   uint32_t refused_commands;   ///< COMMANDs acknowledged with a reason
@@ -35,8 +41,30 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t own_id_heard;       ///< client frames with our ID: an echoing modem, or a double
 };
 
-/// One more. A function of its own because the call is shorter than the addition on an AVR.
-void Count(uint32_t* counter);
+/// The counters, where the image has them.
+template <bool enabled>
+class Tally {
+ protected:
+  void Count(uint32_t Counters::*which) { ++(counters_.*which); }
+  void CountByte(protocol::FrameParser::Event event) { protocol::Tally(event, &decoder_counters_); }
+  void TimeOut(protocol::FrameParser* parser) { protocol::TimeOut(parser, &decoder_counters_); }
+  const Counters& counters() const { return counters_; }
+  const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
+
+ private:
+  Counters counters_ = Counters();
+  protocol::DecoderCounters decoder_counters_;
+};
+
+template <>
+class Tally<false> {
+ protected:
+  void Count(uint32_t Counters::* /*which*/) {}
+  void CountByte(protocol::FrameParser::Event /*event*/) {}
+  void TimeOut(protocol::FrameParser* parser) { parser->Abort(); }
+  static Counters counters() { return Counters(); }
+  static protocol::DecoderCounters decoder_counters() { return protocol::DecoderCounters(); }
+};
 
 }  // namespace client
 }  // namespace pheromone

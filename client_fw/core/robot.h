@@ -11,7 +11,10 @@
 //                                kMaxClientFrame bytes, frames leave without gaps, as modems want.
 //   bool radio_tx_idle();        every byte put has left, its stop bit included
 //   bool channel_busy();         carrier detected, or bytes of our own still leaving
-//   uint32_t millis();           a clock; may wrap
+//   Milliseconds millis();       a clock; may wrap
+//   void set_load(bool);         holds the load or lets it go; told at each Step
+//   void save_settings(const uint8_t*, uint8_t size);
+//                                keeps the bytes of Settings for the next start
 // Drive:
 //   bool odometry(Odometry*);    the pose since power-up; false while it is not known
 //   void set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s);
@@ -38,10 +41,10 @@ class Robot {
  public:
   /// All pointers must outlive the robot.
   Robot(Board* board, Drive* drive, const Parameters& parameters, RequestMemory* memory)
-      : board_(board), drive_(drive), start_(parameters.start), conversation_(parameters, memory) {}
+      : board_(board), drive_(drive), conversation_(parameters, memory) {}
 
   void Step() {
-    const uint32_t now_ms = board_->millis();
+    const Milliseconds now_ms = board_->millis();
     // First the end of our own frame, then what came after it.
     if (put_ != 0 && put_ == conversation_.tx_size() && board_->radio_tx_idle()) {
       put_ = 0;
@@ -51,16 +54,17 @@ class Robot {
       conversation_.OnByte(static_cast<uint8_t>(byte), now_ms);
     }
     Odometry odometry = {0, 0, 0};
-    if (drive_->odometry(&odometry)) {
-      const Pose pose = start_.Place(odometry);
-      conversation_.Poll(now_ms, &pose, board_->channel_busy());
-    } else {
-      conversation_.Poll(now_ms, nullptr, board_->channel_busy());
-    }
+    const bool known = drive_->odometry(&odometry);
+    conversation_.Poll(now_ms, known ? &odometry : nullptr, board_->channel_busy());
     while (put_ < conversation_.tx_size() && board_->radio_put(conversation_.tx()[put_])) {
       ++put_;
     }
     TellDrive(static_cast<uint16_t>(now_ms));
+    board_->set_load(conversation_.load());
+    if (conversation_.TakeSettingsChanged()) {
+      const Settings& settings = conversation_.parameters();
+      board_->save_settings(reinterpret_cast<const uint8_t*>(&settings), sizeof(settings));
+    }
   }
 
   const Conversation& conversation() const { return conversation_; }
@@ -81,7 +85,6 @@ class Robot {
 
   Board* board_;
   Drive* drive_;
-  StartPose start_;
   Conversation conversation_;
   WheelSpeeds told_ = WheelSpeeds{0, 0};
   uint16_t told_ms_ = 0;

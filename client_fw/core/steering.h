@@ -29,7 +29,12 @@ inline bool operator!=(const WheelSpeeds& a, const WheelSpeeds& b) {
   return !(a == b);
 }
 
-enum class Law : uint8_t { kDifferential, kPaper };
+/// The gain of the laws as they are defined.
+constexpr uint8_t kUnitGain = 8;
+/// The largest: kMaxSpeedMmS times it fits 16 bits.
+constexpr uint8_t kMaxGain = 29;
+
+enum class Law : uint8_t { kDifferential, kPaper, kFuzzy };
 
 /// kDifferential: D = (P_L - P_R) / M, v_L = K (1 - max(D, 0)), v_R = K (1 - max(-D, 0)): straight
 /// on at K when balanced, otherwise towards the stronger side by slowing the wheel on that side.
@@ -40,8 +45,14 @@ enum class Law : uint8_t { kDifferential, kPaper };
 /// turns away from the stronger side for d < 1/2 and towards it for d > 1/2. For experiments with
 /// the paper. Speeds lie in [-K, 2 K].
 ///
+/// `gain_8ths` multiplies D and d, in 1/8 and up to kMaxGain: above 8 the robot turns more sharply.
+/// D and d never exceed 2, which is the most that they reach by themselves.
+///
+/// kFuzzy has a memory and a function of its own, SteerFuzzy (fuzzy.h); here it is kDifferential.
+///
 /// Requires 0 <= k_mm_s <= kMaxSpeedMmS.
-WheelSpeeds Steer(Law law, int16_t p_left, int16_t p_right, int16_t k_mm_s);
+WheelSpeeds Steer(Law law, int16_t p_left, int16_t p_right, int16_t k_mm_s,
+                  uint8_t gain_8ths = kUnitGain);
 
 inline WheelSpeeds SteerDifferential(int16_t p_left, int16_t p_right, int16_t k_mm_s) {
   return Steer(Law::kDifferential, p_left, p_right, k_mm_s);

@@ -175,6 +175,24 @@ TEST(SteeringTest, PaperTurnsAwayBelowOneHalfAndTowardsAboveIt) {
   }
 }
 
+TEST(SteeringTest, GainMultipliesTheDifferenceUpToTwice) {
+  for (const int16_t left : Intensities()) {
+    for (const int right : {0, 1, 1000, -4096}) {
+      for (int gain = 0; gain <= kMaxGain; ++gain) {
+        const int16_t k = 2000;
+        const int64_t scale = ScaleOf(left, right);
+        const int64_t d = std::abs(left - right);
+        const int64_t term =
+            std::min<int64_t>(RoundHalfUp({(int64_t{k} * gain / 8) * d, scale}), 2 * k);
+        const WheelSpeeds speeds = Steer(Law::kDifferential, left, static_cast<int16_t>(right), k,
+                                         static_cast<uint8_t>(gain));
+        ASSERT_EQ(k - term, left > right ? speeds.left_mm_s : speeds.right_mm_s);
+        ASSERT_EQ(k, left > right ? speeds.right_mm_s : speeds.left_mm_s);
+      }
+    }
+  }
+}
+
 TEST(SteeringTest, BothLawsAreMirrorSymmetric) {
   for (const int16_t left : Intensities()) {
     for (const int16_t right : Intensities()) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace pheromone::sim {
 namespace {
@@ -13,12 +14,25 @@ constexpr int64_t kSecond = 1'000'000'000;
 
 RadioMedium::RadioMedium(const RadioConfig& config) : config_(config), random_(config.seed) {
   assert(config.baud > 0 && config.turnaround_ns >= 0);
+  assert(config.propagation_ns >= 0 && config.carrier_delay_ns >= 0);
 }
 
-int RadioMedium::AddStation(Station* station) {
+int RadioMedium::AddStation(Station* station, std::optional<int64_t> turnaround_ns) {
   transmitters_.emplace_back();
   transmitters_.back().station = station;
+  transmitters_.back().turnaround_ns = turnaround_ns.value_or(config_.turnaround_ns);
+  for (Transmitter& transmitter : transmitters_) {
+    transmitter.hidden.resize(transmitters_.size());
+    transmitter.met.resize(transmitters_.size());
+  }
   return static_cast<int>(transmitters_.size()) - 1;
+}
+
+void RadioMedium::Hide(int station, int from) {
+  const auto a = static_cast<size_t>(station);
+  const auto b = static_cast<size_t>(from);
+  transmitters_[a].hidden[b] = true;
+  transmitters_[b].hidden[a] = true;
 }
 
 void RadioMedium::Transmit(int station, std::span<const uint8_t> bytes) {
@@ -28,36 +42,47 @@ void RadioMedium::Transmit(int station, std::span<const uint8_t> bytes) {
   Transmitter& transmitter = transmitters_[static_cast<size_t>(station)];
   transmitter.blocks.push_back(Block{{bytes.begin(), bytes.end()}, {}});
   if (transmitter.blocks.size() == 1) {
-    BeginBlock(&transmitter, now_ns_ + config_.turnaround_ns);
+    BeginBlock(&transmitter, now_ns_ + transmitter.turnaround_ns);
   }
 }
 
 void RadioMedium::AdvanceTo(int64_t time_ns) {
   assert(time_ns >= now_ns_);
   for (;;) {
-    size_t next = transmitters_.size();
-    int64_t earliest = kNever;
-    for (size_t i = 0; i < transmitters_.size(); ++i) {
-      if (EventTimeOf(transmitters_[i]) < earliest) {
-        earliest = EventTimeOf(transmitters_[i]);
-        next = i;
-      }
-    }
+    const int64_t earliest = NextEventTime();
     if (earliest > time_ns) {
       now_ns_ = time_ns;
       return;
     }
     now_ns_ = earliest;
-    if (transmitters_[next].on_air) {
-      EndByte(next);
+    if (!edges_.empty() && edges_.front().time_ns == now_ns_) {
+      transmitters_[edges_.front().station].carrier = edges_.front().on;
+      edges_.pop_front();
+    } else if (!arrivals_.empty() && arrivals_.front().end_ns == now_ns_) {
+      const Arrival arrival = std::move(arrivals_.front());
+      arrivals_.pop_front();
+      Deliver(arrival);
     } else {
-      GoOnAir(next);
+      const auto next = std::find_if(transmitters_.begin(), transmitters_.end(),
+                                     [&](const auto& t) { return EventTimeOf(t) == now_ns_; });
+      const auto number = static_cast<size_t>(next - transmitters_.begin());
+      if (next->on_air) {
+        EndByte(number);
+      } else {
+        GoOnAir(number);
+      }
     }
   }
 }
 
 int64_t RadioMedium::NextEventTime() const {
   int64_t earliest = kNever;
+  if (!edges_.empty()) {
+    earliest = edges_.front().time_ns;
+  }
+  if (!arrivals_.empty()) {
+    earliest = std::min(earliest, arrivals_.front().end_ns);
+  }
   for (const Transmitter& transmitter : transmitters_) {
     earliest = std::min(earliest, EventTimeOf(transmitter));
   }
@@ -65,11 +90,29 @@ int64_t RadioMedium::NextEventTime() const {
 }
 
 bool RadioMedium::Busy(int station) const {
-  return Sending(station) || (config_.carrier_detect && OthersOnAir(static_cast<size_t>(station)));
+  if (Sending(station)) {
+    return true;
+  }
+  if (config_.carrier_detect) {
+    for (size_t i = 0; i < transmitters_.size(); ++i) {
+      if (transmitters_[i].carrier && Hears(static_cast<size_t>(station), i)) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 bool RadioMedium::Sending(int station) const {
   return !transmitters_[static_cast<size_t>(station)].blocks.empty();
+}
+
+int64_t RadioMedium::turnaround_ns(int station) const {
+  return transmitters_[static_cast<size_t>(station)].turnaround_ns;
+}
+
+int64_t RadioMedium::byte_ns() const {
+  return kBitsAByte * kSecond / config_.baud;
 }
 
 double RadioMedium::Utilisation() const {
@@ -88,6 +131,13 @@ int64_t RadioMedium::EventTimeOf(const Transmitter& transmitter) const {
          static_cast<int64_t>(transmitter.byte + 1) * kBitsAByte * kSecond / config_.baud;
 }
 
+// Whether the station is on the air now and will be in the next moment.
+bool RadioMedium::GoesOn(const Transmitter& transmitter) const {
+  return transmitter.on_air &&
+         (EventTimeOf(transmitter) > now_ns_ || transmitter.blocks.size() > 1 ||
+          transmitter.byte + 1 < transmitter.blocks.front().bytes.size());
+}
+
 void RadioMedium::BeginBlock(Transmitter* transmitter, int64_t start_ns) {
   transmitter->start_ns = start_ns;
   transmitter->byte_start_ns = start_ns;
@@ -96,41 +146,39 @@ void RadioMedium::BeginBlock(Transmitter* transmitter, int64_t start_ns) {
 }
 
 void RadioMedium::GoOnAir(size_t number) {
-  Transmitter& transmitter = transmitters_[number];
   for (size_t i = 0; i < transmitters_.size(); ++i) {
     Transmitter& other = transmitters_[i];
     // A byte of another that ends at this very moment is over before this station begins.
     if (i != number && other.on_air && EventTimeOf(other) > now_ns_) {
-      other.byte_collides = true;
+      other.met[number] = true;
     }
   }
-  transmitter.byte_collides = OthersGoOn(number);
-  transmitter.on_air = true;
+  MeetOthers(number);
+  transmitters_[number].on_air = true;
+  ShowCarrier(number, true);
   if (on_air_++ == 0) {
     busy_since_ns_ = now_ns_;
   }
-  StartBlock(&transmitter);
+  StartBlock(number);
 }
 
-// Whether another station is on the air now and will be in the next moment.
-bool RadioMedium::OthersGoOn(size_t number) const {
+// A byte begins: whom it meets from its first moment on.
+void RadioMedium::MeetOthers(size_t number) {
   for (size_t i = 0; i < transmitters_.size(); ++i) {
-    const Transmitter& other = transmitters_[i];
-    if (i != number && other.on_air &&
-        (EventTimeOf(other) > now_ns_ || other.blocks.size() > 1 ||
-         other.byte + 1 < other.blocks.front().bytes.size())) {
-      return true;
-    }
+    transmitters_[number].met[i] = i != number && GoesOn(transmitters_[i]);
   }
-  return false;
 }
 
-void RadioMedium::StartBlock(Transmitter* transmitter) {
+void RadioMedium::ShowCarrier(size_t number, bool on) {
+  edges_.push_back({now_ns_ + config_.propagation_ns + config_.carrier_delay_ns, number, on});
+}
+
+void RadioMedium::StartBlock(size_t number) {
   ++counters_.blocks;
-  Block& block = transmitter->blocks.front();
+  Block& block = transmitters_[number].blocks.front();
   block.lost_for.resize(transmitters_.size());
   for (size_t i = 0; i < transmitters_.size(); ++i) {
-    if (&transmitters_[i] != transmitter && Happens(config_.block_loss)) {
+    if (i != number && Happens(config_.block_loss)) {
       block.lost_for[i] = true;
       ++counters_.lost_blocks;
     }
@@ -139,66 +187,84 @@ void RadioMedium::StartBlock(Transmitter* transmitter) {
 
 void RadioMedium::EndByte(size_t number) {
   Transmitter& transmitter = transmitters_[number];
+  const Block& block = transmitter.blocks.front();
+  const bool collides =
+      std::find(transmitter.met.begin(), transmitter.met.end(), true) != transmitter.met.end();
+  const uint8_t byte = block.bytes[transmitter.byte];
   ++counters_.bytes;
   counters_.airtime_ns += now_ns_ - transmitter.byte_start_ns;
-  const int64_t begin_ns = transmitter.byte_start_ns;
-  const Block& block = transmitter.blocks.front();
-  uint8_t byte = block.bytes[transmitter.byte];
-  if (transmitter.byte_collides) {
+  if (collides) {
     ++counters_.collided_bytes;
     transmitter.block_collides = true;
-    byte = Mangle(byte);
   }
-  const std::vector<bool> lost_for = block.lost_for;
+  arrivals_.push_back({transmitter.byte_start_ns + config_.propagation_ns,
+                       now_ns_ + config_.propagation_ns, number, byte,
+                       collides ? Mangle(byte) : byte, transmitter.met, block.lost_for});
   ++transmitter.byte;
   transmitter.byte_start_ns = now_ns_;
-  bool finished = false;
-  if (transmitter.byte == block.bytes.size()) {
-    counters_.collided_blocks += transmitter.block_collides ? 1 : 0;
-    transmitter.blocks.pop_front();
-    if (transmitter.blocks.empty()) {
-      finished = true;
-      transmitter.on_air = false;
-      transmitter.deaf_until_ns = now_ns_;
-      if (--on_air_ == 0) {
-        busy_ns_ += now_ns_ - busy_since_ns_;
-      }
-    } else {
-      BeginBlock(&transmitter, now_ns_);
-      StartBlock(&transmitter);
-    }
+  if (transmitter.byte < block.bytes.size()) {
+    MeetOthers(number);
+    return;
   }
-  transmitter.byte_collides = OthersGoOn(number);
-  Station* const station = transmitter.station;
-  Deliver(number, byte, begin_ns, lost_for);  // invalidates nothing: callbacks only add blocks
-  if (finished) {
-    station->OnTransmitted(now_ns_);
+  counters_.collided_blocks += transmitter.block_collides ? 1 : 0;
+  transmitter.blocks.pop_front();
+  if (!transmitter.blocks.empty()) {
+    BeginBlock(&transmitter, now_ns_);
+    StartBlock(number);
+    MeetOthers(number);
+    return;
   }
+  transmitter.on_air = false;
+  ShowCarrier(number, false);
+  transmitter.deaf_until_ns = now_ns_;
+  if (--on_air_ == 0) {
+    busy_ns_ += now_ns_ - busy_since_ns_;
+  }
+  transmitter.station->OnTransmitted(now_ns_);
 }
 
-void RadioMedium::Deliver(size_t from, uint8_t byte, int64_t begin_ns,
-                          const std::vector<bool>& lost_for) {
+void RadioMedium::Deliver(const Arrival& arrival) {
   // Who was sending is settled before anybody can react to the byte.
   std::vector<size_t> listeners;
   for (size_t i = 0; i < transmitters_.size(); ++i) {
     const Transmitter& listener = transmitters_[i];
-    const bool deaf = !listener.blocks.empty() || listener.deaf_until_ns > begin_ns;
-    if (i != from && !deaf && !(i < lost_for.size() && lost_for[i])) {
+    const bool deaf = !listener.blocks.empty() || listener.deaf_until_ns > arrival.begin_ns;
+    const bool lost = i < arrival.lost_for.size() && arrival.lost_for[i];
+    if (Hears(i, arrival.from) && !deaf && !lost) {
       listeners.push_back(i);
     }
   }
   for (const size_t i : listeners) {
-    uint8_t heard = byte;
-    if (Happens(config_.byte_error)) {
-      heard = Mangle(heard);
-      ++counters_.damaged_bytes;
-    }
+    const uint8_t heard = Damaged(Collides(arrival, i) ? arrival.mangled : arrival.byte);
     transmitters_[i].station->OnByte(heard, now_ns_);
   }
 }
 
-bool RadioMedium::OthersOnAir(size_t number) const {
-  return on_air_ > (transmitters_[number].on_air ? 1 : 0);
+bool RadioMedium::Hears(size_t listener, size_t speaker) const {
+  return listener != speaker && !transmitters_[listener].hidden[speaker];
+}
+
+bool RadioMedium::Collides(const Arrival& arrival, size_t listener) const {
+  for (size_t other = 0; other < arrival.met.size(); ++other) {
+    if (arrival.met[other] && Hears(listener, other)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+uint8_t RadioMedium::Damaged(uint8_t byte) {
+  uint8_t heard = byte;
+  if (Happens(config_.byte_error)) {
+    heard = Mangle(heard);
+  }
+  for (unsigned bit = 0; bit < 8 && config_.bit_error > 0; ++bit) {
+    if (Happens(config_.bit_error)) {
+      heard = static_cast<uint8_t>(heard ^ (1u << bit));
+    }
+  }
+  counters_.damaged_bytes += heard != byte ? 1 : 0;
+  return heard;
 }
 
 // Draws only where there is something to draw, so that switching one kind of damage on leaves the

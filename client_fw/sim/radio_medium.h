@@ -1,5 +1,6 @@
 // A half-duplex radio channel that all stations share, in virtual time: bytes with their exact
-// ends, collisions, deafness while sending, carrier, and seeded damage.
+// ends, collisions as each listener hears them, hidden stations, deafness while sending, carrier,
+// and seeded damage.
 //
 //   RadioMedium medium(config);
 //   const int a = medium.AddStation(&station);
@@ -7,23 +8,27 @@
 //   medium.AdvanceTo(medium.now_ns() + 1'000'000);
 //
 // Rules:
-//  * a block given to Transmit is on the air from `turnaround` later, ten bits a byte, without
-//  gaps;
-//    what is given while the station is still sending follows directly;
+//  * a block given to Transmit is on the air from the station's turnaround later, ten bits a byte,
+//    without gaps; what is given while the station is still sending follows directly;
+//  * everything arrives `propagation_ns` after it left, at every listener alike;
 //  * from Transmit until its last byte has left, a station hears nothing, not even a byte of which
 //    it missed a part;
-//  * a byte during which another station was on the air, however shortly, arrives mangled
-//  everywhere;
-//  * everybody hears everybody: there are no hidden stations.
+//  * a byte arrives mangled at a listener if another station that this listener hears was on the
+//    air meanwhile, however shortly. Of two stations hidden from each other a third may thus hear
+//    a collision that neither of them notices. There is no capture: the nearer of two stations is
+//    not understood either, where real FM receivers often would;
+//  * the carrier of others shows, and vanishes, `carrier_delay_ns` after the bits themselves.
 //
 // Time is int64_t nanoseconds. Byte k of a block ends at start + (k + 1) * 10 / baud, rounded down:
-// no drift. Events at the same time happen in the order of their stations' numbers. Everything is
-// determined by the calls and the seed. One thread. Callbacks may call Transmit and Busy.
+// no drift. At the same time carriers change first, then bytes arrive, then stations go on with
+// what they send, in the order of their numbers. Everything is determined by the calls and the
+// seed. One thread. Callbacks may call Transmit and Busy.
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <limits>
+#include <optional>
 #include <random>
 #include <span>
 #include <vector>
@@ -43,18 +48,21 @@ class Station {
 struct RadioConfig {
   int64_t baud = 9600;
   int64_t turnaround_ns = 2'000'000;  ///< from Transmit to the first bit
+  int64_t propagation_ns = 0;         ///< from a sender's bit to a listener's
   bool carrier_detect = true;         ///< Busy tells of others on the air
+  int64_t carrier_delay_ns = 0;       ///< until a modem has noticed that they are, or no longer are
   double byte_error = 0;              ///< probability that a listener gets a byte wrong
-  double block_loss = 0;              ///< probability that a listener misses a block altogether
+  double bit_error = 0;   ///< probability that a listener gets a data bit of a byte wrong
+  double block_loss = 0;  ///< probability that a listener misses a block altogether
   uint64_t seed = 1;
 };
 
 struct RadioCounters {
   uint64_t blocks = 0;           ///< that went on the air
   uint64_t bytes = 0;            ///< that went on the air
-  uint64_t collided_blocks = 0;  ///< of the blocks: overlapped by another
+  uint64_t collided_blocks = 0;  ///< of the blocks: overlapped by another, whoever hears both
   uint64_t collided_bytes = 0;
-  uint64_t damaged_bytes = 0;  ///< by byte_error, per listener
+  uint64_t damaged_bytes = 0;  ///< by byte_error and bit_error, per listener
   uint64_t lost_blocks = 0;    ///< by block_loss, per listener
   int64_t airtime_ns = 0;      ///< sum over the blocks' bytes that have ended
 };
@@ -65,8 +73,12 @@ class RadioMedium {
 
   explicit RadioMedium(const RadioConfig& config);
 
-  /// `station` must outlive the medium. Returns its number.
-  int AddStation(Station* station);
+  /// `station` must outlive the medium. Returns its number. `turnaround_ns`, if given, is that of
+  /// this station's modem.
+  int AddStation(Station* station, std::optional<int64_t> turnaround_ns = std::nullopt);
+
+  /// From now on these two neither hear each other nor show each other's carrier.
+  void Hide(int station, int from);
 
   /// Sends `bytes`, which are copied; none is a no-op.
   void Transmit(int station, std::span<const uint8_t> bytes);
@@ -78,46 +90,73 @@ class RadioMedium {
   /// When something happens next, kNever if nothing will by itself.
   int64_t NextEventTime() const;
 
-  /// Carrier as the station's modem shows it: another station is on the air (if the modem can
-  /// tell), or the station itself is sending.
+  /// Carrier as the station's modem shows it: another station that it hears is on the air (if the
+  /// modem can tell), or the station itself is sending.
   bool Busy(int station) const;
   /// From Transmit to the last byte.
   bool Sending(int station) const;
 
+  int64_t turnaround_ns(int station) const;
+  int64_t byte_ns() const;
   const RadioCounters& counters() const { return counters_; }
   /// The share of the time since 0 in which at least one station was on the air.
   double Utilisation() const;
 
  private:
+  using Stations = std::vector<bool>;  // by number
+
   struct Block {
     std::vector<uint8_t> bytes;
-    std::vector<bool> lost_for;  // by listener
+    Stations lost_for;
   };
   struct Transmitter {
     Station* station = nullptr;
+    int64_t turnaround_ns = 0;
+    Stations hidden;           // from it
     std::deque<Block> blocks;  // the first is on the air, or will be
     bool on_air = false;
     int64_t start_ns = 0;       // of the first block
     int64_t byte_start_ns = 0;  // of the byte in progress
     size_t byte = 0;            // in progress
-    bool byte_collides = false;
+    Stations met;               // others on the air during the byte in progress
     bool block_collides = false;
     int64_t deaf_until_ns = -1;  // end of its last transmission
+    bool carrier = false;        // as others see it
+  };
+  struct CarrierEdge {
+    int64_t time_ns;
+    size_t station;
+    bool on;
+  };
+  struct Arrival {
+    int64_t begin_ns;  // at the listener
+    int64_t end_ns;
+    size_t from;
+    uint8_t byte;
+    uint8_t mangled;  // what those hear who heard another too
+    Stations met;
+    Stations lost_for;
   };
 
   int64_t EventTimeOf(const Transmitter& transmitter) const;
+  bool GoesOn(const Transmitter& transmitter) const;
   void GoOnAir(size_t number);
   void EndByte(size_t number);
   void BeginBlock(Transmitter* transmitter, int64_t start_ns);
-  void StartBlock(Transmitter* transmitter);
-  void Deliver(size_t from, uint8_t byte, int64_t begin_ns, const std::vector<bool>& lost_for);
-  bool OthersOnAir(size_t number) const;
-  bool OthersGoOn(size_t number) const;
+  void StartBlock(size_t number);
+  void MeetOthers(size_t number);
+  void ShowCarrier(size_t number, bool on);
+  void Deliver(const Arrival& arrival);
+  bool Hears(size_t listener, size_t speaker) const;
+  bool Collides(const Arrival& arrival, size_t listener) const;
+  uint8_t Damaged(uint8_t byte);
   bool Happens(double probability);
   uint8_t Mangle(uint8_t byte);
 
   RadioConfig config_;
   std::vector<Transmitter> transmitters_;
+  std::deque<CarrierEdge> edges_;  // in the order of time, as the delay is the same for all
+  std::deque<Arrival> arrivals_;   // likewise
   RadioCounters counters_;
   std::mt19937_64 random_;
   int64_t now_ns_ = 0;

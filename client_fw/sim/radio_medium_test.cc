@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -273,6 +274,130 @@ TEST(RadioMediumTest, DamageIsAsFrequentAsAsked) {
   EXPECT_NEAR(800, static_cast<double>(channel.medium.counters().damaged_bytes), 150);
   const size_t heard = channel.stations[1].heard.size() + channel.stations[2].heard.size();
   EXPECT_EQ(5 * (4000 - channel.medium.counters().lost_blocks), heard);
+}
+
+// Stations 0 and 1 do not hear each other; 2 hears both.
+struct HiddenPair : Channel {
+  HiddenPair() : Channel(Config()) { medium.Hide(0, 1); }
+};
+
+TEST(RadioMediumTest, HiddenStationsHearNeitherBytesNorCarrierOfEachOther) {
+  HiddenPair channel;
+  channel.Send(0, {1, 2});
+  channel.medium.AdvanceTo(3 * kMs);
+  EXPECT_FALSE(channel.medium.Busy(1));
+  EXPECT_TRUE(channel.medium.Busy(2));
+  channel.medium.AdvanceTo(20 * kMs);
+  EXPECT_TRUE(channel.stations[1].heard.empty());
+  EXPECT_EQ((std::vector<uint8_t>{1, 2}), channel.stations[2].Bytes());
+  channel.Send(1, {3});
+  channel.medium.AdvanceTo(40 * kMs);
+  EXPECT_TRUE(channel.stations[0].heard.empty());
+}
+
+TEST(RadioMediumTest, HiddenStationsCollideAtTheOneThatHearsBoth) {
+  HiddenPair channel;
+  channel.Send(0, {1, 2, 3});
+  channel.medium.AdvanceTo(3 * kMs);
+  channel.Send(1, {4, 5, 6});  // on the air at 5 ms: during byte 3, which ends at 5 125 000
+  channel.medium.AdvanceTo(20 * kMs);
+  const std::vector<uint8_t> bytes = channel.stations[2].Bytes();
+  ASSERT_EQ(6u, bytes.size());
+  EXPECT_EQ(1, bytes[0]);
+  EXPECT_EQ(2, bytes[1]);
+  EXPECT_NE(3, bytes[2]);
+  EXPECT_NE(4, bytes[3]);
+  EXPECT_EQ(5, bytes[4]);
+  EXPECT_EQ(6, bytes[5]);
+}
+
+// 0 and 2 send at the same time. 1 hears only 2, so that nothing disturbs it there.
+TEST(RadioMediumTest, CollisionIsOnlyWhereBothAreHeard) {
+  Recorder fourth;
+  HiddenPair channel;
+  channel.medium.AddStation(&fourth);
+  channel.Send(0, {1, 2});
+  channel.Send(2, {3, 4});
+  channel.medium.AdvanceTo(20 * kMs);
+  EXPECT_EQ((std::vector<uint8_t>{3, 4}), channel.stations[1].Bytes());
+  const std::vector<uint8_t> mixed = fourth.Bytes();
+  ASSERT_EQ(4u, mixed.size());
+  EXPECT_NE(1, mixed[0]);
+  EXPECT_NE(3, mixed[1]);
+}
+
+TEST(RadioMediumTest, BytesAndCarrierArriveAfterThePropagationDelay) {
+  RadioConfig config = Config();
+  config.propagation_ns = 500'000;
+  Channel channel(config);
+  channel.Send(0, {1, 2});
+  channel.medium.AdvanceTo(2'499'999);
+  EXPECT_FALSE(channel.medium.Busy(1));
+  channel.medium.AdvanceTo(2'500'000);
+  EXPECT_TRUE(channel.medium.Busy(1));
+  channel.medium.AdvanceTo(20 * kMs);
+  EXPECT_EQ((std::vector<Heard>{{1, 3'541'666}, {2, 4'583'333}}), channel.stations[1].heard);
+  EXPECT_EQ(std::vector<int64_t>{4'083'333}, channel.stations[0].transmitted);
+}
+
+TEST(RadioMediumTest, DeafnessCountsAtTheListenersEndOfTheWay) {
+  RadioConfig config = Config(0);
+  config.propagation_ns = 3 * kMs;
+  Channel channel(config);
+  channel.Send(0, {1});  // at the listener from 3 000 000 to 4 041 666
+  channel.medium.AdvanceTo(2 * kMs);
+  channel.Send(1, {9});  // deaf from 2 000 000 to 3 041 666
+  channel.medium.AdvanceTo(20 * kMs);
+  EXPECT_TRUE(channel.stations[1].heard.empty());
+  EXPECT_EQ(2u, channel.stations[2].heard.size());  // who was silent hears both
+}
+
+TEST(RadioMediumTest, CarrierShowsAndVanishesAfterTheDetectionDelay) {
+  RadioConfig config = Config();
+  config.carrier_delay_ns = 1'500'000;
+  Channel channel(config);
+  channel.Send(0, {1});  // on the air from 2 000 000 to 3 041 666
+  channel.medium.AdvanceTo(3'499'999);
+  EXPECT_FALSE(channel.medium.Busy(1));
+  channel.medium.AdvanceTo(3'500'000);
+  EXPECT_TRUE(channel.medium.Busy(1));
+  EXPECT_EQ(1u, channel.stations[1].heard.size());  // bytes do not wait for it
+  channel.medium.AdvanceTo(4'541'665);
+  EXPECT_TRUE(channel.medium.Busy(1));
+  channel.medium.AdvanceTo(4'541'666);
+  EXPECT_FALSE(channel.medium.Busy(1));
+  EXPECT_FALSE(channel.medium.Busy(0));  // one's own key needs no detecting
+}
+
+TEST(RadioMediumTest, EachStationHasItsOwnTurnaround) {
+  Recorder slow;
+  Channel channel(Config());
+  const int number = channel.medium.AddStation(&slow, 20 * kMs);
+  EXPECT_EQ(20 * kMs, channel.medium.turnaround_ns(number));
+  EXPECT_EQ(2 * kMs, channel.medium.turnaround_ns(0));
+  channel.Send(number, {1});
+  channel.medium.AdvanceTo(40 * kMs);
+  EXPECT_EQ((std::vector<Heard>{{1, 21'041'666}}), channel.stations[0].heard);
+}
+
+TEST(RadioMediumTest, BitErrorsFlipSingleBitsAsOftenAsAsked) {
+  RadioConfig config;
+  config.bit_error = 0.01;
+  Channel channel(config);
+  for (int i = 0; i < 1000; ++i) {
+    channel.Send(0, {0x55, 0x55, 0x55, 0x55, 0x55});
+    channel.medium.AdvanceTo(channel.medium.now_ns() + 20 * kMs);
+  }
+  int flipped = 0;
+  int damaged = 0;
+  for (const Recorder* station : {&channel.stations[1], &channel.stations[2]}) {
+    for (const uint8_t byte : station->Bytes()) {
+      flipped += std::popcount(static_cast<unsigned>(byte ^ 0x55));
+      damaged += byte != 0x55 ? 1 : 0;
+    }
+  }
+  EXPECT_NEAR(800, flipped, 130);  // of 80 000 bits; 4.6 standard deviations
+  EXPECT_EQ(static_cast<uint64_t>(damaged), channel.medium.counters().damaged_bytes);
 }
 
 }  // namespace

@@ -17,11 +17,15 @@ client::Parameters WithStart(client::Parameters parameters, const PlanePose& sta
 
 SimulatedRobot::SimulatedRobot(const SimulatedRobotConfig& config, RadioMedium* medium)
     : medium_(medium),
+      power_on_ns_(config.power_on_ms * 1'000'000),
       drive_(config.drive, config.start),
       robot_(&board_, &drive_, WithStart(config.client, config.start), &memory_),
-      station_(medium->AddStation(this)) {}
+      station_(medium->AddStation(this, config.turnaround_ns)) {}
 
 void SimulatedRobot::Step() {
+  if (!powered()) {
+    return;
+  }
   drive_.Advance(kStepSeconds);
   board_.set_millis(static_cast<uint32_t>(medium_->now_ns() / 1'000'000));
   board_.set_carrier(medium_->Busy(station_));
@@ -32,7 +36,9 @@ void SimulatedRobot::Step() {
 }
 
 void SimulatedRobot::OnByte(uint8_t byte, int64_t /*time_ns*/) {
-  board_.Receive(byte);
+  if (powered()) {
+    board_.Receive(byte);
+  }
 }
 
 void SimulatedRobot::OnTransmitted(int64_t /*time_ns*/) {

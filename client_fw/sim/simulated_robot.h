@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "client_fw/boards/host/host_board.h"
 #include "client_fw/core/robot.h"
@@ -25,6 +26,8 @@ struct SimulatedRobotConfig {
   client::Parameters client;  ///< `start` is overwritten
   DriveConfig drive;
   PlanePose start;
+  int64_t power_on_ms = 0;               ///< until then it neither hears nor does anything
+  std::optional<int64_t> turnaround_ns;  ///< of its modem, if not the medium's
 };
 
 class SimulatedRobot : public Station {
@@ -48,7 +51,10 @@ class SimulatedRobot : public Station {
   int station() const { return station_; }
 
  private:
+  bool powered() const { return medium_->now_ns() >= power_on_ns_; }
+
   RadioMedium* medium_;
+  int64_t power_on_ns_;
   client::HostBoard board_;
   DifferentialDrive drive_;
   client::RequestMemory memory_{};

@@ -20,7 +20,7 @@ using protocol::Message;
 constexpr int64_t kMs = 1'000'000;
 constexpr uint8_t kWindowMs = 15;
 
-// Answers HELLO, PING and SENSE; what the antennas smell is a function of the pose.
+// Answers HELLO, PING, EVENT and SENSE; what the antennas smell is a function of the pose.
 class FakeServer : public Station {
  public:
   explicit FakeServer(RadioMedium* medium) : medium_(medium), station_(medium->AddStation(this)) {}
@@ -63,6 +63,7 @@ class FakeServer : public Station {
     Message answer;
     protocol::HelloRequest hello;
     protocol::SenseRequest sense;
+    protocol::EventReport event;
     if (Decode(request, &hello)) {
       protocol::HelloAnswer greeting;
       greeting.id = hello.id;
@@ -78,6 +79,8 @@ class FakeServer : public Station {
     } else if (request.opcode == protocol::kPing) {
       answer = request;
       answer.opcode = protocol::kPingAnswer;
+    } else if (Decode(request, &event)) {
+      Encode(protocol::EventAck{event.id, event.seq}, &answer);
     } else if (Decode(request, &sense)) {
       last_pose = sense.pose;
       const auto [left, right] = smell(sense.pose);
@@ -200,9 +203,9 @@ TEST(SimulatedRobotTest, StandsWithinTheFailSafeTimeOfTheLastAnswerAndRecovers) 
     world.Run(1);
   }
   world.server.silent = true;
-  world.Run(499);
+  world.Run(450);
   EXPECT_EQ((client::WheelSpeeds{200, 200}), robot->wheels());
-  world.Run(2);
+  world.Run(50);
   EXPECT_EQ(kStill, robot->wheels());
   EXPECT_EQ(client::kFailSafe, robot->conversation().flags());
   world.Run(1000);

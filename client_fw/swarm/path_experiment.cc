@@ -67,7 +67,15 @@ std::string_view NameOf(Shape shape) {
 }
 
 std::string_view NameOf(client::Law law) {
-  return law == client::Law::kPaper ? "paper" : "differential";
+  switch (law) {
+    case client::Law::kPaper:
+      return "paper";
+    case client::Law::kFuzzy:
+      return "fuzzy";
+    case client::Law::kDifferential:
+      break;
+  }
+  return "differential";
 }
 
 field::Path PathOf(Shape shape) {

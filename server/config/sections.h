@@ -1,5 +1,5 @@
-// The sections of the configuration file, each read by a function of its own. Internal to this
-// folder.
+// The sections of the configuration file, each read by a function of its own. For
+// this folder, and for programs whose files share some of the sections (client_fw/swarm).
 #pragma once
 
 #include <cstddef>

@@ -14,6 +14,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include <vector>
+
 namespace pheromone {
 namespace client {
 
@@ -57,6 +59,8 @@ class HostBoard {
   bool radio_tx_idle() const { return !leaving_ && outgoing_.size() == 0; }
   bool channel_busy() const { return carrier_ || !radio_tx_idle(); }
   uint32_t millis() const { return now_ms_; }
+  void set_load(bool load) { load_ = load; }
+  void save_settings(const uint8_t* bytes, uint8_t size) { settings_.assign(bytes, bytes + size); }
 
   // The host's side.
   void set_millis(uint32_t now_ms) { now_ms_ = now_ms; }
@@ -90,6 +94,10 @@ class HostBoard {
   void OnTransmitted() { leaving_ = false; }
 
   uint32_t overruns() const { return overruns_; }
+  /// Whether the robot holds its load.
+  bool load() const { return load_; }
+  /// The bytes of client::Settings as last saved; empty if never.
+  const std::vector<uint8_t>& settings() const { return settings_; }
 
  private:
   ByteRing<4096> received_;
@@ -98,6 +106,8 @@ class HostBoard {
   uint32_t overruns_ = 0;
   bool carrier_ = false;
   bool leaving_ = false;
+  bool load_ = false;
+  std::vector<uint8_t> settings_;
 };
 
 }  // namespace client

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <vector>
 
 #include "client_fw/boards/host/host_board.h"
@@ -72,12 +73,22 @@ class RobotTest : public testing::Test {
       hello.slot_ms = kTestSlotMs;
       hello.response_window_ms = kTestWindowMs;
       Encode(hello, &answer);
+    } else if (request_.opcode == protocol::kEvent) {
+      Encode(protocol::EventAck{kTestId, request_.data[0]}, &answer);
     } else {
       ASSERT_TRUE(Decode(request_, &sense_));
       Encode(protocol::SenseAnswer{kTestId, 2, false, left_, 0}, &answer);
     }
     const std::vector<uint8_t> frame = Harness::FrameOf(answer);
     board_.Receive(frame.data(), frame.size());
+  }
+
+  void Command(const protocol::Command& command) {
+    protocol::Message message;
+    Encode(command, &message);
+    const std::vector<uint8_t> frame = Harness::FrameOf(message);
+    board_.Receive(frame.data(), frame.size());
+    Step();
   }
 
   void Run(int ms) {
@@ -147,6 +158,28 @@ TEST_F(RobotTest, FailSafeTellsTheDriveZeroAndGoesOnTellingIt) {
   serving_ = true;
   Run(3000);
   EXPECT_EQ((WheelSpeeds{200, 200}), drive_.told.back());
+}
+
+TEST_F(RobotTest, LoadAndSettingsReachTheBoard) {
+  Run(1000);
+  EXPECT_FALSE(board_.load());
+  protocol::Command command;
+  command.id = kTestId;
+  command.seq = 1;
+  command.code = protocol::CommandCode::kPickLoad;
+  Command(command);
+  EXPECT_TRUE(board_.load());
+  EXPECT_TRUE(board_.settings().empty());
+
+  command.seq = 2;
+  command.code = protocol::CommandCode::kSetParameter;
+  command.arguments[0] = kSpeedSetting;
+  command.arguments[1] = 250;
+  Command(command);
+  Settings saved;
+  ASSERT_EQ(sizeof(saved), board_.settings().size());
+  std::memcpy(&saved, board_.settings().data(), sizeof(saved));
+  EXPECT_EQ(250, saved.speed_mm_s);
 }
 
 TEST_F(RobotTest, UnknownOdometryIsNotSent) {

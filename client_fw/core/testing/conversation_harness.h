@@ -16,12 +16,16 @@ namespace client {
 constexpr uint8_t kTestId = 7;
 constexpr uint8_t kTestWindowMs = 30;
 constexpr uint8_t kTestSlotMs = 3;
+/// Slot and three bytes at 9600 baud, rounded up: silence after which the channel is idle.
+constexpr uint8_t kTestIdleMs = kTestSlotMs + 4;
 
 inline Parameters TestParameters() {
   Parameters parameters;
   parameters.id = kTestId;
   parameters.type = 2;
   parameters.boot_counter = 0x1234;
+  parameters.fail_safe_ms = 500;
+  parameters.lost_after_ms = 0;  // what it does then has tests of its own
   return parameters;
 }
 
@@ -157,6 +161,8 @@ class Harness {
         AnswerHello();
       } else if (sent.opcode == protocol::kPing) {
         AnswerPing();
+      } else if (sent.opcode == protocol::kEvent) {
+        AnswerEvent();
       } else {
         Answer(left, right);
       }
@@ -167,6 +173,14 @@ class Harness {
     protocol::Message echo = sent;
     echo.opcode = protocol::kPingAnswer;
     Feed(echo);
+  }
+
+  /// Takes note of the EVENT in `sent`.
+  void AnswerEvent() {
+    protocol::EventReport event;
+    ASSERT_TRUE(Decode(sent, &event)) << "opcode " << int{sent.opcode};
+    events.push_back(event);
+    FeedEncoded(protocol::EventAck{event.id, event.seq});
   }
 
   protocol::SenseRequest SentSense() const {
@@ -193,8 +207,9 @@ class Harness {
   RequestMemory memory;
   Conversation conversation;
 
-  protocol::Message sent;     ///< the last frame, from its beginning on
-  std::vector<uint8_t> wire;  ///< the same, as sent
+  protocol::Message sent;                     ///< the last frame, from its beginning on
+  std::vector<uint8_t> wire;                  ///< the same, as sent
+  std::vector<protocol::EventReport> events;  ///< answered so far
   uint32_t began_ms = 0;
   uint32_t sent_ms = 0;
   int frames_sent = 0;

@@ -1,0 +1,32 @@
+#include "client_fw/boards/avr/avr_board.h"
+
+#include <avr/interrupt.h>
+
+namespace pheromone {
+namespace client {
+
+void AvrBoard::Start() {
+  const uint8_t cause = MCUSR;
+  MCUSR = 0;  // after a watchdog reset this has to come first, or the watchdog keeps its 16 ms
+  wdt_enable(WDTO_250MS);
+  // A bootloader that clears MCUSR hides the cause: then RAM is not believed.
+  ram_was_kept_ =
+      (cause & (1u << EXTRF | 1u << WDRF)) != 0 && (cause & (1u << PORF | 1u << BORF)) == 0;
+  PORTA = 0xFF;
+  PORTD = kRadioRxd | kRobotRxd | kCarrier;  // pull-ups: what is not connected is silent
+  DDRD = kPtt | kLoad;
+  StartUarts();
+  StartClock();
+  sei();
+}
+
+uint8_t AvrBoard::id() const {
+  uint8_t id = static_cast<uint8_t>(~PINA);
+  if (id == 0 || id == 0xFFu) {
+    id = Eeprom::Read(kIdAddress);
+  }
+  return id == 0 || id == 0xFFu ? uint8_t{1} : id;
+}
+
+}  // namespace client
+}  // namespace pheromone

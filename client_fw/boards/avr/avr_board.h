@@ -1,0 +1,72 @@
+// The Board of client_fw/core/robot.h on an ATmega1284P: UART 0 is the radio, UART 1 the robot.
+//
+//   AvrBoard board;     // one of them; it owns the UARTs, timer 1, ports A and D and the EEPROM
+//   board.Start();      // before anything else
+//
+// Everything is for the main loop.
+#pragma once
+
+#include <avr/io.h>
+#include <avr/wdt.h>
+#include <stdint.h>
+
+#include "client_fw/boards/avr/eeprom.h"
+#include "client_fw/boards/avr/loop.h"
+#include "client_fw/boards/avr/pins.h"
+#include "client_fw/boards/avr/uarts.h"
+#include "client_fw/boards/nonvolatile.h"
+#include "client_fw/core/settings.h"
+
+namespace pheromone {
+namespace client {
+
+class AvrBoard {
+ public:
+  // Start-up calls no constructors.
+  constexpr AvrBoard() = default;
+
+  /// Sets up pins, watchdog, clock and UARTs, and lets interrupts come.
+  void Start();
+
+  // What core asks for: client_fw/core/robot.h and pioneer.h.
+  int radio_get() { return uarts[kRadio].Get(); }
+  bool radio_put(uint8_t byte) { return SendRadio(byte); }
+  /// PTT is up from the first byte queued to the end of the last stop bit.
+  bool radio_tx_idle() const { return (PORTD & kPtt) == 0; }
+  bool channel_busy() const { return (PIND & kCarrier) == 0 || !radio_tx_idle(); }
+  uint16_t millis() const { return Millis(); }
+  int robot_get() { return uarts[kRobot].Get(); }
+  bool robot_put(uint8_t byte) { return SendRobot(byte); }
+  void set_load(bool hold) {
+    if (hold) {
+      PORTD |= kLoad;
+    } else {
+      PORTD &= static_cast<uint8_t>(~kLoad);
+    }
+  }
+  /// For `size`, see load_settings.
+  void save_settings(const uint8_t* from, uint8_t /*size*/) { nonvolatile_.Save(from); }
+
+  // What client_fw/boards/firmware.h asks for besides.
+  /// There is one size, that of Settings.
+  bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
+  bool saved() const { return nonvolatile_.saved(); }
+  uint16_t saves() const { return nonvolatile_.version(); }
+  /// 1 to 254.
+  uint8_t id() const;
+  /// The last reset left RAM as it was: the reset pin or the watchdog, not the supply.
+  bool ram_was_kept() const { return ram_was_kept_; }
+
+  void EndTurn() {
+    wdt_reset();
+    nonvolatile_.Step();
+    SleepIfIdle();
+  }
+
+ private:
+  Nonvolatile<Eeprom, sizeof(Settings)> nonvolatile_;
+  bool ram_was_kept_ = false;
+};
+
+}  // namespace client
+}  // namespace pheromone

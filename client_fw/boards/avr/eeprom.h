@@ -1,0 +1,39 @@
+// The AVR's EEPROM as the Storage of client_fw/boards/nonvolatile.h, and where things are in it.
+// Reading waits for a write to end (3.4 ms).
+#pragma once
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <stdint.h>
+
+namespace pheromone {
+namespace client {
+
+/// The robot's ID if no strap is set; 0xFF, as erased, is ID 1. Below it: Nonvolatile.
+constexpr uint8_t kIdAddress = 255;
+
+/// For the main loop, with interrupts enabled. Of its 4 KiB the first
+/// 256 bytes are used: EEARH stays as a reset leaves it, 0.
+struct Eeprom {
+  static bool Ready() { return (EECR & 1u << EEPE) == 0; }
+
+  static uint8_t Read(uint8_t at) {
+    while (!Ready()) {
+    }
+    EEARL = at;
+    EECR |= 1u << EERE;
+    return EEDR;
+  }
+
+  static void Write(uint8_t at, uint8_t value) {
+    EEARL = at;
+    EEDR = value;
+    cli();
+    EECR |= 1u << EEMPE;
+    EECR |= 1u << EEPE;  // within four cycles
+    sei();
+  }
+};
+
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,51 @@
+// What interrupts and the main loop share besides bytes: the clock, and the news that something
+// happened. Both live in the AVR's general purpose I/O registers, which short instructions reach:
+// bit 0 of GPIOR0 is set by every interrupt, GPIOR2:GPIOR1 count milliseconds (vectors.S).
+//
+//   StartClock();
+//   for (;;) {
+//     ... look at everything there is, Millis() ...
+//     SleepIfIdle();
+//   }
+#pragma once
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/sleep.h>
+#include <stdint.h>
+
+#include "client_fw/boards/avr/clock.h"
+
+namespace pheromone {
+namespace client {
+
+/// Sleeps until the next interrupt, but not if one has come since this was called last: what it
+/// brought may not have been seen. The instruction after sei() comes before any interrupt.
+inline void SleepIfIdle() {
+  cli();
+  if ((GPIOR0 & 1u) == 0) {
+    sei();
+    sleep_cpu();
+  }
+  sei();
+  GPIOR0 &= static_cast<uint8_t>(~1u);
+}
+
+/// Milliseconds since StartClock, modulo 65 536. For the main loop.
+inline uint16_t Millis() {
+  cli();
+  const uint8_t low = GPIOR1;
+  const uint8_t high = GPIOR2;
+  sei();
+  return static_cast<uint16_t>(low | high << 8);
+}
+
+inline void StartClock() {
+  OCR1A = static_cast<uint16_t>(kCyclesPerMs - 1u);
+  TIMSK1 = 1u << OCIE1A;              // before the flag can be raised
+  TCCR1B = 1u << WGM12 | 1u << CS10;  // clear on compare, no prescaler
+  SMCR = 1u << SE;                    // sleep_cpu() means idle mode
+}
+
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,85 @@
+// The Board of client_fw/core/robot.h on Arm's mps2-an385 (Cortex-M3): UART 0 is the radio, UART 1
+// the robot. Meant for QEMU, and as the pattern for a real Cortex-M.
+//
+//   CortexMBoard board;     // one of them: it owns UARTs 0 and 1, GPIO 0, watchdog and SysTick
+//   board.Start();          // before anything else
+//
+// Pins of GPIO 0, all high when active, so that a machine without GPIO has neither straps nor a
+// carrier: 0-7 in: the ID; 8 in: carrier; 9 out: PTT; 10 out: hold the load.
+//
+// This board has no EEPROM. A piece of RAM stands for it, which outlives resets, but not the loss
+// of power: settings are forgotten then, and nonces begin at 1 again, so that after a power loss
+// "at most once" does not hold. A board of your own has a Storage (nonvolatile.h) that keeps.
+//
+// The main loop's, but for what is said to be an interrupt's.
+#pragma once
+
+#include <stdint.h>
+
+#include "client_fw/boards/cortex_m/interrupt_uart.h"
+#include "client_fw/boards/cortex_m/registers.h"
+#include "client_fw/boards/nonvolatile.h"
+#include "client_fw/core/settings.h"
+
+namespace pheromone {
+namespace client {
+
+/// What stands for an EEPROM.
+struct ResetProofRam {
+  static bool Ready() { return true; }
+  static uint8_t Read(uint8_t at) { return bytes[at]; }
+  static void Write(uint8_t at, uint8_t value) { bytes[at] = value; }
+
+  static uint8_t bytes[256];
+};
+
+class CortexMBoard {
+ public:
+  constexpr CortexMBoard() = default;
+
+  void Start();
+
+  // What core asks for: client_fw/core/robot.h and pioneer_drive.h.
+  /// What comes in before radio_tx_idle said that our own transmission is over waits until then:
+  /// QEMU's bytes take no time, so an answer may be here before our last stop bit.
+  int radio_get() { return transmitting_ ? -1 : radio_.Get(); }
+  bool radio_put(uint8_t byte);
+  bool radio_tx_idle() {
+    transmitting_ = radio_.sending() || line_busy_ms_ != 0;
+    return !transmitting_;
+  }
+  bool channel_busy();
+  uint16_t millis() const { return static_cast<uint16_t>(now_ms_ & 0xFFFFu); }
+  int robot_get() { return robot_.Get(); }
+  bool robot_put(uint8_t byte) { return robot_.Put(byte); }
+  void set_load(bool hold);
+  void save_settings(const uint8_t* from, uint8_t /*size*/) { nonvolatile_.Save(from); }
+
+  // What client_fw/boards/firmware.h asks for besides.
+  bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
+  bool saved() const { return nonvolatile_.saved(); }
+  uint16_t saves() const { return nonvolatile_.version(); }
+  uint8_t id() const;
+  bool ram_was_kept() const { return ram_was_kept_; }
+  void EndTurn();
+
+  // The interrupts'.
+  void OnMillisecond();
+  void OnReceived(InterruptUart* uart);
+  void OnSent(InterruptUart* uart);
+  InterruptUart* radio() { return &radio_; }
+  InterruptUart* robot() { return &robot_; }
+
+ private:
+  InterruptUart radio_{0};
+  InterruptUart robot_{1};
+  Nonvolatile<ResetProofRam, sizeof(Settings)> nonvolatile_;
+  volatile uint32_t now_ms_ = 0;
+  volatile uint8_t line_busy_ms_ = 0;  // after the last byte has gone to the shift register
+  volatile bool happened_ = false;     // an interrupt, since the last EndTurn
+  bool transmitting_ = false;          // as last told
+  bool ram_was_kept_ = false;
+};
+
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,335 @@
+// Manners on a channel that is shared: protocol/README.md, section 9.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "client_fw/core/testing/conversation_harness.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+using protocol::Message;
+
+constexpr WheelSpeeds kStill = {0, 0};
+constexpr WheelSpeeds kStraight = {200, 200};
+
+TEST(ChannelTest, NothingIsBegunWhileItIsBusy) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  harness.busy = true;
+  EXPECT_FALSE(harness.RunUntilSent(400));
+  harness.busy = false;
+  EXPECT_TRUE(harness.RunUntilSent(9 * kTestSlotMs + 15));
+}
+
+TEST(ChannelTest, AfterABusySpellADelayIsDrawnEvenByALoneRobot) {
+  std::set<uint32_t> delays;
+  for (uint8_t id = 1; id <= 20; ++id) {
+    Parameters parameters = TestParameters();
+    parameters.id = id;
+    Harness harness(parameters);
+    harness.GreetAndServe(1500);
+    harness.busy = true;
+    harness.Run(300);
+    harness.busy = false;
+    const uint32_t free_ms = harness.now_ms;
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_GE(harness.began_ms - free_ms, kTestSlotMs);
+    EXPECT_LE(harness.began_ms - free_ms, 1u + 8 * kTestSlotMs);
+    delays.insert(harness.began_ms - free_ms);
+  }
+  EXPECT_GE(delays.size(), 5u);
+}
+
+TEST(ChannelTest, NothingIsBegunInsideAForeignFrame) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Run(160);
+  const int before = harness.frames_sent;
+  harness.FeedByte(protocol::kDle);
+  harness.FeedByte(protocol::kStx);
+  for (int i = 0; i < 15; ++i) {  // slowly, over the beginning of the next period
+    harness.FeedByte(0x55);
+    harness.Run(10);
+    EXPECT_FALSE(harness.leaving);
+  }
+  EXPECT_EQ(before, harness.frames_sent);
+}
+
+// Points in time are 16 bits wide, and 65 s are no time at all for them.
+TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpell) {
+  for (const uint32_t busy_ms : {30000u, 33000u, 40000u, 60000u, 66000u, 100000u}) {
+    for (const bool told : {false, true}) {  // HELLO never answered, or the channel lost later
+      Harness harness;
+      if (told) {
+        harness.GreetAndServe(1500);
+      }
+      harness.busy = true;
+      harness.Run(busy_ms);
+      const int before = harness.frames_sent;
+      harness.Run(1);
+      EXPECT_EQ(before, harness.frames_sent);
+      harness.busy = false;
+      EXPECT_TRUE(harness.RunUntilSent(2000)) << busy_ms;
+      EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+    }
+  }
+}
+
+// COMMANDs spare the HELLO, so that the grid of the periods is as old as the last request.
+TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpellWithCommands) {
+  for (const uint32_t busy_ms : {30000u, 33000u, 40000u, 60000u, 66000u, 100000u}) {
+    Harness harness;
+    harness.GreetAndServe(1500);
+    harness.busy = true;
+    protocol::Command command;
+    command.id = kTestId;
+    command.code = protocol::CommandCode::kResume;
+    for (uint32_t ms = 0; ms < busy_ms; ms += 400) {
+      harness.FeedEncoded(command);
+      harness.Run(400);
+    }
+    EXPECT_EQ(kFailSafe, harness.conversation.flags());
+    const uint32_t answers = harness.counters().answers;
+    harness.busy = false;
+    harness.Serve(4000);
+    EXPECT_EQ(1u, harness.counters().hellos);
+    EXPECT_GE(harness.counters().answers, answers + 15) << busy_ms;
+    EXPECT_EQ(kStraight, harness.conversation.wheels());
+  }
+}
+
+// Lets `bytes` arrive just before a period begins, and expects the client to wait for the window.
+void ExpectHeldBy(const std::vector<uint8_t>& bytes) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Run(harness.began_ms + 199 - harness.now_ms);
+  for (const uint8_t byte : bytes) {
+    harness.FeedByte(byte);
+  }
+  harness.Run(kTestWindowMs);
+  EXPECT_FALSE(harness.leaving);
+  EXPECT_TRUE(harness.RunUntilSent(kTestIdleMs + 9 * kTestSlotMs + 17));
+}
+
+TEST(ChannelTest, WaitsForTheAnswerToAForeignRequest) {
+  Message message;
+  ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
+  ExpectHeldBy(Harness::FrameOf(message));
+}
+
+TEST(ChannelTest, WaitsAfterExactlyTheRequestsOfTheProtocolsList) {
+  for (int opcode = 0; opcode < 0x80; ++opcode) {
+    const bool opens = (opcode >= 0x01 && opcode <= 0x4F) || opcode == 0x52 ||
+                       (opcode >= 0x61 && opcode <= 0x6F) || opcode == 0x71 || opcode == 0x72;
+    if (opcode == protocol::kDle) {
+      continue;  // cannot be an opcode
+    }
+    Harness harness;
+    harness.hello.response_window_ms = 200;
+    harness.GreetAndServe(1500);
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.Answer(0, 0);
+    harness.Run(harness.began_ms + 199 - harness.now_ms);
+    Message message;
+    message.id = kTestId + 1;
+    message.opcode = static_cast<uint8_t>(opcode);
+    harness.Feed(message);
+    EXPECT_EQ(!opens, harness.RunUntilSent(kTestIdleMs + 9 * kTestSlotMs + 17)) << opcode;
+  }
+}
+
+TEST(ChannelTest, WaitsForTheAckOfAForeignCommand) {
+  Message message;
+  protocol::Command command;
+  command.id = kTestId + 1;
+  Encode(command, &message);
+  ExpectHeldBy(Harness::FrameOf(message));
+}
+
+TEST(ChannelTest, WaitsAfterADamagedFrameWhichTheServerMayHaveUnderstood) {
+  Message message;
+  ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
+  std::vector<uint8_t> frame = Harness::FrameOf(message);
+  frame[4] ^= 0x01;
+  ExpectHeldBy(frame);
+}
+
+TEST(ChannelTest, ForeignAnswerFreesTheChannel) {
+  Harness harness;
+  harness.hello.response_window_ms = 200;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Run(harness.began_ms + 199 - harness.now_ms);
+  harness.FeedEncoded(protocol::SenseRequest{kTestId + 1, 2, false, {}});
+  harness.Run(5);
+  harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
+  EXPECT_TRUE(harness.RunUntilSent(kTestIdleMs + 9 * kTestSlotMs + 17));
+}
+
+// The delay is in where the period lies: as long as nobody is in the way it stays there.
+TEST(ChannelTest, PeriodKeepsItsPlaceWhileTheChannelIsFreeThere) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  std::set<uint32_t> phases;
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    phases.insert(harness.began_ms % 200);
+    harness.Answer(0, 0);
+    harness.Run(10);
+    harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
+  }
+  EXPECT_EQ(1u, phases.size());
+}
+
+// Two that ask as fast as they can must not shut each other out.
+TEST(ChannelTest, DelayIsRandomAfterAnExchangeThatWasFollowedAtOnceWhileOthersAreHeard) {
+  Parameters parameters = TestParameters();
+  parameters.period_ms = 0;
+  Harness harness(parameters);
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  std::set<uint32_t> delays;
+  for (int i = 0; i < 40; ++i) {
+    harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
+    harness.Answer(0, 0);
+    const uint32_t answered_ms = harness.now_ms;
+    ASSERT_TRUE(harness.RunUntilSent());
+    delays.insert(harness.began_ms - answered_ms);
+  }
+  EXPECT_GE(delays.size(), 5u);
+  EXPECT_LE(*delays.rbegin(), kTestIdleMs + 8u * kTestSlotMs);
+}
+
+TEST(ChannelTest, ByteWithoutAFrameKeepsTheChannelBusyForTheIdleTime) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Run(harness.began_ms + 199 - harness.now_ms);
+  harness.FeedByte(0x55);  // of a frame whose beginning was missed
+  harness.Run(kTestIdleMs - 1);
+  EXPECT_FALSE(harness.leaving);
+  EXPECT_TRUE(harness.RunUntilSent(1 + 9 * kTestSlotMs + 17));
+}
+
+// Whoever begins within a slot of another cannot have noticed it.
+TEST(ChannelTest, TransmissionsBeginWithASlotCountedFromTheLastByte) {
+  for (uint8_t id = 20; id < 40; ++id) {
+    Parameters parameters = TestParameters();
+    parameters.id = id;
+    Harness harness(parameters);
+    harness.GreetAndServe(1500 + id);
+    harness.busy = true;
+    harness.Run(300);
+    harness.FeedByte(0x55);
+    const uint32_t last_byte_ms = harness.now_ms;
+    harness.busy = false;
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(0u, (harness.began_ms - last_byte_ms - kTestIdleMs) % kTestSlotMs) << int{id};
+  }
+}
+
+TEST(ChannelTest, PeriodIsStretchedWhenThereAreMoreRobotsThanItHolds) {
+  for (const int robots : {1, 3, 7, 31}) {
+    Harness harness;
+    harness.GreetAndServe(1500);
+    for (int ms = 0; ms < 4000; ms += 10) {  // all are heard several times a second
+      for (int i = 0; i < robots; ++i) {
+        if (ms / 10 % 32 == i) {
+          harness.FeedEncoded(protocol::SenseAnswer{static_cast<uint8_t>(20 + i), 2, false, 0, 0});
+        }
+      }
+      harness.Serve(10);
+    }
+    ASSERT_TRUE(harness.RunUntilSent());
+    const uint32_t began_ms = harness.began_ms;
+    harness.Answer(0, 0);
+    ASSERT_TRUE(harness.RunUntilSent());
+    // 36 ms for 26 bytes, two slots, and half a slot for each of the others, robots + 1 times.
+    const uint32_t needed_ms =
+        static_cast<uint32_t>((robots + 1) * (36 + (2 + robots / 2) * kTestSlotMs));
+    const uint32_t expected_ms = std::min(std::max(needed_ms, 200u), 500u - 500u / 8);
+    EXPECT_GE(harness.began_ms - began_ms, expected_ms) << robots;
+    EXPECT_LT(harness.began_ms - began_ms, expected_ms + kTestSlotMs) << robots;  // a slot begins
+    EXPECT_EQ(expected_ms > 200, harness.conversation.congested());
+    EXPECT_EQ(expected_ms > 200, harness.counters().stretched_periods != 0);
+    harness.Answer(0, 0);
+    harness.Serve(3000);  // they have gone
+    EXPECT_FALSE(harness.conversation.congested());
+  }
+}
+
+// What looks like silence is a full channel; HELLO would only make it fuller.
+TEST(ChannelTest, ServerThatAnswersOthersNeedsNoHello) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  for (int i = 0; i < 100; ++i) {
+    harness.Run(20);
+    harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
+  }
+  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(1u, harness.counters().hellos);
+  harness.Serve(1000);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_TRUE(harness.events.empty());
+}
+
+TEST(ChannelTest, OwnEchoIsRecognised) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Feed(harness.sent);  // as a modem might
+  EXPECT_EQ(1u, harness.counters().own_id_heard);
+  EXPECT_EQ(0u, harness.counters().heard);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+TEST(ChannelTest, DamagedAnswerIsNotBelieved) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  std::vector<uint8_t> frame = Harness::FrameOf(harness.AnswerToSent(0, 0));
+  frame[5] ^= 0x01;
+  for (const uint8_t byte : frame) {
+    harness.FeedByte(byte);
+  }
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(1u, harness.conversation.decoder_counters().crc_errors);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(1u, harness.counters().retries);
+}
+
+TEST(ChannelTest, AnswerThatNobodyAwaitsIsCounted) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  harness.Answer(4096, 0);  // once more
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(1u, harness.counters().late_answers);
+}
+
+TEST(ChannelTest, AnswerOfAnotherTypeIsNotBelieved) {
+  Harness harness;
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.FeedEncoded(protocol::SenseAnswer{kTestId, 1, false, 0, 0});
+  harness.FeedEncoded(protocol::SenseAnswer{kTestId, 2, true, 0, 0});
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(2u, harness.counters().late_answers);
+  harness.Answer(0, 0);
+  EXPECT_EQ(kStraight, harness.conversation.wheels());
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone

@@ -1,0 +1,145 @@
+// Sending; see conversation.cc.
+#include "client_fw/core/conversation.h"
+
+namespace pheromone {
+namespace client {
+
+// It is our turn.
+void Conversation::Begin(const Odometry* odometry) {
+  uint8_t data[4];
+  phase_ = Phase::kAwaiting;
+  if (!greeted_) {
+    protocol::PutU16(data, memory_->nonce);
+    data[2] = parameters_.firmware_version;
+    data[3] = parameters_.capabilities;
+    Count(&Counters::hellos);
+    Send(protocol::kHello, data, sizeof(data));
+  } else if (kHasBufferedLink && resync_) {
+    protocol::PutU16(data, memory_->nonce);
+    protocol::PutU16(data + 2, ++pings_);
+    Count(&Counters::resyncs);
+    Send(protocol::kPing, data, kPingSize);
+  } else if (!MakeRequest(odometry)) {
+    timers_[kPeriod] = PeriodMs();
+    Rest();
+  }
+}
+
+void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
+  uint8_t* wire = tx_;
+  if (kHasBufferedLink && resync_) {
+    *wire++ = 0x00;  // ends any escape or frame that the receiver may be stuck in
+  }
+  protocol::FrameWriter writer(wire);
+  writer.Put(parameters_.id);
+  writer.Put(opcode);
+  for (; length != 0; --length) {
+    writer.Put(*data++);
+  }
+  tx_size_ = static_cast<uint8_t>(writer.Finish() - tx_);
+  asked_opcode_ = opcode;
+}
+
+// What still waits for its answer, or else an event when it is its turn, or a question with this
+// pose. False if the pose is not known or has no place in the message, and there is no event.
+bool Conversation::MakeRequest(const Odometry* odometry) {
+  uint8_t opcode = memory_->opcode;
+  if (opcode != 0) {
+    memory_->sent = static_cast<uint8_t>(memory_->sent != 0 ? 2 : 1);
+    Count(&Counters::duplicates);
+  } else if (event_turn_ || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
+    if (events_ == 0) {
+      return false;
+    }
+    opcode = protocol::kEvent;
+    MakeEvent();
+  }
+  if (attempt_ != 0) {
+    Count(&Counters::retries);
+  }
+  if (opcode != protocol::kEvent) {
+    Count(&Counters::requests);
+    timers_[kPeriod] = PeriodMs();  // from here, so that it moves to where the channel is free
+  }
+  Seal(memory_);
+  Send(opcode, memory_->data, memory_->length);
+  return true;
+}
+
+bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
+  memory_->length = 0;
+  uint8_t service = IsWide() ? protocol::kSenseWide : protocol::kSense;
+  if (parameters_.lay_trail) {
+    service = IsWide() ? protocol::kTraceWide : protocol::kTrace;
+    AppendSeq();
+  }
+  if (!AppendCoordinate(start_.XOf(odometry)) || !AppendCoordinate(start_.YOf(odometry))) {
+    Stop(kOffTheMap, BitOf(protocol::EventCode::kOffTheMap));
+    return false;
+  }
+  Append(start_.HeadingOf(odometry));
+  *opcode = static_cast<uint8_t>(service | parameters_.type);
+  if (parameters_.lay_trail) {
+    MakePending(*opcode);
+  }
+  timers_[kPosed] = parameters_.fail_safe_ms;
+  return true;
+}
+
+// False if it has no place in the message.
+bool Conversation::AppendCoordinate(int32_t mm) {
+  int32_t units = 0;
+  if (!ToPoseUnits(mm, protocol::GetU16(server_ + kPoseUnitAt), &units) ||
+      (!IsWide() && units != static_cast<int16_t>(units))) {
+    return false;
+  }
+  const uint32_t bits = static_cast<uint32_t>(units);
+  Append(static_cast<uint16_t>(bits & 0xFFFFu));
+  if (IsWide()) {
+    Append(static_cast<uint16_t>(bits >> 16));
+  }
+  return true;
+}
+
+void Conversation::Append(uint16_t value) {
+  protocol::PutU16(memory_->data + memory_->length, value);
+  memory_->length = static_cast<uint8_t>(memory_->length + 2);
+}
+
+// What has a seq begins with it; it counts once the request is pending.
+void Conversation::AppendSeq() {
+  memory_->data[0] = static_cast<uint8_t>(memory_->seq + 1u);
+  memory_->length = 1;
+}
+
+void Conversation::MakeEvent() {
+  uint8_t code = 1;
+  while ((events_ & BitOf(static_cast<protocol::EventCode>(code))) == 0) {
+    ++code;
+  }
+  events_ = static_cast<uint8_t>(events_ ^ BitOf(static_cast<protocol::EventCode>(code)));
+  int16_t argument = 0;
+  if (code == static_cast<uint8_t>(protocol::EventCode::kParameterValue)) {
+    ReadSetting(value_id_, parameters_, &argument);
+  }
+  AppendSeq();
+  memory_->data[memory_->length++] = code;
+  Append(static_cast<uint16_t>(argument));
+  MakePending(protocol::kEvent);
+}
+
+void Conversation::MakePending(uint8_t opcode) {
+  ++memory_->seq;
+  memory_->sent = 1;
+  memory_->opcode = opcode;
+}
+
+void Conversation::DropPending() {
+  if (memory_->opcode != 0) {
+    Count(&Counters::lost_traces);
+    memory_->opcode = 0;
+  }
+}
+
+}  // namespace client
+}  // namespace pheromone

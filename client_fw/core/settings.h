@@ -1,0 +1,67 @@
+// What an operator may change over the radio (COMMAND 8 and 9) and what a board keeps in EEPROM.
+//
+//   if (WriteSetting(kSpeedSetting, 350, &settings)) ...   // false: no such id, or out of range
+//   if (ReadSetting(kSpeedSetting, settings, &value)) ...
+//
+// Every value is a whole number from 0 to 32 767, so that EVENT 8 can tell it. A board stores the
+// bytes of Settings as they are, under a check of its own; another size means another firmware.
+//
+// Pure functions; any thread.
+#pragma once
+
+#include <stdint.h>
+
+#include "client_fw/core/steering.h"
+
+namespace pheromone {
+namespace client {
+
+/// What to do when there has been nothing to smell for a while.
+enum class LostTrail : uint8_t {
+  kStraight,  ///< on, at the full speed
+  kStop,
+  kSpiral,  ///< outwards, to the left
+};
+
+/// The ids of COMMAND 8 and 9.
+enum SettingId : uint8_t {
+  kTypeSetting = 1,
+  kLawSetting = 2,
+  kLayTrailSetting = 3,
+  kLostTrailSetting = 4,
+  kGainSetting = 5,
+  kFaintestSetting = 6,
+  kSpeedSetting = 7,
+  kPeriodSetting = 8,
+  kFailSafeSetting = 9,
+  kLostAfterSetting = 10,
+  kDriveScaleSetting = 11,
+};
+
+/// In the order of the ids: first what takes a byte, then what takes two.
+struct Settings {
+  uint8_t type = 1;  ///< pheromone followed, and left behind if lay_trail; 1-15
+  Law law = Law::kDifferential;
+  bool lay_trail = false;  ///< TRACE instead of SENSE
+  LostTrail lost_trail = LostTrail::kStraight;
+  uint8_t gain_8ths = kUnitGain;  ///< of the laws differential and paper: steering.h; 0-29
+  uint8_t faintest = 1;           ///< intensity from which on something smells, 1/4096 unit; 0-255
+  int16_t speed_mm_s = 200;       ///< K of the law, 0 to kMaxSpeedMmS
+  uint16_t period_ms = 200;       ///< one exchange each, to 30 000; up to 1: as fast as it goes
+  /// Longest drive without an answer, 100-30 000; over period_ms. The rest of half a second is for
+  /// the loop, the line and the drive.
+  uint16_t fail_safe_ms = 480;
+  uint16_t lost_after_ms = 1000;  ///< the trail is lost after so long; 0: never
+  /// 1/10 000 mm a count of a Pioneer whose kind does not count whole millimetres, 100-30 000. From
+  /// the next start on.
+  uint16_t drive_scale = 4850;
+};
+
+/// False, and nothing changed, if there is no such setting or `value` is out of its range.
+bool WriteSetting(uint8_t id, uint32_t value, Settings* settings);
+
+/// False if there is no such setting.
+bool ReadSetting(uint8_t id, const Settings& settings, int16_t* value);
+
+}  // namespace client
+}  // namespace pheromone

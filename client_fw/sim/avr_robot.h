@@ -1,0 +1,95 @@
+// One robot of a simulation that runs the image which one would flash: an AVR machine, a modem on a
+// radio medium, and a simulated Pioneer on the other UART.
+//
+//   AvrRobot robot({.machine = {.image = "pheromone_client_avr.elf"}, .id = 7}, &medium);
+//   for (int64_t ms = 1; ms <= end_ms; ++ms) {
+//     medium.AdvanceTo(ms * 1'000'000);
+//     robot.Step();
+//   }
+//
+// Step() catches up with the medium's present time. The cable to the Pioneer is exact to the cycle;
+// what is sent by radio goes to the medium at the next Step, so the medium's turnaround should not
+// be shorter than the step, or the bytes of a frame come with gaps. Each byte is a block of its
+// own: loss is to be simulated by byte_error or bit_error.
+//
+// The modem is transparent: it keys with the first byte, begins to send after the turnaround, and
+// shows a carrier until its own last byte is on the air, which is a turnaround later than the AVR
+// thinks. Odometry begins at (0, 0, 0) wherever the Pioneer stands; where that is on the map the
+// firmware's settings say. One thread. Throws as AvrMachine does.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "client_fw/sim/avr_machine.h"
+#include "client_fw/sim/pioneer_robot.h"
+#include "client_fw/sim/radio_medium.h"
+
+namespace pheromone::sim {
+
+/// What client_fw/boards/avr/pins.h gives the pins for.
+struct AvrBoardPins {
+  AvrPin ptt = {'D', 4};      ///< out, high: transmit
+  AvrPin carrier = {'D', 5};  ///< in, low: the modem hears a carrier
+  AvrPin load = {'D', 6};     ///< out, high: hold the load
+  char id_port = 'A';         ///< in, straps to ground: the ID, bit by bit
+};
+
+struct AvrRobotConfig {
+  AvrMachineConfig machine;
+  uint8_t id = 1;  ///< strapped
+  PioneerConfig pioneer;
+  PlanePose start;
+  AvrBoardPins pins;
+};
+
+class AvrRobot final : public Station {
+ public:
+  /// `medium` must outlive the robot, and the robot the medium's last event.
+  AvrRobot(const AvrRobotConfig& config, RadioMedium* medium);
+  AvrRobot(const AvrRobot&) = delete;
+  AvrRobot& operator=(const AvrRobot&) = delete;
+
+  void Step();
+  /// Lets the robot be `ns` ahead of the medium, within the next Step: for a Reset between steps.
+  void RunAhead(int64_t ns);
+
+  void OnByte(uint8_t byte, int64_t time_ns) override;
+  void OnTransmitted(int64_t time_ns) override;
+
+  /// Calls back with each byte that the firmware sends to the Pioneer, at its stop bit.
+  void OnCommandByte(std::function<void(uint8_t byte, int64_t time_ns)> tap) {
+    tap_ = std::move(tap);
+  }
+  /// Pulls the cable to the Pioneer out, or puts it back.
+  void set_cable(bool connected) { cable_ = connected; }
+  void Reset(AvrMachine::Cause cause) { machine_.Reset(cause); }
+
+  const PlanePose& true_pose() const { return pioneer_.drive().true_pose(); }
+  const AvrMachine& machine() const { return machine_; }
+  const PioneerRobot& pioneer() const { return pioneer_; }
+  bool holds_load() const { return load_; }
+  int station() const { return station_; }
+
+ private:
+  void RunTo(int64_t end_ns);
+  void ToPioneer(uint8_t byte, int64_t time_ns);
+  void FromPioneer(int64_t time_ns);
+  void ShowCarrier();
+
+  RadioMedium* medium_;
+  AvrPin carrier_pin_;
+  int64_t cable_byte_ns_;
+  AvrMachine machine_;
+  PioneerRobot pioneer_;
+  std::vector<uint8_t> outgoing_;  // to the modem, since the last Step
+  std::function<void(uint8_t, int64_t)> tap_;
+  bool cable_ = true;
+  bool carrier_ = false;
+  bool load_ = false;
+  int station_;
+};
+
+}  // namespace pheromone::sim

@@ -1,0 +1,51 @@
+// The Pioneers that can be simulated: the factors that turn what ARCOS reports into millimetres,
+// and the limits of their motion.
+//
+//   const PioneerModel* model = FindPioneerModel("P3DX-SH");   // nullptr if there is none
+//   double turn_rad_s = (right_mm_s - left_mm_s) / 2 * model->diff_conv_per_mm;
+//
+// Factors: the parameter files of ARIA and the tables of P2OS drivers, which agree; other firmware
+// of the same robots has others (a PeopleBot "perfpb": 0.485 mm), hence plain members to change.
+// Headings are reported in 4096 a turn by all of them.
+//
+// What a robot is set to when it is switched on lies in its flash and differs from robot to robot;
+// here it is what MobileSim allows. The accelerations of rotation and the ceilings of SETA and
+// SETRA are assumptions; so is a PeopleBot's wheel limit. Constants; any thread.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace pheromone::sim {
+
+struct PioneerModel {
+  std::string_view subclass;     ///< as told in the answer to SYNC2; a literal
+  double distance_mm = 1;        ///< DistConvFactor: of one unit of X and Y
+  double speed_mm_s = 1;         ///< VelConvFactor: of one unit of wheel speed
+  double range_mm = 1;           ///< RangeConvFactor: of one unit of a sonar's range
+  double diff_conv_per_mm = 0;   ///< DiffConvFactor: radians a millimetre of (right - left) / 2
+  int vel2_unit_mm_s = 20;       ///< Vel2Divisor: of one unit of VEL2
+  int max_speed_mm_s = 1000;     ///< when switched on, see SETV
+  int max_turn_deg_s = 100;      ///< SETRV
+  int acceleration_mm_s2 = 300;  ///< SETA, and the deceleration
+  int turn_acceleration_deg_s2 = 100;  ///< SETRA, and the deceleration
+  int top_speed_mm_s = 2200;           ///< ceilings of those four settings
+  int top_turn_deg_s = 500;
+  int top_acceleration_mm_s2 = 2000;
+  int top_turn_acceleration_deg_s2 = 600;
+  int wheel_limit_mm_s = 1200;  ///< what the motors can do; published for the P3-DX
+  int width_mm = 0;             ///< of the body, not between the wheels
+  int length_mm = 0;
+
+  /// Between the wheels, as the firmware's DiffConvFactor implies; the real wheels of a P3-DX
+  /// stand 320 to 330 mm apart.
+  double odometry_wheelbase_mm() const { return 2 / diff_conv_per_mm; }
+};
+
+/// p3dx, p3dx-sh, peoplebot-sh.
+std::span<const PioneerModel> PioneerModels();
+
+/// By subclass, in capitals or not; nullptr if it is none of them.
+const PioneerModel* FindPioneerModel(std::string_view subclass);
+
+}  // namespace pheromone::sim

@@ -1,0 +1,120 @@
+#include "client_fw/swarm/channel_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client_fw/swarm/channel_experiment.h"
+#include "client_fw/swarm/channel_report.h"
+#include "client_fw/swarm/command.h"
+
+namespace pheromone::swarm {
+namespace {
+
+struct ChannelOptions {
+  std::vector<int> robots = {1, 2, 3, 4, 6, 8, 12, 16};
+  std::vector<int> turnarounds_ms = {2, 20};
+  std::vector<int> server_delays_ms = {2, 8};
+  int baud = 9600;
+  int seeds = 10;
+  double duration_s = 60;
+  std::string out;
+};
+
+// All at 5 Hz; with the first timing also continuously, and four robots with a hidden pair.
+std::vector<ChannelExperiment> PlanOf(const ChannelOptions& options) {
+  std::vector<ChannelExperiment> plan;
+  ChannelExperiment experiment;
+  experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
+  experiment.timing.baud = options.baud;
+  for (const int turnaround_ms : options.turnarounds_ms) {
+    for (const int server_delay_ms : options.server_delays_ms) {
+      const bool first = plan.empty();
+      experiment.timing.turnaround_ns = int64_t{turnaround_ms} * 1'000'000;
+      experiment.timing.server_delay_ns = int64_t{server_delay_ms} * 1'000'000;
+      for (const uint16_t period_ms : {uint16_t{200}, uint16_t{0}}) {
+        for (const bool carrier_detect : {true, false}) {
+          experiment.timing.carrier_detect = carrier_detect;
+          experiment.period_ms = period_ms;
+          for (const int robots : options.robots) {
+            experiment.robots = robots;
+            if (period_ms != 0 || first) {
+              plan.push_back(experiment);
+            }
+          }
+          if (period_ms != 0 && first) {
+            experiment.robots = 4;
+            experiment.hidden_pair = true;
+            plan.push_back(experiment);
+            experiment.hidden_pair = false;
+          }
+        }
+      }
+    }
+  }
+  return plan;
+}
+
+int RunChannel(const ChannelOptions& options) {
+  const std::vector<ChannelExperiment> plan = PlanOf(options);
+  const bool progress = isatty(STDERR_FILENO) != 0;
+  std::vector<ChannelSummary> rows;
+  fmt::print("{}", TableHead());
+  for (const ChannelExperiment& experiment : plan) {
+    std::vector<ChannelRun> runs;
+    for (int seed = 1; seed <= options.seeds; ++seed) {
+      if (progress) {
+        fmt::print(stderr, "\r{}/{}: {} robots, seed {} of {}   ", rows.size() + 1, plan.size(),
+                   experiment.robots, seed, options.seeds);
+      }
+      runs.push_back(Contend(experiment, static_cast<uint64_t>(seed)));
+    }
+    if (progress) {
+      fmt::print(stderr, "\r{:60}\r", "");
+    }
+    rows.push_back(Summarise(experiment, runs));
+    fmt::print("{}", ToTableRow(rows.back()));
+    std::fflush(stdout);
+  }
+  if (options.out.empty()) {
+    return 0;
+  }
+  return WriteFiles(options.out,
+                    {{"channel.csv", ToCsv(rows)}, {"channel.svg", DrawChannelPicture(rows)}});
+}
+
+}  // namespace
+
+void AddChannelCommand(CLI::App* app, int* status) {
+  auto options = std::make_shared<ChannelOptions>();
+  CLI::App* command = app->add_subcommand(
+      "channel", "How many robots one radio channel carries, in virtual time; prints a table");
+  command->add_option("--robots", options->robots, "How many (default: 1 2 3 4 6 8 12 16)")
+      ->check(CLI::Range(1, 100));
+  command
+      ->add_option("--turnaround-ms", options->turnarounds_ms, "T_t of the modems (default: 2 20)")
+      ->check(CLI::Range(1, 100));
+  command->add_option("--server-delay-ms", options->server_delays_ms, "D_s (default: 2 8)")
+      ->check(CLI::Range(0, 100));
+  command->add_option("--baud", options->baud, "Of the channel (default: 9600)")
+      ->check(CLI::Range(1200, 115'200));
+  command->add_option("--seeds", options->seeds, "Runs of each (default: 10)")
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--seconds", options->duration_s, "Counted in each run (default: 60)")
+      ->check(Between(2.0, 36'000.0));
+  command->add_option("--out", options->out, "Folder for channel.csv and channel.svg");
+  command->footer(
+      "C_1 is what one robot could get if nothing had to be waited for but the modems; the bound "
+      "is "
+      "ideal slotted CSMA, or all that is asked for if that is less. A request is delivered if it "
+      "is answered within 500 ms of the moment it was due. Share: answers of the worst robot by "
+      "the "
+      "mean. Latency and the longest gap without an answer are in ms; stops are fail-safe stops.");
+  command->callback([options, status] { *status = RunChannel(*options); });
+}
+
+}  // namespace pheromone::swarm

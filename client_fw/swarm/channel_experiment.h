@@ -1,0 +1,81 @@
+// How many robots a radio channel carries: N robots that ask for pheromone over one half-duplex
+// channel, in virtual time, with the client's real medium access.
+//
+//   const ChannelRun run = Contend({.robots = 4}, seed);
+//   const ChannelSummary row = Summarise(experiment, runs);      // of all seeds
+//
+// The robots stand on a pheromone path and ask with SENSE, either once in each period of a clock
+// (5 Hz) or, with period 0, again as soon as they are answered. They are switched on at random
+// moments of the first second; the first kWarmUpMs are not counted. A request counts as delivered
+// if it is answered within 500 ms of the moment at which it was due (delivery.h).
+//
+// Figures are per second of the channel, not per robot. Seeds stand for places, IDs, moments of
+// switching on, and the robots' own random delays. Same seed, same figures. Pure; any thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client_fw/swarm/channel_model.h"
+
+namespace pheromone::swarm {
+
+constexpr int64_t kWarmUpMs = 5'000;
+constexpr int64_t kDeadlineMs = 500;
+
+struct ChannelExperiment {
+  int robots = 1;                ///< 1 to 100
+  uint16_t period_ms = 200;      ///< 0: continuously
+  bool hidden_pair = false;      ///< the first two robots do not hear each other
+  double bit_error = 0;          ///< of each listener
+  int64_t duration_ms = 60'000;  ///< counted, after the warm-up
+  ChannelTiming timing = {};
+};
+
+/// One robot's share.
+struct RobotShare {
+  int64_t due = 0;  ///< 0 if it asks continuously
+  int64_t delivered = 0;
+  int64_t answers = 0;
+  int64_t longest_gap_ms = 0;  ///< without an answer
+  int64_t fail_safe_stops = 0;
+};
+
+struct ChannelRun {
+  std::vector<RobotShare> robots;
+  std::vector<int64_t> latencies_ms;  ///< of all robots; asking continuously: between two answers
+  double goodput = 0;                 ///< answers a second
+  uint64_t requests = 0;              ///< since the start, retries included
+  uint64_t collided_blocks = 0;       ///< since the start
+  uint64_t late_answers = 0;          ///< that the server did not send
+  double utilisation = 0;
+  uint64_t hash = 0;  ///< of all figures above and the engine's state
+};
+
+ChannelRun Contend(const ChannelExperiment& experiment, uint64_t seed);
+
+/// Means over the seeds, and the worst seed.
+struct ChannelSummary {
+  ChannelExperiment experiment;
+  int seeds = 0;
+  double peak = 0;   ///< C_1, exchanges a second
+  double ideal = 0;  ///< the bound of channel_model.h, or what is asked for if that is less
+  double goodput = 0;
+  double worst_goodput = 0;
+  double delivered = 0;  ///< share of the requests due
+  double worst_delivered = 0;
+  double worst_robot_delivered = 0;  ///< the worst robot of all seeds
+  double worst_robot_share = 0;      ///< its answers by the mean of its run's robots, worst seed
+  int64_t p50_ms = 0;                ///< latency, over all seeds
+  int64_t p99_ms = 0;
+  int64_t longest_gap_ms = 0;
+  int64_t fail_safe_stops = 0;
+  double requests_per_answer = 0;
+  double utilisation = 0;
+  uint64_t hash = 0;
+};
+
+ChannelSummary Summarise(const ChannelExperiment& experiment, const std::vector<ChannelRun>& runs);
+
+}  // namespace pheromone::swarm

@@ -1,0 +1,165 @@
+#include "client_fw/swarm/channel_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "client_fw/swarm/small_multiples.h"
+
+namespace pheromone::swarm {
+namespace {
+
+constexpr double kMostLatencyMs = 1000;  // of the picture
+
+int64_t ToMs(int64_t ns) {
+  return ns / 1'000'000;
+}
+
+std::string AskingOf(const ChannelExperiment& experiment) {
+  return experiment.period_ms == 0 ? "continuously"
+                                   : fmt::format("{:g} Hz", 1000.0 / experiment.period_ms);
+}
+
+// A figure that means nothing for this row stays empty.
+std::string OnlyIf(bool meaningful, double value, int digits) {
+  return meaningful ? fmt::format("{:.{}f}", value, digits) : "";
+}
+
+bool SameTiming(const ChannelTiming& a, const ChannelTiming& b) {
+  return a.turnaround_ns == b.turnaround_ns && a.server_delay_ns == b.server_delay_ns;
+}
+
+struct Figure {
+  const char* label;
+  const char* colour;
+  bool carrier_detect;
+  Mark (*of)(const ChannelSummary& row);
+};
+
+Mark Goodput(const ChannelSummary& row) {
+  return {0, row.goodput, row.worst_goodput, row.goodput};
+}
+Mark Bound(const ChannelSummary& row) {
+  return {0, row.ideal};
+}
+Mark Median(const ChannelSummary& row) {
+  return {0, static_cast<double>(row.p50_ms)};
+}
+Mark Tail(const ChannelSummary& row) {
+  return {0, static_cast<double>(row.p99_ms)};
+}
+
+constexpr const char* kWith = "#2166ac";
+constexpr const char* kWithPale = "#92c5de";
+constexpr const char* kWithout = "#b2182b";
+constexpr const char* kWithoutPale = "#f4a582";
+
+constexpr const char* kFullWith = "with carrier detect (latency: median)";
+constexpr const char* kFullWithout = "without";
+constexpr const char* kPaleWith = "its bound (latency: 99th percentile)";
+constexpr const char* kPaleWithout = "bound without";
+
+Panel PanelOf(const std::vector<const ChannelSummary*>& rows, const std::string& title,
+              const std::string& y_label, const std::vector<Figure>& figures) {
+  Panel panel;
+  panel.title = title;
+  panel.x_label = "robots";
+  panel.y_label = y_label;
+  for (const Figure& figure : figures) {
+    Series series{figure.label, figure.colour, {}};
+    for (const ChannelSummary* row : rows) {
+      if (row->experiment.timing.carrier_detect == figure.carrier_detect) {
+        series.marks.push_back(figure.of(*row));
+        series.marks.back().x = row->experiment.robots;
+      }
+    }
+    panel.series.push_back(series);
+  }
+  return panel;
+}
+
+}  // namespace
+
+std::string TableHead() {
+  return "robots asking       T_t D_s carrier hidden |  C_1 bound  goodput (worst) of C_1 | "
+         "delivered "
+         "(worst seed, robot)   share |  p50   p99   gap stops\n";
+}
+
+std::string ToTableRow(const ChannelSummary& row) {
+  const ChannelExperiment& e = row.experiment;
+  const bool clocked = e.period_ms != 0;
+  return fmt::format(
+      "{:6} {:12} {:3} {:3} {:7} {:6} | {:4.1f} {:5.1f}  {:7.1f} ({:5.1f}) {:4.0f} % | {:>7} % "
+      "({:>5} %, {:>5} %) {:7.2f} | {:4} {:5} {:5} {:5}\n",
+      e.robots, AskingOf(e), ToMs(e.timing.turnaround_ns), ToMs(e.timing.server_delay_ns),
+      e.timing.carrier_detect ? "yes" : "no", e.hidden_pair ? "pair" : "-", row.peak, row.ideal,
+      row.goodput, row.worst_goodput, 100 * row.goodput / row.peak,
+      OnlyIf(clocked, 100 * row.delivered, 1), OnlyIf(clocked, 100 * row.worst_delivered, 1),
+      OnlyIf(clocked, 100 * row.worst_robot_delivered, 1), row.worst_robot_share, row.p50_ms,
+      row.p99_ms, row.longest_gap_ms, row.fail_safe_stops);
+}
+
+std::string ToCsv(const std::vector<ChannelSummary>& rows) {
+  std::string csv =
+      "robots,period_ms,turnaround_ms,server_delay_ms,carrier_detect,hidden_pair,seeds,peak_per_s,"
+      "bound_per_s,goodput_per_s,worst_goodput_per_s,goodput_percent_of_peak,delivered_percent,"
+      "worst_seed_delivered_percent,worst_robot_delivered_percent,worst_robot_of_mean,p50_ms,"
+      "p99_ms,longest_gap_ms,fail_safe_stops,requests_per_answer,channel_percent,hash\n";
+  for (const ChannelSummary& row : rows) {
+    const ChannelExperiment& e = row.experiment;
+    const bool clocked = e.period_ms != 0;
+    csv += fmt::format(
+        "{},{},{},{},{:d},{:d},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.1f},{},{},{},{:.3f},{},{},{},{},"
+        "{:.3f},{:.1f},{:016x}\n",
+        e.robots, e.period_ms, ToMs(e.timing.turnaround_ns), ToMs(e.timing.server_delay_ns),
+        e.timing.carrier_detect, e.hidden_pair, row.seeds, row.peak, row.ideal, row.goodput,
+        row.worst_goodput, 100 * row.goodput / row.peak, OnlyIf(clocked, 100 * row.delivered, 2),
+        OnlyIf(clocked, 100 * row.worst_delivered, 2),
+        OnlyIf(clocked, 100 * row.worst_robot_delivered, 2), row.worst_robot_share, row.p50_ms,
+        row.p99_ms, row.longest_gap_ms, row.fail_safe_stops, row.requests_per_answer,
+        100 * row.utilisation, row.hash);
+  }
+  return csv;
+}
+
+std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
+  std::vector<ChannelTiming> timings;
+  for (const ChannelSummary& row : rows) {
+    const ChannelTiming& timing = row.experiment.timing;
+    if (std::none_of(timings.begin(), timings.end(),
+                     [&](const ChannelTiming& known) { return SameTiming(known, timing); })) {
+      timings.push_back(timing);
+    }
+  }
+  std::vector<Panel> panels;
+  for (const ChannelTiming& timing : timings) {
+    std::vector<const ChannelSummary*> shown;
+    for (const ChannelSummary& row : rows) {
+      if (row.experiment.period_ms != 0 && !row.experiment.hidden_pair &&
+          SameTiming(row.experiment.timing, timing)) {
+        shown.push_back(&row);
+      }
+    }
+    if (shown.empty()) {
+      continue;
+    }
+    const std::string title = fmt::format("T_t {} ms, D_s {} ms", ToMs(timing.turnaround_ns),
+                                          ToMs(timing.server_delay_ns));
+    panels.push_back(PanelOf(shown, fmt::format("{}; C_1 = {:.1f}/s", title, shown.front()->peak),
+                             "answers a second",
+                             {{kPaleWith, kWithPale, true, Bound},
+                              {kPaleWithout, kWithoutPale, false, Bound},
+                              {kFullWith, kWith, true, Goodput},
+                              {kFullWithout, kWithout, false, Goodput}}));
+    panels.push_back(PanelOf(shown, title, "from due to answered, ms",
+                             {{kPaleWith, kWithPale, true, Tail},
+                              {kPaleWithout, kWithoutPale, false, Tail},
+                              {kFullWith, kWith, true, Median},
+                              {kFullWithout, kWithout, false, Median}}));
+    panels.back().y_most = kMostLatencyMs;
+  }
+  return DrawPanels("How many robots a channel carries: one request each 200 ms", panels, 4);
+}
+
+}  // namespace pheromone::swarm

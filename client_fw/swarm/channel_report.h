@@ -1,0 +1,22 @@
+// The channel experiment as a table for reading, as CSV and as a picture.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client_fw/swarm/channel_experiment.h"
+
+namespace pheromone::swarm {
+
+/// A line of headings, then a line a row, in columns for a terminal.
+std::string TableHead();
+std::string ToTableRow(const ChannelSummary& row);
+
+/// A header line, then a line a row; numbers with fixed digits.
+std::string ToCsv(const std::vector<ChannelSummary>& rows);
+
+/// An SVG of the rows that ask by a clock, nobody hidden: for each timing, answers a second against
+/// the number of robots, beside the bound, and the latency.
+std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows);
+
+}  // namespace pheromone::swarm

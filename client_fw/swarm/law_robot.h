@@ -1,0 +1,74 @@
+// A robot whose steering law is chosen, and tuned, by an experiment: the firmware talks with the
+// server as ever, and each of its answers is turned into wheel speeds by the law under test.
+//
+//   LawRobot robot(config, {.law = client::Law::kDifferential, .gain_8 = 12}, &medium);
+//   medium.AdvanceTo(...); robot.Step();               // every millisecond
+//
+// As in the firmware, the wheels change when an answer comes, and stand still while
+// Conversation::flags() says so. With the same law and gains the robot drives as SimulatedRobot
+// does (law_robot_test.cc). One thread.
+#pragma once
+
+#include <cstdint>
+
+#include "client_fw/boards/host/host_board.h"
+#include "client_fw/core/fuzzy.h"
+#include "client_fw/core/robot.h"
+#include "client_fw/core/steering.h"
+#include "client_fw/sim/differential_drive.h"
+#include "client_fw/sim/radio_medium.h"
+#include "client_fw/sim/simulated_robot.h"
+
+namespace pheromone::swarm {
+
+/// A law with everything about it that can be tuned.
+struct Steering {
+  client::Law law = client::Law::kDifferential;
+  int16_t speed_mm_s = 300;                        ///< K
+  uint8_t gain_8 = client::kUnitGain;              ///< of differential and paper, in 1/8
+  client::FuzzyGains fuzzy = client::kTunedFuzzy;  ///< of fuzzy
+};
+
+class LawRobot final : public sim::Station {
+ public:
+  /// `config.client` says all but how to steer. `medium` outlives the robot, and the robot the
+  /// medium's last event.
+  LawRobot(const sim::SimulatedRobotConfig& config, const Steering& steering,
+           sim::RadioMedium* medium);
+  LawRobot(const LawRobot&) = delete;
+  LawRobot& operator=(const LawRobot&) = delete;
+
+  /// One turn of the firmware's main loop and one millisecond of the drive.
+  void Step();
+
+  void OnByte(uint8_t byte, int64_t time_ns) override;
+  void OnTransmitted(int64_t time_ns) override;
+
+  const sim::PlanePose& true_pose() const { return drive_.true_pose(); }
+  const client::Conversation& conversation() const { return robot_.conversation(); }
+  client::WheelSpeeds wheels() const { return wheels_; }
+
+ private:
+  // The firmware's drive: it sees the odometry, but its own wheel speeds go nowhere.
+  struct Passenger {
+    const sim::DifferentialDrive* drive;
+    bool odometry(client::Odometry* odometry) const { return drive->odometry(odometry); }
+    void set_wheel_speeds(int16_t /*left_mm_s*/, int16_t /*right_mm_s*/) {}
+  };
+
+  client::WheelSpeeds Steer();
+
+  Steering steering_;
+  sim::RadioMedium* medium_;
+  client::HostBoard board_;
+  sim::DifferentialDrive drive_;
+  Passenger passenger_;
+  client::RequestMemory memory_{};
+  client::Robot<client::HostBoard, Passenger> robot_;
+  client::FuzzyState fuzzy_state_{client::kNoError};
+  client::WheelSpeeds wheels_{0, 0};
+  uint32_t answers_ = 0;
+  int station_;
+};
+
+}  // namespace pheromone::swarm

@@ -1,0 +1,118 @@
+#include "client_fw/swarm/path_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client_fw/swarm/command.h"
+#include "client_fw/swarm/path_experiment.h"
+#include "client_fw/swarm/picture.h"
+
+namespace pheromone::swarm {
+namespace {
+
+struct PathOptions {
+  double duration_s = 10;
+  std::vector<Shape> shapes = {Shape::kLine, Shape::kCircle, Shape::kSCurve};
+  std::vector<client::Law> laws = {client::Law::kDifferential, client::Law::kPaper};
+  int seeds = 20;
+  std::string out;
+  PathExperiment experiment;
+};
+
+int RunPath(const PathOptions& options) {
+  std::vector<PathSummary> summaries;
+  std::string runs_csv = "path,law,seed,mean_error_mm,late_mean_error_mm,progress_percent\n";
+  const size_t all = options.shapes.size() * options.laws.size();
+  const bool progress = isatty(STDERR_FILENO) != 0;
+  for (const Shape shape : options.shapes) {
+    std::vector<Way> ways;
+    PathExperiment experiment = options.experiment;
+    experiment.shape = shape;
+    for (const client::Law law : options.laws) {
+      experiment.law = law;
+      std::vector<PathRun> runs;
+      for (int seed = 1; seed <= options.seeds; ++seed) {
+        if (progress) {
+          fmt::print(stderr, "\r{}/{} {} {}: seed {} of {}   ", summaries.size() + 1, all,
+                     NameOf(shape), NameOf(law), seed, options.seeds);
+        }
+        runs.push_back(FollowPath(experiment, static_cast<uint64_t>(seed)));
+        const PathRun& run = runs.back();
+        runs_csv +=
+            fmt::format("{},{},{},{:.1f},{:.1f},{:.1f}\n", NameOf(shape), NameOf(law), seed,
+                        run.mean_error_m * 1000, run.late_mean_error_m * 1000, run.progress * 100);
+        ways.push_back({fmt::format("law {}: {} runs of {:.0f} s", NameOf(law), options.seeds,
+                                    static_cast<double>(experiment.duration_ms) / 1000),
+                        law == client::Law::kDifferential ? "#2166ac" : "#b2182b", run.track,
+                        seed == 1});
+      }
+      summaries.push_back(Summarise(experiment, runs));
+    }
+    if (!options.out.empty()) {
+      const field::Field field(EngineConfigOf(experiment).field);
+      const std::string name(NameOf(shape));
+      const int status = WriteFiles(
+          options.out, {{"path-" + name + ".svg", DrawPathPicture("Path following: " + name, field,
+                                                                  PathOf(shape), ways, 0)}});
+      if (status != 0) {
+        return status;
+      }
+    }
+  }
+  if (progress) {
+    fmt::print(stderr, "\r{:60}\r", "");
+  }
+  const std::string csv = ToCsv(summaries);
+  fmt::print("{}", csv);
+  if (!options.out.empty()) {
+    return WriteFiles(options.out, {{"path.csv", csv}, {"path-runs.csv", runs_csv}});
+  }
+  return 0;
+}
+
+}  // namespace
+
+void AddPathCommand(CLI::App* app, int* status) {
+  static const std::map<std::string, Shape> shapes = {
+      {"line", Shape::kLine}, {"circle", Shape::kCircle}, {"s-curve", Shape::kSCurve}};
+  auto options = std::make_shared<PathOptions>();
+  PathExperiment& experiment = options->experiment;
+  CLI::App* path_command = app->add_subcommand(
+      "path", "The paper's path-following experiment, in virtual time; prints a table as CSV");
+  path_command->add_option("--path", options->shapes, "line, circle, s-curve (default: all)")
+      ->transform(CLI::CheckedTransformer(shapes));
+  path_command->add_option("--law", options->laws, "differential, paper (default: both)")
+      ->transform(CLI::CheckedTransformer(LawsByName()));
+  path_command->add_option("--seeds", options->seeds, "Runs of each (default: 20)")
+      ->check(CLI::Range(1, 10'000));
+  path_command->add_option("--seconds", options->duration_s, "Length of a run (default: 10)")
+      ->check(Between(1.0, 3600.0));
+  path_command->add_option("--speed", experiment.speed_mm_s, "K, mm/s (default: 300)")
+      ->check(CLI::Range(20, 2000));
+  path_command->add_option("--period-ms", experiment.period_ms, "Between requests (default: 200)")
+      ->check(CLI::Range(50, 5000));
+  path_command->add_option("--cell", experiment.cell_m, "a, m (default: 0.1)")
+      ->check(Between(0.01, 1.0));
+  path_command->add_option("--core", experiment.core_m, "c, m (default: 0.1)")
+      ->check(Between(0.0, 2.0));
+  path_command->add_option("--sigma", experiment.sigma_m, "sigma, m (default: 0.4)")
+      ->check(Between(0.01, 5.0));
+  path_command->add_option("--bias", experiment.antenna_distance_m, "b, m (default: 0.33)")
+      ->check(Between(0.01, 2.0));
+  path_command->add_option("--loss", experiment.frame_loss, "Share of frames lost (default: 0)")
+      ->check(Between(0.0, 1.0));
+  path_command->add_option("--out", options->out,
+                           "Folder for path.csv, path-runs.csv and pictures");
+  path_command->callback([options, status] {
+    options->experiment.duration_ms = static_cast<int64_t>(options->duration_s * 1000);
+    *status = RunPath(*options);
+  });
+}
+
+}  // namespace pheromone::swarm

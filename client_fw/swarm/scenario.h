@@ -1,0 +1,71 @@
+// A scenario: an arena, robots and radio channels in one TOML file, for `pheromone-swarm run`.
+//
+//   Result<Scenario> scenario = LoadScenario("two-on-a-circuit.toml");
+//   if (!scenario.ok()) { std::cerr << scenario.error() << '\n'; return 2; }
+//
+// The tables [map], [antennas], [[pheromone]], [obstacles], [[path]] and [[print]] are those of the
+// server's configuration (pheromoned.toml(5)). To these come
+//
+//   [run]      duration_s (60), sample_s (0.2), seed (1)
+//   [radio]    baud (9600), channels (1), turnaround_s (0.002), server_delay_s (0.002),
+//              carrier_detect (true), loss, bit_error (0: shares of frames, of bits),
+//              hidden_pairs (robots that do not hear each other, counted from 1: [[1, 2]])
+//   [[robots]] pheromone, starts ([x_m, y_m, heading_deg] each), count (as many as starts; more
+//              begin again at the first), spread_m (0: moved at random by up to this in x and y),
+//              law ("differential", "paper" or "fuzzy"), speed_m_per_s (0.2), period_s (0.2),
+//              trail (false: true leaves a quantum with each request)
+//
+// Robots of all [[robots]] are numbered from 1, take turns on the channels and have the ID of their
+// number. Errors are one line for each mistake, FILE:LINE:COLUMN: KEY: what was found, expected
+// what. Pure but for reading files; any thread.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "client_fw/sim/simulated_robot.h"
+#include "client_fw/swarm/channel_model.h"
+#include "server/base/result.h"
+#include "server/engine/event.h"
+
+namespace pheromone::swarm {
+
+/// Robots that differ in nothing but where they start.
+struct RobotGroup {
+  client::Parameters client;           ///< ID and start are set for each robot
+  std::vector<sim::PlanePose> starts;  ///< at least one
+  int count = 1;
+  double spread_m = 0;
+};
+
+struct Scenario {
+  std::string name;  ///< of the file, without folder and extension
+  engine::EngineConfig engine;
+  ChannelTiming timing;
+  int channels = 1;
+  double loss = 0;
+  double bit_error = 0;
+  std::vector<std::pair<size_t, size_t>> hidden_pairs;  ///< robots, counted from 0
+  std::vector<RobotGroup> groups;
+  int64_t duration_ms = 60'000;
+  int64_t sample_ms = 200;
+  uint64_t seed = 1;
+  std::vector<std::string> warnings;  ///< in the form of errors
+
+  int robot_count() const;
+};
+
+/// Reads a file. Errors: it cannot be read, or what ParseScenario finds.
+Result<Scenario> LoadScenario(const std::string& path);
+
+/// Parses a text; `name` stands for the file in messages. Files that it names are relative to
+/// `folder`; without one, it may name none.
+Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
+                               const std::optional<std::filesystem::path>& folder = std::nullopt);
+
+}  // namespace pheromone::swarm

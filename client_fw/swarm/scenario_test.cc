@@ -1,0 +1,194 @@
+#include "client_fw/swarm/scenario.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <numbers>
+#include <string>
+
+namespace pheromone::swarm {
+namespace {
+
+constexpr std::string_view kArena = R"([map]
+width_m = 10.0
+height_m = 10.0
+cell_m = 0.1
+[antennas]
+bias_m = 0.33
+[[pheromone]]
+type = 2
+name = "path"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 0
+quantum = 0.125
+maximum = 1.0
+[[pheromone]]
+type = 3
+name = "guide"
+blend = [{pheromone = "path"}]
+)";
+
+Result<Scenario> Parse(const std::string& more) {
+  return ParseScenario(std::string(kArena) + more, "s.toml");
+}
+
+std::string ErrorOf(const std::string& more) {
+  const Result<Scenario> scenario = Parse(more);
+  return scenario.ok() ? "accepted" : scenario.error();
+}
+
+TEST(Scenario, WhatIsLeftOutHasItsDefault) {
+  const Result<Scenario> parsed = Parse("[[robots]]\npheromone = 2\nstarts = [[1, 2, 90]]\n");
+  ASSERT_TRUE(parsed.ok()) << parsed.error();
+  const Scenario& scenario = parsed.value();
+  EXPECT_EQ("s", scenario.name);
+  EXPECT_EQ(60'000, scenario.duration_ms);
+  EXPECT_EQ(200, scenario.sample_ms);
+  EXPECT_EQ(1u, scenario.seed);
+  EXPECT_EQ(9600, scenario.timing.baud);
+  EXPECT_EQ(2'000'000, scenario.timing.turnaround_ns);
+  EXPECT_TRUE(scenario.timing.carrier_detect);
+  ASSERT_EQ(1u, scenario.engine.links.size());
+  EXPECT_EQ(7, scenario.engine.links[0].response_window_ms);
+  ASSERT_EQ(1u, scenario.groups.size());
+  const RobotGroup& group = scenario.groups[0];
+  EXPECT_EQ(1, group.count);
+  EXPECT_EQ(200, group.client.speed_mm_s);
+  EXPECT_EQ(200, group.client.period_ms);
+  EXPECT_EQ(client::Law::kDifferential, group.client.law);
+  EXPECT_FALSE(group.client.lay_trail);
+  EXPECT_EQ(1, group.starts[0].x_m);
+  EXPECT_EQ(2, group.starts[0].y_m);
+  EXPECT_DOUBLE_EQ(std::numbers::pi / 2, group.starts[0].heading_rad);
+}
+
+TEST(Scenario, EveryKeyIsTakenOver) {
+  const Result<Scenario> parsed = Parse(R"([run]
+duration_s = 12.5
+sample_s = 0.1
+seed = 42
+[radio]
+baud = 19200
+channels = 2
+turnaround_s = 0.02
+server_delay_s = 0.008
+carrier_detect = false
+loss = 0.1
+bit_error = 0.001
+hidden_pairs = [[1, 3]]
+[[robots]]
+pheromone = "path"
+starts = [[1, 2, 0], [2, 2, 0]]
+count = 3
+spread_m = 0.5
+law = "paper"
+speed_m_per_s = 0.3
+period_s = 0.25
+trail = true
+[[robots]]
+pheromone = "guide"
+starts = [[5, 5, -90]]
+)");
+  ASSERT_TRUE(parsed.ok()) << parsed.error();
+  const Scenario& scenario = parsed.value();
+  EXPECT_EQ(12'500, scenario.duration_ms);
+  EXPECT_EQ(100, scenario.sample_ms);
+  EXPECT_EQ(42u, scenario.seed);
+  EXPECT_EQ(19'200, scenario.timing.baud);
+  EXPECT_EQ(2u, scenario.engine.links.size());
+  EXPECT_EQ(20'000'000, scenario.timing.turnaround_ns);
+  EXPECT_EQ(8'000'000, scenario.timing.server_delay_ns);
+  EXPECT_FALSE(scenario.timing.carrier_detect);
+  EXPECT_EQ(0.1, scenario.loss);
+  EXPECT_EQ(0.001, scenario.bit_error);
+  EXPECT_EQ((std::vector<std::pair<size_t, size_t>>{{0, 2}}), scenario.hidden_pairs);
+  EXPECT_EQ(4, scenario.robot_count());
+  EXPECT_EQ(3, scenario.groups[0].count);
+  EXPECT_EQ(0.5, scenario.groups[0].spread_m);
+  EXPECT_EQ(client::Law::kPaper, scenario.groups[0].client.law);
+  EXPECT_EQ(300, scenario.groups[0].client.speed_mm_s);
+  EXPECT_EQ(250, scenario.groups[0].client.period_ms);
+  EXPECT_TRUE(scenario.groups[0].client.lay_trail);
+  EXPECT_EQ(3, scenario.groups[1].client.type);
+}
+
+TEST(Scenario, ErrorsNameFileLineAndKey) {
+  EXPECT_EQ("s.toml:1:1: robots: missing, expected at least one [[robots]]", ErrorOf(""));
+  EXPECT_EQ(
+      "s.toml:20:8: run.seed: found the string \"x\", expected a whole number from 0 to "
+      "9223372036854775807\n"
+      "s.toml:22:1: robots[1].spede_m_per_s: unknown key, expected speed_m_per_s?\n"
+      "s.toml:23:13: robots[1].pheromone: found the string \"pth\", expected 2 or \"path\", 3 or "
+      "\"guide\"\n"
+      "s.toml:24:11: robots[1].starts: found an array of 3, expected poses on the map, [x_m, y_m, "
+      "heading_deg] each, such as [[1, 2, 90]]",
+      ErrorOf("[run]\nseed = \"x\"\n[[robots]]\nspede_m_per_s = 1\npheromone = \"pth\"\n"
+              "starts = [[11, 2, 0]]\n"));
+}
+
+TEST(Scenario, WhatTheServersTablesGetWrongIsToldInTheSameWay) {
+  const Result<Scenario> parsed =
+      ParseScenario("[map]\nwidth = 3\nheight_m = 3.0\ncell_m = 0.1\n[[link]]\n", "s.toml");
+  ASSERT_FALSE(parsed.ok());
+  EXPECT_NE(std::string::npos, parsed.error().find("s.toml:2:1: map.width: unknown key"));
+  EXPECT_NE(std::string::npos, parsed.error().find("s.toml:5:3: link: unknown key"));
+}
+
+TEST(Scenario, RobotsThatCannotBeAreRefused) {
+  const std::string robot = "[[robots]]\npheromone = 2\nstarts = [[1, 2, 90]]\n";
+  for (const char* more :
+       {"count = 0\n", "count = 255\n", "law = \"best\"\n", "speed_m_per_s = 3\n", "period_s = 0\n",
+        "spread_m = -1\n", "trail = 1\n", "spread_m = nan\n"}) {
+    EXPECT_NE("accepted", ErrorOf(robot + more)) << more;
+  }
+  EXPECT_NE("accepted", ErrorOf("[[robots]]\npheromone = 3\nstarts = [[1, 2, 0]]\ntrail = true\n"));
+  EXPECT_NE("accepted", ErrorOf("[[robots]]\npheromone = 2\n"));
+  EXPECT_NE("accepted", ErrorOf("[[robots]]\npheromone = 2\nstarts = []\n"));
+  EXPECT_NE("accepted", ErrorOf("[[robots]]\npheromone = 2\nstarts = [[1, 2]]\n"));
+  EXPECT_NE("accepted", ErrorOf(robot + "count = 200\n" + robot + "count = 200\n"));
+}
+
+TEST(Scenario, HiddenPairsAreOfRobotsThatThereAre) {
+  const std::string robots = "[[robots]]\npheromone = 2\nstarts = [[1, 2, 0], [2, 2, 0]]\n";
+  EXPECT_EQ("accepted", ErrorOf("[radio]\nhidden_pairs = [[1, 2]]\n" + robots));
+  for (const char* pairs : {"[[1, 3]]", "[[0, 1]]", "[[1, 1]]", "[1, 2]", "[[1]]", "3"}) {
+    EXPECT_NE(std::string::npos,
+              ErrorOf("[radio]\nhidden_pairs = " + std::string(pairs) + "\n" + robots)
+                  .find("pairs of two different robots, numbers from 1 to 2"))
+        << pairs;
+  }
+}
+
+TEST(Scenario, ALargeMapIsSpokenOfInWideMessages) {
+  const std::string text(kArena);
+  const std::string robots = "[[robots]]\npheromone = 2\nstarts = [[1, 2, 0]]\n";
+  const Result<Scenario> small = Parse(robots);
+  ASSERT_TRUE(small.ok());
+  EXPECT_FALSE(small.value().groups[0].client.wide);
+  const Result<Scenario> large =
+      ParseScenario("[map]\nwidth_m = 40.0\nheight_m = 10.0\ncell_m = 0.1\nwide = true\n" +
+                        text.substr(text.find("[antennas]")) + robots,
+                    "s.toml");
+  ASSERT_TRUE(large.ok()) << large.error();
+  EXPECT_TRUE(large.value().groups[0].client.wide);
+}
+
+TEST(Scenario, AFileThatIsNotThereIsAnError) {
+  EXPECT_FALSE(LoadScenario("/nonexistent/scenario.toml").ok());
+}
+
+TEST(Scenario, TheExamplesAreGood) {
+  const std::filesystem::path folder =
+      std::filesystem::path(PHEROMONE_SOURCE_DIR) / "client_fw/swarm/examples";
+  int examples = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const Result<Scenario> scenario = LoadScenario(entry.path().string());
+    EXPECT_TRUE(scenario.ok()) << scenario.error();
+    ++examples;
+  }
+  EXPECT_GE(examples, 3);
+}
+
+}  // namespace
+}  // namespace pheromone::swarm

@@ -1,0 +1,181 @@
+// What the AVR's board owes the core, seen at the pins of the whole image: the ID, the boot number,
+// PTT, the carrier's line, sleep, and no byte lost.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client_fw/sim/avr_machine.h"
+#include "protocol/decoder.h"
+#include "protocol/messages.h"
+
+namespace pheromone::conformance {
+namespace {
+
+using sim::AvrMachine;
+using sim::AvrMachineConfig;
+using sim::AvrPin;
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kByteNs = 1'040'000;  // as the chip has it: 9615 baud
+constexpr AvrPin kPtt = {'D', 4};
+constexpr AvrPin kCarrier = {'D', 5};
+
+AvrMachineConfig Config() {
+  AvrMachineConfig config;
+  config.image = PHEROMONE_AVR_CLIENT_IMAGE;
+  return config;
+}
+
+struct Edge {
+  bool high;
+  int64_t time_ns;
+};
+
+struct Sent {
+  uint8_t byte;
+  int64_t time_ns;
+};
+
+// A machine whose radio is listened to.
+class Board {
+ public:
+  explicit Board(const AvrMachineConfig& config = Config()) : machine(config) {
+    machine.SetPin(kCarrier, true);
+    machine.OnSent(AvrMachine::kRadio, [this](uint8_t byte, int64_t time_ns) {
+      radio.push_back({byte, time_ns});
+      if (decoder_.Push(byte, static_cast<uint32_t>(time_ns / kMs))) {
+        protocol::HelloRequest hello;
+        if (Decode(decoder_.message(), &hello)) {
+          hellos.push_back(hello);
+        }
+      }
+    });
+    machine.OnSent(AvrMachine::kRobot, [this](uint8_t byte, int64_t time_ns) {
+      robot.push_back({byte, time_ns});
+    });
+    machine.OnPin(kPtt, [this](bool high, int64_t time_ns) { ptt.push_back({high, time_ns}); });
+  }
+
+  void RunFor(int64_t ms) { machine.RunTo(machine.now_ns() + ms * kMs); }
+
+  // The next HELLO; none within two seconds: nothing.
+  std::optional<protocol::HelloRequest> NextHello() {
+    const size_t had = hellos.size();
+    for (int i = 0; i < 200 && hellos.size() == had; ++i) {
+      RunFor(10);
+    }
+    return hellos.size() == had ? std::nullopt : std::optional(hellos.back());
+  }
+
+  AvrMachine machine;
+  std::vector<Sent> radio;
+  std::vector<Sent> robot;
+  std::vector<Edge> ptt;
+  std::vector<protocol::HelloRequest> hellos;
+
+ private:
+  protocol::FrameDecoder decoder_{protocol::kNoGapTimeout};
+};
+
+uint8_t IdWith(const AvrMachineConfig& config) {
+  Board board(config);
+  const auto hello = board.NextHello();
+  return hello ? hello->id : uint8_t{0};
+}
+
+TEST(AvrBoard, TakesItsIdFromTheStraps) {
+  AvrMachineConfig config = Config();
+  config.grounded = {{'A', 0}, {'A', 3}, {'A', 7}};
+  config.eeprom = std::vector<uint8_t>(256, 0xFF);
+  config.eeprom[255] = 42;
+  EXPECT_EQ(IdWith(config), 0x89);
+}
+
+TEST(AvrBoard, TakesItsIdFromEepromWithoutStrapsAndIsOneIfThatIsErased) {
+  AvrMachineConfig config = Config();
+  EXPECT_EQ(IdWith(config), 1);
+  config.eeprom = std::vector<uint8_t>(256, 0xFF);
+  config.eeprom[255] = 42;
+  EXPECT_EQ(IdWith(config), 42);
+}
+
+TEST(AvrBoard, HasANewNonceAfterPowerUpAndTheSameAfterAWarmReset) {
+  Board board;
+  const auto first = board.NextHello();
+  ASSERT_TRUE(first);
+  for (const auto cause : {AvrMachine::Cause::kExternal, AvrMachine::Cause::kWatchdog}) {
+    board.machine.Reset(cause);
+    const auto again = board.NextHello();
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->nonce, first->nonce);
+  }
+  uint16_t last = first->nonce;
+  for (const auto cause : {AvrMachine::Cause::kPowerOn, AvrMachine::Cause::kBrownOut}) {
+    board.machine.Reset(cause);
+    const auto fresh = board.NextHello();
+    ASSERT_TRUE(fresh);
+    EXPECT_EQ(fresh->nonce, last + 1);
+    last = fresh->nonce;
+  }
+}
+
+TEST(AvrBoard, RaisesPttForTheWholeTransmissionAndNoLonger) {
+  Board board;
+  ASSERT_TRUE(board.NextHello());
+  board.RunFor(20);
+  ASSERT_EQ(board.ptt.size(), 2u);
+  EXPECT_TRUE(board.ptt[0].high);
+  EXPECT_FALSE(board.ptt[1].high);
+  const int64_t first_bit_ns = board.radio.front().time_ns - kByteNs;
+  const int64_t end_ns = board.radio.back().time_ns;
+  EXPECT_LE(board.ptt[0].time_ns, first_bit_ns);
+  EXPECT_GE(board.ptt[1].time_ns, end_ns);
+  EXPECT_LT(board.ptt[1].time_ns, end_ns + kMs / 10);
+}
+
+TEST(AvrBoard, SendsAFrameWithoutGaps) {
+  Board board;
+  ASSERT_TRUE(board.NextHello());
+  for (size_t i = 1; i < board.radio.size(); ++i) {
+    EXPECT_NEAR(static_cast<double>(board.radio[i].time_ns - board.radio[i - 1].time_ns), kByteNs,
+                kByteNs / 100.0);
+  }
+}
+
+TEST(AvrBoard, IsSilentWhileThereIsACarrier) {
+  Board board;
+  board.machine.SetPin(kCarrier, false);
+  board.RunFor(3000);
+  EXPECT_TRUE(board.radio.empty());
+  board.machine.SetPin(kCarrier, true);
+  EXPECT_TRUE(board.NextHello());
+}
+
+TEST(AvrBoard, LosesNoByteWhenBothLinesAreBusyAllTheTime) {
+  Board board;
+  constexpr int kBytes = 3000;
+  for (int i = 0; i < kBytes; ++i) {
+    const int64_t at_ns = 200 * kMs + i * kByteNs;
+    board.machine.Send(AvrMachine::kRadio, 0x55, at_ns);
+    board.machine.Send(AvrMachine::kRobot, 0x55, at_ns + kByteNs / 3);
+  }
+  board.RunFor(200 + kBytes * kByteNs / kMs + 100);
+  for (const auto port : {AvrMachine::kRadio, AvrMachine::kRobot}) {
+    EXPECT_EQ(board.machine.uart(port).received, uint64_t{kBytes});
+    EXPECT_EQ(board.machine.uart(port).overruns, 0u);
+  }
+  EXPECT_EQ(board.machine.watchdog_resets(), 0u);
+}
+
+TEST(AvrBoard, SleepsMostOfTheTime) {
+  Board board;
+  board.RunFor(2000);
+  EXPECT_GT(board.machine.cycles_asleep(), board.machine.cycles() * 8 / 10);
+  EXPECT_EQ(board.machine.watchdog_resets(), 0u);
+}
+
+}  // namespace
+}  // namespace pheromone::conformance

@@ -1,0 +1,123 @@
+#!/usr/bin/env python3
+"""The AVR image in real time against the real daemon over a pty, with a simulated Pioneer.
+
+A smoke test: the robot moves along the path, stands when the daemon is frozen, drives again when it
+goes on, and everything ends in an orderly way. What happens when, and to the byte, is tested in
+virtual time (avr_firmware_test).
+
+Usage: avr_live_test.py BIN_DIR AVR_LIVE IMAGE
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+DEADLINE_S = 90.0
+
+# The robot starts at (0, 0), facing along +x: 0.1 m beside a straight path.
+CONFIG = """
+[map]
+width_m = 10.0
+height_m = 4.0
+cell_m = 0.1
+origin_x_m = -1.0
+origin_y_m = -2.0
+
+[antennas]
+bias_m = 0.33
+
+[[pheromone]]
+type = 1
+name = "path"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 0
+quantum = 0.125
+maximum = 1.0
+
+[[path]]
+name = "line"
+pheromone = "path"
+shape = "polyline"
+points_m = [[0.0, 0.1], [8.5, 0.1]]
+
+[[link]]
+name = "radio-a"
+kind = "pty"
+path = "radio-a.pty"
+"""
+
+
+def check(holds, otherwise):
+    if not holds:
+        raise AssertionError(otherwise)
+
+
+def read_until(robot, lines, holds, what):
+    """Reads the robot's lines, two a second, until `holds(x, y)`."""
+    end = time.monotonic() + DEADLINE_S
+    for line in robot.stdout:
+        lines.append(line)
+        x_m, y_m = (float(word) for word in line.split()[:2])
+        if holds(x_m, y_m):
+            return
+        check(time.monotonic() < end, f"gave up waiting until {what}:\n{''.join(lines)}")
+    raise AssertionError(f"the robot ended before {what}:\n{''.join(lines)}")
+
+
+def run(bin_dir, avr_live, image, folder):
+    config = os.path.join(folder, "pheromoned.toml")
+    with open(config, "w", encoding="utf-8") as file:
+        file.write(CONFIG)
+    modem = os.path.join(folder, "radio-a.pty")
+    with open(os.path.join(folder, "pheromoned.log"), "wb") as log:
+        daemon = subprocess.Popen([os.path.join(bin_dir, "pheromoned"), "--config", config],
+                                  cwd=folder, stdout=log, stderr=log)
+    robot = None
+    lines = []
+    try:
+        end = time.monotonic() + DEADLINE_S
+        while not os.path.exists(modem):
+            check(daemon.poll() is None and time.monotonic() < end, "there is no modem")
+            time.sleep(0.02)
+        robot = subprocess.Popen([avr_live, image, modem], stdout=subprocess.PIPE, text=True)
+        read_until(robot, lines, lambda x, y: x > 1.0, "it has moved a metre along the path")
+        check(abs(float(lines[-1].split()[1]) - 0.1) < 0.15, f"off the path: {lines[-1]}")
+
+        daemon.send_signal(signal.SIGSTOP)
+        places = []
+
+        def stands(x_m, y_m):
+            places.append((x_m, y_m))
+            return len(places) >= 3 and places[-1] == places[-2]
+
+        read_until(robot, lines, stands, "it stands for want of answers")
+        daemon.send_signal(signal.SIGCONT)
+        x_m = places[-1][0]
+        read_until(robot, lines, lambda x, y: x > x_m + 0.3, "it drives again")
+
+        robot.send_signal(signal.SIGTERM)
+        robot.communicate(timeout=DEADLINE_S)
+        check(robot.returncode == 0, f"the robot ended with status {robot.returncode}")
+        daemon.send_signal(signal.SIGTERM)
+        check(daemon.wait(DEADLINE_S) == 0, f"pheromoned ended with status {daemon.returncode}")
+    finally:
+        for process in (robot, daemon):
+            if process is not None and process.poll() is None:
+                process.kill()
+                process.wait()
+    print("".join(lines[-1:]))
+
+
+def main():
+    if len(sys.argv) != 4:
+        sys.exit(__doc__)
+    with tempfile.TemporaryDirectory() as folder:
+        run(*(os.path.abspath(argument) for argument in sys.argv[1:]), folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,108 @@
+// The shipped AVR image between a radio channel with the real engine on it and a simulated Pioneer,
+// in virtual time, with an ear on the channel.
+//
+//   FirmwareWorld world;
+//   world.RunFor(10'000);                                     // ms
+//   world.robot().true_pose(); world.heard(); world.Deposits();
+//
+// The robot, ID 7, starts at the map's origin of coordinates, facing along +x, where a path leads
+// (Path()). Both are of pheromone type 1, which does not evaporate, so every quantum ever left is
+// still there. One thread; deterministic.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "client_fw/core/settings.h"
+#include "client_fw/sim/avr_robot.h"
+#include "client_fw/sim/radio_medium.h"
+#include "client_fw/swarm/engine_station.h"
+#include "protocol/decoder.h"
+#include "server/engine/ordered_log.h"
+#include "server/engine/service.h"
+#include "server/field/path.h"
+
+namespace pheromone::firmware {
+
+constexpr uint8_t kRobotId = 7;
+
+/// A frame as everybody on the channel could hear it.
+struct HeardFrame {
+  int64_t end_ms = 0;
+  protocol::Message message;
+};
+
+class FirmwareWorld {
+ public:
+  explicit FirmwareWorld(uint64_t seed = 1, const sim::RadioConfig& radio = {});
+  FirmwareWorld(const FirmwareWorld&) = delete;
+  FirmwareWorld& operator=(const FirmwareWorld&) = delete;
+
+  void RunFor(int64_t ms);
+  /// Runs until `happened` says so, at most `ms`. Whether it did.
+  bool RunUntil(const std::function<bool()>& happened, int64_t ms);
+  int64_t now_ms() const { return medium_.now_ns() / 1'000'000; }
+
+  sim::AvrRobot& robot() { return robot_; }
+  const sim::AvrRobot& robot() const { return robot_; }
+  engine::Service& service() { return servers_.back().service; }
+  const sim::RadioMedium& medium() const { return medium_; }
+
+  /// Resets the robot's processor within the next millisecond.
+  void ResetAfter(int64_t ns, sim::AvrMachine::Cause cause);
+
+  /// The server is switched off: it still hears, and does nothing.
+  void StopServer() { running_ = false; }
+  /// A new one, which remembers nothing of the old one's state.
+  void StartServer();
+
+  /// COMMAND 8, until it was acknowledged. False if it was not within 5 s.
+  bool Set(client::SettingId setting, int32_t value);
+
+  /// Frames of the robot and of the server since the start, oldest first.
+  const std::vector<HeardFrame>& heard() const { return ear_.heard; }
+  /// Of a client opcode: the last one, if any.
+  const HeardFrame* LastHeard(uint8_t opcode) const;
+  size_t CountHeard(uint8_t opcode, size_t from = 0) const;
+
+  /// Quanta on the map beyond those of the path.
+  uint64_t Deposits() const;
+
+  static field::Path Path();
+  /// From the robot to the path, in metres, and how far along the path that is.
+  struct Place {
+    double off_path_m;
+    double along_m;
+  };
+  Place WhereIsTheRobot() const;
+
+ private:
+  struct Server {
+    Server(uint16_t epoch, sim::RadioMedium* medium);
+    engine::VolatileLog log;
+    engine::Service service;
+    swarm::EngineStation station;
+    uint64_t quanta_of_path;
+  };
+  struct Ear final : sim::Station {
+    void OnByte(uint8_t byte, int64_t time_ns) override;
+    void OnTransmitted(int64_t /*time_ns*/) override {}
+    protocol::FrameDecoder decoder{20};
+    std::vector<HeardFrame> heard;
+  };
+
+  static uint64_t QuantaOf(const engine::Service& service);
+
+  sim::RadioMedium medium_;
+  Ear ear_;
+  uint16_t epoch_ = 1;
+  bool running_ = true;
+  std::list<Server> servers_;  // the last one is on; the medium points at all
+  sim::AvrRobot robot_;
+};
+
+}  // namespace pheromone::firmware
