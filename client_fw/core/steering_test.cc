@@ -183,7 +183,7 @@ TEST(SteeringTest, GainMultipliesTheDifferenceUpToTwice) {
         const int64_t scale = ScaleOf(left, right);
         const int64_t d = std::abs(left - right);
         const int64_t term =
-            std::min<int64_t>(RoundHalfUp({(int64_t{k} * gain / 8) * d, scale}), 2 * k);
+            std::min<int64_t>(RoundHalfUp({(int64_t{k} * gain / 8) * d, scale}), int64_t{2} * k);
         const WheelSpeeds speeds = Steer(Law::kDifferential, left, static_cast<int16_t>(right), k,
                                          static_cast<uint8_t>(gain));
         ASSERT_EQ(k - term, left > right ? speeds.left_mm_s : speeds.right_mm_s);

@@ -14,12 +14,12 @@ using testing::Bytes;
 using testing::Command;
 using testing::Framed;
 using testing::Hex;
-using testing::operator+;
+using testing::operator+;  // NOLINT(misc-unused-using-decls): it is used
 
 // Captured from unmodified ARIA and MobileSim; ENABLE is printed in the manual too.
 struct Golden {
-  const char* hex;
-  uint8_t id;
+  const char* hex = "";
+  uint8_t id = 0;
   std::optional<int> argument;
 };
 const Golden kGolden[] = {

@@ -16,8 +16,7 @@ using testing::Command;
 using testing::Framed;
 using testing::Hex;
 using testing::Packets;
-using testing::Sip;
-using testing::operator+;
+using testing::operator+;  // NOLINT(misc-unused-using-decls): it is used
 
 const Bytes kSync0 = Hex("fa fb 03 00 00 00");
 const Bytes kSync1 = Hex("fa fb 03 01 00 01");

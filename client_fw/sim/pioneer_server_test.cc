@@ -25,7 +25,7 @@ namespace {
 using testing::Bytes;
 using testing::Command;
 using testing::Hex;
-using testing::operator+;
+using testing::operator+;  // NOLINT(misc-unused-using-decls): it is used
 
 const Bytes kSync0 = Hex("fa fb 03 00 00 00");
 const Bytes kHandshake = Command(0) + Command(1) + Command(2) + Command(1);
