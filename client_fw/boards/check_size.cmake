@@ -12,5 +12,5 @@ math(EXPR flash "${CMAKE_MATCH_1} + ${CMAKE_MATCH_2}")
 math(EXPR ram "${CMAKE_MATCH_2} + ${CMAKE_MATCH_3}")
 message(STATUS "flash ${flash} of ${FLASH} bytes, static memory ${ram} of ${RAM} bytes")
 if(flash GREATER FLASH OR ram GREATER RAM)
-  message(FATAL_ERROR "${ELF} is too large")
+  message(FATAL_ERROR "too large: ${ELF}")  # the words first: cmake wraps after long paths
 endif()
