@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <cstdlib>
 #include <vector>
 
@@ -25,6 +26,7 @@ class RememberingLog final : public pheromone::engine::OrderedLog {
     return events.size();
   }
   uint64_t DurableSequence() const override { return events.size(); }
+  void Probe(std::function<void()> done) override { done(); }
 
   std::vector<std::pair<pheromone::engine::Stamp, pheromone::engine::Event>> events;
 };

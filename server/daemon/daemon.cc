@@ -20,7 +20,9 @@
 #include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
 #include "server/daemon/make_link.h"
+#include "server/daemon/service_manager.h"
 #include "server/daemon/system_clock.h"
+#include "server/daemon/watchdog.h"
 #include "server/engine/service.h"
 #include "server/links/switchboard.h"
 
@@ -104,7 +106,9 @@ class Daemon::Impl {
     threads.reserve(static_cast<size_t>(config_.daemon.io_threads));
     std::thread signal_thread([this] { signal_io_.run(); });
     const bool started = StartLinks();
-    if (!started) {
+    if (started) {
+      boost::asio::post(strand_, [this] { BeReady(); });
+    } else {
       boost::asio::post(strand_, [this] { Stop(); });
     }
     for (int i = 0; i < config_.daemon.io_threads; ++i) {
@@ -170,6 +174,29 @@ class Daemon::Impl {
     return good;
   }
 
+  void BeReady() {
+    told_ = DescribeState();
+    service_manager::Ready(told_);
+    if (const auto interval = service_manager::AliveInterval()) {
+      watchdog_ =
+          std::make_unique<Watchdog>(strand_, &service_, &log_, *interval, service_manager::Alive);
+      watchdog_->Start();
+    }
+  }
+
+  std::string DescribeState() const {
+    const auto up = std::count_if(links_.begin(), links_.end(),
+                                  [](const auto& link) { return link->state().up; });
+    const size_t robots = service_.Inspect([](const auto& engine) { return CountRobots(engine); });
+    return fmt::format("{} of {} links up, robots {}", up, links_.size(), robots);
+  }
+
+  static size_t CountRobots(const engine::Engine& engine) {
+    size_t count = 0;
+    engine.robots().ForEach([&count](auto&&...) { ++count; });
+    return count;
+  }
+
   void AwaitSignal() {
     signals_.async_wait([this](const boost::system::error_code& error, int signal) {
       if (error) {
@@ -213,6 +240,10 @@ class Daemon::Impl {
   // Everything that keeps io_ busy ends, and with it Run.
   void Stop() {
     stopping_ = true;
+    service_manager::Stopping();
+    if (watchdog_) {
+      watchdog_->Stop();
+    }
     ticker_.cancel();
     reporter_.cancel();
     for (const auto& link : links_) {
@@ -259,6 +290,10 @@ class Daemon::Impl {
         trouble_ = std::move(trouble);
         spdlog::warn("so far: {}", trouble_);
       }
+      if (std::string state = DescribeState(); state != told_) {
+        told_ = std::move(state);
+        service_manager::Tell(told_);
+      }
       ReportTrouble();
     });
   }
@@ -271,6 +306,12 @@ class Daemon::Impl {
     if (stopping_) {
       return;
     }
+    service_manager::Reloading();
+    TakeConfiguration();
+    service_manager::Ready(told_);
+  }
+
+  void TakeConfiguration() {
     Result<config::Config> loaded = reload_();
     if (!loaded.ok()) {
       spdlog::error("the configuration stays as it was:\n{}", loaded.error());
@@ -309,9 +350,7 @@ class Daemon::Impl {
       spdlog::info("{}", DescribeLink(link->name(), link->counters()));
     }
     const auto [robots, time_ms] = service_.Inspect([](const engine::Engine& engine) {
-      size_t count = 0;
-      engine.robots().ForEach([&count](auto&&...) { ++count; });
-      return std::pair(count, engine.field_time_ms());
+      return std::pair(CountRobots(engine), engine.field_time_ms());
     });
     spdlog::info("robots {}, last change at field time {} ms, state hash {:016x}", robots, time_ms,
                  service_.StateHash());
@@ -334,7 +373,9 @@ class Daemon::Impl {
   links::Switchboard switchboard_;
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<std::unique_ptr<links::TrackerLink>> trackers_;
+  std::unique_ptr<Watchdog> watchdog_;  // if the service manager wants one
   std::string trouble_;
+  std::string told_;  // the service manager
   bool stopping_ = false;
 };
 

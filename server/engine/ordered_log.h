@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "protocol/opcodes.h"
 #include "server/engine/event.h"
@@ -26,6 +27,10 @@ class OrderedLog {
 
   /// All events up to this sequence number will survive a crash. Never decreases.
   virtual uint64_t DurableSequence() const = 0;
+
+  /// Calls `done`, once, when whatever works for the log has come to it: at once, or from a thread
+  /// of the log's. A log that is stuck never does.
+  virtual void Probe(std::function<void()> done) = 0;
 };
 
 /// Remembers nothing: state lives as long as the process, and each event counts as durable at once.
@@ -34,6 +39,7 @@ class VolatileLog final : public OrderedLog {
   protocol::Reason Admit() override { return protocol::Reason::kNone; }
   uint64_t Append(const Stamp& /*stamp*/, const Event& /*event*/) override { return ++sequence_; }
   uint64_t DurableSequence() const override { return sequence_; }
+  void Probe(std::function<void()> done) override { done(); }
 
  private:
   uint64_t sequence_ = 0;

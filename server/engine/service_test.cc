@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <atomic>
 #include <thread>
 
@@ -24,6 +25,7 @@ class ScriptedLog final : public OrderedLog {
     return events.size();
   }
   uint64_t DurableSequence() const override { return durable; }
+  void Probe(std::function<void()> done) override { done(); }
 
   Reason admit = Reason::kNone;
   uint64_t durable = UINT64_MAX;
