@@ -1,0 +1,355 @@
+-- Wireshark's dissector for the pheromone protocol (../README.md is the specification).
+--
+--   wireshark -X lua_script:pheromone.lua capture.pcapng
+--   tshark    -X lua_script:pheromone.lua -r capture.pcapng -T fields -e pheromone.message
+--
+-- or for good: copy it into Wireshark's folder of personal Lua plugins (Help > About > Folders).
+--
+-- A packet of a capture is what was read or written at once on a link: half a frame, or several.
+-- Before it stand 8 bytes, little-endian: the link's number (2 bytes), the number of the connection
+-- on it (4), the direction (1 byte: 1 from robots, 2 to robots), and 0. Frames are put together
+-- across packets, each shown in the packet that ends it. TCP and UDP that were captured by other
+-- means have no such bytes: Decode As > PHEROMONE.
+
+local DLE, STX, ETX = 0x10, 0x02, 0x03
+local MIN_FRAME, MAX_FRAME = 4, 68  -- bytes between the delimiters, unstuffed
+local HEADER = 8
+local FROM_ROBOTS = 1
+
+local pheromone = Proto("pheromone", "Pheromone Protocol")
+pheromone.prefs.gap_timeout_ms = Pref.uint("Gap timeout (ms)", 0,
+  "A longer silence inside a frame ends it, as it does for the receiver; 0: never")
+
+local REASONS = {
+  [0] = "none", "unknown opcode", "bad length", "off the map", "unknown pheromone",
+  "sequence reused", "say hello", "busy", "read-only", "map full", "not permitted", "bad value",
+  "blocked by obstacle", [16] = "no tag in range", [17] = "tag protected", [18] = "tag full",
+  [19] = "generation changed", [20] = "unknown symbol",
+}
+local COMMANDS = { "halt", "resume", "speed", "go to", "follow type", "pick the load",
+                   "drop the load", "set parameter", "get parameter" }
+local EVENTS = { "load picked", "load dropped", "obstacle", "off the map", "trail lost",
+                 "fail-safe stop", "goal reached", "parameter value", "battery low" }
+local VERDICTS = { "ok", "unknown-opcode", "bad-length", "refused", "bad-crc", "bad-escape",
+                   "oversize", "runt", "restarted", "timed-out" }
+local BAD_CRC = 5
+
+local f = {
+  link = ProtoField.uint16("pheromone.link", "Link"),
+  connection = ProtoField.uint32("pheromone.connection", "Connection"),
+  direction = ProtoField.uint8("pheromone.direction", "Direction", base.DEC,
+                               { "from robots", "to robots" }),
+  verdict = ProtoField.string("pheromone.verdict", "Verdict"),
+  message = ProtoField.string("pheromone.message", "Message"),
+  id = ProtoField.uint8("pheromone.id", "Client ID"),
+  opcode = ProtoField.uint8("pheromone.opcode", "Opcode", base.HEX),
+  type = ProtoField.uint8("pheromone.type", "Pheromone type", base.DEC, nil, 0x0F),
+  crc = ProtoField.uint16("pheromone.crc", "CRC-16/ARC", base.HEX),
+  data = ProtoField.bytes("pheromone.data", "Data"),
+  seq = ProtoField.uint8("pheromone.seq", "Seq"),
+  x = ProtoField.int32("pheromone.x", "x (pose units)"),
+  y = ProtoField.int32("pheromone.y", "y (pose units)"),
+  heading = ProtoField.uint16("pheromone.heading", "Heading (65536 to a turn)"),
+  left = ProtoField.int16("pheromone.left", "Left antenna (1/4096)"),
+  right = ProtoField.int16("pheromone.right", "Right antenna (1/4096)"),
+  quanta = ProtoField.uint8("pheromone.quanta", "Quanta"),
+  command = ProtoField.uint8("pheromone.command", "Command", base.DEC, COMMANDS),
+  speed = ProtoField.int16("pheromone.speed", "Speed (mm/s)"),
+  follow_type = ProtoField.uint8("pheromone.follow_type", "Follow pheromone type"),
+  parameter = ProtoField.uint8("pheromone.parameter", "Parameter"),
+  value = ProtoField.int32("pheromone.value", "Value"),
+  result = ProtoField.int16("pheromone.result", "Result", base.DEC, REASONS),
+  event = ProtoField.uint8("pheromone.event", "Event", base.DEC, EVENTS),
+  argument = ProtoField.int16("pheromone.argument", "Argument"),
+  nonce = ProtoField.uint16("pheromone.nonce", "Nonce"),
+  firmware_version = ProtoField.uint8("pheromone.firmware_version", "Firmware version"),
+  capabilities = ProtoField.uint8("pheromone.capabilities", "Capabilities", base.HEX),
+  protocol_version = ProtoField.uint8("pheromone.protocol_version", "Protocol version"),
+  epoch = ProtoField.uint16("pheromone.epoch", "Epoch"),
+  pose_unit = ProtoField.uint16("pheromone.pose_unit", "Pose unit (10 um)"),
+  antenna_distance = ProtoField.uint16("pheromone.antenna_distance", "Antenna distance (mm)"),
+  type_mask = ProtoField.uint16("pheromone.type_mask", "Pheromone types", base.HEX),
+  slot = ProtoField.uint8("pheromone.slot", "Slot (ms)"),
+  window = ProtoField.uint8("pheromone.window", "Response window (ms)"),
+  last_opcode = ProtoField.uint8("pheromone.last_opcode", "Last opcode", base.HEX),
+  last_seq = ProtoField.uint8("pheromone.last_seq", "Last seq"),
+  payload = ProtoField.bytes("pheromone.payload", "Payload"),
+  refused_opcode = ProtoField.uint8("pheromone.refused_opcode", "Refused opcode", base.HEX),
+  reason = ProtoField.uint8("pheromone.reason", "Reason", base.DEC, REASONS),
+}
+local fields = {}
+for _, field in pairs(f) do fields[#fields + 1] = field end
+pheromone.fields = fields
+
+local e_damaged = ProtoExpert.new("pheromone.damaged", "A frame that a receiver drops",
+  expert.group.CHECKSUM, expert.severity.ERROR)
+local e_malformed = ProtoExpert.new("pheromone.malformed", "Not a message of this protocol",
+  expert.group.MALFORMED, expert.severity.WARN)
+local e_error = ProtoExpert.new("pheromone.refusal", "The server refuses",
+  expert.group.RESPONSE_CODE, expert.severity.NOTE)
+pheromone.experts = { e_damaged, e_malformed, e_error }
+
+-- ---------------------------------------------------------------- Messages.
+
+-- Layouts of DATA: { field, bytes, signed } in order. In the services that take a pheromone type,
+-- the key is the opcode without it.
+local POSE = { { f.x, 2, true }, { f.y, 2, true }, { f.heading, 2 } }
+local WIDE_POSE = { { f.x, 4, true }, { f.y, 4, true }, { f.heading, 2 } }
+local SEQ = { f.seq, 1 }
+local ANTENNAS = { { f.left, 2, true }, { f.right, 2, true } }
+local function after_seq(items) return { SEQ, table.unpack(items) } end
+
+local TYPED = {
+  [0x00] = { "SENSE", POSE }, [0x80] = { "SENSE_ANSWER", ANTENNAS },
+  [0x10] = { "SENSE_WIDE", WIDE_POSE }, [0x90] = { "SENSE_WIDE_ANSWER", ANTENNAS },
+  [0x20] = { "DEPOSIT", { SEQ, { f.x, 2, true }, { f.y, 2, true }, { f.quanta, 1 } } },
+  [0xA0] = { "DEPOSIT_ANSWER", { SEQ } },
+  [0x30] = { "TRACE", after_seq(POSE) }, [0xB0] = { "TRACE_ANSWER", after_seq(ANTENNAS) },
+  [0x60] = { "TRACE_WIDE", after_seq(WIDE_POSE) },
+  [0xE0] = { "TRACE_WIDE_ANSWER", after_seq(ANTENNAS) },
+}
+local OTHERS = {
+  [0x51] = { "COMMAND_ACK", { SEQ, { f.command, 1 }, { f.result, 2, true } } },
+  [0x52] = { "EVENT", { SEQ, { f.event, 1 }, { f.argument, 2, true } } },
+  [0xD2] = { "EVENT_ACK", { SEQ } },
+  [0x71] = { "HELLO", { { f.nonce, 2 }, { f.firmware_version, 1 }, { f.capabilities, 1 } } },
+  [0xF1] = { "HELLO_ANSWER", {
+    { f.nonce, 2 }, { f.protocol_version, 1 }, { f.epoch, 2 }, { f.pose_unit, 2 },
+    { f.antenna_distance, 2 }, { f.type_mask, 2 }, { f.slot, 1 }, { f.window, 1 },
+    { f.last_opcode, 1 }, { f.last_seq, 1 } } },
+  [0xFE] = { "ERROR", { { f.refused_opcode, 1 }, { f.reason, 1 }, SEQ } },
+}
+local ARGUMENTS = {
+  {}, {}, { { f.speed, 2, true } }, { { f.x, 2, true }, { f.y, 2, true } },
+  { { f.follow_type, 1 } }, {}, {}, { { f.parameter, 1 }, { f.value, 4, true } },
+  { { f.parameter, 1 } },
+}
+local MAX_PING = 16
+
+-- The name of a message and the layout of its DATA; no layout: the length is wrong; no name: there
+-- is no such opcode.
+local function find_layout(opcode, data)
+  local known = OTHERS[opcode]
+  local typed = TYPED[opcode - opcode % 16]
+  if not known and typed and opcode % 16 ~= 0 then known = typed end
+  if opcode == 0x72 or opcode == 0xF2 then
+    local name = opcode == 0x72 and "PING" or "PING_ANSWER"
+    if data:len() > MAX_PING then return name, nil end
+    return name, { { f.payload, data:len() } }, false
+  elseif opcode == 0xD1 then
+    local arguments = data:len() >= 2 and ARGUMENTS[data:get_index(1)]
+    if not arguments then return "COMMAND", nil end
+    known = { "COMMAND", { SEQ, { f.command, 1 }, table.unpack(arguments) } }
+  end
+  if not known then return nil, nil end
+  local length = 0
+  for _, item in ipairs(known[2]) do length = length + item[2] end
+  if length ~= data:len() then return known[1], nil end
+  return known[1], known[2], typed ~= nil and known == typed
+end
+
+-- ---------------------------------------------------------------- Frames.
+
+local function byte_array(values, first, count)
+  local bytes = ByteArray.new()
+  bytes:set_size(count)
+  for i = 1, count do bytes:set_index(i - 1, values[first + i]) end
+  return bytes
+end
+
+local function data_of(body) return byte_array(body, 2, #body - MIN_FRAME) end
+
+local function crc16(bytes, count)
+  local crc = 0
+  for i = 0, count - 1 do
+    crc = bit32.bxor(crc, bytes:get_index(i))
+    for _ = 1, 8 do
+      if crc % 2 == 1 then
+        crc = bit32.bxor(bit32.rshift(crc, 1), 0xA001)
+      else
+        crc = bit32.rshift(crc, 1)
+      end
+    end
+  end
+  return crc
+end
+
+local function judge(body)
+  if #body < MIN_FRAME then return 8 end
+  local bytes = byte_array(body, 0, #body)
+  local sent = bytes:get_index(#body - 2) + 256 * bytes:get_index(#body - 1)
+  if crc16(bytes, #body - 2) ~= sent then return BAD_CRC end
+  if body[1] == 0 or body[2] == 0 then return 4 end
+  local name, layout = find_layout(body[2], data_of(body))
+  if not name then return 2 end
+  if not layout then return 3 end
+  return 1
+end
+
+-- A receiver as section 2 of the specification has it. Byte by byte; `ended(body, verdict, first,
+-- last)` is called for each frame that ends, with the places of its bytes in this packet.
+local Receiver = {}
+Receiver.__index = Receiver
+
+function Receiver.new()
+  return setmetatable({ inside = false, escaped = false, body = {}, last_time = nil }, Receiver)
+end
+
+function Receiver:take(bytes, time, gap_timeout_ms, ended)
+  local first = 0
+  local function finish(verdict, last)
+    ended(self.body, verdict, math.max(first, 0), last)
+    self.inside, self.body = false, {}
+  end
+  if gap_timeout_ms > 0 and self.last_time and (time - self.last_time) * 1000 > gap_timeout_ms then
+    if self.inside then finish(10, -1) end
+    self.escaped = false
+  end
+  self.last_time = time
+  for i = 0, bytes:len() - 1 do
+    local value = bytes:get_index(i)
+    if self.escaped then
+      self.escaped = false
+      if value == STX then
+        if self.inside then finish(9, i - 2) end
+        self.inside, first = true, i - 1
+      elseif self.inside then
+        if value == DLE then
+          self.body[#self.body + 1] = DLE
+        elseif value == ETX then
+          finish(judge(self.body), i)
+        else
+          finish(6, i)
+        end
+      elseif value == DLE then
+        self.escaped = true  -- there is no stuffing outside
+      end
+    elseif value == DLE then
+      self.escaped = true
+    elseif self.inside then
+      self.body[#self.body + 1] = value
+    end
+    if self.inside and #self.body > MAX_FRAME then finish(7, i) end
+  end
+end
+
+-- ---------------------------------------------------------------- Packets.
+
+local receivers  -- by stream
+local seen       -- by packet: the frames that end in it; filled when it is looked at first
+
+function pheromone.init()
+  receivers, seen = {}, {}
+end
+
+local function frames_of(tvb, stream, pinfo)
+  if not seen[pinfo.number] then
+    local frames = {}
+    receivers[stream] = receivers[stream] or Receiver.new()
+    receivers[stream]:take(tvb:bytes(), pinfo.abs_ts, pheromone.prefs.gap_timeout_ms,
+      function(body, verdict, first, last)
+        frames[#frames + 1] = { body = body, verdict = verdict, first = first, last = last }
+      end)
+    seen[pinfo.number] = frames
+  end
+  return seen[pinfo.number]
+end
+
+local function add_fields(tree, body_tvb, layout, typed)
+  if typed then tree:add(f.type, body_tvb(1, 1)) end
+  local offset = 2
+  for _, item in ipairs(layout) do
+    local field, length = item[1], item[2]
+    if length > 0 or field ~= f.payload then
+      local range = body_tvb(offset, length)
+      if field == f.payload then
+        tree:add(field, range)
+      elseif item[3] then
+        tree:add(field, range, range:le_int())
+      else
+        tree:add(field, range, range:le_uint())
+      end
+    end
+    offset = offset + length
+  end
+end
+
+-- Adds a frame to the tree; returns how the list of packets sums it up.
+local function dissect_frame(tvb, tree, frame)
+  local verdict = VERDICTS[frame.verdict]
+  local range = frame.last >= frame.first and tvb(frame.first, frame.last - frame.first + 1) or tvb()
+  local sub = tree:add(pheromone, range, "Pheromone frame, " .. verdict)
+  sub:add(f.verdict, range, verdict)
+  if #frame.body == 0 then
+    sub:add_proto_expert_info(e_damaged, verdict)
+    return verdict
+  end
+  local body_tvb = byte_array(frame.body, 0, #frame.body):tvb("Frame, unstuffed")
+  if frame.verdict >= 4 then
+    sub:add(f.data, body_tvb())
+    sub:add_proto_expert_info(e_damaged, verdict)
+    return verdict
+  end
+  local id, opcode = frame.body[1], frame.body[2]
+  local data_length = #frame.body - MIN_FRAME
+  sub:add(f.id, body_tvb(0, 1))
+  sub:add(f.opcode, body_tvb(1, 1))
+  local name, layout, typed = find_layout(opcode, data_of(frame.body))
+  if name then sub:add(f.message, body_tvb(1, 1), name) end
+  if layout then
+    add_fields(sub, body_tvb, layout, typed)
+  else
+    if data_length > 0 then sub:add(f.data, body_tvb(2, data_length)) end
+    sub:add_proto_expert_info(e_malformed, verdict)
+  end
+  sub:add_le(f.crc, body_tvb(#frame.body - 2, 2))
+  sub:set_text("Pheromone " .. (name or string.format("opcode %02X", opcode)) .. ", client " .. id)
+  local summary = string.format("%s %d", name or string.format("opcode %02X", opcode), id)
+  if opcode == 0xFE and layout then
+    sub:add_proto_expert_info(e_error, REASONS[frame.body[4]] or "unknown reason")
+    summary = summary .. ": " .. (REASONS[frame.body[4]] or tostring(frame.body[4]))
+  elseif frame.verdict ~= 1 then
+    summary = summary .. " (" .. verdict .. ")"
+  end
+  return summary
+end
+
+-- Dissects what came at once on a stream; `tvb` holds nothing else.
+local function dissect(tvb, stream, pinfo, tree)
+  pinfo.cols.protocol = "PHEROMONE"
+  local summaries = {}
+  for _, frame in ipairs(frames_of(tvb, stream, pinfo)) do
+    summaries[#summaries + 1] = dissect_frame(tvb, tree, frame)
+  end
+  if #summaries == 0 then
+    summaries[1] = "part of a frame, " .. tvb:len() .. " bytes"
+    tree:add(pheromone, tvb(), "Pheromone, part of a frame")
+  end
+  pinfo.cols.info = table.concat(summaries, " | ")
+end
+
+-- On TCP and UDP.
+function pheromone.dissector(tvb, pinfo, tree)
+  dissect(tvb, string.format("%s %d %s %d", pinfo.src, pinfo.src_port, pinfo.dst, pinfo.dst_port),
+          pinfo, tree)
+end
+
+-- In captures of the server.
+local record = Proto("pheromone_record", "Pheromone Capture Record")
+function record.dissector(tvb, pinfo, tree)
+  if tvb:len() <= HEADER then return 0 end
+  local sub = tree:add(record, tvb(0, HEADER))
+  sub:add_le(f.link, tvb(0, 2))
+  sub:add_le(f.connection, tvb(2, 4))
+  sub:add(f.direction, tvb(6, 1))
+  local inbound = tvb(6, 1):uint() == FROM_ROBOTS
+  pinfo.cols.src = inbound and "robots" or "server"
+  pinfo.cols.dst = inbound and "server" or "robots"
+  local stream = string.format("%d %d %d", tvb(0, 2):le_uint(), tvb(2, 4):le_uint(),
+                               tvb(6, 1):uint())
+  dissect(tvb(HEADER):tvb(), stream, pinfo, tree)
+end
+
+DissectorTable.get("wtap_encap"):add(wtap.USER0, record)
+DissectorTable.get("tcp.port"):add_for_decode_as(pheromone)
+DissectorTable.get("udp.port"):add_for_decode_as(pheromone)
