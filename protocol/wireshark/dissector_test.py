@@ -14,6 +14,7 @@ VECTORS = HERE.parent / "vectors"
 TSHARK = "tshark"
 
 LINKTYPE_USER0 = 147
+LINKTYPE_RAW = 101
 INBOUND, OUTBOUND = 1, 2
 # The names that the vectors and the dissector have for the same thing, where they differ.
 RENAMED = {"speed_mm_s": "speed", "type_to_follow": "follow_type",
@@ -138,6 +139,23 @@ class DissectorTest(unittest.TestCase):
         packets = [(*stream, part, 0) for part in (frame[:6], frame[6:]) for stream in streams]
         found = self.dissect(packets, ["pheromone.verdict"], links=2)
         self.assertEqual(found, [[[]]] * 4 + [[["ok"]]] * 4)
+
+    def test_reads_udp_that_was_captured_by_other_means(self):
+        frame = bytes.fromhex("10 02 07 01 E8 03 F4 01 00 00 61 FE 10 03")
+        address = bytes([127, 0, 0, 1])
+        datagram = struct.pack(">HHHH", 40000, 4951, 8 + len(frame), 0) + frame
+        packet = struct.pack(">BBHHHBBH", 0x45, 0, 20 + len(datagram), 0, 0, 64, 17, 0) + \
+            address + address + datagram
+        self.file.write_bytes(
+            block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)) +
+            block(1, struct.pack("<HHI", LINKTYPE_RAW, 0, 0)) +
+            block(6, struct.pack("<IIIII", 0, 0, 0, len(packet), len(packet)) + packet))
+        result = subprocess.run([TSHARK, "-r", self.file, "-X",
+                                 f"lua_script:{HERE / 'pheromone.lua'}", "-d",
+                                 "udp.port==4951,pheromone", "-T", "fields", "-e",
+                                 "pheromone.message", "-e", "pheromone.x"],
+                                capture_output=True, text=True, check=True)
+        self.assertEqual(result.stdout.split(), ["SENSE", "1000"])
 
     def test_a_silence_longer_than_the_timeout_ends_a_frame(self):
         frame = bytes.fromhex("10 02 07 01 E8 03 F4 01 00 00 61 FE 10 03")
