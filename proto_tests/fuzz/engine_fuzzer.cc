@@ -1,12 +1,13 @@
 // The engine under any messages at any times: it must not crash, and what it became must equal what
 // its log says when applied to a fresh engine. The input is a list of records: a byte of time, a
-// byte of length, then ID, opcode and data. A length of 254 is what a tracker saw of the robot, 255
-// an edit of the map, both made of the four bytes that follow.
+// byte of length, then ID, opcode and data. Lengths from 252 on are what others than robots do,
+// each made of the ID and of four bytes that follow: a new configuration, a command, what a tracker
+// saw, an edit of the map.
 
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <cstdlib>
+#include <functional>
 #include <vector>
 
 #include "server/engine/service.h"
@@ -46,6 +47,34 @@ FieldEdit EditOf(const uint8_t* data) {
   return edit;
 }
 
+pheromone::engine::CommandIssued CommandOf(uint8_t id, const uint8_t* data) {
+  pheromone::engine::CommandIssued command;
+  command.link = data[0] % 3;
+  command.id = id;
+  command.code = static_cast<pheromone::protocol::CommandCode>(data[1] % 12);
+  std::copy_n(data + 2, 2, command.arguments.begin());
+  return command;
+}
+
+// One of those that an operator might change to; some of them the running state cannot follow.
+pheromone::engine::EngineConfig ConfigOf(pheromone::engine::EngineConfig config,
+                                         const uint8_t* data) {
+  pheromone::field::PheromoneLaw& law = config.field.pheromones[data[0] % 2];
+  law.tau_ms = data[1] * int64_t{1'000};
+  law.max_count = 1u + data[2] % 16u;
+  config.robots_per_link = static_cast<uint16_t>(1 + data[3] % 4);
+  if (data[0] >= 128) {
+    config.field.pheromones.pop_back();
+  }
+  if (data[0] % 16 == 15) {
+    config.field.map.cell_um *= 2;
+  }
+  if (data[0] % 16 == 14) {
+    config.links.pop_back();
+  }
+  return config;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -67,9 +96,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::vector<Outgoing> out;
   for (size_t at = 0; at + 4 <= size;) {
     now_ms += uint64_t{data[at]} * data[at] * data[at];
-    if (data[at + 1] >= 254 && at + 8 <= size) {
+    if (data[at + 1] >= 252 && at + 8 <= size) {
       const uint8_t* four = data + at + 4;
-      if (data[at + 1] == 254) {
+      if (data[at + 1] == 252) {
+        static_cast<void>(service.Configure(ConfigOf(config, four), data[at + 2] + 1u));
+      } else if (data[at + 1] == 253) {
+        static_cast<void>(service.Issue(CommandOf(data[at + 2], four), &out));
+      } else if (data[at + 1] == 254) {
         const pheromone::engine::PoseObserved seen{
             static_cast<pheromone::engine::LinkIndex>(data[at + 2] % 3),
             data[at + 2],
@@ -90,7 +123,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     message.opcode = data[at + 3];
     std::copy_n(data + at + 4, message.length, message.data);
     at += 4u + message.length;
-    const auto link = static_cast<pheromone::engine::LinkIndex>(message.id % 3);
+    // The second link may have left.
+    const auto link = static_cast<pheromone::engine::LinkIndex>(
+        message.id % service.Inspect([](const auto& it) { return it.config().links.size(); }));
     const size_t before = out.size();
     service.Handle(link, {&message, 1}, &out);
     if (out.size() > before + 1) {

@@ -2,8 +2,8 @@
 """Makes seeds for the fuzzers from the protocol's vectors and the default configuration, and
 small pictures and arrays.
 
-Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/engine/, DIR/config/, DIR/maps/,
-                               DIR/tracker/
+Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/config/,
+                               DIR/maps/, DIR/tracker/
 """
 
 import pathlib
@@ -62,13 +62,15 @@ def rasters():
 
 
 def main(folder):
-    for fuzzer in ("decoder", "engine", "config", "maps", "tracker"):
+    for fuzzer in ("decoder", "message", "engine", "config", "maps", "tracker"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     hello = bytes.fromhex("01 71 2A 00 01 00")
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
         timed = bytes([20]) + b"".join(bytes([1, byte]) for byte in wire)
         (folder / "decoder" / name).write_bytes(timed)
+        if body is not None:
+            (folder / "message" / name).write_bytes(body)
         # engine: pause, DATA length, ID, OPCODE, DATA; after a HELLO of the same robot.
         if body is not None and body[1] < 0x80 and len(body) <= 2 + 19:
             records = [bytes([1, len(it) - 2]) + it for it in (body[:1] + hello[1:], body, body)]
@@ -81,6 +83,13 @@ def main(folder):
         (folder / "maps" / name).write_bytes(bytes([parser]) + file)
     (folder / "tracker" / "pose").write_bytes(b"pose radio-a 7 2.35 0.9 -90\r\n\npose b 8 -1 .5 0")
     (folder / "tracker" / "gps").write_bytes(b"gps a 1 47.3769 8.5417 181.5\ngps a 2 0 -180 360 408")
+    halt, halt_all = bytes([9, 253, 1, 0, 1, 1, 0, 0]), bytes([9, 253, 255, 0, 1, 1, 0, 0])
+    acked = bytes([5, 4, 1, 0x51, 0, 1, 0, 0])
+    reload = bytes([9, 252, 7, 0, 0, 5, 3, 1])
+    (folder / "engine" / "commanded").write_bytes(
+        bytes([1, 4]) + hello + halt + halt_all + bytes([200, 0, 1, 0x72]) + acked)
+    (folder / "engine" / "reloaded").write_bytes(
+        bytes([1, 4]) + hello + reload + bytes([1, 6, 1, 0x21, 1, 0, 0, 0, 0, 1]) + reload)
     seen, edit = bytes([9, 254, 1, 0, 30, 40, 50, 60]), bytes([9, 255, 0, 0, 1, 40, 60, 80])
     (folder / "engine" / "seen_and_edited").write_bytes(
         bytes([1, 4]) + hello + seen + edit + bytes([1, 6, 1, 0x21, 1, 0, 0, 0, 0, 1]))

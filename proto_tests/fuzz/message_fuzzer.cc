@@ -1,0 +1,76 @@
+// Any ID, opcode and data as a message: it is what the specification's table says, decoding and
+// encoding it again gives the same bytes, and so does a frame around it.
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "proto_tests/conformance/message_kinds.h"
+#include "protocol/testing/listen.h"
+#include "protocol/testing/message_fields.h"
+#include "protocol/testing/message_table.h"
+
+namespace {
+
+using pheromone::protocol::Message;
+
+void Require(bool holds) {
+  if (!holds) {
+    std::abort();
+  }
+}
+
+std::vector<std::string> ExpectedNames(const Message& message) {
+  static const auto table = pheromone::testing::MessageTable();
+  const auto& row = table[message.opcode];
+  if (row.name.empty() || message.length < row.least || message.length > row.most) {
+    return {};
+  }
+  if (row.name == "COMMAND" &&
+      message.length - 2 != pheromone::testing::CommandArguments(message.data[1])) {
+    return {};
+  }
+  return {row.name};
+}
+
+struct RoundTrip {
+  template <typename Kind>
+  void Visit(const char* /*name*/, Kind decoded) const {
+    if (Decode(message, &decoded)) {
+      Message again;
+      Require(pheromone::testing::TryEncode(decoded, &again));
+      again.id = message.id;  // a COMMAND's is set by the one who sends it
+      Require(pheromone::testing::ToBody(again) == pheromone::testing::ToBody(message));
+    }
+  }
+
+  const Message& message;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  if (size < 2) {
+    return 0;
+  }
+  Message message;
+  message.id = data[0];
+  message.opcode = data[1];
+  message.length = static_cast<uint8_t>(std::min(size - 2, size_t{pheromone::protocol::kMaxData}));
+  std::copy_n(data + 2, message.length, message.data);
+  Require(pheromone::testing::AcceptedAs(message) == ExpectedNames(message));
+  RoundTrip round_trip{message};
+  pheromone::conformance::ForEachKind(&round_trip);
+
+  uint8_t wire[pheromone::protocol::kMaxFrame];
+  const size_t sent = pheromone::protocol::EncodeFrame(message, wire, sizeof wire);
+  std::vector<pheromone::testing::TimedByte> stream;
+  pheromone::testing::Append({wire, wire + sent}, 0, &stream);
+  const auto heard = pheromone::testing::NaiveDecoder(stream, 0).Run();
+  const bool refused = message.id == 0 || message.opcode == 0;
+  Require(heard.bodies.size() == (refused ? 0 : 1));
+  Require(refused || heard.bodies[0] == pheromone::testing::ToBody(message));
+  return 0;
+}
