@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <string>
 #include <utility>
 
 #include "server/base/hash.h"
@@ -21,6 +22,32 @@ void Engine::Send(LinkIndex link, const protocol::Message& message,
   out->push_back({link, sequence_, message});
 }
 
+Status Engine::Check(const Event& event) const {
+  if (const auto* change = std::get_if<ConfigChanged>(&event)) {
+    return CheckConfig(change->config);
+  }
+  if (!configured()) {
+    return Error{"an event before the first configuration"};
+  }
+  if (const auto* request = std::get_if<RequestReceived>(&event)) {
+    return Classify(request->link, request->message) == Handling::kChange
+               ? Ok()
+               : Error{"a request that changes nothing"};
+  }
+  if (const auto* command = std::get_if<CommandIssued>(&event)) {
+    return CheckCommand(*command);
+  }
+  if (const auto* edited = std::get_if<FieldEdited>(&event)) {
+    return CheckEdit(edited->edit);
+  }
+  if (const auto* seen = std::get_if<PoseObserved>(&event)) {
+    return SaidHello(seen->link, seen->id)
+               ? Ok()
+               : Error{"a pose of robot " + std::to_string(seen->id) + ", which is not there"};
+  }
+  return Ok();
+}
+
 Status Engine::CheckConfig(const EngineConfig& next) const {
   Status frames = CheckFrames(next.frames);
   return frames.ok() && configured() ? field_->CheckReconfigure(next.field, field_time_ms_)
@@ -29,7 +56,7 @@ Status Engine::CheckConfig(const EngineConfig& next) const {
 
 void Engine::On(const ConfigChanged& change, std::vector<Outgoing>* /*out*/) {
   const bool is_new = !configured();
-  if (is_new || !SameHello(config_, change.config)) {
+  if (is_new || change.state_lost || !SameHello(config_, change.config)) {
     epoch_ = change.new_epoch;
   }
   if (is_new) {
@@ -41,7 +68,12 @@ void Engine::On(const ConfigChanged& change, std::vector<Outgoing>* /*out*/) {
   if (!is_new && config_.links != change.config.links) {
     broadcasts_.clear();  // their links may have other places now
   }
-  config_ = change.config;
+  TakeConfig(change.config);
+}
+
+// The configuration, and what is worked out from it.
+void Engine::TakeConfig(EngineConfig config) {
+  config_ = std::move(config);
   config_hash_ = HashConfig(config_);
   robots_.SetLinks(config_.links);
   frames_.clear();

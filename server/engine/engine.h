@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "server/base/bytes.h"
 #include "server/base/result.h"
 #include "server/engine/event.h"
 #include "server/engine/robot_table.h"
@@ -65,6 +66,8 @@ class Engine {
   const EngineCounters& counters() const { return counters_; }
   uint16_t epoch() const { return epoch_; }
   uint64_t field_time_ms() const { return field_time_ms_; }
+  /// Of the last event.
+  uint64_t sequence() const { return sequence_; }
 
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
 
@@ -76,6 +79,10 @@ class Engine {
   /// 1. A RequestReceived must be of Handling::kChange; the others, but for Advance, must have been
   /// accepted by the checks below.
   void Apply(uint64_t sequence, const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
+
+  /// Whether an event that comes from elsewhere, such as a file, may be applied now: it meets what
+  /// Apply asks for. Values inside a configuration are not looked at (config_check.h).
+  Status Check(const Event& event) const;
 
   Status CheckConfig(const EngineConfig& next) const;
   Status CheckCommand(const CommandIssued& command) const;
@@ -97,6 +104,12 @@ class Engine {
   /// equal hashes, whatever way they came about.
   uint64_t StateHash() const;
 
+  /// All of the state, as bytes. A restored engine goes on as the saved one would have: the same
+  /// answers and the same hashes, to whatever comes. To be called once configured.
+  void Save(ByteWriter* writer) const;
+  /// Errors: bytes of another version, or such that no engine can have saved.
+  static Result<Engine> Restore(ByteReader* reader);
+
  private:
   struct Broadcast {
     LinkIndex link;
@@ -112,6 +125,7 @@ class Engine {
   void On(const FieldEdited& edited, std::vector<Outgoing>* out);
   void On(const PoseObserved& observed, std::vector<Outgoing>* out);
 
+  void TakeConfig(EngineConfig config);
   protocol::Message TakeHello(LinkIndex link, const protocol::HelloRequest& hello);
   protocol::Message TakeChange(LinkIndex link, const protocol::Message& request);
   protocol::Message TakeDeposit(LinkIndex link, const protocol::Message& message);

@@ -22,6 +22,9 @@ struct Stamp {
   int64_t utc_ms = 0;          ///< for display only; may jump
 };
 
+/// The field's times end here, after 139 years (server/field/kernel.h).
+constexpr uint64_t kMostFieldTimeMs = (uint64_t{1} << 42) - 1;
+
 /// A link as the engine knows it: its name is half of a robot's key, its medium-access figures go
 /// into HELLO answers.
 struct LinkSettings {
@@ -54,10 +57,12 @@ struct RequestReceived {
 struct Advance {};
 
 /// The first event of a new state, and every change of the configuration after it. `new_epoch` is
-/// used if this begins an epoch: the state is new, or what HELLO tells the clients has changed.
+/// used if this begins an epoch: the state is new, what HELLO tells the clients has changed, or
+/// changes that clients were told of were lost.
 struct ConfigChanged {
   EngineConfig config;
   uint16_t new_epoch = 1;
+  bool state_lost = false;
 };
 
 /// The operator wants a robot to do something; id kBroadcastId: all robots of the link (halt only).

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "server/base/bytes.h"
 #include "server/engine/event.h"
 
 namespace pheromone::engine {
@@ -102,6 +103,11 @@ class RobotTable {
       }
     }
   }
+
+  /// All robots, those of links that left included; and back into a table in which no robot ever
+  /// was, before SetLinks (state.cc). What cannot be is a failure of the reader.
+  void Save(ByteWriter* writer) const;
+  void Restore(ByteReader* reader);
 
   uint64_t hash() const { return hash_; }
 

@@ -52,19 +52,22 @@ NodeState CellMap::Read(NodeIndex node) const {
                          : NodeState{};
 }
 
+void CellMap::MakeTop() {
+  top_.store(
+      new std::atomic<Leaf*>[static_cast<size_t>(leaf_count())] {}, std::memory_order_release);
+}
+
 // The node's place with a tile in it; null when the budget has no room for all that is missing.
 CellMap::Place* CellMap::MakePlace(NodeIndex node) {
   const bool has_top = top_.load(std::memory_order_relaxed) != nullptr;
   Place* place = FindPlace(node);
-  const auto leaves = static_cast<size_t>(leaf_count());
-  const uint64_t bytes = kTileBytes + (place == nullptr ? kLeafBytes : 0) +
-                         (has_top ? 0 : leaves * sizeof(std::atomic<Leaf*>));
+  const uint64_t bytes =
+      kTileBytes + (place == nullptr ? kLeafBytes : 0) + (has_top ? 0 : BytesOfTop());
   if (!budget_->Take(bytes)) {
     return nullptr;
   }
   if (!has_top) {
-    top_.store(
-        new std::atomic<Leaf*>[leaves] {}, std::memory_order_release);
+    MakeTop();
   }
   if (place == nullptr) {
     auto* leaf = new Leaf{};

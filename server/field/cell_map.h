@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "server/base/bytes.h"
 #include "server/field/geometry.h"
 #include "server/field/kernel.h"
 #include "server/field/law.h"
@@ -116,6 +117,11 @@ class CellMap {
     }
   }
 
+  /// All that later changes depend on, and back into a map in which nothing was ever written
+  /// (state.cc). Budgets are not asked. What cannot be is a failure of the reader.
+  void Save(ByteWriter* writer) const;
+  void Restore(ByteReader* reader, NodeIndex size, uint32_t max_level);
+
   int32_t leaf_count() const { return leaf_columns_ * leaf_rows_; }
   size_t node_count() const { return node_count_; }
   size_t tile_count() const { return tile_count_; }
@@ -130,6 +136,10 @@ class CellMap {
  private:
   Place* FindPlace(NodeIndex node) const;
   Place* MakePlace(NodeIndex node);
+  uint64_t BytesOfTop() const {
+    return static_cast<uint64_t>(leaf_count()) * sizeof(std::atomic<Leaf*>);
+  }
+  void MakeTop();
   void RemoveTile(NodeIndex node, Place* place);
 
   std::atomic<Leaf*>* TopOf(NodeIndex node) const {

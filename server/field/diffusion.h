@@ -125,6 +125,11 @@ class DiffusionLayer {
     }
   }
 
+  /// All that later changes depend on, and back into a layer that was always empty (state.cc).
+  /// Budgets are not asked. What cannot be is a failure of the reader.
+  void Save(ByteWriter* writer) const;
+  void Restore(ByteReader* reader);
+
   // The writer's:
   bool empty() const { return tile_count_ == 0; }
   size_t tile_count() const { return tile_count_; }

@@ -68,7 +68,12 @@ uint32_t SpreadQ16(const PheromoneLaw& law, int64_t distance_squared_um2) {
   return static_cast<uint32_t>(std::clamp(mu, 0.0, 65536.0));
 }
 
-Field::Field(FieldConfig config, const Kernel& kernel, uint64_t now_ms) : kernel_(kernel) {
+Field::Field(FieldConfig config, const Kernel& kernel, uint64_t now_ms)
+    : Field(std::move(config), kernel, Empty{}) {
+  LayAll(current().config, nullptr, now_ms);
+}
+
+Field::Field(FieldConfig config, const Kernel& kernel, Empty /*empty*/) : kernel_(kernel) {
   budget_.limit_bytes = config.memory_bytes;
   for (size_t type = 1; type < kTypes; ++type) {
     layers_.cells[type] = std::make_unique<CellMap>(config.map.columns(), config.map.rows(),
@@ -77,7 +82,6 @@ Field::Field(FieldConfig config, const Kernel& kernel, uint64_t now_ms) : kernel
         config.map.columns(), config.map.rows(), &budget_, &reclaimer_, &pool_);
   }
   setup_.store(new Setup(std::move(config)));
-  LayAll(current().config, nullptr, now_ms);
 }
 
 Field::~Field() {

@@ -21,10 +21,12 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "server/base/bytes.h"
 #include "server/base/result.h"
 #include "server/field/config.h"
 #include "server/field/edit.h"
@@ -92,6 +94,14 @@ class Field {
   Field(const Field&) = delete;
   Field& operator=(const Field&) = delete;
   ~Field();
+
+  /// All that answers and later changes depend on, but for the configuration: what lies on the map,
+  /// how far the sweep and the steps are, which tables have memory.
+  void Save(ByteWriter* writer) const;
+  /// A field that goes on as the saved one would have, to the bit. Null, and a failure of the
+  /// reader, if this cannot be the state of a field with that configuration.
+  static std::unique_ptr<Field> Restore(FieldConfig config, ByteReader* reader,
+                                        const Kernel& kernel = BestKernel());
 
   const FieldConfig& config() const { return current().config; }
   /// Null if there is no such type.
@@ -167,6 +177,9 @@ class Field {
 
  private:
   friend class FieldReader;
+
+  struct Empty {};  // with nothing laid
+  Field(FieldConfig config, const Kernel& kernel, Empty empty);
 
   const Setup& current() const { return *setup_.load(std::memory_order_relaxed); }
   void Publish(FieldConfig config);

@@ -1,0 +1,17 @@
+// Whether a configuration can be run at all. The reader of configuration files makes only such;
+// this is for those that come from elsewhere, such as a journal whose bytes may be anybody's.
+#pragma once
+
+#include "server/base/result.h"
+#include "server/engine/event.h"
+
+namespace pheromone::engine {
+
+/// Whether there can be such a map with such antennas.
+Status CheckGeometry(const field::FieldConfig& config);
+
+/// What would break the arithmetic, or reach beyond what memory and time allow, in words. Not
+/// whether a running state can follow: that is Engine::CheckConfig.
+Status CheckValues(const EngineConfig& config);
+
+}  // namespace pheromone::engine

@@ -1,0 +1,176 @@
+#include "server/engine/event_codec.h"
+
+#include <string>
+#include <type_traits>
+
+#include "server/engine/config_codec.h"
+
+namespace pheromone::engine {
+namespace {
+
+struct Encoder {
+  ByteWriter* writer;
+
+  void operator()(const RequestReceived& it) const {
+    writer->U16(it.link);
+    EncodeMessage(it.message, writer);
+  }
+  void operator()(const Advance& /*it*/) const {}
+  void operator()(const ConfigChanged& it) const {
+    writer->U16(it.new_epoch);
+    writer->Flag(it.state_lost);
+    EncodeConfig(it.config, writer);
+  }
+  void operator()(const CommandIssued& it) const {
+    writer->U16(it.link);
+    writer->U8(it.id);
+    writer->U8(static_cast<uint8_t>(it.code));
+    for (const uint8_t byte : it.arguments) {
+      writer->U8(byte);
+    }
+  }
+  void operator()(const FieldEdited& it) const {
+    writer->U8(it.edit.type);
+    writer->U8(static_cast<uint8_t>(it.edit.shape));
+    writer->U8(static_cast<uint8_t>(it.edit.action));
+    writer->U32(it.edit.level);
+    writer->I64(it.edit.radius_um);
+    writer->Count(it.edit.points.size());
+    for (const field::PointUm point : it.edit.points) {
+      writer->I64(point.x);
+      writer->I64(point.y);
+    }
+  }
+  void operator()(const PoseObserved& it) const {
+    writer->U16(it.link);
+    writer->U8(it.id);
+    EncodePose(it.pose, writer);
+    writer->U32(it.valid_ms);
+  }
+};
+
+RequestReceived DecodeRequest(ByteReader* reader) {
+  RequestReceived it;
+  it.link = reader->U16();
+  it.message = DecodeMessage(reader);
+  return it;
+}
+
+ConfigChanged DecodeConfigChanged(ByteReader* reader) {
+  ConfigChanged it;
+  it.new_epoch = reader->U16();
+  it.state_lost = reader->Flag();
+  it.config = DecodeConfig(reader);
+  return it;
+}
+
+CommandIssued DecodeCommand(ByteReader* reader) {
+  CommandIssued it;
+  it.link = reader->U16();
+  it.id = reader->U8();
+  it.code = static_cast<protocol::CommandCode>(reader->U8());
+  for (uint8_t& byte : it.arguments) {
+    byte = reader->U8();
+  }
+  return it;
+}
+
+FieldEdited DecodeEdit(ByteReader* reader) {
+  using field::FieldEdit;
+  FieldEdit edit;
+  edit.type = reader->U8();
+  edit.shape = static_cast<FieldEdit::Shape>(
+      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Shape::kAll), "an edit's shape"));
+  edit.action = static_cast<FieldEdit::Action>(
+      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Action::kErase), "an edit's action"));
+  edit.level = reader->U32();
+  edit.radius_um = reader->I64();
+  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
+    const int64_t x = reader->I64();
+    edit.points.push_back({x, reader->I64()});
+  }
+  return {edit};
+}
+
+PoseObserved DecodeObservation(ByteReader* reader) {
+  PoseObserved it;
+  it.link = reader->U16();
+  it.id = reader->U8();
+  it.pose = DecodePose(reader);
+  it.valid_ms = reader->U32();
+  return it;
+}
+
+}  // namespace
+
+EventKind KindOf(const Event& event) {
+  static_assert(std::is_same_v<std::variant_alternative_t<0, Event>, RequestReceived> &&
+                std::is_same_v<std::variant_alternative_t<5, Event>, PoseObserved>);
+  return static_cast<EventKind>(event.index() + 1);
+}
+
+void EncodeEvent(const Event& event, ByteWriter* writer) {
+  writer->U8(kCodecVersion);
+  writer->U8(static_cast<uint8_t>(KindOf(event)));
+  std::visit(Encoder{writer}, event);
+}
+
+Event DecodeEvent(ByteReader* reader) {
+  const uint8_t version = reader->U8();
+  if (version != kCodecVersion) {
+    reader->Fail("an event of version " + std::to_string(version) +
+                 ", which this program does not know; it knows " + std::to_string(kCodecVersion));
+    return Advance{};
+  }
+  const uint8_t kind = reader->U8();
+  switch (static_cast<EventKind>(kind)) {
+    case EventKind::kRequestReceived:
+      return DecodeRequest(reader);
+    case EventKind::kAdvance:
+      return Advance{};
+    case EventKind::kConfigChanged:
+      return DecodeConfigChanged(reader);
+    case EventKind::kCommandIssued:
+      return DecodeCommand(reader);
+    case EventKind::kFieldEdited:
+      return DecodeEdit(reader);
+    case EventKind::kPoseObserved:
+      return DecodeObservation(reader);
+  }
+  reader->Fail("an event of the unknown kind " + std::to_string(kind));
+  return Advance{};
+}
+
+void EncodeMessage(const protocol::Message& message, ByteWriter* writer) {
+  writer->U8(message.id);
+  writer->U8(message.opcode);
+  writer->U8(message.length);
+  for (uint8_t i = 0; i < message.length; ++i) {
+    writer->U8(message.data[i]);
+  }
+}
+
+protocol::Message DecodeMessage(ByteReader* reader) {
+  protocol::Message message;
+  message.id = reader->U8();
+  message.opcode = reader->U8();
+  message.length = reader->U8UpTo(protocol::kMaxData, "a message's length");
+  for (uint8_t i = 0; i < message.length; ++i) {
+    message.data[i] = reader->U8();
+  }
+  return message;
+}
+
+void EncodePose(const field::PoseUm& pose, ByteWriter* writer) {
+  writer->I64(pose.position.x);
+  writer->I64(pose.position.y);
+  writer->U16(pose.heading);
+}
+
+field::PoseUm DecodePose(ByteReader* reader) {
+  const int64_t x = reader->I64();
+  const int64_t y = reader->I64();
+  return {{x, y}, reader->U16()};
+}
+
+}  // namespace pheromone::engine

@@ -1,0 +1,216 @@
+// Random events for the tests of what must follow an engine's every state: robots that come, lay,
+// trace, restart and repeat themselves; an operator who edits the map and commands; a tracker; time
+// that passes; a configuration that changes. All that happens can happen live: an event that the
+// engine would not take is drawn again.
+//
+//   RandomTraffic traffic(seed);
+//   engine.Apply(1, traffic.stamp(), traffic.First(), &out);
+//   const Event event = traffic.Next(engine);
+//   engine.Apply(2, traffic.stamp(), event, &out);
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "server/engine/engine.h"
+#include "server/engine/testing/bench.h"
+#include "server/field/cell_map.h"
+
+namespace pheromone::engine::testing {
+
+/// Every kind of law, a blend, obstacles, a path, a print, a frame; 6 m x 6 m, which nine leaves
+/// and a few hundred tiles cover. `tight`: memory for a few of the tiles only.
+inline EngineConfig RichConfig(bool tight) {
+  EngineConfig config = SmallConfig();
+  field::FieldConfig& field = config.field;
+  field.map = {
+      .origin = {-1'000'000, 0}, .width_um = 6'000'000, .height_um = 6'000'000, .cell_um = 20'000};
+  field.antennas.distance_um = 60'000;
+  field.pheromones = {Law(1, 3'000), Law(2, 0), Law(3, 4'000), Law(5, 2'000), Law(6, 5'000)};
+  for (field::PheromoneLaw& law : field.pheromones) {
+    law.core_um = 20'000;
+    law.sigma_um = 80'000;
+  }
+  field.pheromones[2].evaporation = field::Evaporation::kExponential;
+  field.pheromones[2].diffusion = {8'000, 100, 0xFF00'0000, 512};
+  field.pheromones[3].evaporation = field::Evaporation::kExponential;
+  field.pheromones[4].evaporation = field::Evaporation::kLinear;
+  field::PheromoneLaw blend;
+  blend.type = 4;
+  blend.name = "blend";
+  blend.blend = {{1, 700}, {3, -400}};
+  field.pheromones.push_back(blend);
+  field.paths = {{2, 1, true, {{0, 1'000'000}, {400'000, 1'000'000}, {400'000, 1'200'000}}}};
+  field.prints = {{1, field::Shared(std::vector<field::PrintNode>{{{3, 4}, 64}, {{200, 9}, 128}})}};
+  field::ObstacleMask walls(field.map.columns(), field.map.rows());
+  walls.BlockRow(60, 20, 90);
+  walls.Set({301 - 1, 301 - 1});
+  field.obstacles = field::Shared(std::move(walls));
+  config.frames = {MakeFrame("radio-b", 2, {1'000'000, 0}, 30)};
+  config.robots_per_link = 4;
+  if (tight) {
+    using field::CellMap;
+    field.memory_bytes = 24 * CellMap::kTileBytes + 8 * CellMap::kLeafBytes +
+                         5 * CellMap::TopBytes(field.map.columns(), field.map.rows());
+  }
+  return config;
+}
+
+class RandomTraffic {
+ public:
+  explicit RandomTraffic(uint64_t seed, const EngineConfig& config = RichConfig(false))
+      : random_(seed), config_(config) {
+    stamp_ = {Below(100'000), static_cast<int64_t>(Below(1'000'000))};
+  }
+
+  const Stamp& stamp() const { return stamp_; }
+  Event First() const { return ConfigChanged{config_, 7}; }
+
+  /// Time passes, and something happens that `engine` takes.
+  Event Next(const Engine& engine) {
+    stamp_.field_time_ms += Below(20) == 0 ? Below(8'000) : Below(60);
+    stamp_.utc_ms += static_cast<int64_t>(Below(200)) - 20;
+    for (;;) {
+      Event event = Any(engine);
+      if (engine.Check(event).ok()) {
+        return event;
+      }
+    }
+  }
+
+  /// A request that changes nothing, from where robots are.
+  protocol::Message AnySense() {
+    return Sense(AnyId(), AnyPlace(), AnyPlace(), static_cast<uint16_t>(Below(65'536)),
+                 static_cast<uint8_t>(1 + Below(7)));
+  }
+
+  uint64_t Below(uint64_t limit) { return random_() % limit; }
+
+ private:
+  uint8_t AnyId() { return static_cast<uint8_t>(1 + Below(6)); }
+  // In millimetres; mostly within a square of 80 cm, where trails meet, sometimes off the map.
+  int16_t AnyPlace() {
+    return static_cast<int16_t>(Below(6) == 0 ? Below(6'400) - 200 : 300 + Below(800));
+  }
+  field::PointUm AnyPoint() { return {AnyPlace() * int64_t{1'000}, AnyPlace() * int64_t{1'000}}; }
+
+  // Its next seq, and now and then another one.
+  uint8_t SeqOf(const Engine& engine, LinkIndex link, uint8_t id) {
+    const RobotState* robot = engine.robots().Find(link, id);
+    const auto ahead = static_cast<uint8_t>(Below(8) == 0 ? Below(200) : 1);
+    return static_cast<uint8_t>((robot != nullptr ? robot->last_seq : 0) + ahead);
+  }
+
+  Event Request(const Engine& engine) {
+    const auto link = static_cast<LinkIndex>(Below(2));
+    const uint8_t id = AnyId();
+    const uint8_t seq = SeqOf(engine, link, id);
+    const auto type = static_cast<uint8_t>(1 + Below(6));
+    const RobotState* robot = engine.robots().Find(link, id);
+    switch (Below(16)) {
+      case 0:
+        return RequestReceived{link, Hello(id, static_cast<uint16_t>(Below(3)))};
+      case 1:
+        return RequestReceived{link, MessageOf(protocol::EventReport{
+                                         id, seq, static_cast<protocol::EventCode>(Below(11)), 5})};
+      case 2:
+        if (robot != nullptr && robot->has_pending_command()) {
+          const protocol::Command& command = robot->command.command;
+          return RequestReceived{link,
+                                 MessageOf(protocol::CommandAck{id, command.seq, command.code,
+                                                                static_cast<int16_t>(Below(3))})};
+        }
+        [[fallthrough]];
+      case 3:
+      case 4:
+      case 5:
+      case 6:
+      case 7:
+        return RequestReceived{link, Trace(id, seq, AnyPlace(), AnyPlace(),
+                                           static_cast<uint16_t>(Below(65'536)), type)};
+      default:
+        return RequestReceived{
+            link, Deposit(id, seq, AnyPlace(), AnyPlace(), static_cast<uint8_t>(Below(4)), type)};
+    }
+  }
+
+  Event Edit() {
+    field::FieldEdit edit;
+    edit.type = static_cast<uint8_t>(1 + Below(6));
+    edit.shape = static_cast<field::FieldEdit::Shape>(Below(20) == 0 ? 2 : Below(2));
+    edit.action = static_cast<field::FieldEdit::Action>(Below(3));
+    edit.level = static_cast<uint32_t>(Below(513));
+    edit.radius_um = static_cast<int64_t>(Below(60'000));
+    edit.points = {AnyPoint()};
+    edit.points.push_back({edit.points[0].x + static_cast<int64_t>(Below(300'000)),
+                           edit.points[0].y + static_cast<int64_t>(Below(100'000))});
+    return FieldEdited{edit};
+  }
+
+  Event Reconfigure(const Engine& engine) {
+    ConfigChanged change{engine.config(), static_cast<uint16_t>(8 + Below(9)), Below(4) == 0};
+    switch (Below(6)) {
+      case 0:
+        change.config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + Below(5'000));
+        break;
+      case 1:
+        change.config.field.antennas.distance_um += 1'000;  // robots must say hello again
+        break;
+      case 2:
+        change.config.field.pheromones[4].max_count = static_cast<uint16_t>(4 + Below(9));
+        break;
+      case 3:  // a link goes, or returns
+        change.config.links.resize(change.config.links.size() == 2 ? 1 : 2, {"radio-b", 4, 50});
+        break;
+      case 4: {  // what diffused does not any more, or the other way round
+        field::DiffusionLaw& diffusion = change.config.field.pheromones[2].diffusion;
+        diffusion.exchange_q16 = diffusion.exchange_q16 == 0 ? 8'000 : 0;
+        break;
+      }
+      default:
+        if (change.config.field.paths.empty()) {
+          change.config.field.paths = config_.field.paths;
+        } else {
+          change.config.field.paths.clear();
+        }
+    }
+    return change;
+  }
+
+  Event Any(const Engine& engine) {
+    const auto link = static_cast<LinkIndex>(Below(2));
+    switch (Below(24)) {
+      case 0:
+        return Edit();
+      case 1: {
+        CommandIssued command{link, AnyId(), static_cast<protocol::CommandCode>(1 + Below(9)), {}};
+        command.arguments[0] = static_cast<uint8_t>(Below(256));
+        if (Below(3) == 0) {
+          command.id = protocol::kBroadcastId;
+          command.code = protocol::CommandCode::kHalt;
+        }
+        return command;
+      }
+      case 2:
+        return PoseObserved{link,
+                            AnyId(),
+                            {AnyPoint(), static_cast<uint16_t>(Below(65'536))},
+                            static_cast<uint32_t>(Below(2'000))};
+      case 3:
+        return Below(6) == 0 ? Reconfigure(engine) : Event(Advance{});
+      case 4:
+      case 5:
+      case 6:
+        return Advance{};
+      default:
+        return Request(engine);
+    }
+  }
+
+  std::mt19937_64 random_;
+  EngineConfig config_;
+  Stamp stamp_;
+};
+
+}  // namespace pheromone::engine::testing
