@@ -64,6 +64,7 @@ class ByteWriter {
     }
   }
   const std::string& bytes() const { return bytes_; }
+  void Clear() { bytes_.clear(); }
   std::string Take() { return std::exchange(bytes_, {}); }
 
  private:

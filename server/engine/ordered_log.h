@@ -1,5 +1,5 @@
 // The ordered log, as the engine's service sees it: where events get their sequence number and
-// become durable. The journal will keep them on disk; VolatileLog keeps nothing.
+// become durable. The journal (server/journal) keeps them on a disk; VolatileLog keeps nothing.
 #pragma once
 
 #include <cstdint>
@@ -24,6 +24,12 @@ class OrderedLog {
   /// Takes an event and gives it the next sequence number, counting from 1. Called under the
   /// service's lock, right before the event is applied.
   virtual uint64_t Append(const Stamp& stamp, const Event& event) = 0;
+
+  /// Whether the log wants to begin another segment before the next event, and then: the hash of the
+  /// state after the last one, by which whoever follows the log can tell that he has come to the
+  /// same. Under the service's lock.
+  virtual bool IsRotationDue() const { return false; }
+  virtual void Rotate(uint64_t /*state_hash*/) {}
 
   /// All events up to this sequence number will survive a crash. Never decreases.
   virtual uint64_t DurableSequence() const = 0;

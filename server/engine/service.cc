@@ -1,7 +1,7 @@
 #include "server/engine/service.h"
 
 #include <algorithm>
-#include <iterator>
+#include <functional>
 #include <utility>
 
 namespace pheromone::engine {
@@ -14,12 +14,12 @@ constexpr char kNoChanges[] = "the log takes no changes at the moment";
 using protocol::Message;
 using protocol::Reason;
 
-Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms)
-    : log_(log), read_clock_(std::move(read_clock)), clock_(start_ms) {}
+Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms, Engine engine)
+    : log_(log), read_clock_(std::move(read_clock)), clock_(start_ms), engine_(std::move(engine)) {}
 
-Status Service::Configure(const EngineConfig& config, uint16_t new_epoch) {
+Status Service::Configure(const EngineConfig& config, uint16_t new_epoch, bool state_lost) {
   const std::lock_guard lock(mutex_);
-  if (engine_.configured() && engine_.config() == config) {
+  if (engine_.configured() && engine_.config() == config && !state_lost) {
     return Ok();
   }
   const Stamp stamp = clock_.Read(read_clock_());
@@ -28,7 +28,7 @@ Status Service::Configure(const EngineConfig& config, uint16_t new_epoch) {
     return acceptable;
   }
   std::vector<Outgoing> none;
-  if (Change(stamp, ConfigChanged{config, new_epoch}, &none) != Reason::kNone) {
+  if (Change(stamp, ConfigChanged{config, new_epoch, state_lost}, &none) != Reason::kNone) {
     return Error{kNoChanges};
   }
   return Ok();
@@ -81,6 +81,9 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
   const Reason refused = log_->Admit();
   if (refused == Reason::kNone) {
     ++counters_.changes;
+    if (log_->IsRotationDue() && engine_.configured()) {
+      log_->Rotate(engine_.StateHash());
+    }
     const uint64_t sequence = log_->Append(stamp, event);
     engine_.Apply(sequence, stamp, event, out);
     put_off_ms_ = 0;
@@ -174,21 +177,24 @@ std::optional<uint64_t> Service::MillisecondsToDeadline() {
   return awaited_ms_ > now_ms ? awaited_ms_ - now_ms : 0;
 }
 
-// Keeps what may not be sent yet, in order, for Release.
+// Keeps what may not be sent yet, in order, for Release. A repeated answer may speak of an older
+// change than the one before it; it goes out with that.
 void Service::HoldBack(std::vector<Outgoing>* out, size_t from) {
   const uint64_t durable = log_->DurableSequence();
-  const auto begin = out->begin() + static_cast<std::ptrdiff_t>(from);
   const auto waits = [durable](const Outgoing& it) { return it.durable_at > durable; };
-  std::copy_if(begin, out->end(), std::back_inserter(held_), waits);
-  out->erase(std::remove_if(begin, out->end(), waits), out->end());
+  const auto begin = out->begin() + static_cast<std::ptrdiff_t>(from);
+  const auto kept = std::stable_partition(begin, out->end(), std::not_fn(waits));
+  held_.insert(held_.end(), kept, out->end());
+  out->erase(kept, out->end());
 }
 
 void Service::Release(std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
   const uint64_t durable = log_->DurableSequence();
-  const auto ready = [durable](const Outgoing& it) { return it.durable_at <= durable; };
-  std::copy_if(held_.begin(), held_.end(), std::back_inserter(*out), ready);
-  std::erase_if(held_, ready);
+  while (!held_.empty() && held_.front().durable_at <= durable) {
+    out->push_back(held_.front());
+    held_.pop_front();
+  }
 }
 
 ServiceCounters Service::counters() const {

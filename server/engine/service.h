@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -43,9 +44,9 @@ class Service {
  public:
   using ReadClock = std::function<ClockReading()>;
 
-  /// `log` outlives the service. `read_clock` is called under the lock. `start_ms` is the field
-  /// time to begin with (FieldClock::ResumeAt after a restart).
-  Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms = 0);
+  /// `log` outlives the service. `read_clock` is called under the lock. After a restart, `start_ms`
+  /// is the field time to go on with (FieldClock::ResumeAt) and `engine` the state to go on from.
+  Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms = 0, Engine engine = {});
 
   /// `wake` is called when something becomes due earlier than MillisecondsToDeadline said last: a
   /// timer that waits should ask again. Under the lock, from any thread: post, and do not call
@@ -53,8 +54,10 @@ class Service {
   void OnEarlierDeadline(std::function<void()> wake) { wake_ = std::move(wake); }
 
   /// Logs and applies a configuration if it differs from the present one. Must succeed once before
-  /// anything else is called. Errors: what the running state cannot follow.
-  Status Configure(const EngineConfig& config, uint16_t new_epoch);
+  /// anything else is called. Errors: what the running state cannot follow. `state_lost`: changes
+  /// that clients were told of are missing from the state; then it is logged in any case, and an
+  /// epoch begins.
+  Status Configure(const EngineConfig& config, uint16_t new_epoch, bool state_lost = false);
 
   /// Handles the messages read at once from a link.
   void Handle(LinkIndex link, std::span<const protocol::Message> messages,
@@ -81,7 +84,8 @@ class Service {
   std::optional<uint64_t> MillisecondsToDeadline();
   static constexpr uint64_t kPutOffMs = 1000;
 
-  /// Appends the answers that were waiting for their change to become durable and no longer are.
+  /// Appends the answers that were waiting for their change to become durable and no longer are, in
+  /// the order in which they were given. In time proportional to their number.
   void Release(std::vector<Outgoing>* out);
 
   ServiceCounters counters() const;
@@ -109,7 +113,7 @@ class Service {
   std::function<void()> wake_;
   uint64_t awaited_ms_ = UINT64_MAX;  // the deadline that was told last, in field time
   uint64_t put_off_ms_ = 0;           // the log refused an Advance: not before this
-  std::vector<Outgoing> held_;
+  std::deque<Outgoing> held_;         // each until what it and those before it speak of is durable
   ServiceCounters counters_;
 };
 

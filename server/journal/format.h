@@ -1,0 +1,117 @@
+// The bytes of the journal's files (README.md describes them): names, headers, records.
+//
+//   std::string file = EncodeHeader(SegmentHeader{...});
+//   AppendEvent(sequence, stamp, event, &scratch, &file);
+//
+//   RecordReader reader(file, kSegmentHeaderBytes);
+//   Record record;
+//   while (reader.Next(&record) == RecordReader::Found::kRecord) ...
+//
+// Pure; any thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "server/base/bytes.h"
+#include "server/base/result.h"
+#include "server/engine/event.h"
+
+namespace pheromone::journal {
+
+constexpr uint32_t kFormatVersion = 1;
+
+/// "00000042.segment": segments in the order in which they were begun.
+std::string SegmentName(uint64_t ordinal);
+/// "00000000000000004711.snapshot": the state after that sequence.
+std::string SnapshotName(uint64_t sequence);
+/// The number in such a name; nothing if it is another file's.
+std::optional<uint64_t> OrdinalOf(std::string_view name);
+std::optional<uint64_t> SnapshotSequenceOf(std::string_view name);
+/// Added to the names of files that are still being written, and of damaged ones.
+constexpr std::string_view kUnfinished = ".new";
+constexpr std::string_view kDamaged = ".damaged";
+
+struct SegmentHeader {
+  uint64_t ordinal = 0;
+  /// All before this was durable when the segment was begun; from it on, the segment takes the
+  /// place of those before it.
+  uint64_t first_sequence = 1;
+  bool relaxed = false;  ///< changes were told before they were durable
+  bool operator==(const SegmentHeader&) const = default;
+};
+constexpr size_t kSegmentHeaderBytes = 36;
+std::string EncodeHeader(const SegmentHeader& header);
+/// `bytes` begin with it. Errors: not whole, not a segment, another version.
+Result<SegmentHeader> DecodeSegmentHeader(std::string_view bytes);
+
+struct SnapshotHeader {
+  uint64_t sequence = 0;
+  engine::Stamp stamp;  ///< of that event
+  uint64_t state_hash = 0;
+};
+constexpr size_t kSnapshotHeaderBytes = 48;
+std::string EncodeHeader(const SnapshotHeader& header);
+Result<SnapshotHeader> DecodeSnapshotHeader(std::string_view bytes);
+
+/// A file of another version is not damaged: this program must leave it alone.
+bool IsOfAnotherVersion(std::string_view bytes);
+
+enum class RecordKind : uint8_t {
+  kEvent = 1,
+  kGroup = 2,  ///< all up to `sequence` was durable when the records after this were written
+  kHash = 3,   ///< after `sequence`, the state's hash was `hash`
+  kEnd = 4,    ///< an orderly end: all up to `sequence` was durable, and no more came
+};
+
+struct Record {
+  uint64_t at = 0;  ///< the byte of the file where it begins
+  RecordKind kind = RecordKind::kEvent;
+  uint64_t sequence = 0;
+  engine::Stamp stamp;     ///< kEvent
+  uint64_t hash = 0;       ///< kHash
+  std::string_view event;  ///< kEvent: for engine::DecodeEvent
+  std::string_view bytes;  ///< the whole record
+};
+
+/// `scratch` is empty before and after; a writer that is kept spares an allocation.
+void AppendEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Event& event,
+                 ByteWriter* scratch, std::string* to);
+void AppendGroup(uint64_t durable_sequence, std::string* to);
+void AppendHash(uint64_t sequence, uint64_t hash, std::string* to);
+void AppendEnd(uint64_t sequence, std::string* to);
+
+/// The parts of a snapshot's state: `number` counts from 0, and an empty one is the last.
+void AppendPortion(uint32_t number, std::string_view portion, std::string* to);
+constexpr size_t kPortionHeaderBytes = 8;
+
+/// The records of a segment, one after the other.
+class RecordReader {
+ public:
+  enum class Found { kRecord, kEnd, kBad };
+
+  /// `file` is all of the segment, and outlives what is found in it.
+  explicit RecordReader(std::string_view file, size_t at = kSegmentHeaderBytes)
+      : file_(file), at_(at) {}
+
+  /// kBad: at() is where something begins that is no whole record; `why()` says why.
+  Found Next(Record* record);
+
+  size_t at() const { return at_; }
+  const std::string& why() const { return why_; }
+
+ private:
+  Found Bad(std::string why);
+
+  std::string_view file_;
+  size_t at_;
+  std::string why_;
+};
+
+/// The highest sequence that a group or an end anywhere from `at` on says was durable, whatever
+/// lies between them; 0 if there is none.
+uint64_t DurableIn(std::string_view file, size_t at);
+
+}  // namespace pheromone::journal

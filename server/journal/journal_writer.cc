@@ -1,0 +1,313 @@
+// The writing thread's part of the journal: groups, syncs, segments, and what is done when they
+// fail.
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "server/journal/local_journal.h"
+
+namespace pheromone::journal {
+namespace {
+
+// Of what is reserved beyond the queue: marks, and one record that is larger than most.
+constexpr uint64_t kSlackBytes = uint64_t{256} << 10;
+constexpr uint64_t kFirstWaitUs = 100'000;
+constexpr uint64_t kLongestWaitUs = 30'000'000;
+constexpr uint64_t kBetweenRotationsUs = 10'000'000;
+constexpr uint64_t kLookAgainUs = 60'000'000;  // whether a snapshot has become due
+constexpr uint64_t kNever = UINT64_MAX;
+
+}  // namespace
+
+// When there is something to do, if nothing is appended before; 0: now.
+uint64_t LocalJournal::WorkDueUs() const {
+  if (file_ == nullptr) {
+    return retry_us_;
+  }
+  if (!queue_.empty()) {
+    return 0;
+  }
+  const uint64_t sync_us =
+      unsynced_.empty() ? kNever : synced_us_ + settings_.sync_interval_ms * 1'000;
+  return std::min(sync_us, has_space_ ? kNever : retry_us_);
+}
+
+void LocalJournal::WriteUntilStopped() {
+  for (;;) {
+    while (WriteOnce()) {
+    }
+    std::unique_lock lock(mutex_);
+    if (stopped_) {
+      return;
+    }
+    const uint64_t now_us = clock_();
+    const uint64_t due_us = WorkDueUs();
+    if (due_us > now_us) {
+      work_.wait_for(lock, std::chrono::microseconds(std::min(due_us - now_us, kLookAgainUs)));
+    }
+  }
+}
+
+bool LocalJournal::WriteOnce() {
+  {
+    const std::lock_guard lock(mutex_);
+    LookForRotation();
+    if (WorkDueUs() > clock_()) {
+      return false;
+    }
+  }
+  if (file_ == nullptr) {
+    Mend();
+    return file_ != nullptr;
+  }
+  if (!has_space_ && clock_() >= retry_us_) {
+    Reserve(file_.get());
+  }
+  return WriteGroup(!settings_.relaxed);
+}
+
+// The bytes decide, or the time; in a journal to which nothing was added there is nothing new.
+void LocalJournal::LookForRotation() {
+  status_.segment_bytes = written_bytes_;
+  status_.segment_ordinal = next_ordinal_ - 1;
+  if (rotation_queued_ || clock_() < rotate_after_us_) {
+    return;
+  }
+  const bool time_is_up = clock_() - snapshot_us_ >= settings_.snapshot_ms * 1'000;
+  rotation_due_ = rotation_due_ || snapshot_asked_ || written_bytes_ >= settings_.segment_bytes ||
+                  (time_is_up && bytes_since_snapshot_ > 0);
+}
+
+// Writes the next chunk of the queue, if there is one, and syncs if that is due. False if that was
+// all, for now.
+bool LocalJournal::WriteGroup(bool must_sync) {
+  const uint64_t started_us = clock_();
+  bool has_more = false;
+  bool is_new = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!queue_.empty()) {
+      unsynced_.push_back(std::move(queue_.front()));
+      queue_.pop_front();
+      is_new = true;
+      has_more = !queue_.empty();
+    }
+    must_sync = must_sync || queued_bytes_ >= settings_.queue_bytes / 2;
+  }
+  if (unsynced_.empty()) {
+    return false;
+  }
+  const bool ends_segment = unsynced_.back().ends_segment;
+  if (is_new) {
+    std::string group;
+    AppendGroup(synced_, &group);
+    group += unsynced_.back().records;
+    const Status written = file_->Append(group);
+    if (!written.ok()) {
+      Break(written.error());
+      return true;
+    }
+    written_bytes_ += group.size();
+    bytes_since_snapshot_ += group.size();
+  }
+  must_sync =
+      must_sync || ends_segment || started_us >= synced_us_ + settings_.sync_interval_ms * 1'000;
+  if (must_sync && !Sync()) {
+    return true;
+  }
+  Publish(started_us);
+  if (ends_segment) {
+    EndSegment();
+  } else {
+    Reserve(file_.get());
+  }
+  return has_more;
+}
+
+bool LocalJournal::Sync() {
+  const Status synced = file_->Sync();
+  if (!synced.ok()) {
+    Break(synced.error());
+    return false;
+  }
+  synced_ = unsynced_.back().last_sequence;
+  synced_us_ = clock_();
+  return true;
+}
+
+// Tells what has become durable, and forgets what was kept for the case that it does not.
+void LocalJournal::Publish(uint64_t started_us) {
+  bool is_more = false;
+  {
+    const std::lock_guard lock(mutex_);
+    while (!unsynced_.empty() && unsynced_.front().last_sequence <= synced_) {
+      queued_bytes_ -= std::min<uint64_t>(queued_bytes_, unsynced_.front().records.size());
+      unsynced_.pop_front();
+    }
+    is_more = durable_ != synced_;
+    durable_ = synced_;
+    ++status_.groups;
+    status_.last_group_us = clock_() - started_us;
+    status_.longest_group_us = std::max(status_.longest_group_us, status_.last_group_us);
+  }
+  if (is_more && on_durable_) {
+    on_durable_();
+  }
+}
+
+// The next segment is begun before anything is written to it. As long as it has no header it counts
+// for nothing: where there is no space for one, the old segment goes on.
+void LocalJournal::EndSegment() {
+  rotate_after_us_ = clock_() + kBetweenRotationsUs;
+  {
+    const std::lock_guard lock(mutex_);
+    rotation_queued_ = false;
+  }
+  const std::string name = SegmentName(next_ordinal_++);
+  Result<std::unique_ptr<AppendFile>> next = folder_->Create(name);
+  const uint64_t reserved_before = std::exchange(reserved_bytes_, 0);
+  if (!next.ok() || next.value()->Reserve(settings_.queue_bytes + kSlackBytes) ==
+                        AppendFile::Reserved::kNoSpace) {
+    tell_(true, "journal: no new segment can be begun, the old one goes on: " +
+                    (next.ok() ? folder_->path() + ": no space left" : next.error()));
+    (void)folder_->Remove(name);
+    reserved_bytes_ = reserved_before;
+    Reserve(file_.get());
+    return;
+  }
+  file_->ReleaseReserve();
+  file_.reset();
+  const Status begun = BeginSegment(next.value().get());
+  if (!begun.ok()) {
+    Break(begun.error());
+    return;
+  }
+  file_ = std::move(next).value();
+  rotate_after_us_ = 0;
+  Reserve(file_.get());
+  const bool time_is_up = clock_() - snapshot_us_ >= settings_.snapshot_ms * 1'000;
+  bool is_due = time_is_up || bytes_since_snapshot_ >= settings_.snapshot_bytes;
+  {
+    const std::lock_guard lock(mutex_);
+    is_due = is_due || std::exchange(snapshot_asked_, false);
+  }
+  if (is_due) {
+    snapshot_us_ = clock_();
+    bytes_since_snapshot_ = 0;
+    if (on_snapshot_due_) {
+      on_snapshot_due_(next_ordinal_ - 1);
+    }
+  }
+}
+
+// With this, the segment takes the place of all that older ones have after `synced_`.
+Status LocalJournal::BeginSegment(AppendFile* file) {
+  std::string bytes =
+      EncodeHeader(SegmentHeader{next_ordinal_ - 1, synced_ + 1, settings_.relaxed});
+  if (!unsynced_.empty()) {
+    AppendGroup(synced_, &bytes);
+  }
+  for (const Chunk& chunk : unsynced_) {
+    bytes += chunk.records;
+  }
+  Status status = file->Append(bytes);
+  if (status.ok()) {
+    status = file->Sync();
+  }
+  if (status.ok()) {
+    status = folder_->Sync();
+  }
+  written_bytes_ = bytes.size();
+  return status;
+}
+
+// What the broken segment owes goes to a new one. Whether that broken one holds some of it all the
+// same does not matter any more.
+void LocalJournal::Mend() {
+  const uint64_t started_us = clock_();
+  const std::string name = SegmentName(next_ordinal_++);
+  Result<std::unique_ptr<AppendFile>> file = folder_->Create(name);
+  if (!file.ok()) {
+    Break(file.error());
+    return;
+  }
+  reserved_bytes_ = 0;
+  const Status begun = BeginSegment(file.value().get());
+  if (!begun.ok()) {
+    file.value().reset();
+    (void)folder_->Remove(name);
+    Break(begun.error());
+    return;
+  }
+  file_ = std::move(file).value();
+  if (!unsynced_.empty()) {
+    synced_ = unsynced_.back().last_sequence;
+  }
+  synced_us_ = clock_();
+  Publish(started_us);
+  Reserve(file_.get());
+}
+
+// Sees to it that all that may be admitted can be written.
+bool LocalJournal::Reserve(AppendFile* file) {
+  const uint64_t wanted = written_bytes_ + settings_.queue_bytes + kSlackBytes;
+  if (reserved_bytes_ < wanted) {
+    AppendFile::Reserved reserved = file->Reserve(wanted + settings_.queue_bytes);
+    uint64_t bytes = wanted + settings_.queue_bytes;
+    if (reserved == AppendFile::Reserved::kNoSpace) {
+      reserved = file->Reserve(wanted);
+      bytes = wanted;
+    }
+    if (reserved == AppendFile::Reserved::kNoSpace) {
+      has_space_ = false;
+      BackOff();
+      Say(folder_->path() + ": no space left on the disk");
+      return false;
+    }
+    reserved_bytes_ = reserved == AppendFile::Reserved::kYes ? bytes : kNever;
+  }
+  has_space_ = true;
+  wait_us_ = 0;
+  Say("");
+  return true;
+}
+
+// Nobody knows what the segment holds after what was synced: it is left as it is.
+void LocalJournal::Break(const std::string& why) {
+  file_.reset();
+  BackOff();
+  {
+    const std::lock_guard lock(mutex_);
+    ++status_.failures;
+    rotation_queued_ = false;
+  }
+  Say(why);
+}
+
+void LocalJournal::BackOff() {
+  wait_us_ = wait_us_ == 0 ? kFirstWaitUs : std::min(2 * wait_us_, kLongestWaitUs);
+  retry_us_ = clock_() + wait_us_;
+}
+
+// What is wrong, or that nothing is any more; told when it changes.
+void LocalJournal::Say(const std::string& problem) {
+  bool was_begun = true;
+  {
+    const std::lock_guard lock(mutex_);
+    if (status_.problem == problem && status_.healthy == problem.empty()) {
+      return;
+    }
+    was_begun = status_.problem != kNotBegun;
+    status_.problem = problem;
+    status_.healthy = problem.empty();
+    admits_ = problem.empty();
+  }
+  if (!problem.empty()) {
+    tell_(true, "journal: changes are refused: " + problem);
+  } else if (was_begun) {
+    tell_(false, "journal: changes are taken again");
+  }
+}
+
+}  // namespace pheromone::journal

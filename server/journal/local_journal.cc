@@ -1,0 +1,125 @@
+#include "server/journal/local_journal.h"
+
+#include <utility>
+
+namespace pheromone::journal {
+using protocol::Reason;
+
+LocalJournal::LocalJournal(Folder* folder, const JournalSettings& settings, ReadMicroseconds clock,
+                           Tell tell, Start start)
+    : folder_(folder),
+      settings_(settings),
+      clock_(std::move(clock)),
+      tell_(std::move(tell)),
+      appended_(start.sequence),
+      durable_(start.certain),
+      next_ordinal_(start.ordinal),
+      synced_(start.certain),
+      snapshot_us_(clock_()),
+      bytes_since_snapshot_(start.bytes_since_snapshot) {
+  if (start.sequence > start.certain) {
+    queued_bytes_ = start.tail.size();
+    unsynced_.push_back({std::move(start.tail), start.sequence, false});
+  }
+  status_.healthy = false;
+  status_.problem = std::string(kNotBegun);
+}
+
+// --- Under the service's lock.
+
+Reason LocalJournal::Admit() {
+  const std::lock_guard lock(mutex_);
+  if (!admits_) {
+    return Reason::kReadOnly;
+  }
+  return queued_bytes_ < settings_.queue_bytes ? Reason::kNone : Reason::kBusy;
+}
+
+uint64_t LocalJournal::Append(const engine::Stamp& stamp, const engine::Event& event) {
+  const std::lock_guard lock(mutex_);
+  if (queue_.empty() || queue_.back().ends_segment) {
+    queue_.emplace_back();
+  }
+  Chunk& chunk = queue_.back();
+  const size_t before = chunk.records.size();
+  AppendEvent(++appended_, stamp, event, &scratch_, &chunk.records);
+  chunk.last_sequence = appended_;
+  queued_bytes_ += chunk.records.size() - before;
+  work_.notify_one();
+  return appended_;
+}
+
+uint64_t LocalJournal::DurableSequence() const {
+  const std::lock_guard lock(mutex_);
+  return settings_.relaxed ? appended_ : durable_;
+}
+
+bool LocalJournal::IsRotationDue() const {
+  const std::lock_guard lock(mutex_);
+  return rotation_due_ && admits_;
+}
+
+void LocalJournal::Rotate(uint64_t state_hash) {
+  const std::lock_guard lock(mutex_);
+  rotation_due_ = false;
+  rotation_queued_ = true;
+  if (queue_.empty() || queue_.back().ends_segment) {
+    queue_.push_back({{}, appended_, false});
+  }
+  AppendHash(appended_, state_hash, &queue_.back().records);
+  queue_.back().ends_segment = true;
+  work_.notify_one();
+}
+
+// --- Any thread.
+
+void LocalJournal::AskForSnapshot() {
+  const std::lock_guard lock(mutex_);
+  snapshot_asked_ = true;
+  rotation_due_ = true;
+}
+
+JournalStatus LocalJournal::status() const {
+  const std::lock_guard lock(mutex_);
+  JournalStatus status = status_;
+  status.appended = appended_;
+  status.durable = durable_;
+  status.queued_bytes = queued_bytes_;
+  return status;
+}
+
+void LocalJournal::Stop() {
+  const std::lock_guard lock(mutex_);
+  stopped_ = true;
+  work_.notify_one();
+}
+
+Status LocalJournal::Close(uint64_t state_hash) {
+  const auto flush = [this] {
+    while (file_ != nullptr && WriteGroup(true)) {
+    }
+    return file_ != nullptr && unsynced_.empty();
+  };
+  if (file_ == nullptr) {
+    Mend();
+  }
+  bool done = flush();
+  if (done) {
+    const std::lock_guard lock(mutex_);
+    admits_ = false;
+    queue_.push_back({{}, appended_, false});
+    AppendHash(appended_, state_hash, &queue_.back().records);
+    AppendEnd(appended_, &queue_.back().records);
+  }
+  done = done && flush();
+  if (!done) {
+    return Error{"the journal was not closed: " + status().problem + "; up to sequence " +
+                 std::to_string(status().durable) + " of " + std::to_string(status().appended) +
+                 " is on the disk"};
+  }
+  file_->ReleaseReserve();
+  file_.reset();
+  return Ok();
+}
+
+}  // namespace pheromone::journal

@@ -1,0 +1,177 @@
+// The ordered log on a disk of this machine: events go to segments, files that only grow, in
+// groups, and an answer leaves when the group with its event is on the disk.
+//
+//   LocalJournal journal(folder.get(), settings, clock, tell, LocalJournal::Start{...});
+//   journal.OnDurable([&] { post(release answers); });
+//   std::thread writer([&] { journal.WriteUntilStopped(); });
+//   engine::Service service(&journal, ...);
+//   ...
+//   journal.Stop();
+//   writer.join();
+//   journal.Close(service.StateHash());
+//
+// A group is whatever was appended while the last one was being synced: no window, no timer. Three
+// things stand in the way of a change, and are told to the client before it happens:
+//
+//   the queue is full                 busy: the disk does not keep up
+//   the disk has no space left        read-only; space is reserved ahead, so that what was admitted
+//                                     can be written
+//   a write or a sync has failed      read-only; that segment is never touched again, and what it
+//                                     owed is written to a new one before changes are taken again
+//
+// The last two are tried again, with back-off up to half a minute, until they succeed.
+//
+// Threads: Admit, Append, IsRotationDue and Rotate under the service's lock. WriteUntilStopped (or,
+// in tests, WriteOnce) in one thread of its own; everything else from any.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "server/base/bytes.h"
+#include "server/engine/ordered_log.h"
+#include "server/journal/folder.h"
+#include "server/journal/format.h"
+
+namespace pheromone::journal {
+
+struct JournalSettings {
+  bool relaxed = false;  ///< changes are told at once, and synced every sync_interval_ms
+  uint64_t segment_bytes = uint64_t{64} << 20;   ///< then another one is begun
+  uint64_t queue_bytes = uint64_t{4} << 20;      ///< appended and not yet durable, about
+  uint64_t snapshot_bytes = uint64_t{64} << 20;  ///< a snapshot is due after so much log,
+  uint64_t snapshot_ms = 3'600'000;              ///< or so much time in which there was some
+  size_t keep_snapshots = 2;
+  uint64_t sync_interval_ms = 1'000;  ///< relaxed
+  bool operator==(const JournalSettings&) const = default;
+};
+
+/// What there is to tell of a journal. Not part of any state.
+struct JournalStatus {
+  bool healthy = true;
+  std::string problem;  ///< what is wrong, if it is not
+  uint64_t appended = 0;
+  uint64_t durable = 0;  ///< on the disk
+  uint64_t queued_bytes = 0;
+  uint64_t segment_ordinal = 0;
+  uint64_t segment_bytes = 0;
+  uint64_t groups = 0;  ///< written and synced
+  uint64_t failures = 0;
+  uint64_t last_group_us = 0;
+  uint64_t longest_group_us = 0;
+};
+
+class LocalJournal final : public engine::OrderedLog {
+ public:
+  using ReadMicroseconds = std::function<uint64_t()>;  ///< of a clock that only goes forward
+  using Tell = std::function<void(bool is_trouble, const std::string& text)>;
+
+  /// Where to go on: what Recover found.
+  struct Start {
+    uint64_t sequence = 0;
+    uint64_t certain = 0;
+    std::string tail;
+    uint64_t ordinal = 1;               ///< of the next segment
+    uint64_t bytes_since_snapshot = 0;  ///< of segments
+  };
+
+  /// `folder` outlives the journal. Nothing is admitted before the first WriteOnce.
+  LocalJournal(Folder* folder, const JournalSettings& settings, ReadMicroseconds clock, Tell tell,
+               Start start);
+
+  /// Called by the writing thread, without any lock, when more has become durable. To be set before
+  /// anything is written.
+  void OnDurable(std::function<void()> call) { on_durable_ = std::move(call); }
+  /// Called by the writing thread when a snapshot is due: all segments with ordinals below
+  /// `ordinal` are complete.
+  void OnSnapshotDue(std::function<void(uint64_t ordinal)> call) { on_snapshot_due_ = call; }
+
+  protocol::Reason Admit() override;
+  uint64_t Append(const engine::Stamp& stamp, const engine::Event& event) override;
+  uint64_t DurableSequence() const override;
+  bool IsRotationDue() const override;
+  void Rotate(uint64_t state_hash) override;
+
+  /// Asks for a snapshot soon: at the next change.
+  void AskForSnapshot();
+
+  JournalStatus status() const;
+
+  /// One group, or one attempt to mend what is broken; false if there was nothing to do.
+  bool WriteOnce();
+  void WriteUntilStopped();
+  void Stop();
+
+  /// After the writing thread has ended: writes the rest and notes an orderly end. Errors: not all
+  /// is durable.
+  Status Close(uint64_t state_hash);
+
+ private:
+  static constexpr std::string_view kNotBegun = "not begun";
+
+  // Records that are written together.
+  struct Chunk {
+    std::string records;
+    uint64_t last_sequence = 0;
+    bool ends_segment = false;
+  };
+
+  // The writing thread's.
+  uint64_t WorkDueUs() const;  // under mutex_
+  void LookForRotation();      // under mutex_
+  bool WriteGroup(bool must_sync);
+  bool Sync();
+  void EndSegment();
+  void Mend();
+  Status BeginSegment(AppendFile* file);
+  bool Reserve(AppendFile* file);
+  void Break(const std::string& why);
+  void Publish(uint64_t started_us);
+  void Say(const std::string& problem);
+  void BackOff();
+
+  Folder* folder_;
+  const JournalSettings settings_;
+  const ReadMicroseconds clock_;
+  const Tell tell_;
+  std::function<void()> on_durable_;
+  std::function<void(uint64_t)> on_snapshot_due_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable work_;
+  // Under mutex_:
+  std::deque<Chunk> queue_;
+  uint64_t appended_;
+  uint64_t durable_;  // on the disk
+  uint64_t queued_bytes_ = 0;
+  bool admits_ = false;
+  bool rotation_due_ = false;
+  bool rotation_queued_ = false;
+  bool snapshot_asked_ = false;
+  bool stopped_ = false;
+  JournalStatus status_;
+  ByteWriter scratch_;
+
+  // The writing thread's:
+  std::unique_ptr<AppendFile> file_;  // null: broken, or not begun
+  uint64_t next_ordinal_;
+  uint64_t written_bytes_ = 0;
+  uint64_t reserved_bytes_ = 0;
+  bool has_space_ = true;
+  std::deque<Chunk> unsynced_;  // written, or to be written again, and not known to be durable
+  uint64_t synced_;             // the last sequence that is
+  uint64_t synced_us_ = 0;
+  uint64_t retry_us_ = 0;  // while broken or without space: not before this
+  uint64_t wait_us_ = 0;
+  uint64_t rotate_after_us_ = 0;
+  uint64_t snapshot_us_;  // when one was due last
+  uint64_t bytes_since_snapshot_;
+};
+
+}  // namespace pheromone::journal

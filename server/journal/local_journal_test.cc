@@ -1,0 +1,217 @@
+#include "server/journal/local_journal.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "server/journal/recovery.h"
+#include "server/journal/testing/crash_folder.h"
+#include "server/journal/testing/life.h"
+
+namespace pheromone::journal {
+namespace {
+
+using protocol::Reason;
+using testing::CrashFolder;
+using testing::Lives;
+using testing::SmallJournal;
+
+class LocalJournalTest : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_EQ(lives_.Begin(), ""); }
+
+  void Submit(int count) {
+    for (int i = 0; i < count; ++i) {
+      ASSERT_TRUE(lives_.Submit());
+    }
+  }
+  uint64_t Durable() { return lives_.journal().DurableSequence(); }
+
+  CrashFolder folder_{1};
+  Lives lives_{&folder_, SmallJournal(), 1};
+};
+
+TEST_F(LocalJournalTest, WhatQueuedMeanwhileIsOneGroup) {
+  Submit(5);
+  EXPECT_EQ(Durable(), 0u);
+  const uint64_t before = folder_.operations();
+  lives_.Write();
+  EXPECT_EQ(Durable(), 5u);
+  EXPECT_EQ(folder_.operations() - before, 2u);  // an append and a sync
+  EXPECT_EQ(lives_.journal().status().queued_bytes, 0u);
+}
+
+TEST_F(LocalJournalTest, MoreBeingDurableIsTold) {
+  int told = 0;
+  lives_.journal().OnDurable([&told] { ++told; });
+  lives_.Write();
+  EXPECT_EQ(told, 0);
+  Submit(3);
+  lives_.Write();
+  EXPECT_EQ(told, 1);
+}
+
+TEST_F(LocalJournalTest, AFullQueueIsBusy) {
+  int taken = 0;
+  while (lives_.Submit()) {
+    ++taken;
+  }
+  EXPECT_GT(taken, 5);
+  EXPECT_EQ(lives_.journal().Admit(), Reason::kBusy);
+  lives_.Write();
+  EXPECT_EQ(lives_.journal().Admit(), Reason::kNone);
+}
+
+TEST_F(LocalJournalTest, AFailedSyncMakesItReadOnlyUntilAllIsInANewSegment) {
+  Submit(3);
+  lives_.Write();
+  const std::string before = folder_.Contents(SegmentName(1));
+  Submit(4);
+  folder_.FailSyncs(3);
+  lives_.Write();
+  EXPECT_EQ(lives_.journal().Admit(), Reason::kReadOnly);
+  EXPECT_EQ(Durable(), 3u) << "nothing is acknowledged that is not on the disk";
+  EXPECT_NE(lives_.journal().status().problem.find("cannot be synced"), std::string::npos);
+  lives_.PassTime(100'000);
+  lives_.Write();  // and fails again
+  EXPECT_EQ(lives_.journal().Admit(), Reason::kReadOnly);
+  EXPECT_EQ(Durable(), 3u);
+  for (int i = 0; i < 8; ++i) {
+    lives_.PassTime(1'000'000);
+    lives_.Write();
+  }
+  EXPECT_EQ(lives_.journal().Admit(), Reason::kNone);
+  EXPECT_EQ(Durable(), 7u);
+  EXPECT_EQ(lives_.told().back(), "journal: changes are taken again");
+  Submit(2);
+  lives_.Write();
+  EXPECT_EQ(Durable(), 9u);
+  // Even if the disk has nothing of what the failed sync was to write.
+  folder_.CutAt(1);
+  EXPECT_FALSE(folder_.Sync().ok());
+  folder_.PowerOn();
+  EXPECT_EQ(lives_.Begin(), "");
+  EXPECT_EQ(lives_.engine().sequence(), 9u);
+  EXPECT_EQ(folder_.Contents(SegmentName(1)).substr(0, before.size()), before);
+}
+
+TEST_F(LocalJournalTest, AFailedWriteIsMendedTheSameWay) {
+  Submit(3);
+  folder_.FailAppends(1);
+  lives_.Write();
+  EXPECT_EQ(lives_.journal().Admit(), Reason::kReadOnly);
+  EXPECT_EQ(Durable(), 0u);
+  lives_.PassTime(1'000'000);
+  lives_.Write();
+  EXPECT_EQ(Durable(), 3u);
+  EXPECT_EQ(lives_.Begin(), "");
+  EXPECT_EQ(lives_.engine().sequence(), 3u);
+}
+
+TEST_F(LocalJournalTest, AFullDiskRefusesChangesLosesNothingAndHeals) {
+  Submit(3);
+  lives_.Write();
+  // Whatever was admitted fits into what is reserved.
+  folder_.LimitBytes(folder_.bytes());
+  int taken = 0;
+  while (lives_.journal().Admit() != Reason::kReadOnly && taken < 10'000) {
+    taken += lives_.Submit() ? 1 : 0;
+    lives_.Write();
+  }
+  EXPECT_GT(taken, 10);
+  EXPECT_LT(taken, 10'000);
+  EXPECT_EQ(Durable(), lives_.submitted());
+  EXPECT_EQ(lives_.told().back(),
+            "journal: changes are refused: journal: no space left on the disk");
+  lives_.PassTime(60'000'000);
+  lives_.Write();
+  EXPECT_EQ(lives_.journal().Admit(), Reason::kReadOnly);
+  folder_.LimitBytes(UINT64_MAX);
+  lives_.PassTime(60'000'000);
+  lives_.Write();
+  EXPECT_EQ(lives_.journal().Admit(), Reason::kNone);
+  EXPECT_EQ(lives_.journal().status().failures, 0u);
+  Submit(2);
+  lives_.Write();
+  EXPECT_EQ(lives_.Begin(), "");
+}
+
+TEST_F(LocalJournalTest, SegmentsEndWithTheHashOfTheState) {
+  while (lives_.journal().status().segment_ordinal < 4) {
+    lives_.Submit();
+    lives_.Write();
+    ASSERT_LT(lives_.submitted(), 2'000u);
+  }
+  const auto recovered = Recover(folder_, 3);
+  ASSERT_TRUE(recovered.ok());
+  EXPECT_TRUE(recovered.value().ends_with_hash);
+  EXPECT_EQ(recovered.value().engine.StateHash(), lives_.hashes()[recovered.value().sequence]);
+  EXPECT_TRUE(recovered.value().findings.empty());
+}
+
+TEST_F(LocalJournalTest, ASnapshotThatIsAskedForIsDueAtTheNextChange) {
+  Submit(2);
+  lives_.Write();
+  lives_.journal().AskForSnapshot();
+  EXPECT_EQ(lives_.snapshots(), 0u);
+  Submit(1);
+  lives_.Write();
+  lives_.MakeDueSnapshot();
+  EXPECT_EQ(lives_.snapshots(), 1u);
+  EXPECT_TRUE(folder_.Has(SnapshotName(2)));
+}
+
+TEST_F(LocalJournalTest, AnOrderlyEndLeavesNothingInDoubt) {
+  Submit(7);
+  ASSERT_TRUE(lives_.End().ok());
+  const auto recovered = Recover(folder_);
+  ASSERT_TRUE(recovered.ok());
+  EXPECT_EQ(recovered.value().certain, 7u);
+  EXPECT_TRUE(recovered.value().tail.empty());
+  EXPECT_FALSE(recovered.value().lost);
+}
+
+TEST(LocalJournalRelaxed, AnswersBeforeItSyncsAndSaysSoToTheNextLife) {
+  CrashFolder folder(2);
+  JournalSettings settings = SmallJournal();
+  settings.relaxed = true;
+  Lives lives(&folder, settings, 2);
+  ASSERT_EQ(lives.Begin(), "");
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(lives.Submit());
+  }
+  EXPECT_EQ(lives.journal().DurableSequence(), 5u);
+  lives.Write();
+  EXPECT_EQ(lives.journal().status().durable, 0u);
+  lives.PassTime(2'000'000);
+  lives.Write();
+  EXPECT_EQ(lives.journal().status().durable, 5u);
+  EXPECT_NE(lives.Begin(), "");  // without an orderly end it may have lost what it had told of
+  EXPECT_TRUE(lives.opened().state_lost);
+  ASSERT_TRUE(lives.End().ok());
+  EXPECT_EQ(lives.Begin(), "");
+}
+
+// For ThreadSanitizer: the service's side and the writing thread's.
+TEST(LocalJournalThreads, AppendsAndGroupsMeet) {
+  CrashFolder folder(3);
+  LocalJournal journal(
+      &folder, JournalSettings{}, [] { return uint64_t{0}; }, [](bool, const std::string&) {},
+      LocalJournal::Start{});
+  journal.WriteOnce();
+  std::thread writer([&] { journal.WriteUntilStopped(); });
+  for (uint64_t i = 0; i < 2'000; ++i) {
+    ASSERT_EQ(journal.Admit(), Reason::kNone);
+    if (i == 1'000) {
+      journal.AskForSnapshot();
+    }
+    journal.Append({i, 0}, engine::Advance{});
+  }
+  journal.Stop();
+  writer.join();
+  ASSERT_TRUE(journal.Close(0).ok());
+  EXPECT_EQ(journal.status().durable, 2'000u);
+}
+
+}  // namespace
+}  // namespace pheromone::journal

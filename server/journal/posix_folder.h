@@ -1,0 +1,41 @@
+// A folder of this machine.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/journal/folder.h"
+
+namespace pheromone::journal {
+
+class PosixFolder final : public Folder {
+ public:
+  enum class Mode {
+    kOwner,   ///< writes; made if it is not there; nobody else owns it meanwhile
+    kReader,  ///< only looks, also while somebody owns it
+  };
+
+  /// Errors: what is there is no folder, it cannot be made or opened, or, for kOwner, another
+  /// process has it: the lock is on its file `lock`, and ends with the process.
+  static Result<std::unique_ptr<PosixFolder>> Open(const std::string& path, Mode mode);
+  ~PosixFolder() override;
+
+  const std::string& path() const override { return path_; }
+  Result<std::vector<std::string>> List() const override;
+  Result<std::string> Read(const std::string& name, uint64_t offset, size_t most) const override;
+  Result<std::unique_ptr<AppendFile>> Create(const std::string& name) override;
+  Status Rename(const std::string& from, const std::string& to) override;
+  Status Remove(const std::string& name) override;
+  Status Sync() override;
+
+ private:
+  PosixFolder(std::string path, int fd, int lock_fd)
+      : path_(std::move(path)), fd_(fd), lock_fd_(lock_fd) {}
+
+  std::string path_;
+  int fd_;
+  int lock_fd_;  // negative: a reader's
+};
+
+}  // namespace pheromone::journal

@@ -1,0 +1,84 @@
+#include "server/journal/retention.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "server/journal/format.h"
+#include "server/journal/recovery.h"
+#include "server/journal/snapshot.h"
+
+namespace pheromone::journal {
+
+Result<Made> MakeSnapshot(uint64_t before_ordinal, size_t keep, Folder* folder) {
+  Made made;
+  {
+    Result<Recovered> followed = Recover(*folder, before_ordinal);
+    if (!followed.ok()) {
+      return Error{followed.error()};
+    }
+    Recovered& state = followed.value();
+    made.sequence = state.sequence;
+    made.events = state.sequence - state.snapshot_sequence;
+    if (made.events == 0) {
+      return made;
+    }
+    if (!state.ends_with_hash || !state.findings.empty()) {
+      return Error{folder->path() + ": the log leads to another state than the server had" +
+                   (state.findings.empty() ? "" : ": " + state.findings.front().Text())};
+    }
+    const Status written = WriteSnapshot(state.engine, state.stamp, folder);
+    if (!written.ok()) {
+      return Error{written.error()};
+    }
+  }
+  const Result<uint64_t> removed = RemoveWhatIsNotNeeded(keep, folder);
+  if (!removed.ok()) {
+    return Error{removed.error()};
+  }
+  made.removed = removed.value();
+  return made;
+}
+
+Result<uint64_t> RemoveWhatIsNotNeeded(size_t keep, Folder* folder) {
+  const Result<std::vector<std::string>> names = folder->List();
+  if (!names.ok()) {
+    return Error{names.error()};
+  }
+  std::vector<std::pair<uint64_t, std::string>> snapshots;
+  std::vector<std::pair<SegmentHeader, std::string>> segments;
+  for (const std::string& name : names.value()) {
+    if (const auto sequence = SnapshotSequenceOf(name)) {
+      snapshots.emplace_back(*sequence, name);
+    } else if (OrdinalOf(name)) {
+      const Result<std::string> head = folder->Read(name, 0, kSegmentHeaderBytes);
+      const Result<SegmentHeader> header = DecodeSegmentHeader(head.ok() ? head.value() : "");
+      if (header.ok()) {
+        segments.emplace_back(header.value(), name);
+      }
+    }
+  }
+  std::sort(snapshots.rbegin(), snapshots.rend());
+  std::sort(segments.begin(), segments.end(),
+            [](const auto& a, const auto& b) { return a.first.ordinal < b.first.ordinal; });
+  std::vector<std::string> unneeded;
+  for (size_t i = keep; i < snapshots.size(); ++i) {
+    unneeded.push_back(snapshots[i].second);
+  }
+  const uint64_t oldest = snapshots.size() >= keep ? snapshots[keep - 1].first : 0;
+  for (size_t i = 0; i + 1 < segments.size(); ++i) {
+    if (segments[i + 1].first.first_sequence <= oldest + 1 && oldest != 0) {
+      unneeded.push_back(segments[i].second);
+    }
+  }
+  for (const std::string& name : unneeded) {
+    const Status removed = folder->Remove(name);
+    if (!removed.ok()) {
+      return Error{removed.error()};
+    }
+  }
+  return unneeded.empty() || folder->Sync().ok() ? Result<uint64_t>(unneeded.size())
+                                                 : Error{folder->path() + ": cannot be synced"};
+}
+
+}  // namespace pheromone::journal

@@ -1,0 +1,144 @@
+#include "server/journal/snapshot.h"
+
+#include <utility>
+
+#include "server/journal/crc32c.h"
+
+namespace pheromone::journal {
+namespace {
+
+// The portions of a snapshot's file, one after the other.
+class Portions {
+ public:
+  Portions(const Folder& folder, const std::string& name) : folder_(folder), name_(name) {}
+
+  // Empty at the end, and after an error.
+  std::string_view Next() {
+    if (ended_) {
+      return {};
+    }
+    const Result<std::string> header = folder_.Read(name_, at_, kPortionHeaderBytes);
+    if (!header.ok()) {
+      return Fail(header.error());
+    }
+    ByteReader reader(header.value());
+    const uint32_t length = reader.U32();
+    const uint32_t checksum = reader.U32();
+    if (!reader.ok() || length > 2 * ByteWriter::kPortionBytes) {
+      return Fail(reader.ok() ? "a portion of impossible length" : "is cut off");
+    }
+    Result<std::string> bytes = folder_.Read(name_, at_ + kPortionHeaderBytes, length);
+    if (!bytes.ok()) {
+      return Fail(bytes.error());
+    }
+    portion_ = std::move(bytes).value();
+    ByteWriter number;
+    number.U32(number_++);
+    if (portion_.size() < length || Crc32c(portion_, Crc32c(number.bytes())) != checksum) {
+      return Fail(portion_.size() < length ? "is cut off" : "a portion's checksum differs");
+    }
+    at_ += kPortionHeaderBytes + length;
+    ended_ = length == 0;
+    return portion_;
+  }
+
+  // Whether the last portion was seen, and nothing follows.
+  Status AtEnd() {
+    while (!ended_) {
+      Next();
+    }
+    const Result<std::string> more = folder_.Read(name_, at_, 1);
+    if (error_.empty() && more.ok() && !more.value().empty()) {
+      Fail("goes on after its end");
+    }
+    return error_.empty() ? Ok() : Status(Error{error_});
+  }
+
+  uint64_t at() const { return at_; }
+
+ private:
+  std::string_view Fail(const std::string& what) {
+    error_ = what;
+    ended_ = true;
+    return {};
+  }
+
+  const Folder& folder_;
+  const std::string& name_;
+  uint64_t at_ = kSnapshotHeaderBytes;
+  uint32_t number_ = 0;
+  std::string portion_;
+  std::string error_;
+  bool ended_ = false;
+};
+
+Status WriteTo(const engine::Engine& engine, const engine::Stamp& stamp, AppendFile* file) {
+  Status status =
+      file->Append(EncodeHeader(SnapshotHeader{engine.sequence(), stamp, engine.StateHash()}));
+  uint32_t number = 0;
+  const auto append = [&](std::string_view portion) {
+    if (status.ok()) {
+      std::string bytes;
+      AppendPortion(number++, portion, &bytes);
+      status = file->Append(bytes);
+    }
+  };
+  ByteWriter writer(append);
+  engine.Save(&writer);
+  writer.Flush();
+  append({});
+  return status.ok() ? file->Sync() : status;
+}
+
+}  // namespace
+
+Status WriteSnapshot(const engine::Engine& engine, const engine::Stamp& stamp, Folder* folder) {
+  const std::string name = SnapshotName(engine.sequence());
+  const std::string unfinished = name + std::string(kUnfinished);
+  (void)folder->Remove(unfinished);  // what an earlier attempt may have left
+  Result<std::unique_ptr<AppendFile>> file = folder->Create(unfinished);
+  if (!file.ok()) {
+    return Error{file.error()};
+  }
+  Status status = WriteTo(engine, stamp, file.value().get());
+  file.value().reset();
+  if (status.ok()) {
+    status = folder->Rename(unfinished, name);
+  }
+  if (!status.ok()) {
+    (void)folder->Remove(unfinished);
+    return status;
+  }
+  return folder->Sync();
+}
+
+Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uint64_t* byte) {
+  *byte = 0;
+  const Result<std::string> head = folder.Read(name, 0, kSnapshotHeaderBytes);
+  if (!head.ok()) {
+    return Error{head.error()};
+  }
+  const Result<SnapshotHeader> header = DecodeSnapshotHeader(head.value());
+  if (!header.ok()) {
+    return Error{header.error()};
+  }
+  Portions portions(folder, name);
+  ByteReader reader([&portions] { return portions.Next(); });
+  Result<engine::Engine> engine = engine::Engine::Restore(&reader);
+  reader.ExpectEnd();
+  const Status ended = portions.AtEnd();
+  *byte = portions.at();
+  if (!ended.ok()) {
+    return Error{ended.error()};
+  }
+  if (!engine.ok() || !reader.ok()) {
+    return Error{engine.ok() ? reader.error() : engine.error()};
+  }
+  if (engine.value().sequence() != header.value().sequence ||
+      engine.value().StateHash() != header.value().state_hash) {
+    return Error{"it holds another state than its header says"};
+  }
+  return Snapshot{std::move(engine).value(), header.value().stamp};
+}
+
+}  // namespace pheromone::journal

@@ -1,0 +1,112 @@
+#include "server/journal/testing/life.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/journal/retention.h"
+
+namespace pheromone::journal::testing {
+namespace {
+
+// Every kind of event has a place, and a configuration has not more bytes than a segment.
+engine::EngineConfig ConfigOfLives() {
+  engine::EngineConfig config = engine::testing::RichConfig(true);
+  config.field.obstacles = {};
+  return config;
+}
+
+}  // namespace
+
+Lives::Lives(Folder* folder, const JournalSettings& settings, uint64_t seed)
+    : folder_(folder), settings_(settings), random_(seed), traffic_(seed, ConfigOfLives()) {}
+
+std::string Lives::Begin() {
+  opened_.reset();
+  snapshot_due_.reset();
+  Result<Opened> opened = OpenJournal(
+      folder_, settings_, [this] { return now_us_; },
+      [this](bool, const std::string& text) { told_.push_back(text); });
+  if (!opened.ok()) {
+    return "cannot be opened: " + opened.error();
+  }
+  opened_ = std::move(opened).value();
+  opened_->journal->OnSnapshotDue([this](uint64_t ordinal) { snapshot_due_ = ordinal; });
+  const engine::Engine& engine = opened_->engine;
+  const uint64_t found = engine.sequence();
+  const std::string numbers = "found " + std::to_string(found) + ", submitted " +
+                              std::to_string(submitted()) + ", acknowledged " +
+                              std::to_string(acknowledged_);
+  std::string wrong;
+  if (found > submitted()) {
+    wrong = numbers + ": more than there was";
+  } else if (found < acknowledged_) {
+    wrong = numbers + ": acknowledged changes are missing";
+  } else if (found != 0 && engine.StateHash() != hashes_[found]) {
+    wrong = numbers + ": the state is another one";
+  } else if (opened_->state_lost) {
+    wrong = numbers + ": taken for damaged";
+  }
+  hashes_.resize(found + 1);
+  acknowledged_ = found;
+  return wrong;
+}
+
+bool Lives::Submit() {
+  engine::Engine& engine = opened_->engine;
+  if (journal().Admit() != protocol::Reason::kNone) {
+    return false;
+  }
+  const engine::Event event = engine.configured() ? traffic_.Next(engine) : traffic_.First();
+  if (journal().IsRotationDue() && engine.configured()) {
+    journal().Rotate(engine.StateHash());
+  }
+  const uint64_t sequence = journal().Append(traffic_.stamp(), event);
+  out_.clear();
+  engine.Apply(sequence, traffic_.stamp(), event, &out_);
+  hashes_.push_back(engine.StateHash());
+  Acknowledge();
+  return true;
+}
+
+void Lives::Acknowledge() {
+  acknowledged_ = std::max(acknowledged_, journal().DurableSequence());
+}
+
+void Lives::Write() {
+  while (journal().WriteOnce()) {
+    Acknowledge();
+  }
+  Acknowledge();
+}
+
+void Lives::MakeDueSnapshot() {
+  if (snapshot_due_) {
+    const Result<Made> made = MakeSnapshot(*snapshot_due_, settings_.keep_snapshots, folder_);
+    snapshots_ += made.ok() && made.value().events > 0 ? 1u : 0u;
+    if (!made.ok()) {
+      told_.push_back(made.error());
+    }
+    snapshot_due_.reset();
+  }
+}
+
+void Lives::Step() {
+  for (uint64_t events = Below(6); events > 0; --events) {
+    Submit();
+  }
+  if (Below(3) != 0) {
+    journal().WriteOnce();
+    Acknowledge();
+  }
+  if (Below(5) == 0) {
+    MakeDueSnapshot();
+  }
+  PassTime(Below(40'000));
+}
+
+Status Lives::End() {
+  Write();
+  return journal().Close(opened_->engine.StateHash());
+}
+
+}  // namespace pheromone::journal::testing
