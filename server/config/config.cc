@@ -7,10 +7,13 @@ namespace pheromone::config {
 namespace {
 
 constexpr int64_t kMaxMemoryMib = 1 << 20;
+constexpr int64_t kMaxRate = 1'000'000;
 
-void ReadLimits(const Value& root, Notes* notes, engine::EngineConfig* engine) {
+void ReadLimits(const Value& root, Notes* notes, Config* config) {
+  engine::EngineConfig* const engine = &config->engine;
   const TableReader limits(TableOf(root, "limits", notes), "limits", &notes->problems);
-  limits.AllowOnly({"field_memory_mib", "robots_per_link"});
+  limits.AllowOnly(
+      {"field_memory_mib", "robots_per_link", "requests_per_client_s", "requests_per_link_s"});
   engine->field.memory_bytes =
       static_cast<uint64_t>(limits.Integer("field_memory_mib", 1, kMaxMemoryMib, 1024).value_or(1))
       << 20;
@@ -26,6 +29,12 @@ void ReadLimits(const Value& root, Notes* notes, engine::EngineConfig* engine) {
   }
   engine->robots_per_link =
       static_cast<uint16_t>(limits.Integer("robots_per_link", 1, 254, 254).value_or(1));
+  const auto per_client = limits.Integer("requests_per_client_s", 0, kMaxRate, 0).value_or(0);
+  const auto per_link = limits.Integer("requests_per_link_s", 0, kMaxRate, 0).value_or(0);
+  for (LinkConfig& link : config->links) {
+    link.requests_per_client_s = static_cast<uint32_t>(per_client);
+    link.requests_per_link_s = static_cast<uint32_t>(per_link);
+  }
 }
 
 void ReadDaemon(const Value& root, Notes* notes, DaemonSettings* daemon) {
@@ -66,7 +75,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadLinks(root, &notes, &config);
   ReadFrames(root, &notes, &config.engine);
   ReadTrackers(root, &notes, &config);
-  ReadLimits(root, &notes, &config.engine);
+  ReadLimits(root, &notes, &config);
   ReadDaemon(root, &notes, &config.daemon);
   if (!notes.problems.empty()) {
     return Error{notes.problems.Text()};

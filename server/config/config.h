@@ -14,6 +14,7 @@
 // server/maps, and what they say ends up in the same structs.
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -33,7 +34,7 @@ struct DaemonSettings {
   bool operator==(const DaemonSettings&) const = default;
 };
 
-enum class LinkKind { kPty, kSerial, kTcp };
+enum class LinkKind { kPty, kSerial, kTcp, kUdp };
 
 /// How a link is reached. Its name, slot and response window are in Config::engine.links too.
 struct LinkConfig {
@@ -41,13 +42,16 @@ struct LinkConfig {
   LinkKind kind = LinkKind::kPty;
   std::string path;             ///< kPty: the symbolic link to the slave side; kSerial: the port
   uint32_t baud = 9600;         ///< kSerial
-  std::string listen_address;   ///< kTcp: numeric, IPv4 or IPv6 without brackets
-  uint16_t listen_port = 0;     ///< kTcp: 0 lets the system choose
+  std::string listen_address;   ///< kTcp, kUdp: numeric, IPv4 or IPv6 without brackets
+  uint16_t listen_port = 0;     ///< kTcp, kUdp: 0 lets the system choose
   bool required = false;        ///< start-up fails if the link does not come up
   uint16_t turnaround_ms = 0;   ///< kSerial: T_t, from receiving to sending
   uint16_t gap_timeout_ms = 0;  ///< longest silence inside a frame; 0 = no limit
   uint8_t slot_ms = 1;
   uint8_t response_window_ms = 100;
+  std::bitset<256> clients = std::bitset<256>().set();  ///< the IDs that are served
+  uint32_t requests_per_client_s = 0;                   ///< [limits]; 0 = no limit
+  uint32_t requests_per_link_s = 0;                     ///< likewise
   bool operator==(const LinkConfig&) const = default;
 };
 

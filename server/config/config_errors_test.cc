@@ -47,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(
              "20:1: pheromone[2].sigma: unknown key, expected sigma_m?"},
         Case{5, "[antenna]\n[antennas]", "5:2: antenna: unknown key, expected antennas?"},
         Case{29, "path = \"a.pty\"\nbaud = 9600",
-             "30:1: link[1].baud: unknown key, expected one of name, kind, required, path, "
+             "30:1: link[1].baud: unknown key, expected one of name, kind, required, clients, path, "
              "slot_ms, response_window_ms, gap_timeout_ms"},
         Case{2, "", "1:1: map.width_m: missing, expected a number from 0.000001 to 1000000"},
         Case{6, "", "5:1: antennas.bias_m: missing, expected a number from 0 to 65"},
@@ -55,7 +55,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{24, "", "23:1: path[1].pheromone: missing, expected 1 or \"trail\", 2 or \"path\""},
         Case{25, "",
              "23:1: path[1].points_m: missing, expected at least 2 points [x, y] in metres"},
-        Case{28, "", "26:1: link[1].kind: missing, expected one of \"pty\", \"serial\", \"tcp\""}));
+        Case{
+            28, "",
+            "26:1: link[1].kind: missing, expected one of \"pty\", \"serial\", \"tcp\", \"udp\""}));
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, ConfigErrorTest,

@@ -14,9 +14,9 @@ TEST_P(LinkErrorsTest, NamesPlaceKeyAndExpectation) {
 INSTANTIATE_TEST_SUITE_P(
     Links, LinkErrorsTest,
     ::testing::Values(
-        Case{28, "kind = \"udp\"",
-             "28:8: link[1].kind: found the string \"udp\", expected one of "
-             "\"pty\", \"serial\", \"tcp\""},
+        Case{28, "kind = \"can\"",
+             "28:8: link[1].kind: found the string \"can\", expected one of "
+             "\"pty\", \"serial\", \"tcp\", \"udp\""},
         Case{31, "name = \"radio-a\"",
              "31:8: link[2].name: found the string \"radio-a\" again, "
              "expected what link \"radio-a\" does not have"},
@@ -49,7 +49,21 @@ INSTANTIATE_TEST_SUITE_P(
              "listen = \"127.0.0.1:4950\"\n[[link]]\nname = \"n\"\nkind = \"tcp\"\n"
              "listen = \"127.0.0.1:4950\"",
              "41:10: link[4].listen: found the string \"127.0.0.1:4950\" again, expected what link "
-             "\"net\" does not have"}));
+             "\"net\" does not have"},
+        Case{37,
+             "listen = \"127.0.0.1:4950\"\n[[link]]\nname = \"n\"\nkind = \"udp\"\n"
+             "listen = \"127.0.0.1:4951\"\ngap_timeout_ms = 5",
+             "42:1: link[4].gap_timeout_ms: unknown key, expected one of name, kind, required, "
+             "clients, listen, slot_ms, response_window_ms"},
+        Case{29, "path = \"a.pty\"\nclients = 7",
+             "30:11: link[1].clients: found 7, expected client IDs from 1 to 254 and ranges of "
+             "them, such as [1, 2, \"10-20\"]"},
+        Case{29, "path = \"a.pty\"\nclients = []",
+             "30:11: link[1].clients: found an array of 0, expected client IDs from 1 to 254 and "
+             "ranges of them, such as [1, 2, \"10-20\"]"},
+        Case{29, "path = \"a.pty\"\nclients = [1, 255]",
+             "30:15: link[1].clients: found 255, expected client IDs from 1 to 254 and ranges of "
+             "them, such as [1, 2, \"10-20\"]"}));
 
 // After the text, whose last line is 37.
 INSTANTIATE_TEST_SUITE_P(
@@ -103,6 +117,54 @@ INSTANTIATE_TEST_SUITE_P(
              "\"127.0.0.1:1\"\n[[tracker]]\nname = \"t\"\nlisten = \"127.0.0.1:2\"",
              "42:8: tracker[2].name: found the string \"t\" again, expected what tracker \"t\" "
              "does not have"}));
+
+TEST(LinksTest, ClientsAreIdsAndRangesOfThem) {
+  for (const std::string_view bad :
+       {"0", "-1", "1.5", "\"1\"", "\"20-10\"", "\"0-3\"", "\"1-255\"", "\"1-\"", "\"-3\"",
+        "\"1-2-3\"", "\" 1-2\"", "\"1 - 2\"", "\"\"", "true", "[1]"}) {
+    EXPECT_NE(ErrorOf(Replaced(29, "path = \"a.pty\"\nclients = [" + std::string(bad) + "]")), "")
+        << bad;
+  }
+  const Result<Config> config =
+      ParseConfig(Replaced(29, "path = \"a.pty\"\nclients = [1, \"3-5\", 254, \"4-4\"]"), "f.toml");
+  ASSERT_TRUE(config.ok()) << config.error();
+  for (size_t id = 0; id < 256; ++id) {
+    EXPECT_EQ(config.value().links[0].clients.test(id),
+              id == 1 || id == 3 || id == 4 || id == 5 || id == 254);
+  }
+  EXPECT_TRUE(config.value().links[1].clients.all());  // without a list, everyone
+}
+
+// A TCP and a UDP port of one number are two ports.
+TEST(LinksTest, UdpIsReadAndSharesNoPortWithAnotherOfItsKind) {
+  const std::string udp = "\n[[link]]\nname = \"u\"\nkind = \"udp\"\nlisten = \"127.0.0.1:4950\"";
+  const std::string text = Replaced(37, "listen = \"127.0.0.1:4950\"" + udp);
+  const Result<Config> config = ParseConfig(text, "f.toml");
+  ASSERT_TRUE(config.ok()) << config.error();
+  const LinkConfig& link = config.value().links[3];
+  EXPECT_EQ(link.kind, LinkKind::kUdp);
+  EXPECT_EQ(link.listen_address, "127.0.0.1");
+  EXPECT_EQ(link.listen_port, 4950);
+  EXPECT_EQ(link.gap_timeout_ms, 0);
+  EXPECT_EQ(
+      ErrorOf(text + "[[link]]\nname = \"v\"\nkind = \"udp\"\nlisten = \"127.0.0.1:4950\""),
+      "f.toml:45:10: link[5].listen: found the string \"127.0.0.1:4950\" again, expected what "
+      "link \"u\" does not have");
+}
+
+TEST(LinksTest, RatesAreThoseOfEveryLink) {
+  const std::string text = std::string(kGood);
+  const Result<Config> config = ParseConfig(
+      text + "[limits]\nrequests_per_client_s = 20\nrequests_per_link_s = 500", "f.toml");
+  ASSERT_TRUE(config.ok()) << config.error();
+  for (const LinkConfig& link : config.value().links) {
+    EXPECT_EQ(link.requests_per_client_s, 20u);
+    EXPECT_EQ(link.requests_per_link_s, 500u);
+  }
+  EXPECT_EQ(ErrorOf(text + "[limits]\nrequests_per_link_s = -1"),
+            "f.toml:39:23: limits.requests_per_link_s: found -1, expected a whole number from 0 to "
+            "1000000");
+}
 
 TEST(LinksTest, AnAddressIsFourNumbersOrBracketedAndAPort) {
   for (const std::string_view bad :

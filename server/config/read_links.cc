@@ -1,20 +1,25 @@
 // [[link]]: how robots reach the server.
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <optional>
+#include <system_error>
+#include <utility>
 
 #include "server/config/sections.h"
 
 namespace pheromone::config {
 namespace {
 
-constexpr std::string_view kKinds[] = {"pty", "serial", "tcp"};  // in the order of LinkKind
+constexpr std::string_view kKinds[] = {"pty", "serial", "tcp", "udp"};  // in the order of LinkKind
 
 // D_s, what the server may take to answer: a USB adapter alone may hold bytes back for 16 ms.
 constexpr int64_t kServerDelayMs = 20;
 constexpr int64_t kSerialGapMs = 20;  // or four bytes, if they take longer
 constexpr int64_t kTcpGapMs = 10'000;
 constexpr int64_t kWindowMs = 100;  // without medium access
+
+constexpr int kMostId = 254;
 
 // A number of milliseconds that HELLO tells in one byte. `fallback` follows from other keys, and
 // may not fit.
@@ -77,13 +82,13 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
   std::optional<std::string> text;
   switch (link->kind) {
     case LinkKind::kPty:
-      table.AllowOnly(
-          {"name", "kind", "required", "path", "slot_ms", "response_window_ms", "gap_timeout_ms"});
+      table.AllowOnly({"name", "kind", "required", "clients", "path", "slot_ms",
+                       "response_window_ms", "gap_timeout_ms"});
       text = table.String("path");
       break;
     case LinkKind::kSerial: {
-      table.AllowOnly({"name", "kind", "required", "port", "baud", "slot_ms", "response_window_ms",
-                       "turnaround_ms", "gap_timeout_ms"});
+      table.AllowOnly({"name", "kind", "required", "clients", "port", "baud", "slot_ms",
+                       "response_window_ms", "turnaround_ms", "gap_timeout_ms"});
       text = table.String("port");
       const auto baud = table.Integer("baud", 50, 4'000'000, 9600);
       if (!baud) {
@@ -92,9 +97,15 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
       link->baud = static_cast<uint32_t>(*baud);
       break;
     }
-    case LinkKind::kTcp: {
-      table.AllowOnly({"name", "kind", "required", "listen", "slot_ms", "response_window_ms",
-                       "gap_timeout_ms"});
+    case LinkKind::kTcp:
+    case LinkKind::kUdp: {
+      if (link->kind == LinkKind::kTcp) {
+        table.AllowOnly({"name", "kind", "required", "clients", "listen", "slot_ms",
+                         "response_window_ms", "gap_timeout_ms"});
+      } else {
+        table.AllowOnly(
+            {"name", "kind", "required", "clients", "listen", "slot_ms", "response_window_ms"});
+      }
       const auto endpoint = ReadEndpoint(table, "listen");
       if (!endpoint) {
         return false;
@@ -113,18 +124,70 @@ std::string_view Clash(const LinkConfig& a, const LinkConfig& b) {
   if (a.name == b.name) {
     return "name";
   }
-  if (a.kind == LinkKind::kTcp && b.kind == LinkKind::kTcp) {
-    const bool same = a.listen_port != 0 && a.listen_port == b.listen_port &&
+  const auto listens = [](LinkKind kind) {
+    return kind == LinkKind::kTcp || kind == LinkKind::kUdp;
+  };
+  if (listens(a.kind)) {
+    const bool same = a.kind == b.kind && a.listen_port != 0 && a.listen_port == b.listen_port &&
                       a.listen_address == b.listen_address;
     return same ? "listen" : "";
   }
   const auto normal = [](const std::string& path) {
     return std::filesystem::path(path).lexically_normal();
   };
-  if (a.kind != LinkKind::kTcp && normal(a.path) == normal(b.path)) {
+  if (!listens(b.kind) && normal(a.path) == normal(b.path)) {
     return a.kind == LinkKind::kPty ? "path" : "port";
   }
   return "";
+}
+
+// "10-20", both included; nothing if it is no such range of IDs.
+std::optional<std::pair<int, int>> ParseRange(const Value& value) {
+  if (value.kind == Value::Kind::kInteger) {
+    const bool good = value.integer >= 1 && value.integer <= kMostId;
+    const auto id = static_cast<int>(good ? value.integer : 0);
+    return good ? std::optional(std::pair(id, id)) : std::nullopt;
+  }
+  if (value.kind != Value::Kind::kString) {
+    return std::nullopt;
+  }
+  const char* const end = value.text.data() + value.text.size();
+  std::pair<int, int> range;
+  const auto first = std::from_chars(value.text.data(), end, range.first);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '-') {
+    return std::nullopt;
+  }
+  const auto last = std::from_chars(first.ptr + 1, end, range.second);
+  const bool good = last.ec == std::errc() && last.ptr == end && range.first >= 1 &&
+                    range.first <= range.second && range.second <= kMostId;
+  return good ? std::optional(range) : std::nullopt;
+}
+
+bool ReadClients(const TableReader& table, LinkConfig* link) {
+  const Value* list = table.Find("clients");
+  if (list == nullptr) {
+    return true;
+  }
+  constexpr std::string_view kExpected =
+      "client IDs from 1 to 254 and ranges of them, such as [1, 2, \"10-20\"]";
+  if (list->kind != Value::Kind::kArray || list->items.empty()) {
+    table.Expected("clients", *list, kExpected);
+    return false;
+  }
+  link->clients.reset();
+  bool good = true;
+  for (const Value& item : list->items) {
+    const auto range = ParseRange(item);
+    if (!range) {
+      table.Expected("clients", item, kExpected);
+      good = false;
+      continue;
+    }
+    for (int id = range->first; id <= range->second; ++id) {
+      link->clients.set(static_cast<size_t>(id));
+    }
+  }
+  return good;
 }
 
 void ReadLink(const TableReader& table, Config* config) {
@@ -137,8 +200,9 @@ void ReadLink(const TableReader& table, Config* config) {
   link.kind = static_cast<LinkKind>(*kind);
   const bool has_address = ReadAddress(table, &link);
   const bool has_times = ReadTimes(table, &link);
+  const bool has_clients = ReadClients(table, &link);
   const auto required = table.Boolean("required", false);
-  if (!name || !has_address || !has_times || !required) {
+  if (!name || !has_address || !has_times || !has_clients || !required) {
     return;
   }
   link.name = *name;

@@ -190,7 +190,7 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
   std::string line = fmt::format("link {}: {} frames in {} bytes received, {} in {} bytes sent",
                                  name, counters.received.frames, counters.bytes_in,
                                  counters.frames_out, counters.bytes_out);
-  const std::array<std::pair<std::string_view, uint64_t>, 14> losses = {{
+  const std::array<std::pair<std::string_view, uint64_t>, 17> losses = {{
       {"damaged", counters.received.crc_errors},
       {"bad escapes", counters.received.bad_escapes},
       {"oversize", counters.received.oversize},
@@ -204,6 +204,9 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
       {"withheld errors", counters.withheld_errors},
       {"undeliverable", counters.undeliverable},
       {"dropped connections", counters.dropped_connections},
+      {"from clients not allowed", counters.not_allowed},
+      {"too many at once", counters.too_many},
+      {"oversize datagrams", counters.oversize_datagrams},
       {"opened again", counters.opened > 0 ? counters.opened - 1 : 0},
   }};
   for (const auto& [what, count] : losses) {

@@ -6,6 +6,7 @@
 
 #include "server/links/port_link.h"
 #include "server/links/tcp_link.h"
+#include "server/links/udp_link.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -40,6 +41,7 @@ std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config:
                                       links::LinkContext context, uint32_t seed) {
   links::BackoffOptions backoff;
   backoff.seed = seed;
+  context.admission = {config.clients, config.requests_per_client_s, config.requests_per_link_s};
   switch (config.kind) {
     case config::LinkKind::kPty: {
       links::PtyOptions options;
@@ -58,15 +60,22 @@ std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config:
       options.backoff = backoff;
       return links::MakeSerialLink(io, options, std::move(context));
     }
-    case config::LinkKind::kTcp:
+    case config::LinkKind::kTcp: {
+      links::TcpOptions options;
+      options.listen_address = config.listen_address;
+      options.listen_port = config.listen_port;
+      options.gap_timeout_ms = config.gap_timeout_ms;
+      options.backoff = backoff;
+      return links::MakeTcpLink(io, options, std::move(context));
+    }
+    case config::LinkKind::kUdp:
       break;
   }
-  links::TcpOptions options;
+  links::UdpOptions options;
   options.listen_address = config.listen_address;
   options.listen_port = config.listen_port;
-  options.gap_timeout_ms = config.gap_timeout_ms;
   options.backoff = backoff;
-  return links::MakeTcpLink(io, options, std::move(context));
+  return links::MakeUdpLink(io, options, std::move(context));
 }
 
 std::unique_ptr<links::TrackerLink> MakeTracker(boost::asio::io_context& io,

@@ -1,6 +1,8 @@
 #include "server/links/link.h"
 
-#include <utility>
+#include "protocol/opcodes.h"
+#include "server/engine/engine.h"
+#include "server/links/switchboard.h"
 
 namespace pheromone::links {
 
@@ -23,6 +25,41 @@ void Link::ReportUp(const std::string& how) {
 void Link::ReportDown(const std::string& why) {
   if (record_.SetState({false, why})) {
     context_.log(Severity::kWarning, "link " + name() + ": down, " + why);
+  }
+}
+
+void Link::Handle(std::span<const protocol::Message> batch,
+                  std::vector<protocol::Message>* answers) {
+  if (admission_.open()) {
+    context_.switchboard->Handle(context_.index, batch, answers);
+    return;
+  }
+  uint64_t not_allowed = 0;
+  uint64_t too_many = 0;
+  const auto now = std::chrono::steady_clock::now();
+  admitted_.clear();
+  for (const protocol::Message& message : batch) {
+    switch (admission_.Judge(message.id, now)) {
+      case Admission::Verdict::kWelcome:
+        admitted_.push_back(message);
+        break;
+      case Admission::Verdict::kNotAllowed:
+        ++not_allowed;
+        break;
+      case Admission::Verdict::kTooMany:
+        ++too_many;
+        if (message.opcode != protocol::kCommandAck && !protocol::IsFromServer(message.opcode)) {
+          answers->push_back(engine::ErrorMessage(message, protocol::Reason::kBusy));
+        }
+        break;
+    }
+  }
+  record_.Count([&](LinkCounters& counters) {
+    counters.not_allowed += not_allowed;
+    counters.too_many += too_many;
+  });
+  if (!admitted_.empty()) {
+    context_.switchboard->Handle(context_.index, admitted_, answers);
   }
 }
 

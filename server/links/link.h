@@ -21,10 +21,13 @@
 #include <mutex>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "protocol/decoder.h"
 #include "server/base/result.h"
 #include "server/engine/event.h"
+#include "server/links/admission.h"
 
 namespace pheromone::links {
 
@@ -44,6 +47,10 @@ struct LinkCounters {
   uint64_t withheld_errors = 0;      ///< not sent: a second ERROR within a response window
   uint64_t undeliverable = 0;        ///< not sent: nobody is connected
   uint64_t dropped_connections = 0;  ///< to make room for another
+  uint64_t not_allowed = 0;          ///< messages of clients that this link does not serve
+  uint64_t too_many = 0;             ///< messages beyond the limits of the request rate
+  uint64_t datagrams_in = 0;         ///< UDP
+  uint64_t oversize_datagrams = 0;   ///< of them: longer than what is taken, and discarded
 };
 
 /// Counters and state that conversations write and anyone reads.
@@ -85,11 +92,13 @@ struct LinkContext {
   engine::LinkIndex index = 0;
   Switchboard* switchboard = nullptr;  ///< outlives the link
   LinkLog log;
+  AdmissionOptions admission = {};
 };
 
 class Link {
  public:
-  explicit Link(LinkContext context) : context_(std::move(context)) {}
+  explicit Link(LinkContext context)
+      : context_(std::move(context)), admission_(context_.admission) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
   virtual ~Link() = default;
@@ -113,11 +122,19 @@ class Link {
  protected:
   void ReportUp(const std::string& how);
   void ReportDown(const std::string& why);
-  const LinkContext& context() const { return context_; }
+
+  /// Hands a batch to the engine, without what the link does not let in. What is to be sent on this
+  /// link is appended to `answers`. Not from two threads at once.
+  void Handle(std::span<const protocol::Message> batch, std::vector<protocol::Message>* answers);
+  /// Whether the link serves this client.
+  bool Allows(uint8_t id) const { return admission_.Allows(id); }
+
   LinkRecord* record() { return &record_; }
 
  private:
   const LinkContext context_;
+  Admission admission_;
+  std::vector<protocol::Message> admitted_;
   LinkRecord record_;
 };
 

@@ -12,7 +12,6 @@
 
 #include "server/links/conversation.h"
 #include "server/links/port.h"
-#include "server/links/switchboard.h"
 
 namespace pheromone::links {
 namespace {
@@ -99,10 +98,7 @@ class PortLink final : public Link {
     const auto begin = Clock::now();
     conversation_.emplace(
         strand_, options_,
-        [this](auto* /*from*/, auto batch, auto* answers) {
-          context().switchboard->Handle(context().index, batch, answers);
-        },
-        record());
+        [this](auto* /*from*/, auto batch, auto* answers) { Handle(batch, answers); }, record());
     const std::string why = co_await conversation_->Run(std::move(descriptor));
     conversation_.reset();
     port_->Close();

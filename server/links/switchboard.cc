@@ -17,10 +17,18 @@ void Switchboard::Handle(engine::LinkIndex from, std::span<const protocol::Messa
 }
 
 void Switchboard::Deliver(std::span<const engine::Outgoing> outgoing) {
-  for (const engine::Outgoing& one : outgoing) {
-    if (one.link < links_.size()) {
-      links_[one.link]->Send({&one.message, 1});
+  // What follows each other on one link goes there at once: a batch of answers that became durable.
+  std::vector<protocol::Message> together;
+  for (size_t i = 0; i < outgoing.size(); ++i) {
+    const engine::LinkIndex link = outgoing[i].link;
+    together.push_back(outgoing[i].message);
+    if (i + 1 < outgoing.size() && outgoing[i + 1].link == link) {
+      continue;
     }
+    if (link < links_.size()) {
+      links_[link]->Send(together);
+    }
+    together.clear();
   }
 }
 

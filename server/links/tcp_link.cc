@@ -16,7 +16,6 @@
 #include "protocol/opcodes.h"
 #include "server/links/conversation.h"
 #include "server/links/port.h"
-#include "server/links/switchboard.h"
 
 namespace pheromone::links {
 namespace {
@@ -165,12 +164,12 @@ class TcpLink final : public Link {
 
   void Take(Conversation* from, std::span<const protocol::Message> batch) {
     for (const protocol::Message& message : batch) {
-      if (!protocol::IsFromServer(message.opcode)) {
+      if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
         last_spoke_[message.id] = from;
       }
     }
     answers_.clear();
-    context().switchboard->Handle(context().index, batch, &answers_);
+    Handle(batch, &answers_);
     for (const protocol::Message& answer : answers_) {
       Route(answer);
     }

@@ -1,0 +1,158 @@
+#include "proto_tests/exchange_bench/arena.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <random>
+
+#include "protocol/opcodes.h"
+#include "server/config/config.h"
+#include "server/engine/engine.h"
+
+namespace pheromone::bench {
+namespace {
+
+constexpr uint8_t kType = 1;
+constexpr int kCellMm = 20;
+constexpr int kCells = 1500;         // along a side; there is one more node
+constexpr size_t kPoses = 1u << 16;  // more than caches hold of the map
+
+constexpr std::string_view kConfig = R"([map]
+width_m = 30.0
+height_m = 30.0
+cell_m = 0.02
+[antennas]
+bias_m = 0.04
+[[pheromone]]
+type = 1
+name = "trail"
+core_m = 0.05
+sigma_m = 0.05          # smelled to 0.1 m: r = 5 cells
+tau_s = 1000000
+quantum = 0.125
+maximum = 0.125
+[[print]]
+pheromone = "trail"
+file = "nodes.pgm"
+[daemon]
+io_threads = 2
+)";
+
+[[noreturn]] void Fail(const std::string& why) {
+  fmt::print(stderr, "exchange_bench: {}\n", why);
+  std::exit(1);
+}
+
+// By row from below, then by column: whether the node holds something.
+using Nodes = std::vector<bool>;
+constexpr size_t kNodesPerRow = kCells + 1;
+
+Nodes RandomNodes(std::mt19937* random) {
+  Nodes nodes(kNodesPerRow * kNodesPerRow);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    nodes[i] = ((*random)() & 1u) != 0;
+  }
+  return nodes;
+}
+
+void WritePicture(const Nodes& nodes, const std::string& path) {
+  std::ofstream picture(path, std::ios::binary);
+  picture << "P5\n" << kNodesPerRow << ' ' << kNodesPerRow << "\n255\n";
+  for (size_t row = kNodesPerRow; row-- > 0;) {  // the first row of a picture is the top one
+    for (size_t column = 0; column < kNodesPerRow; ++column) {
+      picture.put(nodes[row * kNodesPerRow + column] ? '\xFF' : '\0');
+    }
+  }
+}
+
+std::vector<protocol::WirePose> RandomPoses(const Nodes& nodes, std::mt19937* random) {
+  std::uniform_int_distribution<int32_t> anywhere_mm(0, kCells * kCellMm);
+  std::uniform_int_distribution<int> any_heading(0, UINT16_MAX);
+  const auto nearest = [](int32_t mm) { return static_cast<size_t>((mm + kCellMm / 2) / kCellMm); };
+  std::vector<protocol::WirePose> poses;
+  while (poses.size() < kPoses) {
+    const int32_t x = anywhere_mm(*random);
+    const int32_t y = anywhere_mm(*random);
+    if (nodes[nearest(y) * kNodesPerRow + nearest(x)]) {
+      poses.push_back({x, y, static_cast<uint16_t>(any_heading(*random))});
+    }
+  }
+  return poses;
+}
+
+void ComputeAnswers(const config::Config& config, Arena* arena) {
+  engine::Engine engine;
+  std::vector<engine::Outgoing> out;
+  engine.Apply(1, {0, 0}, engine::ConfigChanged{config.engine, 1}, &out);
+  for (size_t pose = 0; pose < arena->poses.size(); ++pose) {
+    out.clear();
+    engine.Answer({0, 0}, 0, arena->Sense(1, pose), &out);
+    if (out.size() != 1 || out[0].message.length != 4) {
+      Fail("the engine does not answer");
+    }
+    std::array<uint8_t, 4>& answer = arena->answers.emplace_back();
+    std::copy_n(out[0].message.data, answer.size(), answer.begin());
+  }
+}
+
+std::string Links(const LinkNumbers& links) {
+  std::string text;
+  for (int i = 1; i <= links.udp; ++i) {
+    text +=
+        fmt::format("[[link]]\nname = \"udp-{}\"\nkind = \"udp\"\nlisten = \"127.0.0.1:0\"\n", i);
+  }
+  for (int i = 1; i <= links.pty; ++i) {
+    text += fmt::format("[[link]]\nname = \"pty-{}\"\nkind = \"pty\"\npath = \"pty-{}\"\n", i, i);
+  }
+  return text;
+}
+
+}  // namespace
+
+Arena MakeArena(const std::string& folder, const LinkNumbers& links, const std::string& extra) {
+  std::mt19937 random(1);
+  const Nodes nodes = RandomNodes(&random);
+  WritePicture(nodes, folder + "/nodes.pgm");
+  Arena arena;
+  arena.config_file = folder + "/bench.toml";
+  std::ofstream(arena.config_file) << kConfig << Links(links) << extra;
+  const Result<config::Config> config = config::LoadConfig(arena.config_file);
+  if (!config.ok()) {
+    Fail(config.error());
+  }
+  arena.live_nodes = static_cast<size_t>(std::count(nodes.begin(), nodes.end(), true));
+  arena.poses = RandomPoses(nodes, &random);
+  ComputeAnswers(config.value(), &arena);
+  return arena;
+}
+
+protocol::Message Arena::Sense(uint8_t client, size_t pose) const {
+  protocol::Message message;
+  protocol::Encode(protocol::SenseRequest{client, kType, false, poses[pose]}, &message);
+  return message;
+}
+
+protocol::Message Arena::Trace(uint8_t client, size_t pose, uint8_t seq) const {
+  protocol::Message message;
+  protocol::Encode(protocol::TraceRequest{client, kType, false, seq, poses[pose]}, &message);
+  return message;
+}
+
+bool Arena::IsSenseAnswer(const protocol::Message& answer, uint8_t client, size_t pose) const {
+  return answer.id == client &&
+         answer.opcode == (protocol::kFromServer | protocol::kSense | kType) &&
+         answer.length == 4 && std::equal(answers[pose].begin(), answers[pose].end(), answer.data);
+}
+
+bool Arena::IsTraceAnswer(const protocol::Message& answer, uint8_t client, size_t pose,
+                          uint8_t seq) const {
+  return answer.id == client &&
+         answer.opcode == (protocol::kFromServer | protocol::kTrace | kType) &&
+         answer.length == 5 && answer.data[0] == seq &&
+         std::equal(answers[pose].begin(), answers[pose].end(), answer.data + 1);
+}
+
+}  // namespace pheromone::bench

@@ -1,0 +1,30 @@
+// Clients on ptys at the pace of a modem: how long the server takes from a request's last byte to
+// the first one of its answer.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "proto_tests/exchange_bench/arena.h"
+#include "proto_tests/exchange_bench/quantiles.h"
+
+namespace pheromone::bench {
+
+struct PtyLoadOptions {
+  bool trace = false;
+  int baud = 9600;                ///< a byte takes ten bits
+  std::vector<std::string> ptys;  ///< each with one client, whose ID is 1
+  double seconds = 10;
+};
+
+struct PtyLoadResult {
+  Quantiles times;
+  uint64_t wrong = 0;
+  uint64_t lost = 0;
+};
+
+/// Bytes are written when a modem would have received them, and after an answer the line is left
+/// for as long as it would have taken to send. Every answer is checked, byte for byte.
+PtyLoadResult RunPtyLoad(const Arena& arena, const PtyLoadOptions& options);
+
+}  // namespace pheromone::bench

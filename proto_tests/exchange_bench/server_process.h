@@ -1,0 +1,52 @@
+// A pheromoned of its own for exchange_bench, and the bare echo that it is compared with.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace pheromone::bench {
+
+/// A running pheromoned; ends with its owner.
+class ServerProcess {
+ public:
+  /// Starts `program` in `folder` and waits until its links are up. Ends this process if it fails.
+  ServerProcess(const std::string& program, const std::string& config_file,
+                const std::vector<std::string>& arguments, const std::string& folder);
+  ServerProcess(const ServerProcess&) = delete;
+  ServerProcess& operator=(const ServerProcess&) = delete;
+  ~ServerProcess();
+
+  /// The UDP port of the link of this name; 0 if there is none.
+  uint16_t PortOf(const std::string& link) const;
+
+  /// Resident memory.
+  long rss_kib() const;
+
+ private:
+  void AwaitReady(const std::string& log_file);
+
+  pid_t process_ = -1;
+  std::map<std::string, uint16_t> ports_;
+};
+
+/// A process that sends every datagram back, with recvmmsg and sendmmsg and nothing in between:
+/// what the same sockets carry without an engine. Ends with its owner.
+class EchoProcess {
+ public:
+  EchoProcess();
+  EchoProcess(const EchoProcess&) = delete;
+  EchoProcess& operator=(const EchoProcess&) = delete;
+  ~EchoProcess();
+
+  uint16_t port() const { return port_; }
+
+ private:
+  pid_t process_ = -1;
+  uint16_t port_ = 0;
+};
+
+}  // namespace pheromone::bench

@@ -1,0 +1,190 @@
+#include "proto_tests/exchange_bench/udp_load.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <random>
+#include <span>
+#include <utility>
+
+#include "protocol/decoder.h"
+
+namespace pheromone::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kLostAfter{500};
+constexpr int kClientsPerLink = 254;
+
+class Clients {
+ public:
+  Clients(const Arena& arena, const LoadOptions& options)
+      : arena_(arena), options_(options), poller_(epoll_create1(EPOLL_CLOEXEC)) {
+    for (int i = 0; i < options.clients; ++i) {
+      const auto link = static_cast<size_t>(i / kClientsPerLink);
+      clients_.push_back(
+          Connect(static_cast<uint8_t>(1 + i % kClientsPerLink), options.ports.at(link)));
+      epoll_event event{};
+      event.events = EPOLLIN;
+      event.data.u32 = static_cast<uint32_t>(i);
+      epoll_ctl(poller_, EPOLL_CTL_ADD, clients_.back().socket, &event);
+    }
+  }
+  Clients(const Clients&) = delete;
+  Clients& operator=(const Clients&) = delete;
+  ~Clients() {
+    for (const Client& client : clients_) {
+      close(client.socket);
+    }
+    close(poller_);
+  }
+
+  LoadResult Run() {
+    if (options_.load == Load::kTrace) {
+      SayHello();
+    }
+    const auto begin = Clock::now();
+    const auto length = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(options_.seconds));
+    for (Client& client : clients_) {
+      Ask(&client);
+    }
+    auto next_search = begin + kLostAfter;
+    auto now = begin;
+    while (now - begin < length) {
+      TakeWhatCame(50);
+      now = Clock::now();
+      if (now >= next_search) {
+        next_search = now + kLostAfter / 10;
+        GiveUpLost(now);
+      }
+    }
+    result_.per_second =
+        static_cast<double>(result_.right) / std::chrono::duration<double>(now - begin).count();
+    return std::move(result_);
+  }
+
+ private:
+  struct Client {
+    int socket = -1;
+    uint8_t id = 0;
+    uint8_t seq = 0;
+    size_t pose = 0;
+    Clock::time_point asked_at;
+    size_t request_size = 0;
+    std::array<uint8_t, protocol::kMaxFrame> request{};
+  };
+
+  static Client Connect(uint8_t id, uint16_t port) {
+    Client client;
+    client.id = id;
+    client.socket = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(port);
+    if (connect(client.socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      fmt::print(stderr, "exchange_bench: cannot connect a UDP socket\n");
+      std::exit(1);
+    }
+    return client;
+  }
+
+  // Every robot of another nonce begins its seq afresh.
+  void SayHello() {
+    std::random_device random;
+    for (Client& client : clients_) {
+      protocol::Message hello;
+      protocol::Encode(protocol::HelloRequest{client.id, static_cast<uint16_t>(random()), 1, 0},
+                       &hello);
+      Send(&client, hello);
+      epoll_event event{};
+      epoll_wait(poller_, &event, 1, 1000);
+      static_cast<void>(recv(client.socket, buffer_.data(), buffer_.size(), 0));
+    }
+  }
+
+  void Ask(Client* client) {
+    client->pose = random_() % arena_.poses.size();
+    ++client->seq;
+    Send(client, options_.load == Load::kTrace ? arena_.Trace(client->id, client->pose, client->seq)
+                                               : arena_.Sense(client->id, client->pose));
+  }
+
+  static void Send(Client* client, const protocol::Message& message) {
+    client->request_size =
+        protocol::EncodeFrame(message, client->request.data(), client->request.size());
+    client->asked_at = Clock::now();
+    static_cast<void>(!send(client->socket, client->request.data(), client->request_size, 0));
+  }
+
+  void TakeWhatCame(int patience_ms) {
+    std::array<epoll_event, 256> events{};
+    const int count =
+        epoll_wait(poller_, events.data(), static_cast<int>(events.size()), patience_ms);
+    for (int i = 0; i < count; ++i) {
+      Client& client = clients_[events[static_cast<size_t>(i)].data.u32];
+      const ssize_t size = recv(client.socket, buffer_.data(), buffer_.size(), 0);
+      if (size <= 0) {
+        continue;
+      }
+      if (IsRight(client, {buffer_.data(), static_cast<size_t>(size)})) {
+        ++result_.right;
+        result_.times.Add(Clock::now() - client.asked_at);
+        Ask(&client);
+      } else {
+        ++result_.wrong;
+      }
+    }
+  }
+
+  bool IsRight(const Client& client, std::span<const uint8_t> bytes) const {
+    if (options_.load == Load::kEcho) {
+      return std::equal(bytes.begin(), bytes.end(), client.request.begin(),
+                        client.request.begin() + static_cast<std::ptrdiff_t>(client.request_size));
+    }
+    protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+    int frames = 0;
+    bool right = false;
+    decoder.PushBlock(bytes.data(), bytes.size(), 0, [&](const protocol::Message& answer) {
+      ++frames;
+      right = options_.load == Load::kTrace
+                  ? arena_.IsTraceAnswer(answer, client.id, client.pose, client.seq)
+                  : arena_.IsSenseAnswer(answer, client.id, client.pose);
+    });
+    return right && frames == 1;
+  }
+
+  void GiveUpLost(Clock::time_point now) {
+    for (Client& client : clients_) {
+      if (now - client.asked_at > kLostAfter) {
+        ++result_.lost;
+        Ask(&client);
+      }
+    }
+  }
+
+  const Arena& arena_;
+  const LoadOptions& options_;
+  const int poller_;
+  std::vector<Client> clients_;
+  std::minstd_rand random_{1};
+  std::array<uint8_t, 2048> buffer_{};
+  LoadResult result_;
+};
+
+}  // namespace
+
+LoadResult RunLoad(const Arena& arena, const LoadOptions& options) {
+  return Clients(arena, options).Run();
+}
+
+}  // namespace pheromone::bench

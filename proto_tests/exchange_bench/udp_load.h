@@ -1,0 +1,37 @@
+// UDP clients that ask as fast as they are answered, each with one request under way.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "proto_tests/exchange_bench/arena.h"
+#include "proto_tests/exchange_bench/quantiles.h"
+
+namespace pheromone::bench {
+
+enum class Load {
+  kEcho,   ///< SENSE requests that come back as they are
+  kSense,  ///< SENSE
+  kTrace,  ///< TRACE, after a HELLO
+};
+
+struct LoadOptions {
+  Load load = Load::kSense;
+  int clients = 64;
+  std::vector<uint16_t> ports;  ///< of the links; each takes the next 254 clients
+  double seconds = 2;
+};
+
+struct LoadResult {
+  double per_second = 0;  ///< right answers
+  uint64_t right = 0;
+  uint64_t wrong = 0;  ///< whatever came that was not the answer to what was asked
+  uint64_t lost = 0;   ///< no answer for half a second; the client then asked for something else
+  Quantiles times;     ///< from before a request is sent to after its answer was read
+};
+
+/// Each client has a socket of its own. Every answer is checked, byte for byte.
+LoadResult RunLoad(const Arena& arena, const LoadOptions& options);
+
+}  // namespace pheromone::bench

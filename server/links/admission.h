@@ -1,0 +1,51 @@
+// Whom a link lets in, and how often: its list of client IDs, and limits of the request rate.
+//
+//   Admission admission({.clients = ..., .per_client_per_s = 20});
+//   switch (admission.Judge(message.id, Clock::now())) { ... }
+//
+// A rate is a virtual schedule (the generic cell rate algorithm of ITU-T I.371): each request moves
+// the time at which the next one is expected by 1/rate; one that comes more than a second before
+// its time is too many. So a second's worth may come at once, and in the long run no more than the
+// rate. What is refused does not move the schedule.
+//
+// Time is an argument. Not thread-safe.
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <chrono>
+#include <cstdint>
+
+namespace pheromone::links {
+
+struct AdmissionOptions {
+  std::bitset<256> clients = std::bitset<256>().set();  ///< the IDs that are served
+  uint32_t per_client_per_s = 0;                        ///< 0: no limit
+  uint32_t per_link_per_s = 0;                          ///< 0: no limit
+};
+
+class Admission {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  enum class Verdict { kWelcome, kTooMany, kNotAllowed };
+
+  explicit Admission(const AdmissionOptions& options) : options_(options) {}
+
+  /// Whether there is anything to judge.
+  bool open() const {
+    return options_.clients.all() && options_.per_client_per_s == 0 && options_.per_link_per_s == 0;
+  }
+
+  bool Allows(uint8_t id) const { return options_.clients.test(id); }
+
+  /// Judges a request and, if it is welcome, takes account of it.
+  Verdict Judge(uint8_t id, TimePoint now);
+
+ private:
+  const AdmissionOptions options_;
+  std::array<TimePoint, 256> expected_{};  // by client ID
+  TimePoint link_expected_{};
+};
+
+}  // namespace pheromone::links

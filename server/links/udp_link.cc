@@ -1,0 +1,271 @@
+#include "server/links/udp_link.h"
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <utility>
+#include <vector>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include "protocol/frame_parser.h"
+#include "protocol/opcodes.h"
+#include "server/links/datagrams.h"
+
+namespace pheromone::links {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::udp;
+using boost::system::error_code;
+
+// What may wait in the kernel while the engine is busy with others; the system may grant less.
+constexpr int kBufferBytes = 4 << 20;
+// Messages handed over at once: others wait for the engine meanwhile.
+constexpr size_t kMostBatch = 256;
+// After so many calls to the system the other links of the thread have a turn.
+constexpr int kCallsInARow = 16;
+
+std::string ToText(const udp::endpoint& endpoint) {
+  const std::string address = endpoint.address().to_string();
+  return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" +
+         std::to_string(endpoint.port());
+}
+
+protocol::Message MessageOf(const protocol::FrameParser& parser) {
+  constexpr size_t kHead = 2;
+  constexpr size_t kCrc = 2;
+  protocol::Message message;
+  message.id = parser.body()[0];
+  message.opcode = parser.body()[1];
+  message.length = static_cast<uint8_t>(parser.size() - kHead - kCrc);
+  std::copy_n(parser.body() + kHead, message.length, message.data);
+  return message;
+}
+
+// All but the record belongs to the strand.
+class UdpLink final : public Link {
+ public:
+  UdpLink(asio::io_context& io, UdpOptions options, LinkContext context)
+      : Link(std::move(context)),
+        options_(std::move(options)),
+        strand_(asio::make_strand(io)),
+        socket_(strand_),
+        retry_(strand_),
+        backoff_(options_.backoff) {}
+
+  Status Start() override {
+    Status listening = Listen();
+    asio::co_spawn(strand_, Run(), asio::detached);
+    return listening;
+  }
+
+  void Stop() override {
+    asio::post(strand_, [this] {
+      error_code ignored;
+      stopping_ = true;
+      socket_.close(ignored);
+      retry_.cancel();
+      record()->SetState({false, "stopped"});
+    });
+  }
+
+  void Send(std::span<const protocol::Message> messages) override {
+    asio::post(strand_, [this, copy = std::vector(messages.begin(), messages.end())] {
+      for (const protocol::Message& message : copy) {
+        Route(message);
+      }
+      Flush();
+    });
+  }
+
+  std::string address() const override {
+    const LinkRecord::State now = state();
+    return now.up ? now.reason.substr(now.reason.rfind(' ') + 1) : "";
+  }
+
+ private:
+  Status Listen() {
+    error_code error;
+    const auto address = asio::ip::make_address(options_.listen_address, error);
+    const udp::endpoint endpoint(address, options_.listen_port);
+    if (!error) {
+      socket_.open(endpoint.protocol(), error);
+    }
+    if (!error) {
+      error_code ignored;
+      socket_.set_option(asio::socket_base::receive_buffer_size(kBufferBytes), ignored);
+      socket_.set_option(asio::socket_base::send_buffer_size(kBufferBytes), ignored);
+      socket_.bind(endpoint, error);
+    }
+    if (error) {
+      const std::string why = "cannot listen on " + options_.listen_address + " port " +
+                              std::to_string(options_.listen_port) + ": " + error.message();
+      error_code ignored;
+      socket_.close(ignored);
+      ReportDown(why + "; trying again");
+      return Error{why};
+    }
+    record()->Count([](LinkCounters& counters) { ++counters.opened; });
+    ReportUp("udp " + ToText(socket_.local_endpoint(error)));
+    return Ok();
+  }
+
+  asio::awaitable<void> Run() {
+    while (!stopping_) {
+      error_code error;
+      if (socket_.is_open()) {
+        co_await socket_.async_wait(udp::socket::wait_read,
+                                    asio::redirect_error(asio::use_awaitable, error));
+        if (!error) {
+          TakeWhatIsThere();
+          continue;
+        }
+      }
+      if (!stopping_) {
+        retry_.expires_after(backoff_.Next());
+        co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      }
+      if (!stopping_ && !socket_.is_open()) {
+        static_cast<void>(Listen());
+      }
+    }
+  }
+
+  void TakeWhatIsThere() {
+    for (int i = 0; i < kCallsInARow; ++i) {
+      const int count = reader_.Receive(socket_.native_handle());
+      if (count < 0) {
+        return;  // no more, or news of an answer that did not arrive
+      }
+      backoff_.Reset();
+      Take(count);
+    }
+  }
+
+  // The frames of these datagrams are one batch for the engine, as long as each robot has but one
+  // address in it: the answers must find back to where they were asked for.
+  void Take(int datagrams) {
+    protocol::DecoderCounters received;
+    uint64_t bytes = 0;
+    uint64_t cut = 0;
+    for (int i = 0; i < datagrams; ++i) {
+      const Datagram datagram = reader_.at(i);
+      bytes += datagram.bytes.size();
+      if (datagram.cut) {
+        ++cut;
+        continue;
+      }
+      for (const uint8_t byte : datagram.bytes) {
+        const protocol::FrameParser::Event event = parser_.Push(byte);
+        protocol::Tally(event, &received);
+        if (event == protocol::FrameParser::kFrame) {
+          Note(MessageOf(parser_), *datagram.from);
+        }
+      }
+      if (!parser_.idle()) {
+        protocol::TimeOut(&parser_, &received);
+      }
+    }
+    record()->Count([&](LinkCounters& counters) {
+      counters.received += received;
+      counters.bytes_in += bytes;
+      counters.datagrams_in += static_cast<uint64_t>(datagrams);
+      counters.oversize_datagrams += cut;
+    });
+    HandleBatch();
+  }
+
+  void Note(const protocol::Message& message, const PeerAddress& from) {
+    if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
+      PeerAddress& known = peers_[message.id];
+      if (!(known == from)) {
+        if (in_batch_.test(message.id)) {
+          HandleBatch();
+        }
+        known = from;
+      }
+      in_batch_.set(message.id);
+    }
+    batch_.push_back(message);
+    if (batch_.size() == kMostBatch) {
+      HandleBatch();
+    }
+  }
+
+  void HandleBatch() {
+    if (batch_.empty()) {
+      return;
+    }
+    answers_.clear();
+    Handle(batch_, &answers_);
+    batch_.clear();
+    in_batch_.reset();
+    for (const protocol::Message& answer : answers_) {
+      Route(answer);
+    }
+    Flush();
+  }
+
+  void Route(const protocol::Message& message) {
+    if (message.id == protocol::kBroadcastId) {
+      for (size_t i = 0; i < peers_.size(); ++i) {
+        // Robots behind one address hear it once.
+        const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);
+        if (peers_[i].known() && std::find(peers_.begin(), end, peers_[i]) == end) {
+          SendTo(peers_[i], message);
+        }
+      }
+    } else if (peers_[message.id].known()) {
+      SendTo(peers_[message.id], message);
+    } else {
+      record()->Count([](LinkCounters& counters) { ++counters.undeliverable; });
+    }
+  }
+
+  void SendTo(const PeerAddress& peer, const protocol::Message& message) {
+    if (writer_.full()) {
+      Flush();
+    }
+    writer_.Add(message, peer);
+  }
+
+  void Flush() {
+    const DatagramWriter::Outcome outcome = writer_.Flush(socket_.native_handle());
+    record()->Count([&](LinkCounters& counters) {
+      counters.frames_out += outcome.frames;
+      counters.bytes_out += outcome.bytes;
+      counters.dropped_answers += outcome.dropped;
+      counters.undeliverable += outcome.undeliverable;
+    });
+  }
+
+  const UdpOptions options_;
+  const asio::strand<asio::io_context::executor_type> strand_;
+  udp::socket socket_;
+  asio::steady_timer retry_;
+  Backoff backoff_;
+  DatagramReader reader_;
+  DatagramWriter writer_;
+  protocol::FrameParser parser_;
+  std::array<PeerAddress, 256> peers_{};  // by client ID
+  std::vector<protocol::Message> batch_;
+  std::bitset<256> in_batch_;  // whose requests are in it
+  std::vector<protocol::Message> answers_;
+  bool stopping_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Link> MakeUdpLink(asio::io_context& io, UdpOptions options, LinkContext context) {
+  return std::make_unique<UdpLink>(io, std::move(options), std::move(context));
+}
+
+}  // namespace pheromone::links
