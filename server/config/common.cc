@@ -158,7 +158,8 @@ std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std:
   }
   const Value& value = *table.Find(key);
   const std::string extension = ExtensionOf(*name);
-  if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) {
+  if (!extensions.empty() &&
+      std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) {
     std::string list;
     for (const std::string_view known : extensions) {
       list.append(list.empty() ? "" : ", ").append(known);

@@ -59,7 +59,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   Config config;
   TableReader(root, "", &notes.problems)
       .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
-                  "tracker", "limits", "daemon"});
+                  "tracker", "limits", "daemon", "control", "web"});
   field::FieldConfig& field = config.engine.field;
   const bool has_map = ReadMap(root, &notes, &config);
   ReadAntennas(root, &notes, &field);
@@ -77,6 +77,8 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadTrackers(root, &notes, &config);
   ReadLimits(root, &notes, &config);
   ReadDaemon(root, &notes, &config.daemon);
+  ReadControl(root, &notes, &config.control);
+  ReadWeb(root, &notes, &config.web);
   if (!notes.problems.empty()) {
     return Error{notes.problems.Text()};
   }

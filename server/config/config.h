@@ -64,12 +64,29 @@ struct TrackerConfig {
   bool operator==(const TrackerConfig&) const = default;
 };
 
+/// How pheromonectl reaches the server.
+struct ControlSettings {
+  /// The Unix socket; empty: none. Relative to $RUNTIME_DIRECTORY, or else to the working directory.
+  std::string socket = "pheromoned.sock";
+  bool operator==(const ControlSettings&) const = default;
+};
+
+/// How browsers and programs reach the server over HTTP.
+struct WebSettings {
+  std::string listen_address;  ///< numeric, IPv4 or IPv6 without brackets; empty: not at all
+  uint16_t listen_port = 0;    ///< 0 lets the system choose
+  std::string token;           ///< what changes must carry; empty: none are taken
+  bool operator==(const WebSettings&) const = default;
+};
+
 struct Config {
   engine::EngineConfig engine;
   std::vector<LinkConfig> links;  ///< in the order of engine.links
   std::vector<TrackerConfig> trackers;
   std::optional<maps::Wgs84> datum;  ///< where on the Earth the map's (0, 0) is
   DaemonSettings daemon;
+  ControlSettings control;
+  WebSettings web;
   std::vector<std::string> warnings;  ///< in the form of errors; the configuration may be used
 };
 

@@ -55,6 +55,12 @@ void ReadFrames(const Value& root, Notes* notes, engine::EngineConfig* engine);
 /// [[tracker]]
 void ReadTrackers(const Value& root, Notes* notes, Config* config);
 
+/// [control]
+void ReadControl(const Value& root, Notes* notes, ControlSettings* control);
+
+/// [web], with the token that its file holds
+void ReadWeb(const Value& root, Notes* notes, WebSettings* web);
+
 // --- What several of them have in common.
 
 /// [NAME], or an empty table if there is none. A value of another kind is noted.
@@ -86,7 +92,8 @@ struct Endpoint {
 };
 std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view key);
 
-/// The regular file that `key` names, its extension one of `extensions` (".csv"), in any case.
+/// The regular file that `key` names, its extension one of `extensions` (".csv"), in any case; any
+/// extension if there are none.
 std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std::string_view key,
                                                   std::span<const std::string_view> extensions,
                                                   const Notes& notes);

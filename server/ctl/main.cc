@@ -1,85 +1,33 @@
-// pheromonectl: the operator's command line. For now, what needs no server.
+// pheromonectl: the operator's command line. Most commands ask a running server, over its Unix
+// socket; `map` and `config check` need none.
 //
-// Exit status: 0; 1 if a file could not be read, understood or written; 2 for a mistake in the
-// command line or the configuration.
+// Exit status: 0; 1 if the server, a robot or a file refused; 2 for a mistake in the command line
+// or a configuration; 3 if there is no server.
 #include <exception>
 #include <iostream>
-#include <optional>
-#include <string>
 
 #include <CLI/CLI.hpp>
 
-#include "server/ctl/map_commands.h"
+#include "server/ctl/command_line.h"
 
 namespace pheromone::ctl {
 namespace {
-
-// The options that draw and export share.
-void AddSource(CLI::App* command, MapSource* source) {
-  command
-      ->add_option("--config", source->config,
-                   "The configuration file; without one, the default configuration")
-      ->type_name("FILE");
-  command->add_option("--field", source->field, "What a server has saved, laid on the map")
-      ->type_name("FILE");
-  command
-      ->add_option("--type", source->type,
-                   "A pheromone; without this, the first one that lies on the map")
-      ->type_name("N|NAME");
-  command->add_option("--area", source->area_m, "Between two corners, in metres")
-      ->expected(4)
-      ->type_name("X Y X Y");
-  command
-      ->add_option("--nodes-per-cell", source->nodes_per_cell,
-                   "So many nodes along a side make one cell, which shows the strongest")
-      ->check(CLI::Range(1, 30'000))
-      ->type_name("R");
-}
 
 int Main(int argc, char** argv) {
   CLI::App app("The operator's tool of the pheromone server.", "pheromonectl");
   app.set_version_flag("--version", "pheromonectl " PHEROMONE_VERSION);
   app.require_subcommand(1);
-  CLI::App* map = app.add_subcommand("map", "Maps: draw, export, convert, info");
-  map->require_subcommand(1);
-
+  app.fallthrough();  // --socket and --json may stand after a command
   int status = 0;
-  MapSource source;
-  std::string in;
-  std::string out;
-  int pixels = 0;
-  std::optional<double> white;
-  std::optional<double> cell_m;
-
-  CLI::App* draw = map->add_subcommand("draw", "Draw a pheromone in colours, obstacles gray");
-  AddSource(draw, &source);
-  draw->add_option("--pixels-per-cell", pixels, "The side of a cell in the picture")
-      ->check(CLI::Range(1, 1000))
-      ->type_name("K");
-  draw->add_option("OUT", out, "A .png file")->required();
-  draw->callback([&] { status = DrawMap(source, pixels, out); });
-
-  CLI::App* save = map->add_subcommand(
-      "export", "Write a pheromone in units (.npy, .csv), or the obstacles as a ROS map (.yaml)");
-  AddSource(save, &source);
-  save->add_option("OUT", out, "A .npy, .csv or .yaml file")->required();
-  save->callback([&] { status = ExportMap(source, out); });
-
-  CLI::App* convert = map->add_subcommand("convert", "Convert between .pgm .png .npy .csv .yaml");
-  convert->add_option("--white", white, "The value that is white in a picture")
-      ->check(CLI::PositiveNumber)
-      ->type_name("VALUE");
-  convert->add_option("--cell", cell_m, "The side of a cell in metres, for a ROS map")
-      ->check(CLI::Range(1e-6, 1e6))
-      ->type_name("METRES");
-  convert->add_option("IN", in)->required();
-  convert->add_option("OUT", out)->required();
-  convert->callback([&] { status = ConvertRaster(in, out, white, cell_m); });
-
-  CLI::App* info = map->add_subcommand("info", "Say what a raster or a saved field holds");
-  info->add_option("FILE", in)->required();
-  info->callback([&] { status = DescribeFile(in); });
-
+  ServerOptions options;
+  app.add_option("--socket", options.socket,
+                 "The server's Unix socket; without it, $PHEROMONE_SOCKET, pheromoned.sock here, "
+                 "or /run/pheromoned/pheromoned.sock")
+      ->type_name("PATH");
+  app.add_flag("--json", options.json, "Print the server's answer as it is");
+  AddShowCommands(&app, &options, &status);
+  AddChangeCommands(&app, &options, &status);
+  AddMapCommands(&app, &status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

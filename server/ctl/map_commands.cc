@@ -24,11 +24,6 @@ constexpr double kFarthestM = 1e6;
 constexpr int kUsualPixels = 1000;
 constexpr maps::Rgb kObstacleGray = {128, 128, 128};
 
-int Fail(int status, const std::string& words) {
-  std::cerr << "pheromonectl: " << words << '\n';
-  return status;
-}
-
 double Metres(int64_t um) {
   return static_cast<double>(um) / kUmPerM;
 }

@@ -10,10 +10,9 @@
 #include <string>
 #include <vector>
 
-namespace pheromone::ctl {
+#include "server/ctl/server_call.h"
 
-constexpr int kFailed = 1;
-constexpr int kUsage = 2;
+namespace pheromone::ctl {
 
 /// Which part of which map, and of what on it.
 struct MapSource {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <mutex>
 #include <optional>
 #include <random>
 #include <thread>
@@ -17,8 +18,11 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/strand.hpp>
 
+#include "server/config/describe.h"
 #include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
+#include "server/daemon/front_door.h"
+#include "server/daemon/live_control.h"
 #include "server/daemon/make_link.h"
 #include "server/daemon/service_manager.h"
 #include "server/daemon/system_clock.h"
@@ -82,9 +86,16 @@ class Daemon::Impl {
         reporter_(strand_),
         service_(&log_, [this] { return ReadClocks(); }),
         saver_(
-            &service_, [this] { return field_clock_.Read(ReadSystemClocks()).field_time_ms; },
-            std::move(save_field)),
-        switchboard_(&service_) {
+            &service_, [this] { return FieldTime(); }, std::move(save_field)),
+        switchboard_(&service_),
+        control_({.service = &service_,
+                  .log = &log_,
+                  .switchboard = &switchboard_,
+                  .links = &links_,
+                  .now_ms = [this] { return FieldTime(); },
+                  .config = [this] { return Config(); },
+                  .reload = [this] { return ReadConfigurationAgain(); }}),
+        door_(&control_, config_.control, config_.web) {
     signals_.add(SIGUSR1);
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
   }
@@ -97,7 +108,7 @@ class Daemon::Impl {
       return 1;
     }
     LogWarnings(config_.warnings);
-    LogLines(DescribeConfig(config_));
+    LogLines(config::DescribeConfig(config_));
     MakeLinks();
     AwaitSignal();
     boost::asio::post(strand_, [this] { Tick(); });
@@ -107,6 +118,7 @@ class Daemon::Impl {
     std::thread signal_thread([this] { signal_io_.run(); });
     const bool started = StartLinks();
     if (started) {
+      door_.Open();
       boost::asio::post(strand_, [this] { BeReady(); });
     } else {
       boost::asio::post(strand_, [this] { Stop(); });
@@ -117,6 +129,7 @@ class Daemon::Impl {
     for (std::thread& thread : threads) {
       thread.join();
     }
+    door_.Close();
     // A start that failed must not replace what an earlier run has saved.
     const bool saved = !started || saver_.SaveAtEnd();
     Summarise();
@@ -133,6 +146,14 @@ class Daemon::Impl {
     const engine::ClockReading reading = ReadSystemClocks();
     field_clock_.Read(reading);
     return reading;
+  }
+
+  // The present field time. Under the service's lock.
+  uint64_t FieldTime() { return field_clock_.Read(ReadSystemClocks()).field_time_ms; }
+
+  config::Config Config() const {
+    const std::lock_guard lock(config_mutex_);
+    return config_;
   }
 
   void MakeLinks() {
@@ -203,7 +224,11 @@ class Daemon::Impl {
         return;
       }
       if (signal == SIGHUP) {
-        boost::asio::post(strand_, [this] { ReadConfigurationAgain(); });
+        boost::asio::post(strand_, [this] {
+          if (!stopping_) {
+            (void)ReadConfigurationAgain();  // it says itself what is wrong
+          }
+        });
       } else if (signal == SIGUSR1) {
         boost::asio::post(strand_, [this] { saver_.SaveBeside(); });
       } else {
@@ -285,6 +310,7 @@ class Daemon::Impl {
       std::vector<engine::Outgoing> out;
       service_.Release(&out);
       switchboard_.Deliver(out);
+      control_.SampleLinks();
       std::string trouble = DescribeTrouble(Counters());
       if (trouble != trouble_) {
         trouble_ = std::move(trouble);
@@ -302,30 +328,35 @@ class Daemon::Impl {
     return service_.Inspect([](const engine::Engine& engine) { return engine.counters(); });
   }
 
-  void ReadConfigurationAgain() {
-    if (stopping_) {
-      return;
-    }
+  // By SIGHUP, or by the operator from another thread. Returns what waits for a restart.
+  Result<std::vector<std::string>> ReadConfigurationAgain() {
+    const std::lock_guard lock(config_mutex_);
     service_manager::Reloading();
-    TakeConfiguration();
-    service_manager::Ready(told_);
+    auto outcome = TakeConfiguration();
+    service_manager::Ready(DescribeState());
+    return outcome;
   }
 
-  void TakeConfiguration() {
+  Result<std::vector<std::string>> TakeConfiguration() {
     Result<config::Config> loaded = reload_();
     if (!loaded.ok()) {
       spdlog::error("the configuration stays as it was:\n{}", loaded.error());
-      return;
+      return Error{loaded.error()};
     }
     config::Config& next = loaded.value();
+    std::vector<std::string> notes;
     if (next.links != config_.links) {
-      spdlog::warn("changed links need a restart");
+      notes.emplace_back("changed links need a restart");
     }
     if (next.trackers != config_.trackers || next.datum != config_.datum) {
-      spdlog::warn("changed trackers, or their datum, need a restart");
+      notes.emplace_back("changed trackers, or their datum, need a restart");
     }
-    if (next.daemon != config_.daemon) {
-      spdlog::warn("changed [daemon] settings need a restart");
+    if (next.daemon != config_.daemon || next.control != config_.control ||
+        next.web != config_.web) {
+      notes.emplace_back("changed [daemon], [control] or [web] settings need a restart");
+    }
+    for (const std::string& note : notes) {
+      spdlog::warn("{}", note);
     }
     // Links know themselves by their place among those they were started with.
     next.engine.links = config_.engine.links;
@@ -333,12 +364,13 @@ class Daemon::Impl {
     const Status status = service_.Configure(next.engine, RandomEpoch(epoch));
     if (!status.ok()) {
       spdlog::error("the configuration stays as it was: {}", status.error());
-      return;
+      return Error{status.error()};
     }
     config_.engine = next.engine;
     LogWarnings(next.warnings);
-    LogLines(DescribeConfig(config_));
+    LogLines(config::DescribeConfig(config_));
     spdlog::info("configuration read again");
+    return notes;
   }
 
   void Summarise() const {
@@ -357,6 +389,7 @@ class Daemon::Impl {
     spdlog::info("stopped");
   }
 
+  mutable std::mutex config_mutex_;
   config::Config config_;
   const Reload reload_;
   boost::asio::io_context io_;
@@ -374,6 +407,8 @@ class Daemon::Impl {
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<std::unique_ptr<links::TrackerLink>> trackers_;
   std::unique_ptr<Watchdog> watchdog_;  // if the service manager wants one
+  LiveControl control_;
+  FrontDoor door_;
   std::string trouble_;
   std::string told_;  // the service manager
   bool stopping_ = false;

@@ -314,7 +314,7 @@ class DaemonTest(unittest.TestCase):
             server.process.send_signal(signal.SIGHUP)
             server.await_log("configuration read again", 2)
             self.assertIn("changed links need a restart", server.log)
-            self.assertIn("changed [daemon] settings need a restart", server.log)
+            self.assertIn("changed [daemon], [control] or [web] settings need a restart", server.log)
             self.assertEqual(server.stop(), 0)
 
     def test_sighup_with_a_bad_file_changes_nothing(self):
@@ -476,7 +476,7 @@ class DaemonTest(unittest.TestCase):
             self.assertEqual(server.stop(), 0)
 
     def test_log_level_silences(self):
-        with self.start("--log-level", "warn") as server:
+        with self.start("--config", "test.toml", "--log-level", "warn") as server:
             deadline = time.monotonic() + PATIENCE_S
             while not os.path.lexists(self.folder / "radio-a.pty"):
                 self.assertLess(time.monotonic(), deadline)

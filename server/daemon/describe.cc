@@ -6,93 +6,9 @@
 #include <utility>
 
 #include "protocol/opcodes.h"
-#include "server/field/path.h"
 
 namespace pheromone::daemon {
 namespace {
-
-double Metres(int64_t um) {
-  return static_cast<double>(um) / 1e6;
-}
-
-double Degrees(uint16_t binary_angle) {
-  return binary_angle * 360.0 / 65536;
-}
-
-double Seconds(int64_t ms) {
-  return static_cast<double>(ms) / 1e3;
-}
-
-std::string DescribeAntennas(const field::AntennaGeometry& antennas) {
-  std::string text = fmt::format("antennas {} m apart", Metres(antennas.distance_um));
-  if (antennas.angle != field::AntennaGeometry{}.angle) {
-    text = fmt::format("antennas {} m from the centre at {:.2f} deg",
-                       Metres(antennas.distance_um) / 2, Degrees(antennas.angle));
-  }
-  if (antennas.forward_um != 0) {
-    text += fmt::format(", {} m ahead", Metres(antennas.forward_um));
-  }
-  return text;
-}
-
-std::string DescribeMap(const field::FieldConfig& field) {
-  const field::MapGeometry& map = field.map;
-  return fmt::format("map: {} m x {} m from ({}, {}), {} x {} nodes, one every {} m; {}",
-                     Metres(map.width_um), Metres(map.height_um), Metres(map.origin.x),
-                     Metres(map.origin.y), map.columns(), map.rows(), Metres(map.cell_um),
-                     DescribeAntennas(field.antennas));
-}
-
-std::string DescribeEvaporation(const field::PheromoneLaw& law) {
-  if (law.tau_ms == 0) {
-    return "never evaporates";
-  }
-  switch (law.evaporation) {
-    case field::Evaporation::kCounter:
-      return fmt::format("one quantum less every {} s", Seconds(law.tau_ms));
-    case field::Evaporation::kLinear:
-      return fmt::format("one quantum less every {} s, evenly", Seconds(law.tau_ms));
-    case field::Evaporation::kExponential:
-      break;
-  }
-  return fmt::format("half of it every {} s", Seconds(law.tau_ms));
-}
-
-std::string DescribeSpread(const field::PheromoneLaw& law) {
-  if (law.profile == field::Profile::kGaussian) {
-    return fmt::format("a bell of {} m smelled to {} m", Metres(law.sigma_um),
-                       Metres(law.cutoff_um));
-  }
-  return law.core_um == 0 ? fmt::format("a cone smelled to {} m", Metres(law.reach_um()))
-                          : fmt::format("full to {} m and smelled to {} m", Metres(law.core_um),
-                                        Metres(law.reach_um()));
-}
-
-std::string DescribeLaw(const field::FieldConfig& field, const field::PheromoneLaw& law) {
-  std::string line = fmt::format("pheromone {} \"{}\": ", law.type, law.name);
-  if (law.is_blend()) {
-    line += "a blend of";
-    for (size_t i = 0; i < law.blend.size(); ++i) {
-      const field::BlendPart& part = law.blend[i];
-      line += fmt::format("{} {} x \"{}\"", i == 0 ? "" : ",", part.weight_milli / 1e3,
-                          field.FindLaw(part.type)->name);
-    }
-    return line;
-  }
-  const double quantum = static_cast<double>(law.quantum_micro) / 1e6;
-  line +=
-      fmt::format("quantum {}, at most {}, {}, {}{}", quantum, quantum * law.max_count,
-                  DescribeEvaporation(law), DescribeSpread(law), law.directional ? " ahead" : "");
-  if (law.weight_milli != 1000) {
-    line += fmt::format(", {} {}", law.weight_milli < 0 ? "repels with weight" : "weight",
-                        law.weight_milli / 1e3);
-  }
-  if (law.diffuses()) {
-    line += fmt::format(", spreads: {:.2f} % of each difference every {} s",
-                        law.diffusion.exchange_q16 / 655.36, Seconds(law.diffusion.step_ms));
-  }
-  return line;
-}
 
 std::string_view NameOf(protocol::Reason reason) {
   switch (reason) {
@@ -126,34 +42,6 @@ std::string_view NameOf(protocol::Reason reason) {
 }
 
 }  // namespace
-
-std::vector<std::string> DescribeConfig(const config::Config& config) {
-  const field::FieldConfig& field = config.engine.field;
-  std::vector<std::string> lines = {DescribeMap(field)};
-  if (const auto& datum = config.datum) {
-    lines.push_back(fmt::format("datum: latitude {} deg, longitude {} deg, height {} m",
-                                datum->latitude_deg, datum->longitude_deg, datum->height_m));
-  }
-  for (const field::PheromoneLaw& law : field.pheromones) {
-    lines.push_back(DescribeLaw(field, law));
-  }
-  if (field.obstacles) {
-    lines.push_back(fmt::format("obstacles: {} nodes blocked", field.obstacles->count()));
-  }
-  for (const field::Path& path : field.paths) {
-    lines.push_back(fmt::format("path of type {}: {:.1f} m{}", path.type,
-                                field::LengthOf(path) / 1e6, path.closed ? ", closed" : ""));
-  }
-  for (const field::Print& print : field.prints) {
-    lines.push_back(fmt::format("print of type {}: {} nodes", print.type, print.nodes->size()));
-  }
-  for (const engine::RobotFrame& frame : config.engine.frames) {
-    lines.push_back(fmt::format("robot {} on link {} counts from ({}, {}), turned by {:.2f} deg",
-                                frame.id, frame.link, Metres(frame.x_um), Metres(frame.y_um),
-                                Degrees(frame.heading)));
-  }
-  return lines;
-}
 
 std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counters) {
   std::vector<std::string> lines = {fmt::format(

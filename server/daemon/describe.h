@@ -1,18 +1,13 @@
-// What the daemon says about itself in the log: a configuration when it starts, counters when it
-// ends. Lines without their end.
+// What the daemon says about itself in the log when it ends: its counters. Lines without their end.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "server/config/config.h"
 #include "server/engine/service.h"
 #include "server/links/link.h"
 
 namespace pheromone::daemon {
-
-/// The map, each pheromone's law in words, and what lies on the map.
-std::vector<std::string> DescribeConfig(const config::Config& config);
 
 /// Requests, answers and errors by reason, over all links.
 std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counters);

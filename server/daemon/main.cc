@@ -13,8 +13,8 @@
 #include <CLI/CLI.hpp>
 
 #include "server/config/config.h"
+#include "server/config/describe.h"
 #include "server/daemon/daemon.h"
-#include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
 #include "server/daemon/logging.h"
 #include "server/maps/field_file.h"
@@ -107,7 +107,7 @@ int Run(const Options& options) {
       std::cerr << "warning: " << warning << '\n';
     }
     std::cout << name << ": ok\n";
-    for (const std::string& line : DescribeConfig(config)) {
+    for (const std::string& line : config::DescribeConfig(config)) {
       std::cout << "  " << line << '\n';
     }
     return 0;

@@ -65,6 +65,7 @@ class Engine {
   const RobotTable& robots() const { return robots_; }
   const EngineCounters& counters() const { return counters_; }
   uint16_t epoch() const { return epoch_; }
+  uint64_t sequence() const { return sequence_; }  ///< of the last event that was applied
   uint64_t field_time_ms() const { return field_time_ms_; }
   /// Of the last event.
   uint64_t sequence() const { return sequence_; }
@@ -95,6 +96,11 @@ class Engine {
 
   /// Whether a robot has said HELLO in this epoch: only then may a PoseObserved name it.
   bool SaidHello(LinkIndex link, uint8_t id) const;
+
+  /// Where on the map a robot is that reports `reported`: where a tracker saw it lately, else where
+  /// it says, from its own frame into the map's.
+  field::PoseUm PoseOf(LinkIndex link, uint8_t id, const protocol::WirePose& reported,
+                       uint64_t now_ms) const;
 
   /// The field time at which an Advance has something to do, nothing if never. After an Advance it
   /// may still lie in the past: then there is more to do than fits into one step.
@@ -133,8 +139,6 @@ class Engine {
   void TakeCommandAck(LinkIndex link, const protocol::CommandAck& ack);
   protocol::Message AnswerSense(LinkIndex link, const protocol::Message& message,
                                 uint64_t now_ms) const;
-  field::PoseUm PoseOf(LinkIndex link, uint8_t id, const protocol::WirePose& reported,
-                       uint64_t now_ms) const;
   void Send(LinkIndex link, const protocol::Message& message, std::vector<Outgoing>* out) const;
   void SendCommand(LinkIndex link, uint8_t id, RobotState* robot, std::vector<Outgoing>* out);
   void SendBroadcast(Broadcast* broadcast, std::vector<Outgoing>* out);

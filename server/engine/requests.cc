@@ -123,7 +123,6 @@ bool Engine::SaidHello(LinkIndex link, uint8_t id) const {
   return robot != nullptr && robot->epoch == epoch_;
 }
 
-// Where a tracker saw the robot lately, else where it says that it is.
 field::PoseUm Engine::PoseOf(LinkIndex link, uint8_t id, const protocol::WirePose& reported,
                              uint64_t now_ms) const {
   const RobotState* robot = robots_.Find(link, id);

@@ -49,14 +49,19 @@ void Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& messa
                         std::vector<Outgoing>* out) {
   ++counters_.requests;
   const size_t before = out->size();
+  Traffic::Fate fate = Traffic::Fate::kAnswered;
   switch (engine_.Classify(link, message)) {
     case Handling::kIgnore:
       ++counters_.ignored;
+      traffic_.Count(link, message, stamp.field_time_ms, Traffic::Fate::kIgnored);
       return;
     case Handling::kAnswer:
       engine_.Answer(stamp, link, message, out);
       // Only the answer to a repeated change speaks of an event of the log.
-      counters_.repeats += out->size() > before && out->back().durable_at != 0 ? 1u : 0u;
+      if (out->size() > before && out->back().durable_at != 0) {
+        ++counters_.repeats;
+        fate = Traffic::Fate::kRepeated;
+      }
       break;
     case Handling::kChange: {
       const Reason refused = Change(stamp, RequestReceived{link, message}, out);
@@ -71,10 +76,12 @@ void Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& messa
     const Outgoing& sent = (*out)[i];
     if (protocol::Decode(sent.message, &error)) {
       ++counters_.errors[std::min<size_t>(static_cast<size_t>(error.reason), kReasons - 1)];
+      fate = Traffic::Fate::kRefused;
     } else {
       ++counters_.answers;
     }
   }
+  traffic_.Count(link, message, stamp.field_time_ms, fate);
 }
 
 Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out) {

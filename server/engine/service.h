@@ -23,6 +23,7 @@
 #include "server/engine/engine.h"
 #include "server/engine/field_clock.h"
 #include "server/engine/ordered_log.h"
+#include "server/engine/traffic.h"
 
 namespace pheromone::engine {
 
@@ -98,6 +99,13 @@ class Service {
     return look(engine_);
   }
 
+  /// The same with what was heard of the robots: `look(const Engine&, const Traffic&)`.
+  template <typename Look>
+  auto InspectTraffic(Look&& look) const {
+    const std::lock_guard lock(mutex_);
+    return look(engine_, traffic_);
+  }
+
  private:
   void HandleOne(const Stamp& stamp, LinkIndex link, const protocol::Message& message,
                  std::vector<Outgoing>* out);
@@ -115,6 +123,7 @@ class Service {
   uint64_t put_off_ms_ = 0;           // the log refused an Advance: not before this
   std::deque<Outgoing> held_;         // each until what it and those before it speak of is durable
   ServiceCounters counters_;
+  Traffic traffic_;
 };
 
 }  // namespace pheromone::engine

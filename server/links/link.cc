@@ -11,6 +11,10 @@ bool LinkRecord::SetState(State state) {
   const auto now = std::chrono::steady_clock::now();
   const bool news = state.up != state_.up || state.reason != state_.reason ||
                     now - last_news_ > std::chrono::minutes(10);
+  history_.since = state.up != state_.up ? now : history_.since;
+  if (!state.up) {
+    history_.last_error = state.reason;
+  }
   state_ = std::move(state);
   last_news_ = news ? now : last_news_;
   return news;

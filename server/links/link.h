@@ -60,6 +60,10 @@ class LinkRecord {
     bool up = false;
     std::string reason;  ///< why it is down, or how it is reached
   };
+  struct History {
+    std::chrono::steady_clock::time_point since;  ///< when it last came up or went down
+    std::string last_error;                       ///< why it was down last; empty: it never was
+  };
 
   template <typename Change>
   void Count(Change&& change) {
@@ -74,6 +78,10 @@ class LinkRecord {
     const std::lock_guard lock(mutex_);
     return state_;
   }
+  History history() const {
+    const std::lock_guard lock(mutex_);
+    return history_;
+  }
   /// Returns whether this is news: another state, or the same one for longer than ten minutes.
   bool SetState(State state);
 
@@ -81,6 +89,7 @@ class LinkRecord {
   mutable std::mutex mutex_;
   LinkCounters counters_;
   State state_;
+  History history_{std::chrono::steady_clock::now(), {}};
   std::chrono::steady_clock::time_point last_news_;
 };
 
@@ -117,6 +126,7 @@ class Link {
 
   const std::string& name() const { return context_.name; }
   LinkRecord::State state() const { return record_.state(); }
+  LinkRecord::History history() const { return record_.history(); }
   LinkCounters counters() const { return record_.counters(); }
 
  protected:

@@ -62,6 +62,37 @@ void ForEachBlocked(const field::FieldConfig& config, const Visit& visit) {
   }
 }
 
+// `source` is a Field or a FieldReader.
+template <typename Source>
+Result<Raster> RasterOfSource(const Source& source, const field::FieldConfig& config, uint8_t type,
+                              uint64_t now_ms, const RasterExtent& extent) {
+  const field::PheromoneLaw* law = config.FindLaw(type);
+  if (law == nullptr || law->is_blend()) {
+    return Error{"pheromone type " + std::to_string(type) +
+                 (law == nullptr ? " is not configured" : " is a blend, which holds nothing")};
+  }
+  Result<Canvas> made = MakeCanvas(config.map, extent);
+  if (!made.ok()) {
+    return Error{made.error()};
+  }
+  Canvas& canvas = made.value();
+  const double unit = static_cast<double>(law->quantum_micro) / field::kLevelsPerQuantum / kMicro;
+  // First without what lies on blocked nodes, so that it shows nowhere.
+  source.VisitLevels(type, now_ms, [&](field::NodeIndex node, uint32_t level) {
+    double* const cell = canvas.Find(node);
+    if (cell != nullptr && !(config.obstacles && config.obstacles->Blocked(node))) {
+      *cell = std::max(*cell, level * unit);
+    }
+  });
+  ForEachBlocked(config, [&](field::NodeIndex node) {
+    double* const cell = canvas.Find(node);
+    if (cell != nullptr && *cell == 0) {
+      *cell = std::numeric_limits<double>::quiet_NaN();
+    }
+  });
+  return std::move(canvas.raster);
+}
+
 }  // namespace
 
 std::optional<NodeArea> NodesBetween(const field::MapGeometry& map, field::PointUm corner,
@@ -83,32 +114,12 @@ std::optional<NodeArea> NodesBetween(const field::MapGeometry& map, field::Point
 
 Result<Raster> RasterOf(const field::Field& field, uint8_t type, uint64_t now_ms,
                         const RasterExtent& extent) {
-  const field::PheromoneLaw* law = field.FindLaw(type);
-  if (law == nullptr || law->is_blend()) {
-    return Error{"pheromone type " + std::to_string(type) +
-                 (law == nullptr ? " is not configured" : " is a blend, which holds nothing")};
-  }
-  Result<Canvas> made = MakeCanvas(field.config().map, extent);
-  if (!made.ok()) {
-    return Error{made.error()};
-  }
-  Canvas& canvas = made.value();
-  const double unit = static_cast<double>(law->quantum_micro) / field::kLevelsPerQuantum / kMicro;
-  // First without what lies on blocked nodes, so that it shows nowhere.
-  const field::FieldConfig& config = field.config();
-  field.VisitLevels(type, now_ms, [&](field::NodeIndex node, uint32_t level) {
-    double* const cell = canvas.Find(node);
-    if (cell != nullptr && !(config.obstacles && config.obstacles->Blocked(node))) {
-      *cell = std::max(*cell, level * unit);
-    }
-  });
-  ForEachBlocked(config, [&](field::NodeIndex node) {
-    double* const cell = canvas.Find(node);
-    if (cell != nullptr && *cell == 0) {
-      *cell = std::numeric_limits<double>::quiet_NaN();
-    }
-  });
-  return std::move(canvas.raster);
+  return RasterOfSource(field, field.config(), type, now_ms, extent);
+}
+
+Result<Raster> RasterOf(const field::FieldReader& reader, const field::FieldConfig& config,
+                        uint8_t type, uint64_t now_ms, const RasterExtent& extent) {
+  return RasterOfSource(reader, config, type, now_ms, extent);
 }
 
 Result<Raster> ObstaclesOf(const field::FieldConfig& config, const RasterExtent& extent) {

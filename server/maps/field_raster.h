@@ -6,7 +6,8 @@
 //
 //   RasterOf(field, 1, now_ms, {.nodes_per_cell = 10});   // of a map of 20 000 x 20 000 nodes
 //
-// For the field's writer: not while another thread changes it.
+// A Field is for its writer: not while another thread changes it. A FieldReader may look meanwhile;
+// what it sees of neighbouring nodes may be some milliseconds apart.
 #pragma once
 
 #include <cstdint>
@@ -40,6 +41,11 @@ std::optional<NodeArea> NodesBetween(const field::MapGeometry& map, field::Point
 /// not on the map, or a raster that would have a SizeProblem.
 Result<Raster> RasterOf(const field::Field& field, uint8_t type, uint64_t now_ms,
                         const RasterExtent& extent = {});
+
+/// The same beside the writer. `config` is the field's of a moment ago; its map, pheromones and
+/// obstacles count. If the law has changed since, the raster is worth nothing: look again.
+Result<Raster> RasterOf(const field::FieldReader& reader, const field::FieldConfig& config,
+                        uint8_t type, uint64_t now_ms, const RasterExtent& extent = {});
 
 /// The obstacles alone, as an occupancy (ros_map.h): kOccupied where one of the nodes is blocked,
 /// kFree elsewhere. If a is even, a map that reads it again blocks the same nodes.

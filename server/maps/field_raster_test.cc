@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/field/testing/random_field.h"
+#include "server/maps/csv_grid.h"
 #include "server/maps/ros_map.h"
 
 namespace pheromone::maps {
@@ -71,6 +72,10 @@ TEST(FieldRasterTest, EachCellIsTheStrongestOfItsNodesInUnits) {
     const Result<Raster> made = RasterOf(field, 1, 1700, extent);
     ASSERT_TRUE(made.ok()) << made.error();
     const Raster& raster = made.value();
+    const field::FieldReader reader(field);
+    const Result<Raster> beside = RasterOf(reader, config, 1, 1700, extent);
+    ASSERT_TRUE(beside.ok()) << beside.error();
+    EXPECT_EQ(EncodeCsvGrid(beside.value()), EncodeCsvGrid(raster));
     const int32_t side = extent.nodes_per_cell;
     ASSERT_EQ(raster.columns, (area.last.column - area.first.column + side) / side);
     ASSERT_EQ(raster.rows, (area.last.row - area.first.row + side) / side);

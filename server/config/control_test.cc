@@ -1,0 +1,82 @@
+// [control] and [web], and each way to get them wrong.
+
+#include <filesystem>
+
+#include "server/config/testing/temporary_folder.h"
+
+namespace pheromone::config {
+namespace {
+
+constexpr std::string_view kToken = "0123456789abcdef";
+
+class ControlTest : public FolderTest {
+ protected:
+  void WriteToken(std::string_view text, std::filesystem::perms perms) const {
+    Write("token", text);
+    std::filesystem::permissions(folder_ / "token", perms);
+  }
+
+  static constexpr auto kPrivate =
+      std::filesystem::perms::owner_read | std::filesystem::perms::owner_write;
+};
+
+TEST_F(ControlTest, WithoutTablesThereIsASocketAndNoWeb) {
+  const Config config = Parse("").value();
+  EXPECT_EQ(config.control.socket, "pheromoned.sock");
+  EXPECT_EQ(config.web, WebSettings());
+}
+
+TEST_F(ControlTest, TheDefaultConfigurationIsReadableOnLocalhostAndTakesNoChangesThere) {
+  const Config config = ParseConfig(DefaultConfigText(), "default").value();
+  EXPECT_EQ(config.web, (WebSettings{"127.0.0.1", 8377, ""}));
+}
+
+TEST_F(ControlTest, EveryKeyIsRead) {
+  WriteToken("\n " + std::string(kToken) + "\r\n", kPrivate);
+  const Result<Config> parsed = Parse(
+      "[control]\nsocket = \"/run/lab.sock\"\n[web]\nlisten = \"[::1]:80\"\n"
+      "token_file = \"token\"\n");
+  ASSERT_TRUE(parsed.ok()) << parsed.error();
+  EXPECT_EQ(parsed.value().control.socket, "/run/lab.sock");
+  EXPECT_EQ(parsed.value().web, (WebSettings{"::1", 80, std::string(kToken)}));
+  EXPECT_TRUE(parsed.value().warnings.empty());
+  EXPECT_EQ(Parse("[control]\nenabled = false\n").value().control.socket, "");
+}
+
+TEST_F(ControlTest, ATokenThatAllUsersCanReadIsWarnedOf) {
+  WriteToken(kToken, kPrivate | std::filesystem::perms::others_read);
+  const Result<Config> parsed = Parse("[web]\ntoken_file = \"token\"\n");
+  ASSERT_TRUE(parsed.ok()) << parsed.error();
+  ASSERT_EQ(parsed.value().warnings.size(), 1u);
+  EXPECT_NE(parsed.value().warnings[0].find("f.toml:30:14: web.token_file: "), std::string::npos);
+  EXPECT_NE(parsed.value().warnings[0].find("is open to all users"), std::string::npos);
+}
+
+TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {
+  EXPECT_EQ(ErrorOf("[control]\nsokket = \"a\"\n"),
+            "f.toml:30:1: control.sokket: unknown key, expected socket?");
+  EXPECT_NE(ErrorOf("[control]\nsocket = \"" + std::string(108, 'a') + "\"\n")
+                .find("expected a path of at most 107 bytes"),
+            std::string::npos);
+  EXPECT_EQ(ErrorOf("[web]\nport = 80\n"),
+            "f.toml:30:1: web.port: unknown key, expected one of listen, token_file");
+  EXPECT_EQ(ErrorOf("[web]\nlisten = \"localhost:80\"\n"),
+            "f.toml:30:10: web.listen: found the string \"localhost:80\", expected a numeric "
+            "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\"");
+  EXPECT_EQ(ErrorOf("[web]\ntoken_file = \"none\"\n"),
+            "f.toml:30:14: web.token_file: none: No such file or directory, expected a file");
+}
+
+TEST_F(ControlTest, ATokenThatCouldBeGuessedOrNotBeSentIsRefused) {
+  for (const std::string& bad :
+       {std::string(), std::string("short"), std::string("0123456789 abcdefgh"),
+        std::string("0123456789abcdef\x01"), std::string(257, 'a')}) {
+    WriteToken(bad, kPrivate);
+    EXPECT_NE(ErrorOf("[web]\ntoken_file = \"token\"\n").find("expected 16 to 256 letters"),
+              std::string::npos)
+        << bad;
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::config

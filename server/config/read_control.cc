@@ -1,0 +1,83 @@
+// [control] and [web]: how pheromonectl, browsers and Prometheus reach the server.
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+#include "server/config/sections.h"
+#include "server/maps/file.h"
+
+namespace pheromone::config {
+namespace {
+
+constexpr size_t kMostPath = 107;  // of a Unix socket
+constexpr size_t kLeastToken = 16;
+constexpr size_t kMostToken = 256;
+
+// The token that a file holds, line ends and blanks around it left out.
+std::string Trimmed(const std::string& text) {
+  constexpr const char* kBlanks = " \t\r\n";
+  const size_t begin = text.find_first_not_of(kBlanks);
+  return begin == std::string::npos
+             ? ""
+             : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
+  if (table.Find("token_file") == nullptr) {
+    return;
+  }
+  const auto path = ReadFileName(table, "token_file", {}, *notes);
+  if (!path) {
+    return;
+  }
+  const Result<std::string> text = maps::ReadFile(path->string(), 4096);
+  if (!text.ok()) {
+    table.Report("token_file", text.error());
+    return;
+  }
+  web->token = Trimmed(text.value());
+  const bool printable =
+      std::all_of(web->token.begin(), web->token.end(), [](char c) { return c > ' ' && c <= '~'; });
+  if (!printable || web->token.size() < kLeastToken || web->token.size() > kMostToken) {
+    table.Report("token_file", path->string() +
+                                   ": expected 16 to 256 letters, digits and signs "
+                                   "without blanks, such as `openssl rand -hex 32` "
+                                   "writes");
+    return;
+  }
+  struct stat status {};
+  if (stat(path->c_str(), &status) == 0 && (status.st_mode & (S_IRWXO)) != 0) {
+    notes->warnings.push_back(FormatProblem(
+        notes->file, table.Find("token_file")->at, table.KeyOf("token_file"),
+        path->string() + " is open to all users of this machine, expected mode 0640 or less"));
+  }
+}
+
+}  // namespace
+
+void ReadControl(const Value& root, Notes* notes, ControlSettings* control) {
+  const TableReader table(TableOf(root, "control", notes), "control", &notes->problems);
+  table.AllowOnly({"enabled", "socket"});
+  const bool enabled = table.Boolean("enabled", true).value_or(true);
+  const auto socket = table.String("socket", control->socket);
+  if (socket && socket->size() > kMostPath) {
+    table.Expected("socket", *table.Find("socket"),
+                   "a path of at most " + std::to_string(kMostPath) + " bytes");
+  }
+  control->socket = enabled ? socket.value_or("") : "";
+}
+
+void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
+  const TableReader table(TableOf(root, "web", notes), "web", &notes->problems);
+  table.AllowOnly({"listen", "token_file"});
+  if (table.Find("listen") != nullptr) {
+    const auto endpoint = ReadEndpoint(table, "listen");
+    web->listen_address = endpoint ? endpoint->address : "";
+    web->listen_port = endpoint ? endpoint->port : uint16_t{0};
+  }
+  ReadToken(table, notes, web);
+}
+
+}  // namespace pheromone::config

@@ -1,0 +1,50 @@
+// Reading the server's JSON. A member that is not there, or of another kind, reads as nothing much:
+// an older or newer server is shown as far as it is understood.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+
+namespace pheromone::ctl {
+
+/// A member of an object; null if there is none.
+inline const boost::json::value& At(const boost::json::value& value, std::string_view key) {
+  static const boost::json::value nothing;
+  const boost::json::object* object = value.if_object();
+  const boost::json::value* member = object != nullptr ? object->if_contains(key) : nullptr;
+  return member != nullptr ? *member : nothing;
+}
+
+inline double NumberAt(const boost::json::value& value, std::string_view key) {
+  const boost::json::value& member = At(value, key);
+  return member.is_number() ? member.to_number<double>() : 0;
+}
+
+inline uint64_t CountAt(const boost::json::value& value, std::string_view key) {
+  const double number = NumberAt(value, key);
+  return number > 0 && number < 1.8e19 ? static_cast<uint64_t>(number) : 0;
+}
+
+inline std::string TextAt(const boost::json::value& value, std::string_view key) {
+  const boost::json::value& member = At(value, key);
+  return member.is_string() ? std::string(member.get_string()) : std::string();
+}
+
+inline bool FlagAt(const boost::json::value& value, std::string_view key) {
+  const boost::json::value& member = At(value, key);
+  return member.is_bool() && member.get_bool();
+}
+
+/// The items of an array; none if there is no array.
+inline const boost::json::array& ItemsAt(const boost::json::value& value, std::string_view key) {
+  static const boost::json::array none;
+  const boost::json::array* items = At(value, key).if_array();
+  return items != nullptr ? *items : none;
+}
+
+}  // namespace pheromone::ctl

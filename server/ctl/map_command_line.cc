@@ -1,0 +1,88 @@
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "server/ctl/command_line.h"
+#include "server/ctl/map_commands.h"
+
+namespace pheromone::ctl {
+namespace {
+
+struct Arguments {
+  MapSource source;
+  std::string in;
+  std::string out;
+  int pixels = 0;
+  std::optional<double> white;
+  std::optional<double> cell_m;
+};
+
+// The options that draw and export share.
+void AddSource(CLI::App* command, MapSource* source) {
+  command
+      ->add_option("--config", source->config,
+                   "The configuration file; without one, the default configuration")
+      ->type_name("FILE");
+  command->add_option("--field", source->field, "What a server has saved, laid on the map")
+      ->type_name("FILE");
+  command
+      ->add_option("--type", source->type,
+                   "A pheromone; without this, the first one that lies on the map")
+      ->type_name("N|NAME");
+  command->add_option("--area", source->area_m, "Between two corners, in metres")
+      ->expected(4)
+      ->type_name("X Y X Y");
+  command
+      ->add_option("--nodes-per-cell", source->nodes_per_cell,
+                   "So many nodes along a side make one cell, which shows the strongest")
+      ->check(CLI::Range(1, 30'000))
+      ->type_name("R");
+}
+
+}  // namespace
+
+void AddMapCommands(CLI::App* program, int* exit_status) {
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments* it = arguments.get();
+  CLI::App* map = program->add_subcommand("map", "Maps in files: draw, export, convert, info");
+  map->require_subcommand(1);
+
+  CLI::App* draw = map->add_subcommand("draw", "Draw a pheromone in colours, obstacles gray");
+  AddSource(draw, &it->source);
+  draw->add_option("--pixels-per-cell", it->pixels, "The side of a cell in the picture")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("K");
+  draw->add_option("OUT", it->out, "A .png file")->required();
+  draw->callback([arguments, exit_status] {
+    *exit_status = DrawMap(arguments->source, arguments->pixels, arguments->out);
+  });
+
+  CLI::App* save = map->add_subcommand(
+      "export", "Write a pheromone in units (.npy, .csv), or the obstacles as a ROS map (.yaml)");
+  AddSource(save, &it->source);
+  save->add_option("OUT", it->out, "A .npy, .csv or .yaml file")->required();
+  save->callback(
+      [arguments, exit_status] { *exit_status = ExportMap(arguments->source, arguments->out); });
+
+  CLI::App* convert = map->add_subcommand("convert", "Convert between .pgm .png .npy .csv .yaml");
+  convert->add_option("--white", it->white, "The value that is white in a picture")
+      ->check(CLI::PositiveNumber)
+      ->type_name("VALUE");
+  convert->add_option("--cell", it->cell_m, "The side of a cell in metres, for a ROS map")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->type_name("METRES");
+  convert->add_option("IN", it->in)->required();
+  convert->add_option("OUT", it->out)->required();
+  convert->callback([arguments, exit_status] {
+    *exit_status =
+        ConvertRaster(arguments->in, arguments->out, arguments->white, arguments->cell_m);
+  });
+
+  CLI::App* info = map->add_subcommand("info", "Say what a raster or a saved field holds");
+  info->add_option("FILE", it->in)->required();
+  info->callback([arguments, exit_status] { *exit_status = DescribeFile(arguments->in); });
+}
+
+}  // namespace pheromone::ctl

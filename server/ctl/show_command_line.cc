@@ -1,0 +1,90 @@
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "server/ctl/command_line.h"
+#include "server/ctl/config_commands.h"
+#include "server/ctl/show_commands.h"
+#include "server/ctl/watch.h"
+
+namespace pheromone::ctl {
+namespace {
+
+struct Arguments {
+  bool with_hash = false;
+  std::string link;
+  std::string pheromone;
+  double x_m = 0;
+  double y_m = 0;
+  double heading_deg = 0;
+  std::string file;
+  WatchOptions watch;
+};
+
+void AddConfigCommands(CLI::App* program, const ServerOptions* options,
+                       const std::shared_ptr<Arguments>& it, int* exit_status) {
+  CLI::App* config = program->add_subcommand("config", "Configurations: check, show");
+  config->require_subcommand(1);
+  CLI::App* check =
+      config->add_subcommand("check", "Say what is wrong with a file, or what it means");
+  check->add_option("FILE", it->file)->required();
+  check->callback([=] { *exit_status = CheckConfig(it->file); });
+  CLI::App* show = config->add_subcommand("show", "Show what the server goes by, in words");
+  show->callback([=] { *exit_status = ShowConfig(*options); });
+}
+
+void AddWatch(CLI::App* program, const ServerOptions* options, const std::shared_ptr<Arguments>& it,
+              int* exit_status) {
+  CLI::App* watch = program->add_subcommand("watch", "Watch the map and the robots; q ends it");
+  watch->add_option("PHEROMONE", it->watch.pheromone, "Its number or name; without it, the first")
+      ->type_name("N|NAME");
+  watch->add_flag("--once", it->watch.once, "Draw one picture and end");
+  watch->add_option("--columns", it->watch.columns, "Instead of the terminal's")
+      ->check(CLI::Range(20, 1000))
+      ->type_name("N");
+  watch->add_option("--rows", it->watch.rows, "Instead of the terminal's")
+      ->check(CLI::Range(5, 1000))
+      ->type_name("N");
+  watch
+      ->add_option("--colours", it->watch.colours,
+                   "none, 256 or 24bit; without it, as the terminal can")
+      ->check(CLI::IsMember({"none", "256", "24bit"}))
+      ->type_name("KIND");
+  watch->callback([=] { *exit_status = Watch(*options, it->watch); });
+}
+
+}  // namespace
+
+void AddShowCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
+  const auto it = std::make_shared<Arguments>();
+  CLI::App* status = program->add_subcommand("status", "Show the server as a whole");
+  status->add_flag("--hash", it->with_hash, "With the hash of the whole state");
+  status->callback([=] { *exit_status = ShowStatus(*options, it->with_hash); });
+
+  CLI::App* links = program->add_subcommand("links", "Show the links and what they lost");
+  links->callback([=] { *exit_status = ShowLinks(*options); });
+
+  CLI::App* clients = program->add_subcommand("clients", "Show the robots");
+  clients->add_option("--link", it->link, "Only those of this link")->type_name("NAME");
+  clients->callback([=] { *exit_status = ShowClients(*options, it->link); });
+
+  CLI::App* laws = program->add_subcommand("laws", "Show the pheromones");
+  laws->callback([=] { *exit_status = ShowLaws(*options); });
+
+  CLI::App* sense = program->add_subcommand("sense", "Say what a robot would smell somewhere");
+  sense->add_option("PHEROMONE", it->pheromone, "Its number or name")->required();
+  sense->add_option("X", it->x_m, "In metres")->required();
+  sense->add_option("Y", it->y_m, "In metres")->required();
+  sense->add_option("HEADING", it->heading_deg, "In degrees, counter-clockwise from +x");
+  sense->callback(
+      [=] { *exit_status = Sense(*options, it->pheromone, it->x_m, it->y_m, it->heading_deg); });
+
+  AddWatch(program, options, it, exit_status);
+  AddConfigCommands(program, options, it, exit_status);
+
+  CLI::App* version = program->add_subcommand("version", "Show this version, and the server's");
+  version->callback([=] { *exit_status = ShowVersion(*options); });
+}
+
+}  // namespace pheromone::ctl

@@ -1,0 +1,271 @@
+#include "server/daemon/live_control.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "server/config/describe.h"
+#include "server/daemon/process_figures.h"
+
+namespace pheromone::daemon {
+namespace {
+
+constexpr double kMemoryS = 10;  // of the links' byte rates
+
+double SecondsSince(std::chrono::steady_clock::time_point then) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
+}
+
+std::vector<engine::NamedCount> CountsOf(const links::LinkCounters& it) {
+  return {
+      {"received_frames", "Whole frames received.", it.received.frames},
+      {"received_bytes", "Bytes received.", it.bytes_in},
+      {"sent_frames", "Frames sent.", it.frames_out},
+      {"sent_bytes", "Bytes sent.", it.bytes_out},
+      {"crc_errors", "Frames with a wrong CRC.", it.received.crc_errors},
+      {"bad_escapes", "Frames with something illegal after a DLE.", it.received.bad_escapes},
+      {"oversize_frames", "Frames longer than any message.", it.received.oversize},
+      {"runt_frames", "Frames shorter than any message.", it.received.runts},
+      {"refused_frames", "Frames with ID or opcode 0.", it.received.refused},
+      {"restarted_frames", "Frames that another one began inside of.", it.received.restarts},
+      {"gap_timeouts", "Frames given up since a byte was missing.", it.received.timeouts},
+      {"stray_bytes", "Bytes outside of frames.", it.received.ignored_bytes},
+      {"openings", "Ports opened, connections accepted.", it.opened},
+      {"late_answers", "Answers not sent: the response window had passed.", it.late_answers},
+      {"dropped_answers", "Answers not sent: nobody read those before.", it.dropped_answers},
+      {"withheld_errors", "ERRORs not sent: a second one in a window.", it.withheld_errors},
+      {"undeliverable", "Messages not sent: nobody is connected.", it.undeliverable},
+      {"dropped_connections", "Connections dropped to make room.", it.dropped_connections},
+  };
+}
+
+std::string_view NameOf(config::LinkKind kind) {
+  switch (kind) {
+    case config::LinkKind::kPty:
+      return "pty";
+    case config::LinkKind::kSerial:
+      return "serial";
+    case config::LinkKind::kTcp:
+      break;
+  }
+  return "tcp";
+}
+
+// A byte on a serial line takes ten bits, start and stop included.
+std::optional<double> ByteRateOf(const config::LinkConfig& link) {
+  return link.kind == config::LinkKind::kSerial ? std::optional(link.baud / 10.0) : std::nullopt;
+}
+
+uint64_t BytesOf(const links::Link& link) {
+  const links::LinkCounters counters = link.counters();
+  return counters.bytes_in + counters.bytes_out;
+}
+
+void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_ms,
+             engine::ClientView* client) {
+  const auto& observed = client->robot.observed;
+  if (observed && now_ms < observed->until_ms) {
+    client->pose_source = engine::PoseSource::kTracker;
+    client->pose = observed->pose;
+  } else if (client->traffic.pose) {
+    client->pose_source = engine::PoseSource::kRobot;
+    client->pose = engine.PoseOf(link, client->id, *client->traffic.pose, now_ms);
+  }
+}
+
+}  // namespace
+
+engine::StatusView LiveControl::GetStatus(bool with_hash) const {
+  engine::StatusView status;
+  parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
+    status.field_time_ms = parts_.now_ms();
+    status.epoch = engine.epoch();
+    status.sequence = engine.sequence();
+    status.durable_sequence = std::min(parts_.log->DurableSequence(), engine.sequence());
+    engine.robots().ForEach([&](auto&&...) { ++status.robots; });
+    status.nodes = engine.field().node_count();
+    status.tiles = engine.field().tile_count();
+    status.field_bytes = engine.field().used_bytes();
+    status.field_limit_bytes = engine.field().limit_bytes();
+    status.engine = engine.counters();
+    status.requests_by_opcode = traffic.by_opcode();
+    if (with_hash) {
+      status.state_hash = engine.StateHash();
+    }
+  });
+  status.version = PHEROMONE_VERSION;
+  status.uptime_s = SecondsSince(started_);
+  status.service = parts_.service->counters();
+  status.links = parts_.links->size();
+  for (const auto& link : *parts_.links) {
+    status.links_up += link->state().up ? 1u : 0u;
+  }
+  const ProcessFigures process = ReadProcessFigures();
+  status.resident_bytes = process.resident_bytes;
+  status.open_descriptors = process.open_descriptors;
+  status.cpu_s = process.cpu_s;
+  return status;
+}
+
+std::vector<engine::LinkView> LiveControl::GetLinks() const {
+  const std::vector<config::LinkConfig> configured = parts_.config().links;
+  const std::lock_guard lock(mutex_);
+  std::vector<engine::LinkView> views;
+  for (size_t i = 0; i < parts_.links->size(); ++i) {
+    const links::Link& link = *(*parts_.links)[i];
+    const links::LinkRecord::State state = link.state();
+    const links::LinkRecord::History history = link.history();
+    engine::LinkView& view = views.emplace_back();
+    view.name = link.name();
+    view.kind = NameOf(configured[i].kind);
+    view.address = link.address();
+    view.up = state.up;
+    view.state = state.reason;
+    view.since_s = SecondsSince(history.since);
+    view.last_error = history.last_error;
+    view.byte_rate = ByteRateOf(configured[i]);
+    view.bytes_per_s = i < samples_.size() ? samples_[i].bytes_per_s : 0;
+    view.counters = CountsOf(link.counters());
+  }
+  return views;
+}
+
+std::vector<engine::ClientView> LiveControl::GetClients() const {
+  using Key = std::pair<engine::LinkIndex, uint8_t>;
+  std::map<Key, engine::ClientView> clients;
+  parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
+    engine.robots().ForEach(
+        [&](engine::LinkIndex link, uint8_t id, const engine::RobotState& robot) {
+          engine::ClientView& client = clients[{link, id}];
+          client.robot = robot;
+          client.known = robot.epoch == engine.epoch();
+        });
+    const uint64_t now_ms = parts_.now_ms();
+    const auto& links = engine.config().links;
+    for (size_t i = 0; i < links.size(); ++i) {
+      const auto link = static_cast<engine::LinkIndex>(i);
+      for (int id = 1; id <= UINT8_MAX; ++id) {
+        const Key key{link, static_cast<uint8_t>(id)};
+        const engine::RobotTraffic* heard = traffic.Find(key.first, key.second);
+        const auto known = clients.find(key);
+        if (heard == nullptr && known == clients.end()) {
+          continue;
+        }
+        engine::ClientView& client = known != clients.end() ? known->second : clients[key];
+        client.link = links[i].name;
+        client.id = key.second;
+        if (heard != nullptr) {
+          client.traffic = *heard;
+          client.silent_ms = now_ms - std::min(now_ms, heard->last_ms);
+        }
+        AddPose(engine, link, now_ms, &client);
+      }
+    }
+  });
+  std::vector<engine::ClientView> views;
+  views.reserve(clients.size());
+  for (auto& [key, client] : clients) {
+    views.push_back(std::move(client));
+  }
+  return views;
+}
+
+engine::FieldView LiveControl::GetField() const {
+  return parts_.service->Inspect([this](const engine::Engine& engine) {
+    const field::FieldConfig& present = engine.config().field;
+    engine::FieldView view;
+    view.field = &engine.field();  // the engine keeps its field, once it has one
+    view.config.map = present.map;
+    view.config.antennas = present.antennas;
+    view.config.pheromones = present.pheromones;
+    view.config.obstacles = present.obstacles;
+    view.now_ms = parts_.now_ms();
+    return view;
+  });
+}
+
+std::vector<std::string> LiveControl::GetConfig() const {
+  const config::Config config = parts_.config();
+  std::vector<std::string> lines = config::DescribeConfig(config);
+  for (const config::LinkConfig& link : config.links) {
+    lines.push_back("link " + link.name + ": " + std::string(NameOf(link.kind)) +
+                    (link.required ? ", required" : ""));
+  }
+  return lines;
+}
+
+Status LiveControl::CheckHealth() const {
+  return parts_.service->Inspect([this](const engine::Engine&) {
+    switch (parts_.log->Admit()) {
+      case protocol::Reason::kNone:
+        return Ok();
+      case protocol::Reason::kBusy:
+        return Status(Error{"the log is busy"});
+      default:
+        return Status(Error{"the log takes no changes"});
+    }
+  });
+}
+
+Status LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
+                          std::span<const uint8_t> arguments) {
+  const auto index = parts_.service->FindLink(link);
+  if (!index) {
+    return Error{"there is no link \"" + std::string(link) + "\""};
+  }
+  engine::CommandIssued command{*index, id, code, {}};
+  std::copy_n(arguments.begin(), std::min(arguments.size(), command.arguments.size()),
+              command.arguments.begin());
+  std::vector<engine::Outgoing> out;
+  Status issued = parts_.service->Issue(command, &out);
+  parts_.switchboard->Deliver(out);
+  return issued;
+}
+
+Result<std::vector<std::string>> LiveControl::HaltAll() {
+  std::vector<std::string> halted;
+  std::string errors;
+  for (const auto& link : *parts_.links) {
+    const Status status =
+        Issue(link->name(), protocol::kBroadcastId, protocol::CommandCode::kHalt, {});
+    if (status.ok()) {
+      halted.push_back(link->name());
+    } else {
+      errors += (errors.empty() ? "" : "; ") + link->name() + ": " + status.error();
+    }
+  }
+  if (!errors.empty()) {
+    return Error{errors};
+  }
+  return halted;
+}
+
+Result<std::string> LiveControl::Snapshot() {
+  return Error{
+      "this server keeps no journal, so it has nothing to make a snapshot for; "
+      "--save-field and SIGUSR1 save the field"};
+}
+
+// An exponential mean, whatever the time between the calls is.
+void LiveControl::SampleLinks() {
+  const auto now = std::chrono::steady_clock::now();
+  const std::lock_guard lock(mutex_);
+  const bool first = samples_.size() != parts_.links->size();
+  samples_.resize(parts_.links->size());
+  const double passed_s = std::chrono::duration<double>(now - sampled_).count();
+  const double share = 1 - std::exp(-passed_s / kMemoryS);
+  for (size_t i = 0; i < samples_.size(); ++i) {
+    Sample& sample = samples_[i];
+    const uint64_t bytes = BytesOf(*(*parts_.links)[i]);
+    if (!first && passed_s > 0) {
+      const double rate = static_cast<double>(bytes - sample.bytes) / passed_s;
+      sample.bytes_per_s += share * (rate - sample.bytes_per_s);
+    }
+    sample.bytes = bytes;
+  }
+  sampled_ = now;
+}
+
+}  // namespace pheromone::daemon

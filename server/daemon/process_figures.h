@@ -1,0 +1,16 @@
+// What the process takes of the machine, from /proc. Any thread; a figure that cannot be read is 0.
+#pragma once
+
+#include <cstdint>
+
+namespace pheromone::daemon {
+
+struct ProcessFigures {
+  uint64_t resident_bytes = 0;
+  uint64_t open_descriptors = 0;
+  double cpu_s = 0;
+};
+
+ProcessFigures ReadProcessFigures();
+
+}  // namespace pheromone::daemon

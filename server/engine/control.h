@@ -1,0 +1,126 @@
+// The control interface: what an operator may see of a running server, and change in it. HTTP
+// (server/web) speaks to this and to nothing else of the server; the daemon implements it over the
+// service and the links.
+//
+//   const StatusView status = control->GetStatus(false);
+//   const Status done = control->Edit(edit);
+//
+// Views are copies, taken under the service's lock for as long as copying takes; the field itself
+// is looked at through a FieldReader, which holds nobody up. Changes go through the ordered log as
+// a robot's do.
+//
+// Thread-safe: every function may be called from any thread. Times are field time in milliseconds
+// unless their names say otherwise.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/base/result.h"
+#include "server/engine/service.h"
+#include "server/field/field.h"
+
+namespace pheromone::engine {
+
+/// The server as a whole.
+struct StatusView {
+  std::string version;
+  double uptime_s = 0;
+  uint64_t field_time_ms = 0;
+  uint16_t epoch = 0;
+  uint64_t sequence = 0;               ///< of the last event of the log
+  uint64_t durable_sequence = 0;       ///< of the last that a crash cannot take back
+  std::optional<uint64_t> state_hash;  ///< if it was asked for: it may cost a look at a whole layer
+  size_t links = 0;
+  size_t links_up = 0;
+  size_t robots = 0;  ///< that have said HELLO
+  size_t nodes = 0;   ///< remembered, of all types that do not diffuse
+  size_t tiles = 0;
+  uint64_t field_bytes = 0;
+  uint64_t field_limit_bytes = 0;
+  ServiceCounters service;
+  EngineCounters engine;
+  std::array<uint64_t, 128> requests_by_opcode{};
+  uint64_t resident_bytes = 0;  ///< of the process
+  uint64_t open_descriptors = 0;
+  double cpu_s = 0;
+};
+
+/// A number that only grows, with its name in snake_case and what it counts, in words.
+struct NamedCount {
+  std::string_view name;
+  std::string_view help;
+  uint64_t count = 0;
+};
+
+struct LinkView {
+  std::string name;
+  std::string kind;     ///< "pty", "serial", "tcp"
+  std::string address;  ///< how it is reached; empty while that is not known
+  bool up = false;
+  std::string state;                ///< in words: how it is reached, or why it is down
+  double since_s = 0;               ///< up, or down, for so long
+  std::string last_error;           ///< why it was down last; empty if it never was
+  std::optional<double> byte_rate;  ///< bytes a second that the line can carry, if it has a limit
+  double bytes_per_s = 0;           ///< both ways, over about the last ten seconds
+  std::vector<NamedCount> counters;
+};
+
+enum class PoseSource { kNone, kRobot, kTracker };
+
+struct ClientView {
+  std::string link;
+  uint8_t id = 0;
+  bool known = false;  ///< it has said HELLO in this epoch; else `robot` is empty, or of before
+  RobotState robot;
+  RobotTraffic traffic;
+  std::optional<uint64_t> silent_ms;  ///< since its last message; nothing: not heard since a start
+  PoseSource pose_source = PoseSource::kNone;
+  field::PoseUm pose;  ///< on the map, unless the source is kNone
+};
+
+/// What is needed to look at the field.
+struct FieldView {
+  const field::Field* field = nullptr;  ///< lives as long as the server; for a FieldReader only
+  field::FieldConfig config;            ///< at the moment, without its paths and prints
+  uint64_t now_ms = 0;
+};
+
+class Control {
+ public:
+  Control() = default;
+  Control(const Control&) = delete;
+  Control& operator=(const Control&) = delete;
+  virtual ~Control() = default;
+
+  virtual StatusView GetStatus(bool with_hash) const = 0;
+  virtual std::vector<LinkView> GetLinks() const = 0;
+  /// All robots that have said HELLO or were heard, by link and ID.
+  virtual std::vector<ClientView> GetClients() const = 0;
+  virtual FieldView GetField() const = 0;
+  /// The configuration that is in effect, in words, a line each.
+  virtual std::vector<std::string> GetConfig() const = 0;
+  /// Whether changes are taken at the moment; if not, why.
+  virtual Status CheckHealth() const = 0;
+
+  virtual Status Edit(const field::FieldEdit& edit) = 0;
+  /// Gives a command to a robot; what became of it is in its ClientView. Errors: no such link or
+  /// robot.
+  virtual Status Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
+                       std::span<const uint8_t> arguments) = 0;
+  /// Halts all robots of all links. Returns the names of the links; the error names those on which
+  /// it failed, after all were tried.
+  virtual Result<std::vector<std::string>> HaltAll() = 0;
+  /// Reads the configuration again. Returns what waits for a restart; an error if nothing changed.
+  virtual Result<std::vector<std::string>> Reload() = 0;
+  /// Makes a durable snapshot and returns its name.
+  virtual Result<std::string> Snapshot() = 0;
+};
+
+}  // namespace pheromone::engine

@@ -1,0 +1,50 @@
+// What was heard of each robot, for people who look after them: how often it asked, how often it
+// had to ask again, where it was last. Not part of the state: nothing here is logged, and a restart
+// forgets it.
+//
+//   traffic.Count(link, message, now_ms, Traffic::Fate::kAnswered);
+//   const RobotTraffic* robot = traffic.Find(link, 7);
+//
+// Not thread-safe: the service keeps it behind its lock. Memory: 16 KiB for each link that a robot
+// was heard on, whoever else claims to be there.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "protocol/messages.h"
+#include "server/engine/event.h"
+
+namespace pheromone::engine {
+
+struct RobotTraffic {
+  uint64_t requests = 0;  ///< messages from it, those that nobody answers included
+  uint64_t repeats = 0;   ///< of them: the same change again, because the answer was lost
+  uint64_t refusals = 0;  ///< answered with ERROR
+  uint64_t last_ms = 0;   ///< field time of the last one
+  std::optional<protocol::WirePose> pose;  ///< reported last, in the robot's own frame and units
+};
+
+class Traffic {
+ public:
+  enum class Fate { kAnswered, kRepeated, kRefused, kIgnored };
+
+  /// Takes note of a message from a client.
+  void Count(LinkIndex link, const protocol::Message& message, uint64_t now_ms, Fate fate);
+
+  /// Null if nothing was heard of that robot.
+  const RobotTraffic* Find(LinkIndex link, uint8_t id) const;
+
+  /// Messages by opcode; those with the server's bit, which are echoes, under the same opcode.
+  const std::array<uint64_t, 128>& by_opcode() const { return by_opcode_; }
+
+ private:
+  std::vector<std::unique_ptr<std::array<RobotTraffic, 256>>> links_;
+  std::array<uint64_t, 128> by_opcode_{};
+};
+
+}  // namespace pheromone::engine

@@ -1,0 +1,47 @@
+// The API: which request goes where, and who may ask for it.
+//
+//   const Api api(control, {.token = "..."});
+//   const Response response = api.Handle(request);
+//
+//   GET  /healthz                 200 or 503
+//   GET  /metrics                 Prometheus, text format 0.0.4
+//   GET  /api/v1/status           hash = 1 adds the state hash
+//   GET  /api/v1/links  clients  laws  config
+//   GET  /api/v1/field            a raster as JSON, CSV or PNG (reading.h)
+//   GET  /api/v1/sense            what a robot would smell somewhere
+//   POST /api/v1/deposit  erase  paint  command  halt  reload  snapshot   (changing.h)
+//
+// A GET is free to whoever can connect. A POST needs to come over the Unix socket, or to carry
+// "Authorization: Bearer TOKEN" and no Origin but the server's own, so that no other web page can
+// have the reader's browser send it. Errors are {"error": {"what", "where", "expected"}}.
+//
+// Thread-safe: Handle may be called from any thread, and runs in it to the end. No input makes it
+// fail otherwise than by an error response.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "server/engine/control.h"
+#include "server/web/http.h"
+
+namespace pheromone::web {
+
+struct ApiOptions {
+  std::string token;  ///< what changes over TCP must carry; empty: there are none
+};
+
+class Api {
+ public:
+  /// `control` outlives the API.
+  Api(engine::Control* control, ApiOptions options)
+      : control_(control), options_(std::move(options)) {}
+
+  Response Handle(const Request& request) const;
+
+ private:
+  engine::Control* const control_;
+  const ApiOptions options_;
+};
+
+}  // namespace pheromone::web

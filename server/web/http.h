@@ -1,0 +1,54 @@
+// A request and its answer, as the API sees them: no socket, no stream, no library. The server
+// (server.h) makes them of bytes; tests make them by hand.
+//
+//   Response response = api.Handle({.method = "GET", .target = "/api/v1/status"});
+//
+// All of this is functions of their arguments; any thread.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace pheromone::web {
+
+struct Request {
+  std::string method;         ///< "GET"
+  std::string target;         ///< as sent: "/api/v1/sense?x_m=1"
+  bool local = false;         ///< over the Unix socket: who may open that may change things
+  std::string authorization;  ///< the headers of these names; empty: none
+  std::string origin;
+  std::string host;
+  std::string body;
+};
+
+struct Response {
+  int status = 200;
+  std::string content_type = "application/json";
+  std::string body;
+  std::vector<std::pair<std::string, std::string>> headers;
+};
+
+/// What is wrong, for people and for programs.
+struct Problem {
+  std::string what;      ///< "found the string \"far\""
+  std::string where;     ///< the key, parameter or header; empty: the request as a whole
+  std::string expected;  ///< "a number from -1000 to 1000"
+};
+
+/// {"error": {"what": ..., "where": ..., "expected": ...}}, with an end of line.
+Response Refuse(int status, const Problem& problem);
+
+/// A target in its parts, percent-decoded.
+struct Target {
+  std::string path;
+  std::vector<std::pair<std::string, std::string>> query;  ///< in the order of the target
+};
+
+/// Nothing if the target is not one: it does not begin with '/', or a percent sign is not followed
+/// by two hexadecimal digits.
+std::optional<Target> ParseTarget(std::string_view target);
+
+}  // namespace pheromone::web

@@ -1,0 +1,72 @@
+#include "server/web/json_text.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
+
+namespace pheromone::web {
+namespace {
+
+namespace json = boost::json;
+
+template <typename Number>
+void AppendNumber(Number number, std::string* text) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
+  text->append(digits.data(), end);
+}
+
+// Our own answers are shallow; what a request holds is nested 32 deep at the most.
+void Append(const json::value& value, std::string* text) {
+  const char* before = "";
+  switch (value.kind()) {
+    case json::kind::object:
+      *text += '{';
+      for (const json::key_value_pair& member : value.get_object()) {
+        text->append(before).append(json::serialize(json::string_view(member.key()))) += ':';
+        Append(member.value(), text);
+        before = ",";
+      }
+      *text += '}';
+      break;
+    case json::kind::array:
+      *text += '[';
+      for (const json::value& item : value.get_array()) {
+        *text += before;
+        Append(item, text);
+        before = ",";
+      }
+      *text += ']';
+      break;
+    case json::kind::int64:
+      AppendNumber(value.get_int64(), text);
+      break;
+    case json::kind::uint64:
+      AppendNumber(value.get_uint64(), text);
+      break;
+    case json::kind::double_:
+      if (std::isfinite(value.get_double())) {
+        AppendNumber(value.get_double(), text);
+      } else {
+        *text += "null";
+      }
+      break;
+    default:
+      *text += json::serialize(value);
+  }
+}
+
+}  // namespace
+
+std::string ToText(const json::value& value) {
+  std::string text;
+  Append(value, &text);
+  text += '\n';
+  return text;
+}
+
+}  // namespace pheromone::web

@@ -1,0 +1,14 @@
+// JSON as text, with numbers as people write them: the fewest digits that read back the same, and
+// no exponent where none is needed (Boost.JSON writes 0.1 as 1E-1). Any thread.
+#pragma once
+
+#include <string>
+
+#include <boost/json/value.hpp>
+
+namespace pheromone::web {
+
+/// On one line, with an end of line. A number that JSON cannot hold, such as an infinity, is null.
+std::string ToText(const boost::json::value& value);
+
+}  // namespace pheromone::web

@@ -1,0 +1,201 @@
+#include "server/web/metrics.h"
+
+#include <array>
+#include <charconv>
+#include <initializer_list>
+#include <map>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/web/codes.h"
+
+namespace pheromone::web {
+namespace {
+
+struct Label {
+  std::string_view name;
+  std::string_view value;
+};
+
+// What the format wants escaped: in help texts and in label values.
+std::string Escaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '\\':
+        escaped += "\\\\";
+        break;
+      case '"':
+        escaped += "\\\"";
+        break;
+      case '\n':
+        escaped += "\\n";
+        break;
+      default:
+        escaped += c;
+    }
+  }
+  return escaped;
+}
+
+// Families are written one after the other, each with all its samples.
+class Text {
+ public:
+  void Family(std::string_view name, std::string_view type, std::string_view help) {
+    name_ = "pheromone_" + std::string(name);
+    text_ += "# HELP " + name_ + ' ' + std::string(help) + "\n# TYPE " + name_ + ' ' +
+             std::string(type) + '\n';
+  }
+
+  template <typename Number>
+  void Sample(std::initializer_list<Label> labels, Number value) {
+    text_ += name_;
+    const char* before = "{";
+    for (const Label& label : labels) {
+      text_.append(before).append(label.name).append("=\"").append(Escaped(label.value)) += '"';
+      before = ",";
+    }
+    text_ += labels.size() != 0 ? "} " : " ";
+    std::array<char, 32> digits{};
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+    text_.append(digits.data(), end) += '\n';
+  }
+
+  template <typename Number>
+  void Counter(std::string_view name, std::string_view help, Number value) {
+    Family(name, "counter", help);
+    Sample({}, value);
+  }
+  template <typename Number>
+  void Gauge(std::string_view name, std::string_view help, Number value) {
+    Family(name, "gauge", help);
+    Sample({}, value);
+  }
+
+  std::string Take() { return std::move(text_); }
+
+ private:
+  std::string name_;
+  std::string text_;
+};
+
+void AddProcess(const engine::StatusView& status, Text* text) {
+  text->Family("build_info", "gauge", "Always 1; the version is its label.");
+  text->Sample({{"version", status.version}}, 1);
+  text->Gauge("uptime_seconds", "Since the start.", status.uptime_s);
+  text->Gauge("resident_memory_bytes", "Memory of the process.", status.resident_bytes);
+  text->Gauge("open_descriptors", "Open files and sockets of the process.",
+              status.open_descriptors);
+  text->Counter("cpu_seconds_total", "Processor time of the process.", status.cpu_s);
+}
+
+void AddEngine(const engine::StatusView& status, Text* text) {
+  text->Gauge("field_time_seconds", "Field time, by which pheromone evaporates.",
+              static_cast<double>(status.field_time_ms) / 1e3);
+  text->Gauge("log_sequence", "Sequence number of the last event of the log.", status.sequence);
+  text->Gauge("log_durable_sequence", "Of the last event that a crash cannot take back.",
+              status.durable_sequence);
+  text->Gauge("robots", "Robots that have said HELLO.", status.robots);
+  text->Gauge("field_nodes", "Nodes of the map that hold pheromone.", status.nodes);
+  text->Gauge("field_tiles", "Tiles of 8 x 8 nodes in memory.", status.tiles);
+  text->Gauge("field_memory_bytes", "Memory that pheromone takes.", status.field_bytes);
+  text->Gauge("field_memory_limit_bytes", "Beyond it, the map is full.", status.field_limit_bytes);
+
+  const engine::ServiceCounters& counters = status.service;
+  std::map<std::string_view, uint64_t> by_name;
+  for (size_t opcode = 0; opcode < status.requests_by_opcode.size(); ++opcode) {
+    by_name[NameOfRequest(static_cast<uint8_t>(opcode))] += status.requests_by_opcode[opcode];
+  }
+  text->Family("requests_total", "counter", "Messages from robots, by what they ask for.");
+  for (const auto& [name, count] : by_name) {
+    text->Sample({{"request", name}}, count);
+  }
+  text->Counter("requests_ignored_total", "Messages that nobody answers, such as echoes.",
+                counters.ignored);
+  text->Counter("answers_total", "Answers other than ERROR.", counters.answers);
+  text->Counter("duplicates_total", "Changes that robots repeated since the answer was lost.",
+                counters.repeats);
+  text->Counter("changes_total", "Events that went through the log.", counters.changes);
+  text->Counter("observations_total", "Poses from trackers that were taken.",
+                counters.observations);
+  text->Counter("observations_refused_total", "Poses from trackers of robots nobody knows.",
+                counters.observations_refused);
+  text->Family("errors_total", "counter", "ERROR answers, by reason.");
+  for (size_t reason = 1; reason < counters.errors.size(); ++reason) {
+    const std::string_view name = NameOf(static_cast<protocol::Reason>(reason));
+    if (name != "unknown") {
+      text->Sample({{"reason", name}}, counters.errors[reason]);
+    }
+  }
+  text->Counter("id_conflicts_total", "Two robots that took turns under one ID.",
+                status.engine.id_conflicts);
+  text->Counter("robots_forgotten_total", "Robots dropped to make room for another.",
+                status.engine.robots_forgotten);
+  text->Counter("commands_unanswered_total", "Commands that no robot acknowledged.",
+                status.engine.commands_unanswered);
+  text->Counter("commands_unknown_total", "Commands whose robot restarted before it acknowledged.",
+                status.engine.commands_unknown);
+}
+
+void AddLinks(const std::vector<engine::LinkView>& links, Text* text) {
+  text->Family("link_up", "gauge", "1 while the link is up.");
+  for (const engine::LinkView& link : links) {
+    text->Sample({{"link", link.name}, {"kind", link.kind}}, link.up ? 1 : 0);
+  }
+  text->Family("link_capacity_bytes_per_second", "gauge", "What the line can carry, if limited.");
+  for (const engine::LinkView& link : links) {
+    if (link.byte_rate) {
+      text->Sample({{"link", link.name}}, *link.byte_rate);
+    }
+  }
+  text->Family("link_utilisation_ratio", "gauge",
+               "Share of that in use, both ways, over about ten seconds.");
+  for (const engine::LinkView& link : links) {
+    if (link.byte_rate) {
+      text->Sample({{"link", link.name}}, link.bytes_per_s / *link.byte_rate);
+    }
+  }
+  // All links count the same things, in the same order.
+  for (size_t i = 0; !links.empty() && i < links.front().counters.size(); ++i) {
+    const engine::NamedCount& first = links.front().counters[i];
+    text->Family("link_" + std::string(first.name) + "_total", "counter", first.help);
+    for (const engine::LinkView& link : links) {
+      text->Sample({{"link", link.name}}, link.counters[i].count);
+    }
+  }
+}
+
+void AddRobots(const std::vector<engine::ClientView>& clients, Text* text) {
+  const auto family = [&](std::string_view name, std::string_view help, auto value_of) {
+    text->Family(name, "counter", help);
+    for (const engine::ClientView& client : clients) {
+      text->Sample({{"link", client.link}, {"id", std::to_string(client.id)}}, value_of(client));
+    }
+  };
+  family("robot_requests_total", "Messages from a robot.",
+         [](const engine::ClientView& it) { return it.traffic.requests; });
+  family("robot_repeats_total", "Changes that a robot had to repeat.",
+         [](const engine::ClientView& it) { return it.traffic.repeats; });
+  text->Family("robot_silent_seconds", "gauge", "Since a robot's last message.");
+  for (const engine::ClientView& client : clients) {
+    if (client.silent_ms) {
+      text->Sample({{"link", client.link}, {"id", std::to_string(client.id)}},
+                   static_cast<double>(*client.silent_ms) / 1e3);
+    }
+  }
+}
+
+}  // namespace
+
+std::string Metrics(const engine::Control& control) {
+  const engine::StatusView status = control.GetStatus(false);
+  Text text;
+  AddProcess(status, &text);
+  AddEngine(status, &text);
+  AddLinks(control.GetLinks(), &text);
+  AddRobots(control.GetClients(), &text);
+  return text.Take();
+}
+
+}  // namespace pheromone::web

@@ -1,0 +1,21 @@
+// The server in figures, for Prometheus: its text format, version 0.0.4
+// (https://prometheus.io/docs/instrumenting/exposition_formats/).
+//
+//   # HELP pheromone_link_received_frames_total Frames that came in whole.
+//   # TYPE pheromone_link_received_frames_total counter
+//   pheromone_link_received_frames_total{link="radio-a"} 1234
+//
+// Names end in their unit; counters in _total. Values are as of one moment of each view.
+#pragma once
+
+#include <string>
+
+#include "server/engine/control.h"
+
+namespace pheromone::web {
+
+constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
+
+std::string Metrics(const engine::Control& control);
+
+}  // namespace pheromone::web
