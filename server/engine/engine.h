@@ -67,8 +67,6 @@ class Engine {
   uint16_t epoch() const { return epoch_; }
   uint64_t sequence() const { return sequence_; }  ///< of the last event that was applied
   uint64_t field_time_ms() const { return field_time_ms_; }
-  /// Of the last event.
-  uint64_t sequence() const { return sequence_; }
 
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
 

@@ -79,6 +79,12 @@ void LocalJournal::AskForSnapshot() {
   rotation_due_ = true;
 }
 
+void LocalJournal::Probe(std::function<void()> done) {
+  const std::lock_guard lock(mutex_);
+  probes_.push_back(std::move(done));
+  work_.notify_one();
+}
+
 JournalStatus LocalJournal::status() const {
   const std::lock_guard lock(mutex_);
   JournalStatus status = status_;

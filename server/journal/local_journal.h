@@ -33,6 +33,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "server/base/bytes.h"
 #include "server/engine/ordered_log.h"
@@ -97,6 +98,8 @@ class LocalJournal final : public engine::OrderedLog {
   uint64_t DurableSequence() const override;
   bool IsRotationDue() const override;
   void Rotate(uint64_t state_hash) override;
+  /// Called back by the writing thread.
+  void Probe(std::function<void()> done) override;
 
   /// Asks for a snapshot soon: at the next change.
   void AskForSnapshot();
@@ -125,6 +128,7 @@ class LocalJournal final : public engine::OrderedLog {
   // The writing thread's.
   uint64_t WorkDueUs() const;  // under mutex_
   void LookForRotation();      // under mutex_
+  void AnswerProbes();
   bool WriteGroup(bool must_sync);
   bool Sync();
   void EndSegment();
@@ -155,6 +159,7 @@ class LocalJournal final : public engine::OrderedLog {
   bool rotation_queued_ = false;
   bool snapshot_asked_ = false;
   bool stopped_ = false;
+  std::vector<std::function<void()>> probes_;
   JournalStatus status_;
   ByteWriter scratch_;
 
