@@ -26,7 +26,7 @@ namespace json = boost::json;
 constexpr std::string_view kBearer = "Bearer ";
 
 Response Json(const json::value& value) {
-  return {.body = ToText(value), .headers = {}};
+  return {.body = ToText(value)};
 }
 
 using Read = Response (*)(const engine::Control&, Fields*);
@@ -66,7 +66,7 @@ Response ReadConfig(const engine::Control& control, Fields* fields) {
 }
 
 Response ReadMetrics(const engine::Control& control, Fields* /*fields*/) {
-  return {.content_type = kMetricsType, .body = Metrics(control), .headers = {}};
+  return {.content_type = kMetricsType, .body = Metrics(control)};
 }
 
 Response ReadHealth(const engine::Control& control, Fields* /*fields*/) {

@@ -24,7 +24,7 @@ constexpr double kWidestM = 1000;
 
 Response Done(json::object what) {
   what["done"] = true;
-  return {.body = ToText(what), .headers = {}};
+  return {.body = ToText(what)};
 }
 
 Response Outcome(const Status& status) {

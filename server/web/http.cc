@@ -42,7 +42,7 @@ Response Refuse(int status, const Problem& problem) {
   const boost::json::object body{
       {"error",
        {{"what", problem.what}, {"where", problem.where}, {"expected", problem.expected}}}};
-  return {.status = status, .body = ToText(body), .headers = {}};
+  return {.status = status, .body = ToText(body)};
 }
 
 std::optional<Target> ParseTarget(std::string_view target) {

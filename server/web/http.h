@@ -15,20 +15,20 @@
 namespace pheromone::web {
 
 struct Request {
-  std::string method;         ///< "GET"
-  std::string target;         ///< as sent: "/api/v1/sense?x_m=1"
-  bool local = false;         ///< over the Unix socket: who may open that may change things
-  std::string authorization;  ///< the headers of these names; empty: none
-  std::string origin;
-  std::string host;
-  std::string body;
+  std::string method;              ///< "GET"
+  std::string target;              ///< as sent: "/api/v1/sense?x_m=1"
+  bool local = false;              ///< over the Unix socket: who may open that may change things
+  std::string authorization = {};  ///< the headers of these names; empty: none
+  std::string origin = {};
+  std::string host = {};
+  std::string body = {};
 };
 
 struct Response {
   int status = 200;
   std::string content_type = "application/json";
-  std::string body;
-  std::vector<std::pair<std::string, std::string>> headers;
+  std::string body = {};
+  std::vector<std::pair<std::string, std::string>> headers = {};
 };
 
 /// What is wrong, for people and for programs.

@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
@@ -13,11 +14,24 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr double kMostWhole = 1e15;
+
 template <typename Number>
 void AppendNumber(Number number, std::string* text) {
   std::array<char, 32> digits{};
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
   text->append(digits.data(), end);
+}
+
+// Whole numbers as such: the shortest of a million would be 1e+06.
+void AppendDouble(double number, std::string* text) {
+  if (!std::isfinite(number)) {
+    *text += "null";
+  } else if (number == std::trunc(number) && std::fabs(number) < kMostWhole) {
+    AppendNumber(static_cast<int64_t>(number), text);
+  } else {
+    AppendNumber(number, text);
+  }
 }
 
 // Our own answers are shallow; what a request holds is nested 32 deep at the most.
@@ -49,11 +63,7 @@ void Append(const json::value& value, std::string* text) {
       AppendNumber(value.get_uint64(), text);
       break;
     case json::kind::double_:
-      if (std::isfinite(value.get_double())) {
-        AppendNumber(value.get_double(), text);
-      } else {
-        *text += "null";
-      }
+      AppendDouble(value.get_double(), text);
       break;
     default:
       *text += json::serialize(value);

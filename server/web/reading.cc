@@ -76,7 +76,7 @@ std::optional<Wanted> ReadWanted(const field::FieldConfig& config, Fields* field
 
 Response Encode(const maps::Raster& raster, const Wanted& wanted, uint64_t now_ms) {
   if (wanted.format == "csv") {
-    return {.content_type = "text/csv", .body = maps::EncodeCsvGrid(raster), .headers = {}};
+    return {.content_type = "text/csv", .body = maps::EncodeCsvGrid(raster)};
   }
   if (wanted.format == "png") {
     const Result<std::string> png =
@@ -84,10 +84,10 @@ Response Encode(const maps::Raster& raster, const Wanted& wanted, uint64_t now_m
                                      .high = MaximumOf(*wanted.law),
                                      .unknown = kObstacleGray,
                                      .pixels_per_cell = wanted.pixels_per_cell});
-    return png.ok() ? Response{.content_type = "image/png", .body = png.value(), .headers = {}}
+    return png.ok() ? Response{.content_type = "image/png", .body = png.value()}
                     : Refuse(500, {png.error(), "", ""});
   }
-  return {.body = ToText(ToJson(raster, *wanted.law, now_ms)), .headers = {}};
+  return {.body = ToText(ToJson(raster, *wanted.law, now_ms))};
 }
 
 Response TooMany() {
@@ -167,8 +167,7 @@ Response ReadSense(const engine::Control& control, Fields* fields) {
   return {.body = ToText(json::object{{"pheromone", law->name},
                                       {"type", law->type},
                                       {"left", side(smelled->left, antennas.left)},
-                                      {"right", side(smelled->right, antennas.right)}}),
-          .headers = {}};
+                                      {"right", side(smelled->right, antennas.right)}})};
 }
 
 }  // namespace pheromone::web

@@ -1,0 +1,54 @@
+#include "server/web/http.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+
+#include "server/web/json_text.h"
+
+namespace pheromone::web {
+namespace {
+
+using Query = std::vector<std::pair<std::string, std::string>>;
+
+TEST(TargetTest, PathAndQueryAreDecoded) {
+  const auto target = ParseTarget("/a%2Fb+c?x=1&name=a+b%26c&empty=&flag");
+  ASSERT_TRUE(target.has_value());
+  EXPECT_EQ(target->path, "/a/b+c");
+  EXPECT_EQ(target->query, (Query{{"x", "1"}, {"name", "a b&c"}, {"empty", ""}, {"flag", ""}}));
+  EXPECT_EQ(ParseTarget("/")->path, "/");
+  EXPECT_TRUE(ParseTarget("/x?")->query.empty());
+  EXPECT_EQ(ParseTarget("/x?a=1&&b=2&")->query, (Query{{"a", "1"}, {"b", "2"}}));
+}
+
+TEST(TargetTest, WhatIsNoPathOrBadlyEscapedIsNone) {
+  for (const char* bad : {"", "*", "http://host/x", "/%", "/%4", "/%4g", "/a?x=%zz", "/a?%1=2"}) {
+    EXPECT_FALSE(ParseTarget(bad).has_value()) << bad;
+  }
+}
+
+TEST(RefuseTest, SaysWhatWhereAndExpectedAsJson) {
+  const Response refused = Refuse(400, {"found \"a\nb\"", "x_m", "a number"});
+  EXPECT_EQ(refused.status, 400);
+  EXPECT_EQ(refused.content_type, "application/json");
+  EXPECT_EQ(refused.body,
+            "{\"error\":{\"what\":\"found \\\"a\\nb\\\"\",\"where\":\"x_m\",\"expected\":\"a "
+            "number\"}}\n");
+}
+
+TEST(JsonTextTest, NumbersAreShortAndReadBackTheSame) {
+  EXPECT_EQ(ToText({{"a", 0.1}, {"b", {1, -2.5, 1e300}}, {"c", nullptr}, {"d\"", true}}),
+            "{\"a\":0.1,\"b\":[1,-2.5,1e+300],\"c\":null,\"d\\\"\":true}\n");
+  EXPECT_EQ(ToText(std::numeric_limits<uint64_t>::max()), "18446744073709551615\n");
+  EXPECT_EQ(ToText(std::numeric_limits<double>::infinity()), "null\n");
+  for (const double number : {1.0 / 3, 6.02214076e23, 5e-324, -0.0}) {
+    EXPECT_EQ(boost::json::parse(ToText(number)).to_number<double>(), number);
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::web

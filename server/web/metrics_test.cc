@@ -1,0 +1,110 @@
+// The metrics' text, read by a parser of the test's own.
+
+#include "server/web/metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "server/web/testing/fake_control.h"
+
+namespace pheromone::web {
+namespace {
+
+struct Exposition {
+  std::map<std::string, std::string> types;    // family -> type
+  std::map<std::string, std::string> samples;  // name and labels -> value
+};
+
+// Fails the test for whatever the format does not allow.
+Exposition Parse(const std::string& text) {
+  static const std::regex help(R"(# HELP ([a-z_]+) .+\.)");
+  static const std::regex type(R"(# TYPE ([a-z_]+) (counter|gauge))");
+  static const std::regex sample(
+      R"re(([a-z_]+)(\{[a-z_]+="(?:[^"\\\n]|\\[\\"n])*"(?:,[a-z_]+="(?:[^"\\\n]|\\[\\"n])*")*\})? (-?[0-9.]+(?:e[-+][0-9]+)?))re");
+  Exposition read;
+  std::set<std::string> helped;
+  std::string family;
+  EXPECT_TRUE(text.empty() || text.back() == '\n');
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch match;
+    if (std::regex_match(line, match, help)) {
+      EXPECT_TRUE(helped.insert(match[1]).second) << "twice: " << line;
+      family = match[1];
+    } else if (std::regex_match(line, match, type)) {
+      EXPECT_EQ(family, match[1]) << line;
+      read.types[match[1]] = match[2];
+    } else if (std::regex_match(line, match, sample)) {
+      EXPECT_EQ(family, match[1]) << "outside of its family: " << line;
+      EXPECT_TRUE(read.samples.emplace(match[1].str() + match[2].str(), match[3]).second) << line;
+    } else {
+      ADD_FAILURE() << "neither comment nor sample: " << line;
+    }
+  }
+  return read;
+}
+
+TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
+  testing::FakeControl control;
+  engine::LinkView link;
+  link.name = "radio-a";
+  link.kind = "serial";
+  link.byte_rate = 960;
+  link.bytes_per_s = 96;
+  link.counters = {{"received_frames", "Frames.", 5}, {"crc_errors", "Damaged.", 2}};
+  engine::LinkView other = link;
+  other.name = "net";
+  other.up = true;
+  other.byte_rate.reset();
+  other.counters[0].count = 70'000'000'000;
+  control.links = {link, other};
+  engine::ClientView client;
+  client.link = "radio-a";
+  client.id = 7;
+  client.traffic.requests = 12;
+  client.silent_ms = 1500;
+  control.clients = {client};
+  control.status.version = "1.2";
+  control.status.requests_by_opcode[0x01] = 3;
+  control.status.requests_by_opcode[0x0F] = 4;
+  control.status.requests_by_opcode[0x71] = 1;
+  control.status.requests_by_opcode[0x00] = 9;
+  control.status.service.errors[9] = 6;
+
+  const Exposition read = Parse(Metrics(control));
+  const auto value = [&](const std::string& key) {
+    const auto found = read.samples.find("pheromone_" + key);
+    return found != read.samples.end() ? found->second : "missing " + key;
+  };
+  EXPECT_EQ(value("build_info{version=\"1.2\"}"), "1");
+  EXPECT_EQ(value("link_up{link=\"radio-a\",kind=\"serial\"}"), "0");
+  EXPECT_EQ(value("link_up{link=\"net\",kind=\"serial\"}"), "1");
+  EXPECT_EQ(value("link_received_frames_total{link=\"net\"}"), "70000000000");
+  EXPECT_EQ(value("link_crc_errors_total{link=\"radio-a\"}"), "2");
+  EXPECT_EQ(value("link_utilisation_ratio{link=\"radio-a\"}"), "0.1");
+  EXPECT_EQ(read.samples.count("pheromone_link_utilisation_ratio{link=\"net\"}"), 0u);
+  EXPECT_EQ(value("requests_total{request=\"sense\"}"), "7");
+  EXPECT_EQ(value("requests_total{request=\"hello\"}"), "1");
+  EXPECT_EQ(value("requests_total{request=\"unknown\"}"), "9");
+  EXPECT_EQ(value("errors_total{reason=\"map full\"}"), "6");
+  EXPECT_EQ(value("robot_requests_total{link=\"radio-a\",id=\"7\"}"), "12");
+  EXPECT_EQ(value("robot_silent_seconds{link=\"radio-a\",id=\"7\"}"), "1.5");
+  for (const auto& [family, type] : read.types) {
+    const bool total = family.ends_with("_total");
+    EXPECT_EQ(type == "counter", total) << family;
+  }
+}
+
+TEST(MetricsTest, LabelsAreEscaped) {
+  testing::FakeControl control;
+  control.status.version = "a\"b\\c\nd";
+  const Exposition read = Parse(Metrics(control));
+  EXPECT_EQ(read.samples.count("pheromone_build_info{version=\"a\\\"b\\\\c\\nd\"}"), 1u);
+}
+
+}  // namespace
+}  // namespace pheromone::web

@@ -1,0 +1,293 @@
+// The server on real sockets: many at once, and strangers who break the rules.
+
+#include "server/web/server.h"
+
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace pheromone::web {
+namespace {
+
+// A connection of a client, blocking. What is waited for comes, or the test runs into its limit.
+class Client {
+ public:
+  explicit Client(uint16_t port) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    Connect(reinterpret_cast<sockaddr*>(&address), sizeof address);
+  }
+  explicit Client(const std::string& path) : socket_(socket(AF_UNIX, SOCK_STREAM, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    Connect(reinterpret_cast<sockaddr*>(&address), sizeof address);
+  }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client() { close(socket_); }
+
+  void Send(std::string_view bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t sent = send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+      if (sent <= 0) {
+        return;  // the server has hung up
+      }
+      bytes.remove_prefix(static_cast<size_t>(sent));
+    }
+  }
+
+  // All bytes until the server hangs up.
+  std::string ReadAll() const {
+    std::string all;
+    char buffer[4096];
+    for (ssize_t size = 0; (size = read(socket_, buffer, sizeof buffer)) > 0;) {
+      all.append(buffer, static_cast<size_t>(size));
+    }
+    return all;
+  }
+
+  // Until `end` came in.
+  std::string ReadUntil(std::string_view end) const {
+    std::string all;
+    char byte = 0;
+    while (!all.ends_with(end) && read(socket_, &byte, 1) == 1) {
+      all += byte;
+    }
+    return all;
+  }
+
+ private:
+  void Connect(const sockaddr* address, size_t size) const {
+    EXPECT_EQ(connect(socket_, address, static_cast<socklen_t>(size)), 0);
+  }
+
+  const int socket_;
+};
+
+class ServerTest : public ::testing::Test {
+ protected:
+  ServerTest() {
+    std::signal(SIGPIPE, SIG_IGN);
+    std::string name = (std::filesystem::temp_directory_path() / "web-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+    options_.socket_path = (folder_ / "s.sock").string();
+    options_.listen_address = "127.0.0.1";
+  }
+
+  void TearDown() override {
+    Stop();
+    std::filesystem::remove_all(folder_);
+  }
+
+  // Answers with method, target, whether it is local, and the body.
+  void Start() {
+    server_ = std::make_unique<Server>(io_, options_, [this](const Request& request) {
+      ++handled_;
+      return Response{.content_type = "text/plain",
+                      .body = request.method + " " + request.target +
+                              (request.local ? " local " : " remote ") + request.body + "."};
+    });
+    ASSERT_TRUE(server_->ListenOnPort().ok());
+    const Status local = server_->ListenOnSocket();
+    ASSERT_TRUE(local.ok()) << local.error();
+    for (int i = 0; i < 3; ++i) {
+      threads_.emplace_back([this] { io_.run(); });
+    }
+  }
+
+  void Stop() {
+    if (server_ != nullptr) {
+      server_->Stop();
+    }
+    for (std::thread& thread : threads_) {
+      thread.join();
+    }
+    threads_.clear();
+  }
+
+  std::string Once(const std::string& request) {
+    const Client client(server_->port());
+    client.Send(request);
+    return client.ReadAll();
+  }
+
+  static std::string StatusOf(const std::string& answer) {
+    return answer.starts_with("HTTP/1.1 ") ? answer.substr(9, 3) : "no answer: " + answer;
+  }
+
+  boost::asio::io_context io_;
+  ServerOptions options_;
+  std::filesystem::path folder_;
+  std::unique_ptr<Server> server_;
+  std::vector<std::thread> threads_;
+  std::atomic<int> handled_{0};
+};
+
+TEST_F(ServerTest, OneConnectionServesRequestAfterRequestAlsoSentAtOnce) {
+  Start();
+  const Client client(server_->port());
+  client.Send(
+      "GET /a HTTP/1.1\r\nHost: x\r\n\r\nPOST /b HTTP/1.1\r\nHost: x\r\n"
+      "Content-Length: 3\r\n\r\nxyz");
+  EXPECT_TRUE(client.ReadUntil("GET /a remote .").ends_with("GET /a remote ."));
+  EXPECT_TRUE(client.ReadUntil("POST /b remote xyz.").ends_with("POST /b remote xyz."));
+  client.Send("HEAD /c HTTP/1.1\r\nHost: x\r\n\r\n");
+  const std::string head = client.ReadUntil("\r\n\r\n");
+  EXPECT_NE(head.find("Content-Length: 16\r\n"), std::string::npos) << head;  // "HEAD /c remote ."
+  client.Send("GET /d HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  EXPECT_TRUE(client.ReadAll().ends_with("GET /d remote ."));
+}
+
+TEST_F(ServerTest, TheUnixSocketIsLocalAndForItsUserAndGroupAlone) {
+  Start();
+  const Client client(options_.socket_path);
+  client.Send("GET / HTTP/1.0\r\n\r\n");
+  EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));
+  struct stat found {};
+  ASSERT_EQ(stat(options_.socket_path.c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777u, 0660u);
+  Stop();
+  EXPECT_FALSE(std::filesystem::exists(options_.socket_path));
+}
+
+TEST_F(ServerTest, ManyClientsAtOnceGetTheirOwnAnswers) {
+  Start();
+  constexpr int kClients = 8;
+  constexpr int kRequests = 50;
+  std::vector<std::thread> clients;
+  std::atomic<int> wrong{0};
+  clients.reserve(kClients);
+  for (int i = 0; i < kClients; ++i) {
+    clients.emplace_back([&, i] {
+      const bool local = i % 2 == 0;
+      const auto client = local ? std::make_unique<Client>(options_.socket_path)
+                                : std::make_unique<Client>(server_->port());
+      for (int n = 0; n < kRequests; ++n) {
+        const std::string target = "/" + std::to_string(i) + "/" + std::to_string(n);
+        client->Send("GET " + target + " HTTP/1.1\r\nHost: x\r\n\r\n");
+        const std::string expected = "GET " + target + (local ? " local ." : " remote .");
+        wrong += client->ReadUntil(expected).ends_with(expected) ? 0 : 1;
+      }
+    });
+  }
+  for (std::thread& client : clients) {
+    client.join();
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(handled_, kClients * kRequests);
+}
+
+TEST_F(ServerTest, WhoeverBreaksTheRulesIsToldAndHungUpOn) {
+  Start();
+  EXPECT_EQ(StatusOf(Once("what is this\r\n\r\n")), "400");
+  EXPECT_EQ(StatusOf(Once("GET / HTTP/9.9\r\n\r\n")), "400");
+  EXPECT_EQ(StatusOf(Once("GET / HTTP/1.1\r\nX: " + std::string(9000, 'a') + "\r\n\r\n")), "431");
+  EXPECT_EQ(StatusOf(Once("GET /" + std::string(9000, 'a') + " HTTP/1.1\r\n\r\n")), "431");
+  EXPECT_EQ(StatusOf(Once("POST / HTTP/1.1\r\nContent-Length: 1048577\r\n\r\n" +
+                          std::string(1'048'577, 'a'))),
+            "413");
+  EXPECT_EQ(StatusOf(Once("POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n200000\r\n" +
+                          std::string(0x200000, 'a') + "\r\n0\r\n\r\n")),
+            "413");
+  EXPECT_EQ(handled_, 0);
+}
+
+TEST_F(ServerTest, ABodyOfTheGreatestSizeIsTakenAndWaitedFor) {
+  Start();
+  const Client client(server_->port());
+  client.Send(
+      "POST / HTTP/1.1\r\nContent-Length: 1048576\r\nExpect: 100-continue\r\n"
+      "Connection: close\r\n\r\n");
+  EXPECT_TRUE(client.ReadUntil("\r\n\r\n").starts_with("HTTP/1.1 100"));
+  client.Send(std::string(1 << 20, 'a'));
+  EXPECT_TRUE(client.ReadAll().ends_with("aaa."));
+}
+
+TEST_F(ServerTest, WhoeverIsSlowIsHungUpOn) {
+  options_.patience = std::chrono::milliseconds(50);
+  Start();
+  for (const char* beginning :
+       {"", "GET / HT", "POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\nabc"}) {
+    EXPECT_EQ(Once(beginning), "") << beginning;  // returns at all
+  }
+  EXPECT_EQ(handled_, 0);
+}
+
+TEST_F(ServerTest, TooManyConnectionsAreToldSoAndTheOthersServed) {
+  options_.max_connections = 2;
+  Start();
+  const Client first(server_->port());
+  const Client second(options_.socket_path);
+  first.Send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_TRUE(first.ReadUntil("remote .").ends_with("GET /a remote ."));
+  second.Send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_TRUE(second.ReadUntil("local .").ends_with("GET /a local ."));
+  EXPECT_EQ(StatusOf(Once("GET /b HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")), "503");
+  first.Send("GET /c HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_TRUE(first.ReadUntil("/c remote .").ends_with("GET /c remote ."));
+}
+
+TEST_F(ServerTest, StopEndsConversationsThatAreUnderWay) {
+  Start();
+  const Client idle(server_->port());
+  const Client halfway(options_.socket_path);
+  halfway.Send("POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\nabc");
+  const Client served(server_->port());
+  served.Send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_TRUE(served.ReadUntil("/a remote .").ends_with("."));
+  Stop();
+  EXPECT_EQ(idle.ReadAll(), "");
+  EXPECT_EQ(halfway.ReadAll(), "");
+}
+
+TEST_F(ServerTest, TheSocketOfADeadServerIsReplacedAndThatOfALivingOneIsNot) {
+  const int dead = socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  options_.socket_path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(bind(dead, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  close(dead);
+  Start();
+  Server second(io_, options_, [](const Request&) { return Response(); });
+  const Status refused = second.ListenOnSocket();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error(), options_.socket_path + ": a running server listens there");
+  const Client client(options_.socket_path);
+  client.Send("GET / HTTP/1.0\r\n\r\n");
+  EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));
+}
+
+TEST_F(ServerTest, WhatCannotBeListenedOnIsAnErrorInWords) {
+  Start();
+  ServerOptions options = options_;
+  options.listen_port = server_->port();
+  options.socket_path = (folder_ / "file").string();
+  std::ofstream(options.socket_path) << "of somebody";
+  Server second(io_, options, [](const Request&) { return Response(); });
+  EXPECT_EQ(second.ListenOnPort().error(), "cannot listen on 127.0.0.1 port " +
+                                               std::to_string(options.listen_port) +
+                                               ": Address already in use");
+  EXPECT_EQ(second.ListenOnSocket().error(),
+            options.socket_path + ": is there already, and is no socket");
+  options.socket_path = (folder_ / std::string(200, 'a')).string();
+  Server third(io_, options, [](const Request&) { return Response(); });
+  EXPECT_NE(third.ListenOnSocket().error().find("expected at most 107"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pheromone::web
