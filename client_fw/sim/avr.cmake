@@ -1,5 +1,5 @@
-# The AVR machine: libsimavr (GPL) is linked by tests only, and only if it is there. Includes
-# ../boards' functions and images, so boards/ comes first.
+# The AVR machine: libsimavr (GPL) is linked by tests and by pheromone-swarm, and only if it is there
+# (../swarm/CMakeLists.txt). Includes ../boards' functions and images, so boards/ comes first.
 find_path(PHEROMONE_SIMAVR_INCLUDE simavr/sim_avr.h)
 find_library(PHEROMONE_SIMAVR_LIBRARY simavr)
 find_library(PHEROMONE_ELF_LIBRARY elf)
@@ -16,7 +16,7 @@ set(PHEROMONE_AVR_MACHINE TRUE CACHE INTERNAL "Images for the AVR can be run")
 
 pheromone_library(client_sim_avr
   SOURCES avr_bridge.cc avr_eeprom.cc avr_image.cc avr_machine.cc avr_pins.cc avr_robot.cc
-          avr_uart.cc
+          avr_settings.cc avr_uart.cc
   LINK client_sim client_sim_pioneer)
 target_include_directories(client_sim_avr SYSTEM PRIVATE ${PHEROMONE_SIMAVR_INCLUDE})
 target_link_libraries(client_sim_avr

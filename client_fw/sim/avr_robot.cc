@@ -1,6 +1,7 @@
 #include "client_fw/sim/avr_robot.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace pheromone::sim {
@@ -26,9 +27,12 @@ AvrRobot::AvrRobot(const AvrRobotConfig& config, RadioMedium* medium)
       cable_byte_ns_(kTenBitsNs / config.machine.robot_baud),
       machine_(Strapped(config)),
       pioneer_(config.pioneer, config.start),
+      tally_(config.id),
       station_(medium->AddStation(this)) {
-  machine_.OnSent(AvrMachine::kRadio,
-                  [this](uint8_t byte, int64_t /*time_ns*/) { outgoing_.push_back(byte); });
+  machine_.OnSent(AvrMachine::kRadio, [this](uint8_t byte, int64_t time_ns) {
+    outgoing_.push_back(byte);
+    tally_.OnSent(byte, time_ns);
+  });
   machine_.OnSent(AvrMachine::kRobot,
                   [this](uint8_t byte, int64_t time_ns) { ToPioneer(byte, time_ns); });
   machine_.OnPin(config.pins.load, [this](bool high, int64_t /*time_ns*/) { load_ = high; });
@@ -53,13 +57,21 @@ void AvrRobot::RunTo(int64_t end_ns) {
     pioneer_.AdvanceTo(now_ns);
     FromPioneer(now_ns);
   }
+  bumps_.Look(pioneer_.drive().stalled(), pioneer_.drive().true_pose());
 }
 
 void AvrRobot::OnByte(uint8_t byte, int64_t time_ns) {
   machine_.Send(AvrMachine::kRadio, byte, time_ns);
+  tally_.OnHeard(byte, time_ns);
 }
 
 void AvrRobot::OnTransmitted(int64_t /*time_ns*/) {}
+
+client::WheelSpeeds AvrRobot::wheels() const {
+  const PioneerDrive& drive = pioneer_.drive();
+  return {static_cast<int16_t>(std::lround(drive.left_m_s() * 1000)),
+          static_cast<int16_t>(std::lround(drive.right_m_s() * 1000))};
+}
 
 void AvrRobot::ToPioneer(uint8_t byte, int64_t time_ns) {
   if (tap_) {

@@ -24,8 +24,11 @@
 #include <vector>
 
 #include "client_fw/sim/avr_machine.h"
+#include "client_fw/sim/bump_counter.h"
+#include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/pioneer_robot.h"
 #include "client_fw/sim/radio_medium.h"
+#include "client_fw/sim/radio_tally.h"
 
 namespace pheromone::sim {
 
@@ -45,14 +48,14 @@ struct AvrRobotConfig {
   AvrBoardPins pins;
 };
 
-class AvrRobot final : public Station {
+class AvrRobot final : public MobileRobot {
  public:
   /// `medium` must outlive the robot, and the robot the medium's last event.
   AvrRobot(const AvrRobotConfig& config, RadioMedium* medium);
   AvrRobot(const AvrRobot&) = delete;
   AvrRobot& operator=(const AvrRobot&) = delete;
 
-  void Step();
+  void Step() override;
   /// Lets the robot be `ns` ahead of the medium, within the next Step: for a Reset between steps.
   void RunAhead(int64_t ns);
 
@@ -67,11 +70,18 @@ class AvrRobot final : public Station {
   void set_cable(bool connected) { cable_ = connected; }
   void Reset(AvrMachine::Cause cause) { machine_.Reset(cause); }
 
-  const PlanePose& true_pose() const { return pioneer_.drive().true_pose(); }
+  int station() const override { return station_; }
+  const PlanePose& true_pose() const override { return pioneer_.drive().true_pose(); }
+  /// As the Pioneer's encoders show them.
+  client::WheelSpeeds wheels() const override;
+  const client::Counters& counters() const override { return tally_.counters(); }
+  int16_t p_left() const override { return tally_.p_left(); }
+  int16_t p_right() const override { return tally_.p_right(); }
+  uint32_t bumps() const override { return bumps_.count(); }
+
   const AvrMachine& machine() const { return machine_; }
   const PioneerRobot& pioneer() const { return pioneer_; }
   bool holds_load() const { return load_; }
-  int station() const { return station_; }
 
  private:
   void RunTo(int64_t end_ns);
@@ -84,6 +94,8 @@ class AvrRobot final : public Station {
   int64_t cable_byte_ns_;
   AvrMachine machine_;
   PioneerRobot pioneer_;
+  RadioTally tally_;
+  BumpCounter bumps_;
   std::vector<uint8_t> outgoing_;  // to the modem, since the last Step
   std::function<void(uint8_t, int64_t)> tap_;
   bool cable_ = true;

@@ -42,7 +42,14 @@ DifferentialDrive::DifferentialDrive(const DriveConfig& config, const PlanePose&
 void DifferentialDrive::Advance(double seconds) {
   const double left_m = Roll(&left_, seconds);
   const double right_m = Roll(&right_, seconds);
-  pose_ = MoveOnArc(pose_, left_m, right_m, config_.wheelbase_m);
+  const PlanePose pose = MoveOnArc(pose_, left_m, right_m, config_.wheelbase_m);
+  stalled_ = (left_m != 0 || right_m != 0) && config_.blocked && config_.blocked(pose);
+  if (stalled_) {
+    left_.speed = 0;
+    right_.speed = 0;
+    return;
+  }
+  pose_ = pose;
   odometry_ = MoveOnArc(odometry_, left_m * config_.left_scale, right_m * config_.right_scale,
                         config_.wheelbase_m);
   travelled_m_ += std::abs(left_m + right_m) / 2;

@@ -4,15 +4,27 @@
 //
 // Units: metres, radians, seconds inside; the Drive's side in mm and binary angles. Headings
 // counter-clockwise from +x. Within a step the wheels' ways are exact for the acceleration limit,
-// and the robot moves on the arc of that curvature. No randomness; no threads.
+// and the robot moves on the arc of that curvature. What it would drive into stops it at once: its
+// wheels stall, so the odometry stands still with them. No randomness; no threads.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "client_fw/core/angle.h"
 #include "client_fw/core/steering.h"
 
 namespace pheromone::sim {
+
+/// A true pose. The heading is not reduced to a turn.
+struct PlanePose {
+  double x_m = 0;
+  double y_m = 0;
+  double heading_rad = 0;
+};
+
+/// Whether the robot cannot stand there.
+using Blocked = std::function<bool(const PlanePose&)>;
 
 struct DriveConfig {
   double wheelbase_m = 0.33;             ///< between the planes of the drive wheels
@@ -21,13 +33,7 @@ struct DriveConfig {
   int command_quantum_mm_s = 20;  ///< a Pioneer's VEL2; 0: none
   double left_scale = 1.0;        ///< odometry sees this many metres a metre of the left
   double right_scale = 1.0;       ///< and right wheel: drift
-};
-
-/// A true pose. The heading is not reduced to a turn.
-struct PlanePose {
-  double x_m = 0;
-  double y_m = 0;
-  double heading_rad = 0;
+  Blocked blocked = {};           ///< an obstacle; none if empty
 };
 
 /// `pose` after its wheels rolled `left_m` and `right_m` along an arc.
@@ -40,7 +46,7 @@ class DifferentialDrive {
  public:
   DifferentialDrive(const DriveConfig& config, const PlanePose& start);
 
-  /// Lets `seconds` pass.
+  /// Lets `seconds` pass. A robot that is blocked stands, stalls and tries again with each call.
   void Advance(double seconds);
 
   // The Drive concept.
@@ -53,6 +59,8 @@ class DifferentialDrive {
   double right_m_s() const { return right_.speed; }
   double left_target_m_s() const { return left_.target; }
   double right_target_m_s() const { return right_.target; }
+  /// It was blocked when it last tried to move.
+  bool stalled() const { return stalled_; }
   /// The way of the robot's centre, forwards and backwards alike.
   double travelled_m() const { return travelled_m_; }
 
@@ -71,6 +79,7 @@ class DifferentialDrive {
   Wheel left_;
   Wheel right_;
   double travelled_m_ = 0;
+  bool stalled_ = false;
 };
 
 }  // namespace pheromone::sim

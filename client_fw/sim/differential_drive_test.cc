@@ -176,5 +176,40 @@ TEST(ToClientPoseTest, RoundsToMillimetresAndBinaryAngles) {
   EXPECT_EQ(0, ToClientPose({0, 0, 2 * kPi}).heading);
 }
 
+// At 0.5 m/s and 1 ms a step, so half a millimetre before the wall at the most.
+TEST(DifferentialDriveTest, DoesNotEnterAnObstacle) {
+  DriveConfig config = Ideal();
+  config.blocked = [](const PlanePose& pose) { return pose.x_m > 0.25; };
+  DifferentialDrive drive(config, {});
+  drive.set_wheel_speeds(500, 500);
+  Roll(&drive, 400);
+  EXPECT_FALSE(drive.stalled());
+  Roll(&drive, 600);
+  EXPECT_TRUE(drive.stalled());
+  EXPECT_LE(drive.true_pose().x_m, 0.25);
+  EXPECT_GT(drive.true_pose().x_m, 0.2494);
+  EXPECT_EQ(0, drive.left_m_s());
+  client::Odometry odometry{};
+  ASSERT_TRUE(drive.odometry(&odometry));
+  EXPECT_NEAR(250, odometry.x_mm, 1);  // wheels that stall do not count
+}
+
+TEST(DifferentialDriveTest, TurnsOnTheSpotBesideAnObstacleAndLeavesIt) {
+  DriveConfig config = Ideal();
+  config.blocked = [](const PlanePose& pose) { return pose.x_m > 0.25; };
+  DifferentialDrive drive(config, {});
+  drive.set_wheel_speeds(500, 500);
+  Roll(&drive, 1000);
+  ASSERT_TRUE(drive.stalled());
+  drive.set_wheel_speeds(-100, 100);
+  Roll(&drive, 10);
+  EXPECT_FALSE(drive.stalled());
+  EXPECT_GT(drive.true_pose().heading_rad, 0);
+  drive.set_wheel_speeds(-500, -500);
+  Roll(&drive, 100);
+  EXPECT_FALSE(drive.stalled());
+  EXPECT_LT(drive.true_pose().x_m, 0.21);
+}
+
 }  // namespace
 }  // namespace pheromone::sim

@@ -18,7 +18,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <random>
 
 #include "client_fw/sim/differential_drive.h"
@@ -60,9 +59,6 @@ struct PioneerErrors {
 /// Errors evenly drawn: scale and heading from plus or minus `most`'s, slip as in `most`.
 PioneerErrors DrawPioneerErrors(const PioneerErrors& most, uint64_t seed);
 
-/// Whether the robot cannot stand there.
-using Blocked = std::function<bool(const PlanePose&)>;
-
 class PioneerDrive {
  public:
   static constexpr double kTickS = 0.001;
@@ -88,6 +84,7 @@ class PioneerDrive {
   double right_m_s() const { return RightOf(motion_); }
   bool left_stalled() const { return left_stalled_; }
   bool right_stalled() const { return right_stalled_; }
+  bool stalled() const { return left_stalled_ || right_stalled_; }
 
  private:
   double LeftOf(const Motion& motion) const;

@@ -27,6 +27,7 @@ void SimulatedRobot::Step() {
     return;
   }
   drive_.Advance(kStepSeconds);
+  bumps_.Look(drive_.stalled(), drive_.true_pose());
   board_.set_millis(static_cast<uint32_t>(medium_->now_ns() / 1'000'000));
   board_.set_carrier(medium_->Busy(station_));
   robot_.Step();

@@ -17,7 +17,9 @@
 
 #include "client_fw/boards/host/host_board.h"
 #include "client_fw/core/robot.h"
+#include "client_fw/sim/bump_counter.h"
 #include "client_fw/sim/differential_drive.h"
+#include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/radio_medium.h"
 
 namespace pheromone::sim {
@@ -30,25 +32,29 @@ struct SimulatedRobotConfig {
   std::optional<int64_t> turnaround_ns;  ///< of its modem, if not the medium's
 };
 
-class SimulatedRobot : public Station {
+class SimulatedRobot final : public MobileRobot {
  public:
   /// `medium` must outlive the robot, and the robot must outlive the medium's last event.
   SimulatedRobot(const SimulatedRobotConfig& config, RadioMedium* medium);
   SimulatedRobot(const SimulatedRobot&) = delete;
   SimulatedRobot& operator=(const SimulatedRobot&) = delete;
 
-  void Step();
-
+  void Step() override;
   void OnByte(uint8_t byte, int64_t time_ns) override;
   void OnTransmitted(int64_t time_ns) override;
 
-  const PlanePose& true_pose() const { return drive_.true_pose(); }
+  int station() const override { return station_; }
+  const PlanePose& true_pose() const override { return drive_.true_pose(); }
+  client::WheelSpeeds wheels() const override { return robot_.wheels(); }
+  const client::Counters& counters() const override { return conversation().counters(); }
+  int16_t p_left() const override { return conversation().p_left(); }
+  int16_t p_right() const override { return conversation().p_right(); }
+  uint8_t flags() const override { return conversation().flags(); }
+  uint32_t bumps() const override { return bumps_.count(); }
+
   const DifferentialDrive& drive() const { return drive_; }
-  /// What the client told the drive last.
-  client::WheelSpeeds wheels() const { return robot_.wheels(); }
-  /// Counters, flags, last P_L and P_R, the server's HELLO.
+  /// The rest of what the client knows, such as the server's HELLO.
   const client::Conversation& conversation() const { return robot_.conversation(); }
-  int station() const { return station_; }
 
  private:
   bool powered() const { return medium_->now_ns() >= power_on_ns_; }
@@ -57,6 +63,7 @@ class SimulatedRobot : public Station {
   int64_t power_on_ns_;
   client::HostBoard board_;
   DifferentialDrive drive_;
+  BumpCounter bumps_;
   client::RequestMemory memory_{};
   client::Robot<client::HostBoard, DifferentialDrive> robot_;
   int station_;

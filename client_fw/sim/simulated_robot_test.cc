@@ -5,99 +5,15 @@
 
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
-#include "protocol/decoder.h"
-#include "protocol/messages.h"
+#include "client_fw/sim/testing/fake_server.h"
 
 namespace pheromone::sim {
 namespace {
 
-using protocol::Message;
-
 constexpr int64_t kMs = 1'000'000;
-constexpr uint8_t kWindowMs = 15;
-
-// Answers HELLO, PING, EVENT and SENSE; what the antennas smell is a function of the pose.
-class FakeServer : public Station {
- public:
-  explicit FakeServer(RadioMedium* medium) : medium_(medium), station_(medium->AddStation(this)) {}
-
-  void OnByte(uint8_t byte, int64_t time_ns) override {
-    if (decoder_.Push(byte, static_cast<uint32_t>(time_ns / kMs))) {
-      ++requests;
-      if (!silent) {
-        Answer(decoder_.message());
-      }
-    }
-  }
-
-  void OnTransmitted(int64_t /*time_ns*/) override {}
-
-  /// Everything that is due by now. Call once per millisecond.
-  void Step() {
-    while (!due_.empty() && due_.front().time_ns <= medium_->now_ns()) {
-      medium_->Transmit(station_, due_.front().frame);
-      due_.erase(due_.begin());
-    }
-  }
-
-  bool silent = false;
-  int64_t delay_ns = 0;
-  uint64_t requests = 0;
-  protocol::WirePose last_pose;
-  std::function<std::pair<int16_t, int16_t>(const protocol::WirePose&)> smell =
-      [](const protocol::WirePose&) {
-        return std::pair<int16_t, int16_t>{0, 0};
-      };
-
- private:
-  struct Due {
-    int64_t time_ns;
-    std::vector<uint8_t> frame;
-  };
-
-  void Answer(const Message& request) {
-    Message answer;
-    protocol::HelloRequest hello;
-    protocol::SenseRequest sense;
-    protocol::EventReport event;
-    if (Decode(request, &hello)) {
-      protocol::HelloAnswer greeting;
-      greeting.id = hello.id;
-      greeting.nonce = hello.nonce;
-      greeting.protocol_version = protocol::kProtocolVersion;
-      greeting.epoch = 1;
-      greeting.pose_unit_10um = 100;
-      greeting.antenna_distance_mm = 200;
-      greeting.type_mask = 0x0002;
-      greeting.slot_ms = 2;
-      greeting.response_window_ms = kWindowMs;
-      Encode(greeting, &answer);
-    } else if (request.opcode == protocol::kPing) {
-      answer = request;
-      answer.opcode = protocol::kPingAnswer;
-    } else if (Decode(request, &event)) {
-      Encode(protocol::EventAck{event.id, event.seq}, &answer);
-    } else if (Decode(request, &sense)) {
-      last_pose = sense.pose;
-      const auto [left, right] = smell(sense.pose);
-      Encode(protocol::SenseAnswer{sense.id, sense.type, sense.wide, left, right}, &answer);
-    } else {
-      return;
-    }
-    uint8_t frame[protocol::kMaxFrame];
-    const size_t size = EncodeFrame(answer, frame, sizeof(frame));
-    due_.push_back({medium_->now_ns() + delay_ns, {frame, frame + size}});
-  }
-
-  RadioMedium* medium_;
-  int station_;
-  protocol::FrameDecoder decoder_{20};
-  std::vector<Due> due_;
-};
 
 struct World {
   explicit World(const RadioConfig& radio = {}) : medium(radio), server(&medium) {}

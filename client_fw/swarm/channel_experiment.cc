@@ -19,7 +19,7 @@ constexpr int64_t kSwitchedOnWithinMs = 1'000;
 // What is seen of one robot from outside.
 class Watch {
  public:
-  Watch(const ChannelExperiment& experiment, const sim::SimulatedRobot* robot)
+  Watch(const ChannelExperiment& experiment, const sim::MobileRobot* robot)
       : robot_(robot),
         continuous_(experiment.period_ms == 0),
         record_({.period_ms = experiment.period_ms == 0 ? int64_t{1} : experiment.period_ms,
@@ -28,7 +28,7 @@ class Watch {
                  .to_ms = kWarmUpMs + experiment.duration_ms}) {}
 
   void Look(int64_t now_ms) {
-    const client::Counters& counters = robot_->conversation().counters();
+    const client::Counters& counters = robot_->counters();
     if (counters.hello_answers != hello_answers_) {
       hello_answers_ = counters.hello_answers;
       StartClock(now_ms);
@@ -48,7 +48,7 @@ class Watch {
   RobotShare Finish() {
     record_.Finish();
     return {record_.due(), record_.delivered(), record_.answers(), record_.longest_gap_ms(),
-            robot_->conversation().counters().fail_safe_stops};
+            robot_->counters().fail_safe_stops};
   }
 
   const std::vector<int64_t>& latencies_ms() const {
@@ -62,7 +62,7 @@ class Watch {
     }
   }
 
-  const sim::SimulatedRobot* robot_;
+  const sim::MobileRobot* robot_;
   bool continuous_;
   DeliveryRecord record_;
   std::vector<int64_t> intervals_ms_;
@@ -85,7 +85,7 @@ SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
   config.server.response_window_ns = experiment.timing.response_window_ns();
   const auto first_id = static_cast<int>(random() % 100);
   for (int i = 0; i < experiment.robots; ++i) {
-    sim::SimulatedRobotConfig robot;
+    RobotConfig robot;
     robot.client.id = static_cast<uint8_t>(1 + first_id + i);
     robot.client.boot_counter = static_cast<uint16_t>(random());
     robot.client.type = kType;
@@ -149,7 +149,7 @@ ChannelRun Contend(const ChannelExperiment& experiment, uint64_t seed) {
     run.latencies_ms.insert(run.latencies_ms.end(), latencies_ms.begin(), latencies_ms.end());
     run.goodput += static_cast<double>(run.robots.back().answers) * 1000 /
                    static_cast<double>(experiment.duration_ms);
-    run.requests += simulation.robot(i).conversation().counters().requests;
+    run.requests += simulation.robot(i).counters().requests;
   }
   run.collided_blocks = simulation.medium().counters().collided_blocks;
   run.late_answers = simulation.server().late_answers();

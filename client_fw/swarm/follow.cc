@@ -103,18 +103,6 @@ class World {
   LawRobot robot_;
 };
 
-Sample Observe(const LawRobot& robot, const field::Path& path, int64_t time_ms) {
-  const sim::PlanePose& pose = robot.true_pose();
-  const field::PathPosition position = field::Locate(path, pose.x_m * 1e6, pose.y_m * 1e6);
-  return {time_ms,
-          pose,
-          robot.conversation().p_left(),
-          robot.conversation().p_right(),
-          robot.wheels(),
-          position.distance_um / 1e6,
-          position.along_um / 1e6};
-}
-
 // Along the curve, in metres. Where it crosses itself the nearest point may jump to the other
 // branch and back: a step that no robot can make is not counted.
 double WayAlong(const std::vector<Sample>& track, const field::Path& path) {

@@ -16,6 +16,7 @@
 #include "client_fw/core/robot.h"
 #include "client_fw/core/steering.h"
 #include "client_fw/sim/differential_drive.h"
+#include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/radio_medium.h"
 #include "client_fw/sim/simulated_robot.h"
 
@@ -29,7 +30,7 @@ struct Steering {
   client::FuzzyGains fuzzy = client::kTunedFuzzy;  ///< of fuzzy
 };
 
-class LawRobot final : public sim::Station {
+class LawRobot final : public sim::MobileRobot {
  public:
   /// `config.client` says all but how to steer. `medium` outlives the robot, and the robot the
   /// medium's last event.
@@ -39,14 +40,18 @@ class LawRobot final : public sim::Station {
   LawRobot& operator=(const LawRobot&) = delete;
 
   /// One turn of the firmware's main loop and one millisecond of the drive.
-  void Step();
-
+  void Step() override;
   void OnByte(uint8_t byte, int64_t time_ns) override;
   void OnTransmitted(int64_t time_ns) override;
 
-  const sim::PlanePose& true_pose() const { return drive_.true_pose(); }
+  int station() const override { return station_; }
+  const sim::PlanePose& true_pose() const override { return drive_.true_pose(); }
+  client::WheelSpeeds wheels() const override { return wheels_; }
+  const client::Counters& counters() const override { return conversation().counters(); }
+  int16_t p_left() const override { return conversation().p_left(); }
+  int16_t p_right() const override { return conversation().p_right(); }
+  uint8_t flags() const override { return conversation().flags(); }
   const client::Conversation& conversation() const { return robot_.conversation(); }
-  client::WheelSpeeds wheels() const { return wheels_; }
 
  private:
   // The firmware's drive: it sees the odometry, but its own wheel speeds go nowhere.

@@ -1,85 +1,57 @@
-// A simulated robot against a running daemon, in real time: the robot's radio medium is modelled as
-// in virtual time, and at its other end sits a modem whose wires lead to the daemon's port.
+// A swarm against a running daemon, in real time. Robots and radio channels are simulated as in
+// virtual time; at the other end of each channel sits a modem whose wires lead to a port of the
+// daemon.
 //
-//   robot core - board - [modelled radio, 9600 baud] - modem - pty - pheromoned
+//   robots - [modelled radio, 9600 baud, half-duplex] - modem - pty or serial port - pheromoned
 //
-// If the port goes away (the daemon restarts), the modem keeps trying, and the robot stops by its
-// own fail-safe and goes on when answers return.
+//   LiveSwarm live(config, {"radio-a.pty"});
+//   if (const Status opened = live.Open(); !opened.ok()) { ... }
+//   live.Run(60'000, &stop_requested, [&] { live.swarm().robot(0).true_pose(); });
+//
+// Every millisecond of the robots' time is lived through, late if need be, never skipped. If a port
+// goes away (the daemon restarts), its modem keeps trying, and the robots stop by their own
+// fail-safe and go on when answers return. One thread.
 #pragma once
 
 #include <csignal>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "client_fw/sim/radio_medium.h"
-#include "client_fw/swarm/track.h"
+#include "client_fw/swarm/port_modem.h"
+#include "client_fw/swarm/swarm.h"
 #include "server/base/result.h"
-#include "server/field/path.h"
 
 namespace pheromone::swarm {
 
-/// A modem on the medium with a terminal device behind it. Bytes from the air go to the device at
-/// once; bytes from the device go on the air.
-class PortModem final : public sim::Station {
+/// The gap timeout of robots behind a port: the system holds bytes back.
+constexpr uint8_t kBufferedGapMs = 50;
+
+class LiveSwarm {
  public:
-  /// `medium` outlives the modem, and the modem the medium's last event.
-  PortModem(std::string device, sim::RadioMedium* medium);
-  ~PortModem() override;
-  PortModem(const PortModem&) = delete;
-  PortModem& operator=(const PortModem&) = delete;
+  /// One port for each of the channels. Throws as Swarm does.
+  LiveSwarm(const SwarmConfig& config, const std::vector<std::string>& ports);
+  LiveSwarm(const LiveSwarm&) = delete;
+  LiveSwarm& operator=(const LiveSwarm&) = delete;
 
-  /// Opens the device raw. Errors: what the system says of it.
+  /// Opens all ports. Errors: the first that cannot be opened.
   Status Open();
-  /// Reads what has come and sends it; reopens a device that went away, at most twice a second.
-  void Step(int64_t now_ns);
-  bool connected() const { return descriptor_ >= 0; }
-  uint64_t reconnects() const { return reconnects_; }
-  int descriptor() const { return descriptor_; }
 
-  void OnByte(uint8_t byte, int64_t time_ns) override;
-  void OnTransmitted(int64_t /*time_ns*/) override {}
+  /// Runs until the swarm's time is `duration_ms` (0: for ever) or `*stop` is not 0 (a signal
+  /// handler's doing), calling `each_ms` at the start and after every millisecond.
+  void Run(int64_t duration_ms, const volatile std::sig_atomic_t* stop,
+           const std::function<void()>& each_ms);
+
+  const Swarm& swarm() const { return swarm_; }
+  const PortModem& modem(size_t channel) const { return modems_[channel]; }
 
  private:
-  void Close();
+  void Wait() const;
 
-  std::string device_;
-  sim::RadioMedium* medium_;
-  int number_;
-  int descriptor_ = -1;
-  int64_t next_try_ns_ = 0;
-  uint64_t reconnects_ = 0;
+  std::deque<PortModem> modems_;  // a deque, because media point at them
+  Swarm swarm_;
 };
-
-struct LiveConfig {
-  std::string device;  ///< the daemon's end of the radio
-  field::Path path;    ///< to be followed; its type is asked for
-  sim::SimulatedRobotConfig robot;
-  sim::RadioConfig radio;
-  int64_t sample_ms = 200;
-};
-
-struct LiveStatus {
-  Sample sample;
-  client::Counters counters{};
-  uint8_t flags = 0;  ///< client::StopFlag
-  double seconds = 0;
-  double exchanges_per_s = 0;  ///< over the last second
-  double utilisation = 0;      ///< of the channel since the start
-  bool connected = false;
-};
-
-struct LiveResult {
-  std::vector<Sample> track;
-  LiveStatus last;
-  uint64_t reconnects = 0;
-};
-
-/// Runs until `seconds` have passed (0: for ever) or `*stop` is not 0 (a signal handler's doing),
-/// calling `show` about five times a second. Errors: the device cannot be opened at the start.
-Result<LiveResult> RunLive(const LiveConfig& config, double seconds,
-                           const volatile std::sig_atomic_t* stop,
-                           const std::function<void(const LiveStatus&)>& show);
 
 }  // namespace pheromone::swarm

@@ -3,28 +3,29 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
+#include <deque>
 #include <memory>
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
+#include "client_fw/swarm/real_time.h"
+#include "client_fw/swarm/recorder.h"
 #include "server/config/config.h"
 
 namespace pheromone::swarm {
 namespace {
 
-volatile std::sig_atomic_t stop_requested = 0;
-
-void OnStopSignal(int /*signal*/) {
-  stop_requested = 1;
-}
+constexpr int64_t kShowMs = 200;
+constexpr int64_t kRateMs = 1000;
 
 struct LiveOptions {
   std::string modem;
@@ -36,40 +37,65 @@ struct LiveOptions {
   int id = 1;
 };
 
-void ShowStatus(const LiveStatus& status) {
-  const Sample& s = status.sample;
-  const bool terminal = isatty(STDOUT_FILENO) != 0;
-  // On a terminal one line is renewed, cut at the right edge rather than wrapped; elsewhere a line
-  // a second is enough.
-  if (!terminal && s.time_ms % 1000 != 0) {
-    return;
-  }
-  fmt::print(
-      "{}{:6.1f} s  pose {:5.2f} {:5.2f} m {:4.0f}°  P {:5.2f} {:5.2f}  wheels {:4d} {:4d} mm/s"
-      "  off path {:4.0f} mm  {:3.1f} exch/s  channel {:4.1f} %{}{}",
-      terminal ? "\r\x1b[?7l" : "", status.seconds, s.pose.x_m, s.pose.y_m,
-      std::remainder(s.pose.heading_rad * 180 / std::numbers::pi, 360.0), s.p_left / 4096.0,
-      s.p_right / 4096.0, s.wheels.left_mm_s, s.wheels.right_mm_s, s.distance_m * 1000,
-      status.exchanges_per_s, status.utilisation * 100,
-      status.connected ? (status.flags != 0 ? "  STOPPED" : "") : "  NO MODEM",
-      terminal ? "\x1b[K\x1b[?7h" : "\n");
-  std::fflush(stdout);
-}
+// One line about the robot, five times a second.
+class StatusLine {
+ public:
+  StatusLine(const LiveSwarm* live, field::Path path) : live_(live), path_(std::move(path)) {}
 
-void PrintSummary(const LiveResult& result, const field::Path& path) {
-  const client::Counters& c = result.last.counters;
+  void Show() {
+    const int64_t now_ms = live_->swarm().now_ms();
+    const double rate = ExchangesPerSecond(now_ms);
+    // On a terminal one line is renewed, cut at the right edge rather than wrapped; elsewhere a
+    // line a second is enough.
+    if (!terminal_ && now_ms % 1000 != 0) {
+      return;
+    }
+    const sim::MobileRobot& robot = live_->swarm().robot(0);
+    const Sample s = Observe(robot, path_, now_ms);
+    fmt::print(
+        "{}{:6.1f} s  pose {:5.2f} {:5.2f} m {:4.0f}°  P {:5.2f} {:5.2f}  wheels {:4d} {:4d} mm/s"
+        "  off path {:4.0f} mm  {:3.1f} exch/s  channel {:4.1f} %{}{}",
+        terminal_ ? "\r\x1b[?7l" : "", static_cast<double>(now_ms) / 1000, s.pose.x_m, s.pose.y_m,
+        std::remainder(s.pose.heading_rad * 180 / std::numbers::pi, 360.0), s.p_left / 4096.0,
+        s.p_right / 4096.0, s.wheels.left_mm_s, s.wheels.right_mm_s, s.distance_m * 1000, rate,
+        live_->swarm().medium(0).Utilisation() * 100,
+        live_->modem(0).connected() ? (robot.flags() != 0 ? "  STOPPED" : "") : "  NO MODEM",
+        terminal_ ? "\x1b[K\x1b[?7h" : "\n");
+    std::fflush(stdout);
+  }
+
+ private:
+  // Over the last second.
+  double ExchangesPerSecond(int64_t now_ms) {
+    const uint32_t now = live_->swarm().robot(0).counters().answers;
+    answers_.emplace_back(now_ms, now);
+    while (answers_.size() > 2 && answers_.front().first < now_ms - kRateMs) {
+      answers_.pop_front();
+    }
+    const auto& [then_ms, then] = answers_.front();
+    return (now - then) * 1000.0 / static_cast<double>(std::max<int64_t>(now_ms - then_ms, 1));
+  }
+
+  const LiveSwarm* live_;
+  field::Path path_;
+  bool terminal_ = isatty(STDOUT_FILENO) != 0;
+  std::deque<std::pair<int64_t, uint32_t>> answers_;  // (time, answers so far)
+};
+
+void PrintSummary(const SwarmRecord& record, uint64_t reconnects) {
+  const RobotRecord& robot = record.robots.front();
+  const client::Counters& c = robot.counters;
   fmt::print(
       "\n{:.1f} s, {:.2f} m along the path; {} requests, {} hellos, {} resynchronisations; {} "
-      "answers, "
-      "{} greetings and echoes, {} timeouts, {} errors, {} late answers; {} fail-safe stops, {} "
-      "reconnects; channel in use {:.1f} %\n",
-      result.last.seconds, Progress(result.track, path), c.requests, c.hellos, c.resyncs, c.answers,
-      c.hello_answers + c.echoes, c.timeouts, c.errors, c.late_answers, c.fail_safe_stops,
-      result.reconnects, result.last.utilisation * 100);
+      "answers, {} greetings and echoes, {} timeouts, {} errors, {} late answers; {} fail-safe "
+      "stops, {} reconnects; channel in use {:.1f} %\n",
+      static_cast<double>(record.duration_ms) / 1000, robot.progress_m, c.requests, c.hellos,
+      c.resyncs, c.answers, c.hello_answers + c.echoes, c.timeouts, c.errors, c.late_answers,
+      c.fail_safe_stops, reconnects, record.channels.front().utilisation * 100);
   constexpr int64_t kSettledMs = 5000;
-  fmt::print("mean distance from the path: {:.1f} mm", MeanDistance(result.track, 0) * 1000);
-  if (result.last.sample.time_ms > kSettledMs) {
-    fmt::print(", {:.1f} mm after the first 5 s", MeanDistance(result.track, kSettledMs) * 1000);
+  fmt::print("mean distance from the path: {:.1f} mm", robot.mean_error_m * 1000);
+  if (record.duration_ms > kSettledMs) {
+    fmt::print(", {:.1f} mm after the first 5 s", MeanDistance(robot.track, kSettledMs) * 1000);
   }
   fmt::print("\n");
 }
@@ -96,42 +122,46 @@ int RunLiveCommand(const LiveOptions& options) {
   if (field_config.paths.empty() || field_config.paths.front().points.size() < 2) {
     return Fail("the configuration has no [[path]] to follow", kWrongInput);
   }
-  LiveConfig live;
-  live.device = options.modem;
-  live.path = field_config.paths.front();
-  live.robot.client.id = static_cast<uint8_t>(options.id);
-  live.robot.client.type = live.path.type;
-  live.robot.client.law = options.law;
-  live.robot.client.speed_mm_s = static_cast<int16_t>(options.speed_mm_s);
-  live.robot.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
-  live.robot.client.buffered_link = true;
-  live.robot.client.gap_timeout_ms = 50;
-  live.robot.start = StartBeside(live.path);
+  const field::Path& path = field_config.paths.front();
+  SwarmConfig swarm;
+  swarm.robot.client.id = static_cast<uint8_t>(options.id);
+  swarm.robot.client.type = path.type;
+  swarm.robot.client.law = options.law;
+  swarm.robot.client.speed_mm_s = static_cast<int16_t>(options.speed_mm_s);
+  swarm.robot.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
+  swarm.robot.client.buffered_link = true;
+  swarm.robot.client.gap_timeout_ms = kBufferedGapMs;
+  swarm.robot.start = StartBeside(path);
 
-  struct sigaction action {};
-  action.sa_handler = OnStopSignal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  const Result<LiveResult> result = RunLive(live, options.seconds, &stop_requested, ShowStatus);
-  if (!result.ok()) {
-    return Fail(result.error(), kFailed);
+  LiveSwarm live(swarm, {options.modem});
+  if (const Status opened = live.Open(); !opened.ok()) {
+    return Fail(opened.error(), kFailed);
   }
-  PrintSummary(result.value(), live.path);
+  StatusLine line(&live, path);
+  Recorder recorder(&live.swarm(), field_config, kShowMs);
+  live.Run(static_cast<int64_t>(options.seconds * 1000), StopOnSignals(), [&] {
+    if (recorder.Look()) {
+      line.Show();
+    }
+  });
+  const SwarmRecord record = recorder.Finish();
+  PrintSummary(record, live.modem(0).reconnects());
 
   const field::Field field(field_config);
   const std::filesystem::path out(options.out);
+  const std::vector<Sample>& track = record.robots.front().track;
   const Way way{fmt::format("robot {}, law {}, {:.0f} s", options.id, NameOf(options.law),
-                            result.value().last.seconds),
-                "#2166ac", result.value().track};
+                            static_cast<double>(record.duration_ms) / 1000),
+                "#2166ac", track};
   const int status = WriteFiles(
-      out, {{"track.csv", ToCsv(result.value().track)},
+      out, {{"track.csv", ToCsv(track)},
             {"track.svg",
-             DrawPathPicture("A robot on a virtual pheromone path", field, live.path, {way}, 0)}});
+             DrawPathPicture("A robot on a virtual pheromone path", field, path, {way}, 0)}});
   if (status != 0) {
     return status;
   }
   fmt::print("{}\n{}\n", (out / "track.csv").string(), (out / "track.svg").string());
-  if (result.value().last.counters.answers == 0) {
+  if (record.robots.front().counters.answers == 0) {
     return Fail("the server never answered", kFailed);
   }
   return 0;

@@ -1,6 +1,8 @@
 // pheromone-swarm: experiments with simulated robots. Each command is in NAME_command.cc.
 //
 // Exit status: 0 done; 1 the experiment could not be run; 2 the command line or a file is wrong.
+#include <string>
+
 #include <CLI/CLI.hpp>
 
 #include "client_fw/swarm/bridge_command.h"
@@ -11,6 +13,7 @@
 #include "client_fw/swarm/live_command.h"
 #include "client_fw/swarm/path_command.h"
 #include "client_fw/swarm/pioneer_command.h"
+#include "client_fw/swarm/robots.h"
 #include "client_fw/swarm/run_command.h"
 #include "client_fw/swarm/sweep_command.h"
 
@@ -18,6 +21,12 @@ int main(int argc, char** argv) {
   using namespace pheromone::swarm;  // NOLINT(google-build-using-namespace)
   CLI::App app{"Experiments with simulated robots that follow virtual pheromones."};
   app.require_subcommand(1);
+  const std::string licence =
+      HasAvrRobots() ? "With AVR robots, by libsimavr: this program as a whole is under the GNU "
+                       "General Public License, version 3 or later; its own sources are Apache-2.0."
+                     : "Without AVR robots; Apache-2.0.";
+  app.set_version_flag("--version", "pheromone-swarm " PHEROMONE_VERSION "\n" + licence);
+  app.footer(licence);
   int status = 0;
   AddPathCommand(&app, &status);
   AddDetourCommand(&app, &status);

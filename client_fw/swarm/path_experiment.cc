@@ -153,7 +153,7 @@ PathRun FollowPath(const PathExperiment& experiment, uint64_t seed) {
   run.late_mean_error_m = MeanDistance(run.track, experiment.duration_ms / 2);
   run.progress = Progress(run.track, path) * 1e6 /
                  static_cast<double>(experiment.speed_mm_s * experiment.duration_ms);
-  run.counters = simulation.robot().conversation().counters();
+  run.counters = simulation.robot().counters();
   run.utilisation = simulation.medium().Utilisation();
   run.state_hash = simulation.state_hash();
   return run;

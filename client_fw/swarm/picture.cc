@@ -14,6 +14,7 @@ constexpr double kMarginM = 0.7;
 constexpr double kTitlePx = 34;
 constexpr double kLegendLinePx = 22;
 constexpr const char* kOutlineColour = "#2d004b";
+constexpr const char* kObstacleColour = "#777777";
 
 struct Box {
   double left = 1e9;
@@ -141,6 +142,22 @@ void DrawPheromone(Canvas* canvas, const field::Field& field, const Shade& shade
   canvas->Add("</g>");
 }
 
+// A node stands for the square of side a that is centred on it.
+void DrawObstacles(Canvas* canvas, const Box& box, const field::FieldConfig& config) {
+  const double side_m = static_cast<double>(config.map.cell_um) / 1e6;
+  canvas->Add(R"svg(<g fill="{}">)svg", kObstacleColour);
+  config.obstacles->ForEach([&](field::NodeIndex node) {
+    const field::PointUm at = config.map.PositionOf(node);
+    const double x = static_cast<double>(at.x) / 1e6;
+    const double y = static_cast<double>(at.y) / 1e6;
+    if (x >= box.left && x <= box.right && y >= box.bottom && y <= box.top) {
+      canvas->Add(R"svg(<path d="M{0:.1f} {1:.1f}h{2:.1f}v{2:.1f}h-{2:.1f}z"/>)svg",
+                  canvas->X(x - side_m / 2), canvas->Y(y + side_m / 2), side_m * kPixelsPerMetre);
+    }
+  });
+  canvas->Add("</g>");
+}
+
 void DrawPath(Canvas* canvas, const field::Path& path) {
   std::string points;
   for (const field::PointUm point : path.points) {
@@ -180,12 +197,18 @@ void DrawWay(Canvas* canvas, const Way& way) {
   DrawRobot(canvas, way.track.back().pose, way.colour, true);
 }
 
-void DrawLegend(Canvas* canvas, const std::vector<Outline>& outlines,
+void DrawLegend(Canvas* canvas, bool obstacles, const std::vector<Outline>& outlines,
                 const std::vector<const Way*>& ways) {
   double y = canvas->plot_bottom() + 22;
   canvas->Add(
       R"svg(<path d="M10 {0:.1f}h30" stroke="#333333" stroke-width="1.2" stroke-dasharray="6 4"/><text x="48" y="{1:.1f}" class="l">target path; dots are nodes with pheromone, the shade its intensity</text>)svg",
       y - 4, y);
+  if (obstacles) {
+    y += kLegendLinePx;
+    canvas->Add(
+        R"svg(<path d="M18 {:.1f}h14v-14h-14z" fill="{}"/><text x="48" y="{:.1f}" class="l">obstacles</text>)svg",
+        y + 3, kObstacleColour, y);
+  }
   for (const Outline& outline : outlines) {
     y += kLegendLinePx;
     canvas->Add(
@@ -210,7 +233,8 @@ std::string Draw(const Picture& picture, const field::Field& field, uint64_t now
     }
   }
   const Box box = BoxOf(picture.path, picture.ways);
-  Canvas canvas(box, listed.size() + picture.outlines.size() + 1);
+  const bool obstacles = picture.with_obstacles && field.config().obstacles;
+  Canvas canvas(box, listed.size() + picture.outlines.size() + (obstacles ? 2 : 1));
   canvas.Add(
       R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)svg",
       canvas.width(), canvas.height());
@@ -225,6 +249,9 @@ std::string Draw(const Picture& picture, const field::Field& field, uint64_t now
       DrawPheromone(&canvas, field, shade, *law, now_ms);
     }
   }
+  if (obstacles) {
+    DrawObstacles(&canvas, box, field.config());
+  }
   DrawPath(&canvas, picture.path);
   for (const Outline& outline : picture.outlines) {
     DrawOutline(&canvas, outline);
@@ -234,7 +261,7 @@ std::string Draw(const Picture& picture, const field::Field& field, uint64_t now
       DrawWay(&canvas, way);
     }
   }
-  DrawLegend(&canvas, picture.outlines, listed);
+  DrawLegend(&canvas, obstacles, picture.outlines, listed);
   canvas.Add("</svg>");
   return canvas.Take();
 }

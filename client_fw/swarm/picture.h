@@ -41,6 +41,7 @@ struct Picture {
   field::Path path;
   std::vector<Shade> shades;      ///< the first at the bottom
   std::vector<Outline> outlines;  ///< the ways are drawn over them
+  bool with_obstacles = false;    ///< the field's blocked nodes, as the squares they stand for
   std::vector<Way> ways;
 };
 

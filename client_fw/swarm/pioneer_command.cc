@@ -1,11 +1,9 @@
 #include "client_fw/swarm/pioneer_command.h"
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -15,6 +13,7 @@
 #include "client_fw/sim/pioneer_robot.h"
 #include "client_fw/sim/pioneer_server.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/real_time.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -24,12 +23,6 @@ constexpr double kDegree = std::numbers::pi / 180;
 // So soon a client of the pty is noticed; what it sends before waits for it.
 constexpr int64_t kAloneMs = 20;
 constexpr int64_t kLongestWaitMs = 200;
-
-volatile std::sig_atomic_t stop_requested = 0;
-
-void OnStopSignal(int /*signal*/) {
-  stop_requested = 1;
-}
 
 struct PioneerOptions {
   std::string model = "p3dx";
@@ -45,12 +38,6 @@ struct PioneerOptions {
   bool mobilesim = false;
   bool short_sips = false;
 };
-
-int64_t MonotonicNs() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
 
 sim::PioneerConfig ConfigOf(const PioneerOptions& options) {
   sim::PioneerConfig config = options.config;
@@ -117,16 +104,13 @@ int RunPioneer(const PioneerOptions& options) {
   if (!error.empty()) {
     return Fail(error, kFailed);
   }
-  struct sigaction action {};
-  action.sa_handler = OnStopSignal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  const volatile std::sig_atomic_t* const stop = StopOnSignals();
   fmt::print("{} \"{}\" on {}; Ctrl-C ends it\n", config.model.subclass, config.name,
              server.address());
 
   Chronicle chronicle;
   const int64_t start_ns = MonotonicNs();
-  while (stop_requested == 0) {
+  while (*stop == 0) {
     const int64_t now_ns = MonotonicNs() - start_ns;
     server.Step(now_ns);
     chronicle.Look(robot, server);

@@ -7,10 +7,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/real_time.h"
 #include "client_fw/swarm/scenario.h"
 #include "client_fw/swarm/scenario_report.h"
 #include "client_fw/swarm/scenario_run.h"
@@ -21,6 +24,7 @@ namespace {
 struct RunOptions {
   std::string file;
   std::optional<uint64_t> seed;
+  std::vector<std::string> ports;  // of a daemon; none: an engine in process
   std::string out;
 };
 
@@ -39,6 +43,82 @@ std::function<void(int64_t)> ProgressBar(int64_t duration_ms) {
   };
 }
 
+// A line a second about a live run; on a terminal it is renewed.
+class StatusLine {
+ public:
+  void Show(const LiveSwarm& live) {
+    const Swarm& swarm = live.swarm();
+    if (swarm.now_ms() < next_ms_) {
+      return;
+    }
+    next_ms_ = swarm.now_ms() + 1000;
+    answers_.resize(swarm.robot_count());
+    size_t answered = 0;
+    for (size_t i = 0; i < swarm.robot_count(); ++i) {
+      const uint32_t answers = swarm.robot(i).counters().answers;
+      answered += std::exchange(answers_[i], answers) != answers ? 1u : 0u;
+    }
+    fmt::print("{}{:6.1f} s  {} of {} robots got answers", terminal_ ? "\r" : "",
+               static_cast<double>(swarm.now_ms()) / 1000, answered, swarm.robot_count());
+    for (size_t i = 0; i < swarm.channel_count(); ++i) {
+      fmt::print("  channel {} {:4.1f} %{}", i + 1, swarm.medium(i).Utilisation() * 100,
+                 live.modem(i).connected() ? "" : " NO MODEM");
+    }
+    fmt::print("{}", terminal_ ? "\x1b[K" : "\n");
+    std::fflush(stdout);
+  }
+  /// After the last one.
+  void End() const { fmt::print("{}", terminal_ ? "\n" : ""); }
+
+ private:
+  bool terminal_ = isatty(STDOUT_FILENO) != 0;
+  int64_t next_ms_ = 1000;
+  std::vector<uint32_t> answers_;  // of each robot, a second ago
+};
+
+SwarmRecord RunInVirtualTime(const Scenario& scenario) {
+  const std::function<void(int64_t)> bar = ProgressBar(scenario.duration_ms);
+  SwarmRecord record = RunScenario(scenario, bar);
+  if (bar) {
+    fmt::print(stderr, "\r{:60}\r", "");
+  }
+  return record;
+}
+
+Result<SwarmRecord> RunAgainstDaemon(const Scenario& scenario,
+                                     const std::vector<std::string>& ports) {
+  if (const std::string frames = FramesForDaemon(scenario); !frames.empty()) {
+    fmt::print(stderr,
+               "These robots count from where they are switched on. The daemon's configuration "
+               "has to say where, with its own links' names:\n{}",
+               frames);
+  }
+  StatusLine line;
+  Result<SwarmRecord> record = RunScenarioLive(scenario, ports, StopOnSignals(),
+                                               [&line](const LiveSwarm& live) { line.Show(live); });
+  line.End();
+  return record;
+}
+
+Result<SwarmRecord> RunOrTellWhyNot(const Scenario& scenario,
+                                    const std::vector<std::string>& ports) {
+  try {
+    return ports.empty() ? RunInVirtualTime(scenario) : RunAgainstDaemon(scenario, ports);
+  } catch (const std::runtime_error& error) {
+    return Error{error.what()};
+  }
+}
+
+// Of a live run: a robot that nobody answered is a daemon, or a port, that is not the right one.
+int CheckAnswers(const SwarmRecord& record) {
+  for (size_t i = 0; i < record.robots.size(); ++i) {
+    if (record.robots[i].counters.answers == 0) {
+      return Fail(fmt::format("robot {} never got an answer", i + 1), kFailed);
+    }
+  }
+  return 0;
+}
+
 int Run(const RunOptions& options) {
   Result<Scenario> loaded = LoadScenario(options.file);
   if (!loaded.ok()) {
@@ -49,20 +129,24 @@ int Run(const RunOptions& options) {
   for (const std::string& warning : scenario.warnings) {
     fmt::print(stderr, "{}\n", warning);
   }
-  const std::function<void(int64_t)> bar = ProgressBar(scenario.duration_ms);
-  const ScenarioResult result = RunScenario(scenario, bar);
-  if (bar) {
-    fmt::print(stderr, "\r{:60}\r", "");
+  const Result<SwarmRecord> run = RunOrTellWhyNot(scenario, options.ports);
+  if (!run.ok()) {
+    return Fail(run.error(), kFailed);
   }
-  const std::string summary = Summarise(scenario, result);
+  const SwarmRecord& record = run.value();
+  const std::string summary = Summarise(scenario, record);
   fmt::print("{}", summary);
-  if (options.out.empty()) {
-    return 0;
+  if (!options.out.empty()) {
+    const int written = WriteFiles(options.out, {{"summary.txt", summary},
+                                                 {"robots.csv", RobotsToCsv(scenario, record)},
+                                                 {"tracks.csv", TracksToCsv(record)},
+                                                 {"exchanges.csv", ExchangesToCsv(record)},
+                                                 {"map.svg", DrawScenario(scenario, record)}});
+    if (written != 0) {
+      return written;
+    }
   }
-  return WriteFiles(options.out, {{"summary.txt", summary},
-                                  {"tracks.csv", TracksToCsv(result)},
-                                  {"exchanges.csv", ExchangesToCsv(result)},
-                                  {"map.svg", DrawScenario(scenario, result)}});
+  return options.ports.empty() ? 0 : CheckAnswers(record);
 }
 
 }  // namespace
@@ -70,12 +154,19 @@ int Run(const RunOptions& options) {
 void AddRunCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = app->add_subcommand(
-      "run", "Robots in a scenario from a file, in virtual time; prints a summary");
+      "run",
+      "Robots in a scenario from a file, in virtual time or against a running pheromoned; "
+      "prints a summary");
   command->add_option("scenario", options->file, "A TOML file; examples are in swarm/examples")
       ->required();
   command->add_option("--seed", options->seed, "Instead of the file's");
+  command
+      ->add_option("--daemon", options->ports,
+                   "In real time against a running pheromoned, until Ctrl-C or the scenario's end: "
+                   "PORT[,PORT...], the terminal device of its link for each channel")
+      ->delimiter(',');
   command->add_option("--out", options->out,
-                      "Folder for summary.txt, tracks.csv, exchanges.csv and map.svg");
+                      "Folder for summary.txt, robots.csv, tracks.csv, exchanges.csv and map.svg");
   command->callback([options, status] { *status = Run(*options); });
 }
 

@@ -13,7 +13,11 @@
 //   [[robots]] pheromone, starts ([x_m, y_m, heading_deg] each), count (as many as starts; more
 //              begin again at the first), spread_m (0: moved at random by up to this in x and y),
 //              law ("differential", "paper" or "fuzzy"), speed_m_per_s (0.2), period_s (0.2),
-//              trail (false: true leaves a quantum with each request)
+//              trail (false: true leaves a quantum with each request),
+//              radius_m (0.25: of the disc that obstacles stop),
+//              drive ("ideal"; "p3dx", "p3dx-sh" or "peoplebot-sh": a simulated Pioneer),
+//              client ("core": the client compiled for this machine; "avr": the image that one
+//              would flash, which drives a Pioneer), image (the ELF file; the one of this build)
 //
 // Robots of all [[robots]] are numbered from 1, take turns on the channels and have the ID of their
 // number. Errors are one line for each mistake, FILE:LINE:COLUMN: KEY: what was found, expected
@@ -28,7 +32,9 @@
 #include <utility>
 #include <vector>
 
-#include "client_fw/sim/simulated_robot.h"
+#include "client_fw/core/parameters.h"
+#include "client_fw/sim/differential_drive.h"
+#include "client_fw/sim/pioneer_models.h"
 #include "client_fw/swarm/channel_model.h"
 #include "server/base/result.h"
 #include "server/engine/event.h"
@@ -41,6 +47,9 @@ struct RobotGroup {
   std::vector<sim::PlanePose> starts;  ///< at least one
   int count = 1;
   double spread_m = 0;
+  double radius_m = 0.25;
+  const sim::PioneerModel* pioneer = nullptr;  ///< null: an ideal differential drive
+  std::string image = {};                      ///< of an AVR; empty: the core on this machine
 };
 
 struct Scenario {

@@ -3,21 +3,25 @@
 
 #include <string>
 
-#include "client_fw/swarm/scenario_run.h"
+#include "client_fw/swarm/recorder.h"
+#include "client_fw/swarm/scenario.h"
 
 namespace pheromone::swarm {
 
-/// A line for each robot, one for each channel, and the state hash.
-std::string Summarise(const Scenario& scenario, const ScenarioResult& result);
+/// A line for each robot, one for each channel, and the state hash if there is one. Of a robot that
+/// runs an image, what its modem could tell.
+std::string Summarise(const Scenario& scenario, const SwarmRecord& record);
+
+/// A header line, then a line a robot, from 1. What an image does not tell is left empty.
+std::string RobotsToCsv(const Scenario& scenario, const SwarmRecord& record);
 
 /// A header line, then a line a robot and sample; robots are counted from 1.
-std::string TracksToCsv(const ScenarioResult& result);
+std::string TracksToCsv(const SwarmRecord& record);
 
 /// A header line, then a line an answer.
-std::string ExchangesToCsv(const ScenarioResult& result);
+std::string ExchangesToCsv(const SwarmRecord& record);
 
-/// An SVG of the map around the ways, with the pheromone as it was laid at the start. Obstacles are
-/// not drawn.
-std::string DrawScenario(const Scenario& scenario, const ScenarioResult& result);
+/// An SVG of the map around the ways, with obstacles and the pheromone as it was laid at the start.
+std::string DrawScenario(const Scenario& scenario, const SwarmRecord& record);
 
 }  // namespace pheromone::swarm

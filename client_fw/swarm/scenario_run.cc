@@ -1,16 +1,37 @@
 #include "client_fw/swarm/scenario_run.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <numbers>
 #include <random>
 
+#include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/simulation.h"
 
 namespace pheromone::swarm {
 namespace {
 
+constexpr int kMostDraws = 1000;
+
 // From -1 to 1, the same on every machine.
 double Uniform(std::mt19937_64* random) {
   return static_cast<double>((*random)() >> 11) * 0x1p-52 - 1;
+}
+
+// Moved at random, to where there is room; after many draws in vain, not at all.
+sim::PlanePose DrawStart(const RobotGroup& group, int number, const sim::Blocked& blocked,
+                         std::mt19937_64* random) {
+  const sim::PlanePose given = group.starts[static_cast<size_t>(number) % group.starts.size()];
+  for (int i = 0; i < kMostDraws; ++i) {
+    sim::PlanePose start = given;
+    start.x_m += group.spread_m * Uniform(random);
+    start.y_m += group.spread_m * Uniform(random);
+    if (!blocked || !blocked(start)) {
+      return start;
+    }
+  }
+  return given;
 }
 
 SimulationConfig SetUp(const Scenario& scenario) {
@@ -28,71 +49,94 @@ SimulationConfig SetUp(const Scenario& scenario) {
   config.channels = static_cast<size_t>(scenario.channels);
   config.hidden_pairs = scenario.hidden_pairs;
   for (const RobotGroup& group : scenario.groups) {
+    const sim::Blocked blocked = BlockedBy(scenario.engine.field, group.radius_m);
     for (int i = 0; i < group.count; ++i) {
-      sim::SimulatedRobotConfig robot;
+      RobotConfig robot;
       robot.client = group.client;
       robot.client.id = static_cast<uint8_t>(config.robots.size() + 1);
       robot.client.boot_counter = static_cast<uint16_t>(random());
-      robot.start = group.starts[static_cast<size_t>(i) % group.starts.size()];
-      robot.start.x_m += group.spread_m * Uniform(&random);
-      robot.start.y_m += group.spread_m * Uniform(&random);
+      robot.start = DrawStart(group, i, blocked, &random);
+      robot.drive.blocked = blocked;
+      robot.pioneer = group.pioneer;
+      robot.image = group.image;
+      if (!group.image.empty()) {
+        // An image counts from where it is switched on; the server knows where that is.
+        config.engine.frames.push_back(engine::MakeFrame(
+            scenario.engine.links[config.robots.size() % config.channels].name, robot.client.id,
+            {std::llround(robot.start.x_m * 1e6), std::llround(robot.start.y_m * 1e6)},
+            robot.start.heading_rad * 180 / std::numbers::pi));
+      }
       config.robots.push_back(robot);
     }
   }
   return config;
 }
 
-bool OffLimits(const field::FieldConfig& field, const sim::PlanePose& pose) {
-  const field::PointUm at{std::llround(pose.x_m * 1e6), std::llround(pose.y_m * 1e6)};
-  return !field.map.Contains(at) ||
-         (field.obstacles && field.obstacles->Blocked(field.map.NearestNode(at)));
+// The same robots where a daemon remembers those of earlier runs, and ports hold bytes back.
+SwarmConfig SetUpLive(const Scenario& scenario) {
+  const SimulationConfig simulated = SetUp(scenario);
+  SwarmConfig config = static_cast<const SwarmConfig&>(simulated);  // the engine is the daemon's
+  std::random_device random;
+  for (RobotConfig& robot : config.robots) {
+    robot.client.boot_counter = static_cast<uint16_t>(random());
+    robot.client.buffered_link = true;
+    robot.client.gap_timeout_ms = kBufferedGapMs;
+  }
+  return config;
 }
 
 }  // namespace
 
-ScenarioResult RunScenario(const Scenario& scenario, const std::function<void(int64_t ms)>& show) {
+SwarmRecord RunScenario(const Scenario& scenario, const std::function<void(int64_t ms)>& show) {
   Simulation simulation(SetUp(scenario));
-  const field::FieldConfig& field = scenario.engine.field;
-  const field::Path path =
-      field.paths.empty() ? field::Path{.points = {{0, 0}}} : field.paths.front();
-  ScenarioResult result;
-  result.robots.resize(simulation.robot_count());
-  std::vector<client::Counters> before(simulation.robot_count());
+  Recorder recorder(&simulation.swarm(), scenario.engine.field, scenario.sample_ms);
   for (int64_t ms = 0; ms <= scenario.duration_ms; ++ms) {
     simulation.RunTo(ms);
-    for (size_t i = 0; i < simulation.robot_count(); ++i) {
-      const client::Conversation& conversation = simulation.robot(i).conversation();
-      if (conversation.counters().answers != before[i].answers) {
-        result.exchanges.push_back({ms, i, conversation.counters().requests - before[i].requests,
-                                    conversation.p_left(), conversation.p_right()});
-        before[i] = conversation.counters();
-      }
-    }
-    if (ms % scenario.sample_ms == 0) {
-      for (size_t i = 0; i < simulation.robot_count(); ++i) {
-        RobotResult& robot = result.robots[i];
-        robot.track.push_back(Observe(simulation.robot(i), path, ms));
-        robot.off_limits_samples += OffLimits(field, robot.track.back().pose) ? 1 : 0;
-      }
-      if (show) {
-        show(ms);
-      }
+    if (recorder.Look() && show) {
+      show(ms);
     }
   }
-  for (size_t i = 0; i < simulation.robot_count(); ++i) {
-    RobotResult& robot = result.robots[i];
-    robot.counters = simulation.robot(i).conversation().counters();
-    if (!field.paths.empty()) {
-      robot.progress_m = Progress(robot.track, path);
-      robot.mean_error_m = MeanDistance(robot.track, 0);
+  SwarmRecord record = recorder.Finish();
+  for (size_t i = 0; i < record.channels.size(); ++i) {
+    record.channels[i].late_answers = simulation.server(i).late_answers();
+  }
+  record.state_hash = simulation.state_hash();
+  return record;
+}
+
+Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
+                                    const volatile std::sig_atomic_t* stop,
+                                    const std::function<void(const LiveSwarm&)>& show) {
+  if (ports.size() != static_cast<size_t>(scenario.channels)) {
+    return Error{fmt::format("{} has {} channels, but {} ports are given: expected one a channel",
+                             scenario.name, scenario.channels, ports.size())};
+  }
+  LiveSwarm live(SetUpLive(scenario), ports);
+  if (const Status opened = live.Open(); !opened.ok()) {
+    return Error{opened.error()};
+  }
+  Recorder recorder(&live.swarm(), scenario.engine.field, scenario.sample_ms);
+  live.Run(scenario.duration_ms, stop, [&] {
+    if (recorder.Look()) {
+      show(live);
     }
+  });
+  SwarmRecord record = recorder.Finish();
+  for (size_t i = 0; i < record.channels.size(); ++i) {
+    record.channels[i].reconnects = live.modem(i).reconnects();
   }
-  for (size_t i = 0; i < simulation.channel_count(); ++i) {
-    result.channels.push_back({simulation.medium(i).counters(), simulation.medium(i).Utilisation(),
-                               simulation.server(i).late_answers()});
+  return record;
+}
+
+std::string FramesForDaemon(const Scenario& scenario) {
+  std::string text;
+  for (const engine::RobotFrame& frame : SetUp(scenario).engine.frames) {
+    text += fmt::format(
+        "[[frame]]\nlink = \"{}\"\nid = {}\nx_m = {:.6f}\ny_m = {:.6f}\nheading_deg = {:.3f}\n",
+        frame.link, frame.id, static_cast<double>(frame.x_um) / 1e6,
+        static_cast<double>(frame.y_um) / 1e6, frame.heading * 360.0 / 65536);
   }
-  result.state_hash = simulation.state_hash();
-  return result;
+  return text;
 }
 
 }  // namespace pheromone::swarm

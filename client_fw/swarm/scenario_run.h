@@ -1,51 +1,39 @@
-// Runs a scenario in virtual time and keeps what happened.
+// Runs a scenario and keeps what happened: against an engine in process and in virtual time, or
+// against a running daemon in real time.
 //
-//   const ScenarioResult result = RunScenario(scenario, [](int64_t ms) { ... });
+//   const SwarmRecord record = RunScenario(scenario, [](int64_t ms) { ... });
 //
-// Same scenario, same bytes. One thread.
+// One thread. Throws std::runtime_error if an AVR's image cannot be run, or does what it must not.
 #pragma once
 
+#include <csignal>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
-#include "client_fw/sim/radio_medium.h"
+#include "client_fw/swarm/live.h"
+#include "client_fw/swarm/recorder.h"
 #include "client_fw/swarm/scenario.h"
-#include "client_fw/swarm/track.h"
+#include "server/base/result.h"
 
 namespace pheromone::swarm {
 
-/// An answer that a robot got.
-struct Exchange {
-  int64_t time_ms = 0;
-  size_t robot = 0;       ///< counted from 0
-  uint32_t requests = 0;  ///< sent since the answer before
-  int16_t p_left = 0;     ///< 1/4096 of a pheromone unit
-  int16_t p_right = 0;
-};
+/// In virtual time: same scenario, same bytes. `show` is called with the time at each sample; it
+/// may be empty.
+SwarmRecord RunScenario(const Scenario& scenario, const std::function<void(int64_t ms)>& show);
 
-struct RobotResult {
-  std::vector<Sample> track;
-  client::Counters counters{};
-  double progress_m = 0;           ///< along the first [[path]]; 0 without one
-  double mean_error_m = 0;         ///< from it
-  int64_t off_limits_samples = 0;  ///< of the track: in an obstacle or off the map
-};
+/// In real time; `show` is called at each sample. Port i leads to the daemon's link for channel i,
+/// whose map and pheromones are to be the scenario's. Ends after the scenario's duration, or soon
+/// after `*stop` is not 0 (a signal handler's doing). Errors: not one port a channel, or a port
+/// that cannot be opened.
+Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
+                                    const volatile std::sig_atomic_t* stop,
+                                    const std::function<void(const LiveSwarm&)>& show);
 
-struct ChannelResult {
-  sim::RadioCounters radio;
-  double utilisation = 0;
-  uint64_t late_answers = 0;
-};
-
-struct ScenarioResult {
-  std::vector<RobotResult> robots;
-  std::vector<ChannelResult> channels;
-  std::vector<Exchange> exchanges;  ///< in the order of time
-  uint64_t state_hash = 0;          ///< of the engine, at the end
-};
-
-/// `show` is called with the virtual time at each sample; it may be empty.
-ScenarioResult RunScenario(const Scenario& scenario, const std::function<void(int64_t ms)>& show);
+/// What a daemon's configuration has to say about this scenario's robots: a [[frame]] for each that
+/// counts from where it was switched on, as AVR robots do. Links are called radio-1, radio-2 ...
+/// by their channel. Empty if there is none.
+std::string FramesForDaemon(const Scenario& scenario);
 
 }  // namespace pheromone::swarm

@@ -5,6 +5,10 @@
 #include <filesystem>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include "client_fw/swarm/robots.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -58,6 +62,9 @@ TEST(Scenario, WhatIsLeftOutHasItsDefault) {
   EXPECT_EQ(200, group.client.period_ms);
   EXPECT_EQ(client::Law::kDifferential, group.client.law);
   EXPECT_FALSE(group.client.lay_trail);
+  EXPECT_EQ(0.25, group.radius_m);
+  EXPECT_EQ(nullptr, group.pioneer);
+  EXPECT_EQ("", group.image);
   EXPECT_EQ(1, group.starts[0].x_m);
   EXPECT_EQ(2, group.starts[0].y_m);
   EXPECT_DOUBLE_EQ(std::numbers::pi / 2, group.starts[0].heading_rad);
@@ -86,6 +93,9 @@ law = "paper"
 speed_m_per_s = 0.3
 period_s = 0.25
 trail = true
+radius_m = 0.3
+drive = "peoplebot-sh"
+client = "core"
 [[robots]]
 pheromone = "guide"
 starts = [[5, 5, -90]]
@@ -110,6 +120,10 @@ starts = [[5, 5, -90]]
   EXPECT_EQ(300, scenario.groups[0].client.speed_mm_s);
   EXPECT_EQ(250, scenario.groups[0].client.period_ms);
   EXPECT_TRUE(scenario.groups[0].client.lay_trail);
+  EXPECT_EQ(0.3, scenario.groups[0].radius_m);
+  ASSERT_NE(nullptr, scenario.groups[0].pioneer);
+  EXPECT_EQ("peoplebot-sh", scenario.groups[0].pioneer->subclass);
+  EXPECT_EQ("", scenario.groups[0].image);
   EXPECT_EQ(3, scenario.groups[1].client.type);
 }
 
@@ -139,7 +153,9 @@ TEST(Scenario, RobotsThatCannotBeAreRefused) {
   const std::string robot = "[[robots]]\npheromone = 2\nstarts = [[1, 2, 90]]\n";
   for (const char* more :
        {"count = 0\n", "count = 255\n", "law = \"best\"\n", "speed_m_per_s = 3\n", "period_s = 0\n",
-        "spread_m = -1\n", "trail = 1\n", "spread_m = nan\n"}) {
+        "spread_m = -1\n", "trail = 1\n", "spread_m = nan\n", "radius_m = -0.1\n",
+        "radius_m = nan\n", "drive = \"p4dx\"\n", "drive = 3\n", "client = \"arm\"\n",
+        "image = \"x.elf\"\n"}) {
     EXPECT_NE("accepted", ErrorOf(robot + more)) << more;
   }
   EXPECT_NE("accepted", ErrorOf("[[robots]]\npheromone = 3\nstarts = [[1, 2, 0]]\ntrail = true\n"));
@@ -157,6 +173,40 @@ TEST(Scenario, HiddenPairsAreOfRobotsThatThereAre) {
               ErrorOf("[radio]\nhidden_pairs = " + std::string(pairs) + "\n" + robots)
                   .find("pairs of two different robots, numbers from 1 to 2"))
         << pairs;
+  }
+}
+
+TEST(Scenario, ARobotDoesNotStartInAWall) {
+  const std::string wall = "[obstacles]\nrectangles_m = [[3, 3, 4, 4]]\n";
+  const std::string robot = "[[robots]]\npheromone = 2\n";
+  EXPECT_EQ("accepted", ErrorOf(wall + robot + "starts = [[2.5, 3.5, 0]]\n"));
+  EXPECT_EQ(
+      "s.toml:23:22: robots[1].starts: found an array of 3, expected poses farther than radius_m "
+      "from every obstacle",
+      ErrorOf(wall + robot + "starts = [[1, 1, 0], [2.8, 3.5, 0]]\n"));
+  EXPECT_EQ("accepted", ErrorOf(wall + robot + "starts = [[2.8, 3.5, 0]]\nradius_m = 0.1\n"));
+}
+
+TEST(Scenario, AnImageIsRefusedWhereItCannotRun) {
+  const std::string avr = "[[robots]]\npheromone = 2\nstarts = [[1, 2, 0]]\nclient = \"avr\"\n";
+  const std::string pioneer = "drive = \"p3dx\"\n";
+  const std::string accepted = ErrorOf(avr + pioneer);
+  if (HasAvrRobots()) {
+    EXPECT_EQ("accepted", accepted);
+  } else {
+    EXPECT_EQ(
+        "s.toml:22:10: robots[1].client: this program was built without libsimavr, which runs "
+        "images, expected \"core\"",
+        accepted);
+  }
+  for (const auto& [text, expected] : std::vector<std::pair<std::string, std::string>>{
+           {avr, "s.toml:22:10: robots[1].client: an image drives a Pioneer, expected drive ="},
+           {"[radio]\nbaud = 19200\n" + avr + pioneer, "expected radio.baud = 9600"},
+           {"[radio]\nloss = 0.1\n" + avr + pioneer, "expected radio.bit_error instead"},
+           {"[radio]\nturnaround_s = 0.0005\n" + avr + pioneer, "radio.turnaround_s >= 0.001"},
+           {avr + pioneer + "image = \"nowhere.elf\"\n", "s.toml:24:9: robots[1].image: "},
+           {avr + pioneer + "image = \"image.hex\"\n", "s.toml:24:9: robots[1].image: "}}) {
+    EXPECT_NE(std::string::npos, ErrorOf(text).find(expected)) << ErrorOf(text);
   }
 }
 
@@ -184,10 +234,14 @@ TEST(Scenario, TheExamplesAreGood) {
   int examples = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const Result<Scenario> scenario = LoadScenario(entry.path().string());
+    if (entry.path().filename() == "avr.toml" && !HasAvrRobots()) {
+      EXPECT_FALSE(scenario.ok());
+      continue;
+    }
     EXPECT_TRUE(scenario.ok()) << scenario.error();
     ++examples;
   }
-  EXPECT_GE(examples, 3);
+  EXPECT_GE(examples, 6);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ SimulationConfig OnALine() {
 TEST(Simulation, ARobotGetsAnAnswerInEveryPeriod) {
   Simulation simulation(OnALine());
   simulation.RunTo(10'000);
-  const client::Counters& counters = simulation.robot().conversation().counters();
+  const client::Counters& counters = simulation.robot().counters();
   EXPECT_EQ(counters.hellos, 1u);
   EXPECT_EQ(counters.timeouts, 0u);
   EXPECT_EQ(counters.answers, counters.requests);
@@ -43,7 +43,7 @@ TEST(Simulation, LostFramesAreCountedAndTheRobotRecovers) {
   config.radio.block_loss = 0.2;
   Simulation simulation(config);
   simulation.RunTo(20'000);
-  const client::Counters& counters = simulation.robot().conversation().counters();
+  const client::Counters& counters = simulation.robot().counters();
   EXPECT_GT(counters.timeouts, 10u);
   // Each frame that asked ended in one way. Those that reported an EVENT are counted by their ends
   // only, and there are few.
@@ -59,7 +59,8 @@ TEST(Simulation, WithoutAServerOnTheAirTheRobotNeverMoves) {
   config.radio.block_loss = 1;
   Simulation simulation(config);
   simulation.RunTo(5'000);
-  EXPECT_EQ(simulation.robot().drive().travelled_m(), 0);
+  EXPECT_EQ(simulation.robot().true_pose().x_m, config.robot.start.x_m);
+  EXPECT_EQ(simulation.robot().true_pose().y_m, config.robot.start.y_m);
 }
 
 SimulationConfig WithRobots(size_t count, size_t channels) {
@@ -94,8 +95,8 @@ TEST(Simulation, RobotsOfOneChannelHearEachOther) {
   simulation.RunTo(10'000);
   ASSERT_EQ(3u, simulation.robot_count());
   for (size_t i = 0; i < 3; ++i) {
-    EXPECT_GT(simulation.robot(i).conversation().counters().answers, 40u);
-    EXPECT_GT(simulation.robot(i).conversation().counters().heard, 80u);
+    EXPECT_GT(simulation.robot(i).counters().answers, 40u);
+    EXPECT_GT(simulation.robot(i).counters().heard, 80u);
   }
 }
 
@@ -103,8 +104,8 @@ TEST(Simulation, RobotsTakeTurnsOnTheChannels) {
   Simulation simulation(WithRobots(2, 2));
   simulation.RunTo(10'000);
   for (size_t i = 0; i < 2; ++i) {
-    EXPECT_GT(simulation.robot(i).conversation().counters().answers, 45u);
-    EXPECT_EQ(0u, simulation.robot(i).conversation().counters().heard);
+    EXPECT_GT(simulation.robot(i).counters().answers, 45u);
+    EXPECT_EQ(0u, simulation.robot(i).counters().heard);
     EXPECT_GT(simulation.medium(i).counters().blocks, 90u);
   }
 }
@@ -116,7 +117,7 @@ TEST(Simulation, ARobotThatIsOffIsSilent) {
   simulation.RunTo(1'999);
   EXPECT_EQ(0u, simulation.medium().counters().blocks);
   simulation.RunTo(3'000);
-  EXPECT_GT(simulation.robot().conversation().counters().answers, 2u);
+  EXPECT_GT(simulation.robot().counters().answers, 2u);
 }
 
 TEST(Simulation, HiddenRobotsHearTheServerAndNotEachOther) {
@@ -125,10 +126,10 @@ TEST(Simulation, HiddenRobotsHearTheServerAndNotEachOther) {
   Simulation simulation(config);
   simulation.RunTo(10'000);
   for (size_t i = 0; i < 2; ++i) {
-    const client::Counters& counters = simulation.robot(i).conversation().counters();
+    const client::Counters& counters = simulation.robot(i).counters();
     EXPECT_GT(counters.answers, 30u);
     // Of the other's exchanges the server's half, and perhaps an ACK or two.
-    const client::Counters& others = simulation.robot(1 - i).conversation().counters();
+    const client::Counters& others = simulation.robot(1 - i).counters();
     EXPECT_GE(counters.heard, others.answers);
     EXPECT_LE(counters.heard, others.answers + others.hello_answers + 5);
   }
@@ -143,7 +144,7 @@ TEST(Simulation, ACommandReachesItsRobotAndIsAcknowledged) {
   ASSERT_TRUE(simulation.Issue(halt).ok());
   simulation.RunTo(4'000);
   EXPECT_EQ((client::WheelSpeeds{0, 0}), simulation.robot().wheels());
-  EXPECT_EQ(1u, simulation.robot().conversation().counters().commands);
+  EXPECT_EQ(1u, simulation.robot().counters().commands);
   EXPECT_EQ(1u, simulation.server().commands_sent());
   halt.id = 9;
   EXPECT_FALSE(simulation.Issue(halt).ok());

@@ -6,13 +6,13 @@
 
 namespace pheromone::swarm {
 
-Sample Observe(const sim::SimulatedRobot& robot, const field::Path& path, int64_t time_ms) {
+Sample Observe(const sim::MobileRobot& robot, const field::Path& path, int64_t time_ms) {
   const sim::PlanePose& pose = robot.true_pose();
   const field::PathPosition position = field::Locate(path, pose.x_m * 1e6, pose.y_m * 1e6);
   return {time_ms,
           pose,
-          robot.conversation().p_left(),
-          robot.conversation().p_right(),
+          robot.p_left(),
+          robot.p_right(),
           robot.wheels(),
           position.distance_um / 1e6,
           position.along_um / 1e6};

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/sim/simulated_robot.h"
+#include "client_fw/sim/mobile_robot.h"
 #include "server/field/path.h"
 
 namespace pheromone::swarm {
@@ -16,12 +16,12 @@ struct Sample {
   sim::PlanePose pose;
   int16_t p_left = 0;  ///< 1/4096 of a pheromone unit, as last received
   int16_t p_right = 0;
-  client::WheelSpeeds wheels{0, 0};  ///< as last commanded
+  client::WheelSpeeds wheels{0, 0};  ///< as last commanded (MobileRobot::wheels)
   double distance_m = 0;             ///< from the path
   double along_m = 0;                ///< of the nearest point of the path, from its beginning
 };
 
-Sample Observe(const sim::SimulatedRobot& robot, const field::Path& path, int64_t time_ms);
+Sample Observe(const sim::MobileRobot& robot, const field::Path& path, int64_t time_ms);
 
 /// A header line, then a line a sample, numbers with fixed digits.
 std::string ToCsv(const std::vector<Sample>& track);

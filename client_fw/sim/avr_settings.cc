@@ -1,0 +1,36 @@
+#include "client_fw/sim/avr_settings.h"
+
+#include "client_fw/boards/nonvolatile.h"
+
+namespace pheromone::sim {
+namespace {
+
+// Nonvolatile is made for one chip with one EEPROM; here is one a thread.
+struct HostEeprom {
+  static std::vector<uint8_t>& Bytes() {
+    static thread_local std::vector<uint8_t> bytes;
+    return bytes;
+  }
+  static uint8_t Read(uint8_t at) { return Bytes()[at]; }
+  static bool Ready() { return true; }
+  static void Write(uint8_t at, uint8_t value) { Bytes()[at] = value; }
+};
+
+// avr-gcc lays Settings out in the same way, which avr_robot_test.cc relies on.
+static_assert(sizeof(client::Settings) == 16, "the AVR has no padding");
+
+}  // namespace
+
+std::vector<uint8_t> AvrEepromWith(const client::Settings& settings, uint16_t starts) {
+  HostEeprom::Bytes().assign(255, 0xFF);  // up to the ID
+  client::Nonvolatile<HostEeprom, sizeof(client::Settings)> nonvolatile;
+  for (uint16_t start = 0; start < starts; ++start) {
+    nonvolatile.Save(reinterpret_cast<const uint8_t*>(&settings));
+    while (!nonvolatile.saved()) {
+      nonvolatile.Step();
+    }
+  }
+  return HostEeprom::Bytes();
+}
+
+}  // namespace pheromone::sim

@@ -1,0 +1,45 @@
+// One robot of a simulation, whatever it is made of: a station on a radio medium that moves on a
+// plane and follows what the server answers.
+//
+//   std::unique_ptr<MobileRobot> robot = ...;      // SimulatedRobot, HostPioneerRobot, AvrRobot
+//   for (int64_t ms = 1; ms <= end_ms; ++ms) {
+//     medium.AdvanceTo(ms * 1'000'000);
+//     robot->Step();
+//   }
+//   robot->true_pose(); robot->counters();
+//
+// Units: metres and radians for where it is, mm/s for wheels, 1/4096 of a pheromone unit for P_L
+// and P_R. The medium must outlive the robot, and the robot the medium's last event. One thread.
+#pragma once
+
+#include <cstdint>
+
+#include "client_fw/core/counters.h"
+#include "client_fw/core/steering.h"
+#include "client_fw/sim/differential_drive.h"
+#include "client_fw/sim/radio_medium.h"
+
+namespace pheromone::sim {
+
+class MobileRobot : public Station {
+ public:
+  /// Catches up with the medium's present time; to be called every millisecond.
+  virtual void Step() = 0;
+
+  /// Its number on the medium.
+  virtual int station() const = 0;
+  virtual const PlanePose& true_pose() const = 0;
+  /// What its drive was told last; of a robot that cannot be asked, what its wheels do.
+  virtual client::WheelSpeeds wheels() const = 0;
+  /// Of a robot that cannot be asked, what its modem could tell (RadioTally).
+  virtual const client::Counters& counters() const = 0;
+  /// As last received; 0 before.
+  virtual int16_t p_left() const = 0;
+  virtual int16_t p_right() const = 0;
+  /// A set of client::StopFlag; 0 of a robot that cannot be asked.
+  virtual uint8_t flags() const { return 0; }
+  /// How often it has run into an obstacle.
+  virtual uint32_t bumps() const { return 0; }
+};
+
+}  // namespace pheromone::sim

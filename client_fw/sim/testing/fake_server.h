@@ -1,0 +1,101 @@
+// A scripted server on a radio medium: answers HELLO, PING, EVENT and SENSE; what the antennas
+// smell is a function of the pose. There is one pheromone, type 1.
+//
+//   FakeServer server(&medium);
+//   server.smell = [](const protocol::WirePose& pose) { return std::pair<int16_t, int16_t>{1, 2};
+//   }; medium.AdvanceTo(...); server.Step();                              // every millisecond
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "client_fw/sim/radio_medium.h"
+#include "protocol/decoder.h"
+#include "protocol/messages.h"
+
+namespace pheromone::sim {
+
+/// The response window that it tells, ms.
+constexpr uint8_t kFakeWindowMs = 15;
+
+class FakeServer : public Station {
+ public:
+  explicit FakeServer(RadioMedium* medium) : medium_(medium), station_(medium->AddStation(this)) {}
+
+  void OnByte(uint8_t byte, int64_t time_ns) override {
+    if (decoder_.Push(byte, static_cast<uint32_t>(time_ns / 1'000'000))) {
+      ++requests;
+      if (!silent) {
+        Answer(decoder_.message());
+      }
+    }
+  }
+
+  void OnTransmitted(int64_t /*time_ns*/) override {}
+
+  /// Everything that is due by now. Call once per millisecond.
+  void Step() {
+    while (!due_.empty() && due_.front().time_ns <= medium_->now_ns()) {
+      medium_->Transmit(station_, due_.front().frame);
+      due_.erase(due_.begin());
+    }
+  }
+
+  bool silent = false;
+  int64_t delay_ns = 0;
+  uint64_t requests = 0;
+  protocol::WirePose last_pose;
+  std::function<std::pair<int16_t, int16_t>(const protocol::WirePose&)> smell =
+      [](const protocol::WirePose&) {
+        return std::pair<int16_t, int16_t>{0, 0};
+      };
+
+ private:
+  struct Due {
+    int64_t time_ns;
+    std::vector<uint8_t> frame;
+  };
+
+  void Answer(const protocol::Message& request) {
+    protocol::Message answer;
+    protocol::HelloRequest hello;
+    protocol::SenseRequest sense;
+    protocol::EventReport event;
+    if (Decode(request, &hello)) {
+      protocol::HelloAnswer greeting;
+      greeting.id = hello.id;
+      greeting.nonce = hello.nonce;
+      greeting.protocol_version = protocol::kProtocolVersion;
+      greeting.epoch = 1;
+      greeting.pose_unit_10um = 100;
+      greeting.antenna_distance_mm = 200;
+      greeting.type_mask = 0x0002;
+      greeting.slot_ms = 2;
+      greeting.response_window_ms = kFakeWindowMs;
+      Encode(greeting, &answer);
+    } else if (request.opcode == protocol::kPing) {
+      answer = request;
+      answer.opcode = protocol::kPingAnswer;
+    } else if (Decode(request, &event)) {
+      Encode(protocol::EventAck{event.id, event.seq}, &answer);
+    } else if (Decode(request, &sense)) {
+      last_pose = sense.pose;
+      const auto [left, right] = smell(sense.pose);
+      Encode(protocol::SenseAnswer{sense.id, sense.type, sense.wide, left, right}, &answer);
+    } else {
+      return;
+    }
+    uint8_t frame[protocol::kMaxFrame];
+    const size_t size = EncodeFrame(answer, frame, sizeof(frame));
+    due_.push_back({medium_->now_ns() + delay_ns, {frame, frame + size}});
+  }
+
+  RadioMedium* medium_;
+  int station_;
+  protocol::FrameDecoder decoder_{20};
+  std::vector<Due> due_;
+};
+
+}  // namespace pheromone::sim

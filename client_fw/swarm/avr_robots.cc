@@ -1,0 +1,35 @@
+// Robots that run an AVR's image, where libsimavr is: this file makes a program that is under the
+// GPL's terms. Elsewhere no_avr_robots.cc takes its place.
+#include <algorithm>
+#include <cassert>
+
+#include "client_fw/sim/avr_robot.h"
+#include "client_fw/sim/avr_settings.h"
+#include "client_fw/swarm/robots.h"
+
+namespace pheromone::swarm {
+
+bool HasAvrRobots() {
+  return true;
+}
+
+std::string BuiltAvrImage() {
+  return PHEROMONE_CLIENT_AVR_IMAGE;
+}
+
+std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& config,
+                                               sim::RadioMedium* medium) {
+  assert(config.pioneer != nullptr);
+  sim::AvrRobotConfig avr;
+  avr.machine.image = config.image;
+  avr.machine.eeprom =
+      sim::AvrEepromWith(config.client, std::max<uint16_t>(1, config.client.boot_counter));
+  avr.machine.seed = config.client.boot_counter;
+  avr.id = config.client.id;
+  avr.pioneer.model = *config.pioneer;
+  avr.pioneer.blocked = config.drive.blocked;
+  avr.start = config.start;
+  return std::make_unique<sim::AvrRobot>(avr, medium);
+}
+
+}  // namespace pheromone::swarm

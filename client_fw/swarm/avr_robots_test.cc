@@ -1,0 +1,94 @@
+// Robots that run the image which one would flash, in a scenario.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "client_fw/swarm/scenario_report.h"
+#include "client_fw/swarm/scenario_run.h"
+
+namespace pheromone::swarm {
+namespace {
+
+Scenario Example() {
+  Result<Scenario> scenario =
+      LoadScenario(PHEROMONE_SOURCE_DIR "/client_fw/swarm/examples/avr.toml");
+  EXPECT_TRUE(scenario.ok()) << scenario.error();
+  return scenario.value();
+}
+
+std::string Everything(const Scenario& scenario) {
+  const SwarmRecord record = RunScenario(scenario, {});
+  return Summarise(scenario, record) + RobotsToCsv(scenario, record) + TracksToCsv(record) +
+         ExchangesToCsv(record) + DrawScenario(scenario, record);
+}
+
+// Robot 1 is the image, robot 2 the same code compiled for this machine.
+TEST(AvrRobots, AnImageFollowsThePathAsTheCoreDoes) {
+  const SwarmRecord record = RunScenario(Example(), {});
+  ASSERT_EQ(2u, record.robots.size());
+  for (const RobotRecord& robot : record.robots) {
+    EXPECT_GT(robot.progress_m, 0.85 * 0.2 * 20);
+    EXPECT_LT(robot.mean_error_m, 0.05);
+    // Five a second, but for the second in which the Pioneer is found.
+    EXPECT_GE(robot.counters.answers, 94u);
+    EXPECT_LE(robot.counters.answers, 101u);
+  }
+  EXPECT_NEAR(record.robots[1].progress_m, record.robots[0].progress_m, 0.1);
+  EXPECT_EQ(0u, record.channels[0].radio.collided_blocks);
+}
+
+TEST(AvrRobots, SameSeedSameBytes) {
+  Scenario scenario = Example();
+  scenario.duration_ms = 5'000;
+  scenario.groups[0].spread_m = 0.1;
+  const std::string first = Everything(scenario);
+  EXPECT_EQ(first, Everything(scenario));
+  scenario.seed = 2;
+  EXPECT_NE(first, Everything(scenario));
+}
+
+// They come to the image through its EEPROM, laid out as its compiler does.
+TEST(AvrRobots, AnImageObeysItsSettings) {
+  Scenario scenario = Example();
+  scenario.groups.resize(1);
+  client::Parameters& client = scenario.groups[0].client;
+  client.speed_mm_s = 340;
+  client.period_ms = 500;
+  client.fail_safe_ms = 1000;
+  client.lay_trail = true;
+  const SwarmRecord record = RunScenario(scenario, {});
+  EXPECT_NEAR(0.34 * 17, record.robots[0].progress_m, 0.5);
+  EXPECT_NEAR(2 * 19, record.robots[0].counters.answers, 2);
+  // A TRACE leaves something: the field is another one afterwards.
+  client.lay_trail = false;
+  EXPECT_NE(record.state_hash, RunScenario(scenario, {}).state_hash);
+}
+
+TEST(AvrRobots, AnImageStopsAtAWall) {
+  Scenario scenario = Example();
+  field::FieldConfig& field = scenario.engine.field;
+  field::ObstacleMask mask(field.map.columns(), field.map.rows());
+  field::BlockLine(field.map, {{{3'000'000, 0}, {3'000'000, 9'000'000}}}, 100'000, &mask);
+  field.obstacles = field::Shared(std::move(mask));
+  scenario.groups.resize(1);
+  const SwarmRecord record = RunScenario(scenario, {});
+  EXPECT_EQ(1u, record.robots[0].bumps);
+  EXPECT_LT(record.robots[0].track.back().pose.x_m, 2.95 - 0.25);
+  EXPECT_GT(record.robots[0].track.back().pose.x_m, 2.95 - 0.25 - 0.001);
+}
+
+TEST(AvrRobots, TheDaemonIsToldWhereAnImageIsSwitchedOn) {
+  EXPECT_EQ(
+      "[[frame]]\nlink = \"radio-1\"\nid = 1\nx_m = 1.000000\ny_m = 2.100000\nheading_deg = "
+      "20.001\n",
+      FramesForDaemon(Example()));
+}
+
+TEST(AvrRobots, AnImageThatIsNoneIsAnError) {
+  Scenario scenario = Example();
+  scenario.groups[0].image = PHEROMONE_SOURCE_DIR "/README.md";
+  EXPECT_THROW(RunScenario(scenario, {}), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace pheromone::swarm

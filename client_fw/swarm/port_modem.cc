@@ -1,0 +1,106 @@
+#include "client_fw/swarm/port_modem.h"
+
+#include <fcntl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace pheromone::swarm {
+namespace {
+
+constexpr int64_t kReopenNs = 500'000'000;
+
+struct Rate {
+  int64_t baud;
+  speed_t speed;
+};
+constexpr std::array<Rate, 10> kRates = {{{300, B300},
+                                          {600, B600},
+                                          {1200, B1200},
+                                          {2400, B2400},
+                                          {4800, B4800},
+                                          {9600, B9600},
+                                          {19'200, B19200},
+                                          {38'400, B38400},
+                                          {57'600, B57600},
+                                          {115'200, B115200}}};
+
+// Other rates are left to whoever has set up the port.
+void SetRate(int64_t byte_ns, termios* settings) {
+  for (const Rate& rate : kRates) {
+    if (10'000'000'000 / rate.baud == byte_ns) {
+      cfsetspeed(settings, rate.speed);
+    }
+  }
+}
+
+}  // namespace
+
+PortModem::PortModem(std::string device, sim::RadioMedium* medium)
+    : device_(std::move(device)), medium_(medium), number_(medium->AddStation(this)) {}
+
+PortModem::~PortModem() {
+  Close();
+}
+
+Status PortModem::Open() {
+  const int descriptor = open(device_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) {
+    return Error{device_ + ": " + std::strerror(errno)};
+  }
+  termios settings{};
+  if (tcgetattr(descriptor, &settings) != 0) {
+    const int error = errno;
+    close(descriptor);
+    return Error{device_ + ": not a terminal device (" + std::strerror(error) + ")"};
+  }
+  cfmakeraw(&settings);
+  settings.c_cc[VMIN] = 1;
+  settings.c_cc[VTIME] = 0;
+  SetRate(medium_->byte_ns(), &settings);
+  tcsetattr(descriptor, TCSANOW, &settings);
+  tcflush(descriptor, TCIFLUSH);
+  descriptor_ = descriptor;
+  return Ok();
+}
+
+void PortModem::Close() {
+  if (descriptor_ >= 0) {
+    close(descriptor_);
+    descriptor_ = -1;
+  }
+}
+
+void PortModem::Step(int64_t now_ns) {
+  if (descriptor_ < 0) {
+    if (now_ns < next_try_ns_) {
+      return;
+    }
+    next_try_ns_ = now_ns + kReopenNs;
+    if (!Open().ok()) {
+      return;
+    }
+    ++reconnects_;
+  }
+  std::array<uint8_t, 512> buffer{};
+  const ssize_t size = read(descriptor_, buffer.data(), buffer.size());
+  if (size > 0) {
+    medium_->Transmit(number_, {buffer.data(), static_cast<size_t>(size)});
+  } else if (size == 0 || (errno != EAGAIN && errno != EINTR)) {
+    Close();  // the other side has hung up
+    next_try_ns_ = now_ns + kReopenNs;
+  }
+}
+
+// A byte that cannot be written is lost, as on the air; the conversation recovers.
+void PortModem::OnByte(uint8_t byte, int64_t /*time_ns*/) {
+  if (descriptor_ >= 0 && write(descriptor_, &byte, 1) < 0 && errno != EAGAIN && errno != EINTR) {
+    Close();
+  }
+}
+
+}  // namespace pheromone::swarm

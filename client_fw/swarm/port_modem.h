@@ -1,0 +1,55 @@
+// A modem on a radio medium with a terminal device behind it, a serial port's or a pty: bytes from
+// the air go to the device as they end, bytes from the device go on the air at the medium's rate.
+//
+//   PortModem modem("radio-a.pty", &medium);
+//   if (const Status opened = modem.Open(); !opened.ok()) { ... }
+//   medium.AdvanceTo(now_ns); modem.Step(now_ns);                    // every millisecond
+//
+// If the device goes away, as when a daemon restarts, the modem keeps trying to open it again, at
+// most twice a second, and says how often it has succeeded. What cannot be written is lost, as on
+// the air. Nothing blocks. One thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "client_fw/sim/radio_medium.h"
+#include "server/base/result.h"
+
+namespace pheromone::swarm {
+
+class PortModem final : public sim::Station {
+ public:
+  /// Joins `medium` as its next station. The medium outlives the modem, and the modem the medium's
+  /// last event.
+  PortModem(std::string device, sim::RadioMedium* medium);
+  ~PortModem() override;
+  PortModem(const PortModem&) = delete;
+  PortModem& operator=(const PortModem&) = delete;
+
+  /// Opens the device, raw and at the medium's bit rate if serial ports know it. Errors: what the
+  /// system says of it.
+  Status Open();
+  /// Reads what has come and sends it. `now_ns` is the medium's time.
+  void Step(int64_t now_ns);
+
+  bool connected() const { return descriptor_ >= 0; }
+  uint64_t reconnects() const { return reconnects_; }
+  /// For poll(2); -1 while not connected.
+  int descriptor() const { return descriptor_; }
+
+  void OnByte(uint8_t byte, int64_t time_ns) override;
+  void OnTransmitted(int64_t /*time_ns*/) override {}
+
+ private:
+  void Close();
+
+  std::string device_;
+  sim::RadioMedium* medium_;
+  int number_;
+  int descriptor_ = -1;
+  int64_t next_try_ns_ = 0;
+  uint64_t reconnects_ = 0;
+};
+
+}  // namespace pheromone::swarm

@@ -1,0 +1,43 @@
+// What a scenario's robots are made of, and how they are made.
+//
+//   RobotConfig config;                               // the host's core with an ideal drive
+//   config.pioneer = sim::FindPioneerModel("p3dx");   // now it drives a simulated Pioneer
+//   config.image = "pheromone_client_avr.elf";        // and now that image does
+//   std::unique_ptr<sim::MobileRobot> robot = MakeRobot(config, &medium);
+//
+// Only a build that found libsimavr can run images: HasAvrRobots().
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "client_fw/sim/mobile_robot.h"
+#include "client_fw/sim/pioneer_models.h"
+#include "client_fw/sim/simulated_robot.h"
+
+namespace pheromone::swarm {
+
+/// The client's parameters, its drive with what blocks it, start, and modem are those of any
+/// SimulatedRobot. `power_on_ms` and the odometry errors of `drive` are for ideal drives only.
+struct RobotConfig : sim::SimulatedRobotConfig {
+  const sim::PioneerModel* pioneer = nullptr;  ///< null: an ideal differential drive
+  std::string image = {};                      ///< of an AVR, which needs a Pioneer; empty: none
+};
+
+/// `medium` must outlive the robot, and the robot the medium's last event. Throws
+/// std::runtime_error if an image cannot be run.
+std::unique_ptr<sim::MobileRobot> MakeRobot(const RobotConfig& config, sim::RadioMedium* medium);
+
+/// Whether this build can run AVR images. It is under the terms of libsimavr then, the GPL.
+bool HasAvrRobots();
+
+/// The client's image that was built with this program; empty if none was.
+std::string BuiltAvrImage();
+
+/// MakeRobot for a robot with an image. Its client's settings (core/settings.h) are in its EEPROM,
+/// and `boot_counter` is how often it was switched on before; the rest of `client` but the ID is
+/// fixed in the image.
+std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& config, sim::RadioMedium* medium);
+
+}  // namespace pheromone::swarm
