@@ -43,10 +43,11 @@ swarm::ServerTiming Timing() {
   return timing;
 }
 
-sim::AvrRobotConfig Robot(uint64_t seed) {
+sim::AvrRobotConfig Robot(uint64_t seed, const std::vector<uint8_t>& eeprom) {
   sim::AvrRobotConfig config;
   config.machine.image = PHEROMONE_CLIENT_AVR_IMAGE;
   config.machine.seed = seed;
+  config.machine.eeprom = eeprom;
   config.id = kRobotId;
   return config;
 }
@@ -89,8 +90,9 @@ void FirmwareWorld::Ear::OnByte(uint8_t byte, int64_t time_ns) {
   }
 }
 
-FirmwareWorld::FirmwareWorld(uint64_t seed, const sim::RadioConfig& radio)
-    : medium_(radio), robot_(Robot(seed), &medium_) {
+FirmwareWorld::FirmwareWorld(uint64_t seed, const sim::RadioConfig& radio,
+                             const std::vector<uint8_t>& eeprom)
+    : medium_(radio), robot_(Robot(seed, eeprom), &medium_) {
   medium_.AddStation(&ear_);
   servers_.emplace_back(epoch_, &medium_);
 }

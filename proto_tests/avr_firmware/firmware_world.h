@@ -38,7 +38,9 @@ struct HeardFrame {
 
 class FirmwareWorld {
  public:
-  explicit FirmwareWorld(uint64_t seed = 1, const sim::RadioConfig& radio = {});
+  /// `eeprom`: what the robot's holds from address 0; the rest is erased.
+  explicit FirmwareWorld(uint64_t seed = 1, const sim::RadioConfig& radio = {},
+                         const std::vector<uint8_t>& eeprom = {});
   FirmwareWorld(const FirmwareWorld&) = delete;
   FirmwareWorld& operator=(const FirmwareWorld&) = delete;
 
