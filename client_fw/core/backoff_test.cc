@@ -16,19 +16,30 @@ std::vector<int> Draws(Random random, int count) {
   return draws;
 }
 
-TEST(ContentionWindowTest, DoublesOnAMissUpTo64) {
+TEST(ContentionWindowTest, DoublesOnAMissUpToEightSlotsAndTwoForEachOther) {
   ContentionWindow window;
   EXPECT_EQ(8, window.slots());
-  for (const int expected : {16, 32, 64, 64}) {
-    window.OnMiss();
+  for (const int expected : {16, 32, 64, 72, 72}) {
+    window.OnMiss(32);
     EXPECT_EQ(expected, window.slots());
+  }
+}
+
+TEST(ContentionWindowTest, ShrinksAtOnceWhenOthersHaveGone) {
+  ContentionWindow window;
+  for (int i = 0; i < 4; ++i) {
+    window.OnMiss(32);
+  }
+  for (const uint8_t others : {uint8_t{10}, uint8_t{3}, uint8_t{0}}) {
+    window.OnMiss(others);
+    EXPECT_EQ(8 + 2 * others, window.slots());
   }
 }
 
 TEST(ContentionWindowTest, ShrinksByAnEighthDownTo8) {
   ContentionWindow window;
   for (int i = 0; i < 3; ++i) {
-    window.OnMiss();
+    window.OnMiss(32);
   }
   // x - floor(x / 8), never under 8.
   for (const int expected :
@@ -45,6 +56,23 @@ TEST(RandomTest, SameSeedSameSequence) {
 TEST(RandomTest, NeighboursAndNextBootDiffer) {
   EXPECT_NE(Draws(Random(7, 3), 8), Draws(Random(8, 3), 8));
   EXPECT_NE(Draws(Random(7, 3), 8), Draws(Random(7, 4), 8));
+}
+
+// Two robots that draw the same delay collide, and draw again: if that kept them together, they
+// would collide for ever. Among all boots of all other robots are those that begin as this one.
+TEST(RandomTest, NoTwoRobotsStayTogether) {
+  constexpr int kTogether = 12;  // by chance once in 8^12
+  for (int id = 2; id <= 254; ++id) {
+    for (int boot = 0; boot < 65536; ++boot) {
+      Random one(1, 7);
+      Random other(static_cast<uint8_t>(id), static_cast<uint16_t>(boot));
+      int together = 0;
+      while (together < kTogether && one.Below(8) == other.Below(8)) {
+        ++together;
+      }
+      ASSERT_LT(together, kTogether) << "ID " << id << ", boot " << boot;
+    }
+  }
 }
 
 TEST(RandomTest, StaysBelowTheBoundAndReachesEveryValue) {

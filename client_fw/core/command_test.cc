@@ -11,9 +11,6 @@ using protocol::Command;
 using protocol::CommandCode;
 using protocol::Reason;
 
-constexpr WheelSpeeds kStill = {0, 0};
-constexpr WheelSpeeds kStraight = {200, 200};
-
 class CommandTest : public testing::Test {
  protected:
   // In the quiet part of a period, where the ACK is the next frame.

@@ -6,15 +6,16 @@ namespace pheromone {
 namespace client {
 namespace {
 
-constexpr uint8_t kDefaultSlotMs = 5;  // before HELLO's answer tells it
+constexpr uint8_t kDefaultSlotMs = 20;  // of a slow modem, before HELLO's answer tells it
 constexpr uint8_t kHalfFirstHelloMs =
-    50;                                   // HELLO's back-off: 50, 100 ... 800 ms, and as much again
-constexpr uint8_t kHelloDoublings = 4;    // at random
-constexpr uint16_t kAloneMs = 1000;       // nobody else heard for so long: no random delay
+    50;                                   // HELLO's back-off: 50, 100 ... 400 ms, and as much again
+constexpr uint8_t kHelloDoublings = 3;    // at random
+constexpr uint16_t kAloneMs = 1000;       // nobody else about for so long: no random delay
 constexpr uint8_t kAttemptsAPause = 64;   // of a robot that is alone, on the average
 constexpr uint8_t kStalledFrameMs = 200;  // an open frame does not hold us up for longer
 constexpr uint8_t kByteGraceMs = 5;       // a lone DLE is not yet a frame, but its first byte
-constexpr uint16_t kCensusMs = 1000;      // in which every robot in range is heard
+constexpr uint16_t kCensusMs = 4000;      // in which every robot in range is heard
+constexpr uint8_t kSilentSlots = 64;      // without the server are too many for a crowd's noise
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
 }  // namespace
@@ -35,8 +36,8 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
   }
 }
 
-// Lets the timers run; returns what has passed since the last call.
-uint16_t Conversation::Advance(Milliseconds now_ms) {
+// Lets the timers run.
+void Conversation::Advance(Milliseconds now_ms) {
   const Milliseconds passed_ms = static_cast<Milliseconds>(now_ms - now_ms_);
   now_ms_ = now_ms;
   const uint16_t elapsed_ms =
@@ -49,11 +50,10 @@ uint16_t Conversation::Advance(Milliseconds now_ms) {
   if (elapsed_ms >= kAloneMs) {
     HearOther();  // a pause: we have not listened
   }
-  return elapsed_ms;
 }
 
 void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool channel_busy) {
-  const uint16_t elapsed_ms = Advance(now_ms);
+  Advance(now_ms);
   const bool open = FrameOpen();
   if (phase_ == Phase::kAwaiting && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
       quiet_ms_ > kByteGraceMs) {
@@ -63,8 +63,12 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
   if (timers_[kCensus] == 0) {
     TakeCensus();
   }
+  const bool slot_begins = timers_[kSlot] == 0;
+  if (slot_begins) {
+    timers_[kSlot] = SlotMs();
+    idle_ = true;
+  }
   if (phase_ == Phase::kAwaiting || tx_size_ != 0) {
-    slot_left_ms_ = 0;
     return;
   }
   const bool clear = !open && !channel_busy;
@@ -77,54 +81,43 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
   if (phase_ == Phase::kResting && timers_[kPeriod] == 0) {
     ContendFor(0);  // what was random is in the moment at which the period began
   }
-  const bool free =
-      clear && timers_[kHeld] == 0 && (timers_[kOthers] == 0 || quiet_ms_ >= IdleMs());
-  const bool slot_begins = SlotBegins(elapsed_ms, free);
   if (phase_ == Phase::kResting || timers_[kPause] != 0) {
     return;
   }
-  if (!free && countdown_ == 0) {
-    countdown_ = static_cast<uint8_t>(1 + RandomSlots());  // not all at once after it
+  const bool alone = timers_[kOthers] == 0;
+  if (!clear || timers_[kHeld] != 0 || (!alone && !idle_)) {
+    if (countdown_ == 0) {
+      countdown_ = static_cast<uint8_t>(1 + RandomSlots());  // not all at once after it
+    }
+  } else if (countdown_ == 0 ? slot_begins || alone : slot_begins && --countdown_ == 0) {
+    Begin(odometry);
   }
-  if (!slot_begins) {
-    return;
-  }
-  if (countdown_ > 1) {
-    --countdown_;
-    return;
-  }
-  Begin(odometry);
 }
 
-// Slots are counted from the moment when the channel became free, which all stations see at the
-// same time: whoever begins, begins with a slot, and others have noticed before the next. What is
-// due after a quiet of a whole window, or of a robot that is alone, need not wait for one.
-bool Conversation::SlotBegins(uint16_t elapsed_ms, bool free) {
-  if (!free) {
-    slot_left_ms_ = 0;
-    return false;
-  }
-  if (slot_left_ms_ > elapsed_ms) {
-    slot_left_ms_ = static_cast<uint8_t>(slot_left_ms_ - elapsed_ms);
-    return countdown_ == 0 && (timers_[kOthers] == 0 || quiet_ms_ / kMinWindow >= SlotMs());
-  }
-  slot_left_ms_ = SlotMs();
-  return true;
+// The first slot after a byte begins with the end of the idle time, which all stations see at the
+// same time, those that have sent it included: whoever begins, begins with a slot, and others have
+// noticed before the next.
+void Conversation::RestartSlots() {
+  quiet_ms_ = 0;
+  idle_ = false;
+  timers_[kSlot] = static_cast<uint16_t>(SlotMs() + parameters_.three_bytes_ms);
 }
 
 void Conversation::OnSent(Milliseconds now_ms) {
   Advance(now_ms);
   tx_size_ = 0;
-  quiet_ms_ = 0;
+  RestartSlots();
   timers_[kWindow] = static_cast<uint16_t>(WindowMs() + 1);
 }
 
 void Conversation::CheckSilence() {
   if (timers_[kAnswered] == 0 && (flags_ & kNoAnswerYet) == 0) {
-    // Events of its own would not help a channel that is merely too full.
-    Stop(kFailSafe, timers_[kContacted] == 0 ? BitOf(protocol::EventCode::kFailSafeStop) : 0);
+    Stop(kFailSafe, 0);
   }
   if (greeted_ && phase_ != Phase::kAwaiting && timers_[kContacted] == 0) {
+    if ((flags_ & kFailSafe) != 0) {  // Otherwise the channel is merely too full for an event.
+      Report(BitOf(protocol::EventCode::kFailSafeStop));
+    }
     SayHello();
     Contend();
   }
@@ -158,7 +151,8 @@ void Conversation::TakeCensus() {
 void Conversation::OnMiss() {
   Count(&Counters::timeouts);
   resync_ = kHasBufferedLink && parameters_.buffered_link;
-  window_.OnMiss();
+  HearOther();  // it may be one that we did not hear, because it began when we did
+  window_.OnMiss(robots_);
   if (asked_opcode_ == protocol::kHello) {
     WaitForHello();
   } else {
@@ -204,24 +198,26 @@ void Conversation::Rest() {
   }
 }
 
-// Long enough for one exchange of every robot about: 26 bytes, two turnarounds, and the more time
-// for contention the more there are. But never so long that the fail-safe would stop the robot.
+// Long enough for one exchange of every robot about: 26 bytes, the turnarounds and the server's
+// delay, and up to three slots in which to find an order. Where this is more than the fail-safe
+// allows, robots drive for a part of each period; with less, all would collide and hardly drive at
+// all.
+uint16_t Conversation::NeededMs() const {
+  const uint16_t each_ms =
+      static_cast<uint16_t>(7u * parameters_.three_bytes_ms + WindowMs() + 3u * SlotMs());
+  return static_cast<uint16_t>((robots_ + 1u) * each_ms - 2u * SlotMs());
+}
+
+bool Conversation::congested() const {
+  return robots_ != 0 && parameters_.period_ms > 1 && NeededMs() > parameters_.period_ms;
+}
+
 uint16_t Conversation::PeriodMs() {
-  const uint16_t period_ms = parameters_.period_ms;
-  if (period_ms <= 1) {
-    return 0;
+  if (congested()) {
+    Count(&Counters::stretched_periods);
+    return NeededMs();
   }
-  const uint16_t exchange_ms =
-      static_cast<uint16_t>(9u * parameters_.three_bytes_ms + (2u + robots_ / 2u) * SlotMs());
-  const uint16_t needed_ms = static_cast<uint16_t>((robots_ + 1u) * exchange_ms);
-  congested_ = needed_ms > period_ms;
-  if (!congested_) {
-    return period_ms;
-  }
-  Count(&Counters::stretched_periods);
-  const uint16_t most_ms =
-      static_cast<uint16_t>(parameters_.fail_safe_ms - parameters_.fail_safe_ms / 8u);
-  return needed_ms < most_ms ? needed_ms : most_ms;
+  return parameters_.period_ms;
 }
 
 // Who asks without a pause hears nobody and believes that it is alone. So now and then it listens
@@ -256,6 +252,12 @@ uint8_t Conversation::WindowMs() const {
 
 void Conversation::HearOther() {
   timers_[kOthers] = kAloneMs;
+}
+
+void Conversation::HearServer() {
+  const uint16_t patience_ms = static_cast<uint16_t>(kSilentSlots * SlotMs());
+  timers_[kContacted] =
+      patience_ms > parameters_.fail_safe_ms ? patience_ms : parameters_.fail_safe_ms;
 }
 
 }  // namespace client

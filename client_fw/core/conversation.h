@@ -16,7 +16,8 @@
 // its echo. Access to the channel is described in protocol/README.md, section 9.
 //
 // Fail-safe: wheels() is zero before the first answer, and again when intensities have been missing
-// for fail_safe_ms, until they come. After such a silence HELLO is said again.
+// for fail_safe_ms, until they come. After such a silence HELLO is said again, on slow modems after
+// 64 slots.
 //
 // Times are milliseconds of a clock that may wrap (Milliseconds in features.h). After a pause of
 // the loop the robot stops and says HELLO, as after a silence. Nothing is allocated; one instance
@@ -98,8 +99,9 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   int16_t p_right() const { return p_right_; }
   /// There has been nothing to smell for lost_after_ms.
   bool trail_lost() const { return trail_lost_; }
-  /// There are more robots about than the channel serves in a period, so periods are longer.
-  bool congested() const { return congested_; }
+  /// There are more robots about than the channel serves in a period, so periods are longer:
+  /// perhaps longer than the fail-safe allows, which then stops the robot for a part of each.
+  bool congested() const;
   /// The load is to be held, as COMMANDs have said.
   bool load() const { return load_; }
 
@@ -120,7 +122,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   enum : uint8_t { kPingSize = 4 };  // nonce and number
 
   // Time and the channel: conversation.cc.
-  uint16_t Advance(Milliseconds now_ms);
+  void Advance(Milliseconds now_ms);
   void CheckSilence();
   bool FrameOpen();
   void OnMiss();
@@ -128,15 +130,15 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   void SayHello();
   void WaitForHello();
   void Rest();
+  uint16_t NeededMs() const;
   uint16_t PeriodMs();
   void Contend();
   void ContendFor(uint8_t slots);
   /// The slot with which to begin, counted from 1.
   uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
   void TakeCensus();
-  bool SlotBegins(uint16_t elapsed_ms, bool free);
+  void RestartSlots();
   uint8_t SlotMs() const;
-  uint8_t IdleMs() const { return static_cast<uint8_t>(SlotMs() + parameters_.three_bytes_ms); }
   uint8_t WindowMs() const;
   void OnSuccess();
 
@@ -178,6 +180,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
 
   void Hold() { timers_[kHeld] = static_cast<uint16_t>(WindowMs() + 1); }
   void HearOther();
+  void HearServer();
 
   RequestMemory* memory_;
   Random random_;

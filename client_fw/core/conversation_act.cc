@@ -19,7 +19,7 @@ void Conversation::OnCommand(const uint8_t* data, uint8_t length) {
     Count(&Counters::malformed);
     return;
   }
-  timers_[kContacted] = parameters_.fail_safe_ms;
+  HearServer();
   timers_[kAckDue] = static_cast<uint16_t>(WindowMs() + 1);
   ack_due_ = true;
   if (command_known_ && data[0] == ack_[0]) {

@@ -19,7 +19,7 @@ bool OpensWindow(uint8_t opcode) {
 void Conversation::OnByte(uint8_t byte, Milliseconds now_ms) {
   Advance(now_ms);
   FrameOpen();  // a gap ends it
-  quiet_ms_ = 0;
+  RestartSlots();
   if (phase_ != Phase::kAwaiting) {
     HearOther();
   }
@@ -40,7 +40,7 @@ void Conversation::OnFrame() {
   const uint8_t length = static_cast<uint8_t>(parser_.size() - 4);
   if (protocol::IsFromServer(opcode)) {
     // It ends an exchange: nobody's turn comes first, but for a COMMAND that follows at once.
-    quiet_ms_ = static_cast<uint8_t>(IdleMs() - parameters_.three_bytes_ms / 2);
+    timers_[kSlot] = parameters_.three_bytes_ms / 2;
   }
   if (id != parameters_.id) {
     OnForeign(id, opcode, body + 2, length);
@@ -51,7 +51,7 @@ void Conversation::OnFrame() {
     if (opcode == protocol::kCommand) {
       OnCommand(body + 2, length);
     } else if (phase_ == Phase::kAwaiting && tx_size_ == 0 && OnAnswer(opcode, body + 2, length)) {
-      timers_[kContacted] = parameters_.fail_safe_ms;
+      HearServer();
     } else {
       Count(&Counters::late_answers);
     }
@@ -64,6 +64,9 @@ void Conversation::CountRobot(uint8_t id) {
   if ((eight & bit) == 0) {
     eight = static_cast<uint8_t>(eight | bit);
     ++counted_;
+    if (counted_ > robots_) {
+      robots_ = counted_;
+    }
   }
 }
 
@@ -73,7 +76,7 @@ void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, ui
   timers_[kHeld] = 0;
   Count(&Counters::heard);
   if (protocol::IsFromServer(opcode)) {
-    timers_[kContacted] = parameters_.fail_safe_ms;  // it is there, though it has not heard us
+    HearServer();  // it is there, though it has not heard us
   }
   if (opcode == protocol::kCommand && id == protocol::kBroadcastId) {
     if (length == 2 && data[1] == static_cast<uint8_t>(protocol::CommandCode::kHalt)) {
@@ -220,7 +223,7 @@ bool Conversation::OnError(const uint8_t* data, uint8_t length) {
     SayHello();
     Contend();
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
-    window_.OnMiss();
+    window_.OnMiss(robots_);
     Retry();
   } else {
     DropPending();

@@ -37,6 +37,7 @@ class ConversationState {
     kPeriod,     ///< until the next period begins
     kCensus,     ///< until the robots about have been counted
     kPause,      ///< before HELLO is said again
+    kSlot,       ///< until the next slot begins
     kSmelled,    ///< until the trail counts as lost
     kTimers
   };
@@ -68,8 +69,8 @@ class ConversationState {
   bool event_turn_;  // intensities have come in this period, now the events
   bool trail_lost_;
   bool load_;
-  bool congested_;
   bool save_;
+  bool idle_;         // a slot has begun since the last byte
   uint8_t robots_;    // others that were heard in the last census
   uint8_t counted_;   // in this one
   uint8_t seen_[4];   // who was, by the lowest five bits of the ID
@@ -79,9 +80,8 @@ class ConversationState {
   uint8_t hello_attempt_;
   uint8_t asked_opcode_;  // kAwaiting: of the request
   uint8_t tx_size_;
-  uint8_t countdown_;     // kContending: the slot that is ours; 0: not drawn, begin at once
-  uint8_t slot_left_ms_;  // until the next slot begins; 0 while the channel is not free
-  uint8_t quiet_ms_;      // since the last byte heard; stays at 255
+  uint8_t countdown_;  // kContending: the slot that is ours; 0: not drawn, begin at once
+  uint8_t quiet_ms_;   // since the last byte heard; stays at 255
   protocol::Reason last_error_;
   uint8_t ack_[4];  // DATA of the last command's ACK: seq, code, result
   int16_t p_left_;

@@ -12,9 +12,6 @@ using protocol::CommandCode;
 using protocol::EventCode;
 using protocol::Reason;
 
-constexpr WheelSpeeds kStill = {0, 0};
-constexpr WheelSpeeds kStraight = {200, 200};
-
 class EventTest : public testing::Test {
  protected:
   EventTest() { harness_.GreetAndServe(1500); }

@@ -9,8 +9,6 @@ namespace {
 
 using protocol::Reason;
 
-constexpr WheelSpeeds kStill = {0, 0};
-
 TEST(HelloTest, IsSaidFirstWithTheBootCounter) {
   Parameters parameters = TestParameters();
   parameters.firmware_version = 3;
@@ -28,13 +26,13 @@ TEST(HelloTest, IsSaidFirstWithTheBootCounter) {
 TEST(HelloTest, IsRepeatedWithGrowingBackOffUntilAnswered) {
   Harness harness;
   ASSERT_TRUE(harness.RunUntilSent());
-  for (const uint32_t half : {50u, 100u, 200u, 400u, 800u, 800u, 800u}) {
+  for (const uint32_t half : {50u, 100u, 200u, 400u, 400u, 400u, 400u}) {
     const uint32_t missed_ms = harness.sent_ms + 101;  // the window before HELLO's answer is 100 ms
     ASSERT_TRUE(harness.RunUntilSent());
     ASSERT_EQ(protocol::kHello, harness.sent.opcode);
     const uint32_t waited_ms = harness.began_ms - missed_ms;
     EXPECT_GE(waited_ms, half);
-    EXPECT_LE(waited_ms, 2 * half);
+    EXPECT_LE(waited_ms, 2 * half + 20);  // a slot, as long as nobody has told how long it is
   }
   EXPECT_EQ(8u, harness.counters().hellos);
   EXPECT_EQ(7u, harness.counters().timeouts);
@@ -90,9 +88,9 @@ TEST(HelloTest, WrongVersionKeepsTheRobotStoppedAndAskingSlowly) {
   EXPECT_EQ(kNoAnswerYet | kWrongVersion, harness.conversation.flags());
   EXPECT_EQ(kStill, harness.conversation.wheels());
   EXPECT_EQ(0u, harness.counters().requests);
-  EXPECT_GE(harness.counters().hellos,
-            12u);  // 20 s in steps of 0.8 to 1.6 s, the first ones shorter
-  EXPECT_LE(harness.counters().hellos, 30u);
+  // 20 s in steps of 0.4 to 0.8 s, the first ones shorter.
+  EXPECT_GE(harness.counters().hellos, 24u);
+  EXPECT_LE(harness.counters().hellos, 54u);
 
   harness.hello.protocol_version = protocol::kProtocolVersion;
   harness.Serve(3000);

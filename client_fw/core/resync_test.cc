@@ -7,8 +7,6 @@ namespace pheromone {
 namespace client {
 namespace {
 
-constexpr WheelSpeeds kStraight = {200, 200};
-
 Parameters BufferedParameters() {
   Parameters parameters = TestParameters();
   parameters.buffered_link = true;

@@ -9,9 +9,6 @@ namespace {
 
 using protocol::Reason;
 
-constexpr WheelSpeeds kStill = {0, 0};
-constexpr WheelSpeeds kStraight = {200, 200};
-
 Parameters TraceParameters() {
   Parameters parameters = TestParameters();
   parameters.lay_trail = true;
