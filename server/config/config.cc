@@ -59,7 +59,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   Config config;
   TableReader(root, "", &notes.problems)
       .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
-                  "tracker", "limits", "daemon", "control", "web"});
+                  "tracker", "limits", "journal", "daemon", "control", "web"});
   field::FieldConfig& field = config.engine.field;
   const bool has_map = ReadMap(root, &notes, &config);
   ReadAntennas(root, &notes, &field);
@@ -76,6 +76,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadFrames(root, &notes, &config.engine);
   ReadTrackers(root, &notes, &config);
   ReadLimits(root, &notes, &config);
+  ReadJournal(root, &notes, &config.journal);
   ReadDaemon(root, &notes, &config.daemon);
   ReadControl(root, &notes, &config.control);
   ReadWeb(root, &notes, &config.web);

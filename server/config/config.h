@@ -79,6 +79,21 @@ struct WebSettings {
   bool operator==(const WebSettings&) const = default;
 };
 
+/// Where the state is kept, so that it outlives the process.
+struct JournalConfig {
+  enum class Durability { kDurable, kRelaxed, kNone };
+
+  std::string folder;  ///< empty: the one that systemd gives, else none
+  Durability durability = Durability::kDurable;
+  uint64_t segment_bytes = uint64_t{64} << 20;
+  uint64_t snapshot_bytes = uint64_t{64} << 20;
+  uint64_t snapshot_ms = 3'600'000;
+  uint64_t sync_interval_ms = 1'000;  ///< of kRelaxed
+  uint32_t keep_snapshots = 2;
+  bool evaporate_while_down = true;
+  bool operator==(const JournalConfig&) const = default;
+};
+
 struct Config {
   engine::EngineConfig engine;
   std::vector<LinkConfig> links;  ///< in the order of engine.links
@@ -87,6 +102,7 @@ struct Config {
   DaemonSettings daemon;
   ControlSettings control;
   WebSettings web;
+  JournalConfig journal;
   std::vector<std::string> warnings;  ///< in the form of errors; the configuration may be used
 };
 

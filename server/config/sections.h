@@ -61,6 +61,9 @@ void ReadControl(const Value& root, Notes* notes, ControlSettings* control);
 /// [web], with the token that its file holds
 void ReadWeb(const Value& root, Notes* notes, WebSettings* web);
 
+/// [journal]
+void ReadJournal(const Value& root, Notes* notes, JournalConfig* journal);
+
 // --- What several of them have in common.
 
 /// [NAME], or an empty table if there is none. A value of another kind is noted.

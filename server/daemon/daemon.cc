@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -44,7 +45,8 @@ constexpr milliseconds kBetweenReports{1000};
 // A stop signal often comes twice at once: timeout(1), for one, signals its child and its group.
 constexpr std::chrono::seconds kImpatience{1};
 
-// State lives as long as the process: each start is another epoch, and robots say hello again.
+// What an epoch begins with where the state is new: robots say hello again. With a journal, a
+// restart goes on in the old one.
 uint16_t RandomEpoch(uint16_t other_than) {
   std::random_device random;
   std::uniform_int_distribution<int> any(1, UINT16_MAX);
@@ -77,19 +79,24 @@ void LogWarnings(const std::vector<std::string>& warnings) {
 
 class Daemon::Impl {
  public:
-  Impl(config::Config config, Reload reload, std::string save_field)
+  Impl(config::Config config, std::unique_ptr<StateKeeper> keeper, Reload reload,
+       std::string save_field)
       : config_(std::move(config)),
         reload_(std::move(reload)),
         strand_(boost::asio::make_strand(io_)),
         signals_(signal_io_, SIGINT, SIGTERM, SIGHUP),
         ticker_(strand_),
         reporter_(strand_),
-        service_(&log_, [this] { return ReadClocks(); }),
+        keeper_(std::move(keeper)),
+        field_clock_(keeper_->start_ms()),
+        service_(
+            keeper_->log(), [this] { return ReadClocks(); }, keeper_->start_ms(),
+            keeper_->TakeEngine()),
         saver_(
             &service_, [this] { return FieldTime(); }, std::move(save_field)),
         switchboard_(&service_),
         control_({.service = &service_,
-                  .log = &log_,
+                  .log = keeper_->log(),
                   .switchboard = &switchboard_,
                   .links = &links_,
                   .now_ms = [this] { return FieldTime(); },
@@ -102,9 +109,7 @@ class Daemon::Impl {
 
   int Run() {
     std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
-    const Status configured = service_.Configure(config_.engine, RandomEpoch(0));
-    if (!configured.ok()) {
-      spdlog::critical("{}", configured.error());
+    if (!BeginWithTheState()) {
       return 1;
     }
     LogWarnings(config_.warnings);
@@ -132,14 +137,46 @@ class Daemon::Impl {
     door_.Close();
     // A start that failed must not replace what an earlier run has saved.
     const bool saved = !started || saver_.SaveAtEnd();
+    const bool kept = keeper_->Stop(service_.StateHash());
     Summarise();
     signal_io_.stop();
     signal_thread.join();
     BlockSignals();
-    return started && saved ? 0 : 1;
+    return started && saved && kept ? 0 : 1;
   }
 
  private:
+  // The configuration is that of the state from here on, and the journal's threads run.
+  bool BeginWithTheState() {
+    const uint16_t epoch = service_.Inspect([](const auto& engine) { return engine.epoch(); });
+    const Status configured =
+        service_.Configure(config_.engine, RandomEpoch(epoch), keeper_->state_lost());
+    if (!configured.ok()) {
+      spdlog::critical("{}", configured.error());
+      if (!keeper_->folder().empty()) {
+        spdlog::critical(
+            "the state in {} stays as it is: go on with the configuration that it was made with, "
+            "or name another [journal] folder to begin anew",
+            keeper_->folder());
+      }
+      return false;
+    }
+    keeper_->Start([this] {
+      if (!release_posted_.exchange(true)) {
+        boost::asio::post(strand_, [this] { Release(); });
+      }
+    });
+    return true;
+  }
+
+  // What has become durable goes out.
+  void Release() {
+    release_posted_ = false;
+    std::vector<engine::Outgoing> out;
+    service_.Release(&out);
+    switchboard_.Deliver(out);
+  }
+
   // The service's clock, read along so that the field time is known between events too. Under the
   // service's lock.
   engine::ClockReading ReadClocks() {
@@ -200,7 +237,7 @@ class Daemon::Impl {
     service_manager::Ready(told_);
     if (const auto interval = service_manager::AliveInterval()) {
       watchdog_ =
-          std::make_unique<Watchdog>(strand_, &service_, &log_, *interval, service_manager::Alive);
+          std::make_unique<Watchdog>(strand_, &service_, keeper_->log(), *interval, service_manager::Alive);
       watchdog_->Start();
     }
   }
@@ -299,17 +336,13 @@ class Daemon::Impl {
     });
   }
 
-  // Once for each second in which there was more of it; and what a log of the future made durable
-  // in the meantime goes out.
+  // Once for each second in which there was more of it.
   void ReportTrouble() {
     reporter_.expires_after(kBetweenReports);
     reporter_.async_wait([this](const boost::system::error_code& error) {
       if (error || stopping_) {
         return;
       }
-      std::vector<engine::Outgoing> out;
-      service_.Release(&out);
-      switchboard_.Deliver(out);
       control_.SampleLinks();
       std::string trouble = DescribeTrouble(Counters());
       if (trouble != trouble_) {
@@ -350,6 +383,9 @@ class Daemon::Impl {
     }
     if (next.trackers != config_.trackers || next.datum != config_.datum) {
       notes.emplace_back("changed trackers, or their datum, need a restart");
+    }
+    if (next.journal != config_.journal) {
+      notes.emplace_back("changed [journal] settings need a restart");
     }
     if (next.daemon != config_.daemon || next.control != config_.control ||
         next.web != config_.web) {
@@ -399,7 +435,8 @@ class Daemon::Impl {
   std::optional<std::chrono::steady_clock::time_point> told_to_stop_at_;  // of signal_io_'s thread
   boost::asio::steady_timer ticker_;
   boost::asio::steady_timer reporter_;
-  engine::VolatileLog log_;
+  std::unique_ptr<StateKeeper> keeper_;
+  std::atomic<bool> release_posted_{false};
   engine::FieldClock field_clock_;
   engine::Service service_;
   FieldSaver saver_;
@@ -414,8 +451,10 @@ class Daemon::Impl {
   bool stopping_ = false;
 };
 
-Daemon::Daemon(config::Config config, Reload reload, std::string save_field)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(reload), std::move(save_field))) {}
+Daemon::Daemon(config::Config config, std::unique_ptr<StateKeeper> keeper, Reload reload,
+               std::string save_field)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(keeper), std::move(reload),
+                                   std::move(save_field))) {}
 
 Daemon::~Daemon() = default;
 

@@ -1,6 +1,6 @@
 // The running server: engine, links, threads and signals.
 //
-//   Daemon daemon(std::move(config), reload, "lab.field");
+//   Daemon daemon(std::move(config), std::move(keeper), reload, "lab.field");
 //   return daemon.Run();        // until SIGINT or SIGTERM
 //
 // SIGINT, SIGTERM: an orderly stop; another one a second later or more ends the process at once,
@@ -19,6 +19,7 @@
 
 #include "server/base/result.h"
 #include "server/config/config.h"
+#include "server/daemon/state_keeper.h"
 
 namespace pheromone::daemon {
 
@@ -26,15 +27,16 @@ class Daemon {
  public:
   using Reload = std::function<Result<config::Config>()>;
 
-  /// `reload` reads the configuration again. The field is saved to `save_field` at an orderly stop;
-  /// empty: it is not saved.
-  Daemon(config::Config config, Reload reload, std::string save_field);
+  /// `keeper` has the state to go on from. `reload` reads the configuration again. The field is
+  /// saved to `save_field` at an orderly stop; empty: it is not saved.
+  Daemon(config::Config config, std::unique_ptr<StateKeeper> keeper, Reload reload,
+         std::string save_field);
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
   ~Daemon();
 
-  /// Returns the exit status: 0 after an orderly stop, 1 if a required link did not come up or
-  /// the field could not be saved.
+  /// Returns the exit status: 0 after an orderly stop, 1 if a required link did not come up, the
+  /// configuration does not fit the state, or field or journal could not be written to the end.
   int Run();
 
  private:

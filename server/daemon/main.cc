@@ -114,8 +114,14 @@ int Run(const Options& options) {
   }
   SetUpLogging(options.log_level.empty() ? config.daemon.log_level : options.log_level);
   spdlog::info("pheromoned {}, {}", PHEROMONE_VERSION, name);
+  auto keeper = StateKeeper::Open(config.journal);
+  if (!keeper.ok()) {
+    spdlog::critical("{}", keeper.error());
+    return 1;
+  }
   Daemon daemon(
-      std::move(config), [&] { return LoadAgain(options, field); }, options.save_field);
+      std::move(config), std::move(keeper).value(), [&] { return LoadAgain(options, field); },
+      options.save_field);
   return daemon.Run();
 }
 

@@ -1,12 +1,15 @@
 #include "server/engine/field_clock.h"
 
+#include <algorithm>
+
 namespace pheromone::engine {
 
 uint64_t FieldClock::ResumeAt(const Stamp& last, int64_t utc_ms, bool evaporate_while_down) {
   if (!evaporate_while_down || utc_ms <= last.utc_ms) {
     return last.field_time_ms;
   }
-  return last.field_time_ms + static_cast<uint64_t>(utc_ms) - static_cast<uint64_t>(last.utc_ms);
+  const uint64_t down_ms = static_cast<uint64_t>(utc_ms) - static_cast<uint64_t>(last.utc_ms);
+  return std::min(last.field_time_ms + std::min(down_ms, kMostFieldTimeMs), kMostFieldTimeMs);
 }
 
 Stamp FieldClock::Read(const ClockReading& reading) {
@@ -14,6 +17,7 @@ Stamp FieldClock::Read(const ClockReading& reading) {
     now_ms_ += reading.boottime_ms - *last_boottime_ms_;
   }
   last_boottime_ms_ = reading.boottime_ms;
+  now_ms_ = std::min(now_ms_, kMostFieldTimeMs);
   return {now_ms_, reading.utc_ms};
 }
 

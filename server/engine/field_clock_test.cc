@@ -35,6 +35,14 @@ TEST(FieldClock, AMachineThatWakesUpIn1970ResumesWhereItWas) {
   EXPECT_EQ(FieldClock::ResumeAt({5'000, 1'700'000'000'000}, 0, true), 5'000u);
 }
 
+TEST(FieldClock, TimeEndsWhereTheFieldCannotCountFurther) {
+  const uint64_t end = kMostFieldTimeMs;
+  EXPECT_EQ(FieldClock::ResumeAt({5'000, INT64_MIN}, INT64_MAX, true), end);
+  FieldClock clock(end - 1);
+  clock.Read({0, 0});
+  EXPECT_EQ(clock.Read({5'000, 0}).field_time_ms, end);
+}
+
 // A trail, then a reading of the clocks as described, then the trail again: it must not have
 // changed.
 int16_t LeftAfter(const ClockReading& before, const ClockReading& after) {

@@ -27,7 +27,15 @@ class ScriptedLog final : public OrderedLog {
   uint64_t DurableSequence() const override { return durable; }
   void Probe(std::function<void()> done) override { done(); }
 
+  bool IsRotationDue() const override { return rotation_due; }
+  void Rotate(uint64_t state_hash) override {
+    rotated.emplace_back(events.size(), state_hash);
+    rotation_due = false;
+  }
+
   Reason admit = Reason::kNone;
+  bool rotation_due = false;
+  std::vector<std::pair<size_t, uint64_t>> rotated;  // after so many events; the hash
   uint64_t durable = UINT64_MAX;
   std::vector<std::pair<Stamp, Event>> events;
 };
@@ -93,6 +101,59 @@ TEST_F(ServiceTest, AnswersToChangesWaitUntilTheChangeIsDurable) {
   EXPECT_EQ(out.size(), 3u);
   service_.Release(&out);
   EXPECT_EQ(out.size(), 3u);
+}
+
+TEST_F(ServiceTest, WaitingAnswersGoOutInTheOrderInWhichTheyWereGiven) {
+  log_.durable = 1;
+  Handle({Hello(1, 1), Deposit(1, 1), Deposit(1, 2)});
+  Handle({Deposit(1, 2), Hello(2, 1)});  // a repeat stands behind what was answered before it
+  std::vector<Outgoing> out;
+  log_.durable = 3;
+  service_.Release(&out);
+  ASSERT_EQ(out.size(), 2u);
+  log_.durable = 5;
+  service_.Release(&out);
+  ASSERT_EQ(out.size(), 5u);
+  std::vector<uint64_t> sequences;
+  for (const Outgoing& it : out) {
+    sequences.push_back(it.durable_at);
+  }
+  EXPECT_EQ(sequences, (std::vector<uint64_t>{2, 3, 4, 4, 5}));
+}
+
+TEST_F(ServiceTest, ALostStateBeginsAnEpochThoughTheConfigurationIsTheSame) {
+  Handle({Hello(1, 1)});
+  EXPECT_TRUE(service_.Configure(testing::SmallConfig(), 9, true).ok());
+  const auto out = Handle({Deposit(1, 1)});
+  protocol::ErrorAnswer error;
+  ASSERT_TRUE(protocol::Decode(out[0].message, &error));
+  EXPECT_EQ(error.reason, Reason::kSayHello);
+  EXPECT_EQ(service_.Inspect([](const Engine& engine) { return engine.epoch(); }), 9);
+}
+
+TEST_F(ServiceTest, AServiceGoesOnFromAnEngine) {
+  Handle({Hello(1, 1), Deposit(1, 1)});
+  ByteWriter writer;
+  service_.Inspect([&writer](const Engine& engine) { engine.Save(&writer); });
+  ByteReader reader(writer.bytes());
+  Service again(
+      &log_, [this] { return now_; }, 5'000, Engine::Restore(&reader).value());
+  EXPECT_TRUE(again.Configure(testing::SmallConfig(), 8).ok());
+  EXPECT_EQ(log_.events.size(), 3u) << "the same configuration is no event";
+  EXPECT_EQ(again.StateHash(), service_.StateHash());
+  std::vector<Outgoing> out;
+  const std::vector<protocol::Message> repeat = {Deposit(1, 1)};
+  again.Handle(0, repeat, &out);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].message.opcode, 0xA1);
+  EXPECT_EQ(log_.events.size(), 3u) << "it happened once";
+}
+
+TEST_F(ServiceTest, ALogThatRotatesIsToldTheHashOfTheStateBeforeTheNextEvent) {
+  const uint64_t hash = service_.StateHash();
+  log_.rotation_due = true;
+  Handle({Hello(1, 1), Hello(2, 1)});
+  EXPECT_EQ(log_.rotated, (std::vector<std::pair<size_t, uint64_t>>{{1, hash}}));
 }
 
 TEST_F(ServiceTest, TheSameConfigurationIsNoEvent) {

@@ -33,6 +33,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/base/bytes.h"
@@ -91,7 +92,9 @@ class LocalJournal final : public engine::OrderedLog {
   void OnDurable(std::function<void()> call) { on_durable_ = std::move(call); }
   /// Called by the writing thread when a snapshot is due: all segments with ordinals below
   /// `ordinal` are complete.
-  void OnSnapshotDue(std::function<void(uint64_t ordinal)> call) { on_snapshot_due_ = call; }
+  void OnSnapshotDue(std::function<void(uint64_t ordinal)> call) {
+    on_snapshot_due_ = std::move(call);
+  }
 
   protocol::Reason Admit() override;
   uint64_t Append(const engine::Stamp& stamp, const engine::Event& event) override;

@@ -1,6 +1,5 @@
 #include "server/journal/posix_folder.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -9,6 +8,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace pheromone::journal {
@@ -125,29 +126,19 @@ PosixFolder::~PosixFolder() {
 }
 
 Result<std::vector<std::string>> PosixFolder::List() const {
-  const int fd = openat(fd_, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  DIR* stream = fd >= 0 ? fdopendir(fd) : nullptr;
-  if (stream == nullptr) {
-    const Error error = SystemError(path_, "cannot be listed", errno);
-    if (fd >= 0) {
-      close(fd);
-    }
-    return error;
-  }
   std::vector<std::string> names;
-  errno = 0;
-  while (const dirent* entry = readdir(stream)) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(path_, error), end; !error && entry != end;
+       entry.increment(error)) {
     struct stat status {};
-    if (fstatat(fd_, entry->d_name, &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(status.st_mode) &&
-        std::strcmp(entry->d_name, kLockName) != 0) {
-      names.emplace_back(entry->d_name);
+    const std::string name = entry->path().filename().string();
+    if (name != kLockName && fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
+        S_ISREG(status.st_mode)) {
+      names.push_back(name);
     }
-    errno = 0;
   }
-  const int number = errno;
-  closedir(stream);
-  if (number != 0) {
-    return SystemError(path_, "cannot be listed", number);
+  if (error) {
+    return Error{path_ + ": cannot be listed: " + error.message()};
   }
   std::sort(names.begin(), names.end());
   return names;

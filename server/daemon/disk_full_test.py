@@ -1,0 +1,114 @@
+#!/usr/bin/env python3
+"""pheromoned on a disk that fills up: a small tmpfs. Needs the right to mount; without it the test
+says so and counts as skipped (exit status 77).
+
+    disk_full_test.py --pheromoned build/release/bin/pheromoned
+"""
+
+import argparse
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import daemon_test
+from daemon_test import CONFIG, PATIENCE_S, PTY, Running
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
+from stranger.client import Client, Refused, open_terminal  # noqa: E402
+
+SKIPPED = 77
+READ_ONLY = 8
+MEBIBYTE = 1 << 20
+
+
+def check(is_so, what):
+    if not is_so:
+        raise AssertionError(what)
+
+
+def start(folder):
+    server = Running(folder, "--config", "test.toml")
+    server.await_log("ready")
+    return server, Client(open_terminal(folder / "radio-a.pty"), 7, timeout=PATIENCE_S)
+
+
+def refuses(robot):
+    try:
+        robot.deposit(1, 5000, 5000)
+    except Refused as refused:
+        check(refused.reason == READ_ONLY, f"refused with {refused.reason}")
+        return True
+    return False
+
+
+def await_that(condition, what):
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        check(time.monotonic() < deadline, what)
+
+
+def run(folder, disk):
+    (folder / "test.toml").write_text(
+        CONFIG.replace("tau_s = 30.0", "tau_s = 0") + PTY
+        + f'[journal]\nfolder = "{disk}/state"\nsegment_mib = 1\n')
+    server, robot = start(folder)
+    with server:
+        epoch = robot.hello(1).epoch
+        robot.deposit(1, 5000, 5000)
+        with open(disk / "filler", "wb", buffering=0) as filler:
+            try:
+                while True:
+                    filler.write(bytes(65536))
+            except OSError:
+                pass
+        # What is reserved is used up first.
+        acknowledged = 1
+        while not refuses(robot):
+            acknowledged += 1
+            check(acknowledged < 400_000, "a full disk refuses changes")
+        print(f"disk full: {acknowledged} changes acknowledged before they were refused")
+        server.await_log("changes are refused")
+        smell = robot.sense(1, 5000, 5200, 0)
+        check(smell is not None and refuses(robot), "SENSE goes on, changes are refused")
+        (disk / "filler").unlink()
+        await_that(lambda: not refuses(robot), "freed space heals it without a restart")
+        server.await_log("changes are taken again")
+        robot.deposit(1, 5200, 5200)
+        smells = {(x, y): robot.sense(1, x, y, 0)
+                  for x in range(4600, 5600, 100) for y in range(4600, 5600, 100)}
+        server.stop(signal.SIGKILL)
+    server, robot = start(folder)
+    with server:
+        check({at: robot.sense(1, *at, 0) for at in smells} == smells,
+              "nothing that was acknowledged is lost")
+        check(robot.hello(1).epoch == epoch, "the epoch goes on")
+        check(server.stop() == 0, "an orderly end")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pheromoned", required=True)
+    daemon_test.PHEROMONED = str(pathlib.Path(parser.parse_args().pheromoned).resolve())
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        disk = folder / "disk"
+        disk.mkdir()
+        mounted = subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", f"size={24 * MEBIBYTE}", "tmpfs", str(disk)],
+            capture_output=True, text=True, check=False)
+        if mounted.returncode != 0:
+            print(f"skipped: a small tmpfs cannot be mounted: {mounted.stderr.strip()}")
+            return SKIPPED
+        try:
+            run(folder, disk)
+        finally:
+            subprocess.run(["umount", "-l", str(disk)], check=False)
+    print("disk full: ok")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

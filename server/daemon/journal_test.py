@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""pheromoned with a journal, from outside: what it was told survives its end, however it ended.
+
+    journal_test.py --pheromoned build/release/bin/pheromoned
+"""
+
+import argparse
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import daemon_test
+from daemon_test import CONFIG, PATIENCE_S, PTY, Running, ask, frame
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
+from stranger.client import Client, open_terminal  # noqa: E402
+
+PERMANENT = CONFIG.replace("tau_s = 30.0", "tau_s = 0")
+JOURNAL = '[journal]\nfolder = "state"\n'
+TRACE = frame(7, 0x31, b"\x05" + (5000).to_bytes(2, "little") * 2 + b"\x00\x00")
+
+
+class JournalTest(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.temporary.name)
+        self.addCleanup(self.temporary.cleanup)
+        self.config = self.folder / "test.toml"
+        self.config.write_text(PERMANENT + PTY + JOURNAL)
+
+    def start(self, **environment):
+        server = Running(self.folder, "--config", "test.toml", **environment)
+        self.addCleanup(server.__exit__)
+        server.await_log("ready")
+        return server
+
+    def robot(self):
+        return Client(open_terminal(self.folder / "radio-a.pty"), 7, timeout=PATIENCE_S)
+
+    def smells(self, robot):
+        return {(x, y): robot.sense(1, x, y, 0)
+                for x in range(4500, 5600, 100) for y in range(4500, 5600, 100)}
+
+    def test_an_orderly_end_keeps_all(self):
+        self.end_and_find_all(signal.SIGTERM)
+
+    def test_a_killed_server_keeps_what_it_acknowledged(self):
+        self.end_and_find_all(signal.SIGKILL)
+
+    def end_and_find_all(self, number):
+        server = self.start()
+        server.await_log("journal: state is new")
+        robot = self.robot()
+        epoch = robot.hello(1).epoch
+        for i in range(40):
+            robot.deposit(1, 5000 + 20 * i, 5000 + 7 * i)
+        before = self.smells(robot)
+        self.assertGreater(len(set(before.values())), 10)
+        server.stop(number)
+        again = self.start()
+        again.await_log("journal: state goes on after sequence 42")
+        after = self.robot()
+        self.assertEqual(self.smells(after), before)
+        self.assertEqual(after.hello(1).epoch, epoch)
+        self.assertEqual(again.stop(), 0)
+
+    def test_a_robot_goes_on_without_noticing_and_its_repeat_is_answered_as_before(self):
+        server = self.start()
+        robot = self.robot()
+        robot.hello(1)
+        port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
+        first = ask(port, TRACE, 13)
+        os.close(port)
+        server.stop(signal.SIGKILL)
+        again = self.start()
+        port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
+        self.assertEqual(ask(port, TRACE, len(first)), first)
+        os.close(port)
+        self.assertEqual(again.stop(), 0)
+        self.assertIn("1 repeated", again.log)
+
+    def test_two_servers_cannot_share_a_folder(self):
+        server = self.start()
+        second = subprocess.run([daemon_test.PHEROMONED, "--config", "test.toml"], cwd=self.folder,
+                                text=True, capture_output=True, timeout=PATIENCE_S, check=False)
+        self.assertEqual(second.returncode, 1)
+        self.assertIn("journal: state: is in use by another server", second.stderr)
+        self.assertEqual(server.stop(), 0)
+
+    def test_another_law_is_followed_and_another_geometry_refused(self):
+        server = self.start()
+        robot = self.robot()
+        robot.hello(1)
+        robot.deposit(1, 5000, 5000)
+        self.assertEqual(server.stop(), 0)
+        text = self.config.read_text()
+        self.config.write_text(text.replace("tau_s = 0", "tau_s = 3000"))
+        server = self.start()
+        self.assertEqual(server.stop(), 0)
+        self.config.write_text(text.replace("cell_m = 0.1", "cell_m = 0.2"))
+        refused = subprocess.run([daemon_test.PHEROMONED, "--config", "test.toml"],
+                                 cwd=self.folder, text=True, capture_output=True,
+                                 timeout=PATIENCE_S, check=False)
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("the map's origin, extent or cell size differ", refused.stderr)
+        self.assertIn("the state in state stays as it is", refused.stderr)
+        self.config.write_text(text)
+        self.assertEqual(self.start().stop(), 0)
+
+    def test_without_a_folder_the_log_says_that_nothing_is_kept(self):
+        for text, environment in ((PERMANENT + PTY, {}),
+                                  (PERMANENT + PTY + '[journal]\ndurability = "none"\n',
+                                   {"STATE_DIRECTORY": str(self.folder)})):
+            self.config.write_text(text)
+            server = self.start(**environment)
+            self.assertIn("journal: none; the state lives as long as this process", server.log)
+            self.assertEqual(server.stop(), 0)
+            self.assertFalse((self.folder / "journal").exists())
+
+    def test_systemd_s_state_directory_is_used_by_itself(self):
+        self.config.write_text(PERMANENT + PTY)
+        server = self.start(STATE_DIRECTORY=f"{self.folder}:/elsewhere")
+        self.assertEqual(server.stop(), 0)
+        self.assertTrue((self.folder / "journal" / "00000001.segment").exists())
+
+    def test_relaxed_says_what_it_risks_and_a_kill_begins_an_epoch(self):
+        self.config.write_text(PERMANENT + PTY + JOURNAL + 'durability = "relaxed"\nsync_s = 60\n')
+        server = self.start()
+        self.assertIn("a crash may lose up to 60000 ms of what they were told", server.log)
+        epoch = self.robot().hello(1).epoch
+        self.assertEqual(server.stop(), 0)
+        server = self.start()
+        self.assertEqual(self.robot().hello(1).epoch, epoch)
+        server.stop(signal.SIGKILL)
+        server = self.start()
+        self.assertIn("a new epoch begins", server.log)
+        self.assertNotEqual(self.robot().hello(1).epoch, epoch)
+        self.assertEqual(server.stop(), 0)
+
+    def test_damage_is_told_with_its_byte_and_kept(self):
+        server = self.start()
+        robot = self.robot()
+        epoch = robot.hello(1).epoch
+        for i in range(20):
+            robot.deposit(1, 5000 + 20 * i, 5000)
+        server.stop(signal.SIGKILL)
+        segment = self.folder / "state" / "00000001.segment"
+        whole = segment.read_bytes()
+        damaged = bytearray(whole)
+        damaged[len(whole) // 2] ^= 1
+        segment.write_bytes(damaged)
+        server = self.start()
+        told = re.search(r"damaged: state/00000001.segment: byte (\d+): ", server.log)
+        self.assertLessEqual(int(told[1]), len(whole) // 2)
+        self.assertNotEqual(self.robot().hello(1).epoch, epoch)
+        self.assertEqual(server.stop(), 0)
+        self.assertEqual((self.folder / "state" / "00000001.segment.damaged").read_bytes(),
+                         damaged)
+
+    def test_pheromone_evaporates_while_the_server_is_down_unless_told_otherwise(self):
+        # A start whose clock says that an hour has passed would need a clock of its own; the
+        # other direction shows by itself: with the key, field time goes on where it was.
+        self.config.write_text(PERMANENT + PTY + JOURNAL + "evaporate_while_down = false\n")
+        self.assertEqual(self.start().stop(), 0)
+        server = self.start()
+        self.assertIn(", 0 s of field time later", server.log)
+        self.assertEqual(server.stop(), 0)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pheromoned", required=True)
+    arguments, rest = parser.parse_known_args()
+    daemon_test.PHEROMONED = str(pathlib.Path(arguments.pheromoned).resolve())
+    unittest.main(argv=[sys.argv[0], *rest])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+// Keeps the state beyond the life of the process: opens the journal, owns the threads that write it
+// and make its snapshots, and closes it. Without a journal it keeps nothing, and says so.
+//
+//   auto keeper = StateKeeper::Open(config.journal);
+//   engine::Service service(keeper->log(), clock, keeper->start_ms(), keeper->TakeEngine());
+//   keeper->Start([&] { post the release of answers });
+//   ...
+//   keeper->Stop(service.StateHash());
+//
+// What is found, and what goes wrong, is told in the log. One thread, but for AskForSnapshot and
+// status, which any may call.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "server/base/result.h"
+#include "server/config/config.h"
+#include "server/engine/engine.h"
+#include "server/engine/ordered_log.h"
+#include "server/journal/local_journal.h"
+#include "server/journal/posix_folder.h"
+
+namespace pheromone::daemon {
+
+/// Where the journal is, or empty: as configured, else `journal` in the state directory that
+/// systemd gives, else nowhere.
+std::string JournalFolder(const config::JournalConfig& config);
+
+class StateKeeper {
+ public:
+  /// Errors: what is in the folder cannot be used.
+  static Result<std::unique_ptr<StateKeeper>> Open(const config::JournalConfig& config);
+  StateKeeper(const StateKeeper&) = delete;
+  StateKeeper& operator=(const StateKeeper&) = delete;
+  ~StateKeeper();
+
+  engine::OrderedLog* log();
+  /// What the journal held, once; not configured if it held nothing.
+  engine::Engine TakeEngine() { return std::move(engine_); }
+  /// The field time to go on with.
+  uint64_t start_ms() const { return start_ms_; }
+  /// Changes that robots were told of may be missing.
+  bool state_lost() const { return state_lost_; }
+  /// Empty: nothing is kept.
+  const std::string& folder() const { return folder_name_; }
+
+  /// `on_durable` is called by a thread of its own when more has become durable.
+  void Start(std::function<void()> on_durable);
+  /// Writes what is left. `state_hash` is that of the final state. False if not all is on the disk.
+  bool Stop(uint64_t state_hash);
+
+  /// A snapshot, at the next change. False if nothing is kept.
+  bool AskForSnapshot();
+  /// Nothing if nothing is kept.
+  std::optional<journal::JournalStatus> status() const;
+
+ private:
+  explicit StateKeeper(const config::JournalConfig& config);
+
+  Status OpenFolder();
+  void MakeSnapshots();
+  void EndThreads();
+
+  const config::JournalConfig config_;
+  const std::string folder_name_;
+  engine::VolatileLog volatile_log_;
+  std::unique_ptr<journal::PosixFolder> folder_;
+  std::unique_ptr<journal::LocalJournal> journal_;
+  engine::Engine engine_;
+  uint64_t start_ms_ = 0;
+  bool state_lost_ = false;
+
+  std::thread writer_;
+  std::thread snapshot_maker_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::optional<uint64_t> snapshot_due_;  // under mutex_, as the next one
+  bool stopping_ = false;
+};
+
+}  // namespace pheromone::daemon
