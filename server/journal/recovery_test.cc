@@ -6,38 +6,19 @@
 
 #include "server/journal/crc32c.h"
 #include "server/journal/format.h"
+#include "server/journal/testing/borders.h"
 #include "server/journal/testing/crash_folder.h"
 #include "server/journal/testing/life.h"
 
 namespace pheromone::journal {
 namespace {
 
+using testing::Border;
+using testing::BordersOf;
 using testing::CrashFolder;
+using testing::LastBefore;
 using testing::Lives;
 using testing::SmallJournal;
-
-// What RecordReader would say, byte by byte and without it: where records begin, and which sequence
-// is complete there.
-struct Border {
-  size_t at = 0;
-  uint64_t sequence = 0;
-};
-
-std::vector<Border> BordersOf(const std::string& file) {
-  std::vector<Border> borders;
-  uint64_t sequence = 0;
-  for (size_t at = 36; at < file.size();) {
-    ByteReader reader(std::string_view(file).substr(at));
-    const uint32_t length = reader.U32();
-    reader.U32();
-    const bool is_event = reader.U8() == 1;
-    const uint64_t number = reader.U64();
-    borders.push_back({at, sequence});
-    sequence = is_event ? number : sequence;
-    at += 8 + length;
-  }
-  return borders;
-}
 
 class RecoveryTest : public ::testing::Test {
  protected:
@@ -68,10 +49,7 @@ TEST_F(RecoveryTest, EveryTruncationGivesTheStateOfTheLastWholeRecord) {
     Segment() = whole.substr(0, length);
     const auto recovered = Recover(folder_);
     ASSERT_TRUE(recovered.ok()) << recovered.error();
-    Border last;
-    for (const Border& border : borders) {
-      last = border.at <= length ? border : last;
-    }
+    const Border last = LastBefore(borders, length);
     ASSERT_EQ(recovered.value().sequence, last.sequence) << length;
     ASSERT_FALSE(recovered.value().lost) << "what is cut off cannot be told from what never was";
     if (length != last.at) {
@@ -93,10 +71,7 @@ TEST_F(RecoveryTest, EveryDamagedByteIsReportedAndEndsThePrefix) {
     Segment()[at] = static_cast<char>(Segment()[at] ^ 0x20);
     const auto recovered = Recover(folder_);
     ASSERT_TRUE(recovered.ok());
-    Border last;
-    for (const Border& border : borders) {
-      last = border.at <= at ? border : last;
-    }
+    const Border last = LastBefore(borders, at);
     ASSERT_EQ(recovered.value().sequence, last.sequence) << at;
     ASSERT_EQ(recovered.value().findings.size(), 1u);
     ASSERT_EQ(recovered.value().findings[0].byte, last.at);

@@ -65,6 +65,8 @@ class RandomTraffic {
   }
 
   const Stamp& stamp() const { return stamp_; }
+  /// Goes on from there, as after a restart.
+  void ResumeAt(const Stamp& stamp) { stamp_ = stamp; }
   Event First() const { return ConfigChanged{config_, 7}; }
 
   /// Time passes, and something happens that `engine` takes.

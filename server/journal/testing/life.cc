@@ -69,7 +69,8 @@ bool Lives::Submit() {
 }
 
 void Lives::Acknowledge() {
-  acknowledged_ = std::max(acknowledged_, journal().DurableSequence());
+  acknowledged_ =
+      std::max(acknowledged_, acknowledge_early ? submitted() : journal().DurableSequence());
 }
 
 void Lives::Write() {

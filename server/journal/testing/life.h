@@ -41,8 +41,8 @@ class Lives {
  public:
   Lives(Folder* folder, const JournalSettings& settings, uint64_t seed);
 
-  /// Opens the journal and begins a life. Says what is wrong with what was found, if anything is; the
-  /// life goes on from there all the same.
+  /// Opens the journal and begins a life. Says what is wrong with what was found, if anything is;
+  /// the life goes on from there all the same.
   std::string Begin();
   /// Some events, or some of what the journal's threads do.
   void Step();
@@ -60,6 +60,9 @@ class Lives {
   const engine::Engine& engine() const { return opened_->engine; }
   /// What the journal told: changes refused, changes taken again.
   const std::vector<std::string>& told() const { return told_; }
+
+  /// A mutant, for tests of the tests: robots are answered before anything is on the disk.
+  bool acknowledge_early = false;
 
   /// One event, if the journal takes it now; false if it does not.
   bool Submit();

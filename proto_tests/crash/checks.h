@@ -1,0 +1,25 @@
+// What crash_test tries. Each prints its figures and returns whether all was as it must be.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace pheromone::crash {
+
+/// kill -9 of a process that serves random traffic, `rounds` times on one journal, in every second
+/// round while it makes a snapshot. `program` is this program, run again as the one to be killed.
+bool CheckKills(const std::string& program, int rounds, uint64_t seed);
+/// That process: serves the journal in `folder` and reports on standard output until it is killed.
+int ServeUntilKilled(const std::string& folder, uint64_t seed);
+
+/// The power goes `cuts` times, each on a disk of its own that loses and tears what was not synced;
+/// then the same with mutants, which must be found.
+bool CheckPowerCuts(int cuts, uint64_t seed);
+
+/// Every truncation and every damaged byte of the last 4 KiB of a journal.
+bool CheckBytes(uint64_t seed);
+
+/// Writes and syncs that fail, `runs` times, with a power cut at the end of each.
+bool CheckFailures(int runs, uint64_t seed);
+
+}  // namespace pheromone::crash
