@@ -21,4 +21,7 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
 /// map ...: what needs no server.
 void AddMapCommands(CLI::App* program, int* exit_status);
 
+/// journal ...: what a server has kept, looked at without it.
+void AddJournalCommands(CLI::App* program, int* exit_status);
+
 }  // namespace pheromone::ctl

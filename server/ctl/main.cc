@@ -2,7 +2,7 @@
 // socket; `map` and `config check` need none.
 //
 // Exit status: 0; 1 if the server, a robot or a file refused; 2 for a mistake in the command line
-// or a configuration; 3 if there is no server.
+// or a configuration; 3 if there is no server; 4 for a damaged journal.
 #include <exception>
 #include <iostream>
 
@@ -28,6 +28,7 @@ int Main(int argc, char** argv) {
   AddShowCommands(&app, &options, &status);
   AddChangeCommands(&app, &options, &status);
   AddMapCommands(&app, &status);
+  AddJournalCommands(&app, &status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

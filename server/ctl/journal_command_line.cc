@@ -1,0 +1,40 @@
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "server/ctl/command_line.h"
+#include "server/ctl/journal_commands.h"
+
+namespace pheromone::ctl {
+namespace {
+
+struct Arguments {
+  std::string folder;
+  std::string format = "csv";
+};
+
+}  // namespace
+
+void AddJournalCommands(CLI::App* program, int* exit_status) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* journal = program->add_subcommand("journal", "Journals: check, dump, export");
+  journal->require_subcommand(1);
+  const auto add = [&](const char* name, const char* what, const auto& run) {
+    CLI::App* command = journal->add_subcommand(name, what);
+    command->add_option("FOLDER", arguments->folder)->required();
+    command->callback([=] { *exit_status = run(*arguments); });
+    return command;
+  };
+  add("check", "Read all of it, and say what state it holds and what is damaged",
+      [](const Arguments& it) { return CheckJournal(it.folder); });
+  add("dump", "Print every record with its place",
+      [](const Arguments& it) { return DumpJournal(it.folder); });
+  add("export", "Print the events, each once",
+      [](const Arguments& it) { return ExportJournal(it.folder, it.format); })
+      ->add_option("--format", arguments->format, "csv or jsonl; without it, csv")
+      ->check(CLI::IsMember({"csv", "jsonl"}))
+      ->type_name("FORMAT");
+}
+
+}  // namespace pheromone::ctl

@@ -1,0 +1,200 @@
+#include "server/ctl/journal_commands.h"
+
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+
+#include "server/ctl/map_commands.h"
+#include "server/journal/posix_folder.h"
+#include "server/journal/recovery.h"
+#include "server/journal/snapshot.h"
+#include "server/journal/walk.h"
+#include "server/journal/words.h"
+
+namespace pheromone::ctl {
+namespace {
+
+using journal::PosixFolder;
+using journal::Record;
+using journal::RecordKind;
+using journal::RecordReader;
+
+// A server may remove a file between the listing and the reading of it.
+constexpr int kAttempts = 3;
+
+int Fail(const std::string& words) {
+  std::cerr << "pheromonectl: " << words << '\n';
+  return kFailed;
+}
+
+Result<std::unique_ptr<PosixFolder>> Open(const std::string& path) {
+  auto folder = PosixFolder::Open(path, PosixFolder::Mode::kReader);
+  if (!folder.ok()) {
+    return folder;
+  }
+  const auto names = folder.value()->List();
+  if (!names.ok()) {
+    return Error{names.error()};
+  }
+  for (const std::string& name : names.value()) {
+    if (journal::OrdinalOf(name) || journal::SnapshotSequenceOf(name)) {
+      return folder;
+    }
+  }
+  return Error{path + ": holds no journal"};
+}
+
+std::string InWordsOfAnyKind(const Record& record) {
+  switch (record.kind) {
+    case RecordKind::kEvent:
+      return journal::InWords(record);
+    case RecordKind::kGroup:
+      return fmt::format("group durable={}", record.sequence);
+    case RecordKind::kHash:
+      return fmt::format("hash sequence={} hash={:016x}", record.sequence, record.hash);
+    case RecordKind::kEnd:
+      return fmt::format("end sequence={}", record.sequence);
+  }
+  return "unknown";
+}
+
+void DescribeSnapshot(const PosixFolder& folder, const std::string& name) {
+  uint64_t byte = 0;
+  const auto snapshot = journal::ReadSnapshot(folder, name, &byte);
+  if (snapshot.ok()) {
+    fmt::print("{}: state hash {:016x}\n", name, snapshot.value().engine.StateHash());
+  } else {
+    fmt::print("{}: byte {}: {}\n", name, byte, snapshot.error());
+  }
+}
+
+// What it holds, and where it ends; whether it ought to go on is for the recovery to say.
+void DescribeSegment(const PosixFolder& folder, const std::string& name) {
+  const auto file = folder.Read(name, 0, SIZE_MAX);
+  const auto header = journal::DecodeSegmentHeader(file.ok() ? file.value() : "");
+  if (!header.ok()) {
+    fmt::print("{}: {}\n", name, file.ok() ? header.error() : file.error());
+    return;
+  }
+  RecordReader reader(file.value());
+  Record record;
+  uint64_t events = 0;
+  uint64_t last = 0;
+  RecordReader::Found found = RecordReader::Found::kEnd;
+  while ((found = reader.Next(&record)) == RecordReader::Found::kRecord) {
+    if (record.kind == RecordKind::kEvent) {
+      ++events;
+      last = record.sequence;
+    }
+  }
+  fmt::print("{}: {} bytes, {} events{}{}\n", name, file.value().size(), events,
+             events == 0 ? "" : fmt::format(" to sequence {}", last),
+             found == RecordReader::Found::kBad
+                 ? fmt::format("; byte {}: {}", reader.at(), reader.why())
+                 : "");
+}
+
+}  // namespace
+
+int CheckJournal(const std::string& path) {
+  const auto folder = Open(path);
+  if (!folder.ok()) {
+    return Fail(folder.error());
+  }
+  const auto names = folder.value()->List();
+  for (const std::string& name : names.ok() ? names.value() : std::vector<std::string>{}) {
+    if (journal::SnapshotSequenceOf(name)) {
+      DescribeSnapshot(*folder.value(), name);
+    } else if (journal::OrdinalOf(name)) {
+      DescribeSegment(*folder.value(), name);
+    } else {
+      fmt::print("{}: not read\n", name);
+    }
+  }
+  auto recovered = journal::Recover(*folder.value());
+  for (int i = 1; i < kAttempts && !recovered.ok(); ++i) {
+    recovered = journal::Recover(*folder.value());
+  }
+  if (!recovered.ok()) {
+    std::cerr << "pheromonectl: " << recovered.error() << '\n';
+    return kFoundDamage;
+  }
+  const journal::Recovered& state = recovered.value();
+  for (const journal::Finding& finding : state.findings) {
+    fmt::print("{}: {}\n", finding.is_damage ? "damaged" : "not finished", finding.Text());
+  }
+  if (!state.engine.configured()) {
+    fmt::print("no state\n");
+  } else {
+    fmt::print("state: sequence {}, field time {} ms, hash {:016x}, from {}\n", state.sequence,
+               state.stamp.field_time_ms, state.engine.StateHash(),
+               state.snapshot_sequence == 0 ? "the beginning"
+                                            : journal::SnapshotName(state.snapshot_sequence));
+  }
+  const bool damaged = state.lost || state.differs || !state.damaged_files.empty();
+  fmt::print("{}\n", damaged ? "damaged: changes that robots were told of may be missing"
+                             : "nothing that was acknowledged is missing");
+  return damaged ? kFoundDamage : 0;
+}
+
+int DumpJournal(const std::string& path) {
+  const auto folder = Open(path);
+  if (!folder.ok()) {
+    return Fail(folder.error());
+  }
+  const auto names = folder.value()->List();
+  if (!names.ok()) {
+    return Fail(names.error());
+  }
+  for (const std::string& name : names.value()) {
+    if (!journal::OrdinalOf(name)) {
+      continue;
+    }
+    const auto file = folder.value()->Read(name, 0, SIZE_MAX);
+    const auto header = journal::DecodeSegmentHeader(file.ok() ? file.value() : "");
+    if (!header.ok()) {
+      fmt::print("{} 0 bad: {}\n", name, file.ok() ? header.error() : file.error());
+      continue;
+    }
+    fmt::print("{} 0 segment first={}{}\n", name, header.value().first_sequence,
+               header.value().relaxed ? " relaxed" : "");
+    RecordReader reader(file.value());
+    Record record;
+    RecordReader::Found found = RecordReader::Found::kEnd;
+    while ((found = reader.Next(&record)) == RecordReader::Found::kRecord) {
+      fmt::print("{} {} {}\n", name, record.at, InWordsOfAnyKind(record));
+    }
+    if (found == RecordReader::Found::kBad) {
+      fmt::print("{} {} bad: {}\n", name, reader.at(), reader.why());
+    }
+  }
+  return 0;
+}
+
+int ExportJournal(const std::string& path, const std::string& format) {
+  const auto folder = Open(path);
+  if (!folder.ok()) {
+    return Fail(folder.error());
+  }
+  const bool is_csv = format == "csv";
+  if (is_csv) {
+    std::cout << journal::kCsvHeader << '\n';
+  }
+  const auto walked = journal::WalkEvents(*folder.value(), [is_csv](const Record& record) {
+    std::cout << (is_csv ? journal::InCsv(record) : journal::InJson(record)) << '\n';
+  });
+  if (!walked.ok()) {
+    return Fail(walked.error());
+  }
+  std::cout.flush();
+  if (!std::cout) {
+    return Fail("standard output cannot be written");
+  }
+  if (!walked.value().cut_short.empty()) {
+    std::cerr << "pheromonectl: ends there: " << walked.value().cut_short << '\n';
+  }
+  return 0;
+}
+
+}  // namespace pheromone::ctl

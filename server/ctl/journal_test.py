@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""pheromonectl journal: what it says of a journal that pheromoned has written, in use and damaged.
+
+Usage: journal_test.py BIN_DIR
+"""
+
+import csv
+import io
+import json
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "server/daemon"), str(ROOT / "proto_tests")]
+import daemon_test  # noqa: E402
+from stranger.client import Client, open_terminal  # noqa: E402
+
+BIN = pathlib.Path()
+DEPOSITS = [(5000 + 10 * i, 4000 - 5 * i) for i in range(12)]
+
+
+class JournalTest(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = pathlib.Path(self.temporary.name)
+        (self.folder / "test.toml").write_text(
+            daemon_test.CONFIG + daemon_test.PTY + '[journal]\nfolder = "state"\n')
+        self.server = daemon_test.Running(self.folder, "--config", "test.toml")
+        self.addCleanup(self.server.__exit__)
+        self.server.await_log("ready")
+        robot = Client(open_terminal(self.folder / "radio-a.pty"), 7, timeout=30)
+        robot.hello(1)
+        for x, y in DEPOSITS:
+            robot.deposit(1, x, y)
+
+    def call(self, *arguments, status=0):
+        result = subprocess.run([BIN / "pheromonectl", "journal", *arguments], cwd=self.folder,
+                                text=True, capture_output=True, check=False, timeout=60)
+        self.assertEqual(result.returncode, status, result.stdout + result.stderr)
+        return result
+
+    def test_a_folder_in_use_is_exported(self):
+        rows = list(csv.DictReader(io.StringIO(self.call("export", "state").stdout)))
+        deposits = [row for row in rows if row["event"] == "deposit"]
+        self.assertEqual([(int(row["x"]), int(row["y"])) for row in deposits], DEPOSITS)
+        self.assertEqual({row["robot"] for row in deposits}, {"7"})
+        self.assertEqual([int(row["sequence"]) for row in rows], list(range(1, len(rows) + 1)))
+        self.assertEqual([row["event"] for row in rows[:2]], ["configuration", "hello"])
+        lines = self.call("export", "--format", "jsonl", "state").stdout.splitlines()
+        self.assertEqual(len(lines), len(rows))
+        for line, row in zip(lines, rows):
+            told = {key: str(value) for key, value in json.loads(line).items()}
+            self.assertEqual(told, {key: value for key, value in row.items() if value != ""})
+
+    def test_check_tells_the_state_and_its_hash(self):
+        self.server.stop(signal.SIGTERM)
+        state_hash = re.search(r"state hash ([0-9a-f]{16})", self.server.log)[1]
+        told = self.call("check", "state").stdout
+        self.assertIn(f"hash {state_hash}, from the beginning\n", told)
+        self.assertTrue(told.endswith("nothing that was acknowledged is missing\n"))
+
+    def test_dump_names_every_record_with_its_byte(self):
+        self.server.stop(signal.SIGTERM)
+        lines = self.call("dump", "state").stdout.splitlines()
+        self.assertEqual(lines[0], "00000001.segment 0 segment first=1")
+        self.assertTrue(lines[1].startswith("00000001.segment 36 group durable=0"))
+        self.assertRegex(lines[-1], r"^00000001.segment \d+ end sequence=")
+        self.assertEqual(sum(" deposit " in line for line in lines), len(DEPOSITS))
+
+    def test_damage_is_told_with_its_byte_and_status_4(self):
+        self.server.stop(signal.SIGTERM)
+        lines = self.call("dump", "state").stdout.splitlines()
+        byte = int(next(line for line in lines if " deposit " in line).split()[1])
+        segment = self.folder / "state" / "00000001.segment"
+        damaged = bytearray(segment.read_bytes())
+        damaged[byte + 20] ^= 1
+        segment.write_bytes(damaged)
+        told = self.call("check", "state", status=4).stdout
+        self.assertIn(f"damaged: state/00000001.segment: byte {byte}: a record's checksum differs",
+                      told)
+        export = self.call("export", "state")
+        self.assertEqual(len(export.stdout.splitlines()), 3)
+        self.assertIn(f"00000001.segment: byte {byte}: ", export.stderr)
+        self.assertEqual(segment.read_bytes(), damaged)
+
+    def test_what_is_no_journal_is_said(self):
+        self.assertIn("state/x: cannot be opened", self.call("check", "state/x", status=1).stderr)
+        (self.folder / "empty").mkdir()
+        for command in ("check", "dump", "export"):
+            self.assertEqual(self.call(command, "empty", status=1).stderr,
+                             "pheromonectl: empty: holds no journal\n")
+        self.call("check", status=2)
+        self.call("export", "--format", "xml", "state", status=2)
+
+
+if __name__ == "__main__":
+    BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+    daemon_test.PHEROMONED = str(BIN / "pheromoned")
+    unittest.main()
