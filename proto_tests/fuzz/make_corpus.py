@@ -3,7 +3,7 @@
 small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/config/,
-                               DIR/maps/, DIR/tracker/
+                               DIR/journal/, DIR/maps/, DIR/tracker/
 """
 
 import pathlib
@@ -62,7 +62,7 @@ def rasters():
 
 
 def main(folder):
-    for fuzzer in ("decoder", "message", "engine", "config", "maps", "tracker"):
+    for fuzzer in ("decoder", "message", "engine", "config", "journal", "maps", "tracker"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     hello = bytes.fromhex("01 71 2A 00 01 00")
     for name, body, wire in frames():
@@ -75,6 +75,11 @@ def main(folder):
         if body is not None and body[1] < 0x80 and len(body) <= 2 + 19:
             records = [bytes([1, len(it) - 2]) + it for it in (body[:1] + hello[1:], body, body)]
             (folder / "engine" / name).write_bytes(b"".join(records))
+            # journal: records, each length, time and the event: version, kind, link, message.
+            robot = bytes([1]) + body[1:]
+            event = bytes([1, 1, 0, 0, *robot[:2], len(robot) - 2]) + robot[2:]
+            (folder / "journal" / name).write_bytes(
+                b"\0" + 2 * (bytes([len(event), 3]) + event + bytes([2, 20, 1, 2])))
     default = (ROOT / "server/config/default.toml").read_bytes()
     (folder / "config" / "default").write_bytes(default)
     plain = [line.split(b"#")[0].strip() for line in default.splitlines()]

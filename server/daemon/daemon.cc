@@ -110,6 +110,7 @@ class Daemon::Impl {
   int Run() {
     std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
     if (!BeginWithTheState()) {
+      keeper_->Stop(service_.StateHash());
       return 1;
     }
     LogWarnings(config_.warnings);

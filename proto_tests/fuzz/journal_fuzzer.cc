@@ -1,0 +1,134 @@
+// Any bytes as a journal. The first byte says what they are:
+//
+//   even  records, which get their lengths and checksums: what a journal says that nobody wrote
+//   odd   the bytes of a segment, and after them those of a snapshot, as they stand
+//
+// Recovery must not crash, must find nothing that it then denies, and the state that it comes to
+// must be the one that its own log and its own snapshot lead to: with the same hash.
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "server/engine/event_codec.h"
+#include "server/engine/testing/bench.h"
+#include "server/journal/crc32c.h"
+#include "server/journal/format.h"
+#include "server/journal/open.h"
+#include "server/journal/recovery.h"
+#include "server/journal/snapshot.h"
+#include "server/journal/testing/crash_folder.h"
+#include "server/journal/walk.h"
+
+namespace {
+
+using pheromone::ByteWriter;
+using pheromone::journal::SegmentName;
+using pheromone::journal::SnapshotName;
+using pheromone::journal::testing::CrashFolder;
+
+void Require(bool condition) {
+  if (!condition) {
+    std::abort();
+  }
+}
+
+void Put(const std::string& name, std::string_view bytes, CrashFolder* folder) {
+  auto file = folder->Create(name);
+  Require(file.ok() && file.value()->Append(bytes).ok() && file.value()->Sync().ok() &&
+          folder->Sync().ok());
+}
+
+// A small map and two robots, so that what follows has something to change.
+std::string Beginning() {
+  using namespace pheromone::engine;  // NOLINT(google-build-using-namespace)
+  EngineConfig config = testing::SmallConfig();
+  config.field.map = {
+      .origin = {0, 0}, .width_um = 2'000'000, .height_um = 2'000'000, .cell_um = 100'000};
+  std::string bytes = EncodeHeader(pheromone::journal::SegmentHeader{1, 1, false});
+  ByteWriter scratch;
+  AppendEvent(1, {1'000, 0}, ConfigChanged{config, 7, false}, &scratch, &bytes);
+  AppendEvent(2, {1'000, 0}, RequestReceived{0, testing::Hello(1, 1)}, &scratch, &bytes);
+  AppendEvent(3, {1'000, 0}, RequestReceived{1, testing::Hello(2, 1)}, &scratch, &bytes);
+  return bytes;
+}
+
+// Records of the form: a byte of length, a byte of time, then an event as event_codec.h writes it.
+// Some become other kinds of records.
+std::string Records(std::string_view data) {
+  std::string bytes = Beginning();
+  uint64_t sequence = 3;
+  uint64_t now_ms = 1'000;
+  while (data.size() > 2) {
+    const size_t length = std::min<size_t>(static_cast<uint8_t>(data[0]), data.size() - 2);
+    const auto time = static_cast<uint8_t>(data[1]);
+    now_ms += uint64_t{time} * time * time;
+    ByteWriter payload;
+    payload.U8(time % 16 == 15 ? 2 + time / 16 % 3 : 1);
+    payload.U64(payload.bytes()[0] == 1 ? ++sequence : sequence);
+    if (payload.bytes()[0] == 1) {
+      payload.U64(now_ms);
+      payload.I64(static_cast<int64_t>(now_ms));
+    }
+    std::string record = payload.Take();
+    record += data.substr(2, length);
+    data.remove_prefix(2 + length);
+    ByteWriter header;
+    header.U32(static_cast<uint32_t>(record.size()));
+    const uint32_t checksum =
+        pheromone::journal::Crc32c(record, pheromone::journal::Crc32c(header.bytes()));
+    header.U32(checksum);
+    bytes += header.bytes() + record;
+  }
+  return bytes;
+}
+
+// With a checksum that is right: the state's own reader is to be tried, not the checksum's.
+std::string SnapshotOf(std::string_view state) {
+  std::string bytes = EncodeHeader(pheromone::journal::SnapshotHeader{9, {2'000, 0}, 0});
+  pheromone::journal::AppendPortion(0, state, &bytes);
+  pheromone::journal::AppendPortion(1, {}, &bytes);
+  return bytes;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  if (size < 2) {
+    return 0;
+  }
+  const std::string_view input(reinterpret_cast<const char*>(data) + 1, size - 1);
+  CrashFolder folder(1);
+  if (data[0] % 2 == 0) {
+    Put(SegmentName(1), Records(input), &folder);
+  } else {
+    const size_t cut = input.size() * (data[0] / 2) / 128;
+    Put(SegmentName(1), input.substr(0, cut), &folder);
+    Put(SnapshotName(9), SnapshotOf(input.substr(cut)), &folder);
+  }
+  const auto first = pheromone::journal::Recover(folder);
+  static_cast<void>(pheromone::journal::WalkEvents(folder, [](const auto&) {}));
+  if (!first.ok()) {
+    return 0;
+  }
+  const auto opened = pheromone::journal::OpenJournal(
+      &folder, {}, [] { return uint64_t{0}; }, [](bool, const std::string&) {});
+  Require(opened.ok());
+  const pheromone::engine::Engine& engine = opened.value().engine;
+  Require(engine.configured() == first.value().engine.configured() &&
+          engine.StateHash() == first.value().engine.StateHash());
+  const auto again = pheromone::journal::Recover(folder);
+  Require(again.ok() && again.value().findings.empty() && !again.value().lost &&
+          again.value().sequence == first.value().sequence &&
+          again.value().engine.StateHash() == engine.StateHash());
+  if (engine.configured()) {
+    ByteWriter writer;
+    engine.Save(&writer);
+    pheromone::ByteReader reader(writer.bytes());
+    const auto restored = pheromone::engine::Engine::Restore(&reader);
+    Require(restored.ok() && restored.value().StateHash() == engine.StateHash());
+  }
+  return 0;
+}
