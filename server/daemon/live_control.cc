@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include "server/config/describe.h"
@@ -13,6 +15,7 @@ namespace pheromone::daemon {
 namespace {
 
 constexpr double kMemoryS = 10;  // of the links' byte rates
+constexpr std::chrono::milliseconds kBetweenLooks{1};
 
 double SecondsSince(std::chrono::steady_clock::time_point then) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
@@ -95,6 +98,7 @@ engine::StatusView LiveControl::GetStatus(bool with_hash) const {
       status.state_hash = engine.StateHash();
     }
   });
+  status.latency = parts_.switchboard->latency();
   status.version = PHEROMONE_VERSION;
   status.uptime_s = SecondsSince(started_);
   status.service = parts_.service->counters();
@@ -133,8 +137,7 @@ std::vector<engine::LinkView> LiveControl::GetLinks() const {
 }
 
 std::vector<engine::ClientView> LiveControl::GetClients() const {
-  using Key = std::pair<engine::LinkIndex, uint8_t>;
-  std::map<Key, engine::ClientView> clients;
+  std::map<std::pair<engine::LinkIndex, uint8_t>, engine::ClientView> clients;
   parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
     engine.robots().ForEach(
         [&](engine::LinkIndex link, uint8_t id, const engine::RobotState& robot) {
@@ -143,25 +146,15 @@ std::vector<engine::ClientView> LiveControl::GetClients() const {
           client.known = robot.epoch == engine.epoch();
         });
     const uint64_t now_ms = parts_.now_ms();
-    const auto& links = engine.config().links;
-    for (size_t i = 0; i < links.size(); ++i) {
-      const auto link = static_cast<engine::LinkIndex>(i);
-      for (int id = 1; id <= UINT8_MAX; ++id) {
-        const Key key{link, static_cast<uint8_t>(id)};
-        const engine::RobotTraffic* heard = traffic.Find(key.first, key.second);
-        const auto known = clients.find(key);
-        if (heard == nullptr && known == clients.end()) {
-          continue;
-        }
-        engine::ClientView& client = known != clients.end() ? known->second : clients[key];
-        client.link = links[i].name;
-        client.id = key.second;
-        if (heard != nullptr) {
-          client.traffic = *heard;
-          client.silent_ms = now_ms - std::min(now_ms, heard->last_ms);
-        }
-        AddPose(engine, link, now_ms, &client);
-      }
+    traffic.ForEach([&](engine::LinkIndex link, uint8_t id, const engine::RobotTraffic& heard) {
+      engine::ClientView& client = clients[{link, id}];
+      client.traffic = heard;
+      client.silent_ms = now_ms - std::min(now_ms, heard.last_ms);
+    });
+    for (auto& [key, client] : clients) {
+      client.link = engine.config().links[key.first].name;
+      client.id = key.second;
+      AddPose(engine, key.first, now_ms, &client);
     }
   });
   std::vector<engine::ClientView> views;
@@ -209,6 +202,26 @@ Status LiveControl::CheckHealth() const {
   });
 }
 
+Status LiveControl::Edit(const field::FieldEdit& edit) {
+  Status made = parts_.service->Edit(edit);
+  return made.ok() ? AwaitDurable() : made;
+}
+
+// Until all that has happened so far is durable.
+Status LiveControl::AwaitDurable() const {
+  const uint64_t sequence =
+      parts_.service->Inspect([](const engine::Engine& engine) { return engine.sequence(); });
+  const auto deadline = std::chrono::steady_clock::now() + parts_.patience;
+  while (parts_.service->Inspect(
+      [&](const engine::Engine&) { return parts_.log->DurableSequence() < sequence; })) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      return Error{"it was done, but the log has not made it durable: a crash may undo it"};
+    }
+    std::this_thread::sleep_for(kBetweenLooks);
+  }
+  return Ok();
+}
+
 Status LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
                           std::span<const uint8_t> arguments) {
   const auto index = parts_.service->FindLink(link);
@@ -221,7 +234,7 @@ Status LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCo
   std::vector<engine::Outgoing> out;
   Status issued = parts_.service->Issue(command, &out);
   parts_.switchboard->Deliver(out);
-  return issued;
+  return issued.ok() ? AwaitDurable() : issued;
 }
 
 Result<std::vector<std::string>> LiveControl::HaltAll() {

@@ -4,8 +4,9 @@
 //   control.SampleLinks();                      // about once a second
 //   const auto views = control.GetLinks();      // from any thread
 //
-// Everything it is given outlives it; the list of links does not change any more once others may
-// call. Thread-safe.
+// What it says was changed is durable: it waits for the log, in the caller's thread, for a few
+// seconds at the most. Everything it is given outlives it; the list of links does not change any
+// more once others may call. Thread-safe.
 #pragma once
 
 #include <chrono>
@@ -30,6 +31,7 @@ struct LiveParts {
   std::function<uint64_t()> now_ms;  ///< the present field time; called under the service's lock
   std::function<config::Config()> config;  ///< the one in effect
   std::function<Result<std::vector<std::string>>()> reload;
+  std::chrono::milliseconds patience{5'000};  ///< with a log that does not get durable
 };
 
 class LiveControl final : public engine::Control {
@@ -44,7 +46,7 @@ class LiveControl final : public engine::Control {
   std::vector<std::string> GetConfig() const override;
   Status CheckHealth() const override;
 
-  Status Edit(const field::FieldEdit& edit) override { return parts_.service->Edit(edit); }
+  Status Edit(const field::FieldEdit& edit) override;
   Status Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
                std::span<const uint8_t> arguments) override;
   Result<std::vector<std::string>> HaltAll() override;
@@ -55,6 +57,8 @@ class LiveControl final : public engine::Control {
   void SampleLinks();
 
  private:
+  Status AwaitDurable() const;
+
   struct Sample {
     uint64_t bytes = 0;
     double bytes_per_s = 0;

@@ -39,6 +39,18 @@ class Traffic {
   /// Null if nothing was heard of that robot.
   const RobotTraffic* Find(LinkIndex link, uint8_t id) const;
 
+  /// Calls `visit(LinkIndex, id, const RobotTraffic&)` for each robot that was heard.
+  template <typename Visit>
+  void ForEach(Visit&& visit) const {
+    for (size_t link = 0; link < links_.size(); ++link) {
+      for (size_t id = 0; links_[link] != nullptr && id < links_[link]->size(); ++id) {
+        if (const RobotTraffic& robot = (*links_[link])[id]; robot.requests != 0) {
+          visit(static_cast<LinkIndex>(link), static_cast<uint8_t>(id), robot);
+        }
+      }
+    }
+  }
+
   /// Messages by opcode; those with the server's bit, which are echoes, under the same opcode.
   const std::array<uint64_t, 128>& by_opcode() const { return by_opcode_; }
 

@@ -1,12 +1,17 @@
 #include "server/links/switchboard.h"
 
+#include <chrono>
+
 namespace pheromone::links {
 
 void Switchboard::Handle(engine::LinkIndex from, std::span<const protocol::Message> batch,
                          std::vector<protocol::Message>* own) {
   std::vector<engine::Outgoing> out;
   out.reserve(batch.size());
+  const auto begin = std::chrono::steady_clock::now();
   service_->Handle(from, batch, &out);
+  const std::chrono::nanoseconds elapsed = std::chrono::steady_clock::now() - begin;
+  latency_.Count(static_cast<uint64_t>(elapsed.count()));
   for (const engine::Outgoing& outgoing : out) {
     if (outgoing.link == from) {
       own->push_back(outgoing.message);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/frame.h"
+#include "server/engine/latency.h"
 #include "server/engine/service.h"
 #include "server/links/link.h"
 
@@ -30,9 +31,13 @@ class Switchboard {
   /// Sends each message on its link.
   void Deliver(std::span<const engine::Outgoing> outgoing);
 
+  /// How long batches waited for the engine and were in it.
+  engine::LatencyCounts latency() const { return latency_.counts(); }
+
  private:
   engine::Service* service_;
   std::vector<Link*> links_;
+  engine::LatencyHistogram latency_;
 };
 
 }  // namespace pheromone::links

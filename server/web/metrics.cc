@@ -39,6 +39,12 @@ std::string Escaped(std::string_view text) {
   return escaped;
 }
 
+template <typename Number>
+std::string NumberText(Number number) {
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr};
+}
+
 // Families are written one after the other, each with all its samples.
 class Text {
  public:
@@ -49,17 +55,14 @@ class Text {
   }
 
   template <typename Number>
-  void Sample(std::initializer_list<Label> labels, Number value) {
-    text_ += name_;
+  void Sample(std::initializer_list<Label> labels, Number value, std::string_view suffix = "") {
+    text_.append(name_).append(suffix);
     const char* before = "{";
     for (const Label& label : labels) {
       text_.append(before).append(label.name).append("=\"").append(Escaped(label.value)) += '"';
       before = ",";
     }
-    text_ += labels.size() != 0 ? "} " : " ";
-    std::array<char, 32> digits{};
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
-    text_.append(digits.data(), end) += '\n';
+    text_ += (labels.size() != 0 ? "} " : " ") + NumberText(value) + '\n';
   }
 
   template <typename Number>
@@ -138,6 +141,21 @@ void AddEngine(const engine::StatusView& status, Text* text) {
                 status.engine.commands_unknown);
 }
 
+// Each class counts what the ones before it do, too.
+void AddLatency(const engine::LatencyCounts& counts, Text* text) {
+  text->Family("batch_seconds", "histogram",
+               "Time of a batch of requests, waiting for the engine and in it.");
+  uint64_t count = 0;
+  for (size_t i = 0; i < counts.by_class.size(); ++i) {
+    count += counts.by_class[i];
+    const bool last = i == engine::kLatencyEndsUs.size();
+    text->Sample({{"le", last ? "+Inf" : NumberText(engine::kLatencyEndsUs[i] / 1e6)}}, count,
+                 "_bucket");
+  }
+  text->Sample({}, static_cast<double>(counts.sum_ns) / 1e9, "_sum");
+  text->Sample({}, count, "_count");
+}
+
 void AddLinks(const std::vector<engine::LinkView>& links, Text* text) {
   text->Family("link_up", "gauge", "1 while the link is up.");
   for (const engine::LinkView& link : links) {
@@ -193,6 +211,7 @@ std::string Metrics(const engine::Control& control) {
   Text text;
   AddProcess(status, &text);
   AddEngine(status, &text);
+  AddLatency(status.latency, &text);
   AddLinks(control.GetLinks(), &text);
   AddRobots(control.GetClients(), &text);
   return text.Take();

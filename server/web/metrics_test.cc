@@ -22,7 +22,7 @@ struct Exposition {
 // Fails the test for whatever the format does not allow.
 Exposition Parse(const std::string& text) {
   static const std::regex help(R"(# HELP ([a-z_]+) .+\.)");
-  static const std::regex type(R"(# TYPE ([a-z_]+) (counter|gauge))");
+  static const std::regex type(R"(# TYPE ([a-z_]+) (counter|gauge|histogram))");
   static const std::regex sample(
       R"re(([a-z_]+)(\{[a-z_]+="(?:[^"\\\n]|\\[\\"n])*"(?:,[a-z_]+="(?:[^"\\\n]|\\[\\"n])*")*\})? (-?[0-9.]+(?:e[-+][0-9]+)?))re");
   Exposition read;
@@ -39,7 +39,11 @@ Exposition Parse(const std::string& text) {
       EXPECT_EQ(family, match[1]) << line;
       read.types[match[1]] = match[2];
     } else if (std::regex_match(line, match, sample)) {
-      EXPECT_EQ(family, match[1]) << "outside of its family: " << line;
+      std::string name = match[1];
+      if (read.types[family] == "histogram") {
+        name = std::regex_replace(name, std::regex("_(bucket|sum|count)$"), "");
+      }
+      EXPECT_EQ(family, name) << "outside of its family: " << line;
       EXPECT_TRUE(read.samples.emplace(match[1].str() + match[2].str(), match[3]).second) << line;
     } else {
       ADD_FAILURE() << "neither comment nor sample: " << line;
@@ -74,6 +78,11 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   control.status.requests_by_opcode[0x71] = 1;
   control.status.requests_by_opcode[0x00] = 9;
   control.status.service.errors[9] = 6;
+  engine::LatencyHistogram latency;
+  for (const uint64_t ns : {1'000u, 900u, 4'999u, 5'000u, 2'001u, 249'986'100u}) {
+    latency.Count(ns);
+  }
+  control.status.latency = latency.counts();
 
   const Exposition read = Parse(Metrics(control));
   const auto value = [&](const std::string& key) {
@@ -93,6 +102,13 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   EXPECT_EQ(value("errors_total{reason=\"map full\"}"), "6");
   EXPECT_EQ(value("robot_requests_total{link=\"radio-a\",id=\"7\"}"), "12");
   EXPECT_EQ(value("robot_silent_seconds{link=\"radio-a\",id=\"7\"}"), "1.5");
+  // 2 took up to 1 us, 3 up to 5 us, 1 longer than all: 6 in all.
+  EXPECT_EQ(value("batch_seconds_bucket{le=\"1e-06\"}"), "2");
+  EXPECT_EQ(value("batch_seconds_bucket{le=\"2e-06\"}"), "2");
+  EXPECT_EQ(value("batch_seconds_bucket{le=\"0.1\"}"), "5");
+  EXPECT_EQ(value("batch_seconds_bucket{le=\"+Inf\"}"), "6");
+  EXPECT_EQ(value("batch_seconds_count"), "6");
+  EXPECT_EQ(value("batch_seconds_sum"), "0.25");
   for (const auto& [family, type] : read.types) {
     const bool total = family.ends_with("_total");
     EXPECT_EQ(type == "counter", total) << family;
