@@ -144,7 +144,7 @@ int ReloadConfig(const ServerOptions& options) {
   }
   fmt::print("configuration read again\n");
   for (const json::value& note : ItemsAt(reply.value, "notes")) {
-    fmt::print("  {}\n", note.is_string() ? std::string_view(note.get_string()) : "");
+    fmt::print("  {}\n", TextOf(note));
   }
   return 0;
 }

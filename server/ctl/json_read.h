@@ -8,6 +8,7 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
+#include <boost/json/string.hpp>
 #include <boost/json/value.hpp>
 
 namespace pheromone::ctl {
@@ -38,6 +39,12 @@ inline std::string TextAt(const boost::json::value& value, std::string_view key)
 inline bool FlagAt(const boost::json::value& value, std::string_view key) {
   const boost::json::value& member = At(value, key);
   return member.is_bool() && member.get_bool();
+}
+
+/// The text of a string, good as long as the value is; empty for anything else.
+inline std::string_view TextOf(const boost::json::value& value) {
+  const boost::json::string* text = value.if_string();
+  return text != nullptr ? std::string_view{text->data(), text->size()} : std::string_view{};
 }
 
 /// The items of an array; none if there is no array.

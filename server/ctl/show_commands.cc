@@ -59,11 +59,12 @@ std::string Losses(const json::value& counters) {
   std::string text;
   const json::object* object = counters.if_object();
   for (const json::key_value_pair& it : object != nullptr ? *object : json::object()) {
-    const bool traffic = std::find(std::begin(kTraffic), std::end(kTraffic),
-                                   std::string_view(it.key())) != std::end(kTraffic);
+    const std::string_view name = it.key();
+    const bool traffic =
+        std::find(std::begin(kTraffic), std::end(kTraffic), name) != std::end(kTraffic);
     const uint64_t count = CountAt(counters, it.key());
     if (!traffic && count != 0) {
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, std::string_view(it.key()));
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, name);
     }
   }
   return text.empty() ? "none" : text;
@@ -130,9 +131,9 @@ int ShowStatus(const ServerOptions& options, bool with_hash) {
   for (const json::value* trouble : {&errors, &At(status, "trouble")}) {
     for (const json::key_value_pair& it :
          trouble->is_object() ? trouble->get_object() : json::object()) {
-      if (const uint64_t count = CountAt(*trouble, it.key()); count != 0) {
-        fmt::print("{}{}  {}\n", trouble == &errors ? "error " : "", std::string_view(it.key()),
-                   count);
+      const std::string_view name = it.key();
+      if (const uint64_t count = CountAt(*trouble, name); count != 0) {
+        fmt::print("{}{}  {}\n", trouble == &errors ? "error " : "", name, count);
       }
     }
   }
@@ -212,7 +213,7 @@ int ShowConfig(const ServerOptions& options) {
     return reply.exit_status;
   }
   for (const json::value& line : ItemsAt(reply.value, "lines")) {
-    fmt::print("{}\n", line.is_string() ? std::string_view(line.get_string()) : "");
+    fmt::print("{}\n", TextOf(line));
   }
   return 0;
 }

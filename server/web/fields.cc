@@ -243,12 +243,13 @@ std::optional<std::vector<field::PointUm>> Fields::Corners(std::string_view key)
 
 void Fields::AllowOnly(std::initializer_list<std::string_view> known) {
   for (const json::key_value_pair& member : object_) {
-    if (std::find(known.begin(), known.end(), std::string_view(member.key())) == known.end()) {
+    const std::string_view name = member.key();
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
       std::string list;
       for (const std::string_view key : known) {
         list.append(list.empty() ? "one of " : ", ").append(key);
       }
-      Note({"unknown key", std::string(member.key()), list.empty() ? "no keys" : list});
+      Note({"unknown key", std::string(name), list.empty() ? "no keys" : list});
     }
   }
 }
