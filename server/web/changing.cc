@@ -66,7 +66,7 @@ Response Deposit(engine::Control* control, Fields* fields) {
   const auto y = fields->Metres("y_m", -1e6);
   const auto quanta = fields->Integer("quanta", 1, law != nullptr ? law->max_count : 1, 1);
   fields->AllowOnly({"pheromone", "x_m", "y_m", "quanta"});
-  if (fields->problem()) {
+  if (fields->problem() || law == nullptr) {
     return Refuse(400, *fields->problem());
   }
   const field::PointUm point{*x, *y};
@@ -94,7 +94,7 @@ Response Erase(engine::Control* control, Fields* fields) {
   edit.action = FieldEdit::Action::kErase;
   ReadShape(fields, &edit);
   fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all"});
-  if (fields->problem()) {
+  if (fields->problem() || law == nullptr) {
     return Refuse(400, *fields->problem());
   }
   edit.type = law->type;
@@ -110,7 +110,7 @@ Response Paint(engine::Control* control, Fields* fields) {
   const auto units = fields->Number("units", 0, maximum, maximum);
   const auto add = fields->Boolean("add", false);
   fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all", "units", "add"});
-  if (fields->problem()) {
+  if (fields->problem() || law == nullptr) {
     return Refuse(400, *fields->problem());
   }
   edit.type = law->type;
@@ -144,7 +144,7 @@ Response Command(engine::Control* control, Fields* fields) {
       fields->Expected("arguments", expected + "]");
     }
   }
-  if (fields->problem()) {
+  if (fields->problem() || command == nullptr) {
     return Refuse(400, *fields->problem());
   }
   return Outcome(control->Issue(*link, static_cast<uint8_t>(*id), command->code,

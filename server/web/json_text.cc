@@ -41,7 +41,7 @@ void Append(const json::value& value, std::string* text) {
     case json::kind::object:
       *text += '{';
       for (const json::key_value_pair& member : value.get_object()) {
-        text->append(before).append(json::serialize(json::string_view(member.key()))) += ':';
+        text->append(before).append(json::serialize(member.key())) += ':';
         Append(member.value(), text);
         before = ",";
       }

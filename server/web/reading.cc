@@ -145,7 +145,7 @@ Response ReadSense(const engine::Control& control, Fields* fields) {
   const auto y = fields->Metres("y_m", -1e6);
   const auto heading = fields->Number("heading_deg", -360, 360, 0);
   fields->AllowOnly({"pheromone", "x_m", "y_m", "heading_deg"});
-  if (fields->problem()) {
+  if (fields->problem() || law == nullptr) {
     return Refuse(400, *fields->problem());
   }
   const field::FieldReader reader(*view.field);
