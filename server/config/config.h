@@ -36,12 +36,31 @@ struct DaemonSettings {
 
 enum class LinkKind { kPty, kSerial, kTcp, kUdp };
 
+/// A USB adapter's identity: the serial number is empty if any will do.
+struct UsbIdentity {
+  uint16_t vendor = 0;
+  uint16_t product = 0;
+  std::string serial;
+  bool operator==(const UsbIdentity&) const = default;
+};
+
+/// What tells that somebody is sending, and what switches to sending; in the order of their names.
+enum class CarrierSense { kNone, kDcd, kCts };
+enum class Ptt { kNone, kRts, kDtr, kRs485 };
+
 /// How a link is reached. Its name, slot and response window are in Config::engine.links too.
 struct LinkConfig {
   std::string name;
   LinkKind kind = LinkKind::kPty;
-  std::string path;             ///< kPty: the symbolic link to the slave side; kSerial: the port
-  uint32_t baud = 9600;         ///< kSerial
+  std::string path;                ///< kPty: the symbolic link to the slave side; kSerial: the port
+  std::optional<UsbIdentity> usb;  ///< kSerial: instead of a path
+  uint32_t baud = 9600;            ///< kSerial
+  bool medium_access = true;       ///< kSerial: several stations share the medium
+  CarrierSense carrier_sense = CarrierSense::kNone;  ///< kSerial
+  Ptt ptt = Ptt::kNone;                              ///< kSerial
+  uint16_t ptt_lead_ms = 0;
+  uint16_t ptt_tail_ms = 0;
+  uint32_t silence_s = 0;       ///< kSerial: nothing heard for so long is told; 0 = never
   std::string listen_address;   ///< kTcp, kUdp: numeric, IPv4 or IPv6 without brackets
   uint16_t listen_port = 0;     ///< kTcp, kUdp: 0 lets the system choose
   bool required = false;        ///< start-up fails if the link does not come up

@@ -29,8 +29,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{33, "port = \"/dev/ttyS0\"\nbaud = 9600.5",
              "34:8: link[2].baud: found 9600.5, expected a whole number from 50 to 4000000"},
         Case{33, "port = \"/dev/ttyS0\"\nturnaround_ms = 30\nresponse_window_ms = 32",
-             "35:22: link[2].response_window_ms: found 32, expected more than turnaround_ms and "
-             "the time of a byte, which the server waits before it answers"},
+             "35:22: link[2].response_window_ms: found 32, expected more than "
+             "turnaround_ms, ptt_lead_ms and the time of a byte, which the server waits before it "
+             "answers"},
         Case{29,
              "path = \"./x/../b.pty\"\n[[link]]\nname = \"b\"\nkind = \"pty\"\npath = \"b.pty\"",
              "33:8: link[2].path: found the string \"b.pty\" again, expected what link \"radio-a\" "
@@ -55,6 +56,35 @@ INSTANTIATE_TEST_SUITE_P(
              "listen = \"127.0.0.1:4951\"\ngap_timeout_ms = 5",
              "42:1: link[4].gap_timeout_ms: unknown key, expected one of name, kind, required, "
              "clients, listen, slot_ms, response_window_ms"},
+        Case{33, "usb = \"0403-6001\"",
+             "33:7: link[2].usb: found the string \"0403-6001\", expected the vendor's and the "
+             "product's number in hexadecimal, and perhaps the serial number, such as "
+             "\"0403:6001\" or \"0403:6001:A50285BI\""},
+        Case{33, "usb = \"0403:6001\"\nport = \"/dev/ttyS0\"",
+             "34:1: link[2].port: found with usb, expected one of them"},
+        Case{33, "baud = 9600", "30:1: link[2].port: missing, expected a string"},
+        Case{33, "port = \"/dev/ttyS0\"\ncarrier_sense = \"dsr\"",
+             "34:17: link[2].carrier_sense: found the string \"dsr\", expected one of \"none\", "
+             "\"dcd\", \"cts\""},
+        Case{33, "port = \"/dev/ttyS0\"\nptt = true",
+             "34:7: link[2].ptt: found true, expected one of \"none\", \"rts\", \"dtr\", "
+             "\"rs485\""},
+        Case{33, "port = \"/dev/ttyS0\"\nptt = \"rts\"\nptt_lead_ms = 1001",
+             "35:15: link[2].ptt_lead_ms: found 1001, expected a whole number from 0 to 1000"},
+        Case{33, "port = \"/dev/ttyS0\"\nptt_tail_ms = 5",
+             "34:1: link[2].ptt_tail_ms: found with no ptt, expected \"rts\", \"dtr\" or "
+             "\"rs485\" there"},
+        Case{
+            33, "port = \"/dev/ttyS0\"\nmedium_access = false\nturnaround_ms = 5",
+            "35:1: link[2].turnaround_ms: found with medium_access = false, expected a medium that "
+            "is shared"},
+        Case{33, "port = \"/dev/ttyS0\"\nptt = \"rts\"\nptt_lead_ms = 30\nresponse_window_ms = 34",
+             "36:22: link[2].response_window_ms: found 34, expected more than turnaround_ms, "
+             "ptt_lead_ms and the time of a byte, which the server waits before it answers"},
+        Case{33, "port = \"/dev/ttyS0\"\nsilence_s = -1",
+             "34:13: link[2].silence_s: found -1, expected a whole number from 0 to 1000000"},
+        Case{29, "path = \"a.pty\"\nptt = \"rts\"",
+             "30:1: link[1].ptt: unknown key, expected path?"},
         Case{29, "path = \"a.pty\"\nclients = 7",
              "30:11: link[1].clients: found 7, expected client IDs from 1 to 254 and ranges of "
              "them, such as [1, 2, \"10-20\"]"},
@@ -117,6 +147,65 @@ INSTANTIATE_TEST_SUITE_P(
              "\"127.0.0.1:1\"\n[[tracker]]\nname = \"t\"\nlisten = \"127.0.0.1:2\"",
              "42:8: tracker[2].name: found the string \"t\" again, expected what tracker \"t\" "
              "does not have"}));
+
+const LinkConfig& SerialLinkOf(const Result<Config>& config) {
+  return config.value().links[1];
+}
+
+TEST(LinksTest, APortIsAPathOrANameInByIdOrAUsbAdapter) {
+  const auto parse = [](std::string_view with) {
+    return ParseConfig(Replaced(33, with), "f.toml");
+  };
+  EXPECT_EQ(SerialLinkOf(parse("port = \"./modem\"")).path, "./modem");
+  EXPECT_EQ(SerialLinkOf(parse("port = \"usb-FTDI_FT232R_A50285BI-if00-port0\"")).path,
+            "/dev/serial/by-id/usb-FTDI_FT232R_A50285BI-if00-port0");
+  EXPECT_EQ(SerialLinkOf(parse("usb = \"0403:6001\"")).usb, (UsbIdentity{0x0403, 0x6001, ""}));
+  EXPECT_EQ(SerialLinkOf(parse("usb = \"1A86:7523:A:5\"")).usb,
+            (UsbIdentity{0x1a86, 0x7523, "A:5"}));
+  EXPECT_EQ(SerialLinkOf(parse("usb = \"1A86:7523\"")).path, "");
+  for (const std::string_view bad : {"", "0403", "0403:", "403:6001", "0403:6001:", "0403:60011",
+                                     "0403:6001A", "0x03:6001", "0403:+601", "0403 6001"}) {
+    EXPECT_NE(ErrorOf(Replaced(33, "usb = \"" + std::string(bad) + "\"")), "") << bad;
+  }
+}
+
+TEST(LinksTest, OneAdapterServesOneLink) {
+  const std::string other =
+      "usb = \"0403:6001\"\n[[link]]\nname = \"c\"\nkind = \"serial\"\nusb = ";
+  EXPECT_EQ(ErrorOf(Replaced(33, other + "\"0403:6001\"")),
+            "f.toml:37:7: link[3].usb: found the string \"0403:6001\" again, expected what link "
+            "\"radio-b\" does not have");
+  EXPECT_EQ(ErrorOf(Replaced(33, other + "\"0403:6001:X\"")), "");
+}
+
+TEST(LinksTest, ModemLinesAreRead) {
+  const Result<Config> config = ParseConfig(
+      Replaced(33,
+               "port = \"/dev/ttyS0\"\ncarrier_sense = \"cts\"\nptt = \"rs485\"\nptt_lead_ms = 3\n"
+               "ptt_tail_ms = 4\nsilence_s = 60\nbaud = 9600\nturnaround_ms = 2"),
+      "f.toml");
+  ASSERT_TRUE(config.ok()) << config.error();
+  const LinkConfig& link = SerialLinkOf(config);
+  EXPECT_EQ(link.carrier_sense, CarrierSense::kCts);
+  EXPECT_EQ(link.ptt, Ptt::kRs485);
+  EXPECT_EQ(link.ptt_lead_ms, 3);
+  EXPECT_EQ(link.ptt_tail_ms, 4);
+  EXPECT_EQ(link.silence_s, 60u);
+  EXPECT_EQ(link.slot_ms, 4);                          // 2 ms and a byte of 1.04 ms, rounded up
+  EXPECT_EQ(link.response_window_ms, 2 + 3 + 20 + 3);  // two bytes take 2.08 ms
+}
+
+TEST(LinksTest, ACableNeedsNoMediumAccess) {
+  const Result<Config> config =
+      ParseConfig(Replaced(33, "port = \"/dev/ttyS0\"\nmedium_access = false"), "f.toml");
+  ASSERT_TRUE(config.ok()) << config.error();
+  const LinkConfig& link = SerialLinkOf(config);
+  EXPECT_FALSE(link.medium_access);
+  EXPECT_EQ(link.turnaround_ms, 0);
+  EXPECT_EQ(link.slot_ms, 1);
+  EXPECT_EQ(link.response_window_ms, 100);
+  EXPECT_EQ(link.gap_timeout_ms, 20);
+}
 
 TEST(LinksTest, ClientsAreIdsAndRangesOfThem) {
   for (const std::string_view bad :

@@ -13,89 +13,68 @@ namespace {
 
 constexpr std::string_view kKinds[] = {"pty", "serial", "tcp", "udp"};  // in the order of LinkKind
 
-// D_s, what the server may take to answer: a USB adapter alone may hold bytes back for 16 ms.
-constexpr int64_t kServerDelayMs = 20;
-constexpr int64_t kSerialGapMs = 20;  // or four bytes, if they take longer
-constexpr int64_t kTcpGapMs = 10'000;
-constexpr int64_t kWindowMs = 100;  // without medium access
-
 constexpr int kMostId = 254;
 
-// A number of milliseconds that HELLO tells in one byte. `fallback` follows from other keys, and
-// may not fit.
-std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, int64_t fallback) {
-  if (table.Find(key) == nullptr && fallback > UINT8_MAX) {
-    table.Report(key, "missing, and " + std::to_string(fallback) +
-                          ", which follows from baud and turnaround_ms, is more than 255; expected "
-                          "a faster line or a whole number from 1 to 255");
+// VENDOR:PRODUCT in hexadecimal, and perhaps :SERIAL.
+std::optional<UsbIdentity> ParseUsb(std::string_view text) {
+  UsbIdentity usb;
+  const auto parse = [&text](size_t begin, uint16_t* number) {
+    const std::string_view digits = text.substr(std::min(begin, text.size()), 4);
+    const char* const end = digits.data() + digits.size();
+    const auto parsed = std::from_chars(digits.data(), end, *number, 16);
+    return digits.size() == 4 && parsed.ec == std::errc() && parsed.ptr == end;
+  };
+  const bool numbers = parse(0, &usb.vendor) && parse(5, &usb.product) && text[4] == ':';
+  const bool has_serial = text.size() > 10 && text[9] == ':';
+  if (!numbers || (text.size() != 9 && !has_serial)) {
     return std::nullopt;
   }
-  return table.Integer(key, 1, UINT8_MAX, fallback);
+  usb.serial = has_serial ? text.substr(10) : "";
+  return usb;
 }
 
-// The medium-access figures that HELLO tells the robots.
-bool ReadTimes(const TableReader& table, LinkConfig* link) {
-  const bool serial = link->kind == LinkKind::kSerial;
-  const int64_t turnaround = serial ? table.Integer("turnaround_ms", 0, 200, 2).value_or(-1) : 0;
-  if (turnaround < 0) {
-    return false;
+// A path, a name in /dev/serial/by-id, or a USB adapter.
+bool ReadPort(const TableReader& table, LinkConfig* link) {
+  constexpr std::string_view kByIdFolder = "/dev/serial/by-id/";
+  if (table.Find("usb") == nullptr) {
+    const auto port = table.String("port");
+    if (!port) {
+      return false;
+    }
+    const bool by_id = port->find('/') == std::string::npos;
+    link->path = (by_id ? std::string(kByIdFolder) : "") + *port;
+    return true;
   }
-  // A byte takes ten bits, start and stop included.
-  const auto byte_times_ms = [link](int64_t n) {
-    return (n * 10'000 + int64_t{link->baud} - 1) / int64_t{link->baud};
-  };
-  const int64_t slot = serial ? turnaround + byte_times_ms(1) : 1;
-  const int64_t window = serial ? turnaround + kServerDelayMs + byte_times_ms(2) : kWindowMs;
-  const int64_t gap = serial                         ? std::max(kSerialGapMs, byte_times_ms(4))
-                      : link->kind == LinkKind::kTcp ? kTcpGapMs
-                                                     : 0;
-  const auto slot_ms = ReadByte(table, "slot_ms", slot);
-  const auto window_ms = ReadByte(table, "response_window_ms", window);
-  const auto gap_ms = table.Integer("gap_timeout_ms", 0, 60'000, gap);
-  if (!slot_ms || !window_ms || !gap_ms) {
-    return false;
+  const auto text = table.String("usb");
+  link->usb = text ? ParseUsb(*text) : std::nullopt;
+  if (text && !link->usb) {
+    table.Expected("usb", *table.Find("usb"),
+                   "the vendor's and the product's number in hexadecimal, and perhaps the serial "
+                   "number, such as \"0403:6001\" or \"0403:6001:A50285BI\"");
   }
-  // Bytes that follow each other without a pause are a byte time apart, and a read may come late.
-  if (serial && *gap_ms != 0 && *gap_ms * link->baud <= 20'000) {
-    table.Report("gap_timeout_ms",
-                 "found " + std::to_string(*gap_ms) + ", expected more than the " +
-                     "time of two bytes, which is " +
-                     FormatScaled(20'000'000 / link->baud, kSecondsToMs) + " ms at " +
-                     std::to_string(link->baud) + " baud, or 0 for no limit");
-    return false;
-  }
-  if (serial && *window_ms <= turnaround + byte_times_ms(1)) {
-    table.Report("response_window_ms",
-                 "found " + std::to_string(*window_ms) +
-                     ", expected more than turnaround_ms and the time of a byte, which the server "
-                     "waits before it answers");
-    return false;
-  }
-  link->turnaround_ms = static_cast<uint16_t>(turnaround);
-  link->slot_ms = static_cast<uint8_t>(*slot_ms);
-  link->response_window_ms = static_cast<uint8_t>(*window_ms);
-  link->gap_timeout_ms = static_cast<uint16_t>(*gap_ms);
-  return true;
+  return table.Without({"port"}, "usb", "one of them") && link->usb;
 }
 
 bool ReadAddress(const TableReader& table, LinkConfig* link) {
-  std::optional<std::string> text;
   switch (link->kind) {
     case LinkKind::kPty:
       table.AllowOnly({"name", "kind", "required", "clients", "path", "slot_ms",
                        "response_window_ms", "gap_timeout_ms"});
-      text = table.String("path");
-      break;
+      link->path = table.String("path").value_or("");
+      return !link->path.empty();
     case LinkKind::kSerial: {
-      table.AllowOnly({"name", "kind", "required", "clients", "port", "baud", "slot_ms",
-                       "response_window_ms", "turnaround_ms", "gap_timeout_ms"});
-      text = table.String("port");
+      table.AllowOnly({"name", "kind", "required", "clients", "port", "usb", "baud", "silence_s",
+                       "medium_access", "slot_ms", "response_window_ms", "turnaround_ms",
+                       "carrier_sense", "ptt", "ptt_lead_ms", "ptt_tail_ms", "gap_timeout_ms"});
+      const bool has_port = ReadPort(table, link);
+      const auto silence = table.Integer("silence_s", 0, 1'000'000, 0);
       const auto baud = table.Integer("baud", 50, 4'000'000, 9600);
-      if (!baud) {
+      if (!has_port || !baud || !silence) {
         return false;
       }
       link->baud = static_cast<uint32_t>(*baud);
-      break;
+      link->silence_s = static_cast<uint32_t>(*silence);
+      return true;
     }
     case LinkKind::kTcp:
     case LinkKind::kUdp: {
@@ -115,8 +94,7 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
       return true;
     }
   }
-  link->path = text.value_or("");
-  return text.has_value();
+  return false;
 }
 
 // Two links cannot be reached in the same way.
@@ -135,7 +113,10 @@ std::string_view Clash(const LinkConfig& a, const LinkConfig& b) {
   const auto normal = [](const std::string& path) {
     return std::filesystem::path(path).lexically_normal();
   };
-  if (!listens(b.kind) && normal(a.path) == normal(b.path)) {
+  if (a.usb && a.usb == b.usb) {
+    return "usb";
+  }
+  if (!listens(b.kind) && !a.usb && !b.usb && normal(a.path) == normal(b.path)) {
     return a.kind == LinkKind::kPty ? "path" : "port";
   }
   return "";
@@ -199,10 +180,10 @@ void ReadLink(const TableReader& table, Config* config) {
   LinkConfig link;
   link.kind = static_cast<LinkKind>(*kind);
   const bool has_address = ReadAddress(table, &link);
-  const bool has_times = ReadTimes(table, &link);
+  const bool has_medium = ReadMedium(table, &link);
   const bool has_clients = ReadClients(table, &link);
   const auto required = table.Boolean("required", false);
-  if (!name || !has_address || !has_times || !has_clients || !required) {
+  if (!name || !has_address || !has_medium || !has_clients || !required) {
     return;
   }
   link.name = *name;

@@ -49,6 +49,9 @@ void ReadPrints(const Value& root, Notes* notes, field::FieldConfig* field);
 /// [[link]]
 void ReadLinks(const Value& root, Notes* notes, Config* config);
 
+/// Of a link whose kind and baud are known: who may send when. False if a problem was noted.
+bool ReadMedium(const TableReader& table, LinkConfig* link);
+
 /// [[frame]], which needs the links
 void ReadFrames(const Value& root, Notes* notes, engine::EngineConfig* engine);
 

@@ -266,7 +266,7 @@ class DaemonTest(unittest.TestCase):
         if not SHIM:
             self.skipTest("no --shim to let libserialport open a pseudo-terminal")
         self.config.write_text(CONFIG + '[[link]]\nname = "radio-b"\nkind = "serial"\n'
-                               'port = "modem"\nresponse_window_ms = 255\n')
+                               'port = "./modem"\nresponse_window_ms = 255\n')
 
         def plug_in():
             master, slave = os.openpty()
@@ -285,7 +285,7 @@ class DaemonTest(unittest.TestCase):
             os.close(master)
             server.await_log("the other side hung up; trying again")
             master = plug_in()
-            server.await_log("link radio-b: up, serial modem at 9600 baud", 2)
+            server.await_log("link radio-b: up, serial ./modem at 9600 baud", 2)
             self.assertEqual(ask(master, PING, len(ECHO)), ECHO)
             self.assertEqual(server.stop(), 0)
             self.assertIn("opened again 1", server.log)

@@ -78,7 +78,7 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
   std::string line = fmt::format("link {}: {} frames in {} bytes received, {} in {} bytes sent",
                                  name, counters.received.frames, counters.bytes_in,
                                  counters.frames_out, counters.bytes_out);
-  const std::array<std::pair<std::string_view, uint64_t>, 17> losses = {{
+  const std::array<std::pair<std::string_view, uint64_t>, 22> losses = {{
       {"damaged", counters.received.crc_errors},
       {"bad escapes", counters.received.bad_escapes},
       {"oversize", counters.received.oversize},
@@ -94,6 +94,11 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
       {"dropped connections", counters.dropped_connections},
       {"from clients not allowed", counters.not_allowed},
       {"too many at once", counters.too_many},
+      {"framing errors", counters.line.framing},
+      {"parity errors", counters.line.parity},
+      {"overruns", counters.line.overruns},
+      {"buffer overruns", counters.line.buffer_overruns},
+      {"breaks", counters.line.breaks},
       {"oversize datagrams", counters.oversize_datagrams},
       {"opened again", counters.opened > 0 ? counters.opened - 1 : 0},
   }};

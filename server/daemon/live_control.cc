@@ -120,15 +120,14 @@ std::vector<engine::LinkView> LiveControl::GetLinks() const {
   for (size_t i = 0; i < parts_.links->size(); ++i) {
     const links::Link& link = *(*parts_.links)[i];
     const links::LinkRecord::State state = link.state();
-    const links::LinkRecord::History history = link.history();
     engine::LinkView& view = views.emplace_back();
     view.name = link.name();
     view.kind = NameOf(configured[i].kind);
     view.address = link.address();
     view.up = state.up;
     view.state = state.reason;
-    view.since_s = SecondsSince(history.since);
-    view.last_error = history.last_error;
+    view.since_s = SecondsSince(state.since);
+    view.last_error = state.last_error;
     view.byte_rate = ByteRateOf(configured[i]);
     view.bytes_per_s = i < samples_.size() ? samples_[i].bytes_per_s : 0;
     view.counters = CountsOf(link.counters());

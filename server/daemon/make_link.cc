@@ -1,5 +1,6 @@
 #include "server/daemon/make_link.h"
 
+#include <chrono>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -35,6 +36,15 @@ links::GpsToMap GpsToMapAround(const std::optional<maps::Wgs84>& datum) {
   };
 }
 
+// The enumerations have the same order.
+links::MediumLines LinesOf(const config::LinkConfig& config) {
+  static_assert(static_cast<int>(links::CarrierSense::kCts) ==
+                static_cast<int>(config::CarrierSense::kCts));
+  static_assert(static_cast<int>(links::Keying::kRs485) == static_cast<int>(config::Ptt::kRs485));
+  return {static_cast<links::CarrierSense>(config.carrier_sense),
+          static_cast<links::Keying>(config.ptt), config.ptt_lead_ms, config.ptt_tail_ms};
+}
+
 }  // namespace
 
 std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config::LinkConfig& config,
@@ -53,10 +63,16 @@ std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config:
     case config::LinkKind::kSerial: {
       links::SerialOptions options;
       options.path = config.path;
+      if (config.usb) {
+        options.usb = {config.usb->vendor, config.usb->product, config.usb->serial};
+      }
       options.baud = config.baud;
       options.gap_timeout_ms = config.gap_timeout_ms;
       options.turnaround_ms = config.turnaround_ms;
       options.response_window_ms = config.response_window_ms;
+      options.medium_access = config.medium_access;
+      options.lines = LinesOf(config);
+      options.silence = std::chrono::seconds(config.silence_s);
       options.backoff = backoff;
       return links::MakeSerialLink(io, options, std::move(context));
     }

@@ -19,6 +19,29 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
+// How often a line is asked for its carrier while something waits to be sent.
+constexpr std::chrono::milliseconds kBetweenLooks{1};
+
+// Switches the transceiver to sending, and back whatever happens.
+class Sending {
+ public:
+  explicit Sending(Port* port) : port_(port) {
+    if (port_ != nullptr) {
+      port_->Key(true);
+    }
+  }
+  Sending(const Sending&) = delete;
+  Sending& operator=(const Sending&) = delete;
+  ~Sending() {
+    if (port_ != nullptr) {
+      port_->Key(false);
+    }
+  }
+
+ private:
+  Port* const port_;
+};
+
 uint32_t Milliseconds(Clock::time_point at) {
   const auto since = std::chrono::duration_cast<std::chrono::milliseconds>(at.time_since_epoch());
   return static_cast<uint32_t>(since.count());  // it may wrap
@@ -33,6 +56,7 @@ Conversation::Conversation(const asio::any_io_executor& strand, const Conversati
       record_(record),
       stream_(strand),
       wake_(strand),
+      pause_(strand),
       decoder_(options.gap_timeout_ms),
       last_read_(Clock::now()),
       line_free_at_(last_read_) {}
@@ -59,6 +83,7 @@ void Conversation::Close() {
   closed_ = true;
   stream_.close(ignored);
   wake_.cancel();
+  pause_.cancel();
 }
 
 asio::awaitable<std::string> Conversation::Read() {
@@ -154,30 +179,50 @@ std::vector<uint8_t> Conversation::NextBlock(size_t* frames) {
   return block;
 }
 
+// Gives up the first of the queue if `start` is too late for the robot that waits for it.
+bool Conversation::DropLate(Clock::time_point start) {
+  const Frame& frame = queue_.front();
+  if (!options_.medium_access || !frame.asked_at ||
+      start + options_.lead <= *frame.asked_at + options_.response_window) {
+    return false;
+  }
+  queued_bytes_ -= frame.bytes.size();
+  queue_.pop_front();
+  record_->Count([](LinkCounters& counters) { ++counters.late_answers; });
+  return true;
+}
+
+asio::awaitable<void> Conversation::Pause(Clock::time_point until) {
+  if (until > Clock::now()) {
+    error_code ignored;
+    pause_.expires_at(until);
+    co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+  }
+}
+
 asio::awaitable<std::string> Conversation::Write() {
   error_code error;
   while (true) {
     const Clock::time_point now = Clock::now();
-    Clock::time_point start = Clock::time_point::max();
-    if (!queue_.empty()) {
-      const Frame& frame = queue_.front();
-      start = EarliestStart(frame);
-      if (options_.medium_access && frame.asked_at &&
-          std::max(start, now) > *frame.asked_at + options_.response_window) {
-        queued_bytes_ -= frame.bytes.size();
-        queue_.pop_front();
-        record_->Count([](LinkCounters& counters) { ++counters.late_answers; });
-        continue;
-      }
+    const Clock::time_point start =
+        queue_.empty() ? Clock::time_point::max() : EarliestStart(queue_.front());
+    if (!queue_.empty() && DropLate(std::max(start, now))) {
+      continue;
     }
     if (start > now) {
       wake_.expires_at(start);
       co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       continue;
     }
+    if (options_.port != nullptr && options_.port->carrier()) {
+      co_await Pause(now + kBetweenLooks);
+      continue;
+    }
     size_t frames = 0;
     const std::vector<uint8_t> block = NextBlock(&frames);
-    line_free_at_ = now + static_cast<int64_t>(block.size()) * options_.byte_time;
+    const Sending sending(options_.port);
+    co_await Pause(now + options_.lead);
+    line_free_at_ = Clock::now() + static_cast<int64_t>(block.size()) * options_.byte_time;
     const size_t size = co_await asio::async_write(
         stream_, asio::buffer(block), asio::redirect_error(asio::use_awaitable, error));
     record_->Count([&](LinkCounters& counters) {
@@ -186,6 +231,10 @@ asio::awaitable<std::string> Conversation::Write() {
     });
     if (error) {
       co_return error.value() == EIO ? "the other side hung up" : error.message();
+    }
+    if (options_.tail != Clock::duration::zero()) {
+      line_free_at_ += options_.tail;
+      co_await Pause(line_free_at_);
     }
   }
 }

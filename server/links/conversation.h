@@ -39,6 +39,12 @@ struct ConversationOptions {
   Clock::duration turnaround{};       ///< T_t
   Clock::duration response_window{};  ///< W
 
+  /// Whose carrier is waited for, and whose transceiver is switched, `lead` before and `tail` after
+  /// each block; null: neither. Outlives the conversation.
+  Port* port = nullptr;
+  Clock::duration lead{};
+  Clock::duration tail{};
+
   /// G_s: how long the robot that asked needs to get from sending to listening.
   Clock::duration server_gap() const { return turnaround + byte_time; }
   /// I_c: a line silent for this long is nobody's.
@@ -78,16 +84,19 @@ class Conversation {
 
   boost::asio::awaitable<std::string> Read();
   boost::asio::awaitable<std::string> Write();
+  boost::asio::awaitable<void> Pause(Clock::time_point until);
   void TakeBytes(std::span<const uint8_t> bytes);
   void Enqueue(const protocol::Message& message, std::optional<Clock::time_point> asked_at);
   Clock::time_point EarliestStart(const Frame& frame) const;
+  bool DropLate(Clock::time_point start);
   std::vector<uint8_t> NextBlock(size_t* frames);
 
   const ConversationOptions options_;
   const OnBatch on_batch_;
   LinkRecord* const record_;
   boost::asio::posix::stream_descriptor stream_;
-  boost::asio::steady_timer wake_;  // cancelled when there is something new to write
+  boost::asio::steady_timer wake_;   // cancelled when there is something new to write
+  boost::asio::steady_timer pause_;  // cancelled at the end only
   protocol::FrameDecoder decoder_;
   std::deque<Frame> queue_;  // on a shared line: answers, then the rest
   size_t queued_bytes_ = 0;

@@ -6,30 +6,75 @@
 
 namespace pheromone::links {
 
-bool LinkRecord::SetState(State state) {
+bool LinkRecord::SetUp(const std::string& how) {
   const std::lock_guard lock(mutex_);
-  const auto now = std::chrono::steady_clock::now();
-  const bool news = state.up != state_.up || state.reason != state_.reason ||
-                    now - last_news_ > std::chrono::minutes(10);
-  history_.since = state.up != state_.up ? now : history_.since;
-  if (!state.up) {
-    history_.last_error = state.reason;
+  const bool news = Set(true, how);
+  state_.attempts = 0;
+  return news;
+}
+
+bool LinkRecord::SetDown(const std::string& why, bool attempt_failed) {
+  const std::lock_guard lock(mutex_);
+  const bool news = Set(false, why);
+  state_.attempts += attempt_failed ? 1u : 0u;
+  return news;
+}
+
+bool LinkRecord::Set(bool up, const std::string& reason) {
+  const TimePoint now = std::chrono::steady_clock::now();
+  const bool another = up != state_.up || last_news_ == TimePoint();
+  const bool news =
+      another || reason != state_.reason || now - last_news_ > std::chrono::minutes(10);
+  state_.since = another ? now : state_.since;
+  state_.up = up;
+  state_.reason = reason;
+  if (!up) {
+    state_.last_error = reason;
   }
-  state_ = std::move(state);
+  state_.next_attempt.reset();
+  state_.silent = false;
   last_news_ = news ? now : last_news_;
   return news;
 }
 
+void LinkRecord::SetNextAttempt(TimePoint at) {
+  const std::lock_guard lock(mutex_);
+  state_.next_attempt = at;
+}
+
+void LinkRecord::SetSilent(bool silent) {
+  const std::lock_guard lock(mutex_);
+  state_.silent = silent;
+}
+
 void Link::ReportUp(const std::string& how) {
-  if (record_.SetState({true, how})) {
+  if (record_.SetUp(how)) {
     context_.log(Severity::kInfo, "link " + name() + ": up, " + how);
   }
 }
 
 void Link::ReportDown(const std::string& why) {
-  if (record_.SetState({false, why})) {
-    context_.log(Severity::kWarning, "link " + name() + ": down, " + why);
+  if (record_.SetDown(why)) {
+    context_.log(Severity::kWarning, "link " + name() + ": down, " + why + "; trying again");
   }
+}
+
+void Link::ReportFailure(const std::string& why) {
+  if (record_.SetDown(why, true)) {
+    context_.log(Severity::kWarning, "link " + name() + ": down, " + why + "; trying again");
+  }
+}
+
+void Link::ReportSilence(std::chrono::seconds since) {
+  record_.SetSilent(true);
+  context_.log(Severity::kWarning, "link " + name() + ": nothing heard for " +
+                                       std::to_string(since.count()) +
+                                       " s; is its modem alive, is anyone there?");
+}
+
+void Link::ReportHeardAgain() {
+  record_.SetSilent(false);
+  context_.log(Severity::kInfo, "link " + name() + ": heard again");
 }
 
 void Link::Handle(std::span<const protocol::Message> batch,

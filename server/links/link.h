@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -28,6 +29,7 @@
 #include "server/base/result.h"
 #include "server/engine/event.h"
 #include "server/links/admission.h"
+#include "server/links/modem_lines.h"
 
 namespace pheromone::links {
 
@@ -38,6 +40,7 @@ using LinkLog = std::function<void(Severity, const std::string&)>;
 
 struct LinkCounters {
   protocol::DecoderCounters received;  ///< what became of the bytes that came in
+  LineErrors line;                     ///< serial ports whose driver counts them
   uint64_t bytes_in = 0;
   uint64_t bytes_out = 0;
   uint64_t frames_out = 0;
@@ -56,13 +59,17 @@ struct LinkCounters {
 /// Counters and state that conversations write and anyone reads.
 class LinkRecord {
  public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
   struct State {
     bool up = false;
-    std::string reason;  ///< why it is down, or how it is reached
-  };
-  struct History {
-    std::chrono::steady_clock::time_point since;  ///< when it last came up or went down
-    std::string last_error;                       ///< why it was down last; empty: it never was
+    std::string reason;                       ///< why it is down, or how it is reached
+    std::string last_error{};                 ///< why it was down last; empty: it never was
+    /// When it came up or went down.
+    TimePoint since = std::chrono::steady_clock::now();
+    uint64_t attempts = 0;                    ///< to come up that failed, while it is down
+    std::optional<TimePoint> next_attempt{};  ///< while it is down
+    bool silent = false;                      ///< up, but suspiciously quiet
   };
 
   template <typename Change>
@@ -78,19 +85,19 @@ class LinkRecord {
     const std::lock_guard lock(mutex_);
     return state_;
   }
-  History history() const {
-    const std::lock_guard lock(mutex_);
-    return history_;
-  }
-  /// Returns whether this is news: another state, or the same one for longer than ten minutes.
-  bool SetState(State state);
+  /// Each returns whether this is news: another state, or the same one for longer than ten minutes.
+  bool SetUp(const std::string& how);
+  bool SetDown(const std::string& why, bool attempt_failed = false);
+  void SetNextAttempt(TimePoint at);
+  void SetSilent(bool silent);
 
  private:
+  bool Set(bool up, const std::string& reason);
+
   mutable std::mutex mutex_;
   LinkCounters counters_;
   State state_;
-  History history_{std::chrono::steady_clock::now(), {}};
-  std::chrono::steady_clock::time_point last_news_;
+  TimePoint last_news_;
 };
 
 class Switchboard;
@@ -126,12 +133,17 @@ class Link {
 
   const std::string& name() const { return context_.name; }
   LinkRecord::State state() const { return record_.state(); }
-  LinkRecord::History history() const { return record_.history(); }
   LinkCounters counters() const { return record_.counters(); }
 
  protected:
   void ReportUp(const std::string& how);
+  /// It was up and is no longer.
   void ReportDown(const std::string& why);
+  /// It could not be brought up.
+  void ReportFailure(const std::string& why);
+  /// Up, but nothing was heard for so long; or heard again.
+  void ReportSilence(std::chrono::seconds since);
+  void ReportHeardAgain();
 
   /// Hands a batch to the engine, without what the link does not let in. What is to be sent on this
   /// link is appended to `answers`. Not from two threads at once.

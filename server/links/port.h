@@ -4,10 +4,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "server/base/result.h"
+#include "server/links/modem_lines.h"
 
 namespace pheromone::links {
 
@@ -46,6 +49,14 @@ class Port {
   /// Gives back what Open took besides the descriptor.
   virtual void Close() = 0;
 
+  /// While it is open: whether a carrier is heard, if the port was made with a line that tells.
+  virtual bool carrier() const { return false; }
+  /// While it is open: switches the transceiver to sending, or back, if it was made with a line for
+  /// that.
+  virtual void Key(bool /*sending*/) {}
+  /// While it is open: what went wrong on the line since it was opened, where the driver counts.
+  virtual std::optional<LineErrors> errors() const { return std::nullopt; }
+
   /// In words, for a log: "pty radio-a.pty -> /dev/pts/3".
   virtual std::string Describe() const = 0;
 };
@@ -56,9 +67,17 @@ class Port {
 /// client is not the end of the line.
 std::unique_ptr<Port> MakePtyPort(std::string path);
 
-/// A real serial port, through libserialport: 8N1 without flow control, for this process alone.
-/// `path` may be a symbolic link (/dev/serial/by-id/...).
-std::unique_ptr<Port> MakeSerialPort(std::string path, uint32_t baud);
+struct SerialPortOptions {
+  std::string name;                                ///< for people
+  std::function<Result<std::string>()> find_path;  ///< where it is now; asked at each Open
+  uint32_t baud = 9600;
+  MediumLines lines;
+};
+
+/// A real serial port, through libserialport: 8N1 without flow control, for this process alone. The
+/// path may be a symbolic link (/dev/serial/by-id/...). Errors of Open: it is not there, is none,
+/// is busy (and who holds it, port_holder.h), or cannot do what is asked.
+std::unique_ptr<Port> MakeSerialPort(SerialPortOptions options);
 
 /// `what: the system's words for errno`
 Error SystemError(const std::string& what);

@@ -18,18 +18,25 @@ namespace {
 
 namespace asio = boost::asio;
 
+// How often the driver is asked for its counters, and silence is looked for.
+constexpr std::chrono::milliseconds kBetweenLooks{500};
+
 class PortLink final : public Link {
  public:
-  PortLink(asio::io_context& io, std::unique_ptr<Port> port, std::string path,
-           const ConversationOptions& options, const BackoffOptions& backoff, LinkContext context)
+  /// `options.port` is set here. `silence`: nothing heard for so long is told; 0: never.
+  PortLink(asio::io_context& io, std::unique_ptr<Port> port, std::string address,
+           const ConversationOptions& options, std::chrono::seconds silence,
+           const BackoffOptions& backoff, LinkContext context)
       : Link(std::move(context)),
         strand_(asio::make_strand(io)),
         port_(std::move(port)),
-        path_(std::move(path)),
-        options_(options),
+        address_(std::move(address)),
+        options_(WithPort(options, port_.get())),
+        silence_(silence),
         backoff_(backoff),
         longest_wait_(backoff.longest),
-        retry_(strand_) {}
+        retry_(strand_),
+        look_(strand_) {}
 
   Status Start() override {
     Result<Descriptor> first = Open();
@@ -42,6 +49,7 @@ class PortLink final : public Link {
     asio::post(strand_, [this] {
       stopping_ = true;
       retry_.cancel();
+      look_.cancel();
       if (conversation_) {
         conversation_->Close();
       }
@@ -60,7 +68,7 @@ class PortLink final : public Link {
     });
   }
 
-  std::string address() const override { return path_; }
+  std::string address() const override { return address_; }
 
  private:
   Result<Descriptor> Open() {
@@ -69,7 +77,7 @@ class PortLink final : public Link {
       record()->Count([](LinkCounters& counters) { ++counters.opened; });
       ReportUp(port_->Describe());
     } else {
-      ReportDown(opened.error() + "; trying again");
+      ReportFailure(opened.error());
     }
     return opened;
   }
@@ -84,6 +92,7 @@ class PortLink final : public Link {
       }
       boost::system::error_code ignored;
       retry_.expires_after(backoff_.Next());
+      record()->SetNextAttempt(retry_.expiry());
       co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
       if (stopping_) {
         break;
@@ -91,7 +100,7 @@ class PortLink final : public Link {
       opened = Open();
     }
     port_->Close();
-    record()->SetState({false, "stopped"});
+    record()->SetDown("stopped");
   }
 
   asio::awaitable<void> Converse(Descriptor descriptor) {
@@ -99,11 +108,16 @@ class PortLink final : public Link {
     conversation_.emplace(
         strand_, options_,
         [this](auto* /*from*/, auto batch, auto* answers) { Handle(batch, answers); }, record());
+    silent_ = false;
+    line_errors_ = {};
+    Look();
     const std::string why = co_await conversation_->Run(std::move(descriptor));
+    look_.cancel();
+    CountLineErrors();
     conversation_.reset();
     port_->Close();
     if (!stopping_) {
-      ReportDown(why + "; trying again");
+      ReportDown(why);
     }
     // A port that opens and dies at once is no better than one that does not open.
     if (Clock::now() - begin > longest_wait_) {
@@ -111,13 +125,57 @@ class PortLink final : public Link {
     }
   }
 
+  // Now and then while the port is open.
+  void Look() {
+    look_.expires_after(kBetweenLooks);
+    look_.async_wait([this](const boost::system::error_code& error) {
+      if (!error && conversation_ && !stopping_) {
+        CountLineErrors();
+        LookForSilence(Clock::now());
+        Look();
+      }
+    });
+  }
+
+  void CountLineErrors() {
+    const std::optional<LineErrors> now = port_->errors();
+    if (now && *now != line_errors_) {
+      const LineErrors more = *now - line_errors_;
+      line_errors_ = *now;
+      record()->Count([&more](LinkCounters& counters) { counters.line += more; });
+    }
+  }
+
+  // A modem that has lost its power looks like an idle line. Told once.
+  void LookForSilence(Clock::time_point now) {
+    if (silence_ == std::chrono::seconds::zero()) {
+      return;
+    }
+    const bool silent = now - conversation_->last_read() > silence_;
+    if (silent && !silent_) {
+      ReportSilence(silence_);
+    } else if (!silent && silent_) {
+      ReportHeardAgain();
+    }
+    silent_ = silent;
+  }
+
+  static ConversationOptions WithPort(ConversationOptions options, Port* port) {
+    options.port = port;
+    return options;
+  }
+
   const asio::strand<asio::io_context::executor_type> strand_;
   const std::unique_ptr<Port> port_;
-  const std::string path_;
+  const std::string address_;
   const ConversationOptions options_;
+  const std::chrono::seconds silence_;
   Backoff backoff_;
   const Clock::duration longest_wait_;
   asio::steady_timer retry_;
+  asio::steady_timer look_;
+  LineErrors line_errors_;  // as counted so far, since the port was opened
+  bool silent_ = false;
   std::optional<Conversation> conversation_;  // while the port is open
   bool stopping_ = false;
 };
@@ -129,7 +187,7 @@ std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const PtyOptions& option
   ConversationOptions conversation;
   conversation.gap_timeout_ms = options.gap_timeout_ms;
   return std::make_unique<PortLink>(io, MakePtyPort(options.path), options.path, conversation,
-                                    options.backoff, std::move(context));
+                                    std::chrono::seconds(0), options.backoff, std::move(context));
 }
 
 std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& options,
@@ -137,13 +195,26 @@ std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& 
   using std::chrono::milliseconds;
   ConversationOptions conversation;
   conversation.gap_timeout_ms = options.gap_timeout_ms;
-  conversation.medium_access = true;
+  conversation.medium_access = options.medium_access;
   // Ten bits a byte, start and stop included.
   conversation.byte_time = std::chrono::nanoseconds(10'000'000'000 / int64_t{options.baud});
   conversation.turnaround = milliseconds(options.turnaround_ms);
   conversation.response_window = milliseconds(options.response_window_ms);
-  return std::make_unique<PortLink>(io, MakeSerialPort(options.path, options.baud), options.path,
-                                    conversation, options.backoff, std::move(context));
+  if (options.lines.ptt == Keying::kRts || options.lines.ptt == Keying::kDtr) {
+    conversation.lead = milliseconds(options.lines.ptt_lead_ms);
+    conversation.tail = milliseconds(options.lines.ptt_tail_ms);
+  }
+  SerialPortOptions port;
+  port.name = options.usb ? "USB " + ToText(*options.usb) : options.path;
+  port.baud = options.baud;
+  port.lines = options.lines;
+  port.find_path = [options]() -> Result<std::string> {
+    return options.usb ? ChooseUsbPort(*options.usb, options.list_usb_ports())
+                       : Result<std::string>(options.path);
+  };
+  const std::string address = port.name;
+  return std::make_unique<PortLink>(io, MakeSerialPort(std::move(port)), address, conversation,
+                                    options.silence, options.backoff, std::move(context));
 }
 
 }  // namespace pheromone::links

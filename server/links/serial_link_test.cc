@@ -1,13 +1,14 @@
 // Serial links, through libserialport, on pseudo-terminals: testing/pty_as_serial_shim.c is linked
-// in. What a pseudo-terminal cannot show: baud rates, modem lines, adapters that really vanish.
+// in. What a pseudo-terminal cannot show: baud rates, adapters that really vanish.
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 
+#include <atomic>
 #include <fstream>
 
-#include "server/links/port_link.h"
-#include "server/links/testing/link_bench.h"
+#include "server/links/testing/serial_bench.h"
 
 namespace pheromone::links {
 namespace {
@@ -18,40 +19,8 @@ using testing::Eventually;
 using testing::IsEcho;
 using testing::Peer;
 using testing::PingOf;
+using testing::SerialLinkTest;
 using testing::Wire;
-
-// A modem that can be plugged in and out: the master is the test's, the slave the server's port.
-class SerialLinkTest : public ::testing::Test {
- protected:
-  SerialLinkTest() {
-    options_.path = path_;
-    options_.response_window_ms = 10'000;  // a busy machine must not make answers late
-    options_.backoff = {milliseconds(5), milliseconds(20), 1};
-  }
-
-  Peer PlugIn() {
-    Descriptor master(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
-    EXPECT_EQ(unlockpt(master.get()), 0);
-    slave_ = ptsname(master.get());
-    unlink(path_.c_str());
-    EXPECT_EQ(symlink(slave_.c_str(), path_.c_str()), 0);
-    return Peer(std::move(master));
-  }
-
-  Status Start() {
-    return server_.Start(MakeSerialLink(server_.io(), options_, server_.Context(0)));
-  }
-
-  bool Up() {
-    return Eventually([this] { return server_.link().state().up; });
-  }
-
-  testing::TemporaryFolder folder_;
-  std::string path_ = folder_ / "modem";
-  std::string slave_;
-  SerialOptions options_;
-  testing::Server server_;
-};
 
 TEST_F(SerialLinkTest, APingIsAnsweredThroughLibserialport) {
   for (const uint32_t baud : {9600u, 115200u, 250000u}) {
@@ -109,6 +78,90 @@ TEST_F(SerialLinkTest, APortThatIsAbsentAtFirstIsTriedAgain) {
   Peer radio = PlugIn();
   ASSERT_TRUE(Up());
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(SerialLinkTest, TheStateTellsSinceWhenHowOftenAndWhenItIsTriedAgain) {
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_FALSE(Start().ok());
+  ASSERT_TRUE(Eventually([this] { return server_.link().state().attempts >= 3; }));
+  ASSERT_TRUE(Eventually([this] { return server_.link().state().next_attempt.has_value(); }));
+  const LinkRecord::State down = server_.link().state();
+  EXPECT_FALSE(down.up);
+  EXPECT_EQ(down.reason, path_ + ": No such file or directory");
+  EXPECT_GE(down.since, begin);
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Up());
+  const LinkRecord::State up = server_.link().state();
+  EXPECT_GT(up.since, down.since);
+  EXPECT_EQ(up.attempts, 0u);
+  EXPECT_FALSE(up.next_attempt.has_value());
+}
+
+TEST_F(SerialLinkTest, AUsbAdapterIsTakenWhereverItAppears) {
+  options_.path.clear();
+  options_.usb = {0x0403, 0x6001, ""};
+  std::atomic<int> adapters = 0;
+  options_.list_usb_ports = [&adapters, this] {
+    std::vector<UsbPort> ports = {{"/dev/null", {0x1a86, 0x7523, ""}}};
+    for (int i = 0; i < adapters; ++i) {
+      ports.push_back({i == 0 ? path_ : "/dev/other", {0x0403, 0x6001, std::to_string(i)}});
+    }
+    return ports;
+  };
+  const auto waits_for = [this](const std::string& reason) {
+    return Eventually([&] { return server_.link().state().reason == reason; });
+  };
+  Peer radio = PlugIn();
+  EXPECT_EQ(Start().error(), "no USB adapter 0403:6001; found 1a86:7523 at /dev/null");
+  EXPECT_EQ(server_.link().address(), "USB 0403:6001");
+  adapters = 2;
+  EXPECT_TRUE(waits_for("more than one USB adapter 0403:6001: 0403:6001:0 at " + path_ +
+                        ", 0403:6001:1 at /dev/other; name its serial number too, or configure "
+                        "its port instead"));
+  adapters = 1;
+  EXPECT_TRUE(waits_for("serial USB 0403:6001 at 9600 baud"));
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(SerialLinkTest, APortThatAnotherHoldsIsBusyUntilItIsLetGo) {
+  Peer radio = PlugIn();
+  Descriptor other(open(slave_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  ASSERT_EQ(flock(other.get(), LOCK_EX), 0);
+  const Status status = Start();
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().find(path_ + ": busy, held by "), 0u) << status.error();
+  other = Descriptor();
+  ASSERT_TRUE(Up());
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  const Descriptor late(open(slave_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  EXPECT_NE(flock(late.get(), LOCK_EX | LOCK_NB), 0);  // now it is ours
+}
+
+TEST_F(SerialLinkTest, AModemThatFallsSilentIsTold) {
+  options_.silence = std::chrono::seconds(1);
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  ASSERT_TRUE(Eventually([this] { return server_.link().state().silent; }));
+  EXPECT_TRUE(server_.link().state().up);  // a warning and no more
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 2)), 3, 2));
+  ASSERT_TRUE(Eventually([this] { return !server_.link().state().silent; }));
+  const std::vector<std::string> lines = server_.lines();
+  ASSERT_GE(lines.size(), 3u);
+  EXPECT_EQ(lines[1], "link radio-a: nothing heard for 1 s; is its modem alive, is anyone there?");
+  EXPECT_EQ(lines[2], "link radio-a: heard again");
+}
+
+TEST_F(SerialLinkTest, ClientsThatAreNotListedGetNoAnswer) {
+  AdmissionOptions admission;
+  admission.clients.reset().set(3);
+  LinkContext context = server_.Context(0);
+  context.admission = admission;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(server_.Start(MakeSerialLink(server_.io(), options_, context)).ok());
+  ASSERT_TRUE(radio.Send(PingOf(4, 1)));
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 2)), 3, 2));
+  EXPECT_EQ(server_.link().counters().not_allowed, 1u);
 }
 
 TEST_F(SerialLinkTest, AFileThatIsNoPortIsAnError) {

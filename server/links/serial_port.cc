@@ -2,16 +2,21 @@
 // duplicate of its descriptor, which the event loop owns.
 #include <fcntl.h>
 #include <libserialport.h>
+#include <linux/serial.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <climits>
 #include <cstdlib>
 #include <memory>
+#include <utility>
 
 #include "server/links/port.h"
+#include "server/links/port_holder.h"
 
 namespace pheromone::links {
 namespace {
@@ -23,66 +28,171 @@ struct Closer {
   }
 };
 
+// What the driver has counted since it began; nothing if it does not count.
+std::optional<LineErrors> ReadCounts(int handle) {
+  serial_icounter_struct counts = {};
+  if (ioctl(handle, TIOCGICOUNT, &counts) != 0) {
+    return std::nullopt;
+  }
+  const auto number = [](int count) { return uint64_t{static_cast<uint32_t>(count)}; };
+  return LineErrors{number(counts.frame), number(counts.parity), number(counts.overrun),
+                    number(counts.buf_overrun), number(counts.brk)};
+}
+
+// The driver's numbers wrap at 32 bits.
+LineErrors Since(const LineErrors& before, const LineErrors& now) {
+  LineErrors since = now - before;
+  for (uint64_t* count :
+       {&since.framing, &since.parity, &since.overruns, &since.buffer_overruns, &since.breaks}) {
+    *count &= UINT32_MAX;
+  }
+  return since;
+}
+
 class SerialPort final : public Port {
  public:
-  SerialPort(std::string path, uint32_t baud) : path_(std::move(path)), baud_(baud) {}
+  explicit SerialPort(SerialPortOptions options) : options_(std::move(options)) {}
 
   Result<Descriptor> Open() override {
     Close();
+    const Result<std::string> path = options_.find_path();
+    if (!path.ok()) {
+      return Error{path.error()};
+    }
     std::array<char, PATH_MAX> real{};
-    if (realpath(path_.c_str(), real.data()) == nullptr) {
-      return SystemError(path_);
+    if (realpath(path.value().c_str(), real.data()) == nullptr) {
+      return SystemError(path.value());
     }
     sp_port* found = nullptr;
     if (sp_get_port_by_name(real.data(), &found) != SP_OK) {
-      return Error{path_ + ": not a serial port"};
+      return Error{path.value() + ": not a serial port"};
     }
     std::unique_ptr<sp_port, Closer> port(found);
     if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
-      return SystemError(path_ + ": cannot be opened");
+      return errno == EBUSY ? Busy(path.value(), real.data())
+                            : SystemError(path.value() + ": cannot be opened");
     }
     int handle = -1;
-    if (sp_set_baudrate(port.get(), static_cast<int>(baud_)) != SP_OK) {
-      return SystemError(path_ + ": cannot be set to " + std::to_string(baud_) + " baud");
+    if (sp_get_port_handle(port.get(), &handle) != SP_OK) {
+      return Error{path.value() + ": cannot be opened"};
     }
-    if (sp_set_bits(port.get(), 8) != SP_OK || sp_set_parity(port.get(), SP_PARITY_NONE) != SP_OK ||
-        sp_set_stopbits(port.get(), 1) != SP_OK ||
-        sp_set_flowcontrol(port.get(), SP_FLOWCONTROL_NONE) != SP_OK ||
-        sp_flush(port.get(), SP_BUF_BOTH) != SP_OK ||
-        sp_get_port_handle(port.get(), &handle) != SP_OK) {
-      return SystemError(path_ + ": cannot be configured");
+    // Before anything is changed: somebody may be using it. A lock that goes with the descriptors.
+    if (flock(handle, LOCK_EX | LOCK_NB) != 0) {
+      return Busy(path.value(), real.data());
+    }
+    if (Status status = Configure(port.get(), handle, path.value()); !status.ok()) {
+      return Error{status.error()};
     }
     Descriptor own(fcntl(handle, F_DUPFD_CLOEXEC, 0));
-    // libserialport leaves VMIN = 0, with which an idle line looks like its end.
-    termios mode{};
-    if (!own.valid() || tcgetattr(own.get(), &mode) != 0) {
-      return SystemError(path_ + ": cannot be configured");
-    }
-    mode.c_cc[VMIN] = 1;
-    mode.c_cc[VTIME] = 0;
-    if (tcsetattr(own.get(), TCSANOW, &mode) != 0 || ioctl(own.get(), TIOCEXCL) != 0) {
-      return SystemError(path_ + ": cannot be configured");
+    if (!own.valid()) {
+      return SystemError(path.value() + ": cannot be opened");
     }
     port_ = std::move(port);
+    handle_ = handle;
+    counts_at_first_ = ReadCounts(handle);
     return own;
   }
 
-  void Close() override { port_.reset(); }
+  void Close() override {
+    if (port_ != nullptr) {
+      Key(false);
+    }
+    port_.reset();
+    handle_ = -1;
+  }
+
+  bool carrier() const override {
+    int lines = 0;
+    const int line = options_.lines.carrier_sense == CarrierSense::kDcd ? TIOCM_CAR : TIOCM_CTS;
+    return options_.lines.carrier_sense != CarrierSense::kNone &&
+           ioctl(handle_, TIOCMGET, &lines) == 0 && (lines & line) != 0;
+  }
+
+  void Key(bool sending) override { Switch(handle_, sending); }
+
+  std::optional<LineErrors> errors() const override {
+    const auto now = counts_at_first_ ? ReadCounts(handle_) : std::nullopt;
+    return now ? std::optional(Since(*counts_at_first_, *now)) : std::nullopt;
+  }
 
   std::string Describe() const override {
-    return "serial " + path_ + " at " + std::to_string(baud_) + " baud";
+    return "serial " + options_.name + " at " + std::to_string(options_.baud) + " baud";
   }
 
  private:
-  const std::string path_;
-  const uint32_t baud_;
+  static Error Busy(const std::string& path, const char* device) {
+    return Error{path + ": busy, " + DescribeHolders(device)};
+  }
+
+  Status Configure(sp_port* port, int handle, const std::string& path) const {
+    if (ioctl(handle, TIOCEXCL) != 0) {
+      return SystemError(path + ": cannot be configured");
+    }
+    if (sp_set_baudrate(port, static_cast<int>(options_.baud)) != SP_OK) {
+      return SystemError(path + ": cannot be set to " + std::to_string(options_.baud) + " baud");
+    }
+    if (sp_set_bits(port, 8) != SP_OK || sp_set_parity(port, SP_PARITY_NONE) != SP_OK ||
+        sp_set_stopbits(port, 1) != SP_OK ||
+        sp_set_flowcontrol(port, SP_FLOWCONTROL_NONE) != SP_OK ||
+        sp_flush(port, SP_BUF_BOTH) != SP_OK) {
+      return SystemError(path + ": cannot be configured");
+    }
+    // libserialport leaves VMIN = 0, with which an idle line looks like its end.
+    termios mode{};
+    if (tcgetattr(handle, &mode) != 0) {
+      return SystemError(path + ": cannot be configured");
+    }
+    mode.c_cc[VMIN] = 1;
+    mode.c_cc[VTIME] = 0;
+    if (tcsetattr(handle, TCSANOW, &mode) != 0) {
+      return SystemError(path + ": cannot be configured");
+    }
+    return SetUpLines(handle, path);
+  }
+
+  Status SetUpLines(int handle, const std::string& path) const {
+    int lines = 0;
+    const bool needs_lines = options_.lines.carrier_sense != CarrierSense::kNone ||
+                             options_.lines.ptt == Keying::kRts ||
+                             options_.lines.ptt == Keying::kDtr;
+    if (needs_lines && ioctl(handle, TIOCMGET, &lines) != 0) {
+      return SystemError(path + ": has no modem lines for carrier_sense and ptt");
+    }
+    if (options_.lines.ptt == Keying::kRs485) {
+      serial_rs485 settings = {};
+      settings.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND;
+      settings.delay_rts_before_send = options_.lines.ptt_lead_ms;
+      settings.delay_rts_after_send = options_.lines.ptt_tail_ms;
+      if (ioctl(handle, TIOCSRS485, &settings) != 0) {
+        return SystemError(path +
+                           ": its driver cannot switch the direction of an RS-485 line (ptt = "
+                           "\"rs485\"); an adapter that switches by itself needs no ptt, others "
+                           "often take \"rts\"");
+      }
+    }
+    Switch(handle, false);  // opening a port raises both lines
+    return Ok();
+  }
+
+  void Switch(int handle, bool sending) const {
+    const int line = options_.lines.ptt == Keying::kRts   ? TIOCM_RTS
+                     : options_.lines.ptt == Keying::kDtr ? TIOCM_DTR
+                                                          : 0;
+    if (line != 0) {
+      ioctl(handle, sending ? TIOCMBIS : TIOCMBIC, &line);
+    }
+  }
+
+  const SerialPortOptions options_;
   std::unique_ptr<sp_port, Closer> port_;
+  int handle_ = -1;  // the port's own
+  std::optional<LineErrors> counts_at_first_;
 };
 
 }  // namespace
 
-std::unique_ptr<Port> MakeSerialPort(std::string path, uint32_t baud) {
-  return std::make_unique<SerialPort>(std::move(path), baud);
+std::unique_ptr<Port> MakeSerialPort(SerialPortOptions options) {
+  return std::make_unique<SerialPort>(std::move(options));
 }
 
 }  // namespace pheromone::links

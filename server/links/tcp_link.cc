@@ -55,7 +55,7 @@ class TcpLink final : public Link {
       for (Conversation& conversation : conversations_) {
         conversation.Close();
       }
-      record()->SetState({false, "stopped"});
+      record()->SetDown("stopped");
     });
   }
 
@@ -92,7 +92,7 @@ class TcpLink final : public Link {
                               std::to_string(options_.listen_port) + ": " + error.message();
       error_code ignored;
       acceptor_.close(ignored);
-      ReportDown(why + "; trying again");
+      ReportFailure(why);
       return Error{why};
     }
     ReportUp("tcp " + ToText(acceptor_.local_endpoint(error)));
@@ -113,6 +113,7 @@ class TcpLink final : public Link {
       }
       if (!stopping_) {  // not listening, or out of descriptors: neither is helped by haste
         retry_.expires_after(backoff_.Next());
+        record()->SetNextAttempt(retry_.expiry());
         co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       }
       if (!stopping_ && !acceptor_.is_open()) {

@@ -78,7 +78,7 @@ class TrackerLink::Impl {
       socket_.close(ignored);
       retry_.cancel();
       report_.cancel();
-      record_.SetState({false, "stopped"});
+      record_.SetDown("stopped");
     });
   }
 
@@ -108,13 +108,13 @@ class TrackerLink::Impl {
                               std::to_string(options_.listen_port) + ": " + error.message();
       error_code ignored;
       socket_.close(ignored);
-      if (record_.SetState({false, why})) {
+      if (record_.SetDown(why, true)) {
         log_(Severity::kWarning, "tracker: down, " + why + "; trying again");
       }
       return Error{why};
     }
     const std::string where = ToText(socket_.local_endpoint(error));
-    if (record_.SetState({true, where})) {
+    if (record_.SetUp(where)) {
       log_(Severity::kInfo, "tracker: up, udp " + where);
     }
     return Ok();

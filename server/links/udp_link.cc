@@ -73,7 +73,7 @@ class UdpLink final : public Link {
       stopping_ = true;
       socket_.close(ignored);
       retry_.cancel();
-      record()->SetState({false, "stopped"});
+      record()->SetDown("stopped");
     });
   }
 
@@ -110,7 +110,7 @@ class UdpLink final : public Link {
                               std::to_string(options_.listen_port) + ": " + error.message();
       error_code ignored;
       socket_.close(ignored);
-      ReportDown(why + "; trying again");
+      ReportFailure(why);
       return Error{why};
     }
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
@@ -131,6 +131,7 @@ class UdpLink final : public Link {
       }
       if (!stopping_) {
         retry_.expires_after(backoff_.Next());
+        record()->SetNextAttempt(retry_.expiry());
         co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       }
       if (!stopping_ && !socket_.is_open()) {

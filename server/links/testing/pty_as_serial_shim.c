@@ -4,10 +4,16 @@
  *
  *   LD_PRELOAD=build/release/tests/libpty_as_serial_shim.so pheromoned ...
  *
+ * A test that is linked with it may play the modem and the driver (pty_as_serial_shim.h).
+ *
  * Everything else goes to the system as it is. */
 #define _GNU_SOURCE
+#include "server/links/testing/pty_as_serial_shim.h"
+
 #include <errno.h>
 #include <fcntl.h>
+#include <linux/serial.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,6 +21,47 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static int inputs;
+static int outputs;
+static int has_counts;
+static struct PtyShimCounts counts;
+static struct PtyShimRs485 rs485;
+
+void PtyShimSetInputs(int lines) {
+  pthread_mutex_lock(&lock);
+  inputs = lines;
+  pthread_mutex_unlock(&lock);
+}
+
+int PtyShimOutputs(void) {
+  pthread_mutex_lock(&lock);
+  const int lines = outputs;
+  pthread_mutex_unlock(&lock);
+  return lines;
+}
+
+void PtyShimSetCounts(struct PtyShimCounts now) {
+  pthread_mutex_lock(&lock);
+  has_counts = 1;
+  counts = now;
+  pthread_mutex_unlock(&lock);
+}
+
+void PtyShimSetRs485(int supported) {
+  pthread_mutex_lock(&lock);
+  memset(&rs485, 0, sizeof rs485);
+  rs485.supported = supported;
+  pthread_mutex_unlock(&lock);
+}
+
+struct PtyShimRs485 PtyShimGetRs485(void) {
+  pthread_mutex_lock(&lock);
+  const struct PtyShimRs485 now = rs485;
+  pthread_mutex_unlock(&lock);
+  return now;
+}
 
 static const char kClass[] = "/sys/class/tty/pts/";
 
@@ -52,20 +99,48 @@ ssize_t readlink(const char* path, char* buffer, size_t size) {
   return (ssize_t)syscall(SYS_readlinkat, AT_FDCWD, path, buffer, size);
 }
 
+/* What a serial port would have done; under the lock. An errno, or 0. */
+static int Fake(unsigned long request, void* argument) {
+  if (request == TIOCMGET) {
+    *(int*)argument = inputs | outputs;
+  } else if (request == TIOCMSET) {
+    outputs = *(const int*)argument;
+  } else if (request == TIOCMBIS) {
+    outputs |= *(const int*)argument;
+  } else if (request == TIOCMBIC) {
+    outputs &= ~*(const int*)argument;
+  } else if (request == TIOCGICOUNT && has_counts) {
+    struct serial_icounter_struct* now = argument;
+    memset(now, 0, sizeof *now);
+    now->frame = counts.framing;
+    now->parity = counts.parity;
+    now->overrun = counts.overruns;
+    now->buf_overrun = counts.buffer_overruns;
+    now->brk = counts.breaks;
+  } else if (request == TIOCSRS485 && rs485.supported) {
+    const struct serial_rs485* settings = argument;
+    rs485.flags = (int)settings->flags;
+    rs485.delay_before_ms = (int)settings->delay_rts_before_send;
+    rs485.delay_after_ms = (int)settings->delay_rts_after_send;
+  } else {
+    return ENOTTY;
+  }
+  return 0;
+}
+
 int ioctl(int descriptor, unsigned long request, ...) {
   va_list arguments;
   va_start(arguments, request);
   void* argument = va_arg(arguments, void*);
   va_end(arguments);
-  const long result = syscall(SYS_ioctl, descriptor, request, argument);
-  if (result == -1 && isatty(descriptor)) {
-    if (request == TIOCMGET) {
-      *(int*)argument = 0;
-      return 0;
-    }
-    if (request == TIOCMSET || request == TIOCMBIS || request == TIOCMBIC) {
-      return 0;
-    }
+  long result = syscall(SYS_ioctl, descriptor, request, argument);
+  int error = errno;
+  if (result == -1 && (error == ENOTTY || error == EINVAL) && isatty(descriptor)) {
+    pthread_mutex_lock(&lock);
+    error = Fake(request, argument);
+    pthread_mutex_unlock(&lock);
+    result = error == 0 ? 0 : -1;
   }
+  errno = error;
   return (int)result;
 }

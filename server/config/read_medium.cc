@@ -1,0 +1,113 @@
+// The part of [[link]] that is about the medium: who may send when.
+#include <algorithm>
+#include <optional>
+
+#include "server/config/sections.h"
+
+namespace pheromone::config {
+namespace {
+
+// D_s, what the server may take to answer: a USB adapter alone may hold bytes back for 16 ms.
+constexpr int64_t kServerDelayMs = 20;
+constexpr int64_t kSerialGapMs = 20;  // or four bytes, if they take longer
+constexpr int64_t kTcpGapMs = 10'000;
+constexpr int64_t kWindowMs = 100;  // without medium access
+
+// In the order of CarrierSense and Ptt.
+constexpr std::string_view kCarrierSenses[] = {"none", "dcd", "cts"};
+constexpr std::string_view kPtts[] = {"none", "rts", "dtr", "rs485"};
+constexpr int64_t kMostPttMs = 1000;
+
+// A number of milliseconds that HELLO tells in one byte. `fallback` follows from other keys, and
+// may not fit.
+std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, int64_t fallback) {
+  if (table.Find(key) == nullptr && fallback > UINT8_MAX) {
+    table.Report(key, "missing, and " + std::to_string(fallback) +
+                          ", which follows from baud and turnaround_ms, is more than 255; expected "
+                          "a faster line or a whole number from 1 to 255");
+    return std::nullopt;
+  }
+  return table.Integer(key, 1, UINT8_MAX, fallback);
+}
+
+// What the modem's lines are for.
+bool ReadLines(const TableReader& table, LinkConfig* link) {
+  const auto medium_access = table.Boolean("medium_access", true);
+  const auto carrier_sense = table.OneOf("carrier_sense", kCarrierSenses, 0);
+  const auto ptt = table.OneOf("ptt", kPtts, 0);
+  const auto lead = table.Integer("ptt_lead_ms", 0, kMostPttMs, 0);
+  const auto tail = table.Integer("ptt_tail_ms", 0, kMostPttMs, 0);
+  if (!medium_access || !carrier_sense || !ptt || !lead || !tail) {
+    return false;
+  }
+  link->medium_access = *medium_access;
+  link->carrier_sense = static_cast<CarrierSense>(*carrier_sense);
+  link->ptt = static_cast<Ptt>(*ptt);
+  link->ptt_lead_ms = static_cast<uint16_t>(*lead);
+  link->ptt_tail_ms = static_cast<uint16_t>(*tail);
+  const bool alone_is_good =
+      *medium_access || table.Without({"carrier_sense", "turnaround_ms"}, "medium_access = false",
+                                      "a medium that is shared");
+  const bool times_are_good =
+      link->ptt != Ptt::kNone || table.Without({"ptt_lead_ms", "ptt_tail_ms"}, "no ptt",
+                                               "\"rts\", \"dtr\" or \"rs485\" there");
+  return alone_is_good && times_are_good;
+}
+
+// The medium-access figures that HELLO tells the robots.
+bool ReadTimes(const TableReader& table, LinkConfig* link) {
+  const bool serial = link->kind == LinkKind::kSerial;
+  const bool shared = serial && link->medium_access;
+  const int64_t turnaround = shared ? table.Integer("turnaround_ms", 0, 200, 2).value_or(-1) : 0;
+  if (turnaround < 0) {
+    return false;
+  }
+  // A byte takes ten bits, start and stop included.
+  const auto byte_times_ms = [link](int64_t n) {
+    return (n * 10'000 + int64_t{link->baud} - 1) / int64_t{link->baud};
+  };
+  const int64_t before_answer = turnaround + byte_times_ms(1) + int64_t{link->ptt_lead_ms};
+  const int64_t slot = shared ? turnaround + byte_times_ms(1) : 1;
+  const int64_t window =
+      shared ? turnaround + int64_t{link->ptt_lead_ms} + kServerDelayMs + byte_times_ms(2)
+             : kWindowMs;
+  const int64_t gap = serial                         ? std::max(kSerialGapMs, byte_times_ms(4))
+                      : link->kind == LinkKind::kTcp ? kTcpGapMs
+                                                     : 0;
+  const auto slot_ms = ReadByte(table, "slot_ms", slot);
+  const auto window_ms = ReadByte(table, "response_window_ms", window);
+  const auto gap_ms = table.Integer("gap_timeout_ms", 0, 60'000, gap);
+  if (!slot_ms || !window_ms || !gap_ms) {
+    return false;
+  }
+  // Bytes that follow each other without a pause are a byte time apart, and a read may come late.
+  if (serial && *gap_ms != 0 && *gap_ms * link->baud <= 20'000) {
+    table.Report("gap_timeout_ms",
+                 "found " + std::to_string(*gap_ms) + ", expected more than the " +
+                     "time of two bytes, which is " +
+                     FormatScaled(20'000'000 / link->baud, kSecondsToMs) + " ms at " +
+                     std::to_string(link->baud) + " baud, or 0 for no limit");
+    return false;
+  }
+  if (shared && *window_ms <= before_answer) {
+    table.Report(
+        "response_window_ms",
+        "found " + std::to_string(*window_ms) +
+            ", expected more than turnaround_ms, ptt_lead_ms and the time of a byte, which "
+            "the server waits before it answers");
+    return false;
+  }
+  link->turnaround_ms = static_cast<uint16_t>(turnaround);
+  link->slot_ms = static_cast<uint8_t>(*slot_ms);
+  link->response_window_ms = static_cast<uint8_t>(*window_ms);
+  link->gap_timeout_ms = static_cast<uint16_t>(*gap_ms);
+  return true;
+}
+
+}  // namespace
+
+bool ReadMedium(const TableReader& table, LinkConfig* link) {
+  return (link->kind != LinkKind::kSerial || ReadLines(table, link)) && ReadTimes(table, link);
+}
+
+}  // namespace pheromone::config

@@ -1,0 +1,145 @@
+// What a serial link does with modem lines and with the driver's counters: the modem and the driver
+// are played by testing/pty_as_serial_shim.h.
+#include <gtest/gtest.h>
+#include <linux/serial.h>
+#include <sys/ioctl.h>
+
+#include "server/links/testing/pty_as_serial_shim.h"
+#include "server/links/testing/serial_bench.h"
+
+namespace pheromone::links {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::Eventually;
+using testing::IsEcho;
+using testing::Peer;
+using testing::PingOf;
+
+class SerialLinesTest : public testing::SerialLinkTest {
+ protected:
+  void TearDown() override {
+    server_.Stop();
+    PtyShimSetInputs(0);
+    PtyShimSetRs485(0);
+  }
+
+  LinkCounters counters() { return server_.link().counters(); }
+};
+
+TEST_F(SerialLinesTest, AnAnswerWaitsForTheCarrierToEnd) {
+  struct {
+    CarrierSense sense;
+    int line;
+  } const cases[] = {{CarrierSense::kDcd, TIOCM_CAR}, {CarrierSense::kCts, TIOCM_CTS}};
+  for (const auto& it : cases) {
+    options_.lines.carrier_sense = it.sense;
+    testing::Server server;
+    Peer radio = PlugIn();
+    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+    PtyShimSetInputs(it.line);
+    ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+    EXPECT_FALSE(radio.Receive(milliseconds(50)));
+    PtyShimSetInputs(TIOCM_CAR + TIOCM_CTS - it.line);  // the other line means nothing
+    EXPECT_TRUE(IsEcho(radio.Receive(), 3, 1));
+    PtyShimSetInputs(0);
+  }
+}
+
+TEST_F(SerialLinesTest, ACarrierThatOutlastsTheWindowCostsTheAnswer) {
+  options_.lines.carrier_sense = CarrierSense::kDcd;
+  options_.response_window_ms = 30;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  PtyShimSetInputs(TIOCM_CAR);
+  ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+  ASSERT_TRUE(Eventually([this] { return counters().late_answers == 1; }));
+  EXPECT_EQ(counters().frames_out, 0u);
+}
+
+TEST_F(SerialLinesTest, WithoutCarrierSenseTheLinesMeanNothing) {
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  PtyShimSetInputs(TIOCM_CAR | TIOCM_CTS);
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+}
+
+// The line is up before the first byte, for the lead, and after the last one, for the tail.
+TEST_F(SerialLinesTest, ATransceiverIsSwitchedForAsLongAsThereIsSomethingToSend) {
+  struct {
+    Keying ptt;
+    int line;
+  } const cases[] = {{Keying::kRts, TIOCM_RTS}, {Keying::kDtr, TIOCM_DTR}};
+  for (const auto& it : cases) {
+    options_.lines = {CarrierSense::kNone, it.ptt, 100, 200};
+    testing::Server server;
+    Peer radio = PlugIn();
+    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+    EXPECT_EQ(PtyShimOutputs() & it.line, 0);
+    ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+    ASSERT_TRUE(Eventually([&] { return (PtyShimOutputs() & it.line) != 0; }));
+    const auto keyed_at = std::chrono::steady_clock::now();
+    EXPECT_TRUE(IsEcho(radio.Receive(), 3, 1));
+    // What the clock says is later than it was, but never by less than what must have passed.
+    EXPECT_TRUE(Eventually([&] { return (PtyShimOutputs() & it.line) == 0; }));
+    EXPECT_GE(std::chrono::steady_clock::now() - keyed_at, milliseconds(200));
+  }
+}
+
+TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsIsSwitchedBack) {
+  options_.lines = {CarrierSense::kNone, Keying::kRts, 0, 20'000};
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  ASSERT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  EXPECT_NE(PtyShimOutputs() & TIOCM_RTS, 0);
+  server_.Stop();
+  EXPECT_EQ(PtyShimOutputs() & TIOCM_RTS, 0);
+}
+
+TEST_F(SerialLinesTest, TheDriverIsToldToSwitchAnRs485Line) {
+  PtyShimSetRs485(1);
+  options_.lines = {CarrierSense::kNone, Keying::kRs485, 3, 4};
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  const PtyShimRs485 told = PtyShimGetRs485();
+  EXPECT_EQ(told.flags, SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND);
+  EXPECT_EQ(told.delay_before_ms, 3);
+  EXPECT_EQ(told.delay_after_ms, 4);
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(SerialLinesTest, ADriverThatCannotSwitchIsAClearError) {
+  options_.lines.ptt = Keying::kRs485;
+  Peer radio = PlugIn();
+  const Status status = Start();
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error(),
+            path_ +
+                ": its driver cannot switch the direction of an RS-485 line (ptt = \"rs485\"); an "
+                "adapter that switches by itself needs no ptt, others often take \"rts\": "
+                "Inappropriate ioctl for device");
+}
+
+// Counted from when the port was opened, also when the driver's 32 bits wrap, and summed over times
+// that it was.
+TEST_F(SerialLinesTest, ErrorsThatTheDriverCountsAreCountedSinceThePortWasOpened) {
+  PtyShimSetCounts({1000, 1000, 1000, 1000, -1});
+  for (uint64_t opening = 1; opening <= 2; ++opening) {
+    Peer radio = PlugIn();
+    if (opening == 1) {
+      ASSERT_TRUE(Start().ok());
+    }
+    ASSERT_TRUE(Up());
+    EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+    PtyShimSetCounts({1005, 1004, 1003, 1002, 0});
+    const LineErrors expected{5 * opening, 4 * opening, 3 * opening, 2 * opening, 1 * opening};
+    EXPECT_TRUE(Eventually([&] { return counters().line == expected; }));
+    ASSERT_EQ(unlink(path_.c_str()), 0);
+    radio.HangUp();
+    ASSERT_TRUE(Eventually([this] { return !server_.link().state().up; }));
+    PtyShimSetCounts({1000, 1000, 1000, 1000, -1});
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::links

@@ -1,0 +1,50 @@
+// What the tests of serial links share: a modem that can be plugged in and out. The tests are
+// linked with pty_as_serial_shim.c.
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <string>
+
+#include "server/links/port_link.h"
+#include "server/links/testing/link_bench.h"
+
+namespace pheromone::links::testing {
+
+/// The master is the test's, the slave the server's port.
+class SerialLinkTest : public ::testing::Test {
+ protected:
+  SerialLinkTest() {
+    options_.path = path_;
+    options_.response_window_ms = 10'000;  // a busy machine must not make answers late
+    options_.backoff = {std::chrono::milliseconds(5), std::chrono::milliseconds(20), 1};
+  }
+
+  Peer PlugIn() {
+    Descriptor master(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
+    EXPECT_EQ(unlockpt(master.get()), 0);
+    slave_ = ptsname(master.get());
+    unlink(path_.c_str());
+    EXPECT_EQ(symlink(slave_.c_str(), path_.c_str()), 0);
+    return Peer(std::move(master));
+  }
+
+  Status Start() {
+    return server_.Start(MakeSerialLink(server_.io(), options_, server_.Context(0)));
+  }
+
+  bool Up() {
+    return Eventually([this] { return server_.link().state().up; });
+  }
+
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "modem";
+  std::string slave_;
+  SerialOptions options_;
+  Server server_;
+};
+
+}  // namespace pheromone::links::testing
