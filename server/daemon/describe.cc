@@ -78,7 +78,7 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
   std::string line = fmt::format("link {}: {} frames in {} bytes received, {} in {} bytes sent",
                                  name, counters.received.frames, counters.bytes_in,
                                  counters.frames_out, counters.bytes_out);
-  const std::array<std::pair<std::string_view, uint64_t>, 22> losses = {{
+  const std::array<std::pair<std::string_view, uint64_t>, 23> losses = {{
       {"damaged", counters.received.crc_errors},
       {"bad escapes", counters.received.bad_escapes},
       {"oversize", counters.received.oversize},
@@ -100,6 +100,7 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
       {"buffer overruns", counters.line.buffer_overruns},
       {"breaks", counters.line.breaks},
       {"oversize datagrams", counters.oversize_datagrams},
+      {"dropped datagrams", counters.dropped_datagrams},
       {"opened again", counters.opened > 0 ? counters.opened - 1 : 0},
   }};
   for (const auto& [what, count] : losses) {

@@ -1,5 +1,7 @@
 #include "server/links/datagrams.h"
 
+#include <linux/sock_diag.h>
+
 #include <cassert>
 #include <cerrno>
 #include <cstring>
@@ -58,6 +60,13 @@ Datagram DatagramReader::at(int i) const {
   return {{room_->bytes[place].data(), header.msg_len},
           &room_->from[place],
           (header.msg_hdr.msg_flags & MSG_TRUNC) != 0};
+}
+
+uint32_t DroppedBySystem(int socket) {
+  std::array<uint32_t, SK_MEMINFO_VARS> figures{};
+  socklen_t size = sizeof figures;
+  const bool known = getsockopt(socket, SOL_SOCKET, SO_MEMINFO, figures.data(), &size) == 0;
+  return known ? figures[SK_MEMINFO_DROPS] : 0;
 }
 
 DatagramWriter::DatagramWriter() : room_(std::make_unique<Room>()) {

@@ -63,6 +63,10 @@ class DatagramReader {
   std::unique_ptr<Room> room_;
 };
 
+/// How many datagrams the system has thrown away since the socket was opened, because nobody read
+/// those before them. Wraps.
+uint32_t DroppedBySystem(int socket);
+
 class DatagramWriter {
  public:
   struct Outcome {

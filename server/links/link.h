@@ -54,6 +54,7 @@ struct LinkCounters {
   uint64_t too_many = 0;             ///< messages beyond the limits of the request rate
   uint64_t datagrams_in = 0;         ///< UDP
   uint64_t oversize_datagrams = 0;   ///< of them: longer than what is taken, and discarded
+  uint64_t dropped_datagrams = 0;    ///< thrown away by the system, as they came too fast
 };
 
 /// Counters and state that conversations write and anyone reads.

@@ -105,6 +105,7 @@ class PortLink final : public Link {
 
   asio::awaitable<void> Converse(Descriptor descriptor) {
     const auto begin = Clock::now();
+    const uint32_t frames = record()->counters().received.frames;
     conversation_.emplace(
         strand_, options_,
         [this](auto* /*from*/, auto batch, auto* answers) { Handle(batch, answers); }, record());
@@ -119,8 +120,9 @@ class PortLink final : public Link {
     if (!stopping_) {
       ReportDown(why);
     }
-    // A port that opens and dies at once is no better than one that does not open.
-    if (Clock::now() - begin > longest_wait_) {
+    // A port that opens and dies at once is no better than one that does not open; one that brought
+    // a message was good, and may be back as soon.
+    if (Clock::now() - begin > longest_wait_ || record()->counters().received.frames != frames) {
       backoff_.Reset();
     }
   }

@@ -113,6 +113,7 @@ class UdpLink final : public Link {
       ReportFailure(why);
       return Error{why};
     }
+    dropped_ = 0;
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
     ReportUp("udp " + ToText(socket_.local_endpoint(error)));
     return Ok();
@@ -148,7 +149,17 @@ class UdpLink final : public Link {
       }
       backoff_.Reset();
       Take(count);
+      if (count == kDatagramBatch) {  // otherwise, nothing can have been thrown away
+        CountDropped();
+      }
     }
+  }
+
+  void CountDropped() {
+    const uint32_t dropped = DroppedBySystem(socket_.native_handle());
+    const uint32_t more = dropped - dropped_;
+    dropped_ = dropped;
+    record()->Count([more](LinkCounters& counters) { counters.dropped_datagrams += more; });
   }
 
   // The frames of these datagrams are one batch for the engine, as long as each robot has but one
@@ -260,6 +271,7 @@ class UdpLink final : public Link {
   std::vector<protocol::Message> batch_;
   std::bitset<256> in_batch_;  // whose requests are in it
   std::vector<protocol::Message> answers_;
+  uint32_t dropped_ = 0;  // by the system, as counted so far
   bool stopping_ = false;
 };
 

@@ -229,6 +229,21 @@ TEST_F(UdpLinkTest, ADatagramThatIsTooLongIsDiscardedWhole) {
   EXPECT_EQ(counters().oversize_datagrams, 1u);
 }
 
+// The link is made to wait for the engine until the system has thrown some away.
+TEST_F(UdpLinkTest, WhatTheSystemThrowsAwayIsCounted) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot = Connect();
+  constexpr uint64_t kSent = 20'000;
+  server_.service().Inspect([&](const auto&) {
+    for (uint64_t i = 0; i < kSent; ++i) {
+      EXPECT_TRUE(robot.Send(PingOf(7, 1)));
+    }
+  });
+  EXPECT_TRUE(
+      Eventually([&] { return counters().datagrams_in + counters().dropped_datagrams == kSent; }));
+  EXPECT_GT(counters().dropped_datagrams, 0u);
+}
+
 TEST_F(UdpLinkTest, APeerThatIsGoneHarmsNobody) {
   ASSERT_TRUE(Start().ok());
   for (int round = 0; round < 20; ++round) {

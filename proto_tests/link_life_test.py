@@ -1,0 +1,314 @@
+#!/usr/bin/env python3
+"""Links that come and go while others are served, with the real daemon.
+
+    link_life_test.py BIN_DIR SHIM [ROUNDS [PEERS]]      default: 10 rounds, 10000 peers
+
+Six serial ports, a TCP and a UDP link, each with a robot that asks all the time. The ports are
+pseudo-terminals that SHIM (server/links/testing/pty_as_serial_shim.c) makes libserialport take for
+real ones; pulling one out is closing its other end. In each round first one half of the links is
+torn down and comes back, then the other. Meanwhile each robot of the others gets an answer to each
+request, its own and once; in the end every link serves, and the daemon holds no more descriptors
+and hardly more memory than in the beginning.
+
+Then strangers under many addresses flood the UDP link, and the robots of the others notice nothing.
+
+Nothing is asserted about how fast any of this is.
+"""
+
+import os
+import pathlib
+import re
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import tty
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from stranger.wire import Decoder, encode  # noqa: E402
+
+PATIENCE_S = 60  # of a busy machine; nothing waits this long when things are well
+ASK_AGAIN_S = 0.1  # while a link is coming back
+PING, ECHO = 0x72, 0xF2
+EXCHANGES = 20  # that each undisturbed robot makes while others are away
+MOST_GROWTH_KIB = 4096
+
+CONFIG = """
+[map]
+width_m = 10.0
+height_m = 10.0
+cell_m = 0.1
+[antennas]
+bias_m = 0.33
+[[pheromone]]
+type = 1
+name = "trail"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 30.0
+quantum = 0.125
+maximum = 0.25
+"""
+
+
+def check(holds, otherwise):
+    if not holds:
+        raise AssertionError(otherwise)
+
+
+class Robot:
+    """Asks for echoes, one after the other, each with a number of its own."""
+
+    def __init__(self, name, client):
+        self.name = name
+        self.client = client
+        self.number = 0
+        self.asked_at = None  # of what is under way
+        self.exchanges = 0
+        self.slowest_s = 0.0
+        self.may_lose = False  # its link is on its way down or up
+        self.begin()
+
+    def begin(self):
+        self.connect()
+        self.decoder = Decoder()
+        self.asked_at = None
+
+    def ask(self):
+        self.number += 1
+        payload = self.number.to_bytes(8, "little")
+        try:
+            self.send(encode(bytes((self.client, PING)) + payload))
+        except OSError:
+            check(self.may_lose, f"{self.name}: cannot send")
+        self.asked_at = time.monotonic()
+
+    def read(self):
+        for body in self.decoder.feed(self.receive()):
+            number = int.from_bytes(body[2:10], "little")
+            if self.may_lose and number < self.number:
+                continue  # one that was given up
+            check(body[:2] == bytes((self.client, ECHO)) and number == self.number
+                  and self.asked_at is not None, f"{self.name}: {body.hex()} was not asked for")
+            self.slowest_s = max(self.slowest_s, time.monotonic() - self.asked_at)
+            self.asked_at = None
+            self.exchanges += 1
+
+
+class SerialRobot(Robot):
+    def __init__(self, name, client, folder):
+        self.port = folder / name
+        super().__init__(name, client)
+
+    def connect(self):
+        self.fd, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(self.fd, False)
+        os.symlink(os.ttyname(slave), self.port)
+        os.close(slave)
+
+    def tear_down(self):
+        os.unlink(self.port)
+        os.close(self.fd)
+
+    def send(self, data):
+        check(os.write(self.fd, data) == len(data), f"{self.name}: the line is full")
+
+    def receive(self):
+        try:
+            return os.read(self.fd, 4096)
+        except OSError:  # until the daemon has opened the other end
+            return b""
+
+    @staticmethod
+    def config(name):
+        return (f'[[link]]\nname = "{name}"\nkind = "serial"\nport = "./{name}"\nbaud = 115200\n'
+                "medium_access = false\n")
+
+
+class NetworkRobot(Robot):
+    def __init__(self, name, client, kind, port):
+        self.kind = kind
+        self.address = ("127.0.0.1", port)
+        super().__init__(name, client)
+
+    def connect(self):
+        self.socket = socket.socket(socket.AF_INET, self.kind)
+        self.socket.connect(self.address)
+        self.socket.setblocking(False)
+        self.fd = self.socket.fileno()
+
+    def tear_down(self):
+        self.socket.close()
+
+    def send(self, data):
+        self.socket.sendall(data)
+
+    def receive(self):
+        return self.socket.recv(4096)
+
+
+class Daemon:
+    def __init__(self, bin_dir, shim, folder):
+        self.log_file = folder / "pheromoned.log"
+        program = bin_dir / "pheromoned"
+        # A sanitizer wants to be loaded first, says so unless told not to, and keeps freed memory.
+        self.keeps_memory = b"__asan_init" in program.read_bytes()
+        environment = dict(os.environ, LD_PRELOAD=str(shim), ASAN_OPTIONS=os.environ.get(
+            "ASAN_OPTIONS", "") + ":verify_asan_link_order=0")
+        environment.pop("JOURNAL_STREAM", None)
+        with open(self.log_file, "wb") as log:
+            self.process = subprocess.Popen([program, "--config", "test.toml"], cwd=folder,
+                                            env=environment, stdout=log, stderr=log)
+
+    def log(self):
+        return self.log_file.read_text()
+
+    def await_ready(self):
+        end = time.monotonic() + PATIENCE_S
+        while "ready: " not in self.log():
+            check(self.process.poll() is None and time.monotonic() < end,
+                  f"the daemon does not start:\n{self.log()}")
+            time.sleep(0.02)
+
+    def port_of(self, link):
+        return int(re.search(rf"link {link}: up, \w+ 127\.0\.0\.1:(\d+)", self.log())[1])
+
+    def descriptors(self):
+        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
+
+    def rss_kib(self):
+        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1])
+
+    def stop(self):
+        self.process.send_signal(signal.SIGTERM)
+        status = self.process.wait(PATIENCE_S)
+        check(status == 0, f"the daemon ended with {status}:\n{self.log()}")
+
+
+def serve(robots, until, what):
+    """Lets all robots ask and be answered until `until()`."""
+    end = time.monotonic() + PATIENCE_S
+    by_fd = {robot.fd: robot for robot in robots}
+    poller = select.poll()
+    for fd in by_fd:
+        poller.register(fd, select.POLLIN)
+    while not until():
+        now = time.monotonic()
+        for robot in robots:
+            if robot.asked_at is None or robot.may_lose and now - robot.asked_at > ASK_AGAIN_S:
+                robot.ask()
+            check(now - robot.asked_at < PATIENCE_S, f"{robot.name}: no answer while {what}")
+        check(now < end, f"gave up while {what}: " + ", ".join(
+            f"{robot.name} {robot.exchanges}" for robot in robots))
+        for fd, events in poller.poll(50):
+            if events & select.POLLIN:
+                by_fd[fd].read()
+            elif events:  # a line that the daemon does not hold open yet: no haste
+                time.sleep(0.001)
+
+
+def everyone_answered(robots, more=1):
+    goals = [(robot, robot.exchanges + more) for robot in robots]
+    return lambda: all(robot.exchanges >= goal for robot, goal in goals)
+
+
+def come_and_go(robots, victims):
+    """The links of the victims go and come back; the others are served meanwhile."""
+    others = [robot for robot in robots if robot not in victims]
+    for robot in victims:
+        robot.may_lose = True
+        robot.tear_down()
+    serve(others, everyone_answered(others, EXCHANGES), "others are away")
+    for robot in victims:
+        robot.begin()
+    serve(robots, everyone_answered(robots), "others come back")
+    for robot in victims:  # what was asked twice is answered twice, and must not confuse
+        robot.ask()
+    serve(robots, everyone_answered(robots), "all are back")
+    for robot in victims:
+        robot.may_lose = False
+
+
+def await_equal(read, expected, what):
+    """What the daemon closes, it closes a moment after we do."""
+    end = time.monotonic() + PATIENCE_S
+    while read() != expected:
+        check(time.monotonic() < end, f"{what}: {read()}, in the beginning {expected}")
+        time.sleep(0.05)
+
+
+def check_memory(daemon, before_kib, what):
+    growth_kib = daemon.rss_kib() - before_kib
+    print(f"{what}: the daemon has grown by {growth_kib} KiB", flush=True)
+    check(daemon.keeps_memory or growth_kib < MOST_GROWTH_KIB, f"{what}: +{growth_kib} KiB")
+
+
+def rounds_of_loss(daemon, robots, rounds):
+    serve(robots, everyone_answered(robots, EXCHANGES), "all are well")
+    halves = (robots[0::2], robots[1::2])
+    for half in halves:  # once before it is measured: what is needed for that is kept
+        come_and_go(robots, half)
+    descriptors, memory_kib = daemon.descriptors(), daemon.rss_kib()
+    for robot in robots:
+        robot.slowest_s = 0.0
+    for _ in range(rounds):
+        for half in halves:
+            come_and_go(robots, half)
+    print(f"{rounds} rounds, {sum(robot.exchanges for robot in robots)} exchanges; the slowest "
+          f"answer after {max(robot.slowest_s for robot in robots) * 1000:.0f} ms", flush=True)
+    await_equal(daemon.descriptors, descriptors, "descriptors")
+    check_memory(daemon, memory_kib, f"{rounds} rounds")
+
+
+def strangers(daemon, robots, address, count):
+    """Each under an address of its own in 127.0.0.0/8, with any client's ID."""
+    calm = [robot for robot in robots if not (isinstance(robot, NetworkRobot)
+                                              and robot.kind == socket.SOCK_DGRAM)]
+    memory_kib = daemon.rss_kib()
+    for peer in range(count):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            stranger.bind((f"127.{1 + (peer >> 16)}.{peer >> 8 & 255}.{peer & 255}", 0))
+            stranger.sendto(encode(bytes((1 + peer % 254, PING))), address)
+        if peer % 500 == 0:
+            serve(calm, everyone_answered(calm), "strangers flood another link")
+    check_memory(daemon, memory_kib, f"{count} strangers")
+
+
+def run(bin_dir, shim, folder, rounds, peers):
+    names = [f"modem-{i}" for i in range(1, 7)]
+    (folder / "test.toml").write_text(
+        CONFIG + "".join(SerialRobot.config(name) for name in names)
+        + "".join(f'[[link]]\nname = "{kind}"\nkind = "{kind}"\nlisten = "127.0.0.1:0"\n'
+                  for kind in ("tcp", "udp")), encoding="ascii")
+    robots = [SerialRobot(name, i + 1, folder) for i, name in enumerate(names)]
+    daemon = Daemon(bin_dir, shim, folder)
+    try:
+        daemon.await_ready()
+        robots.append(NetworkRobot("tcp", 7, socket.SOCK_STREAM, daemon.port_of("tcp")))
+        robots.append(NetworkRobot("udp", 8, socket.SOCK_DGRAM, daemon.port_of("udp")))
+        rounds_of_loss(daemon, robots, rounds)
+        strangers(daemon, robots, robots[-1].address, peers)
+        daemon.stop()
+        again = [int(number) for number in re.findall(r"opened again (\d+)|(\d+) opened again",
+                                                      daemon.log()) for number in number if number]
+        check(len(again) >= 6, f"the summary does not tell of ports opened again:\n{daemon.log()}")
+    except BaseException:
+        print(daemon.log(), file=sys.stderr)
+        raise
+    finally:
+        if daemon.process.poll() is None:
+            daemon.process.kill()
+            daemon.process.wait()
+
+
+if __name__ == "__main__":
+    numbers = [int(word) for word in sys.argv[3:]] + [10, 10_000][len(sys.argv[3:]):]
+    with tempfile.TemporaryDirectory() as temporary:
+        run(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve(),
+            pathlib.Path(temporary), numbers[0], numbers[1])
+    print("ok")
