@@ -51,7 +51,8 @@ def check(*arguments):
 class ExamplesTest(unittest.TestCase):
     def test_every_example_is_taken_without_a_warning(self):
         names = sorted(path.name for path in EXAMPLES.glob("*.toml"))
-        self.assertEqual(names, ["all-laws.toml", "outdoor-gps.toml", "repellent.toml"])
+        self.assertEqual(names, ["all-laws.toml", "links.toml", "outdoor-gps.toml",
+                                 "repellent.toml"])
         for name in names:
             result = check("--config", str(EXAMPLES / name))
             self.assertEqual((result.returncode, result.stderr), (0, ""), name)
@@ -99,7 +100,7 @@ def keys_that_are_known():
         texts.append(f"[{table}]\n{wrong}")
     for table in ("pheromone", "frame", "tracker"):
         texts.append(f"[[{table}]]\n{wrong}")
-    texts += [f'[[link]]\nkind = "{kind}"\n{wrong}' for kind in ("pty", "serial", "tcp")]
+    texts += [f'[[link]]\nkind = "{kind}"\n{wrong}' for kind in ("pty", "serial", "tcp", "udp")]
     texts.append("[map]\nwidth_m = 1\nheight_m = 1\ncell_m = 1\ndatum = {zzzzzzzz = 1}\n[obstacles]\n"
                  f"{wrong}walls = [{{zzzzzzzz = 1}}]\n")
     field = ("[map]\nwidth_m = 1\nheight_m = 1\ncell_m = 1\n[antennas]\nbias_m = 0\n[[pheromone]]\n"

@@ -96,6 +96,7 @@ class SerialPort final : public Port {
   void Close() override {
     if (port_ != nullptr) {
       Key(false);
+      sp_flush(port_.get(), SP_BUF_OUTPUT);  // else closing may wait for a dead modem to take it
     }
     port_.reset();
     handle_ = -1;
