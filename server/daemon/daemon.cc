@@ -101,7 +101,8 @@ class Daemon::Impl {
                   .links = &links_,
                   .now_ms = [this] { return FieldTime(); },
                   .config = [this] { return Config(); },
-                  .reload = [this] { return ReadConfigurationAgain(); }}),
+                  .reload = [this] { return ReadConfigurationAgain(); },
+                  .snapshot = [this] { return keeper_->AskForSnapshot(); }}),
         door_(&control_, config_.control, config_.web) {
     signals_.add(SIGUSR1);
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });

@@ -255,9 +255,12 @@ Result<std::vector<std::string>> LiveControl::HaltAll() {
 }
 
 Result<std::string> LiveControl::Snapshot() {
-  return Error{
-      "this server keeps no journal, so it has nothing to make a snapshot for; "
-      "--save-field and SIGUSR1 save the field"};
+  if (!parts_.snapshot()) {
+    return Error{
+        "this server keeps no journal, so it has nothing to make a snapshot for; "
+        "--save-field and SIGUSR1 save the field"};
+  }
+  return std::string("asked for; the journal makes it at the next change");
 }
 
 // An exponential mean, whatever the time between the calls is.

@@ -87,6 +87,7 @@ class LiveControlTest : public ::testing::Test {
                         .now_ms = [this] { return now_ms_.load(); },
                         .config = [this] { return config_; },
                         .reload = [] { return Error{"not here"}; },
+                        .snapshot = [] { return false; },
                         .patience = std::chrono::milliseconds(20)}};
 };
 
