@@ -22,4 +22,8 @@ bool CheckBytes(uint64_t seed);
 /// Writes and syncs that fail, `runs` times, with a power cut at the end of each.
 bool CheckFailures(int runs, uint64_t seed);
 
+/// Snapshots under full load, over so many changes: the recovered state is the one that was. Prints
+/// how long the service was held meanwhile.
+bool CheckLoad(uint64_t changes, uint64_t seed);
+
 }  // namespace pheromone::crash

@@ -20,14 +20,17 @@ int Main(int argc, char** argv) {
   CLI::App app("Tries by crashing what the journal promises.", "crash_test");
   int rounds = 200;
   int cuts = 1000;
+  uint64_t changes = 400'000;
   uint64_t seed = 1;
   std::string only;
   std::string serve;
   app.add_option("--rounds", rounds, "Processes to kill")->check(CLI::NonNegativeNumber);
   app.add_option("--cuts", cuts, "Power cuts")->check(CLI::NonNegativeNumber);
+  app.add_option("--changes", changes, "Changes under load; 0: none")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--seed", seed, "Other traffic, other crashes");
   app.add_option("--only", only, "One of them")
-      ->check(CLI::IsMember({"kill", "power", "bytes", "failures"}));
+      ->check(CLI::IsMember({"kill", "power", "bytes", "failures", "load"}));
   app.add_option("--serve", serve, "Be the process to be killed")->group("");
   try {
     app.parse(argc, argv);
@@ -44,6 +47,7 @@ int Main(int argc, char** argv) {
   good = (!wanted("failures") || CheckFailures(cuts, seed)) && good;
   good = (!wanted("power") || CheckPowerCuts(cuts, seed)) && good;
   good = (!wanted("kill") || CheckKills(argv[0], rounds, seed)) && good;
+  good = (!wanted("load") || changes == 0 || CheckLoad(changes, seed)) && good;
   std::cout << (good ? "crash_test: ok" : "crash_test: FAILED") << std::endl;
   return good ? 0 : 1;
 }

@@ -17,7 +17,7 @@ Status RemoveUnfinished(Folder* folder) {
   for (const std::string& name : names.value()) {
     if (name.ends_with(kUnfinished) &&
         SnapshotSequenceOf(name.substr(0, name.size() - kUnfinished.size()))) {
-      const Status removed = folder->Remove(name);
+      Status removed = folder->Remove(name);
       if (!removed.ok()) {
         return removed;
       }

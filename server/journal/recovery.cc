@@ -64,7 +64,7 @@ class Recovery {
     std::sort(segments_.begin(), segments_.end(),
               [](const Segment& a, const Segment& b) { return a.ordinal < b.ordinal; });
     for (Segment& segment : segments_) {
-      const Status read = ReadHeader(&segment);
+      Status read = ReadHeader(&segment);
       if (!read.ok()) {
         return read;
       }
@@ -93,15 +93,16 @@ class Recovery {
 
   // The newest that is whole. That there is one shows that all up to its sequence was durable.
   Status BeginWithASnapshot() {
-    for (auto name = snapshots_.rbegin(); name != snapshots_.rend(); ++name) {
-      durable_ = std::max(durable_, *SnapshotSequenceOf(*name));
-      const Result<std::string> head = folder_.Read(*name, 0, kSnapshotHeaderBytes);
+    std::reverse(snapshots_.begin(), snapshots_.end());
+    for (const std::string& name : snapshots_) {
+      durable_ = std::max(durable_, *SnapshotSequenceOf(name));
+      const Result<std::string> head = folder_.Read(name, 0, kSnapshotHeaderBytes);
       if (head.ok() && IsOfAnotherVersion(head.value())) {
-        return Error{folder_.path() + "/" + *name + ": " +
+        return Error{folder_.path() + "/" + name + ": " +
                      DecodeSnapshotHeader(head.value()).error()};
       }
       uint64_t byte = 0;
-      Result<Snapshot> snapshot = ReadSnapshot(folder_, *name, &byte);
+      Result<Snapshot> snapshot = ReadSnapshot(folder_, name, &byte);
       if (snapshot.ok()) {
         result_.engine = std::move(snapshot.value().engine);
         result_.stamp = snapshot.value().stamp;
@@ -109,8 +110,8 @@ class Recovery {
         result_.snapshot_sequence = result_.sequence;
         return Ok();
       }
-      Note(*name, byte, snapshot.error(), true);
-      result_.damaged_files.push_back(*name);
+      Note(name, byte, snapshot.error(), true);
+      result_.damaged_files.push_back(name);
     }
     const auto first = std::find_if(segments_.begin(), segments_.end(),
                                     [](const Segment& it) { return it.header.has_value(); });
