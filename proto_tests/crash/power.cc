@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <random>
+#include <utility>
 
 #include "proto_tests/crash/checks.h"
 #include "server/journal/testing/crash_folder.h"
@@ -94,13 +95,15 @@ bool CheckPowerCuts(int cuts, uint64_t seed) {
       "events lost, none acknowledged; {} disks wrong\n",
       figures.cuts, figures.events, figures.operations, figures.segments, figures.snapshots,
       figures.lost_unacknowledged, wrong_disks);
-  const bool found_all =
-      FindsMutant("no sync", seed,
-                  [](CrashFolder* folder, Lives*) { folder->ignore_file_syncs = true; }) &
-      FindsMutant("no directory sync", seed,
-                  [](CrashFolder* folder, Lives*) { folder->ignore_folder_syncs = true; }) &
-      FindsMutant("answer before sync", seed,
-                  [](CrashFolder*, Lives* lives) { lives->acknowledge_early = true; });
+  const std::pair<const char*, Mutate> mutants[] = {
+      {"no sync", [](CrashFolder* folder, Lives*) { folder->ignore_file_syncs = true; }},
+      {"no directory sync",
+       [](CrashFolder* folder, Lives*) { folder->ignore_folder_syncs = true; }},
+      {"answer before sync", [](CrashFolder*, Lives* lives) { lives->acknowledge_early = true; }}};
+  bool found_all = true;
+  for (const auto& [name, mutate] : mutants) {
+    found_all = FindsMutant(name, seed, mutate) && found_all;
+  }
   return wrong_disks == 0 && found_all;
 }
 

@@ -52,8 +52,8 @@ constexpr size_t kNodesPerRow = kCells + 1;
 
 Nodes RandomNodes(std::mt19937* random) {
   Nodes nodes(kNodesPerRow * kNodesPerRow);
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    nodes[i] = ((*random)() & 1u) != 0;
+  for (auto node : nodes) {
+    node = ((*random)() & 1u) != 0;
   }
   return nodes;
 }

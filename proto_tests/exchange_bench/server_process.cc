@@ -74,6 +74,7 @@ ServerProcess::ServerProcess(const std::string& program, const std::string& conf
   std::vector<std::string> words = {program, "--config", config_file};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) {
     argv.push_back(word.data());
   }

@@ -85,7 +85,8 @@ struct TrackerConfig {
 
 /// How pheromonectl reaches the server.
 struct ControlSettings {
-  /// The Unix socket; empty: none. Relative to $RUNTIME_DIRECTORY, or else to the working directory.
+  /// The Unix socket; empty: none. Relative to $RUNTIME_DIRECTORY, or else to the working
+  /// directory.
   std::string socket = "pheromoned.sock";
   bool operator==(const ControlSettings&) const = default;
 };

@@ -238,8 +238,8 @@ class Daemon::Impl {
     told_ = DescribeState();
     service_manager::Ready(told_);
     if (const auto interval = service_manager::AliveInterval()) {
-      watchdog_ =
-          std::make_unique<Watchdog>(strand_, &service_, keeper_->log(), *interval, service_manager::Alive);
+      watchdog_ = std::make_unique<Watchdog>(strand_, &service_, keeper_->log(), *interval,
+                                             service_manager::Alive);
       watchdog_->Start();
     }
   }

@@ -41,6 +41,16 @@ std::vector<engine::NamedCount> CountsOf(const links::LinkCounters& it) {
       {"withheld_errors", "ERRORs not sent: a second one in a window.", it.withheld_errors},
       {"undeliverable", "Messages not sent: nobody is connected.", it.undeliverable},
       {"dropped_connections", "Connections dropped to make room.", it.dropped_connections},
+      {"not_allowed", "Messages of clients that the link does not serve.", it.not_allowed},
+      {"too_many", "Messages beyond the limits of the request rate.", it.too_many},
+      {"received_datagrams", "UDP datagrams received.", it.datagrams_in},
+      {"oversize_datagrams", "UDP datagrams longer than is taken.", it.oversize_datagrams},
+      {"dropped_datagrams", "UDP datagrams that the system dropped.", it.dropped_datagrams},
+      {"framing_errors", "Bytes without a stop bit, by the port's driver.", it.line.framing},
+      {"overruns", "Bytes lost in the port or its driver.",
+       it.line.overruns + it.line.buffer_overruns},
+      {"parity_errors", "Bytes of wrong parity, by the port's driver.", it.line.parity},
+      {"breaks", "Breaks, by the port's driver.", it.line.breaks},
   };
 }
 
@@ -51,9 +61,11 @@ std::string_view NameOf(config::LinkKind kind) {
     case config::LinkKind::kSerial:
       return "serial";
     case config::LinkKind::kTcp:
+      return "tcp";
+    case config::LinkKind::kUdp:
       break;
   }
-  return "tcp";
+  return "udp";
 }
 
 // A byte on a serial line takes ten bits, start and stop included.

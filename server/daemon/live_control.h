@@ -31,7 +31,7 @@ struct LiveParts {
   std::function<uint64_t()> now_ms;  ///< the present field time; called under the service's lock
   std::function<config::Config()> config;  ///< the one in effect
   std::function<Result<std::vector<std::string>>()> reload;
-  std::function<bool()> snapshot;  ///< asks the journal for one; false: there is none
+  std::function<bool()> snapshot;             ///< asks the journal for one; false: there is none
   std::chrono::milliseconds patience{5'000};  ///< with a log that does not get durable
 };
 

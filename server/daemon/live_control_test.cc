@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <thread>
 
 #include "server/engine/testing/bench.h"
@@ -22,6 +23,7 @@ class ScriptedLog final : public engine::OrderedLog {
   protocol::Reason Admit() override { return admit; }
   uint64_t Append(const engine::Stamp&, const engine::Event&) override { return ++sequence; }
   uint64_t DurableSequence() const override { return durable; }
+  void Probe(std::function<void()> done) override { done(); }
 
   protocol::Reason admit = protocol::Reason::kNone;
   uint64_t sequence = 0;

@@ -48,7 +48,7 @@ struct StatusView {
   ServiceCounters service;
   EngineCounters engine;
   std::array<uint64_t, 128> requests_by_opcode{};
-  LatencyCounts latency;  ///< of batches of requests: waiting for the engine, and in it
+  LatencyCounts latency;        ///< of batches of requests: waiting for the engine, and in it
   uint64_t resident_bytes = 0;  ///< of the process
   uint64_t open_descriptors = 0;
   double cpu_s = 0;

@@ -25,9 +25,9 @@ class OrderedLog {
   /// service's lock, right before the event is applied.
   virtual uint64_t Append(const Stamp& stamp, const Event& event) = 0;
 
-  /// Whether the log wants to begin another segment before the next event, and then: the hash of the
-  /// state after the last one, by which whoever follows the log can tell that he has come to the
-  /// same. Under the service's lock.
+  /// Whether the log wants to begin another segment before the next event, and then: the hash of
+  /// the state after the last one, by which whoever follows the log can tell that he has come to
+  /// the same. Under the service's lock.
   virtual bool IsRotationDue() const { return false; }
   virtual void Rotate(uint64_t /*state_hash*/) {}
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <atomic>
+#include <functional>
 #include <thread>
 
 #include "server/engine/testing/bench.h"

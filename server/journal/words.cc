@@ -146,7 +146,7 @@ std::string InJson(const Record& record) {
   for (const Value& value : ValuesOf(record)) {
     const std::string quote = value.is_word ? "\"" : "";  // no word has anything to escape
     line.append(line.empty() ? "{\"" : ",\"").append(value.name);
-    line += "\":" + quote + value.text + quote;
+    line.append("\":").append(quote).append(value.text).append(quote);
   }
   return line + "}";
 }

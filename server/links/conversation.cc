@@ -192,14 +192,6 @@ bool Conversation::DropLate(Clock::time_point start) {
   return true;
 }
 
-asio::awaitable<void> Conversation::Pause(Clock::time_point until) {
-  if (until > Clock::now()) {
-    error_code ignored;
-    pause_.expires_at(until);
-    co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
-  }
-}
-
 asio::awaitable<std::string> Conversation::Write() {
   error_code error;
   while (true) {
@@ -215,13 +207,17 @@ asio::awaitable<std::string> Conversation::Write() {
       continue;
     }
     if (options_.port != nullptr && options_.port->carrier()) {
-      co_await Pause(now + kBetweenLooks);
+      pause_.expires_at(now + kBetweenLooks);
+      co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       continue;
     }
     size_t frames = 0;
     const std::vector<uint8_t> block = NextBlock(&frames);
     const Sending sending(options_.port);
-    co_await Pause(now + options_.lead);
+    if (options_.lead != Clock::duration::zero()) {
+      pause_.expires_at(now + options_.lead);
+      co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+    }
     line_free_at_ = Clock::now() + static_cast<int64_t>(block.size()) * options_.byte_time;
     const size_t size = co_await asio::async_write(
         stream_, asio::buffer(block), asio::redirect_error(asio::use_awaitable, error));
@@ -234,7 +230,8 @@ asio::awaitable<std::string> Conversation::Write() {
     }
     if (options_.tail != Clock::duration::zero()) {
       line_free_at_ += options_.tail;
-      co_await Pause(line_free_at_);
+      pause_.expires_at(line_free_at_);
+      co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
     }
   }
 }

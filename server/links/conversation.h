@@ -84,7 +84,6 @@ class Conversation {
 
   boost::asio::awaitable<std::string> Read();
   boost::asio::awaitable<std::string> Write();
-  boost::asio::awaitable<void> Pause(Clock::time_point until);
   void TakeBytes(std::span<const uint8_t> bytes);
   void Enqueue(const protocol::Message& message, std::optional<Clock::time_point> asked_at);
   Clock::time_point EarliestStart(const Frame& frame) const;

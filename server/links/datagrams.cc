@@ -84,10 +84,11 @@ void DatagramWriter::Add(const protocol::Message& message, const PeerAddress& to
 
 DatagramWriter::Outcome DatagramWriter::Flush(int socket) {
   Outcome outcome;
-  int next = 0;
-  while (next < count_) {
+  const auto count = static_cast<size_t>(count_);
+  size_t next = 0;
+  while (next < count) {
     const int sent = sendmmsg(socket, room_->headers.data() + next,
-                              static_cast<unsigned>(count_ - next), MSG_DONTWAIT | MSG_NOSIGNAL);
+                              static_cast<unsigned>(count - next), MSG_DONTWAIT | MSG_NOSIGNAL);
     if (sent < 0 && errno == EINTR) {
       continue;
     }
@@ -98,11 +99,11 @@ DatagramWriter::Outcome DatagramWriter::Flush(int socket) {
       ++next;
       continue;
     }
-    for (int i = 0; i < sent; ++i) {
-      outcome.bytes += room_->headers[static_cast<size_t>(next + i)].msg_len;
+    const size_t end = next + static_cast<size_t>(sent);
+    outcome.frames += end - next;
+    for (; next < end; ++next) {
+      outcome.bytes += room_->headers[next].msg_len;
     }
-    outcome.frames += static_cast<uint64_t>(sent);
-    next += sent;
   }
   count_ = 0;
   return outcome;

@@ -55,10 +55,10 @@ class DatagramReader {
 
  private:
   struct Room {
-    std::array<std::array<uint8_t, kMostDatagramBytes>, kDatagramBatch> bytes;
-    std::array<PeerAddress, kDatagramBatch> from;
-    std::array<iovec, kDatagramBatch> parts;
-    std::array<mmsghdr, kDatagramBatch> headers;
+    std::array<std::array<uint8_t, kMostDatagramBytes>, kDatagramBatch> bytes{};
+    std::array<PeerAddress, kDatagramBatch> from{};
+    std::array<iovec, kDatagramBatch> parts{};
+    std::array<mmsghdr, kDatagramBatch> headers{};
   };
   std::unique_ptr<Room> room_;
 };
@@ -88,10 +88,10 @@ class DatagramWriter {
 
  private:
   struct Room {
-    std::array<std::array<uint8_t, protocol::kMaxFrame>, kDatagramBatch> bytes;
-    std::array<PeerAddress, kDatagramBatch> to;
-    std::array<iovec, kDatagramBatch> parts;
-    std::array<mmsghdr, kDatagramBatch> headers;
+    std::array<std::array<uint8_t, protocol::kMaxFrame>, kDatagramBatch> bytes{};
+    std::array<PeerAddress, kDatagramBatch> to{};
+    std::array<iovec, kDatagramBatch> parts{};
+    std::array<mmsghdr, kDatagramBatch> headers{};
   };
   std::unique_ptr<Room> room_;
   int count_ = 0;

@@ -64,8 +64,8 @@ class LinkRecord {
 
   struct State {
     bool up = false;
-    std::string reason;                       ///< why it is down, or how it is reached
-    std::string last_error{};                 ///< why it was down last; empty: it never was
+    std::string reason;        ///< why it is down, or how it is reached
+    std::string last_error{};  ///< why it was down last; empty: it never was
     /// When it came up or went down.
     TimePoint since = std::chrono::steady_clock::now();
     uint64_t attempts = 0;                    ///< to come up that failed, while it is down

@@ -49,7 +49,8 @@ std::string DescribeHolders(const std::string& device, const std::string& proc) 
     const std::string name = NameOf(it->path());
     modem_manager = modem_manager || name == kModemManager;
     if (Holds(it->path(), device)) {
-      holders += (holders.empty() ? "held by " : ", ") + name + " (process " + id + ")";
+      holders.append(holders.empty() ? "held by " : ", ").append(name);
+      holders.append(" (process ").append(id).append(")");
     }
   }
   if (holders.empty()) {
