@@ -22,7 +22,7 @@ int Main(int argc, char** argv) {
   ServerOptions options;
   app.add_option("--socket", options.socket,
                  "The server's Unix socket; without it, $PHEROMONE_SOCKET, pheromoned.sock here, "
-                 "or /run/pheromoned/pheromoned.sock")
+                 "or /run/pheromone/pheromoned/pheromoned.sock")
       ->type_name("PATH");
   app.add_flag("--json", options.json, "Print the server's answer as it is");
   AddShowCommands(&app, &options, &status);

@@ -111,8 +111,9 @@ std::string DefaultSocket() {
     return named;
   }
   std::error_code ignored;
-  return std::filesystem::is_socket("pheromoned.sock", ignored) ? "pheromoned.sock"
-                                                                : "/run/pheromoned/pheromoned.sock";
+  return std::filesystem::is_socket("pheromoned.sock", ignored)
+             ? "pheromoned.sock"
+             : "/run/pheromone/pheromoned/pheromoned.sock";
 }
 
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,

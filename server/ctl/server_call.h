@@ -1,6 +1,6 @@
 // A question to a running server, and its answer: HTTP over the server's Unix socket.
 //
-//   const Reply reply = Call({.socket = "/run/pheromoned/pheromoned.sock"}, "GET",
+//   const Reply reply = Call({.socket = "/run/pheromone/pheromoned/pheromoned.sock"}, "GET",
 //   "/api/v1/status"); if (reply.exit_status != 0) { return reply.exit_status; }   // it was told
 //   what is wrong Show(reply.body);
 //
@@ -29,7 +29,7 @@ struct ServerOptions {
 };
 
 /// $PHEROMONE_SOCKET, or pheromoned.sock in the working directory if it is there, or
-/// /run/pheromoned/pheromoned.sock.
+/// /run/pheromone/pheromoned/pheromoned.sock.
 std::string DefaultSocket();
 
 struct Reply {
