@@ -93,7 +93,7 @@ void RestoreInTheMiddle(uint64_t seed, bool tight, Seen* seen) {
 
 TEST(State, ARestoredEngineGoesOnAsTheSavedOneWouldHave) {
   Seen seen;
-  for (uint64_t seed = 0; seed < 40; ++seed) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
     ASSERT_NO_FATAL_FAILURE(RestoreInTheMiddle(seed, false, &seen));
   }
   EXPECT_GT(seen.swept, 10);
@@ -101,7 +101,7 @@ TEST(State, ARestoredEngineGoesOnAsTheSavedOneWouldHave) {
 
 TEST(State, ItDoesWhereMemoryIsShortToo) {
   Seen seen;
-  for (uint64_t seed = 100; seed < 160; ++seed) {
+  for (uint64_t seed = 100; seed < 130; ++seed) {
     ASSERT_NO_FATAL_FAILURE(RestoreInTheMiddle(seed, true, &seen));
   }
   EXPECT_GT(seen.swept, 10);

@@ -45,7 +45,8 @@ class RecoveryTest : public ::testing::Test {
 TEST_F(RecoveryTest, EveryTruncationGivesTheStateOfTheLastWholeRecord) {
   const std::string whole = Segment();
   const std::vector<Border> borders = BordersOf(whole);
-  for (size_t length = whole.size(); length-- > 36;) {
+  const size_t closely = whole.size() - 600;
+  for (size_t length = 36; length < whole.size(); length += length > closely ? 1u : 41u) {
     Segment() = whole.substr(0, length);
     const auto recovered = Recover(folder_);
     ASSERT_TRUE(recovered.ok()) << recovered.error();
@@ -65,7 +66,7 @@ TEST_F(RecoveryTest, EveryTruncationGivesTheStateOfTheLastWholeRecord) {
 TEST_F(RecoveryTest, EveryDamagedByteIsReportedAndEndsThePrefix) {
   const std::string whole = Segment();
   const std::vector<Border> borders = BordersOf(whole);
-  const size_t closely = whole.size() - 1'200;
+  const size_t closely = whole.size() - 600;
   for (size_t at = 36; at<whole.size(); at += at> closely ? 1u : 37u) {
     Segment() = whole;
     Segment()[at] = static_cast<char>(Segment()[at] ^ 0x20);
@@ -188,7 +189,7 @@ TEST(Recovery, AnEmptyFolderIsANewJournal) {
 // The power goes at any time. proto_tests/crash does this a thousand times, and with mutants.
 TEST(Recovery, APowerCutLosesNothingThatWasAcknowledged) {
   uint64_t snapshots = 0;
-  for (uint64_t seed = 0; seed < 60; ++seed) {
+  for (uint64_t seed = 0; seed < 25; ++seed) {
     CrashFolder folder(seed);
     Lives lives(&folder, SmallJournal(), seed);
     for (int life = 0; life < 4; ++life) {
@@ -201,7 +202,7 @@ TEST(Recovery, APowerCutLosesNothingThatWasAcknowledged) {
     }
     snapshots += lives.snapshots();
   }
-  EXPECT_GT(snapshots, 50u);
+  EXPECT_GT(snapshots, 20u);
 }
 
 }  // namespace
