@@ -46,7 +46,7 @@ TEST_F(RecoveryTest, EveryTruncationGivesTheStateOfTheLastWholeRecord) {
   const std::string whole = Segment();
   const std::vector<Border> borders = BordersOf(whole);
   const size_t closely = whole.size() - 600;
-  for (size_t length = 36; length < whole.size(); length += length > closely ? 1u : 41u) {
+  for (size_t length = 36; length<whole.size(); length += length> closely ? 1u : 41u) {
     Segment() = whole.substr(0, length);
     const auto recovered = Recover(folder_);
     ASSERT_TRUE(recovered.ok()) << recovered.error();
