@@ -128,8 +128,8 @@ TEST(Simulation, HiddenRobotsHearTheServerAndNotEachOther) {
   for (size_t i = 0; i < 2; ++i) {
     const client::Counters& counters = simulation.robot(i).counters();
     EXPECT_GT(counters.answers, 30u);
-    // Of the other's exchanges the server's half, but for what came while it was sending itself, and
-    // perhaps an ACK or two.
+    // Of the other's exchanges the server's half, but for what came while it was sending itself,
+    // and perhaps an ACK or two.
     const client::Counters& others = simulation.robot(1 - i).counters();
     EXPECT_GE(counters.heard + 5, others.answers);
     EXPECT_GT(counters.heard, 30u);
