@@ -1,5 +1,6 @@
 #include "client_fw/swarm/recorder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -12,14 +13,26 @@ bool OffLimits(const field::FieldConfig& field, const sim::PlanePose& pose) {
          (field.obstacles && field.obstacles->Blocked(field.map.NearestNode(at)));
 }
 
+field::Path NearestPath(const field::FieldConfig& field, const sim::MobileRobot& robot) {
+  if (field.paths.empty()) {
+    return {.points = {{0, 0}}};
+  }
+  const auto distance_m = [&robot](const field::Path& path) {
+    return Observe(robot, path, 0).distance_m;
+  };
+  return *std::min_element(
+      field.paths.begin(), field.paths.end(),
+      [&](const field::Path& a, const field::Path& b) { return distance_m(a) < distance_m(b); });
+}
+
 }  // namespace
 
 Recorder::Recorder(const Swarm* swarm, const field::FieldConfig& field, int64_t sample_ms)
-    : swarm_(swarm),
-      field_(field),
-      path_(field.paths.empty() ? field::Path{.points = {{0, 0}}} : field.paths.front()),
-      sample_ms_(sample_ms) {
+    : swarm_(swarm), field_(field), sample_ms_(sample_ms) {
   record_.robots.resize(swarm->robot_count());
+  for (size_t i = 0; i < swarm->robot_count(); ++i) {
+    paths_.push_back(NearestPath(field_, swarm->robot(i)));
+  }
 }
 
 bool Recorder::Look() {
@@ -46,7 +59,7 @@ void Recorder::NoteExchanges() {
 void Recorder::Sample() {
   for (size_t i = 0; i < swarm_->robot_count(); ++i) {
     RobotRecord& robot = record_.robots[i];
-    robot.track.push_back(Observe(swarm_->robot(i), path_, swarm_->now_ms()));
+    robot.track.push_back(Observe(swarm_->robot(i), paths_[i], swarm_->now_ms()));
     robot.off_limits_samples += OffLimits(field_, robot.track.back().pose) ? 1 : 0;
   }
 }
@@ -58,7 +71,7 @@ SwarmRecord Recorder::Finish() {
     robot.counters = swarm_->robot(i).counters();
     robot.bumps = swarm_->robot(i).bumps();
     if (!field_.paths.empty()) {
-      robot.progress_m = Progress(robot.track, path_);
+      robot.progress_m = Progress(robot.track, paths_[i]);
       robot.mean_error_m = MeanDistance(robot.track, 0);
     }
   }

@@ -34,7 +34,7 @@ struct Exchange {
 struct RobotRecord {
   std::vector<Sample> track;
   client::Counters counters{};
-  double progress_m = 0;           ///< along the first [[path]]; 0 without one
+  double progress_m = 0;           ///< along the [[path]] it starts nearest to; 0 without one
   double mean_error_m = 0;         ///< from it
   int64_t off_limits_samples = 0;  ///< of the track: in an obstacle or off the map
   uint32_t bumps = 0;              ///< into obstacles
@@ -72,7 +72,7 @@ class Recorder {
 
   const Swarm* swarm_;
   field::FieldConfig field_;
-  field::Path path_;
+  std::vector<field::Path> paths_;  // by robot: the one that it starts nearest to
   int64_t sample_ms_;
   SwarmRecord record_;
 };

@@ -100,6 +100,15 @@ double ToTheWall(const sim::PlanePose& pose) {
                     pose.y_m - std::clamp(pose.y_m, 0.95, 3.55));
 }
 
+TEST(ScenarioRun, EachRobotIsMeasuredAgainstThePathItStartsNearestTo) {
+  const SwarmRecord record = RunScenario(Example("obstacles"), {});
+  ASSERT_EQ(3u, record.robots.size());
+  for (const RobotRecord& robot : record.robots) {
+    EXPECT_LT(robot.mean_error_m, 0.1);  // the paths are metres apart
+    EXPECT_GT(robot.progress_m, 1);
+  }
+}
+
 TEST(ScenarioRun, RobotsStopAtObstaclesAndDoNotEnterThem) {
   const Scenario scenario = Example("obstacles");
   const SwarmRecord record = RunScenario(scenario, {});
