@@ -56,7 +56,8 @@ sim::PlanePose PoseBeside(const field::Path& path, double along_m, double left_m
 // The server, a robot and the channel between them.
 class World {
  public:
-  World(const FollowConditions& conditions, sim::SimulatedRobotConfig robot, uint64_t radio_seed)
+  World(const FollowConditions& conditions, const sim::SimulatedRobotConfig& robot,
+        uint64_t radio_seed)
       : medium_(RadioOf(conditions, radio_seed)),
         service_(&log_,
                  [this] {
