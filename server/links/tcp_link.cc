@@ -15,6 +15,7 @@
 
 #include "protocol/opcodes.h"
 #include "server/links/conversation.h"
+#include "server/links/endpoint.h"
 #include "server/links/port.h"
 
 namespace pheromone::links {
@@ -23,12 +24,6 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
-
-std::string ToText(const tcp::endpoint& endpoint) {
-  const std::string address = endpoint.address().to_string();
-  return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" +
-         std::to_string(endpoint.port());
-}
 
 class TcpLink final : public Link {
  public:
@@ -88,8 +83,7 @@ class TcpLink final : public Link {
       acceptor_.listen(asio::socket_base::max_listen_connections, error);
     }
     if (error) {
-      const std::string why = "cannot listen on " + options_.listen_address + " port " +
-                              std::to_string(options_.listen_port) + ": " + error.message();
+      const std::string why = CannotListen(options_.listen_address, options_.listen_port, error);
       error_code ignored;
       acceptor_.close(ignored);
       ReportFailure(why);

@@ -16,6 +16,8 @@
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "server/links/endpoint.h"
+
 namespace pheromone::links {
 namespace {
 
@@ -25,12 +27,6 @@ using boost::system::error_code;
 
 constexpr std::chrono::seconds kBetweenReports{1};
 constexpr size_t kMostDatagram = 65'536;  // more than UDP can carry
-
-std::string ToText(const udp::endpoint& endpoint) {
-  const std::string address = endpoint.address().to_string();
-  return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" +
-         std::to_string(endpoint.port());
-}
 
 // The beginning of a stranger's line, fit for a log.
 std::string Quoted(std::string_view line) {
@@ -104,8 +100,7 @@ class TrackerLink::Impl {
       socket_.bind(endpoint, error);
     }
     if (error) {
-      const std::string why = "cannot listen on " + options_.listen_address + " port " +
-                              std::to_string(options_.listen_port) + ": " + error.message();
+      const std::string why = CannotListen(options_.listen_address, options_.listen_port, error);
       error_code ignored;
       socket_.close(ignored);
       if (record_.SetDown(why, true)) {

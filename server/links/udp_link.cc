@@ -18,6 +18,7 @@
 #include "protocol/frame_parser.h"
 #include "protocol/opcodes.h"
 #include "server/links/datagrams.h"
+#include "server/links/endpoint.h"
 
 namespace pheromone::links {
 namespace {
@@ -32,12 +33,6 @@ constexpr int kBufferBytes = 4 << 20;
 constexpr size_t kMostBatch = 256;
 // After so many calls to the system the other links of the thread have a turn.
 constexpr int kCallsInARow = 16;
-
-std::string ToText(const udp::endpoint& endpoint) {
-  const std::string address = endpoint.address().to_string();
-  return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" +
-         std::to_string(endpoint.port());
-}
 
 protocol::Message MessageOf(const protocol::FrameParser& parser) {
   constexpr size_t kHead = 2;
@@ -106,8 +101,7 @@ class UdpLink final : public Link {
       socket_.bind(endpoint, error);
     }
     if (error) {
-      const std::string why = "cannot listen on " + options_.listen_address + " port " +
-                              std::to_string(options_.listen_port) + ": " + error.message();
+      const std::string why = CannotListen(options_.listen_address, options_.listen_port, error);
       error_code ignored;
       socket_.close(ignored);
       ReportFailure(why);
