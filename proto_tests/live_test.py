@@ -17,37 +17,7 @@ import tempfile
 import time
 import xml.dom.minidom
 
-DEADLINE_S = 60.0
-
-
-class Daemon:
-    """pheromoned with its default configuration, in a folder of its own."""
-
-    def __init__(self, bin_dir, folder):
-        self.modem = os.path.join(folder, "radio-a.pty")
-        self.log = open(os.path.join(folder, "pheromoned.log"), "ab")
-        self.process = subprocess.Popen(
-            [os.path.join(bin_dir, "pheromoned")], cwd=folder, stdout=self.log, stderr=self.log)
-        wait_until(lambda: os.path.exists(self.modem), "the modem appears")
-
-    def stop(self):
-        self.process.send_signal(signal.SIGTERM)
-        status = self.process.wait(DEADLINE_S)
-        check(status == 0, f"pheromoned ended with status {status}")
-        check(not os.path.lexists(self.modem), "pheromoned left its link behind")
-        self.log.close()
-
-
-def check(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
-
-
-def wait_until(holds, what):
-    end = time.monotonic() + DEADLINE_S
-    while not holds():
-        check(time.monotonic() < end, f"gave up waiting until {what}")
-        time.sleep(0.02)
+from live_daemon import DEADLINE_S, Daemon, check, wait_until
 
 
 class Robot:
@@ -112,8 +82,9 @@ def check_on_the_path(rows):
 
 
 def run(bin_dir, folder, seconds):
-    daemon = Daemon(bin_dir, folder)
-    robot = Robot(bin_dir, daemon.modem, folder)
+    modem = os.path.join(folder, "radio-a.pty")
+    daemon = Daemon(bin_dir, folder, [modem])
+    robot = Robot(bin_dir, modem, folder)
     try:
         robot.read_until(drives, "the robot drives")
 
@@ -124,7 +95,7 @@ def run(bin_dir, folder, seconds):
 
         daemon.stop()
         robot.read_until(stands, "the robot stands without a daemon")
-        daemon = Daemon(bin_dir, folder)
+        daemon = Daemon(bin_dir, folder, [modem])
         robot.read_until(drives, "the robot drives with another daemon")
         for _ in range(seconds):
             robot.read_until(drives, "the robot drives on")

@@ -19,7 +19,8 @@ import tempfile
 import time
 import xml.dom.minidom
 
-DEADLINE_S = 60.0
+from live_daemon import DEADLINE_S, Daemon, check, wait_until
+
 EXAMPLE = os.path.join(os.path.dirname(os.path.abspath(__file__)),
                        "../client_fw/swarm/examples/live.toml")
 TWO_LINKS = """
@@ -32,35 +33,6 @@ name = "radio-b"
 kind = "pty"
 path = "radio-b.pty"
 """
-
-
-def check(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
-
-
-def wait_until(holds, what):
-    end = time.monotonic() + DEADLINE_S
-    while not holds():
-        check(time.monotonic() < end, f"gave up waiting until {what}")
-        time.sleep(0.02)
-
-
-class Daemon:
-    """pheromoned in a folder of its own, with its default configuration unless given another."""
-
-    def __init__(self, bin_dir, folder, ports, arguments=()):
-        self.log = open(os.path.join(folder, "pheromoned.log"), "ab")
-        self.process = subprocess.Popen(
-            [os.path.join(bin_dir, "pheromoned"), *arguments], cwd=folder, stdout=self.log,
-            stderr=self.log)
-        wait_until(lambda: all(os.path.exists(port) for port in ports), "the ports appear")
-
-    def stop(self):
-        self.process.send_signal(signal.SIGTERM)
-        status = self.process.wait(DEADLINE_S)
-        check(status == 0, f"pheromoned ended with status {status}")
-        self.log.close()
 
 
 class Swarm:
