@@ -99,6 +99,11 @@ class FrameDecoder {
   /// Between DLE STX and the frame's end: somebody is sending.
   bool frame_open() const { return parser_.open(); }
 
+  /// What is open, and since when nothing has been added to it: for who records a line from the
+  /// middle of a frame on.
+  const FrameParser& parser() const { return parser_; }
+  uint32_t last_byte_ms() const { return last_byte_ms_; }
+
   const Message& message() const { return message_; }
   const DecoderCounters& counters() const { return counters_; }
 

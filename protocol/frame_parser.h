@@ -45,8 +45,11 @@ class FrameParser {
   bool open() const { return open_; }
   /// Nothing is open, not even a DLE.
   bool idle() const { return !open_ && !escaped_; }
+  /// The last byte was a DLE that waits for its second half.
+  bool escaped() const { return escaped_; }
 
   /// After kFrame and until the next Push: ID, OPCODE, DATA and CRC, unstuffed; at least 4 bytes.
+  /// While a frame is open: what has come of it.
   const uint8_t* body() const { return body_; }
   uint8_t size() const { return size_; }
 
@@ -55,7 +58,7 @@ class FrameParser {
   Event Judge() const;
 
   bool open_ = false;
-  bool escaped_ = false;  // the last byte was a DLE that waits for its second half
+  bool escaped_ = false;
   uint8_t size_ = 0;
   uint8_t body_[kMaxBody];  // the first size_ bytes mean something
 };

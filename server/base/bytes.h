@@ -146,6 +146,8 @@ class ByteReader {
       Fail(status.error());
     }
   }
+  /// Whether there is no more, for lack of bytes or after a failure.
+  bool AtEnd() { return !MoreIsThere(); }
   /// Fails if there is more.
   void ExpectEnd() {
     if (ok() && MoreIsThere()) {

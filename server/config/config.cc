@@ -46,6 +46,16 @@ void ReadDaemon(const Value& root, Notes* notes, DaemonSettings* daemon) {
   daemon->log_level = kLevels[table.OneOf("log_level", kLevels, 2).value_or(2)];
 }
 
+void ReadCapture(const Value& root, Notes* notes, CaptureSettings* capture) {
+  const TableReader table(TableOf(root, "capture", notes), "capture", &notes->problems);
+  table.AllowOnly({"folder", "start", "max_mb", "max_files"});
+  capture->folder = table.String("folder", "captures").value_or("");
+  capture->start = table.Boolean("start", false).value_or(false);
+  capture->file_mb = static_cast<uint64_t>(table.Integer("max_mb", 1, 1'000'000, 64).value_or(1));
+  capture->most_files =
+      static_cast<uint32_t>(table.Integer("max_files", 0, 1'000'000, 16).value_or(0));
+}
+
 }  // namespace
 
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
@@ -59,7 +69,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   Config config;
   TableReader(root, "", &notes.problems)
       .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
-                  "tracker", "limits", "journal", "daemon", "control", "web"});
+                  "tracker", "limits", "journal", "capture", "daemon", "control", "web"});
   field::FieldConfig& field = config.engine.field;
   const bool has_map = ReadMap(root, &notes, &config);
   ReadAntennas(root, &notes, &field);
@@ -77,12 +87,14 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadTrackers(root, &notes, &config);
   ReadLimits(root, &notes, &config);
   ReadJournal(root, &notes, &config.journal);
+  ReadCapture(root, &notes, &config.capture);
   ReadDaemon(root, &notes, &config.daemon);
   ReadControl(root, &notes, &config.control);
   ReadWeb(root, &notes, &config.web);
   if (!notes.problems.empty()) {
     return Error{notes.problems.Text()};
   }
+  config.text = text;
   config.warnings = std::move(notes.warnings);
   return config;
 }

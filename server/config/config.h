@@ -114,15 +114,26 @@ struct JournalConfig {
   bool operator==(const JournalConfig&) const = default;
 };
 
+/// Recording of the traffic (server/capture).
+struct CaptureSettings {
+  bool start = false;       ///< at the start of the server
+  std::string folder;       ///< where its files are
+  uint64_t file_mb = 0;     ///< 10^6 bytes; about, after which another file is begun
+  uint32_t most_files = 0;  ///< that are kept; 0: all
+  bool operator==(const CaptureSettings&) const = default;
+};
+
 struct Config {
   engine::EngineConfig engine;
   std::vector<LinkConfig> links;  ///< in the order of engine.links
   std::vector<TrackerConfig> trackers;
   std::optional<maps::Wgs84> datum;  ///< where on the Earth the map's (0, 0) is
+  CaptureSettings capture;
   DaemonSettings daemon;
   ControlSettings control;
   WebSettings web;
   JournalConfig journal;
+  std::string text;                   ///< of the file
   std::vector<std::string> warnings;  ///< in the form of errors; the configuration may be used
 };
 

@@ -24,4 +24,7 @@ void AddMapCommands(CLI::App* program, int* exit_status);
 /// journal ...: what a server has kept, looked at without it.
 void AddJournalCommands(CLI::App* program, int* exit_status);
 
+/// replay: what a server has recorded, let happen again.
+void AddReplayCommands(CLI::App* program, int* exit_status);
+
 }  // namespace pheromone::ctl

@@ -29,6 +29,7 @@ int Main(int argc, char** argv) {
   AddChangeCommands(&app, &options, &status);
   AddMapCommands(&app, &status);
   AddJournalCommands(&app, &status);
+  AddReplayCommands(&app, &status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -20,6 +20,7 @@
 #include <boost/asio/strand.hpp>
 
 #include "server/config/describe.h"
+#include "server/daemon/captures.h"
 #include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
 #include "server/daemon/front_door.h"
@@ -95,6 +96,7 @@ class Daemon::Impl {
         saver_(
             &service_, [this] { return FieldTime(); }, std::move(save_field)),
         switchboard_(&service_),
+        captures_(&service_, config_),
         control_({.service = &service_,
                   .log = keeper_->log(),
                   .switchboard = &switchboard_,
@@ -116,6 +118,13 @@ class Daemon::Impl {
     }
     LogWarnings(config_.warnings);
     LogLines(config::DescribeConfig(config_));
+    if (config_.capture.start) {
+      const Status recording = captures_.Start();
+      if (!recording.ok()) {
+        spdlog::critical("cannot record: {}", recording.error());
+        return 1;
+      }
+    }
     MakeLinks();
     AwaitSignal();
     boost::asio::post(strand_, [this] { Tick(); });
@@ -137,6 +146,7 @@ class Daemon::Impl {
       thread.join();
     }
     door_.Close();
+    captures_.Finish();
     // A start that failed must not replace what an earlier run has saved.
     const bool saved = !started || saver_.SaveAtEnd();
     const bool kept = keeper_->Stop(service_.StateHash());
@@ -198,10 +208,10 @@ class Daemon::Impl {
   void MakeLinks() {
     std::random_device random;
     for (size_t i = 0; i < config_.links.size(); ++i) {
-      links_.push_back(MakeLink(
-          io_, config_.links[i],
-          {config_.links[i].name, static_cast<engine::LinkIndex>(i), &switchboard_, LogOfLink},
-          random()));
+      links_.push_back(MakeLink(io_, config_.links[i],
+                                {config_.links[i].name, static_cast<engine::LinkIndex>(i),
+                                 &switchboard_, LogOfLink, &captures_},
+                                random()));
       switchboard_.Add(links_.back().get());
     }
     for (const config::TrackerConfig& tracker : config_.trackers) {
@@ -386,8 +396,8 @@ class Daemon::Impl {
     if (next.trackers != config_.trackers || next.datum != config_.datum) {
       notes.emplace_back("changed trackers, or their datum, need a restart");
     }
-    if (next.journal != config_.journal) {
-      notes.emplace_back("changed [journal] settings need a restart");
+    if (next.journal != config_.journal || next.capture != config_.capture) {
+      notes.emplace_back("changed [journal] or [capture] settings need a restart");
     }
     if (next.daemon != config_.daemon || next.control != config_.control ||
         next.web != config_.web) {
@@ -405,6 +415,7 @@ class Daemon::Impl {
       return Error{status.error()};
     }
     config_.engine = next.engine;
+    captures_.SetConfigText(next.text);
     LogWarnings(next.warnings);
     LogLines(config::DescribeConfig(config_));
     spdlog::info("configuration read again");
@@ -443,6 +454,7 @@ class Daemon::Impl {
   engine::Service service_;
   FieldSaver saver_;
   links::Switchboard switchboard_;
+  Captures captures_;
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<std::unique_ptr<links::TrackerLink>> trackers_;
   std::unique_ptr<Watchdog> watchdog_;  // if the service manager wants one

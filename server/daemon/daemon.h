@@ -9,6 +9,8 @@
 // wait for a restart, and the log says so. SIGUSR1: the field is saved at once, beside the robots
 // (field_saver.h).
 //
+// What passes is recorded if the configuration says so (captures.h).
+//
 // This is the sole owner of threads and signals.
 #pragma once
 

@@ -96,7 +96,7 @@ def keys_that_are_known():
     """All keys, as the program lists them when it is given one that it does not know."""
     wrong = "zzzzzzzz = 1\n"
     texts = [wrong]
-    for table in ("map", "antennas", "limits", "daemon", "control", "web"):
+    for table in ("map", "antennas", "limits", "journal", "capture", "daemon", "control", "web"):
         texts.append(f"[{table}]\n{wrong}")
     for table in ("pheromone", "frame", "tracker"):
         texts.append(f"[[{table}]]\n{wrong}")

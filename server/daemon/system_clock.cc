@@ -17,4 +17,10 @@ engine::ClockReading ReadSystemClocks() {
   return {static_cast<uint64_t>(Milliseconds(CLOCK_BOOTTIME)), Milliseconds(CLOCK_REALTIME)};
 }
 
+uint64_t ReadUtcNs() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return static_cast<uint64_t>(now.tv_sec) * 1'000'000'000 + static_cast<uint64_t>(now.tv_nsec);
+}
+
 }  // namespace pheromone::daemon

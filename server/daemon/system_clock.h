@@ -8,4 +8,7 @@ namespace pheromone::daemon {
 /// CLOCK_BOOTTIME and CLOCK_REALTIME now. Thread-safe.
 engine::ClockReading ReadSystemClocks();
 
+/// CLOCK_REALTIME in nanoseconds. Thread-safe.
+uint64_t ReadUtcNs();
+
 }  // namespace pheromone::daemon

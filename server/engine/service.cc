@@ -39,22 +39,30 @@ void Service::Handle(LinkIndex link, std::span<const Message> messages,
   const std::lock_guard lock(mutex_);
   const Stamp stamp = clock_.Read(read_clock_());
   const size_t before = out->size();
+  std::vector<Witness::Outcome> outcomes;
   for (const Message& message : messages) {
-    HandleOne(stamp, link, message, out);
+    const Witness::Outcome outcome = HandleOne(stamp, link, message, out);
+    if (witness_ != nullptr) {
+      outcomes.push_back(outcome);
+    }
+  }
+  if (witness_ != nullptr) {
+    witness_->OnBatch(stamp, link, messages, outcomes, std::span(*out).subspan(before));
   }
   HoldBack(out, before);
 }
 
-void Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& message,
-                        std::vector<Outgoing>* out) {
+Witness::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& message,
+                                    std::vector<Outgoing>* out) {
   ++counters_.requests;
+  Witness::Outcome outcome;
   const size_t before = out->size();
   Traffic::Fate fate = Traffic::Fate::kAnswered;
   switch (engine_.Classify(link, message)) {
     case Handling::kIgnore:
       ++counters_.ignored;
       traffic_.Count(link, message, stamp.field_time_ms, Traffic::Fate::kIgnored);
-      return;
+      return outcome;
     case Handling::kAnswer:
       engine_.Answer(stamp, link, message, out);
       // Only the answer to a repeated change speaks of an event of the log.
@@ -64,9 +72,11 @@ void Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& messa
       }
       break;
     case Handling::kChange: {
-      const Reason refused = Change(stamp, RequestReceived{link, message}, out);
-      if (refused != Reason::kNone) {
-        out->push_back({link, 0, ErrorMessage(message, refused)});
+      outcome.refused = Change(stamp, RequestReceived{link, message}, out);
+      if (outcome.refused != Reason::kNone) {
+        out->push_back({link, 0, ErrorMessage(message, outcome.refused)});
+      } else {
+        outcome.sequence = engine_.sequence();
       }
       break;
     }
@@ -82,6 +92,7 @@ void Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& messa
     }
   }
   traffic_.Count(link, message, stamp.field_time_ms, fate);
+  return outcome;
 }
 
 Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out) {
@@ -92,7 +103,11 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
       log_->Rotate(engine_.StateHash());
     }
     const uint64_t sequence = log_->Append(stamp, event);
+    const size_t before = out->size();
     engine_.Apply(sequence, stamp, event, out);
+    if (witness_ != nullptr && !std::holds_alternative<RequestReceived>(event)) {
+      witness_->OnEvent(sequence, stamp, event, std::span(*out).subspan(before));
+    }
     put_off_ms_ = 0;
     WakeIfEarlier();
   }

@@ -24,6 +24,7 @@
 #include "server/engine/field_clock.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/traffic.h"
+#include "server/engine/witness.h"
 
 namespace pheromone::engine {
 
@@ -89,6 +90,16 @@ class Service {
   /// the order in which they were given. In time proportional to their number.
   void Release(std::vector<Outgoing>* out);
 
+  /// Has `witness` told of everything from now on; null: nobody. It outlives the service, or its
+  /// place there. `look(const Engine&)` sees the state that its knowledge begins with, or ends
+  /// with.
+  template <typename Look>
+  void Attach(Witness* witness, Look&& look) {
+    const std::lock_guard lock(mutex_);
+    witness_ = witness;
+    look(static_cast<const Engine&>(engine_));
+  }
+
   ServiceCounters counters() const;
   uint64_t StateHash() const;
 
@@ -107,8 +118,8 @@ class Service {
   }
 
  private:
-  void HandleOne(const Stamp& stamp, LinkIndex link, const protocol::Message& message,
-                 std::vector<Outgoing>* out);
+  Witness::Outcome HandleOne(const Stamp& stamp, LinkIndex link, const protocol::Message& message,
+                             std::vector<Outgoing>* out);
   protocol::Reason Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
   void HoldBack(std::vector<Outgoing>* out, size_t from);
   void WakeIfEarlier();
@@ -119,6 +130,7 @@ class Service {
   FieldClock clock_;
   Engine engine_;
   std::function<void()> wake_;
+  Witness* witness_ = nullptr;
   uint64_t awaited_ms_ = UINT64_MAX;  // the deadline that was told last, in field time
   uint64_t put_off_ms_ = 0;           // the log refused an Advance: not before this
   std::deque<Outgoing> held_;         // each until what it and those before it speak of is durable

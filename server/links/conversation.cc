@@ -50,16 +50,23 @@ uint32_t Milliseconds(Clock::time_point at) {
 }  // namespace
 
 Conversation::Conversation(const asio::any_io_executor& strand, const ConversationOptions& options,
-                           OnBatch on_batch, LinkRecord* record)
+                           OnBatch on_batch, LinkRecord* record, const TappedLine& tapped)
     : options_(options),
       on_batch_(std::move(on_batch)),
       record_(record),
+      tapped_(tapped),
       stream_(strand),
       wake_(strand),
       pause_(strand),
       decoder_(options.gap_timeout_ms),
       last_read_(Clock::now()),
       line_free_at_(last_read_) {}
+
+Conversation::~Conversation() {
+  for (const Frame& frame : queue_) {
+    LeaveOut(frame);
+  }
+}
 
 asio::awaitable<std::string> Conversation::Run(Descriptor descriptor) {
   using asio::experimental::awaitable_operators::operator||;
@@ -105,6 +112,10 @@ asio::awaitable<std::string> Conversation::Read() {
 
 void Conversation::TakeBytes(std::span<const uint8_t> bytes) {
   last_read_ = Clock::now();
+  const Tap::Reading reading(tapped_.tap);
+  if (tapped_.tap != nullptr) {
+    tapped_.tap->Read(&tapped_.line, bytes, Milliseconds(last_read_), decoder_);
+  }
   const protocol::DecoderCounters before = decoder_.counters();
   batch_.clear();
   answers_.clear();
@@ -130,6 +141,9 @@ void Conversation::Enqueue(const protocol::Message& message,
     const auto now = Clock::now();
     if (last_error_ && now - *last_error_ < options_.response_window) {
       record_->Count([](LinkCounters& counters) { ++counters.withheld_errors; });
+      if (tapped_.tap != nullptr) {
+        tapped_.tap->LeftOut(tapped_.line.link, message);
+      }
       return;
     }
     last_error_ = now;
@@ -146,10 +160,22 @@ void Conversation::Enqueue(const protocol::Message& message,
   queue_.insert(place, std::move(frame));
   while (queued_bytes_ > kMaxQueue) {
     queued_bytes_ -= queue_.front().bytes.size();
+    LeaveOut(queue_.front());
     queue_.pop_front();
     record_->Count([](LinkCounters& counters) { ++counters.dropped_answers; });
   }
   wake_.cancel();
+}
+
+// Tells the tap that a queued frame goes nowhere.
+void Conversation::LeaveOut(const Frame& frame) {
+  if (tapped_.tap != nullptr) {
+    protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+    decoder.PushBlock(frame.bytes.data(), frame.bytes.size(), 0,
+                      [this](const protocol::Message& message) {
+                        tapped_.tap->LeftOut(tapped_.line.link, message);
+                      });
+  }
 }
 
 // When a frame may be sent. An answer goes as soon as the robot listens again; anything else waits
@@ -187,6 +213,7 @@ bool Conversation::DropLate(Clock::time_point start) {
     return false;
   }
   queued_bytes_ -= frame.bytes.size();
+  LeaveOut(frame);
   queue_.pop_front();
   record_->Count([](LinkCounters& counters) { ++counters.late_answers; });
   return true;
@@ -217,6 +244,9 @@ asio::awaitable<std::string> Conversation::Write() {
     if (options_.lead != Clock::duration::zero()) {
       pause_.expires_at(now + options_.lead);
       co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+    }
+    if (tapped_.tap != nullptr) {
+      tapped_.tap->Wrote(tapped_.line, block);
     }
     line_free_at_ = Clock::now() + static_cast<int64_t>(block.size()) * options_.byte_time;
     const size_t size = co_await asio::async_write(

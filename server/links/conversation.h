@@ -25,6 +25,7 @@
 #include "protocol/decoder.h"
 #include "server/links/link.h"
 #include "server/links/port.h"
+#include "server/links/tap.h"
 
 namespace pheromone::links {
 
@@ -60,7 +61,10 @@ class Conversation {
                                      std::vector<protocol::Message>* answers)>;
 
   Conversation(const boost::asio::any_io_executor& strand, const ConversationOptions& options,
-               OnBatch on_batch, LinkRecord* record);
+               OnBatch on_batch, LinkRecord* record, const TappedLine& tapped = {});
+  Conversation(const Conversation&) = delete;
+  Conversation& operator=(const Conversation&) = delete;
+  ~Conversation();
 
   /// Reads and writes until the other side hangs up, something fails, or Close is called. Returns
   /// the reason, in words. Once.
@@ -89,10 +93,12 @@ class Conversation {
   Clock::time_point EarliestStart(const Frame& frame) const;
   bool DropLate(Clock::time_point start);
   std::vector<uint8_t> NextBlock(size_t* frames);
+  void LeaveOut(const Frame& frame);
 
   const ConversationOptions options_;
   const OnBatch on_batch_;
   LinkRecord* const record_;
+  TappedLine tapped_;
   boost::asio::posix::stream_descriptor stream_;
   boost::asio::steady_timer wake_;   // cancelled when there is something new to write
   boost::asio::steady_timer pause_;  // cancelled at the end only

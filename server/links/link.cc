@@ -94,11 +94,15 @@ void Link::Handle(std::span<const protocol::Message> batch,
         break;
       case Admission::Verdict::kNotAllowed:
         ++not_allowed;
+        TurnAway(message, protocol::Reason::kNone);
         break;
       case Admission::Verdict::kTooMany:
         ++too_many;
         if (message.opcode != protocol::kCommandAck && !protocol::IsFromServer(message.opcode)) {
           answers->push_back(engine::ErrorMessage(message, protocol::Reason::kBusy));
+          TurnAway(message, protocol::Reason::kBusy);
+        } else {
+          TurnAway(message, protocol::Reason::kNone);
         }
         break;
     }
@@ -109,6 +113,20 @@ void Link::Handle(std::span<const protocol::Message> batch,
   });
   if (!admitted_.empty()) {
     context_.switchboard->Handle(context_.index, admitted_, answers);
+  }
+}
+
+// `answer`: the reason of the ERROR that it gets, if it gets one.
+void Link::TurnAway(const protocol::Message& message, protocol::Reason answer) {
+  if (context_.tap != nullptr) {
+    context_.tap->TurnedAway(context_.index, message, answer);
+  }
+}
+
+void Link::CountUndeliverable(const protocol::Message& message) {
+  record_.Count([](LinkCounters& counters) { ++counters.undeliverable; });
+  if (context_.tap != nullptr) {
+    context_.tap->LeftOut(context_.index, message);
   }
 }
 

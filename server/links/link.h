@@ -30,6 +30,7 @@
 #include "server/engine/event.h"
 #include "server/links/admission.h"
 #include "server/links/modem_lines.h"
+#include "server/links/tap.h"
 
 namespace pheromone::links {
 
@@ -109,6 +110,7 @@ struct LinkContext {
   engine::LinkIndex index = 0;
   Switchboard* switchboard = nullptr;  ///< outlives the link
   LinkLog log;
+  Tap* tap = nullptr;  ///< outlives the link
   AdmissionOptions admission = {};
 };
 
@@ -152,13 +154,20 @@ class Link {
   /// Whether the link serves this client.
   bool Allows(uint8_t id) const { return admission_.Allows(id); }
 
+  /// For the next conversation.
+  TappedLine NextLine() { return {context_.tap, {context_.index, ++lines_, 0}}; }
+  /// Counts a message that cannot be sent to anyone.
+  void CountUndeliverable(const protocol::Message& message);
   LinkRecord* record() { return &record_; }
 
  private:
+  void TurnAway(const protocol::Message& message, protocol::Reason answer);
+
   const LinkContext context_;
   Admission admission_;
   std::vector<protocol::Message> admitted_;
   LinkRecord record_;
+  uint32_t lines_ = 0;
 };
 
 }  // namespace pheromone::links

@@ -62,7 +62,7 @@ class PortLink final : public Link {
         if (conversation_) {
           conversation_->Send(message);
         } else {
-          record()->Count([](LinkCounters& counters) { ++counters.undeliverable; });
+          CountUndeliverable(message);
         }
       }
     });
@@ -108,7 +108,8 @@ class PortLink final : public Link {
     const uint32_t frames = record()->counters().received.frames;
     conversation_.emplace(
         strand_, options_,
-        [this](auto* /*from*/, auto batch, auto* answers) { Handle(batch, answers); }, record());
+        [this](auto* /*from*/, auto batch, auto* answers) { Handle(batch, answers); }, record(),
+        NextLine());
     silent_ = false;
     line_errors_ = {};
     Look();

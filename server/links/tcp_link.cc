@@ -133,7 +133,8 @@ class TcpLink final : public Link {
     // The list keeps its places: `self` stands for the conversation as long as it runs.
     const auto self = conversations_.emplace(
         conversations_.end(), strand_, options,
-        [this](Conversation* from, auto batch, auto* /*answers*/) { Take(from, batch); }, record());
+        [this](Conversation* from, auto batch, auto* /*answers*/) { Take(from, batch); }, record(),
+        NextLine());
     asio::co_spawn(strand_, Converse(self, std::move(descriptor)), asio::detached);
   }
 
@@ -178,7 +179,7 @@ class TcpLink final : public Link {
     } else if (last_spoke_[message.id] != nullptr) {
       last_spoke_[message.id]->Send(message);
     } else {
-      record()->Count([](LinkCounters& counters) { ++counters.undeliverable; });
+      CountUndeliverable(message);
     }
   }
 

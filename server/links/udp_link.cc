@@ -15,6 +15,8 @@
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "protocol/decoder.h"
+#include "protocol/frame.h"
 #include "protocol/frame_parser.h"
 #include "protocol/opcodes.h"
 #include "server/links/datagrams.h"
@@ -31,6 +33,8 @@ using boost::system::error_code;
 constexpr int kBufferBytes = 4 << 20;
 // Messages handed over at once: others wait for the engine meanwhile.
 constexpr size_t kMostBatch = 256;
+// What a datagram begins with: no frame goes on from one to the next.
+const protocol::FrameDecoder kNewDecoder(protocol::kNoGapTimeout);
 // After so many calls to the system the other links of the thread have a turn.
 constexpr int kCallsInARow = 16;
 
@@ -108,6 +112,7 @@ class UdpLink final : public Link {
       return Error{why};
     }
     dropped_ = 0;
+    tapped_ = NextLine();
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
     ReportUp("udp " + ToText(socket_.local_endpoint(error)));
     return Ok();
@@ -159,6 +164,7 @@ class UdpLink final : public Link {
   // The frames of these datagrams are one batch for the engine, as long as each robot has but one
   // address in it: the answers must find back to where they were asked for.
   void Take(int datagrams) {
+    const Tap::Reading reading(tapped_.tap);
     protocol::DecoderCounters received;
     uint64_t bytes = 0;
     uint64_t cut = 0;
@@ -168,6 +174,9 @@ class UdpLink final : public Link {
       if (datagram.cut) {
         ++cut;
         continue;
+      }
+      if (tapped_.tap != nullptr) {
+        tapped_.tap->Read(&tapped_.line, datagram.bytes, 0, kNewDecoder);
       }
       for (const uint8_t byte : datagram.bytes) {
         const protocol::FrameParser::Event event = parser_.Push(byte);
@@ -232,13 +241,18 @@ class UdpLink final : public Link {
     } else if (peers_[message.id].known()) {
       SendTo(peers_[message.id], message);
     } else {
-      record()->Count([](LinkCounters& counters) { ++counters.undeliverable; });
+      CountUndeliverable(message);
     }
   }
 
   void SendTo(const PeerAddress& peer, const protocol::Message& message) {
     if (writer_.full()) {
       Flush();
+    }
+    if (tapped_.tap != nullptr) {
+      uint8_t wire[protocol::kMaxFrame];
+      const size_t size = protocol::EncodeFrame(message, wire, sizeof wire);
+      tapped_.tap->Wrote(tapped_.line, {wire, size});
     }
     writer_.Add(message, peer);
   }
@@ -265,6 +279,7 @@ class UdpLink final : public Link {
   std::vector<protocol::Message> batch_;
   std::bitset<256> in_batch_;  // whose requests are in it
   std::vector<protocol::Message> answers_;
+  TappedLine tapped_;
   uint32_t dropped_ = 0;  // by the system, as counted so far
   bool stopping_ = false;
 };

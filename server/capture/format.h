@@ -1,0 +1,49 @@
+// Records to the blocks of a pcapng file and back (README.md has the layout).
+//
+//   std::string file = EncodeFileHeader(links);
+//   file += EncodeRecord(start, 1);
+//   file += EncodeRecord(packet, 2);
+//
+// Packets are what every reader of pcapng knows, "Enhanced Packet Blocks"; everything else stands
+// in blocks for local use, which readers that do not know them skip. Pure; any thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/base/result.h"
+#include "server/capture/record.h"
+
+namespace pheromone::capture {
+
+constexpr uint8_t kFormatVersion = 1;
+
+/// No block is longer: Wireshark refuses a file with a block beyond 16 MiB.
+constexpr uint32_t kMaxBlock = 8u << 20;
+/// What fits well into one.
+constexpr size_t kStatePortion = 1u << 20;
+
+constexpr uint32_t kSectionHeader = 0x0A0D0D0A;
+constexpr uint32_t kInterface = 1;
+constexpr uint32_t kEnhancedPacket = 6;
+
+/// The first blocks of a file: the section, and an interface for each link.
+std::string EncodeFileHeader(const std::vector<LinkInfo>& links, std::string_view version);
+
+/// `number` counts the records of the file from 1.
+std::string EncodeRecord(const Record& record, uint64_t number);
+
+/// A record and its number, from the body of a block: what is between its length and the length
+/// again. Blocks of other kinds are an error too. Errors do not name the place.
+struct Numbered {
+  uint64_t number = 0;
+  Record record;
+};
+Result<Numbered> DecodeRecord(uint32_t type, std::string_view body);
+
+/// Whether a block of this type holds a record.
+bool IsRecord(uint32_t type);
+
+}  // namespace pheromone::capture

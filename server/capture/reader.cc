@@ -1,0 +1,117 @@
+#include "server/capture/reader.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace pheromone::capture {
+
+CaptureReader::CaptureReader(ByteReader::Source source, std::string name)
+    : reader_(std::move(source)), name_(std::move(name)) {}
+
+Error CaptureReader::Wrong(const std::string& what) const {
+  return Error{name_ + ": block " + std::to_string(block_) + ", at byte " +
+               std::to_string(offset_) + ": " + what};
+}
+
+Result<std::optional<Found>> CaptureReader::Next() {
+  if (!error_.empty()) {
+    return Error{error_};
+  }
+  if (ended_) {
+    return std::optional<Found>();
+  }
+  Result<std::optional<Found>> result = Read();
+  if (!result.ok()) {
+    error_ = result.error();
+  } else if (!result.value()) {
+    ended_ = true;
+  }
+  return result;
+}
+
+Result<std::optional<Found>> CaptureReader::Read() {
+  while (!reader_.AtEnd()) {
+    ++block_;
+    const uint32_t type = reader_.U32();
+    const uint32_t length = reader_.U32();
+    if (block_ == 1 && type != kSectionHeader) {
+      return Wrong("not a pcapng file");
+    }
+    if (!reader_.ok()) {
+      return Wrong("the file is cut off");
+    }
+    if (length < 12 || length % 4 != 0 || length > kMaxBlock) {
+      return Wrong("a block of " + std::to_string(length) + " bytes");
+    }
+    std::string body;
+    for (uint32_t left = length - 12; left > 0 && reader_.ok(); --left) {
+      body += static_cast<char>(reader_.U8());
+    }
+    const uint32_t length_again = reader_.U32();
+    if (!reader_.ok()) {
+      return Wrong("the file is cut off");
+    }
+    if (length_again != length) {
+      return Wrong("a damaged block: it says two lengths");
+    }
+    Found found;
+    found.byte = offset_;
+    if (type == kSectionHeader) {
+      static constexpr char kLittleEndian[] = {0x4D, 0x3C, 0x2B, 0x1A};
+      if (block_ != 1 || body.compare(0, 4, kLittleEndian, 4) != 0) {
+        return Wrong("a section that pheromoned did not write");
+      }
+    } else if (type == kInterface) {
+      ++interfaces_;
+    } else if (IsRecord(type)) {
+      Result<Numbered> decoded = DecodeRecord(type, body);
+      if (!decoded.ok()) {
+        return Wrong(decoded.error());
+      }
+      found.number = decoded.value().number;
+      found.record = std::move(decoded.value().record);
+      const auto* packet = std::get_if<Packet>(&found.record);
+      packet_ += packet != nullptr ? 1 : 0;
+      found.packet = packet_;
+      if (number_ == 0 && !std::holds_alternative<Start>(found.record)) {
+        return Wrong("the record of the start is missing");
+      }
+      if (found.number != number_ + 1) {
+        return Wrong("not replayable from here: record " + std::to_string(number_ + 1) +
+                     " is missing; this is " + std::to_string(found.number));
+      }
+      if (packet != nullptr && packet->link >= interfaces_) {
+        return Wrong("a packet of a link that the file does not have");
+      }
+      number_ = found.number;
+      offset_ += length;
+      return std::optional(std::move(found));
+    } else {
+      return Wrong("a block of a kind that pheromoned does not write");
+    }
+    offset_ += length;
+  }
+  if (number_ == 0) {
+    ++block_;
+    return Wrong(block_ == 1 ? "the file is empty" : "the record of the start is missing");
+  }
+  return std::optional<Found>();
+}
+
+Result<ByteReader::Source> OpenFile(const std::string& path) {
+  auto file = std::make_shared<std::ifstream>(path, std::ios::binary);
+  if (!file->is_open()) {
+    return Error{path + ": cannot be opened: " + std::strerror(errno)};
+  }
+  auto portion = std::make_shared<std::vector<char>>(size_t{1} << 16);
+  return ByteReader::Source([file, portion]() -> std::string_view {
+    file->read(portion->data(), static_cast<std::streamsize>(portion->size()));
+    return {portion->data(), static_cast<size_t>(file->gcount())};
+  });
+}
+
+}  // namespace pheromone::capture

@@ -1,0 +1,358 @@
+#include "server/capture/replay.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "server/base/bytes.h"
+#include "server/capture/recorder.h"
+
+namespace pheromone::capture {
+namespace {
+
+constexpr char kNoStart[] = "a record before the state at the start is whole";
+constexpr uint64_t kMostState = uint64_t{1} << 40;
+
+std::string Hex(std::string_view bytes) {
+  std::string text;
+  for (const char c : bytes) {
+    std::array<char, 4> digits{};
+    std::snprintf(digits.data(), digits.size(), "%02X", static_cast<unsigned char>(c));
+    text += (text.empty() ? "" : " ") + std::string(digits.data());
+  }
+  return text;
+}
+
+std::string FrameOf(const protocol::Message& message) {
+  std::array<uint8_t, protocol::kMaxFrame> wire{};
+  const size_t size = protocol::EncodeFrame(message, wire.data(), wire.size());
+  return {wire.begin(), wire.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+std::string HexOf(const protocol::Message& message) {
+  return Hex(FrameOf(message));
+}
+
+std::string HexOf(uint64_t number) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
+  return text.data();
+}
+
+std::string Seconds(uint64_t from_ns, uint64_t to_ns) {
+  const bool before = to_ns < from_ns;
+  const uint64_t ns = before ? from_ns - to_ns : to_ns - from_ns;
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%s%llu.%09llu s", before ? "-" : "",
+                static_cast<unsigned long long>(ns / 1'000'000'000),
+                static_cast<unsigned long long>(ns % 1'000'000'000));
+  return text.data();
+}
+
+}  // namespace
+
+Status Replay::Take(const Found& found) {
+  const bool has_start = found.number > 1;
+  std::string wrong;
+  if (has_start != !std::holds_alternative<Start>(found.record)) {
+    wrong = has_start ? "a second start" : "no start";
+  } else if (ended_) {
+    wrong = "a record after the end";
+  } else if (!engine_ && has_start && !std::holds_alternative<State>(found.record)) {
+    wrong = kNoStart;
+  } else {
+    wrong = std::visit([this](const auto& it) { return On(it); }, found.record);
+  }
+  if (wrong.empty()) {
+    return Ok();
+  }
+  return Error{
+      "record " + std::to_string(found.number) + ", after packet " +
+      std::to_string(found.packet - (std::holds_alternative<Packet>(found.record) ? 1 : 0)) + ", " +
+      Seconds(start_.utc_ns, time_ns_) + " after the start: " + wrong};
+}
+
+Status Replay::Finish() const {
+  return ended_ ? Ok()
+                : Error{
+                      "the recording has no end: all was the same so far, but the state at the "
+                      "end is not known"};
+}
+
+std::string Replay::LinkName(engine::LinkIndex link) const {
+  return link < start_.links.size() ? "link " + start_.links[link].name
+                                    : "link " + std::to_string(link);
+}
+
+// --- The start.
+
+std::string Replay::On(const Start& start) {
+  start_ = start;
+  time_ns_ = start.utc_ns;
+  for (const Sent& sent : start.under_way) {
+    underway_.Add(sent);
+  }
+  return start.state_bytes > kMostState
+             ? "a state of " + std::to_string(start.state_bytes) + " bytes"
+             : "";
+}
+
+std::string Replay::On(const State& portion) {
+  if (engine_ || portion.bytes.size() > start_.state_bytes - state_.size()) {
+    return "more state than was announced";
+  }
+  state_ += portion.bytes;
+  if (state_.size() < start_.state_bytes) {
+    return "";
+  }
+  ByteReader reader(state_);
+  Result<engine::Engine> restored = engine::Engine::Restore(&reader);
+  reader.ExpectEnd();
+  if (!restored.ok() || !reader.ok()) {
+    return "the state at the start: " + (restored.ok() ? reader.error() : restored.error());
+  }
+  engine_ = std::move(restored).value();
+  state_ = {};
+  field_time_ms_ = engine_->field_time_ms();
+  return "";
+}
+
+// --- What was read.
+
+protocol::FrameDecoder& Replay::DecoderOf(engine::LinkIndex link, uint32_t connection) {
+  return decoders_
+      .try_emplace({link, connection}, protocol::FrameDecoder(start_.links[link].gap_timeout_ms))
+      .first->second;
+}
+
+std::string Replay::On(const Carry& carry) {
+  if (carry.link >= start_.links.size() || decoders_.contains({carry.link, carry.connection})) {
+    return "an open frame of a connection that is known, or of an unknown link";
+  }
+  std::string wrong;
+  DecoderOf(carry.link, carry.connection)
+      .PushBlock(reinterpret_cast<const uint8_t*>(carry.bytes.data()), carry.bytes.size(),
+                 carry.read_ms,
+                 [&wrong](const auto&) { wrong = "a whole frame in place of an open one"; });
+  return wrong;
+}
+
+std::string Replay::On(const Packet& packet) {
+  if (packet.link >= start_.links.size()) {
+    return "a packet of an unknown link";
+  }
+  time_ns_ = packet.utc_ns;
+  ++report_.packets;
+  if (packet.direction == Direction::kToRobots) {
+    return TakeWritten(packet);
+  }
+  std::deque<protocol::Message>& decoded = decoded_[packet.link];
+  const bool datagrams = start_.links[packet.link].datagrams;
+  if (!datagrams && !decoded.empty()) {
+    return LinkName(packet.link) +
+           ": expected the message that is decoded from the bytes before, " +
+           HexOf(decoded.front()) + ", to be handed to the engine; found other bytes";
+  }
+  protocol::FrameDecoder own(protocol::kNoGapTimeout);
+  (datagrams ? own : DecoderOf(packet.link, packet.connection))
+      .PushBlock(reinterpret_cast<const uint8_t*>(packet.bytes.data()), packet.bytes.size(),
+                 packet.read_ms,
+                 [&decoded](const protocol::Message& message) { decoded.push_back(message); });
+  return "";
+}
+
+std::string Replay::On(const TurnedAway& turned) {
+  std::deque<protocol::Message>& decoded = decoded_[turned.link];
+  const auto at = std::find_if(decoded.begin(), decoded.end(),
+                               [&](const auto& it) { return Same(it, turned.message); });
+  if (at == decoded.end()) {
+    return LinkName(turned.link) + ": turned away what is not decoded from its bytes, " +
+           HexOf(turned.message);
+  }
+  decoded.erase(at);
+  if (turned.answer != protocol::Reason::kNone) {
+    underway_.Add({turned.link, engine::ErrorMessage(turned.message, turned.answer)});
+  }
+  return "";
+}
+
+// --- What the engine does.
+
+std::string Replay::On(const Batch& batch) {
+  if (batch.link >= start_.links.size()) {
+    return "a batch of an unknown link";
+  }
+  if (batch.number != ++batch_) {
+    return "expected batch " + std::to_string(batch_) + ", found " + std::to_string(batch.number);
+  }
+  if (batch.stamp.field_time_ms < field_time_ms_) {
+    return "the field's time goes backwards";
+  }
+  field_time_ms_ = batch.stamp.field_time_ms;
+  for (const Handled& handled : batch.messages) {
+    std::string wrong = TakeOne(batch, handled);
+    if (!wrong.empty()) {
+      return LinkName(batch.link) + ", batch " + std::to_string(batch.number) + ": " + wrong;
+    }
+  }
+  return "";
+}
+
+std::string Replay::TakeOne(const Batch& batch, const Handled& handled) {
+  std::deque<protocol::Message>& decoded = decoded_[batch.link];
+  if (decoded.empty() || !Same(decoded.front(), handled.message)) {
+    return "expected the message " + HexOf(handled.message) + ", found " +
+           (decoded.empty() ? "that the bytes hold none" : HexOf(decoded.front()));
+  }
+  decoded.pop_front();
+  ++report_.messages;
+  const size_t from = out_.size();
+  const engine::Handling handling = engine_->Classify(batch.link, handled.message);
+  const bool changes = handling == engine::Handling::kChange;
+  const bool refused = handled.refused != protocol::Reason::kNone;
+  if (changes != (handled.sequence != 0 || refused) || (refused && handled.sequence != 0)) {
+    return "expected the message " + HexOf(handled.message) + " to " +
+           (changes ? "change nothing; it does" : "change the state; it does not");
+  }
+  if (refused) {
+    out_.push_back({batch.link, 0, engine::ErrorMessage(handled.message, handled.refused)});
+  } else if (changes) {
+    if (handled.sequence != engine_->sequence() + 1) {
+      return "expected change " + std::to_string(engine_->sequence() + 1) + ", found " +
+             std::to_string(handled.sequence);
+    }
+    engine_->Apply(handled.sequence, batch.stamp,
+                   engine::RequestReceived{batch.link, handled.message}, &out_);
+  } else if (handling == engine::Handling::kAnswer) {
+    engine_->Answer(batch.stamp, batch.link, handled.message, &out_);
+  }
+  Give(from);
+  return "";
+}
+
+std::string Replay::On(const EventApplied& applied) {
+  if (std::holds_alternative<engine::RequestReceived>(applied.event)) {
+    return "a request that came over no link";
+  }
+  if (applied.sequence != engine_->sequence() + 1) {
+    return "expected change " + std::to_string(engine_->sequence() + 1) + ", found " +
+           std::to_string(applied.sequence);
+  }
+  if (applied.stamp.field_time_ms < field_time_ms_) {
+    return "the field's time goes backwards";
+  }
+  field_time_ms_ = applied.stamp.field_time_ms;
+  const Status acceptable = engine_->Check(applied.event);
+  if (!acceptable.ok()) {
+    return "change " + std::to_string(applied.sequence) + " is impossible: " + acceptable.error();
+  }
+  ++report_.events;
+  const size_t from = out_.size();
+  engine_->Apply(applied.sequence, applied.stamp, applied.event, &out_);
+  Give(from);
+  return "";
+}
+
+void Replay::Give(size_t from) {
+  for (size_t i = from; i < out_.size(); ++i) {
+    const Sent sent{out_[i].link, out_[i].message};
+    underway_.Add(sent);
+    if (on_answer_) {
+      on_answer_(field_time_ms_, sent);
+    }
+  }
+  out_.clear();
+}
+
+// --- What was written.
+
+std::string Replay::TakeWritten(const Packet& packet) {
+  std::vector<protocol::Message> written;
+  std::string whole;
+  protocol::FrameDecoder frames(protocol::kNoGapTimeout);
+  frames.PushBlock(reinterpret_cast<const uint8_t*>(packet.bytes.data()), packet.bytes.size(), 0,
+                   [&](const protocol::Message& message) {
+                     written.push_back(message);
+                     whole += FrameOf(message);
+                   });
+  if (whole != packet.bytes) {
+    return LinkName(packet.link) + ": expected whole frames, found " + Hex(packet.bytes);
+  }
+  for (const protocol::Message& message : written) {
+    if (!underway_.Take({packet.link, message})) {
+      const protocol::Message* first = underway_.First(packet.link, message.id);
+      return LinkName(packet.link) + ", connection " + std::to_string(packet.connection) +
+             ": expected " +
+             (first != nullptr ? HexOf(*first)
+                               : "nothing for robot " + std::to_string(message.id)) +
+             ", found " + HexOf(message);
+    }
+    ++report_.answers;
+  }
+  report_.answer_bytes += whole.size();
+  return "";
+}
+
+std::string Replay::On(const NotSent& not_sent) {
+  ++report_.not_sent;
+  return underway_.Take(not_sent.sent)
+             ? ""
+             : LinkName(not_sent.sent.link) + ": expected a message that was not sent, " +
+                   HexOf(not_sent.sent.message) + "; the engine has not given it";
+}
+
+std::string Replay::On(const FromBefore& before) {
+  // The start's time is that of the state; the file begins a moment later.
+  if (start_.part != 1 || time_ns_ - start_.utc_ns > 2 * Recorder::kStillFromBeforeNs) {
+    return "a message from before the recording, so late";
+  }
+  ++report_.from_before;
+  underway_.Add(before.sent);
+  return "";
+}
+
+// --- The end.
+
+std::string Replay::On(const Gap& gap) {
+  time_ns_ = gap.utc_ns;
+  return "not replayable from here: " + std::to_string(gap.records) +
+         " records did not fit into the recorder's queue";
+}
+
+std::string Replay::On(const End& end) {
+  time_ns_ = end.utc_ns;
+  end_utc_ns_ = end.utc_ns;
+  for (const auto& [link, decoded] : decoded_) {
+    if (!decoded.empty()) {
+      return LinkName(link) + ": expected a message to be handed to the engine, " +
+             HexOf(decoded.front());
+    }
+  }
+  const std::vector<Sent> left = underway_.All();
+  const auto same = [](const Sent& a, const Sent& b) {
+    return a.link == b.link && Same(a.message, b.message);
+  };
+  const auto [here, there] =
+      std::mismatch(left.begin(), left.end(), end.under_way.begin(), end.under_way.end(), same);
+  if (here != left.end() || there != end.under_way.end()) {
+    const Sent& sent = here != left.end() ? *here : *there;
+    return LinkName(sent.link) + ": of what was given and not yet written, expected " +
+           (there != end.under_way.end() ? HexOf(there->message) : "no more") + ", found " +
+           (here != left.end() ? HexOf(here->message) : "no more");
+  }
+  if (end.sequence != engine_->sequence()) {
+    return "expected change " + std::to_string(end.sequence) + " to be the last, found " +
+           std::to_string(engine_->sequence());
+  }
+  if (end.state_hash != engine_->StateHash()) {
+    return "expected the state hash " + HexOf(end.state_hash) + ", found " +
+           HexOf(engine_->StateHash());
+  }
+  report_.under_way = underway_.size();
+  report_.field_time_ms = field_time_ms_;
+  report_.state_hash = end.state_hash;
+  ended_ = true;
+  return "";
+}
+
+}  // namespace pheromone::capture

@@ -1,0 +1,223 @@
+// A server in virtual time, recorded as the daemon records: service, lines with decoders of their
+// own, a recorder that writes files; and what the tests do with the files.
+//
+//   Live live(folder, config);
+//   live.Record();
+//   live.Hear(0, frame_bytes);               // on line 0
+//   live.Finish();
+//   EXPECT_EQ(ReplayError(live.Files()[0]), "");
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/capture/reader.h"
+#include "server/capture/recorder.h"
+#include "server/capture/replay.h"
+#include "server/engine/service.h"
+#include "server/engine/testing/bench.h"
+
+namespace pheromone::capture::testing {
+
+inline std::string ReadBytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The records of a file held in memory, up to its end or the first mistake.
+inline std::vector<Found> RecordsOf(const std::string& bytes, std::string* error = nullptr) {
+  bool given = false;
+  CaptureReader reader(
+      [&]() -> std::string_view {
+        return std::exchange(given, true) ? std::string_view() : std::string_view(bytes);
+      },
+      "test.pcapng");
+  std::vector<Found> all;
+  while (true) {
+    Result<std::optional<Found>> next = reader.Next();
+    if (!next.ok() && error != nullptr) {
+      *error = next.error();
+    }
+    if (!next.ok() || !next.value()) {
+      return all;
+    }
+    all.push_back(*std::move(next.value()));
+  }
+}
+
+/// The first difference, or what is wrong with the file; empty if all is the same.
+inline std::string ReplayError(const std::string& bytes, ReplayReport* report = nullptr) {
+  std::string error;
+  const std::vector<Found> records = RecordsOf(bytes, &error);
+  Replay replay;
+  for (const Found& found : records) {
+    const Status same = replay.Take(found);
+    if (!same.ok()) {
+      return same.error();
+    }
+  }
+  if (report != nullptr) {
+    *report = replay.report();
+  }
+  const Status whole = replay.Finish();
+  return !error.empty() ? error : whole.ok() ? "" : whole.error();
+}
+
+/// A file of these records, numbered anew.
+inline std::string FileOf(const std::vector<Found>& records) {
+  std::string bytes = EncodeFileHeader(std::get<Start>(records.front().record).links, "test");
+  uint64_t number = 0;
+  for (const Found& found : records) {
+    bytes += EncodeRecord(found.record, ++number);
+  }
+  return bytes;
+}
+
+inline std::string FrameOf(const protocol::Message& message) {
+  std::string wire(protocol::kMaxFrame, '\0');
+  wire.resize(protocol::EncodeFrame(message, reinterpret_cast<uint8_t*>(wire.data()), wire.size()));
+  return wire;
+}
+
+class Live {
+ public:
+  /// A conversation as in server/links, which hands over everything at once.
+  struct Conversation {
+    Line line;
+    protocol::FrameDecoder decoder;
+    std::vector<protocol::Message> queue;  ///< held back by `slow`
+  };
+
+  Live(std::string folder, const engine::EngineConfig& config, uint64_t start_ms = 0)
+      : folder_(std::move(folder)),
+        service_(
+            &log_,
+            [this] {
+              return engine::ClockReading{now_ms, static_cast<int64_t>(kUtcMs + now_ms)};
+            },
+            start_ms),
+        recorder_({&service_, [this] { return (kUtcMs + now_ms) * 1'000'000; },
+                   [this] { return Describe(); },
+                   [this](const std::string& text) { complaints.push_back(text); }}),
+        writer_([this] { recorder_.Run(); }) {
+    now_ms = start_ms;
+    std::filesystem::create_directories(folder_);
+    static_cast<void>(service_.Configure(config, 7));
+    for (engine::LinkIndex link = 0; link < config.links.size(); ++link) {
+      conversations.push_back({{link, 1, 0}, protocol::FrameDecoder(kGapTimeoutMs), {}});
+    }
+  }
+  Live(const Live&) = delete;
+  Live& operator=(const Live&) = delete;
+  ~Live() { Finish(); }
+
+  Status Record() {
+    options.folder = folder_;
+    return recorder_.Start(options);
+  }
+
+  /// Bytes arrive on a line, at once.
+  void Hear(size_t at, const std::string& bytes) {
+    Conversation& on = conversations[at];
+    const std::span span(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
+    std::vector<protocol::Message> batch;
+    std::vector<engine::Outgoing> out;
+    recorder_.BeginRead();
+    recorder_.Read(&on.line, span, static_cast<uint32_t>(now_ms), on.decoder);
+    on.decoder.PushBlock(span.data(), span.size(), static_cast<uint32_t>(now_ms),
+                         [&](const protocol::Message& message) { batch.push_back(message); });
+    if (!batch.empty()) {
+      service_.Handle(on.line.link, batch, &out);
+    }
+    Deliver(out);
+    recorder_.EndRead();
+  }
+
+  void Deliver(const std::vector<engine::Outgoing>& out) {
+    for (const engine::Outgoing& one : out) {
+      conversations[one.link].queue.push_back(one.message);
+    }
+    if (!slow) {
+      Flush();
+    }
+  }
+
+  /// Writes what waits on each line, all at once.
+  void Flush() {
+    for (Conversation& conversation : conversations) {
+      std::string block;
+      for (const protocol::Message& message : conversation.queue) {
+        block += FrameOf(message);
+      }
+      if (!conversation.queue.empty()) {
+        recorder_.Wrote(conversation.line,
+                        {reinterpret_cast<const uint8_t*>(block.data()), block.size()});
+      }
+      conversation.queue.clear();
+    }
+  }
+
+  void Advance() {
+    std::vector<engine::Outgoing> out;
+    service_.AdvanceIfDue(&out);
+    Deliver(out);
+  }
+
+  /// Ends the recording, if there is one, and waits until it is written.
+  void Finish() {
+    if (writer_.joinable()) {
+      static_cast<void>(recorder_.Stop());
+      recorder_.Close();
+      writer_.join();
+    }
+  }
+
+  /// Their contents, in order.
+  std::vector<std::string> Files() const {
+    std::vector<std::string> paths;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      paths.push_back(entry.path().string());
+    }
+    std::sort(paths.begin(), paths.end());
+    std::vector<std::string> files;
+    for (const std::string& path : paths) {
+      files.push_back(ReadBytes(path));
+    }
+    return files;
+  }
+
+  engine::Service& service() { return service_; }
+  Recorder& recorder() { return recorder_; }
+
+  static constexpr uint64_t kUtcMs = 1'700'000'000'000;
+  static constexpr uint16_t kGapTimeoutMs = 20;
+
+  uint64_t now_ms = 0;
+  bool datagrams = false;  ///< link 0 is one
+  bool slow = false;       ///< nothing is written before Flush
+  RecordingOptions options;
+  std::vector<Conversation> conversations;
+  std::vector<std::string> complaints;
+
+ private:
+  capture::Start Describe() const {
+    capture::Start start;
+    start.version = "test";
+    start.config = "# a comment\n";
+    start.links = {{"radio-a", kGapTimeoutMs, datagrams}, {"radio-b", kGapTimeoutMs, false}};
+    return start;
+  }
+
+  const std::string folder_;
+  engine::VolatileLog log_;
+  engine::Service service_;
+  Recorder recorder_;
+  std::thread writer_;
+};
+
+}  // namespace pheromone::capture::testing

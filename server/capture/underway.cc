@@ -1,0 +1,66 @@
+#include "server/capture/underway.h"
+
+#include <algorithm>
+
+namespace pheromone::capture {
+
+bool Same(const protocol::Message& a, const protocol::Message& b) {
+  return a.id == b.id && a.opcode == b.opcode && a.length == b.length &&
+         std::equal(a.data, a.data + a.length, b.data);
+}
+
+void Underway::Add(const Sent& sent) {
+  std::deque<protocol::Message>& queue = waiting_[{sent.link, sent.message.id}];
+  if (sent.message.id == protocol::kBroadcastId) {
+    std::erase_if(queue, [&](const auto& it) { return Same(it, sent.message); });
+  }
+  queue.push_back(sent.message);
+  if (queue.size() > kMost) {
+    queue.pop_front();
+  }
+}
+
+bool Underway::Take(const Sent& sent) {
+  const auto found = waiting_.find({sent.link, sent.message.id});
+  if (found == waiting_.end()) {
+    return false;
+  }
+  std::deque<protocol::Message>& queue = found->second;
+  const auto at = std::find_if(queue.begin(), queue.end(),
+                               [&](const auto& it) { return Same(it, sent.message); });
+  if (at == queue.end()) {
+    return false;
+  }
+  if (sent.message.id != protocol::kBroadcastId) {
+    queue.erase(at);
+    if (queue.empty()) {
+      waiting_.erase(found);
+    }
+  }
+  return true;
+}
+
+const protocol::Message* Underway::First(engine::LinkIndex link, uint8_t id) const {
+  const auto found = waiting_.find({link, id});
+  return found != waiting_.end() ? &found->second.front() : nullptr;
+}
+
+std::vector<Sent> Underway::All() const {
+  std::vector<Sent> all;
+  for (const auto& [key, queue] : waiting_) {
+    for (const protocol::Message& message : queue) {
+      all.push_back({key.first, message});
+    }
+  }
+  return all;
+}
+
+size_t Underway::size() const {
+  size_t size = 0;
+  for (const auto& [key, queue] : waiting_) {
+    size += key.second == protocol::kBroadcastId ? 0 : queue.size();
+  }
+  return size;
+}
+
+}  // namespace pheromone::capture

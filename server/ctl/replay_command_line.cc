@@ -1,0 +1,52 @@
+// pheromonectl replay, as it is declared to CLI11.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "server/ctl/command_line.h"
+#include "server/ctl/replay_commands.h"
+
+namespace pheromone::ctl {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> files;
+  bool answers = false;
+  PlayOptions play;
+};
+
+}  // namespace
+
+void AddReplayCommands(CLI::App* program, int* exit_status) {
+  const auto it = std::make_shared<Arguments>();
+  CLI::App* replay = program->add_subcommand(
+      "replay", "Let happen again what a server recorded, and compare every answer");
+  replay->add_option("FILE", it->files, "Recordings, in order")->required()->expected(1, -1);
+  CLI::Option* print =
+      replay->add_flag("--answers", it->answers, "Print what the engine gives, a message a line");
+  CLI::Option* to =
+      replay
+          ->add_option("--to", it->play.to, "Send what the robots sent to a running server instead")
+          ->excludes(print)
+          ->type_name("PTY|HOST:PORT");
+  replay->add_option("--link", it->play.link, "Only what came over this link")
+      ->needs(to)
+      ->type_name("NAME");
+  replay->add_option("--speed", it->play.speed, "Times the recorded pace (1); 0 = without pauses")
+      ->needs(to)
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("X");
+  replay->callback([=] {
+    if (it->play.to.empty()) {
+      *exit_status = ReplayFiles(it->files, it->answers);
+      return;
+    }
+    for (const std::string& file : it->files) {
+      *exit_status = *exit_status == 0 ? PlayFile(file, it->play) : *exit_status;
+    }
+  });
+}
+
+}  // namespace pheromone::ctl

@@ -1,0 +1,87 @@
+#include "server/ctl/replay_commands.h"
+
+#include <fmt/format.h>
+
+#include <iostream>
+#include <utility>
+
+#include "server/capture/reader.h"
+#include "server/capture/replay.h"
+#include "server/ctl/map_commands.h"
+
+namespace pheromone::ctl {
+namespace {
+
+void PrintAnswer(const std::vector<capture::LinkInfo>& links, uint64_t field_time_ms,
+                 const capture::Sent& sent) {
+  uint8_t wire[protocol::kMaxFrame];
+  const size_t size = protocol::EncodeFrame(sent.message, wire, sizeof wire);
+  std::string line =
+      fmt::format("{} {} ", field_time_ms, sent.link < links.size() ? links[sent.link].name : "?");
+  for (size_t i = 0; i < size; ++i) {
+    line += fmt::format("{:02X}", wire[i]);
+  }
+  std::cout << line << '\n';
+}
+
+Status ReplayOne(capture::CaptureReader* reader, capture::Replay* replay) {
+  while (true) {
+    Result<std::optional<capture::Found>> next = reader->Next();
+    if (!next.ok()) {
+      return Error{next.error()};
+    }
+    Status same = next.value() ? replay->Take(*next.value()) : replay->Finish();
+    if (!same.ok()) {
+      return Error{reader->name() + ": " + same.error()};
+    }
+    if (!next.value()) {
+      return Ok();
+    }
+  }
+}
+
+std::string Describe(const capture::Replay& replay) {
+  const capture::ReplayReport& report = replay.report();
+  std::string text = fmt::format("{} packets, {} messages, {} other events, {} answers in {} bytes",
+                                 report.packets, report.messages, report.events, report.answers,
+                                 report.answer_bytes);
+  const std::pair<uint64_t, const char*> rest[] = {{report.not_sent, "never sent"},
+                                                   {report.from_before, "from before"},
+                                                   {report.under_way, "under way at the end"}};
+  for (const auto& [count, what] : rest) {
+    text += count != 0 ? fmt::format(", {} {}", count, what) : "";
+  }
+  return report.state_hash ? fmt::format("{}; state hash {:016x}", text, *report.state_hash) : text;
+}
+
+}  // namespace
+
+int ReplayFiles(const std::vector<std::string>& files, bool answers) {
+  for (const std::string& file : files) {
+    Result<ByteReader::Source> source = capture::OpenFile(file);
+    if (!source.ok()) {
+      std::cerr << source.error() << '\n';
+      return kUsage;
+    }
+    capture::CaptureReader reader(std::move(source).value(), file);
+    const capture::Replay* running = nullptr;
+    capture::Replay replay([&](uint64_t field_time_ms, const capture::Sent& sent) {
+      if (answers) {
+        PrintAnswer(running->start().links, field_time_ms, sent);
+      }
+    });
+    running = &replay;
+    const Status same = ReplayOne(&reader, &replay);
+    if (!same.ok()) {
+      std::cout.flush();
+      std::cerr << same.error() << "\n  the same until there: " << Describe(replay) << '\n';
+      return kFailed;
+    }
+    if (!answers) {
+      std::cout << file << ": the same: " << Describe(replay) << '\n';
+    }
+  }
+  return 0;
+}
+
+}  // namespace pheromone::ctl

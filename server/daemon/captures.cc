@@ -1,0 +1,98 @@
+#include "server/daemon/captures.h"
+
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "server/daemon/system_clock.h"
+
+namespace pheromone::daemon {
+namespace {
+
+std::vector<capture::LinkInfo> Describe(const std::vector<config::LinkConfig>& links) {
+  std::vector<capture::LinkInfo> infos;
+  infos.reserve(links.size());
+  for (const config::LinkConfig& link : links) {
+    infos.push_back({link.name, link.gap_timeout_ms, link.kind == config::LinkKind::kUdp});
+  }
+  return infos;
+}
+
+}  // namespace
+
+Captures::Captures(engine::Service* service, const config::Config& config)
+    : settings_(config.capture),
+      links_(daemon::Describe(config.links)),
+      config_text_(config.text),
+      recorder_({service, ReadUtcNs, [this] { return Describe(); },
+                 [](const std::string& text) { spdlog::error("{}", text); }}),
+      writer_([this] { recorder_.Run(); }) {}
+
+Status Captures::Start() {
+  std::error_code error;
+  std::filesystem::create_directory(settings_.folder, error);  // Start says what is wrong
+  capture::RecordingOptions options;
+  options.folder = settings_.folder;
+  options.file_bytes = settings_.file_mb * 1'000'000;
+  options.most_files = settings_.most_files;
+  Status started = recorder_.Start(options);
+  if (started.ok()) {
+    spdlog::info("recording into {}", settings_.folder);
+  }
+  return started;
+}
+
+Status Captures::Stop() {
+  return recorder_.Stop();
+}
+
+void Captures::SetConfigText(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  config_text_ = text;
+}
+
+void Captures::Finish() {
+  if (!writer_.joinable()) {
+    return;
+  }
+  (void)recorder_.Stop();  // if there is one
+  recorder_.Close();
+  writer_.join();
+  const capture::RecordingStatus status = recorder_.status();
+  if (status.files != 0) {
+    spdlog::info("recorded {} bytes in {} files, the last one {}; {} records lost", status.bytes,
+                 status.files, status.file, status.lost);
+  }
+}
+
+capture::Start Captures::Describe() const {
+  capture::Start start;
+  start.version = PHEROMONE_VERSION;
+  start.links = links_;
+  const std::lock_guard lock(mutex_);
+  start.config = config_text_;
+  return start;
+}
+
+void Captures::Read(links::Line* line, std::span<const uint8_t> bytes, uint32_t now_ms,
+                    const protocol::FrameDecoder& decoder) {
+  capture::Line recorded{line->link, line->connection, line->mark};
+  recorder_.Read(&recorded, bytes, now_ms, decoder);
+  line->mark = recorded.file;
+}
+
+void Captures::Wrote(const links::Line& line, std::span<const uint8_t> bytes) {
+  recorder_.Wrote({line.link, line.connection, line.mark}, bytes);
+}
+
+void Captures::LeftOut(engine::LinkIndex link, const protocol::Message& message) {
+  recorder_.LeftOut(link, message);
+}
+
+void Captures::TurnedAway(engine::LinkIndex link, const protocol::Message& message,
+                          protocol::Reason answer) {
+  recorder_.TurnedAway(link, message, answer);
+}
+
+}  // namespace pheromone::daemon
