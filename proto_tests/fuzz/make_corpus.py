@@ -3,7 +3,7 @@
 small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/config/,
-                               DIR/journal/, DIR/maps/, DIR/tracker/
+                               DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/
 """
 
 import pathlib
@@ -61,8 +61,29 @@ def rasters():
     yield "yaml", 5, b"a: &x {b: [1, 'two', \"3\"]}\nc: *x\nd: |\n  text\n? e\n: !!str 5\n"
 
 
+def capture_records(file):
+    """The records of a capture, each as capture_fuzzer.cc takes it: kind, length, payload."""
+    at = 0
+    while at < len(file):
+        kind, length = struct.unpack_from("<II", file, at)
+        body = file[at + 8:at + length - 4]
+        at += length
+        if kind == 6:  # a packet
+            size, link, connection, direction = struct.unpack_from("<I4xHIB", body, 12)
+            options = body[20 + (size + 3) // 4 * 4:]
+            payload = struct.pack("<BBB", link, connection, direction - 1)
+            payload += options[options.index(b"\x01\x80\x08\0") + 4:][:4] + body[28:20 + size]
+            kind = 2
+        elif kind >> 8 == 0x805048:
+            payload = body[16:8 + struct.unpack_from("<I", body, 4)[0]]
+        else:
+            continue
+        yield kind & 0xFF, struct.pack("<BH", kind & 0xFF, len(payload)) + payload
+
+
 def main(folder):
-    for fuzzer in ("decoder", "message", "engine", "config", "journal", "maps", "tracker"):
+    for fuzzer in ("decoder", "message", "engine", "config", "journal", "maps", "tracker",
+                   "capture"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     hello = bytes.fromhex("01 71 2A 00 01 00")
     for name, body, wire in frames():
@@ -95,6 +116,14 @@ def main(folder):
         bytes([1, 4]) + hello + halt + halt_all + bytes([200, 0, 1, 0x72]) + acked)
     (folder / "engine" / "reloaded").write_bytes(
         bytes([1, 4]) + hello + reload + bytes([1, 6, 1, 0x21, 1, 0, 0, 0, 0, 1]) + reload)
+    for path in (ROOT / "proto_tests/replay").glob("*.pcapng"):
+        file = path.read_bytes()
+        (folder / "capture" / path.stem).write_bytes(b"\0" + file)
+        records = list(capture_records(file))
+        (folder / "capture" / f"{path.stem}_all").write_bytes(
+            b"\2" + b"".join(record for _, record in records))
+        (folder / "capture" / f"{path.stem}_rest").write_bytes(
+            b"\1" + b"".join(record for kind, record in records if kind > 1))
     seen, edit = bytes([9, 254, 1, 0, 30, 40, 50, 60]), bytes([9, 255, 0, 0, 1, 40, 60, 80])
     (folder / "engine" / "seen_and_edited").write_bytes(
         bytes([1, 4]) + hello + seen + edit + bytes([1, 6, 1, 0x21, 1, 0, 0, 0, 0, 1]))

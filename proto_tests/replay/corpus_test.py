@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+"""Each capture of the corpus is replayed, and the engine's answers are those that are written down.
+
+Usage: corpus_test.py BIN_DIR
+"""
+
+import pathlib
+import subprocess
+import sys
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+BIN = pathlib.Path()
+
+
+def replay(*arguments):
+    return subprocess.run([BIN / "pheromonectl", "replay", *arguments], text=True,
+                          capture_output=True, timeout=60, check=False)
+
+
+class CorpusTest(unittest.TestCase):
+    def test_there_is_a_corpus(self):
+        captures = {it.stem for it in HERE.glob("*.pcapng")}
+        self.assertGreaterEqual(len(captures), 5)
+        self.assertEqual(captures, {it.stem for it in HERE.glob("*.answers")})
+
+    def test_every_answer_is_the_one_that_was_written_to_the_robots(self):
+        result = replay(*sorted(HERE.glob("*.pcapng")))
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+    def test_every_answer_is_the_one_that_is_written_down(self):
+        for capture in sorted(HERE.glob("*.pcapng")):
+            with self.subTest(capture.stem):
+                expected = capture.with_suffix(".answers").read_text(encoding="ascii")
+                lines = [it for it in expected.splitlines() if not it.startswith("#")]
+                self.assertGreaterEqual(len(lines), 10)
+                self.assertEqual(replay("--answers", capture).stdout.splitlines(), lines)
+
+
+if __name__ == "__main__":
+    BIN = pathlib.Path(sys.argv[1]).resolve()
+    unittest.main(argv=sys.argv[:1], verbosity=2)
