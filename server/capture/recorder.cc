@@ -82,6 +82,7 @@ RecordingStatus Recorder::status() const {
 void Recorder::MakeCut(Cut cut) {
   capture::Start start = host_.describe();
   const std::lock_guard no_reads(reads_);
+  const uint64_t waiting_since_ns = host_.utc_ns();
   host_.service->Attach(cut == Cut::kEnd ? nullptr : this, [&](const engine::Engine& engine) {
     std::string state;
     if (cut != Cut::kEnd) {
@@ -109,7 +110,7 @@ void Recorder::MakeCut(Cut cut) {
     }
     on_ = cut != Cut::kEnd;
     status_.recording = on_;
-    status_.longest_copy_us = std::max(status_.longest_copy_us, (host_.utc_ns() - now_ns) / 1000);
+    status_.longest_copy_us = std::max(status_.longest_copy_us, (host_.utc_ns() - waiting_since_ns) / 1000);
   });
   changed_.notify_all();
 }

@@ -22,13 +22,13 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <shared_mutex>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "protocol/decoder.h"
 #include "server/base/result.h"
+#include "server/capture/cut_lock.h"
 #include "server/capture/files.h"
 #include "server/capture/record.h"
 #include "server/capture/underway.h"
@@ -132,8 +132,8 @@ class Recorder final : public engine::Witness {
   void Fail(const std::string& why);
 
   const Host host_;
-  std::mutex control_;       // Start, Stop, and the cut between two files
-  std::shared_mutex reads_;  // a read and its batch fall into the same file
+  std::mutex control_;  // Start, Stop, and the cut between two files
+  CutLock reads_;       // a read and its batch fall into the same file
   std::atomic<bool> on_{false};
 
   mutable std::mutex mutex_;  // all that follows, but for files_

@@ -92,7 +92,7 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
   Radio radio(43);
   ASSERT_TRUE(live.Record().ok());
   const uint64_t end_ms = live.now_ms + 600'000;
-  while (live.now_ms < end_ms) {
+  while (live.now_ms < end_ms || live.recorder().status().files < 4) {  // when, is the writer's
     const engine::Event event =
         live.service().Inspect([&](const auto& engine) { return traffic.Next(engine); });
     live.now_ms = std::max(live.now_ms, traffic.stamp().field_time_ms);
@@ -106,6 +106,8 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
       radio.Send(&live, radio.Below(2), FrameOf(traffic.AnySense()));
     }
   }
+  live.slow = true;  // the end finds an answer under way
+  live.Hear(0, FrameOf(Hello(1, 1)));
   live.Finish();
   EXPECT_EQ(live.recorder().status().error, "");
   ReplayReport sum;
