@@ -1,6 +1,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -17,6 +18,7 @@ struct Arguments {
   int pixels = 0;
   std::optional<double> white;
   std::optional<double> cell_m;
+  std::vector<std::string> types;
 };
 
 // The options that draw and export share.
@@ -46,7 +48,8 @@ void AddSource(CLI::App* command, MapSource* source) {
 void AddMapCommands(CLI::App* program, int* exit_status) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments* it = arguments.get();
-  CLI::App* map = program->add_subcommand("map", "Maps in files: draw, export, convert, info");
+  CLI::App* map =
+      program->add_subcommand("map", "Maps in files: draw, export, convert, resample, info");
   map->require_subcommand(1);
 
   CLI::App* draw = map->add_subcommand("draw", "Draw a pheromone in colours, obstacles gray");
@@ -78,6 +81,20 @@ void AddMapCommands(CLI::App* program, int* exit_status) {
   convert->callback([arguments, exit_status] {
     *exit_status =
         ConvertRaster(arguments->in, arguments->out, arguments->white, arguments->cell_m);
+  });
+
+  CLI::App* resample = map->add_subcommand(
+      "resample", "Move a saved field to the map of another configuration, node by node");
+  resample->add_option("--config", it->source.config, "The configuration with the new map")
+      ->required()
+      ->type_name("FILE");
+  resample->add_option("--type", it->types, "A pheromone to take along; repeatable; default: all")
+      ->type_name("N|NAME");
+  resample->add_option("IN", it->in, "What a server has saved")->required();
+  resample->add_option("OUT", it->out, "For pheromoned --load-field")->required();
+  resample->callback([arguments, exit_status] {
+    *exit_status =
+        ResampleField(arguments->source.config, arguments->types, arguments->in, arguments->out);
   });
 
   CLI::App* info = map->add_subcommand("info", "Say what a raster or a saved field holds");

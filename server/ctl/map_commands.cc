@@ -15,6 +15,7 @@
 #include "server/maps/field_raster.h"
 #include "server/maps/file.h"
 #include "server/maps/png_picture.h"
+#include "server/maps/resample.h"
 
 namespace pheromone::ctl {
 namespace {
@@ -159,6 +160,31 @@ void DescribeSaved(const maps::SavedField& saved) {
   }
 }
 
+// Leaves in `saved` what lies there of these types.
+Status KeepTypes(const std::vector<std::string>& wanted, maps::SavedField* saved) {
+  if (wanted.empty()) {
+    return Ok();
+  }
+  std::vector<maps::SavedType> kept;
+  for (const std::string& name : wanted) {
+    const auto found =
+        std::find_if(saved->types.begin(), saved->types.end(), [&](const maps::SavedType& it) {
+          return it.name == name || std::to_string(it.type) == name;
+        });
+    if (found == saved->types.end()) {
+      return Error{"it has no pheromone \"" + name + "\""};
+    }
+    kept.push_back(*found);
+  }
+  const auto is_kept = [&](uint8_t type) {
+    return std::any_of(kept.begin(), kept.end(),
+                       [&](const maps::SavedType& it) { return it.type == type; });
+  };
+  std::erase_if(saved->types, [&](const maps::SavedType& it) { return !is_kept(it.type); });
+  std::erase_if(saved->prints, [&](const field::Print& it) { return !is_kept(it.type); });
+  return Ok();
+}
+
 }  // namespace
 
 int DrawMap(const MapSource& source, int pixels_per_cell, const std::string& out) {
@@ -220,6 +246,36 @@ int ConvertRaster(const std::string& in, const std::string& out, std::optional<d
   const std::string what =
       fmt::format("{} x {} cells", raster.value().columns, raster.value().rows);
   return Report(SaveRaster(out, std::move(raster).value(), style), out, what);
+}
+
+int ResampleField(const std::string& config, const std::vector<std::string>& types,
+                  const std::string& in, const std::string& out) {
+  const Result<config::Config> loaded = config::LoadConfig(config);
+  if (!loaded.ok()) {
+    return Fail(kUsage, loaded.error());
+  }
+  Result<maps::SavedField> saved = maps::LoadField(in);
+  if (!saved.ok()) {
+    return Fail(kFailed, saved.error());
+  }
+  const Status kept = KeepTypes(types, &saved.value());
+  if (!kept.ok()) {
+    return Fail(kUsage, in + ": " + kept.error());
+  }
+  const Result<maps::Resampled> moved = maps::Resample(saved.value(), loaded.value().engine.field);
+  if (!moved.ok()) {
+    return Fail(kUsage, in + " does not fit the configuration: " + moved.error());
+  }
+  size_t nodes = 0;
+  for (const field::Print& print : moved.value().field.prints) {
+    nodes += print.nodes->size();
+  }
+  return Report(
+      maps::SaveField(out, moved.value().field), out,
+      fmt::format("{} nodes with pheromone, {} left out that lie outside, {:g} quanta cut "
+                  "off above a maximum",
+                  nodes, moved.value().nodes_outside,
+                  static_cast<double>(moved.value().levels_cut_off) / field::kLevelsPerQuantum));
 }
 
 int DescribeFile(const std::string& path) {

@@ -34,6 +34,11 @@ int ExportMap(const MapSource& source, const std::string& out);
 int ConvertRaster(const std::string& in, const std::string& out, std::optional<double> white,
                   std::optional<double> cell_m);
 
+/// A saved field for a map of another origin, size or cell size (maps/resample.h). `types`: numbers
+/// or names of those to take along; empty: all.
+int ResampleField(const std::string& config, const std::vector<std::string>& types,
+                  const std::string& in, const std::string& out);
+
 /// What a raster or a saved field holds.
 int DescribeFile(const std::string& path);
 

@@ -102,6 +102,24 @@ class MapTest(unittest.TestCase):
         self.assertEqual((result.returncode, result.stdout), (status, ""), result.stderr)
         self.assertIn(words, result.stderr)
 
+    def test_a_saved_field_is_moved_to_cells_of_half_the_size(self):
+        coarse = (self.folder / "lab.toml").read_text()
+        (self.folder / "fine.toml").write_text(coarse.replace("cell_m = 0.1", "cell_m = 0.05"))
+        self.refused(2, "does not fit", "export", "--config", "fine.toml", "--field", "lab.field",
+                     "out.npy")
+        self.assertEqual(self.good("resample", "--config", "fine.toml", "--type", "trail",
+                                   "lab.field", "fine.field"),
+                         "fine.field: 2 nodes with pheromone, 0 left out that lie outside, "
+                         "0 quanta cut off above a maximum\n")
+        self.good("export", "--config", "fine.toml", "--field", "fine.field", "--type", "trail",
+                  "out.csv")
+        fine = numpy.genfromtxt(self.folder / "out.csv", delimiter=",")
+        expected = numpy.zeros((17, 25))
+        expected[::2, ::2] = TRAIL
+        numpy.testing.assert_array_equal(numpy.nan_to_num(fine), expected)
+        self.refused(2, 'it has no pheromone "scent"', "resample", "--config", "fine.toml",
+                     "--type", "scent", "lab.field", "fine.field")
+
     def test_numpy_reads_what_lies_on_the_map(self):
         with_wall = numpy.where(WALL, numpy.nan, PATH)
         self.assertEqual(self.good("export", "--config", "lab.toml", "a.npy"),

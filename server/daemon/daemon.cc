@@ -168,7 +168,8 @@ class Daemon::Impl {
       if (!keeper_->folder().empty()) {
         spdlog::critical(
             "the state in {} stays as it is: go on with the configuration that it was made with, "
-            "or name another [journal] folder to begin anew",
+            "or name another [journal] folder to begin anew (\"pheromonectl map resample\" takes a "
+            "saved field along)",
             keeper_->folder());
       }
       return false;

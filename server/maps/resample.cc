@@ -1,0 +1,53 @@
+#include "server/maps/resample.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace pheromone::maps {
+namespace {
+
+using Levels = std::map<field::NodeIndex, uint64_t>;  // sorted as a saved field is
+
+Levels Move(const field::Print& print, const field::MapGeometry& from, const field::MapGeometry& to,
+            uint64_t* nodes_outside) {
+  Levels levels;
+  for (const field::PrintNode& it : *print.nodes) {
+    const field::PointUm at = from.PositionOf(it.node);
+    if (!to.Contains(at)) {
+      ++*nodes_outside;
+      continue;
+    }
+    levels[to.NearestNode(at)] += it.level;
+  }
+  return levels;
+}
+
+}  // namespace
+
+Result<Resampled> Resample(const SavedField& saved, const field::FieldConfig& config) {
+  Resampled result;
+  result.field.map = config.map;
+  result.field.types = saved.types;
+  for (const field::Print& print : saved.prints) {
+    const field::PheromoneLaw* const law = config.FindLaw(print.type);
+    const uint64_t maximum = law != nullptr ? law->max_level() : UINT32_MAX;
+    std::vector<field::PrintNode> nodes;
+    for (const auto& [node, level] : Move(print, saved.map, config.map, &result.nodes_outside)) {
+      const uint64_t kept = std::min(level, maximum);
+      result.levels_cut_off += level - kept;
+      nodes.push_back({node, static_cast<uint32_t>(kept)});
+    }
+    if (!nodes.empty()) {
+      result.field.prints.push_back({print.type, field::Shared(std::move(nodes))});
+    }
+  }
+  Status fits = CheckFits(result.field, config);
+  if (!fits.ok()) {
+    return Error{fits.error()};
+  }
+  return result;
+}
+
+}  // namespace pheromone::maps
