@@ -16,6 +16,7 @@ namespace pheromone::bench {
 namespace {
 
 constexpr uint8_t kType = 1;
+constexpr uint8_t kFadingType = 2;
 constexpr int kCellMm = 20;
 constexpr int kCells = 1500;         // along a side; there is one more node
 constexpr size_t kPoses = 1u << 16;  // more than caches hold of the map
@@ -34,6 +35,14 @@ sigma_m = 0.05          # smelled to 0.1 m: r = 5 cells
 tau_s = 1000000
 quantum = 0.125
 maximum = 0.125
+[[pheromone]]
+type = 2
+name = "fading"
+core_m = 0.05
+sigma_m = 0.05
+tau_s = 1.0
+quantum = 0.125
+maximum = 0.25          # gone after two seconds
 [[print]]
 pheromone = "trail"
 file = "nodes.pgm"
@@ -141,6 +150,12 @@ protocol::Message Arena::Trace(uint8_t client, size_t pose, uint8_t seq) const {
   return message;
 }
 
+protocol::Message Arena::Roam(uint8_t client, size_t pose, uint8_t seq) const {
+  protocol::Message message;
+  protocol::Encode(protocol::TraceRequest{client, kFadingType, false, seq, poses[pose]}, &message);
+  return message;
+}
+
 bool Arena::IsSenseAnswer(const protocol::Message& answer, uint8_t client, size_t pose) const {
   return answer.id == client &&
          answer.opcode == (protocol::kFromServer | protocol::kSense | kType) &&
@@ -153,6 +168,12 @@ bool Arena::IsTraceAnswer(const protocol::Message& answer, uint8_t client, size_
          answer.opcode == (protocol::kFromServer | protocol::kTrace | kType) &&
          answer.length == 5 && answer.data[0] == seq &&
          std::equal(answers[pose].begin(), answers[pose].end(), answer.data + 1);
+}
+
+bool Arena::IsRoamAnswer(const protocol::Message& answer, uint8_t client, uint8_t seq) {
+  return answer.id == client &&
+         answer.opcode == (protocol::kFromServer | protocol::kTrace | kFadingType) &&
+         answer.length == 5 && answer.data[0] == seq;
 }
 
 }  // namespace pheromone::bench

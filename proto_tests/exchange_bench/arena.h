@@ -1,13 +1,13 @@
 // What exchange_bench asks about: a map with more than a million nodes that hold pheromone, and
 // requests with the answers that are right for them.
 //
-//   const Arena arena = MakeArena(folder, links);      // writes folder/bench.toml and what it
-//   names message = arena.Sense(client, pose);               // then compare with
-//   arena.answers[pose]
+//   const Arena arena = MakeArena(folder, links);   // writes folder/bench.toml and what it names
+//   message = arena.Sense(client, pose);            // then compare with arena.answers[pose]
 //
 // The map is 30 m x 30 m with a node every 20 mm, every other of them, at random, with one quantum
 // at the most it can hold; the pheromone is smelled to r = 5 cells. Poses are random, on nodes that
 // hold something: what TRACE leaves there changes nothing, so that one answer is right for ever.
+// A second pheromone, for robots that roam, has evaporated two seconds after it was left.
 //
 // The right answers come from the engine itself, in this process: what is checked is that each
 // request got its own answer, whole and unchanged. That the engine is right is tested elsewhere.
@@ -37,10 +37,14 @@ struct Arena {
 
   protocol::Message Sense(uint8_t client, size_t pose) const;
   protocol::Message Trace(uint8_t client, size_t pose, uint8_t seq) const;
+  /// TRACE of the pheromone that evaporates.
+  protocol::Message Roam(uint8_t client, size_t pose, uint8_t seq) const;
   /// Whether `answer` is the answer to what was asked with these arguments.
   bool IsSenseAnswer(const protocol::Message& answer, uint8_t client, size_t pose) const;
   bool IsTraceAnswer(const protocol::Message& answer, uint8_t client, size_t pose,
                      uint8_t seq) const;
+  /// But for the intensities, which the time decides.
+  static bool IsRoamAnswer(const protocol::Message& answer, uint8_t client, uint8_t seq);
 };
 
 /// `extra` is appended to the configuration. Ends the process if it is refused.

@@ -1,12 +1,9 @@
 // Times, and what share of them was how short.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
-#include <string>
 #include <vector>
 
 namespace pheromone::bench {
@@ -25,15 +22,6 @@ class Quantiles {
     const auto place = times_.begin() + static_cast<std::ptrdiff_t>(std::min(rank, size() - 1));
     std::nth_element(times_.begin(), place, times_.end());
     return *place;
-  }
-
-  /// "p50 0.05 ms, p99 0.21 ms, p99.9 0.90 ms of 3000"
-  std::string Text() {
-    const auto ms = [this](double q) {
-      return std::chrono::duration<double, std::milli>(At(q)).count();
-    };
-    return fmt::format("p50 {:7.3f} ms, p99 {:7.3f} ms, p99.9 {:7.3f} ms of {}", ms(0.5), ms(0.99),
-                       ms(0.999), size());
   }
 
  private:

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -22,6 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLostAfter{500};
+constexpr int kPatienceMs = 10'000;  // for the answer to HELLO
 constexpr int kClientsPerLink = 254;
 
 class Clients {
@@ -48,7 +50,7 @@ class Clients {
   }
 
   LoadResult Run() {
-    if (options_.load == Load::kTrace) {
+    if (Changes()) {
       SayHello();
     }
     const auto begin = Clock::now();
@@ -83,6 +85,8 @@ class Clients {
     std::array<uint8_t, protocol::kMaxFrame> request{};
   };
 
+  bool Changes() const { return options_.load == Load::kTrace || options_.load == Load::kRoam; }
+
   static Client Connect(uint8_t id, uint16_t port) {
     Client client;
     client.id = id;
@@ -106,8 +110,8 @@ class Clients {
       protocol::Encode(protocol::HelloRequest{client.id, static_cast<uint16_t>(random()), 1, 0},
                        &hello);
       Send(&client, hello);
-      epoll_event event{};
-      epoll_wait(poller_, &event, 1, 1000);
+      pollfd answer{client.socket, POLLIN, 0};
+      poll(&answer, 1, kPatienceMs);
       static_cast<void>(recv(client.socket, buffer_.data(), buffer_.size(), 0));
     }
   }
@@ -115,8 +119,15 @@ class Clients {
   void Ask(Client* client) {
     client->pose = random_() % arena_.poses.size();
     ++client->seq;
-    Send(client, options_.load == Load::kTrace ? arena_.Trace(client->id, client->pose, client->seq)
-                                               : arena_.Sense(client->id, client->pose));
+    switch (options_.load) {
+      case Load::kEcho:
+      case Load::kSense:
+        return Send(client, arena_.Sense(client->id, client->pose));
+      case Load::kTrace:
+        return Send(client, arena_.Trace(client->id, client->pose, client->seq));
+      case Load::kRoam:
+        return Send(client, arena_.Roam(client->id, client->pose, client->seq));
+    }
   }
 
   static void Send(Client* client, const protocol::Message& message) {
@@ -156,9 +167,10 @@ class Clients {
     bool right = false;
     decoder.PushBlock(bytes.data(), bytes.size(), 0, [&](const protocol::Message& answer) {
       ++frames;
-      right = options_.load == Load::kTrace
+      right = options_.load == Load::kSense ? arena_.IsSenseAnswer(answer, client.id, client.pose)
+              : options_.load == Load::kTrace
                   ? arena_.IsTraceAnswer(answer, client.id, client.pose, client.seq)
-                  : arena_.IsSenseAnswer(answer, client.id, client.pose);
+                  : Arena::IsRoamAnswer(answer, client.id, client.seq);
     });
     return right && frames == 1;
   }

@@ -14,6 +14,7 @@ enum class Load {
   kEcho,   ///< SENSE requests that come back as they are
   kSense,  ///< SENSE
   kTrace,  ///< TRACE, after a HELLO
+  kRoam,   ///< TRACE of the pheromone that evaporates, after a HELLO
 };
 
 struct LoadOptions {

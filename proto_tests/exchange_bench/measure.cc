@@ -1,0 +1,116 @@
+#include "proto_tests/exchange_bench/measure.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <utility>
+
+#include "proto_tests/exchange_bench/pty_load.h"
+
+namespace pheromone::bench {
+namespace {
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Measure::Measure(std::string name, std::string folder, const Effort& effort, const Arena& arena,
+                 const ServerProcess& server, Report* report)
+    : name_(std::move(name)),
+      folder_(std::move(folder)),
+      effort_(effort),
+      arena_(arena),
+      server_(server),
+      report_(report) {
+  for (int i = 1; i <= kLinks.udp; ++i) {
+    ports_.push_back(server.PortOf(fmt::format("udp-{}", i)));
+  }
+}
+
+void Measure::CompareUdp(Load what, int clients) {
+  const EchoProcess echo;
+  const std::vector<uint16_t> echo_ports(ports_.size(), echo.port());
+  std::vector<double> rates;
+  std::vector<double> echo_rates;
+  std::vector<double> ratios;
+  Row row{name_, what == Load::kTrace ? "TRACE over UDP" : "SENSE over UDP", clients};
+  row.load += fmt::format(" by {} clients", clients);
+  for (int round = 0; round < effort_.rounds; ++round) {
+    const LoadResult bare = RunLoad(arena_, {Load::kEcho, clients, echo_ports, effort_.seconds});
+    LoadResult served = RunLoad(arena_, {what, clients, ports_, effort_.seconds});
+    echo_rates.push_back(bare.per_second);
+    rates.push_back(served.per_second);
+    ratios.push_back(bare.per_second > 0 ? served.per_second / bare.per_second : 0);
+    row.right += served.right;
+    row.wrong += served.wrong + bare.wrong;
+    row.lost += served.lost;
+    row.times = std::move(served.times);
+  }
+  row.per_second = Median(rates);
+  row.echo_per_second = Median(echo_rates);
+  row.share_of_echo = Median(ratios);
+  report_->Add(std::move(row));
+}
+
+void Measure::TimePtys(bool trace, int ptys, int baud, const std::string& beside) {
+  PtyLoadOptions load{trace, baud, {}, effort_.pty_seconds};
+  for (int i = 1; i <= ptys; ++i) {
+    load.ptys.push_back(fmt::format("{}/pty-{}", folder_, i));
+  }
+  PtyLoadResult result = RunPtyLoad(arena_, load);
+  Row row{name_,
+          fmt::format("{} on {} ptys at {} baud{}", trace ? "TRACE" : "SENSE", ptys, baud, beside),
+          ptys};
+  row.right = result.times.size();
+  row.wrong = result.wrong;
+  row.lost = result.lost;
+  row.times = std::move(result.times);
+  report_->Add(std::move(row));
+}
+
+void Measure::Roam(int clients) {
+  constexpr int kParts = 6;
+  std::string memory = fmt::format("{}", server_.rss_kib());
+  Row row{name_, fmt::format("TRACE over UDP by {} clients that roam", clients), clients};
+  for (int part = 0; part < kParts; ++part) {
+    LoadResult served =
+        RunLoad(arena_, {Load::kRoam, clients, ports_, effort_.roaming_seconds / kParts});
+    row.per_second += served.per_second / kParts;
+    row.right += served.right;
+    row.wrong += served.wrong;
+    row.lost += served.lost;
+    row.times = std::move(served.times);
+    memory += fmt::format(", {}", server_.rss_kib());
+  }
+  report_->Add(std::move(row));
+  Report::Say(fmt::format("{:9}its memory in KiB before that and after each {:.0f} s: {}", name_,
+                          effort_.roaming_seconds / kParts, memory));
+}
+
+void TimeSyncs(const std::string& folder, const Effort& effort, Report* report) {
+  const std::string path = folder + "/syncs";
+  const int handle = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  const std::array<char, 64> record{};
+  Row row{"none", "write and fdatasync", 1};
+  for (int i = 0; i < effort.syncs; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    if (write(handle, record.data(), record.size()) < 0 || fdatasync(handle) != 0) {
+      ++row.wrong;
+      break;
+    }
+    row.times.Add(std::chrono::steady_clock::now() - begin);
+    ++row.right;
+  }
+  close(handle);
+  report->Add(std::move(row));
+}
+
+}  // namespace pheromone::bench

@@ -1,0 +1,53 @@
+// The measurements of exchange_bench against one server, and those of the machine without it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "proto_tests/exchange_bench/arena.h"
+#include "proto_tests/exchange_bench/report.h"
+#include "proto_tests/exchange_bench/server_process.h"
+#include "proto_tests/exchange_bench/udp_load.h"
+
+namespace pheromone::bench {
+
+struct Effort {
+  int rounds = 5;
+  double seconds = 2;  ///< of each half of a round
+  double pty_seconds = 10;
+  double roaming_seconds = 30;
+  int syncs = 1000;
+};
+
+/// What the arena's configuration has of each kind.
+inline constexpr LinkNumbers kLinks{8, 16};
+
+class Measure {
+ public:
+  /// `name` is the server's in the report. All outlive this; `folder` is where the server runs.
+  Measure(std::string name, std::string folder, const Effort& effort, const Arena& arena,
+          const ServerProcess& server, Report* report);
+
+  /// Over UDP, in turn with the echo; medians of the rounds.
+  void CompareUdp(Load what, int clients);
+  /// At a modem's pace. `beside`: what else goes on, for the report.
+  void TimePtys(bool trace, int ptys, int baud, const std::string& beside = "");
+  /// TRACE everywhere, of a pheromone that evaporates: says how the server's memory grows.
+  void Roam(int clients);
+
+ private:
+  const std::string name_;
+  const std::string folder_;
+  const Effort& effort_;
+  const Arena& arena_;
+  const ServerProcess& server_;
+  std::vector<uint16_t> ports_;
+  Report* report_;
+};
+
+/// What the disk under `folder` does by itself: a record of the size of an event, written and
+/// synced, one after the other.
+void TimeSyncs(const std::string& folder, const Effort& effort, Report* report);
+
+}  // namespace pheromone::bench
