@@ -21,7 +21,7 @@ def replay(*arguments):
 class CorpusTest(unittest.TestCase):
     def test_there_is_a_corpus(self):
         captures = {it.stem for it in HERE.glob("*.pcapng")}
-        self.assertGreaterEqual(len(captures), 5)
+        self.assertGreaterEqual(len(captures), 6)
         self.assertEqual(captures, {it.stem for it in HERE.glob("*.answers")})
 
     def test_every_answer_is_the_one_that_was_written_to_the_robots(self):

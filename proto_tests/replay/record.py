@@ -10,7 +10,6 @@ begins with is in the engine's format), and look at the difference before commit
 
 import os
 import pathlib
-import re
 import signal
 import subprocess
 import sys
@@ -224,16 +223,11 @@ SCENARIOS = [traffic, damaged, retries, evaporation, reload, commands]
 def main():
     bin_dir = pathlib.Path(sys.argv[1]).resolve()
     names = sys.argv[2:] or [it.__name__ for it in SCENARIOS]
-    help_text = subprocess.run([bin_dir / "pheromonectl", "--help"], text=True, capture_output=True,
-                               check=True).stdout
     version = subprocess.run([bin_dir / "pheromoned", "--version"], text=True, capture_output=True,
                              check=True).stdout.strip()
     for scenario in SCENARIOS:
         name = scenario.__name__
         if name not in names:
-            continue
-        if scenario is commands and not re.search(r"^  command ", help_text, re.M):
-            print("commands: left out, this pheromonectl cannot reach a server")
             continue
         with tempfile.TemporaryDirectory() as folder:
             lab = Lab(bin_dir, pathlib.Path(folder))

@@ -75,7 +75,9 @@ Status Recorder::Stop() {
 
 RecordingStatus Recorder::status() const {
   const std::lock_guard lock(mutex_);
-  return status_;
+  RecordingStatus status = status_;
+  status.written = queued_bytes_ + writing_bytes_ == 0;
+  return status;
 }
 
 // Ends the file, begins one, or both, between two events and outside of all reads.
@@ -248,7 +250,7 @@ Status Recorder::WriteAll(const std::deque<Record>& records) {
     if (status.ok() && !bytes.empty()) {
       status = files_->Write(bytes);
       const std::lock_guard lock(mutex_);
-      status_.bytes += bytes.size();
+      status_.bytes += status.ok() ? bytes.size() : 0;
     }
     bytes.clear();
   };
@@ -263,7 +265,7 @@ Status Recorder::WriteAll(const std::deque<Record>& records) {
       state_bytes_ = start->state_bytes;
       lock.lock();
       status_.file = files_->path();
-      ++status_.files;
+      status_.files += status.ok() ? 1u : 0u;
     }
     if (!status.ok() || files_ == nullptr || !files_->open()) {
       continue;

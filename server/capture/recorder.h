@@ -48,12 +48,13 @@ struct RecordingOptions {
 
 struct RecordingStatus {
   bool recording = false;
-  std::string file;      ///< the present one, or the last
-  std::string error;     ///< why the last recording ended by itself; empty: it did not
-  uint64_t records = 0;  ///< of this recording: put into the queue
-  uint64_t lost = 0;     ///< left out
-  uint64_t bytes = 0;    ///< written
-  uint32_t files = 0;
+  std::string file;              ///< the present one, or the last
+  std::string error;             ///< why the last recording ended by itself; empty: it did not
+  uint64_t records = 0;          ///< of this recording: put into the queue
+  uint64_t lost = 0;             ///< left out
+  uint64_t bytes = 0;            ///< written
+  uint32_t files = 0;            ///< begun
+  bool written = true;           ///< nothing waits for the disk
   uint64_t longest_copy_us = 0;  ///< for which reads and events waited, at the beginning of a file
 };
 

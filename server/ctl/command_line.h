@@ -18,6 +18,9 @@ void AddShowCommands(CLI::App* program, const ServerOptions* options, int* exit_
 /// deposit, erase, paint, command, halt, reload, snapshot: what changes.
 void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
+/// capture ...: the recording of a running server.
+void AddCaptureCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
+
 /// map ...: what needs no server.
 void AddMapCommands(CLI::App* program, int* exit_status);
 

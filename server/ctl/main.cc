@@ -27,6 +27,7 @@ int Main(int argc, char** argv) {
   app.add_flag("--json", options.json, "Print the server's answer as it is");
   AddShowCommands(&app, &options, &status);
   AddChangeCommands(&app, &options, &status);
+  AddCaptureCommands(&app, &options, &status);
   AddMapCommands(&app, &status);
   AddJournalCommands(&app, &status);
   AddReplayCommands(&app, &status);

@@ -6,34 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "server/ctl/capture_commands.h"
 #include "server/ctl/json_read.h"
+#include "server/ctl/units.h"
 
 namespace pheromone::ctl {
 namespace {
 
 namespace json = boost::json;
-
-// "3.2 s", "4 min", "2.5 h", "3 d".
-std::string Duration(double seconds) {
-  if (seconds < 60) {
-    return fmt::format("{:.1f} s", seconds);
-  }
-  if (seconds < 3600) {
-    return fmt::format("{:.0f} min", seconds / 60);
-  }
-  return seconds < 86'400 ? fmt::format("{:.1f} h", seconds / 3600)
-                          : fmt::format("{:.1f} d", seconds / 86'400);
-}
-
-std::string Size(double bytes) {
-  for (const std::string_view unit : {"B", "KiB", "MiB"}) {
-    if (bytes < 1024) {
-      return fmt::format("{:.{}f} {}", bytes, unit == "B" ? 0 : 1, unit);
-    }
-    bytes /= 1024;
-  }
-  return fmt::format("{:.1f} GiB", bytes);
-}
 
 // Columns as wide as their widest cell; the first row is the heading.
 void PrintTable(const std::vector<std::vector<std::string>>& rows) {
@@ -124,6 +104,7 @@ int ShowStatus(const ServerOptions& options, bool with_hash) {
   if (with_hash) {
     fmt::print("state     hash {}\n", TextAt(status, "state_hash"));
   }
+  fmt::print("capture   {}\n", DescribeCapture(At(status, "capture")));
   fmt::print("process   {}, {} descriptors, {} of processor time\n",
              Size(NumberAt(process, "resident_bytes")), CountAt(process, "open_descriptors"),
              Duration(NumberAt(process, "cpu_s")));

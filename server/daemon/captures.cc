@@ -10,6 +10,8 @@
 namespace pheromone::daemon {
 namespace {
 
+constexpr std::chrono::milliseconds kBetweenLooks{1};
+
 std::vector<capture::LinkInfo> Describe(const std::vector<config::LinkConfig>& links) {
   std::vector<capture::LinkInfo> infos;
   infos.reserve(links.size());
@@ -44,7 +46,39 @@ Status Captures::Start() {
 }
 
 Status Captures::Stop() {
-  return recorder_.Stop();
+  Status stopped = recorder_.Stop();
+  if (stopped.ok()) {
+    spdlog::info("the recording was ended");
+  }
+  return stopped;
+}
+
+Status Captures::AwaitDisk(std::chrono::milliseconds patience) const {
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  for (;;) {
+    const capture::RecordingStatus status = recorder_.status();
+    if (status.recording ? status.bytes != 0 : status.written) {
+      return status.error.empty() ? Ok() : Status(Error{status.error});
+    }
+    if (std::chrono::steady_clock::now() > deadline) {
+      return Error{settings_.folder + ": it was done, but the disk has not taken it yet"};
+    }
+    std::this_thread::sleep_for(kBetweenLooks);
+  }
+}
+
+engine::CaptureView Captures::View() const {
+  const capture::RecordingStatus status = recorder_.status();
+  engine::CaptureView view;
+  view.recording = status.recording;
+  view.folder = settings_.folder;
+  view.file = status.file;
+  view.error = status.error;
+  view.files = status.files;
+  view.bytes = status.bytes;
+  view.records = status.records;
+  view.lost = status.lost;
+  return view;
 }
 
 void Captures::SetConfigText(const std::string& text) {

@@ -7,9 +7,11 @@
 //   ...                                      // links and service run
 //   captures.Finish();                       // after the links
 //
-// Thread-safe, but for Finish.
+// An operator who starts or ends one waits for the disk (AwaitDisk); links never do. Thread-safe,
+// but for Finish.
 #pragma once
 
+#include <chrono>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -18,6 +20,7 @@
 #include "server/base/result.h"
 #include "server/capture/recorder.h"
 #include "server/config/config.h"
+#include "server/engine/control.h"
 #include "server/engine/service.h"
 #include "server/links/tap.h"
 
@@ -34,7 +37,11 @@ class Captures final : public links::Tap {
   Status Start();
   /// Ends it. What was recorded is being written still. Errors: there is none.
   Status Stop();
-  capture::RecordingStatus status() const { return recorder_.status(); }
+  /// Waits until the first file of a recording that was started is there, or the last one of a
+  /// recording that was ended is whole. Errors: it ended by itself; the disk takes longer than
+  /// `patience`.
+  Status AwaitDisk(std::chrono::milliseconds patience) const;
+  engine::CaptureView View() const;
 
   /// The text of the configuration has changed; the next file has it.
   void SetConfigText(const std::string& text);

@@ -101,6 +101,7 @@ class Daemon::Impl {
                   .log = keeper_->log(),
                   .switchboard = &switchboard_,
                   .links = &links_,
+                  .captures = &captures_,
                   .now_ms = [this] { return FieldTime(); },
                   .config = [this] { return Config(); },
                   .reload = [this] { return ReadConfigurationAgain(); },

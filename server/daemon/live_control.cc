@@ -122,6 +122,7 @@ engine::StatusView LiveControl::GetStatus(bool with_hash) const {
   status.resident_bytes = process.resident_bytes;
   status.open_descriptors = process.open_descriptors;
   status.cpu_s = process.cpu_s;
+  status.capture = GetCapture();
   return status;
 }
 
@@ -273,6 +274,16 @@ Result<std::string> LiveControl::Snapshot() {
         "--save-field and SIGUSR1 save the field"};
   }
   return std::string("asked for; the journal makes it at the next change");
+}
+
+Status LiveControl::StartCapture() {
+  Status started = parts_.captures->Start();
+  return started.ok() ? parts_.captures->AwaitDisk(parts_.patience) : started;
+}
+
+Status LiveControl::StopCapture() {
+  Status stopped = parts_.captures->Stop();
+  return stopped.ok() ? parts_.captures->AwaitDisk(parts_.patience) : stopped;
 }
 
 // An exponential mean, whatever the time between the calls is.

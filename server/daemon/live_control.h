@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "server/config/config.h"
+#include "server/daemon/captures.h"
 #include "server/engine/control.h"
 #include "server/links/link.h"
 #include "server/links/switchboard.h"
@@ -28,11 +29,12 @@ struct LiveParts {
   engine::OrderedLog* log = nullptr;  ///< asked under the service's lock
   links::Switchboard* switchboard = nullptr;
   const std::vector<std::unique_ptr<links::Link>>* links = nullptr;
+  Captures* captures = nullptr;
   std::function<uint64_t()> now_ms;  ///< the present field time; called under the service's lock
   std::function<config::Config()> config;  ///< the one in effect
   std::function<Result<std::vector<std::string>>()> reload;
   std::function<bool()> snapshot;             ///< asks the journal for one; false: there is none
-  std::chrono::milliseconds patience{5'000};  ///< with a log that does not get durable
+  std::chrono::milliseconds patience{5'000};  ///< with a log or a recording that waits for the disk
 };
 
 class LiveControl final : public engine::Control {
@@ -44,6 +46,7 @@ class LiveControl final : public engine::Control {
   std::vector<engine::LinkView> GetLinks() const override;
   std::vector<engine::ClientView> GetClients() const override;
   engine::FieldView GetField() const override;
+  engine::CaptureView GetCapture() const override { return parts_.captures->View(); }
   std::vector<std::string> GetConfig() const override;
   Status CheckHealth() const override;
 
@@ -53,6 +56,8 @@ class LiveControl final : public engine::Control {
   Result<std::vector<std::string>> HaltAll() override;
   Result<std::vector<std::string>> Reload() override { return parts_.reload(); }
   Result<std::string> Snapshot() override;
+  Status StartCapture() override;
+  Status StopCapture() override;
 
   /// Measures how busy the links are. To be called about once a second, by one thread.
   void SampleLinks();

@@ -80,12 +80,14 @@ class LiveControlTest : public ::testing::Test {
   engine::Service service_;
   links::Switchboard switchboard_;
   config::Config config_;
+  Captures captures_{&service_, config_};  // none is begun here; captures_test.cc
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<FakeLink*> fakes_;
   LiveControl control_{{.service = &service_,
                         .log = &log_,
                         .switchboard = &switchboard_,
                         .links = &links_,
+                        .captures = &captures_,
                         .now_ms = [this] { return now_ms_.load(); },
                         .config = [this] { return config_; },
                         .reload = [] { return Error{"not here"}; },

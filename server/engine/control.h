@@ -29,6 +29,18 @@
 
 namespace pheromone::engine {
 
+/// The recording of all that passes: the present one, or the last.
+struct CaptureView {
+  bool recording = false;
+  std::string folder;    ///< where its files are
+  std::string file;      ///< the present one, or the last; empty: there was none
+  std::string error;     ///< why it ended by itself; empty: it did not
+  uint64_t files = 0;    ///< begun
+  uint64_t bytes = 0;    ///< written
+  uint64_t records = 0;  ///< taken
+  uint64_t lost = 0;     ///< records that the disk could not take in time
+};
+
 /// The server as a whole.
 struct StatusView {
   std::string version;
@@ -52,6 +64,7 @@ struct StatusView {
   uint64_t resident_bytes = 0;  ///< of the process
   uint64_t open_descriptors = 0;
   double cpu_s = 0;
+  CaptureView capture;
 };
 
 /// A number that only grows, with its name in snake_case and what it counts, in words.
@@ -106,6 +119,7 @@ class Control {
   /// All robots that have said HELLO or were heard, by link and ID.
   virtual std::vector<ClientView> GetClients() const = 0;
   virtual FieldView GetField() const = 0;
+  virtual CaptureView GetCapture() const = 0;
   /// The configuration that is in effect, in words, a line each.
   virtual std::vector<std::string> GetConfig() const = 0;
   /// Whether changes are taken at the moment; if not, why.
@@ -123,6 +137,12 @@ class Control {
   virtual Result<std::vector<std::string>> Reload() = 0;
   /// Makes a durable snapshot and returns its name.
   virtual Result<std::string> Snapshot() = 0;
+  /// Begins a recording, and returns when its first file is there. Errors: there is one already;
+  /// the folder or the disk takes no file.
+  virtual Status StartCapture() = 0;
+  /// Ends it, and returns when its last file is whole. Errors: there is none; the disk did not take
+  /// all of it.
+  virtual Status StopCapture() = 0;
 };
 
 }  // namespace pheromone::engine

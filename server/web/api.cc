@@ -58,6 +58,10 @@ Response ReadLaws(const engine::Control& control, Fields* fields) {
   return Plain(fields, [&] { return LawsToJson(control.GetField().config); });
 }
 
+Response ReadCapture(const engine::Control& control, Fields* fields) {
+  return Plain(fields, [&] { return ToJson(control.GetCapture()); });
+}
+
 Response ReadConfig(const engine::Control& control, Fields* fields) {
   return Plain(fields, [&] {
     const std::vector<std::string> lines = control.GetConfig();
@@ -81,7 +85,7 @@ struct Route {
   Change change = nullptr;
 };
 
-constexpr std::array<Route, 16> kRoutes = {{
+constexpr std::array<Route, 17> kRoutes = {{
     {"/healthz", ReadHealth},
     {"/metrics", ReadMetrics},
     {"/api/v1/status", ReadStatus},
@@ -91,6 +95,7 @@ constexpr std::array<Route, 16> kRoutes = {{
     {"/api/v1/config", ReadConfig},
     {"/api/v1/field", ReadField},
     {"/api/v1/sense", ReadSense},
+    {"/api/v1/capture", ReadCapture, Capture},
     {"/api/v1/deposit", nullptr, Deposit},
     {"/api/v1/erase", nullptr, Erase},
     {"/api/v1/paint", nullptr, Paint},
@@ -141,7 +146,10 @@ std::optional<Response> CheckAccess(const Request& request, const std::string& t
 }
 
 Response WrongMethod(const Request& request, const Route& route) {
-  const std::string allowed = route.read != nullptr ? "GET, HEAD" : "POST";
+  std::string allowed = route.read != nullptr ? "GET, HEAD" : "";
+  if (route.change != nullptr) {
+    allowed += allowed.empty() ? "POST" : ", POST";
+  }
   Response refused =
       Refuse(405, {"found method " + request.method.substr(0, 20), "method", allowed});
   refused.headers.emplace_back("Allow", allowed);

@@ -6,10 +6,10 @@
 //   GET  /healthz                 200 or 503
 //   GET  /metrics                 Prometheus, text format 0.0.4
 //   GET  /api/v1/status           hash = 1 adds the state hash
-//   GET  /api/v1/links  clients  laws  config
+//   GET  /api/v1/links  clients  laws  config  capture
 //   GET  /api/v1/field            a raster as JSON, CSV or PNG (reading.h)
 //   GET  /api/v1/sense            what a robot would smell somewhere
-//   POST /api/v1/deposit  erase  paint  command  halt  reload  snapshot   (changing.h)
+//   POST /api/v1/deposit  erase  paint  command  halt  reload  snapshot  capture   (changing.h)
 //
 // A GET is free to whoever can connect. A POST needs to come over the Unix socket, or to carry
 // "Authorization: Bearer TOKEN" and no Origin but the server's own, so that no other web page can

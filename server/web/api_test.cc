@@ -74,6 +74,30 @@ TEST_F(ApiTest, EveryPathOfTheListAnswersItsMethodAndRefusesOthersWithAllow) {
   EXPECT_TRUE(control_.edits.empty());
 }
 
+TEST_F(ApiTest, ARecordingIsLookedAtStartedAndStoppedAtOnePath) {
+  control_.status.capture.folder = "captures";
+  control_.status.capture.lost = 3;
+  EXPECT_EQ(Parsed(Get("/api/v1/capture")),
+            json::parse(R"({"recording":false,"folder":"captures","file":null,"error":null,)"
+                        R"("files":0,"bytes":0,"records":0,"lost":3})"));
+  const json::value started = Parsed(Post("capture", R"({"action":"start"})"));
+  EXPECT_TRUE(started.at("done").as_bool());
+  EXPECT_TRUE(started.at("recording").as_bool());
+  EXPECT_TRUE(Parsed(Get("/api/v1/status")).at("capture").at("recording").as_bool());
+  EXPECT_EQ(Post("capture", R"({"action":"stop"})").status, 200);
+  EXPECT_FALSE(control_.status.capture.recording);
+  control_.outcome = Error{"there is no recording"};
+  EXPECT_EQ(Refusal(Post("capture", R"({"action":"stop"})")),
+            "409 : there is no recording, expected ");
+  EXPECT_EQ(Refusal(Post("capture", R"({"action":"pause"})")),
+            "400 action: found \"pause\", expected one of start, stop");
+  EXPECT_EQ(Post("capture", "{}").status, 400);
+  const Response refused = api_.Handle({.method = "PUT", .target = "/api/v1/capture"});
+  EXPECT_EQ(refused.status, 405);
+  EXPECT_EQ(refused.headers.at(0).second, "GET, HEAD, POST");
+  EXPECT_EQ(api_.Handle({.method = "POST", .target = "/api/v1/capture"}).status, 401);
+}
+
 TEST_F(ApiTest, UnknownPathsAre404AndTargetsThatAreNone400) {
   for (const char* path : {"/", "/api/v1", "/api/v1/status/", "/api/v2/status", "/../etc/passwd"}) {
     EXPECT_EQ(Get(path).status, 404) << path;

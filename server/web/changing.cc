@@ -187,4 +187,18 @@ Response Snapshot(engine::Control* control, Fields* fields) {
   return Done({{"snapshot", made.value()}});
 }
 
+Response Capture(engine::Control* control, Fields* fields) {
+  const auto action = fields->String("action");
+  if (action && *action != "start" && *action != "stop") {
+    fields->Expected("action", "one of start, stop");
+  }
+  fields->AllowOnly({"action"});
+  if (fields->problem()) {
+    return Refuse(400, *fields->problem());
+  }
+  const Status done = *action == "start" ? control->StartCapture() : control->StopCapture();
+  return done.ok() ? Done(ToJson(control->GetCapture()).as_object())
+                   : Refuse(409, {done.error(), "", ""});
+}
+
 }  // namespace pheromone::web

@@ -1,6 +1,6 @@
-// What a request may change: pheromone on the map, robots' commands, the configuration. The body is
-// a JSON object; each of these reads it, has the change made through the control interface, and
-// says what was done. What cannot be done leaves everything as it was.
+// What a request may change: pheromone on the map, robots' commands, the configuration, a
+// recording. The body is a JSON object; each of these reads it, has the change made through the
+// control interface, and says what was done. What cannot be done leaves everything as it was.
 //
 // Statuses: 400 for a body that is not as it should be, 409 for what the server refuses as it is
 // now (no such robot, the map is full), 501 for what this server cannot do.
@@ -29,5 +29,8 @@ Response Command(engine::Control* control, Fields* fields);
 Response Halt(engine::Control* control, Fields* fields);
 Response Reload(engine::Control* control, Fields* fields);
 Response Snapshot(engine::Control* control, Fields* fields);
+
+/// action: "start" or "stop" the recording.
+Response Capture(engine::Control* control, Fields* fields);
 
 }  // namespace pheromone::web

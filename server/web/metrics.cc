@@ -184,6 +184,15 @@ void AddLinks(const std::vector<engine::LinkView>& links, Text* text) {
   }
 }
 
+void AddCapture(const engine::CaptureView& capture, Text* text) {
+  text->Gauge("capture_recording", "1 while what passes is recorded.", capture.recording ? 1 : 0);
+  text->Gauge("capture_failed", "1 if the last recording ended by itself.",
+              capture.error.empty() ? 0 : 1);
+  text->Gauge("capture_bytes", "Written in the present recording, or in the last.", capture.bytes);
+  text->Gauge("capture_lost_records", "Of that recording: what the disk did not take in time.",
+              capture.lost);
+}
+
 void AddRobots(const std::vector<engine::ClientView>& clients, Text* text) {
   const auto family = [&](std::string_view name, std::string_view help, auto value_of) {
     text->Family(name, "counter", help);
@@ -212,6 +221,7 @@ std::string Metrics(const engine::Control& control) {
   AddProcess(status, &text);
   AddEngine(status, &text);
   AddLatency(status.latency, &text);
+  AddCapture(status.capture, &text);
   AddLinks(control.GetLinks(), &text);
   AddRobots(control.GetClients(), &text);
   return text.Take();

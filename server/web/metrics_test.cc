@@ -83,6 +83,9 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
     latency.Count(ns);
   }
   control.status.latency = latency.counts();
+  control.status.capture.recording = true;
+  control.status.capture.bytes = 5'000'000'000;
+  control.status.capture.lost = 2;
 
   const Exposition read = Parse(Metrics(control));
   const auto value = [&](const std::string& key) {
@@ -102,6 +105,10 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   EXPECT_EQ(value("errors_total{reason=\"map full\"}"), "6");
   EXPECT_EQ(value("robot_requests_total{link=\"radio-a\",id=\"7\"}"), "12");
   EXPECT_EQ(value("robot_silent_seconds{link=\"radio-a\",id=\"7\"}"), "1.5");
+  EXPECT_EQ(value("capture_recording"), "1");
+  EXPECT_EQ(value("capture_failed"), "0");
+  EXPECT_EQ(value("capture_bytes"), "5000000000");
+  EXPECT_EQ(value("capture_lost_records"), "2");
   // 2 took up to 1 us, 3 up to 5 us, 1 longer than all: 6 in all.
   EXPECT_EQ(value("batch_seconds_bucket{le=\"1e-06\"}"), "2");
   EXPECT_EQ(value("batch_seconds_bucket{le=\"2e-06\"}"), "2");
@@ -113,6 +120,14 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
     const bool total = family.ends_with("_total");
     EXPECT_EQ(type == "counter", total) << family;
   }
+}
+
+TEST(MetricsTest, ARecordingThatEndedByItselfIsSeen) {
+  testing::FakeControl control;
+  control.status.capture.error = "the disk is full";
+  const Exposition read = Parse(Metrics(control));
+  EXPECT_EQ(read.samples.at("pheromone_capture_recording"), "0");
+  EXPECT_EQ(read.samples.at("pheromone_capture_failed"), "1");
 }
 
 TEST(MetricsTest, LabelsAreEscaped) {

@@ -129,6 +129,16 @@ double MaximumOf(const field::PheromoneLaw& law) {
   return static_cast<double>(law.quantum_micro) * law.max_count / 1e6;
 }
 
+json::value ToJson(const engine::CaptureView& capture) {
+  const auto text = [](const std::string& it) {
+    return it.empty() ? json::value(nullptr) : json::value(it);
+  };
+  return json::object{{"recording", capture.recording}, {"folder", capture.folder},
+                      {"file", text(capture.file)},     {"error", text(capture.error)},
+                      {"files", capture.files},         {"bytes", capture.bytes},
+                      {"records", capture.records},     {"lost", capture.lost}};
+}
+
 json::value ToJson(const engine::StatusView& status) {
   return json::object{{"version", status.version},
                       {"uptime_s", status.uptime_s},
@@ -152,6 +162,7 @@ json::value ToJson(const engine::StatusView& status) {
                         {"robots_forgotten", status.engine.robots_forgotten},
                         {"commands_unanswered", status.engine.commands_unanswered},
                         {"commands_unknown", status.engine.commands_unknown}}},
+                      {"capture", ToJson(status.capture)},
                       {"process",
                        {{"resident_bytes", status.resident_bytes},
                         {"open_descriptors", status.open_descriptors},

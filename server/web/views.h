@@ -16,6 +16,7 @@
 namespace pheromone::web {
 
 boost::json::value ToJson(const engine::StatusView& status);
+boost::json::value ToJson(const engine::CaptureView& capture);
 boost::json::value ToJson(const std::vector<engine::LinkView>& links);
 boost::json::value ToJson(const std::vector<engine::ClientView>& clients);
 

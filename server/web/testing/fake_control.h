@@ -55,6 +55,7 @@ class FakeControl final : public engine::Control {
   std::vector<engine::LinkView> GetLinks() const override { return links; }
   std::vector<engine::ClientView> GetClients() const override { return clients; }
   engine::FieldView GetField() const override { return {&field, SmallField(), now_ms}; }
+  engine::CaptureView GetCapture() const override { return status.capture; }
   std::vector<std::string> GetConfig() const override { return {"a \"map\"", "two\nlines"}; }
   Status CheckHealth() const override { return outcome; }
 
@@ -72,6 +73,8 @@ class FakeControl final : public engine::Control {
   Result<std::string> Snapshot() override {
     return outcome.ok() ? Result<std::string>(std::string("snapshot-7")) : Error{outcome.error()};
   }
+  Status StartCapture() override { return Capture(true); }
+  Status StopCapture() override { return Capture(false); }
 
   struct Command {
     std::string link;
@@ -91,6 +94,11 @@ class FakeControl final : public engine::Control {
   std::vector<Command> commands;
 
  private:
+  Status Capture(bool recording) {
+    status.capture.recording = outcome.ok() ? recording : status.capture.recording;
+    return outcome;
+  }
+
   Result<std::vector<std::string>> List(std::vector<std::string> list) const {
     return outcome.ok() ? Result<std::vector<std::string>>(std::move(list))
                         : Error{outcome.error()};
