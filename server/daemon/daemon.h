@@ -3,11 +3,8 @@
 //   Daemon daemon(std::move(config), std::move(keeper), reload, "lab.field");
 //   return daemon.Run();        // until SIGINT or SIGTERM
 //
-// SIGINT, SIGTERM: an orderly stop; another one a second later or more ends the process at once,
-// with the status that a shell would give it. SIGHUP: the configuration is read again. What
-// concerns the map takes effect, if the present map can follow; changed links and daemon settings
-// wait for a restart, and the log says so. SIGUSR1: the field is saved at once, beside the robots
-// (field_saver.h).
+// SIGINT, SIGTERM: an orderly stop (signal_watch.h). SIGHUP: the configuration is read again
+// (live_config.h). SIGUSR1: the field is saved at once, beside the robots (field_saver.h).
 //
 // What passes is recorded if the configuration says so (captures.h).
 //

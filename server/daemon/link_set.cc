@@ -1,0 +1,82 @@
+#include "server/daemon/link_set.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+
+#include "server/daemon/describe.h"
+#include "server/daemon/make_link.h"
+
+namespace pheromone::daemon {
+namespace {
+
+void LogOfLink(links::Severity severity, const std::string& text) {
+  spdlog::log(severity == links::Severity::kInfo ? spdlog::level::info : spdlog::level::warn, "{}",
+              text);
+}
+
+}  // namespace
+
+LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
+                 engine::Service* service, links::Switchboard* switchboard, links::Tap* tap) {
+  std::random_device random;
+  for (size_t i = 0; i < config.links.size(); ++i) {
+    links_.push_back(MakeLink(
+        io, config.links[i],
+        {config.links[i].name, static_cast<engine::LinkIndex>(i), switchboard, LogOfLink, tap},
+        random()));
+    required_.push_back(config.links[i].required);
+    switchboard->Add(links_.back().get());
+  }
+  for (const config::TrackerConfig& tracker : config.trackers) {
+    const auto log = [name = tracker.name](links::Severity severity, const std::string& text) {
+      LogOfLink(severity, fmt::format("{}: {}", name, text));
+    };
+    trackers_.push_back(MakeTracker(io, tracker, config.datum, service, log, random()));
+  }
+}
+
+bool LinkSet::Start() {
+  bool good = true;
+  size_t up = 0;
+  for (size_t i = 0; i < links_.size(); ++i) {
+    const Status status = links_[i]->Start();
+    up += status.ok() ? 1u : 0u;
+    if (!status.ok() && required_[i]) {
+      spdlog::critical("link {} is required and did not come up: {}", links_[i]->name(),
+                       status.error());
+      good = false;
+    }
+  }
+  for (const auto& tracker : trackers_) {
+    (void)tracker->Start();  // it says itself what failed, and tries again
+  }
+  if (good) {
+    spdlog::info("ready: {} of {} links up", up, links_.size());
+  }
+  return good;
+}
+
+void LinkSet::Stop() {
+  for (const auto& link : links_) {
+    link->Stop();
+  }
+  for (const auto& tracker : trackers_) {
+    tracker->Stop();
+  }
+}
+
+size_t LinkSet::CountUp() const {
+  return static_cast<size_t>(std::count_if(links_.begin(), links_.end(),
+                                           [](const auto& link) { return link->state().up; }));
+}
+
+void LinkSet::Summarise() const {
+  for (const auto& link : links_) {
+    spdlog::info("{}", DescribeLink(link->name(), link->counters()));
+  }
+}
+
+}  // namespace pheromone::daemon

@@ -1,0 +1,52 @@
+// All links and trackers of the configuration: made, started and stopped together.
+//
+//   LinkSet links(io, config, &service, &switchboard, &captures);
+//   if (links.Start()) ...
+//   links.Stop();           // then `io` runs dry
+//   links.Summarise();
+//
+// What a link has to say goes to the log. Start and Stop: one thread. Everything it is given
+// outlives it.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+
+#include "server/config/config.h"
+#include "server/engine/service.h"
+#include "server/links/link.h"
+#include "server/links/switchboard.h"
+#include "server/links/tap.h"
+#include "server/links/tracker_link.h"
+
+namespace pheromone::daemon {
+
+class LinkSet {
+ public:
+  LinkSet(boost::asio::io_context& io, const config::Config& config, engine::Service* service,
+          links::Switchboard* switchboard, links::Tap* tap);
+  LinkSet(const LinkSet&) = delete;
+  LinkSet& operator=(const LinkSet&) = delete;
+
+  /// False if a required link did not come up. The others try again by themselves.
+  bool Start();
+  void Stop();
+
+  /// In the order of the configuration; always the same.
+  const std::vector<std::unique_ptr<links::Link>>& links() const { return links_; }
+  /// How many are up; any thread.
+  size_t CountUp() const;
+
+  /// What passed each link, into the log.
+  void Summarise() const;
+
+ private:
+  std::vector<std::unique_ptr<links::Link>> links_;
+  std::vector<bool> required_;
+  std::vector<std::unique_ptr<links::TrackerLink>> trackers_;
+};
+
+}  // namespace pheromone::daemon

@@ -1,0 +1,108 @@
+#include "server/daemon/live_config.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdint>
+#include <random>
+#include <utility>
+
+#include "server/config/describe.h"
+
+namespace pheromone::daemon {
+namespace {
+
+// What an epoch begins with where the state is new: robots say hello again. With a journal, a
+// restart goes on in the old one.
+uint16_t RandomEpoch(uint16_t other_than) {
+  std::random_device random;
+  std::uniform_int_distribution<int> any(1, UINT16_MAX);
+  int epoch = 0;
+  do {
+    epoch = any(random);
+  } while (epoch == other_than);
+  return static_cast<uint16_t>(epoch);
+}
+
+std::vector<std::string> WhatWaits(const config::Config& present, const config::Config& next) {
+  std::vector<std::string> notes;
+  if (next.links != present.links) {
+    notes.emplace_back("changed links need a restart");
+  }
+  if (next.trackers != present.trackers || next.datum != present.datum) {
+    notes.emplace_back("changed trackers, or their datum, need a restart");
+  }
+  if (next.journal != present.journal || next.capture != present.capture) {
+    notes.emplace_back("changed [journal] or [capture] settings need a restart");
+  }
+  if (next.daemon != present.daemon || next.control != present.control || next.web != present.web) {
+    notes.emplace_back("changed [daemon], [control] or [web] settings need a restart");
+  }
+  return notes;
+}
+
+}  // namespace
+
+LiveConfig::LiveConfig(config::Config config, Reload reload, engine::Service* service,
+                       Captures* captures)
+    : reload_(std::move(reload)),
+      service_(service),
+      captures_(captures),
+      config_(std::move(config)) {}
+
+Status LiveConfig::TakeAtStart(bool state_lost) {
+  Status configured = Configure(config_.engine, state_lost);
+  if (configured.ok()) {
+    Tell(config_.warnings);
+  }
+  return configured;
+}
+
+Result<std::vector<std::string>> LiveConfig::ReadAgain() {
+  Result<config::Config> loaded = reload_();
+  if (!loaded.ok()) {
+    spdlog::error("the configuration stays as it was:\n{}", loaded.error());
+    return Error{loaded.error()};
+  }
+  config::Config& next = loaded.value();
+  std::vector<std::string> notes = WhatWaits(config_, next);
+  for (const std::string& note : notes) {
+    spdlog::warn("{}", note);
+  }
+  // Links know themselves by their place among those they were started with.
+  next.engine.links = config_.engine.links;
+  const Status status = Configure(next.engine, false);
+  if (!status.ok()) {
+    spdlog::error("the configuration stays as it was: {}", status.error());
+    return Error{status.error()};
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    config_.engine = next.engine;
+  }
+  captures_->SetConfigText(next.text);
+  Tell(next.warnings);
+  spdlog::info("configuration read again");
+  return notes;
+}
+
+config::Config LiveConfig::Get() const {
+  const std::lock_guard lock(mutex_);
+  return config_;
+}
+
+Status LiveConfig::Configure(const engine::EngineConfig& config, bool state_lost) {
+  const uint16_t epoch = service_->Inspect([](const auto& engine) { return engine.epoch(); });
+  return service_->Configure(config, RandomEpoch(epoch), state_lost);
+}
+
+// What --check says of warnings in full is not worth a line at every start.
+void LiveConfig::Tell(const std::vector<std::string>& warnings) const {
+  for (const std::string& warning : warnings) {
+    spdlog::debug("{}", warning);
+  }
+  for (const std::string& line : config::DescribeConfig(config_)) {
+    spdlog::info("{}", line);
+  }
+}
+
+}  // namespace pheromone::daemon
