@@ -158,6 +158,20 @@ TEST(ConfigCodec, AConfigurationComesBackWhole) {
   }
 }
 
+// They mean nothing, but a sum of two of them would overflow.
+TEST(ConfigCodec, ABlendWithNumbersThatNoLawHasIsRefused) {
+  EngineConfig config = testing::RichConfig(false);
+  field::PheromoneLaw& blend = config.field.pheromones.back();
+  ASSERT_TRUE(blend.is_blend());
+  blend.core_um = INT64_MAX;
+  blend.sigma_um = INT64_MAX;
+  ByteWriter writer;
+  EncodeConfig(config, &writer);
+  ByteReader reader(writer.bytes());
+  DecodeConfig(&reader);
+  EXPECT_EQ(reader.error(), "pheromone type 4 has a law that no configuration file can have");
+}
+
 TEST(ConfigCodec, ObstaclesOfAnyShapeComeBack) {
   for (int32_t side : {1, 63, 64, 65, 200}) {
     EngineConfig config = testing::SmallConfig();

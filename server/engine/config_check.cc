@@ -65,13 +65,14 @@ Status CheckPheromones(const field::FieldConfig& config) {
     if (!IsWithin(law.type, 1, field::kTypes - 1) || !types.insert(law.type).second) {
       return Error{who + "is there twice or is none: types are 1 to 15"};
     }
-    if (!(law.is_blend() ? IsGoodBlend(law, config) : IsGood(law))) {
+    // A blend's own numbers mean nothing, but they are computed with.
+    if (!IsGood(law) || !IsGoodBlend(law, config)) {
       return Error{who + "has a law that no configuration file can have"};
     }
     const field::AntennaGeometry& antennas = config.antennas;
     const int64_t reach_um =
         law.reach_um() + antennas.distance_um / 2 + std::abs(antennas.forward_um);
-    if (!law.is_blend() && reach_um / config.map.cell_um > kMostReachCells) {
+    if (reach_um / config.map.cell_um > kMostReachCells) {
       return Error{who + "reaches further than " + std::to_string(kMostReachCells) + " cells"};
     }
   }
