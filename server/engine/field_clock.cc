@@ -14,7 +14,7 @@ uint64_t FieldClock::ResumeAt(const Stamp& last, int64_t utc_ms, bool evaporate_
 
 Stamp FieldClock::Read(const ClockReading& reading) {
   if (last_boottime_ms_ && reading.boottime_ms > *last_boottime_ms_) {
-    now_ms_ += reading.boottime_ms - *last_boottime_ms_;
+    now_ms_ += std::min(reading.boottime_ms - *last_boottime_ms_, kMostFieldTimeMs);
   }
   last_boottime_ms_ = reading.boottime_ms;
   now_ms_ = std::min(now_ms_, kMostFieldTimeMs);

@@ -72,6 +72,12 @@ TEST(FieldTime, BootTimeSteppingBackwardsChangesNoPheromone) {
   EXPECT_EQ(LeftAfter({1'000'000, 0}, {0, 0}), 4096);
 }
 
+TEST(FieldTime, NoJumpOfTheBootTimeTurnsItBack) {
+  FieldClock clock(10'000);
+  clock.Read({0, 0});
+  EXPECT_EQ(clock.Read({UINT64_MAX - 5'000, 0}).field_time_ms, kMostFieldTimeMs);
+}
+
 TEST(FieldTime, PassingDoesEvaporate) {
   EXPECT_EQ(LeftAfter({1'000, 0}, {61'000, 0}), 4096 * 6 / 8);
 }
