@@ -104,7 +104,7 @@ class FullDisk {
 
 TEST_F(CapturesTest, AFullDiskIsToldToWhoStartsAndToWhoLooksLaterAndIsForgottenWhenItHasRoom) {
   Captures captures(&service_, config_);
-  for (const rlim_t room : {0, 300}) {  // not for the header; for no more than that
+  for (const rlim_t room : {rlim_t{0}, rlim_t{300}}) {  // not for the header; for no more than that
     const FullDisk full(room);
     ASSERT_TRUE(captures.Start().ok());
     const Status told = captures.AwaitDisk(kPatience);
