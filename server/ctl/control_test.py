@@ -59,6 +59,10 @@ maximum = 1.0
 name = "radio-a"
 kind = "pty"
 path = "radio-a.pty"
+[[link]]
+name = "modem"
+kind = "serial"
+port = "./unplugged"
 [web]
 listen = "127.0.0.1:0"
 token_file = "token"
@@ -140,13 +144,16 @@ class ControlTest(unittest.TestCase):
         self.assertEqual(after["counters"]["requests"] - before["counters"]["requests"], 1)
         self.assertEqual(after["sequence"], before["sequence"])  # PING is none
         self.assertEqual(after["durable_sequence"], after["sequence"])
-        self.assertIn("links     1 of 1 up\n", self.ctl("status"))
+        self.assertIn("links     1 of 2 up\n", self.ctl("status"))
         self.assertRegex(self.ctl("status", "--hash"), r"hash [0-9a-f]{16}\n")
         self.assertGreater(after["process"]["resident_bytes"], 1 << 20)
 
     def test_links_and_clients_are_listed(self):
         self.robot(22).sense(1, 1500, 500, 16384)
-        self.assertRegex(self.ctl("links"), r"\nradio-a +pty +up ")
+        links = self.ctl("links")
+        self.assertRegex(links, r"\nradio-a +pty +up +\S+ \S+ +\S+ s ago ")
+        self.assertRegex(links, r"\nmodem +serial +down +\S+ \S+ +- .*No such file or directory; "
+                         r"tried \d+ times?(, again in \S+ s)?\n")
         client = [it for it in self.view("clients")["clients"] if it["id"] == 22][0]
         self.assertEqual(client["pose"],
                          {"x_m": 1.5, "y_m": 0.5, "heading_deg": 90, "source": "robot"})
@@ -308,7 +315,7 @@ class ControlTest(unittest.TestCase):
                 log += process.stderr.readline()
             process.terminate()
             self.assertEqual(process.wait(PATIENCE_S), 0)
-        self.assertIn("ready: 1 of 1 links up", log)
+        self.assertIn("ready: 1 of 2 links up", log)
         self.assertIn("pheromoned.sock: a running server listens there", log)
         self.assertIn(f"web: none: cannot listen on 127.0.0.1 port {self.port}: Address already in "
                       "use", log)

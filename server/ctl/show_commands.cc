@@ -15,6 +15,11 @@ namespace {
 
 namespace json = boost::json;
 
+// "3.2 s ago"; "-" for what never was.
+std::string Ago(const json::value& object, std::string_view key) {
+  return At(object, key).is_null() ? "-" : Duration(NumberAt(object, key)) + " ago";
+}
+
 // Columns as wide as their widest cell; the first row is the heading.
 void PrintTable(const std::vector<std::vector<std::string>>& rows) {
   std::vector<size_t> widths(rows.front().size());
@@ -66,6 +71,18 @@ std::string CommandOf(const json::value& client) {
   const std::string reason = TextAt(command, "reason");
   return TextAt(command, "command") + " " + TextAt(command, "outcome") +
          (reason.empty() ? "" : " (" + reason + ")");
+}
+
+// "no such file; tried 3 times, again in 2.1 s".
+std::string StateOf(const json::value& link) {
+  std::string text = TextAt(link, "state");
+  if (const uint64_t failed = CountAt(link, "failed_attempts"); failed != 0) {
+    text += fmt::format("; tried {} time{}", failed, failed == 1 ? "" : "s");
+  }
+  if (!At(link, "next_attempt_s").is_null()) {
+    text += fmt::format(", again in {}", Duration(NumberAt(link, "next_attempt_s")));
+  }
+  return text;
 }
 
 // Prints the answer as it came if that was asked for. True: there is nothing more to do.
@@ -126,17 +143,21 @@ int ShowLinks(const ServerOptions& options) {
   if (IsDone(options, reply)) {
     return reply.exit_status;
   }
-  std::vector<std::vector<std::string>> rows = {
-      {"LINK", "KIND", "STATE", "SINCE", "FRAMES IN", "OUT", "IN USE", "LOSSES", "HOW"}};
+  std::vector<std::vector<std::string>> rows = {{"LINK", "KIND", "STATE", "SINCE", "LAST HEARD",
+                                                 "FRAMES IN", "OUT", "IN USE", "LOSSES", "HOW"}};
   for (const json::value& link : ItemsAt(reply.value, "links")) {
     const json::value& counters = At(link, "counters");
     const json::value& utilisation = At(link, "utilisation");
     rows.push_back(
-        {TextAt(link, "name"), TextAt(link, "kind"), FlagAt(link, "up") ? "up" : "down",
-         Duration(NumberAt(link, "since_s")), std::to_string(CountAt(counters, "received_frames")),
+        {TextAt(link, "name"), TextAt(link, "kind"),
+         !FlagAt(link, "up")      ? "down"
+         : FlagAt(link, "silent") ? "silent"
+                                  : "up",
+         Duration(NumberAt(link, "since_s")), Ago(link, "silent_s"),
+         std::to_string(CountAt(counters, "received_frames")),
          std::to_string(CountAt(counters, "sent_frames")),
          utilisation.is_null() ? "-" : fmt::format("{:.0f} %", 100 * NumberAt(link, "utilisation")),
-         Losses(counters), TextAt(link, "state")});
+         Losses(counters), StateOf(link)});
   }
   PrintTable(rows);
   return 0;
@@ -154,12 +175,11 @@ int ShowClients(const ServerOptions& options, const std::string& link) {
       continue;
     }
     const json::value& event = At(client, "last_event");
-    rows.push_back(
-        {TextAt(client, "link"), std::to_string(CountAt(client, "id")),
-         At(client, "silent_s").is_null() ? "-" : Duration(NumberAt(client, "silent_s")) + " ago",
-         std::to_string(CountAt(client, "requests")), std::to_string(CountAt(client, "repeats")),
-         std::to_string(CountAt(client, "refusals")), PoseOf(client),
-         event.is_null() ? "-" : TextAt(event, "event"), CommandOf(client)});
+    rows.push_back({TextAt(client, "link"), std::to_string(CountAt(client, "id")),
+                    Ago(client, "silent_s"), std::to_string(CountAt(client, "requests")),
+                    std::to_string(CountAt(client, "repeats")),
+                    std::to_string(CountAt(client, "refusals")), PoseOf(client),
+                    event.is_null() ? "-" : TextAt(event, "event"), CommandOf(client)});
   }
   PrintTable(rows);
   return 0;

@@ -17,8 +17,19 @@ namespace {
 constexpr double kMemoryS = 10;  // of the links' byte rates
 constexpr std::chrono::milliseconds kBetweenLooks{1};
 
-double SecondsSince(std::chrono::steady_clock::time_point then) {
+using TimePoint = std::chrono::steady_clock::time_point;
+
+double SecondsSince(TimePoint then) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
+}
+
+std::optional<double> SecondsSince(std::optional<TimePoint> then) {
+  return then ? std::optional(SecondsSince(*then)) : std::nullopt;
+}
+
+// 0 for what is due.
+std::optional<double> SecondsUntil(std::optional<TimePoint> then) {
+  return then ? std::optional(std::max(0.0, -SecondsSince(*then))) : std::nullopt;
 }
 
 std::vector<engine::NamedCount> CountsOf(const links::LinkCounters& it) {
@@ -133,6 +144,7 @@ std::vector<engine::LinkView> LiveControl::GetLinks() const {
   for (size_t i = 0; i < parts_.links->size(); ++i) {
     const links::Link& link = *(*parts_.links)[i];
     const links::LinkRecord::State state = link.state();
+    const links::LinkCounters counters = link.counters();
     engine::LinkView& view = views.emplace_back();
     view.name = link.name();
     view.kind = NameOf(configured[i].kind);
@@ -141,9 +153,13 @@ std::vector<engine::LinkView> LiveControl::GetLinks() const {
     view.state = state.reason;
     view.since_s = SecondsSince(state.since);
     view.last_error = state.last_error;
+    view.failed_attempts = state.failed_attempts;
+    view.next_attempt_s = SecondsUntil(state.next_attempt);
+    view.silent_s = SecondsSince(counters.heard);
+    view.silent = state.silent;
     view.byte_rate = ByteRateOf(configured[i]);
     view.bytes_per_s = i < samples_.size() ? samples_[i].bytes_per_s : 0;
-    view.counters = CountsOf(link.counters());
+    view.counters = CountsOf(counters);
   }
   return views;
 }

@@ -40,6 +40,16 @@ class FakeLink final : public links::Link {
     return Ok();
   }
   void Stop() override { ReportDown("unplugged"); }
+  void Fail(std::chrono::seconds until_next) {
+    ReportFailure("not there");
+    record()->SetNextAttempt(std::chrono::steady_clock::now() + until_next);
+  }
+  void Hear() {
+    record()->Count([](links::LinkCounters& counters) {
+      counters.heard = std::chrono::steady_clock::now() - std::chrono::seconds(60);
+    });
+  }
+  void FallSilent() { ReportSilence(std::chrono::seconds(30)); }
   void Send(std::span<const protocol::Message> messages) override {
     sent.insert(sent.end(), messages.begin(), messages.end());
   }
@@ -142,6 +152,37 @@ TEST_F(LiveControlTest, LinksTellTheirStateAndWhyTheyWereDown) {
   EXPECT_EQ(views[1].last_error, "unplugged");
   EXPECT_EQ(views[1].byte_rate, 960);
   EXPECT_EQ(control_.GetStatus(false).links_up, 2u);
+}
+
+TEST_F(LiveControlTest, ALinkThatIsDownTellsHowOftenItTriedAndWhenItTriesAgain) {
+  EXPECT_TRUE(links_[0]->Start().ok());
+  links_[0]->Stop();
+  EXPECT_EQ(control_.GetLinks()[0].failed_attempts, 0u);
+  EXPECT_FALSE(control_.GetLinks()[0].next_attempt_s.has_value());
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    fakes_[0]->Fail(std::chrono::hours(1));
+  }
+  const engine::LinkView down = control_.GetLinks()[0];
+  EXPECT_EQ(down.failed_attempts, 3u);
+  ASSERT_TRUE(down.next_attempt_s.has_value());
+  EXPECT_GT(*down.next_attempt_s, 0);
+  EXPECT_LE(*down.next_attempt_s, 3600);
+  fakes_[0]->Fail(std::chrono::seconds(0));  // due, and perhaps a moment ago
+  EXPECT_EQ(control_.GetLinks()[0].next_attempt_s, 0.0);
+  EXPECT_TRUE(links_[0]->Start().ok());
+  const engine::LinkView up = control_.GetLinks()[0];
+  EXPECT_EQ(up.failed_attempts, 0u);
+  EXPECT_FALSE(up.next_attempt_s.has_value());
+}
+
+TEST_F(LiveControlTest, LinksTellHowLongTheyWereSilent) {
+  EXPECT_TRUE(links_[0]->Start().ok());
+  EXPECT_FALSE(control_.GetLinks()[0].silent_s.has_value());
+  fakes_[0]->Hear();
+  EXPECT_GE(control_.GetLinks()[0].silent_s.value_or(0), 60);
+  EXPECT_FALSE(control_.GetLinks()[0].silent);
+  fakes_[0]->FallSilent();
+  EXPECT_TRUE(control_.GetLinks()[0].silent);
 }
 
 TEST_F(LiveControlTest, HaltGoesToAllRobotsOfAllLinks) {

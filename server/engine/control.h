@@ -79,9 +79,13 @@ struct LinkView {
   std::string kind;     ///< "pty", "serial", "tcp"
   std::string address;  ///< how it is reached; empty while that is not known
   bool up = false;
-  std::string state;                ///< in words: how it is reached, or why it is down
-  double since_s = 0;               ///< up, or down, for so long
-  std::string last_error;           ///< why it was down last; empty if it never was
+  std::string state;                     ///< in words: how it is reached, or why it is down
+  double since_s = 0;                    ///< up, or down, for so long
+  std::string last_error;                ///< why it was down last; empty if it never was
+  uint64_t failed_attempts = 0;          ///< to come up, since it was up; 0 while it is
+  std::optional<double> next_attempt_s;  ///< until it tries again, while it is down
+  std::optional<double> silent_s;        ///< since the last byte came in; nothing: none did yet
+  bool silent = false;                   ///< up, but not heard for longer than is expected of it
   std::optional<double> byte_rate;  ///< bytes a second that the line can carry, if it has a limit
   double bytes_per_s = 0;           ///< both ways, over about the last ten seconds
   std::vector<NamedCount> counters;

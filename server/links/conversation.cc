@@ -125,6 +125,7 @@ void Conversation::TakeBytes(std::span<const uint8_t> bytes) {
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_in += bytes.size();
     counters.received += received;
+    counters.heard = last_read_;
   });
   if (!batch_.empty()) {
     on_batch_(this, batch_, &answers_);

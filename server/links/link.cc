@@ -9,14 +9,14 @@ namespace pheromone::links {
 bool LinkRecord::SetUp(const std::string& how) {
   const std::lock_guard lock(mutex_);
   const bool news = Set(true, how);
-  state_.attempts = 0;
+  state_.failed_attempts = 0;
   return news;
 }
 
 bool LinkRecord::SetDown(const std::string& why, bool attempt_failed) {
   const std::lock_guard lock(mutex_);
   const bool news = Set(false, why);
-  state_.attempts += attempt_failed ? 1u : 0u;
+  state_.failed_attempts += attempt_failed ? 1u : 0u;
   return news;
 }
 
@@ -39,7 +39,9 @@ bool LinkRecord::Set(bool up, const std::string& reason) {
 
 void LinkRecord::SetNextAttempt(TimePoint at) {
   const std::lock_guard lock(mutex_);
-  state_.next_attempt = at;
+  if (!state_.up) {
+    state_.next_attempt = at;
+  }
 }
 
 void LinkRecord::SetSilent(bool silent) {

@@ -59,6 +59,8 @@ struct LinkCounters {
 };
 
 /// Counters and state that conversations write and anyone reads.
+  /// When the last bytes came in; nothing: none did since the start.
+  std::optional<std::chrono::steady_clock::time_point> heard{};
 class LinkRecord {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
@@ -69,8 +71,8 @@ class LinkRecord {
     std::string last_error{};  ///< why it was down last; empty: it never was
     /// When it came up or went down.
     TimePoint since = std::chrono::steady_clock::now();
-    uint64_t attempts = 0;                    ///< to come up that failed, while it is down
-    std::optional<TimePoint> next_attempt{};  ///< while it is down
+    uint64_t failed_attempts = 0;             ///< to come up, since it was up; 0 while it is
+    std::optional<TimePoint> next_attempt{};  ///< while it is down and waits for it
     bool silent = false;                      ///< up, but suspiciously quiet
   };
 
@@ -93,6 +95,7 @@ class LinkRecord {
   void SetNextAttempt(TimePoint at);
   void SetSilent(bool silent);
 
+  /// Nothing happens while it is up.
  private:
   bool Set(bool up, const std::string& reason);
 

@@ -53,6 +53,16 @@ TEST_F(PtyLinkTest, APingIsAnsweredThroughARealPty) {
   EXPECT_EQ(server_.link().address(), path_);
 }
 
+TEST_F(PtyLinkTest, ItIsKnownWhenTheLastByteCame) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  EXPECT_FALSE(server_.link().counters().heard.has_value());
+  const auto before = std::chrono::steady_clock::now();
+  ASSERT_TRUE(robot.Ask(PingOf(3, 1)));
+  ASSERT_TRUE(server_.link().counters().heard.has_value());
+  EXPECT_GE(*server_.link().counters().heard, before);
+}
+
 TEST_F(PtyLinkTest, BytesThatLookLikeTerminalControlPassUnchanged) {
   ASSERT_TRUE(Start().ok());
   Peer robot(path_);

@@ -83,7 +83,7 @@ TEST_F(SerialLinkTest, APortThatIsAbsentAtFirstIsTriedAgain) {
 TEST_F(SerialLinkTest, TheStateTellsSinceWhenHowOftenAndWhenItIsTriedAgain) {
   const auto begin = std::chrono::steady_clock::now();
   ASSERT_FALSE(Start().ok());
-  ASSERT_TRUE(Eventually([this] { return server_.link().state().attempts >= 3; }));
+  ASSERT_TRUE(Eventually([this] { return server_.link().state().failed_attempts >= 3; }));
   ASSERT_TRUE(Eventually([this] { return server_.link().state().next_attempt.has_value(); }));
   const LinkRecord::State down = server_.link().state();
   EXPECT_FALSE(down.up);
@@ -93,7 +93,7 @@ TEST_F(SerialLinkTest, TheStateTellsSinceWhenHowOftenAndWhenItIsTriedAgain) {
   ASSERT_TRUE(Up());
   const LinkRecord::State up = server_.link().state();
   EXPECT_GT(up.since, down.since);
-  EXPECT_EQ(up.attempts, 0u);
+  EXPECT_EQ(up.failed_attempts, 0u);
   EXPECT_FALSE(up.next_attempt.has_value());
 }
 

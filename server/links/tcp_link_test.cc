@@ -179,6 +179,18 @@ TEST_F(TcpLinkTest, WhenThereIsNoRoomTheConnectionSilentForLongestGoes) {
   Peer a = Connect();
   ASSERT_TRUE(a.Ask(PingOf(1, 1)));
   Peer b = Connect();
+// One that listens, but has no descriptor left for who calls, waits too: that is no attempt.
+TEST(LinkRecordTest, OnlyALinkThatIsDownHasANextAttempt) {
+  const auto soon = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  LinkRecord record;
+  record.SetUp("somewhere");
+  record.SetNextAttempt(soon);
+  EXPECT_FALSE(record.state().next_attempt.has_value());
+  record.SetDown("gone");
+  record.SetNextAttempt(soon);
+  EXPECT_EQ(record.state().next_attempt, soon);
+}
+
   ASSERT_TRUE(b.Ask(PingOf(2, 1)));
   ASSERT_TRUE(a.Ask(PingOf(1, 2)));
   Peer c = Connect();

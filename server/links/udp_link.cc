@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bitset>
+#include <chrono>
 #include <utility>
 #include <vector>
 
@@ -189,7 +190,9 @@ class UdpLink final : public Link {
         protocol::TimeOut(&parser_, &received);
       }
     }
+    const auto now = std::chrono::steady_clock::now();
     record()->Count([&](LinkCounters& counters) {
+      counters.heard = now;
       counters.received += received;
       counters.bytes_in += bytes;
       counters.datagrams_in += static_cast<uint64_t>(datagrams);

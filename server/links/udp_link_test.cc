@@ -67,6 +67,15 @@ TEST_F(UdpLinkTest, APingIsAnsweredWhateverItsBytes) {
   for (int byte = 0; byte < 256; ++byte) {
     EXPECT_TRUE(
         IsEcho(robot.Ask(PingOf(3, static_cast<uint8_t>(byte))), 3, static_cast<uint8_t>(byte)));
+TEST_F(UdpLinkTest, ItIsKnownWhenTheLastDatagramCame) {
+  ASSERT_TRUE(Start().ok());
+  EXPECT_FALSE(counters().heard.has_value());
+  const auto before = std::chrono::steady_clock::now();
+  ASSERT_TRUE(Connect().Ask(PingOf(3, 1)));
+  ASSERT_TRUE(counters().heard.has_value());
+  EXPECT_GE(*counters().heard, before);
+}
+
   }
 }
 

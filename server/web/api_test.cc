@@ -210,6 +210,31 @@ TEST_F(ApiTest, LinksTellUtilisationOnlyWhereTheLineHasALimit) {
   EXPECT_TRUE(links[1].at("utilisation").is_null());
 }
 
+TEST_F(ApiTest, LinksTellWhyTheyAreDownAndWhatIsTriedOrHowLongTheyAreSilent) {
+  engine::LinkView down;
+  down.state = "no such port";
+  down.last_error = "no such port";
+  down.failed_attempts = 4;
+  down.next_attempt_s = 2.5;
+  engine::LinkView quiet;
+  quiet.up = true;
+  quiet.silent = true;
+  quiet.silent_s = 61.5;
+  control_.links = {down, quiet};
+  const json::value view = Parsed(Get("/api/v1/links"));
+  const json::value& first = view.at("links").as_array()[0];
+  EXPECT_EQ(first.at("last_error").as_string(), "no such port");
+  EXPECT_EQ(first.at("failed_attempts").to_number<int>(), 4);
+  EXPECT_EQ(first.at("next_attempt_s").to_number<double>(), 2.5);
+  EXPECT_TRUE(first.at("silent_s").is_null());
+  EXPECT_FALSE(first.at("silent").as_bool());
+  const json::value& second = view.at("links").as_array()[1];
+  EXPECT_EQ(second.at("failed_attempts").to_number<int>(), 0);
+  EXPECT_TRUE(second.at("next_attempt_s").is_null());
+  EXPECT_EQ(second.at("silent_s").to_number<double>(), 61.5);
+  EXPECT_TRUE(second.at("silent").as_bool());
+}
+
 TEST_F(ApiTest, ClientsTellWhatIsKnownOfThem) {
   engine::ClientView client;
   client.link = "radio-a";

@@ -161,6 +161,17 @@ void AddLinks(const std::vector<engine::LinkView>& links, Text* text) {
   for (const engine::LinkView& link : links) {
     text->Sample({{"link", link.name}, {"kind", link.kind}}, link.up ? 1 : 0);
   }
+  text->Family("link_failed_attempts", "gauge",
+               "Attempts of a link to come up that failed, since it was up.");
+  for (const engine::LinkView& link : links) {
+    text->Sample({{"link", link.name}}, link.failed_attempts);
+  }
+  text->Family("link_silent_seconds", "gauge", "Since the last byte came in over a link.");
+  for (const engine::LinkView& link : links) {
+    if (link.silent_s) {
+      text->Sample({{"link", link.name}}, *link.silent_s);
+    }
+  }
   text->Family("link_capacity_bytes_per_second", "gauge", "What the line can carry, if limited.");
   for (const engine::LinkView& link : links) {
     if (link.byte_rate) {

@@ -57,12 +57,15 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   engine::LinkView link;
   link.name = "radio-a";
   link.kind = "serial";
+  link.failed_attempts = 3;
   link.byte_rate = 960;
   link.bytes_per_s = 96;
   link.counters = {{"received_frames", "Frames.", 5}, {"crc_errors", "Damaged.", 2}};
   engine::LinkView other = link;
   other.name = "net";
   other.up = true;
+  other.failed_attempts = 0;
+  other.silent_s = 2.5;
   other.byte_rate.reset();
   other.counters[0].count = 70'000'000'000;
   control.links = {link, other};
@@ -95,6 +98,10 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   EXPECT_EQ(value("build_info{version=\"1.2\"}"), "1");
   EXPECT_EQ(value("link_up{link=\"radio-a\",kind=\"serial\"}"), "0");
   EXPECT_EQ(value("link_up{link=\"net\",kind=\"serial\"}"), "1");
+  EXPECT_EQ(value("link_failed_attempts{link=\"radio-a\"}"), "3");
+  EXPECT_EQ(value("link_failed_attempts{link=\"net\"}"), "0");
+  EXPECT_EQ(read.samples.count("pheromone_link_silent_seconds{link=\"radio-a\"}"), 0u);
+  EXPECT_EQ(value("link_silent_seconds{link=\"net\"}"), "2.5");
   EXPECT_EQ(value("link_received_frames_total{link=\"net\"}"), "70000000000");
   EXPECT_EQ(value("link_crc_errors_total{link=\"radio-a\"}"), "2");
   EXPECT_EQ(value("link_utilisation_ratio{link=\"radio-a\"}"), "0.1");

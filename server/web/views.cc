@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <utility>
 
 #include <boost/json/array.hpp>
@@ -20,6 +21,10 @@ std::string Hex(uint64_t number) {
   std::array<char, 17> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
   return text.data();
+}
+
+json::value OrNull(const std::optional<double>& number) {
+  return number ? json::value(*number) : json::value(nullptr);
 }
 
 json::object ToJson(const engine::ServiceCounters& counters) {
@@ -185,6 +190,10 @@ json::value ToJson(const std::vector<engine::LinkView>& links) {
          {"since_s", link.since_s},
          {"last_error",
           link.last_error.empty() ? json::value(nullptr) : json::value(link.last_error)},
+         {"failed_attempts", link.failed_attempts},
+         {"next_attempt_s", OrNull(link.next_attempt_s)},
+         {"silent_s", OrNull(link.silent_s)},
+         {"silent", link.silent},
          {"bytes_per_s", link.bytes_per_s},
          {"utilisation",
           link.byte_rate ? json::value(link.bytes_per_s / *link.byte_rate) : json::value(nullptr)},
