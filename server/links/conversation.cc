@@ -64,7 +64,7 @@ Conversation::Conversation(const asio::any_io_executor& strand, const Conversati
 
 Conversation::~Conversation() {
   for (const Frame& frame : queue_) {
-    LeaveOut(frame);
+    LeaveOut(frame.bytes);
   }
 }
 
@@ -161,21 +161,20 @@ void Conversation::Enqueue(const protocol::Message& message,
   queue_.insert(place, std::move(frame));
   while (queued_bytes_ > kMaxQueue) {
     queued_bytes_ -= queue_.front().bytes.size();
-    LeaveOut(queue_.front());
+    LeaveOut(queue_.front().bytes);
     queue_.pop_front();
     record_->Count([](LinkCounters& counters) { ++counters.dropped_answers; });
   }
   wake_.cancel();
 }
 
-// Tells the tap that a queued frame goes nowhere.
-void Conversation::LeaveOut(const Frame& frame) {
+// Tells the tap that these frames go nowhere.
+void Conversation::LeaveOut(std::span<const uint8_t> frames) const {
   if (tapped_.tap != nullptr) {
     protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
-    decoder.PushBlock(frame.bytes.data(), frame.bytes.size(), 0,
-                      [this](const protocol::Message& message) {
-                        tapped_.tap->LeftOut(tapped_.line.link, message);
-                      });
+    decoder.PushBlock(frames.data(), frames.size(), 0, [this](const protocol::Message& message) {
+      tapped_.tap->LeftOut(tapped_.line.link, message);
+    });
   }
 }
 
@@ -214,7 +213,7 @@ bool Conversation::DropLate(Clock::time_point start) {
     return false;
   }
   queued_bytes_ -= frame.bytes.size();
-  LeaveOut(frame);
+  LeaveOut(frame.bytes);
   queue_.pop_front();
   record_->Count([](LinkCounters& counters) { ++counters.late_answers; });
   return true;
@@ -245,6 +244,10 @@ asio::awaitable<std::string> Conversation::Write() {
     if (options_.lead != Clock::duration::zero()) {
       pause_.expires_at(now + options_.lead);
       co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      if (error) {  // the line has ended meanwhile
+        LeaveOut(block);
+        co_return error.message();
+      }
     }
     if (tapped_.tap != nullptr) {
       tapped_.tap->Wrote(tapped_.line, block);

@@ -93,7 +93,7 @@ class Conversation {
   Clock::time_point EarliestStart(const Frame& frame) const;
   bool DropLate(Clock::time_point start);
   std::vector<uint8_t> NextBlock(size_t* frames);
-  void LeaveOut(const Frame& frame);
+  void LeaveOut(std::span<const uint8_t> frames) const;
 
   const ConversationOptions options_;
   const OnBatch on_batch_;

@@ -118,6 +118,19 @@ TEST_F(SerialLinesTest, ADriverThatCannotSwitchIsAClearError) {
                 ": its driver cannot switch the direction of an RS-485 line (ptt = \"rs485\"); an "
                 "adapter that switches by itself needs no ptt, others often take \"rts\": "
                 "Inappropriate ioctl for device");
+TEST_F(SerialLinesTest, WhatWaitsForTheTransceiverWhenTheLineEndsIsLeftOut) {
+  options_.lines = {CarrierSense::kNone, Keying::kRts, 30'000, 0};
+  options_.response_window_ms = 65'000;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+  ASSERT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) != 0; }));
+  radio.HangUp();
+  ASSERT_TRUE(Eventually([this] { return tap_.left_out().size() == 1; }));
+  EXPECT_TRUE(IsEcho(tap_.left_out()[0], 3, 1));
+  EXPECT_TRUE(tap_.written().empty());
+}
+
 }
 
 // Counted from when the port was opened, also when the driver's 32 bits wrap, and summed over times

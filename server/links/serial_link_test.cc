@@ -206,6 +206,8 @@ TEST_F(SerialLinkTest, AnAnswerThatCannotStartWithinTheWindowIsNotSentButCounted
   // What nobody waits for has no window: it goes when the line is idle.
   std::vector<engine::Outgoing> out;
   ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
+  ASSERT_EQ(tap_.left_out().size(), 2u);
+  EXPECT_EQ(tap_.left_out()[1].opcode, protocol::kPingAnswer);
   server_.switchboard().Deliver(out);
   const auto command = radio.Receive();
   ASSERT_TRUE(command);
@@ -250,6 +252,8 @@ TEST_F(SerialLinkTest, ErrorsAreSentOnceInAResponseWindow) {
 }
 
 // A frame whose end is lost: the silence after it discards it, and the next one is answered.
+  ASSERT_EQ(tap_.left_out().size(), 1u);
+  EXPECT_EQ(tap_.left_out()[0].opcode, protocol::kError);
 TEST_F(SerialLinkTest, AGapInsideAFrameDiscardsIt) {
   options_.gap_timeout_ms = 20;
   Peer radio = PlugIn();

@@ -1,11 +1,9 @@
 #include "server/links/tcp_link.h"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 
 #include "server/links/testing/link_bench.h"
+#include "server/links/testing/net_peer.h"
 
 namespace pheromone::links {
 namespace {
@@ -13,15 +11,14 @@ namespace {
 using engine::testing::Deposit;
 using engine::testing::Hello;
 using std::chrono::milliseconds;
+using testing::ConnectTo;
+using testing::ConnectToIpv6;
 using testing::Eventually;
 using testing::IsEcho;
 using testing::Peer;
 using testing::PingOf;
+using testing::PortOf;
 using testing::Wire;
-
-uint16_t PortOf(const std::string& address) {
-  return static_cast<uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
-}
 
 class TcpLinkTest : public ::testing::Test {
  protected:
@@ -34,17 +31,7 @@ class TcpLinkTest : public ::testing::Test {
     return server_.Start(MakeTcpLink(server_.io(), options_, server_.Context(index)));
   }
 
-  Peer Connect() {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    address.sin_port = htons(PortOf(server_.link().address()));
-    Descriptor handle(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    const int connected =
-        connect(handle.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
-    EXPECT_EQ(connected, 0);
-    return Peer(std::move(handle));
-  }
+  Peer Connect() { return ConnectTo(server_.link(), SOCK_STREAM); }
 
   TcpOptions options_;
   testing::Server server_;
@@ -62,15 +49,8 @@ TEST_F(TcpLinkTest, Ipv6IsListenedOnAndToldInBrackets) {
   if (!Start().ok()) {
     GTEST_SKIP() << "no IPv6 here";
   }
-  const std::string address = server_.link().address();
-  EXPECT_EQ(address.find("[::1]:"), 0u);
-  sockaddr_in6 there{};
-  there.sin6_family = AF_INET6;
-  there.sin6_addr = in6addr_loopback;
-  there.sin6_port = htons(PortOf(address));
-  Descriptor handle(socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  ASSERT_EQ(connect(handle.get(), reinterpret_cast<const sockaddr*>(&there), sizeof there), 0);
-  Peer robot(std::move(handle));
+  EXPECT_EQ(server_.link().address().find("[::1]:"), 0u);
+  Peer robot = ConnectToIpv6(server_.link(), SOCK_STREAM);
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 1)), 3, 1));
 }
 
@@ -179,18 +159,6 @@ TEST_F(TcpLinkTest, WhenThereIsNoRoomTheConnectionSilentForLongestGoes) {
   Peer a = Connect();
   ASSERT_TRUE(a.Ask(PingOf(1, 1)));
   Peer b = Connect();
-// One that listens, but has no descriptor left for who calls, waits too: that is no attempt.
-TEST(LinkRecordTest, OnlyALinkThatIsDownHasANextAttempt) {
-  const auto soon = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-  LinkRecord record;
-  record.SetUp("somewhere");
-  record.SetNextAttempt(soon);
-  EXPECT_FALSE(record.state().next_attempt.has_value());
-  record.SetDown("gone");
-  record.SetNextAttempt(soon);
-  EXPECT_EQ(record.state().next_attempt, soon);
-}
-
   ASSERT_TRUE(b.Ask(PingOf(2, 1)));
   ASSERT_TRUE(a.Ask(PingOf(1, 2)));
   Peer c = Connect();
@@ -209,6 +177,18 @@ TEST_F(TcpLinkTest, APortInUseIsToldAndTriedAgain) {
   EXPECT_EQ(server_.link(1).address(), "");
   server_.link(0).Stop();
   EXPECT_TRUE(Eventually([&] { return server_.link(1).state().up; }));
+}
+
+// One that listens, but has no descriptor left for who calls, waits too: that is no attempt.
+TEST(LinkRecordTest, OnlyALinkThatIsDownHasANextAttempt) {
+  const auto soon = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  LinkRecord record;
+  record.SetUp("somewhere");
+  record.SetNextAttempt(soon);
+  EXPECT_FALSE(record.state().next_attempt.has_value());
+  record.SetDown("gone");
+  record.SetNextAttempt(soon);
+  EXPECT_EQ(record.state().next_attempt, soon);
 }
 
 TEST_F(TcpLinkTest, AnAddressThatIsNoneIsAnError) {

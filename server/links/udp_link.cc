@@ -233,7 +233,9 @@ class UdpLink final : public Link {
   }
 
   void Route(const protocol::Message& message) {
-    if (message.id == protocol::kBroadcastId) {
+    if (!socket_.is_open()) {
+      CountUndeliverable(message);
+    } else if (message.id == protocol::kBroadcastId) {
       for (size_t i = 0; i < peers_.size(); ++i) {
         // Robots behind one address hear it once.
         const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);

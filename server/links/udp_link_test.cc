@@ -1,12 +1,10 @@
 #include "server/links/udp_link.h"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 
 #include "server/links/datagrams.h"
 #include "server/links/testing/link_bench.h"
+#include "server/links/testing/net_peer.h"
 
 namespace pheromone::links {
 namespace {
@@ -14,15 +12,14 @@ namespace {
 using engine::testing::Deposit;
 using engine::testing::Hello;
 using std::chrono::milliseconds;
+using testing::ConnectTo;
+using testing::ConnectToIpv6;
 using testing::Eventually;
 using testing::IsEcho;
 using testing::Peer;
 using testing::PingOf;
+using testing::PortOf;
 using testing::Wire;
-
-uint16_t PortOf(const std::string& address) {
-  return static_cast<uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
-}
 
 std::vector<uint8_t> operator+(std::vector<uint8_t> a, const std::vector<uint8_t>& b) {
   a.insert(a.end(), b.begin(), b.end());
@@ -42,17 +39,7 @@ class UdpLinkTest : public ::testing::Test {
     return server_.Start(MakeUdpLink(server_.io(), options_, context));
   }
 
-  Peer Connect(size_t link = 0) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    address.sin_port = htons(PortOf(server_.link(link).address()));
-    Descriptor handle(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-    const int connected =
-        connect(handle.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
-    EXPECT_EQ(connected, 0);
-    return Peer(std::move(handle));
-  }
+  Peer Connect(size_t link = 0) { return ConnectTo(server_.link(link), SOCK_DGRAM); }
 
   LinkCounters counters(size_t link = 0) { return server_.link(link).counters(); }
 
@@ -67,15 +54,6 @@ TEST_F(UdpLinkTest, APingIsAnsweredWhateverItsBytes) {
   for (int byte = 0; byte < 256; ++byte) {
     EXPECT_TRUE(
         IsEcho(robot.Ask(PingOf(3, static_cast<uint8_t>(byte))), 3, static_cast<uint8_t>(byte)));
-TEST_F(UdpLinkTest, ItIsKnownWhenTheLastDatagramCame) {
-  ASSERT_TRUE(Start().ok());
-  EXPECT_FALSE(counters().heard.has_value());
-  const auto before = std::chrono::steady_clock::now();
-  ASSERT_TRUE(Connect().Ask(PingOf(3, 1)));
-  ASSERT_TRUE(counters().heard.has_value());
-  EXPECT_GE(*counters().heard, before);
-}
-
   }
 }
 
@@ -84,16 +62,18 @@ TEST_F(UdpLinkTest, Ipv6IsListenedOnAndToldInBrackets) {
   if (!Start().ok()) {
     GTEST_SKIP() << "no IPv6 here";
   }
-  const std::string address = server_.link().address();
-  EXPECT_EQ(address.find("[::1]:"), 0u);
-  sockaddr_in6 there{};
-  there.sin6_family = AF_INET6;
-  there.sin6_addr = in6addr_loopback;
-  there.sin6_port = htons(PortOf(address));
-  Descriptor handle(socket(AF_INET6, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  ASSERT_EQ(connect(handle.get(), reinterpret_cast<const sockaddr*>(&there), sizeof there), 0);
-  Peer robot(std::move(handle));
+  EXPECT_EQ(server_.link().address().find("[::1]:"), 0u);
+  Peer robot = ConnectToIpv6(server_.link(), SOCK_DGRAM);
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(UdpLinkTest, ItIsKnownWhenTheLastDatagramCame) {
+  ASSERT_TRUE(Start().ok());
+  EXPECT_FALSE(counters().heard.has_value());
+  const auto before = std::chrono::steady_clock::now();
+  ASSERT_TRUE(Connect().Ask(PingOf(3, 1)));
+  ASSERT_TRUE(counters().heard.has_value());
+  EXPECT_GE(*counters().heard, before);
 }
 
 TEST_F(UdpLinkTest, EveryFrameOfADatagramIsAnsweredInOrder) {

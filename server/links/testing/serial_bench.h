@@ -8,9 +8,11 @@
 #include <unistd.h>
 
 #include <string>
+#include <utility>
 
 #include "server/links/port_link.h"
 #include "server/links/testing/link_bench.h"
+#include "server/links/testing/remembering_tap.h"
 
 namespace pheromone::links::testing {
 
@@ -33,7 +35,9 @@ class SerialLinkTest : public ::testing::Test {
   }
 
   Status Start() {
-    return server_.Start(MakeSerialLink(server_.io(), options_, server_.Context(0)));
+    LinkContext context = server_.Context(0);
+    context.tap = &tap_;
+    return server_.Start(MakeSerialLink(server_.io(), options_, std::move(context)));
   }
 
   bool Up() {
@@ -44,6 +48,7 @@ class SerialLinkTest : public ::testing::Test {
   std::string path_ = folder_ / "modem";
   std::string slave_;
   SerialOptions options_;
+  RememberingTap tap_;
   Server server_;
 };
 
