@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <random>
 #include <string>
 
@@ -17,16 +18,30 @@ void LogOfLink(links::Severity severity, const std::string& text) {
               text);
 }
 
+// Of the links that open one; at least one, for a pool must have a thread.
+size_t CountPorts(const std::vector<config::LinkConfig>& links) {
+  const auto ports = std::count_if(links.begin(), links.end(), [](const config::LinkConfig& it) {
+    return it.kind == config::LinkKind::kSerial || it.kind == config::LinkKind::kPty;
+  });
+  return static_cast<size_t>(std::max<std::ptrdiff_t>(ports, 1));
+}
+
 }  // namespace
 
 LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
-                 engine::Service* service, links::Switchboard* switchboard, links::Tap* tap) {
+                 engine::Service* service, links::Switchboard* switchboard, links::Tap* tap)
+    : ports_(CountPorts(config.links)) {
   std::random_device random;
   for (size_t i = 0; i < config.links.size(); ++i) {
-    links_.push_back(MakeLink(
-        io, config.links[i],
-        {config.links[i].name, static_cast<engine::LinkIndex>(i), switchboard, LogOfLink, tap},
-        random()));
+    links_.push_back(MakeLink(io, config.links[i],
+                              {config.links[i].name,
+                               static_cast<engine::LinkIndex>(i),
+                               switchboard,
+                               LogOfLink,
+                               tap,
+                               {},
+                               ports_.get_executor()},
+                              random()));
     required_.push_back(config.links[i].required);
     switchboard->Add(links_.back().get());
   }

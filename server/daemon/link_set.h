@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/thread_pool.hpp>
 
 #include "server/config/config.h"
 #include "server/engine/service.h"
@@ -44,6 +45,7 @@ class LinkSet {
   void Summarise() const;
 
  private:
+  boost::asio::thread_pool ports_;  // opens and closes them: a thread for each
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<bool> required_;
   std::vector<std::unique_ptr<links::TrackerLink>> trackers_;

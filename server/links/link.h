@@ -11,8 +11,9 @@
 //   link->Stop();                             // io runs dry
 //
 // A link never ends the program: what fails is told (LinkLog), counted, and tried again with
-// capped, jittered back-off. Start is called once, before or while the io_context runs; the link
-// outlives the run. All other functions are thread-safe. SIGPIPE must be ignored.
+// capped, jittered back-off. Start is called once, before or while the io_context runs, and may
+// wait for a port's driver; the link outlives the run. All other functions are thread-safe. SIGPIPE
+// must be ignored.
 #pragma once
 
 #include <chrono>
@@ -24,6 +25,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <boost/asio/any_io_executor.hpp>
 
 #include "protocol/decoder.h"
 #include "server/base/result.h"
@@ -56,11 +59,11 @@ struct LinkCounters {
   uint64_t datagrams_in = 0;         ///< UDP
   uint64_t oversize_datagrams = 0;   ///< of them: longer than what is taken, and discarded
   uint64_t dropped_datagrams = 0;    ///< thrown away by the system, as they came too fast
+  /// When the last bytes came in; nothing: none did since the start.
+  std::optional<std::chrono::steady_clock::time_point> heard{};
 };
 
 /// Counters and state that conversations write and anyone reads.
-  /// When the last bytes came in; nothing: none did since the start.
-  std::optional<std::chrono::steady_clock::time_point> heard{};
 class LinkRecord {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
@@ -92,10 +95,10 @@ class LinkRecord {
   /// Each returns whether this is news: another state, or the same one for longer than ten minutes.
   bool SetUp(const std::string& how);
   bool SetDown(const std::string& why, bool attempt_failed = false);
+  /// Nothing happens while it is up.
   void SetNextAttempt(TimePoint at);
   void SetSilent(bool silent);
 
-  /// Nothing happens while it is up.
  private:
   bool Set(bool up, const std::string& reason);
 
@@ -115,6 +118,10 @@ struct LinkContext {
   LinkLog log;
   Tap* tap = nullptr;  ///< outlives the link
   AdmissionOptions admission = {};
+  /// Where ports are opened and closed, which may take a driver seconds: an executor that has a
+  /// thread for each link with a port, so that none of them holds up anybody. Empty: it is done
+  /// where the link's bytes are.
+  boost::asio::any_io_executor aside = {};
 };
 
 class Link {
@@ -162,6 +169,7 @@ class Link {
   /// Counts a message that cannot be sent to anyone.
   void CountUndeliverable(const protocol::Message& message);
   LinkRecord* record() { return &record_; }
+  const boost::asio::any_io_executor& aside() const { return context_.aside; }
 
  private:
   void TurnAway(const protocol::Message& message, protocol::Reason answer);

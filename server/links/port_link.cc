@@ -39,7 +39,8 @@ class PortLink final : public Link {
         look_(strand_) {}
 
   Status Start() override {
-    Result<Descriptor> first = Open();
+    Result<Descriptor> first = port_->Open();
+    Report(first);
     Status status = first.ok() ? Ok() : Status(Error{first.error()});
     asio::co_spawn(strand_, Run(std::move(first)), asio::detached);
     return status;
@@ -71,15 +72,32 @@ class PortLink final : public Link {
   std::string address() const override { return address_; }
 
  private:
-  Result<Descriptor> Open() {
-    Result<Descriptor> opened = port_->Open();
+  void Report(const Result<Descriptor>& opened) {
     if (opened.ok()) {
       record()->Count([](LinkCounters& counters) { ++counters.opened; });
       ReportUp(port_->Describe());
     } else {
       ReportFailure(opened.error());
     }
-    return opened;
+  }
+
+  static asio::awaitable<void> Make(std::function<void()> call) {
+    call();
+    co_return;
+  }
+
+  // Makes a call that may take long, where nobody is held up by it. The port is the call's own
+  // meanwhile.
+  asio::awaitable<void> Aside(std::function<void()> call) {
+    if (aside()) {
+      co_await asio::co_spawn(aside(), Make(std::move(call)), asio::use_awaitable);
+    } else {
+      call();
+    }
+  }
+
+  asio::awaitable<void> ClosePort() {
+    co_await Aside([this] { port_->Close(); });
   }
 
   asio::awaitable<void> Run(Result<Descriptor> opened) {
@@ -97,9 +115,12 @@ class PortLink final : public Link {
       if (stopping_) {
         break;
       }
-      opened = Open();
+      co_await Aside([this, &opened] { opened = port_->Open(); });
+      if (!stopping_) {
+        Report(opened);
+      }
     }
-    port_->Close();
+    co_await ClosePort();
     record()->SetDown("stopped");
   }
 
@@ -117,7 +138,6 @@ class PortLink final : public Link {
     look_.cancel();
     CountLineErrors();
     conversation_.reset();
-    port_->Close();
     if (!stopping_) {
       ReportDown(why);
     }
@@ -126,6 +146,7 @@ class PortLink final : public Link {
     if (Clock::now() - begin > longest_wait_ || record()->counters().received.frames != frames) {
       backoff_.Reset();
     }
+    co_await ClosePort();
   }
 
   // Now and then while the port is open.

@@ -24,8 +24,30 @@ class SerialLinesTest : public testing::SerialLinkTest {
     PtyShimSetRs485(0);
   }
 
+  // A pseudo-terminal as it is, that nothing happens to.
+  Peer StartAnother(testing::Server* server) {
+    PtyOptions options;
+    options.path = folder_ / "another.pty";
+    EXPECT_TRUE(server->Start(MakePtyLink(server->io(), options, server->Context(1))).ok());
+    return Peer(options.path);
+  }
+
   LinkCounters counters() { return server_.link().counters(); }
 };
+
+TEST_F(SerialLinesTest, ADriverThatHangsWhileItsPortIsOpenedHoldsUpNoOtherLink) {
+  testing::Server server(1);
+  ASSERT_FALSE(
+      server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());  // no port yet
+  Peer other = StartAnother(&server);
+  PtyShimHang(1);
+  Peer radio = PlugIn();
+  EXPECT_TRUE(Eventually([] { return PtyShimHeld() == 1; }));
+  EXPECT_TRUE(IsEcho(other.Ask(PingOf(3, 1)), 3, 1));
+  EXPECT_FALSE(server.link().state().up);
+  PtyShimHang(0);
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(4, 1)), 4, 1));
+}
 
 TEST_F(SerialLinesTest, AnAnswerWaitsForTheCarrierToEnd) {
   struct {
@@ -96,6 +118,19 @@ TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsIsSwitchedBack) {
   EXPECT_EQ(PtyShimOutputs() & TIOCM_RTS, 0);
 }
 
+TEST_F(SerialLinesTest, WhatWaitsForTheTransceiverWhenTheLineEndsIsLeftOut) {
+  options_.lines = {CarrierSense::kNone, Keying::kRts, 30'000, 0};
+  options_.response_window_ms = 65'000;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+  ASSERT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) != 0; }));
+  radio.HangUp();
+  ASSERT_TRUE(Eventually([this] { return tap_.left_out().size() == 1; }));
+  EXPECT_TRUE(IsEcho(tap_.left_out()[0], 3, 1));
+  EXPECT_TRUE(tap_.written().empty());
+}
+
 TEST_F(SerialLinesTest, TheDriverIsToldToSwitchAnRs485Line) {
   PtyShimSetRs485(1);
   options_.lines = {CarrierSense::kNone, Keying::kRs485, 3, 4};
@@ -118,19 +153,6 @@ TEST_F(SerialLinesTest, ADriverThatCannotSwitchIsAClearError) {
                 ": its driver cannot switch the direction of an RS-485 line (ptt = \"rs485\"); an "
                 "adapter that switches by itself needs no ptt, others often take \"rts\": "
                 "Inappropriate ioctl for device");
-TEST_F(SerialLinesTest, WhatWaitsForTheTransceiverWhenTheLineEndsIsLeftOut) {
-  options_.lines = {CarrierSense::kNone, Keying::kRts, 30'000, 0};
-  options_.response_window_ms = 65'000;
-  Peer radio = PlugIn();
-  ASSERT_TRUE(Start().ok());
-  ASSERT_TRUE(radio.Send(PingOf(3, 1)));
-  ASSERT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) != 0; }));
-  radio.HangUp();
-  ASSERT_TRUE(Eventually([this] { return tap_.left_out().size() == 1; }));
-  EXPECT_TRUE(IsEcho(tap_.left_out()[0], 3, 1));
-  EXPECT_TRUE(tap_.written().empty());
-}
-
 }
 
 // Counted from when the port was opened, also when the driver's 32 bits wrap, and summed over times

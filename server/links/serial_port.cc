@@ -68,17 +68,19 @@ class SerialPort final : public Port {
       return Error{path.value() + ": not a serial port"};
     }
     std::unique_ptr<sp_port, Closer> port(found);
-    if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
+    // Opening it with libserialport already changes its settings, and somebody may be using it: so
+    // it is locked before, by a descriptor of its own.
+    Descriptor lock(open(real.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+    if (lock.valid() && flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
+      return Busy(path.value(), real.data());
+    }
+    if (!lock.valid() || sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
       return errno == EBUSY ? Busy(path.value(), real.data())
                             : SystemError(path.value() + ": cannot be opened");
     }
     int handle = -1;
     if (sp_get_port_handle(port.get(), &handle) != SP_OK) {
       return Error{path.value() + ": cannot be opened"};
-    }
-    // Before anything is changed: somebody may be using it. A lock that goes with the descriptors.
-    if (flock(handle, LOCK_EX | LOCK_NB) != 0) {
-      return Busy(path.value(), real.data());
     }
     if (Status status = Configure(port.get(), handle, path.value()); !status.ok()) {
       return Error{status.error()};
@@ -87,6 +89,7 @@ class SerialPort final : public Port {
     if (!own.valid()) {
       return SystemError(path.value() + ": cannot be opened");
     }
+    lock_ = std::move(lock);
     port_ = std::move(port);
     handle_ = handle;
     counts_at_first_ = ReadCounts(handle);
@@ -99,6 +102,7 @@ class SerialPort final : public Port {
       sp_flush(port_.get(), SP_BUF_OUTPUT);  // else closing may wait for a dead modem to take it
     }
     port_.reset();
+    lock_ = Descriptor();
     handle_ = -1;
   }
 
@@ -185,6 +189,7 @@ class SerialPort final : public Port {
   }
 
   const SerialPortOptions options_;
+  Descriptor lock_;
   std::unique_ptr<sp_port, Closer> port_;
   int handle_ = -1;  // the port's own
   std::optional<LineErrors> counts_at_first_;

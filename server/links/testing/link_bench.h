@@ -19,6 +19,7 @@
 #include <vector>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/thread_pool.hpp>
 
 #include "protocol/decoder.h"
 #include "protocol/frame.h"
@@ -63,10 +64,12 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// The engine, its switchboard and the threads of an io_context. Links "radio-a" and "radio-b".
+/// The engine, its switchboard and the threads of an io_context; beside it, as in the daemon, a
+/// thread for each port. Links "radio-a" and "radio-b".
 class Server {
  public:
-  Server() : service_(&log_, [] { return Now(); }), switchboard_(&service_) {
+  explicit Server(size_t io_threads = 2)
+      : io_threads_(io_threads), service_(&log_, [] { return Now(); }), switchboard_(&service_) {
     std::signal(SIGPIPE, SIG_IGN);
     if (!service_.Configure(engine::testing::SmallConfig(), 7).ok()) {
       std::abort();
@@ -77,11 +80,16 @@ class Server {
   ~Server() { Stop(); }
 
   LinkContext Context(engine::LinkIndex index) {
-    return {index == 0 ? "radio-a" : "radio-b", index, &switchboard_,
+    return {index == 0 ? "radio-a" : "radio-b",
+            index,
+            &switchboard_,
             [this](Severity, const std::string& text) {
               const std::lock_guard lock(mutex_);
               lines_.push_back(text);
-            }};
+            },
+            nullptr,
+            {},
+            aside_.get_executor()};
   }
 
   /// Starts a link, and with the first one the threads.
@@ -89,7 +97,7 @@ class Server {
     switchboard_.Add(link.get());
     links_.push_back(std::move(link));
     Status status = links_.back()->Start();
-    while (threads_.size() < 2) {
+    while (threads_.size() < io_threads_) {
       threads_.emplace_back([this] { io_.run(); });
     }
     return status;
@@ -123,7 +131,9 @@ class Server {
     return {static_cast<uint64_t>(now), now};
   }
 
+  const size_t io_threads_;
   boost::asio::io_context io_;
+  boost::asio::thread_pool aside_{2};
   engine::VolatileLog log_;
   engine::Service service_;
   Switchboard switchboard_;

@@ -23,6 +23,9 @@
 #include <unistd.h>
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static pthread_cond_t released = PTHREAD_COND_INITIALIZER;
+static int hangs;
+static int held;
 static int inputs;
 static int outputs;
 static int has_counts;
@@ -40,6 +43,20 @@ int PtyShimOutputs(void) {
   const int lines = outputs;
   pthread_mutex_unlock(&lock);
   return lines;
+}
+
+void PtyShimHang(int hang) {
+  pthread_mutex_lock(&lock);
+  hangs = hang;
+  pthread_cond_broadcast(&released);
+  pthread_mutex_unlock(&lock);
+}
+
+int PtyShimHeld(void) {
+  pthread_mutex_lock(&lock);
+  const int now = held;
+  pthread_mutex_unlock(&lock);
+  return now;
 }
 
 void PtyShimSetCounts(struct PtyShimCounts now) {
@@ -102,6 +119,11 @@ ssize_t readlink(const char* path, char* buffer, size_t size) {
 /* What a serial port would have done; under the lock. An errno, or 0. */
 static int Fake(unsigned long request, void* argument) {
   if (request == TIOCMGET) {
+    ++held;
+    while (hangs) {
+      pthread_cond_wait(&released, &lock);
+    }
+    --held;
     *(int*)argument = inputs | outputs;
   } else if (request == TIOCMSET) {
     outputs = *(const int*)argument;

@@ -11,6 +11,12 @@ void PtyShimSetInputs(int lines);
 /* The lines that were raised by the program: TIOCM_RTS, TIOCM_DTR. */
 int PtyShimOutputs(void);
 
+/* A driver that hangs: from now on, or no longer, asking for the modem lines takes forever, which
+ * opening a port does. */
+void PtyShimHang(int hang);
+/* How many threads it holds. */
+int PtyShimHeld(void);
+
 /* What the driver has counted. Until the first call, it has no counters. */
 struct PtyShimCounts {
   int framing;
