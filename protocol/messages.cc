@@ -82,7 +82,7 @@ LengthRule LengthOf(uint8_t opcode) {
     default:
       break;
   }
-  if (!TakesType(opcode) || TypeOf(opcode) < kMinType) {
+  if (TypeOf(opcode) < kMinType) {
     return kUnknown;
   }
   const bool answer = IsFromServer(opcode);

@@ -1,145 +1,391 @@
-// The engine under any messages at any times: it must not crash, and what it became must equal what
-// its log says when applied to a fresh engine. The input is a list of records: a byte of time, a
-// byte of length, then ID, opcode and data. Lengths from 252 on are what others than robots do,
-// each made of the ID and of four bytes that follow: a new configuration, a command, what a tracker
-// saw, an edit of the map.
+// The engine under any messages at any times, and under all that an operator, a tracker, the clocks
+// and the log may do to it. It must not crash, and of what it became must hold:
+//
+//   - its log, applied to a fresh engine, leads to the same state hash, at the end and at each
+//   place
+//     where the log began another segment, and sends the same messages again;
+//   - saved and restored in the midst of it, it goes on as if nothing had been;
+//   - a state that was damaged is not restored, or is another one that is as good.
+//
+// The first byte of the input chooses the map. Then come records: a byte of time, a byte that is a
+// message's length or, from 240 on, says what else happens, and what that takes (the functions of
+// Session, in order). What is not there any more is zero.
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
+#include <iterator>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "server/engine/config_check.h"
 #include "server/engine/service.h"
-#include "server/engine/testing/bench.h"
+#include "server/engine/testing/random_traffic.h"
 
 namespace {
 
-using pheromone::engine::Outgoing;
+using namespace pheromone::engine;  // NOLINT(google-build-using-namespace)
+using pheromone::ByteReader;
+using pheromone::ByteWriter;
 using pheromone::field::FieldEdit;
+using pheromone::field::PheromoneLaw;
+using pheromone::protocol::Message;
+using pheromone::protocol::Reason;
 
-class RememberingLog final : public pheromone::engine::OrderedLog {
+void Require(bool condition) {
+  if (!condition) {
+    std::abort();
+  }
+}
+
+// Remembers what went through it, and refuses, rotates and lags as it is told.
+class MoodyLog final : public OrderedLog {
  public:
-  pheromone::protocol::Reason Admit() override { return pheromone::protocol::Reason::kNone; }
-  uint64_t Append(const pheromone::engine::Stamp& stamp,
-                  const pheromone::engine::Event& event) override {
+  struct Segment {
+    size_t events;  ///< before it
+    uint64_t hash;
+  };
+
+  Reason Admit() override { return refusal; }
+  bool IsRotationDue() const override { return rotation_due; }
+  void Rotate(uint64_t hash) override { segments.push_back({events.size(), hash}); }
+  uint64_t Append(const Stamp& stamp, const Event& event) override {
+    Require(events.empty() || events.back().first.field_time_ms <= stamp.field_time_ms);
     events.emplace_back(stamp, event);
     return events.size();
   }
-  uint64_t DurableSequence() const override { return events.size(); }
+  uint64_t DurableSequence() const override { return lags ? durable : events.size(); }
   void Probe(std::function<void()> done) override { done(); }
 
-  std::vector<std::pair<pheromone::engine::Stamp, pheromone::engine::Event>> events;
+  Reason refusal = Reason::kNone;
+  bool rotation_due = false;
+  bool lags = false;
+  uint64_t durable = 0;
+  std::vector<std::pair<Stamp, Event>> events;
+  std::vector<Segment> segments;
 };
 
-pheromone::field::PointUm PointOf(const uint8_t* data) {
-  return {(data[0] - 20) * int64_t{50'000}, (data[1] - 20) * int64_t{50'000}};
+// Keeps what was sent because of an event of the log.
+class Recorder final : public Witness {
+ public:
+  void OnBatch(const Stamp& /*stamp*/, LinkIndex /*link*/, std::span<const Message> messages,
+               std::span<const Outcome> outcomes, std::span<const Outgoing> given) override {
+    Require(messages.size() == 1 && outcomes.size() == 1);
+    Require(given.size() <= 1);  // one answer at most
+    if (outcomes[0].sequence != 0) {
+      sent.insert(sent.end(), given.begin(), given.end());
+    }
+  }
+  void OnEvent(uint64_t /*sequence*/, const Stamp& /*stamp*/, const Event& /*event*/,
+               std::span<const Outgoing> given) override {
+    sent.insert(sent.end(), given.begin(), given.end());
+  }
+
+  std::vector<Outgoing> sent;
+};
+
+std::string Saved(const Engine& engine) {
+  ByteWriter writer;
+  engine.Save(&writer);
+  return writer.Take();
 }
 
-FieldEdit EditOf(const uint8_t* data) {
-  FieldEdit edit;
-  edit.type = data[0] % 4;
-  edit.shape = static_cast<FieldEdit::Shape>(data[0] / 4 % 4);
-  edit.action = static_cast<FieldEdit::Action>(data[0] / 16 % 4);
-  edit.level = data[1] * 4u;
-  edit.radius_um = data[1] * int64_t{4'000};
-  edit.points = {PointOf(data + 1), PointOf(data + 2)};
-  return edit;
+// A state that came from anywhere is saved and restored as itself. Its bytes may have been others:
+// of a link without robots, the hash does not know.
+void RequireLasting(const Engine& engine) {
+  const std::string state = Saved(engine);
+  ByteReader reader(state);
+  const auto again = Engine::Restore(&reader);
+  Require(again.ok() && reader.AtEnd() && Saved(again.value()) == state &&
+          again.value().StateHash() == engine.StateHash());
 }
 
-pheromone::engine::CommandIssued CommandOf(uint8_t id, const uint8_t* data) {
-  pheromone::engine::CommandIssued command;
-  command.link = data[0] % 3;
-  command.id = id;
-  command.code = static_cast<pheromone::protocol::CommandCode>(data[1] % 12);
-  std::copy_n(data + 2, 2, command.arguments.begin());
-  return command;
-}
+class Session {
+ public:
+  explicit Session(std::string_view input) : input_(input) {
+    const uint8_t choice = input_.U8();
+    if (choice % 2 == 0) {
+      config_ = testing::SmallConfig();
+      config_.robots_per_link = 3;
+      config_.frames = {MakeFrame("radio-b", 1, {3'000'000, 0}, 30)};
+      using pheromone::field::CellMap;
+      config_.field.memory_bytes =
+          4 * CellMap::kTileBytes + 2 * CellMap::kLeafBytes +
+          2 * CellMap::TopBytes(config_.field.map.columns(), config_.field.map.rows());
+    } else {
+      config_ = testing::RichConfig(choice % 4 == 3);
+    }
+    Start(0, {});
+    Require(service_->Configure(config_, 1).ok());
+  }
 
-// One of those that an operator might change to; some of them the running state cannot follow.
-pheromone::engine::EngineConfig ConfigOf(pheromone::engine::EngineConfig config,
-                                         const uint8_t* data) {
-  pheromone::field::PheromoneLaw& law = config.field.pheromones[data[0] % 2];
-  law.tau_ms = data[1] * int64_t{1'000};
-  law.max_count = 1u + data[2] % 16u;
-  config.robots_per_link = static_cast<uint16_t>(1 + data[3] % 4);
-  if (data[0] >= 128) {
-    config.field.pheromones.pop_back();
+  void Run() {
+    while (!input_.AtEnd()) {
+      const uint8_t pause = input_.U8();
+      boottime_ms_ += uint64_t{pause} * pause * pause;
+      const uint8_t what = input_.U8();
+      constexpr uint8_t kFirstOther = 240;
+      if (what < kFirstOther) {
+        Send(what);
+      } else {
+        static constexpr void (Session::*kOthers[])() = {
+            &Session::Reconfigure, &Session::Command, &Session::Observe, &Session::Edit,
+            &Session::TurnClocks,  &Session::TurnLog, &Session::Restart, &Session::Damage};
+        (this->*kOthers[(what - kFirstOther) % std::size(kOthers)])();
+      }
+      LetTimePass();
+    }
+    Replay();
   }
-  if (data[0] % 16 == 15) {
-    config.field.map.cell_um *= 2;
+
+ private:
+  void Start(uint64_t start_ms, Engine engine) {
+    service_ = std::make_unique<Service>(
+        &log_,
+        [this] {
+          return ClockReading{boottime_ms_, utc_ms_};
+        },
+        start_ms, std::move(engine));
+    service_->OnEarlierDeadline([] {});
+    service_->Attach(&recorder_, [](const Engine&) {});
   }
-  if (data[0] % 16 == 14) {
-    config.links.pop_back();
+
+  // Anything up to some 10^18, and that is more than anything may be.
+  int64_t Far() {
+    const int64_t number = input_.I32();
+    return number * (int64_t{1} << input_.U8() % 31);
   }
-  return config;
-}
+  pheromone::field::PointUm FarPoint() {
+    const int64_t x = Far();
+    return {x, Far()};
+  }
+
+  void Send(uint8_t length) {
+    Message message;
+    message.length = std::min(length, pheromone::protocol::kMaxData);
+    message.id = input_.U8();
+    message.opcode = input_.U8();
+    std::generate_n(message.data, message.length, [this] { return input_.U8(); });
+    // The second link may have left.
+    const auto link = static_cast<LinkIndex>(
+        message.id % service_->Inspect([](const Engine& it) { return it.config().links.size(); }));
+    service_->Handle(link, {&message, 1}, &out_);
+  }
+
+  // One that an operator might change to; some of them the running state cannot follow, and some
+  // no file can hold.
+  void Reconfigure() {
+    EngineConfig next = service_->Inspect([](const Engine& it) { return it.config(); });
+    const uint8_t what = input_.U8();
+    const uint8_t which = input_.U8();
+    if (next.field.pheromones.empty()) {
+      next.field.pheromones = config_.field.pheromones;
+    }
+    PheromoneLaw& law = next.field.pheromones[which % next.field.pheromones.size()];
+    switch (what % 16) {
+      case 0:
+        law.tau_ms = Far();
+        break;
+      case 1:
+        law.max_count = input_.U16();
+        break;
+      case 2:
+        law.evaporation = static_cast<pheromone::field::Evaporation>(which / 16 % 4);
+        break;
+      case 3:
+        law.diffusion = {input_.U16(), input_.U16(), input_.U32(), input_.U16()};
+        break;
+      case 4:
+        law.blend = {{input_.U8(), input_.I32()}};
+        break;
+      case 5:
+        std::erase_if(next.field.pheromones,
+                      [type = law.type](const PheromoneLaw& it) { return it.type == type; });
+        break;
+      case 6:
+        next.field.map.cell_um = Far();
+        break;
+      case 7:
+        next.field.antennas = {Far(), Far(), input_.U16()};
+        break;
+      case 8:
+        next.links.resize(1 + which % 3, {"radio-" + std::to_string(which % 2), 4, 50});
+        break;
+      case 9:
+        next.frames.push_back(MakeFrame("radio-a", which, FarPoint(), input_.U16() / 100.0));
+        next.frames.back().heading =
+            static_cast<uint16_t>(next.frames.back().heading + input_.U8());
+        break;
+      case 10:
+        next.field.paths.push_back({which, input_.U16(), true, {FarPoint(), FarPoint()}});
+        break;
+      case 11:
+        next.field.prints = {
+            {which, pheromone::field::Shared(std::vector{
+                        pheromone::field::PrintNode{{input_.I16(), input_.I16()}, input_.U32()}})}};
+        break;
+      case 12:
+        next.field.memory_bytes = input_.U16() * uint64_t{64};
+        break;
+      case 13:
+        next.robots_per_link = which;
+        next.pose_unit_10um = input_.U16();
+        break;
+      case 14:
+        law.profile = static_cast<pheromone::field::Profile>(which / 16 % 3);
+        law.core_um = Far();
+        law.sigma_um = Far();
+        law.cutoff_um = Far();
+        break;
+      default:
+        next = config_;
+    }
+    // Whoever reads a configuration, from a file or a journal, does not let other ones through.
+    if (CheckValues(next).ok()) {
+      static_cast<void>(service_->Configure(next, which, what >= 128));
+    }
+  }
+
+  void Command() {
+    CommandIssued command;
+    command.link = input_.U8() % 3;
+    command.id = input_.U8();
+    command.code = static_cast<pheromone::protocol::CommandCode>(input_.U8());
+    std::generate_n(command.arguments.begin(), 2, [this] { return input_.U8(); });
+    static_cast<void>(service_->Issue(command, &out_));
+  }
+
+  void Observe() {
+    PoseObserved seen;
+    seen.link = input_.U8() % 3;
+    seen.id = input_.U8();
+    seen.pose = {FarPoint(), input_.U16()};
+    seen.valid_ms = input_.U32();
+    static_cast<void>(service_->Observe({&seen, 1}));
+  }
+
+  void Edit() {
+    FieldEdit edit;
+    edit.type = input_.U8();
+    edit.shape = static_cast<FieldEdit::Shape>(input_.U8());
+    edit.action = static_cast<FieldEdit::Action>(input_.U8());
+    edit.level = input_.U32();
+    edit.radius_um = Far();
+    const uint8_t points = input_.U8();
+    edit.points.resize(points == 255 ? 1025 : points % 8);
+    std::generate_n(edit.points.begin(), points % 8, [this] { return FarPoint(); });
+    static_cast<void>(service_->Edit(edit));
+  }
+
+  void TurnClocks() {
+    boottime_ms_ += static_cast<uint64_t>(Far());
+    utc_ms_ = Far();
+  }
+
+  void TurnLog() {
+    const uint8_t mood = input_.U8();
+    log_.refusal = mood % 4 == 0 ? Reason::kReadOnly : Reason::kNone;
+    log_.rotation_due = mood / 4 % 2 != 0;
+    log_.durable = log_.DurableSequence();
+    log_.lags = mood / 8 % 2 != 0;
+    service_->Release(&out_);
+  }
+
+  // As a restart does it that lost nothing.
+  void Restart() {
+    const std::string state = service_->Inspect(Saved);
+    const uint64_t hash = service_->StateHash();
+    ByteReader reader(state);
+    auto restored = Engine::Restore(&reader);
+    reader.ExpectEnd();
+    Require(restored.ok() && reader.ok() && restored.value().StateHash() == hash &&
+            Saved(restored.value()) == state);
+    const Stamp last = log_.events.back().first;
+    const uint64_t resumed_ms = FieldClock::ResumeAt(last, Far(), input_.U8() % 2 == 0);
+    Require(resumed_ms >= last.field_time_ms && resumed_ms <= kMostFieldTimeMs);
+    Start(resumed_ms, std::move(restored.value()));
+  }
+
+  // A few bytes of what is saved become others. What follows a count that was made larger is read
+  // as something else, and so on: seldom a state, and never a crash.
+  void Damage() {
+    std::string state = service_->Inspect(Saved);
+    const size_t size = state.size();
+    for (uint8_t left = input_.U8() % 4; left > 0; --left) {
+      state[input_.U32() % size] = static_cast<char>(input_.U8());
+    }
+    const uint32_t cut = input_.U16();
+    const std::string_view whole = state;
+    ByteReader reader(whole.substr(0, cut == 0 ? size : cut));
+    const auto restored = Engine::Restore(&reader);
+    if (restored.ok()) {
+      RequireLasting(restored.value());
+    }
+  }
+
+  // What is due is done; a deadline and its distance tell the same.
+  void LetTimePass() {
+    const auto left_ms = service_->MillisecondsToDeadline();
+    const size_t before = log_.events.size();
+    service_->AdvanceIfDue(&out_);
+    Require(left_ms == 0u || log_.events.size() == before);
+    service_->Release(&out_);
+    const auto counters = service_->counters();
+    service_->InspectTraffic([&](const Engine& engine, const Traffic& traffic) {
+      uint64_t by_opcode = 0;
+      uint64_t by_robot = 0;
+      for (const uint64_t count : traffic.by_opcode()) {
+        by_opcode += count;
+      }
+      traffic.ForEach([&](LinkIndex link, uint8_t id, const RobotTraffic& robot) {
+        Require(traffic.Find(link, id) == &robot);
+        by_robot += robot.requests;
+      });
+      Require(traffic.Find(9, 1) == nullptr);
+      Require(by_opcode == counters.requests && by_robot <= by_opcode);
+      Require(engine.sequence() == log_.events.size());
+    });
+    Require(service_->FindLink("radio-a") == LinkIndex{0} && !service_->FindLink("radio-z"));
+  }
+
+  void Replay() const {
+    Engine replayed;
+    std::vector<Outgoing> again;
+    auto segment = log_.segments.begin();
+    for (size_t i = 0; i < log_.events.size(); ++i) {
+      for (; segment != log_.segments.end() && segment->events == i; ++segment) {
+        Require(replayed.StateHash() == segment->hash);
+      }
+      const auto& [stamp, event] = log_.events[i];
+      Require(replayed.Check(event).ok());
+      replayed.Apply(i + 1, stamp, event, &again);
+    }
+    Require(replayed.StateHash() == service_->StateHash());
+    Require(std::equal(again.begin(), again.end(), recorder_.sent.begin(), recorder_.sent.end(),
+                       [](const Outgoing& a, const Outgoing& b) {
+                         return a.link == b.link && a.durable_at == b.durable_at &&
+                                testing::SameMessage(a.message, b.message);
+                       }));
+  }
+
+  ByteReader input_;
+  EngineConfig config_;
+  MoodyLog log_;
+  Recorder recorder_;
+  uint64_t boottime_ms_ = 1;
+  int64_t utc_ms_ = 0;
+  std::unique_ptr<Service> service_;
+  std::vector<Outgoing> out_;
+};
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  RememberingLog log;
-  uint64_t now_ms = 1;
-  pheromone::engine::Service service(&log, [&now_ms] {
-    return pheromone::engine::ClockReading{now_ms, 0};
-  });
-  pheromone::engine::EngineConfig config = pheromone::engine::testing::SmallConfig();
-  config.robots_per_link = 3;
-  using pheromone::field::CellMap;
-  config.field.memory_bytes =
-      4 * CellMap::kTileBytes + 2 * CellMap::kLeafBytes +
-      2 * CellMap::TopBytes(config.field.map.columns(), config.field.map.rows());
-  config.frames = {pheromone::engine::MakeFrame("radio-b", 1, {3'000'000, 0}, 30)};
-  if (!service.Configure(config, 1).ok()) {
-    std::abort();
-  }
-  std::vector<Outgoing> out;
-  for (size_t at = 0; at + 4 <= size;) {
-    now_ms += uint64_t{data[at]} * data[at] * data[at];
-    if (data[at + 1] >= 252 && at + 8 <= size) {
-      const uint8_t* four = data + at + 4;
-      if (data[at + 1] == 252) {
-        static_cast<void>(service.Configure(ConfigOf(config, four), data[at + 2] + 1u));
-      } else if (data[at + 1] == 253) {
-        static_cast<void>(service.Issue(CommandOf(data[at + 2], four), &out));
-      } else if (data[at + 1] == 254) {
-        const pheromone::engine::PoseObserved seen{
-            static_cast<pheromone::engine::LinkIndex>(data[at + 2] % 3),
-            data[at + 2],
-            {PointOf(four), static_cast<uint16_t>(four[2] * 256)},
-            four[3] * 100u};
-        service.Observe({&seen, 1});
-      } else {
-        static_cast<void>(service.Edit(EditOf(four)));
-      }
-      at += 8;
-      continue;
-    }
-    pheromone::protocol::Message message;
-    const size_t rest = size - at - 4;
-    message.length = static_cast<uint8_t>(
-        std::min({size_t{data[at + 1]} % 20, rest, size_t{pheromone::protocol::kMaxData}}));
-    message.id = data[at + 2];
-    message.opcode = data[at + 3];
-    std::copy_n(data + at + 4, message.length, message.data);
-    at += 4u + message.length;
-    // The second link may have left.
-    const auto link = static_cast<pheromone::engine::LinkIndex>(
-        message.id % service.Inspect([](const auto& it) { return it.config().links.size(); }));
-    const size_t before = out.size();
-    service.Handle(link, {&message, 1}, &out);
-    if (out.size() > before + 1) {
-      std::abort();  // one answer at most
-    }
-    service.AdvanceIfDue(&out);
-  }
-  pheromone::engine::Engine replayed;
-  std::vector<Outgoing> again;
-  for (size_t i = 0; i < log.events.size(); ++i) {
-    replayed.Apply(i + 1, log.events[i].first, log.events[i].second, &again);
-  }
-  if (replayed.StateHash() != service.StateHash()) {
-    std::abort();
-  }
+  Session(std::string_view(reinterpret_cast<const char*>(data), size)).Run();
   return 0;
 }

@@ -2,14 +2,16 @@
 """Makes seeds for the fuzzers from the protocol's vectors and the default configuration, and
 small pictures and arrays.
 
-Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/config/,
-                               DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/
+Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
+                               DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/
 """
 
 import pathlib
 import struct
 import sys
 import zlib
+
+import engine_seeds
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -20,6 +22,15 @@ def frames():
         if line and not line.startswith("#"):
             name, body, wire, _ = (column.strip() for column in line.split("|"))
             yield name, None if body == "-" else bytes.fromhex(body), bytes.fromhex(wire)
+
+
+def noises():
+    """(name, pairs of a pause and a byte): what no frame alone has."""
+    begun = bytes([0, 0x10, 0, 0x02, 0, 0x07])
+    yield "begun_again", begun + begun
+    yield "begun_and_left", begun + bytes([60, 0x07, 0, 0x10])
+    yield "lone_dle", bytes([0, 0x10, 60, 0x10, 0, 0x10, 0, 0x02, 0, 0x10])
+    yield "between_frames", bytes([0, 0x02, 0, 0x10, 0, 0x03, 0, 0x10, 0, 0x10]) + begun
 
 
 def png(columns, rows, depth, colour_type, scanlines, between=(), interlace=0):
@@ -82,25 +93,28 @@ def capture_records(file):
 
 
 def main(folder):
-    for fuzzer in ("decoder", "message", "engine", "config", "journal", "maps", "tracker",
+    for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
                    "capture"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
-    hello = bytes.fromhex("01 71 2A 00 01 00")
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
         timed = bytes([20]) + b"".join(bytes([1, byte]) for byte in wire)
         (folder / "decoder" / name).write_bytes(timed)
         if body is not None:
             (folder / "message" / name).write_bytes(body)
-        # engine: pause, DATA length, ID, OPCODE, DATA; after a HELLO of the same robot.
         if body is not None and body[1] < 0x80 and len(body) <= 2 + 19:
-            records = [bytes([1, len(it) - 2]) + it for it in (body[:1] + hello[1:], body, body)]
-            (folder / "engine" / name).write_bytes(b"".join(records))
+            # engine: the message twice, after a HELLO of the same robot.
+            again = 2 * engine_seeds.message(body[0], body[1], body[2:])
+            (folder / "engine" / name).write_bytes(
+                engine_seeds.SMALL + engine_seeds.hello(body[0]) + again)
             # journal: records, each length, time and the event: version, kind, link, message.
             robot = bytes([1]) + body[1:]
             event = bytes([1, 1, 0, 0, *robot[:2], len(robot) - 2]) + robot[2:]
             (folder / "journal" / name).write_bytes(
                 b"\0" + 2 * (bytes([len(event), 3]) + event + bytes([2, 20, 1, 2])))
+    for name, heard in noises():
+        (folder / "decoder" / name).write_bytes(bytes([20]) + heard)
+    (folder / "message" / "longer_than_any").write_bytes(bytes([7, 0x71]) + bytes(65))
     default = (ROOT / "server/config/default.toml").read_bytes()
     (folder / "config" / "default").write_bytes(default)
     plain = [line.split(b"#")[0].strip() for line in default.splitlines()]
@@ -109,13 +123,10 @@ def main(folder):
         (folder / "maps" / name).write_bytes(bytes([parser]) + file)
     (folder / "tracker" / "pose").write_bytes(b"pose radio-a 7 2.35 0.9 -90\r\n\npose b 8 -1 .5 0")
     (folder / "tracker" / "gps").write_bytes(b"gps a 1 47.3769 8.5417 181.5\ngps a 2 0 -180 360 408")
-    halt, halt_all = bytes([9, 253, 1, 0, 1, 1, 0, 0]), bytes([9, 253, 255, 0, 1, 1, 0, 0])
-    acked = bytes([5, 4, 1, 0x51, 0, 1, 0, 0])
-    reload = bytes([9, 252, 7, 0, 0, 5, 3, 1])
-    (folder / "engine" / "commanded").write_bytes(
-        bytes([1, 4]) + hello + halt + halt_all + bytes([200, 0, 1, 0x72]) + acked)
-    (folder / "engine" / "reloaded").write_bytes(
-        bytes([1, 4]) + hello + reload + bytes([1, 6, 1, 0x21, 1, 0, 0, 0, 0, 1]) + reload)
+    for name, session in engine_seeds.sessions():
+        (folder / "engine" / f"session_{name}").write_bytes(session)
+    for name, seed in engine_seeds.codec():
+        (folder / "codec" / name).write_bytes(seed)
     for path in (ROOT / "proto_tests/replay").glob("*.pcapng"):
         file = path.read_bytes()
         (folder / "capture" / path.stem).write_bytes(b"\0" + file)
@@ -124,9 +135,9 @@ def main(folder):
             b"\2" + b"".join(record for _, record in records))
         (folder / "capture" / f"{path.stem}_rest").write_bytes(
             b"\1" + b"".join(record for kind, record in records if kind > 1))
-    seen, edit = bytes([9, 254, 1, 0, 30, 40, 50, 60]), bytes([9, 255, 0, 0, 1, 40, 60, 80])
-    (folder / "engine" / "seen_and_edited").write_bytes(
-        bytes([1, 4]) + hello + seen + edit + bytes([1, 6, 1, 0x21, 1, 0, 0, 0, 0, 1]))
+        # codec: the state that a capture begins with, without record, portion and their lengths.
+        state = b"".join(record[7:] for kind, record in records if kind == 1)
+        (folder / "codec" / path.stem).write_bytes(b"\2" + state)
 
 
 if __name__ == "__main__":

@@ -49,6 +49,19 @@ struct RoundTrip {
   const Message& message;
 };
 
+// A pose goes into two bytes a coordinate, or it is not sent that way at all.
+template <typename Request>
+void RequireNarrowOnlyIfItFits(const Message& message) {
+  Request request;
+  if (Decode(message, &request)) {
+    request.wide = false;
+    const auto fits = [](int32_t at) { return at >= INT16_MIN && at <= INT16_MAX; };
+    Message narrow;
+    Require(pheromone::testing::TryEncode(request, &narrow) ==
+            (fits(request.pose.x) && fits(request.pose.y)));
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -58,14 +71,25 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Message message;
   message.id = data[0];
   message.opcode = data[1];
-  message.length = static_cast<uint8_t>(std::min(size - 2, size_t{pheromone::protocol::kMaxData}));
+  uint8_t wire[pheromone::protocol::kMaxFrame];
+  message.length = static_cast<uint8_t>(std::min<size_t>(size - 2, 255));
+  if (message.length > pheromone::protocol::kMaxData) {
+    Require(pheromone::protocol::EncodeFrame(message, wire, sizeof wire) == 0);
+    message.length = pheromone::protocol::kMaxData;
+  }
   std::copy_n(data + 2, message.length, message.data);
   Require(pheromone::testing::AcceptedAs(message) == ExpectedNames(message));
   RoundTrip round_trip{message};
   pheromone::conformance::ForEachKind(&round_trip);
 
-  uint8_t wire[pheromone::protocol::kMaxFrame];
+  RequireNarrowOnlyIfItFits<pheromone::protocol::SenseRequest>(message);
+  RequireNarrowOnlyIfItFits<pheromone::protocol::TraceRequest>(message);
+
   const size_t sent = pheromone::protocol::EncodeFrame(message, wire, sizeof wire);
+  uint8_t just_enough[pheromone::protocol::kMaxFrame];
+  Require(pheromone::protocol::EncodeFrame(message, just_enough, sent) == sent);
+  Require(std::equal(wire, wire + sent, just_enough));
+  Require(pheromone::protocol::EncodeFrame(message, just_enough, sent - 1) == 0);
   std::vector<pheromone::testing::TimedByte> stream;
   pheromone::testing::Append({wire, wire + sent}, 0, &stream);
   const auto heard = pheromone::testing::NaiveDecoder(stream, 0).Run();
