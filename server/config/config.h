@@ -96,6 +96,8 @@ struct WebSettings {
   std::string listen_address;  ///< numeric, IPv4 or IPv6 without brackets; empty: not at all
   uint16_t listen_port = 0;    ///< 0 lets the system choose
   std::string token;           ///< what changes must carry; empty: none are taken
+  /// Names that the server may be asked by, in lower case, beside localhost and all addresses.
+  std::vector<std::string> hosts;
   bool operator==(const WebSettings&) const = default;
 };
 

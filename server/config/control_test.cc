@@ -28,17 +28,18 @@ TEST_F(ControlTest, WithoutTablesThereIsASocketAndNoWeb) {
 
 TEST_F(ControlTest, TheDefaultConfigurationIsReadableOnLocalhostAndTakesNoChangesThere) {
   const Config config = ParseConfig(DefaultConfigText(), "default").value();
-  EXPECT_EQ(config.web, (WebSettings{"127.0.0.1", 8377, ""}));
+  EXPECT_EQ(config.web, (WebSettings{"127.0.0.1", 8377, "", {}}));
 }
 
 TEST_F(ControlTest, EveryKeyIsRead) {
   WriteToken("\n " + std::string(kToken) + "\r\n", kPrivate);
   const Result<Config> parsed = Parse(
       "[control]\nsocket = \"/run/lab.sock\"\n[web]\nlisten = \"[::1]:80\"\n"
-      "token_file = \"token\"\n");
+      "token_file = \"token\"\nhosts = [\"Lab.Local\", \"robots\"]\n");
   ASSERT_TRUE(parsed.ok()) << parsed.error();
   EXPECT_EQ(parsed.value().control.socket, "/run/lab.sock");
-  EXPECT_EQ(parsed.value().web, (WebSettings{"::1", 80, std::string(kToken)}));
+  EXPECT_EQ(parsed.value().web,
+            (WebSettings{"::1", 80, std::string(kToken), {"lab.local", "robots"}}));
   EXPECT_TRUE(parsed.value().warnings.empty());
   EXPECT_EQ(Parse("[control]\nenabled = false\n").value().control.socket, "");
 }
@@ -59,12 +60,23 @@ TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {
                 .find("expected a path of at most 107 bytes"),
             std::string::npos);
   EXPECT_EQ(ErrorOf("[web]\nport = 80\n"),
-            "f.toml:30:1: web.port: unknown key, expected one of listen, token_file");
+            "f.toml:30:1: web.port: unknown key, expected one of listen, token_file, hosts");
   EXPECT_EQ(ErrorOf("[web]\nlisten = \"localhost:80\"\n"),
             "f.toml:30:10: web.listen: found the string \"localhost:80\", expected a numeric "
             "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\"");
   EXPECT_EQ(ErrorOf("[web]\ntoken_file = \"none\"\n"),
             "f.toml:30:14: web.token_file: none: No such file or directory, expected a file");
+}
+
+TEST_F(ControlTest, AHostIsANameWithoutSchemeAndPort) {
+  EXPECT_EQ(ErrorOf("[web]\nhosts = [\"robots\", \"lab:8377\"]\n"),
+            "f.toml:30:20: web.hosts: found the string \"lab:8377\", expected host names without a "
+            "port, such as [\"lab.local\", \"robots\"]");
+  for (const char* bad : {"\"lab\"", "[1]", "[\"\"]", "[\"http://lab\"]", "[\"*\"]", "[\"a b\"]"}) {
+    EXPECT_NE(ErrorOf("[web]\nhosts = " + std::string(bad) + "\n").find("web.hosts: found "),
+              std::string::npos)
+        << bad;
+  }
 }
 
 TEST_F(ControlTest, ATokenThatCouldBeGuessedOrNotBeSentIsRefused) {

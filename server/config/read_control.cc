@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "server/config/sections.h"
 #include "server/maps/file.h"
@@ -14,6 +16,8 @@ namespace {
 constexpr size_t kMostPath = 107;  // of a Unix socket
 constexpr size_t kLeastToken = 16;
 constexpr size_t kMostToken = 256;
+constexpr size_t kMostHosts = 64;
+constexpr size_t kMostName = 253;  // of a host, by RFC 1035
 
 // The token that a file holds, line ends and blanks around it left out.
 std::string Trimmed(const std::string& text) {
@@ -55,6 +59,31 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   }
 }
 
+void ReadHosts(const TableReader& table, WebSettings* web) {
+  const Value* list = table.Find("hosts");
+  if (list == nullptr) {
+    return;
+  }
+  constexpr std::string_view kExpected =
+      "host names without a port, such as [\"lab.local\", \"robots\"]";
+  if (list->kind != Value::Kind::kArray || list->items.size() > kMostHosts) {
+    table.Expected("hosts", *list, kExpected);
+    return;
+  }
+  for (const Value& item : list->items) {
+    std::string name = item.kind == Value::Kind::kString ? item.text : "";
+    std::transform(name.begin(), name.end(), name.begin(), [](char c) {
+      return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    });
+    if (name.empty() || name.size() > kMostName ||
+        name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") != std::string::npos) {
+      table.Expected("hosts", item, kExpected);
+      continue;
+    }
+    web->hosts.push_back(std::move(name));
+  }
+}
+
 }  // namespace
 
 void ReadControl(const Value& root, Notes* notes, ControlSettings* control) {
@@ -71,13 +100,14 @@ void ReadControl(const Value& root, Notes* notes, ControlSettings* control) {
 
 void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
   const TableReader table(TableOf(root, "web", notes), "web", &notes->problems);
-  table.AllowOnly({"listen", "token_file"});
+  table.AllowOnly({"listen", "token_file", "hosts"});
   if (table.Find("listen") != nullptr) {
     const auto endpoint = ReadEndpoint(table, "listen");
     web->listen_address = endpoint ? endpoint->address : "";
     web->listen_port = endpoint ? endpoint->port : uint16_t{0};
   }
   ReadToken(table, notes, web);
+  ReadHosts(table, web);
 }
 
 }  // namespace pheromone::config

@@ -66,6 +66,7 @@ port = "./unplugged"
 [web]
 listen = "127.0.0.1:0"
 token_file = "token"
+hosts = ["lab.local"]
 """
 
 
@@ -294,6 +295,9 @@ class ControlTest(unittest.TestCase):
                                        "Origin": f"http://127.0.0.1:{self.port}"})):
             answer, data = self.request(*halt, **headers)
             self.assertEqual(answer.status, status, (headers, data))
+        for status, host in ((421, "evil.example"), (200, "lab.local:80"), (200, "localhost")):
+            answer, data = self.request("GET", "/api/v1/status", Host=host)
+            self.assertEqual(answer.status, status, (host, data))
         answer, data = self.request("GET", "/api/v1/halt")
         self.assertEqual((answer.status, answer.getheader("Allow")), (405, "POST"))
         self.assertEqual(set(json.loads(data)["error"]), {"what", "where", "expected"})

@@ -36,7 +36,7 @@ class FrontDoor::Impl {
  public:
   Impl(engine::Control* control, config::ControlSettings control_settings,
        config::WebSettings web_settings)
-      : api_(control, {web_settings.token}),
+      : api_(control, {web_settings.token, web_settings.hosts}),
         socket_path_(SocketPath(control_settings.socket)),
         server_(io_,
                 {.socket_path = socket_path_,

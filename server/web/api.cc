@@ -13,6 +13,7 @@
 
 #include "server/web/changing.h"
 #include "server/web/fields.h"
+#include "server/web/host.h"
 #include "server/web/json_text.h"
 #include "server/web/metrics.h"
 #include "server/web/reading.h"
@@ -159,6 +160,10 @@ Response WrongMethod(const Request& request, const Route& route) {
 }  // namespace
 
 Response Api::Handle(const Request& request) const {
+  if (!request.local && !MeansThisServer(request.host, options_.hosts)) {
+    return Refuse(421, {"this server is not known as " + request.host.substr(0, 100), "Host",
+                        "localhost, an address, or a name from web.hosts in the configuration"});
+  }
   const auto target = ParseTarget(request.target);
   if (!target) {
     return Refuse(400, {"the request's target is not a path", "target", "such as /api/v1/status"});

@@ -11,9 +11,10 @@
 //   GET  /api/v1/sense            what a robot would smell somewhere
 //   POST /api/v1/deposit  erase  paint  command  halt  reload  snapshot  capture   (changing.h)
 //
-// A GET is free to whoever can connect. A POST needs to come over the Unix socket, or to carry
-// "Authorization: Bearer TOKEN" and no Origin but the server's own, so that no other web page can
-// have the reader's browser send it. Errors are {"error": {"what", "where", "expected"}}.
+// A GET is free to whoever can connect, and asks for this server and not for another that a name
+// was borrowed of (host.h). A POST needs to come over the Unix socket, or to carry "Authorization:
+// Bearer TOKEN" and no Origin but the server's own, so that no other web page can have the reader's
+// browser send it. Errors are {"error": {"what", "where", "expected"}}.
 //
 // Thread-safe: Handle may be called from any thread, and runs in it to the end. No input makes it
 // fail otherwise than by an error response.
@@ -21,6 +22,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server/engine/control.h"
 #include "server/web/http.h"
@@ -28,7 +30,8 @@
 namespace pheromone::web {
 
 struct ApiOptions {
-  std::string token;  ///< what changes over TCP must carry; empty: there are none
+  std::string token;                    ///< what changes over TCP must carry; empty: there are none
+  std::vector<std::string> hosts = {};  ///< further names of the server, in lower case
 };
 
 class Api {

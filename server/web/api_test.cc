@@ -49,7 +49,7 @@ class ApiTest : public ::testing::Test {
   }
 
   testing::FakeControl control_;
-  const Api api_{&control_, {kToken}};
+  const Api api_{&control_, {kToken, {"lab"}}};
 };
 
 TEST_F(ApiTest, EveryPathOfTheListAnswersItsMethodAndRefusesOthersWithAllow) {
@@ -128,6 +128,26 @@ TEST_F(ApiTest, OverTheNetworkChangesNeedTheTokenAndNoForeignOrigin) {
         good.substr(0, good.size() - 1), "Basic " + std::string(kToken)}) {
     EXPECT_EQ(halt(bad, ""), 401) << bad;
   }
+}
+
+TEST_F(ApiTest, WhoAsksOverTheNetworkForAnotherServerLearnsNothing) {
+  for (const char* target : {"/api/v1/status", "/metrics", "/healthz", "/none"}) {
+    Request request{.method = "GET", .target = target, .host = "evil.example:8377"};
+    EXPECT_EQ(Refusal(api_.Handle(request)),
+              "421 Host: this server is not known as evil.example:8377, expected localhost, an "
+              "address, or a name from web.hosts in the configuration");
+    request.local = true;  // no browser gets there
+    EXPECT_NE(api_.Handle(request).status, 421);
+  }
+  for (const char* host : {"lab:8377", "localhost:8377", "192.168.7.1", ""}) {
+    EXPECT_EQ(api_.Handle({.method = "GET", .target = "/healthz", .host = host}).status, 200);
+  }
+  Request halt{.method = "POST",
+               .target = "/api/v1/halt",
+               .authorization = "Bearer " + std::string(kToken),
+               .origin = "http://evil.example",
+               .host = "evil.example"};
+  EXPECT_EQ(api_.Handle(halt).status, 421);
 }
 
 TEST_F(ApiTest, WithoutATokenOnlyTheUnixSocketChangesThings) {
