@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "server/config/folders.h"
 #include "server/field/path.h"
 
 namespace pheromone::config {
@@ -118,6 +119,25 @@ std::vector<std::string> DescribeConfig(const Config& config) {
                                 Degrees(frame.heading)));
   }
   return lines;
+}
+
+CheckReport DescribeCheck(const std::string& name, const Config& config,
+                          const char* state_directory) {
+  const FolderReport folders = LookAtFolders(config, state_directory);
+  CheckReport report;
+  for (const auto* warnings : {&config.warnings, &folders.warnings}) {
+    for (const std::string& warning : *warnings) {
+      report.warnings += "warning: " + warning + '\n';
+    }
+  }
+  report.text = name + ": ok\n";
+  const std::vector<std::string> described = DescribeConfig(config);
+  for (const auto* lines : {&described, &folders.lines}) {
+    for (const std::string& line : *lines) {
+      report.text += "  " + line + '\n';
+    }
+  }
+  return report;
 }
 
 }  // namespace pheromone::config

@@ -11,4 +11,14 @@ namespace pheromone::config {
 /// The map, each pheromone's law in words, and what lies on the map.
 std::vector<std::string> DescribeConfig(const Config& config);
 
+/// What `pheromoned --check` and `pheromonectl config check` say of a configuration without
+/// mistakes: `name`, that it is good, and what it means, to standard output; warnings to standard
+/// error. `state_directory` is $STATE_DIRECTORY (folders.h).
+struct CheckReport {
+  std::string text;
+  std::string warnings;
+};
+CheckReport DescribeCheck(const std::string& name, const Config& config,
+                          const char* state_directory);
+
 }  // namespace pheromone::config

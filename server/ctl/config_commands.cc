@@ -1,5 +1,6 @@
 #include "server/ctl/config_commands.h"
 
+#include <cstdlib>
 #include <iostream>
 
 #include "server/config/config.h"
@@ -14,13 +15,10 @@ int CheckConfig(const std::string& path) {
     std::cerr << loaded.error() << '\n';
     return kUsage;
   }
-  for (const std::string& warning : loaded.value().warnings) {
-    std::cerr << "warning: " << warning << '\n';
-  }
-  std::cout << path << ": ok\n";
-  for (const std::string& line : config::DescribeConfig(loaded.value())) {
-    std::cout << "  " << line << '\n';
-  }
+  const config::CheckReport report =
+      config::DescribeCheck(path, loaded.value(), std::getenv("STATE_DIRECTORY"));
+  std::cerr << report.warnings;
+  std::cout << report.text;
   return 0;
 }
 

@@ -2,9 +2,11 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <utility>
 
+#include "server/config/folders.h"
 #include "server/daemon/system_clock.h"
 
 namespace pheromone::daemon {
@@ -25,6 +27,7 @@ std::vector<capture::LinkInfo> Describe(const std::vector<config::LinkConfig>& l
 
 Captures::Captures(engine::Service* service, const config::Config& config)
     : settings_(config.capture),
+      folder_(config::CaptureFolder(settings_, std::getenv("STATE_DIRECTORY"))),
       links_(daemon::Describe(config.links)),
       config_text_(config.text),
       recorder_({service, ReadUtcNs, [this] { return Describe(); },
@@ -33,14 +36,14 @@ Captures::Captures(engine::Service* service, const config::Config& config)
 
 Status Captures::Start() {
   std::error_code error;
-  std::filesystem::create_directory(settings_.folder, error);  // Start says what is wrong
+  std::filesystem::create_directory(folder_, error);  // Start says what is wrong
   capture::RecordingOptions options;
-  options.folder = settings_.folder;
+  options.folder = folder_;
   options.file_bytes = settings_.file_mb * 1'000'000;
   options.most_files = settings_.most_files;
   Status started = recorder_.Start(options);
   if (started.ok()) {
-    spdlog::info("recording into {}", settings_.folder);
+    spdlog::info("recording into {}", folder_);
   }
   return started;
 }
@@ -61,7 +64,7 @@ Status Captures::AwaitDisk(std::chrono::milliseconds patience) const {
       return status.error.empty() ? Ok() : Status(Error{status.error});
     }
     if (std::chrono::steady_clock::now() > deadline) {
-      return Error{settings_.folder + ": it was done, but the disk has not taken it yet"};
+      return Error{folder_ + ": it was done, but the disk has not taken it yet"};
     }
     std::this_thread::sleep_for(kBetweenLooks);
   }
@@ -71,7 +74,7 @@ engine::CaptureView Captures::View() const {
   const capture::RecordingStatus status = recorder_.status();
   engine::CaptureView view;
   view.recording = status.recording;
-  view.folder = settings_.folder;
+  view.folder = folder_;
   view.file = status.file;
   view.error = status.error;
   view.files = status.files;

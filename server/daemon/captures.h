@@ -67,6 +67,7 @@ class Captures final : public links::Tap {
   std::string config_text_;
   capture::Recorder recorder_;
   std::thread writer_;
+  const std::string folder_;
 };
 
 }  // namespace pheromone::daemon

@@ -147,6 +147,34 @@ class DaemonTest(unittest.TestCase):
         self.assertIn("test.toml:11:11: pheromone[1].sigma_m: found the string \"wide\", expected "
                       "a number", result.stderr)
 
+    def test_check_says_whether_the_folders_can_be_used_and_leaves_them_alone(self):
+        self.config.write_text(CONFIG + PTY + '[journal]\nfolder = "state"\n')
+        result = self.call("--check", "--config", "test.toml")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("  journal: state, which is not there yet\n"
+                      "  recordings: captures, which is not there yet\n", result.stdout)
+        self.assertEqual(os.listdir(self.folder), ["test.toml"])
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            result = self.call("--check", "--config", "test.toml")  # beside the one that owns it
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertIn("  journal: state\n", result.stdout)
+            self.assertEqual(server.stop(), 0)
+        # Root may write everywhere, so another user asks.
+        (self.folder / "state" / "lock").chmod(0o600)
+        self.folder.chmod(0o555)
+        (self.folder / "state").chmod(0o777)
+        other = {"user": 65534} if os.geteuid() == 0 else {}
+        result = subprocess.run([PHEROMONED, "--check", "--config", "test.toml"], cwd=self.folder,
+                                text=True, capture_output=True, check=False, **other)
+        self.folder.chmod(0o755)
+        warnings = result.stderr.splitlines()
+        self.assertEqual(result.returncode, 0)
+        self.assertIn(f"warning: capture.folder: {self.folder}: Permission denied, expected a "
+                      "folder that can be written to", warnings)
+        self.assertEqual(bool(other), "warning: journal.folder: state/lock: Permission denied, "
+                         "expected a file of the server's user" in warnings)
+
     def test_a_bad_file_ends_the_start_with_the_same_words(self):
         self.config.write_text("[map\n")
         checked = self.call("--check", "--config", "test.toml")

@@ -4,6 +4,7 @@
 // or the configuration.
 #include <spdlog/spdlog.h>
 
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <optional>
@@ -103,13 +104,10 @@ int Run(const Options& options) {
   }
   const std::string name = options.config_path.empty() ? kDefaultName : options.config_path;
   if (options.check) {
-    for (const std::string& warning : config.warnings) {
-      std::cerr << "warning: " << warning << '\n';
-    }
-    std::cout << name << ": ok\n";
-    for (const std::string& line : config::DescribeConfig(config)) {
-      std::cout << "  " << line << '\n';
-    }
+    const config::CheckReport report =
+        config::DescribeCheck(name, config, std::getenv("STATE_DIRECTORY"));
+    std::cerr << report.warnings;
+    std::cout << report.text;
     return 0;
   }
   SetUpLogging(options.log_level.empty() ? config.daemon.log_level : options.log_level);

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "server/config/folders.h"
 #include "server/daemon/system_clock.h"
 #include "server/engine/field_clock.h"
 #include "server/journal/open.h"
@@ -39,20 +40,9 @@ journal::JournalSettings SettingsOf(const config::JournalConfig& config) {
 
 }  // namespace
 
-std::string JournalFolder(const config::JournalConfig& config) {
-  if (config.durability == Durability::kNone) {
-    return "";
-  }
-  if (!config.folder.empty()) {
-    return config.folder;
-  }
-  const char* given = std::getenv("STATE_DIRECTORY");  // several are separated by colons
-  const std::string first = given != nullptr ? std::string(given) : "";
-  return first.empty() ? "" : first.substr(0, first.find(':')) + "/journal";
-}
-
 StateKeeper::StateKeeper(const config::JournalConfig& config)
-    : config_(config), folder_name_(JournalFolder(config)) {}
+    : config_(config),
+      folder_name_(config::JournalFolder(config, std::getenv("STATE_DIRECTORY"))) {}
 
 StateKeeper::~StateKeeper() {
   EndThreads();

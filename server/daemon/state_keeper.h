@@ -29,10 +29,6 @@
 
 namespace pheromone::daemon {
 
-/// Where the journal is, or empty: as configured, else `journal` in the state directory that
-/// systemd gives, else nowhere.
-std::string JournalFolder(const config::JournalConfig& config);
-
 class StateKeeper {
  public:
   /// Errors: what is in the folder cannot be used.
