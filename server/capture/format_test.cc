@@ -78,7 +78,8 @@ std::vector<Record> OneOfEach() {
       NotSent{{1, Hello(5, 5)}},
       FromBefore{{0, Hello(6, 6)}},
       Gap{15, 16},
-      End{17, 18, 19, {{0, Hello(7, 7)}}}};
+      End{17, 18, 19, {{0, Hello(7, 7)}}},
+      Unlogged{{1, Hello(8, 8)}}};
 }
 
 TEST(Format, EveryRecordComesBack) {

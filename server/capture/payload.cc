@@ -212,6 +212,15 @@ void Decode(ByteReader* reader, End* it) {
   it->under_way = DecodeSents(reader);
 }
 
+void Encode(const Unlogged& it, ByteWriter* writer) {
+  writer->U16(it.sent.link);
+  engine::EncodeMessage(it.sent.message, writer);
+}
+
+void Decode(ByteReader* reader, Unlogged* it) {
+  it->sent = DecodeSent(reader);
+}
+
 // A packet is a block of its own kind (format.cc).
 void Encode(const Packet& /*it*/, ByteWriter* /*writer*/) {}
 
@@ -234,7 +243,7 @@ Record DecodePayload(size_t kind, ByteReader* reader) {
       DecodeAs<Start>,      DecodeAs<State>,   nullptr,
       DecodeAs<Carry>,      DecodeAs<Batch>,   DecodeAs<EventApplied>,
       DecodeAs<TurnedAway>, DecodeAs<NotSent>, DecodeAs<FromBefore>,
-      DecodeAs<Gap>,        DecodeAs<End>};
+      DecodeAs<Gap>,        DecodeAs<End>,     DecodeAs<Unlogged>};
   static_assert(std::size(kDecoders) == std::variant_size_v<Record>);
   return kDecoders[kind](reader);
 }

@@ -123,7 +123,12 @@ struct End {
   std::vector<Sent> under_way;
 };
 
+/// A halt to all robots that is sent although the log took no event for it.
+struct Unlogged {
+  Sent sent;
+};
+
 using Record = std::variant<Start, State, Packet, Carry, Batch, EventApplied, TurnedAway, NotSent,
-                            FromBefore, Gap, End>;
+                            FromBefore, Gap, End, Unlogged>;
 
 }  // namespace pheromone::capture

@@ -189,6 +189,17 @@ void Recorder::TurnedAway(engine::LinkIndex link, const protocol::Message& messa
   Push(capture::TurnedAway{link, message, answer});
 }
 
+void Recorder::Unlogged(engine::LinkIndex link, const protocol::Message& halt) {
+  if (!on_) {
+    return;
+  }
+  const std::lock_guard lock(mutex_);
+  if (on_) {
+    underway_.Add({link, halt});
+    Push(capture::Unlogged{{link, halt}});
+  }
+}
+
 void Recorder::OnBatch(const engine::Stamp& stamp, engine::LinkIndex link,
                        std::span<const protocol::Message> messages,
                        std::span<const Outcome> outcomes, std::span<const engine::Outgoing> sent) {

@@ -114,6 +114,9 @@ class Recorder final : public engine::Witness {
   void TurnedAway(engine::LinkIndex link, const protocol::Message& message,
                   protocol::Reason answer);
 
+  /// A halt to all robots is about to be sent, of which neither log nor service know.
+  void Unlogged(engine::LinkIndex link, const protocol::Message& halt);
+
   // --- For the service.
 
   void OnBatch(const engine::Stamp& stamp, engine::LinkIndex link,

@@ -389,6 +389,32 @@ TEST_F(RecorderTest, WhatTheLinkTurnsAwayIsNotMissed) {
 
 // --- Limits.
 
+TEST_F(RecorderTest, AHaltThatTheLogDoesNotKnowIsReplayedAndNothingElseMayGoLikeIt) {
+  Live live(folder_, SmallConfig());
+  ASSERT_TRUE(live.Record().ok());
+  live.Hear(0, FrameOf(Hello(1, 1)));
+  const protocol::Message halt = engine::testing::MessageOf(
+      protocol::Command{protocol::kBroadcastId, 0, protocol::CommandCode::kHalt, {}});
+  for (int i = 0; i < 3; ++i) {
+    live.recorder().Unlogged(0, halt);
+    live.Deliver({{0, 0, halt}});
+  }
+  live.Hear(0, FrameOf(Sense(1)));
+  live.Finish();
+  std::vector<Found> records = RecordsOf(live.Files().at(0));
+  EXPECT_EQ(ReplayError(FileOf(records)), "");
+  std::vector<Found> without = records;
+  std::erase_if(without,
+                [](const Found& it) { return std::holds_alternative<Unlogged>(it.record); });
+  EXPECT_THAT(ReplayError(FileOf(without)), HasSubstr("found 10 02 FF D1"));
+  for (Found& found : records) {
+    if (auto* unlogged = std::get_if<Unlogged>(&found.record)) {
+      unlogged->sent.message.id = 1;
+    }
+  }
+  EXPECT_THAT(ReplayError(FileOf(records)), HasSubstr("only a halt to all robots"));
+}
+
 TEST_F(RecorderTest, WhatDoesNotFitIntoTheQueueIsAGapInTheFile) {
   Live live(folder_, SmallConfig());
   live.options.queue_bytes = 2'000;  // the start is let in, then a read; not what comes of it

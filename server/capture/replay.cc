@@ -311,6 +311,19 @@ std::string Replay::On(const FromBefore& before) {
   return "";
 }
 
+// Only what no state depends on goes out like this: a command that robots obey whenever it comes.
+std::string Replay::On(const Unlogged& unlogged) {
+  protocol::Command command;
+  if (unlogged.sent.message.id != protocol::kBroadcastId ||
+      !protocol::Decode(unlogged.sent.message, &command) ||
+      command.code != protocol::CommandCode::kHalt) {
+    return "expected that only a halt to all robots goes without the log, found " +
+           HexOf(unlogged.sent.message);
+  }
+  underway_.Add(unlogged.sent);
+  return "";
+}
+
 // --- The end.
 
 std::string Replay::On(const Gap& gap) {

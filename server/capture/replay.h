@@ -72,6 +72,7 @@ class Replay {
   std::string On(const TurnedAway& turned);
   std::string On(const NotSent& not_sent);
   std::string On(const FromBefore& before);
+  std::string On(const Unlogged& unlogged);
   std::string On(const Gap& gap);
   std::string On(const End& end);
 

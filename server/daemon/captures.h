@@ -43,6 +43,11 @@ class Captures final : public links::Tap {
   Status AwaitDisk(std::chrono::milliseconds patience) const;
   engine::CaptureView View() const;
 
+  /// A halt to all robots is about to be sent, of which the log does not know.
+  void Unlogged(engine::LinkIndex link, const protocol::Message& halt) {
+    recorder_.Unlogged(link, halt);
+  }
+
   /// The text of the configuration has changed; the next file has it.
   void SetConfigText(const std::string& text);
 
@@ -62,12 +67,12 @@ class Captures final : public links::Tap {
   capture::Start Describe() const;
 
   const config::CaptureSettings settings_;
+  const std::string folder_;
   const std::vector<capture::LinkInfo> links_;
   mutable std::mutex mutex_;
   std::string config_text_;
   capture::Recorder recorder_;
   std::thread writer_;
-  const std::string folder_;
 };
 
 }  // namespace pheromone::daemon

@@ -50,6 +50,27 @@ def await_that(condition, what):
         check(time.monotonic() < deadline, what)
 
 
+def ctl(folder, *command):
+    program = pathlib.Path(daemon_test.PHEROMONED).with_name("pheromonectl")
+    result = subprocess.run([program, *command], cwd=folder, text=True, capture_output=True,
+                            timeout=PATIENCE_S, check=False)
+    check(result.returncode == 0, f"pheromonectl {command}: {result.stderr}")
+    return result.stdout
+
+
+def halt_while_read_only(folder, robot):
+    """It comes three times, and a recording of it is replayed although no log has it."""
+    ctl(folder, "capture", "start")
+    ctl(folder, "halt")
+    for _ in range(3):
+        body = robot.line.receive(time.monotonic() + PATIENCE_S)
+        check(body is not None and body[:2] == b"\xff\xd1" and body[3] == 1, f"a halt, not {body}")
+    check(refuses(robot), "changes are still refused")
+    ctl(folder, "capture", "stop")
+    [file] = (folder / "captures").iterdir()
+    ctl(folder, "replay", file)  # without a difference
+
+
 def run(folder, disk):
     (folder / "test.toml").write_text(
         CONFIG.replace("tau_s = 30.0", "tau_s = 0") + PTY
@@ -73,6 +94,7 @@ def run(folder, disk):
         server.await_log("changes are refused")
         smell = robot.sense(1, 5000, 5200, 0)
         check(smell is not None and refuses(robot), "SENSE goes on, changes are refused")
+        halt_while_read_only(folder, robot)
         (disk / "filler").unlink()
         await_that(lambda: not refuses(robot), "freed space heals it without a restart")
         server.await_log("changes are taken again")

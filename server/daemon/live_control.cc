@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kMemoryS = 10;  // of the links' byte rates
 constexpr std::chrono::milliseconds kBetweenLooks{1};
+constexpr std::chrono::milliseconds kHaltPatience{250};  // with the log; robots drive meanwhile
 
 using TimePoint = std::chrono::steady_clock::time_point;
 
@@ -232,14 +233,14 @@ Status LiveControl::CheckHealth() const {
 
 Status LiveControl::Edit(const field::FieldEdit& edit) {
   Status made = parts_.service->Edit(edit);
-  return made.ok() ? AwaitDurable() : made;
+  return made.ok() ? AwaitDurable(parts_.patience) : made;
 }
 
 // Until all that has happened so far is durable.
-Status LiveControl::AwaitDurable() const {
+Status LiveControl::AwaitDurable(std::chrono::milliseconds patience) const {
   const uint64_t sequence =
       parts_.service->Inspect([](const engine::Engine& engine) { return engine.sequence(); });
-  const auto deadline = std::chrono::steady_clock::now() + parts_.patience;
+  const auto deadline = std::chrono::steady_clock::now() + patience;
   while (parts_.service->Inspect(
       [&](const engine::Engine&) { return parts_.log->DurableSequence() < sequence; })) {
     if (std::chrono::steady_clock::now() > deadline) {
@@ -262,25 +263,50 @@ Status LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCo
   std::vector<engine::Outgoing> out;
   Status issued = parts_.service->Issue(command, &out);
   parts_.switchboard->Deliver(out);
-  return issued.ok() ? AwaitDurable() : issued;
+  return issued.ok() ? AwaitDurable(parts_.patience) : issued;
 }
 
+// Robots must stop also while the disk does not take the order. A halt to all changes nothing that
+// the log would have to know: robots neither acknowledge it nor tell one from another. So where the
+// log refuses it, or does not get it onto the disk soon, it goes out without.
 Result<std::vector<std::string>> LiveControl::HaltAll() {
-  std::vector<std::string> halted;
-  std::string errors;
-  for (const auto& link : *parts_.links) {
-    const Status status =
-        Issue(link->name(), protocol::kBroadcastId, protocol::CommandCode::kHalt, {});
-    if (status.ok()) {
-      halted.push_back(link->name());
-    } else {
-      errors += (errors.empty() ? "" : "; ") + link->name() + ": " + status.error();
+  std::vector<std::string> names;
+  bool logged = true;
+  std::vector<engine::Outgoing> out;
+  for (size_t i = 0; i < parts_.links->size(); ++i) {
+    const engine::CommandIssued halt{static_cast<engine::LinkIndex>(i),
+                                     protocol::kBroadcastId,
+                                     protocol::CommandCode::kHalt,
+                                     {}};
+    logged = parts_.service->Issue(halt, &out).ok() && logged;
+    names.push_back((*parts_.links)[i]->name());
+  }
+  parts_.switchboard->Deliver(out);
+  if (!logged || !AwaitDurable(std::min(parts_.patience, kHaltPatience)).ok()) {
+    SendHaltsUnlogged();
+  }
+  return names;
+}
+
+// As often as the engine would; between two of them the caller waits.
+void LiveControl::SendHaltsUnlogged() {
+  protocol::Command halt;
+  halt.id = protocol::kBroadcastId;
+  halt.code = protocol::CommandCode::kHalt;
+  engine::Outgoing outgoing;
+  protocol::Encode(halt, &outgoing.message);
+  for (int left = engine::Engine::kBroadcastTransmissions; left > 0; --left) {
+    std::vector<engine::Outgoing> out;
+    for (size_t i = 0; i < parts_.links->size(); ++i) {
+      outgoing.link = static_cast<engine::LinkIndex>(i);
+      parts_.captures->Unlogged(outgoing.link, outgoing.message);
+      out.push_back(outgoing);
+    }
+    parts_.switchboard->Deliver(out);
+    if (left > 1) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(engine::Engine::kBroadcastIntervalMs));
     }
   }
-  if (!errors.empty()) {
-    return Error{errors};
-  }
-  return halted;
 }
 
 Result<std::string> LiveControl::Snapshot() {

@@ -63,7 +63,8 @@ class LiveControl final : public engine::Control {
   void SampleLinks();
 
  private:
-  Status AwaitDurable() const;
+  Status AwaitDurable(std::chrono::milliseconds patience) const;
+  void SendHaltsUnlogged();
 
   struct Sample {
     uint64_t bytes = 0;

@@ -198,6 +198,36 @@ TEST_F(LiveControlTest, HaltGoesToAllRobotsOfAllLinks) {
   }
 }
 
+TEST_F(LiveControlTest, HaltGoesOutThriceThoughTheLogRefusesItAndChangesNothing) {
+  Handle(0, {Hello(3, 9)});
+  log_.admit = protocol::Reason::kReadOnly;
+  const uint64_t hash = service_.StateHash();
+  const uint64_t sequence = log_.sequence;
+  const auto halted = control_.HaltAll();
+  ASSERT_TRUE(halted.ok()) << halted.error();
+  EXPECT_EQ(halted.value(), (std::vector<std::string>{"radio-a", "radio-b"}));
+  for (const FakeLink* link : fakes_) {
+    ASSERT_EQ(link->sent.size(), 3u);
+    for (const protocol::Message& message : link->sent) {
+      protocol::Command command;
+      ASSERT_TRUE(protocol::Decode(message, &command));
+      EXPECT_EQ(command.id, protocol::kBroadcastId);
+      EXPECT_EQ(command.code, protocol::CommandCode::kHalt);
+    }
+  }
+  EXPECT_EQ(service_.StateHash(), hash);
+  EXPECT_EQ(log_.sequence, sequence);
+  EXPECT_FALSE(control_.Issue("radio-a", 3, protocol::CommandCode::kHalt, {}).ok());
+}
+
+TEST_F(LiveControlTest, HaltGoesOutThoughTheDiskIsStuck) {
+  log_.durable = log_.sequence;  // what comes now is taken, and never durable
+  ASSERT_TRUE(control_.HaltAll().ok());
+  for (const FakeLink* link : fakes_) {
+    EXPECT_EQ(link->sent.size(), 3u);
+  }
+}
+
 TEST_F(LiveControlTest, ACommandIsSentWithItsArguments) {
   EXPECT_EQ(control_.Issue("radio-c", 3, protocol::CommandCode::kHalt, {}).error(),
             "there is no link \"radio-c\"");

@@ -134,8 +134,8 @@ class Control {
   /// robot.
   virtual Status Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
                        std::span<const uint8_t> arguments) = 0;
-  /// Halts all robots of all links. Returns the names of the links; the error names those on which
-  /// it failed, after all were tried.
+  /// Halts all robots of all links, also while the log takes no changes. Returns the names of the
+  /// links.
   virtual Result<std::vector<std::string>> HaltAll() = 0;
   /// Reads the configuration again. Returns what waits for a restart; an error if nothing changed.
   virtual Result<std::vector<std::string>> Reload() = 0;
