@@ -53,6 +53,20 @@ TEST_F(SerialLinkTest, ThePortIsRawAndExclusiveAndAnIdleLineIsNotItsEnd) {
   EXPECT_EQ(server_.link().counters().opened, 1u);  // an end would have opened it again
 }
 
+TEST_F(SerialLinkTest, AReadThatBringsNothingIsNoHangUp) {
+  Peer radio = PlugIn();
+  const Descriptor beside(open(slave_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  ASSERT_TRUE(Start().ok());
+  termios mode{};
+  ASSERT_EQ(tcgetattr(beside.get(), &mode), 0);
+  mode.c_cc[VMIN] = 0;  // a read of an idle line gives 0, as after a hang-up
+  ASSERT_EQ(tcsetattr(beside.get(), TCSANOW, &mode), 0);
+  for (uint8_t i = 1; i <= 20; ++i) {
+    EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, i)), 3, i));
+  }
+  EXPECT_EQ(server_.link().counters().opened, 1u);
+}
+
 TEST_F(SerialLinkTest, APortThatIsUnpluggedAndPluggedInAgainServesOn) {
   for (uint8_t round = 1; round <= 3; ++round) {
     Peer radio = PlugIn();
