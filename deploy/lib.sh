@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# What deploy/run and deploy/test have in common. Sourced, from the project's root.
+# What the scripts in deploy/ have in common. Sourced, from the project's root.
 
 say() { printf '%s\n' "$*"; }
 
@@ -59,4 +59,20 @@ build() {
   local preset="$1"
   shift
   configure "$preset" && cmake --build "build/$preset" --parallel "$(nproc)" ${1+--target "$@"}
+}
+
+# debian_base FOLDER: a small Debian 12 in FOLDER, made once; tests boot copies of it. Must be root.
+debian_base() {
+  [[ ! -f "$1/made" ]] || return 0
+  rm -rf -- "$1"
+  mkdir -p -- "$1"
+  say "Making a Debian tree ..."
+  debootstrap --variant=minbase --include=systemd,systemd-sysv,udev,dbus,python3 \
+    bookworm "$1" >"$1.log" 2>&1 || { tail -n 20 "$1.log" >&2; return 1; }
+  touch "$1/made"
+}
+
+# depends_of DEB: the packages that it depends on, without versions, each on a line.
+depends_of() {
+  dpkg-deb -f "$1" Depends | tr ',' '\n' | sed -e 's/(.*//' -e 's/|.*//' -e 's/[[:space:]]//g'
 }
