@@ -115,7 +115,9 @@ class PortLink final : public Link {
       if (stopping_) {
         break;
       }
-      co_await Aside([this, &opened] { opened = port_->Open(); });
+      std::optional<Result<Descriptor>> again;
+      co_await Aside([this, &again] { again.emplace(port_->Open()); });
+      opened = std::move(*again);
       if (!stopping_) {
         Report(opened);
       }

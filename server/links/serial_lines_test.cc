@@ -46,6 +46,7 @@ TEST_F(SerialLinesTest, ADriverThatHangsWhileItsPortIsOpenedHoldsUpNoOtherLink) 
   EXPECT_TRUE(IsEcho(other.Ask(PingOf(3, 1)), 3, 1));
   EXPECT_FALSE(server.link().state().up);
   PtyShimHang(0);
+  EXPECT_TRUE(Eventually([&] { return server.link().state().up; }));
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(4, 1)), 4, 1));
 }
 
