@@ -14,15 +14,14 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <functional>
 #include <iterator>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "proto_tests/fuzz/service_record.h"
 #include "server/engine/config_check.h"
 #include "server/engine/service.h"
 #include "server/engine/testing/random_traffic.h"
@@ -34,60 +33,11 @@ using pheromone::ByteReader;
 using pheromone::ByteWriter;
 using pheromone::field::FieldEdit;
 using pheromone::field::PheromoneLaw;
+using pheromone::fuzz::MoodyLog;
+using pheromone::fuzz::Recorder;
+using pheromone::fuzz::Require;
 using pheromone::protocol::Message;
 using pheromone::protocol::Reason;
-
-void Require(bool condition) {
-  if (!condition) {
-    std::abort();
-  }
-}
-
-// Remembers what went through it, and refuses, rotates and lags as it is told.
-class MoodyLog final : public OrderedLog {
- public:
-  struct Segment {
-    size_t events;  ///< before it
-    uint64_t hash;
-  };
-
-  Reason Admit() override { return refusal; }
-  bool IsRotationDue() const override { return rotation_due; }
-  void Rotate(uint64_t hash) override { segments.push_back({events.size(), hash}); }
-  uint64_t Append(const Stamp& stamp, const Event& event) override {
-    Require(events.empty() || events.back().first.field_time_ms <= stamp.field_time_ms);
-    events.emplace_back(stamp, event);
-    return events.size();
-  }
-  uint64_t DurableSequence() const override { return lags ? durable : events.size(); }
-  void Probe(std::function<void()> done) override { done(); }
-
-  Reason refusal = Reason::kNone;
-  bool rotation_due = false;
-  bool lags = false;
-  uint64_t durable = 0;
-  std::vector<std::pair<Stamp, Event>> events;
-  std::vector<Segment> segments;
-};
-
-// Keeps what was sent because of an event of the log.
-class Recorder final : public Witness {
- public:
-  void OnBatch(const Stamp& /*stamp*/, LinkIndex /*link*/, std::span<const Message> messages,
-               std::span<const Outcome> outcomes, std::span<const Outgoing> given) override {
-    Require(messages.size() == 1 && outcomes.size() == 1);
-    Require(given.size() <= 1);  // one answer at most
-    if (outcomes[0].sequence != 0) {
-      sent.insert(sent.end(), given.begin(), given.end());
-    }
-  }
-  void OnEvent(uint64_t /*sequence*/, const Stamp& /*stamp*/, const Event& /*event*/,
-               std::span<const Outgoing> given) override {
-    sent.insert(sent.end(), given.begin(), given.end());
-  }
-
-  std::vector<Outgoing> sent;
-};
 
 std::string Saved(const Engine& engine) {
   ByteWriter writer;
@@ -105,6 +55,20 @@ void RequireLasting(const Engine& engine) {
           again.value().StateHash() == engine.StateHash());
 }
 
+// With a ninth of the nodes, so that what concerns all of them does not take long.
+EngineConfig CoarseConfig(bool tight) {
+  EngineConfig config = testing::RichConfig(tight);
+  pheromone::field::MapGeometry& map = config.field.map;
+  map.cell_um *= 3;
+  config.field.prints[0].nodes =
+      pheromone::field::Shared(std::vector<pheromone::field::PrintNode>{{{3, 4}, 64}});
+  pheromone::field::ObstacleMask walls(map.columns(), map.rows());
+  walls.BlockRow(20, 7, 30);
+  walls.Set({100, 100});
+  config.field.obstacles = pheromone::field::Shared(std::move(walls));
+  return config;
+}
+
 class Session {
  public:
   explicit Session(std::string_view input) : input_(input) {
@@ -118,7 +82,7 @@ class Session {
           4 * CellMap::kTileBytes + 2 * CellMap::kLeafBytes +
           2 * CellMap::TopBytes(config_.field.map.columns(), config_.field.map.rows());
     } else {
-      config_ = testing::RichConfig(choice % 4 == 3);
+      config_ = CoarseConfig(choice % 4 == 3);
     }
     Start(0, {});
     Require(service_->Configure(config_, 1).ok());
@@ -140,6 +104,7 @@ class Session {
       }
       LetTimePass();
     }
+    CheckCounts();
     Replay();
   }
 
@@ -307,6 +272,7 @@ class Session {
             Saved(restored.value()) == state);
     const Stamp last = log_.events.back().first;
     const uint64_t resumed_ms = FieldClock::ResumeAt(last, Far(), input_.U8() % 2 == 0);
+    CheckCounts();
     Require(resumed_ms >= last.field_time_ms && resumed_ms <= kMostFieldTimeMs);
     Start(resumed_ms, std::move(restored.value()));
   }
@@ -335,7 +301,11 @@ class Session {
     service_->AdvanceIfDue(&out_);
     Require(left_ms == 0u || log_.events.size() == before);
     service_->Release(&out_);
-    const auto counters = service_->counters();
+  }
+
+  // What is counted by opcode and by robot is what came.
+  void CheckCounts() const {
+    const uint64_t requests = service_->counters().requests;
     service_->InspectTraffic([&](const Engine& engine, const Traffic& traffic) {
       uint64_t by_opcode = 0;
       uint64_t by_robot = 0;
@@ -347,7 +317,7 @@ class Session {
         by_robot += robot.requests;
       });
       Require(traffic.Find(9, 1) == nullptr);
-      Require(by_opcode == counters.requests && by_robot <= by_opcode);
+      Require(by_opcode == requests && by_robot <= requests);
       Require(engine.sequence() == log_.events.size());
     });
     Require(service_->FindLink("radio-a") == LinkIndex{0} && !service_->FindLink("radio-z"));

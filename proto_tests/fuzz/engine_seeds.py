@@ -138,7 +138,7 @@ def sessions():
         reconfigured(12, 0, b"\0\0"), reconfigured(14, 16, far(0) + far(40_000) + far(99_000)),
         reconfigured(15)])
     yield "places", RICH + two + b"".join([
-        reconfigured(6, 0, far(15_000)), reconfigured(7, 0, far(50_000) + far(9_000) + b"\0\x20"),
+        reconfigured(6, 0, far(50_000)), reconfigured(7, 0, far(50_000) + far(9_000) + b"\0\x20"),
         reconfigured(7, 0, FARTHEST),
         trace(1, 1, 400, 400), reconfigured(8, 0), deposit(1, 1, 400, 400), reconfigured(8, 2),
         reconfigured(10, 2, struct.pack("<H", 3) + 2 * far(900_000) + 2 * far(2_000_000)),
