@@ -5,6 +5,7 @@
 
 #include "server/ctl/command_line.h"
 #include "server/ctl/journal_commands.h"
+#include "server/ctl/journal_resample.h"
 
 namespace pheromone::ctl {
 namespace {
@@ -12,13 +13,14 @@ namespace {
 struct Arguments {
   std::string folder;
   std::string format = "csv";
+  std::string config;
 };
 
 }  // namespace
 
 void AddJournalCommands(CLI::App* program, int* exit_status) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* journal = program->add_subcommand("journal", "Journals: check, dump, export");
+  CLI::App* journal = program->add_subcommand("journal", "Journals: check, dump, export, resample");
   journal->require_subcommand(1);
   const auto add = [&](const char* name, const char* what, const auto& run) {
     CLI::App* command = journal->add_subcommand(name, what);
@@ -35,6 +37,11 @@ void AddJournalCommands(CLI::App* program, int* exit_status) {
       ->add_option("--format", arguments->format, "csv or jsonl; without it, csv")
       ->check(CLI::IsMember({"csv", "jsonl"}))
       ->type_name("FORMAT");
+  add("resample", "Move the state of a stopped server to the map of another configuration",
+      [](const Arguments& it) { return ResampleJournal(it.config, it.folder); })
+      ->add_option("--config", arguments->config, "The configuration with the new map")
+      ->required()
+      ->type_name("FILE");
 }
 
 }  // namespace pheromone::ctl

@@ -97,6 +97,11 @@ void DescribeSegment(const PosixFolder& folder, const std::string& name) {
 
 }  // namespace
 
+Status HoldsJournal(const std::string& folder) {
+  const auto opened = Open(folder);
+  return opened.ok() ? Ok() : Status(Error{opened.error()});
+}
+
 int CheckJournal(const std::string& path) {
   const auto folder = Open(path);
   if (!folder.ok()) {

@@ -30,7 +30,7 @@ class JournalTest(unittest.TestCase):
         self.addCleanup(self.temporary.cleanup)
         self.folder = pathlib.Path(self.temporary.name)
         (self.folder / "test.toml").write_text(
-            daemon_test.CONFIG + daemon_test.PTY + '[journal]\nfolder = "state"\n')
+            daemon_test.CONFIG.replace("tau_s = 30.0", "tau_s = 0") + daemon_test.PTY + '[journal]\nfolder = "state"\n')
         self.server = daemon_test.Running(self.folder, "--config", "test.toml")
         self.addCleanup(self.server.__exit__)
         self.server.await_log("ready")
@@ -88,6 +88,46 @@ class JournalTest(unittest.TestCase):
         self.assertEqual(len(export.stdout.splitlines()), 3)
         self.assertIn(f"00000001.segment: byte {byte}: ", export.stderr)
         self.assertEqual(segment.read_bytes(), damaged)
+
+    def field_of(self, config):
+        """What lies on the map at a start with this configuration: sorted (column, row, level)."""
+        with daemon_test.Running(self.folder, "--config", config, "--save-field",
+                                 str(self.folder / "saved.field")) as server:
+            server.await_log("ready")
+            self.assertEqual(server.stop(signal.SIGTERM), 0)
+        return sorted(tuple(int(it) for it in line.split(",")[1:])
+                      for line in (self.folder / "saved.field").read_text().splitlines()
+                      if not line.startswith("#"))
+
+    def test_a_state_is_moved_to_the_map_of_another_configuration(self):
+        text = (self.folder / "test.toml").read_text()
+        path = """[[path]]
+pheromone = "trail"
+shape = "polyline"
+points_m = [[1.0, 1.0], [1.0, 1.0]]
+intensity = 0.125
+"""
+        text = text.replace("[[link]]", path + "[[link]]", 1)
+        (self.folder / "test.toml").write_text(text)
+        (self.folder / "fine.toml").write_text(text.replace("cell_m = 0.1", "cell_m = 0.05"))
+        refused = self.call("resample", "--config", "fine.toml", "state", status=1)
+        self.assertIn("in use by another server", refused.stderr)
+        self.server.stop(signal.SIGTERM)
+        coarse = self.field_of("test.toml")
+        self.assertIn((10, 10, 64), coarse)
+        self.assertGreater(len(coarse), 2)
+        with daemon_test.Running(self.folder, "--config", "fine.toml") as server:
+            self.assertEqual(server.end(), 1)
+            self.assertIn("pheromonectl journal resample", server.log)
+        told = self.call("resample", "--config", "fine.toml", "state").stdout
+        self.assertIn(f"state: {len(coarse) - 1} nodes with pheromone, 0 left out", told)
+        self.assertEqual(self.field_of("fine.toml"),
+                         [(2 * column, 2 * row, level) for column, row, level in coarse])
+        again = self.call("resample", "--config", "test.toml", "state", status=1)
+        self.assertIn("state.before: is there already", again.stderr)
+        for folder in ("state.before", "state"):
+            self.assertTrue(self.call("check", folder).stdout.endswith(
+                "nothing that was acknowledged is missing\n"))
 
     def test_what_is_no_journal_is_said(self):
         self.assertIn("state/x: cannot be opened", self.call("check", "state/x", status=1).stderr)

@@ -134,9 +134,9 @@ class Daemon::Impl {
       if (!keeper_->folder().empty()) {
         spdlog::critical(
             "the state in {} stays as it is: go on with the configuration that it was made with, "
-            "or name another [journal] folder to begin anew (\"pheromonectl map resample\" takes a "
-            "saved field along)",
-            keeper_->folder());
+            "or move it to the new one (pheromonectl journal resample --config FILE {}), or begin "
+            "anew by moving it away",
+            keeper_->folder(), keeper_->folder());
       }
       return false;
     }

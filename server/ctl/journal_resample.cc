@@ -1,0 +1,185 @@
+#include "server/ctl/journal_resample.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "server/config/config.h"
+#include "server/ctl/journal_commands.h"
+#include "server/ctl/server_call.h"
+#include "server/engine/engine.h"
+#include "server/field/field.h"
+#include "server/journal/posix_folder.h"
+#include "server/journal/recovery.h"
+#include "server/journal/snapshot.h"
+#include "server/maps/field_file.h"
+#include "server/maps/resample.h"
+
+namespace pheromone::ctl {
+namespace {
+
+using journal::PosixFolder;
+
+// What lies on a field, without what its configuration lays.
+maps::SavedField WithoutLaid(const field::Field& field, uint64_t now_ms) {
+  maps::SavedField all = maps::Capture(field, now_ms);
+  const maps::SavedField laid = maps::Capture(field::Field(field.config()), 0);
+  std::map<std::pair<uint8_t, field::NodeIndex>, uint32_t> levels;
+  for (const field::Print& print : laid.prints) {
+    for (const field::PrintNode& it : *print.nodes) {
+      levels[{print.type, it.node}] = it.level;
+    }
+  }
+  for (field::Print& print : all.prints) {
+    std::vector<field::PrintNode> left;
+    for (field::PrintNode it : *print.nodes) {
+      const auto found = levels.find({print.type, it.node});
+      it.level -= found != levels.end() ? std::min(found->second, it.level) : 0;
+      if (it.level != 0) {
+        left.push_back(it);
+      }
+    }
+    print.nodes = field::Shared(std::move(left));
+  }
+  std::erase_if(all.prints, [](const field::Print& print) { return print.nodes->empty(); });
+  return all;
+}
+
+// An engine that begins with this configuration, and gets what was left on the map.
+engine::Engine BeginWith(const engine::EngineConfig& config, uint16_t epoch,
+                         const engine::Stamp& stamp, const maps::SavedField& left) {
+  engine::Engine engine;
+  std::vector<engine::Outgoing> out;
+  uint64_t sequence = 0;
+  engine.Apply(++sequence, stamp, engine::ConfigChanged{config, epoch}, &out);
+  for (const field::Print& print : left.prints) {
+    for (const field::PrintNode& it : *print.nodes) {
+      const field::PointUm at = config.field.map.PositionOf(it.node);
+      field::FieldEdit edit;
+      edit.type = print.type;
+      edit.shape = field::FieldEdit::Shape::kRectangle;
+      edit.action = field::FieldEdit::Action::kAdd;
+      edit.level = it.level;
+      edit.points = {at, at};
+      engine.Apply(++sequence, stamp, engine::FieldEdited{std::move(edit)}, &out);
+      out.clear();
+    }
+  }
+  return engine;
+}
+
+std::string SystemError() {
+  return std::strerror(errno);
+}
+
+// Makes the owner of a folder that of all in another one: a command of root's must not lock the
+// server's user out.
+Status TakeOwner(const std::string& from, const std::string& to) {
+  struct stat owner = {};
+  if (stat(from.c_str(), &owner) != 0) {
+    return Error{from + ": " + SystemError()};
+  }
+  std::vector<std::string> paths = {to};
+  for (const auto& entry : std::filesystem::directory_iterator(to)) {
+    paths.push_back(entry.path().string());
+  }
+  for (const std::string& path : paths) {
+    if (geteuid() == 0 && lchown(path.c_str(), owner.st_uid, owner.st_gid) != 0) {
+      return Error{path + ": its owner cannot be changed: " + SystemError()};
+    }
+  }
+  if (chmod(to.c_str(), owner.st_mode & 07777u) != 0) {
+    return Error{to + ": " + SystemError()};
+  }
+  return Ok();
+}
+
+Status Replace(const std::string& folder, const std::string& next, const std::string& before) {
+  const Status owned = TakeOwner(folder, next);
+  if (!owned.ok()) {
+    return owned;
+  }
+  if (rename(folder.c_str(), before.c_str()) != 0) {
+    return Error{folder + ": cannot be renamed to " + before + ": " + SystemError()};
+  }
+  if (rename(next.c_str(), folder.c_str()) != 0) {
+    const std::string why = SystemError();
+    (void)rename(before.c_str(), folder.c_str());
+    return Error{next + ": cannot be renamed to " + folder + ": " + why};
+  }
+  return Ok();
+}
+
+int Complain(int status, const std::string& words) {
+  std::cerr << "pheromonectl: " << words << '\n';
+  return status;
+}
+
+}  // namespace
+
+int ResampleJournal(const std::string& config_file, const std::string& name) {
+  const std::string folder = std::filesystem::path(name + "/").parent_path().string();
+  const std::string next = folder + ".new";
+  const std::string before = folder + ".before";
+  const Result<config::Config> loaded = config::LoadConfig(config_file);
+  if (!loaded.ok()) {
+    return Complain(kUsage, loaded.error());
+  }
+  const Status holds = HoldsJournal(folder);
+  if (!holds.ok()) {
+    return Complain(kFailed, holds.error());
+  }
+  for (const std::string& path : {next, before}) {
+    if (std::filesystem::exists(path)) {
+      return Complain(kFailed, path + ": is there already; move or remove it first");
+    }
+  }
+  const auto old = PosixFolder::Open(folder, PosixFolder::Mode::kOwner);
+  if (!old.ok()) {
+    return Complain(kFailed, old.error());
+  }
+  const Result<journal::Recovered> recovered = journal::Recover(*old.value());
+  if (!recovered.ok() || recovered.value().lost || recovered.value().differs ||
+      !recovered.value().engine.configured()) {
+    return Complain(kFoundDamage, recovered.ok()
+                                      ? folder + ": no whole state; see \"journal check\""
+                                      : recovered.error());
+  }
+  const journal::Recovered& state = recovered.value();
+  const engine::EngineConfig& config = loaded.value().engine;
+  const Result<maps::Resampled> moved =
+      maps::Resample(WithoutLaid(state.engine.field(), state.stamp.field_time_ms), config.field);
+  if (!moved.ok()) {
+    return Complain(kUsage, folder + " does not fit the configuration: " + moved.error());
+  }
+  const auto epoch = static_cast<uint16_t>(std::max(1, (state.engine.epoch() + 1) & 0xFFFF));
+  const engine::Engine engine = BeginWith(config, epoch, state.stamp, moved.value().field);
+  auto made = PosixFolder::Open(next, PosixFolder::Mode::kOwner);
+  Status done = made.ok() ? journal::WriteSnapshot(engine, state.stamp, made.value().get())
+                          : Status(Error{made.error()});
+  if (done.ok()) {
+    done = Replace(folder, next, before);
+  }
+  if (!done.ok()) {
+    std::error_code ignored;
+    std::filesystem::remove_all(next, ignored);
+    return Complain(kFailed, done.error());
+  }
+  fmt::print(
+      "{}: {} nodes with pheromone, {} left out that lie outside, {:g} quanta cut off above "
+      "a maximum; the old state is in {}\n",
+      folder, engine.sequence() - 1, moved.value().nodes_outside,
+      static_cast<double>(moved.value().levels_cut_off) / field::kLevelsPerQuantum, before);
+  return 0;
+}
+
+}  // namespace pheromone::ctl
