@@ -47,7 +47,7 @@ maximum = 0.25          # gone after two seconds
 pheromone = "trail"
 file = "nodes.pgm"
 [daemon]
-io_threads = 2
+io_threads = 1
 )";
 
 [[noreturn]] void Fail(const std::string& why) {
