@@ -112,7 +112,8 @@ void Recorder::MakeCut(Cut cut) {
     }
     on_ = cut != Cut::kEnd;
     status_.recording = on_;
-    status_.longest_copy_us = std::max(status_.longest_copy_us, (host_.utc_ns() - waiting_since_ns) / 1000);
+    status_.longest_copy_us =
+        std::max(status_.longest_copy_us, (host_.utc_ns() - waiting_since_ns) / 1000);
   });
   changed_.notify_all();
 }
