@@ -53,6 +53,14 @@ TEST_F(PtyLinkTest, APingIsAnsweredThroughARealPty) {
   EXPECT_EQ(server_.link().address(), path_);
 }
 
+TEST_F(PtyLinkTest, TheServersGroupMayUseItAndNobodyElse) {
+  ASSERT_TRUE(Start().ok());
+  struct stat terminal {};
+  ASSERT_EQ(stat(path_.c_str(), &terminal), 0);
+  EXPECT_EQ(terminal.st_mode & 0777, 0660u);
+  EXPECT_EQ(terminal.st_gid, getegid());
+}
+
 TEST_F(PtyLinkTest, ItIsKnownWhenTheLastByteCame) {
   ASSERT_TRUE(Start().ok());
   Peer robot(path_);

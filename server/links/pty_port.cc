@@ -41,6 +41,14 @@ std::string TargetOf(const std::string& path) {
   return size > 0 ? std::string(target.data(), static_cast<size_t>(size)) : std::string();
 }
 
+// Its user's group may use it too, like the control socket: devpts lets only its user read it, and
+// gives it to the group that terminals are written to with. Where that cannot be, it stays so.
+void OpenToTheGroup(int slave) {
+  if (fchown(slave, static_cast<uid_t>(-1), getegid()) == 0) {
+    (void)fchmod(slave, S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP);
+  }
+}
+
 class PtyPort final : public Port {
  public:
   explicit PtyPort(std::string path) : path_(std::move(path)) {}
@@ -63,6 +71,7 @@ class PtyPort final : public Port {
     if (tcsetattr(slave.get(), TCSANOW, &mode) != 0) {
       return SystemError(std::string("cannot set up ") + name.data());
     }
+    OpenToTheGroup(slave.get());
     const Status linked = MakeLink(name.data());
     if (!linked.ok()) {
       return Error{linked.error()};
