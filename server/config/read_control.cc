@@ -1,7 +1,10 @@
 // [control] and [web]: how pheromonectl, browsers and Prometheus reach the server.
+#include <pwd.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -28,6 +31,17 @@ std::string Trimmed(const std::string& text) {
              : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
+// Whoever made the file is often not who runs the server.
+std::string WhoMustReadIt(const std::string& path) {
+  if (access(path.c_str(), R_OK) == 0 || errno != EACCES) {
+    return "";
+  }
+  const passwd* user = getpwuid(geteuid());
+  return " for the user " +
+         (user != nullptr ? std::string(user->pw_name) : std::to_string(geteuid())) +
+         ", whom the server runs as; give the file to that user's group (chgrp) with mode 0640";
+}
+
 void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   if (table.Find("token_file") == nullptr) {
     return;
@@ -38,7 +52,7 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   }
   const Result<std::string> text = maps::ReadFile(path->string(), 4096);
   if (!text.ok()) {
-    table.Report("token_file", text.error());
+    table.Report("token_file", text.error() + WhoMustReadIt(path->string()));
     return;
   }
   web->token = Trimmed(text.value());

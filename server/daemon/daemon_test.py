@@ -8,6 +8,7 @@
 import argparse
 import os
 import pathlib
+import pwd
 import select
 import signal
 import socket
@@ -502,6 +503,33 @@ class DaemonTest(unittest.TestCase):
             server.await_log("ready")
             self.assertTrue(server.log.startswith("info: pheromoned "), server.log)
             self.assertEqual(server.stop(), 0)
+
+    def token(self, mode):
+        """A configuration whose token is in a file of that mode."""
+        token = self.folder / "token"
+        token.write_text("0123456789abcdef")
+        token.chmod(mode)
+        self.config.write_text(CONFIG + PTY + '[web]\ntoken_file = "token"\n')
+
+    def test_a_token_that_everyone_can_read_is_warned_of_in_the_log(self):
+        for mode, warned in ((0o644, True), (0o640, False)):
+            self.token(mode)
+            with self.start("--config", "test.toml") as server:
+                server.await_log("ready")
+                self.assertEqual(server.stop(), 0)
+                self.assertEqual("token is open to all users" in server.log, warned)
+
+    def test_a_token_that_the_server_cannot_read_is_told_with_the_user(self):
+        self.token(0o000)
+        self.folder.chmod(0o755)
+        other = {"user": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
+        result = subprocess.run([PHEROMONED, "--config", "test.toml"], cwd=self.folder, text=True,
+                                capture_output=True, check=False, **other)
+        user = pwd.getpwuid(other.get("user", os.geteuid())).pw_name
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("web.token_file: ", result.stderr)
+        self.assertIn(f"Permission denied for the user {user}, whom the server runs as; give the "
+                      "file to that user's group (chgrp) with mode 0640", result.stderr)
 
     def test_log_level_silences(self):
         with self.start("--config", "test.toml", "--log-level", "warn") as server:

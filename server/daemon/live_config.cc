@@ -95,10 +95,12 @@ Status LiveConfig::Configure(const engine::EngineConfig& config, bool state_lost
   return service_->Configure(config, RandomEpoch(epoch), state_lost);
 }
 
-// What --check says of warnings in full is not worth a line at every start.
+// What --check says of warnings in full is not worth a line at every start, but that somebody else
+// may change things is.
 void LiveConfig::Tell(const std::vector<std::string>& warnings) const {
   for (const std::string& warning : warnings) {
-    spdlog::debug("{}", warning);
+    const bool exposed = warning.find(": web.token_file: ") != std::string::npos;
+    spdlog::log(exposed ? spdlog::level::warn : spdlog::level::debug, "{}", warning);
   }
   for (const std::string& line : config::DescribeConfig(config_)) {
     spdlog::info("{}", line);
