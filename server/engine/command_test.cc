@@ -20,6 +20,14 @@ class CommandTest : public ::testing::Test {
     return bench_.Apply(issued);
   }
 
+  std::vector<Outgoing> IssueHaltToAll() {
+    CommandIssued issued;
+    issued.id = protocol::kBroadcastId;
+    return bench_.Apply(issued);
+  }
+
+  std::vector<protocol::Command> AllThatIsSent();
+
   std::vector<Outgoing> AdvanceToDeadline() {
     bench_.now_ms = bench_.engine.NextDeadline().value_or(bench_.now_ms);
     return bench_.Apply(Advance{});
@@ -100,9 +108,7 @@ TEST_F(CommandTest, ARestartedRobotsCommandIsUnknownAndNotSentAgain) {
 }
 
 TEST_F(CommandTest, HaltToAllIsSentThreeTimesWithoutAck) {
-  CommandIssued issued;
-  issued.id = protocol::kBroadcastId;
-  size_t sent = bench_.Apply(issued).size();
+  size_t sent = IssueHaltToAll().size();
   while (bench_.engine.NextDeadline()) {
     for (const Outgoing& it : AdvanceToDeadline()) {
       EXPECT_EQ(it.message.id, protocol::kBroadcastId);
@@ -110,6 +116,64 @@ TEST_F(CommandTest, HaltToAllIsSentThreeTimesWithoutAck) {
     }
   }
   EXPECT_EQ(sent, 3u);
+}
+
+// Whatever is sent until nothing is due any more.
+std::vector<protocol::Command> CommandTest::AllThatIsSent() {
+  std::vector<protocol::Command> commands;
+  while (bench_.engine.NextDeadline()) {
+    for (const Outgoing& it : AdvanceToDeadline()) {
+      EXPECT_TRUE(protocol::Decode(it.message, &commands.emplace_back()));
+    }
+  }
+  return commands;
+}
+
+// Robots take the halt of each transmission: one after the resume would undo it.
+TEST_F(CommandTest, AResumeIsSentAfterTheLastTransmissionOfAHaltToAll) {
+  EXPECT_EQ(IssueHaltToAll().size(), 1u);
+  bench_.now_ms += 30;
+  EXPECT_TRUE(Issue(CommandCode::kResume).empty());
+  const std::vector<protocol::Command> sent = AllThatIsSent();
+  ASSERT_EQ(sent.size(), 2u + Engine::kCommandTransmissions);
+  for (size_t i = 0; i < sent.size(); ++i) {
+    EXPECT_EQ(sent[i].code, i < 2 ? CommandCode::kHalt : CommandCode::kResume) << i;
+  }
+}
+
+TEST_F(CommandTest, AResumeWaitsForAHaltToAllThatIsSentLate) {
+  IssueHaltToAll();
+  Issue(CommandCode::kResume);
+  bench_.now_ms += 3'600'000;
+  const auto late = bench_.Apply(Advance{});  // the second of three, and all that was due
+  ASSERT_EQ(late.size(), 1u);
+  EXPECT_EQ(late[0].message.id, protocol::kBroadcastId);
+  const std::vector<protocol::Command> sent = AllThatIsSent();
+  ASSERT_GT(sent.size(), 1u);
+  EXPECT_EQ(sent[0].code, CommandCode::kHalt);
+  EXPECT_EQ(sent[1].code, CommandCode::kResume);
+}
+
+TEST_F(CommandTest, OtherCommandsDoNotWaitForAHaltToAll) {
+  IssueHaltToAll();
+  EXPECT_EQ(Issue(CommandCode::kHalt).size(), 1u);
+  EXPECT_EQ(Issue(CommandCode::kPickLoad).size(), 1u);
+}
+
+TEST_F(CommandTest, AHaltToAllEndsAPendingResume) {
+  Issue(CommandCode::kResume);
+  IssueHaltToAll();
+  EXPECT_EQ(state().outcome, CommandOutcome::kUnanswered);
+  EXPECT_EQ(bench_.engine.counters().commands_unanswered, 1u);
+  for (const protocol::Command& sent : AllThatIsSent()) {
+    EXPECT_EQ(sent.code, CommandCode::kHalt);
+  }
+}
+
+TEST_F(CommandTest, AHaltToAllLeavesOtherPendingCommands) {
+  Issue(CommandCode::kPickLoad);
+  IssueHaltToAll();
+  EXPECT_EQ(state().outcome, CommandOutcome::kPending);
 }
 
 TEST_F(CommandTest, WhatCannotBeCommandedIsSaid) {

@@ -96,6 +96,13 @@ void Engine::On(const PoseObserved& observed, std::vector<Outgoing>* /*out*/) {
 // A long gap is one bounded step: a command that has missed several retries is sent once, and the
 // field does a portion of what is due. If more is, the next deadline is in the past.
 void Engine::On(const Advance& /*advance*/, std::vector<Outgoing>* out) {
+  // Before the commands: a resume waits for the last of them.
+  for (Broadcast& broadcast : broadcasts_) {
+    if (broadcast.next_ms <= field_time_ms_) {
+      SendBroadcast(&broadcast, out);
+    }
+  }
+  std::erase_if(broadcasts_, [](const Broadcast& broadcast) { return broadcast.left == 0; });
   std::vector<std::pair<LinkIndex, uint8_t>> due;
   robots_.ForEach([&](LinkIndex link, uint8_t id, const RobotState& robot) {
     if (robot.has_pending_command() && robot.command.next_retry_ms <= field_time_ms_) {
@@ -107,12 +114,6 @@ void Engine::On(const Advance& /*advance*/, std::vector<Outgoing>* out) {
       SendCommand(link, id, &robot, out);
     });
   }
-  for (Broadcast& broadcast : broadcasts_) {
-    if (broadcast.next_ms <= field_time_ms_) {
-      SendBroadcast(&broadcast, out);
-    }
-  }
-  std::erase_if(broadcasts_, [](const Broadcast& broadcast) { return broadcast.left == 0; });
   field_->Advance(field_time_ms_);
 }
 

@@ -54,7 +54,7 @@ class Engine {
   static constexpr uint64_t kFirstRetryMs = 250;
   static constexpr uint64_t kLongestRetryMs = 4000;
   static constexpr uint8_t kCommandTransmissions = 6;
-  /// A broadcast halt is sent this often, this far apart.
+  /// A broadcast halt is sent this often, this far apart. A resume waits until it has been.
   static constexpr uint8_t kBroadcastTransmissions = 3;
   static constexpr uint64_t kBroadcastIntervalMs = 100;
 
@@ -139,6 +139,8 @@ class Engine {
                                 uint64_t now_ms) const;
   void Send(LinkIndex link, const protocol::Message& message, std::vector<Outgoing>* out) const;
   void SendCommand(LinkIndex link, uint8_t id, RobotState* robot, std::vector<Outgoing>* out);
+  void GiveUp(CommandState* command);
+  void DropPendingResumes(LinkIndex link);
   void SendBroadcast(Broadcast* broadcast, std::vector<Outgoing>* out);
 
   EngineConfig config_;

@@ -84,6 +84,7 @@ Status Engine::CheckCommand(const CommandIssued& command) const {
 void Engine::On(const CommandIssued& issued, std::vector<Outgoing>* out) {
   assert(CheckCommand(issued).ok());
   if (issued.id == protocol::kBroadcastId) {
+    DropPendingResumes(issued.link);
     broadcasts_.push_back({issued.link, next_broadcast_seq_++, kBroadcastTransmissions, 0});
     SendBroadcast(&broadcasts_.back(), out);
     return;
@@ -99,14 +100,41 @@ void Engine::On(const CommandIssued& issued, std::vector<Outgoing>* out) {
   });
 }
 
+// Repeated after a halt to all, they would undo it.
+void Engine::DropPendingResumes(LinkIndex link) {
+  std::vector<uint8_t> ids;
+  robots_.ForEach([&](LinkIndex its_link, uint8_t id, const RobotState& robot) {
+    if (its_link == link && robot.has_pending_command() &&
+        robot.command.command.code == protocol::CommandCode::kResume) {
+      ids.push_back(id);
+    }
+  });
+  for (const uint8_t id : ids) {
+    robots_.Update(link, id, [&](RobotState& robot) { GiveUp(&robot.command); });
+  }
+}
+
+void Engine::GiveUp(CommandState* command) {
+  command->outcome = CommandOutcome::kUnanswered;
+  command->next_retry_ms = 0;
+  ++counters_.commands_unanswered;
+}
+
 void Engine::SendCommand(LinkIndex link, uint8_t id, RobotState* robot,
                          std::vector<Outgoing>* out) {
   CommandState& state = robot->command;
   if (state.sent == kCommandTransmissions) {
-    state.outcome = CommandOutcome::kUnanswered;
-    state.next_retry_ms = 0;
-    ++counters_.commands_unanswered;
+    GiveUp(&state);
     return;
+  }
+  // A resume that overtook the last transmission of a halt to all would be undone by it.
+  if (state.command.code == protocol::CommandCode::kResume) {
+    const auto halt = std::find_if(broadcasts_.begin(), broadcasts_.end(),
+                                   [&](const Broadcast& it) { return it.link == link; });
+    if (halt != broadcasts_.end()) {
+      state.next_retry_ms = halt->next_ms;
+      return;
+    }
   }
   state.next_retry_ms = field_time_ms_ + std::min(kFirstRetryMs << state.sent, kLongestRetryMs);
   ++state.sent;
