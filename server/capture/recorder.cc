@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <utility>
 #include <vector>
@@ -42,7 +44,7 @@ Status Recorder::Start(const RecordingOptions& options) {
                  ", expected a folder for captures"};
   }
   if (access(options.folder.c_str(), W_OK | X_OK) != 0) {
-    return Error{options.folder + ": takes no files: permission denied"};
+    return Error{options.folder + ": takes no files: " + std::strerror(errno)};
   }
   {
     const std::lock_guard lock(mutex_);

@@ -105,7 +105,8 @@ struct WebSettings {
 struct JournalConfig {
   enum class Durability { kDurable, kRelaxed, kNone };
 
-  std::string folder;  ///< empty: the one that systemd gives, else none; see folders.h
+  std::string
+      folder;  ///< empty: in the state directory, if there is one; JournalFolder (folders.h)
   Durability durability = Durability::kDurable;
   uint64_t segment_bytes = uint64_t{64} << 20;
   uint64_t snapshot_bytes = uint64_t{64} << 20;
@@ -119,7 +120,7 @@ struct JournalConfig {
 /// Recording of the traffic (server/capture).
 struct CaptureSettings {
   bool start = false;       ///< at the start of the server
-  std::string folder;       ///< where its files are; see CaptureFolder (folders.h)
+  std::string folder;       ///< where its files are; CaptureFolder (folders.h)
   uint64_t file_mb = 0;     ///< 10^6 bytes; about, after which another file is begun
   uint32_t most_files = 0;  ///< that are kept; 0: all
   bool operator==(const CaptureSettings&) const = default;

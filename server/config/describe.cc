@@ -132,10 +132,16 @@ CheckReport DescribeCheck(const std::string& name, const Config& config,
   }
   report.text = name + ": ok\n";
   const std::vector<std::string> described = DescribeConfig(config);
-  for (const auto* lines : {&described, &folders.lines}) {
+  const std::vector<std::string> reach = DescribeReach(config, nullptr);
+  for (const auto* lines : {&described, &reach, &folders.lines}) {
     for (const std::string& line : *lines) {
       report.text += "  " + line + '\n';
     }
+  }
+  if (state_directory == nullptr) {
+    report.text +=
+        "  paths above that were not absolute begin elsewhere in a service of systemd: journal and "
+        "recordings in its state directory, ptys and control socket in its runtime directory\n";
   }
   return report;
 }

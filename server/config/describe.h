@@ -11,6 +11,9 @@ namespace pheromone::config {
 /// The map, each pheromone's law in words, and what lies on the map.
 std::vector<std::string> DescribeConfig(const Config& config);
 
+/// Links, trackers, control socket and web. `runtime_directory` is $RUNTIME_DIRECTORY (folders.h).
+std::vector<std::string> DescribeReach(const Config& config, const char* runtime_directory);
+
 /// What `pheromoned --check` and `pheromonectl config check` say of a configuration without
 /// mistakes: `name`, that it is good, and what it means, to standard output; warnings to standard
 /// error. `state_directory` is $STATE_DIRECTORY (folders.h).

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -12,54 +13,94 @@ namespace {
 
 constexpr const char* kLockName = "lock";  // of a journal (server/journal/posix_folder.h)
 
-std::string FirstOf(const char* state_directory) {
-  const std::string all = state_directory != nullptr ? state_directory : "";
+std::string FirstOf(const char* directories) {
+  const std::string all = directories != nullptr ? directories : "";
   return all.substr(0, all.find(':'));
 }
 
-// Why files cannot be made in a folder that is there; empty if they can.
-std::string WhyNot(const std::string& folder) {
-  struct stat status {};
-  if (stat(folder.c_str(), &status) == 0 && !S_ISDIR(status.st_mode)) {
-    return folder + ": is not a folder";
-  }
-  return access(folder.c_str(), R_OK | W_OK | X_OK) == 0
-             ? ""
-             : folder + ": " + std::strerror(errno) + ", expected a folder that can be written to";
+bool IsWithin(const std::string& path, const std::string& folder) {
+  const std::filesystem::path outer = AbsolutePath(folder);
+  const std::filesystem::path inner = AbsolutePath(path);
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
 }
 
-// One that is not there is made by the server, if that which it belongs into is there.
-void Look(const std::string& key, const std::string& what, const std::string& folder,
-          FolderReport* report) {
+bool IsThere(const std::string& path) {
   std::error_code error;
-  const bool is_there = std::filesystem::exists(folder, error);
-  const std::string above =
-      std::filesystem::absolute(folder, error).lexically_normal().parent_path().string();
-  const std::string lock = folder + '/' + kLockName;
-  std::string why = WhyNot(is_there ? folder : above);
-  if (why.empty() && key == "journal.folder" && access(lock.c_str(), F_OK) == 0 &&
-      access(lock.c_str(), R_OK | W_OK) != 0) {
-    why = lock + ": " + std::strerror(errno) + ", expected a file of the server's user";
+  return std::filesystem::exists(path, error);
+}
+
+// What systemd keeps a service from, however its files are owned, looks like a fault of the disk.
+std::string SandboxHint(const std::string& folder, const char* state_directory, int error) {
+  const std::string state = FirstOf(state_directory);
+  if (state.empty() || IsWithin(folder, state) || (error != EROFS && error != EACCES)) {
+    return "";
   }
-  if (!why.empty()) {
-    report->warnings.push_back(key + ": " + why);
-  }
-  report->lines.push_back(what + ": " + folder + (is_there ? "" : ", which is not there yet"));
+  return "; as a service, the server may write in " + state +
+         " alone unless a drop-in (systemctl edit) with ReadWritePaths=" + folder + " allows more";
+}
+
+std::string LineOf(const std::string& what, const std::string& folder) {
+  return what + ": " + folder + (IsThere(folder) ? "" : ", which is not there yet");
 }
 
 }  // namespace
+
+std::string AbsolutePath(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::absolute(path, error);
+  // "state/" is the folder "state", not something without a name inside of it.
+  const std::filesystem::path normal =
+      (error ? std::filesystem::path(path) : whole).lexically_normal();
+  return (normal.has_filename() || !normal.has_relative_path() ? normal : normal.parent_path())
+      .string();
+}
+
+std::string KeptPath(const std::string& path, const char* state_directory) {
+  // An absolute path takes the place of what it is appended to.
+  return path.empty() ? "" : AbsolutePath(std::filesystem::path(FirstOf(state_directory)) / path);
+}
 
 std::string JournalFolder(const JournalConfig& config, const char* state_directory) {
   if (config.durability == JournalConfig::Durability::kNone) {
     return "";
   }
-  const std::string state = FirstOf(state_directory);
-  return !config.folder.empty() || state.empty() ? config.folder : state + "/journal";
+  const bool by_itself = config.folder.empty() && !FirstOf(state_directory).empty();
+  return KeptPath(by_itself ? "journal" : config.folder, state_directory);
 }
 
 std::string CaptureFolder(const CaptureSettings& config, const char* state_directory) {
-  // An absolute path takes the place of what it is appended to.
-  return (std::filesystem::path(FirstOf(state_directory)) / config.folder).string();
+  return KeptPath(config.folder, state_directory);
+}
+
+std::string ControlSocket(const ControlSettings& config, const char* runtime_directory) {
+  return config.socket.empty()
+             ? ""
+             : (std::filesystem::path(FirstOf(runtime_directory)) / config.socket).string();
+}
+
+std::string WhyUnusable(const std::string& folder, const char* state_directory) {
+  // The server makes a folder that is not there, if that which it belongs into is there.
+  const std::string place =
+      IsThere(folder) ? folder : std::filesystem::path(AbsolutePath(folder)).parent_path().string();
+  struct stat status {};
+  if (stat(place.c_str(), &status) == 0 && !S_ISDIR(status.st_mode)) {
+    return place + ": is not a folder";
+  }
+  if (access(place.c_str(), R_OK | W_OK | X_OK) == 0) {
+    return "";
+  }
+  const int error = errno;
+  return place + ": " + std::strerror(error) + ", expected a folder that can be written to" +
+         SandboxHint(folder, state_directory, error);
+}
+
+std::string WhyNotKept(const std::string& path, const char* runtime_directory) {
+  const std::string runtime = FirstOf(runtime_directory);
+  return path.empty() || runtime.empty() || !IsWithin(path, runtime)
+             ? ""
+             : path + ": is in " + runtime +
+                   ", which systemd empties when the service stops: what is kept there is lost "
+                   "then; a relative path begins at the service's state directory";
 }
 
 FolderReport LookAtFolders(const Config& config, const char* state_directory) {
@@ -67,14 +108,25 @@ FolderReport LookAtFolders(const Config& config, const char* state_directory) {
   const std::string journal = JournalFolder(config.journal, state_directory);
   if (journal.empty()) {
     report.lines.emplace_back(
-        "journal: none, but that of the state directory which systemd gives a service");
-    if (config.journal.durability == JournalConfig::Durability::kNone) {
-      report.lines.back() = "journal: none";
-    }
+        config.journal.durability == JournalConfig::Durability::kNone
+            ? "journal: none"
+            : "journal: none, but that of the state directory which systemd gives a service");
   } else {
-    Look("journal.folder", "journal", journal, &report);
+    std::string why = WhyUnusable(journal, state_directory);
+    const std::string lock = journal + '/' + kLockName;
+    if (why.empty() && access(lock.c_str(), F_OK) == 0 && access(lock.c_str(), R_OK | W_OK) != 0) {
+      why = lock + ": " + std::strerror(errno) + ", expected a file of the server's user";
+    }
+    if (!why.empty()) {
+      report.warnings.push_back("journal.folder: " + why);
+    }
+    report.lines.push_back(LineOf("journal", journal));
   }
-  Look("capture.folder", "recordings", CaptureFolder(config.capture, state_directory), &report);
+  const std::string captures = CaptureFolder(config.capture, state_directory);
+  if (const std::string why = WhyUnusable(captures, state_directory); !why.empty()) {
+    report.warnings.push_back("capture.folder: " + why);
+  }
+  report.lines.push_back(LineOf("recordings", captures));
   return report;
 }
 

@@ -20,18 +20,38 @@ TEST(JournalFolderTest, IsTheConfiguredOneElseThatOfTheStateDirectoryElseNone) {
   EXPECT_EQ(JournalFolder(config, "/var/lib/a"), "/var/lib/a/journal");
   EXPECT_EQ(JournalFolder(config, "/var/lib/a:/var/lib/b"), "/var/lib/a/journal");
   config.folder = "state";
-  EXPECT_EQ(JournalFolder(config, "/var/lib/a"), "state");
+  EXPECT_EQ(JournalFolder(config, "/var/lib/a"), "/var/lib/a/state");
+  config.folder = "/srv/state";
+  EXPECT_EQ(JournalFolder(config, "/var/lib/a"), "/srv/state");
   config.durability = JournalConfig::Durability::kNone;
   EXPECT_EQ(JournalFolder(config, "/var/lib/a"), "");
 }
 
-TEST(CaptureFolderTest, BeginsAtTheStateDirectoryUnlessItIsAbsolute) {
+TEST(KeptPathTest, BeginsAtTheStateDirectoryOrWhereTheServerWasStartedUnlessItIsAbsolute) {
+  const std::string here = std::filesystem::current_path().string();
+  EXPECT_EQ(KeptPath("lab.field", nullptr), here + "/lab.field");
+  EXPECT_EQ(KeptPath("./lab.field", ""), here + "/lab.field");
+  EXPECT_EQ(KeptPath("a/../lab.field", "/var/lib/a:/var/lib/b"), "/var/lib/a/lab.field");
+  EXPECT_EQ(KeptPath("/mnt/large/", "/var/lib/a"), "/mnt/large");
+  EXPECT_EQ(KeptPath("/", "/var/lib/a"), "/");
+  EXPECT_EQ(KeptPath("", "/var/lib/a"), "");
+}
+
+TEST(KeptPathTest, IsWhereRecordingsGo) {
   CaptureSettings config;
   config.folder = "captures";
-  EXPECT_EQ(CaptureFolder(config, nullptr), "captures");
-  EXPECT_EQ(CaptureFolder(config, "/var/lib/a:/var/lib/b"), "/var/lib/a/captures");
-  config.folder = "/mnt/large";
-  EXPECT_EQ(CaptureFolder(config, "/var/lib/a"), "/mnt/large");
+  EXPECT_EQ(CaptureFolder(config, "/var/lib/a"), "/var/lib/a/captures");
+}
+
+TEST(WhyNotKeptTest, WhatSystemdEmptiesIsToldAndNothingElse) {
+  EXPECT_THAT(WhyNotKept("/run/a/journal", "/run/a:/run/b"),
+              HasSubstr("/run/a/journal: is in /run/a, which systemd empties"));
+  EXPECT_THAT(WhyNotKept("/run/a/../a", "/run/a/"), HasSubstr("systemd empties"));
+  EXPECT_EQ(WhyNotKept("/run/ab", "/run/a"), "");
+  EXPECT_EQ(WhyNotKept("/run", "/run/a"), "");
+  EXPECT_EQ(WhyNotKept("/run/a/../b", "/run/a"), "");
+  EXPECT_EQ(WhyNotKept("/run/a", nullptr), "");
+  EXPECT_EQ(WhyNotKept("", "/run/a"), "");
 }
 
 class FoldersTest : public FolderTest {

@@ -251,11 +251,12 @@ class ControlTest(unittest.TestCase):
     def test_a_recording_is_started_looked_at_and_stopped(self):
         self.assertFalse(self.view("status")["capture"]["recording"])
         self.assertIn("there is no recording", self.ctl("capture", "stop", status=1))
-        self.assertEqual(self.view("capture", "status")["folder"], "captures")
+        self.assertEqual(self.view("capture", "status")["folder"],
+                         str(self.folder / "captures"))
         self.assertRegex(self.ctl("capture", "start"),
-                         r"^recording into captures/pheromone-\S+\.pcapng: \S+ KiB in 1 file\n$")
+                         r"^recording into \S+/captures/pheromone-\S+\.pcapng: \S+ KiB in 1 file\n$")
         self.assertIn("a recording is going on already", self.ctl("capture", "start", status=1))
-        self.assertIn("capture   recording into captures/", self.ctl("status"))
+        self.assertIn(f"capture   recording into {self.folder}/captures/", self.ctl("status"))
         self.assertIn(b"\npheromone_capture_recording 1\n", self.request("GET", "/metrics")[1])
         self.robot(27).sense(1, 1500, 500, 0)
         view = self.view("capture", "stop")
@@ -263,7 +264,7 @@ class ControlTest(unittest.TestCase):
         file = self.folder / view["file"]
         self.assertLess(view["bytes"], file.stat().st_size)  # the header is not counted
         self.assertRegex(self.ctl("replay", file), r"[1-9]\d* answers")
-        self.assertRegex(self.ctl("capture", "status"), r"^not recording; the last into captures/")
+        self.assertRegex(self.ctl("capture", "status"), r"^not recording; the last into \S+/captures/")
         for arguments in (("capture",), ("capture", "pause"), ("capture", "start", "here")):
             self.assertEqual(subprocess.run([PHEROMONECTL, *arguments], check=False,
                                             capture_output=True).returncode, 2, arguments)

@@ -35,6 +35,10 @@ Captures::Captures(engine::Service* service, const config::Config& config)
       writer_([this] { recorder_.Run(); }) {}
 
 Status Captures::Start() {
+  const std::string why = config::WhyUnusable(folder_, std::getenv("STATE_DIRECTORY"));
+  if (!why.empty()) {
+    return Error{why};
+  }
   std::error_code error;
   std::filesystem::create_directory(folder_, error);  // Start says what is wrong
   capture::RecordingOptions options;

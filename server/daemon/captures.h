@@ -33,7 +33,7 @@ class Captures final : public links::Tap {
   ~Captures() override { Finish(); }
 
   /// Begins a recording as configured; the folder is made if it is not there. Not before the
-  /// service is configured. Errors: there is one already; the folder takes no files.
+  /// service is configured. Errors: there is one already; the folder cannot be used.
   Status Start();
   /// Ends it. What was recorded is being written still. Errors: there is none.
   Status Stop();

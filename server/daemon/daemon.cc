@@ -88,13 +88,13 @@ class Daemon::Impl {
     std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
     if (!BeginWithTheState()) {
       keeper_->Stop(service_.StateHash());
-      return 1;
+      return kMisconfigured;
     }
     if (record_at_start_) {
       const Status recording = captures_.Start();
       if (!recording.ok()) {
         spdlog::critical("cannot record: {}", recording.error());
-        return 1;
+        return kMisconfigured;
       }
     }
     boost::asio::post(strand_, [this] { Tick(); });

@@ -25,6 +25,8 @@ namespace pheromone::daemon {
 class Daemon {
  public:
   using Reload = std::function<Result<config::Config>()>;
+  /// The exit status after a start that fails in the same way each time it is tried.
+  static constexpr int kMisconfigured = 2;
 
   /// `keeper` has the state to go on from. `reload` reads the configuration again. The field is
   /// saved to `save_field` at an orderly stop; empty: it is not saved.
@@ -34,8 +36,9 @@ class Daemon {
   Daemon& operator=(const Daemon&) = delete;
   ~Daemon();
 
-  /// Returns the exit status: 0 after an orderly stop, 1 if a required link did not come up, the
-  /// configuration does not fit the state, or field or journal could not be written to the end.
+  /// Returns the exit status: 0 after an orderly stop, kMisconfigured if the configuration does not
+  /// fit the state or nothing can be recorded where it says, 1 if a required link did not come up,
+  /// or field or journal could not be written to the end.
   int Run();
 
  private:

@@ -152,14 +152,15 @@ class DaemonTest(unittest.TestCase):
         self.config.write_text(CONFIG + PTY + '[journal]\nfolder = "state"\n')
         result = self.call("--check", "--config", "test.toml")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertIn("  journal: state, which is not there yet\n"
-                      "  recordings: captures, which is not there yet\n", result.stdout)
+        self.assertIn(f"  journal: {self.folder}/state, which is not there yet\n"
+                      f"  recordings: {self.folder}/captures, which is not there yet\n",
+                      result.stdout)
         self.assertEqual(os.listdir(self.folder), ["test.toml"])
         with self.start("--config", "test.toml") as server:
             server.await_log("ready")
             result = self.call("--check", "--config", "test.toml")  # beside the one that owns it
             self.assertEqual((result.returncode, result.stderr), (0, ""))
-            self.assertIn("  journal: state\n", result.stdout)
+            self.assertIn(f"  journal: {self.folder}/state\n", result.stdout)
             self.assertEqual(server.stop(), 0)
         # Root may write everywhere, so another user asks.
         (self.folder / "state" / "lock").chmod(0o600)
@@ -173,7 +174,7 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual(result.returncode, 0)
         self.assertIn(f"warning: capture.folder: {self.folder}: Permission denied, expected a "
                       "folder that can be written to", warnings)
-        self.assertEqual(bool(other), "warning: journal.folder: state/lock: Permission denied, "
+        self.assertEqual(bool(other), f"warning: journal.folder: {self.folder}/state/lock: Permission denied, "
                          "expected a file of the server's user" in warnings)
 
     def test_a_bad_file_ends_the_start_with_the_same_words(self):
@@ -385,7 +386,7 @@ class DaemonTest(unittest.TestCase):
             before = self.smells(robot)
             self.assertFalse((self.folder / "lab.field").exists())
             self.assertEqual(server.stop(), 0)
-            self.assertIn("field saved to lab.field: 40 nodes", server.log)
+            self.assertIn(f"field saved to {self.folder}/lab.field: 40 nodes", server.log)
         nodes = [line.split(",") for line in (self.folder / "lab.field").read_text().splitlines()
                  if line[0] != "#"]
         self.assertEqual(sorted((int(kind), int(column), int(row), int(level))
@@ -405,11 +406,12 @@ class DaemonTest(unittest.TestCase):
             whole = self.config.read_text()
             self.config.write_text(whole[:whole.rindex("[[pheromone]]")] + PTY)
             server.process.send_signal(signal.SIGHUP)
-            server.await_log("the configuration stays as it was:\nlab.field, which was loaded, has "
-                             "pheromone type 2, which left the configuration")
-            self.assertEqual(self.smells(robot), before)
+            server.await_log("the configuration stays as it was:\n"
+                             f"{self.folder}/lab.field, which was loaded, has pheromone  type 2, which left the configuration")
+                             f"{self.folder}/lab.field, which was loaded, has pheromone "
+                             "type 2, which left the configuration")
             self.assertEqual(server.stop(), 0)
-            self.assertIn("field saved to lab.field: 40 nodes", server.log)
+            self.assertIn(f"field saved to {self.folder}/lab.field: 40 nodes", server.log)
 
     def test_sigusr1_saves_the_field_while_robots_are_served(self):
         server, robot = self.start_to_save("--save-field", "lab.field")
@@ -417,12 +419,12 @@ class DaemonTest(unittest.TestCase):
             robot.deposit(2, 1000, 1000, 2)
             before = self.smells(robot)
             server.process.send_signal(signal.SIGUSR1)
-            server.await_log("field saved to lab.field: 1 nodes")
+            server.await_log(f"field saved to {self.folder}/lab.field: 1 nodes")
             saved = (self.folder / "lab.field").read_text()
             self.assertIn("\n2,10,10,128\n", saved)
             robot.deposit(2, 2000, 1000, 1)
             server.process.send_signal(signal.SIGUSR1)
-            server.await_log("field saved to lab.field: 2 nodes")
+            server.await_log(f"field saved to {self.folder}/lab.field: 2 nodes")
             self.assertIn("\n2,10,10,128\n2,20,10,64\n",
                           (self.folder / "lab.field").read_text())
             server.process.kill()  # even then, what was saved is there
@@ -444,7 +446,7 @@ class DaemonTest(unittest.TestCase):
                 robot.hello(1)
                 robot.deposit(1, 1000, 1000, 2)
             saves = 0
-            while "field saved to lab.field: 0 nodes" not in server.log:
+            while f"field saved to {self.folder}/lab.field: 0 nodes" not in server.log:
                 server.process.send_signal(signal.SIGUSR1)
                 saves += 1
                 server.await_log("field saved", saves)
@@ -462,23 +464,23 @@ class DaemonTest(unittest.TestCase):
         for arguments in (load, (*load, "--check")):
             result = self.call(*arguments)
             self.assertEqual((result.returncode, result.stderr),
-                             (2, "lab.field does not fit the configuration: pheromone type 2 "
-                              "(\"path\") is not configured\n"))
+                             (2, f"{self.folder}/lab.field does not fit the configuration: "
+                              "pheromone type 2 (\"path\") is not configured\n"))
         (self.folder / "lab.field").write_bytes(saved[:-1])
         result = self.call(*load)
         self.assertEqual(result.returncode, 2)
-        self.assertRegex(result.stderr, r"^lab\.field:7:25: found the end of the file, expected a "
+        self.assertRegex(result.stderr, r"^\S+/lab\.field:7:25: found the end of the file, expected a "
                          "whole line: the file is cut off\n$")
         result = self.call("--load-field", "none.field")
         self.assertEqual((result.returncode, result.stderr),
-                         (2, "none.field: cannot be opened: No such file or directory\n"))
+                         (2, f"{self.folder}/none.field: cannot be opened: No such file or directory\n"))
         self.assertEqual(self.call("--load-field", "").returncode, 2)
 
     def test_where_nothing_can_be_saved_is_told_at_the_start(self):
         for path, why in (("none/lab.field", "No such file"), (".", "is a folder")):
             result = self.call("--save-field", path)
             self.assertEqual(result.returncode, 2)
-            self.assertIn(f"{path}: ", result.stderr)
+            self.assertIn(f"{os.path.normpath(self.folder / path)}: ", result.stderr)
             self.assertIn(why, result.stderr)
 
     def test_a_field_that_cannot_be_saved_at_the_end_shows_in_the_exit_status(self):
@@ -487,7 +489,7 @@ class DaemonTest(unittest.TestCase):
         with server, robot.line:
             (self.folder / "kept").rmdir()
             self.assertEqual(server.stop(), 1)
-            self.assertIn("the field was not saved: kept/lab.field", server.log)
+            self.assertIn(f"the field was not saved: {self.folder}/kept/lab.field", server.log)
             self.assertTrue(server.log.endswith("stopped\n"), server.log)
 
     def test_a_start_that_fails_leaves_what_was_saved(self):

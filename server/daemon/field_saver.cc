@@ -10,13 +10,18 @@
 #include <utility>
 #include <vector>
 
+#include "server/config/folders.h"
+
 namespace pheromone::daemon {
 
-Status CheckFolderOf(const std::string& path) {
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  const std::string name = folder.empty() ? "." : folder.string();
-  if (access(name.c_str(), W_OK | X_OK) != 0) {
+Status CheckFolderOf(const std::string& path, const char* state_directory) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  if (access(folder.c_str(), F_OK) != 0) {
     return Error{path + ": cannot be written in its folder: " + std::strerror(errno)};
+  }
+  const std::string why = config::WhyUnusable(folder, state_directory);
+  if (!why.empty()) {
+    return Error{path + ": cannot be written: " + why};
   }
   std::error_code ignored;
   return std::filesystem::is_directory(path, ignored) ? Error{path + ": is a folder"} : Ok();

@@ -23,7 +23,8 @@
 namespace pheromone::daemon {
 
 /// Whether a file could be made there, or replaced: told at the start rather than at the end.
-Status CheckFolderOf(const std::string& path);
+/// `path` is absolute, `state_directory` $STATE_DIRECTORY (server/config/folders.h).
+Status CheckFolderOf(const std::string& path, const char* state_directory);
 
 class FieldSaver {
  public:

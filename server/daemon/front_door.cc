@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 #include <thread>
 #include <utility>
@@ -11,6 +10,7 @@
 
 #include <boost/asio/io_context.hpp>
 
+#include "server/config/folders.h"
 #include "server/web/api.h"
 #include "server/web/server.h"
 
@@ -20,16 +20,6 @@ namespace {
 // One may be busy drawing while the other tells that all is well.
 constexpr int kThreads = 2;
 
-// systemd makes the folder and names it; several are separated by colons.
-std::string SocketPath(const std::string& configured) {
-  const char* folders = std::getenv("RUNTIME_DIRECTORY");
-  if (configured.empty() || folders == nullptr || *folders == '\0') {
-    return configured;
-  }
-  const std::string all = folders;
-  return (std::filesystem::path(all.substr(0, all.find(':'))) / configured).string();
-}
-
 }  // namespace
 
 class FrontDoor::Impl {
@@ -37,7 +27,7 @@ class FrontDoor::Impl {
   Impl(engine::Control* control, config::ControlSettings control_settings,
        config::WebSettings web_settings)
       : api_(control, {web_settings.token, web_settings.hosts}),
-        socket_path_(SocketPath(control_settings.socket)),
+        socket_path_(config::ControlSocket(control_settings, std::getenv("RUNTIME_DIRECTORY"))),
         server_(io_,
                 {.socket_path = socket_path_,
                  .listen_address = web_settings.listen_address,

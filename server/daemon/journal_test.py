@@ -54,7 +54,7 @@ class JournalTest(unittest.TestCase):
 
     def end_and_find_all(self, number):
         server = self.start()
-        server.await_log("journal: state is new")
+        server.await_log(f"journal: {self.folder}/state is new")
         robot = self.robot()
         epoch = robot.hello(1).epoch
         for i in range(40):
@@ -63,7 +63,7 @@ class JournalTest(unittest.TestCase):
         self.assertGreater(len(set(before.values())), 10)
         server.stop(number)
         again = self.start()
-        again.await_log("journal: state goes on after sequence 42")
+        again.await_log(f"journal: {self.folder}/state goes on after sequence 42")
         after = self.robot()
         self.assertEqual(self.smells(after), before)
         self.assertEqual(after.hello(1).epoch, epoch)
@@ -89,7 +89,7 @@ class JournalTest(unittest.TestCase):
         second = subprocess.run([daemon_test.PHEROMONED, "--config", "test.toml"], cwd=self.folder,
                                 text=True, capture_output=True, timeout=PATIENCE_S, check=False)
         self.assertEqual(second.returncode, 1)
-        self.assertIn("journal: state: is in use by another server", second.stderr)
+        self.assertIn(f"journal: {self.folder}/state: is in use by another server", second.stderr)
         self.assertEqual(server.stop(), 0)
 
     def test_another_law_is_followed_and_another_geometry_refused(self):
@@ -106,9 +106,9 @@ class JournalTest(unittest.TestCase):
         refused = subprocess.run([daemon_test.PHEROMONED, "--config", "test.toml"],
                                  cwd=self.folder, text=True, capture_output=True,
                                  timeout=PATIENCE_S, check=False)
-        self.assertEqual(refused.returncode, 1)
+        self.assertEqual(refused.returncode, 2)
         self.assertIn("the map's origin, extent or cell size differ", refused.stderr)
-        self.assertIn("the state in state stays as it is", refused.stderr)
+        self.assertIn(f"the state in {self.folder}/state stays as it is", refused.stderr)
         self.config.write_text(text)
         self.assertEqual(self.start().stop(), 0)
 
@@ -127,6 +127,52 @@ class JournalTest(unittest.TestCase):
         server = self.start(STATE_DIRECTORY=f"{self.folder}:/elsewhere")
         self.assertEqual(server.stop(), 0)
         self.assertTrue((self.folder / "journal" / "00000001.segment").exists())
+
+    def test_what_is_kept_begins_at_systemd_s_state_directory_and_not_where_the_server_runs(self):
+        kept, runs = self.folder / "kept", self.folder / "runs"
+        kept.mkdir()
+        runs.mkdir()
+        self.config.write_text(PERMANENT + PTY + JOURNAL + "[capture]\nstart = true\n")
+        service = {"STATE_DIRECTORY": str(kept), "RUNTIME_DIRECTORY": str(runs)}
+        saved = []
+        for arguments in (("--save-field",), ("--load-field",)):
+            server = Running(runs, "--config", "../test.toml", *arguments, "lab.field", **service)
+            self.addCleanup(server.__exit__)
+            server.await_log("ready")
+            self.assertIn(f"recording into {kept}/captures", server.log)
+            self.assertNotIn("systemd empties", server.log)
+            self.assertEqual(server.stop(), 0)
+            saved.append((kept / "lab.field").read_bytes())
+        self.assertEqual(saved[0], saved[1])
+        self.assertIn(f"journal: {kept}/state goes on", server.log)
+        self.assertEqual(sorted(path.name for path in kept.iterdir()),
+                         ["captures", "lab.field", "state"])
+        self.assertEqual(list(runs.iterdir()), [])
+
+    def test_a_folder_that_systemd_empties_is_warned_of(self):
+        self.config.write_text(PERMANENT + PTY + f'[journal]\nfolder = "{self.folder}/state"\n')
+        server = self.start(RUNTIME_DIRECTORY=str(self.folder))
+        self.assertIn(f"{self.folder}/state: is in {self.folder}, which systemd empties when the "
+                      "service stops", server.log)
+        self.assertEqual(server.stop(), 0)
+
+    def test_a_folder_outside_of_what_a_service_may_write_to_is_told_with_the_way_out(self):
+        kept, closed = self.folder / "kept", self.folder / "closed"
+        for folder, mode in ((kept, 0o777), (closed, 0o555), (self.folder, 0o777)):
+            folder.mkdir(exist_ok=True)
+            folder.chmod(mode)
+        other = {"user": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
+        for text, path in ((f'[journal]\nfolder = "{closed}/state"\n', closed / "state"),
+                           (f'[capture]\nfolder = "{closed}"\nstart = true\n', closed)):
+            self.config.write_text(PERMANENT + PTY + text)
+            result = subprocess.run(
+                [daemon_test.PHEROMONED, "--config", "test.toml"], cwd=self.folder, text=True,
+                capture_output=True, timeout=PATIENCE_S, check=False,
+                env={"STATE_DIRECTORY": str(kept)}, **other)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertIn(f"{closed}: Permission denied, expected a folder that can be written to; "
+                          f"as a service, the server may write in {kept} alone unless a drop-in "
+                          f"(systemctl edit) with ReadWritePaths={path} allows more", result.stderr)
 
     def test_relaxed_says_what_it_risks_and_a_kill_begins_an_epoch(self):
         self.config.write_text(PERMANENT + PTY + JOURNAL + 'durability = "relaxed"\nsync_s = 60\n')
@@ -155,7 +201,7 @@ class JournalTest(unittest.TestCase):
         damaged[len(whole) // 2] ^= 1
         segment.write_bytes(damaged)
         server = self.start()
-        told = re.search(r"damaged: state/00000001.segment: byte (\d+): ", server.log)
+        told = re.search(r"damaged: \S+/state/00000001.segment: byte (\d+): ", server.log)
         self.assertLessEqual(int(told[1]), len(whole) // 2)
         self.assertNotEqual(self.robot().hello(1).epoch, epoch)
         self.assertEqual(server.stop(), 0)

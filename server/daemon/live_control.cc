@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <optional>
 #include <thread>
 #include <utility>
 
 #include "server/config/describe.h"
+#include "server/config/folders.h"
 #include "server/daemon/process_figures.h"
 
 namespace pheromone::daemon {
@@ -211,10 +213,12 @@ engine::FieldView LiveControl::GetField() const {
 std::vector<std::string> LiveControl::GetConfig() const {
   const config::Config config = parts_.config();
   std::vector<std::string> lines = config::DescribeConfig(config);
-  for (const config::LinkConfig& link : config.links) {
-    lines.push_back("link " + link.name + ": " + std::string(NameOf(link.kind)) +
-                    (link.required ? ", required" : ""));
-  }
+  const std::vector<std::string> reach =
+      config::DescribeReach(config, std::getenv("RUNTIME_DIRECTORY"));
+  const config::FolderReport folders =
+      config::LookAtFolders(config, std::getenv("STATE_DIRECTORY"));
+  lines.insert(lines.end(), reach.begin(), reach.end());
+  lines.insert(lines.end(), folders.lines.begin(), folders.lines.end());
   return lines;
 }
 

@@ -1,7 +1,8 @@
 // pheromoned: the pheromone server.
 //
-// Exit status: 0 after an orderly stop, 1 if it could not run, 2 for a mistake in the command line
-// or the configuration.
+// Exit status: 0 after an orderly stop, 1 if it could not run, 2 for what another try does not
+// mend: a mistake in the command line or the configuration, or one that does not fit folders and
+// state.
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
@@ -15,6 +16,7 @@
 
 #include "server/config/config.h"
 #include "server/config/describe.h"
+#include "server/config/folders.h"
 #include "server/daemon/daemon.h"
 #include "server/daemon/field_saver.h"
 #include "server/daemon/logging.h"
@@ -23,14 +25,14 @@
 namespace pheromone::daemon {
 namespace {
 
-constexpr int kUsage = 2;
+constexpr int kUsage = Daemon::kMisconfigured;
 constexpr const char* kDefaultName = "default configuration";
 
 struct Options {
   std::string config_path;  // empty: the default configuration
   std::string log_level;    // empty: as configured
-  std::string load_field;   // empty: nothing is laid but what is configured
-  std::string save_field;   // empty: the field is not saved
+  std::string load_field;   // absolute; empty: nothing is laid but what is configured
+  std::string save_field;   // absolute; empty: the field is not saved
   bool check = false;
   bool print_default = false;
 };
@@ -76,7 +78,33 @@ Result<config::Config> LoadAgain(const Options& options,
   return config;
 }
 
+// A folder that the configuration needs from the start on and that cannot be used.
+Status CheckFolders(const config::Config& config, const char* state_directory) {
+  const std::string journal = config::JournalFolder(config.journal, state_directory);
+  if (!journal.empty()) {
+    const std::string why = config::WhyUnusable(journal, state_directory);
+    if (!why.empty()) {
+      return Error{"journal: " + why};
+    }
+  }
+  return Ok();
+}
+
+void WarnOfWhatIsNotKept(const config::Config& config, const std::string& save_field,
+                         const char* state_directory) {
+  const char* runtime = std::getenv("RUNTIME_DIRECTORY");
+  for (const std::string& path :
+       {config::JournalFolder(config.journal, state_directory),
+        config::CaptureFolder(config.capture, state_directory), save_field}) {
+    const std::string why = config::WhyNotKept(path, runtime);
+    if (!why.empty()) {
+      spdlog::warn("{}", why);
+    }
+  }
+}
+
 int Run(const Options& options) {
+  const char* state_directory = std::getenv("STATE_DIRECTORY");
   if (options.print_default) {
     std::cout << config::DefaultConfigText();
     return 0;
@@ -96,7 +124,7 @@ int Run(const Options& options) {
     }
   }
   if (!options.save_field.empty()) {
-    const Status writable = CheckFolderOf(options.save_field);
+    const Status writable = CheckFolderOf(options.save_field, state_directory);
     if (!writable.ok()) {
       std::cerr << writable.error() << '\n';
       return kUsage;
@@ -104,14 +132,19 @@ int Run(const Options& options) {
   }
   const std::string name = options.config_path.empty() ? kDefaultName : options.config_path;
   if (options.check) {
-    const config::CheckReport report =
-        config::DescribeCheck(name, config, std::getenv("STATE_DIRECTORY"));
+    const config::CheckReport report = config::DescribeCheck(name, config, state_directory);
     std::cerr << report.warnings;
     std::cout << report.text;
     return 0;
   }
   SetUpLogging(options.log_level.empty() ? config.daemon.log_level : options.log_level);
   spdlog::info("pheromoned {}, {}", PHEROMONE_VERSION, name);
+  WarnOfWhatIsNotKept(config, options.save_field, state_directory);
+  const Status usable = CheckFolders(config, state_directory);
+  if (!usable.ok()) {
+    spdlog::critical("{}", usable.error());
+    return kUsage;
+  }
   auto keeper = StateKeeper::Open(config.journal);
   if (!keeper.ok()) {
     spdlog::critical("{}", keeper.error());
@@ -152,6 +185,9 @@ int Main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsage;
+  }
+  for (std::string* path : {&options.load_field, &options.save_field}) {
+    *path = config::KeptPath(*path, std::getenv("STATE_DIRECTORY"));
   }
   return Run(options);
 }

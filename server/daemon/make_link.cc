@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "server/config/folders.h"
 #include "server/links/port_link.h"
 #include "server/links/tcp_link.h"
 #include "server/links/udp_link.h"
@@ -55,7 +56,7 @@ std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config:
   switch (config.kind) {
     case config::LinkKind::kPty: {
       links::PtyOptions options;
-      options.path = config.path;
+      options.path = config::AbsolutePath(config.path);
       options.gap_timeout_ms = config.gap_timeout_ms;
       options.backoff = backoff;
       return links::MakePtyLink(io, options, std::move(context));
