@@ -33,7 +33,9 @@ def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="stranger",
         description="Talks the pheromone protocol to a server on a terminal.",
-        epilog="Coordinates are pose units, headings binary angles (65536 to a turn).",
+        usage="%(prog)s [--id N] [--nonce N] [--timeout SECONDS] PATH REQUEST ...",
+        epilog="Options stand before PATH, but for --wide. "
+        "Coordinates are pose units, headings binary angles (65536 to a turn).",
     )
     parser.add_argument("path", nargs="?", help="the terminal, radio-a.pty for instance")
     parser.add_argument("--self-test", action="store_true", help="check against the vectors")
