@@ -44,9 +44,7 @@ CLI::Validator Between(double least, double most) {
 
 const std::map<std::string, client::Law>& LawsByName() {
   static const std::map<std::string, client::Law> laws = {
-      {"differential", client::Law::kDifferential},
-      {"paper", client::Law::kPaper},
-      {"fuzzy", client::Law::kFuzzy}};
+      {"differential", client::Law::kDifferential}, {"paper", client::Law::kPaper}};
   return laws;
 }
 

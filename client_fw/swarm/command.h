@@ -31,7 +31,26 @@ int WriteFiles(const std::filesystem::path& folder,
 /// Numbers from `least` to `most`; unlike CLI::Range it does not let "nan" through.
 CLI::Validator Between(double least, double most);
 
-/// Steering laws by the names they have on the command line.
+/// The steering laws that the firmware has, by the names they have on the command line.
 const std::map<std::string, client::Law>& LawsByName();
+
+/// For CLI::Option::transform: one of these names, in place of what CLI11 tells of the numbers
+/// behind them.
+template <typename Enum>
+CLI::Validator OneOf(const std::map<std::string, Enum>& names) {
+  std::string list;
+  for (const auto& [name, value] : names) {
+    list += (list.empty() ? "" : ", ") + name;
+  }
+  return {[names, list](std::string& text) {
+            const auto found = names.find(text);
+            if (found == names.end()) {
+              return "found \"" + text + "\", expected one of " + list;
+            }
+            text = std::to_string(static_cast<int>(found->second));
+            return std::string();
+          },
+          ""};
+}
 
 }  // namespace pheromone::swarm

@@ -185,8 +185,9 @@ void AddLiveCommand(CLI::App* app, int* status) {
                            "Folder for track.csv and track.svg (default: .)");
   live_command->add_option("--speed", options->speed_mm_s, "K, mm/s (default: 300)")
       ->check(CLI::Range(20, 2000));
-  live_command->add_option("--law", options->law, "differential, paper")
-      ->transform(CLI::CheckedTransformer(LawsByName()));
+  live_command->add_option("--law", options->law, "differential, paper (default: differential)")
+      ->transform(OneOf(LawsByName()))
+      ->type_name("NAME");
   live_command->add_option("--id", options->id, "Client ID (default: 1)")
       ->check(CLI::Range(1, 254));
   live_command->callback([options, status] { *status = RunLiveCommand(*options); });

@@ -86,9 +86,11 @@ void AddPathCommand(CLI::App* app, int* status) {
   CLI::App* path_command = app->add_subcommand(
       "path", "The paper's path-following experiment, in virtual time; prints a table as CSV");
   path_command->add_option("--path", options->shapes, "line, circle, s-curve (default: all)")
-      ->transform(CLI::CheckedTransformer(shapes));
+      ->transform(OneOf(shapes))
+      ->type_name("NAME");
   path_command->add_option("--law", options->laws, "differential, paper (default: both)")
-      ->transform(CLI::CheckedTransformer(LawsByName()));
+      ->transform(OneOf(LawsByName()))
+      ->type_name("NAME");
   path_command->add_option("--seeds", options->seeds, "Runs of each (default: 20)")
       ->check(CLI::Range(1, 10'000));
   path_command->add_option("--seconds", options->duration_s, "Length of a run (default: 10)")

@@ -76,7 +76,8 @@ void AddSweepCommand(CLI::App* app, int* status) {
   command->add_option("--parameter", options->parameters, "Which (default: all)")
       ->check(CLI::IsMember(names));
   command->add_option("--curve", options->curve, "Which to follow (default: square)")
-      ->transform(CLI::CheckedTransformer(curves));
+      ->transform(OneOf(curves))
+      ->type_name("NAME");
   command->add_option("--seeds", options->seeds, "Runs of each point (default: 10)")
       ->check(CLI::Range(1, 10'000));
   command->add_option("--out", options->out, "Folder for laws-sweep.csv and laws-sweep.svg");
