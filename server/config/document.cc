@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -85,6 +86,23 @@ std::string Printable(std::string_view text, size_t most) {
   return text.size() > most ? printable + "..." : printable;
 }
 
+// Such as a point: shown as it is.
+bool IsShortRow(const std::vector<Value>& items) {
+  constexpr size_t kMostInRow = 4;
+  return !items.empty() && items.size() <= kMostInRow &&
+         std::all_of(items.begin(), items.end(), [](const Value& item) {
+           return item.kind == Value::Kind::kInteger || item.kind == Value::Kind::kFloat;
+         });
+}
+
+std::string RowOf(const std::vector<Value>& items) {
+  std::string row;
+  for (const Value& item : items) {
+    row += (row.empty() ? "[" : ", ") + item.Describe();
+  }
+  return row + ']';
+}
+
 }  // namespace
 
 const Value* Value::Find(std::string_view name) const {
@@ -109,7 +127,7 @@ std::string Value::Describe() const {
     case Kind::kTime:
       return "a date or time";
     case Kind::kArray:
-      return "an array of " + std::to_string(items.size());
+      return IsShortRow(items) ? RowOf(items) : "an array of " + std::to_string(items.size());
     case Kind::kTable:
       break;
   }

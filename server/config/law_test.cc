@@ -326,9 +326,11 @@ TEST(LawTest, SaturationIsAWarningWithTheStrengthThatCanBeReached) {
   const auto warnings = ParseConfig(Replaced(14, "maximum = 0.5"), "f").value().warnings;
   ASSERT_EQ(warnings.size(), 1u);
   std::ostringstream expected;
-  expected << "f:7:1: pheromone[1]: where every node is at its maximum, an antenna smells "
-           << std::floor(0.5 * sum * 10) / 10
-           << " units and a message holds 7.99: both sides are then scaled down by the same factor";
+  expected
+      << "f:7:1: pheromone[1]: a note: an antenna amid nodes that are all at their maximum smells "
+      << std::floor(0.5 * sum * 10) / 10
+      << " units, and a message holds 7.99; both sides are then scaled down by the same factor, "
+         "and robots steer as before. A smaller `maximum` avoids it";
   EXPECT_EQ(warnings[0], expected.str());
 }
 

@@ -73,7 +73,7 @@ TEST_F(ObstacleTest, CrossAtMostTwoMillionRowsTogether) {
 TEST_F(ObstacleTest, DisabledObstaclesAreReadAllTheSame) {
   EXPECT_FALSE(Field("[obstacles]\nenabled = false\ndiscs_m = [[3, 2, 1]]\n").obstacles);
   EXPECT_EQ(ErrorOf("[obstacles]\nenabled = false\ndiscs_m = [[3, 2]]\n"),
-            "f.toml:31:12: obstacles.discs_m[1]: found an array of 2, expected a centre and a "
+            "f.toml:31:12: obstacles.discs_m[1]: found [3, 2], expected a centre and a "
             "radius that is not negative, [x, y, r] in metres");
 }
 
@@ -82,7 +82,7 @@ TEST_F(ObstacleTest, MistakesAreTold) {
     return ErrorOf("[obstacles]\n" + std::string(keys));
   };
   EXPECT_EQ(error("rectangles_m = [[1, 2, 3]]\n"),
-            "f.toml:30:17: obstacles.rectangles_m[1]: found an array of 3, expected two opposite "
+            "f.toml:30:17: obstacles.rectangles_m[1]: found [1, 2, 3], expected two opposite "
             "corners [x0, y0, x1, y1] in metres");
   EXPECT_EQ(error("rectangles_m = 1\n"),
             "f.toml:30:16: obstacles.rectangles_m: found 1, expected an array of rectangles [x0, "
@@ -91,7 +91,7 @@ TEST_F(ObstacleTest, MistakesAreTold) {
             "f.toml:30:27: obstacles.rectangles_m[1]: found true, expected a number from -1000000 "
             "to 1000000");
   EXPECT_EQ(error("discs_m = [[1, 2, -3]]\n"),
-            "f.toml:30:12: obstacles.discs_m[1]: found an array of 3, expected a centre and a "
+            "f.toml:30:12: obstacles.discs_m[1]: found [1, 2, -3], expected a centre and a "
             "radius that is not negative, [x, y, r] in metres");
   EXPECT_EQ(error("walls = [[[1, 1], [2, 2]]]\n"),
             "f.toml:30:10: obstacles.walls[1]: found an array of 2, expected a wall {points_m = "

@@ -20,10 +20,10 @@ INSTANTIATE_TEST_SUITE_P(
         Case{24, "pheromone = 7",
              "24:13: path[1].pheromone: found 7, expected 1 or \"trail\", 2 or \"path\""},
         Case{25, "points_m = [[1, 1], [10.5, 2]]",
-             "25:21: path[1].points_m[2]: found an array of 2, expected a point on the map, which "
+             "25:21: path[1].points_m[2]: found [10.5, 2], expected a point on the map, which "
              "reaches from (0, 0) to (10, 8)"},
         Case{25, "points_m = [[1, 1], [2]]",
-             "25:21: path[1].points_m[2]: found an array of 1, "
+             "25:21: path[1].points_m[2]: found [2], "
              "expected a point [x, y] in metres"},
         Case{25, "points_m = [[1, 1]]",
              "25:12: path[1].points_m: found an array of 1, expected at "

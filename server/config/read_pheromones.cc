@@ -118,9 +118,10 @@ void WarnOfSaturation(const TableReader& table, const field::FieldConfig& field,
   if (most > kLargestOnWire) {
     notes->warnings.push_back(FormatProblem(
         notes->file, table.at(), table.path(),
-        "where every node is at its maximum, an antenna smells " +
+        "a note: an antenna amid nodes that are all at their maximum smells " +
             FormatNumber(std::floor(most * 10) / 10) +
-            " units and a message holds 7.99: both sides are then scaled down by the same factor"));
+            " units, and a message holds 7.99; both sides are then scaled down by the same factor, "
+            "and robots steer as before. A smaller `maximum` avoids it"));
   }
 }
 

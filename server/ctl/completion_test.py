@@ -57,7 +57,7 @@ class CompletionTest(unittest.TestCase):
                 self.assertEqual(offered(command, ""), set(below))
             for words in [(command, it) for it in below] or [(command,)]:
                 options = options_of(*words)
-                self.assertEqual(offered(*words, "--") - {"--socket", "--json"}, options, words)
+                self.assertEqual(offered(*words, "--") - {"--socket", "--instance", "--json"}, options, words)
                 seen += len(options)
         self.assertGreater(seen, 40)
 

@@ -206,12 +206,31 @@ class ControlTest(unittest.TestCase):
     def test_without_a_server_it_says_where_it_looked_and_what_to_do(self):
         words = self.ctl("status", "--socket", "none.sock", status=3)
         self.assertEqual(words, "pheromonectl: no server at none.sock: No such file or directory; "
-                         "start pheromoned, or name the socket of the one that runs with "
+                         "start pheromoned, or name the one that runs with --instance or "
                          "--socket\n")
         dead = socket.socket(socket.AF_UNIX)
         dead.bind(str(self.folder / "dead.sock"))
         dead.close()
         self.assertIn("Connection refused", self.ctl("halt", "--socket", "dead.sock", status=3))
+
+    def test_an_instance_is_the_socket_of_its_service(self):
+        self.assertIn("no server at /run/pheromone/no-such-lab/pheromoned.sock: ",
+                      self.ctl("status", "--instance", "no-such-lab", status=3))
+        self.assertIn("expected the name of a service",
+                      self.ctl("status", "--instance", "../lab2", status=2))
+        self.ctl("status", "--instance", "lab2", "--socket", "x.sock", status=2)
+
+    def test_an_unknown_command_is_told_with_those_that_there_are(self):
+        words = self.ctl("stat", status=2)
+        self.assertTrue(words.startswith('pheromonectl: unknown command "stat", expected one of '
+                                         'status, links, '), words)
+        self.assertIn('unknown command "map paint", expected one of draw, export, convert, ',
+                      self.ctl("map", "paint", status=2))
+        self.assertTrue(self.ctl("status", "--bogus", status=2).startswith("pheromonectl: "))
+
+    def test_a_command_with_too_few_arguments_says_which_it_needs(self):
+        self.assertIn("arguments: found [1], expected 2 arguments: ",
+                      self.ctl("command", "radio-a", 1, "go-to", 1, status=2))
 
     def test_a_command_waits_for_the_robots_word(self):
         robot = self.robot(24)

@@ -5,6 +5,8 @@
 // or a configuration; 3 if there is no server; 4 for a damaged journal.
 #include <exception>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -13,17 +15,53 @@
 namespace pheromone::ctl {
 namespace {
 
+// As systemd's instances are called: what follows the @ of pheromoned@lab2.
+std::string CheckInstance(const std::string& name) {
+  return name.empty() || name.front() == '.' || name.find('/') != std::string::npos
+             ? "found \"" + name + "\", expected the name of a service, such as lab2"
+             : "";
+}
+
+// What CLI11 says of a mistake, with our name before it, and of words that are no command.
+std::string Explain(const CLI::App* app, const CLI::Error& error) {
+  std::string what = error.what();
+  const CLI::App* last = app;
+  std::string words;
+  while (!last->get_subcommands().empty()) {
+    last = last->get_subcommands().front();
+    words += last->get_name() + ' ';
+  }
+  const std::vector<std::string> unknown = app->remaining(true);
+  const auto known = last->get_subcommands([](const CLI::App*) { return true; });
+  if (!unknown.empty() && !known.empty() && unknown.front().front() != '-') {
+    what = "unknown command \"" + words + unknown.front() + "\", expected one of ";
+    for (const CLI::App* it : known) {
+      what += (it == known.front() ? "" : ", ") + it->get_name();
+    }
+  }
+  return "pheromonectl: " + what + "\nTry pheromonectl " + words + "--help\n";
+}
+
 int Main(int argc, char** argv) {
   CLI::App app("The operator's tool of the pheromone server.", "pheromonectl");
   app.set_version_flag("--version", "pheromonectl " PHEROMONE_VERSION);
   app.require_subcommand(1);
+  app.failure_message(Explain);
   app.fallthrough();  // --socket and --json may stand after a command
   int status = 0;
   ServerOptions options;
-  app.add_option("--socket", options.socket,
-                 "The server's Unix socket; without it, $PHEROMONE_SOCKET, pheromoned.sock here, "
-                 "or /run/pheromone/pheromoned/pheromoned.sock")
-      ->type_name("PATH");
+  CLI::Option* socket = app.add_option(
+      "--socket", options.socket,
+      "The server's Unix socket; without it, $PHEROMONE_SOCKET, pheromoned.sock here, "
+      "or /run/pheromone/pheromoned/pheromoned.sock");
+  socket->type_name("PATH");
+  app.add_option_function<std::string>(
+         "--instance", [&](const std::string& name) { options.socket = SocketOf(name); },
+         "The service NAME, of /etc/pheromone/NAME.toml: its socket, "
+         "/run/pheromone/NAME/pheromoned.sock")
+      ->check(CLI::Validator(CheckInstance, ""))
+      ->excludes(socket)
+      ->type_name("NAME");
   app.add_flag("--json", options.json, "Print the server's answer as it is");
   AddShowCommands(&app, &options, &status);
   AddChangeCommands(&app, &options, &status);

@@ -69,6 +69,10 @@ Result<int> Connect(const std::string& to) {
     }
   }
   Result<int> result = connection >= 0 ? Result<int>(connection) : SystemError(to);
+  if (!result.ok() && errno == ECONNREFUSED) {
+    result = Error{result.error() +
+                   "; HOST:PORT is that of a TCP link, nothing can be sent to one of UDP"};
+  }
   freeaddrinfo(found);
   if (connection >= 0) {
     fcntl(connection, F_SETFL, O_NONBLOCK);

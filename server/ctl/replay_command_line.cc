@@ -28,7 +28,9 @@ void AddReplayCommands(CLI::App* program, int* exit_status) {
       replay->add_flag("--answers", it->answers, "Print what the engine gives, a message a line");
   CLI::Option* to =
       replay
-          ->add_option("--to", it->play.to, "Send what the robots sent to a running server instead")
+          ->add_option("--to", it->play.to,
+                       "Send what the robots sent to a running server instead, to a terminal "
+                       "or a TCP link")
           ->excludes(print)
           ->type_name("PTY|HOST:PORT");
   replay->add_option("--link", it->play.link, "Only what came over this link")

@@ -76,7 +76,7 @@ std::string Advice(const std::string& socket, const beast::error_code& error) {
            "; its socket is for the user and group that it runs as: join the group, or use "
            "sudo";
   }
-  return what + "; start pheromoned, or name the socket of the one that runs with --socket";
+  return what + "; start pheromoned, or name the one that runs with --instance or --socket";
 }
 
 // What a refusal says, in a line.
@@ -111,9 +111,12 @@ std::string DefaultSocket() {
     return named;
   }
   std::error_code ignored;
-  return std::filesystem::is_socket("pheromoned.sock", ignored)
-             ? "pheromoned.sock"
-             : "/run/pheromone/pheromoned/pheromoned.sock";
+  return std::filesystem::is_socket("pheromoned.sock", ignored) ? "pheromoned.sock"
+                                                                : SocketOf("pheromoned");
+}
+
+std::string SocketOf(const std::string& instance) {
+  return "/run/pheromone/" + instance + "/pheromoned.sock";
 }
 
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,

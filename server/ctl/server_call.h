@@ -32,6 +32,9 @@ struct ServerOptions {
 /// /run/pheromone/pheromoned/pheromoned.sock.
 std::string DefaultSocket();
 
+/// That of the service that the configuration /etc/pheromone/NAME.toml rules.
+std::string SocketOf(const std::string& instance);
+
 struct Reply {
   int exit_status = 0;
   std::string body;

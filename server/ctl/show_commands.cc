@@ -39,8 +39,9 @@ void PrintTable(const std::vector<std::vector<std::string>>& rows) {
 
 // The counters that tell of a loss and are not 0: "3 crc_errors, 1 late_answers".
 std::string Losses(const json::value& counters) {
-  constexpr std::string_view kTraffic[] = {"received_frames", "received_bytes", "sent_frames",
-                                           "sent_bytes", "openings"};
+  constexpr std::string_view kTraffic[] = {"received_frames",    "received_bytes",
+                                           "received_datagrams", "sent_frames",
+                                           "sent_bytes",         "openings"};
   std::string text;
   const json::object* object = counters.if_object();
   for (const json::key_value_pair& it : object != nullptr ? *object : json::object()) {

@@ -175,10 +175,13 @@ Frame MakeFrame(const ServerOptions& options, const WatchOptions& watch) {
     return {clients.exit_status, ""};
   }
   const MapPicture picture = PictureOf(field.value, clients.value);
-  std::string status =
-      fmt::format("{} up to {}, a cell is {:g} m; {} robots; field time {:.1f} s",
-                  TextAt(field.value, "pheromone"), picture.maximum, picture.cell_m,
-                  picture.markers.size(), NumberAt(field.value, "field_time_s"));
+  const size_t robots = ItemsAt(clients.value, "clients").size();
+  const size_t nowhere = robots - picture.markers.size();
+  std::string status = fmt::format(
+      "{} up to {}, a cell is {:g} m; {} robot{}{}; field time {:.1f} s",
+      TextAt(field.value, "pheromone"), picture.maximum, picture.cell_m, robots,
+      robots == 1 ? "" : "s", nowhere == 0 ? "" : fmt::format(", {} not placed yet", nowhere),
+      NumberAt(field.value, "field_time_s"));
   status.resize(std::min(status.size(), static_cast<size_t>(size.columns)));
   return {0, Draw(picture, map_size, ColoursOf(watch)) + status + '\n'};
 }

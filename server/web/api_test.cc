@@ -191,7 +191,7 @@ TEST_F(ApiTest, BadQueriesAreToldWhatIsWrongWhere) {
   EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=1&format=gif")),
             "400 format: found \"gif\", expected one of json, csv, png");
   EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=1&area_m=1,2,3")),
-            "400 area_m: found an array of 3, expected two opposite corners x, y, x, y in metres, "
+            "400 area_m: found [1,2,3], expected two opposite corners x, y, x, y in metres, "
             "within 1000 km");
   EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=1&area_m=8,8,9,9")),
             "400 area_m: no node of the map lies there, expected an area of the map");

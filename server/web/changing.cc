@@ -31,6 +31,10 @@ Response Outcome(const Status& status) {
   return status.ok() ? Done({}) : Refuse(409, {status.error(), "", ""});
 }
 
+std::string HowMany(size_t count, const std::string& what) {
+  return (count == 0 ? "no" : std::to_string(count)) + ' ' + what + (count == 1 ? "" : "s");
+}
+
 // Reads exactly one of area_m, points_m and all.
 void ReadShape(Fields* fields, FieldEdit* edit) {
   const int shapes =
@@ -133,15 +137,15 @@ Response Command(engine::Control* control, Fields* fields) {
   fields->AllowOnly({"link", "id", "command", "arguments"});
   if (command != nullptr && arguments) {
     bool good = arguments->size() == command->arguments.size();
-    std::string expected = "[";
+    std::string expected = HowMany(command->arguments.size(), "argument");
     for (size_t i = 0; i < command->arguments.size(); ++i) {
       const CommandSpec::Argument& it = command->arguments[i];
       good = good && (*arguments)[i] >= it.least && (*arguments)[i] <= it.most;
-      expected += (i == 0 ? "" : ", ") + std::string(it.name) + " from " +
+      expected += (i == 0 ? ": " : ", ") + std::string(it.name) + " from " +
                   std::to_string(it.least) + " to " + std::to_string(it.most);
     }
     if (!good) {
-      fields->Expected("arguments", expected + "]");
+      fields->Expected("arguments", expected);
     }
   }
   if (fields->problem() || command == nullptr) {
@@ -170,7 +174,7 @@ Response Reload(engine::Control* control, Fields* fields) {
   }
   const Result<std::vector<std::string>> notes = control->Reload();
   if (!notes.ok()) {
-    return Refuse(409, {notes.error(), "", "a configuration that the present map can follow"});
+    return Refuse(409, {notes.error(), "", ""});
   }
   return Done({{"notes", json::array(notes.value().begin(), notes.value().end())}});
 }

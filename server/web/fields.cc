@@ -17,6 +17,14 @@ namespace json = boost::json;
 constexpr double kFarthestM = 1e6;
 constexpr size_t kMostShown = 60;
 
+// Such as a point: shown as it is.
+bool IsShortRow(const json::array& array) {
+  constexpr size_t kMostInRow = 4;
+  return !array.empty() && array.size() <= kMostInRow &&
+         std::all_of(array.begin(), array.end(),
+                     [](const json::value& item) { return item.is_number(); });
+}
+
 // What was found, short and in words.
 std::string Describe(const json::value* value) {
   if (value == nullptr) {
@@ -24,7 +32,10 @@ std::string Describe(const json::value* value) {
   }
   switch (value->kind()) {
     case json::kind::array:
-      return "found an array of " + std::to_string(value->get_array().size());
+      if (!IsShortRow(value->get_array())) {
+        return "found an array of " + std::to_string(value->get_array().size());
+      }
+      break;
     case json::kind::object:
       return "found an object";
     default:
