@@ -174,7 +174,8 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual(result.returncode, 0)
         self.assertIn(f"warning: capture.folder: {self.folder}: Permission denied, expected a "
                       "folder that can be written to", warnings)
-        self.assertEqual(bool(other), f"warning: journal.folder: {self.folder}/state/lock: Permission denied, "
+        self.assertEqual(bool(other), f"warning: journal.folder: {self.folder}/state/lock: "
+                         "Permission denied, "
                          "expected a file of the server's user" in warnings)
 
     def test_a_bad_file_ends_the_start_with_the_same_words(self):
@@ -407,9 +408,9 @@ class DaemonTest(unittest.TestCase):
             self.config.write_text(whole[:whole.rindex("[[pheromone]]")] + PTY)
             server.process.send_signal(signal.SIGHUP)
             server.await_log("the configuration stays as it was:\n"
-                             f"{self.folder}/lab.field, which was loaded, has pheromone  type 2, which left the configuration")
                              f"{self.folder}/lab.field, which was loaded, has pheromone "
                              "type 2, which left the configuration")
+            self.assertEqual(self.smells(robot), before)
             self.assertEqual(server.stop(), 0)
             self.assertIn(f"field saved to {self.folder}/lab.field: 40 nodes", server.log)
 
@@ -469,11 +470,12 @@ class DaemonTest(unittest.TestCase):
         (self.folder / "lab.field").write_bytes(saved[:-1])
         result = self.call(*load)
         self.assertEqual(result.returncode, 2)
-        self.assertRegex(result.stderr, r"^\S+/lab\.field:7:25: found the end of the file, expected a "
-                         "whole line: the file is cut off\n$")
+        self.assertRegex(result.stderr, r"^\S+/lab\.field:7:25: found the end of the file, expected "
+                         "a whole line: the file is cut off\n$")
         result = self.call("--load-field", "none.field")
         self.assertEqual((result.returncode, result.stderr),
-                         (2, f"{self.folder}/none.field: cannot be opened: No such file or directory\n"))
+                         (2, f"{self.folder}/none.field: cannot be opened: No such file or "
+                              "directory\n"))
         self.assertEqual(self.call("--load-field", "").returncode, 2)
 
     def test_where_nothing_can_be_saved_is_told_at_the_start(self):
