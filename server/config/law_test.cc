@@ -327,7 +327,8 @@ TEST(LawTest, SaturationIsAWarningWithTheStrengthThatCanBeReached) {
   ASSERT_EQ(warnings.size(), 1u);
   std::ostringstream expected;
   expected
-      << "f:7:1: pheromone[1]: a note: an antenna amid nodes that are all at their maximum smells "
+      << "f:7:1: pheromone[1]: harmless unless it comes to that: amid nodes all at their maximum "
+         "an antenna smells "
       << std::floor(0.5 * sum * 10) / 10
       << " units, and a message holds 7.99; both sides are then scaled down by the same factor, "
          "and robots steer as before. A smaller `maximum` avoids it";

@@ -118,7 +118,7 @@ void WarnOfSaturation(const TableReader& table, const field::FieldConfig& field,
   if (most > kLargestOnWire) {
     notes->warnings.push_back(FormatProblem(
         notes->file, table.at(), table.path(),
-        "a note: an antenna amid nodes that are all at their maximum smells " +
+        "harmless unless it comes to that: amid nodes all at their maximum an antenna smells " +
             FormatNumber(std::floor(most * 10) / 10) +
             " units, and a message holds 7.99; both sides are then scaled down by the same factor, "
             "and robots steer as before. A smaller `maximum` avoids it"));

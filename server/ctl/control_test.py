@@ -194,7 +194,7 @@ class ControlTest(unittest.TestCase):
         self.assertIn("off the map", self.ctl("deposit", "trail", -1, 1, status=1))
         self.assertIn("no robot 250 has said HELLO",
                       self.ctl("command", "radio-a", 250, "halt", status=1))
-        self.assertIn("expected [mm_per_s from",
+        self.assertIn("expected 1 argument: mm_per_s from",
                       self.ctl("command", "radio-a", 1, "speed", status=2))
         self.assertIn("keeps no journal", self.ctl("snapshot", status=1))
         for arguments in ((), ("nothing",), ("erase", "trail"), ("erase", "trail", 1, 2, 3),

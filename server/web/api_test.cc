@@ -163,8 +163,7 @@ TEST_F(ApiTest, WithoutATokenOnlyTheUnixSocketChangesThings) {
 TEST_F(ApiTest, BadBodiesAreToldWhatIsWrongWhere) {
   EXPECT_EQ(Refusal(Post("deposit", "{\"x_m\":")),
             "400 body: not JSON: incomplete JSON, expected a JSON object");
-  EXPECT_EQ(Refusal(Post("deposit", "[1]")),
-            "400 body: found an array of 1, expected a JSON object");
+  EXPECT_EQ(Refusal(Post("deposit", "[1]")), "400 body: found [1], expected a JSON object");
   EXPECT_EQ(Refusal(Post("deposit", "")),
             "400 pheromone: nothing there, expected one of 1 (trail), 2 (path)");
   EXPECT_EQ(Refusal(Post("deposit", R"({"pheromone":"guide","x_m":1,"y_m":1})")),
