@@ -135,7 +135,7 @@ TEST(Scenario, ErrorsNameFileLineAndKey) {
       "s.toml:22:1: robots[1].spede_m_per_s: unknown key, expected speed_m_per_s?\n"
       "s.toml:23:13: robots[1].pheromone: found the string \"pth\", expected 2 or \"path\", 3 or "
       "\"guide\"\n"
-      "s.toml:24:11: robots[1].starts: found an array of 3, expected poses on the map, [x_m, y_m, "
+      "s.toml:24:11: robots[1].starts: found [11, 2, 0], expected poses on the map, [x_m, y_m, "
       "heading_deg] each, such as [[1, 2, 90]]",
       ErrorOf("[run]\nseed = \"x\"\n[[robots]]\nspede_m_per_s = 1\npheromone = \"pth\"\n"
               "starts = [[11, 2, 0]]\n"));
@@ -181,7 +181,7 @@ TEST(Scenario, ARobotDoesNotStartInAWall) {
   const std::string robot = "[[robots]]\npheromone = 2\n";
   EXPECT_EQ("accepted", ErrorOf(wall + robot + "starts = [[2.5, 3.5, 0]]\n"));
   EXPECT_EQ(
-      "s.toml:23:22: robots[1].starts: found an array of 3, expected poses farther than radius_m "
+      "s.toml:23:22: robots[1].starts: found [2.8, 3.5, 0], expected poses farther than radius_m "
       "from every obstacle",
       ErrorOf(wall + robot + "starts = [[1, 1, 0], [2.8, 3.5, 0]]\n"));
   EXPECT_EQ("accepted", ErrorOf(wall + robot + "starts = [[2.8, 3.5, 0]]\nradius_m = 0.1\n"));
