@@ -117,7 +117,7 @@ intensity = 0.125
         self.assertIn((10, 10, 64), coarse)
         self.assertGreater(len(coarse), 2)
         with daemon_test.Running(self.folder, "--config", "fine.toml") as server:
-            self.assertEqual(server.end(), 1)
+            self.assertEqual(server.end(), 2)
             self.assertIn("pheromonectl journal resample", server.log)
         told = self.call("resample", "--config", "fine.toml", "state").stdout
         self.assertIn(f"state: {len(coarse) - 1} nodes with pheromone, 0 left out", told)
