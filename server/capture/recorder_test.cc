@@ -95,7 +95,7 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
   while (live.now_ms < end_ms || live.recorder().status().files < 4) {  // when, is the writer's
     const engine::Event event =
         live.service().Inspect([&](const auto& engine) { return traffic.Next(engine); });
-    live.now_ms = std::max(live.now_ms, traffic.stamp().field_time_ms);
+    live.now_ms = std::max(live.now_ms.load(), traffic.stamp().field_time_ms);
     live.slow = radio.Below(4) == 0;
     Happen(&live, &radio, event);
     if (radio.Below(50) == 0 && !live.conversations[0].queue.empty()) {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -197,9 +198,9 @@ class Live {
   static constexpr uint64_t kUtcMs = 1'700'000'000'000;
   static constexpr uint16_t kGapTimeoutMs = 20;
 
-  uint64_t now_ms = 0;
-  bool datagrams = false;  ///< link 0 is one
-  bool slow = false;       ///< nothing is written before Flush
+  std::atomic<uint64_t> now_ms{0};  ///< which the writer's thread reads
+  bool datagrams = false;           ///< link 0 is one
+  bool slow = false;                ///< nothing is written before Flush
   RecordingOptions options;
   std::vector<Conversation> conversations;
   std::vector<std::string> complaints;
