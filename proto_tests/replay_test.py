@@ -3,7 +3,8 @@
 
 Four links with four robots each trace, sense, repeat themselves and are damaged by noise, while
 trails evaporate; in between a configuration is read again with another tau, the operator gives a
-command that nobody acknowledges and lays pheromone, and the daemon is restarted.
+command that nobody acknowledges and lays pheromone, and the daemon is restarted and goes on with
+the state that its journal has.
 
 Usage: replay_test.py BIN_DIR [SECONDS]        SECONDS: how long that goes on (default 10)
 """
@@ -55,6 +56,8 @@ sigma_m = 0.4
 tau_s = {tau_s:.3f}
 quantum = 0.125
 maximum = 1.0
+[journal]
+folder = "state"
 [capture]
 folder = "captures"
 start = true
@@ -231,6 +234,7 @@ class ReplayTest(unittest.TestCase):
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         print(result.stdout, end="")
         self.assertEqual(len(self.files), 2)
+        self.assertRegex(self.logs[1], r"journal: \S+ goes on after sequence [1-9]")
         hashes = re.findall(r"state hash ([0-9a-f]{16})\n", result.stdout)
         self.assertEqual(hashes, [re.search(r"state hash ([0-9a-f]{16})", it)[1]
                                   for it in self.logs])
