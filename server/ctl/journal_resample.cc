@@ -1,5 +1,6 @@
 #include "server/ctl/journal_resample.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -8,7 +9,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <utility>
 #include <vector>
@@ -29,10 +29,11 @@ namespace {
 
 using journal::PosixFolder;
 
-// What lies on a field, without what its configuration lays.
+// What lies on a field, without what is left by now of what its configuration laid at the
+// beginning. What it has laid since stays.
 maps::SavedField WithoutLaid(const field::Field& field, uint64_t now_ms) {
   maps::SavedField all = maps::Capture(field, now_ms);
-  const maps::SavedField laid = maps::Capture(field::Field(field.config()), 0);
+  const maps::SavedField laid = maps::Capture(field::Field(field.config()), now_ms);
   std::map<std::pair<uint8_t, field::NodeIndex>, uint32_t> levels;
   for (const field::Print& print : laid.prints) {
     for (const field::PrintNode& it : *print.nodes) {
@@ -103,25 +104,31 @@ Status TakeOwner(const std::string& from, const std::string& to) {
   return Ok();
 }
 
+// A rename outlives a power cut when its folder is on the disk.
+Status SyncParent(const std::string& folder) {
+  const std::string parent = std::filesystem::absolute(folder).parent_path().string();
+  const auto opened = PosixFolder::Open(parent, PosixFolder::Mode::kReader);
+  return opened.ok() ? opened.value()->Sync() : Status(Error{opened.error()});
+}
+
+// At every moment there is a whole state at `folder`.
 Status Replace(const std::string& folder, const std::string& next, const std::string& before) {
   const Status owned = TakeOwner(folder, next);
   if (!owned.ok()) {
     return owned;
   }
-  if (rename(folder.c_str(), before.c_str()) != 0) {
-    return Error{folder + ": cannot be renamed to " + before + ": " + SystemError()};
+  const auto exchange = [&] {
+    return renameat2(AT_FDCWD, next.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0;
+  };
+  if (!exchange()) {
+    return Error{folder + ": cannot be exchanged with " + next + ": " + SystemError()};
   }
-  if (rename(next.c_str(), folder.c_str()) != 0) {
+  if (rename(next.c_str(), before.c_str()) != 0) {
     const std::string why = SystemError();
-    (void)rename(before.c_str(), folder.c_str());
-    return Error{next + ": cannot be renamed to " + folder + ": " + why};
+    exchange();
+    return Error{folder + ": cannot be renamed to " + before + ": " + why};
   }
-  return Ok();
-}
-
-int Complain(int status, const std::string& words) {
-  std::cerr << "pheromonectl: " << words << '\n';
-  return status;
+  return SyncParent(folder);
 }
 
 }  // namespace
@@ -132,34 +139,33 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
   const std::string before = folder + ".before";
   const Result<config::Config> loaded = config::LoadConfig(config_file);
   if (!loaded.ok()) {
-    return Complain(kUsage, loaded.error());
+    return Fail(kUsage, loaded.error());
   }
   const Status holds = HoldsJournal(folder);
   if (!holds.ok()) {
-    return Complain(kFailed, holds.error());
+    return Fail(kFailed, holds.error());
   }
   for (const std::string& path : {next, before}) {
     if (std::filesystem::exists(path)) {
-      return Complain(kFailed, path + ": is there already; move or remove it first");
+      return Fail(kFailed, path + ": is there already; move or remove it first");
     }
   }
   const auto old = PosixFolder::Open(folder, PosixFolder::Mode::kOwner);
   if (!old.ok()) {
-    return Complain(kFailed, old.error());
+    return Fail(kFailed, old.error());
   }
   const Result<journal::Recovered> recovered = journal::Recover(*old.value());
   if (!recovered.ok() || recovered.value().lost || recovered.value().differs ||
       !recovered.value().engine.configured()) {
-    return Complain(kFoundDamage, recovered.ok()
-                                      ? folder + ": no whole state; see \"journal check\""
-                                      : recovered.error());
+    return Fail(kFoundDamage, recovered.ok() ? folder + ": no whole state; see \"journal check\""
+                                             : recovered.error());
   }
   const journal::Recovered& state = recovered.value();
   const engine::EngineConfig& config = loaded.value().engine;
   const Result<maps::Resampled> moved =
       maps::Resample(WithoutLaid(state.engine.field(), state.stamp.field_time_ms), config.field);
   if (!moved.ok()) {
-    return Complain(kUsage, folder + " does not fit the configuration: " + moved.error());
+    return Fail(kUsage, folder + " does not fit the configuration: " + moved.error());
   }
   const auto epoch = static_cast<uint16_t>(std::max(1, (state.engine.epoch() + 1) & 0xFFFF));
   const engine::Engine engine = BeginWith(config, epoch, state.stamp, moved.value().field);
@@ -172,13 +178,9 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
   if (!done.ok()) {
     std::error_code ignored;
     std::filesystem::remove_all(next, ignored);
-    return Complain(kFailed, done.error());
+    return Fail(kFailed, done.error());
   }
-  fmt::print(
-      "{}: {} nodes with pheromone, {} left out that lie outside, {:g} quanta cut off above "
-      "a maximum; the old state is in {}\n",
-      folder, engine.sequence() - 1, moved.value().nodes_outside,
-      static_cast<double>(moved.value().levels_cut_off) / field::kLevelsPerQuantum, before);
+  fmt::print("{}: {}; the old state is in {}\n", folder, maps::InWords(moved.value()), before);
   return 0;
 }
 

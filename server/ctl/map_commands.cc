@@ -266,16 +266,7 @@ int ResampleField(const std::string& config, const std::vector<std::string>& typ
   if (!moved.ok()) {
     return Fail(kUsage, in + " does not fit the configuration: " + moved.error());
   }
-  size_t nodes = 0;
-  for (const field::Print& print : moved.value().field.prints) {
-    nodes += print.nodes->size();
-  }
-  return Report(
-      maps::SaveField(out, moved.value().field), out,
-      fmt::format("{} nodes with pheromone, {} left out that lie outside, {:g} quanta cut "
-                  "off above a maximum",
-                  nodes, moved.value().nodes_outside,
-                  static_cast<double>(moved.value().levels_cut_off) / field::kLevelsPerQuantum));
+  return Report(maps::SaveField(out, moved.value().field), out, maps::InWords(moved.value()));
 }
 
 int DescribeFile(const std::string& path) {

@@ -86,16 +86,9 @@ class Daemon::Impl {
 
   int Run() {
     std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
-    if (!BeginWithTheState()) {
+    if (!BeginWithTheState() || !BeginToRecord()) {
       keeper_->Stop(service_.StateHash());
       return kMisconfigured;
-    }
-    if (record_at_start_) {
-      const Status recording = captures_.Start();
-      if (!recording.ok()) {
-        spdlog::critical("cannot record: {}", recording.error());
-        return kMisconfigured;
-      }
     }
     boost::asio::post(strand_, [this] { Tick(); });
     ReportTrouble();
@@ -146,6 +139,14 @@ class Daemon::Impl {
       }
     });
     return true;
+  }
+
+  bool BeginToRecord() {
+    const Status recording = record_at_start_ ? captures_.Start() : Ok();
+    if (!recording.ok()) {
+      spdlog::critical("cannot record: {}", recording.error());
+    }
+    return recording.ok();
   }
 
   // What has become durable goes out.

@@ -93,11 +93,7 @@ bool FieldSaver::Write(const Result<maps::SavedField>& saved) const {
     spdlog::error("the field was not saved: {}", written.error());
     return false;
   }
-  size_t nodes = 0;
-  for (const field::Print& print : saved.value().prints) {
-    nodes += print.nodes->size();
-  }
-  spdlog::info("field saved to {}: {} nodes", path_, nodes);
+  spdlog::info("field saved to {}: {} nodes", path_, maps::CountNodes(saved.value()));
   return true;
 }
 

@@ -188,6 +188,23 @@ class JournalTest(unittest.TestCase):
         self.assertNotEqual(self.robot().hello(1).epoch, epoch)
         self.assertEqual(server.stop(), 0)
 
+    def test_a_start_that_fails_after_the_journal_was_opened_closes_it_in_order(self):
+        text = PERMANENT + PTY + JOURNAL + 'durability = "relaxed"\nsync_s = 60\n'
+        self.config.write_text(text)
+        server = self.start()
+        epoch = self.robot().hello(1).epoch
+        self.assertEqual(server.stop(), 0)
+        (self.folder / "file").touch()
+        self.config.write_text(text + '[capture]\nstart = true\nfolder = "file"\n')
+        refused = Running(self.folder, "--config", "test.toml")
+        self.addCleanup(refused.__exit__)
+        self.assertEqual(refused.end(), 2)
+        self.assertIn("cannot record", refused.log)
+        self.config.write_text(text)
+        server = self.start()
+        self.assertEqual(self.robot().hello(1).epoch, epoch)
+        self.assertEqual(server.stop(), 0)
+
     def test_damage_is_told_with_its_byte_and_kept(self):
         server = self.start()
         robot = self.robot()

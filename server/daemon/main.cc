@@ -78,8 +78,8 @@ Result<config::Config> LoadAgain(const Options& options,
   return config;
 }
 
-// A folder that the configuration needs from the start on and that cannot be used.
-Status CheckFolders(const config::Config& config, const char* state_directory) {
+// That the state cannot be kept where it should be.
+Status CheckJournalFolder(const config::Config& config, const char* state_directory) {
   const std::string journal = config::JournalFolder(config.journal, state_directory);
   if (!journal.empty()) {
     const std::string why = config::WhyUnusable(journal, state_directory);
@@ -140,7 +140,7 @@ int Run(const Options& options) {
   SetUpLogging(options.log_level.empty() ? config.daemon.log_level : options.log_level);
   spdlog::info("pheromoned {}, {}", PHEROMONE_VERSION, name);
   WarnOfWhatIsNotKept(config, options.save_field, state_directory);
-  const Status usable = CheckFolders(config, state_directory);
+  const Status usable = CheckJournalFolder(config, state_directory);
   if (!usable.ok()) {
     spdlog::critical("{}", usable.error());
     return kUsage;

@@ -68,14 +68,6 @@ void Append(Number number, char after, std::string* text) {
   *text += after;
 }
 
-size_t NodesIn(const SavedField& saved) {
-  size_t count = 0;
-  for (const field::Print& print : saved.prints) {
-    count += print.nodes->size();
-  }
-  return count;
-}
-
 std::string InWords(const field::MapGeometry& map) {
   const auto um = [](int64_t value) { return std::to_string(value); };
   return "origin (" + um(map.origin.x) + ", " + um(map.origin.y) + "), size " + um(map.width_um) +
@@ -135,9 +127,17 @@ SavedField Capture(const field::FieldReader& reader, const field::MapGeometry& m
       map, laws, [&](uint8_t type, const auto& visit) { reader.VisitLevels(type, now_ms, visit); });
 }
 
+size_t CountNodes(const SavedField& saved) {
+  size_t count = 0;
+  for (const field::Print& print : saved.prints) {
+    count += print.nodes->size();
+  }
+  return count;
+}
+
 std::string EncodeField(const SavedField& saved) {
   std::string text;
-  text.reserve(1000 + NodesIn(saved) * 16);
+  text.reserve(1000 + CountNodes(saved) * 16);
   text.append(kMagic).append(kVersion) += '\n';
   text += "# map origin_um ";
   Append(saved.map.origin.x, ' ', &text);
@@ -166,15 +166,15 @@ std::string EncodeField(const SavedField& saved) {
     }
   }
   text += "# end nodes ";
-  Append(NodesIn(saved), ' ', &text);
+  Append(CountNodes(saved), ' ', &text);
   text += "levels ";
   Append(levels, '\n', &text);
   return text;
 }
 
 Status SaveField(const std::string& path, const SavedField& saved) {
-  if (NodesIn(saved) > kMostSavedNodes) {
-    return Error{path + ": not written: " + std::to_string(NodesIn(saved)) +
+  if (CountNodes(saved) > kMostSavedNodes) {
+    return Error{path + ": not written: " + std::to_string(CountNodes(saved)) +
                  " nodes hold something, expected at most " + std::to_string(kMostSavedNodes)};
   }
   return WriteFile(path, EncodeField(saved));

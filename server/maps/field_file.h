@@ -64,6 +64,9 @@ SavedField Capture(const field::Field& field, uint64_t now_ms);
 SavedField Capture(const field::FieldReader& reader, const field::MapGeometry& map,
                    std::span<const field::PheromoneLaw> laws, uint64_t now_ms);
 
+/// Of all types together.
+size_t CountNodes(const SavedField& saved);
+
 std::string EncodeField(const SavedField& saved);
 /// Replaces the file as a whole (WriteFile). Fails too if there are more than kMostSavedNodes.
 Status SaveField(const std::string& path, const SavedField& saved);

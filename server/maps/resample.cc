@@ -1,6 +1,7 @@
 #include "server/maps/resample.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
 #include <utility>
 #include <vector>
@@ -48,6 +49,15 @@ Result<Resampled> Resample(const SavedField& saved, const field::FieldConfig& co
     return Error{fits.error()};
   }
   return result;
+}
+
+std::string InWords(const Resampled& moved) {
+  char quanta[32];
+  std::snprintf(quanta, sizeof quanta, "%g",
+                static_cast<double>(moved.levels_cut_off) / field::kLevelsPerQuantum);
+  return std::to_string(CountNodes(moved.field)) + " nodes with pheromone, " +
+         std::to_string(moved.nodes_outside) + " left out that lie outside, " + quanta +
+         " quanta cut off above a maximum";
 }
 
 }  // namespace pheromone::maps

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "server/base/result.h"
 #include "server/field/config.h"
@@ -20,6 +21,9 @@ struct Resampled {
   uint64_t nodes_outside = 0;   ///< held something, and do not lie on the new map
   uint64_t levels_cut_off = 0;  ///< above a type's maximum, in all
 };
+
+/// "240 nodes with pheromone, 3 left out that lie outside, 1.5 quanta cut off above a maximum"
+std::string InWords(const Resampled& moved);
 
 /// Errors: the configuration does not take what comes of it, see CheckFits.
 Result<Resampled> Resample(const SavedField& saved, const field::FieldConfig& config);
