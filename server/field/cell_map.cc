@@ -80,6 +80,16 @@ CellMap::Place* CellMap::MakePlace(NodeIndex node) {
   return place;
 }
 
+uint64_t CellMap::BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_counted,
+                               bool top_counted) const {
+  const Place* place = FindPlace({tile_column * kTileSide, tile_row * kTileSide});
+  if (place != nullptr) {
+    return place->tile.load(std::memory_order_relaxed) != nullptr ? 0 : kTileBytes;
+  }
+  const bool has_top = top_counted || top_.load(std::memory_order_relaxed) != nullptr;
+  return kTileBytes + (leaf_counted ? 0 : kLeafBytes) + (has_top ? 0 : BytesOfTop());
+}
+
 bool CellMap::Write(NodeIndex node, NodeState state) {
   Place* place = FindPlace(node);
   Tile* tile = place != nullptr ? place->tile.load(std::memory_order_relaxed) : nullptr;

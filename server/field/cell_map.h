@@ -75,6 +75,11 @@ class CellMap {
     return top != nullptr ? top[leaf_row * leaf_columns_ + leaf_column].load() : nullptr;
   }
 
+  /// What a tile would cost that is not there; 0 for one that is. `leaf_counted`,
+  /// `top_counted`: the leaf that holds it, or the top table, is paid for.
+  uint64_t BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_counted,
+                        bool top_counted) const;
+
   /// Calls `visit(NodeIndex, NodeState)` for each remembered node, leaf by leaf and tile by tile.
   /// The map may be written to from inside.
   template <typename Visit>

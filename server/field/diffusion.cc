@@ -144,18 +144,42 @@ bool DiffusionLayer::Set(NodeIndex node, uint32_t content_q16) {
   return true;
 }
 
-void DiffusionLayer::Clear() {
-  while (!leaves_.empty()) {
+bool DiffusionLayer::ClearSome(int tiles) {
+  while (!leaves_.empty() && tiles > 0) {
     const Leaf& leaf = *leaves_.back();
     // RemoveTile retires the leaf with its last tile.
-    std::vector<NodeIndex> tiles;
-    ForEachPlace(leaf, [&](size_t place) { tiles.push_back(TileIndex(leaf, place)); });
-    for (const NodeIndex tile : tiles) {
+    std::vector<NodeIndex> gone;
+    ForEachPlace(leaf, [&](size_t place) {
+      gone.push_back(TileIndex(leaf, place));
+      const TileView tile = View(leaf.place[place]);
+      for (uint64_t rest = tile.occupied; rest != 0; rest &= rest - 1) {
+        const uint64_t content = tile[static_cast<size_t>(std::countr_zero(rest))];
+        totals_.lost += content;
+        totals_.sum -= content;
+      }
+    });
+    tiles -= static_cast<int>(gone.size());
+    for (const NodeIndex tile : gone) {
       RemoveTile(tile);
     }
   }
-  totals_.lost += totals_.sum;
-  totals_.sum = 0;
+  return !leaves_.empty();
+}
+
+uint64_t DiffusionLayer::BytesMissing(int32_t tile_column, int32_t tile_row,
+                                      bool leaf_counted, bool top_counted) const {
+  const Leaf* leaf = FindLeaf(tile_column / kLeafSide, tile_row / kLeafSide);
+  if (leaf != nullptr) {
+    return leaf->place[PlaceOf(tile_column, tile_row)].tile.load() != nullptr ? 0 : kTileBytes;
+  }
+  const bool has_top = top_counted || top_.load() != nullptr;
+  return kTileBytes + (leaf_counted ? 0 : kLeafBytes) +
+         (has_top ? 0 : CellMap::TopBytes(columns_, rows_));
+}
+
+void DiffusionLayer::Clear() {
+  while (ClearSome(INT32_MAX)) {
+  }
 }
 
 uint64_t DiffusionLayer::Hash() const {

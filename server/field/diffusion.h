@@ -84,6 +84,12 @@ class DiffusionLayer {
 
   /// Takes everything away. It counts as lost.
   void Clear();
+  /// The same for about `tiles` tiles; false if nothing is left.
+  bool ClearSome(int tiles);
+
+  /// As CellMap::BytesMissing.
+  uint64_t BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_counted,
+                        bool top_counted) const;
 
   /// One step. `obstacles` may be null; what lies on a blocked node stays there and evaporates.
   void Step(const DiffusionLaw& law, const ObstacleMask* obstacles);

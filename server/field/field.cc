@@ -81,15 +81,15 @@ Field::Field(FieldConfig config, const Kernel& kernel, Empty /*empty*/) : kernel
     layers_.diffusing[type] = std::make_unique<DiffusionLayer>(
         config.map.columns(), config.map.rows(), &budget_, &reclaimer_, &pool_);
   }
-  setup_.store(new Setup(std::move(config)));
+  setup_.store(new Setup(std::make_shared<const FieldConfig>(std::move(config))));
 }
 
 Field::~Field() {
   delete setup_.load();
 }
 
-void Field::Publish(FieldConfig config) {
-  const Setup* before = setup_.exchange(new Setup(std::move(config)));
+void Field::Publish(std::unique_ptr<Setup> setup) {
+  const Setup* before = setup_.exchange(setup.release());
   reclaimer_.Retire([before] { delete before; });
 }
 
@@ -138,7 +138,8 @@ DepositResult Field::Deposit(uint8_t type, PointUm point, uint16_t quanta, uint6
                       (SweepPortion(now_ms, kTilesForADeposit) && layer.Add(node, amount, most));
     return done ? DepositResult::kDone : DepositResult::kMapFull;
   }
-  const NodeState next = AfterDeposit(*law, layers_.cells[type]->Read(node), quanta, now_ms);
+  const NodeState present = Present(type, layers_.cells[type]->Read(node));
+  const NodeState next = AfterDeposit(*law, present, quanta, now_ms);
   return Store(*law, node, next, now_ms) ? DepositResult::kDone : DepositResult::kMapFull;
 }
 
@@ -148,7 +149,7 @@ uint32_t Field::LevelOf(uint8_t type, NodeIndex node, uint64_t now_ms) const {
     return 0;
   }
   return law->diffuses() ? LevelOfDiffusing(layers_.diffusing[type]->Read(node))
-                         : LevelAt(*law, layers_.cells[type]->Read(node), now_ms);
+                         : LevelAt(*law, Present(type, layers_.cells[type]->Read(node)), now_ms);
 }
 
 uint64_t Field::NodeHash(const PheromoneLaw& law, NodeIndex node, NodeState state) {
@@ -160,7 +161,8 @@ uint64_t Field::NodeHash(const PheromoneLaw& law, NodeIndex node, NodeState stat
 
 uint64_t Field::hash() const {
   uint64_t sum = hash_ + Hash64({'W', sweep_.type, static_cast<uint64_t>(sweep_.leaf),
-                                 sweep_.earliest_ms, sweep_.cycle_ms, sweep_.next_ms});
+                                 sweep_.earliest_ms, sweep_.cycle_ms, sweep_.next_ms}) +
+                 HashOfWork();
   for (const PheromoneLaw& law : config().pheromones) {
     if (law.diffuses()) {
       sum += Hash64({'D', law.type, layers_.diffusing[law.type]->Hash(), stepped_ms_[law.type]});
@@ -173,18 +175,20 @@ uint64_t Field::hash() const {
 // exhausted, what has evaporated is given back first.
 bool Field::Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms) {
   CellMap& layer = *layers_.cells[law.type];
+  const LawChange* change = current().ChangeOf(law.type);
   state.time_ms = std::min(state.time_ms, kTimeMask);
   const NodeState before = layer.Read(node);
+  ++changes_[law.type];
   if (!layer.Write(node, state) &&
       !(SweepPortion(now_ms, kTilesForADeposit) && layer.Write(node, state))) {
     return false;
   }
   if (before.level != 0) {
-    hash_ -= NodeHash(law, node, before);
+    hash_ -= NodeHash(LawOf(change, law, before), node, before);
   }
   if (state.level != 0) {
-    hash_ += NodeHash(law, node, state);
-    const uint64_t until_ms = LivesUntil(law, state);
+    hash_ += NodeHash(LawOf(change, law, state), node, state);
+    const uint64_t until_ms = LivesUntil(law, Rebased(change, law, state));
     sweep_.earliest_ms = std::min(sweep_.earliest_ms, until_ms);
     sweep_.cycle_ms = std::min(sweep_.cycle_ms, until_ms);
   }
@@ -215,8 +219,9 @@ bool Field::SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, ui
 // full of what has not evaporated is not searched again for every deposit that it refuses. True if
 // memory came back.
 bool Field::SweepPortion(uint64_t now_ms, int tiles) {
-  if (now_ms < sweep_.earliest_ms) {
-    return false;
+  const bool reserved = !works_.empty() && works_.front().phase == Work::Phase::kApply;
+  if (now_ms < sweep_.earliest_ms || reserved) {
+    return false;  // a change under way counts on the tiles that are there
   }
   // What there is to look at, in sixteenths of a tile.
   constexpr int kTile = 16;
@@ -253,11 +258,12 @@ bool Field::SweepPortion(uint64_t now_ms, int tiles) {
 void Field::SweepLeaf(const PheromoneLaw& law, int32_t leaf, uint64_t now_ms) {
   CellMap& layer = *layers_.cells[law.type];
   layer.ForEachInLeaf(leaf, [&](NodeIndex node, NodeState state) {
-    if (LevelAt(law, state, now_ms) == 0) {
-      hash_ -= NodeHash(law, node, state);
+    const NodeState present = Present(law.type, state);
+    if (LevelAt(law, present, now_ms) == 0) {
+      hash_ -= NodeHash(StoredLaw(law.type, state), node, state);
       layer.Write(node, {});
     } else {
-      sweep_.cycle_ms = std::min(sweep_.cycle_ms, LivesUntil(law, state));
+      sweep_.cycle_ms = std::min(sweep_.cycle_ms, LivesUntil(law, present));
     }
   });
 }
@@ -282,15 +288,25 @@ void Field::StepDiffusion(uint64_t now_ms) {
 }
 
 void Field::Advance(uint64_t now_ms) {
-  StepDiffusion(now_ms);
-  if (now_ms >= sweep_.earliest_ms && now_ms >= sweep_.next_ms) {
-    SweepPortion(now_ms, kTilesAtOnce);
-    sweep_.next_ms = now_ms + kSweepIntervalMs;
+  if (!works_.empty()) {
+    MakePortion(now_ms);
+  } else {
+    if (is_rebasing_) {
+      RebasePortion();
+    }
+    StepDiffusion(now_ms);
+    if (now_ms >= sweep_.earliest_ms && now_ms >= sweep_.next_ms) {
+      SweepPortion(now_ms, kTilesAtOnce);
+      sweep_.next_ms = now_ms + kSweepIntervalMs;
+    }
   }
   reclaimer_.Collect();
 }
 
 std::optional<uint64_t> Field::NextDeadline() const {
+  if (busy()) {
+    return 0;
+  }
   uint64_t deadline = UINT64_MAX;
   if (sweep_.earliest_ms != UINT64_MAX) {
     deadline = std::max(sweep_.earliest_ms, sweep_.next_ms);

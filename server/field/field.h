@@ -21,6 +21,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -35,6 +36,7 @@
 #include "server/field/memory.h"
 #include "server/field/sense.h"
 #include "server/field/setup.h"
+#include "server/field/work.h"
 
 namespace pheromone::field {
 
@@ -77,6 +79,8 @@ struct SweepState {
   bool operator==(const SweepState&) const = default;
 };
 
+class FieldReader;
+
 class Field {
  public:
   /// About how many tiles one portion of a sweep looks at, and a deposit that finds no memory: it
@@ -87,6 +91,12 @@ class Field {
   /// Of a diffusing type's steps that are due at once, so many are made; of the others, only the
   /// evaporation.
   static constexpr uint64_t kStepsAtOnce = 16;
+  /// One portion of a large change: so many nodes are set, tiles counted, or tiles looked at for
+  /// nodes that were stored under an earlier law.
+  static constexpr int kNodesOfPortion = 4096;
+  static constexpr int kTilesCountedAtOnce = 32768;
+  static constexpr int kTilesRebasedAtOnce = 512;
+  static constexpr size_t kMaxWorks = 64;  ///< that may wait for their turn
 
   /// Lays the configuration's paths and prints at `now_ms`. `kernel` is for tests and benchmarks;
   /// it changes no bit of any answer.
@@ -123,17 +133,44 @@ class Field {
   /// Adds `quanta` at the node nearest to `point`. All or nothing.
   DepositResult Deposit(uint8_t type, PointUm point, uint16_t quanta, uint64_t now_ms);
 
-  /// Fills, brushes or erases. All or nothing; errors: edit.h.
+  /// Fills, brushes or erases, at once, however long that takes. All or nothing; errors: edit.h.
   Status Edit(const FieldEdit& edit, uint64_t now_ms);
+
+  /// The same in portions (work.h): the first one now, if nothing else is under way; Advance makes
+  /// the others. `edit` is one that RasterOf accepts; `raster` may be null. `id` is told when it is
+  /// finished.
+  void BeginEdit(uint64_t id, const FieldEdit& edit, std::shared_ptr<const Raster> raster,
+                 uint64_t now_ms);
+  /// Whether more changes may be begun.
+  bool accepts_work() const { return works_.size() < kMaxWorks; }
+  /// Whether a change is under way, or nodes of an earlier law are left.
+  bool busy() const { return !works_.empty() || is_rebasing_; }
+  /// Those that have ended since the last call. Not part of the state.
+  std::vector<FinishedWork> TakeFinished() { return std::exchange(finished_, {}); }
 
   /// Why `next` cannot replace the configuration, if it cannot: another geometry, a pheromone that
   /// goes while some of it is left on the map, or new paths for which there is no memory.
   Status CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const;
 
+  /// The same in parts, for those who prepare a change beside the robots: CheckLeaving looks
+  /// through every node of the pheromones that go; what it found holds as long as their changes()
+  /// stay. The rest takes no time: geometry, memory for `plan`, and that nothing is under way.
+  static Status CheckLeaving(const FieldReader& reader, const FieldConfig& present,
+                             const FieldConfig& next, uint64_t now_ms);
+  Status CheckReconfigure(const FieldConfig& next, const LayPlan& plan) const;
+  /// How often a node of the type was changed; not part of the state.
+  uint64_t changes(uint8_t type) const { return changes_[type]; }
+
   /// Goes on under `next`, which CheckReconfigure accepts. A law whose evaporation or quantum
   /// changed goes on from the present values; paths that left the configuration are erased along
   /// their own nodes, new ones are laid.
   void Reconfigure(const FieldConfig& next, uint64_t now_ms);
+
+  /// The same in portions, from `now_ms` + 1 on: time must have advanced to that before anything
+  /// else is done. At once, laws change and values are what they were; Advance rewrites nodes that
+  /// were stored under an earlier law, and erases and lays. Not while busy().
+  void BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> next,
+                        std::shared_ptr<const LayPlan> plan, uint64_t now_ms);
 
   /// Does what is due by `now_ms`, in a bounded portion: looks for what has evaporated, and steps
   /// the types that diffuse.
@@ -142,7 +179,8 @@ class Field {
   std::optional<uint64_t> NextDeadline() const;
 
   /// Calls `visit(type, NodeIndex, NodeState)` for each remembered node of the types that do not
-  /// diffuse, in no particular order.
+  /// diffuse, in no particular order. States are as they were stored: while the field is busy, some
+  /// of them under an earlier law (StoredLaw).
   template <typename Visit>
   void ForEach(Visit&& visit) const {
     for (const PheromoneLaw& law : config().pheromones) {
@@ -167,6 +205,12 @@ class Field {
   /// HashStep over (kind 'N', type, column, row) in one word and the node's packed state (kernel.h)
   /// in another; time 0 where nothing evaporates.
   static uint64_t NodeHash(const PheromoneLaw& law, NodeIndex node, NodeState state);
+  /// The law under which a state of a type was stored.
+  const PheromoneLaw& StoredLaw(uint8_t type, NodeState state) const {
+    return LawOf(current().ChangeOf(type), *current().law[type], state);
+  }
+  /// What changes under way and laws that are being replaced add to the hash; 0: none.
+  uint64_t HashOfWork() const;
 
   const SweepState& sweep() const { return sweep_; }
   const Kernel& kernel() const { return kernel_; }
@@ -182,7 +226,7 @@ class Field {
   Field(FieldConfig config, const Kernel& kernel, Empty empty);
 
   const Setup& current() const { return *setup_.load(std::memory_order_relaxed); }
-  void Publish(FieldConfig config);
+  void Publish(std::unique_ptr<Setup> setup);
 
   template <typename Visit>
   static void VisitLevelsIn(const Setup& setup, const Layers& layers, uint8_t type, uint64_t now_ms,
@@ -192,7 +236,8 @@ class Field {
       return;
     }
     layers.cells[type]->ForEach([&](NodeIndex node, NodeState state) {
-      if (const uint32_t level = LevelAt(*law, state, now_ms); level != 0) {
+      const NodeState present = setup.Present(type, state);
+      if (const uint32_t level = LevelAt(*law, present, now_ms); level != 0) {
         visit(node, level);
       }
     });
@@ -213,6 +258,19 @@ class Field {
   void LayAll(const FieldConfig& config, const FieldConfig* except, uint64_t now_ms);
   void EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64_t now_ms);
   void Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t now_ms);
+  void ClearType(uint8_t type);
+
+  // work.cc
+  NodeState Present(uint8_t type, NodeState stored) const {
+    return current().Present(type, stored);
+  }
+  void MakePortion(uint64_t now_ms);
+  bool ReserveForEdit(Work* work, uint64_t now_ms);
+  bool ApplyEdit(Work* work, uint64_t now_ms);
+  bool EraseAll(uint8_t type);
+  bool ApplyPlan(Work* work, uint64_t now_ms);
+  void Finish(Status outcome);
+  void RebasePortion();
 
   const Kernel& kernel_;
   MemoryBudget budget_;
@@ -223,6 +281,12 @@ class Field {
   uint64_t hash_ = 0;
   SweepState sweep_;
   std::array<uint64_t, kTypes> stepped_ms_{};  // of diffusing types: the time of the last step
+  std::deque<Work> works_;                     // the first one is under way
+  std::vector<FinishedWork> finished_;
+  std::array<uint64_t, kTypes> changes_{};
+  bool is_rebasing_ = false;  // nodes of earlier laws may be left, from here on:
+  uint8_t rebase_type_ = 1;
+  int32_t rebase_leaf_ = 0;
 };
 
 /// A place beside the writer: looks at the field while it is being changed, without holding it up

@@ -1,20 +1,17 @@
 // How a field goes on under another configuration, and what lies on it from the beginning.
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "server/field/field.h"
 
 namespace pheromone::field {
 namespace {
-
-bool SameSubstance(const PheromoneLaw& a, const PheromoneLaw& b) {
-  return a.evaporation == b.evaporation && a.tau_ms == b.tau_ms &&
-         a.quantum_micro == b.quantum_micro && a.max_count == b.max_count &&
-         a.diffuses() == b.diffuses() && a.is_blend() == b.is_blend();
-}
 
 template <typename Laid>
 bool Contains(const std::vector<Laid>& all, const Laid& one) {
@@ -41,8 +38,6 @@ void ForEachLaid(const FieldConfig& config, PickPath&& pick_path, PickPrint&& pi
     }
   }
 }
-
-using LaidNode = std::pair<uint8_t, NodeIndex>;
 
 // Of the paths and prints of `config` that are, or are not, in the other one too; in order.
 std::vector<LaidNode> NodesThat(const FieldConfig& config, const FieldConfig& other,
@@ -88,6 +83,40 @@ uint64_t BytesOfLaid(const FieldConfig& config, const std::function<bool(const P
          types.size() * CellMap::TopBytes(config.map.columns(), config.map.rows());
 }
 
+LayPlan PlanLaying(const FieldConfig& before, const FieldConfig& next) {
+  LayPlan plan;
+  plan.erase = NodesThat(before, next, false);
+  if (!plan.erase.empty()) {
+    const std::vector<LaidNode> kept = NodesThat(before, next, true);
+    std::erase_if(plan.erase,
+                  [&](const LaidNode& it) { return Contains(kept, it.first, it.second); });
+  }
+  const auto has_nodes = [&](uint8_t type) {
+    const PheromoneLaw* law = next.FindLaw(type);
+    return law != nullptr && !law->is_blend();
+  };
+  for (const Path& path : next.paths) {
+    if (has_nodes(path.type) && !Contains(before.paths, path)) {
+      std::vector<PrintNode> nodes;
+      for (const NodeIndex node : NodesAlong(next.map, path)) {
+        nodes.push_back({node, uint32_t{path.count} << kLevelBits});
+      }
+      plan.lay.push_back({path.type, Shared(std::move(nodes))});
+    }
+  }
+  for (const Print& print : next.prints) {
+    if (print.nodes && has_nodes(print.type) && !Contains(before.prints, print)) {
+      plan.lay.push_back({print.type, print.nodes});
+    }
+  }
+  if (!plan.lay.empty()) {
+    plan.bytes = BytesOfLaid(
+        next, [&](const Path& it) { return !Contains(before.paths, it); },
+        [&](const Print& it) { return !Contains(before.prints, it); });
+  }
+  return plan;
+}
+
 // What is laid is the least that a node holds: more stays.
 void Field::LayAll(const FieldConfig& config, const FieldConfig* except, uint64_t now_ms) {
   ForEachLaid(
@@ -118,31 +147,68 @@ void Field::EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64
   }
 }
 
-Status Field::CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const {
-  const FieldConfig& present = current().config;
-  if (!(next.map == present.map)) {
-    return Error{
-        "the map's origin, extent or cell size differ from the running map's; they cannot "
-        "be changed while pheromone lies on it"};
-  }
-  const std::vector<LaidNode> laid = NodesThat(present, present, true);
+namespace {
+
+Status CheckMap(const FieldConfig& present, const FieldConfig& next) {
+  return next.map == present.map
+             ? Ok()
+             : Error{"the map's origin, extent or cell size differ from the running map's; they "
+                     "cannot be changed while pheromone lies on it"};
+}
+
+// `visit_levels(type, visit)`: the nodes of a type that hold something.
+template <typename VisitLevels>
+Status CheckGoing(const FieldConfig& present, const FieldConfig& next,
+                  VisitLevels&& visit_levels) {
+  std::optional<std::vector<LaidNode>> laid;  // made only if something goes
   for (const PheromoneLaw& law : present.pheromones) {
     const PheromoneLaw* successor = next.FindLaw(law.type);
-    if (successor != nullptr && !successor->is_blend()) {
+    if (law.is_blend() || (successor != nullptr && !successor->is_blend())) {
       continue;
     }
+    if (!laid) {
+      laid = NodesThat(present, present, true);
+    }
     bool left_over = false;
-    VisitLevels(law.type, now_ms,
-                [&](NodeIndex node, uint32_t) { left_over |= !Contains(laid, law.type, node); });
+    visit_levels(law.type,
+                 [&](NodeIndex node, uint32_t) { left_over |= !Contains(*laid, law.type, node); });
     if (left_over) {
       return Error{"pheromone type " + std::to_string(law.type) + " (\"" + law.name +
                    "\") left the configuration, but some of it is on the map"};
     }
   }
-  const uint64_t new_bytes = BytesOfLaid(
-      next, [&](const Path& it) { return !Contains(present.paths, it); },
-      [&](const Print& it) { return !Contains(present.prints, it); });
-  if (new_bytes != 0 && budget_.used_bytes + new_bytes > next.memory_bytes) {
+  return Ok();
+}
+
+}  // namespace
+
+Status Field::CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const {
+  const FieldConfig& present = current().config;
+  Status status = CheckMap(present, next);
+  if (status.ok()) {
+    status = CheckGoing(present, next, [&](uint8_t type, auto&& visit) {
+      VisitLevels(type, now_ms, visit);
+    });
+  }
+  return status.ok() ? CheckReconfigure(next, PlanLaying(present, next)) : status;
+}
+
+Status Field::CheckLeaving(const FieldReader& reader, const FieldConfig& present,
+                           const FieldConfig& next, uint64_t now_ms) {
+  return CheckGoing(present, next, [&](uint8_t type, auto&& visit) {
+    reader.VisitLevels(type, now_ms, visit);
+  });
+}
+
+Status Field::CheckReconfigure(const FieldConfig& next, const LayPlan& plan) const {
+  Status status = CheckMap(current().config, next);
+  if (!status.ok()) {
+    return status;
+  }
+  if (busy()) {
+    return Error{"the map is still being changed by an earlier request"};
+  }
+  if (plan.bytes != 0 && budget_.used_bytes + plan.bytes > next.memory_bytes) {
     return Error{"there is no memory for the new paths beside what is on the map"};
   }
   return Ok();
@@ -165,10 +231,57 @@ void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
       Rebase(law, *successor, now_ms);
     }
   }
-  Publish(next);
+  Publish(std::make_unique<Setup>(std::make_shared<const FieldConfig>(next)));
   sweep_ = {.earliest_ms = 0, .cycle_ms = UINT64_MAX, .next_ms = now_ms};
   LayAll(current().config, &before, now_ms);  // which fits, as CheckReconfigure found
   budget_.limit_bytes = current().config.memory_bytes;
+}
+
+void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> next,
+                             std::shared_ptr<const LayPlan> plan, uint64_t now_ms) {
+  auto setup = std::make_unique<Setup>(std::move(next));
+  const FieldConfig& config = setup->config;
+  budget_.limit_bytes = UINT64_MAX;  // a lower limit must not cost what is there
+  for (const PheromoneLaw& law : current().config.pheromones) {
+    const PheromoneLaw* successor = config.FindLaw(law.type);
+    if (law.is_blend()) {
+      continue;
+    }
+    if (successor == nullptr || successor->is_blend()) {
+      ClearType(law.type);
+    } else if (SameSubstance(law, *successor)) {
+      continue;
+    } else if (law.diffuses() || successor->diffuses()) {
+      Rebase(law, *successor, now_ms);  // about what a step of it costs
+    } else if (layers_.cells[law.type]->node_count() != 0) {
+      setup->change[law.type] = LawChange{law, now_ms + 1};
+      is_rebasing_ = true;
+    }
+  }
+  rebase_type_ = 1;
+  rebase_leaf_ = 0;
+  budget_.limit_bytes = config.memory_bytes;
+  Publish(std::move(setup));
+  sweep_ = {.earliest_ms = 0, .cycle_ms = UINT64_MAX, .next_ms = now_ms + 1};
+  if (!plan->empty()) {
+    Work work;
+    work.id = id;
+    work.kind = Work::Kind::kLay;
+    work.phase = Work::Phase::kApply;
+    work.reserved_bytes = plan->bytes;  // for which there is memory, as CheckReconfigure found
+    budget_.used_bytes += plan->bytes;
+    work.plan = std::move(plan);
+    works_.push_back(std::move(work));
+    MakePortion(now_ms + 1);
+  } else {
+    finished_.push_back({id, Ok()});
+  }
+}
+
+void Field::ClearType(uint8_t type) {
+  const PheromoneLaw& law = *FindLaw(type);
+  layers_.cells[type]->ForEach([&](NodeIndex node, NodeState) { Store(law, node, {}, 0); });
+  layers_.diffusing[type]->Clear();
 }
 
 // Expresses the present values under `from` as levels under `to`, at the nearest level; whole
@@ -180,12 +293,8 @@ void Field::Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t no
   layers_.cells[from.type]->ForEach(
       [&](NodeIndex node, NodeState) { Store(from, node, {}, now_ms); });
   layers_.diffusing[from.type]->Clear();
-  const bool whole = to.evaporation == Evaporation::kCounter && !to.diffuses();
   for (const auto& [node, level] : nodes) {
-    const int64_t value = int64_t{level} * from.quantum_micro;
-    const int64_t unit = whole ? int64_t{kLevelsPerQuantum} : 1;
-    const int64_t next = RoundDiv(value, to.quantum_micro * unit) * unit;
-    SetLevel(to, node, static_cast<uint32_t>(std::min<int64_t>(next, to.max_level())), now_ms);
+    SetLevel(to, node, LevelUnder(from, to, level), now_ms);
   }
 }
 

@@ -279,6 +279,19 @@ struct CellRows {
   }
 };
 
+// The same where some nodes were stored under an earlier law: those are made into nodes of the
+// present one.
+struct RebasedRows : CellRows {
+  const LawChange* change;
+  const PheromoneLaw* law;
+
+  const uint64_t* Word(const uint64_t* words, size_t slot, uint64_t* made) const {
+    const NodeState stored = UnpackNode(__atomic_load_n(words + slot, __ATOMIC_RELAXED));
+    *made = PackNode(Rebased(change, *law, stored));
+    return made;
+  }
+};
+
 // The tiles of a layer that diffuses: two contents to a word, made into nodes that do not
 // evaporate.
 struct DiffusingRows {
@@ -344,6 +357,8 @@ void SenseAt(const Setup& setup, const Layers& layers, const Kernel& kernel, uin
       aim(part);
       if (setup.law[part.type]->diffuses()) {
         sum.Over(DiffusingRows{*layers.diffusing[part.type]});
+      } else if (const LawChange* change = setup.ChangeOf(part.type); change != nullptr) {
+        sum.Over(RebasedRows{{*layers.cells[part.type]}, change, setup.law[part.type]});
       } else {
         sum.Over(CellRows{*layers.cells[part.type]});
       }

@@ -32,8 +32,9 @@ KernelLaw ForKernel(const PheromoneLaw& law) {
   return kernel;
 }
 
-Setup::Setup(FieldConfig config_in)
-    : config(std::move(config_in)),
+Setup::Setup(std::shared_ptr<const FieldConfig> shared_config)
+    : shared(std::move(shared_config)),
+      config(*shared),
       columns(config.map.columns()),
       rows(config.map.rows()),
       cells_per_um(1 / static_cast<double>(config.map.cell_um)) {

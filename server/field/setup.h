@@ -4,10 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "server/field/config.h"
 #include "server/field/kernel.h"
+#include "server/field/rebase.h"
 
 namespace pheromone::field {
 
@@ -18,16 +21,25 @@ struct Part {
 };
 
 struct Setup {
-  explicit Setup(FieldConfig config_in);
+  explicit Setup(std::shared_ptr<const FieldConfig> shared_config);
 
-  FieldConfig config;
+  std::shared_ptr<const FieldConfig> shared;
+  const FieldConfig& config;                      ///< the same
   std::array<const PheromoneLaw*, kTypes> law{};  ///< null: no such type
+  /// Of types with nodes that were stored under an earlier law.
+  std::array<std::optional<LawChange>, kTypes> change;
   std::array<KernelLaw, kTypes> kernel_law{};
   std::array<std::vector<Part>, kTypes> parts;
   int32_t columns = 0;
   int32_t rows = 0;
   double cells_per_um = 0;
   std::array<double, 8> cells_um{};  ///< 0 to 7 cells
+
+  const LawChange* ChangeOf(uint8_t type) const { return change[type] ? &*change[type] : nullptr; }
+  /// A stored state of a type that exists, as one under its present law.
+  NodeState Present(uint8_t type, NodeState stored) const {
+    return Rebased(ChangeOf(type), *law[type], stored);
+  }
 };
 
 /// The numbers of a law that the inner loops use.
