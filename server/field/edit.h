@@ -32,10 +32,10 @@ struct FieldEdit {
 };
 
 /// The most nodes that an edit may touch; larger ones are made in parts.
-constexpr int64_t kMostNodesOfEdit = int64_t{1} << 20;
+constexpr int64_t kMaxNodesOfEdit = int64_t{1} << 24;
 
-/// The nodes of an edit's shape, row by row. Errors: a shape without the points that it needs, or
-/// too many nodes. Parts beyond the map are left out.
+/// The nodes of an edit's shape, row by row: those of RasterOf (raster.h), with its errors. Parts
+/// beyond the map are left out.
 Result<std::vector<NodeIndex>> NodesOf(const FieldEdit& edit, const MapGeometry& map);
 
 }  // namespace pheromone::field

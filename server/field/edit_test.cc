@@ -175,9 +175,9 @@ TEST(NodesOf, AsManyAsAnEditMayTouchAndNotOneMore) {
   MapGeometry map = TrailConfig().map;
   map.cell_um = 1'000;
   FieldEdit edit;
-  edit.points = {{0, 0}, {1'023'000, 1'023'000}};
-  EXPECT_EQ(NodesOf(edit, map).value().size(), static_cast<size_t>(kMostNodesOfEdit));
-  edit.points = {{0, 0}, {1'023'000, 1'024'000}};
+  edit.points = {{0, 0}, {4'095'000, 4'095'000}};
+  EXPECT_EQ(NodesOf(edit, map).value().size(), static_cast<size_t>(kMaxNodesOfEdit));
+  edit.points = {{0, 0}, {4'095'000, 4'096'000}};
   EXPECT_NE(NodesOf(edit, map).error().find("parts"), std::string::npos);
 }
 
