@@ -24,7 +24,7 @@ void Engine::Send(LinkIndex link, const protocol::Message& message,
 
 Status Engine::Check(const Event& event) const {
   if (const auto* change = std::get_if<ConfigChanged>(&event)) {
-    return CheckConfig(change->config);
+    return CheckConfig(*change->config, change->plan.get());
   }
   if (!configured()) {
     return Error{"an event before the first configuration"};
@@ -38,7 +38,9 @@ Status Engine::Check(const Event& event) const {
     return CheckCommand(*command);
   }
   if (const auto* edited = std::get_if<FieldEdited>(&event)) {
-    return CheckEdit(edited->edit);
+    const Status possible = CheckEdit(edited->edit);
+    Event copy = *edited;
+    return possible.ok() && edited->raster == nullptr ? Prepare(&copy) : possible;
   }
   if (const auto* seen = std::get_if<PoseObserved>(&event)) {
     return SaidHello(seen->link, seen->id)
@@ -48,38 +50,81 @@ Status Engine::Check(const Event& event) const {
   return Ok();
 }
 
-Status Engine::CheckConfig(const EngineConfig& next) const {
+Status Engine::Prepare(const SharedConfig& present, Event* event) {
+  if (auto* edited = std::get_if<FieldEdited>(event)) {
+    Result<field::Raster> raster = field::RasterFor(edited->edit, present->field.map);
+    if (!raster.ok()) {
+      return Error{raster.error()};
+    }
+    edited->raster = std::make_shared<const field::Raster>(std::move(raster).value());
+  } else if (auto* change = std::get_if<ConfigChanged>(event)) {
+    ConfigPlan plan;
+    plan.hash = HashConfig(*change->config);
+    plan.laying = std::make_shared<const field::LayPlan>(
+        field::PlanLaying(present->field, change->config->field));
+    change->plan = std::make_shared<const ConfigPlan>(std::move(plan));
+  }
+  return Ok();
+}
+
+Status Engine::CheckConfig(const EngineConfig& next, const ConfigPlan* plan) const {
   Status frames = CheckFrames(next.frames);
-  return frames.ok() && configured() ? field_->CheckReconfigure(next.field, field_time_ms_)
-                                     : frames;
+  if (!frames.ok() || !configured()) {
+    return frames;
+  }
+  return plan != nullptr ? field_->CheckReconfigure(next.field, *plan->laying)
+                         : field_->CheckReconfigure(next.field, field_time_ms_);
 }
 
 void Engine::On(const ConfigChanged& change, std::vector<Outgoing>* /*out*/) {
+  const EngineConfig& next = *change.config;
   const bool is_new = !configured();
-  if (is_new || change.state_lost || !SameHello(config_, change.config)) {
+  if (is_new || change.state_lost || !SameHello(*config_, next)) {
     epoch_ = change.new_epoch;
   }
-  if (is_new) {
-    field_ =
-        std::make_unique<field::Field>(change.config.field, field::BestKernel(), field_time_ms_);
-  } else {
-    field_->Reconfigure(change.config.field, field_time_ms_);
-  }
-  if (!is_new && config_.links != change.config.links) {
+  if (!is_new && config_->links != next.links) {
     broadcasts_.clear();  // their links may have other places now
   }
-  TakeConfig(change.config);
+  if (is_new) {
+    field_ = std::make_unique<field::Field>(next.field, field::BestKernel(), field_time_ms_);
+    finished_.push_back({sequence_, Ok()});
+    TakeConfig(change.config, change.plan ? change.plan->hash : HashConfig(next));
+    return;
+  }
+  Event planned = change;
+  if (change.plan == nullptr) {
+    (void)Prepare(&planned);
+  }
+  const ConfigPlan& plan = *std::get<ConfigChanged>(planned).plan;
+  if (change.in_portions) {
+    field_->BeginReconfigure(sequence_, change.config.field(), plan.laying, field_time_ms_);
+    ++field_time_ms_;  // what was stored before can be told from what comes later
+  } else {
+    field_->Reconfigure(next.field, field_time_ms_);
+    finished_.push_back({sequence_, Ok()});
+  }
+  TakeConfig(change.config, plan.hash);
+}
+
+std::vector<field::FinishedWork> Engine::TakeFinished() {
+  std::vector<field::FinishedWork> finished = std::exchange(finished_, {});
+  if (configured()) {
+    for (field::FinishedWork& it : field_->TakeFinished()) {
+      finished.push_back(std::move(it));
+    }
+  }
+  return finished;
 }
 
 // The configuration, and what is worked out from it.
-void Engine::TakeConfig(EngineConfig config) {
+void Engine::TakeConfig(SharedConfig config, uint64_t hash) {
   config_ = std::move(config);
-  config_hash_ = HashConfig(config_);
-  robots_.SetLinks(config_.links);
+  config_hash_ = hash;
+  robots_.SetLinks(config_->links);
   frames_.clear();
-  for (size_t link = 0; link < config_.links.size(); ++link) {
-    for (const RobotFrame& frame : config_.frames) {
-      if (frame.link == config_.links[link].name) {
+  for (size_t link = 0; link < config_->links.size(); ++link) {
+    for (const RobotFrame& frame : config_->frames) {
+      if (frame.link == config_->links[link].name) {
         frames_.emplace(std::pair(static_cast<LinkIndex>(link), frame.id), frame);
       }
     }

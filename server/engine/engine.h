@@ -60,7 +60,8 @@ class Engine {
 
   /// Whether a ConfigChanged has been applied; nothing else may come before it.
   bool configured() const { return field_ != nullptr; }
-  const EngineConfig& config() const { return config_; }
+  const EngineConfig& config() const { return *config_; }
+  const SharedConfig& shared_config() const { return config_; }
   const field::Field& field() const { return *field_; }
   const RobotTable& robots() const { return robots_; }
   const EngineCounters& counters() const { return counters_; }
@@ -83,14 +84,30 @@ class Engine {
   /// Apply asks for. Values inside a configuration are not looked at (config_check.h).
   Status Check(const Event& event) const;
 
-  Status CheckConfig(const EngineConfig& next) const;
+  /// Works out beforehand what an event needs that takes time with its size: the raster of an edit,
+  /// the plan of a new configuration. An event that has it is checked and applied in bounded time.
+  /// Pure but for the present configuration, so any thread may do the same with a copy of that.
+  /// Errors: an edit of too many nodes.
+  static Status Prepare(const SharedConfig& present, Event* event);
+  /// With the present configuration; does nothing before the first one.
+  Status Prepare(Event* event) const {
+    return configured() ? Prepare(config_, event) : Ok();
+  }
+
+  /// `plan` may be null. Without one, and for pheromones that go, in time that grows with what lies
+  /// on the map.
+  Status CheckConfig(const EngineConfig& next, const ConfigPlan* plan = nullptr) const;
   Status CheckCommand(const CommandIssued& command) const;
 
-  /// Says all that is clear before the edit is made: unknown type, blend, level, shape, size.
+  /// Says all that is clear before the edit is made, but for its size: unknown type, blend, level,
+  /// shape, too many under way.
   Status CheckEdit(const field::FieldEdit& edit) const;
-  /// What became of the last FieldEdited: whether there was memory for all of it shows only when it
-  /// is applied. If not, nothing was changed. Not part of the state.
-  const Status& edit_outcome() const { return edit_outcome_; }
+  /// The edits and configurations that have come to their end since the last call, by the sequence
+  /// number of their events: whether there was memory for all of an edit shows only when it is
+  /// made. If not, nothing was changed. Not part of the state.
+  std::vector<field::FinishedWork> TakeFinished();
+  /// Whether the map is still being changed by one of them: Advance goes on with it.
+  bool is_busy() const { return configured() && field_->busy(); }
 
   /// Whether a robot has said HELLO in this epoch: only then may a PoseObserved name it.
   bool SaidHello(LinkIndex link, uint8_t id) const;
@@ -129,7 +146,7 @@ class Engine {
   void On(const FieldEdited& edited, std::vector<Outgoing>* out);
   void On(const PoseObserved& observed, std::vector<Outgoing>* out);
 
-  void TakeConfig(EngineConfig config);
+  void TakeConfig(SharedConfig config, uint64_t hash);
   protocol::Message TakeHello(LinkIndex link, const protocol::HelloRequest& hello);
   protocol::Message TakeChange(LinkIndex link, const protocol::Message& request);
   protocol::Message TakeDeposit(LinkIndex link, const protocol::Message& message);
@@ -143,7 +160,7 @@ class Engine {
   void DropPendingResumes(LinkIndex link);
   void SendBroadcast(Broadcast* broadcast, std::vector<Outgoing>* out);
 
-  EngineConfig config_;
+  SharedConfig config_;
   uint64_t config_hash_ = 0;
   std::map<std::pair<LinkIndex, uint8_t>, RobotFrame> frames_;  // of the present links
   std::unique_ptr<field::Field> field_;
@@ -154,7 +171,7 @@ class Engine {
   uint64_t field_time_ms_ = 0;
   uint64_t sequence_ = 0;
   EngineCounters counters_;
-  Status edit_outcome_ = Ok();
+  std::vector<field::FinishedWork> finished_;
 };
 
 }  // namespace pheromone::engine

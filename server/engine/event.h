@@ -4,7 +4,9 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -12,6 +14,7 @@
 #include "server/engine/frames.h"
 #include "server/field/config.h"
 #include "server/field/edit.h"
+#include "server/field/work.h"
 
 namespace pheromone::engine {
 
@@ -44,6 +47,34 @@ struct EngineConfig {
   bool operator==(const EngineConfig&) const = default;
 };
 
+/// A configuration that events, the engine and whoever looks at it share, and never change.
+class SharedConfig {
+ public:
+  SharedConfig() : SharedConfig(EngineConfig{}) {}
+  SharedConfig(EngineConfig config)  // NOLINT(google-explicit-constructor): as good as the thing
+      : config_(std::make_shared<const EngineConfig>(std::move(config))) {}
+
+  const EngineConfig& operator*() const { return *config_; }
+  const EngineConfig* operator->() const { return config_.get(); }
+  /// The field's part, which keeps all of it alive.
+  std::shared_ptr<const field::FieldConfig> field() const {
+    return {config_, &config_->field};
+  }
+  /// In no time where both share it.
+  bool operator==(const SharedConfig& other) const {
+    return config_ == other.config_ || *config_ == *other.config_;
+  }
+
+ private:
+  std::shared_ptr<const EngineConfig> config_;
+};
+
+/// What can be worked out of a configuration, and the one before it, without the state.
+struct ConfigPlan {
+  std::shared_ptr<const field::LayPlan> laying;
+  uint64_t hash = 0;
+};
+
 /// A link's place in EngineConfig::links.
 using LinkIndex = uint16_t;
 
@@ -59,10 +90,15 @@ struct Advance {};
 /// The first event of a new state, and every change of the configuration after it. `new_epoch` is
 /// used if this begins an epoch: the state is new, what HELLO tells the clients has changed, or
 /// changes that clients were told of were lost.
+///
+/// `in_portions`: what it changes on the map is done by this and the Advances that follow, each in
+/// bounded time; else all at once, as by programs that wrote version 1 of this event.
 struct ConfigChanged {
-  EngineConfig config;
+  SharedConfig config;
   uint16_t new_epoch = 1;
   bool state_lost = false;
+  bool in_portions = true;
+  std::shared_ptr<const ConfigPlan> plan = nullptr;  ///< Engine::Prepare; no part of the event
 };
 
 /// The operator wants a robot to do something; id kBroadcastId: all robots of the link (halt only).
@@ -73,9 +109,11 @@ struct CommandIssued {
   std::array<uint8_t, protocol::kMaxCommandArguments> arguments{};
 };
 
-/// The operator changed the map by hand.
+/// The operator changed the map by hand. `in_portions`: as above.
 struct FieldEdited {
   field::FieldEdit edit;
+  bool in_portions = true;
+  std::shared_ptr<const field::Raster> raster = nullptr;  ///< Engine::Prepare; no part of the event
 };
 
 /// Somebody else than the robot, a camera above the floor or a satellite receiver, says where it

@@ -19,7 +19,7 @@ struct Encoder {
   void operator()(const ConfigChanged& it) const {
     writer->U16(it.new_epoch);
     writer->Flag(it.state_lost);
-    EncodeConfig(it.config, writer);
+    EncodeConfig(*it.config, writer);
   }
   void operator()(const CommandIssued& it) const {
     writer->U16(it.link);

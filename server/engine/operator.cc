@@ -8,60 +8,10 @@
 #include "server/engine/engine.h"
 
 namespace pheromone::engine {
-namespace {
-
 using protocol::Message;
 
-// What an edit's distances are computed with exactly (server/field/edit.cc) bounds how far a
-// stroke may reach; the number of points bounds how long that may take.
-constexpr int64_t kMostStrokeUm = 2'000'000'000;
-constexpr size_t kMostStrokePoints = 1024;
-
-bool IsShort(const std::vector<field::PointUm>& points, int64_t radius_um) {
-  if (radius_um > kMostStrokeUm) {
-    return false;
-  }
-  field::PointUm low = points.front();
-  field::PointUm high = low;
-  for (const field::PointUm point : points) {
-    low = {std::min(low.x, point.x), std::min(low.y, point.y)};
-    high = {std::max(high.x, point.x), std::max(high.y, point.y)};
-  }
-  return std::max(high.x - low.x, high.y - low.y) + 2 * radius_um <= kMostStrokeUm;
-}
-
-// What is wrong with an edit's shape, but for what only its nodes can tell.
-Status CheckShape(const field::FieldEdit& edit) {
-  if (edit.shape > field::FieldEdit::Shape::kAll ||
-      edit.action > field::FieldEdit::Action::kErase) {
-    return Error{"an edit of an unknown shape or action"};
-  }
-  const auto is_far = [](field::PointUm point) {
-    return point.x < -kMostOffsetUm || point.x > kMostOffsetUm || point.y < -kMostOffsetUm ||
-           point.y > kMostOffsetUm;
-  };
-  if (std::any_of(edit.points.begin(), edit.points.end(), is_far)) {
-    return Error{"an edit with a point further than 10^9 m from the map's origin of coordinates"};
-  }
-  if (edit.points.size() > kMostStrokePoints) {
-    return Error{"an edit of " + std::to_string(edit.points.size()) + " points, expected at most " +
-                 std::to_string(kMostStrokePoints) + ": make it in parts"};
-  }
-  if (edit.radius_um < 0) {
-    return Error{"an edit with a radius of " + std::to_string(edit.radius_um) +
-                 " um, expected 0 or more"};
-  }
-  const bool is_stroke = edit.shape == field::FieldEdit::Shape::kStroke;
-  if (is_stroke && !edit.points.empty() && !IsShort(edit.points, edit.radius_um)) {
-    return Error{"a stroke that spans more than 2 km: make it in parts"};
-  }
-  return Ok();
-}
-
-}  // namespace
-
 Status Engine::CheckCommand(const CommandIssued& command) const {
-  if (command.link >= config_.links.size()) {
+  if (command.link >= config_->links.size()) {
     return Error{"there is no link " + std::to_string(command.link)};
   }
   const auto code = static_cast<uint8_t>(command.code);
@@ -74,7 +24,7 @@ Status Engine::CheckCommand(const CommandIssued& command) const {
   }
   if (!broadcast && robots_.Find(command.link, command.id) == nullptr) {
     return Error{"no robot " + std::to_string(command.id) + " has said HELLO on link \"" +
-                 config_.links[command.link].name + "\""};
+                 config_->links[command.link].name + "\""};
   }
   return Ok();
 }
@@ -170,19 +120,20 @@ Status Engine::CheckEdit(const field::FieldEdit& edit) const {
                  std::to_string(law->max_level()) + "/64 quanta, not " +
                  std::to_string(edit.level) + "/64"};
   }
-  Status shape = CheckShape(edit);
-  const bool is_simple = edit.shape == field::FieldEdit::Shape::kAll &&
-                         edit.action == field::FieldEdit::Action::kErase;
-  if (!shape.ok() || is_simple) {
-    return shape;
+  Status shape = field::CheckShape(edit);
+  if (shape.ok() && !field_->accepts_work()) {
+    return Error{"too many changes of the map wait for their turn; try again in a moment"};
   }
-  const auto nodes = field::NodesOf(edit, config_.field.map);
-  return nodes.ok() ? Ok() : Status(Error{nodes.error()});
+  return shape;
 }
 
 void Engine::On(const FieldEdited& edited, std::vector<Outgoing>* /*out*/) {
   assert(CheckEdit(edited.edit).ok());
-  edit_outcome_ = field_->Edit(edited.edit, field_time_ms_);
+  if (edited.in_portions) {
+    field_->BeginEdit(sequence_, edited.edit, edited.raster, field_time_ms_);
+  } else {
+    finished_.push_back({sequence_, field_->Edit(edited.edit, field_time_ms_)});
+  }
 }
 
 }  // namespace pheromone::engine

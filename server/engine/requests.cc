@@ -58,7 +58,7 @@ Message ErrorMessage(const Message& message, Reason reason) {
 Handling Engine::Classify(LinkIndex link, const Message& message) const {
   const bool nobody = message.id == 0 || message.id == protocol::kBroadcastId;
   if (nobody || message.opcode == 0 || protocol::IsFromServer(message.opcode) ||
-      link >= config_.links.size()) {
+      link >= config_->links.size()) {
     return Handling::kIgnore;
   }
   const RobotState* robot = robots_.Find(link, message.id);
@@ -129,7 +129,7 @@ field::PoseUm Engine::PoseOf(LinkIndex link, uint8_t id, const protocol::WirePos
   if (robot != nullptr && robot->observed && now_ms < robot->observed->until_ms) {
     return robot->observed->pose;
   }
-  const field::PoseUm pose = ToField(reported, config_.pose_unit_10um);
+  const field::PoseUm pose = ToField(reported, config_->pose_unit_10um);
   const auto frame = frames_.find({link, id});
   return frame != frames_.end() ? ToMap(frame->second, pose) : pose;
 }
@@ -152,7 +152,6 @@ Message Engine::AnswerSense(LinkIndex link, const Message& message, uint64_t now
 }
 
 void Engine::On(const RequestReceived& request, std::vector<Outgoing>* out) {
-  assert(Classify(request.link, request.message) == Handling::kChange);
   const Message& message = request.message;
   protocol::HelloRequest hello;
   protocol::CommandAck ack;
@@ -182,7 +181,7 @@ void Engine::On(const RequestReceived& request, std::vector<Outgoing>* out) {
 // A new nonce means that the robot has booted: what it was told last is reported and then
 // forgotten. The same nonce is a warm restart, or a HELLO whose answer was lost.
 Message Engine::TakeHello(LinkIndex link, const protocol::HelloRequest& hello) {
-  if (robots_.Find(link, hello.id) == nullptr && robots_.CountOn(link) >= config_.robots_per_link) {
+  if (robots_.Find(link, hello.id) == nullptr && robots_.CountOn(link) >= config_->robots_per_link) {
     robots_.ForgetIdlest(link);
     ++counters_.robots_forgotten;
   }
@@ -215,12 +214,12 @@ Message Engine::TakeHello(LinkIndex link, const protocol::HelloRequest& hello) {
   answer.nonce = hello.nonce;
   answer.protocol_version = protocol::kProtocolVersion;
   answer.epoch = epoch_;
-  answer.pose_unit_10um = config_.pose_unit_10um;
+  answer.pose_unit_10um = config_->pose_unit_10um;
   answer.antenna_distance_mm =
-      static_cast<uint16_t>(field::RoundDiv(config_.field.antennas.distance_um, 1000));
-  answer.type_mask = TypeMaskOf(config_.field);
-  answer.slot_ms = config_.links[link].slot_ms;
-  answer.response_window_ms = config_.links[link].response_window_ms;
+      static_cast<uint16_t>(field::RoundDiv(config_->field.antennas.distance_um, 1000));
+  answer.type_mask = TypeMaskOf(config_->field);
+  answer.slot_ms = config_->links[link].slot_ms;
+  answer.response_window_ms = config_->links[link].response_window_ms;
   Message message;
   protocol::Encode(answer, &message);
   return message;
@@ -254,7 +253,7 @@ Message Engine::TakeDeposit(LinkIndex link, const Message& message) {
   const field::PointUm point =
       PoseOf(link, request.id, {request.x, request.y, 0}, field_time_ms_).position;
   const field::PheromoneLaw* law = field_->FindLaw(request.type);
-  const bool has_place = law != nullptr && !law->is_blend() && config_.field.map.Contains(point);
+  const bool has_place = law != nullptr && !law->is_blend() && config_->field.map.Contains(point);
   const Reason reason =
       has_place && request.quanta == 0
           ? Reason::kBadValue

@@ -17,21 +17,81 @@ using protocol::Reason;
 Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms, Engine engine)
     : log_(log), read_clock_(std::move(read_clock)), clock_(start_ms), engine_(std::move(engine)) {}
 
-Status Service::Configure(const EngineConfig& config, uint16_t new_epoch, bool state_lost) {
-  const std::lock_guard lock(mutex_);
-  if (engine_.configured() && engine_.config() == config && !state_lost) {
-    return Ok();
+Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lost) {
+  constexpr int kLooks = 5;
+  Status acceptable = Ok();
+  for (int look = 0; look < kLooks; ++look) {
+    std::optional<SharedConfig> present;
+    std::array<uint64_t, field::kTypes> changes{};
+    const field::Field* field = nullptr;
+    uint64_t now_ms = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      if (engine_.configured()) {
+        present = engine_.shared_config();
+        field = &engine_.field();
+        now_ms = clock_.Read(read_clock_()).field_time_ms;
+        for (uint8_t type = 1; type < field::kTypes; ++type) {
+          changes[type] = field->changes(type);
+        }
+      }
+    }
+    if (present && *present == config && !state_lost) {
+      return Ok();
+    }
+    Event event = ConfigChanged{config, new_epoch, state_lost};
+    if (present) {
+      acceptable = Prepare(*present, *config, *field, now_ms, &event);
+      if (!acceptable.ok()) {
+        return acceptable;
+      }
+    }
+    uint64_t id = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto goes = [&](uint8_t type) {
+        return present && present->operator->()->field.FindLaw(type) != nullptr &&
+               config->field.FindLaw(type) == nullptr;
+      };
+      bool is_current = true;
+      for (uint8_t type = 1; field != nullptr && type < field::kTypes; ++type) {
+        is_current = is_current && (!goes(type) || field->changes(type) == changes[type]);
+      }
+      if (!is_current) {
+        acceptable = Error{"a pheromone that goes is still being left by robots"};
+        continue;
+      }
+      const auto& change = std::get<ConfigChanged>(event);
+      acceptable = engine_.CheckConfig(*config, change.plan.get());
+      if (acceptable.ok()) {
+        std::vector<Outgoing> none;
+        const Stamp stamp = clock_.Read(read_clock_());
+        if (Change(stamp, event, &none) != Reason::kNone) {
+          return Error{kNoChanges};
+        }
+        id = engine_.sequence();
+      } else if (!engine_.is_busy()) {
+        return acceptable;
+      }
+    }
+    const Result<uint64_t> finished = Finish(id);
+    if (!finished.ok() || id != 0) {
+      return finished.ok() ? Ok() : Status(Error{finished.error()});
+    }
   }
-  const Stamp stamp = clock_.Read(read_clock_());
-  Status acceptable = engine_.CheckConfig(config);
-  if (!acceptable.ok()) {
-    return acceptable;
+  return acceptable;
+}
+
+// Without the lock: what takes time with the size of configuration and map.
+Status Service::Prepare(const SharedConfig& present, const EngineConfig& next,
+                        const field::Field& field, uint64_t now_ms, Event* event) {
+  Status status = Engine::Prepare(present, event);
+  const field::FieldReader reader(field);
+  if (status.ok() && !reader.ok()) {
+    return Error{"too many look at the field at once; try again in a moment"};
   }
-  std::vector<Outgoing> none;
-  if (Change(stamp, ConfigChanged{config, new_epoch, state_lost}, &none) != Reason::kNone) {
-    return Error{kNoChanges};
-  }
-  return Ok();
+  return status.ok() ? field::Field::CheckLeaving(reader, present->field, next.field, now_ms)
+                     : status;
 }
 
 void Service::Handle(LinkIndex link, std::span<const Message> messages,
@@ -104,7 +164,16 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
     }
     const uint64_t sequence = log_->Append(stamp, event);
     const size_t before = out->size();
+    if (std::holds_alternative<FieldEdited>(event) ||
+        std::holds_alternative<ConfigChanged>(event)) {
+      awaited_works_.emplace(sequence, std::nullopt);
+    }
     engine_.Apply(sequence, stamp, event, out);
+    for (field::FinishedWork& it : engine_.TakeFinished()) {
+      if (const auto awaited = awaited_works_.find(it.id); awaited != awaited_works_.end()) {
+        awaited->second = std::move(it.outcome);
+      }
+    }
     if (witness_ != nullptr && !std::holds_alternative<RequestReceived>(event)) {
       witness_->OnEvent(sequence, stamp, event, std::span(*out).subspan(before));
     }
@@ -138,17 +207,69 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
   return Ok();
 }
 
-Status Service::Edit(const field::FieldEdit& edit) {
-  const std::lock_guard lock(mutex_);
-  Status acceptable = engine_.CheckEdit(edit);
-  if (!acceptable.ok()) {
-    return acceptable;
+Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
+  std::optional<SharedConfig> present;
+  {
+    const std::lock_guard lock(mutex_);
+    const Status acceptable = engine_.CheckEdit(edit);
+    if (!acceptable.ok()) {
+      return Error{acceptable.error()};
+    }
+    present = engine_.shared_config();
   }
+  Event event = FieldEdited{edit};
+  const Status prepared = Engine::Prepare(*present, &event);
+  if (!prepared.ok()) {
+    return Error{prepared.error()};
+  }
+  uint64_t id = 0;
   std::vector<Outgoing> none;
-  if (Change(clock_.Read(read_clock_()), FieldEdited{edit}, &none) != Reason::kNone) {
-    return Error{kNoChanges};
+  {
+    const std::lock_guard lock(mutex_);
+    const Status acceptable = engine_.CheckEdit(edit);  // the configuration may have changed
+    if (!acceptable.ok()) {
+      return Error{acceptable.error()};
+    }
+    if (Change(clock_.Read(read_clock_()), event, &none) != Reason::kNone) {
+      return Error{kNoChanges};
+    }
+    id = engine_.sequence();
   }
-  return engine_.edit_outcome();
+  const Result<uint64_t> finished = Finish(id);
+  if (!finished.ok()) {
+    return Error{finished.error()};
+  }
+  return Applied{finished.value(), std::get<FieldEdited>(event).raster->node_count};
+}
+
+// Goes on with what is under way until the change that event `id` began has come to its end; 0: all
+// of it. Returns the sequence number of the last event.
+Result<uint64_t> Service::Finish(uint64_t id) {
+  for (;;) {
+    std::vector<Outgoing> out;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto awaited = awaited_works_.find(id);
+      if (awaited != awaited_works_.end() && awaited->second) {
+        const Status outcome = *awaited->second;
+        awaited_works_.erase(awaited);
+        return outcome.ok() ? Result<uint64_t>(engine_.sequence()) : Error{outcome.error()};
+      }
+      if (id == 0 && !engine_.is_busy()) {
+        return engine_.sequence();
+      }
+      if (Change(clock_.Read(read_clock_()), Advance{}, &out) != Reason::kNone) {
+        awaited_works_.erase(id);
+        return Error{
+            "the log stopped taking changes while the map was being changed; the rest follows "
+            "when it takes them again"};
+      }
+      HoldBack(&out, 0);
+    }
+    if (between_portions_) {
+      between_portions_(out);
+    }
+  }
 }
 
 size_t Service::Observe(std::span<const PoseObserved> observations) {

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -55,11 +56,21 @@ class Service {
   /// back. To be set before anything else is called.
   void OnEarlierDeadline(std::function<void()> wake) { wake_ = std::move(wake); }
 
+  /// What is done between two portions of a large change, without the lock: gives others their turn,
+  /// and sends what the last portion gave, commands that are due. To be set before anything else is
+  /// called; without it, portions follow each other at once.
+  using BetweenPortions = std::function<void(std::span<const Outgoing>)>;
+  void OnPortion(BetweenPortions between) { between_portions_ = std::move(between); }
+
   /// Logs and applies a configuration if it differs from the present one. Must succeed once before
   /// anything else is called. Errors: what the running state cannot follow. `state_lost`: changes
   /// that clients were told of are missing from the state; then it is logged in any case, and an
   /// epoch begins.
-  Status Configure(const EngineConfig& config, uint16_t new_epoch, bool state_lost = false);
+  ///
+  /// Takes the caller as long as it takes, but holds up nobody else: it is compared and prepared
+  /// without the lock, and applied in portions. Returns when the map has followed. One caller at a
+  /// time.
+  Status Configure(SharedConfig config, uint16_t new_epoch, bool state_lost = false);
 
   /// Handles the messages read at once from a link.
   void Handle(LinkIndex link, std::span<const protocol::Message> messages,
@@ -68,9 +79,15 @@ class Service {
   /// Logs and applies a command to a robot. Errors: no such robot, or the log takes no changes.
   Status Issue(const CommandIssued& command, std::vector<Outgoing>* out);
 
-  /// Logs and applies a change of the map by hand. Errors: what cannot be done, or the log takes no
-  /// changes; then the map is as it was.
-  Status Edit(const field::FieldEdit& edit);
+  /// What became of a change that an operator asked for.
+  struct Applied {
+    uint64_t sequence = 0;  ///< in the log, of the last event that it took
+    int64_t nodes = 0;      ///< in the edit's shape; of erasing all, 0
+  };
+  /// Logs and applies a change of the map by hand; in portions, as Configure does. Errors: what
+  /// cannot be done, or the log takes no changes; then the map is as it was, but for a log that
+  /// stops taking them on the way: then the rest follows when it does again.
+  Result<Applied> Edit(const field::FieldEdit& edit);
 
   /// Takes what a tracker saw at once; returns how many were taken. Robots that have not said HELLO
   /// in this epoch are left out, and counted.
@@ -121,6 +138,9 @@ class Service {
   Witness::Outcome HandleOne(const Stamp& stamp, LinkIndex link, const protocol::Message& message,
                              std::vector<Outgoing>* out);
   protocol::Reason Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
+  static Status Prepare(const SharedConfig& present, const EngineConfig& next,
+                        const field::Field& field, uint64_t now_ms, Event* event);
+  Result<uint64_t> Finish(uint64_t id);
   void HoldBack(std::vector<Outgoing>* out, size_t from);
   void WakeIfEarlier();
 
@@ -130,6 +150,8 @@ class Service {
   FieldClock clock_;
   Engine engine_;
   std::function<void()> wake_;
+  BetweenPortions between_portions_;
+  std::map<uint64_t, std::optional<Status>> awaited_works_;  // by their sequence
   Witness* witness_ = nullptr;
   uint64_t awaited_ms_ = UINT64_MAX;  // the deadline that was told last, in field time
   uint64_t put_off_ms_ = 0;           // the log refused an Advance: not before this

@@ -152,7 +152,7 @@ void RobotTable::Restore(ByteReader* reader) {
 
 void Engine::Save(ByteWriter* writer) const {
   writer->U8(kCodecVersion);
-  EncodeConfig(config_, writer);
+  EncodeConfig(*config_, writer);
   writer->U16(epoch_);
   writer->U64(field_time_ms_);
   writer->U64(sequence_);
@@ -200,7 +200,8 @@ Result<Engine> Engine::Restore(ByteReader* reader) {
   }
   const uint64_t hash = reader->U64();
   if (reader->ok()) {
-    engine.TakeConfig(std::move(config));
+    const uint64_t config_hash = HashConfig(config);
+    engine.TakeConfig(std::move(config), config_hash);
     if (engine.field_time_ms_ > kMostFieldTimeMs || engine.StateHash() != hash) {
       reader->Fail("the state is not the one that was saved: its hash differs");
     }

@@ -34,6 +34,15 @@ struct FieldEdit {
 /// The most nodes that an edit may touch; larger ones are made in parts.
 constexpr int64_t kMaxNodesOfEdit = int64_t{1} << 24;
 
+/// Within this of the origin of coordinates, points are computed with exactly.
+constexpr int64_t kMaxPointUm = 1'000'000'000'000'000;
+/// A stroke: how far it may reach, its radius included, and of how many points it may be.
+constexpr int64_t kMaxStrokeUm = 2'000'000'000;
+constexpr size_t kMaxStrokePoints = 1024;
+
+/// What is wrong with an edit's shape and action, but for the number of its nodes.
+Status CheckShape(const FieldEdit& edit);
+
 /// The nodes of an edit's shape, row by row: those of RasterOf (raster.h), with its errors. Parts
 /// beyond the map are left out.
 Result<std::vector<NodeIndex>> NodesOf(const FieldEdit& edit, const MapGeometry& map);

@@ -20,6 +20,94 @@ uint64_t HashEdit(const FieldEdit& edit) {
   return hash;
 }
 
+void SaveEdit(const FieldEdit& edit, ByteWriter* writer) {
+  writer->U8(edit.type);
+  writer->U8(static_cast<uint8_t>(edit.shape));
+  writer->U8(static_cast<uint8_t>(edit.action));
+  writer->U32(edit.level);
+  writer->I64(edit.radius_um);
+  writer->Count(edit.points.size());
+  for (const PointUm point : edit.points) {
+    writer->I64(point.x);
+    writer->I64(point.y);
+  }
+}
+
+FieldEdit RestoreEdit(ByteReader* reader) {
+  FieldEdit edit;
+  edit.type = reader->U8UpTo(kTypes - 1, "the pheromone type of an edit");
+  edit.shape = static_cast<FieldEdit::Shape>(
+      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Shape::kAll), "an edit's shape"));
+  edit.action = static_cast<FieldEdit::Action>(
+      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Action::kErase), "an edit's action"));
+  edit.level = reader->U32();
+  edit.radius_um = reader->I64();
+  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
+    const int64_t x = reader->I64();
+    edit.points.push_back({x, reader->I64()});
+  }
+  if (!CheckShape(edit).ok()) {
+    reader->Fail("an edit under way that no edit can be");
+  }
+  return edit;
+}
+
+void SaveNode(NodeIndex node, ByteWriter* writer) {
+  writer->I32(node.column);
+  writer->I32(node.row);
+}
+
+NodeIndex RestoreNode(const MapGeometry& map, ByteReader* reader) {
+  const int32_t column = reader->I32();
+  const NodeIndex node{column, reader->I32()};
+  if (node.column < 0 || node.row < 0 || node.column >= map.columns() || node.row >= map.rows()) {
+    reader->Fail("a node to be laid or erased is not on the map");
+    return {};
+  }
+  return node;
+}
+
+void SavePlan(const LayPlan& plan, ByteWriter* writer) {
+  writer->Count(plan.erase.size());
+  for (const auto& [type, node] : plan.erase) {
+    writer->U8(type);
+    SaveNode(node, writer);
+  }
+  writer->Count(plan.lay.size());
+  for (const LayPlan::Laid& laid : plan.lay) {
+    writer->U8(laid.type);
+    writer->Count(laid.nodes->size());
+    for (const PrintNode& it : *laid.nodes) {
+      SaveNode(it.node, writer);
+      writer->U32(it.level);
+    }
+  }
+  writer->U64(plan.bytes);
+}
+
+LayPlan RestorePlan(const FieldConfig& config, ByteReader* reader) {
+  LayPlan plan;
+  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
+    const uint8_t type = reader->U8UpTo(kTypes - 1, "a pheromone type");
+    plan.erase.emplace_back(type, RestoreNode(config.map, reader));
+  }
+  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
+    const uint8_t type = reader->U8UpTo(kTypes - 1, "a pheromone type");
+    const PheromoneLaw* law = config.FindLaw(type);
+    if (law == nullptr || law->is_blend()) {
+      reader->Fail("something is to be laid of a pheromone that holds nothing");
+    }
+    std::vector<PrintNode> nodes;
+    for (uint32_t more = reader->Count(); more > 0 && reader->ok(); --more) {
+      const NodeIndex node = RestoreNode(config.map, reader);
+      nodes.push_back({node, reader->U32()});
+    }
+    plan.lay.push_back({type, Shared(std::move(nodes))});
+  }
+  plan.bytes = reader->U64();
+  return plan;
+}
+
 // Skips what was done before a restart.
 void FindPlace(Work* work) {
   uint64_t left = work->done;
@@ -36,12 +124,70 @@ void FindPlace(Work* work) {
 
 }  // namespace
 
+Result<Raster> RasterFor(const FieldEdit& edit, const MapGeometry& map) {
+  const bool takes_all =
+      edit.shape == FieldEdit::Shape::kAll && edit.action == FieldEdit::Action::kErase;
+  return takes_all ? Result<Raster>(Raster{}) : RasterOf(edit, map);
+}
+
 uint64_t LayPlan::size() const {
   uint64_t size = erase.size();
   for (const Laid& laid : lay) {
     size += laid.nodes->size();
   }
   return size;
+}
+
+void SaveWork(const Work& work, ByteWriter* writer) {
+  writer->U64(work.id);
+  writer->U8(static_cast<uint8_t>(work.kind));
+  writer->U8(static_cast<uint8_t>(work.phase));
+  writer->U64(work.counted);
+  writer->U64(work.missing_bytes);
+  writer->Flag(work.swept);
+  writer->U64(work.done);
+  writer->U64(work.reserved_bytes);
+  if (work.kind == Work::Kind::kEdit) {
+    SaveEdit(work.edit, writer);
+  } else {
+    SavePlan(*work.plan, writer);
+  }
+}
+
+Work RestoreWork(const FieldConfig& config, ByteReader* reader) {
+  Work work;
+  work.id = reader->U64();
+  work.kind = static_cast<Work::Kind>(
+      reader->U8UpTo(static_cast<uint8_t>(Work::Kind::kLay), "the kind of a change under way"));
+  work.phase = static_cast<Work::Phase>(
+      reader->U8UpTo(static_cast<uint8_t>(Work::Phase::kApply), "the phase of a change"));
+  work.counted = reader->U64();
+  work.missing_bytes = reader->U64();
+  work.swept = reader->Flag();
+  work.done = reader->U64();
+  work.reserved_bytes = reader->U64();
+  if (work.kind == Work::Kind::kLay) {
+    work.plan = std::make_shared<const LayPlan>(RestorePlan(config, reader));
+    if (work.done > work.plan->size() || work.phase != Work::Phase::kApply) {
+      reader->Fail("a change under way has done more than there is to do");
+    }
+    return work;
+  }
+  work.edit = RestoreEdit(reader);
+  Result<Raster> raster =
+      reader->ok() ? RasterFor(work.edit, config.map) : Result<Raster>(Raster{});
+  if (!raster.ok()) {
+    reader->Fail(raster.error());
+    raster = Raster{};
+  }
+  if (work.done > static_cast<uint64_t>(raster.value().node_count) ||
+      work.counted > raster.value().tiles.size()) {
+    reader->Fail("an edit under way has done more than there is to do");
+    work.done = 0;
+  }
+  work.raster = std::make_shared<const Raster>(std::move(raster).value());
+  FindPlace(&work);
+  return work;
 }
 
 uint64_t HashWork(const Work& work) {
@@ -61,7 +207,7 @@ void Field::BeginEdit(uint64_t id, const FieldEdit& edit, std::shared_ptr<const 
   work.edit = edit;
   work.raster = std::move(raster);
   if (work.raster == nullptr) {
-    work.raster = std::make_shared<const Raster>(RasterOf(edit, config().map).value());
+    work.raster = std::make_shared<const Raster>(RasterFor(edit, config().map).value());
   }
   works_.push_back(std::move(work));
   if (works_.size() == 1) {

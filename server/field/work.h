@@ -47,6 +47,10 @@ struct LayPlan {
 /// In time that grows with both configurations.
 LayPlan PlanLaying(const FieldConfig& before, const FieldConfig& next);
 
+/// The raster that an edit is made by: RasterOf, or nothing where all is erased, which looks at what
+/// is there instead.
+Result<Raster> RasterFor(const FieldEdit& edit, const MapGeometry& map);
+
 /// A change under way. All of it is part of the state but for `raster`, which follows from it.
 struct Work {
   enum class Kind : uint8_t { kEdit, kLay };
@@ -76,9 +80,10 @@ struct FinishedWork {
   Status outcome = Ok();  ///< if not ok, nothing was changed
 };
 
-/// Of the state, as bytes and back. The raster is made anew.
+/// As bytes and back; the raster is made anew. What cannot be is a failure of the reader: `config`
+/// is that of the field.
 void SaveWork(const Work& work, ByteWriter* writer);
-Work RestoreWork(const MapGeometry& map, ByteReader* reader);
+Work RestoreWork(const FieldConfig& config, ByteReader* reader);
 uint64_t HashWork(const Work& work);
 
 }  // namespace pheromone::field

@@ -100,9 +100,10 @@ struct Tally {
 inline uint64_t HashFromADump(const Field& field) {
   const SweepState& sweep = field.sweep();
   uint64_t sum = Hash64({'W', sweep.type, static_cast<uint64_t>(sweep.leaf), sweep.earliest_ms,
-                         sweep.cycle_ms, sweep.next_ms});
+                         sweep.cycle_ms, sweep.next_ms}) +
+                 field.HashOfWork();
   field.ForEach([&](uint8_t type, NodeIndex node, NodeState state) {
-    sum += Field::NodeHash(*field.FindLaw(type), node, state);
+    sum += Field::NodeHash(field.StoredLaw(type, state), node, state);
   });
   return sum;
 }
