@@ -46,6 +46,10 @@ class MoodyLog final : public engine::OrderedLog {
     return events.size();
   }
   uint64_t DurableSequence() const override { return lags ? durable : events.size(); }
+  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> done) override {
+    done();
+    return true;
+  }
   void Probe(std::function<void()> done) override { done(); }
 
   protocol::Reason refusal = protocol::Reason::kNone;

@@ -23,6 +23,13 @@ class ScriptedLog final : public engine::OrderedLog {
   protocol::Reason Admit() override { return admit; }
   uint64_t Append(const engine::Stamp&, const engine::Event&) override { return ++sequence; }
   uint64_t DurableSequence() const override { return durable; }
+  // Nobody is called later: what is not durable stays so for the one who asked.
+  bool WhenDurable(uint64_t wanted, std::function<void()> done) override {
+    if (wanted <= durable) {
+      done();
+    }
+    return true;
+  }
   void Probe(std::function<void()> done) override { done(); }
 
   protocol::Reason admit = protocol::Reason::kNone;

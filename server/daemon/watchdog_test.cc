@@ -33,6 +33,10 @@ class StuckableLog final : public engine::OrderedLog {
     return ++sequence_;
   }
   uint64_t DurableSequence() const override { return sequence_; }
+  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> done) override {
+    Probe(std::move(done));
+    return true;
+  }
   void Probe(std::function<void()> done) override {
     {
       const std::lock_guard lock(mutex_);

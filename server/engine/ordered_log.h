@@ -2,6 +2,7 @@
 // become durable. The journal (server/journal) keeps them on a disk; VolatileLog keeps nothing.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 
@@ -34,6 +35,19 @@ class OrderedLog {
   /// All events up to this sequence number will survive a crash. Never decreases.
   virtual uint64_t DurableSequence() const = 0;
 
+  /// How many callbacks may wait for the disk at a time.
+  static constexpr size_t kMaxDurableWaiters = 1024;
+
+  /// Calls `done`, once, when all events up to `sequence` are durable: inside this call if they
+  /// already are, else later from a thread of the log's, without any lock held, so that `done` may
+  /// ask for more. A log that is stuck never calls: whoever gives up meanwhile sees to it that
+  /// `done` may still come. `done` must not take long, for the log waits for it.
+  ///
+  /// Returns false, without ever calling, if kMaxDurableWaiters wait already. Any thread.
+  ///
+  ///   if (!log->WhenDurable(sequence, [answer] { answer->Send(); })) Refuse("too many wait");
+  virtual bool WhenDurable(uint64_t sequence, std::function<void()> done) = 0;
+
   /// Calls `done`, once, when whatever works for the log has come to it: at once, or from a thread
   /// of the log's. A log that is stuck never does.
   virtual void Probe(std::function<void()> done) = 0;
@@ -45,6 +59,11 @@ class VolatileLog final : public OrderedLog {
   protocol::Reason Admit() override { return protocol::Reason::kNone; }
   uint64_t Append(const Stamp& /*stamp*/, const Event& /*event*/) override { return ++sequence_; }
   uint64_t DurableSequence() const override { return sequence_; }
+  /// Sequences that were not given yet count as durable too: nothing is ever waited for.
+  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> done) override {
+    done();
+    return true;
+  }
   void Probe(std::function<void()> done) override { done(); }
 
  private:

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <utility>
 
 #include "server/journal/local_journal.h"
@@ -166,6 +167,24 @@ void LocalJournal::Publish(uint64_t started_us) {
   }
   if (is_more && on_durable_) {
     on_durable_();
+  }
+  CallWaiters();
+}
+
+// Those whose events are durable, in the order in which they came. A callback may wait again.
+void LocalJournal::CallWaiters() {
+  std::vector<Waiter> ready;
+  {
+    const std::lock_guard lock(mutex_);
+    const uint64_t durable = DurableForClients();
+    const auto first_ready =
+        std::stable_partition(waiters_.begin(), waiters_.end(),
+                              [durable](const Waiter& it) { return it.sequence > durable; });
+    ready.assign(std::make_move_iterator(first_ready), std::make_move_iterator(waiters_.end()));
+    waiters_.erase(first_ready, waiters_.end());
+  }
+  for (const Waiter& waiter : ready) {
+    waiter.done();
   }
 }
 

@@ -51,7 +51,7 @@ uint64_t LocalJournal::Append(const engine::Stamp& stamp, const engine::Event& e
 
 uint64_t LocalJournal::DurableSequence() const {
   const std::lock_guard lock(mutex_);
-  return settings_.relaxed ? appended_ : durable_;
+  return DurableForClients();
 }
 
 bool LocalJournal::IsRotationDue() const {
@@ -77,6 +77,21 @@ void LocalJournal::AskForSnapshot() {
   const std::lock_guard lock(mutex_);
   snapshot_asked_ = true;
   rotation_due_ = true;
+}
+
+bool LocalJournal::WhenDurable(uint64_t sequence, std::function<void()> done) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (sequence > DurableForClients()) {
+      if (waiters_.size() >= kMaxDurableWaiters) {
+        return false;
+      }
+      waiters_.push_back({sequence, std::move(done)});
+      return true;
+    }
+  }
+  done();
+  return true;
 }
 
 void LocalJournal::Probe(std::function<void()> done) {

@@ -101,6 +101,9 @@ class LocalJournal final : public engine::OrderedLog {
   uint64_t DurableSequence() const override;
   bool IsRotationDue() const override;
   void Rotate(uint64_t state_hash) override;
+  /// A relaxed journal's changes count as durable when they are appended. Called back by the
+  /// writing thread, after the callback of OnDurable.
+  bool WhenDurable(uint64_t sequence, std::function<void()> done) override;
   /// Called back by the writing thread.
   void Probe(std::function<void()> done) override;
 
@@ -122,6 +125,11 @@ class LocalJournal final : public engine::OrderedLog {
   static constexpr std::string_view kNotBegun = "not begun";
 
   // Records that are written together.
+  struct Waiter {
+    uint64_t sequence;
+    std::function<void()> done;
+  };
+
   struct Chunk {
     std::string records;
     uint64_t last_sequence = 0;
@@ -132,6 +140,7 @@ class LocalJournal final : public engine::OrderedLog {
   uint64_t WorkDueUs() const;  // under mutex_
   void LookForRotation();      // under mutex_
   void AnswerProbes();
+  void CallWaiters();
   bool WriteGroup(bool must_sync);
   bool Sync();
   void EndSegment();
@@ -150,6 +159,8 @@ class LocalJournal final : public engine::OrderedLog {
   std::function<void()> on_durable_;
   std::function<void(uint64_t)> on_snapshot_due_;
 
+  uint64_t DurableForClients() const { return settings_.relaxed ? appended_ : durable_; }
+
   mutable std::mutex mutex_;
   std::condition_variable work_;
   // Under mutex_:
@@ -163,6 +174,7 @@ class LocalJournal final : public engine::OrderedLog {
   bool snapshot_asked_ = false;
   bool stopped_ = false;
   std::vector<std::function<void()>> probes_;
+  std::vector<Waiter> waiters_;  // at most kMaxDurableWaiters
   JournalStatus status_;
   ByteWriter scratch_;
 

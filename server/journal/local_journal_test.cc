@@ -51,6 +51,67 @@ TEST_F(LocalJournalTest, MoreBeingDurableIsTold) {
   EXPECT_EQ(told, 1);
 }
 
+TEST_F(LocalJournalTest, WhoWaitsForTheDiskIsCalledOnceWhenItHasIt) {
+  Submit(3);
+  std::vector<int> called;
+  const auto note = [&called](int who) { return [&called, who] { called.push_back(who); }; };
+  EXPECT_TRUE(lives_.journal().WhenDurable(4, note(4)));
+  EXPECT_TRUE(lives_.journal().WhenDurable(3, note(3)));
+  EXPECT_TRUE(lives_.journal().WhenDurable(1, note(1)));
+  EXPECT_TRUE(called.empty()) << "nothing is on the disk yet";
+  lives_.Write();
+  EXPECT_EQ(called, (std::vector<int>{3, 1})) << "in the order in which they came";
+  EXPECT_TRUE(lives_.journal().WhenDurable(3, note(30)));
+  EXPECT_EQ(called.back(), 30) << "within the call";
+  Submit(2);
+  lives_.Write();
+  EXPECT_EQ(called, (std::vector<int>{3, 1, 30, 4}));
+  Submit(1);
+  lives_.Write();
+  EXPECT_EQ(called.size(), 4u);
+}
+
+TEST_F(LocalJournalTest, AFailedSyncCallsNobodyWhoWaits) {
+  Submit(2);
+  int called = 0;
+  EXPECT_TRUE(lives_.journal().WhenDurable(2, [&called] { ++called; }));
+  folder_.FailSyncs(1);
+  lives_.Write();
+  EXPECT_EQ(called, 0);
+  lives_.PassTime(1'000'000);
+  lives_.Write();  // to a new segment
+  EXPECT_EQ(called, 1);
+}
+
+TEST_F(LocalJournalTest, WhoIsCalledMayWaitAgainAndHearsAfterTheAnswers) {
+  Submit(1);
+  std::string order;
+  lives_.journal().OnDurable([&order] { order += "answers "; });
+  EXPECT_TRUE(lives_.journal().WhenDurable(1, [&] {
+    order += "first ";
+    EXPECT_TRUE(lives_.journal().WhenDurable(1, [&order] { order += "at-once "; }));
+    EXPECT_TRUE(lives_.journal().WhenDurable(2, [&order] { order += "second "; }));
+  }));
+  lives_.Write();
+  EXPECT_EQ(order, "answers first at-once ");
+  Submit(1);
+  lives_.Write();
+  EXPECT_EQ(order, "answers first at-once answers second ");
+}
+
+TEST_F(LocalJournalTest, OnlySoManyMayWait) {
+  Submit(1);
+  size_t called = 0;
+  for (size_t i = 0; i < engine::OrderedLog::kMaxDurableWaiters; ++i) {
+    ASSERT_TRUE(lives_.journal().WhenDurable(1, [&called] { ++called; }));
+  }
+  EXPECT_FALSE(lives_.journal().WhenDurable(1, [&called] { called += 10'000; }));
+  lives_.Write();
+  EXPECT_EQ(called, engine::OrderedLog::kMaxDurableWaiters);
+  Submit(1);
+  EXPECT_TRUE(lives_.journal().WhenDurable(2, [] {}));
+}
+
 TEST_F(LocalJournalTest, AFullQueueIsBusy) {
   int taken = 0;
   while (lives_.Submit()) {
@@ -181,6 +242,9 @@ TEST(LocalJournalRelaxed, AnswersBeforeItSyncsAndSaysSoToTheNextLife) {
     ASSERT_TRUE(lives.Submit());
   }
   EXPECT_EQ(lives.journal().DurableSequence(), 5u);
+  int called = 0;
+  EXPECT_TRUE(lives.journal().WhenDurable(5, [&called] { ++called; }));
+  EXPECT_EQ(called, 1);
   lives.Write();
   EXPECT_EQ(lives.journal().status().durable, 0u);
   lives.PassTime(2'000'000);
