@@ -248,6 +248,7 @@ class Daemon::Impl {
       if (error || stopping_) {
         return;
       }
+      keeper_->ReportStall();
       control_.SampleLinks();
       std::string trouble = DescribeTrouble(Counters());
       if (trouble != trouble_) {

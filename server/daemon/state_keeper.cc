@@ -15,6 +15,9 @@
 namespace pheromone::daemon {
 namespace {
 
+constexpr uint64_t kStalledUs = 1'000'000;          // from then on it is told
+constexpr uint64_t kBetweenReportsUs = 10'000'000;  // while it lasts
+
 using Durability = config::JournalConfig::Durability;
 
 uint64_t SteadyMicroseconds() {
@@ -165,6 +168,27 @@ bool StateKeeper::AskForSnapshot() {
     journal_->AskForSnapshot();
   }
   return journal_ != nullptr;
+}
+
+// A disk that fails is told of by the journal itself; one that never answers cannot be.
+void StateKeeper::ReportStall() {
+  if (journal_ == nullptr) {
+    return;
+  }
+  const journal::JournalStatus now = journal_->status();
+  if (!now.healthy) {
+    return;  // it has said so, and says when that ends
+  }
+  const uint64_t stalled_us = now.stalled_us;
+  if (stalled_us >= kStalledUs &&
+      (stalled_us_ == 0 || stalled_us >= stalled_us_ + kBetweenReportsUs)) {
+    spdlog::error("journal: {}: the disk has taken nothing for {:.1f} s; answers to changes wait",
+                  folder_name_, static_cast<double>(stalled_us) / 1e6);
+    stalled_us_ = stalled_us;
+  } else if (stalled_us < kStalledUs && stalled_us_ != 0) {
+    spdlog::info("journal: {}: the disk takes changes again", folder_name_);
+    stalled_us_ = 0;
+  }
 }
 
 std::optional<journal::JournalStatus> StateKeeper::status() const {

@@ -54,6 +54,10 @@ class StateKeeper {
 
   /// A snapshot, at the next change. False if nothing is kept.
   bool AskForSnapshot();
+  /// Tells the log when the disk begins and ends to take nothing; to be called each second, by one
+  /// thread.
+  void ReportStall();
+
   /// Nothing if nothing is kept.
   std::optional<journal::JournalStatus> status() const;
 
@@ -73,6 +77,7 @@ class StateKeeper {
   uint64_t start_ms_ = 0;
   bool state_lost_ = false;
 
+  uint64_t stalled_us_ = 0;  // as it was told last; 0: all is well
   std::thread writer_;
   std::thread snapshot_maker_;
   std::mutex mutex_;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 
 #include "protocol/opcodes.h"
 #include "server/engine/event.h"
@@ -47,6 +48,11 @@ class OrderedLog {
   ///
   ///   if (!log->WhenDurable(sequence, [answer] { answer->Send(); })) Refuse("too many wait");
   virtual bool WhenDurable(uint64_t sequence, std::function<void()> done) = 0;
+
+  /// Empty while changes are taken and become durable; else a sentence that says what is wrong and
+  /// for how long, such as "the disk has taken nothing for 2.1 s". It is said once changes have
+  /// waited for a second. Never waits for the disk. Any thread.
+  virtual std::string Trouble() const { return {}; }
 
   /// Calls `done`, once, when whatever works for the log has come to it: at once, or from a thread
   /// of the log's. A log that is stuck never does.

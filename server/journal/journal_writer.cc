@@ -160,6 +160,7 @@ void LocalJournal::Publish(uint64_t started_us) {
       unsynced_.pop_front();
     }
     is_more = durable_ != synced_;
+    progress_us_ = is_more ? clock_() : progress_us_;
     durable_ = synced_;
     ++status_.groups;
     status_.last_group_us = clock_() - started_us;

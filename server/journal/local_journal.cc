@@ -1,9 +1,16 @@
 #include "server/journal/local_journal.h"
 
+#include <cstdio>
 #include <utility>
 
 namespace pheromone::journal {
 using protocol::Reason;
+
+namespace {
+
+constexpr uint64_t kStalledUs = 1'000'000;  // from then on it is told
+
+}  // namespace
 
 LocalJournal::LocalJournal(Folder* folder, const JournalSettings& settings, ReadMicroseconds clock,
                            Tell tell, Start start)
@@ -17,6 +24,7 @@ LocalJournal::LocalJournal(Folder* folder, const JournalSettings& settings, Read
       synced_(start.certain),
       snapshot_us_(clock_()),
       bytes_since_snapshot_(start.bytes_since_snapshot) {
+  progress_us_ = snapshot_us_;
   if (start.sequence > start.certain) {
     queued_bytes_ = start.tail.size();
     unsynced_.push_back({std::move(start.tail), start.sequence, false});
@@ -41,6 +49,9 @@ uint64_t LocalJournal::Append(const engine::Stamp& stamp, const engine::Event& e
     queue_.emplace_back();
   }
   Chunk& chunk = queue_.back();
+  if (appended_ == durable_) {
+    progress_us_ = clock_();
+  }
   const size_t before = chunk.records.size();
   AppendEvent(++appended_, stamp, event, &scratch_, &chunk.records);
   chunk.last_sequence = appended_;
@@ -106,7 +117,26 @@ JournalStatus LocalJournal::status() const {
   status.appended = appended_;
   status.durable = durable_;
   status.queued_bytes = queued_bytes_;
+  const uint64_t by_design_us = settings_.relaxed ? settings_.sync_interval_ms * 1'000 : 0;
+  const uint64_t now_us = clock_();
+  if (appended_ > durable_ && now_us > progress_us_ + by_design_us) {
+    status.stalled_us = now_us - progress_us_ - by_design_us;
+  }
   return status;
+}
+
+std::string LocalJournal::Trouble() const {
+  const JournalStatus now = status();
+  if (!now.healthy) {
+    return "changes are refused: " + now.problem;
+  }
+  if (now.stalled_us < kStalledUs) {
+    return {};
+  }
+  char text[80];
+  std::snprintf(text, sizeof text, "the disk has taken nothing for %.1f s",
+                static_cast<double>(now.stalled_us) / 1e6);
+  return text;
 }
 
 void LocalJournal::Stop() {

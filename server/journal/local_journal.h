@@ -67,6 +67,10 @@ struct JournalStatus {
   uint64_t failures = 0;
   uint64_t last_group_us = 0;
   uint64_t longest_group_us = 0;
+  /// How long the oldest change that is not on the disk has waited without any other getting there;
+  /// 0: none waits. In a relaxed journal changes wait for sync_interval_ms by design: what counts
+  /// is the time beyond that.
+  uint64_t stalled_us = 0;
 };
 
 class LocalJournal final : public engine::OrderedLog {
@@ -106,6 +110,7 @@ class LocalJournal final : public engine::OrderedLog {
   bool WhenDurable(uint64_t sequence, std::function<void()> done) override;
   /// Called back by the writing thread.
   void Probe(std::function<void()> done) override;
+  std::string Trouble() const override;
 
   /// Asks for a snapshot soon: at the next change.
   void AskForSnapshot();
@@ -166,7 +171,8 @@ class LocalJournal final : public engine::OrderedLog {
   // Under mutex_:
   std::deque<Chunk> queue_;
   uint64_t appended_;
-  uint64_t durable_;  // on the disk
+  uint64_t durable_;          // on the disk
+  uint64_t progress_us_ = 0;  // when something got there last, or the first since then was appended
   uint64_t queued_bytes_ = 0;
   bool admits_ = false;
   bool rotation_due_ = false;

@@ -112,6 +112,45 @@ TEST_F(LocalJournalTest, OnlySoManyMayWait) {
   EXPECT_TRUE(lives_.journal().WhenDurable(2, [] {}));
 }
 
+TEST_F(LocalJournalTest, ADiskThatDoesNotAdvanceIsTold) {
+  lives_.PassTime(3'000'000);
+  EXPECT_EQ(lives_.journal().status().stalled_us, 0u) << "nothing waits";
+  Submit(1);
+  lives_.PassTime(400'000);
+  Submit(1);  // does not hide how long the first has waited
+  lives_.PassTime(599'999);
+  EXPECT_EQ(lives_.journal().status().stalled_us, 999'999u);
+  EXPECT_EQ(lives_.journal().Trouble(), "");
+  lives_.PassTime(1'100'001);
+  EXPECT_EQ(lives_.journal().status().stalled_us, 2'100'000u);
+  EXPECT_EQ(lives_.journal().Trouble(), "the disk has taken nothing for 2.1 s");
+  lives_.Write();
+  EXPECT_EQ(lives_.journal().status().stalled_us, 0u);
+  EXPECT_EQ(lives_.journal().Trouble(), "");
+}
+
+TEST_F(LocalJournalTest, ADiskThatAdvancesIsNotStalledHoweverMuchWaits) {
+  Submit(1);
+  lives_.PassTime(900'000);
+  Submit(1);
+  ASSERT_TRUE(lives_.journal().WriteOnce() || Durable() == 2u);
+  Submit(1);
+  lives_.PassTime(900'000);
+  EXPECT_EQ(lives_.journal().status().stalled_us, 900'000u);
+  EXPECT_EQ(lives_.journal().Trouble(), "");
+}
+
+TEST_F(LocalJournalTest, AFailedSyncIsTroubleUntilItHeals) {
+  Submit(1);
+  folder_.FailSyncs(1);
+  lives_.Write();
+  EXPECT_EQ(lives_.journal().Trouble(),
+            "changes are refused: journal: cannot be synced: Input/output error");
+  lives_.PassTime(1'000'000);
+  lives_.Write();
+  EXPECT_EQ(lives_.journal().Trouble(), "");
+}
+
 TEST_F(LocalJournalTest, AFullQueueIsBusy) {
   int taken = 0;
   while (lives_.Submit()) {
@@ -245,7 +284,9 @@ TEST(LocalJournalRelaxed, AnswersBeforeItSyncsAndSaysSoToTheNextLife) {
   int called = 0;
   EXPECT_TRUE(lives.journal().WhenDurable(5, [&called] { ++called; }));
   EXPECT_EQ(called, 1);
+  lives.PassTime(999'999);
   lives.Write();
+  EXPECT_EQ(lives.journal().status().stalled_us, 0u) << "it waits for the next sync by design";
   EXPECT_EQ(lives.journal().status().durable, 0u);
   lives.PassTime(2'000'000);
   lives.Write();
