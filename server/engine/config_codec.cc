@@ -1,5 +1,6 @@
 #include "server/engine/config_codec.h"
 
+#include <algorithm>
 #include <bit>
 #include <utility>
 #include <vector>
@@ -267,7 +268,44 @@ void EncodeConfig(const EngineConfig& config, ByteWriter* writer) {
   });
 }
 
-EngineConfig DecodeConfig(ByteReader* reader) {
+size_t EncodedBytesAtMost(const EngineConfig& config) {
+  constexpr size_t kFixedBytes = 112;  // the map, the antennas, the lengths of the lists
+  constexpr size_t kLawBytes = 80;     // without what is of any length, as all of these
+  constexpr size_t kPathBytes = 8;
+  constexpr size_t kPrintBytes = 8;
+  constexpr size_t kObstacleBytes = 12;
+  constexpr size_t kLinkBytes = 6;
+  constexpr size_t kFrameBytes = 40;
+  constexpr size_t kPointBytes = 16;
+  constexpr size_t kPrintNodeBytes = 12;
+  constexpr size_t kBlendPartBytes = 5;
+  constexpr size_t kBlockBytes = 8 + sizeof(ObstacleMask::Block);
+  size_t bytes = kFixedBytes;
+  for (const field::PheromoneLaw& law : config.field.pheromones) {
+    bytes += kLawBytes + law.name.size() + kBlendPartBytes * law.blend.size();
+  }
+  for (const field::Path& path : config.field.paths) {
+    bytes += kPathBytes + kPointBytes * path.points.size();
+  }
+  for (const field::Print& print : config.field.prints) {
+    bytes += kPrintBytes + (print.nodes ? kPrintNodeBytes * print.nodes->size() : 0);
+  }
+  if (const auto& mask = config.field.obstacles) {
+    const size_t blocks = static_cast<size_t>(BlocksAlong(mask->columns())) *
+                          static_cast<size_t>(BlocksAlong(mask->rows()));
+    bytes += kObstacleBytes + kBlockBytes * std::min(blocks, mask->count());
+  }
+  for (const LinkSettings& link : config.links) {
+    bytes += kLinkBytes + link.name.size();
+  }
+  for (const RobotFrame& frame : config.frames) {
+    bytes += kFrameBytes + frame.link.size();
+  }
+  return bytes;
+}
+
+// All versions so far have written the same.
+EngineConfig DecodeConfig(ByteReader* reader, uint8_t /*version*/) {
   EngineConfig config;
   config.field = DecodeField(reader);
   config.pose_unit_10um = reader->U16();

@@ -9,15 +9,21 @@
 // Equal configurations have equal bytes, and the other way round. Pure; any thread.
 #pragma once
 
+#include <cstddef>
+
 #include "server/base/bytes.h"
 #include "server/engine/event.h"
+#include "server/engine/event_codec.h"
 
 namespace pheromone::engine {
 
 void EncodeConfig(const EngineConfig& config, ByteWriter* writer);
 
-/// Fails the reader for what cannot be a configuration (CheckValues included); what is returned
-/// then is of no use.
-EngineConfig DecodeConfig(ByteReader* reader);
+/// At least as many bytes as EncodeConfig writes, without looking at points and nodes one by one.
+size_t EncodedBytesAtMost(const EngineConfig& config);
+
+/// As it is written within an event or a state of that version. Fails the reader for what cannot be
+/// a configuration (CheckValues included); what is returned then is of no use.
+EngineConfig DecodeConfig(ByteReader* reader, uint8_t version = kCodecVersion);
 
 }  // namespace pheromone::engine

@@ -56,11 +56,11 @@ RequestReceived DecodeRequest(ByteReader* reader) {
   return it;
 }
 
-ConfigChanged DecodeConfigChanged(ByteReader* reader) {
+ConfigChanged DecodeConfigChanged(uint8_t version, ByteReader* reader) {
   ConfigChanged it;
   it.new_epoch = reader->U16();
   it.state_lost = reader->Flag();
-  it.config = DecodeConfig(reader);
+  it.config = DecodeConfig(reader, version);
   return it;
 }
 
@@ -115,11 +115,32 @@ void EncodeEvent(const Event& event, ByteWriter* writer) {
   std::visit(Encoder{writer}, event);
 }
 
-Event DecodeEvent(ByteReader* reader) {
+uint8_t DecodeVersion(std::string_view what, ByteReader* reader) {
   const uint8_t version = reader->U8();
-  if (version != kCodecVersion) {
-    reader->Fail("an event of version " + std::to_string(version) +
-                 ", which this program does not know; it knows " + std::to_string(kCodecVersion));
+  if (reader->ok() && (version < kOldestCodecVersion || version > kCodecVersion)) {
+    std::string known = std::to_string(kOldestCodecVersion);
+    known += kOldestCodecVersion == kCodecVersion ? "" : " to " + std::to_string(kCodecVersion);
+    reader->Fail(std::string(what) + " of version " + std::to_string(version) +
+                 ", which this program does not know; it knows " + known);
+  }
+  return version;
+}
+
+size_t EncodedBytesAtMost(const Event& event) {
+  constexpr size_t kSmallBytes = 8 + protocol::kMaxData;  // of any event without its list
+  constexpr size_t kPointBytes = 16;
+  if (const auto* changed = std::get_if<ConfigChanged>(&event)) {
+    return kSmallBytes + EncodedBytesAtMost(changed->config);
+  }
+  if (const auto* edited = std::get_if<FieldEdited>(&event)) {
+    return kSmallBytes + kPointBytes * edited->edit.points.size();
+  }
+  return kSmallBytes;
+}
+
+Event DecodeEvent(ByteReader* reader) {
+  const uint8_t version = DecodeVersion("an event", reader);
+  if (!reader->ok()) {
     return Advance{};
   }
   const uint8_t kind = reader->U8();
@@ -129,7 +150,7 @@ Event DecodeEvent(ByteReader* reader) {
     case EventKind::kAdvance:
       return Advance{};
     case EventKind::kConfigChanged:
-      return DecodeConfigChanged(reader);
+      return DecodeConfigChanged(version, reader);
     case EventKind::kCommandIssued:
       return DecodeCommand(reader);
     case EventKind::kFieldEdited:

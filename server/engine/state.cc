@@ -170,15 +170,12 @@ void Engine::Save(ByteWriter* writer) const {
 }
 
 Result<Engine> Engine::Restore(ByteReader* reader) {
-  const uint8_t version = reader->U8();
-  if (version != kCodecVersion) {
-    return Error{reader->ok() ? "a state of version " + std::to_string(version) +
-                                    ", which this program does not know; it knows " +
-                                    std::to_string(kCodecVersion)
-                              : reader->error()};
+  const uint8_t version = DecodeVersion("a state", reader);
+  if (!reader->ok()) {
+    return Error{reader->error()};
   }
   Engine engine;
-  EngineConfig config = DecodeConfig(reader);
+  EngineConfig config = DecodeConfig(reader, version);
   engine.epoch_ = reader->U16();
   engine.field_time_ms_ = reader->U64();
   engine.sequence_ = reader->U64();
