@@ -114,6 +114,7 @@ bool LocalJournal::WriteGroup(bool must_sync) {
   }
   const bool ends_segment = unsynced_.back().ends_segment;
   if (is_new) {
+    EncodeLargeEvents(&unsynced_.back());
     std::string group;
     AppendGroup(synced_, &group);
     group += unsynced_.back().records;
@@ -139,6 +140,25 @@ bool LocalJournal::WriteGroup(bool must_sync) {
   return has_more;
 }
 
+// Puts their records where they belong: the file's bytes do not tell who made them.
+void LocalJournal::EncodeLargeEvents(Chunk* chunk) {
+  if (chunk->large_events.empty()) {
+    return;
+  }
+  const std::string_view small = chunk->records;
+  std::string all;
+  size_t at = 0;
+  ByteWriter scratch;
+  for (const LargeEvent& it : chunk->large_events) {
+    all += small.substr(at, it.at - at);
+    AppendEvent(it.sequence, it.stamp, it.event, &scratch, &all);
+    at = it.at;
+  }
+  all += small.substr(at);
+  chunk->records = std::move(all);
+  chunk->large_events.clear();
+}
+
 bool LocalJournal::Sync() {
   const Status synced = file_->Sync();
   if (!synced.ok()) {
@@ -156,7 +176,7 @@ void LocalJournal::Publish(uint64_t started_us) {
   {
     const std::lock_guard lock(mutex_);
     while (!unsynced_.empty() && unsynced_.front().last_sequence <= synced_) {
-      queued_bytes_ -= std::min<uint64_t>(queued_bytes_, unsynced_.front().records.size());
+      queued_bytes_ -= std::min<uint64_t>(queued_bytes_, unsynced_.front().counted_bytes);
       unsynced_.pop_front();
     }
     is_more = durable_ != synced_;

@@ -3,12 +3,15 @@
 #include <cstdio>
 #include <utility>
 
+#include "server/engine/event_codec.h"
+
 namespace pheromone::journal {
 using protocol::Reason;
 
 namespace {
 
-constexpr uint64_t kStalledUs = 1'000'000;  // from then on it is told
+constexpr uint64_t kLargeEventBytes = 1'024;  // an edit of 64 points is less
+constexpr uint64_t kStalledUs = 1'000'000;    // from then on it is told
 
 }  // namespace
 
@@ -27,7 +30,7 @@ LocalJournal::LocalJournal(Folder* folder, const JournalSettings& settings, Read
   progress_us_ = snapshot_us_;
   if (start.sequence > start.certain) {
     queued_bytes_ = start.tail.size();
-    unsynced_.push_back({std::move(start.tail), start.sequence, false});
+    unsynced_.push_back({std::move(start.tail), start.sequence, false, queued_bytes_, {}});
   }
   status_.healthy = false;
   status_.problem = std::string(kNotBegun);
@@ -52,10 +55,18 @@ uint64_t LocalJournal::Append(const engine::Stamp& stamp, const engine::Event& e
   if (appended_ == durable_) {
     progress_us_ = clock_();
   }
-  const size_t before = chunk.records.size();
-  AppendEvent(++appended_, stamp, event, &scratch_, &chunk.records);
+  uint64_t bytes = engine::EncodedBytesAtMost(event);
+  ++appended_;
+  if (bytes > kLargeEventBytes) {
+    chunk.large_events.push_back({chunk.records.size(), appended_, stamp, event});
+  } else {
+    const size_t before = chunk.records.size();
+    AppendEvent(appended_, stamp, event, &scratch_, &chunk.records);
+    bytes = chunk.records.size() - before;
+  }
   chunk.last_sequence = appended_;
-  queued_bytes_ += chunk.records.size() - before;
+  chunk.counted_bytes += bytes;
+  queued_bytes_ += bytes;
   work_.notify_one();
   return appended_;
 }
@@ -75,7 +86,7 @@ void LocalJournal::Rotate(uint64_t state_hash) {
   rotation_due_ = false;
   rotation_queued_ = true;
   if (queue_.empty() || queue_.back().ends_segment) {
-    queue_.push_back({{}, appended_, false});
+    queue_.emplace_back().last_sequence = appended_;
   }
   AppendHash(appended_, state_hash, &queue_.back().records);
   queue_.back().ends_segment = true;
@@ -158,7 +169,7 @@ Status LocalJournal::Close(uint64_t state_hash) {
   if (done) {
     const std::lock_guard lock(mutex_);
     admits_ = false;
-    queue_.push_back({{}, appended_, false});
+    queue_.emplace_back().last_sequence = appended_;
     AppendHash(appended_, state_hash, &queue_.back().records);
     AppendEnd(appended_, &queue_.back().records);
   }

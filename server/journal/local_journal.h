@@ -21,6 +21,9 @@
 //
 // The last two are tried again, with back-off up to half a minute, until they succeed.
 //
+// Events with many points or nodes are queued as they are; the writing thread makes their bytes, so
+// that the service's lock is not held for it.
+//
 // Threads: Admit, Append, IsRotationDue and Rotate under the service's lock. WriteUntilStopped (or,
 // in tests, WriteOnce) in one thread of its own; everything else from any.
 #pragma once
@@ -135,15 +138,26 @@ class LocalJournal final : public engine::OrderedLog {
     std::function<void()> done;
   };
 
+  // An event whose bytes are made by the writing thread, for they are many.
+  struct LargeEvent {
+    size_t at;  // its record's place in `records`, before those of other large ones are put in
+    uint64_t sequence;
+    engine::Stamp stamp;
+    engine::Event event;
+  };
+
   struct Chunk {
     std::string records;
     uint64_t last_sequence = 0;
     bool ends_segment = false;
+    uint64_t counted_bytes = 0;  // in queued_bytes_
+    std::vector<LargeEvent> large_events;
   };
 
   // The writing thread's.
   uint64_t WorkDueUs() const;  // under mutex_
   void LookForRotation();      // under mutex_
+  static void EncodeLargeEvents(Chunk* chunk);
   void AnswerProbes();
   void CallWaiters();
   bool WriteGroup(bool must_sync);

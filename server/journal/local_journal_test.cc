@@ -297,6 +297,59 @@ TEST(LocalJournalRelaxed, AnswersBeforeItSyncsAndSaysSoToTheNextLife) {
   EXPECT_EQ(lives.Begin(), "");
 }
 
+// The bytes of large events are made later, and are the same bytes in the same places.
+TEST(LocalJournalLargeEvents, AreWrittenInOrderAsAllOthers) {
+  CrashFolder folder(4);
+  LocalJournal journal(
+      &folder, JournalSettings{}, [] { return uint64_t{0}; }, [](bool, const std::string&) {},
+      LocalJournal::Start{});
+  journal.WriteOnce();
+  engine::FieldEdited small;
+  small.edit.points.assign(30, {1, 2});
+  engine::FieldEdited large;
+  large.edit.points.assign(1'000, {3, -4});
+  engine::ConfigChanged config{engine::testing::RichConfig(true), 3, false};
+  const std::vector<engine::Event> events = {engine::Advance{}, large, large, small, config,
+                                             engine::Advance{}};
+  std::string expected;
+  ByteWriter scratch;
+  uint64_t sequence = 0;
+  for (const engine::Event& event : events) {
+    const engine::Stamp stamp{100 + sequence, 7};
+    EXPECT_EQ(journal.Append(stamp, event), ++sequence);
+    AppendEvent(sequence, stamp, event, &scratch, &expected);
+  }
+  EXPECT_GE(journal.status().queued_bytes, expected.size()) << "they count before they are bytes";
+  journal.WriteOnce();
+  EXPECT_EQ(journal.status().queued_bytes, 0u);
+  EXPECT_EQ(journal.DurableSequence(), sequence);
+  const std::string file = folder.Contents(SegmentName(1));
+  ASSERT_GE(file.size(), expected.size());
+  EXPECT_EQ(file.substr(file.size() - expected.size()), expected);
+}
+
+TEST(LocalJournalLargeEvents, AreWrittenAgainAfterAFailure) {
+  CrashFolder folder(5);
+  uint64_t now_us = 0;
+  LocalJournal journal(
+      &folder, JournalSettings{}, [&now_us] { return now_us; }, [](bool, const std::string&) {},
+      LocalJournal::Start{});
+  journal.WriteOnce();
+  engine::FieldEdited large;
+  large.edit.points.assign(1'000, {3, -4});
+  journal.Append({1, 1}, large);
+  folder.FailAppends(1);
+  journal.WriteOnce();
+  EXPECT_EQ(journal.DurableSequence(), 0u);
+  now_us += 1'000'000;
+  journal.WriteOnce();
+  EXPECT_EQ(journal.DurableSequence(), 1u);
+  std::string expected;
+  ByteWriter scratch;
+  AppendEvent(1, {1, 1}, large, &scratch, &expected);
+  EXPECT_TRUE(folder.Contents(SegmentName(2)).ends_with(expected));
+}
+
 // For ThreadSanitizer: the service's side and the writing thread's.
 TEST(LocalJournalThreads, AppendsAndGroupsMeet) {
   CrashFolder folder(3);
