@@ -19,6 +19,7 @@ struct Encoder {
   void operator()(const ConfigChanged& it) const {
     writer->U16(it.new_epoch);
     writer->Flag(it.state_lost);
+    writer->Flag(it.in_portions);
     EncodeConfig(*it.config, writer);
   }
   void operator()(const CommandIssued& it) const {
@@ -40,6 +41,7 @@ struct Encoder {
       writer->I64(point.x);
       writer->I64(point.y);
     }
+    writer->Flag(it.in_portions);
   }
   void operator()(const PoseObserved& it) const {
     writer->U16(it.link);
@@ -60,6 +62,7 @@ ConfigChanged DecodeConfigChanged(uint8_t version, ByteReader* reader) {
   ConfigChanged it;
   it.new_epoch = reader->U16();
   it.state_lost = reader->Flag();
+  it.in_portions = version >= 2 && reader->Flag();
   it.config = DecodeConfig(reader, version);
   return it;
 }
@@ -75,7 +78,7 @@ CommandIssued DecodeCommand(ByteReader* reader) {
   return it;
 }
 
-FieldEdited DecodeEdit(ByteReader* reader) {
+FieldEdited DecodeEdit(uint8_t version, ByteReader* reader) {
   using field::FieldEdit;
   FieldEdit edit;
   edit.type = reader->U8();
@@ -89,7 +92,7 @@ FieldEdited DecodeEdit(ByteReader* reader) {
     const int64_t x = reader->I64();
     edit.points.push_back({x, reader->I64()});
   }
-  return {edit};
+  return {edit, version >= 2 && reader->Flag()};
 }
 
 PoseObserved DecodeObservation(ByteReader* reader) {
@@ -130,7 +133,7 @@ size_t EncodedBytesAtMost(const Event& event) {
   constexpr size_t kSmallBytes = 8 + protocol::kMaxData;  // of any event without its list
   constexpr size_t kPointBytes = 16;
   if (const auto* changed = std::get_if<ConfigChanged>(&event)) {
-    return kSmallBytes + EncodedBytesAtMost(changed->config);
+    return kSmallBytes + EncodedBytesAtMost(*changed->config);
   }
   if (const auto* edited = std::get_if<FieldEdited>(&event)) {
     return kSmallBytes + kPointBytes * edited->edit.points.size();
@@ -154,7 +157,7 @@ Event DecodeEvent(ByteReader* reader) {
     case EventKind::kCommandIssued:
       return DecodeCommand(reader);
     case EventKind::kFieldEdited:
-      return DecodeEdit(reader);
+      return DecodeEdit(version, reader);
     case EventKind::kPoseObserved:
       return DecodeObservation(reader);
   }

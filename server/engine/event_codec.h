@@ -23,7 +23,7 @@ namespace pheromone::engine {
 /// written in the newest version; all versions from the oldest on can be read. What a version adds
 /// or changes is a condition on `version` in the decoder of that thing, and nowhere else.
 constexpr uint8_t kOldestCodecVersion = 1;
-constexpr uint8_t kCodecVersion = 1;
+constexpr uint8_t kCodecVersion = 2;
 
 /// The byte with which an event and a state begin. Fails the reader for a version that cannot be
 /// read; `what` says what has it, such as "an event".
