@@ -16,8 +16,6 @@ constexpr int64_t kMostBiasUm = 65'000'000;
 constexpr int64_t kMostForwardUm = 32'000'000;
 constexpr int64_t kMostReachUm = 50'000'000;
 constexpr int64_t kMostReachCells = 1'000;
-constexpr int64_t kMostTauMs = 1'000'000'000'000;
-constexpr int64_t kMostQuantumMicro = 1'000'000'000;
 constexpr int64_t kMostWeightMilli = 1'000'000;
 constexpr uint32_t kMostStepMs = 60'000;
 constexpr uint16_t kMostDiffusingCount = field::DiffusionLayer::kMostContent >> 16;
@@ -44,8 +42,9 @@ bool IsGood(const field::PheromoneLaw& law) {
          law.evaporation <= field::Evaporation::kExponential &&
          IsWithin(law.core_um, 0, kMostReachUm) && IsWithin(law.sigma_um, 1, kMostReachUm) &&
          IsWithin(law.cutoff_um, 0, kMostReachUm) && law.reach_um() <= kMostReachUm &&
-         IsWithin(law.tau_ms, 0, kMostTauMs) && IsWithin(law.quantum_micro, 1, kMostQuantumMicro) &&
-         law.max_count >= 1 && IsWithin(law.weight_milli, -kMostWeightMilli, kMostWeightMilli) &&
+         IsWithin(law.tau_ms, 0, field::kMaxTauMs) &&
+         IsWithin(law.quantum_micro, 1, field::kMaxQuantumMicro) && law.max_count >= 1 &&
+         IsWithin(law.weight_milli, -kMostWeightMilli, kMostWeightMilli) &&
          IsGood(law.diffusion, law);
 }
 

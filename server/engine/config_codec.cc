@@ -268,6 +268,14 @@ void EncodeConfig(const EngineConfig& config, ByteWriter* writer) {
   });
 }
 
+uint64_t EncodedBytes(const EngineConfig& config) {
+  uint64_t bytes = 0;
+  ByteWriter writer([&bytes](std::string_view portion) { bytes += portion.size(); });
+  EncodeConfig(config, &writer);
+  writer.Flush();
+  return bytes;
+}
+
 size_t EncodedBytesAtMost(const EngineConfig& config) {
   constexpr size_t kFixedBytes = 112;  // the map, the antennas, the lengths of the lists
   constexpr size_t kLawBytes = 80;     // without what is of any length, as all of these

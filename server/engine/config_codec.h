@@ -18,6 +18,8 @@
 namespace pheromone::engine {
 
 void EncodeConfig(const EngineConfig& config, ByteWriter* writer);
+/// How long that is.
+uint64_t EncodedBytes(const EngineConfig& config);
 
 /// At least as many bytes as EncodeConfig writes, without looking at points and nodes one by one.
 size_t EncodedBytesAtMost(const EngineConfig& config);

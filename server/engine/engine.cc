@@ -6,15 +6,22 @@
 #include <utility>
 
 #include "server/base/hash.h"
+#include "server/engine/config_codec.h"
 #include "server/engine/config_hash.h"
+#include "server/engine/frozen_state.h"
 
 namespace pheromone::engine {
 
 void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
                    std::vector<Outgoing>* out) {
   sequence_ = sequence;
+  last_stamp_ = stamp;
   field_time_ms_ = std::max(stamp.field_time_ms, field_time_ms_);
+  finished_.clear();
   std::visit([&](const auto& it) { On(it, out); }, event);
+  if (configured()) {
+    field_->TakeFinished(&finished_);
+  }
 }
 
 void Engine::Send(LinkIndex link, const protocol::Message& message,
@@ -50,6 +57,10 @@ Status Engine::Check(const Event& event) const {
   return Ok();
 }
 
+ConfigFigures FiguresOf(const EngineConfig& config) {
+  return {HashConfig(config), EncodedBytes(config)};
+}
+
 Status Engine::Prepare(const SharedConfig& present, Event* event) {
   if (auto* edited = std::get_if<FieldEdited>(event)) {
     Result<field::Raster> raster = field::RasterFor(edited->edit, present->field.map);
@@ -59,7 +70,7 @@ Status Engine::Prepare(const SharedConfig& present, Event* event) {
     edited->raster = std::make_shared<const field::Raster>(std::move(raster).value());
   } else if (auto* change = std::get_if<ConfigChanged>(event)) {
     ConfigPlan plan;
-    plan.hash = HashConfig(*change->config);
+    plan.figures = FiguresOf(*change->config);
     plan.laying = std::make_shared<const field::LayPlan>(
         field::PlanLaying(present->field, change->config->field));
     change->plan = std::make_shared<const ConfigPlan>(std::move(plan));
@@ -86,9 +97,10 @@ void Engine::On(const ConfigChanged& change, std::vector<Outgoing>* /*out*/) {
     broadcasts_.clear();  // their links may have other places now
   }
   if (is_new) {
-    field_ = std::make_unique<field::Field>(next.field, field::BestKernel(), field_time_ms_);
+    field_ =
+        std::make_unique<field::Field>(change.config.field(), field::BestKernel(), field_time_ms_);
     finished_.push_back({sequence_, Ok()});
-    TakeConfig(change.config, change.plan ? change.plan->hash : HashConfig(next));
+    TakeConfig(change.config, change.plan ? change.plan->figures : FiguresOf(next));
     return;
   }
   Event planned = change;
@@ -103,23 +115,13 @@ void Engine::On(const ConfigChanged& change, std::vector<Outgoing>* /*out*/) {
     field_->Reconfigure(next.field, field_time_ms_);
     finished_.push_back({sequence_, Ok()});
   }
-  TakeConfig(change.config, plan.hash);
-}
-
-std::vector<field::FinishedWork> Engine::TakeFinished() {
-  std::vector<field::FinishedWork> finished = std::exchange(finished_, {});
-  if (configured()) {
-    for (field::FinishedWork& it : field_->TakeFinished()) {
-      finished.push_back(std::move(it));
-    }
-  }
-  return finished;
+  TakeConfig(change.config, plan.figures);
 }
 
 // The configuration, and what is worked out from it.
-void Engine::TakeConfig(SharedConfig config, uint64_t hash) {
+void Engine::TakeConfig(SharedConfig config, const ConfigFigures& figures) {
   config_ = std::move(config);
-  config_hash_ = hash;
+  config_figures_ = figures;
   robots_.SetLinks(config_->links);
   frames_.clear();
   for (size_t link = 0; link < config_->links.size(); ++link) {
@@ -187,7 +189,7 @@ uint64_t Engine::StateHash() const {
     hash += Hash64({'B', broadcast.link, broadcast.seq, broadcast.left, broadcast.next_ms});
   }
   if (configured()) {
-    hash += config_hash_ + field_->hash();
+    hash += config_figures_.hash + field_->hash();
   }
   return hash;
 }

@@ -47,6 +47,8 @@ struct EngineCounters {
 /// The ERROR that refuses `message`; with its seq, if it has one.
 protocol::Message ErrorMessage(const protocol::Message& message, protocol::Reason reason);
 
+class FrozenState;
+
 class Engine {
  public:
   /// The intervals between a command's transmissions double from the first to the longest; after
@@ -68,6 +70,8 @@ class Engine {
   uint16_t epoch() const { return epoch_; }
   uint64_t sequence() const { return sequence_; }  ///< of the last event that was applied
   uint64_t field_time_ms() const { return field_time_ms_; }
+  /// Of the last event that was applied; after Restore, without UTC. Not part of the state.
+  const Stamp& last_stamp() const { return last_stamp_; }
 
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
 
@@ -90,9 +94,7 @@ class Engine {
   /// Errors: an edit of too many nodes.
   static Status Prepare(const SharedConfig& present, Event* event);
   /// With the present configuration; does nothing before the first one.
-  Status Prepare(Event* event) const {
-    return configured() ? Prepare(config_, event) : Ok();
-  }
+  Status Prepare(Event* event) const { return configured() ? Prepare(config_, event) : Ok(); }
 
   /// `plan` may be null. Without one, and for pheromones that go, in time that grows with what lies
   /// on the map.
@@ -102,10 +104,10 @@ class Engine {
   /// Says all that is clear before the edit is made, but for its size: unknown type, blend, level,
   /// shape, too many under way.
   Status CheckEdit(const field::FieldEdit& edit) const;
-  /// The edits and configurations that have come to their end since the last call, by the sequence
-  /// number of their events: whether there was memory for all of an edit shows only when it is
+  /// The edits and configurations that came to their end with the last Apply, by the sequence
+  /// numbers of their events: whether there was memory for all of an edit shows only when it is
   /// made. If not, nothing was changed. Not part of the state.
-  std::vector<field::FinishedWork> TakeFinished();
+  const std::vector<field::FinishedWork>& finished() const { return finished_; }
   /// Whether the map is still being changed by one of them: Advance goes on with it.
   bool is_busy() const { return configured() && field_->busy(); }
 
@@ -128,6 +130,9 @@ class Engine {
   /// All of the state, as bytes. A restored engine goes on as the saved one would have: the same
   /// answers and the same hashes, to whatever comes. To be called once configured.
   void Save(ByteWriter* writer) const;
+  /// The same, as the state is now, to be copied in portions (frozen_state.h). At most one at a
+  /// time; while there is one, null.
+  std::unique_ptr<FrozenState> Freeze(uint64_t most_kept_bytes) const;
   /// Errors: bytes of another version, or such that no engine can have saved.
   static Result<Engine> Restore(ByteReader* reader);
 
@@ -146,7 +151,8 @@ class Engine {
   void On(const FieldEdited& edited, std::vector<Outgoing>* out);
   void On(const PoseObserved& observed, std::vector<Outgoing>* out);
 
-  void TakeConfig(SharedConfig config, uint64_t hash);
+  void TakeConfig(SharedConfig config, const ConfigFigures& figures);
+  void SaveAfterConfig(ByteWriter* writer) const;
   protocol::Message TakeHello(LinkIndex link, const protocol::HelloRequest& hello);
   protocol::Message TakeChange(LinkIndex link, const protocol::Message& request);
   protocol::Message TakeDeposit(LinkIndex link, const protocol::Message& message);
@@ -161,7 +167,7 @@ class Engine {
   void SendBroadcast(Broadcast* broadcast, std::vector<Outgoing>* out);
 
   SharedConfig config_;
-  uint64_t config_hash_ = 0;
+  ConfigFigures config_figures_;
   std::map<std::pair<LinkIndex, uint8_t>, RobotFrame> frames_;  // of the present links
   std::unique_ptr<field::Field> field_;
   RobotTable robots_;
@@ -172,6 +178,7 @@ class Engine {
   uint64_t sequence_ = 0;
   EngineCounters counters_;
   std::vector<field::FinishedWork> finished_;
+  Stamp last_stamp_;
 };
 
 }  // namespace pheromone::engine

@@ -57,9 +57,7 @@ class SharedConfig {
   const EngineConfig& operator*() const { return *config_; }
   const EngineConfig* operator->() const { return config_.get(); }
   /// The field's part, which keeps all of it alive.
-  std::shared_ptr<const field::FieldConfig> field() const {
-    return {config_, &config_->field};
-  }
+  std::shared_ptr<const field::FieldConfig> field() const { return {config_, &config_->field}; }
   /// In no time where both share it.
   bool operator==(const SharedConfig& other) const {
     return config_ == other.config_ || *config_ == *other.config_;
@@ -69,10 +67,17 @@ class SharedConfig {
   std::shared_ptr<const EngineConfig> config_;
 };
 
+/// What takes a look at the whole configuration.
+struct ConfigFigures {
+  uint64_t hash = 0;
+  uint64_t bytes = 0;  ///< when encoded
+};
+ConfigFigures FiguresOf(const EngineConfig& config);
+
 /// What can be worked out of a configuration, and the one before it, without the state.
 struct ConfigPlan {
   std::shared_ptr<const field::LayPlan> laying;
-  uint64_t hash = 0;
+  ConfigFigures figures;
 };
 
 /// A link's place in EngineConfig::links.

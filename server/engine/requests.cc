@@ -181,7 +181,8 @@ void Engine::On(const RequestReceived& request, std::vector<Outgoing>* out) {
 // A new nonce means that the robot has booted: what it was told last is reported and then
 // forgotten. The same nonce is a warm restart, or a HELLO whose answer was lost.
 Message Engine::TakeHello(LinkIndex link, const protocol::HelloRequest& hello) {
-  if (robots_.Find(link, hello.id) == nullptr && robots_.CountOn(link) >= config_->robots_per_link) {
+  if (robots_.Find(link, hello.id) == nullptr &&
+      robots_.CountOn(link) >= config_->robots_per_link) {
     robots_.ForgetIdlest(link);
     ++counters_.robots_forgotten;
   }

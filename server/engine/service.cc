@@ -169,9 +169,9 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
       awaited_works_.emplace(sequence, std::nullopt);
     }
     engine_.Apply(sequence, stamp, event, out);
-    for (field::FinishedWork& it : engine_.TakeFinished()) {
+    for (const field::FinishedWork& it : engine_.finished()) {
       if (const auto awaited = awaited_works_.find(it.id); awaited != awaited_works_.end()) {
-        awaited->second = std::move(it.outcome);
+        awaited->second = it.outcome;
       }
     }
     if (witness_ != nullptr && !std::holds_alternative<RequestReceived>(event)) {
@@ -338,6 +338,22 @@ void Service::Release(std::vector<Outgoing>* out) {
     out->push_back(held_.front());
     held_.pop_front();
   }
+}
+
+void Service::Thaw::operator()(FrozenState* frozen) const {
+  {
+    const std::lock_guard lock(service->mutex_);
+    frozen->LetGo();
+  }
+  delete frozen;  // what it kept may be much
+}
+
+bool Service::CopySome(FrozenState* frozen, std::string* to) {
+  if (frozen->CopyConfig(to)) {
+    return true;
+  }
+  const std::lock_guard lock(mutex_);
+  return frozen->CopySome(to);
 }
 
 ServiceCounters Service::counters() const {

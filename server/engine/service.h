@@ -12,9 +12,11 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -23,6 +25,7 @@
 #include "server/base/result.h"
 #include "server/engine/engine.h"
 #include "server/engine/field_clock.h"
+#include "server/engine/frozen_state.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/traffic.h"
 #include "server/engine/witness.h"
@@ -56,9 +59,9 @@ class Service {
   /// back. To be set before anything else is called.
   void OnEarlierDeadline(std::function<void()> wake) { wake_ = std::move(wake); }
 
-  /// What is done between two portions of a large change, without the lock: gives others their turn,
-  /// and sends what the last portion gave, commands that are due. To be set before anything else is
-  /// called; without it, portions follow each other at once.
+  /// What is done between two portions of a large change, without the lock: gives others their
+  /// turn, and sends what the last portion gave, commands that are due. To be set before anything
+  /// else is called; without it, portions follow each other at once.
   using BetweenPortions = std::function<void(std::span<const Outgoing>)>;
   void OnPortion(BetweenPortions between) { between_portions_ = std::move(between); }
 
@@ -116,6 +119,27 @@ class Service {
     witness_ = witness;
     look(static_cast<const Engine&>(engine_));
   }
+
+  /// Lets go of a frozen state under the lock. Not to be done inside of `look`.
+  struct Thaw {
+    Service* service = nullptr;
+    void operator()(FrozenState* frozen) const;
+  };
+  using Frozen = std::unique_ptr<FrozenState, Thaw>;
+
+  /// The state as it is now, to be copied in portions between which everybody else has his turn;
+  /// null while another one is copied. Does not outlive the service. Not before it is configured.
+  Frozen Freeze(uint64_t most_kept_bytes = FrozenState::kMostKeptBytes) {
+    const std::lock_guard lock(mutex_);
+    return FreezeInside(engine_, most_kept_bytes);
+  }
+  /// The same inside of `look`, which is given the engine.
+  Frozen FreezeInside(const Engine& engine,
+                      uint64_t most_kept_bytes = FrozenState::kMostKeptBytes) {
+    return Frozen(engine.Freeze(most_kept_bytes).release(), Thaw{this});
+  }
+  /// As FrozenState::CopySome, under the lock where that is needed. One thread for each state.
+  bool CopySome(FrozenState* frozen, std::string* to);
 
   ServiceCounters counters() const;
   uint64_t StateHash() const;

@@ -296,7 +296,8 @@ TEST_F(ServiceTest, AnEditWithoutMemoryIsAnErrorHereAndInEveryReplay) {
     replayed.Apply(i + 1, log_.events[i].first, log_.events[i].second, &out);
   }
   EXPECT_EQ(replayed.StateHash(), service_.StateHash());
-  EXPECT_FALSE(replayed.edit_outcome().ok());
+  ASSERT_EQ(replayed.finished().size(), 1u);
+  EXPECT_FALSE(replayed.finished()[0].outcome.ok());
 }
 
 TEST_F(ServiceTest, OnlyPosesOfKnownRobotsAreLogged) {

@@ -8,6 +8,7 @@
 #include "server/engine/config_hash.h"
 #include "server/engine/engine.h"
 #include "server/engine/event_codec.h"
+#include "server/engine/frozen_state.h"
 
 namespace pheromone::engine {
 namespace {
@@ -153,6 +154,13 @@ void RobotTable::Restore(ByteReader* reader) {
 void Engine::Save(ByteWriter* writer) const {
   writer->U8(kCodecVersion);
   EncodeConfig(*config_, writer);
+  SaveAfterConfig(writer);
+  field_->Save(writer);
+  writer->U64(StateHash());
+}
+
+// What lies between the configuration and the field.
+void Engine::SaveAfterConfig(ByteWriter* writer) const {
   writer->U16(epoch_);
   writer->U64(field_time_ms_);
   writer->U64(sequence_);
@@ -165,8 +173,24 @@ void Engine::Save(ByteWriter* writer) const {
     writer->U64(broadcast.next_ms);
   }
   robots_.Save(writer);
-  field_->Save(writer);
-  writer->U64(StateHash());
+}
+
+std::unique_ptr<FrozenState> Engine::Freeze(uint64_t most_kept_bytes) const {
+  std::unique_ptr<field::FrozenField> field = field_->Freeze(most_kept_bytes);
+  if (field == nullptr) {
+    return nullptr;
+  }
+  ByteWriter robots;
+  SaveAfterConfig(&robots);
+  return std::make_unique<FrozenState>(FrozenState::Parts{
+      .sequence = sequence_,
+      .stamp = last_stamp_,
+      .state_hash = StateHash(),
+      .config = config_,
+      .config_bytes = config_figures_.bytes,
+      .after_config = robots.Take(),
+      .field = std::move(field),
+  });
 }
 
 Result<Engine> Engine::Restore(ByteReader* reader) {
@@ -175,7 +199,7 @@ Result<Engine> Engine::Restore(ByteReader* reader) {
     return Error{reader->error()};
   }
   Engine engine;
-  EngineConfig config = DecodeConfig(reader, version);
+  const SharedConfig config = DecodeConfig(reader, version);
   engine.epoch_ = reader->U16();
   engine.field_time_ms_ = reader->U64();
   engine.sequence_ = reader->U64();
@@ -186,19 +210,19 @@ Result<Engine> Engine::Restore(ByteReader* reader) {
     broadcast.seq = reader->U8();
     broadcast.left = reader->U8UpTo(kBroadcastTransmissions, "a broadcast's transmissions");
     broadcast.next_ms = reader->U64();
-    if (broadcast.link >= config.links.size() || broadcast.left == 0) {
+    if (broadcast.link >= config->links.size() || broadcast.left == 0) {
       reader->Fail("a broadcast that has ended, or on no link");
     }
     engine.broadcasts_.push_back(broadcast);
   }
   engine.robots_.Restore(reader);
   if (reader->ok()) {
-    engine.field_ = field::Field::Restore(config.field, reader);
+    engine.field_ = field::Field::Restore(config.field(), reader, version >= 2);
   }
   const uint64_t hash = reader->U64();
   if (reader->ok()) {
-    const uint64_t config_hash = HashConfig(config);
-    engine.TakeConfig(std::move(config), config_hash);
+    engine.TakeConfig(config, FiguresOf(*config));
+    engine.last_stamp_.field_time_ms = engine.field_time_ms_;
     if (engine.field_time_ms_ > kMostFieldTimeMs || engine.StateHash() != hash) {
       reader->Fail("the state is not the one that was saved: its hash differs");
     }

@@ -71,9 +71,11 @@ void RestoreInTheMiddle(uint64_t seed, bool tight, Seen* seen) {
     ASSERT_EQ(engine.StateHash(), other.StateHash()) << "seed " << seed << " event " << i;
     ASSERT_EQ(engine.field().used_bytes(), other.field().used_bytes());
     ASSERT_EQ(engine.NextDeadline(), other.NextDeadline());
-    if (std::holds_alternative<FieldEdited>(event)) {
-      ASSERT_EQ(engine.edit_outcome().ok(), other.edit_outcome().ok());
-      seen->edits_refused += engine.edit_outcome().ok() ? 0 : 1;
+    ASSERT_EQ(engine.finished().size(), other.finished().size());
+    for (size_t k = 0; k < engine.finished().size(); ++k) {
+      ASSERT_EQ(engine.finished()[k].id, other.finished()[k].id);
+      ASSERT_EQ(engine.finished()[k].outcome.ok(), other.finished()[k].outcome.ok());
+      seen->edits_refused += engine.finished()[k].outcome.ok() ? 0 : 1;
     }
     expected.clear();
     actual.clear();

@@ -1,5 +1,9 @@
 #include "server/field/cell_map.h"
 
+#include <cassert>
+
+#include "server/field/frozen_cells.h"
+
 namespace pheromone::field {
 namespace {
 
@@ -19,6 +23,9 @@ CellMap::CellMap(int32_t columns, int32_t rows, MemoryBudget* budget, Reclaimer*
       pool_(pool) {}
 
 CellMap::~CellMap() {
+  if (frozen_ != nullptr) {
+    frozen_->LetGo();
+  }
   std::atomic<Leaf*>* top = top_.load(std::memory_order_relaxed);
   for (int32_t i = 0; top != nullptr && i < leaf_count(); ++i) {
     Leaf* leaf = top[i].load(std::memory_order_relaxed);
@@ -103,6 +110,9 @@ bool CellMap::Write(NodeIndex node, NodeState state) {
     }
     tile = place->tile.load(std::memory_order_relaxed);
   }
+  if (frozen_ != nullptr) [[unlikely]] {
+    frozen_->BeforeChange(LeafOf(node), PlaceOf(node), *place);
+  }
   const size_t slot = SlotOf(node);
   const uint64_t bit = uint64_t{1} << slot;
   const uint64_t before = place->occupied.load(std::memory_order_relaxed);
@@ -117,6 +127,13 @@ bool CellMap::Write(NodeIndex node, NodeState state) {
     }
   }
   return true;
+}
+
+std::unique_ptr<FrozenCells> CellMap::Freeze(KeptBytes* kept) const {
+  assert(frozen_ == nullptr);
+  std::unique_ptr<FrozenCells> frozen(new FrozenCells(this, kept));
+  frozen_ = frozen.get();
+  return frozen;
 }
 
 void CellMap::RemoveTile(NodeIndex node, Place* place) {

@@ -16,6 +16,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 
 #include "server/base/bytes.h"
 #include "server/field/geometry.h"
@@ -39,14 +40,19 @@ inline NodeState UnpackNode(uint64_t word) {
   return {static_cast<uint32_t>(word >> kTimeBits), word & kTimeMask};
 }
 
+class FrozenCells;
+struct KeptBytes;
+
 class CellMap {
  public:
+  static constexpr size_t kPlaces = size_t{kLeafSide} * kLeafSide;
+
   struct Place {
     std::atomic<uint64_t> occupied;  ///< bit 8 * row + column: the node's level is not 0
     std::atomic<Tile*> tile;
   };
   struct Leaf {
-    std::array<Place, size_t{kLeafSide} * kLeafSide> place;
+    std::array<Place, kPlaces> place;
     int tiles = 0;  // the writer's
   };
 
@@ -127,6 +133,10 @@ class CellMap {
   void Save(ByteWriter* writer) const;
   void Restore(ByteReader* reader, NodeIndex size, uint32_t max_level);
 
+  /// The map's nodes as they are now, to be copied in portions (frozen_cells.h). At most one at a
+  /// time; `kept` outlives it.
+  std::unique_ptr<FrozenCells> Freeze(KeptBytes* kept) const;
+
   int32_t leaf_count() const { return leaf_columns_ * leaf_rows_; }
   size_t node_count() const { return node_count_; }
   size_t tile_count() const { return tile_count_; }
@@ -139,6 +149,8 @@ class CellMap {
   static uint64_t TopBytes(int32_t columns, int32_t rows);
 
  private:
+  friend class FrozenCells;
+
   Place* FindPlace(NodeIndex node) const;
   Place* MakePlace(NodeIndex node);
   uint64_t BytesOfTop() const {
@@ -147,10 +159,12 @@ class CellMap {
   void MakeTop();
   void RemoveTile(NodeIndex node, Place* place);
 
-  std::atomic<Leaf*>* TopOf(NodeIndex node) const {
+  int32_t LeafOf(NodeIndex node) const {
     const int32_t row = node.row >> (kTileBits + kLeafBits);
-    const int32_t index = row * leaf_columns_ + (node.column >> (kTileBits + kLeafBits));
-    return &top_.load(std::memory_order_relaxed)[index];
+    return row * leaf_columns_ + (node.column >> (kTileBits + kLeafBits));
+  }
+  std::atomic<Leaf*>* TopOf(NodeIndex node) const {
+    return &top_.load(std::memory_order_relaxed)[LeafOf(node)];
   }
   static size_t PlaceOf(NodeIndex node) {
     const int32_t row = (node.row >> kTileBits) % kLeafSide;
@@ -170,6 +184,7 @@ class CellMap {
   MemoryBudget* budget_;
   Reclaimer* reclaimer_;
   TilePool* pool_;
+  mutable FrozenCells* frozen_ = nullptr;  // what is being copied: asked before each change
 };
 
 }  // namespace pheromone::field

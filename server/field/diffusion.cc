@@ -166,8 +166,8 @@ bool DiffusionLayer::ClearSome(int tiles) {
   return !leaves_.empty();
 }
 
-uint64_t DiffusionLayer::BytesMissing(int32_t tile_column, int32_t tile_row,
-                                      bool leaf_counted, bool top_counted) const {
+uint64_t DiffusionLayer::BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_counted,
+                                      bool top_counted) const {
   const Leaf* leaf = FindLeaf(tile_column / kLeafSide, tile_row / kLeafSide);
   if (leaf != nullptr) {
     return leaf->place[PlaceOf(tile_column, tile_row)].tile.load() != nullptr ? 0 : kTileBytes;

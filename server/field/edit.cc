@@ -27,6 +27,12 @@ Status CheckShape(const FieldEdit& edit) {
   if (edit.shape > FieldEdit::Shape::kAll || edit.action > FieldEdit::Action::kErase) {
     return Error{"an edit of an unknown shape or action"};
   }
+  const size_t least = edit.shape == FieldEdit::Shape::kRectangle ? 2
+                       : edit.shape == FieldEdit::Shape::kStroke  ? 1
+                                                                  : 0;
+  if (edit.points.size() < least) {
+    return Error{"an edit without its points: a rectangle has two, a stroke at least one"};
+  }
   const auto is_far = [](PointUm point) {
     return point.x < -kMaxPointUm || point.x > kMaxPointUm || point.y < -kMaxPointUm ||
            point.y > kMaxPointUm;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/base/hash.h"
+#include "server/field/frozen_field.h"
 #include "server/field/kernel_table.h"
 
 namespace pheromone::field {
@@ -68,12 +69,14 @@ uint32_t SpreadQ16(const PheromoneLaw& law, int64_t distance_squared_um2) {
   return static_cast<uint32_t>(std::clamp(mu, 0.0, 65536.0));
 }
 
-Field::Field(FieldConfig config, const Kernel& kernel, uint64_t now_ms)
+Field::Field(std::shared_ptr<const FieldConfig> config, const Kernel& kernel, uint64_t now_ms)
     : Field(std::move(config), kernel, Empty{}) {
   LayAll(current().config, nullptr, now_ms);
 }
 
-Field::Field(FieldConfig config, const Kernel& kernel, Empty /*empty*/) : kernel_(kernel) {
+Field::Field(std::shared_ptr<const FieldConfig> shared, const Kernel& kernel, Empty /*empty*/)
+    : kernel_(kernel) {
+  const FieldConfig& config = *shared;
   budget_.limit_bytes = config.memory_bytes;
   for (size_t type = 1; type < kTypes; ++type) {
     layers_.cells[type] = std::make_unique<CellMap>(config.map.columns(), config.map.rows(),
@@ -81,10 +84,13 @@ Field::Field(FieldConfig config, const Kernel& kernel, Empty /*empty*/) : kernel
     layers_.diffusing[type] = std::make_unique<DiffusionLayer>(
         config.map.columns(), config.map.rows(), &budget_, &reclaimer_, &pool_);
   }
-  setup_.store(new Setup(std::make_shared<const FieldConfig>(std::move(config))));
+  setup_.store(new Setup(std::move(shared)));
 }
 
 Field::~Field() {
+  if (frozen_ != nullptr) {
+    frozen_->LetGo();
+  }
   delete setup_.load();
 }
 
@@ -160,8 +166,9 @@ uint64_t Field::NodeHash(const PheromoneLaw& law, NodeIndex node, NodeState stat
 }
 
 uint64_t Field::hash() const {
-  uint64_t sum = hash_ + Hash64({'W', sweep_.type, static_cast<uint64_t>(sweep_.leaf),
-                                 sweep_.earliest_ms, sweep_.cycle_ms, sweep_.next_ms}) +
+  uint64_t sum = hash_ +
+                 Hash64({'W', sweep_.type, static_cast<uint64_t>(sweep_.leaf), sweep_.earliest_ms,
+                         sweep_.cycle_ms, sweep_.next_ms}) +
                  HashOfWork();
   for (const PheromoneLaw& law : config().pheromones) {
     if (law.diffuses()) {

@@ -22,6 +22,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <span>
@@ -80,6 +81,7 @@ struct SweepState {
 };
 
 class FieldReader;
+class FrozenField;
 
 class Field {
  public:
@@ -100,7 +102,10 @@ class Field {
 
   /// Lays the configuration's paths and prints at `now_ms`. `kernel` is for tests and benchmarks;
   /// it changes no bit of any answer.
-  explicit Field(FieldConfig config, const Kernel& kernel = BestKernel(), uint64_t now_ms = 0);
+  explicit Field(std::shared_ptr<const FieldConfig> config, const Kernel& kernel = BestKernel(),
+                 uint64_t now_ms = 0);
+  explicit Field(FieldConfig config, const Kernel& kernel = BestKernel(), uint64_t now_ms = 0)
+      : Field(std::make_shared<const FieldConfig>(std::move(config)), kernel, now_ms) {}
   Field(const Field&) = delete;
   Field& operator=(const Field&) = delete;
   ~Field();
@@ -108,9 +113,14 @@ class Field {
   /// All that answers and later changes depend on, but for the configuration: what lies on the map,
   /// how far the sweep and the steps are, which tables have memory.
   void Save(ByteWriter* writer) const;
+  /// The same as it is now, to be copied in portions (frozen_field.h). At most one at a time; while
+  /// there is one, null. What is changed before it was copied is kept: up to `most_kept_bytes`.
+  std::unique_ptr<FrozenField> Freeze(uint64_t most_kept_bytes) const;
   /// A field that goes on as the saved one would have, to the bit. Null, and a failure of the
-  /// reader, if this cannot be the state of a field with that configuration.
-  static std::unique_ptr<Field> Restore(FieldConfig config, ByteReader* reader,
+  /// reader, if this cannot be the state of a field with that configuration. `has_work`: false for
+  /// bytes of a program in which no change of the map was ever under way.
+  static std::unique_ptr<Field> Restore(std::shared_ptr<const FieldConfig> config,
+                                        ByteReader* reader, bool has_work = true,
                                         const Kernel& kernel = BestKernel());
 
   const FieldConfig& config() const { return current().config; }
@@ -145,8 +155,11 @@ class Field {
   bool accepts_work() const { return works_.size() < kMaxWorks; }
   /// Whether a change is under way, or nodes of an earlier law are left.
   bool busy() const { return !works_.empty() || is_rebasing_; }
-  /// Those that have ended since the last call. Not part of the state.
-  std::vector<FinishedWork> TakeFinished() { return std::exchange(finished_, {}); }
+  /// Appends those that have ended since the last call. Not part of the state.
+  void TakeFinished(std::vector<FinishedWork>* to) {
+    std::move(finished_.begin(), finished_.end(), std::back_inserter(*to));
+    finished_.clear();
+  }
 
   /// Why `next` cannot replace the configuration, if it cannot: another geometry, a pheromone that
   /// goes while some of it is left on the map, or new paths for which there is no memory.
@@ -221,12 +234,16 @@ class Field {
 
  private:
   friend class FieldReader;
+  friend class FrozenField;
 
   struct Empty {};  // with nothing laid
-  Field(FieldConfig config, const Kernel& kernel, Empty empty);
+  Field(std::shared_ptr<const FieldConfig> config, const Kernel& kernel, Empty empty);
 
   const Setup& current() const { return *setup_.load(std::memory_order_relaxed); }
   void Publish(std::unique_ptr<Setup> setup);
+  void SaveRest(ByteWriter* writer) const;
+  void RestoreWorks(ByteReader* reader);
+  void HashNodes(ByteReader* reader);
 
   template <typename Visit>
   static void VisitLevelsIn(const Setup& setup, const Layers& layers, uint8_t type, uint64_t now_ms,
@@ -287,6 +304,7 @@ class Field {
   bool is_rebasing_ = false;  // nodes of earlier laws may be left, from here on:
   uint8_t rebase_type_ = 1;
   int32_t rebase_leaf_ = 0;
+  mutable FrozenField* frozen_ = nullptr;  // what is being copied
 };
 
 /// A place beside the writer: looks at the field while it is being changed, without holding it up

@@ -23,6 +23,10 @@ namespace pheromone::field {
 constexpr int kLevelBits = 6;
 constexpr uint32_t kLevelsPerQuantum = 1u << kLevelBits;
 
+/// The most that a law's numbers may be: above what a configuration file can say.
+constexpr int64_t kMaxTauMs = 1'000'000'000'000;
+constexpr int64_t kMaxQuantumMicro = 1'000'000'000;
+
 /// How the content of a node becomes less. `tau_ms` = 0: it does not.
 enum class Evaporation : uint8_t {
   kCounter,      ///< the paper's: one quantum less every tau

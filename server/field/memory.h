@@ -20,7 +20,7 @@ namespace pheromone::field {
 
 struct MemoryBudget {
   uint64_t limit_bytes = 0;
-  uint64_t used_bytes = 0;         ///< what is reserved included
+  uint64_t used_bytes = 0;          ///< what is reserved included
   uint64_t* reservation = nullptr;  ///< if not null, what is left of it is taken first
 
   /// False, changing nothing, if that much is not left.

@@ -9,8 +9,8 @@
 #include <limits>
 #include <numbers>
 #include <set>
-#include <tuple>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 

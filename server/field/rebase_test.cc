@@ -3,6 +3,5 @@
 #include <gtest/gtest.h>
 
 namespace pheromone::field {
-namespace {
-}  // namespace
+namespace {}  // namespace
 }  // namespace pheromone::field

@@ -152,14 +152,14 @@ namespace {
 Status CheckMap(const FieldConfig& present, const FieldConfig& next) {
   return next.map == present.map
              ? Ok()
-             : Error{"the map's origin, extent or cell size differ from the running map's; they "
-                     "cannot be changed while pheromone lies on it"};
+             : Error{
+                   "the map's origin, extent or cell size differ from the running map's; they "
+                   "cannot be changed while pheromone lies on it"};
 }
 
 // `visit_levels(type, visit)`: the nodes of a type that hold something.
 template <typename VisitLevels>
-Status CheckGoing(const FieldConfig& present, const FieldConfig& next,
-                  VisitLevels&& visit_levels) {
+Status CheckGoing(const FieldConfig& present, const FieldConfig& next, VisitLevels&& visit_levels) {
   std::optional<std::vector<LaidNode>> laid;  // made only if something goes
   for (const PheromoneLaw& law : present.pheromones) {
     const PheromoneLaw* successor = next.FindLaw(law.type);
@@ -186,18 +186,16 @@ Status Field::CheckReconfigure(const FieldConfig& next, uint64_t now_ms) const {
   const FieldConfig& present = current().config;
   Status status = CheckMap(present, next);
   if (status.ok()) {
-    status = CheckGoing(present, next, [&](uint8_t type, auto&& visit) {
-      VisitLevels(type, now_ms, visit);
-    });
+    status = CheckGoing(present, next,
+                        [&](uint8_t type, auto&& visit) { VisitLevels(type, now_ms, visit); });
   }
   return status.ok() ? CheckReconfigure(next, PlanLaying(present, next)) : status;
 }
 
 Status Field::CheckLeaving(const FieldReader& reader, const FieldConfig& present,
                            const FieldConfig& next, uint64_t now_ms) {
-  return CheckGoing(present, next, [&](uint8_t type, auto&& visit) {
-    reader.VisitLevels(type, now_ms, visit);
-  });
+  return CheckGoing(present, next,
+                    [&](uint8_t type, auto&& visit) { reader.VisitLevels(type, now_ms, visit); });
 }
 
 Status Field::CheckReconfigure(const FieldConfig& next, const LayPlan& plan) const {

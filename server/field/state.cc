@@ -3,6 +3,9 @@
 // lie in memory is no part of it: no answer depends on it.
 
 #include <bit>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include "server/field/field.h"
 
@@ -51,6 +54,38 @@ void ForEachBit(uint64_t bits, Visit&& visit) {
   for (; bits != 0; bits &= bits - 1) {
     visit(std::countr_zero(bits));
   }
+}
+
+// What of a law decides the meaning of a stored node.
+void SaveChange(const LawChange* change, ByteWriter* writer) {
+  writer->Flag(change != nullptr);
+  if (change != nullptr) {
+    writer->U64(change->at_ms);
+    writer->U8(static_cast<uint8_t>(change->from.evaporation));
+    writer->I64(change->from.tau_ms);
+    writer->I64(change->from.quantum_micro);
+    writer->U16(change->from.max_count);
+  }
+}
+
+std::optional<LawChange> RestoreChange(uint8_t type, ByteReader* reader) {
+  if (!reader->Flag()) {
+    return std::nullopt;
+  }
+  LawChange change;
+  change.at_ms = reader->U64();
+  PheromoneLaw& from = change.from;
+  from.type = type;
+  from.evaporation = static_cast<Evaporation>(
+      reader->U8UpTo(static_cast<uint8_t>(Evaporation::kExponential), "a law's evaporation"));
+  from.tau_ms = reader->I64();
+  from.quantum_micro = reader->I64();
+  from.max_count = reader->U16();
+  if (from.tau_ms < 0 || from.tau_ms > kMaxTauMs || from.quantum_micro < 1 ||
+      from.quantum_micro > kMaxQuantumMicro || change.at_ms > kTimeMask) {
+    reader->Fail("an earlier law with values that no law can have");
+  }
+  return change;
 }
 
 }  // namespace
@@ -160,15 +195,71 @@ void Field::Save(ByteWriter* writer) const {
     layers_.diffusing[type]->Save(writer);
     writer->U64(stepped_ms_[type]);
   }
+  SaveRest(writer);
+}
+
+void Field::SaveRest(ByteWriter* writer) const {
   writer->U8(sweep_.type);
   writer->I32(sweep_.leaf);
   writer->U64(sweep_.earliest_ms);
   writer->U64(sweep_.cycle_ms);
   writer->U64(sweep_.next_ms);
+  writer->Flag(is_rebasing_);
+  if (is_rebasing_) {
+    writer->U8(rebase_type_);
+    writer->I32(rebase_leaf_);
+    for (uint8_t type = 1; type < kTypes; ++type) {
+      SaveChange(current().ChangeOf(type), writer);
+    }
+  }
+  writer->Count(works_.size());
+  for (const Work& work : works_) {
+    SaveWork(work, writer);
+  }
 }
 
-std::unique_ptr<Field> Field::Restore(FieldConfig config, ByteReader* reader,
-                                      const Kernel& kernel) {
+// The earlier laws, and the changes under way.
+void Field::RestoreWorks(ByteReader* reader) {
+  is_rebasing_ = reader->Flag();
+  if (is_rebasing_) {
+    rebase_type_ = reader->U8UpTo(kTypes - 1, "a pheromone type");
+    rebase_leaf_ = reader->I32();
+    auto setup = std::make_unique<Setup>(current().shared);
+    for (uint8_t type = 1; type < kTypes; ++type) {
+      setup->change[type] = RestoreChange(type, reader);
+      if (setup->change[type] && (setup->law[type] == nullptr || setup->law[type]->is_blend() ||
+                                  setup->law[type]->diffuses())) {
+        reader->Fail("an earlier law of a pheromone that has no nodes");
+        setup->change[type].reset();
+      }
+    }
+    if (rebase_type_ == 0 || rebase_leaf_ < 0) {
+      reader->Fail("the walk over nodes of earlier laws is not on the map");
+    }
+    Publish(std::move(setup));
+  }
+  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
+    works_.push_back(RestoreWork(config(), reader));
+    budget_.used_bytes += works_.back().reserved_bytes;
+  }
+  if (works_.size() > kMaxWorks) {
+    reader->Fail("more changes under way than there can be");
+  }
+}
+
+// Once it is known under which law each node was stored.
+void Field::HashNodes(ByteReader* reader) {
+  ForEach([&](uint8_t type, NodeIndex node, NodeState state) {
+    const PheromoneLaw& law = StoredLaw(type, state);
+    if (state.level > law.max_level()) {
+      reader->Fail("a node has a level that its pheromone cannot have");
+    }
+    hash_ += NodeHash(law, node, state);
+  });
+}
+
+std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config, ByteReader* reader,
+                                      bool has_work, const Kernel& kernel) {
   std::unique_ptr<Field> field(new Field(std::move(config), kernel, Empty{}));
   const MapGeometry& map = field->config().map;
   // A limit may have been lowered below what was there.
@@ -178,7 +269,7 @@ std::unique_ptr<Field> Field::Restore(FieldConfig config, ByteReader* reader,
     const bool holds = law != nullptr && !law->is_blend();
     CellMap& cells = *field->layers_.cells[type];
     DiffusionLayer& diffusing = *field->layers_.diffusing[type];
-    cells.Restore(reader, {map.columns(), map.rows()}, holds ? law->max_level() : 0);
+    cells.Restore(reader, {map.columns(), map.rows()}, holds ? UINT32_MAX : 0);
     diffusing.Restore(reader);
     if ((cells.tile_count() != 0 && law->diffuses()) ||
         (!diffusing.empty() && !(holds && law->diffuses()))) {
@@ -187,10 +278,6 @@ std::unique_ptr<Field> Field::Restore(FieldConfig config, ByteReader* reader,
     field->stepped_ms_[type] = reader->U64();
     if (field->stepped_ms_[type] > kTimeMask) {
       reader->Fail("a time that does not come");
-    }
-    if (cells.tile_count() != 0 && reader->ok()) {
-      cells.ForEach(
-          [&](NodeIndex node, NodeState state) { field->hash_ += NodeHash(*law, node, state); });
     }
   }
   SweepState& sweep = field->sweep_;
@@ -202,6 +289,12 @@ std::unique_ptr<Field> Field::Restore(FieldConfig config, ByteReader* reader,
   if (sweep.type < 1 || sweep.type >= kTypes || sweep.leaf < 0 ||
       sweep.leaf >= field->layers_.cells[1]->leaf_count()) {
     reader->Fail("the sweep is not on the map");
+  }
+  if (has_work && reader->ok()) {
+    field->RestoreWorks(reader);
+  }
+  if (reader->ok()) {
+    field->HashNodes(reader);
   }
   field->budget_.limit_bytes = field->config().memory_bytes;
   return reader->ok() ? std::move(field) : nullptr;

@@ -11,9 +11,9 @@ namespace pheromone::field {
 namespace {
 
 uint64_t HashEdit(const FieldEdit& edit) {
-  uint64_t hash = Hash64({edit.type, static_cast<uint64_t>(edit.shape),
-                          static_cast<uint64_t>(edit.action), edit.level,
-                          static_cast<uint64_t>(edit.radius_um), edit.points.size()});
+  uint64_t hash =
+      Hash64({edit.type, static_cast<uint64_t>(edit.shape), static_cast<uint64_t>(edit.action),
+              edit.level, static_cast<uint64_t>(edit.radius_um), edit.points.size()});
   for (const PointUm point : edit.points) {
     hash = HashStep(HashStep(hash, static_cast<uint64_t>(point.x)), static_cast<uint64_t>(point.y));
   }
@@ -265,11 +265,10 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
     const bool leaf_counted =
         work->counted > 0 && leaf_of(tiles[work->counted - 1]) == leaf_of(tile);
     const bool top_counted = work->missing_bytes != 0;
-    work->missing_bytes +=
-        diffuses
-            ? layers_.diffusing[type]->BytesMissing(tile.column, tile.row, leaf_counted,
-                                                    top_counted)
-            : layers_.cells[type]->BytesMissing(tile.column, tile.row, leaf_counted, top_counted);
+    work->missing_bytes += diffuses ? layers_.diffusing[type]->BytesMissing(
+                                          tile.column, tile.row, leaf_counted, top_counted)
+                                    : layers_.cells[type]->BytesMissing(tile.column, tile.row,
+                                                                        leaf_counted, top_counted);
   }
   if (work->counted < tiles.size()) {
     return false;

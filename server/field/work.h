@@ -6,7 +6,7 @@
 //
 //   field.BeginEdit(sequence, edit, raster, now_ms);     // the first portion is made at once
 //   while (field.busy()) field.Advance(now_ms);          // each makes another one
-//   for (const FinishedWork& done : field.TakeFinished()) ...
+//   field.TakeFinished(&finished);                       // by sequence, with what became of them
 //
 // What is worked out from the map's geometry alone (the raster of an edit, the plan of a change of
 // the configuration) can be made beforehand, by any thread; it is no part of the state.
@@ -47,8 +47,8 @@ struct LayPlan {
 /// In time that grows with both configurations.
 LayPlan PlanLaying(const FieldConfig& before, const FieldConfig& next);
 
-/// The raster that an edit is made by: RasterOf, or nothing where all is erased, which looks at what
-/// is there instead.
+/// The raster that an edit is made by: RasterOf, or nothing where all is erased, which looks at
+/// what is there instead.
 Result<Raster> RasterFor(const FieldEdit& edit, const MapGeometry& map);
 
 /// A change under way. All of it is part of the state but for `raster`, which follows from it.

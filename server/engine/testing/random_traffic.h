@@ -147,37 +147,39 @@ class RandomTraffic {
     edit.points = {AnyPoint()};
     edit.points.push_back({edit.points[0].x + static_cast<int64_t>(Below(300'000)),
                            edit.points[0].y + static_cast<int64_t>(Below(100'000))});
-    return FieldEdited{edit};
+    return FieldEdited{edit, Below(4) != 0};
   }
 
   Event Reconfigure(const Engine& engine) {
-    ConfigChanged change{engine.config(), static_cast<uint16_t>(8 + Below(9)), Below(4) == 0};
+    EngineConfig config = engine.config();
     switch (Below(6)) {
       case 0:
-        change.config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + Below(5'000));
+        config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + Below(5'000));
         break;
       case 1:
-        change.config.field.antennas.distance_um += 1'000;  // robots must say hello again
+        config.field.antennas.distance_um += 1'000;  // robots must say hello again
         break;
       case 2:
-        change.config.field.pheromones[4].max_count = static_cast<uint16_t>(4 + Below(9));
+        config.field.pheromones[4].max_count = static_cast<uint16_t>(4 + Below(9));
         break;
       case 3:  // a link goes, or returns
-        change.config.links.resize(change.config.links.size() == 2 ? 1 : 2, {"radio-b", 4, 50});
+        config.links.resize(config.links.size() == 2 ? 1 : 2, {"radio-b", 4, 50});
         break;
       case 4: {  // what diffused does not any more, or the other way round
-        field::DiffusionLaw& diffusion = change.config.field.pheromones[2].diffusion;
+        field::DiffusionLaw& diffusion = config.field.pheromones[2].diffusion;
         diffusion.exchange_q16 = diffusion.exchange_q16 == 0 ? 8'000 : 0;
         break;
       }
       default:
-        if (change.config.field.paths.empty()) {
-          change.config.field.paths = config_.field.paths;
+        if (config.field.paths.empty()) {
+          config.field.paths = config_.field.paths;
         } else {
-          change.config.field.paths.clear();
+          config.field.paths.clear();
         }
     }
-    return change;
+    const auto epoch = static_cast<uint16_t>(8 + Below(9));
+    const bool state_lost = Below(4) == 0;
+    return ConfigChanged{std::move(config), epoch, state_lost, Below(4) != 0};
   }
 
   Event Any(const Engine& engine) {

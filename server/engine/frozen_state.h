@@ -1,0 +1,77 @@
+// An engine's state as it was at one moment, copied out in portions while the engine goes on: the
+// bytes altogether are exactly those that Engine::Save would have given then. For a snapshot, or
+// the beginning of a recording, of a state that is too large to be copied at once.
+//
+//   std::unique_ptr<FrozenState> frozen = engine.Freeze(kMostKeptBytes);  // null: there is another
+//   while (frozen->CopySome(&bytes)) { ... }                              // events between them
+//   if (frozen->failed()) ...                                             // try again
+//
+// At the freeze robots and what diffuses are encoded; the configuration when it is copied, and
+// cells, portion by portion, 100 us each (server/field/frozen_field.h).
+//
+// One owner. CopySome and LetGo are calls to the engine and need what those need (Service has them
+// behind its lock); the others do not. Either may go first.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/engine/event.h"
+#include "server/field/frozen_field.h"
+
+namespace pheromone::engine {
+
+class FrozenState {
+ public:
+  /// Of what is changed before it was copied, so much is kept.
+  static constexpr uint64_t kMostKeptBytes = uint64_t{64} << 20;
+
+  /// What Engine::Freeze knows.
+  struct Parts {
+    uint64_t sequence = 0;
+    Stamp stamp;
+    uint64_t state_hash = 0;
+    SharedConfig config;
+    uint64_t config_bytes = 0;
+    std::string after_config;
+    std::unique_ptr<field::FrozenField> field;
+  };
+
+  explicit FrozenState(Parts parts);
+  FrozenState(const FrozenState&) = delete;
+  FrozenState& operator=(const FrozenState&) = delete;
+
+  /// What is copied altogether.
+  uint64_t bytes() const { return bytes_; }
+  /// Of the last event, as Engine has them.
+  uint64_t sequence() const { return parts_.sequence; }
+  const Stamp& stamp() const { return parts_.stamp; }
+  uint64_t state_hash() const { return parts_.state_hash; }
+
+  /// Appends the next portion, which may be empty. False when there is none: all was copied, or it
+  /// has failed.
+  bool CopySome(std::string* to, int tiles = field::FrozenField::kTilesAtOnce);
+
+  /// The first portion, which is the configuration and takes the longest if that has many points.
+  /// It has nothing to do with the engine any more: call it before CopySome, without the engine's
+  /// lock. False if it was copied already.
+  bool CopyConfig(std::string* to);
+
+  bool done() const { return stage_ == Stage::kDone; }
+  /// More was changed meanwhile than may be kept, or the engine is gone. What was copied is of no
+  /// use.
+  bool failed() const { return parts_.field->failed(); }
+
+  /// Leaves the engine alone from now on. If not all was copied, it has failed.
+  void LetGo() { parts_.field->LetGo(); }
+
+ private:
+  enum class Stage { kConfig, kField, kDone };
+
+  Parts parts_;
+  uint64_t bytes_;
+  Stage stage_ = Stage::kConfig;
+};
+
+}  // namespace pheromone::engine
