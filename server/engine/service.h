@@ -141,6 +141,13 @@ class Service {
   /// As FrozenState::CopySome, under the lock where that is needed. One thread for each state.
   bool CopySome(FrozenState* frozen, std::string* to);
 
+  /// Gives back a bounded portion of the memory of what was erased (Field::ReleaseMemory): to be
+  /// called now and then. True if there is more. No event, and nothing that a client could see.
+  bool ReleaseMemory() {
+    const std::lock_guard lock(mutex_);
+    return engine_.ReleaseMemory();
+  }
+
   ServiceCounters counters() const;
   uint64_t StateHash() const;
 

@@ -1,6 +1,7 @@
 #include "server/field/cell_map.h"
 
 #include <cassert>
+#include <utility>
 
 #include "server/field/frozen_cells.h"
 
@@ -14,6 +15,57 @@ int32_t Leaves(int32_t nodes) {
 
 }  // namespace
 
+// What was a map's, leaf by leaf. A copy that is not complete reads it still.
+class CellMap::Removed final : public Garbage {
+ public:
+  Removed(std::atomic<Leaf*>* top, int32_t leaf_count, FrozenCells* frozen)
+      : top_(top), leaf_count_(top != nullptr ? leaf_count : 0) {
+    if (frozen != nullptr) {
+      frozen->ReadOn(&frozen_);
+    }
+  }
+  ~Removed() override { delete[] top_; }
+
+  bool Release(int tiles, TilePool* pool) override {
+    const int32_t end = frozen_ != nullptr ? frozen_->leaf() : leaf_count_;
+    const std::pair begin{leaf_, place_};
+    for (int64_t work = int64_t{tiles} * kWorkOfTile; work > 0 && leaf_ < end;) {
+      Leaf* leaf = top_[leaf_].load(std::memory_order_relaxed);
+      if (leaf != nullptr && place_ < kPlaces) {
+        Tile* tile = leaf->place[place_++].tile.load(std::memory_order_relaxed);
+        work -= tile != nullptr ? kWorkOfTile : kWorkOfPlace;
+        if (tile != nullptr) {
+          pool->Give(tile);
+        }
+        continue;
+      }
+      if (leaf != nullptr) {
+        pool->GiveLeaf(leaf);
+      }
+      work -= kWorkOfPlace;
+      place_ = 0;
+      ++leaf_;
+    }
+    return begin != std::pair{leaf_, place_} || empty();
+  }
+  bool empty() const override { return leaf_ == leaf_count_ && frozen_ == nullptr; }
+  void LetGo() override {
+    if (frozen_ != nullptr) {
+      frozen_->LetGo();
+    }
+  }
+
+ private:
+  static constexpr int kWorkOfTile = 16;
+  static constexpr int kWorkOfPlace = 1;
+
+  std::atomic<Leaf*>* const top_;
+  const int32_t leaf_count_;
+  FrozenCells* frozen_ = nullptr;
+  int32_t leaf_ = 0;  // the next ones
+  size_t place_ = 0;
+};
+
 CellMap::CellMap(int32_t columns, int32_t rows, MemoryBudget* budget, Reclaimer* reclaimer,
                  TilePool* pool)
     : leaf_columns_(Leaves(columns)),
@@ -26,17 +78,7 @@ CellMap::~CellMap() {
   if (frozen_ != nullptr) {
     frozen_->LetGo();
   }
-  std::atomic<Leaf*>* top = top_.load(std::memory_order_relaxed);
-  for (int32_t i = 0; top != nullptr && i < leaf_count(); ++i) {
-    Leaf* leaf = top[i].load(std::memory_order_relaxed);
-    for (size_t p = 0; leaf != nullptr && p < leaf->place.size(); ++p) {
-      if (Tile* tile = leaf->place[p].tile.load(std::memory_order_relaxed); tile != nullptr) {
-        pool_->Give(tile);
-      }
-    }
-    delete leaf;
-  }
-  delete[] top;
+  Removed(top_.load(std::memory_order_relaxed), leaf_count(), nullptr).Release(INT32_MAX, pool_);
 }
 
 uint64_t CellMap::TopBytes(int32_t columns, int32_t rows) {
@@ -59,25 +101,22 @@ NodeState CellMap::Read(NodeIndex node) const {
                          : NodeState{};
 }
 
-void CellMap::MakeTop() {
-  top_.store(
-      new std::atomic<Leaf*>[static_cast<size_t>(leaf_count())] {}, std::memory_order_release);
-}
-
 // The node's place with a tile in it; null when the budget has no room for all that is missing.
 CellMap::Place* CellMap::MakePlace(NodeIndex node) {
-  const bool has_top = top_.load(std::memory_order_relaxed) != nullptr;
   Place* place = FindPlace(node);
   const uint64_t bytes =
-      kTileBytes + (place == nullptr ? kLeafBytes : 0) + (has_top ? 0 : BytesOfTop());
+      kTileBytes + (place == nullptr ? kLeafBytes : 0) + (has_top_ ? 0 : BytesOfTop());
   if (!budget_->Take(bytes)) {
     return nullptr;
   }
-  if (!has_top) {
-    MakeTop();
+  has_top_ = true;
+  reclaimer_->Collect();  // what readers have left is taken first
+  if (top_.load(std::memory_order_relaxed) == nullptr) {
+    top_.store(new std::atomic<Leaf*>[static_cast<size_t>(leaf_count())] {});
   }
   if (place == nullptr) {
-    auto* leaf = new Leaf{};
+    Leaf* leaf = pool_->TakeLeaf<Leaf>();
+    ++present_leaves_;
     TopOf(node)->store(leaf);
     place = &leaf->place[PlaceOf(node)];
   }
@@ -145,9 +184,22 @@ void CellMap::RemoveTile(NodeIndex node, Place* place) {
   Leaf* leaf = TopOf(node)->load(std::memory_order_relaxed);
   if (--leaf->tiles == 0) {
     TopOf(node)->store(nullptr);
+    --present_leaves_;
     budget_->Give(kLeafBytes);
-    reclaimer_->Retire([leaf] { delete leaf; });
+    reclaimer_->Retire([pool, leaf] { pool->GiveLeaf(leaf); });
   }
+}
+
+void CellMap::Clear() {
+  if (tile_count_ == 0) {
+    return;
+  }
+  budget_->Give(tile_count_ * kTileBytes + present_leaves_ * kLeafBytes);
+  node_count_ = 0;
+  tile_count_ = 0;
+  present_leaves_ = 0;
+  auto* removed = new Removed(top_.exchange(nullptr), leaf_count(), frozen_);
+  reclaimer_->Retire([pool = pool_, removed] { pool->Bury(std::unique_ptr<Garbage>(removed)); });
 }
 
 }  // namespace pheromone::field

@@ -67,6 +67,11 @@ class CellMap {
   CellMap& operator=(const CellMap&) = delete;
   ~CellMap();
 
+  /// Forgets all nodes, at once and however many there are: budget and counts are those of an
+  /// empty map, whose top table stays. Their memory goes to the pool as garbage when no reader can
+  /// see it any more.
+  void Clear();
+
   /// The state of a node; level 0 where nothing was ever left.
   NodeState Read(NodeIndex node) const;
 
@@ -77,7 +82,7 @@ class CellMap {
   /// The leaf that holds a tile; null if nothing was left there. Loads with the order that the
   /// Reclaimer asks for.
   const Leaf* FindLeaf(int32_t leaf_column, int32_t leaf_row) const {
-    const std::atomic<Leaf*>* top = top_.load(std::memory_order_acquire);
+    const std::atomic<Leaf*>* top = top_.load();
     return top != nullptr ? top[leaf_row * leaf_columns_ + leaf_column].load() : nullptr;
   }
 
@@ -150,13 +155,13 @@ class CellMap {
 
  private:
   friend class FrozenCells;
+  class Removed;
 
   Place* FindPlace(NodeIndex node) const;
   Place* MakePlace(NodeIndex node);
   uint64_t BytesOfTop() const {
     return static_cast<uint64_t>(leaf_count()) * sizeof(std::atomic<Leaf*>);
   }
-  void MakeTop();
   void RemoveTile(NodeIndex node, Place* place);
 
   int32_t LeafOf(NodeIndex node) const {
@@ -178,9 +183,11 @@ class CellMap {
 
   int32_t leaf_columns_;
   int32_t leaf_rows_;
-  std::atomic<std::atomic<Leaf*>*> top_{nullptr};  // made at the first deposit
+  std::atomic<std::atomic<Leaf*>*> top_{nullptr};  // made at the first deposit, and after Clear
+  bool has_top_ = false;                           // it is in the budget: made once, and for ever
   size_t node_count_ = 0;
   size_t tile_count_ = 0;
+  size_t present_leaves_ = 0;
   MemoryBudget* budget_;
   Reclaimer* reclaimer_;
   TilePool* pool_;

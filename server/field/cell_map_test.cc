@@ -5,6 +5,9 @@
 #include <map>
 #include <random>
 #include <set>
+#include <string>
+
+#include "server/field/frozen_cells.h"
 
 namespace pheromone::field {
 namespace {
@@ -148,6 +151,133 @@ TEST(CellMap, KeepsATileForAReaderThatFoundItBefore) {
   world.reclaimer.Leave(reader);
   world.reclaimer.Collect();
   EXPECT_EQ(world.reclaimer.waiting(), 0u);
+}
+
+// --- Clear.
+
+// Fills a map as a random one is filled; some nodes go again.
+void Scatter(CellMap* map, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < 3'000; ++i) {
+    const NodeIndex node{static_cast<int32_t>(random() % kColumns),
+                         static_cast<int32_t>(random() % kRows)};
+    map->Write(node, {static_cast<uint32_t>(random() % 4), random() & kTimeMask});
+  }
+}
+
+void ForgetEach(CellMap* map) {
+  map->ForEach([map](NodeIndex node, NodeState) { map->Write(node, {}); });
+}
+
+std::string Saved(const CellMap& map) {
+  ByteWriter writer;
+  map.Save(&writer);
+  return writer.Take();
+}
+
+TEST(CellMap, ClearLeavesWhatForgettingEachNodeLeaves) {
+  World cleared(64 << 20);
+  World forgotten(64 << 20);
+  for (uint64_t seed = 1; seed < 5; ++seed) {
+    Scatter(&cleared.map, seed);
+    Scatter(&forgotten.map, seed);
+    ASSERT_EQ(cleared.budget.used_bytes, forgotten.budget.used_bytes);
+    cleared.map.Clear();
+    ForgetEach(&forgotten.map);
+    EXPECT_EQ(cleared.budget.used_bytes, forgotten.budget.used_bytes);
+    EXPECT_EQ(cleared.budget.used_bytes, BytesOf(0, 0));
+    EXPECT_EQ(cleared.map.node_count(), 0u);
+    EXPECT_EQ(cleared.map.tile_count(), 0u);
+    EXPECT_EQ(cleared.map.tiles_in_leaf(0), 0u);
+    EXPECT_EQ(cleared.map.Read({3, 3}), NodeState{});
+    EXPECT_EQ(Saved(cleared.map), Saved(forgotten.map));
+    EXPECT_TRUE(cleared.map.Write({3, 3}, {}));
+    cleared.map.Clear();  // of nothing
+  }
+  EXPECT_EQ(cleared.budget.used_bytes, BytesOf(0, 0));
+}
+
+TEST(CellMap, WhatWasClearedIsGivenBackInPortions) {
+  World world(64 << 20);
+  for (int32_t column = 0; column < kColumns; column += kTileSide) {
+    for (int32_t row = 0; row < kRows; row += kTileSide) {
+      world.map.Write({column, row}, {64, 0});
+    }
+  }
+  const auto tiles = static_cast<int>(world.map.tile_count());
+  world.map.Clear();
+  int portions = 0;
+  for (; world.pool.has_garbage(); ++portions) {
+    world.pool.ReleaseSome(100);
+  }
+  EXPECT_GE(portions, tiles / 100);
+  EXPECT_LE(portions, tiles / 100 + 100);
+}
+
+// So memory that is taken again comes from what was given up, and both together do not grow.
+TEST(CellMap, TakingATileReleasesTwoOfWhatWasCleared) {
+  World world(64 << 20);
+  constexpr int32_t kTiles = 16 * 16;
+  for (int32_t i = 0; i < kTiles; ++i) {
+    world.map.Write({i % 16 * kTileSide, i / 16 * kTileSide}, {64, 0});
+  }
+  world.map.Clear();
+  ASSERT_TRUE(world.pool.has_garbage());
+  int32_t taken = 0;
+  for (; world.pool.has_garbage() && taken < kTiles; ++taken) {
+    world.map.Write({taken % 16 * kTileSide, taken / 16 * kTileSide}, {64, 0});
+  }
+  EXPECT_LE(taken, kTiles / 2);
+}
+
+TEST(CellMap, WhatWasClearedStaysForAReaderThatFoundItBefore) {
+  World world(64 << 20);
+  world.map.Write({3, 3}, {64, 5});
+  const int reader = world.reclaimer.Register();
+  world.reclaimer.Enter(reader);
+  const CellMap::Leaf* leaf = world.map.FindLeaf(0, 0);
+  world.map.Clear();
+  EXPECT_EQ(world.map.FindLeaf(0, 0), nullptr);
+  world.map.Write({3, 3}, {64, 6});
+  world.pool.ReleaseSome(1'000);
+  EXPECT_EQ(UnpackNode(leaf->place[0].tile.load()->word[27].load()), (NodeState{64, 5}));
+  EXPECT_FALSE(world.pool.has_garbage());
+  world.reclaimer.Leave(reader);
+  world.reclaimer.Collect();
+  EXPECT_TRUE(world.pool.has_garbage());
+  world.pool.ReleaseSome(1'000);
+  EXPECT_FALSE(world.pool.has_garbage());
+}
+
+// A copy reads on in what was cleared, and what it has copied is released before it ends.
+TEST(CellMap, WhatWasClearedStaysForACopyUntilItIsCopied) {
+  World world(64 << 20);
+  Scatter(&world.map, 9);
+  const std::string expected = Saved(world.map);
+  KeptBytes kept{{1 << 20, 0}};
+  std::unique_ptr<FrozenCells> frozen = world.map.Freeze(&kept);
+  world.map.Clear();
+  EXPECT_EQ(world.pool.chunks(), 1u);
+  std::string copied;
+  frozen->CopySome(1, &copied);
+  world.pool.ReleaseSome(100'000);
+  EXPECT_TRUE(world.pool.has_garbage());
+  Scatter(&world.map, 10);
+  while (!frozen->done()) {
+    frozen->CopySome(1, &copied);
+    world.pool.ReleaseSome(100'000);
+  }
+  EXPECT_EQ(copied, expected);
+  EXPECT_FALSE(kept.failed);
+  EXPECT_EQ(kept.budget.used_bytes, 0u);
+  world.pool.ReleaseSome(100'000);
+  EXPECT_FALSE(world.pool.has_garbage());
+  // And a copy that is given up is in nobody's way.
+  frozen = world.map.Freeze(&kept);
+  world.map.Clear();
+  frozen.reset();
+  world.pool.ReleaseSome(100'000);
+  EXPECT_FALSE(world.pool.has_garbage());
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 #include "server/field/diffusion.h"
 
 #include <algorithm>
+#include <memory>
 #include <tuple>
+#include <utility>
 
 #include "server/base/hash.h"
 
@@ -23,12 +25,34 @@ DiffusionLayer::DiffusionLayer(int32_t columns, int32_t rows, MemoryBudget* budg
       pool_(pool),
       kernel_(kernel) {}
 
-DiffusionLayer::~DiffusionLayer() {
-  for (Leaf* leaf : leaves_) {
-    ForEachPlace(*leaf, [&](size_t place) { pool_->Give(leaf->place[place].tile.load()); });
-    delete leaf;
+// What was a layer's, leaf by leaf.
+class DiffusionLayer::Removed final : public Garbage {
+ public:
+  Removed(std::atomic<Leaf*>* top, std::vector<Leaf*> leaves)
+      : top_(top), leaves_(std::move(leaves)) {}
+  ~Removed() override { delete[] top_; }
+
+  bool Release(int tiles, TilePool* pool) override {
+    while (tiles > 0 && !leaves_.empty()) {
+      Leaf* leaf = leaves_.back();
+      leaves_.pop_back();
+      ForEachPlace(*leaf, [&](size_t place) {
+        pool->Give(leaf->place[place].tile.load(std::memory_order_relaxed));
+        --tiles;
+      });
+      pool->GiveLeaf(leaf);
+    }
+    return true;
   }
-  delete[] top_.load();
+  bool empty() const override { return leaves_.empty(); }
+
+ private:
+  std::atomic<Leaf*>* const top_;
+  std::vector<Leaf*> leaves_;
+};
+
+DiffusionLayer::~DiffusionLayer() {
+  Removed(top_.load(), std::move(leaves_)).Release(INT32_MAX, pool_);
 }
 
 // The tile's leaf, now with the tile in it; null when the budget has no room for all that is
@@ -47,7 +71,9 @@ DiffusionLayer::Leaf* DiffusionLayer::MakeTile(NodeIndex tile) {
                                       static_cast<size_t>(leaf_rows_)] {});
   }
   if (leaf == nullptr) {
-    leaf = new Leaf{{}, at.column, at.row, {}};
+    leaf = pool_->TakeLeaf<Leaf>();
+    leaf->column = at.column;
+    leaf->row = at.row;
     const auto before = [](const Leaf* a, const Leaf* b) {
       return std::tie(a->row, a->column) < std::tie(b->row, b->column);
     };
@@ -78,7 +104,7 @@ void DiffusionLayer::RemoveTile(NodeIndex tile) {
   entry.store(nullptr);
   leaves_.erase(std::find(leaves_.begin(), leaves_.end(), leaf));
   budget_->Give(kLeafBytes);
-  reclaimer_->Retire([leaf] { delete leaf; });
+  reclaimer_->Retire([pool = pool_, leaf] { pool->GiveLeaf(leaf); });
   if (leaves_.empty()) {
     top_.store(nullptr);
     budget_->Give(CellMap::TopBytes(columns_, rows_));
@@ -144,28 +170,6 @@ bool DiffusionLayer::Set(NodeIndex node, uint32_t content_q16) {
   return true;
 }
 
-bool DiffusionLayer::ClearSome(int tiles) {
-  while (!leaves_.empty() && tiles > 0) {
-    const Leaf& leaf = *leaves_.back();
-    // RemoveTile retires the leaf with its last tile.
-    std::vector<NodeIndex> gone;
-    ForEachPlace(leaf, [&](size_t place) {
-      gone.push_back(TileIndex(leaf, place));
-      const TileView tile = View(leaf.place[place]);
-      for (uint64_t rest = tile.occupied; rest != 0; rest &= rest - 1) {
-        const uint64_t content = tile[static_cast<size_t>(std::countr_zero(rest))];
-        totals_.lost += content;
-        totals_.sum -= content;
-      }
-    });
-    tiles -= static_cast<int>(gone.size());
-    for (const NodeIndex tile : gone) {
-      RemoveTile(tile);
-    }
-  }
-  return !leaves_.empty();
-}
-
 uint64_t DiffusionLayer::BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_counted,
                                       bool top_counted) const {
   const Leaf* leaf = FindLeaf(tile_column / kLeafSide, tile_row / kLeafSide);
@@ -178,8 +182,15 @@ uint64_t DiffusionLayer::BytesMissing(int32_t tile_column, int32_t tile_row, boo
 }
 
 void DiffusionLayer::Clear() {
-  while (ClearSome(INT32_MAX)) {
+  if (!leaves_.empty()) {
+    budget_->Give(tile_count_ * kTileBytes + leaves_.size() * kLeafBytes +
+                  CellMap::TopBytes(columns_, rows_));
+    tile_count_ = 0;
+    auto* removed = new Removed(top_.exchange(nullptr), std::exchange(leaves_, {}));
+    reclaimer_->Retire([pool = pool_, removed] { pool->Bury(std::unique_ptr<Garbage>(removed)); });
   }
+  totals_.lost += totals_.sum;
+  totals_.sum = 0;
 }
 
 uint64_t DiffusionLayer::Hash() const {

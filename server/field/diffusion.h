@@ -82,10 +82,9 @@ class DiffusionLayer {
   /// lost. False, changing nothing, when there is no memory for it; never for 0.
   bool Set(NodeIndex node, uint32_t content_q16);
 
-  /// Takes everything away. It counts as lost.
+  /// Takes everything away, at once and however much there is. It counts as lost. Memory: as of
+  /// CellMap::Clear.
   void Clear();
-  /// The same for about `tiles` tiles; false if nothing is left.
-  bool ClearSome(int tiles);
 
   /// As CellMap::BytesMissing.
   uint64_t BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_counted,
@@ -214,6 +213,7 @@ class DiffusionLayer {
 
   struct alignas(64) Contents : std::array<uint32_t, 64> {};
   struct Surroundings;
+  class Removed;
   Leaf* MakeTile(NodeIndex tile);
   void RemoveTile(NodeIndex tile);
   bool Write(NodeIndex node, uint32_t content);

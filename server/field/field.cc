@@ -166,10 +166,12 @@ uint64_t Field::NodeHash(const PheromoneLaw& law, NodeIndex node, NodeState stat
 }
 
 uint64_t Field::hash() const {
-  uint64_t sum = hash_ +
-                 Hash64({'W', sweep_.type, static_cast<uint64_t>(sweep_.leaf), sweep_.earliest_ms,
+  uint64_t sum = Hash64({'W', sweep_.type, static_cast<uint64_t>(sweep_.leaf), sweep_.earliest_ms,
                          sweep_.cycle_ms, sweep_.next_ms}) +
                  HashOfWork();
+  for (const uint64_t hash : hashes_) {
+    sum += hash;
+  }
   for (const PheromoneLaw& law : config().pheromones) {
     if (law.diffuses()) {
       sum += Hash64({'D', law.type, layers_.diffusing[law.type]->Hash(), stepped_ms_[law.type]});
@@ -191,15 +193,23 @@ bool Field::Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint
     return false;
   }
   if (before.level != 0) {
-    hash_ -= NodeHash(LawOf(change, law, before), node, before);
+    hashes_[law.type] -= NodeHash(LawOf(change, law, before), node, before);
   }
   if (state.level != 0) {
-    hash_ += NodeHash(LawOf(change, law, state), node, state);
+    hashes_[law.type] += NodeHash(LawOf(change, law, state), node, state);
     const uint64_t until_ms = LivesUntil(law, Rebased(change, law, state));
     sweep_.earliest_ms = std::min(sweep_.earliest_ms, until_ms);
     sweep_.cycle_ms = std::min(sweep_.cycle_ms, until_ms);
   }
   return true;
+}
+
+// Costs the same however much there is. The sweep finds out by itself.
+void Field::EraseAll(uint8_t type) {
+  ++changes_[type];
+  layers_.cells[type]->Clear();
+  layers_.diffusing[type]->Clear();
+  hashes_[type] = 0;
 }
 
 // Steps count from when something is first there to be stepped.
@@ -267,7 +277,7 @@ void Field::SweepLeaf(const PheromoneLaw& law, int32_t leaf, uint64_t now_ms) {
   layer.ForEachInLeaf(leaf, [&](NodeIndex node, NodeState state) {
     const NodeState present = Present(law.type, state);
     if (LevelAt(law, present, now_ms) == 0) {
-      hash_ -= NodeHash(StoredLaw(law.type, state), node, state);
+      hashes_[law.type] -= NodeHash(StoredLaw(law.type, state), node, state);
       layer.Write(node, {});
     } else {
       sweep_.cycle_ms = std::min(sweep_.cycle_ms, LivesUntil(law, present));
@@ -308,6 +318,12 @@ void Field::Advance(uint64_t now_ms) {
     }
   }
   reclaimer_.Collect();
+}
+
+bool Field::ReleaseMemory() {
+  reclaimer_.Collect();
+  pool_.ReleaseSome(kTilesReleasedAtOnce);
+  return has_garbage();
 }
 
 std::optional<uint64_t> Field::NextDeadline() const {

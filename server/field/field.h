@@ -90,6 +90,7 @@ class Field {
   static constexpr int kTilesAtOnce = 8192;
   static constexpr int kTilesForADeposit = 256;
   static constexpr uint64_t kSweepIntervalMs = 1000;
+  static constexpr int kTilesReleasedAtOnce = 1024;
   /// Of a diffusing type's steps that are due at once, so many are made; of the others, only the
   /// evaporation.
   static constexpr uint64_t kStepsAtOnce = 16;
@@ -225,6 +226,12 @@ class Field {
   /// What changes under way and laws that are being replaced add to the hash; 0: none.
   uint64_t HashOfWork() const;
 
+  /// Gives back a bounded portion of the memory of what was erased all at once; 100 us. It is no
+  /// part of the state, and no answer or hash depends on it. True if there is more, some of which a
+  /// reader or a frozen copy may still hold.
+  bool ReleaseMemory();
+  bool has_garbage() const { return pool_.has_garbage() || reclaimer_.waiting() != 0; }
+
   const SweepState& sweep() const { return sweep_; }
   const Kernel& kernel() const { return kernel_; }
   size_t node_count() const;
@@ -271,11 +278,11 @@ class Field {
   bool SweepPortion(uint64_t now_ms, int tiles);
   void BeginDiffusion(uint8_t type, uint64_t now_ms);
   void SweepLeaf(const PheromoneLaw& law, int32_t leaf, uint64_t now_ms);
+  void EraseAll(uint8_t type);
   void StepDiffusion(uint64_t now_ms);
   void LayAll(const FieldConfig& config, const FieldConfig* except, uint64_t now_ms);
   void EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64_t now_ms);
   void Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t now_ms);
-  void ClearType(uint8_t type);
 
   // work.cc
   NodeState Present(uint8_t type, NodeState stored) const {
@@ -284,7 +291,6 @@ class Field {
   void MakePortion(uint64_t now_ms);
   bool ReserveForEdit(Work* work, uint64_t now_ms);
   bool ApplyEdit(Work* work, uint64_t now_ms);
-  bool EraseAll(uint8_t type);
   bool ApplyPlan(Work* work, uint64_t now_ms);
   void Finish(Status outcome);
   void RebasePortion();
@@ -295,7 +301,7 @@ class Field {
   mutable Reclaimer reclaimer_;
   std::atomic<const Setup*> setup_{nullptr};
   Layers layers_;
-  uint64_t hash_ = 0;
+  std::array<uint64_t, kTypes> hashes_{};  // of each type's nodes
   SweepState sweep_;
   std::array<uint64_t, kTypes> stepped_ms_{};  // of diffusing types: the time of the last step
   std::deque<Work> works_;                     // the first one is under way

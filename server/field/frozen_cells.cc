@@ -43,7 +43,7 @@ void AppendTile(int32_t leaf, size_t place, uint64_t occupied, Word&& word, std:
 FrozenCells::FrozenCells(const CellMap* map, KeptBytes* kept)
     : map_(map),
       top_(map->top_.load(std::memory_order_relaxed)),
-      has_top_(top_ != nullptr),
+      has_top_(map->has_top_),
       leaf_count_(map->leaf_count()),
       tile_count_(map->tile_count()),
       bytes_(kHeadBytes + map->tile_count() * kTileHeadBytes + map->node_count() * kNodeBytes),
@@ -55,10 +55,20 @@ void FrozenCells::LetGo() {
     map_->frozen_ = nullptr;
     map_ = nullptr;
   }
+  if (reader_ != nullptr) {
+    *std::exchange(reader_, nullptr) = nullptr;
+  }
   top_ = nullptr;
   if (!done()) {
     kept_bytes_->failed = true;
   }
+}
+
+void FrozenCells::ReadOn(FrozenCells** reader) {
+  map_->frozen_ = nullptr;
+  map_ = nullptr;
+  reader_ = reader;
+  *reader = this;
 }
 
 void FrozenCells::BeforeChange(int32_t leaf, size_t place, const CellMap::Place& now) {

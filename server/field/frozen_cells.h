@@ -70,12 +70,17 @@ class FrozenCells {
 
   FrozenCells(const CellMap* map, KeptBytes* kept);
 
+  int32_t leaf() const { return leaf_; }
+  /// The map's: all that it held was taken away from it, but stays where it is until `*reader`,
+  /// which is this one, is null, or leaf() is beyond it.
+  void ReadOn(FrozenCells** reader);
   /// The map's: a tile is about to be changed, or was made just now.
   void BeforeChange(int32_t leaf, size_t place, const CellMap::Place& now);
   void AppendLeaf(const CellMap::Leaf* leaf, KeptLeaf* kept, std::string* to) const;
 
-  const CellMap* map_;  // null: nothing more is heard from it
-  const Top* top_;      // of the map, or what Clear took away from it; null: there was none
+  const CellMap* map_;              // null: nothing more is heard from it
+  FrozenCells** reader_ = nullptr;  // of what was taken away from the map
+  const Top* top_;  // of the map, or what Clear took away from it; null: there was none
   bool has_top_;
   int32_t leaf_count_;
   size_t tile_count_;

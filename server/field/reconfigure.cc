@@ -246,7 +246,7 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
       continue;
     }
     if (successor == nullptr || successor->is_blend()) {
-      ClearType(law.type);
+      EraseAll(law.type);
     } else if (SameSubstance(law, *successor)) {
       continue;
     } else if (law.diffuses() || successor->diffuses()) {
@@ -276,12 +276,6 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
   }
 }
 
-void Field::ClearType(uint8_t type) {
-  const PheromoneLaw& law = *FindLaw(type);
-  layers_.cells[type]->ForEach([&](NodeIndex node, NodeState) { Store(law, node, {}, 0); });
-  layers_.diffusing[type]->Clear();
-}
-
 // Expresses the present values under `from` as levels under `to`, at the nearest level; whole
 // quanta where that is what the law counts.
 void Field::Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t now_ms) {
@@ -303,9 +297,7 @@ Status Field::Edit(const FieldEdit& edit, uint64_t now_ms) {
                  (law == nullptr ? " is not configured" : " is a blend, which holds nothing")};
   }
   if (edit.action == FieldEdit::Action::kErase && edit.shape == FieldEdit::Shape::kAll) {
-    layers_.cells[edit.type]->ForEach(
-        [&](NodeIndex node, NodeState) { Store(*law, node, {}, now_ms); });
-    layers_.diffusing[edit.type]->Clear();
+    EraseAll(edit.type);
     return Ok();
   }
   const Result<std::vector<NodeIndex>> nodes = NodesOf(edit, current().config.map);

@@ -91,7 +91,7 @@ std::optional<LawChange> RestoreChange(uint8_t type, ByteReader* reader) {
 }  // namespace
 
 void CellMap::Save(ByteWriter* writer) const {
-  writer->Flag(top_.load(std::memory_order_relaxed) != nullptr);
+  writer->Flag(has_top_);
   writer->Count(tile_count_);
   for (int32_t i = 0; i < leaf_count(); ++i) {
     const Leaf* leaf = FindLeaf(i % leaf_columns_, i / leaf_columns_);
@@ -136,8 +136,8 @@ void CellMap::Restore(ByteReader* reader, NodeIndex size, uint32_t max_level) {
   if (reader->ok() && !has_top && tile_count_ != 0) {
     reader->Fail("nodes without a table");
   }
-  if (reader->ok() && has_top && top_.load() == nullptr && budget_->Take(BytesOfTop())) {
-    MakeTop();
+  if (reader->ok() && has_top && !has_top_ && budget_->Take(BytesOfTop())) {
+    has_top_ = true;
   }
 }
 
@@ -254,7 +254,7 @@ void Field::HashNodes(ByteReader* reader) {
     if (state.level > law.max_level()) {
       reader->Fail("a node has a level that its pheromone cannot have");
     }
-    hash_ += NodeHash(law, node, state);
+    hashes_[type] += NodeHash(law, node, state);
   });
 }
 

@@ -2,38 +2,64 @@
 
 #include <sys/mman.h>
 
-#include <cstdlib>
-#include <new>
 #include <utility>
 
 namespace pheromone::field {
 namespace {
 
-// A tile that nobody has.
-struct FreeTile {
-  FreeTile* next;
+// A block that nobody has.
+struct FreeBlock {
+  FreeBlock* next;
 };
+
+void* Map(size_t bytes) {
+  void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) {
+    throw std::bad_alloc();
+  }
+  return memory;
+}
+
+// A chunk at a multiple of its size. Not from the heap: it would put a few bytes of its own before
+// each chunk, which take a large page, and hold on to what is given back.
+void* MapChunk() {
+  constexpr size_t kBytes = BlockPool::kChunkBytes;
+  const auto above = [](const void* memory) {
+    return reinterpret_cast<uintptr_t>(memory) & (kBytes - 1);
+  };
+  void* memory = Map(kBytes);
+  if (above(memory) == 0) {
+    return memory;  // as most are: the system puts one beside the other
+  }
+  munmap(memory, kBytes);
+  memory = Map(2 * kBytes);
+  const size_t before = kBytes - above(memory);  // all of a chunk if it is one already
+  char* begin = static_cast<char*>(memory) + before;
+  munmap(memory, before);
+  if (before != kBytes) {
+    munmap(begin + kBytes, kBytes - before);
+  }
+  return begin;
+}
 
 }  // namespace
 
-// Lies at the beginning of its memory, where the address of any of its tiles leads.
-struct alignas(64) TilePool::Chunk {
+// Lies at the beginning of its memory, where the address of any of its blocks leads.
+struct alignas(64) BlockPool::Chunk {
   Chunk* next;
   Chunk* previous;
-  size_t used;     // tiles that are taken
-  size_t touched;  // tiles that ever were: the others have no memory yet
-  FreeTile* free;
-
-  Tile* TileAt(size_t index) { return reinterpret_cast<Tile*>(this) + 1 + index; }
+  size_t used;     // blocks that are taken
+  size_t touched;  // blocks that ever were: the others have no memory yet
+  FreeBlock* free;
 };
 
-TilePool::~TilePool() {
+BlockPool::~BlockPool() {
   for (Chunk* chunk = with_room_; chunk != nullptr;) {
-    std::free(std::exchange(chunk, chunk->next));
+    munmap(std::exchange(chunk, chunk->next), kChunkBytes);
   }
 }
 
-void TilePool::Link(Chunk* chunk) {
+void BlockPool::Link(Chunk* chunk) {
   chunk->previous = nullptr;
   chunk->next = with_room_;
   if (with_room_ != nullptr) {
@@ -42,20 +68,16 @@ void TilePool::Link(Chunk* chunk) {
   with_room_ = chunk;
 }
 
-void TilePool::Unlink(Chunk* chunk) {
+void BlockPool::Unlink(Chunk* chunk) {
   (chunk->previous != nullptr ? chunk->previous->next : with_room_) = chunk->next;
   if (chunk->next != nullptr) {
     chunk->next->previous = chunk->previous;
   }
 }
 
-Tile* TilePool::Take() {
-  static_assert(sizeof(Chunk) <= sizeof(Tile));
+void* BlockPool::Take() {
   if (with_room_ == nullptr) {
-    void* memory = std::aligned_alloc(kChunkBytes, kChunkBytes);
-    if (memory == nullptr) {
-      throw std::bad_alloc();
-    }
+    void* memory = MapChunk();
     if (chunks_ > 0) {  // small maps stay small
       madvise(memory, kChunkBytes, MADV_HUGEPAGE);
     }
@@ -63,30 +85,51 @@ Tile* TilePool::Take() {
     ++chunks_;
   }
   Chunk* chunk = with_room_;
-  void* place = chunk->free;
-  if (place != nullptr) {
+  void* block = chunk->free;
+  if (block != nullptr) {
     chunk->free = chunk->free->next;
   } else {
-    place = chunk->TileAt(chunk->touched++);
+    // The first block's place is the chunk's.
+    block = reinterpret_cast<char*>(chunk) + ++chunk->touched * block_bytes_;
   }
-  if (++chunk->used == kTilesPerChunk) {
+  if (++chunk->used == blocks_per_chunk_) {
     Unlink(chunk);
   }
-  return new (place) Tile{};
+  return block;
 }
 
-void TilePool::Give(Tile* tile) {
-  const auto address = reinterpret_cast<uintptr_t>(tile);
+void BlockPool::Give(void* block) {
+  const auto address = reinterpret_cast<uintptr_t>(block);
   auto* chunk = reinterpret_cast<Chunk*>(address & ~uintptr_t{kChunkBytes - 1});
-  chunk->free = new (tile) FreeTile{chunk->free};
-  if (chunk->used-- == kTilesPerChunk) {
+  chunk->free = new (block) FreeBlock{chunk->free};
+  if (chunk->used-- == blocks_per_chunk_) {
     Link(chunk);
   }
-  // One empty chunk is kept, so that a tile that comes and goes does not cost a chunk each time.
+  // One empty chunk is kept, so that a block that comes and goes does not cost a chunk each time.
   if (chunk->used == 0 && (chunk->next != nullptr || chunk->previous != nullptr)) {
     Unlink(chunk);
-    std::free(chunk);
+    munmap(chunk, kChunkBytes);
     --chunks_;
+  }
+}
+
+TilePool::~TilePool() {
+  for (const auto& garbage : garbage_) {
+    garbage->LetGo();
+  }
+  while (has_garbage()) {
+    ReleaseGarbage(kTilesPerChunk);
+  }
+}
+
+void TilePool::ReleaseGarbage(int tiles) {
+  for (auto it = garbage_.begin(); it != garbage_.end(); ++it) {
+    if ((*it)->Release(tiles, this)) {
+      if ((*it)->empty()) {
+        garbage_.erase(it);
+      }
+      return;
+    }
   }
 }
 

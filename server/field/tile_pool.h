@@ -1,16 +1,25 @@
-// Memory for tiles: blocks of 64 words, each on a cache line of its own. It comes in chunks of 2
-// MiB, for which the system is asked for a large page: a query touches a dozen tiles in a dozen
-// places, and with small pages each costs a walk through the page tables. A chunk goes back when
-// its last tile does, so memory follows the trails.
+// Memory for tiles and for the leaves of their directories. It comes from the system in chunks of 2
+// MiB, for which a large page is asked for: a query touches a dozen tiles in a dozen places, and
+// with small pages each costs a walk through the page tables. A chunk goes back to the system when
+// its last block does, so memory follows the trails; the heap has no part in it, whose holes would
+// stay.
+//
+// What a map gives up all at once (CellMap::Clear) comes as garbage, and is given back in portions:
+// whenever the owner finds time, and before memory is taken for something new, so that both
+// together are never much more than before.
 //
 // Not thread-safe: one owner, the field's writer. The Reclaimer sees to it that no reader is
-// looking at a tile that is given back.
+// looking at what is given back.
 #pragma once
 
 #include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <new>
+#include <utility>
+#include <vector>
 
 namespace pheromone::field {
 
@@ -19,19 +28,21 @@ struct alignas(64) Tile {
   std::array<std::atomic<uint64_t>, 64> word;
 };
 
-class TilePool {
+/// Blocks of one size, on cache lines of their own.
+class BlockPool {
  public:
   static constexpr size_t kChunkBytes = size_t{2} << 20;
-  static constexpr size_t kTilesPerChunk = kChunkBytes / sizeof(Tile) - 1;
 
-  TilePool() = default;
-  TilePool(const TilePool&) = delete;
-  TilePool& operator=(const TilePool&) = delete;
-  ~TilePool();  ///< all tiles were given back
+  /// A multiple of 64, at least 64.
+  explicit BlockPool(size_t block_bytes)
+      : block_bytes_(block_bytes), blocks_per_chunk_(kChunkBytes / block_bytes - 1) {}
+  BlockPool(const BlockPool&) = delete;
+  BlockPool& operator=(const BlockPool&) = delete;
+  ~BlockPool();  ///< all blocks were given back
 
-  /// A tile of zeros. Throws std::bad_alloc when the machine has no memory.
-  Tile* Take();
-  void Give(Tile* tile);
+  /// Bytes of any value. Throws std::bad_alloc when the machine has no memory.
+  void* Take();
+  void Give(void* block);
 
   size_t chunks() const { return chunks_; }
 
@@ -41,8 +52,83 @@ class TilePool {
   void Unlink(Chunk* chunk);
   void Link(Chunk* chunk);
 
-  Chunk* with_room_ = nullptr;  // a list of the chunks that have a free tile
+  const size_t block_bytes_;
+  const size_t blocks_per_chunk_;
+  Chunk* with_room_ = nullptr;  // a list of the chunks that have a free block
   size_t chunks_ = 0;
+};
+
+class TilePool;
+
+/// Tiles and leaves that nobody finds any more.
+class Garbage {
+ public:
+  Garbage() = default;
+  Garbage(const Garbage&) = delete;
+  Garbage& operator=(const Garbage&) = delete;
+  virtual ~Garbage() = default;
+
+  /// Gives back about so many tiles, and what goes with them. A look at an empty place counts as a
+  /// sixteenth of a tile. False if somebody needs what comes next, and nothing could be done.
+  virtual bool Release(int tiles, TilePool* pool) = 0;
+  virtual bool empty() const = 0;
+  /// Whoever needs it does without.
+  virtual void LetGo() {}
+};
+
+class TilePool {
+ public:
+  static constexpr size_t kTilesPerChunk = BlockPool::kChunkBytes / sizeof(Tile) - 1;
+  /// A leaf is as large as eight tiles.
+  static constexpr size_t kLeafBytes = 65 * 64;
+  /// Released of the garbage for each one that is taken.
+  static constexpr int kTilesForATile = 2;
+  static constexpr int kTilesForALeaf = 18;
+
+  TilePool() = default;
+  TilePool(const TilePool&) = delete;
+  TilePool& operator=(const TilePool&) = delete;
+  ~TilePool();  ///< all tiles and leaves were given back, or are garbage
+
+  /// A tile of zeros. Throws std::bad_alloc when the machine has no memory.
+  Tile* Take() {
+    ReleaseSome(kTilesForATile);
+    return new (tiles_.Take()) Tile{};
+  }
+  void Give(Tile* tile) { tiles_.Give(tile); }
+
+  /// A leaf of a directory, all zeros.
+  template <typename Leaf>
+  Leaf* TakeLeaf() {
+    static_assert(sizeof(Leaf) <= kLeafBytes && alignof(Leaf) <= 64);
+    ReleaseSome(kTilesForALeaf);
+    return new (leaves_.Take()) Leaf{};
+  }
+  template <typename Leaf>
+  void GiveLeaf(Leaf* leaf) {
+    leaf->~Leaf();
+    leaves_.Give(leaf);
+  }
+
+  /// To be released from now on.
+  void Bury(std::unique_ptr<Garbage> garbage) { garbage_.push_back(std::move(garbage)); }
+  /// Releases about so many tiles.
+  void ReleaseSome(int tiles) {
+    if (!garbage_.empty()) {
+      ReleaseGarbage(tiles);
+    }
+  }
+  bool has_garbage() const { return !garbage_.empty(); }
+
+  size_t chunks() const { return tiles_.chunks(); }
+  size_t leaf_chunks() const { return leaves_.chunks(); }
+
+ private:
+  void ReleaseGarbage(int tiles);
+
+  BlockPool tiles_{sizeof(Tile)};
+  BlockPool leaves_{kLeafBytes};
+  std::vector<std::unique_ptr<Garbage>> garbage_;  // the oldest first
 };
 
 }  // namespace pheromone::field

@@ -293,7 +293,8 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
 bool Field::ApplyEdit(Work* work, uint64_t now_ms) {
   const FieldEdit& edit = work->edit;
   if (edit.shape == FieldEdit::Shape::kAll && edit.action == FieldEdit::Action::kErase) {
-    return EraseAll(edit.type);
+    EraseAll(edit.type);
+    return true;
   }
   const PheromoneLaw& law = *FindLaw(edit.type);
   const std::vector<NodeRun>& runs = work->raster->runs;
@@ -321,12 +322,6 @@ bool Field::ApplyEdit(Work* work, uint64_t now_ms) {
   }
   budget_.reservation = nullptr;
   return work->run == runs.size();
-}
-
-// True when nothing is left of the type.
-bool Field::EraseAll(uint8_t type) {
-  ClearType(type);
-  return true;
 }
 
 bool Field::ApplyPlan(Work* work, uint64_t now_ms) {
