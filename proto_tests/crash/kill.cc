@@ -8,10 +8,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <random>
@@ -25,6 +28,7 @@
 #include "server/journal/posix_folder.h"
 #include "server/journal/recovery.h"
 #include "server/journal/retention.h"
+#include "server/journal/snapshot_writer.h"
 
 namespace pheromone::crash {
 namespace {
@@ -33,7 +37,7 @@ using engine::testing::RandomTraffic;
 
 // What the process says on its standard output: a letter and a number.
 constexpr char kAcknowledged = 'a';    // up to this sequence
-constexpr char kSnapshotBegins = 's';  // of the segments below this ordinal
+constexpr char kSnapshotBegins = 's';  // of the state after this sequence
 constexpr size_t kReportBytes = 9;
 constexpr int kPatienceMs = 60'000;
 
@@ -279,30 +283,39 @@ int ServeUntilKilled(const std::string& path, uint64_t seed) {
   journal::LocalJournal& log = *opened.value().journal;
   std::mutex mutex;
   std::condition_variable wake;
-  std::optional<uint64_t> snapshot_due;
+  std::unique_ptr<journal::CopiedState> state;  // to be written
+  std::atomic<bool> snapshot_due{false};
   log.OnDurable([&log] { Report(kAcknowledged, log.DurableSequence()); });
-  log.OnSnapshotDue([&](uint64_t ordinal) {
-    const std::lock_guard lock(mutex);
-    snapshot_due = ordinal;
-    wake.notify_one();
-  });
+  log.OnSnapshotDue([&snapshot_due] { snapshot_due = true; });
   std::thread writer([&log] { log.WriteUntilStopped(); });
   std::thread snapshots([&] {
     for (;;) {
-      uint64_t ordinal = 0;
+      std::unique_ptr<journal::CopiedState> mine;
       {
         std::unique_lock lock(mutex);
-        wake.wait(lock, [&] { return snapshot_due.has_value(); });
-        ordinal = *std::exchange(snapshot_due, std::nullopt);
+        wake.wait(lock, [&] { return state != nullptr; });
+        mine = std::move(state);
       }
-      Report(kSnapshotBegins, ordinal);
-      (void)journal::MakeSnapshot(ordinal, 2, folder.value().get());
+      Report(kSnapshotBegins, mine->header().sequence);
+      const auto written = journal::SnapshotWriter::Write(mine.get(), folder.value().get());
+      std::promise<void> on_disk;
+      log.WhenOnDisk(mine->header().sequence, [&on_disk] { on_disk.set_value(); });
+      on_disk.get_future().wait();
+      if (written.ok() && written.value()->GiveName().ok()) {
+        (void)journal::RemoveWhatIsNotNeeded(2, folder.value().get());
+      }
     }
   });
   engine::Engine& engine = opened.value().engine;
   Round events(seed, opened.value().stamp);
   std::vector<engine::Outgoing> out;
   for (;;) {
+    if (snapshot_due.exchange(false)) {
+      auto copy = std::make_unique<journal::CopiedState>(engine, events.stamp());
+      const std::lock_guard lock(mutex);
+      state = std::move(copy);
+      wake.notify_one();
+    }
     if (log.Admit() != protocol::Reason::kNone) {
       std::this_thread::yield();
       continue;

@@ -10,8 +10,10 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
 #include <mutex>
-#include <optional>
 #include <random>
 #include <thread>
 #include <utility>
@@ -24,6 +26,7 @@
 #include "server/journal/posix_folder.h"
 #include "server/journal/recovery.h"
 #include "server/journal/retention.h"
+#include "server/journal/snapshot_writer.h"
 
 namespace pheromone::crash {
 namespace {
@@ -59,16 +62,21 @@ class Holds {
 // Makes each snapshot that is due, in a thread of its own.
 class Snapshots {
  public:
-  explicit Snapshots(journal::Folder* folder) : folder_(folder) {
+  using Freeze = std::function<std::unique_ptr<journal::StateSource>()>;
+
+  Snapshots(journal::Folder* folder, journal::LocalJournal* log) : folder_(folder), log_(log) {}
+  // Before anything is asked for.
+  void Start(Freeze freeze) {
+    freeze_ = std::move(freeze);
     thread_ = std::thread([this] { Run(); });
   }
   Snapshots(const Snapshots&) = delete;
   Snapshots& operator=(const Snapshots&) = delete;
   ~Snapshots() { End(); }
 
-  void Ask(uint64_t ordinal) {
+  void Ask() {
     const std::lock_guard lock(mutex_);
-    due_ = ordinal;
+    due_ = true;
     wake_.notify_one();
   }
   void End() {
@@ -88,26 +96,38 @@ class Snapshots {
  private:
   void Run() {
     for (;;) {
-      uint64_t ordinal = 0;
       {
         std::unique_lock lock(mutex_);
         wake_.wait(lock, [this] { return ended_ || due_; });
-        if (!due_) {
+        if (!std::exchange(due_, false)) {
           return;
         }
-        ordinal = *std::exchange(due_, std::nullopt);
       }
       is_at_it_ = true;
-      const auto made = journal::MakeSnapshot(ordinal, 2, folder_);
+      const bool made = Make();
       is_at_it_ = false;
-      ++(made.ok() ? made_ : failed_);
+      ++(made ? made_ : failed_);
     }
   }
 
+  bool Make() {
+    const std::unique_ptr<journal::StateSource> state = freeze_();
+    const auto written = journal::SnapshotWriter::Write(state.get(), folder_);
+    if (!written.ok()) {
+      return false;
+    }
+    std::promise<void> on_disk;
+    log_->WhenOnDisk(written.value()->sequence(), [&on_disk] { on_disk.set_value(); });
+    on_disk.get_future().wait();
+    return written.value()->GiveName().ok() && journal::RemoveWhatIsNotNeeded(2, folder_).ok();
+  }
+
   journal::Folder* folder_;
+  journal::LocalJournal* log_;
+  Freeze freeze_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::optional<uint64_t> due_;
+  bool due_ = false;
   bool ended_ = false;
   std::atomic<bool> is_at_it_{false};
   std::atomic<int> made_{0};
@@ -134,8 +154,8 @@ bool Run(journal::PosixFolder* folder, uint64_t changes, uint64_t seed) {
     return false;
   }
   journal::LocalJournal& log = *opened.value().journal;
-  Snapshots snapshots(folder);
-  log.OnSnapshotDue([&snapshots](uint64_t ordinal) { snapshots.Ask(ordinal); });
+  Snapshots snapshots(folder, &log);
+  log.OnSnapshotDue([&snapshots] { snapshots.Ask(); });
   std::thread writer([&log] { log.WriteUntilStopped(); });
   engine::Service service(
       &log,
@@ -143,6 +163,12 @@ bool Run(journal::PosixFolder* folder, uint64_t changes, uint64_t seed) {
         return engine::ClockReading{Microseconds() / 1'000, 0};
       },
       0, std::move(opened.value().engine));
+  snapshots.Start([&service] {
+    return service.Inspect([](const engine::Engine& engine) {
+      return std::make_unique<journal::CopiedState>(engine,
+                                                    engine::Stamp{engine.field_time_ms(), 0});
+    });
+  });
   (void)service.Configure(Config(), 1);
 
   std::mt19937_64 random(seed);
@@ -176,10 +202,10 @@ bool Run(journal::PosixFolder* folder, uint64_t changes, uint64_t seed) {
     out.clear();
     service.Release(&out);
   }
+  snapshots.End();  // while there is somebody who writes what it may wait for
   log.Stop();
   writer.join();
   const double seconds = static_cast<double>(Microseconds() - begun_us) / 1e6;
-  snapshots.End();
   const uint64_t state_hash = service.StateHash();
   const bool closed = log.Close(state_hash).ok();
   const auto recovered = journal::Recover(*folder);

@@ -89,7 +89,7 @@ void LocalJournal::LookForRotation() {
     return;
   }
   const bool time_is_up = clock_() - snapshot_us_ >= settings_.snapshot_ms * 1'000;
-  rotation_due_ = rotation_due_ || snapshot_asked_ || written_bytes_ >= settings_.segment_bytes ||
+  rotation_due_ = rotation_due_ || written_bytes_ >= settings_.segment_bytes ||
                   (time_is_up && bytes_since_snapshot_ > 0);
 }
 
@@ -197,10 +197,10 @@ void LocalJournal::CallWaiters() {
   std::vector<Waiter> ready;
   {
     const std::lock_guard lock(mutex_);
-    const uint64_t durable = DurableForClients();
     const auto first_ready =
-        std::stable_partition(waiters_.begin(), waiters_.end(),
-                              [durable](const Waiter& it) { return it.sequence > durable; });
+        std::stable_partition(waiters_.begin(), waiters_.end(), [this](const Waiter& it) {
+          return it.sequence > (it.for_disk ? durable_ : DurableForClients());
+        });
     ready.assign(std::make_move_iterator(first_ready), std::make_move_iterator(waiters_.end()));
     waiters_.erase(first_ready, waiters_.end());
   }
@@ -240,16 +240,11 @@ void LocalJournal::EndSegment() {
   rotate_after_us_ = 0;
   Reserve(file_.get());
   const bool time_is_up = clock_() - snapshot_us_ >= settings_.snapshot_ms * 1'000;
-  bool is_due = time_is_up || bytes_since_snapshot_ >= settings_.snapshot_bytes;
-  {
-    const std::lock_guard lock(mutex_);
-    is_due = is_due || std::exchange(snapshot_asked_, false);
-  }
-  if (is_due) {
+  if (time_is_up || bytes_since_snapshot_ >= settings_.snapshot_bytes) {
     snapshot_us_ = clock_();
     bytes_since_snapshot_ = 0;
     if (on_snapshot_due_) {
-      on_snapshot_due_(next_ordinal_ - 1);
+      on_snapshot_due_();
     }
   }
 }

@@ -95,12 +95,6 @@ void LocalJournal::Rotate(uint64_t state_hash) {
 
 // --- Any thread.
 
-void LocalJournal::AskForSnapshot() {
-  const std::lock_guard lock(mutex_);
-  snapshot_asked_ = true;
-  rotation_due_ = true;
-}
-
 bool LocalJournal::WhenDurable(uint64_t sequence, std::function<void()> done) {
   {
     const std::lock_guard lock(mutex_);
@@ -108,12 +102,23 @@ bool LocalJournal::WhenDurable(uint64_t sequence, std::function<void()> done) {
       if (waiters_.size() >= kMaxDurableWaiters) {
         return false;
       }
-      waiters_.push_back({sequence, std::move(done)});
+      waiters_.push_back({sequence, false, std::move(done)});
       return true;
     }
   }
   done();
   return true;
+}
+
+void LocalJournal::WhenOnDisk(uint64_t sequence, std::function<void()> done) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (sequence > durable_) {
+      waiters_.push_back({sequence, true, std::move(done)});
+      return;
+    }
+  }
+  done();
 }
 
 void LocalJournal::Probe(std::function<void()> done) {

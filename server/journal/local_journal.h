@@ -97,11 +97,9 @@ class LocalJournal final : public engine::OrderedLog {
   /// Called by the writing thread, without any lock, when more has become durable. To be set before
   /// anything is written.
   void OnDurable(std::function<void()> call) { on_durable_ = std::move(call); }
-  /// Called by the writing thread when a snapshot is due: all segments with ordinals below
-  /// `ordinal` are complete.
-  void OnSnapshotDue(std::function<void(uint64_t ordinal)> call) {
-    on_snapshot_due_ = std::move(call);
-  }
+  /// Called by the writing thread, without any lock, when a segment has ended and a snapshot is
+  /// due.
+  void OnSnapshotDue(std::function<void()> call) { on_snapshot_due_ = std::move(call); }
 
   protocol::Reason Admit() override;
   uint64_t Append(const engine::Stamp& stamp, const engine::Event& event) override;
@@ -115,8 +113,9 @@ class LocalJournal final : public engine::OrderedLog {
   void Probe(std::function<void()> done) override;
   std::string Trouble() const override;
 
-  /// Asks for a snapshot soon: at the next change.
-  void AskForSnapshot();
+  /// As WhenDurable, but for the disk itself, in a relaxed journal too; and not bounded: it is for
+  /// whoever makes the snapshots, one at a time.
+  void WhenOnDisk(uint64_t sequence, std::function<void()> done);
 
   JournalStatus status() const;
 
@@ -135,6 +134,7 @@ class LocalJournal final : public engine::OrderedLog {
   // Records that are written together.
   struct Waiter {
     uint64_t sequence;
+    bool for_disk;
     std::function<void()> done;
   };
 
@@ -176,7 +176,7 @@ class LocalJournal final : public engine::OrderedLog {
   const ReadMicroseconds clock_;
   const Tell tell_;
   std::function<void()> on_durable_;
-  std::function<void(uint64_t)> on_snapshot_due_;
+  std::function<void()> on_snapshot_due_;
 
   uint64_t DurableForClients() const { return settings_.relaxed ? appended_ : durable_; }
 
@@ -191,10 +191,9 @@ class LocalJournal final : public engine::OrderedLog {
   bool admits_ = false;
   bool rotation_due_ = false;
   bool rotation_queued_ = false;
-  bool snapshot_asked_ = false;
   bool stopped_ = false;
   std::vector<std::function<void()>> probes_;
-  std::vector<Waiter> waiters_;  // at most kMaxDurableWaiters
+  std::vector<Waiter> waiters_;  // of them at most kMaxDurableWaiters not for the disk
   JournalStatus status_;
   ByteWriter scratch_;
 

@@ -249,16 +249,30 @@ TEST_F(LocalJournalTest, SegmentsEndWithTheHashOfTheState) {
   EXPECT_TRUE(recovered.value().findings.empty());
 }
 
-TEST_F(LocalJournalTest, ASnapshotThatIsAskedForIsDueAtTheNextChange) {
+TEST_F(LocalJournalTest, ASnapshotIsNamedWhenTheDiskHasItsEvents) {
   Submit(2);
-  lives_.Write();
-  lives_.journal().AskForSnapshot();
-  EXPECT_EQ(lives_.snapshots(), 0u);
-  Submit(1);
+  lives_.AskForSnapshot();
+  lives_.MakeDueSnapshot();
+  const std::string name = SnapshotName(2);
+  EXPECT_TRUE(folder_.Has(name + ".new"));
+  EXPECT_FALSE(folder_.Has(name));
+  Submit(3);  // the state goes on; the snapshot does not
   lives_.Write();
   lives_.MakeDueSnapshot();
   EXPECT_EQ(lives_.snapshots(), 1u);
-  EXPECT_TRUE(folder_.Has(SnapshotName(2)));
+  EXPECT_TRUE(folder_.Has(name));
+  EXPECT_FALSE(folder_.Has(name + ".new"));
+}
+
+TEST_F(LocalJournalTest, WhoWaitsForTheDiskItselfIsCalledByIt) {
+  Submit(2);
+  int called = 0;
+  lives_.journal().WhenOnDisk(2, [&called] { ++called; });
+  EXPECT_EQ(called, 0);
+  lives_.Write();
+  EXPECT_EQ(called, 1);
+  lives_.journal().WhenOnDisk(1, [&called] { ++called; });
+  EXPECT_EQ(called, 2);
 }
 
 TEST_F(LocalJournalTest, AnOrderlyEndLeavesNothingInDoubt) {
@@ -284,12 +298,14 @@ TEST(LocalJournalRelaxed, AnswersBeforeItSyncsAndSaysSoToTheNextLife) {
   int called = 0;
   EXPECT_TRUE(lives.journal().WhenDurable(5, [&called] { ++called; }));
   EXPECT_EQ(called, 1);
+  lives.journal().WhenOnDisk(5, [&called] { ++called; });
   lives.PassTime(999'999);
   lives.Write();
   EXPECT_EQ(lives.journal().status().stalled_us, 0u) << "it waits for the next sync by design";
   EXPECT_EQ(lives.journal().status().durable, 0u);
   lives.PassTime(2'000'000);
   lives.Write();
+  EXPECT_EQ(called, 2);
   EXPECT_EQ(lives.journal().status().durable, 5u);
   EXPECT_NE(lives.Begin(), "");  // without an orderly end it may have lost what it had told of
   EXPECT_TRUE(lives.opened().state_lost);
@@ -360,9 +376,6 @@ TEST(LocalJournalThreads, AppendsAndGroupsMeet) {
   std::thread writer([&] { journal.WriteUntilStopped(); });
   for (uint64_t i = 0; i < 2'000; ++i) {
     ASSERT_EQ(journal.Admit(), Reason::kNone);
-    if (i == 1'000) {
-      journal.AskForSnapshot();
-    }
     journal.Append({i, 0}, engine::Advance{});
   }
   journal.Stop();

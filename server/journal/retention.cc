@@ -5,40 +5,8 @@
 #include <vector>
 
 #include "server/journal/format.h"
-#include "server/journal/recovery.h"
-#include "server/journal/snapshot.h"
 
 namespace pheromone::journal {
-
-Result<Made> MakeSnapshot(uint64_t before_ordinal, size_t keep, Folder* folder) {
-  Made made;
-  {
-    Result<Recovered> followed = Recover(*folder, before_ordinal);
-    if (!followed.ok()) {
-      return Error{followed.error()};
-    }
-    Recovered& state = followed.value();
-    made.sequence = state.sequence;
-    made.events = state.sequence - state.snapshot_sequence;
-    if (made.events == 0) {
-      return made;
-    }
-    if (!state.ends_with_hash || !state.findings.empty()) {
-      return Error{folder->path() + ": the log leads to another state than the server had" +
-                   (state.findings.empty() ? "" : ": " + state.findings.front().Text())};
-    }
-    const Status written = WriteSnapshot(state.engine, state.stamp, folder);
-    if (!written.ok()) {
-      return Error{written.error()};
-    }
-  }
-  const Result<uint64_t> removed = RemoveWhatIsNotNeeded(keep, folder);
-  if (!removed.ok()) {
-    return Error{removed.error()};
-  }
-  made.removed = removed.value();
-  return made;
-}
 
 Result<uint64_t> RemoveWhatIsNotNeeded(size_t keep, Folder* folder) {
   const Result<std::vector<std::string>> names = folder->List();

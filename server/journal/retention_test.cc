@@ -7,6 +7,7 @@
 #include "server/journal/format.h"
 #include "server/journal/recovery.h"
 #include "server/journal/snapshot.h"
+#include "server/journal/snapshot_writer.h"
 #include "server/journal/testing/crash_folder.h"
 #include "server/journal/testing/life.h"
 
@@ -87,26 +88,72 @@ TEST_F(RetentionTest, EveryDamagedByteOfASnapshotIsNoticed) {
   EXPECT_EQ(ReadSnapshot(folder_, name, &byte).error(), "goes on after its end");
 }
 
-TEST_F(RetentionTest, AFollowerThatComesToAnotherStateWritesNothing) {
-  while (lives_.journal().status().segment_ordinal < 2) {
+// The log and the snapshot come about on different ways, and must lead to the same state.
+TEST_F(RetentionTest, AFollowerOfTheLogComesToTheStateOfTheSnapshot) {
+  while (lives_.journal().status().segment_ordinal < 3) {
     lives_.Submit();
     lives_.Write();
     ASSERT_LT(lives_.submitted(), 2'000u);
   }
-  // The note at the end of the first segment, made to speak of another state.
-  std::string& bytes = folder_.Contents(SegmentName(1));
-  bytes.resize(bytes.size() - 25);
-  const uint64_t last = Recover(folder_, 2).value().sequence;
-  AppendHash(last, 4711, &bytes);
-  const auto made = MakeSnapshot(2, 2, &folder_);
-  ASSERT_FALSE(made.ok());
+  ASSERT_TRUE(Names(".snapshot").empty());
+  lives_.AskForSnapshot();
+  lives_.MakeDueSnapshot();
+  const std::string name = SnapshotName(lives_.submitted());
+  ASSERT_TRUE(folder_.Has(name));
+  uint64_t byte = 0;
+  const auto snapshot = ReadSnapshot(folder_, name, &byte);
+  ASSERT_TRUE(snapshot.ok()) << snapshot.error();
+  ASSERT_TRUE(folder_.Remove(name).ok());
+  const auto followed = Recover(folder_);
+  ASSERT_TRUE(followed.ok()) << followed.error();
+  EXPECT_EQ(followed.value().snapshot_sequence, 0u) << "from the first event on";
+  EXPECT_EQ(followed.value().sequence, snapshot.value().engine.sequence());
+  EXPECT_EQ(followed.value().engine.StateHash(), snapshot.value().engine.StateHash());
+  EXPECT_EQ(followed.value().stamp.field_time_ms, snapshot.value().stamp.field_time_ms);
+  EXPECT_EQ(followed.value().stamp.utc_ms, snapshot.value().stamp.utc_ms);
+  ByteWriter one;
+  ByteWriter other;
+  followed.value().engine.Save(&one);
+  snapshot.value().engine.Save(&other);
+  EXPECT_EQ(one.bytes(), other.bytes());
+}
+
+TEST_F(RetentionTest, WithFewerSnapshotsThanAreKeptNothingGoes) {
+  RunUntilSnapshots(1);
+  EXPECT_EQ(Names(".snapshot").size(), 1u);
+  EXPECT_TRUE(folder_.Has(SegmentName(1)));
+  EXPECT_EQ(RemoveWhatIsNotNeeded(2, &folder_).value(), 0u);
+  EXPECT_GT(RemoveWhatIsNotNeeded(1, &folder_).value(), 0u);
+  EXPECT_FALSE(folder_.Has(SegmentName(1)));
+  EXPECT_EQ(lives_.Begin(), "");
+}
+
+// It says at once that it cannot be given to its end.
+class BrokenState final : public StateSource {
+ public:
+  SnapshotHeader header() const override { return {7, {1, 1}, 0}; }
+  Result<std::string> Next() override {
+    return ++portions_ < 3 ? Result<std::string>(std::string(100'000, 'x'))
+                           : Error{"the copy had no room"};
+  }
+
+ private:
+  int portions_ = 0;
+};
+
+TEST_F(RetentionTest, AStateThatCannotBeGivenToItsEndLeavesNothing) {
+  BrokenState state;
+  const auto written = SnapshotWriter::Write(&state, &folder_);
+  ASSERT_FALSE(written.ok());
+  EXPECT_EQ(written.error(), "the copy had no room");
+  EXPECT_TRUE(Names(".new").empty());
   EXPECT_TRUE(Names(".snapshot").empty());
 }
 
 TEST_F(RetentionTest, ADiskWithoutRoomForASnapshotKeepsTheLog) {
   RunUntilSnapshots(1);
   const auto before = folder_.List().value();
-  lives_.journal().AskForSnapshot();
+  lives_.AskForSnapshot();
   lives_.Submit();
   lives_.Write();
   folder_.LimitBytes(folder_.bytes());

@@ -1,8 +1,10 @@
 #include "server/journal/snapshot.h"
 
+#include <memory>
 #include <utility>
 
 #include "server/journal/crc32c.h"
+#include "server/journal/snapshot_writer.h"
 
 namespace pheromone::journal {
 namespace {
@@ -72,44 +74,27 @@ class Portions {
   bool ended_ = false;
 };
 
-Status WriteTo(const engine::Engine& engine, const engine::Stamp& stamp, AppendFile* file) {
-  Status status =
-      file->Append(EncodeHeader(SnapshotHeader{engine.sequence(), stamp, engine.StateHash()}));
-  uint32_t number = 0;
-  const auto append = [&](std::string_view portion) {
-    if (status.ok()) {
-      std::string bytes;
-      AppendPortion(number++, portion, &bytes);
-      status = file->Append(bytes);
-    }
-  };
-  ByteWriter writer(append);
-  engine.Save(&writer);
-  writer.Flush();
-  append({});
-  return status.ok() ? file->Sync() : status;
-}
-
 }  // namespace
 
 Status WriteSnapshot(const engine::Engine& engine, const engine::Stamp& stamp, Folder* folder) {
-  const std::string name = SnapshotName(engine.sequence());
-  const std::string unfinished = name + std::string(kUnfinished);
-  (void)folder->Remove(unfinished);  // what an earlier attempt may have left
-  Result<std::unique_ptr<AppendFile>> file = folder->Create(unfinished);
-  if (!file.ok()) {
-    return Error{file.error()};
+  Result<std::unique_ptr<SnapshotWriter>> begun =
+      SnapshotWriter::Begin({engine.sequence(), stamp, engine.StateHash()}, folder);
+  if (!begun.ok()) {
+    return Error{begun.error()};
   }
-  Status status = WriteTo(engine, stamp, file.value().get());
-  file.value().reset();
+  SnapshotWriter& file = *begun.value();
+  Status status = Ok();
+  ByteWriter writer([&](std::string_view portion) {
+    if (status.ok()) {
+      status = file.Append(portion);
+    }
+  });
+  engine.Save(&writer);
+  writer.Flush();
   if (status.ok()) {
-    status = folder->Rename(unfinished, name);
+    status = file.End();
   }
-  if (!status.ok()) {
-    (void)folder->Remove(unfinished);
-    return status;
-  }
-  return folder->Sync();
+  return status.ok() ? file.GiveName() : status;
 }
 
 Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uint64_t* byte) {

@@ -4,7 +4,7 @@
 //   Result<Snapshot> read = ReadSnapshot(folder, SnapshotName(4711), &byte);
 //
 // A snapshot appears under its name when it is complete and on the disk; a crash leaves at most a
-// file NAME.new, which counts for nothing.
+// file NAME.new, which counts for nothing. snapshot_writer.h is for a server that runs.
 #pragma once
 
 #include <string>
@@ -21,7 +21,8 @@ struct Snapshot {
   engine::Stamp stamp;  ///< of the last event in it
 };
 
-/// `stamp` is that of the engine's last event.
+/// Of an engine that nobody changes meanwhile, and whose events are durable: the snapshot is there
+/// when this returns. `stamp` is that of the engine's last event.
 Status WriteSnapshot(const engine::Engine& engine, const engine::Stamp& stamp, Folder* folder);
 
 /// Errors: what is wrong, found in the portion that begins at `*byte`.

@@ -22,7 +22,8 @@ Lives::Lives(Folder* folder, const JournalSettings& settings, uint64_t seed)
 
 std::string Lives::Begin() {
   opened_.reset();
-  snapshot_due_.reset();
+  snapshot_due_ = false;
+  snapshot_.reset();
   Result<Opened> opened = OpenJournal(
       folder_, settings_, [this] { return now_us_; },
       [this](bool, const std::string& text) { told_.push_back(text); });
@@ -30,7 +31,7 @@ std::string Lives::Begin() {
     return "cannot be opened: " + opened.error();
   }
   opened_ = std::move(opened).value();
-  opened_->journal->OnSnapshotDue([this](uint64_t ordinal) { snapshot_due_ = ordinal; });
+  opened_->journal->OnSnapshotDue([this] { snapshot_due_ = true; });
   const engine::Engine& engine = opened_->engine;
   const uint64_t found = engine.sequence();
   const std::string numbers = "found " + std::to_string(found) + ", submitted " +
@@ -81,13 +82,26 @@ void Lives::Write() {
 }
 
 void Lives::MakeDueSnapshot() {
-  if (snapshot_due_) {
-    const Result<Made> made = MakeSnapshot(*snapshot_due_, settings_.keep_snapshots, folder_);
-    snapshots_ += made.ok() && made.value().events > 0 ? 1u : 0u;
-    if (!made.ok()) {
-      told_.push_back(made.error());
+  if (!snapshot_ && std::exchange(snapshot_due_, false)) {
+    CopiedState state(opened_->engine, traffic_.stamp());
+    Result<std::unique_ptr<SnapshotWriter>> written = SnapshotWriter::Write(&state, folder_);
+    if (!written.ok()) {
+      told_.push_back(written.error());
+      return;
     }
-    snapshot_due_.reset();
+    snapshot_ = std::move(written).value();
+  }
+  if (snapshot_ && journal().status().durable >= snapshot_->sequence()) {
+    Status done = snapshot_->GiveName();
+    if (done.ok()) {
+      ++snapshots_;
+      const Result<uint64_t> removed = RemoveWhatIsNotNeeded(settings_.keep_snapshots, folder_);
+      done = removed.ok() ? Ok() : Status(Error{removed.error()});
+    }
+    if (!done.ok()) {
+      told_.push_back(done.error());
+    }
+    snapshot_.reset();
   }
 }
 

@@ -24,6 +24,7 @@
 
 #include "server/engine/testing/random_traffic.h"
 #include "server/journal/open.h"
+#include "server/journal/snapshot_writer.h"
 
 namespace pheromone::journal::testing {
 
@@ -69,8 +70,11 @@ class Lives {
   /// What the writing thread does until there is nothing to do; time passes between attempts.
   void Write();
   void PassTime(uint64_t us) { now_us_ += us; }
-  /// The snapshot that is due, if one is.
+  /// What the thread that makes snapshots does until it has to wait: the snapshot that is due is
+  /// written, and gets its name if the log is on the disk up to it.
   void MakeDueSnapshot();
+  /// The state is held still now, and written with the next MakeDueSnapshot.
+  void AskForSnapshot() { snapshot_due_ = true; }
 
  private:
   uint64_t Below(uint64_t limit) { return random_() % limit; }
@@ -84,7 +88,8 @@ class Lives {
   std::vector<uint64_t> hashes_{0};
   uint64_t acknowledged_ = 0;
   uint64_t snapshots_ = 0;
-  std::optional<uint64_t> snapshot_due_;
+  bool snapshot_due_ = false;
+  std::unique_ptr<SnapshotWriter> snapshot_;  // written, and waits for the log
   std::vector<std::string> told_;
   std::vector<engine::Outgoing> out_;
   uint64_t now_us_ = 1'000'000;
