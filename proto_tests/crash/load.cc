@@ -26,6 +26,7 @@
 #include "server/journal/posix_folder.h"
 #include "server/journal/recovery.h"
 #include "server/journal/retention.h"
+#include "server/journal/service_state.h"
 #include "server/journal/snapshot_writer.h"
 
 namespace pheromone::crash {
@@ -163,12 +164,7 @@ bool Run(journal::PosixFolder* folder, uint64_t changes, uint64_t seed) {
         return engine::ClockReading{Microseconds() / 1'000, 0};
       },
       0, std::move(opened.value().engine));
-  snapshots.Start([&service] {
-    return service.Inspect([](const engine::Engine& engine) {
-      return std::make_unique<journal::CopiedState>(engine,
-                                                    engine::Stamp{engine.field_time_ms(), 0});
-    });
-  });
+  snapshots.Start([&service] { return journal::ServiceState::Freeze(&service); });
   (void)service.Configure(Config(), 1);
 
   std::mt19937_64 random(seed);

@@ -27,6 +27,7 @@
 #include "server/daemon/system_clock.h"
 #include "server/daemon/watchdog.h"
 #include "server/engine/service.h"
+#include "server/journal/service_state.h"
 #include "server/links/switchboard.h"
 
 namespace pheromone::daemon {
@@ -79,7 +80,7 @@ class Daemon::Impl {
                   .now_ms = [this] { return FieldTime(); },
                   .config = [this] { return config_.Get(); },
                   .reload = [this] { return ReadConfigurationAgain(); },
-                  .snapshot = [this] { return keeper_->AskForSnapshot(); }}),
+                  .snapshot = [this] { return AskForSnapshot(); }}),
         door_(&control_, config_.Get().control, config_.Get().web) {
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
   }
@@ -133,11 +134,13 @@ class Daemon::Impl {
       }
       return false;
     }
-    keeper_->Start([this] {
-      if (!release_posted_.exchange(true)) {
-        boost::asio::post(strand_, [this] { Release(); });
-      }
-    });
+    keeper_->Start(
+        [this] {
+          if (!release_posted_.exchange(true)) {
+            boost::asio::post(strand_, [this] { Release(); });
+          }
+        },
+        [this] { return journal::ServiceState::Freeze(&service_); });
     return true;
   }
 
@@ -147,6 +150,15 @@ class Daemon::Impl {
       spdlog::critical("cannot record: {}", recording.error());
     }
     return recording.ok();
+  }
+
+  // False if nothing is kept. The log says what has become of it.
+  bool AskForSnapshot() {
+    const bool is_kept = !keeper_->folder().empty();
+    if (is_kept) {
+      keeper_->Snapshot([](const Result<std::string>&) {});
+    }
+    return is_kept;
   }
 
   // What has become durable goes out.

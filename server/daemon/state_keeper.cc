@@ -18,6 +18,9 @@ namespace {
 constexpr uint64_t kStalledUs = 1'000'000;          // from then on it is told
 constexpr uint64_t kBetweenReportsUs = 10'000'000;  // while it lasts
 
+constexpr int kAttempts = 3;  // to copy a state that changes faster than it can be copied
+constexpr std::chrono::milliseconds kBetweenFreezes{100};
+
 using Durability = config::JournalConfig::Durability;
 
 uint64_t SteadyMicroseconds() {
@@ -103,39 +106,121 @@ engine::OrderedLog* StateKeeper::log() {
   return journal_ != nullptr ? static_cast<engine::OrderedLog*>(journal_.get()) : &volatile_log_;
 }
 
-void StateKeeper::Start(std::function<void()> on_durable) {
+void StateKeeper::Start(std::function<void()> on_durable, Freeze freeze) {
   if (journal_ == nullptr) {
     return;
   }
+  freeze_ = std::move(freeze);
   journal_->OnDurable(std::move(on_durable));
-  journal_->OnSnapshotDue([this](uint64_t ordinal) {
+  journal_->OnSnapshotDue([this] {
     const std::lock_guard lock(mutex_);
-    snapshot_due_ = ordinal;
+    snapshot_due_ = true;
     wake_.notify_one();
   });
   writer_ = std::thread([this] { journal_->WriteUntilStopped(); });
   snapshot_maker_ = std::thread([this] { MakeSnapshots(); });
 }
 
-void StateKeeper::MakeSnapshots() {
-  for (;;) {
-    uint64_t ordinal = 0;
-    {
-      std::unique_lock lock(mutex_);
-      wake_.wait(lock, [this] { return stopping_ || snapshot_due_; });
-      if (stopping_) {
-        return;
-      }
-      ordinal = *std::exchange(snapshot_due_, std::nullopt);
-    }
-    const auto made = journal::MakeSnapshot(ordinal, config_.keep_snapshots, folder_.get());
-    if (!made.ok()) {
-      spdlog::error("journal: no snapshot was made: {}", made.error());
-    } else if (made.value().events != 0) {
-      spdlog::debug("journal: snapshot at sequence {}, {} files removed", made.value().sequence,
-                    made.value().removed);
+void StateKeeper::Snapshot(SnapshotDone done) {
+  std::string refusal;
+  {
+    const std::lock_guard lock(mutex_);
+    if (journal_ == nullptr) {
+      refusal = "no journal is kept, so that there is nowhere to put a snapshot";
+    } else if (stopping_) {
+      refusal = "the server is stopping";
+    } else if (asked_.size() >= kMaxSnapshotWaiters) {
+      refusal = std::to_string(asked_.size()) + " requests wait for a snapshot already";
+    } else {
+      asked_.push_back(std::move(done));
+      wake_.notify_one();
+      return;
     }
   }
+  done(Error{refusal});
+}
+
+void StateKeeper::MakeSnapshots() {
+  for (;;) {
+    std::vector<SnapshotDone> asked;
+    bool stopping = false;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [this] { return stopping_ || snapshot_due_ || !asked_.empty(); });
+      stopping = stopping_;
+      snapshot_due_ = false;
+      asked.swap(asked_);
+    }
+    const Result<std::string> made =
+        stopping ? Result<std::string>(Error{"the server is stopping"}) : MakeSnapshot();
+    if (made.ok()) {
+      spdlog::log(asked.empty() ? spdlog::level::debug : spdlog::level::info,
+                  "journal: snapshot {}", made.value());
+    } else if (!stopping) {
+      spdlog::error("journal: no snapshot was made: {}", made.error());
+    }
+    for (const SnapshotDone& done : asked) {
+      done(made);
+    }
+    if (stopping) {
+      return;
+    }
+  }
+}
+
+// Another copy of the state may be under way; it ends.
+std::unique_ptr<journal::StateSource> StateKeeper::FreezeWhenPossible() {
+  for (;;) {
+    if (auto state = freeze_()) {
+      return state;
+    }
+    std::unique_lock lock(mutex_);
+    if (wake_.wait_for(lock, kBetweenFreezes, [this] { return stopping_; })) {
+      return nullptr;
+    }
+  }
+}
+
+// False if the server stops first.
+bool StateKeeper::AwaitDisk(uint64_t sequence) {
+  journal_->WhenOnDisk(sequence, [this, sequence] {
+    const std::lock_guard lock(mutex_);
+    on_disk_ = sequence;
+    wake_.notify_all();
+  });
+  std::unique_lock lock(mutex_);
+  wake_.wait(lock, [&] { return stopping_ || on_disk_ >= sequence; });
+  return on_disk_ >= sequence;
+}
+
+Result<std::string> StateKeeper::MakeSnapshot() {
+  Result<std::unique_ptr<journal::SnapshotWriter>> written = Error{""};
+  bool is_to_try = true;
+  for (int attempt = 0; attempt < kAttempts && is_to_try; ++attempt) {
+    const std::unique_ptr<journal::StateSource> state = FreezeWhenPossible();
+    if (state == nullptr) {
+      return Error{"the server is stopping"};
+    }
+    written = journal::SnapshotWriter::Write(state.get(), folder_.get());
+    is_to_try = !written.ok() && state->ShouldTryAgain();
+  }
+  if (!written.ok()) {
+    return Error{written.error()};
+  }
+  journal::SnapshotWriter& snapshot = *written.value();
+  if (!AwaitDisk(snapshot.sequence())) {
+    return Error{"the server is stopping"};
+  }
+  const Status named = snapshot.GiveName();
+  if (!named.ok()) {
+    return Error{named.error()};
+  }
+  const Result<uint64_t> removed =
+      journal::RemoveWhatIsNotNeeded(config_.keep_snapshots, folder_.get());
+  if (!removed.ok()) {
+    spdlog::error("journal: what is not needed any more stays: {}", removed.error());
+  }
+  return folder_name_ + "/" + snapshot.name();
 }
 
 void StateKeeper::EndThreads() {
@@ -145,7 +230,7 @@ void StateKeeper::EndThreads() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
-    wake_.notify_one();
+    wake_.notify_all();
   }
   for (std::thread* thread : {&writer_, &snapshot_maker_}) {
     if (thread->joinable()) {
@@ -161,13 +246,6 @@ bool StateKeeper::Stop(uint64_t state_hash) {
     spdlog::error("{}", closed.error());
   }
   return closed.ok();
-}
-
-bool StateKeeper::AskForSnapshot() {
-  if (journal_ != nullptr) {
-    journal_->AskForSnapshot();
-  }
-  return journal_ != nullptr;
 }
 
 // A disk that fails is told of by the journal itself; one that never answers cannot be.

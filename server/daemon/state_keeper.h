@@ -1,14 +1,18 @@
 // Keeps the state beyond the life of the process: opens the journal, owns the threads that write it
 // and make its snapshots, and closes it. Without a journal it keeps nothing, and says so.
 //
+// A snapshot is of the state as it is when the thread that makes it begins, and is there when the
+// log has all of its events on the disk. It is made when enough was logged, and when it is asked
+// for. A disk that is stuck makes it wait, and nobody else.
+//
 //   auto keeper = StateKeeper::Open(config.journal);
 //   engine::Service service(keeper->log(), clock, keeper->start_ms(), keeper->TakeEngine());
-//   keeper->Start([&] { post the release of answers });
+//   keeper->Start([&] { post the release of answers }, [&] { return freeze(service); });
 //   ...
 //   keeper->Stop(service.StateHash());
 //
-// What is found, and what goes wrong, is told in the log. One thread, but for AskForSnapshot and
-// status, which any may call.
+// What is found, and what goes wrong, is told in the log. One thread, but for Snapshot and status,
+// which any may call.
 #pragma once
 
 #include <condition_variable>
@@ -19,6 +23,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "server/base/result.h"
 #include "server/config/config.h"
@@ -26,6 +31,7 @@
 #include "server/engine/ordered_log.h"
 #include "server/journal/local_journal.h"
 #include "server/journal/posix_folder.h"
+#include "server/journal/snapshot_writer.h"
 
 namespace pheromone::daemon {
 
@@ -47,13 +53,23 @@ class StateKeeper {
   /// Empty: nothing is kept.
   const std::string& folder() const { return folder_name_; }
 
-  /// `on_durable` is called by a thread of its own when more has become durable.
-  void Start(std::function<void()> on_durable);
+  /// Gives the state as it is now, from any thread; null while that is not possible.
+  using Freeze = std::function<std::unique_ptr<journal::StateSource>()>;
+  /// The file's path, when the snapshot is there for good.
+  using SnapshotDone = std::function<void(Result<std::string>)>;
+  static constexpr size_t kMaxSnapshotWaiters = 64;
+
+  /// `on_durable` is called by a thread of its own when more has become durable. Both are used
+  /// until Stop returns.
+  void Start(std::function<void()> on_durable, Freeze freeze);
   /// Writes what is left. `state_hash` is that of the final state. False if not all is on the disk.
   bool Stop(uint64_t state_hash);
 
-  /// A snapshot, at the next change. False if nothing is kept.
-  bool AskForSnapshot();
+  /// Makes a snapshot of the state as it is now, or later: those who ask while one is made share
+  /// the next one. `done` is called once, by a thread of the keeper's, and must not take long;
+  /// within the call if nothing is kept or too many wait. As long as the disk is stuck it is not
+  /// called. Errors: why there is none.
+  void Snapshot(SnapshotDone done);
   /// Tells the log when the disk begins and ends to take nothing; to be called each second, by one
   /// thread.
   void ReportStall();
@@ -66,6 +82,9 @@ class StateKeeper {
 
   Status OpenFolder();
   void MakeSnapshots();
+  Result<std::string> MakeSnapshot();
+  std::unique_ptr<journal::StateSource> FreezeWhenPossible();
+  bool AwaitDisk(uint64_t sequence);
   void EndThreads();
 
   const config::JournalConfig config_;
@@ -78,11 +97,15 @@ class StateKeeper {
   bool state_lost_ = false;
 
   uint64_t stalled_us_ = 0;  // as it was told last; 0: all is well
+  Freeze freeze_;
   std::thread writer_;
   std::thread snapshot_maker_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::optional<uint64_t> snapshot_due_;  // under mutex_, as the next one
+  // Under mutex_:
+  bool snapshot_due_ = false;
+  std::vector<SnapshotDone> asked_;  // for the next snapshot
+  uint64_t on_disk_ = 0;             // the log, as far as a snapshot waited for it
   bool stopping_ = false;
 };
 

@@ -40,6 +40,9 @@ class StateSource {
   /// What comes next, of any length; empty: that was all. Errors: why the state cannot be given to
   /// its end.
   virtual Result<std::string> Next() = 0;
+
+  /// After an error of Next: whether the state of a later moment may go through.
+  virtual bool ShouldTryAgain() const { return false; }
 };
 
 /// An engine's state, copied as a whole when this is made.

@@ -1,0 +1,37 @@
+// The state of a running service as a StateSource: held still at one sequence, and copied in
+// portions between which robots have their turn.
+//
+//   auto state = ServiceState::Freeze(&service);
+//   if (state == nullptr) ...                        // another one is being copied: try again
+//   later auto written = SnapshotWriter::Write(state.get(), folder);
+//
+// One thread; the service outlives it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "server/engine/service.h"
+#include "server/journal/snapshot_writer.h"
+
+namespace pheromone::journal {
+
+class ServiceState final : public StateSource {
+ public:
+  /// Null while another state of the service is held still, for a recording for example.
+  static std::unique_ptr<ServiceState> Freeze(engine::Service* service);
+
+  SnapshotHeader header() const override;
+  /// Errors: more was changed meanwhile than may be kept; a new attempt may succeed.
+  Result<std::string> Next() override;
+  bool ShouldTryAgain() const override { return frozen_->failed(); }
+
+ private:
+  ServiceState(engine::Service* service, engine::Service::Frozen frozen)
+      : service_(service), frozen_(std::move(frozen)) {}
+
+  engine::Service* service_;
+  engine::Service::Frozen frozen_;
+};
+
+}  // namespace pheromone::journal
