@@ -38,6 +38,25 @@ EngineConfig FullConfig() {
   return config;
 }
 
+// A field that is added stops this from compiling: it belongs into the hash, and below.
+[[maybe_unused]] void NameEveryField(const EngineConfig& config) {
+  [[maybe_unused]] const auto& [field, pose_unit_10um, robots_per_link, links, frames] = config;
+  [[maybe_unused]] const auto& [name, slot_ms, response_window_ms] = links[0];
+  [[maybe_unused]] const auto& [link, id, x_um, y_um, heading, cos_q30, sin_q30] = frames[0];
+  [[maybe_unused]] const auto& [map, antennas, pheromones, paths, prints, obstacles, memory_bytes] =
+      field;
+  [[maybe_unused]] const auto& [origin, width_um, height_um, cell_um] = map;
+  [[maybe_unused]] const auto& [distance_um, forward_um, angle] = antennas;
+  [[maybe_unused]] const auto& [type, law_name, profile, core_um, sigma_um, cutoff_um, evaporation,
+                                tau_ms, quantum_micro, max_count, directional, weight_milli,
+                                diffusion, blend] = pheromones[0];
+  [[maybe_unused]] const auto& [exchange_q16, step_ms, keep_q32, cutoff_q16] = diffusion;
+  [[maybe_unused]] const auto& [part_type, part_weight_milli] = blend[0];
+  [[maybe_unused]] const auto& [path_type, count, closed, points] = paths[0];
+  [[maybe_unused]] const auto& [print_type, nodes] = prints[0];
+  [[maybe_unused]] const auto& [node, level] = (*nodes)[0];
+}
+
 // One change for each field that there is.
 std::map<std::string, Change> EveryChange() {
   using C = EngineConfig;
@@ -74,7 +93,8 @@ std::map<std::string, Change> EveryChange() {
       {"path's type", [](C& c) { c.field.paths[0].type = 2; }},
       {"path's count", [](C& c) { ++c.field.paths[0].count; }},
       {"path closed", [](C& c) { c.field.paths[0].closed = true; }},
-      {"path's point", [](C& c) { ++c.field.paths[0].points[1].y; }},
+      {"path's x", [](C& c) { ++c.field.paths[0].points[1].x; }},
+      {"path's y", [](C& c) { ++c.field.paths[0].points[1].y; }},
       {"point to the next path",
        [](C& c) {
          c.field.paths[0].points.pop_back();
@@ -86,7 +106,11 @@ std::map<std::string, Change> EveryChange() {
        [](C& c) {
          c.field.prints[0].nodes = Nodes({{{1, 2}, 64}, {{2, 2}, 1}});
        }},
-      {"print's node",
+      {"print's column",
+       [](C& c) {
+         c.field.prints[0].nodes = Nodes({{{1, 2}, 64}, {{3, 2}, 128}});
+       }},
+      {"print's row",
        [](C& c) {
          c.field.prints[0].nodes = Nodes({{{1, 2}, 64}, {{2, 3}, 128}});
        }},
