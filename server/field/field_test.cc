@@ -156,6 +156,37 @@ TEST(Field, SaysWhyItCannotDeposit) {
   EXPECT_EQ(field.used_bytes(), 0u);
 }
 
+// As deposits and edits do.
+TEST(Field, PathsAndPrintsLeaveBlockedNodesFree) {
+  for (const bool diffuses : {false, true}) {
+    FieldConfig config = TrailConfig();
+    config.pheromones[0].evaporation = Evaporation::kExponential;
+    config.pheromones[0].diffusion.exchange_q16 = diffuses ? 1'000 : 0;
+    ObstacleMask mask(config.map.columns(), config.map.rows());
+    mask.BlockRow(3, 4, 5);
+    mask.Set({7, 8});
+    config.obstacles = Shared<ObstacleMask>(std::move(mask));
+    const Path path{1, 2, false, {{300'000, 300'000}, {700'000, 300'000}}};
+    const Print print{1, Shared(std::vector<PrintNode>{{{6, 8}, 64}, {{7, 8}, 64}})};
+    const auto expect_laid = [](const Field& field, uint64_t now_ms) {
+      for (int32_t column = 0; column < 12; ++column) {
+        const bool is_path = column == 3 || column == 6 || column == 7;
+        EXPECT_EQ(field.LevelOf(1, {column, 3}, now_ms), is_path ? 128u : 0u) << column;
+        EXPECT_EQ(field.LevelOf(1, {column, 8}, now_ms), column == 6 ? 64u : 0u) << column;
+      }
+    };
+    FieldConfig laid = config;
+    laid.paths = {path};
+    laid.prints = {print};
+    const Field from_the_beginning(laid);
+    expect_laid(from_the_beginning, 0);
+    Field later(config);
+    ASSERT_TRUE(later.CheckReconfigure(laid, 10).ok());
+    later.Reconfigure(laid, 10);
+    expect_laid(later, 10);
+  }
+}
+
 TEST(Field, ATrailEvaporatesQuantumByQuantum) {
   Field field(TrailConfig());
   field.Deposit(1, {5'000'000, 5'200'000}, 8, 1'000);
