@@ -40,6 +40,43 @@ TEST(ChannelTest, AfterABusySpellADelayIsDrawnEvenByALoneRobot) {
   EXPECT_GE(delays.size(), 5u);
 }
 
+// A turn that comes while somebody else sends is lost, and the next delay is another: those whose
+// turn was at the same moment would collide for ever if they kept theirs, or all took the first
+// slot.
+TEST(ChannelTest, EachBusySpellHasADelayOfItsOwn) {
+  std::set<uint32_t> delays;
+  Harness harness;
+  harness.GreetAndServe(1500);
+  for (int i = 0; i < 20; ++i) {
+    harness.busy = true;
+    harness.Run(250);
+    harness.busy = false;
+    const uint32_t free_ms = harness.now_ms;
+    ASSERT_TRUE(harness.RunUntilSent());
+    delays.insert((harness.began_ms - free_ms) / kTestSlotMs);
+    harness.Answer(0, 0);
+  }
+  EXPECT_GE(delays.size(), 5u);
+}
+
+TEST(ChannelTest, EachRetryHasADelayOfItsOwn) {
+  std::set<uint32_t> delays;
+  Harness harness;
+  harness.GreetAndServe(1500);
+  for (int i = 0; i < 30; ++i) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    const uint32_t retries = harness.counters().retries;
+    const uint32_t missed_ms = harness.sent_ms + kTestWindowMs + 1;
+    ASSERT_TRUE(harness.RunUntilSent());
+    ASSERT_EQ(retries + 1, harness.counters().retries);
+    delays.insert((harness.began_ms - missed_ms) / kTestSlotMs);
+    harness.Answer(0, 0);
+    harness.Serve(150);  // the window shrinks again
+  }
+  EXPECT_GE(delays.size(), 5u);
+  EXPECT_LE(*delays.rbegin(), 17u);
+}
+
 TEST(ChannelTest, NothingIsBegunInsideAForeignFrame) {
   Harness harness;
   harness.GreetAndServe(1500);

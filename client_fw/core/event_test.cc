@@ -201,6 +201,27 @@ TEST(LostTrailTest, IsReportedOnceAfterTheTimeAndEndsWithASmell) {
   EXPECT_EQ(1u, harness.counters().lost_trails);
 }
 
+// Each antenna by itself, and of either sign.
+TEST(LostTrailTest, FromTheFaintestIntensityOnSomethingIsSensed) {
+  const struct {
+    int16_t left;
+    int16_t right;
+    bool is_sensed;
+  } cases[] = {{10, 0, true}, {0, 10, true}, {-10, 0, true}, {0, -10, true},  //
+               {9, 0, false}, {0, 9, false}, {-9, 0, false}, {0, -9, false},  //
+               {0, 0, false}, {9, 9, false}, {-9, -9, false}};
+  for (const auto& it : cases) {
+    for (const uint8_t faintest : {uint8_t{10}, uint8_t{0}}) {
+      Parameters parameters = LosingParameters(LostTrail::kStop);
+      parameters.faintest = faintest;
+      Harness harness(parameters);
+      harness.GreetAndServe(3000, it.left, it.right);
+      EXPECT_EQ(faintest == 10 && !it.is_sensed, harness.conversation.trail_lost())
+          << it.left << ", " << it.right << " of " << int{faintest};
+    }
+  }
+}
+
 TEST(LostTrailTest, StraightIsStraightForEveryLaw) {
   for (const Law law : {Law::kDifferential, Law::kPaper, Law::kFuzzy}) {
     Parameters parameters = LosingParameters(LostTrail::kStraight);
