@@ -26,7 +26,7 @@ using testing::Lives;
 using testing::SmallJournal;
 
 // For the failure of a test, not for its success.
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kPatience{30};
 
 // A journal with its writing thread.
 class ProbeTest : public ::testing::Test {
@@ -82,6 +82,14 @@ TEST_F(ProbeTest, OfBeforeTheWriterBeganIsAnsweredByIt) {
   EXPECT_EQ(early.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
   StartWriting();
   EXPECT_TRUE(IsAnswered(early));
+}
+
+// It comes when the writer has looked for probes and does not wait for work yet.
+TEST_F(ProbeTest, OfAnAnswerIsAnsweredToo) {
+  StartWriting();
+  const auto answered = std::make_shared<std::promise<void>>();
+  journal_.Probe([this, answered] { journal_.Probe([answered] { answered->set_value(); }); });
+  EXPECT_TRUE(IsAnswered(answered->get_future()));
 }
 
 // The server lives on beside a disk that fails; what is refused is told otherwise.
