@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
@@ -75,6 +77,50 @@ TEST_F(FieldApiTest, AnAreaAndFewerCells) {
   EXPECT_EQ(raster.at("values").as_array()[1].as_array()[1].to_number<double>(), 0.5);
   EXPECT_EQ(Get("field?pheromone=2&pixels_per_cell=0").status, 400);
   EXPECT_EQ(Get("field?pheromone=guide").status, 400);
+}
+
+// 2001 x 2001 nodes, 0.5 m apart.
+field::FieldConfig LargeField() {
+  field::FieldConfig config = testing::SmallField();
+  config.map.width_um = 1'000'000'000;
+  config.map.height_um = 1'000'000'000;
+  config.obstacles = {};
+  return config;
+}
+
+// As many nodes a cell as make a thousand cells of the longer side.
+TEST(LargeFieldApi, LongAreasHaveSeveralNodesACell) {
+  testing::FakeControl control(LargeField());
+  const Api api(&control, {});
+  const auto size = [&api](const std::string& area) {
+    const json::value raster = json::parse(
+        api.Handle({.method = "GET", .target = "/api/v1/field?pheromone=2&area_m=" + area}).body);
+    return std::pair(raster.at("columns").to_number<int>(), raster.at("rows").to_number<int>());
+  };
+  EXPECT_EQ(size("0,0,0.5,499.5"), std::pair(2, 1000));
+  EXPECT_EQ(size("0,0,0.5,500"), std::pair(1, 501));  // 1001 nodes
+  EXPECT_EQ(size("0,0,0.5,999.5"), std::pair(1, 1000));
+  EXPECT_EQ(size("0,0,0.5,1000"), std::pair(1, 667));  // 2001 nodes
+  EXPECT_EQ(size("0,3,499.5,3.5"), std::pair(1000, 2));
+  EXPECT_EQ(size("0,3,500,3.5"), std::pair(501, 1));
+  EXPECT_EQ(size("0,3,1000,3.5"), std::pair(667, 1));
+}
+
+TEST(LargeFieldApi, AnAreaOfAsManyPixelsAsThereMayBeAndNotOneRowMore) {
+  testing::FakeControl control(LargeField());
+  const Api api(&control, {});
+  const auto picture = [&api](const std::string& area) {
+    return api.Handle(
+        {.method = "GET",
+         .target = "/api/v1/field?pheromone=2&format=png&pixels_per_cell=100&area_m=" + area});
+  };
+  EXPECT_EQ(picture("3,4,12.5,13.5").status, 200);  // 20 x 20 nodes: 4 000 000 pixels
+  const Response high = picture("3,4,12.5,14");
+  EXPECT_EQ(high.status, 400);
+  EXPECT_NE(high.body.find("2000 x 2100"), std::string::npos) << high.body;
+  const Response wide = picture("3,4,13,13.5");
+  EXPECT_EQ(wide.status, 400);
+  EXPECT_NE(wide.body.find("2100 x 2000"), std::string::npos) << wide.body;
 }
 
 TEST_F(FieldApiTest, APictureThatWouldBeTooLargeIsRefused) {

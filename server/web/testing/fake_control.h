@@ -45,6 +45,8 @@ inline field::FieldConfig SmallField() {
 
 class FakeControl final : public engine::Control {
  public:
+  explicit FakeControl(const field::FieldConfig& config = SmallField()) : field(config) {}
+
   engine::StatusView GetStatus(bool with_hash) const override {
     engine::StatusView view = status;
     if (with_hash) {
@@ -54,7 +56,7 @@ class FakeControl final : public engine::Control {
   }
   std::vector<engine::LinkView> GetLinks() const override { return links; }
   std::vector<engine::ClientView> GetClients() const override { return clients; }
-  engine::FieldView GetField() const override { return {&field, SmallField(), now_ms}; }
+  engine::FieldView GetField() const override { return {&field, field.config(), now_ms}; }
   engine::CaptureView GetCapture() const override { return status.capture; }
   std::vector<std::string> GetConfig() const override { return {"a \"map\"", "two\nlines"}; }
   Status CheckHealth() const override { return outcome; }
@@ -88,7 +90,7 @@ class FakeControl final : public engine::Control {
   engine::StatusView status;
   std::vector<engine::LinkView> links;
   std::vector<engine::ClientView> clients;
-  field::Field field{SmallField()};
+  field::Field field;
   uint64_t now_ms = 1000;
   std::vector<field::FieldEdit> edits;
   std::vector<Command> commands;
