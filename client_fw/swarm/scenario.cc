@@ -105,7 +105,7 @@ Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
     return Error{document.error()};
   }
   const Value& root = document.value();
-  Notes notes{config::Problems(name), std::string(name), folder, {}};
+  Notes notes{config::Problems(name), std::string(name), folder, {}, {}};
   Scenario scenario;
   scenario.name = std::filesystem::path(name).stem().string();
   TableReader(root, "", &notes.problems)

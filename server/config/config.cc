@@ -65,7 +65,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
     return Error{document.error()};
   }
   const Value& root = document.value();
-  Notes notes{Problems(name), std::string(name), folder, {}};
+  Notes notes{Problems(name), std::string(name), folder, {}, {}};
   Config config;
   TableReader(root, "", &notes.problems)
       .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
@@ -96,6 +96,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   }
   config.text = text;
   config.warnings = std::move(notes.warnings);
+  config.notes = std::move(notes.notes);
   return config;
 }
 

@@ -138,6 +138,7 @@ struct Config {
   JournalConfig journal;
   std::string text;                   ///< of the file
   std::vector<std::string> warnings;  ///< in the form of errors; the configuration may be used
+  std::vector<std::string> notes;     ///< likewise: nothing is wrong, but it is good to know
 };
 
 /// Reads a file. Errors: it cannot be read, or what ParseConfig finds.

@@ -138,6 +138,9 @@ CheckReport DescribeCheck(const std::string& name, const Config& config,
       report.text += "  " + line + '\n';
     }
   }
+  for (const std::string& note : config.notes) {
+    report.text += "  note: " + note + '\n';
+  }
   if (state_directory == nullptr) {
     report.text +=
         "  paths above that were not absolute begin elsewhere in a service of systemd: journal and "

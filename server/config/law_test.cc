@@ -313,7 +313,7 @@ TEST(BlendTest, NothingCanBeLaidInABlend) {
 
 // The pheromone of the text: c = 0.1 m, sigma = 0.4 m, cells of 0.1 m, directional. Naively: each
 // node ahead of an antenna that stands on a node, at the maximum times mu of eq. (1).
-TEST(LawTest, SaturationIsAWarningWithTheStrengthThatCanBeReached) {
+TEST(LawTest, SaturationIsANoteWithTheStrengthThatCanBeReached) {
   double sum = 0;
   for (int x = 0; x <= 5; ++x) {
     for (int y = -5; y <= 5; ++y) {
@@ -321,21 +321,20 @@ TEST(LawTest, SaturationIsAWarningWithTheStrengthThatCanBeReached) {
     }
   }
   EXPECT_LT(0.375 * sum, 7.99);
-  EXPECT_TRUE(ParseConfig(Replaced(14, "maximum = 0.375"), "f").value().warnings.empty());
+  EXPECT_TRUE(ParseConfig(Replaced(14, "maximum = 0.375"), "f").value().notes.empty());
   EXPECT_GT(0.5 * sum, 8);
-  const auto warnings = ParseConfig(Replaced(14, "maximum = 0.5"), "f").value().warnings;
-  ASSERT_EQ(warnings.size(), 1u);
+  const auto notes = ParseConfig(Replaced(14, "maximum = 0.5"), "f").value().notes;
+  ASSERT_EQ(notes.size(), 1u);
   std::ostringstream expected;
   expected
-      << "f:7:1: pheromone[1]: harmless unless it comes to that: amid nodes all at their maximum "
-         "an antenna smells "
+      << "f:7:1: pheromone[1]: amid nodes all at their maximum an antenna senses "
       << std::floor(0.5 * sum * 10) / 10
       << " units, and a message holds 7.99; both sides are then scaled down by the same factor, "
          "and robots steer as before. A smaller `maximum` avoids it";
-  EXPECT_EQ(warnings[0], expected.str());
+  EXPECT_EQ(notes[0], expected.str());
 }
 
-// The most that an antenna on a node smells of what is `most` at each node, by the definition.
+// The most that an antenna on a node senses of what is `most` at each node, by the definition.
 double Smell(double most, double sigma_cells, int reach_cells) {
   double sum = 0;
   for (int x = -reach_cells; x <= reach_cells; ++x) {
@@ -348,13 +347,13 @@ double Smell(double most, double sigma_cells, int reach_cells) {
   return sum;
 }
 
-std::vector<std::string> WarningsOf(std::string_view pheromones) {
-  return ParseConfig(With(pheromones), "f").value().warnings;
+std::vector<std::string> NotesOf(std::string_view pheromones) {
+  return ParseConfig(With(pheromones), "f").value().notes;
 }
 
 std::string Units(double units) {
   std::ostringstream text;
-  text << "smells " << std::floor(units * 10) / 10 << " units";
+  text << "senses " << std::floor(units * 10) / 10 << " units";
   return text.str();
 }
 
@@ -364,10 +363,10 @@ TEST(LawTest, SaturationCountsTheWeightAndTheBell) {
   const double one = Smell(1, 2, 6);
   ASSERT_GT(one * 0.4, 8);
   ASSERT_LT(one * 0.3, 7.9);
-  const auto warnings = WarningsOf(Law(std::string(kBell) + "-0.4\n"));
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find(Units(one * 0.4)), std::string::npos) << warnings[0];
-  EXPECT_TRUE(WarningsOf(Law(std::string(kBell) + "0.3\n")).empty());
+  const auto notes = NotesOf(Law(std::string(kBell) + "-0.4\n"));
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find(Units(one * 0.4)), std::string::npos) << notes[0];
+  EXPECT_TRUE(NotesOf(Law(std::string(kBell) + "0.3\n")).empty());
 }
 
 // Parts of opposite signs need not lie in the same place: their strengths add up.
@@ -380,10 +379,10 @@ TEST(LawTest, SaturationOfABlendIsThatOfItsPartsTogether) {
   }
   ASSERT_LT(2.5 * half_disc, 7.99);
   ASSERT_GT(3 * half_disc, 8);
-  const auto warnings = WarningsOf(kTwo);
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_EQ(warnings[0].substr(0, 19), "f:7:1: pheromone[1]");
-  EXPECT_NE(warnings[0].find(Units(3 * half_disc)), std::string::npos) << warnings[0];
+  const auto notes = NotesOf(kTwo);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_EQ(notes[0].substr(0, 19), "f:7:1: pheromone[1]");
+  EXPECT_NE(notes[0].find(Units(3 * half_disc)), std::string::npos) << notes[0];
 }
 
 }  // namespace

@@ -103,9 +103,10 @@ bool ReadBlend(const TableReader& table, const field::FieldConfig& field,
   return good;
 }
 
-// A message holds 7.99 units to either side of zero.
-void WarnOfSaturation(const TableReader& table, const field::FieldConfig& field,
-                      const field::PheromoneLaw& law, Notes* notes) {
+// A message holds 7.99 units to either side of zero. No warning: with the paper's law and its cells
+// it can always come to that.
+void NoteSaturation(const TableReader& table, const field::FieldConfig& field,
+                    const field::PheromoneLaw& law, Notes* notes) {
   std::vector<field::BlendPart> parts = law.blend;
   if (!law.is_blend()) {
     parts = {{law.type, law.weight_milli}};
@@ -116,9 +117,9 @@ void WarnOfSaturation(const TableReader& table, const field::FieldConfig& field,
         std::abs(part.weight_milli) / 1e3 * StrongestSmell(field.map, *field.FindLaw(part.type));
   }
   if (most > kLargestOnWire) {
-    notes->warnings.push_back(FormatProblem(
+    notes->notes.push_back(FormatProblem(
         notes->file, table.at(), table.path(),
-        "harmless unless it comes to that: amid nodes all at their maximum an antenna smells " +
+        "amid nodes all at their maximum an antenna senses " +
             FormatNumber(std::floor(most * 10) / 10) +
             " units, and a message holds 7.99; both sides are then scaled down by the same factor, "
             "and robots steer as before. A smaller `maximum` avoids it"));
@@ -160,7 +161,7 @@ bool ReadPheromones(const Value& root, bool has_map, Notes* notes, field::FieldC
     good = (!laws[i].is_blend() || ReadBlend(readers[i], *field, &laws[i])) && good;
   }
   for (size_t i = 0; has_map && good && i < readers.size(); ++i) {
-    WarnOfSaturation(readers[i], *field, laws[i], notes);
+    NoteSaturation(readers[i], *field, laws[i], notes);
   }
   return good;
 }

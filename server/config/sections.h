@@ -13,12 +13,14 @@
 
 namespace pheromone::config {
 
-/// Where problems and warnings go while a file is read, and where the files are that it names.
+/// Where problems, warnings and notes go while a file is read, and where the files are that it
+/// names.
 struct Notes {
   Problems problems;
   std::string file;
   std::optional<std::filesystem::path> folder;
   std::vector<std::string> warnings;
+  std::vector<std::string> notes;
 };
 
 // --- The sections. Those of the field need what was read before them: the geometry, then the

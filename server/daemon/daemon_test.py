@@ -195,7 +195,10 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual(printed.returncode, 0)
         self.config.write_text(printed.stdout)
         self.assertEqual(self.call("--check", "--config", "test.toml").returncode, 0)
-        self.assertEqual(self.call("--check").returncode, 0)
+        result = self.call("--check")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("  note: default configuration:33:1: pheromone[1]: amid nodes all at their "
+                      "maximum an antenna senses ", result.stdout)
 
     def test_command_line_mistakes_and_help(self):
         for arguments in (["--confg", "x"], ["--log-level", "loud"], ["stray"], ["--config"],
