@@ -16,9 +16,12 @@
 #include "client_fw/swarm/robots.h"
 #include "client_fw/swarm/run_command.h"
 #include "client_fw/swarm/sweep_command.h"
+#include "server/base/program.h"
 
-int main(int argc, char** argv) {
-  using namespace pheromone::swarm;  // NOLINT(google-build-using-namespace)
+namespace pheromone::swarm {
+namespace {
+
+int Main(int argc, char** argv) {
   CLI::App app{"Experiments with simulated robots that follow virtual pheromones."};
   app.require_subcommand(1);
   const std::string licence =
@@ -43,4 +46,12 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kWrongInput;
   }
   return status;
+}
+
+}  // namespace
+}  // namespace pheromone::swarm
+
+int main(int argc, char** argv) {
+  return pheromone::RunProgram("pheromone-swarm",
+                               [&] { return pheromone::swarm::Main(argc, argv); });
 }

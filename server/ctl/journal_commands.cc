@@ -192,10 +192,6 @@ int ExportJournal(const std::string& path, const std::string& format) {
   if (!walked.ok()) {
     return Fail(walked.error());
   }
-  std::cout.flush();
-  if (!std::cout) {
-    return Fail("standard output cannot be written");
-  }
   if (!walked.value().cut_short.empty()) {
     std::cerr << "pheromonectl: ends there: " << walked.value().cut_short << '\n';
   }

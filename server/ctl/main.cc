@@ -1,15 +1,14 @@
 // pheromonectl: the operator's command line. Most commands ask a running server, over its Unix
 // socket; `map` and `config check` need none.
 //
-// Exit status: 0; 1 if the server, a robot or a file refused; 2 for a mistake in the command line
-// or a configuration; 3 if there is no server; 4 for a damaged journal.
-#include <exception>
-#include <iostream>
+// Exit status: 0; 1 if the server, a robot or a file refused, standard output too; 2 for a mistake
+// in the command line or a configuration; 3 if there is no server; 4 for a damaged journal.
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/program.h"
 #include "server/ctl/command_line.h"
 
 namespace pheromone::ctl {
@@ -81,10 +80,5 @@ int Main(int argc, char** argv) {
 }  // namespace pheromone::ctl
 
 int main(int argc, char** argv) {
-  try {
-    return pheromone::ctl::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::cerr << "pheromonectl: " << error.what() << '\n';
-    return 1;
-  }
+  return pheromone::RunProgram("pheromonectl", [&] { return pheromone::ctl::Main(argc, argv); });
 }

@@ -236,6 +236,7 @@ int PlayFile(const std::string& file, const PlayOptions& options) {
     }
   }
   player.Finish();
+  std::signal(SIGPIPE, SIG_DFL);  // for standard output
   std::cout << file << ": sent " << player.sent() << " bytes, received " << player.received()
             << '\n';
   return 0;

@@ -6,8 +6,11 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -81,14 +84,16 @@ class RawTerminal {
     }
   }
 
-  static void Write(std::string_view text) {
+  // 0, or why it was not taken, as in errno.
+  static int Write(std::string_view text) {
     while (!text.empty()) {
       const ssize_t written = write(STDOUT_FILENO, text.data(), text.size());
-      if (written <= 0) {
-        return;
+      if (written < 0 && errno != EINTR) {
+        return errno;
       }
-      text.remove_prefix(static_cast<size_t>(written));
+      text.remove_prefix(static_cast<size_t>(std::max<ssize_t>(written, 0)));
     }
+    return 0;
   }
 
   // Waits for the next picture's time. False: the operator wants to end.
@@ -213,15 +218,25 @@ int Watch(const ServerOptions& options, const WatchOptions& watch) {
     Catch(signal, OnSignal);
   }
   Catch(SIGWINCH, OnResize);
+  Catch(SIGPIPE, SIG_IGN);  // the keyboard gets its echo back before the program ends
   std::optional<RawTerminal> terminal(std::in_place);
+  int not_taken = 0;
   do {
-    RawTerminal::Write(OverOld(frame.text));
-    if (!RawTerminal::Wait()) {
+    not_taken = RawTerminal::Write(OverOld(frame.text));
+    if (not_taken != 0 || !RawTerminal::Wait()) {
       break;
     }
     frame = MakeFrame(options, watch);
   } while (frame.exit_status == 0);
   terminal.reset();
+  if (not_taken == EPIPE) {
+    Catch(SIGPIPE, SIG_DFL);
+    std::raise(SIGPIPE);
+  }
+  if (not_taken != 0) {
+    return Fail(kFailed,
+                std::string("standard output cannot be written: ") + std::strerror(not_taken));
+  }
   // What went wrong was told on the screen that is gone now: once more.
   return frame.exit_status != 0 ? MakeFrame(options, watch).exit_status : 0;
 }

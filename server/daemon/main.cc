@@ -6,7 +6,6 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
-#include <exception>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -14,6 +13,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/program.h"
 #include "server/config/config.h"
 #include "server/config/describe.h"
 #include "server/config/folders.h"
@@ -196,10 +196,5 @@ int Main(int argc, char** argv) {
 }  // namespace pheromone::daemon
 
 int main(int argc, char** argv) {
-  try {
-    return pheromone::daemon::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::cerr << "pheromoned: " << error.what() << '\n';
-    return 1;
-  }
+  return pheromone::RunProgram("pheromoned", [&] { return pheromone::daemon::Main(argc, argv); });
 }
