@@ -107,6 +107,11 @@ Result<ByteReader::Source> OpenFile(const std::string& path) {
   if (!file->is_open()) {
     return Error{path + ": cannot be opened: " + std::strerror(errno)};
   }
+  file->peek();  // a folder can be opened, but not read
+  if (file->bad()) {
+    return Error{path + ": cannot be read: " + std::strerror(errno)};
+  }
+  file->clear();  // an empty file is told by whoever reads it
   auto portion = std::make_shared<std::vector<char>>(size_t{1} << 16);
   return ByteReader::Source([file, portion]() -> std::string_view {
     file->read(portion->data(), static_cast<std::streamsize>(portion->size()));

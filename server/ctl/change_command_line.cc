@@ -1,3 +1,4 @@
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -6,9 +7,12 @@
 
 #include "server/ctl/change_commands.h"
 #include "server/ctl/command_line.h"
+#include "server/ctl/number_check.h"
 
 namespace pheromone::ctl {
 namespace {
+
+constexpr double kMostUnits = 1e9;  // which of them a pheromone may have, the server knows
 
 struct Arguments {
   std::string pheromone;
@@ -24,16 +28,19 @@ struct Arguments {
 
 // The options that erase and paint share.
 void AddShape(CLI::App* command, Arguments* it) {
+  const CLI::Validator coordinate = Number(-kFarthestM, kFarthestM);
   command->add_option("PHEROMONE", it->pheromone, "Its number or name")->required();
   auto* line =
       command->add_option("POINTS", it->shape.points_m, "X Y of each point of a line, in metres")
+          ->check(coordinate)
           ->type_name("X Y");
   command->add_option("--radius", it->shape.radius_m, "How far from the line, in metres (0.05)")
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(Number(0, 1000))
       ->type_name("METRES")
       ->needs(line);
   auto* area = command->add_option("--area", it->shape.area_m, "Between two corners, in metres")
                    ->expected(4)
+                   ->check(coordinate)
                    ->type_name("X Y X Y")
                    ->excludes(line);
   command->add_flag("--all", it->shape.all, "The whole map")->excludes(line)->excludes(area);
@@ -54,12 +61,13 @@ bool IsShape(const Shape& shape) {
 
 void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
   const auto it = std::make_shared<Arguments>();
+  const CLI::Validator coordinate = Number(-kFarthestM, kFarthestM);
   CLI::App* deposit = program->add_subcommand("deposit", "Lay quanta of a pheromone at a node");
   deposit->add_option("PHEROMONE", it->pheromone, "Its number or name")->required();
-  deposit->add_option("X", it->x_m, "In metres")->required();
-  deposit->add_option("Y", it->y_m, "In metres")->required();
+  deposit->add_option("X", it->x_m, "In metres")->required()->check(coordinate);
+  deposit->add_option("Y", it->y_m, "In metres")->required()->check(coordinate);
   deposit->add_option("--quanta", it->quanta, "How many (1)")
-      ->check(CLI::Range(1, 65'535))
+      ->check(WholeNumber(1, 65'535))
       ->type_name("N");
   deposit->callback(
       [=] { *exit_status = Deposit(*options, it->pheromone, it->x_m, it->y_m, it->quanta); });
@@ -74,7 +82,7 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
       program->add_subcommand("paint", "Paint a pheromone along a line or on an area");
   AddShape(paint, it.get());
   paint->add_option("--units", it->units, "What each node gets; without it, the maximum")
-      ->check(CLI::NonNegativeNumber)
+      ->check(Number(0, kMostUnits))
       ->type_name("U");
   paint->add_flag("--add", it->add, "Add it to what is there");
   paint->callback([=] {
@@ -86,13 +94,14 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
   command->add_option("LINK", it->command.link, "The name of its link")->required();
   command->add_option("ID", it->command.id, "Its number on the link")
       ->required()
-      ->check(CLI::Range(1, 254));
+      ->check(WholeNumber(1, 254));
   command
       ->add_option("COMMAND", it->command.name,
                    "halt, resume, speed MM_PER_S, go-to X Y, follow TYPE, pick, drop, "
                    "set PARAMETER VALUE or get PARAMETER")
       ->required();
-  command->add_option("ARGUMENTS", it->command.arguments, "Whole numbers, as the command has them");
+  command->add_option("ARGUMENTS", it->command.arguments, "Whole numbers, as the command has them")
+      ->check(WholeNumber(INT32_MIN, INT32_MAX));
   command->add_flag("--no-wait", it->no_wait, "Do not wait for the robot's word");
   command->callback([=] {
     it->command.wait = !it->no_wait;

@@ -7,6 +7,7 @@
 
 #include "server/ctl/command_line.h"
 #include "server/ctl/map_commands.h"
+#include "server/ctl/number_check.h"
 
 namespace pheromone::ctl {
 namespace {
@@ -35,11 +36,12 @@ void AddSource(CLI::App* command, MapSource* source) {
       ->type_name("N|NAME");
   command->add_option("--area", source->area_m, "Between two corners, in metres")
       ->expected(4)
+      ->check(Number(-kFarthestM, kFarthestM))
       ->type_name("X Y X Y");
   command
       ->add_option("--nodes-per-cell", source->nodes_per_cell,
                    "So many nodes along a side make one cell, which shows the strongest")
-      ->check(CLI::Range(1, 30'000))
+      ->check(WholeNumber(1, 30'000))
       ->type_name("R");
 }
 
@@ -55,7 +57,7 @@ void AddMapCommands(CLI::App* program, int* exit_status) {
   CLI::App* draw = map->add_subcommand("draw", "Draw a pheromone in colours, obstacles gray");
   AddSource(draw, &it->source);
   draw->add_option("--pixels-per-cell", it->pixels, "The side of a cell in the picture")
-      ->check(CLI::Range(1, 1000))
+      ->check(WholeNumber(1, 1000))
       ->type_name("K");
   draw->add_option("OUT", it->out, "A .png file")->required();
   draw->callback([arguments, exit_status] {
@@ -71,10 +73,10 @@ void AddMapCommands(CLI::App* program, int* exit_status) {
 
   CLI::App* convert = map->add_subcommand("convert", "Convert between .pgm .png .npy .csv .yaml");
   convert->add_option("--white", it->white, "The value that is white in a picture")
-      ->check(CLI::PositiveNumber)
+      ->check(Number(1e-12, 1e12))
       ->type_name("VALUE");
   convert->add_option("--cell", it->cell_m, "The side of a cell in metres, for a ROS map")
-      ->check(CLI::Range(1e-6, 1e6))
+      ->check(Number(1e-6, 1e6))
       ->type_name("METRES");
   convert->add_option("IN", it->in)->required();
   convert->add_option("OUT", it->out)->required();

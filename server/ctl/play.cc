@@ -200,8 +200,7 @@ int PlayFile(const std::string& file, const PlayOptions& options) {
   std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
   Result<ByteReader::Source> source = capture::OpenFile(file);
   if (!source.ok()) {
-    std::cerr << source.error() << '\n';
-    return kUsage;
+    return Fail(kFailed, source.error());
   }
   capture::CaptureReader reader(std::move(source).value(), file);
   Player player(options);
@@ -209,8 +208,7 @@ int PlayFile(const std::string& file, const PlayOptions& options) {
   while (true) {
     Result<std::optional<capture::Found>> next = reader.Next();
     if (!next.ok()) {
-      std::cerr << next.error() << '\n';
-      return kFailed;
+      return Fail(kFailed, next.error());
     }
     if (!next.value()) {
       break;
@@ -219,8 +217,7 @@ int PlayFile(const std::string& file, const PlayOptions& options) {
     if (const auto* start = std::get_if<capture::Start>(&record)) {
       Result<std::optional<engine::LinkIndex>> link = FindLink(*start, options.link);
       if (!link.ok()) {
-        std::cerr << link.error() << '\n';
-        return kUsage;
+        return Fail(kUsage, "--link: " + link.error());
       }
       only = link.value();
     }
@@ -231,8 +228,7 @@ int PlayFile(const std::string& file, const PlayOptions& options) {
     }
     const Status sent = player.Send(*packet);
     if (!sent.ok()) {
-      std::cerr << sent.error() << '\n';
-      return kFailed;
+      return Fail(kFailed, sent.error());
     }
   }
   player.Finish();

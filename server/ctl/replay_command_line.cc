@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "server/ctl/command_line.h"
+#include "server/ctl/number_check.h"
 #include "server/ctl/replay_commands.h"
 
 namespace pheromone::ctl {
@@ -38,7 +39,7 @@ void AddReplayCommands(CLI::App* program, int* exit_status) {
       ->type_name("NAME");
   replay->add_option("--speed", it->play.speed, "Times the recorded pace (1); 0 = without pauses")
       ->needs(to)
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(Number(0, 1e6))
       ->type_name("X");
   replay->callback([=] {
     if (it->play.to.empty()) {

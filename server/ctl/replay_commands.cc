@@ -60,8 +60,7 @@ int ReplayFiles(const std::vector<std::string>& files, bool answers) {
   for (const std::string& file : files) {
     Result<ByteReader::Source> source = capture::OpenFile(file);
     if (!source.ok()) {
-      std::cerr << source.error() << '\n';
-      return kUsage;
+      return Fail(kFailed, source.error());
     }
     capture::CaptureReader reader(std::move(source).value(), file);
     const capture::Replay* running = nullptr;
@@ -74,8 +73,9 @@ int ReplayFiles(const std::vector<std::string>& files, bool answers) {
     const Status same = ReplayOne(&reader, &replay);
     if (!same.ok()) {
       std::cout.flush();
-      std::cerr << same.error() << "\n  the same until there: " << Describe(replay) << '\n';
-      return kFailed;
+      const bool replayed = replay.report().messages != 0 || replay.report().packets != 0;
+      return Fail(kFailed,
+                  same.error() + (replayed ? "\n  the same until there: " + Describe(replay) : ""));
     }
     if (!answers) {
       std::cout << file << ": the same: " << Describe(replay) << '\n';

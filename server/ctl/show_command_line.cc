@@ -5,6 +5,7 @@
 
 #include "server/ctl/command_line.h"
 #include "server/ctl/config_commands.h"
+#include "server/ctl/number_check.h"
 #include "server/ctl/show_commands.h"
 #include "server/ctl/watch.h"
 
@@ -41,10 +42,10 @@ void AddWatch(CLI::App* program, const ServerOptions* options, const std::shared
       ->type_name("N|NAME");
   watch->add_flag("--once", it->watch.once, "Draw one picture and end");
   watch->add_option("--columns", it->watch.columns, "Instead of the terminal's")
-      ->check(CLI::Range(20, 1000))
+      ->check(WholeNumber(20, 1000))
       ->type_name("N");
   watch->add_option("--rows", it->watch.rows, "Instead of the terminal's")
-      ->check(CLI::Range(5, 1000))
+      ->check(WholeNumber(5, 1000))
       ->type_name("N");
   watch
       ->add_option("--colours", it->watch.colours,
@@ -72,11 +73,13 @@ void AddShowCommands(CLI::App* program, const ServerOptions* options, int* exit_
   CLI::App* laws = program->add_subcommand("laws", "Show the pheromones");
   laws->callback([=] { *exit_status = ShowLaws(*options); });
 
+  const CLI::Validator coordinate = Number(-kFarthestM, kFarthestM);
   CLI::App* sense = program->add_subcommand("sense", "Say what a robot would smell somewhere");
   sense->add_option("PHEROMONE", it->pheromone, "Its number or name")->required();
-  sense->add_option("X", it->x_m, "In metres")->required();
-  sense->add_option("Y", it->y_m, "In metres")->required();
-  sense->add_option("HEADING", it->heading_deg, "In degrees, counter-clockwise from +x");
+  sense->add_option("X", it->x_m, "In metres")->required()->check(coordinate);
+  sense->add_option("Y", it->y_m, "In metres")->required()->check(coordinate);
+  sense->add_option("HEADING", it->heading_deg, "In degrees, counter-clockwise from +x")
+      ->check(Number(-360, 360));
   sense->callback(
       [=] { *exit_status = Sense(*options, it->pheromone, it->x_m, it->y_m, it->heading_deg); });
 

@@ -1,0 +1,23 @@
+// Checks of numbers on the command line, as CLI11 takes them. What is wrong is told as everywhere:
+//
+//   command->add_option("--radius", radius_m)->check(Number(0, 1000));
+//   // --radius: found "nan", expected a number from 0 to 1000
+//
+// CLI11's own CLI::Range lets "nan" through, and without any check "inf" is a number too: neither
+// can be written in JSON.
+#pragma once
+
+#include <cstdint>
+
+#include <CLI/CLI.hpp>
+
+namespace pheromone::ctl {
+
+/// Coordinates on maps, in metres either way; what the server takes.
+constexpr double kFarthestM = 1e6;
+
+/// A finite number, bounds included.
+CLI::Validator Number(double least, double most);
+CLI::Validator WholeNumber(int64_t least, int64_t most);
+
+}  // namespace pheromone::ctl
