@@ -84,6 +84,11 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes) {
 }
 
 Status WriteFile(const std::string& path, std::string_view bytes) {
+  // What is moved into place would take the place of a device too, such as /dev/null.
+  struct stat found {};
+  if (stat(path.c_str(), &found) == 0 && !S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode)) {
+    return Error{path + ": cannot be written: is not a regular file"};
+  }
   // Exclusive, so that two writers do not share it; what a crash left behind is stepped over.
   std::string fresh;
   int fd = -1;

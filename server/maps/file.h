@@ -22,7 +22,8 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes = kMaxFil
 
 /// Replaces a file as a whole: the bytes go to a new file beside it, to the disk, and only then
 /// take the old one's name. Whoever reads meanwhile, or after a power cut, finds the old or the new
-/// content and nothing between. On an error the old file is untouched.
+/// content and nothing between. On an error the old file is untouched; what is there and is no
+/// regular file, such as a device, is one.
 Status WriteFile(const std::string& path, std::string_view bytes);
 
 /// "NAME: byte N: WHAT", counting from 0, for formats without lines.

@@ -56,6 +56,18 @@ TEST_F(FileTest, AFailedWriteSaysWhyAndLeavesNothing) {
   EXPECT_EQ(Entries(), 1U);
 }
 
+TEST_F(FileTest, ADeviceIsNotReplacedByAFile) {
+  ASSERT_EQ(mkfifo(In("pipe").c_str(), 0600), 0);
+  std::filesystem::create_symlink("/dev/null", In("null"));
+  for (const char* name : {"pipe", "null"}) {
+    EXPECT_EQ(WriteFile(In(name), "x").error(),
+              In(name) + ": cannot be written: is not a regular file");
+  }
+  EXPECT_TRUE(std::filesystem::is_fifo(In("pipe")));
+  EXPECT_TRUE(std::filesystem::is_symlink(In("null")));
+  EXPECT_EQ(Entries(), 2U);
+}
+
 TEST_F(FileTest, ReadingSaysWhyItFails) {
   EXPECT_EQ(ReadFile(In("a")).error(), In("a") + ": cannot be opened: No such file or directory");
   EXPECT_EQ(ReadFile(In("")).error(), In("") + ": cannot be read: Is a directory");
