@@ -91,6 +91,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadDaemon(root, &notes, &config.daemon);
   ReadControl(root, &notes, &config.control);
   ReadWeb(root, &notes, &config.web);
+  CheckConflicts(root, &notes, config.control);
   if (!notes.problems.empty()) {
     return Error{notes.problems.Text()};
   }

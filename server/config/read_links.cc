@@ -1,7 +1,6 @@
 // [[link]]: how robots reach the server.
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -35,14 +34,12 @@ std::optional<UsbIdentity> ParseUsb(std::string_view text) {
 
 // A path, a name in /dev/serial/by-id, or a USB adapter.
 bool ReadPort(const TableReader& table, LinkConfig* link) {
-  constexpr std::string_view kByIdFolder = "/dev/serial/by-id/";
   if (table.Find("usb") == nullptr) {
     const auto port = table.String("port");
     if (!port) {
       return false;
     }
-    const bool by_id = port->find('/') == std::string::npos;
-    link->path = (by_id ? std::string(kByIdFolder) : "") + *port;
+    link->path = PortPath(*port);
     return true;
   }
   const auto text = table.String("usb");
@@ -97,29 +94,12 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
   return false;
 }
 
-// Two links cannot be reached in the same way.
+// What two links cannot share; ports and paths are looked at in conflicts.cc.
 std::string_view Clash(const LinkConfig& a, const LinkConfig& b) {
   if (a.name == b.name) {
     return "name";
   }
-  const auto listens = [](LinkKind kind) {
-    return kind == LinkKind::kTcp || kind == LinkKind::kUdp;
-  };
-  if (listens(a.kind)) {
-    const bool same = a.kind == b.kind && a.listen_port != 0 && a.listen_port == b.listen_port &&
-                      a.listen_address == b.listen_address;
-    return same ? "listen" : "";
-  }
-  const auto normal = [](const std::string& path) {
-    return std::filesystem::path(path).lexically_normal();
-  };
-  if (a.usb && a.usb == b.usb) {
-    return "usb";
-  }
-  if (!listens(b.kind) && !a.usb && !b.usb && normal(a.path) == normal(b.path)) {
-    return a.kind == LinkKind::kPty ? "path" : "port";
-  }
-  return "";
+  return a.usb && a.usb == b.usb ? "usb" : "";
 }
 
 // "10-20", both included; nothing if it is no such range of IDs.
@@ -200,6 +180,10 @@ void ReadLink(const TableReader& table, Config* config) {
 }
 
 }  // namespace
+
+std::string PortPath(const std::string& port) {
+  return (port.find('/') == std::string::npos ? "/dev/serial/by-id/" : "") + port;
+}
 
 void ReadLinks(const Value& root, Notes* notes, Config* config) {
   const std::vector<const Value*> tables = TablesOf(root, "link", notes, kMostTables);

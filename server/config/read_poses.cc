@@ -57,12 +57,10 @@ void ReadTracker(const TableReader& table, std::vector<TrackerConfig>* trackers)
     return;
   }
   for (const TrackerConfig& other : *trackers) {
-    const bool same_port = other.listen_port != 0 && other.listen_port == endpoint->port &&
-                           other.listen_address == endpoint->address;
-    if (other.name == *name || same_port) {
-      const std::string_view key = other.name == *name ? "name" : "listen";
-      table.Report(key, "found " + table.Find(key)->Describe() +
-                            " again, expected what tracker \"" + other.name + "\" does not have");
+    if (other.name == *name) {
+      table.Report("name", "found " + table.Find("name")->Describe() +
+                               " again, expected what tracker \"" + other.name +
+                               "\" does not have");
       return;
     }
   }

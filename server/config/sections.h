@@ -69,6 +69,10 @@ void ReadWeb(const Value& root, Notes* notes, WebSettings* web);
 /// [journal]
 void ReadJournal(const Value& root, Notes* notes, JournalConfig* journal);
 
+/// That nothing is configured for two of them that only one can have: a port, a path. `control` is
+/// what ReadControl read. What is in the way of what is made is a warning.
+void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& control);
+
 // --- What several of them have in common.
 
 /// [NAME], or an empty table if there is none. A value of another kind is noted.
@@ -89,6 +93,9 @@ std::string ListOf(const std::vector<field::PheromoneLaw>& laws);
 /// blend has no pheromone of its own, so it is none of them.
 const field::PheromoneLaw* ReadPheromoneOf(const TableReader& table,
                                            const field::FieldConfig& field);
+
+/// The path of a serial port that is configured by it, or by its name in /dev/serial/by-id.
+std::string PortPath(const std::string& port);
 
 /// `name` is at most 32 letters, digits, hyphens, underscores and dots.
 std::optional<std::string> ReadName(const TableReader& table);

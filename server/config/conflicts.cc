@@ -1,0 +1,262 @@
+// What two sections cannot both have: a port that is listened on, a path where something is made.
+// The server would start, and one of the two would stay down; the log is a late place to read it.
+#include <arpa/inet.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/config/folders.h"
+#include "server/config/sections.h"
+
+namespace pheromone::config {
+namespace {
+
+using Address = std::array<uint8_t, sizeof(in6_addr)>;
+
+constexpr Address kAny6 = {};
+constexpr Address kAny4 = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
+
+// IPv4 as the IPv6 address that it is mapped to: a socket of IPv6 takes both.
+Address AddressOf(const std::string& text) {
+  const std::string mapped = text.find(':') == std::string::npos ? "::ffff:" + text : text;
+  Address address = {};
+  inet_pton(AF_INET6, mapped.c_str(), address.data());
+  return address;
+}
+
+// Whether `a` stands for `b` too, as the system sees it.
+bool Covers(const Address& a, const Address& b) {
+  const bool is_v4 = std::equal(kAny4.begin(), kAny4.end() - 4, b.begin());
+  return a == b || a == kAny6 || (a == kAny4 && is_v4);
+}
+
+struct Listener {
+  std::string key;  // link[2].listen
+  std::string of;   // link "net"
+  const Value* value = nullptr;
+  bool tcp = false;
+  Address address = {};
+  uint16_t port = 0;
+};
+
+bool Clash(const Listener& a, const Listener& b) {
+  return a.tcp == b.tcp && a.port != 0 && a.port == b.port &&
+         (Covers(a.address, b.address) || Covers(b.address, a.address));
+}
+
+// Where something is made, or is.
+struct Place {
+  enum class Kind { kPty, kSerial, kSocket, kFile };
+  Kind kind = Kind::kFile;
+  std::string key;
+  std::string of;                // link "radio-a", the control socket, this configuration file
+  const Value* value = nullptr;  // null: it is there without being configured
+  std::filesystem::path path;
+
+  bool is_link() const { return kind == Kind::kPty || kind == Kind::kSerial; }
+};
+
+bool Clash(const Place& a, const Place& b) {
+  const auto makes = [](const Place& it) {
+    return it.kind == Place::Kind::kPty || it.kind == Place::Kind::kSocket;
+  };
+  return a.path == b.path && ((a.is_link() && b.is_link()) || makes(a) || makes(b));
+}
+
+// The same for all names of a place; what the last part of it points to is another place.
+std::filesystem::path PlaceOf(const std::string& path) {
+  const std::filesystem::path whole = AbsolutePath(path);
+  std::error_code error;
+  const std::filesystem::path folder =
+      std::filesystem::weakly_canonical(whole.parent_path(), error);
+  return error ? whole : folder / whole.filename();
+}
+
+std::string TextAt(const Value& table, std::string_view key) {
+  const Value* value = table.Find(key);
+  return value != nullptr && value->kind == Value::Kind::kString ? value->text : "";
+}
+
+// Goes through the sections once more, also through those with mistakes: what can be read counts.
+class Collector {
+ public:
+  Collector(const Value& root, const Notes& notes) : notes_(notes), ignored_(notes.file) {
+    if (notes.folder) {
+      places_.push_back(
+          {Place::Kind::kFile, "", "this configuration file", nullptr, PlaceOf(notes.file)});
+    }
+    ForEach(root, "link",
+            [this](const Value& table, const std::string& path) { AddLink(table, path); });
+    ForEach(root, "tracker", [this](const Value& table, const std::string& path) {
+      AddListener(table, path, "tracker \"" + TextAt(table, "name") + '"', false);
+    });
+    ForEach(root, "web", [this](const Value& table, const std::string& path) {
+      AddListener(table, path, "[web]", true);
+      AddFile(table, path, "token_file");
+    });
+    ForEach(root, "obstacles",
+            [this](const Value& table, const std::string& path) { AddFile(table, path, "map"); });
+    for (const std::string_view name : {"path", "print"}) {
+      ForEach(root, name, [this](const Value& table, const std::string& path) {
+        AddFile(table, path, "file");
+      });
+    }
+  }
+
+  void AddSocket(const Value& root, const std::string& socket) {
+    const Value* control = root.Find("control");
+    const Value* value = control != nullptr ? control->Find("socket") : nullptr;
+    if (!socket.empty()) {
+      places_.push_back(
+          {Place::Kind::kSocket, "control.socket", "the control socket", value, PlaceOf(socket)});
+    }
+  }
+
+  /// In the order of the file.
+  std::vector<Listener> listeners() const { return Sorted(listeners_); }
+  std::vector<Place> places() const { return Sorted(places_); }
+
+ private:
+  // A table, or each of an array of tables.
+  template <typename Function>
+  static void ForEach(const Value& root, std::string_view name, const Function& function) {
+    const Value* value = root.Find(name);
+    if (value != nullptr && value->kind == Value::Kind::kTable) {
+      function(*value, std::string(name));
+    }
+    const bool many = value != nullptr && value->kind == Value::Kind::kArray;
+    for (size_t i = 0; many && i < value->items.size(); ++i) {
+      if (value->items[i].kind == Value::Kind::kTable) {
+        function(value->items[i], PathOf(name, i));
+      }
+    }
+  }
+
+  template <typename T>
+  static std::vector<T> Sorted(std::vector<T> all) {
+    const auto at = [](const T& it) { return it.value != nullptr ? it.value->at : Position{0, 0}; };
+    std::stable_sort(all.begin(), all.end(), [&](const T& a, const T& b) { return at(a) < at(b); });
+    return all;
+  }
+
+  void AddLink(const Value& table, const std::string& path) {
+    const std::string kind = TextAt(table, "kind");
+    const std::string of = "link \"" + TextAt(table, "name") + '"';
+    if (kind == "tcp" || kind == "udp") {
+      AddListener(table, path, of, kind == "tcp");
+      return;
+    }
+    const std::string key = kind == "pty" ? "path" : "port";
+    std::string place = TextAt(table, key);
+    if (place.empty() || (kind == "serial" && table.Find("usb") != nullptr)) {
+      return;
+    }
+    if (kind == "serial") {
+      place = PortPath(place);
+    }
+    places_.push_back({kind == "pty" ? Place::Kind::kPty : Place::Kind::kSerial, path + '.' + key,
+                       of, table.Find(key), PlaceOf(place)});
+  }
+
+  void AddListener(const Value& table, const std::string& path, const std::string& of, bool tcp) {
+    const Value* value = table.Find("listen");
+    const auto endpoint = value != nullptr
+                              ? ReadEndpoint(TableReader(table, path, &ignored_), "listen")
+                              : std::nullopt;
+    if (endpoint) {
+      listeners_.push_back(
+          {path + ".listen", of, value, tcp, AddressOf(endpoint->address), endpoint->port});
+    }
+  }
+
+  void AddFile(const Value& table, const std::string& path, const std::string& key) {
+    const std::string name = TextAt(table, key);
+    if (notes_.folder && !name.empty()) {
+      places_.push_back({Place::Kind::kFile, path + '.' + key, "the file of " + path + '.' + key,
+                         table.Find(key), PlaceOf((*notes_.folder / name).string())});
+    }
+  }
+
+  const Notes& notes_;
+  Problems ignored_;  // was told when the section was read
+  std::vector<Listener> listeners_;
+  std::vector<Place> places_;
+};
+
+void CheckListeners(const std::vector<Listener>& listeners, Problems* problems) {
+  for (auto later = listeners.begin(); later != listeners.end(); ++later) {
+    const auto earlier = std::find_if(listeners.begin(), later,
+                                      [&](const Listener& it) { return Clash(it, *later); });
+    if (earlier != later) {
+      const bool same = earlier->value->text == later->value->text;
+      problems->Add(later->value->at, later->key,
+                    "found " + later->value->Describe() +
+                        (same ? " again, expected what " + earlier->of + " does not have"
+                              : ", expected another port than that of " + earlier->of +
+                                    ", which listens on \"" + earlier->value->text + '"'));
+    }
+  }
+}
+
+void CheckPlaces(const std::vector<Place>& places, Problems* problems) {
+  for (auto later = places.begin(); later != places.end(); ++later) {
+    const auto clash =
+        std::find_if(places.begin(), later, [&](const Place& it) { return Clash(it, *later); });
+    if (clash == later) {
+      continue;
+    }
+    // A file that is read is right where it is.
+    const bool swapped = later->kind == Place::Kind::kFile && clash->value != nullptr;
+    const Place& wrong = swapped ? *clash : *later;
+    const Place& right = swapped ? *later : *clash;
+    if (wrong.is_link() && right.is_link()) {
+      problems->Add(wrong.value->at, wrong.key,
+                    "found " + wrong.value->Describe() + " again, expected what " + right.of +
+                        " does not have");
+    } else {
+      problems->Add(wrong.value->at, wrong.key,
+                    "found " + wrong.value->Describe() + ", which is " + right.of +
+                        ", expected a path of its own");
+    }
+  }
+}
+
+// What stands in the way of what is made there; links of an earlier run are replaced.
+void WarnOfObstructions(const std::vector<Place>& places, Notes* notes) {
+  for (const Place& place : places) {
+    struct stat found {};
+    if (place.value == nullptr || lstat(place.path.c_str(), &found) != 0) {
+      continue;
+    }
+    std::error_code error;
+    const bool is_pty =
+        S_ISLNK(found.st_mode) &&
+        std::filesystem::read_symlink(place.path, error).string().rfind("/dev/pts/", 0) == 0;
+    const char* expected =
+        place.kind == Place::Kind::kPty && !is_pty ? "a link to a pseudo-terminal"
+        : place.kind == Place::Kind::kSocket && !S_ISSOCK(found.st_mode) ? "a socket"
+                                                                         : nullptr;
+    if (expected != nullptr) {
+      notes->warnings.push_back(FormatProblem(
+          notes->file, place.value->at, place.key,
+          place.path.string() + " is there already, expected nothing there or " + expected));
+    }
+  }
+}
+
+}  // namespace
+
+void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& control) {
+  Collector collector(root, *notes);
+  collector.AddSocket(root, control.socket);
+  CheckListeners(collector.listeners(), &notes->problems);
+  CheckPlaces(collector.places(), &notes->problems);
+  WarnOfObstructions(collector.places(), notes);
+}
+
+}  // namespace pheromone::config
