@@ -132,7 +132,8 @@ class NaiveDecoder {
       ++counters.runts;
       return;
     }
-    const Bytes body(inside.begin(), inside.end() - 2);
+    Bytes body = inside;
+    body.resize(inside.size() - 2);
     const unsigned sent = inside[inside.size() - 2] + 256u * inside[inside.size() - 1];
     if (NaiveCrc16(body) != sent) {
       ++counters.crc_errors;

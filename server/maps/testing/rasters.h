@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <string>
@@ -25,7 +27,7 @@ inline Raster RasterOf(const Rows& top_down) {
   raster.columns = static_cast<int32_t>(top_down.front().size());
   for (size_t below = top_down.size(); below > 0; --below) {
     const std::vector<double>& row = top_down[below - 1];
-    raster.values.insert(raster.values.end(), row.begin(), row.end());
+    std::copy(row.begin(), row.end(), std::back_inserter(raster.values));
   }
   return raster;
 }
