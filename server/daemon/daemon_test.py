@@ -482,7 +482,8 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual(self.call("--load-field", "").returncode, 2)
 
     def test_where_nothing_can_be_saved_is_told_at_the_start(self):
-        for path, why in (("none/lab.field", "No such file"), (".", "is a folder")):
+        for path, why in (("none/lab.field", "No such file"), (".", "is a folder"),
+                          ("/dev/null", "is not a regular file")):
             result = self.call("--save-field", path)
             self.assertEqual(result.returncode, 2)
             self.assertIn(f"{os.path.normpath(self.folder / path)}: ", result.stderr)

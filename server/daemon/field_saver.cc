@@ -24,7 +24,12 @@ Status CheckFolderOf(const std::string& path, const char* state_directory) {
     return Error{path + ": cannot be written: " + why};
   }
   std::error_code ignored;
-  return std::filesystem::is_directory(path, ignored) ? Error{path + ": is a folder"} : Ok();
+  if (std::filesystem::is_directory(path, ignored)) {
+    return Error{path + ": is a folder"};
+  }
+  return std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)
+             ? Error{path + ": is not a regular file"}
+             : Ok();
 }
 
 FieldSaver::FieldSaver(const engine::Service* service, std::function<uint64_t()> now_ms,
