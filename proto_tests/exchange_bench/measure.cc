@@ -52,6 +52,7 @@ void Measure::CompareUdp(Load what, int clients) {
     row.right += served.right;
     row.wrong += served.wrong + bare.wrong;
     row.lost += served.lost;
+    row.late += served.late;
     row.times = std::move(served.times);
   }
   row.per_second = Median(rates);
@@ -72,6 +73,7 @@ void Measure::TimePtys(bool trace, int ptys, int baud, const std::string& beside
   row.right = result.times.size();
   row.wrong = result.wrong;
   row.lost = result.lost;
+  row.late = result.late;
   row.times = std::move(result.times);
   report_->Add(std::move(row));
 }
@@ -87,6 +89,7 @@ void Measure::Roam(int clients) {
     row.right += served.right;
     row.wrong += served.wrong;
     row.lost += served.lost;
+    row.late += served.late;
     row.times = std::move(served.times);
     memory += fmt::format(", {}", server_.rss_kib());
   }

@@ -14,6 +14,7 @@
 #include <optional>
 #include <random>
 
+#include "proto_tests/exchange_bench/given_up.h"
 #include "protocol/decoder.h"
 
 namespace pheromone::bench {
@@ -70,6 +71,7 @@ class Robot {
     }
     if (!done_ && now >= next_) {
       ++result->lost;
+      given_up_.Add({pose_, seq_});
       next_ = now;
       Ask();
     }
@@ -86,6 +88,7 @@ class Robot {
     if (size <= 0) {
       return;
     }
+    read_at_ = now;
     if (!first_byte_at_) {
       first_byte_at_ = now;
     }
@@ -95,19 +98,23 @@ class Robot {
 
  private:
   void Take(const protocol::Message& answer, PtyLoadResult* result) {
-    const bool right = greeting_ || (options_.trace ? arena_.IsTraceAnswer(answer, 1, pose_, seq_)
-                                                    : arena_.IsSenseAnswer(answer, 1, pose_));
-    if (sent_ < size_ || !right) {
-      ++result->wrong;
+    const auto is_answer_to = [&](const Asked& asked) {
+      return options_.trace ? arena_.IsTraceAnswer(answer, 1, asked.pose, asked.seq)
+                            : arena_.IsSenseAnswer(answer, 1, asked.pose);
+    };
+    if (sent_ < size_ || !(greeting_ || is_answer_to({pose_, seq_}))) {
+      ++(given_up_.Take(is_answer_to) ? result->late : result->wrong);
+      first_byte_at_.reset();  // it was not that of the answer that is awaited
       return;
     }
+    const Clock::time_point first_byte_at = first_byte_at_.value_or(read_at_);
     if (!greeting_) {
-      result->times.Add(*first_byte_at_ - asked_at_);
+      result->times.Add(first_byte_at - asked_at_);
     }
     greeting_ = false;
     std::array<uint8_t, protocol::kMaxFrame> wire{};
     const size_t length = protocol::EncodeFrame(answer, wire.data(), wire.size());
-    next_ = *first_byte_at_ + byte_time_ * static_cast<int64_t>(length + 1);
+    next_ = first_byte_at + byte_time_ * static_cast<int64_t>(length + 1);
     Ask();
   }
 
@@ -144,6 +151,8 @@ class Robot {
   bool done_ = false;
   Clock::time_point next_;  // when there is something to do
   Clock::time_point asked_at_;
+  Clock::time_point read_at_;
+  GivenUp given_up_;
   std::optional<Clock::time_point> first_byte_at_;
 };
 

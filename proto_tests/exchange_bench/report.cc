@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -11,6 +12,18 @@ namespace {
 double Milliseconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double, std::milli>(time).count();
 }
+
+double Ms(Quantiles* times, double q) {
+  return Milliseconds(times->At(q));
+}
+
+// As a field of a CSV file.
+std::string Field(const std::string& text) {
+  return text.find(',') == std::string::npos ? text : '"' + text + '"';
+}
+
+// What an operator may delay an answer by.
+constexpr double kMaxDelayMs = 20;
 
 }  // namespace
 
@@ -24,11 +37,11 @@ Report::Report(const std::string& csv_file) {
     std::exit(1);
   }
   csv_ << "server,load,clients,per_second,echo_per_second,share_of_echo,right,wrong,lost,p50_ms,"
-          "p99_ms,p999_ms\n";
+          "p99_ms,p999_ms,late,longest_ms,alone_p99_ms,alone_longest_ms,stops,request_ms,unfed_ms,"
+          "request\n";
 }
 
 void Report::Add(Row row) {
-  wrong_ += row.wrong;
   std::string rate;
   if (row.per_second > 0) {
     rate = fmt::format(" {:7.0f}/s", row.per_second);
@@ -37,18 +50,39 @@ void Report::Add(Row row) {
     rate += fmt::format(", {:.0f} % of the bare echo's {:.0f}/s", 100 * row.share_of_echo,
                         row.echo_per_second);
   }
-  const double p50 = Milliseconds(row.times.At(0.5));
-  const double p99 = Milliseconds(row.times.At(0.99));
-  const double p999 = Milliseconds(row.times.At(0.999));
-  Say(
-      fmt::format("{:9}{}:{}{} p50 {:.3f} ms, p99 {:.3f} ms, p99.9 {:.3f} ms; {} right, {} wrong, "
-                  "{} lost",
-                  row.server, row.load, rate, rate.empty() ? "" : ";", p50, p99, p999, row.right,
-                  row.wrong, row.lost));
+  Say(fmt::format(
+      "{:9}{}:{}{} p50 {:.3f} ms, p99 {:.3f} ms, p99.9 {:.3f} ms; {} right, {} wrong, "
+      "{} lost, {} late",
+      row.server, row.load, rate, rate.empty() ? "" : ";", Ms(&row.times, 0.5),
+      Ms(&row.times, 0.99), Ms(&row.times, 0.999), row.right, row.wrong, row.lost, row.late));
+  Write(&row, ",,,,,");
+}
+
+void Report::Add(BesideRow beside) {
+  Row* row = &beside.row;
+  const double longest = Ms(&row->times, 1);
+  const double alone = Ms(&beside.alone, 1);
+  const bool held_up = longest > std::max(kMaxDelayMs, 2 * alone) || beside.stops > 0;
+  ++beside_;
+  held_up_ += held_up ? 1 : 0;
+  Say(fmt::format(
+      "{:9}{}: longest {:.3f} ms, p99 {:.3f} ms (alone {:.3f} and {:.3f}); {} right, "
+      "{} wrong, {} lost, {} late; stopped {} times{}",
+      row->server, row->load, longest, Ms(&row->times, 0.99), alone, Ms(&beside.alone, 0.99),
+      row->right, row->wrong, row->lost, row->late, beside.stops, held_up ? "; HELD UP" : ""));
+  Write(row, fmt::format("{:.4f},{:.4f},{},{:.1f},{},{}", Ms(&beside.alone, 0.99), alone,
+                         beside.stops, Milliseconds(beside.request_time), beside.unfed.count(),
+                         Field(beside.request)));
+}
+
+void Report::Write(Row* row, const std::string& more) {
+  wrong_ += row->wrong;
   if (csv_.is_open()) {
-    csv_ << fmt::format("{},{},{},{:.0f},{:.0f},{:.3f},{},{},{},{:.4f},{:.4f},{:.4f}\n", row.server,
-                        row.load, row.clients, row.per_second, row.echo_per_second,
-                        row.share_of_echo, row.right, row.wrong, row.lost, p50, p99, p999)
+    csv_ << fmt::format(
+                "{},{},{},{:.0f},{:.0f},{:.3f},{},{},{},{:.4f},{:.4f},{:.4f},{},{:.4f},{}\n",
+                row->server, Field(row->load), row->clients, row->per_second, row->echo_per_second,
+                row->share_of_echo, row->right, row->wrong, row->lost, Ms(&row->times, 0.5),
+                Ms(&row->times, 0.99), Ms(&row->times, 0.999), row->late, Ms(&row->times, 1), more)
          << std::flush;
   }
 }

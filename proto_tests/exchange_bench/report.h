@@ -2,6 +2,7 @@
 // file.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -20,7 +21,18 @@ struct Row {
   uint64_t right = 0;
   uint64_t wrong = 0;
   uint64_t lost = 0;
+  uint64_t late = 0;  ///< of the lost: answered after they were given up
   Quantiles times = {};
+};
+
+/// What a robot was told beside an operator, and when there was none, in the same run.
+struct BesideRow {
+  Row row;                                ///< beside the operator
+  Quantiles alone = {};                   ///< the same robot's times right before
+  uint64_t stops = 0;                     ///< how often its fail-safe had to stop it
+  std::string request;                    ///< what became of the operator's request: "done"
+  std::chrono::nanoseconds request_time;  ///< the longest, if it was made more than once
+  std::chrono::milliseconds unfed;        ///< the longest that the watchdog had to wait
 };
 
 class Report {
@@ -29,15 +41,24 @@ class Report {
   explicit Report(const std::string& csv_file);
 
   void Add(Row row);
+  void Add(BesideRow beside);
   /// A line for people only.
   static void Say(const std::string& line);
 
   /// Answers that were wrong, in all rows.
   uint64_t wrong() const { return wrong_; }
+  /// Rows beside an operator, and those in which the longest answer took more than 20 ms and twice
+  /// the longest of the robot alone, or the fail-safe had to stop it.
+  uint64_t beside() const { return beside_; }
+  uint64_t held_up() const { return held_up_; }
 
  private:
+  void Write(Row* row, const std::string& more);
+
   std::ofstream csv_;
   uint64_t wrong_ = 0;
+  uint64_t beside_ = 0;
+  uint64_t held_up_ = 0;
 };
 
 }  // namespace pheromone::bench

@@ -15,6 +15,7 @@
 #include <span>
 #include <utility>
 
+#include "proto_tests/exchange_bench/given_up.h"
 #include "protocol/decoder.h"
 
 namespace pheromone::bench {
@@ -83,6 +84,7 @@ class Clients {
     Clock::time_point asked_at;
     size_t request_size = 0;
     std::array<uint8_t, protocol::kMaxFrame> request{};
+    GivenUp given_up;
   };
 
   bool Changes() const { return options_.load == Load::kTrace || options_.load == Load::kRoam; }
@@ -147,18 +149,22 @@ class Clients {
       if (size <= 0) {
         continue;
       }
-      if (IsRight(client, {buffer_.data(), static_cast<size_t>(size)})) {
+      const std::span<const uint8_t> bytes(buffer_.data(), static_cast<size_t>(size));
+      if (IsAnswer(client, {client.pose, client.seq}, bytes)) {
         ++result_.right;
         result_.times.Add(Clock::now() - client.asked_at);
         Ask(&client);
+      } else if (client.given_up.Take(
+                     [&](const Asked& asked) { return IsAnswer(client, asked, bytes); })) {
+        ++result_.late;
       } else {
         ++result_.wrong;
       }
     }
   }
 
-  bool IsRight(const Client& client, std::span<const uint8_t> bytes) const {
-    if (options_.load == Load::kEcho) {
+  bool IsAnswer(const Client& client, const Asked& asked, std::span<const uint8_t> bytes) const {
+    if (options_.load == Load::kEcho) {  // never late: there is no engine, and no disk
       return std::equal(bytes.begin(), bytes.end(), client.request.begin(),
                         client.request.begin() + static_cast<std::ptrdiff_t>(client.request_size));
     }
@@ -167,10 +173,10 @@ class Clients {
     bool right = false;
     decoder.PushBlock(bytes.data(), bytes.size(), 0, [&](const protocol::Message& answer) {
       ++frames;
-      right = options_.load == Load::kSense ? arena_.IsSenseAnswer(answer, client.id, client.pose)
+      right = options_.load == Load::kSense ? arena_.IsSenseAnswer(answer, client.id, asked.pose)
               : options_.load == Load::kTrace
-                  ? arena_.IsTraceAnswer(answer, client.id, client.pose, client.seq)
-                  : Arena::IsRoamAnswer(answer, client.id, client.seq);
+                  ? arena_.IsTraceAnswer(answer, client.id, asked.pose, asked.seq)
+                  : Arena::IsRoamAnswer(answer, client.id, asked.seq);
     });
     return right && frames == 1;
   }
@@ -179,6 +185,7 @@ class Clients {
     for (Client& client : clients_) {
       if (now - client.asked_at > kLostAfter) {
         ++result_.lost;
+        client.given_up.Add({client.pose, client.seq});
         Ask(&client);
       }
     }

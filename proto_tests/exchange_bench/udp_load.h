@@ -29,6 +29,7 @@ struct LoadResult {
   uint64_t right = 0;
   uint64_t wrong = 0;  ///< whatever came that was not the answer to what was asked
   uint64_t lost = 0;   ///< no answer for half a second; the client then asked for something else
+  uint64_t late = 0;   ///< of the lost: answered after all
   Quantiles times;     ///< from before a request is sent to after its answer was read
 };
 
