@@ -17,14 +17,13 @@ namespace {
 
 constexpr uint8_t kType = 1;
 constexpr uint8_t kFadingType = 2;
-constexpr int kCellMm = 20;
-constexpr int kCells = 1500;         // along a side; there is one more node
 constexpr size_t kPoses = 1u << 16;  // more than caches hold of the map
 
 constexpr std::string_view kConfig = R"([map]
-width_m = 30.0
-height_m = 30.0
+width_m = {0:.3f}
+height_m = {0:.3f}
 cell_m = 0.02
+wide = {1}
 [antennas]
 bias_m = 0.04
 [[pheromone]]
@@ -55,13 +54,18 @@ io_threads = 1
   std::exit(1);
 }
 
-// By row from below, then by column: whether the node holds something.
-using Nodes = std::vector<bool>;
-constexpr size_t kNodesPerRow = kCells + 1;
+// Of a square; by row from below, then by column: whether the node holds something.
+struct Nodes {
+  explicit Nodes(int nodes_per_side)
+      : side(static_cast<size_t>(nodes_per_side)), hold(side * side, true) {}
 
-Nodes RandomNodes(std::mt19937* random) {
-  Nodes nodes(kNodesPerRow * kNodesPerRow);
-  for (auto node : nodes) {
+  size_t side;
+  std::vector<bool> hold;
+};
+
+Nodes RandomNodes(int side, std::mt19937* random) {
+  Nodes nodes(side);
+  for (auto node : nodes.hold) {
     node = ((*random)() & 1u) != 0;
   }
   return nodes;
@@ -69,23 +73,24 @@ Nodes RandomNodes(std::mt19937* random) {
 
 void WritePicture(const Nodes& nodes, const std::string& path) {
   std::ofstream picture(path, std::ios::binary);
-  picture << "P5\n" << kNodesPerRow << ' ' << kNodesPerRow << "\n255\n";
-  for (size_t row = kNodesPerRow; row-- > 0;) {  // the first row of a picture is the top one
-    for (size_t column = 0; column < kNodesPerRow; ++column) {
-      picture.put(nodes[row * kNodesPerRow + column] ? '\xFF' : '\0');
+  picture << "P5\n" << nodes.side << ' ' << nodes.side << "\n255\n";
+  for (size_t row = nodes.side; row-- > 0;) {  // the first row of a picture is the top one
+    for (size_t column = 0; column < nodes.side; ++column) {
+      picture.put(nodes.hold[row * nodes.side + column] ? '\xFF' : '\0');
     }
   }
 }
 
 std::vector<protocol::WirePose> RandomPoses(const Nodes& nodes, std::mt19937* random) {
-  std::uniform_int_distribution<int32_t> anywhere_mm(0, kCells * kCellMm);
+  std::uniform_int_distribution<int32_t> anywhere_mm(
+      0, (static_cast<int32_t>(nodes.side) - 1) * kCellMm);
   std::uniform_int_distribution<int> any_heading(0, UINT16_MAX);
   const auto nearest = [](int32_t mm) { return static_cast<size_t>((mm + kCellMm / 2) / kCellMm); };
   std::vector<protocol::WirePose> poses;
   while (poses.size() < kPoses) {
     const int32_t x = anywhere_mm(*random);
     const int32_t y = anywhere_mm(*random);
-    if (nodes[nearest(y) * kNodesPerRow + nearest(x)]) {
+    if (nodes.hold[nearest(y) * nodes.side + nearest(x)]) {
       poses.push_back({x, y, static_cast<uint16_t>(any_heading(*random))});
     }
   }
@@ -121,21 +126,29 @@ std::string Links(const LinkNumbers& links) {
 
 }  // namespace
 
-Arena MakeArena(const std::string& folder, const LinkNumbers& links, const std::string& extra) {
+Arena MakeArena(const std::string& folder, const LinkNumbers& links, const std::string& extra,
+                const MapSize& size) {
   std::mt19937 random(1);
-  const Nodes nodes = RandomNodes(&random);
+  const Nodes nodes = RandomNodes(size.robots, &random);
   WritePicture(nodes, folder + "/nodes.pgm");
   Arena arena;
   arena.config_file = folder + "/bench.toml";
-  std::ofstream(arena.config_file) << kConfig << Links(links) << extra;
+  const int side_mm = (size.map - 1) * kCellMm;
+  arena.config_text =
+      fmt::format(kConfig, side_mm / 1000.0, side_mm > INT16_MAX) + Links(links) + extra;
+  std::ofstream(arena.config_file) << arena.config_text;
   const Result<config::Config> config = config::LoadConfig(arena.config_file);
   if (!config.ok()) {
     Fail(config.error());
   }
-  arena.live_nodes = static_cast<size_t>(std::count(nodes.begin(), nodes.end(), true));
+  arena.live_nodes = static_cast<size_t>(std::count(nodes.hold.begin(), nodes.hold.end(), true));
   arena.poses = RandomPoses(nodes, &random);
   ComputeAnswers(config.value(), &arena);
   return arena;
+}
+
+void WriteWhitePicture(int side, const std::string& path) {
+  WritePicture(Nodes(side), path);
 }
 
 protocol::Message Arena::Sense(uint8_t client, size_t pose) const {

@@ -12,20 +12,31 @@
 //    while somebody looks at the map (viewer.h);
 //  * robots that roam and leave what evaporates, and the server's memory meanwhile;
 //  * with --disk, a folder on a real disk, all of TRACE again with a journal there, beside a bare
-//    loop of write and fdatasync.
+//    loop of write and fdatasync;
+//  * robots that ask fifty times a second, alone and beside each of an operator's largest requests
+//    (operators.h), with a journal on that disk, or else where temporary files are.
+//
+//   build/release/bin/exchange_bench --only operators --disk FOLDER --csv FILE
+//   build/release/bin/exchange_bench --only memory --disk FOLDER
+//
+// The last is another subject: the server's memory with a field that is full (RunMemory).
 //
 // Every answer is checked; the exit status is 1 if any was wrong. Rates are the medians of the
 // rounds. Not a test: what it prints is for people.
 #include <fmt/format.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "proto_tests/exchange_bench/arena.h"
 #include "proto_tests/exchange_bench/measure.h"
+#include "proto_tests/exchange_bench/operators.h"
 #include "proto_tests/exchange_bench/report.h"
 #include "proto_tests/exchange_bench/server_process.h"
 #include "proto_tests/exchange_bench/viewer.h"
@@ -37,7 +48,9 @@ struct Options {
   std::string pheromoned;
   std::string disk;
   std::string csv;
+  std::vector<std::string> only;
   int clients = 64;
+  OperatorOptions operators;
   Effort effort;
 };
 
@@ -110,6 +123,22 @@ void RunDurable(const Options& options, Report* report) {
   }
 }
 
+void RunBesideOperators(Options options, bool only_memory, Report* report) {
+  const TemporaryFolder folder(
+      options.disk.empty() ? std::filesystem::temp_directory_path().string() : options.disk);
+  options.operators.pheromoned = options.pheromoned;
+  options.operators.folder = folder.path();
+  if (only_memory) {
+    RunMemory(options.operators);
+    return;
+  }
+  RunOperators(options.operators, report);
+  Report::Say(
+      fmt::format("beside operators: in {} of {} rows an answer took more than 20 ms and "
+                  "twice the longest without, or the fail-safe had to stop a robot",
+                  report->held_up(), report->beside()));
+}
+
 int Main(int argc, char** argv) {
   Options options;
   options.pheromoned =
@@ -127,13 +156,37 @@ int Main(int argc, char** argv) {
   app.add_option("--pty-seconds", options.effort.pty_seconds, "Of each case with ptys");
   app.add_option("--roaming-seconds", options.effort.roaming_seconds, "Of robots that roam");
   app.add_option("--syncs", options.effort.syncs, "Of the bare disk");
+  app.add_option("--only", options.only,
+                 "Only these: volatile, durable (with --disk), operators, memory; default: the "
+                 "first three")
+      ->check(CLI::IsMember({"volatile", "durable", "operators", "memory"}));
+  app.add_option("--operator-seconds", options.operators.seconds,
+                 "Of robots alone, and of robots beside each of an operator's requests");
+  int patience_s = 60;
+  app.add_option("--patience", patience_s, "Seconds, for an operator's request")
+      ->check(CLI::Range(1, 3600));
+  app.add_option("--field-mib", options.operators.field_mib, "The limit of a field that is full")
+      ->check(CLI::Range(16, 65536));
   CLI11_PARSE(app, argc, argv);
   signal(SIGPIPE, SIG_IGN);
 
   Report report(options.csv);
-  RunVolatile(options, &report);
-  if (!options.disk.empty()) {
+  options.operators.patience = std::chrono::seconds(patience_s);
+  const auto wants = [&](const char* part) {
+    return options.only.empty() ? std::string("memory") != part
+                                : std::ranges::find(options.only, part) != options.only.end();
+  };
+  if (wants("volatile")) {
+    RunVolatile(options, &report);
+  }
+  if (wants("durable") && !options.disk.empty()) {
     RunDurable(options, &report);
+  }
+  if (wants("operators")) {
+    RunBesideOperators(options, false, &report);
+  }
+  if (wants("memory")) {
+    RunBesideOperators(options, true, &report);
   }
   return report.wrong() == 0 ? 0 : 1;
 }

@@ -69,8 +69,10 @@ void End(pid_t process) {
 }  // namespace
 
 ServerProcess::ServerProcess(const std::string& program, const std::string& config_file,
-                             const std::vector<std::string>& arguments, const std::string& folder) {
+                             const std::vector<std::string>& arguments, const std::string& folder,
+                             const Environment& environment) {
   const std::string log_file = folder + "/pheromoned.log";
+  std::ofstream{log_file};  // what one before it said is not its own
   std::vector<std::string> words = {program, "--config", config_file};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -85,6 +87,9 @@ ServerProcess::ServerProcess(const std::string& program, const std::string& conf
     const int log = open(log_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     dup2(log, STDERR_FILENO);
     dup2(log, STDOUT_FILENO);
+    for (const auto& [name, value] : environment) {
+      setenv(name.c_str(), value.c_str(), 1);
+    }
     if (chdir(folder.c_str()) == 0) {
       execv(program.c_str(), argv.data());
     }
@@ -95,6 +100,12 @@ ServerProcess::ServerProcess(const std::string& program, const std::string& conf
 
 ServerProcess::~ServerProcess() {
   End(process_);
+}
+
+void ServerProcess::Kill() {
+  kill(process_, SIGKILL);
+  waitpid(process_, nullptr, 0);
+  process_ = -1;
 }
 
 // The log says when the links are up, and where: "link udp-1: up, udp 127.0.0.1:40001".

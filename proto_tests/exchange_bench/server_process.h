@@ -10,12 +10,16 @@
 
 namespace pheromone::bench {
 
+/// Variables, beside those of this process.
+using Environment = std::map<std::string, std::string>;
+
 /// A running pheromoned; ends with its owner.
 class ServerProcess {
  public:
   /// Starts `program` in `folder` and waits until its links are up. Ends this process if it fails.
   ServerProcess(const std::string& program, const std::string& config_file,
-                const std::vector<std::string>& arguments, const std::string& folder);
+                const std::vector<std::string>& arguments, const std::string& folder,
+                const Environment& environment = {});
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;
   ~ServerProcess();
@@ -23,6 +27,10 @@ class ServerProcess {
   /// The UDP port of the link of this name; 0 if there is none.
   uint16_t PortOf(const std::string& link) const;
 
+  /// Ends it at once; for one that does not end by itself.
+  void Kill();
+
+  pid_t pid() const { return process_; }
   /// Resident memory.
   long rss_kib() const;
 

@@ -1,0 +1,37 @@
+// What a process and its children have in memory, from /proc.
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <thread>
+
+namespace pheromone::bench {
+
+/// The resident memory of `process` and of all that it has started, children's children too.
+long FamilyRssKib(pid_t process);
+
+/// Looks all the time, in a thread of its own, until its owner ends.
+class ProcessMemory {
+ public:
+  explicit ProcessMemory(pid_t process);
+  ProcessMemory(const ProcessMemory&) = delete;
+  ProcessMemory& operator=(const ProcessMemory&) = delete;
+  ~ProcessMemory();
+
+  long rss_kib() const { return FamilyRssKib(process_); }
+
+  /// The most since the last call: the system's own mark for the process (VmHWM), or what was seen
+  /// of it together with its children, whichever is more.
+  long TakePeakKib();
+
+ private:
+  void Look();
+
+  const pid_t process_;
+  std::atomic<long> seen_kib_ = 0;
+  std::atomic<bool> stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace pheromone::bench
