@@ -1,0 +1,97 @@
+"""pheromoned as an operator has it: with a Unix socket and, if it is configured, a web port.
+
+    daemon = OperatedDaemon(bin_dir, folder, LD_PRELOAD=...)     # with folder/test.toml
+    status, text = daemon.call("POST", "/api/v1/halt", {})
+    daemon.stop()
+"""
+
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import time
+
+from asking_robot import check
+
+PATIENCE_S = 120  # of a busy machine; nothing waits this long when things are well
+
+
+def await_that(condition, what, patience_s=PATIENCE_S):
+    end = time.monotonic() + patience_s
+    while not condition():
+        check(time.monotonic() < end, f"waited in vain: {what}")
+        time.sleep(0.01)
+
+
+class OperatedDaemon:
+    """Starts when it is made. `environment` comes beside that of this process."""
+
+    def __init__(self, bin_dir, folder, patience_s=PATIENCE_S, **environment):
+        self.folder = folder
+        self.log_file = folder / "pheromoned.log"
+        program = bin_dir / "pheromoned"
+        # A sanitizer wants to be loaded first, says so unless told not to, and keeps freed memory.
+        self.keeps_memory = b"__asan_init" in program.read_bytes()
+        environment = {**os.environ, **environment, "ASAN_OPTIONS": os.environ.get(
+            "ASAN_OPTIONS", "") + ":verify_asan_link_order=0"}
+        environment.pop("JOURNAL_STREAM", None)
+        self.patience_s = patience_s
+        with open(self.log_file, "wb") as log:
+            self.process = subprocess.Popen([program, "--config", "test.toml"], cwd=folder,
+                                            env=environment, stdout=log, stderr=log)
+        try:
+            await_that(self.ready, "the daemon starts", patience_s)
+        except BaseException:
+            self.kill()
+            raise
+
+    def ready(self):
+        check(self.process.poll() is None, f"the daemon ended:\n{self.log()}")
+        return "ready: " in self.log() and "control: " in self.log()
+
+    def log(self):
+        return self.log_file.read_text()
+
+    def udp_port(self):
+        return int(re.search(r"link udp: up, udp 127\.0\.0\.1:(\d+)", self.log())[1])
+
+    def web_port(self):
+        return int(re.search(r"web: http://127\.0\.0\.1:(\d+)", self.log())[1])
+
+    def rss_kib(self):
+        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1])
+
+    def call(self, method, target, body=None, web=False):
+        """An operator's request, over the Unix socket unless over the web's port: the status and
+        what came with it; status 0 if the server hangs up."""
+        connection = socket.socket(socket.AF_INET if web else socket.AF_UNIX, socket.SOCK_STREAM)
+        with connection:
+            connection.settimeout(self.patience_s)
+            connection.connect(("127.0.0.1", self.web_port()) if web
+                               else str(self.folder / "pheromoned.sock"))
+            content = b"" if body is None else json.dumps(body).encode()
+            try:
+                connection.sendall(f"{method} {target} HTTP/1.1\r\nHost: localhost\r\n"
+                                   f"Connection: close\r\nContent-Length: {len(content)}\r\n\r\n"
+                                   .encode() + content)
+                answer = b"".join(iter(lambda: connection.recv(65536), b""))
+            except ConnectionError:
+                return 0, ""
+        head, _, rest = answer.partition(b"\r\n\r\n")
+        return (int(head.split()[1]), rest.decode()) if head else (0, "")
+
+    def healthy(self):
+        return self.call("GET", "/healthz")[0] == 200
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+    def stop(self):
+        self.process.send_signal(signal.SIGTERM)
+        status = self.process.wait(PATIENCE_S)
+        check(status == 0, f"the daemon ended with {status}:\n{self.log()}")
