@@ -163,11 +163,8 @@ class OperatorRows {
   Report* report_;
 };
 
-// A request's outcome in a few words.
-std::string Words(const HttpAnswer& answer) {
-  if (answer.status == 200) {
-    return "done";
-  }
+// Why a request was not done.
+std::string Problem(const HttpAnswer& answer) {
   // {"error": {"what": ..., "where": ..., "expected": ...}}
   constexpr std::string_view kWhat = "\"what\":\"";
   const size_t what = answer.body.find(kWhat);
@@ -177,6 +174,35 @@ std::string Words(const HttpAnswer& answer) {
   const size_t begin = what + kWhat.size();
   return "refused: " + answer.body.substr(begin, answer.body.find('"', begin) - begin);
 }
+
+// What became of requests that were made again and again, in words.
+class Outcome {
+ public:
+  void Count(const HttpAnswer& answer) {
+    longest_ = std::max(longest_, answer.time);
+    if (answer.status == 200) {
+      ++done_;
+    } else {
+      ++not_done_;
+      problem_ = Problem(answer);
+    }
+  }
+
+  std::chrono::nanoseconds longest() const { return longest_; }
+  std::string Words() const {
+    std::string words = done_ > 0 ? fmt::format("done {} times", done_) : "";
+    if (not_done_ > 0) {
+      words += fmt::format("{}{} times {}", done_ > 0 ? ", " : "", not_done_, problem_);
+    }
+    return words;
+  }
+
+ private:
+  int done_ = 0;
+  int not_done_ = 0;
+  std::string problem_;
+  std::chrono::nanoseconds longest_{};
+};
 
 // False if the server is stuck.
 bool OperatorRows::Settle() {
@@ -197,23 +223,21 @@ void OperatorRows::Row(const std::string& name, const Make& make, bool once) {
   std::vector<SteadyResult> alone = stage_.robots().Take();
   stage_.watchdog().TakeLongest();
   const auto begin = Clock::now();
-  HttpAnswer answer;
-  std::chrono::nanoseconds longest{};
+  Outcome outcome;
+  bool finished = true;
   int times = 0;
   do {
-    answer = make(times);
-    longest = std::max(longest, answer.time);
+    const HttpAnswer answer = make(times);
+    outcome.Count(answer);
+    finished = answer.status != 0;
     ++times;
     std::this_thread::sleep_for(kPause);
-  } while (!once && answer.status != 0 && Clock::now() < begin + length);
-  const bool finished = answer.status != 0;
+  } while (!once && finished && Clock::now() < begin + length);
   if (finished) {
     std::this_thread::sleep_until(begin + length);
     Settle();
   }
-  Add(name, std::move(alone), stage_.robots().Take(),
-      fmt::format("{}{}", Words(answer), times > 1 ? fmt::format(", {} times", times) : ""),
-      longest);
+  Add(name, std::move(alone), stage_.robots().Take(), outcome.Words(), outcome.longest());
   if (!finished) {
     stage_.Restart();
   }
