@@ -223,6 +223,16 @@ void Recorder::OnEvent(uint64_t sequence, const engine::Stamp& stamp, const engi
   Give(sent);
 }
 
+// One of two that are the same may have been given before the recording began: then this is not the
+// one that is known here.
+void Recorder::OnDropped(engine::LinkIndex link, const protocol::Message& message, bool repeated) {
+  const std::lock_guard lock(mutex_);
+  const Sent sent{link, message};
+  if ((!repeated || underway_.Count(sent) > 1) && underway_.Take(sent)) {
+    Push(NotSent{sent});
+  }
+}
+
 // Under mutex_.
 void Recorder::Give(std::span<const engine::Outgoing> sent) {
   for (const engine::Outgoing& one : sent) {

@@ -124,6 +124,7 @@ class Recorder final : public engine::Witness {
                std::span<const engine::Outgoing> sent) override;
   void OnEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Event& event,
                std::span<const engine::Outgoing> sent) override;
+  void OnDropped(engine::LinkIndex link, const protocol::Message& message, bool repeated) override;
 
  private:
   enum class Cut { kBegin, kNextFile, kEnd };

@@ -97,6 +97,15 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
         live.service().Inspect([&](const auto& engine) { return traffic.Next(engine); });
     live.now_ms = std::max(live.now_ms.load(), traffic.stamp().field_time_ms);
     live.slow = radio.Below(4) == 0;
+    if (radio.Below(10) == 0) {
+      live.log().Stick();
+      live.log().refusal =
+          radio.Below(4) == 0 ? protocol::Reason::kReadOnly : protocol::Reason::kNone;
+    } else if (radio.Below(4) == 0) {
+      live.log().GoOn();
+      live.log().refusal = protocol::Reason::kNone;
+      live.Release();
+    }
     Happen(&live, &radio, event);
     if (radio.Below(50) == 0 && !live.conversations[0].queue.empty()) {
       live.recorder().LeftOut(0, live.conversations[0].queue.back());
@@ -127,6 +136,35 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
   EXPECT_GT(sum.events, 500u);
   EXPECT_GT(sum.not_sent, 3u);
   EXPECT_GT(sum.under_way, 0u);
+}
+
+// --- Answers that wait for the log.
+
+TEST_F(RecorderTest, AnswersThatAStuckLogHoldsBackAreReplayedWhateverBecomesOfThem) {
+  Live live(folder_, SmallConfig());
+  live.Hear(0, FrameOf(Hello(2, 1)));
+  live.log().Stick();
+  live.Hear(0, FrameOf(Trace(2, 1)));  // waits, and nobody records yet
+  ASSERT_TRUE(live.Record().ok());
+  live.Hear(0, FrameOf(Trace(2, 1)));  // joins it
+  live.Hear(0, FrameOf(Hello(1, 1)));
+  live.Hear(0, FrameOf(Hello(1, 1)));                         // joins, 1 is not sent
+  live.Hear(0, FrameOf(Trace(1, 1)) + FrameOf(Trace(1, 1)));  // in its place, 2 more are not sent
+  live.log().refusal = protocol::Reason::kReadOnly;
+  live.Hear(0, FrameOf(Trace(1, 1)));  // busy, and the one that waited is not sent
+  live.Hear(0, FrameOf(Trace(1, 2)));  // read-only
+  live.log().refusal = protocol::Reason::kNone;
+  live.Hear(0, FrameOf(Trace(1, 1)));  // waits again
+  live.log().GoOn();
+  live.Release();
+  live.Hear(0, FrameOf(Sense(1)));
+  live.Finish();
+  ReplayReport report;
+  EXPECT_EQ(ReplayError(live.Files().at(0), &report), "");
+  EXPECT_EQ(report.not_sent, 4u);
+  EXPECT_EQ(report.under_way, 0u);
+  EXPECT_EQ(report.from_before, 0u);
+  EXPECT_EQ(report.answers, 5u);  // robot 2, busy, read-only, TRACE 1, SENSE
 }
 
 // --- A small recording, and what replay says to changes in it.

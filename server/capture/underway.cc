@@ -40,6 +40,14 @@ bool Underway::Take(const Sent& sent) {
   return true;
 }
 
+size_t Underway::Count(const Sent& sent) const {
+  const auto found = waiting_.find({sent.link, sent.message.id});
+  return found == waiting_.end() ? 0
+                                 : static_cast<size_t>(std::count_if(
+                                       found->second.begin(), found->second.end(),
+                                       [&](const auto& it) { return Same(it, sent.message); }));
+}
+
 const protocol::Message* Underway::First(engine::LinkIndex link, uint8_t id) const {
   const auto found = waiting_.find({link, id});
   return found != waiting_.end() ? &found->second.front() : nullptr;

@@ -33,6 +33,9 @@ class Underway {
   /// False if it is not there.
   bool Take(const Sent& sent);
 
+  /// How many of them are there.
+  size_t Count(const Sent& sent) const;
+
   /// What has waited for longest, of what is for this robot; null if nothing is.
   const protocol::Message* First(engine::LinkIndex link, uint8_t id) const;
 

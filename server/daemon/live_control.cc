@@ -50,7 +50,7 @@ std::vector<engine::NamedCount> CountsOf(const links::LinkCounters& it) {
       {"gap_timeouts", "Frames given up since a byte was missing.", it.received.timeouts},
       {"stray_bytes", "Bytes outside of frames.", it.received.ignored_bytes},
       {"openings", "Ports opened, connections accepted.", it.opened},
-      {"late_answers", "Answers not sent: the response window had passed.", it.late_answers},
+      {"late_answers", "Answers not sent: nobody waited for them any longer.", it.late_answers},
       {"dropped_answers", "Answers not sent: nobody read those before.", it.dropped_answers},
       {"withheld_errors", "ERRORs not sent: a second one in a window.", it.withheld_errors},
       {"undeliverable", "Messages not sent: nobody is connected.", it.undeliverable},

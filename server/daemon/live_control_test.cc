@@ -57,8 +57,10 @@ class FakeLink final : public links::Link {
     });
   }
   void FallSilent() { ReportSilence(std::chrono::seconds(30)); }
-  void Send(std::span<const protocol::Message> messages) override {
-    sent.insert(sent.end(), messages.begin(), messages.end());
+  void Send(std::vector<engine::Outgoing> messages) override {
+    for (const engine::Outgoing& outgoing : messages) {
+      sent.push_back(outgoing.message);
+    }
   }
   std::string address() const override { return "here"; }
 
@@ -88,8 +90,8 @@ class LiveControlTest : public ::testing::Test {
   }
 
   void Handle(engine::LinkIndex link, const std::vector<protocol::Message>& messages) {
-    std::vector<protocol::Message> answers;
-    switchboard_.Handle(link, messages, &answers);
+    std::vector<engine::Outgoing> answers;
+    switchboard_.Handle(link, messages, {}, &answers);
   }
 
   ScriptedLog log_;

@@ -134,11 +134,23 @@ struct PoseObserved {
 using Event =
     std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited, PoseObserved>;
 
+/// Who asked, and when: by this a link sends an answer back to where it was asked for, and not when
+/// nobody waits for it any longer. Neither logged nor recorded; the engine does not look at it.
+struct Asker {
+  int64_t asked_ns = 0;     ///< when it was read, by the link's steady clock; 0: nobody asked
+  uint32_t connection = 0;  ///< on a link with several
+  uint32_t address_size = 0;
+  std::array<uint8_t, 28> address{};  ///< on a link of datagrams: the socket address
+
+  bool known() const { return asked_ns != 0; }
+};
+
 /// A message to be sent on a link, not before the change it speaks of is durable.
 struct Outgoing {
   LinkIndex link = 0;
   uint64_t durable_at = 0;  ///< the log's sequence number that must be durable first
   protocol::Message message;
+  Asker asker{};  ///< of an answer; of nothing else
 };
 
 }  // namespace pheromone::engine

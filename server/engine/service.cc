@@ -1,18 +1,28 @@
 #include "server/engine/service.h"
 
 #include <algorithm>
-#include <functional>
+#include <cassert>
+#include <string>
 #include <utility>
 
 namespace pheromone::engine {
 namespace {
 
-constexpr char kNoChanges[] = "the log takes no changes at the moment";
-
-}  // namespace
-
 using protocol::Message;
 using protocol::Reason;
+
+constexpr char kNoChanges[] = "the log takes no changes at the moment";
+
+// Whether this answers a request of the kind whose answers wait, of which a robot has one under
+// way.
+bool AnswersAChange(const Message& message) {
+  protocol::ErrorAnswer error;
+  const auto opcode = static_cast<uint8_t>(
+      protocol::Decode(message, &error) ? error.refused_opcode : message.opcode & 0x7Fu);
+  return opcode == protocol::kHello || protocol::IsMutating(opcode);
+}
+
+}  // namespace
 
 Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms, Engine engine)
     : log_(log), read_clock_(std::move(read_clock)), clock_(start_ms), engine_(std::move(engine)) {}
@@ -94,14 +104,19 @@ Status Service::Prepare(const SharedConfig& present, const EngineConfig& next,
                      : status;
 }
 
-void Service::Handle(LinkIndex link, std::span<const Message> messages,
-                     std::vector<Outgoing>* out) {
+void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vector<Outgoing>* out,
+                     std::span<const Asker> askers) {
+  assert(askers.size() <= 1 || askers.size() == messages.size());
   const std::lock_guard lock(mutex_);
   const Stamp stamp = clock_.Read(read_clock_());
   const size_t before = out->size();
   std::vector<Witness::Outcome> outcomes;
-  for (const Message& message : messages) {
-    const Witness::Outcome outcome = HandleOne(stamp, link, message, out);
+  for (size_t i = 0; i < messages.size(); ++i) {
+    const size_t first = out->size();
+    const Witness::Outcome outcome = HandleOne(stamp, link, messages[i], out);
+    for (size_t answer = first; answer < out->size() && !askers.empty(); ++answer) {
+      (*out)[answer].asker = askers[askers.size() == 1 ? 0 : i];
+    }
     if (witness_ != nullptr) {
       outcomes.push_back(outcome);
     }
@@ -127,8 +142,13 @@ Witness::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Me
       engine_.Answer(stamp, link, message, out);
       // Only the answer to a repeated change speaks of an event of the log.
       if (out->size() > before && out->back().durable_at != 0) {
-        ++counters_.repeats;
-        fate = Traffic::Fate::kRepeated;
+        outcome.refused = RefusalOfRepeat(out->back());
+        if (outcome.refused != Reason::kNone) {
+          out->back() = {link, 0, ErrorMessage(message, outcome.refused)};
+        } else {
+          ++counters_.repeats;
+          fate = Traffic::Fate::kRepeated;
+        }
       }
       break;
     case Handling::kChange: {
@@ -153,6 +173,14 @@ Witness::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Me
   }
   traffic_.Count(link, message, stamp.field_time_ms, fate);
   return outcome;
+}
+
+// While the log takes no changes, nobody knows when the one that this answer speaks of becomes
+// durable. Busy, whatever the log's reason is: the change was made, and only busy does not tell the
+// robot that it was not (protocol/README.md, section 7).
+Reason Service::RefusalOfRepeat(const Outgoing& answer) {
+  const bool waits = answer.durable_at > log_->DurableSequence();
+  return waits && log_->Admit() != Reason::kNone ? Reason::kBusy : Reason::kNone;
 }
 
 Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out) {
@@ -198,6 +226,9 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
   Status acceptable = engine_.CheckCommand(command);
   if (!acceptable.ok()) {
     return acceptable;
+  }
+  if (held_.commands() >= kMostHeldCommands) {
+    return Error{std::to_string(held_.commands()) + " commands wait for the log to become durable"};
   }
   const size_t before = out->size();
   if (Change(clock_.Read(read_clock_()), command, out) != Reason::kNone) {
@@ -320,24 +351,46 @@ std::optional<uint64_t> Service::MillisecondsToDeadline() {
   return awaited_ms_ > now_ms ? awaited_ms_ - now_ms : 0;
 }
 
-// Keeps what may not be sent yet, in order, for Release. A repeated answer may speak of an older
-// change than the one before it; it goes out with that.
+// Keeps what may not be sent yet for Release. What answers a robot at once tells that it has given
+// up what it asked for before.
 void Service::HoldBack(std::vector<Outgoing>* out, size_t from) {
   const uint64_t durable = log_->DurableSequence();
-  const auto waits = [durable](const Outgoing& it) { return it.durable_at > durable; };
-  const auto begin = out->begin() + static_cast<std::ptrdiff_t>(from);
-  const auto kept = std::stable_partition(begin, out->end(), std::not_fn(waits));
-  held_.insert(held_.end(), kept, out->end());
-  out->erase(kept, out->end());
+  size_t end = from;
+  for (size_t i = from; i < out->size(); ++i) {
+    const Outgoing& it = (*out)[i];
+    if (it.durable_at > durable) {
+      if (it.message.opcode == protocol::kCommand) {
+        held_.HoldCommand(it);
+      } else {
+        Drop(held_.Hold(it));
+      }
+      continue;
+    }
+    if (held_.answers() != 0 && AnswersAChange(it.message)) {
+      Drop(held_.Drop(it.link, it.message.id));
+    }
+    if (end != i) {
+      (*out)[end] = it;
+    }
+    ++end;
+  }
+  out->resize(end);
+}
+
+void Service::Drop(const std::optional<HeldAnswers::Dropped>& dropped) {
+  if (dropped && witness_ != nullptr) {
+    witness_->OnDropped(dropped->answer.link, dropped->answer.message, dropped->repeated);
+  }
 }
 
 void Service::Release(std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
-  const uint64_t durable = log_->DurableSequence();
-  while (!held_.empty() && held_.front().durable_at <= durable) {
-    out->push_back(held_.front());
-    held_.pop_front();
-  }
+  held_.Release(log_->DurableSequence(), out);
+}
+
+size_t Service::held_answers() const {
+  const std::lock_guard lock(mutex_);
+  return held_.answers();
 }
 
 void Service::Thaw::operator()(FrozenState* frozen) const {

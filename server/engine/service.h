@@ -1,7 +1,7 @@
 // The engine behind its lock, with its log and its clock: what links talk to. Entered once per
 // batch of decoded frames; inside, every frame meets the same stamp and a total order.
 //
-//   service.Handle(link, messages, &out);      // then send each of `out` on its link
+//   service.Handle(link, messages, &out, askers);   // then send each of `out` on its link
 //
 // Thread-safe: all functions may be called from any thread. `out` may name other links than the one
 // the batch came from.
@@ -9,7 +9,6 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -26,6 +25,7 @@
 #include "server/engine/engine.h"
 #include "server/engine/field_clock.h"
 #include "server/engine/frozen_state.h"
+#include "server/engine/held_answers.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/traffic.h"
 #include "server/engine/witness.h"
@@ -75,11 +75,13 @@ class Service {
   /// time.
   Status Configure(SharedConfig config, uint16_t new_epoch, bool state_lost = false);
 
-  /// Handles the messages read at once from a link.
+  /// Handles the messages read at once from a link. `askers`: of all of them, one that is theirs,
+  /// or none; their answers carry it.
   void Handle(LinkIndex link, std::span<const protocol::Message> messages,
-              std::vector<Outgoing>* out);
+              std::vector<Outgoing>* out, std::span<const Asker> askers = {});
 
-  /// Logs and applies a command to a robot. Errors: no such robot, or the log takes no changes.
+  /// Logs and applies a command to a robot. Errors: no such robot, the log takes no changes, or
+  /// kMostHeldCommands wait to become durable.
   Status Issue(const CommandIssued& command, std::vector<Outgoing>* out);
 
   /// What became of a change that an operator asked for.
@@ -106,9 +108,13 @@ class Service {
   std::optional<uint64_t> MillisecondsToDeadline();
   static constexpr uint64_t kPutOffMs = 1000;
 
-  /// Appends the answers that were waiting for their change to become durable and no longer are, in
-  /// the order in which they were given. In time proportional to their number.
+  /// Appends what was waiting for its change to become durable and no longer is, in the order in
+  /// which it was given: for each robot the answer to its latest request and to no other, for the
+  /// one who asked for it last; and commands. In time proportional to their number.
   void Release(std::vector<Outgoing>* out);
+  static constexpr size_t kMostHeldCommands = 1024;
+  /// How many answers wait: at most one for each robot.
+  size_t held_answers() const;
 
   /// Has `witness` told of everything from now on; null: nobody. It outlives the service, or its
   /// place there. `look(const Engine&)` sees the state that its knowledge begins with, or ends
@@ -172,6 +178,8 @@ class Service {
   static Status Prepare(const SharedConfig& present, const EngineConfig& next,
                         const field::Field& field, uint64_t now_ms, Event* event);
   Result<uint64_t> Finish(uint64_t id);
+  protocol::Reason RefusalOfRepeat(const Outgoing& answer);
+  void Drop(const std::optional<HeldAnswers::Dropped>& dropped);
   void HoldBack(std::vector<Outgoing>* out, size_t from);
   void WakeIfEarlier();
 
@@ -186,7 +194,7 @@ class Service {
   Witness* witness_ = nullptr;
   uint64_t awaited_ms_ = UINT64_MAX;  // the deadline that was told last, in field time
   uint64_t put_off_ms_ = 0;           // the log refused an Advance: not before this
-  std::deque<Outgoing> held_;         // each until what it and those before it speak of is durable
+  HeldAnswers held_;
   ServiceCounters counters_;
   Traffic traffic_;
 };

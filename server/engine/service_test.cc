@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <functional>
 #include <span>
@@ -93,6 +95,20 @@ class ServiceTest : public ::testing::Test {
     return out;
   }
 
+  std::vector<Outgoing> Release() {
+    std::vector<Outgoing> out;
+    service_.Release(&out);
+    return out;
+  }
+
+  static std::vector<uint64_t> SequencesOf(const std::vector<Outgoing>& out) {
+    std::vector<uint64_t> sequences;
+    for (const Outgoing& it : out) {
+      sequences.push_back(it.durable_at);
+    }
+    return sequences;
+  }
+
   ScriptedLog log_;
   ClockReading now_{1'000, 1'700'000'000'000};
   Service service_;
@@ -130,36 +146,173 @@ TEST_F(ServiceTest, AnswersToChangesWaitUntilTheChangeIsDurable) {
   log_.durable = 1;
   EXPECT_TRUE(Handle({Hello(1, 1)}).empty());
   EXPECT_EQ(Handle({Sense(1)}).size(), 1u);  // SENSE speaks of no change
-  EXPECT_TRUE(Handle({Deposit(1, 1)}).empty());
-  EXPECT_TRUE(Handle({Deposit(1, 1)}).empty());  // a repeat waits as well
-  std::vector<Outgoing> out;
+  EXPECT_TRUE(Handle({Hello(2, 1)}).empty());
+  EXPECT_TRUE(Release().empty());
   log_.durable = 2;
-  service_.Release(&out);
+  auto out = Release();
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].message.opcode, protocol::kHelloAnswer);
+  EXPECT_EQ(out[0].message.id, 1);
   log_.durable = 3;
-  service_.Release(&out);
-  EXPECT_EQ(out.size(), 3u);
-  service_.Release(&out);
-  EXPECT_EQ(out.size(), 3u);
+  out = Release();
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].message.id, 2);
+  EXPECT_TRUE(Release().empty());
 }
 
 TEST_F(ServiceTest, WaitingAnswersGoOutInTheOrderInWhichTheyWereGiven) {
   log_.durable = 1;
-  Handle({Hello(1, 1), Deposit(1, 1), Deposit(1, 2)});
-  Handle({Deposit(1, 2), Hello(2, 1)});  // a repeat stands behind what was answered before it
-  std::vector<Outgoing> out;
+  Handle({Hello(1, 1), Hello(2, 1), Hello(3, 1)});
+  Handle({Deposit(1, 1), Hello(4, 1)});  // robot 1 has its HELLO behind it
+  Handle({Deposit(1, 1)});
+  EXPECT_EQ(service_.held_answers(), 4u);
   log_.durable = 3;
-  service_.Release(&out);
-  ASSERT_EQ(out.size(), 2u);
-  log_.durable = 5;
-  service_.Release(&out);
-  ASSERT_EQ(out.size(), 5u);
-  std::vector<uint64_t> sequences;
-  for (const Outgoing& it : out) {
-    sequences.push_back(it.durable_at);
+  EXPECT_EQ(SequencesOf(Release()), (std::vector<uint64_t>{3}));
+  log_.durable = 6;
+  EXPECT_EQ(SequencesOf(Release()), (std::vector<uint64_t>{4, 5, 6}));
+}
+
+TEST_F(ServiceTest, AnAnswerToAnOlderChangeGoesOutWithWhatWasGivenBeforeIt) {
+  log_.durable = 1;
+  Handle({Hello(1, 1), Deposit(1, 1), Hello(2, 1), Hello(1, 1), Deposit(1, 1)});
+  log_.durable = 3;
+  EXPECT_TRUE(Release().empty());
+  log_.durable = 4;
+  EXPECT_EQ(SequencesOf(Release()), (std::vector<uint64_t>{4, 3}));
+}
+
+// What was given, and what of it was said to go nowhere.
+class CountingWitness final : public Witness {
+ public:
+  void OnBatch(const Stamp&, LinkIndex, std::span<const protocol::Message>,
+               std::span<const Outcome> outcomes, std::span<const Outgoing> sent) override {
+    given += sent.size();
+    refused = outcomes.back().refused;
   }
-  EXPECT_EQ(sequences, (std::vector<uint64_t>{2, 3, 4, 4, 5}));
+  void OnEvent(uint64_t, const Stamp&, const Event&, std::span<const Outgoing> sent) override {
+    given += sent.size();
+  }
+  void OnDropped(LinkIndex, const protocol::Message&, bool repeated) override {
+    ++(repeated ? joined : dropped);
+  }
+
+  size_t given = 0;
+  size_t joined = 0;
+  size_t dropped = 0;
+  Reason refused = Reason::kNone;
+};
+
+TEST_F(ServiceTest, ManyWhoRepeatARequestAgainstAStuckLogShareOneAnswerARobot) {
+  constexpr uint8_t kRobots = 200;
+  constexpr uint32_t kRepeats = 100'000;
+  CountingWitness witness;
+  for (uint8_t id = 1; id <= kRobots; ++id) {
+    Handle({Hello(id, 1)});
+  }
+  service_.Attach(&witness, [](const Engine&) {});
+  log_.durable = log_.events.size();
+  std::array<uint32_t, kRobots + 1> last{};
+  std::vector<Outgoing> out;
+  for (uint32_t i = 0; i < kRobots + kRepeats; ++i) {
+    const auto id = static_cast<uint8_t>(1 + i % kRobots);
+    const protocol::Message message = Deposit(id, 9);
+    Asker asker;
+    asker.asked_ns = 1'000 + i;
+    asker.connection = last[id] = i + 1;
+    service_.Handle(0, {&message, 1}, &out, {&asker, 1});
+    ASSERT_LE(service_.held_answers(), kRobots);
+  }
+  EXPECT_TRUE(out.empty());
+  EXPECT_EQ(log_.events.size(), 1u + 2u * kRobots);
+  log_.durable = log_.events.size();
+  out = Release();
+  ASSERT_EQ(out.size(), kRobots);
+  std::array<int, kRobots + 1> answers{};
+  for (const Outgoing& it : out) {
+    ++answers[it.message.id];
+    EXPECT_EQ(it.asker.connection, last[it.message.id]);
+    EXPECT_EQ(it.asker.asked_ns, 999 + it.asker.connection);
+  }
+  EXPECT_TRUE(std::all_of(answers.begin() + 1, answers.end(), [](int n) { return n == 1; }));
+  EXPECT_TRUE(Release().empty());
+  EXPECT_EQ(service_.held_answers(), 0u);
+  EXPECT_EQ(witness.given, kRobots + kRepeats);
+  EXPECT_EQ(witness.joined, kRepeats);
+  EXPECT_EQ(witness.dropped, 0u);
+}
+
+TEST_F(ServiceTest, EachAnswerOfABatchGoesToTheOneWhoAsked) {
+  const std::vector<protocol::Message> messages = {Hello(1, 1), Sense(0), Sense(2), Deposit(2, 1)};
+  std::vector<Asker> askers(messages.size());
+  for (uint32_t i = 0; i < askers.size(); ++i) {
+    askers[i].asked_ns = 1;
+    askers[i].connection = 10 + i;
+  }
+  std::vector<Outgoing> out;
+  service_.Handle(0, messages, &out, askers);
+  ASSERT_EQ(out.size(), 3u);  // nobody asks as robot 0
+  EXPECT_EQ(out[0].asker.connection, 10u);
+  EXPECT_EQ(out[1].asker.connection, 12u);
+  EXPECT_EQ(out[2].asker.connection, 13u);
+  out.clear();
+  CommandIssued issued;
+  issued.id = 1;
+  ASSERT_TRUE(service_.Issue(issued, &out).ok());
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_FALSE(out[0].asker.known());
+}
+
+// Busy: the robot repeats it byte for byte. Of "read-only" it would gather that nothing happened.
+TEST_F(ServiceTest, ARepeatOfWhatIsNotDurableIsBusyWhileTheLogTakesNothing) {
+  CountingWitness witness;
+  service_.Attach(&witness, [](const Engine&) {});
+  Handle({Hello(1, 1)});
+  log_.durable = log_.events.size();
+  EXPECT_TRUE(Handle({Deposit(1, 9)}).empty());
+  for (const Reason reason : {Reason::kReadOnly, Reason::kBusy}) {
+    log_.admit = reason;
+    const auto out = Handle({Deposit(1, 9)});
+    ASSERT_EQ(out.size(), 1u);
+    EXPECT_EQ(testing::ReasonOf(out[0].message), Reason::kBusy);
+    EXPECT_EQ(witness.refused, Reason::kBusy);
+    EXPECT_EQ(service_.held_answers(), 0u) << "it has been answered";
+  }
+  EXPECT_EQ(witness.dropped, 1u);
+  EXPECT_EQ(service_.counters().errors[static_cast<size_t>(Reason::kBusy)], 2u);
+  log_.durable = UINT64_MAX;
+  EXPECT_TRUE(Release().empty());
+  EXPECT_EQ(Handle({Deposit(1, 9)})[0].message.opcode, 0xA1) << "durable: the log is not needed";
+  EXPECT_EQ(log_.events.size(), 3u) << "it happened once";
+}
+
+TEST_F(ServiceTest, ARequestThatIsAnsweredAtOnceEndsTheWaitForTheOneBefore) {
+  Handle({Hello(1, 1)});
+  log_.durable = log_.events.size();
+  Handle({Deposit(1, 9)});
+  log_.admit = Reason::kReadOnly;
+  EXPECT_EQ(Handle({Deposit(1, 10)}).size(), 1u);
+  EXPECT_EQ(service_.held_answers(), 0u);
+  Handle({Sense(1)});
+  log_.admit = Reason::kNone;
+  Handle({Deposit(1, 10)});
+  EXPECT_EQ(Handle({Sense(1)}).size(), 1u);
+  EXPECT_EQ(service_.held_answers(), 1u) << "one that changes nothing leaves it";
+}
+
+TEST_F(ServiceTest, CommandsThatWaitForAStuckLogAreBounded) {
+  log_.durable = log_.events.size();
+  CommandIssued halt;
+  halt.id = protocol::kBroadcastId;
+  std::vector<Outgoing> out;
+  size_t issued = 0;
+  while (service_.Issue(halt, &out).ok()) {
+    ASSERT_LE(++issued, Service::kMostHeldCommands);
+  }
+  EXPECT_EQ(issued, Service::kMostHeldCommands);
+  EXPECT_EQ(service_.Issue(halt, &out).error(), "1024 commands wait for the log to become durable");
+  log_.durable = UINT64_MAX;
+  EXPECT_EQ(Release().size(), issued);
+  EXPECT_TRUE(service_.Issue(halt, &out).ok());
 }
 
 TEST_F(ServiceTest, ALostStateBeginsAnEpochThoughTheConfigurationIsTheSame) {

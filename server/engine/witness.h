@@ -18,8 +18,9 @@ class Witness {
  public:
   /// What became of a message.
   struct Outcome {
-    uint64_t sequence = 0;                               ///< in the log; 0: it changed nothing
-    protocol::Reason refused = protocol::Reason::kNone;  ///< by the log
+    uint64_t sequence = 0;  ///< in the log; 0: it changed nothing
+    /// By the log: a change, or the answer to a repeated one that is not durable yet.
+    protocol::Reason refused = protocol::Reason::kNone;
   };
 
   Witness() = default;
@@ -36,6 +37,11 @@ class Witness {
   /// An event that came from elsewhere was applied.
   virtual void OnEvent(uint64_t sequence, const Stamp& stamp, const Event& event,
                        std::span<const Outgoing> sent) = 0;
+
+  /// Of what was sent before, this goes nowhere: its robot asks for something else by now.
+  /// `repeated`: it was sent twice, and one of the two goes out.
+  virtual void OnDropped(LinkIndex /*link*/, const protocol::Message& /*message*/,
+                         bool /*repeated*/) {}
 };
 
 }  // namespace pheromone::engine

@@ -146,9 +146,21 @@ void Conversation::TakeBytes(std::span<const uint8_t> bytes) {
   if (!batch_.empty()) {
     on_batch_(this, batch_, &answers_);
   }
-  for (const protocol::Message& answer : answers_) {
-    Enqueue(answer, last_read_);
+  for (const engine::Outgoing& answer : answers_) {
+    Enqueue(answer.message, last_read_);
   }
+}
+
+engine::Asker Conversation::asker() const {
+  engine::Asker asker;
+  asker.asked_ns = std::chrono::nanoseconds(last_read_.time_since_epoch()).count();
+  asker.connection = connection();
+  return asker;
+}
+
+void Conversation::Send(const engine::Outgoing& outgoing) {
+  const Clock::time_point asked{std::chrono::nanoseconds(outgoing.asker.asked_ns)};
+  Enqueue(outgoing.message, outgoing.asker.known() ? std::optional(asked) : std::nullopt);
 }
 
 void Conversation::Enqueue(const protocol::Message& message,

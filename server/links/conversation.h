@@ -58,7 +58,7 @@ class Conversation {
 
   /// Called with the messages of one read; what it appends to `answers` is sent on this line.
   using OnBatch = std::function<void(Conversation* from, std::span<const protocol::Message> batch,
-                                     std::vector<protocol::Message>* answers)>;
+                                     std::vector<engine::Outgoing>* answers)>;
 
   Conversation(const boost::asio::any_io_executor& strand, const ConversationOptions& options,
                OnBatch on_batch, LinkRecord* record, const TappedLine& tapped = {});
@@ -70,8 +70,8 @@ class Conversation {
   /// the reason, in words. Once.
   boost::asio::awaitable<std::string> Run(Descriptor descriptor);
 
-  /// Sends a message that is no answer to the last batch.
-  void Send(const protocol::Message& message) { Enqueue(message, std::nullopt); }
+  /// Sends a command, or an answer that had to wait.
+  void Send(const engine::Outgoing& outgoing);
 
   /// Ends Run, also one that has not begun.
   void Close();
@@ -79,6 +79,10 @@ class Conversation {
 
   /// When the last byte came in, or the conversation began.
   Clock::time_point last_read() const { return last_read_; }
+  /// Never given to another conversation of the link.
+  uint32_t connection() const { return tapped_.line.connection; }
+  /// Who asked for the messages of a batch, while it is handled.
+  engine::Asker asker() const;
 
  private:
   struct Frame {
@@ -109,7 +113,7 @@ class Conversation {
   Clock::time_point line_free_at_;  // own bytes have left by then
   std::optional<Clock::time_point> last_error_;
   std::vector<protocol::Message> batch_;
-  std::vector<protocol::Message> answers_;
+  std::vector<engine::Outgoing> answers_;
   bool closed_ = false;
 };
 

@@ -79,20 +79,24 @@ void Link::ReportHeardAgain() {
   context_.log(Severity::kInfo, "link " + name() + ": heard again");
 }
 
-void Link::Handle(std::span<const protocol::Message> batch,
-                  std::vector<protocol::Message>* answers) {
+void Link::Handle(std::span<const protocol::Message> batch, std::span<const engine::Asker> askers,
+                  std::vector<engine::Outgoing>* answers) {
   if (admission_.open()) {
-    context_.switchboard->Handle(context_.index, batch, answers);
+    context_.switchboard->Handle(context_.index, batch, askers, answers);
     return;
   }
   uint64_t not_allowed = 0;
   uint64_t too_many = 0;
   const auto now = std::chrono::steady_clock::now();
   admitted_.clear();
-  for (const protocol::Message& message : batch) {
+  askers_.clear();
+  for (size_t i = 0; i < batch.size(); ++i) {
+    const protocol::Message& message = batch[i];
+    const engine::Asker& asker = askers[askers.size() == 1 ? 0 : i];
     switch (admission_.Judge(message.id, now)) {
       case Admission::Verdict::kWelcome:
         admitted_.push_back(message);
+        askers_.push_back(asker);
         break;
       case Admission::Verdict::kNotAllowed:
         ++not_allowed;
@@ -101,7 +105,8 @@ void Link::Handle(std::span<const protocol::Message> batch,
       case Admission::Verdict::kTooMany:
         ++too_many;
         if (message.opcode != protocol::kCommandAck && !protocol::IsFromServer(message.opcode)) {
-          answers->push_back(engine::ErrorMessage(message, protocol::Reason::kBusy));
+          answers->push_back(
+              {context_.index, 0, engine::ErrorMessage(message, protocol::Reason::kBusy), asker});
           TurnAway(message, protocol::Reason::kBusy);
         } else {
           TurnAway(message, protocol::Reason::kNone);
@@ -114,8 +119,20 @@ void Link::Handle(std::span<const protocol::Message> batch,
     counters.too_many += too_many;
   });
   if (!admitted_.empty()) {
-    context_.switchboard->Handle(context_.index, admitted_, answers);
+    context_.switchboard->Handle(context_.index, admitted_, askers_, answers);
   }
+}
+
+bool Link::IsTooLate(const engine::Outgoing& outgoing) {
+  const LinkRecord::TimePoint asked{std::chrono::nanoseconds(outgoing.asker.asked_ns)};
+  if (!outgoing.asker.known() || std::chrono::steady_clock::now() - asked <= kLongestWait) {
+    return false;
+  }
+  record_.Count([](LinkCounters& counters) { ++counters.late_answers; });
+  if (context_.tap != nullptr) {
+    context_.tap->LeftOut(context_.index, outgoing.message);
+  }
+  return true;
 }
 
 // `answer`: the reason of the ERROR that it gets, if it gets one.

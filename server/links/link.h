@@ -49,10 +49,10 @@ struct LinkCounters {
   uint64_t bytes_out = 0;
   uint64_t frames_out = 0;
   uint64_t opened = 0;               ///< ports opened, connections accepted
-  uint64_t late_answers = 0;         ///< not sent: the response window had passed
+  uint64_t late_answers = 0;         ///< not sent: nobody waits for them any longer
   uint64_t dropped_answers = 0;      ///< not sent: nobody read what was sent before
   uint64_t withheld_errors = 0;      ///< not sent: a second ERROR within a response window
-  uint64_t undeliverable = 0;        ///< not sent: nobody is connected
+  uint64_t undeliverable = 0;        ///< not sent: nobody is connected, or no longer
   uint64_t dropped_connections = 0;  ///< to make room for another
   uint64_t not_allowed = 0;          ///< messages of clients that this link does not serve
   uint64_t too_many = 0;             ///< messages beyond the limits of the request rate
@@ -62,6 +62,10 @@ struct LinkCounters {
   /// When the last bytes came in; nothing: none did since the start.
   std::optional<std::chrono::steady_clock::time_point> heard{};
 };
+
+/// How long a robot is thought to wait for an answer where no response window says so: who is on
+/// TCP may wait for a second (protocol/README.md, section 8).
+constexpr std::chrono::seconds kLongestWait{1};
 
 /// Counters and state that conversations write and anyone reads.
 class LinkRecord {
@@ -138,8 +142,9 @@ class Link {
   /// Ends the conversations and everything else that keeps the io_context busy.
   virtual void Stop() = 0;
 
-  /// Sends messages nobody asked for right now: commands, and answers that had to wait.
-  virtual void Send(std::span<const protocol::Message> messages) = 0;
+  /// Sends commands, to where their robot was heard last, and answers that had to wait, to who
+  /// asked for them.
+  virtual void Send(std::vector<engine::Outgoing> messages) = 0;
 
   /// Where it is reached: a path, or ADDRESS:PORT. Empty while that is not known.
   virtual std::string address() const = 0;
@@ -158,9 +163,13 @@ class Link {
   void ReportSilence(std::chrono::seconds since);
   void ReportHeardAgain();
 
-  /// Hands a batch to the engine, without what the link does not let in. What is to be sent on this
-  /// link is appended to `answers`. Not from two threads at once.
-  void Handle(std::span<const protocol::Message> batch, std::vector<protocol::Message>* answers);
+  /// Hands a batch to the engine, without what the link does not let in. `askers`: one that is
+  /// theirs, or one for each message. What can be answered at once is appended to `answers`. Not
+  /// from two threads at once.
+  void Handle(std::span<const protocol::Message> batch, std::span<const engine::Asker> askers,
+              std::vector<engine::Outgoing>* answers);
+  /// Whether an answer comes too late, on a link without a response window. Then it is counted.
+  bool IsTooLate(const engine::Outgoing& outgoing);
   /// Whether the link serves this client.
   bool Allows(uint8_t id) const { return admission_.Allows(id); }
 
@@ -177,6 +186,7 @@ class Link {
   const LinkContext context_;
   Admission admission_;
   std::vector<protocol::Message> admitted_;
+  std::vector<engine::Asker> askers_;  // of those
   LinkRecord record_;
   uint32_t lines_ = 0;
 };

@@ -57,13 +57,13 @@ class PortLink final : public Link {
     });
   }
 
-  void Send(std::span<const protocol::Message> messages) override {
-    asio::post(strand_, [this, copy = std::vector(messages.begin(), messages.end())] {
-      for (const protocol::Message& message : copy) {
-        if (conversation_) {
-          conversation_->Send(message);
-        } else {
-          CountUndeliverable(message);
+  void Send(std::vector<engine::Outgoing> messages) override {
+    asio::post(strand_, [this, messages = std::move(messages)] {
+      for (const engine::Outgoing& outgoing : messages) {
+        if (!conversation_) {
+          CountUndeliverable(outgoing.message);
+        } else if (options_.medium_access || !IsTooLate(outgoing)) {
+          conversation_->Send(outgoing);
         }
       }
     });
@@ -131,8 +131,11 @@ class PortLink final : public Link {
     const uint32_t frames = record()->counters().received.frames;
     conversation_.emplace(
         strand_, options_,
-        [this](auto* /*from*/, auto batch, auto* answers) { Handle(batch, answers); }, record(),
-        NextLine());
+        [this](Conversation* from, auto batch, auto* answers) {
+          const engine::Asker asker = from->asker();
+          Handle(batch, {&asker, 1}, answers);
+        },
+        record(), NextLine());
     silent_ = false;
     line_errors_ = {};
     Look();

@@ -235,6 +235,16 @@ TEST_F(PtyLinkTest, ARepeatedDepositIsAnsweredAgainAndDoneOnce) {
   EXPECT_EQ(again.Ask(Sense(1))->opcode, 0x81);
 }
 
+TEST_F(PtyLinkTest, AnAnswerThatNobodyWaitsForAnyLongerIsNotSentButCounted) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  ASSERT_TRUE(robot.Ask(Hello(1, 5)));
+  server_.link().Send({testing::AnswerAfter(kLongestWait + milliseconds(1), PingOf(1, 2)),
+                       testing::AnswerAfter(milliseconds(0), PingOf(1, 3))});
+  EXPECT_EQ(robot.Receive()->data[0], 3);
+  EXPECT_EQ(server_.link().counters().late_answers, 1u);
+}
+
 TEST_F(PtyLinkTest, CommandsReachTheRobotUnasked) {
   ASSERT_TRUE(Start().ok());
   Peer robot(path_);

@@ -232,6 +232,20 @@ TEST_F(SerialLinkTest, AnAnswerThatCannotStartWithinTheWindowIsNotSentButCounted
   EXPECT_TRUE(Eventually([this] { return server_.link().counters().frames_out == 1; }));
 }
 
+// Those that had to wait for the log, too: the window is the robot's that asked.
+TEST_F(SerialLinkTest, AnAnswerThatHadToWaitIsSentWithinItsWindowAndNotAfterIt) {
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  ASSERT_TRUE(radio.Ask(PingOf(1, 1)));
+  const milliseconds window(options_.response_window_ms);
+  server_.link().Send({testing::AnswerAfter(window + milliseconds(1), PingOf(1, 2)),
+                       testing::AnswerAfter(window / 2, PingOf(1, 3))});
+  EXPECT_EQ(radio.Receive()->data[0], 3);
+  EXPECT_EQ(server_.link().counters().late_answers, 1u);
+  ASSERT_EQ(tap_.left_out().size(), 1u);
+  EXPECT_TRUE(engine::testing::SameMessage(tap_.left_out()[0], PingOf(1, 2)));
+}
+
 // The command is there first, but must wait until the line is idle for G_s + 2 B; the robot that
 // asks meanwhile is answered after G_s.
 TEST_F(SerialLinkTest, AnAnswerGoesBeforeACommandThatWaitsForAnIdleLine) {

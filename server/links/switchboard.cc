@@ -1,39 +1,31 @@
 #include "server/links/switchboard.h"
 
 #include <chrono>
+#include <utility>
 
 namespace pheromone::links {
 
 void Switchboard::Handle(engine::LinkIndex from, std::span<const protocol::Message> batch,
-                         std::vector<protocol::Message>* own) {
-  std::vector<engine::Outgoing> out;
-  out.reserve(batch.size());
+                         std::span<const engine::Asker> askers,
+                         std::vector<engine::Outgoing>* answers) {
+  answers->reserve(answers->size() + batch.size());
   const auto begin = std::chrono::steady_clock::now();
-  service_->Handle(from, batch, &out);
+  service_->Handle(from, batch, answers, askers);
   const std::chrono::nanoseconds elapsed = std::chrono::steady_clock::now() - begin;
   latency_.Count(static_cast<uint64_t>(elapsed.count()));
-  for (const engine::Outgoing& outgoing : out) {
-    if (outgoing.link == from) {
-      own->push_back(outgoing.message);
-    } else {
-      Deliver({&outgoing, 1});
-    }
-  }
 }
 
 void Switchboard::Deliver(std::span<const engine::Outgoing> outgoing) {
-  // What follows each other on one link goes there at once: a batch of answers that became durable.
-  std::vector<protocol::Message> together;
-  for (size_t i = 0; i < outgoing.size(); ++i) {
-    const engine::LinkIndex link = outgoing[i].link;
-    together.push_back(outgoing[i].message);
-    if (i + 1 < outgoing.size() && outgoing[i + 1].link == link) {
-      continue;
+  std::vector<std::vector<engine::Outgoing>> by_link(links_.size());
+  for (const engine::Outgoing& it : outgoing) {
+    if (it.link < by_link.size()) {
+      by_link[it.link].push_back(it);
     }
-    if (link < links_.size()) {
-      links_[link]->Send(together);
+  }
+  for (size_t link = 0; link < by_link.size(); ++link) {
+    if (!by_link[link].empty()) {
+      links_[link]->Send(std::move(by_link[link]));
     }
-    together.clear();
   }
 }
 

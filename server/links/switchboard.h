@@ -23,12 +23,12 @@ class Switchboard {
   /// switchboard's use.
   void Add(Link* link) { links_.push_back(link); }
 
-  /// Hands a batch to the engine. What is to be sent on the same link is appended to `own`, for
-  /// the caller to send in its turn; the rest is sent.
+  /// Hands a batch to the engine, with those who asked (Service::Handle). What can be answered at
+  /// once is appended to `answers`, for the caller to send in its turn.
   void Handle(engine::LinkIndex from, std::span<const protocol::Message> batch,
-              std::vector<protocol::Message>* own);
+              std::span<const engine::Asker> askers, std::vector<engine::Outgoing>* answers);
 
-  /// Sends each message on its link.
+  /// Sends each message on its link. Those of one link go there at once and in their order.
   void Deliver(std::span<const engine::Outgoing> outgoing);
 
   /// How long batches waited for the engine and were in it.

@@ -128,7 +128,7 @@ TEST_F(TapTest, HearsOfWhatNobodyReadsAndOfWhatIsLeftAtTheEnd) {
 TEST_F(TapTest, HearsOfWhatIsForALinkThatIsDown) {
   ASSERT_FALSE(StartPty(folder_ / "none/radio-a.pty").ok());
   const protocol::Message message = PingOf(9, 1);
-  server_.link().Send({&message, 1});
+  server_.link().Send({{0, 0, message}});
   ASSERT_TRUE(Eventually([this] { return tap_.left_out().size() == 1; }));
   EXPECT_TRUE(SameMessage(tap_.left_out()[0], message));
 }
@@ -186,7 +186,7 @@ TEST_F(TapTest, HearsOfDatagramsThatAreTooLateForTheSocket) {
   ASSERT_TRUE(ConnectTo(server_.link(), SOCK_DGRAM).Ask(PingOf(1, 1)));
   server_.link().Stop();
   const protocol::Message message = PingOf(1, 2);
-  server_.link().Send({&message, 1});
+  server_.link().Send({{0, 0, message}});
   ASSERT_TRUE(Eventually([this] { return tap_.left_out().size() == 1; }));
   EXPECT_TRUE(SameMessage(tap_.left_out()[0], message));
   EXPECT_EQ(tap_.written().size(), 1u);

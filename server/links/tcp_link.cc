@@ -54,10 +54,10 @@ class TcpLink final : public Link {
     });
   }
 
-  void Send(std::span<const protocol::Message> messages) override {
-    asio::post(strand_, [this, copy = std::vector(messages.begin(), messages.end())] {
-      for (const protocol::Message& message : copy) {
-        Route(message);
+  void Send(std::vector<engine::Outgoing> messages) override {
+    asio::post(strand_, [this, messages = std::move(messages)] {
+      for (const engine::Outgoing& outgoing : messages) {
+        Route(outgoing);
       }
     });
   }
@@ -133,8 +133,8 @@ class TcpLink final : public Link {
     // The list keeps its places: `self` stands for the conversation as long as it runs.
     const auto self = conversations_.emplace(
         conversations_.end(), strand_, options,
-        [this](Conversation* from, auto batch, auto* /*answers*/) { Take(from, batch); }, record(),
-        NextLine());
+        [this](Conversation* from, auto batch, auto* answers) { Take(from, batch, answers); },
+        record(), NextLine());
     asio::co_spawn(strand_, Converse(self, std::move(descriptor)), asio::detached);
   }
 
@@ -158,29 +158,43 @@ class TcpLink final : public Link {
     record()->Count([](LinkCounters& counters) { ++counters.dropped_connections; });
   }
 
-  void Take(Conversation* from, std::span<const protocol::Message> batch) {
+  void Take(Conversation* from, std::span<const protocol::Message> batch,
+            std::vector<engine::Outgoing>* answers) {
     for (const protocol::Message& message : batch) {
       if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
         last_spoke_[message.id] = from;
       }
     }
-    answers_.clear();
-    Handle(batch, &answers_);
-    for (const protocol::Message& answer : answers_) {
-      Route(answer);
-    }
+    const engine::Asker asker = from->asker();
+    Handle(batch, {&asker, 1}, answers);
   }
 
-  void Route(const protocol::Message& message) {
+  void Route(const engine::Outgoing& outgoing) {
+    if (IsTooLate(outgoing)) {
+      return;
+    }
+    const protocol::Message& message = outgoing.message;
     if (message.id == protocol::kBroadcastId) {
       for (Conversation& conversation : conversations_) {
-        conversation.Send(message);
+        conversation.Send(outgoing);
       }
-    } else if (last_spoke_[message.id] != nullptr) {
-      last_spoke_[message.id]->Send(message);
+      return;
+    }
+    Conversation* const to =
+        outgoing.asker.known() ? Find(outgoing.asker.connection) : last_spoke_[message.id];
+    if (to != nullptr) {
+      to->Send(outgoing);
     } else {
       CountUndeliverable(message);
     }
+  }
+
+  // Null if it has ended.
+  Conversation* Find(uint32_t connection) {
+    const auto found =
+        std::find_if(conversations_.begin(), conversations_.end(),
+                     [connection](const auto& it) { return it.connection() == connection; });
+    return found != conversations_.end() && !found->closed() ? &*found : nullptr;
   }
 
   const TcpOptions options_;
@@ -190,7 +204,6 @@ class TcpLink final : public Link {
   Backoff backoff_;
   std::list<Conversation> conversations_;
   std::array<Conversation*, 256> last_spoke_{};  // by client ID
-  std::vector<protocol::Message> answers_;
   bool stopping_ = false;
 };
 

@@ -21,8 +21,8 @@ struct TcpOptions {
   BackoffOptions backoff;
 };
 
-/// Messages go to the connection from which their robot spoke last, those to all robots to every
-/// connection. No medium access.
+/// Answers go to the connection that asked for them, commands to the one from which their robot
+/// spoke last, messages to all robots to every connection. No medium access.
 std::unique_ptr<Link> MakeTcpLink(boost::asio::io_context& io, TcpOptions options,
                                   LinkContext context);
 

@@ -96,6 +96,52 @@ TEST_F(TcpLinkTest, CommandsGoWhereTheRobotSpokeLast) {
   EXPECT_TRUE(IsEcho(before.Ask(PingOf(2, 2)), 2, 2));  // and nothing came before it
 }
 
+TEST_F(TcpLinkTest, AnAnswerThatHadToWaitGoesToTheConnectionThatAskedForItLast) {
+  ASSERT_TRUE(Start().ok());
+  Peer before = Connect();
+  ASSERT_TRUE(before.Ask(Hello(1, 5)));
+  server_.log().Stick();
+  ASSERT_TRUE(before.Send(Deposit(1, 9)));
+  ASSERT_TRUE(Eventually([&] { return server_.service().held_answers() == 1; }));
+  Peer now = Connect();
+  ASSERT_TRUE(now.Send(Deposit(1, 9)));
+  ASSERT_TRUE(now.Ask(PingOf(2, 1)));  // both were read
+  Peer other = Connect();
+  ASSERT_TRUE(other.Ask(PingOf(1, 1)));  // speaks last, and asks for something else
+  server_.GoOn();
+  EXPECT_EQ(now.Receive()->opcode, 0xA1);
+  for (Peer* peer : {&before, &now, &other}) {
+    EXPECT_TRUE(IsEcho(peer->Ask(PingOf(3, 7)), 3, 7));  // and nothing comes before it
+  }
+  EXPECT_EQ(server_.link().counters().undeliverable, 0u);
+}
+
+TEST_F(TcpLinkTest, AnAnswerToAConnectionThatHasEndedGoesToNoOther) {
+  options_.max_connections = 1;
+  ASSERT_TRUE(Start().ok());
+  Peer before = Connect();
+  ASSERT_TRUE(before.Ask(Hello(1, 5)));
+  server_.log().Stick();
+  ASSERT_TRUE(before.Send(Deposit(1, 9)));
+  ASSERT_TRUE(Eventually([&] { return server_.service().held_answers() == 1; }));
+  Peer now = Connect();  // for which the other one goes
+  ASSERT_TRUE(now.Ask(PingOf(1, 1)));
+  server_.GoOn();
+  EXPECT_TRUE(Eventually([&] { return server_.link().counters().undeliverable == 1; }));
+  EXPECT_TRUE(IsEcho(now.Ask(PingOf(1, 2)), 1, 2));
+  EXPECT_EQ(now.Ask(Deposit(1, 9))->opcode, 0xA1);  // it is there to be fetched
+}
+
+TEST_F(TcpLinkTest, AnAnswerThatNobodyWaitsForAnyLongerIsNotSentButCounted) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot = Connect();
+  ASSERT_TRUE(robot.Ask(PingOf(1, 1)));
+  server_.link().Send({testing::AnswerAfter(kLongestWait + milliseconds(1), PingOf(1, 2)),
+                       testing::AnswerAfter(milliseconds(0), PingOf(1, 3))});
+  EXPECT_EQ(robot.Receive()->data[0], 3);
+  EXPECT_EQ(server_.link().counters().late_answers, 1u);
+}
+
 TEST_F(TcpLinkTest, ABroadcastReachesEveryConnection) {
   ASSERT_TRUE(Start().ok());
   Peer a = Connect();

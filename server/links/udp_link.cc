@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bitset>
 #include <chrono>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -50,6 +50,22 @@ protocol::Message MessageOf(const protocol::FrameParser& parser) {
   return message;
 }
 
+engine::Asker AskerAt(const PeerAddress& from, std::chrono::steady_clock::time_point now) {
+  engine::Asker asker;
+  asker.asked_ns = std::chrono::nanoseconds(now.time_since_epoch()).count();
+  static_assert(sizeof from.socket_address == sizeof asker.address);
+  std::memcpy(asker.address.data(), &from.socket_address, sizeof from.socket_address);
+  asker.address_size = from.size;
+  return asker;
+}
+
+PeerAddress AddressOf(const engine::Asker& asker) {
+  PeerAddress address;
+  std::memcpy(&address.socket_address, asker.address.data(), sizeof address.socket_address);
+  address.size = asker.address_size;
+  return address;
+}
+
 // All but the record belongs to the strand.
 class UdpLink final : public Link {
  public:
@@ -77,10 +93,12 @@ class UdpLink final : public Link {
     });
   }
 
-  void Send(std::span<const protocol::Message> messages) override {
-    asio::post(strand_, [this, copy = std::vector(messages.begin(), messages.end())] {
-      for (const protocol::Message& message : copy) {
-        Route(message);
+  void Send(std::vector<engine::Outgoing> messages) override {
+    asio::post(strand_, [this, messages = std::move(messages)] {
+      for (const engine::Outgoing& outgoing : messages) {
+        if (!IsTooLate(outgoing)) {
+          Route(outgoing);
+        }
       }
       Flush();
     });
@@ -162,10 +180,10 @@ class UdpLink final : public Link {
     record()->Count([more](LinkCounters& counters) { counters.dropped_datagrams += more; });
   }
 
-  // The frames of these datagrams are one batch for the engine, as long as each robot has but one
-  // address in it: the answers must find back to where they were asked for.
+  // The frames of these datagrams are one batch for the engine.
   void Take(int datagrams) {
     const Tap::Reading reading(tapped_.tap);
+    const auto now = std::chrono::steady_clock::now();
     protocol::DecoderCounters received;
     uint64_t bytes = 0;
     uint64_t cut = 0;
@@ -179,18 +197,18 @@ class UdpLink final : public Link {
       if (tapped_.tap != nullptr) {
         tapped_.tap->Read(&tapped_.line, datagram.bytes, 0, kNewDecoder);
       }
+      const engine::Asker asker = AskerAt(*datagram.from, now);
       for (const uint8_t byte : datagram.bytes) {
         const protocol::FrameParser::Event event = parser_.Push(byte);
         protocol::Tally(event, &received);
         if (event == protocol::FrameParser::kFrame) {
-          Note(MessageOf(parser_), *datagram.from);
+          Note(MessageOf(parser_), *datagram.from, asker);
         }
       }
       if (!parser_.idle()) {
         protocol::TimeOut(&parser_, &received);
       }
     }
-    const auto now = std::chrono::steady_clock::now();
     record()->Count([&](LinkCounters& counters) {
       counters.heard = now;
       counters.received += received;
@@ -201,18 +219,12 @@ class UdpLink final : public Link {
     HandleBatch();
   }
 
-  void Note(const protocol::Message& message, const PeerAddress& from) {
+  void Note(const protocol::Message& message, const PeerAddress& from, const engine::Asker& asker) {
     if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
-      PeerAddress& known = peers_[message.id];
-      if (!(known == from)) {
-        if (in_batch_.test(message.id)) {
-          HandleBatch();
-        }
-        known = from;
-      }
-      in_batch_.set(message.id);
+      peers_[message.id] = from;
     }
     batch_.push_back(message);
+    askers_.push_back(asker);
     if (batch_.size() == kMostBatch) {
       HandleBatch();
     }
@@ -223,18 +235,21 @@ class UdpLink final : public Link {
       return;
     }
     answers_.clear();
-    Handle(batch_, &answers_);
+    Handle(batch_, askers_, &answers_);
     batch_.clear();
-    in_batch_.reset();
-    for (const protocol::Message& answer : answers_) {
+    askers_.clear();
+    for (const engine::Outgoing& answer : answers_) {
       Route(answer);
     }
     Flush();
   }
 
-  void Route(const protocol::Message& message) {
+  void Route(const engine::Outgoing& outgoing) {
+    const protocol::Message& message = outgoing.message;
     if (!socket_.is_open()) {
       CountUndeliverable(message);
+    } else if (outgoing.asker.known()) {
+      SendTo(AddressOf(outgoing.asker), message);
     } else if (message.id == protocol::kBroadcastId) {
       for (size_t i = 0; i < peers_.size(); ++i) {
         // Robots behind one address hear it once.
@@ -282,8 +297,8 @@ class UdpLink final : public Link {
   protocol::FrameParser parser_;
   std::array<PeerAddress, 256> peers_{};  // by client ID
   std::vector<protocol::Message> batch_;
-  std::bitset<256> in_batch_;  // whose requests are in it
-  std::vector<protocol::Message> answers_;
+  std::vector<engine::Asker> askers_;  // of the batch
+  std::vector<engine::Outgoing> answers_;
   TappedLine tapped_;
   uint32_t dropped_ = 0;  // by the system, as counted so far
   bool stopping_ = false;

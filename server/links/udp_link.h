@@ -4,8 +4,9 @@
 //
 // A datagram holds one or more whole frames: what it leaves open is discarded with it, and so is
 // one that is longer than kMostDatagramBytes. Each answer is a datagram of its own, sent to where
-// the request came from. Of the peers, one address is remembered for each client ID and nothing
-// else, so that memory does not depend on how many there are, or pretend to be.
+// the request came from: it carries the address. For commands, one address is remembered for each
+// client ID, from where it was heard last; so memory does not depend on how many there are, or
+// pretend to be.
 //
 // Whoever can send to the port can speak as any robot and be sent its answers: listen on localhost,
 // or on a network that is yours. Messages to all robots go to every address remembered.

@@ -123,6 +123,55 @@ TEST_F(UdpLinkTest, TwoUnderOneIdAreEachAnsweredWhereTheyAsked) {
   }
 }
 
+// Many addresses under few IDs repeat a request while the log is stuck.
+TEST_F(UdpLinkTest, AnAnswerThatHadToWaitGoesToTheAddressThatAskedForItLast) {
+  constexpr uint8_t kRobots = 20;
+  constexpr int kAddresses = 20;  // of each
+  ASSERT_TRUE(Start().ok());
+  Peer first = Connect();
+  for (uint8_t id = 1; id <= kRobots; ++id) {
+    ASSERT_TRUE(first.Ask(Hello(id, 5)));
+  }
+  server_.log().Stick();
+  const uint64_t frames = counters().received.frames;
+  std::vector<Peer> peers;
+  for (int i = 0; i < kAddresses; ++i) {
+    for (uint8_t id = 1; id <= kRobots; ++id) {
+      // Of 127.0.0.2 to 127.0.0.21, each with a port of its own.
+      peers.push_back(testing::ConnectFrom(INADDR_LOOPBACK + 1 + static_cast<uint32_t>(i),
+                                           server_.link(), SOCK_DGRAM));
+      ASSERT_TRUE(peers.back().Send(Deposit(id, 9)));
+      ASSERT_TRUE(Eventually([&] { return counters().received.frames == frames + peers.size(); }));
+      ASSERT_LE(server_.service().held_answers(), kRobots);
+    }
+  }
+  ASSERT_TRUE(first.Ask(PingOf(1, 1)));  // the last one has been handled, and this spoke after it
+  EXPECT_EQ(server_.service().held_answers(), kRobots);
+  server_.GoOn();
+  for (size_t i = 0; i < peers.size(); ++i) {
+    const auto id = static_cast<uint8_t>(1 + i % kRobots);
+    if (i >= peers.size() - kRobots) {
+      const auto answer = peers[i].Receive();
+      ASSERT_TRUE(answer);
+      EXPECT_EQ(answer->opcode, 0xA1);
+      EXPECT_EQ(answer->id, id);
+    }
+    EXPECT_TRUE(IsEcho(peers[i].Ask(PingOf(id, 2)), id, 2)) << i;  // and nothing comes before it
+  }
+  EXPECT_TRUE(IsEcho(first.Ask(PingOf(1, 3)), 1, 3));
+  EXPECT_EQ(counters().late_answers, 0u);
+}
+
+TEST_F(UdpLinkTest, AnAnswerThatNobodyWaitsForAnyLongerIsNotSentButCounted) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot = Connect();
+  ASSERT_TRUE(robot.Ask(PingOf(1, 1)));
+  server_.link().Send(
+      {testing::AnswerAfter(kLongestWait + milliseconds(1), PingOf(1, 2)), {0, 0, PingOf(1, 3)}});
+  EXPECT_EQ(robot.Receive()->data[0], 3);
+  EXPECT_EQ(counters().late_answers, 1u);
+}
+
 TEST_F(UdpLinkTest, AnotherPortIsTheSameRobot) {
   ASSERT_TRUE(Start().ok());
   Peer before = Connect();
@@ -178,7 +227,7 @@ TEST_F(UdpLinkTest, ABroadcastReachesEveryAddressOnce) {
 TEST_F(UdpLinkTest, WhatNobodyAskedForYetCannotBeDelivered) {
   ASSERT_TRUE(Start().ok());
   const protocol::Message message = PingOf(9, 1);
-  server_.link().Send({&message, 1});
+  server_.link().Send({{0, 0, message}});
   EXPECT_TRUE(Eventually([&] { return counters().undeliverable == 1; }));
 }
 

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -84,6 +85,30 @@ inline std::string FrameOf(const protocol::Message& message) {
   wire.resize(protocol::EncodeFrame(message, reinterpret_cast<uint8_t*>(wire.data()), wire.size()));
   return wire;
 }
+
+/// Keeps nothing; on request what it was given does not become durable, or it takes no more.
+class LaggingLog final : public engine::OrderedLog {
+ public:
+  protocol::Reason Admit() override { return refusal; }
+  uint64_t Append(const engine::Stamp& /*stamp*/, const engine::Event& /*event*/) override {
+    return ++sequence_;
+  }
+  uint64_t DurableSequence() const override { return stuck_ ? durable_ : sequence_; }
+  void Probe(std::function<void()> done) override { done(); }
+
+  void Stick() {
+    durable_ = DurableSequence();
+    stuck_ = true;
+  }
+  void GoOn() { stuck_ = false; }
+
+  protocol::Reason refusal = protocol::Reason::kNone;
+
+ private:
+  bool stuck_ = false;
+  uint64_t sequence_ = 0;
+  uint64_t durable_ = 0;
+};
 
 class Live {
  public:
@@ -169,6 +194,13 @@ class Live {
     Deliver(out);
   }
 
+  /// Sends what waited for the log.
+  void Release() {
+    std::vector<engine::Outgoing> out;
+    service_.Release(&out);
+    Deliver(out);
+  }
+
   /// Ends the recording, if there is one, and waits until it is written.
   void Finish() {
     if (writer_.joinable()) {
@@ -193,6 +225,7 @@ class Live {
   }
 
   engine::Service& service() { return service_; }
+  LaggingLog& log() { return log_; }
   Recorder& recorder() { return recorder_; }
 
   static constexpr uint64_t kUtcMs = 1'700'000'000'000;
@@ -215,7 +248,7 @@ class Live {
   }
 
   const std::string folder_;
-  engine::VolatileLog log_;
+  LaggingLog log_;
   engine::Service service_;
   Recorder recorder_;
   std::thread writer_;

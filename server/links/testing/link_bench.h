@@ -6,6 +6,8 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -64,6 +66,24 @@ class TemporaryFolder {
   std::string path_;
 };
 
+/// Keeps nothing. While it is stuck, nothing becomes durable.
+class StickyLog final : public engine::OrderedLog {
+ public:
+  protocol::Reason Admit() override { return protocol::Reason::kNone; }
+  uint64_t Append(const engine::Stamp& /*stamp*/, const engine::Event& /*event*/) override {
+    return ++sequence_;
+  }
+  uint64_t DurableSequence() const override { return std::min(sequence_.load(), limit_.load()); }
+  void Probe(std::function<void()> done) override { done(); }
+
+  void Stick() { limit_ = sequence_.load(); }
+  void GoOn() { limit_ = UINT64_MAX; }
+
+ private:
+  std::atomic<uint64_t> sequence_{0};
+  std::atomic<uint64_t> limit_{UINT64_MAX};
+};
+
 /// The engine, its switchboard and the threads of an io_context; beside it, as in the daemon, a
 /// thread for each port. Links "radio-a" and "radio-b".
 class Server {
@@ -103,6 +123,14 @@ class Server {
     return status;
   }
 
+  /// Has the log stuck no longer, and sends what waited for it.
+  void GoOn() {
+    log_.GoOn();
+    std::vector<engine::Outgoing> out;
+    service_.Release(&out);
+    switchboard_.Deliver(out);
+  }
+
   /// Stops the links; returns when io_context has nothing left to do.
   void Stop() {
     for (const auto& link : links_) {
@@ -121,6 +149,7 @@ class Server {
 
   Link& link(size_t index = 0) { return *links_[index]; }
   boost::asio::io_context& io() { return io_; }
+  StickyLog& log() { return log_; }
   engine::Service& service() { return service_; }
   Switchboard& switchboard() { return switchboard_; }
 
@@ -134,7 +163,7 @@ class Server {
   const size_t io_threads_;
   boost::asio::io_context io_;
   boost::asio::thread_pool aside_{2};
-  engine::VolatileLog log_;
+  StickyLog log_;
   engine::Service service_;
   Switchboard switchboard_;
   std::mutex mutex_;
@@ -235,6 +264,16 @@ inline protocol::Message PingOf(uint8_t id, uint8_t number) {
   ping.length = 1;
   ping.payload[0] = number;
   return engine::testing::MessageOf(ping);
+}
+
+/// An answer to somebody who asked so long ago, on the first connection of a link.
+inline engine::Outgoing AnswerAfter(std::chrono::milliseconds waited,
+                                    const protocol::Message& message) {
+  engine::Outgoing answer{0, 0, message};
+  const auto asked = std::chrono::steady_clock::now() - waited;
+  answer.asker.asked_ns = std::chrono::nanoseconds(asked.time_since_epoch()).count();
+  answer.asker.connection = 1;
+  return answer;
 }
 
 /// Whether this is the answer to PingOf(id, number).
