@@ -31,26 +31,6 @@ bool IsHungUp(int descriptor) {
   return poll(&line, 1, 0) < 0 || (line.revents & (POLLHUP | POLLRDHUP)) != 0;
 }
 
-// Switches the transceiver to sending, and back whatever happens.
-class Sending {
- public:
-  explicit Sending(Port* port) : port_(port) {
-    if (port_ != nullptr) {
-      port_->Key(true);
-    }
-  }
-  Sending(const Sending&) = delete;
-  Sending& operator=(const Sending&) = delete;
-  ~Sending() {
-    if (port_ != nullptr) {
-      port_->Key(false);
-    }
-  }
-
- private:
-  Port* const port_;
-};
-
 uint32_t Milliseconds(Clock::time_point at) {
   const auto since = std::chrono::duration_cast<std::chrono::milliseconds>(at.time_since_epoch());
   return static_cast<uint32_t>(since.count());  // it may wrap
@@ -89,8 +69,11 @@ asio::awaitable<std::string> Conversation::Run(Descriptor descriptor) {
     co_return "cannot be waited for: " + error.message();
   }
   descriptor.release();
-  const auto reason = co_await (Read() || Write());
+  const auto reason = co_await (ToTheEnd(&Conversation::Read) || ToTheEnd(&Conversation::Write));
   stream_.close(error);
+  if (exception_) {
+    std::rethrow_exception(exception_);
+  }
   co_return std::visit([](const std::string& why) { return why; }, reason);
 }
 
@@ -100,6 +83,22 @@ void Conversation::Close() {
   stream_.close(ignored);
   wake_.cancel();
   pause_.cancel();
+}
+
+// When one of the two ends, so does the other. An exception is an end too: left alone, it would not
+// stop the other one.
+asio::awaitable<std::string> Conversation::ToTheEnd(
+    asio::awaitable<std::string> (Conversation::*loop)()) {
+  std::string why;
+  try {
+    why = co_await (this->*loop)();
+  } catch (...) {
+    if (!ended_) {  // else it is the other one's end that comes as an exception
+      exception_ = std::current_exception();
+    }
+  }
+  ended_ = true;
+  co_return why;
 }
 
 asio::awaitable<std::string> Conversation::Read() {
@@ -247,8 +246,15 @@ bool Conversation::DropLate(Clock::time_point start) {
   return true;
 }
 
+// Whether the first of the queue may be sent now. What is too late is given up.
+bool Conversation::IsReady(Clock::time_point now) {
+  return !queue_.empty() && EarliestStart(queue_.front()) <= now && !DropLate(now);
+}
+
 asio::awaitable<std::string> Conversation::Write() {
   error_code error;
+  const bool senses = options_.port != nullptr && options_.port->port().senses_carrier();
+  const bool keyed = options_.port != nullptr && options_.port->port().is_keyed();
   while (true) {
     const Clock::time_point now = Clock::now();
     const Clock::time_point start =
@@ -261,39 +267,61 @@ asio::awaitable<std::string> Conversation::Write() {
       co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       continue;
     }
-    if (options_.port != nullptr && options_.port->carrier()) {
-      pause_.expires_at(now + kBetweenLooks);
-      co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
-      continue;
-    }
-    size_t frames = 0;
-    const std::vector<uint8_t> block = NextBlock(&frames);
-    const Sending sending(options_.port);
-    if (options_.lead != Clock::duration::zero()) {
-      pause_.expires_at(now + options_.lead);
-      co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
-      if (error) {  // the line has ended meanwhile
-        LeaveOut(block);
-        co_return error.message();
+    // What waits stays in the queue until it is written: the driver may take its time, and things
+    // may be different then.
+    if (senses) {
+      const bool busy = co_await options_.port->Make([](Port& port) { return port.carrier(); });
+      if (ended_ || closed_) {
+        co_return "closed";
+      }
+      if (busy) {
+        pause_.expires_after(kBetweenLooks);
+        co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      }
+      if (busy || !IsReady(Clock::now())) {
+        continue;
       }
     }
-    if (tapped_.tap != nullptr) {
-      tapped_.tap->Wrote(tapped_.line, block);
+    bool ready = true;
+    if (keyed) {
+      co_await options_.port->Make([](Port& port) { port.Key(true); });
+      const Clock::time_point keyed_at = Clock::now();
+      if (options_.lead != Clock::duration::zero() && !ended_ && !closed_) {
+        pause_.expires_at(keyed_at + options_.lead);
+        co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      }
+      if (ended_ || closed_) {
+        co_return "closed";
+      }
+      ready = IsReady(keyed_at);
     }
-    line_free_at_ = Clock::now() + static_cast<int64_t>(block.size()) * options_.byte_time;
-    const size_t size = co_await asio::async_write(
-        stream_, asio::buffer(block), asio::redirect_error(asio::use_awaitable, error));
-    record_->Count([&](LinkCounters& counters) {
-      counters.bytes_out += size;
-      counters.frames_out += error ? 0 : frames;
-    });
-    if (error) {
-      co_return error.value() == EIO ? "the other side hung up" : error.message();
+    if (ready) {
+      size_t frames = 0;
+      const std::vector<uint8_t> block = NextBlock(&frames);
+      if (tapped_.tap != nullptr) {
+        tapped_.tap->Wrote(tapped_.line, block);
+      }
+      line_free_at_ = Clock::now() + static_cast<int64_t>(block.size()) * options_.byte_time;
+      const size_t size = co_await asio::async_write(
+          stream_, asio::buffer(block), asio::redirect_error(asio::use_awaitable, error));
+      record_->Count([&](LinkCounters& counters) {
+        counters.bytes_out += size;
+        counters.frames_out += error ? 0 : frames;
+      });
+      if (error) {
+        co_return error.value() == EIO ? "the other side hung up" : error.message();
+      }
+      if (options_.tail != Clock::duration::zero()) {
+        line_free_at_ += options_.tail;
+        pause_.expires_at(line_free_at_);
+        co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      }
     }
-    if (options_.tail != Clock::duration::zero()) {
-      line_free_at_ += options_.tail;
-      pause_.expires_at(line_free_at_);
-      co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+    if (ended_ || closed_) {
+      co_return "closed";
+    }
+    if (keyed) {
+      co_await options_.port->Make([](Port& port) { port.Key(false); });
     }
   }
 }

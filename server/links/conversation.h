@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <optional>
 #include <span>
@@ -24,7 +25,7 @@
 
 #include "protocol/decoder.h"
 #include "server/links/link.h"
-#include "server/links/port.h"
+#include "server/links/port_calls.h"
 #include "server/links/tap.h"
 
 namespace pheromone::links {
@@ -41,8 +42,9 @@ struct ConversationOptions {
   Clock::duration response_window{};  ///< W
 
   /// Whose carrier is waited for, and whose transceiver is switched, `lead` before and `tail` after
-  /// each block; null: neither. Outlives the conversation.
-  Port* port = nullptr;
+  /// each block, if it has lines for that; null: neither. Outlives the conversation. It is not
+  /// switched back at the end, but where it is closed.
+  PortCalls* port = nullptr;
   Clock::duration lead{};
   Clock::duration tail{};
 
@@ -66,8 +68,9 @@ class Conversation {
   Conversation& operator=(const Conversation&) = delete;
   ~Conversation();
 
-  /// Reads and writes until the other side hangs up, something fails, or Close is called. Returns
-  /// the reason, in words. Once.
+  /// Reads and writes until the other side hangs up, something fails, or Close is called, and the
+  /// port has done what it was asked for. Returns the reason, in words. Once. What on_batch, the
+  /// tap or the port throw comes out of it.
   boost::asio::awaitable<std::string> Run(Descriptor descriptor);
 
   /// Sends a command, or an answer that had to wait.
@@ -90,8 +93,11 @@ class Conversation {
     std::optional<Clock::time_point> asked_at;
   };
 
+  boost::asio::awaitable<std::string> ToTheEnd(
+      boost::asio::awaitable<std::string> (Conversation::*loop)());
   boost::asio::awaitable<std::string> Read();
   boost::asio::awaitable<std::string> Write();
+  bool IsReady(Clock::time_point now);
   void TakeBytes(std::span<const uint8_t> bytes);
   void Enqueue(const protocol::Message& message, std::optional<Clock::time_point> asked_at);
   Clock::time_point EarliestStart(const Frame& frame) const;
@@ -115,6 +121,8 @@ class Conversation {
   std::vector<protocol::Message> batch_;
   std::vector<engine::Outgoing> answers_;
   bool closed_ = false;
+  bool ended_ = false;            // one of reading and writing has
+  std::exception_ptr exception_;  // with which it did
 };
 
 }  // namespace pheromone::links

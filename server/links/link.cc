@@ -67,6 +67,11 @@ void Link::ReportFailure(const std::string& why) {
   }
 }
 
+void Link::ReportInternalError(const std::exception& error, const std::string& consequence) {
+  context_.log(Severity::kWarning,
+               "link " + name() + ": internal error: " + error.what() + "; " + consequence);
+}
+
 void Link::ReportSilence(std::chrono::seconds since) {
   record_.SetSilent(true);
   context_.log(Severity::kWarning, "link " + name() + ": nothing heard for " +

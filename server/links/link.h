@@ -18,6 +18,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -159,6 +160,9 @@ class Link {
   void ReportDown(const std::string& why);
   /// It could not be brought up.
   void ReportFailure(const std::string& why);
+  /// A mistake of the program's own, which it goes on after; for an exception that ends something.
+  void ReportInternalError(const std::exception& error, const std::string& consequence);
+
   /// Up, but nothing was heard for so long; or heard again.
   void ReportSilence(std::chrono::seconds since);
   void ReportHeardAgain();

@@ -1,6 +1,7 @@
 // What a link needs of a serial line, real or virtual: a descriptor to read and write.
 //
-// Not thread-safe; one owner, which closes what it opened.
+// Not thread-safe; one owner, which closes what it opened. A call may take as long as a driver
+// likes: port_calls.h makes them where that holds up nobody.
 #pragma once
 
 #include <cstdint>
@@ -46,18 +47,22 @@ class Port {
   /// Close, it may be opened again.
   virtual Result<Descriptor> Open() = 0;
 
-  /// Gives back what Open took besides the descriptor.
+  /// Switches the transceiver back, and gives back what Open took besides the descriptor.
   virtual void Close() = 0;
 
-  /// While it is open: whether a carrier is heard, if the port was made with a line that tells.
+  /// Whether it was made with a line that tells of a carrier; with one that switches the
+  /// transceiver. Always the same, and asks no driver.
+  virtual bool senses_carrier() const { return false; }
+  virtual bool is_keyed() const { return false; }
+
+  /// While it is open: whether a carrier is heard.
   virtual bool carrier() const { return false; }
-  /// While it is open: switches the transceiver to sending, or back, if it was made with a line for
-  /// that.
+  /// While it is open: switches the transceiver to sending, or back.
   virtual void Key(bool /*sending*/) {}
   /// While it is open: what went wrong on the line since it was opened, where the driver counts.
   virtual std::optional<LineErrors> errors() const { return std::nullopt; }
 
-  /// In words, for a log: "pty radio-a.pty -> /dev/pts/3".
+  /// In words, for a log; asks no driver: "pty radio-a.pty -> /dev/pts/3".
   virtual std::string Describe() const = 0;
 };
 

@@ -11,7 +11,7 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include "server/links/conversation.h"
-#include "server/links/port.h"
+#include "server/links/port_calls.h"
 
 namespace pheromone::links {
 namespace {
@@ -29,9 +29,9 @@ class PortLink final : public Link {
            const BackoffOptions& backoff, LinkContext context)
       : Link(std::move(context)),
         strand_(asio::make_strand(io)),
-        port_(std::move(port)),
+        port_(std::move(port), aside()),
         address_(std::move(address)),
-        options_(WithPort(options, port_.get())),
+        options_(WithPort(options, &port_)),
         silence_(silence),
         backoff_(backoff),
         longest_wait_(backoff.longest),
@@ -39,7 +39,7 @@ class PortLink final : public Link {
         look_(strand_) {}
 
   Status Start() override {
-    Result<Descriptor> first = port_->Open();
+    Result<Descriptor> first = port_.port().Open();
     Report(first);
     Status status = first.ok() ? Ok() : Status(Error{first.error()});
     asio::co_spawn(strand_, Run(std::move(first)), asio::detached);
@@ -75,55 +75,65 @@ class PortLink final : public Link {
   void Report(const Result<Descriptor>& opened) {
     if (opened.ok()) {
       record()->Count([](LinkCounters& counters) { ++counters.opened; });
-      ReportUp(port_->Describe());
+      ReportUp(port_.port().Describe());
     } else {
       ReportFailure(opened.error());
     }
   }
 
-  static asio::awaitable<void> Make(std::function<void()> call) {
-    call();
-    co_return;
-  }
-
-  // Makes a call that may take long, where nobody is held up by it. The port is the call's own
-  // meanwhile.
-  asio::awaitable<void> Aside(std::function<void()> call) {
-    if (aside()) {
-      co_await asio::co_spawn(aside(), Make(std::move(call)), asio::use_awaitable);
-    } else {
-      call();
-    }
-  }
-
   asio::awaitable<void> ClosePort() {
-    co_await Aside([this] { port_->Close(); });
+    co_await port_.Make([](Port& port) { port.Close(); });
   }
 
+  // Whatever throws, the link goes on from a port that is closed.
   asio::awaitable<void> Run(Result<Descriptor> opened) {
     while (!stopping_) {
-      if (opened.ok()) {
-        co_await Converse(std::move(opened).value());
+      std::string failure;
+      try {
+        co_await ConverseAndOpenAgain(&opened);
+      } catch (const std::exception& error) {
+        failure = error.what();
       }
-      if (stopping_) {
-        break;
-      }
-      boost::system::error_code ignored;
-      retry_.expires_after(backoff_.Next());
-      record()->SetNextAttempt(retry_.expiry());
-      co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
-      if (stopping_) {
-        break;
-      }
-      std::optional<Result<Descriptor>> again;
-      co_await Aside([this, &again] { again.emplace(port_->Open()); });
-      opened = std::move(*again);
-      if (!stopping_) {
-        Report(opened);
+      if (!failure.empty()) {
+        look_.cancel();
+        conversation_.reset();
+        opened = Error{"internal error: " + failure};
+        ReportDown(opened.error());
+        co_await CloseAfterFailure();
       }
     }
-    co_await ClosePort();
+    co_await CloseAfterFailure();
     record()->SetDown("stopped");
+  }
+
+  asio::awaitable<void> CloseAfterFailure() {
+    try {
+      co_await ClosePort();
+    } catch (const std::exception& error) {
+      ReportInternalError(error, "its port may not have been closed");
+    }
+  }
+
+  asio::awaitable<void> ConverseAndOpenAgain(Result<Descriptor>* opened) {
+    if (opened->ok()) {
+      Result<Descriptor> port = std::move(*opened);
+      *opened = Error{""};
+      co_await Converse(std::move(port).value());
+    }
+    if (stopping_) {
+      co_return;
+    }
+    boost::system::error_code ignored;
+    retry_.expires_after(backoff_.Next());
+    record()->SetNextAttempt(retry_.expiry());
+    co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+    if (stopping_) {
+      co_return;
+    }
+    *opened = co_await port_.Make([](Port& port) { return port.Open(); });
+    if (!stopping_) {
+      Report(*opened);
+    }
   }
 
   asio::awaitable<void> Converse(Descriptor descriptor) {
@@ -140,9 +150,9 @@ class PortLink final : public Link {
     line_errors_ = {};
     Look();
     const std::string why = co_await conversation_->Run(std::move(descriptor));
-    look_.cancel();
-    CountLineErrors();
     conversation_.reset();
+    look_.cancel();
+    co_await CountLineErrors();
     if (!stopping_) {
       ReportDown(why);
     }
@@ -159,15 +169,37 @@ class PortLink final : public Link {
     look_.expires_after(kBetweenLooks);
     look_.async_wait([this](const boost::system::error_code& error) {
       if (!error && conversation_ && !stopping_) {
-        CountLineErrors();
         LookForSilence(Clock::now());
-        Look();
+        asio::co_spawn(strand_, LookAtTheDriver(),
+                       [this](const std::exception_ptr& failure) { EndOnException(failure); });
       }
     });
   }
 
-  void CountLineErrors() {
-    const std::optional<LineErrors> now = port_->errors();
+  void EndOnException(const std::exception_ptr& thrown) {
+    try {
+      if (thrown) {
+        std::rethrow_exception(thrown);
+      }
+    } catch (const std::exception& error) {
+      ReportInternalError(error, "its port is opened again");
+      if (conversation_) {
+        conversation_->Close();
+      }
+    }
+  }
+
+  // The port's calls keep their order: it is closed after the last of these has come back.
+  asio::awaitable<void> LookAtTheDriver() {
+    co_await CountLineErrors();
+    if (conversation_ && !stopping_) {
+      Look();
+    }
+  }
+
+  asio::awaitable<void> CountLineErrors() {
+    const std::optional<LineErrors> now =
+        co_await port_.Make([](Port& port) { return port.errors(); });
     if (now && *now != line_errors_) {
       const LineErrors more = *now - line_errors_;
       line_errors_ = *now;
@@ -189,13 +221,13 @@ class PortLink final : public Link {
     silent_ = silent;
   }
 
-  static ConversationOptions WithPort(ConversationOptions options, Port* port) {
+  static ConversationOptions WithPort(ConversationOptions options, PortCalls* port) {
     options.port = port;
     return options;
   }
 
   const asio::strand<asio::io_context::executor_type> strand_;
-  const std::unique_ptr<Port> port_;
+  PortCalls port_;
   const std::string address_;
   const ConversationOptions options_;
   const std::chrono::seconds silence_;

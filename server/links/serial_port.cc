@@ -106,11 +106,17 @@ class SerialPort final : public Port {
     handle_ = -1;
   }
 
+  bool senses_carrier() const override {
+    return options_.lines.carrier_sense != CarrierSense::kNone;
+  }
+  bool is_keyed() const override {
+    return options_.lines.ptt == Keying::kRts || options_.lines.ptt == Keying::kDtr;
+  }
+
   bool carrier() const override {
     int lines = 0;
     const int line = options_.lines.carrier_sense == CarrierSense::kDcd ? TIOCM_CAR : TIOCM_CTS;
-    return options_.lines.carrier_sense != CarrierSense::kNone &&
-           ioctl(handle_, TIOCMGET, &lines) == 0 && (lines & line) != 0;
+    return senses_carrier() && ioctl(handle_, TIOCMGET, &lines) == 0 && (lines & line) != 0;
   }
 
   void Key(bool sending) override { Switch(handle_, sending); }
@@ -157,10 +163,7 @@ class SerialPort final : public Port {
 
   Status SetUpLines(int handle, const std::string& path) const {
     int lines = 0;
-    const bool needs_lines = options_.lines.carrier_sense != CarrierSense::kNone ||
-                             options_.lines.ptt == Keying::kRts ||
-                             options_.lines.ptt == Keying::kDtr;
-    if (needs_lines && ioctl(handle, TIOCMGET, &lines) != 0) {
+    if ((senses_carrier() || is_keyed()) && ioctl(handle, TIOCMGET, &lines) != 0) {
       return SystemError(path + ": has no modem lines for carrier_sense and ptt");
     }
     if (options_.lines.ptt == Keying::kRs485) {
