@@ -6,6 +6,16 @@
 
 namespace pheromone::links {
 
+Error InternalError(const std::exception_ptr& thrown) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const std::exception& error) {
+    return Error{std::string("internal error: ") + error.what()};
+  } catch (...) {
+    return Error{"internal error: something else than an exception"};
+  }
+}
+
 bool LinkRecord::SetUp(const std::string& how) {
   const std::lock_guard lock(mutex_);
   const bool news = Set(true, how);
@@ -67,9 +77,8 @@ void Link::ReportFailure(const std::string& why) {
   }
 }
 
-void Link::ReportInternalError(const std::exception& error, const std::string& consequence) {
-  context_.log(Severity::kWarning,
-               "link " + name() + ": internal error: " + error.what() + "; " + consequence);
+void Link::ReportError(const Error& error, const std::string& consequence) {
+  context_.log(Severity::kWarning, "link " + name() + ": " + error.message + "; " + consequence);
 }
 
 void Link::ReportSilence(std::chrono::seconds since) {

@@ -68,6 +68,9 @@ struct LinkCounters {
 /// TCP may wait for a second (protocol/README.md, section 8).
 constexpr std::chrono::seconds kLongestWait{1};
 
+/// In words, what was not meant to be thrown: "internal error: std::bad_alloc".
+Error InternalError(const std::exception_ptr& thrown);
+
 /// Counters and state that conversations write and anyone reads.
 class LinkRecord {
  public:
@@ -160,8 +163,8 @@ class Link {
   void ReportDown(const std::string& why);
   /// It could not be brought up.
   void ReportFailure(const std::string& why);
-  /// A mistake of the program's own, which it goes on after; for an exception that ends something.
-  void ReportInternalError(const std::exception& error, const std::string& consequence);
+  /// Something went wrong that is not the link's state, with this consequence.
+  void ReportError(const Error& error, const std::string& consequence);
 
   /// Up, but nothing was heard for so long; or heard again.
   void ReportSilence(std::chrono::seconds since);

@@ -4,13 +4,13 @@
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
 #include "server/links/conversation.h"
+#include "server/links/keep_running.h"
 #include "server/links/port_calls.h"
 
 namespace pheromone::links {
@@ -39,10 +39,12 @@ class PortLink final : public Link {
         look_(strand_) {}
 
   Status Start() override {
-    Result<Descriptor> first = port_.port().Open();
-    Report(first);
-    Status status = first.ok() ? Ok() : Status(Error{first.error()});
-    asio::co_spawn(strand_, Run(std::move(first)), asio::detached);
+    opened_ = OpenAtFirst();
+    Report(opened_);
+    Status status = opened_.ok() ? Ok() : Status(Error{opened_.error()});
+    KeepRunning(
+        strand_, [this] { return Run(); },
+        [this](const Error& error) { ReportError(error, "it goes on"); });
     return status;
   }
 
@@ -72,6 +74,14 @@ class PortLink final : public Link {
   std::string address() const override { return address_; }
 
  private:
+  Result<Descriptor> OpenAtFirst() {
+    try {
+      return port_.port().Open();
+    } catch (...) {
+      return InternalError(std::current_exception());
+    }
+  }
+
   void Report(const Result<Descriptor>& opened) {
     if (opened.ok()) {
       record()->Count([](LinkCounters& counters) { ++counters.opened; });
@@ -86,19 +96,19 @@ class PortLink final : public Link {
   }
 
   // Whatever throws, the link goes on from a port that is closed.
-  asio::awaitable<void> Run(Result<Descriptor> opened) {
+  asio::awaitable<void> Run() {
     while (!stopping_) {
-      std::string failure;
+      std::optional<Error> failure;
       try {
-        co_await ConverseAndOpenAgain(&opened);
-      } catch (const std::exception& error) {
-        failure = error.what();
+        co_await ConverseAndOpenAgain();
+      } catch (...) {
+        failure = InternalError(std::current_exception());
       }
-      if (!failure.empty()) {
+      if (failure) {
         look_.cancel();
         conversation_.reset();
-        opened = Error{"internal error: " + failure};
-        ReportDown(opened.error());
+        ReportDown(failure->message);
+        opened_ = *failure;
         co_await CloseAfterFailure();
       }
     }
@@ -109,16 +119,16 @@ class PortLink final : public Link {
   asio::awaitable<void> CloseAfterFailure() {
     try {
       co_await ClosePort();
-    } catch (const std::exception& error) {
-      ReportInternalError(error, "its port may not have been closed");
+    } catch (...) {
+      ReportError(InternalError(std::current_exception()), "its port may not have been closed");
     }
   }
 
-  asio::awaitable<void> ConverseAndOpenAgain(Result<Descriptor>* opened) {
-    if (opened->ok()) {
-      Result<Descriptor> port = std::move(*opened);
-      *opened = Error{""};
-      co_await Converse(std::move(port).value());
+  asio::awaitable<void> ConverseAndOpenAgain() {
+    if (opened_.ok()) {
+      Descriptor descriptor = std::move(opened_).value();
+      opened_ = Error{"closed"};
+      co_await Converse(std::move(descriptor));
     }
     if (stopping_) {
       co_return;
@@ -130,9 +140,9 @@ class PortLink final : public Link {
     if (stopping_) {
       co_return;
     }
-    *opened = co_await port_.Make([](Port& port) { return port.Open(); });
+    opened_ = co_await port_.Make([](Port& port) { return port.Open(); });
     if (!stopping_) {
-      Report(*opened);
+      Report(opened_);
     }
   }
 
@@ -177,12 +187,8 @@ class PortLink final : public Link {
   }
 
   void EndOnException(const std::exception_ptr& thrown) {
-    try {
-      if (thrown) {
-        std::rethrow_exception(thrown);
-      }
-    } catch (const std::exception& error) {
-      ReportInternalError(error, "its port is opened again");
+    if (thrown) {
+      ReportError(InternalError(thrown), "its port is opened again");
       if (conversation_) {
         conversation_->Close();
       }
@@ -228,6 +234,7 @@ class PortLink final : public Link {
 
   const asio::strand<asio::io_context::executor_type> strand_;
   PortCalls port_;
+  Result<Descriptor> opened_ = Error{"not opened yet"};
   const std::string address_;
   const ConversationOptions options_;
   const std::chrono::seconds silence_;

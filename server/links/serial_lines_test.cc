@@ -19,6 +19,7 @@ using testing::PingOf;
 class SerialLinesTest : public testing::SerialLinkTest {
  protected:
   void TearDown() override {
+    PtyShimHang(0);
     server_.Stop();
     PtyShimSetInputs(0);
     PtyShimSetRs485(0);
@@ -48,6 +49,94 @@ TEST_F(SerialLinesTest, ADriverThatHangsWhileItsPortIsOpenedHoldsUpNoOtherLink) 
   PtyShimHang(0);
   EXPECT_TRUE(Eventually([&] { return server.link().state().up; }));
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(4, 1)), 4, 1));
+}
+
+// With one thread for all: whoever kept it would keep the other link waiting.
+TEST_F(SerialLinesTest, ADriverThatHangsWhileSomethingIsSentHoldsUpNoOtherLink) {
+  const MediumLines cases[] = {{CarrierSense::kDcd, Keying::kNone, 0, 0},
+                               {CarrierSense::kNone, Keying::kRts, 0, 0}};
+  for (const MediumLines& lines : cases) {
+    options_.lines = lines;
+    testing::Server server(1);
+    Peer radio = PlugIn();
+    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+    Peer other = StartAnother(&server);
+    PtyShimHang(1);
+    ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+    ASSERT_TRUE(Eventually([] { return PtyShimHeld() == 1; }));
+    for (uint8_t i = 1; i <= 20; ++i) {
+      EXPECT_TRUE(IsEcho(other.Ask(PingOf(4, i)), 4, i));
+    }
+    ASSERT_TRUE(radio.Send(PingOf(3, 2)));  // it is still read
+    EXPECT_TRUE(Eventually([&] { return server.link().counters().received.frames == 2; }));
+    EXPECT_EQ(server.link().counters().frames_out, 0u);
+    EXPECT_EQ(PtyShimHeld(), 1);
+    PtyShimHang(0);
+    EXPECT_TRUE(IsEcho(radio.Receive(), 3, 1));
+    EXPECT_TRUE(IsEcho(radio.Receive(), 3, 2));
+  }
+}
+
+TEST_F(SerialLinesTest, ADriverThatHangsOverItsCountersHoldsUpNotEvenItsOwnLine) {
+  PtyShimSetCounts({1, 1, 1, 1, 1});
+  testing::Server server(1);
+  Peer radio = PlugIn();
+  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+  PtyShimHang(1);
+  ASSERT_TRUE(Eventually([] { return PtyShimHeld() == 1; }));
+  for (uint8_t i = 1; i <= 20; ++i) {
+    EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, i)), 3, i));
+  }
+  PtyShimSetCounts({3, 1, 1, 1, 1});
+  PtyShimHang(0);
+  EXPECT_TRUE(Eventually([&] { return server.link().counters().line.framing == 2; }));
+}
+
+TEST_F(SerialLinesTest, AnAnswerThatTheDriverMakesLateIsNotSentButCounted) {
+  options_.lines.ptt = Keying::kRts;
+  options_.response_window_ms = 30;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  PtyShimHang(1);
+  const auto asked = std::chrono::steady_clock::now();
+  ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+  // Either it holds the call that switches, or the answer was late before that.
+  ASSERT_TRUE(Eventually([&] { return PtyShimHeld() == 1 || counters().late_answers == 1; }));
+  ASSERT_TRUE(
+      Eventually([&] { return std::chrono::steady_clock::now() - asked > milliseconds(60); }));
+  PtyShimHang(0);
+  EXPECT_TRUE(Eventually([this] { return counters().late_answers == 1; }));
+  EXPECT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) == 0; }));
+  EXPECT_EQ(counters().frames_out, 0u);
+  ASSERT_EQ(tap_.left_out().size(), 1u);
+}
+
+TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItsDriverHangsEndsWithTheCall) {
+  const MediumLines cases[] = {{CarrierSense::kDcd, Keying::kNone, 0, 0},
+                               {CarrierSense::kNone, Keying::kRts, 0, 0}};
+  for (const MediumLines& lines : cases) {
+    for (const bool unplugged : {false, true}) {
+      options_.lines = lines;
+      testing::Server server(1);
+      Peer radio = PlugIn();
+      ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+      Peer other = StartAnother(&server);
+      PtyShimHang(1);
+      ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+      ASSERT_TRUE(Eventually([] { return PtyShimHeld() == 1; }));
+      if (unplugged) {
+        radio.HangUp();
+      }
+      server.link().Stop();
+      EXPECT_TRUE(IsEcho(other.Ask(PingOf(4, 1)), 4, 1));  // after the stop, on the one thread
+      PtyShimHang(0);
+      server.Stop();
+      if (!unplugged) {  // one that is has no lines
+        EXPECT_EQ(PtyShimOutputs() & TIOCM_RTS, 0);
+      }
+      EXPECT_FALSE(server.link().state().up);
+    }
+  }
 }
 
 TEST_F(SerialLinesTest, AnAnswerWaitsForTheCarrierToEnd) {

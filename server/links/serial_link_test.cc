@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <fstream>
+#include <stdexcept>
 
 #include "server/links/testing/serial_bench.h"
 
@@ -135,6 +136,25 @@ TEST_F(SerialLinkTest, AUsbAdapterIsTakenWhereverItAppears) {
   adapters = 1;
   EXPECT_TRUE(waits_for("serial USB 0403:6001 at 9600 baud"));
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(SerialLinkTest, AnExceptionWhileAPortIsOpenedIsToldAndItIsTriedAgain) {
+  options_.path.clear();
+  options_.usb = {0x0403, 0x6001, ""};
+  std::atomic<int> asked = 0;
+  options_.list_usb_ports = [&asked, this] {
+    if (++asked <= 2) {  // at the start, and when it is tried again
+      throw std::runtime_error("the bus is gone");
+    }
+    return std::vector<UsbPort>{{path_, {0x0403, 0x6001, ""}}};
+  };
+  Peer radio = PlugIn();
+  EXPECT_EQ(Start().error(), "internal error: the bus is gone");
+  ASSERT_TRUE(Up());
+  EXPECT_EQ(asked, 3);
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  EXPECT_EQ(server_.lines()[0],
+            "link radio-a: down, internal error: the bus is gone; trying again");
 }
 
 TEST_F(SerialLinkTest, APortThatAnotherHoldsIsBusyUntilItIsLetGo) {

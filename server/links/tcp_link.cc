@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <list>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
@@ -16,6 +18,7 @@
 #include "protocol/opcodes.h"
 #include "server/links/conversation.h"
 #include "server/links/endpoint.h"
+#include "server/links/keep_running.h"
 #include "server/links/port.h"
 
 namespace pheromone::links {
@@ -24,6 +27,8 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
+
+constexpr char kConnectionClosed[] = "a connection is closed";
 
 class TcpLink final : public Link {
  public:
@@ -37,7 +42,9 @@ class TcpLink final : public Link {
 
   Status Start() override {
     Status listening = Listen();
-    asio::co_spawn(strand_, Accept(), asio::detached);
+    KeepRunning(
+        strand_, [this] { return Accept(); },
+        [this](const Error& error) { ReportError(error, "it goes on"); });
     return listening;
   }
 
@@ -47,8 +54,8 @@ class TcpLink final : public Link {
       stopping_ = true;
       acceptor_.close(ignored);
       retry_.cancel();
-      for (Conversation& conversation : conversations_) {
-        conversation.Close();
+      for (Connection& connection : connections_) {
+        connection.conversation->Close();
       }
       record()->SetDown("stopped");
     });
@@ -68,6 +75,17 @@ class TcpLink final : public Link {
   }
 
  private:
+  struct Connection {
+    std::optional<Conversation> conversation;
+    bool has_spoken = false;  // a whole frame of a client that the link serves
+
+    // Who goes first when there is no room; of those that are equal, who came first.
+    std::tuple<bool, bool, Clock::time_point> Rank() const {
+      return {conversation->closed(), has_spoken,
+              has_spoken ? conversation->last_read() : Clock::time_point()};
+    }
+  };
+
   Status Listen() {
     error_code error;
     const auto address = asio::ip::make_address(options_.listen_address, error);
@@ -101,7 +119,7 @@ class TcpLink final : public Link {
             co_await acceptor_.async_accept(asio::redirect_error(asio::use_awaitable, error));
         if (!error) {
           backoff_.Reset();
-          Welcome(std::move(socket));
+          TryToWelcome(std::move(socket));
           continue;
         }
       }
@@ -116,6 +134,15 @@ class TcpLink final : public Link {
     }
   }
 
+  // What throws costs the connection, not the link.
+  void TryToWelcome(tcp::socket socket) {
+    try {
+      Welcome(std::move(socket));
+    } catch (...) {
+      ReportError(InternalError(std::current_exception()), kConnectionClosed);
+    }
+  }
+
   void Welcome(tcp::socket socket) {
     error_code error;
     socket.set_option(tcp::no_delay(true), error);
@@ -124,48 +151,68 @@ class TcpLink final : public Link {
     if (error || stopping_) {
       return;
     }
-    if (conversations_.size() >= options_.max_connections) {
-      DropIdlest();
+    if (connections_.size() >= options_.max_connections) {
+      MakeRoom();
     }
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
     ConversationOptions options;
     options.gap_timeout_ms = options_.gap_timeout_ms;
-    // The list keeps its places: `self` stands for the conversation as long as it runs.
-    const auto self = conversations_.emplace(
-        conversations_.end(), strand_, options,
-        [this](Conversation* from, auto batch, auto* answers) { Take(from, batch, answers); },
-        record(), NextLine());
-    asio::co_spawn(strand_, Converse(self, std::move(descriptor)), asio::detached);
+    // The list keeps its places: `self` stands for the connection as long as it runs.
+    const auto self = connections_.emplace(connections_.end());
+    try {
+      self->conversation.emplace(
+          strand_, options,
+          [this, self](Conversation* /*from*/, auto batch, auto* answers) {
+            Take(&*self, batch, answers);
+          },
+          record(), NextLine());
+      asio::co_spawn(strand_, Converse(self, std::move(descriptor)),
+                     [this](const std::exception_ptr& thrown) {
+                       if (thrown) {
+                         ReportError(InternalError(thrown), kConnectionClosed);
+                       }
+                     });
+    } catch (...) {
+      connections_.erase(self);
+      throw;
+    }
   }
 
-  asio::awaitable<void> Converse(std::list<Conversation>::iterator self, Descriptor descriptor) {
-    co_await self->Run(std::move(descriptor));
-    for (Conversation*& place : last_spoke_) {
+  asio::awaitable<void> Converse(std::list<Connection>::iterator self, Descriptor descriptor) {
+    try {
+      co_await self->conversation->Run(std::move(descriptor));
+    } catch (...) {
+      ReportError(InternalError(std::current_exception()), kConnectionClosed);
+    }
+    for (Connection*& place : last_spoke_) {
       if (place == &*self) {
         place = nullptr;
       }
     }
-    conversations_.erase(self);
+    connections_.erase(self);
   }
 
-  // A robot that comes back must find room, whoever forgot to hang up.
-  void DropIdlest() {
-    const auto idlest = std::min_element(
-        conversations_.begin(), conversations_.end(), [](const auto& a, const auto& b) {
-          return std::pair(a.closed(), a.last_read()) < std::pair(b.closed(), b.last_read());
-        });
-    idlest->Close();
+  // A robot that comes back must find room, whoever forgot to hang up. Those that never said
+  // anything go first, in the order in which they came: they are no robots, or new ones that have
+  // had as much time as could be. Then goes who is silent for longest.
+  void MakeRoom() {
+    const auto goes = std::min_element(
+        connections_.begin(), connections_.end(),
+        [](const Connection& a, const Connection& b) { return a.Rank() < b.Rank(); });
+    goes->conversation->Close();
     record()->Count([](LinkCounters& counters) { ++counters.dropped_connections; });
   }
 
-  void Take(Conversation* from, std::span<const protocol::Message> batch,
+  void Take(Connection* from, std::span<const protocol::Message> batch,
             std::vector<engine::Outgoing>* answers) {
     for (const protocol::Message& message : batch) {
       if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
         last_spoke_[message.id] = from;
+        const bool is_robot = message.id != 0 && message.id != protocol::kBroadcastId;
+        from->has_spoken = from->has_spoken || is_robot;
       }
     }
-    const engine::Asker asker = from->asker();
+    const engine::Asker asker = from->conversation->asker();
     Handle(batch, {&asker, 1}, answers);
   }
 
@@ -175,26 +222,26 @@ class TcpLink final : public Link {
     }
     const protocol::Message& message = outgoing.message;
     if (message.id == protocol::kBroadcastId) {
-      for (Conversation& conversation : conversations_) {
-        conversation.Send(outgoing);
+      for (Connection& connection : connections_) {
+        connection.conversation->Send(outgoing);
       }
       return;
     }
-    Conversation* const to =
+    Connection* const to =
         outgoing.asker.known() ? Find(outgoing.asker.connection) : last_spoke_[message.id];
     if (to != nullptr) {
-      to->Send(outgoing);
+      to->conversation->Send(outgoing);
     } else {
       CountUndeliverable(message);
     }
   }
 
   // Null if it has ended.
-  Conversation* Find(uint32_t connection) {
-    const auto found =
-        std::find_if(conversations_.begin(), conversations_.end(),
-                     [connection](const auto& it) { return it.connection() == connection; });
-    return found != conversations_.end() && !found->closed() ? &*found : nullptr;
+  Connection* Find(uint32_t number) {
+    const auto found = std::find_if(
+        connections_.begin(), connections_.end(),
+        [number](const Connection& it) { return it.conversation->connection() == number; });
+    return found != connections_.end() && !found->conversation->closed() ? &*found : nullptr;
   }
 
   const TcpOptions options_;
@@ -202,8 +249,8 @@ class TcpLink final : public Link {
   tcp::acceptor acceptor_;
   asio::steady_timer retry_;
   Backoff backoff_;
-  std::list<Conversation> conversations_;
-  std::array<Conversation*, 256> last_spoke_{};  // by client ID
+  std::list<Connection> connections_;          // in the order in which they came
+  std::array<Connection*, 256> last_spoke_{};  // by client ID
   bool stopping_ = false;
 };
 

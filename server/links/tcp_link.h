@@ -17,7 +17,9 @@ struct TcpOptions {
   std::string listen_address;  ///< numeric, IPv4 or IPv6
   uint16_t listen_port = 0;    ///< 0: the system chooses, see Link::address
   uint16_t gap_timeout_ms = 10'000;
-  size_t max_connections = 64;  ///< one more, and the one silent for longest is closed
+  /// One more, and one is closed: the first of those on which no robot has spoken, else the one
+  /// silent for longest.
+  size_t max_connections = 64;
   BackoffOptions backoff;
 };
 

@@ -214,6 +214,34 @@ TEST_F(TcpLinkTest, WhenThereIsNoRoomTheConnectionSilentForLongestGoes) {
   EXPECT_EQ(server_.link().counters().dropped_connections, 1u);
 }
 
+// Also one that sends what is no frame, or speaks as a client that is not served.
+TEST_F(TcpLinkTest, StrangersGoBeforeARobotThatIsSilentForLonger) {
+  options_.max_connections = 4;
+  LinkContext context = server_.Context(0);
+  context.admission.clients.reset().set(1).set(0).set(protocol::kBroadcastId);
+  ASSERT_TRUE(server_.Start(MakeTcpLink(server_.io(), options_, context)).ok());
+  Peer robot = Connect();
+  ASSERT_TRUE(robot.Ask(PingOf(1, 1)));
+  std::vector<Peer> strangers;
+  const std::vector<uint8_t> said[] = {
+      {}, {1, 2, 3}, Wire(PingOf(9, 1)) /* not served */, Wire(PingOf(0, 1)), {}, {}};
+  uint64_t bytes = server_.link().counters().bytes_in;
+  for (size_t i = 0; i < std::size(said); ++i) {
+    strangers.push_back(Connect());
+    bytes += said[i].size();
+    ASSERT_TRUE(strangers.back().SendBytes(said[i]));
+    ASSERT_TRUE(Eventually([&] {
+      const LinkCounters counters = server_.link().counters();
+      return counters.opened == 2 + i && counters.bytes_in == bytes;
+    }));
+    if (i >= 3) {
+      EXPECT_TRUE(strangers[i - 3].SeesTheEnd()) << i;  // who came first
+    }
+  }
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(1, 2)), 1, 2));
+  EXPECT_EQ(server_.link().counters().dropped_connections, 3u);
+}
+
 TEST_F(TcpLinkTest, APortInUseIsToldAndTriedAgain) {
   ASSERT_TRUE(Start(0).ok());
   options_.listen_port = PortOf(server_.link(0).address());

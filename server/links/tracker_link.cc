@@ -1,14 +1,13 @@
 #include "server/links/tracker_link.h"
 
 #include <cmath>
+#include <exception>
 #include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
@@ -17,6 +16,7 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include "server/links/endpoint.h"
+#include "server/links/keep_running.h"
 
 namespace pheromone::links {
 namespace {
@@ -63,7 +63,11 @@ class TrackerLink::Impl {
 
   Status Start() {
     Status listening = Listen();
-    asio::co_spawn(strand_, Receive(), asio::detached);
+    KeepRunning(
+        strand_, [this] { return Receive(); },
+        [this](const Error& error) {
+          log_(Severity::kWarning, "tracker: " + error.message + "; it goes on");
+        });
     return listening;
   }
 
@@ -124,7 +128,7 @@ class TrackerLink::Impl {
             asio::buffer(buffer_), sender, asio::redirect_error(asio::use_awaitable, error));
         if (!error) {
           backoff_.Reset();
-          Take({buffer_.data(), size});
+          TryToTake({buffer_.data(), size});
           continue;
         }
       }
@@ -135,6 +139,18 @@ class TrackerLink::Impl {
       if (!stopping_ && !socket_.is_open()) {
         static_cast<void>(Listen());
       }
+    }
+  }
+
+  // What throws costs the datagram, not the tracker.
+  void TryToTake(std::string_view datagram) {
+    try {
+      Take(datagram);
+    } catch (...) {
+      const Error error = InternalError(std::current_exception());
+      log_(Severity::kWarning, "tracker: " + error.message + "; a datagram is lost");
+      const std::lock_guard lock(mutex_);
+      ++counters_.datagrams;
     }
   }
 

@@ -5,6 +5,9 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <stdexcept>
+#include <utility>
+
 #include "server/links/testing/link_bench.h"
 
 namespace pheromone::links {
@@ -216,6 +219,21 @@ TEST_F(TrackerLinkTest, APortInUseIsToldAndTriedAgain) {
 TEST_F(TrackerLinkTest, AnAddressThatIsNoneIsAnError) {
   options_.listen_address = "localhost";
   EXPECT_FALSE(Start().ok());
+}
+
+TEST_F(TrackerLinkTest, AnExceptionCostsADatagramAndIsTold) {
+  bool thrown = false;
+  ASSERT_TRUE(Start([&thrown](const GpsFix&) -> std::optional<field::PoseUm> {
+                if (!std::exchange(thrown, true)) {
+                  throw std::runtime_error("out of order");
+                }
+                return field::PoseUm{{1, 2}, 3};
+              }).ok());
+  Send("gps radio-a 1 47.5 8.25 90");
+  EXPECT_FALSE(SeenOf(1).has_value());
+  EXPECT_EQ(lines().back(), "tracker: internal error: out of order; a datagram is lost");
+  Send("gps radio-a 1 47.5 8.25 90");
+  EXPECT_TRUE(SeenOf(1).has_value());
 }
 
 }  // namespace

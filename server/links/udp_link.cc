@@ -4,11 +4,10 @@
 #include <array>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <utility>
 #include <vector>
 
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
@@ -22,6 +21,7 @@
 #include "protocol/opcodes.h"
 #include "server/links/datagrams.h"
 #include "server/links/endpoint.h"
+#include "server/links/keep_running.h"
 
 namespace pheromone::links {
 namespace {
@@ -79,7 +79,9 @@ class UdpLink final : public Link {
 
   Status Start() override {
     Status listening = Listen();
-    asio::co_spawn(strand_, Run(), asio::detached);
+    KeepRunning(
+        strand_, [this] { return Run(); },
+        [this](const Error& error) { ReportError(error, "it goes on"); });
     return listening;
   }
 
@@ -143,8 +145,7 @@ class UdpLink final : public Link {
       if (socket_.is_open()) {
         co_await socket_.async_wait(udp::socket::wait_read,
                                     asio::redirect_error(asio::use_awaitable, error));
-        if (!error) {
-          TakeWhatIsThere();
+        if (!error && TryToTakeWhatIsThere()) {
           continue;
         }
       }
@@ -156,6 +157,22 @@ class UdpLink final : public Link {
       if (!stopping_ && !socket_.is_open()) {
         static_cast<void>(Listen());
       }
+    }
+  }
+
+  // False if it threw. Then what was read is lost, and the link is down until it listens again.
+  bool TryToTakeWhatIsThere() {
+    try {
+      TakeWhatIsThere();
+      return true;
+    } catch (...) {
+      error_code ignored;
+      socket_.close(ignored);
+      parser_ = {};
+      batch_.clear();
+      askers_.clear();
+      ReportDown(InternalError(std::current_exception()).message);
+      return false;
     }
   }
 

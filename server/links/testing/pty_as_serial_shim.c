@@ -118,12 +118,15 @@ ssize_t readlink(const char* path, char* buffer, size_t size) {
 
 /* What a serial port would have done; under the lock. An errno, or 0. */
 static int Fake(unsigned long request, void* argument) {
-  if (request == TIOCMGET) {
+  if (request == TIOCMGET || request == TIOCMSET || request == TIOCMBIS || request == TIOCMBIC ||
+      request == TIOCGICOUNT) {
     ++held;
     while (hangs) {
       pthread_cond_wait(&released, &lock);
     }
     --held;
+  }
+  if (request == TIOCMGET) {
     *(int*)argument = inputs | outputs;
   } else if (request == TIOCMSET) {
     outputs = *(const int*)argument;

@@ -11,8 +11,8 @@ void PtyShimSetInputs(int lines);
 /* The lines that were raised by the program: TIOCM_RTS, TIOCM_DTR. */
 int PtyShimOutputs(void);
 
-/* A driver that hangs: from now on, or no longer, asking for the modem lines takes forever, which
- * opening a port does. */
+/* A driver that hangs: from now on, or no longer, asking for the modem lines or the counters takes
+ * forever, and so does switching the lines. Opening a port does that. */
 void PtyShimHang(int hang);
 /* How many threads it holds. */
 int PtyShimHeld(void);

@@ -9,7 +9,7 @@
 
 namespace pheromone::links::testing {
 
-class RememberingTap final : public Tap {
+class RememberingTap : public Tap {
  public:
   using Bytes = std::vector<uint8_t>;
 
