@@ -3,8 +3,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include <boost/json/basic_parser_impl.hpp>
 #include <boost/json/parse.hpp>
 
 #include "server/web/json_text.h"
@@ -106,6 +112,67 @@ std::optional<double> ParseNumber(std::string_view text) {
   const bool good = error == std::errc() && end == text.data() + text.size() && !text.empty();
   return good && std::isfinite(number) ? std::optional(number) : std::nullopt;
 }
+
+// Looks for a key that an object has twice, at any depth; takes no notice of the values.
+class KeyCheck {
+ public:
+  static constexpr size_t max_object_size = SIZE_MAX;
+  static constexpr size_t max_array_size = SIZE_MAX;
+  static constexpr size_t max_key_size = SIZE_MAX;
+  static constexpr size_t max_string_size = SIZE_MAX;
+
+  using Code = json::error_code;
+  static bool on_document_begin(Code& /*error*/) { return true; }
+  static bool on_document_end(Code& /*error*/) { return true; }
+  bool on_object_begin(Code& /*error*/) {
+    keys_.emplace_back();
+    return true;
+  }
+  bool on_object_end(size_t /*count*/, Code& /*error*/) {
+    keys_.pop_back();
+    return true;
+  }
+  static bool on_array_begin(Code& /*error*/) { return true; }
+  static bool on_array_end(size_t /*count*/, Code& /*error*/) { return true; }
+  bool on_key_part(json::string_view part, size_t /*size*/, Code& /*error*/) {
+    key_ += part;
+    return true;
+  }
+  bool on_key(json::string_view part, size_t /*size*/, Code& /*error*/) {
+    key_ += part;
+    if (!keys_.back().insert(key_).second && !twice) {
+      twice = key_;
+    }
+    key_.clear();
+    return true;
+  }
+  static bool on_string_part(json::string_view /*part*/, size_t /*size*/, Code& /*error*/) {
+    return true;
+  }
+  static bool on_string(json::string_view /*part*/, size_t /*size*/, Code& /*error*/) {
+    return true;
+  }
+  static bool on_number_part(json::string_view /*part*/, Code& /*error*/) { return true; }
+  static bool on_int64(int64_t /*number*/, json::string_view /*text*/, Code& /*error*/) {
+    return true;
+  }
+  static bool on_uint64(uint64_t /*number*/, json::string_view /*text*/, Code& /*error*/) {
+    return true;
+  }
+  static bool on_double(double /*number*/, json::string_view /*text*/, Code& /*error*/) {
+    return true;
+  }
+  static bool on_bool(bool /*value*/, Code& /*error*/) { return true; }
+  static bool on_null(Code& /*error*/) { return true; }
+  static bool on_comment_part(json::string_view /*part*/, Code& /*error*/) { return true; }
+  static bool on_comment(json::string_view /*part*/, Code& /*error*/) { return true; }
+
+  std::optional<std::string> twice;
+
+ private:
+  std::vector<std::set<std::string>> keys_;  // of the objects that are open
+  std::string key_;
+};
 
 json::value ValueOf(std::string_view text) {
   json::array numbers;
@@ -288,6 +355,12 @@ std::variant<json::object, Problem> ParseBody(std::string_view body) {
   }
   if (!value.is_object()) {
     return Problem{Describe(&value), "body", "a JSON object"};
+  }
+  // The parser took the last of two values for one key, which of them was meant nobody knows.
+  json::basic_parser<KeyCheck> keys{json::parse_options()};
+  keys.write_some(false, body.data(), body.size(), error);
+  if (keys.handler().twice) {
+    return Problem{"found it twice", *keys.handler().twice, "each key once"};
   }
   return std::move(value.get_object());
 }

@@ -70,7 +70,8 @@ class Fields {
 std::variant<boost::json::object, Problem> ObjectOf(
     const std::vector<std::pair<std::string, std::string>>& query);
 
-/// A body as an object; an empty one has no members.
+/// A body as an object; an empty one has no members. A key that comes twice, at any depth, is a
+/// problem.
 std::variant<boost::json::object, Problem> ParseBody(std::string_view body);
 
 }  // namespace pheromone::web

@@ -40,6 +40,27 @@ TEST(RefuseTest, SaysWhatWhereAndExpectedAsJson) {
             "number\"}}\n");
 }
 
+// RFC 3629 and its examples of what is not UTF-8.
+TEST(JsonTextTest, OnlyWellFormedTextStaysAsItIs) {
+  const std::string unknown = "\xEF\xBF\xBD";
+  for (const char* good :
+       {"", "plain", "\xC2\x80", "\xDF\xBF", "\xE0\xA0\x80", "\xED\x9F\xBF", "\xEE\x80\x80",
+        "\xEF\xBF\xBF", "\xF0\x90\x80\x80", "\xF4\x8F\xBF\xBF"}) {
+    EXPECT_EQ(WellFormed(good), good);
+  }
+  for (const std::string_view bad :
+       {"\x80", "\xBF", "\xC0\xAF", "\xC1\xBF", "\xC2", "\xE0\x9F\xBF", "\xE2\x82", "\xED\xA0\x80",
+        "\xF0\x8F\xBF\xBF", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFE", "\xFF"}) {
+    std::string expected;
+    for (size_t i = 0; i < bad.size(); ++i) {
+      expected += unknown;
+    }
+    EXPECT_EQ(WellFormed(bad), expected);
+    EXPECT_EQ(WellFormed("a" + std::string(bad) + "b"), "a" + expected + "b");
+  }
+  EXPECT_EQ(ToText({{"k\xFF", "v\xFF"}}), "{\"k" + unknown + "\":\"v" + unknown + "\"}\n");
+}
+
 TEST(JsonTextTest, NumbersAreShortAndReadBackTheSame) {
   EXPECT_EQ(ToText({{"a", 0.1}, {"b", {1, -2.5, 1e300}}, {"c", nullptr}, {"d\"", true}}),
             "{\"a\":0.1,\"b\":[1,-2.5,1e+300],\"c\":null,\"d\\\"\":true}\n");

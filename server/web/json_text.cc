@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
@@ -34,6 +35,43 @@ void AppendDouble(double number, std::string* text) {
   }
 }
 
+// Continuation bytes that follow the first byte of a character; nothing if none can begin so.
+std::optional<size_t> Following(unsigned char first) {
+  if (first < 0x80) {
+    return 0;
+  }
+  if (first >= 0xC2 && first <= 0xDF) {  // C0 and C1 would be longer than needed
+    return 1;
+  }
+  if (first >= 0xE0 && first <= 0xEF) {
+    return 2;
+  }
+  return first >= 0xF0 && first <= 0xF4 ? std::optional<size_t>(3) : std::nullopt;
+}
+
+// The bytes of the character that `text` begins with; 0 if it begins with none. RFC 3629: neither
+// longer than needed, nor half of a pair, nor beyond U+10FFFF.
+size_t CharacterSize(std::string_view text) {
+  const auto byte = [text](size_t i) { return static_cast<unsigned char>(text[i]); };
+  const std::optional<size_t> following = Following(byte(0));
+  if (!following || *following >= text.size()) {
+    return 0;
+  }
+  for (size_t i = 1; i <= *following; ++i) {
+    if ((byte(i) & 0xC0u) != 0x80) {
+      return 0;
+    }
+  }
+  const bool good = *following == 0 ||
+                    (!(byte(0) == 0xE0 && byte(1) < 0xA0) && !(byte(0) == 0xED && byte(1) > 0x9F) &&
+                     !(byte(0) == 0xF0 && byte(1) < 0x90) && !(byte(0) == 0xF4 && byte(1) > 0x8F));
+  return good ? *following + 1 : 0;
+}
+
+std::string Quoted(std::string_view text) {
+  return json::serialize(json::string_view(WellFormed(text)));
+}
+
 // Our own answers are shallow; what a request holds is nested 32 deep at the most.
 void Append(const json::value& value, std::string* text) {
   const char* before = "";
@@ -41,7 +79,7 @@ void Append(const json::value& value, std::string* text) {
     case json::kind::object:
       *text += '{';
       for (const json::key_value_pair& member : value.get_object()) {
-        text->append(before).append(json::serialize(member.key())) += ':';
+        text->append(before).append(Quoted(member.key())) += ':';
         Append(member.value(), text);
         before = ",";
       }
@@ -55,6 +93,9 @@ void Append(const json::value& value, std::string* text) {
         before = ",";
       }
       *text += ']';
+      break;
+    case json::kind::string:
+      *text += Quoted(value.get_string());
       break;
     case json::kind::int64:
       AppendNumber(value.get_int64(), text);
@@ -71,6 +112,22 @@ void Append(const json::value& value, std::string* text) {
 }
 
 }  // namespace
+
+std::string WellFormed(std::string_view text) {
+  std::string good;
+  good.reserve(text.size());
+  while (!text.empty()) {
+    const size_t size = CharacterSize(text);
+    if (size == 0) {
+      good += "\xEF\xBF\xBD";
+      text.remove_prefix(1);
+    } else {
+      good += text.substr(0, size);
+      text.remove_prefix(size);
+    }
+  }
+  return good;
+}
 
 std::string ToText(const json::value& value) {
   std::string text;

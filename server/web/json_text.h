@@ -3,12 +3,17 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include <boost/json/value.hpp>
 
 namespace pheromone::web {
 
-/// On one line, with an end of line. A number that JSON cannot hold, such as an infinity, is null.
+/// The same text if it is UTF-8; else with U+FFFD for each byte that is not part of a character.
+std::string WellFormed(std::string_view text);
+
+/// On one line, with an end of line. A number that JSON cannot hold, such as an infinity, is null;
+/// strings come out well-formed.
 std::string ToText(const boost::json::value& value);
 
 }  // namespace pheromone::web
