@@ -12,8 +12,6 @@
 namespace pheromone::daemon {
 namespace {
 
-constexpr std::chrono::milliseconds kBetweenLooks{1};
-
 std::vector<capture::LinkInfo> Describe(const std::vector<config::LinkConfig>& links) {
   std::vector<capture::LinkInfo> infos;
   infos.reserve(links.size());
@@ -60,18 +58,12 @@ Status Captures::Stop() {
   return stopped;
 }
 
-Status Captures::AwaitDisk(std::chrono::milliseconds patience) const {
-  const auto deadline = std::chrono::steady_clock::now() + patience;
-  for (;;) {
-    const capture::RecordingStatus status = recorder_.status();
-    if (status.recording ? status.bytes != 0 : status.written) {
-      return status.error.empty() ? Ok() : Status(Error{status.error});
-    }
-    if (std::chrono::steady_clock::now() > deadline) {
-      return Error{folder_ + ": it was done, but the disk has not taken it yet"};
-    }
-    std::this_thread::sleep_for(kBetweenLooks);
+std::optional<Status> Captures::Settled() const {
+  const capture::RecordingStatus status = recorder_.status();
+  if (status.recording ? status.bytes == 0 : !status.written) {
+    return std::nullopt;
   }
+  return status.error.empty() ? Ok() : Status(Error{status.error});
 }
 
 engine::CaptureView Captures::View() const {

@@ -7,12 +7,12 @@
 //   ...                                      // links and service run
 //   captures.Finish();                       // after the links
 //
-// An operator who starts or ends one waits for the disk (AwaitDisk); links never do. Thread-safe,
+// An operator who starts or ends one waits for the disk (Settled); links never do. Thread-safe,
 // but for Finish.
 #pragma once
 
-#include <chrono>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -37,10 +37,9 @@ class Captures final : public links::Tap {
   Status Start();
   /// Ends it. What was recorded is being written still. Errors: there is none.
   Status Stop();
-  /// Waits until the first file of a recording that was started is there, or the last one of a
-  /// recording that was ended is whole. Errors: it ended by itself; the disk takes longer than
-  /// `patience`.
-  Status AwaitDisk(std::chrono::milliseconds patience) const;
+  /// Whether the first file of a recording that was started is there, or the last one of a
+  /// recording that was ended is whole; nothing: not yet. Errors: it ended by itself.
+  std::optional<Status> Settled() const;
   engine::CaptureView View() const;
 
   /// A halt to all robots is about to be sent, of which the log does not know.

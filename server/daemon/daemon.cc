@@ -6,7 +6,8 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -26,6 +27,7 @@
 #include "server/daemon/signal_watch.h"
 #include "server/daemon/system_clock.h"
 #include "server/daemon/watchdog.h"
+#include "server/daemon/work_queue.h"
 #include "server/engine/service.h"
 #include "server/journal/service_state.h"
 #include "server/links/switchboard.h"
@@ -56,7 +58,7 @@ class Daemon::Impl {
       : strand_(boost::asio::make_strand(io_)),
         signals_({.stop = [this](int signal) { StopFor(signal); },
                   .reload = [this] { ReloadSoon(); },
-                  .save = [this] { boost::asio::post(strand_, [this] { saver_.SaveBeside(); }); }}),
+                  .save = [this] { SaveSoon(); }}),
         ticker_(strand_),
         reporter_(strand_),
         keeper_(std::move(keeper)),
@@ -76,11 +78,16 @@ class Daemon::Impl {
                   .log = keeper_->log(),
                   .switchboard = &switchboard_,
                   .links = &links_.links(),
+                  .link_configs = &config_.links(),
                   .captures = &captures_,
                   .now_ms = [this] { return FieldTime(); },
                   .config = [this] { return config_.Get(); },
+                  .run_edit = [this](auto work) { return edits_.Add(std::move(work)); },
+                  .run_operation = [this](auto work) { return operations_.Add(std::move(work)); },
                   .reload = [this] { return ReadConfigurationAgain(); },
-                  .snapshot = [this] { return AskForSnapshot(); }}),
+                  .snapshot = [this](auto done) { MakeSnapshot(std::move(done)); }}),
+        edits_({.name = "an edit"}),
+        operations_({.name = "an operation"}),
         door_(&control_, config_.Get().control, config_.Get().web) {
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
   }
@@ -109,6 +116,9 @@ class Daemon::Impl {
     for (std::thread& thread : threads) {
       thread.join();
     }
+    operations_.Close();
+    edits_.Close();
+    control_.Stop();
     door_.Close();
     captures_.Finish();
     // A start that failed must not replace what an earlier run has saved.
@@ -150,15 +160,6 @@ class Daemon::Impl {
       spdlog::critical("cannot record: {}", recording.error());
     }
     return recording.ok();
-  }
-
-  // False if nothing is kept. The log says what has become of it.
-  bool AskForSnapshot() {
-    const bool is_kept = !keeper_->folder().empty();
-    if (is_kept) {
-      keeper_->Snapshot([](const Result<std::string>&) {});
-    }
-    return is_kept;
   }
 
   // What has become durable goes out.
@@ -205,20 +206,40 @@ class Daemon::Impl {
   }
 
   void ReloadSoon() {
-    boost::asio::post(strand_, [this] {
+    const bool taken = operations_.Add([this] {
       if (!stopping_) {
         (void)ReadConfigurationAgain();  // it says itself what is wrong
       }
     });
+    if (!taken && !stopping_) {
+      spdlog::warn("SIGHUP: the configuration is not read again, too much is asked for already");
+    }
   }
 
-  // By SIGHUP, or by the operator from another thread. Returns what waits for a restart.
+  void SaveSoon() {
+    if (!operations_.Add([this] { saver_.SaveBeside(); }) && !stopping_) {
+      spdlog::warn("SIGUSR1: the field is not saved, too much is asked for already");
+    }
+  }
+
+  // As an operation. Returns what waits for a restart.
   Result<std::vector<std::string>> ReadConfigurationAgain() {
-    const std::lock_guard lock(reading_);
     service_manager::Reloading();
     auto outcome = config_.ReadAgain();
-    service_manager::Ready(DescribeState());
+    if (!stopping_) {
+      service_manager::Ready(DescribeState());
+    }
     return outcome;
+  }
+
+  void MakeSnapshot(engine::Control::DoneWith<std::optional<std::string>> done) {
+    if (keeper_->folder().empty()) {
+      done(std::optional<std::string>());
+      return;
+    }
+    keeper_->Snapshot([done = std::move(done)](const Result<std::string>& made) {
+      done(made.ok() ? Result<std::optional<std::string>>(made.value()) : Error{made.error()});
+    });
   }
 
   // Everything that keeps io_ busy ends, and with it Run.
@@ -267,12 +288,23 @@ class Daemon::Impl {
         trouble_ = std::move(trouble);
         spdlog::warn("so far: {}", trouble_);
       }
+      ReportFieldTime();
       if (std::string state = DescribeState(); state != told_) {
         told_ = std::move(state);
         service_manager::Tell(told_);
       }
       ReportTrouble();
     });
+  }
+
+  // Once, when it happens.
+  void ReportFieldTime() {
+    const std::string trouble = TroubleWithFieldTime(
+        service_.Inspect([this](const engine::Engine& /*engine*/) { return FieldTime(); }));
+    if (!trouble.empty() && !told_of_field_time_) {
+      spdlog::error("{}", trouble);
+    }
+    told_of_field_time_ = !trouble.empty();
   }
 
   engine::EngineCounters Counters() const {
@@ -310,14 +342,16 @@ class Daemon::Impl {
   LinkSet links_;
   const int io_threads_;
   const bool record_at_start_;
-  std::mutex reading_;  // the configuration again
   LiveConfig config_;
   std::unique_ptr<Watchdog> watchdog_;  // if the service manager wants one
   LiveControl control_;
+  WorkQueue edits_;
+  WorkQueue operations_;  // what takes long, of the signals' and the operators'
   FrontDoor door_;
   std::string trouble_;
+  bool told_of_field_time_ = false;
   std::string told_;  // the service manager
-  bool stopping_ = false;
+  std::atomic<bool> stopping_{false};
 };
 
 Daemon::Daemon(config::Config config, std::unique_ptr<StateKeeper> keeper, Reload reload,

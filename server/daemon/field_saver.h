@@ -35,7 +35,8 @@ class FieldSaver {
   FieldSaver& operator=(const FieldSaver&) = delete;
   ~FieldSaver();
 
-  /// Returns at once. Whoever asks while it is still at it is served right afterwards.
+  /// Returns at once; one thread at a time. Whoever asks while it is still at it is served right
+  /// afterwards.
   void SaveBeside();
 
   /// False if there is a file to write and that failed.

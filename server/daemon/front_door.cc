@@ -3,22 +3,24 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
+#include <exception>
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 
 #include "server/config/folders.h"
+#include "server/daemon/work_queue.h"
 #include "server/web/api.h"
 #include "server/web/server.h"
 
 namespace pheromone::daemon {
 namespace {
 
-// One may be busy drawing while the other tells that all is well.
-constexpr int kThreads = 2;
+// Requests that wait; beyond, they are refused.
+constexpr size_t kMaxWaiting = 16;
 
 }  // namespace
 
@@ -26,13 +28,26 @@ class FrontDoor::Impl {
  public:
   Impl(engine::Control* control, config::ControlSettings control_settings,
        config::WebSettings web_settings)
-      : api_(control, {web_settings.token, web_settings.hosts}),
+      : long_work_({.name = "a request", .max_waiting = kMaxWaiting}),
+        pictures_({.name = "a picture", .max_waiting = kMaxWaiting, .yields = true}),
+        api_(control, {web_settings.token, web_settings.hosts},
+             {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
+              .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },
+              .requests =
+                  [this](web::Work work) {
+                    boost::asio::post(io_, std::move(work));
+                    return true;
+                  }}),
         socket_path_(config::ControlSocket(control_settings, std::getenv("RUNTIME_DIRECTORY"))),
         server_(io_,
                 {.socket_path = socket_path_,
                  .listen_address = web_settings.listen_address,
-                 .listen_port = web_settings.listen_port},
-                [this](const web::Request& request) { return api_.Handle(request); }),
+                 .listen_port = web_settings.listen_port,
+                 .is_urgent = web::IsUrgent,
+                 .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
+                [this](web::Request request, web::Respond respond) {
+                  api_.Handle(std::move(request), std::move(respond));
+                }),
         web_(std::move(web_settings)) {}
 
   void Open() {
@@ -56,26 +71,38 @@ class FrontDoor::Impl {
         spdlog::warn("web: none: {}", listening.error());
       }
     }
-    for (int i = 0; i < kThreads; ++i) {
-      threads_.emplace_back([this] { io_.run(); });
-    }
+    thread_ = std::thread([this] { Run(); });
   }
 
   void Close() {
     server_.Stop();
-    for (std::thread& thread : threads_) {
-      thread.join();
+    long_work_.Close();
+    pictures_.Close();
+    if (thread_.joinable()) {
+      thread_.join();
     }
-    threads_.clear();
   }
 
  private:
+  void Run() {
+    for (;;) {
+      try {
+        io_.run();
+        return;
+      } catch (const std::exception& failure) {  // the request that failed is gone, others go on
+        spdlog::error("web: {}", failure.what());
+      }
+    }
+  }
+
   boost::asio::io_context io_;
-  const web::Api api_;
+  WorkQueue long_work_;
+  WorkQueue pictures_;
+  web::Api api_;
   const std::string socket_path_;
   web::Server server_;
   const config::WebSettings web_;
-  std::vector<std::thread> threads_;
+  std::thread thread_;
 };
 
 FrontDoor::FrontDoor(engine::Control* control, config::ControlSettings control_settings,

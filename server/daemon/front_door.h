@@ -1,5 +1,6 @@
 // Where operators, browsers and Prometheus come in: HTTP (server/web) over the control interface,
-// with threads of its own, so that drawing a map for a viewer holds up no robot.
+// with threads of its own. One reads all requests and answers the short ones, a halt among them;
+// one does what takes longer; one, which runs after all others, draws the map for viewers.
 //
 //   FrontDoor door(&control, config.control, config.web);
 //   door.Open();      // what could not be opened is told in the log
@@ -25,7 +26,8 @@ class FrontDoor {
 
   void Open();
 
-  /// Answers what is being answered, and returns when all of its threads have ended.
+  /// Answers what is being answered, and returns when all of its threads have ended. Before it,
+  /// whatever else the control interface waits for has to end (LiveControl::Stop).
   void Close();
 
  private:

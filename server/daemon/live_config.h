@@ -39,6 +39,9 @@ class LiveConfig {
 
   config::Config Get() const;
 
+  /// As at the start: changed ones wait for a restart. Any thread.
+  const std::vector<config::LinkConfig>& links() const { return config_.links; }
+
  private:
   Status Configure(const engine::EngineConfig& config, bool state_lost);
   void Tell(const std::vector<std::string>& warnings) const;

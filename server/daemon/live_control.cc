@@ -6,19 +6,23 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
-#include <thread>
 #include <utility>
+#include <variant>
 
 #include "server/config/describe.h"
 #include "server/config/folders.h"
 #include "server/daemon/process_figures.h"
+#include "server/field/raster.h"
 
 namespace pheromone::daemon {
 namespace {
 
-constexpr double kMemoryS = 10;  // of the links' byte rates
-constexpr std::chrono::milliseconds kBetweenLooks{1};
-constexpr std::chrono::milliseconds kHaltPatience{250};  // with the log; robots drive meanwhile
+constexpr double kMemoryS = 10;                         // of the links' byte rates
+constexpr std::chrono::milliseconds kBetweenLooks{5};   // at a recording
+constexpr std::chrono::milliseconds kHaltPatience{20};  // with the log; robots drive meanwhile
+constexpr char kNotYetDurable[] = "applied; not yet durable: a crash may undo it";
+constexpr char kSnapshotLate[] = "asked for, and not made yet: the log tells when it is";
+constexpr char kBusy[] = "the server is busy with what was asked for before; nothing was changed";
 
 using TimePoint = std::chrono::steady_clock::time_point;
 
@@ -104,7 +108,79 @@ void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_
   }
 }
 
+// An answer that is given once: by what was waited for or by a deadline, whichever comes first. The
+// log and the journal may keep it for as long as they live.
+template <typename T>
+class OneAnswer {
+ public:
+  OneAnswer(engine::Control::DoneWith<T> done, std::weak_ptr<Deadlines> deadlines)
+      : done_(std::move(done)), deadlines_(std::move(deadlines)) {}
+
+  void Give(const Result<T>& result) {
+    engine::Control::DoneWith<T> done;
+    std::optional<Deadlines::Id> deadline;
+    {
+      const std::lock_guard lock(mutex_);
+      done.swap(done_);
+      deadline.swap(deadline_);
+    }
+    Cancel(deadline);
+    if (done) {
+      done(result);
+    }
+  }
+
+  bool given() const {
+    const std::lock_guard lock(mutex_);
+    return done_ == nullptr;
+  }
+
+  /// Which is not needed any more once the answer was given.
+  void SetDeadline(Deadlines::Id deadline) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (done_ != nullptr) {
+        deadline_ = deadline;
+        return;
+      }
+    }
+    Cancel(deadline);
+  }
+
+ private:
+  void Cancel(const std::optional<Deadlines::Id>& deadline) const {
+    const auto deadlines = deadline ? deadlines_.lock() : nullptr;
+    if (deadlines != nullptr) {
+      deadlines->Cancel(*deadline);
+    }
+  }
+
+  mutable std::mutex mutex_;
+  engine::Control::DoneWith<T> done_;
+  std::optional<Deadlines::Id> deadline_;
+  const std::weak_ptr<Deadlines> deadlines_;
+};
+
+// Has `start` begun with a function that takes its result; `late` is the result after `patience`.
+template <typename T, typename Start>
+void Await(const std::shared_ptr<Deadlines>& deadlines, std::chrono::milliseconds patience,
+           const Error& late, engine::Control::DoneWith<T> done, Start&& start) {
+  const auto answer = std::make_shared<OneAnswer<T>>(std::move(done), deadlines);
+  start([answer](const Result<T>& result) { answer->Give(result); });
+  if (!answer->given()) {
+    answer->SetDeadline(
+        deadlines->After(patience, [answer, late](bool /*stopped*/) { answer->Give(late); }));
+  }
+}
+
 }  // namespace
+
+std::string TroubleWithFieldTime(uint64_t now_ms) {
+  return now_ms < engine::kMostFieldTimeMs
+             ? std::string()
+             : "field time has reached its end, 139 years, and nothing evaporates any more: stop "
+               "with --save-field, move the journal away and start with --load-field";
+}
 
 engine::StatusView LiveControl::GetStatus(bool with_hash) const {
   engine::StatusView status;
@@ -137,11 +213,14 @@ engine::StatusView LiveControl::GetStatus(bool with_hash) const {
   status.open_descriptors = process.open_descriptors;
   status.cpu_s = process.cpu_s;
   status.capture = GetCapture();
+  if (const Status health = CheckHealth(); !health.ok()) {
+    status.warning = health.error();
+  }
   return status;
 }
 
 std::vector<engine::LinkView> LiveControl::GetLinks() const {
-  const std::vector<config::LinkConfig> configured = parts_.config().links;
+  const std::vector<config::LinkConfig>& configured = *parts_.link_configs;
   const std::lock_guard lock(mutex_);
   std::vector<engine::LinkView> views;
   for (size_t i = 0; i < parts_.links->size(); ++i) {
@@ -223,57 +302,90 @@ std::vector<std::string> LiveControl::GetConfig() const {
 }
 
 Status LiveControl::CheckHealth() const {
+  if (const std::string trouble = parts_.log->Trouble(); !trouble.empty()) {
+    return Error{trouble};
+  }
   return parts_.service->Inspect([this](const engine::Engine&) {
     switch (parts_.log->Admit()) {
       case protocol::Reason::kNone:
-        return Ok();
+        break;
       case protocol::Reason::kBusy:
         return Status(Error{"the log is busy"});
       default:
         return Status(Error{"the log takes no changes"});
     }
+    const std::string trouble = TroubleWithFieldTime(parts_.now_ms());
+    return trouble.empty() ? Ok() : Status(Error{trouble});
   });
 }
 
-Status LiveControl::Edit(const field::FieldEdit& edit) {
-  Status made = parts_.service->Edit(edit);
-  return made.ok() ? AwaitDurable(parts_.patience) : made;
+void LiveControl::Edit(const field::FieldEdit& edit, DoneWith<engine::EditOutcome> done) {
+  if (!parts_.run_edit([this, edit, done] { EditNow(edit, done); })) {
+    done(Error{kBusy});
+  }
+}
+
+void LiveControl::EditNow(const field::FieldEdit& edit, const DoneWith<engine::EditOutcome>& done) {
+  const field::MapGeometry map = parts_.service->Inspect(
+      [](const engine::Engine& engine) { return engine.config().field.map; });
+  engine::EditOutcome outcome;
+  if (edit.shape == field::FieldEdit::Shape::kAll) {
+    outcome.nodes = static_cast<uint64_t>(map.columns()) * static_cast<uint64_t>(map.rows());
+  } else {
+    const Result<field::Raster> raster = field::RasterOf(edit, map);
+    if (!raster.ok() || raster.value().node_count == 0) {
+      done(Error{raster.ok() ? "no node of the map lies there" : raster.error()});
+      return;
+    }
+    outcome.nodes = static_cast<uint64_t>(raster.value().node_count);
+  }
+  const Status made = parts_.service->Edit(edit);
+  if (!made.ok()) {
+    done(Error{made.error()});
+    return;
+  }
+  AwaitDurable(parts_.patience, [done, outcome](const Status& durable) {
+    done(durable.ok() ? Result<engine::EditOutcome>(outcome) : Error{durable.error()});
+  });
 }
 
 // Until all that has happened so far is durable.
-Status LiveControl::AwaitDurable(std::chrono::milliseconds patience) const {
+void LiveControl::AwaitDurable(std::chrono::milliseconds patience, Done done) const {
   const uint64_t sequence =
       parts_.service->Inspect([](const engine::Engine& engine) { return engine.sequence(); });
-  const auto deadline = std::chrono::steady_clock::now() + patience;
-  while (parts_.service->Inspect(
-      [&](const engine::Engine&) { return parts_.log->DurableSequence() < sequence; })) {
-    if (std::chrono::steady_clock::now() > deadline) {
-      return Error{"it was done, but the log has not made it durable: a crash may undo it"};
+  const Error late{kNotYetDurable};
+  Await<std::monostate>(deadlines_, patience, late, std::move(done), [&](const Done& give) {
+    if (!parts_.log->WhenDurable(sequence, [give] { give(Ok()); })) {
+      give(late);  // too many wait already
     }
-    std::this_thread::sleep_for(kBetweenLooks);
-  }
-  return Ok();
+  });
 }
 
-Status LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
-                          std::span<const uint8_t> arguments) {
+void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
+                        std::span<const uint8_t> arguments, Done done) {
   const auto index = parts_.service->FindLink(link);
   if (!index) {
-    return Error{"there is no link \"" + std::string(link) + "\""};
+    done(Error{"there is no link \"" + std::string(link) + "\""});
+    return;
   }
   engine::CommandIssued command{*index, id, code, {}};
   std::copy_n(arguments.begin(), std::min(arguments.size(), command.arguments.size()),
               command.arguments.begin());
   std::vector<engine::Outgoing> out;
-  Status issued = parts_.service->Issue(command, &out);
+  const Status issued = parts_.service->Issue(command, &out);
   parts_.switchboard->Deliver(out);
-  return issued.ok() ? AwaitDurable(parts_.patience) : issued;
+  if (issued.ok()) {
+    AwaitDurable(parts_.patience, std::move(done));
+  } else {
+    done(issued);
+  }
 }
 
 // Robots must stop also while the disk does not take the order. A halt to all changes nothing that
 // the log would have to know: robots neither acknowledge it nor tell one from another. So where the
-// log refuses it, or does not get it onto the disk soon, it goes out without.
-Result<std::vector<std::string>> LiveControl::HaltAll() {
+// log refuses it, or does not get it onto the disk at once, it goes out without. Robots may then
+// have it more often than three times.
+void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
   std::vector<std::string> names;
   bool logged = true;
   std::vector<engine::Outgoing> out;
@@ -286,50 +398,101 @@ Result<std::vector<std::string>> LiveControl::HaltAll() {
     names.push_back((*parts_.links)[i]->name());
   }
   parts_.switchboard->Deliver(out);
-  if (!logged || !AwaitDurable(std::min(parts_.patience, kHaltPatience)).ok()) {
-    SendHaltsUnlogged();
+  if (!logged) {
+    SendHaltsUnlogged(engine::Engine::kBroadcastTransmissions);
+    done(names);
+    return;
   }
-  return names;
+  AwaitDurable(std::min(parts_.patience, kHaltPatience),
+               [this, names = std::move(names), done = std::move(done)](const Status& durable) {
+                 if (!durable.ok()) {
+                   SendHaltsUnlogged(engine::Engine::kBroadcastTransmissions);
+                 }
+                 done(names);
+               });
 }
 
-// As often as the engine would; between two of them the caller waits.
-void LiveControl::SendHaltsUnlogged() {
+// Once now, and as often and as far apart as the engine would.
+void LiveControl::SendHaltsUnlogged(int transmissions) {
   protocol::Command halt;
   halt.id = protocol::kBroadcastId;
   halt.code = protocol::CommandCode::kHalt;
   engine::Outgoing outgoing;
   protocol::Encode(halt, &outgoing.message);
-  for (int left = engine::Engine::kBroadcastTransmissions; left > 0; --left) {
-    std::vector<engine::Outgoing> out;
-    for (size_t i = 0; i < parts_.links->size(); ++i) {
-      outgoing.link = static_cast<engine::LinkIndex>(i);
-      parts_.captures->Unlogged(outgoing.link, outgoing.message);
-      out.push_back(outgoing);
-    }
-    parts_.switchboard->Deliver(out);
-    if (left > 1) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(engine::Engine::kBroadcastIntervalMs));
-    }
+  std::vector<engine::Outgoing> out;
+  for (size_t i = 0; i < parts_.links->size(); ++i) {
+    outgoing.link = static_cast<engine::LinkIndex>(i);
+    parts_.captures->Unlogged(outgoing.link, outgoing.message);
+    out.push_back(outgoing);
+  }
+  parts_.switchboard->Deliver(out);
+  if (transmissions > 1) {
+    deadlines_->After(std::chrono::milliseconds(engine::Engine::kBroadcastIntervalMs),
+                      [this, transmissions](bool stopped) {
+                        if (!stopped) {
+                          SendHaltsUnlogged(transmissions - 1);
+                        }
+                      });
   }
 }
 
-Result<std::string> LiveControl::Snapshot() {
-  if (!parts_.snapshot()) {
-    return Error{
-        "this server keeps no journal, so it has nothing to make a snapshot for; "
-        "--save-field and SIGUSR1 save the field"};
+void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
+  const auto reload = [this, done] {
+    const Result<std::vector<std::string>> notes = parts_.reload();
+    if (!notes.ok()) {
+      done(notes);
+      return;
+    }
+    AwaitDurable(parts_.patience, [done, notes](const Status& durable) {
+      done(durable.ok() ? notes : Error{durable.error()});
+    });
+  };
+  if (!parts_.run_operation(reload)) {
+    done(Error{kBusy});
   }
-  return std::string("asked for; the journal makes it at the next change");
 }
 
-Status LiveControl::StartCapture() {
-  Status started = parts_.captures->Start();
-  return started.ok() ? parts_.captures->AwaitDisk(parts_.patience) : started;
+void LiveControl::Snapshot(DoneWith<std::optional<std::string>> done) {
+  Await<std::optional<std::string>>(deadlines_, parts_.snapshot_patience, Error{kSnapshotLate},
+                                    std::move(done), parts_.snapshot);
 }
 
-Status LiveControl::StopCapture() {
-  Status stopped = parts_.captures->Stop();
-  return stopped.ok() ? parts_.captures->AwaitDisk(parts_.patience) : stopped;
+void LiveControl::StartCapture(Done done) {
+  ChangeCapture(&Captures::Start, std::move(done));
+}
+
+void LiveControl::StopCapture(Done done) {
+  ChangeCapture(&Captures::Stop, std::move(done));
+}
+
+void LiveControl::ChangeCapture(Status (Captures::*change)(), Done done) {
+  const auto operation = [this, change, done] {
+    const Status changed = (parts_.captures->*change)();
+    if (changed.ok()) {
+      AwaitCapture(std::chrono::steady_clock::now() + parts_.patience, done);
+    } else {
+      done(changed);
+    }
+  };
+  if (!parts_.run_operation(operation)) {
+    done(Error{kBusy});
+  }
+}
+
+// The recorder's thread tells nobody when it has written: it is looked at, again and again.
+void LiveControl::AwaitCapture(TimePoint deadline, const Done& done) {
+  if (const std::optional<Status> settled = parts_.captures->Settled()) {
+    done(*settled);
+    return;
+  }
+  const auto look_again = [this, deadline, done](bool stopped) {
+    if (stopped || std::chrono::steady_clock::now() > deadline) {
+      done(Error{parts_.captures->View().folder + ": applied; not yet durable"});
+    } else {
+      AwaitCapture(deadline, done);
+    }
+  };
+  deadlines_->After(kBetweenLooks, look_again);
 }
 
 // An exponential mean, whatever the time between the calls is.

@@ -4,9 +4,16 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
 #include <functional>
+#include <mutex>
 #include <thread>
+#include <utility>
+#include <variant>
 
 #include "server/engine/testing/bench.h"
 
@@ -22,19 +29,52 @@ class ScriptedLog final : public engine::OrderedLog {
  public:
   protocol::Reason Admit() override { return admit; }
   uint64_t Append(const engine::Stamp&, const engine::Event&) override { return ++sequence; }
-  uint64_t DurableSequence() const override { return durable; }
-  // Nobody is called later: what is not durable stays so for the one who asked.
+  uint64_t DurableSequence() const override { return durable_; }
   bool WhenDurable(uint64_t wanted, std::function<void()> done) override {
-    if (wanted <= durable) {
-      done();
+    {
+      const std::lock_guard lock(mutex_);
+      if (wanted > durable_) {
+        if (!full) {
+          waiting_.emplace_back(wanted, std::move(done));
+        }
+        return !full;
+      }
     }
+    done();
     return true;
   }
+  std::string Trouble() const override { return trouble; }
   void Probe(std::function<void()> done) override { done(); }
 
+  void SetDurable(uint64_t durable) {
+    std::vector<std::function<void()>> ready;
+    {
+      const std::lock_guard lock(mutex_);
+      durable_ = durable;
+      std::erase_if(waiting_, [&](auto& it) {
+        if (it.first <= durable) {
+          ready.push_back(std::move(it.second));
+        }
+        return it.first <= durable;
+      });
+    }
+    for (const auto& done : ready) {
+      done();
+    }
+  }
+  // What comes from now on is taken, and not durable.
+  void GetStuck() { SetDurable(sequence); }
+  void Heal() { SetDurable(UINT64_MAX); }
+
   protocol::Reason admit = protocol::Reason::kNone;
+  std::string trouble;
   uint64_t sequence = 0;
-  std::atomic<uint64_t> durable{UINT64_MAX};
+  bool full = false;  // of callbacks
+
+ private:
+  std::mutex mutex_;
+  std::atomic<uint64_t> durable_{UINT64_MAX};
+  std::vector<std::pair<uint64_t, std::function<void()>>> waiting_;
 };
 
 // Remembers what it is to send.
@@ -58,14 +98,84 @@ class FakeLink final : public links::Link {
   }
   void FallSilent() { ReportSilence(std::chrono::seconds(30)); }
   void Send(std::vector<engine::Outgoing> messages) override {
+    const std::lock_guard lock(mutex_);
     for (const engine::Outgoing& outgoing : messages) {
-      sent.push_back(outgoing.message);
+      sent_.push_back(outgoing.message);
     }
+    more_.notify_all();
   }
   std::string address() const override { return "here"; }
 
-  std::vector<protocol::Message> sent;
+  std::vector<protocol::Message> sent() const {
+    const std::lock_guard lock(mutex_);
+    return sent_;
+  }
+  std::vector<protocol::Message> AwaitSent(size_t count) {
+    std::unique_lock lock(mutex_);
+    more_.wait(lock, [&] { return sent_.size() >= count; });
+    return sent_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable more_;
+  std::vector<protocol::Message> sent_;
 };
+
+// The outcome of something that is answered later, once.
+template <typename T = std::monostate>
+class Outcome {
+ public:
+  std::function<void(const Result<T>&)> Taker() {
+    return [shared = shared_](const Result<T>& result) { shared->push_back(result); };
+  }
+  /// To be called where the answer has come, or comes soon and from one thread.
+  const Result<T>& Get() const {
+    while (!is_there()) {
+      std::this_thread::yield();
+    }
+    return shared_->Front();
+  }
+  bool is_there() const { return shared_->size() != 0; }
+  size_t times() const { return shared_->size(); }
+
+ private:
+  struct Results {
+    void push_back(const Result<T>& result) {
+      const std::lock_guard lock(mutex);
+      all.push_back(result);
+    }
+    size_t size() const {
+      const std::lock_guard lock(mutex);
+      return all.size();
+    }
+    const Result<T>& Front() const {
+      const std::lock_guard lock(mutex);
+      return all.front();
+    }
+    mutable std::mutex mutex;
+    std::deque<Result<T>> all;  // whose first one stays where it is
+  };
+  std::shared_ptr<Results> shared_ = std::make_shared<Results>();
+};
+
+void ExpectHalts(const std::vector<protocol::Message>& sent) {
+  for (const protocol::Message& message : sent) {
+    protocol::Command command;
+    ASSERT_TRUE(protocol::Decode(message, &command));
+    EXPECT_EQ(command.id, protocol::kBroadcastId);
+    EXPECT_EQ(command.code, protocol::CommandCode::kHalt);
+  }
+}
+
+field::FieldEdit Dot() {
+  field::FieldEdit edit;
+  edit.shape = field::FieldEdit::Shape::kStroke;
+  edit.level = 64;
+  edit.radius_um = 100'000;
+  edit.points = {{1'000'000, 1'000'000}};
+  return edit;
+}
 
 class LiveControlTest : public ::testing::Test {
  protected:
@@ -102,16 +212,35 @@ class LiveControlTest : public ::testing::Test {
   Captures captures_{&service_, config_};  // none is begun here; captures_test.cc
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<FakeLink*> fakes_;
-  LiveControl control_{{.service = &service_,
-                        .log = &log_,
-                        .switchboard = &switchboard_,
-                        .links = &links_,
-                        .captures = &captures_,
-                        .now_ms = [this] { return now_ms_.load(); },
-                        .config = [this] { return config_; },
-                        .reload = [] { return Error{"not here"}; },
-                        .snapshot = [] { return false; },
-                        .patience = std::chrono::milliseconds(20)}};
+  LiveParts Parts(std::chrono::milliseconds patience) {
+    const auto run = [this](const std::function<void()>& work) {
+      if (has_room_) {
+        work();
+      }
+      return has_room_;
+    };
+    return {.service = &service_,
+            .log = &log_,
+            .switchboard = &switchboard_,
+            .links = &links_,
+            .link_configs = &config_.links,
+            .captures = &captures_,
+            .now_ms = [this] { return now_ms_.load(); },
+            .config = [this] { return config_; },
+            .run_edit = run,
+            .run_operation = run,
+            .reload = [this] { return reloaded_; },
+            .snapshot = [this](auto done) { snapshot_ = std::move(done); },
+            .patience = patience,
+            .snapshot_patience = patience};
+  }
+
+  bool has_room_ = true;  // the queues for what takes long
+  Result<std::vector<std::string>> reloaded_ = std::vector<std::string>{"links wait"};
+  engine::Control::DoneWith<std::optional<std::string>> snapshot_;
+  // Nothing is waited for until the patience ends, but where a test is about that.
+  LiveControl control_{Parts(std::chrono::hours(1))};
+  LiveControl hasty_{Parts(std::chrono::milliseconds(20))};
 };
 
 TEST_F(LiveControlTest, ClientsAreThoseThatSaidHelloAndThoseThatWereHeard) {
@@ -195,15 +324,13 @@ TEST_F(LiveControlTest, LinksTellHowLongTheyWereSilent) {
 }
 
 TEST_F(LiveControlTest, HaltGoesToAllRobotsOfAllLinks) {
-  const auto halted = control_.HaltAll();
-  ASSERT_TRUE(halted.ok());
-  EXPECT_EQ(halted.value(), (std::vector<std::string>{"radio-a", "radio-b"}));
+  Outcome<std::vector<std::string>> halted;
+  control_.HaltAll(halted.Taker());
+  ASSERT_TRUE(halted.is_there());
+  EXPECT_EQ(halted.Get().value(), (std::vector<std::string>{"radio-a", "radio-b"}));
   for (const FakeLink* link : fakes_) {
-    ASSERT_EQ(link->sent.size(), 1u);
-    protocol::Command command;
-    ASSERT_TRUE(protocol::Decode(link->sent[0], &command));
-    EXPECT_EQ(command.id, protocol::kBroadcastId);
-    EXPECT_EQ(command.code, protocol::CommandCode::kHalt);
+    EXPECT_EQ(link->sent().size(), 1u);
+    ExpectHalts(link->sent());
   }
 }
 
@@ -212,61 +339,230 @@ TEST_F(LiveControlTest, HaltGoesOutThriceThoughTheLogRefusesItAndChangesNothing)
   log_.admit = protocol::Reason::kReadOnly;
   const uint64_t hash = service_.StateHash();
   const uint64_t sequence = log_.sequence;
-  const auto halted = control_.HaltAll();
-  ASSERT_TRUE(halted.ok()) << halted.error();
-  EXPECT_EQ(halted.value(), (std::vector<std::string>{"radio-a", "radio-b"}));
-  for (const FakeLink* link : fakes_) {
-    ASSERT_EQ(link->sent.size(), 3u);
-    for (const protocol::Message& message : link->sent) {
-      protocol::Command command;
-      ASSERT_TRUE(protocol::Decode(message, &command));
-      EXPECT_EQ(command.id, protocol::kBroadcastId);
-      EXPECT_EQ(command.code, protocol::CommandCode::kHalt);
-    }
+  Outcome<std::vector<std::string>> halted;
+  control_.HaltAll(halted.Taker());
+  ASSERT_TRUE(halted.is_there());
+  EXPECT_EQ(halted.Get().value(), (std::vector<std::string>{"radio-a", "radio-b"}));
+  for (FakeLink* link : fakes_) {
+    EXPECT_GE(link->sent().size(), 1u) << "it is sent before it is called sent";
+    ExpectHalts(link->AwaitSent(3));
   }
   EXPECT_EQ(service_.StateHash(), hash);
   EXPECT_EQ(log_.sequence, sequence);
-  EXPECT_FALSE(control_.Issue("radio-a", 3, protocol::CommandCode::kHalt, {}).ok());
+  Outcome<> single;
+  control_.Issue("radio-a", 3, protocol::CommandCode::kHalt, {}, single.Taker());
+  EXPECT_FALSE(single.Get().ok());
 }
 
-TEST_F(LiveControlTest, HaltGoesOutThoughTheDiskIsStuck) {
-  log_.durable = log_.sequence;  // what comes now is taken, and never durable
-  ASSERT_TRUE(control_.HaltAll().ok());
-  for (const FakeLink* link : fakes_) {
-    EXPECT_EQ(link->sent.size(), 3u);
+TEST_F(LiveControlTest, HaltGoesOutWhileEditsWaitForAStuckDiskAndTheQueuesAreFull) {
+  log_.GetStuck();
+  std::array<Outcome<engine::EditOutcome>, 2> edits;
+  for (auto& edit : edits) {
+    control_.Edit(Dot(), edit.Taker());
   }
+  has_room_ = false;
+  Outcome<std::vector<std::string>> halted;
+  control_.HaltAll(halted.Taker());
+  EXPECT_TRUE(halted.Get().ok());
+  for (FakeLink* link : fakes_) {
+    ExpectHalts(link->AwaitSent(3));
+  }
+  EXPECT_FALSE(edits[0].is_there() || edits[1].is_there());
+  log_.Heal();
+  for (const auto& edit : edits) {
+    EXPECT_EQ(edit.times(), 1u);
+    EXPECT_TRUE(edit.Get().ok());
+  }
+  EXPECT_EQ(halted.times(), 1u);
 }
 
 TEST_F(LiveControlTest, ACommandIsSentWithItsArguments) {
-  EXPECT_EQ(control_.Issue("radio-c", 3, protocol::CommandCode::kHalt, {}).error(),
+  const auto issue = [&](const char* link, protocol::CommandCode code,
+                         const std::vector<uint8_t>& arguments) {
+    Outcome<> outcome;
+    control_.Issue(link, 3, code, arguments, outcome.Taker());
+    return outcome.Get();
+  };
+  EXPECT_EQ(issue("radio-c", protocol::CommandCode::kHalt, {}).error(),
             "there is no link \"radio-c\"");
-  EXPECT_FALSE(control_.Issue("radio-a", 3, protocol::CommandCode::kHalt, {}).ok());
+  EXPECT_FALSE(issue("radio-a", protocol::CommandCode::kHalt, {}).ok());
   Handle(0, {Hello(3, 9)});
-  const std::vector<uint8_t> speed = {0x2C, 0x01};
-  EXPECT_TRUE(control_.Issue("radio-a", 3, protocol::CommandCode::kSpeed, speed).ok());
+  EXPECT_TRUE(issue("radio-a", protocol::CommandCode::kSpeed, {0x2C, 0x01}).ok());
   protocol::Command command;
-  ASSERT_EQ(fakes_[0]->sent.size(), 1u);
-  ASSERT_TRUE(protocol::Decode(fakes_[0]->sent[0], &command));
+  const auto sent = fakes_[0]->sent();
+  ASSERT_EQ(sent.size(), 1u);
+  ASSERT_TRUE(protocol::Decode(sent[0], &command));
   EXPECT_EQ(command.arguments[0], 0x2C);
   EXPECT_EQ(command.arguments[1], 0x01);
   EXPECT_EQ(control_.GetClients()[0].robot.command.outcome, engine::CommandOutcome::kPending);
 }
 
 TEST_F(LiveControlTest, AnEditIsDoneOnlyWhenItIsDurable) {
-  field::FieldEdit edit;
-  edit.shape = field::FieldEdit::Shape::kStroke;
-  edit.level = 64;
-  edit.points = {{1'000'000, 1'000'000}};
-  log_.durable = log_.sequence;
-  const Status early = control_.Edit(edit);
-  ASSERT_FALSE(early.ok());
-  EXPECT_NE(early.error().find("has not made it durable"), std::string::npos);
+  log_.GetStuck();
+  Outcome<engine::EditOutcome> edit;
+  control_.Edit(Dot(), edit.Taker());
+  EXPECT_FALSE(edit.is_there());
   EXPECT_LT(control_.GetStatus(false).durable_sequence, control_.GetStatus(false).sequence);
-  log_.durable = UINT64_MAX;
-  EXPECT_TRUE(control_.Edit(edit).ok());
+  log_.Heal();
+  ASSERT_TRUE(edit.is_there());
+  ASSERT_TRUE(edit.Get().ok()) << edit.Get().error();
+  EXPECT_EQ(edit.Get().value().nodes, 5u);  // the node and its neighbours, a radius away
+
   log_.admit = protocol::Reason::kReadOnly;
-  EXPECT_FALSE(control_.Edit(edit).ok());
+  Outcome<engine::EditOutcome> refused;
+  control_.Edit(Dot(), refused.Taker());
+  EXPECT_FALSE(refused.Get().ok());
   EXPECT_FALSE(control_.CheckHealth().ok());
+}
+
+TEST_F(LiveControlTest, AnEditThatTheDiskDoesNotTakeIsToldOnceAlsoIfItDoesInTheEnd) {
+  log_.GetStuck();
+  Outcome<engine::EditOutcome> edit;
+  hasty_.Edit(Dot(), edit.Taker());
+  EXPECT_EQ(edit.Get().error(), "applied; not yet durable: a crash may undo it");
+  log_.Heal();
+  EXPECT_EQ(edit.times(), 1u);
+}
+
+TEST_F(LiveControlTest, WhoWaitsForTheDiskIsAnsweredWhenTheServerStopsOrTooManyWait) {
+  log_.GetStuck();
+  Outcome<engine::EditOutcome> waiting;
+  control_.Edit(Dot(), waiting.Taker());
+  log_.full = true;
+  Outcome<engine::EditOutcome> refused;
+  control_.Edit(Dot(), refused.Taker());
+  EXPECT_EQ(refused.Get().error(), "applied; not yet durable: a crash may undo it");
+  EXPECT_FALSE(waiting.is_there());
+  control_.Stop();
+  EXPECT_EQ(waiting.Get().error(), "applied; not yet durable: a crash may undo it");
+  log_.Heal();
+  EXPECT_EQ(waiting.times(), 1u);
+  Outcome<engine::EditOutcome> after;
+  control_.Edit(Dot(), after.Taker());
+  EXPECT_TRUE(after.Get().ok());
+}
+
+TEST_F(LiveControlTest, AnEditThatTouchesNoNodeChangesNothing) {
+  const uint64_t sequence = log_.sequence;
+  field::FieldEdit beside = Dot();
+  beside.points = {{-200'000, 0}};
+  Outcome<engine::EditOutcome> edit;
+  control_.Edit(beside, edit.Taker());
+  EXPECT_EQ(edit.Get().error(), "no node of the map lies there");
+  EXPECT_EQ(log_.sequence, sequence);
+  field::FieldEdit all = Dot();
+  all.shape = field::FieldEdit::Shape::kAll;
+  all.action = field::FieldEdit::Action::kErase;
+  Outcome<engine::EditOutcome> erased;
+  control_.Edit(all, erased.Taker());
+  ASSERT_TRUE(erased.Get().ok());
+  EXPECT_EQ(erased.Get().value().nodes, 101u * 101u);
+}
+
+TEST_F(LiveControlTest, WhatFindsNoRoomInItsQueueIsRefusedAndChangesNothing) {
+  has_room_ = false;
+  const uint64_t sequence = log_.sequence;
+  Outcome<engine::EditOutcome> edit;
+  control_.Edit(Dot(), edit.Taker());
+  Outcome<std::vector<std::string>> reload;
+  control_.Reload(reload.Taker());
+  Outcome<> capture;
+  control_.StartCapture(capture.Taker());
+  const std::string busy = "the server is busy with what was asked for before; nothing was changed";
+  EXPECT_EQ(edit.Get().error(), busy);
+  EXPECT_EQ(reload.Get().error(), busy);
+  EXPECT_EQ(capture.Get().error(), busy);
+  EXPECT_EQ(log_.sequence, sequence);
+}
+
+TEST_F(LiveControlTest, AReloadIsDoneWhenItIsDurable) {
+  Outcome<std::vector<std::string>> reload;
+  control_.Reload(reload.Taker());
+  EXPECT_EQ(reload.Get().value(), std::vector<std::string>{"links wait"});
+  log_.SetDurable(0);
+  Outcome<std::vector<std::string>> late;
+  hasty_.Reload(late.Taker());
+  EXPECT_EQ(late.Get().error(), "applied; not yet durable: a crash may undo it");
+  reloaded_ = Error{"a mistake in line 3"};
+  Outcome<std::vector<std::string>> wrong;
+  control_.Reload(wrong.Taker());
+  EXPECT_EQ(wrong.Get().error(), "a mistake in line 3");
+}
+
+TEST_F(LiveControlTest, ASnapshotIsNamedWhenItIsMade) {
+  Outcome<std::optional<std::string>> made;
+  control_.Snapshot(made.Taker());
+  EXPECT_FALSE(made.is_there());
+  snapshot_(std::optional<std::string>("7.snapshot"));
+  EXPECT_EQ(made.Get().value(), "7.snapshot");
+  Outcome<std::optional<std::string>> late;
+  hasty_.Snapshot(late.Taker());
+  EXPECT_EQ(late.Get().error(), "asked for, and not made yet: the log tells when it is");
+  snapshot_(std::optional<std::string>());
+  EXPECT_EQ(late.times(), 1u);
+}
+
+TEST_F(LiveControlTest, HealthSaysThatTheDiskDoesNotAdvanceAndThatFieldTimeIsOver) {
+  EXPECT_TRUE(control_.CheckHealth().ok());
+  EXPECT_EQ(control_.GetStatus(false).warning, "");
+  log_.trouble = "the disk has taken nothing for 2.1 s";
+  EXPECT_EQ(control_.CheckHealth().error(), log_.trouble);
+  EXPECT_EQ(control_.GetStatus(false).warning, log_.trouble);
+  log_.trouble.clear();
+  now_ms_ = engine::kMostFieldTimeMs - 1;
+  EXPECT_TRUE(control_.CheckHealth().ok());
+  now_ms_ = engine::kMostFieldTimeMs;
+  const Status over = control_.CheckHealth();
+  ASSERT_FALSE(over.ok());
+  EXPECT_NE(over.error().find("field time has reached its end"), std::string::npos);
+}
+
+TEST_F(LiveControlTest, ARecordingIsStartedAndStoppedWhenItsFilesAreThere) {
+  const std::string folder = ::testing::TempDir() + "/live_control_test";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  config_.capture = {.folder = folder + "/captures", .file_mb = 1, .most_files = 0};
+  {
+    Captures captures(&service_, config_);
+    LiveParts parts = Parts(std::chrono::minutes(1));
+    parts.captures = &captures;
+    LiveControl control(std::move(parts));
+    Outcome<> started;
+    control.StartCapture(started.Taker());
+    ASSERT_TRUE(started.Get().ok());
+    const engine::CaptureView during = control.GetCapture();
+    EXPECT_TRUE(std::filesystem::exists(during.file));
+    Outcome<> again;
+    control.StartCapture(again.Taker());
+    EXPECT_FALSE(again.Get().ok());
+    Outcome<> stopped;
+    control.StopCapture(stopped.Taker());
+    EXPECT_TRUE(stopped.Get().ok());
+    EXPECT_FALSE(control.GetCapture().recording);
+  }
+  std::filesystem::remove_all(folder);
+}
+
+TEST_F(LiveControlTest, LogAndDeadlinesRaceAndEveryAnswerComesOnce) {
+  constexpr int kRounds = 200;
+  LiveControl control(Parts(std::chrono::milliseconds(1)));
+  std::vector<Outcome<std::vector<std::string>>> answers(kRounds);
+  log_.SetDurable(0);
+  std::thread disk([this] {
+    for (int i = 0; i < kRounds; ++i) {
+      log_.Heal();
+      std::this_thread::yield();
+      log_.SetDurable(0);
+    }
+  });
+  for (auto& answer : answers) {
+    control.Reload(answer.Taker());
+  }
+  disk.join();
+  control.Stop();
+  for (const auto& answer : answers) {
+    EXPECT_EQ(answer.times(), 1u);
+  }
 }
 
 TEST_F(LiveControlTest, StatusAddsUpAndReadsTheProcess) {

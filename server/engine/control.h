@@ -3,11 +3,16 @@
 // service and the links.
 //
 //   const StatusView status = control->GetStatus(false);
-//   const Status done = control->Edit(edit);
+//   control->Edit(edit, [](const Result<EditOutcome>& outcome) { ... });
 //
 // Views are copies, taken under the service's lock for as long as copying takes; the field itself
 // is looked at through a FieldReader, which holds nobody up. Changes go through the ordered log as
-// a robot's do.
+// a robot's do, and no thread waits for them: whoever asks for one is called back.
+//
+// A callback is called exactly once, from any thread, perhaps before the function that it was given
+// to returns; it must not take long. An error says that nothing was changed, unless it says
+// otherwise: a change that the disk does not take within some seconds is "applied; not yet
+// durable".
 //
 // Thread-safe: every function may be called from any thread. Times are field time in milliseconds
 // unless their names say otherwise.
@@ -16,6 +21,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -65,6 +71,7 @@ struct StatusView {
   uint64_t open_descriptors = 0;
   double cpu_s = 0;
   CaptureView capture;
+  std::string warning;  ///< why the server is not healthy, see CheckHealth; empty: it is
 };
 
 /// A number that only grows, with its name in snake_case and what it counts, in words.
@@ -111,8 +118,17 @@ struct FieldView {
   uint64_t now_ms = 0;
 };
 
+/// What an edit did.
+struct EditOutcome {
+  uint64_t nodes = 0;  ///< of the map, in the edit's shape; those in obstacles are left as they are
+};
+
 class Control {
  public:
+  using Done = std::function<void(const Status&)>;
+  template <typename T>
+  using DoneWith = std::function<void(const Result<T>&)>;
+
   Control() = default;
   Control(const Control&) = delete;
   Control& operator=(const Control&) = delete;
@@ -126,27 +142,31 @@ class Control {
   virtual CaptureView GetCapture() const = 0;
   /// The configuration that is in effect, in words, a line each.
   virtual std::vector<std::string> GetConfig() const = 0;
-  /// Whether changes are taken at the moment; if not, why.
+  /// Whether changes are taken at the moment and become durable; if not, why. Waits for no lock
+  /// that anything else holds for long.
   virtual Status CheckHealth() const = 0;
 
-  virtual Status Edit(const field::FieldEdit& edit) = 0;
+  /// Changes the map. Errors: the shape touches no node of the map; what the engine refuses.
+  virtual void Edit(const field::FieldEdit& edit, DoneWith<EditOutcome> done) = 0;
   /// Gives a command to a robot; what became of it is in its ClientView. Errors: no such link or
   /// robot.
-  virtual Status Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
-                       std::span<const uint8_t> arguments) = 0;
-  /// Halts all robots of all links, also while the log takes no changes. Returns the names of the
-  /// links.
-  virtual Result<std::vector<std::string>> HaltAll() = 0;
-  /// Reads the configuration again. Returns what waits for a restart; an error if nothing changed.
-  virtual Result<std::vector<std::string>> Reload() = 0;
-  /// Makes a durable snapshot and returns its name.
-  virtual Result<std::string> Snapshot() = 0;
-  /// Begins a recording, and returns when its first file is there. Errors: there is one already;
-  /// the folder or the disk takes no file.
-  virtual Status StartCapture() = 0;
-  /// Ends it, and returns when its last file is whole. Errors: there is none; the disk did not take
-  /// all of it.
-  virtual Status StopCapture() = 0;
+  virtual void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
+                     std::span<const uint8_t> arguments, Done done) = 0;
+  /// Halts all robots of all links, also while the log takes no changes or the disk takes nothing:
+  /// nothing that others ask for delays it. `done` gets the names of the links once they have the
+  /// halt.
+  virtual void HaltAll(DoneWith<std::vector<std::string>> done) = 0;
+  /// Reads the configuration again. `done` gets what waits for a restart, or an error if nothing
+  /// changed.
+  virtual void Reload(DoneWith<std::vector<std::string>> done) = 0;
+  /// Makes a durable snapshot. `done` gets its name, nothing if the server keeps no journal.
+  virtual void Snapshot(DoneWith<std::optional<std::string>> done) = 0;
+  /// Begins a recording; `done` when its first file is there. Errors: there is one already; the
+  /// folder or the disk takes no file.
+  virtual void StartCapture(Done done) = 0;
+  /// Ends it; `done` when its last file is whole. Errors: there is none; the disk did not take all
+  /// of it.
+  virtual void StopCapture(Done done) = 0;
 };
 
 }  // namespace pheromone::engine

@@ -31,7 +31,7 @@ Response Json(const json::value& value) {
 }
 
 using Read = Response (*)(const engine::Control&, Fields*);
-using Change = Response (*)(engine::Control*, Fields*);
+using Change = void (*)(engine::Control*, Fields*, Respond);
 
 // A view without parameters.
 template <typename View>
@@ -77,33 +77,48 @@ Response ReadMetrics(const engine::Control& control, Fields* /*fields*/) {
 Response ReadHealth(const engine::Control& control, Fields* /*fields*/) {
   const Status health = control.CheckHealth();
   return health.ok() ? Json(json::object{{"healthy", true}})
-                     : Refuse(503, {health.error(), "", "a log that takes changes"});
+                     : Refuse(503, {health.error(), "",
+                                    "a log that takes changes, and a disk that takes the log"});
 }
+
+enum class Where {
+  kAtOnce,    // on the thread that reads requests: short
+  kLongWork,  // in that lane
+  kPictures,  // Pictures does it
+};
 
 struct Route {
   std::string_view path;
+  Where where = Where::kAtOnce;
   Read read = nullptr;
   Change change = nullptr;
 };
 
+constexpr std::string_view kHealth = "/healthz";
+constexpr std::string_view kStatus = "/api/v1/status";
+constexpr std::string_view kField = "/api/v1/field";
+constexpr std::string_view kCommand = "/api/v1/command";
+constexpr std::string_view kHalt = "/api/v1/halt";
+
+// Of the changes, those whose body may be long are read elsewhere; none waits for what it asks for.
 constexpr std::array<Route, 17> kRoutes = {{
-    {"/healthz", ReadHealth},
-    {"/metrics", ReadMetrics},
-    {"/api/v1/status", ReadStatus},
-    {"/api/v1/links", ReadLinks},
-    {"/api/v1/clients", ReadClients},
-    {"/api/v1/laws", ReadLaws},
-    {"/api/v1/config", ReadConfig},
-    {"/api/v1/field", ReadField},
-    {"/api/v1/sense", ReadSense},
-    {"/api/v1/capture", ReadCapture, Capture},
-    {"/api/v1/deposit", nullptr, Deposit},
-    {"/api/v1/erase", nullptr, Erase},
-    {"/api/v1/paint", nullptr, Paint},
-    {"/api/v1/command", nullptr, Command},
-    {"/api/v1/halt", nullptr, Halt},
-    {"/api/v1/reload", nullptr, Reload},
-    {"/api/v1/snapshot", nullptr, Snapshot},
+    {kHealth, Where::kAtOnce, ReadHealth},
+    {"/metrics", Where::kLongWork, ReadMetrics},
+    {kStatus, Where::kAtOnce, ReadStatus},
+    {"/api/v1/links", Where::kAtOnce, ReadLinks},
+    {"/api/v1/clients", Where::kLongWork, ReadClients},
+    {"/api/v1/laws", Where::kAtOnce, ReadLaws},
+    {"/api/v1/config", Where::kLongWork, ReadConfig},
+    {kField, Where::kPictures, nullptr},
+    {"/api/v1/sense", Where::kAtOnce, ReadSense},
+    {"/api/v1/capture", Where::kAtOnce, ReadCapture, Capture},
+    {"/api/v1/deposit", Where::kLongWork, nullptr, Deposit},
+    {"/api/v1/erase", Where::kLongWork, nullptr, Erase},
+    {"/api/v1/paint", Where::kLongWork, nullptr, Paint},
+    {kCommand, Where::kAtOnce, nullptr, Command},
+    {kHalt, Where::kAtOnce, nullptr, Halt},
+    {"/api/v1/reload", Where::kAtOnce, nullptr, Reload},
+    {"/api/v1/snapshot", Where::kAtOnce, nullptr, Snapshot},
 }};
 
 const Route* FindRoute(std::string_view path) {
@@ -146,8 +161,20 @@ std::optional<Response> CheckAccess(const Request& request, const std::string& t
   return std::nullopt;
 }
 
+bool CanRead(const Route& route) {
+  return route.read != nullptr || route.where == Where::kPictures;
+}
+
+// The hash of the state may cost a look at a whole layer.
+bool IsShort(const Route& route, const Target& target) {
+  return route.where == Where::kAtOnce && (route.path != kStatus || target.query.empty());
+}
+
+// Commands have short bodies; a longer one is wrong, and is told so where it holds up nobody.
+constexpr size_t kMaxShortBody = 4096;
+
 Response WrongMethod(const Request& request, const Route& route) {
-  std::string allowed = route.read != nullptr ? "GET, HEAD" : "";
+  std::string allowed = CanRead(route) ? "GET, HEAD" : "";
   if (route.change != nullptr) {
     allowed += allowed.empty() ? "POST" : ", POST";
   }
@@ -159,35 +186,69 @@ Response WrongMethod(const Request& request, const Route& route) {
 
 }  // namespace
 
-Response Api::Handle(const Request& request) const {
+bool IsUrgent(const Request& request) {
+  const std::string_view target = request.target;
+  const std::string_view path = target.substr(0, target.find('?'));
+  return path == kHealth || path == kHalt || path == kCommand;
+}
+
+Api::Api(engine::Control* control, ApiOptions options, Lanes lanes)
+    : control_(control),
+      options_(std::move(options)),
+      lanes_(std::move(lanes)),
+      pictures_(control_, &lanes_) {}
+
+void Api::Handle(Request request, Respond respond) {
   if (!request.local && !MeansThisServer(request.host, options_.hosts)) {
-    return Refuse(421, {"this server is not known as " + request.host.substr(0, 100), "Host",
-                        "localhost, an address, or a name from web.hosts in the configuration"});
+    respond(Refuse(421, {"this server is not known as " + request.host.substr(0, 100), "Host",
+                         "localhost, an address, or a name from web.hosts in the configuration"}));
+    return;
   }
   const auto target = ParseTarget(request.target);
   if (!target) {
-    return Refuse(400, {"the request's target is not a path", "target", "such as /api/v1/status"});
+    respond(
+        Refuse(400, {"the request's target is not a path", "target", "such as /api/v1/status"}));
+    return;
   }
   const Route* route = FindRoute(target->path);
   if (route == nullptr) {
-    return Refuse(404, {"there is nothing at " + target->path.substr(0, 100), "target",
-                        "such as /api/v1/status; pheromoned(8) has the list"});
+    respond(Refuse(404, {"there is nothing at " + target->path.substr(0, 100), "target",
+                         "such as /api/v1/status; pheromoned(8) has the list"}));
+    return;
   }
   const bool reads = request.method == "GET" || request.method == "HEAD";
-  if (reads ? route->read == nullptr : request.method != "POST" || route->change == nullptr) {
-    return WrongMethod(request, *route);
+  if (reads ? !CanRead(*route) : request.method != "POST" || route->change == nullptr) {
+    respond(WrongMethod(request, *route));
+    return;
   }
   if (!reads) {
     if (auto refused = CheckAccess(request, options_.token)) {
-      return *std::move(refused);
+      respond(*std::move(refused));
+      return;
     }
   }
-  const auto input = reads ? ObjectOf(target->query) : ParseBody(request.body);
-  if (const Problem* problem = std::get_if<Problem>(&input)) {
-    return Refuse(400, *problem);
+  const bool is_short = IsShort(*route, *target) && request.body.size() <= kMaxShortBody;
+  auto serve = [this, route, reads, target = *target, request = std::move(request), respond] {
+    auto input = reads ? ObjectOf(target.query) : ParseBody(request.body);
+    if (const Problem* problem = std::get_if<Problem>(&input)) {
+      respond(Refuse(400, *problem));
+      return;
+    }
+    json::object& object = std::get<json::object>(input);
+    Fields fields(object);
+    if (!reads) {
+      route->change(control_, &fields, respond);
+    } else if (route->where == Where::kPictures) {
+      pictures_.Show(request.target, std::move(object), respond);
+    } else {
+      respond(route->read(*control_, &fields));
+    }
+  };
+  if (is_short || route->where == Where::kPictures) {
+    serve();
+  } else if (!RunIn(lanes_.long_work, std::move(serve))) {
+    respond(Busy());
   }
-  Fields fields(std::get<json::object>(input));
-  return reads ? route->read(*control_, &fields) : route->change(control_, &fields);
 }
 
 }  // namespace pheromone::web

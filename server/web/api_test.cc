@@ -20,12 +20,12 @@ constexpr char kToken[] = "0123456789abcdef";
 class ApiTest : public ::testing::Test {
  protected:
   Response Get(const std::string& target) {
-    return api_.Handle({.method = "GET", .target = target});
+    return testing::AnswerOf(&api_, {.method = "GET", .target = target});
   }
 
   Response Post(const std::string& path, const std::string& body) {
-    return api_.Handle(
-        {.method = "POST", .target = "/api/v1/" + path, .local = true, .body = body});
+    return testing::AnswerOf(
+        &api_, {.method = "POST", .target = "/api/v1/" + path, .local = true, .body = body});
   }
 
   static json::value Parsed(const Response& response) {
@@ -49,7 +49,7 @@ class ApiTest : public ::testing::Test {
   }
 
   testing::FakeControl control_;
-  const Api api_{&control_, {kToken, {"lab"}}};
+  Api api_{&control_, {kToken, {"lab"}}};
 };
 
 TEST_F(ApiTest, EveryPathOfTheListAnswersItsMethodAndRefusesOthersWithAllow) {
@@ -58,9 +58,10 @@ TEST_F(ApiTest, EveryPathOfTheListAnswersItsMethodAndRefusesOthersWithAllow) {
                                          "/api/v1/config"};
   for (const std::string& path : read) {
     EXPECT_EQ(Get(path).status, 200) << path;
-    EXPECT_EQ(api_.Handle({.method = "HEAD", .target = path}).status, 200) << path;
+    EXPECT_EQ(testing::AnswerOf(&api_, {.method = "HEAD", .target = path}).status, 200) << path;
     for (const char* method : {"POST", "PUT", "DELETE", "get"}) {
-      const Response refused = api_.Handle({.method = method, .target = path, .local = true});
+      const Response refused =
+          testing::AnswerOf(&api_, {.method = method, .target = path, .local = true});
       EXPECT_EQ(refused.status, 405) << method << path;
       ASSERT_EQ(refused.headers.size(), 1u);
       EXPECT_EQ(refused.headers[0], std::pair(std::string("Allow"), std::string("GET, HEAD")));
@@ -92,10 +93,10 @@ TEST_F(ApiTest, ARecordingIsLookedAtStartedAndStoppedAtOnePath) {
   EXPECT_EQ(Refusal(Post("capture", R"({"action":"pause"})")),
             "400 action: found \"pause\", expected one of start, stop");
   EXPECT_EQ(Post("capture", "{}").status, 400);
-  const Response refused = api_.Handle({.method = "PUT", .target = "/api/v1/capture"});
+  const Response refused = testing::AnswerOf(&api_, {.method = "PUT", .target = "/api/v1/capture"});
   EXPECT_EQ(refused.status, 405);
   EXPECT_EQ(refused.headers.at(0).second, "GET, HEAD, POST");
-  EXPECT_EQ(api_.Handle({.method = "POST", .target = "/api/v1/capture"}).status, 401);
+  EXPECT_EQ(testing::AnswerOf(&api_, {.method = "POST", .target = "/api/v1/capture"}).status, 401);
 }
 
 TEST_F(ApiTest, UnknownPathsAre404AndTargetsThatAreNone400) {
@@ -108,12 +109,11 @@ TEST_F(ApiTest, UnknownPathsAre404AndTargetsThatAreNone400) {
 
 TEST_F(ApiTest, OverTheNetworkChangesNeedTheTokenAndNoForeignOrigin) {
   const auto halt = [&](const std::string& authorization, const std::string& origin) {
-    return api_
-        .Handle({.method = "POST",
-                 .target = "/api/v1/halt",
-                 .authorization = authorization,
-                 .origin = origin,
-                 .host = "lab:8377"})
+    return testing::AnswerOf(&api_, {.method = "POST",
+                                     .target = "/api/v1/halt",
+                                     .authorization = authorization,
+                                     .origin = origin,
+                                     .host = "lab:8377"})
         .status;
   };
   const std::string good = "Bearer " + std::string(kToken);
@@ -133,31 +133,33 @@ TEST_F(ApiTest, OverTheNetworkChangesNeedTheTokenAndNoForeignOrigin) {
 TEST_F(ApiTest, WhoAsksOverTheNetworkForAnotherServerLearnsNothing) {
   for (const char* target : {"/api/v1/status", "/metrics", "/healthz", "/none"}) {
     Request request{.method = "GET", .target = target, .host = "evil.example:8377"};
-    EXPECT_EQ(Refusal(api_.Handle(request)),
+    EXPECT_EQ(Refusal(testing::AnswerOf(&api_, request)),
               "421 Host: this server is not known as evil.example:8377, expected localhost, an "
               "address, or a name from web.hosts in the configuration");
     request.local = true;  // no browser gets there
-    EXPECT_NE(api_.Handle(request).status, 421);
+    EXPECT_NE(testing::AnswerOf(&api_, request).status, 421);
   }
   for (const char* host : {"lab:8377", "localhost:8377", "192.168.7.1", ""}) {
-    EXPECT_EQ(api_.Handle({.method = "GET", .target = "/healthz", .host = host}).status, 200);
+    EXPECT_EQ(
+        testing::AnswerOf(&api_, {.method = "GET", .target = "/healthz", .host = host}).status,
+        200);
   }
   Request halt{.method = "POST",
                .target = "/api/v1/halt",
                .authorization = "Bearer " + std::string(kToken),
                .origin = "http://evil.example",
                .host = "evil.example"};
-  EXPECT_EQ(api_.Handle(halt).status, 421);
+  EXPECT_EQ(testing::AnswerOf(&api_, halt).status, 421);
 }
 
 TEST_F(ApiTest, WithoutATokenOnlyTheUnixSocketChangesThings) {
-  const Api api(&control_, {});
+  Api api(&control_, {});
   Request request{.method = "POST", .target = "/api/v1/halt", .authorization = "Bearer "};
-  EXPECT_EQ(Refusal(api.Handle(request)),
+  EXPECT_EQ(Refusal(testing::AnswerOf(&api, request)),
             "403 web.token_file: this server takes no changes over the network, expected the Unix "
             "socket, or a token in the configuration");
   request.local = true;
-  EXPECT_EQ(api.Handle(request).status, 200);
+  EXPECT_EQ(testing::AnswerOf(&api, request).status, 200);
 }
 
 TEST_F(ApiTest, BadBodiesAreToldWhatIsWrongWhere) {
@@ -196,9 +198,186 @@ TEST_F(ApiTest, BadQueriesAreToldWhatIsWrongWhere) {
             "400 area_m: no node of the map lies there, expected an area of the map");
 }
 
+TEST_F(ApiTest, AKeyThatComesTwiceIsNamed) {
+  EXPECT_EQ(Refusal(Post("deposit", R"({"pheromone":1,"x_m":1,"y_m":1,"x_m":2})")),
+            "400 x_m: found it twice, expected each key once");
+  EXPECT_EQ(Refusal(Post("deposit", R"({"pheromone":1,"a":[{"b":1},{"b":2,"c":{},"b":3}]})")),
+            "400 b: found it twice, expected each key once");
+  // Written in two ways, it is the same key.
+  EXPECT_EQ(Refusal(Post("deposit", R"({"x_m":1,"\u0078_m":2})")),
+            "400 x_m: found it twice, expected each key once");
+  EXPECT_EQ(Refusal(Post("deposit", R"({"a":{"b":1},"b":{"a":1}})")),
+            "400 pheromone: nothing there, expected one of 1 (trail), 2 (path)");
+  EXPECT_TRUE(control_.edits.empty());
+}
+
+TEST_F(ApiTest, WhatIsNoTextIsToldAsText) {
+  const std::string unknown = "\xEF\xBF\xBD";
+  EXPECT_EQ(Refusal(Get("/%FF%C3%A9")), "404 target: there is nothing at /" + unknown +
+                                            "\xC3\xA9, expected such as /api/v1/status; "
+                                            "pheromoned(8) has the list");
+  EXPECT_EQ(Refusal(Get("/api/v1/links?%C3=1")),
+            "400 " + unknown + ": unknown key, expected no keys");
+  EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=%ED%A0%80")),
+            "400 pheromone: found \"" + unknown + unknown + unknown +
+                "\", expected one of 1 (trail), 2 (path)");
+  EXPECT_EQ(Refusal(testing::AnswerOf(
+                        &api_, {.method = "GET", .target = "/healthz", .host = "evil\xFE.example"}))
+                .substr(0, 60),
+            ("421 Host: this server is not known as evil" + unknown + ".example, expected")
+                .substr(0, 60));
+  // Cut short in the middle of a character.
+  const Response cut = Get("/api/v1/field?pheromone=1&format=" + std::string(58, 'a') + "%C3%A9");
+  EXPECT_EQ(Refusal(cut), "400 format: found \"" + std::string(58, 'a') + unknown +
+                              "..., expected one of json, csv, png");
+}
+
+// Lanes that keep what they are given until the test runs it, and take no more than they should.
+struct HeldLane {
+  size_t room = 100;
+  std::vector<Work> held;
+
+  Lane lane() {
+    return [this](Work work) {
+      if (held.size() >= room) {
+        return false;
+      }
+      held.push_back(std::move(work));
+      return true;
+    };
+  }
+  void RunOne() {
+    const Work work = std::move(held.front());
+    held.erase(held.begin());
+    work();
+  }
+};
+
+class LanesTest : public ::testing::Test {
+ protected:
+  // The statuses that come appear in `statuses_`, by the name of the request.
+  void Ask(const std::string& name, const std::string& method, const std::string& target,
+           const std::string& body = "") {
+    api_.Handle({.method = method, .target = target, .local = true, .body = body},
+                [this, name](const Response& response) {
+                  EXPECT_EQ(statuses_.count(name), 0u) << name << " answered twice";
+                  statuses_[name] = response.status;
+                  bodies_[name] = response.body;
+                });
+  }
+  void Get(const std::string& name, const std::string& target) { Ask(name, "GET", target); }
+
+  testing::FakeControl control_;
+  HeldLane long_work_;
+  HeldLane pictures_;
+  HeldLane requests_;
+  Api api_{
+      &control_,
+      {},
+      {.long_work = long_work_.lane(), .pictures = pictures_.lane(), .requests = requests_.lane()}};
+  std::map<std::string, int> statuses_;
+  std::map<std::string, std::string> bodies_;
+};
+
+TEST_F(LanesTest, AHaltACommandAndHealthWaitForNoLane) {
+  long_work_.room = 0;
+  pictures_.room = 0;
+  Ask("halt", "POST", "/api/v1/halt");
+  Ask("command", "POST", "/api/v1/command", R"({"link":"a","id":1,"command":"halt"})");
+  Get("health", "/healthz");
+  Get("status", "/api/v1/status");
+  Get("metrics", "/metrics");
+  Get("hash", "/api/v1/status?hash=1");
+  Ask("paint", "POST", "/api/v1/paint", R"({"pheromone":1,"all":true})");
+  Get("picture", "/api/v1/field?pheromone=1");
+  EXPECT_EQ(statuses_, (std::map<std::string, int>{{"halt", 200},
+                                                   {"command", 200},
+                                                   {"health", 200},
+                                                   {"status", 200},
+                                                   {"metrics", 503},
+                                                   {"hash", 503},
+                                                   {"paint", 503},
+                                                   {"picture", 503}}));
+}
+
+TEST_F(LanesTest, WhatIsUrgentIsKnownByItsPathAlone) {
+  for (const char* target : {"/healthz", "/healthz?x=1", "/api/v1/halt", "/api/v1/command"}) {
+    EXPECT_TRUE(IsUrgent({.method = "GET", .target = target})) << target;
+  }
+  for (const char* target : {"", "/", "/healthz/", "/metrics", "/api/v1/field?/healthz"}) {
+    EXPECT_FALSE(IsUrgent({.method = "GET", .target = target})) << target;
+  }
+}
+
+TEST_F(LanesTest, ALongBodyIsReadElsewhere) {
+  Ask("halt", "POST", "/api/v1/halt", R"({"x":")" + std::string(5000, 'a') + "\"}");
+  EXPECT_TRUE(statuses_.empty());
+  ASSERT_EQ(long_work_.held.size(), 1u);
+  long_work_.RunOne();
+  EXPECT_EQ(statuses_["halt"], 400);
+}
+
+TEST_F(LanesTest, APictureIsDrawnOnceForAllThatWaitForIt) {
+  control_.field.Deposit(1, {500'000, 0}, 3, 0);
+  Get("a", "/api/v1/field?pheromone=1");
+  Get("b", "/api/v1/field?pheromone=1");
+  Get("other", "/api/v1/field?pheromone=2");
+  ASSERT_EQ(pictures_.held.size(), 2u);
+  pictures_.RunOne();
+  Get("late", "/api/v1/field?pheromone=1");  // what it shows must not be older than the request
+  EXPECT_EQ(pictures_.held.size(), 2u);
+  EXPECT_TRUE(statuses_.empty());
+  requests_.RunOne();
+  EXPECT_EQ(statuses_, (std::map<std::string, int>{{"a", 200}, {"b", 200}}));
+  EXPECT_EQ(bodies_["a"], bodies_["b"]);
+  while (!pictures_.held.empty()) {
+    pictures_.RunOne();
+    requests_.RunOne();
+  }
+  EXPECT_EQ(statuses_.size(), 4u);
+  EXPECT_EQ(bodies_["late"], bodies_["a"]);
+  EXPECT_NE(bodies_["other"], bodies_["a"]);
+}
+
+TEST_F(LanesTest, APictureIsDrawnAgainIfTheLawsChangeMeanwhileAndGivenUpIfTheyKeepChanging) {
+  Get("a", "/api/v1/field?pheromone=1");
+  for (int looks = 1; looks <= 5; ++looks) {
+    ASSERT_EQ(pictures_.held.size(), 1u) << looks;
+    EXPECT_TRUE(statuses_.empty());
+    pictures_.RunOne();
+    control_.config.pheromones[0].tau_ms += 1000;
+    requests_.RunOne();
+  }
+  EXPECT_EQ(statuses_["a"], 503);
+  Get("b", "/api/v1/field?pheromone=1");
+  pictures_.RunOne();
+  control_.config.pheromones[0].tau_ms += 1000;
+  requests_.RunOne();
+  pictures_.RunOne();
+  requests_.RunOne();
+  EXPECT_EQ(statuses_["b"], 200);
+}
+
+TEST_F(LanesTest, APictureWithAMistakeIsRefusedAtOnceAndHoldsUpNoLaterOne) {
+  Get("bad", "/api/v1/field?pheromone=9");
+  EXPECT_EQ(statuses_["bad"], 400);
+  Get("again", "/api/v1/field?pheromone=9");
+  EXPECT_EQ(statuses_["again"], 400);
+  pictures_.room = 0;
+  Get("full", "/api/v1/field?pheromone=1");
+  EXPECT_EQ(statuses_["full"], 503);
+  pictures_.room = 1;
+  Get("room", "/api/v1/field?pheromone=1");
+  pictures_.RunOne();
+  requests_.RunOne();
+  EXPECT_EQ(statuses_["room"], 200);
+}
+
 TEST_F(ApiTest, HealthIs503WithTheReasonWhileNoChangesAreTaken) {
   control_.outcome = Error{"the disk is full"};
-  EXPECT_EQ(Refusal(Get("/healthz")), "503 : the disk is full, expected a log that takes changes");
+  EXPECT_EQ(
+      Refusal(Get("/healthz")),
+      "503 : the disk is full, expected a log that takes changes, and a disk that takes the log");
 }
 
 TEST_F(ApiTest, StatusHasTheHashOnlyIfAskedFor) {
@@ -207,6 +386,13 @@ TEST_F(ApiTest, StatusHasTheHashOnlyIfAskedFor) {
   const json::value status = Parsed(Get("/api/v1/status?hash=1"));
   EXPECT_EQ(status.at("state_hash").as_string(), "0123456789abcdef");
   EXPECT_EQ(status.at("sequence").to_number<int>(), 12);
+}
+
+TEST_F(ApiTest, StatusWarnsOfWhatMakesTheServerUnhealthy) {
+  EXPECT_TRUE(Parsed(Get("/api/v1/status")).at("warning").is_null());
+  control_.status.warning = "the disk has taken nothing for 2.1 s";
+  EXPECT_EQ(Parsed(Get("/api/v1/status")).at("warning").as_string(),
+            "the disk has taken nothing for 2.1 s");
 }
 
 TEST_F(ApiTest, ConfigurationsAreLines) {

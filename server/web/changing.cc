@@ -31,6 +31,33 @@ Response Outcome(const Status& status) {
   return status.ok() ? Done({}) : Refuse(409, {status.error(), "", ""});
 }
 
+// Notes are what was done, or what waits: a list of words.
+Response Outcome(const std::string& name, const Result<std::vector<std::string>>& notes) {
+  return notes.ok() ? Done({{name, json::array(notes.value().begin(), notes.value().end())}})
+                    : Refuse(409, {notes.error(), "", ""});
+}
+
+// Whether a shape reaches beyond the map: its corners or points do, or the discs around them.
+bool IsPartlyOff(const FieldEdit& edit, const field::MapGeometry& map) {
+  const int64_t margin = edit.shape == FieldEdit::Shape::kStroke ? edit.radius_um : 0;
+  const auto is_off = [&](field::PointUm point) {
+    return point.x - margin < map.origin.x || point.y - margin < map.origin.y ||
+           point.x + margin > map.origin.x + map.width_um ||
+           point.y + margin > map.origin.y + map.height_um;
+  };
+  return std::any_of(edit.points.begin(), edit.points.end(), is_off);
+}
+
+void MakeEdit(engine::Control* control, const FieldEdit& edit, const field::MapGeometry& map,
+              Respond respond) {
+  control->Edit(edit, [respond = std::move(respond), is_partly_off = IsPartlyOff(edit, map)](
+                          const Result<engine::EditOutcome>& outcome) {
+    respond(outcome.ok()
+                ? Done({{"nodes", outcome.value().nodes}, {"partly_off_the_map", is_partly_off}})
+                : Refuse(409, {outcome.error(), "", ""}));
+  });
+}
+
 std::string HowMany(size_t count, const std::string& what) {
   return (count == 0 ? "no" : std::to_string(count)) + ' ' + what + (count == 1 ? "" : "s");
 }
@@ -63,7 +90,7 @@ void ReadShape(Fields* fields, FieldEdit* edit) {
 
 }  // namespace
 
-Response Deposit(engine::Control* control, Fields* fields) {
+void Deposit(engine::Control* control, Fields* fields, Respond respond) {
   const engine::FieldView view = control->GetField();
   const field::PheromoneLaw* law = ReadLaw(view.config, false, fields);
   const auto x = fields->Metres("x_m", -1e6);
@@ -71,16 +98,19 @@ Response Deposit(engine::Control* control, Fields* fields) {
   const auto quanta = fields->Integer("quanta", 1, law != nullptr ? law->max_count : 1, 1);
   fields->AllowOnly({"pheromone", "x_m", "y_m", "quanta"});
   if (fields->problem() || law == nullptr) {
-    return Refuse(400, *fields->problem());
+    respond(Refuse(400, *fields->problem()));
+    return;
   }
   const field::PointUm point{*x, *y};
   const field::MapGeometry& map = view.config.map;
   if (!map.Contains(point)) {
-    return Refuse(409, {"the place is off the map", "x_m, y_m", "a place on the map"});
+    respond(Refuse(409, {"the place is off the map", "x_m, y_m", "a place on the map"}));
+    return;
   }
   const field::NodeIndex node = map.NearestNode(point);
   if (view.config.obstacles && view.config.obstacles->Blocked(node)) {
-    return Refuse(409, {"there is an obstacle", "x_m, y_m", "a place that robots can reach"});
+    respond(Refuse(409, {"there is an obstacle", "x_m, y_m", "a place that robots can reach"}));
+    return;
   }
   FieldEdit edit;
   edit.type = law->type;
@@ -88,10 +118,12 @@ Response Deposit(engine::Control* control, Fields* fields) {
   edit.action = FieldEdit::Action::kAdd;
   edit.level = static_cast<uint32_t>(*quanta) * field::kLevelsPerQuantum;
   edit.points = {map.PositionOf(node), map.PositionOf(node)};
-  return Outcome(control->Edit(edit));
+  control->Edit(edit, [respond = std::move(respond)](const Result<engine::EditOutcome>& outcome) {
+    respond(Outcome(outcome.ok() ? Ok() : Status(Error{outcome.error()})));
+  });
 }
 
-Response Erase(engine::Control* control, Fields* fields) {
+void Erase(engine::Control* control, Fields* fields, Respond respond) {
   const engine::FieldView view = control->GetField();
   const field::PheromoneLaw* law = ReadLaw(view.config, false, fields);
   FieldEdit edit;
@@ -99,13 +131,14 @@ Response Erase(engine::Control* control, Fields* fields) {
   ReadShape(fields, &edit);
   fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all"});
   if (fields->problem() || law == nullptr) {
-    return Refuse(400, *fields->problem());
+    respond(Refuse(400, *fields->problem()));
+    return;
   }
   edit.type = law->type;
-  return Outcome(control->Edit(edit));
+  MakeEdit(control, edit, view.config.map, std::move(respond));
 }
 
-Response Paint(engine::Control* control, Fields* fields) {
+void Paint(engine::Control* control, Fields* fields, Respond respond) {
   const engine::FieldView view = control->GetField();
   const field::PheromoneLaw* law = ReadLaw(view.config, false, fields);
   FieldEdit edit;
@@ -115,17 +148,18 @@ Response Paint(engine::Control* control, Fields* fields) {
   const auto add = fields->Boolean("add", false);
   fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all", "units", "add"});
   if (fields->problem() || law == nullptr) {
-    return Refuse(400, *fields->problem());
+    respond(Refuse(400, *fields->problem()));
+    return;
   }
   edit.type = law->type;
   edit.action = *add ? FieldEdit::Action::kAdd : FieldEdit::Action::kSet;
   const double levels =
       *units * 1e6 * field::kLevelsPerQuantum / static_cast<double>(law->quantum_micro);
   edit.level = static_cast<uint32_t>(std::llround(levels));
-  return Outcome(control->Edit(edit));
+  MakeEdit(control, edit, view.config.map, std::move(respond));
 }
 
-Response Command(engine::Control* control, Fields* fields) {
+void Command(engine::Control* control, Fields* fields, Respond respond) {
   const auto link = fields->String("link");
   const auto id = fields->Integer("id", 1, 254);
   const auto name = fields->String("command");
@@ -149,60 +183,74 @@ Response Command(engine::Control* control, Fields* fields) {
     }
   }
   if (fields->problem() || command == nullptr) {
-    return Refuse(400, *fields->problem());
+    respond(Refuse(400, *fields->problem()));
+    return;
   }
-  return Outcome(control->Issue(*link, static_cast<uint8_t>(*id), command->code,
-                                EncodeArguments(*command, *arguments)));
+  control->Issue(*link, static_cast<uint8_t>(*id), command->code,
+                 EncodeArguments(*command, *arguments),
+                 [respond = std::move(respond)](const Status& done) { respond(Outcome(done)); });
 }
 
-Response Halt(engine::Control* control, Fields* fields) {
+void Halt(engine::Control* control, Fields* fields, Respond respond) {
   fields->AllowOnly({});
   if (fields->problem()) {
-    return Refuse(400, *fields->problem());
+    respond(Refuse(400, *fields->problem()));
+    return;
   }
-  const Result<std::vector<std::string>> halted = control->HaltAll();
-  if (!halted.ok()) {
-    return Refuse(409, {halted.error(), "", ""});
-  }
-  return Done({{"links", json::array(halted.value().begin(), halted.value().end())}});
+  control->HaltAll([respond = std::move(respond)](const Result<std::vector<std::string>>& links) {
+    respond(Outcome("links", links));
+  });
 }
 
-Response Reload(engine::Control* control, Fields* fields) {
+void Reload(engine::Control* control, Fields* fields, Respond respond) {
   fields->AllowOnly({});
   if (fields->problem()) {
-    return Refuse(400, *fields->problem());
+    respond(Refuse(400, *fields->problem()));
+    return;
   }
-  const Result<std::vector<std::string>> notes = control->Reload();
-  if (!notes.ok()) {
-    return Refuse(409, {notes.error(), "", ""});
-  }
-  return Done({{"notes", json::array(notes.value().begin(), notes.value().end())}});
+  control->Reload([respond = std::move(respond)](const Result<std::vector<std::string>>& notes) {
+    respond(Outcome("notes", notes));
+  });
 }
 
-Response Snapshot(engine::Control* control, Fields* fields) {
+void Snapshot(engine::Control* control, Fields* fields, Respond respond) {
   fields->AllowOnly({});
   if (fields->problem()) {
-    return Refuse(400, *fields->problem());
+    respond(Refuse(400, *fields->problem()));
+    return;
   }
-  const Result<std::string> made = control->Snapshot();
-  if (!made.ok()) {
-    return Refuse(501, {made.error(), "", ""});
-  }
-  return Done({{"snapshot", made.value()}});
+  control->Snapshot([respond = std::move(respond)](const Result<std::optional<std::string>>& made) {
+    if (!made.ok()) {
+      respond(Refuse(409, {made.error(), "", ""}));
+    } else if (!made.value()) {
+      respond(Refuse(501, {"this server keeps no journal, so it has nothing to make a snapshot "
+                           "for; --save-field and SIGUSR1 save the field",
+                           "", ""}));
+    } else {
+      respond(Done({{"snapshot", *made.value()}}));
+    }
+  });
 }
 
-Response Capture(engine::Control* control, Fields* fields) {
+void Capture(engine::Control* control, Fields* fields, Respond respond) {
   const auto action = fields->String("action");
   if (action && *action != "start" && *action != "stop") {
     fields->Expected("action", "one of start, stop");
   }
   fields->AllowOnly({"action"});
   if (fields->problem()) {
-    return Refuse(400, *fields->problem());
+    respond(Refuse(400, *fields->problem()));
+    return;
   }
-  const Status done = *action == "start" ? control->StartCapture() : control->StopCapture();
-  return done.ok() ? Done(ToJson(control->GetCapture()).as_object())
-                   : Refuse(409, {done.error(), "", ""});
+  const auto answer = [control, respond = std::move(respond)](const Status& done) {
+    respond(done.ok() ? Done(ToJson(control->GetCapture()).as_object())
+                      : Refuse(409, {done.error(), "", ""}));
+  };
+  if (*action == "start") {
+    control->StartCapture(answer);
+  } else {
+    control->StopCapture(answer);
+  }
 }
 
 }  // namespace pheromone::web

@@ -24,15 +24,16 @@ using field::FieldEdit;
 class FieldApiTest : public ::testing::Test {
  protected:
   Response Get(const std::string& target) {
-    return api_.Handle({.method = "GET", .target = "/api/v1/" + target});
+    return testing::AnswerOf(&api_, {.method = "GET", .target = "/api/v1/" + target});
   }
   int Post(const std::string& path, const std::string& body) {
-    return api_.Handle({.method = "POST", .target = "/api/v1/" + path, .local = true, .body = body})
+    return testing::AnswerOf(
+               &api_, {.method = "POST", .target = "/api/v1/" + path, .local = true, .body = body})
         .status;
   }
 
   testing::FakeControl control_;
-  const Api api_{&control_, {}};
+  Api api_{&control_, {}};
 };
 
 TEST_F(FieldApiTest, ARasterHasTheTopRowFirstAndNullWhereThereAreObstacles) {
@@ -187,6 +188,42 @@ TEST_F(FieldApiTest, PaintAndEraseTakeOneOfThreeShapes) {
   EXPECT_EQ(control_.edits[2], all);
 }
 
+// Nodes are half a metre apart, from (0, 0) to (4, 3).
+TEST_F(FieldApiTest, AnEditTellsHowManyNodesItTouchedAndWhetherAPartOfItIsOffTheMap) {
+  const auto told = [&](const std::string& shape) {
+    const Response response =
+        testing::AnswerOf(&api_, {.method = "POST",
+                                  .target = "/api/v1/paint",
+                                  .local = true,
+                                  .body = R"({"pheromone":1,)" + shape + "}"});
+    EXPECT_EQ(response.status, 200) << response.body;
+    const json::value value = json::parse(response.body);
+    return std::pair(value.at("nodes").to_number<int>(), value.at("partly_off_the_map").as_bool());
+  };
+  EXPECT_EQ(told(R"("area_m":[0,0,1,0.5])"), std::pair(6, false));
+  EXPECT_EQ(told(R"("area_m":[4,3,9,9])"), std::pair(1, true));
+  EXPECT_EQ(told(R"("points_m":[[1,1],[2,1]],"radius_m":0.1)"), std::pair(3, false));
+  EXPECT_EQ(told(R"("points_m":[[1,0]],"radius_m":0.5)"), std::pair(4, true));
+  EXPECT_EQ(told(R"("points_m":[[0.5,0.5]],"radius_m":0.5)"), std::pair(5, false));
+  EXPECT_EQ(told(R"("all":true)"), std::pair(63, false));
+}
+
+TEST_F(FieldApiTest, WhatTouchesNoNodeOfTheMapIsNotCalledDone) {
+  for (const char* shape : {R"("area_m":[5,0,6,1])", R"("points_m":[[-1,0]],"radius_m":0.5)",
+                            R"("points_m":[[0.25,0.25]],"radius_m":0.1)"}) {
+    for (const char* change : {"paint", "erase"}) {
+      const Response response =
+          testing::AnswerOf(&api_, {.method = "POST",
+                                    .target = std::string("/api/v1/") + change,
+                                    .local = true,
+                                    .body = R"({"pheromone":1,)" + std::string(shape) + "}"});
+      EXPECT_EQ(response.status, 409) << shape;
+      EXPECT_NE(response.body.find("no node of the map lies there"), std::string::npos);
+    }
+  }
+  EXPECT_TRUE(control_.edits.empty());
+}
+
 TEST_F(FieldApiTest, ShapesThatAreNoneAreRefused) {
   for (const char* shape :
        {"", R"(,"all":false)", R"(,"all":1)", R"(,"points_m":[])", R"(,"points_m":[[1]])",
@@ -243,15 +280,19 @@ TEST_F(FieldApiTest, EveryCommandTakesAsManyBytesAsTheProtocolSays) {
 
 TEST_F(FieldApiTest, WhatTheServerRefusesIsAConflictWithItsWords) {
   control_.outcome = Error{"no robot 7 has said HELLO on link \"a\""};
-  const Response refused = api_.Handle({.method = "POST",
-                                        .target = "/api/v1/command",
-                                        .local = true,
-                                        .body = R"({"link":"a","id":7,"command":"halt"})"});
+  const Response refused =
+      testing::AnswerOf(&api_, {.method = "POST",
+                                .target = "/api/v1/command",
+                                .local = true,
+                                .body = R"({"link":"a","id":7,"command":"halt"})"});
   EXPECT_EQ(refused.status, 409);
   EXPECT_NE(refused.body.find("no robot 7 has said HELLO"), std::string::npos);
   EXPECT_EQ(Post("deposit", R"({"pheromone":1,"x_m":1,"y_m":1})"), 409);
   EXPECT_EQ(Post("halt", ""), 409);
   EXPECT_EQ(Post("reload", "{}"), 409);
+  EXPECT_EQ(Post("snapshot", "{}"), 409);
+  control_.outcome = Ok();
+  control_.snapshot.reset();
   EXPECT_EQ(Post("snapshot", "{}"), 501);
 }
 

@@ -6,6 +6,7 @@
 // All of this is functions of their arguments; any thread.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,6 +31,9 @@ struct Response {
   std::string body = {};
   std::vector<std::pair<std::string, std::string>> headers = {};
 };
+
+/// Answers a request: once, from any thread. Dropped without having been called, it answers 503.
+using Respond = std::function<void(Response)>;
 
 /// What is wrong, for people and for programs.
 struct Problem {

@@ -22,72 +22,21 @@ namespace json = boost::json;
 constexpr int64_t kUsualSide = 1000;  // cells, unless the request says how many
 constexpr double kPerUnit = 4096;     // Intensities count in 1/4096 unit
 constexpr maps::Rgb kObstacleGray = {128, 128, 128};
-constexpr int kLooks = 5;
 
-// What the request wants to see, and how.
-struct Wanted {
-  const field::PheromoneLaw* law = nullptr;
-  std::string format;
-  maps::RasterExtent extent;
-  int pixels_per_cell = 1;
-};
-
-std::optional<Wanted> ReadWanted(const field::FieldConfig& config, Fields* fields) {
-  Wanted wanted;
-  wanted.law = ReadLaw(config, false, fields);
-  const auto format = fields->String("format", "json");
-  if (format && *format != "json" && *format != "csv" && *format != "png") {
-    fields->Expected("format", "one of json, csv, png");
-  }
-  maps::NodeArea area{{0, 0}, {config.map.columns() - 1, config.map.rows() - 1}};
-  if (fields->Has("area_m")) {
-    const auto corners = fields->Corners("area_m");
-    const auto found =
-        corners ? maps::NodesBetween(config.map, (*corners)[0], (*corners)[1]) : std::nullopt;
-    if (corners && !found) {
-      fields->Note({"no node of the map lies there", "area_m", "an area of the map"});
-    }
-    area = found.value_or(area);
-  }
-  const int64_t columns = area.last.column - area.first.column + 1;
-  const int64_t rows = area.last.row - area.first.row + 1;
-  const int64_t usual = (std::max(columns, rows) + kUsualSide - 1) / kUsualSide;
-  const auto nodes = fields->Integer("nodes_per_cell", 1, maps::kMaxSide, usual);
-  const auto pixels = fields->Integer("pixels_per_cell", 1, 100, 1);
-  fields->AllowOnly({"pheromone", "format", "area_m", "nodes_per_cell", "pixels_per_cell"});
-  if (fields->problem() || wanted.law == nullptr || !format || !nodes || !pixels) {
-    return std::nullopt;
-  }
-  const auto cells = [&](int64_t n) { return (n + *nodes - 1) / *nodes; };
-  const int64_t scale = *format == "png" ? *pixels : 1;
-  if (cells(columns) * cells(rows) * scale * scale > kMostCells) {
-    fields->Note({"a raster of " + std::to_string(cells(columns) * scale) + " x " +
-                      std::to_string(cells(rows) * scale),
-                  "nodes_per_cell",
-                  "at most " + std::to_string(kMostCells) +
-                      " cells or pixels: take a smaller area, or more nodes a cell"});
-    return std::nullopt;
-  }
-  wanted.format = *format;
-  wanted.extent = {area, static_cast<int32_t>(*nodes)};
-  wanted.pixels_per_cell = static_cast<int>(*pixels);
-  return wanted;
-}
-
-Response Encode(const maps::Raster& raster, const Wanted& wanted, uint64_t now_ms) {
+Response Encode(const maps::Raster& raster, const Picture& wanted) {
   if (wanted.format == "csv") {
     return {.content_type = "text/csv", .body = maps::EncodeCsvGrid(raster)};
   }
   if (wanted.format == "png") {
     const Result<std::string> png =
         maps::EncodePicture(raster, {.low = 0,
-                                     .high = MaximumOf(*wanted.law),
+                                     .high = MaximumOf(wanted.law),
                                      .unknown = kObstacleGray,
                                      .pixels_per_cell = wanted.pixels_per_cell});
     return png.ok() ? Response{.content_type = "image/png", .body = png.value()}
                     : Refuse(500, {png.error(), "", ""});
   }
-  return {.body = ToText(ToJson(raster, *wanted.law, now_ms))};
+  return {.body = ToText(ToJson(raster, wanted.law, wanted.view.now_ms))};
 }
 
 Response TooMany() {
@@ -114,28 +63,59 @@ const field::PheromoneLaw* ReadLaw(const field::FieldConfig& config, bool blends
   return found;
 }
 
-Response ReadField(const engine::Control& control, Fields* fields) {
-  for (int look = 0; look < kLooks; ++look) {
-    const engine::FieldView view = control.GetField();
-    const auto wanted = ReadWanted(view.config, fields);
-    if (!wanted) {
-      return Refuse(400, *fields->problem());
-    }
-    const field::FieldReader reader(*view.field);
-    if (!reader.ok()) {
-      return TooMany();
-    }
-    const Result<maps::Raster> raster =
-        maps::RasterOf(reader, view.config, wanted->law->type, view.now_ms, wanted->extent);
-    if (!raster.ok()) {
-      return Refuse(400, {raster.error(), "", ""});
-    }
-    // Levels that were read under one law must not be shown under another.
-    if (control.GetField().config.pheromones == view.config.pheromones) {
-      return Encode(raster.value(), *wanted, view.now_ms);
-    }
+std::optional<Picture> ReadPicture(engine::FieldView view, Fields* fields) {
+  const field::FieldConfig& config = view.config;
+  const field::PheromoneLaw* law = ReadLaw(config, false, fields);
+  const auto format = fields->String("format", "json");
+  if (format && *format != "json" && *format != "csv" && *format != "png") {
+    fields->Expected("format", "one of json, csv, png");
   }
-  return Refuse(503, {"the configuration is changing", "", "a moment's patience"});
+  maps::NodeArea area{{0, 0}, {config.map.columns() - 1, config.map.rows() - 1}};
+  if (fields->Has("area_m")) {
+    const auto corners = fields->Corners("area_m");
+    const auto found =
+        corners ? maps::NodesBetween(config.map, (*corners)[0], (*corners)[1]) : std::nullopt;
+    if (corners && !found) {
+      fields->Note({"no node of the map lies there", "area_m", "an area of the map"});
+    }
+    area = found.value_or(area);
+  }
+  const int64_t columns = area.last.column - area.first.column + 1;
+  const int64_t rows = area.last.row - area.first.row + 1;
+  const int64_t usual = (std::max(columns, rows) + kUsualSide - 1) / kUsualSide;
+  const auto nodes = fields->Integer("nodes_per_cell", 1, maps::kMaxSide, usual);
+  const auto pixels = fields->Integer("pixels_per_cell", 1, 100, 1);
+  fields->AllowOnly({"pheromone", "format", "area_m", "nodes_per_cell", "pixels_per_cell"});
+  if (fields->problem() || law == nullptr || !format || !nodes || !pixels) {
+    return std::nullopt;
+  }
+  const auto cells = [&](int64_t n) { return (n + *nodes - 1) / *nodes; };
+  const int64_t scale = *format == "png" ? *pixels : 1;
+  if (cells(columns) * cells(rows) * scale * scale > kMostCells) {
+    fields->Note({"a raster of " + std::to_string(cells(columns) * scale) + " x " +
+                      std::to_string(cells(rows) * scale),
+                  "nodes_per_cell",
+                  "at most " + std::to_string(kMostCells) +
+                      " cells or pixels: take a smaller area, or more nodes a cell"});
+    return std::nullopt;
+  }
+  Picture picture;
+  picture.law = *law;
+  picture.format = *format;
+  picture.extent = {area, static_cast<int32_t>(*nodes)};
+  picture.pixels_per_cell = static_cast<int>(*pixels);
+  picture.view = std::move(view);
+  return picture;
+}
+
+Response DrawPicture(const Picture& picture) {
+  const field::FieldReader reader(*picture.view.field);
+  if (!reader.ok()) {
+    return TooMany();
+  }
+  const Result<maps::Raster> raster = maps::RasterOf(reader, picture.view.config, picture.law.type,
+                                                     picture.view.now_ms, picture.extent);
+  return raster.ok() ? Encode(raster.value(), picture) : Refuse(400, {raster.error(), "", ""});
 }
 
 Response ReadSense(const engine::Control& control, Fields* fields) {

@@ -2,7 +2,12 @@
 // would smell somewhere. Both look through a FieldReader, beside the robots.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <string>
+
 #include "server/engine/control.h"
+#include "server/maps/field_raster.h"
 #include "server/web/fields.h"
 #include "server/web/http.h"
 
@@ -11,8 +16,21 @@ namespace pheromone::web {
 /// Cells of an answer, at most: a picture of 2000 x 2000.
 constexpr int64_t kMostCells = 4'000'000;
 
-/// pheromone, format = json, csv or png, area_m, nodes_per_cell, pixels_per_cell.
-Response ReadField(const engine::Control& control, Fields* fields);
+/// What a request wants to see of the field, and how.
+struct Picture {
+  engine::FieldView view;  ///< the field as it is looked at
+  field::PheromoneLaw law;
+  std::string format;
+  maps::RasterExtent extent;
+  int pixels_per_cell = 1;
+};
+
+/// pheromone, format = json, csv or png, area_m, nodes_per_cell, pixels_per_cell. Nothing, the
+/// problem noted, if one of them is not as it should be.
+std::optional<Picture> ReadPicture(engine::FieldView view, Fields* fields);
+
+/// Looks through a FieldReader, beside robots and operators, and takes no lock.
+Response DrawPicture(const Picture& picture);
 
 /// pheromone, x_m, y_m, heading_deg: both antennas.
 Response ReadSense(const engine::Control& control, Fields* fields);

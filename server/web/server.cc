@@ -3,7 +3,10 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <exception>
+#include <optional>
 #include <set>
+#include <string>
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
@@ -27,6 +30,47 @@ using boost::system::error_code;
 // Out of descriptors, say: haste would not help.
 constexpr std::chrono::milliseconds kAfterTrouble{200};
 
+using Sessions = std::set<std::shared_ptr<SessionBase>>;
+
+// The connections of one listener.
+struct Crowd {
+  Sessions served;
+  Sessions beyond;  // the limit: each is told so
+};
+
+std::string WordsOf(const std::exception_ptr& failure) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const std::exception& exception) {
+    return exception.what();
+  } catch (...) {
+    return "for an unknown reason";
+  }
+}
+
+// Whether one of them could be made to give way: the one that has waited for a request the longest.
+bool MakeRoom(Sessions* sessions) {
+  for (;;) {
+    auto idlest = sessions->end();
+    std::optional<uint64_t> since;
+    for (auto it = sessions->begin(); it != sessions->end(); ++it) {
+      const std::optional<uint64_t> its = (*it)->idle_since();
+      if (its && (!since || *its < *since)) {
+        idlest = it;
+        since = its;
+      }
+    }
+    if (!since) {
+      return false;
+    }
+    if ((*idlest)->Claim(*since)) {  // else a request has come in for it just now
+      (*idlest)->Close();
+      sessions->erase(idlest);
+      return true;
+    }
+  }
+}
+
 }  // namespace
 
 class Server::Impl : public std::enable_shared_from_this<Impl> {
@@ -44,7 +88,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     Status listening = ListenOnUnixSocket(options_.socket_path, &local_);
     if (listening.ok()) {
       identity_ = IdentityOf(options_.socket_path);
-      asio::co_spawn(strand_, Accept(&local_, true), asio::detached);
+      asio::co_spawn(strand_, Accept(&local_, &local_crowd_), asio::detached);
     }
     return listening;
   }
@@ -70,7 +114,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
                    std::to_string(options_.listen_port) + ": " + error.message()};
     }
     port_ = tcp_.local_endpoint(error).port();
-    asio::co_spawn(strand_, Accept(&tcp_, false), asio::detached);
+    asio::co_spawn(strand_, Accept(&tcp_, &tcp_crowd_), asio::detached);
     return Ok();
   }
 
@@ -86,8 +130,12 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
           unlink(self->options_.socket_path.c_str());
         }
       }
-      for (const auto& session : self->sessions_) {
-        session->Close();
+      for (const Crowd* crowd : {&self->local_crowd_, &self->tcp_crowd_}) {
+        for (const Sessions* sessions : {&crowd->served, &crowd->beyond}) {
+          for (const auto& session : *sessions) {
+            session->Close();
+          }
+        }
       }
     });
   }
@@ -96,50 +144,66 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
 
  private:
   template <typename Acceptor>
-  asio::awaitable<void> Accept(Acceptor* acceptor, bool local) {
+  asio::awaitable<void> Accept(Acceptor* acceptor, Crowd* crowd) {
     const auto self = shared_from_this();
     using Protocol = typename Acceptor::protocol_type;
     while (!stopping_) {
       error_code error;
-      typename Protocol::socket socket(asio::make_strand(io_));
-      co_await acceptor->async_accept(socket, asio::redirect_error(asio::use_awaitable, error));
-      if (stopping_) {
-        break;
+      bool taken = false;
+      try {
+        typename Protocol::socket socket(asio::make_strand(io_));
+        co_await acceptor->async_accept(socket, asio::redirect_error(asio::use_awaitable, error));
+        if (!error && !stopping_) {
+          Welcome<Protocol>(std::move(socket), crowd);
+          taken = true;
+        }
+      } catch (const std::exception& failure) {  // out of memory, say
+        Tell(std::string("a connection was not taken: ") + failure.what());
       }
-      if (error) {
+      if (!taken && !stopping_) {
         pause_.expires_after(kAfterTrouble);
         co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
-        continue;
       }
-      const bool full = sessions_.size() >= options_.max_connections;
-      if (full && turned_away_ >= options_.max_connections) {
-        continue;  // too many even to be told so: the socket closes here
-      }
-      Welcome<Protocol>(std::move(socket), local, full);
     }
   }
 
   template <typename Protocol>
-  void Welcome(typename Protocol::socket socket, bool local, bool full) {
-    Handle handle = handle_;
-    if (full) {
-      handle = [](const Request&) {
-        Response refused =
-            Refuse(503, {"too many connections", "", "fewer of them; try again in a moment"});
-        refused.headers.emplace_back("Connection", "close");
-        return refused;
-      };
+  void Welcome(typename Protocol::socket socket, Crowd* crowd) {
+    const size_t limit = options_.max_connections;
+    const bool full = crowd->served.size() >= limit && !MakeRoom(&crowd->served);
+    Sessions* const sessions = full ? &crowd->beyond : &crowd->served;
+    if (full && crowd->beyond.size() >= limit && !MakeRoom(&crowd->beyond)) {
+      return;  // too many even to be told so: the socket closes here
     }
-    const auto session = std::make_shared<Session<Protocol>>(std::move(socket), local,
-                                                             std::move(handle), options_.patience);
-    sessions_.insert(session);
-    turned_away_ += full ? 1u : 0u;
+    const auto session = std::make_shared<Session<Protocol>>(
+        std::move(socket), SessionTraits{crowd == &local_crowd_, full, options_.patience},
+        full ? Refusal() : handle_);
+    sessions->insert(session);
     asio::co_spawn(session->executor(), session->Run(),
                    asio::bind_executor(strand_, [self = shared_from_this(), session,
-                                                 full](const std::exception_ptr& /*failed*/) {
-                     self->sessions_.erase(session);
-                     self->turned_away_ -= full ? 1u : 0u;
+                                                 sessions](const std::exception_ptr& failure) {
+                     sessions->erase(session);
+                     if (failure != nullptr) {
+                       self->Tell("a connection was dropped: " + WordsOf(failure));
+                     }
                    }));
+  }
+
+  void Tell(const std::string& text) const {
+    if (options_.tell) {
+      options_.tell(text);
+    }
+  }
+
+  // What those beyond the limit are answered with.
+  Handle Refusal() {
+    return [self = shared_from_this()](Request request, Respond respond) {
+      if (self->options_.is_urgent && self->options_.is_urgent(request)) {
+        self->handle_(std::move(request), std::move(respond));
+      } else {
+        respond(Refuse(503, {"too many connections", "", "fewer of them; try again in a moment"}));
+      }
+    };
   }
 
   asio::io_context& io_;
@@ -150,8 +214,8 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   tcp::acceptor tcp_;
   asio::steady_timer pause_;
   std::string identity_;  // of the socket's file
-  std::set<std::shared_ptr<SessionBase>> sessions_;
-  size_t turned_away_ = 0;
+  Crowd local_crowd_;
+  Crowd tcp_crowd_;
   std::atomic<uint16_t> port_{0};
   bool stopping_ = false;
 };

@@ -10,12 +10,16 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <condition_variable>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace pheromone::web {
@@ -94,13 +98,18 @@ class ServerTest : public ::testing::Test {
     std::filesystem::remove_all(folder_);
   }
 
-  // Answers with method, target, whether it is local, and the body.
+  // Answers with method, target, whether it is local, and the body: at once, but for what
+  // `is_held_` says; that is answered by AnswerHeld.
   void Start() {
-    server_ = std::make_unique<Server>(io_, options_, [this](const Request& request) {
+    server_ = std::make_unique<Server>(io_, options_, [this](Request request, Respond respond) {
       ++handled_;
-      return Response{.content_type = "text/plain",
-                      .body = request.method + " " + request.target +
-                              (request.local ? " local " : " remote ") + request.body + "."};
+      if (is_held_ && is_held_(request)) {
+        const std::lock_guard lock(mutex_);
+        held_.emplace_back(std::move(request), std::move(respond));
+        wake_.notify_one();
+        return;
+      }
+      respond(ResponseTo(request));
     });
     ASSERT_TRUE(server_->ListenOnPort().ok());
     const Status local = server_->ListenOnSocket();
@@ -120,6 +129,29 @@ class ServerTest : public ::testing::Test {
     threads_.clear();
   }
 
+  static Response ResponseTo(const Request& request) {
+    return Response{.content_type = "text/plain",
+                    .body = request.method + " " + request.target +
+                            (request.local ? " local " : " remote ") + request.body + "."};
+  }
+
+  void AwaitHeld(size_t count) {
+    std::unique_lock lock(mutex_);
+    wake_.wait(lock, [&] { return held_.size() >= count; });
+  }
+
+  // In the test's thread, which is none of the server's.
+  void AnswerHeld() {
+    std::vector<std::pair<Request, Respond>> held;
+    {
+      const std::lock_guard lock(mutex_);
+      held.swap(held_);
+    }
+    for (const auto& [request, respond] : held) {
+      respond(ResponseTo(request));
+    }
+  }
+
   std::string Once(const std::string& request) {
     const Client client(server_->port());
     client.Send(request);
@@ -136,7 +168,13 @@ class ServerTest : public ::testing::Test {
   std::unique_ptr<Server> server_;
   std::vector<std::thread> threads_;
   std::atomic<int> handled_{0};
+  std::function<bool(const Request&)> is_held_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<std::pair<Request, Respond>> held_;
 };
+
+constexpr char kGetA[] = "GET /a HTTP/1.1\r\nHost: x\r\n\r\n";
 
 TEST_F(ServerTest, OneConnectionServesRequestAfterRequestAlsoSentAtOnce) {
   Start();
@@ -228,18 +266,134 @@ TEST_F(ServerTest, WhoeverIsSlowIsHungUpOn) {
   EXPECT_EQ(handled_, 0);
 }
 
-TEST_F(ServerTest, TooManyConnectionsAreToldSoAndTheOthersServed) {
+TEST_F(ServerTest, AnAnswerThatComesLaterFromAnotherThreadIsSentInTheOrderOfTheRequests) {
+  is_held_ = [](const Request& request) { return request.target == "/held"; };
+  Start();
+  const Client client(server_->port());
+  client.Send("GET /held HTTP/1.1\r\n\r\nGET /b HTTP/1.1\r\nConnection: close\r\n\r\n");
+  AwaitHeld(1);
+  EXPECT_EQ(handled_, 1);  // the second waits for the first
+  AnswerHeld();
+  const std::string all = client.ReadAll();
+  EXPECT_LT(all.find("GET /held remote ."), all.find("GET /b remote ."));
+  EXPECT_TRUE(all.ends_with("GET /b remote ."));
+}
+
+TEST_F(ServerTest, ARequestWhoseAnswerDoesNotComeIs504AndTheNextOneIsServed) {
+  options_.patience = std::chrono::milliseconds(50);
+  is_held_ = [](const Request& request) { return request.target == "/held"; };
+  Start();
+  const Client client(server_->port());
+  client.Send("GET /held HTTP/1.1\r\n\r\nGET /b HTTP/1.1\r\nConnection: close\r\n\r\n");
+  const std::string all = client.ReadAll();
+  EXPECT_EQ(StatusOf(all), "504");
+  EXPECT_TRUE(all.ends_with("GET /b remote ."));
+  AnswerHeld();  // far too late: nobody listens
+}
+
+TEST_F(ServerTest, ARequestThatIsDroppedIs503AtOnce) {
+  options_.patience = std::chrono::minutes(1);
+  is_held_ = [](const Request&) { return true; };
+  Start();
+  const Client client(server_->port());
+  client.Send("GET /a HTTP/1.1\r\nConnection: close\r\n\r\n");
+  AwaitHeld(1);
+  {
+    const std::lock_guard lock(mutex_);
+    held_.clear();
+  }
+  EXPECT_EQ(StatusOf(client.ReadAll()), "503");
+}
+
+TEST_F(ServerTest, AnAnswerMayOutliveTheServer) {
+  options_.patience = std::chrono::milliseconds(20);
+  is_held_ = [](const Request&) { return true; };
+  Start();
+  const Client client(server_->port());
+  client.Send(kGetA);
+  AwaitHeld(1);
+  Stop();
+  server_.reset();
+  AnswerHeld();
+}
+
+TEST_F(ServerTest, WhatWasHandedOverWhenTheServerStopsIsAnswered) {
+  is_held_ = [](const Request&) { return true; };
+  Start();
+  const Client client(server_->port());
+  client.Send(kGetA);
+  AwaitHeld(1);
+  server_->Stop();
+  AnswerHeld();
+  EXPECT_TRUE(client.ReadAll().ends_with("GET /a remote ."));
+  server_.reset();
+}
+
+TEST_F(ServerTest, TheConnectionThatWasIdleForLongestGivesWayToANewOne) {
   options_.max_connections = 2;
   Start();
+  const auto serve = [](const Client& client) {
+    client.Send(kGetA);
+    EXPECT_TRUE(client.ReadUntil("remote .").ends_with("GET /a remote ."));
+  };
   const Client first(server_->port());
-  const Client second(options_.socket_path);
-  first.Send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
-  EXPECT_TRUE(first.ReadUntil("remote .").ends_with("GET /a remote ."));
-  second.Send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
-  EXPECT_TRUE(second.ReadUntil("local .").ends_with("GET /a local ."));
-  EXPECT_EQ(StatusOf(Once("GET /b HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")), "503");
-  first.Send("GET /c HTTP/1.1\r\nHost: x\r\n\r\n");
-  EXPECT_TRUE(first.ReadUntil("/c remote .").ends_with("GET /c remote ."));
+  serve(first);
+  const Client second(server_->port());
+  serve(second);
+  serve(first);  // now the second is the idlest
+  const Client third(server_->port());
+  serve(third);
+  EXPECT_EQ(second.ReadAll(), "");
+  serve(first);
+  serve(third);
+}
+
+TEST_F(ServerTest, SocketAndPortDoNotFillEachOther) {
+  options_.max_connections = 1;
+  is_held_ = [](const Request& request) { return request.target == "/held"; };
+  Start();
+  const Client remote(server_->port());
+  remote.Send("GET /held HTTP/1.1\r\n\r\n");
+  AwaitHeld(1);
+  const Client local(options_.socket_path);
+  local.Send(kGetA);
+  EXPECT_TRUE(local.ReadUntil("local .").ends_with("GET /a local ."));
+  AnswerHeld();
+  EXPECT_TRUE(remote.ReadUntil("remote .").ends_with("GET /held remote ."));
+}
+
+TEST_F(ServerTest, WhereAllAreBusyNewOnesAreToldSoButForWhatIsUrgent) {
+  options_.max_connections = 2;
+  options_.is_urgent = [](const Request& request) { return request.target == "/urgent"; };
+  is_held_ = [](const Request& request) { return request.target == "/held"; };
+  Start();
+  const Client first(server_->port());
+  const Client second(server_->port());
+  first.Send("GET /held HTTP/1.1\r\n\r\n");
+  second.Send("GET /held HTTP/1.1\r\n\r\n");
+  AwaitHeld(2);
+  EXPECT_EQ(StatusOf(Once(kGetA)), "503");
+  EXPECT_TRUE(Once("GET /urgent HTTP/1.1\r\n\r\n").ends_with("GET /urgent remote ."));
+  // Those that only wait beyond the limit do not fill it either.
+  std::vector<std::unique_ptr<Client>> idle;
+  for (int i = 0; i < 20; ++i) {
+    idle.push_back(std::make_unique<Client>(server_->port()));
+  }
+  EXPECT_TRUE(Once("GET /urgent HTTP/1.1\r\n\r\n").ends_with("GET /urgent remote ."));
+  AnswerHeld();
+  EXPECT_TRUE(first.ReadUntil("remote .").ends_with("GET /held remote ."));
+  EXPECT_TRUE(second.ReadUntil("remote .").ends_with("GET /held remote ."));
+}
+
+TEST_F(ServerTest, AHeaderThatDecidesAboutAccessMayComeOnlyOnce) {
+  Start();
+  for (const std::string name : {"Host", "Authorization", "Origin"}) {
+    const std::string answer = Once("GET / HTTP/1.1\r\n" + name + ": a\r\n" + name + ": b\r\n\r\n");
+    EXPECT_EQ(StatusOf(answer), "400");
+    EXPECT_NE(answer.find(R"("what":"found it twice","where":")" + name + '"'), std::string::npos)
+        << answer;
+  }
+  EXPECT_EQ(handled_, 0);
 }
 
 TEST_F(ServerTest, StopEndsConversationsThatAreUnderWay) {
@@ -263,7 +417,7 @@ TEST_F(ServerTest, TheSocketOfADeadServerIsReplacedAndThatOfALivingOneIsNot) {
   ASSERT_EQ(bind(dead, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
   close(dead);
   Start();
-  Server second(io_, options_, [](const Request&) { return Response(); });
+  Server second(io_, options_, [](const Request&, const Respond&) {});
   const Status refused = second.ListenOnSocket();
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error(), options_.socket_path + ": a running server listens there");
@@ -278,14 +432,14 @@ TEST_F(ServerTest, WhatCannotBeListenedOnIsAnErrorInWords) {
   options.listen_port = server_->port();
   options.socket_path = (folder_ / "file").string();
   std::ofstream(options.socket_path) << "of somebody";
-  Server second(io_, options, [](const Request&) { return Response(); });
+  Server second(io_, options, [](const Request&, const Respond&) {});
   EXPECT_EQ(second.ListenOnPort().error(), "cannot listen on 127.0.0.1 port " +
                                                std::to_string(options.listen_port) +
                                                ": Address already in use");
   EXPECT_EQ(second.ListenOnSocket().error(),
             options.socket_path + ": is there already, and is no socket");
   options.socket_path = (folder_ / std::string(200, 'a')).string();
-  Server third(io_, options, [](const Request&) { return Response(); });
+  Server third(io_, options, [](const Request&, const Respond&) {});
   EXPECT_NE(third.ListenOnSocket().error().find("expected at most 107"), std::string::npos);
 }
 

@@ -25,6 +25,17 @@ int StatusOf(const boost::beast::error_code& error) {
              : 0;
 }
 
+std::optional<Problem> ProblemOf(const Message& message) {
+  for (const http::field name :
+       {http::field::host, http::field::authorization, http::field::origin}) {
+    if (message.count(name) > 1) {
+      const auto text = http::to_string(name);
+      return Problem{"found it twice", {text.data(), text.size()}, "the header once"};
+    }
+  }
+  return std::nullopt;
+}
+
 Request ToRequest(const Message& message, bool local) {
   const auto method = message.method_string();
   const auto target = message.target();

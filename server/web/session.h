@@ -1,17 +1,21 @@
 // One connection of the HTTP server: requests one after the other, until either side hangs up.
 // Internal to this folder; server.h is what others use.
 //
-//   auto session = std::make_shared<Session<tcp>>(std::move(socket), false, handle, patience);
+//   auto session = std::make_shared<Session<tcp>>(std::move(socket), traits, handle);
 //   asio::co_spawn(session->executor(), session->Run(), ...);
 //
-// Everything runs on the socket's executor, a strand; Close may be called from any thread.
+// Everything runs on the socket's executor, a strand. Close, and what tells how idle the session
+// is, may be called from any thread.
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -20,12 +24,14 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 
 #include "server/web/http.h"
+#include "server/web/pending_response.h"
 #include "server/web/server.h"
 
 namespace pheromone::web {
@@ -35,6 +41,9 @@ int StatusOf(const boost::beast::error_code& error);
 
 using Message = boost::beast::http::request<boost::beast::http::string_body>;
 using Answer = boost::beast::http::response<boost::beast::http::string_body>;
+
+/// What is wrong with the headers of a whole message: one that decides about access comes twice.
+std::optional<Problem> ProblemOf(const Message& message);
 
 Request ToRequest(const Message& message, bool local);
 
@@ -47,24 +56,62 @@ class SessionBase {
   SessionBase(const SessionBase&) = delete;
   SessionBase& operator=(const SessionBase&) = delete;
   virtual ~SessionBase() = default;
+
+  /// Ends it. A request that has been handled over is answered before.
   virtual void Close() = 0;
+
+  /// A number for the time since which it waits for a request, the greater the later; nothing while
+  /// it is in the middle of one.
+  std::optional<uint64_t> idle_since() const {
+    const uint64_t since = idle_since_;
+    return since > kClaimed ? std::optional(since) : std::nullopt;
+  }
+
+  /// Whether it still waits as `since` says; then it takes no further request, and can be closed.
+  bool Claim(uint64_t since) { return idle_since_.compare_exchange_strong(since, kClaimed); }
+
+ protected:
+  /// False if it was claimed: there is no request any more.
+  bool BeginRequest() {
+    uint64_t since = idle_since_;
+    return since > kClaimed && idle_since_.compare_exchange_strong(since, kBusy);
+  }
+  void EndRequest() { idle_since_ = NextTime(); }
+
+ private:
+  static constexpr uint64_t kBusy = 0;
+  static constexpr uint64_t kClaimed = 1;
+
+  static uint64_t NextTime() {
+    static std::atomic<uint64_t> last{kClaimed};
+    return ++last;
+  }
+
+  std::atomic<uint64_t> idle_since_{NextTime()};
+};
+
+/// What one session differs from others in.
+struct SessionTraits {
+  bool local = false;
+  bool once = false;  ///< hangs up after the first answer
+  std::chrono::milliseconds patience{0};
 };
 
 template <typename Protocol>
 class Session final : public SessionBase, public std::enable_shared_from_this<Session<Protocol>> {
  public:
-  Session(typename Protocol::socket socket, bool local, Server::Handle handle,
-          std::chrono::milliseconds patience)
+  Session(typename Protocol::socket socket, SessionTraits traits, Server::Handle handle)
       : stream_(std::move(socket)),
-        local_(local),
-        handle_(std::move(handle)),
-        patience_(patience) {}
+        answer_timer_(stream_.get_executor()),
+        traits_(traits),
+        handle_(std::move(handle)) {}
 
   boost::asio::any_io_executor executor() { return stream_.get_executor(); }
 
   boost::asio::awaitable<void> Run() {
     const auto self = this->shared_from_this();
-    while (co_await ServeOne()) {
+    while (!closing_ && co_await ServeOne()) {
+      EndRequest();
     }
     co_await HangUp();
   }
@@ -90,8 +137,17 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
     Parser parser;
     parser.header_limit(static_cast<uint32_t>(kMaxHeaderBytes));
     parser.body_limit(kMaxBodyBytes);
-    stream_.expires_after(patience_);
-    co_await http::async_read_header(stream_, buffer_, parser, Into(&error));
+    stream_.expires_after(traits_.patience);
+    if (buffer_.size() == 0) {
+      buffer_.commit(
+          co_await stream_.async_read_some(buffer_.prepare(kMaxHeaderBytes), Into(&error)));
+    }
+    if (!BeginRequest()) {
+      co_return false;
+    }
+    if (!error) {
+      co_await http::async_read_header(stream_, buffer_, parser, Into(&error));
+    }
     if (!error && parser.get()[http::field::expect] == "100-continue" && !closing_) {
       http::response<http::empty_body> go_on(http::status::continue_, parser.get().version());
       co_await http::async_write(stream_, go_on, Into(&error));
@@ -113,16 +169,39 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
       co_return false;
     }
     const Message& message = parser.get();
-    Answer answer =
-        ToAnswer(handle_(ToRequest(message, local_)), message.version(), message.keep_alive());
-    co_return co_await Write(&answer, message.method() == http::verb::head) &&
-        message.keep_alive() && !closing_;
+    if (const auto problem = ProblemOf(message)) {
+      Answer answer = ToAnswer(Refuse(400, *problem), message.version(), false);
+      co_await Write(&answer, message.method() == http::verb::head);
+      co_return false;
+    }
+    const bool keep_alive = message.keep_alive() && !traits_.once;
+    Response response = co_await Ask(ToRequest(message, traits_.local));
+    Answer answer = ToAnswer(std::move(response), message.version(), keep_alive);
+    co_return co_await Write(&answer, message.method() == http::verb::head) && keep_alive &&
+        !closing_;
+  }
+
+  boost::asio::awaitable<Response> Ask(Request request) {
+    PendingResponse pending(stream_.get_executor(), [this] { answer_timer_.cancel(); });
+    handle_(std::move(request), pending.MakeRespond());
+    std::optional<Response> response = pending.Take();
+    if (!response) {
+      boost::beast::error_code error;
+      answer_timer_.expires_after(traits_.patience);
+      co_await answer_timer_.async_wait(Into(&error));
+      response = pending.Take();
+    }
+    if (!response) {
+      response = Refuse(504, {"the server has no answer yet; what was asked for may still be done",
+                              "", "another look in a moment"});
+    }
+    co_return std::move(*response);
   }
 
   boost::asio::awaitable<bool> Write(Answer* answer, bool header_alone) {
     namespace http = boost::beast::http;
     boost::beast::error_code error;
-    stream_.expires_after(patience_);
+    stream_.expires_after(traits_.patience);
     http::response_serializer<http::string_body> serializer(*answer);
     if (header_alone) {
       co_await http::async_write_header(stream_, serializer, Into(&error));
@@ -139,7 +218,7 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
     stream_.socket().shutdown(Protocol::socket::shutdown_send, error);
     std::array<char, 4096> rest{};
     constexpr int kMostReads = 1024;
-    stream_.expires_after(std::min<std::chrono::milliseconds>(patience_, kLinger));
+    stream_.expires_after(std::min<std::chrono::milliseconds>(traits_.patience, kLinger));
     for (int i = 0; i < kMostReads && !error && !closing_; ++i) {
       co_await stream_.async_read_some(boost::asio::buffer(rest), Into(&error));
     }
@@ -149,9 +228,9 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
   static constexpr std::chrono::milliseconds kLinger{2'000};
 
   boost::beast::basic_stream<Protocol> stream_;
-  const bool local_;
+  boost::asio::steady_timer answer_timer_;
+  const SessionTraits traits_;
   const Server::Handle handle_;
-  const std::chrono::milliseconds patience_;
   boost::beast::flat_buffer buffer_{kMaxHeaderBytes + kMaxBodyBytes};
   bool closing_ = false;
 };

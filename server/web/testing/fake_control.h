@@ -3,6 +3,8 @@
 // blend, 3 "guide"; a wall blocks node (0, 0).
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "server/engine/control.h"
+#include "server/web/api.h"
 
 namespace pheromone::web::testing {
 
@@ -45,7 +48,8 @@ inline field::FieldConfig SmallField() {
 
 class FakeControl final : public engine::Control {
  public:
-  explicit FakeControl(const field::FieldConfig& config = SmallField()) : field(config) {}
+  explicit FakeControl(const field::FieldConfig& initial = SmallField())
+      : config(initial), field(initial) {}
 
   engine::StatusView GetStatus(bool with_hash) const override {
     engine::StatusView view = status;
@@ -56,27 +60,36 @@ class FakeControl final : public engine::Control {
   }
   std::vector<engine::LinkView> GetLinks() const override { return links; }
   std::vector<engine::ClientView> GetClients() const override { return clients; }
-  engine::FieldView GetField() const override { return {&field, field.config(), now_ms}; }
+  engine::FieldView GetField() const override { return {&field, config, now_ms}; }
   engine::CaptureView GetCapture() const override { return status.capture; }
   std::vector<std::string> GetConfig() const override { return {"a \"map\"", "two\nlines"}; }
   Status CheckHealth() const override { return outcome; }
 
-  Status Edit(const field::FieldEdit& edit) override {
+  void Edit(const field::FieldEdit& edit, DoneWith<engine::EditOutcome> done) override {
+    const auto nodes = field::NodesOf(edit, SmallField().map);
+    if (!outcome.ok() || !nodes.ok() || nodes.value().empty()) {
+      done(Error{!outcome.ok() ? outcome.error()
+                 : nodes.ok()  ? "no node of the map lies there"
+                               : nodes.error()});
+      return;
+    }
     edits.push_back(edit);
-    return outcome;
+    done(engine::EditOutcome{nodes.value().size()});
   }
-  Status Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
-               std::span<const uint8_t> arguments) override {
+  void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
+             std::span<const uint8_t> arguments, Done done) override {
     commands.push_back({std::string(link), id, code, {arguments.begin(), arguments.end()}});
-    return outcome;
+    done(outcome);
   }
-  Result<std::vector<std::string>> HaltAll() override { return List({"radio-a", "radio-b"}); }
-  Result<std::vector<std::string>> Reload() override { return List({"links wait"}); }
-  Result<std::string> Snapshot() override {
-    return outcome.ok() ? Result<std::string>(std::string("snapshot-7")) : Error{outcome.error()};
+  void HaltAll(DoneWith<std::vector<std::string>> done) override {
+    done(Or(std::vector<std::string>{"radio-a", "radio-b"}));
   }
-  Status StartCapture() override { return Capture(true); }
-  Status StopCapture() override { return Capture(false); }
+  void Reload(DoneWith<std::vector<std::string>> done) override {
+    done(Or(std::vector<std::string>{"links wait"}));
+  }
+  void Snapshot(DoneWith<std::optional<std::string>> done) override { done(Or(snapshot)); }
+  void StartCapture(Done done) override { Capture(true, done); }
+  void StopCapture(Done done) override { Capture(false, done); }
 
   struct Command {
     std::string link;
@@ -87,24 +100,37 @@ class FakeControl final : public engine::Control {
   };
 
   Status outcome = Ok();  ///< of all that can fail
+  std::optional<std::string> snapshot = "snapshot-7";
   engine::StatusView status;
   std::vector<engine::LinkView> links;
   std::vector<engine::ClientView> clients;
+  field::FieldConfig config;
   field::Field field;
   uint64_t now_ms = 1000;
   std::vector<field::FieldEdit> edits;
   std::vector<Command> commands;
 
  private:
-  Status Capture(bool recording) {
+  void Capture(bool recording, const Done& done) {
     status.capture.recording = outcome.ok() ? recording : status.capture.recording;
-    return outcome;
+    done(outcome);
   }
 
-  Result<std::vector<std::string>> List(std::vector<std::string> list) const {
-    return outcome.ok() ? Result<std::vector<std::string>>(std::move(list))
-                        : Error{outcome.error()};
+  template <typename T>
+  Result<T> Or(T value) const {
+    return outcome.ok() ? Result<T>(std::move(value)) : Error{outcome.error()};
   }
 };
+
+/// What the API answers, which it does before Handle returns where there are no lanes.
+inline Response AnswerOf(Api* api, Request request) {
+  std::optional<Response> answer;
+  api->Handle(std::move(request), [&](Response response) {
+    EXPECT_FALSE(answer.has_value()) << "answered twice";
+    answer = std::move(response);
+  });
+  EXPECT_TRUE(answer.has_value()) << "not answered";
+  return answer.value_or(Response{.status = 0});
+}
 
 }  // namespace pheromone::web::testing

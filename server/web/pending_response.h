@@ -1,0 +1,52 @@
+// An answer that is still to come: a session waits for it on its own executor, and a handler gives
+// it from whatever thread, however late.
+//
+//   PendingResponse pending(executor, [&] { timer.cancel(); });   // on the executor
+//   handle(request, pending.MakeRespond());
+//   ... until the timer is cancelled or has expired
+//   std::optional<Response> response = pending.Take();
+//
+// What MakeRespond gives may outlive the pending response, its executor and the io_context: then it
+// does nothing. Its first call counts; if all of its copies go without one, the answer is 503.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "server/web/http.h"
+
+namespace pheromone::web {
+
+class PendingResponse {
+ public:
+  /// `wake` is called on `executor`, a strand, on which this is destroyed too.
+  PendingResponse(boost::asio::any_io_executor executor, std::function<void()> wake);
+  PendingResponse(const PendingResponse&) = delete;
+  PendingResponse& operator=(const PendingResponse&) = delete;
+  ~PendingResponse();
+
+  /// To be called once.
+  Respond MakeRespond();
+
+  /// Nothing as long as there is no answer, and after it was taken.
+  std::optional<Response> Take();
+
+ private:
+  // What the two sides share; holds nothing of Asio's, so that it may go on any thread.
+  struct Shared {
+    std::mutex mutex;
+    PendingResponse* waiting = nullptr;  // null: nobody waits any more
+    std::optional<Response> response;
+  };
+  class Promise;
+
+  const boost::asio::any_io_executor executor_;
+  const std::function<void()> wake_;
+  const std::shared_ptr<Shared> shared_;
+};
+
+}  // namespace pheromone::web
