@@ -55,6 +55,25 @@ int Change(const ServerOptions& options, const std::string& what, const json::ob
   return reply.exit_status;
 }
 
+// The same for a change of the map: says how much of it was touched, for a slip of a decimal point
+// to be seen.
+int ChangeMap(const ServerOptions& options, const std::string& what, const json::object& body,
+              const std::string& words) {
+  const JsonReply reply = CallJson(options, "POST", "/api/v1/" + what, json::serialize(body));
+  if (reply.exit_status != 0) {
+    return reply.exit_status;
+  }
+  if (options.json) {
+    fmt::print("{}", reply.text);
+    return 0;
+  }
+  const uint64_t nodes = CountAt(reply.value, "nodes");
+  fmt::print(
+      "{}: {} node{}{}\n", words, nodes, nodes == 1 ? "" : "s",
+      FlagAt(reply.value, "partly_off_the_map") ? "; a part of the shape is off the map" : "");
+  return 0;
+}
+
 // The robot's entry, null if there is none.
 json::value FindClient(const json::value& clients, const RobotCommand& command) {
   for (const json::value& client : ItemsAt(clients, "clients")) {
@@ -106,7 +125,7 @@ int Deposit(const ServerOptions& options, const std::string& pheromone, double x
 int Erase(const ServerOptions& options, const std::string& pheromone, const Shape& shape) {
   json::object body{{"pheromone", PheromoneOf(pheromone)}};
   AddShape(shape, &body);
-  return Change(options, "erase", body, fmt::format("erased \"{}\"", pheromone));
+  return ChangeMap(options, "erase", body, fmt::format("erased \"{}\"", pheromone));
 }
 
 int Paint(const ServerOptions& options, const std::string& pheromone, const Shape& shape,
@@ -116,7 +135,7 @@ int Paint(const ServerOptions& options, const std::string& pheromone, const Shap
   if (units) {
     body["units"] = *units;
   }
-  return Change(options, "paint", body, fmt::format("painted \"{}\"", pheromone));
+  return ChangeMap(options, "paint", body, fmt::format("painted \"{}\"", pheromone));
 }
 
 int GiveCommand(const ServerOptions& options, const RobotCommand& command) {

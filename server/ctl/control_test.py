@@ -178,6 +178,39 @@ class ControlTest(unittest.TestCase):
         self.ctl("erase", "path", "--all")
         self.assertEqual(sum(map(sum, self.raster("path")["values"])), 0)
 
+    def test_paint_and_erase_say_what_they_touched(self):
+        self.assertEqual(self.ctl("paint", "path", "--area", 0, 0, 0.1, 0.1),
+                         'painted "path": 4 nodes\n')
+        self.assertEqual(self.ctl("erase", "path", 4, 3, "--radius", 0.05),
+                         'erased "path": 1 node; a part of the shape is off the map\n')
+        self.assertIn("no node of the map lies there",
+                      self.ctl("paint", "path", "--area", 5, 5, 6, 6, status=1))
+        self.assertIn("no node of the map lies there",
+                      self.ctl("erase", "path", 1.05, 1.05, "--radius", 0.01, status=1))
+        self.ctl("erase", "path", "--all")
+
+    def test_idle_connections_lock_nobody_out(self):
+        idle = []
+        for _ in range(300):
+            idle.append(socket.create_connection(("127.0.0.1", self.port), PATIENCE_S))
+        for _ in range(200):
+            it = socket.socket(socket.AF_UNIX)
+            it.connect(str(self.folder / "pheromoned.sock"))
+            idle.append(it)
+        self.assertIn("halt sent", self.ctl("halt"))
+        self.assertEqual(self.request("GET", "/healthz")[0].status, 200)
+        for it in idle:
+            it.close()
+
+    def test_a_header_or_a_key_that_comes_twice_is_refused(self):
+        with socket.create_connection(("127.0.0.1", self.port), PATIENCE_S) as line:
+            line.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n")
+            self.assertTrue(line.recv(65536).startswith(b"HTTP/1.1 400 "))
+        answer, data = self.request("POST", "/api/v1/deposit",
+                                    '{"pheromone": 1, "x_m": 1, "y_m": 1, "x_m": 2}',
+                                    Authorization=f"Bearer {TOKEN}")
+        self.assertEqual((answer.status, json.loads(data)["error"]["where"]), (400, "x_m"))
+
     def test_a_deposit_is_one_quantum_at_the_nearest_node(self):
         self.ctl("erase", "1", "--all")
         self.ctl("deposit", "trail", 0.52, 0.48)

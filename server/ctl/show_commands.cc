@@ -108,6 +108,9 @@ int ShowStatus(const ServerOptions& options, bool with_hash) {
   const json::value& process = At(status, "process");
   fmt::print("pheromoned {}, up {}\n", TextAt(status, "version"),
              Duration(NumberAt(status, "uptime_s")));
+  if (const std::string warning = TextAt(status, "warning"); !warning.empty()) {
+    fmt::print("WARNING   {}\n", warning);
+  }
   fmt::print("links     {} of {} up\n", CountAt(status, "links_up"), CountAt(status, "links"));
   fmt::print("robots    {}\n", CountAt(status, "robots"));
   fmt::print("field     {} nodes in {} tiles, {} of {}\n", CountAt(field, "nodes"),
