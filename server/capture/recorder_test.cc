@@ -86,7 +86,7 @@ void Happen(Live* live, Radio* radio, const engine::Event& event) {
 TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
   engine::testing::RandomTraffic traffic(42);
   const engine::Event first = traffic.First();
-  Live live(folder_, std::get<engine::ConfigChanged>(first).config, traffic.stamp().field_time_ms);
+  Live live(folder_, *std::get<engine::ConfigChanged>(first).config, traffic.stamp().field_time_ms);
   live.options.file_bytes = 1;  // as often as can be: with each twice the state's size
   live.options.most_files = 0;
   Radio radio(43);

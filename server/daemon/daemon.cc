@@ -1,5 +1,6 @@
 #include "server/daemon/daemon.h"
 
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
@@ -40,6 +42,9 @@ using std::chrono::milliseconds;
 // The engine does what is due in bounded steps. Between two of them others have a turn, however
 // much is due.
 constexpr milliseconds kShortestTick{20};
+// Between two portions of a large change, and of memory that is given back.
+constexpr std::chrono::microseconds kBetweenPortions{200};
+constexpr milliseconds kBetweenReleases{2};
 // How often trouble is told, at the most.
 constexpr milliseconds kBetweenReports{1000};
 
@@ -61,6 +66,7 @@ class Daemon::Impl {
                   .save = [this] { SaveSoon(); }}),
         ticker_(strand_),
         reporter_(strand_),
+        releaser_(strand_),
         keeper_(std::move(keeper)),
         field_clock_(keeper_->start_ms()),
         service_(
@@ -89,6 +95,10 @@ class Daemon::Impl {
         edits_({.name = "an edit"}),
         operations_({.name = "an operation"}),
         door_(&control_, config_.Get().control, config_.Get().web) {
+    service_.OnPortion([this](std::span<const engine::Outgoing> out) {
+      switchboard_.Deliver({out.begin(), out.end()});
+      std::this_thread::sleep_for(kBetweenPortions);
+    });
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
   }
 
@@ -251,6 +261,7 @@ class Daemon::Impl {
     }
     ticker_.cancel();
     reporter_.cancel();
+    releaser_.cancel();
     links_.Stop();
   }
 
@@ -289,11 +300,39 @@ class Daemon::Impl {
         spdlog::warn("so far: {}", trouble_);
       }
       ReportFieldTime();
+      ReleaseMemory();
       if (std::string state = DescribeState(); state != told_) {
         told_ = std::move(state);
         service_manager::Tell(told_);
       }
       ReportTrouble();
+    });
+  }
+
+  // What the map has given up goes back to the system in portions, and in the end what the heap
+  // holds without need.
+  void ReleaseMemory() {
+    if (releasing_) {
+      return;
+    }
+    releasing_ = service_.ReleaseMemory();
+    if (releasing_) {
+      ReleaseMore();
+    }
+  }
+
+  void ReleaseMore() {
+    releaser_.expires_after(kBetweenReleases);
+    releaser_.async_wait([this](const boost::system::error_code& error) {
+      if (error || stopping_) {
+        return;
+      }
+      if (service_.ReleaseMemory()) {
+        ReleaseMore();
+      } else {
+        releasing_ = false;
+        (void)operations_.Add([] { malloc_trim(0); });  // if there is no room, the next time
+      }
     });
   }
 
@@ -332,6 +371,8 @@ class Daemon::Impl {
   SignalWatch signals_;
   boost::asio::steady_timer ticker_;
   boost::asio::steady_timer reporter_;
+  boost::asio::steady_timer releaser_;
+  bool releasing_ = false;
   std::unique_ptr<StateKeeper> keeper_;
   std::atomic<bool> release_posted_{false};
   engine::FieldClock field_clock_;

@@ -326,24 +326,12 @@ void LiveControl::Edit(const field::FieldEdit& edit, DoneWith<engine::EditOutcom
 }
 
 void LiveControl::EditNow(const field::FieldEdit& edit, const DoneWith<engine::EditOutcome>& done) {
-  const field::MapGeometry map = parts_.service->Inspect(
-      [](const engine::Engine& engine) { return engine.config().field.map; });
-  engine::EditOutcome outcome;
-  if (edit.shape == field::FieldEdit::Shape::kAll) {
-    outcome.nodes = static_cast<uint64_t>(map.columns()) * static_cast<uint64_t>(map.rows());
-  } else {
-    const Result<field::Raster> raster = field::RasterOf(edit, map);
-    if (!raster.ok() || raster.value().node_count == 0) {
-      done(Error{raster.ok() ? "no node of the map lies there" : raster.error()});
-      return;
-    }
-    outcome.nodes = static_cast<uint64_t>(raster.value().node_count);
-  }
-  const Status made = parts_.service->Edit(edit);
+  const Result<engine::Service::Applied> made = parts_.service->Edit(edit);
   if (!made.ok()) {
     done(Error{made.error()});
     return;
   }
+  const engine::EditOutcome outcome{static_cast<uint64_t>(made.value().nodes)};
   AwaitDurable(parts_.patience, [done, outcome](const Status& durable) {
     done(durable.ok() ? Result<engine::EditOutcome>(outcome) : Error{durable.error()});
   });

@@ -253,6 +253,13 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
   if (!prepared.ok()) {
     return Error{prepared.error()};
   }
+  const bool takes_all = edit.shape == field::FieldEdit::Shape::kAll;
+  const field::MapGeometry& map = (*present)->field.map;
+  const int64_t nodes = takes_all ? int64_t{map.columns()} * map.rows()
+                                  : std::get<FieldEdited>(event).raster->node_count;
+  if (nodes == 0) {
+    return Error{"no node of the map lies there"};
+  }
   uint64_t id = 0;
   std::vector<Outgoing> none;
   {
@@ -270,7 +277,7 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
   if (!finished.ok()) {
     return Error{finished.error()};
   }
-  return Applied{finished.value(), std::get<FieldEdited>(event).raster->node_count};
+  return Applied{finished.value(), nodes};
 }
 
 // Goes on with what is under way until the change that event `id` began has come to its end; 0: all

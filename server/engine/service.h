@@ -87,7 +87,7 @@ class Service {
   /// What became of a change that an operator asked for.
   struct Applied {
     uint64_t sequence = 0;  ///< in the log, of the last event that it took
-    int64_t nodes = 0;      ///< in the edit's shape; of erasing all, 0
+    int64_t nodes = 0;      ///< of the map, in the edit's shape
   };
   /// Logs and applies a change of the map by hand; in portions, as Configure does. Errors: what
   /// cannot be done, or the log takes no changes; then the map is as it was, but for a log that

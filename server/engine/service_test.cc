@@ -490,6 +490,60 @@ TEST_F(ServiceTest, AnEditWithoutMemoryIsAnErrorHereAndInEveryReplay) {
   EXPECT_FALSE(replayed.finished()[0].outcome.ok());
 }
 
+// A map of 301 x 301 nodes: 23 portions.
+TEST_F(ServiceTest, RobotsAreAnsweredBetweenThePortionsOfAnEdit) {
+  EngineConfig config = testing::SmallConfig();
+  config.field.map.cell_um = config.field.map.width_um / 300;
+  ASSERT_TRUE(service_.Configure(config, 7).ok());
+  Handle({Hello(1, 1)});
+  int portions = 0;
+  uint8_t seq = 0;
+  size_t nodes = 0;
+  service_.OnPortion([&](std::span<const Outgoing> /*out*/) {
+    ++portions;
+    const auto answers = Handle({Deposit(1, ++seq)});
+    ASSERT_EQ(answers.size(), 1u);
+    EXPECT_EQ(testing::ReasonOf(answers[0].message), Reason::kNone);
+    const size_t now = service_.Inspect([](const Engine& it) { return it.field().node_count(); });
+    EXPECT_LE(now - nodes, size_t{field::Field::kNodesOfPortion} + 1);
+    nodes = now;
+  });
+  field::FieldEdit edit;
+  edit.level = 64;
+  edit.shape = field::FieldEdit::Shape::kAll;
+  const auto made = service_.Edit(edit);
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ(made.value().nodes, 301 * 301);
+  EXPECT_EQ(made.value().sequence, log_.events.size());
+  EXPECT_EQ(portions, 301 * 301 / field::Field::kNodesOfPortion);
+  Engine replayed;
+  std::vector<Outgoing> out;
+  for (size_t i = 0; i < log_.events.size(); ++i) {
+    replayed.Apply(i + 1, log_.events[i].first, log_.events[i].second, &out);
+  }
+  EXPECT_EQ(replayed.StateHash(), service_.StateHash());
+}
+
+TEST_F(ServiceTest, AConfigurationWaitsForTheEditBeforeIt) {
+  EngineConfig config = testing::SmallConfig();
+  config.field.map.cell_um = config.field.map.width_um / 300;
+  ASSERT_TRUE(service_.Configure(config, 7).ok());
+  bool reconfigured = false;
+  service_.OnPortion([&](std::span<const Outgoing> /*out*/) {
+    if (!std::exchange(reconfigured, true)) {
+      EngineConfig next = config;
+      next.field.pheromones[0].tau_ms += 1'000;
+      EXPECT_TRUE(service_.Configure(next, 7).ok());
+      service_.Inspect([](const Engine& it) { EXPECT_EQ(it.field().node_count(), 301u * 301u); });
+    }
+  });
+  field::FieldEdit edit;
+  edit.level = 64;
+  edit.shape = field::FieldEdit::Shape::kAll;
+  EXPECT_TRUE(service_.Edit(edit).ok());
+  EXPECT_TRUE(reconfigured);
+}
+
 TEST_F(ServiceTest, OnlyPosesOfKnownRobotsAreLogged) {
   Handle({Hello(1, 1)});
   const PoseObserved known{0, 1, {{1, 2}, 3}, 100};
