@@ -93,7 +93,7 @@ void PlayRecords(std::string_view bytes, bool with_start) {
     if (kind == Record(Packet()).index()) {
       record = PacketOf(&reader, payload);
     } else {
-      record = DecodePayload(kind, &reader);
+      record = DecodePayload(kind, capture::kFormatVersion, &reader);
       reader.ExpectEnd();
       ByteWriter again;
       EncodePayload(record, &again);

@@ -48,11 +48,14 @@ class ByteWriter {
   void I32(int32_t value) { Number(static_cast<uint32_t>(value)); }
   void I64(int64_t value) { Number(static_cast<uint64_t>(value)); }
   void Flag(bool value) { U8(value ? 1 : 0); }
+  void Raw(std::string_view bytes) {
+    bytes_ += bytes;
+    FlushIfMany();
+  }
   /// Its length, then its bytes.
   void Text(std::string_view text) {
     Count(text.size());
-    bytes_ += text;
-    FlushIfMany();
+    Raw(text);
   }
   /// The length of a list; below 2^32.
   void Count(size_t count) { U32(static_cast<uint32_t>(count)); }

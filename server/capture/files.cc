@@ -96,6 +96,13 @@ void Files::Close() {
   }
 }
 
+void Files::Discard() {
+  if (open()) {
+    Close();
+    ::unlink(path_.c_str());
+  }
+}
+
 // Removing is for tidiness: if it fails, the recording goes on.
 void Files::RemoveOldest() const {
   if (most_files_ == 0) {

@@ -34,6 +34,8 @@ class Files {
   Status Begin(const Start& start);
   Status Write(std::string_view bytes);
   void Close();
+  /// Removes the present file.
+  void Discard();
 
   bool open() const { return descriptor_ >= 0; }
   const std::string& path() const { return path_; }

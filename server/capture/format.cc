@@ -36,18 +36,12 @@ void Pad(ByteWriter* writer) {
   }
 }
 
-void Raw(std::string_view bytes, ByteWriter* writer) {
-  for (const char c : bytes) {
-    writer->U8(static_cast<uint8_t>(c));
-  }
-}
-
 std::string Block(uint32_t type, std::string_view body) {
   ByteWriter writer;
   const auto length = static_cast<uint32_t>(body.size() + 12);
   writer.U32(type);
   writer.U32(length);
-  Raw(body, &writer);
+  writer.Raw(body);
   writer.U32(length);
   return writer.Take();
 }
@@ -55,7 +49,7 @@ std::string Block(uint32_t type, std::string_view body) {
 void Option(uint16_t code, std::string_view value, ByteWriter* writer) {
   writer->U16(code);
   writer->U16(static_cast<uint16_t>(value.size()));
-  Raw(value, writer);
+  writer->Raw(value);
   Pad(writer);
 }
 
@@ -70,7 +64,7 @@ std::string EncodeLocal(const Record& record, uint64_t number) {
   return Block(kLocal | static_cast<uint32_t>(record.index()), body.bytes());
 }
 
-Result<Numbered> DecodeLocal(uint32_t type, std::string_view body) {
+Result<Numbered> DecodeLocal(uint32_t type, std::string_view body, uint8_t version) {
   ByteReader outer(body);
   const uint32_t crc = outer.U32();
   const std::string sealed = outer.Text();
@@ -83,7 +77,7 @@ Result<Numbered> DecodeLocal(uint32_t type, std::string_view body) {
   ByteReader reader(sealed);
   Numbered numbered;
   numbered.number = reader.U64();
-  numbered.record = DecodePayload(type & 0xFF, &reader);
+  numbered.record = DecodePayload(type & 0xFF, version, &reader);
   reader.ExpectEnd();
   if (!reader.ok()) {
     return Error{"a record that makes no sense: " + reader.error()};
@@ -91,7 +85,7 @@ Result<Numbered> DecodeLocal(uint32_t type, std::string_view body) {
   return numbered;
 }
 
-// --- Packets.
+// --- Packets. The same in all versions.
 
 std::string EncodePacket(const Packet& it, uint64_t number) {
   ByteWriter body;
@@ -105,7 +99,7 @@ std::string EncodePacket(const Packet& it, uint64_t number) {
   body.U32(it.connection);
   body.U8(static_cast<uint8_t>(it.direction));
   body.U8(0);
-  Raw(it.bytes, &body);
+  body.Raw(it.bytes);
   Pad(&body);
   ByteWriter flags;
   flags.U32(static_cast<uint32_t>(it.direction));
@@ -217,11 +211,11 @@ bool IsRecord(uint32_t type) {
           (type & 0xFF) != kPacketKind);
 }
 
-Result<Numbered> DecodeRecord(uint32_t type, std::string_view body) {
+Result<Numbered> DecodeRecord(uint32_t type, std::string_view body, uint8_t version) {
   if (!IsRecord(type)) {
     return Error{"a block of a kind that pheromoned does not write"};
   }
-  return type == kEnhancedPacket ? DecodePacket(body) : DecodeLocal(type, body);
+  return type == kEnhancedPacket ? DecodePacket(body) : DecodeLocal(type, body, version);
 }
 
 }  // namespace pheromone::capture

@@ -18,6 +18,7 @@
 
 namespace pheromone::capture {
 
+/// In which files are written. Those of all versions from 1 on are read (payload.h).
 constexpr uint8_t kFormatVersion = 1;
 
 /// No block is longer: Wireshark refuses a file with a block beyond 16 MiB.
@@ -36,12 +37,14 @@ std::string EncodeFileHeader(const std::vector<LinkInfo>& links, std::string_vie
 std::string EncodeRecord(const Record& record, uint64_t number);
 
 /// A record and its number, from the body of a block: what is between its length and the length
-/// again. Blocks of other kinds are an error too. Errors do not name the place.
+/// again, in a file of format `version` (a Start says itself of which it is). Blocks of other kinds
+/// are an error too. Errors do not name the place.
 struct Numbered {
   uint64_t number = 0;
   Record record;
 };
-Result<Numbered> DecodeRecord(uint32_t type, std::string_view body);
+Result<Numbered> DecodeRecord(uint32_t type, std::string_view body,
+                              uint8_t version = kFormatVersion);
 
 /// Whether a block of this type holds a record.
 bool IsRecord(uint32_t type);

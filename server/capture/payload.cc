@@ -1,5 +1,6 @@
 #include "server/capture/payload.h"
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -74,15 +75,8 @@ void Encode(const Start& it, ByteWriter* writer) {
   writer->U64(it.state_bytes);
 }
 
+// From behind the version.
 void Decode(ByteReader* reader, Start* it) {
-  const std::string magic = reader->Text();
-  const uint8_t version = reader->U8();
-  if (magic != kMagic) {
-    reader->Fail("not a capture of pheromoned");
-  } else if (version != kFormatVersion) {
-    reader->Fail("a capture of format version " + std::to_string(version) +
-                 ", which this program does not know; it knows " + std::to_string(kFormatVersion));
-  }
   it->utc_ns = reader->U64();
   it->recording = reader->U64();
   it->part = reader->U32();
@@ -231,21 +225,64 @@ Record DecodeAs(ByteReader* reader) {
   return it;
 }
 
+using Decoders = std::array<Record (*)(ByteReader*), std::variant_size_v<Record>>;
+
+// What reads a file of that version, in the order of Record; a packet has a block of its own. Null:
+// there is no such version. One that changes a record gets a row with another decoder for it.
+const Decoders* DecodersOf(uint8_t version) {
+  static constexpr Decoders kVersion1 = {
+      DecodeAs<Start>,      DecodeAs<State>,   nullptr,
+      DecodeAs<Carry>,      DecodeAs<Batch>,   DecodeAs<EventApplied>,
+      DecodeAs<TurnedAway>, DecodeAs<NotSent>, DecodeAs<FromBefore>,
+      DecodeAs<Gap>,        DecodeAs<End>,     DecodeAs<Unlogged>};
+  static_assert(kFormatVersion == 1, "a version of its own needs a row here");
+  switch (version) {
+    case 1:
+      return &kVersion1;
+    default:
+      return nullptr;
+  }
+}
+
+// What any version begins with. 0, and a failure, if it is none that is known.
+uint8_t DecodeVersion(ByteReader* reader) {
+  const std::string magic = reader->Text();
+  const uint8_t version = reader->U8();
+  if (magic != kMagic) {
+    reader->Fail("not a capture of pheromoned");
+  } else if (!IsKnownVersion(version)) {
+    reader->Fail("a capture of format version " + std::to_string(version) +
+                 ", which this program does not know; it knows " + std::to_string(kFormatVersion));
+  }
+  return reader->ok() ? version : uint8_t{0};
+}
+
 }  // namespace
 
 void EncodePayload(const Record& record, ByteWriter* writer) {
   std::visit([writer](const auto& it) { Encode(it, writer); }, record);
 }
 
-Record DecodePayload(size_t kind, ByteReader* reader) {
-  using DecodeOne = Record (*)(ByteReader*);
-  static constexpr DecodeOne kDecoders[] = {
-      DecodeAs<Start>,      DecodeAs<State>,   nullptr,
-      DecodeAs<Carry>,      DecodeAs<Batch>,   DecodeAs<EventApplied>,
-      DecodeAs<TurnedAway>, DecodeAs<NotSent>, DecodeAs<FromBefore>,
-      DecodeAs<Gap>,        DecodeAs<End>,     DecodeAs<Unlogged>};
-  static_assert(std::size(kDecoders) == std::variant_size_v<Record>);
-  return kDecoders[kind](reader);
+bool IsKnownVersion(uint8_t version) {
+  return DecodersOf(version) != nullptr;
+}
+
+Record DecodePayload(size_t kind, uint8_t version, ByteReader* reader) {
+  constexpr size_t kStart = 0;
+  static_assert(std::is_same_v<std::variant_alternative_t<kStart, Record>, Start>);
+  if (kind == kStart) {
+    version = DecodeVersion(reader);
+  }
+  const Decoders* decoders = DecodersOf(version);
+  if (decoders == nullptr) {
+    reader->Fail("a record of the unknown version " + std::to_string(version));
+    return Start{};
+  }
+  Record record = (*decoders)[kind](reader);
+  if (auto* start = std::get_if<Start>(&record)) {
+    start->format_version = version;
+  }
+  return record;
 }
 
 }  // namespace pheromone::capture

@@ -68,12 +68,15 @@ Result<std::optional<Found>> CaptureReader::Read() {
     } else if (type == kInterface) {
       ++interfaces_;
     } else if (IsRecord(type)) {
-      Result<Numbered> decoded = DecodeRecord(type, body);
+      Result<Numbered> decoded = DecodeRecord(type, body, version_);
       if (!decoded.ok()) {
         return Wrong(decoded.error());
       }
       found.number = decoded.value().number;
       found.record = std::move(decoded.value().record);
+      if (const auto* start = std::get_if<Start>(&found.record)) {
+        version_ = start->format_version;
+      }
       const auto* packet = std::get_if<Packet>(&found.record);
       packet_ += packet != nullptr ? 1 : 0;
       found.packet = packet_;

@@ -50,6 +50,7 @@ class CaptureReader {
   uint64_t packet_ = 0;
   uint64_t number_ = 0;
   uint64_t interfaces_ = 0;
+  uint8_t version_ = kFormatVersion;  // as its Start says
   std::string error_;
   bool ended_ = false;
 };

@@ -42,6 +42,7 @@ struct Start {
   std::vector<LinkInfo> links;  ///< in the order of their LinkIndex
   std::vector<Sent> under_way;  ///< what the engine gave before and is yet to be written
   uint64_t state_bytes = 0;     ///< of all portions of State together
+  uint8_t format_version = 1;   ///< as read; what is written is always of kFormatVersion
 };
 
 /// A portion of Engine::Save at the beginning of the file.

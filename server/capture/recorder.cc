@@ -1,8 +1,10 @@
 #include "server/capture/recorder.h"
 
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -54,12 +56,12 @@ Status Recorder::Start(const RecordingOptions& options) {
     options_ = options;
     status_ = {};
     status_.recording = true;
-    recording_ = host_.utc_ns();
-    part_ = 0;
-    lost_here_ = 0;
-    underway_ = {};
   }
-  MakeCut(Cut::kBegin);
+  if (!MakeCut(Cut::kBegin)) {
+    const std::lock_guard lock(mutex_);
+    begin_wanted_ = true;
+    changed_.notify_all();
+  }
   return Ok();
 }
 
@@ -69,6 +71,10 @@ Status Recorder::Stop() {
     const std::lock_guard lock(mutex_);
     if (!status_.recording) {
       return Error{"there is no recording"};
+    }
+    if (std::exchange(begin_wanted_, false)) {
+      status_.recording = false;
+      return Ok();
     }
   }
   MakeCut(Cut::kEnd);
@@ -82,48 +88,81 @@ RecordingStatus Recorder::status() const {
   return status;
 }
 
-// Ends the file, begins one, or both, between two events and outside of all reads.
-void Recorder::MakeCut(Cut cut) {
+// Ends the file, begins one, or both, between two events and outside of all reads. False if one was
+// to begin and the state is frozen for somebody else: then all is as it was. Under control_.
+bool Recorder::MakeCut(Cut cut) {
   capture::Start start = host_.describe();
+  uint64_t most_kept_bytes = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    most_kept_bytes = options_.most_kept_bytes;
+  }
   const std::lock_guard no_reads(reads_);
   const uint64_t waiting_since_ns = host_.utc_ns();
+  bool done = true;
+  engine::Service::Frozen frozen;  // let go outside of the service's lock
   host_.service->Attach(cut == Cut::kEnd ? nullptr : this, [&](const engine::Engine& engine) {
-    std::string state;
     if (cut != Cut::kEnd) {
-      ByteWriter writer;
-      engine.Save(&writer);
-      state = writer.Take();
+      frozen = host_.service->FreezeInside(engine, most_kept_bytes);
+      done = frozen != nullptr;
+    }
+    if (!done) {
+      return;
     }
     const std::lock_guard lock(mutex_);
     const uint64_t now_ns = host_.utc_ns();
-    if (cut != Cut::kBegin) {
+    if (cut == Cut::kBegin) {
+      recording_ = now_ns;
+      part_ = 0;
+      lost_here_ = 0;
+      underway_ = {};
+    } else {
       Push(End{now_ns, engine.sequence(), engine.StateHash(), underway_.All()}, true);
     }
     if (cut != Cut::kEnd) {
       start.utc_ns = now_ns;
-      start.recording = recording_;
-      start.part = ++part_;
-      start.under_way = underway_.All();
-      start.state_bytes = state.size();
-      Push(std::move(start), true);
-      for (size_t at = 0; at < state.size(); at += kStatePortion) {
-        Push(State{state.substr(at, kStatePortion)}, true);
-      }
-      ++file_;
-      batch_ = 0;
+      PushStart(std::move(start), &frozen);
     }
     on_ = cut != Cut::kEnd;
     status_.recording = on_;
     status_.longest_copy_us =
         std::max(status_.longest_copy_us, (host_.utc_ns() - waiting_since_ns) / 1000);
   });
+  if (!done && cut == Cut::kBegin) {
+    host_.service->Attach(nullptr, [](const engine::Engine& /*engine*/) {});
+  }
   changed_.notify_all();
+  return done;
+}
+
+// Under mutex_ and the service's lock.
+void Recorder::PushStart(capture::Start start, engine::Service::Frozen* frozen) {
+  const uint64_t bytes = (*frozen)->bytes();
+  start.recording = recording_;
+  start.part = ++part_;
+  start.under_way = underway_.All();
+  start.state_bytes = bytes;
+  Push(std::move(start), true);
+  ++file_;
+  batch_ = 0;
+  queue_limit_ = options_.queue_bytes;
+  if (bytes <= options_.small_state_bytes) {
+    std::string state;
+    while ((*frozen)->CopySome(&state)) {
+    }
+    Push(State{std::move(state)}, true);
+    return;
+  }
+  queue_limit_ = QueueBytes(options_.queue_bytes, bytes);
+  assert(frozen_ == nullptr);  // or the state would not have been free
+  frozen_ = std::move(*frozen);
+  frozen_of_ = {recording_, part_};
 }
 
 // Under mutex_. `always`: without it a file could not be understood at all.
 void Recorder::Push(Record record, bool always) {
   const size_t bytes = BytesOf(record);
-  if (!always && queued_bytes_ + writing_bytes_ + bytes > options_.queue_bytes) {
+  if (!always && queued_bytes_ + writing_bytes_ + bytes > queue_limit_) {
     ++lost_here_;
     ++status_.lost;
     return;
@@ -207,6 +246,9 @@ void Recorder::OnBatch(const engine::Stamp& stamp, engine::LinkIndex link,
                        std::span<const protocol::Message> messages,
                        std::span<const Outcome> outcomes, std::span<const engine::Outgoing> sent) {
   const std::lock_guard lock(mutex_);
+  if (!on_) {
+    return;  // it is to begin
+  }
   Batch batch{++batch_, link, stamp, {}};
   batch.messages.reserve(messages.size());
   for (size_t i = 0; i < messages.size(); ++i) {
@@ -219,6 +261,9 @@ void Recorder::OnBatch(const engine::Stamp& stamp, engine::LinkIndex link,
 void Recorder::OnEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Event& event,
                        std::span<const engine::Outgoing> sent) {
   const std::lock_guard lock(mutex_);
+  if (!on_) {
+    return;
+  }
   Push(EventApplied{sequence, stamp, event});
   Give(sent);
 }
@@ -242,44 +287,119 @@ void Recorder::Give(std::span<const engine::Outgoing> sent) {
 
 void Recorder::Run() {
   std::unique_lock lock(mutex_);
+  int waits = 0;
   while (true) {
-    changed_.wait(lock, [this] { return !queue_.empty() || closing_; });
+    changed_.wait(lock, [this] { return !queue_.empty() || closing_ || begin_wanted_; });
     if (queue_.empty()) {
-      return;
+      if (closing_) {
+        return;
+      }
+      lock.unlock();
+      if (BeginIfWanted()) {
+        waits = 0;
+      } else if (++waits < kWaits) {
+        poll(nullptr, 0, kWaitMs);
+      } else {
+        waits = 0;
+        Fail("the state is being copied for somebody else, and has been for a minute");
+      }
+      lock.lock();
+      continue;
     }
     const std::deque<Record> records = std::exchange(queue_, {});
     writing_bytes_ = std::exchange(queued_bytes_, 0);
     const uint64_t limit = options_.file_bytes;
     lock.unlock();
-    const Status written = WriteAll(records);
+    bool state_lost = false;
+    const Status written = WriteAll(records, &state_lost);
     if (!written.ok()) {
       Fail(written.error());
+    } else if (state_lost) {
+      StateLost();
     } else if (files_ != nullptr && files_->open() &&
-               files_->bytes() >= std::max(limit, 2 * state_bytes_)) {
+               files_->bytes() >= std::max({limit, 2 * state_bytes_, next_cut_bytes_})) {
       const std::lock_guard control(control_);
-      if (on_) {
-        MakeCut(Cut::kNextFile);
+      if (on_ && !MakeCut(Cut::kNextFile)) {
+        next_cut_bytes_ = files_->bytes() + limit / 16;  // reads wait for each attempt
       }
     }
     lock.lock();
     writing_bytes_ = 0;
+    if (frozen_ == nullptr && queued_bytes_ <= options_.queue_bytes) {
+      queue_limit_ = options_.queue_bytes;  // what came while the state was written is done
+    }
   }
 }
 
-// Of the writer's thread. After a failure nothing is written until a recording begins anew.
-Status Recorder::WriteAll(const std::deque<Record>& records) {
+// False if it must wait.
+bool Recorder::BeginIfWanted() {
+  const std::lock_guard control(control_);
+  {
+    const std::lock_guard lock(mutex_);
+    if (!begin_wanted_) {
+      return true;
+    }
+  }
+  if (!MakeCut(Cut::kBegin)) {
+    return false;
+  }
+  const std::lock_guard lock(mutex_);
+  begin_wanted_ = false;
+  return true;
+}
+
+// Of the writer's thread.
+Status Recorder::Write(std::string* bytes) {
+  Status status = Ok();
+  if (!bytes->empty()) {
+    status = files_->Write(*bytes);
+    const std::lock_guard lock(mutex_);
+    status_.bytes += status.ok() ? bytes->size() : 0;
+  }
+  bytes->clear();
+  return status;
+}
+
+// Copies the frozen state into the file that was just begun.
+Status Recorder::WriteState(engine::FrozenState* frozen, bool* lost) {
+  std::string state;
+  const auto write = [&](size_t at_least) {
+    Status status = Ok();
+    size_t at = 0;
+    while (status.ok() && state.size() - at >= std::max<size_t>(at_least, 1)) {
+      const size_t size = std::min(state.size() - at, kStatePortion);
+      std::string bytes = EncodeRecord(State{state.substr(at, size)}, files_->TakeNumber());
+      status = Write(&bytes);
+      at += size;
+    }
+    state.erase(0, at);
+    return status;
+  };
+  while (host_.service->CopySome(frozen, &state)) {
+    Status status = write(kStatePortion);
+    if (!status.ok()) {
+      return status;
+    }
+  }
+  *lost = frozen->failed();
+  return *lost ? Ok() : write(1);
+}
+
+// Of the writer's thread. After a failure nothing is written until a recording begins anew; nor
+// after a state that could not be copied.
+Status Recorder::WriteAll(const std::deque<Record>& records, bool* state_lost) {
   std::string bytes;
   Status status = Ok();
   const auto flush = [&] {
-    if (status.ok() && !bytes.empty()) {
-      status = files_->Write(bytes);
-      const std::lock_guard lock(mutex_);
-      status_.bytes += status.ok() ? bytes.size() : 0;
+    if (status.ok()) {
+      status = Write(&bytes);
     }
-    bytes.clear();
   };
-  for (const Record& record : records) {
-    if (const auto* start = std::get_if<capture::Start>(&record)) {
+  for (size_t i = 0; i < records.size(); ++i) {
+    const Record& record = records[i];
+    const auto* start = std::get_if<capture::Start>(&record);
+    engine::Service::Frozen frozen;
+    if (start != nullptr) {
       std::unique_lock lock(mutex_);
       if (start->part == 1 || files_ == nullptr) {
         files_ = std::make_unique<Files>(options_.folder, options_.most_files);
@@ -287,16 +407,28 @@ Status Recorder::WriteAll(const std::deque<Record>& records) {
       lock.unlock();
       status = files_->Begin(*start);
       state_bytes_ = start->state_bytes;
+      next_cut_bytes_ = 0;
       lock.lock();
       status_.file = files_->path();
       status_.files += status.ok() ? 1u : 0u;
+      if (frozen_ != nullptr && frozen_of_ == std::pair{start->recording, start->part}) {
+        frozen = std::move(frozen_);
+      }
     }
     if (!status.ok() || files_ == nullptr || !files_->open()) {
       continue;
     }
     bytes += EncodeRecord(record, files_->TakeNumber());
-    if (bytes.size() >= kStatePortion) {
+    if (bytes.size() >= kStatePortion || start != nullptr) {
       flush();
+    }
+    if (frozen != nullptr && status.ok()) {
+      status = WriteState(frozen.get(), state_lost);
+      if (*state_lost) {
+        const std::lock_guard lock(mutex_);
+        status_.lost += records.size() - i - 1;
+        return Ok();
+      }
     }
     if (std::holds_alternative<End>(record)) {
       flush();
@@ -307,18 +439,46 @@ Status Recorder::WriteAll(const std::deque<Record>& records) {
   return status;
 }
 
-void Recorder::Fail(const std::string& why) {
-  files_->Close();
+// Leaves out what is in the queue; the recording ends, or is to begin anew.
+void Recorder::Drop(bool begin_anew, const std::string& why) {
+  engine::Service::Frozen frozen;  // let go after all locks
   const std::lock_guard control(control_);
   const std::lock_guard no_reads(reads_);
   host_.service->Attach(nullptr, [&](const engine::Engine& /*engine*/) {
     const std::lock_guard lock(mutex_);
+    const bool again = begin_anew && on_;
+    const bool other = begin_anew && begin_wanted_;  // a recording that was started after this one
+    begin_wanted_ = again || other;
     on_ = false;
-    status_.recording = false;
-    status_.error = why;
+    status_.recording = begin_wanted_;
+    status_.lost += queue_.size();
+    status_.begun_anew += again ? 1u : 0u;
+    if (!begin_wanted_) {
+      status_.error = why;
+    }
     queue_.clear();
     queued_bytes_ = 0;
+    frozen = std::move(frozen_);
   });
+}
+
+// The file has no state at its beginning, and is of no use.
+void Recorder::StateLost() {
+  files_->Discard();
+  const RecordingStatus before = status();
+  const std::string why = "the map changes faster than its state can be copied";
+  const bool again = before.begun_anew < kMostBeginnings;
+  Drop(again, why);
+  if (!status().recording) {
+    host_.complain("the recording has ended: " + why);
+  }
+}
+
+void Recorder::Fail(const std::string& why) {
+  if (files_ != nullptr) {
+    files_->Close();
+  }
+  Drop(false, why);
   host_.complain("the recording has ended: " + why);
 }
 

@@ -9,12 +9,20 @@
 //
 // A link is never held up by the disk: records wait in a queue of bounded size for the thread that
 // runs Run. What does not fit is left out, which the file says; it cannot be replayed from there
-// on. Reads and events wait only while the state is copied, at the beginning of each file.
+// on. At the beginning of each file the state is frozen, for which reads and events wait a moment;
+// that thread then copies it into the file in portions, while the records that follow wait in the
+// queue, which may be longer for as long (QueueBytes).
+//
+// The state can be frozen for one at a time (Service::Freeze). While it is for somebody else, a
+// recording that was started waits, and a file that is full goes on. So does one that is started
+// again while the state of the one before is being written. A copy that fails, because
+// more was changed meanwhile than may be kept, makes the recording begin anew, as another one.
 //
 // Thread-safe. The locks, in the order in which they are taken: control_, reads_, the service's,
 // mutex_.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -25,6 +33,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "protocol/decoder.h"
 #include "server/base/result.h"
@@ -44,6 +53,10 @@ struct RecordingOptions {
   uint64_t file_bytes = uint64_t{64} << 20;
   uint32_t most_files = 16;  ///< kept in the folder; 0: no limit
   size_t queue_bytes = size_t{16} << 20;
+  /// A state that is no larger is copied at once, which takes as long as a portion or two.
+  uint64_t small_state_bytes = uint64_t{256} << 10;
+  /// What a state that is copied may keep of what is changed meanwhile.
+  uint64_t most_kept_bytes = engine::FrozenState::kMostKeptBytes;
 };
 
 struct RecordingStatus {
@@ -55,7 +68,8 @@ struct RecordingStatus {
   uint64_t bytes = 0;            ///< written
   uint32_t files = 0;            ///< begun
   bool written = true;           ///< nothing waits for the disk
-  uint64_t longest_copy_us = 0;  ///< for which reads and events waited, at the beginning of a file
+  uint64_t longest_copy_us = 0;  ///< for which reads and events waited, while a state was frozen
+  uint64_t begun_anew = 0;       ///< because a state could not be copied
 };
 
 /// A conversation with robots, as a recording knows it. Owned by the link.
@@ -79,6 +93,17 @@ class Recorder final : public engine::Witness {
 
   /// What was written so soon after the start may have been given before it.
   static constexpr uint64_t kStillFromBeforeNs = 10'000'000'000;
+
+  /// How often a recording may begin anew before its first state is copied.
+  static constexpr uint64_t kMostBeginnings = 8;
+  /// A recording waits so long for the state to be free: so often, for so long.
+  static constexpr int kWaits = 3'000;
+  static constexpr int kWaitMs = 20;
+
+  /// How long the queue may be while a state of that size is written.
+  static uint64_t QueueBytes(size_t queue_bytes, uint64_t state_bytes) {
+    return queue_bytes + std::min(state_bytes / 8, uint64_t{64} << 20);
+  }
 
   explicit Recorder(Host host) : host_(std::move(host)) {}
 
@@ -129,11 +154,16 @@ class Recorder final : public engine::Witness {
  private:
   enum class Cut { kBegin, kNextFile, kEnd };
 
-  void MakeCut(Cut cut);
-  void PushState(const engine::Engine& engine);
+  bool MakeCut(Cut cut);
+  void PushStart(capture::Start start, engine::Service::Frozen* frozen);
+  bool BeginIfWanted();
+  void Drop(bool begin_anew, const std::string& why);
+  void StateLost();
   void Push(Record record, bool always = false);
   void Give(std::span<const engine::Outgoing> sent);
-  Status WriteAll(const std::deque<Record>& records);
+  Status WriteAll(const std::deque<Record>& records, bool* state_lost);
+  Status WriteState(engine::FrozenState* frozen, bool* lost);
+  Status Write(std::string* bytes);
   void Fail(const std::string& why);
 
   const Host host_;
@@ -146,9 +176,13 @@ class Recorder final : public engine::Witness {
   std::deque<Record> queue_;
   size_t queued_bytes_ = 0;
   size_t writing_bytes_ = 0;
-  uint64_t lost_here_ = 0;  // since the last record that was queued
+  uint64_t queue_limit_ = 0;
+  engine::Service::Frozen frozen_;  // of a Start in the queue: of that recording and part
+  std::pair<uint64_t, uint32_t> frozen_of_;
+  bool begin_wanted_ = false;  // as soon as the state is free
+  uint64_t lost_here_ = 0;     // since the last record that was queued
   Underway underway_;
-  uint64_t recording_ = 0;  // when it began
+  uint64_t recording_ = 0;  // when its first file began
   uint32_t part_ = 0;
   uint64_t file_ = 0;  // counts the files of all recordings
   uint64_t batch_ = 0;
@@ -158,6 +192,7 @@ class Recorder final : public engine::Witness {
 
   std::unique_ptr<Files> files_;  // of the thread that runs Run, as is
   uint64_t state_bytes_ = 0;      // at the beginning of the present file
+  uint64_t next_cut_bytes_ = 0;   // the state was not free: the file goes on up to there
 };
 
 }  // namespace pheromone::capture

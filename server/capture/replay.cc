@@ -313,8 +313,8 @@ std::string Replay::On(const NotSent& not_sent) {
 }
 
 std::string Replay::On(const FromBefore& before) {
-  // The start's time is that of the state; the file begins a moment later.
-  if (start_.part != 1 || time_ns_ - start_.utc_ns > 2 * Recorder::kStillFromBeforeNs) {
+  // Also in a second file that was begun so soon.
+  if (time_ns_ - start_.recording > 2 * Recorder::kStillFromBeforeNs) {
     return "a message from before the recording, so late";
   }
   ++report_.from_before;

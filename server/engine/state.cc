@@ -193,6 +193,7 @@ std::unique_ptr<FrozenState> Engine::Freeze(uint64_t most_kept_bytes) const {
   });
 }
 
+// Each version that was ever written is read; what differs between two is told apart here.
 Result<Engine> Engine::Restore(ByteReader* reader) {
   const uint8_t version = DecodeVersion("a state", reader);
   if (!reader->ok()) {
