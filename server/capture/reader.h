@@ -55,8 +55,8 @@ class CaptureReader {
   bool ended_ = false;
 };
 
-/// Portions of a file, for a reader. Errors: it cannot be opened, or is a folder; a read that fails later looks
-/// like the end of the file.
+/// Portions of a file, for a reader. Errors: it cannot be opened, or is a folder; a read that fails
+/// later looks like the end of the file.
 Result<ByteReader::Source> OpenFile(const std::string& path);
 
 }  // namespace pheromone::capture
