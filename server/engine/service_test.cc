@@ -490,11 +490,8 @@ TEST_F(ServiceTest, AnEditWithoutMemoryIsAnErrorHereAndInEveryReplay) {
   EXPECT_FALSE(replayed.finished()[0].outcome.ok());
 }
 
-// A map of 301 x 301 nodes: 23 portions.
+// A map of 101 x 101 nodes: three portions.
 TEST_F(ServiceTest, RobotsAreAnsweredBetweenThePortionsOfAnEdit) {
-  EngineConfig config = testing::SmallConfig();
-  config.field.map.cell_um = config.field.map.width_um / 300;
-  ASSERT_TRUE(service_.Configure(config, 7).ok());
   Handle({Hello(1, 1)});
   int portions = 0;
   uint8_t seq = 0;
@@ -513,9 +510,9 @@ TEST_F(ServiceTest, RobotsAreAnsweredBetweenThePortionsOfAnEdit) {
   edit.shape = field::FieldEdit::Shape::kAll;
   const auto made = service_.Edit(edit);
   ASSERT_TRUE(made.ok());
-  EXPECT_EQ(made.value().nodes, 301 * 301);
+  EXPECT_EQ(made.value().nodes, 101 * 101);
   EXPECT_EQ(made.value().sequence, log_.events.size());
-  EXPECT_EQ(portions, 301 * 301 / field::Field::kNodesOfPortion);
+  EXPECT_EQ(portions, 101 * 101 / field::Field::kNodesOfPortion);
   Engine replayed;
   std::vector<Outgoing> out;
   for (size_t i = 0; i < log_.events.size(); ++i) {
@@ -525,16 +522,13 @@ TEST_F(ServiceTest, RobotsAreAnsweredBetweenThePortionsOfAnEdit) {
 }
 
 TEST_F(ServiceTest, AConfigurationWaitsForTheEditBeforeIt) {
-  EngineConfig config = testing::SmallConfig();
-  config.field.map.cell_um = config.field.map.width_um / 300;
-  ASSERT_TRUE(service_.Configure(config, 7).ok());
   bool reconfigured = false;
   service_.OnPortion([&](std::span<const Outgoing> /*out*/) {
     if (!std::exchange(reconfigured, true)) {
-      EngineConfig next = config;
+      EngineConfig next = testing::SmallConfig();
       next.field.pheromones[0].tau_ms += 1'000;
       EXPECT_TRUE(service_.Configure(next, 7).ok());
-      service_.Inspect([](const Engine& it) { EXPECT_EQ(it.field().node_count(), 301u * 301u); });
+      service_.Inspect([](const Engine& it) { EXPECT_EQ(it.field().node_count(), 101u * 101u); });
     }
   });
   field::FieldEdit edit;
