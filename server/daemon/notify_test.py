@@ -114,6 +114,17 @@ class NotifyTest(unittest.TestCase):
             for _ in range(5):
                 self.assertEqual(manager.await_key("WATCHDOG"), {"WATCHDOG": "1"})
 
+    def test_the_watchdog_of_a_server_with_a_journal_is_fed(self):
+        config = self.folder / "test.toml"
+        default = subprocess.run([PHEROMONED, "--default-config"], capture_output=True, text=True,
+                                 check=True).stdout
+        config.write_text(default + '\n[journal]\nfolder = "state"\n')
+        with self.start(watchdog_ms=20, config=("--config", "test.toml")) as manager:
+            manager.await_key("READY")
+            for _ in range(5):
+                self.assertEqual(manager.await_key("WATCHDOG"), {"WATCHDOG": "1"})
+            self.assertTrue(list((self.folder / "state").glob("*.segment")))
+
     def test_who_did_not_ask_for_a_watchdog_gets_none(self):
         with self.start() as manager:
             manager.await_key("READY")
