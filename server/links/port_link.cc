@@ -112,6 +112,7 @@ class PortLink final : public Link {
         co_await CloseAfterFailure();
       }
     }
+    opened_ = Error{"stopped"};
     co_await CloseAfterFailure();
     record()->SetDown("stopped");
   }
