@@ -5,10 +5,13 @@
 """
 
 import argparse
+import http.client
+import json
 import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -23,6 +26,19 @@ from stranger.client import Client, open_terminal  # noqa: E402
 PERMANENT = CONFIG.replace("tau_s = 30.0", "tau_s = 0")
 JOURNAL = '[journal]\nfolder = "state"\n'
 TRACE = frame(7, 0x31, b"\x05" + (5000).to_bytes(2, "little") * 2 + b"\x00\x00")
+
+
+class OverSocket(http.client.HTTPConnection):
+    """HTTP over the control socket."""
+
+    def __init__(self, path):
+        super().__init__("localhost", timeout=PATIENCE_S)
+        self.path = str(path)
+
+    def connect(self):
+        self.sock = socket.socket(socket.AF_UNIX)
+        self.sock.settimeout(PATIENCE_S)
+        self.sock.connect(self.path)
 
 
 class JournalTest(unittest.TestCase):
@@ -83,6 +99,33 @@ class JournalTest(unittest.TestCase):
         os.close(port)
         self.assertEqual(again.stop(), 0)
         self.assertIn("1 repeated", again.log)
+
+    def ask(self, method, target, body=None):
+        connection = OverSocket(self.folder / "pheromoned.sock")
+        self.addCleanup(connection.close)
+        connection.request(method, target, body)
+        answer = connection.getresponse()
+        return answer.status, json.loads(answer.read())
+
+    def test_a_snapshot_that_is_asked_for_is_there_and_named(self):
+        server = self.start()
+        server.await_log("control: ")
+        robot = self.robot()
+        robot.hello(1)
+        robot.deposit(1, 5000, 5000)
+        before = self.ask("GET", "/api/v1/status?hash=1")[1]
+        status, made = self.ask("POST", "/api/v1/snapshot", "{}")
+        self.assertEqual((status, made["done"]), (200, True), made)
+        snapshot = pathlib.Path(made["snapshot"])
+        self.assertEqual(snapshot.parent, self.folder / "state")
+        self.assertGreater(snapshot.stat().st_size, 0)
+        server.stop(signal.SIGKILL)
+        again = self.start()
+        again.await_log("control: ")
+        after = self.ask("GET", "/api/v1/status?hash=1")[1]
+        self.assertEqual((after["sequence"], after["state_hash"]),
+                         (before["sequence"], before["state_hash"]))
+        self.assertEqual(again.stop(), 0)
 
     def test_two_servers_cannot_share_a_folder(self):
         server = self.start()

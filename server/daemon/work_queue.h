@@ -52,8 +52,8 @@ class WorkQueue {
 /// Gives the calling thread the scheduling class for batch work (SCHED_BATCH) and the nice value
 /// 10: whoever answers a robot and wakes up takes its processor at once, and has nine tenths of one
 /// that both want. Not SCHED_IDLE, which a simulator beside the server would starve for good. For
-/// threads that take no lock which others wait for. Where the system forbids it, such as a sandbox,
-/// all stays as it is.
+/// threads that take no lock which a robot may wait for: they may be kept from giving it back.
+/// Where the system forbids it, such as a sandbox, all stays as it is.
 void YieldToOthers();
 
 }  // namespace pheromone::daemon

@@ -5,7 +5,7 @@
 //   pictures.Show(target, query, respond);     // on a thread that reads requests
 //
 // The configuration is looked at under the service's lock on the threads that read requests; the
-// thread that draws takes no lock, so that it may have the lowest priority: nobody waits for it.
+// thread that draws takes no lock that a robot may wait for, so that it may have a low priority.
 // Whoever asks for a picture that is drawn already gets one of his own, which is not older than his
 // request.
 //
