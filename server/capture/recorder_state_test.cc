@@ -132,7 +132,7 @@ TEST_F(RecorderStateTest, TheStateIsThatOfTheStart) {
 TEST_F(RecorderStateTest, SmallStatesMayBeStreamedToo) {
   engine::testing::RandomTraffic traffic(12);
   const engine::Event first = traffic.First();
-  Live live(folder_, std::get<engine::ConfigChanged>(first).config, traffic.stamp().field_time_ms);
+  Live live(folder_, *std::get<engine::ConfigChanged>(first).config, traffic.stamp().field_time_ms);
   live.options.small_state_bytes = 0;
   live.options.file_bytes = 1;
   live.options.most_files = 0;

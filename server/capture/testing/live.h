@@ -94,13 +94,8 @@ class LaggingLog final : public engine::OrderedLog {
     return ++sequence_;
   }
   uint64_t DurableSequence() const override { return stuck_ ? durable_ : sequence_; }
-  /// Whom it makes wait, it forgets: nobody here asks for more than it has.
-  bool WhenDurable(uint64_t sequence, std::function<void()> done) override {
-    if (sequence <= DurableSequence()) {
-      done();
-    }
-    return true;
-  }
+  /// Nobody asks for it here.
+  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> /*done*/) override { return false; }
   void Probe(std::function<void()> done) override { done(); }
 
   void Stick() {

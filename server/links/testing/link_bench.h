@@ -74,6 +74,8 @@ class StickyLog final : public engine::OrderedLog {
     return ++sequence_;
   }
   uint64_t DurableSequence() const override { return std::min(sequence_.load(), limit_.load()); }
+  /// Links do not ask for it.
+  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> /*done*/) override { return false; }
   void Probe(std::function<void()> done) override { done(); }
 
   void Stick() { limit_ = sequence_.load(); }
