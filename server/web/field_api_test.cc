@@ -92,10 +92,12 @@ field::FieldConfig LargeField() {
 // As many nodes a cell as make a thousand cells of the longer side.
 TEST(LargeFieldApi, LongAreasHaveSeveralNodesACell) {
   testing::FakeControl control(LargeField());
-  const Api api(&control, {});
+  Api api(&control, {});
   const auto size = [&api](const std::string& area) {
-    const json::value raster = json::parse(
-        api.Handle({.method = "GET", .target = "/api/v1/field?pheromone=2&area_m=" + area}).body);
+    const json::value raster =
+        json::parse(testing::AnswerOf(&api, {.method = "GET",
+                                             .target = "/api/v1/field?pheromone=2&area_m=" + area})
+                        .body);
     return std::pair(raster.at("columns").to_number<int>(), raster.at("rows").to_number<int>());
   };
   EXPECT_EQ(size("0,0,0.5,499.5"), std::pair(2, 1000));
@@ -109,9 +111,10 @@ TEST(LargeFieldApi, LongAreasHaveSeveralNodesACell) {
 
 TEST(LargeFieldApi, AnAreaOfAsManyPixelsAsThereMayBeAndNotOneRowMore) {
   testing::FakeControl control(LargeField());
-  const Api api(&control, {});
+  Api api(&control, {});
   const auto picture = [&api](const std::string& area) {
-    return api.Handle(
+    return testing::AnswerOf(
+        &api,
         {.method = "GET",
          .target = "/api/v1/field?pheromone=2&format=png&pixels_per_cell=100&area_m=" + area});
   };
