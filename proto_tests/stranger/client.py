@@ -81,6 +81,7 @@ class Refused(Exception):
 
     def __init__(self, refused_opcode: int, reason: int, seq: int) -> None:
         self.reason = reason
+        self.outcome_open = False  # an earlier sending, not answered, may have been carried out
         name = wire.REASONS.get(reason, "not permitted")
         super().__init__(f"opcode {refused_opcode:02X} refused: {reason}, {name} (seq {seq})")
 
@@ -229,23 +230,27 @@ class Client:
         try:
             return self._ask(request, self.tries)
         except Refused as refused:
-            used = refused.reason not in NUMBER_NOT_USED
+            used = refused.outcome_open or refused.reason not in NUMBER_NOT_USED
             raise
         finally:
             self.next_seq = (self.next_seq + used) % 256
 
     def _ask(self, request: bytes, tries: int) -> dict[str, Any]:
         """Makes a request until it is answered, and gives the fields of the answer."""
+        silence = False
         for left in reversed(range(tries)):
             if not self._in_step:
                 self.resynchronise()
             answer = self._exchange(request)
             if answer is None:
+                silence = True
                 continue
             if answer.name != "ERROR":
                 return answer.fields
             if answer.fields["reason"] != wire.BUSY or not left:
-                raise Refused(**answer.fields)
+                refused = Refused(**answer.fields)
+                refused.outcome_open = silence and refused.reason == wire.BUSY
+                raise refused
             time.sleep(self.timeout / 4)
         raise NoAnswer(f"no answer to {parse(request)}")
 
