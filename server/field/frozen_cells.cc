@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <new>
 #include <utility>
 
 #include "server/base/bytes.h"
@@ -71,27 +72,35 @@ void FrozenCells::ReadOn(FrozenCells** reader) {
   *reader = this;
 }
 
+// A change that is under way must not be held up by an exception: without memory the copy fails.
 void FrozenCells::BeforeChange(int32_t leaf, size_t place, const CellMap::Place& now) {
   if (leaf < leaf_ || kept_bytes_->failed) {
     return;
   }
-  KeptLeaf& kept = kept_[leaf];
+  try {
+    kept_bytes_->failed = !Keep(&kept_[leaf], place, now);
+  } catch (const std::bad_alloc&) {
+    kept_bytes_->failed = true;
+  }
+}
+
+// False if there is no room for it.
+bool FrozenCells::Keep(KeptLeaf* kept, size_t place, const CellMap::Place& now) {
   const uint64_t bit = uint64_t{1} << (place % 64);
-  if ((kept.settled[place / 64] & bit) != 0) {
-    return;
+  if ((kept->settled[place / 64] & bit) != 0) {
+    return true;
   }
   const uint64_t occupied = now.occupied.load(std::memory_order_relaxed);
   const auto nodes = static_cast<size_t>(std::popcount(occupied));
-  uint64_t bytes = kept.settled == decltype(kept.settled){} ? sizeof(KeptLeaf) + 64 : 0;
+  uint64_t bytes = kept->settled == decltype(kept->settled){} ? sizeof(KeptLeaf) + 64 : 0;
   bytes += occupied != 0 ? sizeof(KeptTile) + kBlockBytes + nodes * kNodeBytes : 0;
   if (!kept_bytes_->budget.Take(bytes)) {
-    kept_bytes_->failed = true;
-    return;
+    return false;
   }
-  kept.bytes += bytes;
-  kept.settled[place / 64] |= bit;
+  kept->bytes += bytes;
+  kept->settled[place / 64] |= bit;
   if (occupied == 0) {
-    return;  // there was no tile
+    return true;  // there was no tile
   }
   const Tile* tile = now.tile.load(std::memory_order_relaxed);
   auto words = std::make_unique_for_overwrite<uint64_t[]>(nodes);
@@ -100,7 +109,8 @@ void FrozenCells::BeforeChange(int32_t leaf, size_t place, const CellMap::Place&
     words[i] =
         tile->word[static_cast<size_t>(std::countr_zero(rest))].load(std::memory_order_relaxed);
   }
-  kept.tiles.push_back({static_cast<uint8_t>(place), occupied, std::move(words)});
+  kept->tiles.push_back({static_cast<uint8_t>(place), occupied, std::move(words)});
+  return true;
 }
 
 void FrozenCells::AppendLeaf(const CellMap::Leaf* leaf, KeptLeaf* kept, std::string* to) const {

@@ -76,6 +76,7 @@ class FrozenCells {
   void ReadOn(FrozenCells** reader);
   /// The map's: a tile is about to be changed, or was made just now.
   void BeforeChange(int32_t leaf, size_t place, const CellMap::Place& now);
+  bool Keep(KeptLeaf* kept, size_t place, const CellMap::Place& now);
   void AppendLeaf(const CellMap::Leaf* leaf, KeptLeaf* kept, std::string* to) const;
 
   const CellMap* map_;              // null: nothing more is heard from it
