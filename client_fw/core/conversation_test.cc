@@ -190,6 +190,32 @@ TEST(ConversationTest, BackOffIsARandomNumberOfWholeSlots) {
   EXPECT_EQ(15u * kTestSlotMs, *delays.rbegin());  // of 16 slots: four others are about
 }
 
+// A period that was given up says nothing about the next one: its window is the smallest again.
+TEST(ConversationTest, AfterAPeriodThatWasGivenUpDelaysAreShortAgain) {
+  std::set<uint32_t> delays;
+  for (uint8_t id = 1; id <= 60; ++id) {
+    Parameters parameters = TestParameters();
+    parameters.id = id;
+    parameters.fail_safe_ms = 5000;  // no HELLO in between
+    parameters.period_ms = 0;        // the next one begins at once
+    Harness harness(parameters);
+    harness.GreetAndServe(1500);
+    for (uint8_t other = 200; other < 204; ++other) {
+      harness.FeedEncoded(protocol::SenseAnswer{other, 2, false, 0, 0});
+    }
+    for (int attempt = 0; attempt <= kMaxRetries; ++attempt) {
+      ASSERT_TRUE(harness.RunUntilSent());
+    }
+    const uint32_t missed_ms = harness.sent_ms + kTestWindowMs + 1;
+    harness.Run(kTestWindowMs + 2);
+    ASSERT_EQ(1u, harness.counters().abandoned);
+    ASSERT_TRUE(harness.RunUntilSent());
+    delays.insert(harness.began_ms - missed_ms);
+  }
+  ASSERT_GE(delays.size(), 5u);
+  EXPECT_LE(*delays.rbegin(), kMinWindow * kTestSlotMs);
+}
+
 TEST(ConversationTest, PeriodCountsFromTheLastSendingSoThatItMovesToAFreePlace) {
   Harness harness;
   harness.GreetAndServe(1500);

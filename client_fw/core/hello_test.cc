@@ -1,6 +1,8 @@
 // How a conversation begins.
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "client_fw/core/testing/conversation_harness.h"
 
 namespace pheromone {
@@ -42,6 +44,32 @@ TEST(HelloTest, IsRepeatedWithGrowingBackOffUntilAnswered) {
   EXPECT_TRUE(harness.conversation.greeted());
   harness.Serve(5000);
   EXPECT_EQ(8u, harness.counters().hellos);
+}
+
+// Robots that were switched on together, or that a server's restart has made silent, would say it
+// together for ever.
+TEST(HelloTest, EachRepetitionHasADelayOfItsOwn) {
+  std::set<uint32_t> of_one;
+  std::set<uint32_t> of_many;
+  for (uint8_t id = 1; id <= 20; ++id) {
+    Parameters parameters = TestParameters();
+    parameters.id = id;
+    Harness harness(parameters);
+    ASSERT_TRUE(harness.RunUntilSent());
+    for (int repetition = 1; repetition <= 14; ++repetition) {
+      const uint32_t missed_ms = harness.sent_ms + 101;
+      ASSERT_TRUE(harness.RunUntilSent());
+      if (id == 1 && repetition >= 4) {  // the back-off grows no more
+        of_one.insert(harness.began_ms - missed_ms);
+      }
+      if (repetition == 4) {
+        of_many.insert(harness.began_ms - missed_ms);
+      }
+    }
+  }
+  // In slots of 20 ms, of which 400 ms are 20.
+  EXPECT_GE(of_one.size(), 5u);
+  EXPECT_GE(of_many.size(), 8u);
 }
 
 TEST(HelloTest, WheelsStandStillUntilTheFirstIntensities) {
