@@ -61,8 +61,8 @@ class FirstVersionTest(unittest.TestCase):
         result = ctl("journal", "export", "--format", "jsonl", self.journal)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         kinds = set(re.findall(r'"event":"(\w+)', result.stdout))
-        self.assertEqual(kinds, {"advance", "command", "configuration", "deposit", "edit", "hello",
-                                 "observed", "report", "trace"})
+        self.assertEqual(kinds, {"advance", "command", "configuration", "deposit", "edit_add",
+                                 "edit_erase", "hello", "observed", "report", "trace"})
 
     def test_the_recording_is_replayed_to_the_byte(self):
         result = ctl("replay", HERE / "recording.pcapng")
