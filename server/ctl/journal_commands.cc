@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
 #include "server/ctl/map_commands.h"
 #include "server/journal/posix_folder.h"
 #include "server/journal/recovery.h"
+#include "server/journal/segment_reader.h"
 #include "server/journal/snapshot.h"
 #include "server/journal/walk.h"
 #include "server/journal/words.h"
@@ -19,6 +21,7 @@ using journal::PosixFolder;
 using journal::Record;
 using journal::RecordKind;
 using journal::RecordReader;
+using journal::SegmentReader;
 
 // A server may remove a file between the listing and the reading of it.
 constexpr int kAttempts = 3;
@@ -71,13 +74,13 @@ void DescribeSnapshot(const PosixFolder& folder, const std::string& name) {
 
 // What it holds, and where it ends; whether it ought to go on is for the recovery to say.
 void DescribeSegment(const PosixFolder& folder, const std::string& name) {
-  const auto file = folder.Read(name, 0, SIZE_MAX);
-  const auto header = journal::DecodeSegmentHeader(file.ok() ? file.value() : "");
+  const auto head = folder.Read(name, 0, journal::kSegmentHeaderBytes);
+  const auto header = journal::DecodeSegmentHeader(head.ok() ? head.value() : "");
   if (!header.ok()) {
-    fmt::print("{}: {}\n", name, file.ok() ? header.error() : file.error());
+    fmt::print("{}: {}\n", name, head.ok() ? header.error() : head.error());
     return;
   }
-  RecordReader reader(file.value());
+  SegmentReader reader(folder, name);
   Record record;
   uint64_t events = 0;
   uint64_t last = 0;
@@ -88,11 +91,32 @@ void DescribeSegment(const PosixFolder& folder, const std::string& name) {
       last = record.sequence;
     }
   }
-  fmt::print("{}: {} bytes, {} events{}{}\n", name, file.value().size(), events,
+  fmt::print("{}: {} bytes, {} events{}{}\n", name, reader.size(), events,
              events == 0 ? "" : fmt::format(" to sequence {}", last),
              found == RecordReader::Found::kBad
                  ? fmt::format("; byte {}: {}", reader.at(), reader.why())
                  : "");
+}
+
+void DescribeNote(const PosixFolder& folder) {
+  const auto note = journal::ReadDurableNote(folder);
+  fmt::print("{}: {}\n", journal::kDurableName,
+             note ? fmt::format("sequence {} was on the disk at {}", note->sequence,
+                                journal::InUtc(note->utc_ms))
+                  : "no whole note");
+}
+
+// An end that was cut off between two records looks as if nothing had ever followed.
+std::string WhatIsCertain(const journal::Recovered& state) {
+  const uint64_t known = std::max(state.certain, state.noted ? state.noted->sequence : 0);
+  if (state.ends_orderly) {
+    return "nothing that was acknowledged is missing: the log was closed in order";
+  }
+  return fmt::format(
+      "nothing that was acknowledged up to sequence {} is missing; the log was not closed in "
+      "order: "
+      "if it was cut off after that between two records, nobody can tell",
+      known);
 }
 
 }  // namespace
@@ -113,6 +137,8 @@ int CheckJournal(const std::string& path) {
       DescribeSnapshot(*folder.value(), name);
     } else if (journal::OrdinalOf(name)) {
       DescribeSegment(*folder.value(), name);
+    } else if (name == journal::kDurableName) {
+      DescribeNote(*folder.value());
     } else {
       fmt::print("{}: not read\n", name);
     }
@@ -137,9 +163,11 @@ int CheckJournal(const std::string& path) {
                state.snapshot_sequence == 0 ? "the beginning"
                                             : journal::SnapshotName(state.snapshot_sequence));
   }
-  const bool damaged = state.lost || state.differs || !state.damaged_files.empty();
-  fmt::print("{}\n", damaged ? "damaged: changes that robots were told of may be missing"
-                             : "nothing that was acknowledged is missing");
+  const bool incomplete = state.lost || state.differs || !state.damaged_files.empty();
+  fmt::print("{}\n", incomplete ? "damaged: changes that robots were told of may be missing"
+                                : WhatIsCertain(state));
+  const bool damaged = incomplete || std::any_of(state.findings.begin(), state.findings.end(),
+                                                 [](const auto& it) { return it.is_damage; });
   return damaged ? kFoundDamage : 0;
 }
 
@@ -156,15 +184,15 @@ int DumpJournal(const std::string& path) {
     if (!journal::OrdinalOf(name)) {
       continue;
     }
-    const auto file = folder.value()->Read(name, 0, SIZE_MAX);
-    const auto header = journal::DecodeSegmentHeader(file.ok() ? file.value() : "");
+    const auto head = folder.value()->Read(name, 0, journal::kSegmentHeaderBytes);
+    const auto header = journal::DecodeSegmentHeader(head.ok() ? head.value() : "");
     if (!header.ok()) {
-      fmt::print("{} 0 bad: {}\n", name, file.ok() ? header.error() : file.error());
+      fmt::print("{} 0 bad: {}\n", name, head.ok() ? header.error() : head.error());
       continue;
     }
     fmt::print("{} 0 segment first={}{}\n", name, header.value().first_sequence,
                header.value().relaxed ? " relaxed" : "");
-    RecordReader reader(file.value());
+    SegmentReader reader(*folder.value(), name);
     Record record;
     RecordReader::Found found = RecordReader::Found::kEnd;
     while ((found = reader.Next(&record)) == RecordReader::Found::kRecord) {

@@ -7,6 +7,7 @@ Usage: journal_test.py BIN_DIR
 import csv
 import io
 import json
+import os
 import pathlib
 import re
 import signal
@@ -64,6 +65,41 @@ class JournalTest(unittest.TestCase):
         told = self.call("check", "state").stdout
         self.assertIn(f"hash {state_hash}, from the beginning\n", told)
         self.assertTrue(told.endswith("nothing that was acknowledged is missing\n"))
+
+    def test_check_tells_what_a_log_that_was_not_closed_cannot_show(self):
+        self.server.stop(signal.SIGKILL)
+        told = self.call("check", "state").stdout
+        self.assertRegex(told, r"durable: sequence \d+ was on the disk at \d{4}-\d\d-\d\dT")
+        self.assertRegex(told, r"nothing that was acknowledged up to sequence \d+ is missing; the log "
+                               r"was not closed in order")
+
+    def test_check_finds_an_end_that_was_cut_off_between_two_records(self):
+        self.server.stop(signal.SIGTERM)
+        places = [line.split()[:2] for line in self.call("dump", "state").stdout.splitlines()]
+        name, byte = places[len(places) // 2]
+        os.truncate(self.folder / "state" / name, int(byte))
+        told = self.call("check", "state", status=4).stdout
+        self.assertRegex(told, r"damaged: state/durable: byte \d+: the log ends at sequence \d+, but "
+                               r"\d+ was on the disk at \S+: a segment is missing, or its end was")
+
+    def test_check_reads_a_segment_with_a_huge_sparse_tail_in_little_memory(self):
+        self.server.stop(signal.SIGKILL)
+        segment = self.folder / "state" / "00000001.segment"
+        size = segment.stat().st_size
+        os.truncate(segment, size + (1 << 30))
+        limited = subprocess.run(["bash", "-c", 'ulimit -v 900000; exec "$@"', "-",
+                                  BIN / "pheromonectl", "journal", "check", "state"],
+                                 cwd=self.folder, text=True, capture_output=True, check=False,
+                                 timeout=60)
+        self.assertEqual(limited.returncode, 0, limited.stderr)
+        self.assertIn(f"byte {size}: a record's checksum differs", limited.stdout)
+
+    def test_check_names_a_folder_in_the_place_of_a_segment(self):
+        self.server.stop(signal.SIGTERM)
+        (self.folder / "state" / "00000009.segment").mkdir()
+        told = self.call("check", "state", status=4).stdout
+        self.assertIn("damaged: state/00000009.segment: byte 0: is a folder, a link or a device, "
+                      "expected a regular file", told)
 
     def test_dump_names_every_record_with_its_byte(self):
         self.server.stop(signal.SIGTERM)
@@ -126,8 +162,7 @@ intensity = 0.125
         again = self.call("resample", "--config", "test.toml", "state", status=1)
         self.assertIn("state.before: is there already", again.stderr)
         for folder in ("state.before", "state"):
-            self.assertTrue(self.call("check", folder).stdout.endswith(
-                "nothing that was acknowledged is missing\n"))
+            self.assertIn("\nnothing that was acknowledged ", self.call("check", folder).stdout)
 
     def test_what_is_no_journal_is_said(self):
         self.assertIn("state/x: cannot be opened", self.call("check", "state/x", status=1).stderr)

@@ -28,6 +28,7 @@ namespace {
 using journal::AppendFile;
 using journal::Folder;
 using journal::LocalJournal;
+using journal::SlotFile;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kInterval{1};
@@ -86,6 +87,11 @@ class StuckFolder final : public Folder {
  public:
   const std::string& path() const override { return folder_.path(); }
   Result<std::vector<std::string>> List() const override { return folder_.List(); }
+  Result<std::vector<std::string>> ListOthers() const override { return folder_.ListOthers(); }
+  Result<uint64_t> Size(const std::string& name) const override { return folder_.Size(name); }
+  Result<std::unique_ptr<SlotFile>> OpenSlots(const std::string& name, uint64_t bytes) override {
+    return folder_.OpenSlots(name, bytes);
+  }
   Result<std::string> Read(const std::string& name, uint64_t offset, size_t most) const override {
     return folder_.Read(name, offset, most);
   }

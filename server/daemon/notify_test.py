@@ -92,6 +92,22 @@ class NotifyTest(unittest.TestCase):
                 pass
             self.assertFalse([message for message in said if "READY" in message], said)
 
+    def test_a_start_that_reads_a_journal_asks_for_time(self):
+        config = self.folder / "test.toml"
+        default = subprocess.run([PHEROMONED, "--default-config"], capture_output=True, text=True,
+                                 check=True).stdout
+        config.write_text(default + '\n[journal]\nfolder = "state"\n')
+        with self.start(config=("--config", "test.toml")) as manager:
+            manager.await_key("READY")
+            manager.process.send_signal(signal.SIGTERM)
+            self.assertEqual(manager.process.wait(PATIENCE_S), 0)
+        (self.folder / "notify").unlink()
+        with self.start(config=("--config", "test.toml")) as manager:
+            starting = manager.hear()
+            self.assertEqual(starting["EXTEND_TIMEOUT_USEC"], "30000000")
+            self.assertRegex(starting["STATUS"], r"reading the journal: 0 of \d+ MiB, \d+ changes")
+            manager.await_key("READY")
+
     def test_a_reload_is_announced_and_ended(self):
         with self.start() as manager:
             manager.await_key("READY")

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int64_t kNanosecondsPerMicrosecond = 1000;
 constexpr int64_t kMicrosecondsPerSecond = 1'000'000;
+constexpr int64_t kStartTimeoutUs = 30 * kMicrosecondsPerSecond;
 
 void Notify(const std::string& lines) {
   (void)sd_notify(/*unset_environment=*/0, lines.c_str());  // nobody to tell of a failure
@@ -27,6 +28,10 @@ std::string OneLine(std::string text) {
 }
 
 }  // namespace
+
+void Starting(const std::string& status) {
+  Notify("EXTEND_TIMEOUT_USEC=" + std::to_string(kStartTimeoutUs) + "\nSTATUS=" + OneLine(status));
+}
 
 void Ready(const std::string& status) {
   Notify("READY=1\nSTATUS=" + OneLine(status));

@@ -13,6 +13,9 @@
 
 namespace pheromone::daemon::service_manager {
 
+/// The start is not over yet, and goes on: the service manager waits for 30 s more from now on
+/// before it takes it for failed. To be called more often than that.
+void Starting(const std::string& status);
 /// The start, or a reload, is over; `status` is the line that `systemctl status` shows.
 void Ready(const std::string& status);
 /// A new line for `systemctl status`.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/config/folders.h"
+#include "server/daemon/service_manager.h"
 #include "server/daemon/system_clock.h"
 #include "server/engine/field_clock.h"
 #include "server/journal/open.h"
@@ -18,6 +19,7 @@ namespace {
 constexpr uint64_t kStalledUs = 1'000'000;          // from then on it is told
 constexpr uint64_t kBetweenReportsUs = 10'000'000;  // while it lasts
 
+constexpr uint64_t kBetweenProgressUs = 5'000'000;
 constexpr int kAttempts = 3;  // to copy a state that changes faster than it can be copied
 constexpr std::chrono::milliseconds kBetweenFreezes{100};
 
@@ -32,6 +34,31 @@ uint64_t SteadyMicroseconds() {
 void TellOfJournal(bool is_trouble, const std::string& text) {
   spdlog::log(is_trouble ? spdlog::level::err : spdlog::level::info, "{}", text);
 }
+
+// How a recovery goes on: to the service manager at once and every few seconds, so that it waits;
+// to the log when it takes long.
+class RecoveryReport {
+ public:
+  explicit RecoveryReport(const std::string& folder) : folder_(folder) {}
+
+  void Tell(const journal::Progress& now) {
+    const uint64_t now_us = SteadyMicroseconds();
+    if (now_us < next_us_) {
+      return;
+    }
+    const std::string text = fmt::format("reading the journal: {} of {} MiB, {} changes made again",
+                                         now.bytes_done >> 20, now.bytes_total >> 20, now.events);
+    service_manager::Starting(text);
+    if (next_us_ != 0) {
+      spdlog::info("{}: {}", folder_, text);
+    }
+    next_us_ = now_us + kBetweenProgressUs;
+  }
+
+ private:
+  const std::string& folder_;
+  uint64_t next_us_ = 0;
+};
 
 journal::JournalSettings SettingsOf(const config::JournalConfig& config) {
   journal::JournalSettings settings;
@@ -73,8 +100,10 @@ Status StateKeeper::OpenFolder() {
     return Error{folder.error()};
   }
   folder_ = std::move(folder).value();
+  RecoveryReport report(folder_name_);
   auto opened =
-      journal::OpenJournal(folder_.get(), SettingsOf(config_), SteadyMicroseconds, TellOfJournal);
+      journal::OpenJournal(folder_.get(), SettingsOf(config_), SteadyMicroseconds, TellOfJournal,
+                           [&report](const journal::Progress& progress) { report.Tell(progress); });
   if (!opened.ok()) {
     return Error{opened.error()};
   }

@@ -49,6 +49,19 @@ class AppendFile {
   virtual void ReleaseReserve() = 0;
 };
 
+/// A small file of fixed length whose parts are written again and again.
+class SlotFile {
+ public:
+  SlotFile() = default;
+  SlotFile(const SlotFile&) = delete;
+  SlotFile& operator=(const SlotFile&) = delete;
+  virtual ~SlotFile() = default;
+
+  /// Returns when the bytes are on the disk; the file's name is when the folder was synced. A power
+  /// cut meanwhile may leave any mixture of old and new sectors there, and nowhere else.
+  virtual Status Write(uint64_t at, std::string_view bytes) = 0;
+};
+
 class Folder {
  public:
   Folder() = default;
@@ -62,11 +75,20 @@ class Folder {
   /// The names of the regular files, sorted.
   virtual Result<std::vector<std::string>> List() const = 0;
 
+  /// The names of all else that is in it, sorted: folders, links, devices.
+  virtual Result<std::vector<std::string>> ListOthers() const = 0;
+
+  /// Of a file, in bytes.
+  virtual Result<uint64_t> Size(const std::string& name) const = 0;
+
   /// At most `most` bytes from `offset` on; fewer only at the end of the file.
   virtual Result<std::string> Read(const std::string& name, uint64_t offset, size_t most) const = 0;
 
   /// Fails if there is a file of that name.
   virtual Result<std::unique_ptr<AppendFile>> Create(const std::string& name) = 0;
+
+  /// Of `bytes` length; made, of zeros, if it is not there.
+  virtual Result<std::unique_ptr<SlotFile>> OpenSlots(const std::string& name, uint64_t bytes) = 0;
 
   /// Replaces a file that has the new name.
   virtual Status Rename(const std::string& from, const std::string& to) = 0;

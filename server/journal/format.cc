@@ -261,7 +261,10 @@ RecordReader::Found RecordReader::Next(Record* record) {
 uint64_t DurableIn(std::string_view file, size_t at) {
   constexpr size_t kBytes = kRecordHeaderBytes + kMarkBytes;
   uint64_t durable = 0;
-  for (; at + kBytes <= file.size(); ++at) {
+  // A mark begins with its length; most bytes need no second look.
+  constexpr auto kFirst = static_cast<char>(kMarkBytes);
+  for (at = file.find(kFirst, at); at < file.size() && at + kBytes <= file.size();
+       at = file.find(kFirst, at + 1)) {
     const auto kind = static_cast<RecordKind>(file[at + kRecordHeaderBytes]);
     Record mark;
     if ((kind == RecordKind::kGroup || kind == RecordKind::kEnd) && U32At(file, at) == kMarkBytes &&

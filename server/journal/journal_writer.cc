@@ -17,6 +17,7 @@ constexpr uint64_t kFirstWaitUs = 100'000;
 constexpr uint64_t kLongestWaitUs = 30'000'000;
 constexpr uint64_t kBetweenRotationsUs = 10'000'000;
 constexpr uint64_t kLookAgainUs = 60'000'000;  // whether a snapshot has become due
+constexpr uint64_t kBetweenNotesUs = 1'000'000;
 constexpr uint64_t kNever = UINT64_MAX;
 
 }  // namespace
@@ -31,7 +32,12 @@ uint64_t LocalJournal::WorkDueUs() const {
   }
   const uint64_t sync_us =
       unsynced_.empty() ? kNever : synced_us_ + settings_.sync_interval_ms * 1'000;
-  return std::min(sync_us, has_space_ ? kNever : retry_us_);
+  const uint64_t note_us = IsNoted() ? kNever : noted_us_ + kBetweenNotesUs;
+  return std::min({sync_us, note_us, has_space_ ? kNever : retry_us_});
+}
+
+bool LocalJournal::IsNoted() const {
+  return note_ && note_->sequence == synced_;
 }
 
 void LocalJournal::WriteUntilStopped() {
@@ -78,7 +84,36 @@ bool LocalJournal::WriteOnce() {
   if (!has_space_ && clock_() >= retry_us_) {
     Reserve(file_.get());
   }
-  return WriteGroup(!settings_.relaxed);
+  const bool has_more = WriteGroup(!settings_.relaxed);
+  if (file_ != nullptr && !IsNoted() && clock_() >= noted_us_ + kBetweenNotesUs) {
+    NoteDurable();
+  }
+  return has_more;
+}
+
+// After the answers have left. If it cannot be written, the log is no worse for it: whoever
+// recovers knows less about what is missing.
+void LocalJournal::NoteDurable() {
+  noted_us_ = clock_();
+  Status written = Ok();
+  if (note_file_ == nullptr) {
+    note_ = ReadDurableNote(*folder_);
+    auto opened = folder_->OpenSlots(std::string(kDurableName), 2 * kNoteBytes);
+    written = opened.ok() ? folder_->Sync() : Status(Error{opened.error()});
+    if (written.ok()) {
+      note_file_ = std::move(opened).value();
+    }
+  }
+  DurableNote next{note_ ? note_->count + 1 : 1, synced_, synced_utc_ms_};
+  if (written.ok()) {
+    written = note_file_->Write(NotePlace(next), EncodeNote(next));
+  }
+  if (written.ok()) {
+    note_ = next;
+  } else if (!notes_fail_) {
+    tell_(true, "journal: what is on the disk cannot be noted beside the log: " + written.error());
+  }
+  notes_fail_ = !written.ok();
 }
 
 // The bytes decide, or the time; in a journal to which nothing was added there is nothing new.
@@ -165,8 +200,7 @@ bool LocalJournal::Sync() {
     Break(synced.error());
     return false;
   }
-  synced_ = unsynced_.back().last_sequence;
-  synced_us_ = clock_();
+  TakeSynced();
   return true;
 }
 
@@ -237,6 +271,7 @@ void LocalJournal::EndSegment() {
     return;
   }
   file_ = std::move(next).value();
+  NoteDurable();
   rotate_after_us_ = 0;
   Reserve(file_.get());
   const bool time_is_up = clock_() - snapshot_us_ >= settings_.snapshot_ms * 1'000;
@@ -289,12 +324,19 @@ void LocalJournal::Mend() {
     return;
   }
   file_ = std::move(file).value();
-  if (!unsynced_.empty()) {
-    synced_ = unsynced_.back().last_sequence;
-  }
-  synced_us_ = clock_();
+  TakeSynced();
+  NoteDurable();  // before anything is admitted: what an earlier note says may have been lost
   Publish(started_us);
   Reserve(file_.get());
+}
+
+// All that was written is on the disk.
+void LocalJournal::TakeSynced() {
+  for (const Chunk& chunk : unsynced_) {
+    synced_ = chunk.last_sequence;
+    synced_utc_ms_ = chunk.last_utc_ms.value_or(synced_utc_ms_);
+  }
+  synced_us_ = clock_();
 }
 
 // Sees to it that all that may be admitted can be written.

@@ -26,11 +26,15 @@ LocalJournal::LocalJournal(Folder* folder, const JournalSettings& settings, Read
       next_ordinal_(start.ordinal),
       synced_(start.certain),
       snapshot_us_(clock_()),
-      bytes_since_snapshot_(start.bytes_since_snapshot) {
+      bytes_since_snapshot_(start.bytes_since_snapshot),
+      synced_utc_ms_(start.utc_ms) {
   progress_us_ = snapshot_us_;
   if (start.sequence > start.certain) {
     queued_bytes_ = start.tail.size();
-    unsynced_.push_back({std::move(start.tail), start.sequence, false, queued_bytes_, {}});
+    Chunk& tail = unsynced_.emplace_back();
+    tail.records = std::move(start.tail);
+    tail.last_sequence = start.sequence;
+    tail.counted_bytes = queued_bytes_;
   }
   status_.healthy = false;
   status_.problem = std::string(kNotBegun);
@@ -65,6 +69,7 @@ uint64_t LocalJournal::Append(const engine::Stamp& stamp, const engine::Event& e
     bytes = chunk.records.size() - before;
   }
   chunk.last_sequence = appended_;
+  chunk.last_utc_ms = stamp.utc_ms;
   chunk.counted_bytes += bytes;
   queued_bytes_ += bytes;
   work_.notify_one();
@@ -184,6 +189,7 @@ Status LocalJournal::Close(uint64_t state_hash) {
                  std::to_string(status().durable) + " of " + std::to_string(status().appended) +
                  " is on the disk"};
   }
+  NoteDurable();
   file_->ReleaseReserve();
   file_.reset();
   return Ok();

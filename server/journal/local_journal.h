@@ -34,6 +34,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -41,6 +42,7 @@
 
 #include "server/base/bytes.h"
 #include "server/engine/ordered_log.h"
+#include "server/journal/durable_note.h"
 #include "server/journal/folder.h"
 #include "server/journal/format.h"
 
@@ -88,6 +90,7 @@ class LocalJournal final : public engine::OrderedLog {
     std::string tail;
     uint64_t ordinal = 1;               ///< of the next segment
     uint64_t bytes_since_snapshot = 0;  ///< of segments
+    int64_t utc_ms = 0;                 ///< of the last event
   };
 
   /// `folder` outlives the journal. Nothing is admitted before the first WriteOnce.
@@ -150,7 +153,8 @@ class LocalJournal final : public engine::OrderedLog {
     std::string records;
     uint64_t last_sequence = 0;
     bool ends_segment = false;
-    uint64_t counted_bytes = 0;  // in queued_bytes_
+    uint64_t counted_bytes = 0;          // in queued_bytes_
+    std::optional<int64_t> last_utc_ms;  // of the last event
     std::vector<LargeEvent> large_events;
   };
 
@@ -160,6 +164,9 @@ class LocalJournal final : public engine::OrderedLog {
   static void EncodeLargeEvents(Chunk* chunk);
   void AnswerProbes();
   void CallWaiters();
+  void NoteDurable();
+  bool IsNoted() const;
+  void TakeSynced();
   bool WriteGroup(bool must_sync);
   bool Sync();
   void EndSegment();
@@ -211,6 +218,11 @@ class LocalJournal final : public engine::OrderedLog {
   uint64_t rotate_after_us_ = 0;
   uint64_t snapshot_us_;  // when one was due last
   uint64_t bytes_since_snapshot_;
+  std::unique_ptr<SlotFile> note_file_;
+  std::optional<DurableNote> note_;  // as it was written last
+  int64_t synced_utc_ms_;            // of the last event that is synced
+  uint64_t noted_us_ = 0;
+  bool notes_fail_ = false;  // and it was told
 };
 
 }  // namespace pheromone::journal

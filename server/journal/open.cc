@@ -69,8 +69,9 @@ std::vector<std::string> Report(const Recovered& recovered) {
 }  // namespace
 
 Result<Opened> OpenJournal(Folder* folder, const JournalSettings& settings,
-                           LocalJournal::ReadMicroseconds clock, LocalJournal::Tell tell) {
-  Result<Recovered> found = Recover(*folder);
+                           LocalJournal::ReadMicroseconds clock, LocalJournal::Tell tell,
+                           const TellProgress& tell_progress) {
+  Result<Recovered> found = Recover(*folder, UINT64_MAX, tell_progress);
   if (!found.ok()) {
     return Error{found.error()};
   }
@@ -90,7 +91,8 @@ Result<Opened> OpenJournal(Folder* folder, const JournalSettings& settings,
   opened.journal = std::make_unique<LocalJournal>(
       folder, settings, std::move(clock), std::move(tell),
       LocalJournal::Start{recovered.sequence, recovered.certain, std::move(recovered.tail),
-                          recovered.next_ordinal, recovered.bytes_since_snapshot});
+                          recovered.next_ordinal, recovered.bytes_since_snapshot,
+                          recovered.stamp.utc_ms});
   opened.journal->WriteOnce();
   return opened;
 }

@@ -16,6 +16,7 @@
 #include "server/engine/engine.h"
 #include "server/journal/folder.h"
 #include "server/journal/local_journal.h"
+#include "server/journal/recovery.h"
 
 namespace pheromone::journal {
 
@@ -31,6 +32,7 @@ struct Opened {
 /// `folder` outlives the journal. Errors: no state can be told from the files, or what is damaged
 /// cannot be moved aside.
 Result<Opened> OpenJournal(Folder* folder, const JournalSettings& settings,
-                           LocalJournal::ReadMicroseconds clock, LocalJournal::Tell tell);
+                           LocalJournal::ReadMicroseconds clock, LocalJournal::Tell tell,
+                           const TellProgress& tell_progress = {});
 
 }  // namespace pheromone::journal

@@ -73,6 +73,31 @@ class PosixFile final : public AppendFile {
   int fd_;
 };
 
+class PosixSlots final : public SlotFile {
+ public:
+  PosixSlots(std::string name, int fd) : name_(std::move(name)), fd_(fd) {}
+  ~PosixSlots() override { close(fd_); }
+
+  Status Write(uint64_t at, std::string_view bytes) override {
+    while (!bytes.empty()) {
+      const ssize_t count =
+          Again([&] { return pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(at)); });
+      if (count < 0) {
+        return SystemError(name_, "cannot be written", errno);
+      }
+      at += static_cast<uint64_t>(count);
+      bytes.remove_prefix(static_cast<size_t>(count));
+    }
+    return Again([this] { return fdatasync(fd_); }) == 0
+               ? Ok()
+               : Status(SystemError(name_, "cannot be synced", errno));
+  }
+
+ private:
+  std::string name_;
+  int fd_;
+};
+
 // Makes a folder whose parent is there, and its name durable.
 Status MakeFolder(const std::string& path) {
   if (mkdir(path.c_str(), 0777) != 0) {
@@ -126,6 +151,22 @@ PosixFolder::~PosixFolder() {
 }
 
 Result<std::vector<std::string>> PosixFolder::List() const {
+  return ListIf(true);
+}
+
+Result<std::vector<std::string>> PosixFolder::ListOthers() const {
+  return ListIf(false);
+}
+
+Result<uint64_t> PosixFolder::Size(const std::string& name) const {
+  struct stat status {};
+  if (fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
+    return SystemError(path_ + "/" + name, "cannot be looked at", errno);
+  }
+  return static_cast<uint64_t>(status.st_size);
+}
+
+Result<std::vector<std::string>> PosixFolder::ListIf(bool are_regular) const {
   std::vector<std::string> names;
   std::error_code error;
   for (std::filesystem::directory_iterator entry(path_, error), end; !error && entry != end;
@@ -133,7 +174,7 @@ Result<std::vector<std::string>> PosixFolder::List() const {
     struct stat status {};
     const std::string name = entry->path().filename().string();
     if (name != kLockName && fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
-        S_ISREG(status.st_mode)) {
+        S_ISREG(status.st_mode) == are_regular) {
       names.push_back(name);
     }
   }
@@ -183,6 +224,18 @@ Result<std::unique_ptr<AppendFile>> PosixFolder::Create(const std::string& name)
     return SystemError(path_ + "/" + name, "cannot be created", errno);
   }
   return std::unique_ptr<AppendFile>(std::make_unique<PosixFile>(path_ + "/" + name, fd));
+}
+
+Result<std::unique_ptr<SlotFile>> PosixFolder::OpenSlots(const std::string& name, uint64_t bytes) {
+  const int fd = openat(fd_, name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (fd < 0) {
+    return SystemError(path_ + "/" + name, "cannot be opened", errno);
+  }
+  auto file = std::make_unique<PosixSlots>(path_ + "/" + name, fd);
+  if (Again([&] { return ftruncate(fd, static_cast<off_t>(bytes)); }) != 0) {
+    return SystemError(path_ + "/" + name, "cannot be made as long as it must be", errno);
+  }
+  return std::unique_ptr<SlotFile>(std::move(file));
 }
 
 Status PosixFolder::Rename(const std::string& from, const std::string& to) {

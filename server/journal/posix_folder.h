@@ -23,13 +23,18 @@ class PosixFolder final : public Folder {
 
   const std::string& path() const override { return path_; }
   Result<std::vector<std::string>> List() const override;
+  Result<std::vector<std::string>> ListOthers() const override;
+  Result<uint64_t> Size(const std::string& name) const override;
   Result<std::string> Read(const std::string& name, uint64_t offset, size_t most) const override;
   Result<std::unique_ptr<AppendFile>> Create(const std::string& name) override;
+  Result<std::unique_ptr<SlotFile>> OpenSlots(const std::string& name, uint64_t bytes) override;
   Status Rename(const std::string& from, const std::string& to) override;
   Status Remove(const std::string& name) override;
   Status Sync() override;
 
  private:
+  Result<std::vector<std::string>> ListIf(bool are_regular) const;
+
   PosixFolder(std::string path, int fd, int lock_fd)
       : path_(std::move(path)), fd_(fd), lock_fd_(lock_fd) {}
 

@@ -7,6 +7,7 @@
 
 #include "server/engine/event_codec.h"
 #include "server/journal/format.h"
+#include "server/journal/segment_reader.h"
 #include "server/journal/snapshot.h"
 
 namespace pheromone::journal {
@@ -17,11 +18,12 @@ struct Segment {
   uint64_t ordinal = 0;
   std::optional<SegmentHeader> header;  // nothing: it is not whole, and `why`
   std::string why;
+  uint64_t bytes = 0;
 };
 
 class Recovery {
  public:
-  explicit Recovery(const Folder& folder) : folder_(folder) {}
+  Recovery(const Folder& folder, const TellProgress& tell) : folder_(folder), tell_(tell) {}
 
   Result<Recovered> Run(uint64_t before_ordinal) {
     Status status = List(before_ordinal);
@@ -34,7 +36,9 @@ class Recovery {
     if (!status.ok()) {
       return Error{status.error()};
     }
+    CompareWithTheNote();
     const bool cut_short = last_is_relaxed_ && !ended_;
+    result_.ends_orderly = ended_;
     result_.lost = result_.lost || cut_short || durable_ > result_.sequence;
     result_.certain = std::min(durable_, result_.sequence);
     for (const auto& [sequence, record] : tail_) {
@@ -56,10 +60,19 @@ class Recovery {
         result_.next_ordinal = std::max(result_.next_ordinal, *ordinal + 1);
       }
       if (ordinal && !aside && *ordinal < before_ordinal) {
-        segments_.push_back({name, *ordinal, std::nullopt, ""});
+        segments_.push_back({name, *ordinal, std::nullopt, "", SizeOf(name)});
+        progress_.bytes_total += segments_.back().bytes;
       } else if (SnapshotSequenceOf(name)) {
         snapshots_.push_back(name);
       }
+    }
+    Status others = ListOthers();
+    if (!others.ok()) {
+      return others;
+    }
+    if (before_ordinal == UINT64_MAX) {
+      result_.noted = ReadDurableNote(folder_);
+      durable_ = result_.noted ? result_.noted->sequence : 0;
     }
     std::sort(segments_.begin(), segments_.end(),
               [](const Segment& a, const Segment& b) { return a.ordinal < b.ordinal; });
@@ -70,6 +83,50 @@ class Recovery {
       }
     }
     return Ok();
+  }
+
+  // What has the name of a file of ours, and is none.
+  Status ListOthers() {
+    const Result<std::vector<std::string>> names = folder_.ListOthers();
+    if (!names.ok()) {
+      return Error{names.error()};
+    }
+    for (const std::string& name : names.value()) {
+      const auto ordinal = OrdinalOf(name);
+      if (ordinal || SnapshotSequenceOf(name) || name == kDurableName) {
+        Note(name, 0, "is a folder, a link or a device, expected a regular file; it is not read",
+             true);
+      }
+      if (ordinal) {
+        result_.next_ordinal = std::max(result_.next_ordinal, *ordinal + 1);
+      }
+    }
+    return Ok();
+  }
+
+  uint64_t SizeOf(const std::string& name) const {
+    const Result<uint64_t> size = folder_.Size(name);
+    return size.ok() ? size.value() : 0;
+  }
+
+  void Advance(uint64_t bytes) {
+    progress_.bytes_done = std::min(progress_.bytes_done + bytes, progress_.bytes_total);
+    if (tell_) {
+      tell_(progress_);
+    }
+  }
+
+  // Nothing that is there says that there ought to be more; the note does.
+  void CompareWithTheNote() {
+    const std::optional<DurableNote>& note = result_.noted;
+    if (!note || note->sequence <= result_.sequence || stopped_at_damage_) {
+      return;
+    }
+    Note(std::string(kDurableName), NotePlace(*note),
+         "the log ends at sequence " + std::to_string(result_.sequence) + ", but " +
+             std::to_string(note->sequence) + " was on the disk at " + InUtc(note->utc_ms) +
+             ": a segment is missing, or its end was cut off",
+         true);
   }
 
   Status ReadHeader(Segment* segment) const {
@@ -102,7 +159,9 @@ class Recovery {
                      DecodeSnapshotHeader(head.value()).error()};
       }
       uint64_t byte = 0;
-      Result<Snapshot> snapshot = ReadSnapshot(folder_, name, &byte);
+      progress_.bytes_total += SizeOf(name);
+      Result<Snapshot> snapshot =
+          ReadSnapshot(folder_, name, &byte, [this](uint64_t bytes) { Advance(bytes); });
       if (snapshot.ok()) {
         result_.engine = std::move(snapshot.value().engine);
         result_.stamp = snapshot.value().stamp;
@@ -144,11 +203,8 @@ class Recovery {
     const Segment& segment = segments_[index];
     const uint64_t end = EndOf(index);
     if (!IsWanted(end)) {
+      Advance(segment.bytes);
       return Ok();  // all of it is in the snapshot, or was written again
-    }
-    const Result<std::string> file = folder_.Read(segment.name, 0, SIZE_MAX);
-    if (!file.ok()) {
-      return Error{file.error()};
     }
     if (!segment.header) {
       return StopAt(index, 0, segment.why);
@@ -160,15 +216,20 @@ class Recovery {
     }
     last_is_relaxed_ = segment.header->relaxed;
     ended_ = false;
-    result_.bytes_since_snapshot += file.value().size();
-    return ReadRecords(index, file.value(), end);
+    result_.bytes_since_snapshot += segment.bytes;
+    return ReadRecords(index, end);
   }
 
-  Status ReadRecords(size_t index, const std::string& file, uint64_t end) {
-    RecordReader reader(file);
+  Status ReadRecords(size_t index, uint64_t end) {
+    SegmentReader reader(folder_, segments_[index].name);
     Record record;
     while (IsWanted(end)) {
+      const uint64_t before = reader.at();
       const RecordReader::Found found = reader.Next(&record);
+      if (!reader.status().ok()) {
+        return reader.status();
+      }
+      Advance(reader.at() - before);
       if (found == RecordReader::Found::kEnd) {
         return end == UINT64_MAX
                    ? Ok()
@@ -176,7 +237,7 @@ class Recovery {
       }
       if (found == RecordReader::Found::kBad) {
         return StopAt(index, reader.at(),
-                      reader.why() + "; " + std::to_string(file.size() - reader.at()) +
+                      reader.why() + "; " + std::to_string(reader.size() - reader.at()) +
                           " bytes are left out");
       }
       const Status taken = Take(record, segments_[index].name);
@@ -247,6 +308,7 @@ class Recovery {
     }
     out_.clear();
     result_.engine.Apply(record.sequence, record.stamp, event, &out_);
+    ++progress_.events;
     result_.sequence = record.sequence;
     result_.stamp = record.stamp;
     result_.ends_with_hash = false;
@@ -271,13 +333,15 @@ class Recovery {
       if (segment.header) {
         durable_ = std::max(durable_, segment.header->first_sequence - 1);
       }
-      const Result<std::string> file = folder_.Read(segment.name, 0, SIZE_MAX);
-      if (!file.ok()) {
-        return Error{file.error()};
+      const Result<uint64_t> marked = DurableIn(folder_, segment.name, i == index ? byte : 0,
+                                                [this](uint64_t bytes) { Advance(bytes); });
+      if (!marked.ok()) {
+        return Error{marked.error()};
       }
-      durable_ = std::max(durable_, DurableIn(file.value(), i == index ? byte : 0));
+      durable_ = std::max(durable_, marked.value());
     }
     const bool is_damage = durable_ > result_.sequence;
+    stopped_at_damage_ = is_damage;
     Note(segments_[index].name, byte, std::move(what), is_damage);
     for (size_t i = index; is_damage && i < segments_.size(); ++i) {
       result_.damaged_files.push_back(segments_[i].name);
@@ -286,6 +350,8 @@ class Recovery {
   }
 
   const Folder& folder_;
+  const TellProgress& tell_;
+  Progress progress_;
   std::vector<Segment> segments_;
   std::vector<std::string> snapshots_;
   Recovered result_;
@@ -293,6 +359,7 @@ class Recovery {
   bool last_is_relaxed_ = false;
   bool ended_ = false;
   bool stopped_ = false;
+  bool stopped_at_damage_ = false;
   std::deque<std::pair<uint64_t, std::string>> tail_;  // records that no mark covers yet
   std::vector<engine::Outgoing> out_;
 };
@@ -303,8 +370,8 @@ std::string Finding::Text() const {
   return file + ": byte " + std::to_string(byte) + ": " + what;
 }
 
-Result<Recovered> Recover(const Folder& folder, uint64_t before_ordinal) {
-  return Recovery(folder).Run(before_ordinal);
+Result<Recovered> Recover(const Folder& folder, uint64_t before_ordinal, const TellProgress& tell) {
+  return Recovery(folder, tell).Run(before_ordinal);
 }
 
 }  // namespace pheromone::journal

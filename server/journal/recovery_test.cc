@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "server/journal/crc32c.h"
+#include "server/journal/durable_note.h"
 #include "server/journal/format.h"
 #include "server/journal/testing/borders.h"
 #include "server/journal/testing/crash_folder.h"
@@ -82,6 +83,104 @@ TEST_F(RecoveryTest, EveryDamagedByteIsReportedAndEndsThePrefix) {
     }
     // Groups of five: one that a later mark calls durable was damaged afterwards.
     ASSERT_EQ(recovered.value().lost, last.sequence < 55) << at;
+  }
+}
+
+// An end that was cut off between two records looks like the end of the log; the note tells.
+TEST_F(RecoveryTest, AnEndThatWasCutOffBetweenRecordsIsMissedFromTheLastNoteOn) {
+  lives_->PassTime(1'000'000);
+  lives_->Write();  // nothing but the note: 60 are on the disk
+  ASSERT_TRUE(lives_->Submit());
+  lives_->Write();  // not noted yet
+  const std::string whole = Segment();
+  const std::vector<Border> borders = BordersOf(whole);
+  for (const Border& border : borders) {
+    Segment() = whole.substr(0, border.at);
+    const auto recovered = Recover(folder_);
+    ASSERT_TRUE(recovered.ok());
+    ASSERT_EQ(recovered.value().sequence, border.sequence);
+    ASSERT_EQ(recovered.value().lost, border.sequence < 60) << border.at;
+    if (border.sequence < 60) {
+      ASSERT_EQ(recovered.value().findings.size(), 1u);
+      EXPECT_EQ(recovered.value().findings[0].file, "journal/durable");
+      EXPECT_EQ(recovered.value().findings[0].what.find("the log ends at sequence " +
+                                                        std::to_string(border.sequence) +
+                                                        ", but 60 was on the disk at "),
+                0u);
+    }
+  }
+  // The next life begins an epoch, once.
+  Segment() = whole.substr(0, borders[20].at);
+  EXPECT_NE(lives_->Begin(), "");
+  EXPECT_TRUE(lives_->opened().state_lost);
+  EXPECT_EQ(lives_->Begin(), "");
+}
+
+TEST_F(RecoveryTest, ANoteOfWhichAPlaceIsTornIsTheOtherOne) {
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(lives_->Submit());
+    lives_->PassTime(1'000'000);
+    lives_->Write();
+  }
+  std::string& file = folder_.Contents(std::string(kDurableName));
+  const std::string whole = file;
+  const DurableNote last = *ReadDurableNote(folder_);
+  EXPECT_EQ(last.sequence, 62u);
+  file[NotePlace(last) + 25] = 'x';
+  const auto other = ReadDurableNote(folder_);
+  ASSERT_TRUE(other.has_value());
+  EXPECT_EQ(other->count, last.count - 1);
+  EXPECT_LT(other->sequence, last.sequence);
+  file[NotePlace(*other) + 25] = 'x';
+  EXPECT_FALSE(ReadDurableNote(folder_).has_value());
+  EXPECT_FALSE(Recover(folder_).value().lost) << "without a note nothing is known";
+  file = whole;
+}
+
+TEST_F(RecoveryTest, WhatIsNoFileButHasTheNameOfOneIsTold) {
+  folder_.others = {"00000007.segment", "lost+found"};
+  const auto recovered = Recover(folder_);
+  ASSERT_TRUE(recovered.ok());
+  EXPECT_EQ(recovered.value().sequence, 60u);
+  ASSERT_EQ(recovered.value().findings.size(), 1u);
+  EXPECT_EQ(recovered.value().findings[0].file, "journal/00000007.segment");
+  EXPECT_EQ(recovered.value().next_ordinal, 8u);
+  EXPECT_FALSE(recovered.value().lost);
+}
+
+TEST_F(RecoveryTest, ProgressGoesFromNothingToAll) {
+  Progress last;
+  uint64_t calls = 0;
+  const auto recovered = Recover(folder_, UINT64_MAX, [&](const Progress& now) {
+    EXPECT_GE(now.bytes_done, last.bytes_done);
+    EXPECT_LE(now.bytes_done, now.bytes_total);
+    EXPECT_GE(now.events, last.events);
+    last = now;
+    ++calls;
+  });
+  ASSERT_TRUE(recovered.ok());
+  EXPECT_EQ(last.events, 60u);
+  EXPECT_EQ(last.bytes_total, Segment().size());
+  EXPECT_GE(last.bytes_done + kSegmentHeaderBytes, last.bytes_total);
+  EXPECT_GE(calls, 60u);
+}
+
+// Of a file of any size only pieces are in memory; a mark may lie across two of them.
+TEST_F(RecoveryTest, AMarkBehindAVeryLongTailIsFound) {
+  const uint64_t end = Segment().size();
+  std::string mark;
+  AppendGroup(61, &mark);
+  for (const size_t distance : {(size_t{1} << 20) - 5, size_t{3} << 20}) {
+    std::string& bytes = Segment();
+    bytes.resize(end);
+    bytes.resize(end + distance);
+    bytes += mark;
+    const auto recovered = Recover(folder_);
+    ASSERT_TRUE(recovered.ok());
+    EXPECT_EQ(recovered.value().sequence, 60u);
+    EXPECT_TRUE(recovered.value().lost);
+    ASSERT_EQ(recovered.value().findings.size(), 1u);
+    EXPECT_EQ(recovered.value().findings[0].byte, end);
   }
 }
 

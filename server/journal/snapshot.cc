@@ -97,7 +97,8 @@ Status WriteSnapshot(const engine::Engine& engine, const engine::Stamp& stamp, F
   return status.ok() ? file.GiveName() : status;
 }
 
-Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uint64_t* byte) {
+Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uint64_t* byte,
+                              const std::function<void(uint64_t)>& read) {
   *byte = 0;
   const Result<std::string> head = folder.Read(name, 0, kSnapshotHeaderBytes);
   if (!head.ok()) {
@@ -108,7 +109,14 @@ Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uin
     return Error{header.error()};
   }
   Portions portions(folder, name);
-  ByteReader reader([&portions] { return portions.Next(); });
+  ByteReader reader([&] {
+    const uint64_t before = portions.at();
+    const std::string_view portion = portions.Next();
+    if (read) {
+      read(portions.at() - before);
+    }
+    return portion;
+  });
   Result<engine::Engine> engine = engine::Engine::Restore(&reader);
   reader.ExpectEnd();
   const Status ended = portions.AtEnd();

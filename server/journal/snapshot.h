@@ -7,6 +7,8 @@
 // file NAME.new, which counts for nothing. snapshot_writer.h is for a server that runs.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 
 #include "server/base/result.h"
@@ -26,6 +28,8 @@ struct Snapshot {
 Status WriteSnapshot(const engine::Engine& engine, const engine::Stamp& stamp, Folder* folder);
 
 /// Errors: what is wrong, found in the portion that begins at `*byte`.
-Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uint64_t* byte);
+/// `read` is told of how many more bytes were read, now and then.
+Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uint64_t* byte,
+                              const std::function<void(uint64_t)>& read = {});
 
 }  // namespace pheromone::journal

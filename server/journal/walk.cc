@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/journal/segment_reader.h"
+
 namespace pheromone::journal {
 namespace {
 
@@ -48,11 +50,7 @@ Result<Walked> WalkEvents(const Folder& folder, const std::function<void(const R
     for (size_t later = i + 1; later < segments.size(); ++later) {
       end = std::min(end, segments[later].first_sequence);
     }
-    const Result<std::string> file = folder.Read(segments[i].name, 0, SIZE_MAX);
-    if (!file.ok()) {
-      return Error{file.error()};
-    }
-    RecordReader reader(file.value());
+    SegmentReader reader(folder, segments[i].name);
     Record record;
     RecordReader::Found found = RecordReader::Found::kEnd;
     while ((found = reader.Next(&record)) == RecordReader::Found::kRecord) {
@@ -70,6 +68,9 @@ Result<Walked> WalkEvents(const Folder& folder, const std::function<void(const R
       visit(record);
       walked.first = walked.events++ == 0 ? record.sequence : walked.first;
       walked.last = record.sequence;
+    }
+    if (!reader.status().ok()) {
+      return Error{reader.status().error()};
     }
     if (found == RecordReader::Found::kBad && walked.last + 1 < end) {
       walked.cut_short =

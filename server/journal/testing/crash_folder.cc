@@ -79,6 +79,37 @@ class CrashFile final : public AppendFile {
   std::shared_ptr<CrashFolder::Inode> file_;
 };
 
+class CrashSlots final : public SlotFile {
+ public:
+  CrashSlots(CrashFolder* folder, std::shared_ptr<CrashFolder::Inode> file)
+      : folder_(*folder), file_(std::move(file)) {}
+
+  Status Write(uint64_t at, std::string_view bytes) override {
+    bool cut = false;
+    if (!folder_.Begin(&cut)) {
+      return Off();
+    }
+    file_->bytes.replace(at, bytes.size(), bytes);
+    file_->rewritten.emplace_back(at, at + bytes.size());
+    if (cut) {
+      return Off();
+    }
+    if (folder_.failing_syncs_ > 0) {
+      --folder_.failing_syncs_;
+      return Error{"journal: cannot be synced: Input/output error"};
+    }
+    if (!folder_.ignore_file_syncs) {
+      file_->synced = file_->bytes;
+      file_->rewritten.clear();
+    }
+    return Ok();
+  }
+
+ private:
+  CrashFolder& folder_;
+  std::shared_ptr<CrashFolder::Inode> file_;
+};
+
 bool CrashFolder::Begin(bool* cut) {
   ++operations_;
   *cut = !is_off_ && operations_ >= cut_at_;
@@ -131,7 +162,13 @@ void CrashFolder::Tear(Inode* file) {
       }
     }
   }
-  *file = Inode{after, after, {}, 0};
+  for (const auto& [begin, end] : file->rewritten) {
+    const uint64_t mood = random_() % 3;  // not there, all there, noise
+    for (size_t i = begin; mood != 0 && i < std::min(end, after.size()); ++i) {
+      after[i] = mood == 1 ? file->bytes[i] : static_cast<char>(random_());
+    }
+  }
+  *file = Inode{after, after, {}, 0, {}};
 }
 
 void CrashFolder::PowerOn() {
@@ -173,6 +210,31 @@ Result<std::vector<std::string>> CrashFolder::List() const {
     names.push_back(name);
   }
   return names;
+}
+
+Result<uint64_t> CrashFolder::Size(const std::string& name) const {
+  const auto found = names_.find(name);
+  if (is_off_ || found == names_.end()) {
+    return is_off_ ? Off() : Error{path_ + "/" + name + ": is not there"};
+  }
+  return uint64_t{found->second->bytes.size()};
+}
+
+Result<std::unique_ptr<SlotFile>> CrashFolder::OpenSlots(const std::string& name, uint64_t bytes) {
+  if (!is_off_ && !Has(name)) {
+    const auto file = std::make_shared<Inode>();
+    const Status made = Make({"", name, file});
+    if (!made.ok()) {
+      return Error{made.error()};
+    }
+  }
+  if (is_off_) {
+    return Off();
+  }
+  const std::shared_ptr<Inode>& file = names_.at(name);
+  file->bytes.resize(bytes);
+  file->synced.resize(bytes);  // zeros in either case
+  return std::unique_ptr<SlotFile>(std::make_unique<CrashSlots>(this, file));
 }
 
 Result<std::string> CrashFolder::Read(const std::string& name, uint64_t offset, size_t most) const {

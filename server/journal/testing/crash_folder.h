@@ -11,6 +11,9 @@
 // removed since the folder was last synced, each may be so or not, whatever became of the others. A
 // sync that fails loses what it was to write for good, as Linux does, while reads still show it.
 //
+// A part of a file that is written again may, without a sync, be as before, as it should be, or
+// noise.
+//
 // Mutants for the tests of the tests: syncs that do nothing.
 //
 // One thread at a time.
@@ -32,7 +35,8 @@ class CrashFolder final : public Folder {
  public:
   explicit CrashFolder(uint64_t seed) : random_(seed) {}
 
-  // --- What goes wrong. Operations are Append, Sync, Create, Rename and Remove, of all files.
+  // --- What goes wrong. Operations are Append, Write, Sync, Create, Rename and Remove, of all
+  // files.
 
   /// The `n`th from now (from 1 on) is cut short, and all after it fail. 0: never.
   void CutAt(uint64_t n) { cut_at_ = n == 0 ? UINT64_MAX : operations_ + n; }
@@ -49,6 +53,9 @@ class CrashFolder final : public Folder {
   bool ignore_file_syncs = false;
   bool ignore_folder_syncs = false;
 
+  /// What is there beside files.
+  std::vector<std::string> others;
+
   /// How many operations there were.
   uint64_t operations() const { return operations_; }
   uint64_t bytes() const;
@@ -59,14 +66,18 @@ class CrashFolder final : public Folder {
 
   const std::string& path() const override { return path_; }
   Result<std::vector<std::string>> List() const override;
+  Result<std::vector<std::string>> ListOthers() const override { return others; }
+  Result<uint64_t> Size(const std::string& name) const override;
   Result<std::string> Read(const std::string& name, uint64_t offset, size_t most) const override;
   Result<std::unique_ptr<AppendFile>> Create(const std::string& name) override;
+  Result<std::unique_ptr<SlotFile>> OpenSlots(const std::string& name, uint64_t bytes) override;
   Status Rename(const std::string& from, const std::string& to) override;
   Status Remove(const std::string& name) override;
   Status Sync() override;
 
  private:
   friend class CrashFile;
+  friend class CrashSlots;
 
   // A file, whatever its name is.
   struct Inode {
@@ -75,6 +86,8 @@ class CrashFolder final : public Folder {
     // Ranges that a failed sync has lost, although `bytes` has them.
     std::vector<std::pair<size_t, size_t>> lost;
     uint64_t reserved = 0;
+    // Ranges that were written again since the last sync.
+    std::vector<std::pair<size_t, size_t>> rewritten;
   };
   using Names = std::map<std::string, std::shared_ptr<Inode>>;
   struct Change {

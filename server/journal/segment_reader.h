@@ -1,0 +1,56 @@
+// The records of a segment's file, one after the other, of which only a piece is in memory at a
+// time: a file may be of any size, for instance one that somebody has made 20 GB long.
+//
+//   SegmentReader reader(folder, "00000042.segment");
+//   Record record;
+//   while (reader.Next(&record) == RecordReader::Found::kRecord) ...
+//
+// One thread; the folder outlives the reader.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "server/base/result.h"
+#include "server/journal/folder.h"
+#include "server/journal/format.h"
+
+namespace pheromone::journal {
+
+class SegmentReader {
+ public:
+  /// Reads up to where the file ends now; somebody may be writing to it.
+  SegmentReader(const Folder& folder, std::string name);
+
+  /// What the record points to is valid until the next call. kBad also if the file cannot be read:
+  /// then status() says so.
+  RecordReader::Found Next(Record* record);
+
+  uint64_t at() const { return at_; }
+  uint64_t size() const { return size_; }
+  const std::string& why() const { return why_; }
+  /// Errors: the system could not read the file.
+  const Status& status() const { return status_; }
+
+ private:
+  bool Fill(uint64_t bytes);
+  bool HasItsChecksum(uint64_t bytes);
+  RecordReader::Found Bad(std::string why);
+
+  const Folder& folder_;
+  const std::string name_;
+  uint64_t at_ = kSegmentHeaderBytes;
+  uint64_t size_ = 0;
+  std::string window_;
+  uint64_t window_at_ = 0;
+  std::string why_;
+  Status status_ = Ok();
+};
+
+/// As DurableIn of format.h, of a file of any size. `read` is told, now and then, of how many more
+/// bytes were looked at.
+Result<uint64_t> DurableIn(const Folder& folder, const std::string& name, uint64_t at,
+                           const std::function<void(uint64_t)>& read);
+
+}  // namespace pheromone::journal
