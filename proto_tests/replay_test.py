@@ -415,7 +415,7 @@ class FilesTest(unittest.TestCase):
     def test_files_that_are_none_and_mistakes_in_the_command_line(self):
         with tempfile.TemporaryDirectory() as name:
             none = pathlib.Path(name) / "none.pcapng"
-            self.assertEqual(replay(none).returncode, 2)
+            self.assertEqual(replay(none).returncode, 1)
             none.write_bytes(b"no capture at all")
             result = replay(none)
             self.assertEqual(result.returncode, 1)

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -61,8 +62,19 @@ bool IsSmall(const Record& record) {
   const auto* change =
       applied != nullptr ? std::get_if<engine::ConfigChanged>(&applied->event) : nullptr;
   const auto* start = std::get_if<Start>(&record);
-  return (change == nullptr || change->config.field.memory_bytes <= kMostMemory) &&
+  return (change == nullptr || change->config->field.memory_bytes <= kMostMemory) &&
          (start == nullptr || start->state_bytes <= kMostMemory);
+}
+
+std::string Encoded(const Record& record) {
+  ByteWriter writer;
+  EncodePayload(record, &writer);
+  return writer.Take();
+}
+
+Record DecodeAgain(size_t kind, std::string_view bytes) {
+  ByteReader reader(bytes);
+  return DecodePayload(kind, capture::kFormatVersion, &reader);
 }
 
 void PlayRecords(std::string_view bytes, bool with_start) {
@@ -97,7 +109,12 @@ void PlayRecords(std::string_view bytes, bool with_start) {
       reader.ExpectEnd();
       ByteWriter again;
       EncodePayload(record, &again);
-      Require(!reader.ok() || again.bytes() == payload, "there is another way to write a record");
+      if (reader.ok() && again.bytes() != payload) {
+        // An event of an earlier version is written as one of the present.
+        Require(std::holds_alternative<EventApplied>(record) &&
+                    Encoded(DecodeAgain(kind, again.bytes())) == again.bytes(),
+                "there is another way to write a record");
+      }
     }
     if (!reader.ok() || !IsSmall(record) || !replay.Take({++number, 0, 0, record}).ok()) {
       return;

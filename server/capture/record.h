@@ -100,8 +100,8 @@ struct TurnedAway {
   protocol::Reason answer = protocol::Reason::kNone;  ///< of the ERROR given for it; kNone: silence
 };
 
-/// A message that the engine gave but that never went out: too late, or nobody is there, or its robot
-/// asked again before it could be sent.
+/// A message that the engine gave but that never went out: too late, or nobody is there, or its
+/// robot asked again before it could be sent.
 struct NotSent {
   Sent sent;
 };

@@ -436,6 +436,10 @@ Status Recorder::WriteAll(const std::deque<Record>& records, bool* state_lost) {
     }
   }
   flush();
+  if (status.ok() && files_ != nullptr && files_->bytes() != 0) {
+    const std::lock_guard lock(mutex_);
+    status_.has_state = true;  // a start and its state come together
+  }
   return status;
 }
 

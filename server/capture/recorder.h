@@ -67,6 +67,7 @@ struct RecordingStatus {
   uint64_t lost = 0;             ///< left out
   uint64_t bytes = 0;            ///< written
   uint32_t files = 0;            ///< begun
+  bool has_state = false;        ///< the first file has the state from which it goes on
   bool written = true;           ///< nothing waits for the disk
   uint64_t longest_copy_us = 0;  ///< for which reads and events waited, while a state was frozen
   uint64_t begun_anew = 0;       ///< because a state could not be copied

@@ -497,7 +497,9 @@ TEST_F(RecorderTest, AFileThatCannotBeMadeEndsTheRecordingAndNothingElse) {
   Live live(folder_, SmallConfig());
   live.options.file_bytes = 1;
   ASSERT_TRUE(live.Record().ok());
-  std::filesystem::remove_all(folder_);
+  // At once, as the writer may be about to make the next file in it.
+  std::filesystem::rename(folder_, folder_ + "-gone");
+  std::filesystem::remove_all(folder_ + "-gone");
   live.Hear(0, FrameOf(Hello(1, 1)));
   for (uint8_t seq = 1; live.recorder().status().error.empty(); ++seq) {
     live.Hear(0, FrameOf(Trace(1, seq)));

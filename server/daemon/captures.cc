@@ -60,7 +60,7 @@ Status Captures::Stop() {
 
 std::optional<Status> Captures::Settled() const {
   const capture::RecordingStatus status = recorder_.status();
-  if (status.recording ? status.bytes == 0 : !status.written) {
+  if (status.recording ? !status.has_state : !status.written) {
     return std::nullopt;
   }
   return status.error.empty() ? Ok() : Status(Error{status.error});

@@ -63,6 +63,10 @@ ConfigFigures FiguresOf(const EngineConfig& config) {
 
 Status Engine::Prepare(const SharedConfig& present, Event* event) {
   if (auto* edited = std::get_if<FieldEdited>(event)) {
+    const Status shape = field::CheckShape(edited->edit);
+    if (!shape.ok()) {
+      return shape;
+    }
     Result<field::Raster> raster = field::RasterFor(edited->edit, present->field.map);
     if (!raster.ok()) {
       return Error{raster.error()};
@@ -108,7 +112,8 @@ void Engine::On(const ConfigChanged& change, std::vector<Outgoing>* /*out*/) {
     (void)Prepare(&planned);
   }
   const ConfigPlan& plan = *std::get<ConfigChanged>(planned).plan;
-  if (change.in_portions) {
+  // At the end of time there is no later moment to tell old nodes from new ones by.
+  if (change.in_portions && field_time_ms_ < kMostFieldTimeMs) {
     field_->BeginReconfigure(sequence_, change.config.field(), plan.laying, field_time_ms_);
     ++field_time_ms_;  // what was stored before can be told from what comes later
   } else {

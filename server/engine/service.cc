@@ -12,6 +12,8 @@ using protocol::Message;
 using protocol::Reason;
 
 constexpr char kNoChanges[] = "the log takes no changes at the moment";
+// How often an operator's change asks a busy log again: for some seconds, as pauses go.
+constexpr int kBusyPortions = 20'000;
 
 // Whether this answers a request of the kind whose answers wait, of which a robot has one under
 // way.
@@ -40,7 +42,7 @@ Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lo
       if (engine_.configured()) {
         present = engine_.shared_config();
         field = &engine_.field();
-        now_ms = clock_.Read(read_clock_()).field_time_ms;
+        now_ms = StampNow().field_time_ms;
         for (uint8_t type = 1; type < field::kTypes; ++type) {
           changes[type] = field->changes(type);
         }
@@ -75,7 +77,7 @@ Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lo
       acceptable = engine_.CheckConfig(*config, change.plan.get());
       if (acceptable.ok()) {
         std::vector<Outgoing> none;
-        const Stamp stamp = clock_.Read(read_clock_());
+        const Stamp stamp = StampNow();
         if (Change(stamp, event, &none) != Reason::kNone) {
           return Error{kNoChanges};
         }
@@ -108,7 +110,7 @@ void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vec
                      std::span<const Asker> askers) {
   assert(askers.size() <= 1 || askers.size() == messages.size());
   const std::lock_guard lock(mutex_);
-  const Stamp stamp = clock_.Read(read_clock_());
+  const Stamp stamp = StampNow();
   const size_t before = out->size();
   std::vector<Witness::Outcome> outcomes;
   for (size_t i = 0; i < messages.size(); ++i) {
@@ -190,13 +192,8 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
     if (log_->IsRotationDue() && engine_.configured()) {
       log_->Rotate(engine_.StateHash());
     }
-    const uint64_t sequence = log_->Append(stamp, event);
     const size_t before = out->size();
-    if (std::holds_alternative<FieldEdited>(event) ||
-        std::holds_alternative<ConfigChanged>(event)) {
-      awaited_works_.emplace(sequence, std::nullopt);
-    }
-    engine_.Apply(sequence, stamp, event, out);
+    const uint64_t sequence = AppendAndApply(stamp, event, out);
     for (const field::FinishedWork& it : engine_.finished()) {
       if (const auto awaited = awaited_works_.find(it.id); awaited != awaited_works_.end()) {
         awaited->second = it.outcome;
@@ -209,6 +206,26 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
     WakeIfEarlier();
   }
   return refused;
+}
+
+// What is in the log and not in the state, or the other way round, would tell robots of changes
+// that never were. An exception on the way, for want of memory, ends the process, and a restart
+// goes on from the log.
+uint64_t Service::AppendAndApply(const Stamp& stamp, const Event& event,
+                                 std::vector<Outgoing>* out) noexcept {
+  const uint64_t sequence = log_->Append(stamp, event);
+  if (std::holds_alternative<FieldEdited>(event) || std::holds_alternative<ConfigChanged>(event)) {
+    awaited_works_.emplace(sequence, std::nullopt);
+  }
+  engine_.Apply(sequence, stamp, event, out);
+  return sequence;
+}
+
+// A changed configuration may have taken the engine a little ahead of the clock.
+Stamp Service::StampNow() {
+  Stamp stamp = clock_.Read(read_clock_());
+  stamp.field_time_ms = std::max(stamp.field_time_ms, engine_.field_time_ms());
+  return stamp;
 }
 
 void Service::WakeIfEarlier() {
@@ -231,7 +248,7 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
     return Error{std::to_string(held_.commands()) + " commands wait for the log to become durable"};
   }
   const size_t before = out->size();
-  if (Change(clock_.Read(read_clock_()), command, out) != Reason::kNone) {
+  if (Change(StampNow(), command, out) != Reason::kNone) {
     return Error{kNoChanges};
   }
   HoldBack(out, before);
@@ -268,7 +285,7 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
     if (!acceptable.ok()) {
       return Error{acceptable.error()};
     }
-    if (Change(clock_.Read(read_clock_()), event, &none) != Reason::kNone) {
+    if (Change(StampNow(), event, &none) != Reason::kNone) {
       return Error{kNoChanges};
     }
     id = engine_.sequence();
@@ -283,6 +300,8 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
 // Goes on with what is under way until the change that event `id` began has come to its end; 0: all
 // of it. Returns the sequence number of the last event.
 Result<uint64_t> Service::Finish(uint64_t id) {
+  // A large configuration alone fills the log's queue for a moment.
+  int patience = between_portions_ ? kBusyPortions : 0;
   for (;;) {
     std::vector<Outgoing> out;
     {
@@ -296,7 +315,8 @@ Result<uint64_t> Service::Finish(uint64_t id) {
       if (id == 0 && !engine_.is_busy()) {
         return engine_.sequence();
       }
-      if (Change(clock_.Read(read_clock_()), Advance{}, &out) != Reason::kNone) {
+      const Reason refused = Change(StampNow(), Advance{}, &out);
+      if (refused != Reason::kNone && (refused != Reason::kBusy || --patience < 0)) {
         awaited_works_.erase(id);
         return Error{
             "the log stopped taking changes while the map was being changed; the rest follows "
@@ -312,7 +332,7 @@ Result<uint64_t> Service::Finish(uint64_t id) {
 
 size_t Service::Observe(std::span<const PoseObserved> observations) {
   const std::lock_guard lock(mutex_);
-  const Stamp stamp = clock_.Read(read_clock_());
+  const Stamp stamp = StampNow();
   std::vector<Outgoing> none;
   size_t taken = 0;
   for (const PoseObserved& it : observations) {
@@ -335,7 +355,7 @@ std::optional<LinkIndex> Service::FindLink(std::string_view name) const {
 
 void Service::AdvanceIfDue(std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
-  const Stamp stamp = clock_.Read(read_clock_());
+  const Stamp stamp = StampNow();
   const std::optional<uint64_t> deadline = engine_.NextDeadline();
   if (!deadline || std::max(*deadline, put_off_ms_) > stamp.field_time_ms) {
     return;
@@ -354,7 +374,7 @@ std::optional<uint64_t> Service::MillisecondsToDeadline() {
   if (!deadline) {
     return std::nullopt;
   }
-  const uint64_t now_ms = clock_.Read(read_clock_()).field_time_ms;
+  const uint64_t now_ms = StampNow().field_time_ms;
   return awaited_ms_ > now_ms ? awaited_ms_ - now_ms : 0;
 }
 

@@ -181,6 +181,9 @@ class Service {
   protocol::Reason RefusalOfRepeat(const Outgoing& answer);
   void Drop(const std::optional<HeldAnswers::Dropped>& dropped);
   void HoldBack(std::vector<Outgoing>* out, size_t from);
+  uint64_t AppendAndApply(const Stamp& stamp, const Event& event,
+                          std::vector<Outgoing>* out) noexcept;
+  Stamp StampNow();
   void WakeIfEarlier();
 
   mutable std::mutex mutex_;

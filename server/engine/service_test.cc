@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <functional>
+#include <new>
 #include <span>
 #include <thread>
 #include <utility>
@@ -495,7 +496,7 @@ TEST_F(ServiceTest, RobotsAreAnsweredBetweenThePortionsOfAnEdit) {
   Handle({Hello(1, 1)});
   int portions = 0;
   uint8_t seq = 0;
-  size_t nodes = 0;
+  size_t nodes = field::Field::kNodesOfPortion;  // the first one is made with the edit itself
   service_.OnPortion([&](std::span<const Outgoing> /*out*/) {
     ++portions;
     const auto answers = Handle({Deposit(1, ++seq)});
@@ -699,6 +700,38 @@ TEST(ServiceThreads, ConcurrentLinksLoseNothing) {
     replayed.Apply(i + 1, log.events[i].first, log.events[i].second, &out);
   }
   EXPECT_EQ(replayed.StateHash(), service.StateHash());
+}
+
+// Fails in the middle of a change, as for want of memory.
+class FailingLog final : public OrderedLog {
+ public:
+  Reason Admit() override { return Reason::kNone; }
+  uint64_t Append(const Stamp& /*stamp*/, const Event& /*event*/) override {
+    if (++sequence_ > 1) {
+      throw std::bad_alloc();
+    }
+    return sequence_;
+  }
+  uint64_t DurableSequence() const override { return sequence_; }
+  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> /*done*/) override { return false; }
+  void Probe(std::function<void()> done) override { done(); }
+
+ private:
+  uint64_t sequence_ = 0;
+};
+
+TEST(ServiceDeathTest, AnExceptionBetweenLogAndStateEndsTheProcess) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto change = [] {
+    FailingLog log;
+    Service service(&log, [] { return ClockReading{}; });
+    if (service.Configure(testing::SmallConfig(), 7).ok()) {
+      std::vector<Outgoing> out;
+      const protocol::Message hello[] = {Hello(1, 1)};
+      service.Handle(0, hello, &out);
+    }
+  };
+  EXPECT_DEATH(change(), "");
 }
 
 }  // namespace

@@ -132,8 +132,8 @@ uint64_t CellMap::BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_
   if (place != nullptr) {
     return place->tile.load(std::memory_order_relaxed) != nullptr ? 0 : kTileBytes;
   }
-  const bool has_top = top_counted || top_.load(std::memory_order_relaxed) != nullptr;
-  return kTileBytes + (leaf_counted ? 0 : kLeafBytes) + (has_top ? 0 : BytesOfTop());
+  const bool top_is_paid = top_counted || has_top_;
+  return kTileBytes + (leaf_counted ? 0 : kLeafBytes) + (top_is_paid ? 0 : BytesOfTop());
 }
 
 bool CellMap::Write(NodeIndex node, NodeState state) {

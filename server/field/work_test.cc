@@ -211,5 +211,30 @@ TEST(Work, AFieldRestoredInTheMiddleGoesOnTheSame) {
   EXPECT_FALSE(field.busy());
 }
 
+// The table of a map that was erased stays in the budget, whether it is there or, after a restart,
+// not yet again: an edit that fits exactly fits in both.
+TEST(Work, AnEditOfAnErasedMapFitsAfterARestartToo) {
+  FieldConfig config = WideConfig();
+  config.memory_bytes = testing::BytesOf(config.map, 1, 1);
+  Field field(config);
+  ASSERT_EQ(field.Deposit(1, {1'000'000, 1'000'000}, 1, 1), DepositResult::kDone);
+  field.BeginEdit(1, Everything(FieldEdit::Action::kErase, 0), nullptr, 1);
+  ASSERT_TRUE(End(&field, 1, 1).ok());
+  ByteWriter writer;
+  field.Save(&writer);
+  ByteReader reader(writer.bytes());
+  const auto restored =
+      Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
+  ASSERT_NE(restored, nullptr) << reader.error();
+  FieldEdit dot = Everything(FieldEdit::Action::kSet, 64);
+  dot.shape = FieldEdit::Shape::kStroke;
+  dot.points = {{1'000'000, 1'000'000}};
+  for (Field* it : {&field, restored.get()}) {
+    it->BeginEdit(2, dot, nullptr, 2);
+    EXPECT_TRUE(End(it, 2, 2).ok());
+    EXPECT_EQ(it->used_bytes(), config.memory_bytes);
+  }
+}
+
 }  // namespace
 }  // namespace pheromone::field
