@@ -25,6 +25,7 @@
 namespace {
 
 using pheromone::ByteWriter;
+using pheromone::journal::RecordKind;
 using pheromone::journal::SegmentName;
 using pheromone::journal::SnapshotName;
 using pheromone::journal::testing::CrashFolder;
@@ -58,25 +59,39 @@ std::string Beginning() {
 }
 
 // Records of the form: a byte of length, a byte of time, then an event as event_codec.h writes it.
-// Some become other kinds of records.
+// Some become other kinds of records, such as pieces of events, of which most follow each other.
 std::string Records(std::string_view data) {
   std::string bytes = Beginning();
   uint64_t sequence = 3;
   uint64_t now_ms = 1'000;
+  std::string pieces;
   while (data.size() > 2) {
     const size_t length = std::min<size_t>(static_cast<uint8_t>(data[0]), data.size() - 2);
     const auto time = static_cast<uint8_t>(data[1]);
     now_ms += uint64_t{time} * time * time;
+    const std::string_view rest = data.substr(2, length);
+    data.remove_prefix(2 + length);
+    const auto kind = static_cast<RecordKind>(time % 16 == 15 ? 2 + time / 16 % 5 : 1);
     ByteWriter payload;
-    payload.U8(time % 16 == 15 ? 2 + time / 16 % 3 : 1);
-    payload.U64(payload.bytes()[0] == 1 ? ++sequence : sequence);
-    if (payload.bytes()[0] == 1) {
-      payload.U64(now_ms);
-      payload.I64(static_cast<int64_t>(now_ms));
+    payload.U8(static_cast<uint8_t>(kind));
+    if (kind == RecordKind::kPiece) {
+      pieces = time < 128 ? pieces : "";
+      payload.U64(pieces.size());
+      pieces += rest;
+    } else {
+      const bool is_event = kind == RecordKind::kEvent || kind == RecordKind::kEventInPieces;
+      payload.U64(is_event ? ++sequence : sequence);
+      if (is_event) {
+        payload.U64(now_ms);
+        payload.I64(static_cast<int64_t>(now_ms));
+      }
+    }
+    if (kind == RecordKind::kEventInPieces) {
+      payload.U64(pieces.size());
+      payload.U32(pheromone::journal::Crc32c(pieces));
     }
     std::string record = payload.Take();
-    record += data.substr(2, length);
-    data.remove_prefix(2 + length);
+    record += rest;
     ByteWriter header;
     header.U32(static_cast<uint32_t>(record.size()));
     const uint32_t checksum =

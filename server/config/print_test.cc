@@ -115,17 +115,16 @@ TEST_F(PrintTest, MistakesAreTold) {
             "f.toml:31:8: print[1].file: bad.npy: byte 0: ");
 }
 
-// The map has 101 x 81 nodes: 513 prints of all of it are 4 196 853 nodes.
+// The map has 2001 x 1601 nodes: five prints of all of it are 16 018 005 nodes, and six are too
+// many.
 TEST_F(PrintTest, PrintsTogetherCoverALimitedNumberOfNodes) {
   Write("p.csv", "1\n");
   const std::string table =
       "[[print]]\npheromone = 2\nfile = \"p.csv\"\nat_m = [-1, -1]\ncell_m = 20\n";
-  std::string many;
-  for (int i = 0; i < 513; ++i) {
-    many += table;
-  }
-  EXPECT_EQ(ErrorOf(many),
-            "f.toml:2591:8: print[513].file: the prints cover more than 4194304 nodes, expected "
+  const std::string five = table + table + table + table + table;
+  EXPECT_EQ(ErrorOf(five, "", "0.005"), "");
+  EXPECT_EQ(ErrorOf(five + table, "", "0.005"),
+            "f.toml:56:8: print[6].file: the prints cover more than 16777216 nodes, expected "
             "smaller ones or larger cells of the map");
 }
 

@@ -6,6 +6,7 @@
 
 #include "server/config/points.h"
 #include "server/config/sections.h"
+#include "server/field/edit.h"
 #include "server/maps/csv_grid.h"
 #include "server/maps/npy.h"
 #include "server/maps/pgm.h"
@@ -19,7 +20,7 @@ namespace {
 constexpr std::string_view kFiles[] = {".yaml", ".yml", ".pgm", ".png", ".npy", ".csv"};
 
 // All prints together: what they are sampled at is worked out, and kept, node by node.
-constexpr int64_t kMostNodes = int64_t{1} << 22;
+constexpr int64_t kMostNodes = field::kMaxNodesOfEdit;
 
 constexpr size_t kMostPrints = 1024;
 

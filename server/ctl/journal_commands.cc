@@ -51,6 +51,8 @@ Result<std::unique_ptr<PosixFolder>> Open(const std::string& path) {
 std::string InWordsOfAnyKind(const Record& record) {
   switch (record.kind) {
     case RecordKind::kEvent:
+    case RecordKind::kPiece:  // the reader makes one event of them
+    case RecordKind::kEventInPieces:
       return journal::InWords(record);
     case RecordKind::kGroup:
       return fmt::format("group durable={}", record.sequence);

@@ -140,8 +140,16 @@ class Daemon::Impl {
   }
 
  private:
-  // The configuration is that of the state from here on, and the journal's threads run.
+  // The journal's threads run from here on, for a large configuration is written as it is taken;
+  // then the configuration is that of the state.
   bool BeginWithTheState() {
+    keeper_->Start(
+        [this] {
+          if (!release_posted_.exchange(true)) {
+            boost::asio::post(strand_, [this] { Release(); });
+          }
+        },
+        [this] { return journal::ServiceState::Freeze(&service_); });
     const Status configured = config_.TakeAtStart(keeper_->state_lost());
     if (!configured.ok()) {
       spdlog::critical("{}", configured.error());
@@ -152,16 +160,8 @@ class Daemon::Impl {
             "anew by moving it away",
             keeper_->folder(), keeper_->folder());
       }
-      return false;
     }
-    keeper_->Start(
-        [this] {
-          if (!release_posted_.exchange(true)) {
-            boost::asio::post(strand_, [this] { Release(); });
-          }
-        },
-        [this] { return journal::ServiceState::Freeze(&service_); });
-    return true;
+    return configured.ok();
   }
 
   bool BeginToRecord() {

@@ -92,6 +92,13 @@ struct RequestReceived {
 /// evaporated is swept, what diffuses makes a step.
 struct Advance {};
 
+/// Where a log has the bytes of an event that it has not been given yet (OrderedLog::WriteAhead).
+struct WrittenAhead {
+  uint64_t segment = 0;  ///< the number of the file
+  uint64_t bytes = 0;
+  uint32_t checksum = 0;
+};
+
 /// The first event of a new state, and every change of the configuration after it. `new_epoch` is
 /// used if this begins an epoch: the state is new, what HELLO tells the clients has changed, or
 /// changes that clients were told of were lost.
@@ -103,7 +110,8 @@ struct ConfigChanged {
   uint16_t new_epoch = 1;
   bool state_lost = false;
   bool in_portions = true;
-  std::shared_ptr<const ConfigPlan> plan = nullptr;  ///< Engine::Prepare; no part of the event
+  std::shared_ptr<const ConfigPlan> plan = nullptr;     ///< Engine::Prepare; no part of the event
+  std::shared_ptr<const WrittenAhead> ahead = nullptr;  ///< the log's; no part of the event
 };
 
 /// The operator wants a robot to do something; id kBroadcastId: all robots of the link (halt only).

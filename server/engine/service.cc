@@ -57,6 +57,10 @@ Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lo
       if (!acceptable.ok()) {
         return acceptable;
       }
+      acceptable = log_->WriteAhead(&event);
+      if (!acceptable.ok()) {
+        return acceptable;
+      }
     }
     uint64_t id = 0;
     {
@@ -81,6 +85,7 @@ Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lo
         if (Change(stamp, event, &none) != Reason::kNone) {
           return Error{kNoChanges};
         }
+        std::get<ConfigChanged>(event).ahead.reset();
         id = engine_.sequence();
       } else if (!engine_.is_busy()) {
         return acceptable;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <utility>
 
 #include "server/engine/event_codec.h"
 #include "server/journal/crc32c.h"
@@ -51,7 +52,18 @@ std::string Sealed(ByteWriter* writer) {
   return writer->Take();
 }
 
-Status CheckHeader(std::string_view bytes, std::string_view magic, size_t size,
+struct Versions {
+  uint32_t oldest;
+  uint32_t newest;
+  bool Know(uint32_t version) const { return version >= oldest && version <= newest; }
+  std::string Text() const {
+    return (oldest == newest ? "" : std::to_string(oldest) + " to ") + std::to_string(newest);
+  }
+};
+constexpr Versions kSegmentVersions{kOldestSegmentVersion, kSegmentVersion};
+constexpr Versions kSnapshotVersions{kSnapshotVersion, kSnapshotVersion};
+
+Status CheckHeader(std::string_view bytes, std::string_view magic, size_t size, Versions versions,
                    std::string_view what) {
   if (bytes.size() < size) {
     return Error{"its header is cut off after " + std::to_string(bytes.size()) + " bytes"};
@@ -62,9 +74,10 @@ Status CheckHeader(std::string_view bytes, std::string_view magic, size_t size,
   if (Crc32c(bytes.substr(0, size - 4)) != U32At(bytes, size - 4)) {
     return Error{"its header is damaged: the checksum differs"};
   }
-  if (U32At(bytes, magic.size()) != kFormatVersion) {
-    return Error{"is of version " + std::to_string(U32At(bytes, magic.size())) +
-                 ", which this program does not know; it knows " + std::to_string(kFormatVersion)};
+  const uint32_t version = U32At(bytes, magic.size());
+  if (!versions.Know(version)) {
+    return Error{"is of version " + std::to_string(version) +
+                 ", which this program does not know; it knows " + versions.Text()};
   }
   return Ok();
 }
@@ -113,7 +126,7 @@ std::string EncodeHeader(const SegmentHeader& header) {
   for (const char c : kSegmentMagic) {
     writer.U8(static_cast<uint8_t>(c));
   }
-  writer.U32(kFormatVersion);
+  writer.U32(kSegmentVersion);
   writer.U32(header.relaxed ? kFlagRelaxed : 0);
   writer.U64(header.ordinal);
   writer.U64(header.first_sequence);
@@ -121,7 +134,8 @@ std::string EncodeHeader(const SegmentHeader& header) {
 }
 
 Result<SegmentHeader> DecodeSegmentHeader(std::string_view bytes) {
-  const Status good = CheckHeader(bytes, kSegmentMagic, kSegmentHeaderBytes, "a segment");
+  const Status good =
+      CheckHeader(bytes, kSegmentMagic, kSegmentHeaderBytes, kSegmentVersions, "a segment");
   if (!good.ok()) {
     return Error{good.error()};
   }
@@ -141,7 +155,7 @@ std::string EncodeHeader(const SnapshotHeader& header) {
   for (const char c : kSnapshotMagic) {
     writer.U8(static_cast<uint8_t>(c));
   }
-  writer.U32(kFormatVersion);
+  writer.U32(kSnapshotVersion);
   writer.U64(header.sequence);
   writer.U64(header.stamp.field_time_ms);
   writer.I64(header.stamp.utc_ms);
@@ -150,7 +164,8 @@ std::string EncodeHeader(const SnapshotHeader& header) {
 }
 
 Result<SnapshotHeader> DecodeSnapshotHeader(std::string_view bytes) {
-  const Status good = CheckHeader(bytes, kSnapshotMagic, kSnapshotHeaderBytes, "a snapshot");
+  const Status good =
+      CheckHeader(bytes, kSnapshotMagic, kSnapshotHeaderBytes, kSnapshotVersions, "a snapshot");
   if (!good.ok()) {
     return Error{good.error()};
   }
@@ -164,11 +179,13 @@ Result<SnapshotHeader> DecodeSnapshotHeader(std::string_view bytes) {
 }
 
 bool IsOfAnotherVersion(std::string_view bytes) {
-  const size_t size = bytes.starts_with(kSegmentMagic)    ? kSegmentHeaderBytes
+  const bool is_segment = bytes.starts_with(kSegmentMagic);
+  const size_t size = is_segment                          ? kSegmentHeaderBytes
                       : bytes.starts_with(kSnapshotMagic) ? kSnapshotHeaderBytes
                                                           : SIZE_MAX;
   return bytes.size() >= size && Crc32c(bytes.substr(0, size - 4)) == U32At(bytes, size - 4) &&
-         U32At(bytes, kSegmentMagic.size()) != kFormatVersion;
+         !(is_segment ? kSegmentVersions : kSnapshotVersions)
+              .Know(U32At(bytes, kSegmentMagic.size()));
 }
 
 void AppendEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Event& event,
@@ -180,6 +197,41 @@ void AppendEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Ev
   engine::EncodeEvent(event, scratch);
   AppendRecord(scratch->bytes(), to);
   scratch->Clear();
+}
+
+void AppendPiece(uint64_t offset, std::string_view bytes, std::string* to) {
+  ByteWriter writer;
+  writer.U8(static_cast<uint8_t>(RecordKind::kPiece));
+  writer.U64(offset);
+  writer.Raw(bytes);
+  AppendRecord(writer.bytes(), to);
+}
+
+void AppendEventInPieces(uint64_t sequence, const engine::Stamp& stamp,
+                         const engine::WrittenAhead& ahead, std::string* to) {
+  ByteWriter writer;
+  writer.U8(static_cast<uint8_t>(RecordKind::kEventInPieces));
+  writer.U64(sequence);
+  writer.U64(stamp.field_time_ms);
+  writer.I64(stamp.utc_ms);
+  writer.U64(ahead.bytes);
+  writer.U32(ahead.checksum);
+  AppendRecord(writer.bytes(), to);
+}
+
+void FinishEvent(uint64_t sequence, const engine::Stamp& stamp, std::string* record) {
+  static_assert(kBeforeEventBytes == kRecordHeaderBytes + kEventHeaderBytes);
+  ByteWriter head;
+  head.U8(static_cast<uint8_t>(RecordKind::kEvent));
+  head.U64(sequence);
+  head.U64(stamp.field_time_ms);
+  head.I64(stamp.utc_ms);
+  record->replace(kRecordHeaderBytes, kEventHeaderBytes, head.bytes());
+  const std::string_view payload = std::string_view(*record).substr(kRecordHeaderBytes);
+  ByteWriter header;
+  header.U32(static_cast<uint32_t>(payload.size()));
+  header.U32(ChecksumOf(payload));
+  record->replace(0, kRecordHeaderBytes, header.bytes());
 }
 
 void AppendGroup(uint64_t durable_sequence, std::string* to) {
@@ -239,6 +291,17 @@ RecordReader::Found RecordReader::Next(Record* record) {
       record->stamp.field_time_ms = reader.U64();
       record->stamp.utc_ms = reader.I64();
       record->event = payload.substr(std::min(payload.size(), kEventHeaderBytes));
+      break;
+    case RecordKind::kPiece:
+      record->offset = std::exchange(record->sequence, 0);
+      record->event = payload.substr(std::min(payload.size(), kMarkBytes));
+      break;
+    case RecordKind::kEventInPieces:
+      record->stamp.field_time_ms = reader.U64();
+      record->stamp.utc_ms = reader.I64();
+      record->ahead.bytes = reader.U64();
+      record->ahead.checksum = reader.U32();
+      reader.ExpectEnd();
       break;
     case RecordKind::kHash:
       record->hash = reader.U64();

@@ -21,7 +21,10 @@
 
 namespace pheromone::journal {
 
-constexpr uint32_t kFormatVersion = 1;
+/// Version 1 of a segment has no events in pieces.
+constexpr uint32_t kSegmentVersion = 2;
+constexpr uint32_t kOldestSegmentVersion = 1;
+constexpr uint32_t kSnapshotVersion = 1;
 
 /// "00000042.segment": segments in the order in which they were begun.
 std::string SegmentName(uint64_t ordinal);
@@ -64,21 +67,32 @@ enum class RecordKind : uint8_t {
   kGroup = 2,  ///< all up to `sequence` was durable when the records after this were written
   kHash = 3,   ///< after `sequence`, the state's hash was `hash`
   kEnd = 4,    ///< an orderly end: all up to `sequence` was durable, and no more came
+  kPiece = 5,  ///< of the bytes of a large event, before it; counts for nothing by itself
+  kEventInPieces = 6,  ///< an event whose bytes are those of the pieces before it
 };
 
 struct Record {
   uint64_t at = 0;  ///< the byte of the file where it begins
   RecordKind kind = RecordKind::kEvent;
   uint64_t sequence = 0;
-  engine::Stamp stamp;     ///< kEvent
-  uint64_t hash = 0;       ///< kHash
-  std::string_view event;  ///< kEvent: for engine::DecodeEvent
-  std::string_view bytes;  ///< the whole record
+  engine::Stamp stamp;         ///< kEvent, kEventInPieces
+  uint64_t hash = 0;           ///< kHash
+  std::string_view event;      ///< kEvent: for engine::DecodeEvent; kPiece: some bytes of that
+  uint64_t offset = 0;         ///< kPiece: of these in the event's
+  engine::WrittenAhead ahead;  ///< kEventInPieces: what the pieces must be
+  std::string_view bytes;      ///< the whole record
 };
 
 /// `scratch` is empty before and after; a writer that is kept spares an allocation.
 void AppendEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Event& event,
                  ByteWriter* scratch, std::string* to);
+void AppendPiece(uint64_t offset, std::string_view bytes, std::string* to);
+void AppendEventInPieces(uint64_t sequence, const engine::Stamp& stamp,
+                         const engine::WrittenAhead& ahead, std::string* to);
+/// The record that AppendEvent would have made of an event whose bytes stand in `*record` behind so
+/// many that are overwritten.
+constexpr size_t kBeforeEventBytes = 8 + 1 + 8 + 8 + 8;
+void FinishEvent(uint64_t sequence, const engine::Stamp& stamp, std::string* record);
 void AppendGroup(uint64_t durable_sequence, std::string* to);
 void AppendHash(uint64_t sequence, uint64_t hash, std::string* to);
 void AppendEnd(uint64_t sequence, std::string* to);
@@ -87,7 +101,7 @@ void AppendEnd(uint64_t sequence, std::string* to);
 void AppendPortion(uint32_t number, std::string_view portion, std::string* to);
 constexpr size_t kPortionHeaderBytes = 8;
 
-/// The records of a segment, one after the other.
+/// The records of a segment, one after the other. SegmentReader puts pieces together.
 class RecordReader {
  public:
   enum class Found { kRecord, kEnd, kBad };

@@ -54,7 +54,7 @@ TEST(Format, TheBytesAreThoseOfTheDescription) {
   const std::string file = SmallSegment();
   const std::string head = file.substr(0, 32);
   EXPECT_EQ(Hex(head), Hex("PHEROLOG") +
-                           "01000000"
+                           "02000000"
                            "00000000"
                            "0300000000000000"
                            "2900000000000000");
@@ -143,12 +143,41 @@ TEST(Format, EveryChangedByteAndEveryCutIsNoticedWhereItIs) {
 TEST(Format, AnotherVersionIsNoDamage) {
   std::string file = SmallSegment();
   EXPECT_FALSE(IsOfAnotherVersion(file));
-  file[8] = 2;
-  EXPECT_FALSE(IsOfAnotherVersion(file));  // its checksum says that this is a damaged 1
+  file[8] = 3;
+  EXPECT_FALSE(IsOfAnotherVersion(file));  // its checksum says that this is a damaged 2
   file.replace(32, 4, LittleEndian(Crc32c(file.substr(0, 32))));
   EXPECT_TRUE(IsOfAnotherVersion(file));
   EXPECT_EQ(DecodeSegmentHeader(file).error(),
-            "is of version 2, which this program does not know; it knows 1");
+            "is of version 3, which this program does not know; it knows 1 to 2");
+}
+
+TEST(Format, VersionOneIsRead) {
+  std::string file = SmallSegment();
+  file[8] = 1;
+  file.replace(32, 4, LittleEndian(Crc32c(file.substr(0, 32))));
+  EXPECT_FALSE(IsOfAnotherVersion(file));
+  EXPECT_EQ(DecodeSegmentHeader(file).value(), (SegmentHeader{3, 41, false}));
+}
+
+// From README.md, by hand.
+TEST(Format, PiecesAreThoseOfTheDescription) {
+  std::string file;
+  AppendPiece(0x0102, "abc", &file);
+  EXPECT_EQ(Hex(file.substr(0, 4)), "0c000000");
+  EXPECT_EQ(Hex(file.substr(8)),
+            "05"
+            "0201000000000000" +
+                Hex("abc"));
+  file.clear();
+  AppendEventInPieces(41, {1'000, -5}, {3, 0x010203, 0xAABBCCDD}, &file);
+  EXPECT_EQ(Hex(file.substr(0, 4)), "25000000");
+  EXPECT_EQ(Hex(file.substr(8)),
+            "06"
+            "2900000000000000"
+            "e803000000000000"
+            "fbffffffffffffff"
+            "0302010000000000"
+            "ddccbbaa");
 }
 
 TEST(Format, AMarkFurtherOnIsFoundBehindAnyDamage) {

@@ -11,7 +11,7 @@
 namespace pheromone::journal {
 namespace {
 
-// Of what is reserved beyond the queue: marks, and one record that is larger than most.
+// Of what is reserved beyond the queue: marks, and a record that is larger than most, or a piece.
 constexpr uint64_t kSlackBytes = uint64_t{256} << 10;
 constexpr uint64_t kFirstWaitUs = 100'000;
 constexpr uint64_t kLongestWaitUs = 30'000'000;
@@ -27,7 +27,7 @@ uint64_t LocalJournal::WorkDueUs() const {
   if (file_ == nullptr) {
     return retry_us_;
   }
-  if (!queue_.empty()) {
+  if (!queue_.empty() || piece_state_ == PieceState::kWaits) {
     return 0;
   }
   const uint64_t sync_us =
@@ -120,7 +120,7 @@ void LocalJournal::NoteDurable() {
 void LocalJournal::LookForRotation() {
   status_.segment_bytes = written_bytes_;
   status_.segment_ordinal = next_ordinal_ - 1;
-  if (rotation_queued_ || clock_() < rotate_after_us_) {
+  if (rotation_queued_ || !ahead_.expired() || clock_() < rotate_after_us_) {
     return;
   }
   const bool time_is_up = clock_() - snapshot_us_ >= settings_.snapshot_ms * 1'000;
@@ -134,6 +134,7 @@ bool LocalJournal::WriteGroup(bool must_sync) {
   const uint64_t started_us = clock_();
   bool has_more = false;
   bool is_new = false;
+  std::string piece;
   {
     const std::lock_guard lock(mutex_);
     if (!queue_.empty()) {
@@ -143,16 +144,20 @@ bool LocalJournal::WriteGroup(bool must_sync) {
       has_more = !queue_.empty();
     }
     must_sync = must_sync || queued_bytes_ >= settings_.queue_bytes / 2;
+    if (piece_state_ == PieceState::kWaits && !(is_new && unsynced_.back().ends_segment)) {
+      TakePiece(&piece);
+      must_sync = must_sync || !piece.empty();  // else what is synced at a time would grow
+    }
   }
-  if (unsynced_.empty()) {
+  if (unsynced_.empty() && piece.empty()) {
     return false;
   }
-  const bool ends_segment = unsynced_.back().ends_segment;
-  if (is_new) {
-    EncodeLargeEvents(&unsynced_.back());
+  const bool ends_segment = !unsynced_.empty() && unsynced_.back().ends_segment;
+  if (is_new || !piece.empty()) {
     std::string group;
     AppendGroup(synced_, &group);
-    group += unsynced_.back().records;
+    group += is_new ? RecordsOf(unsynced_.back()) : std::string();
+    group += piece;
     const Status written = file_->Append(group);
     if (!written.ok()) {
       Break(written.error());
@@ -166,6 +171,9 @@ bool LocalJournal::WriteGroup(bool must_sync) {
   if (must_sync && !Sync()) {
     return true;
   }
+  if (!piece.empty()) {
+    TellPiece(true);
+  }
   Publish(started_us);
   if (ends_segment) {
     EndSegment();
@@ -175,23 +183,45 @@ bool LocalJournal::WriteGroup(bool must_sync) {
   return has_more;
 }
 
-// Puts their records where they belong: the file's bytes do not tell who made them.
-void LocalJournal::EncodeLargeEvents(Chunk* chunk) {
-  if (chunk->large_events.empty()) {
-    return;
-  }
-  const std::string_view small = chunk->records;
+// With those of its large events where they belong. Whose bytes are not in this segment, because it
+// takes the place of a broken one, comes whole.
+std::string LocalJournal::RecordsOf(const Chunk& chunk) const {
+  const std::string_view small = chunk.records;
   std::string all;
   size_t at = 0;
   ByteWriter scratch;
-  for (const LargeEvent& it : chunk->large_events) {
+  for (const LargeEvent& it : chunk.large_events) {
     all += small.substr(at, it.at - at);
-    AppendEvent(it.sequence, it.stamp, it.event, &scratch, &all);
+    if (it.ahead != nullptr && it.ahead->segment == next_ordinal_ - 1) {
+      AppendEventInPieces(it.sequence, it.stamp, *it.ahead, &all);
+    } else {
+      AppendEvent(it.sequence, it.stamp, it.event, &scratch, &all);
+    }
     at = it.at;
   }
   all += small.substr(at);
-  chunk->records = std::move(all);
-  chunk->large_events.clear();
+  return all;
+}
+
+// Unless those before it are in another segment.
+void LocalJournal::TakePiece(std::string* piece) {
+  if (piece_segment_ == 0 || piece_segment_ == next_ordinal_ - 1) {
+    piece->swap(piece_);
+  } else {
+    piece_state_ = PieceState::kIsElsewhere;
+    piece_done_.notify_all();
+  }
+}
+
+// Whoever writes ahead goes on, or gives up. Is a piece waiting that no group has taken yet, then
+// it is not the one that was written.
+void LocalJournal::TellPiece(bool is_written) {
+  const std::lock_guard lock(mutex_);
+  if (piece_state_ == PieceState::kWaits && (piece_.empty() || !is_written)) {
+    piece_state_ = is_written ? PieceState::kIsWritten : PieceState::kFailed;
+    piece_segment_ = next_ordinal_ - 1;
+    piece_done_.notify_all();
+  }
 }
 
 bool LocalJournal::Sync() {
@@ -292,7 +322,7 @@ Status LocalJournal::BeginSegment(AppendFile* file) {
     AppendGroup(synced_, &bytes);
   }
   for (const Chunk& chunk : unsynced_) {
-    bytes += chunk.records;
+    bytes += RecordsOf(chunk);
   }
   Status status = file->Append(bytes);
   if (status.ok()) {
@@ -373,6 +403,7 @@ void LocalJournal::Break(const std::string& why) {
     rotation_queued_ = false;
   }
   Say(why);
+  TellPiece(false);
 }
 
 void LocalJournal::BackOff() {

@@ -1,9 +1,11 @@
 #include "server/journal/local_journal.h"
 
+#include <chrono>
 #include <cstdio>
 #include <utility>
 
 #include "server/engine/event_codec.h"
+#include "server/journal/crc32c.h"
 
 namespace pheromone::journal {
 using protocol::Reason;
@@ -12,6 +14,7 @@ namespace {
 
 constexpr uint64_t kLargeEventBytes = 1'024;  // an edit of 64 points is less
 constexpr uint64_t kStalledUs = 1'000'000;    // from then on it is told
+constexpr std::chrono::seconds kGiveUpPiece{10};
 
 }  // namespace
 
@@ -40,6 +43,64 @@ LocalJournal::LocalJournal(Folder* folder, const JournalSettings& settings, Read
   status_.problem = std::string(kNotBegun);
 }
 
+// --- An operator's thread.
+
+Status LocalJournal::WriteAhead(engine::Event* event) {
+  auto* const changed = std::get_if<engine::ConfigChanged>(event);
+  if (changed == nullptr || engine::EncodedBytesAtMost(*event) <= settings_.piece_bytes) {
+    return Ok();
+  }
+  ByteWriter writer;
+  engine::EncodeEvent(*event, &writer);
+  const std::string_view bytes = writer.bytes();
+  auto ahead = std::make_shared<engine::WrittenAhead>();
+  ahead->bytes = bytes.size();
+  ahead->checksum = Crc32c(bytes);
+  {
+    const std::lock_guard lock(mutex_);
+    ahead_ = ahead;
+  }
+  for (size_t at = 0; at < bytes.size();) {
+    std::string piece;
+    AppendPiece(at, bytes.substr(at, settings_.piece_bytes), &piece);
+    const Result<uint64_t> segment = WritePiece(std::move(piece), at == 0 ? 0 : ahead->segment);
+    if (!segment.ok()) {
+      return Error{segment.error()};
+    }
+    // A segment that was begun meanwhile must have all of them.
+    at = segment.value() != 0 ? at + settings_.piece_bytes : 0;
+    ahead->segment = segment.value();
+  }
+  changed->ahead = std::move(ahead);
+  return Ok();
+}
+
+// Waits until the writing thread has put it into a group. Returns the segment that has it; 0 if the
+// present one is not that `segment`, of which 0 means any.
+Result<uint64_t> LocalJournal::WritePiece(std::string piece, uint64_t segment) {
+  std::unique_lock lock(mutex_);
+  if (!admits_) {
+    return Error{"changes are refused: " + status_.problem};
+  }
+  piece_ = std::move(piece);
+  piece_segment_ = segment;
+  piece_state_ = PieceState::kWaits;
+  work_.notify_one();
+  piece_done_.wait_for(lock, kGiveUpPiece,
+                       [this] { return piece_state_ != PieceState::kWaits || stopped_; });
+  switch (std::exchange(piece_state_, PieceState::kNone)) {
+    case PieceState::kIsWritten:
+      return piece_segment_;
+    case PieceState::kIsElsewhere:
+      return uint64_t{0};
+    case PieceState::kFailed:
+      return Error{"changes are refused: " + status_.problem};
+    default:
+      return Error{stopped_ ? "the journal is being closed"
+                            : "the disk has taken nothing for 10 s"};
+  }
+}
+
 // --- Under the service's lock.
 
 Reason LocalJournal::Admit() {
@@ -61,8 +122,11 @@ uint64_t LocalJournal::Append(const engine::Stamp& stamp, const engine::Event& e
   }
   uint64_t bytes = engine::EncodedBytesAtMost(event);
   ++appended_;
-  if (bytes > kLargeEventBytes) {
-    chunk.large_events.push_back({chunk.records.size(), appended_, stamp, event});
+  const auto* const changed = std::get_if<engine::ConfigChanged>(&event);
+  const auto ahead = changed != nullptr ? changed->ahead : nullptr;
+  if (bytes > kLargeEventBytes || ahead != nullptr) {
+    chunk.large_events.push_back({chunk.records.size(), appended_, stamp, event, ahead});
+    bytes = ahead != nullptr ? kLargeEventBytes : bytes;
   } else {
     const size_t before = chunk.records.size();
     AppendEvent(appended_, stamp, event, &scratch_, &chunk.records);
@@ -164,6 +228,7 @@ void LocalJournal::Stop() {
   const std::lock_guard lock(mutex_);
   stopped_ = true;
   work_.notify_one();
+  piece_done_.notify_all();
 }
 
 Status LocalJournal::Close(uint64_t state_hash) {

@@ -21,11 +21,14 @@
 //
 // The last two are tried again, with back-off up to half a minute, until they succeed.
 //
-// Events with many points or nodes are queued as they are; the writing thread makes their bytes, so
-// that the service's lock is not held for it.
+// Events with many points are queued as they are; the writing thread makes their bytes, so that the
+// service's lock is not held for it. The bytes of a large configuration are written ahead of it:
+// each group takes a piece of them along, so a robot's change waits for a piece and not for the
+// whole.
 //
 // Threads: Admit, Append, IsRotationDue and Rotate under the service's lock. WriteUntilStopped (or,
-// in tests, WriteOnce) in one thread of its own; everything else from any.
+// in tests, WriteOnce) in one thread of its own; everything else from any, WriteAhead from one
+// other than the writing one.
 #pragma once
 
 #include <condition_variable>
@@ -56,6 +59,8 @@ struct JournalSettings {
   uint64_t snapshot_ms = 3'600'000;              ///< or so much time in which there was some
   size_t keep_snapshots = 2;
   uint64_t sync_interval_ms = 1'000;  ///< relaxed
+  /// An event of more is written ahead, so much with each group. Below the slack that is reserved.
+  size_t piece_bytes = size_t{128} << 10;
   bool operator==(const JournalSettings&) const = default;
 };
 
@@ -104,6 +109,7 @@ class LocalJournal final : public engine::OrderedLog {
   /// due.
   void OnSnapshotDue(std::function<void()> call) { on_snapshot_due_ = std::move(call); }
 
+  Status WriteAhead(engine::Event* event) override;
   protocol::Reason Admit() override;
   uint64_t Append(const engine::Stamp& stamp, const engine::Event& event) override;
   uint64_t DurableSequence() const override;
@@ -143,10 +149,11 @@ class LocalJournal final : public engine::OrderedLog {
 
   // An event whose bytes are made by the writing thread, for they are many.
   struct LargeEvent {
-    size_t at;  // its record's place in `records`, before those of other large ones are put in
+    size_t at;  // its record's place in `records`, which does not have it
     uint64_t sequence;
     engine::Stamp stamp;
     engine::Event event;
+    std::shared_ptr<const engine::WrittenAhead> ahead;
   };
 
   struct Chunk {
@@ -158,10 +165,14 @@ class LocalJournal final : public engine::OrderedLog {
     std::vector<LargeEvent> large_events;
   };
 
+  Result<uint64_t> WritePiece(std::string piece, uint64_t segment);
+
   // The writing thread's.
   uint64_t WorkDueUs() const;  // under mutex_
   void LookForRotation();      // under mutex_
-  static void EncodeLargeEvents(Chunk* chunk);
+  std::string RecordsOf(const Chunk& chunk) const;
+  void TakePiece(std::string* piece);  // under mutex_
+  void TellPiece(bool is_written);
   void AnswerProbes();
   void CallWaiters();
   void NoteDurable();
@@ -203,6 +214,13 @@ class LocalJournal final : public engine::OrderedLog {
   std::vector<Waiter> waiters_;  // of them at most kMaxDurableWaiters not for the disk
   JournalStatus status_;
   ByteWriter scratch_;
+  // A piece that waits for its group, and what has become of it.
+  enum class PieceState : uint8_t { kNone, kWaits, kIsWritten, kIsElsewhere, kFailed };
+  PieceState piece_state_ = PieceState::kNone;
+  std::string piece_;
+  uint64_t piece_segment_ = 0;  // where it must be written, 0: anywhere; then: where it was
+  std::condition_variable piece_done_;
+  std::weak_ptr<const engine::WrittenAhead> ahead_;  // as long as its event may come
 
   // The writing thread's:
   std::unique_ptr<AppendFile> file_;  // null: broken, or not begun

@@ -27,8 +27,15 @@ class LocalJournalTest : public ::testing::Test {
   }
   uint64_t Durable() { return lives_.journal().DurableSequence(); }
 
+  // Nothing is written ahead, so nothing is written before a test says so.
+  static JournalSettings Settings() {
+    JournalSettings settings = SmallJournal();
+    settings.piece_bytes = size_t{1} << 20;
+    return settings;
+  }
+
   CrashFolder folder_{1};
-  Lives lives_{&folder_, SmallJournal(), 1};
+  Lives lives_{&folder_, Settings(), 1};
 };
 
 TEST_F(LocalJournalTest, WhatQueuedMeanwhileIsOneGroup) {

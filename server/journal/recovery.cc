@@ -264,6 +264,8 @@ class Recovery {
         }
         return Ok();
       case RecordKind::kEvent:
+      case RecordKind::kPiece:  // the reader makes one event of them
+      case RecordKind::kEventInPieces:
         break;
     }
     ended_ = false;

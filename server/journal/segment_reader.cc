@@ -63,7 +63,58 @@ bool SegmentReader::HasItsChecksum(uint64_t bytes) {
   return checksum == wanted;
 }
 
+// What is wrong with it; empty: nothing.
+std::string SegmentReader::TakePiece(const Record& record) {
+  if (record.offset == 0) {
+    event_.assign(kBeforeEventBytes, '\0');
+  }
+  if (event_.size() != kBeforeEventBytes + record.offset) {
+    return "a piece of an event does not follow the one before it";
+  }
+  if (record.event.size() > UINT32_MAX - event_.size()) {
+    return "an event in pieces is too long";
+  }
+  event_ += record.event;
+  return {};
+}
+
+std::string SegmentReader::JoinPieces(Record* record) {
+  const engine::WrittenAhead& ahead = record->ahead;
+  if (event_.size() < kBeforeEventBytes || event_.size() - kBeforeEventBytes != ahead.bytes ||
+      Crc32c(std::string_view(event_).substr(kBeforeEventBytes)) != ahead.checksum) {
+    return "the pieces of an event are not those before it";
+  }
+  FinishEvent(record->sequence, record->stamp, &event_);
+  is_whole_ = true;
+  record->kind = RecordKind::kEvent;
+  record->bytes = event_;
+  record->event = record->bytes.substr(kBeforeEventBytes);
+  return {};
+}
+
 Found SegmentReader::Next(Record* record) {
+  if (is_whole_) {
+    event_ = {};
+    is_whole_ = false;
+  }
+  for (;;) {
+    const Found found = NextAsWritten(record);
+    const bool is_piece = found == Found::kRecord && record->kind == RecordKind::kPiece;
+    if (!is_piece && (found != Found::kRecord || record->kind != RecordKind::kEventInPieces)) {
+      return found;
+    }
+    std::string wrong = is_piece ? TakePiece(*record) : JoinPieces(record);
+    if (!wrong.empty()) {
+      at_ = record->at;
+      return Bad(std::move(wrong));
+    }
+    if (!is_piece) {
+      return found;
+    }
+  }
+}
+
+Found SegmentReader::NextAsWritten(Record* record) {
   constexpr uint64_t kHeaderBytes = 8;  // length and checksum
   if (!status_.ok()) {
     return Bad(status_.error());

@@ -1,6 +1,8 @@
 // The records of a segment's file, one after the other, of which only a piece is in memory at a
 // time: a file may be of any size, for instance one that somebody has made 20 GB long.
 //
+// Events in pieces come as the whole events that they are, kEvent.
+//
 //   SegmentReader reader(folder, "00000042.segment");
 //   Record record;
 //   while (reader.Next(&record) == RecordReader::Found::kRecord) ...
@@ -34,6 +36,9 @@ class SegmentReader {
   const Status& status() const { return status_; }
 
  private:
+  RecordReader::Found NextAsWritten(Record* record);
+  std::string TakePiece(const Record& record);
+  std::string JoinPieces(Record* record);
   bool Fill(uint64_t bytes);
   bool HasItsChecksum(uint64_t bytes);
   RecordReader::Found Bad(std::string why);
@@ -44,6 +49,8 @@ class SegmentReader {
   uint64_t size_ = 0;
   std::string window_;
   uint64_t window_at_ = 0;
+  std::string event_;  // the record of an event in pieces, as far as it was read; empty: of none
+  bool is_whole_ = false;
   std::string why_;
   Status status_ = Ok();
 };

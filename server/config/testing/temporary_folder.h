@@ -25,11 +25,13 @@ class FolderTest : public ::testing::Test {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
   }
 
-  /// A map of 10 m x 8 m with cells of 0.1 m; type 1 "trail" is the paper's counter, type 2 "path"
+  /// A map of 10 m x 8 m; type 1 "trail" is the paper's counter, type 2 "path"
   /// permanent; quantum 0.25, maximum 1. `more` begins on line 29.
-  Result<Config> Parse(std::string_view more, std::string_view map_keys = "") const {
+  Result<Config> Parse(std::string_view more, std::string_view map_keys = "",
+                       std::string_view cell_m = "0.1") const {
     const std::string text =
-        "[map]\nwidth_m = 10\nheight_m = 8\ncell_m = 0.1\n" + std::string(map_keys) +
+        "[map]\nwidth_m = 10\nheight_m = 8\ncell_m = " + std::string(cell_m) + "\n" +
+        std::string(map_keys) +
         "\n[antennas]\nbias_m = 0.33\n"
         "[[pheromone]]\ntype = 1\nname = \"trail\"\nprofile = \"cone\"\nradius_m = 0.2\n"
         "tau_s = 30\nquantum = 0.25\nmaximum = 1\n"
@@ -47,8 +49,9 @@ class FolderTest : public ::testing::Test {
   }
 
   /// The message for a mistake, its folder left out.
-  std::string ErrorOf(std::string_view more, std::string_view map_keys = "") const {
-    const Result<Config> parsed = Parse(more, map_keys);
+  std::string ErrorOf(std::string_view more, std::string_view map_keys = "",
+                      std::string_view cell_m = "0.1") const {
+    const Result<Config> parsed = Parse(more, map_keys, cell_m);
     std::string error = parsed.ok() ? "" : parsed.error();
     const std::string folder = folder_.string() + "/";
     for (size_t at = error.find(folder); at != std::string::npos; at = error.find(folder)) {

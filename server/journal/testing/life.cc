@@ -1,8 +1,11 @@
 #include "server/journal/testing/life.h"
 
 #include <algorithm>
+#include <chrono>
+#include <future>
 #include <utility>
 
+#include "server/engine/event_codec.h"
 #include "server/journal/retention.h"
 
 namespace pheromone::journal::testing {
@@ -57,7 +60,10 @@ bool Lives::Submit() {
   if (journal().Admit() != protocol::Reason::kNone) {
     return false;
   }
-  const engine::Event event = engine.configured() ? traffic_.Next(engine) : traffic_.First();
+  engine::Event event = engine.configured() ? traffic_.Next(engine) : traffic_.First();
+  if (!WriteAhead(&event) || journal().Admit() != protocol::Reason::kNone) {
+    return false;
+  }
   if (journal().IsRotationDue() && engine.configured()) {
     journal().Rotate(engine.StateHash());
   }
@@ -67,6 +73,21 @@ bool Lives::Submit() {
   hashes_.push_back(engine.StateHash());
   Acknowledge();
   return true;
+}
+
+// As an operator's thread does beside the writing one.
+bool Lives::WriteAhead(engine::Event* event) {
+  if (!opened_->engine.configured() ||
+      engine::EncodedBytesAtMost(*event) <= settings_.piece_bytes) {
+    return true;
+  }
+  std::future<Status> written =
+      std::async(std::launch::async, [this, event] { return journal().WriteAhead(event); });
+  while (written.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    journal().WriteOnce();
+    Acknowledge();
+  }
+  return written.get().ok();
 }
 
 void Lives::Acknowledge() {

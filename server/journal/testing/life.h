@@ -12,7 +12,8 @@
 // What must be found: the state after the first n of the submitted events, n at least the number of
 // those that were acknowledged. Its hash tells that each was applied once and in order.
 //
-// Everything happens in one thread, in an order that the seed decides.
+// Everything happens in an order that the seed decides; the second thread that writes an event
+// ahead has its turn between two groups only.
 #pragma once
 
 #include <cstdint>
@@ -35,6 +36,7 @@ inline JournalSettings SmallJournal() {
   settings.snapshot_bytes = 6'000;
   settings.queue_bytes = 4'000;
   settings.snapshot_ms = 5'000;
+  settings.piece_bytes = 200;
   return settings;
 }
 
@@ -78,6 +80,7 @@ class Lives {
 
  private:
   uint64_t Below(uint64_t limit) { return random_() % limit; }
+  bool WriteAhead(engine::Event* event);
   void Acknowledge();
 
   Folder* folder_;
