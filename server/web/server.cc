@@ -13,8 +13,10 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/strand.hpp>
+#include <boost/asio/use_awaitable.hpp>
 
 #include "server/web/session.h"
 #include "server/web/unix_socket.h"
@@ -146,15 +148,14 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   template <typename Acceptor>
   asio::awaitable<void> Accept(Acceptor* acceptor, Crowd* crowd) {
     const auto self = shared_from_this();
-    using Protocol = typename Acceptor::protocol_type;
     while (!stopping_) {
       error_code error;
       bool taken = false;
       try {
-        typename Protocol::socket socket(asio::make_strand(io_));
+        Session::Protocol::socket socket(asio::make_strand(io_));
         co_await acceptor->async_accept(socket, asio::redirect_error(asio::use_awaitable, error));
         if (!error && !stopping_) {
-          Welcome<Protocol>(std::move(socket), crowd);
+          Welcome(std::move(socket), crowd);
           taken = true;
         }
       } catch (const std::exception& failure) {  // out of memory, say
@@ -167,15 +168,14 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     }
   }
 
-  template <typename Protocol>
-  void Welcome(typename Protocol::socket socket, Crowd* crowd) {
+  void Welcome(Session::Protocol::socket socket, Crowd* crowd) {
     const size_t limit = options_.max_connections;
     const bool full = crowd->served.size() >= limit && !MakeRoom(&crowd->served);
     Sessions* const sessions = full ? &crowd->beyond : &crowd->served;
     if (full && crowd->beyond.size() >= limit && !MakeRoom(&crowd->beyond)) {
       return;  // too many even to be told so: the socket closes here
     }
-    const auto session = std::make_shared<Session<Protocol>>(
+    const auto session = std::make_shared<Session>(
         std::move(socket), SessionTraits{crowd == &local_crowd_, full, options_.patience},
         full ? Refusal() : handle_);
     sessions->insert(session);

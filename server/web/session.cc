@@ -1,13 +1,29 @@
 #include "server/web/session.h"
 
+#include <algorithm>
+#include <array>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
 namespace pheromone::web {
 namespace {
 
+namespace asio = boost::asio;
 namespace http = boost::beast::http;
+
+using Parser = http::request_parser<http::string_body>;
+
+constexpr std::chrono::milliseconds kLinger{2'000};
 
 std::string HeaderOf(const Message& message, http::field name) {
   const auto value = message[name];
   return {value.data(), value.size()};
+}
+
+auto Into(boost::beast::error_code* error) {
+  return asio::redirect_error(asio::use_awaitable, *error);
 }
 
 }  // namespace
@@ -61,6 +77,107 @@ Answer ToAnswer(Response response, unsigned version, bool keep_alive) {
   answer.keep_alive(keep_alive);
   answer.prepare_payload();
   return answer;
+}
+
+asio::awaitable<void> Session::Run() {
+  const auto self = shared_from_this();
+  while (!closing_ && co_await ServeOne()) {
+    EndRequest();
+  }
+  co_await HangUp();
+}
+
+// Whether another request may follow.
+asio::awaitable<bool> Session::ServeOne() {
+  boost::beast::error_code error;
+  Parser parser;
+  parser.header_limit(static_cast<uint32_t>(kMaxHeaderBytes));
+  parser.body_limit(kMaxBodyBytes);
+  stream_.expires_after(traits_.patience);
+  if (buffer_.size() == 0) {
+    buffer_.commit(
+        co_await stream_.async_read_some(buffer_.prepare(kMaxHeaderBytes), Into(&error)));
+  }
+  if (!BeginRequest()) {
+    co_return false;
+  }
+  if (!error) {
+    co_await http::async_read_header(stream_, buffer_, parser, Into(&error));
+  }
+  if (!error && parser.get()[http::field::expect] == "100-continue" && !closing_) {
+    http::response<http::empty_body> go_on(http::status::continue_, parser.get().version());
+    co_await http::async_write(stream_, go_on, Into(&error));
+  }
+  if (!error && !closing_) {
+    co_await http::async_read(stream_, buffer_, parser, Into(&error));
+  }
+  if (closing_) {
+    co_return false;
+  }
+  if (error) {
+    if (const int status = StatusOf(error); status != 0) {
+      Answer answer = ToAnswer(Refuse(status, {error.message(), "request",
+                                               "HTTP/1.1, a header of at most 8 KiB and a body "
+                                               "of at most 1 MiB"}),
+                               11, false);
+      co_await Write(&answer, false);
+    }
+    co_return false;
+  }
+  const Message& message = parser.get();
+  if (const auto problem = ProblemOf(message)) {
+    Answer answer = ToAnswer(Refuse(400, *problem), message.version(), false);
+    co_await Write(&answer, message.method() == http::verb::head);
+    co_return false;
+  }
+  const bool keep_alive = message.keep_alive() && !traits_.once;
+  Response response = co_await Ask(ToRequest(message, traits_.local));
+  Answer answer = ToAnswer(std::move(response), message.version(), keep_alive);
+  co_return co_await Write(&answer, message.method() == http::verb::head) && keep_alive &&
+      !closing_;
+}
+
+asio::awaitable<Response> Session::Ask(Request request) {
+  PendingResponse pending(stream_.get_executor(), [this] { answer_timer_.cancel(); });
+  handle_(std::move(request), pending.MakeRespond());
+  std::optional<Response> response = pending.Take();
+  if (!response) {
+    boost::beast::error_code error;
+    answer_timer_.expires_after(traits_.patience);
+    co_await answer_timer_.async_wait(Into(&error));
+    response = pending.Take();
+  }
+  if (!response) {
+    response = Refuse(504, {"the server has no answer yet; what was asked for may still be done",
+                            "", "another look in a moment"});
+  }
+  co_return std::move(*response);
+}
+
+asio::awaitable<bool> Session::Write(Answer* answer, bool header_alone) {
+  boost::beast::error_code error;
+  stream_.expires_after(traits_.patience);
+  http::response_serializer<http::string_body> serializer(*answer);
+  if (header_alone) {
+    co_await http::async_write_header(stream_, serializer, Into(&error));
+  } else {
+    co_await http::async_write(stream_, serializer, Into(&error));
+  }
+  co_return !error;
+}
+
+// Closing with bytes unread would make the system throw away what we wrote last: what still comes
+// is read, for a while.
+asio::awaitable<void> Session::HangUp() {
+  boost::beast::error_code error;
+  stream_.socket().shutdown(Protocol::socket::shutdown_send, error);
+  std::array<char, 4096> rest{};
+  constexpr int kMostReads = 1024;
+  stream_.expires_after(std::min<std::chrono::milliseconds>(traits_.patience, kLinger));
+  for (int i = 0; i < kMostReads && !error && !closing_; ++i) {
+    co_await stream_.async_read_some(asio::buffer(rest), Into(&error));
+  }
+  stream_.close();
 }
 
 }  // namespace pheromone::web
