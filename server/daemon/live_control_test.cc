@@ -569,7 +569,7 @@ TEST_F(LiveControlTest, StatusAddsUpAndReadsTheProcess) {
   Handle(0, {Hello(3, 9), Sense(3)});
   Handle(0, {Sense(3)});
   const engine::StatusView status = control_.GetStatus(true);
-  EXPECT_EQ(status.version, "1.2.3");
+  EXPECT_EQ(status.version, PHEROMONE_VERSION);
   EXPECT_EQ(status.sequence, 2u);  // the configuration, HELLO
   EXPECT_EQ(status.robots, 1u);
   EXPECT_EQ(status.requests_by_opcode[0x01], 2u);
