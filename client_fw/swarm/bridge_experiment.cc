@@ -15,8 +15,8 @@ namespace {
 
 constexpr int64_t kMinuteMs = 60'000;
 
-Spread SpreadOf(const std::vector<double>& values) {
-  Spread spread;
+ShareSpread SpreadOf(const std::vector<double>& values) {
+  ShareSpread spread;
   const auto n = static_cast<double>(values.size());
   for (const double value : values) {
     spread.mean += value / n;
@@ -169,7 +169,7 @@ std::vector<BridgeExperiment> BridgeExperiments(const BridgeExperiment& base) {
   return all;
 }
 
-Spread ShareOf(const BridgeSeries& series, int64_t from_ms, int64_t to_ms) {
+ShareSpread ShareOf(const BridgeSeries& series, int64_t from_ms, int64_t to_ms) {
   std::vector<double> shares;
   for (const BridgeRun& run : series.runs) {
     if (const std::optional<double> share = ShortShare(run.choices, from_ms, to_ms)) {
@@ -249,7 +249,7 @@ std::string SharesToCsv(const std::vector<BridgeSeries>& all) {
   std::string csv = "experiment,minute,share,deviation\n";
   for (const BridgeSeries& series : all) {
     for (int64_t ms = 0; ms < series.experiment.duration_ms; ms += kMinuteMs) {
-      const Spread share = ShareOf(series, ms, ms + kMinuteMs);
+      const ShareSpread share = ShareOf(series, ms, ms + kMinuteMs);
       csv += fmt::format("\"{}\",{},{:.3f},{:.3f}\n", series.experiment.name, ms / kMinuteMs,
                          share.mean, share.deviation);
     }

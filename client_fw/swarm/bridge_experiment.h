@@ -61,13 +61,13 @@ BridgeSeries RunBridges(const BridgeExperiment& experiment, int seeds,
 std::vector<BridgeExperiment> BridgeExperiments(const BridgeExperiment& base);
 
 /// The mean over the runs, and how much they differ.
-struct Spread {
+struct ShareSpread {
   double mean = 0;
   double deviation = 0;  ///< standard deviation of the sample; 0 for one run
 };
 
 /// Of the share of the short branch in [from_ms, to_ms), over the runs that chose in that time.
-Spread ShareOf(const BridgeSeries& series, int64_t from_ms, int64_t to_ms);
+ShareSpread ShareOf(const BridgeSeries& series, int64_t from_ms, int64_t to_ms);
 
 struct BridgeSummary {
   int runs = 0;
@@ -76,7 +76,7 @@ struct BridgeSummary {
   /// Wilson's 95 % interval for the probability to end on the short branch.
   double least_probability = 0;
   double most_probability = 0;
-  Spread final_share;
+  ShareSpread final_share;
   double presence = 0;  ///< mean
   double choices = 0;   ///< mean
   uint64_t fail_safe_stops = 0;

@@ -111,7 +111,7 @@ void DrawSharePanel(Svg* svg, const BridgeSeries& series, const Plot& plot) {
   std::vector<std::pair<double, double>> band;
   std::vector<std::pair<double, double>> lower;
   for (int64_t ms = 0; ms < duration_ms; ms += kMinuteMs) {
-    const Spread share = ShareOf(series, ms, ms + kMinuteMs);
+    const ShareSpread share = ShareOf(series, ms, ms + kMinuteMs);
     const double x = Minutes(ms) + 0.5;
     mean.emplace_back(x, share.mean);
     band.emplace_back(x, std::min(1.0, share.mean + share.deviation));
