@@ -38,9 +38,9 @@ struct LiveOptions {
 };
 
 // One line about the robot, five times a second.
-class StatusLine {
+class LiveLine {
  public:
-  StatusLine(const LiveSwarm* live, field::Path path) : live_(live), path_(std::move(path)) {}
+  LiveLine(const LiveSwarm* live, field::Path path) : live_(live), path_(std::move(path)) {}
 
   void Show() {
     const int64_t now_ms = live_->swarm().now_ms();
@@ -137,7 +137,7 @@ int RunLiveCommand(const LiveOptions& options) {
   if (const Status opened = live.Open(); !opened.ok()) {
     return Fail(opened.error(), kFailed);
   }
-  StatusLine line(&live, path);
+  LiveLine line(&live, path);
   Recorder recorder(&live.swarm(), field_config, kShowMs);
   live.Run(static_cast<int64_t>(options.seconds * 1000), StopOnSignals(), [&] {
     if (recorder.Look()) {

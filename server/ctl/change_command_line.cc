@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMostUnits = 1e9;  // which of them a pheromone may have, the server knows
 
-struct Arguments {
+struct ChangeArguments {
   std::string pheromone;
   double x_m = 0;
   double y_m = 0;
@@ -27,7 +27,7 @@ struct Arguments {
 };
 
 // The options that erase and paint share.
-void AddShape(CLI::App* command, Arguments* it) {
+void AddShape(CLI::App* command, ChangeArguments* it) {
   const CLI::Validator coordinate = Number(-kFarthestM, kFarthestM);
   command->add_option("PHEROMONE", it->pheromone, "Its number or name")->required();
   auto* line =
@@ -60,7 +60,7 @@ bool IsShape(const Shape& shape) {
 }  // namespace
 
 void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
-  const auto it = std::make_shared<Arguments>();
+  const auto it = std::make_shared<ChangeArguments>();
   const CLI::Validator coordinate = Number(-kFarthestM, kFarthestM);
   CLI::App* deposit = program->add_subcommand("deposit", "Lay quanta of a pheromone at a node");
   deposit->add_option("PHEROMONE", it->pheromone, "Its number or name")->required();

@@ -10,7 +10,7 @@
 namespace pheromone::ctl {
 namespace {
 
-struct Arguments {
+struct JournalArguments {
   std::string folder;
   std::string format = "csv";
   std::string config;
@@ -19,7 +19,7 @@ struct Arguments {
 }  // namespace
 
 void AddJournalCommands(CLI::App* program, int* exit_status) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<JournalArguments>();
   CLI::App* journal = program->add_subcommand("journal", "Journals: check, dump, export, resample");
   journal->require_subcommand(1);
   const auto add = [&](const char* name, const char* what, const auto& run) {
@@ -29,16 +29,16 @@ void AddJournalCommands(CLI::App* program, int* exit_status) {
     return command;
   };
   add("check", "Read all of it, and say what state it holds and what is damaged",
-      [](const Arguments& it) { return CheckJournal(it.folder); });
+      [](const JournalArguments& it) { return CheckJournal(it.folder); });
   add("dump", "Print every record with its place",
-      [](const Arguments& it) { return DumpJournal(it.folder); });
+      [](const JournalArguments& it) { return DumpJournal(it.folder); });
   add("export", "Print the events, each once",
-      [](const Arguments& it) { return ExportJournal(it.folder, it.format); })
+      [](const JournalArguments& it) { return ExportJournal(it.folder, it.format); })
       ->add_option("--format", arguments->format, "csv or jsonl; without it, csv")
       ->check(CLI::IsMember({"csv", "jsonl"}))
       ->type_name("FORMAT");
   add("resample", "Move the state of a stopped server to the map of another configuration",
-      [](const Arguments& it) { return ResampleJournal(it.config, it.folder); })
+      [](const JournalArguments& it) { return ResampleJournal(it.config, it.folder); })
       ->add_option("--config", arguments->config, "The configuration with the new map")
       ->required()
       ->type_name("FILE");

@@ -12,7 +12,7 @@
 namespace pheromone::ctl {
 namespace {
 
-struct Arguments {
+struct MapArguments {
   MapSource source;
   std::string in;
   std::string out;
@@ -48,8 +48,8 @@ void AddSource(CLI::App* command, MapSource* source) {
 }  // namespace
 
 void AddMapCommands(CLI::App* program, int* exit_status) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments* it = arguments.get();
+  const auto arguments = std::make_shared<MapArguments>();
+  MapArguments* it = arguments.get();
   CLI::App* map =
       program->add_subcommand("map", "Maps in files: draw, export, convert, resample, info");
   map->require_subcommand(1);

@@ -12,7 +12,7 @@
 namespace pheromone::ctl {
 namespace {
 
-struct Arguments {
+struct ReplayArguments {
   std::vector<std::string> files;
   bool answers = false;
   PlayOptions play;
@@ -21,7 +21,7 @@ struct Arguments {
 }  // namespace
 
 void AddReplayCommands(CLI::App* program, int* exit_status) {
-  const auto it = std::make_shared<Arguments>();
+  const auto it = std::make_shared<ReplayArguments>();
   CLI::App* replay = program->add_subcommand(
       "replay", "Let happen again what a server recorded, and compare every answer");
   replay->add_option("FILE", it->files, "Recordings, in order")->required()->expected(1, -1);

@@ -12,7 +12,7 @@
 namespace pheromone::ctl {
 namespace {
 
-struct Arguments {
+struct ShowArguments {
   bool with_hash = false;
   std::string link;
   std::string pheromone;
@@ -24,7 +24,7 @@ struct Arguments {
 };
 
 void AddConfigCommands(CLI::App* program, const ServerOptions* options,
-                       const std::shared_ptr<Arguments>& it, int* exit_status) {
+                       const std::shared_ptr<ShowArguments>& it, int* exit_status) {
   CLI::App* config = program->add_subcommand("config", "Configurations: check, show");
   config->require_subcommand(1);
   CLI::App* check =
@@ -35,8 +35,8 @@ void AddConfigCommands(CLI::App* program, const ServerOptions* options,
   show->callback([=] { *exit_status = ShowConfig(*options); });
 }
 
-void AddWatch(CLI::App* program, const ServerOptions* options, const std::shared_ptr<Arguments>& it,
-              int* exit_status) {
+void AddWatch(CLI::App* program, const ServerOptions* options,
+              const std::shared_ptr<ShowArguments>& it, int* exit_status) {
   CLI::App* watch = program->add_subcommand("watch", "Watch the map and the robots; q ends it");
   watch->add_option("PHEROMONE", it->watch.pheromone, "Its number or name; without it, the first")
       ->type_name("N|NAME");
@@ -58,7 +58,7 @@ void AddWatch(CLI::App* program, const ServerOptions* options, const std::shared
 }  // namespace
 
 void AddShowCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
-  const auto it = std::make_shared<Arguments>();
+  const auto it = std::make_shared<ShowArguments>();
   CLI::App* status = program->add_subcommand("status", "Show the server as a whole");
   status->add_flag("--hash", it->with_hash, "With the hash of the whole state");
   status->callback([=] { *exit_status = ShowStatus(*options, it->with_hash); });
