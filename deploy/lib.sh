@@ -61,6 +61,9 @@ build() {
   configure "$preset" && cmake --build "build/$preset" --parallel "$(nproc)" ${1+--target "$@"}
 }
 
+# What ./deploy/run shows.
+build_programs() { build release pheromoned pheromonectl pheromone-swarm; }
+
 # debian_base FOLDER: a small Debian 12 in FOLDER, made once; tests boot copies of it. Must be root.
 debian_base() {
   [[ ! -f "$1/made" ]] || return 0
