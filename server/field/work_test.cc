@@ -18,6 +18,7 @@ using testing::HashFromADump;
 using testing::OneIn;
 using testing::Random;
 using testing::RandomPoint;
+using testing::Restored;
 using testing::TrailConfig;
 using testing::TrailLaw;
 
@@ -195,12 +196,8 @@ TEST(Work, AFieldRestoredInTheMiddleGoesOnTheSame) {
   field.BeginEdit(1, stroke, nullptr, 1);
   field.BeginEdit(2, Everything(FieldEdit::Action::kSet, 64), nullptr, 1);
   for (int portion = 0; field.busy() && portion < kMaxPortions; ++portion) {
-    ByteWriter writer;
-    field.Save(&writer);
-    ByteReader reader(writer.bytes());
-    const auto restored =
-        Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
-    ASSERT_NE(restored, nullptr) << reader.error();
+    const auto restored = Restored(field);
+    ASSERT_NE(restored, nullptr);
     ASSERT_EQ(restored->hash(), field.hash());
     ASSERT_EQ(restored->used_bytes(), field.used_bytes());
     field.Advance(9);
@@ -220,12 +217,8 @@ TEST(Work, AnEditOfAnErasedMapFitsAfterARestartToo) {
   ASSERT_EQ(field.Deposit(1, {1'000'000, 1'000'000}, 1, 1), DepositResult::kDone);
   field.BeginEdit(1, Everything(FieldEdit::Action::kErase, 0), nullptr, 1);
   ASSERT_TRUE(End(&field, 1, 1).ok());
-  ByteWriter writer;
-  field.Save(&writer);
-  ByteReader reader(writer.bytes());
-  const auto restored =
-      Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
-  ASSERT_NE(restored, nullptr) << reader.error();
+  const auto restored = Restored(field);
+  ASSERT_NE(restored, nullptr);
   FieldEdit dot = Everything(FieldEdit::Action::kSet, 64);
   dot.shape = FieldEdit::Shape::kStroke;
   dot.points = {{1'000'000, 1'000'000}};
