@@ -253,12 +253,14 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
     work->reserved_bytes = work->missing_bytes;
     return apply();
   }
-  if (!work->swept && SweepPortion(now_ms, kTilesAtOnce)) {
-    // Some of the tiles that were there may have gone: they are counted once more.
+  if (!work->swept) {
     work->swept = true;
+    // Some of the tiles that were there may go: they are counted once more.
     work->counted = 0;
     work->missing_bytes = 0;
-    return false;
+    if (SweepPortion(now_ms, kTilesAtOnce)) {
+      return false;
+    }
   }
   Finish(Error{"there is no memory left for all of the edit; nothing was changed"});
   return false;
