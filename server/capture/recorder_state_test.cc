@@ -22,6 +22,7 @@ using engine::testing::Trace;
 using testing::FrameOf;
 using ::testing::HasSubstr;
 using testing::Live;
+using testing::RecordingTest;
 using testing::RecordsOf;
 using testing::ReplayError;
 
@@ -45,15 +46,8 @@ field::FieldEdit Fill(int64_t from_x_um, int64_t to_x_um) {
   return edit;
 }
 
-class RecorderStateTest : public ::testing::Test {
+class RecorderStateTest : public RecordingTest {
  protected:
-  void SetUp() override {
-    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = ::testing::TempDir() + "recorder_state_test-" + info->name();
-    std::filesystem::remove_all(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   // Lays 2001 nodes a column, 8 bytes in the state and a little more each.
   static void FillColumns(Live* live, int64_t columns) {
     constexpr int64_t kAtOnce = 500;
@@ -80,8 +74,6 @@ class RecorderStateTest : public ::testing::Test {
       std::this_thread::yield();
     }
   }
-
-  std::string folder_;
 };
 
 TEST_F(RecorderStateTest, AStateLargerThanTheQueueIsRecordedWithAllThatFollows) {

@@ -23,21 +23,12 @@ using testing::FileOf;
 using testing::FrameOf;
 using ::testing::HasSubstr;
 using testing::Live;
+using testing::RecordingTest;
 using testing::RecordsOf;
 using testing::ReplayError;
 using ::testing::StartsWith;
 
-class RecorderTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = ::testing::TempDir() + "recorder_test-" + info->name();
-    std::filesystem::remove_all(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string folder_;
-};
+class RecorderTest : public RecordingTest {};
 
 // --- Everything that can happen, for ten minutes of the field's time.
 
@@ -98,12 +89,12 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
     live.now_ms = std::max(live.now_ms.load(), traffic.stamp().field_time_ms);
     live.slow = radio.Below(4) == 0;
     if (radio.Below(10) == 0) {
-      live.log().Stick();
-      live.log().refusal =
+      live.log().GetStuck();
+      live.log().admit =
           radio.Below(4) == 0 ? protocol::Reason::kReadOnly : protocol::Reason::kNone;
     } else if (radio.Below(4) == 0) {
-      live.log().GoOn();
-      live.log().refusal = protocol::Reason::kNone;
+      live.log().Heal();
+      live.log().admit = protocol::Reason::kNone;
       live.Release();
     }
     Happen(&live, &radio, event);
@@ -143,19 +134,19 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
 TEST_F(RecorderTest, AnswersThatAStuckLogHoldsBackAreReplayedWhateverBecomesOfThem) {
   Live live(folder_, SmallConfig());
   live.Hear(0, FrameOf(Hello(2, 1)));
-  live.log().Stick();
+  live.log().GetStuck();
   live.Hear(0, FrameOf(Trace(2, 1)));  // waits, and nobody records yet
   ASSERT_TRUE(live.Record().ok());
   live.Hear(0, FrameOf(Trace(2, 1)));  // joins it
   live.Hear(0, FrameOf(Hello(1, 1)));
   live.Hear(0, FrameOf(Hello(1, 1)));                         // joins, 1 is not sent
   live.Hear(0, FrameOf(Trace(1, 1)) + FrameOf(Trace(1, 1)));  // in its place, 2 more are not sent
-  live.log().refusal = protocol::Reason::kReadOnly;
+  live.log().admit = protocol::Reason::kReadOnly;
   live.Hear(0, FrameOf(Trace(1, 1)));  // busy, and the one that waited is not sent
   live.Hear(0, FrameOf(Trace(1, 2)));  // read-only
-  live.log().refusal = protocol::Reason::kNone;
+  live.log().admit = protocol::Reason::kNone;
   live.Hear(0, FrameOf(Trace(1, 1)));  // waits again
-  live.log().GoOn();
+  live.log().Heal();
   live.Release();
   live.Hear(0, FrameOf(Sense(1)));
   live.Finish();

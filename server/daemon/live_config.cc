@@ -81,6 +81,13 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   }
   captures_->SetConfigText(next.text);
   Tell(next.warnings);
+  if (service_->Inspect([](const auto& engine) { return engine.is_busy(); })) {
+    notes.emplace_back(
+        "the map has not followed yet: the log stopped taking changes, and it goes on when it "
+        "takes "
+        "them again");
+    spdlog::warn("{}", notes.back());
+  }
   spdlog::info("configuration read again");
   return notes;
 }

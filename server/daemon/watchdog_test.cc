@@ -4,16 +4,15 @@
 
 #include <atomic>
 #include <chrono>
-#include <functional>
 #include <mutex>
 #include <thread>
-#include <utility>
-#include <vector>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/strand.hpp>
+
+#include "server/engine/testing/scripted_log.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -24,48 +23,6 @@ using std::chrono::milliseconds;
 // machine that is busy makes these tests weaker, but never fail.
 constexpr milliseconds kInterval{1};
 constexpr milliseconds kWhile{50};
-
-/// A log whose worker can get stuck: then probes wait.
-class StuckableLog final : public engine::OrderedLog {
- public:
-  protocol::Reason Admit() override { return protocol::Reason::kNone; }
-  uint64_t Append(const engine::Stamp& /*stamp*/, const engine::Event& /*event*/) override {
-    return ++sequence_;
-  }
-  uint64_t DurableSequence() const override { return sequence_; }
-  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> done) override {
-    Probe(std::move(done));
-    return true;
-  }
-  void Probe(std::function<void()> done) override {
-    {
-      const std::lock_guard lock(mutex_);
-      if (stuck_) {
-        waiting_.push_back(std::move(done));
-        return;
-      }
-    }
-    done();
-  }
-
-  void SetStuck(bool stuck) {
-    std::vector<std::function<void()>> ready;
-    {
-      const std::lock_guard lock(mutex_);
-      stuck_ = stuck;
-      ready.swap(waiting_);
-    }
-    for (const auto& done : ready) {
-      done();
-    }
-  }
-
- private:
-  std::mutex mutex_;
-  bool stuck_ = false;
-  std::vector<std::function<void()>> waiting_;
-  uint64_t sequence_ = 0;
-};
 
 /// A watchdog on a thread of its own.
 class WatchdogTest : public ::testing::Test {
@@ -93,7 +50,7 @@ class WatchdogTest : public ::testing::Test {
     }
   }
 
-  StuckableLog log_;
+  engine::testing::ScriptedLog log_;
   engine::Service service_;
   boost::asio::io_context io_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
@@ -119,11 +76,11 @@ TEST_F(WatchdogTest, IsNotFedWhileTheEngineIsStuck) {
 }
 
 TEST_F(WatchdogTest, IsNotFedWhileTheLogIsStuck) {
-  log_.SetStuck(true);
+  log_.GetStuck();
   const int fed = fed_;
   std::this_thread::sleep_for(kWhile);
   EXPECT_LE(fed_, fed + 1);
-  log_.SetStuck(false);
+  log_.Heal();
   AwaitFedMoreThan(fed + 1);
 }
 

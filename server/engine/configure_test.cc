@@ -19,7 +19,7 @@ using protocol::Reason;
 // meanwhile.
 class AheadLog final : public OrderedLog {
  public:
-  Reason Admit() override { return Reason::kNone; }
+  Reason Admit() override { return sequence_ < most_events ? Reason::kNone : Reason::kReadOnly; }
   Status WriteAhead(Event* event) override {
     calls.emplace_back("ahead");
     if (service != nullptr) {
@@ -50,6 +50,7 @@ class AheadLog final : public OrderedLog {
 
   const Service* service = nullptr;
   std::string failure;
+  uint64_t most_events = UINT64_MAX;  // then it takes no changes
   std::vector<std::string> calls;
   std::weak_ptr<const WrittenAhead> kept;
 
@@ -91,6 +92,27 @@ TEST_F(ConfigureTest, ALogThatCannotWriteItChangesNothing) {
   EXPECT_EQ(service_.StateHash(), before);
   log_.failure.clear();
   EXPECT_TRUE(service_.Configure(Other(), 8).ok());
+}
+
+// The configuration is in the log and in the state; to say that it failed would be false.
+TEST_F(ConfigureTest, ALogThatStopsWhileTheMapFollowsHasTakenItAllTheSame) {
+  EngineConfig config = Other();
+  std::vector<field::PrintNode> nodes;
+  for (int32_t column = 0; column < 100; ++column) {
+    for (int32_t row = 0; row < 100; ++row) {
+      nodes.push_back({{column, row}, 64});
+    }
+  }
+  config.field.prints.push_back({config.field.pheromones[0].type, field::Shared(std::move(nodes))});
+  log_.most_events = 2;  // the one of SetUp, and this one without its portions
+  EXPECT_TRUE(service_.Configure(config, 8).ok());
+  service_.Inspect([&](const Engine& engine) {
+    EXPECT_TRUE(engine.is_busy());
+    EXPECT_TRUE(engine.config() == config);
+  });
+  log_.most_events = UINT64_MAX;
+  EXPECT_TRUE(service_.Configure(Other(), 9).ok()) << "waits for the one before";
+  service_.Inspect([&](const Engine& engine) { EXPECT_FALSE(engine.is_busy()); });
 }
 
 TEST_F(ConfigureTest, TheSameConfigurationIsNotWritten) {

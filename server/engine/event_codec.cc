@@ -31,16 +31,7 @@ struct Encoder {
     }
   }
   void operator()(const FieldEdited& it) const {
-    writer->U8(it.edit.type);
-    writer->U8(static_cast<uint8_t>(it.edit.shape));
-    writer->U8(static_cast<uint8_t>(it.edit.action));
-    writer->U32(it.edit.level);
-    writer->I64(it.edit.radius_um);
-    writer->Count(it.edit.points.size());
-    for (const field::PointUm point : it.edit.points) {
-      writer->I64(point.x);
-      writer->I64(point.y);
-    }
+    field::EncodeEdit(it.edit, writer);
     writer->Flag(it.in_portions);
   }
   void operator()(const PoseObserved& it) const {
@@ -78,21 +69,11 @@ CommandIssued DecodeCommand(ByteReader* reader) {
   return it;
 }
 
-FieldEdited DecodeEdit(uint8_t version, ByteReader* reader) {
-  using field::FieldEdit;
-  FieldEdit edit;
-  edit.type = reader->U8();
-  edit.shape = static_cast<FieldEdit::Shape>(
-      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Shape::kAll), "an edit's shape"));
-  edit.action = static_cast<FieldEdit::Action>(
-      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Action::kErase), "an edit's action"));
-  edit.level = reader->U32();
-  edit.radius_um = reader->I64();
-  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
-    const int64_t x = reader->I64();
-    edit.points.push_back({x, reader->I64()});
-  }
-  return {edit, version >= 2 && reader->Flag()};
+FieldEdited DecodeFieldEdited(uint8_t version, ByteReader* reader) {
+  FieldEdited it;
+  it.edit = field::DecodeEdit(reader);
+  it.in_portions = version >= 2 && reader->Flag();
+  return it;
 }
 
 PoseObserved DecodeObservation(ByteReader* reader) {
@@ -157,7 +138,7 @@ Event DecodeEvent(ByteReader* reader) {
     case EventKind::kCommandIssued:
       return DecodeCommand(reader);
     case EventKind::kFieldEdited:
-      return DecodeEdit(version, reader);
+      return DecodeFieldEdited(version, reader);
     case EventKind::kPoseObserved:
       return DecodeObservation(reader);
   }

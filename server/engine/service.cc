@@ -85,15 +85,18 @@ Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lo
         if (Change(stamp, event, &none) != Reason::kNone) {
           return Error{kNoChanges};
         }
-        std::get<ConfigChanged>(event).ahead.reset();
         id = engine_.sequence();
       } else if (!engine_.is_busy()) {
         return acceptable;
       }
     }
+    std::get<ConfigChanged>(event).ahead.reset();
     const Result<uint64_t> finished = Finish(id);
-    if (!finished.ok() || id != 0) {
-      return finished.ok() ? Ok() : Status(Error{finished.error()});
+    if (id != 0) {
+      return Ok();  // it is logged: where the log takes no more, the map follows later
+    }
+    if (!finished.ok()) {
+      return Error{finished.error()};
     }
   }
   return acceptable;

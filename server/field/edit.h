@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/base/bytes.h"
 #include "server/base/result.h"
 #include "server/field/geometry.h"
 
@@ -46,5 +47,10 @@ Status CheckShape(const FieldEdit& edit);
 /// The nodes of an edit's shape, row by row: those of RasterOf (raster.h), with its errors. Parts
 /// beyond the map are left out.
 Result<std::vector<NodeIndex>> NodesOf(const FieldEdit& edit, const MapGeometry& map);
+
+/// As bytes and back: the fields in the order of their declaration. Of what was read only the shape
+/// and the action are sure to exist; the rest is for CheckShape and for whoever knows the types.
+void EncodeEdit(const FieldEdit& edit, ByteWriter* writer);
+FieldEdit DecodeEdit(ByteReader* reader);
 
 }  // namespace pheromone::field

@@ -236,9 +236,11 @@ bool Field::SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, ui
 // full of what has not evaporated is not searched again for every deposit that it refuses. True if
 // memory came back.
 bool Field::SweepPortion(uint64_t now_ms, int tiles) {
-  const bool reserved = !works_.empty() && works_.front().phase == Work::Phase::kApply;
-  if (now_ms < sweep_.earliest_ms || reserved) {
-    return false;  // a change under way counts on the tiles that are there
+  // A change under way counts on the tiles that are there: from the first one that it has counted.
+  const bool counted_on = !works_.empty() && (works_.front().phase == Work::Phase::kApply ||
+                                              works_.front().counted != 0);
+  if (now_ms < sweep_.earliest_ms || counted_on) {
+    return false;
   }
   // What there is to look at, in sixteenths of a tile.
   constexpr int kTile = 16;

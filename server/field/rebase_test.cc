@@ -18,6 +18,7 @@ using testing::OneIn;
 using testing::Random;
 using testing::RandomPoint;
 using testing::RandomPose;
+using testing::Restored;
 using testing::TrailConfig;
 using testing::TrailLaw;
 
@@ -124,12 +125,8 @@ TEST(Rebase, AFieldRestoredInTheMiddleGoesOnTheSame) {
   Begin(&field, next, 10);
   field.Advance(11);
   ASSERT_TRUE(field.busy());
-  ByteWriter writer;
-  field.Save(&writer);
-  ByteReader reader(writer.bytes());
-  const auto restored =
-      Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
-  ASSERT_NE(restored, nullptr) << reader.error();
+  const auto restored = Restored(field);
+  ASSERT_NE(restored, nullptr);
   EXPECT_TRUE(restored->busy());
   EXPECT_EQ(restored->hash(), field.hash());
   constexpr int kMaxPortions = 1'000;

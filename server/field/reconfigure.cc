@@ -153,8 +153,9 @@ Status CheckMap(const FieldConfig& present, const FieldConfig& next) {
   return next.map == present.map
              ? Ok()
              : Error{
-                   "the map's origin, extent or cell size differ from the running map's; they "
-                   "cannot be changed while pheromone lies on it"};
+                   "the map's origin, extent or cell size differ from the running map's, which "
+                   "keeps them, empty or not, until a restart; with a journal, until its state is "
+                   "moved to the new map (pheromonectl journal resample)"};
 }
 
 // `visit_levels(type, visit)`: the nodes of a type that hold something.

@@ -50,7 +50,9 @@ TEST(Reconfigure, RefusesAnotherGeometryAndAPheromoneStillOnTheMap) {
   Field field(TrailConfig());
   FieldConfig wider = TrailConfig();
   wider.map.width_um += 1;
-  EXPECT_FALSE(field.CheckReconfigure(wider, 0).ok());
+  const Status refused = field.CheckReconfigure(wider, 0);  // though nothing lies on it
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().find("empty or not"), std::string::npos) << refused.error();
   FieldConfig without = TrailConfig();
   without.pheromones.clear();
   EXPECT_TRUE(field.CheckReconfigure(without, 0).ok());

@@ -238,12 +238,13 @@ void Field::RestoreWorks(ByteReader* reader) {
     }
     Publish(std::move(setup));
   }
-  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
+  uint32_t left = reader->Count();
+  if (left > kMaxWorks) {
+    reader->Fail("more changes under way than there can be");
+  }
+  for (; left > 0 && reader->ok(); --left) {
     works_.push_back(RestoreWork(config(), reader));
     budget_.used_bytes += works_.back().reserved_bytes;
-  }
-  if (works_.size() > kMaxWorks) {
-    reader->Fail("more changes under way than there can be");
   }
 }
 

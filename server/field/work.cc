@@ -20,33 +20,9 @@ uint64_t HashEdit(const FieldEdit& edit) {
   return hash;
 }
 
-void SaveEdit(const FieldEdit& edit, ByteWriter* writer) {
-  writer->U8(edit.type);
-  writer->U8(static_cast<uint8_t>(edit.shape));
-  writer->U8(static_cast<uint8_t>(edit.action));
-  writer->U32(edit.level);
-  writer->I64(edit.radius_um);
-  writer->Count(edit.points.size());
-  for (const PointUm point : edit.points) {
-    writer->I64(point.x);
-    writer->I64(point.y);
-  }
-}
-
 FieldEdit RestoreEdit(ByteReader* reader) {
-  FieldEdit edit;
-  edit.type = reader->U8UpTo(kTypes - 1, "the pheromone type of an edit");
-  edit.shape = static_cast<FieldEdit::Shape>(
-      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Shape::kAll), "an edit's shape"));
-  edit.action = static_cast<FieldEdit::Action>(
-      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Action::kErase), "an edit's action"));
-  edit.level = reader->U32();
-  edit.radius_um = reader->I64();
-  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
-    const int64_t x = reader->I64();
-    edit.points.push_back({x, reader->I64()});
-  }
-  if (!CheckShape(edit).ok()) {
+  FieldEdit edit = DecodeEdit(reader);
+  if (edit.type >= kTypes || !CheckShape(edit).ok()) {
     reader->Fail("an edit under way that no edit can be");
   }
   return edit;
@@ -148,7 +124,7 @@ void SaveWork(const Work& work, ByteWriter* writer) {
   writer->U64(work.done);
   writer->U64(work.reserved_bytes);
   if (work.kind == Work::Kind::kEdit) {
-    SaveEdit(work.edit, writer);
+    EncodeEdit(work.edit, writer);
   } else {
     SavePlan(*work.plan, writer);
   }
@@ -277,12 +253,14 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
     work->reserved_bytes = work->missing_bytes;
     return apply();
   }
-  if (!work->swept && SweepPortion(now_ms, kTilesAtOnce)) {
-    // Some of the tiles that were there may have gone: they are counted once more.
+  if (!work->swept) {
     work->swept = true;
+    // Some of the tiles that were there may go: they are counted once more.
     work->counted = 0;
     work->missing_bytes = 0;
-    return false;
+    if (SweepPortion(now_ms, kTilesAtOnce)) {
+      return false;
+    }
   }
   Finish(Error{"there is no memory left for all of the edit; nothing was changed"});
   return false;

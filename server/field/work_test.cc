@@ -18,6 +18,7 @@ using testing::HashFromADump;
 using testing::OneIn;
 using testing::Random;
 using testing::RandomPoint;
+using testing::Restored;
 using testing::TrailConfig;
 using testing::TrailLaw;
 
@@ -156,6 +157,34 @@ TEST(Work, DepositsBetweenPortionsCannotTakeTheMemoryOfAnEdit) {
   }
 }
 
+// An edit so large that its tiles are counted in two portions, of a map without any room, of which
+// the part that is counted first has evaporated.
+TEST(Work, DepositsWhileAnEditIsCountedTakeNoTileThatItCountsOn) {
+  FieldConfig config = TrailConfig();
+  config.map.cell_um = 10'000;
+  config.map.width_um = config.map.height_um = 15'000'000;  // 188 x 188 tiles
+  config.pheromones.push_back(TrailLaw());
+  config.pheromones[1].type = 2;
+  Field field(config);
+  const FieldEdit all = Everything(FieldEdit::Action::kSet, 8 * kLevelsPerQuantum);
+  ASSERT_TRUE(field.Edit(all, 1).ok());
+  FieldEdit corner = Everything(FieldEdit::Action::kSet, 1);  // of its first leaf
+  corner.shape = FieldEdit::Shape::kRectangle;
+  corner.points = {{0, 0}, {1'270'000, 1'270'000}};
+  ASSERT_TRUE(field.Edit(corner, 1).ok());
+  config.memory_bytes = field.used_bytes();
+  field.Reconfigure(config, 1);
+  constexpr uint64_t kLaterMs = 60'000;  // when the corner has evaporated
+  ASSERT_EQ(field.LevelOf(1, {5, 5}, kLaterMs), 0u);
+  ASSERT_NE(field.LevelOf(1, {500, 500}, kLaterMs), 0u);
+  field.BeginEdit(1, all, nullptr, kLaterMs);
+  ASSERT_TRUE(field.busy());
+  EXPECT_EQ(field.Deposit(2, {7'000'000, 7'000'000}, 1, kLaterMs), DepositResult::kMapFull);
+  EXPECT_TRUE(End(&field, 1, kLaterMs).ok());
+  EXPECT_EQ(field.LevelOf(1, {5, 5}, kLaterMs), 8 * kLevelsPerQuantum);
+  EXPECT_EQ(HashFromADump(field), field.hash());
+}
+
 TEST(Work, OneEditWaitsForTheOther) {
   Field field(WideConfig());
   field.BeginEdit(1, Everything(FieldEdit::Action::kSet, 64), nullptr, 1);
@@ -195,12 +224,8 @@ TEST(Work, AFieldRestoredInTheMiddleGoesOnTheSame) {
   field.BeginEdit(1, stroke, nullptr, 1);
   field.BeginEdit(2, Everything(FieldEdit::Action::kSet, 64), nullptr, 1);
   for (int portion = 0; field.busy() && portion < kMaxPortions; ++portion) {
-    ByteWriter writer;
-    field.Save(&writer);
-    ByteReader reader(writer.bytes());
-    const auto restored =
-        Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
-    ASSERT_NE(restored, nullptr) << reader.error();
+    const auto restored = Restored(field);
+    ASSERT_NE(restored, nullptr);
     ASSERT_EQ(restored->hash(), field.hash());
     ASSERT_EQ(restored->used_bytes(), field.used_bytes());
     field.Advance(9);
@@ -220,12 +245,8 @@ TEST(Work, AnEditOfAnErasedMapFitsAfterARestartToo) {
   ASSERT_EQ(field.Deposit(1, {1'000'000, 1'000'000}, 1, 1), DepositResult::kDone);
   field.BeginEdit(1, Everything(FieldEdit::Action::kErase, 0), nullptr, 1);
   ASSERT_TRUE(End(&field, 1, 1).ok());
-  ByteWriter writer;
-  field.Save(&writer);
-  ByteReader reader(writer.bytes());
-  const auto restored =
-      Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
-  ASSERT_NE(restored, nullptr) << reader.error();
+  const auto restored = Restored(field);
+  ASSERT_NE(restored, nullptr);
   FieldEdit dot = Everything(FieldEdit::Action::kSet, 64);
   dot.shape = FieldEdit::Shape::kStroke;
   dot.points = {{1'000'000, 1'000'000}};

@@ -244,10 +244,28 @@ Status PosixFolder::Rename(const std::string& from, const std::string& to) {
              : Status(SystemError(path_ + "/" + from, "cannot be renamed", errno));
 }
 
+// A file system may give all of a large file's blocks back in one commit, and the log's syncs wait
+// for that: 60 ms were measured for 100 MB on ext4 that discards. Once it has no name any more the
+// file is shortened bit by bit. If somebody else has linked it, it is theirs.
 Status PosixFolder::Remove(const std::string& name) {
-  return unlinkat(fd_, name.c_str(), 0) == 0
-             ? Ok()
-             : Status(SystemError(path_ + "/" + name, "cannot be removed", errno));
+  constexpr off_t kAtATime = off_t{4} << 20;
+  const int fd =
+      Again([&] { return openat(fd_, name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW); });
+  const bool removed = unlinkat(fd_, name.c_str(), 0) == 0;
+  const int number = errno;
+  struct stat left {};
+  if (fd >= 0 && removed && fstat(fd, &left) == 0 && left.st_nlink == 0) {
+    while (left.st_size > kAtATime) {
+      left.st_size -= kAtATime;
+      if (ftruncate(fd, left.st_size) != 0 || fdatasync(fd) != 0) {
+        break;  // the rest goes at once
+      }
+    }
+  }
+  if (fd >= 0) {
+    close(fd);
+  }
+  return removed ? Ok() : Status(SystemError(path_ + "/" + name, "cannot be removed", number));
 }
 
 Status PosixFolder::Sync() {

@@ -47,6 +47,23 @@ TEST_F(PosixFolderTest, FilesAreWrittenReadRenamedAndRemoved) {
             std::string::npos);
 }
 
+// It is shortened on the way, but not if it lives on under another name.
+TEST_F(PosixFolderTest, AFileThatIsRemovedStaysWholeWhereItIsLinked) {
+  auto folder = PosixFolder::Open(root_, Mode::kOwner);
+  ASSERT_TRUE(folder.ok()) << folder.error();
+  const std::string large(size_t{9} << 20, 'x');
+  for (const char* name : {"a", "b"}) {
+    ASSERT_TRUE(folder.value()->Create(name).value()->Append(large).ok());
+  }
+  std::filesystem::create_hard_link(root_ + "/b", root_ + "/backup");
+  EXPECT_TRUE(folder.value()->Remove("a").ok());
+  EXPECT_TRUE(folder.value()->Remove("b").ok());
+  EXPECT_EQ(folder.value()->List().value(), std::vector<std::string>{"backup"});
+  EXPECT_EQ(folder.value()->Read("backup", 0, large.size()).value(), large);
+  EXPECT_EQ(folder.value()->Remove("a").error(),
+            root_ + "/a: cannot be removed: No such file or directory");
+}
+
 TEST_F(PosixFolderTest, TwoServersCannotHaveOneFolder) {
   {
     auto first = PosixFolder::Open(root_, Mode::kOwner);

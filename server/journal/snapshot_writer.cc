@@ -8,7 +8,7 @@ namespace pheromone::journal {
 namespace {
 
 // A snapshot that is synced in one go holds up the log's syncs on the same disk meanwhile.
-constexpr uint64_t kSyncBytes = uint64_t{8} << 20;
+constexpr uint64_t kSyncBytes = uint64_t{1} << 20;
 
 }  // namespace
 

@@ -100,7 +100,7 @@ TEST_F(TcpLinkTest, AnAnswerThatHadToWaitGoesToTheConnectionThatAskedForItLast) 
   ASSERT_TRUE(Start().ok());
   Peer before = Connect();
   ASSERT_TRUE(before.Ask(Hello(1, 5)));
-  server_.log().Stick();
+  server_.log().GetStuck();
   ASSERT_TRUE(before.Send(Deposit(1, 9)));
   ASSERT_TRUE(Eventually([&] { return server_.service().held_answers() == 1; }));
   Peer now = Connect();
@@ -121,7 +121,7 @@ TEST_F(TcpLinkTest, AnAnswerToAConnectionThatHasEndedGoesToNoOther) {
   ASSERT_TRUE(Start().ok());
   Peer before = Connect();
   ASSERT_TRUE(before.Ask(Hello(1, 5)));
-  server_.log().Stick();
+  server_.log().GetStuck();
   ASSERT_TRUE(before.Send(Deposit(1, 9)));
   ASSERT_TRUE(Eventually([&] { return server_.service().held_answers() == 1; }));
   Peer now = Connect();  // for which the other one goes

@@ -132,7 +132,7 @@ TEST_F(UdpLinkTest, AnAnswerThatHadToWaitGoesToTheAddressThatAskedForItLast) {
   for (uint8_t id = 1; id <= kRobots; ++id) {
     ASSERT_TRUE(first.Ask(Hello(id, 5)));
   }
-  server_.log().Stick();
+  server_.log().GetStuck();
   const uint64_t frames = counters().received.frames;
   std::vector<Peer> peers;
   for (int i = 0; i < kAddresses; ++i) {

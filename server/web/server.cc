@@ -84,13 +84,14 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         handle_(std::move(handle)),
         local_(strand_),
         tcp_(strand_),
-        pause_(strand_) {}
+        local_pause_(strand_),
+        tcp_pause_(strand_) {}
 
   Status ListenOnSocket() {
     Status listening = ListenOnUnixSocket(options_.socket_path, &local_);
     if (listening.ok()) {
       identity_ = IdentityOf(options_.socket_path);
-      asio::co_spawn(strand_, Accept(&local_, &local_crowd_), asio::detached);
+      asio::co_spawn(strand_, Accept(&local_, &local_crowd_, &local_pause_), asio::detached);
     }
     return listening;
   }
@@ -116,7 +117,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
                    std::to_string(options_.listen_port) + ": " + error.message()};
     }
     port_ = tcp_.local_endpoint(error).port();
-    asio::co_spawn(strand_, Accept(&tcp_, &tcp_crowd_), asio::detached);
+    asio::co_spawn(strand_, Accept(&tcp_, &tcp_crowd_, &tcp_pause_), asio::detached);
     return Ok();
   }
 
@@ -124,7 +125,8 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     asio::post(strand_, [self = shared_from_this()] {
       error_code ignored;
       self->stopping_ = true;
-      self->pause_.cancel();
+      self->local_pause_.cancel();
+      self->tcp_pause_.cancel();
       self->tcp_.close(ignored);
       if (self->local_.is_open()) {
         self->local_.close(ignored);
@@ -146,7 +148,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
 
  private:
   template <typename Acceptor>
-  asio::awaitable<void> Accept(Acceptor* acceptor, Crowd* crowd) {
+  asio::awaitable<void> Accept(Acceptor* acceptor, Crowd* crowd, asio::steady_timer* pause) {
     const auto self = shared_from_this();
     while (!stopping_) {
       error_code error;
@@ -162,8 +164,8 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         Tell(std::string("a connection was not taken: ") + failure.what());
       }
       if (!taken && !stopping_) {
-        pause_.expires_after(kAfterTrouble);
-        co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+        pause->expires_after(kAfterTrouble);
+        co_await pause->async_wait(asio::redirect_error(asio::use_awaitable, error));
       }
     }
   }
@@ -212,7 +214,9 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   const Handle handle_;
   Local::acceptor local_;
   tcp::acceptor tcp_;
-  asio::steady_timer pause_;
+  // One each: to set a timer anew ends the other's wait for it.
+  asio::steady_timer local_pause_;
+  asio::steady_timer tcp_pause_;
   std::string identity_;  // of the socket's file
   Crowd local_crowd_;
   Crowd tcp_crowd_;

@@ -4,12 +4,14 @@
 
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <csignal>
 #include <filesystem>
@@ -28,22 +30,30 @@ namespace {
 // A connection of a client, blocking. What is waited for comes, or the test runs into its limit.
 class Client {
  public:
-  explicit Client(uint16_t port) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit Client(uint16_t port) : Client(Family{AF_INET}) { ConnectTo(port); }
+  explicit Client(const std::string& path) : Client(Family{AF_UNIX}) { ConnectTo(path); }
+  struct Family {
+    int number;
+  };
+  // With a descriptor, and not connected yet.
+  explicit Client(Family family) : socket_(socket(family.number, SOCK_STREAM, 0)) {}
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client() { close(socket_); }
+
+  void ConnectTo(uint16_t port) const {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     Connect(reinterpret_cast<sockaddr*>(&address), sizeof address);
   }
-  explicit Client(const std::string& path) : socket_(socket(AF_UNIX, SOCK_STREAM, 0)) {
+  void ConnectTo(const std::string& path) const {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     path.copy(address.sun_path, sizeof address.sun_path - 1);
     Connect(reinterpret_cast<sockaddr*>(&address), sizeof address);
   }
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
-  ~Client() { close(socket_); }
 
   void Send(std::string_view bytes) const {
     while (!bytes.empty()) {
@@ -383,6 +393,36 @@ TEST_F(ServerTest, WhereAllAreBusyNewOnesAreToldSoButForWhatIsUrgent) {
   AnswerHeld();
   EXPECT_TRUE(first.ReadUntil("remote .").ends_with("GET /held remote ."));
   EXPECT_TRUE(second.ReadUntil("remote .").ends_with("GET /held remote ."));
+}
+
+double CpuSeconds() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  const auto seconds = [](const timeval& it) {
+    return static_cast<double>(it.tv_sec) + static_cast<double>(it.tv_usec) / 1e6;
+  };
+  return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+TEST_F(ServerTest, WithoutDescriptorsItWaitsInsteadOfAskingAgainAndAgain) {
+  Start();
+  const Client from_network(Client::Family{AF_INET});
+  const Client local(Client::Family{AF_UNIX});
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit no_more{3, before.rlim_max};  // what is open stays open
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &no_more), 0);
+  from_network.ConnectTo(server_->port());
+  local.ConnectTo(options_.socket_path);
+  const double begin_s = CpuSeconds();
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const double spent_s = CpuSeconds() - begin_s;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_LT(spent_s, 0.2);  // of one second; asking all the time takes all of it
+  for (const Client* client : {&from_network, &local}) {
+    client->Send("GET /late HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+    EXPECT_NE(client->ReadAll().find("GET /late"), std::string::npos);
+  }
 }
 
 TEST_F(ServerTest, AHeaderThatDecidesAboutAccessMayComeOnlyOnce) {

@@ -6,7 +6,11 @@
 //   live.Hear(0, frame_bytes);               // on line 0
 //   live.Finish();
 //   EXPECT_EQ(ReplayError(live.Files()[0]), "");
+//
+// RecordingTest has a folder, which goes with the test.
 #pragma once
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <atomic>
@@ -23,6 +27,7 @@
 #include "server/capture/replay.h"
 #include "server/engine/service.h"
 #include "server/engine/testing/bench.h"
+#include "server/engine/testing/scripted_log.h"
 
 namespace pheromone::capture::testing {
 
@@ -85,32 +90,6 @@ inline std::string FrameOf(const protocol::Message& message) {
   wire.resize(protocol::EncodeFrame(message, reinterpret_cast<uint8_t*>(wire.data()), wire.size()));
   return wire;
 }
-
-/// Keeps nothing; on request what it was given does not become durable, or it takes no more.
-class LaggingLog final : public engine::OrderedLog {
- public:
-  protocol::Reason Admit() override { return refusal; }
-  uint64_t Append(const engine::Stamp& /*stamp*/, const engine::Event& /*event*/) override {
-    return ++sequence_;
-  }
-  uint64_t DurableSequence() const override { return stuck_ ? durable_ : sequence_; }
-  /// Nobody asks for it here.
-  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> /*done*/) override { return false; }
-  void Probe(std::function<void()> done) override { done(); }
-
-  void Stick() {
-    durable_ = DurableSequence();
-    stuck_ = true;
-  }
-  void GoOn() { stuck_ = false; }
-
-  protocol::Reason refusal = protocol::Reason::kNone;
-
- private:
-  bool stuck_ = false;
-  uint64_t sequence_ = 0;
-  uint64_t durable_ = 0;
-};
 
 class Live {
  public:
@@ -227,7 +206,7 @@ class Live {
   }
 
   engine::Service& service() { return service_; }
-  LaggingLog& log() { return log_; }
+  engine::testing::ScriptedLog& log() { return log_; }
   Recorder& recorder() { return recorder_; }
 
   static constexpr uint64_t kUtcMs = 1'700'000'000'000;
@@ -250,10 +229,21 @@ class Live {
   }
 
   const std::string folder_;
-  LaggingLog log_;
+  engine::testing::ScriptedLog log_;
   engine::Service service_;
   Recorder recorder_;
   std::thread writer_;
+};
+
+class RecordingTest : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::remove_all(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  const std::string folder_ = [] {
+    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
+    return ::testing::TempDir() + info->test_suite_name() + "-" + info->name();
+  }();
 };
 
 }  // namespace pheromone::capture::testing

@@ -2,8 +2,11 @@
 // begin with. 101 x 101 nodes: 13 x 13 tiles in one leaf.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 
 #include "server/field/field.h"
 
@@ -29,6 +32,17 @@ inline FieldConfig TrailConfig() {
   config.pheromones = {TrailLaw()};
   config.memory_bytes = 64 << 20;
   return config;
+}
+
+/// A field of the bytes that this one is written as; null, and a failure of the test, if it cannot
+/// be.
+inline std::unique_ptr<Field> Restored(const Field& field) {
+  ByteWriter writer;
+  field.Save(&writer);
+  ByteReader reader(writer.bytes());
+  auto restored = Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
+  EXPECT_NE(restored, nullptr) << reader.error();
+  return restored;
 }
 
 /// P of type 1; -1 where it cannot be sensed.

@@ -6,8 +6,6 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -26,6 +24,7 @@
 #include "protocol/decoder.h"
 #include "protocol/frame.h"
 #include "server/engine/testing/bench.h"
+#include "server/engine/testing/scripted_log.h"
 #include "server/links/link.h"
 #include "server/links/port.h"
 #include "server/links/switchboard.h"
@@ -64,26 +63,6 @@ class TemporaryFolder {
 
  private:
   std::string path_;
-};
-
-/// Keeps nothing. While it is stuck, nothing becomes durable.
-class StickyLog final : public engine::OrderedLog {
- public:
-  protocol::Reason Admit() override { return protocol::Reason::kNone; }
-  uint64_t Append(const engine::Stamp& /*stamp*/, const engine::Event& /*event*/) override {
-    return ++sequence_;
-  }
-  uint64_t DurableSequence() const override { return std::min(sequence_.load(), limit_.load()); }
-  /// Links do not ask for it.
-  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> /*done*/) override { return false; }
-  void Probe(std::function<void()> done) override { done(); }
-
-  void Stick() { limit_ = sequence_.load(); }
-  void GoOn() { limit_ = UINT64_MAX; }
-
- private:
-  std::atomic<uint64_t> sequence_{0};
-  std::atomic<uint64_t> limit_{UINT64_MAX};
 };
 
 /// The engine, its switchboard and the threads of an io_context; beside it, as in the daemon, a
@@ -127,7 +106,7 @@ class Server {
 
   /// Has the log stuck no longer, and sends what waited for it.
   void GoOn() {
-    log_.GoOn();
+    log_.Heal();
     std::vector<engine::Outgoing> out;
     service_.Release(&out);
     switchboard_.Deliver(out);
@@ -151,7 +130,7 @@ class Server {
 
   Link& link(size_t index = 0) { return *links_[index]; }
   boost::asio::io_context& io() { return io_; }
-  StickyLog& log() { return log_; }
+  engine::testing::ScriptedLog& log() { return log_; }
   engine::Service& service() { return service_; }
   Switchboard& switchboard() { return switchboard_; }
 
@@ -165,7 +144,7 @@ class Server {
   const size_t io_threads_;
   boost::asio::io_context io_;
   boost::asio::thread_pool aside_{2};
-  StickyLog log_;
+  engine::testing::ScriptedLog log_;
   engine::Service service_;
   Switchboard switchboard_;
   std::mutex mutex_;
