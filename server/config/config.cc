@@ -42,7 +42,7 @@ void ReadDaemon(const Value& root, Notes* notes, DaemonSettings* daemon) {
                                                  "error", "critical", "off"};
   const TableReader table(TableOf(root, "daemon", notes), "daemon", &notes->problems);
   table.AllowOnly({"io_threads", "log_level"});
-  daemon->io_threads = static_cast<int>(table.Integer("io_threads", 1, 64, 2).value_or(1));
+  daemon->io_threads = static_cast<int>(table.Integer("io_threads", 1, 64, 1).value_or(1));
   daemon->log_level = kLevels[table.OneOf("log_level", kLevels, 2).value_or(2)];
 }
 

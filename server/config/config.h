@@ -29,7 +29,7 @@
 namespace pheromone::config {
 
 struct DaemonSettings {
-  int io_threads = 2;
+  int io_threads = 1;
   std::string log_level = "info";  ///< trace, debug, info, warn, error, critical or off
   bool operator==(const DaemonSettings&) const = default;
 };

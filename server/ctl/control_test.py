@@ -300,7 +300,7 @@ class ControlTest(Server):
     def test_reload_says_what_waits_for_a_restart(self):
         file = self.folder / "lab.toml"
         self.addCleanup(file.write_text, CONFIG)
-        file.write_text(CONFIG.replace("tau_s = 3000", "tau_s = 2000") + "[daemon]\nio_threads = 1\n")
+        file.write_text(CONFIG.replace("tau_s = 3000", "tau_s = 2000") + "[daemon]\nio_threads = 2\n")
         self.assertEqual(self.ctl("reload"), "configuration read again\n  changed [daemon], "
                          "[control] or [web] settings need a restart\n")
         self.assertIn("one quantum less every 2000 s", self.ctl("config", "show"))

@@ -121,7 +121,10 @@ class Daemon::Impl {
     std::vector<std::thread> threads;
     threads.reserve(static_cast<size_t>(io_threads_));
     for (int i = 0; i < io_threads_; ++i) {
-      threads.emplace_back([this] { io_.run(); });
+      threads.emplace_back([this] {
+        TakeShortTurns();
+        io_.run();
+      });
     }
     for (std::thread& thread : threads) {
       thread.join();

@@ -56,4 +56,10 @@ class WorkQueue {
 /// Where the system forbids it, such as a sandbox, all stays as it is.
 void YieldToOthers();
 
+/// For threads that answer robots: asks for the shortest turns (0.1 ms) in the class they have.
+/// From 6.6 on Linux lets whoever runs have its turn to the end, some 3 ms, the thread that draws
+/// too; from 6.12 on one with shorter turns that wakes up goes before. Older ones do not look at
+/// it.
+void TakeShortTurns();
+
 }  // namespace pheromone::daemon
