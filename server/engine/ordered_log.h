@@ -26,9 +26,10 @@ class OrderedLog {
 
   /// Writes the bytes of a large event before it happens, in pieces, between which other events
   /// have their turn; so nobody waits for all of it when it is appended. Only a configuration can
-  /// be that large; to whatever is small nothing is done. As long as `event` keeps its `ahead`, the
-  /// log begins no other segment. Called without the service's lock, by one thread at a time, which
-  /// waits for the disk. Errors: the log takes no changes, or has taken nothing for some seconds.
+  /// be that large; to whatever is small nothing is done. Until it is appended, or drops its
+  /// `ahead`, the log begins no other segment. Called without the service's lock, by one thread at
+  /// a time, which waits for the disk. Errors: the log takes no changes, or has taken nothing for
+  /// some seconds.
   virtual Status WriteAhead(Event* /*event*/) { return Ok(); }
 
   /// Takes an event and gives it the next sequence number, counting from 1. Called under the

@@ -120,7 +120,7 @@ void LocalJournal::NoteDurable() {
 void LocalJournal::LookForRotation() {
   status_.segment_bytes = written_bytes_;
   status_.segment_ordinal = next_ordinal_ - 1;
-  if (rotation_queued_ || !ahead_.expired() || clock_() < rotate_after_us_) {
+  if (rotation_queued_ || clock_() < rotate_after_us_) {
     return;
   }
   const bool time_is_up = clock_() - snapshot_us_ >= settings_.snapshot_ms * 1'000;
@@ -192,8 +192,9 @@ std::string LocalJournal::RecordsOf(const Chunk& chunk) const {
   ByteWriter scratch;
   for (const LargeEvent& it : chunk.large_events) {
     all += small.substr(at, it.at - at);
-    if (it.ahead != nullptr && it.ahead->segment == next_ordinal_ - 1) {
-      AppendEventInPieces(it.sequence, it.stamp, *it.ahead, &all);
+    const engine::WrittenAhead* const ahead = AheadOf(it.event);
+    if (ahead != nullptr && ahead->segment == next_ordinal_ - 1) {
+      AppendEventInPieces(it.sequence, it.stamp, *ahead, &all);
     } else {
       AppendEvent(it.sequence, it.stamp, it.event, &scratch, &all);
     }

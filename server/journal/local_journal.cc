@@ -43,6 +43,11 @@ LocalJournal::LocalJournal(Folder* folder, const JournalSettings& settings, Read
   status_.problem = std::string(kNotBegun);
 }
 
+const engine::WrittenAhead* LocalJournal::AheadOf(const engine::Event& event) {
+  const auto* const changed = std::get_if<engine::ConfigChanged>(&event);
+  return changed != nullptr ? changed->ahead.get() : nullptr;
+}
+
 // --- An operator's thread.
 
 Status LocalJournal::WriteAhead(engine::Event* event) {
@@ -122,11 +127,11 @@ uint64_t LocalJournal::Append(const engine::Stamp& stamp, const engine::Event& e
   }
   uint64_t bytes = engine::EncodedBytesAtMost(event);
   ++appended_;
-  const auto* const changed = std::get_if<engine::ConfigChanged>(&event);
-  const auto ahead = changed != nullptr ? changed->ahead : nullptr;
-  if (bytes > kLargeEventBytes || ahead != nullptr) {
-    chunk.large_events.push_back({chunk.records.size(), appended_, stamp, event, ahead});
-    bytes = ahead != nullptr ? kLargeEventBytes : bytes;
+  const bool is_ahead = AheadOf(event) != nullptr;
+  if (bytes > kLargeEventBytes || is_ahead) {
+    chunk.large_events.push_back({chunk.records.size(), appended_, stamp, event});
+    bytes = is_ahead ? kLargeEventBytes : bytes;
+    ahead_.reset();  // a segment that ends from here on has the event
   } else {
     const size_t before = chunk.records.size();
     AppendEvent(appended_, stamp, event, &scratch_, &chunk.records);
@@ -147,7 +152,7 @@ uint64_t LocalJournal::DurableSequence() const {
 
 bool LocalJournal::IsRotationDue() const {
   const std::lock_guard lock(mutex_);
-  return rotation_due_ && admits_;
+  return rotation_due_ && admits_ && ahead_.expired();
 }
 
 void LocalJournal::Rotate(uint64_t state_hash) {

@@ -153,7 +153,6 @@ class LocalJournal final : public engine::OrderedLog {
     uint64_t sequence;
     engine::Stamp stamp;
     engine::Event event;
-    std::shared_ptr<const engine::WrittenAhead> ahead;
   };
 
   struct Chunk {
@@ -165,6 +164,7 @@ class LocalJournal final : public engine::OrderedLog {
     std::vector<LargeEvent> large_events;
   };
 
+  static const engine::WrittenAhead* AheadOf(const engine::Event& event);
   Result<uint64_t> WritePiece(std::string piece, uint64_t segment);
 
   // The writing thread's.
@@ -220,7 +220,7 @@ class LocalJournal final : public engine::OrderedLog {
   std::string piece_;
   uint64_t piece_segment_ = 0;  // where it must be written, 0: anywhere; then: where it was
   std::condition_variable piece_done_;
-  std::weak_ptr<const engine::WrittenAhead> ahead_;  // as long as its event may come
+  std::weak_ptr<const engine::WrittenAhead> ahead_;  // while its event may come, no segment ends
 
   // The writing thread's:
   std::unique_ptr<AppendFile> file_;  // null: broken, or not begun

@@ -249,8 +249,8 @@ Status PosixFolder::Rename(const std::string& from, const std::string& to) {
 // file is shortened bit by bit. If somebody else has linked it, it is theirs.
 Status PosixFolder::Remove(const std::string& name) {
   constexpr off_t kAtATime = off_t{4} << 20;
-  const int fd =
-      Again([&] { return openat(fd_, name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW); });
+  const int fd = Again(
+      [&] { return openat(fd_, name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK); });
   const bool removed = unlinkat(fd_, name.c_str(), 0) == 0;
   const int number = errno;
   struct stat left {};

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <functional>
 #include <future>
 #include <string>
 #include <utility>
@@ -44,19 +44,15 @@ class WriteAheadTest : public ::testing::Test {
     return std::get<engine::ConfigChanged>(event).ahead != nullptr;
   }
 
-  // Beside it the writing thread's part: `between` after each group.
+  // `between` is called after each group.
   Status WriteAhead(
       engine::Event* event, const std::function<void()>& between = [] {}) {
-    std::future<Status> written =
-        std::async(std::launch::async, [this, event] { return journal_.WriteAhead(event); });
     uint64_t groups = journal_.status().groups;
-    while (written.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-      journal_.WriteOnce();
+    return testing::WriteAhead(&journal_, event, [&] {
       if (journal_.status().groups != std::exchange(groups, journal_.status().groups)) {
         between();
       }
-    }
-    return written.get();
+    });
   }
 
   std::vector<std::string> Events() {
@@ -140,9 +136,18 @@ TEST_F(WriteAheadTest, NoSegmentEndsBeforeTheEventHasComeOrIsGivenUp) {
   journal_.WriteOnce();
   ASSERT_GT(journal_.status().segment_bytes, Settings().segment_bytes);
   EXPECT_FALSE(journal_.IsRotationDue());
-  event = engine::Advance{};
-  journal_.WriteOnce();
+  event = engine::Advance{};  // given up
   EXPECT_TRUE(journal_.IsRotationDue());
+  event = Large();
+  ASSERT_TRUE(WriteAhead(&event).ok());
+  EXPECT_FALSE(journal_.IsRotationDue());
+  journal_.Append({2, 2}, event);
+  EXPECT_TRUE(journal_.IsRotationDue()) << "the event is in this segment";
+  journal_.Rotate(5);
+  journal_.WriteOnce();
+  EXPECT_EQ(journal_.status().segment_ordinal, 1u);
+  EXPECT_EQ(Events().back(), BytesOf(event));
+  EXPECT_EQ(folder_.Contents(SegmentName(2)).size(), kSegmentHeaderBytes);
 }
 
 TEST_F(WriteAheadTest, ASegmentThatEndsMeanwhileHasThemAgain) {

@@ -20,6 +20,17 @@ engine::EngineConfig ConfigOfLives() {
 
 }  // namespace
 
+Status WriteAhead(LocalJournal* journal, engine::Event* event,
+                  const std::function<void()>& written) {
+  std::future<Status> ahead =
+      std::async(std::launch::async, [journal, event] { return journal->WriteAhead(event); });
+  while (ahead.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    journal->WriteOnce();
+    written();
+  }
+  return ahead.get();
+}
+
 Lives::Lives(Folder* folder, const JournalSettings& settings, uint64_t seed)
     : folder_(folder), settings_(settings), random_(seed), traffic_(seed, ConfigOfLives()) {}
 
@@ -61,8 +72,13 @@ bool Lives::Submit() {
     return false;
   }
   engine::Event event = engine.configured() ? traffic_.Next(engine) : traffic_.First();
-  if (!WriteAhead(&event) || journal().Admit() != protocol::Reason::kNone) {
-    return false;
+  // Nobody waits for the first one. What is small would need no writing thread.
+  if (engine.configured() && std::holds_alternative<engine::ConfigChanged>(event) &&
+      engine::EncodedBytesAtMost(event) > settings_.piece_bytes) {
+    const Status ahead = WriteAhead(&journal(), &event, [this] { Acknowledge(); });
+    if (!ahead.ok() || journal().Admit() != protocol::Reason::kNone) {
+      return false;
+    }
   }
   if (journal().IsRotationDue() && engine.configured()) {
     journal().Rotate(engine.StateHash());
@@ -73,21 +89,6 @@ bool Lives::Submit() {
   hashes_.push_back(engine.StateHash());
   Acknowledge();
   return true;
-}
-
-// As an operator's thread does beside the writing one.
-bool Lives::WriteAhead(engine::Event* event) {
-  if (!opened_->engine.configured() ||
-      engine::EncodedBytesAtMost(*event) <= settings_.piece_bytes) {
-    return true;
-  }
-  std::future<Status> written =
-      std::async(std::launch::async, [this, event] { return journal().WriteAhead(event); });
-  while (written.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-    journal().WriteOnce();
-    Acknowledge();
-  }
-  return written.get().ok();
 }
 
 void Lives::Acknowledge() {

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
@@ -39,6 +40,11 @@ inline JournalSettings SmallJournal() {
   settings.piece_bytes = 200;
   return settings;
 }
+
+/// Writes an event ahead, as an operator's thread does, and is the writing thread meanwhile: after
+/// each WriteOnce it calls `written`.
+Status WriteAhead(LocalJournal* journal, engine::Event* event,
+                  const std::function<void()>& written);
 
 class Lives {
  public:
@@ -80,7 +86,6 @@ class Lives {
 
  private:
   uint64_t Below(uint64_t limit) { return random_() % limit; }
-  bool WriteAhead(engine::Event* event);
   void Acknowledge();
 
   Folder* folder_;
