@@ -108,7 +108,7 @@ BridgeSimulation::BridgeSimulation(const BridgeExperiment& experiment, uint64_t 
       decoder_(protocol::kNoGapTimeout) {
   std::mt19937_64 random(seed);
   const engine::EngineConfig config = EngineConfigOf(experiment);
-  const Status configured = service_.Configure(config, 1);
+  const auto configured = service_.Configure(config, 1);
   assert(configured.ok());
   (void)configured;
   const uint64_t radio_seed = random();

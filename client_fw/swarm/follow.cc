@@ -66,7 +66,7 @@ class World {
                  }),
         server_(&service_, 0, &medium_, TimingOf(conditions)),
         robot_(robot, conditions.steering, &medium_) {
-    const Status configured = service_.Configure(EngineConfigOf(conditions), /*new_epoch=*/1);
+    const auto configured = service_.Configure(EngineConfigOf(conditions), /*new_epoch=*/1);
     assert(configured.ok());
     (void)configured;
   }

@@ -15,7 +15,7 @@ Simulation::Simulation(const SimulationConfig& config)
         return engine::ClockReading{now_ms, static_cast<int64_t>(now_ms)};
       }) {
   assert(config.engine.links.size() >= config.channels);
-  const Status configured = service_.Configure(config.engine, kEpoch);
+  const auto configured = service_.Configure(config.engine, kEpoch);
   assert(configured.ok());
   (void)configured;
   swarm_.emplace(config, [&](size_t channel, sim::RadioMedium* medium) {

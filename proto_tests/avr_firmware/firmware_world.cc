@@ -77,7 +77,7 @@ FirmwareWorld::Server::Server(uint16_t epoch, sim::RadioMedium* medium)
                 return engine::ClockReading{static_cast<uint64_t>(now_ms), now_ms};
               }),
       station(&service, 0, medium, Timing()) {
-  const Status configured = service.Configure(Engine(), epoch);
+  const auto configured = service.Configure(Engine(), epoch);
   if (!configured.ok()) {
     throw std::runtime_error(configured.error());
   }

@@ -50,11 +50,12 @@ LiveConfig::LiveConfig(config::Config config, Reload reload, engine::Service* se
       config_(std::move(config)) {}
 
 Status LiveConfig::TakeAtStart(bool state_lost) {
-  Status configured = Configure(config_.engine, state_lost);
-  if (configured.ok()) {
-    Tell(config_.warnings);
+  const auto configured = Configure(config_.engine, state_lost);
+  if (!configured.ok()) {
+    return Error{configured.error()};
   }
-  return configured;
+  Tell(config_.warnings);
+  return Ok();
 }
 
 Result<std::vector<std::string>> LiveConfig::ReadAgain() {
@@ -70,10 +71,10 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   }
   // Links know themselves by their place among those they were started with.
   next.engine.links = config_.engine.links;
-  const Status status = Configure(next.engine, false);
-  if (!status.ok()) {
-    spdlog::error("the configuration stays as it was: {}", status.error());
-    return Error{status.error()};
+  const auto configured = Configure(next.engine, false);
+  if (!configured.ok()) {
+    spdlog::error("the configuration stays as it was: {}", configured.error());
+    return Error{configured.error()};
   }
   {
     const std::lock_guard lock(mutex_);
@@ -81,11 +82,10 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   }
   captures_->SetConfigText(next.text);
   Tell(next.warnings);
-  if (service_->Inspect([](const auto& engine) { return engine.is_busy(); })) {
+  if (!configured.value().all_laid) {
     notes.emplace_back(
-        "the map has not followed yet: the log stopped taking changes, and it goes on when it "
-        "takes "
-        "them again");
+        "its paths and prints are not all laid: the log stopped taking changes; the rest follows "
+        "when it takes them again");
     spdlog::warn("{}", notes.back());
   }
   spdlog::info("configuration read again");
@@ -97,7 +97,8 @@ config::Config LiveConfig::Get() const {
   return config_;
 }
 
-Status LiveConfig::Configure(const engine::EngineConfig& config, bool state_lost) {
+Result<engine::Service::Configured> LiveConfig::Configure(const engine::EngineConfig& config,
+                                                          bool state_lost) {
   const uint16_t epoch = service_->Inspect([](const auto& engine) { return engine.epoch(); });
   return service_->Configure(config, RandomEpoch(epoch), state_lost);
 }

@@ -43,7 +43,8 @@ class LiveConfig {
   const std::vector<config::LinkConfig>& links() const { return config_.links; }
 
  private:
-  Status Configure(const engine::EngineConfig& config, bool state_lost);
+  Result<engine::Service::Configured> Configure(const engine::EngineConfig& config,
+                                                bool state_lost);
   void Tell(const std::vector<std::string>& warnings) const;
 
   const Reload reload_;

@@ -2,28 +2,29 @@
 
 #include <gtest/gtest.h>
 
-#include <optional>
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "server/engine/service.h"
 #include "server/engine/testing/bench.h"
+#include "server/engine/testing/scripted_log.h"
 
 namespace pheromone::engine {
 namespace {
 
 using protocol::Reason;
 
-// Notes what was asked of it; `lock_is_free` tells whether the service's lock could be had
-// meanwhile.
-class AheadLog final : public OrderedLog {
+// Notes the order of what is asked of it for a configuration, takes the service's lock meanwhile,
+// and may stop taking changes after some events.
+class AheadLog final : public testing::ScriptedLog {
  public:
-  Reason Admit() override { return sequence_ < most_events ? Reason::kNone : Reason::kReadOnly; }
   Status WriteAhead(Event* event) override {
     calls.emplace_back("ahead");
     if (service != nullptr) {
-      static_cast<void>(service->counters());  // takes the lock
+      static_cast<void>(service->counters());
     }
     if (!failure.empty()) {
       return Error{failure};
@@ -32,30 +33,22 @@ class AheadLog final : public OrderedLog {
     kept = std::get<ConfigChanged>(*event).ahead;
     return Ok();
   }
-  uint64_t Append(const Stamp& /*stamp*/, const Event& event) override {
-    const auto* const changed = std::get_if<ConfigChanged>(&event);
-    if (changed != nullptr) {
-      calls.emplace_back(changed->ahead != nullptr && changed->ahead->segment == 4
-                             ? "append short"
-                             : "append whole");
+  uint64_t Append(const Stamp& stamp, const Event& event) override {
+    if (const auto* const changed = std::get_if<ConfigChanged>(&event)) {
+      const bool is_ahead = changed->ahead != nullptr && changed->ahead->segment == 4;
+      calls.emplace_back(is_ahead ? "append short" : "append whole");
     }
-    return ++sequence_;
+    const uint64_t sequence = ScriptedLog::Append(stamp, event);
+    events.clear();  // they would keep what is written ahead
+    admit = sequence < most_events ? Reason::kNone : Reason::kReadOnly;
+    return sequence;
   }
-  uint64_t DurableSequence() const override { return UINT64_MAX; }
-  bool WhenDurable(uint64_t /*sequence*/, std::function<void()> done) override {
-    done();
-    return true;
-  }
-  void Probe(std::function<void()> done) override { done(); }
 
   const Service* service = nullptr;
   std::string failure;
-  uint64_t most_events = UINT64_MAX;  // then it takes no changes
+  uint64_t most_events = UINT64_MAX;
   std::vector<std::string> calls;
   std::weak_ptr<const WrittenAhead> kept;
-
- private:
-  uint64_t sequence_ = 0;
 };
 
 class ConfigureTest : public ::testing::Test {
@@ -85,7 +78,7 @@ TEST_F(ConfigureTest, ItIsWrittenAheadWithoutTheLockAndLetGoOf) {
 TEST_F(ConfigureTest, ALogThatCannotWriteItChangesNothing) {
   log_.failure = "changes are refused: no space left";
   const uint64_t before = service_.StateHash();
-  const Status status = service_.Configure(Other(), 8);
+  const auto status = service_.Configure(Other(), 8);
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error(), log_.failure);
   EXPECT_EQ(log_.calls, std::vector<std::string>{"ahead"});
@@ -105,14 +98,34 @@ TEST_F(ConfigureTest, ALogThatStopsWhileTheMapFollowsHasTakenItAllTheSame) {
   }
   config.field.prints.push_back({config.field.pheromones[0].type, field::Shared(std::move(nodes))});
   log_.most_events = 2;  // the one of SetUp, and this one without its portions
-  EXPECT_TRUE(service_.Configure(config, 8).ok());
+  const auto taken = service_.Configure(config, 8);
+  ASSERT_TRUE(taken.ok());
+  EXPECT_FALSE(taken.value().all_laid);
   service_.Inspect([&](const Engine& engine) {
     EXPECT_TRUE(engine.is_busy());
     EXPECT_TRUE(engine.config() == config);
   });
   log_.most_events = UINT64_MAX;
-  EXPECT_TRUE(service_.Configure(Other(), 9).ok()) << "waits for the one before";
+  log_.admit = Reason::kNone;
+  const auto next = service_.Configure(Other(), 9);
+  ASSERT_TRUE(next.ok()) << "waits for the one before";
+  EXPECT_TRUE(next.value().all_laid);
   service_.Inspect([&](const Engine& engine) { EXPECT_FALSE(engine.is_busy()); });
+}
+
+// Nodes that are still to be read under another law are there, and answered as such.
+TEST_F(ConfigureTest, AnotherLawIsNothingToBeLaid) {
+  field::FieldEdit all;
+  all.type = 1;
+  all.level = 64;
+  all.shape = field::FieldEdit::Shape::kAll;
+  ASSERT_TRUE(service_.Edit(all).ok());
+  EngineConfig config = testing::SmallConfig();
+  config.field.pheromones[0].tau_ms += 1'000;
+  const auto taken = service_.Configure(config, 8);
+  ASSERT_TRUE(taken.ok());
+  EXPECT_TRUE(taken.value().all_laid);
+  service_.Inspect([](const Engine& engine) { EXPECT_TRUE(engine.is_busy()); });
 }
 
 TEST_F(ConfigureTest, TheSameConfigurationIsNotWritten) {

@@ -29,7 +29,8 @@ bool AnswersAChange(const Message& message) {
 Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms, Engine engine)
     : log_(log), read_clock_(std::move(read_clock)), clock_(start_ms), engine_(std::move(engine)) {}
 
-Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lost) {
+Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new_epoch,
+                                               bool state_lost) {
   constexpr int kLooks = 5;
   Status acceptable = Ok();
   for (int look = 0; look < kLooks; ++look) {
@@ -49,17 +50,17 @@ Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lo
       }
     }
     if (present && *present == config && !state_lost) {
-      return Ok();
+      return Configured{};
     }
     Event event = ConfigChanged{config, new_epoch, state_lost};
     if (present) {
       acceptable = Prepare(*present, *config, *field, now_ms, &event);
       if (!acceptable.ok()) {
-        return acceptable;
+        return Error{acceptable.error()};
       }
       acceptable = log_->WriteAhead(&event);
       if (!acceptable.ok()) {
-        return acceptable;
+        return Error{acceptable.error()};
       }
     }
     uint64_t id = 0;
@@ -87,19 +88,19 @@ Status Service::Configure(SharedConfig config, uint16_t new_epoch, bool state_lo
         }
         id = engine_.sequence();
       } else if (!engine_.is_busy()) {
-        return acceptable;
+        return Error{acceptable.error()};
       }
     }
     std::get<ConfigChanged>(event).ahead.reset();
     const Result<uint64_t> finished = Finish(id);
     if (id != 0) {
-      return Ok();  // it is logged: where the log takes no more, the map follows later
+      return Configured{finished.ok()};  // it is logged, whatever the log does now
     }
     if (!finished.ok()) {
       return Error{finished.error()};
     }
   }
-  return acceptable;
+  return Error{acceptable.error()};
 }
 
 // Without the lock: what takes time with the size of configuration and map.

@@ -71,10 +71,14 @@ class Service {
   /// epoch begins.
   ///
   /// Takes the caller as long as it takes, but holds up nobody else: it is compared and prepared
-  /// without the lock, and applied in portions. Returns when what it lays and erases is done, or,
-  /// where the log stops taking changes on the way, before that: the rest follows when it takes
-  /// them again, and Engine::is_busy tells so meanwhile. One caller at a time.
-  Status Configure(SharedConfig config, uint16_t new_epoch, bool state_lost = false);
+  /// without the lock, and applied in portions. Returns when what it lays and erases is done. One
+  /// caller at a time.
+  struct Configured {
+    /// False: the log stopped taking changes on the way, and what is left is laid when it takes
+    /// them again.
+    bool all_laid = true;
+  };
+  Result<Configured> Configure(SharedConfig config, uint16_t new_epoch, bool state_lost = false);
 
   /// Handles the messages read at once from a link. `askers`: of all of them, one that is theirs,
   /// or none; their answers carry it.

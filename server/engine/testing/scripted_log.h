@@ -26,7 +26,7 @@
 
 namespace pheromone::engine::testing {
 
-class ScriptedLog final : public OrderedLog {
+class ScriptedLog : public OrderedLog {
  public:
   protocol::Reason Admit() override { return admit; }
   uint64_t Append(const Stamp& stamp, const Event& event) override {
