@@ -25,6 +25,7 @@
 #include "server/daemon/link_set.h"
 #include "server/daemon/live_config.h"
 #include "server/daemon/live_control.h"
+#include "server/daemon/scheduling.h"
 #include "server/daemon/service_manager.h"
 #include "server/daemon/signal_watch.h"
 #include "server/daemon/system_clock.h"

@@ -1,23 +1,13 @@
 #include "server/daemon/work_queue.h"
 
-#include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstdint>
-#include <cstring>
 #include <exception>
 #include <utility>
 
+#include "server/daemon/scheduling.h"
+
 namespace pheromone::daemon {
-namespace {
-
-constexpr int kNice = 10;
-
-}  // namespace
 
 WorkQueue::WorkQueue(WorkQueueOptions options) : options_(std::move(options)) {
   for (size_t i = 0; i < options_.threads; ++i) {
@@ -75,36 +65,6 @@ void WorkQueue::Run() {
     } catch (const std::exception& failure) {
       spdlog::error("{}: {}", options_.name, failure.what());
     }
-  }
-}
-
-void YieldToOthers() {
-  const sched_param none{};
-  if (pthread_setschedparam(pthread_self(), SCHED_BATCH, &none) != 0) {
-    spdlog::debug("the system does not let a thread have the class SCHED_BATCH");
-  }
-  // Of the calling thread alone, as Linux has it (setpriority(2), "C library/kernel differences").
-  if (setpriority(PRIO_PROCESS, 0, kNice) != 0) {
-    spdlog::debug("the system does not let a thread have the nice value {}", kNice);
-  }
-}
-
-void TakeShortTurns() {
-  // As sched_setattr(2) describes it; the C library has neither the function nor the structure.
-  struct {
-    uint32_t size = 48;
-    uint32_t policy = SCHED_OTHER;
-    uint64_t flags = 0;
-    int32_t nice = getpriority(PRIO_PROCESS, 0);
-    uint32_t priority = 0;
-    uint64_t runtime_ns = 100'000;  // the shortest that Linux takes
-    uint64_t deadline_ns = 0;
-    uint64_t period_ns = 0;
-  } attributes;
-  static_assert(sizeof attributes == 48);
-  if (syscall(SYS_sched_setattr, 0, &attributes, 0) != 0) {
-    spdlog::debug("the system does not let a thread have turns of its own length: {}",
-                  std::strerror(errno));
   }
 }
 

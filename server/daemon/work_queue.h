@@ -22,7 +22,7 @@ struct WorkQueueOptions {
   std::string name;  ///< for the log, in words
   size_t threads = 1;
   size_t max_waiting = 16;  ///< beside what is being done
-  bool yields = false;      ///< its threads run after all others, see YieldToOthers
+  bool yields = false;      ///< its threads run after all others, see YieldToOthers (scheduling.h)
 };
 
 class WorkQueue {
@@ -48,18 +48,5 @@ class WorkQueue {
   bool closed_ = false;
   std::vector<std::thread> threads_;
 };
-
-/// Gives the calling thread the scheduling class for batch work (SCHED_BATCH) and the nice value
-/// 10: whoever answers a robot and wakes up takes its processor at once, and has nine tenths of one
-/// that both want. Not SCHED_IDLE, which a simulator beside the server would starve for good. For
-/// threads that take no lock which a robot may wait for: they may be kept from giving it back.
-/// Where the system forbids it, such as a sandbox, all stays as it is.
-void YieldToOthers();
-
-/// For threads that answer robots: asks for the shortest turns (0.1 ms) in the class they have.
-/// From 6.6 on Linux lets whoever runs have its turn to the end, some 3 ms, the thread that draws
-/// too; from 6.12 on one with shorter turns that wakes up goes before. Older ones do not look at
-/// it.
-void TakeShortTurns();
 
 }  // namespace pheromone::daemon

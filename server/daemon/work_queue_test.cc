@@ -106,18 +106,5 @@ TEST(WorkQueueTest, OnlyAThreadThatYieldsRunsAfterTheOthers) {
   EXPECT_EQ(getpriority(PRIO_PROCESS, 0), nice);
 }
 
-// What the kernel keeps of it differs by version; that class and nice value stay does not.
-TEST(WorkQueueTest, ShortTurnsLeaveClassAndNiceValueAsTheyAre) {
-  std::thread([] {
-    const int nice = getpriority(PRIO_PROCESS, 0);
-    TakeShortTurns();
-    int policy = -1;
-    sched_param ignored{};
-    pthread_getschedparam(pthread_self(), &policy, &ignored);
-    EXPECT_EQ(policy, SCHED_OTHER);
-    EXPECT_EQ(getpriority(PRIO_PROCESS, 0), nice);
-  }).join();
-}
-
 }  // namespace
 }  // namespace pheromone::daemon
