@@ -64,7 +64,7 @@ def number_of(text, what):
 
 
 def check_balance(text):
-    """Every exchange ended in an answer or was counted as lost; one may be under way at the end."""
+    """Every exchange ended in an answer or was counted as lost; one may be in flight at the end."""
     asked = number_of(text, "requests") + number_of(text, "resynchronisations")
     asked += number_of(text, "hellos")
     ended = number_of(text, "answers") + number_of(text, "greetings and echoes")

@@ -220,7 +220,7 @@ class ReplayTest(unittest.TestCase):
                 if run_number == 0:
                     (cls.folder / "lab.toml").write_text(config(1.5 * cls.tau_s, cls.ports))
                     daemon.process.send_signal(signal.SIGHUP)
-                    daemon.await_log("configuration read again")
+                    daemon.await_log("configuration reread")
                     operate(daemon)
                 time.sleep(SECONDS / 4)
                 for it in robots:
@@ -234,7 +234,7 @@ class ReplayTest(unittest.TestCase):
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         print(result.stdout, end="")
         self.assertEqual(len(self.files), 2)
-        self.assertRegex(self.logs[1], r"journal: \S+ goes on after sequence [1-9]")
+        self.assertRegex(self.logs[1], r"journal: \S+ resumed after sequence [1-9]")
         hashes = re.findall(r"state hash ([0-9a-f]{16})\n", result.stdout)
         self.assertEqual(hashes, [re.search(r"state hash ([0-9a-f]{16})", it)[1]
                                   for it in self.logs])
@@ -364,7 +364,7 @@ class CommandedTest(unittest.TestCase):
                 client.ping(b"go on")
             view = json.loads(ctl(daemon, "status", "--json"))["capture"]
             self.assertIn("cannot be written: File too large", view["error"])
-            self.assertIn("it ended by itself: ", ctl(daemon, "status"))
+            self.assertIn("it stopped by itself: ", ctl(daemon, "status"))
             self.assertIn("the recording has ended: ", daemon.log())
             client.ping(b"still here")
             ctl(daemon, "capture", "start")

@@ -344,7 +344,7 @@ class Attack:
         check(not self.daemon.healthy(), "/healthz does not know that the disk is full")
         self.disk.heal()
         self.finish_change()
-        await_that(self.daemon.healthy, "changes are taken again")
+        await_that(self.daemon.healthy, "changes are accepted again")
 
     def killed(self):
         self.daemon.kill()

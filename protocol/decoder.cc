@@ -3,7 +3,7 @@
 namespace pheromone {
 namespace protocol {
 
-void Tally(FrameParser::Event event, DecoderCounters* counters) {
+void Tally(FrameParser::Result event, DecoderCounters* counters) {
   switch (event) {
     case FrameParser::kNothing:
       break;
@@ -56,7 +56,7 @@ void FrameDecoder::Expire(uint32_t now_ms) {
 bool FrameDecoder::Push(uint8_t byte, uint32_t now_ms) {
   Expire(now_ms);
   last_byte_ms_ = now_ms;
-  const FrameParser::Event event = parser_.Push(byte);
+  const FrameParser::Result event = parser_.Push(byte);
   Tally(event, &counters_);
   if (event != FrameParser::kFrame) {
     return false;

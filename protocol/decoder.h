@@ -67,7 +67,7 @@ inline DecoderCounters operator-(DecoderCounters now, const DecoderCounters& bef
 }
 
 /// Counts what a byte did.
-void Tally(FrameParser::Event event, DecoderCounters* counters);
+void Tally(FrameParser::Result event, DecoderCounters* counters);
 
 /// Counts a gap timeout and discards what `parser` has open, if anything.
 void TimeOut(FrameParser* parser, DecoderCounters* counters);

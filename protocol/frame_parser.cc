@@ -5,7 +5,7 @@
 namespace pheromone {
 namespace protocol {
 
-FrameParser::Event FrameParser::Push(uint8_t byte) {
+FrameParser::Result FrameParser::Push(uint8_t byte) {
   if (!escaped_) {
     if (byte == kDle) {
       escaped_ = true;
@@ -34,7 +34,7 @@ FrameParser::Event FrameParser::Push(uint8_t byte) {
   return byte == kEtx ? Judge() : kBadEscape;
 }
 
-FrameParser::Event FrameParser::Take(uint8_t byte) {
+FrameParser::Result FrameParser::Take(uint8_t byte) {
   if (size_ == kMaxBody) {
     open_ = false;
     return kOversize;
@@ -43,7 +43,7 @@ FrameParser::Event FrameParser::Take(uint8_t byte) {
   return kNothing;
 }
 
-FrameParser::Event FrameParser::Judge() const {
+FrameParser::Result FrameParser::Judge() const {
   if (size_ < 4) {
     return kRunt;
   }

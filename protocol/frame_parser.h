@@ -20,7 +20,7 @@ namespace protocol {
 class FrameParser {
  public:
   /// What the byte did.
-  enum Event : uint8_t {
+  enum Result : uint8_t {
     kNothing,      ///< it is part of a frame, or may be
     kFrame,        ///< it completed a valid frame
     kCrcError,     ///< it completed a damaged one
@@ -33,7 +33,7 @@ class FrameParser {
     kIgnoredPair,  ///< this one and the DLE before it
   };
 
-  Event Push(uint8_t byte);
+  Result Push(uint8_t byte);
 
   /// Discards what is open.
   void Abort() {
@@ -54,8 +54,8 @@ class FrameParser {
   uint8_t size() const { return size_; }
 
  private:
-  Event Take(uint8_t byte);
-  Event Judge() const;
+  Result Take(uint8_t byte);
+  Result Judge() const;
 
   bool open_ = false;
   bool escaped_ = false;

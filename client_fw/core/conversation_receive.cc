@@ -23,7 +23,7 @@ void Conversation::OnByte(uint8_t byte, Milliseconds now_ms) {
   if (phase_ != Phase::kAwaiting) {
     HearOther();
   }
-  const protocol::FrameParser::Event event = parser_.Push(byte);
+  const protocol::FrameParser::Result event = parser_.Push(byte);
   CountByte(event);
   if (event == protocol::FrameParser::kFrame) {
     OnFrame();

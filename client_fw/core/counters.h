@@ -46,7 +46,9 @@ template <bool enabled>
 class Tally {
  protected:
   void Count(uint32_t Counters::*which) { ++(counters_.*which); }
-  void CountByte(protocol::FrameParser::Event event) { protocol::Tally(event, &decoder_counters_); }
+  void CountByte(protocol::FrameParser::Result event) {
+    protocol::Tally(event, &decoder_counters_);
+  }
   void TimeOut(protocol::FrameParser* parser) { protocol::TimeOut(parser, &decoder_counters_); }
   const Counters& counters() const { return counters_; }
   const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
@@ -60,7 +62,7 @@ template <>
 class Tally<false> {
  protected:
   void Count(uint32_t Counters::* /*which*/) {}
-  void CountByte(protocol::FrameParser::Event /*event*/) {}
+  void CountByte(protocol::FrameParser::Result /*event*/) {}
   void TimeOut(protocol::FrameParser* parser) { parser->Abort(); }
   static Counters counters() { return Counters(); }
   static protocol::DecoderCounters decoder_counters() { return protocol::DecoderCounters(); }

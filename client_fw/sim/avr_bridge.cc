@@ -9,7 +9,7 @@ namespace pheromone::sim {
 namespace {
 
 // The UART spaces what comes in; more than this, some tenths of a second, waits in the terminal.
-constexpr size_t kMostUnderway = 256;
+constexpr size_t kMaxUnderway = 256;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ bool AvrBridge::Step(int64_t now_ns) {
 }
 
 bool AvrBridge::Read(AvrMachine::Port port, int fd) {
-  std::array<uint8_t, kMostUnderway> bytes{};
+  std::array<uint8_t, kMaxUnderway> bytes{};
   if (machine_->underway(port) >= bytes.size()) {
     return true;
   }

@@ -62,7 +62,8 @@ std::string MakeLink(const std::string& link, const std::string& target) {
   struct stat found = {};
   if (lstat(link.c_str(), &found) == 0) {
     if (!TargetOf(link).starts_with(kPtyFolder)) {
-      return link + " exists and is no link to a pseudo-terminal; remove it or choose another name";
+      return link +
+             " exists and is not a link to a pseudo-terminal; remove it or choose another name";
     }
     unlink(link.c_str());
   }

@@ -161,7 +161,7 @@ TEST_F(PioneerServerTest, TheLinkGoesWithTheServerAndOnlyAPtysLinkIsReplaced) {
 
   std::ofstream(link_) << "precious";
   PioneerServer server(&robot_);
-  EXPECT_NE(server.ServePty(link_).find("is no link to a pseudo-terminal"), std::string::npos);
+  EXPECT_NE(server.ServePty(link_).find("is not a link to a pseudo-terminal"), std::string::npos);
   std::string text;
   std::ifstream(link_) >> text;
   EXPECT_EQ(text, "precious");

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kRightAngle = std::numbers::pi / 2;
 /// A robot is not let turn further than this off its corridor: there is no room to turn round.
-constexpr double kMostTurn = 80 * std::numbers::pi / 180;
+constexpr double kMaxTurn = 80 * std::numbers::pi / 180;
 constexpr int kPiecesABend = 12;
 constexpr double kNarrowedM = 0.6;  // behind a fork a branch is as narrow as elsewhere
 /// The branches are mirror images as far as a robot before the fork can smell.
@@ -157,28 +157,28 @@ bool BridgeGuide::BeforeFork() const {
   return corridor_ == (outbound_ ? BridgeArena::kNestStem : BridgeArena::kFoodStem);
 }
 
-BridgeGuide::Event BridgeGuide::Hold(sim::PlanePose* pose, bool short_open) {
+BridgeGuide::Step BridgeGuide::Hold(sim::PlanePose* pose, bool short_open) {
   const Lane::Place place = lane().Locate(pose->x_m, pose->y_m, piece_);
   piece_ = place.piece;
   KeepInside(pose, place, short_open);
   const double beyond_m = place.along_m - lane().length_m();
   if (BeforeFork()) {
     if (beyond_m < arena_->wedge_m()) {
-      return Event::kNone;
+      return Step::kNone;
     }
     const bool left = lane().Locate(pose->x_m, pose->y_m, piece_).left_m >= 0;
     const bool to_short = short_open && left == short_on_left();
     Enter(to_short ? BridgeArena::kShortBranch : BridgeArena::kLongBranch);
-    return Event::kChose;
+    return Step::kChose;
   }
   if (beyond_m < 0) {
-    return Event::kNone;
+    return Step::kNone;
   }
   if (on_branch()) {
     Enter(outbound_ ? BridgeArena::kFoodStem : BridgeArena::kNestStem);
-    return Event::kCrossed;
+    return Step::kCrossed;
   }
-  return Event::kArrived;
+  return Step::kArrived;
 }
 
 // Half the corridor's width, without the fork.
@@ -209,7 +209,7 @@ void BridgeGuide::KeepInside(sim::PlanePose* pose, const Lane::Place& place,
   }
   const double heading = lane().heading_rad(place.piece);
   double turn = std::remainder(pose->heading_rad - heading, 2 * std::numbers::pi);
-  turn = std::clamp(turn, -kMostTurn, kMostTurn);
+  turn = std::clamp(turn, -kMaxTurn, kMaxTurn);
   const double excess_m = std::abs(place.left_m) - room_m;
   if (excess_m > 0) {
     pose->x_m += side * excess_m * std::sin(heading);

@@ -112,7 +112,7 @@ class BridgeArena {
 /// The corridors around one robot, and where in them it is.
 class BridgeGuide {
  public:
-  enum class Event : uint8_t {
+  enum class Step : uint8_t {
     kNone,
     kChose,    ///< passed the wedge and entered branch()
     kCrossed,  ///< left it at the other end
@@ -126,7 +126,7 @@ class BridgeGuide {
 
   /// Holds a robot that has moved to `pose` within the walls. A branch that is not open is walled
   /// off at the fork.
-  Event Hold(sim::PlanePose* pose, bool short_open);
+  Step Hold(sim::PlanePose* pose, bool short_open);
 
   /// Turns a robot that has arrived: `pose` is the end of the stem, facing the fork.
   void Turn(sim::PlanePose* pose);

@@ -37,7 +37,7 @@ sim::PlanePose Ahead(const sim::PlanePose& pose, double metres) {
 }
 
 // Drives straight on, turned a little at each fork, until `event`; true if it comes.
-bool DriveTo(BridgeGuide::Event event, double turn_rad, bool short_open, BridgeGuide* guide,
+bool DriveTo(BridgeGuide::Step event, double turn_rad, bool short_open, BridgeGuide* guide,
              sim::PlanePose* pose) {
   for (int i = 0; i < 20'000; ++i) {
     const bool stem =
@@ -97,13 +97,13 @@ TEST(BridgeGuide, TheSideOfTheWedgeDecidesAndIsTheOtherOneOnTheWayBack) {
   for (const double turn : {-0.05, 0.05}) {
     BridgeGuide guide(&arena);
     sim::PlanePose pose = guide.Start();
-    ASSERT_TRUE(DriveTo(BridgeGuide::Event::kChose, turn, true, &guide, &pose));
+    ASSERT_TRUE(DriveTo(BridgeGuide::Step::kChose, turn, true, &guide, &pose));
     EXPECT_EQ(guide.branch(), turn > 0 ? Branch::kShort : Branch::kLong);
-    ASSERT_TRUE(DriveTo(BridgeGuide::Event::kArrived, 0, true, &guide, &pose));
+    ASSERT_TRUE(DriveTo(BridgeGuide::Step::kArrived, 0, true, &guide, &pose));
     guide.Turn(&pose);
-    ASSERT_TRUE(DriveTo(BridgeGuide::Event::kChose, turn, true, &guide, &pose));
+    ASSERT_TRUE(DriveTo(BridgeGuide::Step::kChose, turn, true, &guide, &pose));
     EXPECT_EQ(guide.branch(), turn > 0 ? Branch::kLong : Branch::kShort);
-    ASSERT_TRUE(DriveTo(BridgeGuide::Event::kArrived, 0, true, &guide, &pose));
+    ASSERT_TRUE(DriveTo(BridgeGuide::Step::kArrived, 0, true, &guide, &pose));
     EXPECT_LT(DistanceM(arena.lane(BridgeArena::kNestStem, true), pose), 0.04);
     EXPECT_NEAR(pose.x_m, arena.shape().nest_x_m, 0.01);
   }
@@ -114,7 +114,7 @@ TEST(BridgeGuide, AClosedBranchCannotBeEntered) {
   for (const double turn : {-0.5, 0.0, 0.5}) {
     BridgeGuide guide(&arena);
     sim::PlanePose pose = guide.Start();
-    ASSERT_TRUE(DriveTo(BridgeGuide::Event::kChose, turn, false, &guide, &pose));
+    ASSERT_TRUE(DriveTo(BridgeGuide::Step::kChose, turn, false, &guide, &pose));
     EXPECT_EQ(guide.branch(), Branch::kLong);
     EXPECT_LE(pose.y_m, arena.shape().axis_y_m + 1e-9);
   }
@@ -131,7 +131,7 @@ TEST(BridgeGuide, NoDrivingLeavesTheCorridorsOrJumps) {
     const sim::PlanePose before = pose;
     pose = Ahead(pose, kStepM);
     pose.heading_rad += (static_cast<double>(random() % 2001) / 1000 - 1) * 0.3;
-    if (guide.Hold(&pose, true) == BridgeGuide::Event::kArrived) {
+    if (guide.Hold(&pose, true) == BridgeGuide::Step::kArrived) {
       guide.Turn(&pose);
       ++arrivals;
       continue;

@@ -91,27 +91,26 @@ void AddBridgeCommand(CLI::App* app, int* status) {
   BridgeExperiment& base = options->base;
   CLI::App* command = app->add_subcommand(
       "bridge",
-      "The double bridge: do robots that lay an evaporating trail find the shorter of two "
-      "branches? "
-      "In virtual time; prints where the swarms ended, with controls and sweeps");
-  command->add_option("--seeds", options->seeds, "Swarms of each kind (default: 30)")
+      "The double-bridge experiment in virtual time: whether robots that deposit an evaporating "
+      "trail find the shorter of two branches; prints the outcomes, with controls and sweeps");
+  command->add_option("--seeds", options->seeds, "Swarms per experiment (default: 30)")
       ->check(CLI::Range(1, 10'000));
-  command->add_option("--robots", base.robots, "In the base experiment (default: 8)")
+  command->add_option("--robots", base.robots, "Robots in the base experiment (default: 8)")
       ->check(CLI::Range(1, 50));
   command->add_option("--minutes", options->minutes, "Length of a run (default: 20)")
       ->check(Between(1.0, 600.0));
-  command->add_option("--tau", options->tau_s, "s; 0: the trail never evaporates (default: 20)")
+  command->add_option("--tau", options->tau_s, "Evaporation time, s; 0: never (default: 20)")
       ->check(Between(0.0, 86'400.0));
-  command->add_option("--c-max", base.max_count, "Quanta of a full node, 1 / Q (default: 32)")
+  command->add_option("--c-max", base.max_count, "Maximum of a node in quanta, 1 / Q (default: 32)")
       ->check(CLI::Range(1, 10'000));
   command
       ->add_option("--wander", base.wandering.rad_s,
-                   "Random part of the turning rate, rad/s (default: 0.25)")
+                   "Random component of the turning rate, rad/s (default: 0.25)")
       ->check(Between(0.0, 2.0));
   command->add_flag("--base-only", options->base_only, "Without the controls and sweeps");
   command->add_option("--out", options->out,
-                      "Folder for bridge.csv (a row a kind), bridge-runs.csv, bridge-share.csv and "
-                      "the pictures");
+                      "Folder for bridge.csv (one row for each experiment), bridge-runs.csv, "
+                      "bridge-share.csv and the pictures");
   command->callback([options, status] { *status = RunBridgeCommand(*options); });
 }
 

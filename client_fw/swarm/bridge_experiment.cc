@@ -72,10 +72,10 @@ std::string_view NameOf(Outcome outcome) {
 }
 
 Outcome OutcomeOf(double final_share) {
-  if (final_share >= kMostOfAll) {
+  if (final_share >= kMaxOfAll) {
     return Outcome::kShort;
   }
-  return 1 - final_share >= kMostOfAll ? Outcome::kLong : Outcome::kUndecided;
+  return 1 - final_share >= kMaxOfAll ? Outcome::kLong : Outcome::kUndecided;
 }
 
 std::optional<double> ShortShare(const std::vector<Choice>& choices, int64_t from_ms,

@@ -5,7 +5,7 @@
 //   const BridgeSummary summary = Summarise(series);
 //   summary.ended_short;                 // of 30 swarms
 //
-// A swarm has *decided* when at least kMostOfAll of the choices in the last quarter of the run fall
+// A swarm has *decided* when at least kMaxOfAll of the choices in the last quarter of the run fall
 // on one branch. The share of the choices is what counts (Goss et al. count the traffic), not the
 // share of the robots present: a robot is on a branch twice as long for twice the time.
 //
@@ -23,7 +23,7 @@
 
 namespace pheromone::swarm {
 
-constexpr double kMostOfAll = 0.8;
+constexpr double kMaxOfAll = 0.8;
 
 enum class Outcome : uint8_t { kShort, kLong, kUndecided };
 std::string_view NameOf(Outcome outcome);

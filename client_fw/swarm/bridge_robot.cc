@@ -12,20 +12,20 @@ BridgeDrive::BridgeDrive(const BridgeRobotConfig& config, const BridgeArena* are
       pose_(guide_.Start()),
       random_(config.seed) {}
 
-BridgeGuide::Event BridgeDrive::Advance(double seconds, bool short_open) {
+BridgeGuide::Step BridgeDrive::Advance(double seconds, bool short_open) {
   if (standing_s_ > 0) {
     standing_s_ -= seconds;
     if (standing_s_ <= 0) {
       guide_.Turn(&pose_);
     }
-    return BridgeGuide::Event::kNone;
+    return BridgeGuide::Step::kNone;
   }
   const bool driving = left_m_s_ != 0 || right_m_s_ != 0;
   const double sway_m_s = driving ? Wander(seconds) * wheelbase_m_ / 2 : 0;
   pose_ = sim::MoveOnArc(pose_, (left_m_s_ - sway_m_s) * seconds, (right_m_s_ + sway_m_s) * seconds,
                          wheelbase_m_);
-  const BridgeGuide::Event event = guide_.Hold(&pose_, short_open);
-  if (event == BridgeGuide::Event::kArrived) {
+  const BridgeGuide::Step event = guide_.Hold(&pose_, short_open);
+  if (event == BridgeGuide::Step::kArrived) {
     standing_s_ = turn_s_;
   }
   return event;

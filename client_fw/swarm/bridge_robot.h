@@ -46,7 +46,7 @@ class BridgeDrive {
   /// `arena` outlives the drive.
   BridgeDrive(const BridgeRobotConfig& config, const BridgeArena* arena);
 
-  BridgeGuide::Event Advance(double seconds, bool short_open);
+  BridgeGuide::Step Advance(double seconds, bool short_open);
 
   // The Drive concept.
   bool odometry(client::Odometry* odometry) const;
@@ -76,7 +76,7 @@ class BridgeRobot final : public sim::Station {
   BridgeRobot(const BridgeRobot&) = delete;
   BridgeRobot& operator=(const BridgeRobot&) = delete;
 
-  BridgeGuide::Event Advance(double seconds, bool short_open) {
+  BridgeGuide::Step Advance(double seconds, bool short_open) {
     return drive_.Advance(seconds, short_open);
   }
   void Step(int64_t now_ms, bool carrier);

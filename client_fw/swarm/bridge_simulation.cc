@@ -168,8 +168,7 @@ void BridgeSimulation::Drive(size_t number, int64_t step_ms) {
   BridgeRobot& robot = robots_[number];
   const BridgeGuide& guide = robot.guide();
   const bool short_open = now_ms_ >= experiment_.short_opens_ms;
-  if (robot.Advance(static_cast<double>(step_ms) / 1000, short_open) ==
-      BridgeGuide::Event::kChose) {
+  if (robot.Advance(static_cast<double>(step_ms) / 1000, short_open) == BridgeGuide::Step::kChose) {
     choices_.push_back({now_ms_, guide.outbound(), guide.branch(), ShortTrail(guide.outbound())});
   }
   if (guide.on_branch()) {

@@ -92,28 +92,29 @@ int RunChannel(const ChannelOptions& options) {
 void AddChannelCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<ChannelOptions>();
   CLI::App* command = app->add_subcommand(
-      "channel", "How many robots one radio channel carries, in virtual time; prints a table");
-  command->add_option("--robots", options->robots, "How many (default: 1 2 3 4 6 8 12 16)")
+      "channel", "The capacity of one radio channel in robots, in virtual time; prints a table");
+  command->add_option("--robots", options->robots, "Numbers of robots (default: 1 2 3 4 6 8 12 16)")
       ->check(CLI::Range(1, 100));
   command
-      ->add_option("--turnaround-ms", options->turnarounds_ms, "T_t of the modems (default: 2 20)")
+      ->add_option("--turnaround-ms", options->turnarounds_ms,
+                   "Modem turnaround times T_t (default: 2 20)")
       ->check(CLI::Range(1, 100));
-  command->add_option("--server-delay-ms", options->server_delays_ms, "D_s (default: 2 8)")
+  command
+      ->add_option("--server-delay-ms", options->server_delays_ms,
+                   "Server delays D_s (default: 2 8)")
       ->check(CLI::Range(0, 100));
-  command->add_option("--baud", options->baud, "Of the channel (default: 9600)")
+  command->add_option("--baud", options->baud, "Baud rate of the channel (default: 9600)")
       ->check(CLI::Range(1200, 115'200));
-  command->add_option("--seeds", options->seeds, "Runs of each (default: 10)")
+  command->add_option("--seeds", options->seeds, "Runs of each combination (default: 10)")
       ->check(CLI::Range(1, 1000));
-  command->add_option("--seconds", options->duration_s, "Counted in each run (default: 60)")
+  command->add_option("--seconds", options->duration_s, "Measured time of each run (default: 60)")
       ->check(Between(2.0, 36'000.0));
   command->add_option("--out", options->out, "Folder for channel.csv and channel.svg");
   command->footer(
-      "C_1 is what one robot could get if nothing had to be waited for but the modems; the bound "
-      "is "
-      "ideal slotted CSMA, or all that is asked for if that is less. A request is delivered if it "
-      "is answered within 500 ms of the moment it was due. Share: answers of the worst robot by "
-      "the "
-      "mean. Latency and the longest gap without an answer are in ms; stops are fail-safe stops.");
+      "C_1 is the request rate of a single robot limited by the modems alone. The bound is ideal "
+      "slotted CSMA, or the offered load if that is less. A request counts as delivered if it is "
+      "answered within 500 ms of its due time. Share: answers of the worst robot divided by the "
+      "mean. Latency and the longest gap between answers are in ms; stops are fail-safe stops.");
   command->callback([options, status] { *status = RunChannel(*options); });
 }
 

@@ -9,7 +9,7 @@
 namespace pheromone::swarm {
 namespace {
 
-constexpr double kMostLatencyMs = 1000;  // of the picture
+constexpr double kMaxLatencyMs = 1000;  // of the picture
 
 int64_t ToMs(int64_t ns) {
   return ns / 1'000'000;
@@ -157,7 +157,7 @@ std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
                               {kPaleWithout, kWithoutPale, false, Tail},
                               {kFullWith, kWith, true, Median},
                               {kFullWithout, kWithout, false, Median}}));
-    panels.back().y_most = kMostLatencyMs;
+    panels.back().y_most = kMaxLatencyMs;
   }
   return DrawPanels("How many robots a channel carries: one request each 200 ms", panels, 4);
 }

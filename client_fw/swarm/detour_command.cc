@@ -52,17 +52,19 @@ void AddDetourCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<DetourOptions>();
   CLI::App* detour_command = app->add_subcommand(
       "detour",
-      "Round a repellent patch that lies across a path, and back to the path; with and without the "
+      "Driving around a repellent patch across a path and back to the path, with and without the "
       "repellent, in virtual time; prints a table of the worst runs");
   detour_command
       ->add_option("--offset", options->offsets_m,
-                   "The patch's centre, m to the left of the path (default: 0.2 0)")
+                   "Centre of the patch, m to the left of the path (default: 0.2 0)")
       ->check(Between(-1.0, 1.0));
   detour_command
-      ->add_option("--weight", options->weights, "Of the repellent in the blend (default: 0.3)")
+      ->add_option("--weight", options->weights,
+                   "Weight of the repellent in the blend (default: 0.3)")
       ->check(Between(0.0, 10.0));
   detour_command
-      ->add_option("--radius", options->experiment.patch_radius_m, "Of the patch, m (default: 0.3)")
+      ->add_option("--radius", options->experiment.patch_radius_m,
+                   "Radius of the patch, m (default: 0.3)")
       ->check(Between(0.1, 1.0));
   detour_command
       ->add_option("--core", options->experiment.core_m, "c of both pheromones, m (default: 0.1)")
@@ -75,19 +77,21 @@ void AddDetourCommand(CLI::App* app, int* status) {
       ->check(Between(0.01, 2.0));
   detour_command->add_option("--speed", options->experiment.speed_mm_s, "K, mm/s (default: 300)")
       ->check(CLI::Range(20, 2000));
-  detour_command->add_option("--seeds", options->seeds, "Runs of each (default: 20)")
+  detour_command->add_option("--seeds", options->seeds, "Runs of each combination (default: 20)")
       ->check(CLI::Range(1, 10'000));
   detour_command
-      ->add_option("--seconds", options->duration_s,
-                   "Longest run; one ends before the path does (default: 40)")
+      ->add_option(
+          "--seconds", options->duration_s,
+          "Maximum length of a run, which also ends near the end of the path (default: 40)")
       ->check(Between(1.0, 3600.0));
   detour_command->add_option("--out", options->out,
                              "Folder for detour.csv (all runs) and detour.svg "
                              "(those of the first offset and weight)");
   detour_command->footer(
-      "The table has the worst of each series: runs that entered the patch, least distance to it "
-      "(negative: inside), longest time inside, largest detour from the path, how many runs came "
-      "back and how far behind the patch's centre, least progress as a share of K t.");
+      "The table has the worst values of each series: runs that entered the patch, smallest "
+      "distance to it (negative: inside), longest time inside, largest deviation from the path, "
+      "number of runs that returned and how far behind the centre of the patch, and smallest "
+      "progress as a share of K t.");
   detour_command->callback([options, status] {
     options->experiment.duration_ms = static_cast<int64_t>(options->duration_s * 1000);
     *status = RunDetour(*options);

@@ -57,19 +57,19 @@ field::PheromoneLaw PermanentLaw(uint8_t type, const char* name,
 }
 
 // The core: a disc, full at each of its nodes.
-field::Print PatchOf(const DetourExperiment& experiment, const field::MapGeometry& map) {
+field::InitialRaster PatchOf(const DetourExperiment& experiment, const field::MapGeometry& map) {
   field::FieldEdit disc;
   disc.shape = field::FieldEdit::Shape::kStroke;
   disc.radius_um = ToUm(experiment.patch_radius_m);
   disc.points = {PatchCentre(experiment)};
   const Result<std::vector<field::NodeIndex>> nodes = field::NodesOf(disc, map);
   assert(nodes.ok());
-  std::vector<field::PrintNode> full;
+  std::vector<field::InitialNode> full;
   for (const field::NodeIndex node : nodes.value()) {
     full.push_back({node, uint32_t{kMaxCount} << field::kLevelBits});
   }
   return {DetourExperiment::kRepellentType,
-          field::Shared<std::vector<field::PrintNode>>(std::move(full))};
+          field::Shared<std::vector<field::InitialNode>>(std::move(full))};
 }
 
 void Measure(const DetourExperiment& experiment, DetourRun* run) {
@@ -133,7 +133,7 @@ engine::EngineConfig EngineConfigOf(const DetourExperiment& experiment) {
       PermanentLaw(DetourExperiment::kPathType, "path", experiment),
       PermanentLaw(DetourExperiment::kRepellentType, "repellent", experiment), way};
   config.field.paths = {PathOfDetour()};
-  config.field.prints = {PatchOf(experiment, config.field.map)};
+  config.field.initial_rasters = {PatchOf(experiment, config.field.map)};
   config.field.memory_bytes = 64 << 20;
   config.links = {{"radio-a", 3, 20}};
   return config;

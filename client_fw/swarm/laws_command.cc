@@ -113,12 +113,13 @@ void AddLawsCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<LawsOptions>();
   CLI::App* command = app->add_subcommand(
       "laws",
-      "The steering laws side by side, on the curves they were tuned on and on others, in virtual "
+      "A comparison of the steering laws, on the curves used for tuning and on others, in virtual "
       "time; prints a table as CSV");
   command
-      ->add_option("--search", options->budget,
-                   "Tune differential and fuzzy anew, with so many evaluations each (default: as "
-                   "committed)")
+      ->add_option(
+          "--search", options->budget,
+          "Retune the differential and fuzzy laws with this many evaluations each (default: "
+          "use the stored parameters)")
       ->check(CLI::Range(0, 100'000));
   command->add_option("--seeds", options->seeds, "Runs of each law on each curve (default: 20)")
       ->check(CLI::Range(1, 10'000));

@@ -162,7 +162,7 @@ int RunLiveCommand(const LiveOptions& options) {
   }
   fmt::print("{}\n{}\n", (out / "track.csv").string(), (out / "track.svg").string());
   if (record.robots.front().counters.answers == 0) {
-    return Fail("the server never answered", kFailed);
+    return Fail("received no answer from the server", kFailed);
   }
   return 0;
 }
@@ -173,13 +173,13 @@ void AddLiveCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<LiveOptions>();
   CLI::App* live_command =
       app->add_subcommand("live", "One simulated robot against a running pheromoned, in real time");
-  live_command
-      ->add_option("--modem", options->modem, "The terminal device that leads to the daemon")
+  live_command->add_option("--modem", options->modem, "Terminal device of the daemon's link")
       ->required();
   live_command->add_option("--config", options->config,
-                           "The daemon's configuration, for its first [[path]] (default: the "
-                           "built-in one)");
-  live_command->add_option("--seconds", options->seconds, "End after this time (default: Ctrl-C)")
+                           "The daemon's configuration, whose first [[path]] is followed "
+                           "(default: the built-in configuration)");
+  live_command
+      ->add_option("--seconds", options->seconds, "Stop after this time (default: on Ctrl-C)")
       ->check(Between(0.1, 1e7));
   live_command->add_option("--out", options->out,
                            "Folder for track.csv and track.svg (default: .)");
@@ -188,8 +188,7 @@ void AddLiveCommand(CLI::App* app, int* status) {
   live_command->add_option("--law", options->law, "differential, paper (default: differential)")
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
-  live_command->add_option("--id", options->id, "Client ID (default: 1)")
-      ->check(CLI::Range(1, 254));
+  live_command->add_option("--id", options->id, "Robot ID (default: 1)")->check(CLI::Range(1, 254));
   live_command->callback([options, status] { *status = RunLiveCommand(*options); });
 }
 

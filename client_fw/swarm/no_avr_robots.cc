@@ -15,7 +15,7 @@ std::string BuiltAvrImage() {
 
 std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& /*config*/,
                                                sim::RadioMedium* /*medium*/) {
-  throw std::runtime_error("this build has no AVR robots: libsimavr was not there");
+  throw std::runtime_error("this build has no AVR robots: libsimavr was not found");
 }
 
 }  // namespace pheromone::swarm

@@ -141,37 +141,38 @@ void AddPioneerCommand(CLI::App* app, int* status) {
   const auto options = std::make_shared<PioneerOptions>();
   CLI::App* command = app->add_subcommand(
       "pioneer", "A simulated Pioneer robot that speaks ARCOS, in real time, until Ctrl-C");
-  command->add_option("--model", options->model, "Default: p3dx")->check(ModelName());
-  CLI::Option_group* port = command->add_option_group("port", "Where clients find it");
-  options->pty_option = port->add_option("--pty", options->pty,
-                                         "A pseudo-terminal: the symbolic link that clients open");
-  port->add_option("--tcp", options->tcp, "A port on 127.0.0.1, one client (0: any that is free)");
+  command->add_option("--model", options->model, "Robot model (default: p3dx)")->check(ModelName());
+  CLI::Option_group* port = command->add_option_group("port", "How clients connect");
+  options->pty_option =
+      port->add_option("--pty", options->pty, "Symbolic link to create for a pseudo-terminal");
+  port->add_option("--tcp", options->tcp, "Port on 127.0.0.1, for one client (0: any free port)");
   port->require_option(1);
-  command->add_option("--name", options->config.name, "Told to clients (default: Simulated)");
+  command->add_option("--name", options->config.name,
+                      "Name reported to clients (default: Simulated)");
   command
       ->add_option("--drift", options->drift_percent,
-                   "Odometry's scale is wrong by up to this, percent (default: 0)")
+                   "Maximum scale error of odometry, percent (default: 0)")
       ->check(Between(0, 50));
   command
       ->add_option("--heading-drift", options->heading_drift_deg_m,
-                   "Odometry's heading drifts by up to this, degrees a metre (default: 0)")
+                   "Maximum heading drift of odometry, degrees per metre (default: 0)")
       ->check(Between(0, 45));
-  command
-      ->add_option("--slip", options->slip_percent,
-                   "A wheel loses up to this share of its way, percent (default: 0)")
+  command->add_option("--slip", options->slip_percent, "Maximum wheel slip, percent (default: 0)")
       ->check(Between(0, 100));
   command
       ->add_option("--wheelbase", options->wheelbase_mm,
-                   "Between the wheels on the ground, mm (default: as the firmware believes)")
+                   "True distance between the wheels, mm (default: as configured in the firmware)")
       ->check(Between(50, 2000));
-  command->add_option("--seed", options->seed, "Of drift and slip (default: 1)");
-  command->add_option("--sonars", options->config.sonars, "Readings in a SIP (default: 16)")
+  command->add_option("--seed", options->seed, "Random seed of drift and slip (default: 1)");
+  command
+      ->add_option("--sonars", options->config.sonars,
+                   "Number of sonar readings in a SIP (default: 16)")
       ->check(CLI::Range(0, static_cast<int>(sim::kMaxSonarReadings)));
   command->add_option("--wrap", options->config.position_bits, "X and Y wrap at 15 or 16 bits")
       ->check(CLI::IsMember({15, 16}));
-  command->add_flag("--short-sips", options->short_sips, "As of older firmware");
+  command->add_flag("--short-sips", options->short_sips, "Send the shorter SIPs of older firmware");
   command->add_flag("--mobilesim", options->mobilesim,
-                    "Drives on when the client falls silent, instead of stopping after 2 s");
+                    "Keep driving when the client falls silent, instead of stopping after 2 s");
   command->callback([options, status] { *status = RunPioneer(*options); });
 }
 

@@ -89,8 +89,8 @@ Result<SwarmRecord> RunAgainstDaemon(const Scenario& scenario,
                                      const std::vector<std::string>& ports) {
   if (const std::string frames = FramesForDaemon(scenario); !frames.empty()) {
     fmt::print(stderr,
-               "These robots count from where they are switched on. The daemon's configuration "
-               "has to say where, with its own links' names:\n{}",
+               "These robots report coordinates relative to where they are switched on. Add their "
+               "frames to the daemon's configuration, with the names of its links:\n{}",
                frames);
   }
   StatusLine line;
@@ -113,7 +113,7 @@ Result<SwarmRecord> RunOrTellWhyNot(const Scenario& scenario,
 int CheckAnswers(const SwarmRecord& record) {
   for (size_t i = 0; i < record.robots.size(); ++i) {
     if (record.robots[i].counters.answers == 0) {
-      return Fail(fmt::format("robot {} never got an answer", i + 1), kFailed);
+      return Fail(fmt::format("robot {} received no answer", i + 1), kFailed);
     }
   }
   return 0;
@@ -155,15 +155,17 @@ void AddRunCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = app->add_subcommand(
       "run",
-      "Robots in a scenario from a file, in virtual time or against a running pheromoned; "
-      "prints a summary");
-  command->add_option("scenario", options->file, "A TOML file; examples are in swarm/examples")
+      "Run a scenario from a file, in virtual time or against a running pheromoned; prints a "
+      "summary");
+  command
+      ->add_option("scenario", options->file,
+                   "A TOML file; examples are in client_fw/swarm/examples")
       ->required();
-  command->add_option("--seed", options->seed, "Instead of the file's");
+  command->add_option("--seed", options->seed, "Override the seed of the file");
   command
       ->add_option("--daemon", options->ports,
-                   "In real time against a running pheromoned, until Ctrl-C or the scenario's end: "
-                   "PORT[,PORT...], the terminal device of its link for each channel")
+                   "Run in real time against a running pheromoned, until Ctrl-C or the end of the "
+                   "scenario: PORT[,PORT...], for each channel the terminal device of its link")
       ->delimiter(',');
   command->add_option("--out", options->out,
                       "Folder for summary.txt, robots.csv, tracks.csv, exchanges.csv and map.svg");

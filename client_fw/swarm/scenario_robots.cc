@@ -15,9 +15,9 @@ using config::TableReader;
 using config::Value;
 
 constexpr config::Scale kMetresToMm{1'000};
-constexpr int64_t kMostUm = 1'000'000'000'000;
-constexpr int64_t kMostRobots = 254;  // of a link, and enough for a simulation
-constexpr int64_t kAvrBaud = 9600;    // as the image is compiled
+constexpr int64_t kMaxUm = 1'000'000'000'000;
+constexpr int64_t kMaxRobots = 254;  // of a link, and enough for a simulation
+constexpr int64_t kAvrBaud = 9600;   // as the image is compiled
 constexpr int64_t kAvrStepNs = 1'000'000;
 
 // [[x_m, y_m, heading_deg], ...], on the map and clear of obstacles.
@@ -40,10 +40,8 @@ std::vector<sim::PlanePose> ReadStarts(const TableReader& table, const field::Ma
       table.Expected("starts", pose, kExpected);
       continue;
     }
-    const auto x =
-        table.ScaledValue(pose.items[0], "starts", config::kMetresToUm, -kMostUm, kMostUm);
-    const auto y =
-        table.ScaledValue(pose.items[1], "starts", config::kMetresToUm, -kMostUm, kMostUm);
+    const auto x = table.ScaledValue(pose.items[0], "starts", config::kMetresToUm, -kMaxUm, kMaxUm);
+    const auto y = table.ScaledValue(pose.items[1], "starts", config::kMetresToUm, -kMaxUm, kMaxUm);
     const auto heading =
         table.ScaledValue(pose.items[2], "starts", config::kDegrees, -360'000'000, 360'000'000);
     if (x && y && heading) {
@@ -147,7 +145,7 @@ RobotGroup ReadGroup(const TableReader& table, const Scenario& scenario, const N
   group.starts = ReadStarts(table, field.map, BlockedBy(field, group.radius_m));
   group.count =
       static_cast<int>(table
-                           .Integer("count", 1, kMostRobots,
+                           .Integer("count", 1, kMaxRobots,
                                     std::max<int64_t>(1, static_cast<int64_t>(group.starts.size())))
                            .value_or(1));
   group.spread_m = table.Number("spread_m", 0, 100, 0).value_or(0);
@@ -172,15 +170,15 @@ RobotGroup ReadGroup(const TableReader& table, const Scenario& scenario, const N
 
 void ReadRobots(const Value& root, Notes* notes, Scenario* scenario) {
   const std::vector<const Value*> tables =
-      config::TablesOf(root, "robots", notes, config::kMostTables);
+      config::TablesOf(root, "robots", notes, config::kMaxTables);
   if (tables.empty()) {
     notes->problems.Add(root.at, "robots", "missing, expected at least one [[robots]]");
   }
   for (size_t i = 0; i < tables.size(); ++i) {
     const TableReader table(*tables[i], config::PathOf("robots", i), &notes->problems);
     scenario->groups.push_back(ReadGroup(table, *scenario, *notes));
-    if (scenario->robot_count() > kMostRobots) {
-      table.Report("count", "makes more than " + std::to_string(kMostRobots) + " robots");
+    if (scenario->robot_count() > kMaxRobots) {
+      table.Report("count", "makes more than " + std::to_string(kMaxRobots) + " robots");
       return;
     }
   }

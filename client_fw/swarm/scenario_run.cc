@@ -12,7 +12,7 @@
 namespace pheromone::swarm {
 namespace {
 
-constexpr int kMostDraws = 1000;
+constexpr int kMaxDraws = 1000;
 
 // From -1 to 1, the same on every machine.
 double Uniform(std::mt19937_64* random) {
@@ -23,7 +23,7 @@ double Uniform(std::mt19937_64* random) {
 sim::PlanePose DrawStart(const RobotGroup& group, int number, const sim::Blocked& blocked,
                          std::mt19937_64* random) {
   const sim::PlanePose given = group.starts[static_cast<size_t>(number) % group.starts.size()];
-  for (int i = 0; i < kMostDraws; ++i) {
+  for (int i = 0; i < kMaxDraws; ++i) {
     sim::PlanePose start = given;
     start.x_m += group.spread_m * Uniform(random);
     start.y_m += group.spread_m * Uniform(random);

@@ -73,12 +73,12 @@ void AddSweepCommand(CLI::App* app, int* status) {
   CLI::App* command = app->add_subcommand(
       "sweep",
       "Path following against one parameter at a time, in virtual time; prints a table as CSV");
-  command->add_option("--parameter", options->parameters, "Which (default: all)")
+  command->add_option("--parameter", options->parameters, "The parameter to vary (default: all)")
       ->check(CLI::IsMember(names));
-  command->add_option("--curve", options->curve, "Which to follow (default: square)")
+  command->add_option("--curve", options->curve, "The curve to follow (default: square)")
       ->transform(OneOf(curves))
       ->type_name("NAME");
-  command->add_option("--seeds", options->seeds, "Runs of each point (default: 10)")
+  command->add_option("--seeds", options->seeds, "Runs per point (default: 10)")
       ->check(CLI::Range(1, 10'000));
   command->add_option("--out", options->out, "Folder for laws-sweep.csv and laws-sweep.svg");
   command->callback([options, status] { *status = RunSweeps(*options); });

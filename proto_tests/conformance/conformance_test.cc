@@ -362,9 +362,9 @@ TEST_F(ChipClientCore, PlacesOdometryOnTheSameSpotAsTheHost) {
   Dice dice(5);
   std::vector<PlaceInput> inputs;
   for (int i = 0; i < 4000; ++i) {
-    constexpr int32_t kMost = client::kMaxCoordinateMm;
-    inputs.push_back({{dice.Within(kMost), dice.Within(kMost), dice.Any<uint16_t>()},
-                      {dice.Within(kMost + 100), dice.Within(kMost + 100), dice.Any<uint16_t>()}});
+    constexpr int32_t kMax = client::kMaxCoordinateMm;
+    inputs.push_back({{dice.Within(kMax), dice.Within(kMax), dice.Any<uint16_t>()},
+                      {dice.Within(kMax + 100), dice.Within(kMax + 100), dice.Any<uint16_t>()}});
     if (dice.OneIn(8)) {
       inputs.back().odometry.x_mm = dice.Any<int32_t>();
     }

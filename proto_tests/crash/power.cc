@@ -19,8 +19,8 @@ using journal::testing::Lives;
 using journal::testing::SmallJournal;
 
 constexpr int kLivesOfADisk = 4;
-constexpr uint64_t kMostOperations = 160;
-constexpr int kMostCutsForAMutant = 1000;
+constexpr uint64_t kMaxOperations = 160;
+constexpr int kMaxCutsForAMutant = 1000;
 
 struct Figures {
   int cuts = 0;
@@ -48,7 +48,7 @@ std::string LiveOnADisk(uint64_t seed, int cuts, const Mutate& mutate, Figures* 
     }
     const uint64_t begun = lives.submitted();
     const uint64_t operations = folder.operations();
-    folder.CutAt(1 + random() % kMostOperations);
+    folder.CutAt(1 + random() % kMaxOperations);
     while (!folder.is_off()) {
       lives.Step();
     }
@@ -65,7 +65,7 @@ std::string LiveOnADisk(uint64_t seed, int cuts, const Mutate& mutate, Figures* 
 
 bool FindsMutant(const char* name, uint64_t seed, const Mutate& mutate) {
   Figures figures;
-  while (figures.cuts < kMostCutsForAMutant) {
+  while (figures.cuts < kMaxCutsForAMutant) {
     const std::string wrong = LiveOnADisk(seed++, kLivesOfADisk, mutate, &figures);
     if (!wrong.empty()) {
       fmt::print("  mutant \"{}\": found after {} cuts: {}\n", name, figures.cuts, wrong);

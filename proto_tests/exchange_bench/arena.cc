@@ -30,7 +30,7 @@ bias_m = 0.04
 type = 1
 name = "trail"
 core_m = 0.05
-sigma_m = 0.05          # smelled to 0.1 m: r = 5 cells
+sigma_m = 0.05          # sensed up to 0.1 m: r = 5 cells
 tau_s = 1000000
 quantum = 0.125
 maximum = 0.125

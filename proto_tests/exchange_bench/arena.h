@@ -5,7 +5,7 @@
 //   message = arena.Sense(client, pose);            // then compare with arena.answers[pose]
 //
 // The map is 30 m x 30 m, unless more is asked for, with a node every 20 mm, every other of them,
-// at random, with one quantum at the most it can hold; the pheromone is smelled to r = 5 cells.
+// at random, with one quantum at the most it can hold; the pheromone is sensed up to r = 5 cells.
 // Poses are random, on nodes that hold something: what TRACE leaves there changes nothing, so that
 // one answer is right for ever. A second pheromone, for robots that roam, has evaporated two
 // seconds after it was left.

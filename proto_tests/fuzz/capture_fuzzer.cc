@@ -24,7 +24,7 @@ using namespace pheromone;           // NOLINT(google-build-using-namespace)
 using namespace pheromone::capture;  // NOLINT(google-build-using-namespace)
 
 // Large maps and many nodes are slow, not wrong; and sanitizers have no memory to spare.
-constexpr uint64_t kMostMemory = uint64_t{1} << 24;
+constexpr uint64_t kMaxMemory = uint64_t{1} << 24;
 
 void Require(bool holds, const char* what) {
   if (!holds) {
@@ -62,8 +62,8 @@ bool IsSmall(const Record& record) {
   const auto* change =
       applied != nullptr ? std::get_if<engine::ConfigChanged>(&applied->event) : nullptr;
   const auto* start = std::get_if<Start>(&record);
-  return (change == nullptr || change->config->field.memory_bytes <= kMostMemory) &&
-         (start == nullptr || start->state_bytes <= kMostMemory);
+  return (change == nullptr || change->config->field.memory_bytes <= kMaxMemory) &&
+         (start == nullptr || start->state_bytes <= kMaxMemory);
 }
 
 std::string Encoded(const Record& record) {

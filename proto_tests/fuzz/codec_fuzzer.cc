@@ -27,8 +27,8 @@ using pheromone::ByteReader;
 using pheromone::ByteWriter;
 
 // Large maps and many nodes are slow, not wrong; and sanitizers have no memory to spare.
-constexpr uint64_t kMostMemory = uint64_t{1} << 24;
-constexpr int32_t kMostSide = 2'000;
+constexpr uint64_t kMaxMemory = uint64_t{1} << 24;
+constexpr int32_t kMaxSide = 2'000;
 
 void Require(bool condition) {
   if (!condition) {
@@ -61,8 +61,8 @@ bool IsWhole(ByteReader* reader) {
 // A robot in the middle of the map does what robots do, with every type.
 void Run(const EngineConfig& config) {
   const pheromone::field::MapGeometry& map = config.field.map;
-  if (config.field.memory_bytes > kMostMemory || map.columns() > kMostSide ||
-      map.rows() > kMostSide || config.links.empty()) {
+  if (config.field.memory_bytes > kMaxMemory || map.columns() > kMaxSide || map.rows() > kMaxSide ||
+      config.links.empty()) {
     return;
   }
   Engine empty;

@@ -60,8 +60,8 @@ EngineConfig CoarseConfig(bool tight) {
   EngineConfig config = testing::RichConfig(tight);
   pheromone::field::MapGeometry& map = config.field.map;
   map.cell_um *= 3;
-  config.field.prints[0].nodes =
-      pheromone::field::Shared(std::vector<pheromone::field::PrintNode>{{{3, 4}, 64}});
+  config.field.initial_rasters[0].nodes =
+      pheromone::field::Shared(std::vector<pheromone::field::InitialNode>{{{3, 4}, 64}});
   pheromone::field::ObstacleMask walls(map.columns(), map.rows());
   walls.BlockRow(20, 7, 30);
   walls.Set({100, 100});
@@ -190,9 +190,9 @@ class Session {
         next.field.paths.push_back({which, input_.U16(), true, {FarPoint(), FarPoint()}});
         break;
       case 11:
-        next.field.prints = {
-            {which, pheromone::field::Shared(std::vector{
-                        pheromone::field::PrintNode{{input_.I16(), input_.I16()}, input_.U32()}})}};
+        next.field.initial_rasters = {
+            {which, pheromone::field::Shared(std::vector{pheromone::field::InitialNode{
+                        {input_.I16(), input_.I16()}, input_.U32()}})}};
         break;
       case 12:
         next.field.memory_bytes = input_.U16() * uint64_t{64};
@@ -273,7 +273,7 @@ class Session {
     const Stamp last = log_.events.back().first;
     const uint64_t resumed_ms = FieldClock::ResumeAt(last, Far(), input_.U8() % 2 == 0);
     CheckCounts();
-    Require(resumed_ms >= last.field_time_ms && resumed_ms <= kMostFieldTimeMs);
+    Require(resumed_ms >= last.field_time_ms && resumed_ms <= kMaxFieldTimeMs);
     Start(resumed_ms, std::move(restored.value()));
   }
 

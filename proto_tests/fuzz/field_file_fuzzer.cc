@@ -55,8 +55,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     Check(laid.error().find("configured memory") != std::string_view::npos);
   } else if (std::max(config.map.columns(), config.map.rows()) <= kLargest) {
     const pheromone::field::Field field(config);
-    for (const pheromone::field::Print& print : saved.prints) {
-      for (const pheromone::field::PrintNode& it : *print.nodes) {
+    for (const pheromone::field::InitialRaster& print : saved.initial_rasters) {
+      for (const pheromone::field::InitialNode& it : *print.nodes) {
         Check(field.LevelOf(print.type, it.node, 0) == it.level);
       }
     }

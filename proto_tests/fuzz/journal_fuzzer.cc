@@ -15,12 +15,12 @@
 #include "server/engine/event_codec.h"
 #include "server/engine/testing/bench.h"
 #include "server/journal/crc32c.h"
+#include "server/journal/event_reader.h"
 #include "server/journal/format.h"
 #include "server/journal/open.h"
 #include "server/journal/recovery.h"
 #include "server/journal/snapshot.h"
 #include "server/journal/testing/crash_folder.h"
-#include "server/journal/walk.h"
 
 namespace {
 

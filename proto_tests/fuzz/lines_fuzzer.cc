@@ -10,15 +10,15 @@
 #include <string>
 #include <string_view>
 
-#include "server/maps/lines.h"
+#include "server/maps/polyline_file.h"
 #include "server/maps/svg_path.h"
 
 namespace {
 
 using pheromone::Result;
 using pheromone::field::PointUm;
-using pheromone::maps::Line;
-using Lines = std::vector<Line>;
+using pheromone::maps::Polyline;
+using Lines = std::vector<Polyline>;
 
 constexpr int64_t kToleranceUm = 10'000;  // coarse, so that a run takes little time
 
@@ -29,23 +29,23 @@ void Check(bool holds) {
 }
 
 Result<Lines> Parse(uint8_t parser, std::string_view text) {
-  using pheromone::maps::LineFormat;
-  pheromone::maps::LineOptions options;
+  using pheromone::maps::PolylineFormat;
+  pheromone::maps::PolylineOptions options;
   options.tolerance_um = kToleranceUm;
   switch (parser) {
     case 0:
-      return ParseLines(LineFormat::kCsv, text, "fuzz", options);
+      return ParsePolylines(PolylineFormat::kCsv, text, "fuzz", options);
     case 1:
       options.geojson_unit = pheromone::maps::GeoJsonUnit::kMetres;
-      return ParseLines(LineFormat::kGeoJson, text, "fuzz", options);
+      return ParsePolylines(PolylineFormat::kGeoJson, text, "fuzz", options);
     case 2:
       options.datum = {47.3769, 8.5417, 408};
-      return ParseLines(LineFormat::kGeoJson, text, "fuzz", options);
+      return ParsePolylines(PolylineFormat::kGeoJson, text, "fuzz", options);
     case 3:
-      return ParseLines(LineFormat::kSvg, text, "fuzz", options);
+      return ParsePolylines(PolylineFormat::kSvg, text, "fuzz", options);
     case 4:
       options.svg_id = "a";
-      return ParseLines(LineFormat::kSvg, text, "fuzz", options);
+      return ParsePolylines(PolylineFormat::kSvg, text, "fuzz", options);
     default:
       return pheromone::maps::ParseSvgPath(text, "fuzz", {1e3, 0, 0, 1e3, 0, 0}, kToleranceUm);
   }
@@ -53,7 +53,7 @@ Result<Lines> Parse(uint8_t parser, std::string_view text) {
 
 void CheckSound(const Lines& lines) {
   size_t points = 0;
-  for (const Line& line : lines) {
+  for (const Polyline& line : lines) {
     const size_t size = line.points.size();
     points += size;
     Check(size > (line.closed ? 1u : 0u));
@@ -64,7 +64,7 @@ void CheckSound(const Lines& lines) {
       Check(static_cast<double>(std::abs(point.y)) <= pheromone::maps::kMaxCoordinateUm);
     }
   }
-  Check(!lines.empty() && points <= pheromone::maps::kMaxLinePoints);
+  Check(!lines.empty() && points <= pheromone::maps::kMaxPolylinePoints);
 }
 
 std::string ToCsv(const Lines& lines) {
@@ -75,7 +75,7 @@ std::string ToCsv(const Lines& lines) {
                   static_cast<double>(point.y) / 1e6);
     csv += row.data();
   };
-  for (const Line& line : lines) {
+  for (const Polyline& line : lines) {
     std::for_each(line.points.begin(), line.points.end(), add);
     if (line.closed) {
       add(line.points.front());

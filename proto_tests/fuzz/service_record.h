@@ -18,8 +18,8 @@
 
 #include "protocol/messages.h"
 #include "server/engine/event.h"
+#include "server/engine/observer.h"
 #include "server/engine/ordered_log.h"
-#include "server/engine/witness.h"
 
 namespace pheromone::fuzz {
 
@@ -61,7 +61,7 @@ class MoodyLog final : public engine::OrderedLog {
 };
 
 /// Keeps what was sent because of an event of the log.
-class Recorder final : public engine::Witness {
+class Recorder final : public engine::Observer {
  public:
   void OnBatch(const engine::Stamp& /*stamp*/, engine::LinkIndex /*link*/,
                std::span<const protocol::Message> messages, std::span<const Outcome> outcomes,

@@ -90,7 +90,7 @@ class Lab:
     def reload(self, config, times):
         (self.folder / "lab.toml").write_text(config)
         self.process.send_signal(signal.SIGHUP)
-        self.await_log("configuration read again", times)
+        self.await_log("configuration reread", times)
 
     def ctl(self, *arguments):
         subprocess.run([self.bin_dir / "pheromonectl", *arguments], cwd=self.folder, check=True)

@@ -17,7 +17,7 @@
 namespace pheromone::capture {
 namespace {
 
-constexpr int kMostNames = 1000;
+constexpr int kMaxNames = 1000;
 
 Error Failed(const std::string& path, const char* what) {
   return Error{path + ": " + what + ": " + std::strerror(errno)};
@@ -64,7 +64,7 @@ Status Files::Begin(const Start& start) {
     }
     path_ = stem_ + "-" + PartName(start.part) + ".pcapng";
     descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-    if (descriptor_ < 0 && (errno != EEXIST || !is_new || i == kMostNames)) {
+    if (descriptor_ < 0 && (errno != EEXIST || !is_new || i == kMaxNames)) {
       return Failed(path_, "cannot be created");
     }
   }

@@ -1,15 +1,15 @@
-// The files of a recording: their names, their size, how many are kept.
+// The files of a recording: their names, sizes and retention.
 //
 //   Files files(folder, most_files);
 //   Status status = files.Begin(start);          // closes the one before
 //   status = files.Write(records);               // encoded with the numbers from Number()
 //   files.Close();
 //
-// A file is called pheromone-YYYYMMDDTHHMMSSZ-PART.pcapng after the time at which its recording
-// began (UTC) and its place in it; if there is one of that name, -1 and so on is added to the time.
-// When there are more than `most_files` in the folder whose names look like that, the ones that
-// come first in the alphabet are removed: those of earlier recordings too. A file that is being
-// written is never removed. Not thread-safe.
+// A file is named pheromone-YYYYMMDDTHHMMSSZ-PART.pcapng after the UTC time at which its recording
+// began and its number in the recording; if that name exists, -1 and so on is appended to the time.
+// When the folder has more than `most_files` files of this form, the alphabetically first are
+// removed, including those of earlier recordings. A file being written is never removed. Not
+// thread-safe.
 #pragma once
 
 #include <cstdint>

@@ -72,7 +72,7 @@ Result<Numbered> DecodeLocal(uint32_t type, std::string_view body, uint8_t versi
     return Error{"a record that " + outer.error()};
   }
   if (Crc32(sealed) != crc) {
-    return Error{"a damaged record: its checksum is wrong"};
+    return Error{"a damaged record: checksum mismatch"};
   }
   ByteReader reader(sealed);
   Numbered numbered;
@@ -80,7 +80,7 @@ Result<Numbered> DecodeLocal(uint32_t type, std::string_view body, uint8_t versi
   numbered.record = DecodePayload(type & 0xFF, version, &reader);
   reader.ExpectEnd();
   if (!reader.ok()) {
-    return Error{"a record that makes no sense: " + reader.error()};
+    return Error{"an invalid record: " + reader.error()};
   }
   return numbered;
 }
@@ -129,7 +129,7 @@ Result<Numbered> DecodePacket(std::string_view body) {
   reader.U8();
   if (!reader.ok() || size < kPacketHeader || size != wire_size || interface != packet.link ||
       direction == 0) {
-    return Error{reader.ok() ? "a packet with a header that makes no sense"
+    return Error{reader.ok() ? "a packet with an invalid header"
                              : "a packet that " + reader.error()};
   }
   packet.direction = static_cast<Direction>(direction);
@@ -171,7 +171,7 @@ Result<Numbered> DecodePacket(std::string_view body) {
     at += 4 + (size_t{length} + 3) / 4 * 4;
   }
   if (!reader.ok() || !sealed || !number) {
-    return Error{"a damaged packet, or one that pheromoned did not write: its checksum is wrong"};
+    return Error{"a packet that is damaged or was not written by pheromoned: checksum mismatch"};
   }
   return Numbered{*number, std::move(packet)};
 }
@@ -213,7 +213,7 @@ bool IsRecord(uint32_t type) {
 
 Result<Numbered> DecodeRecord(uint32_t type, std::string_view body, uint8_t version) {
   if (!IsRecord(type)) {
-    return Error{"a block of a kind that pheromoned does not write"};
+    return Error{"unexpected block type"};
   }
   return type == kEnhancedPacket ? DecodePacket(body) : DecodeLocal(type, body, version);
 }

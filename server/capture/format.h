@@ -1,11 +1,11 @@
-// Records to the blocks of a pcapng file and back (README.md has the layout).
+// Encodes records as blocks of a pcapng file and decodes them (README.md has the layout).
 //
 //   std::string file = EncodeFileHeader(links);
 //   file += EncodeRecord(start, 1);
 //   file += EncodeRecord(packet, 2);
 //
-// Packets are what every reader of pcapng knows, "Enhanced Packet Blocks"; everything else stands
-// in blocks for local use, which readers that do not know them skip. Pure; any thread.
+// Packets are stored as "Enhanced Packet Blocks", which every pcapng reader knows; everything else
+// is in blocks for local use, which other readers skip. Pure; any thread.
 #pragma once
 
 #include <cstdint>
@@ -18,12 +18,12 @@
 
 namespace pheromone::capture {
 
-/// In which files are written. Those of all versions from 1 on are read (payload.h).
+/// The version in which files are written. All versions from 1 on can be read (payload.h).
 constexpr uint8_t kFormatVersion = 1;
 
 /// No block is longer: Wireshark refuses a file with a block beyond 16 MiB.
 constexpr uint32_t kMaxBlock = 8u << 20;
-/// What fits well into one.
+/// The maximum payload of a block.
 constexpr size_t kStatePortion = 1u << 20;
 
 constexpr uint32_t kSectionHeader = 0x0A0D0D0A;
@@ -36,9 +36,9 @@ std::string EncodeFileHeader(const std::vector<LinkInfo>& links, std::string_vie
 /// `number` counts the records of the file from 1.
 std::string EncodeRecord(const Record& record, uint64_t number);
 
-/// A record and its number, from the body of a block: what is between its length and the length
-/// again, in a file of format `version` (a Start says itself of which it is). Blocks of other kinds
-/// are an error too. Errors do not name the place.
+/// Decodes a record and its number from the body of a block, that is what lies between its two
+/// length fields, in a file of format `version` (a Start contains its own version). Blocks of other
+/// types are errors. Error messages do not contain the position.
 struct Numbered {
   uint64_t number = 0;
   Record record;

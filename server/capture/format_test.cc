@@ -6,7 +6,7 @@
 
 #include "server/base/bytes.h"
 #include "server/capture/crc32.h"
-#include "server/capture/underway.h"
+#include "server/capture/in_flight.h"
 #include "server/engine/testing/bench.h"
 
 namespace pheromone::capture {
@@ -71,11 +71,11 @@ std::vector<Record> OneOfEach() {
       start,
       State{std::string(5'000, 'x')},
       Packet{5, 1, 6, Direction::kToRobots, "abcde", 0},
-      Carry{1, 6, 7, "\x10\x02"},
+      PartialFrame{1, 6, 7, "\x10\x02"},
       Batch{8, 1, {9, -10}, {{Trace(1, 2), 11, {}}, {Deposit(1, 3), 0, protocol::Reason::kBusy}}},
       EventApplied{12, {13, 14}, command},
-      TurnedAway{1, Hello(4, 4), protocol::Reason::kBusy},
-      NotSent{{1, Hello(5, 5)}},
+      Rejected{1, Hello(4, 4), protocol::Reason::kBusy},
+      Dropped{{1, Hello(5, 5)}},
       FromBefore{{0, Hello(6, 6)}},
       Gap{15, 16},
       End{17, 18, 19, {{0, Hello(7, 7)}}},
@@ -117,30 +117,30 @@ TEST(Format, ADamagedRecordIsRefusedWhereverTheDamageIs) {
   }
 }
 
-TEST(Underway, GivesEachMessageOnceAndThoseToAllAgain) {
-  Underway underway;
-  underway.Add({0, Hello(1, 1)});
-  underway.Add({0, Hello(1, 1)});
-  underway.Add({0, Hello(1, 2)});
-  EXPECT_FALSE(underway.Take({1, Hello(1, 1)}));
-  EXPECT_TRUE(underway.Take({0, Hello(1, 2)}));
-  EXPECT_TRUE(underway.Take({0, Hello(1, 1)}));
-  EXPECT_TRUE(underway.Take({0, Hello(1, 1)}));
-  EXPECT_FALSE(underway.Take({0, Hello(1, 1)}));
-  EXPECT_EQ(underway.First(0, 1), nullptr);
-  underway.Add({0, Hello(protocol::kBroadcastId, 1)});
-  EXPECT_TRUE(underway.Take({0, Hello(protocol::kBroadcastId, 1)}));
-  EXPECT_TRUE(underway.Take({0, Hello(protocol::kBroadcastId, 1)}));
-  EXPECT_EQ(underway.size(), 0u);
+TEST(InFlight, GivesEachMessageOnceAndThoseToAllAgain) {
+  InFlight in_flight;
+  in_flight.Add({0, Hello(1, 1)});
+  in_flight.Add({0, Hello(1, 1)});
+  in_flight.Add({0, Hello(1, 2)});
+  EXPECT_FALSE(in_flight.Take({1, Hello(1, 1)}));
+  EXPECT_TRUE(in_flight.Take({0, Hello(1, 2)}));
+  EXPECT_TRUE(in_flight.Take({0, Hello(1, 1)}));
+  EXPECT_TRUE(in_flight.Take({0, Hello(1, 1)}));
+  EXPECT_FALSE(in_flight.Take({0, Hello(1, 1)}));
+  EXPECT_EQ(in_flight.First(0, 1), nullptr);
+  in_flight.Add({0, Hello(protocol::kBroadcastId, 1)});
+  EXPECT_TRUE(in_flight.Take({0, Hello(protocol::kBroadcastId, 1)}));
+  EXPECT_TRUE(in_flight.Take({0, Hello(protocol::kBroadcastId, 1)}));
+  EXPECT_EQ(in_flight.size(), 0u);
 }
 
-TEST(Underway, ForgetsTheOldestOfTooMany) {
-  Underway underway;
-  for (uint16_t nonce = 0; nonce <= Underway::kMost; ++nonce) {
-    underway.Add({0, Hello(1, nonce)});
+TEST(InFlight, ForgetsTheOldestOfTooMany) {
+  InFlight in_flight;
+  for (uint16_t nonce = 0; nonce <= InFlight::kMax; ++nonce) {
+    in_flight.Add({0, Hello(1, nonce)});
   }
-  EXPECT_EQ(underway.size(), Underway::kMost);
-  EXPECT_FALSE(underway.Take({0, Hello(1, 0)}));
+  EXPECT_EQ(in_flight.size(), InFlight::kMax);
+  EXPECT_FALSE(in_flight.Take({0, Hello(1, 0)}));
 }
 
 }  // namespace

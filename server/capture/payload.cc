@@ -20,13 +20,15 @@ void EncodeSents(const std::vector<Sent>& all, ByteWriter* writer) {
   writer->Count(all.size());
   for (const Sent& sent : all) {
     writer->U16(sent.link);
-    engine::EncodeMessage(sent.message, writer);
+    EncodeFields(sent.message, writer);
   }
 }
 
 Sent DecodeSent(ByteReader* reader) {
-  const engine::LinkIndex link = reader->U16();
-  return {link, engine::DecodeMessage(reader)};
+  Sent sent;
+  sent.link = reader->U16();
+  DecodeFields(reader, engine::kCodecVersion, &sent.message);
+  return sent;
 }
 
 std::vector<Sent> DecodeSents(ByteReader* reader) {
@@ -44,7 +46,7 @@ void EncodeStamp(const engine::Stamp& stamp, ByteWriter* writer) {
 
 engine::Stamp DecodeStamp(ByteReader* reader) {
   const uint64_t field_time_ms = reader->U64();
-  if (field_time_ms > engine::kMostFieldTimeMs) {
+  if (field_time_ms > engine::kMaxFieldTimeMs) {
     reader->Fail("a field time beyond the end of time");
   }
   return {field_time_ms, reader->I64()};
@@ -101,14 +103,14 @@ void Decode(ByteReader* reader, State* it) {
   it->bytes = reader->Text();
 }
 
-void Encode(const Carry& it, ByteWriter* writer) {
+void Encode(const PartialFrame& it, ByteWriter* writer) {
   writer->U16(it.link);
   writer->U32(it.connection);
   writer->U32(it.read_ms);
   writer->Text(it.bytes);
 }
 
-void Decode(ByteReader* reader, Carry* it) {
+void Decode(ByteReader* reader, PartialFrame* it) {
   it->link = reader->U16();
   it->connection = reader->U32();
   it->read_ms = reader->U32();
@@ -121,7 +123,7 @@ void Encode(const Batch& it, ByteWriter* writer) {
   EncodeStamp(it.stamp, writer);
   writer->Count(it.messages.size());
   for (const Handled& handled : it.messages) {
-    engine::EncodeMessage(handled.message, writer);
+    EncodeFields(handled.message, writer);
     writer->U64(handled.sequence);
     writer->U8(static_cast<uint8_t>(handled.refused));
   }
@@ -133,7 +135,7 @@ void Decode(ByteReader* reader, Batch* it) {
   it->stamp = DecodeStamp(reader);
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     Handled handled;
-    handled.message = engine::DecodeMessage(reader);
+    DecodeFields(reader, engine::kCodecVersion, &handled.message);
     handled.sequence = reader->U64();
     handled.refused = DecodeReason(reader);
     it->messages.push_back(handled);
@@ -152,30 +154,30 @@ void Decode(ByteReader* reader, EventApplied* it) {
   it->event = engine::DecodeEvent(reader);
 }
 
-void Encode(const TurnedAway& it, ByteWriter* writer) {
+void Encode(const Rejected& it, ByteWriter* writer) {
   writer->U16(it.link);
-  engine::EncodeMessage(it.message, writer);
+  EncodeFields(it.message, writer);
   writer->U8(static_cast<uint8_t>(it.answer));
 }
 
-void Decode(ByteReader* reader, TurnedAway* it) {
+void Decode(ByteReader* reader, Rejected* it) {
   it->link = reader->U16();
-  it->message = engine::DecodeMessage(reader);
+  DecodeFields(reader, engine::kCodecVersion, &it->message);
   it->answer = DecodeReason(reader);
 }
 
-void Encode(const NotSent& it, ByteWriter* writer) {
+void Encode(const Dropped& it, ByteWriter* writer) {
   writer->U16(it.sent.link);
-  engine::EncodeMessage(it.sent.message, writer);
+  EncodeFields(it.sent.message, writer);
 }
 
-void Decode(ByteReader* reader, NotSent* it) {
+void Decode(ByteReader* reader, Dropped* it) {
   it->sent = DecodeSent(reader);
 }
 
 void Encode(const FromBefore& it, ByteWriter* writer) {
   writer->U16(it.sent.link);
-  engine::EncodeMessage(it.sent.message, writer);
+  EncodeFields(it.sent.message, writer);
 }
 
 void Decode(ByteReader* reader, FromBefore* it) {
@@ -208,7 +210,7 @@ void Decode(ByteReader* reader, End* it) {
 
 void Encode(const Unlogged& it, ByteWriter* writer) {
   writer->U16(it.sent.link);
-  engine::EncodeMessage(it.sent.message, writer);
+  EncodeFields(it.sent.message, writer);
 }
 
 void Decode(ByteReader* reader, Unlogged* it) {
@@ -231,10 +233,10 @@ using Decoders = std::array<Record (*)(ByteReader*), std::variant_size_v<Record>
 // there is no such version. One that changes a record gets a row with another decoder for it.
 const Decoders* DecodersOf(uint8_t version) {
   static constexpr Decoders kVersion1 = {
-      DecodeAs<Start>,      DecodeAs<State>,   nullptr,
-      DecodeAs<Carry>,      DecodeAs<Batch>,   DecodeAs<EventApplied>,
-      DecodeAs<TurnedAway>, DecodeAs<NotSent>, DecodeAs<FromBefore>,
-      DecodeAs<Gap>,        DecodeAs<End>,     DecodeAs<Unlogged>};
+      DecodeAs<Start>,        DecodeAs<State>,   nullptr,
+      DecodeAs<PartialFrame>, DecodeAs<Batch>,   DecodeAs<EventApplied>,
+      DecodeAs<Rejected>,     DecodeAs<Dropped>, DecodeAs<FromBefore>,
+      DecodeAs<Gap>,          DecodeAs<End>,     DecodeAs<Unlogged>};
   static_assert(kFormatVersion == 1, "a version of its own needs a row here");
   switch (version) {
     case 1:
@@ -249,10 +251,10 @@ uint8_t DecodeVersion(ByteReader* reader) {
   const std::string magic = reader->Text();
   const uint8_t version = reader->U8();
   if (magic != kMagic) {
-    reader->Fail("not a capture of pheromoned");
+    reader->Fail("not a pheromoned capture");
   } else if (!IsKnownVersion(version)) {
     reader->Fail("a capture of format version " + std::to_string(version) +
-                 ", which this program does not know; it knows " + std::to_string(kFormatVersion));
+                 ", but this program supports " + std::to_string(kFormatVersion));
   }
   return reader->ok() ? version : uint8_t{0};
 }

@@ -42,7 +42,7 @@ Result<std::optional<Found>> CaptureReader::Read() {
       return Wrong("not a pcapng file");
     }
     if (!reader_.ok()) {
-      return Wrong("the file is cut off");
+      return Wrong("the file is truncated");
     }
     if (length < 12 || length % 4 != 0 || length > kMaxBlock) {
       return Wrong("a block of " + std::to_string(length) + " bytes");
@@ -53,17 +53,17 @@ Result<std::optional<Found>> CaptureReader::Read() {
     }
     const uint32_t length_again = reader_.U32();
     if (!reader_.ok()) {
-      return Wrong("the file is cut off");
+      return Wrong("the file is truncated");
     }
     if (length_again != length) {
-      return Wrong("a damaged block: it says two lengths");
+      return Wrong("a damaged block: block length fields differ");
     }
     Found found;
     found.byte = offset_;
     if (type == kSectionHeader) {
       static constexpr char kLittleEndian[] = {0x4D, 0x3C, 0x2B, 0x1A};
       if (block_ != 1 || body.compare(0, 4, kLittleEndian, 4) != 0) {
-        return Wrong("a section that pheromoned did not write");
+        return Wrong("a section not written by pheromoned");
       }
     } else if (type == kInterface) {
       ++interfaces_;
@@ -81,26 +81,26 @@ Result<std::optional<Found>> CaptureReader::Read() {
       packet_ += packet != nullptr ? 1 : 0;
       found.packet = packet_;
       if (number_ == 0 && !std::holds_alternative<Start>(found.record)) {
-        return Wrong("the record of the start is missing");
+        return Wrong("the start record is missing");
       }
       if (found.number != number_ + 1) {
         return Wrong("not replayable from here: record " + std::to_string(number_ + 1) +
                      " is missing; this is " + std::to_string(found.number));
       }
       if (packet != nullptr && packet->link >= interfaces_) {
-        return Wrong("a packet of a link that the file does not have");
+        return Wrong("a packet of an unknown link");
       }
       number_ = found.number;
       offset_ += length;
       return std::optional(std::move(found));
     } else {
-      return Wrong("a block of a kind that pheromoned does not write");
+      return Wrong("unexpected block type");
     }
     offset_ += length;
   }
   if (number_ == 0) {
     ++block_;
-    return Wrong(block_ == 1 ? "the file is empty" : "the record of the start is missing");
+    return Wrong(block_ == 1 ? "the file is empty" : "the start record is missing");
   }
   return std::optional<Found>();
 }

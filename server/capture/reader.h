@@ -3,11 +3,12 @@
 //   CaptureReader reader(source, "lab.pcapng");        // source: ByteReader::Source
 //   while (auto next = reader.Next(); next.ok() && next.value()) Use(next.value()->record);
 //
-// A file is read to where it is whole: after what is missing or damaged Next gives an error, which
-// names file, block and byte, and goes on giving it. Records that are missing, or in another order
-// than that in which they were written, are such an error too ("not replayable from here").
+// A file is read up to the first missing or damaged block: from there on, Next returns an error
+// that names the file, block and byte. Records that are missing or out of order are also such an
+// error
+// ("not replayable from here").
 //
-// Takes any bytes. Memory: one block, at most kMaxBlock. One thread at a time.
+// Safe for untrusted input. Memory: one block, at most kMaxBlock. One thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -20,18 +21,18 @@
 
 namespace pheromone::capture {
 
-/// A record and where it stands.
+/// A record and its position.
 struct Found {
   uint64_t number = 0;  ///< counts the records of the file from 1
-  uint64_t packet = 0;  ///< of a packet: counts the packets from 1, as Wireshark does; else of the
-                        ///< last one before
-  uint64_t byte = 0;    ///< where its block begins
+  uint64_t packet = 0;  ///< the number of the packet, counted from 1 as in Wireshark; for other
+                        ///< records, that of the last packet before
+  uint64_t byte = 0;    ///< the offset of its block
   Record record;
 };
 
 class CaptureReader {
  public:
-  /// `name` stands for the file in messages.
+  /// `name` is the name of the file in messages.
   CaptureReader(ByteReader::Source source, std::string name);
 
   /// The next record; nothing at the end of the file. The first one is a Start.
@@ -55,8 +56,8 @@ class CaptureReader {
   bool ended_ = false;
 };
 
-/// Portions of a file, for a reader. Errors: it cannot be opened, or is a folder; a read that fails
-/// later looks like the end of the file.
+/// Reads a file in portions, for a CaptureReader. Errors: it cannot be opened, or is a folder; a
+/// later read error looks like the end of the file.
 Result<ByteReader::Source> OpenFile(const std::string& path);
 
 }  // namespace pheromone::capture

@@ -1,10 +1,10 @@
-// What a capture file holds, record by record, as plain values. README.md of this folder has the
-// bytes; format.h turns one into the other.
+// The records of a capture file as plain values. README.md of this folder specifies the bytes;
+// format.h converts between the two.
 //
 //   Record record = Packet{.utc_ns = now, .link = 0, .connection = 1, .bytes = "..."};
 //   if (const auto* packet = std::get_if<Packet>(&record)) ...
 //
-// A file is Start, its portions of State, then the rest in the order in which it happened, then
+// A file consists of Start, its portions of State, the other records in chronological order, and
 // End.
 #pragma once
 
@@ -19,30 +19,30 @@
 
 namespace pheromone::capture {
 
-/// A message that the engine wants to have sent.
+/// A message given by the engine, to be sent.
 struct Sent {
   engine::LinkIndex link = 0;
   protocol::Message message;
 };
 
-/// How a link's bytes become frames.
+/// How the bytes of a link are decoded into frames.
 struct LinkInfo {
   std::string name;
   uint16_t gap_timeout_ms = 0;  ///< protocol::kNoGapTimeout: none
-  bool datagrams = false;       ///< frames do not go on from one packet to the next
+  bool datagrams = false;       ///< frames do not span packets
 };
 
-/// What the rest is to be understood from.
+/// The context of all other records.
 struct Start {
   uint64_t utc_ns = 0;          ///< when this file begins
   uint64_t recording = 0;       ///< the same in all files of one recording
-  uint32_t part = 1;            ///< the file's place among them
+  uint32_t part = 1;            ///< the number of the file in the recording
   std::string version;          ///< of the program
-  std::string config;           ///< the configuration file, for people: State has what counts
+  std::string config;           ///< the configuration file, for information; replay uses State
   std::vector<LinkInfo> links;  ///< in the order of their LinkIndex
-  std::vector<Sent> under_way;  ///< what the engine gave before and is yet to be written
-  uint64_t state_bytes = 0;     ///< of all portions of State together
-  uint8_t format_version = 1;   ///< as read; what is written is always of kFormatVersion
+  std::vector<Sent> under_way;  ///< the messages in flight
+  uint64_t state_bytes = 0;     ///< the total size of all portions of State
+  uint8_t format_version = 1;   ///< as read; files are always written with kFormatVersion
 };
 
 /// A portion of Engine::Save at the beginning of the file.
@@ -52,33 +52,33 @@ struct State {
 
 enum class Direction : uint8_t { kFromRobots = 1, kToRobots = 2 };
 
-/// What was read or written at once on a link, as it was on the wire.
+/// The raw bytes of one read or write on a link.
 struct Packet {
   uint64_t utc_ns = 0;
   engine::LinkIndex link = 0;
   uint32_t connection = 0;
   Direction direction = Direction::kFromRobots;
   std::string bytes;
-  uint32_t read_ms = 0;  ///< the decoder's time of it; 0 if to the robots
+  uint32_t read_ms = 0;  ///< the decoder's time of the read; 0 if sent to robots
 };
 
-/// A connection's first packet in this file finds its decoder in the middle of something. Fed to a
-/// new decoder, `bytes` bring it to the same place.
-struct Carry {
+/// The partial frame in the decoder of a connection before its first packet in this file. `bytes`
+/// bring a new decoder to the same state.
+struct PartialFrame {
   engine::LinkIndex link = 0;
   uint32_t connection = 0;
   uint32_t read_ms = 0;  ///< the decoder's time of its last byte
   std::string bytes;
 };
 
-/// What became of a message that was handed to the engine.
+/// The outcome of a message passed to the engine.
 struct Handled {
   protocol::Message message;
-  uint64_t sequence = 0;                               ///< in the log; 0: it changed nothing
+  uint64_t sequence = 0;                               ///< in the log; 0: no change
   protocol::Reason refused = protocol::Reason::kNone;  ///< by the log
 };
 
-/// The messages of one read, which met the engine together.
+/// The messages of one read, which were passed to the engine as one batch.
 struct Batch {
   uint64_t number = 0;  ///< counts from 1 in each file
   engine::LinkIndex link = 0;
@@ -93,31 +93,31 @@ struct EventApplied {
   engine::Event event;
 };
 
-/// A message that was decoded, but that the link did not hand to the engine.
-struct TurnedAway {
+/// A decoded message that the link rejected and did not pass to the engine.
+struct Rejected {
   engine::LinkIndex link = 0;
   protocol::Message message;
-  protocol::Reason answer = protocol::Reason::kNone;  ///< of the ERROR given for it; kNone: silence
+  protocol::Reason answer = protocol::Reason::kNone;  ///< of the ERROR sent; kNone: none
 };
 
-/// A message that the engine gave but that never went out: too late, or nobody is there, or its
-/// robot asked again before it could be sent.
-struct NotSent {
+/// A message given by the engine that was dropped: it was too late, there was no connection, or its
+/// robot sent another request before it could be sent.
+struct Dropped {
   Sent sent;
 };
 
-/// A message that was written early in a recording but given by the engine before it began.
+/// A message written early in a recording that the engine had given before the recording began.
 struct FromBefore {
   Sent sent;
 };
 
-/// Here records are missing: what follows cannot be replayed.
+/// Records were dropped here: the rest of the file cannot be replayed.
 struct Gap {
   uint64_t utc_ns = 0;
   uint64_t records = 0;
 };
 
-/// How things stand at the end of the file.
+/// The final state at the end of the file.
 struct End {
   uint64_t utc_ns = 0;
   uint64_t sequence = 0;
@@ -125,12 +125,12 @@ struct End {
   std::vector<Sent> under_way;
 };
 
-/// A halt to all robots that is sent although the log took no event for it.
+/// A halt of all robots that is sent although the log did not accept an event for it.
 struct Unlogged {
   Sent sent;
 };
 
-using Record = std::variant<Start, State, Packet, Carry, Batch, EventApplied, TurnedAway, NotSent,
-                            FromBefore, Gap, End, Unlogged>;
+using Record = std::variant<Start, State, Packet, PartialFrame, Batch, EventApplied, Rejected,
+                            Dropped, FromBefore, Gap, End, Unlogged>;
 
 }  // namespace pheromone::capture

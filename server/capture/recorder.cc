@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "protocol/opcodes.h"
-#include "server/capture/carry.h"
 #include "server/capture/format.h"
+#include "server/capture/partial_frame.h"
 
 namespace pheromone::capture {
 namespace {
@@ -43,15 +43,15 @@ Status Recorder::Start(const RecordingOptions& options) {
   if (!std::filesystem::is_directory(options.folder, error)) {
     return Error{options.folder + ": " +
                  (error ? error.message() : std::string("is not a folder")) +
-                 ", expected a folder for captures"};
+                 ", expected a folder for recordings"};
   }
   if (access(options.folder.c_str(), W_OK | X_OK) != 0) {
-    return Error{options.folder + ": takes no files: " + std::strerror(errno)};
+    return Error{options.folder + ": cannot create files: " + std::strerror(errno)};
   }
   {
     const std::lock_guard lock(mutex_);
     if (status_.recording) {
-      return Error{"a recording is going on already"};
+      return Error{"a recording is already in progress"};
     }
     options_ = options;
     status_ = {};
@@ -70,7 +70,7 @@ Status Recorder::Stop() {
   {
     const std::lock_guard lock(mutex_);
     if (!status_.recording) {
-      return Error{"there is no recording"};
+      return Error{"no recording is in progress"};
     }
     if (std::exchange(begin_wanted_, false)) {
       status_.recording = false;
@@ -101,7 +101,7 @@ bool Recorder::MakeCut(Cut cut) {
   const uint64_t waiting_since_ns = host_.utc_ns();
   bool done = true;
   engine::Service::Frozen frozen;  // let go outside of the service's lock
-  host_.service->Attach(cut == Cut::kEnd ? nullptr : this, [&](const engine::Engine& engine) {
+  const auto make = [&](const engine::Engine& engine) {
     if (cut != Cut::kEnd) {
       frozen = host_.service->FreezeInside(engine, most_kept_bytes);
       done = frozen != nullptr;
@@ -115,9 +115,9 @@ bool Recorder::MakeCut(Cut cut) {
       recording_ = now_ns;
       part_ = 0;
       lost_here_ = 0;
-      underway_ = {};
+      in_flight_ = {};
     } else {
-      Push(End{now_ns, engine.sequence(), engine.StateHash(), underway_.All()}, true);
+      Push(End{now_ns, engine.sequence(), engine.StateHash(), in_flight_.All()}, true);
     }
     if (cut != Cut::kEnd) {
       start.utc_ns = now_ns;
@@ -127,9 +127,14 @@ bool Recorder::MakeCut(Cut cut) {
     status_.recording = on_;
     status_.longest_copy_us =
         std::max(status_.longest_copy_us, (host_.utc_ns() - waiting_since_ns) / 1000);
-  });
+  };
+  if (cut == Cut::kEnd) {
+    host_.service->Detach(this, make);
+  } else {
+    host_.service->Attach(this, make);
+  }
   if (!done && cut == Cut::kBegin) {
-    host_.service->Attach(nullptr, [](const engine::Engine& /*engine*/) {});
+    host_.service->Detach(this);
   }
   changed_.notify_all();
   return done;
@@ -140,7 +145,7 @@ void Recorder::PushStart(capture::Start start, engine::Service::Frozen* frozen) 
   const uint64_t bytes = (*frozen)->bytes();
   start.recording = recording_;
   start.part = ++part_;
-  start.under_way = underway_.All();
+  start.under_way = in_flight_.All();
   start.state_bytes = bytes;
   Push(std::move(start), true);
   ++file_;
@@ -176,20 +181,21 @@ void Recorder::Push(Record record, bool always) {
   changed_.notify_all();
 }
 
-void Recorder::Read(Line* line, std::span<const uint8_t> bytes, uint32_t read_ms,
+void Recorder::Read(Connection* line, std::span<const uint8_t> bytes, uint32_t read_ms,
                     const protocol::FrameDecoder& decoder) {
   if (!on_) {
     return;
   }
   const std::lock_guard lock(mutex_);
   if (std::exchange(line->file, file_) != file_ && !decoder.parser().idle()) {
-    Push(Carry{line->link, line->connection, decoder.last_byte_ms(), CarryOf(decoder.parser())});
+    Push(PartialFrame{line->link, line->connection, decoder.last_byte_ms(),
+                      PartialFrameOf(decoder.parser())});
   }
   Push(Packet{host_.utc_ns(), line->link, line->connection, Direction::kFromRobots, Copy(bytes),
               read_ms});
 }
 
-void Recorder::Wrote(const Line& line, std::span<const uint8_t> bytes) {
+void Recorder::Wrote(const Connection& line, std::span<const uint8_t> bytes) {
   if (!on_) {
     return;
   }
@@ -202,33 +208,33 @@ void Recorder::Wrote(const Line& line, std::span<const uint8_t> bytes) {
   protocol::FrameDecoder frames(protocol::kNoGapTimeout);
   frames.PushBlock(bytes.data(), bytes.size(), 0, [&](const protocol::Message& message) {
     const Sent sent{line.link, message};
-    if (!underway_.Take(sent) && still_from_before) {
+    if (!in_flight_.Take(sent) && still_from_before) {
       Push(FromBefore{sent});
     }
   });
   Push(Packet{now_ns, line.link, line.connection, Direction::kToRobots, Copy(bytes), 0});
 }
 
-void Recorder::LeftOut(engine::LinkIndex link, const protocol::Message& message) {
+void Recorder::Dropped(engine::LinkIndex link, const protocol::Message& message) {
   if (!on_) {
     return;
   }
   const std::lock_guard lock(mutex_);
-  if (on_ && underway_.Take({link, message})) {
-    Push(NotSent{{link, message}});
+  if (on_ && in_flight_.Take({link, message})) {
+    Push(capture::Dropped{{link, message}});
   }
 }
 
-void Recorder::TurnedAway(engine::LinkIndex link, const protocol::Message& message,
-                          protocol::Reason answer) {
+void Recorder::Rejected(engine::LinkIndex link, const protocol::Message& message,
+                        protocol::Reason answer) {
   if (!on_) {
     return;
   }
   const std::lock_guard lock(mutex_);
   if (answer != protocol::Reason::kNone) {
-    underway_.Add({link, engine::ErrorMessage(message, answer)});
+    in_flight_.Add({link, engine::ErrorMessage(message, answer)});
   }
-  Push(capture::TurnedAway{link, message, answer});
+  Push(capture::Rejected{link, message, answer});
 }
 
 void Recorder::Unlogged(engine::LinkIndex link, const protocol::Message& halt) {
@@ -237,7 +243,7 @@ void Recorder::Unlogged(engine::LinkIndex link, const protocol::Message& halt) {
   }
   const std::lock_guard lock(mutex_);
   if (on_) {
-    underway_.Add({link, halt});
+    in_flight_.Add({link, halt});
     Push(capture::Unlogged{{link, halt}});
   }
 }
@@ -273,15 +279,24 @@ void Recorder::OnEvent(uint64_t sequence, const engine::Stamp& stamp, const engi
 void Recorder::OnDropped(engine::LinkIndex link, const protocol::Message& message, bool repeated) {
   const std::lock_guard lock(mutex_);
   const Sent sent{link, message};
-  if ((!repeated || underway_.Count(sent) > 1) && underway_.Take(sent)) {
-    Push(NotSent{sent});
+  if ((!repeated || in_flight_.Count(sent) > 1) && in_flight_.Take(sent)) {
+    Push(capture::Dropped{sent});
   }
+}
+
+// There was no memory for a record: the file ends before it, as one that a crash cut off does.
+void Recorder::OnFailure() noexcept {
+  const std::lock_guard lock(mutex_);
+  on_ = false;
+  ++status_.lost;
+  status_.recording = begin_wanted_;
+  status_.error = "out of memory";  // short enough to need none
 }
 
 // Under mutex_.
 void Recorder::Give(std::span<const engine::Outgoing> sent) {
   for (const engine::Outgoing& one : sent) {
-    underway_.Add({one.link, one.message});
+    in_flight_.Add({one.link, one.message});
   }
 }
 
@@ -301,7 +316,7 @@ void Recorder::Run() {
         poll(nullptr, 0, kWaitMs);
       } else {
         waits = 0;
-        Fail("the state is being copied for somebody else, and has been for a minute");
+        Fail("another copy of the state has not finished within a minute");
       }
       lock.lock();
       continue;
@@ -448,7 +463,7 @@ void Recorder::Drop(bool begin_anew, const std::string& why) {
   engine::Service::Frozen frozen;  // let go after all locks
   const std::lock_guard control(control_);
   const std::lock_guard no_reads(reads_);
-  host_.service->Attach(nullptr, [&](const engine::Engine& /*engine*/) {
+  host_.service->Detach(this, [&](const engine::Engine& /*engine*/) {
     const std::lock_guard lock(mutex_);
     const bool again = begin_anew && on_;
     const bool other = begin_anew && begin_wanted_;  // a recording that was started after this one
@@ -471,7 +486,7 @@ void Recorder::StateLost() {
   files_->Discard();
   const RecordingStatus before = status();
   const std::string why = "the map changes faster than its state can be copied";
-  const bool again = before.begun_anew < kMostBeginnings;
+  const bool again = before.begun_anew < kMaxBeginnings;
   Drop(again, why);
   if (!status().recording) {
     host_.complain("the recording has ended: " + why);

@@ -1,4 +1,4 @@
-// Records what passes a running server into files from which it can be replayed to the byte.
+// Records the traffic of a running server into files that can be replayed to the byte.
 //
 //   Recorder recorder({.service = &service, .utc_ns = ..., .describe = ...});
 //   std::thread writer([&] { recorder.Run(); });
@@ -7,16 +7,16 @@
 //   recorder.Stop();
 //   recorder.Close(); writer.join();
 //
-// A link is never held up by the disk: records wait in a queue of bounded size for the thread that
-// runs Run. What does not fit is left out, which the file says; it cannot be replayed from there
-// on. At the beginning of each file the state is frozen, for which reads and events wait a moment;
-// that thread then copies it into the file in portions, while the records that follow wait in the
-// queue, which may be longer for as long (QueueBytes).
+// Links never wait for the disk: records are queued for the thread that executes Run. The queue is
+// bounded; records that do not fit are dropped and the file marks where, since it cannot be
+// replayed from there on. At the beginning of each file the state is frozen, for which reads and
+// events wait briefly; the writing thread then copies it into the file in portions, while further
+// records wait in the queue, which may be longer meanwhile (QueueBytes).
 //
-// The state can be frozen for one at a time (Service::Freeze). While it is for somebody else, a
-// recording that was started waits, and a file that is full goes on. So does one that is started
-// again while the state of the one before is being written. A copy that fails, because
-// more was changed meanwhile than may be kept, makes the recording begin anew, as another one.
+// Only one frozen state exists at a time (Service::Freeze). While it is used for something else, a
+// recording that was started waits, and a full file is continued. The same holds for a recording
+// that is restarted while the state of the previous one is being written. If a copy fails because
+// too much was changed meanwhile, the recording is restarted under a new name.
 //
 // Thread-safe. The locks, in the order in which they are taken: control_, reads_, the service's,
 // mutex_.
@@ -37,110 +37,109 @@
 
 #include "protocol/decoder.h"
 #include "server/base/result.h"
-#include "server/capture/cut_lock.h"
 #include "server/capture/files.h"
+#include "server/capture/in_flight.h"
 #include "server/capture/record.h"
-#include "server/capture/underway.h"
+#include "server/capture/rotation_lock.h"
+#include "server/engine/observer.h"
 #include "server/engine/service.h"
-#include "server/engine/witness.h"
 
 namespace pheromone::capture {
 
 struct RecordingOptions {
   std::string folder = ".";
-  /// From this size on another file is begun; but not before half of it is more than the state that
-  /// it begins with.
+  /// Above this size another file is begun, but not before the file is twice as large as the state
+  /// at its beginning.
   uint64_t file_bytes = uint64_t{64} << 20;
   uint32_t most_files = 16;  ///< kept in the folder; 0: no limit
   size_t queue_bytes = size_t{16} << 20;
-  /// A state that is no larger is copied at once, which takes as long as a portion or two.
+  /// A state of at most this size is copied at once, which takes as long as one or two portions.
   uint64_t small_state_bytes = uint64_t{256} << 10;
-  /// What a state that is copied may keep of what is changed meanwhile.
-  uint64_t most_kept_bytes = engine::FrozenState::kMostKeptBytes;
+  /// The maximum size of the old values kept while a state is copied.
+  uint64_t most_kept_bytes = engine::FrozenState::kMaxKeptBytes;
 };
 
 struct RecordingStatus {
   bool recording = false;
-  std::string file;              ///< the present one, or the last
-  std::string error;             ///< why the last recording ended by itself; empty: it did not
-  uint64_t records = 0;          ///< of this recording: put into the queue
-  uint64_t lost = 0;             ///< left out
+  std::string file;              ///< the present file, or the last
+  std::string error;             ///< why the last recording stopped by itself; empty if it did not
+  uint64_t records = 0;          ///< queued, of this recording
+  uint64_t lost = 0;             ///< dropped
   uint64_t bytes = 0;            ///< written
   uint32_t files = 0;            ///< begun
-  bool has_state = false;        ///< the first file has the state from which it goes on
-  bool written = true;           ///< nothing waits for the disk
-  uint64_t longest_copy_us = 0;  ///< for which reads and events waited, while a state was frozen
-  uint64_t begun_anew = 0;       ///< because a state could not be copied
+  bool has_state = false;        ///< the first file contains the initial state
+  bool written = true;           ///< the queue is empty and written
+  uint64_t longest_copy_us = 0;  ///< the longest time that reads and events waited for a freeze
+  uint64_t begun_anew = 0;       ///< restarts because a state could not be copied
 };
 
-/// A conversation with robots, as a recording knows it. Owned by the link.
-struct Line {
+/// A session of a link as seen by a recording. Owned by the link.
+struct Connection {
   engine::LinkIndex link = 0;
   uint32_t connection = 0;  ///< never used again on this link
-  uint64_t file = 0;        ///< the recorder's: in which file it was seen last
+  uint64_t file = 0;        ///< for the recorder: the last file in which it appears
 };
 
-class Recorder final : public engine::Witness {
+class Recorder final : public engine::Observer {
  public:
-  /// What a recorder needs of its server.
+  /// The recorder's interface to the server.
   struct Host {
     engine::Service* service = nullptr;  ///< outlives the recorder
     std::function<uint64_t()> utc_ns;
     /// Version, configuration and links; called at the beginning of each file.
     std::function<capture::Start()> describe;
-    /// Says to the operator what nobody asked for: that a recording has ended by itself.
+    /// Informs the operator that a recording has stopped by itself.
     std::function<void(const std::string&)> complain;
   };
 
-  /// What was written so soon after the start may have been given before it.
+  /// A message written within this time after the start may have been given before it.
   static constexpr uint64_t kStillFromBeforeNs = 10'000'000'000;
 
-  /// How often a recording may begin anew before its first state is copied.
-  static constexpr uint64_t kMostBeginnings = 8;
-  /// A recording waits so long for the state to be free: so often, for so long.
+  /// How often a recording may be restarted before its first state is copied.
+  static constexpr uint64_t kMaxBeginnings = 8;
+  /// A recording waits for the state to be free: this often, this long each time.
   static constexpr int kWaits = 3'000;
   static constexpr int kWaitMs = 20;
 
-  /// How long the queue may be while a state of that size is written.
+  /// The maximum size of the queue while a state of that size is written.
   static uint64_t QueueBytes(size_t queue_bytes, uint64_t state_bytes) {
     return queue_bytes + std::min(state_bytes / 8, uint64_t{64} << 20);
   }
 
   explicit Recorder(Host host) : host_(std::move(host)) {}
 
-  /// Begins a recording. Errors: there is one; the folder takes no file. What fails later ends the
-  /// recording, see status().
+  /// Starts a recording. Errors: one is in progress; no file can be created in the folder. Later
+  /// failures stop the recording, see status().
   Status Start(const RecordingOptions& options);
-  /// Ends it. What is in the queue is still written. Errors: there is none.
+  /// Stops the recording. The queue is still written. Errors: no recording is in progress.
   Status Stop();
   RecordingStatus status() const;
 
-  /// Writes until Close; then what is left.
+  /// Writes until Close, and then the rest of the queue.
   void Run();
   void Close();
 
   // --- For links.
 
-  /// What is read at once, and all that comes of it up to the batch that the service gets, belongs
-  /// between these, on one thread.
+  /// These enclose, on one thread, one read and its processing up to the batch passed to the
+  /// service.
   void BeginRead() { reads_.lock_shared(); }
   void EndRead() { reads_.unlock_shared(); }
 
-  /// Bytes were read on a line, whose decoder is `decoder`, and are about to be decoded at its time
-  /// `read_ms`. More than once in a read only on links of datagrams.
-  void Read(Line* line, std::span<const uint8_t> bytes, uint32_t read_ms,
+  /// Bytes were read and are about to be pushed into `decoder` at its time `read_ms`. Called more
+  /// than once in a read only on datagram links.
+  void Read(Connection* line, std::span<const uint8_t> bytes, uint32_t read_ms,
             const protocol::FrameDecoder& decoder);
 
-  /// Whole frames are about to be written.
-  void Wrote(const Line& line, std::span<const uint8_t> bytes);
+  /// Complete frames are about to be written.
+  void Wrote(const Connection& line, std::span<const uint8_t> bytes);
   /// A message will never be written.
-  void LeftOut(engine::LinkIndex link, const protocol::Message& message);
-  /// A message that was decoded is not handed to the engine; `answer` is the reason of the ERROR
-  /// that the link gives for it by itself, kNone if it gives none. Inside of a read.
-  void TurnedAway(engine::LinkIndex link, const protocol::Message& message,
-                  protocol::Reason answer);
+  void Dropped(engine::LinkIndex link, const protocol::Message& message);
+  /// A decoded message is rejected and not passed to the engine; `answer` is the reason of the
+  /// ERROR sent by the link, kNone if none is sent. Called during a read.
+  void Rejected(engine::LinkIndex link, const protocol::Message& message, protocol::Reason answer);
 
-  /// A halt to all robots is about to be sent, of which neither log nor service know.
+  /// A halt of all robots is about to be sent without the log and the service.
   void Unlogged(engine::LinkIndex link, const protocol::Message& halt);
 
   // --- For the service.
@@ -151,6 +150,7 @@ class Recorder final : public engine::Witness {
   void OnEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Event& event,
                std::span<const engine::Outgoing> sent) override;
   void OnDropped(engine::LinkIndex link, const protocol::Message& message, bool repeated) override;
+  void OnFailure() noexcept override;
 
  private:
   enum class Cut { kBegin, kNextFile, kEnd };
@@ -169,7 +169,7 @@ class Recorder final : public engine::Witness {
 
   const Host host_;
   std::mutex control_;  // Start, Stop, and the cut between two files
-  CutLock reads_;       // a read and its batch fall into the same file
+  RotationLock reads_;  // a read and its batch fall into the same file
   std::atomic<bool> on_{false};
 
   mutable std::mutex mutex_;  // all that follows, but for files_
@@ -182,7 +182,7 @@ class Recorder final : public engine::Witness {
   std::pair<uint64_t, uint32_t> frozen_of_;
   bool begin_wanted_ = false;  // as soon as the state is free
   uint64_t lost_here_ = 0;     // since the last record that was queued
-  Underway underway_;
+  InFlight in_flight_;
   uint64_t recording_ = 0;  // when its first file began
   uint32_t part_ = 0;
   uint64_t file_ = 0;  // counts the files of all recordings

@@ -99,7 +99,7 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
     }
     Happen(&live, &radio, event);
     if (radio.Below(50) == 0 && !live.conversations[0].queue.empty()) {
-      live.recorder().LeftOut(0, live.conversations[0].queue.back());
+      live.recorder().Dropped(0, live.conversations[0].queue.back());
       live.conversations[0].queue.pop_back();
     }
     if (radio.Below(3) == 0) {
@@ -117,7 +117,7 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
     ASSERT_EQ(ReplayError(file, &report), "");
     sum.answers += report.answers;
     sum.events += report.events;
-    sum.not_sent += report.not_sent;
+    sum.dropped += report.dropped;
     sum.under_way += report.under_way;
   }
   const uint64_t hash = live.service().StateHash();
@@ -125,7 +125,7 @@ TEST_F(RecorderTest, TenMinutesOfEverythingAreReplayedToTheByte) {
   EXPECT_GT(files.size(), 3u);
   EXPECT_GT(sum.answers, 1'500u);
   EXPECT_GT(sum.events, 500u);
-  EXPECT_GT(sum.not_sent, 3u);
+  EXPECT_GT(sum.dropped, 3u);
   EXPECT_GT(sum.under_way, 0u);
 }
 
@@ -152,7 +152,7 @@ TEST_F(RecorderTest, AnswersThatAStuckLogHoldsBackAreReplayedWhateverBecomesOfTh
   live.Finish();
   ReplayReport report;
   EXPECT_EQ(ReplayError(live.Files().at(0), &report), "");
-  EXPECT_EQ(report.not_sent, 4u);
+  EXPECT_EQ(report.dropped, 4u);
   EXPECT_EQ(report.under_way, 0u);
   EXPECT_EQ(report.from_before, 0u);
   EXPECT_EQ(report.answers, 5u);  // robot 2, busy, read-only, TRACE 1, SENSE
@@ -222,7 +222,7 @@ TEST_F(SmallRecording, TwoRecordsThatChangedPlacesAreFoundWhereverTheyAre) {
       bytes += EncodeRecord(found.record, found.number);  // each keeps its number
     }
     EXPECT_THAT(ReplayError(bytes), ::testing::AnyOf(HasSubstr("not replayable from here"),
-                                                     HasSubstr("the start is missing")));
+                                                     HasSubstr("the start record is missing")));
   }
 }
 
@@ -275,7 +275,7 @@ TEST_F(SmallRecording, AnotherTimeOfABatchOrAnEventIsFound) {
   std::vector<Found> records = Make();
   const size_t first = PlacesOf<Batch>(records).front();
   std::get<Batch>(records[first].record).stamp.field_time_ms = 1'000'000;
-  EXPECT_THAT(ReplayError(FileOf(records)), HasSubstr("time goes backwards"));
+  EXPECT_THAT(ReplayError(FileOf(records)), HasSubstr("field time decreases"));
   records = Make();
   auto& events = std::get<EventApplied>(records[PlacesOf<EventApplied>(records).back()].record);
   ASSERT_TRUE(std::holds_alternative<engine::Advance>(events.event));
@@ -386,7 +386,7 @@ TEST_F(RecorderTest, DatagramsThatAreReadTogetherMayBeOneBatch) {
   const std::vector<protocol::Message> batch = {Hello(1, 1), Hello(2, 1)};
   live.recorder().BeginRead();
   for (const protocol::Message& message : batch) {
-    Line peer{0, message.id, 0};
+    Connection peer{0, message.id, 0};
     const std::string bytes = FrameOf(message) + "\x10\x02\x01";  // cut off, and never continued
     live.recorder().Read(&peer, {reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, 0,
                          protocol::FrameDecoder(0));
@@ -408,7 +408,7 @@ TEST_F(RecorderTest, WhatTheLinkTurnsAwayIsNotMissed) {
   const std::span span(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
   live.recorder().BeginRead();
   live.recorder().Read(&on.line, span, 0, on.decoder);
-  live.recorder().TurnedAway(0, Sense(9), protocol::Reason::kBusy);
+  live.recorder().Rejected(0, Sense(9), protocol::Reason::kBusy);
   const std::string busy = FrameOf(engine::ErrorMessage(Sense(9), protocol::Reason::kBusy));
   live.recorder().Wrote(on.line, {reinterpret_cast<const uint8_t*>(busy.data()), busy.size()});
   live.recorder().EndRead();
@@ -481,7 +481,7 @@ TEST_F(RecorderTest, AFolderThatIsNotThereIsSaid) {
   std::filesystem::remove_all(folder_);
   const Status status = live.Record();
   ASSERT_FALSE(status.ok());
-  EXPECT_THAT(status.error(), HasSubstr("expected a folder for captures"));
+  EXPECT_THAT(status.error(), HasSubstr("expected a folder for recordings"));
 }
 
 TEST_F(RecorderTest, AFileThatCannotBeMadeEndsTheRecordingAndNothingElse) {
@@ -505,6 +505,36 @@ TEST_F(RecorderTest, AFileThatCannotBeMadeEndsTheRecordingAndNothingElse) {
   EXPECT_TRUE(live.Record().ok());  // and it may begin again
   live.Finish();
   EXPECT_EQ(live.complaints.size(), 1u);
+}
+
+// The service detaches an observer that throws; what was recorded until then stays.
+TEST_F(RecorderTest, WithoutMemoryTheRecordingEndsAndAnotherMayBegin) {
+  Live live(folder_, SmallConfig());
+  ASSERT_TRUE(live.Record().ok());
+  live.Hear(0, FrameOf(Hello(1, 1)));
+  live.service().Detach(&live.recorder());
+  live.recorder().OnFailure();
+  EXPECT_FALSE(live.recorder().status().recording);
+  EXPECT_EQ(live.recorder().status().error, "out of memory");
+  EXPECT_EQ(live.recorder().status().lost, 1u);
+  live.Hear(0, FrameOf(Trace(1, 1)));  // in neither file
+  live.now_ms += 1'000;
+  ASSERT_TRUE(live.Record().ok());
+  EXPECT_EQ(live.recorder().status().error, "");
+  live.Hear(0, FrameOf(Trace(1, 2)));
+  live.Finish();
+  const std::vector<std::string> files = live.Files();
+  ASSERT_EQ(files.size(), 2u);
+  const auto batches = [&](size_t file) {
+    size_t count = 0;
+    for (const Found& found : RecordsOf(files[file])) {
+      count += std::holds_alternative<Batch>(found.record) ? 1u : 0u;
+    }
+    return count;
+  };
+  EXPECT_EQ(batches(0), 1u);
+  EXPECT_EQ(batches(1), 1u);
+  EXPECT_EQ(ReplayError(files[1]), "");
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 namespace pheromone::capture {
 namespace {
 
-constexpr char kNoStart[] = "a record before the state at the start is whole";
-constexpr uint64_t kMostState = uint64_t{1} << 40;
+constexpr char kNoStart[] = "a record before the initial state is complete";
+constexpr uint64_t kMaxState = uint64_t{1} << 40;
 
 std::string Hex(std::string_view bytes) {
   std::string text;
@@ -75,8 +75,8 @@ Status Replay::Take(const Found& found) {
 Status Replay::Finish() const {
   return ended_ ? Ok()
                 : Error{
-                      "the recording has no end: all was the same so far, but the state at the "
-                      "end is not known"};
+                      "the recording has no end record: no difference so far, but the final state "
+                      "is unknown"};
 }
 
 std::string Replay::LinkName(engine::LinkIndex link) const {
@@ -90,16 +90,16 @@ std::string Replay::On(const Start& start) {
   start_ = start;
   time_ns_ = start.utc_ns;
   for (const Sent& sent : start.under_way) {
-    underway_.Add(sent);
+    in_flight_.Add(sent);
   }
-  return start.state_bytes > kMostState
+  return start.state_bytes > kMaxState
              ? "a state of " + std::to_string(start.state_bytes) + " bytes"
              : "";
 }
 
 std::string Replay::On(const State& portion) {
   if (engine_ || portion.bytes.size() > start_.state_bytes - state_.size()) {
-    return "more state than was announced";
+    return "more state data than announced";
   }
   state_ += portion.bytes;
   if (state_.size() < start_.state_bytes) {
@@ -109,7 +109,7 @@ std::string Replay::On(const State& portion) {
   Result<engine::Engine> restored = engine::Engine::Restore(&reader);
   reader.ExpectEnd();
   if (!restored.ok() || !reader.ok()) {
-    return "the state at the start: " + (restored.ok() ? reader.error() : restored.error());
+    return "the initial state: " + (restored.ok() ? reader.error() : restored.error());
   }
   engine_ = std::move(restored).value();
   state_ = {};
@@ -125,15 +125,16 @@ protocol::FrameDecoder& Replay::DecoderOf(engine::LinkIndex link, uint32_t conne
       .first->second;
 }
 
-std::string Replay::On(const Carry& carry) {
-  if (carry.link >= start_.links.size() || decoders_.contains({carry.link, carry.connection})) {
-    return "an open frame of a connection that is known, or of an unknown link";
+std::string Replay::On(const PartialFrame& partial) {
+  if (partial.link >= start_.links.size() ||
+      decoders_.contains({partial.link, partial.connection})) {
+    return "a partial frame of a known connection or of an unknown link";
   }
   std::string wrong;
-  DecoderOf(carry.link, carry.connection)
-      .PushBlock(reinterpret_cast<const uint8_t*>(carry.bytes.data()), carry.bytes.size(),
-                 carry.read_ms,
-                 [&wrong](const auto&) { wrong = "a whole frame in place of an open one"; });
+  DecoderOf(partial.link, partial.connection)
+      .PushBlock(reinterpret_cast<const uint8_t*>(partial.bytes.data()), partial.bytes.size(),
+                 partial.read_ms,
+                 [&wrong](const auto&) { wrong = "a complete frame in place of a partial one"; });
   return wrong;
 }
 
@@ -161,17 +162,17 @@ std::string Replay::On(const Packet& packet) {
   return "";
 }
 
-std::string Replay::On(const TurnedAway& turned) {
+std::string Replay::On(const Rejected& turned) {
   std::deque<protocol::Message>& decoded = decoded_[turned.link];
   const auto at = std::find_if(decoded.begin(), decoded.end(),
                                [&](const auto& it) { return Same(it, turned.message); });
   if (at == decoded.end()) {
-    return LinkName(turned.link) + ": turned away what is not decoded from its bytes, " +
+    return LinkName(turned.link) + ": rejected a message that is not decoded from its bytes, " +
            HexOf(turned.message);
   }
   decoded.erase(at);
   if (turned.answer != protocol::Reason::kNone) {
-    underway_.Add({turned.link, engine::ErrorMessage(turned.message, turned.answer)});
+    in_flight_.Add({turned.link, engine::ErrorMessage(turned.message, turned.answer)});
   }
   return "";
 }
@@ -186,7 +187,7 @@ std::string Replay::On(const Batch& batch) {
     return "expected batch " + std::to_string(batch_) + ", found " + std::to_string(batch.number);
   }
   if (batch.stamp.field_time_ms < field_time_ms_) {
-    return "the field's time goes backwards";
+    return "field time decreases";
   }
   field_time_ms_ = batch.stamp.field_time_ms;
   for (const Handled& handled : batch.messages) {
@@ -250,7 +251,7 @@ std::string Replay::On(const EventApplied& applied) {
            std::to_string(applied.sequence);
   }
   if (applied.stamp.field_time_ms < field_time_ms_) {
-    return "the field's time goes backwards";
+    return "field time decreases";
   }
   field_time_ms_ = applied.stamp.field_time_ms;
   const Status acceptable = engine_->Check(applied.event);
@@ -267,7 +268,7 @@ std::string Replay::On(const EventApplied& applied) {
 void Replay::Give(size_t from) {
   for (size_t i = from; i < out_.size(); ++i) {
     const Sent sent{out_[i].link, out_[i].message};
-    underway_.Add(sent);
+    in_flight_.Add(sent);
     if (on_answer_) {
       on_answer_(field_time_ms_, sent);
     }
@@ -290,8 +291,8 @@ std::string Replay::TakeWritten(const Packet& packet) {
     return LinkName(packet.link) + ": expected whole frames, found " + Hex(packet.bytes);
   }
   for (const protocol::Message& message : written) {
-    if (!underway_.Take({packet.link, message})) {
-      const protocol::Message* first = underway_.First(packet.link, message.id);
+    if (!in_flight_.Take({packet.link, message})) {
+      const protocol::Message* first = in_flight_.First(packet.link, message.id);
       return LinkName(packet.link) + ", connection " + std::to_string(packet.connection) +
              ": expected " +
              (first != nullptr ? HexOf(*first)
@@ -304,21 +305,21 @@ std::string Replay::TakeWritten(const Packet& packet) {
   return "";
 }
 
-std::string Replay::On(const NotSent& not_sent) {
-  ++report_.not_sent;
-  return underway_.Take(not_sent.sent)
+std::string Replay::On(const Dropped& dropped) {
+  ++report_.dropped;
+  return in_flight_.Take(dropped.sent)
              ? ""
-             : LinkName(not_sent.sent.link) + ": expected a message that was not sent, " +
-                   HexOf(not_sent.sent.message) + "; the engine has not given it";
+             : LinkName(dropped.sent.link) + ": expected a message that was not sent, " +
+                   HexOf(dropped.sent.message) + "; the engine has not given it";
 }
 
 std::string Replay::On(const FromBefore& before) {
   // Also in a second file that was begun so soon.
   if (time_ns_ - start_.recording > 2 * Recorder::kStillFromBeforeNs) {
-    return "a message from before the recording, so late";
+    return "a message from before the recording arrived too late";
   }
   ++report_.from_before;
-  underway_.Add(before.sent);
+  in_flight_.Add(before.sent);
   return "";
 }
 
@@ -331,7 +332,7 @@ std::string Replay::On(const Unlogged& unlogged) {
     return "expected that only a halt to all robots goes without the log, found " +
            HexOf(unlogged.sent.message);
   }
-  underway_.Add(unlogged.sent);
+  in_flight_.Add(unlogged.sent);
   return "";
 }
 
@@ -352,7 +353,7 @@ std::string Replay::On(const End& end) {
              HexOf(decoded.front());
     }
   }
-  const std::vector<Sent> left = underway_.All();
+  const std::vector<Sent> left = in_flight_.All();
   const auto same = [](const Sent& a, const Sent& b) {
     return a.link == b.link && Same(a.message, b.message);
   };
@@ -372,7 +373,7 @@ std::string Replay::On(const End& end) {
     return "expected the state hash " + HexOf(end.state_hash) + ", found " +
            HexOf(engine_->StateHash());
   }
-  report_.under_way = underway_.size();
+  report_.under_way = in_flight_.size();
   report_.field_time_ms = field_time_ms_;
   report_.state_hash = end.state_hash;
   ended_ = true;

@@ -1,6 +1,6 @@
-// Lets happen again what a capture recorded, in an engine of its own, and compares: what the
-// decoder makes of the bytes, what the engine makes of the messages, and every answer, byte for
-// byte, with what was written to the robots; at the end the hash of the state.
+// Replays a capture in an engine of its own and compares the results: the messages decoded from the
+// bytes, the engine's changes, and every answer, byte for byte, with the bytes written to the
+// robots; at the end the state hash.
 //
 //   Replay replay;
 //   for (each record of the file) {
@@ -9,7 +9,8 @@
 //   Status same = replay.Finish();
 //   replay.report() ...
 //
-// Each file stands by itself: one Replay a file. Time comes from the file. Not thread-safe.
+// Each file is self-contained: use one Replay per file. All times come from the file. Not
+// thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -23,24 +24,24 @@
 
 #include "protocol/decoder.h"
 #include "server/base/result.h"
+#include "server/capture/in_flight.h"
 #include "server/capture/reader.h"
-#include "server/capture/underway.h"
 #include "server/engine/engine.h"
 
 namespace pheromone::capture {
 
-/// What was done, and found the same.
+/// What was replayed and found identical.
 struct ReplayReport {
   uint64_t packets = 0;
-  uint64_t messages = 0;  ///< from robots, handed to the engine
-  uint64_t events = 0;    ///< from elsewhere
-  uint64_t answers = 0;   ///< messages to robots that were written, and found the same
+  uint64_t messages = 0;  ///< from robots, passed to the engine
+  uint64_t events = 0;    ///< that did not come from robots
+  uint64_t answers = 0;   ///< messages written to robots
   uint64_t answer_bytes = 0;
-  uint64_t not_sent = 0;     ///< given, but never written, as recorded
+  uint64_t dropped = 0;      ///< given, but never written, as recorded
   uint64_t from_before = 0;  ///< written, but given before the recording began
-  uint64_t under_way = 0;    ///< given, and not yet written at the end
+  uint64_t under_way = 0;    ///< in flight at the end
   uint64_t field_time_ms = 0;
-  std::optional<uint64_t> state_hash;  ///< of the end, once it was compared
+  std::optional<uint64_t> state_hash;  ///< of the final state, once compared
 };
 
 class Replay {
@@ -50,11 +51,13 @@ class Replay {
 
   explicit Replay(OnAnswer on_answer = nullptr) : on_answer_(std::move(on_answer)) {}
 
-  /// An error is the first difference, or says why replay cannot go on: record, packet, time, link,
-  /// what was expected and what was found. Nothing may follow it.
+  /// Replays a record. An error is the first difference, or the reason why replay cannot continue,
+  /// with record, packet, time, link, and the expected and actual values. Not to be called after an
+  /// error.
   Status Take(const Found& found);
 
-  /// After the last record. An error: the file has no end, so that its last state is not known.
+  /// Called after the last record. Error: the file has no end record, so its final state is
+  /// unknown.
   Status Finish() const;
 
   const ReplayReport& report() const { return report_; }
@@ -66,11 +69,11 @@ class Replay {
   std::string On(const Start& start);
   std::string On(const State& portion);
   std::string On(const Packet& packet);
-  std::string On(const Carry& carry);
+  std::string On(const PartialFrame& partial);
   std::string On(const Batch& batch);
   std::string On(const EventApplied& applied);
-  std::string On(const TurnedAway& turned);
-  std::string On(const NotSent& not_sent);
+  std::string On(const Rejected& turned);
+  std::string On(const Dropped& dropped);
   std::string On(const FromBefore& before);
   std::string On(const Unlogged& unlogged);
   std::string On(const Gap& gap);
@@ -89,7 +92,7 @@ class Replay {
   std::optional<engine::Engine> engine_;
   std::map<std::pair<engine::LinkIndex, uint32_t>, protocol::FrameDecoder> decoders_;
   std::map<engine::LinkIndex, std::deque<protocol::Message>> decoded_;  // and not yet handed over
-  Underway underway_;
+  InFlight in_flight_;
   std::vector<engine::Outgoing> out_;
   uint64_t time_ns_ = 0;
   uint64_t end_utc_ns_ = 0;

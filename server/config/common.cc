@@ -168,7 +168,7 @@ std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std:
     return std::nullopt;
   }
   if (!notes.folder) {
-    table.Expected(key, value, "no file, since this configuration is not in a folder of its own");
+    table.Expected(key, value, "no file, since this configuration was not read from a file");
     return std::nullopt;
   }
   // What a pipe or a device would deliver is not looked for: reading it might never end.

@@ -21,11 +21,12 @@ void ReadLimits(const Value& root, Notes* notes, Config* config) {
   const uint64_t laid = notes->problems.empty()
                             ? field::BytesOfLaid(
                                   field, [](const field::Path&) { return true; },
-                                  [](const field::Print&) { return true; })
+                                  [](const field::InitialRaster&) { return true; })
                             : 0;
   if (laid > field.memory_bytes) {
-    limits.Report("field_memory_mib", "is not enough for the paths and prints, expected at least " +
-                                          std::to_string((laid >> 20) + 1));
+    limits.Report("field_memory_mib",
+                  "is not enough for the paths and initial rasters, expected at least " +
+                      std::to_string((laid >> 20) + 1));
   }
   engine->robots_per_link =
       static_cast<uint16_t>(limits.Integer("robots_per_link", 1, 254, 254).value_or(1));

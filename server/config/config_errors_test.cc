@@ -108,7 +108,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{4, "cell_m = 0.1\npose_unit_mm = 0.015",
              "5:16: map.pose_unit_mm: found 0.015, expected a multiple of 0.01"},
         Case{2, "width_m = 32.768",
-             "1:1: map.wide: the map reaches to 32.768 m, which is more than "
+             "1:1: map.wide: the map extends to 32.768 m, which is more than "
              "32767 pose units of 1 mm, expected wide = true, a larger "
              "pose_unit_mm or another origin"},
         Case{6, "bias_m = 0.3301",
@@ -159,8 +159,7 @@ INSTANTIATE_TEST_SUITE_P(
              "14:11: pheromone[1].maximum: found 8192, expected at most 65535 "
              "quanta of 0.125"},
         Case{16, "type = 1",
-             "16:8: pheromone[2].type: found 1 again, expected a number that "
-             "\"trail\" does not have"},
+             "16:8: pheromone[2].type: found 1 again, expected a number not used by \"trail\""},
         Case{17, "name = \"trail\"",
              "17:8: pheromone[2].name: found \"trail\" again, expected another name"}));
 
@@ -237,16 +236,17 @@ TEST(ConfigErrorsTest, TheReachOfAPheromoneIsAtMostAThousandCells) {
 TEST(ConfigErrorsTest, TheAntennasAreNoFartherApartThanAnAnswerMayCost) {
   std::string text = Replaced(4, "cell_m = 0.01");
   text.replace(text.find("bias_m = 0.33"), 13, "bias_m = 42");
-  EXPECT_EQ(ErrorOf(text),
-            "f.toml:6:10: antennas.bias_m: half of it and the farthest core_m + sigma_m are 21.5 m "
-            "or 2150 cells, expected at most 1000 cells");
+  EXPECT_EQ(
+      ErrorOf(text),
+      "f.toml:6:10: antennas.bias_m: half of it and the largest core_m + sigma_m add up to 21.5 m "
+      "or 2150 cells, expected at most 1000 cells");
   text.replace(text.find("bias_m = 42"), 11, "bias_m = 19");
   EXPECT_EQ(ErrorOf(text), "");
   // 19 m / 2 + 0.02 m + 0.5 m, to whichever side.
   text.replace(text.find("bias_m = 19"), 11, "bias_m = 19\nforward_m = -0.02");
   EXPECT_EQ(ErrorOf(text),
-            "f.toml:6:10: antennas.bias_m: half of it, forward_m and the farthest core_m + sigma_m "
-            "are 10.02 m or 1002 cells, expected at most 1000 cells");
+            "f.toml:6:10: antennas.bias_m: half of it, forward_m and the largest core_m + sigma_m "
+            "add up to 10.02 m or 1002 cells, expected at most 1000 cells");
 }
 
 TEST(ConfigErrorsTest, ALargeMapIsFineWithWideMessagesOrAnotherUnit) {

@@ -196,7 +196,7 @@ void CheckListeners(const std::vector<Listener>& listeners, Problems* problems) 
       const bool same = earlier->value->text == later->value->text;
       problems->Add(later->value->at, later->key,
                     "found " + later->value->Describe() +
-                        (same ? " again, expected what " + earlier->of + " does not have"
+                        (same ? " again, expected a value not used by " + earlier->of
                               : ", expected another port than that of " + earlier->of +
                                     ", which listens on \"" + earlier->value->text + '"'));
     }
@@ -215,9 +215,9 @@ void CheckPlaces(const std::vector<Place>& places, Problems* problems) {
     const Place& wrong = swapped ? *clash : *later;
     const Place& right = swapped ? *later : *clash;
     if (wrong.is_link() && right.is_link()) {
-      problems->Add(wrong.value->at, wrong.key,
-                    "found " + wrong.value->Describe() + " again, expected what " + right.of +
-                        " does not have");
+      problems->Add(
+          wrong.value->at, wrong.key,
+          "found " + wrong.value->Describe() + " again, expected a value not used by " + right.of);
     } else {
       problems->Add(wrong.value->at, wrong.key,
                     "found " + wrong.value->Describe() + ", which is " + right.of +
@@ -244,7 +244,7 @@ void WarnOfObstructions(const std::vector<Place>& places, Notes* notes) {
     if (expected != nullptr) {
       notes->warnings.push_back(FormatProblem(
           notes->file, place.value->at, place.key,
-          place.path.string() + " is there already, expected nothing there or " + expected));
+          place.path.string() + " already exists, expected no file there or " + expected));
     }
   }
 }

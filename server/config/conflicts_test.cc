@@ -40,14 +40,14 @@ std::string Error(const std::string& more) {
 
 TEST(ConflictsTest, TheWebAndATcpLinkCannotShareAPort) {
   EXPECT_EQ(Error(Web("127.0.0.1:4950")),
-            "f.toml:39:10: web.listen: found the string \"127.0.0.1:4950\" again, expected what "
-            "link \"net\" does not have");
+            "f.toml:39:10: web.listen: found the string \"127.0.0.1:4950\" again, expected a value "
+            "not used by link \"net\"");
   EXPECT_EQ(Error(Web("0.0.0.0:4950")),
             "f.toml:39:10: web.listen: found the string \"0.0.0.0:4950\", expected another port "
             "than that of link \"net\", which listens on \"127.0.0.1:4950\"");
   EXPECT_EQ(ErrorOf("[web]\nlisten = \"127.0.0.1:4950\"\n" + std::string(kGood)),
-            "f.toml:39:10: link[3].listen: found the string \"127.0.0.1:4950\" again, expected "
-            "what [web] does not have");
+            "f.toml:39:10: link[3].listen: found the string \"127.0.0.1:4950\" again, expected a "
+            "value not used by [web]");
 }
 
 // What the system refuses: each was tried with two sockets.
@@ -143,10 +143,10 @@ TEST_F(PlacesTest, WhatIsInTheWayOfAPtyOrASocketIsAWarning) {
   ASSERT_TRUE(loaded.ok()) << loaded.error();
   EXPECT_THAT(loaded.value().warnings,
               ElementsAre(Here("lab.toml") + ":41:8: link[4].path: " + Here("old") +
-                              " is there already, expected nothing there or a link to a "
+                              " already exists, expected no file there or a link to a "
                               "pseudo-terminal",
                           Here("lab.toml") + ":43:10: control.socket: " + folder_.string() +
-                              " is there already, expected nothing there or a socket"));
+                              " already exists, expected no file there or a socket"));
 }
 
 TEST_F(PlacesTest, WhatAnEarlierRunLeftIsNotInTheWay) {

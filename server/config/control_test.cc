@@ -50,7 +50,7 @@ TEST_F(ControlTest, ATokenThatAllUsersCanReadIsWarnedOf) {
   ASSERT_TRUE(parsed.ok()) << parsed.error();
   ASSERT_EQ(parsed.value().warnings.size(), 1u);
   EXPECT_NE(parsed.value().warnings[0].find("f.toml:30:14: web.token_file: "), std::string::npos);
-  EXPECT_NE(parsed.value().warnings[0].find("is open to all users"), std::string::npos);
+  EXPECT_NE(parsed.value().warnings[0].find("is readable by all users"), std::string::npos);
 }
 
 TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {

@@ -46,23 +46,23 @@ std::string DescribeEvaporation(const field::PheromoneLaw& law) {
   }
   switch (law.evaporation) {
     case field::Evaporation::kCounter:
-      return fmt::format("one quantum less every {} s", Seconds(law.tau_ms));
+      return fmt::format("loses one quantum every {} s", Seconds(law.tau_ms));
     case field::Evaporation::kLinear:
-      return fmt::format("one quantum less every {} s, evenly", Seconds(law.tau_ms));
+      return fmt::format("loses one quantum every {} s in steps of 1/64", Seconds(law.tau_ms));
     case field::Evaporation::kExponential:
       break;
   }
-  return fmt::format("half of it every {} s", Seconds(law.tau_ms));
+  return fmt::format("halves every {} s", Seconds(law.tau_ms));
 }
 
 std::string DescribeSpread(const field::PheromoneLaw& law) {
   if (law.profile == field::Profile::kGaussian) {
-    return fmt::format("a bell of {} m smelled to {} m", Metres(law.sigma_um),
+    return fmt::format("Gaussian of sigma {} m sensed up to {} m", Metres(law.sigma_um),
                        Metres(law.cutoff_um));
   }
-  return law.core_um == 0 ? fmt::format("a cone smelled to {} m", Metres(law.reach_um()))
-                          : fmt::format("full to {} m and smelled to {} m", Metres(law.core_um),
-                                        Metres(law.reach_um()));
+  return law.core_um == 0 ? fmt::format("a cone sensed up to {} m", Metres(law.reach_um()))
+                          : fmt::format("full up to {} m and sensed up to {} m",
+                                        Metres(law.core_um), Metres(law.reach_um()));
 }
 
 std::string DescribeLaw(const field::FieldConfig& field, const field::PheromoneLaw& law) {
@@ -85,7 +85,7 @@ std::string DescribeLaw(const field::FieldConfig& field, const field::PheromoneL
                         law.weight_milli / 1e3);
   }
   if (law.diffuses()) {
-    line += fmt::format(", spreads: {:.2f} % of each difference every {} s",
+    line += fmt::format(", diffuses: {:.2f} % of each difference every {} s",
                         law.diffusion.exchange_q16 / 655.36, Seconds(law.diffusion.step_ms));
   }
   return line;
@@ -110,13 +110,14 @@ std::vector<std::string> DescribeConfig(const Config& config) {
     lines.push_back(fmt::format("path of type {}: {:.1f} m{}", path.type,
                                 field::LengthOf(path) / 1e6, path.closed ? ", closed" : ""));
   }
-  for (const field::Print& print : field.prints) {
-    lines.push_back(fmt::format("print of type {}: {} nodes", print.type, print.nodes->size()));
+  for (const field::InitialRaster& print : field.initial_rasters) {
+    lines.push_back(
+        fmt::format("initial raster of type {}: {} nodes", print.type, print.nodes->size()));
   }
   for (const engine::RobotFrame& frame : config.engine.frames) {
-    lines.push_back(fmt::format("robot {} on link {} counts from ({}, {}), turned by {:.2f} deg",
-                                frame.id, frame.link, Metres(frame.x_um), Metres(frame.y_um),
-                                Degrees(frame.heading)));
+    lines.push_back(
+        fmt::format("frame of robot {} on link {}: origin ({}, {}), turned by {:.2f} deg", frame.id,
+                    frame.link, Metres(frame.x_um), Metres(frame.y_um), Degrees(frame.heading)));
   }
   return lines;
 }
@@ -143,8 +144,8 @@ CheckReport DescribeCheck(const std::string& name, const Config& config,
   }
   if (state_directory == nullptr) {
     report.text +=
-        "  paths above that were not absolute begin elsewhere in a service of systemd: journal and "
-        "recordings in its state directory, ptys and control socket in its runtime directory\n";
+        "  a systemd service resolves relative paths differently: the journal and recordings from "
+        "its state directory, ptys and the control socket from its runtime directory\n";
   }
   return report;
 }

@@ -58,9 +58,9 @@ TEST_F(DescribeReachTest, ATokenIsMentionedAndNotTold) {
 TEST_F(DescribeReachTest, ACheckOutsideOfAServiceSaysWhereAServiceHasRelativePaths) {
   const Config config = Parse("").value();
   EXPECT_THAT(DescribeCheck("f.toml", config, nullptr).text,
-              HasSubstr("\n  paths above that were not absolute begin elsewhere in a service"));
+              HasSubstr("\n  a systemd service resolves relative paths differently"));
   EXPECT_THAT(DescribeCheck("f.toml", config, folder_.c_str()).text,
-              Not(HasSubstr("not absolute")));
+              Not(HasSubstr("relative paths")));
 }
 
 }  // namespace

@@ -88,8 +88,8 @@ std::string Printable(std::string_view text, size_t most) {
 
 // Such as a point: shown as it is.
 bool IsShortRow(const std::vector<Value>& items) {
-  constexpr size_t kMostInRow = 4;
-  return !items.empty() && items.size() <= kMostInRow &&
+  constexpr size_t kMaxInRow = 4;
+  return !items.empty() && items.size() <= kMaxInRow &&
          std::all_of(items.begin(), items.end(), [](const Value& item) {
            return item.kind == Value::Kind::kInteger || item.kind == Value::Kind::kFloat;
          });

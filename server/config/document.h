@@ -12,7 +12,7 @@
 
 namespace pheromone::config {
 
-/// Line and column, counted from 1.
+/// Polyline and column, counted from 1.
 struct Position {
   uint32_t line = 1;
   uint32_t column = 1;

@@ -35,12 +35,12 @@ std::string SandboxHint(const std::string& folder, const char* state_directory, 
   if (state.empty() || IsWithin(folder, state) || (error != EROFS && error != EACCES)) {
     return "";
   }
-  return "; as a service, the server may write in " + state +
-         " alone unless a drop-in (systemctl edit) with ReadWritePaths=" + folder + " allows more";
+  return "; as a service, the server may only write to " + state +
+         "; to permit more, add ReadWritePaths=" + folder + " in a drop-in (systemctl edit)";
 }
 
 std::string LineOf(const std::string& what, const std::string& folder) {
-  return what + ": " + folder + (IsThere(folder) ? "" : ", which is not there yet");
+  return what + ": " + folder + (IsThere(folder) ? "" : ", to be created");
 }
 
 }  // namespace
@@ -90,7 +90,7 @@ std::string WhyUnusable(const std::string& folder, const char* state_directory) 
     return "";
   }
   const int error = errno;
-  return place + ": " + std::strerror(error) + ", expected a folder that can be written to" +
+  return place + ": " + std::strerror(error) + ", expected a writable folder" +
          SandboxHint(folder, state_directory, error);
 }
 
@@ -99,23 +99,22 @@ std::string WhyNotKept(const std::string& path, const char* runtime_directory) {
   return path.empty() || runtime.empty() || !IsWithin(path, runtime)
              ? ""
              : path + ": is in " + runtime +
-                   ", which systemd empties when the service stops: what is kept there is lost "
-                   "then; a relative path begins at the service's state directory";
+                   ", which systemd removes when the service stops; use a relative path to keep it "
+                   "in the service's state directory";
 }
 
 FolderReport LookAtFolders(const Config& config, const char* state_directory) {
   FolderReport report;
   const std::string journal = JournalFolder(config.journal, state_directory);
   if (journal.empty()) {
-    report.lines.emplace_back(
-        config.journal.durability == JournalConfig::Durability::kNone
-            ? "journal: none"
-            : "journal: none, but that of the state directory which systemd gives a service");
+    report.lines.emplace_back(config.journal.durability == JournalConfig::Durability::kNone
+                                  ? "journal: none"
+                                  : "journal: none; as a systemd service, in its state directory");
   } else {
     std::string why = WhyUnusable(journal, state_directory);
     const std::string lock = journal + '/' + kLockName;
     if (why.empty() && access(lock.c_str(), F_OK) == 0 && access(lock.c_str(), R_OK | W_OK) != 0) {
-      why = lock + ": " + std::strerror(errno) + ", expected a file of the server's user";
+      why = lock + ": " + std::strerror(errno) + ", expected a file owned by the server's user";
     }
     if (!why.empty()) {
       report.warnings.push_back("journal.folder: " + why);

@@ -45,8 +45,8 @@ TEST(KeptPathTest, IsWhereRecordingsGo) {
 
 TEST(WhyNotKeptTest, WhatSystemdEmptiesIsToldAndNothingElse) {
   EXPECT_THAT(WhyNotKept("/run/a/journal", "/run/a:/run/b"),
-              HasSubstr("/run/a/journal: is in /run/a, which systemd empties"));
-  EXPECT_THAT(WhyNotKept("/run/a/../a", "/run/a/"), HasSubstr("systemd empties"));
+              HasSubstr("/run/a/journal: is in /run/a, which systemd removes"));
+  EXPECT_THAT(WhyNotKept("/run/a/../a", "/run/a/"), HasSubstr("systemd removes"));
   EXPECT_EQ(WhyNotKept("/run/ab", "/run/a"), "");
   EXPECT_EQ(WhyNotKept("/run", "/run/a"), "");
   EXPECT_EQ(WhyNotKept("/run/a/../b", "/run/a"), "");
@@ -65,9 +65,8 @@ class FoldersTest : public FolderTest {
 TEST_F(FoldersTest, WhatIsNotThereYetIsGoodIfItCanBeMadeAndIsNotMade) {
   const FolderReport report = Look();
   EXPECT_THAT(report.warnings, IsEmpty());
-  EXPECT_THAT(report.lines,
-              ElementsAre("journal: " + In("journal") + ", which is not there yet",
-                          "recordings: " + In("captures") + ", which is not there yet"));
+  EXPECT_THAT(report.lines, ElementsAre("journal: " + In("journal") + ", to be created",
+                                        "recordings: " + In("captures") + ", to be created"));
   EXPECT_FALSE(std::filesystem::exists(In("journal")));
   EXPECT_FALSE(std::filesystem::exists(In("captures")));
 }
@@ -88,8 +87,7 @@ TEST_F(FoldersTest, AFileInItsPlaceOrAMissingFolderAboveIsWarnedOf) {
   EXPECT_THAT(report.warnings,
               ElementsAre("journal.folder: " + In("journal") + ": is not a folder",
                           "capture.folder: " + In("none") +
-                              ": No such file or directory, expected a folder that can be written "
-                              "to"));
+                              ": No such file or directory, expected a writable folder"));
 }
 
 TEST_F(FoldersTest, WithoutAJournalThatIsSaid) {

@@ -60,8 +60,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{0, "snapshot_s = 0.5",
              "39:14: journal.snapshot_s: found 0.5, expected a number from 1 to 604800"},
         Case{0, "sync_s = 1",
-             "39:1: journal.sync_s: found with durability = \"durable\" or \"none\", expected it "
-             "with \"relaxed\" alone"},
+             "39:1: journal.sync_s: not permitted with durability = \"durable\" or \"none\", "
+             "expected only with \"relaxed\""},
         Case{0, "evaporate_while_down = 1",
              "39:24: journal.evaporate_while_down: found 1, expected true or false"},
         Case{0, "foldr = \"x\"", "39:1: journal.foldr: unknown key, expected folder?"}));

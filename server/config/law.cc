@@ -15,11 +15,7 @@ constexpr std::string_view kProfiles[] = {"z-shape", "cone", "gaussian"};
 enum EvaporationWord : size_t { kCounter, kLinear, kExponential, kPermanent };
 constexpr std::string_view kEvaporations[] = {"counter", "linear", "exponential", "permanent"};
 
-constexpr int64_t kMaxQuantumMicro = 1'000 * int64_t{1'000'000};
-constexpr int64_t kMaxStepMs = 60'000;
-constexpr double kMaxExchangeQ16 = 16'384;  // beyond a quarter, the steps would swing
 constexpr double kMaxCoefficient = 1'000;
-constexpr uint16_t kMaxDiffusingCount = field::DiffusionLayer::kMostContent >> 16;  // whole quanta
 
 // What a profile's lengths are called when they are too long together.
 struct ReachKeys {
@@ -31,18 +27,18 @@ std::optional<ReachKeys> ReadLengths(const TableReader& table, size_t profile,
                                      field::PheromoneLaw* law) {
   const auto length = [&](std::string_view key, int64_t least,
                           std::optional<int64_t> fallback = std::nullopt) {
-    return table.Scaled(key, kMetresToUm, least, kMaxReachUm, fallback);
+    return table.Scaled(key, kMetresToUm, least, field::kMaxReachUm, fallback);
   };
   if (profile == kCone) {
     const bool alone =
-        table.Without({"core_m", "sigma_m", "cutoff_m"}, "profile = \"cone\"", "radius_m alone");
+        table.Without({"core_m", "sigma_m", "cutoff_m"}, "profile = \"cone\"", "only radius_m");
     const auto radius_um = length("radius_m", 1);
     law->sigma_um = radius_um.value_or(1);
     return alone && radius_um ? std::optional(ReachKeys{"radius_m", "radius_m"}) : std::nullopt;
   }
   if (profile == kGaussian) {
     const bool alone = table.Without({"core_m", "radius_m"}, "profile = \"gaussian\"",
-                                     "sigma_m, and cutoff_m if it is not 3 sigma_m");
+                                     "sigma_m and optionally cutoff_m");
     const auto sigma_um = length("sigma_m", 1);
     const bool cut = table.Find("cutoff_m") != nullptr;
     const auto cutoff_um = length("cutoff_m", 1, 3 * sigma_um.value_or(1));
@@ -68,7 +64,7 @@ std::optional<ReachKeys> ReadLengths(const TableReader& table, size_t profile,
 
 // The number of quanta that make up the maximum, which must be whole.
 std::optional<uint16_t> ReadMaxCount(const TableReader& table, int64_t quantum_micro) {
-  const auto maximum = table.Scaled("maximum", kToMicro, 1, UINT16_MAX * kMaxQuantumMicro);
+  const auto maximum = table.Scaled("maximum", kToMicro, 1, UINT16_MAX * field::kMaxQuantumMicro);
   if (!maximum) {
     return std::nullopt;
   }
@@ -97,7 +93,7 @@ std::optional<uint32_t> ExchangeOf(const TableReader& table, double coefficient,
   const double cell_m = static_cast<double>(map.cell_um) / 1e6;
   const double step_s = static_cast<double>(step_ms) / 1e3;
   const double exchange = std::round(65536 * coefficient * step_s / (cell_m * cell_m));
-  if (exchange >= 1 && exchange <= kMaxExchangeQ16) {
+  if (exchange >= 1 && exchange <= double{field::kMaxExchangeQ16}) {
     return static_cast<uint32_t>(exchange);
   }
   const std::string found = "found " + FormatNumber(coefficient) + " with a step of " +
@@ -111,15 +107,13 @@ std::optional<uint32_t> ExchangeOf(const TableReader& table, double coefficient,
   const double quarter = cell_m * cell_m / 4;
   if (exchange < 1) {
     table.Report("coefficient_m2_per_s",
-                 found + "with which nothing would move, expected at least " +
-                     tenth_percent(quarter / step_s / kMaxExchangeQ16, true));
+                 found + "which moves nothing, expected at least " +
+                     tenth_percent(quarter / step_s / double{field::kMaxExchangeQ16}, true));
     return std::nullopt;
   }
   const auto most_ms = static_cast<int64_t>(quarter / coefficient * 1e3);
   table.Report("coefficient_m2_per_s",
-               found +
-                   "with which more than a quarter of each difference would move at once, "
-                   "expected at most " +
+               found + "which is unstable, expected at most " +
                    tenth_percent(quarter / step_s, false) +
                    (most_ms > 0 ? ", or step_s at most " + FormatScaled(most_ms, kSecondsToMs)
                                 : std::string()));
@@ -146,14 +140,14 @@ bool ReadSpread(const TableReader& table, const field::MapGeometry* map, field::
   }
   const int64_t reach_um = law->reach_um();
   const std::string reach = keys->words + " is " + FormatScaled(reach_um, kMetresToUm) + " m";
-  if (reach_um > kMaxReachUm) {
+  if (reach_um > field::kMaxReachUm) {
     table.Report(keys->key, reach + ", expected at most 50 m");
     return false;
   }
-  if (map != nullptr && reach_um / map->cell_um > kMaxReachCells) {
+  if (map != nullptr && reach_um / map->cell_um > field::kMaxReachCells) {
     table.Report(keys->key, reach + " or " + std::to_string(reach_um / map->cell_um) +
-                                " cells, expected at most " + std::to_string(kMaxReachCells) +
-                                " cells");
+                                " cells, expected at most " +
+                                std::to_string(field::kMaxReachCells) + " cells");
     return false;
   }
   return true;
@@ -166,25 +160,25 @@ bool ReadEvaporation(const TableReader& table, field::PheromoneLaw* law) {
   }
   const std::string choice = "evaporation = \"" + std::string(kEvaporations[*evaporation]) + '"';
   if (*evaporation == kPermanent) {
-    return table.Without({"tau_s", "half_life_s"}, choice, "no time");
+    return table.Without({"tau_s", "half_life_s"}, choice, "neither tau_s nor half_life_s");
   }
   if (*evaporation == kExponential) {
     const bool alone = table.Without({"tau_s"}, choice, "half_life_s");
-    const auto half_life_ms = table.Scaled("half_life_s", kSecondsToMs, 1, kMaxTauMs);
+    const auto half_life_ms = table.Scaled("half_life_s", kSecondsToMs, 1, field::kMaxTauMs);
     law->evaporation = field::Evaporation::kExponential;
     law->tau_ms = half_life_ms.value_or(1);
     return alone && half_life_ms;
   }
   const bool linear = *evaporation == kLinear;
   const bool alone = table.Without({"half_life_s"}, choice, "tau_s");
-  const auto tau_ms = table.Scaled("tau_s", kSecondsToMs, linear ? 1 : 0, kMaxTauMs);
+  const auto tau_ms = table.Scaled("tau_s", kSecondsToMs, linear ? 1 : 0, field::kMaxTauMs);
   law->evaporation = linear ? field::Evaporation::kLinear : field::Evaporation::kCounter;
   law->tau_ms = tau_ms.value_or(1);
   return alone && tau_ms;
 }
 
 bool ReadStrength(const TableReader& table, field::PheromoneLaw* law) {
-  const auto quantum = table.Scaled("quantum", kToMicro, 1, kMaxQuantumMicro);
+  const auto quantum = table.Scaled("quantum", kToMicro, 1, field::kMaxQuantumMicro);
   const auto count = quantum ? ReadMaxCount(table, *quantum) : std::nullopt;
   if (!count) {
     return false;
@@ -210,19 +204,21 @@ bool ReadDiffusion(const TableReader& table, const field::MapGeometry* map,
     return false;
   }
   const auto coefficient = diffusion->Number("coefficient_m2_per_s", 1e-9, kMaxCoefficient);
-  const int64_t longest_ms = law->tau_ms == 0 ? kMaxStepMs : std::min(kMaxStepMs, law->tau_ms);
+  const int64_t longest_ms = law->tau_ms == 0 ? int64_t{field::kMaxStepMs}
+                                              : std::min(int64_t{field::kMaxStepMs}, law->tau_ms);
   const auto step_ms =
       diffusion->Scaled("step_s", kSecondsToMs, 1, longest_ms, std::min<int64_t>(100, longest_ms));
-  // By itself, what an antenna could not smell: half a level of 1/64 quantum.
+  // By itself, what an antenna could not sense: half a level of 1/64 quantum.
   const auto cutoff_micro =
       diffusion->Scaled("cutoff", kToMicro, 0, law->quantum_micro, law->quantum_micro / 128);
   if (!coefficient || !step_ms || !cutoff_micro || map == nullptr) {
     return false;
   }
-  if (law->max_count > kMaxDiffusingCount) {
+  if (law->max_count > field::kMaxDiffusingCount) {
     table.Report("maximum", "found " + FormatScaled(law->max_count * law->quantum_micro, kToMicro) +
                                 " or " + std::to_string(law->max_count) +
-                                " quanta, expected at most " + std::to_string(kMaxDiffusingCount) +
+                                " quanta, expected at most " +
+                                std::to_string(field::kMaxDiffusingCount) +
                                 " quanta for a pheromone with diffusion");
     return false;
   }

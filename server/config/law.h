@@ -10,11 +10,7 @@
 
 namespace pheromone::config {
 
-constexpr int64_t kMaxReachUm = 50'000'000;
-constexpr int64_t kMaxReachCells = 1'000;  ///< from the robot: a request looks at all in reach
-constexpr int64_t kMaxTauMs = 1'000'000'000'000;
-
-/// How strongly it is smelled at a distance: `profile` and its lengths. `map` null: not known.
+/// How strongly it is sensed at a distance: `profile` and its lengths. `map` null: not known.
 bool ReadSpread(const TableReader& table, const field::MapGeometry* map, field::PheromoneLaw* law);
 
 /// How it becomes less: `evaporation` and its time.
@@ -27,7 +23,7 @@ bool ReadStrength(const TableReader& table, field::PheromoneLaw* law);
 bool ReadDiffusion(const TableReader& table, const field::MapGeometry* map,
                    field::PheromoneLaw* law);
 
-/// The most that an antenna smells of a pheromone, in units and whatever the sign: every node in
+/// The most that an antenna senses of a pheromone, in units and whatever the sign: every node in
 /// reach (ahead of the axle line, if directional) at its maximum, the antenna upon a node.
 double StrongestSmell(const field::MapGeometry& map, const field::PheromoneLaw& law);
 

@@ -159,22 +159,22 @@ INSTANTIATE_TEST_SUITE_P(
                 "\"z-shape\", \"cone\", \"gaussian\""},
         LawCase{"tau_s = 1\nprofile = \"cone\"\n",
                 "7:1: pheromone[1].radius_m: missing, expected a number from 0.000001 to 50"},
-        LawCase{
-            "tau_s = 1\nprofile = \"cone\"\nradius_m = 1\ncore_m = 1\n",
-            "15:1: pheromone[1].core_m: found with profile = \"cone\", expected radius_m alone"},
+        LawCase{"tau_s = 1\nprofile = \"cone\"\nradius_m = 1\ncore_m = 1\n",
+                "15:1: pheromone[1].core_m: not permitted with profile = \"cone\", expected only "
+                "radius_m"},
         LawCase{"tau_s = 1\nprofile = \"cone\"\nradius_m = 51\n",
                 "14:12: pheromone[1].radius_m: found 51, expected a number from 0.000001 to 50"},
         LawCase{"tau_s = 1\nprofile = \"gaussian\"\nradius_m = 1\nsigma_m = 1\n",
-                "14:1: pheromone[1].radius_m: found with profile = \"gaussian\", expected sigma_m, "
-                "and cutoff_m if it is not 3 sigma_m"},
+                "14:1: pheromone[1].radius_m: not permitted with profile = \"gaussian\", expected "
+                "sigma_m and optionally cutoff_m"},
         LawCase{"tau_s = 1\nprofile = \"gaussian\"\ncutoff_m = 1\n",
                 "7:1: pheromone[1].sigma_m: missing, expected a number from 0.000001 to 50"},
         LawCase{"tau_s = 1\nprofile = \"gaussian\"\nsigma_m = 17\n",
                 "14:11: pheromone[1].sigma_m: 3 sigma_m is 51 m, expected at most 50 m"},
-        LawCase{
-            "tau_s = 1\nsigma_m = 0.1\ncore_m = 0\ncutoff_m = 1\n",
-            "15:1: pheromone[1].cutoff_m: found with profile = \"z-shape\", expected core_m and "
-            "sigma_m"}));
+        LawCase{"tau_s = 1\nsigma_m = 0.1\ncore_m = 0\ncutoff_m = 1\n",
+                "15:1: pheromone[1].cutoff_m: not permitted with profile = \"z-shape\", expected "
+                "core_m and "
+                "sigma_m"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Evaporations, LawErrorsTest,
@@ -185,20 +185,22 @@ INSTANTIATE_TEST_SUITE_P(
         LawCase{"core_m = 0\nsigma_m = 1\n",
                 "7:1: pheromone[1].tau_s: missing, expected a number from 0 to 1000000000"},
         LawCase{"core_m = 0\nsigma_m = 1\nhalf_life_s = 3\ntau_s = 1\n",
-                "14:1: pheromone[1].half_life_s: found with evaporation = \"counter\", expected "
+                "14:1: pheromone[1].half_life_s: not permitted with evaporation = \"counter\", "
+                "expected "
                 "tau_s"},
         LawCase{"core_m = 0\nsigma_m = 1\nevaporation = \"linear\"\ntau_s = 0\n",
                 "15:9: pheromone[1].tau_s: found 0, expected a number from 0.001 to 1000000000"},
-        LawCase{"core_m = 0\nsigma_m = 1\nevaporation = \"exponential\"\ntau_s = 3\n"
-                "half_life_s = 2\n",
-                "15:1: pheromone[1].tau_s: found with evaporation = \"exponential\", expected "
-                "half_life_s"},
+        LawCase{
+            "core_m = 0\nsigma_m = 1\nevaporation = \"exponential\"\ntau_s = 3\n"
+            "half_life_s = 2\n",
+            "15:1: pheromone[1].tau_s: not permitted with evaporation = \"exponential\", expected "
+            "half_life_s"},
         LawCase{"core_m = 0\nsigma_m = 1\nevaporation = \"exponential\"\nhalf_life_s = 0\n",
                 "15:15: pheromone[1].half_life_s: found 0, expected a number from 0.001 to "
                 "1000000000"},
         LawCase{"core_m = 0\nsigma_m = 1\nevaporation = \"permanent\"\ntau_s = 0\n",
-                "15:1: pheromone[1].tau_s: found with evaporation = \"permanent\", expected no "
-                "time"},
+                "15:1: pheromone[1].tau_s: not permitted with evaporation = \"permanent\", "
+                "expected neither tau_s nor half_life_s"},
         LawCase{"core_m = 0\nsigma_m = 1\ntau_s = 1\nweight = 1000.001\n",
                 "15:10: pheromone[1].weight: found 1000.001, expected a number from -1000 to 1000"},
         LawCase{"core_m = 0\nsigma_m = 1\ntau_s = 1\nweight = 0.0005\n",
@@ -231,13 +233,13 @@ INSTANTIATE_TEST_SUITE_P(
         LawCase{
             "core_m = 0\nsigma_m = 1\ntau_s = 0\ndiffusion = {coefficient_m2_per_s = 0.1}\n",
             "15:37: pheromone[1].diffusion.coefficient_m2_per_s: found 0.1 with a step of 0.1 s "
-            "and cells of 0.1 m, with which more than a quarter of each difference would move "
-            "at once, expected at most 0.025, or step_s at most 0.025"},
+            "and cells of 0.1 m, which is unstable, expected at most 0.025, or step_s at most "
+            "0.025"},
         // Not a 65 536th of the square of a cell.
         LawCase{
             "core_m = 0\nsigma_m = 1\ntau_s = 0\ndiffusion = {coefficient_m2_per_s = 1e-7}\n",
             "15:37: pheromone[1].diffusion.coefficient_m2_per_s: found 0.0000001 with a step of "
-            "0.1 s and cells of 0.1 m, with which nothing would move, expected at least "
+            "0.1 s and cells of 0.1 m, which moves nothing, expected at least "
             "0.00000153"}));
 
 // --- Blends.
@@ -326,11 +328,10 @@ TEST(LawTest, SaturationIsANoteWithTheStrengthThatCanBeReached) {
   const auto notes = ParseConfig(Replaced(14, "maximum = 0.5"), "f").value().notes;
   ASSERT_EQ(notes.size(), 1u);
   std::ostringstream expected;
-  expected
-      << "f:7:1: pheromone[1]: amid nodes all at their maximum an antenna senses "
-      << std::floor(0.5 * sum * 10) / 10
-      << " units, and a message holds 7.99; both sides are then scaled down by the same factor, "
-         "and robots steer as before. A smaller `maximum` avoids it";
+  expected << "f:7:1: pheromone[1]: if all nearby nodes are at their maximum, an antenna senses "
+           << std::floor(0.5 * sum * 10) / 10
+           << " units, but a message can hold only 7.99; both sides are then scaled down by the "
+              "same factor, which does not affect steering. A smaller `maximum` avoids this";
   EXPECT_EQ(notes[0], expected.str());
 }
 

@@ -18,50 +18,52 @@ INSTANTIATE_TEST_SUITE_P(
              "28:8: link[1].kind: found the string \"can\", expected one of "
              "\"pty\", \"serial\", \"tcp\", \"udp\""},
         Case{31, "name = \"radio-a\"",
-             "31:8: link[2].name: found the string \"radio-a\" again, "
-             "expected what link \"radio-a\" does not have"},
+             "31:8: link[2].name: found the string \"radio-a\" again, expected a value not used by "
+             "link \"radio-a\""},
         Case{27, "name = \"a b\"",
              "27:8: link[1].name: found the string \"a b\", expected at most "
              "32 letters, digits, hyphens, underscores and dots"},
         Case{29, "path = \"/dev/ttyS0\"",
              "33:8: link[2].port: found the string \"/dev/ttyS0\" "
-             "again, expected what link \"radio-a\" does not have"},
+             "again, expected a value not used by link \"radio-a\""},
         Case{33, "port = \"/dev/ttyS0\"\nbaud = 9600.5",
              "34:8: link[2].baud: found 9600.5, expected a whole number from 50 to 4000000"},
         Case{33, "port = \"/dev/ttyS0\"\nturnaround_ms = 30\nresponse_window_ms = 32",
-             "35:22: link[2].response_window_ms: found 32, expected more than "
-             "turnaround_ms, ptt_lead_ms and the time of a byte, which the server waits before it "
-             "answers"},
+             "35:22: link[2].response_window_ms: found 32, expected more than the sum of "
+             "turnaround_ms, ptt_lead_ms and the time of one byte, the delay of the server's "
+             "answer"},
         Case{29,
              "path = \"./x/../b.pty\"\n[[link]]\nname = \"b\"\nkind = \"pty\"\npath = \"b.pty\"",
-             "33:8: link[2].path: found the string \"b.pty\" again, expected what link \"radio-a\" "
-             "does not have"},
+             "33:8: link[2].path: found the string \"b.pty\" again, expected a value not used by "
+             "link \"radio-a\""},
         Case{33, "port = \"/dev/ttyS0\"\nbaud = 300\ngap_timeout_ms = 66",
              "35:18: link[2].gap_timeout_ms: found 66, expected more than the time of two bytes, "
              "which is 66.666 ms at 300 baud, or 0 for no limit"},
-        Case{33, "port = \"/dev/ttyS0\"\nbaud = 75",
-             "30:1: link[2].response_window_ms: missing, and 289, which follows from baud and "
-             "turnaround_ms, is more than 255; expected a faster line or a whole number from 1 to "
-             "255"},
+        Case{
+            33, "port = \"/dev/ttyS0\"\nbaud = 75",
+            "30:1: link[2].response_window_ms: missing, and its default 289, derived from baud and "
+            "turnaround_ms, is more than 255; expected a faster line or a whole number from 1 to "
+            "255"},
         Case{37, "listen = \"localhost:4950\"",
              "37:10: link[3].listen: found the string \"localhost:4950\", expected a numeric "
              "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\""},
         Case{37,
              "listen = \"127.0.0.1:4950\"\n[[link]]\nname = \"n\"\nkind = \"tcp\"\n"
              "listen = \"127.0.0.1:4950\"",
-             "41:10: link[4].listen: found the string \"127.0.0.1:4950\" again, expected what link "
-             "\"net\" does not have"},
+             "41:10: link[4].listen: found the string \"127.0.0.1:4950\" again, expected a value "
+             "not used by link "
+             "\"net\""},
         Case{37,
              "listen = \"127.0.0.1:4950\"\n[[link]]\nname = \"n\"\nkind = \"udp\"\n"
              "listen = \"127.0.0.1:4951\"\ngap_timeout_ms = 5",
              "42:1: link[4].gap_timeout_ms: unknown key, expected one of name, kind, required, "
              "clients, listen, slot_ms, response_window_ms"},
         Case{33, "usb = \"0403-6001\"",
-             "33:7: link[2].usb: found the string \"0403-6001\", expected the vendor's and the "
-             "product's number in hexadecimal, and perhaps the serial number, such as "
+             "33:7: link[2].usb: found the string \"0403-6001\", expected vendor and product IDs "
+             "in hexadecimal and optionally the serial number, such as "
              "\"0403:6001\" or \"0403:6001:A50285BI\""},
         Case{33, "usb = \"0403:6001\"\nport = \"/dev/ttyS0\"",
-             "34:1: link[2].port: found with usb, expected one of them"},
+             "34:1: link[2].port: not permitted with usb, expected only one of them"},
         Case{33, "baud = 9600", "30:1: link[2].port: missing, expected a string"},
         Case{33, "port = \"/dev/ttyS0\"\ncarrier_sense = \"dsr\"",
              "34:17: link[2].carrier_sense: found the string \"dsr\", expected one of \"none\", "
@@ -72,15 +74,16 @@ INSTANTIATE_TEST_SUITE_P(
         Case{33, "port = \"/dev/ttyS0\"\nptt = \"rts\"\nptt_lead_ms = 1001",
              "35:15: link[2].ptt_lead_ms: found 1001, expected a whole number from 0 to 1000"},
         Case{33, "port = \"/dev/ttyS0\"\nptt_tail_ms = 5",
-             "34:1: link[2].ptt_tail_ms: found with no ptt, expected \"rts\", \"dtr\" or "
-             "\"rs485\" there"},
-        Case{
-            33, "port = \"/dev/ttyS0\"\nmedium_access = false\nturnaround_ms = 5",
-            "35:1: link[2].turnaround_ms: found with medium_access = false, expected a medium that "
-            "is shared"},
+             "34:1: link[2].ptt_tail_ms: not permitted with ptt = \"none\", expected ptt = "
+             "\"rts\", \"dtr\" or "
+             "\"rs485\""},
+        Case{33, "port = \"/dev/ttyS0\"\nmedium_access = false\nturnaround_ms = 5",
+             "35:1: link[2].turnaround_ms: not permitted with medium_access = false, expected only "
+             "on a shared medium"},
         Case{33, "port = \"/dev/ttyS0\"\nptt = \"rts\"\nptt_lead_ms = 30\nresponse_window_ms = 34",
-             "36:22: link[2].response_window_ms: found 34, expected more than turnaround_ms, "
-             "ptt_lead_ms and the time of a byte, which the server waits before it answers"},
+             "36:22: link[2].response_window_ms: found 34, expected more than the sum of "
+             "turnaround_ms, ptt_lead_ms and the time of one byte, the delay of the server's "
+             "answer"},
         Case{33, "port = \"/dev/ttyS0\"\nsilence_s = -1",
              "34:13: link[2].silence_s: found -1, expected a whole number from 0 to 1000000"},
         Case{29, "path = \"a.pty\"\nptt = \"rts\"",
@@ -140,13 +143,13 @@ INSTANTIATE_TEST_SUITE_P(
         Case{37,
              "listen = \"127.0.0.1:4950\"\n[[tracker]]\nname = \"t\"\nlisten = "
              "\"127.0.0.1:1\"\n[[tracker]]\nname = \"u\"\nlisten = \"127.0.0.1:1\"",
-             "43:10: tracker[2].listen: found the string \"127.0.0.1:1\" again, expected what "
-             "tracker \"t\" does not have"},
+             "43:10: tracker[2].listen: found the string \"127.0.0.1:1\" again, expected a value "
+             "not used by tracker \"t\""},
         Case{37,
              "listen = \"127.0.0.1:4950\"\n[[tracker]]\nname = \"t\"\nlisten = "
              "\"127.0.0.1:1\"\n[[tracker]]\nname = \"t\"\nlisten = \"127.0.0.1:2\"",
-             "42:8: tracker[2].name: found the string \"t\" again, expected what tracker \"t\" "
-             "does not have"}));
+             "42:8: tracker[2].name: found the string \"t\" again, expected a value not used by "
+             "tracker \"t\""}));
 
 const LinkConfig& SerialLinkOf(const Result<Config>& config) {
   return config.value().links[1];
@@ -173,8 +176,9 @@ TEST(LinksTest, OneAdapterServesOneLink) {
   const std::string other =
       "usb = \"0403:6001\"\n[[link]]\nname = \"c\"\nkind = \"serial\"\nusb = ";
   EXPECT_EQ(ErrorOf(Replaced(33, other + "\"0403:6001\"")),
-            "f.toml:37:7: link[3].usb: found the string \"0403:6001\" again, expected what link "
-            "\"radio-b\" does not have");
+            "f.toml:37:7: link[3].usb: found the string \"0403:6001\" again, expected a value not "
+            "used by link "
+            "\"radio-b\"");
   EXPECT_EQ(ErrorOf(Replaced(33, other + "\"0403:6001:X\"")), "");
 }
 
@@ -235,10 +239,9 @@ TEST(LinksTest, UdpIsReadAndSharesNoPortWithAnotherOfItsKind) {
   EXPECT_EQ(link.listen_address, "127.0.0.1");
   EXPECT_EQ(link.listen_port, 4950);
   EXPECT_EQ(link.gap_timeout_ms, 0);
-  EXPECT_EQ(
-      ErrorOf(text + "[[link]]\nname = \"v\"\nkind = \"udp\"\nlisten = \"127.0.0.1:4950\""),
-      "f.toml:45:10: link[5].listen: found the string \"127.0.0.1:4950\" again, expected what "
-      "link \"u\" does not have");
+  EXPECT_EQ(ErrorOf(text + "[[link]]\nname = \"v\"\nkind = \"udp\"\nlisten = \"127.0.0.1:4950\""),
+            "f.toml:45:10: link[5].listen: found the string \"127.0.0.1:4950\" again, expected a "
+            "value not used by link \"u\"");
 }
 
 TEST(LinksTest, RatesAreThoseOfEveryLink) {

@@ -74,7 +74,7 @@ TEST_F(ObstacleTest, DisabledObstaclesAreReadAllTheSame) {
   EXPECT_FALSE(Field("[obstacles]\nenabled = false\ndiscs_m = [[3, 2, 1]]\n").obstacles);
   EXPECT_EQ(ErrorOf("[obstacles]\nenabled = false\ndiscs_m = [[3, 2]]\n"),
             "f.toml:31:12: obstacles.discs_m[1]: found [3, 2], expected a centre and a "
-            "radius that is not negative, [x, y, r] in metres");
+            "non-negative radius, [x, y, r] in metres");
 }
 
 TEST_F(ObstacleTest, MistakesAreTold) {
@@ -92,7 +92,7 @@ TEST_F(ObstacleTest, MistakesAreTold) {
             "to 1000000");
   EXPECT_EQ(error("discs_m = [[1, 2, -3]]\n"),
             "f.toml:30:12: obstacles.discs_m[1]: found [1, 2, -3], expected a centre and a "
-            "radius that is not negative, [x, y, r] in metres");
+            "non-negative radius, [x, y, r] in metres");
   EXPECT_EQ(error("walls = [[[1, 1], [2, 2]]]\n"),
             "f.toml:30:10: obstacles.walls[1]: found an array of 2, expected a wall {points_m = "
             "[...], thickness_m = ...}");
@@ -127,7 +127,7 @@ TEST_F(ObstacleTest, MistakesWithMapsAreTold) {
             "f.toml:31:11: obstacles.unknown: found the string \"full\", expected one of \"free\", "
             "\"blocked\"");
   EXPECT_EQ(error("unknown = \"free\"\n"),
-            "f.toml:30:11: obstacles.unknown: found without map, expected a map to go with it");
+            "f.toml:30:11: obstacles.unknown: found without map, expected only together with map");
   EXPECT_EQ(error("map = \"bad.yaml\"\n").substr(0, 38), "f.toml:30:7: obstacles.map: none.pgm: ");
 }
 

@@ -20,8 +20,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{24, "pheromone = 7",
              "24:13: path[1].pheromone: found 7, expected 1 or \"trail\", 2 or \"path\""},
         Case{25, "points_m = [[1, 1], [10.5, 2]]",
-             "25:21: path[1].points_m[2]: found [10.5, 2], expected a point on the map, which "
-             "reaches from (0, 0) to (10, 8)"},
+             "25:21: path[1].points_m[2]: found [10.5, 2], expected a point on the map, from (0, "
+             "0) to (10, 8)"},
         Case{25, "points_m = [[1, 1], [2]]",
              "25:21: path[1].points_m[2]: found [2], "
              "expected a point [x, y] in metres"},
@@ -40,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(
              "26:9: path[1].shape: found the string \"oval\", expected one of \"polyline\", "
              "\"circle\", \"spline\""},
         Case{25, "shape = \"circle\"\ncenter_m = [2, 2]\nradius_m = 2.5",
-             "27:12: path[1].radius_m: found 2.5, with which the circle leaves the map"},
+             "27:12: path[1].radius_m: found 2.5, expected a circle within the map"},
         Case{25, "shape = \"circle\"\ncenter_m = [2, 2]\nradius_m = 1\nclosed = true",
              "28:1: path[1].closed: unknown key, expected one of name, pheromone, shape, center_m, "
              "radius_m, intensity"}));
@@ -96,7 +96,8 @@ field_memory_mib = )";
   const Result<Config> little = ParseConfig(std::string(kLong) + "1", "f");
   ASSERT_FALSE(little.ok());
   constexpr std::string_view kError =
-      "f:23:20: limits.field_memory_mib: is not enough for the paths and prints, expected at "
+      "f:23:20: limits.field_memory_mib: is not enough for the paths and initial rasters, expected "
+      "at "
       "least ";
   ASSERT_EQ(little.error().substr(0, kError.size()), kError);
   // What is said to be enough is, and one less is not.

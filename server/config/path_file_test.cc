@@ -76,15 +76,16 @@ TEST_F(PathFileTest, MistakesAreTold) {
   EXPECT_EQ(ErrorOf(table + "\"far.csv\"\n"),
             "f.toml:31:8: path[1].file: far.csv leaves the map at (2, 8.5), expected points from "
             "(0, 0) to (10, 8)");
+  EXPECT_EQ(ErrorOf(table + "\"g.geojson\"\n"),
+            "f.toml:31:8: path[1].file: has coordinates in degrees, expected a datum in [map] or "
+            "metres = true");
   EXPECT_EQ(
-      ErrorOf(table + "\"g.geojson\"\n"),
-      "f.toml:31:8: path[1].file: holds degrees, expected a datum in [map], or metres = true");
-  EXPECT_EQ(ErrorOf(table + "\"lines.csv\"\nmetres_per_unit = 1\n"),
-            "f.toml:32:1: path[1].metres_per_unit: found with a file that is no drawing, expected "
-            "them with a .svg alone");
+      ErrorOf(table + "\"lines.csv\"\nmetres_per_unit = 1\n"),
+      "f.toml:32:1: path[1].metres_per_unit: not permitted with a file other than .svg, expected "
+      "a .svg file");
   EXPECT_EQ(ErrorOf(table + "\"lines.csv\"\nmetres = true\n"),
-            "f.toml:32:1: path[1].metres: found with a file that is no GeoJSON, expected it with a "
-            ".geojson alone");
+            "f.toml:32:1: path[1].metres: not permitted with a file other than GeoJSON, expected a "
+            ".geojson file");
   EXPECT_EQ(ErrorOf(table + "\"lines.csv\"\npoints_m = [[1, 1], [2, 2]]\n"),
             "f.toml:32:1: path[1].points_m: unknown key, expected one of name, pheromone, file, "
             "metres_per_unit, id, metres, intensity");
@@ -126,7 +127,7 @@ TEST_F(PathFileTest, ATextWithoutAFolderMayNameNoFiles) {
   ASSERT_FALSE(parsed.ok());
   EXPECT_EQ(parsed.error(),
             "f:16:8: path[1].file: found the string \"/etc/x.csv\", expected no file, since this "
-            "configuration is not in a folder of its own");
+            "configuration was not read from a file");
 }
 
 TEST_F(PathFileTest, NamesAreRelativeToTheFolderOfTheConfiguration) {

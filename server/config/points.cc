@@ -39,7 +39,7 @@ std::optional<field::PointUm> ReadPointOnMap(const TableReader& table, const Val
   const auto point = ReadPoint(table, value, key);
   if (point && !map.Contains(*point)) {
     table.Expected(key, value,
-                   "a point on the map, which reaches from " + FormatPoint(map.origin) + " to " +
+                   "a point on the map, from " + FormatPoint(map.origin) + " to " +
                        FormatPoint({map.origin.x + map.width_um, map.origin.y + map.height_um}));
     return std::nullopt;
   }

@@ -16,11 +16,11 @@
 namespace pheromone::config {
 namespace {
 
-constexpr size_t kMostPath = 107;  // of a Unix socket
+constexpr size_t kMaxPath = 107;  // of a Unix socket
 constexpr size_t kLeastToken = 16;
-constexpr size_t kMostToken = 256;
-constexpr size_t kMostHosts = 64;
-constexpr size_t kMostName = 253;  // of a host, by RFC 1035
+constexpr size_t kMaxToken = 256;
+constexpr size_t kMaxHosts = 64;
+constexpr size_t kMaxName = 253;  // of a host, by RFC 1035
 
 // The token that a file holds, line ends and blanks around it left out.
 std::string Trimmed(const std::string& text) {
@@ -39,7 +39,7 @@ std::string WhoMustReadIt(const std::string& path) {
   const passwd* user = getpwuid(geteuid());
   return " for the user " +
          (user != nullptr ? std::string(user->pw_name) : std::to_string(geteuid())) +
-         ", whom the server runs as; give the file to that user's group (chgrp) with mode 0640";
+         ", as which the server runs; give the file to that user's group (chgrp) with mode 0640";
 }
 
 void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
@@ -58,18 +58,17 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   web->token = Trimmed(text.value());
   const bool printable =
       std::all_of(web->token.begin(), web->token.end(), [](char c) { return c > ' ' && c <= '~'; });
-  if (!printable || web->token.size() < kLeastToken || web->token.size() > kMostToken) {
+  if (!printable || web->token.size() < kLeastToken || web->token.size() > kMaxToken) {
     table.Report("token_file", path->string() +
-                                   ": expected 16 to 256 letters, digits and signs "
-                                   "without blanks, such as `openssl rand -hex 32` "
-                                   "writes");
+                                   ": expected 16 to 256 letters, digits and punctuation "
+                                   "characters, such as the output of `openssl rand -hex 32`");
     return;
   }
   struct stat status {};
   if (stat(path->c_str(), &status) == 0 && (status.st_mode & (S_IRWXO)) != 0) {
     notes->warnings.push_back(FormatProblem(
         notes->file, table.Find("token_file")->at, table.KeyOf("token_file"),
-        path->string() + " is open to all users of this machine, expected mode 0640 or less"));
+        path->string() + " is readable by all users, expected mode 0640 or stricter"));
   }
 }
 
@@ -80,7 +79,7 @@ void ReadHosts(const TableReader& table, WebSettings* web) {
   }
   constexpr std::string_view kExpected =
       "host names without a port, such as [\"lab.local\", \"robots\"]";
-  if (list->kind != Value::Kind::kArray || list->items.size() > kMostHosts) {
+  if (list->kind != Value::Kind::kArray || list->items.size() > kMaxHosts) {
     table.Expected("hosts", *list, kExpected);
     return;
   }
@@ -89,7 +88,7 @@ void ReadHosts(const TableReader& table, WebSettings* web) {
     std::transform(name.begin(), name.end(), name.begin(), [](char c) {
       return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
     });
-    if (name.empty() || name.size() > kMostName ||
+    if (name.empty() || name.size() > kMaxName ||
         name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") != std::string::npos) {
       table.Expected("hosts", item, kExpected);
       continue;
@@ -105,9 +104,9 @@ void ReadControl(const Value& root, Notes* notes, ControlSettings* control) {
   table.AllowOnly({"enabled", "socket"});
   const bool enabled = table.Boolean("enabled", true).value_or(true);
   const auto socket = table.String("socket", control->socket);
-  if (socket && socket->size() > kMostPath) {
+  if (socket && socket->size() > kMaxPath) {
     table.Expected("socket", *table.Find("socket"),
-                   "a path of at most " + std::to_string(kMostPath) + " bytes");
+                   "a path of at most " + std::to_string(kMaxPath) + " bytes");
   }
   control->socket = enabled ? socket.value_or("") : "";
 }

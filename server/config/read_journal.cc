@@ -7,10 +7,10 @@ namespace pheromone::config {
 namespace {
 
 constexpr std::string_view kDurabilities[] = {"durable", "relaxed", "none"};
-constexpr int64_t kMostSegmentMib = 1024;
-constexpr int64_t kMostSnapshotMib = 1 << 20;
-constexpr int64_t kMostSnapshotMs = int64_t{7} * 24 * 3'600'000;
-constexpr int64_t kMostSyncMs = 60'000;
+constexpr int64_t kMaxSegmentMib = 1024;
+constexpr int64_t kMaxSnapshotMib = 1 << 20;
+constexpr int64_t kMaxSnapshotMs = int64_t{7} * 24 * 3'600'000;
+constexpr int64_t kMaxSyncMs = 60'000;
 
 }  // namespace
 
@@ -29,14 +29,14 @@ void ReadJournal(const Value& root, Notes* notes, JournalConfig* journal) {
   journal->durability = static_cast<JournalConfig::Durability>(
       table.OneOf("durability", kDurabilities, 0).value_or(0));
   journal->evaporate_while_down = table.Boolean("evaporate_while_down", true).value_or(true);
-  journal->segment_bytes = mib("segment_mib", kMostSegmentMib);
-  journal->snapshot_bytes = mib("snapshot_mib", kMostSnapshotMib);
-  journal->snapshot_ms = ms("snapshot_s", 1'000, kMostSnapshotMs, 3'600'000);
+  journal->segment_bytes = mib("segment_mib", kMaxSegmentMib);
+  journal->snapshot_bytes = mib("snapshot_mib", kMaxSnapshotMib);
+  journal->snapshot_ms = ms("snapshot_s", 1'000, kMaxSnapshotMs, 3'600'000);
   journal->keep_snapshots =
       static_cast<uint32_t>(table.Integer("keep_snapshots", 1, 100, 2).value_or(1));
-  journal->sync_interval_ms = ms("sync_s", 1, kMostSyncMs, 1'000);
+  journal->sync_interval_ms = ms("sync_s", 1, kMaxSyncMs, 1'000);
   if (journal->durability != JournalConfig::Durability::kRelaxed) {
-    table.Without({"sync_s"}, "durability = \"durable\" or \"none\"", "it with \"relaxed\" alone");
+    table.Without({"sync_s"}, "durability = \"durable\" or \"none\"", "only with \"relaxed\"");
   }
 }
 

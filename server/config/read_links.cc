@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view kKinds[] = {"pty", "serial", "tcp", "udp"};  // in the order of LinkKind
 
-constexpr int kMostId = 254;
+constexpr int kMaxId = 254;
 
 // VENDOR:PRODUCT in hexadecimal, and perhaps :SERIAL.
 std::optional<UsbIdentity> ParseUsb(std::string_view text) {
@@ -46,10 +46,10 @@ bool ReadPort(const TableReader& table, LinkConfig* link) {
   link->usb = text ? ParseUsb(*text) : std::nullopt;
   if (text && !link->usb) {
     table.Expected("usb", *table.Find("usb"),
-                   "the vendor's and the product's number in hexadecimal, and perhaps the serial "
-                   "number, such as \"0403:6001\" or \"0403:6001:A50285BI\"");
+                   "vendor and product IDs in hexadecimal and optionally the serial number, such "
+                   "as \"0403:6001\" or \"0403:6001:A50285BI\"");
   }
-  return table.Without({"port"}, "usb", "one of them") && link->usb;
+  return table.Without({"port"}, "usb", "only one of them") && link->usb;
 }
 
 bool ReadAddress(const TableReader& table, LinkConfig* link) {
@@ -105,7 +105,7 @@ std::string_view Clash(const LinkConfig& a, const LinkConfig& b) {
 // "10-20", both included; nothing if it is no such range of IDs.
 std::optional<std::pair<int, int>> ParseRange(const Value& value) {
   if (value.kind == Value::Kind::kInteger) {
-    const bool good = value.integer >= 1 && value.integer <= kMostId;
+    const bool good = value.integer >= 1 && value.integer <= kMaxId;
     const auto id = static_cast<int>(good ? value.integer : 0);
     return good ? std::optional(std::pair(id, id)) : std::nullopt;
   }
@@ -120,7 +120,7 @@ std::optional<std::pair<int, int>> ParseRange(const Value& value) {
   }
   const auto last = std::from_chars(first.ptr + 1, end, range.second);
   const bool good = last.ec == std::errc() && last.ptr == end && range.first >= 1 &&
-                    range.first <= range.second && range.second <= kMostId;
+                    range.first <= range.second && range.second <= kMaxId;
   return good ? std::optional(range) : std::nullopt;
 }
 
@@ -170,8 +170,8 @@ void ReadLink(const TableReader& table, Config* config) {
   link.required = *required;
   for (const LinkConfig& other : config->links) {
     if (const std::string_view key = Clash(link, other); !key.empty()) {
-      table.Report(key, "found " + table.Find(key)->Describe() + " again, expected what link \"" +
-                            other.name + "\" does not have");
+      table.Report(key, "found " + table.Find(key)->Describe() +
+                            " again, expected a value not used by link \"" + other.name + '"');
       return;
     }
   }
@@ -186,7 +186,7 @@ std::string PortPath(const std::string& port) {
 }
 
 void ReadLinks(const Value& root, Notes* notes, Config* config) {
-  const std::vector<const Value*> tables = TablesOf(root, "link", notes, kMostTables);
+  const std::vector<const Value*> tables = TablesOf(root, "link", notes, kMaxTables);
   for (size_t i = 0; i < tables.size(); ++i) {
     ReadLink(TableReader(*tables[i], PathOf("link", i), &notes->problems), config);
   }

@@ -10,9 +10,6 @@ namespace pheromone::config {
 namespace {
 
 constexpr int64_t kUmPerM = 1'000'000;
-constexpr int64_t kMaxCells = 30'000;  // along an axis
-constexpr int64_t kMaxOriginUm = 1'000'000 * kUmPerM;
-constexpr int64_t kMaxForwardUm = 32 * kUmPerM;
 constexpr double kMaxHeightM = 100'000;
 
 // The first coordinate of the map that a message cannot hold, if there is one. Robots state their
@@ -27,20 +24,22 @@ std::optional<int64_t> NotAddressable(const field::MapGeometry& map, int64_t uni
 }
 
 bool ReadSides(const TableReader& map, field::MapGeometry* geometry) {
-  const auto width_um = map.Scaled("width_m", kMetresToUm, 1, kMaxOriginUm);
-  const auto height_um = map.Scaled("height_m", kMetresToUm, 1, kMaxOriginUm);
-  const auto cell_um = map.Scaled("cell_m", kMetresToUm, 1, kMaxOriginUm);
-  const auto x_um = map.Scaled("origin_x_m", kMetresToUm, -kMaxOriginUm, kMaxOriginUm, 0);
-  const auto y_um = map.Scaled("origin_y_m", kMetresToUm, -kMaxOriginUm, kMaxOriginUm, 0);
+  const auto width_um = map.Scaled("width_m", kMetresToUm, 1, field::MapGeometry::kMaxUm);
+  const auto height_um = map.Scaled("height_m", kMetresToUm, 1, field::MapGeometry::kMaxUm);
+  const auto cell_um = map.Scaled("cell_m", kMetresToUm, 1, field::MapGeometry::kMaxUm);
+  const auto x_um = map.Scaled("origin_x_m", kMetresToUm, -field::MapGeometry::kMaxUm,
+                               field::MapGeometry::kMaxUm, 0);
+  const auto y_um = map.Scaled("origin_y_m", kMetresToUm, -field::MapGeometry::kMaxUm,
+                               field::MapGeometry::kMaxUm, 0);
   if (!width_um || !height_um || !cell_um || !x_um || !y_um) {
     return false;
   }
   *geometry = {{*x_um, *y_um}, *width_um, *height_um, *cell_um};
   const int64_t cells = std::max(*width_um, *height_um) / *cell_um;
-  if (cells > kMaxCells) {
+  if (cells > field::MapGeometry::kMaxCells) {
     map.Report("cell_m", "found " + FormatScaled(*cell_um, kMetresToUm) + ", which makes " +
                              std::to_string(cells) + " cells along an axis, expected at most " +
-                             std::to_string(kMaxCells));
+                             std::to_string(field::MapGeometry::kMaxCells));
     return false;
   }
   if (*cell_um > std::min(*width_um, *height_um)) {
@@ -86,7 +85,7 @@ bool ReadMap(const Value& root, Notes* notes, Config* config) {
   if (const auto edge = NotAddressable(geometry, *unit * 10, *wide)) {
     const std::string unit_mm = FormatScaled(*unit, kMillimetresTo10Um);
     map.Report(*wide ? "pose_unit_mm" : "wide",
-               "the map reaches to " + FormatScaled(*edge, kMetresToUm) +
+               "the map extends to " + FormatScaled(*edge, kMetresToUm) +
                    " m, which is more than " + std::string(*wide ? "2147483647" : "32767") +
                    " pose units of " + unit_mm + " mm, expected " +
                    (*wide ? "a larger pose_unit_mm"
@@ -100,7 +99,9 @@ void ReadAntennas(const Value& root, Notes* notes, field::FieldConfig* field) {
   table.AllowOnly({"bias_m", "forward_m", "angle_deg"});
   // HELLO tells it in whole millimetres.
   const auto distance_mm = table.Scaled("bias_m", kMetresToMm, 0, 65'000);
-  const auto forward_um = table.Scaled("forward_m", kMetresToUm, -kMaxForwardUm, kMaxForwardUm, 0);
+  const auto forward_um =
+      table.Scaled("forward_m", kMetresToUm, -field::AntennaGeometry::kMaxForwardUm,
+                   field::AntennaGeometry::kMaxForwardUm, 0);
   const auto angle =
       table.Scaled("angle_deg", kDegrees, 0, 180 * kDegrees.factor, 90 * kDegrees.factor);
   if (distance_mm && forward_um && angle) {
@@ -123,14 +124,14 @@ void CheckAntennas(const Value& root, Notes* notes, const field::FieldConfig& fi
   const int64_t forward_um = std::abs(field.antennas.forward_um);
   const int64_t most_um = field.antennas.distance_um / 2 + forward_um + farthest->reach_um();
   const int64_t cells = most_um / field.map.cell_um;
-  if (cells > kMaxReachCells) {
+  if (cells > field::kMaxReachCells) {
     const TableReader table(TableOf(root, "antennas", notes), "antennas", &notes->problems);
     const bool gaussian = farthest->profile == field::Profile::kGaussian;
     table.Report("bias_m", "half of it" + std::string(forward_um != 0 ? ", forward_m" : "") +
-                               " and the farthest " + (gaussian ? "cutoff_m" : "core_m + sigma_m") +
-                               " are " + FormatScaled(most_um, kMetresToUm) + " m or " +
+                               " and the largest " + (gaussian ? "cutoff_m" : "core_m + sigma_m") +
+                               " add up to " + FormatScaled(most_um, kMetresToUm) + " m or " +
                                std::to_string(cells) + " cells, expected at most " +
-                               std::to_string(kMaxReachCells) + " cells");
+                               std::to_string(field::kMaxReachCells) + " cells");
   }
 }
 

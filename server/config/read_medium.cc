@@ -16,14 +16,14 @@ constexpr int64_t kWindowMs = 100;  // without medium access
 // In the order of CarrierSense and Ptt.
 constexpr std::string_view kCarrierSenses[] = {"none", "dcd", "cts"};
 constexpr std::string_view kPtts[] = {"none", "rts", "dtr", "rs485"};
-constexpr int64_t kMostPttMs = 1000;
+constexpr int64_t kMaxPttMs = 1000;
 
 // A number of milliseconds that HELLO tells in one byte. `fallback` follows from other keys, and
 // may not fit.
 std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, int64_t fallback) {
   if (table.Find(key) == nullptr && fallback > UINT8_MAX) {
-    table.Report(key, "missing, and " + std::to_string(fallback) +
-                          ", which follows from baud and turnaround_ms, is more than 255; expected "
+    table.Report(key, "missing, and its default " + std::to_string(fallback) +
+                          ", derived from baud and turnaround_ms, is more than 255; expected "
                           "a faster line or a whole number from 1 to 255");
     return std::nullopt;
   }
@@ -35,8 +35,8 @@ bool ReadLines(const TableReader& table, LinkConfig* link) {
   const auto medium_access = table.Boolean("medium_access", true);
   const auto carrier_sense = table.OneOf("carrier_sense", kCarrierSenses, 0);
   const auto ptt = table.OneOf("ptt", kPtts, 0);
-  const auto lead = table.Integer("ptt_lead_ms", 0, kMostPttMs, 0);
-  const auto tail = table.Integer("ptt_tail_ms", 0, kMostPttMs, 0);
+  const auto lead = table.Integer("ptt_lead_ms", 0, kMaxPttMs, 0);
+  const auto tail = table.Integer("ptt_tail_ms", 0, kMaxPttMs, 0);
   if (!medium_access || !carrier_sense || !ptt || !lead || !tail) {
     return false;
   }
@@ -47,10 +47,10 @@ bool ReadLines(const TableReader& table, LinkConfig* link) {
   link->ptt_tail_ms = static_cast<uint16_t>(*tail);
   const bool alone_is_good =
       *medium_access || table.Without({"carrier_sense", "turnaround_ms"}, "medium_access = false",
-                                      "a medium that is shared");
+                                      "only on a shared medium");
   const bool times_are_good =
-      link->ptt != Ptt::kNone || table.Without({"ptt_lead_ms", "ptt_tail_ms"}, "no ptt",
-                                               "\"rts\", \"dtr\" or \"rs485\" there");
+      link->ptt != Ptt::kNone || table.Without({"ptt_lead_ms", "ptt_tail_ms"}, "ptt = \"none\"",
+                                               "ptt = \"rts\", \"dtr\" or \"rs485\"");
   return alone_is_good && times_are_good;
 }
 
@@ -90,11 +90,10 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
     return false;
   }
   if (shared && *window_ms <= before_answer) {
-    table.Report(
-        "response_window_ms",
-        "found " + std::to_string(*window_ms) +
-            ", expected more than turnaround_ms, ptt_lead_ms and the time of a byte, which "
-            "the server waits before it answers");
+    table.Report("response_window_ms",
+                 "found " + std::to_string(*window_ms) +
+                     ", expected more than the sum of turnaround_ms, ptt_lead_ms and the time of "
+                     "one byte, the delay of the server's answer");
     return false;
   }
   link->turnaround_ms = static_cast<uint16_t>(turnaround);

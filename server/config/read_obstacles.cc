@@ -15,7 +15,7 @@ constexpr std::string_view kMapFiles[] = {".yaml", ".yml"};
 constexpr std::string_view kUnknownWords[] = {"free", "blocked"};
 
 // All shapes together: they are worked out row by row.
-constexpr int64_t kMostRows = 2'000'000;
+constexpr int64_t kMaxRows = 2'000'000;
 
 class RowBudget {
  public:
@@ -30,7 +30,7 @@ class RowBudget {
     if (left_ < 0) {
       table_.Expected(
           key, item,
-          "shapes that together cross at most " + std::to_string(kMostRows) + " rows of nodes");
+          "shapes that together cross at most " + std::to_string(kMaxRows) + " rows of nodes");
     }
     return left_ >= 0;
   }
@@ -42,7 +42,7 @@ class RowBudget {
 
   const TableReader& table_;
   const field::MapGeometry& map_;
-  int64_t left_ = kMostRows;
+  int64_t left_ = kMaxRows;
 };
 
 // What reads the items of an array key one by one; an item's key is KEY[N].
@@ -77,8 +77,7 @@ void ReadRectangles(const TableReader& table, const field::MapGeometry& map, Row
 
 void ReadDiscs(const TableReader& table, const field::MapGeometry& map, RowBudget* budget,
                field::ObstacleMask* mask) {
-  constexpr std::string_view kOne =
-      "a centre and a radius that is not negative, [x, y, r] in metres";
+  constexpr std::string_view kOne = "a centre and a non-negative radius, [x, y, r] in metres";
   ForEachItem(table, "discs_m", "an array of discs [x, y, r] in metres",
               [&](const Value& item, const std::string& key) {
                 const auto n = ReadMetres(table, item, key, 3, kOne);
@@ -118,7 +117,7 @@ void ReadMapFile(const TableReader& table, const Notes& notes, const field::MapG
   const auto unknown = table.OneOf("unknown", kUnknownWords, 0);
   if (table.Find("map") == nullptr) {
     if (table.Find("unknown") != nullptr) {
-      table.Report("unknown", "found without map, expected a map to go with it");
+      table.Report("unknown", "found without map, expected only together with map");
     }
     return;
   }

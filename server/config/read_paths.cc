@@ -6,7 +6,7 @@
 
 #include "server/config/points.h"
 #include "server/config/sections.h"
-#include "server/maps/lines.h"
+#include "server/maps/polyline_file.h"
 
 namespace pheromone::config {
 namespace {
@@ -93,7 +93,7 @@ std::optional<std::vector<field::PointUm>> ReadCircle(const TableReader& table,
   if (!map.Contains({centre->x - *radius_um, centre->y - *radius_um}) ||
       !map.Contains({centre->x + *radius_um, centre->y + *radius_um})) {
     table.Report("radius_m", "found " + FormatScaled(*radius_um, kMetresToUm) +
-                                 ", with which the circle leaves the map");
+                                 ", expected a circle within the map");
     return std::nullopt;
   }
   if (!budget->Take(table, "radius_m", 6.3 * static_cast<double>(*radius_um))) {
@@ -125,10 +125,10 @@ std::optional<std::vector<field::PointUm>> ReadLine(const TableReader& table, Sh
 }
 
 // How the file is to be read: some keys belong to one format.
-std::optional<maps::LineOptions> ReadLineOptions(const TableReader& table,
-                                                 const std::string& extension,
-                                                 const std::optional<maps::Wgs84>& datum) {
-  maps::LineOptions options;
+std::optional<maps::PolylineOptions> ReadLineOptions(const TableReader& table,
+                                                     const std::string& extension,
+                                                     const std::optional<maps::Wgs84>& datum) {
+  maps::PolylineOptions options;
   bool good = true;
   if (extension == ".svg") {
     const auto scale = table.Number("metres_per_unit", 1e-9, 1e6);
@@ -137,8 +137,7 @@ std::optional<maps::LineOptions> ReadLineOptions(const TableReader& table,
     options.metres_per_unit = scale.value_or(1);
     options.svg_id = id.value_or("");
   } else {
-    good = table.Without({"metres_per_unit", "id"}, "a file that is no drawing",
-                         "them with a .svg alone");
+    good = table.Without({"metres_per_unit", "id"}, "a file other than .svg", "a .svg file");
   }
   if (extension == ".geojson" || extension == ".json") {
     const auto metres = table.Boolean("metres", false);
@@ -147,31 +146,31 @@ std::optional<maps::LineOptions> ReadLineOptions(const TableReader& table,
         metres.value_or(false) ? maps::GeoJsonUnit::kMetres : maps::GeoJsonUnit::kDegrees;
     options.datum = datum;
     if (metres && !*metres && !datum) {
-      table.Report("file", "holds degrees, expected a datum in [map], or metres = true");
+      table.Report("file",
+                   "has coordinates in degrees, expected a datum in [map] or metres = true");
       good = false;
     }
   } else {
-    good =
-        table.Without({"metres"}, "a file that is no GeoJSON", "it with a .geojson alone") && good;
+    good = table.Without({"metres"}, "a file other than GeoJSON", "a .geojson file") && good;
   }
   return good ? std::optional(options) : std::nullopt;
 }
 
-std::optional<std::vector<maps::Line>> ReadLines(const TableReader& table,
-                                                 const Surroundings& around) {
+std::optional<std::vector<maps::Polyline>> ReadLines(const TableReader& table,
+                                                     const Surroundings& around) {
   const auto path = ReadFileName(table, "file", kLineFiles, around.notes);
   const auto options =
       path ? ReadLineOptions(table, ExtensionOf(*path), around.datum) : std::nullopt;
   if (!options) {
     return std::nullopt;
   }
-  Result<std::vector<maps::Line>> lines = maps::LoadLines(*path, *options);
+  Result<std::vector<maps::Polyline>> lines = maps::LoadPolylines(*path, *options);
   if (!lines.ok()) {
     table.Report("file", lines.error());
     return std::nullopt;
   }
   const field::MapGeometry& map = around.field.map;
-  for (const maps::Line& line : lines.value()) {
+  for (const maps::Polyline& line : lines.value()) {
     for (const field::PointUm point : line.points) {
       if (!map.Contains(point)) {
         table.Report("file",
@@ -200,7 +199,7 @@ void ReadPathFile(const TableReader& table, const Surroundings& around,
   if (!name || !count || !lines) {
     return;
   }
-  for (maps::Line& line : *lines) {
+  for (maps::Polyline& line : *lines) {
     paths->push_back({law->type, *count, line.closed, std::move(line.points)});
   }
 }

@@ -10,7 +10,6 @@
 namespace pheromone::config {
 namespace {
 
-constexpr int64_t kMaxWeightMilli = 1'000'000;
 constexpr double kLargestOnWire = 32767.0 / 4096.0;
 
 // The type and the name, which no other pheromone has.
@@ -26,8 +25,7 @@ bool ReadIdentity(const TableReader& table, const std::vector<field::PheromoneLa
   for (const field::PheromoneLaw& other : others) {
     if (other.type == law->type) {
       table.Report("type", "found " + std::to_string(law->type) +
-                               " again, expected a number that \"" + other.name +
-                               "\" does not have");
+                               " again, expected a number not used by \"" + other.name + '"');
       return false;
     }
     if (other.name == law->name) {
@@ -39,7 +37,8 @@ bool ReadIdentity(const TableReader& table, const std::vector<field::PheromoneLa
 }
 
 std::optional<int32_t> ReadWeight(const TableReader& table, int32_t fallback) {
-  const auto weight = table.Scaled("weight", kToMilli, -kMaxWeightMilli, kMaxWeightMilli, fallback);
+  const auto weight =
+      table.Scaled("weight", kToMilli, -field::kMaxWeightMilli, field::kMaxWeightMilli, fallback);
   return weight ? std::optional(static_cast<int32_t>(*weight)) : std::nullopt;
 }
 
@@ -119,10 +118,10 @@ void NoteSaturation(const TableReader& table, const field::FieldConfig& field,
   if (most > kLargestOnWire) {
     notes->notes.push_back(FormatProblem(
         notes->file, table.at(), table.path(),
-        "amid nodes all at their maximum an antenna senses " +
+        "if all nearby nodes are at their maximum, an antenna senses " +
             FormatNumber(std::floor(most * 10) / 10) +
-            " units, and a message holds 7.99; both sides are then scaled down by the same factor, "
-            "and robots steer as before. A smaller `maximum` avoids it"));
+            " units, but a message can hold only 7.99; both sides are then scaled down by the same "
+            "factor, which does not affect steering. A smaller `maximum` avoids this"));
   }
 }
 

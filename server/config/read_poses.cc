@@ -59,8 +59,8 @@ void ReadTracker(const TableReader& table, std::vector<TrackerConfig>* trackers)
   for (const TrackerConfig& other : *trackers) {
     if (other.name == *name) {
       table.Report("name", "found " + table.Find("name")->Describe() +
-                               " again, expected what tracker \"" + other.name +
-                               "\" does not have");
+                               " again, expected a value not used by tracker \"" + other.name +
+                               '"');
       return;
     }
   }
@@ -77,7 +77,7 @@ void ReadFrames(const Value& root, Notes* notes, engine::EngineConfig* engine) {
 }
 
 void ReadTrackers(const Value& root, Notes* notes, Config* config) {
-  const std::vector<const Value*> tables = TablesOf(root, "tracker", notes, kMostTables);
+  const std::vector<const Value*> tables = TablesOf(root, "tracker", notes, kMaxTables);
   for (size_t i = 0; i < tables.size(); ++i) {
     ReadTracker(TableReader(*tables[i], PathOf("tracker", i), &notes->problems), &config->trackers);
   }

@@ -11,7 +11,7 @@
 namespace pheromone::config {
 namespace {
 
-constexpr size_t kMostProblems = 20;
+constexpr size_t kMaxProblems = 20;
 
 // Levenshtein's distance, one row at a time.
 size_t EditDistance(std::string_view a, std::string_view b) {
@@ -48,11 +48,11 @@ std::string Problems::Text() const {
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const Problem& a, const Problem& b) { return a.at < b.at; });
   std::string text;
-  for (size_t i = 0; i < std::min(sorted.size(), kMostProblems); ++i) {
+  for (size_t i = 0; i < std::min(sorted.size(), kMaxProblems); ++i) {
     text += (i == 0 ? "" : "\n") + sorted[i].line;
   }
-  if (sorted.size() > kMostProblems) {
-    text += "\n" + file_ + ": and " + std::to_string(sorted.size() - kMostProblems) + " more";
+  if (sorted.size() > kMaxProblems) {
+    text += "\n" + file_ + ": and " + std::to_string(sorted.size() - kMaxProblems) + " more";
   }
   return text;
 }
@@ -79,7 +79,7 @@ bool TableReader::Without(std::initializer_list<std::string_view> keys, std::str
   bool good = true;
   for (const std::string_view key : keys) {
     if (const Value* entry = Find(key)) {
-      std::string text = "found with ";
+      std::string text = "not permitted with ";
       text.append(choice).append(", expected ").append(expected);
       problems_->Add(entry->key_at, KeyOf(key), text);
       good = false;

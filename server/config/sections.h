@@ -79,7 +79,7 @@ void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& cont
 const Value& TableOf(const Value& root, std::string_view name, Notes* notes);
 
 /// The tables of [[NAME]]; other values are noted, and tables beyond `most`.
-constexpr size_t kMostTables = 256;  ///< of those that hold something open
+constexpr size_t kMaxTables = 256;  ///< of those that hold something open
 std::vector<const Value*> TablesOf(const Value& root, std::string_view name, Notes* notes,
                                    size_t most = SIZE_MAX);
 

@@ -46,10 +46,10 @@ std::string DescribeCapture(const boost::json::value& capture) {
                         Size(NumberAt(capture, "bytes")), files, files == 1 ? "" : "s");
   }
   if (const uint64_t lost = CountAt(capture, "lost"); lost != 0) {
-    line += fmt::format(", {} records lost: it cannot be replayed from there on", lost);
+    line += fmt::format(", {} records lost: not replayable from there on", lost);
   }
   if (const std::string error = TextAt(capture, "error"); !error.empty()) {
-    line += "; it ended by itself: " + error;
+    line += "; it stopped by itself: " + error;
   }
   return line;
 }

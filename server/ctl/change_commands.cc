@@ -68,9 +68,8 @@ int ChangeMap(const ServerOptions& options, const std::string& what, const json:
     return 0;
   }
   const uint64_t nodes = CountAt(reply.value, "nodes");
-  fmt::print(
-      "{}: {} node{}{}\n", words, nodes, nodes == 1 ? "" : "s",
-      FlagAt(reply.value, "partly_off_the_map") ? "; a part of the shape is off the map" : "");
+  fmt::print("{}: {} node{}{}\n", words, nodes, nodes == 1 ? "" : "s",
+             FlagAt(reply.value, "partly_off_the_map") ? "; part of the shape is off the map" : "");
   return 0;
 }
 
@@ -152,7 +151,7 @@ int GiveCommand(const ServerOptions& options, const RobotCommand& command) {
 }
 
 int HaltAll(const ServerOptions& options) {
-  return Change(options, "halt", {}, "halt sent to all robots of all links");
+  return Change(options, "halt", {}, "halt sent to all robots on all links");
 }
 
 int ReloadConfig(const ServerOptions& options) {
@@ -161,7 +160,7 @@ int ReloadConfig(const ServerOptions& options) {
     fmt::print("{}", reply.exit_status == 0 ? reply.text : "");
     return reply.exit_status;
   }
-  fmt::print("configuration read again\n");
+  fmt::print("configuration reread\n");
   for (const json::value& note : ItemsAt(reply.value, "notes")) {
     fmt::print("  {}\n", TextOf(note));
   }

@@ -163,7 +163,7 @@ class ControlTest(Server):
         links = self.ctl("links")
         self.assertRegex(links, r"\nradio-a +pty +up +\S+ \S+ +\S+ s ago ")
         self.assertRegex(links, r"\nmodem +serial +down +\S+ \S+ +- .*No such file or directory; "
-                         r"tried \d+ times?(, again in \S+ s)?\n")
+                         r"\d+ failed attempts?(, next in \S+ s)?\n")
         client = [it for it in self.view("clients")["clients"] if it["id"] == 22][0]
         self.assertEqual(client["pose"],
                          {"x_m": 1.5, "y_m": 0.5, "heading_deg": 90, "source": "robot"})
@@ -191,10 +191,10 @@ class ControlTest(Server):
         self.assertEqual(self.ctl("paint", "path", "--area", 0, 0, 0.1, 0.1),
                          'painted "path": 4 nodes\n')
         self.assertEqual(self.ctl("erase", "path", 4, 3, "--radius", 0.05),
-                         'erased "path": 1 node; a part of the shape is off the map\n')
-        self.assertIn("no node of the map lies there",
+                         'erased "path": 1 node; part of the shape is off the map\n')
+        self.assertIn("the shape contains no node of the map",
                       self.ctl("paint", "path", "--area", 5, 5, 6, 6, status=1))
-        self.assertIn("no node of the map lies there",
+        self.assertIn("the shape contains no node of the map",
                       self.ctl("erase", "path", 1.05, 1.05, "--radius", 0.01, status=1))
         self.ctl("erase", "path", "--all")
 
@@ -248,8 +248,8 @@ class ControlTest(Server):
     def test_without_a_server_it_says_where_it_looked_and_what_to_do(self):
         words = self.ctl("status", "--socket", "none.sock", status=3)
         self.assertEqual(words, "pheromonectl: no server at none.sock: No such file or directory; "
-                         "start pheromoned, or name the one that runs with --instance or "
-                         "--socket\n")
+                                "start pheromoned, or specify a running server with --instance or "
+                                "--socket\n")
         dead = socket.socket(socket.AF_UNIX)
         dead.bind(str(self.folder / "dead.sock"))
         dead.close()
@@ -300,10 +300,11 @@ class ControlTest(Server):
     def test_reload_says_what_waits_for_a_restart(self):
         file = self.folder / "lab.toml"
         self.addCleanup(file.write_text, CONFIG)
-        file.write_text(CONFIG.replace("tau_s = 3000", "tau_s = 2000") + "[daemon]\nio_threads = 2\n")
-        self.assertEqual(self.ctl("reload"), "configuration read again\n  changed [daemon], "
-                         "[control] or [web] settings need a restart\n")
-        self.assertIn("one quantum less every 2000 s", self.ctl("config", "show"))
+        file.write_text(CONFIG.replace("tau_s = 3000", "tau_s = 2000") + "[daemon]\nio_threads = "
+                                                                         "2\n")
+        self.assertEqual(self.ctl("reload"), "configuration reread\n  changed [daemon], "
+                         "[control] or [web] settings require a restart\n")
+        self.assertIn("loses one quantum every 2000 s", self.ctl("config", "show"))
         file.write_text(CONFIG.replace("cell_m = 0.1", "cell_m = 0.2"))
         self.assertIn("pheromonectl: ", self.ctl("reload", status=1))
         file.write_text(CONFIG)
@@ -311,12 +312,13 @@ class ControlTest(Server):
 
     def test_a_recording_is_started_looked_at_and_stopped(self):
         self.assertFalse(self.view("status")["capture"]["recording"])
-        self.assertIn("there is no recording", self.ctl("capture", "stop", status=1))
+        self.assertIn("no recording is in progress", self.ctl("capture", "stop", status=1))
         self.assertEqual(self.view("capture", "status")["folder"],
                          str(self.folder / "captures"))
         self.assertRegex(self.ctl("capture", "start"),
-                         r"^recording into \S+/captures/pheromone-\S+\.pcapng: \S+ KiB in 1 file\n$")
-        self.assertIn("a recording is going on already", self.ctl("capture", "start", status=1))
+                         r"^recording into \S+/captures/pheromone-\S+\.pcapng: \S+ KiB in 1 "
+                         r"file\n$")
+        self.assertIn("a recording is already in progress", self.ctl("capture", "start", status=1))
         self.assertIn(f"capture   recording into {self.folder}/captures/", self.ctl("status"))
         self.assertIn(b"\npheromone_capture_recording 1\n", self.request("GET", "/metrics")[1])
         self.robot(27).sense(1, 1500, 500, 0)
@@ -325,7 +327,8 @@ class ControlTest(Server):
         file = self.folder / view["file"]
         self.assertLess(view["bytes"], file.stat().st_size)  # the header is not counted
         self.assertRegex(self.ctl("replay", file), r"[1-9]\d* answers")
-        self.assertRegex(self.ctl("capture", "status"), r"^not recording; the last into \S+/captures/")
+        self.assertRegex(self.ctl("capture", "status"), r"^not recording; the last into "
+                                                        r"\S+/captures/")
         for arguments in (("capture",), ("capture", "pause"), ("capture", "start", "here")):
             self.assertEqual(subprocess.run([PHEROMONECTL, *arguments], check=False,
                                             capture_output=True).returncode, 2, arguments)
@@ -382,8 +385,9 @@ class ControlTest(Server):
             process.terminate()
             self.assertEqual(process.wait(PATIENCE_S), 0)
         self.assertIn("ready: 1 of 2 links up", log)
-        self.assertIn("pheromoned.sock: a running server listens there", log)
-        self.assertIn(f"web: none: cannot listen on 127.0.0.1 port {self.port}: Address already in "
+        self.assertIn("pheromoned.sock: in use by a running server", log)
+        self.assertIn(f"web: not listening: cannot listen on 127.0.0.1 port {self.port}: Address "
+                      "already in "
                       "use", log)
         self.ctl("status")  # the first one's socket was left alone
 
@@ -427,7 +431,7 @@ class ControlTest(Server):
             if not data:
                 break
             shown += data
-            if not asked and b"q ends" in shown:
+            if not asked and b"q quits" in shown:
                 os.write(terminal, b"q")
                 asked = True
         self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)

@@ -197,7 +197,7 @@ class FilesTest(Folder):
             self.refused(2, told, *words.split())
         for words in ("journal check folder", "journal dump folder", "journal export folder",
                       "journal resample --config test.toml folder"):
-            self.refused(1, "folder: holds no journal\n", *words.split())
+            self.refused(1, "folder: contains no journal\n", *words.split())
         for command, out in (("draw", "x.png"), ("export", "x.npy")):
             (self.folder / out).mkdir()
             self.refused(1, f"{out}: cannot be written: Is a directory\n", "map", command, out)

@@ -28,13 +28,13 @@ void AddJournalCommands(CLI::App* program, int* exit_status) {
     command->callback([=] { *exit_status = run(*arguments); });
     return command;
   };
-  add("check", "Read all of it, and say what state it holds and what is damaged",
+  add("check", "Verify a journal; print the state it holds and any damage",
       [](const JournalArguments& it) { return CheckJournal(it.folder); });
-  add("dump", "Print every record with its place",
+  add("dump", "Print every record with its file and byte offset",
       [](const JournalArguments& it) { return DumpJournal(it.folder); });
-  add("export", "Print the events, each once",
+  add("export", "Print the events in order, each once",
       [](const JournalArguments& it) { return ExportJournal(it.folder, it.format); })
-      ->add_option("--format", arguments->format, "csv or jsonl; without it, csv")
+      ->add_option("--format", arguments->format, "csv or jsonl (default: csv)")
       ->check(CLI::IsMember({"csv", "jsonl"}))
       ->type_name("FORMAT");
   add("resample", "Move the state of a stopped server to the map of another configuration",

@@ -7,12 +7,12 @@
 #include <memory>
 
 #include "server/ctl/map_commands.h"
+#include "server/journal/event_reader.h"
+#include "server/journal/event_text.h"
 #include "server/journal/posix_folder.h"
 #include "server/journal/recovery.h"
 #include "server/journal/segment_reader.h"
 #include "server/journal/snapshot.h"
-#include "server/journal/walk.h"
-#include "server/journal/words.h"
 
 namespace pheromone::ctl {
 namespace {
@@ -45,7 +45,7 @@ Result<std::unique_ptr<PosixFolder>> Open(const std::string& path) {
       return folder;
     }
   }
-  return Error{path + ": holds no journal"};
+  return Error{path + ": contains no journal"};
 }
 
 std::string InWordsOfAnyKind(const Record& record) {
@@ -103,21 +103,20 @@ void DescribeSegment(const PosixFolder& folder, const std::string& name) {
 void DescribeNote(const PosixFolder& folder) {
   const auto note = journal::ReadDurableNote(folder);
   fmt::print("{}: {}\n", journal::kDurableName,
-             note ? fmt::format("sequence {} was on the disk at {}", note->sequence,
+             note ? fmt::format("sequence {} was durable at {}", note->sequence,
                                 journal::InUtc(note->utc_ms))
-                  : "no whole note");
+                  : "no valid durability mark");
 }
 
 // An end that was cut off between two records looks as if nothing had ever followed.
 std::string WhatIsCertain(const journal::Recovered& state) {
   const uint64_t known = std::max(state.certain, state.noted ? state.noted->sequence : 0);
   if (state.ends_orderly) {
-    return "nothing that was acknowledged is missing: the log was closed in order";
+    return "no acknowledged change is missing: the log was closed in an orderly way";
   }
   return fmt::format(
-      "nothing that was acknowledged up to sequence {} is missing; the log was not closed in "
-      "order: "
-      "if it was cut off after that between two records, nobody can tell",
+      "no acknowledged change up to sequence {} is missing; the log was not closed in an orderly "
+      "way, so later records may be missing without a trace",
       known);
 }
 
@@ -155,7 +154,7 @@ int CheckJournal(const std::string& path) {
   }
   const journal::Recovered& state = recovered.value();
   for (const journal::Finding& finding : state.findings) {
-    fmt::print("{}: {}\n", finding.is_damage ? "damaged" : "not finished", finding.Text());
+    fmt::print("{}: {}\n", finding.is_damage ? "damaged" : "incomplete", finding.Text());
   }
   if (!state.engine.configured()) {
     fmt::print("no state\n");
@@ -166,8 +165,8 @@ int CheckJournal(const std::string& path) {
                                             : journal::SnapshotName(state.snapshot_sequence));
   }
   const bool incomplete = state.lost || state.differs || !state.damaged_files.empty();
-  fmt::print("{}\n", incomplete ? "damaged: changes that robots were told of may be missing"
-                                : WhatIsCertain(state));
+  fmt::print("{}\n",
+             incomplete ? "damaged: acknowledged changes may be missing" : WhatIsCertain(state));
   const bool damaged = incomplete || std::any_of(state.findings.begin(), state.findings.end(),
                                                  [](const auto& it) { return it.is_damage; });
   return damaged ? kFoundDamage : 0;
@@ -223,7 +222,7 @@ int ExportJournal(const std::string& path, const std::string& format) {
     return Fail(walked.error());
   }
   if (!walked.value().cut_short.empty()) {
-    std::cerr << "pheromonectl: ends there: " << walked.value().cut_short << '\n';
+    std::cerr << "pheromonectl: stops there: " << walked.value().cut_short << '\n';
   }
   return 0;
 }

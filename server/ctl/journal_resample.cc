@@ -32,17 +32,17 @@ using journal::PosixFolder;
 // What lies on a field, without what is left by now of what its configuration laid at the
 // beginning. What it has laid since stays.
 maps::SavedField WithoutLaid(const field::Field& field, uint64_t now_ms) {
-  maps::SavedField all = maps::Capture(field, now_ms);
-  const maps::SavedField laid = maps::Capture(field::Field(field.config()), now_ms);
+  maps::SavedField all = maps::TakeFieldSnapshot(field, now_ms);
+  const maps::SavedField laid = maps::TakeFieldSnapshot(field::Field(field.config()), now_ms);
   std::map<std::pair<uint8_t, field::NodeIndex>, uint32_t> levels;
-  for (const field::Print& print : laid.prints) {
-    for (const field::PrintNode& it : *print.nodes) {
+  for (const field::InitialRaster& print : laid.initial_rasters) {
+    for (const field::InitialNode& it : *print.nodes) {
       levels[{print.type, it.node}] = it.level;
     }
   }
-  for (field::Print& print : all.prints) {
-    std::vector<field::PrintNode> left;
-    for (field::PrintNode it : *print.nodes) {
+  for (field::InitialRaster& print : all.initial_rasters) {
+    std::vector<field::InitialNode> left;
+    for (field::InitialNode it : *print.nodes) {
       const auto found = levels.find({print.type, it.node});
       it.level -= found != levels.end() ? std::min(found->second, it.level) : 0;
       if (it.level != 0) {
@@ -51,7 +51,8 @@ maps::SavedField WithoutLaid(const field::Field& field, uint64_t now_ms) {
     }
     print.nodes = field::Shared(std::move(left));
   }
-  std::erase_if(all.prints, [](const field::Print& print) { return print.nodes->empty(); });
+  std::erase_if(all.initial_rasters,
+                [](const field::InitialRaster& print) { return print.nodes->empty(); });
   return all;
 }
 
@@ -62,8 +63,8 @@ engine::Engine BeginWith(const engine::EngineConfig& config, uint16_t epoch,
   std::vector<engine::Outgoing> out;
   uint64_t sequence = 0;
   engine.Apply(++sequence, stamp, engine::ConfigChanged{config, epoch}, &out);
-  for (const field::Print& print : left.prints) {
-    for (const field::PrintNode& it : *print.nodes) {
+  for (const field::InitialRaster& print : left.initial_rasters) {
+    for (const field::InitialNode& it : *print.nodes) {
       const field::PointUm at = config.field.map.PositionOf(it.node);
       field::FieldEdit edit;
       edit.type = print.type;
@@ -147,7 +148,7 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
   }
   for (const std::string& path : {next, before}) {
     if (std::filesystem::exists(path)) {
-      return Fail(kFailed, path + ": is there already; move or remove it first");
+      return Fail(kFailed, path + ": already exists; move or remove it first");
     }
   }
   const auto old = PosixFolder::Open(folder, PosixFolder::Mode::kOwner);
@@ -157,7 +158,7 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
   const Result<journal::Recovered> recovered = journal::Recover(*old.value());
   if (!recovered.ok() || recovered.value().lost || recovered.value().differs ||
       !recovered.value().engine.configured()) {
-    return Fail(kFoundDamage, recovered.ok() ? folder + ": no whole state; see \"journal check\""
+    return Fail(kFoundDamage, recovered.ok() ? folder + ": no complete state; see \"journal check\""
                                              : recovered.error());
   }
   const journal::Recovered& state = recovered.value();
@@ -165,7 +166,7 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
   const Result<maps::Resampled> moved =
       maps::Resample(WithoutLaid(state.engine.field(), state.stamp.field_time_ms), config.field);
   if (!moved.ok()) {
-    return Fail(kUsage, folder + " does not fit the configuration: " + moved.error());
+    return Fail(kUsage, folder + " does not match the configuration: " + moved.error());
   }
   const auto epoch = static_cast<uint16_t>(std::max(1, (state.engine.epoch() + 1) & 0xFFFF));
   const engine::Engine engine = BeginWith(config, epoch, state.stamp, moved.value().field);

@@ -64,15 +64,15 @@ class JournalTest(unittest.TestCase):
         state_hash = re.search(r"state hash ([0-9a-f]{16})", self.server.log)[1]
         told = self.call("check", "state").stdout
         self.assertIn(f"hash {state_hash}, from the beginning\n", told)
-        self.assertTrue(told.endswith("nothing that was acknowledged is missing: the log was closed in "
-                                      "order\n"))
+        self.assertTrue(told.endswith("no acknowledged change is missing: the log was closed in "
+                                      "an orderly way\n"))
 
     def test_check_tells_what_a_log_that_was_not_closed_cannot_show(self):
         self.server.stop(signal.SIGKILL)
         told = self.call("check", "state").stdout
-        self.assertRegex(told, r"durable: sequence \d+ was on the disk at \d{4}-\d\d-\d\dT")
-        self.assertRegex(told, r"nothing that was acknowledged up to sequence \d+ is missing; the log "
-                               r"was not closed in order")
+        self.assertRegex(told, r"durable: sequence \d+ was durable at \d{4}-\d\d-\d\dT")
+        self.assertRegex(told, r"no acknowledged change up to sequence \d+ is missing; the log "
+                               r"was not closed in an orderly way")
 
     def test_check_finds_an_end_that_was_cut_off_between_two_records(self):
         self.server.stop(signal.SIGTERM)
@@ -80,8 +80,9 @@ class JournalTest(unittest.TestCase):
         name, byte = places[len(places) // 2]
         os.truncate(self.folder / "state" / name, int(byte))
         told = self.call("check", "state", status=4).stdout
-        self.assertRegex(told, r"damaged: state/durable: byte \d+: the log ends at sequence \d+, but "
-                               r"\d+ was on the disk at \S+: a segment is missing, or its end was")
+        self.assertRegex(told, r"damaged: state/durable: byte \d+: the log ends at sequence \d+, "
+                               r"but "
+                               r"\d+ was durable at \S+: a segment or the end of one is")
 
     def test_check_reads_a_segment_with_a_huge_sparse_tail_in_little_memory(self):
         self.server.stop(signal.SIGKILL)
@@ -96,7 +97,7 @@ class JournalTest(unittest.TestCase):
             told.seek(0)
             text = told.read()
         self.assertEqual(check.returncode, 0, text)
-        self.assertIn(f"byte {size}: a record's checksum differs", text)
+        self.assertIn(f"byte {size}: record checksum mismatch", text)
         self.assertLess(usage.ru_maxrss, 512 << 10, "KiB of memory")
 
     def test_check_names_a_folder_in_the_place_of_a_segment(self):
@@ -123,7 +124,7 @@ class JournalTest(unittest.TestCase):
         damaged[byte + 20] ^= 1
         segment.write_bytes(damaged)
         told = self.call("check", "state", status=4).stdout
-        self.assertIn(f"damaged: state/00000001.segment: byte {byte}: a record's checksum differs",
+        self.assertIn(f"damaged: state/00000001.segment: byte {byte}: record checksum mismatch",
                       told)
         export = self.call("export", "state")
         self.assertEqual(len(export.stdout.splitlines()), 3)
@@ -161,20 +162,20 @@ intensity = 0.125
             self.assertEqual(server.end(), 2)
             self.assertIn("pheromonectl journal resample", server.log)
         told = self.call("resample", "--config", "fine.toml", "state").stdout
-        self.assertIn(f"state: {len(coarse) - 1} nodes with pheromone, 0 left out", told)
+        self.assertIn(f"state: {len(coarse) - 1} nodes with pheromone, 0 dropped off the map", told)
         self.assertEqual(self.field_of("fine.toml"),
                          [(2 * column, 2 * row, level) for column, row, level in coarse])
         again = self.call("resample", "--config", "test.toml", "state", status=1)
-        self.assertIn("state.before: is there already", again.stderr)
+        self.assertIn("state.before: already exists", again.stderr)
         for folder in ("state.before", "state"):
-            self.assertIn("\nnothing that was acknowledged ", self.call("check", folder).stdout)
+            self.assertIn("\nno acknowledged change ", self.call("check", folder).stdout)
 
     def test_what_is_no_journal_is_said(self):
         self.assertIn("state/x: cannot be opened", self.call("check", "state/x", status=1).stderr)
         (self.folder / "empty").mkdir()
         for command in ("check", "dump", "export"):
             self.assertEqual(self.call(command, "empty", status=1).stderr,
-                             "pheromonectl: empty: holds no journal\n")
+                             "pheromonectl: empty: contains no journal\n")
         self.call("check", status=2)
         self.call("export", "--format", "xml", "state", status=2)
 

@@ -1,8 +1,8 @@
-// pheromonectl: the operator's command line. Most commands ask a running server, over its Unix
-// socket; `map` and `config check` need none.
+// pheromonectl: the operator's command line. Most commands send requests to a running server over
+// its Unix socket; `map`, `journal` and `config check` do not need a server.
 //
-// Exit status: 0; 1 if the server, a robot or a file refused, standard output too; 2 for a mistake
-// in the command line or a configuration; 3 if there is no server; 4 for a damaged journal.
+// Exit status: 0 success; 1 the server, a robot, a file or standard output refused; 2 an error in
+// the command line or a configuration; 3 no server; 4 a damaged journal.
 #include <string>
 #include <vector>
 
@@ -14,14 +14,14 @@
 namespace pheromone::ctl {
 namespace {
 
-// As systemd's instances are called: what follows the @ of pheromoned@lab2.
+// The name of a systemd instance: the part of pheromoned@lab2 after the @.
 std::string CheckInstance(const std::string& name) {
   return name.empty() || name.front() == '.' || name.find('/') != std::string::npos
              ? "found \"" + name + "\", expected the name of a service, such as lab2"
              : "";
 }
 
-// What CLI11 says of a mistake, with our name before it, and of words that are no command.
+// CLI11's error message with the program's name before it; also reports unknown commands.
 std::string Explain(const CLI::App* app, const CLI::Error& error) {
   std::string what = error.what();
   const CLI::App* last = app;
@@ -42,26 +42,26 @@ std::string Explain(const CLI::App* app, const CLI::Error& error) {
 }
 
 int Main(int argc, char** argv) {
-  CLI::App app("The operator's tool of the pheromone server.", "pheromonectl");
+  CLI::App app("Operate a pheromone server.", "pheromonectl");
   app.set_version_flag("--version", "pheromonectl " PHEROMONE_VERSION);
   app.require_subcommand(1);
   app.failure_message(Explain);
-  app.fallthrough();  // --socket and --json may stand after a command
+  app.fallthrough();  // --socket and --json may follow a command
   int status = 0;
   ServerOptions options;
-  CLI::Option* socket = app.add_option(
-      "--socket", options.socket,
-      "The server's Unix socket; without it, $PHEROMONE_SOCKET, pheromoned.sock here, "
-      "or /run/pheromone/pheromoned/pheromoned.sock");
+  CLI::Option* socket =
+      app.add_option("--socket", options.socket,
+                     "The server's Unix socket (default: $PHEROMONE_SOCKET, ./pheromoned.sock "
+                     "or /run/pheromone/pheromoned/pheromoned.sock)");
   socket->type_name("PATH");
   app.add_option_function<std::string>(
          "--instance", [&](const std::string& name) { options.socket = SocketOf(name); },
-         "The service NAME, of /etc/pheromone/NAME.toml: its socket, "
+         "Connect to the service configured by /etc/pheromone/NAME.toml, at "
          "/run/pheromone/NAME/pheromoned.sock")
       ->check(CLI::Validator(CheckInstance, ""))
       ->excludes(socket)
       ->type_name("NAME");
-  app.add_flag("--json", options.json, "Print the server's answer as it is");
+  app.add_flag("--json", options.json, "Print the server's answer as JSON");
   AddShowCommands(&app, &options, &status);
   AddChangeCommands(&app, &options, &status);
   AddCaptureCommands(&app, &options, &status);

@@ -26,21 +26,21 @@ struct MapArguments {
 void AddSource(CLI::App* command, MapSource* source) {
   command
       ->add_option("--config", source->config,
-                   "The configuration file; without one, the default configuration")
+                   "The configuration file (default: the built-in configuration)")
       ->type_name("FILE");
-  command->add_option("--field", source->field, "What a server has saved, laid on the map")
+  command->add_option("--field", source->field, "Load a field that a server has saved")
       ->type_name("FILE");
-  command
-      ->add_option("--type", source->type,
-                   "A pheromone; without this, the first one that lies on the map")
+  command->add_option("--type", source->type, "The pheromone (default: the first one on the map)")
       ->type_name("N|NAME");
-  command->add_option("--area", source->area_m, "Between two corners, in metres")
+  command
+      ->add_option("--area", source->area_m,
+                   "The rectangle between two opposite corners, in metres")
       ->expected(4)
       ->check(Number(-kFarthestM, kFarthestM))
       ->type_name("X Y X Y");
   command
       ->add_option("--nodes-per-cell", source->nodes_per_cell,
-                   "So many nodes along a side make one cell, which shows the strongest")
+                   "Combine R by R nodes into a cell that shows their maximum")
       ->check(WholeNumber(1, 30'000))
       ->type_name("R");
 }
@@ -54,9 +54,9 @@ void AddMapCommands(CLI::App* program, int* exit_status) {
       program->add_subcommand("map", "Maps in files: draw, export, convert, resample, info");
   map->require_subcommand(1);
 
-  CLI::App* draw = map->add_subcommand("draw", "Draw a pheromone in colours, obstacles gray");
+  CLI::App* draw = map->add_subcommand("draw", "Draw a pheromone as a PNG image");
   AddSource(draw, &it->source);
-  draw->add_option("--pixels-per-cell", it->pixels, "The side of a cell in the picture")
+  draw->add_option("--pixels-per-cell", it->pixels, "Side of a cell in pixels")
       ->check(WholeNumber(1, 1000))
       ->type_name("K");
   draw->add_option("OUT", it->out, "A .png file")->required();
@@ -72,10 +72,10 @@ void AddMapCommands(CLI::App* program, int* exit_status) {
       [arguments, exit_status] { *exit_status = ExportMap(arguments->source, arguments->out); });
 
   CLI::App* convert = map->add_subcommand("convert", "Convert between .pgm .png .npy .csv .yaml");
-  convert->add_option("--white", it->white, "The value that is white in a picture")
+  convert->add_option("--white", it->white, "Value of white in an image")
       ->check(Number(1e-12, 1e12))
       ->type_name("VALUE");
-  convert->add_option("--cell", it->cell_m, "The side of a cell in metres, for a ROS map")
+  convert->add_option("--cell", it->cell_m, "Side of a cell in metres, for a ROS map")
       ->check(Number(1e-6, 1e6))
       ->type_name("METRES");
   convert->add_option("IN", it->in)->required();
@@ -90,16 +90,17 @@ void AddMapCommands(CLI::App* program, int* exit_status) {
   resample->add_option("--config", it->source.config, "The configuration with the new map")
       ->required()
       ->type_name("FILE");
-  resample->add_option("--type", it->types, "A pheromone to take along; repeatable; default: all")
+  resample->add_option("--type", it->types, "A pheromone to move; repeatable (default: all)")
       ->type_name("N|NAME");
-  resample->add_option("IN", it->in, "What a server has saved")->required();
-  resample->add_option("OUT", it->out, "For pheromoned --load-field")->required();
+  resample->add_option("IN", it->in, "A field that a server has saved")->required();
+  resample->add_option("OUT", it->out, "Output file, for pheromoned --load-field")->required();
   resample->callback([arguments, exit_status] {
     *exit_status =
         ResampleField(arguments->source.config, arguments->types, arguments->in, arguments->out);
   });
 
-  CLI::App* info = map->add_subcommand("info", "Say what a raster or a saved field holds");
+  CLI::App* info =
+      map->add_subcommand("info", "Print the size and contents of a raster or a saved field");
   info->add_option("FILE", it->in)->required();
   info->callback([arguments, exit_status] { *exit_status = DescribeFile(arguments->in); });
 }

@@ -58,7 +58,7 @@ Scene MakeScene(const MapSource& source) {
     }
     const Status laid = maps::LayOnto(saved.value(), &config);
     if (!laid.ok()) {
-      return Failed(kUsage, source.field + " does not fit the configuration: " + laid.error());
+      return Failed(kUsage, source.field + " does not match the configuration: " + laid.error());
     }
   }
   Scene scene;
@@ -70,7 +70,7 @@ Scene MakeScene(const MapSource& source) {
     }
     scene.extent.area = maps::NodesBetween(config.map, {um[0], um[1]}, {um[2], um[3]});
     if (!scene.extent.area) {
-      return Failed(kUsage, "--area: no node of the map lies there");
+      return Failed(kUsage, "--area: the area contains no node of the map");
     }
   }
   scene.field = std::make_unique<field::Field>(std::move(config));
@@ -148,7 +148,7 @@ void DescribeSaved(const maps::SavedField& saved) {
   for (const maps::SavedType& type : saved.types) {
     size_t nodes = 0;
     uint32_t most = 0;
-    for (const field::Print& print : saved.prints) {
+    for (const field::InitialRaster& print : saved.initial_rasters) {
       for (size_t i = 0; print.type == type.type && i < print.nodes->size(); ++i) {
         most = std::max(most, (*print.nodes)[i].level);
         ++nodes;
@@ -172,7 +172,7 @@ Status KeepTypes(const std::vector<std::string>& wanted, maps::SavedField* saved
           return it.name == name || std::to_string(it.type) == name;
         });
     if (found == saved->types.end()) {
-      return Error{"it has no pheromone \"" + name + "\""};
+      return Error{"the field has no pheromone \"" + name + "\""};
     }
     kept.push_back(*found);
   }
@@ -181,7 +181,8 @@ Status KeepTypes(const std::vector<std::string>& wanted, maps::SavedField* saved
                        [&](const maps::SavedType& it) { return it.type == type; });
   };
   std::erase_if(saved->types, [&](const maps::SavedType& it) { return !is_kept(it.type); });
-  std::erase_if(saved->prints, [&](const field::Print& it) { return !is_kept(it.type); });
+  std::erase_if(saved->initial_rasters,
+                [&](const field::InitialRaster& it) { return !is_kept(it.type); });
   return Ok();
 }
 
@@ -213,7 +214,7 @@ int ExportMap(const MapSource& source, const std::string& out) {
     return Fail(kUsage, out + ": unknown ending, expected .npy, .csv or .yaml (the obstacles)");
   }
   if (!source.type.empty() || !source.field.empty()) {
-    return Fail(kUsage, out + ": a ROS map has the obstacles alone, expected no --type or --field");
+    return Fail(kUsage, out + ": a ROS map contains only obstacles, expected no --type or --field");
   }
   const Scene scene = MakeScene(source);
   if (scene.status != 0) {
@@ -264,7 +265,7 @@ int ResampleField(const std::string& config, const std::vector<std::string>& typ
   }
   const Result<maps::Resampled> moved = maps::Resample(saved.value(), loaded.value().engine.field);
   if (!moved.ok()) {
-    return Fail(kUsage, in + " does not fit the configuration: " + moved.error());
+    return Fail(kUsage, in + " does not match the configuration: " + moved.error());
   }
   return Report(maps::SaveField(out, moved.value().field), out, maps::InWords(moved.value()));
 }

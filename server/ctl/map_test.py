@@ -105,19 +105,19 @@ class MapTest(unittest.TestCase):
     def test_a_saved_field_is_moved_to_cells_of_half_the_size(self):
         coarse = (self.folder / "lab.toml").read_text()
         (self.folder / "fine.toml").write_text(coarse.replace("cell_m = 0.1", "cell_m = 0.05"))
-        self.refused(2, "does not fit", "export", "--config", "fine.toml", "--field", "lab.field",
+        self.refused(2, "does not match", "export", "--config", "fine.toml", "--field", "lab.field",
                      "out.npy")
         self.assertEqual(self.good("resample", "--config", "fine.toml", "--type", "trail",
                                    "lab.field", "fine.field"),
-                         "fine.field: 2 nodes with pheromone, 0 left out that lie outside, "
-                         "0 quanta cut off above a maximum\n")
+                         "fine.field: 2 nodes with pheromone, 0 dropped off the map, "
+                         "0 quanta dropped above a maximum\n")
         self.good("export", "--config", "fine.toml", "--field", "fine.field", "--type", "trail",
                   "out.csv")
         fine = numpy.genfromtxt(self.folder / "out.csv", delimiter=",")
         expected = numpy.zeros((17, 25))
         expected[::2, ::2] = TRAIL
         numpy.testing.assert_array_equal(numpy.nan_to_num(fine), expected)
-        self.refused(2, 'it has no pheromone "scent"', "resample", "--config", "fine.toml",
+        self.refused(2, 'the field has no pheromone "scent"', "resample", "--config", "fine.toml",
                      "--type", "scent", "lab.field", "fine.field")
 
     def test_numpy_reads_what_lies_on_the_map(self):
@@ -207,10 +207,10 @@ class MapTest(unittest.TestCase):
         self.refused(2, 'found "9", expected one of 1 ("trail"), 2 ("path"), 3 ("guide")', "draw",
                      "--type", 9, *config, "out.png")
         self.refused(2, "is a blend", "draw", "--type", "guide", *config, "out.png")
-        self.refused(2, "no node of the map lies there", "draw", *config, "--area", 5, 5, 6, 6,
-                     "out.png")
+        self.refused(2, "the area contains no node of the map", "draw", *config, "--area",
+                     5, 5, 6, 6, "out.png")
         self.refused(2, "none.toml: cannot be opened", "draw", "--config", "none.toml", "out.png")
-        self.refused(2, "does not fit the configuration: the map was saved with", "draw",
+        self.refused(2, "does not match the configuration: the map was saved with", "draw",
                      "--field", "lab.field", "out.png")
         (self.folder / "cut.field").write_text(SAVED[:-3])
         self.refused(1, "cut.field:7:", "draw", *config, "--field", "cut.field", "out.png")

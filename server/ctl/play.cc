@@ -70,8 +70,7 @@ Result<int> Connect(const std::string& to) {
   }
   Result<int> result = connection >= 0 ? Result<int>(connection) : SystemError(to);
   if (!result.ok() && errno == ECONNREFUSED) {
-    result = Error{result.error() +
-                   "; HOST:PORT is that of a TCP link, nothing can be sent to one of UDP"};
+    result = Error{result.error() + "; HOST:PORT must be a TCP link, UDP is not supported"};
   }
   freeaddrinfo(found);
   if (connection >= 0) {
@@ -191,7 +190,7 @@ Result<std::optional<engine::LinkIndex>> FindLink(const capture::Start& start,
     names += (names.empty() ? "" : ", ") + start.links[i].name;
   }
   return name.empty() ? Result<std::optional<engine::LinkIndex>>(std::nullopt)
-                      : Error{"there is no link " + name + ", expected one of " + names};
+                      : Error{"unknown link " + name + ", expected one of " + names};
 }
 
 }  // namespace

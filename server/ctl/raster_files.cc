@@ -41,7 +41,7 @@ Result<maps::GrayImage> ToGray(const std::string& path, maps::Raster raster,
       if (!white && !(value >= 0 && value <= 65535 && value == std::floor(value))) {
         return Error{fmt::format(
             "{}: found {} in column {}, row {} from below, expected whole numbers from 0 to 65535, "
-            "or --white: the value that is to be white",
+            "or --white: the value of white",
             path, value, column, row)};
       }
       largest = std::max(largest, std::isnan(value) ? 0 : value);
@@ -96,7 +96,7 @@ Status SaveRaster(const std::string& path, maps::Raster raster, const RasterStyl
       raster.cell_um = style.cell_um.value_or(raster.cell_um);
       return raster.cell_um > 0
                  ? maps::SaveRosMap(path, raster)
-                 : Error{path + ": expected --cell: a ROS map says how large its cells are"};
+                 : Error{path + ": expected --cell: a ROS map needs the size of its cells"};
     case Format::kPgm:
     case Format::kPng:
       break;

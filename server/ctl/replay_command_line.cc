@@ -22,22 +22,24 @@ struct ReplayArguments {
 
 void AddReplayCommands(CLI::App* program, int* exit_status) {
   const auto it = std::make_shared<ReplayArguments>();
-  CLI::App* replay = program->add_subcommand(
-      "replay", "Let happen again what a server recorded, and compare every answer");
+  CLI::App* replay =
+      program->add_subcommand("replay", "Replay a recording of a server and compare every answer");
   replay->add_option("FILE", it->files, "Recordings, in order")->required()->expected(1, -1);
   CLI::Option* print =
-      replay->add_flag("--answers", it->answers, "Print what the engine gives, a message a line");
+      replay->add_flag("--answers", it->answers, "Print the engine's answers, one on each line");
   CLI::Option* to =
       replay
           ->add_option("--to", it->play.to,
-                       "Send what the robots sent to a running server instead, to a terminal "
-                       "or a TCP link")
+                       "Send the recorded requests to a running server instead, through a "
+                       "terminal device or a TCP link")
           ->excludes(print)
           ->type_name("PTY|HOST:PORT");
-  replay->add_option("--link", it->play.link, "Only what came over this link")
+  replay->add_option("--link", it->play.link, "Only the traffic of this link")
       ->needs(to)
       ->type_name("NAME");
-  replay->add_option("--speed", it->play.speed, "Times the recorded pace (1); 0 = without pauses")
+  replay
+      ->add_option("--speed", it->play.speed,
+                   "Factor of the recorded pace (default: 1; 0: no pauses)")
       ->needs(to)
       ->check(Number(0, 1e6))
       ->type_name("X");

@@ -45,9 +45,10 @@ std::string Describe(const capture::Replay& replay) {
   std::string text = fmt::format("{} packets, {} messages, {} other events, {} answers in {} bytes",
                                  report.packets, report.messages, report.events, report.answers,
                                  report.answer_bytes);
-  const std::pair<uint64_t, const char*> rest[] = {{report.not_sent, "never sent"},
-                                                   {report.from_before, "from before"},
-                                                   {report.under_way, "under way at the end"}};
+  const std::pair<uint64_t, const char*> rest[] = {
+      {report.dropped, "never sent"},
+      {report.from_before, "from before the recording"},
+      {report.under_way, "in flight at the end"}};
   for (const auto& [count, what] : rest) {
     text += count != 0 ? fmt::format(", {} {}", count, what) : "";
   }
@@ -74,11 +75,11 @@ int ReplayFiles(const std::vector<std::string>& files, bool answers) {
     if (!same.ok()) {
       std::cout.flush();
       const bool replayed = replay.report().messages != 0 || replay.report().packets != 0;
-      return Fail(kFailed,
-                  same.error() + (replayed ? "\n  the same until there: " + Describe(replay) : ""));
+      return Fail(kFailed, same.error() +
+                               (replayed ? "\n  identical up to there: " + Describe(replay) : ""));
     }
     if (!answers) {
-      std::cout << file << ": the same: " << Describe(replay) << '\n';
+      std::cout << file << ": identical: " << Describe(replay) << '\n';
     }
   }
   return 0;

@@ -32,7 +32,7 @@ namespace json = boost::json;
 using Local = asio::local::stream_protocol;
 
 constexpr std::chrono::seconds kPatience{30};
-constexpr size_t kMostBytes = size_t{256} << 20;
+constexpr size_t kMaxBytes = size_t{256} << 20;
 constexpr int kBadRequest = 400;
 
 struct Exchange {
@@ -58,7 +58,7 @@ asio::awaitable<void> Talk(const std::string& socket, http::request<http::string
   beast::error_code reading;
   beast::flat_buffer buffer;
   http::response_parser<http::string_body> parser;
-  parser.body_limit(kMostBytes);
+  parser.body_limit(kMaxBytes);
   co_await http::async_read(stream, buffer, parser, into(&reading));
   if (reading) {
     exchange->talking = exchange->talking ? exchange->talking : reading;
@@ -76,7 +76,7 @@ std::string Advice(const std::string& socket, const beast::error_code& error) {
            "; its socket is for the user and group that it runs as: join the group, or use "
            "sudo";
   }
-  return what + "; start pheromoned, or name the one that runs with --instance or --socket";
+  return what + "; start pheromoned, or specify a running server with --instance or --socket";
 }
 
 // What a refusal says, in a line.

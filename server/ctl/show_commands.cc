@@ -74,14 +74,14 @@ std::string CommandOf(const json::value& client) {
          (reason.empty() ? "" : " (" + reason + ")");
 }
 
-// "no such file; tried 3 times, again in 2.1 s".
+// "no such file; 3 failed attempts, next in 2.1 s".
 std::string StateOf(const json::value& link) {
   std::string text = TextAt(link, "state");
   if (const uint64_t failed = CountAt(link, "failed_attempts"); failed != 0) {
-    text += fmt::format("; tried {} time{}", failed, failed == 1 ? "" : "s");
+    text += fmt::format("; {} failed attempt{}", failed, failed == 1 ? "" : "s");
   }
   if (!At(link, "next_attempt_s").is_null()) {
-    text += fmt::format(", again in {}", Duration(NumberAt(link, "next_attempt_s")));
+    text += fmt::format(", next in {}", Duration(NumberAt(link, "next_attempt_s")));
   }
   return text;
 }

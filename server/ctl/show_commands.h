@@ -20,7 +20,7 @@ int ShowConfig(const ServerOptions& options);
 /// This program's version, and that of the server if there is one.
 int ShowVersion(const ServerOptions& options);
 
-/// What a robot at this pose would smell.
+/// What a robot at this pose would sense.
 int Sense(const ServerOptions& options, const std::string& pheromone, double x_m, double y_m,
           double heading_deg);
 

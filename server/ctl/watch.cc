@@ -185,7 +185,7 @@ Frame MakeFrame(const ServerOptions& options, const WatchOptions& watch) {
   std::string status = fmt::format(
       "{} up to {}, a cell is {:g} m; {} robot{}{}; field time {:.1f} s",
       TextAt(field.value, "pheromone"), picture.maximum, picture.cell_m, robots,
-      robots == 1 ? "" : "s", nowhere == 0 ? "" : fmt::format(", {} not placed yet", nowhere),
+      robots == 1 ? "" : "s", nowhere == 0 ? "" : fmt::format(", {} without a position", nowhere),
       NumberAt(field.value, "field_time_s"));
   status.resize(std::min(status.size(), static_cast<size_t>(size.columns)));
   return {0, Draw(picture, map_size, ColoursOf(watch)) + status + '\n'};
@@ -197,7 +197,7 @@ std::string OverOld(const std::string& frame) {
   for (const char c : frame) {
     text += c == '\n' ? "\x1b[K\r\n" : std::string(1, c);
   }
-  return text + "q ends\x1b[J";
+  return text + "q quits\x1b[J";
 }
 
 void Catch(int signal, void (*handler)(int)) {

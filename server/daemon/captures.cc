@@ -53,7 +53,7 @@ Status Captures::Start() {
 Status Captures::Stop() {
   Status stopped = recorder_.Stop();
   if (stopped.ok()) {
-    spdlog::info("the recording was ended");
+    spdlog::info("recording stopped");
   }
   return stopped;
 }
@@ -66,9 +66,9 @@ std::optional<Status> Captures::Settled() const {
   return status.error.empty() ? Ok() : Status(Error{status.error});
 }
 
-engine::CaptureView Captures::View() const {
+control::CaptureView Captures::View() const {
   const capture::RecordingStatus status = recorder_.status();
-  engine::CaptureView view;
+  control::CaptureView view;
   view.recording = status.recording;
   view.folder = folder_;
   view.file = status.file;
@@ -108,24 +108,24 @@ capture::Start Captures::Describe() const {
   return start;
 }
 
-void Captures::Read(links::Line* line, std::span<const uint8_t> bytes, uint32_t now_ms,
+void Captures::Read(links::Connection* line, std::span<const uint8_t> bytes, uint32_t now_ms,
                     const protocol::FrameDecoder& decoder) {
-  capture::Line recorded{line->link, line->connection, line->mark};
+  capture::Connection recorded{line->link, line->connection, line->mark};
   recorder_.Read(&recorded, bytes, now_ms, decoder);
   line->mark = recorded.file;
 }
 
-void Captures::Wrote(const links::Line& line, std::span<const uint8_t> bytes) {
+void Captures::Wrote(const links::Connection& line, std::span<const uint8_t> bytes) {
   recorder_.Wrote({line.link, line.connection, line.mark}, bytes);
 }
 
-void Captures::LeftOut(engine::LinkIndex link, const protocol::Message& message) {
-  recorder_.LeftOut(link, message);
+void Captures::Dropped(engine::LinkIndex link, const protocol::Message& message) {
+  recorder_.Dropped(link, message);
 }
 
-void Captures::TurnedAway(engine::LinkIndex link, const protocol::Message& message,
-                          protocol::Reason answer) {
-  recorder_.TurnedAway(link, message, answer);
+void Captures::Rejected(engine::LinkIndex link, const protocol::Message& message,
+                        protocol::Reason answer) {
+  recorder_.Rejected(link, message, answer);
 }
 
 }  // namespace pheromone::daemon

@@ -1,5 +1,5 @@
-// The daemon's recordings: server/capture with what it needs of a running server, a thread that
-// writes, and a tap for the links.
+// The daemon's recordings: connects server/capture to the running server, with a writing thread and
+// a tap for the links.
 //
 //   Captures captures(&service, config);
 //   links ... context.tap = &captures;
@@ -7,8 +7,8 @@
 //   ...                                      // links and service run
 //   captures.Finish();                       // after the links
 //
-// An operator who starts or ends one waits for the disk (Settled); links never do. Thread-safe,
-// but for Finish.
+// Starting and stopping a recording wait for the disk (Settled); links never do. Thread-safe,
+// except for Finish.
 #pragma once
 
 #include <mutex>
@@ -20,7 +20,7 @@
 #include "server/base/result.h"
 #include "server/capture/recorder.h"
 #include "server/config/config.h"
-#include "server/engine/control.h"
+#include "server/control/control.h"
 #include "server/engine/service.h"
 #include "server/links/tap.h"
 
@@ -32,35 +32,35 @@ class Captures final : public links::Tap {
   Captures(engine::Service* service, const config::Config& config);
   ~Captures() override { Finish(); }
 
-  /// Begins a recording as configured; the folder is made if it is not there. Not before the
-  /// service is configured. Errors: there is one already; the folder cannot be used.
+  /// Starts a recording as configured, and creates the folder if needed. Not before the service is
+  /// configured. Errors: one is in progress; the folder cannot be used.
   Status Start();
-  /// Ends it. What was recorded is being written still. Errors: there is none.
+  /// Stops the recording. Its queue is still being written. Errors: none is in progress.
   Status Stop();
-  /// Whether the first file of a recording that was started is there, or the last one of a
-  /// recording that was ended is whole; nothing: not yet. Errors: it ended by itself.
+  /// Whether the first file of a started recording exists, or the last one of a stopped recording
+  /// is complete; empty: not yet. Errors: it stopped by itself.
   std::optional<Status> Settled() const;
-  engine::CaptureView View() const;
+  control::CaptureView View() const;
 
-  /// A halt to all robots is about to be sent, of which the log does not know.
+  /// A halt of all robots is about to be sent without an event in the log.
   void Unlogged(engine::LinkIndex link, const protocol::Message& halt) {
     recorder_.Unlogged(link, halt);
   }
 
-  /// The text of the configuration has changed; the next file has it.
+  /// The text of the configuration has changed; the next file will contain it.
   void SetConfigText(const std::string& text);
 
-  /// Ends the recording, if there is one, and waits until it is written.
+  /// Stops the recording, if any, and waits until it is written.
   void Finish();
 
   void BeginRead() override { recorder_.BeginRead(); }
   void EndRead() override { recorder_.EndRead(); }
-  void Read(links::Line* line, std::span<const uint8_t> bytes, uint32_t now_ms,
+  void Read(links::Connection* line, std::span<const uint8_t> bytes, uint32_t now_ms,
             const protocol::FrameDecoder& decoder) override;
-  void Wrote(const links::Line& line, std::span<const uint8_t> bytes) override;
-  void LeftOut(engine::LinkIndex link, const protocol::Message& message) override;
-  void TurnedAway(engine::LinkIndex link, const protocol::Message& message,
-                  protocol::Reason answer) override;
+  void Wrote(const links::Connection& line, std::span<const uint8_t> bytes) override;
+  void Dropped(engine::LinkIndex link, const protocol::Message& message) override;
+  void Rejected(engine::LinkIndex link, const protocol::Message& message,
+                protocol::Reason answer) override;
 
  private:
   capture::Start Describe() const;

@@ -76,7 +76,7 @@ TEST_F(CapturesTest, OnceStartedAFileIsThereAndOnceEndedItIsWhole) {
             std::filesystem::path(config_.capture.folder).lexically_normal().string());
   ASSERT_TRUE(captures.Start().ok());
   ASSERT_TRUE(AwaitDisk(captures).ok());
-  const engine::CaptureView during = captures.View();
+  const control::CaptureView during = captures.View();
   EXPECT_TRUE(during.recording);
   EXPECT_EQ(during.files, 1u);
   EXPECT_TRUE(std::filesystem::exists(during.file));

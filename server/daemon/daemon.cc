@@ -21,7 +21,7 @@
 #include "server/daemon/captures.h"
 #include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
-#include "server/daemon/front_door.h"
+#include "server/daemon/http_front_end.h"
 #include "server/daemon/link_set.h"
 #include "server/daemon/live_config.h"
 #include "server/daemon/live_control.h"
@@ -33,7 +33,7 @@
 #include "server/daemon/work_queue.h"
 #include "server/engine/service.h"
 #include "server/journal/service_state.h"
-#include "server/links/switchboard.h"
+#include "server/links/link_router.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -59,7 +59,7 @@ size_t CountRobots(const engine::Engine& engine) {
 
 class Daemon::Impl {
  public:
-  Impl(config::Config config, std::unique_ptr<StateKeeper> keeper, Reload reload,
+  Impl(config::Config config, std::unique_ptr<JournalOwner> journal, Reload reload,
        std::string save_field)
       : strand_(boost::asio::make_strand(io_)),
         signals_({.stop = [this](int signal) { StopFor(signal); },
@@ -68,22 +68,22 @@ class Daemon::Impl {
         ticker_(strand_),
         reporter_(strand_),
         releaser_(strand_),
-        keeper_(std::move(keeper)),
-        field_clock_(keeper_->start_ms()),
+        journal_(std::move(journal)),
+        field_clock_(journal_->start_ms()),
         service_(
-            keeper_->log(), [this] { return ReadClocks(); }, keeper_->start_ms(),
-            keeper_->TakeEngine()),
+            journal_->log(), [this] { return ReadClocks(); }, journal_->start_ms(),
+            journal_->TakeEngine()),
         saver_(
             &service_, [this] { return FieldTime(); }, std::move(save_field)),
-        switchboard_(&service_),
+        router_(&service_),
         captures_(&service_, config),
-        links_(io_, config, &service_, &switchboard_, &captures_),
+        links_(io_, config, &service_, &router_, &captures_),
         io_threads_(config.daemon.io_threads),
         record_at_start_(config.capture.start),
         config_(std::move(config), std::move(reload), &service_, &captures_),
         control_({.service = &service_,
-                  .log = keeper_->log(),
-                  .switchboard = &switchboard_,
+                  .log = journal_->log(),
+                  .router = &router_,
                   .links = &links_.links(),
                   .link_configs = &config_.links(),
                   .captures = &captures_,
@@ -95,9 +95,9 @@ class Daemon::Impl {
                   .snapshot = [this](auto done) { MakeSnapshot(std::move(done)); }}),
         edits_({.name = "an edit"}),
         operations_({.name = "an operation"}),
-        door_(&control_, config_.Get().control, config_.Get().web) {
+        front_end_(&control_, config_.Get().control, config_.Get().web) {
     service_.OnPortion([this](std::span<const engine::Outgoing> out) {
-      switchboard_.Deliver({out.begin(), out.end()});
+      router_.Deliver({out.begin(), out.end()});
       std::this_thread::sleep_for(kBetweenPortions);
     });
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
@@ -106,7 +106,7 @@ class Daemon::Impl {
   int Run() {
     std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
     if (!BeginWithTheState() || !BeginToRecord()) {
-      keeper_->Stop(service_.StateHash());
+      journal_->Stop(service_.StateHash());
       return kMisconfigured;
     }
     boost::asio::post(strand_, [this] { Tick(); });
@@ -114,7 +114,7 @@ class Daemon::Impl {
     signals_.Start();
     const bool started = links_.Start();
     if (started) {
-      door_.Open();
+      front_end_.Open();
       boost::asio::post(strand_, [this] { BeReady(); });
     } else {
       boost::asio::post(strand_, [this] { Stop(); });
@@ -133,11 +133,11 @@ class Daemon::Impl {
     operations_.Close();
     edits_.Close();
     control_.Stop();
-    door_.Close();
+    front_end_.Close();
     captures_.Finish();
     // A start that failed must not replace what an earlier run has saved.
     const bool saved = !started || saver_.SaveAtEnd();
-    const bool kept = keeper_->Stop(service_.StateHash());
+    const bool kept = journal_->Stop(service_.StateHash());
     Summarise();
     signals_.End();
     return started && saved && kept ? 0 : 1;
@@ -147,22 +147,22 @@ class Daemon::Impl {
   // The journal's threads run from here on, for a large configuration is written as it is taken;
   // then the configuration is that of the state.
   bool BeginWithTheState() {
-    keeper_->Start(
+    journal_->Start(
         [this] {
           if (!release_posted_.exchange(true)) {
             boost::asio::post(strand_, [this] { Release(); });
           }
         },
         [this] { return journal::ServiceState::Freeze(&service_); });
-    const Status configured = config_.TakeAtStart(keeper_->state_lost());
+    const Status configured = config_.TakeAtStart(journal_->state_lost());
     if (!configured.ok()) {
       spdlog::critical("{}", configured.error());
-      if (!keeper_->folder().empty()) {
+      if (!journal_->folder().empty()) {
         spdlog::critical(
-            "the state in {} stays as it is: go on with the configuration that it was made with, "
-            "or move it to the new one (pheromonectl journal resample --config FILE {}), or begin "
-            "anew by moving it away",
-            keeper_->folder(), keeper_->folder());
+            "the state in {} is unchanged: use the configuration that it was written with, move it "
+            "to the new one (pheromonectl journal resample --config FILE {}), or move the folder "
+            "away to start with an empty state",
+            journal_->folder(), journal_->folder());
       }
     }
     return configured.ok();
@@ -181,7 +181,7 @@ class Daemon::Impl {
     release_posted_ = false;
     std::vector<engine::Outgoing> out;
     service_.Release(&out);
-    switchboard_.Deliver(out);
+    router_.Deliver(out);
   }
 
   // The service's clock, read along so that the field time is known between events too. Under the
@@ -199,7 +199,7 @@ class Daemon::Impl {
     told_ = DescribeState();
     service_manager::Ready(told_);
     if (const auto interval = service_manager::AliveInterval()) {
-      watchdog_ = std::make_unique<Watchdog>(strand_, &service_, keeper_->log(), *interval,
+      watchdog_ = std::make_unique<Watchdog>(strand_, &service_, journal_->log(), *interval,
                                              service_manager::Alive);
       watchdog_->Start();
     }
@@ -226,13 +226,13 @@ class Daemon::Impl {
       }
     });
     if (!taken && !stopping_) {
-      spdlog::warn("SIGHUP: the configuration is not read again, too much is asked for already");
+      spdlog::warn("SIGHUP ignored: too many requests are pending");
     }
   }
 
   void SaveSoon() {
     if (!operations_.Add([this] { saver_.SaveBeside(); }) && !stopping_) {
-      spdlog::warn("SIGUSR1: the field is not saved, too much is asked for already");
+      spdlog::warn("SIGUSR1 ignored: too many requests are pending");
     }
   }
 
@@ -240,18 +240,21 @@ class Daemon::Impl {
   Result<std::vector<std::string>> ReadConfigurationAgain() {
     service_manager::Reloading();
     auto outcome = config_.ReadAgain();
+    if (outcome.ok()) {
+      control_.TellConfigured();
+    }
     if (!stopping_) {
       service_manager::Ready(DescribeState());
     }
     return outcome;
   }
 
-  void MakeSnapshot(engine::Control::DoneWith<std::optional<std::string>> done) {
-    if (keeper_->folder().empty()) {
+  void MakeSnapshot(control::Control::DoneWith<std::optional<std::string>> done) {
+    if (journal_->folder().empty()) {
       done(std::optional<std::string>());
       return;
     }
-    keeper_->Snapshot([done = std::move(done)](const Result<std::string>& made) {
+    journal_->Snapshot([done = std::move(done)](const Result<std::string>& made) {
       done(made.ok() ? Result<std::optional<std::string>>(made.value()) : Error{made.error()});
     });
   }
@@ -284,7 +287,7 @@ class Daemon::Impl {
       }
       std::vector<engine::Outgoing> out;
       service_.AdvanceIfDue(&out);
-      switchboard_.Deliver(out);
+      router_.Deliver(out);
       Tick();
     });
   }
@@ -296,8 +299,9 @@ class Daemon::Impl {
       if (error || stopping_) {
         return;
       }
-      keeper_->ReportStall();
+      journal_->ReportStall();
       control_.SampleLinks();
+      control_.TellWhatChanged();
       std::string trouble = DescribeTrouble(Counters());
       if (trouble != trouble_) {
         trouble_ = std::move(trouble);
@@ -377,12 +381,12 @@ class Daemon::Impl {
   boost::asio::steady_timer reporter_;
   boost::asio::steady_timer releaser_;
   bool releasing_ = false;
-  std::unique_ptr<StateKeeper> keeper_;
+  std::unique_ptr<JournalOwner> journal_;
   std::atomic<bool> release_posted_{false};
   engine::FieldClock field_clock_;
   engine::Service service_;
   FieldSaver saver_;
-  links::Switchboard switchboard_;
+  links::LinkRouter router_;
   Captures captures_;
   LinkSet links_;
   const int io_threads_;
@@ -392,16 +396,16 @@ class Daemon::Impl {
   LiveControl control_;
   WorkQueue edits_;
   WorkQueue operations_;  // what takes long, of the signals' and the operators'
-  FrontDoor door_;
+  HttpFrontEnd front_end_;
   std::string trouble_;
   bool told_of_field_time_ = false;
   std::string told_;  // the service manager
   std::atomic<bool> stopping_{false};
 };
 
-Daemon::Daemon(config::Config config, std::unique_ptr<StateKeeper> keeper, Reload reload,
+Daemon::Daemon(config::Config config, std::unique_ptr<JournalOwner> journal, Reload reload,
                std::string save_field)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(keeper), std::move(reload),
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(journal), std::move(reload),
                                    std::move(save_field))) {}
 
 Daemon::~Daemon() = default;

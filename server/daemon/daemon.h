@@ -1,12 +1,12 @@
 // The running server: engine, links, threads and signals.
 //
-//   Daemon daemon(std::move(config), std::move(keeper), reload, "lab.field");
+//   Daemon daemon(std::move(config), std::move(journal), reload, "lab.field");
 //   return daemon.Run();        // until SIGINT or SIGTERM
 //
-// SIGINT, SIGTERM: an orderly stop (signal_watch.h). SIGHUP: the configuration is read again
-// (live_config.h). SIGUSR1: the field is saved at once, beside the robots (field_saver.h).
+// SIGINT, SIGTERM: an orderly stop (signal_watch.h). SIGHUP: reread the configuration
+// (live_config.h). SIGUSR1: save the field while robots are served (field_saver.h).
 //
-// What passes is recorded if the configuration says so (captures.h).
+// Traffic is recorded if configured (captures.h).
 //
 // This is the sole owner of threads and signals.
 #pragma once
@@ -18,27 +18,27 @@
 
 #include "server/base/result.h"
 #include "server/config/config.h"
-#include "server/daemon/state_keeper.h"
+#include "server/daemon/journal_owner.h"
 
 namespace pheromone::daemon {
 
 class Daemon {
  public:
   using Reload = std::function<Result<config::Config>()>;
-  /// The exit status after a start that fails in the same way each time it is tried.
+  /// The exit status for errors that a restart does not cure.
   static constexpr int kMisconfigured = 2;
 
-  /// `keeper` has the state to go on from. `reload` reads the configuration again. The field is
-  /// saved to `save_field` at an orderly stop; empty: it is not saved.
-  Daemon(config::Config config, std::unique_ptr<StateKeeper> keeper, Reload reload,
+  /// `journal` has the state to resume from. `reload` rereads the configuration. The field is saved
+  /// to `save_field` at an orderly stop; empty: it is not saved.
+  Daemon(config::Config config, std::unique_ptr<JournalOwner> journal, Reload reload,
          std::string save_field);
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
   ~Daemon();
 
   /// Returns the exit status: 0 after an orderly stop, kMisconfigured if the configuration does not
-  /// fit the state or nothing can be recorded where it says, 1 if a required link did not come up,
-  /// or field or journal could not be written to the end.
+  /// match the state or its folder for recordings cannot be used, 1 if a required link could not be
+  /// opened, or the field or the journal could not be written completely.
   int Run();
 
  private:

@@ -136,7 +136,7 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         lines = result.stdout.splitlines()
         self.assertEqual(lines[0], "test.toml: ok")
-        self.assertIn("one quantum less every 30 s", lines[2])
+        self.assertIn("loses one quantum every 30 s", lines[2])
 
     def test_check_refuses_a_bad_file_with_every_mistake(self):
         self.config.write_text(CONFIG.replace("cell_m = 0.1", "cel_m = 0.1")
@@ -152,8 +152,8 @@ class DaemonTest(unittest.TestCase):
         self.config.write_text(CONFIG + PTY + '[journal]\nfolder = "state"\n')
         result = self.call("--check", "--config", "test.toml")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertIn(f"  journal: {self.folder}/state, which is not there yet\n"
-                      f"  recordings: {self.folder}/captures, which is not there yet\n",
+        self.assertIn(f"  journal: {self.folder}/state, to be created\n"
+                      f"  recordings: {self.folder}/captures, to be created\n",
                       result.stdout)
         self.assertEqual(os.listdir(self.folder), ["test.toml"])
         with self.start("--config", "test.toml") as server:
@@ -173,10 +173,10 @@ class DaemonTest(unittest.TestCase):
         warnings = result.stderr.splitlines()
         self.assertEqual(result.returncode, 0)
         self.assertIn(f"warning: capture.folder: {self.folder}: Permission denied, expected a "
-                      "folder that can be written to", warnings)
+                      "writable folder", warnings)
         self.assertEqual(bool(other), f"warning: journal.folder: {self.folder}/state/lock: "
                          "Permission denied, "
-                         "expected a file of the server's user" in warnings)
+                         "expected a file owned by the server's user" in warnings)
 
     def test_a_bad_file_ends_the_start_with_the_same_words(self):
         self.config.write_text("[map\n")
@@ -197,8 +197,8 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual(self.call("--check", "--config", "test.toml").returncode, 0)
         result = self.call("--check")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertIn("  note: default configuration:33:1: pheromone[1]: amid nodes all at their "
-                      "maximum an antenna senses ", result.stdout)
+        self.assertIn("  note: default configuration:33:1: pheromone[1]: if all nearby nodes are "
+                      "at their maximum, an antenna senses ", result.stdout)
 
     def test_command_line_mistakes_and_help(self):
         for arguments in (["--confg", "x"], ["--log-level", "loud"], ["stray"], ["--config"],
@@ -289,8 +289,8 @@ class DaemonTest(unittest.TestCase):
                                'port = "/dev/ttyNONE7"\n')
         with self.start("--config", "test.toml") as server:
             server.await_log("ready: 1 of 2 links up")
-            self.assertIn("link radio-b: down, /dev/ttyNONE7: No such file or directory; trying "
-                          "again", server.log)
+            self.assertIn("link radio-b: down, /dev/ttyNONE7: No such file or directory; "
+                          "retrying", server.log)
             port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
             self.assertEqual(ask(port, PING, len(ECHO)), ECHO)
             os.close(port)
@@ -317,7 +317,7 @@ class DaemonTest(unittest.TestCase):
             self.assertEqual(ask(master, PING, len(ECHO)), ECHO)
             os.unlink(self.folder / "modem")
             os.close(master)
-            server.await_log("the other side hung up; trying again")
+            server.await_log("the other side hung up; retrying")
             master = plug_in()
             server.await_log("link radio-b: up, serial ./modem at 9600 baud", 2)
             self.assertEqual(ask(master, PING, len(ECHO)), ECHO)
@@ -330,7 +330,8 @@ class DaemonTest(unittest.TestCase):
                                'port = "/dev/ttyNONE7"\nrequired = true\n')
         with self.start("--config", "test.toml") as server:
             self.assertEqual(server.end(), 1)
-            self.assertIn("link radio-b is required and did not come up: /dev/ttyNONE7: No such "
+            self.assertIn("link radio-b is required but could not be opened: /dev/ttyNONE7: No "
+                          "such "
                           "file or directory", server.log)
         self.assertFalse(os.path.lexists(self.folder / "radio-a.pty"))
 
@@ -339,16 +340,17 @@ class DaemonTest(unittest.TestCase):
             server.await_log("ready")
             self.config.write_text(CONFIG.replace("tau_s = 30.0", "tau_s = 5") + PTY)
             server.process.send_signal(signal.SIGHUP)
-            server.await_log("configuration read again")
-            self.assertIn("one quantum less every 5 s", server.log)
-            self.assertNotIn("need a restart", server.log)
+            server.await_log("configuration reread")
+            self.assertIn("loses one quantum every 5 s", server.log)
+            self.assertNotIn("require a restart", server.log)
 
             self.config.write_text(CONFIG + PTY.replace("radio-a.pty", "other.pty")
                                    + "[daemon]\nio_threads = 3\n")
             server.process.send_signal(signal.SIGHUP)
-            server.await_log("configuration read again", 2)
-            self.assertIn("changed links need a restart", server.log)
-            self.assertIn("changed [daemon], [control] or [web] settings need a restart", server.log)
+            server.await_log("configuration reread", 2)
+            self.assertIn("changed links require a restart", server.log)
+            self.assertIn("changed [daemon], [control] or [web] settings require a restart",
+                          server.log)
             self.assertEqual(server.stop(), 0)
 
     def test_sighup_with_a_bad_file_changes_nothing(self):
@@ -359,7 +361,7 @@ class DaemonTest(unittest.TestCase):
             server.await_log("test.toml:12:9: pheromone[1].tau_s")
             self.config.write_text(CONFIG.replace("cell_m = 0.1", "cell_m = 0.2") + PTY)
             server.process.send_signal(signal.SIGHUP)
-            server.await_log("the configuration stays as it was", 2)
+            server.await_log("the configuration is unchanged", 2)
             port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
             self.assertEqual(ask(port, PING, len(ECHO)), ECHO)
             os.close(port)
@@ -401,18 +403,18 @@ class DaemonTest(unittest.TestCase):
         server, robot = self.start_to_save("--load-field", "lab.field", "--save-field", "lab.field")
         with server, robot.line:
             self.assertEqual(self.smells(robot), before)
-            self.assertIn("print of type 2: 20 nodes", server.log)
+            self.assertIn("initial raster of type 2: 20 nodes", server.log)
             # A configuration that is read again leaves on the map what was loaded.
             self.config.write_text(self.config.read_text().replace("tau_s = 3000", "tau_s = 4000"))
             server.process.send_signal(signal.SIGHUP)
-            server.await_log("configuration read again")
+            server.await_log("configuration reread")
             self.assertEqual(self.smells(robot), before)
             whole = self.config.read_text()
             self.config.write_text(whole[:whole.rindex("[[pheromone]]")] + PTY)
             server.process.send_signal(signal.SIGHUP)
-            server.await_log("the configuration stays as it was:\n"
-                             f"{self.folder}/lab.field, which was loaded, has pheromone "
-                             "type 2, which left the configuration")
+            server.await_log("the configuration is unchanged:\n"
+                             f"the field loaded from {self.folder}/lab.field has pheromone "
+                             "type 2, which is no longer configured")
             self.assertEqual(self.smells(robot), before)
             self.assertEqual(server.stop(), 0)
             self.assertIn(f"field saved to {self.folder}/lab.field: 40 nodes", server.log)
@@ -437,7 +439,7 @@ class DaemonTest(unittest.TestCase):
         with server, robot.line:
             self.assertEqual(self.smells(robot), before)
             server.process.send_signal(signal.SIGUSR1)
-            server.await_log("asked to save the field, but started without --save-field")
+            server.await_log("SIGUSR1 ignored: the server was started without --save-field")
             self.assertEqual(server.stop(), 0)
         self.assertEqual((self.folder / "lab.field").read_text(), saved)
 
@@ -468,13 +470,14 @@ class DaemonTest(unittest.TestCase):
         for arguments in (load, (*load, "--check")):
             result = self.call(*arguments)
             self.assertEqual((result.returncode, result.stderr),
-                             (2, f"{self.folder}/lab.field does not fit the configuration: "
+                             (2, f"{self.folder}/lab.field does not match the configuration: "
                               "pheromone type 2 (\"path\") is not configured\n"))
         (self.folder / "lab.field").write_bytes(saved[:-1])
         result = self.call(*load)
         self.assertEqual(result.returncode, 2)
-        self.assertRegex(result.stderr, r"^\S+/lab\.field:7:25: found the end of the file, expected "
-                         "a whole line: the file is cut off\n$")
+        self.assertRegex(result.stderr, r"^\S+/lab\.field:7:25: found the end of the file, "
+                                        r"expected "
+                         "a whole line: the file is truncated\n$")
         result = self.call("--load-field", "none.field")
         self.assertEqual((result.returncode, result.stderr),
                          (2, f"{self.folder}/none.field: cannot be opened: No such file or "
@@ -525,7 +528,7 @@ class DaemonTest(unittest.TestCase):
             with self.start("--config", "test.toml") as server:
                 server.await_log("ready")
                 self.assertEqual(server.stop(), 0)
-                self.assertEqual("token is open to all users" in server.log, warned)
+                self.assertEqual("token is readable by all users" in server.log, warned)
 
     def test_a_token_that_the_server_cannot_read_is_told_with_the_user(self):
         self.token(0o000)
@@ -536,7 +539,7 @@ class DaemonTest(unittest.TestCase):
         user = pwd.getpwuid(other.get("user", os.geteuid())).pw_name
         self.assertEqual(result.returncode, 2)
         self.assertIn("web.token_file: ", result.stderr)
-        self.assertIn(f"Permission denied for the user {user}, whom the server runs as; give the "
+        self.assertIn(f"Permission denied for the user {user}, as which the server runs; give the "
                       "file to that user's group (chgrp) with mode 0640", result.stderr)
 
     def test_log_level_silences(self):

@@ -1,5 +1,5 @@
-// Calls that are made later, by a thread of their own: the end of somebody's patience, a
-// repetition, another look. Nothing that blocks runs there, so that a deadline is met.
+// Delayed calls on a thread of their own: timeouts, retransmissions, polling. Nothing on that
+// thread blocks, so that deadlines are met.
 //
 //   Deadlines deadlines;
 //   const Deadlines::Id id = deadlines.After(std::chrono::seconds(5), [=](bool stopped) { ... });
@@ -31,13 +31,13 @@ class Deadlines {
   Deadlines& operator=(const Deadlines&) = delete;
   ~Deadlines();
 
-  /// `call` must not wait for anything. After Stop it is made at once, by the caller.
+  /// `call` must not block. After Stop it is made at once, by the caller.
   Id After(std::chrono::milliseconds delay, Call call);
 
   /// Does nothing if the call has been made, or is being made.
   void Cancel(Id id);
 
-  /// Makes the calls that remain, and returns when none is being made any more. Not from a call.
+  /// Makes the remaining calls, and returns when all have ended. Not from a call.
   void Stop();
 
  private:

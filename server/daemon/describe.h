@@ -1,4 +1,4 @@
-// What the daemon says about itself in the log when it ends: its counters. Lines without their end.
+// The statistics that the daemon logs when it stops. Lines without line ends.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@ namespace pheromone::daemon {
 /// Requests, answers and errors by reason, over all links.
 std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counters);
 
-/// What went wrong among the robots, as far as it happened; empty if nothing did.
+/// Errors concerning robots, with their counts; empty if there were none.
 std::string DescribeTrouble(const engine::EngineCounters& counters);
 
-/// The frames and bytes of a link, and every kind of loss that happened.
+/// The frames and bytes of a link, and all kinds of losses that occurred.
 std::string DescribeLink(const std::string& name, const links::LinkCounters& counters);
 
 }  // namespace pheromone::daemon

@@ -97,7 +97,7 @@ def run(folder, disk):
         halt_while_read_only(folder, robot)
         (disk / "filler").unlink()
         await_that(lambda: not refuses(robot), "freed space heals it without a restart")
-        server.await_log("changes are taken again")
+        server.await_log("changes are accepted again")
         robot.deposit(1, 5200, 5200)
         smells = {(x, y): robot.sense(1, x, y, 0)
                   for x in range(4600, 5600, 100) for y in range(4600, 5600, 100)}

@@ -23,22 +23,22 @@ PATIENCE_S = 60
 ALL_LAWS = """\
 map: 12 m x 8 m from (0, 0), 121 x 81 nodes, one every 0.1 m; antennas 0.15 m from the centre at \
 75.00 deg, 0.1 m ahead
-pheromone 1 "counter": quantum 0.125, at most 0.875, one quantum less every 30 s, full to 0.1 m and \
-smelled to 0.3 m ahead
-pheromone 2 "linear": quantum 0.125, at most 0.875, one quantum less every 30 s, evenly, full to \
-0.1 m and smelled to 0.3 m ahead
-pheromone 3 "exponential": quantum 0.125, at most 0.875, half of it every 20 s, full to 0.1 m and \
-smelled to 0.3 m ahead
-pheromone 4 "permanent": quantum 0.125, at most 0.875, never evaporates, full to 0.1 m and smelled \
+pheromone 1 "counter": quantum 0.125, at most 0.875, loses one quantum every 30 s, full up to 0.1 \
+m and sensed up to 0.3 m ahead
+pheromone 2 "linear": quantum 0.125, at most 0.875, loses one quantum every 30 s in steps of \
+1/64, full up to 0.1 m and sensed up to 0.3 m ahead
+pheromone 3 "exponential": quantum 0.125, at most 0.875, halves every 20 s, full up to 0.1 m and \
+sensed up to 0.3 m ahead
+pheromone 4 "permanent": quantum 0.125, at most 0.875, never evaporates, full up to 0.1 m and \
+sensed up to 0.3 m ahead
+pheromone 5 "cone": quantum 0.125, at most 0.875, loses one quantum every 30 s, a cone sensed up \
 to 0.3 m ahead
-pheromone 5 "cone": quantum 0.125, at most 0.875, one quantum less every 30 s, a cone smelled to \
-0.3 m ahead
-pheromone 6 "gaussian": quantum 0.125, at most 0.875, one quantum less every 30 s, a bell of 0.12 m \
-smelled to 0.4 m ahead
-pheromone 7 "repellent": quantum 0.125, at most 0.25, half of it every 60 s, a cone smelled to \
-0.4 m, repels with weight -0.5
-pheromone 8 "scent": quantum 0.5, at most 2, half of it every 120 s, a cone smelled to 0.2 m ahead, \
-spreads: 2.00 % of each difference every 0.2 s
+pheromone 6 "gaussian": quantum 0.125, at most 0.875, loses one quantum every 30 s, Gaussian of \
+sigma 0.12 m sensed up to 0.4 m ahead
+pheromone 7 "repellent": quantum 0.125, at most 0.25, halves every 60 s, a cone sensed up to 0.4 \
+m, repels with weight -0.5
+pheromone 8 "scent": quantum 0.5, at most 2, halves every 120 s, a cone sensed up to 0.2 m ahead, \
+diffuses: 2.00 % of each difference every 0.2 s
 pheromone 9 "guide": a blend of 0.5 x "counter", 0.25 x "permanent", -0.5 x "repellent"
 """.splitlines()
 
@@ -63,7 +63,7 @@ class ExamplesTest(unittest.TestCase):
         result = check("--config", str(ROOT / "server" / "config" / "default.toml"))
         self.assertEqual(result.returncode, 0)
         for line in result.stderr.splitlines():
-            self.assertIn("and a message holds 7.99", line)
+            self.assertIn("but a message can hold only 7.99", line)
 
     def test_each_law_is_told_in_words(self):
         result = check("--config", str(EXAMPLES / "all-laws.toml"))
@@ -75,8 +75,8 @@ class ExamplesTest(unittest.TestCase):
         self.assertIn("path of type 4: 5.0 m\n", result.stdout)  # 3 m and 2 m
         self.assertIn("path of type 4: 9.4 m, closed\n", result.stdout)  # 2 pi 1.5 m
         self.assertRegex(result.stdout, r"obstacles: \d+ nodes blocked\n")
-        self.assertRegex(result.stdout, r"print of type 4: \d+ nodes\n")
-        self.assertIn("robot 7 on link radio-a counts from (1, 1), turned by 90.00 deg\n",
+        self.assertRegex(result.stdout, r"initial raster of type 4: \d+ nodes\n")
+        self.assertIn("frame of robot 7 on link radio-a: origin (1, 1), turned by 90.00 deg\n",
                       result.stdout)
         outdoors = check("--config", str(EXAMPLES / "outdoor-gps.toml"))
         self.assertIn("datum: latitude 47.3769 deg, longitude 8.5417 deg, height 408 m\n",

@@ -17,7 +17,7 @@ namespace pheromone::daemon {
 Status CheckFolderOf(const std::string& path, const char* state_directory) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   if (access(folder.c_str(), F_OK) != 0) {
-    return Error{path + ": cannot be written in its folder: " + std::strerror(errno)};
+    return Error{path + ": cannot create files in its folder: " + std::strerror(errno)};
   }
   const std::string why = config::WhyUnusable(folder, state_directory);
   if (!why.empty()) {
@@ -44,7 +44,7 @@ FieldSaver::~FieldSaver() {
 
 void FieldSaver::SaveBeside() {
   if (path_.empty()) {
-    spdlog::warn("asked to save the field, but started without --save-field");
+    spdlog::warn("SIGUSR1 ignored: the server was started without --save-field");
     return;
   }
   if (asked_.fetch_add(1) != 0) {
@@ -67,7 +67,7 @@ bool FieldSaver::SaveAtEnd() {
     thread_.join();
   }
   return path_.empty() || Write(service_.Inspect([this](const engine::Engine& engine) {
-           return Result<maps::SavedField>(maps::Capture(engine.field(), now_ms_()));
+           return Result<maps::SavedField>(maps::TakeFieldSnapshot(engine.field(), now_ms_()));
          }));
 }
 
@@ -82,9 +82,9 @@ Result<maps::SavedField> FieldSaver::CaptureBeside() const {
     });
     const field::FieldReader reader(*field);  // the engine keeps its field, once it has one
     if (!reader.ok()) {
-      return Error{"too many look at it at once"};
+      return Error{"too many readers of the field"};
     }
-    maps::SavedField saved = maps::Capture(reader, map, laws, now_ms);
+    maps::SavedField saved = maps::TakeFieldSnapshot(reader, map, laws, now_ms);
     // A level read under one law must not be written under another.
     if (service_.Inspect(laws_of) == laws) {
       return saved;

@@ -1,13 +1,13 @@
-// Writes the whole field to a file (maps/field_file.h): while robots are served, beside them in a
-// thread of its own, and at the end.
+// Writes the field to a file (maps/field_file.h): on a thread of its own while robots are served,
+// and at the end.
 //
 //   FieldSaver saver(&service, now_ms, "lab.field");
 //   saver.SaveBeside();               // SIGUSR1
 //   bool written = saver.SaveAtEnd(); // when nobody changes the field any more
 //
-// Beside the robots it looks through a FieldReader: nobody waits for it, and what it sees of
-// neighbouring nodes may be some milliseconds apart. At the end it is exact. Either way the file is
-// replaced as a whole. What happens is told in the log.
+// While robots are served it uses a FieldReader: nobody waits for it, and neighbouring nodes may
+// differ in time by a few milliseconds. At the end it is exact. In both cases the file is replaced
+// atomically, and the outcome is logged.
 #pragma once
 
 #include <atomic>
@@ -22,7 +22,7 @@
 
 namespace pheromone::daemon {
 
-/// Whether a file could be made there, or replaced: told at the start rather than at the end.
+/// Whether a file can be created or replaced there, checked at the start rather than at the end.
 /// `path` is absolute, `state_directory` $STATE_DIRECTORY (server/config/folders.h).
 Status CheckFolderOf(const std::string& path, const char* state_directory);
 
@@ -35,11 +35,10 @@ class FieldSaver {
   FieldSaver& operator=(const FieldSaver&) = delete;
   ~FieldSaver();
 
-  /// Returns at once; one thread at a time. Whoever asks while it is still at it is served right
-  /// afterwards.
+  /// Returns at once; one thread at a time. A request during a save is served right after it.
   void SaveBeside();
 
-  /// False if there is a file to write and that failed.
+  /// False if there was a file to write and that failed.
   bool SaveAtEnd();
 
  private:

@@ -79,7 +79,7 @@ class JournalTest(unittest.TestCase):
         self.assertGreater(len(set(before.values())), 10)
         server.stop(number)
         again = self.start()
-        again.await_log(f"journal: {self.folder}/state goes on after sequence 42")
+        again.await_log(f"journal: {self.folder}/state resumed after sequence 42")
         after = self.robot()
         self.assertEqual(self.smells(after), before)
         self.assertEqual(after.hello(1).epoch, epoch)
@@ -132,7 +132,7 @@ class JournalTest(unittest.TestCase):
         second = subprocess.run([daemon_test.PHEROMONED, "--config", "test.toml"], cwd=self.folder,
                                 text=True, capture_output=True, timeout=PATIENCE_S, check=False)
         self.assertEqual(second.returncode, 1)
-        self.assertIn(f"journal: {self.folder}/state: is in use by another server", second.stderr)
+        self.assertIn(f"journal: {self.folder}/state: in use by another server", second.stderr)
         self.assertEqual(server.stop(), 0)
 
     def test_another_law_is_followed_and_another_geometry_refused(self):
@@ -151,7 +151,7 @@ class JournalTest(unittest.TestCase):
                                  timeout=PATIENCE_S, check=False)
         self.assertEqual(refused.returncode, 2)
         self.assertIn("the map's origin, extent or cell size differ", refused.stderr)
-        self.assertIn(f"the state in {self.folder}/state stays as it is", refused.stderr)
+        self.assertIn(f"the state in {self.folder}/state is unchanged", refused.stderr)
         self.config.write_text(text)
         self.assertEqual(self.start().stop(), 0)
 
@@ -161,7 +161,7 @@ class JournalTest(unittest.TestCase):
                                    {"STATE_DIRECTORY": str(self.folder)})):
             self.config.write_text(text)
             server = self.start(**environment)
-            self.assertIn("journal: none; the state lives as long as this process", server.log)
+            self.assertIn("journal: none; the state is lost when this process ends", server.log)
             self.assertEqual(server.stop(), 0)
             self.assertFalse((self.folder / "journal").exists())
 
@@ -183,11 +183,11 @@ class JournalTest(unittest.TestCase):
             self.addCleanup(server.__exit__)
             server.await_log("ready")
             self.assertIn(f"recording into {kept}/captures", server.log)
-            self.assertNotIn("systemd empties", server.log)
+            self.assertNotIn("systemd removes", server.log)
             self.assertEqual(server.stop(), 0)
             saved.append((kept / "lab.field").read_bytes())
         self.assertEqual(saved[0], saved[1])
-        self.assertIn(f"journal: {kept}/state goes on", server.log)
+        self.assertIn(f"journal: {kept}/state resumed", server.log)
         self.assertEqual(sorted(path.name for path in kept.iterdir()),
                          ["captures", "lab.field", "state"])
         self.assertEqual(list(runs.iterdir()), [])
@@ -195,7 +195,7 @@ class JournalTest(unittest.TestCase):
     def test_a_folder_that_systemd_empties_is_warned_of(self):
         self.config.write_text(PERMANENT + PTY + f'[journal]\nfolder = "{self.folder}/state"\n')
         server = self.start(RUNTIME_DIRECTORY=str(self.folder))
-        self.assertIn(f"{self.folder}/state: is in {self.folder}, which systemd empties when the "
+        self.assertIn(f"{self.folder}/state: is in {self.folder}, which systemd removes when the "
                       "service stops", server.log)
         self.assertEqual(server.stop(), 0)
 
@@ -213,14 +213,14 @@ class JournalTest(unittest.TestCase):
                 capture_output=True, timeout=PATIENCE_S, check=False,
                 env={"STATE_DIRECTORY": str(kept)}, **other)
             self.assertEqual(result.returncode, 2, result.stderr)
-            self.assertIn(f"{closed}: Permission denied, expected a folder that can be written to; "
-                          f"as a service, the server may write in {kept} alone unless a drop-in "
-                          f"(systemctl edit) with ReadWritePaths={path} allows more", result.stderr)
+            self.assertIn(f"{closed}: Permission denied, expected a writable folder; "
+                          f"as a service, the server may only write to {kept}; to permit more, "
+                          f"add ReadWritePaths={path} in a drop-in (systemctl edit)", result.stderr)
 
     def test_relaxed_says_what_it_risks_and_a_kill_begins_an_epoch(self):
         self.config.write_text(PERMANENT + PTY + JOURNAL + 'durability = "relaxed"\nsync_s = 60\n')
         server = self.start()
-        self.assertIn("a crash may lose up to 60000 ms of what they were told", server.log)
+        self.assertIn("a crash may lose up to 60000 ms of acknowledged changes", server.log)
         epoch = self.robot().hello(1).epoch
         self.assertEqual(server.stop(), 0)
         server = self.start()

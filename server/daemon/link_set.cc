@@ -29,21 +29,21 @@ size_t CountPorts(const std::vector<config::LinkConfig>& links) {
 }  // namespace
 
 LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
-                 engine::Service* service, links::Switchboard* switchboard, links::Tap* tap)
+                 engine::Service* service, links::LinkRouter* router, links::Tap* tap)
     : ports_(CountPorts(config.links)) {
   std::random_device random;
   for (size_t i = 0; i < config.links.size(); ++i) {
     links_.push_back(MakeLink(io, config.links[i],
                               {config.links[i].name,
                                static_cast<engine::LinkIndex>(i),
-                               switchboard,
+                               router,
                                LogOfLink,
                                tap,
                                {},
                                ports_.get_executor()},
                               random()));
     required_.push_back(config.links[i].required);
-    switchboard->Add(links_.back().get());
+    router->Add(links_.back().get());
   }
   for (const config::TrackerConfig& tracker : config.trackers) {
     const auto log = [name = tracker.name](links::Severity severity, const std::string& text) {
@@ -60,7 +60,7 @@ bool LinkSet::Start() {
     const Status status = links_[i]->Start();
     up += status.ok() ? 1u : 0u;
     if (!status.ok() && required_[i]) {
-      spdlog::critical("link {} is required and did not come up: {}", links_[i]->name(),
+      spdlog::critical("link {} is required but could not be opened: {}", links_[i]->name(),
                        status.error());
       good = false;
     }

@@ -1,12 +1,11 @@
 // All links and trackers of the configuration: made, started and stopped together.
 //
-//   LinkSet links(io, config, &service, &switchboard, &captures);
+//   LinkSet links(io, config, &service, &router, &captures);
 //   if (links.Start()) ...
 //   links.Stop();           // then `io` runs dry
 //   links.Summarise();
 //
-// What a link has to say goes to the log. Start and Stop: one thread. Everything it is given
-// outlives it.
+// The messages of links go to the log. Start and Stop: one thread. All arguments outlive it.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +18,7 @@
 #include "server/config/config.h"
 #include "server/engine/service.h"
 #include "server/links/link.h"
-#include "server/links/switchboard.h"
+#include "server/links/link_router.h"
 #include "server/links/tap.h"
 #include "server/links/tracker_link.h"
 
@@ -28,11 +27,11 @@ namespace pheromone::daemon {
 class LinkSet {
  public:
   LinkSet(boost::asio::io_context& io, const config::Config& config, engine::Service* service,
-          links::Switchboard* switchboard, links::Tap* tap);
+          links::LinkRouter* router, links::Tap* tap);
   LinkSet(const LinkSet&) = delete;
   LinkSet& operator=(const LinkSet&) = delete;
 
-  /// False if a required link did not come up. The others try again by themselves.
+  /// False if a required link could not be opened. The others keep retrying.
   bool Start();
   void Stop();
 
@@ -41,7 +40,7 @@ class LinkSet {
   /// How many are up; any thread.
   size_t CountUp() const;
 
-  /// What passed each link, into the log.
+  /// Logs the statistics of each link.
   void Summarise() const;
 
  private:

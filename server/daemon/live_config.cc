@@ -23,19 +23,20 @@ uint16_t RandomEpoch(uint16_t other_than) {
   return static_cast<uint16_t>(epoch);
 }
 
-std::vector<std::string> WhatWaits(const config::Config& present, const config::Config& next) {
+std::vector<std::string> RestartRequired(const config::Config& present,
+                                         const config::Config& next) {
   std::vector<std::string> notes;
   if (next.links != present.links) {
-    notes.emplace_back("changed links need a restart");
+    notes.emplace_back("changed links require a restart");
   }
   if (next.trackers != present.trackers || next.datum != present.datum) {
-    notes.emplace_back("changed trackers, or their datum, need a restart");
+    notes.emplace_back("changed trackers, or their datum, require a restart");
   }
   if (next.journal != present.journal || next.capture != present.capture) {
-    notes.emplace_back("changed [journal] or [capture] settings need a restart");
+    notes.emplace_back("changed [journal] or [capture] settings require a restart");
   }
   if (next.daemon != present.daemon || next.control != present.control || next.web != present.web) {
-    notes.emplace_back("changed [daemon], [control] or [web] settings need a restart");
+    notes.emplace_back("changed [daemon], [control] or [web] settings require a restart");
   }
   return notes;
 }
@@ -61,11 +62,11 @@ Status LiveConfig::TakeAtStart(bool state_lost) {
 Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   Result<config::Config> loaded = reload_();
   if (!loaded.ok()) {
-    spdlog::error("the configuration stays as it was:\n{}", loaded.error());
+    spdlog::error("the configuration is unchanged:\n{}", loaded.error());
     return Error{loaded.error()};
   }
   config::Config& next = loaded.value();
-  std::vector<std::string> notes = WhatWaits(config_, next);
+  std::vector<std::string> notes = RestartRequired(config_, next);
   for (const std::string& note : notes) {
     spdlog::warn("{}", note);
   }
@@ -73,7 +74,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   next.engine.links = config_.engine.links;
   const auto configured = Configure(next.engine, false);
   if (!configured.ok()) {
-    spdlog::error("the configuration stays as it was: {}", configured.error());
+    spdlog::error("the configuration is unchanged: {}", configured.error());
     return Error{configured.error()};
   }
   {
@@ -84,11 +85,11 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   Tell(next.warnings);
   if (!configured.value().all_laid) {
     notes.emplace_back(
-        "its paths and prints are not all laid: the log stopped taking changes; the rest follows "
-        "when it takes them again");
+        "not all paths and initial rasters are deposited: the log stopped accepting changes; the "
+        "rest follows when it accepts them again");
     spdlog::warn("{}", notes.back());
   }
-  spdlog::info("configuration read again");
+  spdlog::info("configuration reread");
   return notes;
 }
 

@@ -1,13 +1,13 @@
-// The configuration that is in effect: taken at the start, read again while the server runs.
+// The current configuration: applied at the start, reread while the server runs.
 //
 //   LiveConfig config(loaded, reload, &service, &captures);
 //   Status taken = config.TakeAtStart(state_lost);
 //   ...
 //   const auto notes = config.ReadAgain();      // SIGHUP
 //
-// What concerns the map takes effect if the present map can follow; the rest waits for a restart.
-// What is taken, and what is wrong, is told in the log. Get may be called from any thread; the
-// others by one at a time.
+// Changes of the map take effect if they are compatible with the present map; the rest requires a
+// restart. Changes and errors are logged. Get may be called from any thread; the other functions by
+// one at a time.
 #pragma once
 
 #include <functional>
@@ -29,17 +29,17 @@ class LiveConfig {
   /// `reload` reads the configuration again. `service` and `captures` outlive it.
   LiveConfig(config::Config config, Reload reload, engine::Service* service, Captures* captures);
 
-  /// Configures the service. `state_lost`: changes that clients were told of are missing from the
-  /// state. Errors: the state that is there cannot follow.
+  /// Configures the service. `state_lost`: acknowledged changes are missing from the state. Errors:
+  /// the configuration is incompatible with the state.
   Status TakeAtStart(bool state_lost);
 
-  /// Returns what waits for a restart. Errors: mistakes in the configuration, or what the map
-  /// cannot follow; then all stays as it was.
+  /// Returns the settings that require a restart. Errors: the configuration is invalid, or not
+  /// compatible with the map; then nothing is changed.
   Result<std::vector<std::string>> ReadAgain();
 
   config::Config Get() const;
 
-  /// As at the start: changed ones wait for a restart. Any thread.
+  /// As at the start, since changes require a restart. Any thread.
   const std::vector<config::LinkConfig>& links() const { return config_.links; }
 
  private:

@@ -11,7 +11,7 @@
 
 #include "server/config/describe.h"
 #include "server/config/folders.h"
-#include "server/daemon/process_figures.h"
+#include "server/daemon/process_stats.h"
 #include "server/field/raster.h"
 
 namespace pheromone::daemon {
@@ -21,8 +21,9 @@ constexpr double kMemoryS = 10;                         // of the links' byte ra
 constexpr std::chrono::milliseconds kBetweenLooks{5};   // at a recording
 constexpr std::chrono::milliseconds kHaltPatience{20};  // with the log; robots drive meanwhile
 constexpr char kNotYetDurable[] = "applied; not yet durable: a crash may undo it";
-constexpr char kSnapshotLate[] = "asked for, and not made yet: the log tells when it is";
-constexpr char kBusy[] = "the server is busy with what was asked for before; nothing was changed";
+constexpr char kSnapshotLate[] =
+    "snapshot requested but not finished; its completion will be logged";
+constexpr char kBusy[] = "the server is busy with earlier requests; nothing was changed";
 
 using TimePoint = std::chrono::steady_clock::time_point;
 
@@ -39,36 +40,38 @@ std::optional<double> SecondsUntil(std::optional<TimePoint> then) {
   return then ? std::optional(std::max(0.0, -SecondsSince(*then))) : std::nullopt;
 }
 
-std::vector<engine::NamedCount> CountsOf(const links::LinkCounters& it) {
+std::vector<control::NamedCount> CountsOf(const links::LinkCounters& it) {
   return {
-      {"received_frames", "Whole frames received.", it.received.frames},
+      {"received_frames", "Complete frames received.", it.received.frames},
       {"received_bytes", "Bytes received.", it.bytes_in},
       {"sent_frames", "Frames sent.", it.frames_out},
       {"sent_bytes", "Bytes sent.", it.bytes_out},
       {"crc_errors", "Frames with a wrong CRC.", it.received.crc_errors},
-      {"bad_escapes", "Frames with something illegal after a DLE.", it.received.bad_escapes},
+      {"bad_escapes", "Frames with an invalid byte after a DLE.", it.received.bad_escapes},
       {"oversize_frames", "Frames longer than any message.", it.received.oversize},
       {"runt_frames", "Frames shorter than any message.", it.received.runts},
       {"refused_frames", "Frames with ID or opcode 0.", it.received.refused},
-      {"restarted_frames", "Frames that another one began inside of.", it.received.restarts},
-      {"gap_timeouts", "Frames given up since a byte was missing.", it.received.timeouts},
+      {"restarted_frames", "Frames interrupted by the start of another frame.",
+       it.received.restarts},
+      {"gap_timeouts", "Frames abandoned at a gap timeout.", it.received.timeouts},
       {"stray_bytes", "Bytes outside of frames.", it.received.ignored_bytes},
       {"openings", "Ports opened, connections accepted.", it.opened},
-      {"late_answers", "Answers not sent: nobody waited for them any longer.", it.late_answers},
-      {"dropped_answers", "Answers not sent: nobody read those before.", it.dropped_answers},
-      {"withheld_errors", "ERRORs not sent: a second one in a window.", it.withheld_errors},
-      {"undeliverable", "Messages not sent: nobody is connected.", it.undeliverable},
-      {"dropped_connections", "Connections dropped to make room.", it.dropped_connections},
+      {"late_answers", "Answers not sent because they were too late.", it.late_answers},
+      {"dropped_answers", "Answers not sent because the send queue was full.", it.dropped_answers},
+      {"withheld_errors", "ERRORs not sent because a window permits only one.", it.withheld_errors},
+      {"undeliverable", "Messages not sent because there was no connection.", it.undeliverable},
+      {"dropped_connections", "Connections closed to make room for another.",
+       it.dropped_connections},
       {"not_allowed", "Messages of clients that the link does not serve.", it.not_allowed},
       {"too_many", "Messages beyond the limits of the request rate.", it.too_many},
       {"received_datagrams", "UDP datagrams received.", it.datagrams_in},
-      {"oversize_datagrams", "UDP datagrams longer than is taken.", it.oversize_datagrams},
-      {"dropped_datagrams", "UDP datagrams that the system dropped.", it.dropped_datagrams},
-      {"framing_errors", "Bytes without a stop bit, by the port's driver.", it.line.framing},
+      {"oversize_datagrams", "UDP datagrams above the maximum length.", it.oversize_datagrams},
+      {"dropped_datagrams", "UDP datagrams dropped by the kernel.", it.dropped_datagrams},
+      {"framing_errors", "Framing errors counted by the port's driver.", it.line.framing},
       {"overruns", "Bytes lost in the port or its driver.",
        it.line.overruns + it.line.buffer_overruns},
-      {"parity_errors", "Bytes of wrong parity, by the port's driver.", it.line.parity},
-      {"breaks", "Breaks, by the port's driver.", it.line.breaks},
+      {"parity_errors", "Parity errors counted by the port's driver.", it.line.parity},
+      {"breaks", "Break conditions counted by the port's driver.", it.line.breaks},
   };
 }
 
@@ -97,13 +100,13 @@ uint64_t BytesOf(const links::Link& link) {
 }
 
 void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_ms,
-             engine::ClientView* client) {
+             control::ClientView* client) {
   const auto& observed = client->robot.observed;
   if (observed && now_ms < observed->until_ms) {
-    client->pose_source = engine::PoseSource::kTracker;
+    client->pose_source = control::PoseSource::kTracker;
     client->pose = observed->pose;
   } else if (client->traffic.pose) {
-    client->pose_source = engine::PoseSource::kRobot;
+    client->pose_source = control::PoseSource::kRobot;
     client->pose = engine.PoseOf(link, client->id, *client->traffic.pose, now_ms);
   }
 }
@@ -113,11 +116,11 @@ void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_
 template <typename T>
 class OneAnswer {
  public:
-  OneAnswer(engine::Control::DoneWith<T> done, std::weak_ptr<Deadlines> deadlines)
+  OneAnswer(control::Control::DoneWith<T> done, std::weak_ptr<Deadlines> deadlines)
       : done_(std::move(done)), deadlines_(std::move(deadlines)) {}
 
   void Give(const Result<T>& result) {
-    engine::Control::DoneWith<T> done;
+    control::Control::DoneWith<T> done;
     std::optional<Deadlines::Id> deadline;
     {
       const std::lock_guard lock(mutex_);
@@ -156,7 +159,7 @@ class OneAnswer {
   }
 
   mutable std::mutex mutex_;
-  engine::Control::DoneWith<T> done_;
+  control::Control::DoneWith<T> done_;
   std::optional<Deadlines::Id> deadline_;
   const std::weak_ptr<Deadlines> deadlines_;
 };
@@ -164,7 +167,7 @@ class OneAnswer {
 // Has `start` begun with a function that takes its result; `late` is the result after `patience`.
 template <typename T, typename Start>
 void Await(const std::shared_ptr<Deadlines>& deadlines, std::chrono::milliseconds patience,
-           const Error& late, engine::Control::DoneWith<T> done, Start&& start) {
+           const Error& late, control::Control::DoneWith<T> done, Start&& start) {
   const auto answer = std::make_shared<OneAnswer<T>>(std::move(done), deadlines);
   start([answer](const Result<T>& result) { answer->Give(result); });
   if (!answer->given()) {
@@ -176,14 +179,15 @@ void Await(const std::shared_ptr<Deadlines>& deadlines, std::chrono::millisecond
 }  // namespace
 
 std::string TroubleWithFieldTime(uint64_t now_ms) {
-  return now_ms < engine::kMostFieldTimeMs
+  return now_ms < engine::kMaxFieldTimeMs
              ? std::string()
-             : "field time has reached its end, 139 years, and nothing evaporates any more: stop "
+             : "field time has reached its end after 139 years and nothing evaporates any more: "
+               "stop "
                "with --save-field, move the journal away and start with --load-field";
 }
 
-engine::StatusView LiveControl::GetStatus(bool with_hash) const {
-  engine::StatusView status;
+control::StatusView LiveControl::GetStatus(bool with_hash) const {
+  control::StatusView status;
   parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
     status.field_time_ms = parts_.now_ms();
     status.epoch = engine.epoch();
@@ -200,7 +204,7 @@ engine::StatusView LiveControl::GetStatus(bool with_hash) const {
       status.state_hash = engine.StateHash();
     }
   });
-  status.latency = parts_.switchboard->latency();
+  status.latency = parts_.router->latency();
   status.version = PHEROMONE_VERSION;
   status.uptime_s = SecondsSince(started_);
   status.service = parts_.service->counters();
@@ -208,7 +212,7 @@ engine::StatusView LiveControl::GetStatus(bool with_hash) const {
   for (const auto& link : *parts_.links) {
     status.links_up += link->state().up ? 1u : 0u;
   }
-  const ProcessFigures process = ReadProcessFigures();
+  const ProcessStats process = ReadProcessFigures();
   status.resident_bytes = process.resident_bytes;
   status.open_descriptors = process.open_descriptors;
   status.cpu_s = process.cpu_s;
@@ -219,15 +223,15 @@ engine::StatusView LiveControl::GetStatus(bool with_hash) const {
   return status;
 }
 
-std::vector<engine::LinkView> LiveControl::GetLinks() const {
+std::vector<control::LinkView> LiveControl::GetLinks() const {
   const std::vector<config::LinkConfig>& configured = *parts_.link_configs;
   const std::lock_guard lock(mutex_);
-  std::vector<engine::LinkView> views;
+  std::vector<control::LinkView> views;
   for (size_t i = 0; i < parts_.links->size(); ++i) {
     const links::Link& link = *(*parts_.links)[i];
     const links::LinkRecord::State state = link.state();
     const links::LinkCounters counters = link.counters();
-    engine::LinkView& view = views.emplace_back();
+    control::LinkView& view = views.emplace_back();
     view.name = link.name();
     view.kind = NameOf(configured[i].kind);
     view.address = link.address();
@@ -246,18 +250,18 @@ std::vector<engine::LinkView> LiveControl::GetLinks() const {
   return views;
 }
 
-std::vector<engine::ClientView> LiveControl::GetClients() const {
-  std::map<std::pair<engine::LinkIndex, uint8_t>, engine::ClientView> clients;
+std::vector<control::ClientView> LiveControl::GetClients() const {
+  std::map<std::pair<engine::LinkIndex, uint8_t>, control::ClientView> clients;
   parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
     engine.robots().ForEach(
         [&](engine::LinkIndex link, uint8_t id, const engine::RobotState& robot) {
-          engine::ClientView& client = clients[{link, id}];
+          control::ClientView& client = clients[{link, id}];
           client.robot = robot;
           client.known = robot.epoch == engine.epoch();
         });
     const uint64_t now_ms = parts_.now_ms();
     traffic.ForEach([&](engine::LinkIndex link, uint8_t id, const engine::RobotTraffic& heard) {
-      engine::ClientView& client = clients[{link, id}];
+      control::ClientView& client = clients[{link, id}];
       client.traffic = heard;
       client.silent_ms = now_ms - std::min(now_ms, heard.last_ms);
     });
@@ -267,7 +271,7 @@ std::vector<engine::ClientView> LiveControl::GetClients() const {
       AddPose(engine, key.first, now_ms, &client);
     }
   });
-  std::vector<engine::ClientView> views;
+  std::vector<control::ClientView> views;
   views.reserve(clients.size());
   for (auto& [key, client] : clients) {
     views.push_back(std::move(client));
@@ -275,10 +279,10 @@ std::vector<engine::ClientView> LiveControl::GetClients() const {
   return views;
 }
 
-engine::FieldView LiveControl::GetField() const {
+control::FieldView LiveControl::GetField() const {
   return parts_.service->Inspect([this](const engine::Engine& engine) {
     const field::FieldConfig& present = engine.config().field;
-    engine::FieldView view;
+    control::FieldView view;
     view.field = &engine.field();  // the engine keeps its field, once it has one
     view.config.map = present.map;
     view.config.antennas = present.antennas;
@@ -312,28 +316,29 @@ Status LiveControl::CheckHealth() const {
       case protocol::Reason::kBusy:
         return Status(Error{"the log is busy"});
       default:
-        return Status(Error{"the log takes no changes"});
+        return Status(Error{"the log does not accept changes"});
     }
     const std::string trouble = TroubleWithFieldTime(parts_.now_ms());
     return trouble.empty() ? Ok() : Status(Error{trouble});
   });
 }
 
-void LiveControl::Edit(const field::FieldEdit& edit, DoneWith<engine::EditOutcome> done) {
+void LiveControl::Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) {
   if (!parts_.run_edit([this, edit, done] { EditNow(edit, done); })) {
     done(Error{kBusy});
   }
 }
 
-void LiveControl::EditNow(const field::FieldEdit& edit, const DoneWith<engine::EditOutcome>& done) {
+void LiveControl::EditNow(const field::FieldEdit& edit,
+                          const DoneWith<control::EditOutcome>& done) {
   const Result<engine::Service::Applied> made = parts_.service->Edit(edit);
   if (!made.ok()) {
     done(Error{made.error()});
     return;
   }
-  const engine::EditOutcome outcome{static_cast<uint64_t>(made.value().nodes)};
+  const control::EditOutcome outcome{static_cast<uint64_t>(made.value().nodes)};
   AwaitDurable(parts_.patience, [done, outcome](const Status& durable) {
-    done(durable.ok() ? Result<engine::EditOutcome>(outcome) : Error{durable.error()});
+    done(durable.ok() ? Result<control::EditOutcome>(outcome) : Error{durable.error()});
   });
 }
 
@@ -353,7 +358,7 @@ void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode
                         std::span<const uint8_t> arguments, Done done) {
   const auto index = parts_.service->FindLink(link);
   if (!index) {
-    done(Error{"there is no link \"" + std::string(link) + "\""});
+    done(Error{"unknown link \"" + std::string(link) + "\""});
     return;
   }
   engine::CommandIssued command{*index, id, code, {}};
@@ -361,7 +366,7 @@ void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode
               command.arguments.begin());
   std::vector<engine::Outgoing> out;
   const Status issued = parts_.service->Issue(command, &out);
-  parts_.switchboard->Deliver(out);
+  parts_.router->Deliver(out);
   if (issued.ok()) {
     AwaitDurable(parts_.patience, std::move(done));
   } else {
@@ -385,7 +390,7 @@ void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
     logged = parts_.service->Issue(halt, &out).ok() && logged;
     names.push_back((*parts_.links)[i]->name());
   }
-  parts_.switchboard->Deliver(out);
+  parts_.router->Deliver(out);
   if (!logged) {
     SendHaltsUnlogged(engine::Engine::kBroadcastTransmissions);
     done(names);
@@ -413,7 +418,7 @@ void LiveControl::SendHaltsUnlogged(int transmissions) {
     parts_.captures->Unlogged(outgoing.link, outgoing.message);
     out.push_back(outgoing);
   }
-  parts_.switchboard->Deliver(out);
+  parts_.router->Deliver(out);
   if (transmissions > 1) {
     deadlines_->After(std::chrono::milliseconds(engine::Engine::kBroadcastIntervalMs),
                       [this, transmissions](bool stopped) {
@@ -457,6 +462,7 @@ void LiveControl::ChangeCapture(Status (Captures::*change)(), Done done) {
   const auto operation = [this, change, done] {
     const Status changed = (parts_.captures->*change)();
     if (changed.ok()) {
+      TellCapture();
       AwaitCapture(std::chrono::steady_clock::now() + parts_.patience, done);
     } else {
       done(changed);
@@ -481,6 +487,43 @@ void LiveControl::AwaitCapture(TimePoint deadline, const Done& done) {
     }
   };
   deadlines_->After(kBetweenLooks, look_again);
+}
+
+void LiveControl::TellConfigured() {
+  board_.Publish({.topic = control::Notice::Topic::kConfiguration});
+}
+
+void LiveControl::TellCapture() {
+  const std::lock_guard lock(telling_);
+  const control::CaptureView view = parts_.captures->View();
+  if (view.recording != recording_told_) {
+    recording_told_ = view.recording;
+    board_.Publish(
+        {.topic = control::Notice::Topic::kCapture, .is_on = view.recording, .text = view.error});
+  }
+}
+
+void LiveControl::TellWhatChanged() {
+  TellCapture();
+  const std::lock_guard lock(telling_);
+  const bool first = links_told_.size() != parts_.links->size();
+  links_told_.resize(parts_.links->size());
+  for (size_t i = 0; i < links_told_.size(); ++i) {
+    const links::LinkRecord::State state = (*parts_.links)[i]->state();
+    LinkTold now{state.up, state.since, state.reason};
+    if (first ? state.up : now != links_told_[i]) {
+      board_.Publish({.topic = control::Notice::Topic::kLink,
+                      .is_on = state.up,
+                      .subject = (*parts_.links)[i]->name(),
+                      .text = state.reason});
+    }
+    links_told_[i] = std::move(now);
+  }
+  if (std::string trouble = parts_.log->Trouble(); trouble != trouble_told_) {
+    board_.Publish(
+        {.topic = control::Notice::Topic::kHealth, .is_on = trouble.empty(), .text = trouble});
+    trouble_told_ = std::move(trouble);
+  }
 }
 
 // An exponential mean, whatever the time between the calls is.

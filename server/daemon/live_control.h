@@ -2,16 +2,17 @@
 //
 //   LiveControl control({.service = &service, .log = &log, .links = &links, ...});
 //   control.SampleLinks();                      // about once a second
+//   control.TellWhatChanged();                  // after it
 //   const auto views = control.GetLinks();      // from any thread
 //   ...
-//   control.Stop();                             // who still waits is answered
+//   control.Stop();                             // answers all waiting callers
 //
-// What it says was changed is durable: the log calls back, or a deadline does after a few seconds;
-// no thread waits. What may take long is done by the queues that it is given. A halt to all needs
-// neither: it is not held back for the disk.
+// A successful change is durable: the log calls back, or a deadline does after a few seconds; no
+// thread waits. Long operations run on the given queues. A halt of all robots needs neither and
+// does not wait for the disk.
 //
-// Everything it is given outlives it, but for the log's callbacks; the list of links does not
-// change any more once others may call. Thread-safe.
+// All arguments outlive it, except for the log's callbacks; the list of links must not change once
+// other threads may call. Thread-safe.
 #pragma once
 
 #include <chrono>
@@ -23,22 +24,22 @@
 #include <vector>
 
 #include "server/config/config.h"
+#include "server/control/control.h"
 #include "server/daemon/captures.h"
 #include "server/daemon/deadlines.h"
-#include "server/engine/control.h"
 #include "server/links/link.h"
-#include "server/links/switchboard.h"
+#include "server/links/link_router.h"
 
 namespace pheromone::daemon {
 
 struct LiveParts {
-  /// Has something done by another thread; false: there is no room, and it will not be done.
+  /// Queues work for another thread; false if the queue is full, and the work is not done.
   using Run = std::function<bool(std::function<void()>)>;
-  using Snapshot = std::function<void(engine::Control::DoneWith<std::optional<std::string>>)>;
+  using Snapshot = std::function<void(control::Control::DoneWith<std::optional<std::string>>)>;
 
   engine::Service* service = nullptr;
   engine::OrderedLog* log = nullptr;
-  links::Switchboard* switchboard = nullptr;
+  links::LinkRouter* router = nullptr;
   const std::vector<std::unique_ptr<links::Link>>* links = nullptr;
   const std::vector<config::LinkConfig>* link_configs = nullptr;  ///< as many, in the same order
   Captures* captures = nullptr;
@@ -52,24 +53,28 @@ struct LiveParts {
   std::chrono::milliseconds snapshot_patience{12'000};  ///< below that of the HTTP server
 };
 
-/// Empty, or that field time does not go on any more and what to do about it.
+/// Empty, or a warning that field time has reached its end, with the remedy.
 std::string TroubleWithFieldTime(uint64_t now_ms);
 
-class LiveControl final : public engine::Control {
+class LiveControl final : public control::Control {
  public:
   explicit LiveControl(LiveParts parts)
       : parts_(std::move(parts)), started_(std::chrono::steady_clock::now()) {}
   ~LiveControl() override { Stop(); }
 
-  engine::StatusView GetStatus(bool with_hash) const override;
-  std::vector<engine::LinkView> GetLinks() const override;
-  std::vector<engine::ClientView> GetClients() const override;
-  engine::FieldView GetField() const override;
-  engine::CaptureView GetCapture() const override { return parts_.captures->View(); }
+  control::StatusView GetStatus(bool with_hash) const override;
+  std::vector<control::LinkView> GetLinks() const override;
+  std::vector<control::ClientView> GetClients() const override;
+  control::FieldView GetField() const override;
+  control::CaptureView GetCapture() const override { return parts_.captures->View(); }
   std::vector<std::string> GetConfig() const override;
   Status CheckHealth() const override;
 
-  void Edit(const field::FieldEdit& edit, DoneWith<engine::EditOutcome> done) override;
+  std::unique_ptr<control::Subscription> Subscribe(control::ListenerOptions options) override {
+    return board_.Subscribe(std::move(options));
+  }
+
+  void Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) override;
   void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
              std::span<const uint8_t> arguments, Done done) override;
   void HaltAll(DoneWith<std::vector<std::string>> done) override;
@@ -78,20 +83,30 @@ class LiveControl final : public engine::Control {
   void StartCapture(Done done) override;
   void StopCapture(Done done) override;
 
-  /// Measures how busy the links are. To be called about once a second, by one thread.
+  /// Measures the utilisation of the links. To be called about once a second, by one thread.
   void SampleLinks();
 
-  /// Answers all who wait for the disk: at once, and from now on. After the queues have ended.
+  /// Notifies subscribers of changes of links, recording and log since the last call; takes no lock
+  /// that a robot waits for. To be called about once a second. A link that went down and came up in
+  /// between is reported as up, a second time.
+  void TellWhatChanged();
+
+  /// Notifies them that another configuration is in effect.
+  void TellConfigured();
+
+  /// Answers all callers that wait for the disk, now and from now on. Called after the queues have
+  /// ended.
   void Stop() { deadlines_->Stop(); }
 
  private:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  void EditNow(const field::FieldEdit& edit, const DoneWith<engine::EditOutcome>& done);
+  void EditNow(const field::FieldEdit& edit, const DoneWith<control::EditOutcome>& done);
   void AwaitDurable(std::chrono::milliseconds patience, Done done) const;
   void SendHaltsUnlogged(int transmissions);
   void ChangeCapture(Status (Captures::*change)(), Done done);
   void AwaitCapture(TimePoint deadline, const Done& done);
+  void TellCapture();
 
   struct Sample {
     uint64_t bytes = 0;
@@ -104,6 +119,18 @@ class LiveControl final : public engine::Control {
   mutable std::mutex mutex_;  // of what follows
   std::vector<Sample> samples_;
   TimePoint sampled_;
+  control::NoticeBoard board_;
+  // What was told last, in the order in which it was told.
+  struct LinkTold {
+    bool up = false;
+    TimePoint since;
+    std::string reason;
+    bool operator==(const LinkTold&) const = default;
+  };
+  std::mutex telling_;  // of what follows; taken before the board's
+  std::vector<LinkTold> links_told_;
+  bool recording_told_ = false;
+  std::string trouble_told_;
 };
 
 }  // namespace pheromone::daemon

@@ -65,7 +65,7 @@ TEST_F(LiveControlTest, HaltGoesOutThriceThoughTheLogRefusesItAndChangesNothing)
 
 TEST_F(LiveControlTest, HaltGoesOutWhileEditsWaitForAStuckDiskAndTheQueuesAreFull) {
   log_.GetStuck();
-  std::array<Outcome<engine::EditOutcome>, 2> edits;
+  std::array<Outcome<control::EditOutcome>, 2> edits;
   for (auto& edit : edits) {
     control_.Edit(Dot(), edit.Taker());
   }
@@ -92,8 +92,7 @@ TEST_F(LiveControlTest, ACommandIsSentWithItsArguments) {
     control_.Issue(link, 3, code, arguments, outcome.Taker());
     return outcome.Get();
   };
-  EXPECT_EQ(issue("radio-c", protocol::CommandCode::kHalt, {}).error(),
-            "there is no link \"radio-c\"");
+  EXPECT_EQ(issue("radio-c", protocol::CommandCode::kHalt, {}).error(), "unknown link \"radio-c\"");
   EXPECT_FALSE(issue("radio-a", protocol::CommandCode::kHalt, {}).ok());
   Handle(0, {Hello(3, 9)});
   EXPECT_TRUE(issue("radio-a", protocol::CommandCode::kSpeed, {0x2C, 0x01}).ok());
@@ -108,7 +107,7 @@ TEST_F(LiveControlTest, ACommandIsSentWithItsArguments) {
 
 TEST_F(LiveControlTest, AnEditIsDoneOnlyWhenItIsDurable) {
   log_.GetStuck();
-  Outcome<engine::EditOutcome> edit;
+  Outcome<control::EditOutcome> edit;
   control_.Edit(Dot(), edit.Taker());
   EXPECT_FALSE(edit.is_there());
   EXPECT_LT(control_.GetStatus(false).durable_sequence, control_.GetStatus(false).sequence);
@@ -118,7 +117,7 @@ TEST_F(LiveControlTest, AnEditIsDoneOnlyWhenItIsDurable) {
   EXPECT_EQ(edit.Get().value().nodes, 5u);  // the node and its neighbours, a radius away
 
   log_.admit = protocol::Reason::kReadOnly;
-  Outcome<engine::EditOutcome> refused;
+  Outcome<control::EditOutcome> refused;
   control_.Edit(Dot(), refused.Taker());
   EXPECT_FALSE(refused.Get().ok());
   EXPECT_FALSE(control_.CheckHealth().ok());
@@ -126,7 +125,7 @@ TEST_F(LiveControlTest, AnEditIsDoneOnlyWhenItIsDurable) {
 
 TEST_F(LiveControlTest, AnEditThatTheDiskDoesNotTakeIsToldOnceAlsoIfItDoesInTheEnd) {
   log_.GetStuck();
-  Outcome<engine::EditOutcome> edit;
+  Outcome<control::EditOutcome> edit;
   hasty_.Edit(Dot(), edit.Taker());
   EXPECT_EQ(edit.Get().error(), "applied; not yet durable: a crash may undo it");
   log_.Heal();
@@ -135,10 +134,10 @@ TEST_F(LiveControlTest, AnEditThatTheDiskDoesNotTakeIsToldOnceAlsoIfItDoesInTheE
 
 TEST_F(LiveControlTest, WhoWaitsForTheDiskIsAnsweredWhenTheServerStopsOrTooManyWait) {
   log_.GetStuck();
-  Outcome<engine::EditOutcome> waiting;
+  Outcome<control::EditOutcome> waiting;
   control_.Edit(Dot(), waiting.Taker());
   log_.full = true;
-  Outcome<engine::EditOutcome> refused;
+  Outcome<control::EditOutcome> refused;
   control_.Edit(Dot(), refused.Taker());
   EXPECT_EQ(refused.Get().error(), "applied; not yet durable: a crash may undo it");
   EXPECT_FALSE(waiting.is_there());
@@ -146,7 +145,7 @@ TEST_F(LiveControlTest, WhoWaitsForTheDiskIsAnsweredWhenTheServerStopsOrTooManyW
   EXPECT_EQ(waiting.Get().error(), "applied; not yet durable: a crash may undo it");
   log_.Heal();
   EXPECT_EQ(waiting.times(), 1u);
-  Outcome<engine::EditOutcome> after;
+  Outcome<control::EditOutcome> after;
   control_.Edit(Dot(), after.Taker());
   EXPECT_TRUE(after.Get().ok());
 }
@@ -155,14 +154,14 @@ TEST_F(LiveControlTest, AnEditThatTouchesNoNodeChangesNothing) {
   const uint64_t sequence = log_.sequence();
   field::FieldEdit beside = Dot();
   beside.points = {{-200'000, 0}};
-  Outcome<engine::EditOutcome> edit;
+  Outcome<control::EditOutcome> edit;
   control_.Edit(beside, edit.Taker());
-  EXPECT_EQ(edit.Get().error(), "no node of the map lies there");
+  EXPECT_EQ(edit.Get().error(), "the shape contains no node of the map");
   EXPECT_EQ(log_.sequence(), sequence);
   field::FieldEdit all = Dot();
   all.shape = field::FieldEdit::Shape::kAll;
   all.action = field::FieldEdit::Action::kErase;
-  Outcome<engine::EditOutcome> erased;
+  Outcome<control::EditOutcome> erased;
   control_.Edit(all, erased.Taker());
   ASSERT_TRUE(erased.Get().ok());
   EXPECT_EQ(erased.Get().value().nodes, 101u * 101u);
@@ -171,13 +170,13 @@ TEST_F(LiveControlTest, AnEditThatTouchesNoNodeChangesNothing) {
 TEST_F(LiveControlTest, WhatFindsNoRoomInItsQueueIsRefusedAndChangesNothing) {
   has_room_ = false;
   const uint64_t sequence = log_.sequence();
-  Outcome<engine::EditOutcome> edit;
+  Outcome<control::EditOutcome> edit;
   control_.Edit(Dot(), edit.Taker());
   Outcome<std::vector<std::string>> reload;
   control_.Reload(reload.Taker());
   Outcome<> capture;
   control_.StartCapture(capture.Taker());
-  const std::string busy = "the server is busy with what was asked for before; nothing was changed";
+  const std::string busy = "the server is busy with earlier requests; nothing was changed";
   EXPECT_EQ(edit.Get().error(), busy);
   EXPECT_EQ(reload.Get().error(), busy);
   EXPECT_EQ(capture.Get().error(), busy);
@@ -206,7 +205,8 @@ TEST_F(LiveControlTest, ASnapshotIsNamedWhenItIsMade) {
   EXPECT_EQ(made.Get().value(), "7.snapshot");
   Outcome<std::optional<std::string>> late;
   hasty_.Snapshot(late.Taker());
-  EXPECT_EQ(late.Get().error(), "asked for, and not made yet: the log tells when it is");
+  EXPECT_EQ(late.Get().error(),
+            "snapshot requested but not finished; its completion will be logged");
   snapshot_(std::optional<std::string>());
   EXPECT_EQ(late.times(), 1u);
 }
@@ -224,7 +224,7 @@ TEST_F(LiveControlTest, ARecordingIsStartedAndStoppedWhenItsFilesAreThere) {
     Outcome<> started;
     control.StartCapture(started.Taker());
     ASSERT_TRUE(started.Get().ok());
-    const engine::CaptureView during = control.GetCapture();
+    const control::CaptureView during = control.GetCapture();
     EXPECT_TRUE(std::filesystem::exists(during.file));
     Outcome<> again;
     control.StartCapture(again.Taker());

@@ -31,7 +31,7 @@ TEST_F(LiveControlTest, ClientsAreThoseThatSaidHelloAndThoseThatWereHeard) {
   EXPECT_EQ(clients[0].traffic.requests, 3u);
   EXPECT_EQ(clients[0].traffic.repeats, 1u);
   EXPECT_EQ(clients[0].silent_ms, 2'500u);
-  EXPECT_EQ(clients[0].pose_source, engine::PoseSource::kRobot);
+  EXPECT_EQ(clients[0].pose_source, control::PoseSource::kRobot);
   EXPECT_EQ(clients[0].pose.position, (field::PointUm{2'000'000, 3'000'000}));
   EXPECT_EQ(clients[1].link, "radio-b");
   EXPECT_FALSE(clients[1].known);
@@ -44,10 +44,10 @@ TEST_F(LiveControlTest, ATrackersWordCountsForAsLongAsItIsValid) {
   Handle(0, {Hello(3, 9), Sense(3, 1000, 1000, 0)});
   const engine::PoseObserved seen{0, 3, {{4'000'000, 5'000'000}, 8192}, 500};
   ASSERT_EQ(service_.Observe({&seen, 1}), 1u);
-  EXPECT_EQ(control_.GetClients()[0].pose_source, engine::PoseSource::kTracker);
+  EXPECT_EQ(control_.GetClients()[0].pose_source, control::PoseSource::kTracker);
   EXPECT_EQ(control_.GetClients()[0].pose.position, seen.pose.position);
   now_ms_ = 500;
-  EXPECT_EQ(control_.GetClients()[0].pose_source, engine::PoseSource::kRobot);
+  EXPECT_EQ(control_.GetClients()[0].pose_source, control::PoseSource::kRobot);
   EXPECT_EQ(control_.GetClients()[0].pose.position, (field::PointUm{1'000'000, 1'000'000}));
 }
 
@@ -75,7 +75,7 @@ TEST_F(LiveControlTest, ALinkThatIsDownTellsHowOftenItTriedAndWhenItTriesAgain) 
   for (int attempt = 0; attempt < 3; ++attempt) {
     fakes_[0]->Fail(std::chrono::hours(1));
   }
-  const engine::LinkView down = control_.GetLinks()[0];
+  const control::LinkView down = control_.GetLinks()[0];
   EXPECT_EQ(down.failed_attempts, 3u);
   ASSERT_TRUE(down.next_attempt_s.has_value());
   EXPECT_GT(*down.next_attempt_s, 0);
@@ -83,7 +83,7 @@ TEST_F(LiveControlTest, ALinkThatIsDownTellsHowOftenItTriedAndWhenItTriesAgain) 
   fakes_[0]->Fail(std::chrono::seconds(0));  // due, and perhaps a moment ago
   EXPECT_EQ(control_.GetLinks()[0].next_attempt_s, 0.0);
   EXPECT_TRUE(links_[0]->Start().ok());
-  const engine::LinkView up = control_.GetLinks()[0];
+  const control::LinkView up = control_.GetLinks()[0];
   EXPECT_EQ(up.failed_attempts, 0u);
   EXPECT_FALSE(up.next_attempt_s.has_value());
 }
@@ -101,13 +101,13 @@ TEST_F(LiveControlTest, LinksTellHowLongTheyWereSilent) {
 TEST_F(LiveControlTest, HealthSaysThatTheDiskDoesNotAdvanceAndThatFieldTimeIsOver) {
   EXPECT_TRUE(control_.CheckHealth().ok());
   EXPECT_EQ(control_.GetStatus(false).warning, "");
-  log_.trouble = "the disk has taken nothing for 2.1 s";
+  log_.trouble = "no response from the disk for 2.1 s";
   EXPECT_EQ(control_.CheckHealth().error(), log_.trouble);
   EXPECT_EQ(control_.GetStatus(false).warning, log_.trouble);
   log_.trouble.clear();
-  now_ms_ = engine::kMostFieldTimeMs - 1;
+  now_ms_ = engine::kMaxFieldTimeMs - 1;
   EXPECT_TRUE(control_.CheckHealth().ok());
-  now_ms_ = engine::kMostFieldTimeMs;
+  now_ms_ = engine::kMaxFieldTimeMs;
   const Status over = control_.CheckHealth();
   ASSERT_FALSE(over.ok());
   EXPECT_NE(over.error().find("field time has reached its end"), std::string::npos);
@@ -116,7 +116,7 @@ TEST_F(LiveControlTest, HealthSaysThatTheDiskDoesNotAdvanceAndThatFieldTimeIsOve
 TEST_F(LiveControlTest, StatusAddsUpAndReadsTheProcess) {
   Handle(0, {Hello(3, 9), Sense(3)});
   Handle(0, {Sense(3)});
-  const engine::StatusView status = control_.GetStatus(true);
+  const control::StatusView status = control_.GetStatus(true);
   EXPECT_EQ(status.version, PHEROMONE_VERSION);
   EXPECT_EQ(status.sequence, 2u);  // the configuration, HELLO
   EXPECT_EQ(status.robots, 1u);
@@ -145,7 +145,7 @@ TEST_F(LiveControlTest, ViewsAreTakenWhileRobotsAreServed) {
     }
   });
   for (int i = 0; i < kRounds; ++i) {
-    const engine::FieldView view = control_.GetField();
+    const control::FieldView view = control_.GetField();
     const field::FieldReader reader(*view.field);
     size_t nodes = 0;
     reader.VisitLevels(1, view.now_ms, [&](field::NodeIndex, uint32_t) { ++nodes; });

@@ -1,5 +1,5 @@
-// The daemon's log: standard error, with time and colour on a terminal, bare under systemd, whose
-// journal knows the time itself.
+// The daemon's log: standard error, with time and colour on a terminal; without them under systemd,
+// whose journal adds the time.
 #pragma once
 
 #include <string>

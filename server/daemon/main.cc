@@ -1,8 +1,9 @@
 // pheromoned: the pheromone server.
 //
-// Exit status: 0 after an orderly stop, 1 if it could not run, 2 for what another try does not
-// mend: a mistake in the command line or the configuration, or one that does not fit folders and
-// state.
+// Exit status: 0 after an orderly stop, 1 if it could not run, 2 for errors that a restart does not
+// cure: in the command line or the configuration, or a configuration that does not match the
+// folders or the state.
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
@@ -31,7 +32,7 @@ constexpr const char* kDefaultName = "default configuration";
 struct Options {
   std::string config_path;  // empty: the default configuration
   std::string log_level;    // empty: as configured
-  std::string load_field;   // absolute; empty: nothing is laid but what is configured
+  std::string load_field;   // absolute; empty: only the configured paths and rasters
   std::string save_field;   // absolute; empty: the field is not saved
   bool check = false;
   bool print_default = false;
@@ -43,7 +44,7 @@ Result<config::Config> Load(const Options& options) {
              : config::LoadConfig(options.config_path);
 }
 
-// What --load-field names, laid beside what the configuration lays.
+// Adds the field named by --load-field to the initial contents of the configuration.
 Status LayLoaded(const std::string& path, config::Config* config,
                  std::optional<maps::SavedField>* loaded) {
   Result<maps::SavedField> saved = maps::LoadField(path);
@@ -52,14 +53,14 @@ Status LayLoaded(const std::string& path, config::Config* config,
   }
   const Status laid = maps::LayOnto(saved.value(), &config->engine.field);
   if (!laid.ok()) {
-    return Error{path + " does not fit the configuration: " + laid.error()};
+    return Error{path + " does not match the configuration: " + laid.error()};
   }
   *loaded = std::move(saved).value();
   return Ok();
 }
 
-// The configuration once more. What was loaded at the start is still part of it: without it, it
-// would be erased like a path that left.
+// Rereads the configuration. The field loaded at the start remains part of it; otherwise it would
+// be erased like a path that is no longer configured.
 Result<config::Config> LoadAgain(const Options& options,
                                  const std::optional<maps::SavedField>& loaded) {
   Result<config::Config> config = Load(options);
@@ -67,18 +68,18 @@ Result<config::Config> LoadAgain(const Options& options,
     return config;
   }
   field::FieldConfig& field = config.value().engine.field;
-  for (const field::Print& print : loaded->prints) {
+  for (const field::InitialRaster& print : loaded->initial_rasters) {
     const field::PheromoneLaw* law = field.FindLaw(print.type);
     if (law == nullptr || law->is_blend()) {
-      return Error{options.load_field + ", which was loaded, has pheromone type " +
-                   std::to_string(print.type) + ", which left the configuration"};
+      return Error{"the field loaded from " + options.load_field + " has pheromone type " +
+                   std::to_string(print.type) + ", which is no longer configured"};
     }
-    field.prints.push_back(print);
+    field.initial_rasters.push_back(print);
   }
   return config;
 }
 
-// That the state cannot be kept where it should be.
+// Refuses a journal folder that cannot be used.
 Status CheckJournalFolder(const config::Config& config, const char* state_directory) {
   const std::string journal = config::JournalFolder(config.journal, state_directory);
   if (!journal.empty()) {
@@ -145,39 +146,38 @@ int Run(const Options& options) {
     spdlog::critical("{}", usable.error());
     return kUsage;
   }
-  auto keeper = StateKeeper::Open(config.journal);
-  if (!keeper.ok()) {
-    spdlog::critical("{}", keeper.error());
+  auto journal = JournalOwner::Open(config.journal);
+  if (!journal.ok()) {
+    spdlog::critical("{}", journal.error());
     return 1;
   }
   Daemon daemon(
-      std::move(config), std::move(keeper).value(), [&] { return LoadAgain(options, field); },
+      std::move(config), std::move(journal).value(), [&] { return LoadAgain(options, field); },
       options.save_field);
   return daemon.Run();
 }
 
 int Main(int argc, char** argv) {
   Options options;
-  CLI::App app("The pheromone server: virtual pheromone trails for robots.", "pheromoned");
+  CLI::App app("The pheromone server: virtual pheromone trails for robot swarms.", "pheromoned");
   const auto not_empty = [](const std::string& path) {
-    return path.empty() ? std::string("is empty, expected a file") : std::string();
+    return path.empty() ? std::string("is empty, expected a file name") : std::string();
   };
   app.add_option("--config", options.config_path,
-                 "The configuration file; without one, the default configuration")
+                 "The configuration file (default: the built-in configuration)")
       ->check(not_empty)
       ->type_name("FILE");
-  app.add_option("--load-field", options.load_field,
-                 "Lay what this file holds, which an earlier run has saved")
+  app.add_option("--load-field", options.load_field, "Load a field that an earlier run has saved")
       ->check(not_empty)
       ->type_name("FILE");
   app.add_option("--save-field", options.save_field,
-                 "Save the field to this file at an orderly stop, and at SIGUSR1")
+                 "Save the field to this file on an orderly stop and on SIGUSR1")
       ->check(not_empty)
       ->type_name("FILE");
-  app.add_flag("--check", options.check, "Check the configuration, say what it means, and end");
+  app.add_flag("--check", options.check, "Check the configuration, print its meaning, and exit");
   app.add_flag("--default-config", options.print_default,
-               "Print the default configuration and end");
-  app.add_option("--log-level", options.log_level, "Instead of the configured one")
+               "Print the default configuration and exit");
+  app.add_option("--log-level", options.log_level, "Override the configured log level")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}))
       ->type_name("LEVEL");
   app.set_version_flag("--version", "pheromoned " PHEROMONE_VERSION);
@@ -196,5 +196,9 @@ int Main(int argc, char** argv) {
 }  // namespace pheromone::daemon
 
 int main(int argc, char** argv) {
+  // Each heap arena retains some MiB after a large map was erased, and by default each thread has
+  // its own arena. With a single arena, a thread that draws could hold the lock that a thread
+  // answering robots needs.
+  mallopt(M_ARENA_MAX, 2);
   return pheromone::RunProgram("pheromoned", [&] { return pheromone::daemon::Main(argc, argv); });
 }

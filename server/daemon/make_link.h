@@ -1,4 +1,4 @@
-// From the configuration of a link, or of a tracker, to the link or tracker itself.
+// Makes links and trackers from their configuration.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@
 
 namespace pheromone::daemon {
 
-/// `seed` makes the link's waits before a retry differ from those of others.
+/// `seed` is for the jitter of the link's retry delays.
 std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config::LinkConfig& config,
                                       links::LinkContext context, uint32_t seed);
 
-/// `datum` is where on the Earth the map's (0, 0) is, if it is somewhere. `service` outlives the
+/// `datum` is the geographic position of the map's (0, 0), if configured. `service` outlives the
 /// tracker.
 std::unique_ptr<links::TrackerLink> MakeTracker(boost::asio::io_context& io,
                                                 const config::TrackerConfig& config,

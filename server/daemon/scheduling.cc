@@ -35,11 +35,11 @@ static_assert(sizeof(Attributes) == 48);
 void YieldToOthers() {
   const sched_param none{};
   if (pthread_setschedparam(pthread_self(), SCHED_BATCH, &none) != 0) {
-    spdlog::debug("the system does not let a thread have the class SCHED_BATCH");
+    spdlog::debug("cannot set the scheduling class SCHED_BATCH");
   }
   // Of the calling thread alone, as Linux has it (setpriority(2), "C library/kernel differences").
   if (setpriority(PRIO_PROCESS, 0, kNice) != 0) {
-    spdlog::debug("the system does not let a thread have the nice value {}", kNice);
+    spdlog::debug("cannot set the nice value {}", kNice);
   }
 }
 
@@ -49,8 +49,7 @@ void TakeShortTurns() {
   attributes.nice = getpriority(PRIO_PROCESS, 0);
   attributes.runtime_ns = kShortestTurnNs;
   if (syscall(SYS_sched_setattr, 0, &attributes, 0) != 0) {
-    spdlog::debug("the system does not let a thread have turns of its own length: {}",
-                  std::strerror(errno));
+    spdlog::debug("cannot set the time slice of a thread: {}", std::strerror(errno));
   }
 }
 

@@ -1,14 +1,14 @@
-// The signals that rule the daemon, heard on a thread of their own: a second SIGTERM is heard even
-// when everything else is stuck.
+// Handles the daemon's signals on a thread of its own, so that a second SIGTERM works even if
+// everything else is stuck.
 //
 //   SignalWatch signals({.stop = ..., .reload = ..., .save = ...});
 //   signals.Start();
 //   ...
-//   signals.End();      // from here on signals are ignored: the process is about to end
+//   signals.End();      // signals are ignored from here on: the process is about to end
 //
-// SIGINT and SIGTERM ask to stop; another one a second later or more ends the process at once, with
-// the status that a shell would give it. SIGHUP: reload. SIGUSR1: save. From its construction on,
-// no signal is lost. One thread.
+// SIGINT and SIGTERM request a stop; another one at least a second later ends the process at once,
+// with the status that a shell would report. SIGHUP: reload. SIGUSR1: save. No signal is lost after
+// construction. One thread.
 #pragma once
 
 #include <chrono>
@@ -23,7 +23,7 @@ namespace pheromone::daemon {
 
 class SignalWatch {
  public:
-  /// Called on the thread that hears the signals, which must not wait: post what takes time.
+  /// Called on the signal thread, which must not block: post long work.
   struct Handlers {
     std::function<void(int signal)> stop;  ///< once
     std::function<void()> reload;

@@ -1,11 +1,11 @@
-// Says that the daemon is alive, as long as it is: again and again a probe goes through what a
-// robot's deposit goes through, the I/O threads, the engine's lock and the log. Only when it has
-// come back is `alive` called, so that a daemon that hangs anywhere falls silent and is restarted.
+// Reports that the daemon is alive: a periodic probe passes through everything that a robot's
+// deposit does, the I/O threads, the engine's lock and the log. `alive` is called only when it has
+// returned, so that a daemon that hangs anywhere stops reporting and is restarted.
 //
 //   Watchdog watchdog(strand, &service, &log, interval, service_manager::Alive);
 //   watchdog.Start();
 //
-// Start and Stop on the strand, which `alive` is called on too. All that is given outlives it.
+// Start and Stop are called on the strand, and so is `alive`. All arguments outlive it.
 #pragma once
 
 #include <chrono>
@@ -25,8 +25,8 @@ class Watchdog {
            engine::OrderedLog* log, std::chrono::milliseconds interval,
            std::function<void()> alive);
 
-  /// The first probe goes out at once, and each further one an interval after the last; one that is
-  /// on its way is waited for.
+  /// The first probe is sent at once, and each further one an interval after the last; there is
+  /// only one probe in flight.
   void Start();
   void Stop();
 

@@ -1,10 +1,10 @@
-// Threads that do one piece of work after the other, and a bounded queue before them.
+// A bounded work queue with worker threads.
 //
 //   WorkQueue pictures({.name = "pictures", .threads = 1, .max_waiting = 16, .yields = true});
-//   if (!pictures.Add([=] { draw })) { it is full: say so }
+//   if (!pictures.Add([=] { draw })) { report that it is full }
 //   pictures.Close();
 //
-// Work that throws is told in the log, and the thread goes on. Thread-safe.
+// Exceptions of work items are logged, and the thread continues. Thread-safe.
 #pragma once
 
 #include <condition_variable>
@@ -21,8 +21,8 @@ namespace pheromone::daemon {
 struct WorkQueueOptions {
   std::string name;  ///< for the log, in words
   size_t threads = 1;
-  size_t max_waiting = 16;  ///< beside what is being done
-  bool yields = false;      ///< its threads run after all others, see YieldToOthers (scheduling.h)
+  size_t max_waiting = 16;  ///< in addition to the items being executed
+  bool yields = false;      ///< its threads have low priority, see YieldToOthers (scheduling.h)
 };
 
 class WorkQueue {
@@ -32,10 +32,10 @@ class WorkQueue {
   WorkQueue& operator=(const WorkQueue&) = delete;
   ~WorkQueue();
 
-  /// False if there is no room for it, or the queue is closed: it will not be done.
+  /// False if the queue is full or closed: the work is not done.
   bool Add(std::function<void()> work);
 
-  /// Waits for what is being done; what waits is dropped. Not from the work itself.
+  /// Waits for the items being executed and drops those that wait. Not from a work item.
   void Close();
 
  private:

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -217,7 +219,8 @@ TEST(ConfigCodec, ABlendWithNumbersThatNoLawHasIsRefused) {
   EncodeConfig(config, &writer);
   ByteReader reader(writer.bytes());
   DecodeConfig(&reader);
-  EXPECT_EQ(reader.error(), "pheromone type 4 has a law that no configuration file can have");
+  EXPECT_EQ(reader.error(),
+            "field.pheromones[5].core_um is 9223372036854775807, expected 0 to 50000000");
 }
 
 TEST(ConfigCodec, ObstaclesOfAnyShapeComeBack) {
@@ -239,6 +242,26 @@ TEST(ConfigCodec, ObstaclesOfAnyShapeComeBack) {
     EXPECT_EQ(DecodeConfig(&reader), config);
     EXPECT_TRUE(reader.ok()) << reader.error();
   }
+}
+
+// server/journal/README.md has the layout for people who read the files without us.
+std::string LayoutOfEverything() {
+  std::string text = "1 RequestReceived\n" + DescribeFields<RequestReceived>("  ");
+  text += "2 Advance\n" + DescribeFields<Advance>("  ");
+  text += "3 ConfigChanged\n" + DescribeFields<ConfigChanged>("  ");
+  text += "4 CommandIssued\n" + DescribeFields<CommandIssued>("  ");
+  text += "5 FieldEdited\n" + DescribeFields<FieldEdited>("  ");
+  text += "6 PoseObserved\n" + DescribeFields<PoseObserved>("  ");
+  return text + "configuration\n" + DescribeFields<EngineConfig>("  ");
+}
+
+TEST(Documentation, HasEachFieldOfEventsAndConfiguration) {
+  std::ifstream file(std::string(PHEROMONE_SOURCE_DIR) + "/server/journal/README.md");
+  const std::string readme((std::istreambuf_iterator<char>(file)),
+                           std::istreambuf_iterator<char>());
+  EXPECT_NE(readme.find(LayoutOfEverything()), std::string::npos)
+      << "the layout in server/journal/README.md should be:\n"
+      << LayoutOfEverything();
 }
 
 }  // namespace

@@ -7,11 +7,9 @@
 
 namespace pheromone::engine {
 
-/// Whether there can be such a map with such antennas.
-Status CheckGeometry(const field::FieldConfig& config);
-
-/// What would break the arithmetic, or reach beyond what memory and time allow, in words. Not
-/// whether a running state can follow: that is Engine::CheckConfig.
+/// What would break the arithmetic, or reach beyond what memory and time allow: the bounds of each
+/// field (EngineConfig::Fields), and what one field has to do with another. Not whether a running
+/// state can follow: that is Engine::CheckConfig.
 Status CheckValues(const EngineConfig& config);
 
 }  // namespace pheromone::engine

@@ -1,5 +1,5 @@
-// A configuration as bytes: all of it, in the order of its declaration, prints and obstacles
-// included. It stands in the log and in snapshots; server/journal/README.md has the layout.
+// A configuration as bytes, by the description of its fields (EngineConfig::Fields). It stands in
+// the log and in snapshots; server/journal/README.md has the layout.
 //
 //   ByteWriter writer;
 //   EncodeConfig(config, &writer);
@@ -20,9 +20,6 @@ namespace pheromone::engine {
 void EncodeConfig(const EngineConfig& config, ByteWriter* writer);
 /// How long that is.
 uint64_t EncodedBytes(const EngineConfig& config);
-
-/// At least as many bytes as EncodeConfig writes, without looking at points and nodes one by one.
-size_t EncodedBytesAtMost(const EngineConfig& config);
 
 /// As it is written within an event or a state of that version. Fails the reader for what cannot be
 /// a configuration (CheckValues included); what is returned then is of no use.

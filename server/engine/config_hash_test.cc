@@ -13,7 +13,7 @@ namespace {
 
 using Change = std::function<void(EngineConfig&)>;
 
-field::Shared<std::vector<field::PrintNode>> Nodes(std::vector<field::PrintNode> nodes) {
+field::Shared<std::vector<field::InitialNode>> Nodes(std::vector<field::InitialNode> nodes) {
   return field::Shared(std::move(nodes));
 }
 
@@ -32,7 +32,7 @@ EngineConfig FullConfig() {
   blend.blend = {{1, 1000}, {2, -500}};
   config.field.pheromones.push_back(blend);
   config.field.paths = {{1, 2, false, {{0, 0}, {5, 5}}}, {2, 1, false, {{7, 7}}}};
-  config.field.prints = {{1, Nodes({{{1, 2}, 64}, {{2, 2}, 128}})}};
+  config.field.initial_rasters = {{1, Nodes({{{1, 2}, 64}, {{2, 2}, 128}})}};
   config.field.obstacles = Wall(config, 4);
   config.frames = {MakeFrame("radio-a", 3, {10, 20}, 30)};
   return config;
@@ -101,21 +101,21 @@ std::map<std::string, Change> EveryChange() {
          c.field.paths[1].points.insert(c.field.paths[1].points.begin(), {5, 5});
        }},
       {"fewer paths", [](C& c) { c.field.paths.pop_back(); }},
-      {"print's type", [](C& c) { c.field.prints[0].type = 2; }},
+      {"print's type", [](C& c) { c.field.initial_rasters[0].type = 2; }},
       {"print's level",
        [](C& c) {
-         c.field.prints[0].nodes = Nodes({{{1, 2}, 64}, {{2, 2}, 1}});
+         c.field.initial_rasters[0].nodes = Nodes({{{1, 2}, 64}, {{2, 2}, 1}});
        }},
       {"print's column",
        [](C& c) {
-         c.field.prints[0].nodes = Nodes({{{1, 2}, 64}, {{3, 2}, 128}});
+         c.field.initial_rasters[0].nodes = Nodes({{{1, 2}, 64}, {{3, 2}, 128}});
        }},
       {"print's row",
        [](C& c) {
-         c.field.prints[0].nodes = Nodes({{{1, 2}, 64}, {{2, 3}, 128}});
+         c.field.initial_rasters[0].nodes = Nodes({{{1, 2}, 64}, {{2, 3}, 128}});
        }},
-      {"print without nodes", [](C& c) { c.field.prints[0].nodes = {}; }},
-      {"fewer prints", [](C& c) { c.field.prints.pop_back(); }},
+      {"print without nodes", [](C& c) { c.field.initial_rasters[0].nodes = {}; }},
+      {"fewer prints", [](C& c) { c.field.initial_rasters.pop_back(); }},
       {"other obstacles", [](C& c) { c.field.obstacles = Wall(c, 5); }},
       {"no obstacles", [](C& c) { c.field.obstacles = {}; }},
       {"memory", [](C& c) { ++c.field.memory_bytes; }},

@@ -90,13 +90,14 @@ TEST_F(ConfigureTest, ALogThatCannotWriteItChangesNothing) {
 // The configuration is in the log and in the state; to say that it failed would be false.
 TEST_F(ConfigureTest, ALogThatStopsWhileTheMapFollowsHasTakenItAllTheSame) {
   EngineConfig config = Other();
-  std::vector<field::PrintNode> nodes;
+  std::vector<field::InitialNode> nodes;
   for (int32_t column = 0; column < 100; ++column) {
     for (int32_t row = 0; row < 100; ++row) {
       nodes.push_back({{column, row}, 64});
     }
   }
-  config.field.prints.push_back({config.field.pheromones[0].type, field::Shared(std::move(nodes))});
+  config.field.initial_rasters.push_back(
+      {config.field.pheromones[0].type, field::Shared(std::move(nodes))});
   log_.most_events = 2;  // the one of SetUp, and this one without its portions
   const auto taken = service_.Configure(config, 8);
   ASSERT_TRUE(taken.ok());

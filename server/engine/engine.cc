@@ -113,7 +113,7 @@ void Engine::On(const ConfigChanged& change, std::vector<Outgoing>* /*out*/) {
   }
   const ConfigPlan& plan = *std::get<ConfigChanged>(planned).plan;
   // At the end of time there is no later moment to tell old nodes from new ones by.
-  if (change.in_portions && field_time_ms_ < kMostFieldTimeMs) {
+  if (change.in_portions && field_time_ms_ < kMaxFieldTimeMs) {
     field_->BeginReconfigure(sequence_, change.config.field(), plan.laying, field_time_ms_);
     ++field_time_ms_;  // what was stored before can be told from what comes later
   } else {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
-#include "server/engine/frames.h"
+#include "server/engine/robot_frame.h"
 #include "server/field/config.h"
 #include "server/field/edit.h"
 #include "server/field/work.h"
@@ -26,7 +26,7 @@ struct Stamp {
 };
 
 /// The field's times end here, after 139 years (server/field/kernel.h).
-constexpr uint64_t kMostFieldTimeMs = (uint64_t{1} << 42) - 1;
+constexpr uint64_t kMaxFieldTimeMs = (uint64_t{1} << 42) - 1;
 
 /// A link as the engine knows it: its name is half of a robot's key, its medium-access figures go
 /// into HELLO answers.
@@ -35,6 +35,13 @@ struct LinkSettings {
   uint8_t slot_ms = 1;
   uint8_t response_window_ms = 100;
   bool operator==(const LinkSettings&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("name", it.name);
+    visit("slot_ms", it.slot_ms);
+    visit("response_window_ms", it.response_window_ms);
+  }
 };
 
 /// The part of the configuration that the state depends on, in integers.
@@ -45,6 +52,15 @@ struct EngineConfig {
   std::vector<LinkSettings> links;
   std::vector<RobotFrame> frames;  ///< of robots whose coordinates are not the map's
   bool operator==(const EngineConfig&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("field", it.field);
+    visit("pose_unit_10um", it.pose_unit_10um, AtLeast(1));
+    visit("robots_per_link", it.robots_per_link, AtLeast(1));
+    visit("links", it.links);
+    visit("frames", it.frames);
+  }
 };
 
 /// A configuration that events, the engine and whoever looks at it share, and never change.
@@ -86,11 +102,20 @@ using LinkIndex = uint16_t;
 struct RequestReceived {
   LinkIndex link = 0;
   protocol::Message message;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("link", it.link);
+    visit("message", it.message);
+  }
 };
 
 /// Time has passed: what is due is done, in one bounded step. Retries are sent, pheromone that has
 /// evaporated is swept, what diffuses makes a step.
-struct Advance {};
+struct Advance {
+  template <typename Self, typename Visit>
+  static void Fields(Self& /*it*/, Visit&& /*visit*/) {}
+};
 
 /// Where a log has the bytes of an event that it has not been given yet (OrderedLog::WriteAhead).
 struct WrittenAhead {
@@ -112,6 +137,14 @@ struct ConfigChanged {
   bool in_portions = true;
   std::shared_ptr<const ConfigPlan> plan = nullptr;     ///< Engine::Prepare; no part of the event
   std::shared_ptr<const WrittenAhead> ahead = nullptr;  ///< the log's; no part of the event
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("new_epoch", it.new_epoch);
+    visit("state_lost", it.state_lost);
+    visit("in_portions", it.in_portions, Since(2));
+    visit("config", it.config);
+  }
 };
 
 /// The operator wants a robot to do something; id kBroadcastId: all robots of the link (halt only).
@@ -120,6 +153,14 @@ struct CommandIssued {
   uint8_t id = 0;
   protocol::CommandCode code = protocol::CommandCode::kHalt;
   std::array<uint8_t, protocol::kMaxCommandArguments> arguments{};
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("link", it.link);
+    visit("id", it.id);
+    visit("code", it.code);
+    visit("arguments", it.arguments);
+  }
 };
 
 /// The operator changed the map by hand. `in_portions`: as above.
@@ -127,6 +168,12 @@ struct FieldEdited {
   field::FieldEdit edit;
   bool in_portions = true;
   std::shared_ptr<const field::Raster> raster = nullptr;  ///< Engine::Prepare; no part of the event
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("edit", it.edit);
+    visit("in_portions", it.in_portions, Since(2));
+  }
 };
 
 /// Somebody else than the robot, a camera above the floor or a satellite receiver, says where it
@@ -137,6 +184,14 @@ struct PoseObserved {
   uint8_t id = 0;
   field::PoseUm pose;  ///< on the map, whatever the robot's own frame is; may lie off it
   uint32_t valid_ms = 1000;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("link", it.link);
+    visit("id", it.id);
+    visit("pose", it.pose);
+    visit("valid_ms", it.valid_ms);
+  }
 };
 
 using Event =

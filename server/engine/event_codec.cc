@@ -2,87 +2,31 @@
 
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "server/engine/config_codec.h"
 
 namespace pheromone::engine {
 namespace {
 
-struct Encoder {
-  ByteWriter* writer;
-
-  void operator()(const RequestReceived& it) const {
-    writer->U16(it.link);
-    EncodeMessage(it.message, writer);
-  }
-  void operator()(const Advance& /*it*/) const {}
-  void operator()(const ConfigChanged& it) const {
-    writer->U16(it.new_epoch);
-    writer->Flag(it.state_lost);
-    writer->Flag(it.in_portions);
-    EncodeConfig(*it.config, writer);
-  }
-  void operator()(const CommandIssued& it) const {
-    writer->U16(it.link);
-    writer->U8(it.id);
-    writer->U8(static_cast<uint8_t>(it.code));
-    for (const uint8_t byte : it.arguments) {
-      writer->U8(byte);
-    }
-  }
-  void operator()(const FieldEdited& it) const {
-    field::EncodeEdit(it.edit, writer);
-    writer->Flag(it.in_portions);
-  }
-  void operator()(const PoseObserved& it) const {
-    writer->U16(it.link);
-    writer->U8(it.id);
-    EncodePose(it.pose, writer);
-    writer->U32(it.valid_ms);
-  }
-};
-
-RequestReceived DecodeRequest(ByteReader* reader) {
-  RequestReceived it;
-  it.link = reader->U16();
-  it.message = DecodeMessage(reader);
-  return it;
+template <typename Kind>
+Event DecodeOne(uint8_t version, ByteReader* reader) {
+  Kind event;
+  DecodeFields(reader, version, &event);
+  return event;
 }
 
-ConfigChanged DecodeConfigChanged(uint8_t version, ByteReader* reader) {
-  ConfigChanged it;
-  it.new_epoch = reader->U16();
-  it.state_lost = reader->Flag();
-  it.in_portions = version >= 2 && reader->Flag();
-  it.config = DecodeConfig(reader, version);
-  return it;
-}
-
-CommandIssued DecodeCommand(ByteReader* reader) {
-  CommandIssued it;
-  it.link = reader->U16();
-  it.id = reader->U8();
-  it.code = static_cast<protocol::CommandCode>(reader->U8());
-  for (uint8_t& byte : it.arguments) {
-    byte = reader->U8();
+// One for each alternative of Event, in its order.
+template <size_t... kIndex>
+Event DecodeKind(uint8_t kind, uint8_t version, ByteReader* reader,
+                 std::index_sequence<kIndex...> /*all*/) {
+  using Decoder = Event (*)(uint8_t, ByteReader*);
+  constexpr Decoder kDecoders[] = {DecodeOne<std::variant_alternative_t<kIndex, Event>>...};
+  if (kind < 1 || kind > sizeof...(kIndex)) {
+    reader->Fail("an event of the unknown kind " + std::to_string(kind));
+    return Advance{};
   }
-  return it;
-}
-
-FieldEdited DecodeFieldEdited(uint8_t version, ByteReader* reader) {
-  FieldEdited it;
-  it.edit = field::DecodeEdit(reader);
-  it.in_portions = version >= 2 && reader->Flag();
-  return it;
-}
-
-PoseObserved DecodeObservation(ByteReader* reader) {
-  PoseObserved it;
-  it.link = reader->U16();
-  it.id = reader->U8();
-  it.pose = DecodePose(reader);
-  it.valid_ms = reader->U32();
-  return it;
+  return kDecoders[kind - 1](version, reader);
 }
 
 }  // namespace
@@ -96,7 +40,7 @@ EventKind KindOf(const Event& event) {
 void EncodeEvent(const Event& event, ByteWriter* writer) {
   writer->U8(kCodecVersion);
   writer->U8(static_cast<uint8_t>(KindOf(event)));
-  std::visit(Encoder{writer}, event);
+  std::visit([writer](const auto& it) { EncodeFields(it, writer); }, event);
 }
 
 uint8_t DecodeVersion(std::string_view what, ByteReader* reader) {
@@ -111,42 +55,23 @@ uint8_t DecodeVersion(std::string_view what, ByteReader* reader) {
 }
 
 size_t EncodedBytesAtMost(const Event& event) {
-  constexpr size_t kSmallBytes = 8 + protocol::kMaxData;  // of any event without its list
-  constexpr size_t kPointBytes = 16;
-  if (const auto* changed = std::get_if<ConfigChanged>(&event)) {
-    return kSmallBytes + EncodedBytesAtMost(*changed->config);
-  }
-  if (const auto* edited = std::get_if<FieldEdited>(&event)) {
-    return kSmallBytes + kPointBytes * edited->edit.points.size();
-  }
-  return kSmallBytes;
+  constexpr size_t kHeadBytes = 2;
+  return kHeadBytes + std::visit([](const auto& it) { return BytesAtMost(it); }, event);
 }
 
 Event DecodeEvent(ByteReader* reader) {
   const uint8_t version = DecodeVersion("an event", reader);
-  if (!reader->ok()) {
-    return Advance{};
-  }
   const uint8_t kind = reader->U8();
-  switch (static_cast<EventKind>(kind)) {
-    case EventKind::kRequestReceived:
-      return DecodeRequest(reader);
-    case EventKind::kAdvance:
-      return Advance{};
-    case EventKind::kConfigChanged:
-      return DecodeConfigChanged(version, reader);
-    case EventKind::kCommandIssued:
-      return DecodeCommand(reader);
-    case EventKind::kFieldEdited:
-      return DecodeFieldEdited(version, reader);
-    case EventKind::kPoseObserved:
-      return DecodeObservation(reader);
-  }
-  reader->Fail("an event of the unknown kind " + std::to_string(kind));
-  return Advance{};
+  return DecodeKind(kind, version, reader, std::make_index_sequence<std::variant_size_v<Event>>());
 }
 
-void EncodeMessage(const protocol::Message& message, ByteWriter* writer) {
+}  // namespace pheromone::engine
+
+namespace pheromone {
+
+using protocol::Message;
+
+void FieldCodec<Message>::Encode(const Message& message, ByteWriter* writer) {
   writer->U8(message.id);
   writer->U8(message.opcode);
   writer->U8(message.length);
@@ -155,27 +80,25 @@ void EncodeMessage(const protocol::Message& message, ByteWriter* writer) {
   }
 }
 
-protocol::Message DecodeMessage(ByteReader* reader) {
-  protocol::Message message;
-  message.id = reader->U8();
-  message.opcode = reader->U8();
-  message.length = reader->U8UpTo(protocol::kMaxData, "a message's length");
-  for (uint8_t i = 0; i < message.length; ++i) {
-    message.data[i] = reader->U8();
+void FieldCodec<Message>::Decode(ByteReader* reader, uint8_t /*version*/, Message* message) {
+  message->id = reader->U8();
+  message->opcode = reader->U8();
+  message->length = reader->U8UpTo(protocol::kMaxData, "a message's length");
+  for (uint8_t i = 0; i < message->length; ++i) {
+    message->data[i] = reader->U8();
   }
-  return message;
 }
 
-void EncodePose(const field::PoseUm& pose, ByteWriter* writer) {
-  writer->I64(pose.position.x);
-  writer->I64(pose.position.y);
-  writer->U16(pose.heading);
+std::string FieldCodec<Message>::Describe(std::string_view name, const std::string& indent) {
+  const std::string whole(name);
+  return indent + "u8 " + whole + ".id\n" + indent + "u8 " + whole + ".opcode\n" +  //
+         indent + "u8 " + whole + ".length: 0 to " + std::to_string(protocol::kMaxData) + "\n" +
+         indent + "that many bytes " + whole + ".data\n";
 }
 
-field::PoseUm DecodePose(ByteReader* reader) {
-  const int64_t x = reader->I64();
-  const int64_t y = reader->I64();
-  return {{x, y}, reader->U16()};
+void FieldCodec<engine::SharedConfig>::Decode(ByteReader* reader, uint8_t version,
+                                              engine::SharedConfig* config) {
+  *config = engine::DecodeConfig(reader, version);
 }
 
-}  // namespace pheromone::engine
+}  // namespace pheromone

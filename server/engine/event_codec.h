@@ -1,5 +1,5 @@
-// An event as bytes, for the log: a version, the kind, then the fields in the order of their
-// declaration. server/journal/README.md has the layout.
+// An event as bytes, for the log: a version, the kind, then the event's fields as it describes them
+// (event.h). server/journal/README.md has the layout.
 //
 //   ByteWriter writer;
 //   EncodeEvent(RequestReceived{link, message}, &writer);
@@ -50,12 +50,34 @@ size_t EncodedBytesAtMost(const Event& event);
 /// event has; what is returned then is of no use.
 Event DecodeEvent(ByteReader* reader);
 
-/// ID, opcode, length and data; a length beyond protocol::kMaxData fails the reader.
-void EncodeMessage(const protocol::Message& message, ByteWriter* writer);
-protocol::Message DecodeMessage(ByteReader* reader);
-
-/// Position and heading.
-void EncodePose(const field::PoseUm& pose, ByteWriter* writer);
-field::PoseUm DecodePose(ByteReader* reader);
-
 }  // namespace pheromone::engine
+
+/// ID, opcode, length and data; a length beyond protocol::kMaxData fails the reader.
+template <>
+struct pheromone::FieldCodec<pheromone::protocol::Message> {
+  static void Encode(const protocol::Message& message, ByteWriter* writer);
+  static void Decode(ByteReader* reader, uint8_t version, protocol::Message* message);
+  static Status Check(const protocol::Message& /*message*/, const std::string& /*name*/) {
+    return Ok();
+  }
+  static size_t BytesAtMost(const protocol::Message& message) { return size_t{3} + message.length; }
+  static std::string Describe(std::string_view name, const std::string& indent);
+};
+
+/// The configuration; one that could not be run fails the reader.
+template <>
+struct pheromone::FieldCodec<pheromone::engine::SharedConfig> {
+  static void Encode(const engine::SharedConfig& config, ByteWriter* writer) {
+    EncodeFields(*config, writer);
+  }
+  static void Decode(ByteReader* reader, uint8_t version, engine::SharedConfig* config);
+  static Status Check(const engine::SharedConfig& config, const std::string& name) {
+    return CheckFields(*config, name);
+  }
+  static size_t BytesAtMost(const engine::SharedConfig& config) {
+    return pheromone::BytesAtMost(*config);
+  }
+  static std::string Describe(std::string_view name, const std::string& indent) {
+    return indent + std::string(name) + ": as below\n";
+  }
+};

@@ -1,7 +1,7 @@
-// The field's own time. It advances with the machine's boot-time clock, which counts suspended time
-// and knows no steps; it never decreases; and after a restart it goes on from the last logged
-// value. UTC is carried along for display and, once, to bridge a restart: a clock set wrong by a
-// day, or a machine that wakes up in 1970, must not evaporate a map.
+// Field time. It advances with the boot-time clock of the machine, which includes suspended time
+// and has no steps; it never decreases; and after a restart it continues from the last logged
+// value. UTC is used for display and, once, to measure the downtime: a clock that is a day off, or
+// a machine that boots in 1970, must not evaporate a map.
 #pragma once
 
 #include <cstdint>
@@ -22,11 +22,11 @@ class FieldClock {
   /// The first reading will be `start_ms`.
   explicit FieldClock(uint64_t start_ms = 0) : now_ms_(start_ms) {}
 
-  /// Where to start again after `last` was logged: later by the time the server was down, as far as
-  /// UTC tells; never earlier.
+  /// The field time to resume with after `last` was logged: later by the downtime according to UTC,
+  /// but never earlier.
   static uint64_t ResumeAt(const Stamp& last, int64_t utc_ms, bool evaporate_while_down);
 
-  /// The stamp of a batch. A boot-time reading smaller than one before counts as no time passing.
+  /// The stamp of a batch. If the boot-time reading decreases, no time passes.
   Stamp Read(const ClockReading& reading);
 
  private:

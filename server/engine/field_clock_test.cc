@@ -36,7 +36,7 @@ TEST(FieldClock, AMachineThatWakesUpIn1970ResumesWhereItWas) {
 }
 
 TEST(FieldClock, TimeEndsWhereTheFieldCannotCountFurther) {
-  const uint64_t end = kMostFieldTimeMs;
+  const uint64_t end = kMaxFieldTimeMs;
   EXPECT_EQ(FieldClock::ResumeAt({5'000, INT64_MIN}, INT64_MAX, true), end);
   FieldClock clock(end - 1);
   clock.Read({0, 0});
@@ -75,7 +75,7 @@ TEST(FieldTime, BootTimeSteppingBackwardsChangesNoPheromone) {
 TEST(FieldTime, NoJumpOfTheBootTimeTurnsItBack) {
   FieldClock clock(10'000);
   clock.Read({0, 0});
-  EXPECT_EQ(clock.Read({UINT64_MAX - 5'000, 0}).field_time_ms, kMostFieldTimeMs);
+  EXPECT_EQ(clock.Read({UINT64_MAX - 5'000, 0}).field_time_ms, kMaxFieldTimeMs);
 }
 
 TEST(FieldTime, PassingDoesEvaporate) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -24,6 +26,16 @@ EngineConfig WideConfig() {
   config.field.map.cell_um = 20'000;
   return config;
 }
+
+class SilentObserver final : public Observer {
+ public:
+  void OnBatch(const Stamp& /*stamp*/, LinkIndex /*link*/,
+               std::span<const protocol::Message> /*messages*/,
+               std::span<const Outcome> /*outcomes*/, std::span<const Outgoing> /*sent*/) override {
+  }
+  void OnEvent(uint64_t /*sequence*/, const Stamp& /*stamp*/, const Event& /*event*/,
+               std::span<const Outgoing> /*sent*/) override {}
+};
 
 class FrozenServiceTest : public ::testing::Test {
  protected:
@@ -88,7 +100,8 @@ TEST_F(FrozenServiceTest, AWitnessMayBeAttachedAtTheSameMoment) {
   Lay(1, 100);
   Service::Frozen frozen;
   uint64_t hash = 0;
-  service_.Attach(nullptr, [&](const Engine& engine) {
+  SilentObserver observer;
+  service_.Attach(&observer, [&](const Engine& engine) {
     frozen = service_.FreezeInside(engine);
     hash = engine.StateHash();
   });

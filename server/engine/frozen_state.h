@@ -1,8 +1,8 @@
-// An engine's state as it was at one moment, copied out in portions while the engine goes on: the
-// bytes altogether are exactly those that Engine::Save would have given then. For a snapshot, or
-// the beginning of a recording, of a state that is too large to be copied at once.
+// The state of an engine frozen at one moment and copied in portions while the engine continues:
+// the bytes are exactly those that Engine::Save would have given then. Used for snapshots and
+// recordings of a state that is too large to be copied at once.
 //
-//   std::unique_ptr<FrozenState> frozen = engine.Freeze(kMostKeptBytes);  // null: there is another
+//   std::unique_ptr<FrozenState> frozen = engine.Freeze(kMaxKeptBytes);  // null: there is another
 //   while (frozen->CopySome(&bytes)) { ... }                              // events between them
 //   if (frozen->failed()) ...                                             // try again
 //
@@ -24,8 +24,8 @@ namespace pheromone::engine {
 
 class FrozenState {
  public:
-  /// Of what is changed before it was copied, so much is kept.
-  static constexpr uint64_t kMostKeptBytes = uint64_t{64} << 20;
+  /// The maximum size of the old values kept of data changed before it is copied.
+  static constexpr uint64_t kMaxKeptBytes = uint64_t{64} << 20;
 
   /// What Engine::Freeze knows.
   struct Parts {
@@ -42,7 +42,7 @@ class FrozenState {
   FrozenState(const FrozenState&) = delete;
   FrozenState& operator=(const FrozenState&) = delete;
 
-  /// What is copied altogether.
+  /// The total number of bytes.
   uint64_t bytes() const { return bytes_; }
   /// Of the last event, as Engine has them.
   uint64_t sequence() const { return parts_.sequence; }
@@ -53,17 +53,16 @@ class FrozenState {
   /// has failed.
   bool CopySome(std::string* to, int tiles = field::FrozenField::kTilesAtOnce);
 
-  /// The first portion, which is the configuration and takes the longest if that has many points.
-  /// It has nothing to do with the engine any more: call it before CopySome, without the engine's
-  /// lock. False if it was copied already.
+  /// Copies the first portion, the configuration, which takes the longest if it has many points. It
+  /// no longer depends on the engine: call this before CopySome, without the engine's lock. False
+  /// if it was already copied.
   bool CopyConfig(std::string* to);
 
   bool done() const { return stage_ == Stage::kDone; }
-  /// More was changed meanwhile than may be kept, or the engine is gone. What was copied is of no
-  /// use.
+  /// Too much was changed meanwhile, or the engine was destroyed. The copied data is useless.
   bool failed() const { return parts_.field->failed(); }
 
-  /// Leaves the engine alone from now on. If not all was copied, it has failed.
+  /// Detaches from the engine. If not everything was copied, the copy has failed.
   void LetGo() { parts_.field->LetGo(); }
 
  private:

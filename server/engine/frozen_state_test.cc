@@ -37,7 +37,7 @@ TEST(FrozenState, IsWhatSaveWouldHaveGivenWhateverHappensMeanwhile) {
     for (int round = 0; round < 5; ++round) {
       some(200);
       // Not while a change of the map is made in portions, nor must a caller wait for long.
-      const auto is_busy = [&] { return engine.Freeze(FrozenState::kMostKeptBytes) == nullptr; };
+      const auto is_busy = [&] { return engine.Freeze(FrozenState::kMaxKeptBytes) == nullptr; };
       constexpr int kMaxPortions = 2'000;
       for (int portion = 0; is_busy() && portion < kMaxPortions; ++portion) {
         engine.Apply(engine.sequence() + 1, traffic.stamp(), Advance{}, &out);
@@ -45,9 +45,9 @@ TEST(FrozenState, IsWhatSaveWouldHaveGivenWhateverHappensMeanwhile) {
       const std::string expected = Saved(engine);
       const uint64_t hash = engine.StateHash();
       const uint64_t sequence = engine.sequence();
-      const std::unique_ptr<FrozenState> frozen = engine.Freeze(FrozenState::kMostKeptBytes);
+      const std::unique_ptr<FrozenState> frozen = engine.Freeze(FrozenState::kMaxKeptBytes);
       ASSERT_NE(frozen, nullptr);
-      EXPECT_EQ(engine.Freeze(FrozenState::kMostKeptBytes), nullptr);
+      EXPECT_EQ(engine.Freeze(FrozenState::kMaxKeptBytes), nullptr);
       EXPECT_EQ(frozen->bytes(), expected.size());
       EXPECT_EQ(frozen->sequence(), sequence);
       EXPECT_EQ(frozen->state_hash(), hash);
@@ -73,7 +73,7 @@ TEST(FrozenState, MayOutliveItsEngineButHasFailedThen) {
   auto engine = std::make_unique<Engine>();
   std::vector<Outgoing> out;
   engine->Apply(1, traffic.stamp(), traffic.First(), &out);
-  const std::unique_ptr<FrozenState> frozen = engine->Freeze(FrozenState::kMostKeptBytes);
+  const std::unique_ptr<FrozenState> frozen = engine->Freeze(FrozenState::kMaxKeptBytes);
   std::string copied;
   EXPECT_TRUE(frozen->CopyConfig(&copied));
   EXPECT_FALSE(frozen->CopyConfig(&copied));

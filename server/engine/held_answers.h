@@ -1,15 +1,15 @@
-// What may not be sent before a change is durable, until it is: one answer for each robot, however
-// often it asks, and the commands of the operator.
+// Holds the messages that may not be sent until a change is durable: one answer for each robot,
+// however often it repeats its request, and the commands of the operator.
 //
-//   if (const auto dropped = held.Hold(answer)) ...   // this one goes nowhere
+//   if (const auto dropped = held.Hold(answer)) ...   // this one is dropped
 //   held.Release(log.DurableSequence(), &out);
 //
-// A robot has one request under way (protocol/README.md, section 8). One that repeats it joins the
-// answer that waits, which then goes to where it was asked for last; one that asks for something
-// else has given up what it asked for before.
+// A robot has one request in flight (protocol/README.md, section 8). A repeated request shares the
+// held answer, which then goes to the source of the last repetition; a different request abandons
+// the earlier one.
 //
-// Memory: 40 KiB for each link on which a robot ever waited, whoever else claims to be there.
-// Commands are as many as were issued: their number is for the caller to bound. Not thread-safe.
+// Memory: 40 KiB for each link on which a robot ever waited, independent of the number of robots.
+// The caller limits the number of commands. Not thread-safe.
 #pragma once
 
 #include <array>
@@ -31,17 +31,17 @@ class HeldAnswers {
     bool repeated = false;  ///< the same was held, and still is
   };
 
-  /// Takes an answer; returns the one that goes nowhere because of it.
+  /// Holds an answer; returns the one that is dropped because of it.
   std::optional<Dropped> Hold(const Outgoing& answer);
-  /// Lets go of a robot's answer, and returns it.
+  /// Removes and returns the answer held for a robot.
   std::optional<Dropped> Drop(LinkIndex link, uint8_t id);
 
-  /// Takes what nobody asked for. Commands keep their order, and none replaces another: a halt that
-  /// comes after a resume must stay behind it.
+  /// Holds a command. Commands keep their order and none replaces another: a halt issued after a
+  /// resume must stay behind it.
   void HoldCommand(const Outgoing& command) { commands_.push_back(command); }
 
-  /// Appends what speaks of no later change than `durable`, in the order in which it was given; an
-  /// answer that is due before one that was given earlier waits for that.
+  /// Appends the messages that depend on no change later than `durable`, in the order in which they
+  /// were held; a message that is due before one held earlier waits for it.
   void Release(uint64_t durable, std::vector<Outgoing>* out);
 
   size_t answers() const { return count_; }

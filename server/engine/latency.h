@@ -1,10 +1,10 @@
-// How long something took, counted in classes, as Prometheus counts it.
+// A latency histogram with fixed buckets, as used by Prometheus.
 //
 //   LatencyHistogram handling;
 //   handling.Count(elapsed_ns);
 //   const LatencyCounts counts = handling.counts();
 //
-// Thread-safe and wait-free. Counts that are read while others count may be some events apart.
+// Thread-safe and wait-free. Counts read during updates may differ by a few events.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace pheromone::engine {
 
-/// The upper ends of the classes but the last, which has none; in microseconds.
+/// The upper bounds of all buckets except the last, which is unbounded; in microseconds.
 constexpr std::array<uint32_t, 12> kLatencyEndsUs = {1,   2,   5,     10,    20,     50,
                                                      100, 500, 1'000, 5'000, 20'000, 100'000};
 

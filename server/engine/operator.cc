@@ -12,11 +12,11 @@ using protocol::Message;
 
 Status Engine::CheckCommand(const CommandIssued& command) const {
   if (command.link >= config_->links.size()) {
-    return Error{"there is no link " + std::to_string(command.link)};
+    return Error{"unknown link " + std::to_string(command.link)};
   }
   const auto code = static_cast<uint8_t>(command.code);
   if (protocol::CommandArgumentLength(code) > protocol::kMaxCommandArguments) {
-    return Error{"there is no command " + std::to_string(code)};
+    return Error{"unknown command " + std::to_string(code)};
   }
   const bool broadcast = command.id == protocol::kBroadcastId;
   if (broadcast && command.code != protocol::CommandCode::kHalt) {
@@ -122,7 +122,7 @@ Status Engine::CheckEdit(const field::FieldEdit& edit) const {
   }
   Status shape = field::CheckShape(edit);
   if (shape.ok() && !field_->accepts_work()) {
-    return Error{"too many changes of the map wait for their turn; try again in a moment"};
+    return Error{"too many map edits are pending; try again in a moment"};
   }
   return shape;
 }

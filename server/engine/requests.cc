@@ -267,8 +267,9 @@ Message Engine::TakeDeposit(LinkIndex link, const Message& message) {
   return answer;
 }
 
-// Senses first, so that a robot does not smell the quantum it is about to leave. If that cannot be
-// left, neither is an intensity told: a robot that lays a trail must learn that there is none.
+// Senses first, so that a robot does not sense the quantum that it is about to deposit. If that
+// cannot be left, neither is an intensity told: a robot that lays a trail must learn that there is
+// none.
 Message Engine::TakeTrace(LinkIndex link, const Message& message) {
   protocol::TraceRequest request;
   protocol::Decode(message, &request);

@@ -1,6 +1,6 @@
-// What the engine remembers of each robot: the memory that makes changes happen exactly once, the
-// command it has been given, and where a tracker saw it. A robot's key is (link name, client ID);
-// where its last message came from is no part of it, so a reconnect is the same robot.
+// The engine's state of each robot: the data that makes changes happen exactly once, its last
+// command, and its tracked pose. A robot's key is (link name, client ID) and does not include the
+// source of its last message, so a robot that reconnects stays the same robot.
 //
 // All of it is logged state and counts into the state hash.
 #pragma once
@@ -20,13 +20,13 @@ namespace pheromone::engine {
 
 /// How a mutating request's seq compares with the last one taken (modulo 256).
 enum class SeqVerdict {
-  kNew,     ///< 1 to 128 ahead, or nothing was taken yet
+  kNew,     ///< 1 to 128 ahead, or none was accepted yet
   kRepeat,  ///< the same seq and the same content: the answer was lost
   kReused,  ///< the same seq, other content
-  kStale,   ///< 1 to 127 behind: an echo of the past
+  kStale,   ///< 1 to 127 behind: a late duplicate
 };
 
-/// What became of a robot's last command.
+/// The outcome of a robot's last command.
 enum class CommandOutcome : uint8_t { kNone, kPending, kAccepted, kRefused, kUnanswered, kUnknown };
 
 struct CommandState {
@@ -70,7 +70,7 @@ SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc);
 
 class RobotTable {
  public:
-  /// Robots of links that left the configuration are kept: the link may return.
+  /// Robots of links that are no longer configured are kept, since the link may return.
   void SetLinks(const std::vector<LinkSettings>& links);
 
   /// Null for a robot that never said HELLO.
@@ -89,7 +89,7 @@ class RobotTable {
     pending_commands_ += entry->second.has_pending_command() ? 1u : 0u;
   }
 
-  /// Forgets the robot of a link whose last event lies furthest back.
+  /// Forgets the robot of a link whose last event is the oldest.
   void ForgetIdlest(LinkIndex link);
 
   size_t CountOn(LinkIndex link) const { return by_index_[link]->robots.size(); }
@@ -107,7 +107,7 @@ class RobotTable {
   /// All robots, those of links that left included; and back into a table in which no robot ever
   /// was, before SetLinks (state.cc). What cannot be is a failure of the reader.
   void Save(ByteWriter* writer) const;
-  void Restore(ByteReader* reader);
+  void Restore(uint8_t version, ByteReader* reader);
 
   uint64_t hash() const { return hash_; }
 

@@ -11,7 +11,7 @@ namespace {
 using protocol::Message;
 using protocol::Reason;
 
-constexpr char kNoChanges[] = "the log takes no changes at the moment";
+constexpr char kNoChanges[] = "the log does not accept changes at present";
 // How often an operator's change asks a busy log again: for some seconds, as pauses go.
 constexpr int kBusyPortions = 20'000;
 
@@ -75,7 +75,7 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
         is_current = is_current && (!goes(type) || field->changes(type) == changes[type]);
       }
       if (!is_current) {
-        acceptable = Error{"a pheromone that goes is still being left by robots"};
+        acceptable = Error{"a removed pheromone is still being deposited by robots"};
         continue;
       }
       const auto& change = std::get<ConfigChanged>(event);
@@ -109,10 +109,25 @@ Status Service::Prepare(const SharedConfig& present, const EngineConfig& next,
   Status status = Engine::Prepare(present, event);
   const field::FieldReader reader(field);
   if (status.ok() && !reader.ok()) {
-    return Error{"too many look at the field at once; try again in a moment"};
+    return Error{"too many readers of the field; try again in a moment"};
   }
   return status.ok() ? field::Field::CheckLeaving(reader, present->field, next.field, now_ms)
                      : status;
+}
+
+// An observer that throws, for lack of memory for instance, is detached.
+template <typename Tell>
+void Service::TellObservers(Tell&& tell) {
+  for (size_t i = 0; i < observers_.size();) {
+    Observer* const observer = observers_[i];
+    try {
+      tell(observer);
+      ++i;
+    } catch (...) {
+      std::erase(observers_, observer);
+      observer->OnFailure();
+    }
+  }
 }
 
 void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vector<Outgoing>* out,
@@ -121,27 +136,29 @@ void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vec
   const std::lock_guard lock(mutex_);
   const Stamp stamp = StampNow();
   const size_t before = out->size();
-  std::vector<Witness::Outcome> outcomes;
+  std::vector<Observer::Outcome> outcomes;
   for (size_t i = 0; i < messages.size(); ++i) {
     const size_t first = out->size();
-    const Witness::Outcome outcome = HandleOne(stamp, link, messages[i], out);
+    const Observer::Outcome outcome = HandleOne(stamp, link, messages[i], out);
     for (size_t answer = first; answer < out->size() && !askers.empty(); ++answer) {
       (*out)[answer].asker = askers[askers.size() == 1 ? 0 : i];
     }
-    if (witness_ != nullptr) {
+    if (!observers_.empty()) {
       outcomes.push_back(outcome);
     }
   }
-  if (witness_ != nullptr) {
-    witness_->OnBatch(stamp, link, messages, outcomes, std::span(*out).subspan(before));
+  if (!observers_.empty()) {
+    TellObservers([&](Observer* observer) {
+      observer->OnBatch(stamp, link, messages, outcomes, std::span(*out).subspan(before));
+    });
   }
   HoldBack(out, before);
 }
 
-Witness::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& message,
-                                    std::vector<Outgoing>* out) {
+Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& message,
+                                     std::vector<Outgoing>* out) {
   ++counters_.requests;
-  Witness::Outcome outcome;
+  Observer::Outcome outcome;
   const size_t before = out->size();
   Traffic::Fate fate = Traffic::Fate::kAnswered;
   switch (engine_.Classify(link, message)) {
@@ -186,9 +203,9 @@ Witness::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Me
   return outcome;
 }
 
-// While the log takes no changes, nobody knows when the one that this answer speaks of becomes
-// durable. Busy, whatever the log's reason is: the change was made, and only busy does not tell the
-// robot that it was not (protocol/README.md, section 7).
+// While the log does not accept changes, nobody knows when the one that this answer speaks of
+// becomes durable. Busy, whatever the log's reason is: the change was made, and only busy does not
+// tell the robot that it was not (protocol/README.md, section 7).
 Reason Service::RefusalOfRepeat(const Outgoing& answer) {
   const bool waits = answer.durable_at > log_->DurableSequence();
   return waits && log_->Admit() != Reason::kNone ? Reason::kBusy : Reason::kNone;
@@ -208,8 +225,10 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
         awaited->second = it.outcome;
       }
     }
-    if (witness_ != nullptr && !std::holds_alternative<RequestReceived>(event)) {
-      witness_->OnEvent(sequence, stamp, event, std::span(*out).subspan(before));
+    if (!observers_.empty() && !std::holds_alternative<RequestReceived>(event)) {
+      TellObservers([&](Observer* observer) {
+        observer->OnEvent(sequence, stamp, event, std::span(*out).subspan(before));
+      });
     }
     put_off_ms_ = 0;
     WakeIfEarlier();
@@ -253,8 +272,8 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
   if (!acceptable.ok()) {
     return acceptable;
   }
-  if (held_.commands() >= kMostHeldCommands) {
-    return Error{std::to_string(held_.commands()) + " commands wait for the log to become durable"};
+  if (held_.commands() >= kMaxHeldCommands) {
+    return Error{std::to_string(held_.commands()) + " commands are waiting for the log"};
   }
   const size_t before = out->size();
   if (Change(StampNow(), command, out) != Reason::kNone) {
@@ -284,7 +303,7 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
   const int64_t nodes = takes_all ? int64_t{map.columns()} * map.rows()
                                   : std::get<FieldEdited>(event).raster->node_count;
   if (nodes == 0) {
-    return Error{"no node of the map lies there"};
+    return Error{"the shape contains no node of the map"};
   }
   uint64_t id = 0;
   std::vector<Outgoing> none;
@@ -328,8 +347,8 @@ Result<uint64_t> Service::Finish(uint64_t id) {
       if (refused != Reason::kNone && (refused != Reason::kBusy || --patience < 0)) {
         awaited_works_.erase(id);
         return Error{
-            "the log stopped taking changes while the map was being changed; the rest follows "
-            "when it takes them again"};
+            "the log stopped accepting changes during the edit; the rest follows when it accepts "
+            "them again"};
       }
       HoldBack(&out, 0);
     }
@@ -414,8 +433,10 @@ void Service::HoldBack(std::vector<Outgoing>* out, size_t from) {
 }
 
 void Service::Drop(const std::optional<HeldAnswers::Dropped>& dropped) {
-  if (dropped && witness_ != nullptr) {
-    witness_->OnDropped(dropped->answer.link, dropped->answer.message, dropped->repeated);
+  if (dropped) {
+    TellObservers([&](Observer* observer) {
+      observer->OnDropped(dropped->answer.link, dropped->answer.message, dropped->repeated);
+    });
   }
 }
 

@@ -68,7 +68,7 @@ TEST_F(ServiceTest, AnAnswerToAnOlderChangeGoesOutWithWhatWasGivenBeforeIt) {
 }
 
 // What was given, and what of it was said to go nowhere.
-class CountingWitness final : public Witness {
+class CountingWitness final : public Observer {
  public:
   void OnBatch(const Stamp&, LinkIndex, std::span<const protocol::Message>,
                std::span<const Outcome> outcomes, std::span<const Outgoing> sent) override {
@@ -91,11 +91,11 @@ class CountingWitness final : public Witness {
 TEST_F(ServiceTest, ManyWhoRepeatARequestAgainstAStuckLogShareOneAnswerARobot) {
   constexpr uint8_t kRobots = 200;
   constexpr uint32_t kRepeats = 100'000;
-  CountingWitness witness;
+  CountingWitness observer;
   for (uint8_t id = 1; id <= kRobots; ++id) {
     Handle({Hello(id, 1)});
   }
-  service_.Attach(&witness, [](const Engine&) {});
+  service_.Attach(&observer, [](const Engine&) {});
   log_.GetStuck();
   std::array<uint32_t, kRobots + 1> last{};
   std::vector<Outgoing> out;
@@ -122,15 +122,15 @@ TEST_F(ServiceTest, ManyWhoRepeatARequestAgainstAStuckLogShareOneAnswerARobot) {
   EXPECT_TRUE(std::all_of(answers.begin() + 1, answers.end(), [](int n) { return n == 1; }));
   EXPECT_TRUE(Release().empty());
   EXPECT_EQ(service_.held_answers(), 0u);
-  EXPECT_EQ(witness.given, kRobots + kRepeats);
-  EXPECT_EQ(witness.joined, kRepeats);
-  EXPECT_EQ(witness.dropped, 0u);
+  EXPECT_EQ(observer.given, kRobots + kRepeats);
+  EXPECT_EQ(observer.joined, kRepeats);
+  EXPECT_EQ(observer.dropped, 0u);
 }
 
 // Busy: the robot repeats it byte for byte. Of "read-only" it would gather that nothing happened.
 TEST_F(ServiceTest, ARepeatOfWhatIsNotDurableIsBusyWhileTheLogTakesNothing) {
-  CountingWitness witness;
-  service_.Attach(&witness, [](const Engine&) {});
+  CountingWitness observer;
+  service_.Attach(&observer, [](const Engine&) {});
   Handle({Hello(1, 1)});
   log_.GetStuck();
   EXPECT_TRUE(Handle({Deposit(1, 9)}).empty());
@@ -139,10 +139,10 @@ TEST_F(ServiceTest, ARepeatOfWhatIsNotDurableIsBusyWhileTheLogTakesNothing) {
     const auto out = Handle({Deposit(1, 9)});
     ASSERT_EQ(out.size(), 1u);
     EXPECT_EQ(testing::ReasonOf(out[0].message), Reason::kBusy);
-    EXPECT_EQ(witness.refused, Reason::kBusy);
+    EXPECT_EQ(observer.refused, Reason::kBusy);
     EXPECT_EQ(service_.held_answers(), 0u) << "it has been answered";
   }
-  EXPECT_EQ(witness.dropped, 1u);
+  EXPECT_EQ(observer.dropped, 1u);
   EXPECT_EQ(service_.counters().errors[static_cast<size_t>(Reason::kBusy)], 2u);
   log_.Heal();
   EXPECT_TRUE(Release().empty());
@@ -171,10 +171,10 @@ TEST_F(ServiceTest, CommandsThatWaitForAStuckLogAreBounded) {
   std::vector<Outgoing> out;
   size_t issued = 0;
   while (service_.Issue(halt, &out).ok()) {
-    ASSERT_LE(++issued, Service::kMostHeldCommands);
+    ASSERT_LE(++issued, Service::kMaxHeldCommands);
   }
-  EXPECT_EQ(issued, Service::kMostHeldCommands);
-  EXPECT_EQ(service_.Issue(halt, &out).error(), "1024 commands wait for the log to become durable");
+  EXPECT_EQ(issued, Service::kMaxHeldCommands);
+  EXPECT_EQ(service_.Issue(halt, &out).error(), "1024 commands are waiting for the log");
   log_.Heal();
   EXPECT_EQ(Release().size(), issued);
   EXPECT_TRUE(service_.Issue(halt, &out).ok());

@@ -1,9 +1,10 @@
-// An observer is told of everything, in its order, at once.
+// Observers are told of everything, in its order, at once; each for itself.
 
 #include <gtest/gtest.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <span>
 #include <utility>
 #include <vector>
@@ -20,7 +21,7 @@ using testing::Sense;
 using testing::ServiceTest;
 
 // Keeps what it is told.
-class Listener final : public Witness {
+class Listener final : public Observer {
  public:
   struct Batch {
     Stamp stamp;
@@ -59,7 +60,7 @@ TEST_F(ServiceTest, AnObserverIsToldWhatBecameOfEachMessage) {
   using Outcomes = std::vector<std::pair<uint64_t, Reason>>;
   const auto outcomes = [&listener] {
     Outcomes all;
-    for (const Witness::Outcome& it : listener.batches.back().outcomes) {
+    for (const Observer::Outcome& it : listener.batches.back().outcomes) {
       all.emplace_back(it.sequence, it.refused);
     }
     return all;
@@ -101,7 +102,7 @@ TEST_F(ServiceTest, AnObserverIsToldWhatBecameOfEachMessage) {
   EXPECT_EQ(outcomes(), (Outcomes{{5, Reason::kNone}}));
   EXPECT_EQ(listener.batches.back().sent.size(), 1u);
   EXPECT_TRUE(listener.events.empty());
-  service_.Attach(nullptr, [](const Engine&) {});
+  service_.Detach(&listener);
   Handle({Deposit(1, 4)});
   EXPECT_EQ(listener.batches.size(), 4u);
 }
@@ -137,6 +138,119 @@ TEST_F(ServiceTest, AnObserverIsToldOfEventsThatNoMessageIs) {
   }
   EXPECT_EQ(std::get<FieldEdited>(listener.events[1].event).edit, edit);
   EXPECT_TRUE(listener.batches.empty());
+}
+
+// What a listener heard, in order: of each batch how many messages it had and its last change, of
+// each event its number.
+class Order final : public Observer {
+ public:
+  using Heard = std::vector<std::pair<char, uint64_t>>;
+
+  void OnBatch(const Stamp& /*stamp*/, LinkIndex /*link*/,
+               std::span<const protocol::Message> messages, std::span<const Outcome> outcomes,
+               std::span<const Outgoing> /*sent*/) override {
+    ASSERT_EQ(messages.size(), outcomes.size());
+    heard.emplace_back('b', outcomes.back().sequence);
+  }
+  void OnEvent(uint64_t sequence, const Stamp& /*stamp*/, const Event& /*event*/,
+               std::span<const Outgoing> /*sent*/) override {
+    if (sequence == fails_at) {
+      throw std::bad_alloc();
+    }
+    heard.emplace_back('e', sequence);
+  }
+  void OnDropped(LinkIndex /*link*/, const protocol::Message& message, bool /*repeated*/) override {
+    heard.emplace_back('d', message.id);
+  }
+  void OnFailure() noexcept override { ++failures; }
+
+  Heard heard;
+  uint64_t fails_at = 0;
+  int failures = 0;
+};
+
+class ObserversTest : public ServiceTest {
+ protected:
+  void Issue() {
+    CommandIssued issued;
+    issued.id = 1;
+    std::vector<Outgoing> out;
+    ASSERT_TRUE(service_.Issue(issued, &out).ok());
+  }
+
+  uint64_t AttachAndLook(Observer* observer) {
+    uint64_t sequence = 0;
+    service_.Attach(observer, [&](const Engine& engine) { sequence = engine.sequence(); });
+    return sequence;
+  }
+};
+
+TEST_F(ObserversTest, EachHearsAllInOrderFromWhereItBeganToWhereItEnded) {
+  Order first;
+  Order second;
+  Order third;
+  EXPECT_EQ(AttachAndLook(&first), 1u);  // the configuration
+  Handle({Hello(1, 1)});                 // 2
+  Issue();                               // 3
+  EXPECT_EQ(AttachAndLook(&second), 3u);
+  EXPECT_EQ(AttachAndLook(&third), 3u);
+  log_.SetDurable(3);
+  Handle({Deposit(1, 1)});  // 4, and its answer waits
+  Issue();                  // 5
+  uint64_t end = 0;
+  service_.Detach(&second, [&](const Engine& engine) { end = engine.sequence(); });
+  EXPECT_EQ(end, 5u);
+  Handle({Deposit(1, 2)});  // 6: nobody waits for the answer before it any more
+  Issue();                  // 7
+  Order::Heard all = {{'b', 2}, {'e', 3}, {'b', 4}, {'e', 5}, {'b', 6}, {'d', 1}, {'e', 7}};
+  EXPECT_EQ(first.heard, all);
+  EXPECT_EQ(second.heard, (Order::Heard{{'b', 4}, {'e', 5}}));
+  EXPECT_EQ(third.heard, Order::Heard(all.begin() + 2, all.end()));
+  service_.Detach(&first);
+  service_.Detach(&third);
+  Issue();
+  EXPECT_EQ(first.heard, all);
+}
+
+TEST_F(ObserversTest, OneThatIsAttachedTwiceHearsOnceAndOneThatIsNotMayBeDetached) {
+  Order twice;
+  Order never;
+  EXPECT_EQ(AttachAndLook(&twice), 1u);
+  Handle({Hello(1, 1)});
+  EXPECT_EQ(AttachAndLook(&twice), 2u);
+  service_.Detach(&never);
+  Issue();
+  EXPECT_EQ(twice.heard, (Order::Heard{{'b', 2}, {'e', 3}}));
+  service_.Detach(&twice);
+  Issue();
+  EXPECT_EQ(twice.heard.size(), 2u);
+}
+
+TEST_F(ObserversTest, OneThatFailsIsLeftBehindAndNobodyElseNotices) {
+  Handle({Hello(1, 1)});
+  Order before;
+  Order failing;
+  Order after;
+  failing.fails_at = 4;
+  for (Order* const it : {&before, &failing, &after}) {
+    AttachAndLook(it);
+  }
+  log_.SetDurable(2);
+  Issue();
+  CommandIssued issued;
+  issued.id = 1;
+  std::vector<Outgoing> out;
+  EXPECT_TRUE(service_.Issue(issued, &out).ok());
+  EXPECT_TRUE(out.empty());  // it waits for its event to become durable, as ever
+  Issue();
+  EXPECT_EQ(failing.heard, (Order::Heard{{'e', 3}}));
+  EXPECT_EQ(failing.failures, 1);
+  for (const Order* const it : {&before, &after}) {
+    EXPECT_EQ(it->heard, (Order::Heard{{'e', 3}, {'e', 4}, {'e', 5}}));
+    EXPECT_EQ(it->failures, 0);
+  }
+  log_.SetDurable(5);
+  EXPECT_EQ(Release().size(), 3u);
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ CommandState DecodeCommand(ByteReader* reader) {
   state.command.seq = reader->U8();
   const uint8_t code = reader->U8();
   if (protocol::CommandArgumentLength(code) > protocol::kMaxCommandArguments) {
-    reader->Fail("there is no command " + std::to_string(code));
+    reader->Fail("unknown command " + std::to_string(code));
   }
   state.command.code = static_cast<protocol::CommandCode>(code);
   for (uint8_t& byte : state.command.arguments) {
@@ -64,7 +64,7 @@ void EncodeRobot(const RobotState& robot, ByteWriter* writer) {
   writer->U8(robot.last_opcode);
   writer->U8(robot.last_seq);
   writer->U16(robot.last_crc);
-  EncodeMessage(robot.last_answer, writer);
+  EncodeFields(robot.last_answer, writer);
   writer->U64(robot.last_change);
   writer->U64(robot.last_activity);
   writer->U8(robot.next_command_seq);
@@ -76,12 +76,12 @@ void EncodeRobot(const RobotState& robot, ByteWriter* writer) {
     writer->I16(report.argument);
   });
   EncodeOptional(robot.observed, writer, [&](const ObservedPose& observed) {
-    EncodePose(observed.pose, writer);
+    EncodeFields(observed.pose, writer);
     writer->U64(observed.until_ms);
   });
 }
 
-RobotState DecodeRobot(ByteReader* reader) {
+RobotState DecodeRobot(uint8_t version, ByteReader* reader) {
   RobotState robot;
   robot.epoch = reader->U16();
   robot.nonce = reader->U16();
@@ -94,7 +94,7 @@ RobotState DecodeRobot(ByteReader* reader) {
   robot.last_opcode = reader->U8();
   robot.last_seq = reader->U8();
   robot.last_crc = reader->U16();
-  robot.last_answer = DecodeMessage(reader);
+  DecodeFields(reader, version, &robot.last_answer);
   robot.last_change = reader->U64();
   robot.last_activity = reader->U64();
   robot.next_command_seq = reader->U8();
@@ -108,8 +108,10 @@ RobotState DecodeRobot(ByteReader* reader) {
     robot.last_event = report;
   }
   if (reader->Flag()) {
-    const field::PoseUm pose = DecodePose(reader);
-    robot.observed = ObservedPose{pose, reader->U64()};
+    ObservedPose observed;
+    DecodeFields(reader, version, &observed.pose);
+    observed.until_ms = reader->U64();
+    robot.observed = observed;
   }
   return robot;
 }
@@ -128,7 +130,7 @@ void RobotTable::Save(ByteWriter* writer) const {
   }
 }
 
-void RobotTable::Restore(ByteReader* reader) {
+void RobotTable::Restore(uint8_t version, ByteReader* reader) {
   for (uint32_t links = reader->Count(); links > 0 && reader->ok(); --links) {
     const std::string name = reader->Text();
     if (!by_name_.empty() && name <= by_name_.rbegin()->first) {
@@ -143,7 +145,7 @@ void RobotTable::Restore(ByteReader* reader) {
         reader->Fail("robots out of order");
         return;
       }
-      const RobotState robot = DecodeRobot(reader);
+      const RobotState robot = DecodeRobot(version, reader);
       hash_ += Hash(name, id, robot);
       pending_commands_ += robot.has_pending_command() ? 1u : 0u;
       robots.robots.emplace(id, robot);
@@ -212,11 +214,11 @@ Result<Engine> Engine::Restore(ByteReader* reader) {
     broadcast.left = reader->U8UpTo(kBroadcastTransmissions, "a broadcast's transmissions");
     broadcast.next_ms = reader->U64();
     if (broadcast.link >= config->links.size() || broadcast.left == 0) {
-      reader->Fail("a broadcast that has ended, or on no link");
+      reader->Fail("a broadcast that has ended or has no link");
     }
     engine.broadcasts_.push_back(broadcast);
   }
-  engine.robots_.Restore(reader);
+  engine.robots_.Restore(version, reader);
   if (reader->ok()) {
     engine.field_ = field::Field::Restore(config.field(), reader, version >= 2);
   }
@@ -224,8 +226,8 @@ Result<Engine> Engine::Restore(ByteReader* reader) {
   if (reader->ok()) {
     engine.TakeConfig(config, FiguresOf(*config));
     engine.last_stamp_.field_time_ms = engine.field_time_ms_;
-    if (engine.field_time_ms_ > kMostFieldTimeMs || engine.StateHash() != hash) {
-      reader->Fail("the state is not the one that was saved: its hash differs");
+    if (engine.field_time_ms_ > kMaxFieldTimeMs || engine.StateHash() != hash) {
+      reader->Fail("state hash mismatch: this is not the state that was saved");
     }
   }
   if (!reader->ok()) {

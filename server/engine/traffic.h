@@ -1,12 +1,11 @@
-// What was heard of each robot, for people who look after them: how often it asked, how often it
-// had to ask again, where it was last. Not part of the state: nothing here is logged, and a restart
-// forgets it.
+// Traffic statistics of each robot, for operators: the numbers of requests and repetitions, and the
+// last pose. Not part of the state: nothing here is logged, and a restart resets it.
 //
 //   traffic.Count(link, message, now_ms, Traffic::Fate::kAnswered);
 //   const RobotTraffic* robot = traffic.Find(link, 7);
 //
-// Not thread-safe: the service keeps it behind its lock. Memory: 16 KiB for each link that a robot
-// was heard on, whoever else claims to be there.
+// Not thread-safe: the service keeps it behind its lock. Memory: 16 KiB for each link on which a
+// robot was heard, independent of the number of robots.
 #pragma once
 
 #include <array>
@@ -22,21 +21,21 @@
 namespace pheromone::engine {
 
 struct RobotTraffic {
-  uint64_t requests = 0;  ///< messages from it, those that nobody answers included
+  uint64_t requests = 0;  ///< messages from it, including those that are not answered
   uint64_t repeats = 0;   ///< of them: the same change again, because the answer was lost
   uint64_t refusals = 0;  ///< answered with ERROR
   uint64_t last_ms = 0;   ///< field time of the last one
-  std::optional<protocol::WirePose> pose;  ///< reported last, in the robot's own frame and units
+  std::optional<protocol::WirePose> pose;  ///< the last one, in the robot's own frame and units
 };
 
 class Traffic {
  public:
   enum class Fate { kAnswered, kRepeated, kRefused, kIgnored };
 
-  /// Takes note of a message from a client.
+  /// Counts a message from a client.
   void Count(LinkIndex link, const protocol::Message& message, uint64_t now_ms, Fate fate);
 
-  /// Null if nothing was heard of that robot.
+  /// Null if that robot was not heard.
   const RobotTraffic* Find(LinkIndex link, uint8_t id) const;
 
   /// Calls `visit(LinkIndex, id, const RobotTraffic&)` for each robot that was heard.

@@ -1,4 +1,4 @@
-// Between the wire's units and the field's.
+// Converts between the units of the wire and those of the field.
 #pragma once
 
 #include <cstdint>

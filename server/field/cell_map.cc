@@ -13,6 +13,14 @@ int32_t Leaves(int32_t nodes) {
   return (nodes + kNodes - 1) / kNodes;
 }
 
+// The writer's.
+void Raise(std::atomic<uint64_t>* number, const std::atomic<uint64_t>& to) {
+  const uint64_t wanted = to.load(std::memory_order_relaxed);
+  if (number->load(std::memory_order_relaxed) < wanted) {
+    number->store(wanted, std::memory_order_release);
+  }
+}
+
 }  // namespace
 
 // What was a map's, leaf by leaf. A copy that is not complete reads it still.
@@ -116,6 +124,7 @@ CellMap::Place* CellMap::MakePlace(NodeIndex node) {
   }
   if (place == nullptr) {
     Leaf* leaf = pool_->TakeLeaf<Leaf>();
+    leaf->emptied.store(leaf_emptied_.load(std::memory_order_relaxed), std::memory_order_relaxed);
     ++present_leaves_;
     TopOf(node)->store(leaf);
     place = &leaf->place[PlaceOf(node)];
@@ -149,6 +158,35 @@ bool CellMap::Write(NodeIndex node, NodeState state) {
     }
     tile = place->tile.load(std::memory_order_relaxed);
   }
+  const uint64_t number = number_.load(std::memory_order_relaxed) + 1;
+  // First the change, then the stamps, then the number: readers load them in reverse order.
+  Leaf* leaf = TopOf(node)->load(std::memory_order_relaxed);
+  std::atomic<uint64_t>* const stamp = TilePool::StampOf(tile);
+  Replace(node, place, tile, state, [&] {
+    stamp->store(number, std::memory_order_release);
+    leaf->changed.store(number, std::memory_order_release);
+  });
+  number_.store(number, std::memory_order_release);
+  return true;
+}
+
+void CellMap::Forget(NodeIndex node) {
+  Place* place = FindPlace(node);
+  Tile* tile = place != nullptr ? place->tile.load(std::memory_order_relaxed) : nullptr;
+  if (tile != nullptr) {
+    Replace(node, place, tile, {}, [] {});
+  }
+}
+
+void CellMap::MarkAll() {
+  const uint64_t number = number_.load(std::memory_order_relaxed) + 1;
+  all_changed_.store(number, std::memory_order_release);
+  number_.store(number, std::memory_order_release);
+}
+
+// `mark` is called after the node has its new state, and before an empty tile is removed.
+template <typename Mark>
+void CellMap::Replace(NodeIndex node, Place* place, Tile* tile, NodeState state, Mark&& mark) {
   if (frozen_ != nullptr) [[unlikely]] {
     frozen_->BeforeChange(LeafOf(node), PlaceOf(node), *place);
   }
@@ -161,11 +199,11 @@ bool CellMap::Write(NodeIndex node, NodeState state) {
     // Whoever sees the bit sees the tile and the word.
     place->occupied.store(after, std::memory_order_release);
     node_count_ += state.level != 0 ? 1 : static_cast<size_t>(-1);
-    if (after == 0) {
-      RemoveTile(node, place);
-    }
   }
-  return true;
+  mark();
+  if (after == 0) {
+    RemoveTile(node, place);
+  }
 }
 
 std::unique_ptr<FrozenCells> CellMap::Freeze(KeptBytes* kept) const {
@@ -176,13 +214,17 @@ std::unique_ptr<FrozenCells> CellMap::Freeze(KeptBytes* kept) const {
 }
 
 void CellMap::RemoveTile(NodeIndex node, Place* place) {
-  Tile* tile = place->tile.exchange(nullptr);
+  Leaf* leaf = TopOf(node)->load(std::memory_order_relaxed);
+  Tile* tile = place->tile.load(std::memory_order_relaxed);
+  // Before the tile is removed: a reader that finds no tile sees this number.
+  Raise(&leaf->emptied, *TilePool::StampOf(tile));
+  place->tile.store(nullptr);
   TilePool* pool = pool_;
   budget_->Give(kTileBytes);
   --tile_count_;
   reclaimer_->Retire([pool, tile] { pool->Give(tile); });
-  Leaf* leaf = TopOf(node)->load(std::memory_order_relaxed);
   if (--leaf->tiles == 0) {
+    Raise(&leaf_emptied_, leaf->emptied);
     TopOf(node)->store(nullptr);
     --present_leaves_;
     budget_->Give(kLeafBytes);
@@ -200,6 +242,7 @@ void CellMap::Clear() {
   present_leaves_ = 0;
   auto* removed = new Removed(top_.exchange(nullptr), leaf_count(), frozen_);
   reclaimer_->Retire([pool = pool_, removed] { pool->Bury(std::unique_ptr<Garbage>(removed)); });
+  MarkAll();
 }
 
 }  // namespace pheromone::field

@@ -7,6 +7,10 @@
 // knows which nodes to look at before it touches a tile. Memory is counted in a budget that all
 // types share.
 //
+// Changes are numbered, and each tile keeps the number of its last change, so that a viewer can ask
+// for the tiles that have changed since its last look (VisitChanged). Evaporation does not count as
+// a change, since it follows from the law; neither does the removal of evaporated nodes by a sweep.
+//
 // One writer (the engine, behind its lock); any number of readers between Enter and Leave of the
 // Reclaimer. A reader may see one node before and another one after a change that is under way.
 #pragma once
@@ -54,11 +58,18 @@ class CellMap {
   struct Leaf {
     std::array<Place, kPlaces> place;
     int tiles = 0;  // the writer's
+    // Change numbers: the last one of any tile of this leaf, and of its removed tiles.
+    std::atomic<uint64_t> changed;
+    std::atomic<uint64_t> emptied;
   };
 
-  /// What they cost, their share of the heap's own memory included.
-  static constexpr uint64_t kTileBytes = sizeof(Tile) + 16;
-  static constexpr uint64_t kLeafBytes = sizeof(Leaf) + 128;
+  /// The memory accounted for each. It decides which deposits a full map refuses, so that other
+  /// values would change the replay of existing logs: everything stored with a tile or leaf must
+  /// fit.
+  static constexpr uint64_t kTileBytes = 528;
+  static constexpr uint64_t kLeafBytes = 4232;
+  static_assert(sizeof(Leaf) <= TilePool::kLeafBytes && TilePool::kLeafBytes <= kLeafBytes);
+  static_assert(BlockPool::kChunkBytes / TilePool::kTilesPerChunk < kTileBytes);
 
   /// `columns` x `rows` nodes. The others are shared, and outlive the map.
   CellMap(int32_t columns, int32_t rows, MemoryBudget* budget, Reclaimer* reclaimer,
@@ -68,8 +79,8 @@ class CellMap {
   ~CellMap();
 
   /// Forgets all nodes, at once and however many there are: budget and counts are those of an
-  /// empty map, whose top table stays. Their memory goes to the pool as garbage when no reader can
-  /// see it any more.
+  /// empty map, whose top table stays. All nodes count as changed. Their memory is passed to the
+  /// pool as garbage when no reader can see it any more.
   void Clear();
 
   /// The state of a node; level 0 where nothing was ever left.
@@ -78,6 +89,52 @@ class CellMap {
   /// Replaces the state of a node. Returns false, changing nothing, when that needs memory that the
   /// budget has not. Writing level 0 forgets the node.
   bool Write(NodeIndex node, NodeState state);
+
+  /// Removes a node whose content has evaporated; this does not count as a change.
+  void Forget(NodeIndex node);
+
+  /// Marks all nodes, absent ones included, as changed: their meaning has changed, or their content
+  /// is in another layer.
+  void MarkAll();
+
+  /// The result of a look at the changes.
+  struct Changes {
+    uint64_t number = 0;  ///< `since` of the next look
+    bool all = false;     ///< anything may have changed
+  };
+  /// Calls `visit(NodeArea)` for each part of `area`, which lies in the map, that may have changed
+  /// after change number `since`; 0 stands for the first look. A part is a tile or larger. Removed
+  /// tiles may be reported again, in larger parts, when others beside them are removed. Read the
+  /// nodes after the call or inside of it. Any thread, between Enter and Leave; the numbers belong
+  /// to this object.
+  template <typename Visit>
+  Changes VisitChanged(const NodeArea& area, uint64_t since, Visit&& visit) const {
+    // All loads after this one see the stamps of all changes up to this number.
+    const uint64_t number = number_.load(std::memory_order_acquire);
+    const Changes changes{number,
+                          since > number || all_changed_.load(std::memory_order_acquire) > since};
+    if (changes.all && !area.empty()) {
+      visit(area);
+    }
+    if (!changes.all && since < number) {
+      ForEachLeafIn(area, [&](NodeIndex leaf_at, const Leaf* leaf) {
+        VisitChangedOf(leaf_at, leaf, area, since, visit);
+      });
+    }
+    return changes;
+  }
+
+  /// Calls `visit(NodeIndex, NodeState)` for each remembered node in `area`, which lies in the map.
+  template <typename Visit>
+  void ForEachIn(const NodeArea& area, Visit&& visit) const {
+    ForEachLeafIn(area, [&](NodeIndex leaf_at, const Leaf* leaf) {
+      if (leaf != nullptr) {
+        ForEachTileIn(leaf_at, area, [&](size_t place, NodeIndex at) {
+          VisitTile(leaf->place[place], at, MaskOf(at, area), visit);
+        });
+      }
+    });
+  }
 
   /// The leaf that holds a tile; null if nothing was left there. Loads with the order that the
   /// Reclaimer asks for.
@@ -103,34 +160,29 @@ class CellMap {
   /// The same for the leaf in one place of the top table.
   template <typename Visit>
   void ForEachInLeaf(int32_t leaf_index, Visit&& visit) const {
+    for (int32_t row = 0; row < kLeafSide; ++row) {
+      ForEachInLeafRow(leaf_index, row, visit);
+    }
+  }
+
+  /// The same for one row of tiles in it. Returns how many tiles there were.
+  template <typename Visit>
+  int ForEachInLeafRow(int32_t leaf_index, int32_t leaf_tile_row, Visit&& visit) const {
     const int32_t leaf_column = leaf_index % leaf_columns_;
     const int32_t leaf_row = leaf_index / leaf_columns_;
-    for (int32_t i = 0; i < kLeafSide * kLeafSide; ++i) {
+    int tiles = 0;
+    for (int32_t i = 0; i < kLeafSide; ++i) {
       // Looked up again for each tile: the visitor may have emptied the leaf.
       const Leaf* leaf = FindLeaf(leaf_column, leaf_row);
       if (leaf == nullptr) {
-        return;
+        return tiles;
       }
-      const Place& place = leaf->place[static_cast<size_t>(i)];
-      uint64_t rest = place.occupied.load(std::memory_order_acquire);
-      const Tile* tile = place.tile.load();
-      if (rest == 0 || tile == nullptr) {
-        continue;
-      }
-      const int32_t column = (leaf_column * kLeafSide + i % kLeafSide) * kTileSide;
-      const int32_t row = (leaf_row * kLeafSide + i / kLeafSide) * kTileSide;
-      std::array<uint64_t, 64> words{};
-      for (size_t slot = 0; slot < 64; ++slot) {
-        words[slot] = tile->word[slot].load(std::memory_order_relaxed);
-      }
-      for (; rest != 0; rest &= rest - 1) {
-        const int slot = std::countr_zero(rest);
-        const NodeState state = UnpackNode(words[static_cast<size_t>(slot)]);
-        if (state.level != 0) {
-          visit(NodeIndex{column + slot % kTileSide, row + slot / kTileSide}, state);
-        }
-      }
+      const Place& place = leaf->place[static_cast<size_t>(leaf_tile_row * kLeafSide + i)];
+      const NodeIndex at{(leaf_column * kLeafSide + i) * kTileSide,
+                         (leaf_row * kLeafSide + leaf_tile_row) * kTileSide};
+      tiles += VisitTile(place, at, UINT64_MAX, visit) ? 1 : 0;
     }
+    return tiles;
   }
 
   /// All that later changes depend on, and back into a map in which nothing was ever written
@@ -157,11 +209,102 @@ class CellMap {
   friend class FrozenCells;
   class Removed;
 
+  static constexpr int32_t kLeafNodes = kLeafSide * kTileSide;  // along a side
+
+  // Calls `visit` for the nodes of a tile that `mask` has. False if there is no tile.
+  template <typename Visit>
+  static bool VisitTile(const Place& place, NodeIndex at, uint64_t mask, Visit&& visit) {
+    const uint64_t occupied = place.occupied.load(std::memory_order_acquire);
+    const Tile* tile = place.tile.load();
+    if (occupied == 0 || tile == nullptr) {
+      return false;
+    }
+    std::array<uint64_t, 64> words{};
+    for (size_t slot = 0; slot < 64; ++slot) {
+      words[slot] = tile->word[slot].load(std::memory_order_relaxed);
+    }
+    for (uint64_t rest = occupied & mask; rest != 0; rest &= rest - 1) {
+      const int slot = std::countr_zero(rest);
+      const NodeState state = UnpackNode(words[static_cast<size_t>(slot)]);
+      if (state.level != 0) {
+        visit(NodeIndex{at.column + slot % kTileSide, at.row + slot / kTileSide}, state);
+      }
+    }
+    return true;
+  }
+
+  // Calls `visit(its first node, leaf or null)` for each leaf that meets a part of the map.
+  template <typename Visit>
+  void ForEachLeafIn(const NodeArea& area, Visit&& visit) const {
+    for (int32_t row = area.begin.row / kLeafNodes; row * kLeafNodes < area.end.row; ++row) {
+      for (int32_t column = area.begin.column / kLeafNodes; column * kLeafNodes < area.end.column;
+           ++column) {
+        visit(NodeIndex{column * kLeafNodes, row * kLeafNodes}, FindLeaf(column, row));
+      }
+    }
+  }
+
+  // Calls `visit(place, its first node)` for each place of a leaf that meets `area`.
+  template <typename Visit>
+  static void ForEachTileIn(NodeIndex leaf_at, const NodeArea& area, Visit&& visit) {
+    for (size_t place = 0; place < kPlaces; ++place) {
+      const auto i = static_cast<int32_t>(place);
+      const NodeIndex at{leaf_at.column + i % kLeafSide * kTileSide,
+                         leaf_at.row + i / kLeafSide * kTileSide};
+      if (!TileAt(at, kTileSide).Within(area).empty()) {
+        visit(place, at);
+      }
+    }
+  }
+  static NodeArea TileAt(NodeIndex at, int32_t side) {
+    return {at, {at.column + side, at.row + side}};
+  }
+
+  // The slots of a tile that lie in `area`.
+  static uint64_t MaskOf(NodeIndex at, const NodeArea& area) {
+    const NodeArea inside = TileAt(at, kTileSide).Within(area);
+    const int first = inside.begin.column - at.column;
+    const int end = inside.end.column - at.column;
+    const uint64_t in_row = (uint64_t{1} << end) - (uint64_t{1} << first);
+    uint64_t mask = 0;
+    for (int row = inside.begin.row - at.row; row < inside.end.row - at.row; ++row) {
+      mask |= in_row << (kTileSide * row);
+    }
+    return mask;
+  }
+
+  // A removed tile is reported by the last removal in its leaf (or of leaves). That number is
+  // stored before the tile or leaf disappears, so a reader that finds none sees it.
+  template <typename Visit>
+  void VisitChangedOf(NodeIndex leaf_at, const Leaf* leaf, const NodeArea& area, uint64_t since,
+                      Visit&& visit) const {
+    if (leaf == nullptr) {
+      if (leaf_emptied_.load(std::memory_order_acquire) > since) {
+        visit(TileAt(leaf_at, kLeafNodes).Within(area));
+      }
+      return;
+    }
+    if (leaf->changed.load(std::memory_order_acquire) <= since &&
+        leaf->emptied.load(std::memory_order_acquire) <= since) {
+      return;
+    }
+    ForEachTileIn(leaf_at, area, [&](size_t place, NodeIndex at) {
+      const Tile* tile = leaf->place[place].tile.load();
+      const std::atomic<uint64_t>& last =
+          tile != nullptr ? *TilePool::StampOf(tile) : leaf->emptied;
+      if (last.load(std::memory_order_acquire) > since) {
+        visit(TileAt(at, kTileSide).Within(area));
+      }
+    });
+  }
+
   Place* FindPlace(NodeIndex node) const;
   Place* MakePlace(NodeIndex node);
   uint64_t BytesOfTop() const {
     return static_cast<uint64_t>(leaf_count()) * sizeof(std::atomic<Leaf*>);
   }
+  template <typename Mark>
+  void Replace(NodeIndex node, Place* place, Tile* tile, NodeState state, Mark&& mark);
   void RemoveTile(NodeIndex node, Place* place);
 
   int32_t LeafOf(NodeIndex node) const {
@@ -188,6 +331,10 @@ class CellMap {
   size_t node_count_ = 0;
   size_t tile_count_ = 0;
   size_t present_leaves_ = 0;
+  // Published after all else that a change does, so that whoever sees the number sees the rest.
+  std::atomic<uint64_t> number_{1};
+  std::atomic<uint64_t> all_changed_{1};   // the last change that may concern everything
+  std::atomic<uint64_t> leaf_emptied_{0};  // the last one of a tile whose leaf is gone
   MemoryBudget* budget_;
   Reclaimer* reclaimer_;
   TilePool* pool_;

@@ -15,7 +15,7 @@
 
 namespace pheromone::field {
 
-constexpr size_t kTypes = 16;  ///< types are 1-15; entry 0 of tables stays empty
+constexpr size_t kTypes = kMaxType + 1;  ///< entry 0 of tables stays empty
 
 /// Something large that configurations share and never change. Equal when the content is.
 template <typename T>
@@ -37,44 +37,124 @@ class Shared {
 
 /// Pheromone that is laid node by node, such as a picture read from a file. The nodes lie on the
 /// map, each once.
-struct PrintNode {
+struct InitialNode {
   NodeIndex node;
   uint32_t level = 0;
-  bool operator==(const PrintNode&) const = default;
+  bool operator==(const InitialNode&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("node", it.node);
+    visit("level", it.level);
+  }
 };
-struct Print {
+struct InitialRaster {
   uint8_t type = 1;
-  Shared<std::vector<PrintNode>> nodes;
-  bool operator==(const Print&) const = default;
+  Shared<std::vector<InitialNode>> nodes;
+  bool operator==(const InitialRaster&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("type", it.type, Within(1, kMaxType));
+    visit("nodes", it.nodes);
+  }
 };
 
 /// Where a robot's two antennas sit: at p + forward * h(phi) + (distance / 2) * h(phi +- angle),
 /// where h is the unit vector of a heading. The paper's pair, eq. (5), is the default: forward 0
 /// and a quarter turn.
 struct AntennaGeometry {
+  static constexpr int64_t kMaxDistanceUm = 65'000'000;
+  static constexpr int64_t kMaxForwardUm = 32'000'000;
+
   int64_t distance_um = 0;  ///< b
   int64_t forward_um = 0;
   uint16_t angle = 16384;  ///< binary angle
   bool operator==(const AntennaGeometry&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("distance_um", it.distance_um, Within(0, kMaxDistanceUm));
+    visit("forward_um", it.forward_um, Within(-kMaxForwardUm, kMaxForwardUm));
+    visit("angle", it.angle);
+  }
 };
 
 struct FieldConfig {
   MapGeometry map;
   AntennaGeometry antennas;
   std::vector<PheromoneLaw> pheromones;
-  std::vector<Path> paths;         ///< predefined trails
-  std::vector<Print> prints;       ///< and pictures
-  Shared<ObstacleMask> obstacles;  ///< none: the paper's open plane
-  uint64_t memory_bytes = 0;       ///< what the nodes may occupy; beyond it, the map is full
+  std::vector<Path> paths;                     ///< predefined trails
+  std::vector<InitialRaster> initial_rasters;  ///< and pictures
+  Shared<ObstacleMask> obstacles;              ///< none: the paper's open plane
+  uint64_t memory_bytes = 0;  ///< what the nodes may occupy; beyond it, the map is full
   bool operator==(const FieldConfig&) const = default;
 
   /// Null if there is no such type.
   const PheromoneLaw* FindLaw(uint8_t type) const;
+
+  static constexpr bool kHashedAlone = true;
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("map", it.map);
+    visit("antennas", it.antennas);
+    visit("pheromones", it.pheromones);
+    visit("paths", it.paths);
+    visit("initial_rasters", it.initial_rasters);
+    visit("obstacles", it.obstacles);
+    visit("memory_bytes", it.memory_bytes);
+  }
 };
 
 /// The memory that some of the predefined paths and prints (those that `wanted` picks by
 /// themselves) take at the least.
 uint64_t BytesOfLaid(const FieldConfig& config, const std::function<bool(const Path&)>& wanted,
-                     const std::function<bool(const Print&)>& wanted_print);
+                     const std::function<bool(const InitialRaster&)>& wanted_print);
 
 }  // namespace pheromone::field
+
+/// A flag; if it is 1, the list.
+template <typename T>
+struct pheromone::FieldCodec<pheromone::field::Shared<std::vector<T>>> {
+  using List = field::Shared<std::vector<T>>;
+
+  static void Encode(const List& list, ByteWriter* writer) {
+    writer->Flag(static_cast<bool>(list));
+    if (list) {
+      EncodeFields(*list, writer);
+    }
+  }
+  static void Decode(ByteReader* reader, uint8_t version, List* list) {
+    *list = {};
+    if (reader->Flag()) {
+      std::vector<T> items;
+      DecodeFields(reader, version, &items);
+      *list = List(std::move(items));
+    }
+  }
+  static uint64_t Hash(const List& list) { return list ? fields::HashList(*list) : 0; }
+  static Status Check(const List& list, const std::string& name) {
+    return list ? CheckFields(*list, name) : Ok();
+  }
+  static size_t BytesAtMost(const List& list) {
+    return 1 + (list ? pheromone::BytesAtMost(*list) : 0);
+  }
+  static std::string Describe(std::string_view name, const std::string& indent) {
+    return indent + "flag " + std::string(name) + "; if it is 1:\n" +
+           fields::Describe<std::vector<T>>(name, indent + "  ", {});
+  }
+};
+
+/// A flag; if it is 1, the size in nodes and the blocks in which something is blocked, by row and
+/// column, each as its 64 words. There is one way to write a mask.
+template <>
+struct pheromone::FieldCodec<pheromone::field::Shared<pheromone::field::ObstacleMask>> {
+  using Mask = field::Shared<field::ObstacleMask>;
+
+  static void Encode(const Mask& mask, ByteWriter* writer);
+  static void Decode(ByteReader* reader, uint8_t version, Mask* mask);
+  static uint64_t Hash(const Mask& mask);
+  static Status Check(const Mask& mask, const std::string& name);
+  static size_t BytesAtMost(const Mask& mask);
+  static std::string Describe(std::string_view name, const std::string& indent);
+};

@@ -149,7 +149,7 @@ bool DiffusionLayer::Write(NodeIndex node, uint32_t content) {
 
 bool DiffusionLayer::Add(NodeIndex node, uint64_t amount_q16, uint32_t most_q16) {
   const uint32_t before = Read(node);
-  const uint32_t most = std::max(std::min(most_q16, kMostContent), before);
+  const uint32_t most = std::max(std::min(most_q16, kMaxContent), before);
   const auto added = static_cast<uint32_t>(std::min<uint64_t>(amount_q16, most - before));
   if (!Write(node, before + added)) {
     return false;
@@ -161,7 +161,7 @@ bool DiffusionLayer::Add(NodeIndex node, uint64_t amount_q16, uint32_t most_q16)
 
 bool DiffusionLayer::Set(NodeIndex node, uint32_t content_q16) {
   const uint32_t before = Read(node);
-  const uint32_t after = std::min(content_q16, kMostContent);
+  const uint32_t after = std::min(content_q16, kMaxContent);
   if (!Write(node, after)) {
     return false;
   }

@@ -18,7 +18,7 @@
 // range of itself and its four neighbours: v + sum of inflows <= v + 4 * (max - v) / 4, and the
 // same from below. So nothing becomes negative, and no step exceeds what deposits have reached.
 //
-// Units: contents in 1/65 536 quantum, at most kMostContent a node.
+// Units: contents in 1/65 536 quantum, at most kMaxContent a node.
 //
 // Only tiles that hold something are stepped, and those beside them that something flows into; an
 // empty layer costs nothing. Such a tile is made when it is first needed, by the order of its rows
@@ -59,8 +59,8 @@ struct DiffusionTotals {
 
 class DiffusionLayer {
  public:
-  static constexpr uint32_t kMostContent = INT32_MAX;  ///< a little less than 32 768 quanta
-  static constexpr uint32_t kMostExchangeQ16 = 1u << 14;
+  static constexpr uint32_t kMaxContent = INT32_MAX;  ///< a little less than 32 768 quanta
+  static_assert(kMaxContent >> 16 == kMaxDiffusingCount);
 
   /// What they cost, their share of the heap's own memory included.
   static constexpr uint64_t kTileBytes = CellMap::kTileBytes;
@@ -74,11 +74,11 @@ class DiffusionLayer {
   DiffusionLayer& operator=(const DiffusionLayer&) = delete;
   ~DiffusionLayer();
 
-  /// Adds to a node, up to `most` (or kMostContent) in it; what does not fit is lost. A node that
+  /// Adds to a node, up to `most` (or kMaxContent) in it; what does not fit is lost. A node that
   /// holds more already stays as it is. False, changing nothing, when there is no memory for it.
   bool Add(NodeIndex node, uint64_t amount_q16, uint32_t most_q16);
 
-  /// Replaces what a node holds, by kMostContent at most. The difference counts as deposited or
+  /// Replaces what a node holds, by kMaxContent at most. The difference counts as deposited or
   /// lost. False, changing nothing, when there is no memory for it; never for 0.
   bool Set(NodeIndex node, uint32_t content_q16);
 
@@ -126,6 +126,24 @@ class DiffusionLayer {
     for (int32_t i = 0; top != nullptr && i < leaf_columns_ * leaf_rows_; ++i) {
       if (const Leaf* leaf = top[i].load(); leaf != nullptr) {
         ForEachInLeaf(*leaf, visit);
+      }
+    }
+  }
+
+  /// The same for the nodes in `area`, which lies in the map.
+  template <typename Visit>
+  void ForEachIn(const NodeArea& area, Visit&& visit) const {
+    constexpr int32_t kSide = kLeafSide * kTileSide;
+    const auto visit_inside = [&](NodeIndex node, uint32_t content) {
+      if (area.Contains(node)) {
+        visit(node, content);
+      }
+    };
+    for (int32_t row = area.begin.row / kSide; row * kSide < area.end.row; ++row) {
+      for (int32_t column = area.begin.column / kSide; column * kSide < area.end.column; ++column) {
+        if (const Leaf* leaf = FindLeaf(column, row); leaf != nullptr) {
+          ForEachInLeaf(*leaf, visit_inside);
+        }
       }
     }
   }

@@ -2,10 +2,6 @@
 // kernel gives the same bits (protocol/README.md, "Arithmetic"); which one runs is a matter of
 // speed.
 //
-// Like kernel.h, this header and the sources that implement a kernel use nothing of the standard
-// library: an inline function of it, compiled for AVX2, could be the copy that the linker keeps for
-// a processor that has none.
-//
 // Thread-safe: kernels have no state.
 #pragma once
 
@@ -48,14 +44,13 @@ struct DiffusionKernel {
 
 /// The kernels that this processor can run, the best one last; the first is portable.
 struct DiffusionKernelList {
-  const DiffusionKernel* kernel[3];
+  const DiffusionKernel* kernel[6];
   int count;
 };
 DiffusionKernelList DiffusionKernels();
 const DiffusionKernel& BestDiffusionKernel();
 
-extern const DiffusionKernel kPortableDiffusion;
-extern const DiffusionKernel kAvx2Diffusion;
-extern const DiffusionKernel kAvx512Diffusion;
+/// For the list above: appends the kernels that Highway has compiled and this processor can run.
+void AppendVectorDiffusion(DiffusionKernelList* list);
 
 }  // namespace pheromone::field

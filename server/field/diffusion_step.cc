@@ -201,7 +201,7 @@ void DiffusionLayer::LookAround(const Surroundings& around, size_t place, bool r
 }
 
 void DiffusionLayer::Step(const DiffusionLaw& law, const ObstacleMask* obstacles) {
-  assert(law.exchange_q16 <= kMostExchangeQ16);
+  assert(law.exchange_q16 <= kMaxExchangeQ16);
   if (empty()) {
     return;
   }

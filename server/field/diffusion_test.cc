@@ -17,7 +17,7 @@ namespace {
 __extension__ using Int128 = __int128;
 
 constexpr uint64_t kPlenty = uint64_t{1} << 30;
-constexpr uint32_t kMost = DiffusionLayer::kMostContent;
+constexpr uint32_t kMax = DiffusionLayer::kMaxContent;
 constexpr uint32_t kQuantum = 65536;
 constexpr uint32_t kThree = 3 * kQuantum;
 
@@ -133,7 +133,7 @@ class Random {
   }
   /// Of every magnitude, and those on which arithmetic breaks.
   uint32_t Content() {
-    const uint32_t special[] = {1, 3, 4, 65535, 65536, kMost - 1, kMost};
+    const uint32_t special[] = {1, 3, 4, 65535, 65536, kMax - 1, kMax};
     const uint32_t choice = Below(16);
     return choice < std::size(special) ? special[choice] : Below(UINT32_MAX) >> (1 + Below(31));
   }
@@ -159,7 +159,7 @@ TEST_P(EachKernel, ComputesTheDefinitionToTheBit) {
   Random random(1);
   const uint32_t exchanges[] = {0, 1, 2, 655, 8191, 16383, 16384};
   const uint32_t keeps[] = {0, 1, 1u << 31, 4'290'672'328, UINT32_MAX};
-  const uint32_t cutoffs[] = {0, 1, 2, 1000, 1u << 20, kMost, kMost + 1u, UINT32_MAX};
+  const uint32_t cutoffs[] = {0, 1, 2, 1000, 1u << 20, kMax, kMax + 1u, UINT32_MAX};
   for (int round = 0; round < 400; ++round) {
     // Sizes on both sides of the borders of tiles and leaves.
     const int32_t columns = round % 50 == 0 ? 150 : 1 + random.Node(40, 40).column;
@@ -199,12 +199,12 @@ TEST_P(EachKernel, ExchangesAtTheLimitNeverLeaveTheRangeOfTheNeighbours) {
   World world(32, 32, kPlenty, *GetParam());
   for (int32_t row = 0; row < 32; ++row) {
     for (int32_t column = 0; column < 32; ++column) {
-      world.layer.Set({column, row}, (column + row) % 2 == 0 ? kMost : 0);
+      world.layer.Set({column, row}, (column + row) % 2 == 0 ? kMax : 0);
     }
   }
   for (int step = 0; step < 50; ++step) {
     world.layer.Step(Law(16384), nullptr);
-    world.layer.ForEach([](NodeIndex, uint32_t content) { ASSERT_LE(content, kMost); });
+    world.layer.ForEach([](NodeIndex, uint32_t content) { ASSERT_LE(content, kMax); });
     ExpectBalanced(world.layer);
   }
 }
@@ -213,7 +213,7 @@ TEST(DiffusionLayer, NothingIsCreatedOrLostInAHundredThousandSteps) {
   World world(21, 19);
   Random random(2);
   for (int i = 0; i < 40; ++i) {
-    world.layer.Add(random.Node(21, 19), random.Content(), kMost);
+    world.layer.Add(random.Node(21, 19), random.Content(), kMax);
   }
   const uint64_t sum = world.layer.totals().sum;
   for (int step = 0; step < 100'000; ++step) {
@@ -261,7 +261,7 @@ TEST(DiffusionLayer, ASymmetricBlobStaysSymmetric) {
 // holds back less than one unit on each edge: of 2^31, next to nothing in these steps.
 TEST(DiffusionLayer, TheVarianceOfABlobGrowsByTwiceTheExchangeInEachStep) {
   World world(201, 201);
-  world.layer.Set({100, 100}, kMost);
+  world.layer.Set({100, 100}, kMax);
   constexpr int kSteps = 40;
   constexpr uint32_t kExchange = 6554;
   for (int step = 0; step < kSteps; ++step) {
@@ -274,8 +274,8 @@ TEST(DiffusionLayer, TheVarianceOfABlobGrowsByTwiceTheExchangeInEachStep) {
     along_rows += content * std::pow(node.row - 100, 2);
   });
   const double expected = kSteps * 2 * kExchange / 65536.0;
-  EXPECT_NEAR(along_columns / kMost, expected, expected * 1e-3);
-  EXPECT_NEAR(along_rows / kMost, expected, expected * 1e-3);
+  EXPECT_NEAR(along_columns / kMax, expected, expected * 1e-3);
+  EXPECT_NEAR(along_rows / kMax, expected, expected * 1e-3);
 }
 
 TEST(DiffusionLayer, ASealedBoxKeepsWhatIsInItAndNothingElseGetsIn) {
@@ -321,7 +321,7 @@ TEST(DiffusionLayer, ADepositStopsAtTheMaximumAndTheRestIsLost) {
   ASSERT_TRUE(world.layer.Add({1, 1}, kQuantum, 2 * kQuantum));  // the law has changed since
   EXPECT_EQ(world.layer.Read({1, 1}), 5 * kQuantum);
   ASSERT_TRUE(world.layer.Add({1, 1}, UINT64_MAX / 2, UINT32_MAX));
-  EXPECT_EQ(world.layer.Read({1, 1}), kMost);
+  EXPECT_EQ(world.layer.Read({1, 1}), kMax);
   ASSERT_TRUE(world.layer.Set({1, 1}, kQuantum));
   ExpectBalanced(world.layer);
 }
@@ -333,7 +333,7 @@ TEST(DiffusionLayer, WithoutMemoryTheBorderIsAWallAndADepositIsRefused) {
   World world(64, 64, one_tile);
   ASSERT_TRUE(world.layer.Set({8, 8}, 1u << 30));
   EXPECT_FALSE(world.layer.Set({7, 8}, 1));
-  EXPECT_FALSE(world.layer.Add({7, 8}, 1, kMost));
+  EXPECT_FALSE(world.layer.Add({7, 8}, 1, kMax));
   ExpectBalanced(world.layer);
   Oracle oracle(64, 64);
   ObstacleMask around(64, 64);
@@ -366,7 +366,7 @@ TEST(DiffusionLayer, TheLastMemoryGoesToTheLowestTileHoweverTheMapWasFilled) {
     }
     for (const NodeIndex node : nodes) {
       world.layer.Set(node, 0);
-      world.layer.Set({node.column / 8 * 8, node.row / 8 * 8 + 4}, kMost);  // next to the left tile
+      world.layer.Set({node.column / 8 * 8, node.row / 8 * 8 + 4}, kMax);  // next to the left tile
     }
     world.budget.limit_bytes = world.budget.used_bytes + DiffusionLayer::kTileBytes;
     world.layer.Step(Law(16'384), nullptr);
@@ -438,7 +438,7 @@ TEST(DiffusionLayer, HashTellsContentsApartHoweverTheyCameAbout) {
   around.layer.Set({100, 100}, 5);
   around.layer.Set({100, 100}, 0);
   around.layer.Step(Law(0), nullptr);
-  around.layer.Add({3, 3}, 10, kMost);
+  around.layer.Add({3, 3}, 10, kMax);
   EXPECT_EQ(direct.layer.Hash(), around.layer.Hash());
   EXPECT_EQ(direct.layer.Hash(),
             Hash64({uint64_t{3} << 32 | 3, 10}) + Hash64({uint64_t{7} << 32 | 200, 20}));

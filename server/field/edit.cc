@@ -70,33 +70,4 @@ Result<std::vector<NodeIndex>> NodesOf(const FieldEdit& edit, const MapGeometry&
   return nodes;
 }
 
-void EncodeEdit(const FieldEdit& edit, ByteWriter* writer) {
-  writer->U8(edit.type);
-  writer->U8(static_cast<uint8_t>(edit.shape));
-  writer->U8(static_cast<uint8_t>(edit.action));
-  writer->U32(edit.level);
-  writer->I64(edit.radius_um);
-  writer->Count(edit.points.size());
-  for (const PointUm point : edit.points) {
-    writer->I64(point.x);
-    writer->I64(point.y);
-  }
-}
-
-FieldEdit DecodeEdit(ByteReader* reader) {
-  FieldEdit edit;
-  edit.type = reader->U8();
-  edit.shape = static_cast<FieldEdit::Shape>(
-      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Shape::kAll), "an edit's shape"));
-  edit.action = static_cast<FieldEdit::Action>(
-      reader->U8UpTo(static_cast<uint8_t>(FieldEdit::Action::kErase), "an edit's action"));
-  edit.level = reader->U32();
-  edit.radius_um = reader->I64();
-  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
-    const int64_t x = reader->I64();
-    edit.points.push_back({x, reader->I64()});
-  }
-  return edit;
-}
-
 }  // namespace pheromone::field

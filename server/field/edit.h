@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/base/bytes.h"
+#include "server/base/fields.h"
 #include "server/base/result.h"
 #include "server/field/geometry.h"
 
@@ -30,6 +30,16 @@ struct FieldEdit {
   int64_t radius_um = 0;
   std::vector<PointUm> points;
   bool operator==(const FieldEdit&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("type", it.type);
+    visit("shape", it.shape, UpTo(Shape::kAll));
+    visit("action", it.action, UpTo(Action::kErase));
+    visit("level", it.level);
+    visit("radius_um", it.radius_um);
+    visit("points", it.points);
+  }
 };
 
 /// The most nodes that an edit may touch; larger ones are made in parts.
@@ -47,10 +57,5 @@ Status CheckShape(const FieldEdit& edit);
 /// The nodes of an edit's shape, row by row: those of RasterOf (raster.h), with its errors. Parts
 /// beyond the map are left out.
 Result<std::vector<NodeIndex>> NodesOf(const FieldEdit& edit, const MapGeometry& map);
-
-/// As bytes and back: the fields in the order of their declaration. Of what was read only the shape
-/// and the action are sure to exist; the rest is for CheckShape and for whoever knows the types.
-void EncodeEdit(const FieldEdit& edit, ByteWriter* writer);
-FieldEdit DecodeEdit(ByteReader* reader);
 
 }  // namespace pheromone::field

@@ -142,6 +142,7 @@ DepositResult Field::Deposit(uint8_t type, PointUm point, uint16_t quanta, uint6
     const uint32_t most = uint32_t{law->max_count} << 16;
     const bool done = layer.Add(node, amount, most) ||
                       (SweepPortion(now_ms, kTilesForADeposit) && layer.Add(node, amount, most));
+    layers_.cells[type]->MarkAll();
     return done ? DepositResult::kDone : DepositResult::kMapFull;
   }
   const NodeState present = Present(type, layers_.cells[type]->Read(node));
@@ -207,8 +208,8 @@ bool Field::Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint
 // Costs the same however much there is. The sweep finds out by itself.
 void Field::EraseAll(uint8_t type) {
   ++changes_[type];
-  layers_.cells[type]->Clear();
   layers_.diffusing[type]->Clear();
+  layers_.cells[type]->Clear();  // which marks all nodes of the type as changed
   hashes_[type] = 0;
 }
 
@@ -227,8 +228,10 @@ bool Field::SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, ui
   DiffusionLayer& layer = *layers_.diffusing[law.type];
   BeginDiffusion(law.type, now_ms);
   const uint32_t content = level << (16 - kLevelBits);
-  return layer.Set(node, content) ||
-         (SweepPortion(now_ms, kTilesForADeposit) && layer.Set(node, content));
+  const bool done = layer.Set(node, content) ||
+                    (SweepPortion(now_ms, kTilesForADeposit) && layer.Set(node, content));
+  layers_.cells[law.type]->MarkAll();
+  return done;
 }
 
 // Looks at the next leaves of the map, as many as have about that many tiles, and forgets what has
@@ -278,11 +281,12 @@ void Field::SweepLeaf(const PheromoneLaw& law, int32_t leaf, uint64_t now_ms) {
   CellMap& layer = *layers_.cells[law.type];
   layer.ForEachInLeaf(leaf, [&](NodeIndex node, NodeState state) {
     const NodeState present = Present(law.type, state);
-    if (LevelAt(law, present, now_ms) == 0) {
+    const uint64_t until_ms = LivesUntil(law, present);
+    if (now_ms >= until_ms && LevelAt(law, present, now_ms) == 0) {
       hashes_[law.type] -= NodeHash(StoredLaw(law.type, state), node, state);
-      layer.Write(node, {});
+      layer.Forget(node);
     } else {
-      sweep_.cycle_ms = std::min(sweep_.cycle_ms, LivesUntil(law, present));
+      sweep_.cycle_ms = std::min(sweep_.cycle_ms, until_ms);
     }
   });
 }
@@ -303,6 +307,7 @@ void Field::StepDiffusion(uint64_t now_ms) {
     }
     layer.Decay(law.diffusion, steps - made);
     stepped_ms += steps * law.diffusion.step_ms;
+    layers_.cells[law.type]->MarkAll();
   }
 }
 
@@ -314,7 +319,7 @@ void Field::Advance(uint64_t now_ms) {
       RebasePortion();
     }
     StepDiffusion(now_ms);
-    if (now_ms >= sweep_.earliest_ms && now_ms >= sweep_.next_ms) {
+    if (!is_rebasing_ && now_ms >= sweep_.earliest_ms && now_ms >= sweep_.next_ms) {
       SweepPortion(now_ms, kTilesAtOnce);
       sweep_.next_ms = now_ms + kSweepIntervalMs;
     }

@@ -98,7 +98,7 @@ class Field {
   /// nodes that were stored under an earlier law.
   static constexpr int kNodesOfPortion = 4096;
   static constexpr int kTilesCountedAtOnce = 32768;
-  static constexpr int kTilesRebasedAtOnce = 512;
+  static constexpr int kTilesRebasedAtOnce = 128;
   static constexpr size_t kMaxWorks = 64;  ///< that may wait for their turn
 
   /// Lays the configuration's paths and prints at `now_ms`. `kernel` is for tests and benchmarks;
@@ -272,6 +272,28 @@ class Field {
     });
   }
 
+  static NodeArea WholeMap(const Setup& setup) { return {{0, 0}, {setup.columns, setup.rows}}; }
+
+  // The nodes of one area, which lies in the map.
+  template <typename Visit>
+  static void VisitLevelsOf(const Setup& setup, const Layers& layers, uint8_t type,
+                            const NodeArea& area, uint64_t now_ms, Visit&& visit) {
+    const PheromoneLaw* law = type < kTypes ? setup.law[type] : nullptr;
+    if (law == nullptr || area.empty()) {
+      return;
+    }
+    layers.cells[type]->ForEachIn(area, [&](NodeIndex node, NodeState state) {
+      if (const uint32_t level = LevelAt(*law, setup.Present(type, state), now_ms); level != 0) {
+        visit(node, level);
+      }
+    });
+    layers.diffusing[type]->ForEachIn(area, [&](NodeIndex node, uint32_t content_q16) {
+      if (const uint32_t level = LevelOfDiffusing(content_q16); level != 0) {
+        visit(node, level);
+      }
+    });
+  }
+
   bool Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms);
   bool SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, uint64_t now_ms);
   bool IsBlocked(NodeIndex node) const;
@@ -279,6 +301,7 @@ class Field {
   void BeginDiffusion(uint8_t type, uint64_t now_ms);
   void SweepLeaf(const PheromoneLaw& law, int32_t leaf, uint64_t now_ms);
   void EraseAll(uint8_t type);
+  void MarkAll();
   void StepDiffusion(uint64_t now_ms);
   void LayAll(const FieldConfig& config, const FieldConfig* except, uint64_t now_ms);
   void EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64_t now_ms);
@@ -309,7 +332,7 @@ class Field {
   std::array<uint64_t, kTypes> changes_{};
   bool is_rebasing_ = false;  // nodes of earlier laws may be left, from here on:
   uint8_t rebase_type_ = 1;
-  int32_t rebase_leaf_ = 0;
+  int32_t rebase_row_ = 0;                 // kLeafSide rows of tiles for each leaf
   mutable FrozenField* frozen_ = nullptr;  // what is being copied
 };
 
@@ -341,6 +364,37 @@ class FieldReader {
     field_.reclaimer_.Enter(slot_);
     Field::VisitLevelsIn(*field_.setup_.load(), field_.layers_, type, now_ms, visit);
     field_.reclaimer_.Leave(slot_);
+  }
+
+  /// The same for the nodes in `area`, in time proportional to its size.
+  template <typename Visit>
+  void VisitLevels(uint8_t type, const NodeArea& area, uint64_t now_ms, Visit&& visit) const {
+    field_.reclaimer_.Enter(slot_);
+    const Setup& setup = *field_.setup_.load();
+    Field::VisitLevelsOf(setup, field_.layers_, type, area.Within(Field::WholeMap(setup)), now_ms,
+                         visit);
+    field_.reclaimer_.Leave(slot_);
+  }
+
+  /// Calls `visit(NodeArea)` for each part of `area` in which nodes of a type may have changed
+  /// since an earlier call, whose result's `number` is `since`; 0 for the first call. A part is a
+  /// tile of 8 x 8 nodes, or larger; read its levels afterwards.
+  ///
+  /// Evaporation does not count as a change, since it follows from the law. After erase-all and a
+  /// new configuration everything has changed, and after each step of a pheromone that diffuses.
+  /// Removed tiles may be reported more than once. A blend has no nodes of its own: ask for its
+  /// parts. Change numbers start anew with each Field, and so with each start of the server.
+  template <typename Visit>
+  CellMap::Changes VisitChanged(uint8_t type, const NodeArea& area, uint64_t since,
+                                Visit&& visit) const {
+    if (type == 0 || type >= kTypes) {
+      return {};
+    }
+    field_.reclaimer_.Enter(slot_);
+    const NodeArea inside = area.Within(Field::WholeMap(*field_.setup_.load()));
+    const CellMap::Changes changes = field_.layers_.cells[type]->VisitChanged(inside, since, visit);
+    field_.reclaimer_.Leave(slot_);
+    return changes;
   }
 
  private:

@@ -167,7 +167,7 @@ TEST(Field, PathsAndPrintsLeaveBlockedNodesFree) {
     mask.Set({7, 8});
     config.obstacles = Shared<ObstacleMask>(std::move(mask));
     const Path path{1, 2, false, {{300'000, 300'000}, {700'000, 300'000}}};
-    const Print print{1, Shared(std::vector<PrintNode>{{{6, 8}, 64}, {{7, 8}, 64}})};
+    const InitialRaster print{1, Shared(std::vector<InitialNode>{{{6, 8}, 64}, {{7, 8}, 64}})};
     const auto expect_laid = [](const Field& field, uint64_t now_ms) {
       for (int32_t column = 0; column < 12; ++column) {
         const bool is_path = column == 3 || column == 6 || column == 7;
@@ -177,7 +177,7 @@ TEST(Field, PathsAndPrintsLeaveBlockedNodesFree) {
     };
     FieldConfig laid = config;
     laid.paths = {path};
-    laid.prints = {print};
+    laid.initial_rasters = {print};
     const Field from_the_beginning(laid);
     expect_laid(from_the_beginning, 0);
     Field later(config);

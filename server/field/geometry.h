@@ -6,8 +6,11 @@
 // floor(width / a) + 1 nodes along x, floor(height / a) + 1 along y.
 #pragma once
 
+#include <algorithm>
 #include <compare>
 #include <cstdint>
+
+#include "server/base/fields.h"
 
 namespace pheromone::field {
 
@@ -15,6 +18,12 @@ struct PointUm {
   int64_t x = 0;
   int64_t y = 0;
   bool operator==(const PointUm&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("x", it.x);
+    visit("y", it.y);
+  }
 };
 
 /// The robot's centre and where it faces: a binary angle, 65 536 a turn, counter-clockwise from +x
@@ -22,6 +31,12 @@ struct PointUm {
 struct PoseUm {
   PointUm position;
   uint16_t heading = 0;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("position", it.position);
+    visit("heading", it.heading);
+  }
 };
 
 struct NodeIndex {
@@ -29,9 +44,36 @@ struct NodeIndex {
   int32_t row = 0;
   bool operator==(const NodeIndex&) const = default;
   auto operator<=>(const NodeIndex&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("column", it.column);
+    visit("row", it.row);
+  }
+};
+
+/// A rectangle of nodes, from `begin` up to but not including `end`; empty where an end is not
+/// greater than its begin.
+struct NodeArea {
+  NodeIndex begin;
+  NodeIndex end;
+  bool operator==(const NodeArea&) const = default;
+
+  bool empty() const { return begin.column >= end.column || begin.row >= end.row; }
+  bool Contains(NodeIndex node) const {
+    return node.column >= begin.column && node.column < end.column && node.row >= begin.row &&
+           node.row < end.row;
+  }
+  NodeArea Within(const NodeArea& other) const {
+    return {{std::max(begin.column, other.begin.column), std::max(begin.row, other.begin.row)},
+            {std::min(end.column, other.end.column), std::min(end.row, other.end.row)}};
+  }
 };
 
 struct MapGeometry {
+  static constexpr int64_t kMaxUm = 1'000'000'000'000;  ///< of a side, and from the origin
+  static constexpr int64_t kMaxCells = 30'000;          ///< along an axis
+
   PointUm origin;  ///< the lower left corner
   int64_t width_um = 0;
   int64_t height_um = 0;
@@ -50,6 +92,15 @@ struct MapGeometry {
 
   PointUm PositionOf(NodeIndex node) const {
     return {origin.x + node.column * cell_um, origin.y + node.row * cell_um};
+  }
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("origin.x", it.origin.x, Within(-kMaxUm, kMaxUm));
+    visit("origin.y", it.origin.y, Within(-kMaxUm, kMaxUm));
+    visit("width_um", it.width_um, Within(1, kMaxUm));
+    visit("height_um", it.height_um, Within(1, kMaxUm));
+    visit("cell_um", it.cell_um, Within(1, kMaxUm));
   }
 };
 

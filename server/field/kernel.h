@@ -3,10 +3,6 @@
 // integers that a double holds exactly, but for one quotient, root, product or exponential in IEEE
 // double precision, each operation rounded once and none fused with another.
 //
-// This header and those that include it to implement a kernel use nothing of the standard library:
-// an inline function of it, compiled for AVX-512 in one file, could be the copy that the linker
-// keeps for a processor that has none.
-//
 // Thread-safe: kernels have no state.
 #pragma once
 
@@ -47,21 +43,21 @@ struct KernelQuery {
 /// Nodes to be weighed, `count` of them, and room for the kernel to round up to whole vectors. The
 /// kernel loads their words itself, each at once (relaxed), as a writer may be changing them.
 struct Candidates {
-  static constexpr size_t kMost = 512;
+  static constexpr size_t kMax = 512;
   size_t count = 0;
-  const uint64_t* word[kMost + 8];
-  alignas(64) double x[kMost + 8];  // relative to the robot's centre, um
-  alignas(64) double y[kMost + 8];
+  const uint64_t* word[kMax + 8];
+  alignas(64) double x[kMax + 8];  // relative to the robot's centre, um
+  alignas(64) double y[kMax + 8];
 };
 
 /// Tiles of 8 x 8 nodes that may hold something for a query.
 struct TileList {
-  static constexpr size_t kMost = 64;
+  static constexpr size_t kMax = 64;
   size_t count = 0;
-  uint64_t occupied[kMost];      ///< bit 8 * row + column: there is something
-  const uint64_t* words[kMost];  ///< of the tile's nodes
-  int32_t column[kMost];         ///< of the tile, in tiles
-  int32_t row[kMost];
+  uint64_t occupied[kMax];      ///< bit 8 * row + column: there is something
+  const uint64_t* words[kMax];  ///< of the tile's nodes
+  int32_t column[kMax];         ///< of the tile, in tiles
+  int32_t row[kMax];
 };
 
 /// Which nodes can count: within a circle around the robot's centre and ahead of its axle line,
@@ -89,7 +85,7 @@ struct Kernel {
 
 /// The kernels that this processor can run, the best one last; the first is portable.
 struct KernelList {
-  const Kernel* kernel[4];
+  const Kernel* kernel[6];
   int count;
 };
 KernelList Kernels();

@@ -1,4 +1,4 @@
-// The kernels by name, for the list of kernel.cc, and the defined exponential for single numbers.
+// What the list of kernel.cc is made of, and the defined exponential for single numbers.
 #pragma once
 
 #include "server/field/kernel.h"
@@ -6,9 +6,9 @@
 namespace pheromone::field {
 
 extern const Kernel kScalarKernel;
-extern const Kernel kSse2Kernel;
-extern const Kernel kAvx2Kernel;
-extern const Kernel kAvx512Kernel;
+
+/// Appends the kernels that Highway has compiled and this processor can run, the best one last.
+void AppendVectorKernels(KernelList* list);
 
 /// 2^-x for x >= 0, as defined in kernel.h.
 double Exp2Minus(double x);

@@ -29,7 +29,7 @@ using testing::OneIn;
 using testing::Random;
 using testing::RandomLaw;
 
-constexpr uint32_t kMostLevel = (1u << 22) - 1;
+constexpr uint32_t kMaxLevel = (1u << 22) - 1;
 constexpr int64_t kFarthestUm = 65'000'000;
 
 std::vector<const Kernel*> AllKernels() {
@@ -111,7 +111,7 @@ Question RandomQuestion(Random& random, Laws laws) {
   for (int64_t i = 0; i < count; ++i) {
     NodeState state;
     // The naive count-down takes as many steps as there are levels: the largest ones seldom.
-    const int64_t most = stepwise && !OneIn(random, 100) ? 4'000 : kMostLevel;
+    const int64_t most = stepwise && !OneIn(random, 100) ? 4'000 : kMaxLevel;
     state.level = static_cast<uint32_t>(OneIn(random, 8) ? most : Between(random, 0, most));
     const auto now = static_cast<int64_t>(question.now_ms);
     state.time_ms = static_cast<uint64_t>(
@@ -170,7 +170,7 @@ TEST(Weigh, ExponentialsAreNearTheExactSumAndTheSameInEveryKernel) {
     // 2^22 levels times 3e-10 are a thousandth of a level: one node in 500 is rounded otherwise.
     for (size_t a = 0; a < 2; ++a) {
       const auto nodes = static_cast<int64_t>(question.places.size());
-      const int64_t tolerance = (1 + nodes / 50) * (65536 + int64_t{kMostLevel});
+      const int64_t tolerance = (1 + nodes / 50) * (65536 + int64_t{kMaxLevel});
       ASSERT_LE(std::abs(portable[a] - expected[a]), tolerance) << "case " << i;
     }
     telling += expected[0] != 1'000 && expected[1] != 2'000 ? 1 : 0;
@@ -182,11 +182,11 @@ TEST(Weigh, ExponentialsAreNearTheExactSumAndTheSameInEveryKernel) {
 TEST(Weigh, TheLargestSumIsExact) {
   Question question;
   question.law.core_um = kFarthestUm;
-  for (size_t i = 0; i < Candidates::kMost; ++i) {
-    question.states.push_back({kMostLevel, kTimeMask});
+  for (size_t i = 0; i < Candidates::kMax; ++i) {
+    question.states.push_back({kMaxLevel, kTimeMask});
     question.places.push_back({static_cast<int64_t>(i), 0});
   }
-  const int64_t most = 512 * int64_t{kMostLevel} * 65536;
+  const int64_t most = 512 * int64_t{kMaxLevel} * 65536;
   for (const Kernel* kernel : AllKernels()) {
     EXPECT_EQ(question.Ask(*kernel, 2), (std::array<int64_t, 2>{1'000 + most, 2'000 + most}))
         << kernel->name;
@@ -233,7 +233,7 @@ TEST(Mask, LosesNoNodeThatCountsAndDropsWhatIsClearlyOutside) {
 
     TileList asked;
     const std::array<uint64_t, 64> words{};
-    asked.count = static_cast<size_t>(Between(random, 0, TileList::kMost));
+    asked.count = static_cast<size_t>(Between(random, 0, TileList::kMax));
     const auto tile_near = [&](int64_t first_um) {
       const int64_t reach_cells = boundary.radius_um / cell_um + 8;
       const int64_t node = -first_um / cell_um + Between(random, -reach_cells, reach_cells);

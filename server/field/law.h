@@ -1,6 +1,6 @@
 // What a pheromone is: its numbers, in integers, as the equations use them.
 //
-//   spread       how strongly a source is smelled at a distance: eq. (1), or a Gaussian
+//   spread       how strongly a source is sensed at a distance: eq. (1), or a Gaussian
 //   evaporation  eq. (2), (3): what a node holds becomes less with time
 //   strength     Q, the worth of one quantum; a node holds at most `max_count` of them
 //   weight       what an antenna makes of it; negative = repellent
@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "server/base/fields.h"
+
 namespace pheromone::field {
 
 /// The content of a node is counted in levels of 1/64 quantum, so that the laws that divide a
@@ -23,9 +25,18 @@ namespace pheromone::field {
 constexpr int kLevelBits = 6;
 constexpr uint32_t kLevelsPerQuantum = 1u << kLevelBits;
 
+constexpr int kMaxType = 15;  ///< types are 1 to 15
+
 /// The most that a law's numbers may be: above what a configuration file can say.
 constexpr int64_t kMaxTauMs = 1'000'000'000'000;
 constexpr int64_t kMaxQuantumMicro = 1'000'000'000;
+constexpr int64_t kMaxReachUm = 50'000'000;
+constexpr int64_t kMaxReachCells = 1'000;  ///< from the robot: a request looks at all in reach
+constexpr int64_t kMaxWeightMilli = 1'000'000;
+constexpr uint32_t kMaxExchangeQ16 = 1u << 14;  ///< a quarter: beyond it the steps would swing
+constexpr uint32_t kMaxStepMs = 60'000;
+constexpr uint32_t kMaxCutoffQ16 = 1u << 16;
+constexpr uint16_t kMaxDiffusingCount = 32'767;  ///< quanta on a node of a type that diffuses
 
 /// How the content of a node becomes less. `tau_ms` = 0: it does not.
 enum class Evaporation : uint8_t {
@@ -34,7 +45,7 @@ enum class Evaporation : uint8_t {
   kExponential,  ///< halved every tau (the half-life)
 };
 
-/// How strongly a source is smelled at distance d.
+/// How strongly a source is sensed at distance d.
 enum class Profile : uint8_t {
   kZShape,    ///< eq. (1): full up to c, falling to nothing at c + sigma; c = 0 is a cone
   kGaussian,  ///< exp(-d^2 / (2 sigma^2)), nothing beyond `cutoff_um`
@@ -45,6 +56,12 @@ struct BlendPart {
   uint8_t type = 1;
   int32_t weight_milli = 1000;  ///< in thousandths; instead of the part's own weight
   bool operator==(const BlendPart&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("type", it.type);
+    visit("weight_milli", it.weight_milli, Within(-kMaxWeightMilli, kMaxWeightMilli));
+  }
 };
 
 /// A pheromone type that spreads by itself, on a layer of its own (diffusion.h).
@@ -56,10 +73,18 @@ struct DiffusionLaw {
   uint32_t keep_q32 = 0;    ///< what a step leaves of a node's content, in 2^-32; 0 = all
   uint32_t cutoff_q16 = 0;  ///< a node with less than this (1/65 536 quantum) loses it
   bool operator==(const DiffusionLaw&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("exchange_q16", it.exchange_q16, Within(0, kMaxExchangeQ16));
+    visit("step_ms", it.step_ms, Within(1, kMaxStepMs));
+    visit("keep_q32", it.keep_q32);
+    visit("cutoff_q16", it.cutoff_q16, Within(0, kMaxCutoffQ16));
+  }
 };
 
 struct PheromoneLaw {
-  uint8_t type = 1;  ///< 1-15, as in the opcodes
+  uint8_t type = 1;  ///< as in the opcodes
   std::string name;
   Profile profile = Profile::kZShape;
   int64_t core_um = 0;    ///< c; of a Gaussian: unused, 0
@@ -82,6 +107,24 @@ struct PheromoneLaw {
     return profile == Profile::kGaussian ? cutoff_um : core_um + sigma_um;
   }
   uint32_t max_level() const { return uint32_t{max_count} << kLevelBits; }
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("type", it.type, Within(1, kMaxType));
+    visit("name", it.name);
+    visit("profile", it.profile, UpTo(Profile::kGaussian));
+    visit("core_um", it.core_um, Within(0, kMaxReachUm));
+    visit("sigma_um", it.sigma_um, Within(1, kMaxReachUm));
+    visit("cutoff_um", it.cutoff_um, Within(0, kMaxReachUm));
+    visit("evaporation", it.evaporation, UpTo(Evaporation::kExponential));
+    visit("tau_ms", it.tau_ms, Within(0, kMaxTauMs));
+    visit("quantum_micro", it.quantum_micro, Within(1, kMaxQuantumMicro));
+    visit("max_count", it.max_count, AtLeast(1));
+    visit("directional", it.directional);
+    visit("weight_milli", it.weight_milli, Within(-kMaxWeightMilli, kMaxWeightMilli));
+    visit("diffusion", it.diffusion);
+    visit("blend", it.blend);
+  }
 };
 
 /// What a node remembers: its level at the time of the last deposit.

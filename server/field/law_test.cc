@@ -20,7 +20,7 @@ using testing::OneIn;
 using testing::Random;
 
 constexpr uint32_t kQuantum = kLevelsPerQuantum;
-constexpr uint32_t kMostLevel = (1u << 22) - 1;
+constexpr uint32_t kMaxLevel = (1u << 22) - 1;
 
 PheromoneLaw Evaporating(Evaporation evaporation = Evaporation::kCounter) {
   PheromoneLaw law;
@@ -65,7 +65,7 @@ TEST(LevelAt, OfAnExponentialLawIsHalvedEachTau) {
 TEST(LevelAt, NeverTurnsNegativeHoweverLongItTakes) {
   for (const auto evaporation :
        {Evaporation::kCounter, Evaporation::kLinear, Evaporation::kExponential}) {
-    EXPECT_EQ(LevelAt(Evaporating(evaporation), {kMostLevel, 0}, kTimeMask), 0u);
+    EXPECT_EQ(LevelAt(Evaporating(evaporation), {kMaxLevel, 0}, kTimeMask), 0u);
   }
 }
 
@@ -145,7 +145,7 @@ TEST(AfterDeposit, StopsAtTheMaximum) {
   EXPECT_EQ(AfterDeposit(Evaporating(), {99 * kQuantum, 0}, 255, 0).level, 100 * kQuantum);
   PheromoneLaw strongest = Evaporating();
   strongest.max_count = 65535;
-  EXPECT_EQ(AfterDeposit(strongest, {kMostLevel, 0}, 65535, 0).level, 65535 * kQuantum);
+  EXPECT_EQ(AfterDeposit(strongest, {kMaxLevel, 0}, 65535, 0).level, 65535 * kQuantum);
 }
 
 TEST(AfterDeposit, ATrailRenewedFasterThanTauNeverFades) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/field/geometry.h"
+#include "server/field/law.h"
 
 namespace pheromone::field {
 
@@ -19,6 +20,14 @@ struct Path {
   bool closed = false;          ///< the last point is joined to the first
   std::vector<PointUm> points;  ///< at least one
   bool operator==(const Path&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("type", it.type, Within(1, kMaxType));
+    visit("count", it.count);
+    visit("closed", it.closed);
+    visit("points", it.points);
+  }
 };
 
 /// A closed polyline around `centre`, counter-clockwise from +x, its sides at most `step_um` long.

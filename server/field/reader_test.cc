@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -85,9 +86,73 @@ TEST(FieldReader, SaysWhenThereIsNoPlaceLeft) {
   EXPECT_TRUE(FieldReader(field).ok());
 }
 
+// Whoever follows the changes alone has, at the end, what there is: none was missed, whenever he
+// looked.
+TEST(FieldReader, WhoeverFollowsTheChangesHasTheMap) {
+  FieldConfig config = TrailConfig();
+  config.map.width_um = 30'000'000;  // 301 x 101 nodes, three leaves
+  config.pheromones[0].tau_ms = 0;
+  Field field(config);
+  std::atomic<bool> done{false};
+  using Levels = std::map<NodeIndex, uint32_t>;
+  std::vector<Levels> copies(kReaders);
+  std::vector<int> parts(kReaders);
+  std::vector<std::thread> readers;
+  for (size_t i = 0; i < kReaders; ++i) {
+    readers.emplace_back([&, i] {
+      const FieldReader reader(field);
+      Levels& copy = copies[i];
+      uint64_t since = 0;
+      const NodeArea all{{0, 0}, {301, 101}};
+      for (bool last = false; !last;) {
+        last = done.load();
+        std::vector<NodeArea> changed;
+        since =
+            reader
+                .VisitChanged(1, all, since, [&](const NodeArea& part) { changed.push_back(part); })
+                .number;
+        for (const NodeArea& part : changed) {
+          std::erase_if(copy, [&](const auto& it) { return part.Contains(it.first); });
+          reader.VisitLevels(1, part, 0,
+                             [&](NodeIndex node, uint32_t level) { copy[node] = level; });
+          ++parts[i];
+        }
+      }
+    });
+  }
+  Random random(78);
+  for (int i = 0; i < 20'000; ++i) {
+    const PointUm point{Between(random, 0, 9) * 3'000'000 + Between(random, 0, 400'000),
+                        Between(random, 0, 3) * 3'000'000 + Between(random, 0, 400'000)};
+    FieldEdit edit;
+    edit.points = {point, {point.x + 500'000, point.y + 500'000}};
+    edit.action = FieldEdit::Action::kErase;
+    edit.shape = OneIn(random, 2'000) ? FieldEdit::Shape::kAll : FieldEdit::Shape::kRectangle;
+    if (OneIn(random, 4)) {
+      EXPECT_TRUE(field.Edit(edit, 0).ok());
+    } else {
+      field.Deposit(1, point, 1, 0);
+    }
+    if (i % 64 == 0) {
+      field.ReleaseMemory();
+    }
+  }
+  done = true;
+  for (std::thread& reader : readers) {
+    reader.join();
+  }
+  Levels expected;
+  field.VisitLevels(1, 0, [&](NodeIndex node, uint32_t level) { expected[node] = level; });
+  EXPECT_FALSE(expected.empty());
+  for (size_t i = 0; i < kReaders; ++i) {
+    EXPECT_EQ(copies[i], expected) << "reader " << i;
+    EXPECT_GT(parts[i], 0);
+  }
+}
+
 // The highest of anything that the writer below ever does.
-constexpr uint16_t kMostQuanta = 8;
-constexpr int64_t kMostQuantumMicro = 250'000;
+constexpr uint16_t kMaxQuanta = 8;
+constexpr int64_t kMaxQuantumMicro = 250'000;
 
 // A small map that is always nearly full of short trails, so that tiles are retired and handed out
 // again all the time.
@@ -95,7 +160,7 @@ FieldConfig BusyConfig() {
   FieldConfig config = TrailConfig();
   config.map.width_um = 30'000'000;  // 301 x 101 nodes, three leaves
   config.pheromones[0].tau_ms = 40;
-  config.pheromones[0].max_count = kMostQuanta;
+  config.pheromones[0].max_count = kMaxQuanta;
   config.pheromones.push_back(TrailLaw());
   config.pheromones[1].type = 2;
   config.pheromones[1].evaporation = Evaporation::kExponential;
@@ -116,7 +181,7 @@ FieldConfig BusyConfig() {
 FieldConfig RandomBusyConfig(Random& random) {
   FieldConfig config = BusyConfig();
   config.pheromones[0].tau_ms = Between(random, 20, 60);
-  config.pheromones[0].quantum_micro = OneIn(random, 2) ? 125'000 : kMostQuantumMicro;
+  config.pheromones[0].quantum_micro = OneIn(random, 2) ? 125'000 : kMaxQuantumMicro;
   config.pheromones[1].directional = OneIn(random, 2);
   if (OneIn(random, 2)) {
     config.paths = {{.type = 1, .count = 4, .points = {{1'000'000, 3'000'000}, {2'000'000, 0}}}};
@@ -132,7 +197,7 @@ FieldConfig RandomBusyConfig(Random& random) {
 // P where every node in reach holds the most at full strength.
 int64_t MostIntensity(const FieldConfig& config, int parts) {
   const int64_t side = 2 * int64_t{600'000} / config.map.cell_um + 1;
-  return int64_t{parts} * side * side * kMostQuanta * kMostQuantumMicro * 4096 / 1'000'000;
+  return int64_t{parts} * side * side * kMaxQuanta * kMaxQuantumMicro * 4096 / 1'000'000;
 }
 
 struct Seen {
@@ -161,7 +226,7 @@ Seen Look(const Field& field, const std::atomic<uint64_t>& now_ms, const std::at
       reader.VisitLevels(type, now_ms.load(), [&](NodeIndex node, uint32_t level) {
         EXPECT_TRUE(node.column >= 0 && node.column < map.columns());
         EXPECT_TRUE(node.row >= 0 && node.row < map.rows());
-        EXPECT_TRUE(level != 0 && level <= uint32_t{kMostQuanta} * kLevelsPerQuantum);
+        EXPECT_TRUE(level != 0 && level <= uint32_t{kMaxQuanta} * kLevelsPerQuantum);
         ++seen.nodes;
       });
     }
@@ -187,7 +252,7 @@ TEST(FieldReader, LooksOnWhileTheFieldChanges) {
     robot = OneIn(random, 8) ? RandomPoint(random, field.config().map)
                              : PointUm{robot.x + Between(random, -50'000, 50'000),
                                        robot.y + Between(random, 0, 9)};
-    const auto quanta = static_cast<uint16_t>(Between(random, 1, kMostQuanta));
+    const auto quanta = static_cast<uint16_t>(Between(random, 1, kMaxQuanta));
     refused += field.Deposit(type, robot, quanta, now) == DepositResult::kMapFull ? 1 : 0;
     if (field.NextDeadline().value_or(UINT64_MAX) <= now) {
       field.Advance(now);

@@ -109,6 +109,44 @@ TEST(Rebase, ReadsAsIfAllHadBeenChangedAtOnce) {
   EXPECT_GE(walked, 60);
 }
 
+// Robots wait for a portion: however full the map is, it rewrites a row of tiles more than its
+// share at most.
+TEST(Rebase, APortionRewritesABoundedNumberOfNodes) {
+  constexpr int32_t kSide = 512;  // 4 x 4 leaves of tiles, all full
+  FieldConfig config = TrailConfig();
+  config.map.cell_um = 10'000;
+  config.map.width_um = config.map.height_um = (kSide - 1) * config.map.cell_um;
+  config.pheromones[0].max_count = 10;
+  Field field(config);
+  for (int32_t row = 0; row < kSide; ++row) {
+    for (int32_t column = 0; column < kSide; ++column) {
+      const PointUm point{config.map.origin.x + column * config.map.cell_um,
+                          config.map.origin.y + row * config.map.cell_um};
+      ASSERT_EQ(field.Deposit(1, point, 5, 1), DepositResult::kDone);
+    }
+  }
+  FieldConfig next = config;
+  next.pheromones[0].quantum_micro = config.pheromones[0].quantum_micro + 5;
+  Begin(&field, next, 10);
+  const auto rewritten = [&] {
+    int count = 0;
+    field.ForEach(
+        [&](uint8_t, NodeIndex, NodeState state) { count += state.time_ms > 10 ? 1 : 0; });
+    return count;
+  };
+  constexpr int kMaxAtOnce = (Field::kTilesRebasedAtOnce + kLeafSide) * kTileSide * kTileSide;
+  int before = rewritten();
+  int portions = 0;
+  for (; field.busy() && portions < kSide * kSide; ++portions) {
+    field.Advance(11);
+    const int now = rewritten();
+    ASSERT_LE(now - before, kMaxAtOnce);
+    before = now;
+  }
+  EXPECT_EQ(before, kSide * kSide);
+  EXPECT_GE(portions, kSide * kSide / kMaxAtOnce);
+}
+
 TEST(Rebase, AFieldRestoredInTheMiddleGoesOnTheSame) {
   Random random(11);
   FieldConfig config = TrailConfig();

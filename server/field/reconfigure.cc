@@ -30,9 +30,9 @@ void ForEachLaid(const FieldConfig& config, PickPath&& pick_path, PickPrint&& pi
       }
     }
   }
-  for (const Print& print : config.prints) {
+  for (const InitialRaster& print : config.initial_rasters) {
     if (print.nodes && pick_print(print)) {
-      for (const PrintNode& it : *print.nodes) {
+      for (const InitialNode& it : *print.nodes) {
         visit(print.type, it.node, it.level);
       }
     }
@@ -45,7 +45,7 @@ std::vector<LaidNode> NodesThat(const FieldConfig& config, const FieldConfig& ot
   std::vector<LaidNode> nodes;
   ForEachLaid(
       config, [&](const Path& it) { return Contains(other.paths, it) == are_in_other; },
-      [&](const Print& it) { return Contains(other.prints, it) == are_in_other; },
+      [&](const InitialRaster& it) { return Contains(other.initial_rasters, it) == are_in_other; },
       [&](uint8_t type, NodeIndex node, uint32_t) { nodes.emplace_back(type, node); });
   std::sort(nodes.begin(), nodes.end());
   return nodes;
@@ -64,7 +64,7 @@ const PheromoneLaw* FieldConfig::FindLaw(uint8_t type) const {
 }
 
 uint64_t BytesOfLaid(const FieldConfig& config, const std::function<bool(const Path&)>& wanted,
-                     const std::function<bool(const Print&)>& wanted_print) {
+                     const std::function<bool(const InitialRaster&)>& wanted_print) {
   std::set<std::tuple<uint8_t, int32_t, int32_t>> tiles;
   std::set<std::tuple<uint8_t, int32_t, int32_t>> leaves;
   std::set<uint8_t> types;
@@ -97,22 +97,22 @@ LayPlan PlanLaying(const FieldConfig& before, const FieldConfig& next) {
   };
   for (const Path& path : next.paths) {
     if (has_nodes(path.type) && !Contains(before.paths, path)) {
-      std::vector<PrintNode> nodes;
+      std::vector<InitialNode> nodes;
       for (const NodeIndex node : NodesAlong(next.map, path)) {
         nodes.push_back({node, uint32_t{path.count} << kLevelBits});
       }
       plan.lay.push_back({path.type, Shared(std::move(nodes))});
     }
   }
-  for (const Print& print : next.prints) {
-    if (print.nodes && has_nodes(print.type) && !Contains(before.prints, print)) {
+  for (const InitialRaster& print : next.initial_rasters) {
+    if (print.nodes && has_nodes(print.type) && !Contains(before.initial_rasters, print)) {
       plan.lay.push_back({print.type, print.nodes});
     }
   }
   if (!plan.lay.empty()) {
     plan.bytes = BytesOfLaid(
         next, [&](const Path& it) { return !Contains(before.paths, it); },
-        [&](const Print& it) { return !Contains(before.prints, it); });
+        [&](const InitialRaster& it) { return !Contains(before.initial_rasters, it); });
   }
   return plan;
 }
@@ -121,7 +121,9 @@ LayPlan PlanLaying(const FieldConfig& before, const FieldConfig& next) {
 void Field::LayAll(const FieldConfig& config, const FieldConfig* except, uint64_t now_ms) {
   ForEachLaid(
       config, [&](const Path& it) { return except == nullptr || !Contains(except->paths, it); },
-      [&](const Print& it) { return except == nullptr || !Contains(except->prints, it); },
+      [&](const InitialRaster& it) {
+        return except == nullptr || !Contains(except->initial_rasters, it);
+      },
       [&](uint8_t type, NodeIndex node, uint32_t level) {
         const PheromoneLaw* law = FindLaw(type);
         if (law == nullptr || law->is_blend() || IsBlocked(node)) {
@@ -213,6 +215,13 @@ Status Field::CheckReconfigure(const FieldConfig& next, const LayPlan& plan) con
   return Ok();
 }
 
+// Stored values may have another meaning under the new configuration.
+void Field::MarkAll() {
+  for (uint8_t type = 1; type < kTypes; ++type) {
+    layers_.cells[type]->MarkAll();
+  }
+}
+
 void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
   const FieldConfig before = current().config;
   EraseLaid(before, next, now_ms);
@@ -231,6 +240,7 @@ void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
     }
   }
   Publish(std::make_unique<Setup>(std::make_shared<const FieldConfig>(next)));
+  MarkAll();
   sweep_ = {.earliest_ms = 0, .cycle_ms = UINT64_MAX, .next_ms = now_ms};
   LayAll(current().config, &before, now_ms);  // which fits, as CheckReconfigure found
   budget_.limit_bytes = current().config.memory_bytes;
@@ -258,9 +268,10 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
     }
   }
   rebase_type_ = 1;
-  rebase_leaf_ = 0;
+  rebase_row_ = 0;
   budget_.limit_bytes = config.memory_bytes;
   Publish(std::move(setup));
+  MarkAll();
   sweep_ = {.earliest_ms = 0, .cycle_ms = UINT64_MAX, .next_ms = now_ms + 1};
   if (!plan->empty()) {
     Work work;
@@ -321,6 +332,7 @@ Status Field::Edit(const FieldEdit& edit, uint64_t now_ms) {
       for (const auto& [undone, was] : before) {
         law->diffuses() ? diffusing.Set(undone, was.level) : Store(*law, undone, was, now_ms);
       }
+      cells.MarkAll();
       return Error{"there is no memory left for all of the edit; nothing was changed"};
     }
     before.emplace_back(node, state);

@@ -106,8 +106,8 @@ TEST(Reconfigure, PathsComeAndGoWithTheConfiguration) {
 TEST(Reconfigure, APrintIsLaidAndErasedAsAPathIs) {
   FieldConfig config = TrailConfig();
   FieldConfig next = config;
-  next.prints = {
-      {.type = 1, .nodes = Shared<std::vector<PrintNode>>({{{3, 4}, 100}, {{5, 6}, 9'999}})}};
+  next.initial_rasters = {
+      {.type = 1, .nodes = Shared<std::vector<InitialNode>>({{{3, 4}, 100}, {{5, 6}, 9'999}})}};
   Field field(config);
   field.Reconfigure(next, 7);
   EXPECT_EQ(field.LevelOf(1, {3, 4}, 7), 100u);

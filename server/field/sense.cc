@@ -75,7 +75,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
     for (int32_t row = first_.row; row <= last_.row; ++row) {
       for (int32_t column = first_.column; column <= last_.column; column += kTilesAtOnce) {
         const int32_t end = std::min(last_.column + 1, column + kTilesAtOnce);
-        if (tiles_.count + kTilesAtOnce > TileList::kMost) {
+        if (tiles_.count + kTilesAtOnce > TileList::kMax) {
           AddTiles(rows);
         }
         rows.Append(row, column, end, ahead_, &tiles_);
@@ -131,7 +131,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
   template <typename Rows>
   void Add(const Rows& rows, int32_t tile_column, int32_t tile_row, uint64_t nodes,
            const uint64_t* words) {
-    if (count_ + 64 > Candidates::kMost) {
+    if (count_ + 64 > Candidates::kMax) {
       Flush();
     }
     const MapGeometry& map = view_.setup.config.map;
@@ -202,7 +202,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
   TileList tiles_;
   size_t count_ = 0;
   Candidates found_;
-  uint64_t made_[Candidates::kMost + 8];  // words of nodes that are not stored as such
+  uint64_t made_[Candidates::kMax + 8];  // words of nodes that are not stored as such
   Candidates seen_;
   SightWindow sight_;
 };
@@ -321,13 +321,13 @@ struct DiffusingRows {
 // zero; within what the callers can hold.
 int64_t ToIntensity(Int128 total) {
   constexpr int64_t kDivisor = int64_t{1024} * 1'000'000'000;
-  constexpr int64_t kMost = int64_t{1} << 62;
-  if (total > -kMost && total < kMost) {
+  constexpr int64_t kMax = int64_t{1} << 62;
+  if (total > -kMax && total < kMax) {
     return RoundDiv(static_cast<int64_t>(total), kDivisor);
   }
   const Int128 rounded =
       total < 0 ? -((-total + kDivisor / 2) / kDivisor) : (total + kDivisor / 2) / kDivisor;
-  return static_cast<int64_t>(std::clamp<Int128>(rounded, -kMost, kMost));
+  return static_cast<int64_t>(std::clamp<Int128>(rounded, -kMax, kMax));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ struct Layers {
   std::array<std::unique_ptr<DiffusionLayer>, kTypes> diffusing;
 };
 
-/// The level that an antenna smells of a diffusing node's content (in 1/65 536 quantum, below
+/// The level that an antenna senses of a diffusing node's content (in 1/65 536 quantum, below
 /// 2^31), to nearest.
 inline uint32_t LevelOfDiffusing(uint32_t content_q16) {
   constexpr uint32_t kHalf = 1u << (15 - kLevelBits);

@@ -19,7 +19,7 @@ static_assert(ObstacleMask::kBlockSide == kWordBits, "a row of a block is a word
 // are below 2^-29.
 constexpr int kFractionBits = 37;
 constexpr int64_t kMargin = 128;
-constexpr int64_t kMostCellOfSmall = int64_t{1} << 21;  // 63 cells are then below 2^27
+constexpr int64_t kMaxCellOfSmall = int64_t{1} << 21;  // 63 cells are then below 2^27
 
 // The bits `first` to `last` of a word, 0 <= first <= last < 64, pushed to the word's upper end.
 uint64_t Between(uint64_t word, int64_t first, int64_t last) {
@@ -78,7 +78,7 @@ SightWindow::Viewpoint SightWindow::From(PointUm antenna) const {
   at.row_border = 2 * at.y + cell_um_ == row * side ? 1 : 0;
   at.column = column - at.column_border;
   at.row = row - at.row_border;
-  at.in_small_window = is_small() && cell_um_ <= kMostCellOfSmall && at.column >= 0 &&
+  at.in_small_window = is_small() && cell_um_ <= kMaxCellOfSmall && at.column >= 0 &&
                        column < columns_ && at.row >= 0 && row < rows_;
   return at;
 }

@@ -1,4 +1,4 @@
-// What an antenna smells past the obstacles: pheromone does not go through walls.
+// What an antenna senses past the obstacles: pheromone does not pass through walls.
 //
 //   SightWindow sight;
 //   sight.Load(mask, map, low, high);       // the nodes from `low` to `high`

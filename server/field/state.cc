@@ -83,7 +83,7 @@ std::optional<LawChange> RestoreChange(uint8_t type, ByteReader* reader) {
   from.max_count = reader->U16();
   if (from.tau_ms < 0 || from.tau_ms > kMaxTauMs || from.quantum_micro < 1 ||
       from.quantum_micro > kMaxQuantumMicro || change.at_ms > kTimeMask) {
-    reader->Fail("an earlier law with values that no law can have");
+    reader->Fail("an earlier law with invalid values");
   }
   return change;
 }
@@ -119,7 +119,7 @@ void CellMap::Restore(ByteReader* reader, NodeIndex size, uint32_t max_level) {
     const TilePlace tile = order.Read(leaf_count());
     const uint64_t occupied = reader->U64();
     if (occupied == 0) {
-      reader->Fail("a tile holds nothing");
+      reader->Fail("an empty tile");
     }
     ForEachBit(occupied, [&](int slot) {
       const NodeIndex node = NodeAt(tile, leaf_columns_, slot);
@@ -127,7 +127,7 @@ void CellMap::Restore(ByteReader* reader, NodeIndex size, uint32_t max_level) {
       if (node.column >= size.column || node.row >= size.row) {
         reader->Fail("a node is not on the map");
       } else if (state.level == 0 || state.level > max_level) {
-        reader->Fail("a node has a level that its pheromone cannot have");
+        reader->Fail("a node level above the maximum of its pheromone");
       } else {
         Write(node, state);
       }
@@ -165,15 +165,15 @@ void DiffusionLayer::Restore(ByteReader* reader) {
     const TilePlace tile = order.Read(leaf_columns_ * leaf_rows_);
     const uint64_t occupied = reader->U64();
     if (occupied == 0) {
-      reader->Fail("a tile holds nothing");
+      reader->Fail("an empty tile");
     }
     ForEachBit(occupied, [&](int slot) {
       const NodeIndex node = NodeAt(tile, leaf_columns_, slot);
       const uint32_t content = reader->U32();
       if (node.column >= columns_ || node.row >= rows_) {
         reader->Fail("a node is not on the map");
-      } else if (content == 0 || content > kMostContent) {
-        reader->Fail("a node holds what it cannot hold");
+      } else if (content == 0 || content > kMaxContent) {
+        reader->Fail("an invalid node value");
       } else {
         Write(node, content);
       }
@@ -207,7 +207,7 @@ void Field::SaveRest(ByteWriter* writer) const {
   writer->Flag(is_rebasing_);
   if (is_rebasing_) {
     writer->U8(rebase_type_);
-    writer->I32(rebase_leaf_);
+    writer->I32(rebase_row_);
     for (uint8_t type = 1; type < kTypes; ++type) {
       SaveChange(current().ChangeOf(type), writer);
     }
@@ -223,7 +223,7 @@ void Field::RestoreWorks(ByteReader* reader) {
   is_rebasing_ = reader->Flag();
   if (is_rebasing_) {
     rebase_type_ = reader->U8UpTo(kTypes - 1, "a pheromone type");
-    rebase_leaf_ = reader->I32();
+    rebase_row_ = reader->I32();
     auto setup = std::make_unique<Setup>(current().shared);
     for (uint8_t type = 1; type < kTypes; ++type) {
       setup->change[type] = RestoreChange(type, reader);
@@ -233,14 +233,14 @@ void Field::RestoreWorks(ByteReader* reader) {
         setup->change[type].reset();
       }
     }
-    if (rebase_type_ == 0 || rebase_leaf_ < 0) {
+    if (rebase_type_ == 0 || rebase_row_ < 0) {
       reader->Fail("the walk over nodes of earlier laws is not on the map");
     }
     Publish(std::move(setup));
   }
   uint32_t left = reader->Count();
   if (left > kMaxWorks) {
-    reader->Fail("more changes under way than there can be");
+    reader->Fail("too many changes in progress");
   }
   for (; left > 0 && reader->ok(); --left) {
     works_.push_back(RestoreWork(config(), reader));
@@ -253,7 +253,7 @@ void Field::HashNodes(ByteReader* reader) {
   ForEach([&](uint8_t type, NodeIndex node, NodeState state) {
     const PheromoneLaw& law = StoredLaw(type, state);
     if (state.level > law.max_level()) {
-      reader->Fail("a node has a level that its pheromone cannot have");
+      reader->Fail("a node level above the maximum of its pheromone");
     }
     hashes_[type] += NodeHash(law, node, state);
   });
@@ -274,11 +274,11 @@ std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config,
     diffusing.Restore(reader);
     if ((cells.tile_count() != 0 && law->diffuses()) ||
         (!diffusing.empty() && !(holds && law->diffuses()))) {
-      reader->Fail("pheromone of a type that does not hold it");
+      reader->Fail("pheromone of a type that cannot hold any");
     }
     field->stepped_ms_[type] = reader->U64();
     if (field->stepped_ms_[type] > kTimeMask) {
-      reader->Fail("a time that does not come");
+      reader->Fail("timestamp out of range");
     }
   }
   SweepState& sweep = field->sweep_;

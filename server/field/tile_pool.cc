@@ -54,6 +54,7 @@ struct alignas(64) BlockPool::Chunk {
 };
 
 BlockPool::~BlockPool() {
+  static_assert(sizeof(Chunk) <= kHeaderBytes);
   for (Chunk* chunk = with_room_; chunk != nullptr;) {
     munmap(std::exchange(chunk, chunk->next), kChunkBytes);
   }
@@ -89,8 +90,8 @@ void* BlockPool::Take() {
   if (block != nullptr) {
     chunk->free = chunk->free->next;
   } else {
-    // The first block's place is the chunk's.
-    block = reinterpret_cast<char*>(chunk) + ++chunk->touched * block_bytes_;
+    // The chunk's header and words precede the first block.
+    block = reinterpret_cast<char*>(chunk) + (blocks_before_ + chunk->touched++) * block_bytes_;
   }
   if (++chunk->used == blocks_per_chunk_) {
     Unlink(chunk);

@@ -28,14 +28,23 @@ struct alignas(64) Tile {
   std::array<std::atomic<uint64_t>, 64> word;
 };
 
-/// Blocks of one size, on cache lines of their own.
+/// Blocks of one size, on cache lines of their own; beside them a word for each, if wanted.
 class BlockPool {
  public:
   static constexpr size_t kChunkBytes = size_t{2} << 20;
+  static constexpr size_t kHeaderBytes = 64;
+
+  /// Of a chunk, what goes before the blocks: in blocks.
+  static constexpr size_t BlocksBefore(size_t block_bytes, bool with_words) {
+    const size_t words = with_words ? kChunkBytes / block_bytes * sizeof(uint64_t) : 0;
+    return (kHeaderBytes + words + block_bytes - 1) / block_bytes;
+  }
 
   /// A multiple of 64, at least 64.
-  explicit BlockPool(size_t block_bytes)
-      : block_bytes_(block_bytes), blocks_per_chunk_(kChunkBytes / block_bytes - 1) {}
+  explicit BlockPool(size_t block_bytes, bool with_words = false)
+      : block_bytes_(block_bytes),
+        blocks_before_(BlocksBefore(block_bytes, with_words)),
+        blocks_per_chunk_(kChunkBytes / block_bytes - blocks_before_) {}
   BlockPool(const BlockPool&) = delete;
   BlockPool& operator=(const BlockPool&) = delete;
   ~BlockPool();  ///< all blocks were given back
@@ -43,6 +52,14 @@ class BlockPool {
   /// Bytes of any value. Throws std::bad_alloc when the machine has no memory.
   void* Take();
   void Give(void* block);
+
+  /// The word of a block of a pool with words; of any value when the block is taken.
+  static std::atomic<uint64_t>* WordOf(const void* block, size_t block_bytes) {
+    const auto address = reinterpret_cast<uintptr_t>(block);
+    const uintptr_t chunk = address & ~uintptr_t{kChunkBytes - 1};
+    return reinterpret_cast<std::atomic<uint64_t>*>(chunk + kHeaderBytes) +
+           (address - chunk) / block_bytes;
+  }
 
   size_t chunks() const { return chunks_; }
 
@@ -53,6 +70,7 @@ class BlockPool {
   void Link(Chunk* chunk);
 
   const size_t block_bytes_;
+  const size_t blocks_before_;
   const size_t blocks_per_chunk_;
   Chunk* with_room_ = nullptr;  // a list of the chunks that have a free block
   size_t chunks_ = 0;
@@ -78,7 +96,8 @@ class Garbage {
 
 class TilePool {
  public:
-  static constexpr size_t kTilesPerChunk = BlockPool::kChunkBytes / sizeof(Tile) - 1;
+  static constexpr size_t kTilesPerChunk =
+      BlockPool::kChunkBytes / sizeof(Tile) - BlockPool::BlocksBefore(sizeof(Tile), true);
   /// A leaf is as large as eight tiles.
   static constexpr size_t kLeafBytes = 65 * 64;
   /// Released of the garbage for each one that is taken.
@@ -93,9 +112,17 @@ class TilePool {
   /// A tile of zeros. Throws std::bad_alloc when the machine has no memory.
   Tile* Take() {
     ReleaseSome(kTilesForATile);
-    return new (tiles_.Take()) Tile{};
+    Tile* tile = new (tiles_.Take()) Tile{};
+    new (StampOf(tile)) std::atomic<uint64_t>{0};
+    return tile;
   }
   void Give(Tile* tile) { tiles_.Give(tile); }
+
+  /// A word of each tile's for its owner: 0 at first. It lies apart from the tile, whose nodes fill
+  /// their lines.
+  static std::atomic<uint64_t>* StampOf(const Tile* tile) {
+    return BlockPool::WordOf(tile, sizeof(Tile));
+  }
 
   /// A leaf of a directory, all zeros.
   template <typename Leaf>
@@ -126,7 +153,7 @@ class TilePool {
  private:
   void ReleaseGarbage(int tiles);
 
-  BlockPool tiles_{sizeof(Tile)};
+  BlockPool tiles_{sizeof(Tile), true};
   BlockPool leaves_{kLeafBytes};
   std::vector<std::unique_ptr<Garbage>> garbage_;  // the oldest first
 };

@@ -21,7 +21,8 @@ uint64_t HashEdit(const FieldEdit& edit) {
 }
 
 FieldEdit RestoreEdit(ByteReader* reader) {
-  FieldEdit edit = DecodeEdit(reader);
+  FieldEdit edit;
+  DecodeFields(reader, 0, &edit);
   if (edit.type >= kTypes || !CheckShape(edit).ok()) {
     reader->Fail("an edit under way that no edit can be");
   }
@@ -53,7 +54,7 @@ void SavePlan(const LayPlan& plan, ByteWriter* writer) {
   for (const LayPlan::Laid& laid : plan.lay) {
     writer->U8(laid.type);
     writer->Count(laid.nodes->size());
-    for (const PrintNode& it : *laid.nodes) {
+    for (const InitialNode& it : *laid.nodes) {
       SaveNode(it.node, writer);
       writer->U32(it.level);
     }
@@ -73,7 +74,7 @@ LayPlan RestorePlan(const FieldConfig& config, ByteReader* reader) {
     if (law == nullptr || law->is_blend()) {
       reader->Fail("something is to be laid of a pheromone that holds nothing");
     }
-    std::vector<PrintNode> nodes;
+    std::vector<InitialNode> nodes;
     for (uint32_t more = reader->Count(); more > 0 && reader->ok(); --more) {
       const NodeIndex node = RestoreNode(config.map, reader);
       nodes.push_back({node, reader->U32()});
@@ -124,7 +125,7 @@ void SaveWork(const Work& work, ByteWriter* writer) {
   writer->U64(work.done);
   writer->U64(work.reserved_bytes);
   if (work.kind == Work::Kind::kEdit) {
-    EncodeEdit(work.edit, writer);
+    EncodeFields(work.edit, writer);
   } else {
     SavePlan(*work.plan, writer);
   }
@@ -314,10 +315,10 @@ bool Field::ApplyPlan(Work* work, uint64_t now_ms) {
   }
   uint64_t begin = plan.erase.size();  // of a list, in steps
   for (const LayPlan::Laid& laid : plan.lay) {
-    const std::vector<PrintNode>& nodes = *laid.nodes;
+    const std::vector<InitialNode>& nodes = *laid.nodes;
     const PheromoneLaw* law = FindLaw(laid.type);
     for (; left > 0 && work->done < begin + nodes.size(); --left, ++work->done) {
-      const PrintNode& it = nodes[work->done - begin];
+      const InitialNode& it = nodes[work->done - begin];
       const uint32_t wanted = std::min(it.level, law->max_level());
       if (!IsBlocked(it.node) && LevelOf(laid.type, it.node, now_ms) < wanted) {
         SetLevel(*law, it.node, wanted, now_ms);
@@ -329,27 +330,31 @@ bool Field::ApplyPlan(Work* work, uint64_t now_ms) {
   return work->done == begin;
 }
 
-// Rewrites nodes that were stored under an earlier law, leaf by leaf. When none are left, that law
-// is forgotten.
+// Rewrites nodes that were stored under an earlier law, one row of tiles after the other. When none
+// are left, that law is forgotten.
 void Field::RebasePortion() {
   const Setup& setup = current();
-  int left = kTilesRebasedAtOnce;
-  for (; left > 0 && rebase_type_ < kTypes; --left) {
+  for (int left = kTilesRebasedAtOnce; left > 0 && rebase_type_ < kTypes; --left) {
     const LawChange* change = setup.ChangeOf(rebase_type_);
     CellMap& layer = *layers_.cells[rebase_type_];
-    if (change == nullptr || layer.tile_count() == 0 || rebase_leaf_ >= layer.leaf_count()) {
-      rebase_leaf_ = 0;
+    const int32_t leaf = rebase_row_ / kLeafSide;
+    if (change == nullptr || layer.tile_count() == 0 || leaf >= layer.leaf_count()) {
+      rebase_row_ = 0;
       ++rebase_type_;
       continue;
     }
-    left -= static_cast<int>(layer.tiles_in_leaf(rebase_leaf_));
+    if (layer.tiles_in_leaf(leaf) == 0) {
+      rebase_row_ = (leaf + 1) * kLeafSide;
+      continue;
+    }
     const PheromoneLaw& law = *setup.law[rebase_type_];
-    layer.ForEachInLeaf(rebase_leaf_, [&](NodeIndex node, NodeState stored) {
-      if (stored.time_ms < change->at_ms) {
-        Store(law, node, Rebased(change, law, stored), 0);
-      }
-    });
-    ++rebase_leaf_;
+    left -= layer.ForEachInLeafRow(leaf, rebase_row_ % kLeafSide,
+                                   [&](NodeIndex node, NodeState stored) {
+                                     if (stored.time_ms < change->at_ms) {
+                                       Store(law, node, Rebased(change, law, stored), 0);
+                                     }
+                                   });
+    ++rebase_row_;
   }
   if (rebase_type_ == kTypes) {
     auto next = std::make_unique<Setup>(setup.shared);
@@ -365,7 +370,7 @@ uint64_t Field::HashOfWork() const {
     hash += HashWork(work);
   }
   if (is_rebasing_) {
-    hash += Hash64({'P', rebase_type_, static_cast<uint64_t>(rebase_leaf_)});
+    hash += Hash64({'P', rebase_type_, static_cast<uint64_t>(rebase_row_)});
     for (uint8_t type = 1; type < kTypes; ++type) {
       if (const LawChange* change = current().ChangeOf(type); change != nullptr) {
         const PheromoneLaw& from = change->from;

@@ -34,7 +34,7 @@ using LaidNode = std::pair<uint8_t, NodeIndex>;
 struct LayPlan {
   struct Laid {
     uint8_t type = 0;
-    Shared<std::vector<PrintNode>> nodes;
+    Shared<std::vector<InitialNode>> nodes;
   };
   std::vector<LaidNode> erase;
   std::vector<Laid> lay;

@@ -1,11 +1,11 @@
-// The journal's folder and the few things that are done to files in it: the seam where tests put a
-// disk that loses what was not synced, is full, or fails (testing/crash_folder.h).
+// The interface of the journal's folder and the file operations in it. Tests implement it with a
+// disk that loses unsynced data, is full, or fails (testing/crash_folder.h).
 //
 //   auto folder = PosixFolder::Open("/var/lib/pheromoned", PosixFolder::Mode::kOwner);
 //   auto file = folder.value()->Create("00000001.segment");
 //   file.value()->Append(bytes);
-//   file.value()->Sync();        // the bytes survive a power cut,
-//   folder.value()->Sync();      // and so does the file's name
+//   file.value()->Sync();        // the bytes survive a power failure,
+//   folder.value()->Sync();      // and so does the file name
 //
 // Names are of files in this folder. Errors name the file and the system's reason.
 //
@@ -22,8 +22,8 @@
 
 namespace pheromone::journal {
 
-/// A new file, written from its beginning on. What was not synced may be lost with the power, or
-/// torn: some of it there, some of it not, in any order.
+/// A new, append-only file. In a power failure, unsynced data may be lost or torn: any part of it
+/// may survive.
 class AppendFile {
  public:
   enum class Reserved { kYes, kNoSpace, kUnsupported };
@@ -36,16 +36,15 @@ class AppendFile {
   /// After an error, any part of the bytes may have been written.
   virtual Status Append(std::string_view bytes) = 0;
 
-  /// Returns when all that was appended is on the disk. After an error nobody knows what is: the
-  /// system forgets what it could not write, and a second sync would succeed without having done
-  /// anything. Such a file is not used any more.
+  /// Returns when all appended data is durable. After an error it is unknown what is: the kernel
+  /// discards pages it could not write, and a second sync would succeed without writing them. Such
+  /// a file must not be used any more.
   virtual Status Sync() = 0;
 
-  /// Space on the disk, so that the file can grow to `bytes` without failing for want of it. Its
-  /// length stays.
+  /// Reserves disk space so that the file can grow to `bytes`. Its length does not change.
   virtual Reserved Reserve(uint64_t bytes) = 0;
 
-  /// Gives back what was reserved beyond the end. If that fails, it stays reserved.
+  /// Releases the space reserved beyond the end. If that fails, it stays reserved.
   virtual void ReleaseReserve() = 0;
 };
 
@@ -57,8 +56,8 @@ class SlotFile {
   SlotFile& operator=(const SlotFile&) = delete;
   virtual ~SlotFile() = default;
 
-  /// Returns when the bytes are on the disk; the file's name is when the folder was synced. A power
-  /// cut meanwhile may leave any mixture of old and new sectors there, and nowhere else.
+  /// Returns when the bytes are durable; the file name is durable once the folder was synced. A
+  /// power failure meanwhile may leave any mixture of old and new sectors in this range only.
   virtual Status Write(uint64_t at, std::string_view bytes) = 0;
 };
 
@@ -75,26 +74,26 @@ class Folder {
   /// The names of the regular files, sorted.
   virtual Result<std::vector<std::string>> List() const = 0;
 
-  /// The names of all else that is in it, sorted: folders, links, devices.
+  /// The names of all other entries, sorted: folders, links, devices.
   virtual Result<std::vector<std::string>> ListOthers() const = 0;
 
-  /// Of a file, in bytes.
+  /// The size of a file in bytes.
   virtual Result<uint64_t> Size(const std::string& name) const = 0;
 
-  /// At most `most` bytes from `offset` on; fewer only at the end of the file.
+  /// Reads at most `most` bytes from `offset`; fewer only at the end of the file.
   virtual Result<std::string> Read(const std::string& name, uint64_t offset, size_t most) const = 0;
 
-  /// Fails if there is a file of that name.
+  /// Creates a file; fails if it exists.
   virtual Result<std::unique_ptr<AppendFile>> Create(const std::string& name) = 0;
 
-  /// Of `bytes` length; made, of zeros, if it is not there.
+  /// Opens a file of `bytes` length; creates it, filled with zeros, if it does not exist.
   virtual Result<std::unique_ptr<SlotFile>> OpenSlots(const std::string& name, uint64_t bytes) = 0;
 
-  /// Replaces a file that has the new name.
+  /// Renames a file, replacing an existing one.
   virtual Status Rename(const std::string& from, const std::string& to) = 0;
   virtual Status Remove(const std::string& name) = 0;
 
-  /// Returns when all names that were made, changed and removed are so on the disk.
+  /// Returns when all created, renamed and removed names are durable.
   virtual Status Sync() = 0;
 };
 

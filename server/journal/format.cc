@@ -66,18 +66,18 @@ constexpr Versions kSnapshotVersions{kSnapshotVersion, kSnapshotVersion};
 Status CheckHeader(std::string_view bytes, std::string_view magic, size_t size, Versions versions,
                    std::string_view what) {
   if (bytes.size() < size) {
-    return Error{"its header is cut off after " + std::to_string(bytes.size()) + " bytes"};
+    return Error{"header truncated after " + std::to_string(bytes.size()) + " bytes"};
   }
   if (!bytes.starts_with(magic)) {
     return Error{"is not " + std::string(what)};
   }
   if (Crc32c(bytes.substr(0, size - 4)) != U32At(bytes, size - 4)) {
-    return Error{"its header is damaged: the checksum differs"};
+    return Error{"damaged header: checksum mismatch"};
   }
   const uint32_t version = U32At(bytes, magic.size());
   if (!versions.Know(version)) {
-    return Error{"is of version " + std::to_string(version) +
-                 ", which this program does not know; it knows " + versions.Text()};
+    return Error{"has version " + std::to_string(version) + ", but this program supports " +
+                 versions.Text()};
   }
   return Ok();
 }
@@ -145,7 +145,7 @@ Result<SegmentHeader> DecodeSegmentHeader(std::string_view bytes) {
   header.ordinal = reader.U64();
   header.first_sequence = reader.U64();
   if (header.first_sequence == 0) {
-    return Error{"its header begins at sequence 0; sequences count from 1"};
+    return Error{"its header begins at sequence 0, expected 1 or more"};
   }
   return header;
 }
@@ -270,15 +270,15 @@ RecordReader::Found RecordReader::Next(Record* record) {
     return Found::kEnd;
   }
   if (rest.size() < kRecordHeaderBytes) {
-    return Bad("a record's header is cut off");
+    return Bad("truncated record header");
   }
   const uint32_t length = U32At(rest, 0);
   if (length > rest.size() - kRecordHeaderBytes) {
-    return Bad("a record goes on beyond the end of the file");
+    return Bad("a record extends beyond the end of the file");
   }
   const std::string_view payload = rest.substr(kRecordHeaderBytes, length);
   if (ChecksumOf(payload) != U32At(rest, 4)) {
-    return Bad("a record's checksum differs");
+    return Bad("record checksum mismatch");
   }
   ByteReader reader(payload);
   *record = {};
@@ -312,10 +312,10 @@ RecordReader::Found RecordReader::Next(Record* record) {
       reader.ExpectEnd();
       break;
     default:
-      return Bad("a record of an unknown kind");
+      return Bad("unknown record kind");
   }
   if (!reader.ok()) {
-    return Bad("a record of a wrong length");
+    return Bad("wrong record length");
   }
   at_ += record->bytes.size();
   return Found::kRecord;

@@ -147,8 +147,7 @@ TEST(Format, AnotherVersionIsNoDamage) {
   EXPECT_FALSE(IsOfAnotherVersion(file));  // its checksum says that this is a damaged 2
   file.replace(32, 4, LittleEndian(Crc32c(file.substr(0, 32))));
   EXPECT_TRUE(IsOfAnotherVersion(file));
-  EXPECT_EQ(DecodeSegmentHeader(file).error(),
-            "is of version 3, which this program does not know; it knows 1 to 2");
+  EXPECT_EQ(DecodeSegmentHeader(file).error(), "has version 3, but this program supports 1 to 2");
 }
 
 TEST(Format, VersionOneIsRead) {

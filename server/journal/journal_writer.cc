@@ -78,7 +78,7 @@ bool LocalJournal::WriteOnce() {
     }
   }
   if (file_ == nullptr) {
-    Mend();
+    Recover();
     return file_ != nullptr;
   }
   if (!has_space_ && clock_() >= retry_us_) {
@@ -111,7 +111,7 @@ void LocalJournal::NoteDurable() {
   if (written.ok()) {
     note_ = next;
   } else if (!notes_fail_) {
-    tell_(true, "journal: what is on the disk cannot be noted beside the log: " + written.error());
+    tell_(true, "journal: the durability mark cannot be written: " + written.error());
   }
   notes_fail_ = !written.ok();
 }
@@ -160,7 +160,7 @@ bool LocalJournal::WriteGroup(bool must_sync) {
     group += piece;
     const Status written = file_->Append(group);
     if (!written.ok()) {
-      Break(written.error());
+      Fail(written.error());
       return true;
     }
     written_bytes_ += group.size();
@@ -228,7 +228,7 @@ void LocalJournal::TellPiece(bool is_written) {
 bool LocalJournal::Sync() {
   const Status synced = file_->Sync();
   if (!synced.ok()) {
-    Break(synced.error());
+    Fail(synced.error());
     return false;
   }
   TakeSynced();
@@ -287,7 +287,7 @@ void LocalJournal::EndSegment() {
   const uint64_t reserved_before = std::exchange(reserved_bytes_, 0);
   if (!next.ok() || next.value()->Reserve(settings_.queue_bytes + kSlackBytes) ==
                         AppendFile::Reserved::kNoSpace) {
-    tell_(true, "journal: no new segment can be begun, the old one goes on: " +
+    tell_(true, "journal: cannot start a new segment, continuing with the old one: " +
                     (next.ok() ? folder_->path() + ": no space left" : next.error()));
     (void)folder_->Remove(name);
     reserved_bytes_ = reserved_before;
@@ -298,7 +298,7 @@ void LocalJournal::EndSegment() {
   file_.reset();
   const Status begun = BeginSegment(next.value().get());
   if (!begun.ok()) {
-    Break(begun.error());
+    Fail(begun.error());
     return;
   }
   file_ = std::move(next).value();
@@ -338,12 +338,12 @@ Status LocalJournal::BeginSegment(AppendFile* file) {
 
 // What the broken segment owes goes to a new one. Whether that broken one holds some of it all the
 // same does not matter any more.
-void LocalJournal::Mend() {
+void LocalJournal::Recover() {
   const uint64_t started_us = clock_();
   const std::string name = SegmentName(next_ordinal_++);
   Result<std::unique_ptr<AppendFile>> file = folder_->Create(name);
   if (!file.ok()) {
-    Break(file.error());
+    Fail(file.error());
     return;
   }
   reserved_bytes_ = 0;
@@ -351,7 +351,7 @@ void LocalJournal::Mend() {
   if (!begun.ok()) {
     file.value().reset();
     (void)folder_->Remove(name);
-    Break(begun.error());
+    Fail(begun.error());
     return;
   }
   file_ = std::move(file).value();
@@ -395,7 +395,7 @@ bool LocalJournal::Reserve(AppendFile* file) {
 }
 
 // Nobody knows what the segment holds after what was synced: it is left as it is.
-void LocalJournal::Break(const std::string& why) {
+void LocalJournal::Fail(const std::string& why) {
   file_.reset();
   BackOff();
   {
@@ -428,7 +428,7 @@ void LocalJournal::Say(const std::string& problem) {
   if (!problem.empty()) {
     tell_(true, "journal: changes are refused: " + problem);
   } else if (was_begun) {
-    tell_(false, "journal: changes are taken again");
+    tell_(false, "journal: changes are accepted again");
   }
 }
 

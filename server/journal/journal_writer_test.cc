@@ -173,7 +173,7 @@ TEST_F(RotationTest, AfterOneThatFailedTheNextComesAfterTenSeconds) {
   for (size_t attempt = 1; attempt <= 3; ++attempt) {
     Rotate();
     ASSERT_EQ(told_.size(), attempt);
-    EXPECT_NE(told_.back().find("no new segment can be begun"), std::string::npos);
+    EXPECT_NE(told_.back().find("cannot start a new segment"), std::string::npos);
     EXPECT_EQ(journal_->Admit(), Reason::kNone);  // the old one goes on
     for (const uint64_t wait_us : {0u, 5'000'000u, 4'999'999u}) {
       now_us_ += wait_us;

@@ -101,8 +101,7 @@ Result<uint64_t> LocalJournal::WritePiece(std::string piece, uint64_t segment) {
     case PieceState::kFailed:
       return Error{"changes are refused: " + status_.problem};
     default:
-      return Error{stopped_ ? "the journal is being closed"
-                            : "the disk has taken nothing for 10 s"};
+      return Error{stopped_ ? "the journal is being closed" : "no response from the disk for 10 s"};
   }
 }
 
@@ -224,7 +223,7 @@ std::string LocalJournal::Trouble() const {
     return {};
   }
   char text[80];
-  std::snprintf(text, sizeof text, "the disk has taken nothing for %.1f s",
+  std::snprintf(text, sizeof text, "no response from the disk for %.1f s",
                 static_cast<double>(now.stalled_us) / 1e6);
   return text;
 }
@@ -243,7 +242,7 @@ Status LocalJournal::Close(uint64_t state_hash) {
     return file_ != nullptr && unsynced_.empty();
   };
   if (file_ == nullptr) {
-    Mend();
+    Recover();
   }
   bool done = flush();
   if (done) {
@@ -255,9 +254,8 @@ Status LocalJournal::Close(uint64_t state_hash) {
   }
   done = done && flush();
   if (!done) {
-    return Error{"the journal was not closed: " + status().problem + "; up to sequence " +
-                 std::to_string(status().durable) + " of " + std::to_string(status().appended) +
-                 " is on the disk"};
+    return Error{"the journal was not closed: " + status().problem + "; durable up to sequence " +
+                 std::to_string(status().durable) + " of " + std::to_string(status().appended)};
   }
   NoteDurable();
   file_->ReleaseReserve();

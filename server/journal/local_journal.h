@@ -1,5 +1,5 @@
-// The ordered log on a disk of this machine: events go to segments, files that only grow, in
-// groups, and an answer leaves when the group with its event is on the disk.
+// The ordered log on a local disk: events are written in groups to append-only files, the segments,
+// and an answer is sent once the group with its event is durable.
 //
 //   LocalJournal journal(folder.get(), settings, clock, tell, LocalJournal::Start{...});
 //   journal.OnDurable([&] { post(release answers); });
@@ -10,21 +10,21 @@
 //   writer.join();
 //   journal.Close(service.StateHash());
 //
-// A group is whatever was appended while the last one was being synced: no window, no timer. Three
-// things stand in the way of a change, and are told to the client before it happens:
+// A group is whatever was appended while the previous one was being synced, without a time window.
+// A change is refused before it is applied in three cases:
 //
 //   the queue is full                 busy: the disk does not keep up
-//   the disk has no space left        read-only; space is reserved ahead, so that what was admitted
-//                                     can be written
-//   a write or a sync has failed      read-only; that segment is never touched again, and what it
-//                                     owed is written to a new one before changes are taken again
+//   the disk has no space left        read-only; space is reserved in advance, so that admitted
+//                                     changes can be written
+//   a write or a sync has failed      read-only; that segment is never touched again, and its
+//                                     unsynced events are written to a new one before changes are
+//                                     accepted again
 //
-// The last two are tried again, with back-off up to half a minute, until they succeed.
+// The last two are retried, with back-off of up to half a minute, until they succeed.
 //
-// Events with many points are queued as they are; the writing thread makes their bytes, so that the
-// service's lock is not held for it. The bytes of a large configuration are written ahead of it:
-// each group takes a piece of them along, so a robot's change waits for a piece and not for the
-// whole.
+// Events with many points are queued unencoded; the writing thread encodes them, so that the
+// service's lock is not held meanwhile. The bytes of a large configuration are written ahead of it:
+// each group includes a fragment of them, so a robot's change waits for one fragment at most.
 //
 // Threads: Admit, Append, IsRotationDue and Rotate under the service's lock. WriteUntilStopped (or,
 // in tests, WriteOnce) in one thread of its own; everything else from any, WriteAhead from one
@@ -52,22 +52,22 @@
 namespace pheromone::journal {
 
 struct JournalSettings {
-  bool relaxed = false;  ///< changes are told at once, and synced every sync_interval_ms
-  uint64_t segment_bytes = uint64_t{64} << 20;   ///< then another one is begun
-  uint64_t queue_bytes = uint64_t{4} << 20;      ///< appended and not yet durable, about
-  uint64_t snapshot_bytes = uint64_t{64} << 20;  ///< a snapshot is due after so much log,
-  uint64_t snapshot_ms = 3'600'000;              ///< or so much time in which there was some
+  bool relaxed = false;  ///< changes are acknowledged at once, and synced every sync_interval_ms
+  uint64_t segment_bytes = uint64_t{64} << 20;   ///< the size at which a new segment is begun
+  uint64_t queue_bytes = uint64_t{4} << 20;      ///< approximate limit of non-durable data
+  uint64_t snapshot_bytes = uint64_t{64} << 20;  ///< a snapshot is due after this much log,
+  uint64_t snapshot_ms = 3'600'000;              ///< or after this much time with any log
   size_t keep_snapshots = 2;
   uint64_t sync_interval_ms = 1'000;  ///< relaxed
-  /// An event of more is written ahead, so much with each group. Below the slack that is reserved.
+  /// Larger events are written ahead, this much with each group. Below the reserved slack.
   size_t piece_bytes = size_t{128} << 10;
   bool operator==(const JournalSettings&) const = default;
 };
 
-/// What there is to tell of a journal. Not part of any state.
+/// The status of a journal, for information.
 struct JournalStatus {
   bool healthy = true;
-  std::string problem;  ///< what is wrong, if it is not
+  std::string problem;  ///< why it is not healthy
   uint64_t appended = 0;
   uint64_t durable = 0;  ///< on the disk
   uint64_t queued_bytes = 0;
@@ -77,18 +77,18 @@ struct JournalStatus {
   uint64_t failures = 0;
   uint64_t last_group_us = 0;
   uint64_t longest_group_us = 0;
-  /// How long the oldest change that is not on the disk has waited without any other getting there;
-  /// 0: none waits. In a relaxed journal changes wait for sync_interval_ms by design: what counts
-  /// is the time beyond that.
+  /// How long the oldest non-durable change has waited without any progress; 0: none waits. In a
+  /// relaxed journal, changes wait for sync_interval_ms by design: only the time beyond that
+  /// counts.
   uint64_t stalled_us = 0;
 };
 
 class LocalJournal final : public engine::OrderedLog {
  public:
-  using ReadMicroseconds = std::function<uint64_t()>;  ///< of a clock that only goes forward
+  using ReadMicroseconds = std::function<uint64_t()>;  ///< of a monotonic clock
   using Tell = std::function<void(bool is_trouble, const std::string& text)>;
 
-  /// Where to go on: what Recover found.
+  /// Where to continue, as found by Recover.
   struct Start {
     uint64_t sequence = 0;
     uint64_t certain = 0;
@@ -122,19 +122,20 @@ class LocalJournal final : public engine::OrderedLog {
   void Probe(std::function<void()> done) override;
   std::string Trouble() const override;
 
-  /// As WhenDurable, but for the disk itself, in a relaxed journal too; and not bounded: it is for
-  /// whoever makes the snapshots, one at a time.
+  /// Like WhenDurable, but waits for the disk in a relaxed journal too, and is not bounded: it is
+  /// used for snapshots, one at a time.
   void WhenOnDisk(uint64_t sequence, std::function<void()> done);
 
   JournalStatus status() const;
 
-  /// One group, or one attempt to mend what is broken; false if there was nothing to do.
+  /// Writes one group, or makes one attempt to recover from an error; false if there was nothing to
+  /// do.
   bool WriteOnce();
   void WriteUntilStopped();
   void Stop();
 
-  /// After the writing thread has ended: writes the rest and notes an orderly end. Errors: not all
-  /// is durable.
+  /// Called after the writing thread has ended: writes the rest and marks an orderly end. Errors:
+  /// not everything is durable.
   Status Close(uint64_t state_hash);
 
  private:
@@ -181,10 +182,10 @@ class LocalJournal final : public engine::OrderedLog {
   bool WriteGroup(bool must_sync);
   bool Sync();
   void EndSegment();
-  void Mend();
+  void Recover();
   Status BeginSegment(AppendFile* file);
   bool Reserve(AppendFile* file);
-  void Break(const std::string& why);
+  void Fail(const std::string& why);
   void Publish(uint64_t started_us);
   void Say(const std::string& problem);
   void BackOff();

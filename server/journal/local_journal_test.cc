@@ -130,7 +130,7 @@ TEST_F(LocalJournalTest, ADiskThatDoesNotAdvanceIsTold) {
   EXPECT_EQ(lives_.journal().Trouble(), "");
   lives_.PassTime(1'100'001);
   EXPECT_EQ(lives_.journal().status().stalled_us, 2'100'000u);
-  EXPECT_EQ(lives_.journal().Trouble(), "the disk has taken nothing for 2.1 s");
+  EXPECT_EQ(lives_.journal().Trouble(), "no response from the disk for 2.1 s");
   lives_.Write();
   EXPECT_EQ(lives_.journal().status().stalled_us, 0u);
   EXPECT_EQ(lives_.journal().Trouble(), "");
@@ -189,7 +189,7 @@ TEST_F(LocalJournalTest, AFailedSyncMakesItReadOnlyUntilAllIsInANewSegment) {
   }
   EXPECT_EQ(lives_.journal().Admit(), Reason::kNone);
   EXPECT_EQ(Durable(), 7u);
-  EXPECT_EQ(lives_.told().back(), "journal: changes are taken again");
+  EXPECT_EQ(lives_.told().back(), "journal: changes are accepted again");
   Submit(2);
   lives_.Write();
   EXPECT_EQ(Durable(), 9u);

@@ -56,12 +56,11 @@ Status SetAside(Recovered* recovered, Folder* folder) {
 std::vector<std::string> Report(const Recovered& recovered) {
   std::vector<std::string> report;
   for (const Finding& finding : recovered.findings) {
-    report.push_back((finding.is_damage ? "damaged: " : "not finished: ") + finding.Text());
+    report.push_back((finding.is_damage ? "damaged: " : "incomplete: ") + finding.Text());
   }
   if (recovered.lost) {
     report.emplace_back(
-        "changes that robots were told of may be missing; a new epoch begins, and robots say "
-        "hello again");
+        "acknowledged changes may be missing; a new epoch begins and robots must send HELLO again");
   }
   return report;
 }

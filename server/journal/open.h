@@ -1,11 +1,11 @@
-// A journal's folder, opened: the state that it holds, and the journal that goes on from there.
+// Opens the folder of a journal: recovers its state and continues the journal from there.
 //
 //   Result<Opened> opened = OpenJournal(folder.get(), settings, clock, tell);
-//   if (!opened.ok()) ...                      // nothing was changed
+//   if (!opened.ok()) ...                      // no file was changed
 //   for (const std::string& line : opened.value().report) log(line);
 //
-// What is damaged is moved aside under a name that ends in ".damaged", never removed; before that,
-// the state that is left is written to a snapshot of its own.
+// Damaged files are renamed to end in ".damaged" and never removed; before that, the recovered
+// state is written to a new snapshot.
 #pragma once
 
 #include <memory>
@@ -23,14 +23,14 @@ namespace pheromone::journal {
 struct Opened {
   engine::Engine engine;  ///< not configured: the journal is new
   engine::Stamp stamp;    ///< of the last event
-  /// Changes that clients were told of are missing, or may be: the state begins a new epoch.
+  /// Acknowledged changes are or may be missing: the state begins a new epoch.
   bool state_lost = false;
-  std::unique_ptr<LocalJournal> journal;  ///< its first segment is begun, if that was possible
-  std::vector<std::string> report;        ///< what was found, in words; damage first
+  std::unique_ptr<LocalJournal> journal;  ///< with its first segment begun, if possible
+  std::vector<std::string> report;        ///< the findings as text, damage first
 };
 
-/// `folder` outlives the journal. Errors: no state can be told from the files, or what is damaged
-/// cannot be moved aside.
+/// `folder` outlives the journal. Errors: no state can be recovered from the files, or damaged
+/// files cannot be renamed.
 Result<Opened> OpenJournal(Folder* folder, const JournalSettings& settings,
                            LocalJournal::ReadMicroseconds clock, LocalJournal::Tell tell,
                            const TellProgress& tell_progress = {});

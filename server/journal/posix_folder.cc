@@ -101,7 +101,7 @@ class PosixSlots final : public SlotFile {
 // Makes a folder whose parent is there, and its name durable.
 Status MakeFolder(const std::string& path) {
   if (mkdir(path.c_str(), 0777) != 0) {
-    return errno == EEXIST ? Ok() : Status(SystemError(path, "cannot be made", errno));
+    return errno == EEXIST ? Ok() : Status(SystemError(path, "cannot be created", errno));
   }
   std::string parent = path.substr(0, path.find_last_not_of('/') + 1);
   const size_t slash = parent.rfind('/');
@@ -136,7 +136,7 @@ Result<std::unique_ptr<PosixFolder>> PosixFolder::Open(const std::string& path, 
     }
     if (Again([&] { return flock(folder->lock_fd_, LOCK_EX | LOCK_NB); }) != 0) {
       return errno == EWOULDBLOCK
-                 ? Error{path + ": is in use by another server; each needs a folder of its own"}
+                 ? Error{path + ": in use by another server; each server needs a folder of its own"}
                  : SystemError(path + "/" + kLockName, "cannot be locked", errno);
     }
   }
@@ -161,7 +161,7 @@ Result<std::vector<std::string>> PosixFolder::ListOthers() const {
 Result<uint64_t> PosixFolder::Size(const std::string& name) const {
   struct stat status {};
   if (fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
-    return SystemError(path_ + "/" + name, "cannot be looked at", errno);
+    return SystemError(path_ + "/" + name, "cannot be examined", errno);
   }
   return static_cast<uint64_t>(status.st_size);
 }
@@ -233,7 +233,7 @@ Result<std::unique_ptr<SlotFile>> PosixFolder::OpenSlots(const std::string& name
   }
   auto file = std::make_unique<PosixSlots>(path_ + "/" + name, fd);
   if (Again([&] { return ftruncate(fd, static_cast<off_t>(bytes)); }) != 0) {
-    return SystemError(path_ + "/" + name, "cannot be made as long as it must be", errno);
+    return SystemError(path_ + "/" + name, "cannot be extended to its full size", errno);
   }
   return std::unique_ptr<SlotFile>(std::move(file));
 }

@@ -16,7 +16,7 @@ class PosixFolder final : public Folder {
     kReader,  ///< only looks, also while somebody owns it
   };
 
-  /// Errors: what is there is no folder, it cannot be made or opened, or, for kOwner, another
+  /// Errors: what is there is no folder, it cannot be created or opened, or, for kOwner, another
   /// process has it: the lock is on its file `lock`, and ends with the process.
   static Result<std::unique_ptr<PosixFolder>> Open(const std::string& path, Mode mode);
   ~PosixFolder() override;

@@ -71,7 +71,7 @@ TEST_F(PosixFolderTest, TwoServersCannotHaveOneFolder) {
     const auto second = PosixFolder::Open(root_, Mode::kOwner);
     ASSERT_FALSE(second.ok());
     EXPECT_EQ(second.error(),
-              root_ + ": is in use by another server; each needs a folder of its own");
+              root_ + ": in use by another server; each server needs a folder of its own");
     EXPECT_TRUE(PosixFolder::Open(root_, Mode::kReader).ok());
   }
   EXPECT_TRUE(PosixFolder::Open(root_, Mode::kOwner).ok());
@@ -81,7 +81,7 @@ TEST_F(PosixFolderTest, WhatIsNoFolderIsSaid) {
   EXPECT_EQ(PosixFolder::Open(root_ + "/missing", Mode::kReader).error(),
             root_ + "/missing: cannot be opened: No such file or directory");
   EXPECT_EQ(PosixFolder::Open(root_ + "/missing/deeper", Mode::kOwner).error(),
-            root_ + "/missing/deeper: cannot be made: No such file or directory");
+            root_ + "/missing/deeper: cannot be created: No such file or directory");
 }
 
 }  // namespace

@@ -94,8 +94,7 @@ class Recovery {
     for (const std::string& name : names.value()) {
       const auto ordinal = OrdinalOf(name);
       if (ordinal || SnapshotSequenceOf(name) || name == kDurableName) {
-        Note(name, 0, "is a folder, a link or a device, expected a regular file; it is not read",
-             true);
+        Note(name, 0, "is a folder, a link or a device, expected a regular file; skipped", true);
       }
       if (ordinal) {
         result_.next_ordinal = std::max(result_.next_ordinal, *ordinal + 1);
@@ -124,8 +123,8 @@ class Recovery {
     }
     Note(std::string(kDurableName), NotePlace(*note),
          "the log ends at sequence " + std::to_string(result_.sequence) + ", but " +
-             std::to_string(note->sequence) + " was on the disk at " + InUtc(note->utc_ms) +
-             ": a segment is missing, or its end was cut off",
+             std::to_string(note->sequence) + " was durable at " + InUtc(note->utc_ms) +
+             ": a segment or the end of one is missing",
          true);
   }
 
@@ -180,8 +179,8 @@ class Recovery {
       return Ok();
     }
     std::string text = folder_.path() +
-                       ": the beginning is missing: no snapshot is whole, and no segment begins "
-                       "at sequence 1; keep the folder, and give the server an empty one";
+                       ": the beginning is missing: there is no valid snapshot and no segment "
+                       "begins at sequence 1; keep this folder and give the server an empty one";
     for (const Finding& finding : result_.findings) {
       text += "\n" + finding.Text();
     }
@@ -238,7 +237,7 @@ class Recovery {
       if (found == RecordReader::Found::kBad) {
         return StopAt(index, reader.at(),
                       reader.why() + "; " + std::to_string(reader.size() - reader.at()) +
-                          " bytes are left out");
+                          " bytes are skipped");
       }
       const Status taken = Take(record, segments_[index].name);
       if (!taken.ok()) {
@@ -287,9 +286,7 @@ class Recovery {
     result_.ends_with_hash = record.hash == result_.engine.StateHash();
     if (!result_.ends_with_hash) {
       result_.differs = true;
-      Note(name, record.at,
-           "after sequence " + std::to_string(record.sequence) +
-               " the state is not the one that was noted when it was made",
+      Note(name, record.at, "state hash mismatch after sequence " + std::to_string(record.sequence),
            true);
     }
   }
@@ -299,16 +296,16 @@ class Recovery {
     engine::Event event = engine::DecodeEvent(&reader);
     reader.ExpectEnd();
     if (!reader.ok()) {
-      return Error{"no event: " + reader.error()};
+      return Error{"invalid event: " + reader.error()};
     }
-    if (record.stamp.field_time_ms > engine::kMostFieldTimeMs) {
-      return Error{"an event at a time that does not come"};
+    if (record.stamp.field_time_ms > engine::kMaxFieldTimeMs) {
+      return Error{"timestamp out of range"};
     }
     // What takes time with an event's size is worked out once, for the check and for the change.
     Status possible = result_.engine.Prepare(&event);
     possible = possible.ok() ? result_.engine.Check(event) : possible;
     if (!possible.ok()) {
-      return Error{"an event that cannot follow: " + possible.error()};
+      return Error{"event refused: " + possible.error()};
     }
     out_.clear();
     result_.engine.Apply(record.sequence, record.stamp, event, &out_);

@@ -106,7 +106,7 @@ TEST_F(RecoveryTest, AnEndThatWasCutOffBetweenRecordsIsMissedFromTheLastNoteOn) 
       EXPECT_EQ(recovered.value().findings[0].file, "journal/durable");
       EXPECT_EQ(recovered.value().findings[0].what.find("the log ends at sequence " +
                                                         std::to_string(border.sequence) +
-                                                        ", but 60 was on the disk at "),
+                                                        ", but 60 was durable at "),
                 0u);
     }
   }
@@ -246,8 +246,7 @@ TEST_F(RecoveryTest, AnotherVersionIsRefusedAndLeftAlone) {
   Segment().replace(32, 4, checksum.bytes());
   const std::string before = Segment();
   EXPECT_EQ(Recover(folder_).error(),
-            "journal/00000001.segment: is of version 9, which this program does not know; it "
-            "knows 1 to 2");
+            "journal/00000001.segment: has version 9, but this program supports 1 to 2");
   EXPECT_NE(lives_->Begin(), "");
   EXPECT_EQ(Segment(), before);
 }
@@ -263,9 +262,9 @@ TEST_F(RecoveryTest, AnEventThatCannotFollowIsDamageWhereItStands) {
   EXPECT_EQ(recovered.value().sequence, 60u);
   EXPECT_TRUE(recovered.value().lost);
   ASSERT_EQ(recovered.value().findings.size(), 1u);
-  EXPECT_EQ(recovered.value().findings[0].Text(),
-            "journal/00000001.segment: byte " + std::to_string(size) +
-                ": an event that cannot follow: there is no link 77");
+  EXPECT_EQ(recovered.value().findings[0].Text(), "journal/00000001.segment: byte " +
+                                                      std::to_string(size) +
+                                                      ": event refused: unknown link 77");
 }
 
 TEST_F(RecoveryTest, AnotherStateThanWasNotedIsNoticed) {

@@ -1,4 +1,4 @@
-// What the newest snapshots make unnecessary.
+// Removes the files that the newest snapshots make obsolete.
 //
 //   Result<uint64_t> removed = RemoveWhatIsNotNeeded(settings.keep_snapshots, folder.get());
 #pragma once
@@ -11,10 +11,10 @@
 
 namespace pheromone::journal {
 
-/// Removes what the newest `keep` snapshots do not need: older snapshots, and segments all of whose
-/// events are in the oldest one kept. With fewer than `keep` snapshots, nothing. Only what has a
-/// whole name and header is counted, and damaged files are left alone. Returns how many files went.
-/// One thread at a time. Errors: what cannot be read or removed.
+/// Removes files that the newest `keep` snapshots do not need: older snapshots, and segments all of
+/// whose events are in the oldest snapshot kept. With fewer than `keep` snapshots, removes nothing.
+/// Only files with a valid name and header count, and damaged files are left alone. Returns the
+/// number of files removed. One thread at a time. Errors: a file cannot be read or removed.
 Result<uint64_t> RemoveWhatIsNotNeeded(size_t keep, Folder* folder);
 
 }  // namespace pheromone::journal

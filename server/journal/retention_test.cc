@@ -85,7 +85,7 @@ TEST_F(RetentionTest, EveryDamagedByteOfASnapshotIsNoticed) {
     EXPECT_FALSE(ReadSnapshot(folder_, name, &byte).ok()) << at;
   }
   bytes = whole + "x";
-  EXPECT_EQ(ReadSnapshot(folder_, name, &byte).error(), "goes on after its end");
+  EXPECT_EQ(ReadSnapshot(folder_, name, &byte).error(), "has extra bytes at the end");
 }
 
 // The log and the snapshot come about on different ways, and must lead to the same state.

@@ -69,10 +69,10 @@ std::string SegmentReader::TakePiece(const Record& record) {
     event_.assign(kBeforeEventBytes, '\0');
   }
   if (event_.size() != kBeforeEventBytes + record.offset) {
-    return "a piece of an event does not follow the one before it";
+    return "fragment of an event out of order";
   }
   if (record.event.size() > UINT32_MAX - event_.size()) {
-    return "an event in pieces is too long";
+    return "fragmented event too long";
   }
   event_ += record.event;
   return {};
@@ -82,7 +82,7 @@ std::string SegmentReader::JoinPieces(Record* record) {
   const engine::WrittenAhead& ahead = record->ahead;
   if (event_.size() < kBeforeEventBytes || event_.size() - kBeforeEventBytes != ahead.bytes ||
       Crc32c(std::string_view(event_).substr(kBeforeEventBytes)) != ahead.checksum) {
-    return "the pieces of an event are not those before it";
+    return "fragments of an event do not match";
   }
   FinishEvent(record->sequence, record->stamp, &event_);
   is_whole_ = true;
@@ -124,20 +124,20 @@ Found SegmentReader::NextAsWritten(Record* record) {
   }
   const uint64_t left = size_ - at_;
   if (left < kHeaderBytes) {
-    return Bad("a record's header is cut off");
+    return Bad("truncated record header");
   }
   if (!Fill(kHeaderBytes)) {
-    return Bad(status_.ok() ? "the file has become shorter" : status_.error());
+    return Bad(status_.ok() ? "the file was truncated while being read" : status_.error());
   }
   const uint64_t length = ByteReader(std::string_view(window_).substr(at_ - window_at_, 4)).U32();
   if (length > left - kHeaderBytes) {
-    return Bad("a record goes on beyond the end of the file");
+    return Bad("a record extends beyond the end of the file");
   }
   if (length > kWindowBytes && !HasItsChecksum(length)) {
-    return Bad("a record's checksum differs");
+    return Bad("record checksum mismatch");
   }
   if (!Fill(kHeaderBytes + length)) {
-    return Bad(status_.ok() ? "the file has become shorter" : status_.error());
+    return Bad(status_.ok() ? "the file was truncated while being read" : status_.error());
   }
   RecordReader reader(std::string_view(window_).substr(at_ - window_at_, kHeaderBytes + length), 0);
   const Found found = reader.Next(record);

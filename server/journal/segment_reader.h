@@ -1,7 +1,7 @@
-// The records of a segment's file, one after the other, of which only a piece is in memory at a
-// time: a file may be of any size, for instance one that somebody has made 20 GB long.
+// Reads the records of a segment file sequentially in bounded memory: a file may have any size,
+// even if something has extended it to 20 GB.
 //
-// Events in pieces come as the whole events that they are, kEvent.
+// Fragmented events are returned as complete events, kEvent.
 //
 //   SegmentReader reader(folder, "00000042.segment");
 //   Record record;
@@ -22,17 +22,17 @@ namespace pheromone::journal {
 
 class SegmentReader {
  public:
-  /// Reads up to where the file ends now; somebody may be writing to it.
+  /// Reads up to the present end of the file, which may be being written.
   SegmentReader(const Folder& folder, std::string name);
 
-  /// What the record points to is valid until the next call. kBad also if the file cannot be read:
-  /// then status() says so.
+  /// The data that the record points to is valid until the next call. Also returns kBad if the file
+  /// cannot be read: then status() is an error.
   RecordReader::Found Next(Record* record);
 
   uint64_t at() const { return at_; }
   uint64_t size() const { return size_; }
   const std::string& why() const { return why_; }
-  /// Errors: the system could not read the file.
+  /// Errors: the file could not be read.
   const Status& status() const { return status_; }
 
  private:
@@ -55,8 +55,8 @@ class SegmentReader {
   Status status_ = Ok();
 };
 
-/// As DurableIn of format.h, of a file of any size. `read` is told, now and then, of how many more
-/// bytes were looked at.
+/// Like DurableIn of format.h, for a file of any size. `read` is called periodically with the
+/// number of bytes read since the last call.
 Result<uint64_t> DurableIn(const Folder& folder, const std::string& name, uint64_t at,
                            const std::function<void(uint64_t)>& read);
 

@@ -125,7 +125,7 @@ TEST_F(SegmentReaderTest, APieceOutOfPlaceIsNamed) {
   SegmentReader reader(folder_, name_);
   Record record;
   EXPECT_EQ(NextEvent(&reader, &record), Found::kBad);
-  EXPECT_EQ(reader.why(), "a piece of an event does not follow the one before it");
+  EXPECT_EQ(reader.why(), "fragment of an event out of order");
   EXPECT_EQ(reader.at(), at);
 }
 
@@ -134,7 +134,7 @@ TEST_F(SegmentReaderTest, APieceWithoutItsBeginningIsNamed) {
   SegmentReader reader(folder_, name_);
   Record record;
   EXPECT_EQ(NextEvent(&reader, &record), Found::kBad);
-  EXPECT_EQ(reader.why(), "a piece of an event does not follow the one before it");
+  EXPECT_EQ(reader.why(), "fragment of an event out of order");
 }
 
 // Each alone: none, too few, others, and those that were an event's already.
@@ -167,7 +167,7 @@ TEST_P(WrongPiecesTest, AreNamed) {
     ASSERT_EQ(NextEvent(&reader, &record), Found::kRecord);
   }
   EXPECT_EQ(NextEvent(&reader, &record), Found::kBad);
-  EXPECT_EQ(reader.why(), "the pieces of an event are not those before it");
+  EXPECT_EQ(reader.why(), "fragments of an event do not match");
   EXPECT_EQ(reader.at(), at);
 }
 

@@ -22,7 +22,7 @@ Result<std::string> ServiceState::Next() {
   while (bytes.empty() && service_->CopySome(frozen_.get(), &bytes)) {
   }
   if (frozen_->failed()) {
-    return Error{"too much of the state was changed while it was copied"};
+    return Error{"the state changed too much while it was being copied"};
   }
   return bytes;
 }

@@ -1,5 +1,5 @@
-// The state of a running service as a StateSource: held still at one sequence, and copied in
-// portions between which robots have their turn.
+// The state of a running service as a StateSource: frozen at one sequence, and copied in portions
+// between which robots are served.
 //
 //   auto state = ServiceState::Freeze(&service);
 //   if (state == nullptr) ...                        // another one is being copied: try again
@@ -18,11 +18,11 @@ namespace pheromone::journal {
 
 class ServiceState final : public StateSource {
  public:
-  /// Null while another state of the service is held still, for a recording for example.
+  /// Null while another state of the service is frozen, for example for a recording.
   static std::unique_ptr<ServiceState> Freeze(engine::Service* service);
 
   SnapshotHeader header() const override;
-  /// Errors: more was changed meanwhile than may be kept; a new attempt may succeed.
+  /// Errors: too much was changed meanwhile; a new attempt may succeed.
   Result<std::string> Next() override;
   bool ShouldTryAgain() const override { return frozen_->failed(); }
 

@@ -27,7 +27,7 @@ class Portions {
     const uint32_t length = reader.U32();
     const uint32_t checksum = reader.U32();
     if (!reader.ok() || length > 2 * ByteWriter::kPortionBytes) {
-      return Fail(reader.ok() ? "a portion of impossible length" : "is cut off");
+      return Fail(reader.ok() ? "invalid block length" : "is cut off");
     }
     Result<std::string> bytes = folder_.Read(name_, at_ + kPortionHeaderBytes, length);
     if (!bytes.ok()) {
@@ -37,7 +37,7 @@ class Portions {
     ByteWriter number;
     number.U32(number_++);
     if (portion_.size() < length || Crc32c(portion_, Crc32c(number.bytes())) != checksum) {
-      return Fail(portion_.size() < length ? "is cut off" : "a portion's checksum differs");
+      return Fail(portion_.size() < length ? "is cut off" : "block checksum mismatch");
     }
     at_ += kPortionHeaderBytes + length;
     ended_ = length == 0;
@@ -51,7 +51,7 @@ class Portions {
     }
     const Result<std::string> more = folder_.Read(name_, at_, 1);
     if (error_.empty() && more.ok() && !more.value().empty()) {
-      Fail("goes on after its end");
+      Fail("has extra bytes at the end");
     }
     return error_.empty() ? Ok() : Status(Error{error_});
   }
@@ -129,7 +129,7 @@ Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uin
   }
   if (engine.value().sequence() != header.value().sequence ||
       engine.value().StateHash() != header.value().state_hash) {
-    return Error{"it holds another state than its header says"};
+    return Error{"state hash does not match the header"};
   }
   return Snapshot{std::move(engine).value(), header.value().stamp};
 }

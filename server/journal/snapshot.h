@@ -1,10 +1,10 @@
-// Snapshots: an engine's whole state in a file, exact at one sequence.
+// Snapshots: the complete state of an engine in a file, exact at one sequence.
 //
 //   Status written = WriteSnapshot(engine, stamp, &folder);
 //   Result<Snapshot> read = ReadSnapshot(folder, SnapshotName(4711), &byte);
 //
-// A snapshot appears under its name when it is complete and on the disk; a crash leaves at most a
-// file NAME.new, which counts for nothing. snapshot_writer.h is for a server that runs.
+// A snapshot appears under its name once it is complete and durable; a crash leaves at most a file
+// NAME.new, which is ignored. A running server uses snapshot_writer.h.
 #pragma once
 
 #include <cstdint>
@@ -23,12 +23,12 @@ struct Snapshot {
   engine::Stamp stamp;  ///< of the last event in it
 };
 
-/// Of an engine that nobody changes meanwhile, and whose events are durable: the snapshot is there
-/// when this returns. `stamp` is that of the engine's last event.
+/// Writes a snapshot of an engine that is not changed meanwhile and whose events are durable.
+/// `stamp` is that of the engine's last event.
 Status WriteSnapshot(const engine::Engine& engine, const engine::Stamp& stamp, Folder* folder);
 
-/// Errors: what is wrong, found in the portion that begins at `*byte`.
-/// `read` is told of how many more bytes were read, now and then.
+/// Errors: damage, in the block that begins at `*byte`. `read` is called periodically with the
+/// number of bytes read since the last call.
 Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uint64_t* byte,
                               const std::function<void(uint64_t)>& read = {});
 

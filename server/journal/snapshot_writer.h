@@ -1,15 +1,15 @@
-// A snapshot's file as it comes to be: NAME.new is written and synced, and gets its name when the
-// log, too, has all of its events on the disk.
+// Writes a snapshot file: NAME.new is written and synced, and renamed once all of its events are
+// durable in the log.
 //
 //   auto written = SnapshotWriter::Write(&source, folder);      // outside of the service's lock
 //   ... wait until the log is on the disk up to written.value()->sequence() ...
 //   Status named = written.value()->GiveName();
 //
-// The state comes from a StateSource, which holds it still at one sequence while the server goes
-// on. The live server and the tests that cut the power use the same writer.
+// The state comes from a StateSource, which freezes it at one sequence while the server continues.
+// The live server and the tests of power failures use the same writer.
 //
-// A snapshot must not be named before its events are durable: whoever found it would take them for
-// acknowledged. What has no name when its writer goes, or when the process dies, is removed.
+// A snapshot must not be renamed before its events are durable: recovery would take them for
+// acknowledged. An unfinished file is removed by the destructor, or at the next start.
 //
 // One thread at a time; the folder outlives the writer.
 #pragma once
@@ -37,11 +37,11 @@ class StateSource {
   /// Known before the first portion.
   virtual SnapshotHeader header() const = 0;
 
-  /// What comes next, of any length; empty: that was all. Errors: why the state cannot be given to
-  /// its end.
+  /// The next portion, of any length; empty at the end. Errors: the rest of the state is not
+  /// available.
   virtual Result<std::string> Next() = 0;
 
-  /// After an error of Next: whether the state of a later moment may go through.
+  /// After an error of Next: whether a retry with a later state may succeed.
   virtual bool ShouldTryAgain() const { return false; }
 };
 
@@ -61,8 +61,8 @@ class CopiedState final : public StateSource {
 
 class SnapshotWriter {
  public:
-  /// Writes all of it, and syncs. Errors: the state cannot be given, or the file not written; then
-  /// nothing is left of it.
+  /// Writes and syncs the complete file. Errors: the state is not available, or the file cannot be
+  /// written; the file is then removed.
   static Result<std::unique_ptr<SnapshotWriter>> Write(StateSource* source, Folder* folder);
 
   /// In steps: Begin, Append all portions, End.
@@ -79,7 +79,7 @@ class SnapshotWriter {
   /// Without its folder.
   const std::string& name() const { return name_; }
 
-  /// After End. When this returns without an error, the snapshot is there for good.
+  /// Called after End. When this returns without an error, the snapshot is durable.
   Status GiveName();
 
  private:

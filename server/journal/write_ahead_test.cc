@@ -10,10 +10,10 @@
 
 #include "server/engine/event_codec.h"
 #include "server/engine/testing/random_traffic.h"
+#include "server/journal/event_reader.h"
 #include "server/journal/local_journal.h"
 #include "server/journal/testing/crash_folder.h"
 #include "server/journal/testing/life.h"
-#include "server/journal/walk.h"
 
 namespace pheromone::journal {
 namespace {
@@ -111,7 +111,7 @@ TEST_F(WriteAheadTest, OthersHaveTheirTurnBetweenTwoPieces) {
 TEST_F(WriteAheadTest, WhatIsSmallIsNot) {
   engine::EngineConfig config = engine::testing::RichConfig(false);
   config.field.paths.clear();
-  config.field.prints.clear();
+  config.field.initial_rasters.clear();
   JournalSettings settings;
   settings.piece_bytes = engine::EncodedBytesAtMost(engine::ConfigChanged{config, 1});
   LocalJournal journal(

@@ -1,12 +1,12 @@
-// Whom a link lets in, and how often: its list of client IDs, and limits of the request rate.
+// Admission control of a link: its list of client IDs and its limits of the request rate.
 //
 //   Admission admission({.clients = ..., .per_client_per_s = 20});
 //   switch (admission.Judge(message.id, Clock::now())) { ... }
 //
-// A rate is a virtual schedule (the generic cell rate algorithm of ITU-T I.371): each request moves
-// the time at which the next one is expected by 1/rate; one that comes more than a second before
-// its time is too many. So a second's worth may come at once, and in the long run no more than the
-// rate. What is refused does not move the schedule.
+// A rate limit is a virtual schedule (the generic cell rate algorithm of ITU-T I.371): each request
+// advances the expected time of the next one by 1/rate, and a request that arrives more than one
+// second before its expected time is refused. This permits bursts of one second's worth and limits
+// the sustained rate. Refused requests do not advance the schedule.
 //
 // Time is an argument. Not thread-safe.
 #pragma once
@@ -32,14 +32,14 @@ class Admission {
 
   explicit Admission(const AdmissionOptions& options) : options_(options) {}
 
-  /// Whether there is anything to judge.
+  /// Whether any limit is configured.
   bool open() const {
     return options_.clients.all() && options_.per_client_per_s == 0 && options_.per_link_per_s == 0;
   }
 
   bool Allows(uint8_t id) const { return options_.clients.test(id); }
 
-  /// Judges a request and, if it is welcome, takes account of it.
+  /// Judges a request and, if it is admitted, advances the schedule.
   Verdict Judge(uint8_t id, TimePoint now);
 
  private:

@@ -1,5 +1,5 @@
-// How long to wait before trying again: twice as long each time, up to a limit, and never quite the
-// same, so that many who lost the same thing do not come back at the same moment.
+// Exponential back-off: the delay before a retry doubles each time, up to a limit, with random
+// jitter, so that many clients that lost the same server do not retry simultaneously.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class Backoff {
   explicit Backoff(const BackoffOptions& options)
       : options_(options), next_(options.first), random_(options.seed) {}
 
-  /// Between three quarters and all of the present wait.
+  /// The next delay: between three quarters and all of the present maximum.
   std::chrono::milliseconds Next() {
     const auto whole = next_.count();
     next_ = std::min(options_.longest, 2 * next_);

@@ -1,4 +1,4 @@
-// Datagrams in and out of a socket, many with one system call each way: recvmmsg and sendmmsg.
+// Receives and sends batches of datagrams with one system call each: recvmmsg and sendmmsg.
 //
 //   DatagramReader reader;
 //   const int count = reader.Receive(socket);
@@ -7,8 +7,8 @@
 //   writer.Add(message, peer);
 //   const DatagramWriter::Outcome outcome = writer.Flush(socket);
 //
-// Sockets are non-blocking. All memory is taken when a reader or writer is made, and does not
-// depend on what comes. Not thread-safe.
+// Sockets are non-blocking. All memory is allocated at construction and does not depend on the
+// traffic. Not thread-safe.
 #pragma once
 
 #include <netinet/in.h>
@@ -23,15 +23,15 @@
 
 namespace pheromone::links {
 
-/// How many datagrams one call moves at the most.
+/// The maximum number of datagrams in one call.
 constexpr int kDatagramBatch = 64;
-/// More than any network carries in one piece; what is longer is cut, and told to be.
-constexpr size_t kMostDatagramBytes = 2048;
+/// More than any network carries unfragmented; longer datagrams are truncated and marked so.
+constexpr size_t kMaxDatagramBytes = 2048;
 
 /// An address and port, IPv4 or IPv6.
 struct PeerAddress {
   sockaddr_in6 socket_address = {};  ///< the larger of the two kinds
-  socklen_t size = 0;                ///< of what the kind uses; 0: none
+  socklen_t size = 0;                ///< of the part used by its family; 0: no address
   bool known() const { return size != 0; }
   bool operator==(const PeerAddress& other) const;
 };
@@ -39,23 +39,23 @@ struct PeerAddress {
 struct Datagram {
   std::span<const uint8_t> bytes;
   const PeerAddress* from;
-  bool cut;  ///< it was longer than kMostDatagramBytes
+  bool cut;  ///< truncated: it was longer than kMaxDatagramBytes
 };
 
 class DatagramReader {
  public:
   DatagramReader();
 
-  /// How many came, 0 to kDatagramBatch; below 0: none, for the reason in errno (EAGAIN: no more at
-  /// the moment). Empty datagrams count.
+  /// Returns the number received, 0 to kDatagramBatch; negative: an error in errno (EAGAIN: none
+  /// available at present). Empty datagrams count.
   int Receive(int socket);
 
-  /// The i-th of them; good until the next Receive.
+  /// The i-th datagram; valid until the next Receive.
   Datagram at(int i) const;
 
  private:
   struct Room {
-    std::array<std::array<uint8_t, kMostDatagramBytes>, kDatagramBatch> bytes{};
+    std::array<std::array<uint8_t, kMaxDatagramBytes>, kDatagramBatch> bytes{};
     std::array<PeerAddress, kDatagramBatch> from{};
     std::array<iovec, kDatagramBatch> parts{};
     std::array<mmsghdr, kDatagramBatch> headers{};
@@ -63,8 +63,8 @@ class DatagramReader {
   std::unique_ptr<Room> room_;
 };
 
-/// How many datagrams the system has thrown away since the socket was opened, because nobody read
-/// those before them. Wraps.
+/// The number of datagrams dropped by the kernel since the socket was opened, because its receive
+/// buffer was full. Wraps around.
 uint32_t DroppedBySystem(int socket);
 
 class DatagramWriter {
@@ -72,18 +72,19 @@ class DatagramWriter {
   struct Outcome {
     uint64_t frames = 0;
     uint64_t bytes = 0;
-    uint64_t dropped = 0;        ///< the socket had no room for more
-    uint64_t undeliverable = 0;  ///< the system knows no way there
+    uint64_t dropped = 0;        ///< the send buffer was full
+    uint64_t undeliverable = 0;  ///< no route to the peer
   };
 
   DatagramWriter();
 
   bool full() const { return count_ == kDatagramBatch; }
 
-  /// Takes a message as a datagram of one frame. Not when full().
+  /// Adds a message as a datagram of one frame. Requires !full().
   void Add(const protocol::Message& message, const PeerAddress& to);
 
-  /// Sends what was added, in order. Nothing stays behind: what cannot be sent is counted.
+  /// Sends all added datagrams in order and empties the writer; those that cannot be sent are
+  /// counted.
   Outcome Flush(int socket);
 
  private:

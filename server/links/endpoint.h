@@ -1,4 +1,4 @@
-// Words for the Internet addresses that links listen on.
+// Text for the Internet addresses that links listen on.
 #pragma once
 
 #include <cstdint>

@@ -26,7 +26,7 @@ using testing::PingOf;
 // Throws when it is shown the next bytes that are read.
 class ThrowingTap final : public testing::RememberingTap {
  public:
-  void Read(Line* line, std::span<const uint8_t> bytes, uint32_t now_ms,
+  void Read(Connection* line, std::span<const uint8_t> bytes, uint32_t now_ms,
             const protocol::FrameDecoder& decoder) override {
     if (throws.exchange(false)) {
       throw std::runtime_error("out of order");
@@ -57,7 +57,7 @@ class InternalErrorTest : public ::testing::Test {
   }
 
   static constexpr BackoffOptions kSoon{milliseconds(5), milliseconds(20), 1};
-  static constexpr char kDown[] = "link radio-a: down, internal error: out of order; trying again";
+  static constexpr char kDown[] = "link radio-a: down, internal error: out of order; retrying";
 
   testing::TemporaryFolder folder_;
   ThrowingTap tap_;
@@ -109,7 +109,7 @@ TEST_F(InternalErrorTest, AConnectionIsClosedAndNoOther) {
   tap_.throws = true;
   ASSERT_TRUE(robot.Send(PingOf(1, 2)));
   EXPECT_TRUE(robot.SeesTheEnd());
-  EXPECT_TRUE(Told("link radio-a: internal error: out of order; a connection is closed"));
+  EXPECT_TRUE(Told("link radio-a: internal error: out of order; the connection is closed"));
   EXPECT_TRUE(IsEcho(other.Ask(PingOf(2, 2)), 2, 2));
   Peer again = ConnectTo(server_.link(), SOCK_STREAM);
   EXPECT_TRUE(IsEcho(again.Ask(PingOf(1, 3)), 1, 3));

@@ -1,5 +1,5 @@
-// What runs for as long as its link does, whatever is thrown in it. A coroutine that is merely
-// detached ends without a word when it throws, and with it what it was there for.
+// Keeps a coroutine of a link running in spite of exceptions. A merely detached coroutine would end
+// silently when it throws, and its link would stop working.
 //
 //   KeepRunning(strand, [this] { return Run(); }, [this](const Error& error) { ... });
 #pragma once
@@ -14,8 +14,8 @@
 
 namespace pheromone::links {
 
-/// Runs what `begin` returns, a coroutine, until it ends by itself: when it throws, `report` is
-/// told and it begins anew. All of it on the strand.
+/// Runs the coroutine returned by `begin` until it ends normally: if it throws, calls `report` and
+/// starts it again. All of this happens on the strand.
 template <typename Strand, typename Begin, typename Report>
 void KeepRunning(const Strand& strand, Begin begin, Report report) {
   boost::asio::awaitable<void> run = begin();

@@ -2,7 +2,7 @@
 
 #include "protocol/opcodes.h"
 #include "server/engine/engine.h"
-#include "server/links/switchboard.h"
+#include "server/links/link_router.h"
 
 namespace pheromone::links {
 
@@ -12,7 +12,7 @@ Error InternalError(const std::exception_ptr& thrown) {
   } catch (const std::exception& error) {
     return Error{std::string("internal error: ") + error.what()};
   } catch (...) {
-    return Error{"internal error: something else than an exception"};
+    return Error{"internal error: unknown exception"};
   }
 }
 
@@ -67,13 +67,13 @@ void Link::ReportUp(const std::string& how) {
 
 void Link::ReportDown(const std::string& why) {
   if (record_.SetDown(why)) {
-    context_.log(Severity::kWarning, "link " + name() + ": down, " + why + "; trying again");
+    context_.log(Severity::kWarning, "link " + name() + ": down, " + why + "; retrying");
   }
 }
 
 void Link::ReportFailure(const std::string& why) {
   if (record_.SetDown(why, true)) {
-    context_.log(Severity::kWarning, "link " + name() + ": down, " + why + "; trying again");
+    context_.log(Severity::kWarning, "link " + name() + ": down, " + why + "; retrying");
   }
 }
 
@@ -83,20 +83,20 @@ void Link::ReportError(const Error& error, const std::string& consequence) {
 
 void Link::ReportSilence(std::chrono::seconds since) {
   record_.SetSilent(true);
-  context_.log(Severity::kWarning, "link " + name() + ": nothing heard for " +
+  context_.log(Severity::kWarning, "link " + name() + ": nothing received for " +
                                        std::to_string(since.count()) +
-                                       " s; is its modem alive, is anyone there?");
+                                       " s; check the modem and the robots");
 }
 
 void Link::ReportHeardAgain() {
   record_.SetSilent(false);
-  context_.log(Severity::kInfo, "link " + name() + ": heard again");
+  context_.log(Severity::kInfo, "link " + name() + ": receiving again");
 }
 
 void Link::Handle(std::span<const protocol::Message> batch, std::span<const engine::Asker> askers,
                   std::vector<engine::Outgoing>* answers) {
   if (admission_.open()) {
-    context_.switchboard->Handle(context_.index, batch, askers, answers);
+    context_.router->Handle(context_.index, batch, askers, answers);
     return;
   }
   uint64_t not_allowed = 0;
@@ -133,7 +133,7 @@ void Link::Handle(std::span<const protocol::Message> batch, std::span<const engi
     counters.too_many += too_many;
   });
   if (!admitted_.empty()) {
-    context_.switchboard->Handle(context_.index, admitted_, askers_, answers);
+    context_.router->Handle(context_.index, admitted_, askers_, answers);
   }
 }
 
@@ -144,7 +144,7 @@ bool Link::IsTooLate(const engine::Outgoing& outgoing) {
   }
   record_.Count([](LinkCounters& counters) { ++counters.late_answers; });
   if (context_.tap != nullptr) {
-    context_.tap->LeftOut(context_.index, outgoing.message);
+    context_.tap->Dropped(context_.index, outgoing.message);
   }
   return true;
 }
@@ -152,14 +152,14 @@ bool Link::IsTooLate(const engine::Outgoing& outgoing) {
 // `answer`: the reason of the ERROR that it gets, if it gets one.
 void Link::TurnAway(const protocol::Message& message, protocol::Reason answer) {
   if (context_.tap != nullptr) {
-    context_.tap->TurnedAway(context_.index, message, answer);
+    context_.tap->Rejected(context_.index, message, answer);
   }
 }
 
 void Link::CountUndeliverable(const protocol::Message& message) {
   record_.Count([](LinkCounters& counters) { ++counters.undeliverable; });
   if (context_.tap != nullptr) {
-    context_.tap->LeftOut(context_.index, message);
+    context_.tap->Dropped(context_.index, message);
   }
 }
 

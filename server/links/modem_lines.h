@@ -1,4 +1,4 @@
-// What a serial line has besides its bytes: modem lines, and the kernel's count of errors.
+// Properties of a serial line apart from its data: modem lines and the kernel's error counters.
 //
 // Pure data; a port that has none of it leaves it empty (port.h).
 #pragma once
@@ -8,18 +8,18 @@
 
 namespace pheromone::links {
 
-/// Which line tells that somebody is sending.
+/// The input that signals the carrier of another station.
 enum class CarrierSense { kNone, kDcd, kCts };
 
-/// What switches a transceiver to sending: a modem line, held for as long as there is something to
-/// send, or the driver by itself (RS-485, Linux' TIOCSRS485).
+/// How a transceiver is keyed: by a modem line, asserted while there is something to send, or by
+/// the driver itself (RS-485, Linux' TIOCSRS485).
 enum class Keying { kNone, kRts, kDtr, kRs485 };
 
 struct MediumLines {
   CarrierSense carrier_sense = CarrierSense::kNone;
   Keying ptt = Keying::kNone;
-  uint16_t ptt_lead_ms = 0;  ///< from switching to the first byte
-  uint16_t ptt_tail_ms = 0;  ///< from the last byte to switching back
+  uint16_t ptt_lead_ms = 0;  ///< from keying to the first byte
+  uint16_t ptt_tail_ms = 0;  ///< from the last byte to unkeying
 };
 
 /// Errors on the line since it was opened, counted by the driver.

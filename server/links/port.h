@@ -1,7 +1,7 @@
-// What a link needs of a serial line, real or virtual: a descriptor to read and write.
+// The interface of a serial line, real or virtual: a descriptor to read and write.
 //
-// Not thread-safe; one owner, which closes what it opened. A call may take as long as a driver
-// likes: port_calls.h makes them where that holds up nobody.
+// Not thread-safe; it has one owner, which closes what it opened. A call may block for as long as
+// the driver does: port_calls.h makes the calls on threads where that delays nobody.
 #pragma once
 
 #include <cstdint>
@@ -47,22 +47,22 @@ class Port {
   /// Close, it may be opened again.
   virtual Result<Descriptor> Open() = 0;
 
-  /// Switches the transceiver back, and gives back what Open took besides the descriptor.
+  /// Unkeys the transceiver and releases what Open acquired apart from the descriptor.
   virtual void Close() = 0;
 
-  /// Whether it was made with a line that tells of a carrier; with one that switches the
-  /// transceiver. Always the same, and asks no driver.
+  /// Whether the port has a carrier-sense input; an output that keys the transceiver. Constant, and
+  /// without a call to the driver.
   virtual bool senses_carrier() const { return false; }
   virtual bool is_keyed() const { return false; }
 
-  /// While it is open: whether a carrier is heard.
+  /// While it is open: whether a carrier is present.
   virtual bool carrier() const { return false; }
-  /// While it is open: switches the transceiver to sending, or back.
+  /// While it is open: keys or unkeys the transceiver.
   virtual void Key(bool /*sending*/) {}
-  /// While it is open: what went wrong on the line since it was opened, where the driver counts.
+  /// While it is open: the errors on the line since it was opened, if the driver counts them.
   virtual std::optional<LineErrors> errors() const { return std::nullopt; }
 
-  /// In words, for a log; asks no driver: "pty radio-a.pty -> /dev/pts/3".
+  /// Text for a log, without a call to the driver: "pty radio-a.pty -> /dev/pts/3".
   virtual std::string Describe() const = 0;
 };
 
@@ -73,15 +73,15 @@ class Port {
 std::unique_ptr<Port> MakePtyPort(std::string path);
 
 struct SerialPortOptions {
-  std::string name;                                ///< for people
+  std::string name;                                ///< for messages
   std::function<Result<std::string>()> find_path;  ///< where it is now; asked at each Open
   uint32_t baud = 9600;
   MediumLines lines;
 };
 
-/// A real serial port, through libserialport: 8N1 without flow control, for this process alone. The
-/// path may be a symbolic link (/dev/serial/by-id/...). Errors of Open: it is not there, is none,
-/// is busy (and who holds it, port_holder.h), or cannot do what is asked.
+/// A real serial port, through libserialport: 8N1 without flow control, opened exclusively. The
+/// path may be a symbolic link (/dev/serial/by-id/...). Errors of Open: it does not exist, is not a
+/// serial port, is busy (and held by whom, port_holder.h), or does not support the settings.
 std::unique_ptr<Port> MakeSerialPort(SerialPortOptions options);
 
 /// `what: the system's words for errno`

@@ -1,13 +1,13 @@
-// The calls of a port, made where they hold up nobody: a driver may take its time over each of
-// them. They are made on an executor of their own, one after the other in the order in which they
-// were asked for; who waits for one is a coroutine, and its strand goes on.
+// Makes the calls of a port asynchronously, since any of them may block in the driver. They run on
+// an executor of their own, one after the other in the order of the requests; the caller is a
+// coroutine, whose strand is not blocked.
 //
 //   PortCalls calls(MakeSerialPort(options), aside);
 //   const bool busy = co_await calls.Make([](Port& port) { return port.carrier(); });
 //
-// A call cannot be cancelled: a coroutine that has made one stays where it is until the driver
-// lets go of it. What the call throws comes out of co_await. The port lives until its last call has
-// ended, also if that is after the PortCalls.
+// A call cannot be cancelled: the coroutine stays suspended until the driver returns. Exceptions of
+// the call are rethrown by co_await. The port lives until its last call has ended, even if that is
+// after the PortCalls is destroyed.
 #pragma once
 
 #include <exception>
@@ -31,7 +31,7 @@ namespace pheromone::links {
 
 class PortCalls {
  public:
-  /// Without `aside`, calls are made where they are asked for.
+  /// Without `aside`, calls are made directly by the caller.
   PortCalls(std::unique_ptr<Port> port, const boost::asio::any_io_executor& aside)
       : port_(std::move(port)) {
     if (aside) {
@@ -39,7 +39,8 @@ class PortCalls {
     }
   }
 
-  /// For what is no call to a driver: Describe, senses_carrier, is_keyed. Or before all calls.
+  /// For functions that do not call the driver: Describe, senses_carrier, is_keyed. Or before any
+  /// call.
   Port& port() { return *port_; }
 
   /// Makes `call(Port&)` and returns what it returns.
@@ -52,7 +53,7 @@ class PortCalls {
     Outcome<Value> outcome;
     auto begin = [&call, &outcome, this](auto handler) {
       auto back = boost::asio::get_associated_executor(handler);
-      // The io_context is kept at it until the driver is done.
+      // Keeps the io_context running until the driver returns.
       boost::asio::post(*aside_, [&call, &outcome, port = port_, handler = std::move(handler),
                                   work = boost::asio::make_work_guard(back)]() mutable {
         outcome.Take(call, port.get());

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kModemManager = "ModemManager";
 constexpr std::string_view kAdvice =
-    "; how to keep ModemManager away: pheromoned.toml(5), \"[[link]]\"";
+    "; to exclude ModemManager, see pheromoned.toml(5), \"[[link]]\"";
 
 std::string NameOf(const fs::path& process) {
   std::ifstream file(process / "comm");
@@ -54,8 +54,8 @@ std::string DescribeHolders(const std::string& device, const std::string& proc) 
     }
   }
   if (holders.empty()) {
-    holders = "held by a program that cannot be seen from here";
-    holders += modem_manager ? ", perhaps ModemManager, which is running" : "";
+    holders = "held by a program that cannot be determined";
+    holders += modem_manager ? ", possibly ModemManager, which is running" : "";
   }
   return holders + std::string(modem_manager ? kAdvice : "");
 }

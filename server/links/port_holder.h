@@ -1,9 +1,9 @@
-// Who has a device open, as far as /proc tells: for the words of an error.
+// Finds which programs have a device open, from /proc, for an error message.
 //
 //   Error{path + ": busy, " + DescribeHolders(path)}
 //
-// Without special rights, only the programs of the same user can be looked into. Reads /proc at
-// each call; thread-safe.
+// Without privileges, only the programs of the same user are visible. Reads /proc on each call;
+// thread-safe.
 #pragma once
 
 #include <string>

@@ -40,21 +40,21 @@ TEST_F(PortHolderTest, WhoHasTheDeviceOpenIsNamed) {
 TEST_F(PortHolderTest, ModemManagerComesWithAdvice) {
   AddProcess("612", "ModemManager", {"/dev/ttyUSB0"});
   EXPECT_EQ(Describe(),
-            "held by ModemManager (process 612); how to keep ModemManager away: "
-            "pheromoned.toml(5), \"[[link]]\"");
+            "held by ModemManager (process 612); to exclude ModemManager, see pheromoned.toml(5), "
+            "\"[[link]]\"");
 }
 
 TEST_F(PortHolderTest, OneThatCannotBeLookedIntoIsSuspectedIfItIsModemManager) {
   AddProcess("612", "ModemManager", {});
   EXPECT_EQ(Describe(),
-            "held by a program that cannot be seen from here, perhaps ModemManager, which is "
-            "running; how to keep ModemManager away: pheromoned.toml(5), \"[[link]]\"");
+            "held by a program that cannot be determined, possibly ModemManager, which is running; "
+            "to exclude ModemManager, see pheromoned.toml(5), \"[[link]]\"");
 }
 
 TEST_F(PortHolderTest, WhereNothingIsKnownThatIsSaid) {
-  EXPECT_EQ(Describe(), "held by a program that cannot be seen from here");
+  EXPECT_EQ(Describe(), "held by a program that cannot be determined");
   EXPECT_EQ(DescribeHolders("/dev/ttyUSB0", folder_ / "none"),
-            "held by a program that cannot be seen from here");
+            "held by a program that cannot be determined");
 }
 
 TEST_F(PortHolderTest, ARealProcessIsFoundAndThisOneIsNot) {

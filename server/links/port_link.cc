@@ -9,9 +9,9 @@
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
-#include "server/links/conversation.h"
 #include "server/links/keep_running.h"
 #include "server/links/port_calls.h"
+#include "server/links/session.h"
 
 namespace pheromone::links {
 namespace {
@@ -23,7 +23,7 @@ constexpr std::chrono::milliseconds kBetweenLooks{500};
 
 class PortLink final : public Link {
  public:
-  /// `options.port` is set here. `silence`: nothing heard for so long is told; 0: never.
+  /// `options.port` is set here. `silence`: nothing received for so long is told; 0: never.
   PortLink(asio::io_context& io, std::unique_ptr<Port> port, std::string address,
            const ConversationOptions& options, std::chrono::seconds silence,
            const BackoffOptions& backoff, LinkContext context)
@@ -44,7 +44,7 @@ class PortLink final : public Link {
     Status status = opened_.ok() ? Ok() : Status(Error{opened_.error()});
     KeepRunning(
         strand_, [this] { return Run(); },
-        [this](const Error& error) { ReportError(error, "it goes on"); });
+        [this](const Error& error) { ReportError(error, "the link continues"); });
     return status;
   }
 
@@ -53,8 +53,8 @@ class PortLink final : public Link {
       stopping_ = true;
       retry_.cancel();
       look_.cancel();
-      if (conversation_) {
-        conversation_->Close();
+      if (session_) {
+        session_->Close();
       }
     });
   }
@@ -62,10 +62,10 @@ class PortLink final : public Link {
   void Send(std::vector<engine::Outgoing> messages) override {
     asio::post(strand_, [this, messages = std::move(messages)] {
       for (const engine::Outgoing& outgoing : messages) {
-        if (!conversation_) {
+        if (!session_) {
           CountUndeliverable(outgoing.message);
         } else if (options_.medium_access || !IsTooLate(outgoing)) {
-          conversation_->Send(outgoing);
+          session_->Send(outgoing);
         }
       }
     });
@@ -106,7 +106,7 @@ class PortLink final : public Link {
       }
       if (failure) {
         look_.cancel();
-        conversation_.reset();
+        session_.reset();
         ReportDown(failure->message);
         opened_ = *failure;
         co_await CloseAfterFailure();
@@ -121,7 +121,7 @@ class PortLink final : public Link {
     try {
       co_await ClosePort();
     } catch (...) {
-      ReportError(InternalError(std::current_exception()), "its port may not have been closed");
+      ReportError(InternalError(std::current_exception()), "the port may still be open");
     }
   }
 
@@ -150,9 +150,9 @@ class PortLink final : public Link {
   asio::awaitable<void> Converse(Descriptor descriptor) {
     const auto begin = Clock::now();
     const uint32_t frames = record()->counters().received.frames;
-    conversation_.emplace(
+    session_.emplace(
         strand_, options_,
-        [this](Conversation* from, auto batch, auto* answers) {
+        [this](Session* from, auto batch, auto* answers) {
           const engine::Asker asker = from->asker();
           Handle(batch, {&asker, 1}, answers);
         },
@@ -160,8 +160,8 @@ class PortLink final : public Link {
     silent_ = false;
     line_errors_ = {};
     Look();
-    const std::string why = co_await conversation_->Run(std::move(descriptor));
-    conversation_.reset();
+    const std::string why = co_await session_->Run(std::move(descriptor));
+    session_.reset();
     look_.cancel();
     co_await CountLineErrors();
     if (!stopping_) {
@@ -179,7 +179,7 @@ class PortLink final : public Link {
   void Look() {
     look_.expires_after(kBetweenLooks);
     look_.async_wait([this](const boost::system::error_code& error) {
-      if (!error && conversation_ && !stopping_) {
+      if (!error && session_ && !stopping_) {
         LookForSilence(Clock::now());
         asio::co_spawn(strand_, LookAtTheDriver(),
                        [this](const std::exception_ptr& failure) { EndOnException(failure); });
@@ -189,9 +189,9 @@ class PortLink final : public Link {
 
   void EndOnException(const std::exception_ptr& thrown) {
     if (thrown) {
-      ReportError(InternalError(thrown), "its port is opened again");
-      if (conversation_) {
-        conversation_->Close();
+      ReportError(InternalError(thrown), "the port is reopened");
+      if (session_) {
+        session_->Close();
       }
     }
   }
@@ -199,7 +199,7 @@ class PortLink final : public Link {
   // The port's calls keep their order: it is closed after the last of these has come back.
   asio::awaitable<void> LookAtTheDriver() {
     co_await CountLineErrors();
-    if (conversation_ && !stopping_) {
+    if (session_ && !stopping_) {
       Look();
     }
   }
@@ -219,7 +219,7 @@ class PortLink final : public Link {
     if (silence_ == std::chrono::seconds::zero()) {
       return;
     }
-    const bool silent = now - conversation_->last_read() > silence_;
+    const bool silent = now - session_->last_read() > silence_;
     if (silent && !silent_) {
       ReportSilence(silence_);
     } else if (!silent && silent_) {
@@ -245,7 +245,7 @@ class PortLink final : public Link {
   asio::steady_timer look_;
   LineErrors line_errors_;  // as counted so far, since the port was opened
   bool silent_ = false;
-  std::optional<Conversation> conversation_;  // while the port is open
+  std::optional<Session> session_;  // while the port is open
   bool stopping_ = false;
 };
 
@@ -253,25 +253,25 @@ class PortLink final : public Link {
 
 std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const PtyOptions& options,
                                   LinkContext context) {
-  ConversationOptions conversation;
-  conversation.gap_timeout_ms = options.gap_timeout_ms;
-  return std::make_unique<PortLink>(io, MakePtyPort(options.path), options.path, conversation,
+  ConversationOptions session;
+  session.gap_timeout_ms = options.gap_timeout_ms;
+  return std::make_unique<PortLink>(io, MakePtyPort(options.path), options.path, session,
                                     std::chrono::seconds(0), options.backoff, std::move(context));
 }
 
 std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& options,
                                      LinkContext context) {
   using std::chrono::milliseconds;
-  ConversationOptions conversation;
-  conversation.gap_timeout_ms = options.gap_timeout_ms;
-  conversation.medium_access = options.medium_access;
+  ConversationOptions session;
+  session.gap_timeout_ms = options.gap_timeout_ms;
+  session.medium_access = options.medium_access;
   // Ten bits a byte, start and stop included.
-  conversation.byte_time = std::chrono::nanoseconds(10'000'000'000 / int64_t{options.baud});
-  conversation.turnaround = milliseconds(options.turnaround_ms);
-  conversation.response_window = milliseconds(options.response_window_ms);
+  session.byte_time = std::chrono::nanoseconds(10'000'000'000 / int64_t{options.baud});
+  session.turnaround = milliseconds(options.turnaround_ms);
+  session.response_window = milliseconds(options.response_window_ms);
   if (options.lines.ptt == Keying::kRts || options.lines.ptt == Keying::kDtr) {
-    conversation.lead = milliseconds(options.lines.ptt_lead_ms);
-    conversation.tail = milliseconds(options.lines.ptt_tail_ms);
+    session.lead = milliseconds(options.lines.ptt_lead_ms);
+    session.tail = milliseconds(options.lines.ptt_tail_ms);
   }
   SerialPortOptions port;
   port.name = options.usb ? "USB " + ToText(*options.usb) : options.path;
@@ -282,7 +282,7 @@ std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& 
                        : Result<std::string>(options.path);
   };
   const std::string address = port.name;
-  return std::make_unique<PortLink>(io, MakeSerialPort(std::move(port)), address, conversation,
+  return std::make_unique<PortLink>(io, MakeSerialPort(std::move(port)), address, session,
                                     options.silence, options.backoff, std::move(context));
 }
 

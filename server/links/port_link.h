@@ -20,7 +20,7 @@ namespace pheromone::links {
 
 struct PtyOptions {
   std::string path;             ///< the symbolic link to the slave side
-  uint16_t gap_timeout_ms = 0;  ///< 0: none; a pty loses nothing
+  uint16_t gap_timeout_ms = 0;  ///< 0: none; a pty loses no bytes
   BackoffOptions backoff;
 };
 
@@ -38,12 +38,12 @@ struct SerialOptions {
   uint16_t turnaround_ms = 0;        ///< T_t
   uint16_t response_window_ms = 25;  ///< W
   MediumLines lines;
-  std::chrono::seconds silence{};  ///< nothing heard for so long is suspicious; 0: never
+  std::chrono::seconds silence{};  ///< warn if nothing is received for this long; 0: never
   BackoffOptions backoff;
 };
 
-/// A radio modem, shared by its robots: answers keep to the server gap and the response window, and
-/// wait for the carrier of others, if the modem tells of it.
+/// A radio modem, shared by its robots: answers observe the server gap and the response window, and
+/// wait while another carrier is present, if the modem signals it.
 std::unique_ptr<Link> MakeSerialLink(boost::asio::io_context& io, const SerialOptions& options,
                                      LinkContext context);
 

@@ -176,7 +176,8 @@ TEST_F(PtyLinkTest, ARegularFileIsNotOverwrittenAndTheLinkWaitsForItToGo) {
   std::ofstream(path_) << "precious";
   const Status status = Start();
   ASSERT_FALSE(status.ok());
-  EXPECT_NE(status.error().find("exists and is no link to a pseudo-terminal"), std::string::npos);
+  EXPECT_NE(status.error().find("exists and is not a link to a pseudo-terminal"),
+            std::string::npos);
   EXPECT_FALSE(server_.link().state().up);
   ASSERT_EQ(server_.lines().size(), 1u);
   EXPECT_EQ(server_.lines()[0].find("link radio-a: down, "), 0u);
@@ -205,7 +206,7 @@ TEST_F(PtyLinkTest, TheLinkOfARunningServerIsNotTakenOver) {
   const auto second = MakePtyPort(path_);
   const Result<Descriptor> opened = second->Open();
   ASSERT_FALSE(opened.ok());
-  EXPECT_EQ(opened.error(), path_ + " belongs to another server that is running");
+  EXPECT_EQ(opened.error(), path_ + " belongs to another running server");
   EXPECT_EQ(TargetOf(path_), target);
   server_.Stop();
   EXPECT_TRUE(second->Open().ok());
@@ -251,7 +252,7 @@ TEST_F(PtyLinkTest, CommandsReachTheRobotUnasked) {
   ASSERT_TRUE(robot.Ask(Hello(1, 5)));
   std::vector<engine::Outgoing> out;
   ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.switchboard().Deliver(out);
+  server_.router().Deliver(out);
   const auto command = robot.Receive();
   ASSERT_TRUE(command);
   EXPECT_EQ(command->opcode, protocol::kCommand);

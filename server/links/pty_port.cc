@@ -99,11 +99,11 @@ class PtyPort final : public Port {
       if ((found.st_mode & S_IFMT) != S_IFLNK ||
           target.compare(0, kPtyFolder.size(), kPtyFolder) != 0) {
         return Error{path_ +
-                     " exists and is no link to a pseudo-terminal; remove it or configure "
+                     " exists and is not a link to a pseudo-terminal; remove it or configure "
                      "another path"};
       }
       if (target != slave && HeldByAServer(target)) {
-        return Error{path_ + " belongs to another server that is running"};
+        return Error{path_ + " belongs to another running server"};
       }
     }
     // Made aside and moved into place: whoever looks sees the old one or the new one.

@@ -108,7 +108,7 @@ TEST_F(SerialLinesTest, AnAnswerThatTheDriverMakesLateIsNotSentButCounted) {
   EXPECT_TRUE(Eventually([this] { return counters().late_answers == 1; }));
   EXPECT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) == 0; }));
   EXPECT_EQ(counters().frames_out, 0u);
-  ASSERT_EQ(tap_.left_out().size(), 1u);
+  ASSERT_EQ(tap_.dropped().size(), 1u);
 }
 
 TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItsDriverHangsEndsWithTheCall) {
@@ -216,8 +216,8 @@ TEST_F(SerialLinesTest, WhatWaitsForTheTransceiverWhenTheLineEndsIsLeftOut) {
   ASSERT_TRUE(radio.Send(PingOf(3, 1)));
   ASSERT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) != 0; }));
   radio.HangUp();
-  ASSERT_TRUE(Eventually([this] { return tap_.left_out().size() == 1; }));
-  EXPECT_TRUE(IsEcho(tap_.left_out()[0], 3, 1));
+  ASSERT_TRUE(Eventually([this] { return tap_.dropped().size() == 1; }));
+  EXPECT_TRUE(IsEcho(tap_.dropped()[0], 3, 1));
   EXPECT_TRUE(tap_.written().empty());
 }
 
@@ -241,7 +241,7 @@ TEST_F(SerialLinesTest, ADriverThatCannotSwitchIsAClearError) {
   EXPECT_EQ(status.error(),
             path_ +
                 ": its driver cannot switch the direction of an RS-485 line (ptt = \"rs485\"); an "
-                "adapter that switches by itself needs no ptt, others often take \"rts\": "
+                "adapter that switches by itself needs no ptt, and others often use \"rts\": "
                 "Inappropriate ioctl for device");
 }
 

@@ -83,7 +83,7 @@ TEST_F(SerialLinkTest, APortThatIsUnpluggedAndPluggedInAgainServesOn) {
     }));
   }
   EXPECT_EQ(server_.link().counters().opened, 3u);
-  EXPECT_EQ(server_.lines()[1], "link radio-a: down, the other side hung up; trying again");
+  EXPECT_EQ(server_.lines()[1], "link radio-a: down, the other side hung up; retrying");
 }
 
 TEST_F(SerialLinkTest, APortThatIsAbsentAtFirstIsTriedAgain) {
@@ -130,9 +130,9 @@ TEST_F(SerialLinkTest, AUsbAdapterIsTakenWhereverItAppears) {
   EXPECT_EQ(Start().error(), "no USB adapter 0403:6001; found 1a86:7523 at /dev/null");
   EXPECT_EQ(server_.link().address(), "USB 0403:6001");
   adapters = 2;
-  EXPECT_TRUE(waits_for("more than one USB adapter 0403:6001: 0403:6001:0 at " + path_ +
-                        ", 0403:6001:1 at /dev/other; name its serial number too, or configure "
-                        "its port instead"));
+  EXPECT_TRUE(waits_for(
+      "more than one USB adapter 0403:6001: 0403:6001:0 at " + path_ +
+      ", 0403:6001:1 at /dev/other; specify its serial number, or configure its port instead"));
   adapters = 1;
   EXPECT_TRUE(waits_for("serial USB 0403:6001 at 9600 baud"));
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
@@ -153,8 +153,7 @@ TEST_F(SerialLinkTest, AnExceptionWhileAPortIsOpenedIsToldAndItIsTriedAgain) {
   ASSERT_TRUE(Up());
   EXPECT_EQ(asked, 3);
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
-  EXPECT_EQ(server_.lines()[0],
-            "link radio-a: down, internal error: the bus is gone; trying again");
+  EXPECT_EQ(server_.lines()[0], "link radio-a: down, internal error: the bus is gone; retrying");
 }
 
 TEST_F(SerialLinkTest, APortThatAnotherHoldsIsBusyUntilItIsLetGo) {
@@ -185,8 +184,8 @@ TEST_F(SerialLinkTest, AModemThatFallsSilentIsTold) {
   ASSERT_TRUE(Eventually([this] { return !server_.link().state().silent; }));
   const std::vector<std::string> lines = server_.lines();
   ASSERT_GE(lines.size(), 3u);
-  EXPECT_EQ(lines[1], "link radio-a: nothing heard for 1 s; is its modem alive, is anyone there?");
-  EXPECT_EQ(lines[2], "link radio-a: heard again");
+  EXPECT_EQ(lines[1], "link radio-a: nothing received for 1 s; check the modem and the robots");
+  EXPECT_EQ(lines[2], "link radio-a: receiving again");
 }
 
 TEST_F(SerialLinkTest, ClientsThatAreNotListedGetNoAnswer) {
@@ -240,12 +239,12 @@ TEST_F(SerialLinkTest, AnAnswerThatCannotStartWithinTheWindowIsNotSentButCounted
   ASSERT_TRUE(radio.Send(Hello(1, 5)));
   ASSERT_TRUE(radio.Send(PingOf(1, 1)));
   ASSERT_TRUE(Eventually([this] { return server_.link().counters().late_answers == 2; }));
-  ASSERT_EQ(tap_.left_out().size(), 2u);
-  EXPECT_EQ(tap_.left_out()[1].opcode, protocol::kPingAnswer);
+  ASSERT_EQ(tap_.dropped().size(), 2u);
+  EXPECT_EQ(tap_.dropped()[1].opcode, protocol::kPingAnswer);
   // What nobody waits for has no window: it goes when the line is idle.
   std::vector<engine::Outgoing> out;
   ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.switchboard().Deliver(out);
+  server_.router().Deliver(out);
   const auto command = radio.Receive();
   ASSERT_TRUE(command);
   EXPECT_EQ(command->opcode, protocol::kCommand);
@@ -262,8 +261,8 @@ TEST_F(SerialLinkTest, AnAnswerThatHadToWaitIsSentWithinItsWindowAndNotAfterIt) 
                        testing::AnswerAfter(window / 2, PingOf(1, 3))});
   EXPECT_EQ(radio.Receive()->data[0], 3);
   EXPECT_EQ(server_.link().counters().late_answers, 1u);
-  ASSERT_EQ(tap_.left_out().size(), 1u);
-  EXPECT_TRUE(engine::testing::SameMessage(tap_.left_out()[0], PingOf(1, 2)));
+  ASSERT_EQ(tap_.dropped().size(), 1u);
+  EXPECT_TRUE(engine::testing::SameMessage(tap_.dropped()[0], PingOf(1, 2)));
 }
 
 // The command is there first, but must wait until the line is idle for G_s + 2 B; the robot that
@@ -275,7 +274,7 @@ TEST_F(SerialLinkTest, AnAnswerGoesBeforeACommandThatWaitsForAnIdleLine) {
   ASSERT_TRUE(radio.Ask(Hello(1, 5)));
   std::vector<engine::Outgoing> out;
   ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.switchboard().Deliver(out);
+  server_.router().Deliver(out);
   ASSERT_TRUE(radio.Send(PingOf(3, 1)));
   ASSERT_TRUE(radio.Send(PingOf(3, 2)));
   EXPECT_TRUE(IsEcho(radio.Receive(), 3, 1));
@@ -300,8 +299,8 @@ TEST_F(SerialLinkTest, ErrorsAreSentOnceInAResponseWindow) {
   EXPECT_EQ(engine::testing::ReasonOf(*radio.Receive()), protocol::Reason::kUnknownOpcode);
   EXPECT_TRUE(IsEcho(radio.Receive(), 1, 1));
   EXPECT_EQ(server_.link().counters().withheld_errors, 1u);
-  ASSERT_EQ(tap_.left_out().size(), 1u);
-  EXPECT_EQ(tap_.left_out()[0].opcode, protocol::kError);
+  ASSERT_EQ(tap_.dropped().size(), 1u);
+  EXPECT_EQ(tap_.dropped()[0].opcode, protocol::kError);
 }
 
 // A frame whose end is lost: the silence after it discards it, and the next one is answered.

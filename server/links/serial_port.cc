@@ -174,8 +174,8 @@ class SerialPort final : public Port {
       if (ioctl(handle, TIOCSRS485, &settings) != 0) {
         return SystemError(path +
                            ": its driver cannot switch the direction of an RS-485 line (ptt = "
-                           "\"rs485\"); an adapter that switches by itself needs no ptt, others "
-                           "often take \"rts\"");
+                           "\"rs485\"); an adapter that switches by itself needs no ptt, and "
+                           "others often use \"rts\"");
       }
     }
     Switch(handle, false);  // opening a port raises both lines

@@ -1,10 +1,10 @@
-// Where a link shows what passes: the bytes as they are read and written, and what is never
-// written. For recordings; without a tap it costs nothing.
+// Lets a recording observe the traffic of a link: the bytes as they are read and written, and the
+// messages that are never written. Without a tap it costs nothing.
 //
 //   const Tap::Reading reading(tap);          // ends with its scope
 //   if (tap != nullptr) tap->Read(&line, bytes, now_ms, decoder);
 //
-// Functions of one line are called on its strand; those of different lines at the same time.
+// The functions for one line are called on its strand; those for different lines run concurrently.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,11 @@
 
 namespace pheromone::links {
 
-/// A conversation, as a tap knows it.
-struct Line {
+/// A session as seen by a tap.
+struct Connection {
   engine::LinkIndex link = 0;
   uint32_t connection = 0;  ///< counts from 1 on each link
-  uint64_t mark = 0;        ///< the tap's own
+  uint64_t mark = 0;        ///< for the use of the tap
 };
 
 class Tap {
@@ -29,26 +29,27 @@ class Tap {
   Tap& operator=(const Tap&) = delete;
   virtual ~Tap() = default;
 
-  /// Between these, on one thread, is what is read at once, and all that comes of it up to what the
-  /// engine does. Not nested.
+  /// These enclose, on one thread, the bytes of one read and their processing, up to and including
+  /// the engine. Not nested.
   virtual void BeginRead() = 0;
   virtual void EndRead() = 0;
 
-  /// Bytes were read and are about to be pushed into `decoder` at its time `now_ms`. Once in a
-  /// read; of datagrams, once for each.
-  virtual void Read(Line* line, std::span<const uint8_t> bytes, uint32_t now_ms,
+  /// Bytes were read and are about to be pushed into `decoder` at its time `now_ms`. Called once in
+  /// each read; with datagrams, once for each datagram.
+  virtual void Read(Connection* line, std::span<const uint8_t> bytes, uint32_t now_ms,
                     const protocol::FrameDecoder& decoder) = 0;
 
-  /// Whole frames are about to be written.
-  virtual void Wrote(const Line& line, std::span<const uint8_t> bytes) = 0;
+  /// Complete frames are about to be written.
+  virtual void Wrote(const Connection& line, std::span<const uint8_t> bytes) = 0;
 
   /// A message for this link will never be written.
-  virtual void LeftOut(engine::LinkIndex link, const protocol::Message& message) = 0;
+  virtual void Dropped(engine::LinkIndex link, const protocol::Message& message) = 0;
 
-  /// A message is not handed to the engine. `answer`: the reason of the ERROR that the link gives
-  /// by itself; kNone: it gives none. During a read, before what is left of it goes to the engine.
-  virtual void TurnedAway(engine::LinkIndex link, const protocol::Message& message,
-                          protocol::Reason answer) = 0;
+  /// A message is rejected by the link and not passed to the engine. `answer`: the reason of the
+  /// ERROR sent by the link; kNone: none is sent. Called during a read, before the other messages
+  /// go to the engine.
+  virtual void Rejected(engine::LinkIndex link, const protocol::Message& message,
+                        protocol::Reason answer) = 0;
 
   /// BeginRead and EndRead, unless there is no tap.
   class Reading {
@@ -71,10 +72,10 @@ class Tap {
   };
 };
 
-/// A line with its tap, if it has one.
+/// A line with its tap, if any.
 struct TappedLine {
   Tap* tap = nullptr;  ///< outlives the line
-  Line line;
+  Connection line;
 };
 
 }  // namespace pheromone::links

@@ -102,35 +102,35 @@ TEST_F(TapTest, SeesWhatIsReadAndWrittenByteByByte) {
   EXPECT_EQ(RememberingTap::Together(tap_.read(), 1), sent);
   EXPECT_EQ(RememberingTap::Together(tap_.written(), 1), received);
   EXPECT_TRUE(tap_.in_order());
-  EXPECT_TRUE(tap_.left_out().empty());
-  EXPECT_TRUE(tap_.turned_away().empty());
+  EXPECT_TRUE(tap_.dropped().empty());
+  EXPECT_TRUE(tap_.rejected().empty());
 }
 
 TEST_F(TapTest, HearsOfWhatNobodyReadsAndOfWhatIsLeftAtTheEnd) {
   Peer robot = OpenPty();
   ASSERT_TRUE(robot.Ask(Hello(1, 1)));
-  // Until the terminal takes no more, the conversation's queue is full, and the first in it go.
+  // Until the terminal takes no more, the session's queue is full, and the first in it go.
   const std::vector<engine::Outgoing> many(5000, {0, 0, PingOf(1, 7)});
   size_t sent = 1;  // HELLO's answer
   ASSERT_TRUE(Eventually([&] {
-    server_.switchboard().Deliver(many);
+    server_.router().Deliver(many);
     sent += many.size();
     return server_.link().counters().dropped_answers > 0;
   }));
   server_.Stop();
-  const std::vector<protocol::Message> left_out = tap_.left_out();
-  EXPECT_GT(left_out.size(), server_.link().counters().dropped_answers);
-  EXPECT_TRUE(SameMessage(left_out.back(), PingOf(1, 7)));
+  const std::vector<protocol::Message> dropped = tap_.dropped();
+  EXPECT_GT(dropped.size(), server_.link().counters().dropped_answers);
+  EXPECT_TRUE(SameMessage(dropped.back(), PingOf(1, 7)));
   const size_t written = MessagesIn(RememberingTap::Together(tap_.written(), 1)).size();
-  EXPECT_EQ(written + left_out.size(), sent);
+  EXPECT_EQ(written + dropped.size(), sent);
 }
 
 TEST_F(TapTest, HearsOfWhatIsForALinkThatIsDown) {
   ASSERT_FALSE(StartPty(folder_ / "none/radio-a.pty").ok());
   const protocol::Message message = PingOf(9, 1);
   server_.link().Send({{0, 0, message}});
-  ASSERT_TRUE(Eventually([this] { return tap_.left_out().size() == 1; }));
-  EXPECT_TRUE(SameMessage(tap_.left_out()[0], message));
+  ASSERT_TRUE(Eventually([this] { return tap_.dropped().size() == 1; }));
+  EXPECT_TRUE(SameMessage(tap_.dropped()[0], message));
 }
 
 TEST_F(TapTest, TellsTcpConnectionsApart) {
@@ -153,7 +153,7 @@ TEST_F(TapTest, SeesEachDatagramByItself) {
   Peer robot = ConnectTo(server_.link(), SOCK_DGRAM);
   const Bytes sent[] = {
       Wire(PingOf(3, 1)), {}, {0x10, 0x02, 0x03}, {0x72}, Wire(PingOf(3, 2)) + Wire(PingOf(3, 3))};
-  ASSERT_TRUE(robot.SendBytes(Bytes(kMostDatagramBytes + 1, 0x55)));
+  ASSERT_TRUE(robot.SendBytes(Bytes(kMaxDatagramBytes + 1, 0x55)));
   for (const Bytes& datagram : sent) {
     ASSERT_EQ(write(robot.descriptor(), datagram.data(), datagram.size()),
               static_cast<ssize_t>(datagram.size()));
@@ -187,24 +187,24 @@ TEST_F(TapTest, HearsOfDatagramsThatAreTooLateForTheSocket) {
   server_.link().Stop();
   const protocol::Message message = PingOf(1, 2);
   server_.link().Send({{0, 0, message}});
-  ASSERT_TRUE(Eventually([this] { return tap_.left_out().size() == 1; }));
-  EXPECT_TRUE(SameMessage(tap_.left_out()[0], message));
+  ASSERT_TRUE(Eventually([this] { return tap_.dropped().size() == 1; }));
+  EXPECT_TRUE(SameMessage(tap_.dropped()[0], message));
   EXPECT_EQ(tap_.written().size(), 1u);
 }
 
 // How much was turned away before the batch was handled.
-class CountingWitness final : public engine::Witness {
+class CountingWitness final : public engine::Observer {
  public:
   explicit CountingWitness(const RememberingTap& tap) : tap_(tap) {}
   void OnBatch(const engine::Stamp&, engine::LinkIndex, std::span<const protocol::Message> messages,
                std::span<const Outcome>, std::span<const engine::Outgoing>) override {
     messages_ += messages.size();
-    turned_away_ = tap_.turned_away().size();
+    turned_away_ = tap_.rejected().size();
   }
   void OnEvent(uint64_t, const engine::Stamp&, const engine::Event&,
                std::span<const engine::Outgoing>) override {}
   size_t messages() const { return messages_; }
-  size_t turned_away() const { return turned_away_; }
+  size_t rejected() const { return turned_away_; }
 
  private:
   const RememberingTap& tap_;
@@ -220,8 +220,8 @@ TEST_P(TapAdmissionTest, HearsOfWhatIsTurnedAwayAndHowBeforeTheRestIsHandled) {
   admission.clients.reset().set(1);
   admission.per_client_per_s = 1;
   Listen(GetParam(), admission);
-  CountingWitness witness(tap_);
-  server_.service().Attach(&witness, [](const auto&) {});
+  CountingWitness observer(tap_);
+  server_.service().Attach(&observer, [](const auto&) {});
   protocol::Message echo = PingOf(1, 1);  // nobody's request: it gets no answer
   echo.opcode = protocol::kPingAnswer;
   Peer robot = ConnectTo(server_.link(), GetParam());
@@ -241,16 +241,16 @@ TEST_P(TapAdmissionTest, HearsOfWhatIsTurnedAwayAndHowBeforeTheRestIsHandled) {
                   {Deposit(1, 9), Reason::kBusy},
                   {echo, Reason::kNone},
                   {PingOf(3, 1), Reason::kNone}};
-  const auto turned_away = tap_.turned_away();
-  ASSERT_EQ(turned_away.size(), std::size(expected));
-  for (size_t i = 0; i < turned_away.size(); ++i) {
-    EXPECT_TRUE(SameMessage(turned_away[i].message, expected[i].message)) << i;
-    EXPECT_EQ(turned_away[i].answer, expected[i].answer) << i;
+  const auto rejected = tap_.rejected();
+  ASSERT_EQ(rejected.size(), std::size(expected));
+  for (size_t i = 0; i < rejected.size(); ++i) {
+    EXPECT_TRUE(SameMessage(rejected[i].message, expected[i].message)) << i;
+    EXPECT_EQ(rejected[i].answer, expected[i].answer) << i;
   }
-  EXPECT_EQ(witness.messages(), 1u);
-  EXPECT_EQ(witness.turned_away(), std::size(expected));
+  EXPECT_EQ(observer.messages(), 1u);
+  EXPECT_EQ(observer.rejected(), std::size(expected));
   EXPECT_EQ(RememberingTap::Together(tap_.written(), 1), received);  // BUSY too
-  EXPECT_TRUE(tap_.left_out().empty());
+  EXPECT_TRUE(tap_.dropped().empty());
   EXPECT_TRUE(tap_.in_order());
 }
 

@@ -16,10 +16,10 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include "protocol/opcodes.h"
-#include "server/links/conversation.h"
 #include "server/links/endpoint.h"
 #include "server/links/keep_running.h"
 #include "server/links/port.h"
+#include "server/links/session.h"
 
 namespace pheromone::links {
 namespace {
@@ -28,7 +28,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr char kConnectionClosed[] = "a connection is closed";
+constexpr char kConnectionClosed[] = "the connection is closed";
 
 class TcpLink final : public Link {
  public:
@@ -44,7 +44,7 @@ class TcpLink final : public Link {
     Status listening = Listen();
     KeepRunning(
         strand_, [this] { return Accept(); },
-        [this](const Error& error) { ReportError(error, "it goes on"); });
+        [this](const Error& error) { ReportError(error, "the link continues"); });
     return listening;
   }
 
@@ -55,7 +55,7 @@ class TcpLink final : public Link {
       acceptor_.close(ignored);
       retry_.cancel();
       for (Connection& connection : connections_) {
-        connection.conversation->Close();
+        connection.session->Close();
       }
       record()->SetDown("stopped");
     });
@@ -76,13 +76,13 @@ class TcpLink final : public Link {
 
  private:
   struct Connection {
-    std::optional<Conversation> conversation;
+    std::optional<Session> session;
     bool has_spoken = false;  // a whole frame of a client that the link serves
 
     // Who goes first when there is no room; of those that are equal, who came first.
     std::tuple<bool, bool, Clock::time_point> Rank() const {
-      return {conversation->closed(), has_spoken,
-              has_spoken ? conversation->last_read() : Clock::time_point()};
+      return {session->closed(), has_spoken,
+              has_spoken ? session->last_read() : Clock::time_point()};
     }
   };
 
@@ -160,9 +160,9 @@ class TcpLink final : public Link {
     // The list keeps its places: `self` stands for the connection as long as it runs.
     const auto self = connections_.emplace(connections_.end());
     try {
-      self->conversation.emplace(
+      self->session.emplace(
           strand_, options,
-          [this, self](Conversation* /*from*/, auto batch, auto* answers) {
+          [this, self](Session* /*from*/, auto batch, auto* answers) {
             Take(&*self, batch, answers);
           },
           record(), NextLine());
@@ -180,7 +180,7 @@ class TcpLink final : public Link {
 
   asio::awaitable<void> Converse(std::list<Connection>::iterator self, Descriptor descriptor) {
     try {
-      co_await self->conversation->Run(std::move(descriptor));
+      co_await self->session->Run(std::move(descriptor));
     } catch (...) {
       ReportError(InternalError(std::current_exception()), kConnectionClosed);
     }
@@ -199,7 +199,7 @@ class TcpLink final : public Link {
     const auto goes = std::min_element(
         connections_.begin(), connections_.end(),
         [](const Connection& a, const Connection& b) { return a.Rank() < b.Rank(); });
-    goes->conversation->Close();
+    goes->session->Close();
     record()->Count([](LinkCounters& counters) { ++counters.dropped_connections; });
   }
 
@@ -212,7 +212,7 @@ class TcpLink final : public Link {
         from->has_spoken = from->has_spoken || is_robot;
       }
     }
-    const engine::Asker asker = from->conversation->asker();
+    const engine::Asker asker = from->session->asker();
     Handle(batch, {&asker, 1}, answers);
   }
 
@@ -223,14 +223,14 @@ class TcpLink final : public Link {
     const protocol::Message& message = outgoing.message;
     if (message.id == protocol::kBroadcastId) {
       for (Connection& connection : connections_) {
-        connection.conversation->Send(outgoing);
+        connection.session->Send(outgoing);
       }
       return;
     }
     Connection* const to =
         outgoing.asker.known() ? Find(outgoing.asker.connection) : last_spoke_[message.id];
     if (to != nullptr) {
-      to->conversation->Send(outgoing);
+      to->session->Send(outgoing);
     } else {
       CountUndeliverable(message);
     }
@@ -238,10 +238,10 @@ class TcpLink final : public Link {
 
   // Null if it has ended.
   Connection* Find(uint32_t number) {
-    const auto found = std::find_if(
-        connections_.begin(), connections_.end(),
-        [number](const Connection& it) { return it.conversation->connection() == number; });
-    return found != connections_.end() && !found->conversation->closed() ? &*found : nullptr;
+    const auto found =
+        std::find_if(connections_.begin(), connections_.end(),
+                     [number](const Connection& it) { return it.session->connection() == number; });
+    return found != connections_.end() && !found->session->closed() ? &*found : nullptr;
   }
 
   const TcpOptions options_;

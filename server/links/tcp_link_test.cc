@@ -89,7 +89,7 @@ TEST_F(TcpLinkTest, CommandsGoWhereTheRobotSpokeLast) {
   ASSERT_TRUE(now.Ask(PingOf(1, 1)));
   std::vector<engine::Outgoing> out;
   ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.switchboard().Deliver(out);
+  server_.router().Deliver(out);
   const auto command = now.Receive();
   ASSERT_TRUE(command);
   EXPECT_EQ(command->opcode, protocol::kCommand);
@@ -152,7 +152,7 @@ TEST_F(TcpLinkTest, ABroadcastReachesEveryConnection) {
   ASSERT_TRUE(server_.service()
                   .Issue({0, protocol::kBroadcastId, protocol::CommandCode::kHalt, {}}, &out)
                   .ok());
-  server_.switchboard().Deliver(out);
+  server_.router().Deliver(out);
   EXPECT_EQ(a.Receive()->id, protocol::kBroadcastId);
   EXPECT_EQ(b.Receive()->id, protocol::kBroadcastId);
 }
@@ -168,7 +168,7 @@ TEST_F(TcpLinkTest, AnEchoOfTheServersFramesDoesNotTakeOverARobotsAddress) {
   ASSERT_TRUE(Eventually([&] { return server_.link().counters().received.frames == 2; }));
   std::vector<engine::Outgoing> out;
   ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.switchboard().Deliver(out);
+  server_.router().Deliver(out);
   EXPECT_TRUE(robot.Receive());
 }
 

@@ -26,16 +26,16 @@ using asio::ip::udp;
 using boost::system::error_code;
 
 constexpr std::chrono::seconds kBetweenReports{1};
-constexpr size_t kMostDatagram = 65'536;  // more than UDP can carry
+constexpr size_t kMaxDatagram = 65'536;  // more than UDP can carry
 
 // The beginning of a stranger's line, fit for a log.
 std::string Quoted(std::string_view line) {
-  constexpr size_t kMost = 60;
+  constexpr size_t kMax = 60;
   std::string text = "\"";
-  for (const char c : line.substr(0, kMost)) {
+  for (const char c : line.substr(0, kMax)) {
     text += c >= ' ' && c <= '~' ? c : '?';
   }
-  return text + (line.size() > kMost ? "...\"" : "\"");
+  return text + (line.size() > kMax ? "...\"" : "\"");
 }
 
 field::PoseUm ToUm(const PoseFix& fix) {
@@ -59,14 +59,14 @@ class TrackerLink::Impl {
         retry_(strand_),
         report_(strand_),
         backoff_(options_.backoff),
-        buffer_(kMostDatagram) {}
+        buffer_(kMaxDatagram) {}
 
   Status Start() {
     Status listening = Listen();
     KeepRunning(
         strand_, [this] { return Receive(); },
         [this](const Error& error) {
-          log_(Severity::kWarning, "tracker: " + error.message + "; it goes on");
+          log_(Severity::kWarning, "tracker: " + error.message + "; the tracker continues");
         });
     return listening;
   }
@@ -108,7 +108,7 @@ class TrackerLink::Impl {
       error_code ignored;
       socket_.close(ignored);
       if (record_.SetDown(why, true)) {
-        log_(Severity::kWarning, "tracker: down, " + why + "; trying again");
+        log_(Severity::kWarning, "tracker: down, " + why + "; retrying");
       }
       return Error{why};
     }
@@ -159,7 +159,7 @@ class TrackerLink::Impl {
     seen_.clear();
     size_t lines = 0;
     ForEachTrackerLine(datagram, [&](std::string_view line) {
-      if (++lines > kMostTrackerLines) {
+      if (++lines > kMaxTrackerLines) {
         Refuse(TrackerFault::kTooManyLines, line);
         return;
       }
@@ -214,7 +214,7 @@ class TrackerLink::Impl {
       return;
     }
     log_(Severity::kWarning, "tracker: " + std::to_string(std::exchange(untold_, 0)) +
-                                 " lines refused, the last one for " + last_fault_);
+                                 " lines refused, the last one: " + last_fault_);
     report_.expires_after(kBetweenReports);
     report_.async_wait([this](const error_code& error) {
       if (!error) {

@@ -1,17 +1,18 @@
-// A UDP listener for trackers (tracker_message.h): what they see takes the place of what robots
-// report of themselves, for a while.
+// A UDP listener for trackers (tracker_message.h): a tracked pose replaces the pose reported by the
+// robot for a limited time.
 //
 //   TrackerLink tracker(io, {.listen_address = "127.0.0.1", .listen_port = 7777}, &service,
 //                       [frame](const GpsFix& fix) { return ...; }, log);
-//   const Status first_try = tracker.Start();   // goes on trying if this failed
+//   const Status first_try = tracker.Start();   // keeps retrying if this failed
 //   ...
 //   tracker.Stop();                             // io runs dry
 //
-// Anyone who can send to the port can move every robot: listen on localhost, or on a network that
-// is yours. Nothing is ever sent back.
+// Anyone who can send to the port can move every robot: listen on localhost or on a trusted
+// network. Nothing is ever sent back.
 //
 // Start is called once, before or while the io_context runs; the tracker outlives the run. All
-// other functions are thread-safe. Bad lines are counted by reason, and told at most once a second.
+// other functions are thread-safe. Bad lines are counted by reason, and logged at most once a
+// second.
 #pragma once
 
 #include <array>
@@ -34,20 +35,20 @@ namespace pheromone::links {
 struct TrackerOptions {
   std::string listen_address;  ///< numeric, IPv4 or IPv6
   uint16_t listen_port = 0;    ///< 0: the system chooses, see address()
-  uint32_t valid_ms = 1000;    ///< how long a pose is believed when no other follows
+  uint32_t valid_ms = 1000;    ///< how long a pose stays valid
   BackoffOptions backoff;
 };
 
 struct TrackerCounters {
   uint64_t datagrams = 0;
-  uint64_t poses = 0;      ///< taken by the engine
+  uint64_t poses = 0;      ///< accepted by the engine
   uint64_t not_taken = 0;  ///< of robots that have not said HELLO, or while the log is closed
-  std::array<uint64_t, kTrackerFaults> faults{};  ///< lines that were none, by TrackerFault
+  std::array<uint64_t, kTrackerFaults> faults{};  ///< invalid lines, by TrackerFault
 };
 
-/// The pose on the map of a robot that is on the Earth, or nothing if that is out of its range,
-/// such as the other side; called from the io_context's threads. Null if the map has no place
-/// there: then `gps` lines are faults.
+/// Converts a geographic position to a pose on the map; nothing if it is out of range, such as on
+/// the other side of the Earth. Called from the io_context's threads. Null if the map has no datum:
+/// then `gps` lines are faults.
 using GpsToMap = std::function<std::optional<field::PoseUm>(const GpsFix&)>;
 
 class TrackerLink {
@@ -59,7 +60,7 @@ class TrackerLink {
   TrackerLink& operator=(const TrackerLink&) = delete;
   ~TrackerLink();
 
-  /// Listens. An error tells why that failed; the tracker then tries again.
+  /// Listens. Returns an error if that failed; the tracker then keeps retrying.
   Status Start();
   void Stop();
 

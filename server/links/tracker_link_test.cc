@@ -178,7 +178,7 @@ TEST_F(TrackerLinkTest, AFloodOfBadLinesIsToldInAFewWords) {
   }
   Send(flood);
   ASSERT_TRUE(Eventually([this] { return lines().size() == 3; }));  // up, the first, the rest
-  EXPECT_NE(lines()[1].find("1 lines refused, the last one for a number that is no plain decimal"),
+  EXPECT_NE(lines()[1].find("1 lines refused, the last one: not a plain decimal number"),
             std::string::npos)
       << lines()[1];
   EXPECT_EQ(lines()[1].find('\x1B'), std::string::npos);
@@ -189,11 +189,11 @@ TEST_F(TrackerLinkTest, AFloodOfBadLinesIsToldInAFewWords) {
 TEST_F(TrackerLinkTest, LinesBeyondTheLimitOfADatagramAreNotRead) {
   ASSERT_TRUE(Start().ok());
   std::string many;
-  for (size_t i = 0; i < kMostTrackerLines; ++i) {
+  for (size_t i = 0; i < kMaxTrackerLines; ++i) {
     many += "pose radio-a 1 1 1 0\n";
   }
   Send(many + "pose radio-a 2 1 1 0\n");
-  EXPECT_EQ(trackers_[0]->counters().poses, kMostTrackerLines);
+  EXPECT_EQ(trackers_[0]->counters().poses, kMaxTrackerLines);
   EXPECT_EQ(Faults(TrackerFault::kTooManyLines), 1u);
   EXPECT_FALSE(SeenOf(2));
 }

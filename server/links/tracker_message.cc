@@ -10,18 +10,18 @@
 namespace pheromone::links {
 namespace {
 
-constexpr size_t kMostWords = 7;
-constexpr double kMostM = 1e6;
-constexpr double kMostHeightM = 1e5;
+constexpr size_t kMaxWords = 7;
+constexpr double kMaxM = 1e6;
+constexpr double kMaxHeightM = 1e5;
 constexpr double kTurnDeg = 360;
 
 // Splits at blanks; what is beyond the array is counted only.
-size_t Split(std::string_view line, std::array<std::string_view, kMostWords>* words) {
+size_t Split(std::string_view line, std::array<std::string_view, kMaxWords>* words) {
   constexpr std::string_view kBlanks = " \t";
   size_t count = 0;
   for (size_t at = line.find_first_not_of(kBlanks); at != std::string_view::npos;) {
     const size_t end = std::min(line.find_first_of(kBlanks, at), line.size());
-    if (count < kMostWords) {
+    if (count < kMaxWords) {
       (*words)[count] = line.substr(at, end - at);
     }
     ++count;
@@ -64,19 +64,19 @@ std::optional<TrackerFault> Read(std::span<const std::string_view> words,
 std::string_view TextOf(TrackerFault fault) {
   switch (fault) {
     case TrackerFault::kUnknownKind:
-      return "neither pose nor gps";
+      return "unknown message, expected pose or gps";
     case TrackerFault::kWordCount:
-      return "too few words or too many";
+      return "wrong number of fields";
     case TrackerFault::kBadId:
-      return "an ID that is not 1 to 254";
+      return "invalid robot ID, expected 1 to 254";
     case TrackerFault::kBadNumber:
-      return "a number that is no plain decimal";
+      return "not a plain decimal number";
     case TrackerFault::kOutOfRange:
-      return "a number out of its range";
+      return "number out of range";
     case TrackerFault::kTooManyLines:
       return "too many lines in a datagram";
     case TrackerFault::kUnknownLink:
-      return "a link that is not configured";
+      return "unknown link";
     case TrackerFault::kNoDatum:
       return "gps, but the map has no datum";
   }
@@ -84,7 +84,7 @@ std::string_view TextOf(TrackerFault fault) {
 }
 
 std::variant<TrackerLine, TrackerFault> ParseTrackerLine(std::string_view line) {
-  std::array<std::string_view, kMostWords> words;
+  std::array<std::string_view, kMaxWords> words;
   const size_t count = Split(line, &words);
   const bool is_gps = words[0] == "gps";
   if (!is_gps && words[0] != "pose") {
@@ -100,8 +100,8 @@ std::variant<TrackerLine, TrackerFault> ParseTrackerLine(std::string_view line) 
   if (error != std::errc() || stop != end || result.id == 0 || result.id == 255) {
     return TrackerFault::kBadId;
   }
-  const std::array<double, 4> limits = is_gps ? std::array{90.0, 180.0, kTurnDeg, kMostHeightM}
-                                              : std::array{kMostM, kMostM, kTurnDeg, 0.0};
+  const std::array<double, 4> limits = is_gps ? std::array{90.0, 180.0, kTurnDeg, kMaxHeightM}
+                                              : std::array{kMaxM, kMaxM, kTurnDeg, 0.0};
   std::array<double, 4> value{};
   const auto numbers = std::span(words).subspan(3, count - 3);
   if (const auto fault = Read(numbers, limits, value)) {

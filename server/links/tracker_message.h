@@ -1,5 +1,5 @@
-// What an external tracker says, as text: an overhead camera that knows the map, or a satellite
-// receiver on the robot. One line for each robot seen, any number of lines to a datagram:
+// The text messages of an external tracker, such as an overhead camera or a satellite receiver on
+// the robot: one line for each robot, any number of lines in a datagram:
 //
 //   pose LINK ID X_M Y_M HEADING_DEG
 //   gps LINK ID LATITUDE_DEG LONGITUDE_DEG COURSE_DEG [HEIGHT_M]
@@ -10,10 +10,10 @@
 // LINK and ID are the robot's key. X and Y are metres on the map, HEADING degrees
 // counter-clockwise from +x. LATITUDE and LONGITUDE are WGS-84, COURSE degrees clockwise from
 // north, HEIGHT above the ellipsoid. Numbers are plain decimals (`-1.5`, no exponent, no plus
-// sign). Words are separated by blanks or tabs; lines end with LF or CR LF, the last one with
-// nothing if it likes. Empty lines are skipped.
+// sign). Words are separated by blanks or tabs; lines end with LF or CR LF, which is optional after
+// the last one. Empty lines are skipped.
 //
-// Pure, and for the bytes of strangers: whatever comes is a line or a fault. Any thread.
+// Pure, and safe for untrusted input: any text is either a valid line or a fault. Any thread.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@
 
 namespace pheromone::links {
 
-/// Where a robot is on the map.
+/// The pose of a robot on the map.
 struct PoseFix {
   double x_m = 0;          ///< within 1000 km
   double y_m = 0;          ///< likewise
@@ -32,12 +32,12 @@ struct PoseFix {
   bool operator==(const PoseFix&) const = default;
 };
 
-/// Where a robot is on the Earth.
+/// The geographic position of a robot.
 struct GpsFix {
   double latitude_deg = 0;         ///< -90 to 90
   double longitude_deg = 0;        ///< -180 to 180
   double course_deg = 0;           ///< -360 to 360
-  std::optional<double> height_m;  ///< within 100 km; without one, on the map's ground
+  std::optional<double> height_m;  ///< within 100 km; without it, that of the map's plane
   bool operator==(const GpsFix&) const = default;
 };
 
@@ -48,19 +48,19 @@ struct TrackerLine {
 };
 
 enum class TrackerFault : uint8_t {
-  kUnknownKind,   ///< neither pose nor gps
-  kWordCount,     ///< too few words, or too many
-  kBadId,         ///< no whole number from 1 to 254
+  kUnknownKind,   ///< unknown message, expected pose or gps
+  kWordCount,     ///< wrong number of fields
+  kBadId,         ///< not a whole number from 1 to 254
   kBadNumber,     ///< not a plain decimal number
-  kOutOfRange,    ///< a number beyond its range
-  kTooManyLines,  ///< beyond kMostTrackerLines of a datagram
+  kOutOfRange,    ///< a number out of range
+  kTooManyLines,  ///< beyond kMaxTrackerLines of a datagram
   kUnknownLink,   ///< not configured
-  kNoDatum,       ///< a place on the Earth, but the map is nowhere on it
+  kNoDatum,       ///< a geographic position, but the map has no datum
 };
 constexpr size_t kTrackerFaults = 8;
-constexpr size_t kMostTrackerLines = 1024;
+constexpr size_t kMaxTrackerLines = 1024;
 
-/// "a number that is no plain decimal", and so on.
+/// "not a plain decimal number", and so on.
 std::string_view TextOf(TrackerFault fault);
 
 /// Reads one line, which has no line end. Links are not looked up here.

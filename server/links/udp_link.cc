@@ -33,7 +33,7 @@ using boost::system::error_code;
 // What may wait in the kernel while the engine is busy with others; the system may grant less.
 constexpr int kBufferBytes = 4 << 20;
 // Messages handed over at once: others wait for the engine meanwhile.
-constexpr size_t kMostBatch = 256;
+constexpr size_t kMaxBatch = 256;
 // What a datagram begins with: no frame goes on from one to the next.
 const protocol::FrameDecoder kNewDecoder(protocol::kNoGapTimeout);
 // After so many calls to the system the other links of the thread have a turn.
@@ -81,7 +81,7 @@ class UdpLink final : public Link {
     Status listening = Listen();
     KeepRunning(
         strand_, [this] { return Run(); },
-        [this](const Error& error) { ReportError(error, "it goes on"); });
+        [this](const Error& error) { ReportError(error, "the link continues"); });
     return listening;
   }
 
@@ -216,7 +216,7 @@ class UdpLink final : public Link {
       }
       const engine::Asker asker = AskerAt(*datagram.from, now);
       for (const uint8_t byte : datagram.bytes) {
-        const protocol::FrameParser::Event event = parser_.Push(byte);
+        const protocol::FrameParser::Result event = parser_.Push(byte);
         protocol::Tally(event, &received);
         if (event == protocol::FrameParser::kFrame) {
           Note(MessageOf(parser_), *datagram.from, asker);
@@ -242,7 +242,7 @@ class UdpLink final : public Link {
     }
     batch_.push_back(message);
     askers_.push_back(asker);
-    if (batch_.size() == kMostBatch) {
+    if (batch_.size() == kMaxBatch) {
       HandleBatch();
     }
   }

@@ -1,15 +1,14 @@
-// A UDP listener: many robots, real or simulated, each wherever its last request came from.
+// A UDP listener for many robots, real or simulated, each at the source of its last request.
 //
 //   auto link = MakeUdpLink(io, {.listen_address = "127.0.0.1", .listen_port = 4951}, context);
 //
-// A datagram holds one or more whole frames: what it leaves open is discarded with it, and so is
-// one that is longer than kMostDatagramBytes. Each answer is a datagram of its own, sent to where
-// the request came from: it carries the address. For commands, one address is remembered for each
-// client ID, from where it was heard last; so memory does not depend on how many there are, or
-// pretend to be.
+// A datagram holds one or more complete frames; a partial frame at its end is discarded, and so is
+// a datagram longer than kMaxDatagramBytes. Each answer is a datagram of its own, sent to the
+// source address of the request. For commands, the last source address of each client ID is
+// remembered, so memory does not depend on the number of real or pretended robots.
 //
-// Whoever can send to the port can speak as any robot and be sent its answers: listen on localhost,
-// or on a network that is yours. Messages to all robots go to every address remembered.
+// Anyone who can send to the port can impersonate any robot and receive its answers: listen on
+// localhost or on a trusted network. Broadcasts go to every remembered address.
 #pragma once
 
 #include <cstdint>

@@ -199,7 +199,7 @@ TEST_F(UdpLinkTest, CommandsGoWhereTheRobotSpokeLast) {
   ASSERT_TRUE(Eventually([&] { return counters().received.frames == 3; }));
   std::vector<engine::Outgoing> out;
   ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.switchboard().Deliver(out);
+  server_.router().Deliver(out);
   const auto command = now.Receive();
   ASSERT_TRUE(command);
   EXPECT_EQ(command->opcode, protocol::kCommand);
@@ -217,7 +217,7 @@ TEST_F(UdpLinkTest, ABroadcastReachesEveryAddressOnce) {
   ASSERT_TRUE(server_.service()
                   .Issue({0, protocol::kBroadcastId, protocol::CommandCode::kHalt, {}}, &out)
                   .ok());
-  server_.switchboard().Deliver(out);
+  server_.router().Deliver(out);
   for (Peer* peer : {&a, &b}) {
     EXPECT_EQ(peer->Receive()->id, protocol::kBroadcastId);
     EXPECT_TRUE(IsEcho(peer->Ask(PingOf(9, 1)), 9, 1));
@@ -258,9 +258,9 @@ TEST_F(UdpLinkTest, ADatagramThatIsTooLongIsDiscardedWhole) {
   ASSERT_TRUE(Start().ok());
   Peer robot = Connect();
   std::vector<uint8_t> bytes = Wire(PingOf(3, 1));
-  bytes.resize(kMostDatagramBytes + 1, 0);
+  bytes.resize(kMaxDatagramBytes + 1, 0);
   ASSERT_TRUE(robot.SendBytes(bytes));
-  bytes.resize(kMostDatagramBytes);  // this one just fits
+  bytes.resize(kMaxDatagramBytes);  // this one just fits
   ASSERT_TRUE(robot.SendBytes(bytes));
   EXPECT_TRUE(IsEcho(robot.Receive(), 3, 1));
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 2)), 3, 2));

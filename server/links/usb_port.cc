@@ -59,11 +59,11 @@ Result<std::string> ChooseUsbPort(const UsbIdentity& wanted, std::span<const Usb
                [&wanted](const UsbPort& it) { return IsWanted(wanted, it.identity); });
   if (fitting.empty()) {
     return Error{"no USB adapter " + ToText(wanted) + "; found " +
-                 (ports.empty() ? "none at all" : ListOf(ports))};
+                 (ports.empty() ? "none" : ListOf(ports))};
   }
   if (fitting.size() > 1) {
     return Error{"more than one USB adapter " + ToText(wanted) + ": " + ListOf(fitting) +
-                 "; name its serial number too, or configure its port instead"};
+                 "; specify its serial number, or configure its port instead"};
   }
   return fitting.front().path;
 }

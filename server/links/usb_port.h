@@ -1,4 +1,4 @@
-// Serial ports by the identity of their USB adapter, wherever it is plugged in.
+// Finds serial ports by the identity of their USB adapter, wherever it is plugged in.
 //
 //   const Result<std::string> path = ChooseUsbPort({0x0403, 0x6001, "A50285BI"}, ListUsbPorts());
 //
@@ -28,11 +28,10 @@ struct UsbPort {
   UsbIdentity identity;
 };
 
-/// The serial ports of USB adapters that are plugged in now, by path; through libserialport.
+/// The serial ports of all connected USB adapters, sorted by path; through libserialport.
 std::vector<UsbPort> ListUsbPorts();
 
-/// The path of the one that is wanted. Errors: there is none (and what there is instead), or there
-/// are several.
+/// The path of the matching port. Errors: none matches (listing the existing ones), or several do.
 Result<std::string> ChooseUsbPort(const UsbIdentity& wanted, std::span<const UsbPort> ports);
 
 }  // namespace pheromone::links

@@ -29,7 +29,7 @@ TEST(UsbPortTest, TheSerialNumberTellsEqualAdaptersApart) {
 TEST(UsbPortTest, WithoutItEqualAdaptersAreAnErrorThatListsThem) {
   EXPECT_EQ(ChooseUsbPort({0x0403, 0x6001, ""}, kPorts).error(),
             "more than one USB adapter 0403:6001: 0403:6001:A50285BI at /dev/ttyUSB0, "
-            "0403:6001:A9007UX1 at /dev/ttyUSB1; name its serial number too, or configure its port "
+            "0403:6001:A9007UX1 at /dev/ttyUSB1; specify its serial number, or configure its port "
             "instead");
 }
 
@@ -37,7 +37,7 @@ TEST(UsbPortTest, OneThatIsNotThereIsAnErrorThatListsWhatIs) {
   EXPECT_EQ(ChooseUsbPort({0x0403, 0x6001, "X"}, std::span(kPorts).last(1)).error(),
             "no USB adapter 0403:6001:X; found 1a86:7523 at /dev/ttyUSB2");
   EXPECT_EQ(ChooseUsbPort({0x0403, 0x6001, ""}, {}).error(),
-            "no USB adapter 0403:6001; found none at all");
+            "no USB adapter 0403:6001; found none");
 }
 
 }  // namespace

@@ -43,20 +43,20 @@ SavedField CaptureFrom(const field::MapGeometry& map, std::span<const field::Phe
       continue;
     }
     saved.types.push_back({law.type, Printable(law.name), law.quantum_micro, LawInWords(law)});
-    std::vector<field::PrintNode> nodes;
+    std::vector<field::InitialNode> nodes;
     visit_levels(law.type, [&nodes](field::NodeIndex node, uint32_t level) {
       nodes.push_back({node, level});
     });
     std::sort(nodes.begin(), nodes.end(),
               [](const auto& a, const auto& b) { return a.node < b.node; });
     if (!nodes.empty()) {
-      saved.prints.push_back(
-          {law.type, field::Shared<std::vector<field::PrintNode>>(std::move(nodes))});
+      saved.initial_rasters.push_back(
+          {law.type, field::Shared<std::vector<field::InitialNode>>(std::move(nodes))});
     }
   }
   const auto by_type = [](const auto& a, const auto& b) { return a.type < b.type; };
   std::sort(saved.types.begin(), saved.types.end(), by_type);
-  std::sort(saved.prints.begin(), saved.prints.end(), by_type);
+  std::sort(saved.initial_rasters.begin(), saved.initial_rasters.end(), by_type);
   return saved;
 }
 
@@ -79,7 +79,7 @@ std::string At(field::NodeIndex node) {
 }
 
 // Why a type cannot take what was saved of it.
-Status CheckType(const SavedType& saved, const field::Print& print,
+Status CheckType(const SavedType& saved, const field::InitialRaster& print,
                  const field::PheromoneLaw* law) {
   const std::string who =
       "pheromone type " + std::to_string(saved.type) + " (\"" + saved.name + "\") ";
@@ -99,7 +99,7 @@ Status CheckType(const SavedType& saved, const field::Print& print,
   }
   const bool whole =
       law->evaporation == field::Evaporation::kCounter && law->tau_ms != 0 && !law->diffuses();
-  for (const field::PrintNode& it : *print.nodes) {
+  for (const field::InitialNode& it : *print.nodes) {
     const std::string level = "has level " + std::to_string(it.level) + At(it.node);
     if (it.level > law->max_level()) {
       return Error{who + level + ", expected at most " + std::to_string(law->max_level()) +
@@ -115,21 +115,21 @@ Status CheckType(const SavedType& saved, const field::Print& print,
 
 }  // namespace
 
-SavedField Capture(const field::Field& field, uint64_t now_ms) {
+SavedField TakeFieldSnapshot(const field::Field& field, uint64_t now_ms) {
   return CaptureFrom(
       field.config().map, field.config().pheromones,
       [&](uint8_t type, const auto& visit) { field.VisitLevels(type, now_ms, visit); });
 }
 
-SavedField Capture(const field::FieldReader& reader, const field::MapGeometry& map,
-                   std::span<const field::PheromoneLaw> laws, uint64_t now_ms) {
+SavedField TakeFieldSnapshot(const field::FieldReader& reader, const field::MapGeometry& map,
+                             std::span<const field::PheromoneLaw> laws, uint64_t now_ms) {
   return CaptureFrom(
       map, laws, [&](uint8_t type, const auto& visit) { reader.VisitLevels(type, now_ms, visit); });
 }
 
 size_t CountNodes(const SavedField& saved) {
   size_t count = 0;
-  for (const field::Print& print : saved.prints) {
+  for (const field::InitialRaster& print : saved.initial_rasters) {
     count += print.nodes->size();
   }
   return count;
@@ -156,8 +156,8 @@ std::string EncodeField(const SavedField& saved) {
   }
   text.append(kNodesLine) += '\n';
   uint64_t levels = 0;
-  for (const field::Print& print : saved.prints) {
-    for (const field::PrintNode& it : *print.nodes) {
+  for (const field::InitialRaster& print : saved.initial_rasters) {
+    for (const field::InitialNode& it : *print.nodes) {
       Append(int{print.type}, ',', &text);
       Append(it.node.column, ',', &text);
       Append(it.node.row, ',', &text);
@@ -173,9 +173,9 @@ std::string EncodeField(const SavedField& saved) {
 }
 
 Status SaveField(const std::string& path, const SavedField& saved) {
-  if (CountNodes(saved) > kMostSavedNodes) {
+  if (CountNodes(saved) > kMaxSavedNodes) {
     return Error{path + ": not written: " + std::to_string(CountNodes(saved)) +
-                 " nodes hold something, expected at most " + std::to_string(kMostSavedNodes)};
+                 " nodes hold pheromone, expected at most " + std::to_string(kMaxSavedNodes)};
   }
   return WriteFile(path, EncodeField(saved));
 }
@@ -191,19 +191,20 @@ Status CheckFits(const SavedField& saved, const field::FieldConfig& config) {
                  InWords(config.map)};
   }
   field::FieldConfig together = config;
-  for (const field::Print& print : saved.prints) {
+  for (const field::InitialRaster& print : saved.initial_rasters) {
     const auto type = std::find_if(saved.types.begin(), saved.types.end(),
                                    [&](const SavedType& it) { return it.type == print.type; });
     Status fits = CheckType(*type, print, config.FindLaw(print.type));
     if (!fits.ok()) {
       return fits;
     }
-    together.prints.push_back(print);
+    together.initial_rasters.push_back(print);
   }
   const uint64_t bytes = field::BytesOfLaid(
-      together, [](const field::Path&) { return true; }, [](const field::Print&) { return true; });
+      together, [](const field::Path&) { return true; },
+      [](const field::InitialRaster&) { return true; });
   if (bytes > config.memory_bytes) {
-    return Error{"what lies on the map takes " + std::to_string(bytes) +
+    return Error{"the field takes " + std::to_string(bytes) +
                  " bytes, and the configured memory is " + std::to_string(config.memory_bytes)};
   }
   return Ok();
@@ -212,7 +213,8 @@ Status CheckFits(const SavedField& saved, const field::FieldConfig& config) {
 Status LayOnto(const SavedField& saved, field::FieldConfig* config) {
   Status fits = CheckFits(saved, *config);
   if (fits.ok()) {
-    config->prints.insert(config->prints.end(), saved.prints.begin(), saved.prints.end());
+    config->initial_rasters.insert(config->initial_rasters.end(), saved.initial_rasters.begin(),
+                                   saved.initial_rasters.end());
   }
   return fits;
 }

@@ -14,7 +14,7 @@
 // numpy.loadtxt(delimiter=',') the header is a comment. Blends hold nothing and are not named. What
 // `law` says is for people.
 //
-//   SaveField("lab.field", Capture(field, now_ms));
+//   SaveField("lab.field", TakeFieldSnapshot(field, now_ms));
 //
 //   Result<SavedField> saved = LoadField("lab.field");
 //   Status laid = LayOnto(saved.value(), &config);   // before a Field is made of it
@@ -39,7 +39,7 @@
 namespace pheromone::maps {
 
 /// More is neither saved nor read: such a file has at most 772 MB, and in memory 400 MB.
-constexpr size_t kMostSavedNodes = size_t{1} << 25;
+constexpr size_t kMaxSavedNodes = size_t{1} << 25;
 
 struct SavedType {
   uint8_t type = 1;
@@ -51,24 +51,25 @@ struct SavedType {
 
 struct SavedField {
   field::MapGeometry map;
-  std::vector<SavedType> types;      ///< in the order of their numbers
-  std::vector<field::Print> prints;  ///< of each type that holds something one, its nodes sorted
+  std::vector<SavedType> types;  ///< in the order of their numbers
+  std::vector<field::InitialRaster>
+      initial_rasters;  ///< of each type that holds something one, its nodes sorted
   bool operator==(const SavedField&) const = default;
 };
 
 /// What lies on a field at `now_ms`; for its writer.
-SavedField Capture(const field::Field& field, uint64_t now_ms);
+SavedField TakeFieldSnapshot(const field::Field& field, uint64_t now_ms);
 
 /// The same beside the writer, who is not held up: neighbouring nodes may be of slightly different
 /// moments. The geometry and the laws are the field's.
-SavedField Capture(const field::FieldReader& reader, const field::MapGeometry& map,
-                   std::span<const field::PheromoneLaw> laws, uint64_t now_ms);
+SavedField TakeFieldSnapshot(const field::FieldReader& reader, const field::MapGeometry& map,
+                             std::span<const field::PheromoneLaw> laws, uint64_t now_ms);
 
 /// Of all types together.
 size_t CountNodes(const SavedField& saved);
 
 std::string EncodeField(const SavedField& saved);
-/// Replaces the file as a whole (WriteFile). Fails too if there are more than kMostSavedNodes.
+/// Replaces the file as a whole (WriteFile). Fails too if there are more than kMaxSavedNodes.
 Status SaveField(const std::string& path, const SavedField& saved);
 
 /// `name` is what errors call the file.

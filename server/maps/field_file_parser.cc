@@ -47,7 +47,7 @@ class Parser {
     at_ = 0;
     return !line_.empty() && line_.back() == '\n'
                ? true
-               : Fail(line_.size(), "the end of the file", "a whole line: the file is cut off");
+               : Fail(line_.size(), "the end of the file", "a whole line: the file is truncated");
   }
 
   bool Fail(size_t at, std::string_view found, std::string_view expected) {
@@ -181,8 +181,8 @@ class Parser {
         return Fail(0, "type " + std::to_string(type), "a type that the header names");
       }
     }
-    if (++count_ > kMostSavedNodes) {
-      return Fail(0, "more nodes", "at most " + std::to_string(kMostSavedNodes));
+    if (++count_ > kMaxSavedNodes) {
+      return Fail(0, "more nodes", "at most " + std::to_string(kMaxSavedNodes));
     }
     levels_ += level;
     nodes_.push_back({node, static_cast<uint32_t>(level)});
@@ -191,8 +191,9 @@ class Parser {
 
   void EndPrint() {
     if (!nodes_.empty()) {
-      saved_.prints.push_back({static_cast<uint8_t>(type_),
-                               field::Shared<std::vector<field::PrintNode>>(std::move(nodes_))});
+      saved_.initial_rasters.push_back(
+          {static_cast<uint8_t>(type_),
+           field::Shared<std::vector<field::InitialNode>>(std::move(nodes_))});
       nodes_.clear();
     }
   }
@@ -216,7 +217,7 @@ class Parser {
   std::optional<Error> error_;
   SavedField saved_;
   int64_t type_ = 0;  // of nodes_
-  std::vector<field::PrintNode> nodes_;
+  std::vector<field::InitialNode> nodes_;
   size_t count_ = 0;
   int64_t levels_ = 0;
 };

@@ -79,8 +79,8 @@ TEST(FieldFileTest, IsTheTextThatTheHeaderDescribes) {
       ASSERT_EQ(field.Deposit(1, place, quanta, 1000), field::DepositResult::kDone);
     }
     field.Deposit(2, {-600'000, 2'300'000}, 1, 500);
-    EXPECT_EQ(EncodeField(Capture(field, 30'999)), kSmallFile);
-    const std::string later = EncodeField(Capture(field, 31'000));
+    EXPECT_EQ(EncodeField(TakeFieldSnapshot(field, 30'999)), kSmallFile);
+    const std::string later = EncodeField(TakeFieldSnapshot(field, 31'000));
     EXPECT_NE(later.find("\n1,2,3,64\n1,3,1,448\n2,4,3,64\n# end nodes 3 levels 576\n"),
               std::string::npos)
         << later;
@@ -121,7 +121,7 @@ TEST(FieldFileTest, AFieldMadeOfASavedOneHasTheSameLevelAtEveryNode) {
                     static_cast<uint16_t>(Between(random, 1, 6)), now_ms);
       field.Advance(now_ms);
     }
-    const std::string text = EncodeField(Capture(field, now_ms));
+    const std::string text = EncodeField(TakeFieldSnapshot(field, now_ms));
     const Result<SavedField> saved = ParseField(text, "lab.field");
     ASSERT_TRUE(saved.ok()) << saved.error();
     EXPECT_EQ(EncodeField(saved.value()), text);
@@ -140,7 +140,7 @@ TEST(FieldFileTest, AFieldMadeOfASavedOneHasTheSameLevelAtEveryNode) {
         }
       }
     }
-    EXPECT_EQ(EncodeField(Capture(again, 0)), text);
+    EXPECT_EQ(EncodeField(TakeFieldSnapshot(again, 0)), text);
   }
   EXPECT_GT(nodes_with_something, 10'000);
   EXPECT_GT(broken_levels, 1'000);
@@ -155,9 +155,9 @@ TEST(FieldFileTest, AReaderBesideTheWriterSeesTheSameFieldAtRest) {
   }
   const field::FieldReader reader(field);
   ASSERT_TRUE(reader.ok());
-  const SavedField beside = Capture(reader, config.map, config.pheromones, 60);
-  EXPECT_EQ(beside, Capture(field, 60));
-  EXPECT_EQ(beside.prints.size(), 2u);
+  const SavedField beside = TakeFieldSnapshot(reader, config.map, config.pheromones, 60);
+  EXPECT_EQ(beside, TakeFieldSnapshot(field, 60));
+  EXPECT_EQ(beside.initial_rasters.size(), 2u);
 }
 
 TEST(FieldFileTest, AFileThatIsCutOffAnywhereIsRefused) {
@@ -291,7 +291,7 @@ TEST(FieldFileTest, AnotherEvaporationGoesOnFromTheSavedLevels) {
 
 TEST(FieldFileTest, ATypeThatHoldsNothingNeedNotBeConfigured) {
   SavedField saved = ParseField(kSmallFile, "lab.field").value();
-  saved.prints.pop_back();
+  saved.initial_rasters.pop_back();
   FieldConfig config = SmallConfig();
   config.pheromones.erase(config.pheromones.begin());
   EXPECT_TRUE(CheckFits(saved, config).ok());
@@ -315,7 +315,7 @@ TEST(FieldFileTest, ANameThatIsNotPrintableIsKeptPrintableAndStillFits) {
   config.pheromones[1].name = "a \"quoted\"\nname";
   Field field(config);
   field.Deposit(1, config.map.origin, 1, 0);
-  const std::string text = EncodeField(Capture(field, 0));
+  const std::string text = EncodeField(TakeFieldSnapshot(field, 0));
   EXPECT_NE(text.find("name \"a \"quoted\"?name\"\n"), std::string::npos) << text;
   const Result<SavedField> saved = ParseField(text, "lab.field");
   ASSERT_TRUE(saved.ok()) << saved.error();
@@ -324,9 +324,10 @@ TEST(FieldFileTest, ANameThatIsNotPrintableIsKeptPrintableAndStillFits) {
 
 TEST(FieldFileTest, AnEmptyFieldHasAFileToo) {
   const Field field(SmallConfig());
-  const Result<SavedField> saved = ParseField(EncodeField(Capture(field, 0)), "lab.field");
+  const Result<SavedField> saved =
+      ParseField(EncodeField(TakeFieldSnapshot(field, 0)), "lab.field");
   ASSERT_TRUE(saved.ok()) << saved.error();
-  EXPECT_EQ(saved.value().prints.size(), 0u);
+  EXPECT_EQ(saved.value().initial_rasters.size(), 0u);
   EXPECT_EQ(saved.value().types.size(), 2u);
 }
 

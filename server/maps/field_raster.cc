@@ -44,7 +44,7 @@ Result<Canvas> MakeCanvas(const field::MapGeometry& map, const RasterExtent& ext
   const uint64_t rows = cells(area.first.row, area.last.row);
   const std::string problem = SizeProblem(columns, rows);
   if (!problem.empty()) {
-    return Error{problem + "; take a smaller area, or more nodes a cell"};
+    return Error{problem + "; use a smaller area or more nodes per cell"};
   }
   Canvas canvas{MakeRaster(static_cast<int32_t>(columns), static_cast<int32_t>(rows)), area,
                 extent.nodes_per_cell};

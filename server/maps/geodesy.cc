@@ -7,7 +7,7 @@
 
 #include <GeographicLib/LocalCartesian.hpp>
 
-#include "server/maps/line_sink.h"
+#include "server/maps/polyline_sink.h"
 
 namespace pheromone::maps {
 namespace {

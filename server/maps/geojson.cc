@@ -11,7 +11,7 @@
 #include <boost/json/src.hpp>
 
 #include "server/maps/file.h"
-#include "server/maps/line_sink.h"
+#include "server/maps/polyline_sink.h"
 
 namespace pheromone::maps {
 namespace {
@@ -85,7 +85,7 @@ size_t OffsetOf(std::string_view text, const std::vector<Step>& steps) {
 
 class GeoJsonReader {
  public:
-  GeoJsonReader(const LocalFrame* frame, LineSink* sink) : frame_(frame), sink_(*sink) {}
+  GeoJsonReader(const LocalFrame* frame, PolylineSink* sink) : frame_(frame), sink_(*sink) {}
 
   bool Read(const json::value& document) { return ReadObject(document, Kind::kAny); }
 
@@ -313,12 +313,12 @@ class GeoJsonReader {
   }};
 
   const LocalFrame* frame_;  // null: coordinates are metres
-  LineSink& sink_;
+  PolylineSink& sink_;
   std::vector<Step> steps_;
 };
 
 // The document, or null with the error in the sink.
-json::value ParseDocument(LineSink* sink) {
+json::value ParseDocument(PolylineSink* sink) {
   const std::string_view text = sink->text();
   if (std::count_if(text.begin(), text.end(),
                     [](char c) { return c == ',' || c == '[' || c == '{'; }) > kMaxValues) {
@@ -337,7 +337,7 @@ json::value ParseDocument(LineSink* sink) {
   return parser.release();
 }
 
-void Read(const LocalFrame* frame, LineSink* sink) {
+void Read(const LocalFrame* frame, PolylineSink* sink) {
   try {
     const json::value document = ParseDocument(sink);
     if (!sink->failed()) {
@@ -350,9 +350,10 @@ void Read(const LocalFrame* frame, LineSink* sink) {
 
 }  // namespace
 
-Result<std::vector<Line>> ParseGeoJsonLines(std::string_view text, std::string_view name,
-                                            GeoJsonUnit unit, const std::optional<Wgs84>& datum) {
-  LineSink sink(text, name);
+Result<std::vector<Polyline>> ParseGeoJsonLines(std::string_view text, std::string_view name,
+                                                GeoJsonUnit unit,
+                                                const std::optional<Wgs84>& datum) {
+  PolylineSink sink(text, name);
   if (sink.failed()) {
     return std::move(sink).Take();
   }

@@ -19,12 +19,13 @@
 
 #include "server/base/result.h"
 #include "server/maps/geodesy.h"
-#include "server/maps/lines.h"
+#include "server/maps/polyline_file.h"
 
 namespace pheromone::maps {
 
 /// `datum` is needed for degrees, and not looked at for metres.
-Result<std::vector<Line>> ParseGeoJsonLines(std::string_view text, std::string_view name,
-                                            GeoJsonUnit unit, const std::optional<Wgs84>& datum);
+Result<std::vector<Polyline>> ParseGeoJsonLines(std::string_view text, std::string_view name,
+                                                GeoJsonUnit unit,
+                                                const std::optional<Wgs84>& datum);
 
 }  // namespace pheromone::maps

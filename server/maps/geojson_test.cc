@@ -9,14 +9,14 @@ namespace {
 
 constexpr Wgs84 kZurich{47.3769, 8.5417, 408};
 
-Result<std::vector<Line>> Metres(std::string_view text) {
+Result<std::vector<Polyline>> Metres(std::string_view text) {
   return ParseGeoJsonLines(text, "site.geojson", GeoJsonUnit::kMetres, std::nullopt);
 }
 
-std::vector<Line> Parse(std::string_view text) {
+std::vector<Polyline> Parse(std::string_view text) {
   const auto lines = Metres(text);
   EXPECT_TRUE(lines.ok()) << lines.error();
-  return lines.ok() ? lines.value() : std::vector<Line>();
+  return lines.ok() ? lines.value() : std::vector<Polyline>();
 }
 
 std::string ErrorOf(std::string_view text) {
@@ -29,32 +29,34 @@ std::string ErrorInDegrees(std::string_view text) {
   return lines.ok() ? "no error" : lines.error();
 }
 
-Line Open(std::vector<field::PointUm> points) {
+Polyline Open(std::vector<field::PointUm> points) {
   return {std::move(points), false};
 }
 
-const Line kDiagonal = Open({{0, 0}, {1'000'000, 2'000'000}});
+const Polyline kDiagonal = Open({{0, 0}, {1'000'000, 2'000'000}});
 
 TEST(GeoJson, EachGeometryHasItsLines) {
   EXPECT_EQ(Parse(R"({"type": "LineString", "coordinates": [[0, 0], [1, 2]]})"),
-            (std::vector<Line>{kDiagonal}));
+            (std::vector<Polyline>{kDiagonal}));
   EXPECT_EQ(Parse(R"({"type": "MultiLineString", "coordinates": [[[0, 0], [1, 2]], [],
                       [[0, 0], [0.5, 0], [1e-6, 2e-6]]]})"),
-            (std::vector<Line>{kDiagonal, Open({{0, 0}, {500'000, 0}, {1, 2}})}));
+            (std::vector<Polyline>{kDiagonal, Open({{0, 0}, {500'000, 0}, {1, 2}})}));
   EXPECT_EQ(Parse(R"({"type": "Point", "coordinates": [1, 2]})"),
-            (std::vector<Line>{Open({{1'000'000, 2'000'000}})}));
-  EXPECT_EQ(Parse(R"({"type": "MultiPoint", "coordinates": [[1, 2], [3, 4]]})"),
-            (std::vector<Line>{Open({{1'000'000, 2'000'000}}), Open({{3'000'000, 4'000'000}})}));
+            (std::vector<Polyline>{Open({{1'000'000, 2'000'000}})}));
+  EXPECT_EQ(
+      Parse(R"({"type": "MultiPoint", "coordinates": [[1, 2], [3, 4]]})"),
+      (std::vector<Polyline>{Open({{1'000'000, 2'000'000}}), Open({{3'000'000, 4'000'000}})}));
 }
 
 TEST(GeoJson, RingsAreClosedLinesWithoutTheRepeatedPosition) {
-  const Line outer{{{0, 0}, {9'000'000, 0}, {9'000'000, 9'000'000}}, true};
-  const Line hole{{{3'000'000, 1'000'000}, {5'000'000, 1'000'000}, {5'000'000, 2'000'000}}, true};
+  const Polyline outer{{{0, 0}, {9'000'000, 0}, {9'000'000, 9'000'000}}, true};
+  const Polyline hole{{{3'000'000, 1'000'000}, {5'000'000, 1'000'000}, {5'000'000, 2'000'000}},
+                      true};
   const std::string rings = "[[[0,0],[9,0],[9,9],[0,0]],[[3,1],[5,1],[5,2],[3,1]]]";
   EXPECT_EQ(Parse(R"({"type": "Polygon", "coordinates": )" + rings + "}"),
-            (std::vector<Line>{outer, hole}));
+            (std::vector<Polyline>{outer, hole}));
   EXPECT_EQ(Parse(R"({"type": "MultiPolygon", "coordinates": [)" + rings + "," + rings + "]}"),
-            (std::vector<Line>{outer, hole, outer, hole}));
+            (std::vector<Polyline>{outer, hole, outer, hole}));
 }
 
 TEST(GeoJson, CollectionsAndFeaturesAreReadInOrderAndForeignMembersIgnored) {
@@ -66,7 +68,7 @@ TEST(GeoJson, CollectionsAndFeaturesAreReadInOrderAndForeignMembersIgnored) {
         {"coordinates": [], "type": "GeometryCollection", "geometries": [
           {"type": "Point", "coordinates": []},
           {"coordinates": [[0, 0], [3, 4]], "type": "LineString"}]}}]})"),
-            (std::vector<Line>{kDiagonal, Open({{0, 0}, {3'000'000, 4'000'000}})}));
+            (std::vector<Polyline>{kDiagonal, Open({{0, 0}, {3'000'000, 4'000'000}})}));
 }
 
 // One second of arc of latitude is about 30.9 m, of longitude at 47.4 degrees 20.9 m; to the

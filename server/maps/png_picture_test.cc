@@ -63,7 +63,7 @@ std::string Png(size_t columns, size_t rows, char depth, ColourType type,
          between + Chunk("IDAT", Deflated(scanlines)) + Chunk("IEND", "");
 }
 
-std::string Line(std::initializer_list<int> bytes) {
+std::string Polyline(std::initializer_list<int> bytes) {
   std::string text(1, '\0');  // filter 0: none
   for (const int byte : bytes) {
     text += static_cast<char>(byte);
@@ -80,35 +80,36 @@ void ExpectLevels(const std::string& bytes, uint16_t maximum, const Rows& expect
 }
 
 TEST(Png, GrayIsReadFromTheTopRowDown) {
-  ExpectLevels(Png(2, 2, 8, kGray, Line({0, 1}) + Line({254, 255})), 255, {{0, 1}, {254, 255}});
-  ExpectLevels(Png(2, 1, 16, kGray, Line({1, 2, 255, 255})), 65535, {{258, 65535}});
+  ExpectLevels(Png(2, 2, 8, kGray, Polyline({0, 1}) + Polyline({254, 255})), 255,
+               {{0, 1}, {254, 255}});
+  ExpectLevels(Png(2, 1, 16, kGray, Polyline({1, 2, 255, 255})), 65535, {{258, 65535}});
 }
 
 TEST(Png, FewerBitsAreSpreadSoThatWhiteStaysWhite) {
-  ExpectLevels(Png(4, 1, 1, kGray, Line({0b10100000})), 255, {{255, 0, 255, 0}});
-  ExpectLevels(Png(4, 1, 2, kGray, Line({0b00011011})), 255, {{0, 85, 170, 255}});
-  ExpectLevels(Png(2, 1, 4, kGray, Line({0x1F})), 255, {{17, 255}});
+  ExpectLevels(Png(4, 1, 1, kGray, Polyline({0b10100000})), 255, {{255, 0, 255, 0}});
+  ExpectLevels(Png(4, 1, 2, kGray, Polyline({0b00011011})), 255, {{0, 85, 170, 255}});
+  ExpectLevels(Png(2, 1, 4, kGray, Polyline({0x1F})), 255, {{17, 255}});
 }
 
 TEST(Png, AColourIsTheMeanOfItsChannels) {
-  ExpectLevels(Png(2, 1, 8, kRgb, Line({10, 20, 60, 255, 255, 254})), 255, {{30, 764.0 / 3}});
-  ExpectLevels(Png(1, 1, 16, kRgb, Line({1, 0, 2, 0, 3, 0})), 65535, {{512}});
+  ExpectLevels(Png(2, 1, 8, kRgb, Polyline({10, 20, 60, 255, 255, 254})), 255, {{30, 764.0 / 3}});
+  ExpectLevels(Png(1, 1, 16, kRgb, Polyline({1, 0, 2, 0, 3, 0})), 65535, {{512}});
   const std::string palette = Chunk("PLTE", std::string("\x03\x06\x09\xFF\xFF\xFF", 6));
-  ExpectLevels(Png(3, 1, 8, kPalette, Line({1, 0, 1}), palette), 255, {{255, 6, 255}});
+  ExpectLevels(Png(3, 1, 8, kPalette, Polyline({1, 0, 1}), palette), 255, {{255, 6, 255}});
 }
 
 TEST(Png, WhatIsNotOpaqueIsUnknown) {
-  ExpectLevels(Png(3, 1, 8, kGrayAlpha, Line({9, 255, 9, 254, 9, 0})), 255, {{9, kNaN, kNaN}});
-  ExpectLevels(Png(2, 1, 8, kRgba, Line({1, 2, 3, 255, 1, 2, 3, 128})), 255, {{2, kNaN}});
-  ExpectLevels(Png(2, 1, 16, kGrayAlpha, Line({1, 0, 255, 255, 1, 0, 255, 254})), 65535,
+  ExpectLevels(Png(3, 1, 8, kGrayAlpha, Polyline({9, 255, 9, 254, 9, 0})), 255, {{9, kNaN, kNaN}});
+  ExpectLevels(Png(2, 1, 8, kRgba, Polyline({1, 2, 3, 255, 1, 2, 3, 128})), 255, {{2, kNaN}});
+  ExpectLevels(Png(2, 1, 16, kGrayAlpha, Polyline({1, 0, 255, 255, 1, 0, 255, 254})), 65535,
                {{256, kNaN}});
   const std::string transparent = Chunk("tRNS", std::string("\0\x07", 2));
-  ExpectLevels(Png(2, 1, 8, kGray, Line({7, 8}), transparent), 255, {{kNaN, 8}});
+  ExpectLevels(Png(2, 1, 8, kGray, Polyline({7, 8}), transparent), 255, {{kNaN, 8}});
 }
 
 TEST(Png, InterlacedIsReadWhole) {
   // Adam7 of 2 x 2: pass 1 has the upper left pixel, pass 6 the upper right, pass 7 the lower row.
-  ExpectLevels(Png(2, 2, 8, kGray, Line({1}) + Line({2}) + Line({3, 4}), "", 1), 255,
+  ExpectLevels(Png(2, 2, 8, kGray, Polyline({1}) + Polyline({2}) + Polyline({3, 4}), "", 1), 255,
                {{1, 2}, {3, 4}});
 }
 
@@ -154,11 +155,11 @@ TEST(Png, NoBeginningIsTakenForTheWhole) {
   testing::ExpectEveryBeginningRefused(EncodeGrayPng(testing::RandomGray(3, 65535)).value(),
                                        ParsePng);
   testing::ExpectEveryBeginningRefused(
-      Png(2, 2, 8, kGray, Line({1}) + Line({2}) + Line({3, 4}), "", 1), ParsePng);
+      Png(2, 2, 8, kGray, Polyline({1}) + Polyline({2}) + Polyline({3, 4}), "", 1), ParsePng);
 }
 
 TEST(Png, AFlippedBitInThePixelsIsSeen) {
-  const std::string good = Png(2, 1, 8, kGray, Line({1, 2}));
+  const std::string good = Png(2, 1, 8, kGray, Polyline({1, 2}));
   for (size_t i = good.size() - 28; i < good.size() - 12; ++i) {  // data and CRC of IDAT
     std::string bad = good;
     bad[i] = static_cast<char>(bad[i] ^ 0x10);
@@ -171,12 +172,12 @@ TEST(Png, ErrorsNameTheFileAndTheByte) {
             "a.png: byte 0: found \"P5 1 1 2\", expected a PNG's signature");
   EXPECT_EQ(ErrorOf(ParsePng("", "a.png")),
             "a.png: byte 0: found \"\", expected a PNG's signature");
-  EXPECT_EQ(ErrorOf(ParsePng(Png(2, 2, 8, kGray, Line({1, 2})), "a.png")).substr(0, 12),
+  EXPECT_EQ(ErrorOf(ParsePng(Png(2, 2, 8, kGray, Polyline({1, 2})), "a.png")).substr(0, 12),
             "a.png: byte ");
 }
 
 TEST(Png, AHugeClaimIsRefusedFromTheHeader) {
-  const std::string few = Line({1, 2});
+  const std::string few = Polyline({1, 2});
   EXPECT_FALSE(ParsePng(Png(30'001, 1, 8, kGray, few), "a").ok());
   EXPECT_FALSE(ParsePng(Png(0x7FFFFFFF, 0x7FFFFFFF, 8, kGray, few), "a").ok());
   EXPECT_EQ(ErrorOf(ParsePng(Png(30'000, 30'000, 8, kGray, few), "a")).substr(0, 53),
@@ -187,7 +188,7 @@ TEST(Png, AHugeClaimIsRefusedFromTheHeader) {
 
 // libpng 1.6.39 takes, and clears, as much memory as a text chunk says it is long.
 TEST(Png, AChunkLongerThanTheFileIsRefused) {
-  std::string bytes = Png(1, 1, 8, kGray, Line({7}), Chunk("zTXt", std::string(20, 'a')));
+  std::string bytes = Png(1, 1, 8, kGray, Polyline({7}), Chunk("zTXt", std::string(20, 'a')));
   bytes[33] = 0x40;  // the length of zTXt: a gigabyte
   EXPECT_EQ(ErrorOf(ParsePng(bytes, "a")),
             "a: byte 33: found a chunk that goes on after the end of the file");
@@ -200,7 +201,7 @@ TEST(Png, TextThatUnpacksWithoutEndIsNotUnpacked) {
   for (int i = 0; i < 200; ++i) {
     many += Chunk("zTXt", text);
   }
-  EXPECT_TRUE(ParsePng(Png(1, 1, 8, kGray, Line({7}), many), "a").ok());
+  EXPECT_TRUE(ParsePng(Png(1, 1, 8, kGray, Polyline({7}), many), "a").ok());
 }
 
 }  // namespace

@@ -11,10 +11,10 @@ namespace {
 
 using Levels = std::map<field::NodeIndex, uint64_t>;  // sorted as a saved field is
 
-Levels Move(const field::Print& print, const field::MapGeometry& from, const field::MapGeometry& to,
-            uint64_t* nodes_outside) {
+Levels Move(const field::InitialRaster& print, const field::MapGeometry& from,
+            const field::MapGeometry& to, uint64_t* nodes_outside) {
   Levels levels;
-  for (const field::PrintNode& it : *print.nodes) {
+  for (const field::InitialNode& it : *print.nodes) {
     const field::PointUm at = from.PositionOf(it.node);
     if (!to.Contains(at)) {
       ++*nodes_outside;
@@ -31,17 +31,17 @@ Result<Resampled> Resample(const SavedField& saved, const field::FieldConfig& co
   Resampled result;
   result.field.map = config.map;
   result.field.types = saved.types;
-  for (const field::Print& print : saved.prints) {
+  for (const field::InitialRaster& print : saved.initial_rasters) {
     const field::PheromoneLaw* const law = config.FindLaw(print.type);
     const uint64_t maximum = law != nullptr ? law->max_level() : UINT32_MAX;
-    std::vector<field::PrintNode> nodes;
+    std::vector<field::InitialNode> nodes;
     for (const auto& [node, level] : Move(print, saved.map, config.map, &result.nodes_outside)) {
       const uint64_t kept = std::min(level, maximum);
       result.levels_cut_off += level - kept;
       nodes.push_back({node, static_cast<uint32_t>(kept)});
     }
     if (!nodes.empty()) {
-      result.field.prints.push_back({print.type, field::Shared(std::move(nodes))});
+      result.field.initial_rasters.push_back({print.type, field::Shared(std::move(nodes))});
     }
   }
   Status fits = CheckFits(result.field, config);
@@ -56,8 +56,8 @@ std::string InWords(const Resampled& moved) {
   std::snprintf(quanta, sizeof quanta, "%g",
                 static_cast<double>(moved.levels_cut_off) / field::kLevelsPerQuantum);
   return std::to_string(CountNodes(moved.field)) + " nodes with pheromone, " +
-         std::to_string(moved.nodes_outside) + " left out that lie outside, " + quanta +
-         " quanta cut off above a maximum";
+         std::to_string(moved.nodes_outside) + " dropped off the map, " + quanta +
+         " quanta dropped above a maximum";
 }
 
 }  // namespace pheromone::maps

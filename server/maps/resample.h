@@ -22,7 +22,7 @@ struct Resampled {
   uint64_t levels_cut_off = 0;  ///< above a type's maximum, in all
 };
 
-/// "240 nodes with pheromone, 3 left out that lie outside, 1.5 quanta cut off above a maximum"
+/// "240 nodes with pheromone, 3 dropped off the map, 1.5 quanta dropped above a maximum"
 std::string InWords(const Resampled& moved);
 
 /// Errors: the configuration does not take what comes of it, see CheckFits.

@@ -9,7 +9,7 @@
 #include <pugixml.hpp>
 
 #include "server/maps/file.h"
-#include "server/maps/line_sink.h"
+#include "server/maps/polyline_sink.h"
 #include "server/maps/svg_scanner.h"
 #include "server/maps/svg_shape.h"
 #include "server/maps/svg_transform.h"
@@ -44,7 +44,7 @@ std::string_view StyleProperty(std::string_view style, std::string_view name) {
 
 class DrawingReader {
  public:
-  DrawingReader(const SvgOptions& options, const SvgSource& source, LineSink* sink)
+  DrawingReader(const SvgOptions& options, const SvgSource& source, PolylineSink* sink)
       : options_(options), source_(source), sink_(*sink) {}
 
   bool Read(const pugi::xml_document& document) {
@@ -207,11 +207,11 @@ class DrawingReader {
 
   const SvgOptions& options_;
   const SvgSource& source_;
-  LineSink& sink_;
+  PolylineSink& sink_;
   std::string_view prefix_;  // of SVG's elements, with its colon
 };
 
-bool Read(const SvgOptions& options, LineSink* sink) {
+bool Read(const SvgOptions& options, PolylineSink* sink) {
   const std::string_view text = sink->text();
   // The library's tree takes 64 bytes a tag.
   if (std::count(text.begin(), text.end(), '<') > kMaxTags) {
@@ -233,8 +233,8 @@ bool Read(const SvgOptions& options, LineSink* sink) {
 
 }  // namespace
 
-Result<std::vector<Line>> ParseSvgLines(std::string_view text, std::string_view name,
-                                        const SvgOptions& options) {
+Result<std::vector<Polyline>> ParseSvgLines(std::string_view text, std::string_view name,
+                                            const SvgOptions& options) {
   if (!std::isfinite(options.metres_per_unit) || !(options.metres_per_unit > 0)) {
     return Error{std::string(name) + ": found " + FormatNumber(options.metres_per_unit) +
                  " metres a user unit, expected a positive number"};
@@ -243,7 +243,7 @@ Result<std::vector<Line>> ParseSvgLines(std::string_view text, std::string_view 
     return Error{std::string(name) + ": found a tolerance of " +
                  std::to_string(options.tolerance_um) + " um, expected at least 1"};
   }
-  LineSink sink(text, name);
+  PolylineSink sink(text, name);
   if (!sink.failed()) {
     try {
       Read(options, &sink);

@@ -29,7 +29,7 @@
 #include <vector>
 
 #include "server/base/result.h"
-#include "server/maps/lines.h"
+#include "server/maps/polyline_file.h"
 
 namespace pheromone::maps {
 
@@ -39,7 +39,7 @@ struct SvgOptions {
   int64_t tolerance_um = 1000;  ///< svg_pen.h
 };
 
-Result<std::vector<Line>> ParseSvgLines(std::string_view text, std::string_view name,
-                                        const SvgOptions& options);
+Result<std::vector<Polyline>> ParseSvgLines(std::string_view text, std::string_view name,
+                                            const SvgOptions& options);
 
 }  // namespace pheromone::maps

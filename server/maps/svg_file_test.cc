@@ -16,14 +16,14 @@ std::string Drawing(const std::string& content) {
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 100 50\">" + content + "</svg>";
 }
 
-Result<std::vector<Line>> Read(std::string_view text, const std::string& id = "") {
+Result<std::vector<Polyline>> Read(std::string_view text, const std::string& id = "") {
   return ParseSvgLines(text, kName, {.metres_per_unit = 0.001, .id = id, .tolerance_um = 10});
 }
 
-std::vector<Line> Parse(std::string_view text, const std::string& id = "") {
+std::vector<Polyline> Parse(std::string_view text, const std::string& id = "") {
   const auto lines = Read(text, id);
   EXPECT_TRUE(lines.ok()) << text << ": " << lines.error();
-  return lines.ok() ? lines.value() : std::vector<Line>();
+  return lines.ok() ? lines.value() : std::vector<Polyline>();
 }
 
 std::string ErrorOf(std::string_view text, const std::string& id = "") {
@@ -32,7 +32,7 @@ std::string ErrorOf(std::string_view text, const std::string& id = "") {
 }
 
 // Points in whole millimetres of the map: y upwards.
-Line Polyline(std::vector<field::PointUm> points, bool closed = false) {
+Polyline MakePolyline(std::vector<field::PointUm> points, bool closed = false) {
   for (field::PointUm& point : points) {
     point = {point.x * 1000, point.y * 1000};
   }
@@ -41,21 +41,21 @@ Line Polyline(std::vector<field::PointUm> points, bool closed = false) {
 
 TEST(SvgFile, TheLowerLeftCornerOfTheDrawingIsTheOriginOfTheMap) {
   EXPECT_EQ(Parse(Drawing("<path d='M0 50L100 0'/>")),
-            (std::vector<Line>{Polyline({{0, 0}, {100, 50}})}));
+            (std::vector<Polyline>{MakePolyline({{0, 0}, {100, 50}})}));
   EXPECT_EQ(Parse("<svg viewBox='-10,20 , 100 50'><path d='M-10 70L90 20'/></svg>"),
-            (std::vector<Line>{Polyline({{0, 0}, {100, 50}})}));
+            (std::vector<Polyline>{MakePolyline({{0, 0}, {100, 50}})}));
   EXPECT_EQ(Parse("<svg height='50'><path d='M0 50L100 0'/></svg>"),
-            (std::vector<Line>{Polyline({{0, 0}, {100, 50}})}));
+            (std::vector<Polyline>{MakePolyline({{0, 0}, {100, 50}})}));
   // The viewBox goes before the size that the drawing has on paper.
   EXPECT_EQ(Parse("<svg viewBox='0 0 100 50' height='200mm'><path d='M0 50L100 0'/></svg>"),
-            (std::vector<Line>{Polyline({{0, 0}, {100, 50}})}));
+            (std::vector<Polyline>{MakePolyline({{0, 0}, {100, 50}})}));
 }
 
 TEST(SvgFile, AHeightInUnitsOfLengthIsInPixelsOfWhich96AreAnInch) {
   for (const char* height :
        {"96", "96px", " 96 ", "1in", "2.54cm", "25.4mm", "101.6Q", "72pt", "6pc", "9.6e1px"}) {
     EXPECT_EQ(Parse("<svg height='" + std::string(height) + "'><path d='M0 96L1 95'/></svg>"),
-              (std::vector<Line>{Polyline({{0, 0}, {1, 1}})}))
+              (std::vector<Polyline>{MakePolyline({{0, 0}, {1, 1}})}))
         << height;
   }
 }
@@ -64,21 +64,22 @@ TEST(SvgFile, TheScaleIsThatOfAUserUnit) {
   SvgOptions options;
   options.metres_per_unit = 0.25;
   const auto lines = ParseSvgLines(Drawing("<path d='M0 50L100 0'/>"), kName, options);
-  EXPECT_EQ(lines.value(), (std::vector<Line>{{{{0, 0}, {25'000'000, 12'500'000}}, false}}));
+  EXPECT_EQ(lines.value(), (std::vector<Polyline>{{{{0, 0}, {25'000'000, 12'500'000}}, false}}));
 }
 
 TEST(SvgFile, ShapesDrawTheirOutlines) {
-  EXPECT_EQ(Parse(Drawing("<line x1='1' y1='2' x2='3' y2='4'/><line x2='5px'/>")),
-            (std::vector<Line>{Polyline({{1, 48}, {3, 46}}), Polyline({{0, 50}, {5, 50}})}));
+  EXPECT_EQ(
+      Parse(Drawing("<line x1='1' y1='2' x2='3' y2='4'/><line x2='5px'/>")),
+      (std::vector<Polyline>{MakePolyline({{1, 48}, {3, 46}}), MakePolyline({{0, 50}, {5, 50}})}));
   EXPECT_EQ(Parse(Drawing("<polyline points='1,2 3 4-5,6'/>")),
-            (std::vector<Line>{Polyline({{1, 48}, {3, 46}, {-5, 44}})}));
+            (std::vector<Polyline>{MakePolyline({{1, 48}, {3, 46}, {-5, 44}})}));
   EXPECT_EQ(Parse(Drawing("<polygon points=' 1 2,3 4,9 9 '/>")),
-            (std::vector<Line>{Polyline({{1, 48}, {3, 46}, {9, 41}}, true)}));
+            (std::vector<Polyline>{MakePolyline({{1, 48}, {3, 46}, {9, 41}}, true)}));
   EXPECT_EQ(Parse(Drawing("<rect x='1' y='2' width='10' height='20'/>")),
-            (std::vector<Line>{Polyline({{1, 48}, {11, 48}, {11, 28}, {1, 28}}, true)}));
+            (std::vector<Polyline>{MakePolyline({{1, 48}, {11, 48}, {11, 28}, {1, 28}}, true)}));
 }
 
-void ExpectEllipse(const Line& line, double cx, double cy, double rx, double ry) {
+void ExpectEllipse(const Polyline& line, double cx, double cy, double rx, double ry) {
   EXPECT_TRUE(line.closed);
   for (const field::PointUm point : line.points) {
     EXPECT_NEAR(std::hypot((static_cast<double>(point.x) - cx) / rx,
@@ -89,7 +90,7 @@ void ExpectEllipse(const Line& line, double cx, double cy, double rx, double ry)
 }
 
 TEST(SvgFile, CirclesAndEllipsesAreClosedAndRound) {
-  const std::vector<Line> lines =
+  const std::vector<Polyline> lines =
       Parse(Drawing("<circle cx='40' cy='20' r='10'/><ellipse cx='40' cy='20' rx='30' ry='10'/>"
                     "<ellipse ry='10' rx='auto'/>"));
   ASSERT_EQ(lines.size(), 3u);
@@ -125,37 +126,38 @@ TEST(SvgFile, ShapesWithoutExtentDrawNothing) {
 
 TEST(SvgFile, EachTransformMovesPointsAsTheSpecificationSays) {
   // Where the points (0, 0) and (10, 0) come to, in the drawing.
-  const auto expect = [](const std::string& transform, Line line) {
+  const auto expect = [](const std::string& transform, Polyline line) {
     EXPECT_EQ(Parse(Drawing("<path transform='" + transform + "' d='M0 0H10'/>")),
-              (std::vector<Line>{std::move(line)}))
+              (std::vector<Polyline>{std::move(line)}))
         << transform;
   };
-  expect("", Polyline({{0, 50}, {10, 50}}));
-  expect("translate(3)", Polyline({{3, 50}, {13, 50}}));
-  expect("translate(3 , 4)", Polyline({{3, 46}, {13, 46}}));
-  expect("scale(2)", Polyline({{0, 50}, {20, 50}}));
-  expect("translate(0 1) scale(2,3)", Polyline({{0, 49}, {20, 49}}));
-  expect("rotate(90)", Polyline({{0, 50}, {0, 40}}));
-  expect("rotate(-90 10 0)", Polyline({{10, 40}, {10, 50}}));
-  expect("skewY(45)", Polyline({{0, 50}, {10, 40}}));
-  expect("skewX(45) translate(0 5)", Polyline({{5, 45}, {15, 45}}));
-  expect("matrix(1 2 3 4 5 6)", Polyline({{5, 44}, {15, 24}}));
-  expect(" translate (1 2)scale( 2 ) , rotate(90),\n", Polyline({{1, 48}, {1, 28}}));
+  expect("", MakePolyline({{0, 50}, {10, 50}}));
+  expect("translate(3)", MakePolyline({{3, 50}, {13, 50}}));
+  expect("translate(3 , 4)", MakePolyline({{3, 46}, {13, 46}}));
+  expect("scale(2)", MakePolyline({{0, 50}, {20, 50}}));
+  expect("translate(0 1) scale(2,3)", MakePolyline({{0, 49}, {20, 49}}));
+  expect("rotate(90)", MakePolyline({{0, 50}, {0, 40}}));
+  expect("rotate(-90 10 0)", MakePolyline({{10, 40}, {10, 50}}));
+  expect("skewY(45)", MakePolyline({{0, 50}, {10, 40}}));
+  expect("skewX(45) translate(0 5)", MakePolyline({{5, 45}, {15, 45}}));
+  expect("matrix(1 2 3 4 5 6)", MakePolyline({{5, 44}, {15, 24}}));
+  expect(" translate (1 2)scale( 2 ) , rotate(90),\n", MakePolyline({{1, 48}, {1, 28}}));
 }
 
 TEST(SvgFile, TransformsOfGroupsApplyFromTheInsideOut) {
-  EXPECT_EQ(Parse(Drawing("<g transform='translate(10 0)'><g transform='scale(2)'><a>"
-                          "<path transform='translate(1 1)' d='M0 0H5'/></a></g>"
-                          "<path d='M0 0H5'/></g><path d='M0 0H5'/>")),
-            (std::vector<Line>{Polyline({{12, 48}, {22, 48}}), Polyline({{10, 50}, {15, 50}}),
-                               Polyline({{0, 50}, {5, 50}})}));
+  EXPECT_EQ(
+      Parse(Drawing("<g transform='translate(10 0)'><g transform='scale(2)'><a>"
+                    "<path transform='translate(1 1)' d='M0 0H5'/></a></g>"
+                    "<path d='M0 0H5'/></g><path d='M0 0H5'/>")),
+      (std::vector<Polyline>{MakePolyline({{12, 48}, {22, 48}}), MakePolyline({{10, 50}, {15, 50}}),
+                             MakePolyline({{0, 50}, {5, 50}})}));
 }
 
 TEST(SvgFile, AnIdPicksOneElementWithTheTransformsAroundIt) {
   const std::string text = Drawing(
       "<path d='M0 0H1'/><defs transform='scale(2)'><g id='a' display='none'>"
       "<path id='b' d='M0 0H5'/><path d='M1 1H5'/></g></defs><text id='t'/>");
-  EXPECT_EQ(Parse(text, "b"), (std::vector<Line>{Polyline({{0, 50}, {10, 50}})}));
+  EXPECT_EQ(Parse(text, "b"), (std::vector<Polyline>{MakePolyline({{0, 50}, {10, 50}})}));
   EXPECT_EQ(Parse(text, "a").size(), 2u);
   EXPECT_EQ(Parse(text).size(), 1u);
   EXPECT_EQ(ErrorOf(text, "c"),
@@ -179,7 +181,7 @@ TEST(SvgFile, WhatIsNotDrawnWhereItStandsIsLeftOut) {
 TEST(SvgFile, APrefixForSvgsElementsMakesNoDifference) {
   EXPECT_EQ(Parse("<?xml version='1.0' encoding='UTF-8'?><!DOCTYPE svg [<!ENTITY x 'M0 0'>]>"
                   "<s:svg viewBox='0 0 9 9'><s:path d='M0 9H1'/><path d='M5 5H7'/></s:svg>"),
-            (std::vector<Line>{Polyline({{0, 0}, {1, 0}})}));
+            (std::vector<Polyline>{MakePolyline({{0, 0}, {1, 0}})}));
 }
 
 TEST(SvgFile, WhatWouldBeDrawnElsewhereIsRefused) {

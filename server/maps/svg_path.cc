@@ -33,7 +33,7 @@ size_t ArgumentsOf(char upper) {
 
 class PathReader {
  public:
-  PathReader(std::string_view data, size_t offset, LineSink* sink, SvgPen* pen)
+  PathReader(std::string_view data, size_t offset, PolylineSink* sink, SvgPen* pen)
       : scanner_(data, offset, sink), pen_(*pen) {}
 
   bool Read() {
@@ -136,13 +136,13 @@ class PathReader {
 
 }  // namespace
 
-bool DrawSvgPath(std::string_view data, size_t offset, LineSink* sink, SvgPen* pen) {
+bool DrawSvgPath(std::string_view data, size_t offset, PolylineSink* sink, SvgPen* pen) {
   return PathReader(data, offset, sink, pen).Read();
 }
 
-Result<std::vector<Line>> ParseSvgPath(std::string_view data, std::string_view name,
-                                       const Affine& to_um, int64_t tolerance_um) {
-  LineSink sink(data, name);
+Result<std::vector<Polyline>> ParseSvgPath(std::string_view data, std::string_view name,
+                                           const Affine& to_um, int64_t tolerance_um) {
+  PolylineSink sink(data, name);
   SvgPen pen(to_um, static_cast<double>(tolerance_um), &sink);
   if (!sink.failed()) {
     DrawSvgPath(data, 0, &sink, &pen);

@@ -11,18 +11,18 @@
 #include <vector>
 
 #include "server/base/result.h"
-#include "server/maps/lines.h"
+#include "server/maps/polyline_file.h"
 #include "server/maps/svg_pen.h"
 
 namespace pheromone::maps {
 
 /// Draws path data with `pen`, and ends its last line. `offset` is the place of `data` in the text
 /// of the sink, which is the pen's. False if the sink was told what is wrong.
-bool DrawSvgPath(std::string_view data, size_t offset, LineSink* sink, SvgPen* pen);
+bool DrawSvgPath(std::string_view data, size_t offset, PolylineSink* sink, SvgPen* pen);
 
 /// The lines of path data alone. There is no drawing that would say what is up: y is taken as the
 /// map's, upwards, unless `to_um` says otherwise (x' = a x + c y + e, y' = b x + d y + f).
-Result<std::vector<Line>> ParseSvgPath(std::string_view data, std::string_view name,
-                                       const Affine& to_um, int64_t tolerance_um);
+Result<std::vector<Polyline>> ParseSvgPath(std::string_view data, std::string_view name,
+                                           const Affine& to_um, int64_t tolerance_um);
 
 }  // namespace pheromone::maps

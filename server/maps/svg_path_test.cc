@@ -17,14 +17,14 @@ namespace {
 constexpr Affine kUnitIsUm{};
 constexpr Affine kUnitIsMm{1000, 0, 0, 1000, 0, 0};
 
-Result<std::vector<Line>> Read(std::string_view data, int64_t tolerance_um = 10) {
+Result<std::vector<Polyline>> Read(std::string_view data, int64_t tolerance_um = 10) {
   return ParseSvgPath(data, "d", kUnitIsMm, tolerance_um);
 }
 
-std::vector<Line> Parse(std::string_view data, int64_t tolerance_um = 10) {
+std::vector<Polyline> Parse(std::string_view data, int64_t tolerance_um = 10) {
   const auto lines = Read(data, tolerance_um);
   EXPECT_TRUE(lines.ok()) << data << ": " << lines.error();
-  return lines.ok() ? lines.value() : std::vector<Line>();
+  return lines.ok() ? lines.value() : std::vector<Polyline>();
 }
 
 std::string ErrorOf(std::string_view data) {
@@ -33,14 +33,14 @@ std::string ErrorOf(std::string_view data) {
 }
 
 // Points in whole millimetres.
-Line Polyline(std::vector<field::PointUm> points, bool closed = false) {
+Polyline MakePolyline(std::vector<field::PointUm> points, bool closed = false) {
   for (field::PointUm& point : points) {
     point = {point.x * 1000, point.y * 1000};
   }
   return {std::move(points), closed};
 }
 
-double DistanceOf(const Line& line, Vector at) {
+double DistanceOf(const Polyline& line, Vector at) {
   double best = std::numeric_limits<double>::infinity();
   const size_t sides = line.points.size() - (line.closed ? 0 : 1);
   for (size_t i = 0; i < sides; ++i) {
@@ -59,7 +59,7 @@ double DistanceOf(const Line& line, Vector at) {
 
 // The line runs along the curve: no point of the curve is further from the line than the tolerance
 // and the rounding.
-void ExpectNear(const Line& line, const std::function<Vector(double)>& curve_um,
+void ExpectNear(const Polyline& line, const std::function<Vector(double)>& curve_um,
                 double tolerance_um) {
   for (int i = 0; i <= 1000; ++i) {
     ASSERT_LE(DistanceOf(line, curve_um(i / 1000.0)), tolerance_um + 0.71) << i;
@@ -68,12 +68,12 @@ void ExpectNear(const Line& line, const std::function<Vector(double)>& curve_um,
 
 TEST(SvgPath, TheTriangleOfTheSpecification) {
   EXPECT_EQ(Parse("M 100 100 L 300 100 L 200 300 z"),
-            (std::vector<Line>{Polyline({{100, 100}, {300, 100}, {200, 300}}, true)}));
+            (std::vector<Polyline>{MakePolyline({{100, 100}, {300, 100}, {200, 300}}, true)}));
 }
 
 TEST(SvgPath, StraightCommandsAbsoluteAndRelativeDrawTheSame) {
-  const std::vector<Line> expected = {
-      Polyline({{10, 20}, {30, 20}, {30, 50}, {-10, 50}, {-10, -5}, {0, 0}})};
+  const std::vector<Polyline> expected = {
+      MakePolyline({{10, 20}, {30, 20}, {30, 50}, {-10, 50}, {-10, -5}, {0, 0}})};
   for (const char* data : {
            "M10 20L30 20L30 50L-10 50L-10-5L0 0",
            "m10 20l20 0l0 30l-40 0l0-55l10 5",
@@ -90,21 +90,23 @@ TEST(SvgPath, StraightCommandsAbsoluteAndRelativeDrawTheSame) {
 TEST(SvgPath, NumbersNeedNoSeparatorWhereTheyCanDoWithout) {
   // SVG 1.1, section 8.3.1: "M 0.6.5" is x = 0.6, y = 0.5, and "M 100-200" needs no space.
   EXPECT_EQ(Parse("M0.6.5L100-200"),
-            (std::vector<Line>{{{{600, 500}, {100'000, -200'000}}, false}}));
+            (std::vector<Polyline>{{{{600, 500}, {100'000, -200'000}}, false}}));
   EXPECT_EQ(Parse("M1.5.5-3e2+.25E1 4.e0-.5e-1"),
-            (std::vector<Line>{{{{1500, 500}, {-300'000, 2500}, {4000, -50}}, false}}));
+            (std::vector<Polyline>{{{{1500, 500}, {-300'000, 2500}, {4000, -50}}, false}}));
 }
 
 TEST(SvgPath, SubpathsAreLinesOfTheirOwn) {
   EXPECT_EQ(Parse("M0 0L1 0M5 5L6 5L6 6ZM1 1m2 2l1 1"),
-            (std::vector<Line>{Polyline({{0, 0}, {1, 0}}), Polyline({{5, 5}, {6, 5}, {6, 6}}, true),
-                               Polyline({{3, 3}, {4, 4}})}));
+            (std::vector<Polyline>{MakePolyline({{0, 0}, {1, 0}}),
+                                   MakePolyline({{5, 5}, {6, 5}, {6, 6}}, true),
+                                   MakePolyline({{3, 3}, {4, 4}})}));
 }
 
 TEST(SvgPath, AClosedSubpathGoesOnWhereItBegan) {
   EXPECT_EQ(Parse("M5 5h4v4zl-1-1zm-1 0h-1"),
-            (std::vector<Line>{Polyline({{5, 5}, {9, 5}, {9, 9}}, true),
-                               Polyline({{5, 5}, {4, 4}}, true), Polyline({{4, 5}, {3, 5}})}));
+            (std::vector<Polyline>{MakePolyline({{5, 5}, {9, 5}, {9, 9}}, true),
+                                   MakePolyline({{5, 5}, {4, 4}}, true),
+                                   MakePolyline({{4, 5}, {3, 5}})}));
 }
 
 TEST(SvgPath, WhatGoesNowhereLeavesNoLine) {
@@ -129,7 +131,7 @@ TEST(SvgPath, CurvesKeepToTheTolerance) {
       quadratic += k < 3 ? text : "";
     }
     const auto tolerance = static_cast<int64_t>(std::pow(10, i % 4));
-    const std::vector<Line> lines = Parse(cubic + quadratic, tolerance);
+    const std::vector<Polyline> lines = Parse(cubic + quadratic, tolerance);
     ASSERT_EQ(lines.size(), 2u);
     // Bernstein's form, where the pen goes by de Casteljau.
     ExpectNear(
@@ -197,7 +199,7 @@ TEST(SvgPath, AnArcIsTheOneThatItsFlagsChoose) {
                              std::to_string(rotation_deg) + (large ? " 1" : " 0") +
                              (sweep ? "1" : "0") + std::to_string(to.x) + ',' +
                              std::to_string(to.y);
-    const std::vector<Line> lines = Parse(data, 1);
+    const std::vector<Polyline> lines = Parse(data, 1);
     ASSERT_EQ(lines.size(), 1u) << data;
     ASSERT_FALSE(lines[0].closed);
     EXPECT_EQ(lines[0].points.front(), (field::PointUm{0, 0}));
@@ -262,7 +264,7 @@ TEST(SvgPath, FlagsNeedNoSeparator) {
 
 // The specification's pie: three quarters of a circle of 150 around (300, 200).
 TEST(SvgPath, ThePieOfTheSpecification) {
-  const std::vector<Line> lines = Parse("M300,200 h-150 a150,150 0 1,0 150,-150 z");
+  const std::vector<Polyline> lines = Parse("M300,200 h-150 a150,150 0 1,0 150,-150 z");
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_TRUE(lines[0].closed);
   ExpectNear(

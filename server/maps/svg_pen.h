@@ -20,7 +20,7 @@
 
 #include <cstddef>
 
-#include "server/maps/line_sink.h"
+#include "server/maps/polyline_sink.h"
 #include "server/maps/svg_transform.h"
 
 namespace pheromone::maps {
@@ -29,7 +29,7 @@ class SvgPen {
  public:
   /// `to_um` goes from the drawing's coordinates to micrometres on the map. The sink outlives the
   /// pen.
-  SvgPen(const Affine& to_um, double tolerance_um, LineSink* sink)
+  SvgPen(const Affine& to_um, double tolerance_um, PolylineSink* sink)
       : to_um_(to_um), tolerance_um_(tolerance_um), sink_(*sink) {}
 
   /// Each draws from the present point to `to`. False when the sink takes no more; `offset` is
@@ -58,7 +58,7 @@ class SvgPen {
 
   Affine to_um_;
   double tolerance_um_;
-  LineSink& sink_;
+  PolylineSink& sink_;
   Vector start_;
   Vector current_;
   bool down_ = false;  // the present line has points

@@ -11,14 +11,14 @@
 #include <cstddef>
 #include <string_view>
 
-#include "server/maps/line_sink.h"
+#include "server/maps/polyline_sink.h"
 
 namespace pheromone::maps {
 
 class SvgScanner {
  public:
   /// `offset` is the place of `text` in the sink's. Both outlive the scanner.
-  SvgScanner(std::string_view text, size_t offset, LineSink* sink)
+  SvgScanner(std::string_view text, size_t offset, PolylineSink* sink)
       : text_(text), offset_(offset), sink_(*sink) {}
 
   bool AtEnd() const { return at_ == text_.size(); }
@@ -54,7 +54,7 @@ class SvgScanner {
   std::string_view text_;
   size_t offset_;
   size_t at_ = 0;
-  LineSink& sink_;
+  PolylineSink& sink_;
 };
 
 }  // namespace pheromone::maps

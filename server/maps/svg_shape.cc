@@ -30,7 +30,8 @@ constexpr std::array<Unit, 8> kUnits = {{{"", 1},
 
 class ShapeReader {
  public:
-  ShapeReader(const pugi::xml_node& element, const SvgSource& source, LineSink* sink, SvgPen* pen)
+  ShapeReader(const pugi::xml_node& element, const SvgSource& source, PolylineSink* sink,
+              SvgPen* pen)
       : element_(element),
         source_(source),
         sink_(*sink),
@@ -186,7 +187,7 @@ class ShapeReader {
 
   const pugi::xml_node& element_;
   const SvgSource& source_;
-  LineSink& sink_;
+  PolylineSink& sink_;
   SvgPen& pen_;
   size_t offset_;
 };
@@ -219,7 +220,7 @@ size_t SvgSource::OffsetOf(const pugi::xml_node& element) const {
   return static_cast<size_t>(std::max<ptrdiff_t>(0, element.offset_debug()));
 }
 
-bool ParseSvgLength(const SvgAttribute& attribute, LineSink* sink, double* length) {
+bool ParseSvgLength(const SvgAttribute& attribute, PolylineSink* sink, double* length) {
   SvgScanner scanner(attribute.text, attribute.offset, sink);
   scanner.SkipSpace();
   if (!scanner.Number(length)) {
@@ -244,7 +245,7 @@ bool IsSvgShape(std::string_view element) {
 }
 
 bool DrawSvgShape(std::string_view name, const pugi::xml_node& element, const SvgSource& source,
-                  LineSink* sink, SvgPen* pen) {
+                  PolylineSink* sink, SvgPen* pen) {
   ShapeReader reader(element, source, sink, pen);
   for (const Shape& shape : kShapes) {
     if (shape.name == name) {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "server/maps/line_sink.h"
+#include "server/maps/polyline_sink.h"
 #include "server/maps/svg_pen.h"
 
 namespace pugi {
@@ -31,12 +31,12 @@ struct SvgSource {
 };
 
 /// A length as an attribute has it, in user units. False if the sink was told what is wrong.
-bool ParseSvgLength(const SvgAttribute& attribute, LineSink* sink, double* length);
+bool ParseSvgLength(const SvgAttribute& attribute, PolylineSink* sink, double* length);
 
 bool IsSvgShape(std::string_view element);
 
 /// Draws one of the shapes. False if the sink was told what is wrong.
 bool DrawSvgShape(std::string_view name, const pugi::xml_node& element, const SvgSource& source,
-                  LineSink* sink, SvgPen* pen);
+                  PolylineSink* sink, SvgPen* pen);
 
 }  // namespace pheromone::maps

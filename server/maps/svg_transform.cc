@@ -10,8 +10,8 @@
 namespace pheromone::maps {
 namespace {
 
-constexpr size_t kMostArguments = 6;
-using Arguments = std::array<double, kMostArguments>;  // those not given are 0
+constexpr size_t kMaxArguments = 6;
+using Arguments = std::array<double, kMaxArguments>;  // those not given are 0
 
 Affine Rotation(double degrees) {
   const double angle = degrees * (std::numbers::pi / 180);
@@ -76,7 +76,8 @@ Affine operator*(const Affine& outer, const Affine& inner) {
           origin.y};
 }
 
-bool ParseSvgTransform(std::string_view text, size_t offset, LineSink* sink, Affine* transform) {
+bool ParseSvgTransform(std::string_view text, size_t offset, PolylineSink* sink,
+                       Affine* transform) {
   SvgScanner scanner(text, offset, sink);
   *transform = {};
   for (scanner.SkipSpace(); !scanner.AtEnd(); scanner.Separator()) {
@@ -95,7 +96,7 @@ bool ParseSvgTransform(std::string_view text, size_t offset, LineSink* sink, Aff
     Arguments arguments{};
     size_t count = 0;
     for (bool more = true; more; ++count) {
-      if (count == kMostArguments) {
+      if (count == kMaxArguments) {
         return scanner.Fail("\")\"");
       }
       if (!scanner.Number(&arguments[count]) || !scanner.More(&more)) {

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "server/maps/line_sink.h"
+#include "server/maps/polyline_sink.h"
 
 namespace pheromone::maps {
 
@@ -36,6 +36,6 @@ Affine operator*(const Affine& outer, const Affine& inner);
 
 /// The whole of a `transform` attribute, which stands at `offset` of the sink's text. False if the
 /// sink was told what is wrong with it.
-bool ParseSvgTransform(std::string_view text, size_t offset, LineSink* sink, Affine* transform);
+bool ParseSvgTransform(std::string_view text, size_t offset, PolylineSink* sink, Affine* transform);
 
 }  // namespace pheromone::maps

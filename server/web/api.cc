@@ -11,12 +11,12 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
-#include "server/web/changing.h"
-#include "server/web/fields.h"
 #include "server/web/host.h"
 #include "server/web/json_text.h"
 #include "server/web/metrics.h"
-#include "server/web/reading.h"
+#include "server/web/mutations.h"
+#include "server/web/queries.h"
+#include "server/web/request_parameters.h"
 #include "server/web/views.h"
 
 namespace pheromone::web {
@@ -30,55 +30,55 @@ Response Json(const json::value& value) {
   return {.body = ToText(value)};
 }
 
-using Read = Response (*)(const engine::Control&, Fields*);
-using Change = void (*)(engine::Control*, Fields*, Respond);
+using Read = Response (*)(const control::Control&, Parameters*);
+using Change = void (*)(control::Control*, Parameters*, Respond);
 
 // A view without parameters.
 template <typename View>
-Response Plain(Fields* fields, View&& view) {
+Response Plain(Parameters* fields, View&& view) {
   fields->AllowOnly({});
   return fields->problem() ? Refuse(400, *fields->problem()) : Json(view());
 }
 
-Response ReadStatus(const engine::Control& control, Fields* fields) {
+Response ReadStatus(const control::Control& control, Parameters* fields) {
   const auto hash = fields->Integer("hash", 0, 1, 0);
   fields->AllowOnly({"hash"});
   return fields->problem() ? Refuse(400, *fields->problem())
                            : Json(ToJson(control.GetStatus(*hash != 0)));
 }
 
-Response ReadLinks(const engine::Control& control, Fields* fields) {
+Response ReadLinks(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] { return ToJson(control.GetLinks()); });
 }
 
-Response ReadClients(const engine::Control& control, Fields* fields) {
+Response ReadClients(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] { return ToJson(control.GetClients()); });
 }
 
-Response ReadLaws(const engine::Control& control, Fields* fields) {
+Response ReadLaws(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] { return LawsToJson(control.GetField().config); });
 }
 
-Response ReadCapture(const engine::Control& control, Fields* fields) {
+Response ReadCapture(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] { return ToJson(control.GetCapture()); });
 }
 
-Response ReadConfig(const engine::Control& control, Fields* fields) {
+Response ReadConfig(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] {
     const std::vector<std::string> lines = control.GetConfig();
     return json::value(json::object{{"lines", json::array(lines.begin(), lines.end())}});
   });
 }
 
-Response ReadMetrics(const engine::Control& control, Fields* /*fields*/) {
+Response ReadMetrics(const control::Control& control, Parameters* /*fields*/) {
   return {.content_type = kMetricsType, .body = Metrics(control)};
 }
 
-Response ReadHealth(const engine::Control& control, Fields* /*fields*/) {
+Response ReadHealth(const control::Control& control, Parameters* /*fields*/) {
   const Status health = control.CheckHealth();
   return health.ok() ? Json(json::object{{"healthy", true}})
                      : Refuse(503, {health.error(), "",
-                                    "a log that takes changes, and a disk that takes the log"});
+                                    "a log that accepts changes and a disk that responds"});
 }
 
 enum class Where {
@@ -137,23 +137,31 @@ bool SameSecret(std::string_view found, std::string_view secret) {
   return difference == 0;
 }
 
-// Nothing if the request may change things.
-std::optional<Response> CheckAccess(const Request& request, const std::string& token) {
-  if (request.local) {
-    return std::nullopt;
-  }
+// Nothing if the request comes from no web page but this server's.
+std::optional<Response> CheckOrigin(const Request& request) {
   if (!request.origin.empty() && request.origin != "http://" + request.host &&
       request.origin != "https://" + request.host) {
     return Refuse(403, {"the request comes from another web page, " + request.origin, "Origin",
                         "none, or that of this server"});
   }
+  return std::nullopt;
+}
+
+// Nothing if the request may change things.
+std::optional<Response> CheckAccess(const Request& request, const std::string& token) {
+  if (request.local) {
+    return std::nullopt;
+  }
+  if (auto refused = CheckOrigin(request)) {
+    return refused;
+  }
   if (token.empty()) {
-    return Refuse(403, {"this server takes no changes over the network", "web.token_file",
+    return Refuse(403, {"this server does not accept changes over the network", "web.token_file",
                         "the Unix socket, or a token in the configuration"});
   }
   const std::string_view found = request.authorization;
   if (!found.starts_with(kBearer) || !SameSecret(found.substr(kBearer.size()), token)) {
-    Response refused = Refuse(401, {found.empty() ? "found no token" : "found a wrong token",
+    Response refused = Refuse(401, {found.empty() ? "found no token" : "found an invalid token",
                                     "Authorization", "Bearer and the server's token"});
     refused.headers.emplace_back("WWW-Authenticate", "Bearer");
     return refused;
@@ -192,28 +200,42 @@ bool IsUrgent(const Request& request) {
   return path == kHealth || path == kHalt || path == kCommand;
 }
 
-Api::Api(engine::Control* control, ApiOptions options, Lanes lanes)
+Api::Api(control::Control* control, ApiOptions options, Lanes lanes)
     : control_(control),
       options_(std::move(options)),
       lanes_(std::move(lanes)),
       pictures_(control_, &lanes_) {}
 
+std::optional<Response> Api::CheckHost(const Request& request) const {
+  if (request.local || MeansThisServer(request.host, options_.hosts)) {
+    return std::nullopt;
+  }
+  return Refuse(421, {"unknown host name " + request.host.substr(0, 100), "Host",
+                      "localhost, an IP address, or a name in web.hosts of the configuration"});
+}
+
+std::optional<Response> Api::CheckStream(const Request& request) const {
+  if (auto refused = CheckHost(request)) {
+    return refused;
+  }
+  return request.local ? std::nullopt : CheckOrigin(request);
+}
+
 void Api::Handle(Request request, Respond respond) {
-  if (!request.local && !MeansThisServer(request.host, options_.hosts)) {
-    respond(Refuse(421, {"this server is not known as " + request.host.substr(0, 100), "Host",
-                         "localhost, an address, or a name from web.hosts in the configuration"}));
+  if (auto refused = CheckHost(request)) {
+    respond(*std::move(refused));
     return;
   }
   const auto target = ParseTarget(request.target);
   if (!target) {
-    respond(
-        Refuse(400, {"the request's target is not a path", "target", "such as /api/v1/status"}));
+    respond(Refuse(
+        400, {"the request's target is not a path", "target", "a path such as /api/v1/status"}));
     return;
   }
   const Route* route = FindRoute(target->path);
   if (route == nullptr) {
-    respond(Refuse(404, {"there is nothing at " + target->path.substr(0, 100), "target",
-                         "such as /api/v1/status; pheromoned(8) has the list"}));
+    respond(Refuse(404, {"there is no resource " + target->path.substr(0, 100), "target",
+                         "a path such as /api/v1/status; see pheromoned(8)"}));
     return;
   }
   const bool reads = request.method == "GET" || request.method == "HEAD";
@@ -235,7 +257,7 @@ void Api::Handle(Request request, Respond respond) {
       return;
     }
     json::object& object = std::get<json::object>(input);
-    Fields fields(object);
+    Parameters fields(object);
     if (!reads) {
       route->change(control_, &fields, respond);
     } else if (route->where == Where::kPictures) {

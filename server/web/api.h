@@ -1,4 +1,4 @@
-// The API: which request goes where, and who may ask for it.
+// The HTTP API: routing and access control.
 //
 //   Api api(&control, {.token = "..."}, lanes);
 //   api.Handle(request, [](Response response) { ... });
@@ -8,27 +8,27 @@
 //   GET  /api/v1/status           hash = 1 adds the state hash
 //   GET  /api/v1/links  clients  laws  config  capture
 //   GET  /api/v1/field            a raster as JSON, CSV or PNG (pictures.h)
-//   GET  /api/v1/sense            what a robot would smell somewhere
-//   POST /api/v1/deposit  erase  paint  command  halt  reload  snapshot  capture   (changing.h)
+//   GET  /api/v1/sense            what a robot would sense at a position
+//   POST /api/v1/deposit  erase  paint  command  halt  reload  snapshot  capture   (mutations.h)
 //
-// A GET is free to whoever can connect, and asks for this server and not for another that a name
-// was borrowed of (host.h). A POST needs to come over the Unix socket, or to carry "Authorization:
-// Bearer TOKEN" and no Origin but the server's own, so that no other web page can have the reader's
-// browser send it. Errors are {"error": {"what", "where", "expected"}}.
+// A GET is permitted to anyone who can connect, provided that its Host names this server (host.h).
+// A POST must come over the Unix socket, or have "Authorization: Bearer TOKEN" and no Origin other
+// than the server's own, so that no other web page can make a browser send it. Errors are {"error":
+// {"what", "where", "expected"}}.
 //
-// What is short is done in Handle: a halt, a command, health and status wait behind nothing but
-// other short things. What takes longer goes to one of the lanes, and is refused with 503 where
-// that is full.
+// Short requests are answered in Handle: a halt, a command, health and status wait only for other
+// short requests. Longer ones go to one of the lanes, and are refused with 503 if that is full.
 //
-// Thread-safe: Handle may be called from any thread, and answers from any. No input makes it fail
-// otherwise than by an error response.
+// Thread-safe: Handle may be called from any thread, and answers from any. Invalid input only ever
+// gives an error response.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "server/engine/control.h"
+#include "server/control/control.h"
 #include "server/web/http.h"
 #include "server/web/lanes.h"
 #include "server/web/pictures.h"
@@ -36,24 +36,30 @@
 namespace pheromone::web {
 
 struct ApiOptions {
-  std::string token;                    ///< what changes over TCP must carry; empty: there are none
+  std::string token;                    ///< required for changes over TCP; empty: none permitted
   std::vector<std::string> hosts = {};  ///< further names of the server, in lower case
 };
 
-/// Whether a request is answered at once, and must be, however busy the server is: /healthz, halt
-/// and command.
+/// Whether a request must be answered at once, however busy the server is: /healthz, halt and
+/// command.
 bool IsUrgent(const Request& request);
 
 class Api {
  public:
   /// `control` outlives the API, and the API whatever runs in the lanes.
-  Api(engine::Control* control, ApiOptions options, Lanes lanes = {});
+  Api(control::Control* control, ApiOptions options, Lanes lanes = {});
 
   /// `respond` is called once, at once or later.
   void Handle(Request request, Respond respond);
 
+  /// Why a stream that only tells may not be opened, or nothing: as for a GET, and no page of
+  /// another server may, since browsers let those open WebSockets and read them.
+  std::optional<Response> CheckStream(const Request& request) const;
+
  private:
-  engine::Control* const control_;
+  std::optional<Response> CheckHost(const Request& request) const;
+
+  control::Control* const control_;
   const ApiOptions options_;
   const Lanes lanes_;
   Pictures pictures_;

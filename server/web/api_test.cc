@@ -103,8 +103,9 @@ TEST_F(ApiTest, UnknownPathsAre404AndTargetsThatAreNone400) {
   for (const char* path : {"/", "/api/v1", "/api/v1/status/", "/api/v2/status", "/../etc/passwd"}) {
     EXPECT_EQ(Get(path).status, 404) << path;
   }
-  EXPECT_EQ(Refusal(Get("*")),
-            "400 target: the request's target is not a path, expected such as /api/v1/status");
+  EXPECT_EQ(
+      Refusal(Get("*")),
+      "400 target: the request's target is not a path, expected a path such as /api/v1/status");
 }
 
 TEST_F(ApiTest, OverTheNetworkChangesNeedTheTokenAndNoForeignOrigin) {
@@ -134,8 +135,8 @@ TEST_F(ApiTest, WhoAsksOverTheNetworkForAnotherServerLearnsNothing) {
   for (const char* target : {"/api/v1/status", "/metrics", "/healthz", "/none"}) {
     Request request{.method = "GET", .target = target, .host = "evil.example:8377"};
     EXPECT_EQ(Refusal(testing::AnswerOf(&api_, request)),
-              "421 Host: this server is not known as evil.example:8377, expected localhost, an "
-              "address, or a name from web.hosts in the configuration");
+              "421 Host: unknown host name evil.example:8377, expected localhost, an IP address, "
+              "or a name in web.hosts of the configuration");
     request.local = true;  // no browser gets there
     EXPECT_NE(testing::AnswerOf(&api_, request).status, 421);
   }
@@ -152,12 +153,29 @@ TEST_F(ApiTest, WhoAsksOverTheNetworkForAnotherServerLearnsNothing) {
   EXPECT_EQ(testing::AnswerOf(&api_, halt).status, 421);
 }
 
+TEST_F(ApiTest, AStreamIsForThoseWhoMayReadAndForNoPageOfAnotherServer) {
+  const auto status = [this](const std::string& host, const std::string& origin, bool local) {
+    const auto refused = api_.CheckStream(
+        {.method = "GET", .target = "/stream", .local = local, .origin = origin, .host = host});
+    return refused ? refused->status : 0;
+  };
+  EXPECT_EQ(status("127.0.0.1:8377", "", false), 0);
+  EXPECT_EQ(status("lab:8377", "http://lab:8377", false), 0);
+  EXPECT_EQ(status("lab:8377", "https://lab:8377", false), 0);
+  EXPECT_EQ(status("evil.example", "http://evil.example", false), 421);
+  EXPECT_EQ(status("127.0.0.1:8377", "http://evil.example", false), 403);
+  EXPECT_EQ(status("127.0.0.1:8377", "http://127.0.0.1:80", false), 403);
+  EXPECT_EQ(status("127.0.0.1:8377", "null", false), 403);
+  EXPECT_EQ(status("evil.example", "http://evil.example", true), 0);
+}
+
 TEST_F(ApiTest, WithoutATokenOnlyTheUnixSocketChangesThings) {
   Api api(&control_, {});
   Request request{.method = "POST", .target = "/api/v1/halt", .authorization = "Bearer "};
-  EXPECT_EQ(Refusal(testing::AnswerOf(&api, request)),
-            "403 web.token_file: this server takes no changes over the network, expected the Unix "
-            "socket, or a token in the configuration");
+  EXPECT_EQ(
+      Refusal(testing::AnswerOf(&api, request)),
+      "403 web.token_file: this server does not accept changes over the network, expected the Unix "
+      "socket, or a token in the configuration");
   request.local = true;
   EXPECT_EQ(testing::AnswerOf(&api, request).status, 200);
 }
@@ -186,7 +204,7 @@ TEST_F(ApiTest, BadQueriesAreToldWhatIsWrongWhere) {
             "400 hash: found 2, expected a whole number from 0 to 1");
   EXPECT_EQ(Refusal(Get("/api/v1/links?x=1")), "400 x: unknown key, expected no keys");
   EXPECT_EQ(Refusal(Get("/api/v1/sense?x_m=1&x_m=2")),
-            "400 x_m: found it twice, expected each parameter once");
+            "400 x_m: found twice, expected each parameter once");
   EXPECT_EQ(Refusal(Get("/api/v1/sense?pheromone=1&x_m=nan&y_m=0")),
             "400 x_m: found \"nan\", expected a number from -1000000 to 1000000");
   EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=1&format=gif")),
@@ -195,17 +213,17 @@ TEST_F(ApiTest, BadQueriesAreToldWhatIsWrongWhere) {
             "400 area_m: found [1,2,3], expected two opposite corners x, y, x, y in metres, "
             "within 1000 km");
   EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=1&area_m=8,8,9,9")),
-            "400 area_m: no node of the map lies there, expected an area of the map");
+            "400 area_m: the area contains no node of the map, expected an area of the map");
 }
 
 TEST_F(ApiTest, AKeyThatComesTwiceIsNamed) {
   EXPECT_EQ(Refusal(Post("deposit", R"({"pheromone":1,"x_m":1,"y_m":1,"x_m":2})")),
-            "400 x_m: found it twice, expected each key once");
+            "400 x_m: found twice, expected each key once");
   EXPECT_EQ(Refusal(Post("deposit", R"({"pheromone":1,"a":[{"b":1},{"b":2,"c":{},"b":3}]})")),
-            "400 b: found it twice, expected each key once");
+            "400 b: found twice, expected each key once");
   // Written in two ways, it is the same key.
   EXPECT_EQ(Refusal(Post("deposit", R"({"x_m":1,"\u0078_m":2})")),
-            "400 x_m: found it twice, expected each key once");
+            "400 x_m: found twice, expected each key once");
   EXPECT_EQ(Refusal(Post("deposit", R"({"a":{"b":1},"b":{"a":1}})")),
             "400 pheromone: nothing there, expected one of 1 (trail), 2 (path)");
   EXPECT_TRUE(control_.edits.empty());
@@ -213,9 +231,9 @@ TEST_F(ApiTest, AKeyThatComesTwiceIsNamed) {
 
 TEST_F(ApiTest, WhatIsNoTextIsToldAsText) {
   const std::string unknown = "\xEF\xBF\xBD";
-  EXPECT_EQ(Refusal(Get("/%FF%C3%A9")), "404 target: there is nothing at /" + unknown +
-                                            "\xC3\xA9, expected such as /api/v1/status; "
-                                            "pheromoned(8) has the list");
+  EXPECT_EQ(Refusal(Get("/%FF%C3%A9")),
+            "404 target: there is no resource /" + unknown +
+                "\xC3\xA9, expected a path such as /api/v1/status; see pheromoned(8)");
   EXPECT_EQ(Refusal(Get("/api/v1/links?%C3=1")),
             "400 " + unknown + ": unknown key, expected no keys");
   EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=%ED%A0%80")),
@@ -223,9 +241,8 @@ TEST_F(ApiTest, WhatIsNoTextIsToldAsText) {
                 "\", expected one of 1 (trail), 2 (path)");
   EXPECT_EQ(Refusal(testing::AnswerOf(
                         &api_, {.method = "GET", .target = "/healthz", .host = "evil\xFE.example"}))
-                .substr(0, 60),
-            ("421 Host: this server is not known as evil" + unknown + ".example, expected")
-                .substr(0, 60));
+                .substr(0, 50),
+            ("421 Host: unknown host name evil" + unknown + ".example, expected").substr(0, 50));
   // Cut short in the middle of a character.
   const Response cut = Get("/api/v1/field?pheromone=1&format=" + std::string(58, 'a') + "%C3%A9");
   EXPECT_EQ(Refusal(cut), "400 format: found \"" + std::string(58, 'a') + unknown +
@@ -375,9 +392,8 @@ TEST_F(LanesTest, APictureWithAMistakeIsRefusedAtOnceAndHoldsUpNoLaterOne) {
 
 TEST_F(ApiTest, HealthIs503WithTheReasonWhileNoChangesAreTaken) {
   control_.outcome = Error{"the disk is full"};
-  EXPECT_EQ(
-      Refusal(Get("/healthz")),
-      "503 : the disk is full, expected a log that takes changes, and a disk that takes the log");
+  EXPECT_EQ(Refusal(Get("/healthz")),
+            "503 : the disk is full, expected a log that accepts changes and a disk that responds");
 }
 
 TEST_F(ApiTest, StatusHasTheHashOnlyIfAskedFor) {
@@ -390,9 +406,9 @@ TEST_F(ApiTest, StatusHasTheHashOnlyIfAskedFor) {
 
 TEST_F(ApiTest, StatusWarnsOfWhatMakesTheServerUnhealthy) {
   EXPECT_TRUE(Parsed(Get("/api/v1/status")).at("warning").is_null());
-  control_.status.warning = "the disk has taken nothing for 2.1 s";
+  control_.status.warning = "no response from the disk for 2.1 s";
   EXPECT_EQ(Parsed(Get("/api/v1/status")).at("warning").as_string(),
-            "the disk has taken nothing for 2.1 s");
+            "no response from the disk for 2.1 s");
 }
 
 TEST_F(ApiTest, ConfigurationsAreLines) {
@@ -400,7 +416,7 @@ TEST_F(ApiTest, ConfigurationsAreLines) {
 }
 
 TEST_F(ApiTest, LinksTellUtilisationOnlyWhereTheLineHasALimit) {
-  engine::LinkView serial;
+  control::LinkView serial;
   serial.name = "radio-a";
   serial.up = true;
   serial.byte_rate = 960;
@@ -416,12 +432,12 @@ TEST_F(ApiTest, LinksTellUtilisationOnlyWhereTheLineHasALimit) {
 }
 
 TEST_F(ApiTest, LinksTellWhyTheyAreDownAndWhatIsTriedOrHowLongTheyAreSilent) {
-  engine::LinkView down;
+  control::LinkView down;
   down.state = "no such port";
   down.last_error = "no such port";
   down.failed_attempts = 4;
   down.next_attempt_s = 2.5;
-  engine::LinkView quiet;
+  control::LinkView quiet;
   quiet.up = true;
   quiet.silent = true;
   quiet.silent_s = 61.5;
@@ -441,12 +457,12 @@ TEST_F(ApiTest, LinksTellWhyTheyAreDownAndWhatIsTriedOrHowLongTheyAreSilent) {
 }
 
 TEST_F(ApiTest, ClientsTellWhatIsKnownOfThem) {
-  engine::ClientView client;
+  control::ClientView client;
   client.link = "radio-a";
   client.id = 7;
   client.known = true;
   client.silent_ms = 2500;
-  client.pose_source = engine::PoseSource::kTracker;
+  client.pose_source = control::PoseSource::kTracker;
   client.pose = {{1'500'000, -250'000}, 16384};
   client.robot.nonce = 9;
   client.robot.last_event = protocol::EventReport{7, 1, protocol::EventCode::kObstacle, -3};

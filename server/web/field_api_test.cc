@@ -221,7 +221,7 @@ TEST_F(FieldApiTest, WhatTouchesNoNodeOfTheMapIsNotCalledDone) {
                                     .local = true,
                                     .body = R"({"pheromone":1,)" + std::string(shape) + "}"});
       EXPECT_EQ(response.status, 409) << shape;
-      EXPECT_NE(response.body.find("no node of the map lies there"), std::string::npos);
+      EXPECT_NE(response.body.find("the shape contains no node of the map"), std::string::npos);
     }
   }
   EXPECT_TRUE(control_.edits.empty());

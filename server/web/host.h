@@ -1,9 +1,9 @@
-// Whether a request means this server, or came here by a name that somebody else gave it.
+// Checks the Host header of a request, as a protection against DNS rebinding.
 //
-// A page from elsewhere that a browser on this network shows could otherwise read what is here: its
-// owner has his own name point to 127.0.0.1, and the browser then takes this server for his (DNS
-// rebinding). Only the name that the browser believes in, the header Host, tells. No such name is
-// an address or "localhost", so these are always good.
+// Otherwise a foreign web page shown in a browser on this network could read this server: the owner
+// of the page lets its host name resolve to 127.0.0.1, and the browser then takes this server for
+// the origin of the page. Only the Host header reveals that name. It is never an IP address or
+// "localhost", so these are always permitted.
 //
 //   MeansThisServer("127.0.0.1:8377", {})          // true
 //   MeansThisServer("lab.local:8377", {"lab.local"})  // true
@@ -16,8 +16,9 @@
 
 namespace pheromone::web {
 
-/// `host` is the header's value, with or without a port; empty, it is from a program that sends
-/// none, and no browser: good. `names` are further ones that are good, in lower case.
+/// `host` is the value of the header, with or without a port; it is empty for a program that sends
+/// none and is not a browser, which is permitted. `names` are further permitted names, in lower
+/// case.
 bool MeansThisServer(std::string_view host, const std::vector<std::string>& names);
 
 }  // namespace pheromone::web

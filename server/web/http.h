@@ -1,5 +1,5 @@
-// A request and its answer, as the API sees them: no socket, no stream, no library. The server
-// (server.h) makes them of bytes; tests make them by hand.
+// Requests and responses as plain values, without sockets, streams or a library. The server
+// (server.h) parses them from bytes; tests construct them directly.
 //
 //   Response response = api.Handle({.method = "GET", .target = "/api/v1/status"});
 //
@@ -18,7 +18,7 @@ namespace pheromone::web {
 struct Request {
   std::string method;              ///< "GET"
   std::string target;              ///< as sent: "/api/v1/sense?x_m=1"
-  bool local = false;              ///< over the Unix socket: who may open that may change things
+  bool local = false;              ///< over the Unix socket, which grants full access
   std::string authorization = {};  ///< the headers of these names; empty: none
   std::string origin = {};
   std::string host = {};
@@ -32,10 +32,10 @@ struct Response {
   std::vector<std::pair<std::string, std::string>> headers = {};
 };
 
-/// Answers a request: once, from any thread. Dropped without having been called, it answers 503.
+/// Answers a request: called once, from any thread. If it is destroyed uncalled, the answer is 503.
 using Respond = std::function<void(Response)>;
 
-/// What is wrong, for people and for programs.
+/// An error, for people and for programs.
 struct Problem {
   std::string what;      ///< "found the string \"far\""
   std::string where;     ///< the key, parameter or header; empty: the request as a whole
@@ -45,13 +45,13 @@ struct Problem {
 /// {"error": {"what": ..., "where": ..., "expected": ...}}, with an end of line.
 Response Refuse(int status, const Problem& problem);
 
-/// A target in its parts, percent-decoded.
+/// The parts of a target, percent-decoded.
 struct Target {
   std::string path;
   std::vector<std::pair<std::string, std::string>> query;  ///< in the order of the target
 };
 
-/// Nothing if the target is not one: it does not begin with '/', or a percent sign is not followed
+/// Nothing if the target is invalid: it does not begin with '/', or a percent sign is not followed
 /// by two hexadecimal digits.
 std::optional<Target> ParseTarget(std::string_view target);
 

@@ -15,7 +15,7 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr double kMostWhole = 1e15;
+constexpr double kMaxWhole = 1e15;
 
 template <typename Number>
 void AppendNumber(Number number, std::string* text) {
@@ -28,7 +28,7 @@ void AppendNumber(Number number, std::string* text) {
 void AppendDouble(double number, std::string* text) {
   if (!std::isfinite(number)) {
     *text += "null";
-  } else if (number == std::trunc(number) && std::fabs(number) < kMostWhole) {
+  } else if (number == std::trunc(number) && std::fabs(number) < kMaxWhole) {
     AppendNumber(static_cast<int64_t>(number), text);
   } else {
     AppendNumber(number, text);

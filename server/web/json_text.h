@@ -1,5 +1,5 @@
-// JSON as text, with numbers as people write them: the fewest digits that read back the same, and
-// no exponent where none is needed (Boost.JSON writes 0.1 as 1E-1). Any thread.
+// Formats JSON with readable numbers: the shortest decimal that reads back the same, and no
+// exponent unless needed (Boost.JSON writes 0.1 as 1E-1). Any thread.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// The threads that a request may be answered on. One reads requests and answers what is short; what
-// would hold it up goes to another one.
+// The threads on which requests are answered. One reads requests and answers short ones; long ones
+// go to other threads.
 //
 //   if (!RunIn(lanes.pictures, [=] { draw and respond })) { respond(Busy()); }
 #pragma once
@@ -13,15 +13,15 @@ namespace pheromone::web {
 
 using Work = std::function<void()>;
 
-/// Has the work done soon, on another thread, or returns false where there is no room for more.
-/// Work that is dropped later, at the end of the server, takes its respond function along, and that
-/// answers. Empty: the work is done at once, by whoever asks.
+/// Queues work for another thread, or returns false if the queue is full. Work dropped later, when
+/// the server stops, destroys its respond function, which then answers. Empty: the work is done at
+/// once by the caller.
 using Lane = std::function<bool(Work)>;
 
 struct Lanes {
-  Lane long_work = {};  ///< long texts, and requests that are long themselves
-  Lane pictures = {};   ///< looks at the field and encodes; takes no lock that robots wait for
-  Lane requests = {};   ///< back to a thread that reads requests
+  Lane long_work = {};  ///< long answers and long requests
+  Lane pictures = {};   ///< reads and encodes the field; takes no lock for which robots wait
+  Lane requests = {};   ///< a thread that reads requests
 };
 
 inline bool RunIn(const Lane& lane, Work work) {
@@ -33,7 +33,8 @@ inline bool RunIn(const Lane& lane, Work work) {
 }
 
 inline Response Busy() {
-  return Refuse(503, {"the server is busy with other requests", "", "fewer of them; try again"});
+  return Refuse(
+      503, {"the server is busy with other requests", "", "fewer requests at a time; try again"});
 }
 
 }  // namespace pheromone::web

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/web/codes.h"
+#include "server/web/names.h"
 
 namespace pheromone::web {
 namespace {
@@ -83,46 +83,48 @@ class Text {
   std::string text_;
 };
 
-void AddProcess(const engine::StatusView& status, Text* text) {
+void AddProcess(const control::StatusView& status, Text* text) {
   text->Family("build_info", "gauge", "Always 1; the version is its label.");
   text->Sample({{"version", status.version}}, 1);
-  text->Gauge("uptime_seconds", "Since the start.", status.uptime_s);
+  text->Gauge("uptime_seconds", "Time since the start.", status.uptime_s);
   text->Gauge("resident_memory_bytes", "Memory of the process.", status.resident_bytes);
   text->Gauge("open_descriptors", "Open files and sockets of the process.",
               status.open_descriptors);
   text->Counter("cpu_seconds_total", "Processor time of the process.", status.cpu_s);
 }
 
-void AddEngine(const engine::StatusView& status, Text* text) {
+void AddEngine(const control::StatusView& status, Text* text) {
   text->Gauge("field_time_seconds", "Field time, by which pheromone evaporates.",
               static_cast<double>(status.field_time_ms) / 1e3);
   text->Gauge("log_sequence", "Sequence number of the last event of the log.", status.sequence);
-  text->Gauge("log_durable_sequence", "Of the last event that a crash cannot take back.",
+  text->Gauge("log_durable_sequence", "Sequence number of the last durable event.",
               status.durable_sequence);
-  text->Gauge("robots", "Robots that have said HELLO.", status.robots);
+  text->Gauge("robots", "Robots that have sent HELLO.", status.robots);
   text->Gauge("field_nodes", "Nodes of the map that hold pheromone.", status.nodes);
   text->Gauge("field_tiles", "Tiles of 8 x 8 nodes in memory.", status.tiles);
-  text->Gauge("field_memory_bytes", "Memory that pheromone takes.", status.field_bytes);
-  text->Gauge("field_memory_limit_bytes", "Beyond it, the map is full.", status.field_limit_bytes);
+  text->Gauge("field_memory_bytes", "Memory used for pheromone.", status.field_bytes);
+  text->Gauge("field_memory_limit_bytes",
+              "Memory limit for pheromone, beyond which the map is full.",
+              status.field_limit_bytes);
 
   const engine::ServiceCounters& counters = status.service;
   std::map<std::string_view, uint64_t> by_name;
   for (size_t opcode = 0; opcode < status.requests_by_opcode.size(); ++opcode) {
     by_name[NameOfRequest(static_cast<uint8_t>(opcode))] += status.requests_by_opcode[opcode];
   }
-  text->Family("requests_total", "counter", "Messages from robots, by what they ask for.");
+  text->Family("requests_total", "counter", "Messages from robots, by request.");
   for (const auto& [name, count] : by_name) {
     text->Sample({{"request", name}}, count);
   }
-  text->Counter("requests_ignored_total", "Messages that nobody answers, such as echoes.",
+  text->Counter("requests_ignored_total", "Messages that are not answered, such as echoes.",
                 counters.ignored);
   text->Counter("answers_total", "Answers other than ERROR.", counters.answers);
-  text->Counter("duplicates_total", "Changes that robots repeated since the answer was lost.",
+  text->Counter("duplicates_total", "Changes that robots repeated because the answer was lost.",
                 counters.repeats);
   text->Counter("changes_total", "Events that went through the log.", counters.changes);
-  text->Counter("observations_total", "Poses from trackers that were taken.",
-                counters.observations);
-  text->Counter("observations_refused_total", "Poses from trackers of robots nobody knows.",
+  text->Counter("observations_total", "Accepted poses from trackers.", counters.observations);
+  text->Counter("observations_refused_total",
+                "Refused poses from trackers, such as of unknown robots.",
                 counters.observations_refused);
   text->Family("errors_total", "counter", "ERROR answers, by reason.");
   for (size_t reason = 1; reason < counters.errors.size(); ++reason) {
@@ -131,11 +133,11 @@ void AddEngine(const engine::StatusView& status, Text* text) {
       text->Sample({{"reason", name}}, counters.errors[reason]);
     }
   }
-  text->Counter("id_conflicts_total", "Two robots that took turns under one ID.",
+  text->Counter("id_conflicts_total", "Conflicts of two robots with the same ID.",
                 status.engine.id_conflicts);
-  text->Counter("robots_forgotten_total", "Robots dropped to make room for another.",
+  text->Counter("robots_forgotten_total", "Robots forgotten to make room for another.",
                 status.engine.robots_forgotten);
-  text->Counter("commands_unanswered_total", "Commands that no robot acknowledged.",
+  text->Counter("commands_unanswered_total", "Commands that were not acknowledged.",
                 status.engine.commands_unanswered);
   text->Counter("commands_unknown_total", "Commands whose robot restarted before it acknowledged.",
                 status.engine.commands_unknown);
@@ -144,7 +146,7 @@ void AddEngine(const engine::StatusView& status, Text* text) {
 // Each class counts what the ones before it do, too.
 void AddLatency(const engine::LatencyCounts& counts, Text* text) {
   text->Family("batch_seconds", "histogram",
-               "Time of a batch of requests, waiting for the engine and in it.");
+               "Latency of a batch of requests, waiting for the engine and processing.");
   uint64_t count = 0;
   for (size_t i = 0; i < counts.by_class.size(); ++i) {
     count += counts.by_class[i];
@@ -156,67 +158,69 @@ void AddLatency(const engine::LatencyCounts& counts, Text* text) {
   text->Sample({}, count, "_count");
 }
 
-void AddLinks(const std::vector<engine::LinkView>& links, Text* text) {
+void AddLinks(const std::vector<control::LinkView>& links, Text* text) {
   text->Family("link_up", "gauge", "1 while the link is up.");
-  for (const engine::LinkView& link : links) {
+  for (const control::LinkView& link : links) {
     text->Sample({{"link", link.name}, {"kind", link.kind}}, link.up ? 1 : 0);
   }
   text->Family("link_failed_attempts", "gauge",
-               "Attempts of a link to come up that failed, since it was up.");
-  for (const engine::LinkView& link : links) {
+               "Failed attempts to open a link since it was last up.");
+  for (const control::LinkView& link : links) {
     text->Sample({{"link", link.name}}, link.failed_attempts);
   }
-  text->Family("link_silent_seconds", "gauge", "Since the last byte came in over a link.");
-  for (const engine::LinkView& link : links) {
+  text->Family("link_silent_seconds", "gauge", "Time since the last byte was received on a link.");
+  for (const control::LinkView& link : links) {
     if (link.silent_s) {
       text->Sample({{"link", link.name}}, *link.silent_s);
     }
   }
-  text->Family("link_capacity_bytes_per_second", "gauge", "What the line can carry, if limited.");
-  for (const engine::LinkView& link : links) {
+  text->Family("link_capacity_bytes_per_second", "gauge", "Capacity of the line, if limited.");
+  for (const control::LinkView& link : links) {
     if (link.byte_rate) {
       text->Sample({{"link", link.name}}, *link.byte_rate);
     }
   }
   text->Family("link_utilisation_ratio", "gauge",
-               "Share of that in use, both ways, over about ten seconds.");
-  for (const engine::LinkView& link : links) {
+               "Utilisation of the line in both directions, over about ten seconds.");
+  for (const control::LinkView& link : links) {
     if (link.byte_rate) {
       text->Sample({{"link", link.name}}, link.bytes_per_s / *link.byte_rate);
     }
   }
   // All links count the same things, in the same order.
   for (size_t i = 0; !links.empty() && i < links.front().counters.size(); ++i) {
-    const engine::NamedCount& first = links.front().counters[i];
+    const control::NamedCount& first = links.front().counters[i];
     text->Family("link_" + std::string(first.name) + "_total", "counter", first.help);
-    for (const engine::LinkView& link : links) {
+    for (const control::LinkView& link : links) {
       text->Sample({{"link", link.name}}, link.counters[i].count);
     }
   }
 }
 
-void AddCapture(const engine::CaptureView& capture, Text* text) {
-  text->Gauge("capture_recording", "1 while what passes is recorded.", capture.recording ? 1 : 0);
-  text->Gauge("capture_failed", "1 if the last recording ended by itself.",
+void AddCapture(const control::CaptureView& capture, Text* text) {
+  text->Gauge("capture_recording", "1 while a recording is in progress.",
+              capture.recording ? 1 : 0);
+  text->Gauge("capture_failed", "1 if the last recording stopped by itself.",
               capture.error.empty() ? 0 : 1);
-  text->Gauge("capture_bytes", "Written in the present recording, or in the last.", capture.bytes);
-  text->Gauge("capture_lost_records", "Of that recording: what the disk did not take in time.",
-              capture.lost);
+  text->Gauge("capture_bytes", "Bytes written in the present recording, or the last one.",
+              capture.bytes);
+  text->Gauge("capture_lost_records",
+              "Records of that recording dropped because the disk was too slow.", capture.lost);
 }
 
-void AddRobots(const std::vector<engine::ClientView>& clients, Text* text) {
+void AddRobots(const std::vector<control::ClientView>& clients, Text* text) {
   const auto family = [&](std::string_view name, std::string_view help, auto value_of) {
     text->Family(name, "counter", help);
-    for (const engine::ClientView& client : clients) {
+    for (const control::ClientView& client : clients) {
       text->Sample({{"link", client.link}, {"id", std::to_string(client.id)}}, value_of(client));
     }
   };
   family("robot_requests_total", "Messages from a robot.",
-         [](const engine::ClientView& it) { return it.traffic.requests; });
+         [](const control::ClientView& it) { return it.traffic.requests; });
   family("robot_repeats_total", "Changes that a robot had to repeat.",
-         [](const engine::ClientView& it) { return it.traffic.repeats; });
-  text->Family("robot_silent_seconds", "gauge", "Since a robot's last message.");
-  for (const engine::ClientView& client : clients) {
+         [](const control::ClientView& it) { return it.traffic.repeats; });
+  text->Family("robot_silent_seconds", "gauge", "Time since a robot's last message.");
+  for (const control::ClientView& client : clients) {
     if (client.silent_ms) {
       text->Sample({{"link", client.link}, {"id", std::to_string(client.id)}},
                    static_cast<double>(*client.silent_ms) / 1e3);
@@ -226,8 +230,8 @@ void AddRobots(const std::vector<engine::ClientView>& clients, Text* text) {
 
 }  // namespace
 
-std::string Metrics(const engine::Control& control) {
-  const engine::StatusView status = control.GetStatus(false);
+std::string Metrics(const control::Control& control) {
+  const control::StatusView status = control.GetStatus(false);
   Text text;
   AddProcess(status, &text);
   AddEngine(status, &text);

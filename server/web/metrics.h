@@ -1,7 +1,7 @@
-// The server in figures, for Prometheus: its text format, version 0.0.4
+// The server's metrics in the text format of Prometheus, version 0.0.4
 // (https://prometheus.io/docs/instrumenting/exposition_formats/).
 //
-//   # HELP pheromone_link_received_frames_total Frames that came in whole.
+//   # HELP pheromone_link_received_frames_total Complete frames received.
 //   # TYPE pheromone_link_received_frames_total counter
 //   pheromone_link_received_frames_total{link="radio-a"} 1234
 //
@@ -10,12 +10,12 @@
 
 #include <string>
 
-#include "server/engine/control.h"
+#include "server/control/control.h"
 
 namespace pheromone::web {
 
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 
-std::string Metrics(const engine::Control& control);
+std::string Metrics(const control::Control& control);
 
 }  // namespace pheromone::web

@@ -54,14 +54,14 @@ Exposition Parse(const std::string& text) {
 
 TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   testing::FakeControl control;
-  engine::LinkView link;
+  control::LinkView link;
   link.name = "radio-a";
   link.kind = "serial";
   link.failed_attempts = 3;
   link.byte_rate = 960;
   link.bytes_per_s = 96;
   link.counters = {{"received_frames", "Frames.", 5}, {"crc_errors", "Damaged.", 2}};
-  engine::LinkView other = link;
+  control::LinkView other = link;
   other.name = "net";
   other.up = true;
   other.failed_attempts = 0;
@@ -69,7 +69,7 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   other.byte_rate.reset();
   other.counters[0].count = 70'000'000'000;
   control.links = {link, other};
-  engine::ClientView client;
+  control::ClientView client;
   client.link = "radio-a";
   client.id = 7;
   client.traffic.requests = 12;

@@ -16,7 +16,7 @@ class PendingResponse::Promise {
   Promise& operator=(const Promise&) = delete;
   ~Promise() {
     if (!kept_) {
-      Keep(Refuse(503, {"the server could not answer", "", "another try in a moment"}));
+      Keep(Refuse(503, {"the server could not answer", "", "try again in a moment"}));
     }
   }
 

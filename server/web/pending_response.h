@@ -1,13 +1,14 @@
-// An answer that is still to come: a session waits for it on its own executor, and a handler gives
-// it from whatever thread, however late.
+// A pending response: a session waits for it on its own executor, and a handler gives it from any
+// thread, however late.
 //
 //   PendingResponse pending(executor, [&] { timer.cancel(); });   // on the executor
 //   handle(request, pending.MakeRespond());
 //   ... until the timer is cancelled or has expired
 //   std::optional<Response> response = pending.Take();
 //
-// What MakeRespond gives may outlive the pending response, its executor and the io_context: then it
-// does nothing. Its first call counts; if all of its copies go without one, the answer is 503.
+// The result of MakeRespond may outlive the pending response, its executor and the io_context: then
+// it has no effect. Only its first call counts; if all copies are destroyed uncalled, the answer is
+// 503.
 #pragma once
 
 #include <functional>
@@ -32,7 +33,7 @@ class PendingResponse {
   /// To be called once.
   Respond MakeRespond();
 
-  /// Nothing as long as there is no answer, and after it was taken.
+  /// Empty until there is a response, and after it was taken.
   std::optional<Response> Take();
 
  private:

@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "server/web/fields.h"
+#include "server/web/request_parameters.h"
 
 namespace pheromone::web {
 namespace {
@@ -30,7 +30,7 @@ void Pictures::Show(const std::string& target, boost::json::object query, Respon
 }
 
 void Pictures::Begin(const std::shared_ptr<Order>& order, int looks_left) {
-  Fields fields(order->query);
+  Parameters fields(order->query);
   std::optional<Picture> picture = ReadPicture(control_.GetField(), &fields);
   if (!picture) {
     Answer(order, Refuse(400, *fields.problem()));
@@ -61,7 +61,7 @@ void Pictures::Finish(const std::shared_ptr<Order>& order, const Picture& pictur
   } else if (looks_left > 1) {
     Begin(order, looks_left - 1);
   } else {
-    Answer(order, Refuse(503, {"the configuration is changing", "", "a moment's patience"}));
+    Answer(order, Refuse(503, {"the configuration is changing", "", "try again in a moment"}));
   }
 }
 

@@ -1,12 +1,12 @@
-// Rasters and pictures of the field, drawn where they hold up neither robots nor operators, and
-// once for all that wait for the same one.
+// Draws rasters and pictures of the field without delaying robots or operators, and once for all
+// requests that wait for the same picture.
 //
 //   Pictures pictures(&control, &lanes);
 //   pictures.Show(target, query, respond);     // on a thread that reads requests
 //
-// The configuration is looked at under the service's lock on the threads that read requests; the
-// thread that draws takes no lock that a robot may wait for, so that it may have a low priority.
-// Whoever asks for a picture that is drawn already gets one of his own, which is not older than his
+// The configuration is read under the service's lock on the threads that read requests; the thread
+// that draws takes no lock for which a robot may wait, so that it can have a low priority. A
+// request for a picture that is already being drawn gets a new one, which is not older than the
 // request.
 //
 // Thread-safe.
@@ -20,17 +20,17 @@
 
 #include <boost/json/object.hpp>
 
-#include "server/engine/control.h"
+#include "server/control/control.h"
 #include "server/web/http.h"
 #include "server/web/lanes.h"
-#include "server/web/reading.h"
+#include "server/web/queries.h"
 
 namespace pheromone::web {
 
 class Pictures {
  public:
   /// Both outlive it, and it outlives whatever runs in the lanes.
-  Pictures(const engine::Control* control, const Lanes* lanes)
+  Pictures(const control::Control* control, const Lanes* lanes)
       : control_(*control), lanes_(*lanes) {}
 
   /// `target` is the request's, `query` what it says.
@@ -50,7 +50,7 @@ class Pictures {
   void Close(const std::shared_ptr<Order>& order);
   void Answer(const std::shared_ptr<Order>& order, Response response);
 
-  const engine::Control& control_;
+  const control::Control& control_;
   const Lanes& lanes_;
   std::mutex mutex_;
   std::map<std::string, std::weak_ptr<Order>> orders_;  // by target, those not begun

@@ -11,6 +11,7 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/dispatch.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/redirect_error.hpp>
@@ -87,6 +88,10 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         local_pause_(strand_),
         tcp_pause_(strand_) {}
 
+  void OnUpgrade(std::string path, UpgradeHandler handler) {
+    upgrades_.insert_or_assign(std::move(path), std::move(handler));
+  }
+
   Status ListenOnSocket() {
     Status listening = ListenOnUnixSocket(options_.socket_path, &local_);
     if (listening.ok()) {
@@ -161,7 +166,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
           taken = true;
         }
       } catch (const std::exception& failure) {  // out of memory, say
-        Tell(std::string("a connection was not taken: ") + failure.what());
+        Tell(std::string("a connection was not accepted: ") + failure.what());
       }
       if (!taken && !stopping_) {
         pause->expires_after(kAfterTrouble);
@@ -179,16 +184,28 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     }
     const auto session = std::make_shared<Session>(
         std::move(socket), SessionTraits{crowd == &local_crowd_, full, options_.patience},
-        full ? Refusal() : handle_);
+        full ? Refusal() : handle_, full ? nullptr : &upgrades_);
     sessions->insert(session);
     asio::co_spawn(session->executor(), session->Run(),
                    asio::bind_executor(strand_, [self = shared_from_this(), session,
                                                  sessions](const std::exception_ptr& failure) {
-                     sessions->erase(session);
+                     self->Leave(session, sessions);
                      if (failure != nullptr) {
                        self->Tell("a connection was dropped: " + WordsOf(failure));
                      }
                    }));
+  }
+
+  // One that was handed on keeps its place until its owner gives it back.
+  void Leave(const std::shared_ptr<Session>& session, Sessions* sessions) {
+    const std::shared_ptr<PlaceState> place = session->place();
+    if (place == nullptr) {
+      sessions->erase(session);
+      return;
+    }
+    place->OnRelease([self = shared_from_this(), session, sessions] {
+      asio::dispatch(self->strand_, [self, session, sessions] { sessions->erase(session); });
+    });
   }
 
   void Tell(const std::string& text) const {
@@ -203,7 +220,8 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
       if (self->options_.is_urgent && self->options_.is_urgent(request)) {
         self->handle_(std::move(request), std::move(respond));
       } else {
-        respond(Refuse(503, {"too many connections", "", "fewer of them; try again in a moment"}));
+        respond(
+            Refuse(503, {"too many connections", "", "fewer connections; try again in a moment"}));
       }
     };
   }
@@ -212,6 +230,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   const asio::strand<asio::io_context::executor_type> strand_;
   const ServerOptions options_;
   const Handle handle_;
+  Upgrades upgrades_;  // constant once it listens
   Local::acceptor local_;
   tcp::acceptor tcp_;
   // One each: to set a timer anew ends the other's wait for it.
@@ -228,6 +247,10 @@ Server::Server(asio::io_context& io, ServerOptions options, Handle handle)
     : impl_(std::make_shared<Impl>(io, std::move(options), std::move(handle))) {}
 
 Server::~Server() = default;
+
+void Server::OnUpgrade(std::string path, UpgradeHandler handler) {
+  impl_->OnUpgrade(std::move(path), std::move(handler));
+}
 
 Status Server::ListenOnSocket() {
   return impl_->ListenOnSocket();

@@ -1,23 +1,27 @@
-// HTTP/1.1 on a Unix socket and a TCP port: bytes to requests and responses to bytes. What is
-// answered is decided elsewhere (api.h).
+// HTTP/1.1 on a Unix socket and a TCP port: parses requests and writes responses. The API is
+// elsewhere (api.h).
 //
 //   Server server(io, options, [&](Request request, Respond respond) {
 //     api.Handle(std::move(request), std::move(respond));
 //   });
 //   const Status listening = server.ListenOnPort();
-//   io.run();               // on as many threads as you like
+//   io.run();               // on any number of threads
 //   ...
 //   server.Stop();          // io runs dry
 //
-// The handler is called on the threads of `io`, for different connections at once. It must not take
-// long: it answers later, from any thread, what would hold up other requests.
+// The handler is called on the threads of `io`, concurrently for different connections. It must not
+// block: requests that take long are answered later, from any thread.
 //
-// Strangers: a header may have 8 KiB and a body 1 MiB; a request must have come in, and its answer
-// be there and be taken, within `patience` each; an answer that does not come is 504. The socket
-// and the port have `max_connections` each. When one is full, the connection that has waited for a
-// request the longest gives way to a new one; where all are in the middle of a request, the new one
-// is told 503 and closed, unless what it asks for is urgent. Whoever breaks a rule gets 400, 413,
-// 431 or 503 if he can still be told, and is hung up on.
+// Limits: headers have at most 8 KiB and a body 1 MiB; receiving a request, answering it and
+// sending the answer may take `patience` each; a missing answer is 504. The socket and the port
+// have `max_connections` each. When these are in use, the connection that has been idle for longest
+// is closed for a new one; if none is idle, the new one is answered with 503 and closed, unless its
+// request is urgent. A client that violates a limit gets 400, 413, 431 or 503 if possible, and is
+// disconnected.
+//
+// Where somebody has registered for it, a client may ask for a WebSocket; then the connection is
+// handed over, with what was read of it (upgrade.h). Everywhere else such a request is one as
+// others are, and what it asks for beside is left out.
 //
 // Listen before the run or during it, Stop once, from any thread. SIGPIPE must be ignored.
 #pragma once
@@ -33,6 +37,7 @@
 
 #include "server/base/result.h"
 #include "server/web/http.h"
+#include "server/web/upgrade.h"
 
 namespace pheromone::web {
 
@@ -43,12 +48,12 @@ struct ServerOptions {
   std::string socket_path;      ///< of the Unix socket, made with mode 0660; empty: none
   std::string listen_address;   ///< numeric; empty: no TCP
   uint16_t listen_port = 0;     ///< 0: the system chooses, see port()
-  size_t max_connections = 64;  ///< of each; and as many that are told that there are too many
+  size_t max_connections = 64;  ///< of each; and as many more that are answered with 503
   std::chrono::milliseconds patience{15'000};
   /// Of requests that are served however many others there are: those to which the handler has an
   /// answer in no time. Empty: none.
   std::function<bool(const Request&)> is_urgent = {};
-  /// Gets what goes wrong inside, in words, on any thread of `io`.
+  /// Receives messages about internal errors, on any thread of `io`.
   std::function<void(const std::string&)> tell = {};
 };
 
@@ -61,12 +66,17 @@ class Server {
   Server& operator=(const Server&) = delete;
   ~Server();
 
-  /// Each opens what it is named after, or says why that failed; the other works without it.
+  /// Passes connections that ask for a WebSocket at `path`, and are not refused by `handler.check`,
+  /// to `handler.take`; beyond `max_connections` they are answered with 503. To be called before
+  /// the server listens.
+  void OnUpgrade(std::string path, UpgradeHandler handler);
+
+  /// Each starts listening on what it is named after, or returns an error; they are independent.
   Status ListenOnSocket();
   Status ListenOnPort();
 
-  /// Ends all conversations, after the answer to what has been handed to the handler, and removes
-  /// the Unix socket if it is still ours.
+  /// Closes all connections, after answering the requests passed to the handler, and removes the
+  /// Unix socket if it is still ours. Owners of upgraded connections are notified (Place::OnStop).
   void Stop();
 
   /// The TCP port that is listened on; 0: none.

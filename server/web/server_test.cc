@@ -13,7 +13,6 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -23,6 +22,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "server/web/testing/listening_server.h"
 
 namespace pheromone::web {
 namespace {
@@ -93,25 +94,12 @@ class Client {
   const int socket_;
 };
 
-class ServerTest : public ::testing::Test {
+class ServerTest : public testing::ListeningServer {
  protected:
-  ServerTest() {
-    std::signal(SIGPIPE, SIG_IGN);
-    std::string name = (std::filesystem::temp_directory_path() / "web-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-    options_.socket_path = (folder_ / "s.sock").string();
-    options_.listen_address = "127.0.0.1";
-  }
-
-  void TearDown() override {
-    Stop();
-    std::filesystem::remove_all(folder_);
-  }
-
   // Answers with method, target, whether it is local, and the body: at once, but for what
   // `is_held_` says; that is answered by AnswerHeld.
   void Start(int threads = 3) {
-    server_ = std::make_unique<Server>(io_, options_, [this](Request request, Respond respond) {
+    Make([this](Request request, Respond respond) {
       ++handled_;
       if (is_held_ && is_held_(request)) {
         const std::lock_guard lock(mutex_);
@@ -121,22 +109,7 @@ class ServerTest : public ::testing::Test {
       }
       respond(ResponseTo(request));
     });
-    ASSERT_TRUE(server_->ListenOnPort().ok());
-    const Status local = server_->ListenOnSocket();
-    ASSERT_TRUE(local.ok()) << local.error();
-    for (int i = 0; i < threads; ++i) {
-      threads_.emplace_back([this] { io_.run(); });
-    }
-  }
-
-  void Stop() {
-    if (server_ != nullptr) {
-      server_->Stop();
-    }
-    for (std::thread& thread : threads_) {
-      thread.join();
-    }
-    threads_.clear();
+    Listen(threads);
   }
 
   static Response ResponseTo(const Request& request) {
@@ -172,11 +145,6 @@ class ServerTest : public ::testing::Test {
     return answer.starts_with("HTTP/1.1 ") ? answer.substr(9, 3) : "no answer: " + answer;
   }
 
-  boost::asio::io_context io_;
-  ServerOptions options_;
-  std::filesystem::path folder_;
-  std::unique_ptr<Server> server_;
-  std::vector<std::thread> threads_;
   std::atomic<int> handled_{0};
   std::function<bool(const Request&)> is_held_;
   std::mutex mutex_;
@@ -432,7 +400,7 @@ TEST_F(ServerTest, AHeaderThatDecidesAboutAccessMayComeOnlyOnce) {
   for (const std::string name : {"Host", "Authorization", "Origin"}) {
     const std::string answer = Once("GET / HTTP/1.1\r\n" + name + ": a\r\n" + name + ": b\r\n\r\n");
     EXPECT_EQ(StatusOf(answer), "400");
-    EXPECT_NE(answer.find(R"("what":"found it twice","where":")" + name + '"'), std::string::npos)
+    EXPECT_NE(answer.find(R"("what":"found twice","where":")" + name + '"'), std::string::npos)
         << answer;
   }
   EXPECT_EQ(handled_, 0);
@@ -462,7 +430,7 @@ TEST_F(ServerTest, TheSocketOfADeadServerIsReplacedAndThatOfALivingOneIsNot) {
   Server second(io_, options_, [](const Request&, const Respond&) {});
   const Status refused = second.ListenOnSocket();
   ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error(), options_.socket_path + ": a running server listens there");
+  EXPECT_EQ(refused.error(), options_.socket_path + ": in use by a running server");
   const Client client(options_.socket_path);
   client.Send("GET / HTTP/1.0\r\n\r\n");
   EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));
@@ -479,7 +447,7 @@ TEST_F(ServerTest, WhatCannotBeListenedOnIsAnErrorInWords) {
                                                std::to_string(options.listen_port) +
                                                ": Address already in use");
   EXPECT_EQ(second.ListenOnSocket().error(),
-            options.socket_path + ": is there already, and is no socket");
+            options.socket_path + ": already exists and is not a socket");
   options.socket_path = (folder_ / std::string(200, 'a')).string();
   Server third(io_, options, [](const Request&, const Respond&) {});
   EXPECT_NE(third.ListenOnSocket().error().find("expected at most 107"), std::string::npos);

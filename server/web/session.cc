@@ -6,6 +6,8 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
 
 namespace pheromone::web {
 namespace {
@@ -46,7 +48,7 @@ std::optional<Problem> ProblemOf(const Message& message) {
        {http::field::host, http::field::authorization, http::field::origin}) {
     if (message.count(name) > 1) {
       const auto text = http::to_string(name);
-      return Problem{"found it twice", {text.data(), text.size()}, "the header once"};
+      return Problem{"found twice", {text.data(), text.size()}, "the header once"};
     }
   }
   return std::nullopt;
@@ -84,7 +86,9 @@ asio::awaitable<void> Session::Run() {
   while (!closing_ && co_await ServeOne()) {
     EndRequest();
   }
-  co_await HangUp();
+  if (place_ == nullptr) {
+    co_await HangUp();
+  }
 }
 
 // Whether another request may follow.
@@ -130,11 +134,45 @@ asio::awaitable<bool> Session::ServeOne() {
     co_await Write(&answer, message.method() == http::verb::head);
     co_return false;
   }
+  Request request = ToRequest(message, traits_.local);
+  const UpgradeHandler* const upgrade = FindUpgrade(message);
+  std::optional<Response> refused = upgrade != nullptr ? upgrade->check(request) : std::nullopt;
+  if (upgrade != nullptr && !refused) {
+    HandOn(*upgrade, parser.release());
+    co_return false;
+  }
   const bool keep_alive = message.keep_alive() && !traits_.once;
-  Response response = co_await Ask(ToRequest(message, traits_.local));
+  Response response;  // g++ 12 destroys too much of a "?:" that co_awaits
+  if (refused) {
+    response = *std::move(refused);
+  } else {
+    response = co_await Ask(std::move(request));
+  }
   Answer answer = ToAnswer(std::move(response), message.version(), keep_alive);
   co_return co_await Write(&answer, message.method() == http::verb::head) && keep_alive &&
       !closing_;
+}
+
+const UpgradeHandler* Session::FindUpgrade(const Message& message) const {
+  if (upgrades_ == nullptr || !boost::beast::websocket::is_upgrade(message)) {
+    return nullptr;
+  }
+  const auto text = message.target();
+  const auto target = ParseTarget({text.data(), text.size()});
+  const auto found = target ? upgrades_->find(target->path) : upgrades_->end();
+  return found != upgrades_->end() ? &found->second : nullptr;
+}
+
+// It stays in the middle of a request, as far as others can see: it does not give way to anybody.
+void Session::HandOn(const UpgradeHandler& to, Message message) {
+  std::string rest = boost::beast::buffers_to_string(buffer_.data());
+  buffer_.clear();
+  buffer_.shrink_to_fit();
+  stream_.expires_never();
+  place_ = std::make_shared<PlaceState>();
+  Place place(place_);
+  to.take({stream_.release_socket(), std::move(message), traits_.local, std::move(rest),
+           std::move(place)});
 }
 
 asio::awaitable<Response> Session::Ask(Request request) {
@@ -148,8 +186,8 @@ asio::awaitable<Response> Session::Ask(Request request) {
     response = pending.Take();
   }
   if (!response) {
-    response = Refuse(504, {"the server has no answer yet; what was asked for may still be done",
-                            "", "another look in a moment"});
+    response = Refuse(504, {"no answer yet; the request may still take effect", "",
+                            "check the status in a moment"});
   }
   co_return std::move(*response);
 }
@@ -172,9 +210,9 @@ asio::awaitable<void> Session::HangUp() {
   boost::beast::error_code error;
   stream_.socket().shutdown(Protocol::socket::shutdown_send, error);
   std::array<char, 4096> rest{};
-  constexpr int kMostReads = 1024;
+  constexpr int kMaxReads = 1024;
   stream_.expires_after(std::min<std::chrono::milliseconds>(traits_.patience, kLinger));
-  for (int i = 0; i < kMostReads && !error && !closing_; ++i) {
+  for (int i = 0; i < kMaxReads && !error && !closing_; ++i) {
     co_await stream_.async_read_some(asio::buffer(rest), Into(&error));
   }
   stream_.close();

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,16 +30,18 @@
 #include "server/web/http.h"
 #include "server/web/pending_response.h"
 #include "server/web/server.h"
+#include "server/web/upgrade.h"
 
 namespace pheromone::web {
 
-/// What a parser's error is answered with; 0: with nothing, nobody is listening any more.
+/// The status for a parser's error; 0: none, since the client has disconnected.
 int StatusOf(const boost::beast::error_code& error);
 
 using Message = boost::beast::http::request<boost::beast::http::string_body>;
 using Answer = boost::beast::http::response<boost::beast::http::string_body>;
 
-/// What is wrong with the headers of a whole message: one that decides about access comes twice.
+/// Checks the headers of a complete message: a header that decides about access must not be
+/// repeated.
 std::optional<Problem> ProblemOf(const Message& message);
 
 Request ToRequest(const Message& message, bool local);
@@ -53,11 +56,11 @@ class SessionBase {
   SessionBase& operator=(const SessionBase&) = delete;
   virtual ~SessionBase() = default;
 
-  /// Ends it. A request that has been handled over is answered before.
+  /// Ends the session, after answering a request that was passed to the handler.
   virtual void Close() = 0;
 
-  /// A number for the time since which it waits for a request, the greater the later; nothing while
-  /// it is in the middle of one.
+  /// A number that increases with the time since which the session is idle; empty while a request
+  /// is in progress.
   std::optional<uint64_t> idle_since() const {
     const uint64_t since = idle_since_;
     return since > kClaimed ? std::optional(since) : std::nullopt;
@@ -86,10 +89,13 @@ class SessionBase {
   std::atomic<uint64_t> idle_since_{NextTime()};
 };
 
-/// What one session differs from others in.
+/// Handlers of upgraded connections, by path.
+using Upgrades = std::map<std::string, UpgradeHandler>;
+
+/// The properties of a session.
 struct SessionTraits {
   bool local = false;
-  bool once = false;  ///< hangs up after the first answer
+  bool once = false;  ///< closes the connection after the first answer
   std::chrono::milliseconds patience{0};
 };
 
@@ -98,11 +104,14 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
   /// Of TCP and of Unix sockets alike: one class, for what Beast makes of it takes long to compile.
   using Protocol = boost::asio::generic::stream_protocol;
 
-  Session(Protocol::socket socket, SessionTraits traits, Server::Handle handle)
+  /// `upgrades` outlives the session; null: none.
+  Session(Protocol::socket socket, SessionTraits traits, Server::Handle handle,
+          const Upgrades* upgrades)
       : stream_(std::move(socket)),
         answer_timer_(stream_.get_executor()),
         traits_(traits),
-        handle_(std::move(handle)) {}
+        handle_(std::move(handle)),
+        upgrades_(upgrades) {}
 
   boost::asio::any_io_executor executor() { return stream_.get_executor(); }
 
@@ -111,13 +120,22 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
   void Close() override {
     boost::asio::post(stream_.get_executor(), [self = shared_from_this()] {
       self->closing_ = true;
-      self->stream_.cancel();
+      if (self->place_ != nullptr) {
+        self->place_->Stop();
+      } else {
+        self->stream_.cancel();
+      }
     });
   }
+
+  /// Not null once it has handed its connection on. After Run has ended.
+  std::shared_ptr<PlaceState> place() const { return place_; }
 
  private:
   // Whether another request may follow.
   boost::asio::awaitable<bool> ServeOne();
+  const UpgradeHandler* FindUpgrade(const Message& message) const;
+  void HandOn(const UpgradeHandler& to, Message message);
   boost::asio::awaitable<Response> Ask(Request request);
   boost::asio::awaitable<bool> Write(Answer* answer, bool header_alone);
   boost::asio::awaitable<void> HangUp();
@@ -126,8 +144,10 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
   boost::asio::steady_timer answer_timer_;
   const SessionTraits traits_;
   const Server::Handle handle_;
+  const Upgrades* const upgrades_;
   boost::beast::flat_buffer buffer_{kMaxHeaderBytes + kMaxBodyBytes};
   bool closing_ = false;
+  std::shared_ptr<PlaceState> place_;  // the connection is somebody else's
 };
 
 }  // namespace pheromone::web

@@ -28,13 +28,13 @@ Status MakeRoom(const std::string& path, const boost::asio::any_io_executor& exe
     return errno == ENOENT ? Ok() : Status(SystemError(path, errno));
   }
   if (!S_ISSOCK(found.st_mode)) {
-    return Error{path + ": is there already, and is no socket"};
+    return Error{path + ": already exists and is not a socket"};
   }
   error_code error;
   Local::socket probe(executor);
   probe.connect(Local::endpoint(path), error);
   if (!error) {
-    return Error{path + ": a running server listens there"};
+    return Error{path + ": in use by a running server"};
   }
   return error != boost::asio::error::connection_refused
              ? Status(Error{path + ": " + error.message()})

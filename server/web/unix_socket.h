@@ -1,4 +1,4 @@
-// The place in the file system where the Unix socket is.
+// Creates the Unix socket in the file system.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace pheromone::web {
 
-/// Makes `path` a Unix socket with mode 0660 and listens on it. What is left of a server that is no
-/// longer running is replaced; the socket of one that is, and any other file, is an error.
+/// Creates a Unix socket with mode 0660 at `path` and listens on it. A stale socket is replaced;
+/// the socket of a running server, and any other file, is an error.
 Status ListenOnUnixSocket(const std::string& path,
                           boost::asio::local::stream_protocol::acceptor* acceptor);
 

@@ -9,7 +9,7 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
-#include "server/web/codes.h"
+#include "server/web/names.h"
 
 namespace pheromone::web {
 namespace {
@@ -65,8 +65,8 @@ json::value EventToJson(const std::optional<protocol::EventReport>& event) {
   return json::object{{"event", NameOf(event->code)}, {"argument", event->argument}};
 }
 
-json::value PoseToJson(const engine::ClientView& client) {
-  if (client.pose_source == engine::PoseSource::kNone) {
+json::value PoseToJson(const control::ClientView& client) {
+  if (client.pose_source == control::PoseSource::kNone) {
     return nullptr;
   }
   return json::object{{"x_m", Metres(client.pose.position.x)},
@@ -75,7 +75,7 @@ json::value PoseToJson(const engine::ClientView& client) {
                       {"source", NameOf(client.pose_source)}};
 }
 
-json::object ToJson(const engine::ClientView& client) {
+json::object ToJson(const control::ClientView& client) {
   const engine::RobotState& robot = client.robot;
   return {{"link", client.link},
           {"id", client.id},
@@ -134,7 +134,7 @@ double MaximumOf(const field::PheromoneLaw& law) {
   return static_cast<double>(law.quantum_micro) * law.max_count / 1e6;
 }
 
-json::value ToJson(const engine::CaptureView& capture) {
+json::value ToJson(const control::CaptureView& capture) {
   const auto text = [](const std::string& it) {
     return it.empty() ? json::value(nullptr) : json::value(it);
   };
@@ -144,7 +144,7 @@ json::value ToJson(const engine::CaptureView& capture) {
                       {"records", capture.records},     {"lost", capture.lost}};
 }
 
-json::value ToJson(const engine::StatusView& status) {
+json::value ToJson(const control::StatusView& status) {
   return json::object{
       {"version", status.version},
       {"uptime_s", status.uptime_s},
@@ -176,11 +176,11 @@ json::value ToJson(const engine::StatusView& status) {
         {"cpu_s", status.cpu_s}}}};
 }
 
-json::value ToJson(const std::vector<engine::LinkView>& links) {
+json::value ToJson(const std::vector<control::LinkView>& links) {
   json::array array;
-  for (const engine::LinkView& link : links) {
+  for (const control::LinkView& link : links) {
     json::object counters;
-    for (const engine::NamedCount& counter : link.counters) {
+    for (const control::NamedCount& counter : link.counters) {
       counters[counter.name] = counter.count;
     }
     array.push_back(
@@ -204,9 +204,9 @@ json::value ToJson(const std::vector<engine::LinkView>& links) {
   return json::object{{"links", std::move(array)}};
 }
 
-json::value ToJson(const std::vector<engine::ClientView>& clients) {
+json::value ToJson(const std::vector<control::ClientView>& clients) {
   json::array array;
-  for (const engine::ClientView& client : clients) {
+  for (const control::ClientView& client : clients) {
     array.emplace_back(ToJson(client));
   }
   return json::object{{"clients", std::move(array)}};

@@ -1,5 +1,5 @@
-// The control interface's views as JSON. The names here are the API: they may be added to, and
-// neither change nor go as long as it is version 1.
+// The views of the control interface as JSON. The keys are part of the API: within version 1, keys
+// may be added, but not changed or removed.
 //
 // Units are in the names: _m metres, _s seconds, _ms milliseconds, _deg degrees counter-clockwise
 // from +x, _bytes. Pheromone is in units. What is not known is null.
@@ -10,15 +10,15 @@
 
 #include <boost/json/value.hpp>
 
-#include "server/engine/control.h"
+#include "server/control/control.h"
 #include "server/maps/raster.h"
 
 namespace pheromone::web {
 
-boost::json::value ToJson(const engine::StatusView& status);
-boost::json::value ToJson(const engine::CaptureView& capture);
-boost::json::value ToJson(const std::vector<engine::LinkView>& links);
-boost::json::value ToJson(const std::vector<engine::ClientView>& clients);
+boost::json::value ToJson(const control::StatusView& status);
+boost::json::value ToJson(const control::CaptureView& capture);
+boost::json::value ToJson(const std::vector<control::LinkView>& links);
+boost::json::value ToJson(const std::vector<control::ClientView>& clients);
 
 /// The map, the antennas and the pheromone types.
 boost::json::value LawsToJson(const field::FieldConfig& config);
@@ -27,7 +27,7 @@ boost::json::value LawsToJson(const field::FieldConfig& config);
 boost::json::value ToJson(const maps::Raster& raster, const field::PheromoneLaw& law,
                           uint64_t field_time_ms);
 
-/// What a node of this type holds at most, in units.
+/// The maximum content of a node of this type, in units.
 double MaximumOf(const field::PheromoneLaw& law);
 
 inline double Metres(int64_t um) {

@@ -94,8 +94,8 @@ inline std::string FrameOf(const protocol::Message& message) {
 class Live {
  public:
   /// A conversation as in server/links, which hands over everything at once.
-  struct Conversation {
-    Line line;
+  struct Session {
+    Connection line;
     protocol::FrameDecoder decoder;
     std::vector<protocol::Message> queue;  ///< held back by `slow`
   };
@@ -130,7 +130,7 @@ class Live {
 
   /// Bytes arrive on a line, at once.
   void Hear(size_t at, const std::string& bytes) {
-    Conversation& on = conversations[at];
+    Session& on = conversations[at];
     const std::span span(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
     std::vector<protocol::Message> batch;
     std::vector<engine::Outgoing> out;
@@ -156,7 +156,7 @@ class Live {
 
   /// Writes what waits on each line, all at once.
   void Flush() {
-    for (Conversation& conversation : conversations) {
+    for (Session& conversation : conversations) {
       std::string block;
       for (const protocol::Message& message : conversation.queue) {
         block += FrameOf(message);
@@ -216,7 +216,7 @@ class Live {
   bool datagrams = false;           ///< link 0 is one
   bool slow = false;                ///< nothing is written before Flush
   RecordingOptions options;
-  std::vector<Conversation> conversations;
+  std::vector<Session> conversations;
   std::vector<std::string> complaints;
 
  private:

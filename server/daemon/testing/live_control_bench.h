@@ -129,7 +129,7 @@ class LiveControlTest : public ::testing::Test {
                  [this] {
                    return engine::ClockReading{now_ms_, 0};
                  }),
-        switchboard_(&service_) {
+        router_(&service_) {
     config_.engine = engine::testing::SmallConfig();
     config_.engine.frames = {engine::MakeFrame("radio-b", 7, {1'000'000, 0}, 90)};
     config_.links.resize(2);
@@ -139,20 +139,20 @@ class LiveControlTest : public ::testing::Test {
     for (engine::LinkIndex i = 0; i < 2; ++i) {
       auto link = std::make_unique<FakeLink>(config_.engine.links[i].name, i);
       fakes_.push_back(link.get());
-      switchboard_.Add(link.get());
+      router_.Add(link.get());
       links_.push_back(std::move(link));
     }
   }
 
   void Handle(engine::LinkIndex link, const std::vector<protocol::Message>& messages) {
     std::vector<engine::Outgoing> answers;
-    switchboard_.Handle(link, messages, {}, &answers);
+    router_.Handle(link, messages, {}, &answers);
   }
 
   engine::testing::ScriptedLog log_;
   std::atomic<uint64_t> now_ms_{0};  // of both clocks: field time begins with 0
   engine::Service service_;
-  links::Switchboard switchboard_;
+  links::LinkRouter router_;
   config::Config config_;
   Captures captures_{&service_, config_};  // none is begun here; captures_test.cc
   std::vector<std::unique_ptr<links::Link>> links_;
@@ -166,7 +166,7 @@ class LiveControlTest : public ::testing::Test {
     };
     return {.service = &service_,
             .log = &log_,
-            .switchboard = &switchboard_,
+            .router = &router_,
             .links = &links_,
             .link_configs = &config_.links,
             .captures = &captures_,
@@ -182,7 +182,7 @@ class LiveControlTest : public ::testing::Test {
 
   bool has_room_ = true;  // the queues for what takes long
   Result<std::vector<std::string>> reloaded_ = std::vector<std::string>{"links wait"};
-  engine::Control::DoneWith<std::optional<std::string>> snapshot_;
+  control::Control::DoneWith<std::optional<std::string>> snapshot_;
   // Nothing is waited for until the patience ends, but where a test is about that.
   LiveControl control_{Parts(std::chrono::hours(1))};
   LiveControl hasty_{Parts(std::chrono::milliseconds(20))};

@@ -42,7 +42,8 @@ inline EngineConfig RichConfig(bool tight) {
   blend.blend = {{1, 700}, {3, -400}};
   field.pheromones.push_back(blend);
   field.paths = {{2, 1, true, {{0, 1'000'000}, {400'000, 1'000'000}, {400'000, 1'200'000}}}};
-  field.prints = {{1, field::Shared(std::vector<field::PrintNode>{{{3, 4}, 64}, {{200, 9}, 128}})}};
+  field.initial_rasters = {
+      {1, field::Shared(std::vector<field::InitialNode>{{{3, 4}, 64}, {{200, 9}, 128}})}};
   field::ObstacleMask walls(field.map.columns(), field.map.rows());
   walls.BlockRow(60, 20, 90);
   walls.Set({301 - 1, 301 - 1});

@@ -4,7 +4,7 @@
 //   ScannedMap   the best one-pass scan of the whole map that we could write
 //   DenseGrid    what common pheromone simulators do: each frame evaporates the whole grid, robots
 //                stamp cones on it and read the cells under their antennas
-//   LinesUnder,  what memory alone asks for the nodes that a robot can smell: the lower bound of
+//   LinesUnder,  what memory alone asks for the nodes that a robot can sense: the lower bound of
 //   TiledMemory  any answer that looks at them
 //
 // The two maps compute what Field::Sense computes (baselines_test.cc); the grid answers a poorer
@@ -106,7 +106,7 @@ class DenseGrid {
   std::vector<float> cells_;
 };
 
-/// The 64-byte lines of memory that hold the nodes which a robot can smell from these poses: in
+/// The 64-byte lines of memory that hold the nodes which a robot can sense from these poses: in
 /// reach of an antenna and ahead of the axle line. Nodes are words of 8 bytes in tiles of 8 x 8, so
 /// a line is one row of a tile; the tiles lie row by row, which is kinder than any real layout.
 /// Pose after pose, in the order of the poses.

@@ -42,7 +42,7 @@ struct MapSpec {
 uint64_t Mix(uint64_t x);
 
 MapGeometry GeometryOf(int32_t nodes);
-/// The pheromone with which the goals are stated, smelled over `reach_cells`.
+/// The pheromone with which the goals are stated, sensed over `reach_cells`.
 PheromoneLaw LawOf(int reach_cells);
 FieldConfig ConfigOf(int32_t nodes, const PheromoneLaw& law);
 

@@ -27,7 +27,7 @@ inline bool OneIn(Random& random, int64_t n) {
 /// through an exponential, where the oracle may differ by a rounding.
 enum class Laws { kExact, kRounded };
 
-/// A law whose worth is such that a map full of it smells of something that a message can hold,
+/// A law whose worth is such that the intensity on a map full of it fits into a message,
 /// and one level of one node is less than one unit of P.
 inline PheromoneLaw RandomLaw(Random& random, uint8_t type, int64_t cell_um, Laws laws) {
   PheromoneLaw law;
@@ -81,7 +81,7 @@ inline PoseUm RandomPose(Random& random, const MapGeometry& map) {
   return {RandomPoint(random, map), static_cast<uint16_t>(Between(random, 0, 65535))};
 }
 
-/// How many cases were of use as evidence: both antennas smell something, and a message can hold
+/// How many cases were of use as evidence: both antennas sense something, and a message can hold
 /// it.
 struct Tally {
   int cases = 0;

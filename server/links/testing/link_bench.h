@@ -26,8 +26,8 @@
 #include "server/engine/testing/bench.h"
 #include "server/engine/testing/scripted_log.h"
 #include "server/links/link.h"
+#include "server/links/link_router.h"
 #include "server/links/port.h"
-#include "server/links/switchboard.h"
 
 namespace pheromone::links::testing {
 
@@ -65,12 +65,12 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// The engine, its switchboard and the threads of an io_context; beside it, as in the daemon, a
+/// The engine, its router and the threads of an io_context; beside it, as in the daemon, a
 /// thread for each port. Links "radio-a" and "radio-b".
 class Server {
  public:
   explicit Server(size_t io_threads = 2)
-      : io_threads_(io_threads), service_(&log_, [] { return Now(); }), switchboard_(&service_) {
+      : io_threads_(io_threads), service_(&log_, [] { return Now(); }), router_(&service_) {
     std::signal(SIGPIPE, SIG_IGN);
     if (!service_.Configure(engine::testing::SmallConfig(), 7).ok()) {
       std::abort();
@@ -83,7 +83,7 @@ class Server {
   LinkContext Context(engine::LinkIndex index) {
     return {index == 0 ? "radio-a" : "radio-b",
             index,
-            &switchboard_,
+            &router_,
             [this](Severity, const std::string& text) {
               const std::lock_guard lock(mutex_);
               lines_.push_back(text);
@@ -95,7 +95,7 @@ class Server {
 
   /// Starts a link, and with the first one the threads.
   Status Start(std::unique_ptr<Link> link) {
-    switchboard_.Add(link.get());
+    router_.Add(link.get());
     links_.push_back(std::move(link));
     Status status = links_.back()->Start();
     while (threads_.size() < io_threads_) {
@@ -109,7 +109,7 @@ class Server {
     log_.Heal();
     std::vector<engine::Outgoing> out;
     service_.Release(&out);
-    switchboard_.Deliver(out);
+    router_.Deliver(out);
   }
 
   /// Stops the links; returns when io_context has nothing left to do.
@@ -132,7 +132,7 @@ class Server {
   boost::asio::io_context& io() { return io_; }
   engine::testing::ScriptedLog& log() { return log_; }
   engine::Service& service() { return service_; }
-  Switchboard& switchboard() { return switchboard_; }
+  LinkRouter& router() { return router_; }
 
  private:
   static engine::ClockReading Now() {
@@ -146,7 +146,7 @@ class Server {
   boost::asio::thread_pool aside_{2};
   engine::testing::ScriptedLog log_;
   engine::Service service_;
-  Switchboard switchboard_;
+  LinkRouter router_;
   std::mutex mutex_;
   std::vector<std::string> lines_;
   std::vector<std::unique_ptr<Link>> links_;

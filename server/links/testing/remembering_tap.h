@@ -30,22 +30,22 @@ class RememberingTap : public Tap {
     const std::lock_guard lock(mutex_);
     --reading_;
   }
-  void Read(Line* line, std::span<const uint8_t> bytes, uint32_t /*now_ms*/,
+  void Read(Connection* line, std::span<const uint8_t> bytes, uint32_t /*now_ms*/,
             const protocol::FrameDecoder& /*decoder*/) override {
     const std::lock_guard lock(mutex_);
     outside_ |= reading_ == 0;
     read_.push_back({line->connection, {bytes.begin(), bytes.end()}});
   }
-  void Wrote(const Line& line, std::span<const uint8_t> bytes) override {
+  void Wrote(const Connection& line, std::span<const uint8_t> bytes) override {
     const std::lock_guard lock(mutex_);
     written_.push_back({line.connection, {bytes.begin(), bytes.end()}});
   }
-  void LeftOut(engine::LinkIndex /*link*/, const protocol::Message& message) override {
+  void Dropped(engine::LinkIndex /*link*/, const protocol::Message& message) override {
     const std::lock_guard lock(mutex_);
     left_out_.push_back(message);
   }
-  void TurnedAway(engine::LinkIndex /*link*/, const protocol::Message& message,
-                  protocol::Reason answer) override {
+  void Rejected(engine::LinkIndex /*link*/, const protocol::Message& message,
+                protocol::Reason answer) override {
     const std::lock_guard lock(mutex_);
     outside_ |= reading_ == 0;
     turned_away_.push_back({message, answer});
@@ -58,8 +58,8 @@ class RememberingTap : public Tap {
   }
   std::vector<Block> read() const { return Copy(read_); }
   std::vector<Block> written() const { return Copy(written_); }
-  std::vector<protocol::Message> left_out() const { return Copy(left_out_); }
-  std::vector<Refusal> turned_away() const { return Copy(turned_away_); }
+  std::vector<protocol::Message> dropped() const { return Copy(left_out_); }
+  std::vector<Refusal> rejected() const { return Copy(turned_away_); }
 
   /// All blocks of a connection, one after the other.
   static Bytes Together(const std::vector<Block>& blocks, uint32_t connection) {

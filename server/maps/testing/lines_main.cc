@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "server/maps/lines.h"
+#include "server/maps/polyline_file.h"
 
 namespace {
 
@@ -22,18 +22,18 @@ int main(int argc, char** argv) {
     std::fputs("usage: maps_lines FILE [METRES_PER_UNIT [TOLERANCE_UM [ID]]]\n", stderr);
     return 2;
   }
-  pheromone::maps::LineOptions options;
+  pheromone::maps::PolylineOptions options;
   options.geojson_unit = pheromone::maps::GeoJsonUnit::kMetres;
   options.metres_per_unit = argc > 2 ? std::strtod(argv[2], nullptr) : options.metres_per_unit;
   options.tolerance_um = argc > 3 ? std::strtol(argv[3], nullptr, 10) : options.tolerance_um;
   options.svg_id = argc > 4 ? argv[4] : "";
-  const auto lines = pheromone::maps::LoadLines(argv[1], options);
+  const auto lines = pheromone::maps::LoadPolylines(argv[1], options);
   if (!lines.ok()) {
     std::fprintf(stderr, "%s\n", lines.error().c_str());
     return 1;
   }
   std::puts("x_m,y_m");
-  for (const pheromone::maps::Line& line : lines.value()) {
+  for (const pheromone::maps::Polyline& line : lines.value()) {
     for (const pheromone::field::PointUm point : line.points) {
       Print(point);
     }

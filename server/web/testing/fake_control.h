@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/engine/control.h"
+#include "server/control/control.h"
 #include "server/web/api.h"
 
 namespace pheromone::web::testing {
@@ -46,35 +46,39 @@ inline field::FieldConfig SmallField() {
   return config;
 }
 
-class FakeControl final : public engine::Control {
+class FakeControl final : public control::Control {
  public:
   explicit FakeControl(const field::FieldConfig& initial = SmallField())
       : config(initial), field(initial) {}
 
-  engine::StatusView GetStatus(bool with_hash) const override {
-    engine::StatusView view = status;
+  control::StatusView GetStatus(bool with_hash) const override {
+    control::StatusView view = status;
     if (with_hash) {
       view.state_hash = 0x0123456789abcdef;
     }
     return view;
   }
-  std::vector<engine::LinkView> GetLinks() const override { return links; }
-  std::vector<engine::ClientView> GetClients() const override { return clients; }
-  engine::FieldView GetField() const override { return {&field, config, now_ms}; }
-  engine::CaptureView GetCapture() const override { return status.capture; }
+  std::vector<control::LinkView> GetLinks() const override { return links; }
+  std::vector<control::ClientView> GetClients() const override { return clients; }
+  control::FieldView GetField() const override { return {&field, config, now_ms}; }
+  control::CaptureView GetCapture() const override { return status.capture; }
   std::vector<std::string> GetConfig() const override { return {"a \"map\"", "two\nlines"}; }
   Status CheckHealth() const override { return outcome; }
 
-  void Edit(const field::FieldEdit& edit, DoneWith<engine::EditOutcome> done) override {
+  std::unique_ptr<control::Subscription> Subscribe(control::ListenerOptions options) override {
+    return board.Subscribe(std::move(options));
+  }
+
+  void Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) override {
     const auto nodes = field::NodesOf(edit, SmallField().map);
     if (!outcome.ok() || !nodes.ok() || nodes.value().empty()) {
       done(Error{!outcome.ok() ? outcome.error()
-                 : nodes.ok()  ? "no node of the map lies there"
+                 : nodes.ok()  ? "the shape contains no node of the map"
                                : nodes.error()});
       return;
     }
     edits.push_back(edit);
-    done(engine::EditOutcome{nodes.value().size()});
+    done(control::EditOutcome{nodes.value().size()});
   }
   void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
              std::span<const uint8_t> arguments, Done done) override {
@@ -101,12 +105,13 @@ class FakeControl final : public engine::Control {
 
   Status outcome = Ok();  ///< of all that can fail
   std::optional<std::string> snapshot = "snapshot-7";
-  engine::StatusView status;
-  std::vector<engine::LinkView> links;
-  std::vector<engine::ClientView> clients;
+  control::StatusView status;
+  std::vector<control::LinkView> links;
+  std::vector<control::ClientView> clients;
   field::FieldConfig config;
   field::Field field;
   uint64_t now_ms = 1000;
+  control::NoticeBoard board;
   std::vector<field::FieldEdit> edits;
   std::vector<Command> commands;
 

@@ -1,0 +1,123 @@
+#include "server/daemon/http_front_end.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+#include <exception>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+
+#include "server/config/folders.h"
+#include "server/daemon/work_queue.h"
+#include "server/web/api.h"
+#include "server/web/server.h"
+
+namespace pheromone::daemon {
+namespace {
+
+// Requests that wait; beyond, they are refused.
+constexpr size_t kMaxWaiting = 16;
+
+}  // namespace
+
+class HttpFrontEnd::Impl {
+ public:
+  Impl(control::Control* control, config::ControlSettings control_settings,
+       config::WebSettings web_settings)
+      : long_work_({.name = "a request", .max_waiting = kMaxWaiting}),
+        pictures_({.name = "a picture", .max_waiting = kMaxWaiting, .yields = true}),
+        api_(control, {web_settings.token, web_settings.hosts},
+             {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
+              .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },
+              .requests =
+                  [this](web::Work work) {
+                    boost::asio::post(io_, std::move(work));
+                    return true;
+                  }}),
+        socket_path_(config::ControlSocket(control_settings, std::getenv("RUNTIME_DIRECTORY"))),
+        server_(io_,
+                {.socket_path = socket_path_,
+                 .listen_address = web_settings.listen_address,
+                 .listen_port = web_settings.listen_port,
+                 .is_urgent = web::IsUrgent,
+                 .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
+                [this](web::Request request, web::Respond respond) {
+                  api_.Handle(std::move(request), std::move(respond));
+                }),
+        web_(std::move(web_settings)) {}
+
+  void Open() {
+    if (!socket_path_.empty()) {
+      const Status listening = server_.ListenOnSocket();
+      if (listening.ok()) {
+        spdlog::info("control: {}", socket_path_);
+      } else {
+        spdlog::warn("control: no socket, so pheromonectl cannot reach this server: {}",
+                     listening.error());
+      }
+    }
+    if (!web_.listen_address.empty()) {
+      const Status listening = server_.ListenOnPort();
+      if (listening.ok()) {
+        const bool v6 = web_.listen_address.find(':') != std::string::npos;
+        spdlog::info("web: http://{}:{}, {}",
+                     v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server_.port(),
+                     web_.token.empty() ? "read-only" : "changes need the token");
+      } else {
+        spdlog::warn("web: not listening: {}", listening.error());
+      }
+    }
+    thread_ = std::thread([this] { Run(); });
+  }
+
+  void Close() {
+    server_.Stop();
+    long_work_.Close();
+    pictures_.Close();
+    if (thread_.joinable()) {
+      thread_.join();
+    }
+  }
+
+ private:
+  void Run() {
+    for (;;) {
+      try {
+        io_.run();
+        return;
+      } catch (const std::exception& failure) {  // the request that failed is gone, others go on
+        spdlog::error("web: {}", failure.what());
+      }
+    }
+  }
+
+  boost::asio::io_context io_;
+  WorkQueue long_work_;
+  WorkQueue pictures_;
+  web::Api api_;
+  const std::string socket_path_;
+  web::Server server_;
+  const config::WebSettings web_;
+  std::thread thread_;
+};
+
+HttpFrontEnd::HttpFrontEnd(control::Control* control, config::ControlSettings control_settings,
+                           config::WebSettings web_settings)
+    : impl_(std::make_unique<Impl>(control, std::move(control_settings), std::move(web_settings))) {
+}
+
+HttpFrontEnd::~HttpFrontEnd() = default;
+
+void HttpFrontEnd::Open() {
+  impl_->Open();
+}
+
+void HttpFrontEnd::Close() {
+  impl_->Close();
+}
+
+}  // namespace pheromone::daemon

@@ -1,0 +1,38 @@
+// The HTTP front end for operators, browsers and Prometheus: server/web over the control interface,
+// with threads of its own. One thread reads all requests and answers the short ones, including a
+// halt; one processes long requests; one, of low priority, draws the map for viewers.
+//
+//   HttpFrontEnd front_end(&control, config.control, config.web);
+//   front_end.Open();      // logs what could not be opened
+//   ...
+//   front_end.Close();     // before anything that the control interface uses is destroyed
+#pragma once
+
+#include <memory>
+
+#include "server/config/config.h"
+#include "server/control/control.h"
+
+namespace pheromone::daemon {
+
+class HttpFrontEnd {
+ public:
+  /// `control` outlives it.
+  HttpFrontEnd(control::Control* control, config::ControlSettings control_settings,
+               config::WebSettings web_settings);
+  HttpFrontEnd(const HttpFrontEnd&) = delete;
+  HttpFrontEnd& operator=(const HttpFrontEnd&) = delete;
+  ~HttpFrontEnd();
+
+  void Open();
+
+  /// Finishes the answers in progress, and returns when all of its threads have ended. Call
+  /// LiveControl::Stop first, to end the other waits of the control interface.
+  void Close();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pheromone::daemon

@@ -1,0 +1,117 @@
+// Whoever has subscribed is told what becomes of links, recording, log and configuration: once
+// each.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/daemon/testing/live_control_bench.h"
+
+namespace pheromone::daemon {
+namespace {
+
+using control::Notice;
+using testing::LiveControlTest;
+using testing::Outcome;
+
+class LiveNoticesTest : public LiveControlTest {
+ protected:
+  // "topic on subject: text" of each that has come.
+  std::vector<std::string> Told() {
+    std::vector<std::string> told;
+    const control::Subscription::Taken taken = listener_->Take();
+    EXPECT_EQ(taken.dropped, 0u);
+    for (const Notice& it : taken.notices) {
+      const char* const topics[] = {"configuration", "capture", "link", "health"};
+      told.push_back(std::string(topics[static_cast<size_t>(it.topic)]) +
+                     (it.is_on ? " on " : " off ") + it.subject + ": " + it.text);
+    }
+    return told;
+  }
+
+  using All = std::vector<std::string>;
+
+  std::unique_ptr<control::Subscription> listener_ = control_.Subscribe({});
+};
+
+TEST_F(LiveNoticesTest, LinksTellWhenTheyComeUpGoDownAndFailAgain) {
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{});  // they have not been up
+  ASSERT_TRUE(fakes_[0]->Start().ok());
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{"link on radio-a: somewhere"});
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{});
+  fakes_[0]->Stop();
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{"link off radio-a: unplugged"});
+  fakes_[0]->Fail(std::chrono::seconds(5));
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{"link off radio-a: not there"});
+  ASSERT_TRUE(fakes_[1]->Start().ok());
+  ASSERT_TRUE(fakes_[0]->Start().ok());
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), (All{"link on radio-a: somewhere", "link on radio-b: somewhere"}));
+  fakes_[1]->Stop();  // and up again, before anybody looks
+  ASSERT_TRUE(fakes_[1]->Start().ok());
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{"link on radio-b: somewhere"});
+}
+
+TEST_F(LiveNoticesTest, LinksThatAreUpAtTheFirstLookAreTold) {
+  ASSERT_TRUE(fakes_[1]->Start().ok());
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{"link on radio-b: somewhere"});
+}
+
+TEST_F(LiveNoticesTest, TheLogTellsOfTroubleAndOfItsEnd) {
+  log_.trouble = "the disk does not answer";
+  control_.TellWhatChanged();
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{"health off : the disk does not answer"});
+  log_.trouble = "the disk is full";
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{"health off : the disk is full"});
+  log_.trouble.clear();
+  control_.TellWhatChanged();
+  control_.TellWhatChanged();
+  EXPECT_EQ(Told(), All{"health on : "});
+}
+
+TEST_F(LiveNoticesTest, AConfigurationThatIsInEffectIsTold) {
+  control_.TellConfigured();
+  EXPECT_EQ(Told(), All{"configuration on : "});
+}
+
+TEST_F(LiveNoticesTest, ARecordingIsToldWhenItBeginsAndEndsHoweverThatCame) {
+  std::string folder = (std::filesystem::temp_directory_path() / "notices-XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  config_.capture.folder = folder;
+  {
+    Captures captures(&service_, config_);
+    LiveParts parts = Parts(std::chrono::hours(1));
+    parts.captures = &captures;
+    LiveControl control(parts);
+    listener_ = control.Subscribe({});
+    Outcome<> started;
+    control.StartCapture(started.Taker());
+    EXPECT_EQ(Told(), All{"capture on : "});  // at once
+    EXPECT_TRUE(started.Get().ok());
+    Outcome<> again;
+    control.StartCapture(again.Taker());
+    EXPECT_FALSE(again.Get().ok());
+    control.TellWhatChanged();
+    EXPECT_EQ(Told(), All{});
+    ASSERT_TRUE(captures.Stop().ok());  // not by this control
+    control.TellWhatChanged();
+    EXPECT_EQ(Told(), All{"capture off : "});
+  }
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace pheromone::daemon

@@ -1,0 +1,257 @@
+#include "server/web/mutations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+
+#include "server/web/json_text.h"
+#include "server/web/names.h"
+#include "server/web/queries.h"
+#include "server/web/views.h"
+
+namespace pheromone::web {
+namespace {
+
+namespace json = boost::json;
+using field::FieldEdit;
+
+constexpr size_t kMaxPoints = 1024;  // as the engine takes
+constexpr double kWidestM = 1000;
+
+Response Done(json::object what) {
+  what["done"] = true;
+  return {.body = ToText(what)};
+}
+
+Response Outcome(const Status& status) {
+  return status.ok() ? Done({}) : Refuse(409, {status.error(), "", ""});
+}
+
+// Notes are what was done, or what waits: a list of words.
+Response Outcome(const std::string& name, const Result<std::vector<std::string>>& notes) {
+  return notes.ok() ? Done({{name, json::array(notes.value().begin(), notes.value().end())}})
+                    : Refuse(409, {notes.error(), "", ""});
+}
+
+// Whether a shape reaches beyond the map: its corners or points do, or the discs around them.
+bool IsPartlyOff(const FieldEdit& edit, const field::MapGeometry& map) {
+  const int64_t margin = edit.shape == FieldEdit::Shape::kStroke ? edit.radius_um : 0;
+  const auto is_off = [&](field::PointUm point) {
+    return point.x - margin < map.origin.x || point.y - margin < map.origin.y ||
+           point.x + margin > map.origin.x + map.width_um ||
+           point.y + margin > map.origin.y + map.height_um;
+  };
+  return std::any_of(edit.points.begin(), edit.points.end(), is_off);
+}
+
+void MakeEdit(control::Control* control, const FieldEdit& edit, const field::MapGeometry& map,
+              Respond respond) {
+  control->Edit(edit, [respond = std::move(respond), is_partly_off = IsPartlyOff(edit, map)](
+                          const Result<control::EditOutcome>& outcome) {
+    respond(outcome.ok()
+                ? Done({{"nodes", outcome.value().nodes}, {"partly_off_the_map", is_partly_off}})
+                : Refuse(409, {outcome.error(), "", ""}));
+  });
+}
+
+std::string HowMany(size_t count, const std::string& what) {
+  return (count == 0 ? "no" : std::to_string(count)) + ' ' + what + (count == 1 ? "" : "s");
+}
+
+// Reads exactly one of area_m, points_m and all.
+void ReadShape(Parameters* fields, FieldEdit* edit) {
+  const int shapes =
+      int{fields->Has("area_m")} + int{fields->Has("points_m")} + int{fields->Has("all")};
+  if (shapes != 1) {
+    fields->Note({"found " + std::to_string(shapes) + " shapes", "area_m, points_m, all",
+                  "exactly one of them"});
+    return;
+  }
+  std::optional<std::vector<field::PointUm>> points;
+  if (fields->Has("area_m")) {
+    edit->shape = FieldEdit::Shape::kRectangle;
+    points = fields->Corners("area_m");
+  } else if (fields->Has("points_m")) {
+    edit->shape = FieldEdit::Shape::kStroke;
+    points = fields->Points("points_m", kMaxPoints);
+    edit->radius_um = std::llround(fields->Number("radius_m", 0, kWidestM, 0.05).value_or(0) * 1e6);
+  } else {
+    edit->shape = FieldEdit::Shape::kAll;
+    if (!fields->Boolean("all", false).value_or(true)) {
+      fields->Expected("all", "true");
+    }
+  }
+  edit->points = points.value_or(std::vector<field::PointUm>());
+}
+
+}  // namespace
+
+void Deposit(control::Control* control, Parameters* fields, Respond respond) {
+  const control::FieldView view = control->GetField();
+  const field::PheromoneLaw* law = ReadLaw(view.config, false, fields);
+  const auto x = fields->Metres("x_m", -1e6);
+  const auto y = fields->Metres("y_m", -1e6);
+  const auto quanta = fields->Integer("quanta", 1, law != nullptr ? law->max_count : 1, 1);
+  fields->AllowOnly({"pheromone", "x_m", "y_m", "quanta"});
+  if (fields->problem() || law == nullptr) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  const field::PointUm point{*x, *y};
+  const field::MapGeometry& map = view.config.map;
+  if (!map.Contains(point)) {
+    respond(Refuse(409, {"the position is off the map", "x_m, y_m", "a position on the map"}));
+    return;
+  }
+  const field::NodeIndex node = map.NearestNode(point);
+  if (view.config.obstacles && view.config.obstacles->Blocked(node)) {
+    respond(Refuse(409, {"the position is blocked by an obstacle", "x_m, y_m",
+                         "a position that is not blocked"}));
+    return;
+  }
+  FieldEdit edit;
+  edit.type = law->type;
+  edit.shape = FieldEdit::Shape::kRectangle;
+  edit.action = FieldEdit::Action::kAdd;
+  edit.level = static_cast<uint32_t>(*quanta) * field::kLevelsPerQuantum;
+  edit.points = {map.PositionOf(node), map.PositionOf(node)};
+  control->Edit(edit, [respond = std::move(respond)](const Result<control::EditOutcome>& outcome) {
+    respond(Outcome(outcome.ok() ? Ok() : Status(Error{outcome.error()})));
+  });
+}
+
+void Erase(control::Control* control, Parameters* fields, Respond respond) {
+  const control::FieldView view = control->GetField();
+  const field::PheromoneLaw* law = ReadLaw(view.config, false, fields);
+  FieldEdit edit;
+  edit.action = FieldEdit::Action::kErase;
+  ReadShape(fields, &edit);
+  fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all"});
+  if (fields->problem() || law == nullptr) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  edit.type = law->type;
+  MakeEdit(control, edit, view.config.map, std::move(respond));
+}
+
+void Paint(control::Control* control, Parameters* fields, Respond respond) {
+  const control::FieldView view = control->GetField();
+  const field::PheromoneLaw* law = ReadLaw(view.config, false, fields);
+  FieldEdit edit;
+  ReadShape(fields, &edit);
+  const double maximum = law != nullptr ? MaximumOf(*law) : 0;
+  const auto units = fields->Number("units", 0, maximum, maximum);
+  const auto add = fields->Boolean("add", false);
+  fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all", "units", "add"});
+  if (fields->problem() || law == nullptr) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  edit.type = law->type;
+  edit.action = *add ? FieldEdit::Action::kAdd : FieldEdit::Action::kSet;
+  const double levels =
+      *units * 1e6 * field::kLevelsPerQuantum / static_cast<double>(law->quantum_micro);
+  edit.level = static_cast<uint32_t>(std::llround(levels));
+  MakeEdit(control, edit, view.config.map, std::move(respond));
+}
+
+void Command(control::Control* control, Parameters* fields, Respond respond) {
+  const auto link = fields->String("link");
+  const auto id = fields->Integer("id", 1, 254);
+  const auto name = fields->String("command");
+  const CommandSpec* command = name ? FindCommand(*name) : nullptr;
+  if (name && command == nullptr) {
+    fields->Expected("command", "one of " + ListOfCommands());
+  }
+  const auto arguments = fields->Integers("arguments", protocol::kMaxCommandArguments);
+  fields->AllowOnly({"link", "id", "command", "arguments"});
+  if (command != nullptr && arguments) {
+    bool good = arguments->size() == command->arguments.size();
+    std::string expected = HowMany(command->arguments.size(), "argument");
+    for (size_t i = 0; i < command->arguments.size(); ++i) {
+      const CommandSpec::Argument& it = command->arguments[i];
+      good = good && (*arguments)[i] >= it.least && (*arguments)[i] <= it.most;
+      expected += (i == 0 ? ": " : ", ") + std::string(it.name) + " from " +
+                  std::to_string(it.least) + " to " + std::to_string(it.most);
+    }
+    if (!good) {
+      fields->Expected("arguments", expected);
+    }
+  }
+  if (fields->problem() || command == nullptr) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  control->Issue(*link, static_cast<uint8_t>(*id), command->code,
+                 EncodeArguments(*command, *arguments),
+                 [respond = std::move(respond)](const Status& done) { respond(Outcome(done)); });
+}
+
+void Halt(control::Control* control, Parameters* fields, Respond respond) {
+  fields->AllowOnly({});
+  if (fields->problem()) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  control->HaltAll([respond = std::move(respond)](const Result<std::vector<std::string>>& links) {
+    respond(Outcome("links", links));
+  });
+}
+
+void Reload(control::Control* control, Parameters* fields, Respond respond) {
+  fields->AllowOnly({});
+  if (fields->problem()) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  control->Reload([respond = std::move(respond)](const Result<std::vector<std::string>>& notes) {
+    respond(Outcome("notes", notes));
+  });
+}
+
+void Snapshot(control::Control* control, Parameters* fields, Respond respond) {
+  fields->AllowOnly({});
+  if (fields->problem()) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  control->Snapshot([respond = std::move(respond)](const Result<std::optional<std::string>>& made) {
+    if (!made.ok()) {
+      respond(Refuse(409, {made.error(), "", ""}));
+    } else if (!made.value()) {
+      respond(Refuse(501, {"this server keeps no journal, so it cannot make a snapshot; "
+                           "--save-field and SIGUSR1 save the field",
+                           "", ""}));
+    } else {
+      respond(Done({{"snapshot", *made.value()}}));
+    }
+  });
+}
+
+void Capture(control::Control* control, Parameters* fields, Respond respond) {
+  const auto action = fields->String("action");
+  if (action && *action != "start" && *action != "stop") {
+    fields->Expected("action", "one of start, stop");
+  }
+  fields->AllowOnly({"action"});
+  if (fields->problem()) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  const auto answer = [control, respond = std::move(respond)](const Status& done) {
+    respond(done.ok() ? Done(ToJson(control->GetCapture()).as_object())
+                      : Refuse(409, {done.error(), "", ""}));
+  };
+  if (*action == "start") {
+    control->StartCapture(answer);
+  } else {
+    control->StopCapture(answer);
+  }
+}
+
+}  // namespace pheromone::web

@@ -1,0 +1,43 @@
+// The requests that read the field: as a raster, and what a robot would sense at a position. Both
+// use a FieldReader and do not block robots.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "server/control/control.h"
+#include "server/maps/field_raster.h"
+#include "server/web/http.h"
+#include "server/web/request_parameters.h"
+
+namespace pheromone::web {
+
+/// Cells of an answer, at most: a picture of 2000 x 2000.
+constexpr int64_t kMaxCells = 4'000'000;
+
+/// The part of the field that a request asks for, and its format.
+struct Picture {
+  control::FieldView view;  ///< the field to read
+  field::PheromoneLaw law;
+  std::string format;
+  maps::RasterExtent extent;
+  int pixels_per_cell = 1;
+};
+
+/// Parameters: pheromone, format = json, csv or png, area_m, nodes_per_cell, pixels_per_cell.
+/// Nothing, with the problem noted, if one of them is invalid.
+std::optional<Picture> ReadPicture(control::FieldView view, Parameters* fields);
+
+/// Uses a FieldReader and takes no lock.
+Response DrawPicture(const Picture& picture);
+
+/// pheromone, x_m, y_m, heading_deg: both antennas.
+Response ReadSense(const control::Control& control, Parameters* fields);
+
+/// The type named by the key `pheromone`, by number or name. Null, with the problem noted, if there
+/// is none; also for a blend unless `blends` are permitted.
+const field::PheromoneLaw* ReadLaw(const field::FieldConfig& config, bool blends,
+                                   Parameters* fields);
+
+}  // namespace pheromone::web
