@@ -233,15 +233,14 @@ void CellMap::RemoveTile(NodeIndex node, Place* place) {
 }
 
 void CellMap::Clear() {
-  if (tile_count_ == 0) {
-    return;
+  if (tile_count_ != 0) {
+    budget_->Give(tile_count_ * kTileBytes + present_leaves_ * kLeafBytes);
+    node_count_ = 0;
+    tile_count_ = 0;
+    present_leaves_ = 0;
+    auto* removed = new Removed(top_.exchange(nullptr), leaf_count(), frozen_);
+    reclaimer_->Retire([pool = pool_, removed] { pool->Bury(std::unique_ptr<Garbage>(removed)); });
   }
-  budget_->Give(tile_count_ * kTileBytes + present_leaves_ * kLeafBytes);
-  node_count_ = 0;
-  tile_count_ = 0;
-  present_leaves_ = 0;
-  auto* removed = new Removed(top_.exchange(nullptr), leaf_count(), frozen_);
-  reclaimer_->Retire([pool = pool_, removed] { pool->Bury(std::unique_ptr<Garbage>(removed)); });
   MarkAll();
 }
 
