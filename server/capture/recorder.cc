@@ -415,6 +415,7 @@ Status Recorder::WriteAll(const std::deque<Record>& records, bool* state_lost) {
     const auto* start = std::get_if<capture::Start>(&record);
     engine::Service::Frozen frozen;
     if (start != nullptr) {
+      flush();  // a recording that ended for want of memory has no End
       std::unique_lock lock(mutex_);
       if (start->part == 1 || files_ == nullptr) {
         files_ = std::make_unique<Files>(options_.folder, options_.most_files);
