@@ -44,11 +44,11 @@ install_packages() {
   fi
 }
 
-# configure PRESET: cheap when nothing has changed, and quiet unless it fails.
+# configure PRESET [ARGUMENT...]: cheap when nothing has changed, and quiet unless it fails.
 configure() {
   mkdir -p build
   local log="build/configure-$1.log"
-  if ! cmake --preset "$1" >"$log" 2>&1; then
+  if ! cmake --preset "$@" >"$log" 2>&1; then
     cat "$log" >&2
     return 1
   fi
