@@ -266,14 +266,19 @@ uint64_t HashList(const std::vector<T>& list) {
 }
 
 template <typename T>
-uint64_t HashInto(uint64_t hash, const T& it) {
+uint64_t HashInto(uint64_t hash, const T& it, FieldRule rule = {}) {
+  if constexpr (IsList<T>::value) {
+    if (rule.since != 0 && it.empty()) {
+      return hash;  // as it was before there was such a list
+    }
+  }
   if constexpr (HasCodec<T>) {
     return HashStep(hash, FieldCodec<T>::Hash(it));
   } else if constexpr (HashedAlone<T>) {
     return HashStep(hash, HashFields(it));
   } else if constexpr (Described<T>) {
-    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule = {}) {
-      hash = HashInto(hash, field);
+    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule its_rule = {}) {
+      hash = HashInto(hash, field, its_rule);
     });
     return hash;
   } else if constexpr (IsList<T>::value) {
@@ -292,13 +297,14 @@ uint64_t HashInto(uint64_t hash, const T& it) {
 
 }  // namespace fields
 
-/// Hash64 of the fields as words: a number, sign-extended; a text by HashText; a list as one word.
+/// Hash64 of the fields as words: a number, sign-extended; a text by HashText; a list as one word,
+/// or none if it is empty and came with a later version.
 template <typename T>
 uint64_t HashFields(const T& it) {
   uint64_t hash = 0;
   if constexpr (fields::Described<T>) {
-    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule = {}) {
-      hash = fields::HashInto(hash, field);
+    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule rule = {}) {
+      hash = fields::HashInto(hash, field, rule);
     });
     return hash;
   } else {
@@ -393,7 +399,9 @@ std::string Describe(std::string_view name, const std::string& indent, FieldRule
     });
     return text;
   } else if constexpr (IsList<T>::value) {
-    return indent + "list " + std::string(name) + ", each\n" +
+    const std::string since =
+        rule.since != 0 ? " (since version " + std::to_string(rule.since) + ")" : "";
+    return indent + "list " + std::string(name) + since + ", each\n" +
            Describe<typename T::value_type>("", indent + "  ", {});
   } else if constexpr (IsBytes<T>::value) {
     return indent + std::to_string(T{}.size()) + " bytes " + std::string(name) + "\n";

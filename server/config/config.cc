@@ -1,5 +1,9 @@
 #include "server/config/config.h"
 
+#include <algorithm>
+#include <utility>
+#include <vector>
+
 #include "server/config/sections.h"
 #include "server/maps/file.h"
 
@@ -59,8 +63,18 @@ void ReadCapture(const Value& root, Notes* notes, CaptureSettings* capture) {
 
 }  // namespace
 
+std::span<const ComponentSection> ComponentSections() {
+  return {};  // a row for each
+}
+
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
                            const std::optional<std::filesystem::path>& folder) {
+  return ParseConfig(text, name, folder, ComponentSections());
+}
+
+Result<Config> ParseConfig(std::string_view text, std::string_view name,
+                           const std::optional<std::filesystem::path>& folder,
+                           std::span<const ComponentSection> components) {
   const Result<Value> document = ParseDocument(text, name);
   if (!document.ok()) {
     return Error{document.error()};
@@ -68,9 +82,13 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   const Value& root = document.value();
   Notes notes{Problems(name), std::string(name), folder, {}, {}};
   Config config;
-  TableReader(root, "", &notes.problems)
-      .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
-                  "tracker", "limits", "journal", "capture", "daemon", "control", "web"});
+  std::vector<std::string_view> known = {"map",     "antennas", "pheromone", "obstacles", "path",
+                                         "print",   "link",     "frame",     "tracker",   "limits",
+                                         "journal", "capture",  "daemon",    "control",   "web"};
+  for (const ComponentSection& section : components) {
+    known.push_back(section.key);
+  }
+  TableReader(root, "", &notes.problems).AllowOnly(known);
   field::FieldConfig& field = config.engine.field;
   const bool has_map = ReadMap(root, &notes, &config);
   ReadAntennas(root, &notes, &field);
@@ -90,6 +108,13 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadJournal(root, &notes, &config.journal);
   ReadCapture(root, &notes, &config.capture);
   ReadDaemon(root, &notes, &config.daemon);
+  for (const ComponentSection& section : components) {
+    if (auto its = section.read(root, &notes)) {
+      config.engine.components.push_back(std::move(*its));
+    }
+  }
+  std::sort(config.engine.components.begin(), config.engine.components.end(),
+            [](const auto& a, const auto& b) { return a.component < b.component; });
   ReadControl(root, &notes, &config.control);
   ReadWeb(root, &notes, &config.web);
   CheckConflicts(root, &notes, config.control);

@@ -57,7 +57,7 @@ std::string Problems::Text() const {
   return text;
 }
 
-void TableReader::AllowOnly(std::initializer_list<std::string_view> known) const {
+void TableReader::AllowOnly(std::span<const std::string_view> known) const {
   const std::span<const std::string_view> words(known.begin(), known.size());
   for (const Value& entry : table_.items) {
     if (std::find(words.begin(), words.end(), entry.key) != words.end()) {

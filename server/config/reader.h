@@ -62,7 +62,10 @@ class TableReader {
       : table_(table), path_(std::move(path)), problems_(problems) {}
 
   /// Notes each key that is not among `known`, with the nearest one that is.
-  void AllowOnly(std::initializer_list<std::string_view> known) const;
+  void AllowOnly(std::span<const std::string_view> known) const;
+  void AllowOnly(std::initializer_list<std::string_view> known) const {
+    AllowOnly(std::span(known.begin(), known.size()));
+  }
 
   /// Notes each of `keys` that is there: it means something, but not beside `choice`, such as
   /// `profile = "cone"`. False if there is one.

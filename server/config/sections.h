@@ -73,6 +73,20 @@ void ReadJournal(const Value& root, Notes* notes, JournalConfig* journal);
 /// what ReadControl read. What is in the way of what is made is a warning.
 void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& control);
 
+/// The section of a component beyond the field and the robots.
+struct ComponentSection {
+  std::string_view key;  ///< of the file; Component::name is the same
+  /// What the component takes, if nothing is wrong. Called whether or not the file has the section.
+  std::optional<engine::ComponentConfig> (*read)(const Value& root, Notes* notes);
+};
+/// Of the components that a server has (server/engine/components.h).
+std::span<const ComponentSection> ComponentSections();
+
+/// ParseConfig with other components, for tests.
+Result<Config> ParseConfig(std::string_view text, std::string_view name,
+                           const std::optional<std::filesystem::path>& folder,
+                           std::span<const ComponentSection> components);
+
 // --- What several of them have in common.
 
 /// [NAME], or an empty table if there is none. A value of another kind is noted.

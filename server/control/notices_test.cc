@@ -151,8 +151,8 @@ TEST(Notices, AreTakenOrCountedWhateverHappensAtOnce) {
     thread.join();
   }
   EXPECT_EQ(taken_count + dropped, uint64_t{kTellers} * kEach);
-  // The last one of all is some teller's last, and nothing came after it that could push it out. The
-  // other's may have been dropped.
+  // The last one of all is some teller's last, and nothing came after it that could push it out.
+  // The other's may have been dropped.
   EXPECT_EQ(*std::max_element(last.begin(), last.end()), kEach - 1);
   EXPECT_GE(calls, 1);
 }

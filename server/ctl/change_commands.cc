@@ -15,7 +15,7 @@ namespace {
 
 namespace json = boost::json;
 
-// The robot is asked for about this long (Engine::kCommandTransmissions), and a little.
+// The robot is asked for about this long (RobotsComponent::kCommandTransmissions), and a little.
 constexpr std::chrono::seconds kAckPatience{20};
 constexpr useconds_t kBetweenLooksUs = 100'000;
 

@@ -354,7 +354,7 @@ class Daemon::Impl {
     told_of_field_time_ = !trouble.empty();
   }
 
-  engine::EngineCounters Counters() const {
+  engine::RobotCounters Counters() const {
     return service_.Inspect([](const engine::Engine& engine) { return engine.counters(); });
   }
 

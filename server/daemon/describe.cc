@@ -58,7 +58,7 @@ std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counter
   return lines;
 }
 
-std::string DescribeTrouble(const engine::EngineCounters& counters) {
+std::string DescribeTrouble(const engine::RobotCounters& counters) {
   const std::array<std::pair<std::string_view, uint64_t>, 4> troubles = {{
       {"ID conflicts (two robots under one ID)", counters.id_conflicts},
       {"robots forgotten to make room", counters.robots_forgotten},

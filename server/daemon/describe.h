@@ -13,7 +13,7 @@ namespace pheromone::daemon {
 std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counters);
 
 /// Errors concerning robots, with their counts; empty if there were none.
-std::string DescribeTrouble(const engine::EngineCounters& counters);
+std::string DescribeTrouble(const engine::RobotCounters& counters);
 
 /// The frames and bytes of a link, and all kinds of losses that occurred.
 std::string DescribeLink(const std::string& name, const links::LinkCounters& counters);

@@ -107,7 +107,7 @@ void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_
     client->pose = observed->pose;
   } else if (client->traffic.pose) {
     client->pose_source = control::PoseSource::kRobot;
-    client->pose = engine.PoseOf(link, client->id, *client->traffic.pose, now_ms);
+    client->pose = engine.robots().PoseOf(link, client->id, *client->traffic.pose, now_ms);
   }
 }
 
@@ -392,14 +392,14 @@ void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
   }
   parts_.router->Deliver(out);
   if (!logged) {
-    SendHaltsUnlogged(engine::Engine::kBroadcastTransmissions);
+    SendHaltsUnlogged(engine::RobotsComponent::kBroadcastTransmissions);
     done(names);
     return;
   }
   AwaitDurable(std::min(parts_.patience, kHaltPatience),
                [this, names = std::move(names), done = std::move(done)](const Status& durable) {
                  if (!durable.ok()) {
-                   SendHaltsUnlogged(engine::Engine::kBroadcastTransmissions);
+                   SendHaltsUnlogged(engine::RobotsComponent::kBroadcastTransmissions);
                  }
                  done(names);
                });
@@ -420,7 +420,7 @@ void LiveControl::SendHaltsUnlogged(int transmissions) {
   }
   parts_.router->Deliver(out);
   if (transmissions > 1) {
-    deadlines_->After(std::chrono::milliseconds(engine::Engine::kBroadcastIntervalMs),
+    deadlines_->After(std::chrono::milliseconds(engine::RobotsComponent::kBroadcastIntervalMs),
                       [this, transmissions](bool stopped) {
                         if (!stopped) {
                           SendHaltsUnlogged(transmissions - 1);

@@ -91,6 +91,17 @@ Status CheckLaid(const field::FieldConfig& config) {
   return Ok();
 }
 
+Status CheckComponents(const std::vector<ComponentConfig>& components) {
+  for (size_t i = 0; i < components.size(); ++i) {
+    const std::string& name = components[i].component;
+    if (name.empty() || (i > 0 && name <= components[i - 1].component)) {
+      return Error{"components[" + std::to_string(i) + "] is \"" + name +
+                   "\", expected a name after the one before it"};
+    }
+  }
+  return Ok();
+}
+
 }  // namespace
 
 // Each relies on those before it.
@@ -99,7 +110,8 @@ Status CheckValues(const EngineConfig& config) {
   found = found.ok() ? CheckMap(config.field.map) : found;
   found = found.ok() ? CheckPheromones(config.field) : found;
   found = found.ok() ? CheckLaid(config.field) : found;
-  return found.ok() ? CheckFrames(config.frames) : found;
+  found = found.ok() ? CheckFrames(config.frames) : found;
+  return found.ok() ? CheckComponents(config.components) : found;
 }
 
 }  // namespace pheromone::engine

@@ -35,12 +35,15 @@ EngineConfig FullConfig() {
   config.field.initial_rasters = {{1, Nodes({{{1, 2}, 64}, {{2, 2}, 128}})}};
   config.field.obstacles = Wall(config, 4);
   config.frames = {MakeFrame("radio-a", 3, {10, 20}, 30)};
+  config.components = {{"visits", 1, "bytes"}};
   return config;
 }
 
 // A field that is added stops this from compiling: it belongs into the hash, and below.
 [[maybe_unused]] void NameEveryField(const EngineConfig& config) {
-  [[maybe_unused]] const auto& [field, pose_unit_10um, robots_per_link, links, frames] = config;
+  [[maybe_unused]] const auto& [field, pose_unit_10um, robots_per_link, links, frames, components] =
+      config;
+  [[maybe_unused]] const auto& [component, version, bytes] = components[0];
   [[maybe_unused]] const auto& [name, slot_ms, response_window_ms] = links[0];
   [[maybe_unused]] const auto& [link, id, x_um, y_um, heading, cos_q30, sin_q30] = frames[0];
   [[maybe_unused]] const auto& [map, antennas, pheromones, paths, prints, obstacles, memory_bytes] =
@@ -61,6 +64,10 @@ EngineConfig FullConfig() {
 std::map<std::string, Change> EveryChange() {
   using C = EngineConfig;
   return {
+      {"component", [](C& c) { c.components[0].component += "'"; }},
+      {"component's version", [](C& c) { ++c.components[0].version; }},
+      {"component's bytes", [](C& c) { c.components[0].bytes += "'"; }},
+      {"fewer components", [](C& c) { c.components.clear(); }},
       {"origin.x", [](C& c) { ++c.field.map.origin.x; }},
       {"origin.y", [](C& c) { ++c.field.map.origin.y; }},
       {"width", [](C& c) { ++c.field.map.width_um; }},

@@ -8,25 +8,138 @@
 #include "server/base/hash.h"
 #include "server/engine/config_codec.h"
 #include "server/engine/config_hash.h"
-#include "server/engine/frozen_state.h"
 
 namespace pheromone::engine {
 
+using protocol::Message;
+using protocol::Reason;
+
+Engine::Engine(ComponentList components) : components_(std::move(components)) {
+  for (size_t i = 0; i < components_.size(); ++i) {
+    for (const Endpoint& endpoint : components_[i]->endpoints()) {
+      assert(!protocol::IsFromServer(endpoint.opcode));
+      assert(!routes_[endpoint.opcode].endpoint && "an opcode of two components");
+      routes_[endpoint.opcode] = {i, endpoint};
+    }
+    for (const EventKind kind : components_[i]->event_kinds()) {
+      const bool is_new = owners_of_kinds_.emplace(kind, i).second;
+      assert(is_new && "an event kind of two components");
+      (void)is_new;
+    }
+  }
+}
+
+// Null if no component has that kind; those that the engine itself takes are not asked for.
+const Component* Engine::Owner(const Event& event) const {
+  const auto found = owners_of_kinds_.find(KindOf(event));
+  return found != owners_of_kinds_.end() ? &*components_[found->second] : nullptr;
+}
+Component* Engine::Owner(const Event& event) {
+  const auto found = owners_of_kinds_.find(KindOf(event));
+  return found != owners_of_kinds_.end() ? &*components_[found->second] : nullptr;
+}
+
+// --- Requests
+
+// What is wrong with the form of a client's message, if anything.
+Reason Engine::FaultOf(const Message& message) const {
+  const std::optional<Endpoint>& endpoint = routes_[message.opcode].endpoint;
+  if (!endpoint) {
+    return Reason::kUnknownOpcode;
+  }
+  const bool fits =
+      message.length >= endpoint->length.least && message.length <= endpoint->length.most;
+  return fits ? Reason::kNone : Reason::kBadLength;
+}
+
+Handling Engine::Classify(LinkIndex link, const Message& message) const {
+  const bool invalid_id = message.id == 0 || message.id == protocol::kBroadcastId;
+  if (invalid_id || message.opcode == 0 || protocol::IsFromServer(message.opcode) ||
+      link >= config_->links.size()) {
+    return Handling::kIgnore;
+  }
+  const std::optional<Endpoint>& endpoint = routes_[message.opcode].endpoint;
+  const bool has_fault = FaultOf(message) != Reason::kNone;
+  if (endpoint && endpoint->effect == Endpoint::Effect::kSession &&
+      (message.opcode == protocol::kCommandAck || !has_fault)) {
+    return OfRobots(components_).Classify(link, message);
+  }
+  if (has_fault || endpoint->effect != Endpoint::Effect::kChanges || !SaidHello(link, message.id)) {
+    return Handling::kAnswer;
+  }
+  const RobotState* robot = robots().Find(link, message.id);
+  switch (CompareSeq(*robot, message.data[0], protocol::MessageCrc(message))) {
+    case SeqVerdict::kNew:
+      return Handling::kChange;
+    case SeqVerdict::kStale:
+      return Handling::kIgnore;
+    case SeqVerdict::kRepeat:
+    case SeqVerdict::kReused:
+      break;
+  }
+  return Handling::kAnswer;
+}
+
+void Engine::Answer(const Stamp& stamp, LinkIndex link, const Message& message,
+                    std::vector<Outgoing>* out) const {
+  const Reason fault = FaultOf(message);
+  if (fault != Reason::kNone) {
+    out->push_back({link, 0, ErrorMessage(message, fault)});
+    return;
+  }
+  const Route& route = routes_[message.opcode];
+  if (route.endpoint->effect == Endpoint::Effect::kReads) {
+    const Context context = Now(config_, std::max(stamp.field_time_ms, field_time_ms_));
+    out->push_back({link, 0, components_[route.component]->Answer(context, link, message)});
+    return;
+  }
+  if (!SaidHello(link, message.id)) {
+    out->push_back({link, 0, ErrorMessage(message, Reason::kSayHello)});
+    return;
+  }
+  const RobotState* robot = robots().Find(link, message.id);
+  const bool repeats =
+      CompareSeq(*robot, message.data[0], protocol::MessageCrc(message)) == SeqVerdict::kRepeat;
+  if (repeats) {
+    out->push_back({link, robot->last_change, robot->last_answer});
+  } else {
+    out->push_back({link, 0, ErrorMessage(message, Reason::kSequenceReused)});
+  }
+}
+
+void Engine::On(const RequestReceived& request, const Output& out) {
+  const Route& route = routes_[request.message.opcode];
+  const Context context = Now();
+  if (route.endpoint->effect == Endpoint::Effect::kSession) {
+    OfRobots(components_).TakeSession(context, request, out);
+    return;
+  }
+  const Message answer =
+      components_[route.component]->Change(context, request.link, request.message);
+  OfRobots(components_).Remember(context, request.link, request.message, answer);
+  out.Send(context, request.link, answer);
+}
+
+// --- Events
+
 void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
-                   std::vector<Outgoing>* out) {
+                   std::vector<Outgoing>* messages) {
   sequence_ = sequence;
   last_stamp_ = stamp;
   field_time_ms_ = std::max(stamp.field_time_ms, field_time_ms_);
   finished_.clear();
-  std::visit([&](const auto& it) { On(it, out); }, event);
-  if (configured()) {
-    field_->TakeFinished(&finished_);
+  const Output out{messages, &finished_};
+  if (const auto* const request = std::get_if<RequestReceived>(&event)) {
+    On(*request, out);
+  } else if (const auto* const change = std::get_if<ConfigChanged>(&event)) {
+    On(*change, out);
+  } else if (std::holds_alternative<engine::Advance>(event)) {
+    for (Polymorphic<Component>& component : components_) {
+      component->Advance(Now(), out);
+    }
+  } else {
+    Owner(event)->Apply(Now(), event, out);
   }
-}
-
-void Engine::Send(LinkIndex link, const protocol::Message& message,
-                  std::vector<Outgoing>* out) const {
-  out->push_back({link, sequence_, message});
 }
 
 Status Engine::Check(const Event& event) const {
@@ -41,162 +154,93 @@ Status Engine::Check(const Event& event) const {
                ? Ok()
                : Error{"a request that changes nothing"};
   }
-  if (const auto* command = std::get_if<CommandIssued>(&event)) {
-    return CheckCommand(*command);
+  if (std::holds_alternative<Advance>(event)) {
+    return Ok();
   }
-  if (const auto* edited = std::get_if<FieldEdited>(&event)) {
-    const Status possible = CheckEdit(edited->edit);
-    Event copy = *edited;
-    return possible.ok() && edited->raster == nullptr ? Prepare(&copy) : possible;
-  }
-  if (const auto* seen = std::get_if<PoseObserved>(&event)) {
-    return SaidHello(seen->link, seen->id)
-               ? Ok()
-               : Error{"a pose of robot " + std::to_string(seen->id) + ", which is not there"};
-  }
-  return Ok();
+  const Component* const owner = Owner(event);
+  return owner != nullptr
+             ? owner->Check(Now(), event)
+             : Error{"an event of kind " + std::to_string(static_cast<int>(KindOf(event))) +
+                     ", which belongs to no component of this program"};
 }
+
+Status Engine::Prepare(const SharedConfig& present, Event* event) {
+  return FieldComponent::Prepare(present, event);
+}
+
+// --- Configuration
 
 ConfigFigures FiguresOf(const EngineConfig& config) {
   return {HashConfig(config), EncodedBytes(config)};
 }
 
-Status Engine::Prepare(const SharedConfig& present, Event* event) {
-  if (auto* edited = std::get_if<FieldEdited>(event)) {
-    const Status shape = field::CheckShape(edited->edit);
-    if (!shape.ok()) {
-      return shape;
+Status Engine::CheckConfig(const EngineConfig& next, const ConfigPlan* plan) const {
+  for (const ComponentConfig& it : next.components) {
+    const bool is_known =
+        std::any_of(components_.begin(), components_.end(),
+                    [&](const auto& component) { return component->name() == it.component; });
+    if (!is_known) {
+      return Error{"a configuration of \"" + it.component +
+                   "\", which is no component of this program"};
     }
-    Result<field::Raster> raster = field::RasterFor(edited->edit, present->field.map);
-    if (!raster.ok()) {
-      return Error{raster.error()};
+  }
+  for (const Polymorphic<Component>& component : components_) {
+    Status status = component->CheckConfig(Now(), next, plan);
+    if (!status.ok()) {
+      return status;
     }
-    edited->raster = std::make_shared<const field::Raster>(std::move(raster).value());
-  } else if (auto* change = std::get_if<ConfigChanged>(event)) {
-    ConfigPlan plan;
-    plan.figures = FiguresOf(*change->config);
-    plan.laying = std::make_shared<const field::LayPlan>(
-        field::PlanLaying(present->field, change->config->field));
-    change->plan = std::make_shared<const ConfigPlan>(std::move(plan));
   }
   return Ok();
 }
 
-Status Engine::CheckConfig(const EngineConfig& next, const ConfigPlan* plan) const {
-  Status frames = CheckFrames(next.frames);
-  if (!frames.ok() || !configured()) {
-    return frames;
-  }
-  return plan != nullptr ? field_->CheckReconfigure(next.field, *plan->laying)
-                         : field_->CheckReconfigure(next.field, field_time_ms_);
-}
-
-void Engine::On(const ConfigChanged& change, std::vector<Outgoing>* /*out*/) {
-  const EngineConfig& next = *change.config;
+void Engine::On(const ConfigChanged& change, const Output& out) {
   const bool is_new = !configured();
-  if (is_new || change.state_lost || !SameHello(*config_, next)) {
+  if (is_new || change.state_lost || !SameHello(*config_, *change.config)) {
     epoch_ = change.new_epoch;
   }
-  if (!is_new && config_->links != next.links) {
-    broadcasts_.clear();  // their links may have other places now
-  }
-  if (is_new) {
-    field_ =
-        std::make_unique<field::Field>(change.config.field(), field::BestKernel(), field_time_ms_);
-    finished_.push_back({sequence_, Ok()});
-    TakeConfig(change.config, change.plan ? change.plan->figures : FiguresOf(next));
-    return;
-  }
   Event planned = change;
-  if (change.plan == nullptr) {
-    (void)Prepare(&planned);
+  if (!is_new && change.plan == nullptr) {
+    (void)Prepare(config_, &planned);
   }
-  const ConfigPlan& plan = *std::get<ConfigChanged>(planned).plan;
+  const std::shared_ptr<const ConfigPlan> plan = std::get<ConfigChanged>(planned).plan;
   // At the end of time there is no later moment to tell old nodes from new ones by.
-  if (change.in_portions && field_time_ms_ < kMaxFieldTimeMs) {
-    field_->BeginReconfigure(sequence_, change.config.field(), plan.laying, field_time_ms_);
-    ++field_time_ms_;  // what was stored before can be told from what comes later
-  } else {
-    field_->Reconfigure(next.field, field_time_ms_);
-    finished_.push_back({sequence_, Ok()});
+  const bool in_portions = !is_new && change.in_portions && field_time_ms_ < kMaxFieldTimeMs;
+  const SharedConfig before = config_;
+  const Context context = Now(change.config, field_time_ms_);
+  for (Polymorphic<Component>& component : components_) {
+    component->Configure(context, {is_new ? nullptr : &*before, plan.get(), in_portions}, out);
   }
-  TakeConfig(change.config, plan.figures);
+  if (in_portions) {
+    ++field_time_ms_;  // what was stored before can be told from what comes later
+  }
+  TakeConfig(change.config, plan != nullptr ? plan->figures : FiguresOf(*change.config));
 }
 
 // The configuration, and what is worked out from it.
 void Engine::TakeConfig(SharedConfig config, const ConfigFigures& figures) {
   config_ = std::move(config);
   config_figures_ = figures;
-  robots_.SetLinks(config_->links);
-  frames_.clear();
-  for (size_t link = 0; link < config_->links.size(); ++link) {
-    for (const RobotFrame& frame : config_->frames) {
-      if (frame.link == config_->links[link].name) {
-        frames_.emplace(std::pair(static_cast<LinkIndex>(link), frame.id), frame);
-      }
-    }
-  }
+  is_configured_ = true;
 }
 
-void Engine::On(const PoseObserved& observed, std::vector<Outgoing>* /*out*/) {
-  assert(SaidHello(observed.link, observed.id));
-  robots_.Update(observed.link, observed.id, [&](RobotState& robot) {
-    robot.observed = ObservedPose{observed.pose, field_time_ms_ + observed.valid_ms};
-  });
-}
-
-// A long gap is one bounded step: a command that has missed several retries is sent once, and the
-// field does a portion of what is due. If more is, the next deadline is in the past.
-void Engine::On(const Advance& /*advance*/, std::vector<Outgoing>* out) {
-  // Before the commands: a resume waits for the last of them.
-  for (Broadcast& broadcast : broadcasts_) {
-    if (broadcast.next_ms <= field_time_ms_) {
-      SendBroadcast(&broadcast, out);
-    }
-  }
-  std::erase_if(broadcasts_, [](const Broadcast& broadcast) { return broadcast.left == 0; });
-  std::vector<std::pair<LinkIndex, uint8_t>> due;
-  robots_.ForEach([&](LinkIndex link, uint8_t id, const RobotState& robot) {
-    if (robot.has_pending_command() && robot.command.next_retry_ms <= field_time_ms_) {
-      due.emplace_back(link, id);
-    }
-  });
-  for (const auto& [link, id] : due) {
-    robots_.Update(link, id, [&, link = link, id = id](RobotState& robot) {
-      SendCommand(link, id, &robot, out);
-    });
-  }
-  field_->Advance(field_time_ms_);
-}
+// --- Time and hash
 
 std::optional<uint64_t> Engine::NextDeadline() const {
-  if (!configured()) {
-    return std::nullopt;
-  }
-  std::optional<uint64_t> next = field_->NextDeadline();
-  const auto consider = [&next](uint64_t at) { next = next ? std::min(*next, at) : at; };
-  if (robots_.pending_commands() != 0) {
-    robots_.ForEach([&](LinkIndex, uint8_t, const RobotState& robot) {
-      if (robot.has_pending_command()) {
-        consider(robot.command.next_retry_ms);
-      }
-    });
-  }
-  for (const Broadcast& broadcast : broadcasts_) {
-    consider(broadcast.next_ms);
+  std::optional<uint64_t> next;
+  for (const Polymorphic<Component>& component : components_) {
+    const std::optional<uint64_t> its = component->NextDeadline();
+    next = next && its ? std::min(*next, *its) : next ? next : its;
   }
   return next;
 }
 
 uint64_t Engine::StateHash() const {
-  uint64_t hash = Hash64({'E', epoch_, next_broadcast_seq_}) + robots_.hash();
-  for (const Broadcast& broadcast : broadcasts_) {
-    hash += Hash64({'B', broadcast.link, broadcast.seq, broadcast.left, broadcast.next_ms});
+  // The robots' share of the first word is older than the components.
+  uint64_t hash = Hash64({'E', epoch_, OfRobots(components_).next_broadcast_seq()});
+  for (const Polymorphic<Component>& component : components_) {
+    hash += component->Hash();
   }
-  if (configured()) {
-    hash += config_figures_.hash + field_->hash();
-  }
-  return hash;
+  return configured() ? hash + config_figures_.hash : hash;
 }
 
 }  // namespace pheromone::engine

@@ -259,7 +259,7 @@ void Drive(Bench* bench, uint32_t seed, int steps) {
         CommandIssued issued;
         issued.id = id;
         issued.link = link;
-        if (bench->engine.CheckCommand(issued).ok()) {
+        if (bench->engine.Check(issued).ok()) {
           bench->Apply(issued);
         }
         break;

@@ -6,11 +6,15 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "protocol/messages.h"
+#include "server/base/bytes.h"
+#include "server/base/fields.h"
+#include "server/base/result.h"
 #include "server/engine/robot_frame.h"
 #include "server/field/config.h"
 #include "server/field/edit.h"
@@ -44,13 +48,29 @@ struct LinkSettings {
   }
 };
 
+/// The configuration of one component beyond the field and the robots, as that component writes it.
+struct ComponentConfig {
+  std::string component;  ///< Component::name
+  uint8_t version = 1;    ///< of its bytes; the component's own
+  std::string bytes;
+  bool operator==(const ComponentConfig&) const = default;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("component", it.component);
+    visit("version", it.version);
+    visit("bytes", it.bytes);
+  }
+};
+
 /// The part of the configuration that the state depends on, in integers.
 struct EngineConfig {
   field::FieldConfig field;
   uint16_t pose_unit_10um = 100;
   uint16_t robots_per_link = 254;  ///< beyond it, the robot idle for longest is forgotten
   std::vector<LinkSettings> links;
-  std::vector<RobotFrame> frames;  ///< of robots whose coordinates are not the map's
+  std::vector<RobotFrame> frames;           ///< of robots whose coordinates are not the map's
+  std::vector<ComponentConfig> components;  ///< ordered by name; of those that need any
   bool operator==(const EngineConfig&) const = default;
 
   template <typename Self, typename Visit>
@@ -60,6 +80,17 @@ struct EngineConfig {
     visit("robots_per_link", it.robots_per_link, AtLeast(1));
     visit("links", it.links);
     visit("frames", it.frames);
+    visit("components", it.components, Since(3));
+  }
+
+  /// Null if that component needs none.
+  const ComponentConfig* FindComponent(std::string_view name) const {
+    for (const ComponentConfig& it : components) {
+      if (it.component == name) {
+        return &it;
+      }
+    }
+    return nullptr;
   }
 };
 
@@ -194,8 +225,58 @@ struct PoseObserved {
   }
 };
 
-using Event =
-    std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited, PoseObserved>;
+/// The numbers of the kinds of events, in bytes and in exports; never used again for another kind.
+/// Those from kFirstOfComponents on are ComponentEvents, whose numbers their components name.
+enum class EventKind : uint8_t {
+  kRequestReceived = 1,
+  kAdvance = 2,
+  kConfigChanged = 3,
+  kCommandIssued = 4,
+  kFieldEdited = 5,
+  kPoseObserved = 6,
+  kFirstOfComponents = 16,
+};
+
+/// Something that happens to one component beyond the field and the robots. The engine does not
+/// look into it.
+struct ComponentEvent {
+  EventKind kind = EventKind::kFirstOfComponents;
+  uint8_t version = 1;  ///< of its bytes; the component's own
+  std::string bytes;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("version", it.version);
+    visit("bytes", it.bytes);
+  }
+};
+
+using Event = std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited,
+                           PoseObserved, ComponentEvent>;
+EventKind KindOf(const Event& event);
+
+/// The event of a component from a struct that describes its fields (server/base/fields.h) and has
+/// kKind and kVersion; and back. The reader fails for bytes of a later version.
+template <typename T>
+ComponentEvent ToEvent(const T& content) {
+  ByteWriter writer;
+  EncodeFields(content, &writer);
+  return {T::kKind, T::kVersion, writer.Take()};
+}
+template <typename T>
+Result<T> FromBytes(std::string_view what, uint8_t version, std::string_view bytes) {
+  ByteReader reader(bytes);
+  T content;
+  if (version > T::kVersion) {
+    reader.Fail("version " + std::to_string(version) + ", expected at most " +
+                std::to_string(T::kVersion));
+  }
+  DecodeFields(&reader, version, &content);
+  reader.ExpectEnd();
+  reader.Check(CheckFields(content, ""));
+  return reader.ok() ? Result<T>(std::move(content))
+                     : Error{std::string(what) + ": " + reader.error()};
+}
 
 /// Who asked, and when: by this a link sends an answer back to where it was asked for, and not when
 /// nobody waits for it any longer. Neither logged nor recorded; the engine does not look at it.

@@ -16,12 +16,21 @@ Event DecodeOne(uint8_t version, ByteReader* reader) {
   return event;
 }
 
-// One for each alternative of Event, in its order.
+// The alternatives of Event that have a kind of their own.
+constexpr size_t kPlainKinds = std::variant_size_v<Event> - 1;
+
+// One for each of them, in its order.
 template <size_t... kIndex>
 Event DecodeKind(uint8_t kind, uint8_t version, ByteReader* reader,
                  std::index_sequence<kIndex...> /*all*/) {
   using Decoder = Event (*)(uint8_t, ByteReader*);
   constexpr Decoder kDecoders[] = {DecodeOne<std::variant_alternative_t<kIndex, Event>>...};
+  if (version >= 3 && kind >= static_cast<uint8_t>(EventKind::kFirstOfComponents)) {
+    ComponentEvent event;
+    DecodeFields(reader, version, &event);
+    event.kind = static_cast<EventKind>(kind);
+    return event;
+  }
   if (kind < 1 || kind > sizeof...(kIndex)) {
     reader->Fail("an event of the unknown kind " + std::to_string(kind));
     return Advance{};
@@ -32,6 +41,9 @@ Event DecodeKind(uint8_t kind, uint8_t version, ByteReader* reader,
 }  // namespace
 
 EventKind KindOf(const Event& event) {
+  if (const auto* const of_component = std::get_if<ComponentEvent>(&event)) {
+    return of_component->kind;
+  }
   static_assert(std::is_same_v<std::variant_alternative_t<0, Event>, RequestReceived> &&
                 std::is_same_v<std::variant_alternative_t<5, Event>, PoseObserved>);
   return static_cast<EventKind>(event.index() + 1);
@@ -62,7 +74,7 @@ size_t EncodedBytesAtMost(const Event& event) {
 Event DecodeEvent(ByteReader* reader) {
   const uint8_t version = DecodeVersion("an event", reader);
   const uint8_t kind = reader->U8();
-  return DecodeKind(kind, version, reader, std::make_index_sequence<std::variant_size_v<Event>>());
+  return DecodeKind(kind, version, reader, std::make_index_sequence<kPlainKinds>());
 }
 
 }  // namespace pheromone::engine

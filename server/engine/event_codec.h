@@ -23,22 +23,11 @@ namespace pheromone::engine {
 /// written in the newest version; all versions from the oldest on can be read. What a version adds
 /// or changes is a condition on `version` in the decoder of that thing, and nowhere else.
 constexpr uint8_t kOldestCodecVersion = 1;
-constexpr uint8_t kCodecVersion = 2;
+constexpr uint8_t kCodecVersion = 3;
 
 /// The byte with which an event and a state begin. Fails the reader for a version that cannot be
 /// read; `what` says what has it, such as "an event".
 uint8_t DecodeVersion(std::string_view what, ByteReader* reader);
-
-/// The numbers of the kinds, in bytes and in exports; never used again for another kind.
-enum class EventKind : uint8_t {
-  kRequestReceived = 1,
-  kAdvance = 2,
-  kConfigChanged = 3,
-  kCommandIssued = 4,
-  kFieldEdited = 5,
-  kPoseObserved = 6,
-};
-EventKind KindOf(const Event& event);
 
 void EncodeEvent(const Event& event, ByteWriter* writer);
 

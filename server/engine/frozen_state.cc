@@ -1,5 +1,6 @@
 #include "server/engine/frozen_state.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "server/base/bytes.h"
@@ -8,10 +9,24 @@
 
 namespace pheromone::engine {
 
-// A version, the configuration, what follows it, the field, a hash: as Engine::Save (state.cc).
+// As Engine::Save (state.cc).
 FrozenState::FrozenState(Parts parts)
-    : parts_(std::move(parts)),
-      bytes_(1 + parts_.config_bytes + parts_.after_config.size() + parts_.field->bytes() + 8) {}
+    : parts_(std::move(parts)), bytes_(1 + parts_.config_bytes + parts_.end.size()) {
+  for (const Parts::Named& it : parts_.components) {
+    bytes_ += it.before.size() + it.content->bytes();
+  }
+}
+
+bool FrozenState::failed() const {
+  return std::any_of(parts_.components.begin(), parts_.components.end(),
+                     [](const Parts::Named& it) { return it.content->failed(); });
+}
+
+void FrozenState::LetGo() {
+  for (const Parts::Named& it : parts_.components) {
+    it.content->LetGo();
+  }
+}
 
 bool FrozenState::CopyConfig(std::string* to) {
   if (stage_ != Stage::kConfig) {
@@ -21,10 +36,8 @@ bool FrozenState::CopyConfig(std::string* to) {
   writer.U8(kCodecVersion);
   EncodeConfig(*parts_.config, &writer);
   writer.Flush();
-  *to += parts_.after_config;
   parts_.config = {};
-  parts_.after_config = {};
-  stage_ = Stage::kField;
+  stage_ = Stage::kComponents;
   return true;
 }
 
@@ -32,15 +45,20 @@ bool FrozenState::CopySome(std::string* to, int tiles) {
   if (failed() || done()) {
     return false;
   }
-  if (CopyConfig(to) || parts_.field->CopySome(to, tiles)) {
+  if (CopyConfig(to)) {
     return true;
   }
-  if (failed()) {
-    return false;
+  for (; component_ < parts_.components.size(); ++component_) {
+    Parts::Named& part = parts_.components[component_];
+    *to += std::exchange(part.before, {});
+    if (part.content->CopySome(to, tiles)) {
+      return true;
+    }
+    if (failed()) {
+      return false;
+    }
   }
-  ByteWriter end;
-  end.U64(parts_.state_hash);
-  *to += end.bytes();
+  *to += parts_.end;
   stage_ = Stage::kDone;
   return true;
 }

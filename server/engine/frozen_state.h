@@ -6,8 +6,8 @@
 //   while (frozen->CopySome(&bytes)) { ... }                              // events between them
 //   if (frozen->failed()) ...                                             // try again
 //
-// At the freeze robots and what diffuses are encoded; the configuration when it is copied, and
-// cells, portion by portion, 100 us each (server/field/frozen_field.h).
+// At the freeze small components and what diffuses are encoded; the configuration when it is
+// copied, and cells, portion by portion, 100 us each (server/field/frozen_field.h).
 //
 // One owner. CopySome and LetGo are calls to the engine and need what those need (Service has them
 // behind its lock); the others do not. Either may go first.
@@ -16,7 +16,9 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "server/engine/component.h"
 #include "server/engine/event.h"
 #include "server/field/frozen_field.h"
 
@@ -34,8 +36,13 @@ class FrozenState {
     uint64_t state_hash = 0;
     SharedConfig config;
     uint64_t config_bytes = 0;
-    std::string after_config;
-    std::unique_ptr<field::FrozenField> field;
+    /// Each with what is written before it.
+    struct Named {
+      std::string before;
+      std::unique_ptr<FrozenPart> content;
+    };
+    std::vector<Named> components;
+    std::string end;
   };
 
   explicit FrozenState(Parts parts);
@@ -60,17 +67,18 @@ class FrozenState {
 
   bool done() const { return stage_ == Stage::kDone; }
   /// Too much was changed meanwhile, or the engine was destroyed. The copied data is useless.
-  bool failed() const { return parts_.field->failed(); }
+  bool failed() const;
 
   /// Detaches from the engine. If not everything was copied, the copy has failed.
-  void LetGo() { parts_.field->LetGo(); }
+  void LetGo();
 
  private:
-  enum class Stage { kConfig, kField, kDone };
+  enum class Stage { kConfig, kComponents, kDone };
 
   Parts parts_;
   uint64_t bytes_;
   Stage stage_ = Stage::kConfig;
+  size_t component_ = 0;  // the present one
 };
 
 }  // namespace pheromone::engine

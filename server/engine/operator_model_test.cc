@@ -394,7 +394,7 @@ class OperatorModelTest : public ::testing::TestWithParam<uint64_t> {
     const bool is_acceptable = issued.link < 2 && issued.code <= CommandCode::kGetParameter &&
                                (is_to_all ? issued.code == CommandCode::kHalt
                                           : commands_.robots().contains({issued.link, issued.id}));
-    ASSERT_EQ(bench_.engine.CheckCommand(issued).ok(), is_acceptable);
+    ASSERT_EQ(bench_.engine.Check(issued).ok(), is_acceptable);
     if (is_acceptable) {
       std::vector<Sent> expected;
       commands_.Issue(issued, bench_.now_ms, &expected);

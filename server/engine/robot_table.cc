@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/base/hash.h"
+#include "server/engine/wire_units.h"
 
 namespace pheromone::engine {
 namespace {
@@ -41,12 +42,31 @@ SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc) {
   return ahead <= 128 ? SeqVerdict::kNew : SeqVerdict::kStale;
 }
 
-void RobotTable::SetLinks(const std::vector<LinkSettings>& links) {
+RobotTable::RobotTable(const RobotTable& other)
+    : by_name_(other.by_name_),
+      frames_(other.frames_),
+      pose_unit_10um_(other.pose_unit_10um_),
+      hash_(other.hash_),
+      pending_commands_(other.pending_commands_) {
+  for (const Robots* const robots : other.by_index_) {
+    by_index_.push_back(&by_name_.at(robots->name));
+  }
+}
+
+void RobotTable::Configure(const EngineConfig& config) {
+  pose_unit_10um_ = config.pose_unit_10um;
   by_index_.clear();
-  for (const LinkSettings& link : links) {
+  frames_.clear();
+  for (const LinkSettings& link : config.links) {
+    const auto index = static_cast<LinkIndex>(by_index_.size());
     Robots& robots = by_name_[link.name];
     robots.name = link.name;
     by_index_.push_back(&robots);
+    for (const RobotFrame& frame : config.frames) {
+      if (frame.link == link.name) {
+        frames_.emplace(std::pair(index, frame.id), frame);
+      }
+    }
   }
 }
 
@@ -57,6 +77,17 @@ const RobotState* RobotTable::Find(LinkIndex link, uint8_t id) const {
   const auto& robots = by_index_[link]->robots;
   const auto found = robots.find(id);
   return found == robots.end() ? nullptr : &found->second;
+}
+
+field::PoseUm RobotTable::PoseOf(LinkIndex link, uint8_t id, const protocol::WirePose& reported,
+                                 uint64_t now_ms) const {
+  const RobotState* robot = Find(link, id);
+  if (robot != nullptr && robot->observed && now_ms < robot->observed->until_ms) {
+    return robot->observed->pose;
+  }
+  const field::PoseUm pose = ToField(reported, pose_unit_10um_);
+  const auto frame = frames_.find({link, id});
+  return frame != frames_.end() ? ToMap(frame->second, pose) : pose;
 }
 
 void RobotTable::ForgetIdlest(LinkIndex link) {

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/messages.h"
@@ -70,11 +71,30 @@ SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc);
 
 class RobotTable {
  public:
-  /// Robots of links that are no longer configured are kept, since the link may return.
-  void SetLinks(const std::vector<LinkSettings>& links);
+  RobotTable() = default;
+  RobotTable(const RobotTable& other);
+  RobotTable(RobotTable&&) noexcept = default;
+  RobotTable& operator=(const RobotTable& other) { return *this = RobotTable(other); }
+  RobotTable& operator=(RobotTable&&) noexcept = default;
+  ~RobotTable() = default;
+
+  /// Links, frames and the pose unit. Robots of links that are no longer configured are kept, since
+  /// the link may return.
+  void Configure(const EngineConfig& config);
 
   /// Null for a robot that never said HELLO.
   const RobotState* Find(LinkIndex link, uint8_t id) const;
+
+  /// Whether it has said HELLO in that epoch.
+  bool SaidHello(LinkIndex link, uint8_t id, uint16_t epoch) const {
+    const RobotState* robot = Find(link, id);
+    return robot != nullptr && robot->epoch == epoch;
+  }
+
+  /// Where on the map a robot is that reports `reported`: where a tracker saw it lately, else where
+  /// it says, converted from its own frame to the map's.
+  field::PoseUm PoseOf(LinkIndex link, uint8_t id, const protocol::WirePose& reported,
+                       uint64_t now_ms) const;
 
   /// Changes a robot, which is made if it is new: `change(RobotState&)`. The hash follows.
   template <typename Change>
@@ -105,7 +125,7 @@ class RobotTable {
   }
 
   /// All robots, those of links that left included; and back into a table in which no robot ever
-  /// was, before SetLinks (state.cc). What cannot be is a failure of the reader.
+  /// was, before Configure. What cannot be is a failure of the reader.
   void Save(ByteWriter* writer) const;
   void Restore(uint8_t version, ByteReader* reader);
 
@@ -127,6 +147,8 @@ class RobotTable {
 
   std::map<std::string, Robots> by_name_;
   std::vector<Robots*> by_index_;
+  std::map<std::pair<LinkIndex, uint8_t>, RobotFrame> frames_;
+  uint16_t pose_unit_10um_ = 1;
   uint64_t hash_ = 0;
   size_t pending_commands_ = 0;
 };

@@ -33,6 +33,12 @@ using Change = std::function<void(RobotState&)>;
   [[maybe_unused]] const auto& [position, heading] = pose;
 }
 
+EngineConfig WithLinks(std::vector<LinkSettings> links) {
+  EngineConfig config;
+  config.links = std::move(links);
+  return config;
+}
+
 // Something in every field.
 RobotState FullRobot() {
   RobotState robot;
@@ -118,7 +124,7 @@ TEST(RobotHash, TellsEveryFieldFromEveryOther) {
 
 TEST(RobotTable, ItsHashFollowsEveryChange) {
   RobotTable table;
-  table.SetLinks({{"radio-a", 1, 2}, {"radio-b", 1, 2}});
+  table.Configure(WithLinks({{"radio-a", 1, 2}, {"radio-b", 1, 2}}));
   uint64_t expected = 0;
   for (LinkIndex link = 0; link < 2; ++link) {
     table.Update(link, 1, [](RobotState& robot) { robot = FullRobot(); });
@@ -127,7 +133,7 @@ TEST(RobotTable, ItsHashFollowsEveryChange) {
   }
   for (const auto& [name, change] : EveryChange()) {
     RobotTable changed;
-    changed.SetLinks({{"radio-a", 1, 2}});
+    changed.Configure(WithLinks({{"radio-a", 1, 2}}));
     RobotState robot = FullRobot();
     changed.Update(0, 1, [&](RobotState& it) { it = robot; });
     changed.Update(0, 1, change);

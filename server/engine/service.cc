@@ -17,11 +17,10 @@ constexpr int kBusyPortions = 20'000;
 
 // Whether this answers a request of the kind whose answers wait, of which a robot has one under
 // way.
-bool AnswersAChange(const Message& message) {
+bool AnswersAChange(const Engine& engine, const Message& message) {
   protocol::ErrorAnswer error;
-  const auto opcode = static_cast<uint8_t>(
-      protocol::Decode(message, &error) ? error.refused_opcode : message.opcode & 0x7Fu);
-  return opcode == protocol::kHello || protocol::IsMutating(opcode);
+  return engine.GoesThroughLog(protocol::Decode(message, &error) ? error.refused_opcode
+                                                                 : message.opcode);
 }
 
 }  // namespace
@@ -268,7 +267,7 @@ void Service::WakeIfEarlier() {
 
 Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
-  Status acceptable = engine_.CheckCommand(command);
+  Status acceptable = engine_.Check(command);
   if (!acceptable.ok()) {
     return acceptable;
   }
@@ -281,6 +280,20 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
   }
   HoldBack(out, before);
   return Ok();
+}
+
+Result<uint64_t> Service::Submit(const ComponentEvent& event, std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  const Status acceptable = engine_.Check(event);
+  if (!acceptable.ok()) {
+    return Error{acceptable.error()};
+  }
+  const size_t before = out->size();
+  if (Change(StampNow(), event, out) != Reason::kNone) {
+    return Error{kNoChanges};
+  }
+  HoldBack(out, before);
+  return engine_.sequence();
 }
 
 Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
@@ -421,7 +434,7 @@ void Service::HoldBack(std::vector<Outgoing>* out, size_t from) {
       }
       continue;
     }
-    if (held_.answers() != 0 && AnswersAChange(it.message)) {
+    if (held_.answers() != 0 && AnswersAChange(engine_, it.message)) {
       Drop(held_.Drop(it.link, it.message.id));
     }
     if (end != i) {

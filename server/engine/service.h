@@ -100,6 +100,10 @@ class Service {
   /// that stops taking them on the way: then the rest follows when it does again.
   Result<Applied> Edit(const field::FieldEdit& edit);
 
+  /// Logs and applies an operator's change of a component; returns its sequence number in the log.
+  /// Errors: what the component refuses, or the log does not accept changes.
+  Result<uint64_t> Submit(const ComponentEvent& event, std::vector<Outgoing>* out);
+
   /// Applies the poses of one tracker message; returns how many were accepted. Robots that have not
   /// sent HELLO in this epoch are skipped and counted.
   size_t Observe(std::span<const PoseObserved> observations);

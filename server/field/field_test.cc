@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <memory>
 #include <random>
 #include <set>
 #include <vector>
@@ -306,6 +308,38 @@ TEST(Field, SensingLeavesNoTrace) {
   }
   EXPECT_EQ(field.hash(), before);
   EXPECT_EQ(field.used_bytes(), bytes);
+}
+
+// Where states must be told apart, their bytes are compared: they depend on what is there, not on
+// how it came about.
+TEST(Field, EqualStatesHaveEqualBytes) {
+  const auto saved = [](const Field& field) {
+    ByteWriter writer;
+    field.Save(&writer);
+    return writer.Take();
+  };
+  std::mt19937_64 random(13);
+  for (int round = 0; round < 20; ++round) {
+    Field one(TrailConfig());
+    std::vector<PointUm> points;
+    for (int i = 0; i < 60; ++i) {
+      points.push_back(testing::RandomPoint(random, one.config().map));
+      ASSERT_EQ(one.Deposit(1, points.back(), 1, 5'000), DepositResult::kDone);
+    }
+    std::shuffle(points.begin(), points.end(), random);
+    Field other(TrailConfig());
+    for (const PointUm& point : points) {
+      ASSERT_EQ(other.Deposit(1, point, 1, 5'000), DepositResult::kDone);
+    }
+    EXPECT_EQ(saved(one), saved(other));
+    const std::unique_ptr<Field> copy = one.Clone();
+    EXPECT_EQ(saved(*copy), saved(one));
+    EXPECT_EQ(copy->hash(), one.hash());
+    other.Deposit(1, points[0], 1, 5'000);
+    EXPECT_NE(saved(one), saved(other));
+    one.Deposit(1, points[0], 1, 5'000);
+    EXPECT_NE(saved(*copy), saved(one)) << "a copy has a life of its own";
+  }
 }
 
 }  // namespace

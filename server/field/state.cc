@@ -12,6 +12,9 @@
 namespace pheromone::field {
 namespace {
 
+// In earlier bytes no change of the map was ever under way.
+constexpr uint8_t kFirstVersionWithWork = 2;
+
 // A tile's place among all: leaf by leaf, as the sweep walks.
 struct TilePlace {
   uint32_t leaf = 0;
@@ -219,7 +222,7 @@ void Field::SaveRest(ByteWriter* writer) const {
 }
 
 // The earlier laws, and the changes under way.
-void Field::RestoreWorks(ByteReader* reader) {
+void Field::RestoreWorks(uint8_t version, ByteReader* reader) {
   is_rebasing_ = reader->Flag();
   if (is_rebasing_) {
     rebase_type_ = reader->U8UpTo(kTypes - 1, "a pheromone type");
@@ -243,7 +246,7 @@ void Field::RestoreWorks(ByteReader* reader) {
     reader->Fail("too many changes in progress");
   }
   for (; left > 0 && reader->ok(); --left) {
-    works_.push_back(RestoreWork(config(), reader));
+    works_.push_back(RestoreWork(config(), version, reader));
     budget_.used_bytes += works_.back().reserved_bytes;
   }
 }
@@ -259,8 +262,8 @@ void Field::HashNodes(ByteReader* reader) {
   });
 }
 
-std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config, ByteReader* reader,
-                                      bool has_work, const Kernel& kernel) {
+std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config, uint8_t version,
+                                      ByteReader* reader, const Kernel& kernel) {
   std::unique_ptr<Field> field(new Field(std::move(config), kernel, Empty{}));
   const MapGeometry& map = field->config().map;
   // A limit may have been lowered below what was there.
@@ -291,14 +294,21 @@ std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config,
       sweep.leaf >= field->layers_.cells[1]->leaf_count()) {
     reader->Fail("the sweep is not on the map");
   }
-  if (has_work && reader->ok()) {
-    field->RestoreWorks(reader);
+  if (version >= kFirstVersionWithWork && reader->ok()) {
+    field->RestoreWorks(version, reader);
   }
   if (reader->ok()) {
     field->HashNodes(reader);
   }
   field->budget_.limit_bytes = field->config().memory_bytes;
   return reader->ok() ? std::move(field) : nullptr;
+}
+
+std::unique_ptr<Field> Field::Clone() const {
+  ByteWriter writer;
+  Save(&writer);
+  ByteReader reader(writer.bytes());
+  return Restore(current().shared, kNewestVersion, &reader, kernel_);
 }
 
 }  // namespace pheromone::field

@@ -83,7 +83,7 @@ struct FinishedWork {
 /// As bytes and back; the raster is made anew. What cannot be is a failure of the reader: `config`
 /// is that of the field.
 void SaveWork(const Work& work, ByteWriter* writer);
-Work RestoreWork(const FieldConfig& config, ByteReader* reader);
+Work RestoreWork(const FieldConfig& config, uint8_t version, ByteReader* reader);
 uint64_t HashWork(const Work& work);
 
 }  // namespace pheromone::field

@@ -99,6 +99,11 @@ struct Describer {
     Add("value", it.edit.level, values);
     Add("code", static_cast<int>(it.edit.shape), values);
   }
+  void operator()(const engine::ComponentEvent& it) const {
+    AddWord("event", "component", values);
+    Add("value", it.bytes.size(), values);
+    Add("code", static_cast<int>(it.kind), values);
+  }
   void operator()(const engine::PoseObserved& it) const {
     AddWord("event", "observed", values);
     Add("link", it.link, values);

@@ -40,7 +40,8 @@ inline std::unique_ptr<Field> Restored(const Field& field) {
   ByteWriter writer;
   field.Save(&writer);
   ByteReader reader(writer.bytes());
-  auto restored = Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
+  auto restored = Field::Restore(std::make_shared<const FieldConfig>(field.config()),
+                                 Field::kNewestVersion, &reader);
   EXPECT_NE(restored, nullptr) << reader.error();
   return restored;
 }

@@ -1,0 +1,55 @@
+#include "server/engine/components.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace pheromone::engine {
+namespace {
+
+class EncodedPart final : public FrozenPart {
+ public:
+  explicit EncodedPart(std::string text) : text_(std::move(text)), bytes_(text_.size()) {}
+  uint64_t bytes() const override { return bytes_; }
+  bool CopySome(std::string* to, int /*tiles*/) override {
+    if (text_.empty()) {
+      return false;
+    }
+    *to += std::exchange(text_, {});
+    return true;
+  }
+
+ private:
+  std::string text_;
+  uint64_t bytes_;
+};
+
+}  // namespace
+
+ComponentList StandardComponents() {
+  ComponentList components;
+  components.emplace_back(std::make_unique<RobotsComponent>());
+  components.emplace_back(std::make_unique<FieldComponent>());
+  return components;
+}
+
+ComponentList With(ComponentList components, Polymorphic<Component> another) {
+  components.push_back(std::move(another));
+  return components;
+}
+
+Endpoint EndpointOf(uint8_t opcode) {
+  const bool is_session = opcode == protocol::kHello || opcode == protocol::kCommandAck;
+  const auto effect = is_session                     ? Endpoint::Effect::kSession
+                      : protocol::IsMutating(opcode) ? Endpoint::Effect::kChanges
+                                                     : Endpoint::Effect::kReads;
+  return {opcode, protocol::LengthOf(opcode), effect};
+}
+
+std::unique_ptr<FrozenPart> Component::Freeze(uint64_t /*most_kept_bytes*/) const {
+  ByteWriter writer;
+  Save(&writer);
+  return std::make_unique<EncodedPart>(writer.Take());
+}
+
+}  // namespace pheromone::engine

@@ -1,0 +1,380 @@
+#include "server/engine/robots_component.h"
+
+#include <algorithm>
+#include <cassert>
+#include <string>
+#include <utility>
+
+#include "server/base/hash.h"
+#include "server/engine/config_hash.h"
+#include "server/engine/event_codec.h"
+#include "server/engine/refusal.h"
+
+namespace pheromone::engine {
+
+using protocol::Message;
+using protocol::Reason;
+
+std::unique_ptr<Component> RobotsComponent::Clone() const {
+  return std::make_unique<RobotsComponent>(*this);
+}
+
+// Its description of fields goes by the version of the codec.
+uint8_t RobotsComponent::version() const {
+  return kCodecVersion;
+}
+
+std::vector<Endpoint> RobotsComponent::endpoints() const {
+  return {EndpointOf(protocol::kCommandAck), EndpointOf(protocol::kEvent),
+          EndpointOf(protocol::kHello), EndpointOf(protocol::kPing)};
+}
+
+std::vector<EventKind> RobotsComponent::event_kinds() const {
+  return {EventKind::kCommandIssued, EventKind::kPoseObserved};
+}
+
+// --- Configuration
+
+Status RobotsComponent::CheckConfig(const Context& /*context*/, const EngineConfig& next,
+                                    const ConfigPlan* /*plan*/) const {
+  return CheckFrames(next.frames);
+}
+
+void RobotsComponent::Configure(const Context& context, const Reconfiguration& change,
+                                const Output& /*out*/) {
+  if (change.before != nullptr && change.before->links != context.config->links) {
+    broadcasts_.clear();  // their links may have other places now
+  }
+  table_.Configure(*context.config);
+}
+
+// --- Requests
+
+Handling RobotsComponent::Classify(LinkIndex link, const Message& message) const {
+  if (message.opcode == protocol::kHello) {
+    return Handling::kChange;
+  }
+  const RobotState* robot = table_.Find(link, message.id);
+  protocol::CommandAck ack;
+  const bool awaited = robot != nullptr && protocol::Decode(message, &ack) &&
+                       robot->command.outcome == CommandOutcome::kPending &&
+                       robot->command.command.seq == ack.seq &&
+                       robot->command.command.code == ack.code;
+  return awaited ? Handling::kChange : Handling::kIgnore;
+}
+
+Message RobotsComponent::Answer(const Context& /*context*/, LinkIndex /*link*/,
+                                const Message& request) const {
+  protocol::Ping ping;
+  protocol::Decode(request, &ping);
+  ping.answer = true;
+  Message answer;
+  protocol::Encode(ping, &answer);
+  return answer;
+}
+
+Message RobotsComponent::Change(const Context& /*context*/, LinkIndex /*link*/,
+                                const Message& request) {
+  protocol::EventReport event;
+  const bool is_event = protocol::Decode(request, &event);
+  assert(is_event);
+  (void)is_event;
+  if (event.code < protocol::EventCode::kLoadPicked ||
+      event.code > protocol::EventCode::kBatteryLow) {
+    return ErrorMessage(request, Reason::kBadValue);
+  }
+  Message answer;
+  protocol::Encode(protocol::EventAck{event.id, event.seq}, &answer);
+  return answer;
+}
+
+void RobotsComponent::Remember(const Context& context, LinkIndex link, const Message& request,
+                               const Message& answer) {
+  table_.Update(link, request.id, [&](RobotState& robot) {
+    robot.has_last = true;
+    robot.last_opcode = request.opcode;
+    robot.last_seq = request.data[0];
+    robot.last_crc = protocol::MessageCrc(request);
+    robot.last_answer = answer;
+    robot.last_change = context.sequence;
+    robot.last_activity = context.sequence;
+    protocol::EventReport report;
+    if (protocol::Decode(request, &report) && answer.opcode == protocol::kEventAck) {
+      robot.last_event = report;
+    }
+  });
+}
+
+void RobotsComponent::TakeSession(const Context& context, const RequestReceived& request,
+                                  const Output& out) {
+  protocol::HelloRequest hello;
+  protocol::CommandAck ack;
+  if (protocol::Decode(request.message, &hello)) {
+    out.Send(context, request.link, TakeHello(context, request.link, hello));
+  } else if (protocol::Decode(request.message, &ack)) {
+    TakeCommandAck(context, request.link, ack);
+  }
+}
+
+// A new nonce means that the robot has booted: what it was told last is reported and then
+// forgotten. The same nonce is a warm restart, or a HELLO whose answer was lost.
+Message RobotsComponent::TakeHello(const Context& context, LinkIndex link,
+                                   const protocol::HelloRequest& hello) {
+  const EngineConfig& config = *context.config;
+  if (table_.Find(link, hello.id) == nullptr && table_.CountOn(link) >= config.robots_per_link) {
+    table_.ForgetIdlest(link);
+    ++counters_.robots_forgotten;
+  }
+  protocol::HelloAnswer answer;
+  table_.Update(link, hello.id, [&](RobotState& robot) {
+    answer.last_opcode = robot.last_opcode;
+    answer.last_seq = robot.last_seq;
+    const bool is_new = robot.last_activity == 0;
+    if (!is_new && robot.nonce != hello.nonce) {
+      counters_.id_conflicts += robot.previous_nonce == hello.nonce ? 1u : 0u;
+      RobotState booted;
+      booted.previous_nonce = robot.nonce;
+      booted.next_command_seq = robot.next_command_seq;
+      booted.command = robot.command;
+      booted.last_event = robot.last_event;
+      booted.observed = robot.observed;  // it stands where it stood
+      if (booted.command.outcome == CommandOutcome::kPending) {
+        booted.command.outcome = CommandOutcome::kUnknown;
+        ++counters_.commands_unknown;
+      }
+      robot = booted;
+    }
+    robot.epoch = context.epoch;
+    robot.nonce = hello.nonce;
+    robot.firmware_version = hello.firmware_version;
+    robot.capabilities = hello.capabilities;
+    robot.last_activity = context.sequence;
+  });
+  answer.id = hello.id;
+  answer.nonce = hello.nonce;
+  answer.protocol_version = protocol::kProtocolVersion;
+  answer.epoch = context.epoch;
+  answer.pose_unit_10um = config.pose_unit_10um;
+  answer.antenna_distance_mm =
+      static_cast<uint16_t>(field::RoundDiv(config.field.antennas.distance_um, 1000));
+  answer.type_mask = TypeMaskOf(config.field);
+  answer.slot_ms = config.links[link].slot_ms;
+  answer.response_window_ms = config.links[link].response_window_ms;
+  Message message;
+  protocol::Encode(answer, &message);
+  return message;
+}
+
+void RobotsComponent::TakeCommandAck(const Context& context, LinkIndex link,
+                                     const protocol::CommandAck& ack) {
+  table_.Update(link, ack.id, [&](RobotState& robot) {
+    robot.command.outcome = ack.result == 0 ? CommandOutcome::kAccepted : CommandOutcome::kRefused;
+    robot.command.result = ack.result;
+    robot.command.next_retry_ms = 0;
+    robot.last_activity = context.sequence;
+  });
+}
+
+// --- Events
+
+Status RobotsComponent::Check(const Context& context, const Event& event) const {
+  if (const auto* const command = std::get_if<CommandIssued>(&event)) {
+    return CheckCommand(context, *command);
+  }
+  const auto& seen = std::get<PoseObserved>(event);
+  return table_.SaidHello(seen.link, seen.id, context.epoch)
+             ? Ok()
+             : Error{"a pose of robot " + std::to_string(seen.id) + ", which is not there"};
+}
+
+void RobotsComponent::Apply(const Context& context, const Event& event, const Output& out) {
+  assert(Check(context, event).ok());
+  if (const auto* const command = std::get_if<CommandIssued>(&event)) {
+    Issue(context, *command, out);
+    return;
+  }
+  const auto& seen = std::get<PoseObserved>(event);
+  table_.Update(seen.link, seen.id, [&](RobotState& robot) {
+    robot.observed = ObservedPose{seen.pose, context.now_ms + seen.valid_ms};
+  });
+}
+
+Status RobotsComponent::CheckCommand(const Context& context, const CommandIssued& command) const {
+  if (command.link >= context.config->links.size()) {
+    return Error{"unknown link " + std::to_string(command.link)};
+  }
+  const auto code = static_cast<uint8_t>(command.code);
+  if (protocol::CommandArgumentLength(code) > protocol::kMaxCommandArguments) {
+    return Error{"unknown command " + std::to_string(code)};
+  }
+  const bool broadcast = command.id == protocol::kBroadcastId;
+  if (broadcast && command.code != protocol::CommandCode::kHalt) {
+    return Error{"only halt can be sent to all robots"};
+  }
+  if (!broadcast && table_.Find(command.link, command.id) == nullptr) {
+    return Error{"no robot " + std::to_string(command.id) + " has said HELLO on link \"" +
+                 context.config->links[command.link].name + "\""};
+  }
+  return Ok();
+}
+
+// A newer command takes the place of one that is still pending: an operator who says halt means
+// now.
+void RobotsComponent::Issue(const Context& context, const CommandIssued& issued,
+                            const Output& out) {
+  if (issued.id == protocol::kBroadcastId) {
+    DropPendingResumes(issued.link);
+    broadcasts_.push_back({issued.link, next_broadcast_seq_++, kBroadcastTransmissions, 0});
+    SendBroadcast(context, &broadcasts_.back(), out);
+    return;
+  }
+  table_.Update(issued.link, issued.id, [&](RobotState& robot) {
+    robot.command = CommandState{};
+    robot.command.outcome = CommandOutcome::kPending;
+    robot.command.command.id = issued.id;
+    robot.command.command.seq = robot.next_command_seq++;
+    robot.command.command.code = issued.code;
+    std::copy(issued.arguments.begin(), issued.arguments.end(), robot.command.command.arguments);
+    SendCommand(context, issued.link, issued.id, &robot, out);
+  });
+}
+
+// Repeated after a halt to all, they would undo it.
+void RobotsComponent::DropPendingResumes(LinkIndex link) {
+  std::vector<uint8_t> ids;
+  table_.ForEach([&](LinkIndex its_link, uint8_t id, const RobotState& robot) {
+    if (its_link == link && robot.has_pending_command() &&
+        robot.command.command.code == protocol::CommandCode::kResume) {
+      ids.push_back(id);
+    }
+  });
+  for (const uint8_t id : ids) {
+    table_.Update(link, id, [&](RobotState& robot) { GiveUp(&robot.command); });
+  }
+}
+
+void RobotsComponent::GiveUp(CommandState* command) {
+  command->outcome = CommandOutcome::kUnanswered;
+  command->next_retry_ms = 0;
+  ++counters_.commands_unanswered;
+}
+
+void RobotsComponent::SendCommand(const Context& context, LinkIndex link, uint8_t id,
+                                  RobotState* robot, const Output& out) {
+  CommandState& state = robot->command;
+  if (state.sent == kCommandTransmissions) {
+    GiveUp(&state);
+    return;
+  }
+  // A resume that overtook the last transmission of a halt to all would be undone by it.
+  if (state.command.code == protocol::CommandCode::kResume) {
+    const auto halt = std::find_if(broadcasts_.begin(), broadcasts_.end(),
+                                   [&](const Broadcast& it) { return it.link == link; });
+    if (halt != broadcasts_.end()) {
+      state.next_retry_ms = halt->next_ms;
+      return;
+    }
+  }
+  state.next_retry_ms = context.now_ms + std::min(kFirstRetryMs << state.sent, kLongestRetryMs);
+  ++state.sent;
+  Message message;
+  protocol::Encode(state.command, &message);
+  message.id = id;
+  out.Send(context, link, message);
+}
+
+void RobotsComponent::SendBroadcast(const Context& context, Broadcast* broadcast,
+                                    const Output& out) {
+  protocol::Command halt;
+  halt.id = protocol::kBroadcastId;
+  halt.seq = broadcast->seq;
+  halt.code = protocol::CommandCode::kHalt;
+  Message message;
+  protocol::Encode(halt, &message);
+  out.Send(context, broadcast->link, message);
+  --broadcast->left;
+  broadcast->next_ms = context.now_ms + kBroadcastIntervalMs;
+}
+
+// --- Time
+
+// A long gap is one bounded step: a command that has missed several retries is sent once.
+void RobotsComponent::Advance(const Context& context, const Output& out) {
+  // Before the commands: a resume waits for the last of them.
+  for (Broadcast& broadcast : broadcasts_) {
+    if (broadcast.next_ms <= context.now_ms) {
+      SendBroadcast(context, &broadcast, out);
+    }
+  }
+  std::erase_if(broadcasts_, [](const Broadcast& broadcast) { return broadcast.left == 0; });
+  std::vector<std::pair<LinkIndex, uint8_t>> due;
+  table_.ForEach([&](LinkIndex link, uint8_t id, const RobotState& robot) {
+    if (robot.has_pending_command() && robot.command.next_retry_ms <= context.now_ms) {
+      due.emplace_back(link, id);
+    }
+  });
+  for (const auto& [link, id] : due) {
+    table_.Update(link, id, [&, link = link, id = id](RobotState& robot) {
+      SendCommand(context, link, id, &robot, out);
+    });
+  }
+}
+
+std::optional<uint64_t> RobotsComponent::NextDeadline() const {
+  std::optional<uint64_t> next;
+  const auto consider = [&next](uint64_t at) { next = next ? std::min(*next, at) : at; };
+  if (table_.pending_commands() != 0) {
+    table_.ForEach([&](LinkIndex, uint8_t, const RobotState& robot) {
+      if (robot.has_pending_command()) {
+        consider(robot.command.next_retry_ms);
+      }
+    });
+  }
+  for (const Broadcast& broadcast : broadcasts_) {
+    consider(broadcast.next_ms);
+  }
+  return next;
+}
+
+// --- State
+
+uint64_t RobotsComponent::Hash() const {
+  uint64_t hash = table_.hash();
+  for (const Broadcast& broadcast : broadcasts_) {
+    hash += Hash64({'B', broadcast.link, broadcast.seq, broadcast.left, broadcast.next_ms});
+  }
+  return hash;
+}
+
+void RobotsComponent::Save(ByteWriter* writer) const {
+  writer->U8(next_broadcast_seq_);
+  writer->Count(broadcasts_.size());
+  for (const Broadcast& broadcast : broadcasts_) {
+    writer->U16(broadcast.link);
+    writer->U8(broadcast.seq);
+    writer->U8(broadcast.left);
+    writer->U64(broadcast.next_ms);
+  }
+  table_.Save(writer);
+}
+
+void RobotsComponent::Restore(const Context& context, uint8_t version, ByteReader* reader) {
+  next_broadcast_seq_ = reader->U8();
+  for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
+    Broadcast broadcast{};
+    broadcast.link = reader->U16();
+    broadcast.seq = reader->U8();
+    broadcast.left = reader->U8UpTo(kBroadcastTransmissions, "a broadcast's transmissions");
+    broadcast.next_ms = reader->U64();
+    if (broadcast.link >= context.config->links.size() || broadcast.left == 0) {
+      reader->Fail("a broadcast that has ended or has no link");
+    }
+    broadcasts_.push_back(broadcast);
+  }
+  table_.Restore(version, reader);
+  if (reader->ok()) {
+    table_.Configure(*context.config);
+  }
+}
+
+}  // namespace pheromone::engine

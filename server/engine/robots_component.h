@@ -1,0 +1,101 @@
+// The robots: who said HELLO, that each change of a robot is made exactly once, and the operator's
+// commands with their repetitions.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "server/engine/component.h"
+#include "server/engine/robot_table.h"
+
+namespace pheromone::engine {
+
+/// What a message from a client asks for.
+enum class Handling {
+  kIgnore,  ///< never answered: an echo, an invalid robot ID, an old duplicate
+  kAnswer,  ///< answered from the present state, which stays as it is
+  kChange,  ///< must go through the log
+};
+
+/// What happened so far that an operator may want to know of. Not part of the state.
+struct RobotCounters {
+  uint64_t id_conflicts = 0;      ///< two nonces taking turns under one ID
+  uint64_t robots_forgotten = 0;  ///< to make room for another
+  uint64_t commands_unanswered = 0;
+  uint64_t commands_unknown = 0;  ///< the robot restarted before it acknowledged
+};
+
+class RobotsComponent final : public Component {
+ public:
+  /// The intervals between a command's transmissions double from the first to the longest; after
+  /// the last one the command is reported unanswered.
+  static constexpr uint64_t kFirstRetryMs = 250;
+  static constexpr uint64_t kLongestRetryMs = 4000;
+  static constexpr uint8_t kCommandTransmissions = 6;
+  /// A broadcast halt is sent this often, this far apart. A resume waits until it has been.
+  static constexpr uint8_t kBroadcastTransmissions = 3;
+  static constexpr uint64_t kBroadcastIntervalMs = 100;
+
+  const RobotTable& table() const { return table_; }
+  const RobotCounters& counters() const { return counters_; }
+  uint8_t next_broadcast_seq() const { return next_broadcast_seq_; }
+
+  /// Of a HELLO or an ACK.
+  Handling Classify(LinkIndex link, const protocol::Message& message) const;
+  /// Keeps what a robot was answered to a change, in case that it asks again.
+  void Remember(const Context& context, LinkIndex link, const protocol::Message& request,
+                const protocol::Message& answer);
+  /// HELLO has an answer, ACK has none.
+  void TakeSession(const Context& context, const RequestReceived& request, const Output& out);
+
+  std::unique_ptr<Component> Clone() const override;
+  std::string_view name() const override { return "robots"; }
+  uint8_t version() const override;
+  std::vector<Endpoint> endpoints() const override;
+  std::vector<EventKind> event_kinds() const override;
+  Status CheckConfig(const Context& context, const EngineConfig& next,
+                     const ConfigPlan* plan) const override;
+  void Configure(const Context& context, const Reconfiguration& change, const Output& out) override;
+  /// PING.
+  protocol::Message Answer(const Context& context, LinkIndex link,
+                           const protocol::Message& request) const override;
+  /// EVENT.
+  protocol::Message Change(const Context& context, LinkIndex link,
+                           const protocol::Message& request) override;
+  Status Check(const Context& context, const Event& event) const override;
+  void Apply(const Context& context, const Event& event, const Output& out) override;
+  void Advance(const Context& context, const Output& out) override;
+  std::optional<uint64_t> NextDeadline() const override;
+  uint64_t Hash() const override;
+  void Save(ByteWriter* writer) const override;
+  void Restore(const Context& context, uint8_t version, ByteReader* reader) override;
+
+ private:
+  struct Broadcast {
+    LinkIndex link;
+    uint8_t seq;
+    uint8_t left;
+    uint64_t next_ms;
+  };
+
+  Status CheckCommand(const Context& context, const CommandIssued& command) const;
+  void Issue(const Context& context, const CommandIssued& issued, const Output& out);
+  protocol::Message TakeHello(const Context& context, LinkIndex link,
+                              const protocol::HelloRequest& hello);
+  void TakeCommandAck(const Context& context, LinkIndex link, const protocol::CommandAck& ack);
+  void SendCommand(const Context& context, LinkIndex link, uint8_t id, RobotState* robot,
+                   const Output& out);
+  void GiveUp(CommandState* command);
+  void DropPendingResumes(LinkIndex link);
+  static void SendBroadcast(const Context& context, Broadcast* broadcast, const Output& out);
+
+  RobotTable table_;
+  std::vector<Broadcast> broadcasts_;
+  uint8_t next_broadcast_seq_ = 0;
+  RobotCounters counters_;
+};
+
+}  // namespace pheromone::engine
