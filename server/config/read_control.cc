@@ -66,9 +66,11 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   }
   struct stat status {};
   if (stat(path->c_str(), &status) == 0 && (status.st_mode & (S_IRWXO)) != 0) {
-    notes->warnings.push_back(FormatProblem(
-        notes->file, table.Find("token_file")->at, table.KeyOf("token_file"),
-        path->string() + " is readable by all users, expected mode 0640 or stricter"));
+    notes->warnings.push_back(
+        {FormatProblem(
+             notes->file, table.Find("token_file")->at, table.KeyOf("token_file"),
+             path->string() + " is readable by all users, expected mode 0640 or stricter"),
+         true});
   }
 }
 

@@ -69,11 +69,6 @@ class TcpLink final : public Link {
     });
   }
 
-  std::string address() const override {
-    const LinkRecord::State now = state();
-    return now.up ? now.reason.substr(now.reason.rfind(' ') + 1) : "";
-  }
-
  private:
   struct Connection {
     std::optional<Session> session;
@@ -107,7 +102,8 @@ class TcpLink final : public Link {
       ReportFailure(why);
       return Error{why};
     }
-    ReportUp("tcp " + ToText(acceptor_.local_endpoint(error)));
+    const std::string where = ToText(acceptor_.local_endpoint(error));
+    ReportUp("tcp " + where, where);
     return Ok();
   }
 

@@ -106,11 +106,6 @@ class UdpLink final : public Link {
     });
   }
 
-  std::string address() const override {
-    const LinkRecord::State now = state();
-    return now.up ? now.reason.substr(now.reason.rfind(' ') + 1) : "";
-  }
-
  private:
   Status Listen() {
     error_code error;
@@ -135,7 +130,8 @@ class UdpLink final : public Link {
     dropped_ = 0;
     tapped_ = NextLine();
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
-    ReportUp("udp " + ToText(socket_.local_endpoint(error)));
+    const std::string where = ToText(socket_.local_endpoint(error));
+    ReportUp("udp " + where, where);
     return Ok();
   }
 

@@ -84,9 +84,9 @@ class Server {
     return {index == 0 ? "radio-a" : "radio-b",
             index,
             &router_,
-            [this](Severity, const std::string& text) {
+            [this](const LinkNotice& notice) {
               const std::lock_guard lock(mutex_);
-              lines_.push_back(text);
+              lines_.push_back(ToText(notice));
             },
             nullptr,
             {},
