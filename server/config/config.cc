@@ -1,7 +1,7 @@
 #include "server/config/config.h"
 
+#include "server/base/file.h"
 #include "server/config/sections.h"
-#include "server/maps/file.h"
 
 namespace pheromone::config {
 namespace {
@@ -103,7 +103,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
 }
 
 Result<Config> LoadConfig(const std::string& path) {
-  const Result<std::string> text = maps::ReadFile(path, kMaxText);
+  const Result<std::string> text = ReadFile(path, kMaxText);
   if (!text.ok()) {
     return Error{text.error()};
   }

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "server/config/testing/config_text.h"
-#include "server/config/testing/temporary_folder.h"
+#include "server/config/testing/folder_test.h"
 
 namespace pheromone::config {
 namespace {

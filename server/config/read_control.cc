@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "server/base/file.h"
 #include "server/config/sections.h"
-#include "server/maps/file.h"
 
 namespace pheromone::config {
 namespace {
@@ -50,7 +50,7 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   if (!path) {
     return;
   }
-  const Result<std::string> text = maps::ReadFile(path->string(), 4096);
+  const Result<std::string> text = ReadFile(path->string(), 4096);
   if (!text.ok()) {
     table.Report("token_file", text.error() + WhoMustReadIt(path->string()));
     return;

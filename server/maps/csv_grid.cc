@@ -6,7 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/maps/message.h"
 
 namespace pheromone::maps {
 

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <utility>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
 
 namespace pheromone::maps {
 namespace {

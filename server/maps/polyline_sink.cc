@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "server/maps/file.h"
+#include "server/maps/message.h"
 
 namespace pheromone::maps {
 

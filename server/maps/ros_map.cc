@@ -13,7 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/maps/message.h"
 #include "server/maps/pgm.h"
 #include "server/maps/png_picture.h"
 
