@@ -7,7 +7,6 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <regex>
 #include <vector>
@@ -18,10 +17,6 @@ namespace pheromone::capture {
 namespace {
 
 constexpr int kMaxNames = 1000;
-
-Error Failed(const std::string& path, const char* what) {
-  return Error{path + ": " + what + ": " + std::strerror(errno)};
-}
 
 // 20260131T235959Z, from days to a date as in Hinnant's civil_from_days.
 std::string UtcName(uint64_t utc_ns) {
@@ -58,14 +53,14 @@ Status Files::Begin(const Start& start) {
   const bool is_new = stem_.empty() || start.recording != recording_;
   const std::string stem = folder_ + "/pheromone-" + UtcName(start.recording);
   recording_ = start.recording;
-  for (int i = 0; descriptor_ < 0; ++i) {
+  for (int i = 0; !open(); ++i) {
     if (is_new) {
       stem_ = i == 0 ? stem : stem + "-" + std::to_string(i);
     }
     path_ = stem_ + "-" + PartName(start.part) + ".pcapng";
-    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-    if (descriptor_ < 0 && (errno != EEXIST || !is_new || i == kMaxNames)) {
-      return Failed(path_, "cannot be created");
+    descriptor_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+    if (!open() && (errno != EEXIST || !is_new || i == kMaxNames)) {
+      return SystemError(path_ + ": cannot be created");
     }
   }
   bytes_ = 0;
@@ -76,24 +71,17 @@ Status Files::Begin(const Start& start) {
 
 Status Files::Write(std::string_view bytes) {
   while (!bytes.empty()) {
-    const ssize_t size = ::write(descriptor_, bytes.data(), bytes.size());
+    const ssize_t size = ::write(descriptor_.get(), bytes.data(), bytes.size());
     if (size < 0 && errno == EINTR) {
       continue;
     }
     if (size < 0) {
-      return Failed(path_, "cannot be written");
+      return SystemError(path_ + ": cannot be written");
     }
     bytes_ += static_cast<uint64_t>(size);
     bytes.remove_prefix(static_cast<size_t>(size));
   }
   return Ok();
-}
-
-void Files::Close() {
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-    descriptor_ = -1;
-  }
 }
 
 void Files::Discard() {
