@@ -10,6 +10,7 @@
 // Boost.JSON compiled into this file: nothing else in the library includes src.hpp.
 #include <boost/json/src.hpp>
 
+#include "server/base/format.h"
 #include "server/maps/message.h"
 #include "server/maps/polyline_sink.h"
 
