@@ -92,27 +92,17 @@ class TrackerLink::Impl {
 
  private:
   Status Listen() {
-    error_code error;
-    const auto ip = asio::ip::make_address(options_.listen_address, error);
-    const udp::endpoint endpoint(ip, options_.listen_port);
-    if (!error) {
-      socket_.open(endpoint.protocol(), error);
-    }
-    if (!error) {
-      socket_.bind(endpoint, error);
-    }
-    if (error) {
-      const std::string why = CannotListen(options_.listen_address, options_.listen_port, error);
-      error_code ignored;
-      socket_.close(ignored);
-      if (record_.SetDown(why, true)) {
-        log_({Severity::kWarning, kSource, "down", why, "retrying"});
+    const auto where =
+        links::Listen(options_.listen_address, options_.listen_port, &socket_, [] {});
+    if (!where.ok()) {
+      if (record_.SetDown(where.error(), true)) {
+        log_({Severity::kWarning, kSource, "down", where.error(), "retrying"});
       }
-      return Error{why};
+      return Error{where.error()};
     }
-    const std::string where = ToText(socket_.local_endpoint(error));
-    if (record_.SetUp("udp " + where, where)) {
-      log_({Severity::kInfo, kSource, "up", "udp " + where});
+    const std::string how = "udp " + where.value();
+    if (record_.SetUp(how, where.value())) {
+      log_({Severity::kInfo, kSource, "up", how});
     }
     return Ok();
   }
