@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "server/base/testing/temporary_folder.h"
+
 namespace pheromone::swarm {
 namespace {
 
@@ -127,9 +129,9 @@ TEST(PortModem, AFileIsNoTerminal) {
 
 // A daemon that restarts makes another terminal behind the same link.
 TEST(PortModem, OpensAPortThatCameBack) {
-  const std::string link = testing::TempDir() + "port_modem_test.pty";
+  const TemporaryFolder folder;
+  const std::string link = folder / "modem.pty";
   Pty first;
-  unlink(link.c_str());
   ASSERT_EQ(0, symlink(first.device.c_str(), link.c_str()));
   World world(link);
   ASSERT_TRUE(world.modem.Open().ok());
@@ -145,7 +147,6 @@ TEST(PortModem, OpensAPortThatCameBack) {
   second.Write("x");
   world.RunFor(20);
   EXPECT_EQ("x", world.listener.heard);
-  unlink(link.c_str());
 }
 
 }  // namespace

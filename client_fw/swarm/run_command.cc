@@ -126,8 +126,8 @@ int Run(const RunOptions& options) {
   }
   Scenario scenario = std::move(loaded.value());
   scenario.seed = options.seed.value_or(scenario.seed);
-  for (const std::string& warning : scenario.warnings) {
-    fmt::print(stderr, "{}\n", warning);
+  for (const config::Warning& warning : scenario.warnings) {
+    fmt::print(stderr, "{}\n", warning.text);
   }
   const Result<SwarmRecord> run = RunOrTellWhyNot(scenario, options.ports);
   if (!run.ok()) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "client_fw/swarm/scenario_robots.h"
+#include "server/base/file.h"
 #include "server/config/sections.h"
-#include "server/maps/file.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -140,7 +140,7 @@ Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
 }
 
 Result<Scenario> LoadScenario(const std::string& path) {
-  const Result<std::string> text = maps::ReadFile(path, config::kMaxText);
+  const Result<std::string> text = ReadFile(path, config::kMaxText);
   if (!text.ok()) {
     return Error{text.error()};
   }

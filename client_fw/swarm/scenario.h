@@ -37,6 +37,7 @@
 #include "client_fw/sim/pioneer_models.h"
 #include "client_fw/swarm/channel_model.h"
 #include "server/base/result.h"
+#include "server/config/config.h"
 #include "server/engine/event.h"
 
 namespace pheromone::swarm {
@@ -64,7 +65,7 @@ struct Scenario {
   int64_t duration_ms = 60'000;
   int64_t sample_ms = 200;
   uint64_t seed = 1;
-  std::vector<std::string> warnings;  ///< in the form of errors
+  std::vector<config::Warning> warnings;
 
   int robot_count() const;
 };

@@ -12,7 +12,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
-#include <filesystem>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -23,6 +22,7 @@
 
 #include "proto_tests/crash/checks.h"
 #include "server/base/bytes.h"
+#include "server/base/testing/temporary_folder.h"
 #include "server/engine/testing/random_traffic.h"
 #include "server/journal/open.h"
 #include "server/journal/posix_folder.h"
@@ -244,19 +244,16 @@ bool CheckKills(const std::string& program, int rounds, uint64_t seed) {
   if (rounds == 0) {
     return true;
   }
-  char name[] = "/tmp/crash_test.XXXXXX";
-  if (mkdtemp(name) == nullptr) {
-    fmt::print("kill: no folder for the journal can be made\n");
-    return false;
-  }
+  TemporaryFolder folder;
   Figures figures;
   int wrong_rounds = 0;
-  Killer killer(program, std::string(name) + "/journal", seed);
+  Killer killer(program, folder / "journal", seed);
   for (int round = 0; round < rounds && wrong_rounds == 0; ++round) {
     const std::string wrong = killer.Kill(round, &figures);
     if (!wrong.empty()) {
-      fmt::print("  round {}: {}; the journal is in {}\n", round, wrong, name);
+      fmt::print("  round {}: {}; the journal is in {}\n", round, wrong, folder.string());
       ++wrong_rounds;
+      folder.Keep();
     }
   }
   fmt::print(
@@ -264,9 +261,6 @@ bool CheckKills(const std::string& program, int rounds, uint64_t seed) {
       "recovered, {} acknowledged; {} wrong\n",
       figures.rounds, figures.in_a_snapshot, figures.unfinished_snapshots, figures.events,
       figures.acknowledged, wrong_rounds);
-  if (wrong_rounds == 0) {
-    std::filesystem::remove_all(name);
-  }
   return wrong_rounds == 0 && figures.acknowledged > 0;
 }
 

@@ -8,8 +8,6 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <cstdlib>
-#include <filesystem>
 #include <functional>
 #include <future>
 #include <memory>
@@ -20,6 +18,7 @@
 #include <vector>
 
 #include "proto_tests/crash/checks.h"
+#include "server/base/testing/temporary_folder.h"
 #include "server/engine/service.h"
 #include "server/engine/testing/bench.h"
 #include "server/journal/open.h"
@@ -221,18 +220,9 @@ bool Run(journal::PosixFolder* folder, uint64_t changes, uint64_t seed) {
 }  // namespace
 
 bool CheckLoad(uint64_t changes, uint64_t seed) {
-  char name[] = "/tmp/crash_test.XXXXXX";
-  if (mkdtemp(name) == nullptr) {
-    fmt::print("load: no folder for the journal can be made\n");
-    return false;
-  }
-  bool good = false;
-  {
-    auto folder = journal::PosixFolder::Open(name, journal::PosixFolder::Mode::kOwner);
-    good = folder.ok() && Run(folder.value().get(), changes, seed);
-  }
-  std::filesystem::remove_all(name);
-  return good;
+  const TemporaryFolder temporary;
+  auto folder = journal::PosixFolder::Open(temporary.string(), journal::PosixFolder::Mode::kOwner);
+  return folder.ok() && Run(folder.value().get(), changes, seed);
 }
 
 }  // namespace pheromone::crash

@@ -27,7 +27,6 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -40,6 +39,7 @@
 #include "proto_tests/exchange_bench/report.h"
 #include "proto_tests/exchange_bench/server_process.h"
 #include "proto_tests/exchange_bench/viewer.h"
+#include "server/base/testing/temporary_folder.h"
 
 namespace pheromone::bench {
 namespace {
@@ -57,34 +57,14 @@ struct Options {
 constexpr int kManyClients = 2032;  // 8 links of 254: as many as a link takes
 constexpr int kBauds[] = {9600, 115'200};
 
-// A folder that is gone with its owner.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(const std::string& parent) : path_(parent + "/exchange_bench.XXXXXX") {
-    if (mkdtemp(path_.data()) == nullptr) {
-      fmt::print(stderr, "exchange_bench: cannot make a folder in {}\n", parent);
-      std::exit(1);
-    }
-    path_ = std::filesystem::absolute(path_).string();
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 void RunVolatile(const Options& options, Report* report) {
-  const TemporaryFolder folder(std::filesystem::temp_directory_path().string());
-  const Arena arena = MakeArena(folder.path(), kLinks, "");
-  const ServerProcess server(options.pheromoned, arena.config_file, {}, folder.path());
+  const TemporaryFolder folder;
+  const Arena arena = MakeArena(folder.string(), kLinks, "");
+  const ServerProcess server(options.pheromoned, arena.config_file, {}, folder.string());
   Report::Say(fmt::format(
       "{} live nodes, {} rounds of {} s; without a journal pheromoned has {} MiB", arena.live_nodes,
       options.effort.rounds, options.effort.seconds, server.rss_kib() / 1024));
-  Measure measure("volatile", folder.path(), options.effort, arena, server, report);
+  Measure measure("volatile", folder.string(), options.effort, arena, server, report);
   measure.CompareUdp(Load::kSense, options.clients);
   measure.CompareUdp(Load::kTrace, options.clients);
   for (const int baud : kBauds) {
@@ -92,7 +72,7 @@ void RunVolatile(const Options& options, Report* report) {
       measure.TimePtys(false, ptys, baud);
     }
   }
-  const Viewer viewer(folder.path());
+  const Viewer viewer(folder.string());
   for (const int baud : kBauds) {
     for (const int ptys : {1, kLinks.pty}) {
       const int before = viewer.pictures();
@@ -106,28 +86,28 @@ void RunVolatile(const Options& options, Report* report) {
 
 void RunDurable(const Options& options, Report* report) {
   const TemporaryFolder folder(options.disk);
-  const Arena arena = MakeArena(folder.path(), kLinks, "[journal]\nfolder = \"state\"\n");
-  const ServerProcess server(options.pheromoned, arena.config_file, {}, folder.path());
+  const Arena arena = MakeArena(folder.string(), kLinks, "[journal]\nfolder = \"state\"\n");
+  const ServerProcess server(options.pheromoned, arena.config_file, {}, folder.string());
   Report::Say(fmt::format("with a journal on {} pheromoned has {} MiB", options.disk,
                           server.rss_kib() / 1024));
-  Measure measure("durable", folder.path(), options.effort, arena, server, report);
+  Measure measure("durable", folder.string(), options.effort, arena, server, report);
   measure.CompareUdp(Load::kSense, options.clients);
   for (const int clients : {options.clients, kManyClients}) {
     measure.CompareUdp(Load::kTrace, clients);
   }
   for (const int baud : kBauds) {
     for (const int ptys : {1, kLinks.pty}) {
-      TimeSyncs(folder.path(), options.effort, report);
+      TimeSyncs(folder.string(), options.effort, report);
       measure.TimePtys(true, ptys, baud);
     }
   }
 }
 
 void RunBesideOperators(Options options, bool only_memory, Report* report) {
-  const TemporaryFolder folder(
-      options.disk.empty() ? std::filesystem::temp_directory_path().string() : options.disk);
+  const TemporaryFolder folder(options.disk.empty() ? std::filesystem::temp_directory_path()
+                                                    : std::filesystem::path(options.disk));
   options.operators.pheromoned = options.pheromoned;
-  options.operators.folder = folder.path();
+  options.operators.folder = folder.string();
   if (only_memory) {
     RunMemory(options.operators);
     return;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "server/base/testing/temporary_folder.h"
 #include "server/capture/recorder.h"
 #include "server/capture/testing/live.h"
 
@@ -15,14 +16,13 @@ using testing::Live;
 using testing::ReplayError;
 
 TEST(BigMap, IsRecordedWithoutAGapAndReplayed) {
-  const std::string folder = ::testing::TempDir() + "big_map_test";
-  std::filesystem::remove_all(folder);
+  const TemporaryFolder folder;
   engine::EngineConfig config = engine::testing::SmallConfig();
   config.field.map.width_um = 21'000'000;
   config.field.map.height_um = 20'000'000;
   config.field.map.cell_um = 10'000;
   config.field.memory_bytes = 256 << 20;
-  Live live(folder, config);
+  Live live(folder.string(), config);
   for (int64_t x_um = 0; x_um < 20'000'000; x_um += 5'000'000) {
     field::FieldEdit edit;
     edit.type = 2;
@@ -55,7 +55,6 @@ TEST(BigMap, IsRecordedWithoutAGapAndReplayed) {
   EXPECT_EQ(report.messages, heard);
   EXPECT_EQ(report.state_hash, live.service().StateHash());
   RecordProperty("longest_copy_us", static_cast<int>(live.recorder().status().longest_copy_us));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/base/descriptor.h"
 #include "server/base/result.h"
 #include "server/capture/record.h"
 
@@ -26,18 +27,15 @@ class Files {
   /// `most_files` 0: no limit.
   Files(std::string folder, uint32_t most_files)
       : folder_(std::move(folder)), most_files_(most_files) {}
-  Files(const Files&) = delete;
-  Files& operator=(const Files&) = delete;
-  ~Files() { Close(); }
 
   /// Creates the next file, with its header.
   Status Begin(const Start& start);
   Status Write(std::string_view bytes);
-  void Close();
+  void Close() { descriptor_.Close(); }
   /// Removes the present file.
   void Discard();
 
-  bool open() const { return descriptor_ >= 0; }
+  bool open() const { return descriptor_.valid(); }
   const std::string& path() const { return path_; }
   uint64_t bytes() const { return bytes_; }
   /// Of the next record in this file.
@@ -51,7 +49,7 @@ class Files {
   std::string stem_;
   uint64_t recording_ = 0;
   std::string path_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   uint64_t bytes_ = 0;
   uint64_t number_ = 0;
 };

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <random>
 
+#include "server/base/file.h"
 #include "server/capture/recorder.h"
 #include "server/capture/testing/live.h"
 #include "server/engine/testing/random_traffic.h"
@@ -240,7 +241,7 @@ TEST_F(RecorderStateTest, ARecordingWhoseStateCannotBeCopiedBeginsAnew) {
   writer.join();
   std::vector<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-    files.push_back(testing::ReadBytes(entry.path().string()));
+    files.push_back(ReadFile(entry.path().string()).value());
   }
   ASSERT_EQ(files.size(), 1u);
   ReplayReport report;

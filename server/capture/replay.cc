@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "server/base/bytes.h"
+#include "server/base/format.h"
 #include "server/capture/recorder.h"
 
 namespace pheromone::capture {
@@ -31,12 +32,6 @@ std::string FrameOf(const protocol::Message& message) {
 
 std::string HexOf(const protocol::Message& message) {
   return Hex(FrameOf(message));
-}
-
-std::string HexOf(uint64_t number) {
-  std::array<char, 24> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return text.data();
 }
 
 std::string Seconds(uint64_t from_ns, uint64_t to_ns) {
@@ -370,8 +365,8 @@ std::string Replay::On(const End& end) {
            std::to_string(engine_->sequence());
   }
   if (end.state_hash != engine_->StateHash()) {
-    return "expected the state hash " + HexOf(end.state_hash) + ", found " +
-           HexOf(engine_->StateHash());
+    return "expected the state hash " + HexText(end.state_hash) + ", found " +
+           HexText(engine_->StateHash());
   }
   report_.under_way = in_flight_.size();
   report_.field_time_ms = field_time_ms_;

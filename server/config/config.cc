@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/base/file.h"
 #include "server/config/sections.h"
-#include "server/maps/file.h"
 
 namespace pheromone::config {
 namespace {
@@ -128,7 +128,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
 }
 
 Result<Config> LoadConfig(const std::string& path) {
-  const Result<std::string> text = maps::ReadFile(path, kMaxText);
+  const Result<std::string> text = ReadFile(path, kMaxText);
   if (!text.ok()) {
     return Error{text.error()};
   }

@@ -126,6 +126,12 @@ struct CaptureSettings {
   bool operator==(const CaptureSettings&) const = default;
 };
 
+/// What may be wrong with a configuration that may be used.
+struct Warning {
+  std::string text;      ///< in the form of errors
+  bool exposes = false;  ///< that others may change things
+};
+
 struct Config {
   engine::EngineConfig engine;
   std::vector<LinkConfig> links;  ///< in the order of engine.links
@@ -136,9 +142,9 @@ struct Config {
   ControlSettings control;
   WebSettings web;
   JournalConfig journal;
-  std::string text;                   ///< of the file
-  std::vector<std::string> warnings;  ///< in the form of errors; the configuration may be used
-  std::vector<std::string> notes;     ///< likewise: nothing is wrong, but it is good to know
+  std::string text;  ///< of the file
+  std::vector<Warning> warnings;
+  std::vector<std::string> notes;  ///< nothing is wrong, but it is good to know
 };
 
 /// Reads a file. Errors: it cannot be read, or what ParseConfig finds.

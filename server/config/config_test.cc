@@ -3,8 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <random>
+
+#include "server/base/file.h"
 
 namespace pheromone::config {
 namespace {
@@ -281,9 +282,8 @@ TEST(ConfigTest, TheDefaultCircuitIsSmoothEnoughToDrive) {
 }
 
 TEST(ConfigTest, TheDefaultIsTheFileThatPeopleRead) {
-  std::ifstream file(PHEROMONE_SOURCE_DIR "/server/config/default.toml");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  EXPECT_EQ(DefaultConfigText(), text);
+  EXPECT_EQ(DefaultConfigText(),
+            ReadFile(PHEROMONE_SOURCE_DIR "/server/config/default.toml").value());
 }
 
 TEST(ConfigTest, AFileIsReadLikeAText) {

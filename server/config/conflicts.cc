@@ -242,9 +242,9 @@ void WarnOfObstructions(const std::vector<Place>& places, Notes* notes) {
         : place.kind == Place::Kind::kSocket && !S_ISSOCK(found.st_mode) ? "a socket"
                                                                          : nullptr;
     if (expected != nullptr) {
-      notes->warnings.push_back(FormatProblem(
+      notes->warnings.push_back({FormatProblem(
           notes->file, place.value->at, place.key,
-          place.path.string() + " already exists, expected no file there or " + expected));
+          place.path.string() + " already exists, expected no file there or " + expected)});
     }
   }
 }

@@ -10,12 +10,11 @@
 #include <string_view>
 
 #include "server/config/testing/config_text.h"
-#include "server/config/testing/temporary_folder.h"
+#include "server/config/testing/folder_test.h"
 
 namespace pheromone::config {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -141,12 +140,13 @@ TEST_F(PlacesTest, WhatIsInTheWayOfAPtyOrASocketIsAWarning) {
   const Result<Config> loaded =
       Load(Link("p", "pty", Here("old")) + "[control]\nsocket = \"" + folder_.string() + "\"\n");
   ASSERT_TRUE(loaded.ok()) << loaded.error();
-  EXPECT_THAT(loaded.value().warnings,
-              ElementsAre(Here("lab.toml") + ":41:8: link[4].path: " + Here("old") +
-                              " already exists, expected no file there or a link to a "
-                              "pseudo-terminal",
-                          Here("lab.toml") + ":43:10: control.socket: " + folder_.string() +
-                              " already exists, expected no file there or a socket"));
+  ASSERT_EQ(loaded.value().warnings.size(), 2u);
+  EXPECT_EQ(loaded.value().warnings[0].text,
+            Here("lab.toml") + ":41:8: link[4].path: " + Here("old") +
+                " already exists, expected no file there or a link to a pseudo-terminal");
+  EXPECT_EQ(loaded.value().warnings[1].text,
+            Here("lab.toml") + ":43:10: control.socket: " + folder_.string() +
+                " already exists, expected no file there or a socket");
 }
 
 TEST_F(PlacesTest, WhatAnEarlierRunLeftIsNotInTheWay) {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "server/config/testing/temporary_folder.h"
+#include "server/config/testing/folder_test.h"
 
 namespace pheromone::config {
 namespace {
@@ -49,8 +49,10 @@ TEST_F(ControlTest, ATokenThatAllUsersCanReadIsWarnedOf) {
   const Result<Config> parsed = Parse("[web]\ntoken_file = \"token\"\n");
   ASSERT_TRUE(parsed.ok()) << parsed.error();
   ASSERT_EQ(parsed.value().warnings.size(), 1u);
-  EXPECT_NE(parsed.value().warnings[0].find("f.toml:30:14: web.token_file: "), std::string::npos);
-  EXPECT_NE(parsed.value().warnings[0].find("is readable by all users"), std::string::npos);
+  EXPECT_NE(parsed.value().warnings[0].text.find("f.toml:30:14: web.token_file: "),
+            std::string::npos);
+  EXPECT_NE(parsed.value().warnings[0].text.find("is readable by all users"), std::string::npos);
+  EXPECT_TRUE(parsed.value().warnings[0].exposes);
 }
 
 TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {

@@ -126,10 +126,11 @@ CheckReport DescribeCheck(const std::string& name, const Config& config,
                           const char* state_directory) {
   const FolderReport folders = LookAtFolders(config, state_directory);
   CheckReport report;
-  for (const auto* warnings : {&config.warnings, &folders.warnings}) {
-    for (const std::string& warning : *warnings) {
-      report.warnings += "warning: " + warning + '\n';
-    }
+  for (const Warning& warning : config.warnings) {
+    report.warnings += "warning: " + warning.text + '\n';
+  }
+  for (const std::string& warning : folders.warnings) {
+    report.warnings += "warning: " + warning + '\n';
   }
   report.text = name + ": ok\n";
   const std::vector<std::string> described = DescribeConfig(config);

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "server/config/describe.h"
-#include "server/config/testing/temporary_folder.h"
+#include "server/config/testing/folder_test.h"
 
 namespace pheromone::config {
 namespace {

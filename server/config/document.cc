@@ -3,9 +3,8 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
+
+#include "server/base/format.h"
 
 namespace pheromone::config {
 namespace {
@@ -163,16 +162,6 @@ std::string FormatProblem(std::string_view name, Position at, std::string_view k
   std::string line(name);
   line += ':' + std::to_string(at.line) + ':' + std::to_string(at.column) + ": ";
   return line + Printable(key, 80) + ": " + Printable(text, 400);
-}
-
-std::string FormatNumber(double number) {
-  std::array<char, 64> digits{};
-  const double size = std::abs(number);
-  const bool plain = size == 0 || (size >= 1e-12 && size < 1e15);
-  const auto end =
-      plain ? std::to_chars(digits.begin(), digits.end(), number, std::chars_format::fixed)
-            : std::to_chars(digits.begin(), digits.end(), number);
-  return {digits.begin(), end.ptr};
 }
 
 }  // namespace pheromone::config

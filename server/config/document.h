@@ -50,7 +50,4 @@ Result<Value> ParseDocument(std::string_view text, std::string_view name);
 std::string FormatProblem(std::string_view name, Position at, std::string_view key,
                           std::string_view text);
 
-/// The shortest decimal notation that reads back as the same number.
-std::string FormatNumber(double number);
-
 }  // namespace pheromone::config

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "server/config/testing/temporary_folder.h"
+#include "server/config/testing/folder_test.h"
 
 namespace pheromone::config {
 namespace {

@@ -1,7 +1,7 @@
 // Pictures and arrays as pheromone, checked node by node.
 #include <map>
 
-#include "server/config/testing/temporary_folder.h"
+#include "server/config/testing/folder_test.h"
 
 namespace pheromone::config {
 namespace {

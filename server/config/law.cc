@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/base/format.h"
 #include "server/field/diffusion.h"
 #include "server/field/field.h"
 

@@ -2,7 +2,7 @@
 // matter, and tested there: here, each shape covers the squares of a few nodes.
 #include <set>
 
-#include "server/config/testing/temporary_folder.h"
+#include "server/config/testing/folder_test.h"
 
 namespace pheromone::config {
 namespace {

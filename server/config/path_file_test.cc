@@ -1,7 +1,7 @@
 // Paths out of files. What the files may hold is server/maps' matter, and tested there.
 #include <cmath>
 
-#include "server/config/testing/temporary_folder.h"
+#include "server/config/testing/folder_test.h"
 
 namespace pheromone::config {
 namespace {

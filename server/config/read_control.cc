@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "server/base/file.h"
 #include "server/config/sections.h"
-#include "server/maps/file.h"
 
 namespace pheromone::config {
 namespace {
@@ -50,7 +50,7 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   if (!path) {
     return;
   }
-  const Result<std::string> text = maps::ReadFile(path->string(), 4096);
+  const Result<std::string> text = ReadFile(path->string(), 4096);
   if (!text.ok()) {
     table.Report("token_file", text.error() + WhoMustReadIt(path->string()));
     return;
@@ -66,9 +66,11 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   }
   struct stat status {};
   if (stat(path->c_str(), &status) == 0 && (status.st_mode & (S_IRWXO)) != 0) {
-    notes->warnings.push_back(FormatProblem(
-        notes->file, table.Find("token_file")->at, table.KeyOf("token_file"),
-        path->string() + " is readable by all users, expected mode 0640 or stricter"));
+    notes->warnings.push_back(
+        {FormatProblem(
+             notes->file, table.Find("token_file")->at, table.KeyOf("token_file"),
+             path->string() + " is readable by all users, expected mode 0640 or stricter"),
+         true});
   }
 }
 

@@ -191,8 +191,8 @@ void ReadLinks(const Value& root, Notes* notes, Config* config) {
     ReadLink(TableReader(*tables[i], PathOf("link", i), &notes->problems), config);
   }
   if (tables.empty()) {
-    notes->warnings.push_back(FormatProblem(
-        notes->file, root.at, "link", "there is no [[link]], so no robot can reach the server"));
+    notes->warnings.push_back({FormatProblem(
+        notes->file, root.at, "link", "there is no [[link]], so no robot can reach the server")});
   }
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <set>
 
+#include "server/base/format.h"
 #include "server/config/law.h"
 #include "server/config/sections.h"
 

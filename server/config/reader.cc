@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "server/base/format.h"
 #include "server/field/geometry.h"
 
 namespace pheromone::config {

@@ -19,7 +19,7 @@ struct Notes {
   Problems problems;
   std::string file;
   std::optional<std::filesystem::path> folder;
-  std::vector<std::string> warnings;
+  std::vector<Warning> warnings;
   std::vector<std::string> notes;
 };
 

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <memory>
 
+#include "server/base/format.h"
 #include "server/ctl/map_commands.h"
 #include "server/journal/event_reader.h"
 #include "server/journal/event_text.h"
@@ -104,7 +105,7 @@ void DescribeNote(const PosixFolder& folder) {
   const auto note = journal::ReadDurableNote(folder);
   fmt::print("{}: {}\n", journal::kDurableName,
              note ? fmt::format("sequence {} was durable at {}", note->sequence,
-                                journal::InUtc(note->utc_ms))
+                                UtcText(note->utc_ms / 1000))
                   : "no valid durability mark");
 }
 

@@ -13,7 +13,6 @@
 #include "server/field/field.h"
 #include "server/maps/field_file.h"
 #include "server/maps/field_raster.h"
-#include "server/maps/file.h"
 #include "server/maps/png_picture.h"
 #include "server/maps/resample.h"
 

@@ -11,12 +11,12 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstring>
 #include <iostream>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "server/base/descriptor.h"
 #include "server/capture/reader.h"
 #include "server/ctl/map_commands.h"
 #include "server/ctl/replay_commands.h"
@@ -29,24 +29,20 @@ using Clock = std::chrono::steady_clock;
 // How long the last answers may take.
 constexpr std::chrono::milliseconds kLastAnswers{200};
 
-Error SystemError(const std::string& what) {
-  return Error{what + ": " + std::strerror(errno)};
-}
-
-Result<int> OpenTerminal(const std::string& path) {
-  const int terminal = open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
+Result<Descriptor> OpenTerminal(const std::string& path) {
+  Descriptor terminal(open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
   termios settings{};
-  if (terminal < 0 || tcgetattr(terminal, &settings) != 0) {
+  if (!terminal.valid() || tcgetattr(terminal.get(), &settings) != 0) {
     return SystemError(path);
   }
   cfmakeraw(&settings);
-  if (tcsetattr(terminal, TCSANOW, &settings) != 0) {
+  if (tcsetattr(terminal.get(), TCSANOW, &settings) != 0) {
     return SystemError(path);
   }
   return terminal;
 }
 
-Result<int> Connect(const std::string& to) {
+Result<Descriptor> Connect(const std::string& to) {
   const size_t colon = to.rfind(':');
   std::string host = to.substr(0, colon);
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
@@ -59,24 +55,22 @@ Result<int> Connect(const std::string& to) {
   if (failed != 0) {
     return Error{to + ": " + gai_strerror(failed)};
   }
-  int connection = -1;
-  for (const addrinfo* it = found; it != nullptr && connection < 0; it = it->ai_next) {
-    const int candidate = socket(it->ai_family, it->ai_socktype | SOCK_CLOEXEC, it->ai_protocol);
-    if (candidate >= 0 && connect(candidate, it->ai_addr, it->ai_addrlen) == 0) {
-      connection = candidate;
-    } else if (candidate >= 0) {
-      close(candidate);
+  Error error;
+  for (const addrinfo* it = found; it != nullptr; it = it->ai_next) {
+    Descriptor candidate(socket(it->ai_family, it->ai_socktype | SOCK_CLOEXEC, it->ai_protocol));
+    if (candidate.valid() && connect(candidate.get(), it->ai_addr, it->ai_addrlen) == 0) {
+      freeaddrinfo(found);
+      fcntl(candidate.get(), F_SETFL, O_NONBLOCK);
+      return candidate;
+    }
+    const bool refused = errno == ECONNREFUSED;
+    error = SystemError(to);
+    if (refused) {
+      error.message += "; HOST:PORT must be a TCP link, UDP is not supported";
     }
   }
-  Result<int> result = connection >= 0 ? Result<int>(connection) : SystemError(to);
-  if (!result.ok() && errno == ECONNREFUSED) {
-    result = Error{result.error() + "; HOST:PORT must be a TCP link, UDP is not supported"};
-  }
   freeaddrinfo(found);
-  if (connection >= 0) {
-    fcntl(connection, F_SETFL, O_NONBLOCK);
-  }
-  return result;
+  return error;
 }
 
 // The open lines, by recorded link and connection.
@@ -86,22 +80,15 @@ class Player {
     const size_t slash = options_.to.find('/');
     is_terminal_ = slash != std::string::npos || options_.to.find(':') == std::string::npos;
   }
-  Player(const Player&) = delete;
-  Player& operator=(const Player&) = delete;
-  ~Player() {
-    for (const auto& [key, descriptor] : lines_) {
-      close(descriptor);
-    }
-  }
 
   Status Send(const capture::Packet& packet) {
     const Key key = is_terminal_ ? Key(0, 0) : Key(packet.link, packet.connection);
     if (!lines_.contains(key)) {
-      Result<int> opened = is_terminal_ ? OpenTerminal(options_.to) : Connect(options_.to);
+      Result<Descriptor> opened = is_terminal_ ? OpenTerminal(options_.to) : Connect(options_.to);
       if (!opened.ok()) {
         return Error{opened.error()};
       }
-      lines_[key] = opened.value();
+      lines_[key] = std::move(opened).value();
     }
     if (!first_ns_) {
       first_ns_ = packet.utc_ns;
@@ -112,7 +99,7 @@ class Player {
       ReadUntil(begin_ + std::chrono::nanoseconds(static_cast<int64_t>(wait_ns)));
     }
     sent_ += packet.bytes.size();
-    return WriteAll(lines_[key], packet.bytes);
+    return SendAll(lines_[key].get(), packet.bytes);
   }
 
   void Finish() { ReadUntil(Clock::now() + kLastAnswers); }
@@ -123,7 +110,7 @@ class Player {
  private:
   using Key = std::pair<engine::LinkIndex, uint32_t>;
 
-  Status WriteAll(int descriptor, std::string_view bytes) {
+  Status SendAll(int descriptor, std::string_view bytes) {
     while (!bytes.empty()) {
       const ssize_t size = write(descriptor, bytes.data(), bytes.size());
       if (size < 0 && errno != EAGAIN && errno != EINTR) {
@@ -143,7 +130,7 @@ class Player {
     std::vector<pollfd> polled;
     polled.reserve(lines_.size());
     for (const auto& [key, descriptor] : lines_) {
-      polled.push_back({descriptor, POLLIN, 0});
+      polled.push_back({descriptor.get(), POLLIN, 0});
     }
     while (true) {
       const auto left =
@@ -172,7 +159,7 @@ class Player {
 
   const PlayOptions options_;
   bool is_terminal_ = false;
-  std::map<Key, int> lines_;
+  std::map<Key, Descriptor> lines_;
   std::optional<uint64_t> first_ns_;
   Clock::time_point begin_;
   uint64_t sent_ = 0;

@@ -7,7 +7,6 @@
 
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <thread>
@@ -15,6 +14,8 @@
 #include <variant>
 #include <vector>
 
+#include "server/base/file.h"
+#include "server/base/testing/temporary_folder.h"
 #include "server/capture/reader.h"
 #include "server/engine/testing/bench.h"
 
@@ -34,19 +35,15 @@ Status AwaitDisk(const Captures& captures) {
 class CapturesTest : public ::testing::Test {
  protected:
   CapturesTest() : service_(&log_, [] { return engine::ClockReading{0, 0}; }) {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
     config_.engine = engine::testing::SmallConfig();
     config_.links.resize(2);
-    config_.capture = {.folder = folder_ + "/captures", .file_mb = 1, .most_files = 0};
+    config_.capture = {.folder = folder_ / "captures", .file_mb = 1, .most_files = 0};
     EXPECT_TRUE(service_.Configure(config_.engine, 7).ok());
   }
-  ~CapturesTest() override { std::filesystem::remove_all(folder_); }
 
   // What the records of a file are, one after the other, up to its end or the first mistake.
   static std::vector<capture::Record> RecordsOf(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    const std::string bytes = ReadFile(path).value();
     bool given = false;
     capture::CaptureReader reader(
         [&]() -> std::string_view {
@@ -63,7 +60,7 @@ class CapturesTest : public ::testing::Test {
     }
   }
 
-  const std::string folder_ = ::testing::TempDir() + "/captures_test";
+  const TemporaryFolder folder_;
   engine::VolatileLog log_;
   engine::Service service_;
   config::Config config_;

@@ -13,9 +13,9 @@
 namespace pheromone::daemon {
 namespace {
 
-void LogOfLink(links::Severity severity, const std::string& text) {
-  spdlog::log(severity == links::Severity::kInfo ? spdlog::level::info : spdlog::level::warn, "{}",
-              text);
+void LogOfLink(const links::LinkNotice& notice) {
+  const bool good = notice.severity == links::Severity::kInfo;
+  spdlog::log(good ? spdlog::level::info : spdlog::level::warn, "{}", links::ToText(notice));
 }
 
 // Of the links that open one; at least one, for a pool must have a thread.
@@ -46,8 +46,9 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
     router->Add(links_.back().get());
   }
   for (const config::TrackerConfig& tracker : config.trackers) {
-    const auto log = [name = tracker.name](links::Severity severity, const std::string& text) {
-      LogOfLink(severity, fmt::format("{}: {}", name, text));
+    const auto log = [name = tracker.name](links::LinkNotice notice) {
+      notice.source = name + ": " + notice.source;
+      LogOfLink(notice);
     };
     trackers_.push_back(MakeTracker(io, tracker, config.datum, service, log, random()));
   }

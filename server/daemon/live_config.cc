@@ -106,10 +106,9 @@ Result<engine::Service::Configured> LiveConfig::Configure(const engine::EngineCo
 
 // What --check says of warnings in full is not worth a line at every start, but that somebody else
 // may change things is.
-void LiveConfig::Tell(const std::vector<std::string>& warnings) const {
-  for (const std::string& warning : warnings) {
-    const bool exposed = warning.find(": web.token_file: ") != std::string::npos;
-    spdlog::log(exposed ? spdlog::level::warn : spdlog::level::debug, "{}", warning);
+void LiveConfig::Tell(const std::vector<config::Warning>& warnings) const {
+  for (const config::Warning& warning : warnings) {
+    spdlog::log(warning.exposes ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
   }
   for (const std::string& line : config::DescribeConfig(config_)) {
     spdlog::info("{}", line);

@@ -45,7 +45,7 @@ class LiveConfig {
  private:
   Result<engine::Service::Configured> Configure(const engine::EngineConfig& config,
                                                 bool state_lost);
-  void Tell(const std::vector<std::string>& warnings) const;
+  void Tell(const std::vector<config::Warning>& warnings) const;
 
   const Reload reload_;
   engine::Service* const service_;

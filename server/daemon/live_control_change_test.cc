@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/base/testing/temporary_folder.h"
 #include "server/daemon/testing/live_control_bench.h"
 
 namespace pheromone::daemon {
@@ -212,10 +213,8 @@ TEST_F(LiveControlTest, ASnapshotIsNamedWhenItIsMade) {
 }
 
 TEST_F(LiveControlTest, ARecordingIsStartedAndStoppedWhenItsFilesAreThere) {
-  const std::string folder = ::testing::TempDir() + "/live_control_test";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  config_.capture = {.folder = folder + "/captures", .file_mb = 1, .most_files = 0};
+  const TemporaryFolder folder;
+  config_.capture = {.folder = folder / "captures", .file_mb = 1, .most_files = 0};
   {
     Captures captures(&service_, config_);
     LiveParts parts = Parts(std::chrono::minutes(1));
@@ -234,7 +233,6 @@ TEST_F(LiveControlTest, ARecordingIsStartedAndStoppedWhenItsFilesAreThere) {
     EXPECT_TRUE(stopped.Get().ok());
     EXPECT_FALSE(control.GetCapture().recording);
   }
-  std::filesystem::remove_all(folder);
 }
 
 TEST_F(LiveControlTest, LogAndDeadlinesRaceAndEveryAnswerComesOnce) {

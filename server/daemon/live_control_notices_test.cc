@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "server/base/testing/temporary_folder.h"
 #include "server/daemon/testing/live_control_bench.h"
 
 namespace pheromone::daemon {
@@ -88,9 +88,8 @@ TEST_F(LiveNoticesTest, AConfigurationThatIsInEffectIsTold) {
 }
 
 TEST_F(LiveNoticesTest, ARecordingIsToldWhenItBeginsAndEndsHoweverThatCame) {
-  std::string folder = (std::filesystem::temp_directory_path() / "notices-XXXXXX").string();
-  ASSERT_NE(mkdtemp(folder.data()), nullptr);
-  config_.capture.folder = folder;
+  const TemporaryFolder folder;
+  config_.capture.folder = folder.string();
   {
     Captures captures(&service_, config_);
     LiveParts parts = Parts(std::chrono::hours(1));
@@ -110,7 +109,6 @@ TEST_F(LiveNoticesTest, ARecordingIsToldWhenItBeginsAndEndsHoweverThatCame) {
     control.TellWhatChanged();
     EXPECT_EQ(Told(), All{"capture off : "});
   }
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

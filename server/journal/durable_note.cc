@@ -1,7 +1,5 @@
 #include "server/journal/durable_note.h"
 
-#include <ctime>
-
 #include "server/base/bytes.h"
 #include "server/journal/crc32c.h"
 
@@ -56,16 +54,6 @@ std::optional<DurableNote> ReadDurableNote(const Folder& folder) {
     return first ? first : second;
   }
   return first->count > second->count ? first : second;
-}
-
-std::string InUtc(int64_t utc_ms) {
-  const auto seconds = static_cast<std::time_t>(utc_ms / 1000);
-  std::tm parts{};
-  char text[40] = "an unknown time";
-  if (gmtime_r(&seconds, &parts) != nullptr) {
-    (void)std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  }
-  return text;
 }
 
 }  // namespace pheromone::journal

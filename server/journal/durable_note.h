@@ -39,7 +39,4 @@ constexpr uint64_t NotePlace(const DurableNote& note) {
 /// The newest valid mark; nothing if there is none, or no such file.
 std::optional<DurableNote> ReadDurableNote(const Folder& folder);
 
-/// "2026-11-22T11:00:00Z".
-std::string InUtc(int64_t utc_ms);
-
 }  // namespace pheromone::journal

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -16,10 +15,6 @@ namespace pheromone::journal {
 namespace {
 
 constexpr const char* kLockName = "lock";
-
-Error SystemError(const std::string& name, const char* what, int number) {
-  return Error{name + ": " + what + ": " + std::strerror(number)};
-}
 
 // Retries what a signal interrupted.
 template <typename Call>
@@ -33,29 +28,22 @@ auto Again(Call&& call) {
 
 class PosixFile final : public AppendFile {
  public:
-  PosixFile(std::string name, int fd) : name_(std::move(name)), fd_(fd) {}
-  ~PosixFile() override { close(fd_); }
+  PosixFile(std::string name, Descriptor fd) : name_(std::move(name)), fd_(std::move(fd)) {}
 
   Status Append(std::string_view bytes) override {
-    while (!bytes.empty()) {
-      const ssize_t count = Again([&] { return write(fd_, bytes.data(), bytes.size()); });
-      if (count < 0) {
-        return SystemError(name_, "cannot be written", errno);
-      }
-      bytes.remove_prefix(static_cast<size_t>(count));
-    }
-    return Ok();
+    return WriteAll(fd_.get(), bytes) ? Ok() : Status(SystemError(name_ + ": cannot be written"));
   }
 
   Status Sync() override {
-    return Again([this] { return fdatasync(fd_); }) == 0
+    return Again([this] { return fdatasync(fd_.get()); }) == 0
                ? Ok()
-               : Status(SystemError(name_, "cannot be synced", errno));
+               : Status(SystemError(name_ + ": cannot be synced"));
   }
 
   Reserved Reserve(uint64_t bytes) override {
-    if (Again([&] { return fallocate(fd_, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)); }) ==
-        0) {
+    if (Again([&] {
+          return fallocate(fd_.get(), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes));
+        }) == 0) {
       return Reserved::kYes;
     }
     return errno == EOPNOTSUPP || errno == ENOSYS ? Reserved::kUnsupported : Reserved::kNoSpace;
@@ -63,56 +51,52 @@ class PosixFile final : public AppendFile {
 
   void ReleaseReserve() override {
     struct stat status {};
-    if (fstat(fd_, &status) == 0) {
-      (void)!ftruncate(fd_, status.st_size);
+    if (fstat(fd_.get(), &status) == 0) {
+      (void)!ftruncate(fd_.get(), status.st_size);
     }
   }
 
  private:
   std::string name_;
-  int fd_;
+  Descriptor fd_;
 };
 
 class PosixSlots final : public SlotFile {
  public:
-  PosixSlots(std::string name, int fd) : name_(std::move(name)), fd_(fd) {}
-  ~PosixSlots() override { close(fd_); }
+  PosixSlots(std::string name, Descriptor fd) : name_(std::move(name)), fd_(std::move(fd)) {}
 
   Status Write(uint64_t at, std::string_view bytes) override {
     while (!bytes.empty()) {
-      const ssize_t count =
-          Again([&] { return pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(at)); });
+      const ssize_t count = Again(
+          [&] { return pwrite(fd_.get(), bytes.data(), bytes.size(), static_cast<off_t>(at)); });
       if (count < 0) {
-        return SystemError(name_, "cannot be written", errno);
+        return SystemError(name_ + ": cannot be written");
       }
       at += static_cast<uint64_t>(count);
       bytes.remove_prefix(static_cast<size_t>(count));
     }
-    return Again([this] { return fdatasync(fd_); }) == 0
+    return Again([this] { return fdatasync(fd_.get()); }) == 0
                ? Ok()
-               : Status(SystemError(name_, "cannot be synced", errno));
+               : Status(SystemError(name_ + ": cannot be synced"));
   }
 
  private:
   std::string name_;
-  int fd_;
+  Descriptor fd_;
 };
 
 // Makes a folder whose parent is there, and its name durable.
 Status MakeFolder(const std::string& path) {
   if (mkdir(path.c_str(), 0777) != 0) {
-    return errno == EEXIST ? Ok() : Status(SystemError(path, "cannot be created", errno));
+    return errno == EEXIST ? Ok() : Status(SystemError(path + ": cannot be created"));
   }
   std::string parent = path.substr(0, path.find_last_not_of('/') + 1);
   const size_t slash = parent.rfind('/');
   parent = slash == std::string::npos ? "." : parent.substr(0, slash + 1);
-  const int fd = open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool synced = fd >= 0 && Again([fd] { return fsync(fd); }) == 0;
-  const int number = errno;
-  if (fd >= 0) {
-    close(fd);
-  }
-  return synced ? Ok() : Status(SystemError(parent, "cannot be synced", number));
+  const Descriptor fd(open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return fd.valid() && Again([&fd] { return fsync(fd.get()); }) == 0
+             ? Ok()
+             : Status(SystemError(parent + ": cannot be synced"));
 }
 
 }  // namespace
@@ -124,30 +108,24 @@ Result<std::unique_ptr<PosixFolder>> PosixFolder::Open(const std::string& path, 
       return Error{made.error()};
     }
   }
-  const int fd = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) {
-    return SystemError(path, "cannot be opened", errno);
+  Descriptor fd(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!fd.valid()) {
+    return SystemError(path + ": cannot be opened");
   }
-  std::unique_ptr<PosixFolder> folder(new PosixFolder(path, fd, -1));
+  std::unique_ptr<PosixFolder> folder(new PosixFolder(path, std::move(fd)));
   if (mode == Mode::kOwner) {
-    folder->lock_fd_ = openat(fd, kLockName, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (folder->lock_fd_ < 0) {
-      return SystemError(path + "/" + kLockName, "cannot be opened", errno);
+    folder->lock_fd_ =
+        Descriptor(openat(folder->fd_.get(), kLockName, O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+    if (!folder->lock_fd_.valid()) {
+      return SystemError(path + "/" + kLockName + ": cannot be opened");
     }
-    if (Again([&] { return flock(folder->lock_fd_, LOCK_EX | LOCK_NB); }) != 0) {
+    if (Again([&] { return flock(folder->lock_fd_.get(), LOCK_EX | LOCK_NB); }) != 0) {
       return errno == EWOULDBLOCK
                  ? Error{path + ": in use by another server; each server needs a folder of its own"}
-                 : SystemError(path + "/" + kLockName, "cannot be locked", errno);
+                 : SystemError(path + "/" + kLockName + ": cannot be locked");
     }
   }
   return folder;
-}
-
-PosixFolder::~PosixFolder() {
-  if (lock_fd_ >= 0) {
-    close(lock_fd_);
-  }
-  close(fd_);
 }
 
 Result<std::vector<std::string>> PosixFolder::List() const {
@@ -160,8 +138,8 @@ Result<std::vector<std::string>> PosixFolder::ListOthers() const {
 
 Result<uint64_t> PosixFolder::Size(const std::string& name) const {
   struct stat status {};
-  if (fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
-    return SystemError(path_ + "/" + name, "cannot be examined", errno);
+  if (fstatat(fd_.get(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
+    return SystemError(path_ + "/" + name + ": cannot be examined");
   }
   return static_cast<uint64_t>(status.st_size);
 }
@@ -173,7 +151,7 @@ Result<std::vector<std::string>> PosixFolder::ListIf(bool are_regular) const {
        entry.increment(error)) {
     struct stat status {};
     const std::string name = entry->path().filename().string();
-    if (name != kLockName && fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
+    if (name != kLockName && fstatat(fd_.get(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
         S_ISREG(status.st_mode) == are_regular) {
       names.push_back(name);
     }
@@ -186,62 +164,56 @@ Result<std::vector<std::string>> PosixFolder::ListIf(bool are_regular) const {
 }
 
 Result<std::string> PosixFolder::Read(const std::string& name, uint64_t offset, size_t most) const {
-  const int fd = openat(fd_, name.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  const Descriptor fd(openat(fd_.get(), name.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   struct stat status {};
-  if (fd < 0 || fstat(fd, &status) != 0) {
-    const Error error = SystemError(path_ + "/" + name, "cannot be opened", errno);
-    if (fd >= 0) {
-      close(fd);
-    }
-    return error;
+  if (!fd.valid() || fstat(fd.get(), &status) != 0) {
+    return SystemError(path_ + "/" + name + ": cannot be opened");
   }
   const auto size = static_cast<uint64_t>(status.st_size);
   std::string bytes(std::min<uint64_t>(size > offset ? size - offset : 0, most), '\0');
   size_t done = 0;
   while (done < bytes.size()) {
     const ssize_t count = Again([&] {
-      return pread(fd, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+      return pread(fd.get(), bytes.data() + done, bytes.size() - done,
+                   static_cast<off_t>(offset + done));
     });
     if (count < 0) {
-      const Error error = SystemError(path_ + "/" + name, "cannot be read", errno);
-      close(fd);
-      return error;
+      return SystemError(path_ + "/" + name + ": cannot be read");
     }
     if (count == 0) {
       break;
     }
     done += static_cast<size_t>(count);
   }
-  close(fd);
   bytes.resize(done);
   return bytes;
 }
 
 Result<std::unique_ptr<AppendFile>> PosixFolder::Create(const std::string& name) {
-  const int fd =
-      openat(fd_, name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
-  if (fd < 0) {
-    return SystemError(path_ + "/" + name, "cannot be created", errno);
+  Descriptor fd(
+      openat(fd_.get(), name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666));
+  if (!fd.valid()) {
+    return SystemError(path_ + "/" + name + ": cannot be created");
   }
-  return std::unique_ptr<AppendFile>(std::make_unique<PosixFile>(path_ + "/" + name, fd));
+  return std::unique_ptr<AppendFile>(
+      std::make_unique<PosixFile>(path_ + "/" + name, std::move(fd)));
 }
 
 Result<std::unique_ptr<SlotFile>> PosixFolder::OpenSlots(const std::string& name, uint64_t bytes) {
-  const int fd = openat(fd_, name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
-  if (fd < 0) {
-    return SystemError(path_ + "/" + name, "cannot be opened", errno);
+  Descriptor fd(openat(fd_.get(), name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666));
+  if (!fd.valid()) {
+    return SystemError(path_ + "/" + name + ": cannot be opened");
   }
-  auto file = std::make_unique<PosixSlots>(path_ + "/" + name, fd);
-  if (Again([&] { return ftruncate(fd, static_cast<off_t>(bytes)); }) != 0) {
-    return SystemError(path_ + "/" + name, "cannot be extended to its full size", errno);
+  if (Again([&] { return ftruncate(fd.get(), static_cast<off_t>(bytes)); }) != 0) {
+    return SystemError(path_ + "/" + name + ": cannot be extended to its full size");
   }
-  return std::unique_ptr<SlotFile>(std::move(file));
+  return std::unique_ptr<SlotFile>(std::make_unique<PosixSlots>(path_ + "/" + name, std::move(fd)));
 }
 
 Status PosixFolder::Rename(const std::string& from, const std::string& to) {
-  return renameat(fd_, from.c_str(), fd_, to.c_str()) == 0
+  return renameat(fd_.get(), from.c_str(), fd_.get(), to.c_str()) == 0
              ? Ok()
-             : Status(SystemError(path_ + "/" + from, "cannot be renamed", errno));
+             : Status(SystemError(path_ + "/" + from + ": cannot be renamed"));
 }
 
 // A file system may give all of a large file's blocks back in one commit, and the log's syncs wait
@@ -249,29 +221,28 @@ Status PosixFolder::Rename(const std::string& from, const std::string& to) {
 // file is shortened bit by bit. If somebody else has linked it, it is theirs.
 Status PosixFolder::Remove(const std::string& name) {
   constexpr off_t kAtATime = off_t{4} << 20;
-  const int fd = Again(
-      [&] { return openat(fd_, name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK); });
-  const bool removed = unlinkat(fd_, name.c_str(), 0) == 0;
-  const int number = errno;
+  const Descriptor fd(Again([&] {
+    return openat(fd_.get(), name.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  }));
+  if (unlinkat(fd_.get(), name.c_str(), 0) != 0) {
+    return SystemError(path_ + "/" + name + ": cannot be removed");
+  }
   struct stat left {};
-  if (fd >= 0 && removed && fstat(fd, &left) == 0 && left.st_nlink == 0) {
+  if (fd.valid() && fstat(fd.get(), &left) == 0 && left.st_nlink == 0) {
     while (left.st_size > kAtATime) {
       left.st_size -= kAtATime;
-      if (ftruncate(fd, left.st_size) != 0 || fdatasync(fd) != 0) {
+      if (ftruncate(fd.get(), left.st_size) != 0 || fdatasync(fd.get()) != 0) {
         break;  // the rest goes at once
       }
     }
   }
-  if (fd >= 0) {
-    close(fd);
-  }
-  return removed ? Ok() : Status(SystemError(path_ + "/" + name, "cannot be removed", number));
+  return Ok();
 }
 
 Status PosixFolder::Sync() {
-  return Again([this] { return fsync(fd_); }) == 0
+  return Again([this] { return fsync(fd_.get()); }) == 0
              ? Ok()
-             : Status(SystemError(path_, "cannot be synced", errno));
+             : Status(SystemError(path_ + ": cannot be synced"));
 }
 
 }  // namespace pheromone::journal

@@ -3,8 +3,10 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "server/base/descriptor.h"
 #include "server/journal/folder.h"
 
 namespace pheromone::journal {
@@ -19,7 +21,6 @@ class PosixFolder final : public Folder {
   /// Errors: what is there is no folder, it cannot be created or opened, or, for kOwner, another
   /// process has it: the lock is on its file `lock`, and ends with the process.
   static Result<std::unique_ptr<PosixFolder>> Open(const std::string& path, Mode mode);
-  ~PosixFolder() override;
 
   const std::string& path() const override { return path_; }
   Result<std::vector<std::string>> List() const override;
@@ -35,12 +36,11 @@ class PosixFolder final : public Folder {
  private:
   Result<std::vector<std::string>> ListIf(bool are_regular) const;
 
-  PosixFolder(std::string path, int fd, int lock_fd)
-      : path_(std::move(path)), fd_(fd), lock_fd_(lock_fd) {}
+  PosixFolder(std::string path, Descriptor fd) : path_(std::move(path)), fd_(std::move(fd)) {}
 
   std::string path_;
-  int fd_;
-  int lock_fd_;  // negative: a reader's
+  Descriptor fd_;
+  Descriptor lock_fd_;  // not a reader's
 };
 
 }  // namespace pheromone::journal

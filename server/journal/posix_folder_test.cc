@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "server/base/testing/temporary_folder.h"
+
 namespace pheromone::journal {
 namespace {
 
@@ -14,14 +16,8 @@ using Mode = PosixFolder::Mode;
 
 class PosixFolderTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    char name[] = "/tmp/posix_folder_test.XXXXXX";
-    ASSERT_NE(mkdtemp(name), nullptr);
-    root_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(root_); }
-
-  std::string root_;
+  const TemporaryFolder folder_;
+  const std::string root_ = folder_.string();
 };
 
 TEST_F(PosixFolderTest, FilesAreWrittenReadRenamedAndRemoved) {

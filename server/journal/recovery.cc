@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "server/base/format.h"
 #include "server/engine/event_codec.h"
 #include "server/journal/format.h"
 #include "server/journal/segment_reader.h"
@@ -123,7 +124,7 @@ class Recovery {
     }
     Note(std::string(kDurableName), NotePlace(*note),
          "the log ends at sequence " + std::to_string(result_.sequence) + ", but " +
-             std::to_string(note->sequence) + " was durable at " + InUtc(note->utc_ms) +
+             std::to_string(note->sequence) + " was durable at " + UtcText(note->utc_ms / 1000) +
              ": a segment or the end of one is missing",
          true);
   }

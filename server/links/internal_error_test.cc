@@ -59,7 +59,7 @@ class InternalErrorTest : public ::testing::Test {
   static constexpr BackoffOptions kSoon{milliseconds(5), milliseconds(20), 1};
   static constexpr char kDown[] = "link radio-a: down, internal error: out of order; retrying";
 
-  testing::TemporaryFolder folder_;
+  TemporaryFolder folder_;
   ThrowingTap tap_;
   testing::Server server_;
 };

@@ -16,9 +16,14 @@ Error InternalError(const std::exception_ptr& thrown) {
   }
 }
 
-bool LinkRecord::SetUp(const std::string& how) {
+std::string ToText(const LinkNotice& notice) {
+  return notice.source + ": " + notice.what + (notice.why.empty() ? "" : ", " + notice.why) +
+         (notice.then.empty() ? "" : "; " + notice.then);
+}
+
+bool LinkRecord::SetUp(const std::string& how, const std::string& address) {
   const std::lock_guard lock(mutex_);
-  const bool news = Set(true, how);
+  const bool news = Set(true, how, address);
   state_.failed_attempts = 0;
   return news;
 }
@@ -30,7 +35,7 @@ bool LinkRecord::SetDown(const std::string& why, bool attempt_failed) {
   return news;
 }
 
-bool LinkRecord::Set(bool up, const std::string& reason) {
+bool LinkRecord::Set(bool up, const std::string& reason, const std::string& address) {
   const TimePoint now = std::chrono::steady_clock::now();
   const bool another = up != state_.up || last_news_ == TimePoint();
   const bool news =
@@ -38,6 +43,7 @@ bool LinkRecord::Set(bool up, const std::string& reason) {
   state_.since = another ? now : state_.since;
   state_.up = up;
   state_.reason = reason;
+  state_.address = address;
   if (!up) {
     state_.last_error = reason;
   }
@@ -59,38 +65,42 @@ void LinkRecord::SetSilent(bool silent) {
   state_.silent = silent;
 }
 
-void Link::ReportUp(const std::string& how) {
-  if (record_.SetUp(how)) {
-    context_.log(Severity::kInfo, "link " + name() + ": up, " + how);
+void Link::Tell(Severity severity, const std::string& what, const std::string& why,
+                const std::string& then) const {
+  context_.log({severity, "link " + name(), what, why, then});
+}
+
+void Link::ReportUp(const std::string& how, const std::string& address) {
+  if (record_.SetUp(how, address)) {
+    Tell(Severity::kInfo, "up", how, "");
   }
 }
 
 void Link::ReportDown(const std::string& why) {
   if (record_.SetDown(why)) {
-    context_.log(Severity::kWarning, "link " + name() + ": down, " + why + "; retrying");
+    Tell(Severity::kWarning, "down", why, "retrying");
   }
 }
 
 void Link::ReportFailure(const std::string& why) {
   if (record_.SetDown(why, true)) {
-    context_.log(Severity::kWarning, "link " + name() + ": down, " + why + "; retrying");
+    Tell(Severity::kWarning, "down", why, "retrying");
   }
 }
 
 void Link::ReportError(const Error& error, const std::string& consequence) {
-  context_.log(Severity::kWarning, "link " + name() + ": " + error.message + "; " + consequence);
+  Tell(Severity::kWarning, error.message, "", consequence);
 }
 
 void Link::ReportSilence(std::chrono::seconds since) {
   record_.SetSilent(true);
-  context_.log(Severity::kWarning, "link " + name() + ": nothing received for " +
-                                       std::to_string(since.count()) +
-                                       " s; check the modem and the robots");
+  Tell(Severity::kWarning, "nothing received for " + std::to_string(since.count()) + " s", "",
+       "check the modem and the robots");
 }
 
 void Link::ReportHeardAgain() {
   record_.SetSilent(false);
-  context_.log(Severity::kInfo, "link " + name() + ": receiving again");
+  Tell(Severity::kInfo, "receiving again", "", "");
 }
 
 void Link::Handle(std::span<const protocol::Message> batch, std::span<const engine::Asker> askers,

@@ -40,8 +40,20 @@ namespace pheromone::links {
 
 enum class Severity { kInfo, kWarning };
 
-/// Receives log messages for the operator. Called from any thread of the io_context.
-using LinkLog = std::function<void(Severity, const std::string&)>;
+/// What a link has to tell the operator.
+struct LinkNotice {
+  Severity severity = Severity::kWarning;
+  std::string source;  ///< "link radio-a"
+  std::string what;    ///< "up", "down", or what happened
+  std::string why{};   ///< why it is down; where it is up
+  std::string then{};  ///< what follows
+};
+
+/// One line: "link radio-a: down, the port is gone; retrying".
+std::string ToText(const LinkNotice& notice);
+
+/// Receives them. Called from any thread of the io_context.
+using LinkLog = std::function<void(const LinkNotice&)>;
 
 struct LinkCounters {
   protocol::DecoderCounters received;  ///< decoding results of the received bytes
@@ -78,7 +90,8 @@ class LinkRecord {
 
   struct State {
     bool up = false;
-    std::string reason;        ///< why it is down, or its address
+    std::string reason;        ///< why it is down, or where it is up
+    std::string address{};     ///< while it is up and listens: ADDRESS:PORT
     std::string last_error{};  ///< why it was down last; empty if it never was
     /// When it last came up or went down.
     TimePoint since = std::chrono::steady_clock::now();
@@ -101,14 +114,14 @@ class LinkRecord {
     return state_;
   }
   /// Each returns whether to log this: the state changed, or has lasted longer than ten minutes.
-  bool SetUp(const std::string& how);
+  bool SetUp(const std::string& how, const std::string& address = "");
   bool SetDown(const std::string& why, bool attempt_failed = false);
   /// Has no effect while the link is up.
   void SetNextAttempt(TimePoint at);
   void SetSilent(bool silent);
 
  private:
-  bool Set(bool up, const std::string& reason);
+  bool Set(bool up, const std::string& reason, const std::string& address = "");
 
   mutable std::mutex mutex_;
   LinkCounters counters_;
@@ -150,14 +163,14 @@ class Link {
   virtual void Send(std::vector<engine::Outgoing> messages) = 0;
 
   /// The address: a path, or ADDRESS:PORT. Empty while it is not known.
-  virtual std::string address() const = 0;
+  virtual std::string address() const { return state().address; }
 
   const std::string& name() const { return context_.name; }
   LinkRecord::State state() const { return record_.state(); }
   LinkCounters counters() const { return record_.counters(); }
 
  protected:
-  void ReportUp(const std::string& how);
+  void ReportUp(const std::string& how, const std::string& address = "");
   /// The link was up and has failed.
   void ReportDown(const std::string& why);
   /// The link could not be opened.
@@ -186,6 +199,8 @@ class Link {
   const boost::asio::any_io_executor& aside() const { return context_.aside; }
 
  private:
+  void Tell(Severity severity, const std::string& what, const std::string& why,
+            const std::string& then) const;
   void TurnAway(const protocol::Message& message, protocol::Reason answer);
 
   const LinkContext context_;

@@ -10,31 +10,11 @@
 #include <optional>
 #include <string>
 
+#include "server/base/descriptor.h"
 #include "server/base/result.h"
 #include "server/links/modem_lines.h"
 
 namespace pheromone::links {
-
-/// An open descriptor, closed with its owner.
-class Descriptor {
- public:
-  Descriptor() = default;
-  explicit Descriptor(int value) : value_(value) {}
-  Descriptor(Descriptor&& other) noexcept : value_(other.release()) {}
-  Descriptor& operator=(Descriptor&& other) noexcept;
-  ~Descriptor();
-
-  int get() const { return value_; }
-  bool valid() const { return value_ >= 0; }
-  int release() {
-    const int value = value_;
-    value_ = -1;
-    return value;
-  }
-
- private:
-  int value_ = -1;
-};
 
 class Port {
  public:
@@ -83,8 +63,5 @@ struct SerialPortOptions {
 /// path may be a symbolic link (/dev/serial/by-id/...). Errors of Open: it does not exist, is not a
 /// serial port, is busy (and held by whom, port_holder.h), or does not support the settings.
 std::unique_ptr<Port> MakeSerialPort(SerialPortOptions options);
-
-/// `what: the system's words for errno`
-Error SystemError(const std::string& what);
 
 }  // namespace pheromone::links

@@ -28,7 +28,7 @@ class PortHolderTest : public ::testing::Test {
   }
   std::string Describe() { return DescribeHolders("/dev/ttyUSB0", folder_ / "."); }
 
-  testing::TemporaryFolder folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(PortHolderTest, WhoHasTheDeviceOpenIsNamed) {

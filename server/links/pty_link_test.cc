@@ -35,7 +35,7 @@ class PtyLinkTest : public ::testing::Test {
     return server_.Start(MakePtyLink(server_.io(), options, server_.Context(0)));
   }
 
-  testing::TemporaryFolder folder_;
+  TemporaryFolder folder_;
   std::string path_ = folder_ / "radio-a.pty";
   testing::Server server_;
 };

@@ -82,7 +82,7 @@ class TapTest : public ::testing::Test {
     return Peer(path);
   }
 
-  testing::TemporaryFolder folder_;
+  TemporaryFolder folder_;
   RememberingTap tap_;
   testing::Server server_;
 };

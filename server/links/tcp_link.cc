@@ -69,11 +69,6 @@ class TcpLink final : public Link {
     });
   }
 
-  std::string address() const override {
-    const LinkRecord::State now = state();
-    return now.up ? now.reason.substr(now.reason.rfind(' ') + 1) : "";
-  }
-
  private:
   struct Connection {
     std::optional<Session> session;
@@ -87,27 +82,16 @@ class TcpLink final : public Link {
   };
 
   Status Listen() {
-    error_code error;
-    const auto address = asio::ip::make_address(options_.listen_address, error);
-    const tcp::endpoint endpoint(address, options_.listen_port);
-    if (!error) {
-      acceptor_.open(endpoint.protocol(), error);
+    const auto where =
+        links::Listen(options_.listen_address, options_.listen_port, &acceptor_, [this] {
+          error_code ignored;
+          acceptor_.set_option(tcp::acceptor::reuse_address(true), ignored);
+        });
+    if (!where.ok()) {
+      ReportFailure(where.error());
+      return Error{where.error()};
     }
-    if (!error) {
-      acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
-      acceptor_.bind(endpoint, error);
-    }
-    if (!error) {
-      acceptor_.listen(asio::socket_base::max_listen_connections, error);
-    }
-    if (error) {
-      const std::string why = CannotListen(options_.listen_address, options_.listen_port, error);
-      error_code ignored;
-      acceptor_.close(ignored);
-      ReportFailure(why);
-      return Error{why};
-    }
-    ReportUp("tcp " + ToText(acceptor_.local_endpoint(error)));
+    ReportUp("tcp " + where.value(), where.value());
     return Ok();
   }
 

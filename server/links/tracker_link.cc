@@ -25,6 +25,7 @@ namespace asio = boost::asio;
 using asio::ip::udp;
 using boost::system::error_code;
 
+constexpr char kSource[] = "tracker";
 constexpr std::chrono::seconds kBetweenReports{1};
 constexpr size_t kMaxDatagram = 65'536;  // more than UDP can carry
 
@@ -66,7 +67,7 @@ class TrackerLink::Impl {
     KeepRunning(
         strand_, [this] { return Receive(); },
         [this](const Error& error) {
-          log_(Severity::kWarning, "tracker: " + error.message + "; the tracker continues");
+          log_({Severity::kWarning, kSource, error.message, "", "the tracker continues"});
         });
     return listening;
   }
@@ -82,10 +83,7 @@ class TrackerLink::Impl {
     });
   }
 
-  std::string address() const {
-    const LinkRecord::State now = record_.state();
-    return now.up ? now.reason : "";
-  }
+  std::string address() const { return record_.state().address; }
 
   TrackerCounters counters() const {
     const std::lock_guard lock(mutex_);
@@ -94,27 +92,17 @@ class TrackerLink::Impl {
 
  private:
   Status Listen() {
-    error_code error;
-    const auto ip = asio::ip::make_address(options_.listen_address, error);
-    const udp::endpoint endpoint(ip, options_.listen_port);
-    if (!error) {
-      socket_.open(endpoint.protocol(), error);
-    }
-    if (!error) {
-      socket_.bind(endpoint, error);
-    }
-    if (error) {
-      const std::string why = CannotListen(options_.listen_address, options_.listen_port, error);
-      error_code ignored;
-      socket_.close(ignored);
-      if (record_.SetDown(why, true)) {
-        log_(Severity::kWarning, "tracker: down, " + why + "; retrying");
+    const auto where =
+        links::Listen(options_.listen_address, options_.listen_port, &socket_, [] {});
+    if (!where.ok()) {
+      if (record_.SetDown(where.error(), true)) {
+        log_({Severity::kWarning, kSource, "down", where.error(), "retrying"});
       }
-      return Error{why};
+      return Error{where.error()};
     }
-    const std::string where = ToText(socket_.local_endpoint(error));
-    if (record_.SetUp(where)) {
-      log_(Severity::kInfo, "tracker: up, udp " + where);
+    const std::string how = "udp " + where.value();
+    if (record_.SetUp(how, where.value())) {
+      log_({Severity::kInfo, kSource, "up", how});
     }
     return Ok();
   }
@@ -147,8 +135,8 @@ class TrackerLink::Impl {
     try {
       Take(datagram);
     } catch (...) {
-      const Error error = InternalError(std::current_exception());
-      log_(Severity::kWarning, "tracker: " + error.message + "; a datagram is lost");
+      log_({Severity::kWarning, kSource, InternalError(std::current_exception()).message, "",
+            "a datagram is lost"});
       const std::lock_guard lock(mutex_);
       ++counters_.datagrams;
     }
@@ -213,8 +201,8 @@ class TrackerLink::Impl {
     if (!reporting_) {
       return;
     }
-    log_(Severity::kWarning, "tracker: " + std::to_string(std::exchange(untold_, 0)) +
-                                 " lines refused, the last one: " + last_fault_);
+    log_({Severity::kWarning, kSource, std::to_string(std::exchange(untold_, 0)) + " lines refused",
+          "the last one: " + last_fault_});
     report_.expires_after(kBetweenReports);
     report_.async_wait([this](const error_code& error) {
       if (!error) {

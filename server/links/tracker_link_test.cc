@@ -36,9 +36,9 @@ class TrackerLinkTest : public ::testing::Test {
   // A second one for tests that need it.
   Status Start(GpsToMap gps_to_map = nullptr) {
     trackers_.push_back(std::make_unique<TrackerLink>(
-        io_, options_, &service_, std::move(gps_to_map), [this](Severity, const std::string& text) {
+        io_, options_, &service_, std::move(gps_to_map), [this](const LinkNotice& notice) {
           const std::lock_guard lock(mutex_);
-          lines_.push_back(text);
+          lines_.push_back(ToText(notice));
         }));
     Status status = trackers_.back()->Start();
     if (!thread_.joinable()) {

@@ -106,36 +106,22 @@ class UdpLink final : public Link {
     });
   }
 
-  std::string address() const override {
-    const LinkRecord::State now = state();
-    return now.up ? now.reason.substr(now.reason.rfind(' ') + 1) : "";
-  }
-
  private:
   Status Listen() {
-    error_code error;
-    const auto address = asio::ip::make_address(options_.listen_address, error);
-    const udp::endpoint endpoint(address, options_.listen_port);
-    if (!error) {
-      socket_.open(endpoint.protocol(), error);
-    }
-    if (!error) {
-      error_code ignored;
-      socket_.set_option(asio::socket_base::receive_buffer_size(kBufferBytes), ignored);
-      socket_.set_option(asio::socket_base::send_buffer_size(kBufferBytes), ignored);
-      socket_.bind(endpoint, error);
-    }
-    if (error) {
-      const std::string why = CannotListen(options_.listen_address, options_.listen_port, error);
-      error_code ignored;
-      socket_.close(ignored);
-      ReportFailure(why);
-      return Error{why};
+    const auto where =
+        links::Listen(options_.listen_address, options_.listen_port, &socket_, [this] {
+          error_code ignored;
+          socket_.set_option(asio::socket_base::receive_buffer_size(kBufferBytes), ignored);
+          socket_.set_option(asio::socket_base::send_buffer_size(kBufferBytes), ignored);
+        });
+    if (!where.ok()) {
+      ReportFailure(where.error());
+      return Error{where.error()};
     }
     dropped_ = 0;
     tapped_ = NextLine();
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
-    ReportUp("udp " + ToText(socket_.local_endpoint(error)));
+    ReportUp("udp " + where.value(), where.value());
     return Ok();
   }
 

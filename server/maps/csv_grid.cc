@@ -1,12 +1,13 @@
 #include "server/maps/csv_grid.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <functional>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/base/format.h"
+#include "server/maps/message.h"
 
 namespace pheromone::maps {
 
@@ -73,14 +74,9 @@ Status ReadNumbers(const TextLine& line, std::string_view name, size_t limit,
   return Ok();
 }
 
-void AppendNumber(double value, std::string* text) {
-  if (std::isnan(value)) {
-    *text += "nan";  // to_chars would keep a sign that means nothing
-    return;
-  }
-  std::array<char, 32> digits{};
-  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  text->append(digits.data(), end);
+// to_chars would keep a nan's sign, which means nothing.
+std::string NumberText(double value) {
+  return std::isnan(value) ? "nan" : ShortestText(value);
 }
 
 }  // namespace
@@ -133,7 +129,7 @@ std::string EncodeCsvGrid(const Raster& raster) {
   std::string text;
   for (int32_t row = raster.rows - 1; row >= 0; --row) {
     for (int32_t column = 0; column < raster.columns; ++column) {
-      AppendNumber(raster.At(column, row), &text);
+      text += NumberText(raster.At(column, row));
       text += column + 1 < raster.columns ? ',' : '\n';
     }
   }
@@ -192,11 +188,11 @@ Result<std::vector<PlacedValue>> LoadCsvPlaces(const std::string& path) {
 std::string EncodeCsvPlaces(const std::vector<PlacedValue>& places) {
   std::string text = "x,y,value\n";
   for (const PlacedValue& it : places) {
-    AppendNumber(static_cast<double>(it.place.x) / kUmPerM, &text);
+    text += NumberText(static_cast<double>(it.place.x) / kUmPerM);
     text += ',';
-    AppendNumber(static_cast<double>(it.place.y) / kUmPerM, &text);
+    text += NumberText(static_cast<double>(it.place.y) / kUmPerM);
     text += ',';
-    AppendNumber(it.value, &text);
+    text += NumberText(it.value);
     text += '\n';
   }
   return text;

@@ -1,11 +1,11 @@
 #include "server/maps/field_file.h"
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <utility>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/base/format.h"
 
 namespace pheromone::maps {
 namespace {
@@ -62,10 +62,7 @@ SavedField CaptureFrom(const field::MapGeometry& map, std::span<const field::Phe
 
 template <typename Number>
 void Append(Number number, char after, std::string* text) {
-  char digits[24];
-  const auto [end, error] = std::to_chars(std::begin(digits), std::end(digits), number);
-  text->append(digits, end);
-  *text += after;
+  *text += ShortestText(number) + after;
 }
 
 std::string InWords(const field::MapGeometry& map) {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "server/maps/field_file.h"
-#include "server/maps/file.h"
+#include "server/maps/message.h"
 
 namespace pheromone::maps {
 namespace {

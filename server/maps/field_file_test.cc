@@ -6,8 +6,9 @@
 #include <memory>
 #include <string>
 
+#include "server/base/file.h"
+#include "server/base/testing/temporary_folder.h"
 #include "server/field/testing/random_field.h"
-#include "server/maps/file.h"
 
 namespace pheromone::maps {
 namespace {
@@ -332,7 +333,8 @@ TEST(FieldFileTest, AnEmptyFieldHasAFileToo) {
 }
 
 TEST(FieldFileTest, IsWrittenAndReadAsAFileWhoseNameErrorsTell) {
-  const std::string path = ::testing::TempDir() + "field_file_test.field";
+  const TemporaryFolder folder;
+  const std::string path = folder / "lab.field";
   const SavedField saved = ParseField(kSmallFile, "lab.field").value();
   ASSERT_TRUE(SaveField(path, saved).ok());
   EXPECT_EQ(ReadFile(path).value(), kSmallFile);

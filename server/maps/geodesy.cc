@@ -7,7 +7,7 @@
 
 #include <GeographicLib/LocalCartesian.hpp>
 
-#include "server/maps/polyline_sink.h"
+#include "server/base/format.h"
 
 namespace pheromone::maps {
 namespace {

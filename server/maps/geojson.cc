@@ -10,7 +10,8 @@
 // Boost.JSON compiled into this file: nothing else in the library includes src.hpp.
 #include <boost/json/src.hpp>
 
-#include "server/maps/file.h"
+#include "server/base/format.h"
+#include "server/maps/message.h"
 #include "server/maps/polyline_sink.h"
 
 namespace pheromone::maps {

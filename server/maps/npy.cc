@@ -7,7 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/maps/message.h"
 
 namespace pheromone::maps {
 

@@ -4,7 +4,8 @@
 #include <array>
 #include <charconv>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/maps/message.h"
 
 namespace pheromone::maps {
 

@@ -11,7 +11,8 @@
 #include <optional>
 #include <vector>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/maps/message.h"
 
 // libpng reports errors by longjmp. So each function that calls setjmp, and every one between it
 // and libpng, has only plain variables of its own; whatever owns memory belongs to their caller.

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 
+#include "server/base/file.h"
 #include "server/maps/csv_polyline.h"
-#include "server/maps/file.h"
 #include "server/maps/geojson.h"
+#include "server/maps/message.h"
 #include "server/maps/svg_file.h"
 
 namespace pheromone::maps {

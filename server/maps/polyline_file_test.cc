@@ -6,6 +6,8 @@
 #include <fstream>
 #include <string>
 
+#include "server/base/testing/temporary_folder.h"
+
 namespace pheromone::maps {
 namespace {
 
@@ -13,17 +15,12 @@ const std::vector<Polyline> kLine = {{{{0, 0}, {1'000'000, 2'000'000}}, false}};
 
 class LoadLinesTest : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path Write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name, std::ios::binary) << text;
     return folder_ / name;
   }
 
-  const std::filesystem::path folder_ =
-      std::filesystem::path(testing::TempDir()) /
-      (std::string("lines_test_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  const TemporaryFolder folder_;
 };
 
 TEST_F(LoadLinesTest, TheExtensionTellsTheFormat) {

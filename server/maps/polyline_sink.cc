@@ -1,25 +1,13 @@
 #include "server/maps/polyline_sink.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
-#include "server/maps/file.h"
+#include "server/base/format.h"
+#include "server/maps/message.h"
 
 namespace pheromone::maps {
-
-std::string FormatNumber(double number) {
-  std::array<char, 32> digits{};
-  char* const end = digits.data() + digits.size();
-  const double size = std::abs(number);
-  const bool plain = size == 0 || (size >= 1e-6 && size < 1e15);
-  return {digits.data(),
-          (plain ? std::to_chars(digits.data(), end, number, std::chars_format::fixed)
-                 : std::to_chars(digits.data(), end, number))
-              .ptr};
-}
 
 PolylineSink::PolylineSink(std::string_view text, std::string_view name)
     : text_(text), name_(name) {

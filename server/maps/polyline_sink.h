@@ -20,10 +20,6 @@
 
 namespace pheromone::maps {
 
-/// The shortest decimal number that reads back as `number`, without an exponent unless it is very
-/// large or very small.
-std::string FormatNumber(double number);
-
 class PolylineSink {
  public:
   /// `text` and `name` outlive the sink. A text that is too long has failed already.

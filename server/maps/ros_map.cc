@@ -13,7 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/base/format.h"
+#include "server/maps/message.h"
 #include "server/maps/pgm.h"
 #include "server/maps/png_picture.h"
 
@@ -103,7 +105,7 @@ class Keys {
   }
 
   double NumberOf(const YAML::Node& node, const std::string& key, double low, double high) {
-    const std::string range = "a number from " + Decimal(low) + " to " + Decimal(high);
+    const std::string range = "a number from " + ShortestText(low) + " to " + ShortestText(high);
     const std::string text = TextOf(node, key, range);
     double number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -113,11 +115,6 @@ class Keys {
       return 0;
     }
     return number;
-  }
-
-  static std::string Decimal(double number) {
-    std::array<char, 32> digits{};
-    return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr};
   }
 
   void Report(const YAML::Node& node, const std::string& what) {
@@ -199,13 +196,9 @@ double OccupancyOfLevel(const RosMapInfo& info, double level, double maximum) {
              : std::floor(99 * (p - info.free_thresh) / (info.occupied_thresh - info.free_thresh));
 }
 
-// A decimal number of metres, exact to the micrometre, without an exponent.
+// Exact to the micrometre.
 std::string Metres(int64_t um) {
-  std::array<char, 32> digits{};
-  const auto [end, error] =
-      std::to_chars(digits.data(), digits.data() + digits.size(), static_cast<double>(um) / kUmPerM,
-                    std::chars_format::fixed);
-  return {digits.data(), end};
+  return FormatNumber(static_cast<double>(um) / kUmPerM);
 }
 
 void AddBlocking(const Raster& occupancy, int32_t row, const ObstacleOptions& options,

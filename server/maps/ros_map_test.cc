@@ -9,7 +9,8 @@
 #include <filesystem>
 #include <random>
 
-#include "server/maps/file.h"
+#include "server/base/file.h"
+#include "server/base/testing/temporary_folder.h"
 #include "server/maps/png_picture.h"
 #include "server/maps/testing/rasters.h"
 
@@ -306,15 +307,9 @@ TEST(RosMap, OfMoreValuesIsRaw) {
 
 class RosMapFilesTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (std::filesystem::temp_directory_path() / "maps_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::string In(const std::string& name) const { return (folder_ / name).string(); }
 
-  std::filesystem::path folder_;
+  const TemporaryFolder folder_;
 };
 
 TEST_F(RosMapFilesTest, ComesBackAsItWasWritten) {

@@ -8,7 +8,8 @@
 
 #include <pugixml.hpp>
 
-#include "server/maps/file.h"
+#include "server/base/format.h"
+#include "server/maps/message.h"
 #include "server/maps/polyline_sink.h"
 #include "server/maps/svg_scanner.h"
 #include "server/maps/svg_shape.h"

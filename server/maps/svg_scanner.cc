@@ -3,7 +3,7 @@
 #include <charconv>
 #include <system_error>
 
-#include "server/maps/file.h"
+#include "server/maps/message.h"
 
 namespace pheromone::maps {
 namespace {

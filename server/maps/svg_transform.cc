@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/maps/file.h"
+#include "server/maps/message.h"
 #include "server/maps/svg_scanner.h"
 
 namespace pheromone::maps {

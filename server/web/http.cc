@@ -3,37 +3,17 @@
 #include <algorithm>
 
 #include <boost/json/object.hpp>
+#include <boost/url/pct_string_view.hpp>
 
 #include "server/web/json_text.h"
 
 namespace pheromone::web {
 namespace {
 
-int HexDigit(char c) {
-  if (c >= '0' && c <= '9') {
-    return c - '0';
-  }
-  const char lower = static_cast<char>(c | 0x20);
-  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
-}
-
 // In a query, '+' is a blank (HTML forms write it so); in a path it is itself.
 std::optional<std::string> Decode(std::string_view text, bool is_query) {
-  std::string decoded;
-  for (size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '%') {
-      const int high = i + 2 < text.size() ? HexDigit(text[i + 1]) : -1;
-      const int low = i + 2 < text.size() ? HexDigit(text[i + 2]) : -1;
-      if (high < 0 || low < 0) {
-        return std::nullopt;
-      }
-      decoded += static_cast<char>(high * 16 + low);
-      i += 2;
-    } else {
-      decoded += is_query && text[i] == '+' ? ' ' : text[i];
-    }
-  }
-  return decoded;
+  const auto checked = boost::urls::make_pct_string_view({text.data(), text.size()});
+  return checked ? std::optional(checked->decode({is_query})) : std::nullopt;
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "server/web/json_text.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -10,6 +8,8 @@
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 
+#include "server/base/format.h"
+
 namespace pheromone::web {
 namespace {
 
@@ -17,21 +17,14 @@ namespace json = boost::json;
 
 constexpr double kMaxWhole = 1e15;
 
-template <typename Number>
-void AppendNumber(Number number, std::string* text) {
-  std::array<char, 32> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
-  text->append(digits.data(), end);
-}
-
 // Whole numbers as such: the shortest of a million would be 1e+06.
 void AppendDouble(double number, std::string* text) {
   if (!std::isfinite(number)) {
     *text += "null";
   } else if (number == std::trunc(number) && std::fabs(number) < kMaxWhole) {
-    AppendNumber(static_cast<int64_t>(number), text);
+    *text += ShortestText(static_cast<int64_t>(number));
   } else {
-    AppendNumber(number, text);
+    *text += ShortestText(number);
   }
 }
 
@@ -98,10 +91,10 @@ void Append(const json::value& value, std::string* text) {
       *text += Quoted(value.get_string());
       break;
     case json::kind::int64:
-      AppendNumber(value.get_int64(), text);
+      *text += ShortestText(value.get_int64());
       break;
     case json::kind::uint64:
-      AppendNumber(value.get_uint64(), text);
+      *text += ShortestText(value.get_uint64());
       break;
     case json::kind::double_:
       AppendDouble(value.get_double(), text);

@@ -1,13 +1,12 @@
 #include "server/web/metrics.h"
 
-#include <array>
-#include <charconv>
 #include <initializer_list>
 #include <map>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "server/base/format.h"
 #include "server/web/names.h"
 
 namespace pheromone::web {
@@ -39,12 +38,6 @@ std::string Escaped(std::string_view text) {
   return escaped;
 }
 
-template <typename Number>
-std::string NumberText(Number number) {
-  std::array<char, 32> digits{};
-  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr};
-}
-
 // Families are written one after the other, each with all its samples.
 class Text {
  public:
@@ -62,7 +55,7 @@ class Text {
       text_.append(before).append(label.name).append("=\"").append(Escaped(label.value)) += '"';
       before = ",";
     }
-    text_ += (labels.size() != 0 ? "} " : " ") + NumberText(value) + '\n';
+    text_ += (labels.size() != 0 ? "} " : " ") + ShortestText(value) + '\n';
   }
 
   template <typename Number>
@@ -151,7 +144,7 @@ void AddLatency(const engine::LatencyCounts& counts, Text* text) {
   for (size_t i = 0; i < counts.by_class.size(); ++i) {
     count += counts.by_class[i];
     const bool last = i == engine::kLatencyEndsUs.size();
-    text->Sample({{"le", last ? "+Inf" : NumberText(engine::kLatencyEndsUs[i] / 1e6)}}, count,
+    text->Sample({{"le", last ? "+Inf" : ShortestText(engine::kLatencyEndsUs[i] / 1e6)}}, count,
                  "_bucket");
   }
   text->Sample({}, static_cast<double>(counts.sum_ns) / 1e9, "_sum");

@@ -7,7 +7,8 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
+
+#include "server/base/descriptor.h"
 
 namespace pheromone::web {
 namespace {
@@ -17,15 +18,11 @@ using boost::system::error_code;
 
 constexpr mode_t kMode = 0660;
 
-Error SystemError(const std::string& path, int number) {
-  return Error{path + ": " + std::strerror(number)};
-}
-
 // Makes room for a socket at `path`, if nobody needs what is there.
 Status MakeRoom(const std::string& path, const boost::asio::any_io_executor& executor) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) {
-    return errno == ENOENT ? Ok() : Status(SystemError(path, errno));
+    return errno == ENOENT ? Ok() : Status(SystemError(path));
   }
   if (!S_ISSOCK(found.st_mode)) {
     return Error{path + ": already exists and is not a socket"};
@@ -39,7 +36,7 @@ Status MakeRoom(const std::string& path, const boost::asio::any_io_executor& exe
   return error != boost::asio::error::connection_refused
              ? Status(Error{path + ": " + error.message()})
          : unlink(path.c_str()) == 0 ? Ok()
-                                     : Status(SystemError(path, errno));
+                                     : Status(SystemError(path));
 }
 
 }  // namespace

@@ -1,27 +1,19 @@
 #include "server/web/views.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
+#include "server/base/format.h"
 #include "server/web/names.h"
 
 namespace pheromone::web {
 namespace {
 
 namespace json = boost::json;
-
-// 64 bits do not fit a JSON number as most readers take it.
-std::string Hex(uint64_t number) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return text.data();
-}
 
 json::value OrNull(const std::optional<double>& number) {
   return number ? json::value(*number) : json::value(nullptr);
@@ -153,7 +145,7 @@ json::value ToJson(const control::StatusView& status) {
       {"sequence", status.sequence},
       {"durable_sequence", status.durable_sequence},
       {"state_hash",
-       status.state_hash ? json::value(Hex(*status.state_hash)) : json::value(nullptr)},
+       status.state_hash ? json::value(HexText(*status.state_hash)) : json::value(nullptr)},
       {"links", status.links},
       {"links_up", status.links_up},
       {"robots", status.robots},

@@ -15,13 +15,14 @@
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "server/base/file.h"
+#include "server/base/testing/temporary_folder.h"
 #include "server/capture/reader.h"
 #include "server/capture/recorder.h"
 #include "server/capture/replay.h"
@@ -30,11 +31,6 @@
 #include "server/engine/testing/scripted_log.h"
 
 namespace pheromone::capture::testing {
-
-inline std::string ReadBytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// The records of a file held in memory, up to its end or the first mistake.
 inline std::vector<Found> RecordsOf(const std::string& bytes, std::string* error = nullptr) {
@@ -200,7 +196,7 @@ class Live {
     std::sort(paths.begin(), paths.end());
     std::vector<std::string> files;
     for (const std::string& path : paths) {
-      files.push_back(ReadBytes(path));
+      files.push_back(ReadFile(path).value());
     }
     return files;
   }
@@ -237,13 +233,8 @@ class Live {
 
 class RecordingTest : public ::testing::Test {
  protected:
-  void SetUp() override { std::filesystem::remove_all(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  const std::string folder_ = [] {
-    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
-    return ::testing::TempDir() + info->test_suite_name() + "-" + info->name();
-  }();
+  const TemporaryFolder temporary_;
+  const std::string folder_ = temporary_ / "captures";
 };
 
 }  // namespace pheromone::capture::testing

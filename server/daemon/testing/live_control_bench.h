@@ -34,7 +34,7 @@ namespace pheromone::daemon::testing {
 class FakeLink final : public links::Link {
  public:
   FakeLink(std::string name, engine::LinkIndex index)
-      : Link({std::move(name), index, nullptr, [](links::Severity, const std::string&) {}}) {}
+      : Link({std::move(name), index, nullptr, [](const links::LinkNotice&) {}}) {}
   Status Start() override {
     ReportUp("somewhere");
     return Ok();

@@ -23,6 +23,7 @@
 
 #include "protocol/decoder.h"
 #include "protocol/frame.h"
+#include "server/base/testing/temporary_folder.h"
 #include "server/engine/testing/bench.h"
 #include "server/engine/testing/scripted_log.h"
 #include "server/links/link.h"
@@ -46,25 +47,6 @@ inline bool Eventually(const std::function<bool()>& condition,
   return true;
 }
 
-/// A folder that goes with the test.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    char name[] = "/tmp/links_test.XXXXXX";
-    path_ = mkdtemp(name);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    const std::string command = "rm -rf " + path_;
-    static_cast<void>(!std::system(command.c_str()));
-  }
-  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
 /// The engine, its router and the threads of an io_context; beside it, as in the daemon, a
 /// thread for each port. Links "radio-a" and "radio-b".
 class Server {
@@ -84,9 +66,9 @@ class Server {
     return {index == 0 ? "radio-a" : "radio-b",
             index,
             &router_,
-            [this](Severity, const std::string& text) {
+            [this](const LinkNotice& notice) {
               const std::lock_guard lock(mutex_);
-              lines_.push_back(text);
+              lines_.push_back(ToText(notice));
             },
             nullptr,
             {},

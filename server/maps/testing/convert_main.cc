@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
+#include "server/base/file.h"
 #include "server/maps/csv_grid.h"
-#include "server/maps/file.h"
 #include "server/maps/npy.h"
 #include "server/maps/pgm.h"
 #include "server/maps/png_picture.h"

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <csignal>
 #include <filesystem>
@@ -15,6 +14,7 @@
 
 #include <boost/asio/io_context.hpp>
 
+#include "server/base/testing/temporary_folder.h"
 #include "server/web/server.h"
 
 namespace pheromone::web::testing {
@@ -23,16 +23,11 @@ class ListeningServer : public ::testing::Test {
  protected:
   ListeningServer() {
     std::signal(SIGPIPE, SIG_IGN);
-    std::string name = (std::filesystem::temp_directory_path() / "web-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-    options_.socket_path = (folder_ / "s.sock").string();
+    options_.socket_path = folder_ / "s.sock";
     options_.listen_address = "127.0.0.1";
   }
 
-  void TearDown() override {
-    Stop();
-    std::filesystem::remove_all(folder_);
-  }
+  void TearDown() override { Stop(); }
 
   // Before Listen.
   void Make(Server::Handle handle) {
@@ -59,7 +54,7 @@ class ListeningServer : public ::testing::Test {
 
   boost::asio::io_context io_;
   ServerOptions options_;
-  std::filesystem::path folder_;
+  const TemporaryFolder folder_;
   std::unique_ptr<Server> server_;
   std::vector<std::thread> threads_;
 };

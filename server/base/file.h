@@ -1,4 +1,4 @@
-// Whole files in and out, and how to say where in one something is wrong.
+// Whole files in and out.
 //
 //   Result<std::string> bytes = ReadFile("lab.pgm", kMaxFileBytes);
 //   Status written = WriteFile("lab.pgm", bytes.value());
@@ -12,7 +12,7 @@
 
 #include "server/base/result.h"
 
-namespace pheromone::maps {
+namespace pheromone {
 
 constexpr size_t kMaxFileBytes = size_t{1} << 30;
 
@@ -26,13 +26,4 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes = kMaxFil
 /// regular file, such as a device, is one.
 Status WriteFile(const std::string& path, std::string_view bytes);
 
-/// "NAME: byte N: WHAT", counting from 0, for formats without lines.
-Error AtByte(std::string_view name, size_t offset, std::string_view what);
-
-/// "NAME:LINE: WHAT" or "NAME:LINE:COLUMN: WHAT", counting from 1; column 0 = not known.
-Error AtLine(std::string_view name, size_t line, size_t column, std::string_view what);
-
-/// What was found in a file, for a message: in quotes, short, and printable whatever it was.
-std::string Quoted(std::string_view found);
-
-}  // namespace pheromone::maps
+}  // namespace pheromone

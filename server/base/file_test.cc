@@ -1,4 +1,4 @@
-#include "server/maps/file.h"
+#include "server/base/file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -6,24 +6,20 @@
 #include <filesystem>
 #include <fstream>
 
-namespace pheromone::maps {
+#include "server/base/testing/temporary_folder.h"
+
+namespace pheromone {
 namespace {
 
 class FileTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (std::filesystem::temp_directory_path() / "maps_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string In(const std::string& name) const { return (folder_ / name).string(); }
   size_t Entries() const {
-    return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
+    return static_cast<size_t>(
+        std::distance(std::filesystem::directory_iterator(folder_.path()), {}));
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(FileTest, ComesBackAsItWasWritten) {
@@ -95,17 +91,5 @@ TEST_F(FileTest, AHugeFileIsRefusedByItsSize) {
             In("huge") + ": too long, expected at most 1073741824 bytes");
 }
 
-TEST(Messages, SayWhereInTheFormAnEditorUnderstands) {
-  EXPECT_EQ(AtLine("a.csv", 3, 7, "no").message, "a.csv:3:7: no");
-  EXPECT_EQ(AtLine("a.csv", 3, 0, "no").message, "a.csv:3: no");
-  EXPECT_EQ(AtByte("a.npy", 0, "no").message, "a.npy: byte 0: no");
-}
-
-TEST(Messages, QuoteShortlyAndPrintably) {
-  EXPECT_EQ(Quoted("abc"), "\"abc\"");
-  EXPECT_EQ(Quoted(std::string_view("\0\n\xFF~", 4)), "\"???~\"");
-  EXPECT_EQ(Quoted(std::string(33, 'x')), "\"" + std::string(32, 'x') + "...\"");
-}
-
 }  // namespace
-}  // namespace pheromone::maps
+}  // namespace pheromone

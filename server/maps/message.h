@@ -1,0 +1,21 @@
+// How to say where in a file something is wrong.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "server/base/result.h"
+
+namespace pheromone::maps {
+
+/// "NAME: byte N: WHAT", counting from 0, for formats without lines.
+Error AtByte(std::string_view name, size_t offset, std::string_view what);
+
+/// "NAME:LINE: WHAT" or "NAME:LINE:COLUMN: WHAT", counting from 1; column 0 = not known.
+Error AtLine(std::string_view name, size_t line, size_t column, std::string_view what);
+
+/// What was found in a file, for a message: in quotes, short, and printable whatever it was.
+std::string Quoted(std::string_view found);
+
+}  // namespace pheromone::maps
