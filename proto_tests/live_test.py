@@ -67,7 +67,7 @@ def check_balance(text):
     """Every exchange ended in an answer or was counted as lost; one may be in flight at the end."""
     asked = number_of(text, "requests") + number_of(text, "resynchronisations")
     asked += number_of(text, "hellos")
-    ended = number_of(text, "answers") + number_of(text, "greetings and echoes")
+    ended = number_of(text, "answers") + number_of(text, "HELLO and PING answers")
     ended += number_of(text, "timeouts") + number_of(text, "errors")
     check(0 <= asked - ended <= 1, f"{asked} exchanges begun, {ended} accounted for:\n{text}")
 

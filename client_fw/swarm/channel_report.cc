@@ -159,7 +159,7 @@ std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
                               {kFullWithout, kWithout, false, Median}}));
     panels.back().y_most = kMaxLatencyMs;
   }
-  return DrawPanels("How many robots a channel carries: one request each 200 ms", panels, 4);
+  return DrawPanels("How many robots a channel can serve: one request every 200 ms", panels, 4);
 }
 
 }  // namespace pheromone::swarm

@@ -237,7 +237,7 @@ std::string ToCsv(const std::vector<DetourSeries>& all) {
 
 Picture PictureOf(const std::vector<DetourSeries>& all) {
   Picture picture;
-  picture.title = "Round a repellent and back to the path";
+  picture.title = "Around a repellent and back to the path";
   picture.path = PathOfDetour();
   picture.shades = {{DetourExperiment::kPathType, "#e08214", "#b35806", 0.07},
                     {DetourExperiment::kRepellentType, "#8073ac", "#542788", 0.07}};

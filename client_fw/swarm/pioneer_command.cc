@@ -89,7 +89,7 @@ void PrintSummary(const sim::PioneerRobot& robot) {
   const sim::PioneerCounters counters = robot.counters();
   fmt::print(
       "\n{:.1f} s; {} sessions; {} commands, {} of them ignored, {} damaged; {} SIPs; {} watchdog "
-      "stops\nodometry {}, in truth {}\n",
+      "stops\nodometry {}, true pose {}\n",
       static_cast<double>(robot.now_ns()) / 1e9, counters.sessions, counters.packets,
       counters.ignored, counters.bad_checksums, counters.sips, counters.watchdog_stops,
       PoseInWords(robot.drive().odometry()), PoseInWords(robot.drive().true_pose()));
@@ -130,7 +130,7 @@ CLI::Validator ModelName() {
   return {[names](const std::string& text) {
             return sim::FindPioneerModel(text) != nullptr
                        ? std::string()
-                       : fmt::format("{} is none of {}", text, names);
+                       : fmt::format("unknown model {}, expected one of {}", text, names);
           },
           names};
 }

@@ -108,7 +108,7 @@ Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<
                                     const volatile std::sig_atomic_t* stop,
                                     const std::function<void(const LiveSwarm&)>& show) {
   if (ports.size() != static_cast<size_t>(scenario.channels)) {
-    return Error{fmt::format("{} has {} channels, but {} ports are given: expected one a channel",
+    return Error{fmt::format("{} has {} channels, but {} ports are given: expected one per channel",
                              scenario.name, scenario.channels, ports.size())};
   }
   LiveSwarm live(SetUpLive(scenario), ports);

@@ -47,7 +47,7 @@ void EncodeStamp(const engine::Stamp& stamp, ByteWriter* writer) {
 engine::Stamp DecodeStamp(ByteReader* reader) {
   const uint64_t field_time_ms = reader->U64();
   if (field_time_ms > engine::kMaxFieldTimeMs) {
-    reader->Fail("a field time beyond the end of time");
+    reader->Fail("field time out of range");
   }
   return {field_time_ms, reader->I64()};
 }

@@ -66,7 +66,7 @@ class HttpFrontEnd::Impl {
         const bool v6 = web_.listen_address.find(':') != std::string::npos;
         spdlog::info("web: http://{}:{}, {}",
                      v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server_.port(),
-                     web_.token.empty() ? "read-only" : "changes need the token");
+                     web_.token.empty() ? "read-only" : "changes require the token");
       } else {
         spdlog::warn("web: not listening: {}", listening.error());
       }

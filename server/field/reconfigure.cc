@@ -305,8 +305,9 @@ void Field::Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t no
 Status Field::Edit(const FieldEdit& edit, uint64_t now_ms) {
   const PheromoneLaw* law = FindLaw(edit.type);
   if (law == nullptr || law->is_blend()) {
-    return Error{"type " + std::to_string(edit.type) +
-                 (law == nullptr ? " is not configured" : " is a blend, which holds nothing")};
+    return Error{
+        "type " + std::to_string(edit.type) +
+        (law == nullptr ? " is not configured" : " is a blend, which has no content of its own")};
   }
   if (edit.action == FieldEdit::Action::kErase && edit.shape == FieldEdit::Shape::kAll) {
     EraseAll(edit.type);

@@ -72,7 +72,7 @@ LayPlan RestorePlan(const FieldConfig& config, ByteReader* reader) {
     const uint8_t type = reader->U8UpTo(kTypes - 1, "a pheromone type");
     const PheromoneLaw* law = config.FindLaw(type);
     if (law == nullptr || law->is_blend()) {
-      reader->Fail("something is to be laid of a pheromone that holds nothing");
+      reader->Fail("a deposit to a type that is not configured or is a blend");
     }
     std::vector<InitialNode> nodes;
     for (uint32_t more = reader->Count(); more > 0 && reader->ok(); --more) {

@@ -142,13 +142,13 @@ class TrackerLink::Impl {
     }
   }
 
-  // What throws costs the datagram, not the tracker.
+  // An exception drops the datagram; the tracker continues.
   void TryToTake(std::string_view datagram) {
     try {
       Take(datagram);
     } catch (...) {
       const Error error = InternalError(std::current_exception());
-      log_(Severity::kWarning, "tracker: " + error.message + "; a datagram is lost");
+      log_(Severity::kWarning, "tracker: " + error.message + "; a datagram was dropped");
       const std::lock_guard lock(mutex_);
       ++counters_.datagrams;
     }

@@ -165,7 +165,7 @@ Result<std::vector<PlacedValue>> ParseCsvPlaces(std::string_view bytes, std::str
                           std::abs(numbers[1]) <= kFarthestM;
     if (!in_reach) {
       return AtLine(name, line.number, 0,
-                    "expected x, y and a value, the place within 1000 km of the origin");
+                    "expected x, y and a value, with x and y within 1000 km of the origin");
     }
     if (places.size() == static_cast<size_t>(kMaxCells)) {
       return AtLine(name, line.number, 0,

@@ -68,8 +68,9 @@ Result<Raster> RasterOfSource(const Source& source, const field::FieldConfig& co
                               uint64_t now_ms, const RasterExtent& extent) {
   const field::PheromoneLaw* law = config.FindLaw(type);
   if (law == nullptr || law->is_blend()) {
-    return Error{"pheromone type " + std::to_string(type) +
-                 (law == nullptr ? " is not configured" : " is a blend, which holds nothing")};
+    return Error{
+        "pheromone type " + std::to_string(type) +
+        (law == nullptr ? " is not configured" : " is a blend, which has no content of its own")};
   }
   Result<Canvas> made = MakeCanvas(config.map, extent);
   if (!made.ok()) {

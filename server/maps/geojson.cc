@@ -191,7 +191,7 @@ class GeoJsonReader {
     if (text.find("CRS84") == std::string::npos && text.find("EPSG::4326") == std::string::npos) {
       steps_.push_back({"crs"});
       return sink_.Fail(OffsetOf(sink_.text(), steps_), Quoted(text),
-                        "WGS-84 degrees (urn:ogc:def:crs:OGC:1.3:CRS84), or to be told metres");
+                        "WGS-84 degrees (urn:ogc:def:crs:OGC:1.3:CRS84), or metres = true");
     }
     return true;
   }
@@ -344,7 +344,7 @@ void Read(const LocalFrame* frame, PolylineSink* sink) {
       GeoJsonReader(frame, sink).Read(document);
     }
   } catch (const std::exception& error) {  // such as no memory
-    sink->Fail(0, error.what(), "JSON that can be read");
+    sink->Fail(0, error.what(), "valid JSON");
   }
 }
 
@@ -363,7 +363,8 @@ Result<std::vector<Polyline>> ParseGeoJsonLines(std::string_view text, std::stri
   }
   if (!datum) {
     return Error{std::string(name) +
-                 ": found no datum, expected the place of the map's origin for GeoJSON in degrees"};
+                 ": found no datum, expected the geographic position of the map's origin for "
+                 "GeoJSON in degrees"};
   }
   const Result<LocalFrame> frame = LocalFrame::At(*datum);
   if (!frame.ok()) {

@@ -242,7 +242,7 @@ Result<GrayImage> ParsePng(std::string_view bytes, std::string_view name) {
     return AtByte(name, 0, "found " + Quoted(bytes.substr(0, 8)) + ", expected a PNG's signature");
   }
   if (const std::optional<size_t> at = FindOverlongChunk(bytes)) {
-    return AtByte(name, *at, "found a chunk that goes on after the end of the file");
+    return AtByte(name, *at, "found a chunk that extends beyond the end of the file");
   }
   Reader reader(bytes);
   if (reader.info == nullptr || !ReadHeader(&reader)) {

@@ -153,7 +153,7 @@ RosMapInfo ReadKeys(Keys& keys) {
   info.resolution_um = resolution_um.value_or(1);
   const std::array<double, 3> pose = keys.ThreeNumbers("origin", -kFarthestM, kFarthestM);
   if (pose[2] != 0) {
-    keys.Report("origin", "found a yaw, expected 0: turn the picture instead");
+    keys.Report("origin", "found a yaw, expected 0: rotate the image instead");
   }
   info.origin = {std::llround(pose[0] * kUmPerM), std::llround(pose[1] * kUmPerM)};
   const std::string negate = keys.Text("negate");
