@@ -1,5 +1,5 @@
 // A robot: a radio board, a drive, and the conversation between them. The hardware is a template
-// parameter, so that a microcontroller pays for no indirection.
+// parameter, so that a microcontroller has no cost of indirection.
 //
 //   Robot<Board, Drive> robot(&board, &drive, parameters, &memory);
 //   for (;;) { robot.Step(); ... sleep until the next interrupt ... }
@@ -45,7 +45,7 @@ class Robot {
 
   void Step() {
     const Milliseconds now_ms = board_->millis();
-    // First the end of our own frame, then what came after it.
+    // First the end of our own frame, then the bytes received after it.
     if (put_ != 0 && put_ == conversation_.tx_size() && board_->radio_tx_idle()) {
       put_ = 0;
       conversation_.OnSent(now_ms);
@@ -68,7 +68,7 @@ class Robot {
   }
 
   const Conversation& conversation() const { return conversation_; }
-  /// What the drive was last told.
+  /// The last speeds given to the drive.
   WheelSpeeds wheels() const { return told_; }
 
  private:
