@@ -6,9 +6,9 @@
 //
 // Board:
 //   int radio_get();             the next byte received, or -1
-//   bool radio_put(uint8_t);     queues a byte to send; false if there is no room now. With room
-//   for
-//                                kMaxClientFrame bytes, frames leave without gaps, as modems want.
+//   bool radio_put(uint8_t);     queues a byte to send; false if there is no room now. With
+//                                room for kMaxClientFrame bytes, frames are sent without gaps, as
+//                                modems require.
 //   bool radio_tx_idle();        every byte put has left, its stop bit included
 //   bool channel_busy();         carrier detected, or bytes of our own still leaving
 //   Milliseconds millis();       a clock; may wrap

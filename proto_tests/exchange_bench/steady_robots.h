@@ -1,5 +1,5 @@
-// Robots that ask fifty times a second, whatever happens to the server: what an operator does to
-// their answers is seen here.
+// Robots that send fifty requests a second, whatever happens to the server, to measure the effect
+// of an operator on their answers.
 //
 //   SteadyRobots robots(arena, {folder + "/pty-1", folder + "/pty-2"}, server.PortOf("udp-1"));
 //   std::this_thread::sleep_for(...);

@@ -1,8 +1,8 @@
 // A request to a running server and its answer: HTTP over the server's Unix socket.
 //
-//   const Reply reply = Call({.socket = "/run/pheromone/pheromoned/pheromoned.sock"}, "GET",
-//   "/api/v1/status"); if (reply.exit_status != 0) { return reply.exit_status; }   // it was told
-//   what is wrong Show(reply.body);
+//   const Reply reply = Call({.socket = "pheromoned.sock"}, "GET", "/api/v1/status");
+//   if (reply.exit_status != 0) { return reply.exit_status; }   // the error was reported
+//   Show(reply.body);
 //
 // Errors are reported on standard error, with what to do about them; the exit status gives their
 // kind.
