@@ -1,8 +1,9 @@
 // Which of a robot's requests were answered in time, measured from outside: by the arrival of
 // answers and a fixed clock, independently of the robot's own counters.
 //
-//   DeliveryRecord record({.period_ms = 200, .deadline_ms = 500, .from_ms = 5000, .to_ms =
-//   65'000}); record.StartClock(120);                     // requests are due at 120, 320, 520 ...
+//   DeliveryRecord record(
+//       {.period_ms = 200, .deadline_ms = 500, .from_ms = 5000, .to_ms = 65'000});
+//   record.StartClock(120);                     // requests are due at 120, 320, 520 ...
 //   record.OnAnswer(151);                       // 31 ms after it was due
 //   record.Finish();
 //   record.delivered(), record.due();

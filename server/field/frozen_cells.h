@@ -3,8 +3,7 @@
 //
 //   std::unique_ptr<FrozenCells> frozen = cells.Freeze(&kept);   // costs nothing
 //   ...                                                          // the map is written to
-//   while (!frozen->done()) frozen->CopySome(4096, &bytes);      // what CellMap::Save would have
-//   said
+//   while (!frozen->done()) frozen->CopySome(4096, &bytes);      // the bytes of CellMap::Save
 //
 // The first write to a tile that is not yet copied saves the tile's old contents. These are counted
 // in a budget shared by all types; if it is exceeded, the copy fails and the map is not affected.

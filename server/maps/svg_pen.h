@@ -5,8 +5,7 @@
 // the rounding in x and y each), after the map:
 //
 //   Bézier  n equal steps of t, n from the second differences of the control points: a chord of
-//   step
-//           1/n is within max|B''| / (8 n^2) of the curve (Wang 1984; Goldman, "Pyramid
+//           step 1/n is within max|B''| / (8 n^2) of the curve (Wang 1984; Goldman, "Pyramid
 //           Algorithms", 2003, section 5.6.3), and
 //             quadratic  |B''| <= 2 |P0 - 2 P1 + P2|
 //             cubic      |B''| <= 6 max(|P0 - 2 P1 + P2|, |P1 - 2 P2 + P3|)
