@@ -217,7 +217,7 @@ std::string Replay::TakeOne(const Batch& batch, const Handled& handled) {
            (changes ? "change nothing; it changes the state" : "change the state; it does not");
   }
   if (refused && answers) {
-    // A repeated change: what it was answered with was not durable yet.
+    // A repeated change, whose first execution was not yet durable.
     engine_->Answer(batch.stamp, batch.link, handled.message, &out_);
     if (out_.size() == from || out_.back().durable_at == 0) {
       return "expected the message " + HexOf(handled.message) +
@@ -313,7 +313,7 @@ std::string Replay::On(const Dropped& dropped) {
 }
 
 std::string Replay::On(const FromBefore& before) {
-  // Also in a second file that was begun so soon.
+  // Also applies to a second file that was begun this early.
   if (time_ns_ - start_.recording > 2 * Recorder::kStillFromBeforeNs) {
     return "a message from before the recording arrived too late";
   }
@@ -322,7 +322,8 @@ std::string Replay::On(const FromBefore& before) {
   return "";
 }
 
-// Only what no state depends on goes out like this: a command that robots obey whenever it comes.
+// Only a message that does not affect the state is sent this way: a command that robots obey
+// whenever it arrives.
 std::string Replay::On(const Unlogged& unlogged) {
   protocol::Command command;
   if (unlogged.sent.message.id != protocol::kBroadcastId ||
