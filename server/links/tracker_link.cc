@@ -28,7 +28,7 @@ using boost::system::error_code;
 constexpr std::chrono::seconds kBetweenReports{1};
 constexpr size_t kMaxDatagram = 65'536;  // more than UDP can carry
 
-// The beginning of a stranger's line, fit for a log.
+// The beginning of an untrusted line, made printable for the log.
 std::string Quoted(std::string_view line) {
   constexpr size_t kMax = 60;
   std::string text = "\"";
@@ -45,7 +45,7 @@ field::PoseUm ToUm(const PoseFix& fix) {
 
 }  // namespace
 
-// All that is not under the lock belongs to the strand.
+// Everything that is not under the lock belongs to the strand.
 class TrackerLink::Impl {
  public:
   Impl(asio::io_context& io, TrackerOptions options, engine::Service* service, GpsToMap gps_to_map,
@@ -195,7 +195,8 @@ class TrackerLink::Impl {
     }
   }
 
-  // Told at once if nothing was told lately, else with what comes until the second is over.
+  // Logged at once if nothing was logged in the last second, otherwise together at the end of that
+  // second.
   void Refuse(TrackerFault fault, std::string_view line) {
     {
       const std::lock_guard lock(mutex_);

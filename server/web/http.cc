@@ -17,7 +17,7 @@ int HexDigit(char c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-// In a query, '+' is a blank (HTML forms write it so); in a path it is itself.
+// In a query, '+' is a blank (as in HTML forms); in a path it is a plus sign.
 std::optional<std::string> Decode(std::string_view text, bool is_query) {
   std::string decoded;
   for (size_t i = 0; i < text.size(); ++i) {

@@ -21,7 +21,7 @@ Error SystemError(const std::string& path, int number) {
   return Error{path + ": " + std::strerror(number)};
 }
 
-// Makes room for a socket at `path`, if nobody needs what is there.
+// Removes a socket at `path` that is not in use.
 Status MakeRoom(const std::string& path, const boost::asio::any_io_executor& executor) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) {
@@ -55,7 +55,7 @@ Status ListenOnUnixSocket(const std::string& path, Local::acceptor* acceptor) {
   error_code error;
   acceptor->open(Local(), error);
   if (!error) {
-    // Before the file is there, so that it is at no time open to more than it should be.
+    // Before the file exists, so that it never has wider permissions than intended.
     fchmod(acceptor->native_handle(), kMode);
     acceptor->bind(Local::endpoint(path), error);
   }

@@ -16,7 +16,7 @@ namespace {
 
 namespace json = boost::json;
 
-// 64 bits do not fit a JSON number as most readers take it.
+// Most readers cannot represent 64 bits in a JSON number.
 std::string Hex(uint64_t number) {
   std::array<char, 17> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
