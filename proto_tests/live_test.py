@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A simulated robot against the real daemon over a pty, in real time, with trouble in the middle.
+"""A simulated robot against the real daemon over a pty, in real time, with a failure in the middle.
 
 First the daemon freezes for a while, then it ends and another one takes its place. The robot must
 stop by its fail-safe, count what it lost, come back by itself each time, stay on the path, and end

@@ -20,7 +20,7 @@ std::string AskingOf(const ChannelExperiment& experiment) {
                                    : fmt::format("{:g} Hz", 1000.0 / experiment.period_ms);
 }
 
-// A figure that means nothing for this row stays empty.
+// A figure that is meaningless for this row stays empty.
 std::string OnlyIf(bool meaningful, double value, int digits) {
   return meaningful ? fmt::format("{:.{}f}", value, digits) : "";
 }

@@ -20,7 +20,7 @@ namespace {
 
 constexpr int64_t kNsPerMs = 1'000'000;
 constexpr double kDegree = std::numbers::pi / 180;
-// So soon a client of the pty is noticed; what it sends before waits for it.
+// The maximum delay until a client of the pty is noticed; bytes sent before are kept.
 constexpr int64_t kAloneMs = 20;
 constexpr int64_t kLongestWaitMs = 200;
 
@@ -62,7 +62,7 @@ std::string PoseInWords(const sim::PlanePose& pose) {
                      std::remainder(pose.heading_rad / kDegree, 360.0));
 }
 
-// A line whenever something of it changes.
+// A line whenever something in it changes.
 class Chronicle {
  public:
   void Look(const sim::PioneerRobot& robot, const sim::PioneerServer& server) {
