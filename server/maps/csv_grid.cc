@@ -23,13 +23,13 @@ std::string_view Trimmed(std::string_view text) {
              : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-// One line that holds something, without its line break.
+// One non-empty line, without its line break.
 struct TextLine {
   std::string_view text;
   size_t number = 1;
 };
 
-// Calls `visit` for each line that holds something until one fails.
+// Calls `visit` for each non-empty line until one fails.
 Status ForEachLine(std::string_view bytes, const std::function<Status(const TextLine&)>& visit) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (bytes.substr(0, kByteOrderMark.size()) == kByteOrderMark) {

@@ -78,7 +78,7 @@ std::string At(field::NodeIndex node) {
   return " at node (" + std::to_string(node.column) + ", " + std::to_string(node.row) + ")";
 }
 
-// Why a type cannot take what was saved of it.
+// Whether a type can accept its saved contents.
 Status CheckType(const SavedType& saved, const field::InitialRaster& print,
                  const field::PheromoneLaw* law) {
   const std::string who =

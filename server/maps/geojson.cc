@@ -20,10 +20,11 @@ namespace json = boost::json;
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr double kMetresToUm = 1e6;
-// The library's tree takes up to 70 bytes a value, counted by the characters that go before one.
+// The library's tree needs up to 70 bytes per value; values are counted by the characters before
+// them.
 constexpr std::ptrdiff_t kMaxValues = 4'000'000;
-// Nobody's ground is that far below the plane within the 1000 km that are accepted, but the other
-// side of the Earth is, whose x and y are small again.
+// Within the accepted 1000 km the ground is never that far below the plane, but the other side of
+// the Earth is, whose x and y are small again.
 constexpr double kDeepestM = -100'000;
 
 // One step down from a JSON value: a member's name, or an element's index where the name is empty.
@@ -58,8 +59,8 @@ size_t SkipValue(std::string_view text, size_t at) {
   return text.size();
 }
 
-// Where in `text`, which is valid JSON, the value stands that `steps` lead to. The library keeps no
-// positions; an error can afford to look again.
+// The position in `text`, which is valid JSON, of the value at `steps`. The library does not store
+// positions, so an error searches for it.
 size_t OffsetOf(std::string_view text, const std::vector<Step>& steps) {
   size_t at = SkipSpace(text, text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
   for (const Step& step : steps) {
@@ -181,7 +182,7 @@ class GeoJsonReader {
                       "\"LineString\"");
   }
 
-  // The GeoJSON of 2008 could name other systems than the one that RFC 7946, section 4, fixes.
+  // The GeoJSON of 2008 permitted systems other than the one required by RFC 7946, section 4.
   bool CheckSystem(const json::object& object) {
     const json::value* system = object.if_contains("crs");
     if (system == nullptr || system->is_null()) {
