@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""USB serial adapters that are unplugged and replugged in a virtual machine while others are served.
+"""USB serial adapters that are unplugged and replugged while others are served, in a VM.
 
     tty_life_test.py MACHINE PACKAGE.deb ROUNDS ACCELERATOR      what ./deploy/tty_test calls
 
