@@ -21,7 +21,7 @@
 //
 // Storage, all static:
 //   uint8_t Read(uint8_t at);               may wait for a write to end
-//   bool Ready();                           no write is under way
+//   bool Ready();                           no write is in progress
 //   void Write(uint8_t at, uint8_t value);  starts one; only when Ready
 //
 // One loop; not for interrupts. C++14 without its library.

@@ -19,10 +19,10 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t timeouts;           ///< request, HELLO or PING without an answer in its window
   uint32_t retries;            ///< requests sent again because of a timeout or a busy server
   uint32_t duplicates;         ///< of those, byte-identical repetitions of a TRACE or EVENT
-  uint32_t abandoned;          ///< periods given up after the last retry
+  uint32_t abandoned;          ///< periods abandoned after the last retry
   uint32_t late_periods;       ///< periods that began late, because of the exchange before
   uint32_t stretched_periods;  ///< periods that were lengthened because of congestion
-  uint32_t lost_traces;        ///< TRACEs and EVENTs given up with unknown outcome or refused
+  uint32_t lost_traces;        ///< TRACEs and EVENTs abandoned with unknown outcome, or refused
   uint32_t late_answers;       ///< addressed to this robot, but not expected
   uint32_t resyncs;            ///< PINGs sent to flush a buffered link
   uint32_t echoes;             ///< PINGs answered

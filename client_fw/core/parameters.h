@@ -20,8 +20,8 @@ struct Parameters : Settings {
   uint8_t three_bytes_ms = 4;     ///< time of three bytes on the radio, rounded up: 4 at 9600 baud
   bool wide = false;              ///< 32-bit coordinates
   bool buffered_link = false;     ///< pty, TCP, UDP, USB: answers may be late, so resynchronise
-  uint8_t firmware_version = 1;   ///< told in HELLO
-  uint8_t capabilities = 0;       ///< told in HELLO
+  uint8_t firmware_version = 1;   ///< sent in HELLO
+  uint8_t capabilities = 0;       ///< sent in HELLO
 };
 
 }  // namespace client

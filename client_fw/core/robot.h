@@ -12,7 +12,7 @@
 //   bool radio_tx_idle();        every byte put has left, its stop bit included
 //   bool channel_busy();         carrier detected, or bytes of our own still leaving
 //   Milliseconds millis();       a clock; may wrap
-//   void set_load(bool);         holds the load or lets it go; told at each Step
+//   void set_load(bool);         holds or releases the load; called at each Step
 //   void save_settings(const uint8_t*, uint8_t size);
 //                                keeps the bytes of Settings for the next start
 // Drive:

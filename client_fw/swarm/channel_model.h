@@ -2,9 +2,9 @@
 // modem and a server, and the ideal throughput of stations that contend for it.
 //
 //   const ChannelTiming timing{.turnaround_ns = 2'000'000, .server_delay_ns = 2'000'000};
-//   const engine::LinkSettings link = timing.Link("radio-a");     // told to clients in HELLO
-//   const double share = answers_per_second / timing.PeakRate(kSenseExchange);
-//   const double bound = timing.IdealRate(kSenseExchange, 8);
+//   const engine::LinkSettings link = timing.Link("radio-a");     // sent to clients in HELLO's
+//   answer const double share = answers_per_second / timing.PeakRate(kSenseExchange); const double
+//   bound = timing.IdealRate(kSenseExchange, 8);
 //
 // The bound is that of slotted CSMA with the optimal transmission probability, after G. Bianchi,
 // "Performance Analysis of the IEEE 802.11 Distributed Coordination Function", IEEE J. Sel. Areas

@@ -25,7 +25,7 @@
 
 namespace pheromone::bench {
 
-/// The links that the configuration asks for, of each kind: "udp-1" and so on, "pty-1" and so on.
+/// The links of the configuration, of each kind: "udp-1" and so on, "pty-1" and so on.
 struct LinkNumbers {
   int udp = 1;
   int pty = 16;

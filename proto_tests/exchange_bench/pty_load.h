@@ -20,7 +20,7 @@ struct PtyLoadOptions {
 struct PtyLoadResult {
   Quantiles times;
   uint64_t wrong = 0;
-  uint64_t lost = 0;  ///< no answer for a second; the client then asked for something else
+  uint64_t lost = 0;  ///< no answer for a second; the client then sent another request
   uint64_t late = 0;  ///< of the lost: answered after all
 };
 

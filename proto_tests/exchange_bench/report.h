@@ -21,7 +21,7 @@ struct Row {
   uint64_t right = 0;
   uint64_t wrong = 0;
   uint64_t lost = 0;
-  uint64_t late = 0;  ///< of the lost: answered after they were given up
+  uint64_t late = 0;  ///< of the lost: answered after they were abandoned
   Quantiles times = {};
 };
 

@@ -30,7 +30,7 @@ struct SteadyResult {
   Quantiles times = {};
   uint64_t right = 0;
   uint64_t wrong = 0;
-  uint64_t lost = 0;     ///< no answer for half a second; the robot then asked for something else
+  uint64_t lost = 0;     ///< no answer for half a second; the robot then sent another request
   uint64_t late = 0;     ///< of the lost: answered after all
   uint64_t refused = 0;  ///< answered with an ERROR, and asked again
   uint64_t stops = 0;    ///< half a second without a right answer: the fail-safe stops the robot

@@ -28,7 +28,7 @@ struct LoadResult {
   double per_second = 0;  ///< right answers
   uint64_t right = 0;
   uint64_t wrong = 0;  ///< anything received that was not the answer to the request
-  uint64_t lost = 0;   ///< no answer for half a second; the client then asked for something else
+  uint64_t lost = 0;   ///< no answer for half a second; the client then sent another request
   uint64_t late = 0;   ///< of the lost: answered after all
   Quantiles times;     ///< from before a request is sent to after its answer was read
 };
