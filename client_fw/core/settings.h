@@ -48,8 +48,7 @@ struct Settings {
   uint8_t gain_8ths = kUnitGain;  ///< of the laws differential and paper: steering.h; 0-29
   uint8_t faintest = 1;           ///< smallest intensity that counts as sensed, 1/4096 unit; 0-255
   int16_t speed_mm_s = 200;       ///< K of the law, 0 to kMaxSpeedMmS
-  uint16_t period_ms =
-      200;  ///< time between exchanges, at most 30 000; 0 or 1: as fast as possible
+  uint16_t period_ms = 200;       ///< between exchanges, at most 30 000; 0 or 1: no pause
   /// Longest drive without an answer, 100-30 000; over period_ms. The rest of half a second is for
   /// the loop, the line and the drive.
   uint16_t fail_safe_ms = 480;

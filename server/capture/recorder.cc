@@ -341,8 +341,7 @@ void Recorder::Run() {
     lock.lock();
     writing_bytes_ = 0;
     if (frozen_ == nullptr && queued_bytes_ <= options_.queue_bytes) {
-      queue_limit_ =
-          options_.queue_bytes;  // the records queued while the state was written are done
+      queue_limit_ = options_.queue_bytes;  // the records queued meanwhile are written
     }
   }
 }

@@ -118,8 +118,7 @@ bool DiffusionLayer::MakeRoom(const DiffusionLaw& law, const ObstacleMask* obsta
   if (law.exchange_q16 == 0) {
     return true;
   }
-  const uint32_t least =
-      (65535 + law.exchange_q16) / law.exchange_q16;  // that flows into an empty node
+  const uint32_t least = (65535 + law.exchange_q16) / law.exchange_q16;  // for a flow of 1
   std::vector<NodeIndex> wanted;
   for (const Leaf* leaf : leaves_) {
     const Surroundings around(*this, *leaf);

@@ -99,8 +99,7 @@ class SerialPort final : public Port {
   void Close() override {
     if (port_ != nullptr) {
       Key(false);
-      sp_flush(port_.get(),
-               SP_BUF_OUTPUT);  // otherwise closing may wait for a dead modem to accept it
+      sp_flush(port_.get(), SP_BUF_OUTPUT);  // otherwise closing may wait for a dead modem
     }
     port_.reset();
     lock_ = Descriptor();
