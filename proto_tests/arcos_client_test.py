@@ -82,7 +82,7 @@ class Sip:
 
 
 class Client:
-    """One end of a line: a descriptor, and what came over it cut into packets."""
+    """One end of a line: a descriptor, and the received bytes split into packets."""
 
     def __init__(self, descriptor):
         self.descriptor = descriptor

@@ -1,4 +1,4 @@
-"""Robots that ask all the time, some of whose links go and come back.
+"""Robots that send requests continuously, some of whose links fail and come back.
 
     class RobotOnALine(Robot):  # connect, tear_down, send, receive, and fd to wait for
         ...
@@ -39,7 +39,7 @@ maximum = 0.25
 
 
 def waited_s():
-    """For how long this process has waited for a processor, where the kernel counts that."""
+    """How long this process has waited for a processor, if the kernel counts that."""
     try:
         with open("/proc/self/schedstat", "rb") as file:
             return int(file.read().split()[1]) / 1e9
@@ -126,7 +126,7 @@ def everyone_answered(robots, more=1):
 
 
 def come_and_go(robots, victims):
-    """The links of the victims go and come back; the others are served meanwhile."""
+    """The links of the victims fail and come back; the others are served meanwhile."""
     others = [robot for robot in robots if robot not in victims]
     for robot in victims:
         robot.may_lose = True

@@ -146,7 +146,7 @@ class Rules:
             return "it belongs to no layer of the table"
         if "/testing/" in included and not is_test(path) and ANYTHING not in allowed:
             return "only tests include from a folder testing/"
-        # A folder's name does not let in a layer of its own that lies inside.
+        # The name of a folder does not permit a layer inside it.
         inside = any(other == self.layer_of(t) and (included == t or included.startswith(t + "/"))
                      for t in allowed)
         if other == layer or inside or ANYTHING in allowed:
@@ -171,7 +171,7 @@ def includes_of(text):
 
 
 def check_text(rules, path, text):
-    """What is wrong in one source file, as "path:line: message"."""
+    """The errors of one source file, as "path:line: message"."""
     if rules.layer_of(path) is None:
         return [f"{path}:1: this folder belongs to no layer of the table in CONTRIBUTING.md"]
     wrong = []
@@ -202,7 +202,7 @@ def check_project(root):
     return 1 if wrong or not files else 0
 
 
-# A house of its own, so that the self-test does not depend on the project's present layers.
+# Separate tables, so that the self-test does not depend on the project's present layers.
 SAMPLE = """
 | layer | may include |
 |---|---|

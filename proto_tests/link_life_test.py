@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Links that come and go while others are served, with the real daemon.
+"""Links that fail and come back while others are served, with the real daemon.
 
     link_life_test.py BIN_DIR SHIM [ROUNDS [PEERS]]      default: 10 rounds, 10000 peers
 
@@ -143,7 +143,7 @@ class Daemon:
 
 
 def await_equal(read, expected, what):
-    """What the daemon closes, it closes a moment after we do."""
+    """The daemon closes its side a moment after we do."""
     end = time.monotonic() + PATIENCE_S
     while read() != expected:
         check(time.monotonic() < end, f"{what}: {read()}, in the beginning {expected}")

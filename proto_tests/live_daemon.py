@@ -1,4 +1,4 @@
-"""What the live tests share: pheromoned in a folder of its own, and waiting with patience.
+"""Shared by the live tests: pheromoned in a folder of its own, and waiting with timeouts.
 
     daemon = Daemon(bin_dir, folder, [os.path.join(folder, "radio-a.pty")])
     wait_until(lambda: ..., "the robot got an answer")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A simulated robot against the real daemon over a pty, in real time, with trouble in the middle.
+"""A simulated robot against the real daemon over a pty, in real time, with a failure in the middle.
 
 First the daemon freezes for a while, then it ends and another one takes its place. The robot must
 stop by its fail-safe, count what it lost, come back by itself each time, stay on the path, and end
@@ -67,7 +67,7 @@ def check_balance(text):
     """Every exchange ended in an answer or was counted as lost; one may be in flight at the end."""
     asked = number_of(text, "requests") + number_of(text, "resynchronisations")
     asked += number_of(text, "hellos")
-    ended = number_of(text, "answers") + number_of(text, "greetings and echoes")
+    ended = number_of(text, "answers") + number_of(text, "HELLO and PING answers")
     ended += number_of(text, "timeouts") + number_of(text, "errors")
     check(0 <= asked - ended <= 1, f"{asked} exchanges begun, {ended} accounted for:\n{text}")
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A journal that one machine wrote holds the same state on another kind of machine.
+"""A journal written on one machine has the same state on another kind of machine.
 
     other_machine_test.py BIN_DIR OTHER_BIN_DIR      what ./deploy/arm64 calls
 

@@ -80,7 +80,7 @@ def shapes(points):
 
 
 def edit(daemon, action, shape):
-    """Seconds until it was done; nothing if it was refused."""
+    """Seconds until it was done; None if it was refused."""
     begin = time.monotonic()
     status, text = daemon.call("POST", f"/api/v1/{action}", {"pheromone": "paint", **shape})
     if status == 200:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Records a running pheromoned and lets it happen again: nothing may differ by a byte.
+"""Records a running pheromoned and replays the recording: not a byte may differ.
 
 Four links with four robots each trace, sense, repeat themselves and are damaged by noise, while
 trails evaporate; in between a configuration is read again with another tau, the operator gives a
@@ -87,7 +87,7 @@ def replay(*files):
 
 
 class Daemon:
-    """pheromoned in a folder, with what it says in FOLDER/log."""
+    """pheromoned in a folder, with its output in FOLDER/log."""
 
     def __init__(self, folder, ports, **kwargs):
         self.folder = folder
@@ -193,7 +193,7 @@ def ctl(daemon, *command):
 
 
 def operate(daemon):
-    """A command that is repeated in vain, and pheromone laid by hand."""
+    """A command that is never acknowledged, and an operator's deposits."""
     with socket.create_connection(("127.0.0.1", daemon.ports[0])) as deaf:
         client = Client(Line(os.dup(deaf.fileno())), 99)
         client.hello(1)
@@ -390,7 +390,8 @@ class RotationTest(unittest.TestCase):
                 sent, files = 0, []
                 while len(files) < 3:
                     files = list((folder / "captures").iterdir())
-                    # No faster than the disk: what does not fit into the queue would be left out.
+                    # No faster than the disk: records that do not fit into the queue would be
+                    # dropped.
                     if sent - sum(it.stat().st_size for it in files) < 1_000_000:
                         line.send(bytes(2000))
                         client.ping(b"go on")

@@ -71,7 +71,7 @@ folder = "state"
 
 
 class Disk:
-    """What the shim looks at."""
+    """The file that controls the shim."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -92,7 +92,7 @@ class Daemon(OperatedDaemon):
         return json.loads(text)["counters"]["requests"]
 
     def quanta(self):
-        """What lies on the map, by column and row."""
+        """The contents of the map, by column and row."""
         status, text = self.call("GET", "/api/v1/field?pheromone=1&nodes_per_cell=1")
         check(status == 200, f"no picture of the map: {status} {text}")
         return {(column, row): value / QUANTUM
@@ -150,12 +150,12 @@ class Crowd:
 
 
 def node(robot):
-    """Where it leaves everything, by column and row."""
+    """The node at which it deposits, by column and row."""
     return robot % 100, robot // 100
 
 
 def change(robot, seq):
-    """Its request that leaves a quantum: DEPOSIT or TRACE."""
+    """Its request to deposit a quantum: DEPOSIT or TRACE."""
     column, row = node(robot)
     if robot % 2:
         body = build("TRACE", robot, type=1, seq=seq, x=100 * column, y=100 * row, heading=0)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Robots that share a radio channel with the real daemon, in real time, and what ends it.
+"""Robots that share a radio channel with the real daemon, in real time, and the end of such a run.
 
 Three robots, two of them Pioneers, run on one channel against pheromoned's pty; in a second run two
 channels lead to two ptys. The daemon freezes, ends, and another one takes its place: answers must

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""USB serial adapters that come and go while others are served, in a virtual machine.
+"""USB serial adapters that are unplugged and replugged while others are served, in a VM.
 
     tty_life_test.py MACHINE PACKAGE.deb ROUNDS ACCELERATOR      what ./deploy/tty_test calls
 
@@ -171,7 +171,7 @@ def install(machine, package):
 
 
 def check_adapters(machine, clients):
-    """What our rules promise of each that is plugged in."""
+    """The effects of our udev rules on each adapter."""
     for client in clients:
         name = by_id(client)
         properties = machine.run(f"udevadm info -q property {name}").splitlines()

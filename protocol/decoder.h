@@ -96,7 +96,7 @@ class FrameDecoder {
   /// call it when it matters that the channel is free again without another byte.
   void Expire(uint32_t now_ms);
 
-  /// Between DLE STX and the frame's end: somebody is sending.
+  /// Between DLE STX and the frame's end: a station is sending.
   bool frame_open() const { return parser_.open(); }
 
   /// What is open, and since when nothing has been added to it: for who records a line from the

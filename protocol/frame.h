@@ -61,7 +61,7 @@ class FrameWriter {
 
 /// Writes the whole frame of `message` to `wire`, which has room for `capacity` bytes (kMaxFrame is
 /// always enough). Returns the number of bytes written, or 0 if they do not fit or `length` is over
-/// kMaxData; then `wire` holds nothing of use.
+/// kMaxData; then the contents of `wire` are unspecified.
 size_t EncodeFrame(const Message& message, uint8_t* wire, size_t capacity);
 
 }  // namespace protocol

@@ -41,7 +41,7 @@ class FrameParser {
     escaped_ = false;
   }
 
-  /// Between DLE STX and the frame's end: somebody is sending.
+  /// Between DLE STX and the frame's end: a station is sending.
   bool open() const { return open_; }
   /// Nothing is open, not even a DLE.
   bool idle() const { return !open_ && !escaped_; }

@@ -1,4 +1,4 @@
-// What a robot's firmware does from power-up on, the same on every chip.
+// A robot's firmware from power-up on, the same on every chip.
 //
 //   RequestMemory memory __attribute__((section(".noinit")));   // outlives a warm reset
 //   MyBoard board;
@@ -36,7 +36,7 @@ struct Place {
 }  // namespace client
 }  // namespace pheromone
 
-/// Makes an object in memory that is there already. (There is no <new> without a C++ library.)
+/// Constructs an object in existing memory. (There is no <new> without a C++ library.)
 inline void* operator new(size_t /*size*/, pheromone::client::Place place) noexcept {
   return place.at;
 }
@@ -51,7 +51,7 @@ __attribute__((noreturn)) void RunFirmware(Board* board, RequestMemory* memory) 
   board->load_settings(settings, sizeof(Settings));
   if (!board->ram_was_kept() || !Trusted(*memory)) {
     *memory = RequestMemory();
-    // Saving them once more makes a number that no boot had before: our nonce.
+    // Saving them once more gives a number that no boot has used before: our nonce.
     board->save_settings(settings, sizeof(Settings));
     while (!board->saved()) {
       board->EndTurn();
@@ -61,7 +61,8 @@ __attribute__((noreturn)) void RunFirmware(Board* board, RequestMemory* memory) 
   }
   parameters.boot_counter = memory->nonce;
   parameters.id = board->id();
-  // In static memory, where the budget sees them; made here, because they want arguments.
+  // In static memory, so that the budget counts them; constructed here, because they need
+  // arguments.
   using Drive = PioneerDrive<Board>;
   alignas(Drive) static uint8_t drive_memory[sizeof(Drive)];
   alignas(Robot<Board, Drive>) static uint8_t robot_memory[sizeof(Robot<Board, Drive>)];

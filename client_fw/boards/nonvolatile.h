@@ -1,6 +1,5 @@
-// What a robot remembers without power: a number that is another one after every start, and the
-// settings that it was told over the radio. In any memory of bytes that can be written one at a
-// time, an EEPROM above all.
+// A robot's nonvolatile state: a number that changes with every start, and the settings changed
+// over the radio. In any memory whose bytes can be written one at a time, such as an EEPROM.
 //
 //   Nonvolatile<Eeprom, sizeof(settings)> nonvolatile;
 //   nonvolatile.Load(settings);            // false, and settings as they were, if none are there
@@ -15,14 +14,14 @@
 //
 // A record is version (u16), payload, complement of the CRC-16 of both. Version v goes to slot v
 // mod 4, so the newest record is never the one being overwritten: after a loss of power at any
-// moment the old or the new one is found (a half-written one passes for whole with probability 1/65
-// 536, the CRC's). Bytes that are right already are not written. Cells good for 100 000 writes are
-// good for 400 000 starts and changes, as four slots share the wear. Versions repeat after 65 536
-// of both.
+// moment the old or the new one is found (a half-written one is accepted with probability 1/65 536,
+// that of the CRC). Bytes that are already correct are not written. Cells good for 100 000 writes
+// are good for 400 000 starts and changes, as four slots share the wear. Versions repeat after 65
+// 536 of both.
 //
 // Storage, all static:
 //   uint8_t Read(uint8_t at);               may wait for a write to end
-//   bool Ready();                           no write is under way
+//   bool Ready();                           no write is in progress
 //   void Write(uint8_t at, uint8_t value);  starts one; only when Ready
 //
 // One loop; not for interrupts. C++14 without its library.
@@ -59,10 +58,11 @@ class Nonvolatile {
     return found;
   }
 
-  /// Takes a copy of the payload and begins to write it; what was being written is given up.
+  /// Copies the payload and begins to write it; a write in progress is abandoned.
   void Save(const uint8_t* from) {
     if (left_ == 0) {
-      ++record_.version;  // otherwise this version's slot is spoilt already, and no other is to be
+      ++record_.version;  // otherwise this version's slot is already invalid, and no other may be
+                          // touched
     }
     for (uint8_t i = 0; i < kPayloadSize; ++i) {
       record_.payload[i] = from[i];
@@ -83,14 +83,14 @@ class Nonvolatile {
     }
   }
 
-  /// There is nothing left to write, and the last write has ended.
+  /// Whether there is nothing left to write, and the last write has ended.
   bool saved() const { return left_ == 0 && Storage::Ready(); }
 
   /// Of the newest record; while one is being written, its version.
   uint16_t version() const { return record_.version; }
 
  private:
-  // As the chip lays it out: no other reads it.
+  // In the layout of the chip, which is the only reader.
   struct Record {
     uint16_t version;
     uint8_t payload[kPayloadSize];

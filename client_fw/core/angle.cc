@@ -22,8 +22,8 @@ bool Usable(int32_t mm) {
 //
 //   cos(z pi / 2) = 1 - u (a - u (b - u c)),   u = z^2
 //
-// a, b and c are those of all triples near the best polynomial for which the integers below are
-// exact at both ends, rise all the way, and stay closest to the truth.
+// a, b and c were chosen among all triples near the best polynomial so that the integers below are
+// exact at both ends, increase monotonically, and have the smallest error.
 int16_t SinQ14(BinaryAngle angle) {
   uint16_t z = angle & (kQuarterTurn - 1u);
   if ((angle & kQuarterTurn) == 0) {

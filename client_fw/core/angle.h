@@ -15,23 +15,22 @@ namespace client {
 using BinaryAngle = uint16_t;
 constexpr BinaryAngle kQuarterTurn = 0x4000;
 
-/// Sine and cosine in Q14. Within 2/16 384 of the truth (an
-/// angle's own grain is 1.6/16 384 rad); exact on the axes; equal to each other
-/// at 45 degrees; odd and even to the bit.
+/// Sine and cosine in Q14. Within 2/16 384 of the exact value (the resolution of an angle is 1.6/16
+/// 384 rad); exact on the axes; equal to each other at 45 degrees; odd and even to the bit.
 int16_t SinQ14(BinaryAngle angle);
 int16_t CosQ14(BinaryAngle angle);
 
-/// A place and the way a robot faces, on the map or in its own odometry.
+/// A robot's position and heading, on the map or in its own odometry.
 struct Pose {
   int32_t x_mm;
   int32_t y_mm;
   BinaryAngle heading;
 };
 
-/// What a drive reports: the pose since it was switched on, which began as 0, 0, 0.
+/// The pose reported by a drive, which starts at 0, 0, 0 when it is switched on.
 using Odometry = Pose;
 
-/// No coordinate of odometry or of a place on the map is larger, either way (16.8 km).
+/// The largest absolute value of a coordinate, in odometry or on the map (16.8 km).
 constexpr int32_t kMaxCoordinateMm = 16777216;
 constexpr int32_t kFarAway = INT32_MAX;
 

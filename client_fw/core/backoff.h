@@ -1,7 +1,7 @@
-// When to try again on a shared channel: a seeded generator and the contention window.
+// Random delays on a shared channel: a seeded generator and the contention window.
 //
-// The window starts at 8 slots, doubles on a missing answer up to 8 slots and 2 for each other
-// robot about, and shrinks by an eighth on success down to 8 again. A delay is a random number of
+// The window starts at 8 slots, doubles when an answer is missing, up to 8 slots plus 2 for each
+// other robot heard, and shrinks by an eighth on success, down to 8. A delay is a random number of
 // slots below the window. (After Bianchi 2000 the best window is in proportion to the number of
 // stations; 2 slots each suit turnarounds of 2 and of 20 ms.)
 #pragma once
@@ -15,14 +15,14 @@ constexpr uint8_t kMinWindow = 8;
 
 /// A linear congruential generator modulo 2^16 (multiplier of Grogono) of which only the high byte
 /// is used: small, and the same sequence on every machine for a seed. Its increment grows by the ID
-/// with every draw: with a fixed one, two robots whose states ever became equal would draw the same
-/// delays for as long as they collide, and so collide for ever.
+/// with every draw: with a fixed one, two robots whose states once became equal would draw the same
+/// delays after each collision, and so collide for ever.
 class Random {
  public:
   Random(uint8_t id, uint16_t boot_counter)
       : state_(static_cast<uint16_t>((id * 0x9E37u) ^ (boot_counter * 0x6A09u))), step_(id) {}
 
-  /// From 0 to bound - 1, each as often as 256 draws allow; 0 if `bound` is 0.
+  /// From 0 to bound - 1, as evenly as 256 values permit; 0 if `bound` is 0.
   __attribute__((noinline)) uint8_t Below(uint8_t bound) {
     increment_ = static_cast<uint16_t>(increment_ + step_);
     state_ = static_cast<uint16_t>(state_ * 25173u + increment_);
@@ -37,7 +37,7 @@ class Random {
 
 class ContentionWindow {
  public:
-  /// `others`: how many contend with us, at most 127.
+  /// `others`: the number of other robots on the channel, at most 127.
   void OnMiss(uint8_t others) {
     const uint8_t most = static_cast<uint8_t>(kMinWindow + 2 * others);
     slots_ = static_cast<uint8_t>(slots_ * 2);

@@ -40,9 +40,9 @@ TEST(ChannelTest, AfterABusySpellADelayIsDrawnEvenByALoneRobot) {
   EXPECT_GE(delays.size(), 5u);
 }
 
-// A turn that comes while somebody else sends is lost, and the next delay is another: those whose
-// turn was at the same moment would collide for ever if they kept theirs, or all took the first
-// slot.
+// A turn that comes while another station sends is lost, and the next delay is a new one: those
+// whose turn was at the same moment would collide for ever if they kept theirs, or all took the
+// first slot.
 TEST(ChannelTest, EachBusySpellHasADelayOfItsOwn) {
   std::set<uint32_t> delays;
   Harness harness;
@@ -208,7 +208,7 @@ TEST(ChannelTest, ForeignAnswerFreesTheChannel) {
   EXPECT_TRUE(harness.RunUntilSent(kTestIdleMs + 9 * kTestSlotMs + 17));
 }
 
-// The delay is in where the period lies: as long as nobody is in the way it begins there, with the
+// The delay is in where the period lies: as long as the channel is free it begins there, with the
 // next slot.
 TEST(ChannelTest, PeriodKeepsItsPlaceWhileTheChannelIsFreeThere) {
   Harness harness;
@@ -313,7 +313,7 @@ TEST(ChannelTest, PeriodIsStretchedWhenThereAreMoreRobotsThanItHolds) {
   }
 }
 
-// A link where nobody else is ever heard may have any window.
+// A link without other stations may have any window.
 TEST(ChannelTest, PeriodOfALoneRobotIsNotStretchedByALongResponseWindow) {
   Harness harness;
   harness.hello.response_window_ms = 255;

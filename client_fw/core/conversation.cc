@@ -36,7 +36,7 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
   }
 }
 
-// Lets the timers run.
+// Advances the timers.
 void Conversation::Advance(Milliseconds now_ms) {
   const Milliseconds passed_ms = static_cast<Milliseconds>(now_ms - now_ms_);
   now_ms_ = now_ms;
@@ -94,9 +94,9 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
   }
 }
 
-// The first slot after a byte begins with the end of the idle time, which all stations see at the
-// same time, those that have sent it included: whoever begins, begins with a slot, and others have
-// noticed before the next.
+// The first slot after a byte begins with the end of the idle time, which is the same for all
+// stations, including the sender of the byte: transmissions begin at the start of a slot, and
+// others detect them before the next slot.
 void Conversation::RestartSlots() {
   quiet_ms_ = 0;
   idle_ = false;
@@ -127,8 +127,8 @@ void Conversation::CheckSilence() {
   }
 }
 
-// Somebody is in the middle of a frame. Without a gap timeout, what stalls is not waited for, but
-// may still go on.
+// Another station is in the middle of a frame. Without a gap timeout, a stalled frame is not waited
+// for, but may still continue.
 bool Conversation::FrameOpen() {
   if (kHasBufferedLink && parameters_.gap_timeout_ms == protocol::kNoGapTimeout) {
     return parser_.open() && quiet_ms_ <= kStalledFrameMs;
@@ -160,7 +160,7 @@ void Conversation::OnMiss() {
   }
 }
 
-// Back off, or give this period up.
+// Backs off, or abandons this period.
 void Conversation::Retry() {
   if (attempt_ == kMaxRetries) {
     Count(&Counters::abandoned);
@@ -187,7 +187,7 @@ void Conversation::WaitForHello() {
   ContendFor(0);
 }
 
-// Until the next period begins. If it has begun already, others come first, by chance.
+// Waits for the next period. If it has already begun, a random delay lets others go first.
 void Conversation::Rest() {
   attempt_ = 0;
   event_turn_ = false;
@@ -198,10 +198,9 @@ void Conversation::Rest() {
   }
 }
 
-// Long enough for one exchange of every robot about: 26 bytes, the turnarounds and the server's
-// delay, and up to three slots in which to find an order. Where this is more than the fail-safe
-// allows, robots drive for a part of each period; with less, all would collide and hardly drive at
-// all.
+// Long enough for one exchange of every robot heard: 26 bytes, the turnarounds and the server's
+// delay, and up to three slots in which to find an order. If this is more than fail_safe_ms, robots
+// drive for a part of each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
   const uint16_t each_ms =
       static_cast<uint16_t>(7u * parameters_.three_bytes_ms + WindowMs() + 3u * SlotMs());
@@ -220,8 +219,8 @@ uint16_t Conversation::PeriodMs() {
   return parameters_.period_ms;
 }
 
-// Who asks without a pause hears nobody and believes that it is alone. So now and then it listens
-// for as long as a newcomer may need.
+// A robot that sends without a pause hears no other robot and assumes that it is alone. So it
+// occasionally listens for as long as a newcomer may need.
 void Conversation::Contend() {
   uint8_t slots = 0;
   if (timers_[kOthers] != 0) {

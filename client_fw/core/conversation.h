@@ -1,5 +1,5 @@
-// A robot's talk with the pheromone server, without any I/O: bytes, odometry and the time go in,
-// frames, wheel speeds and counters come out.
+// A robot's conversation with the pheromone server, without any I/O: bytes, odometry and the time
+// go in, frames, wheel speeds and counters come out.
 //
 //   conversation.OnByte(byte, now_ms);                    // each byte from the radio
 //   conversation.Poll(now_ms, &odometry, channel_busy);   // every millisecond or so
@@ -7,20 +7,20 @@
 //   conversation.OnSent(now_ms);                          // when its last byte has left
 //   drive.set_wheel_speeds(conversation.wheels());
 //
-// It says HELLO until the server answers, then asks once a period with the pose of that moment
-// (SENSE, or TRACE to leave a trail), one request at a time. An unanswered request is repeated
-// after a random number of slots, five times, then the next period begins. A TRACE is repeated to
-// the bit under its seq until it is answered, so that the server executes it once; so is an EVENT,
-// which goes after the intensities of a period. On a buffered link an answer may come after its
-// request was given up; there a PING is sent after every timeout, and nothing is believed before
-// its echo. Access to the channel is described in protocol/README.md, section 9.
+// It sends HELLO until the server answers, then one request per period with the current pose
+// (SENSE, or TRACE to deposit a trail). An unanswered request is repeated after a random number of
+// slots, five times, then the next period begins. A TRACE is repeated byte for byte under its seq
+// until it is answered, so that the server executes it once; so is an EVENT, which is sent after
+// the intensities of a period have arrived. On a buffered link an answer may arrive after its
+// request was abandoned; there a PING is sent after every timeout, and everything before its echo
+// is discarded. Access to the channel is described in protocol/README.md, section 9.
 //
-// Fail-safe: wheels() is zero before the first answer, and again when intensities have been missing
-// for fail_safe_ms, until they come. After such a silence HELLO is said again, on slow modems after
-// 64 slots.
+// Fail-safe: wheels() is zero before the first answer, and whenever there have been no intensities
+// for fail_safe_ms, until they arrive. After such a silence HELLO is sent again, on slow modems
+// after 64 slots.
 //
 // Times are milliseconds of a clock that may wrap (Milliseconds in features.h). After a pause of
-// the loop the robot stops and says HELLO, as after a silence. Nothing is allocated; one instance
+// the loop the robot stops and sends HELLO, as after a silence. Nothing is allocated; one instance
 // belongs to one loop (not to interrupts). Malformed and foreign frames are counted and otherwise
 // ignored.
 #pragma once
@@ -45,15 +45,15 @@ namespace client {
 
 constexpr uint8_t kMaxRetries = 5;
 
-/// Why the wheels stand still. Any one of them is enough.
+/// Reasons for zero wheel speed. Any one of them suffices.
 enum StopFlag : uint8_t {
-  kNoAnswerYet = 0x01,   ///< since the start
+  kNoAnswerYet = 0x01,   ///< none since the start
   kFailSafe = 0x02,      ///< answers stopped coming
   kHalted = 0x04,        ///< by a COMMAND, until resume
-  kOffTheMap = 0x08,     ///< the pose has no place on the map; until an answer comes
+  kOffTheMap = 0x08,     ///< the pose is not on the map; until an answer arrives
   kWrongVersion = 0x10,  ///< the server speaks another protocol version
   kTypeMissing = 0x20,   ///< the server has no such pheromone
-  kTrailLost = 0x40,     ///< nothing to smell, and LostTrail::kStop; until there is
+  kTrailLost = 0x40,     ///< nothing sensed, and LostTrail::kStop; until something is
 };
 
 /// From odometry to the map, where the image has a start pose.
@@ -77,15 +77,15 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   /// `memory` must outlive the conversation.
   Conversation(const Parameters& parameters, RequestMemory* memory);
 
-  /// A byte from the radio, read at `now_ms`. After a transmission, tell OnSent first.
+  /// A byte from the radio, read at `now_ms`. After a transmission, call OnSent first.
   void OnByte(uint8_t byte, Milliseconds now_ms);
 
-  /// Lets time pass. `odometry` is the drive's at `now_ms`, or null while there is none; then no
-  /// intensities are asked for. `channel_busy`: the radio hears a carrier; nothing is begun
-  /// meanwhile.
+  /// Advances to `now_ms`. `odometry` is the drive's at that time, or null while there is none;
+  /// then no intensities are requested. `channel_busy`: the radio detects a carrier; no
+  /// transmission begins meanwhile.
   void Poll(Milliseconds now_ms, const Odometry* odometry, bool channel_busy);
 
-  /// A frame to send, whole and at once; it stays until OnSent. Size 0: nothing.
+  /// The frame to send, without gaps and at once; it is kept until OnSent. Size 0: none.
   const uint8_t* tx() const { return tx_; }
   uint8_t tx_size() const { return tx_size_; }
   /// The last byte of tx() has left.
@@ -97,19 +97,19 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   /// The last intensities, 1/4096 of a unit; 0 before the first.
   int16_t p_left() const { return p_left_; }
   int16_t p_right() const { return p_right_; }
-  /// There has been nothing to smell for lost_after_ms.
+  /// Nothing has been sensed for lost_after_ms.
   bool trail_lost() const { return trail_lost_; }
-  /// There are more robots about than the channel serves in a period, so periods are longer:
-  /// perhaps longer than the fail-safe allows, which then stops the robot for a part of each.
+  /// There are more robots than the channel can serve in a period, so periods are longer: perhaps
+  /// longer than fail_safe_ms, which then stops the robot for a part of each.
   bool congested() const;
-  /// The load is to be held, as COMMANDs have said.
+  /// Whether the load is to be held, as commanded.
   bool load() const { return load_; }
 
-  /// HELLO has been answered and the server is the one we can talk to.
+  /// HELLO has been answered by a compatible server.
   bool greeted() const { return greeted_; }
   /// The server's last HELLO answer; meaningful once there was one.
   protocol::HelloAnswer server() const;
-  /// As given, with settings as COMMANDs have changed them.
+  /// The parameters given, with the settings changed by COMMANDs.
   const Parameters& parameters() const { return parameters_; }
   /// True once after COMMAND 8 has changed a setting: it is to be stored.
   bool TakeSettingsChanged();
@@ -159,7 +159,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   void OnFrame();
   void CountRobot(uint8_t id);
   void OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length);
-  // These return false for what nobody waited for.
+  // These return false for unexpected messages.
   bool OnAnswer(uint8_t opcode, const uint8_t* data, uint8_t length);
   bool OnHelloAnswer(const uint8_t* data, uint8_t length);
   bool OnEcho(const uint8_t* data, uint8_t length);
@@ -168,7 +168,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   bool OnError(const uint8_t* data, uint8_t length);
   bool RequestPending() const { return memory_->opcode == asked_opcode_; }
 
-  // What it means for the robot: conversation_act.cc.
+  // Effects on the robot: conversation_act.cc.
   void OnCommand(const uint8_t* data, uint8_t length);
   protocol::Reason Execute(uint8_t code, const uint8_t* arguments);
   protocol::Reason Change(uint8_t id, uint32_t value);

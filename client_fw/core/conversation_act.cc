@@ -1,4 +1,4 @@
-// What answers and commands mean for the robot; see conversation.cc.
+// The effects of answers and commands on the robot; see conversation.cc.
 #include "client_fw/core/conversation.h"
 
 namespace pheromone {
@@ -9,7 +9,8 @@ using protocol::CommandCode;
 using protocol::EventCode;
 using protocol::Reason;
 
-// A lost robot's spiral: left as if this smelled there, and a 32nd less at each answer.
+// A lost robot's spiral: it turns left as if this intensity were sensed there, decreasing by a 32nd
+// at each answer.
 constexpr int16_t kFirstSpiral = kIntensityUnit / 4 * 3;
 
 }  // namespace
@@ -97,7 +98,7 @@ bool Conversation::TakeSettingsChanged() {
   return save;
 }
 
-// Takes the new intensities to heart.
+// Steers by the new intensities.
 void Conversation::Smell() {
   const int16_t faintest = parameters_.faintest;
   if ((flags_ & kNoAnswerYet) != 0 || p_left_ >= faintest || p_left_ <= -faintest ||

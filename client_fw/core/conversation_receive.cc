@@ -39,7 +39,7 @@ void Conversation::OnFrame() {
   const uint8_t opcode = body[1];
   const uint8_t length = static_cast<uint8_t>(parser_.size() - 4);
   if (protocol::IsFromServer(opcode)) {
-    // It ends an exchange: nobody's turn comes first, but for a COMMAND that follows at once.
+    // It ends an exchange: no station has priority, except for a COMMAND that follows at once.
     timers_[kSlot] = parameters_.three_bytes_ms / 2;
   }
   if (id != parameters_.id) {
@@ -163,7 +163,7 @@ bool Conversation::OnEcho(const uint8_t* data, uint8_t length) {
   return true;
 }
 
-// The answer to a request that was taken.
+// The answer to an accepted request.
 bool Conversation::OnDone(const uint8_t* data, uint8_t length) {
   const bool event = asked_opcode_ == protocol::kEvent;
   const bool pending = RequestPending();

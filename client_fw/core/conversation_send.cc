@@ -40,8 +40,8 @@ void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
   asked_opcode_ = opcode;
 }
 
-// What still waits for its answer, or else an event when it is its turn, or a question with this
-// pose. False if the pose is not known or has no place in the message, and there is no event.
+// Sends the unanswered request, or else an event if one is due, or a request with this pose. False
+// if the pose is unknown or does not fit into the message, and there is no event.
 bool Conversation::MakeRequest(const Odometry* odometry) {
   uint8_t opcode = memory_->opcode;
   if (opcode != 0) {
@@ -86,7 +86,7 @@ bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
   return true;
 }
 
-// False if it has no place in the message.
+// False if it does not fit into the message.
 bool Conversation::AppendCoordinate(int32_t mm) {
   int32_t units = 0;
   if (!ToPoseUnits(mm, protocol::GetU16(server_ + kPoseUnitAt), &units) ||
@@ -106,7 +106,7 @@ void Conversation::Append(uint16_t value) {
   memory_->length = static_cast<uint8_t>(memory_->length + 2);
 }
 
-// What has a seq begins with it; it counts once the request is pending.
+// Requests with a seq begin with it; it is used up once the request is pending.
 void Conversation::AppendSeq() {
   memory_->data[0] = static_cast<uint8_t>(memory_->seq + 1u);
   memory_->length = 1;

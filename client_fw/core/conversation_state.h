@@ -1,11 +1,9 @@
-// The small variables of Conversation, apart because as plain memory they are cleared by one loop
-// rather than one by one. They come first in the object: an AVR reaches its first 64 bytes with
-// shorter instructions.
+// The small variables of Conversation, separate so that one loop can clear them as plain memory.
+// They come first in the object: an AVR reaches its first 64 bytes with shorter instructions.
 //
 // Time is kept in timers that run down to 0 and stay there (Conversation::Advance), rather than in
-// points of time: a timer cannot wrap, needs no flag that says whether it means something, and
-// after a pause of the whole loop all of them have run out, which is what a robot should make of
-// it.
+// points of time: a timer cannot wrap, needs no flag for validity, and after a pause of the whole
+// loop all of them have expired, which is the right behaviour for a robot.
 #pragma once
 
 #include <stdint.h>
@@ -18,31 +16,30 @@
 namespace pheromone {
 namespace client {
 
-/// The longest thing a client sends: TRACE_WIDE made of nothing but DLE. Radio rings hold this
-/// much.
+/// The longest frame of a client: TRACE_WIDE with only DLE bytes. Radio buffers have this size.
 constexpr uint8_t kMaxClientFrame = 4 + 2 * (kMaxPending + 4);
 
 class ConversationState {
  protected:
-  /// kAwaiting begins with the request's first byte; tx_size_ is not 0 while anything leaves.
+  /// kAwaiting begins with the request's first byte; tx_size_ is not 0 while a frame is being sent.
   enum class Phase : uint8_t { kResting, kContending, kAwaiting };
   enum Timer : uint8_t {
     kAnswered,   ///< since the last intensities: fail-safe
     kPosed,      ///< the pose of the request in progress is fresh
     kContacted,  ///< since the last valid frame of the server for us: HELLO
-    kOthers,     ///< another station may be about
-    kHeld,       ///< somebody's answer or ACK is due
-    kAckDue,     ///< our own ACK still makes sense
+    kOthers,     ///< another station may be present
+    kHeld,       ///< another station's answer or ACK is due
+    kAckDue,     ///< our own ACK may still be sent
     kWindow,     ///< kAwaiting: our answer may still begin
     kPeriod,     ///< until the next period begins
-    kCensus,     ///< until the robots about have been counted
-    kPause,      ///< before HELLO is said again
+    kCensus,     ///< until the other robots have been counted
+    kPause,      ///< before HELLO is sent again
     kSlot,       ///< until the next slot begins
     kSmelled,    ///< until the trail counts as lost
     kTimers
   };
 
-  // Where things stand in the DATA of HELLO's answer.
+  // Offsets in the DATA of HELLO's answer.
   enum : uint8_t {
     kVersionAt = 2,
     kEpochAt = 3,
@@ -63,7 +60,7 @@ class ConversationState {
   Phase phase_;
   uint8_t flags_;
   bool greeted_;
-  bool resync_;         // buffered link: nothing is believed before a PING's echo
+  bool resync_;         // buffered link: everything before a PING's echo is discarded
   bool command_known_;  // ack_ is of a command that was executed
   bool ack_due_;
   bool event_turn_;  // intensities have come in this period, now the events
@@ -73,7 +70,7 @@ class ConversationState {
   bool idle_;         // a slot has begun since the last byte
   uint8_t robots_;    // others that were heard in the last census
   uint8_t counted_;   // in this one
-  uint8_t seen_[4];   // who was, by the lowest five bits of the ID
+  uint8_t seen_[4];   // which ones, by the lowest five bits of the ID
   uint8_t events_;    // to be reported
   uint8_t value_id_;  // of the setting to be reported
   uint8_t attempt_;   // misses since the last success

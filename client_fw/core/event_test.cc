@@ -194,7 +194,7 @@ TEST(LostTrailTest, IsReportedOnceAfterTheTimeAndEndsWithASmell) {
   EXPECT_EQ(kStill, harness.conversation.wheels());
   ASSERT_EQ(1u, harness.events.size());
   EXPECT_EQ(EventCode::kTrailLost, harness.events[0].code);
-  harness.Serve(300, 0, -10);  // a repellent smells too
+  harness.Serve(300, 0, -10);  // a repellent is also sensed
   EXPECT_FALSE(harness.conversation.trail_lost());
   EXPECT_EQ(0, harness.conversation.flags());
   EXPECT_NE(kStill, harness.conversation.wheels());

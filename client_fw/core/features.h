@@ -1,5 +1,5 @@
-// What an image can do without, decided when it is compiled: a robot's flash is small. Everything
-// is on unless the build says otherwise; hosts leave it on.
+// Features that an image may omit, decided when it is compiled: a robot's flash is small.
+// Everything is on unless the build disables it; hosts leave it on.
 //
 //   avr-g++ -DPHEROMONE_COUNTERS=0 -DPHEROMONE_BUFFERED_LINK=0 -DPHEROMONE_SHORT_CLOCK=1
 //           -DPHEROMONE_START_POSE=0 ...
@@ -40,10 +40,10 @@ constexpr bool kHasBufferedLink = PHEROMONE_BUFFERED_LINK != 0;
 constexpr bool kHasWide = PHEROMONE_WIDE != 0;
 /// Parameters::start; off, the drive itself counts from where the robot stands on the map.
 constexpr bool kHasStartPose = PHEROMONE_START_POSE != 0;
-/// Law::kFuzzy; off, it steers as Law::kDifferential does.
+/// Law::kFuzzy; if off, it steers like Law::kDifferential.
 constexpr bool kHasFuzzyLaw = PHEROMONE_FUZZY_LAW != 0;
 
-/// A board's clock. In 16 bits a pause of the loop of 65 536 ms looks like none: only for boards
+/// A board's clock. With 16 bits, a pause of the loop of 65 536 ms is not noticed: only for boards
 /// with a watchdog.
 #if PHEROMONE_SHORT_CLOCK
 using Milliseconds = uint16_t;

@@ -6,8 +6,8 @@ namespace {
 
 // 1 of s and of a rule's weight.
 constexpr int16_t kOne = 4096;
-// 1 of e and u, and the distance between two labels: half as fine, so that what is added and
-// doubled below fits an int16_t even where e jumps from -2 to 2.
+// 1 of e and u, and the distance between two labels: half the resolution, so that the sums and
+// doubled values below fit an int16_t even if e jumps from -2 to 2.
 constexpr int16_t kErrorOne = kOne / 2;
 
 // Inlined everywhere, the two would double the controller's flash.
@@ -37,7 +37,7 @@ WheelSpeeds SteerFuzzy(int16_t p_left, int16_t p_right, int16_t k_mm_s, const Fu
     before = error;
   }
   int16_t change = static_cast<int16_t>(error - before);
-  // Without an error its change decides: then the two halves round alike.
+  // If the error is 0, its change decides the side, so that both sides are rounded alike.
   bool to_right = error < 0 || (error == 0 && change < 0);
   if (to_right) {
     error = static_cast<int16_t>(-error);

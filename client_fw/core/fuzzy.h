@@ -1,6 +1,6 @@
 // A fuzzy controller that steers by two intensities: the baseline for the paper's claim that
-// pheromones lead a robot at "levels entirely comparable to those of a fuzzy controller" (Susnea et
-// al. 2009).
+// pheromones guide a robot at "levels entirely comparable to those of a fuzzy controller" (Susnea
+// et al. 2009).
 //
 //   FuzzyState state = {kNoError};
 //   WheelSpeeds wheels = SteerFuzzy(p_left, p_right, 300, kTunedFuzzy, &state);  // at each answer
@@ -18,13 +18,13 @@
 //   s    share of the speed
 //   v    K s on the outer wheel, K s (1 - 2 |u|) on the inner one: |u| = 1 turns on the spot
 //
-// For e < 0 all is mirrored, de included: the labels N and NB have the rules of P and PB, and left
-// and right are treated alike to the bit. Neighbouring weights add up to one, so that their mean
-// needs no division: the only one is that of the differential law.
+// For e < 0 everything is mirrored, including de: the labels N and NB have the rules of P and PB,
+// and left and right are treated alike to the bit. Neighbouring weights add up to one, so that
+// their mean needs no division: the only one is that of the differential law.
 //
 // Units: P in 1/4096 of a unit; K and the wheels in mm/s. The wheels are as the equations have them
 // within 1.5 mm/s for kTunedFuzzy at K = 300 mm/s, and within 1 mm/s + K/200 for any rules. Pure
-// but for FuzzyState, which belongs to the caller, one for each robot.
+// except for FuzzyState, which the caller owns, one for each robot.
 #pragma once
 
 #include <stdint.h>
@@ -41,7 +41,7 @@ struct FuzzyRule {
   int8_t speed_128;  ///< s in 1/128, not negative
 };
 
-/// What may be tuned.
+/// The parameters of tuning.
 struct FuzzyGains {
   int8_t error_16;     ///< g in 1/16, not negative
   FuzzyRule rules[3];  ///< Z, P, PB. u_Z is 0: a balanced robot has no side to turn to

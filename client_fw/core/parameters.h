@@ -1,5 +1,5 @@
-// What a robot is told before it starts: its own number, how its link behaves, where it stands, and
-// how it is to steer. The server adds its own part in HELLO's answer.
+// A robot's parameters before it starts: its ID, the behaviour of its link, its start pose, and how
+// it steers. The server adds its own in HELLO's answer.
 #pragma once
 
 #include <stdint.h>
@@ -13,15 +13,15 @@ namespace client {
 /// Settings can be changed over the radio, the rest cannot.
 struct Parameters : Settings {
   uint8_t id = 1;                 ///< CLIENT_ID, 1-254
-  Pose start = Pose{0, 0, 0};     ///< where on the map odometry began
+  Pose start = Pose{0, 0, 0};     ///< the pose on the map where odometry starts
   uint16_t boot_counter = 0;      ///< the nonce of HELLO: another one after each power-up
   uint8_t gap_timeout_ms = 20;    ///< longest silence inside a frame; 0 on links without gaps
-  uint8_t first_window_ms = 100;  ///< response window until HELLO tells the server's
+  uint8_t first_window_ms = 100;  ///< response window until HELLO's answer gives the server's
   uint8_t three_bytes_ms = 4;     ///< time of three bytes on the radio, rounded up: 4 at 9600 baud
   bool wide = false;              ///< 32-bit coordinates
   bool buffered_link = false;     ///< pty, TCP, UDP, USB: answers may be late, so resynchronise
-  uint8_t firmware_version = 1;   ///< told in HELLO
-  uint8_t capabilities = 0;       ///< told in HELLO
+  uint8_t firmware_version = 1;   ///< sent in HELLO
+  uint8_t capabilities = 0;       ///< sent in HELLO
 };
 
 }  // namespace client

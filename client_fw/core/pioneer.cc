@@ -17,7 +17,7 @@ __attribute__((noinline)) void Add(int16_t dx, int16_t per_dx_100nm, int16_t dy,
                                    int16_t per_dy_100nm, int32_t* mm, int16_t* rest_100nm) {
   const int32_t step_100nm = static_cast<int32_t>(dx) * per_dx_100nm +
                              static_cast<int32_t>(dy) * per_dy_100nm + *rest_100nm;
-  // Unsigned, so that a very long way merely wraps.
+  // Unsigned, so that a very long distance merely wraps.
   *mm = static_cast<int32_t>(static_cast<uint32_t>(*mm) +
                              static_cast<uint32_t>(step_100nm / k100NmPerMm));
   *rest_100nm = static_cast<int16_t>(step_100nm % k100NmPerMm);
@@ -53,12 +53,12 @@ void Pioneer::OnPacket(uint16_t now_ms) {
     }
     return;
   }
-  // An echo of what has not been sent is left over from before.
+  // An echo of a command that was not sent is left over from before.
   if (receiver_.id() != phase_ || due_ != 0) {
     return;
   }
   if (phase_ == kSync2) {
-    // Until the first SIP tells how the axes are turned.
+    // Until the first SIP gives the rotation of the axes.
     cos_100nm_ = receiver_.SubclassIsSh() ? k100NmPerMm : count_100nm_;
     Enter(kOpen, now_ms);
   } else {

@@ -10,31 +10,31 @@
 // PioneerDrive (pioneer_drive.h) does this for a board.
 //
 // Session. SYNC0, SYNC1 and SYNC2 are sent, each after the echo of the one before. If an echo does
-// not come within kPioneerSilenceMs, or if a SIP comes, the sign that the Pioneer still is in an
-// older session, CLOSE is sent, and after a pause SYNC0 again. After the last echo come OPEN,
-// SONAR 0, ENABLE 1 and zero speed. ENABLE is repeated while SIPs show the motors off and the STOP
-// button not pressed, SONAR while they show sonars on. After kPioneerSilenceMs without a SIP the
-// session is closed, which stops a Pioneer that hears us but is not heard, and all begins again,
-// for as long as it takes.
+// not come within kPioneerSilenceMs, or if a SIP comes, which shows that the Pioneer is still in an
+// older session, CLOSE is sent, and after a pause SYNC0 again. After the last echo come OPEN, SONAR
+// 0, ENABLE 1 and zero speed. ENABLE is repeated while SIPs show the motors off and the STOP button
+// not pressed, SONAR while they show sonars on. After kPioneerSilenceMs without a SIP the session
+// is closed, which stops a Pioneer that receives our commands although we do not receive its
+// reports, and a new session is attempted, as often as needed.
 //
-// Motion. Every call of set_wheel_speeds is sent; of calls that come faster than commands may, the
-// last. A Pioneer stops after 2 s without a command and with the next one, whatever it is, resumes
-// its speed. Hence speeds are repeated every kKeepAliveMs if there is nothing else to send, a new
-// session begins with zero, and calls while there is no odometry are ignored.
+// Motion. Every call of set_wheel_speeds is sent; if calls come faster than commands may be sent,
+// the last one. A Pioneer stops after 2 s without a command and with the next one, whatever it is,
+// resumes its speed. Hence speeds are repeated every kKeepAliveMs if there is nothing else to send,
+// a new session begins with zero, and calls while there is no odometry are ignored.
 //
-// Odometry is the way travelled since this object was made, from 0, 0, 0, within 1 mm of what the
-// Pioneer counts: nothing is rounded on the way. It is unknown before the first SIP of a session. A
-// Pioneer may count from zero and along other axes in a new session; odometry then continues from
-// the last pose known, so that what the robot did in between, rolling to a stop or carried by hand,
-// is not in it. SIPs lost within a session lose nothing, up to 16 383 counts. The length of a
-// count, DistConvFactor, is 1 mm if the subclass told in answer to SYNC2 ends in "sh" (p3dx-sh,
-// peoplebot-sh), otherwise as given (p3dx, perfpb and perfpb+: 0.485 mm). On axes that are turned
-// it is good to 3 parts in 10 000.
+// Odometry is the path travelled since this object was created, from 0, 0, 0, within 1 mm of what
+// the Pioneer counts: nothing is rounded on the way. It is unknown before the first SIP of a
+// session. A Pioneer may count from zero and along other axes in a new session; odometry then
+// continues from the last known pose, so that movements in between, rolling to a stop or being
+// carried by hand, are not included. The loss of SIPs within a session has no effect, up to 16 383
+// counts. The length of a count, DistConvFactor, is 1 mm if the subclass reported in answer to
+// SYNC2 ends in "sh" (p3dx-sh, peoplebot-sh), otherwise as given (p3dx, perfpb and perfpb+: 0.485
+// mm). On axes that are turned it is accurate to 3 parts in 10 000.
 //
 // Units: mm, mm/s, 100 nm (0.1 micrometres) for the length of a count, binary angles. Times are the
 // low 16 bits of a millisecond clock; Poll has to be called more than once a minute. Nothing is
-// allocated; one instance belongs to one loop (not to interrupts). What is damaged or not
-// understood is ignored.
+// allocated; one instance belongs to one loop (not to interrupts). Damaged or unknown packets are
+// ignored.
 //
 // Sources: Pioneer 3 Operations Manual, "ARCOS"; ARIA, ArRobot and its parameter files.
 #pragma once
@@ -47,14 +47,14 @@
 namespace pheromone {
 namespace client {
 
-/// Without the echo of a SYNC, or a SIP in an open session, for so long: close and begin again.
+/// Without the echo of a SYNC, or a SIP in an open session, for this time: close and begin again.
 constexpr uint16_t kPioneerSilenceMs = 1000;
-/// Between closing and SYNC0: SIPs on their way arrive.
+/// Between closing and SYNC0, in which delayed SIPs arrive.
 constexpr uint16_t kAfterCloseMs = 200;
-/// Speeds are repeated after so long without a command.
+/// Speeds are repeated after this time without a command.
 constexpr uint16_t kKeepAliveMs = 500;
 /// From the last byte put of a command to the next command: 9 bytes leave in 9.4 ms at 9600 baud,
-/// and the Pioneer wants 5 ms between commands.
+/// and the Pioneer requires 5 ms between commands.
 constexpr uint16_t kCommandGapMs = 15;
 
 constexpr int16_t k100NmPerMm = 10000;
@@ -69,13 +69,12 @@ constexpr uint8_t kMotorsOn = 0x01;
 constexpr uint8_t kSonarsOn = 0x1E;
 constexpr uint8_t kStopPressed = 0x20;
 
-/// The variables of Pioneer, apart because as plain memory they are cleared by one loop rather than
-/// one by one.
+/// The variables of Pioneer, separate so that one loop can clear them as plain memory.
 class PioneerState {
  protected:
   // The low four bits are the command with which a phase begins.
   enum Phase : uint8_t { kSync0 = 0, kSync1 = 1, kSync2 = 2, kClosing = 0x12, kOpen = 0x11 };
-  // What is to be sent, in this order.
+  // The commands to be sent, in this order.
   enum Due : uint8_t { kPhase = 1, kSonar = 2, kEnable = 4, kSpeeds = 8 };
 
   PioneerReceiver receiver_;
@@ -87,9 +86,9 @@ class PioneerState {
   uint16_t since_ms_;  // when the phase began, or its last SIP came
   uint16_t put_ms_;    // when the last byte was put
   int16_t speeds_;     // the argument of VEL2
-  uint16_t x_;         // as last told by the Pioneer
+  uint16_t x_;         // as last reported by the Pioneer
   uint16_t y_;
-  BinaryAngle turned_;   // the Pioneer's axes against ours
+  BinaryAngle turned_;   // the Pioneer's axes relative to ours
   int16_t count_100nm_;  // as given
   int16_t cos_100nm_;    // along our axes, for a count along the Pioneer's
   int16_t sin_100nm_;
@@ -108,10 +107,10 @@ class Pioneer : private PioneerState {
 
   /// A byte from the Pioneer, read at `now_ms`.
   void OnByte(uint8_t byte, uint16_t now_ms);
-  /// Lets time pass.
+  /// Advances to `now_ms`.
   void Poll(uint16_t now_ms);
 
-  /// What is left of a command to send, and should leave without a pause; tx_size() 0: nothing.
+  /// The rest of a command, to be sent without a pause; tx_size() 0: none.
   const uint8_t* tx() const { return tx_ + tx_at_; }
   uint8_t tx_size() const { return static_cast<uint8_t>(tx_end_ - tx_at_); }
   /// The first byte of tx() was given to the UART.
@@ -123,7 +122,7 @@ class Pioneer : private PioneerState {
   /// The Pioneer is sending odometry.
   bool known() const { return known_; }
   const Odometry& odometry() const { return odometry_; }
-  /// As of the last SIP that told; meaningful while known().
+  /// From the last SIP that contained it; meaningful while known().
   uint16_t stall() const { return stall_; }
   uint8_t flags() const { return flags_; }
 

@@ -4,7 +4,7 @@
 //   Robot<Board, PioneerDrive<Board>> robot(&board, &drive, parameters, &memory);
 //   for (;;) { drive.Step(); robot.Step(); ... sleep until the next interrupt ... }
 //
-// Board, besides what Robot asks for:
+// Board, in addition to the requirements of Robot:
 //   int robot_get();             the next byte from the Pioneer, or -1
 //   bool robot_put(uint8_t);     queues a byte to it; false if there is no room now. With room for
 //                                kMaxPioneerCommand bytes, commands leave without gaps.
@@ -38,7 +38,7 @@ class PioneerDrive {
     }
   }
 
-  /// The pose since the drive was made; false, and nothing is written, while the link is down.
+  /// The pose since the drive was created; false, and nothing is written, while the link is down.
   bool odometry(Odometry* odometry) const {
     if (!pioneer_.known()) {
       return false;

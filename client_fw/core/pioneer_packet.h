@@ -1,5 +1,5 @@
-// Packets of ARCOS, the protocol of a Pioneer's microcontroller (and of AROS and P2OS, its elders):
-// commands to the robot are written, the robot's packets are taken apart byte by byte.
+// Packets of ARCOS, the protocol of a Pioneer's microcontroller (and of its predecessors AROS and
+// P2OS): encodes commands to the robot, and decodes the robot's packets byte by byte.
 //
 //   uint8_t size = EncodeCommand(PioneerCommand::kVel2, word, packet);   // 9 bytes to send
 //   if (receiver.Push(byte, now_ms)) ... receiver.id(), receiver.X() ... // a packet is complete
@@ -7,8 +7,8 @@
 // A packet, both ways: FA FB, count N, N - 2 bytes of which the first is the command or the type of
 // packet, checksum high byte first. The checksum is the sum, modulo 65 536, of the bytes taken in
 // pairs, the first one high; a byte left over is combined with the low byte by exclusive or.
-// Numbers are little-endian. A packet with a wrong checksum is dropped without a word; so is one
-// with a pause of over kPacketGapMs inside, so that a damaged count does not swallow what follows.
+// Numbers are little-endian. A packet with a wrong checksum is dropped silently; so is one with a
+// pause of over kPacketGapMs inside, so that a damaged count does not consume the following bytes.
 //
 // Sources: Pioneer 3 Operations Manual, chapter "ARCOS"; ARIA, ArRobotPacket and ArSipHandler.
 //
@@ -23,13 +23,13 @@
 namespace pheromone {
 namespace client {
 
-/// What the robot is told. The first three have a second meaning while no session is open, when the
+/// Commands to the robot. The first three have a second meaning while no session is open, when the
 /// robot echoes them.
 enum class PioneerCommand : uint8_t {
   kSync0 = 0,
   kSync1 = 1,
   kSync2 = 2,
-  kPulse = 0,   ///< nothing: feeds the robot's watchdog
+  kPulse = 0,   ///< no effect, except for the robot's watchdog
   kOpen = 1,    ///< begin to send information
   kClose = 2,   ///< end of the session
   kEnable = 4,  ///< motors on (1) or off (0); they are off when a session begins
@@ -43,8 +43,8 @@ enum class PioneerCommand : uint8_t {
 constexpr uint8_t kMaxPioneerCommand = 9;
 
 /// Writes a command without or with an argument and returns its size: 6 and 9 bytes. `packet` holds
-/// kMaxPioneerCommand bytes. A negative argument travels as its absolute value under a type of its
-/// own, as ARIA sends it.
+/// kMaxPioneerCommand bytes. A negative argument is sent as its absolute value with a separate
+/// type, as by ARIA.
 uint8_t EncodeCommand(PioneerCommand command, uint8_t* packet);
 uint8_t EncodeCommand(PioneerCommand command, int16_t argument, uint8_t* packet);
 
@@ -60,13 +60,13 @@ constexpr uint16_t kPacketGapMs = 40;
 /// Plain memory: PioneerReceiver() is all zero, and ready.
 class PioneerReceiver {
  public:
-  /// A byte from the robot, read at `now_ms`. True: it completes a packet, which can be asked for
-  /// until the next Push.
+  /// A byte from the robot, read at `now_ms`. True: it completes a packet, which can be read until
+  /// the next Push.
   bool Push(uint8_t byte, uint16_t now_ms);
 
   /// Command echoed, or type.
   uint8_t id() const { return kept_[0]; }
-  /// 0x30 to 0x34: a standard server information packet (SIP), and long enough to tell the pose.
+  /// 0x30 to 0x34: a standard server information packet (SIP), and long enough to contain the pose.
   bool IsSip() const { return static_cast<uint8_t>(id() - 0x30) <= 4 && length_ >= 9; }
 
   // Fields of a SIP, as the robot counts them.

@@ -1,18 +1,18 @@
 // A robot: a radio board, a drive, and the conversation between them. The hardware is a template
-// parameter, so that a microcontroller pays for no indirection.
+// parameter, so that a microcontroller has no cost of indirection.
 //
 //   Robot<Board, Drive> robot(&board, &drive, parameters, &memory);
 //   for (;;) { robot.Step(); ... sleep until the next interrupt ... }
 //
 // Board:
 //   int radio_get();             the next byte received, or -1
-//   bool radio_put(uint8_t);     queues a byte to send; false if there is no room now. With room
-//   for
-//                                kMaxClientFrame bytes, frames leave without gaps, as modems want.
+//   bool radio_put(uint8_t);     queues a byte to send; false if there is no room now. With
+//                                room for kMaxClientFrame bytes, frames are sent without gaps, as
+//                                modems require.
 //   bool radio_tx_idle();        every byte put has left, its stop bit included
 //   bool channel_busy();         carrier detected, or bytes of our own still leaving
 //   Milliseconds millis();       a clock; may wrap
-//   void set_load(bool);         holds the load or lets it go; told at each Step
+//   void set_load(bool);         holds or releases the load; called at each Step
 //   void save_settings(const uint8_t*, uint8_t size);
 //                                keeps the bytes of Settings for the next start
 // Drive:
@@ -45,7 +45,7 @@ class Robot {
 
   void Step() {
     const Milliseconds now_ms = board_->millis();
-    // First the end of our own frame, then what came after it.
+    // First the end of our own frame, then the bytes received after it.
     if (put_ != 0 && put_ == conversation_.tx_size() && board_->radio_tx_idle()) {
       put_ = 0;
       conversation_.OnSent(now_ms);
@@ -68,7 +68,7 @@ class Robot {
   }
 
   const Conversation& conversation() const { return conversation_; }
-  /// What the drive was last told.
+  /// The last speeds given to the drive.
   WheelSpeeds wheels() const { return told_; }
 
  private:

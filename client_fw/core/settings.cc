@@ -31,7 +31,7 @@ const Range kRanges[kLast] = {
     {1, 15},           {0, 2},     {0, 1},       {0, 2},     {0, kMaxGain}, {0, 255},
     {0, kMaxSpeedMmS}, {0, 30000}, {100, 30000}, {0, 30000}, {100, 30000}};
 
-// Where the setting is; `id` exists.
+// The position of the setting; `id` must exist.
 uint8_t OffsetOf(uint8_t id) {
   return static_cast<uint8_t>(id <= kLastByte ? id - 1 : 2 * id - kLastByte - 2);
 }

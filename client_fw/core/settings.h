@@ -1,10 +1,11 @@
-// What an operator may change over the radio (COMMAND 8 and 9) and what a board keeps in EEPROM.
+// The settings that an operator may change over the radio (COMMAND 8 and 9) and a board keeps in
+// EEPROM.
 //
 //   if (WriteSetting(kSpeedSetting, 350, &settings)) ...   // false: no such id, or out of range
 //   if (ReadSetting(kSpeedSetting, settings, &value)) ...
 //
-// Every value is a whole number from 0 to 32 767, so that EVENT 8 can tell it. A board stores the
-// bytes of Settings as they are, under a check of its own; another size means another firmware.
+// Every value is a whole number from 0 to 32 767, so that EVENT 8 can report it. A board stores the
+// bytes of Settings unchanged, with a checksum of its own; another size means another firmware.
 //
 // Pure functions; any thread.
 #pragma once
@@ -16,9 +17,9 @@
 namespace pheromone {
 namespace client {
 
-/// What to do when there has been nothing to smell for a while.
+/// What to do when nothing has been sensed for a while.
 enum class LostTrail : uint8_t {
-  kStraight,  ///< on, at the full speed
+  kStraight,  ///< straight ahead, at full speed
   kStop,
   kSpiral,  ///< outwards, to the left
 };
@@ -38,26 +39,26 @@ enum SettingId : uint8_t {
   kDriveScaleSetting = 11,
 };
 
-/// In the order of the ids: first what takes a byte, then what takes two.
+/// In the order of the ids: first those of one byte, then those of two.
 struct Settings {
-  uint8_t type = 1;  ///< pheromone followed, and left behind if lay_trail; 1-15
+  uint8_t type = 1;  ///< pheromone followed, and deposited if lay_trail; 1-15
   Law law = Law::kDifferential;
   bool lay_trail = false;  ///< TRACE instead of SENSE
   LostTrail lost_trail = LostTrail::kStraight;
   uint8_t gain_8ths = kUnitGain;  ///< of the laws differential and paper: steering.h; 0-29
-  uint8_t faintest = 1;           ///< intensity from which on something smells, 1/4096 unit; 0-255
+  uint8_t faintest = 1;           ///< smallest intensity that counts as sensed, 1/4096 unit; 0-255
   int16_t speed_mm_s = 200;       ///< K of the law, 0 to kMaxSpeedMmS
-  uint16_t period_ms = 200;       ///< one exchange each, to 30 000; up to 1: as fast as it goes
+  uint16_t period_ms = 200;       ///< between exchanges, at most 30 000; 0 or 1: no pause
   /// Longest drive without an answer, 100-30 000; over period_ms. The rest of half a second is for
   /// the loop, the line and the drive.
   uint16_t fail_safe_ms = 480;
   uint16_t lost_after_ms = 1000;  ///< the trail is lost after so long; 0: never
-  /// 1/10 000 mm a count of a Pioneer whose kind does not count whole millimetres, 100-30 000. From
-  /// the next start on.
+  /// Length of a count in 1/10 000 mm, of a Pioneer whose model does not count whole millimetres,
+  /// 100-30 000. Effective from the next start.
   uint16_t drive_scale = 4850;
 };
 
-/// False, and nothing changed, if there is no such setting or `value` is out of its range.
+/// False, without a change, if there is no such setting or `value` is out of range.
 bool WriteSetting(uint8_t id, uint32_t value, Settings* settings);
 
 /// False if there is no such setting.

@@ -1,13 +1,14 @@
 // Connects an AVR machine with two terminals of the host, serial ports or ptys, at the pace of a
-// clock: the firmware on a simulated chip, the radio modem and the Pioneer whatever they are.
+// clock: the firmware runs on a simulated chip; the radio modem and the Pioneer may be real or
+// simulated.
 //
 //   AvrBridge bridge(&machine, radio_fd, robot_fd);
 //   for (;;) { bridge.Step(NanosecondsSinceTheStart()); ... wait a millisecond ... }
 //
 // Bytes that came in are spaced by the UARTs as a line would; bytes that go out are written when
-// their stop bit has passed. Time is the machine's; the clock is the caller's, who keeps both
-// descriptors, which must be open, raw, and non-blocking. A terminal that does not take a byte, as
-// a pty that nobody reads, loses it. One thread.
+// their stop bit has passed. Time is the machine's; the clock is the caller's, who owns both
+// descriptors, which must be open, raw, and non-blocking. A byte that a terminal does not accept,
+// such as a pty without a reader, is lost. One thread.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,7 @@ namespace pheromone::sim {
 
 class AvrBridge {
  public:
-  /// The machine must outlive the bridge and is used by nobody else.
+  /// The machine must outlive the bridge, which uses it exclusively.
   AvrBridge(AvrMachine* machine, int radio_fd, int robot_fd);
   AvrBridge(const AvrBridge&) = delete;
   AvrBridge& operator=(const AvrBridge&) = delete;
@@ -27,7 +28,7 @@ class AvrBridge {
   /// AvrMachine does.
   bool Step(int64_t now_ns);
 
-  /// Bytes that a terminal did not take.
+  /// Bytes that a terminal did not accept.
   uint64_t lost() const { return lost_; }
 
  private:

@@ -1,5 +1,5 @@
-// The EEPROM of an AVR in libsimavr with the time that silicon takes. The simulator's own writes at
-// once, so no power loss could ever hit a write.
+// The EEPROM of an AVR in libsimavr, with the write time of the real chip. The simulator's own
+// EEPROM writes at once, so that no power loss could interrupt a write.
 //
 // A byte is being programmed for 3.4 ms (1.8 ms if only erased or only written); until then EEPE
 // stays set, and neither reading nor another write is begun. A reset leaves the programming alone;
@@ -24,15 +24,15 @@ class AvrEeprom {
   AvrEeprom(const AvrEeprom&) = delete;
   AvrEeprom& operator=(const AvrEeprom&) = delete;
 
-  /// From address 0; what is not given is kept. Throws std::runtime_error if it does not fit.
+  /// From address 0; the rest is kept. Throws std::runtime_error if it does not fit.
   void Load(const std::vector<uint8_t>& contents);
   std::vector<uint8_t> contents() const;
-  /// Bytes programmed since the machine was made: wear.
+  /// Bytes programmed since the machine was created: wear.
   uint64_t writes() const { return writes_; }
 
-  /// After the chip was reset with the power on: goes on with what it was programming.
+  /// After a reset with the power on: continues programming.
   void OnReset();
-  /// The power was lost: a byte being programmed becomes `garbage`.
+  /// After a loss of power: a byte being programmed becomes `garbage`.
   void OnPowerLoss(uint8_t garbage);
 
  private:

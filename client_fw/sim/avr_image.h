@@ -1,4 +1,4 @@
-// What an image takes of an AVR's flash and RAM, read from its ELF file.
+// How much of an AVR's flash and RAM an image uses, read from its ELF file.
 //
 //   const AvrImageSize size = ReadAvrImageSize("pheromone_client_avr.elf");
 //

@@ -19,7 +19,7 @@ namespace {
 constexpr char kMcu[] = "atmega1284p";
 constexpr uint64_t kSecond = 1'000'000'000;
 constexpr uint64_t kInterruptEntryCycles = 4;
-// A stretch between two looks at timers and interrupts ends sooner whenever it has to.
+// A stretch of instructions without a check of timers and interrupts ends early whenever necessary.
 constexpr uint64_t kLongestStretch = 1'000'000;
 
 // MCUSR and WDTCSR.
@@ -31,7 +31,7 @@ constexpr uint8_t kWatchdogChange = 0x18;  // WDCE and WDE
 constexpr uint8_t kWatchdogEnable = 0x08;  // at the shortest time
 constexpr uint16_t kWatchdogControl = 0x60;
 
-// Only what is wrong; the rest ("Loaded 12896 bytes") would be in every test's output.
+// Only errors; the rest ("Loaded 12896 bytes") would be in every test's output.
 void LogErrors(avr_t* /*avr*/, const int level, const char* format, va_list arguments) {
   if (level == LOG_ERROR) {
     std::vfprintf(stderr, format, arguments);
@@ -126,7 +126,7 @@ void AvrMachine::Impl::RunTo(uint64_t target) {
   avr_cycle_timer_register(
       avr.get(), target - avr->cycle,
       [](avr_t*, avr_cycle_count_t, void*) -> avr_cycle_count_t { return 0; }, this);
-  // Every instruction is followed by timers and then by interrupts, across calls too: what was told
+  // Every instruction is followed by timers and then by interrupts, also across calls: inputs given
   // since the last call may be due before the next instruction.
   avr_cycle_timer_process(avr.get());
   for (;;) {
@@ -226,7 +226,7 @@ void AvrMachine::Impl::OnWatchdog() {
   avr->data[status] = static_cast<uint8_t>(earlier | kWatchdogFlag);
 }
 
-// The simulator has forgotten all timers and registers, and how far it may run.
+// The simulator has lost all timers and registers, and its run limit.
 void AvrMachine::Impl::AfterReset() {
   avr->run_cycle_limit = kLongestStretch;
   for (AvrUart& uart : uarts) {
@@ -236,7 +236,7 @@ void AvrMachine::Impl::AfterReset() {
   pins.OnReset();
 }
 
-// A bit of RAM changes if its bit of `changes` is set and chance wants it: all, or some.
+// A bit of RAM changes if its bit of `changes` is set and a random bit is set: all, or some.
 void AvrMachine::Impl::ScrambleRam(uint8_t changes) {
   for (uint32_t address = avr->ioend + 1u; address <= avr->ramend; ++address) {
     const auto bits = static_cast<uint8_t>(noise());
@@ -244,7 +244,7 @@ void AvrMachine::Impl::ScrambleRam(uint8_t changes) {
   }
 }
 
-// --- The public face.
+// --- The public interface.
 
 AvrMachine::AvrMachine(const AvrMachineConfig& config) : impl_(std::make_unique<Impl>(config)) {
   impl_->Reset(Cause::kPowerOn);

@@ -1,21 +1,21 @@
 // An ATmega1284P that runs a robot's image: libsimavr in virtual time, with UARTs, EEPROM, resets
-// and sleep as on silicon.
+// and sleep as on the real chip.
 //
 //   AvrMachine machine({.image = "pheromone_client_avr.elf"});
 //   machine.OnSent(AvrMachine::kRadio, [&](uint8_t byte, int64_t time_ns) { ... });
 //   machine.Send(AvrMachine::kRobot, 0xFA, machine.now_ns() + 1'041'667);
 //   machine.RunTo(1'000'000'000);
 //
-// UART0 is the radio, UART1 the robot. Time is int64_t nanoseconds since the machine was made; it
-// goes on over resets. The same calls give the same run, and it does not matter in which steps
-// RunTo is called, so long as nothing is told later than it happens.
+// UART0 is the radio, UART1 the robot. Time is int64_t nanoseconds since the machine was made;
+// resets do not affect it. The same calls give the same run, and the steps of RunTo do not matter,
+// as long as no input is given later than its time.
 //
-// What libsimavr 1.6 does not do, and this does: byte times without a parity bit, read from the
-// registers at each byte; transmission through a data and a shift register, reported at the stop
-// bit; a receive buffer of two bytes; baud rates compared with what the peers use; flags that
-// interrupt although they rose before their mask; four cycles to enter an interrupt; EEPROM writes
-// that take time; resets that keep RAM. What it does not do either: cycles that the EEPROM halts
-// the processor, wake-up times, and pins of the UARTs as pins.
+// Added to libsimavr 1.6: byte times without a parity bit, read from the registers at each byte;
+// transmission through a data and a shift register, reported at the stop bit; a receive buffer of
+// two bytes; baud rates compared with what the peers use; flags that interrupt although they rose
+// before their mask; four cycles to enter an interrupt; EEPROM writes that take time; resets that
+// keep RAM. Not simulated: cycles for which the EEPROM halts the processor, wake-up times, and pins
+// of the UARTs as pins.
 //
 // One thread; the simulator's log is global. Callbacks come from inside RunTo and Reset; they may
 // call Send and SetPin, nothing else, and must not throw.
@@ -40,7 +40,7 @@ struct AvrMachineConfig {
   int64_t robot_baud = 9600;
   std::vector<uint8_t> eeprom = {};   ///< from address 0; the rest is erased
   std::vector<AvrPin> grounded = {};  ///< pins that straps connect to ground
-  uint64_t seed = 1;                  ///< of what is in RAM after power-up
+  uint64_t seed = 1;                  ///< of the contents of RAM after power-up
 };
 
 class AvrMachine {
@@ -54,7 +54,7 @@ class AvrMachine {
   };
 
   /// Loads the image and switches the power on. Throws std::runtime_error if the file or the
-  /// simulator is not as it should be.
+  /// simulator is unsuitable.
   explicit AvrMachine(const AvrMachineConfig& config);
   ~AvrMachine();
   AvrMachine(const AvrMachine&) = delete;
@@ -66,17 +66,17 @@ class AvrMachine {
   int64_t now_ns() const;
 
   /// A byte to the firmware, whose stop bit ends at `time_ns`: not before now, and at least a
-  /// byte's time after the one before; what comes sooner is delayed.
+  /// byte's time after the previous byte; earlier bytes are delayed.
   void Send(Port port, uint8_t byte, int64_t time_ns);
   /// Bytes from the firmware, each at the end of its stop bit.
   void OnSent(Port port, std::function<void(uint8_t byte, int64_t time_ns)> callback);
 
-  /// From now on something outside drives an input.
+  /// Drives an input from outside, from now on.
   void SetPin(AvrPin pin, bool high);
   /// Changes of an output; an undriven pin counts as low.
   void OnPin(AvrPin pin, std::function<void(bool high, int64_t time_ns)> callback);
 
-  /// Resets now. Power loss is kPowerOn: whatever was under way is lost.
+  /// Resets now. A power loss is kPowerOn: everything in progress is lost.
   void Reset(Cause cause);
   /// Resets that the firmware's watchdog made.
   uint64_t watchdog_resets() const;
@@ -90,9 +90,9 @@ class AvrMachine {
   uint64_t cycles_asleep() const;
 
   const AvrImageSize& image_size() const;
-  /// The deepest that the stack has reached since power-up, in bytes: what is above static RAM is
-  /// filled with noise then, and whatever has changed was used. (Room that a function takes but
-  /// does not write to is not seen.)
+  /// The maximum depth of the stack since power-up, in bytes: RAM above the static variables is
+  /// then filled with noise, and bytes that have changed were used. (Space that a function reserves
+  /// but does not write to is not detected.)
   uint16_t stack_bytes() const;
 
  private:

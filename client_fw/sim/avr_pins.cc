@@ -36,8 +36,9 @@ void AvrPins::Watch(AvrPin pin, std::function<void(bool)> on_change) {
   avr_irq_register_notify(Irq(pin), &OnLevel, &watched_.back());
 }
 
-// The registers are cleared by now, but the simulator tells them of changes only. (And it is not to
-// be told of others: from a low level on an external interrupt's pin it polls that pin each cycle.)
+// The registers are cleared by now, but the simulator only updates them on changes. (It must not be
+// given unchanged levels: after a low level on an external interrupt's pin it polls that pin each
+// cycle.)
 void AvrPins::OnReset() {
   for (char name = 'A'; name <= 'D'; ++name) {
     const auto index = static_cast<size_t>(name - 'A');

@@ -33,7 +33,7 @@ class AvrPins {
   AvrPins& operator=(const AvrPins&) = delete;
 
   void Drive(AvrPin pin, bool high);
-  /// Calls back with each change of the level that the firmware puts out.
+  /// Calls back with each change of the output level.
   void Watch(AvrPin pin, std::function<void(bool)> on_change);
   /// After the chip was reset: outputs are undriven, inputs as before.
   void OnReset();

@@ -1,4 +1,4 @@
-// One robot of a simulation that runs the image which one would flash: an AVR machine, a modem on a
+// One robot of a simulation that runs the image that would be flashed: an AVR machine, a modem on a
 // radio medium, and a simulated Pioneer on the other UART.
 //
 //   AvrRobot robot({.machine = {.image = "pheromone_client_avr.elf"}, .id = 7}, &medium);
@@ -13,9 +13,9 @@
 // own: loss is to be simulated by byte_error or bit_error.
 //
 // The modem is transparent: it keys with the first byte, begins to send after the turnaround, and
-// shows a carrier until its own last byte is on the air, which is a turnaround later than the AVR
-// thinks. Odometry begins at (0, 0, 0) wherever the Pioneer stands; where that is on the map the
-// firmware's settings say. One thread. Throws as AvrMachine does.
+// shows a carrier until its own last byte is sent, which is a turnaround later than the AVR
+// assumes. Odometry begins at (0, 0, 0) wherever the Pioneer is; the firmware's settings give that
+// position on the map. One thread. Throws as AvrMachine does.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@
 
 namespace pheromone::sim {
 
-/// What client_fw/boards/avr/pins.h gives the pins for.
+/// The pins as assigned in client_fw/boards/avr/pins.h.
 struct AvrBoardPins {
   AvrPin ptt = {'D', 4};      ///< out, high: transmit
   AvrPin carrier = {'D', 5};  ///< in, low: the modem hears a carrier
@@ -56,7 +56,8 @@ class AvrRobot final : public MobileRobot {
   AvrRobot& operator=(const AvrRobot&) = delete;
 
   void Step() override;
-  /// Lets the robot be `ns` ahead of the medium, within the next Step: for a Reset between steps.
+  /// Advances the robot to `ns` ahead of the medium, within the next Step: for a Reset between
+  /// steps.
   void RunAhead(int64_t ns);
 
   void OnByte(uint8_t byte, int64_t time_ns) override;
@@ -66,7 +67,7 @@ class AvrRobot final : public MobileRobot {
   void OnCommandByte(std::function<void(uint8_t byte, int64_t time_ns)> tap) {
     tap_ = std::move(tap);
   }
-  /// Pulls the cable to the Pioneer out, or puts it back.
+  /// Disconnects or reconnects the cable to the Pioneer.
   void set_cable(bool connected) { cable_ = connected; }
   void Reset(AvrMachine::Cause cause) { machine_.Reset(cause); }
 

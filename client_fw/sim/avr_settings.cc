@@ -5,7 +5,7 @@
 namespace pheromone::sim {
 namespace {
 
-// Nonvolatile is made for one chip with one EEPROM; here is one a thread.
+// Nonvolatile is designed for one chip with one EEPROM; here there is one per thread.
 struct HostEeprom {
   static std::vector<uint8_t>& Bytes() {
     static thread_local std::vector<uint8_t> bytes;

@@ -1,11 +1,10 @@
-// What is in the EEPROM of an AVR robot that was told its settings, as if an operator had done so
-// over the radio.
+// The contents of the EEPROM of an AVR robot whose settings an operator has changed over the radio.
 //
 //   AvrRobotConfig config;
 //   config.machine.eeprom = AvrEepromWith(settings, /*starts=*/17);
 //
-// `starts` is how often it was switched on and told something before: HELLO's nonce will be the
-// next number, so that another run is another start. Pure; any thread.
+// `starts` is the number of earlier starts: HELLO's nonce will be the next number, so that each run
+// is a new start. Pure; any thread.
 #pragma once
 
 #include <cstdint>

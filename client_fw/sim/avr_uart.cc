@@ -55,7 +55,8 @@ AvrUart::AvrUart(avr_t* avr, char name, int64_t nominal_baud)
   io(uart_->r_ucsra).w = {this, &WriteStatus};
   io(uart_->r_ucsrb).w = {this, &WriteControl};
   io(uart_->ubrrl.reg).w = {nullptr, nullptr};
-  // A level-triggered interrupt asks again when its handler returns and nothing has changed.
+  // A level-triggered interrupt is raised again if its condition still holds when its handler
+  // returns.
   for (avr_int_vector_t* vector : {&uart_->rxc, &uart_->udrc}) {
     avr_irq_register_notify(vector->irq + AVR_INT_IRQ_RUNNING, &OnReturn, this);
   }
@@ -150,7 +151,8 @@ void AvrUart::WriteControl(avr_t* avr, uint16_t address, uint8_t value, void* se
     status = static_cast<uint8_t>(status & ~(kReceiveComplete | kDataOverrun));
     avr_clear_interrupt(avr, &uart.uart_->rxc);
   }
-  // A flag that was up before its mask interrupts as soon as it may; the simulator's own never did.
+  // A flag that was set before its mask interrupts as soon as permitted; the simulator's own never
+  // did.
   uart.Request();
   if ((value & kTransmitInterrupt) != 0 &&
       (uart.Register(uart.uart_->r_ucsra) & kTransmitComplete) != 0) {
@@ -211,7 +213,7 @@ uint64_t AvrUart::EndOfReceived(avr_t* avr, uint64_t /*when*/, void* self) {
   return uart.underway_.empty() ? 0 : uart.underway_.front().cycle;
 }
 
-// At the firmware's setting, which is read anew for every byte.
+// At the firmware's setting, which is read for every byte.
 uint64_t AvrUart::CyclesPerByte() {
   const uint64_t divisor =
       1u + (Register(uart_->ubrrl.reg) | (static_cast<uint32_t>(Register(uart_->ubrrh.reg)) << 8));

@@ -1,6 +1,6 @@
-// A UART of an AVR in libsimavr, as silicon has it. It takes the place of the simulator's own,
-// which is 10 % slow, never loses a byte, does not know its baud rate, and hands a byte over before
-// it has left (README.md of client_fw, "The AVR machine").
+// A UART of an AVR in libsimavr that behaves like the real one. It replaces the simulator's own,
+// which is 10 % slow, never loses a byte, does not know its baud rate, and reports a byte before it
+// has been sent.
 //
 //   AvrUart uart(avr, '0', 9600);
 //   uart.set_on_sent([](uint8_t byte, uint64_t cycle) { ... });   // its stop bit is over
@@ -9,10 +9,10 @@
 // Sending: a data register and a shift register. UDRE says that the former is free, TXC that both
 // are empty; a byte is reported when its stop bit has ended. Receiving: two bytes are kept; one
 // more that comes before the firmware has read is lost and counted, and DOR is set. All three
-// interrupts are level-triggered as on silicon, TXC apart. Only 8N1 is understood.
+// interrupts are level-triggered as on the real chip, except TXC. Only 8N1 is understood.
 //
 // Bytes that come in closer than a byte lasts at the nominal rate are delayed to that distance, as
-// the wire would: whoever delivers a whole block need not space it.
+// by a wire: the caller may deliver a whole block at once.
 //
 // Time is in cycles of the AVR. The firmware's divisor is compared with the nominal rate at every
 // byte; more than 2 % off, or another format than 8N1, is an error(), as is a byte written to a
@@ -54,13 +54,13 @@ class AvrUart {
   /// A byte whose stop bit ends at `cycle`, or as soon after the one before as a byte lasts.
   void Deliver(uint8_t byte, uint64_t cycle);
 
-  /// After the chip was reset: registers as after power-up; what is on the wire still arrives.
+  /// After a reset: registers as after power-up; bytes on the wire still arrive.
   void OnReset();
 
   const AvrUartCounters& counters() const { return counters_; }
   /// Bytes delivered that have not arrived yet.
   size_t underway() const { return underway_.size(); }
-  /// What is wrong with the firmware's use of the UART; empty while nothing is.
+  /// An error in the firmware's use of the UART; empty if there is none.
   const std::string& error() const { return error_; }
 
  private:

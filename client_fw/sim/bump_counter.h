@@ -1,5 +1,5 @@
-// How often a robot has run into something. A robot that pushes against a wall stalls again and
-// again, creeping on by less than a millimetre in between: that is one bump, until it is stopped at
+// Counts how often a robot has run into something. A robot that pushes against a wall stalls
+// repeatedly, moving by less than a millimetre in between: that is one bump, until it is stopped at
 // another place.
 //
 //   BumpCounter bumps;
@@ -16,7 +16,7 @@ namespace pheromone::sim {
 
 class BumpCounter {
  public:
-  /// So far from the last bump a stall is another one.
+  /// At this distance from the last bump, a stall is a new one.
   static constexpr double kApartM = 0.02;
 
   void Look(bool stalled, const PlanePose& pose) {

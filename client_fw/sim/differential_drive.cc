@@ -24,7 +24,7 @@ int32_t Millimetres(double metres) {
 PlanePose MoveOnArc(const PlanePose& pose, double left_m, double right_m, double wheelbase_m) {
   const double way = (left_m + right_m) / 2;
   const double turn = (right_m - left_m) / wheelbase_m;
-  // The chord of the arc: way * sin(turn / 2) / (turn / 2), in the direction halfway through.
+  // The chord of the arc: length * sin(turn / 2) / (turn / 2), in the direction halfway through.
   const double half = turn / 2;
   const double chord = std::abs(half) < 1e-9 ? way : way * std::sin(half) / half;
   const double direction = pose.heading_rad + half;
@@ -75,7 +75,7 @@ double DifferentialDrive::TargetOf(int16_t mm_s) const {
   return std::clamp(speed / 1000, -config_.max_wheel_speed_m_s, config_.max_wheel_speed_m_s);
 }
 
-// The way of a wheel that approaches its target speed at the acceleration limit.
+// The distance rolled by a wheel that approaches its target speed at the acceleration limit.
 double DifferentialDrive::Roll(Wheel* wheel, double seconds) const {
   const double change = wheel->target - wheel->speed;
   const double limit = config_.wheel_acceleration_m_s2;

@@ -1,11 +1,11 @@
-// A differential-drive robot on a plane, and what its odometry makes of the way. It is a Drive for
+// A differential-drive robot on a plane, and its odometry. It is a Drive for
 // client_fw/core/robot.h, standing in for a Pioneer: wheel commands in steps of 20 mm/s, wheels
 // that accelerate at a limit, positions reported in whole millimetres and headings in 4096 a turn.
 //
 // Units: metres, radians, seconds inside; the Drive's side in mm and binary angles. Headings
-// counter-clockwise from +x. Within a step the wheels' ways are exact for the acceleration limit,
-// and the robot moves on the arc of that curvature. What it would drive into stops it at once: its
-// wheels stall, so the odometry stands still with them. No randomness; no threads.
+// counter-clockwise from +x. Within a step the distances rolled by the wheels are exact for the
+// acceleration limit, and the robot moves on the arc of that curvature. An obstacle stops it at
+// once: its wheels stall, and so the odometry does not change. No randomness; no threads.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct PlanePose {
   double heading_rad = 0;
 };
 
-/// Whether the robot cannot stand there.
+/// Whether an obstacle blocks the robot at this position.
 using Blocked = std::function<bool(const PlanePose&)>;
 
 struct DriveConfig {
@@ -46,7 +46,7 @@ class DifferentialDrive {
  public:
   DifferentialDrive(const DriveConfig& config, const PlanePose& start);
 
-  /// Lets `seconds` pass. A robot that is blocked stands, stalls and tries again with each call.
+  /// Advances by `seconds`. A blocked robot stalls and tries again with each call.
   void Advance(double seconds);
 
   // The Drive concept.
@@ -54,14 +54,14 @@ class DifferentialDrive {
   void set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s);
 
   const PlanePose& true_pose() const { return pose_; }
-  /// Of the wheels as they turn now, and as they were told to (quantised and limited).
+  /// The present and the commanded wheel speeds (quantised and limited).
   double left_m_s() const { return left_.speed; }
   double right_m_s() const { return right_.speed; }
   double left_target_m_s() const { return left_.target; }
   double right_target_m_s() const { return right_.target; }
   /// It was blocked when it last tried to move.
   bool stalled() const { return stalled_; }
-  /// The way of the robot's centre, forwards and backwards alike.
+  /// The distance travelled by the robot's centre, forwards or backwards.
   double travelled_m() const { return travelled_m_; }
 
  private:

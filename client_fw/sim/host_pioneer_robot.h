@@ -6,9 +6,9 @@
 //   HostPioneerRobot robot(config, &medium);
 //   medium.AdvanceTo(...); robot.Step();                       // every millisecond
 //
-// It is what AvrRobot is, with the same code compiled for the host: tens of times faster, and with
-// counters. Step() is one turn of the firmware's main loop. The start pose told to the client
-// is the true one, rounded; the Pioneer counts from zero wherever it stands. One thread.
+// It is like AvrRobot, with the same code compiled for the host: tens of times faster, and with
+// counters. Step() is one pass of the firmware's main loop. The client's start pose is the true
+// one, rounded; the Pioneer counts from zero wherever it is. One thread.
 #pragma once
 
 #include <cstdint>

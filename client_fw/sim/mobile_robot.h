@@ -1,5 +1,5 @@
-// One robot of a simulation, whatever it is made of: a station on a radio medium that moves on a
-// plane and follows what the server answers.
+// The interface of all robots of a simulation: a station on a radio medium that moves on a plane
+// and steers by the server's answers.
 //
 //   std::unique_ptr<MobileRobot> robot = ...;      // SimulatedRobot, HostPioneerRobot, AvrRobot
 //   for (int64_t ms = 1; ms <= end_ms; ++ms) {
@@ -8,8 +8,8 @@
 //   }
 //   robot->true_pose(); robot->counters();
 //
-// Units: metres and radians for where it is, mm/s for wheels, 1/4096 of a pheromone unit for P_L
-// and P_R. The medium must outlive the robot, and the robot the medium's last event. One thread.
+// Units: metres and radians for poses, mm/s for wheels, 1/4096 of a pheromone unit for P_L and P_R.
+// The medium must outlive the robot, and the robot the medium's last event. One thread.
 #pragma once
 
 #include <cstdint>
@@ -29,14 +29,14 @@ class MobileRobot : public Station {
   /// Its number on the medium.
   virtual int station() const = 0;
   virtual const PlanePose& true_pose() const = 0;
-  /// What its drive was told last; of a robot that cannot be asked, what its wheels do.
+  /// The last speeds given to its drive; if these are unknown, the speeds of its wheels.
   virtual client::WheelSpeeds wheels() const = 0;
-  /// Of a robot that cannot be asked, what its modem could tell (RadioTally).
+  /// If its counters cannot be read, those that its modem can count (RadioTally).
   virtual const client::Counters& counters() const = 0;
   /// As last received; 0 before.
   virtual int16_t p_left() const = 0;
   virtual int16_t p_right() const = 0;
-  /// A set of client::StopFlag; 0 of a robot that cannot be asked.
+  /// A set of client::StopFlag; 0 if they cannot be read.
   virtual uint8_t flags() const { return 0; }
   /// How often it has run into an obstacle.
   virtual uint32_t bumps() const { return 0; }

@@ -10,7 +10,8 @@ namespace {
 constexpr int kSlipTicks = 100;
 constexpr double kRounding = 1e-9;
 
-// Evenly from 0 up to 1. The standard's distributions are not the same everywhere; this is.
+// Uniformly from 0 up to 1. The distributions of the standard library differ between platforms;
+// this one does not.
 double Uniform(std::mt19937_64* random) {
   return static_cast<double>((*random)() >> 11) * 0x1p-53;
 }
@@ -75,8 +76,9 @@ Motion PioneerDrive::Next(const Motion& goal, const MotionLimits& limits) const 
                  Approach(motion_.turn_rad_s, goal.turn_rad_s, limits.turn_acceleration_rad_s2,
                           limits.turn_deceleration_rad_s2)};
   if (FasterWheel(next) > body_.wheel_limit_m_s + kRounding) {
-    // Each ramp for itself may lead through motions that the wheels cannot do, though both ends
-    // can be done. Then what shrinks makes room first; the goal being admissible, something does.
+    // Each ramp by itself may lead through motions that the wheels cannot perform, although both
+    // ends are feasible. Then the component that shrinks goes first; as the goal is feasible, one
+    // does shrink.
     if (std::abs(next.speed_m_s) > std::abs(motion_.speed_m_s)) {
       next.speed_m_s = motion_.speed_m_s;
     }

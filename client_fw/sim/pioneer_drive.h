@@ -1,17 +1,17 @@
-// How a Pioneer moves: a speed and a turn rate that approach what was commanded under ARCOS's
-// limits, the wheels that follow from them, the way on the ground, and what odometry makes of it.
+// The motion of a Pioneer: a speed and a turn rate that approach the commanded ones within ARCOS's
+// limits, the resulting wheel speeds, the true path, and the odometry.
 //
 //   PioneerDrive drive(body, errors, start, blocked);
 //   drive.Tick({0.2, 0}, limits);             // one millisecond towards 0.2 m/s, straight on
 //   drive.true_pose(); drive.odometry();
 //
 // Translation and rotation have limits and accelerations of their own, as ARCOS applies them to
-// VEL2 too: v = (right + left) / 2, w = (right - left) / wheelbase. A wheel that would exceed what
-// its motor can do makes the component that grows wait for the one that shrinks.
+// VEL2 too: v = (right + left) / 2, w = (right - left) / wheelbase. If a wheel would exceed the
+// limit of its motor, the component that grows waits for the one that shrinks.
 //
-// The firmware holds the speeds that its encoders show. So the odometry is what was commanded, and
-// errors appear in the true way: wheels of another size than the firmware believes, a wheelbase of
-// another width, wheels that slip.
+// The firmware controls the speeds measured by its encoders. So the odometry follows the commands,
+// and errors appear in the true path: wheels of another size than the firmware assumes, a wheelbase
+// of another width, wheels that slip.
 //
 // Units: metres, radians, seconds; headings counter-clockwise and not reduced to a turn. Repeatable
 // by seed. One thread.
@@ -48,15 +48,16 @@ struct PioneerBody {
   double wheel_limit_m_s = 0;
 };
 
-/// What is wrong with a robot's odometry. |scale| <= 0.5, |heading_rad_per_m| <= 1, slip <= 1.
+/// The errors of a robot's odometry. |scale| <= 0.5, |heading_rad_per_m| <= 1, slip <= 1.
 struct PioneerErrors {
-  double scale = 0;              ///< odometry sees 1 + scale metres a metre driven straight
-  double heading_rad_per_m = 0;  ///< and turns by this much a metre
-  double slip = 0;               ///< a wheel loses up to this share of its way, new every 0.1 s
-  uint64_t seed = 1;             ///< of the slip
+  double scale = 0;              ///< odometry measures 1 + scale metres per metre driven straight
+  double heading_rad_per_m = 0;  ///< and a rotation of this much per metre
+  double slip = 0;    ///< a wheel loses up to this share of its distance, drawn every 0.1 s
+  uint64_t seed = 1;  ///< of the slip
 };
 
-/// Errors evenly drawn: scale and heading from plus or minus `most`'s, slip as in `most`.
+/// Uniformly distributed errors: scale and heading within plus or minus those of `most`, slip as in
+/// `most`.
 PioneerErrors DrawPioneerErrors(const PioneerErrors& most, uint64_t seed);
 
 class PioneerDrive {
@@ -67,13 +68,13 @@ class PioneerDrive {
   PioneerDrive(const PioneerBody& body, const PioneerErrors& errors, const PlanePose& start,
                Blocked blocked);
 
-  /// Lets kTickS pass. A robot that is blocked stands, stalls and tries again with each tick.
+  /// Advances by kTickS. A blocked robot stalls and tries again with each tick.
   void Tick(const Motion& target, const MotionLimits& limits);
 
-  /// Stands at once, whatever the deceleration.
+  /// Stops at once, regardless of the deceleration limit.
   void Halt() { motion_ = {}; }
 
-  /// Calls the present place and heading 0, 0, 0.
+  /// Resets the odometry to 0, 0, 0 at the present pose.
   void ResetOdometry() { odometry_ = {}; }
 
   const PlanePose& true_pose() const { return pose_; }

@@ -24,7 +24,7 @@ constexpr std::array<PioneerModel, 3> kModels = {
     Model("peoplebot-sh", 1.0, 0.006, 750, 513),
 };
 
-// Of ASCII, whatever the locale.
+// For ASCII, independent of the locale.
 char Lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }

@@ -8,9 +8,9 @@
 // of the same robots has others (a PeopleBot "perfpb": 0.485 mm), hence plain members to change.
 // Headings are reported in 4096 a turn by all of them.
 //
-// What a robot is set to when it is switched on lies in its flash and differs from robot to robot;
-// here it is what MobileSim allows. The accelerations of rotation and the ceilings of SETA and
-// SETRA are assumptions; so is a PeopleBot's wheel limit. Constants; any thread.
+// The settings at power-up are in a robot's flash and differ from robot to robot; here they are
+// those of MobileSim. The accelerations of rotation and the ceilings of SETA and SETRA are
+// assumptions; so is a PeopleBot's wheel limit. Constants; any thread.
 #pragma once
 
 #include <span>
@@ -19,7 +19,7 @@
 namespace pheromone::sim {
 
 struct PioneerModel {
-  std::string_view subclass;     ///< as told in the answer to SYNC2; a literal
+  std::string_view subclass;     ///< as reported in the answer to SYNC2; a literal
   double distance_mm = 1;        ///< DistConvFactor: of one unit of X and Y
   double speed_mm_s = 1;         ///< VelConvFactor: of one unit of wheel speed
   double range_mm = 1;           ///< RangeConvFactor: of one unit of a sonar's range
@@ -45,7 +45,7 @@ struct PioneerModel {
 /// p3dx, p3dx-sh, peoplebot-sh.
 std::span<const PioneerModel> PioneerModels();
 
-/// By subclass, in capitals or not; nullptr if it is none of them.
+/// Finds a model by subclass, ignoring case; nullptr if there is none.
 const PioneerModel* FindPioneerModel(std::string_view subclass);
 
 }  // namespace pheromone::sim

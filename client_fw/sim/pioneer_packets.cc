@@ -31,7 +31,7 @@ std::vector<uint8_t> MakePacket(uint8_t id, std::span<const uint8_t> data) {
   assert(data.size() + kMinCount <= UINT8_MAX);
   std::vector<uint8_t> packet = {kPioneerHeader[0], kPioneerHeader[1],
                                  static_cast<uint8_t>(data.size() + kMinCount), id};
-  // One by one: of a vector that is this short, g++ 12 at -O3 takes insert() for a mistake.
+  // One by one: for a vector this short, g++ 12 at -O3 warns of insert().
   std::copy(data.begin(), data.end(), std::back_inserter(packet));
   const uint16_t checksum = PacketChecksum(std::span(packet).subspan(kBeforeId));
   packet.push_back(static_cast<uint8_t>(checksum >> 8));

@@ -1,5 +1,5 @@
-// Packets of ARCOS, the protocol of Pioneer robots (AROS and P2OS before it), as the robot's side
-// cuts them out of a line and puts them onto it.
+// Packets of ARCOS, the protocol of Pioneer robots (AROS and P2OS before it), decoded and encoded
+// on the robot's side.
 //
 //   FA FB | N | id | data ... | checksum, high byte first       N = bytes after itself, at least 3
 //
@@ -8,10 +8,10 @@
 //   while (std::optional<Packet> packet = reader.Next()) { ... }
 //   Send(MakePacket(0x32, data));
 //
-// 16-bit values in the data are little-endian. A packet with a wrong checksum is dropped without a
-// word, as the robot does, and what follows its first byte is searched again, so that a cut packet
-// costs nothing but itself. A count under 3 or over 200 is no packet (the sources disagree about
-// the limit: 200, 204, 249). There is no timeout inside a packet. No errors; one thread.
+// 16-bit values in the data are little-endian. A packet with a wrong checksum is dropped silently,
+// as by the robot, and the bytes after its first one are searched again, so that a truncated packet
+// does not affect others. A count under 3 or over 200 is invalid (the sources disagree about the
+// limit: 200, 204, 249). There is no timeout inside a packet. No errors; one thread.
 #pragma once
 
 #include <cstdint>
@@ -37,16 +37,16 @@ uint16_t PacketChecksum(std::span<const uint8_t> bytes);
 std::vector<uint8_t> MakePacket(uint8_t id, std::span<const uint8_t> data);
 
 /// The numeric argument of a command: a type byte, 0x3B or 0x1B for negative, and a magnitude.
-/// Nothing if there is none, or half of one, or it is of another type; a type byte without
+/// Empty if there is none, or an incomplete one, or one of another type; a type byte without
 /// magnitude is 0.
 std::optional<int> PacketArgument(const Packet& packet);
 
 class PacketReader {
  public:
   void Push(std::span<const uint8_t> bytes);
-  /// The next good packet; nothing until more bytes come.
+  /// The next valid packet; empty until more bytes come.
   std::optional<Packet> Next();
-  /// Forgets a packet that has begun.
+  /// Drops an incomplete packet.
   void Clear() { bytes_.clear(); }
 
   uint64_t bad_checksums() const { return bad_checksums_; }

@@ -1,5 +1,5 @@
-// What a simulated Pioneer tells its client, as packets ready to send: the standard server
-// information packet (SIP), the CONFIG packet and the names in answer to SYNC2.
+// A simulated Pioneer's reports, as packets ready to send: the standard server information packet
+// (SIP), the CONFIG packet and the names in answer to SYNC2.
 //
 //   SipContent sip;
 //   sip.x_mm = 1000;
@@ -50,13 +50,13 @@ struct SipContent {
 std::vector<uint8_t> MakeSip(const PioneerModel& model, SipForm form, int position_bits,
                              const SipContent& content);
 
-/// What of the CONFIG packet is not constant.
+/// The variable fields of the CONFIG packet.
 struct ConfigContent {
   std::string name;
   int sip_period_ms = 100;
   int watchdog_ms = 2000;
   int sonars = 0;
-  MotionLimits limits;  ///< now in force
+  MotionLimits limits;  ///< at present
 };
 
 std::vector<uint8_t> MakeConfigPacket(const PioneerModel& model, const ConfigContent& content);

@@ -15,7 +15,7 @@ static_assert(PioneerDrive::kTickS * 1e9 == kTickNs);
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kNothingInReachMm = 5000;
-// A line does not store: what nobody reads is lost.
+// A line does not store bytes: unread output is lost.
 constexpr size_t kMaxOutput = 4096;
 
 enum Command : uint8_t {
@@ -206,7 +206,7 @@ void PioneerRobot::Obey(const Packet& packet) {
   }
 }
 
-// False if it is none of these commands, or one that does not count now.
+// False if it is not one of these commands, or has no effect at present.
 bool PioneerRobot::ObeyArgument(uint8_t command, int argument) {
   switch (command) {
     case kEnable:

@@ -1,4 +1,4 @@
-// A Pioneer robot that speaks ARCOS, without a line and without a clock: bytes and the time go in,
+// A Pioneer robot that speaks ARCOS, without I/O and without a clock: bytes and the time go in,
 // bytes come out. It stands in for the real one on a serial port, in virtual or in real time.
 //
 //   PioneerConfig config;
@@ -10,23 +10,23 @@
 //
 // Session: SYNC0, SYNC1, SYNC2 are echoed in this order, the last with three names; a repeated one
 // is echoed again; OPEN, with an argument or without, starts the stream of SIPs; CLOSE or HangUp
-// ends it. Between SYNC2 and OPEN, SYNC0 begins anew. A line that falls silent ends nothing.
-// Motors are off and settings (SETV, SETA ...) are those of the model at each OPEN and after each
-// end; odometry goes on. Motion commands while the motors are off are ignored.
+// ends it. Between SYNC2 and OPEN, SYNC0 restarts the sequence. A silent line does not end the
+// session. Motors are off and settings (SETV, SETA ...) are those of the model at each OPEN and
+// after each end; odometry continues. Motion commands while the motors are off are ignored.
 //
 // Commands: PULSE, OPEN, CLOSE, ENABLE, SETA, SETV, SETO, SETRV, SETRA, VEL, RVEL, VEL2, SONAR,
 // STOP, E_STOP, CONFIG (answered with a packet 0x20, or not) and HOSTBAUD (ignored: a simulated
-// line has no rate). Others, and those whose argument is missing, are ignored and counted. VEL2 may
-// have its bytes raw or negated as a word. VEL or RVEL after VEL2 sets the other one to 0, as ARCOS
-// changes between its two ways of motion; settings above the model's ceilings are those ceilings;
-// an acceleration of 0 is ignored.
+// line has no rate). Other commands, and those with a missing argument, are ignored and counted.
+// VEL2 may have its bytes raw or negated as a word. VEL or RVEL after VEL2 sets the other one to 0,
+// as ARCOS changes between its two ways of motion; settings above the model's maxima are limited to
+// them; an acceleration of 0 is ignored.
 //
-// Watchdog: without any good packet for 2 s the robot slows down and stands; the next one makes it
+// Watchdog: without any valid packet for 2 s the robot slows down and stops; the next one makes it
 // resume its speed. MobileSim does not have that (`watchdog_ms` = 0).
 //
-// Time is int64_t nanoseconds, from 0; the motion goes on in whole milliseconds. What comes out
-// depends on the configuration and on the bytes with their times, not on how AdvanceTo is called. A
-// time in the past is taken for the present. No errors; one thread.
+// Time is int64_t nanoseconds, from 0; motion is computed in whole milliseconds. The output depends
+// on the configuration and on the bytes with their times, not on how AdvanceTo is called. A time in
+// the past is treated as the present. No errors; one thread.
 #pragma once
 
 #include <cstdint>
@@ -45,8 +45,8 @@ namespace pheromone::sim {
 
 struct PioneerConfig {
   PioneerModel model = PioneerModels().front();
-  std::string name = "Simulated";  ///< told in answer to SYNC2
-  double wheelbase_m = 0;          ///< of the wheels on the ground; 0: as the firmware believes
+  std::string name = "Simulated";  ///< reported in answer to SYNC2
+  double wheelbase_m = 0;  ///< of the wheels on the ground; 0: as configured in the firmware
   PioneerErrors errors;
   int sip_period_ms = 100;  ///< at least 1
   int watchdog_ms = 2000;   ///< 0: never
@@ -56,18 +56,18 @@ struct PioneerConfig {
   bool sonar_when_opened = true;  ///< until SONAR 0
   bool answers_config = true;
   double battery_v = 12.8;
-  Blocked blocked;  ///< an obstacle: where the robot cannot be; none if empty
-  /// What sonar `number` measures there, mm. 5000, nothing in reach, if empty.
+  Blocked blocked;  ///< whether an obstacle blocks a position; none if empty
+  /// The reading of sonar `number` at a pose, mm. If empty: 5000, nothing within reach.
   std::function<int(const PlanePose& pose, int number)> range_mm;
 };
 
 struct PioneerCounters {
-  uint64_t packets = 0;        ///< good ones received
+  uint64_t packets = 0;        ///< valid ones received
   uint64_t bad_checksums = 0;  ///< dropped
-  uint64_t ignored = 0;        ///< good, but unknown, out of place or without their argument
+  uint64_t ignored = 0;        ///< valid, but unknown, out of sequence or without their argument
   uint64_t sessions = 0;       ///< OPENs that began one
   uint64_t sips = 0;           ///< sent
-  uint64_t lost_sips = 0;      ///< not sent because nobody took the output
+  uint64_t lost_sips = 0;      ///< not sent because the output was not taken
   uint64_t watchdog_stops = 0;
 };
 
@@ -77,14 +77,14 @@ class PioneerRobot {
 
   PioneerRobot(const PioneerConfig& config, const PlanePose& start);
 
-  /// What came from the client, at `time_ns`.
+  /// Bytes from the client, received at `time_ns`.
   void OnBytes(std::span<const uint8_t> bytes, int64_t time_ns);
-  /// Lets everything happen that happens until and at `time_ns`.
+  /// Processes all events up to and including `time_ns`.
   void AdvanceTo(int64_t time_ns);
-  /// The line is known to be gone: as CLOSE.
+  /// The client has disconnected: like CLOSE.
   void HangUp();
 
-  /// What is to be sent since the last call. At most a few kilobytes are kept.
+  /// The output since the last call. At most a few kilobytes are kept.
   std::vector<uint8_t> TakeOutput();
   /// When the next SIP is due, kNever without a session.
   int64_t NextSipTime() const { return open() ? next_sip_ns_ : kNever; }

@@ -28,7 +28,7 @@ std::string SystemError(const std::string& what) {
   return what + ": " + std::strerror(errno);
 }
 
-// Where a symbolic link points; empty if it is none.
+// The target of a symbolic link; empty if it is not one.
 std::string TargetOf(const std::string& path) {
   std::array<char, PATH_MAX> target{};
   const ssize_t size = readlink(path.c_str(), target.data(), target.size());
@@ -48,8 +48,8 @@ std::string MakeRaw(const char* terminal) {
   return error;
 }
 
-// What was written to the terminal and not read. Asked for at its own end: flushing the master
-// would leave what the kernel has not handed over yet.
+// Discards bytes that were written to the terminal and not read. This is done on the slave:
+// flushing the master would leave bytes that the kernel has not yet passed on.
 void DiscardUnread(const char* terminal) {
   const int slave = open(terminal, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (slave >= 0) {
@@ -94,7 +94,7 @@ std::string PioneerServer::ServePty(const std::string& link) {
       ptsname_r(line_, name.data(), name.size()) != 0) {
     return SystemError("cannot make a pseudo-terminal");
   }
-  // The slave is not kept open: so we see whether a client is there.
+  // The slave is not kept open, so that we can detect whether there is a client.
   std::string error = MakeRaw(name.data());
   if (error.empty()) {
     error = MakeLink(link, name.data());
@@ -185,7 +185,7 @@ void PioneerServer::Write() {
   }
 }
 
-// The pty stays for the next client, without what this one has not read.
+// The pty remains for the next client, without the bytes that this one has not read.
 void PioneerServer::Disconnect() {
   unsent_.clear();
   if (listener_ < 0) {

@@ -8,12 +8,12 @@
 //     server.Wait(10);                      // until something comes, at most 10 ms
 //   }
 //
-// A pty's symbolic link is removed at the end. Without a client what the robot sends is lost; the
-// robot does not notice and its session stays open, as on a serial line. TCP listens on 127.0.0.1
-// and serves one client; others are hung up on. The end of its connection ends the session.
+// A pty's symbolic link is removed at the end. Without a client, the robot's output is lost; its
+// session stays open, as on a serial line. TCP listens on 127.0.0.1 and serves one client; the
+// connections of others are closed. The end of its connection ends the session.
 //
-// Bytes move as fast as the system moves them: no baud rate is modelled. Errors are words, empty if
-// there is none. Blocks in Wait only. One thread.
+// Bytes move as fast as the system moves them: no baud rate is modelled. Errors are messages, empty
+// if there is none. Blocks only in Wait. One thread.
 #pragma once
 
 #include <cstdint>

@@ -131,7 +131,7 @@ int64_t RadioMedium::EventTimeOf(const Transmitter& transmitter) const {
          static_cast<int64_t>(transmitter.byte + 1) * kBitsAByte * kSecond / config_.baud;
 }
 
-// Whether the station is on the air now and will be in the next moment.
+// Whether the station is on the air now and will be in the next instant.
 bool RadioMedium::GoesOn(const Transmitter& transmitter) const {
   return transmitter.on_air &&
          (EventTimeOf(transmitter) > now_ns_ || transmitter.blocks.size() > 1 ||
@@ -148,7 +148,7 @@ void RadioMedium::BeginBlock(Transmitter* transmitter, int64_t start_ns) {
 void RadioMedium::GoOnAir(size_t number) {
   for (size_t i = 0; i < transmitters_.size(); ++i) {
     Transmitter& other = transmitters_[i];
-    // A byte of another that ends at this very moment is over before this station begins.
+    // A byte of another station that ends at this instant is over before this station begins.
     if (i != number && other.on_air && EventTimeOf(other) > now_ns_) {
       other.met[number] = true;
     }
@@ -162,7 +162,7 @@ void RadioMedium::GoOnAir(size_t number) {
   StartBlock(number);
 }
 
-// A byte begins: whom it meets from its first moment on.
+// A byte begins: the stations with which it overlaps from the start.
 void RadioMedium::MeetOthers(size_t number) {
   for (size_t i = 0; i < transmitters_.size(); ++i) {
     transmitters_[number].met[i] = i != number && GoesOn(transmitters_[i]);
@@ -224,7 +224,7 @@ void RadioMedium::EndByte(size_t number) {
 }
 
 void RadioMedium::Deliver(const Arrival& arrival) {
-  // Who was sending is settled before anybody can react to the byte.
+  // The set of senders is determined before any station can react to the byte.
   std::vector<size_t> listeners;
   for (size_t i = 0; i < transmitters_.size(); ++i) {
     const Transmitter& listener = transmitters_[i];
@@ -267,8 +267,8 @@ uint8_t RadioMedium::Damaged(uint8_t byte) {
   return heard;
 }
 
-// Draws only where there is something to draw, so that switching one kind of damage on leaves the
-// other's sequence alone when it is off.
+// Draws random numbers only for enabled kinds of damage, so that enabling one does not change the
+// sequence of the other.
 bool RadioMedium::Happens(double probability) {
   if (probability <= 0) {
     return false;

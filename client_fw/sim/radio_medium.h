@@ -1,5 +1,5 @@
-// A half-duplex radio channel that all stations share, in virtual time: bytes with their exact
-// ends, collisions as each listener hears them, hidden stations, deafness while sending, carrier,
+// A half-duplex radio channel shared by all stations, in virtual time: bytes with their exact end
+// times, collisions as received by each listener, hidden stations, deafness while sending, carrier,
 // and seeded damage.
 //
 //   RadioMedium medium(config);
@@ -11,18 +11,18 @@
 //  * a block given to Transmit is on the air from the station's turnaround later, ten bits a byte,
 //    without gaps; what is given while the station is still sending follows directly;
 //  * everything arrives `propagation_ns` after it left, at every listener alike;
-//  * from Transmit until its last byte has left, a station hears nothing, not even a byte of which
-//    it missed a part;
-//  * a byte arrives mangled at a listener if another station that this listener hears was on the
-//    air meanwhile, however shortly. Of two stations hidden from each other a third may thus hear
-//    a collision that neither of them notices. There is no capture: the nearer of two stations is
-//    not understood either, where real FM receivers often would;
+//  * from Transmit until its last byte is sent, a station receives nothing, not even a byte of
+//    which it missed a part;
+//  * a byte arrives mangled at a listener if another station in its range was on the air meanwhile,
+//    however briefly. Two stations hidden from each other may thus collide at a third without
+//    noticing. There is no capture effect: the nearer of two stations is not received either,
+//    unlike with many real FM receivers;
 //  * the carrier of others shows, and vanishes, `carrier_delay_ns` after the bits themselves.
 //
 // Time is int64_t nanoseconds. Byte k of a block ends at start + (k + 1) * 10 / baud, rounded down:
-// no drift. At the same time carriers change first, then bytes arrive, then stations go on with
-// what they send, in the order of their numbers. Everything is determined by the calls and the
-// seed. One thread. Callbacks may call Transmit and Busy.
+// no drift. At the same time carriers change first, then bytes arrive, then stations continue to
+// send, in the order of their numbers. Everything is determined by the calls and the seed. One
+// thread. Callbacks may call Transmit and Busy.
 #pragma once
 
 #include <cstdint>
@@ -35,13 +35,13 @@
 
 namespace pheromone::sim {
 
-/// Whoever owns a modem on the channel.
+/// A station with a modem on the channel.
 class Station {
  public:
   virtual ~Station() = default;
   /// A byte ended at `time_ns`; it may be damaged.
   virtual void OnByte(uint8_t byte, int64_t time_ns) = 0;
-  /// The last byte of everything given to Transmit has left.
+  /// The last byte of everything given to Transmit was sent.
   virtual void OnTransmitted(int64_t time_ns) = 0;
 };
 
@@ -49,8 +49,8 @@ struct RadioConfig {
   int64_t baud = 9600;
   int64_t turnaround_ns = 2'000'000;  ///< from Transmit to the first bit
   int64_t propagation_ns = 0;         ///< from a sender's bit to a listener's
-  bool carrier_detect = true;         ///< Busy tells of others on the air
-  int64_t carrier_delay_ns = 0;       ///< until a modem has noticed that they are, or no longer are
+  bool carrier_detect = true;         ///< Busy reports others on the air
+  int64_t carrier_delay_ns = 0;       ///< until a modem reports that they are, or no longer are
   double byte_error = 0;              ///< probability that a listener gets a byte wrong
   double bit_error = 0;   ///< probability that a listener gets a data bit of a byte wrong
   double block_loss = 0;  ///< probability that a listener misses a block altogether
@@ -77,21 +77,21 @@ class RadioMedium {
   /// this station's modem.
   int AddStation(Station* station, std::optional<int64_t> turnaround_ns = std::nullopt);
 
-  /// From now on these two neither hear each other nor show each other's carrier.
+  /// From now on these two neither receive each other nor detect each other's carrier.
   void Hide(int station, int from);
 
   /// Sends `bytes`, which are copied; none is a no-op.
   void Transmit(int station, std::span<const uint8_t> bytes);
 
-  /// Lets everything happen that happens until and at `time_ns`, which is not before now.
+  /// Processes all events up to and including `time_ns`, which is not before now.
   void AdvanceTo(int64_t time_ns);
 
   int64_t now_ns() const { return now_ns_; }
-  /// When something happens next, kNever if nothing will by itself.
+  /// The time of the next event, kNever if there is none.
   int64_t NextEventTime() const;
 
-  /// Carrier as the station's modem shows it: another station that it hears is on the air (if the
-  /// modem can tell), or the station itself is sending.
+  /// Carrier as reported by the station's modem: another station in its range is on the air (with
+  /// carrier detect), or the station itself is sending.
   bool Busy(int station) const;
   /// From Transmit to the last byte.
   bool Sending(int station) const;

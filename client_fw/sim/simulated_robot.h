@@ -9,7 +9,7 @@
 //   }
 //
 // Step() is one turn of the firmware's main loop and one millisecond of the drive, at the medium's
-// present time. The start pose told to the client is the true one, rounded. One thread.
+// present time. The client's start pose is the true one, rounded. One thread.
 #pragma once
 
 #include <cstdint>

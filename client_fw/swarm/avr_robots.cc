@@ -1,5 +1,5 @@
-// Robots that run an AVR's image, where libsimavr is: this file makes a program that is under the
-// GPL's terms. Elsewhere no_avr_robots.cc takes its place.
+// Robots that run an AVR's image, if libsimavr is available: a program that includes this file is
+// under the terms of the GPL. Otherwise no_avr_robots.cc replaces it.
 #include <algorithm>
 #include <cassert>
 

@@ -10,14 +10,14 @@ namespace pheromone::swarm {
 namespace {
 
 constexpr double kRightAngle = std::numbers::pi / 2;
-/// A robot is not let turn further than this off its corridor: there is no room to turn round.
+/// The limit of a robot's angle to its corridor: there is no room to turn around.
 constexpr double kMaxTurn = 80 * std::numbers::pi / 180;
 constexpr int kPiecesABend = 12;
 constexpr double kNarrowedM = 0.6;  // behind a fork a branch is as narrow as elsewhere
-/// The branches are mirror images as far as a robot before the fork can smell.
+/// The branches are mirror images within the reach of a robot before the fork.
 constexpr double kEntryM = 0.9;
 
-// Draws a line as a turtle does, so that lengths are exact.
+// Draws a line with turtle graphics, so that lengths are exact.
 class Turtle {
  public:
   Turtle(double x_m, double y_m, double heading_rad)

@@ -11,18 +11,18 @@
 //   ... the robot moves by itself: pose ...
 //   switch (guide.Hold(&pose, /*short_open=*/true)) { ... }
 //
-// The corridors guide where there is nothing to choose: they are little wider than the robots'
-// tracks, so that robots go along the middle as on a rail. A robot that comes to a fork drives
-// freely: there the stem is wide and opens into both branches, which leave it at the same angle;
-// the side on which the robot passes the wedge between them decides which one it enters. A robot
-// that touches a wall slides along it, turned parallel to it, and cannot turn back.
+// Where there is no choice, the corridors guide: they are little wider than the robots' tracks, so
+// that robots drive along the middle as on a rail. At a fork a robot drives freely: there the stem
+// is wide and opens into both branches, which leave it at the same angle; the side on which the
+// robot passes the wedge between them decides which one it enters. A robot that touches a wall
+// slides along it, turned parallel to it, and cannot turn back.
 //
-// As far as a robot before a fork can smell, the branches are mirror images. The short one lies to
-// the left on the way to the food and to the right on the way back, so that no preference for a
-// side looks like one for a branch.
+// Within the antennas' reach of a robot before a fork, the branches are mirror images. The short
+// one is on the left on the way to the food and on the right on the way back, so that a preference
+// for a side does not look like one for a branch.
 //
-// Corridors rather than a guiding pheromone: TRACE leaves what it smells, and a blend of guide and
-// trail has no pheromone of its own to leave.
+// Corridors rather than a guiding pheromone: TRACE deposits the type that it senses, and a blend of
+// guide and trail accepts no deposits.
 //
 // Units: metres, radians, headings counter-clockwise from +x. Pure; an arena may be shared.
 #pragma once
@@ -68,13 +68,13 @@ class Lane {
   /// The pose on the line; beyond an end on its straight continuation.
   sim::PlanePose At(double along_m) const;
 
-  /// A place in the lane's own terms.
+  /// A position in the coordinates of the lane.
   struct Place {
     size_t piece = 0;
     double along_m = 0;
     double left_m = 0;
   };
-  /// Of a point, seen from `piece` or a later one: a robot does not go back.
+  /// The position of a point, searched from `piece` on: a robot does not go back.
   Place Locate(double x_m, double y_m, size_t piece) const;
 
  private:
@@ -109,14 +109,14 @@ class BridgeArena {
   std::vector<Lane> lanes_;
 };
 
-/// The corridors around one robot, and where in them it is.
+/// The corridors around one robot, and its position in them.
 class BridgeGuide {
  public:
   enum class Step : uint8_t {
     kNone,
     kChose,    ///< passed the wedge and entered branch()
     kCrossed,  ///< left it at the other end
-    kArrived,  ///< at the end of a stem: nothing goes on before Turn
+    kArrived,  ///< at the end of a stem: Turn must be called next
   };
 
   /// The robot stands at the nest and faces the fork: Start(). `arena` outlives the guide.

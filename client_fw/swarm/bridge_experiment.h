@@ -1,13 +1,14 @@
-// The double bridge experiment: does a swarm that lays and follows an evaporating trail find the
-// shorter of two branches (Goss, Aron, Deneubourg and Pasteels 1989; fig. 2 of Susnea et al. 2009)?
+// The double bridge experiment: does a swarm that deposits and follows an evaporating trail find
+// the shorter of two branches (Goss, Aron, Deneubourg and Pasteels 1989; fig. 2 of Susnea et al.
+// 2009)?
 //
 //   const BridgeSeries series = RunBridges(BridgeExperiment{}, 30);
 //   const BridgeSummary summary = Summarise(series);
 //   summary.ended_short;                 // of 30 swarms
 //
-// A swarm has *decided* when at least kMaxOfAll of the choices in the last quarter of the run fall
-// on one branch. The share of the choices is what counts (Goss et al. count the traffic), not the
-// share of the robots present: a robot is on a branch twice as long for twice the time.
+// A swarm has *decided* if at least kMaxOfAll of the choices in the last quarter of the run are for
+// one branch. The share of choices is used (Goss et al. count the traffic), not the share of the
+// robots present: a robot is on a branch twice as long for twice the time.
 //
 // Virtual time. A series runs on all processors; its result does not depend on their number.
 #pragma once
@@ -60,7 +61,7 @@ BridgeSeries RunBridges(const BridgeExperiment& experiment, int seeds,
 /// `base` in one respect.
 std::vector<BridgeExperiment> BridgeExperiments(const BridgeExperiment& base);
 
-/// The mean over the runs, and how much they differ.
+/// The mean over the runs, and the standard deviation.
 struct ShareSpread {
   double mean = 0;
   double deviation = 0;  ///< standard deviation of the sample; 0 for one run
@@ -85,10 +86,10 @@ struct BridgeSummary {
 
 BridgeSummary Summarise(const BridgeSeries& series);
 
-/// A line a series, for people.
+/// A readable table with one line per series.
 std::string ToTable(const std::vector<BridgeSeries>& all);
 
-/// A header line, then a line a series; a line a run; a line a series and minute.
+/// A header line, then one line per series; per run; per series and minute.
 std::string ToCsv(const std::vector<BridgeSeries>& all);
 std::string RunsToCsv(const std::vector<BridgeSeries>& all);
 std::string SharesToCsv(const std::vector<BridgeSeries>& all);

@@ -17,7 +17,7 @@ BridgeExperiment Minutes(int64_t minutes) {
   return experiment;
 }
 
-// Robots that only smell what was laid: the share of the short branch among their choices.
+// Robots that only sense the initial deposits: the share of the short branch among their choices.
 double ShareWithLaid(uint16_t on_short, uint16_t on_long) {
   BridgeExperiment experiment = Minutes(15);
   experiment.lay_trail = false;

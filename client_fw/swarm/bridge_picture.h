@@ -1,8 +1,8 @@
 // Pictures of the double bridge experiment, as SVG: choices over time, where swarms ended, and the
 // arena with its trails.
 //
-// Pure but for DrawTrails, which runs the simulations whose moments it shows; any thread. The same
-// data give the same bytes.
+// Pure except for DrawTrails, which runs the simulations whose moments it shows; any thread. The
+// same data give the same bytes.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +13,10 @@
 
 namespace pheromone::swarm {
 
-/// A panel a series: the share of the short branch in each minute, of each run and on average.
+/// One panel per series: the share of the short branch in each minute, of each run and on average.
 std::string DrawShares(const std::vector<BridgeSeries>& all);
 
-/// A row a series: how many swarms ended where, and each run's final share.
+/// One row per series: how many swarms chose which branch, and each run's final share.
 std::string DrawOutcomes(const std::vector<BridgeSeries>& all);
 
 /// How often robots took the short branch, against its share of the trail at the entries, over all
@@ -31,7 +31,7 @@ struct BridgeMoment {
   std::string caption;
 };
 
-/// A panel a moment: corridors, trail and robots.
+/// One panel per moment: corridors, trail and robots.
 std::string DrawTrails(const std::vector<BridgeMoment>& moments);
 
 }  // namespace pheromone::swarm

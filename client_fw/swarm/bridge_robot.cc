@@ -32,8 +32,8 @@ BridgeGuide::Step BridgeDrive::Advance(double seconds, bool short_open) {
 }
 
 // One step of the Ornstein-Uhlenbeck process, exact in mean, variance and correlation. Each step's
-// random number is evenly spread; their sum over the process's memory is all but normal, and the
-// same with every standard library.
+// random number is uniformly distributed; their sum over the process's memory is nearly normal, and
+// the same with every standard library.
 double BridgeDrive::Wander(double seconds) {
   const double kept = std::exp(-seconds / wandering_.memory_s);
   const double even = static_cast<double>(random_() >> 11) * 0x1p-52 - 1;  // variance 1/3

@@ -1,15 +1,15 @@
-// A robot on the double bridge: the firmware's main loop on the host board, wheels that wander, and
-// the corridors around them.
+// A robot on the double bridge: the firmware's main loop on the host board, wheels with a random
+// component, and the corridors around them.
 //
 //   BridgeRobot robot(config, &arena);
 //   robot.Advance(0.01, /*short_open=*/true);      // 10 ms of driving
 //   robot.Step(now_ms, /*carrier=*/false);         // one turn of the firmware's main loop
 //   const size_t size = robot.TakeTransmission(frame, sizeof frame);
 //
-// The wheels turn at once as they are told, and the odometry is exact. Exploration is the drive's:
-// the robot's turning rate has a random part, an Ornstein-Uhlenbeck process, as a walking ant
-// sways. At the end of a stem the robot stands for a while and is then turned to face the fork.
-// Robots do not hinder each other.
+// The wheels reach their commanded speed at once, and the odometry is exact. Exploration is part of
+// the drive: the robot's turning rate has a random part, an Ornstein-Uhlenbeck process, as a
+// walking ant sways. At the end of a stem the robot stops for a while and is then turned to face
+// the fork. Robots do not hinder each other.
 //
 // One thread. The same configuration and calls give the same driving.
 #pragma once

@@ -7,9 +7,9 @@
 //   simulation.choices();            // who went which way, so far
 //
 // Robots go to and fro between nest and food (bridge_arena.h). Each is the firmware's own code;
-// once a period it sends TRACE, senses the trail at its two antennas, leaves one quantum, and
-// steers by the differential law. Nothing chooses a branch but that law and the wandering of the
-// wheels (bridge_robot.h).
+// once per period it sends TRACE, senses the trail at its two antennas, deposits one quantum, and
+// steers by the differential law. A branch is chosen only by that law and the random component of
+// the wheels (bridge_robot.h).
 //
 // The link is ideal unless `radio` is set: a frame arrives in the next step, and none is lost. With
 // `radio`, all robots share one half-duplex channel at 9600 baud.
@@ -40,13 +40,13 @@ struct BridgeExperiment {
 
   std::string name = "base";
   int robots = 8;
-  bool lay_trail = true;  ///< false: SENSE on an empty map, so that wandering alone chooses
+  bool lay_trail = true;  ///< false: SENSE on an empty map, for purely random choices
   field::Evaporation evaporation = field::Evaporation::kCounter;
   int64_t tau_ms = 20'000;     ///< 0: the trail never evaporates
   uint16_t max_count = 32;     ///< C_max; a full node is one pheromone unit, so Q = 1 / C_max
   int64_t short_opens_ms = 0;  ///< until then only the long branch is open
-  /// Quanta laid on the branches' centre lines before the start, by Branch; if there are any, the
-  /// stems are full.
+  /// Quanta deposited on the branches' centre lines before the start, by Branch; if there are any,
+  /// the stems are full.
   std::array<uint16_t, 2> laid{};
   bool radio = false;
   int16_t speed_mm_s = 300;  ///< K
@@ -82,7 +82,7 @@ class BridgeSimulation {
   BridgeSimulation(const BridgeSimulation&) = delete;
   BridgeSimulation& operator=(const BridgeSimulation&) = delete;
 
-  /// Lets virtual time pass up to `ms` since the start.
+  /// Advances virtual time to `ms` since the start.
   void RunTo(int64_t ms);
 
   int64_t now_ms() const { return now_ms_; }
@@ -91,7 +91,7 @@ class BridgeSimulation {
   /// Robot-milliseconds spent between the forks.
   int64_t time_on_ms(Branch branch) const { return time_on_ms_[static_cast<size_t>(branch)]; }
   const std::deque<BridgeRobot>& robots() const { return robots_; }
-  /// False before its release: then it does not exist for the others.
+  /// False before its release: until then other robots do not notice it.
   bool released(size_t robot) const { return now_ms_ >= releases_ms_[robot]; }
   const engine::Service& service() const { return service_; }
 

@@ -16,7 +16,7 @@ namespace {
 constexpr uint8_t kType = 2;
 constexpr int64_t kSwitchedOnWithinMs = 1'000;
 
-// What is seen of one robot from outside.
+// The observation of one robot from outside.
 class Watch {
  public:
   Watch(const ChannelExperiment& experiment, const sim::MobileRobot* robot)

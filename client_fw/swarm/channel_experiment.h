@@ -1,16 +1,17 @@
-// How many robots a radio channel carries: N robots that ask for pheromone over one half-duplex
-// channel, in virtual time, with the client's real medium access.
+// How many robots a radio channel can serve: N robots that send requests over one half-duplex
+// channel, in virtual time, with the client's actual medium access code.
 //
 //   const ChannelRun run = Contend({.robots = 4}, seed);
 //   const ChannelSummary row = Summarise(experiment, runs);      // of all seeds
 //
-// The robots stand on a pheromone path and ask with SENSE, either once in each period of a clock
-// (5 Hz) or, with period 0, again as soon as they are answered. They are switched on at random
-// moments of the first second; the first kWarmUpMs are not counted. A request counts as delivered
-// if it is answered within 500 ms of the moment at which it was due (delivery.h).
+// The robots stand on a pheromone path and send SENSE, either once in each period of a clock (5 Hz)
+// or, with period 0, as soon as the previous one is answered. They are switched on at random times
+// in the first second; the first kWarmUpMs are not counted. A request counts as delivered if it is
+// answered within 500 ms of the time at which it was due (delivery.h).
 //
-// Figures are per second of the channel, not per robot. Seeds stand for places, IDs, moments of
-// switching on, and the robots' own random delays. Same seed, same figures. Pure; any thread.
+// Figures are per second of the channel, not per robot. The seed determines positions, IDs,
+// switch-on times, and the robots' random delays; the same seed gives the same figures. Pure; any
+// thread.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +34,7 @@ struct ChannelExperiment {
   ChannelTiming timing = {};
 };
 
-/// One robot's share.
+/// The figures of one robot.
 struct RobotShare {
   int64_t due = 0;  ///< 0 if it asks continuously
   int64_t delivered = 0;
@@ -60,7 +61,7 @@ struct ChannelSummary {
   ChannelExperiment experiment;
   int seeds = 0;
   double peak = 0;   ///< C_1, exchanges a second
-  double ideal = 0;  ///< the bound of channel_model.h, or what is asked for if that is less
+  double ideal = 0;  ///< the bound of channel_model.h, or the offered load if that is less
   double goodput = 0;
   double worst_goodput = 0;
   double delivered = 0;  ///< share of the requests due

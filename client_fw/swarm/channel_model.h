@@ -1,23 +1,23 @@
-// What a half-duplex channel could carry at best: the times of medium access (protocol/README.md)
-// for a modem and a server, and the ideal throughput of stations that contend for it.
+// The capacity of a half-duplex channel: the times of medium access (protocol/README.md) for a
+// modem and a server, and the ideal throughput of stations that contend for it.
 //
 //   const ChannelTiming timing{.turnaround_ns = 2'000'000, .server_delay_ns = 2'000'000};
-//   const engine::LinkSettings link = timing.Link("radio-a");     // told to clients in HELLO
-//   const double share = answers_per_second / timing.PeakRate(kSenseExchange);
-//   const double bound = timing.IdealRate(kSenseExchange, 8);
+//   const engine::LinkSettings link = timing.Link("radio-a");     // sent to clients in HELLO's
+//   answer const double share = answers_per_second / timing.PeakRate(kSenseExchange); const double
+//   bound = timing.IdealRate(kSenseExchange, 8);
 //
-// The bound is that of slotted CSMA with the best of all transmission probabilities, after
-// G. Bianchi, "Performance Analysis of the IEEE 802.11 Distributed Coordination Function", IEEE
-// J. Sel. Areas Commun. 18(3), 2000, eq. (13): n stations always have something to send, each
-// begins in any slot with probability p, and the channel carries
+// The bound is that of slotted CSMA with the optimal transmission probability, after G. Bianchi,
+// "Performance Analysis of the IEEE 802.11 Distributed Coordination Function", IEEE J. Sel. Areas
+// Commun. 18(3), 2000, eq. (13): n stations always have something to send, each begins in any slot
+// with probability p, and the channel carries
 //
 //   S(p) = n p q / (q (1 - p) s + n p q T_s + (1 - q (1 - p) - n p q) T_c),    q = (1 - p)^(n-1)
 //
 // exchanges a second, where s is an idle slot, T_s a whole exchange, and T_c a collision: a request
 // lost, and the time in which the others still wait for its answer. The bound is the greatest S(p).
-// Stations know n and choose p; nobody is hidden; nothing but collisions damages a frame. It bounds
-// contention at random; robots that ask by the clock and have moved their periods apart are no
-// longer contending, and may do a little better.
+// Stations know n and choose p; no station is hidden; only collisions damage frames. It bounds
+// random contention; robots that send periodically and have shifted their periods apart no longer
+// contend, and may exceed it slightly.
 //
 // All times in ns. Pure; any thread.
 #pragma once
@@ -46,10 +46,11 @@ struct ChannelTiming {
   int64_t response_window_ns() const;  ///< W = T_t + D_s + 2 B
   int64_t slot_ns() const;             ///< T_t with carrier detect, T_t + B without
 
-  /// What HELLO tells the clients: window and slot in whole milliseconds, rounded up.
+  /// The values in HELLO's answer: window and slot in whole milliseconds, rounded up.
   engine::LinkSettings Link(std::string name) const;
 
-  /// C_1: exchanges a second if they followed each other without any wait but the two turnarounds.
+  /// C_1: exchanges a second if they followed each other without any wait except the two
+  /// turnarounds.
   double PeakRate(const ExchangeSize& size) const;
   /// The bound above for `stations` >= 1. A single station has nobody to wait for: 1 / T_s.
   double IdealRate(const ExchangeSize& size, int stations) const;

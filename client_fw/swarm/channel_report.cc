@@ -20,7 +20,7 @@ std::string AskingOf(const ChannelExperiment& experiment) {
                                    : fmt::format("{:g} Hz", 1000.0 / experiment.period_ms);
 }
 
-// A figure that means nothing for this row stays empty.
+// A figure that is meaningless for this row stays empty.
 std::string OnlyIf(bool meaningful, double value, int digits) {
   return meaningful ? fmt::format("{:.{}f}", value, digits) : "";
 }
@@ -159,7 +159,7 @@ std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
                               {kFullWithout, kWithout, false, Median}}));
     panels.back().y_most = kMaxLatencyMs;
   }
-  return DrawPanels("How many robots a channel carries: one request each 200 ms", panels, 4);
+  return DrawPanels("How many robots a channel can serve: one request every 200 ms", panels, 4);
 }
 
 }  // namespace pheromone::swarm

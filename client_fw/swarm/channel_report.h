@@ -8,14 +8,14 @@
 
 namespace pheromone::swarm {
 
-/// A line of headings, then a line a row, in columns for a terminal.
+/// A line of headings, then one line per row, in columns for a terminal.
 std::string TableHead();
 std::string ToTableRow(const ChannelSummary& row);
 
-/// A header line, then a line a row; numbers with fixed digits.
+/// A header line, then one line per row; numbers with fixed digits.
 std::string ToCsv(const std::vector<ChannelSummary>& rows);
 
-/// An SVG of the rows that ask by a clock, nobody hidden: for each timing, answers a second against
+/// An SVG of the periodic rows without hidden stations: for each timing, answers a second against
 /// the number of robots, beside the bound, and the latency.
 std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows);
 

@@ -1,8 +1,8 @@
-// What the commands of pheromone-swarm share. Each command is a pair of files, NAME_command.h and
-// .cc, and adds itself to the command line; main.cc has the list of them.
+// Functions shared by the commands of pheromone-swarm. Each command is a pair of files,
+// NAME_command.h and .cc, and adds itself to the command line; main.cc has the list of them.
 //
-// Exit status of all: 0 done; kFailed: it could not be done; kWrongInput: the command line or a
-// file is wrong.
+// Exit status of all: 0: success; kFailed: failure; kWrongInput: an error in the command line or a
+// file.
 #pragma once
 
 #include <filesystem>
@@ -20,22 +20,21 @@ namespace pheromone::swarm {
 constexpr int kFailed = 1;
 constexpr int kWrongInput = 2;
 
-/// Says on standard error what is wrong, and returns `status`.
+/// Prints an error on standard error, and returns `status`.
 int Fail(const std::string& message, int status);
 
-/// Makes the folder if it is not there, and writes (name, content) each. Returns the exit status:
-/// 0, or kFailed at the first that cannot be written, which is then told.
+/// Creates the folder if it does not exist, and writes each (name, content). Returns the exit
+/// status: 0, or kFailed at the first file that cannot be written, which is reported.
 int WriteFiles(const std::filesystem::path& folder,
                const std::vector<std::pair<std::string, std::string>>& contents);
 
-/// Numbers from `least` to `most`; unlike CLI::Range it does not let "nan" through.
+/// Numbers from `least` to `most`; unlike CLI::Range, it rejects "nan".
 CLI::Validator Between(double least, double most);
 
-/// The steering laws that the firmware has, by the names they have on the command line.
+/// The steering laws of the firmware, by their names on the command line.
 const std::map<std::string, client::Law>& LawsByName();
 
-/// For CLI::Option::transform: one of these names, in place of what CLI11 tells of the numbers
-/// behind them.
+/// For CLI::Option::transform: lists these names instead of the numbers that CLI11 would list.
 template <typename Enum>
 CLI::Validator OneOf(const std::map<std::string, Enum>& names) {
   std::string list;

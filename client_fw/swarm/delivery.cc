@@ -48,7 +48,7 @@ bool DeliveryRecord::Counts(int64_t due_ms) const {
   return due_ms >= rules_.from_ms && due_ms + rules_.deadline_ms <= rules_.to_ms;
 }
 
-// What was due until then is lost.
+// Requests due until then are lost.
 void DeliveryRecord::PassOver(int64_t until_ms) {
   for (; next_due_ms_ <= until_ms; next_due_ms_ += rules_.period_ms) {
     if (Counts(next_due_ms_)) {

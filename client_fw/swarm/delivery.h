@@ -1,18 +1,19 @@
-// Which of a robot's requests were answered in time, judged from outside: by when answers came and
-// by a fixed clock of the observer's, without believing what the robot counts itself.
+// Which of a robot's requests were answered in time, measured from outside: by the arrival of
+// answers and a fixed clock, independently of the robot's own counters.
 //
-//   DeliveryRecord record({.period_ms = 200, .deadline_ms = 500, .from_ms = 5000, .to_ms =
-//   65'000}); record.StartClock(120);                     // requests are due at 120, 320, 520 ...
+//   DeliveryRecord record(
+//       {.period_ms = 200, .deadline_ms = 500, .from_ms = 5000, .to_ms = 65'000});
+//   record.StartClock(120);                     // requests are due at 120, 320, 520 ...
 //   record.OnAnswer(151);                       // 31 ms after it was due
 //   record.Finish();
 //   record.delivered(), record.due();
 //
 // An answer belongs to the first request that became due after the answer before it. Those that
-// became due in between are lost: the robot has one request at a time, and passes over what it
-// could not ask in its period. Only if an answer comes while none is due, because the robot's clock
-// has shifted against the observer's, does it make good the newest lost one within the deadline.
-// Only requests due from `from_ms` on, and whose deadline is not after `to_ms`, count; gaps are
-// looked at from `from_ms` to `to_ms`. Times in ms. One thread.
+// became due in between are lost: the robot has one request at a time, and skips requests that it
+// could not send in their period. Only if an answer arrives while none is due, because the robot's
+// period has shifted relative to the fixed clock, does it count for the latest lost one within the
+// deadline. Only requests due from `from_ms` on, and whose deadline is not after `to_ms`, count;
+// gaps are measured from `from_ms` to `to_ms`. Times in ms. One thread.
 #pragma once
 
 #include <cstddef>
@@ -34,9 +35,9 @@ class DeliveryRecord {
 
   /// Requests are due at `ms` and every period after it, whatever was due by an earlier clock.
   void StartClock(int64_t ms);
-  /// An answer came at `ms`, not before what was told last.
+  /// An answer arrived at `ms`, not before the previous one.
   void OnAnswer(int64_t ms);
-  /// Counts what was still due, as lost. To be called once, at the end.
+  /// Counts requests that are still due as lost. To be called once, at the end.
   void Finish();
 
   int64_t due() const { return due_; }

@@ -1,4 +1,4 @@
-// pheromone-swarm detour: round a repellent that lies across a path, in virtual time.
+// pheromone-swarm detour: around a repellent on a path, in virtual time.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -32,7 +32,7 @@ double ToMm(double metres) {
   return metres * 1000;
 }
 
-// A place in the path's own terms: so far along it, so far to the left of it.
+// A position relative to the path: the distance along it, and to the left of it.
 sim::PlanePose BesidePath(double along_m, double left_m, double turn_rad) {
   return {kPathStartXM + along_m * std::cos(kPathHeading) - left_m * std::sin(kPathHeading),
           kPathStartYM + along_m * std::sin(kPathHeading) + left_m * std::cos(kPathHeading),
@@ -237,7 +237,7 @@ std::string ToCsv(const std::vector<DetourSeries>& all) {
 
 Picture PictureOf(const std::vector<DetourSeries>& all) {
   Picture picture;
-  picture.title = "Round a repellent and back to the path";
+  picture.title = "Around a repellent and back to the path";
   picture.path = PathOfDetour();
   picture.shades = {{DetourExperiment::kPathType, "#e08214", "#b35806", 0.07},
                     {DetourExperiment::kRepellentType, "#8073ac", "#542788", 0.07}};

@@ -1,16 +1,17 @@
-// A robot follows a path across which a repellent lies: it goes round the repellent and comes back
-// to the path behind it, with the same request and the same steering as ever. All that is new is on
-// the map: type "way" is a blend, path - weight * repellent, and the robot asks for that one.
+// A robot follows a path with a repellent on it: it drives around the repellent and comes back to
+// the path behind it, with the usual request and the usual steering. Only the map is different:
+// type "way" is a blend, path - weight * repellent, which the robot senses.
 //
 //   const DetourRun run = MakeDetour({}, /*seed=*/1);
 //   run.least_distance_m;  // from the core of the patch; negative inside
 //
-// Three types: kPathType, permanent, laid along a straight path; kRepellentType, permanent, laid on
-// a disc, the *core*, whose centre is `patch_offset_m` to the left of the path; kWayType, their
-// blend. The comparison asks for kPathType on the same map and drives through.
+// Three types: kPathType, permanent, deposited along a straight path; kRepellentType, permanent,
+// deposited on a disc, the *core*, whose centre is `patch_offset_m` to the left of the path;
+// kWayType, their blend. The comparison senses kPathType on the same map and drives through.
 //
-// A finding, not a mistake: P_L - P_R says to which side the way out lies, and head-on it lies on
-// both. A patch whose centre is hardly beside the path is driven through (results/README.md).
+// A finding, not a mistake: P_L - P_R points to the side of the way around, and head-on there is
+// one on both sides. The robot drives through a patch whose centre is close to the path
+// (results/README.md).
 //
 // The robot starts as in the path experiment: 0.2 m beside the path and 20 degrees off; sides,
 // place and the radio's delays come from the seed. The run ends after `duration_ms`, or shortly
@@ -39,7 +40,7 @@ struct DetourExperiment {
   uint16_t period_ms = 200;
   int64_t duration_ms = 40'000;
   int64_t sample_ms = 100;
-  double core_m = 0.1;   ///< c and sigma of both pheromones: the path is to be smelled from as far
+  double core_m = 0.1;   ///< c and sigma of both pheromones: the path must be sensed from as far
   double sigma_m = 0.8;  ///< away as the repellent drives a robot
   double weight = 0.3;   ///< of the repellent in the blend, which subtracts it
   double patch_radius_m = 0.3;       ///< of the core
@@ -54,7 +55,8 @@ field::Path PathOfDetour();
 /// The centre of the patch.
 field::PointUm PatchCentre(const DetourExperiment& experiment);
 
-/// The map as the server gets it: three types, the path, and the patch as a print.
+/// The map in the server's configuration: three types, the path, and the patch as an initial
+/// raster.
 engine::EngineConfig EngineConfigOf(const DetourExperiment& experiment);
 
 struct DetourRun {
@@ -63,7 +65,7 @@ struct DetourRun {
   std::vector<Sample> track;
   double least_distance_m = 0;  ///< from the edge of the core; negative inside
   int64_t inside_ms = 0;        ///< in the core, to a sample
-  double largest_detour_m = 0;  ///< from the path, from where the repellent can be smelled
+  double largest_detour_m = 0;  ///< from the path, from where the repellent can be sensed
   /// How far behind the patch's centre, along the path, the robot was back: from there to the end
   /// it stays within kOnPathM. Nothing if it did not come back.
   std::optional<double> rejoined_m;
@@ -94,10 +96,10 @@ struct DetourSummary {
 
 DetourSummary Summarise(const DetourSeries& series);
 
-/// For people: a line a series, with its DetourSummary.
+/// A readable table: one line per series, with its DetourSummary.
 std::string ToTable(const std::vector<DetourSeries>& all);
 
-/// A header line, then a line a run.
+/// A header line, then one line per run.
 std::string ToCsv(const std::vector<DetourSeries>& all);
 
 /// The tracks of all series over the map of the first.

@@ -67,7 +67,7 @@ void EngineStation::QueueAnswer(const protocol::Message& message, int64_t reques
                       request_end_ns + timing_.response_window_ns, message});
 }
 
-// A repetition takes the place of what has not left yet.
+// A repetition replaces the previous one if that was not yet sent.
 void EngineStation::QueueCommand(const protocol::Message& message) {
   for (protocol::Message& waiting : commands_) {
     if (waiting.id == message.id) {
@@ -114,7 +114,7 @@ void EngineStation::SendCommand() {
   ++commands_sent_;
 }
 
-// The channel is the server's at this moment, and this client is listening.
+// The server has the channel at this time, and this client is listening.
 void EngineStation::SendRider(uint8_t id) {
   const auto rider = std::find_if(commands_.begin(), commands_.end(),
                                   [id](const protocol::Message& m) { return m.id == id; });

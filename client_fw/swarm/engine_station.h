@@ -5,7 +5,7 @@
 //   EngineStation server(&service, 0, &medium, timing);
 //   medium.AdvanceTo(...); server.Step();             // every millisecond
 //
-// What it does, with B the time of a byte and T_t its modem's turnaround:
+// Its rules, with B the time of a byte and T_t its modem's turnaround:
 //  * an answer is begun `delay_ns` after its request's end, or B if that is longer, so that its
 //    first bit follows the request by T_t + B at least and the asking station has turned round;
 //  * an answer whose first bit cannot be sent within `response_window_ns` of the request's end is
@@ -45,7 +45,7 @@ class EngineStation final : public sim::Station {
   /// To be called every millisecond: sends what is due.
   void Step();
 
-  /// Takes over what the engine wants to be sent without having been asked on this link.
+  /// Queues messages that the engine sends without a request on this link.
   void Queue(const engine::Outgoing& outgoing);
 
   /// Answers that could not start within the response window.

@@ -1,14 +1,15 @@
-// One robot follows one curve under given conditions: what the comparison of laws and the sweeps
-// are made of. The path experiment (path_experiment.h) with any curve, any steering, and what goes
-// wrong in practice: a late server, a lossy radio, odometry that drifts.
+// One robot follows one curve under given conditions: the basis of the comparison of laws and the
+// sweeps. The path experiment (path_experiment.h) with any curve, any steering, and practical
+// disturbances: a late server, a lossy radio, odometry that drifts.
 //
 //   const FollowResult result = Follow({.curve = Curve::kSpiral}, /*seed=*/1);
 //   result.mean_error_m;
 //
-// The robot starts as in the path experiment, 0.2 m beside the path and 20 degrees off; which side,
-// which way off, where between two nodes, and the radio's random delays come from the seed. The run
-// ends after `duration_ms`, or 0.5 m before the end of an open curve. Errors are those of the true
-// pose, sampled every 100 ms. Virtual time; the same seed gives the same result.
+// The robot starts as in the path experiment, 0.2 m beside the path and 20 degrees off; the side,
+// the sign of the heading error, the position between two nodes, and the radio's random delays come
+// from the seed. The run ends after `duration_ms`, or 0.5 m before the end of an open curve. Errors
+// are those of the true pose, sampled every 100 ms. Virtual time; the same seed gives the same
+// result.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +31,7 @@ struct FollowConditions {
   double sigma_m = 0.4;       ///< sigma: with c, the reach
   double latency_ms = 2;      ///< the server's delay, at most 200
   double frame_loss = 0;      ///< probability that a listener misses a frame
-  double odometry_drift = 0;  ///< the right wheel's ways are reported longer by this share
+  double odometry_drift = 0;  ///< the right wheel's distances are reported longer by this share
   double offset_m = 0.2;      ///< beside the path at the start
   double heading_error_deg = 20;
 };

@@ -1,10 +1,10 @@
-// A robot whose steering law is chosen, and tuned, by an experiment: the firmware talks with the
-// server as ever, and each of its answers is turned into wheel speeds by the law under test.
+// A robot whose steering law is chosen, and tuned, by an experiment: the firmware runs the
+// conversation with the server, and the law under test converts each answer to wheel speeds.
 //
 //   LawRobot robot(config, {.law = client::Law::kDifferential, .gain_8 = 12}, &medium);
 //   medium.AdvanceTo(...); robot.Step();               // every millisecond
 //
-// As in the firmware, the wheels change when an answer comes, and stand still while
+// As in the firmware, the wheel speeds change when an answer arrives, and are zero while
 // Conversation::flags() says so. With the same law and gains the robot drives as SimulatedRobot
 // does (law_robot_test.cc). One thread.
 #pragma once
@@ -22,7 +22,7 @@
 
 namespace pheromone::swarm {
 
-/// A law with everything about it that can be tuned.
+/// A law with all its tunable parameters.
 struct Steering {
   client::Law law = client::Law::kDifferential;
   int16_t speed_mm_s = 300;                        ///< K
@@ -32,14 +32,14 @@ struct Steering {
 
 class LawRobot final : public sim::MobileRobot {
  public:
-  /// `config.client` says all but how to steer. `medium` outlives the robot, and the robot the
-  /// medium's last event.
+  /// `config.client` has all parameters except steering. `medium` outlives the robot, and the robot
+  /// the medium's last event.
   LawRobot(const sim::SimulatedRobotConfig& config, const Steering& steering,
            sim::RadioMedium* medium);
   LawRobot(const LawRobot&) = delete;
   LawRobot& operator=(const LawRobot&) = delete;
 
-  /// One turn of the firmware's main loop and one millisecond of the drive.
+  /// One pass of the firmware's main loop and one millisecond of the drive.
   void Step() override;
   void OnByte(uint8_t byte, int64_t time_ns) override;
   void OnTransmitted(int64_t time_ns) override;
@@ -54,7 +54,7 @@ class LawRobot final : public sim::MobileRobot {
   const client::Conversation& conversation() const { return robot_.conversation(); }
 
  private:
-  // The firmware's drive: it sees the odometry, but its own wheel speeds go nowhere.
+  // The firmware's drive: it has the odometry, but its wheel speeds are ignored.
   struct Passenger {
     const sim::DifferentialDrive* drive;
     bool odometry(client::Odometry* odometry) const { return drive->odometry(odometry); }

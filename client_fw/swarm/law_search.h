@@ -1,5 +1,5 @@
 // The search that tunes every law alike: half of the evaluations at random over the whole range,
-// the rest around the best so far, ever closer to it.
+// the rest increasingly close to the best so far.
 //
 //   const SearchResult found = Search({{2, 29}, {150, 300}}, {8, 300}, 400, /*seed=*/1, cost);
 //   found.best().values;
@@ -14,7 +14,7 @@
 
 namespace pheromone::swarm {
 
-/// What a value may be, both ends included.
+/// The range of a value, both ends included.
 struct SearchRange {
   int least = 0;
   int most = 0;

@@ -81,7 +81,7 @@ Steering SteeringOf(client::Law law, const std::vector<int>& values) {
   steering.law = law;
   steering.speed_mm_s = static_cast<int16_t>(values[0]);
   if (law == client::Law::kFuzzy) {
-    // PB turns no less than P: more error, more turn.
+    // PB turns at least as much as P: more error, more turn.
     const int pb_turn = std::min(127, values[3] + values[6]);
     steering.fuzzy = {Byte(values[1]),
                       {{0, Byte(values[2]), 127},

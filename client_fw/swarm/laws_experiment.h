@@ -1,4 +1,4 @@
-// The steering laws side by side, and with it the paper's claim that pheromones lead a robot at
+// The steering laws side by side, and with it the paper's claim that pheromones guide a robot at
 // "levels entirely comparable to those of a fuzzy controller" (Susnea et al. 2009, "Experimental
 // results").
 //
@@ -7,8 +7,8 @@
 //
 // `differential` and `fuzzy` are tuned by the same search with the same budget, the same cost, the
 // same curves (line and circle) and the same seeds; the wheels of both turn at 300 mm/s at most.
-// Then they are compared on curves and seeds that the search has not seen. What the search found is
-// committed: TunedDifferential() here, client::kTunedFuzzy in client_fw/core/fuzzy.h.
+// Then they are compared on curves and seeds that the search has not seen. The results of the
+// search are committed: TunedDifferential() here, client::kTunedFuzzy in client_fw/core/fuzzy.h.
 //
 // Virtual time, one thread; the same arguments give the same figures.
 #pragma once
@@ -37,7 +37,7 @@ struct Contender {
 /// The paper's law, the differential law as it is by default, and the two tuned ones.
 std::vector<Contender> ContendersOf(const Steering& differential, const Steering& fuzzy);
 
-/// What a search has to decide of a law, and between which limits.
+/// The parameters of a law that a search varies, and their ranges.
 struct Tunable {
   std::vector<std::string> names;
   std::vector<SearchRange> ranges;
@@ -75,11 +75,11 @@ struct Comparison {
 /// Seeds 1, 2, ... for 40 s each.
 Comparison Compare(const Contender& contender, Curve curve, int seeds);
 
-/// A header line, then a line each.
+/// A header line, then one line each.
 std::string ToCsv(const std::vector<Comparison>& rows);
 std::string ToCsv(const std::vector<Tuning>& tunings);
 
-/// What was tried by the searches, and the rows, as one picture.
+/// The evaluations of the searches, and the rows, as one picture.
 std::string DrawLaws(const std::vector<Comparison>& rows, const std::vector<Tuning>& tunings);
 
 }  // namespace pheromone::swarm

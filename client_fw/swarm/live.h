@@ -1,5 +1,5 @@
 // A swarm against a running daemon, in real time. Robots and radio channels are simulated as in
-// virtual time; at the other end of each channel sits a modem whose wires lead to a port of the
+// virtual time; at the other end of each channel is a modem that is connected to a port of the
 // daemon.
 //
 //   robots - [modelled radio, 9600 baud, half-duplex] - modem - pty or serial port - pheromoned
@@ -8,9 +8,9 @@
 //   if (const Status opened = live.Open(); !opened.ok()) { ... }
 //   live.Run(60'000, &stop_requested, [&] { live.swarm().robot(0).true_pose(); });
 //
-// Every millisecond of the robots' time is lived through, late if need be, never skipped. If a port
-// goes away (the daemon restarts), its modem keeps trying, and the robots stop by their own
-// fail-safe and go on when answers return. One thread.
+// Every millisecond of the robots' time is simulated, late if necessary, never skipped. If a port
+// disappears (the daemon restarts), its modem keeps trying, and the robots stop by their own
+// fail-safe and continue when answers return. One thread.
 #pragma once
 
 #include <csignal>
@@ -26,7 +26,7 @@
 
 namespace pheromone::swarm {
 
-/// The gap timeout of robots behind a port: the system holds bytes back.
+/// The gap timeout of robots on a port: the system may delay bytes.
 constexpr uint8_t kBufferedGapMs = 50;
 
 class LiveSwarm {

@@ -87,7 +87,7 @@ void PrintSummary(const SwarmRecord& record, uint64_t reconnects) {
   const client::Counters& c = robot.counters;
   fmt::print(
       "\n{:.1f} s, {:.2f} m along the path; {} requests, {} hellos, {} resynchronisations; {} "
-      "answers, {} greetings and echoes, {} timeouts, {} errors, {} late answers; {} fail-safe "
+      "answers, {} HELLO and PING answers, {} timeouts, {} errors, {} late answers; {} fail-safe "
       "stops, {} reconnects; channel in use {:.1f} %\n",
       static_cast<double>(record.duration_ms) / 1000, robot.progress_m, c.requests, c.hellos,
       c.resyncs, c.answers, c.hello_answers + c.echoes, c.timeouts, c.errors, c.late_answers,

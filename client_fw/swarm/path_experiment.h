@@ -2,8 +2,8 @@
 // recorded every 0.2 s for 10 s, and the mean distance from the path is the figure of merit (Susnea
 // et al. 2009, "General Conditions"). In virtual time, over the modelled 9600-baud channel.
 //
-// The robot starts 0.2 m beside the path and 20 degrees off. Which side, which way off, where
-// between two nodes, and the radio's random delays come from the seed.
+// The robot starts 0.2 m beside the path and 20 degrees off. The side, the sign of the heading
+// error, the position between two nodes, and the radio's random delays come from the seed.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +44,7 @@ struct PathExperiment {
 /// two quarter arcs of radius 1 m, left then right, with a straight way out.
 field::Path PathOf(Shape shape);
 
-/// The map with the path on it, as the server gets it: the path on permanent pheromone type 2.
+/// The map in the server's configuration: the path on permanent pheromone type 2.
 engine::EngineConfig EngineConfigOf(const PathExperiment& experiment);
 
 struct PathRun {
@@ -78,7 +78,7 @@ struct PathSummary {
 
 PathSummary Summarise(const PathExperiment& experiment, const std::vector<PathRun>& runs);
 
-/// A header line, then a line a summary.
+/// A header line, then one line per summary.
 std::string ToCsv(const std::vector<PathSummary>& summaries);
 
 }  // namespace pheromone::swarm

@@ -1,4 +1,4 @@
-// Pictures of experiments, as SVG: the pheromone on the map, the path, and the ways of robots.
+// Pictures of experiments, as SVG: the pheromone on the map, the path, and the tracks of robots.
 //
 // Everything drawn comes from the data given; the pheromone is drawn as the field's own intensity,
 // node by node, with the core and the slope of eq. (1) (Susnea et al. 2009).
@@ -13,7 +13,7 @@
 
 namespace pheromone::swarm {
 
-/// One way on the picture. A way with fewer than two samples is left out.
+/// One track in the picture. A track with fewer than two samples is omitted.
 struct Way {
   std::string label;
   std::string colour;  ///< as SVG has it, "#1f77b4"
@@ -21,7 +21,7 @@ struct Way {
   bool in_legend = true;
 };
 
-/// One pheromone on the picture, as the field holds it. A type that does not exist is left out.
+/// One pheromone in the picture, as in the field. A type that does not exist is omitted.
 struct Shade {
   uint8_t type = 1;
   std::string colour;       ///< of what it spreads to
@@ -40,13 +40,13 @@ struct Picture {
   std::string title;
   field::Path path;
   std::vector<Shade> shades;      ///< the first at the bottom
-  std::vector<Outline> outlines;  ///< the ways are drawn over them
+  std::vector<Outline> outlines;  ///< the tracks are drawn over them
   bool with_obstacles = false;    ///< the field's blocked nodes, as the squares they stand for
   std::vector<Way> ways;
 };
 
-/// A complete SVG document: the part of the map around the path and the ways, with a metre grid and
-/// a legend. The pheromone is that at `now_ms`.
+/// A complete SVG document: the part of the map around the path and the tracks, with a metre grid
+/// and a legend. The pheromone is that at `now_ms`.
 std::string Draw(const Picture& picture, const field::Field& field, uint64_t now_ms);
 
 /// The same with the pheromone of the path's type, and nothing else.

@@ -20,7 +20,7 @@ namespace {
 
 constexpr int64_t kNsPerMs = 1'000'000;
 constexpr double kDegree = std::numbers::pi / 180;
-// So soon a client of the pty is noticed; what it sends before waits for it.
+// The maximum delay until a client of the pty is noticed; bytes sent before are kept.
 constexpr int64_t kAloneMs = 20;
 constexpr int64_t kLongestWaitMs = 200;
 
@@ -62,7 +62,7 @@ std::string PoseInWords(const sim::PlanePose& pose) {
                      std::remainder(pose.heading_rad / kDegree, 360.0));
 }
 
-// A line whenever something of it changes.
+// A line whenever something in it changes.
 class Chronicle {
  public:
   void Look(const sim::PioneerRobot& robot, const sim::PioneerServer& server) {
@@ -89,7 +89,7 @@ void PrintSummary(const sim::PioneerRobot& robot) {
   const sim::PioneerCounters counters = robot.counters();
   fmt::print(
       "\n{:.1f} s; {} sessions; {} commands, {} of them ignored, {} damaged; {} SIPs; {} watchdog "
-      "stops\nodometry {}, in truth {}\n",
+      "stops\nodometry {}, true pose {}\n",
       static_cast<double>(robot.now_ns()) / 1e9, counters.sessions, counters.packets,
       counters.ignored, counters.bad_checksums, counters.sips, counters.watchdog_stops,
       PoseInWords(robot.drive().odometry()), PoseInWords(robot.drive().true_pose()));
@@ -130,7 +130,7 @@ CLI::Validator ModelName() {
   return {[names](const std::string& text) {
             return sim::FindPioneerModel(text) != nullptr
                        ? std::string()
-                       : fmt::format("{} is none of {}", text, names);
+                       : fmt::format("unknown model {}, expected one of {}", text, names);
           },
           names};
 }

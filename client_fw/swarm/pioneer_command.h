@@ -3,8 +3,8 @@
 //   pheromone-swarm pioneer --model p3dx-sh --pty pioneer.pty
 //   pheromone-swarm pioneer --tcp 8101 --drift 2 --slip 5 --seed 7
 //
-// Runs until SIGTERM or SIGINT, and removes the pty's link then. Takes over the two signals while
-// it runs. One thread.
+// Runs until SIGTERM or SIGINT, and removes the pty's link then. Handles the two signals while it
+// runs. One thread.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,7 +12,7 @@
 namespace pheromone::swarm {
 
 /// Adds the command; when it is given, it runs in parse(), and its exit status goes to `status`,
-/// which must outlive `app`: 0 ended by a signal, kFailed no port could be had.
+/// which must outlive `app`: 0 ended by a signal, kFailed the port could not be opened.
 void AddPioneerCommand(CLI::App* app, int* status);
 
 }  // namespace pheromone::swarm

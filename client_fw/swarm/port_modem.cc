@@ -29,7 +29,7 @@ constexpr std::array<Rate, 10> kRates = {{{300, B300},
                                           {57'600, B57600},
                                           {115'200, B115200}}};
 
-// Other rates are left to whoever has set up the port.
+// Other rates are as already configured on the port.
 void SetRate(int64_t byte_ns, termios* settings) {
   for (const Rate& rate : kRates) {
     if (10'000'000'000 / rate.baud == byte_ns) {

@@ -5,8 +5,8 @@
 //   if (const Status opened = modem.Open(); !opened.ok()) { ... }
 //   medium.AdvanceTo(now_ns); modem.Step(now_ns);                    // every millisecond
 //
-// If the device goes away, as when a daemon restarts, the modem keeps trying to open it again, at
-// most twice a second, and says how often it has succeeded. What cannot be written is lost, as on
+// If the device disappears, for example when a daemon restarts, the modem tries to open it again,
+// at most twice a second, and counts its successes. Bytes that cannot be written are lost, as on
 // the air. Nothing blocks. One thread.
 #pragma once
 
@@ -27,10 +27,10 @@ class PortModem final : public sim::Station {
   PortModem(const PortModem&) = delete;
   PortModem& operator=(const PortModem&) = delete;
 
-  /// Opens the device, raw and at the medium's bit rate if serial ports know it. Errors: what the
-  /// system says of it.
+  /// Opens the device, raw and at the medium's bit rate if serial ports know it. Errors: those of
+  /// the system.
   Status Open();
-  /// Reads what has come and sends it. `now_ns` is the medium's time.
+  /// Reads received bytes and sends them. `now_ns` is the medium's time.
   void Step(int64_t now_ns);
 
   bool connected() const { return descriptor_ >= 0; }

@@ -1,4 +1,4 @@
-// What programs need that run in real time until somebody stops them.
+// For programs that run in real time until they are stopped.
 //
 //   const volatile std::sig_atomic_t* stop = StopOnSignals();
 //   while (*stop == 0) { ... MonotonicNs() ... }
@@ -9,10 +9,10 @@
 
 namespace pheromone::swarm {
 
-/// Of a clock that nobody sets.
+/// The time of a monotonic clock.
 int64_t MonotonicNs();
 
-/// From now on SIGINT and SIGTERM do nothing but make this other than 0.
+/// From now on SIGINT and SIGTERM only make this non-zero.
 const volatile std::sig_atomic_t* StopOnSignals();
 
 }  // namespace pheromone::swarm

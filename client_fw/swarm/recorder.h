@@ -1,5 +1,5 @@
-// What happened to a swarm: the robots' ways, their exchanges with the server, and how their
-// channels were used.
+// Records a swarm: the robots' tracks, their exchanges with the server, and the use of their
+// channels.
 //
 //   Recorder recorder(&swarm, field_config, /*sample_ms=*/200);
 //   do {
@@ -22,7 +22,7 @@
 
 namespace pheromone::swarm {
 
-/// An answer that a robot got.
+/// An answer received by a robot.
 struct Exchange {
   int64_t time_ms = 0;
   size_t robot = 0;       ///< counted from 0
@@ -60,10 +60,10 @@ class Recorder {
   /// `swarm` must outlive the recorder.
   Recorder(const Swarm* swarm, const field::FieldConfig& field, int64_t sample_ms);
 
-  /// Notes what is new at the swarm's present time. True if that was the time of a sample.
+  /// Records what is new at the swarm's present time. True if a sample was due.
   bool Look();
 
-  /// Everything so far, but for what only the server's side knows.
+  /// Everything so far, except what only the server's side knows.
   SwarmRecord Finish();
 
  private:

@@ -1,4 +1,4 @@
-// What a scenario's robots are made of, and how they are made.
+// The configuration and creation of a scenario's robots.
 //
 //   RobotConfig config;                               // the host's core with an ideal drive
 //   config.pioneer = sim::FindPioneerModel("p3dx");   // now it drives a simulated Pioneer
@@ -18,7 +18,7 @@
 
 namespace pheromone::swarm {
 
-/// The client's parameters, its drive with what blocks it, start, and modem are those of any
+/// The client's parameters, its drive with the obstacles, start, and modem are those of any
 /// SimulatedRobot. `power_on_ms` and the odometry errors of `drive` are for ideal drives only.
 struct RobotConfig : sim::SimulatedRobotConfig {
   const sim::PioneerModel* pioneer = nullptr;  ///< null: an ideal differential drive
@@ -29,14 +29,14 @@ struct RobotConfig : sim::SimulatedRobotConfig {
 /// std::runtime_error if an image cannot be run.
 std::unique_ptr<sim::MobileRobot> MakeRobot(const RobotConfig& config, sim::RadioMedium* medium);
 
-/// Whether this build can run AVR images. It is under the terms of libsimavr then, the GPL.
+/// Whether this build can run AVR images. It is then under the terms of libsimavr, the GPL.
 bool HasAvrRobots();
 
 /// The client's image that was built with this program; empty if none was.
 std::string BuiltAvrImage();
 
 /// MakeRobot for a robot with an image. Its client's settings (core/settings.h) are in its EEPROM,
-/// and `boot_counter` is how often it was switched on before; the rest of `client` but the ID is
+/// and `boot_counter` is the number of earlier starts; except for the ID, the rest of `client` is
 /// fixed in the image.
 std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& config, sim::RadioMedium* medium);
 

@@ -109,7 +109,7 @@ Result<SwarmRecord> RunOrTellWhyNot(const Scenario& scenario,
   }
 }
 
-// Of a live run: a robot that nobody answered is a daemon, or a port, that is not the right one.
+// For a live run: a robot without any answer indicates a wrong daemon or port.
 int CheckAnswers(const SwarmRecord& record) {
   for (size_t i = 0; i < record.robots.size(); ++i) {
     if (record.robots[i].counters.answers == 0) {

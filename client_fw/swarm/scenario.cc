@@ -74,8 +74,8 @@ void Finish(Scenario* scenario) {
   ChannelTiming told = scenario->timing;
   if (std::any_of(scenario->groups.begin(), scenario->groups.end(),
                   [](const RobotGroup& group) { return !group.image.empty(); })) {
-    // The modem of an image keys with the first byte, so to the image, whose bytes have left by
-    // then, every answer is later by a turnaround.
+    // The modem of an image keys with the first byte, so for the image, whose bytes have been sent
+    // by then, every answer is later by a turnaround.
     told.server_delay_ns += told.turnaround_ns;
   }
   for (int i = 0; i < scenario->channels; ++i) {

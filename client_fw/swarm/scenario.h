@@ -9,19 +9,19 @@
 //   [run]      duration_s (60), sample_s (0.2), seed (1)
 //   [radio]    baud (9600), channels (1), turnaround_s (0.002), server_delay_s (0.002),
 //              carrier_detect (true), loss, bit_error (0: shares of frames, of bits),
-//              hidden_pairs (robots that do not hear each other, counted from 1: [[1, 2]])
+//              hidden_pairs (robots out of each other's range, counted from 1: [[1, 2]])
 //   [[robots]] pheromone, starts ([x_m, y_m, heading_deg] each), count (as many as starts; more
 //              begin again at the first), spread_m (0: moved at random by up to this in x and y),
 //              law ("differential", "paper" or "fuzzy"), speed_m_per_s (0.2), period_s (0.2),
-//              trail (false: true leaves a quantum with each request),
+//              trail (false; true: deposit a quantum with each request),
 //              radius_m (0.25: of the disc that obstacles stop),
 //              drive ("ideal"; "p3dx", "p3dx-sh" or "peoplebot-sh": a simulated Pioneer),
 //              client ("core": the client compiled for this machine; "avr": the image that one
 //              would flash, which drives a Pioneer), image (the ELF file; the one of this build)
 //
-// Robots of all [[robots]] are numbered from 1, take turns on the channels and have the ID of their
-// number. Errors are one line for each mistake, FILE:LINE:COLUMN: KEY: what was found, expected
-// what. Pure but for reading files; any thread.
+// Robots of all [[robots]] are numbered from 1, are assigned to the channels in turn, and their
+// number is their ID. Errors are one line for each mistake, FILE:LINE:COLUMN: KEY: found ...,
+// expected ... Pure except for reading files; any thread.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +42,7 @@
 
 namespace pheromone::swarm {
 
-/// Robots that differ in nothing but where they start.
+/// Robots that differ only in their start poses.
 struct RobotGroup {
   client::Parameters client;           ///< ID and start are set for each robot
   std::vector<sim::PlanePose> starts;  ///< at least one
@@ -73,8 +73,8 @@ struct Scenario {
 /// Reads a file. Errors: it cannot be read, or what ParseScenario finds.
 Result<Scenario> LoadScenario(const std::string& path);
 
-/// Parses a text; `name` stands for the file in messages. Files that it names are relative to
-/// `folder`; without one, it may name none.
+/// Parses a text; `name` is the name of the file in messages. Files that the text names are
+/// relative to `folder`; without a folder, it may name none.
 Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
                                const std::optional<std::filesystem::path>& folder = std::nullopt);
 

@@ -32,14 +32,14 @@ std::string SummaryOf(const RobotGroup& group, const RobotRecord& robot, bool ha
   const client::Counters& c = robot.counters;
   std::string text;
   if (has_path) {
-    text += fmt::format("{:.2f} m along the path, {:.0f} mm from it in the mean; ",
-                        robot.progress_m, robot.mean_error_m * 1000);
+    text += fmt::format("{:.2f} m along the path, {:.0f} mm from it on average; ", robot.progress_m,
+                        robot.mean_error_m * 1000);
   }
   text += group.image.empty()
               ? fmt::format("{} requests, {} answers, {} timeouts, {} errors, {} fail-safe stops",
                             c.requests, c.answers, c.timeouts, c.errors, c.fail_safe_stops)
-              : fmt::format("{} requests, {} answers, {} errors by its modem's account", c.requests,
-                            c.answers, c.errors);
+              : fmt::format("{} requests, {} answers, {} errors as counted by its modem",
+                            c.requests, c.answers, c.errors);
   if (robot.bumps > 0) {
     text += fmt::format("; {} bumps", robot.bumps);
   }
@@ -58,7 +58,7 @@ bool HasImages(const Scenario& scenario) {
 
 std::string SummaryOf(const ChannelRecord& channel, bool images) {
   std::string text = fmt::format("in use {:.1f} %, {} {}, {} collided", channel.utilisation * 100,
-                                 channel.radio.blocks, images ? "pieces of frames" : "frames",
+                                 channel.radio.blocks, images ? "parts of frames" : "frames",
                                  channel.radio.collided_blocks);
   if (channel.late_answers) {
     text += fmt::format(", {} late answers", *channel.late_answers);

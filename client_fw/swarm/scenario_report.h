@@ -1,4 +1,4 @@
-// What came of a scenario, for people and for other programs.
+// The results of a scenario, for people and for other programs.
 #pragma once
 
 #include <string>
@@ -8,20 +8,20 @@
 
 namespace pheromone::swarm {
 
-/// A line for each robot, one for each channel, and the state hash if there is one. Of a robot that
-/// runs an image, what its modem could tell.
+/// A line for each robot, one for each channel, and the state hash if there is one. For a robot
+/// that runs an image, as counted by its modem.
 std::string Summarise(const Scenario& scenario, const SwarmRecord& record);
 
-/// A header line, then a line a robot, from 1. What an image does not tell is left empty.
+/// A header line, then one line per robot, from 1. Figures that an image does not report are empty.
 std::string RobotsToCsv(const Scenario& scenario, const SwarmRecord& record);
 
-/// A header line, then a line a robot and sample; robots are counted from 1.
+/// A header line, then one line per robot and sample; robots are counted from 1.
 std::string TracksToCsv(const SwarmRecord& record);
 
-/// A header line, then a line an answer.
+/// A header line, then one line per answer.
 std::string ExchangesToCsv(const SwarmRecord& record);
 
-/// An SVG of the map around the ways, with obstacles and the pheromone as it was laid at the start.
+/// An SVG of the map around the tracks, with obstacles and the initial pheromone.
 std::string DrawScenario(const Scenario& scenario, const SwarmRecord& record);
 
 }  // namespace pheromone::swarm

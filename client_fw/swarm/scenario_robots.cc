@@ -85,32 +85,34 @@ const sim::PioneerModel* ReadDrive(const TableReader& table) {
   return drive == 0 ? nullptr : &sim::PioneerModels()[drive - 1];
 }
 
-// What an image cannot do is told before a simulation would fail on it.
+// Reports what an image cannot do, before a simulation would fail on it.
 void CheckAvr(const TableReader& table, const Scenario& scenario, const RobotGroup& group) {
   if (!HasAvrRobots()) {
     table.Report("client",
-                 "this program was built without libsimavr, which runs images, expected \"core\"");
+                 "this program was built without libsimavr, which simulates an AVR, expected "
+                 "\"core\"");
   }
   if (group.pioneer == nullptr) {
     table.Report("client",
-                 "an image drives a Pioneer, expected drive = \"p3dx\", \"p3dx-sh\" or "
+                 "the AVR image drives a Pioneer, expected drive = \"p3dx\", \"p3dx-sh\" or "
                  "\"peoplebot-sh\"");
   }
   if (scenario.timing.baud != kAvrBaud) {
-    table.Report("client", "an image's radio runs at 9600 baud, expected radio.baud = 9600");
+    table.Report("client", "the AVR image's radio runs at 9600 baud, expected radio.baud = 9600");
   }
   if (scenario.timing.turnaround_ns < kAvrStepNs) {
     table.Report("client",
-                 "an image's bytes reach its modem every millisecond, expected "
+                 "the AVR image passes bytes to its modem once per millisecond, expected "
                  "radio.turnaround_s >= 0.001");
   }
   if (scenario.loss > 0) {
     table.Report("client",
-                 "an image hands its modem bytes, of which radio.loss would lose single ones, "
-                 "expected radio.bit_error instead");
+                 "the AVR image passes single bytes to its modem, so radio.loss would not lose "
+                 "whole frames, expected radio.bit_error instead");
   }
   if (NeedsWide(scenario.engine)) {
-    table.Report("client", "an image has 16-bit coordinates, expected a map within their reach");
+    table.Report("client",
+                 "the AVR image has 16-bit coordinates, expected a map within their range");
   }
 }
 
@@ -161,7 +163,7 @@ RobotGroup ReadGroup(const TableReader& table, const Scenario& scenario, const N
   group.image = ReadImage(table, scenario, group, notes);
   const field::PheromoneLaw* law = field.FindLaw(group.client.type);
   if (group.client.lay_trail && law != nullptr && law->is_blend()) {
-    table.Report("trail", "a blend has no pheromone of its own to leave, expected false");
+    table.Report("trail", "nothing can be deposited to a blend, expected false");
   }
   return group;
 }

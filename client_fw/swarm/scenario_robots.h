@@ -2,7 +2,7 @@
 //
 //   ReadRobots(root, &notes, &scenario);        // after [map], [radio], pheromones and obstacles
 //
-// For scenario.cc. Pure but for looking whether an image is there.
+// For scenario.cc. Pure except for checking whether an image exists.
 #pragma once
 
 #include "client_fw/swarm/scenario.h"
@@ -10,7 +10,7 @@
 
 namespace pheromone::swarm {
 
-/// Mistakes go to `notes`.
+/// Errors are added to `notes`.
 void ReadRobots(const config::Value& root, config::Notes* notes, Scenario* scenario);
 
 /// Whether the map needs messages with 32-bit coordinates.

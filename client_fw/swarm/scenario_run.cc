@@ -19,7 +19,7 @@ double Uniform(std::mt19937_64* random) {
   return static_cast<double>((*random)() >> 11) * 0x1p-52 - 1;
 }
 
-// Moved at random, to where there is room; after many draws in vain, not at all.
+// Moved at random to a free position; after many failed attempts, not at all.
 sim::PlanePose DrawStart(const RobotGroup& group, int number, const sim::Blocked& blocked,
                          std::mt19937_64* random) {
   const sim::PlanePose given = group.starts[static_cast<size_t>(number) % group.starts.size()];
@@ -60,7 +60,7 @@ SimulationConfig SetUp(const Scenario& scenario) {
       robot.pioneer = group.pioneer;
       robot.image = group.image;
       if (!group.image.empty()) {
-        // An image counts from where it is switched on; the server knows where that is.
+        // An image's coordinates start where it is switched on; the server knows that pose.
         config.engine.frames.push_back(engine::MakeFrame(
             scenario.engine.links[config.robots.size() % config.channels].name, robot.client.id,
             {std::llround(robot.start.x_m * 1e6), std::llround(robot.start.y_m * 1e6)},
@@ -72,7 +72,8 @@ SimulationConfig SetUp(const Scenario& scenario) {
   return config;
 }
 
-// The same robots where a daemon remembers those of earlier runs, and ports hold bytes back.
+// The same robots for a daemon, which may remember robots of earlier runs, and for ports, which may
+// delay bytes.
 SwarmConfig SetUpLive(const Scenario& scenario) {
   const SimulationConfig simulated = SetUp(scenario);
   SwarmConfig config = static_cast<const SwarmConfig&>(simulated);  // the engine is the daemon's
@@ -108,7 +109,7 @@ Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<
                                     const volatile std::sig_atomic_t* stop,
                                     const std::function<void(const LiveSwarm&)>& show) {
   if (ports.size() != static_cast<size_t>(scenario.channels)) {
-    return Error{fmt::format("{} has {} channels, but {} ports are given: expected one a channel",
+    return Error{fmt::format("{} has {} channels, but {} ports are given: expected one per channel",
                              scenario.name, scenario.channels, ports.size())};
   }
   LiveSwarm live(SetUpLive(scenario), ports);

@@ -1,9 +1,9 @@
-// Runs a scenario and keeps what happened: against an engine in process and in virtual time, or
-// against a running daemon in real time.
+// Runs a scenario and records it: against an engine in process and in virtual time, or against a
+// running daemon in real time.
 //
 //   const SwarmRecord record = RunScenario(scenario, [](int64_t ms) { ... });
 //
-// One thread. Throws std::runtime_error if an AVR's image cannot be run, or does what it must not.
+// One thread. Throws std::runtime_error if an AVR's image cannot be run or fails.
 #pragma once
 
 #include <csignal>
@@ -25,15 +25,15 @@ SwarmRecord RunScenario(const Scenario& scenario, const std::function<void(int64
 
 /// In real time; `show` is called at each sample. Port i leads to the daemon's link for channel i,
 /// whose map and pheromones are to be the scenario's. Ends after the scenario's duration, or soon
-/// after `*stop` is not 0 (a signal handler's doing). Errors: not one port a channel, or a port
-/// that cannot be opened.
+/// after `*stop` is not 0 (a signal handler's doing). Errors: the number of ports is not that of
+/// channels, or a port cannot be opened.
 Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
                                     const volatile std::sig_atomic_t* stop,
                                     const std::function<void(const LiveSwarm&)>& show);
 
-/// What a daemon's configuration has to say about this scenario's robots: a [[frame]] for each that
-/// counts from where it was switched on, as AVR robots do. Links are called radio-1, radio-2 ...
-/// by their channel. Empty if there is none.
+/// The [[frame]] tables that a daemon's configuration needs for this scenario: one for each robot
+/// whose coordinates start where it is switched on, as those of AVR robots do. Links are called
+/// radio-1, radio-2 ... by their channel. Empty if there is none.
 std::string FramesForDaemon(const Scenario& scenario);
 
 }  // namespace pheromone::swarm

@@ -195,12 +195,13 @@ TEST(Scenario, AnImageIsRefusedWhereItCannotRun) {
     EXPECT_EQ("accepted", accepted);
   } else {
     EXPECT_EQ(
-        "s.toml:22:10: robots[1].client: this program was built without libsimavr, which runs "
-        "images, expected \"core\"",
+        "s.toml:22:10: robots[1].client: this program was built without libsimavr, which simulates "
+        "an AVR, expected \"core\"",
         accepted);
   }
   for (const auto& [text, expected] : std::vector<std::pair<std::string, std::string>>{
-           {avr, "s.toml:22:10: robots[1].client: an image drives a Pioneer, expected drive ="},
+           {avr,
+            "s.toml:22:10: robots[1].client: the AVR image drives a Pioneer, expected drive ="},
            {"[radio]\nbaud = 19200\n" + avr + pioneer, "expected radio.baud = 9600"},
            {"[radio]\nloss = 0.1\n" + avr + pioneer, "expected radio.bit_error instead"},
            {"[radio]\nturnaround_s = 0.0005\n" + avr + pioneer, "radio.turnaround_s >= 0.001"},

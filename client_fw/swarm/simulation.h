@@ -35,7 +35,7 @@ class Simulation {
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  /// Lets virtual time pass up to `ms` since the start.
+  /// Advances virtual time to `ms` since the start.
   void RunTo(int64_t ms);
 
   const Swarm& swarm() const { return *swarm_; }
@@ -45,9 +45,9 @@ class Simulation {
   const sim::RadioMedium& medium(size_t channel = 0) const { return swarm_->medium(channel); }
   const EngineStation& server(size_t channel = 0) const { return stations_[channel]; }
   uint64_t state_hash() const { return service_.StateHash(); }
-  /// For what an operator does: commands (see Issue), edits of the map, a look at the engine.
+  /// For an operator's actions: commands (see Issue), edits of the map, queries of the engine.
   engine::Service& service() { return service_; }
-  /// Has a command sent to a robot. Errors: those of engine::Service::Issue.
+  /// Sends a command to a robot. Errors: those of engine::Service::Issue.
   Status Issue(const engine::CommandIssued& command);
 
  private:
@@ -56,7 +56,7 @@ class Simulation {
 
   engine::VolatileLog log_;
   engine::Service service_;
-  std::deque<EngineStation> stations_;  // one a channel; a deque, because media point at them
+  std::deque<EngineStation> stations_;  // one per channel; a deque, because media point to them
   std::optional<Swarm> swarm_;          // made last, once the engine is configured
 };
 

@@ -4,8 +4,8 @@
 //   panel.series = {{"fuzzy", "#1b7837", {{100, 22, 20, 25}, {200, 24, 21, 28}}}};
 //   const std::string svg = DrawPanels("Sweeps", {panel}, 4);
 //
-// Each panel has its own axes; y begins at 0, or below if there is something. Series that share a
-// label share one entry in the legend. The same panels give the same bytes.
+// Each panel has its own axes; y begins at 0, or below it if there are negative values. Series that
+// share a label share one entry in the legend. The same panels give the same bytes.
 #pragma once
 
 #include <string>
@@ -38,7 +38,7 @@ struct Panel {
       0;  ///< where y ends; marks above lie on the edge as triangles. 0: with the highest
 };
 
-/// A complete SVG document; `columns` panels a row, at least one.
+/// A complete SVG document; `columns` panels per row, at least one.
 std::string DrawPanels(const std::string& title, const std::vector<Panel>& panels, int columns);
 
 }  // namespace pheromone::swarm

@@ -1,5 +1,5 @@
-// Robots on one or more radio channels, millisecond by millisecond. Who answers them at the other
-// end of a channel is somebody else's: an engine (simulation.h) or a running daemon (live.h).
+// Robots on one or more radio channels, millisecond by millisecond. The server at the other end of
+// a channel is an engine (simulation.h) or a running daemon (live.h).
 //
 //   Swarm swarm(config, [&](size_t channel, sim::RadioMedium* medium) {
 //     servers.emplace_back(medium, ...);                 // the first station of each channel
@@ -29,8 +29,8 @@ struct SwarmConfig {
   RobotConfig robot;                ///< of a swarm of one
   std::vector<RobotConfig> robots;  ///< if there are any, instead of `robot`
   size_t channels = 1;              ///< robot i is on channel i modulo this
-  /// Robots (by their place in `robots`) that do not hear each other. All hear the server, and it
-  /// hears all. Robots on different channels never hear each other.
+  /// Pairs of robots (by index in `robots`) out of each other's range. All are in range of the
+  /// server. Robots on different channels never receive each other.
   std::vector<std::pair<size_t, size_t>> hidden_pairs;
 };
 

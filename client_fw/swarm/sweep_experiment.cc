@@ -57,10 +57,10 @@ std::string LabelOf(const std::string& name) {
   return found == sweeps.end() ? name : found->label;
 }
 
-// Beyond it a robot has lost the path, and by how much says nothing.
+// Beyond it a robot has lost the path, and the value is meaningless.
 constexpr double kLargestErrorMm = 200;
 
-// One diagram of what `figure` says of the points of one sweep, a line a contender.
+// One diagram of `figure` over the points of one sweep, with one line per contender.
 Panel PanelOf(const std::vector<SweepPoint>& points, const std::string& sweep,
               const std::string& y_label, Spread FollowSummary::*figure) {
   Panel panel;

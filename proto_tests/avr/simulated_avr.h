@@ -6,8 +6,8 @@
 //
 // Time is virtual: the processor runs only inside Receive, as fast as the host can, and the same
 // bytes give the same run. The simulator hides overruns (a receive buffer of 64 bytes; here bytes
-// wait until there is room) and baud rates: this says nothing about a UART's timing. One thread;
-// the simulator's log is global.
+// wait until there is room) and baud rates: a UART's timing is not tested. One thread; the
+// simulator's log is global.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ namespace pheromone::conformance {
 class SimulatedAvr {
  public:
   /// Loads the ELF file `image` and powers it up at 16 MHz. Throws std::runtime_error if the file
-  /// or the simulator is not as it should be.
+  /// or the simulator is unsuitable.
   explicit SimulatedAvr(const std::string& image);
   ~SimulatedAvr();
   SimulatedAvr(const SimulatedAvr&) = delete;
@@ -40,7 +40,7 @@ class SimulatedAvr {
   /// Cycles since power-up.
   uint64_t cycles() const;
 
-  /// 10 s at 16 MHz: every command is answered in a hundredth of it.
+  /// 10 s at 16 MHz: every command is answered in a hundredth of this time.
   static constexpr uint64_t kPatienceCycles = 160'000'000;
 
  private:

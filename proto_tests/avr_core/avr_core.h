@@ -2,7 +2,7 @@
 //
 //   AvrCore core(path);
 //   const std::vector<uint8_t> reply = core.Run(request);
-//   core.cycles();                                  // that the last request took, UART included
+//   core.cycles();                                  // of the last request, including the UART
 //
 // One thread. Throws std::runtime_error if the processor does not answer or crashes.
 #pragma once

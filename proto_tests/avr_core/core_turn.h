@@ -1,20 +1,19 @@
-// A robot's whole core, client_fw/core, between bytes: what a board tells it in one turn of the
-// main loop goes in, what it tells the board comes out. Compiled for the host and for the AVR, so
+// A robot's whole core, client_fw/core, with its inputs and outputs encoded as bytes: the inputs of
+// one turn of the main loop go in, its outputs come out. Compiled for the host and for the AVR, so
 // that the two can be compared turn by turn.
 //
 //   CoreTurn core;
 //   const uint16_t size = core.Run(request, request_size, reply);
 //
 // A request, integers little-endian:
-//   'S'  start: keep RequestMemory u8, id u8, boot counter u16, wide u8, start x, y i32, heading
-//   u16,
-//        then pairs of setting id u8 and value u16
+//   'S'  start: keep RequestMemory u8, id u8, boot counter u16, wide u8, start x, y i32,
+//        heading u16, then pairs of setting id u8 and value u16
 //   'T'  turn: time in ms u32, kIdle and kCarrier u8, bytes from the radio and bytes from the
 //        Pioneer, each as length u8 and bytes
 // The reply to a start is empty, and that to a turn:
 //   bytes to the radio, bytes to the Pioneer, settings to be saved (kMaxBytes at most, each as
 //   length u8 and bytes), wheel speeds i16, i16, StopFlags u8, load u8, intensities i16, i16
-// What is malformed gives a reply of the one byte '?'.
+// The reply to a malformed request is the single byte '?'.
 #pragma once
 
 #include <stdint.h>
@@ -93,7 +92,7 @@ class CoreTurn {
   CoreTurn(const CoreTurn&) = delete;
   CoreTurn& operator=(const CoreTurn&) = delete;
 
-  /// `reply` has room for kMaxReply. Returns how much of it is the reply.
+  /// `reply` has room for kMaxReply bytes. Returns the size of the reply.
   uint16_t Run(const uint8_t* request, uint16_t size, uint8_t* reply);
 
   const client::Conversation& conversation() const { return robot_.conversation(); }

@@ -198,7 +198,7 @@ bool RandomWorld::Answer(const Message& request, Message* answer) {
   return true;
 }
 
-// Long spells without anything to smell, and the ends of the range.
+// Long periods without anything to sense, and the ends of the range.
 int16_t RandomWorld::Intensity() {
   if (now_ms_ / 2000 % 3 == 0) {
     return 0;

@@ -1,6 +1,6 @@
-// The world as a robot's core sees it, drawn at random but repeatable: a channel that loses,
-// damages and delays, a server that answers, errs, commands and forgets, other stations, and a
-// Pioneer.
+// A random but repeatable environment of a robot's core: a channel that loses, damages and delays
+// frames, a server that answers, sends errors and commands and loses its state, other stations, and
+// a Pioneer.
 //
 //   RandomWorld world(seed);
 //   for (;;) {
@@ -8,8 +8,8 @@
 //     world.Take(core.Run(request));
 //   }
 //
-// It keeps no promise of the protocol but one: frames of the server are well formed before they are
-// damaged. What it does depends on the seed and on what the core sends. One thread.
+// It follows only one rule of the protocol: frames of the server are well formed before they are
+// damaged. It is determined by the seed and by the core's output. One thread.
 #pragma once
 
 #include <cstdint>
@@ -32,12 +32,12 @@ class RandomWorld {
 
   /// A request to start, once, before the first turn; `keep`: as after a warm reset.
   Bytes Start(bool keep);
-  /// One to eight milliseconds later, seldom more.
+  /// One to eight milliseconds later, rarely more.
   Bytes NextTurn();
   /// The reply to that turn.
   void Take(const Bytes& reply);
 
-  /// Requests that the core sent, and the answers to them that nothing happened to.
+  /// Requests that the core sent, and the undamaged answers to them.
   uint64_t requests() const { return requests_; }
   uint64_t answered() const { return answered_; }
   uint64_t commands() const { return commands_; }
@@ -55,7 +55,7 @@ class RandomWorld {
   void ToServer(std::span<const uint8_t> bytes);
   void OnRequest(const protocol::Message& request);
   bool Answer(const protocol::Message& request, protocol::Message* answer);
-  /// Whether nothing happens to it on the way.
+  /// Whether it arrives undamaged.
   bool SendFromServer(const protocol::Message& message, int64_t begin_ms);
   void SendCommand();
   void SendForeign();

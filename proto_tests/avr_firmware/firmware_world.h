@@ -1,13 +1,13 @@
 // The shipped AVR image between a radio channel with the real engine on it and a simulated Pioneer,
-// in virtual time, with an ear on the channel.
+// in virtual time, with a record of all frames on the channel.
 //
 //   FirmwareWorld world;
 //   world.RunFor(10'000);                                     // ms
 //   world.robot().true_pose(); world.heard(); world.Deposits();
 //
 // The robot, ID 7, starts at the map's origin of coordinates, facing along +x, where a path leads
-// (Path()). Both are of pheromone type 1, which does not evaporate, so every quantum ever left is
-// still there. One thread; deterministic.
+// (Path()). Path and trail are of pheromone type 1, which does not evaporate, so every quantum ever
+// deposited is still there. One thread; deterministic.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ namespace pheromone::firmware {
 
 constexpr uint8_t kRobotId = 7;
 
-/// A frame as everybody on the channel could hear it.
+/// A frame on the channel.
 struct HeardFrame {
   int64_t end_ms = 0;
   protocol::Message message;
@@ -38,14 +38,14 @@ struct HeardFrame {
 
 class FirmwareWorld {
  public:
-  /// `eeprom`: what the robot's holds from address 0; the rest is erased.
+  /// `eeprom`: the contents of the robot's EEPROM from address 0; the rest is erased.
   explicit FirmwareWorld(uint64_t seed = 1, const sim::RadioConfig& radio = {},
                          const std::vector<uint8_t>& eeprom = {});
   FirmwareWorld(const FirmwareWorld&) = delete;
   FirmwareWorld& operator=(const FirmwareWorld&) = delete;
 
   void RunFor(int64_t ms);
-  /// Runs until `happened` says so, at most `ms`. Whether it did.
+  /// Runs until `happened` returns true, for at most `ms`. Returns whether it did.
   bool RunUntil(const std::function<bool()>& happened, int64_t ms);
   int64_t now_ms() const { return medium_.now_ns() / 1'000'000; }
 
@@ -57,12 +57,12 @@ class FirmwareWorld {
   /// Resets the robot's processor within the next millisecond.
   void ResetAfter(int64_t ns, sim::AvrMachine::Cause cause);
 
-  /// The server is switched off: it still hears, and does nothing.
+  /// Switches the server off: it still receives, but does nothing.
   void StopServer() { running_ = false; }
-  /// A new one, which remembers nothing of the old one's state.
+  /// Starts a new server without the old one's state.
   void StartServer();
 
-  /// COMMAND 8, until it was acknowledged. False if it was not within 5 s.
+  /// Sends COMMAND 8 until it is acknowledged. False if it was not within 5 s.
   bool Set(client::SettingId setting, int32_t value);
 
   /// Frames of the robot and of the server since the start, oldest first.

@@ -147,8 +147,9 @@ TEST_F(ComponentDemo, ItsDeadlineAndItsKeyOfTheConfigurationCount) {
 }
 
 TEST_F(ComponentDemo, AWrongKeyIsNamed) {
-  EXPECT_EQ(Parsed("[visits]\nforget_after_s = 0\n").error(),
-            "file.toml:20:18: visits.forget_after_s: found 0, expected a number from 0.001 to 86400");
+  EXPECT_EQ(
+      Parsed("[visits]\nforget_after_s = 0\n").error(),
+      "file.toml:20:18: visits.forget_after_s: found 0, expected a number from 0.001 to 86400");
   EXPECT_EQ(Parsed("[visit]\n").error(), "file.toml:19:2: visit: unknown key, expected visits?");
   engine::EngineConfig config = engine_.config();
   config.components[0].bytes = "not it";

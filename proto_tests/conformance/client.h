@@ -27,7 +27,7 @@ struct Field {
   int32_t value = 0;
 };
 
-/// A message as which Decode took some bytes.
+/// A message that Decode accepted.
 struct DecodedMessage {
   std::string name;  ///< as in fields.txt, "SENSE_WIDE_ANSWER" ...
   std::vector<Field> fields;
@@ -100,7 +100,8 @@ class ConformanceClient {
   std::vector<client::Pose> Place(const std::vector<PlaceInput>& inputs);
   std::vector<UnitsOutput> ToPoseUnits(const std::vector<UnitsInput>& inputs);
 
-  /// A request as it is; the reply's status and payload. What the functions above stand on.
+  /// Sends a raw request and returns the reply's status and payload; the basis of the functions
+  /// above.
   testing::Bytes Ask(const testing::Bytes& command_and_payload);
 
  private:

@@ -1,12 +1,12 @@
-// What the test on the host and the image on the microcontroller say to each other.
+// The protocol between the test on the host and the image on the microcontroller.
 //
 //   request:  size (u16)  command (u8)  payload     size counts the command and the payload
 //   reply:    size (u16)  status (u8)   payload     size counts the status and the payload
 //
-// One reply a request, in turn; after power-up the image sends one empty reply unasked. Integers
-// are little-endian. Everything is tested through these few commands, so that the vectors stay
-// files on the host: the image knows none of them. C++14 without its library: both sides include
-// this.
+// One reply per request, in order; after power-up the image sends one empty reply without a
+// request. Integers are little-endian. Everything is tested through these few commands, so that the
+// vectors stay files on the host: the image contains none of them. C++14 without its library: both
+// sides include this.
 #pragma once
 
 #include <stdint.h>

@@ -1,7 +1,7 @@
-// All messages and the fields of each, once, for both sides: the image sends the fields' values in
-// this order, the host learns from the same list what they are called in fields.txt.
+// All messages and the fields of each, for both sides: the image sends the fields' values in this
+// order, and the host uses the same list for their names in fields.txt.
 //
-// `wide`, `answer` and `length` are no fields of the files: they select the message's name and a
+// `wide`, `answer` and `length` are not fields of the files: they select the message's name and a
 // PING's size. A COMMAND's arguments and a PING's payload are bytes, listed one by one and always
 // all of them. C++14 without its library.
 #pragma once

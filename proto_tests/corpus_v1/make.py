@@ -81,7 +81,7 @@ def observe(*poses):
 
 
 def drive(folder):
-    """Two robots say HELLO, lay all types, and are given commands."""
+    """Two robots send HELLO, deposit all types, and receive commands."""
     robots = {}
     for number in (7, 9):
         robot = Client(open_terminal(folder / "radio-a.pty"), number, timeout=5)

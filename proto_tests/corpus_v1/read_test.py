@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a server of the first versions of all formats wrote is read, with the same state hashes.
+"""Files of version 1 of all formats can be read, with the same state hashes.
 
     read_test.py BIN_DIR
 """
@@ -22,7 +22,7 @@ def ctl(*arguments):
 
 
 def expected():
-    """Name to sequence and hash, as they were told when the files were made."""
+    """Name to sequence and hash, as recorded when the files were made."""
     lines = (HERE / "expected.txt").read_text(encoding="ascii").splitlines()
     return {name: rest for name, *rest in (it.split() for it in lines if not it.startswith("#"))}
 

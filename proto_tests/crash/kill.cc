@@ -1,5 +1,5 @@
-// kill -9 of a real process on a real disk. The process draws its traffic from a seed, so whoever
-// has the seed and the state that it began with knows the state after each of its events.
+// kill -9 of a real process on a real disk. The traffic of the process is determined by a seed, so
+// whoever has the seed and the state that it began with knows the state after each of its events.
 
 #include <fmt/format.h>
 #include <poll.h>

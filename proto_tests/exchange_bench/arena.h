@@ -1,17 +1,18 @@
-// What exchange_bench asks about: a map with more than a million nodes that hold pheromone, and
-// requests with the answers that are right for them.
+// The map of exchange_bench, with more than a million nodes that hold pheromone, and requests with
+// their correct answers.
 //
-//   const Arena arena = MakeArena(folder, links);   // writes folder/bench.toml and what it names
-//   message = arena.Sense(client, pose);            // then compare with arena.answers[pose]
+//   const Arena arena = MakeArena(folder, links);   // writes folder/bench.toml and the files that
+//   it names message = arena.Sense(client, pose);            // then compare with
+//   arena.answers[pose]
 //
-// The map is 30 m x 30 m, unless more is asked for, with a node every 20 mm, every other of them,
-// at random, with one quantum at the most it can hold; the pheromone is sensed up to r = 5 cells.
-// Poses are random, on nodes that hold something: what TRACE leaves there changes nothing, so that
-// one answer is right for ever. A second pheromone, for robots that roam, has evaporated two
-// seconds after it was left.
+// The map is 30 m x 30 m, unless more is asked for, with a node every 20 mm; a random half of them
+// holds one quantum, which is the maximum; the pheromone is sensed up to r = 5 cells. Poses are
+// random, on full nodes: a deposit of TRACE there changes nothing, so that the correct answer stays
+// the same. A second pheromone, for roaming robots, evaporates within two seconds.
 //
-// The right answers come from the engine itself, in this process: what is checked is that each
-// request got its own answer, whole and unchanged. That the engine is right is tested elsewhere.
+// The correct answers are computed by the engine itself, in this process: the benchmark checks that
+// each request gets its own answer, complete and unchanged. The engine's correctness is tested
+// elsewhere.
 #pragma once
 
 #include <array>
@@ -24,7 +25,7 @@
 
 namespace pheromone::bench {
 
-/// The links that the configuration asks for, of each kind: "udp-1" and so on, "pty-1" and so on.
+/// The links of the configuration, of each kind: "udp-1" and so on, "pty-1" and so on.
 struct LinkNumbers {
   int udp = 1;
   int pty = 16;
@@ -49,19 +50,19 @@ struct Arena {
   protocol::Message Trace(uint8_t client, size_t pose, uint8_t seq) const;
   /// TRACE of the pheromone that evaporates.
   protocol::Message Roam(uint8_t client, size_t pose, uint8_t seq) const;
-  /// Whether `answer` is the answer to what was asked with these arguments.
+  /// Whether `answer` answers a request with these arguments.
   bool IsSenseAnswer(const protocol::Message& answer, uint8_t client, size_t pose) const;
   bool IsTraceAnswer(const protocol::Message& answer, uint8_t client, size_t pose,
                      uint8_t seq) const;
-  /// But for the intensities, which the time decides.
+  /// Except for the intensities, which depend on the time.
   static bool IsRoamAnswer(const protocol::Message& answer, uint8_t client, uint8_t seq);
 };
 
-/// `extra` is appended to the configuration. Ends the process if it is refused.
+/// `extra` is appended to the configuration. Ends the process if it is invalid.
 Arena MakeArena(const std::string& folder, const LinkNumbers& links, const std::string& extra,
                 const MapSize& size = {});
 
-/// A picture in `path` of so many nodes along its sides, all of them white.
+/// Writes a white image of this many pixels along each side to `path`.
 void WriteWhitePicture(int side, const std::string& path);
 
 }  // namespace pheromone::bench

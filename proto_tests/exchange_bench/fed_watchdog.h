@@ -1,4 +1,4 @@
-// Stands in the service manager's place, and hears how often pheromoned says that it is alive
+// Stands in for the service manager and measures how often pheromoned notifies its watchdog
 // (sd_watchdog_enabled(3)).
 #pragma once
 
@@ -13,16 +13,16 @@ namespace pheromone::bench {
 
 class FedWatchdog {
  public:
-  /// Makes a socket in `folder`.
+  /// Creates a socket in `folder`.
   explicit FedWatchdog(const std::string& folder);
   FedWatchdog(const FedWatchdog&) = delete;
   FedWatchdog& operator=(const FedWatchdog&) = delete;
   ~FedWatchdog();
 
-  /// What tells pheromoned of it.
+  /// The environment variables for pheromoned.
   Environment environment() const;
 
-  /// The longest time without a sign of life since the last call.
+  /// The longest time without a notification since the last call.
   std::chrono::milliseconds TakeLongest();
 
  private:

@@ -1,5 +1,5 @@
-// What a client has asked and no longer waits for. An answer to that is late: the client must not
-// take it, but nothing is wrong with it.
+// Requests that a client has abandoned. An answer to one is late: the client must not use it, but
+// it is not an error.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ class GivenUp {
     }
   }
 
-  /// Whether one of them was answered, by `is_answer_to(asked)`. That one is then forgotten: a
-  /// second answer to it is wrong.
+  /// Whether one of them was answered, by `is_answer_to(asked)`. That one is then removed: a second
+  /// answer to it is an error.
   template <typename IsAnswerTo>
   bool Take(IsAnswerTo&& is_answer_to) {
     const auto found = std::find_if(given_up_.begin(), given_up_.end(), is_answer_to);

@@ -31,9 +31,9 @@ class Measure {
 
   /// Over UDP, in turn with the echo; medians of the rounds.
   void CompareUdp(Load what, int clients);
-  /// At a modem's pace. `beside`: what else goes on, for the report.
+  /// At a modem's pace. `beside`: the concurrent load, for the report.
   void TimePtys(bool trace, int ptys, int baud, const std::string& beside = "");
-  /// TRACE everywhere, of a pheromone that evaporates: says how the server's memory grows.
+  /// TRACE everywhere, of a pheromone that evaporates: measures the growth of the server's memory.
   void Roam(int clients);
 
  private:
@@ -46,8 +46,8 @@ class Measure {
   Report* report_;
 };
 
-/// What the disk under `folder` does by itself: a record of the size of an event, written and
-/// synced, one after the other.
+/// The speed of the disk under `folder` alone: records of the size of an event, written and synced
+/// one after the other.
 void TimeSyncs(const std::string& folder, const Effort& effort, Report* report);
 
 }  // namespace pheromone::bench

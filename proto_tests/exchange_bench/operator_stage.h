@@ -1,5 +1,5 @@
-// A pheromoned with a map for operators: a corner of it belongs to the robots of the arena; all of
-// it holds a pheromone of its own, "paint", which operators change, so that the robots' right
+// A pheromoned with a map for operators: a corner of it is used by the robots of the arena;
+// operators change another pheromone, "paint", on the whole map, so that the robots' correct
 // answers stay the same.
 #pragma once
 
@@ -28,7 +28,7 @@ class OperatorStage {
   OperatorStage& operator=(const OperatorStage&) = delete;
   ~OperatorStage();
 
-  /// Starts a server with an empty journal, in the place of one that may be stuck.
+  /// Starts a server with an empty journal, replacing one that may be stuck.
   void Restart();
 
   HttpAnswer Post(std::string_view target, std::string_view body) const;
@@ -37,8 +37,8 @@ class OperatorStage {
   /// Reads the configuration again: with another tau of "paint", and `more` appended.
   HttpAnswer Reload(int tau_s, const std::string& more = "");
 
-  /// Paints the map in parts that an edit may have, until the server refuses one. Returns how many
-  /// were painted.
+  /// Paints the map in parts of the maximum size of an edit, until the server refuses one. Returns
+  /// the number of nodes painted.
   int Fill() const;
 
   /// The number behind this key in the server's status; 0 if there is none.

@@ -1,9 +1,9 @@
-// What an operator's requests, the largest that the interface permits, do to the robots beside.
+// The effect of an operator's largest permitted requests on the robots.
 //
-// For each: robots that ask fifty times a second (steady_robots.h) first alone, then beside the
-// request, which is made again and again for as long; two maps, one of 10^7 nodes and one that is
-// filled to its limit of memory; with a journal. What the server refuses is said, and so is what it
-// does not finish: then it is killed, and the next request meets a new one.
+// For each: robots that send fifty requests a second (steady_robots.h), first alone, then during
+// the operator's request, which is repeated for the same time; two maps, one of 10^7 nodes and one
+// that is filled to its memory limit; with a journal. Refused and unfinished requests are reported;
+// after an unfinished one, the server is killed and a new one started.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// What a process and its children have in memory, from /proc.
+// The memory of a process and its children, from /proc.
 #pragma once
 
 #include <sys/types.h>
@@ -11,7 +11,7 @@ namespace pheromone::bench {
 /// The resident memory of `process` and of all that it has started, children's children too.
 long FamilyRssKib(pid_t process);
 
-/// Looks all the time, in a thread of its own, until its owner ends.
+/// Samples continuously, in a thread of its own, until it is destroyed.
 class ProcessMemory {
  public:
   explicit ProcessMemory(pid_t process);

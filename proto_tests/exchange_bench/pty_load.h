@@ -20,12 +20,12 @@ struct PtyLoadOptions {
 struct PtyLoadResult {
   Quantiles times;
   uint64_t wrong = 0;
-  uint64_t lost = 0;  ///< no answer for a second; the client then asked for something else
+  uint64_t lost = 0;  ///< no answer for a second; the client then sent another request
   uint64_t late = 0;  ///< of the lost: answered after all
 };
 
-/// Bytes are written when a modem would have received them, and after an answer the line is left
-/// for as long as it would have taken to send. Every answer is checked, byte for byte.
+/// Bytes are written when a modem would have received them, and after an answer the client pauses
+/// for the time that sending it would have taken. Every answer is checked, byte for byte.
 PtyLoadResult RunPtyLoad(const Arena& arena, const PtyLoadOptions& options);
 
 }  // namespace pheromone::bench

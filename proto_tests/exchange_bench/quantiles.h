@@ -1,4 +1,4 @@
-// Times, and what share of them was how short.
+// Times and their quantiles.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What exchange_bench has measured: a line for people as soon as it is there, and a row of a CSV
+// The results of exchange_bench: a readable line as soon as it is available, and a row of a CSV
 // file.
 #pragma once
 
@@ -21,16 +21,16 @@ struct Row {
   uint64_t right = 0;
   uint64_t wrong = 0;
   uint64_t lost = 0;
-  uint64_t late = 0;  ///< of the lost: answered after they were given up
+  uint64_t late = 0;  ///< of the lost: answered after they were abandoned
   Quantiles times = {};
 };
 
-/// What a robot was told beside an operator, and when there was none, in the same run.
+/// A robot's results during an operator's requests and without them, in the same run.
 struct BesideRow {
   Row row;                                ///< beside the operator
   Quantiles alone = {};                   ///< the same robot's times right before
   uint64_t stops = 0;                     ///< how often its fail-safe had to stop it
-  std::string request;                    ///< what became of the operator's request: "done"
+  std::string request;                    ///< the result of the operator's request: "done"
   std::chrono::nanoseconds request_time;  ///< the longest, if it was made more than once
   std::chrono::milliseconds unfed;        ///< the longest that the watchdog had to wait
 };
@@ -42,7 +42,7 @@ class Report {
 
   void Add(Row row);
   void Add(BesideRow beside);
-  /// A line for people only.
+  /// A readable line only.
   static void Say(const std::string& line);
 
   /// Answers that were wrong, in all rows.

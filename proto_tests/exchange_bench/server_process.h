@@ -1,4 +1,4 @@
-// A pheromoned of its own for exchange_bench, and the bare echo that it is compared with.
+// A pheromoned for exchange_bench, and the bare echo with which it is compared.
 #pragma once
 
 #include <sys/types.h>
@@ -27,7 +27,7 @@ class ServerProcess {
   /// The UDP port of the link of this name; 0 if there is none.
   uint16_t PortOf(const std::string& link) const;
 
-  /// Ends it at once; for one that does not end by itself.
+  /// Kills it at once, if it does not end by itself.
   void Kill();
 
   pid_t pid() const { return process_; }

@@ -1,5 +1,5 @@
-// Robots that ask fifty times a second, whatever happens to the server: what an operator does to
-// their answers is seen here.
+// Robots that send fifty requests a second, whatever happens to the server, to measure the effect
+// of an operator on their answers.
 //
 //   SteadyRobots robots(arena, {folder + "/pty-1", folder + "/pty-2"}, server.PortOf("udp-1"));
 //   std::this_thread::sleep_for(...);
@@ -30,7 +30,7 @@ struct SteadyResult {
   Quantiles times = {};
   uint64_t right = 0;
   uint64_t wrong = 0;
-  uint64_t lost = 0;     ///< no answer for half a second; the robot then asked for something else
+  uint64_t lost = 0;     ///< no answer for half a second; the robot then sent another request
   uint64_t late = 0;     ///< of the lost: answered after all
   uint64_t refused = 0;  ///< answered with an ERROR, and asked again
   uint64_t stops = 0;    ///< half a second without a right answer: the fail-safe stops the robot

@@ -1,4 +1,4 @@
-// UDP clients that ask as fast as they are answered, each with one request under way.
+// UDP clients that send as fast as they are answered, each with one request in flight.
 #pragma once
 
 #include <cstddef>
@@ -27,8 +27,8 @@ struct LoadOptions {
 struct LoadResult {
   double per_second = 0;  ///< right answers
   uint64_t right = 0;
-  uint64_t wrong = 0;  ///< whatever came that was not the answer to what was asked
-  uint64_t lost = 0;   ///< no answer for half a second; the client then asked for something else
+  uint64_t wrong = 0;  ///< anything received that was not the answer to the request
+  uint64_t lost = 0;   ///< no answer for half a second; the client then sent another request
   uint64_t late = 0;   ///< of the lost: answered after all
   Quantiles times;     ///< from before a request is sent to after its answer was read
 };

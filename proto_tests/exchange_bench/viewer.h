@@ -1,4 +1,4 @@
-// Somebody who looks at the map while robots are served.
+// A viewer of the map while robots are served.
 #pragma once
 
 #include <sys/types.h>
@@ -7,8 +7,8 @@
 
 namespace pheromone::bench {
 
-/// A process that asks for the picture of the map that `pheromonectl watch` asks for, over the
-/// server's Unix socket in `folder`, ten times a second. Ends with its owner.
+/// A process that requests the same raster of the map as `pheromonectl watch`, over the server's
+/// Unix socket in `folder`, ten times a second. Ends with its owner.
 class Viewer {
  public:
   explicit Viewer(const std::string& folder);

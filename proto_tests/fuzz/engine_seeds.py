@@ -271,7 +271,7 @@ def robot(number, answer=b"\x01\xa1\x01\x01", outcome=0, code=1, sent=0, rest=b"
 
 
 def states():
-    """(name, the beginning of a state). None has its hash, so none is good."""
+    """(name, the beginning of a state). None has its hash, so none is valid."""
 
     def state(*links, broadcasts=(), after=b""):
         return (b"\1" + config() + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +

@@ -1,4 +1,4 @@
-// What a fuzzer keeps of what goes through a service, to hold a replay against it.
+// A fuzzer's record of the events of a service, for comparison with a replay.
 //
 //   MoodyLog log;
 //   Recorder recorder;
@@ -29,7 +29,7 @@ inline void Require(bool condition) {
   }
 }
 
-/// Remembers what went through it, and refuses, rotates and lags as it is told.
+/// Records the events, and refuses, rotates and lags as configured.
 class MoodyLog final : public engine::OrderedLog {
  public:
   struct Segment {

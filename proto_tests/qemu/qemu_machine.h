@@ -4,7 +4,7 @@
 //   machine.Send(0, {0x01, 0x00, 'I'});
 //   const uint8_t first = machine.Receive(0);
 //
-// It runs in real time, in its own pace: this says nothing about time, and QEMU knows neither baud
+// It runs in real time, at its own pace: timing is not tested, and QEMU simulates neither baud
 // rates nor overruns. The process ends with the object. One thread.
 #pragma once
 

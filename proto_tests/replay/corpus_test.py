@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Each capture of the corpus is replayed, and the engine's answers are those that are written down.
+"""Each capture of the corpus is replayed, and its answers are compared.
 
 Usage: corpus_test.py BIN_DIR
 """

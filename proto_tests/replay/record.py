@@ -117,7 +117,7 @@ def await_frames(line, count):
 
 
 def traffic(lab):
-    """Two robots on two links say HELLO, trace, lay, sense both pheromones, PING, report events."""
+    """Two robots on two links send HELLO, TRACE, DEPOSIT, SENSE of both types, PING and EVENT."""
     for robot in lab.robots:
         robot.hello(0x1010)
     for i in range(6):
@@ -173,7 +173,7 @@ def retries(lab):
 
 
 def evaporation(lab):
-    """A trail that fades, one quantum every 50 ms, while two robots smell it from both sides."""
+    """A trail loses one quantum every 50 ms, while two robots sense it from both sides."""
     for robot in lab.robots:
         robot.hello(7)
     lab.robots[0].deposit(1, 2000, 2000, 8)
@@ -204,7 +204,7 @@ def reload(lab):
 
 
 def commands(lab):
-    """A command that is repeated until it is acknowledged, and pheromone that the operator lays."""
+    """A command that is repeated until it is acknowledged, and deposits of the operator."""
     acknowledged = []
     robot = Client(lab.lines[0], 1, timeout=5, on_command=lambda it: acknowledged.append(it) or 0)
     robot.hello(7)

@@ -98,7 +98,7 @@ class Smell(NamedTuple):
 
 
 class ServerInfo(NamedTuple):
-    """What HELLO's answer tells."""
+    """The contents of HELLO's answer."""
 
     nonce: int
     protocol_version: int
@@ -149,7 +149,7 @@ class Client:
         self._ping_count = 0
 
     def hello(self, nonce: int, firmware_version: int = 1) -> ServerInfo:
-        """Says HELLO; comes before whatever changes something."""
+        """Sends HELLO; required before any change."""
         new = nonce != self._nonce
         if new:
             self._last_command = None
@@ -176,7 +176,7 @@ class Client:
         return self._ask(request, self.tries)["payload"]
 
     def sense(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Smell:
-        """What the robot smells at this pose; `wide` if x or y does not fit into 16 bits.
+        """What the robot senses at this pose; `wide` if x or y does not fit into 16 bits.
 
         Sent once only: after NoAnswer, come again with a fresh pose.
         """
@@ -186,7 +186,7 @@ class Client:
         return Smell(answer["left"], answer["right"])
 
     def trace(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Smell:
-        """Smells, and leaves one quantum."""
+        """Senses, and deposits one quantum."""
         name = "TRACE_WIDE" if wide else "TRACE"
         answer = self._change(name, type=pheromone, x=x, y=y, heading=heading)
         return Smell(answer["left"], answer["right"])
@@ -204,7 +204,7 @@ class Client:
             self._overhear(body)
 
     def resynchronise(self) -> list[bytes]:
-        """Sends a PING never sent before and waits for its echo; gives all that came before it."""
+        """Sends a PING with a new payload and waits for its echo; returns what came before it."""
         self._in_step = False
         for _ in range(self.tries):
             self._ping_count += 1
@@ -236,7 +236,7 @@ class Client:
             self.next_seq = (self.next_seq + used) % 256
 
     def _ask(self, request: bytes, tries: int) -> dict[str, Any]:
-        """Makes a request until it is answered, and gives the fields of the answer."""
+        """Repeats a request until it is answered, and returns the fields of the answer."""
         silence = False
         for left in reversed(range(tries)):
             if not self._in_step:
@@ -255,7 +255,7 @@ class Client:
         raise NoAnswer(f"no answer to {parse(request)}")
 
     def _exchange(self, request: bytes) -> Message | None:
-        """Sends a request once and gives its answer, an ERROR perhaps; None if none came."""
+        """Sends a request once and returns its answer, perhaps an ERROR; None if there was none."""
         self._send(request)
         deadline = time.monotonic() + self.timeout
         while (heard := self.line.receive(deadline)) is not None:

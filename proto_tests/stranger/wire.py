@@ -47,7 +47,7 @@ class Decoder:
         self._after_dle = False
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Takes some bytes, gives the bodies of the frames that they complete."""
+        """Accepts some bytes and returns the bodies of the frames that they complete."""
         return [body for byte in data if (body := self._take(byte)) is not None]
 
     def _take(self, byte: int) -> bytes | None:
@@ -161,7 +161,7 @@ UNKNOWN_OPCODE, BAD_LENGTH, BUSY = 1, 2, 7
 
 
 class NotAMessage(ValueError):
-    """A good frame that is no message, for a reason of section 6: 1 or 2."""
+    """A valid frame that is not a message, for a reason of section 6: 1 or 2."""
 
     def __init__(self, reason: int, body: bytes) -> None:
         self.reason = reason

@@ -15,7 +15,7 @@
 namespace pheromone {
 
 Result<std::string> ReadFile(const std::string& path, size_t max_bytes) {
-  // Without O_NONBLOCK, opening a pipe would wait for somebody who writes to it.
+  // Without O_NONBLOCK, opening a pipe would wait for a writer.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   struct stat status {};
   if (!file.valid() || fstat(file.get(), &status) != 0) {
@@ -48,12 +48,12 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes) {
 }
 
 Status WriteFile(const std::string& path, std::string_view bytes) {
-  // What is moved into place would take the place of a device too, such as /dev/null.
+  // A rename would also replace a device, such as /dev/null.
   struct stat found {};
   if (stat(path.c_str(), &found) == 0 && !S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode)) {
     return Error{path + ": cannot be written: is not a regular file"};
   }
-  // Exclusive, so that two writers do not share it; what a crash left behind is stepped over.
+  // Exclusive, so that two writers do not share it; files left by a crash are skipped.
   std::string fresh;
   int fd = -1;
   for (int attempt = 0; fd < 0 && attempt < 100; ++attempt) {

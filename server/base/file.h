@@ -1,4 +1,4 @@
-// Whole files in and out.
+// Reading and writing of whole files.
 //
 //   Result<std::string> bytes = ReadFile("lab.pgm", kMaxFileBytes);
 //   Status written = WriteFile("lab.pgm", bytes.value());
@@ -17,13 +17,13 @@ namespace pheromone {
 constexpr size_t kMaxFileBytes = size_t{1} << 30;
 
 /// All bytes of a regular file; pipes and devices, which may never end, are refused unread. More
-/// than `max_bytes` is an error, found before they are read into memory.
+/// than `max_bytes` is an error, detected before they are read.
 Result<std::string> ReadFile(const std::string& path, size_t max_bytes = kMaxFileBytes);
 
-/// Replaces a file as a whole: the bytes go to a new file beside it, to the disk, and only then
-/// take the old one's name. Whoever reads meanwhile, or after a power cut, finds the old or the new
-/// content and nothing between. On an error the old file is untouched; what is there and is no
-/// regular file, such as a device, is one.
+/// Replaces a file atomically: the bytes are written to a new file beside it and synced, and the
+/// new file is then renamed. A concurrent reader, or one after a power failure, finds either the
+/// old or the new content. On an error the old file is untouched. It is an error if something that
+/// is not a regular file, such as a device, has that name.
 Status WriteFile(const std::string& path, std::string_view bytes);
 
 }  // namespace pheromone

@@ -69,7 +69,7 @@ void Files::Discard() {
   }
 }
 
-// Removing is for tidiness: if it fails, the recording goes on.
+// If removing fails, the recording continues.
 void Files::RemoveOldest() const {
   if (most_files_ == 0) {
     return;

@@ -10,8 +10,8 @@
 namespace pheromone::capture {
 namespace {
 
-// Types of blocks for local use have the highest bit set. The rest of ours is "PH" and a kind,
-// which is the record's place in the variant.
+// Types of blocks for local use have the highest bit set. The rest of the type is "PH" and a kind,
+// which is the record's index in the variant.
 constexpr uint32_t kLocal = 0x80504800;
 constexpr uint32_t kByteOrderMagic = 0x1A2B3C4D;
 
@@ -54,7 +54,7 @@ void Option(uint16_t code, std::string_view value, ByteWriter* writer) {
 }
 
 std::string EncodeLocal(const Record& record, uint64_t number) {
-  ByteWriter sealed;  // what the CRC is of
+  ByteWriter sealed;  // the bytes covered by the CRC
   sealed.U64(number);
   EncodePayload(record, &sealed);
   ByteWriter body;

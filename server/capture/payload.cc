@@ -47,7 +47,7 @@ void EncodeStamp(const engine::Stamp& stamp, ByteWriter* writer) {
 engine::Stamp DecodeStamp(ByteReader* reader) {
   const uint64_t field_time_ms = reader->U64();
   if (field_time_ms > engine::kMaxFieldTimeMs) {
-    reader->Fail("a field time beyond the end of time");
+    reader->Fail("field time out of range");
   }
   return {field_time_ms, reader->I64()};
 }
@@ -217,7 +217,7 @@ void Decode(ByteReader* reader, Unlogged* it) {
   it->sent = DecodeSent(reader);
 }
 
-// A packet is a block of its own kind (format.cc).
+// Packets have a block type of their own (format.cc).
 void Encode(const Packet& /*it*/, ByteWriter* /*writer*/) {}
 
 template <typename T>
@@ -229,8 +229,9 @@ Record DecodeAs(ByteReader* reader) {
 
 using Decoders = std::array<Record (*)(ByteReader*), std::variant_size_v<Record>>;
 
-// What reads a file of that version, in the order of Record; a packet has a block of its own. Null:
-// there is no such version. One that changes a record gets a row with another decoder for it.
+// The decoders for a file of that version, in the order of Record; packets have blocks of their
+// own. Null: there is no such version. A version that changes a record gets a row with another
+// decoder for it.
 const Decoders* DecodersOf(uint8_t version) {
   static constexpr Decoders kVersion1 = {
       DecodeAs<Start>,        DecodeAs<State>,   nullptr,
@@ -246,7 +247,7 @@ const Decoders* DecodersOf(uint8_t version) {
   }
 }
 
-// What any version begins with. 0, and a failure, if it is none that is known.
+// The common beginning of all versions. Returns 0, and fails the reader, if the version is unknown.
 uint8_t DecodeVersion(ByteReader* reader) {
   const std::string magic = reader->Text();
   const uint8_t version = reader->U8();

@@ -114,7 +114,7 @@ Result<ByteReader::Source> OpenFile(const std::string& path) {
   if (file->bad()) {
     return Error{path + ": cannot be read: " + std::strerror(errno)};
   }
-  file->clear();  // an empty file is told by whoever reads it
+  file->clear();  // an empty file is reported when it is read
   auto portion = std::make_shared<std::vector<char>>(size_t{1} << 16);
   return ByteReader::Source([file, portion]() -> std::string_view {
     file->read(portion->data(), static_cast<std::streamsize>(portion->size()));

@@ -18,7 +18,7 @@
 namespace pheromone::capture {
 namespace {
 
-// Roughly what a record takes in the queue: the large ones count.
+// The approximate size of a record in the queue: only large ones matter.
 size_t BytesOf(const Record& record) {
   size_t bytes = sizeof(Record) + 32;
   if (const auto* packet = std::get_if<Packet>(&record)) {
@@ -88,8 +88,8 @@ RecordingStatus Recorder::status() const {
   return status;
 }
 
-// Ends the file, begins one, or both, between two events and outside of all reads. False if one was
-// to begin and the state is frozen for somebody else: then all is as it was. Under control_.
+// Ends the file, begins one, or both, between two events and outside of all reads. False, without a
+// change, if a file was to begin and the state is frozen for another use. Under control_.
 bool Recorder::MakeCut(Cut cut) {
   capture::Start start = host_.describe();
   uint64_t most_kept_bytes = 0;
@@ -100,7 +100,7 @@ bool Recorder::MakeCut(Cut cut) {
   const std::lock_guard no_reads(reads_);
   const uint64_t waiting_since_ns = host_.utc_ns();
   bool done = true;
-  engine::Service::Frozen frozen;  // let go outside of the service's lock
+  engine::Service::Frozen frozen;  // released outside the service's lock
   const auto make = [&](const engine::Engine& engine) {
     if (cut != Cut::kEnd) {
       frozen = host_.service->FreezeInside(engine, most_kept_bytes);
@@ -164,7 +164,7 @@ void Recorder::PushStart(capture::Start start, engine::Service::Frozen* frozen) 
   frozen_of_ = {recording_, part_};
 }
 
-// Under mutex_. `always`: without it a file could not be understood at all.
+// Under mutex_. `always`: a record without which the file could not be decoded.
 void Recorder::Push(Record record, bool always) {
   const size_t bytes = BytesOf(record);
   if (!always && queued_bytes_ + writing_bytes_ + bytes > queue_limit_) {
@@ -274,8 +274,8 @@ void Recorder::OnEvent(uint64_t sequence, const engine::Stamp& stamp, const engi
   Give(sent);
 }
 
-// One of two that are the same may have been given before the recording began: then this is not the
-// one that is known here.
+// One of two identical messages may have been produced before the recording began: then this is not
+// the known one.
 void Recorder::OnDropped(engine::LinkIndex link, const protocol::Message& message, bool repeated) {
   const std::lock_guard lock(mutex_);
   const Sent sent{link, message};
@@ -284,13 +284,13 @@ void Recorder::OnDropped(engine::LinkIndex link, const protocol::Message& messag
   }
 }
 
-// There was no memory for a record: the file ends before it, as one that a crash cut off does.
+// There was no memory for a record: the file ends before it, like a file truncated by a crash.
 void Recorder::OnFailure() noexcept {
   const std::lock_guard lock(mutex_);
   on_ = false;
   ++status_.lost;
   status_.recording = begin_wanted_;
-  status_.error = "out of memory";  // short enough to need none
+  status_.error = "out of memory";  // short enough to need no memory
 }
 
 // Under mutex_.
@@ -341,7 +341,7 @@ void Recorder::Run() {
     lock.lock();
     writing_bytes_ = 0;
     if (frozen_ == nullptr && queued_bytes_ <= options_.queue_bytes) {
-      queue_limit_ = options_.queue_bytes;  // what came while the state was written is done
+      queue_limit_ = options_.queue_bytes;  // the records queued meanwhile are written
     }
   }
 }
@@ -400,8 +400,8 @@ Status Recorder::WriteState(engine::FrozenState* frozen, bool* lost) {
   return *lost ? Ok() : write(1);
 }
 
-// Of the writer's thread. After a failure nothing is written until a recording begins anew; nor
-// after a state that could not be copied.
+// Called by the writer's thread. After a failure, or if a state could not be copied, nothing is
+// written until a new recording begins.
 Status Recorder::WriteAll(const std::deque<Record>& records, bool* state_lost) {
   std::string bytes;
   Status status = Ok();
@@ -459,7 +459,7 @@ Status Recorder::WriteAll(const std::deque<Record>& records, bool* state_lost) {
   return status;
 }
 
-// Leaves out what is in the queue; the recording ends, or is to begin anew.
+// Drops the queue; the recording ends, or a new one is to begin.
 void Recorder::Drop(bool begin_anew, const std::string& why) {
   engine::Service::Frozen frozen;  // let go after all locks
   const std::lock_guard control(control_);
@@ -482,7 +482,7 @@ void Recorder::Drop(bool begin_anew, const std::string& why) {
   });
 }
 
-// The file has no state at its beginning, and is of no use.
+// The file has no state at its beginning and is useless.
 void Recorder::StateLost() {
   files_->Discard();
   const RecordingStatus before = status();

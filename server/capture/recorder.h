@@ -193,7 +193,7 @@ class Recorder final : public engine::Observer {
 
   std::unique_ptr<Files> files_;  // of the thread that runs Run, as is
   uint64_t state_bytes_ = 0;      // at the beginning of the present file
-  uint64_t next_cut_bytes_ = 0;   // the state was not free: the file goes on up to there
+  uint64_t next_cut_bytes_ = 0;   // the state was not free: the file is continued up to this size
 };
 
 }  // namespace pheromone::capture

@@ -145,8 +145,7 @@ std::string Replay::On(const Packet& packet) {
   std::deque<protocol::Message>& decoded = decoded_[packet.link];
   const bool datagrams = start_.links[packet.link].datagrams;
   if (!datagrams && !decoded.empty()) {
-    return LinkName(packet.link) +
-           ": expected the message that is decoded from the bytes before, " +
+    return LinkName(packet.link) + ": expected the message decoded from the previous bytes, " +
            HexOf(decoded.front()) + ", to be handed to the engine; found other bytes";
   }
   protocol::FrameDecoder own(protocol::kNoGapTimeout);
@@ -162,7 +161,7 @@ std::string Replay::On(const Rejected& turned) {
   const auto at = std::find_if(decoded.begin(), decoded.end(),
                                [&](const auto& it) { return Same(it, turned.message); });
   if (at == decoded.end()) {
-    return LinkName(turned.link) + ": rejected a message that is not decoded from its bytes, " +
+    return LinkName(turned.link) + ": rejected a message that was not decoded from its bytes, " +
            HexOf(turned.message);
   }
   decoded.erase(at);
@@ -198,7 +197,7 @@ std::string Replay::TakeOne(const Batch& batch, const Handled& handled) {
   std::deque<protocol::Message>& decoded = decoded_[batch.link];
   if (decoded.empty() || !Same(decoded.front(), handled.message)) {
     return "expected the message " + HexOf(handled.message) + ", found " +
-           (decoded.empty() ? "that the bytes hold none" : HexOf(decoded.front()));
+           (decoded.empty() ? "none in the bytes" : HexOf(decoded.front()));
   }
   decoded.pop_front();
   ++report_.messages;
@@ -210,10 +209,10 @@ std::string Replay::TakeOne(const Batch& batch, const Handled& handled) {
   if (refused ? handled.sequence != 0 || !(changes || answers)
               : changes != (handled.sequence != 0)) {
     return "expected the message " + HexOf(handled.message) + " to " +
-           (changes ? "change nothing; it does" : "change the state; it does not");
+           (changes ? "change nothing; it changes the state" : "change the state; it does not");
   }
   if (refused && answers) {
-    // A repeated change: what it was answered with was not durable yet.
+    // A repeated change, whose first execution was not yet durable.
     engine_->Answer(batch.stamp, batch.link, handled.message, &out_);
     if (out_.size() == from || out_.back().durable_at == 0) {
       return "expected the message " + HexOf(handled.message) +
@@ -239,7 +238,7 @@ std::string Replay::TakeOne(const Batch& batch, const Handled& handled) {
 
 std::string Replay::On(const EventApplied& applied) {
   if (std::holds_alternative<engine::RequestReceived>(applied.event)) {
-    return "a request that came over no link";
+    return "a robot's request outside a batch";
   }
   if (applied.sequence != engine_->sequence() + 1) {
     return "expected change " + std::to_string(engine_->sequence() + 1) + ", found " +
@@ -305,11 +304,11 @@ std::string Replay::On(const Dropped& dropped) {
   return in_flight_.Take(dropped.sent)
              ? ""
              : LinkName(dropped.sent.link) + ": expected a message that was not sent, " +
-                   HexOf(dropped.sent.message) + "; the engine has not given it";
+                   HexOf(dropped.sent.message) + "; the engine did not produce it";
 }
 
 std::string Replay::On(const FromBefore& before) {
-  // Also in a second file that was begun so soon.
+  // Also applies to a second file that was begun this early.
   if (time_ns_ - start_.recording > 2 * Recorder::kStillFromBeforeNs) {
     return "a message from before the recording arrived too late";
   }
@@ -318,13 +317,14 @@ std::string Replay::On(const FromBefore& before) {
   return "";
 }
 
-// Only what no state depends on goes out like this: a command that robots obey whenever it comes.
+// Only a message that does not affect the state is sent this way: a command that robots obey
+// whenever it arrives.
 std::string Replay::On(const Unlogged& unlogged) {
   protocol::Command command;
   if (unlogged.sent.message.id != protocol::kBroadcastId ||
       !protocol::Decode(unlogged.sent.message, &command) ||
       command.code != protocol::CommandCode::kHalt) {
-    return "expected that only a halt to all robots goes without the log, found " +
+    return "expected a halt to all robots, the only message sent without the log; found " +
            HexOf(unlogged.sent.message);
   }
   in_flight_.Add(unlogged.sent);
@@ -356,7 +356,7 @@ std::string Replay::On(const End& end) {
       std::mismatch(left.begin(), left.end(), end.under_way.begin(), end.under_way.end(), same);
   if (here != left.end() || there != end.under_way.end()) {
     const Sent& sent = here != left.end() ? *here : *there;
-    return LinkName(sent.link) + ": of what was given and not yet written, expected " +
+    return LinkName(sent.link) + ": among the messages in flight, expected " +
            (there != end.under_way.end() ? HexOf(there->message) : "no more") + ", found " +
            (here != left.end() ? HexOf(here->message) : "no more");
   }

@@ -1,4 +1,4 @@
-// What several sections have in common: tables, names, pheromones, addresses, files.
+// Shared by several sections: tables, names, pheromones, addresses, files.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -12,7 +12,7 @@
 namespace pheromone::config {
 namespace {
 
-// What can be listened on: `family` is AF_INET or AF_INET6.
+// Parses an address to listen on: `family` is AF_INET or AF_INET6.
 bool IsAddress(int family, const std::string& text) {
   in6_addr address{};  // the larger of the two
   return inet_pton(family, text.c_str(), &address) == 1;
@@ -171,7 +171,7 @@ std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std:
     table.Expected(key, value, "no file, since this configuration was not read from a file");
     return std::nullopt;
   }
-  // What a pipe or a device would deliver is not looked for: reading it might never end.
+  // Pipes and devices are not read: reading might never end.
   std::filesystem::path path = *notes.folder / *name;
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {

@@ -1,5 +1,5 @@
-// What two sections cannot both have: a port that is listened on, a path where something is made.
-// The server would start, and one of the two would stay down; the log is a late place to read it.
+// Conflicts between two sections: a port to listen on, or a path to create, that both use. The
+// server would start with one of the two down, which only the log would report.
 #include <arpa/inet.h>
 #include <sys/stat.h>
 
@@ -21,7 +21,7 @@ using Address = std::array<uint8_t, sizeof(in6_addr)>;
 constexpr Address kAny6 = {};
 constexpr Address kAny4 = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
 
-// IPv4 as the IPv6 address that it is mapped to: a socket of IPv6 takes both.
+// IPv4 as its mapped IPv6 address: an IPv6 socket accepts both.
 Address AddressOf(const std::string& text) {
   const std::string mapped = text.find(':') == std::string::npos ? "::ffff:" + text : text;
   Address address = {};
@@ -29,7 +29,7 @@ Address AddressOf(const std::string& text) {
   return address;
 }
 
-// Whether `a` stands for `b` too, as the system sees it.
+// Whether `a` includes `b`, as for the system.
 bool Covers(const Address& a, const Address& b) {
   const bool is_v4 = std::equal(kAny4.begin(), kAny4.end() - 4, b.begin());
   return a == b || a == kAny6 || (a == kAny4 && is_v4);
@@ -49,7 +49,7 @@ bool Clash(const Listener& a, const Listener& b) {
          (Covers(a.address, b.address) || Covers(b.address, a.address));
 }
 
-// Where something is made, or is.
+// A path that is created, or exists.
 struct Place {
   enum class Kind { kPty, kSerial, kSocket, kFile };
   Kind kind = Kind::kFile;
@@ -68,7 +68,7 @@ bool Clash(const Place& a, const Place& b) {
   return a.path == b.path && ((a.is_link() && b.is_link()) || makes(a) || makes(b));
 }
 
-// The same for all names of a place; what the last part of it points to is another place.
+// The same for all names of a path; the target of a symbolic link in its last part is another path.
 std::filesystem::path PlaceOf(const std::string& path) {
   const std::filesystem::path whole = AbsolutePath(path);
   std::error_code error;
@@ -82,7 +82,7 @@ std::string TextAt(const Value& table, std::string_view key) {
   return value != nullptr && value->kind == Value::Kind::kString ? value->text : "";
 }
 
-// Goes through the sections once more, also through those with mistakes: what can be read counts.
+// Visits the sections again, including those with errors: everything readable counts.
 class Collector {
  public:
   Collector(const Value& root, const Notes& notes) : notes_(notes), ignored_(notes.file) {
@@ -210,7 +210,7 @@ void CheckPlaces(const std::vector<Place>& places, Problems* problems) {
     if (clash == later) {
       continue;
     }
-    // A file that is read is right where it is.
+    // Two sections may read the same file.
     const bool swapped = later->kind == Place::Kind::kFile && clash->value != nullptr;
     const Place& wrong = swapped ? *clash : *later;
     const Place& right = swapped ? *later : *clash;
@@ -226,7 +226,7 @@ void CheckPlaces(const std::vector<Place>& places, Problems* problems) {
   }
 }
 
-// What stands in the way of what is made there; links of an earlier run are replaced.
+// An existing file that prevents the creation of a path; links of an earlier run are replaced.
 void WarnOfObstructions(const std::vector<Place>& places, Notes* notes) {
   for (const Place& place : places) {
     struct stat found {};

@@ -43,7 +43,7 @@ std::string DescribeWeb(const WebSettings& web) {
     return "none";
   }
   return "http://" + DescribeEndpoint(web.listen_address, web.listen_port) +
-         (web.token.empty() ? ", read-only" : ", changes need the token");
+         (web.token.empty() ? ", read-only" : ", changes require the token");
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ TEST_F(DescribeReachTest, ATokenIsMentionedAndNotTold) {
   Write("token", "0123456789abcdef");
   const auto lines = DescribeReach(
       Parse("[web]\nlisten = \"[::1]:80\"\ntoken_file = \"token\"\n").value(), nullptr);
-  EXPECT_EQ(lines.back(), "web: http://[::1]:80, changes need the token");
+  EXPECT_EQ(lines.back(), "web: http://[::1]:80, changes require the token");
 }
 
 TEST_F(DescribeReachTest, ACheckOutsideOfAServiceSaysWhereAServiceHasRelativePaths) {

@@ -75,7 +75,7 @@ uint32_t LongLine(std::string_view text) {
   return 0;
 }
 
-// What a message quotes comes from the file: a message stays one line of moderate length.
+// Text quoted from the file is shortened and made printable, so that a message is one short line.
 std::string Printable(std::string_view text, size_t most) {
   std::string printable;
   for (const char c : text.substr(0, most)) {

@@ -29,7 +29,8 @@ bool IsThere(const std::string& path) {
   return std::filesystem::exists(path, error);
 }
 
-// What systemd keeps a service from, however its files are owned, looks like a fault of the disk.
+// Restrictions of systemd, which apply whatever the ownership of files, look like a fault of the
+// disk.
 std::string SandboxHint(const std::string& folder, const char* state_directory, int error) {
   const std::string state = FirstOf(state_directory);
   if (state.empty() || IsWithin(folder, state) || (error != EROFS && error != EACCES)) {
@@ -56,7 +57,7 @@ std::string AbsolutePath(const std::string& path) {
 }
 
 std::string KeptPath(const std::string& path, const char* state_directory) {
-  // An absolute path takes the place of what it is appended to.
+  // An absolute path replaces the path to which it is appended.
   return path.empty() ? "" : AbsolutePath(std::filesystem::path(FirstOf(state_directory)) / path);
 }
 
@@ -79,7 +80,7 @@ std::string ControlSocket(const ControlSettings& config, const char* runtime_dir
 }
 
 std::string WhyUnusable(const std::string& folder, const char* state_directory) {
-  // The server makes a folder that is not there, if that which it belongs into is there.
+  // The server creates a missing folder if its parent exists.
   const std::string place =
       IsThere(folder) ? folder : std::filesystem::path(AbsolutePath(folder)).parent_path().string();
   struct stat status {};

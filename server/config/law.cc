@@ -18,7 +18,7 @@ constexpr std::string_view kEvaporations[] = {"counter", "linear", "exponential"
 
 constexpr double kMaxCoefficient = 1'000;
 
-// What a profile's lengths are called when they are too long together.
+// The names of a profile's lengths, for the error if their sum is too long.
 struct ReachKeys {
   std::string_view key;
   std::string words;
@@ -87,8 +87,8 @@ std::optional<uint16_t> ReadMaxCount(const TableReader& table, int64_t quantum_m
   return static_cast<uint16_t>(count);
 }
 
-// The share of a difference that moves in a step, D * step / a^2, or nothing if a step that large
-// cannot be made.
+// The fraction of a difference that moves in a step, D * step / a^2, or empty if such a step is too
+// large.
 std::optional<uint32_t> ExchangeOf(const TableReader& table, double coefficient, int64_t step_ms,
                                    const field::MapGeometry& map) {
   const double cell_m = static_cast<double>(map.cell_um) / 1e6;
@@ -100,7 +100,7 @@ std::optional<uint32_t> ExchangeOf(const TableReader& table, double coefficient,
   const std::string found = "found " + FormatNumber(coefficient) + " with a step of " +
                             FormatScaled(step_ms, kSecondsToMs) + " s and cells of " +
                             FormatScaled(map.cell_um, kMetresToUm) + " m, ";
-  // Rounded so that what is proposed is accepted.
+  // Rounded so that the proposed value is accepted.
   const auto tenth_percent = [](double number, bool up) {
     const double unit = std::pow(10, std::floor(std::log10(number)) - 2);
     return FormatNumber((up ? std::ceil(number / unit) : std::floor(number / unit)) * unit);
@@ -121,7 +121,7 @@ std::optional<uint32_t> ExchangeOf(const TableReader& table, double coefficient,
   return std::nullopt;
 }
 
-// What a step leaves, in 2^-32; 0 stands for all.
+// The fraction that a step keeps, in 2^-32; 0 is all.
 uint32_t KeepOf(const field::PheromoneLaw& law, int64_t step_ms) {
   if (law.tau_ms == 0) {
     return 0;
@@ -209,7 +209,7 @@ bool ReadDiffusion(const TableReader& table, const field::MapGeometry* map,
                                               : std::min(int64_t{field::kMaxStepMs}, law->tau_ms);
   const auto step_ms =
       diffusion->Scaled("step_s", kSecondsToMs, 1, longest_ms, std::min<int64_t>(100, longest_ms));
-  // By itself, what an antenna could not sense: half a level of 1/64 quantum.
+  // By default, the smallest content that an antenna can sense: half a level of 1/64 quantum.
   const auto cutoff_micro =
       diffusion->Scaled("cutoff", kToMicro, 0, law->quantum_micro, law->quantum_micro / 128);
   if (!coefficient || !step_ms || !cutoff_micro || map == nullptr) {
@@ -242,7 +242,7 @@ double StrongestSmell(const field::MapGeometry& map, const field::PheromoneLaw& 
   double sum = 0;
   for (int64_t x = 0; x <= columns; ++x) {
     for (int64_t y = 0; y <= rows; ++y) {
-      // One quadrant for all: of what is behind, and of the axes, there is less.
+      // One quadrant for all: those behind the robot, and the axes, have fewer nodes.
       const double mirrored = (x != 0 && !law.directional ? 2.0 : 1.0) * (y != 0 ? 2.0 : 1.0);
       const int64_t d2_um2 = (x * x + y * y) * map.cell_um * map.cell_um;
       sum += mirrored * field::SpreadQ16(law, d2_um2) / 65536.0;

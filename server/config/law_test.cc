@@ -302,7 +302,7 @@ TEST(BlendTest, MistakesAreTold) {
             "f.toml:11:1: pheromone[1].quantum: unknown key, expected one of type, name, blend");
 }
 
-// A path in a blend would be laid nowhere.
+// A path in a blend would be deposited nowhere.
 TEST(BlendTest, NothingCanBeLaidInABlend) {
   EXPECT_EQ(
       ErrorOf(With(std::string(kTwo) + "[[path]]\npheromone = \"blend\"\n"

@@ -22,7 +22,7 @@ constexpr size_t kMaxToken = 256;
 constexpr size_t kMaxHosts = 64;
 constexpr size_t kMaxName = 253;  // of a host, by RFC 1035
 
-// The token that a file holds, line ends and blanks around it left out.
+// The token in a file, without surrounding line ends and blanks.
 std::string Trimmed(const std::string& text) {
   constexpr const char* kBlanks = " \t\r\n";
   const size_t begin = text.find_first_not_of(kBlanks);
@@ -31,7 +31,7 @@ std::string Trimmed(const std::string& text) {
              : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-// Whoever made the file is often not who runs the server.
+// The owner of the file is often not the user of the server.
 std::string WhoMustReadIt(const std::string& path) {
   if (access(path.c_str(), R_OK) == 0 || errno != EACCES) {
     return "";

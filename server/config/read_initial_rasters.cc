@@ -1,4 +1,4 @@
-// [[print]]: pictures and arrays, laid on the map as pheromone.
+// [[print]]: initial rasters, images and arrays deposited on the map as pheromone.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -19,12 +19,12 @@ namespace {
 
 constexpr std::string_view kFiles[] = {".yaml", ".yml", ".pgm", ".png", ".npy", ".csv"};
 
-// All prints together: what they are sampled at is worked out, and kept, node by node.
+// The limit of all initial rasters together, which are sampled and stored node by node.
 constexpr int64_t kMaxNodes = field::kMaxNodesOfEdit;
 
 constexpr size_t kMaxPrints = 1024;
 
-// The numbers of a file, and which of them stands for the print's maximum.
+// The values of a file, and the one that stands for the maximum of the raster.
 struct Picture {
   maps::Raster raster;
   double full = 1;
@@ -71,7 +71,7 @@ Result<Picture> Load(const std::filesystem::path& path) {
   return Picture{std::move(occupancy).value(), maps::kOccupied};
 }
 
-// Where the picture lies. One that does not say it itself has a pixel for each node.
+// The position of the raster. By default, each pixel is centred on a node.
 bool Place(const TableReader& table, const field::MapGeometry& map, maps::Raster* raster) {
   const Value* at = table.Find("at_m");
   const bool placed = raster->cell_um != 0;

@@ -94,7 +94,7 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
   return false;
 }
 
-// What two links cannot share; ports and paths are looked at in conflicts.cc.
+// Properties that two links cannot share; conflicts.cc checks ports and paths.
 std::string_view Clash(const LinkConfig& a, const LinkConfig& b) {
   if (a.name == b.name) {
     return "name";
@@ -102,7 +102,7 @@ std::string_view Clash(const LinkConfig& a, const LinkConfig& b) {
   return a.usb && a.usb == b.usb ? "usb" : "";
 }
 
-// "10-20", both included; nothing if it is no such range of IDs.
+// "10-20", both included; empty if it is not such a range of IDs.
 std::optional<std::pair<int, int>> ParseRange(const Value& value) {
   if (value.kind == Value::Kind::kInteger) {
     const bool good = value.integer >= 1 && value.integer <= kMaxId;

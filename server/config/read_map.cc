@@ -12,8 +12,8 @@ namespace {
 constexpr int64_t kUmPerM = 1'000'000;
 constexpr double kMaxHeightM = 100'000;
 
-// The first coordinate of the map that a message cannot hold, if there is one. Robots state their
-// place in pose units, as 16-bit numbers or, in the wide messages, as 32-bit ones.
+// The first coordinate of the map that a message cannot represent, if there is one. Robots report
+// their position in pose units, as 16-bit numbers or, in the wide messages, as 32-bit ones.
 std::optional<int64_t> NotAddressable(const field::MapGeometry& map, int64_t unit_um, bool wide) {
   const int64_t most = (wide ? int64_t{INT32_MAX} : int64_t{INT16_MAX}) * unit_um;
   const std::array<int64_t, 4> edges = {map.origin.x, map.origin.x + map.width_um, map.origin.y,
@@ -97,7 +97,7 @@ bool ReadMap(const Value& root, Notes* notes, Config* config) {
 void ReadAntennas(const Value& root, Notes* notes, field::FieldConfig* field) {
   const TableReader table(TableOf(root, "antennas", notes), "antennas", &notes->problems);
   table.AllowOnly({"bias_m", "forward_m", "angle_deg"});
-  // HELLO tells it in whole millimetres.
+  // HELLO's answer contains it in whole millimetres.
   const auto distance_mm = table.Scaled("bias_m", kMetresToMm, 0, 65'000);
   const auto forward_um =
       table.Scaled("forward_m", kMetresToUm, -field::AntennaGeometry::kMaxForwardUm,
@@ -110,7 +110,7 @@ void ReadAntennas(const Value& root, Notes* notes, field::FieldConfig* field) {
   }
 }
 
-// An answer looks at a rectangle that holds what both antennas reach.
+// An answer examines a rectangle that contains the reach of both antennas.
 void CheckAntennas(const Value& root, Notes* notes, const field::FieldConfig& field) {
   const field::PheromoneLaw* farthest = nullptr;
   for (const field::PheromoneLaw& law : field.pheromones) {

@@ -1,4 +1,4 @@
-// The part of [[link]] that is about the medium: who may send when.
+// The part of [[link]] about medium access.
 #include <algorithm>
 #include <optional>
 
@@ -7,7 +7,7 @@
 namespace pheromone::config {
 namespace {
 
-// D_s, what the server may take to answer: a USB adapter alone may hold bytes back for 16 ms.
+// D_s, the server's delay: a USB adapter alone may delay bytes by 16 ms.
 constexpr int64_t kServerDelayMs = 20;
 constexpr int64_t kSerialGapMs = 20;  // or four bytes, if they take longer
 constexpr int64_t kTcpGapMs = 10'000;
@@ -18,8 +18,8 @@ constexpr std::string_view kCarrierSenses[] = {"none", "dcd", "cts"};
 constexpr std::string_view kPtts[] = {"none", "rts", "dtr", "rs485"};
 constexpr int64_t kMaxPttMs = 1000;
 
-// A number of milliseconds that HELLO tells in one byte. `fallback` follows from other keys, and
-// may not fit.
+// A number of milliseconds that HELLO's answer contains as one byte. `fallback` is computed from
+// other keys, and may not fit.
 std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, int64_t fallback) {
   if (table.Find(key) == nullptr && fallback > UINT8_MAX) {
     table.Report(key, "missing, and its default " + std::to_string(fallback) +
@@ -30,7 +30,7 @@ std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, 
   return table.Integer(key, 1, UINT8_MAX, fallback);
 }
 
-// What the modem's lines are for.
+// The use of the modem's lines.
 bool ReadLines(const TableReader& table, LinkConfig* link) {
   const auto medium_access = table.Boolean("medium_access", true);
   const auto carrier_sense = table.OneOf("carrier_sense", kCarrierSenses, 0);
@@ -54,7 +54,7 @@ bool ReadLines(const TableReader& table, LinkConfig* link) {
   return alone_is_good && times_are_good;
 }
 
-// The medium-access figures that HELLO tells the robots.
+// The medium access parameters in HELLO's answer.
 bool ReadTimes(const TableReader& table, LinkConfig* link) {
   const bool serial = link->kind == LinkKind::kSerial;
   const bool shared = serial && link->medium_access;

@@ -1,4 +1,4 @@
-// [obstacles]: where robots cannot go, drawn in the configuration or taken from a map.
+// [obstacles]: obstacles from shapes in the configuration or from a map.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -14,14 +14,15 @@ namespace {
 constexpr std::string_view kMapFiles[] = {".yaml", ".yml"};
 constexpr std::string_view kUnknownWords[] = {"free", "blocked"};
 
-// All shapes together: they are worked out row by row.
+// The limit of all shapes together, which are rasterized row by row.
 constexpr int64_t kMaxRows = 2'000'000;
 
 class RowBudget {
  public:
   RowBudget(const TableReader& table, const field::MapGeometry& map) : table_(table), map_(map) {}
 
-  // A shape, `item`, between two heights. False, and noted once, if it is too much.
+  // Adds the rows of a shape, `item`, between two heights. False, with one error reported, above
+  // the limit.
   bool Take(const std::string& key, const Value& item, int64_t low_um, int64_t high_um) {
     if (left_ < 0) {
       return false;
@@ -45,7 +46,7 @@ class RowBudget {
   int64_t left_ = kMaxRows;
 };
 
-// What reads the items of an array key one by one; an item's key is KEY[N].
+// Reads the items of an array key one by one; an item's key is KEY[N].
 template <typename ReadItem>
 void ForEachItem(const TableReader& table, std::string_view key, std::string_view expected,
                  ReadItem&& read) {
@@ -149,7 +150,7 @@ void ReadObstacles(const Value& root, Notes* notes, field::FieldConfig* field) {
   const TableReader table(TableOf(root, "obstacles", notes), "obstacles", &notes->problems);
   table.AllowOnly({"enabled", "map", "unknown", "rectangles_m", "discs_m", "walls"});
   const auto enabled = table.Boolean("enabled", true);
-  // Read although they are not used, so that their mistakes do not come up when they are.
+  // Read even if they are not enabled, so that their errors are reported at once.
   field::ObstacleMask mask(field->map.columns(), field->map.rows());
   ReadMapFile(table, *notes, field->map, &mask);
   RowBudget budget(table, field->map);

@@ -35,7 +35,7 @@ std::optional<uint16_t> ReadCount(const TableReader& table, const field::Pheromo
   return static_cast<uint16_t>(*intensity / law.quantum_micro);
 }
 
-// Paths are worked out node by node when the map is made: their length, in cells, is limited.
+// Paths are rasterized node by node when the map is created: their length, in cells, is limited.
 class PathBudget {
  public:
   explicit PathBudget(int64_t cell_um) : cell_um_(static_cast<double>(cell_um)) {}
@@ -64,7 +64,7 @@ class PathBudget {
   size_t points_left_ = kMaxPathPoints;
 };
 
-// What the tables of a file's paths are read with.
+// The context in which the [[path]] tables are read.
 struct Surroundings {
   const field::FieldConfig& field;
   const std::optional<maps::Wgs84>& datum;

@@ -1,4 +1,4 @@
-// [[pheromone]]: substances, and blends of them.
+// [[pheromone]]: pheromones and blends of them.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kLargestOnWire = 32767.0 / 4096.0;
 
-// The type and the name, which no other pheromone has.
+// The type and the name, which must be unique.
 bool ReadIdentity(const TableReader& table, const std::vector<field::PheromoneLaw>& others,
                   field::PheromoneLaw* law) {
   const auto type = table.Integer("type", 1, 15);
@@ -103,8 +103,8 @@ bool ReadBlend(const TableReader& table, const field::FieldConfig& field,
   return good;
 }
 
-// A message holds 7.99 units to either side of zero. No warning: with the paper's law and its cells
-// it can always come to that.
+// A message can hold +-7.99 units. Only a note, not a warning: with the paper's law and cells, this
+// can always be exceeded.
 void NoteSaturation(const TableReader& table, const field::FieldConfig& field,
                     const field::PheromoneLaw& law, Notes* notes) {
   std::vector<field::BlendPart> parts = law.blend;
@@ -137,7 +137,7 @@ bool ReadPheromones(const Value& root, bool has_map, Notes* notes, field::FieldC
   for (size_t i = 0; i < tables.size(); ++i) {
     readers.emplace_back(*tables[i], PathOf("pheromone", i), &notes->problems);
   }
-  // Blends after all others: what they are made of may stand further down.
+  // Blends after all others: their parts may be further down in the file.
   std::vector<field::PheromoneLaw>& laws = field->pheromones;
   bool good = !tables.empty();
   for (const TableReader& table : readers) {

@@ -1,4 +1,4 @@
-// [[frame]] and [[tracker]]: where robots are, beside what they say themselves.
+// [[frame]] and [[tracker]]: positions of robots in addition to their own reports.
 #include <algorithm>
 #include <optional>
 

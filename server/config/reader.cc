@@ -111,7 +111,7 @@ std::optional<int64_t> TableReader::ScaledValue(const Value& value, std::string_
   }
   const double scaled = value.number * static_cast<double>(scale.factor);
   const double whole = std::round(scaled);
-  // A decimal fraction is not exact in binary: allow for the last bits, and for nothing else.
+  // A decimal fraction is not exact in binary: allow only for the last bits.
   const double rounding = 1e-6 + 4 * std::numeric_limits<double>::epsilon() * std::abs(scaled);
   if (!std::isfinite(scaled) || scaled < static_cast<double>(least) - rounding ||
       scaled > static_cast<double>(most) + rounding) {
@@ -243,7 +243,7 @@ std::string_view Nearest(std::string_view word, std::span<const std::string_view
   std::string_view best;
   size_t best_distance = std::max<size_t>(2, word.size() / 3) + 1;
   for (const std::string_view candidate : known) {
-    // Half a key is a likely mistake too: "width" for "width_m".
+    // A part of a key is also a likely mistake: "width" for "width_m".
     const bool begins = word.size() >= 3 && candidate.substr(0, word.size()) == word;
     const size_t distance = begins ? 1 : EditDistance(word, candidate);
     if (distance < best_distance) {

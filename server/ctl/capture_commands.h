@@ -1,7 +1,6 @@
-// pheromonectl capture start, stop, status: the recording of all that passes a running server
-// (server/capture). Each prints what is so then, as a line for people or, with --json, as the
-// server sent it, or says on standard error what is wrong; it returns the exit status
-// (server_call.h).
+// pheromonectl capture start, stop, status: the recording of a running server's traffic
+// (server/capture). Each prints the resulting status, as a readable line or, with --json, as sent
+// by the server, or an error on standard error; it returns the exit status (server_call.h).
 #pragma once
 
 #include <string>
@@ -12,13 +11,13 @@
 
 namespace pheromone::ctl {
 
-/// Returns when the first file is there.
+/// Returns when the first file exists.
 int StartCapture(const ServerOptions& options);
-/// Returns when the last file is whole: it can be replayed.
+/// Returns when the last file is complete and can be replayed.
 int StopCapture(const ServerOptions& options);
 int ShowCapture(const ServerOptions& options);
 
-/// The server's view of its recording, in a line.
+/// Prints the server's status of its recording in one line.
 std::string DescribeCapture(const boost::json::value& capture);
 
 }  // namespace pheromone::ctl

@@ -15,7 +15,8 @@ namespace {
 
 namespace json = boost::json;
 
-// The robot is asked for about this long (RobotsComponent::kCommandTransmissions), and a little.
+// The command is repeated for about this long (RobotsComponent::kCommandTransmissions), with a
+// margin.
 constexpr std::chrono::seconds kAckPatience{20};
 constexpr useconds_t kBetweenLooksUs = 100'000;
 
@@ -45,7 +46,7 @@ void AddShape(const Shape& shape, json::object* body) {
   }
 }
 
-// Has it done; prints the answer, or `words`.
+// Sends the request; prints the answer, or `words`.
 int Change(const ServerOptions& options, const std::string& what, const json::object& body,
            const std::string& words) {
   const Reply reply = Call(options, "POST", "/api/v1/" + what, json::serialize(body));
@@ -55,8 +56,8 @@ int Change(const ServerOptions& options, const std::string& what, const json::ob
   return reply.exit_status;
 }
 
-// The same for a change of the map: says how much of it was touched, for a slip of a decimal point
-// to be seen.
+// The same for a change of the map: prints the number of nodes changed, so that a misplaced decimal
+// point is noticed.
 int ChangeMap(const ServerOptions& options, const std::string& what, const json::object& body,
               const std::string& words) {
   const JsonReply reply = CallJson(options, "POST", "/api/v1/" + what, json::serialize(body));
@@ -84,7 +85,7 @@ json::value FindClient(const json::value& clients, const RobotCommand& command) 
   return nullptr;
 }
 
-// Waits for the robot's word on its last command.
+// Waits for the robot's acknowledgement of its last command.
 int AwaitOutcome(const ServerOptions& options, const RobotCommand& command) {
   const auto deadline = std::chrono::steady_clock::now() + kAckPatience;
   for (;;) {

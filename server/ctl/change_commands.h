@@ -1,6 +1,6 @@
-// pheromonectl deposit, erase, paint, command, halt, reload, snapshot: what an operator changes in
-// a running server. Each says what was done, or on standard error why it was not, and returns the
-// exit status (server_call.h). Lengths are in metres, from the map's origin of coordinates.
+// pheromonectl deposit, erase, paint, command, halt, reload, snapshot: an operator's changes of a
+// running server. Each prints what was done, or an error on standard error, and returns the exit
+// status (server_call.h). Lengths are in metres, from the map's origin of coordinates.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace pheromone::ctl {
 
-/// Which nodes: one of the three.
+/// The nodes: exactly one of the three.
 struct Shape {
   bool all = false;
   std::vector<double> area_m;    ///< x, y of two opposite corners
@@ -23,7 +23,7 @@ struct Shape {
 int Deposit(const ServerOptions& options, const std::string& pheromone, double x_m, double y_m,
             int quanta);
 int Erase(const ServerOptions& options, const std::string& pheromone, const Shape& shape);
-/// `units`: nothing is the pheromone's maximum.
+/// `units`: empty is the pheromone's maximum.
 int Paint(const ServerOptions& options, const std::string& pheromone, const Shape& shape,
           std::optional<double> units, bool add);
 
@@ -32,7 +32,7 @@ struct RobotCommand {
   int id = 0;
   std::string name;
   std::vector<int64_t> arguments;
-  bool wait = true;  ///< until the robot has acknowledged it, or will not any more
+  bool wait = true;  ///< until the robot has acknowledged it or the server has given up
 };
 int GiveCommand(const ServerOptions& options, const RobotCommand& command);
 

@@ -1,5 +1,5 @@
-// The command line of pheromonectl, as it is declared to CLI11: each adds its commands to the
-// program, and has them set `*exit_status` when they have run.
+// The command line of pheromonectl, declared for CLI11: each function adds commands to the program;
+// they set `*exit_status` when they run.
 #pragma once
 
 #include <memory>
@@ -12,22 +12,22 @@ class App;
 
 namespace pheromone::ctl {
 
-/// status, links, clients, laws, sense, watch, config, version: what shows.
+/// Queries: status, links, clients, laws, sense, watch, config, version.
 void AddShowCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
-/// deposit, erase, paint, command, halt, reload, snapshot: what changes.
+/// Changes: deposit, erase, paint, command, halt, reload, snapshot.
 void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
 /// capture ...: the recording of a running server.
 void AddCaptureCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
-/// map ...: what needs no server.
+/// map ...: commands that do not need a server.
 void AddMapCommands(CLI::App* program, int* exit_status);
 
-/// journal ...: what a server has kept, looked at without it.
+/// journal ...: commands on a journal's folder, without a server.
 void AddJournalCommands(CLI::App* program, int* exit_status);
 
-/// replay: what a server has recorded, let happen again.
+/// replay: replays recordings.
 void AddReplayCommands(CLI::App* program, int* exit_status);
 
 }  // namespace pheromone::ctl

@@ -1,12 +1,12 @@
-// pheromonectl config check: what pheromoned --check says, without a server.
+// pheromonectl config check: the same as pheromoned --check.
 #pragma once
 
 #include <string>
 
 namespace pheromone::ctl {
 
-/// Prints what the file means, in words, or on standard error what is wrong with it. Returns the
-/// exit status: 0, or 2 for mistakes.
+/// Prints a summary of the file, or its errors on standard error. Returns the exit status: 0, or 2
+/// for errors.
 int CheckConfig(const std::string& path);
 
 }  // namespace pheromone::ctl

@@ -75,7 +75,7 @@ void DescribeSnapshot(const PosixFolder& folder, const std::string& name) {
   }
 }
 
-// What it holds, and where it ends; whether it ought to go on is for the recovery to say.
+// Prints its contents, and where it ends; the recovery decides whether more should follow.
 void DescribeSegment(const PosixFolder& folder, const std::string& name) {
   const auto head = folder.Read(name, 0, journal::kSegmentHeaderBytes);
   const auto header = journal::DecodeSegmentHeader(head.ok() ? head.value() : "");
@@ -109,7 +109,7 @@ void DescribeNote(const PosixFolder& folder) {
                   : "no valid durability mark");
 }
 
-// An end that was cut off between two records looks as if nothing had ever followed.
+// A log truncated between two records looks as if nothing had ever followed.
 std::string WhatIsCertain(const journal::Recovered& state) {
   const uint64_t known = std::max(state.certain, state.noted ? state.noted->sequence : 0);
   if (state.ends_orderly) {

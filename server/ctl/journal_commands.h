@@ -1,8 +1,8 @@
-// pheromonectl journal check, dump, export: a journal's folder looked at, without a server or
-// beside it. Nothing is changed.
+// pheromonectl journal check, dump, export: read a journal's folder, even while a server uses it.
+// Nothing is changed.
 //
-// Each prints to standard output, or what is wrong to standard error, and returns the exit status:
-// 0; 1 if the folder cannot be read; 4 if something in it is damaged.
+// Each prints to standard output, or errors to standard error, and returns the exit status: 0; 1 if
+// the folder cannot be read; 4 if something in it is damaged.
 #pragma once
 
 #include <string>
@@ -13,16 +13,16 @@ namespace pheromone::ctl {
 
 constexpr int kFoundDamage = 4;
 
-/// Whether a folder is there and holds a journal. Errors say what it is instead.
+/// Whether a folder exists and contains a journal. Errors say what was found instead.
 Status HoldsJournal(const std::string& folder);
 
-/// Reads every byte of every file, then makes the state of it, as a start of the server would.
+/// Reads every byte of every file, then recovers the state, as the server would at start-up.
 int CheckJournal(const std::string& folder);
 
-/// Every record of every segment, with its place, in words.
+/// Prints every record of every segment as text, with its position.
 int DumpJournal(const std::string& folder);
 
-/// The events, each once, as "csv" or "jsonl".
+/// Prints the events, each once, as "csv" or "jsonl".
 int ExportJournal(const std::string& folder, const std::string& format);
 
 }  // namespace pheromone::ctl

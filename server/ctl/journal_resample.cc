@@ -29,8 +29,8 @@ namespace {
 
 using journal::PosixFolder;
 
-// What lies on a field, without what is left by now of what its configuration laid at the
-// beginning. What it has laid since stays.
+// The contents of a field, without what remains of the initial deposits of its configuration. Later
+// deposits are kept.
 maps::SavedField WithoutLaid(const field::Field& field, uint64_t now_ms) {
   maps::SavedField all = maps::TakeFieldSnapshot(field, now_ms);
   const maps::SavedField laid = maps::TakeFieldSnapshot(field::Field(field.config()), now_ms);
@@ -56,7 +56,7 @@ maps::SavedField WithoutLaid(const field::Field& field, uint64_t now_ms) {
   return all;
 }
 
-// An engine that begins with this configuration, and gets what was left on the map.
+// An engine that begins with this configuration and the deposits on the map.
 engine::Engine BeginWith(const engine::EngineConfig& config, uint16_t epoch,
                          const engine::Stamp& stamp, const maps::SavedField& left) {
   engine::Engine engine;
@@ -83,8 +83,8 @@ std::string SystemError() {
   return std::strerror(errno);
 }
 
-// Makes the owner of a folder that of all in another one: a command of root's must not lock the
-// server's user out.
+// Gives all files of a folder the owner of another one: a command run by root must not lock out the
+// server's user.
 Status TakeOwner(const std::string& from, const std::string& to) {
   struct stat owner = {};
   if (stat(from.c_str(), &owner) != 0) {
@@ -105,14 +105,14 @@ Status TakeOwner(const std::string& from, const std::string& to) {
   return Ok();
 }
 
-// A rename outlives a power cut when its folder is on the disk.
+// A rename survives a power failure once its folder is synced.
 Status SyncParent(const std::string& folder) {
   const std::string parent = std::filesystem::absolute(folder).parent_path().string();
   const auto opened = PosixFolder::Open(parent, PosixFolder::Mode::kReader);
   return opened.ok() ? opened.value()->Sync() : Status(Error{opened.error()});
 }
 
-// At every moment there is a whole state at `folder`.
+// At any time there is a complete state at `folder`.
 Status Replace(const std::string& folder, const std::string& next, const std::string& before) {
   const Status owned = TakeOwner(folder, next);
   if (!owned.ok()) {

@@ -1,5 +1,5 @@
-// Reading the server's JSON. A member that is not there, or of another kind, reads as nothing much:
-// an older or newer server is shown as far as it is understood.
+// Reading the server's JSON. A member that is missing or of another type reads as empty, so that
+// the data of an older or newer server is shown as far as it is understood.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +41,7 @@ inline bool FlagAt(const boost::json::value& value, std::string_view key) {
   return member.is_bool() && member.get_bool();
 }
 
-/// The text of a string, good as long as the value is; empty for anything else.
+/// The text of a string, valid as long as the value; empty for anything else.
 inline std::string_view TextOf(const boost::json::value& value) {
   const boost::json::string* text = value.if_string();
   return text != nullptr ? std::string_view{text->data(), text->size()} : std::string_view{};

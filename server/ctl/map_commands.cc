@@ -28,7 +28,7 @@ double Metres(int64_t um) {
   return static_cast<double>(um) / kUmPerM;
 }
 
-// A map as its configuration, and a saved field, make it.
+// A map with the contents given by its configuration and a saved field.
 struct Scene {
   std::unique_ptr<field::Field> field;
   maps::RasterExtent extent;
@@ -82,7 +82,7 @@ bool HoldsSomething(const field::Field& field, uint8_t type) {
   return something;
 }
 
-// The type that --type names. Null, having told what is wrong, if there is none.
+// The type named by --type. Null, with an error reported, if there is none.
 const field::PheromoneLaw* ChooseType(const field::Field& field, const std::string& wanted) {
   const std::vector<field::PheromoneLaw>& laws = field.config().pheromones;
   const auto found = std::find_if(laws.begin(), laws.end(), [&](const field::PheromoneLaw& law) {
@@ -159,7 +159,7 @@ void DescribeSaved(const maps::SavedField& saved) {
   }
 }
 
-// Leaves in `saved` what lies there of these types.
+// Keeps only these types in `saved`.
 Status KeepTypes(const std::vector<std::string>& wanted, maps::SavedField* saved) {
   if (wanted.empty()) {
     return Ok();

@@ -1,10 +1,10 @@
-// Checks of numbers on the command line, as CLI11 takes them. What is wrong is told as everywhere:
+// Checks of numbers on the command line, for CLI11, with the usual form of error messages:
 //
 //   command->add_option("--radius", radius_m)->check(Number(0, 1000));
 //   // --radius: found "nan", expected a number from 0 to 1000
 //
-// CLI11's own CLI::Range lets "nan" through, and without any check "inf" is a number too: neither
-// can be written in JSON.
+// CLI11's own CLI::Range accepts "nan", and without any check "inf" is accepted too: neither can be
+// written in JSON.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace pheromone::ctl {
 
-/// Coordinates on maps, in metres either way; what the server takes.
+/// Largest absolute coordinate that the server accepts, in metres.
 constexpr double kFarthestM = 1e6;
 
 /// A finite number, bounds included.

@@ -1,4 +1,4 @@
-// pheromonectl replay FILE --to ...: the robots' side of a recording, sent to a server as it is.
+// pheromonectl replay FILE --to ...: sends the robots' side of a recording to a server, unchanged.
 
 #include <fcntl.h>
 #include <netdb.h>
@@ -26,7 +26,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// How long the last answers may take.
+// How long to wait for the last answers.
 constexpr std::chrono::milliseconds kLastAnswers{200};
 
 Result<Descriptor> OpenTerminal(const std::string& path) {
@@ -125,7 +125,7 @@ class Player {
     return Ok();
   }
 
-  // Takes what is answered, so that nothing fills up.
+  // Reads the answers, so that no buffer fills up.
   void ReadUntil(Clock::time_point end) {
     std::vector<pollfd> polled;
     polled.reserve(lines_.size());
@@ -166,7 +166,7 @@ class Player {
   uint64_t received_ = 0;
 };
 
-// The link that was asked for, or nothing for all of them.
+// The requested link, or empty for all of them.
 Result<std::optional<engine::LinkIndex>> FindLink(const capture::Start& start,
                                                   const std::string& name) {
   std::string names;

@@ -131,7 +131,7 @@ class Canvas {
       return "#";
     }
     const double share = std::clamp(most / picture_.maximum, 0.0, 1.0);
-    // Whatever is there is to be seen, also if it is little.
+    // Even the smallest content is visible.
     const auto last = static_cast<double>(kShades.size() - 1);
     return std::string(1, kShades[static_cast<size_t>(std::ceil(share * last))]);
   }

@@ -24,11 +24,11 @@ struct Marker {
   std::string label;  ///< its number
 };
 
-/// What is to be drawn: a raster with its top row first, as the server sends it.
+/// The data to draw: a raster with its top row first, as sent by the server.
 struct MapPicture {
   int columns = 0;
   int rows = 0;
-  std::vector<std::optional<double>> values;  ///< nothing: an obstacle
+  std::vector<std::optional<double>> values;  ///< empty: an obstacle
   double maximum = 1;
   double left_m = 0;  ///< of the left edge
   double bottom_m = 0;
@@ -43,7 +43,7 @@ struct ScreenSize {
 };
 std::string Draw(const MapPicture& picture, ScreenSize size, Colours colours);
 
-/// How many of the map's nodes a cell must have along its side for a map of so many nodes to fit.
+/// The number of nodes along a cell's side for which a map of this many nodes fits.
 int NodesPerCell(int map_columns, int map_rows, ScreenSize size);
 
 /// The arrow for a heading, to the nearest eighth of a turn.

@@ -54,7 +54,7 @@ asio::awaitable<void> Talk(const std::string& socket, http::request<http::string
     co_return;
   }
   co_await http::async_write(stream, request, into(&exchange->talking));
-  // A server that refuses early may have answered although not all could be written.
+  // A server that refuses early may have answered although not everything could be sent.
   beast::error_code reading;
   beast::flat_buffer buffer;
   http::response_parser<http::string_body> parser;
@@ -79,7 +79,7 @@ std::string Advice(const std::string& socket, const beast::error_code& error) {
   return what + "; start pheromoned, or specify a running server with --instance or --socket";
 }
 
-// What a refusal says, in a line.
+// The text of a refusal, in one line.
 std::string WordsOf(const Exchange& exchange) {
   beast::error_code error;
   const json::value body = json::parse(exchange.body, error);

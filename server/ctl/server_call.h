@@ -1,11 +1,11 @@
-// A question to a running server, and its answer: HTTP over the server's Unix socket.
+// A request to a running server and its answer: HTTP over the server's Unix socket.
 //
-//   const Reply reply = Call({.socket = "/run/pheromone/pheromoned/pheromoned.sock"}, "GET",
-//   "/api/v1/status"); if (reply.exit_status != 0) { return reply.exit_status; }   // it was told
-//   what is wrong Show(reply.body);
+//   const Reply reply = Call({.socket = "pheromoned.sock"}, "GET", "/api/v1/status");
+//   if (reply.exit_status != 0) { return reply.exit_status; }   // the error was reported
+//   Show(reply.body);
 //
-// What goes wrong is told on standard error, in words that say what to do; the exit status says
-// which kind it is.
+// Errors are reported on standard error, with what to do about them; the exit status gives their
+// kind.
 #pragma once
 
 #include <string>
@@ -16,23 +16,23 @@
 namespace pheromone::ctl {
 
 constexpr int kFailed = 1;    ///< the server, or the system, refused
-constexpr int kUsage = 2;     ///< a mistake in the command line or a configuration
-constexpr int kNoServer = 3;  ///< nobody answers there
+constexpr int kUsage = 2;     ///< an error in the command line or a configuration
+constexpr int kNoServer = 3;  ///< no server answers
 
 /// Prints "pheromonectl: WORDS" to standard error and returns `exit_status`.
 int Fail(int exit_status, const std::string& words);
 
-/// Where the server is, and how its answers are shown.
+/// The server's socket, and how its answers are shown.
 struct ServerOptions {
   std::string socket;  ///< empty: DefaultSocket()
   bool json = false;   ///< as the server sent them
 };
 
-/// $PHEROMONE_SOCKET, or pheromoned.sock in the working directory if it is there, or
+/// $PHEROMONE_SOCKET, or pheromoned.sock in the working directory if it exists, or
 /// /run/pheromone/pheromoned/pheromoned.sock.
 std::string DefaultSocket();
 
-/// That of the service that the configuration /etc/pheromone/NAME.toml rules.
+/// The socket of the service configured by /etc/pheromone/NAME.toml.
 std::string SocketOf(const std::string& instance);
 
 struct Reply {
@@ -40,7 +40,7 @@ struct Reply {
   std::string body;
 };
 
-/// Asks, and waits for the answer for at most half a minute.
+/// Sends a request, and waits for the answer for at most half a minute.
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
            const std::string& body = "");
 
@@ -53,7 +53,7 @@ struct JsonReply {
 JsonReply CallJson(const ServerOptions& options, std::string_view method, const std::string& target,
                    const std::string& body = "");
 
-/// What may stand in a query: all but letters, digits and -._~ as %XX.
+/// Encodes text for a query: everything except letters, digits and -._~ as %XX.
 std::string Escape(std::string_view text);
 
 }  // namespace pheromone::ctl

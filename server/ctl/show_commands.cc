@@ -37,7 +37,7 @@ void PrintTable(const std::vector<std::vector<std::string>>& rows) {
   }
 }
 
-// The counters that tell of a loss and are not 0: "3 crc_errors, 1 late_answers".
+// The counters of losses that are not 0: "3 crc_errors, 1 late_answers".
 std::string Losses(const json::value& counters) {
   constexpr std::string_view kTraffic[] = {"received_frames",    "received_bytes",
                                            "received_datagrams", "sent_frames",
@@ -86,7 +86,7 @@ std::string StateOf(const json::value& link) {
   return text;
 }
 
-// Prints the answer as it came if that was asked for. True: there is nothing more to do.
+// Prints the answer unchanged if requested. True: nothing more to do.
 bool IsDone(const ServerOptions& options, const JsonReply& reply) {
   if (reply.exit_status == 0 && options.json) {
     fmt::print("{}", reply.text);

@@ -1,7 +1,7 @@
-// pheromonectl status, links, clients, laws, sense, config show, version: what a running server
-// says of itself, as tables for people or, with --json, as the server sent it.
+// pheromonectl status, links, clients, laws, sense, config show, version: the status of a running
+// server, as readable tables or, with --json, as sent by the server.
 //
-// Each prints to standard output and returns the exit status; what is wrong goes to standard error
+// Each prints to standard output and returns the exit status; errors go to standard error
 // (server_call.h).
 #pragma once
 

@@ -31,7 +31,7 @@ void OnSignal(int /*signal*/) {
   g_ended = 1;
 }
 
-// A resized terminal interrupts the waiting, and that is all that is needed.
+// A resized terminal interrupts the wait, which is sufficient.
 void OnResize(int /*signal*/) {}
 
 ScreenSize SizeOf(const WatchOptions& watch) {
@@ -44,7 +44,7 @@ ScreenSize SizeOf(const WatchOptions& watch) {
           watch.rows != 0 ? watch.rows : size.rows};
 }
 
-// NO_COLOR (https://no-color.org) and COLORTERM are what terminals and their users agree on.
+// NO_COLOR (https://no-color.org) and COLORTERM are the established conventions.
 Colours ColoursOf(const WatchOptions& watch) {
   const auto variable = [](const char* name) {
     const char* value = std::getenv(name);
@@ -62,8 +62,8 @@ Colours ColoursOf(const WatchOptions& watch) {
   return colours == "truecolor" || colours == "24bit" ? Colours::k24Bit : Colours::k256;
 }
 
-// The terminal as the picture needs it: no line editing, no echo, no cursor, and a screen of its
-// own, so that what stood there comes back.
+// The terminal's mode for the picture: no line editing, no echo, no cursor, and the alternate
+// screen, so that the previous contents are restored.
 class RawTerminal {
  public:
   RawTerminal() {
@@ -84,7 +84,7 @@ class RawTerminal {
     }
   }
 
-  // 0, or why it was not taken, as in errno.
+  // 0, or the error of the output, as in errno.
   static int Write(std::string_view text) {
     while (!text.empty()) {
       const ssize_t written = write(STDOUT_FILENO, text.data(), text.size());
@@ -96,7 +96,7 @@ class RawTerminal {
     return 0;
   }
 
-  // Waits for the next picture's time. False: the operator wants to end.
+  // Waits until the next picture is due. False: the operator quits.
   static bool Wait() {
     pollfd input{STDIN_FILENO, POLLIN, 0};
     if (poll(&input, 1, kBetweenPicturesMs) > 0) {
@@ -191,7 +191,7 @@ Frame MakeFrame(const ServerOptions& options, const WatchOptions& watch) {
   return {0, Draw(picture, map_size, ColoursOf(watch)) + status + '\n'};
 }
 
-// Lines of a frame, each cleared to its end: what a wider frame left there goes.
+// Lines of a frame, each cleared to its end, which removes the rest of a wider frame.
 std::string OverOld(const std::string& frame) {
   std::string text = "\x1b[H";
   for (const char c : frame) {
@@ -237,7 +237,7 @@ int Watch(const ServerOptions& options, const WatchOptions& watch) {
     return Fail(kFailed,
                 std::string("standard output cannot be written: ") + std::strerror(not_taken));
   }
-  // What went wrong was told on the screen that is gone now: once more.
+  // Errors were shown on the alternate screen: print them again.
   return frame.exit_status != 0 ? MakeFrame(options, watch).exit_status : 0;
 }
 

@@ -1,7 +1,7 @@
 // pheromonectl watch: the map and the robots, live in a terminal.
 //
 // The picture follows the terminal's size; q, Escape or Ctrl-C ends it and leaves the terminal as
-// it was. Four times a second the server is asked for a raster of the size that is shown.
+// it was. Four times a second it requests a raster of the displayed size from the server.
 #pragma once
 
 #include <string>

@@ -38,7 +38,7 @@ Status Captures::Start() {
     return Error{why};
   }
   std::error_code error;
-  std::filesystem::create_directory(folder_, error);  // Start says what is wrong
+  std::filesystem::create_directory(folder_, error);  // Start reports errors
   capture::RecordingOptions options;
   options.folder = folder_;
   options.file_bytes = settings_.file_mb * 1'000'000;

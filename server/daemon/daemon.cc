@@ -40,13 +40,13 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// The engine does what is due in bounded steps. Between two of them others have a turn, however
+// The engine processes due work in bounded steps. Other work is done between two of them, however
 // much is due.
 constexpr milliseconds kShortestTick{20};
-// Between two portions of a large change, and of memory that is given back.
+// The pause between two portions of a large change, or of released memory.
 constexpr std::chrono::microseconds kBetweenPortions{200};
 constexpr milliseconds kBetweenReleases{2};
-// How often trouble is told, at the most.
+// The minimum interval between reports of the same problem.
 constexpr milliseconds kBetweenReports{1000};
 
 size_t CountRobots(const engine::Engine& engine) {
@@ -104,7 +104,7 @@ class Daemon::Impl {
   }
 
   int Run() {
-    std::signal(SIGPIPE, SIG_IGN);  // writing to who hung up is an error value here
+    std::signal(SIGPIPE, SIG_IGN);  // writing to a closed connection is an error value here
     if (!BeginWithTheState() || !BeginToRecord()) {
       journal_->Stop(service_.StateHash());
       return kMisconfigured;
@@ -135,7 +135,7 @@ class Daemon::Impl {
     control_.Stop();
     front_end_.Close();
     captures_.Finish();
-    // A start that failed must not replace what an earlier run has saved.
+    // A failed start must not replace the file saved by an earlier run.
     const bool saved = !started || saver_.SaveAtEnd();
     const bool kept = journal_->Stop(service_.StateHash());
     Summarise();
@@ -144,8 +144,8 @@ class Daemon::Impl {
   }
 
  private:
-  // The journal's threads run from here on, for a large configuration is written as it is taken;
-  // then the configuration is that of the state.
+  // The journal's threads run from here on, since a large configuration is written to the log while
+  // it is applied; then the configuration is that of the state.
   bool BeginWithTheState() {
     journal_->Start(
         [this] {
@@ -176,7 +176,7 @@ class Daemon::Impl {
     return recording.ok();
   }
 
-  // What has become durable goes out.
+  // Sends answers whose changes have become durable.
   void Release() {
     release_posted_ = false;
     std::vector<engine::Outgoing> out;
@@ -184,8 +184,8 @@ class Daemon::Impl {
     router_.Deliver(out);
   }
 
-  // The service's clock, read along so that the field time is known between events too. Under the
-  // service's lock.
+  // The service's clock; each reading is kept so that the field time is also known between events.
+  // Under the service's lock.
   engine::ClockReading ReadClocks() {
     const engine::ClockReading reading = ReadSystemClocks();
     field_clock_.Read(reading);
@@ -211,7 +211,7 @@ class Daemon::Impl {
                        robots);
   }
 
-  // A log that is stuck must not stop the thread that hears the signals: all else is posted.
+  // A stuck log must not block the signal thread: everything else is posted.
   void StopFor(int signal) {
     boost::asio::post(strand_, [this, signal] {
       spdlog::info("{}: stopping", signal == SIGINT ? "interrupted" : "terminated");
@@ -222,7 +222,7 @@ class Daemon::Impl {
   void ReloadSoon() {
     const bool taken = operations_.Add([this] {
       if (!stopping_) {
-        (void)ReadConfigurationAgain();  // it says itself what is wrong
+        (void)ReadConfigurationAgain();  // reports errors itself
       }
     });
     if (!taken && !stopping_) {
@@ -236,7 +236,7 @@ class Daemon::Impl {
     }
   }
 
-  // As an operation. Returns what waits for a restart.
+  // As an operation. Returns the settings that require a restart.
   Result<std::vector<std::string>> ReadConfigurationAgain() {
     service_manager::Reloading();
     auto outcome = config_.ReadAgain();
@@ -259,7 +259,7 @@ class Daemon::Impl {
     });
   }
 
-  // Everything that keeps io_ busy ends, and with it Run.
+  // Ends everything that keeps io_ busy, and so Run.
   void Stop() {
     stopping_ = true;
     service_manager::Stopping();
@@ -272,8 +272,8 @@ class Daemon::Impl {
     links_.Stop();
   }
 
-  // Waits for the engine's next deadline, if there is one. What brings it forward calls this again
-  // (OnEarlierDeadline), and with it the timer is set anew.
+  // Waits for the engine's next deadline, if there is one. If the deadline moves forward, this is
+  // called again (OnEarlierDeadline) and restarts the timer.
   void Tick() {
     const auto due = service_.MillisecondsToDeadline();
     if (stopping_ || !due) {
@@ -292,7 +292,7 @@ class Daemon::Impl {
     });
   }
 
-  // Once for each second in which there was more of it.
+  // At most once for each second in which its count has increased.
   void ReportTrouble() {
     reporter_.expires_after(kBetweenReports);
     reporter_.async_wait([this](const boost::system::error_code& error) {
@@ -317,8 +317,8 @@ class Daemon::Impl {
     });
   }
 
-  // What the map has given up goes back to the system in portions, and in the end what the heap
-  // holds without need.
+  // Memory released by the map is returned to the system in portions, and finally the unused memory
+  // of the heap.
   void ReleaseMemory() {
     if (releasing_) {
       return;
@@ -392,10 +392,10 @@ class Daemon::Impl {
   const int io_threads_;
   const bool record_at_start_;
   LiveConfig config_;
-  std::unique_ptr<Watchdog> watchdog_;  // if the service manager wants one
+  std::unique_ptr<Watchdog> watchdog_;  // if required by the service manager
   LiveControl control_;
   WorkQueue edits_;
-  WorkQueue operations_;  // what takes long, of the signals' and the operators'
+  WorkQueue operations_;  // long requests of signals and operators
   HttpFrontEnd front_end_;
   std::string trouble_;
   bool told_of_field_time_ = false;

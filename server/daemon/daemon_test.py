@@ -368,7 +368,7 @@ class DaemonTest(unittest.TestCase):
             self.assertEqual(server.stop(), 0)
 
     def smells(self, robot):
-        """What is smelled in many places, by type."""
+        """The intensities at many positions, by type."""
         return {(kind, x, y): robot.sense(kind, x, y, 0)
                 for kind in (1, 2) for x in range(500, 9500, 450) for y in (800, 1000, 5000)}
 

@@ -28,7 +28,7 @@ Deadlines::Id Deadlines::After(std::chrono::milliseconds delay, Call call) {
 }
 
 void Deadlines::Cancel(Id id) {
-  Call cancelled;  // goes outside of the lock, with what it holds
+  Call cancelled;  // destroyed outside the lock
   const std::lock_guard lock(mutex_);
   const auto place = calls_.find(id);
   if (place != calls_.end()) {
@@ -66,7 +66,7 @@ void Deadlines::Run() {
         const auto first = calls_.extract(calls_.begin());
         lock.unlock();
         first.mapped()(false);
-      }  // what the call holds goes outside of the lock
+      }  // the call is destroyed outside the lock
       lock.lock();
     }
   }

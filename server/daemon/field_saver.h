@@ -3,9 +3,9 @@
 //
 //   FieldSaver saver(&service, now_ms, "lab.field");
 //   saver.SaveBeside();               // SIGUSR1
-//   bool written = saver.SaveAtEnd(); // when nobody changes the field any more
+//   bool written = saver.SaveAtEnd(); // when the field no longer changes
 //
-// While robots are served it uses a FieldReader: nobody waits for it, and neighbouring nodes may
+// While robots are served it uses a FieldReader: no thread waits for it, and neighbouring nodes may
 // differ in time by a few milliseconds. At the end it is exact. In both cases the file is replaced
 // atomically, and the outcome is logged.
 #pragma once

@@ -19,7 +19,7 @@
 namespace pheromone::daemon {
 namespace {
 
-// Requests that wait; beyond, they are refused.
+// The maximum number of waiting requests; further ones are refused.
 constexpr size_t kMaxWaiting = 16;
 
 }  // namespace
@@ -66,7 +66,7 @@ class HttpFrontEnd::Impl {
         const bool v6 = web_.listen_address.find(':') != std::string::npos;
         spdlog::info("web: http://{}:{}, {}",
                      v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server_.port(),
-                     web_.token.empty() ? "read-only" : "changes need the token");
+                     web_.token.empty() ? "read-only" : "changes require the token");
       } else {
         spdlog::warn("web: not listening: {}", listening.error());
       }
@@ -89,7 +89,7 @@ class HttpFrontEnd::Impl {
       try {
         io_.run();
         return;
-      } catch (const std::exception& failure) {  // the request that failed is gone, others go on
+      } catch (const std::exception& failure) {  // only this request fails
         spdlog::error("web: {}", failure.what());
       }
     }

@@ -16,7 +16,7 @@
 namespace pheromone::daemon {
 namespace {
 
-constexpr uint64_t kStalledUs = 1'000'000;          // from then on it is told
+constexpr uint64_t kStalledUs = 1'000'000;          // after this time it is reported
 constexpr uint64_t kBetweenReportsUs = 10'000'000;  // while it lasts
 
 constexpr uint64_t kBetweenProgressUs = 5'000'000;
@@ -35,8 +35,8 @@ void TellOfJournal(bool is_trouble, const std::string& text) {
   spdlog::log(is_trouble ? spdlog::level::err : spdlog::level::info, "{}", text);
 }
 
-// How a recovery goes on: to the service manager at once and every few seconds, so that it waits;
-// to the log when it takes long.
+// Reports the progress of a recovery: to the service manager at once and every few seconds, so that
+// it waits; to the log if it takes long.
 class RecoveryReport {
  public:
   explicit RecoveryReport(const std::string& folder) : folder_(folder) {}
@@ -197,7 +197,7 @@ void JournalOwner::MakeSnapshots() {
   }
 }
 
-// Another copy of the state may be under way; it ends.
+// Another copy of the state may be in progress; it will end.
 std::unique_ptr<journal::StateSource> JournalOwner::FreezeWhenPossible() {
   for (;;) {
     if (auto state = freeze_()) {
@@ -277,14 +277,14 @@ bool JournalOwner::Stop(uint64_t state_hash) {
   return closed.ok();
 }
 
-// A disk that fails is told of by the journal itself; one that never answers cannot be.
+// The journal itself reports a disk that fails; it cannot report one that never responds.
 void JournalOwner::ReportStall() {
   if (journal_ == nullptr) {
     return;
   }
   const journal::JournalStatus now = journal_->status();
   if (!now.healthy) {
-    return;  // it has said so, and says when that ends
+    return;  // the journal has reported this, and will report the end
   }
   const uint64_t stalled_us = now.stalled_us;
   if (stalled_us >= kStalledUs &&

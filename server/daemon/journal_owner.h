@@ -96,7 +96,7 @@ class JournalOwner {
   uint64_t start_ms_ = 0;
   bool state_lost_ = false;
 
-  uint64_t stalled_us_ = 0;  // as it was told last; 0: all is well
+  uint64_t stalled_us_ = 0;  // as last reported; 0: not stalled
   Freeze freeze_;
   std::thread writer_;
   std::thread snapshot_maker_;

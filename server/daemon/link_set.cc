@@ -18,7 +18,7 @@ void LogOfLink(const links::LinkNotice& notice) {
   spdlog::log(good ? spdlog::level::info : spdlog::level::warn, "{}", links::ToText(notice));
 }
 
-// Of the links that open one; at least one, for a pool must have a thread.
+// The number of links that open a port; at least one, since a pool must have a thread.
 size_t CountPorts(const std::vector<config::LinkConfig>& links) {
   const auto ports = std::count_if(links.begin(), links.end(), [](const config::LinkConfig& it) {
     return it.kind == config::LinkKind::kSerial || it.kind == config::LinkKind::kPty;
@@ -67,7 +67,7 @@ bool LinkSet::Start() {
     }
   }
   for (const auto& tracker : trackers_) {
-    (void)tracker->Start();  // it says itself what failed, and tries again
+    (void)tracker->Start();  // reports errors itself, and retries
   }
   if (good) {
     spdlog::info("ready: {} of {} links up", up, links_.size());

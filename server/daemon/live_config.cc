@@ -11,8 +11,8 @@
 namespace pheromone::daemon {
 namespace {
 
-// What an epoch begins with where the state is new: robots say hello again. With a journal, a
-// restart goes on in the old one.
+// The first epoch of a new state: robots must send HELLO again. With a journal, a restart continues
+// in the old epoch.
 uint16_t RandomEpoch(uint16_t other_than) {
   std::random_device random;
   std::uniform_int_distribution<int> any(1, UINT16_MAX);
@@ -70,7 +70,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   for (const std::string& note : notes) {
     spdlog::warn("{}", note);
   }
-  // Links know themselves by their place among those they were started with.
+  // Links are identified by their position among those at the start.
   next.engine.links = config_.engine.links;
   const auto configured = Configure(next.engine, false);
   if (!configured.ok()) {
@@ -104,8 +104,7 @@ Result<engine::Service::Configured> LiveConfig::Configure(const engine::EngineCo
   return service_->Configure(config, RandomEpoch(epoch), state_lost);
 }
 
-// What --check says of warnings in full is not worth a line at every start, but that somebody else
-// may change things is.
+// The warnings of --check are not logged at every start, except that others may change settings.
 void LiveConfig::Tell(const std::vector<config::Warning>& warnings) const {
   for (const config::Warning& warning : warnings) {
     spdlog::log(warning.exposes ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);

@@ -111,8 +111,8 @@ void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_
   }
 }
 
-// An answer that is given once: by what was waited for or by a deadline, whichever comes first. The
-// log and the journal may keep it for as long as they live.
+// An answer that is given once: by the awaited event or by a deadline, whichever comes first. The
+// log and the journal may keep it for their lifetime.
 template <typename T>
 class OneAnswer {
  public:
@@ -138,7 +138,7 @@ class OneAnswer {
     return done_ == nullptr;
   }
 
-  /// Which is not needed any more once the answer was given.
+  /// The deadline is not needed any more once the answer was given.
   void SetDeadline(Deadlines::Id deadline) {
     {
       const std::lock_guard lock(mutex_);
@@ -164,7 +164,7 @@ class OneAnswer {
   const std::weak_ptr<Deadlines> deadlines_;
 };
 
-// Has `start` begun with a function that takes its result; `late` is the result after `patience`.
+// Calls `start` with a function that accepts its result; `late` is the result after `patience`.
 template <typename T, typename Start>
 void Await(const std::shared_ptr<Deadlines>& deadlines, std::chrono::milliseconds patience,
            const Error& late, control::Control::DoneWith<T> done, Start&& start) {
@@ -342,7 +342,7 @@ void LiveControl::EditNow(const field::FieldEdit& edit,
   });
 }
 
-// Until all that has happened so far is durable.
+// Waits until all events so far are durable.
 void LiveControl::AwaitDurable(std::chrono::milliseconds patience, Done done) const {
   const uint64_t sequence =
       parts_.service->Inspect([](const engine::Engine& engine) { return engine.sequence(); });
@@ -374,10 +374,10 @@ void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode
   }
 }
 
-// Robots must stop also while the disk does not take the order. A halt to all changes nothing that
-// the log would have to know: robots neither acknowledge it nor tell one from another. So where the
-// log refuses it, or does not get it onto the disk at once, it goes out without. Robots may then
-// have it more often than three times.
+// Robots must stop even if the disk does not accept the event. A halt of all robots does not affect
+// the state: robots neither acknowledge it nor distinguish one from another. So if the log refuses
+// it, or does not make it durable at once, it is sent without the log. Robots may then receive it
+// more than three times.
 void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
   std::vector<std::string> names;
   bool logged = true;
@@ -405,7 +405,7 @@ void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
                });
 }
 
-// Once now, and as often and as far apart as the engine would.
+// Once now, and then as often and at the same intervals as the engine.
 void LiveControl::SendHaltsUnlogged(int transmissions) {
   protocol::Command halt;
   halt.id = protocol::kBroadcastId;
@@ -473,7 +473,7 @@ void LiveControl::ChangeCapture(Status (Captures::*change)(), Done done) {
   }
 }
 
-// The recorder's thread tells nobody when it has written: it is looked at, again and again.
+// The recorder's thread does not notify anyone when it has written: it is polled.
 void LiveControl::AwaitCapture(TimePoint deadline, const Done& done) {
   if (const std::optional<Status> settled = parts_.captures->Settled()) {
     done(*settled);
@@ -526,7 +526,7 @@ void LiveControl::TellWhatChanged() {
   }
 }
 
-// An exponential mean, whatever the time between the calls is.
+// An exponential moving average, for any interval between calls.
 void LiveControl::SampleLinks() {
   const auto now = std::chrono::steady_clock::now();
   const std::lock_guard lock(mutex_);

@@ -120,7 +120,7 @@ class LiveControl final : public control::Control {
   std::vector<Sample> samples_;
   TimePoint sampled_;
   control::NoticeBoard board_;
-  // What was told last, in the order in which it was told.
+  // The last notifications, in order.
   struct LinkTold {
     bool up = false;
     TimePoint since;

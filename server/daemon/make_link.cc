@@ -14,7 +14,7 @@ namespace pheromone::daemon {
 namespace {
 
 // 1000 km from the datum, the ground lies 80 km below the map's plane, and heights are within 100
-// km. What is deeper is on another side of the Earth, where x and y are small again.
+// km. Anything deeper is on the other side of the Earth, where x and y are small again.
 constexpr double kDeepestM = -300'000;
 
 // Without a height of its own, a robot is on the map's ground.

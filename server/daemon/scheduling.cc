@@ -45,7 +45,7 @@ void YieldToOthers() {
 
 void TakeShortTurns() {
   Attributes attributes;
-  attributes.flags = kKeepPolicy;  // somebody may have started the server with another class
+  attributes.flags = kKeepPolicy;  // the server may have been started with another class
   attributes.nice = getpriority(PRIO_PROCESS, 0);
   attributes.runtime_ns = kShortestTurnNs;
   if (syscall(SYS_sched_setattr, 0, &attributes, 0) != 0) {

@@ -14,7 +14,7 @@ constexpr int64_t kMicrosecondsPerSecond = 1'000'000;
 constexpr int64_t kStartTimeoutUs = 30 * kMicrosecondsPerSecond;
 
 void Notify(const std::string& lines) {
-  (void)sd_notify(/*unset_environment=*/0, lines.c_str());  // nobody to tell of a failure
+  (void)sd_notify(/*unset_environment=*/0, lines.c_str());  // a failure cannot be reported
 }
 
 // A line feed would end the value and begin another.

@@ -7,7 +7,8 @@
 namespace pheromone::daemon {
 namespace {
 
-// A stop signal often comes twice at once: timeout(1), for one, signals its child and its group.
+// A stop signal often comes twice at once: timeout(1), for example, signals its child and its
+// group.
 constexpr std::chrono::seconds kImpatience{1};
 
 }  // namespace

@@ -37,7 +37,7 @@ void WorkQueue::Close() {
     dropped.swap(waiting_);
     wake_.notify_all();
   }
-  dropped.clear();  // outside of the lock: what they hold may do more than vanish
+  dropped.clear();  // outside the lock: their destructors may do work
   for (std::thread& thread : threads_) {
     if (thread.joinable()) {
       thread.join();

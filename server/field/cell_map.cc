@@ -23,7 +23,7 @@ void Raise(std::atomic<uint64_t>* number, const std::atomic<uint64_t>& to) {
 
 }  // namespace
 
-// What was a map's, leaf by leaf. A copy that is not complete reads it still.
+// The detached nodes of a map, leaf by leaf. An incomplete copy still reads them.
 class CellMap::Removed final : public Garbage {
  public:
   Removed(std::atomic<Leaf*>* top, int32_t leaf_count, FrozenCells* frozen)
@@ -109,7 +109,8 @@ NodeState CellMap::Read(NodeIndex node) const {
                          : NodeState{};
 }
 
-// The node's place with a tile in it; null when the budget has no room for all that is missing.
+// The node's directory entry, with a tile; null if the budget has no room for everything that is
+// missing.
 CellMap::Place* CellMap::MakePlace(NodeIndex node) {
   Place* place = FindPlace(node);
   const uint64_t bytes =
@@ -118,7 +119,7 @@ CellMap::Place* CellMap::MakePlace(NodeIndex node) {
     return nullptr;
   }
   has_top_ = true;
-  reclaimer_->Collect();  // what readers have left is taken first
+  reclaimer_->Collect();  // first use what readers no longer need
   if (top_.load(std::memory_order_relaxed) == nullptr) {
     top_.store(new std::atomic<Leaf*>[static_cast<size_t>(leaf_count())] {});
   }
@@ -196,7 +197,7 @@ void CellMap::Replace(NodeIndex node, Place* place, Tile* tile, NodeState state,
   const uint64_t after = state.level != 0 ? before | bit : before & ~bit;
   tile->word[slot].store(state.level != 0 ? PackNode(state) : 0, std::memory_order_relaxed);
   if (after != before) {
-    // Whoever sees the bit sees the tile and the word.
+    // A reader that sees the bit sees the tile and the word.
     place->occupied.store(after, std::memory_order_release);
     node_count_ += state.level != 0 ? 1 : static_cast<size_t>(-1);
   }

@@ -1,18 +1,18 @@
 // The nodes of one pheromone type: a sparse map from node to (level, time).
 //
-// Nodes live in tiles of 8 x 8 that are made when a deposit first touches them and given back when
-// their last node is forgotten, so memory follows the trails and not the size of the map. A
-// directory of two levels finds a tile: a top table with a place for each 128 x 128 nodes of the
+// Nodes are stored in tiles of 8 x 8 that are allocated by the first deposit on them and released
+// when their last node is removed, so memory use follows the trails and not the size of the map. A
+// directory of two levels finds a tile: a top table with an entry for each 128 x 128 nodes of the
 // map, and leaves with a bitmap of the occupied nodes beside each tile's address, so that a query
-// knows which nodes to look at before it touches a tile. Memory is counted in a budget that all
-// types share.
+// knows which nodes to read before it touches a tile. Memory is counted in a budget shared by all
+// types.
 //
 // Changes are numbered, and each tile keeps the number of its last change, so that a viewer can ask
 // for the tiles that have changed since its last look (VisitChanged). Evaporation does not count as
 // a change, since it follows from the law; neither does the removal of evaporated nodes by a sweep.
 //
 // One writer (the engine, behind its lock); any number of readers between Enter and Leave of the
-// Reclaimer. A reader may see one node before and another one after a change that is under way.
+// Reclaimer. A reader may see one node before and another one after a change that is in progress.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ constexpr int32_t kTileSide = 1 << kTileBits;
 constexpr int kLeafBits = 4;
 constexpr int32_t kLeafSide = 1 << kLeafBits;  ///< in tiles
 
-/// A node's state in a word, and back.
+/// Packs a node's state into a word, and unpacks it.
 inline uint64_t PackNode(NodeState state) {
   return (uint64_t{state.level} << kTimeBits) | (state.time_ms & kTimeMask);
 }
@@ -63,50 +63,49 @@ class CellMap {
     std::atomic<uint64_t> emptied;
   };
 
-  /// The memory accounted for each. It decides which deposits a full map refuses, so that other
-  /// values would change the replay of existing logs: everything stored with a tile or leaf must
-  /// fit.
+  /// The memory accounted for each. It decides which deposits a full map refuses, so other values
+  /// would change the replay of existing logs: everything stored with a tile or leaf must fit.
   static constexpr uint64_t kTileBytes = 528;
   static constexpr uint64_t kLeafBytes = 4232;
   static_assert(sizeof(Leaf) <= TilePool::kLeafBytes && TilePool::kLeafBytes <= kLeafBytes);
   static_assert(BlockPool::kChunkBytes / TilePool::kTilesPerChunk < kTileBytes);
 
-  /// `columns` x `rows` nodes. The others are shared, and outlive the map.
+  /// `columns` x `rows` nodes. The other arguments are shared, and outlive the map.
   CellMap(int32_t columns, int32_t rows, MemoryBudget* budget, Reclaimer* reclaimer,
           TilePool* pool);
   CellMap(const CellMap&) = delete;
   CellMap& operator=(const CellMap&) = delete;
   ~CellMap();
 
-  /// Forgets all nodes, at once and however many there are: budget and counts are those of an
-  /// empty map, whose top table stays. All nodes count as changed. Their memory is passed to the
-  /// pool as garbage when no reader can see it any more.
+  /// Removes all nodes, at once and however many there are: budget and counts are then those of an
+  /// empty map, which keeps its top table. All nodes count as changed. Their memory is passed to
+  /// the pool as garbage once no reader can see it.
   void Clear();
 
-  /// The state of a node; level 0 where nothing was ever left.
+  /// The state of a node; level 0 where nothing was ever deposited.
   NodeState Read(NodeIndex node) const;
 
-  /// Replaces the state of a node. Returns false, changing nothing, when that needs memory that the
-  /// budget has not. Writing level 0 forgets the node.
+  /// Replaces the state of a node. Returns false, changing nothing, if this needs memory beyond the
+  /// budget. Writing level 0 removes the node.
   bool Write(NodeIndex node, NodeState state);
 
   /// Removes a node whose content has evaporated; this does not count as a change.
   void Forget(NodeIndex node);
 
-  /// Marks all nodes, absent ones included, as changed: their meaning has changed, or their content
-  /// is in another layer.
+  /// Marks all nodes, including absent ones, as changed: their law has changed, or their content is
+  /// in another layer.
   void MarkAll();
 
-  /// The result of a look at the changes.
+  /// The result of VisitChanged.
   struct Changes {
-    uint64_t number = 0;  ///< `since` of the next look
+    uint64_t number = 0;  ///< `since` of the next call
     bool all = false;     ///< anything may have changed
   };
   /// Calls `visit(NodeArea)` for each part of `area`, which lies in the map, that may have changed
-  /// after change number `since`; 0 stands for the first look. A part is a tile or larger. Removed
-  /// tiles may be reported again, in larger parts, when others beside them are removed. Read the
-  /// nodes after the call or inside of it. Any thread, between Enter and Leave; the numbers belong
-  /// to this object.
+  /// after change number `since`; 0 for the first call. A part is a tile or larger. Removed tiles
+  /// may be reported again, in larger parts, when others beside them are removed. Read the nodes
+  /// during or after the call. Any thread, between Enter and Leave; the numbers belong to this
+  /// object.
   template <typename Visit>
   Changes VisitChanged(const NodeArea& area, uint64_t since, Visit&& visit) const {
     // All loads after this one see the stamps of all changes up to this number.
@@ -124,7 +123,7 @@ class CellMap {
     return changes;
   }
 
-  /// Calls `visit(NodeIndex, NodeState)` for each remembered node in `area`, which lies in the map.
+  /// Calls `visit(NodeIndex, NodeState)` for each stored node in `area`, which lies in the map.
   template <typename Visit>
   void ForEachIn(const NodeArea& area, Visit&& visit) const {
     ForEachLeafIn(area, [&](NodeIndex leaf_at, const Leaf* leaf) {
@@ -136,20 +135,20 @@ class CellMap {
     });
   }
 
-  /// The leaf that holds a tile; null if nothing was left there. Loads with the order that the
-  /// Reclaimer asks for.
+  /// The leaf that holds a tile; null if nothing was deposited there. Loads with the memory order
+  /// that the Reclaimer requires.
   const Leaf* FindLeaf(int32_t leaf_column, int32_t leaf_row) const {
     const std::atomic<Leaf*>* top = top_.load();
     return top != nullptr ? top[leaf_row * leaf_columns_ + leaf_column].load() : nullptr;
   }
 
-  /// What a tile would cost that is not there; 0 for one that is. `leaf_counted`,
+  /// The memory that a missing tile would need; 0 for an existing one. `leaf_counted`,
   /// `top_counted`: the leaf that holds it, or the top table, is paid for.
   uint64_t BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_counted,
                         bool top_counted) const;
 
-  /// Calls `visit(NodeIndex, NodeState)` for each remembered node, leaf by leaf and tile by tile.
-  /// The map may be written to from inside.
+  /// Calls `visit(NodeIndex, NodeState)` for each stored node, leaf by leaf and tile by tile. The
+  /// visitor may write to the map.
   template <typename Visit>
   void ForEach(Visit&& visit) const {
     for (int32_t leaf = 0; leaf < leaf_count(); ++leaf) {
@@ -157,7 +156,7 @@ class CellMap {
     }
   }
 
-  /// The same for the leaf in one place of the top table.
+  /// The same for the leaf in one entry of the top table.
   template <typename Visit>
   void ForEachInLeaf(int32_t leaf_index, Visit&& visit) const {
     for (int32_t row = 0; row < kLeafSide; ++row) {
@@ -185,8 +184,8 @@ class CellMap {
     return tiles;
   }
 
-  /// All that later changes depend on, and back into a map in which nothing was ever written
-  /// (state.cc). Budgets are not asked. What cannot be is a failure of the reader.
+  /// Saves everything that later changes depend on, and loads it into a map that was never written
+  /// to (state.cc). Budgets are not checked. Invalid data is a failure of the reader.
   void Save(ByteWriter* writer) const;
   void Restore(ByteReader* reader, NodeIndex size, uint32_t max_level);
 
@@ -202,7 +201,7 @@ class CellMap {
     return leaf != nullptr ? static_cast<size_t>(leaf->tiles) : 0;
   }
 
-  /// What the top table of a map costs.
+  /// The memory of a map's top table.
   static uint64_t TopBytes(int32_t columns, int32_t rows);
 
  private:
@@ -233,7 +232,7 @@ class CellMap {
     return true;
   }
 
-  // Calls `visit(its first node, leaf or null)` for each leaf that meets a part of the map.
+  // Calls `visit(its first node, leaf or null)` for each leaf that overlaps an area of the map.
   template <typename Visit>
   void ForEachLeafIn(const NodeArea& area, Visit&& visit) const {
     for (int32_t row = area.begin.row / kLeafNodes; row * kLeafNodes < area.end.row; ++row) {
@@ -244,7 +243,7 @@ class CellMap {
     }
   }
 
-  // Calls `visit(place, its first node)` for each place of a leaf that meets `area`.
+  // Calls `visit(place, its first node)` for each place of a leaf that overlaps `area`.
   template <typename Visit>
   static void ForEachTileIn(NodeIndex leaf_at, const NodeArea& area, Visit&& visit) {
     for (size_t place = 0; place < kPlaces; ++place) {
@@ -327,18 +326,18 @@ class CellMap {
   int32_t leaf_columns_;
   int32_t leaf_rows_;
   std::atomic<std::atomic<Leaf*>*> top_{nullptr};  // made at the first deposit, and after Clear
-  bool has_top_ = false;                           // it is in the budget: made once, and for ever
+  bool has_top_ = false;                           // it is counted in the budget, once and for ever
   size_t node_count_ = 0;
   size_t tile_count_ = 0;
   size_t present_leaves_ = 0;
-  // Published after all else that a change does, so that whoever sees the number sees the rest.
+  // Published last in a change, so that whoever sees the number sees the change.
   std::atomic<uint64_t> number_{1};
-  std::atomic<uint64_t> all_changed_{1};   // the last change that may concern everything
+  std::atomic<uint64_t> all_changed_{1};   // the last change that may affect all nodes
   std::atomic<uint64_t> leaf_emptied_{0};  // the last one of a tile whose leaf is gone
   MemoryBudget* budget_;
   Reclaimer* reclaimer_;
   TilePool* pool_;
-  mutable FrozenCells* frozen_ = nullptr;  // what is being copied: asked before each change
+  mutable FrozenCells* frozen_ = nullptr;  // the copy in progress; called before each change
 };
 
 }  // namespace pheromone::field

@@ -1,5 +1,5 @@
-// What a field is made of: the map, the antennas, the pheromones, and what lies on the map before
-// any robot moves. All in integers, so that a configuration can be an event of the log.
+// The configuration of a field: the map, the antennas, the pheromones, and the initial contents of
+// the map. All in integers, so that a configuration can be an event of the log.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace pheromone::field {
 
 constexpr size_t kTypes = kMaxType + 1;  ///< entry 0 of tables stays empty
 
-/// Something large that configurations share and never change. Equal when the content is.
+/// A large immutable value that configurations share. Equal if the contents are equal.
 template <typename T>
 class Shared {
  public:
@@ -35,8 +35,8 @@ class Shared {
   std::shared_ptr<const T> content_;
 };
 
-/// Pheromone that is laid node by node, such as a picture read from a file. The nodes lie on the
-/// map, each once.
+/// Pheromone that is deposited node by node, such as an image read from a file. The nodes are on
+/// the map, each once.
 struct InitialNode {
   NodeIndex node;
   uint32_t level = 0;
@@ -60,9 +60,9 @@ struct InitialRaster {
   }
 };
 
-/// Where a robot's two antennas sit: at p + forward * h(phi) + (distance / 2) * h(phi +- angle),
-/// where h is the unit vector of a heading. The paper's pair, eq. (5), is the default: forward 0
-/// and a quarter turn.
+/// The positions of a robot's two antennas: p + forward * h(phi) + (distance / 2) * h(phi +-
+/// angle), where h is the unit vector of a heading. The paper's pair, eq. (5), is the default:
+/// forward 0 and a quarter turn.
 struct AntennaGeometry {
   static constexpr int64_t kMaxDistanceUm = 65'000'000;
   static constexpr int64_t kMaxForwardUm = 32'000'000;
@@ -87,7 +87,7 @@ struct FieldConfig {
   std::vector<Path> paths;                     ///< predefined trails
   std::vector<InitialRaster> initial_rasters;  ///< and pictures
   Shared<ObstacleMask> obstacles;              ///< none: the paper's open plane
-  uint64_t memory_bytes = 0;  ///< what the nodes may occupy; beyond it, the map is full
+  uint64_t memory_bytes = 0;                   ///< limit for the nodes; beyond it, the map is full
   bool operator==(const FieldConfig&) const = default;
 
   /// Null if there is no such type.
@@ -106,8 +106,8 @@ struct FieldConfig {
   }
 };
 
-/// The memory that some of the predefined paths and prints (those that `wanted` picks by
-/// themselves) take at the least.
+/// A lower bound of the memory that some of the predefined paths and initial rasters (those
+/// selected by the predicates) need.
 uint64_t BytesOfLaid(const FieldConfig& config, const std::function<bool(const Path&)>& wanted,
                      const std::function<bool(const InitialRaster&)>& wanted_print);
 
@@ -146,7 +146,7 @@ struct pheromone::FieldCodec<pheromone::field::Shared<std::vector<T>>> {
 };
 
 /// A flag; if it is 1, the size in nodes and the blocks in which something is blocked, by row and
-/// column, each as its 64 words. There is one way to write a mask.
+/// column, each as its 64 words. Each mask has exactly one encoding.
 template <>
 struct pheromone::FieldCodec<pheromone::field::Shared<pheromone::field::ObstacleMask>> {
   using Mask = field::Shared<field::ObstacleMask>;

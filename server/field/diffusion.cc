@@ -25,7 +25,7 @@ DiffusionLayer::DiffusionLayer(int32_t columns, int32_t rows, MemoryBudget* budg
       pool_(pool),
       kernel_(kernel) {}
 
-// What was a layer's, leaf by leaf.
+// The detached tiles of a layer, leaf by leaf.
 class DiffusionLayer::Removed final : public Garbage {
  public:
   Removed(std::atomic<Leaf*>* top, std::vector<Leaf*> leaves)
@@ -55,7 +55,7 @@ DiffusionLayer::~DiffusionLayer() {
   Removed(top_.load(), std::move(leaves_)).Release(INT32_MAX, pool_);
 }
 
-// The tile's leaf, now with the tile in it; null when the budget has no room for all that is
+// The tile's leaf, now with the tile; null if the budget has no room for everything that is
 // missing.
 DiffusionLayer::Leaf* DiffusionLayer::MakeTile(NodeIndex tile) {
   const NodeIndex at{tile.column / kLeafSide, tile.row / kLeafSide};

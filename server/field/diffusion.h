@@ -1,5 +1,4 @@
-// A pheromone that spreads by itself: the contents of the nodes of one type, moved a step at a
-// time.
+// A diffusing pheromone: the contents of the nodes of one type, moved in discrete steps.
 //
 //   DiffusionLayer layer(map.columns(), map.rows(), &budget, &reclaimer, &pool);
 //   layer.Add({40, 12}, 3 << 16, 100 << 16);   // three quanta, at most a hundred
@@ -13,21 +12,23 @@
 //   evaporation        v <- floor(v k / 2^32)           k = 0: none
 //   cut-off            v <- 0 where v < cutoff
 //
-// All from the values before the step and in integers: what leaves a node arrives in the next one
-// to the last bit, and no flow crosses the map's edge. As x is at most 1/4, no value leaves the
-// range of itself and its four neighbours: v + sum of inflows <= v + 4 * (max - v) / 4, and the
-// same from below. So nothing becomes negative, and no step exceeds what deposits have reached.
+// Everything is computed from the values before the step and in integers: what leaves a node
+// arrives at its neighbour exactly, and no flow crosses the map's edge. As x is at most 1/4, a new
+// value is within the range of the old value and its four neighbours: v + sum of inflows <= v + 4 *
+// (max - v) / 4, and the same from below. So nothing becomes negative, and no step exceeds the
+// largest value that deposits have reached.
 //
 // Units: contents in 1/65 536 quantum, at most kMaxContent a node.
 //
-// Only tiles that hold something are stepped, and those beside them that something flows into; an
-// empty layer costs nothing. Such a tile is made when it is first needed, by the order of its rows
-// and columns; where the budget has no room for it, its border is a wall in that step. What a layer
-// holds, and what it takes of the budget, depends on the order of changes alone: not on readers,
-// the processor, or where tiles lie.
+// Only tiles with content are stepped, and their neighbours into which something flows; an empty
+// layer costs nothing. A tile is allocated when it is first needed, in the order of rows and
+// columns; if the budget has no room for it, its border is a wall in that step. The contents of a
+// layer and its share of the budget depend only on the order of changes, not on readers, the
+// processor, or the addresses of tiles.
 //
-// One writer; any number of readers between Enter and Leave of the Reclaimer. A step shows to them
-// all at once, but for those who are reading just then: they may see nodes from before and after.
+// One writer; any number of readers between Enter and Leave of the Reclaimer. A step becomes
+// visible to them at once; only those that are reading at that moment may see nodes from before and
+// after it.
 #pragma once
 
 #include <array>
@@ -47,13 +48,13 @@
 
 namespace pheromone::field {
 
-/// What has happened to a layer's pheromone since it was made, in 1/65 536 quantum, modulo 2^64:
-/// deposited == sum + evaporated + lost, at any time and exactly.
+/// Totals of a layer's pheromone since it was created, in 1/65 536 quantum, modulo 2^64: deposited
+/// == sum + evaporated + lost, at any time and exactly.
 struct DiffusionTotals {
   uint64_t deposited = 0;
   uint64_t sum = 0;         ///< what the nodes hold now
-  uint64_t evaporated = 0;  ///< what steps did not keep
-  uint64_t lost = 0;        ///< below the cut-off, above a node's maximum, or erased
+  uint64_t evaporated = 0;  ///< removed by the evaporation of steps
+  uint64_t lost = 0;        ///< cut off, beyond a node's maximum, or erased
   bool operator==(const DiffusionTotals&) const = default;
 };
 
@@ -62,49 +63,50 @@ class DiffusionLayer {
   static constexpr uint32_t kMaxContent = INT32_MAX;  ///< a little less than 32 768 quanta
   static_assert(kMaxContent >> 16 == kMaxDiffusingCount);
 
-  /// What they cost, their share of the heap's own memory included.
+  /// The memory accounted for each, including the heap's overhead.
   static constexpr uint64_t kTileBytes = CellMap::kTileBytes;
   static constexpr uint64_t kLeafBytes = CellMap::kLeafBytes + 64;
 
   /// `columns` x `rows` nodes. Budget, reclaimer and pool are shared and outlive the layer; the
-  /// pool outlives the reclaimer. `kernel` is for tests and benchmarks; it changes no bit.
+  /// pool outlives the reclaimer. `kernel` is for tests and benchmarks; it does not affect results.
   DiffusionLayer(int32_t columns, int32_t rows, MemoryBudget* budget, Reclaimer* reclaimer,
                  TilePool* pool, const DiffusionKernel& kernel = BestDiffusionKernel());
   DiffusionLayer(const DiffusionLayer&) = delete;
   DiffusionLayer& operator=(const DiffusionLayer&) = delete;
   ~DiffusionLayer();
 
-  /// Adds to a node, up to `most` (or kMaxContent) in it; what does not fit is lost. A node that
-  /// holds more already stays as it is. False, changing nothing, when there is no memory for it.
+  /// Adds to a node, up to a content of `most` (or kMaxContent); the excess is lost. A node that
+  /// already holds more is not changed. False, changing nothing, if there is no memory for it.
   bool Add(NodeIndex node, uint64_t amount_q16, uint32_t most_q16);
 
-  /// Replaces what a node holds, by kMaxContent at most. The difference counts as deposited or
-  /// lost. False, changing nothing, when there is no memory for it; never for 0.
+  /// Replaces the content of a node, by kMaxContent at most. The difference counts as deposited or
+  /// lost. False, changing nothing, if there is no memory for it; never for 0.
   bool Set(NodeIndex node, uint32_t content_q16);
 
-  /// Takes everything away, at once and however much there is. It counts as lost. Memory: as of
-  /// CellMap::Clear.
+  /// Removes everything, at once and however much there is. It counts as lost. Memory is released
+  /// as in CellMap::Clear.
   void Clear();
 
   /// As CellMap::BytesMissing.
   uint64_t BytesMissing(int32_t tile_column, int32_t tile_row, bool leaf_counted,
                         bool top_counted) const;
 
-  /// One step. `obstacles` may be null; what lies on a blocked node stays there and evaporates.
+  /// One step. `obstacles` may be null; pheromone on a blocked node stays there and evaporates.
   void Step(const DiffusionLaw& law, const ObstacleMask* obstacles);
 
-  /// What `steps` steps do without spreading, in one: v <- floor(v K / 2^32), K = k^steps by
-  /// squaring from the lowest bit up, each product rounded down to 2^-32; then the cut-off.
+  /// The evaporation of `steps` steps at once, without diffusion: v <- floor(v K / 2^32), K =
+  /// k^steps by squaring from the lowest bit up, each product rounded down to 2^-32; then the
+  /// cut-off.
   void Decay(const DiffusionLaw& law, uint64_t steps);
 
   uint32_t Read(NodeIndex node) const;
 
   /// The tile at (8 * tile_column, 8 * tile_row), as one step left it.
   struct TileView {
-    uint64_t occupied = 0;  ///< bit 8 * row + column: that node holds something; 0: no more to see
+    uint64_t occupied = 0;  ///< bit 8 * row + column: that node has content; 0: no more tiles
     const std::atomic<uint64_t>* pairs = nullptr;
 
-    /// What a node holds; `slot` is the number of its bit.
+    /// The content of a node; `slot` is the number of its bit.
     uint32_t operator[](size_t slot) const {
       if (pairs == nullptr) {
         return 0;
@@ -118,8 +120,8 @@ class DiffusionLayer {
     return leaf != nullptr ? View(leaf->place[PlaceOf(tile_column, tile_row)]) : TileView{};
   }
 
-  /// Calls `visit(NodeIndex, content)` for each node that holds something, by tiles. The visitor
-  /// leaves the layer as it is.
+  /// Calls `visit(NodeIndex, content)` for each node with content, tile by tile. The visitor must
+  /// not change the layer.
   template <typename Visit>
   void ForEach(Visit&& visit) const {
     const std::atomic<Leaf*>* top = top_.load();
@@ -148,8 +150,8 @@ class DiffusionLayer {
     }
   }
 
-  /// All that later changes depend on, and back into a layer that was always empty (state.cc).
-  /// Budgets are not asked. What cannot be is a failure of the reader.
+  /// Saves everything that later changes depend on, and loads it into a layer that was always empty
+  /// (state.cc). Budgets are not checked. Invalid data is a failure of the reader.
   void Save(ByteWriter* writer) const;
   void Restore(ByteReader* reader);
 
@@ -157,7 +159,7 @@ class DiffusionLayer {
   bool empty() const { return tile_count_ == 0; }
   size_t tile_count() const { return tile_count_; }
   const DiffusionTotals& totals() const { return totals_; }
-  /// How often a tile would have been needed in a step and there was no memory for it.
+  /// How often a step needed a tile for which there was no memory.
   uint64_t refused_tiles() const { return refused_tiles_; }
 
   /// The sum over the nodes of Hash64({row * 2^32 + column, content}).
@@ -213,7 +215,7 @@ class DiffusionLayer {
     }
   }
 
-  // A tile's 64 words are two times 64 contents: those that count, and room for the next step.
+  // A tile's 64 words are twice 64 contents: the present ones, and those of the next step.
   static std::atomic<uint64_t>* PairsOf(Tile* tile, size_t side) {
     return tile->word.data() + 32 * side;
   }
@@ -251,7 +253,7 @@ class DiffusionLayer {
   TilePool* pool_;
   const DiffusionKernel& kernel_;
 
-  std::atomic<std::atomic<Leaf*>*> top_{nullptr};  // there while anything is
+  std::atomic<std::atomic<Leaf*>*> top_{nullptr};  // null while the layer is empty
   std::atomic<size_t> side_{0};                    // of all tiles
   std::vector<Leaf*> leaves_;                      // by row, then column
   size_t tile_count_ = 0;

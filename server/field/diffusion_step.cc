@@ -1,5 +1,5 @@
-// What happens to a layer in a step: room for what spreads, the kernel on every tile, and what has
-// become empty given back.
+// A step of a layer: allocates tiles for flows, runs the kernel on every tile, and releases tiles
+// that have become empty.
 
 #include <algorithm>
 #include <cassert>
@@ -13,7 +13,7 @@ namespace {
 using Pair = std::array<uint32_t, 2>;
 constexpr size_t kPairs = 32;
 
-// One side of a tile: where the neighbour is, and which nodes lie along the border.
+// One side of a tile: the position of the neighbour, and the nodes along the border.
 struct Side {
   int32_t columns;  // to the neighbour, in tiles
   int32_t rows;
@@ -58,7 +58,7 @@ uint64_t PowerQ32(uint64_t k, uint64_t n) {
 
 }  // namespace
 
-// A leaf and what is around it.
+// A leaf and its neighbours.
 struct DiffusionLayer::Surroundings {
   Surroundings(const DiffusionLayer& layer, const Leaf& leaf_in) : leaf(leaf_in) {
     for (size_t s = 0; s < kSides; ++s) {
@@ -78,7 +78,7 @@ struct DiffusionLayer::Surroundings {
     }
   }
 
-  // All four neighbours are there, and in this leaf.
+  // All four neighbours exist, and are in this leaf.
   bool IsSurrounded(size_t place) const {
     return (surrounded[place / 64] >> (place % 64) & 1) != 0;
   }
@@ -113,12 +113,12 @@ uint64_t DiffusionLayer::FreeNodes(NodeIndex tile, const ObstacleMask* obstacles
   return obstacles != nullptr ? on_map & ~obstacles->TileBits(tile.column, tile.row) : on_map;
 }
 
-// Makes the tiles that something is about to flow into. False if there was no memory for all.
+// Allocates the tiles into which something will flow. False if there was no memory for all of them.
 bool DiffusionLayer::MakeRoom(const DiffusionLaw& law, const ObstacleMask* obstacles) {
   if (law.exchange_q16 == 0) {
     return true;
   }
-  const uint32_t least = (65535 + law.exchange_q16) / law.exchange_q16;  // that flows into nothing
+  const uint32_t least = (65535 + law.exchange_q16) / law.exchange_q16;  // for a flow of 1
   std::vector<NodeIndex> wanted;
   for (const Leaf* leaf : leaves_) {
     const Surroundings around(*this, *leaf);
@@ -143,7 +143,7 @@ bool DiffusionLayer::MakeRoom(const DiffusionLaw& law, const ObstacleMask* obsta
       }
     });
   }
-  // The order decides who gets the last of the memory.
+  // The order decides which tiles get the last memory.
   std::sort(wanted.begin(), wanted.end(), [](NodeIndex a, NodeIndex b) {
     return std::tie(a.row, a.column) < std::tie(b.row, b.column);
   });
@@ -167,8 +167,8 @@ void DiffusionLayer::Replace(Place* place, size_t side, const Contents& contents
   place->occupied.store(occupied, std::memory_order_release);
 }
 
-// Finds what is around a tile. Where `room` is false, a tile that is not there is one for which
-// there was no memory; else nothing flows into it.
+// Finds the neighbours of a tile. If `room` is false, there may have been no memory for a missing
+// tile; otherwise nothing flows into it.
 void DiffusionLayer::LookAround(const Surroundings& around, size_t place, bool room,
                                 const ObstacleMask* obstacles, DiffusionTile* work) const {
   static Tile nothing{};
@@ -266,7 +266,7 @@ void DiffusionLayer::Decay(const DiffusionLaw& law, uint64_t steps) {
   }
 }
 
-// Of what the layer held, `sum` is left and `cut` was cut off.
+// Updates the totals: `sum` is left and `cut` was cut off.
 void DiffusionLayer::Account(uint64_t sum, uint64_t cut) {
   totals_.evaporated += totals_.sum - sum - cut;
   totals_.lost += cut;

@@ -1,5 +1,5 @@
 // The step of one tile in vectors of one or two rows, or of half a row each: diffusion_kernel.cc
-// says the same edge by edge. Written once, with Highway, which includes this file for each
+// has the same edge by edge. Written once, with Highway, which includes this file for each
 // instruction set that it knows on this family of processors.
 
 #undef HWY_TARGET_INCLUDE
@@ -118,7 +118,7 @@ HWY_ALIGN constexpr int32_t kFromLeft[] = {7, 0, 1, 2, 3, 4, 5, 6, 15, 8, 9, 10,
 HWY_ALIGN constexpr int32_t kRowOfLane[] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
 HWY_ALIGN constexpr int32_t kFirstOfRow[] = {-1, 0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0};
 
-// What is to the right of each node; `beside` are the same rows of the tile to the right.
+// The node to the right of each node; `beside` are the same rows of the tile to the right.
 template <class DV>
 HWY_INLINE Rows RightOf(DV d, const Rows& here, const Rows& beside) {
   if constexpr (kParts == 2) {
@@ -131,8 +131,8 @@ HWY_INLINE Rows RightOf(DV d, const Rows& here, const Rows& beside) {
   }
 }
 
-// What comes to each node from its left: what went to the right there, and at the border what is
-// in the lanes of these rows of `border`.
+// The flow into each node from its left: the flow to the right of that neighbour, and at the border
+// the lanes of these rows of `border`.
 template <class DV>
 HWY_INLINE Rows FromLeft(DV d, const Rows& to_right, const Rows& border, const int32_t* in_memory,
                          int row) {
@@ -153,7 +153,7 @@ HWY_INLINE Rows FromLeft(DV d, const Rows& to_right, const Rows& border, const i
   }
 }
 
-// What Flux multiplies by, in one half of each lane.
+// The factor of Flux, in one half of each lane.
 struct Exchange {
   hn::Vec<Narrow> lower;
   hn::Vec<Narrow> upper;
@@ -192,7 +192,7 @@ HWY_INLINE Rows Flux(const Rows& a, const Rows& b, const Exchange& exchange) {
   return flux;
 }
 
-// What may cross an edge whose bit is set, from bit `at` on.
+// A mask of the edges whose bit is set, from bit `at` on.
 HWY_INLINE Rows WhereOpen(uint64_t bits, int at, const Rows& rows) {
   Rows open = rows;
   for (int p = 0; p < kParts; ++p) {
@@ -233,12 +233,12 @@ void StepRows(const DiffusionNumbers& numbers, DiffusionTile* tile) {
   const Exchange exchange = {hn::BitCast(Narrow(), exchange_q16),
                              hn::BitCast(Narrow(), hn::ShiftLeft<16>(exchange_q16))};
   const auto keep = hn::Set(Unsigned(), numbers.keep_q32);
-  // Contents are at most INT32_MAX: a cut-off beyond that takes all. One of 0 takes as much as one
-  // of 1: nothing; so what is not cut off is what is not 0.
+  // Contents are at most INT32_MAX: a cut-off beyond that removes everything. A cut-off of 0 is
+  // equivalent to 1: it removes nothing, and the remaining contents are those that are not 0.
   const uint32_t up_to = numbers.cutoff_q16 > 0 ? numbers.cutoff_q16 - 1 : 0;
   const V cut_up_to = hn::Set(d, static_cast<int32_t>(up_to < INT32_MAX ? up_to : INT32_MAX));
 
-  // What comes in over the left border, a lane for each row: one vector saves eight.
+  // The flow over the left border, a lane for each row: one vector instead of eight.
   Rows over_left =
       Flux(Column<7>(d, tile->beside[DiffusionTile::kLeft]), Column<0>(d, tile->centre), exchange);
   if (kWalls) {

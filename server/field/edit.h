@@ -1,5 +1,5 @@
-// Changes of the map that no robot makes: fill, brush, erase. Small enough to be an event of the
-// log; what they touch is decided in integers, exactly for points and radii within 2^50 um.
+// An operator's changes of the map: fill, brush, erase. Small enough to be an event of the log; the
+// nodes that they change are determined in integers, exactly for points and radii within 2^50 um.
 #pragma once
 
 #include <cstdint>
@@ -42,16 +42,16 @@ struct FieldEdit {
   }
 };
 
-/// The most nodes that an edit may touch; larger ones are made in parts.
+/// The largest number of nodes that an edit may change; divide larger edits.
 constexpr int64_t kMaxNodesOfEdit = int64_t{1} << 24;
 
-/// Within this of the origin of coordinates, points are computed with exactly.
+/// Points within this distance of the origin of coordinates are computed exactly.
 constexpr int64_t kMaxPointUm = 1'000'000'000'000'000;
-/// A stroke: how far it may reach, its radius included, and of how many points it may be.
+/// Limits of a stroke: its extent, including the radius, and its number of points.
 constexpr int64_t kMaxStrokeUm = 2'000'000'000;
 constexpr size_t kMaxStrokePoints = 1024;
 
-/// What is wrong with an edit's shape and action, but for the number of its nodes.
+/// Checks an edit's shape and action, but not the number of its nodes.
 Status CheckShape(const FieldEdit& edit);
 
 /// The nodes of an edit's shape, row by row: those of RasterOf (raster.h), with its errors. Parts

@@ -182,7 +182,7 @@ uint64_t Field::hash() const {
 }
 
 // Every change of a node goes through here, so that the hash cannot miss one. When memory is
-// exhausted, what has evaporated is given back first.
+// exhausted, evaporated nodes are removed first.
 bool Field::Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms) {
   CellMap& layer = *layers_.cells[law.type];
   const LawChange* change = current().ChangeOf(law.type);
@@ -205,7 +205,7 @@ bool Field::Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint
   return true;
 }
 
-// Costs the same however much there is. The sweep finds out by itself.
+// The cost does not depend on the amount of pheromone. The sweep needs no notification.
 void Field::EraseAll(uint8_t type) {
   ++changes_[type];
   layers_.diffusing[type]->Clear();
@@ -213,14 +213,14 @@ void Field::EraseAll(uint8_t type) {
   hashes_[type] = 0;
 }
 
-// Steps count from when something is first there to be stepped.
+// Steps are counted from the first deposit on an empty layer.
 void Field::BeginDiffusion(uint8_t type, uint64_t now_ms) {
   if (layers_.diffusing[type]->empty()) {
     stepped_ms_[type] = now_ms;
   }
 }
 
-// Replaces what a node holds, in either kind of layer.
+// Replaces the content of a node, in either kind of layer.
 bool Field::SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, uint64_t now_ms) {
   if (!law.diffuses()) {
     return Store(law, node, {level, now_ms}, now_ms);
@@ -234,25 +234,25 @@ bool Field::SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, ui
   return done;
 }
 
-// Looks at the next leaves of the map, as many as have about that many tiles, and forgets what has
-// evaporated there. Each round finds out when the next one can give back anything, so that a map
-// full of what has not evaporated is not searched again for every deposit that it refuses. True if
-// memory came back.
+// Sweeps the next leaves of the map, with about that many tiles in total, and removes evaporated
+// nodes. Each round determines when the next one can release memory, so that a map full of nodes
+// that have not evaporated is not swept again for every refused deposit. True if memory was
+// released.
 bool Field::SweepPortion(uint64_t now_ms, int tiles) {
-  // A change under way counts on the tiles that are there: from the first one that it has counted.
+  // A change in progress relies on the existing tiles, from the first one that it has counted.
   const bool counted_on = !works_.empty() && (works_.front().phase == Work::Phase::kApply ||
                                               works_.front().counted != 0);
   if (now_ms < sweep_.earliest_ms || counted_on) {
     return false;
   }
-  // What there is to look at, in sixteenths of a tile.
+  // The remaining work, in sixteenths of a tile.
   constexpr int kTile = 16;
   constexpr int kLeaf = 8 * kTile;
   constexpr int kNoLeaf = 1;
   const uint64_t used_before = budget_.used_bytes;
   const std::pair begin{sweep_.type, sweep_.leaf};
   int work = tiles * kTile;
-  size_t types = kTypes;  // one that was emptied on the way does not come back to where it began
+  size_t types = kTypes;  // a type emptied meanwhile does not return to its start
   do {
     if (sweep_.type == 1 && sweep_.leaf == 0) {
       sweep_.cycle_ms = UINT64_MAX;  // a new round sees everything

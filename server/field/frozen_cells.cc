@@ -10,13 +10,13 @@
 namespace pheromone::field {
 namespace {
 
-// What CellMap::Save writes (state.cc): a flag and a count; for each tile its place and which nodes
-// are there; a word for each node.
+// The format of CellMap::Save (state.cc): a flag and a count; for each tile its position and a
+// bitmap of its nodes; a word for each node.
 constexpr uint64_t kHeadBytes = 1 + 4;
 constexpr uint64_t kTileHeadBytes = 4 + 1 + 8;
 constexpr uint64_t kNodeBytes = 8;
 
-// A heap block's own share.
+// The heap's overhead for a block.
 constexpr uint64_t kBlockBytes = 16;
 
 void Put(uint64_t value, size_t bytes, char** to) {
@@ -72,7 +72,7 @@ void FrozenCells::ReadOn(FrozenCells** reader) {
   *reader = this;
 }
 
-// A change that is under way must not be held up by an exception: without memory the copy fails.
+// A change in progress must not be interrupted by an exception: without memory, the copy fails.
 void FrozenCells::BeforeChange(int32_t leaf, size_t place, const CellMap::Place& now) {
   if (leaf < leaf_ || kept_bytes_->failed) {
     return;
@@ -161,7 +161,7 @@ int FrozenCells::CopySome(int work, std::string* to) {
     }
     const size_t before = to->size();
     AppendLeaf(leaf, kept != kept_.end() ? &kept->second : nullptr, to);
-    // A whole tile's nodes are what a tile costs.
+    // The nodes of a whole tile count as a tile.
     done_work +=
         kWorkOfLeaf + static_cast<int>((to->size() - before) / (64 * kNodeBytes)) * kWorkOfTile;
     if (kept != kept_.end()) {

@@ -1,14 +1,13 @@
-// The nodes of one pheromone type as they were at one moment, copied out in portions while the map
-// goes on changing: tile-level copy-on-write.
+// A frozen snapshot of the nodes of one pheromone type, copied in portions while the map changes:
+// copy-on-write by tiles.
 //
 //   std::unique_ptr<FrozenCells> frozen = cells.Freeze(&kept);   // costs nothing
 //   ...                                                          // the map is written to
-//   while (!frozen->done()) frozen->CopySome(4096, &bytes);      // what CellMap::Save would have
-//   said
+//   while (!frozen->done()) frozen->CopySome(4096, &bytes);      // the bytes of CellMap::Save
 //
-// A tile that is not yet copied is kept as it was by the first write to it. What is kept is counted
-// in a budget that all types share; when it has no room the copy has failed, and the map goes on
-// as if there were none. The writer's, as the map; either may go first.
+// The first write to a tile that is not yet copied saves the tile's old contents. These are counted
+// in a budget shared by all types; if it is exceeded, the copy fails and the map is not affected.
+// To be used by the map's writer only; either object may be destroyed first.
 #pragma once
 
 #include <array>
@@ -24,16 +23,16 @@
 
 namespace pheromone::field {
 
-/// What a copy may keep of what is changed meanwhile. Any thread may ask whether it has failed.
+/// The budget for old contents that a copy saves. Any thread may ask whether it has failed.
 struct KeptBytes {
   MemoryBudget budget;
   std::atomic<bool> failed =
-      false;  ///< there was no room, or the map is gone: the copy is of no use
+      false;  ///< the budget was exceeded, or the map is gone: the copy is useless
 };
 
 class FrozenCells {
  public:
-  /// What there is to do, in sixteenths of a tile.
+  /// The remaining work, in sixteenths of a tile.
   static constexpr int kWorkOfTile = 16;
   static constexpr int kWorkOfLeaf = 8 * kWorkOfTile;
   static constexpr int kWorkOfNoLeaf = 1;
@@ -42,15 +41,15 @@ class FrozenCells {
   FrozenCells& operator=(const FrozenCells&) = delete;
   ~FrozenCells() { LetGo(); }
 
-  /// What is copied altogether.
+  /// The total work.
   uint64_t bytes() const { return bytes_; }
   bool done() const { return begun_ && leaf_ >= leaf_count_; }
 
-  /// Appends what comes next, whole leaves, until that much work is done; returns what was. Not to
-  /// be called when the copy has failed.
+  /// Appends the next leaves until that much work is done; returns the work done. Must not be
+  /// called if the copy has failed.
   int CopySome(int work, std::string* to);
 
-  /// Leaves the map alone from now on; if not all was copied, the copy has failed.
+  /// Detaches from the map; if not everything was copied, the copy has failed.
   void LetGo();
 
  private:
@@ -71,17 +70,17 @@ class FrozenCells {
   FrozenCells(const CellMap* map, KeptBytes* kept);
 
   int32_t leaf() const { return leaf_; }
-  /// The map's: all that it held was taken away from it, but stays where it is until `*reader`,
-  /// which is this one, is null, or leaf() is beyond it.
+  /// Called by the map: all its nodes were detached, but stay in memory until `*reader`, which is
+  /// this object, is null or leaf() is beyond them.
   void ReadOn(FrozenCells** reader);
-  /// The map's: a tile is about to be changed, or was made just now.
+  /// Called by the map: a tile is about to be changed, or was just allocated.
   void BeforeChange(int32_t leaf, size_t place, const CellMap::Place& now);
   bool Keep(KeptLeaf* kept, size_t place, const CellMap::Place& now);
   void AppendLeaf(const CellMap::Leaf* leaf, KeptLeaf* kept, std::string* to) const;
 
-  const CellMap* map_;              // null: nothing more is heard from it
-  FrozenCells** reader_ = nullptr;  // of what was taken away from the map
-  const Top* top_;  // of the map, or what Clear took away from it; null: there was none
+  const CellMap* map_;              // null: detached
+  FrozenCells** reader_ = nullptr;  // of the nodes detached from the map
+  const Top* top_;                  // the map's, or the one detached by Clear; null: none
   bool has_top_;
   int32_t leaf_count_;
   size_t tile_count_;

@@ -16,7 +16,7 @@ std::unique_ptr<FrozenField> Field::Freeze(uint64_t most_kept_bytes) const {
   return frozen;
 }
 
-// As Field::Save (state.cc) goes.
+// In the order of Field::Save (state.cc).
 FrozenField::FrozenField(const Field* field, uint64_t most_kept_bytes) : field_(field) {
   kept_.budget.limit_bytes = most_kept_bytes;
   ByteWriter text;

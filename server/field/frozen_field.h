@@ -1,18 +1,18 @@
-// A field's state as it was at one moment, copied out in portions while the field goes on: the
-// bytes altogether are exactly those that Field::Save would have given then.
+// A frozen snapshot of a field's state, copied in portions while the field changes: together, the
+// bytes are exactly those that Field::Save would have written when it was frozen.
 //
 //   std::unique_ptr<FrozenField> frozen = field.Freeze(64 << 20);   // null: there is one, or a
 //                                                                 // change is under way
 //   while (frozen->CopySome(&bytes)) { ... }                        // the field may change between
 //   if (frozen->failed()) ...                                       // try again
 //
-// To freeze costs little: cells are only marked, and kept by whoever changes one before it was
-// copied (frozen_cells.h). What diffuses changes all over with every step and is encoded at once,
-// which costs less than a step. A portion is about kTilesAtOnce tiles, at most
-// twice that, 100 us.
+// Freezing is cheap: cells are only marked, and a write to one that is not yet copied saves its old
+// contents (frozen_cells.h). Diffusing types change everywhere with every step and are encoded at
+// once, which costs less than a step. A portion is about kTilesAtOnce tiles, at most twice that,
+// 100 us.
 //
-// The field's writer calls all of it but done and failed, which the owner may call at any time.
-// Either may go first: a frozen state whose field is gone has failed.
+// Only the field's writer may call its functions, except done and failed, which the owner may call
+// at any time. Either object may be destroyed first: a frozen state whose field is gone has failed.
 #pragma once
 
 #include <cstdint>
@@ -34,22 +34,22 @@ class FrozenField {
   FrozenField& operator=(const FrozenField&) = delete;
   ~FrozenField() { LetGo(); }
 
-  /// What is copied altogether.
+  /// The total work.
   uint64_t bytes() const { return bytes_; }
 
-  /// Appends the next portion, which may be empty. False when there is none: all was copied, or it
-  /// has failed. A whole leaf of 256 tiles at least.
+  /// Appends the next portion, which may be empty, and otherwise has at least one leaf of 256
+  /// tiles. False if there is none: everything was copied, or the copy has failed.
   bool CopySome(std::string* to, int tiles = kTilesAtOnce);
 
   bool done() const { return part_ == parts_.size(); }
-  /// More was changed meanwhile than may be kept, or the field is gone. What was copied is of no
-  /// use.
+  /// Whether more was changed than may be kept, or the field is gone. The bytes copied so far are
+  /// then useless.
   bool failed() const { return kept_.failed; }
-  /// What is kept at the moment, of what was changed before it was copied.
+  /// The memory used at present for the old contents of changed tiles.
   uint64_t kept_bytes() const { return kept_.budget.used_bytes; }
 
-  /// Leaves the field alone from now on: another one may be made. If not all was copied, it has
-  /// failed.
+  /// Detaches from the field, so that it can be frozen again. If not everything was copied, the
+  /// copy has failed.
   void LetGo();
 
  private:

@@ -1,4 +1,4 @@
-// Where things are. Positions on the server are whole micrometres from the map's origin of
+// Positions and the map. Positions on the server are whole micrometres from the map's origin of
 // coordinates, so that comparisons are exact and the same on every machine.
 //
 // The map is a rectangle cut into square cells of side a. Pheromone sits on the *nodes*, the
@@ -26,8 +26,8 @@ struct PointUm {
   }
 };
 
-/// The robot's centre and where it faces: a binary angle, 65 536 a turn, counter-clockwise from +x
-/// (ROS REP 103).
+/// The robot's centre and heading, a binary angle, 65 536 a turn, counter-clockwise from +x (ROS
+/// REP 103).
 struct PoseUm {
   PointUm position;
   uint16_t heading = 0;
@@ -83,11 +83,11 @@ struct MapGeometry {
   int32_t columns() const { return static_cast<int32_t>(width_um / cell_um) + 1; }
   int32_t rows() const { return static_cast<int32_t>(height_um / cell_um) + 1; }
 
-  /// On the map, its edges included.
+  /// Whether a point is on the map, edges included.
   bool Contains(PointUm point) const;
 
   /// The node nearest to a point of the map, a tie going to the larger coordinate. Between the last
-  /// node and an edge that is no multiple of a, the last node.
+  /// node and an edge that is not a multiple of a, it is the last node.
   NodeIndex NearestNode(PointUm point) const;
 
   PointUm PositionOf(NodeIndex node) const {

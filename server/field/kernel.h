@@ -1,7 +1,7 @@
 // The inner loops of a query, once for each instruction set. What they compute is defined to the
 // bit (protocol/README.md, "Arithmetic"), so it does not matter which one runs: all values are
-// integers that a double holds exactly, but for one quotient, root, product or exponential in IEEE
-// double precision, each operation rounded once and none fused with another.
+// integers that a double represents exactly, except for one quotient, root, product or exponential
+// in IEEE double precision, each operation rounded once and none fused with another.
 //
 // Thread-safe: kernels have no state.
 #pragma once
@@ -15,7 +15,7 @@ namespace pheromone::field {
 constexpr int kTimeBits = 42;
 constexpr uint64_t kTimeMask = (uint64_t{1} << kTimeBits) - 1;
 
-/// How a law works on a node and over a distance, prepared for the inner loop.
+/// The evaporation and spread of a law, prepared for the inner loop.
 struct KernelLaw {
   // Evaporation. Stepwise: level - unit * floor(scale * dt / tau). Exponential: halved every tau.
   bool exponential = false;
@@ -31,7 +31,7 @@ struct KernelLaw {
   double reach_um2 = 0;
 };
 
-/// What one query asks: positions are relative to the robot's centre, in micrometres.
+/// The parameters of one query; positions are relative to the robot's centre, in micrometres.
 struct KernelQuery {
   uint64_t now_ms = 0;
   double cos = 0;  // heading in Q14; both 0: not directional
@@ -40,8 +40,8 @@ struct KernelQuery {
   double antenna_y[2] = {0, 0};
 };
 
-/// Nodes to be weighed, `count` of them, and room for the kernel to round up to whole vectors. The
-/// kernel loads their words itself, each at once (relaxed), as a writer may be changing them.
+/// Nodes to be weighed, `count` of them, with room for the kernel to round up to whole vectors. The
+/// kernel loads their words itself, each with one relaxed load, as a writer may be changing them.
 struct Candidates {
   static constexpr size_t kMax = 512;
   size_t count = 0;
@@ -50,7 +50,7 @@ struct Candidates {
   alignas(64) double y[kMax + 8];
 };
 
-/// Tiles of 8 x 8 nodes that may hold something for a query.
+/// Tiles of 8 x 8 nodes that may contribute to a query.
 struct TileList {
   static constexpr size_t kMax = 64;
   size_t count = 0;
@@ -60,8 +60,8 @@ struct TileList {
   int32_t row[kMax];
 };
 
-/// Which nodes can count: within a circle around the robot's centre and ahead of its axle line,
-/// both widened a little, so that no node is lost to rounding. In cells.
+/// The region whose nodes can contribute: a circle around the robot's centre, ahead of its axle
+/// line, both slightly enlarged so that rounding loses no node. In cells.
 struct MaskQuery {
   float cos = 0;
   float sin = 0;
@@ -78,8 +78,8 @@ struct Kernel {
   void (*weigh)(const KernelLaw& law, const KernelQuery& query, Candidates* candidates,
                 int antennas, int64_t* sum);
 
-  /// Takes from the bitmaps the nodes that cannot count, and from the list the tiles that have none
-  /// left.
+  /// Removes from the bitmaps the nodes that cannot contribute, and from the list the tiles that
+  /// have no other nodes.
   void (*mask)(const MaskQuery& query, TileList* tiles);
 };
 

@@ -1,5 +1,4 @@
-// The portable kernel: one node at a time, for any processor, and what the others are compared
-// with.
+// The portable kernel: one node at a time, for any processor; the reference for the others.
 
 #include "server/field/kernel.h"
 #include "server/field/kernel_table.h"
@@ -21,8 +20,8 @@ double LevelAt(const KernelLaw& law, double level, double dt) {
   if (law.exponential) {
     return Truncate(level * Exp2Minus(dt / law.tau_ms) + 0.5);
   }
-  // floor(time / tau) in whole numbers. The product is off by less than one, which the remainder,
-  // exact, tells. More steps than a level has are as good as all.
+  // floor(time / tau) in whole numbers. The product is off by less than one, which the exact
+  // remainder corrects. More steps than a level has are equivalent to all of them.
   const double time = dt * law.scale;
   const double product = time * law.per_tau;
   double whole = Truncate(product < 4194304 ? product : 4194304);
@@ -63,7 +62,7 @@ void Weigh(const KernelLaw& law, const KernelQuery& query, Candidates* candidate
   }
 }
 
-// Bit 8 * row + i: the node at (left + i, y + row) can count.
+// Bit 8 * row + i: the node at (left + i, y + row) can contribute.
 uint64_t TileMask(float left, float y, const MaskQuery& query) {
   uint64_t mask = 0;
   for (int row = 0; row < 8; ++row) {

@@ -1,4 +1,4 @@
-// What the list of kernel.cc is made of, and the defined exponential for single numbers.
+// The parts of the list in kernel.cc, and the exponential defined in kernel.h for single numbers.
 #pragma once
 
 #include "server/field/kernel.h"

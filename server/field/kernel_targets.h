@@ -31,8 +31,8 @@ struct Compiled {
 };
 
 /// Whether this processor has it. What the compiler may use everywhere needs no question, and on
-/// 64-bit ARM must not be asked for: Highway's NEON stands for cryptography too, which no kernel
-/// uses and a Raspberry Pi 4 lacks.
+/// 64-bit ARM must not be requested: Highway's NEON includes cryptography, which no kernel uses and
+/// a Raspberry Pi 4 lacks.
 inline bool Runs(int64_t target) {
   return target == HWY_STATIC_TARGET || (HWY_SUPPORTED_TARGETS & target) != 0;
 }
@@ -50,7 +50,7 @@ void AppendRunning(const Compiled<Kernel> (&compiled)[kCount], List* list) {
 }  // namespace pheromone::field
 
 /// What a kernel is called: as Highway calls its instruction set, whose namespace is N_AVX2, say. A
-/// constant, so that nothing compiled for an instruction set runs before it was asked for.
+/// constant, so that no code compiled for an instruction set runs before its support was checked.
 #define PHEROMONE_TARGET_NAME (&HWY_STR(HWY_NAMESPACE)[2])
 
 /// `name` of each instruction set, the best one last.

@@ -1,7 +1,7 @@
-// The inner loops of a query in vectors: kernel_scalar.cc says the same one node at a time.
+// The inner loops of a query in vectors; kernel_scalar.cc has the same for one node at a time.
 //
 // Written once, with Highway, which includes this file for each instruction set that it knows on
-// this family of processors. All its operations are rounded as IEEE 754 has it; MulAdd is not used,
+// this family of processors. All its operations are rounded as in IEEE 754; MulAdd is not used,
 // because it rounds once where the definition rounds twice.
 
 #undef HWY_TARGET_INCLUDE
@@ -31,12 +31,12 @@ using V = hn::Vec<D>;
 constexpr size_t kWidth = HWY_LANES(double);
 constexpr double kTwo52 = 4503599627370496.0;  // the last bit of its mantissa is 1
 
-// Each word at once, as a writer may be changing it.
+// One load for each word, as a writer may be changing it.
 template <class DW>
 HWY_INLINE hn::Vec<DW> LoadWords(DW d, const uint64_t* const* words) {
   constexpr size_t kCount = hn::MaxLanes(DW());
   if constexpr (kCount == 2) {
-    // What compilers know how to make of two registers; two Set and InterleaveLower take longer.
+    // Compilers do this well with two registers; two Set and InterleaveLower take longer.
     using Pair = uint64_t __attribute__((vector_size(16)));
     const Pair pair = {__atomic_load_n(words[0], __ATOMIC_RELAXED),
                        __atomic_load_n(words[1], __ATOMIC_RELAXED)};
@@ -100,9 +100,9 @@ void Weigh(const KernelLaw& law, const KernelQuery& query, Candidates* candidate
       const V left = hn::Mul(level, Exp2Minus(hn::Div(dt, tau)));
       level = hn::Trunc(hn::Add(left, half));
     } else {
-      // floor(scaled / tau) in whole numbers. The product is off by less than one, which the
-      // remainder, exact, tells; a division would take longer. More steps than a level has are as
-      // good as all.
+      // floor(scaled / tau) in whole numbers. The product is off by less than one, which the exact
+      // remainder corrects; a division would take longer. More steps than a level has are
+      // equivalent to all.
       const V scaled = hn::Mul(dt, hn::Set(d, law.scale));
       const V near =
           hn::Trunc(hn::Min(hn::Mul(scaled, hn::Set(d, law.per_tau)), hn::Set(d, 4194304)));
@@ -168,7 +168,7 @@ HWY_INLINE uint64_t BitsOf(hn::Mask<F> a, hn::Mask<F> b) {
   return bits;
 }
 
-// Bit 8 * row + i: the node at (x + i, y + row) can count.
+// Bit 8 * row + i: the node at (x + i, y + row) can contribute.
 HWY_INLINE uint64_t TileMask(float x, float y, const MaskQuery& query) {
   const F f;
   uint64_t mask = 0;
@@ -207,7 +207,7 @@ HWY_INLINE uint64_t TileMask(float x, float y, const MaskQuery& query) {
   return mask;
 }
 
-// No branch depends on what the tiles hold: it could not be foreseen.
+// No branch depends on the contents of tiles: it could not be predicted.
 void MaskFor(const MaskQuery& query, TileList* tiles) {
   size_t left = 0;
   for (size_t i = 0; i < tiles->count; ++i) {

@@ -1,14 +1,14 @@
-// What a pheromone is: its numbers, in integers, as the equations use them.
+// The parameters of a pheromone, in integers, as the equations use them.
 //
 //   spread       how strongly a source is sensed at a distance: eq. (1), or a Gaussian
-//   evaporation  eq. (2), (3): what a node holds becomes less with time
-//   strength     Q, the worth of one quantum; a node holds at most `max_count` of them
-//   weight       what an antenna makes of it; negative = repellent
+//   evaporation  eq. (2), (3): the content of a node decreases with time
+//   strength     Q, the value of one quantum; a node holds at most `max_count` of them
+//   weight       the factor with which it is sensed; negative = repellent
 //
 // A type may be a *blend* instead: a weighted sum of others, without pheromone of its own.
 //
-// All equations: Susnea et al. 2009; our readings of what they leave open, and the arithmetic to
-// the bit: protocol/README.md.
+// All equations: Susnea et al. 2009. protocol/README.md has our interpretation of what they leave
+// open, and the exact arithmetic.
 #pragma once
 
 #include <algorithm>
@@ -20,25 +20,25 @@
 
 namespace pheromone::field {
 
-/// The content of a node is counted in levels of 1/64 quantum, so that the laws that divide a
-/// quantum have something to divide. A node of the paper's law holds whole quanta.
+/// The content of a node is counted in levels of 1/64 quantum, for the laws that divide a quantum.
+/// With the paper's law, a node holds whole quanta.
 constexpr int kLevelBits = 6;
 constexpr uint32_t kLevelsPerQuantum = 1u << kLevelBits;
 
 constexpr int kMaxType = 15;  ///< types are 1 to 15
 
-/// The most that a law's numbers may be: above what a configuration file can say.
+/// Upper bounds of a law's parameters, at least those of configuration files.
 constexpr int64_t kMaxTauMs = 1'000'000'000'000;
 constexpr int64_t kMaxQuantumMicro = 1'000'000'000;
 constexpr int64_t kMaxReachUm = 50'000'000;
-constexpr int64_t kMaxReachCells = 1'000;  ///< from the robot: a request looks at all in reach
+constexpr int64_t kMaxReachCells = 1'000;  ///< from the robot: a query reads all nodes within it
 constexpr int64_t kMaxWeightMilli = 1'000'000;
-constexpr uint32_t kMaxExchangeQ16 = 1u << 14;  ///< a quarter: beyond it the steps would swing
+constexpr uint32_t kMaxExchangeQ16 = 1u << 14;  ///< a quarter: beyond it, steps would oscillate
 constexpr uint32_t kMaxStepMs = 60'000;
 constexpr uint32_t kMaxCutoffQ16 = 1u << 16;
 constexpr uint16_t kMaxDiffusingCount = 32'767;  ///< quanta on a node of a type that diffuses
 
-/// How the content of a node becomes less. `tau_ms` = 0: it does not.
+/// How the content of a node decreases. `tau_ms` = 0: it does not.
 enum class Evaporation : uint8_t {
   kCounter,      ///< the paper's: one quantum less every tau
   kLinear,       ///< the same in steps of one level: tau / 64
@@ -64,13 +64,13 @@ struct BlendPart {
   }
 };
 
-/// A pheromone type that spreads by itself, on a layer of its own (diffusion.h).
+/// A diffusing pheromone type, which has a layer of its own (diffusion.h).
 struct DiffusionLaw {
-  /// The share of the difference between two neighbours that moves in a step, in 1/65 536:
-  /// D * step / a^2; at most 1/4. 0 = this type does not diffuse.
+  /// The fraction of the difference between two neighbours that moves in a step, in 1/65 536: D *
+  /// step / a^2; at most 1/4. 0 = this type does not diffuse.
   uint32_t exchange_q16 = 0;
   uint32_t step_ms = 100;
-  uint32_t keep_q32 = 0;    ///< what a step leaves of a node's content, in 2^-32; 0 = all
+  uint32_t keep_q32 = 0;    ///< the fraction of the content that a step keeps, in 2^-32; 0 = all
   uint32_t cutoff_q16 = 0;  ///< a node with less than this (1/65 536 quantum) loses it
   bool operator==(const DiffusionLaw&) const = default;
 
@@ -127,23 +127,21 @@ struct PheromoneLaw {
   }
 };
 
-/// What a node remembers: its level at the time of the last deposit.
+/// The stored state of a node: its level at the time of the last deposit.
 struct NodeState {
   uint32_t level = 0;  ///< in 1/64 quantum
   uint64_t time_ms = 0;
   bool operator==(const NodeState&) const = default;
 };
 
-/// The level of a node at `now_ms`; a time before the last deposit counts as that.
+/// The level of a node at `now_ms`, or at its last deposit if that is later.
 ///
-///   counter      max(0, L - 64 floor(dt / tau)), our reading of eq. (2), (3)
-///   linear       max(0, L - floor(64 dt / tau))
-///   exponential  round(L 2^(-dt / tau)), by Exp2Minus (kernel.h)
+// /   counter      max(0, L - 64 floor(dt / tau)), our interpretation of eq. (2), (3) /   linear
+// max(0, L - floor(64 dt / tau)) /   exponential  round(L 2^(-dt / tau)), by Exp2Minus (kernel.h)
 uint32_t LevelAt(const PheromoneLaw& law, NodeState node, uint64_t now_ms);
 
-/// Until when a node has something, if it is left alone (UINT64_MAX: for good). Exact where
-/// evaporation goes by steps; a little early, by less than a tenth of the half-life, where it is
-/// exponential.
+/// When a node's level reaches 0 without further deposits (UINT64_MAX: never). Exact for stepwise
+/// evaporation; too early by less than a tenth of the half-life if it is exponential.
 uint64_t LivesUntil(const PheromoneLaw& law, NodeState node);
 
 /// L_{n+1} = min(L_max, L(now) + 64 quanta), T_{n+1} = now: a deposit, eq. (2).

@@ -1,12 +1,12 @@
-// Memory of the field: how much of it may be used, and when it may be used again.
+// Memory of the field: its limit, and its reclamation.
 //
-// MemoryBudget counts bytes. What it says depends on the order of changes alone, never on readers,
-// so that "map full" is the same in a replay.
+// MemoryBudget counts bytes. Its count depends only on the order of changes, never on readers, so
+// that "map full" is the same in a replay.
 //
-// Reclaimer lets any number of readers look at objects that one writer takes away: an object is
-// freed only when no reader that could have found it is still looking (epoch-based reclamation,
-// Fraser 2004). Readers are wait-free: two stores and a load per visit. All shared words are
-// atomic, and there are no fences, so that ThreadSanitizer can follow.
+// Reclaimer lets any number of readers use objects that one writer removes: an object is freed only
+// when no reader that could have found it is still reading (epoch-based reclamation, Fraser 2004).
+// Readers are wait-free: two stores and a load per visit. All shared words are atomic, and there
+// are no fences, so that ThreadSanitizer can follow.
 #pragma once
 
 #include <array>
@@ -20,8 +20,8 @@ namespace pheromone::field {
 
 struct MemoryBudget {
   uint64_t limit_bytes = 0;
-  uint64_t used_bytes = 0;          ///< what is reserved included
-  uint64_t* reservation = nullptr;  ///< if not null, what is left of it is taken first
+  uint64_t used_bytes = 0;          ///< including reservations
+  uint64_t* reservation = nullptr;  ///< if not null, it is used up first
 
   /// False, changing nothing, if that much is not left.
   bool Take(uint64_t bytes) {
@@ -47,11 +47,11 @@ class Reclaimer {  // NOLINT(clang-analyzer-optin.performance.Padding): a line f
   Reclaimer& operator=(const Reclaimer&) = delete;
   ~Reclaimer();  ///< frees everything; no reader is left
 
-  /// A place for one reader (one thread at a time); any thread. Negative when all are taken.
+  /// Registers one reader (one thread at a time); any thread. Negative if all places are in use.
   int Register();
   void Unregister(int reader);
 
-  /// Between these two, what the reader finds by an `unlinked` pointer stays valid.
+  /// Between these two calls, objects that the reader finds stay valid even if they are unlinked.
   void Enter(int reader) {
     slots_[static_cast<size_t>(reader)].epoch.store(epoch_.load(std::memory_order_acquire));
   }

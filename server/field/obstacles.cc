@@ -12,8 +12,9 @@ int32_t BlocksFor(int32_t nodes) {
   return (nodes - 1) / ObstacleMask::kBlockSide + 1;
 }
 
-// In the shapes, lengths are in half micrometres, for half of an odd cell or width is none, and
-// counted from the lower left corner of node (0, 0)'s square. Square k then begins at k * side.
+// In the shapes, lengths are in half micrometres, since half of an odd cell or width is not a whole
+// number of micrometres, and are measured from the lower left corner of node (0, 0)'s square.
+// Square k then begins at k * side.
 struct Lattice {
   explicit Lattice(const MapGeometry& map)
       : corner{2 * map.origin.x - map.cell_um, 2 * map.origin.y - map.cell_um},
@@ -62,9 +63,9 @@ class Stroke {
     int64_t last;
   };
 
-  // Of a row that the stroke overlaps. It starts from that part of the line which is nearest to the
-  // row, and goes on to both sides as far as the squares are near enough: both shapes are convex,
-  // so that the squares are neighbours.
+  // The columns of a row that the stroke overlaps. The search starts from the part of the line
+  // nearest to the row, and continues to both sides while the squares are near enough: both shapes
+  // are convex, so the squares are contiguous.
   Columns ColumnsIn(int64_t row) const {
     const auto [left, right] = std::minmax(a_.x, b_.x);
     Int128 low = left;
@@ -88,7 +89,7 @@ class Stroke {
             Farthest(FirstSquare(high, unit), LastSquare(right + radius_, side_), row)};
   }
 
-  // The last column that overlaps on the way from `inside`, which does, to `limit`.
+  // The last overlapping column on the way from `inside`, which overlaps, to `limit`.
   int64_t Farthest(int64_t inside, int64_t limit, int64_t row) const {
     const int64_t step = inside < limit ? 1 : -1;
     while (inside != limit) {

@@ -1,19 +1,19 @@
-// Where robots cannot go and pheromone cannot lie: the nodes that obstacles block. A node stands
-// for the square of side a (cell) that is centred on it; it is blocked if its open square overlaps
-// an obstacle by however little, so that no wall has holes.
+// The nodes blocked by obstacles, at which nothing can be deposited. A node stands for the square
+// of side a (cell) centred on it; it is blocked if its open square overlaps an obstacle at all, so
+// that no wall has holes.
 //
 //   ObstacleMask mask(map.columns(), map.rows());
 //   BlockLine(map, {{0, 0}, {5'000'000, 0}}, 100'000, &mask);  // a wall of 5 m x 0.1 m
 //   mask.Blocked({3, 0});                                      // true
 //
-// Sparse: a table with a place for each 64 x 64 nodes of the map, and bitmaps where something is
-// blocked, one word a row. So a map of 30 000 x 30 000 nodes costs 1.8 MB while it is empty, a wall
-// half a kilobyte for each 64 nodes of its length, and a picture of any density at most a bit a
-// node and the table.
+// Sparse: a table with an entry for each 64 x 64 nodes of the map, and bitmaps where something is
+// blocked, one word per row. So a map of 30 000 x 30 000 nodes costs 1.8 MB while it is empty, a
+// wall half a kilobyte for each 64 nodes of its length, and any mask at most one bit per node and
+// the table.
 //
 // Built once, then shared and never changed (Shared<ObstacleMask> of FieldConfig): any number of
-// threads may call what is const. What the shapes are, is decided in integers. They may lie partly
-// or wholly off the map; coordinates, radii and widths stay within 2^50 um.
+// threads may call const functions. Shapes are evaluated in integers. They may lie partly or wholly
+// off the map; coordinates, radii and widths stay within 2^50 um.
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ class ObstacleMask {
   bool empty() const { return count_ == 0; }
   size_t count() const { return count_; }  ///< blocked nodes
 
-  /// Blocks a node or frees it. A node off the map is left alone.
+  /// Blocks or unblocks a node. Nodes off the map are ignored.
   void Set(NodeIndex node, bool blocked = true);
 
   /// Blocks the nodes of a row from the first to the last column, both included, as far as they
@@ -90,16 +90,16 @@ class ObstacleMask {
     }
   }
 
-  /// Of the same size, with the same nodes blocked.
+  /// Whether both have the same size and the same blocked nodes.
   bool operator==(const ObstacleMask& other) const;
 
   /// The sum over the blocked nodes of Hash64({column, row}), modulo 2^64 (server/base/hash.h).
   uint64_t Hash() const;
 
-  /// The memory that it takes, the heap's own share included: a function of the content alone.
+  /// The memory that it uses, including the heap's overhead: a function of the content alone.
   uint64_t bytes() const { return BytesOf(blocks_.size(), used_blocks_); }
 
-  /// What a mask of that size with `blocked_nodes` of them blocked takes at the most.
+  /// An upper bound of the memory of a mask of that size with `blocked_nodes` blocked nodes.
   static uint64_t MostBytes(int32_t columns, int32_t rows, uint64_t blocked_nodes);
 
  private:
@@ -127,9 +127,9 @@ class ObstacleMask {
   size_t count_ = 0;
 };
 
-/// Blocks the nodes whose open squares overlap the rectangle between two opposite corners. One
-/// without area is a line or a point: where that runs exactly along the border between squares, it
-/// overlaps neither.
+/// Blocks the nodes whose open squares overlap the rectangle between two opposite corners. A
+/// rectangle without area is a line or a point: exactly on the border between squares, it overlaps
+/// neither.
 void BlockRectangle(const MapGeometry& map, PointUm corner, PointUm opposite, ObstacleMask* mask);
 
 /// Blocks the nodes whose open squares overlap the disc of `radius_um` >= 0.

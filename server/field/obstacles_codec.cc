@@ -1,4 +1,4 @@
-// Obstacles as bytes, and back.
+// Encoding and decoding of obstacles.
 
 #include <algorithm>
 #include <bit>
@@ -32,7 +32,7 @@ std::vector<NodeIndex> UsedBlocks(const ObstacleMask& mask) {
   return used;
 }
 
-// Blocks the nodes of a word, and says whether all of them are on the map.
+// Blocks the nodes of a word. Returns whether all of them are on the map.
 bool BlockWord(uint64_t word, int32_t column, int32_t row, ObstacleMask* mask) {
   while (word != 0) {
     const int first = std::countr_zero(word);
@@ -97,7 +97,7 @@ void MaskCodec::Decode(ByteReader* reader, uint8_t version, Mask* to) {
     return;
   }
   ObstacleMask mask(columns, rows);
-  int64_t next = 0;  // in order, so that there is one way to write a mask
+  int64_t next = 0;  // in order, so that each mask has exactly one encoding
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     NodeIndex block;
     DecodeFields(reader, version, &block);
@@ -121,7 +121,7 @@ uint64_t MaskCodec::Hash(const Mask& mask) {
 }
 
 Status MaskCodec::Check(const Mask& /*mask*/, const std::string& /*name*/) {
-  return Ok();  // whether it fits the map: server/engine/config_check.h
+  return Ok();  // server/engine/config_check.h checks whether it fits the map
 }
 
 size_t MaskCodec::BytesAtMost(const Mask& mask) {

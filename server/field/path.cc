@@ -127,7 +127,7 @@ std::vector<NodeIndex> NodesAlong(const MapGeometry& map, const Path& path) {
     if (!line.empty() && line.back() == node) {
       return;
     }
-    // A stair's corner is not needed: the nodes before and after it touch each other.
+    // The corner of a step is not needed: the nodes before and after it touch diagonally.
     if (line.size() >= 2 && Diagonal(line[line.size() - 2], node)) {
       line.pop_back();
     }

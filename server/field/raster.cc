@@ -29,7 +29,7 @@ Int128 FloorDivWide(Int128 dividend, Int128 divisor) {
   return dividend % divisor < 0 ? quotient - 1 : quotient;
 }
 
-// Those of `span` whose value index * step + start is between `low` and `high`.
+// The elements of `span` whose value index * step + start is between `low` and `high`.
 Span Clip(Span span, Int128 step, Int128 start, Int128 low, Int128 high) {
   low -= start;
   high -= start;
@@ -71,7 +71,8 @@ Int128 FloorRoot(Int128 a, Int128 b) {
 }
 
 // The points within a radius of a segment: two discs, and between them a rectangle along the
-// segment. What a row has of them is one interval, for the shape is convex; so are its nodes.
+// segment. The shape is convex, so its intersection with a row is one interval, and so are its
+// nodes.
 class Capsule {
  public:
   Capsule(PointUm a, PointUm b, int64_t radius, const MapGeometry& map)
@@ -93,7 +94,7 @@ class Capsule {
     }
   }
 
-  /// Those that may have a node.
+  /// The rows that may have a node.
   Span rows() const { return rows_; }
 
   Span ColumnsIn(int64_t row) const {
@@ -122,8 +123,8 @@ class Capsule {
     return Clip(AllColumns(), map_->cell_um, map_->origin.x - centre.x, -x, x);
   }
 
-  // Of the points at `y` above the segment's first end: those whose foot is on the segment, at a
-  // distance whose product with the segment's length is a whole number up to the limit.
+  // The points at `y` above the segment's first end whose perpendicular foot is on the segment, and
+  // whose distance times the segment's length, an integer, is at most the limit.
   Span InRectangle(int64_t y) const {
     if (length2_ == 0) {
       return {};
@@ -137,7 +138,7 @@ class Capsule {
       const Int128 along = column * step + start;
       return along >= 0 && along <= length2_;
     };
-    // In most rows the ends are far away, and two divisions less.
+    // In most rows the ends are far away, which saves two divisions.
     const bool is_inside = columns.empty() || (is_beside(columns.first) && is_beside(columns.last));
     return is_inside ? columns : Clip(columns, step, start, 0, length2_);
   }
@@ -153,13 +154,13 @@ class Capsule {
   Span rows_;
 };
 
-// Puts the spans of one row in order and joins those that overlap or touch.
+// Sorts the spans of one row and joins those that overlap or touch.
 class RowOfSpans {
  public:
   void Add(Span span) { spans_.push_back(span); }
 
   /// Calls visit(span) for each joined span from left to right, and begins the next row. Returns
-  /// the steps that it took.
+  /// the number of steps.
   template <typename Visit>
   int64_t Take(Visit&& visit) {
     Span joined;
@@ -182,7 +183,8 @@ class RowOfSpans {
   }
 
  private:
-  // Few spans are sorted. Many are put down where they begin, and found by going along the row.
+  // A few spans are sorted. Many are stored at the column where they begin, and found by scanning
+  // the row.
   template <typename Visit>
   int64_t InOrder(Visit&& visit) {
     const auto by_first = [](Span a, Span b) { return a.first < b.first; };

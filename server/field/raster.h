@@ -1,5 +1,5 @@
 // The nodes of an edit's shape as runs of columns, row by row: in time proportional to the nodes
-// and to the rows that each segment of a stroke crosses, whatever the box around them. Decided in
+// and to the rows that each segment of a stroke crosses, not to the bounding box. Computed in
 // integers, exactly for points and radii within 2^50 um. Pure functions of their arguments, for any
 // thread.
 #pragma once
@@ -29,10 +29,10 @@ struct TileIndex {
 };
 
 struct Raster {
-  std::vector<NodeRun> runs;     ///< by row, then column; with a node between two of a row
+  std::vector<NodeRun> runs;     ///< by row, then column; runs of a row do not touch
   int64_t node_count = 0;        ///< of all runs
   std::vector<TileIndex> tiles;  ///< that the runs touch, each once; by leaf (CellMap), row, column
-  /// What it cost: rows of segments, and steps to put the runs of a row in order.
+  /// The work done: rows of segments, and steps to sort the runs of a row.
   int64_t steps = 0;
 };
 

@@ -1,13 +1,13 @@
-// How a node goes on when the law of its pheromone is replaced: its value stays, and evaporates
+// The state of a node when the law of its pheromone is replaced: its value is kept, and evaporates
 // under the new law from then on.
 //
-//   LawChange change{old_law, at_ms};                    // from `at_ms` on, another law rules
+//   LawChange change{old_law, at_ms};                    // from `at_ms` on, a new law applies
 //   NodeState now = Rebased(&change, new_law, stored);   // what `stored` means under it
 //
-// Nothing has to be rewritten at the moment of the change: a node's own time tells under which law
-// it was stored, because all that is stored from `at_ms` on bears at least that time. So a node is
-// read again when it is next touched, and a walk in bounded portions (Field::Advance) rewrites the
-// others.
+// Nothing has to be rewritten at the moment of the change: the time stored in a node tells under
+// which law it was stored, since everything stored from `at_ms` on has at least that time. So a
+// node is converted when it is next changed, and a pass in bounded portions (Field::Advance)
+// converts the others.
 //
 // Pure; any thread.
 #pragma once
@@ -23,15 +23,14 @@ struct LawChange {
   uint64_t at_ms = 0;  ///< the first time under the new law
 };
 
-/// Whether both describe the same content of a node: only then does a changed law leave the nodes
-/// as they are.
+/// Whether a stored node has the same meaning under both laws, so that nodes need no conversion.
 bool SameSubstance(const PheromoneLaw& a, const PheromoneLaw& b);
 
-/// A level under `from` as one under `to`: to the nearest, whole quanta where that is what the law
-/// counts, at most what a node holds.
+/// Converts a level under `from` to one under `to`: rounded to nearest, to whole quanta if the law
+/// counts these, and at most the maximum of a node.
 uint32_t LevelUnder(const PheromoneLaw& from, const PheromoneLaw& to, uint32_t level);
 
-/// A stored state as one under `present`. `change` may be null: then it is that already.
+/// Converts a stored state to one under `present`; unchanged if `change` is null.
 inline NodeState Rebased(const LawChange* change, const PheromoneLaw& present, NodeState stored) {
   if (change == nullptr || stored.time_ms >= change->at_ms || stored.level == 0) {
     return stored;

@@ -1,4 +1,4 @@
-// How a field goes on under another configuration, and what lies on it from the beginning.
+// Changes of a field's configuration, and its initial contents.
 
 #include <algorithm>
 #include <memory>
@@ -18,7 +18,8 @@ bool Contains(const std::vector<Laid>& all, const Laid& one) {
   return std::find(all.begin(), all.end(), one) != all.end();
 }
 
-// Calls visit(type, node, level) for the nodes of the predefined paths and prints that are picked.
+// Calls visit(type, node, level) for the nodes of the selected predefined paths and initial
+// rasters.
 template <typename PickPath, typename PickPrint, typename Visit>
 void ForEachLaid(const FieldConfig& config, PickPath&& pick_path, PickPrint&& pick_print,
                  Visit&& visit) {
@@ -39,7 +40,7 @@ void ForEachLaid(const FieldConfig& config, PickPath&& pick_path, PickPrint&& pi
   }
 }
 
-// Of the paths and prints of `config` that are, or are not, in the other one too; in order.
+// The paths and initial rasters of `config` that are, or are not, also in the other one; in order.
 std::vector<LaidNode> NodesThat(const FieldConfig& config, const FieldConfig& other,
                                 bool are_in_other) {
   std::vector<LaidNode> nodes;
@@ -117,7 +118,7 @@ LayPlan PlanLaying(const FieldConfig& before, const FieldConfig& next) {
   return plan;
 }
 
-// What is laid is the least that a node holds: more stays.
+// A deposit sets a minimum: nodes that hold more keep it.
 void Field::LayAll(const FieldConfig& config, const FieldConfig* except, uint64_t now_ms) {
   ForEachLaid(
       config, [&](const Path& it) { return except == nullptr || !Contains(except->paths, it); },
@@ -136,7 +137,7 @@ void Field::LayAll(const FieldConfig& config, const FieldConfig* except, uint64_
       });
 }
 
-// Paths and prints that left are erased, but for nodes that they share with one that stays.
+// Removed paths and initial rasters are erased, except nodes shared with a remaining one.
 void Field::EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64_t now_ms) {
   const std::vector<LaidNode> gone = NodesThat(before, next, false);
   const std::vector<LaidNode> kept =
@@ -160,10 +161,10 @@ Status CheckMap(const FieldConfig& present, const FieldConfig& next) {
                    "moved to the new map (pheromonectl journal resample)"};
 }
 
-// `visit_levels(type, visit)`: the nodes of a type that hold something.
+// `visit_levels(type, visit)`: the nodes of a type that have content.
 template <typename VisitLevels>
 Status CheckGoing(const FieldConfig& present, const FieldConfig& next, VisitLevels&& visit_levels) {
-  std::optional<std::vector<LaidNode>> laid;  // made only if something goes
+  std::optional<std::vector<LaidNode>> laid;  // computed only if something is removed
   for (const PheromoneLaw& law : present.pheromones) {
     const PheromoneLaw* successor = next.FindLaw(law.type);
     if (law.is_blend() || (successor != nullptr && !successor->is_blend())) {
@@ -225,8 +226,8 @@ void Field::MarkAll() {
 void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
   const FieldConfig before = current().config;
   EraseLaid(before, next, now_ms);
-  // Present values go on under the new laws, all of them: a limit that is lower than what is there,
-  // or the directory of a type that begins to diffuse, must not cost any.
+  // All present values are kept under the new laws: neither a memory limit below the present use,
+  // nor the directory of a type that begins to diffuse, may lose any.
   budget_.limit_bytes = UINT64_MAX;
   for (const PheromoneLaw& law : before.pheromones) {
     const PheromoneLaw* successor = next.FindLaw(law.type);
@@ -242,7 +243,7 @@ void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
   Publish(std::make_unique<Setup>(std::make_shared<const FieldConfig>(next)));
   MarkAll();
   sweep_ = {.earliest_ms = 0, .cycle_ms = UINT64_MAX, .next_ms = now_ms};
-  LayAll(current().config, &before, now_ms);  // which fits, as CheckReconfigure found
+  LayAll(current().config, &before, now_ms);  // fits, as checked by CheckReconfigure
   budget_.limit_bytes = current().config.memory_bytes;
 }
 
@@ -250,7 +251,7 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
                              std::shared_ptr<const LayPlan> plan, uint64_t now_ms) {
   auto setup = std::make_unique<Setup>(std::move(next));
   const FieldConfig& config = setup->config;
-  budget_.limit_bytes = UINT64_MAX;  // a lower limit must not cost what is there
+  budget_.limit_bytes = UINT64_MAX;  // a lower limit must not remove present contents
   for (const PheromoneLaw& law : current().config.pheromones) {
     const PheromoneLaw* successor = config.FindLaw(law.type);
     if (law.is_blend()) {
@@ -261,7 +262,7 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
     } else if (SameSubstance(law, *successor)) {
       continue;
     } else if (law.diffuses() || successor->diffuses()) {
-      Rebase(law, *successor, now_ms);  // about what a step of it costs
+      Rebase(law, *successor, now_ms);  // costs about as much as one step
     } else if (layers_.cells[law.type]->node_count() != 0) {
       setup->change[law.type] = LawChange{law, now_ms + 1};
       is_rebasing_ = true;
@@ -278,7 +279,7 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
     work.id = id;
     work.kind = Work::Kind::kLay;
     work.phase = Work::Phase::kApply;
-    work.reserved_bytes = plan->bytes;  // for which there is memory, as CheckReconfigure found
+    work.reserved_bytes = plan->bytes;  // available, as checked by CheckReconfigure
     budget_.used_bytes += plan->bytes;
     work.plan = std::move(plan);
     works_.push_back(std::move(work));
@@ -288,8 +289,8 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
   }
 }
 
-// Expresses the present values under `from` as levels under `to`, at the nearest level; whole
-// quanta where that is what the law counts.
+// Converts the present values under `from` to levels under `to`, rounded to the nearest level, or
+// to whole quanta if the law counts these.
 void Field::Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t now_ms) {
   std::vector<std::pair<NodeIndex, uint32_t>> nodes;
   VisitLevels(from.type, now_ms,
@@ -305,8 +306,9 @@ void Field::Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t no
 Status Field::Edit(const FieldEdit& edit, uint64_t now_ms) {
   const PheromoneLaw* law = FindLaw(edit.type);
   if (law == nullptr || law->is_blend()) {
-    return Error{"type " + std::to_string(edit.type) +
-                 (law == nullptr ? " is not configured" : " is a blend, which holds nothing")};
+    return Error{
+        "type " + std::to_string(edit.type) +
+        (law == nullptr ? " is not configured" : " is a blend, which has no content of its own")};
   }
   if (edit.action == FieldEdit::Action::kErase && edit.shape == FieldEdit::Shape::kAll) {
     EraseAll(edit.type);
@@ -316,7 +318,7 @@ Status Field::Edit(const FieldEdit& edit, uint64_t now_ms) {
   if (!nodes.ok()) {
     return Error{nodes.error()};
   }
-  // Raw states, so that an edit that does not fit leaves no trace.
+  // Raw states, so that a failed edit can be undone exactly.
   CellMap& cells = *layers_.cells[law->type];
   DiffusionLayer& diffusing = *layers_.diffusing[law->type];
   std::vector<std::pair<NodeIndex, NodeState>> before;

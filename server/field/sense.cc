@@ -10,7 +10,7 @@
 namespace pheromone::field {
 namespace {
 
-// What is the same for all types of a query.
+// The parts of a query that are the same for all types.
 struct View {
   const Setup& setup;
   const Kernel& kernel;
@@ -31,7 +31,7 @@ struct TileAhead {
   }
 };
 
-// Gathers the nodes that can count for one type after the other, and adds them up.
+// Gathers the nodes that can contribute, for one type after the other, and sums them.
 class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order of their use
  public:
   Sum(const View& view, DirectionQ14 heading, const ObstacleMask* obstacles)
@@ -45,7 +45,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
     farthest_um_ = std::sqrt(farthest_um_);
   }
 
-  // Turns to a type: what follows is about this one.
+  // Selects the type for the following calls.
   void Aim(const KernelLaw& law, bool directional, std::span<int64_t> sums) {
     law_ = &law;
     sums_ = sums;
@@ -54,8 +54,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
     FindWindow();
   }
 
-  // Asks for the bitmaps of what Over will look at; `rows` knows its tiles (CellRows is an
-  // example).
+  // Prefetches the bitmaps that Over will read; `rows` finds the tiles (for example CellRows).
   template <typename Rows>
   void Prefetch(const Rows& rows) const {
     const int32_t far = std::min(last_.row, first_.row + kRowsAhead - 1);
@@ -64,7 +63,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
     }
   }
 
-  // Adds what lies on a layer.
+  // Adds the contents of a layer.
   template <typename Rows>
   void Over(const Rows& rows) {
     obstacles_ = all_obstacles_;
@@ -90,9 +89,9 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
   static constexpr int32_t kTilesAtOnce = 16;
   static constexpr uint64_t kTopBit = uint64_t{1} << 63;
 
-  // The nodes that can count lie in a circle around the robot that holds what every antenna
-  // reaches; in cells. The margins are far above what rounding can do at a distance of at most some
-  // thousand cells.
+  // The nodes that can contribute are in a circle around the robot that contains the reach of every
+  // antenna; in cells. The margins are far larger than rounding errors at distances of at most a
+  // few thousand cells.
   void FindWindow() {
     const double cells_per_um = view_.setup.cells_per_um;
     const double radius = (law_->reach_um + farthest_um_) * cells_per_um * 1.00001 + 0.05;
@@ -140,8 +139,8 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
     const int64_t bottom = map.origin.y + int64_t{tile_row} * kTileSide * map.cell_um;
     const auto x = static_cast<double>(left - view_.robot.x);
     const auto y = static_cast<double>(bottom - view_.robot.y);
-    // Four at a time, wanted or not: how many there are is hard to foresee, and a branch that is
-    // foreseen wrongly costs more than a few stores in vain.
+    // Four at a time, needed or not: their number is hard to predict, and a misprediction costs
+    // more than a few unneeded stores.
     do {
       for (int i = 0; i < 4; ++i) {
         const auto slot = static_cast<size_t>(std::countr_zero(nodes | kTopBit));
@@ -181,7 +180,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
     view_.kernel.weigh(*law_, query_, candidates, static_cast<int>(antennas), &sums_[first]);
   }
 
-  // Only those nodes that this antenna sees past the obstacles.
+  // Only nodes in the line of sight of this antenna.
   void WeighSeen(size_t antenna);
 
   const View& view_;
@@ -191,7 +190,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
 
   const KernelLaw* law_ = nullptr;
   std::span<int64_t> sums_;
-  const ObstacleMask* obstacles_ = nullptr;  // null when there are none in reach
+  const ObstacleMask* obstacles_ = nullptr;  // null if there are none within reach
   KernelQuery query_;
   MaskQuery mask_;
   TileAhead ahead_;
@@ -202,7 +201,7 @@ class Sum {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order o
   TileList tiles_;
   size_t count_ = 0;
   Candidates found_;
-  uint64_t made_[Candidates::kMax + 8];  // words of nodes that are not stored as such
+  uint64_t made_[Candidates::kMax + 8];  // words of converted nodes
   Candidates seen_;
   SightWindow sight_;
 };
@@ -211,7 +210,7 @@ void Sum::WeighSeen(size_t antenna) {
   const double cells_per_um = view_.setup.cells_per_um;
   const SightWindow::Viewpoint viewpoint = sight_.From(view_.antennas[antenna]);
   seen_.count = 0;
-  // A whole number that is not negative, but for what rounding did.
+  // A non-negative whole number, except for rounding errors.
   const auto index = [](double node) {
     return static_cast<int32_t>(node + 0.5);  // NOLINT(bugprone-incorrect-roundings)
   };
@@ -239,20 +238,20 @@ struct CellRows {
     return leaf != nullptr ? &leaf->place[static_cast<size_t>(at)] : nullptr;
   }
 
-  // Asks for the bitmaps of a row of tiles before they are needed.
+  // Prefetches the bitmaps of a row of tiles.
   void Prefetch(int32_t tile_row, int32_t first, int32_t last) const {
     __builtin_prefetch(Find(first, tile_row));
     __builtin_prefetch(Find(last, tile_row));
   }
 
-  // Where the word of a node is, and asks for it.
+  // The address of a node's word, which is prefetched.
   static const uint64_t* Word(const uint64_t* words, size_t slot, uint64_t* /*made*/) {
     __builtin_prefetch(words + slot);
     return words + slot;
   }
 
-  // Puts those that hold something and reach ahead on the list, which has room for all. Without a
-  // branch on whether they do: it could not be foreseen.
+  // Appends the tiles that have content and extend ahead of the axle line to the list, which has
+  // room for all. Without a branch on this condition, which could not be predicted.
   void Append(int32_t row, int32_t first, int32_t end, const TileAhead& ahead,
               TileList* list) const {
     const CellMap::Place* place = nullptr;
@@ -279,8 +278,7 @@ struct CellRows {
   }
 };
 
-// The same where some nodes were stored under an earlier law: those are made into nodes of the
-// present one.
+// The same if some nodes were stored under an earlier law: those are converted to the present one.
 struct RebasedRows : CellRows {
   const LawChange* change;
   const PheromoneLaw* law;
@@ -292,8 +290,7 @@ struct RebasedRows : CellRows {
   }
 };
 
-// The tiles of a layer that diffuses: two contents to a word, made into nodes that do not
-// evaporate.
+// The tiles of a diffusing layer: two contents per word, converted to nodes that do not evaporate.
 struct DiffusingRows {
   const DiffusionLayer& layer;
 
@@ -318,7 +315,7 @@ struct DiffusingRows {
 };
 
 // P = 4096 * sum / (64 * 65 536), the factors of the parts in 10^-9; to nearest, halves away from
-// zero; within what the callers can hold.
+// zero; clamped to the range of the callers' type.
 int64_t ToIntensity(Int128 total) {
   constexpr int64_t kDivisor = int64_t{1024} * 1'000'000'000;
   constexpr int64_t kMax = int64_t{1} << 62;

@@ -1,5 +1,5 @@
-// One query: eq. (4) at any number of antennas. Internal to this folder; Field and FieldReader are
-// what others use.
+// One query: eq. (4) at any number of antennas. Internal to this folder; use Field or FieldReader
+// elsewhere.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace pheromone::field {
 
-/// Where the pheromones of all types lie; they outlive every query.
+/// The contents of all types; they outlive every query.
 struct Layers {
   std::array<std::unique_ptr<CellMap>, kTypes> cells;
   std::array<std::unique_ptr<DiffusionLayer>, kTypes> diffusing;

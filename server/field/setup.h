@@ -1,5 +1,5 @@
-// A configuration as queries want it: tables instead of lists, the kernel's numbers worked out.
-// Immutable; replaced whole when the configuration changes. Internal to this folder.
+// A configuration prepared for queries: tables instead of lists, with the kernel's numbers
+// computed. Immutable; replaced as a whole when the configuration changes. Internal to this folder.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ struct Setup {
   std::array<double, 8> cells_um{};  ///< 0 to 7 cells
 
   const LawChange* ChangeOf(uint8_t type) const { return change[type] ? &*change[type] : nullptr; }
-  /// A stored state of a type that exists, as one under its present law.
+  /// Converts a stored state of an existing type to its present law.
   NodeState Present(uint8_t type, NodeState stored) const {
     return Rebased(ChangeOf(type), *law[type], stored);
   }

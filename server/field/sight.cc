@@ -11,12 +11,12 @@ namespace {
 constexpr int kWordBits = 64;
 static_assert(ObstacleMask::kBlockSide == kWordBits, "a row of a block is a word");
 
-// In small windows columns are fixed-point numbers. All that is asked of them is on which side of a
-// whole number p lies, and p is a multiple of 1 / (2v): any value nearer to p than that will do,
-// once it is moved to the side on which p itself would count. With v < 2^27 the steps are wider
-// than 2^-28. A slope is too small by less than 2^-37 and is added at most 63 times, half of it
-// and another rounding once: so p is wrong by less than the margin of 2^-30, and the two together
-// are below 2^-29.
+// In small windows columns are fixed-point numbers. It only matters on which side of a whole number
+// p lies, and p is a multiple of 1 / (2v): any value nearer to p than that is sufficient, once it
+// is moved to the side on which p itself would count. With v < 2^27 the steps are wider than 2^-28.
+// A slope is too small by less than 2^-37 and is added at most 63 times, half of it and another
+// rounding once: so p is wrong by less than the margin of 2^-30, and the two together are below
+// 2^-29.
 constexpr int kFractionBits = 37;
 constexpr int64_t kMargin = 128;
 constexpr int64_t kMaxCellOfSmall = int64_t{1} << 21;  // 63 cells are then below 2^27
@@ -83,7 +83,7 @@ SightWindow::Viewpoint SightWindow::From(PointUm antenna) const {
   return at;
 }
 
-// Without branches where it can: to which side a node lies is news to the processor each time.
+// Without branches where possible: the processor cannot predict on which side a node lies.
 bool SightWindow::SeesInSmall(const Viewpoint& antenna, NodeIndex node) const {
   const int64_t column = int64_t{node.column} - first_.column;
   const int64_t row = int64_t{node.row} - first_.row;

@@ -1,4 +1,4 @@
-// What an antenna senses past the obstacles: pheromone does not pass through walls.
+// The line of sight between antennas and nodes: pheromone is not sensed through walls.
 //
 //   SightWindow sight;
 //   sight.Load(mask, map, low, high);       // the nodes from `low` to `high`
@@ -16,8 +16,8 @@
 // segment goes through are in the window.
 //
 // How: the segment is followed from the node to the antenna, one row of squares after the other,
-// and what it goes through in a row is compared with the row's bitmap at once. With the antenna at
-// (u, v) um from the node, the segment leaves the node's row at
+// and what it goes through in a row is compared with the row's bitmap in one operation. With the
+// antenna at (u, v) um from the node, the segment leaves the node's row at
 //
 //   p_0 = column + 1/2 + u / (2 |v|),  and each further row at  p_{j+1} = p_j + u / |v|
 //
@@ -25,8 +25,8 @@
 // the traversal of Amanatides and Woo 1987 in runs, as Bresenham 1965 draws lines.
 //
 // A window is loaded by one thread at a time; const functions may then be called by several. The
-// mask is not needed after Load. Windows of up to 64 x 64 nodes need no memory but the object; that
-// of larger ones (a bit a node) is kept for the next Load.
+// mask is not needed after Load. Windows of up to 64 x 64 nodes need no memory beyond the object;
+// larger ones need one bit per node, which is kept for the next Load.
 #pragma once
 
 #include <cstdint>
@@ -54,7 +54,7 @@ class SightWindow {
     bool in_small_window = false;
   };
 
-  /// Takes what is blocked from `low` to `high`, both included; low <= high along both axes.
+  /// Copies the blocked nodes from `low` to `high`, both included; low <= high along both axes.
   void Load(const ObstacleMask& mask, const MapGeometry& map, NodeIndex low, NodeIndex high);
 
   /// Whether anything in the window is blocked. If not, everything is seen.

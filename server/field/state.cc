@@ -1,6 +1,6 @@
-// The state of a field as bytes, and back. In the order of types: the nodes, tile by tile; whether
-// there is memory that outlives its tiles; what diffuses, with its sums; then the sweep. How tiles
-// lie in memory is no part of it: no answer depends on it.
+// Encoding and decoding of a field's state. In the order of types: the nodes, tile by tile; whether
+// there is memory that outlives its tiles; the diffusing contents, with their totals; then the
+// sweep. The addresses of tiles are not part of the state: no answer depends on them.
 
 #include <bit>
 #include <memory>
@@ -12,16 +12,16 @@
 namespace pheromone::field {
 namespace {
 
-// In earlier bytes no change of the map was ever under way.
+// Earlier bytes have no changes in progress.
 constexpr uint8_t kFirstVersionWithWork = 2;
 
-// A tile's place among all: leaf by leaf, as the sweep walks.
+// A tile's position in the order of the sweep, leaf by leaf.
 struct TilePlace {
   uint32_t leaf = 0;
   uint8_t place = 0;
 };
 
-// Tiles come in order, so there is one way to write a map, and none comes twice.
+// Tiles are in order, so each map has exactly one encoding, and no tile occurs twice.
 class TileOrder {
  public:
   explicit TileOrder(ByteReader* reader) : reader_(*reader) {}
@@ -59,7 +59,7 @@ void ForEachBit(uint64_t bits, Visit&& visit) {
   }
 }
 
-// What of a law decides the meaning of a stored node.
+// The parameters of a law that determine the meaning of a stored node.
 void SaveChange(const LawChange* change, ByteWriter* writer) {
   writer->Flag(change != nullptr);
   if (change != nullptr) {
@@ -221,7 +221,7 @@ void Field::SaveRest(ByteWriter* writer) const {
   }
 }
 
-// The earlier laws, and the changes under way.
+// The earlier laws, and the changes in progress.
 void Field::RestoreWorks(uint8_t version, ByteReader* reader) {
   is_rebasing_ = reader->Flag();
   if (is_rebasing_) {
@@ -266,7 +266,7 @@ std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config,
                                       ByteReader* reader, const Kernel& kernel) {
   std::unique_ptr<Field> field(new Field(std::move(config), kernel, Empty{}));
   const MapGeometry& map = field->config().map;
-  // A limit may have been lowered below what was there.
+  // The limit may have been lowered below the present use.
   field->budget_.limit_bytes = UINT64_MAX;
   for (uint8_t type = 1; type < kTypes && reader->ok(); ++type) {
     const PheromoneLaw* law = field->FindLaw(type);

@@ -7,7 +7,7 @@
 namespace pheromone::field {
 namespace {
 
-// A block that nobody has.
+// A free block.
 struct FreeBlock {
   FreeBlock* next;
 };
@@ -20,8 +20,8 @@ void* Map(size_t bytes) {
   return memory;
 }
 
-// A chunk at a multiple of its size. Not from the heap: it would put a few bytes of its own before
-// each chunk, which take a large page, and hold on to what is given back.
+// A chunk aligned to its size. Not from the heap, which would put a few bytes of its own before
+// each chunk, using up a large page, and keep released memory.
 void* MapChunk() {
   constexpr size_t kBytes = BlockPool::kChunkBytes;
   const auto above = [](const void* memory) {
@@ -29,11 +29,11 @@ void* MapChunk() {
   };
   void* memory = Map(kBytes);
   if (above(memory) == 0) {
-    return memory;  // as most are: the system puts one beside the other
+    return memory;  // the usual case: the system maps chunks side by side
   }
   munmap(memory, kBytes);
   memory = Map(2 * kBytes);
-  const size_t before = kBytes - above(memory);  // all of a chunk if it is one already
+  const size_t before = kBytes - above(memory);  // a whole chunk if already aligned
   char* begin = static_cast<char*>(memory) + before;
   munmap(memory, before);
   if (before != kBytes) {
@@ -44,12 +44,12 @@ void* MapChunk() {
 
 }  // namespace
 
-// Lies at the beginning of its memory, where the address of any of its blocks leads.
+// At the start of its memory, so that it can be found from the address of any of its blocks.
 struct alignas(64) BlockPool::Chunk {
   Chunk* next;
   Chunk* previous;
-  size_t used;     // blocks that are taken
-  size_t touched;  // blocks that ever were: the others have no memory yet
+  size_t used;     // allocated blocks
+  size_t touched;  // blocks ever allocated: the others have no memory yet
   FreeBlock* free;
 };
 
@@ -106,7 +106,8 @@ void BlockPool::Give(void* block) {
   if (chunk->used-- == blocks_per_chunk_) {
     Link(chunk);
   }
-  // One empty chunk is kept, so that a block that comes and goes does not cost a chunk each time.
+  // One empty chunk is kept, so that repeated allocation and release of a block does not map a
+  // chunk each time.
   if (chunk->used == 0 && (chunk->next != nullptr || chunk->previous != nullptr)) {
     Unlink(chunk);
     munmap(chunk, kChunkBytes);

@@ -1,15 +1,14 @@
 // Memory for tiles and for the leaves of their directories. It comes from the system in chunks of 2
-// MiB, for which a large page is asked for: a query touches a dozen tiles in a dozen places, and
-// with small pages each costs a walk through the page tables. A chunk goes back to the system when
-// its last block does, so memory follows the trails; the heap has no part in it, whose holes would
-// stay.
+// MiB, for which a large page is requested: a query touches a dozen scattered tiles, and with small
+// pages each costs a page-table walk. A chunk is returned to the system with its last block, so
+// memory use follows the trails; the heap is not used, since fragmentation would keep its memory.
 //
-// What a map gives up all at once (CellMap::Clear) comes as garbage, and is given back in portions:
-// whenever the owner finds time, and before memory is taken for something new, so that both
-// together are never much more than before.
+// Memory that a map releases all at once (CellMap::Clear) is queued as garbage and released in
+// portions: whenever the owner has time, and before each new allocation, so that garbage and new
+// memory together are never much more than before.
 //
-// Not thread-safe: one owner, the field's writer. The Reclaimer sees to it that no reader is
-// looking at what is given back.
+// Not thread-safe: one owner, the field's writer. The Reclaimer ensures that no reader uses
+// released memory.
 #pragma once
 
 #include <array>
@@ -28,13 +27,13 @@ struct alignas(64) Tile {
   std::array<std::atomic<uint64_t>, 64> word;
 };
 
-/// Blocks of one size, on cache lines of their own; beside them a word for each, if wanted.
+/// Blocks of one size, aligned to cache lines, optionally with a separate word for each.
 class BlockPool {
  public:
   static constexpr size_t kChunkBytes = size_t{2} << 20;
   static constexpr size_t kHeaderBytes = 64;
 
-  /// Of a chunk, what goes before the blocks: in blocks.
+  /// The size of a chunk's header, in blocks.
   static constexpr size_t BlocksBefore(size_t block_bytes, bool with_words) {
     const size_t words = with_words ? kChunkBytes / block_bytes * sizeof(uint64_t) : 0;
     return (kHeaderBytes + words + block_bytes - 1) / block_bytes;
@@ -47,13 +46,13 @@ class BlockPool {
         blocks_per_chunk_(kChunkBytes / block_bytes - blocks_before_) {}
   BlockPool(const BlockPool&) = delete;
   BlockPool& operator=(const BlockPool&) = delete;
-  ~BlockPool();  ///< all blocks were given back
+  ~BlockPool();  ///< all blocks must have been released
 
-  /// Bytes of any value. Throws std::bad_alloc when the machine has no memory.
+  /// Uninitialized. Throws std::bad_alloc if the machine has no memory.
   void* Take();
   void Give(void* block);
 
-  /// The word of a block of a pool with words; of any value when the block is taken.
+  /// The word of a block, in a pool with words; uninitialized when the block is allocated.
   static std::atomic<uint64_t>* WordOf(const void* block, size_t block_bytes) {
     const auto address = reinterpret_cast<uintptr_t>(block);
     const uintptr_t chunk = address & ~uintptr_t{kChunkBytes - 1};
@@ -78,7 +77,7 @@ class BlockPool {
 
 class TilePool;
 
-/// Tiles and leaves that nobody finds any more.
+/// Tiles and leaves that are no longer reachable.
 class Garbage {
  public:
   Garbage() = default;
@@ -86,11 +85,11 @@ class Garbage {
   Garbage& operator=(const Garbage&) = delete;
   virtual ~Garbage() = default;
 
-  /// Gives back about so many tiles, and what goes with them. A look at an empty place counts as a
-  /// sixteenth of a tile. False if somebody needs what comes next, and nothing could be done.
+  /// Releases about so many tiles, and their leaves. An empty place counts as a sixteenth of a
+  /// tile. False if a frozen copy still needs the next ones, so that nothing could be released.
   virtual bool Release(int tiles, TilePool* pool) = 0;
   virtual bool empty() const = 0;
-  /// Whoever needs it does without.
+  /// Detaches the copy that still needs it; the copy fails.
   virtual void LetGo() {}
 };
 
@@ -100,16 +99,16 @@ class TilePool {
       BlockPool::kChunkBytes / sizeof(Tile) - BlockPool::BlocksBefore(sizeof(Tile), true);
   /// A leaf is as large as eight tiles.
   static constexpr size_t kLeafBytes = 65 * 64;
-  /// Released of the garbage for each one that is taken.
+  /// Tiles of garbage released for each allocated tile.
   static constexpr int kTilesForATile = 2;
   static constexpr int kTilesForALeaf = 18;
 
   TilePool() = default;
   TilePool(const TilePool&) = delete;
   TilePool& operator=(const TilePool&) = delete;
-  ~TilePool();  ///< all tiles and leaves were given back, or are garbage
+  ~TilePool();  ///< all tiles and leaves must have been released, or be garbage
 
-  /// A tile of zeros. Throws std::bad_alloc when the machine has no memory.
+  /// A tile of zeros. Throws std::bad_alloc if the machine has no memory.
   Tile* Take() {
     ReleaseSome(kTilesForATile);
     Tile* tile = new (tiles_.Take()) Tile{};
@@ -118,8 +117,8 @@ class TilePool {
   }
   void Give(Tile* tile) { tiles_.Give(tile); }
 
-  /// A word of each tile's for its owner: 0 at first. It lies apart from the tile, whose nodes fill
-  /// their lines.
+  /// A word for the owner of each tile, initially 0. It is stored apart from the tile, whose nodes
+  /// fill their cache lines.
   static std::atomic<uint64_t>* StampOf(const Tile* tile) {
     return BlockPool::WordOf(tile, sizeof(Tile));
   }
@@ -137,9 +136,9 @@ class TilePool {
     leaves_.Give(leaf);
   }
 
-  /// To be released from now on.
+  /// Queues memory for release.
   void Bury(std::unique_ptr<Garbage> garbage) { garbage_.push_back(std::move(garbage)); }
-  /// Releases about so many tiles.
+  /// Releases about so many tiles of garbage.
   void ReleaseSome(int tiles) {
     if (!garbage_.empty()) {
       ReleaseGarbage(tiles);

@@ -72,7 +72,7 @@ LayPlan RestorePlan(const FieldConfig& config, ByteReader* reader) {
     const uint8_t type = reader->U8UpTo(kTypes - 1, "a pheromone type");
     const PheromoneLaw* law = config.FindLaw(type);
     if (law == nullptr || law->is_blend()) {
-      reader->Fail("something is to be laid of a pheromone that holds nothing");
+      reader->Fail("a deposit to a type that is not configured or is a blend");
     }
     std::vector<InitialNode> nodes;
     for (uint32_t more = reader->Count(); more > 0 && reader->ok(); --more) {
@@ -192,7 +192,7 @@ void Field::BeginEdit(uint64_t id, const FieldEdit& edit, std::shared_ptr<const 
   }
 }
 
-// One portion of the first change that waits.
+// One portion of the first pending change.
 void Field::MakePortion(uint64_t now_ms) {
   Work& work = works_.front();
   if (work.kind == Work::Kind::kLay) {
@@ -220,8 +220,8 @@ void Field::Finish(Status outcome) {
   works_.pop_front();
 }
 
-// True once the memory for all of the edit is there. False: not yet, or the edit has ended since
-// there is none.
+// True once the memory for the complete edit is reserved. False: not yet, or the edit has failed
+// for lack of memory.
 bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
   const auto apply = [work] {
     work->phase = Work::Phase::kApply;
@@ -256,7 +256,7 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
   }
   if (!work->swept) {
     work->swept = true;
-    // Some of the tiles that were there may go: they are counted once more.
+    // Some of the counted tiles may have been removed: count again.
     work->counted = 0;
     work->missing_bytes = 0;
     if (SweepPortion(now_ms, kTilesAtOnce)) {
@@ -267,7 +267,7 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
   return false;
 }
 
-// True when all is done. No node can fail: what it needs was reserved, and nothing takes tiles away
+// True when everything is done. No node can fail: its memory was reserved, and no tile is removed
 // meanwhile.
 bool Field::ApplyEdit(Work* work, uint64_t now_ms) {
   const FieldEdit& edit = work->edit;
@@ -330,8 +330,8 @@ bool Field::ApplyPlan(Work* work, uint64_t now_ms) {
   return work->done == begin;
 }
 
-// Rewrites nodes that were stored under an earlier law, one row of tiles after the other. When none
-// are left, that law is forgotten.
+// Converts nodes that were stored under an earlier law, one row of tiles after the other. When none
+// are left, that law is dropped.
 void Field::RebasePortion() {
   const Setup& setup = current();
   for (int left = kTilesRebasedAtOnce; left > 0 && rebase_type_ < kTypes; --left) {

@@ -1,15 +1,15 @@
 // Changes of the map that are too large to be made at once: edits of many nodes, and the paths and
-// prints that a new configuration lays. They are made in bounded portions, between which robots
-// have their turn, and all or nothing: the memory that a change needs is reserved before its first
-// node is touched, and nothing is swept, spread or converted while one is under way, so that no
-// portion can fail.
+// initial rasters of a new configuration. They are made in bounded portions, between which robots
+// are served, and all or nothing: the memory that a change needs is reserved before its first node
+// is changed, and there is no sweep, diffusion step or conversion while one is in progress, so that
+// no portion can fail.
 //
 //   field.BeginEdit(sequence, edit, raster, now_ms);     // the first portion is made at once
 //   while (field.busy()) field.Advance(now_ms);          // each makes another one
-//   field.TakeFinished(&finished);                       // by sequence, with what became of them
+//   field.TakeFinished(&finished);                       // by sequence, with their results
 //
-// What is worked out from the map's geometry alone (the raster of an edit, the plan of a change of
-// the configuration) can be made beforehand, by any thread; it is no part of the state.
+// What depends only on the map's geometry (the raster of an edit, the plan of a change of the
+// configuration) can be computed in advance, by any thread; it is not part of the state.
 #pragma once
 
 #include <cstdint>
@@ -28,9 +28,9 @@ namespace pheromone::field {
 /// A node of a type; ordered.
 using LaidNode = std::pair<uint8_t, NodeIndex>;
 
-/// What a change of the configuration erases and lays: the paths and prints that left it, but for
-/// nodes that they share with one that stays, and those that came. What is laid is the least that a
-/// node holds; what lies on an obstacle is left out.
+/// The nodes that a change of the configuration erases and deposits: those of removed paths and
+/// initial rasters, except nodes shared with a remaining one, and those of new ones. A deposit sets
+/// the minimum content of a node; nodes on obstacles are omitted.
 struct LayPlan {
   struct Laid {
     uint8_t type = 0;
@@ -38,20 +38,20 @@ struct LayPlan {
   };
   std::vector<LaidNode> erase;
   std::vector<Laid> lay;
-  uint64_t bytes = 0;  ///< of memory, that laying takes at the most
+  uint64_t bytes = 0;  ///< upper bound of the memory for the deposits
 
   bool empty() const { return erase.empty() && lay.empty(); }
-  uint64_t size() const;  ///< steps: nodes erased, and laid
+  uint64_t size() const;  ///< steps: nodes to erase and to deposit
 };
 
-/// In time that grows with both configurations.
+/// The time is proportional to the size of both configurations.
 LayPlan PlanLaying(const FieldConfig& before, const FieldConfig& next);
 
-/// The raster that an edit is made by: RasterOf, or nothing where all is erased, which looks at
-/// what is there instead.
+/// The raster of an edit: RasterOf, or nothing if everything is erased, which visits the existing
+/// nodes instead.
 Result<Raster> RasterFor(const FieldEdit& edit, const MapGeometry& map);
 
-/// A change under way. All of it is part of the state but for `raster`, which follows from it.
+/// A change in progress. Everything is part of the state except `raster`, which is derived from it.
 struct Work {
   enum class Kind : uint8_t { kEdit, kLay };
   enum class Phase : uint8_t {
@@ -64,11 +64,11 @@ struct Work {
   Phase phase = Phase::kReserve;
   FieldEdit edit;
   std::shared_ptr<const LayPlan> plan;
-  uint64_t counted = 0;         ///< kReserve: tiles looked at
-  uint64_t missing_bytes = 0;   ///< and what those take that are not there
-  bool swept = false;           ///< memory was short: what has evaporated was given back
+  uint64_t counted = 0;         ///< kReserve: tiles visited
+  uint64_t missing_bytes = 0;   ///< memory for the missing ones among them
+  bool swept = false;           ///< memory was short and evaporated nodes were removed
   uint64_t done = 0;            ///< kApply: nodes, or steps of the plan
-  uint64_t reserved_bytes = 0;  ///< and not used yet
+  uint64_t reserved_bytes = 0;  ///< not yet used
 
   std::shared_ptr<const Raster> raster;
   size_t run = 0;      // of the raster, where `done` is,
@@ -80,8 +80,8 @@ struct FinishedWork {
   Status outcome = Ok();  ///< if not ok, nothing was changed
 };
 
-/// As bytes and back; the raster is made anew. What cannot be is a failure of the reader: `config`
-/// is that of the field.
+/// Encodes and decodes a change; the raster is recomputed. Invalid data is a failure of the reader.
+/// `config` is that of the field.
 void SaveWork(const Work& work, ByteWriter* writer);
 Work RestoreWork(const FieldConfig& config, uint8_t version, ByteReader* reader);
 uint64_t HashWork(const Work& work);

@@ -9,7 +9,7 @@ namespace {
 constexpr uint32_t kReflectedPolynomial = 0x82F63B78;
 using Table = std::array<uint32_t, 256>;
 
-// kTables[k][b]: what byte b does to the checksum when k more zero bytes follow it.
+// kTables[k][b]: the effect of byte b on the checksum if k more zero bytes follow it.
 constexpr std::array<Table, 8> MakeTables() {
   std::array<Table, 8> tables{};
   for (uint32_t byte = 0; byte < 256; ++byte) {

@@ -36,7 +36,7 @@ constexpr uint64_t NotePlace(const DurableNote& note) {
   return note.count % 2 * kNoteBytes;
 }
 
-/// The newest valid mark; nothing if there is none, or no such file.
+/// The newest valid mark; empty if there is none, or no such file.
 std::optional<DurableNote> ReadDurableNote(const Folder& folder);
 
 }  // namespace pheromone::journal

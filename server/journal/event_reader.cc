@@ -46,7 +46,7 @@ Result<Walked> WalkEvents(const Folder& folder, const std::function<void(const R
   const std::vector<Segment>& segments = listed.value();
   Walked walked;
   for (size_t i = 0; i < segments.size(); ++i) {
-    uint64_t end = UINT64_MAX;  // from here on a later segment takes this one's place
+    uint64_t end = UINT64_MAX;  // from here on a later segment replaces this one
     for (size_t later = i + 1; later < segments.size(); ++later) {
       end = std::min(end, segments[later].first_sequence);
     }

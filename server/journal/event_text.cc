@@ -149,7 +149,7 @@ std::string InCsv(const Record& record) {
 std::string InJson(const Record& record) {
   std::string line;
   for (const Value& value : ValuesOf(record)) {
-    const std::string quote = value.is_word ? "\"" : "";  // no word has anything to escape
+    const std::string quote = value.is_word ? "\"" : "";  // words need no escaping
     line.append(line.empty() ? "{\"" : ",\"").append(value.name);
     line.append("\":").append(quote).append(value.text).append(quote);
   }

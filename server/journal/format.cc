@@ -82,7 +82,7 @@ Status CheckHeader(std::string_view bytes, std::string_view magic, size_t size, 
   return Ok();
 }
 
-// The checksum of a record covers its length too: one of zeros is none.
+// The checksum of a record also covers its length, so that zeros are not a valid record.
 uint32_t ChecksumOf(std::string_view payload) {
   ByteWriter length;
   length.U32(static_cast<uint32_t>(payload.size()));
@@ -324,7 +324,7 @@ RecordReader::Found RecordReader::Next(Record* record) {
 uint64_t DurableIn(std::string_view file, size_t at) {
   constexpr size_t kBytes = kRecordHeaderBytes + kMarkBytes;
   uint64_t durable = 0;
-  // A mark begins with its length; most bytes need no second look.
+  // A mark begins with its length; most positions can be excluded by the first byte.
   constexpr auto kFirst = static_cast<char>(kMarkBytes);
   for (at = file.find(kFirst, at); at < file.size() && at + kBytes <= file.size();
        at = file.find(kFirst, at + 1)) {

@@ -30,7 +30,7 @@ constexpr uint32_t kSnapshotVersion = 1;
 std::string SegmentName(uint64_t ordinal);
 /// "00000000000000004711.snapshot": the state after that sequence.
 std::string SnapshotName(uint64_t sequence);
-/// The number in such a name; nothing if it is another file's.
+/// The number in such a name; empty for the name of another file.
 std::optional<uint64_t> OrdinalOf(std::string_view name);
 std::optional<uint64_t> SnapshotSequenceOf(std::string_view name);
 /// Added to the names of files that are still being written, and of damaged ones.
@@ -39,15 +39,15 @@ constexpr std::string_view kDamaged = ".damaged";
 
 struct SegmentHeader {
   uint64_t ordinal = 0;
-  /// All before this was durable when the segment was begun; from it on, the segment takes the
-  /// place of those before it.
+  /// Everything before this was durable when the segment was begun; from it on, the segment
+  /// replaces the earlier ones.
   uint64_t first_sequence = 1;
-  bool relaxed = false;  ///< changes were told before they were durable
+  bool relaxed = false;  ///< changes were acknowledged before they were durable
   bool operator==(const SegmentHeader&) const = default;
 };
 constexpr size_t kSegmentHeaderBytes = 36;
 std::string EncodeHeader(const SegmentHeader& header);
-/// `bytes` begin with it. Errors: not whole, not a segment, another version.
+/// Decodes the header at the start of `bytes`. Errors: incomplete, not a segment, another version.
 Result<SegmentHeader> DecodeSegmentHeader(std::string_view bytes);
 
 struct SnapshotHeader {
@@ -64,10 +64,10 @@ bool IsOfAnotherVersion(std::string_view bytes);
 
 enum class RecordKind : uint8_t {
   kEvent = 1,
-  kGroup = 2,  ///< all up to `sequence` was durable when the records after this were written
+  kGroup = 2,  ///< everything up to `sequence` was durable when the next records were written
   kHash = 3,   ///< after `sequence`, the state's hash was `hash`
-  kEnd = 4,    ///< an orderly end: all up to `sequence` was durable, and no more came
-  kPiece = 5,  ///< of the bytes of a large event, before it; counts for nothing by itself
+  kEnd = 4,    ///< an orderly end: everything up to `sequence` was durable, and nothing follows
+  kPiece = 5,  ///< bytes of a large event, before its record; without effect by itself
   kEventInPieces = 6,  ///< an event whose bytes are those of the pieces before it
 };
 
@@ -79,18 +79,18 @@ struct Record {
   uint64_t hash = 0;           ///< kHash
   std::string_view event;      ///< kEvent: for engine::DecodeEvent; kPiece: some bytes of that
   uint64_t offset = 0;         ///< kPiece: of these in the event's
-  engine::WrittenAhead ahead;  ///< kEventInPieces: what the pieces must be
+  engine::WrittenAhead ahead;  ///< kEventInPieces: the expected length and checksum
   std::string_view bytes;      ///< the whole record
 };
 
-/// `scratch` is empty before and after; a writer that is kept spares an allocation.
+/// `scratch` is empty before and after; reusing a writer saves an allocation.
 void AppendEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Event& event,
                  ByteWriter* scratch, std::string* to);
 void AppendPiece(uint64_t offset, std::string_view bytes, std::string* to);
 void AppendEventInPieces(uint64_t sequence, const engine::Stamp& stamp,
                          const engine::WrittenAhead& ahead, std::string* to);
-/// The record that AppendEvent would have made of an event whose bytes stand in `*record` behind so
-/// many that are overwritten.
+/// Completes the record that AppendEvent would make of an event, whose bytes are already in
+/// `*record` after space for the record's header.
 constexpr size_t kBeforeEventBytes = 8 + 1 + 8 + 8 + 8;
 void FinishEvent(uint64_t sequence, const engine::Stamp& stamp, std::string* record);
 void AppendGroup(uint64_t durable_sequence, std::string* to);
@@ -106,11 +106,11 @@ class RecordReader {
  public:
   enum class Found { kRecord, kEnd, kBad };
 
-  /// `file` is all of the segment, and outlives what is found in it.
+  /// `file` is the complete segment, and must outlive the records found in it.
   explicit RecordReader(std::string_view file, size_t at = kSegmentHeaderBytes)
       : file_(file), at_(at) {}
 
-  /// kBad: at() is where something begins that is no whole record; `why()` says why.
+  /// kBad: at() is the position of something that is not a valid record; `why()` is the reason.
   Found Next(Record* record);
 
   size_t at() const { return at_; }
@@ -124,7 +124,7 @@ class RecordReader {
   std::string why_;
 };
 
-/// The highest sequence that a group or an end anywhere from `at` on says was durable, whatever
+/// The highest sequence reported as durable by a group or an end anywhere from `at` on, whatever
 /// lies between them; 0 if there is none.
 uint64_t DurableIn(std::string_view file, size_t at);
 

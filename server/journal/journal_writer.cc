@@ -1,5 +1,4 @@
-// The writing thread's part of the journal: groups, syncs, segments, and what is done when they
-// fail.
+// The writing thread's part of the journal: groups, syncs, segments, and their failures.
 
 #include <algorithm>
 #include <chrono>
@@ -11,7 +10,7 @@
 namespace pheromone::journal {
 namespace {
 
-// Of what is reserved beyond the queue: marks, and a record that is larger than most, or a piece.
+// Space reserved in addition to the queue: for marks, and a large record or a piece.
 constexpr uint64_t kSlackBytes = uint64_t{256} << 10;
 constexpr uint64_t kFirstWaitUs = 100'000;
 constexpr uint64_t kLongestWaitUs = 30'000'000;
@@ -91,8 +90,8 @@ bool LocalJournal::WriteOnce() {
   return has_more;
 }
 
-// After the answers have left. If it cannot be written, the log is no worse for it: whoever
-// recovers knows less about what is missing.
+// After the answers were sent. If it cannot be written, the log is not affected: a recovery only
+// knows less about missing events.
 void LocalJournal::NoteDurable() {
   noted_us_ = clock_();
   Status written = Ok();
@@ -116,7 +115,7 @@ void LocalJournal::NoteDurable() {
   notes_fail_ = !written.ok();
 }
 
-// The bytes decide, or the time; in a journal to which nothing was added there is nothing new.
+// A snapshot is due after so many bytes, or so much time; not if nothing was added to the journal.
 void LocalJournal::LookForRotation() {
   status_.segment_bytes = written_bytes_;
   status_.segment_ordinal = next_ordinal_ - 1;
@@ -128,8 +127,8 @@ void LocalJournal::LookForRotation() {
                   (time_is_up && bytes_since_snapshot_ > 0);
 }
 
-// Writes the next chunk of the queue, if there is one, and syncs if that is due. False if that was
-// all, for now.
+// Writes the next chunk of the queue, if there is one, and syncs if that is due. False if there is
+// nothing else to do for now.
 bool LocalJournal::WriteGroup(bool must_sync) {
   const uint64_t started_us = clock_();
   bool has_more = false;
@@ -146,7 +145,7 @@ bool LocalJournal::WriteGroup(bool must_sync) {
     must_sync = must_sync || queued_bytes_ >= settings_.queue_bytes / 2;
     if (piece_state_ == PieceState::kWaits && !(is_new && unsynced_.back().ends_segment)) {
       TakePiece(&piece);
-      must_sync = must_sync || !piece.empty();  // else what is synced at a time would grow
+      must_sync = must_sync || !piece.empty();  // otherwise the amount of unsynced data would grow
     }
   }
   if (unsynced_.empty() && piece.empty()) {
@@ -183,8 +182,8 @@ bool LocalJournal::WriteGroup(bool must_sync) {
   return has_more;
 }
 
-// With those of its large events where they belong. Whose bytes are not in this segment, because it
-// takes the place of a broken one, comes whole.
+// Includes the records of large events in their places. If the pieces of such an event are not in
+// this segment, because it replaces a failed one, the complete event is written.
 std::string LocalJournal::RecordsOf(const Chunk& chunk) const {
   const std::string_view small = chunk.records;
   std::string all;
@@ -214,8 +213,8 @@ void LocalJournal::TakePiece(std::string* piece) {
   }
 }
 
-// Whoever writes ahead goes on, or gives up. Is a piece waiting that no group has taken yet, then
-// it is not the one that was written.
+// Lets the thread that writes ahead continue or give up. A piece that no group has included yet is
+// not the one that was written.
 void LocalJournal::TellPiece(bool is_written) {
   const std::lock_guard lock(mutex_);
   if (piece_state_ == PieceState::kWaits && (piece_.empty() || !is_written)) {
@@ -235,7 +234,7 @@ bool LocalJournal::Sync() {
   return true;
 }
 
-// Tells what has become durable, and forgets what was kept for the case that it does not.
+// Reports what has become durable, and drops the copies kept in case of a failure.
 void LocalJournal::Publish(uint64_t started_us) {
   bool is_more = false;
   {
@@ -257,7 +256,7 @@ void LocalJournal::Publish(uint64_t started_us) {
   CallWaiters();
 }
 
-// Those whose events are durable, in the order in which they came. A callback may wait again.
+// Calls back the waiters whose events are durable, in order. A callback may wait again.
 void LocalJournal::CallWaiters() {
   std::vector<Waiter> ready;
   {
@@ -274,8 +273,8 @@ void LocalJournal::CallWaiters() {
   }
 }
 
-// The next segment is begun before anything is written to it. As long as it has no header it counts
-// for nothing: where there is no space for one, the old segment goes on.
+// The next segment is begun before anything is written to it. A segment without a header is
+// ignored: if there is no space for one, the old segment is continued.
 void LocalJournal::EndSegment() {
   rotate_after_us_ = clock_() + kBetweenRotationsUs;
   {
@@ -315,7 +314,7 @@ void LocalJournal::EndSegment() {
   }
 }
 
-// With this, the segment takes the place of all that older ones have after `synced_`.
+// With this header, the segment replaces everything after `synced_` in older ones.
 Status LocalJournal::BeginSegment(AppendFile* file) {
   std::string bytes =
       EncodeHeader(SegmentHeader{next_ordinal_ - 1, synced_ + 1, settings_.relaxed});
@@ -336,8 +335,8 @@ Status LocalJournal::BeginSegment(AppendFile* file) {
   return status;
 }
 
-// What the broken segment owes goes to a new one. Whether that broken one holds some of it all the
-// same does not matter any more.
+// Writes the missing records of the failed segment to a new one. It no longer matters whether the
+// failed one contains some of them.
 void LocalJournal::Recover() {
   const uint64_t started_us = clock_();
   const std::string name = SegmentName(next_ordinal_++);
@@ -356,12 +355,12 @@ void LocalJournal::Recover() {
   }
   file_ = std::move(file).value();
   TakeSynced();
-  NoteDurable();  // before anything is admitted: what an earlier note says may have been lost
+  NoteDurable();  // before anything is admitted: events covered by an earlier mark may be lost
   Publish(started_us);
   Reserve(file_.get());
 }
 
-// All that was written is on the disk.
+// Everything that was written is on the disk.
 void LocalJournal::TakeSynced() {
   for (const Chunk& chunk : unsynced_) {
     synced_ = chunk.last_sequence;
@@ -370,7 +369,7 @@ void LocalJournal::TakeSynced() {
   synced_us_ = clock_();
 }
 
-// Sees to it that all that may be admitted can be written.
+// Reserves space for everything that may be admitted.
 bool LocalJournal::Reserve(AppendFile* file) {
   const uint64_t wanted = written_bytes_ + settings_.queue_bytes + kSlackBytes;
   if (reserved_bytes_ < wanted) {
@@ -394,7 +393,7 @@ bool LocalJournal::Reserve(AppendFile* file) {
   return true;
 }
 
-// Nobody knows what the segment holds after what was synced: it is left as it is.
+// The contents of the segment after the last sync are unknown: it is left unchanged.
 void LocalJournal::Fail(const std::string& why) {
   file_.reset();
   BackOff();
@@ -412,7 +411,7 @@ void LocalJournal::BackOff() {
   retry_us_ = clock_() + wait_us_;
 }
 
-// What is wrong, or that nothing is any more; told when it changes.
+// Reports a problem, or its end; only when it changes.
 void LocalJournal::Say(const std::string& problem) {
   bool was_begun = true;
   {

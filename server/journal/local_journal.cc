@@ -13,7 +13,7 @@ using protocol::Reason;
 namespace {
 
 constexpr uint64_t kLargeEventBytes = 1'024;  // an edit of 64 points is less
-constexpr uint64_t kStalledUs = 1'000'000;    // from then on it is told
+constexpr uint64_t kStalledUs = 1'000'000;    // after this time it is reported
 constexpr std::chrono::seconds kGiveUpPiece{10};
 
 }  // namespace
@@ -72,7 +72,7 @@ Status LocalJournal::WriteAhead(engine::Event* event) {
     if (!segment.ok()) {
       return Error{segment.error()};
     }
-    // A segment that was begun meanwhile must have all of them.
+    // A segment that was begun meanwhile must contain all pieces.
     at = segment.value() != 0 ? at + settings_.piece_bytes : 0;
     ahead->segment = segment.value();
   }
@@ -80,8 +80,8 @@ Status LocalJournal::WriteAhead(engine::Event* event) {
   return Ok();
 }
 
-// Waits until the writing thread has put it into a group. Returns the segment that has it; 0 if the
-// present one is not that `segment`, of which 0 means any.
+// Waits until the writing thread has added it to a group. Returns its segment, or 0 if the present
+// one is not `segment`; a `segment` of 0 is any.
 Result<uint64_t> LocalJournal::WritePiece(std::string piece, uint64_t segment) {
   std::unique_lock lock(mutex_);
   if (!admits_) {

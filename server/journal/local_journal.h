@@ -148,9 +148,9 @@ class LocalJournal final : public engine::OrderedLog {
     std::function<void()> done;
   };
 
-  // An event whose bytes are made by the writing thread, for they are many.
+  // An event that is encoded by the writing thread, since it is large.
   struct LargeEvent {
-    size_t at;  // its record's place in `records`, which does not have it
+    size_t at;  // the position of its record in `records`, which does not contain it
     uint64_t sequence;
     engine::Stamp stamp;
     engine::Event event;
@@ -215,13 +215,13 @@ class LocalJournal final : public engine::OrderedLog {
   std::vector<Waiter> waiters_;  // of them at most kMaxDurableWaiters not for the disk
   JournalStatus status_;
   ByteWriter scratch_;
-  // A piece that waits for its group, and what has become of it.
+  // A piece that waits for its group, and its result.
   enum class PieceState : uint8_t { kNone, kWaits, kIsWritten, kIsElsewhere, kFailed };
   PieceState piece_state_ = PieceState::kNone;
   std::string piece_;
   uint64_t piece_segment_ = 0;  // where it must be written, 0: anywhere; then: where it was
   std::condition_variable piece_done_;
-  std::weak_ptr<const engine::WrittenAhead> ahead_;  // while its event may come, no segment ends
+  std::weak_ptr<const engine::WrittenAhead> ahead_;  // while its event is expected, no segment ends
 
   // The writing thread's:
   std::unique_ptr<AppendFile> file_;  // null: broken, or not begun
@@ -229,7 +229,7 @@ class LocalJournal final : public engine::OrderedLog {
   uint64_t written_bytes_ = 0;
   uint64_t reserved_bytes_ = 0;
   bool has_space_ = true;
-  std::deque<Chunk> unsynced_;  // written, or to be written again, and not known to be durable
+  std::deque<Chunk> unsynced_;  // written, or to be rewritten, and not known to be durable
   uint64_t synced_;             // the last sequence that is
   uint64_t synced_us_ = 0;
   uint64_t retry_us_ = 0;  // while broken or without space: not before this
@@ -241,7 +241,7 @@ class LocalJournal final : public engine::OrderedLog {
   std::optional<DurableNote> note_;  // as it was written last
   int64_t synced_utc_ms_;            // of the last event that is synced
   uint64_t noted_us_ = 0;
-  bool notes_fail_ = false;  // and it was told
+  bool notes_fail_ = false;  // and this was reported
 };
 
 }  // namespace pheromone::journal

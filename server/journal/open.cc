@@ -30,8 +30,8 @@ Status MoveAside(const std::string& name, Folder* folder) {
   return folder->Rename(name, name + std::string(kDamaged));
 }
 
-// From here on the state is that of a snapshot of its own, and nothing damaged is read again.
-// Damaged snapshots go first: the new one may need the name.
+// From here on a new snapshot has the state, and nothing damaged is read again. Damaged snapshots
+// go first: the new one may need the name.
 Status SetAside(Recovered* recovered, Folder* folder) {
   Status status = Ok();
   for (const std::string& name : recovered->damaged_files) {

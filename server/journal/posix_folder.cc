@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kLockName = "lock";
 
-// Retries what a signal interrupted.
+// Retries calls interrupted by a signal.
 template <typename Call>
 auto Again(Call&& call) {
   decltype(call()) result = call();
@@ -85,7 +85,7 @@ class PosixSlots final : public SlotFile {
   Descriptor fd_;
 };
 
-// Makes a folder whose parent is there, and its name durable.
+// Creates a folder whose parent exists, and makes its name durable.
 Status MakeFolder(const std::string& path) {
   if (mkdir(path.c_str(), 0777) != 0) {
     return errno == EEXIST ? Ok() : Status(SystemError(path + ": cannot be created"));
@@ -216,9 +216,9 @@ Status PosixFolder::Rename(const std::string& from, const std::string& to) {
              : Status(SystemError(path_ + "/" + from + ": cannot be renamed"));
 }
 
-// A file system may give all of a large file's blocks back in one commit, and the log's syncs wait
-// for that: 60 ms were measured for 100 MB on ext4 that discards. Once it has no name any more the
-// file is shortened bit by bit. If somebody else has linked it, it is theirs.
+// A file system may free all blocks of a large file in one commit, for which the log's syncs wait:
+// 60 ms were measured for 100 MB on ext4 with discard. So the file is unlinked and then truncated
+// in steps, unless it has other hard links.
 Status PosixFolder::Remove(const std::string& name) {
   constexpr off_t kAtATime = off_t{4} << 20;
   const Descriptor fd(Again([&] {
@@ -232,7 +232,7 @@ Status PosixFolder::Remove(const std::string& name) {
     while (left.st_size > kAtATime) {
       left.st_size -= kAtATime;
       if (ftruncate(fd.get(), left.st_size) != 0 || fdatasync(fd.get()) != 0) {
-        break;  // the rest goes at once
+        break;  // the rest is freed at once
       }
     }
   }

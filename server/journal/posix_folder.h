@@ -1,4 +1,4 @@
-// A folder of this machine.
+// A folder on this machine.
 #pragma once
 
 #include <memory>
@@ -14,12 +14,12 @@ namespace pheromone::journal {
 class PosixFolder final : public Folder {
  public:
   enum class Mode {
-    kOwner,   ///< writes; made if it is not there; nobody else owns it meanwhile
-    kReader,  ///< only looks, also while somebody owns it
+    kOwner,   ///< for writing; created if missing; locked against other owners
+    kReader,  ///< for reading, even while it has an owner
   };
 
-  /// Errors: what is there is no folder, it cannot be created or opened, or, for kOwner, another
-  /// process has it: the lock is on its file `lock`, and ends with the process.
+  /// Errors: it is not a folder, it cannot be created or opened, or, for kOwner, another process
+  /// owns it: the lock is on the file `lock`, and ends with the process.
   static Result<std::unique_ptr<PosixFolder>> Open(const std::string& path, Mode mode);
 
   const std::string& path() const override { return path_; }

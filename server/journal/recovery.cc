@@ -17,7 +17,7 @@ namespace {
 struct Segment {
   std::string name;
   uint64_t ordinal = 0;
-  std::optional<SegmentHeader> header;  // nothing: it is not whole, and `why`
+  std::optional<SegmentHeader> header;  // empty: incomplete, see `why`
   std::string why;
   uint64_t bytes = 0;
 };
@@ -86,7 +86,7 @@ class Recovery {
     return Ok();
   }
 
-  // What has the name of a file of ours, and is none.
+  // Entries with the name of a journal file that are not regular files.
   Status ListOthers() {
     const Result<std::vector<std::string>> names = folder_.ListOthers();
     if (!names.ok()) {
@@ -116,7 +116,7 @@ class Recovery {
     }
   }
 
-  // Nothing that is there says that there ought to be more; the note does.
+  // The remaining files do not show that more is missing; the durability mark does.
   void CompareWithTheNote() {
     const std::optional<DurableNote>& note = result_.noted;
     if (!note || note->sequence <= result_.sequence || stopped_at_damage_) {
@@ -148,7 +148,8 @@ class Recovery {
     return Ok();
   }
 
-  // The newest that is whole. That there is one shows that all up to its sequence was durable.
+  // The newest complete snapshot. Its existence shows that everything up to its sequence was
+  // durable.
   Status BeginWithASnapshot() {
     std::reverse(snapshots_.begin(), snapshots_.end());
     for (const std::string& name : snapshots_) {
@@ -188,7 +189,7 @@ class Recovery {
     return Error{text};
   }
 
-  // The sequence from which on a later segment takes this one's place.
+  // The sequence from which a later segment replaces this one.
   uint64_t EndOf(size_t index) const {
     uint64_t end = UINT64_MAX;
     for (size_t i = index + 1; i < segments_.size(); ++i) {
@@ -204,7 +205,7 @@ class Recovery {
     const uint64_t end = EndOf(index);
     if (!IsWanted(end)) {
       Advance(segment.bytes);
-      return Ok();  // all of it is in the snapshot, or was written again
+      return Ok();  // everything is in the snapshot, or was rewritten
     }
     if (!segment.header) {
       return StopAt(index, 0, segment.why);
@@ -242,7 +243,7 @@ class Recovery {
       }
       const Status taken = Take(record, segments_[index].name);
       if (!taken.ok()) {
-        durable_ = std::max(durable_, result_.sequence + 1);  // somebody has written it so
+        durable_ = std::max(durable_, result_.sequence + 1);  // it was reported as durable
         return StopAt(index, record.at, taken.error());
       }
     }
@@ -270,7 +271,7 @@ class Recovery {
     }
     ended_ = false;
     if (record.sequence <= result_.sequence) {
-      return Ok();  // it is in the snapshot, or was read where it was written first
+      return Ok();  // it is in the snapshot, or was already read
     }
     return record.sequence == result_.sequence + 1 ? Apply(record)
                                                    : Status(Error{Jump(record.sequence)});
@@ -302,7 +303,7 @@ class Recovery {
     if (record.stamp.field_time_ms > engine::kMaxFieldTimeMs) {
       return Error{"timestamp out of range"};
     }
-    // What takes time with an event's size is worked out once, for the check and for the change.
+    // Work proportional to the size of an event is done once, for the check and for the change.
     Status possible = result_.engine.Prepare(&event);
     possible = possible.ok() ? result_.engine.Check(event) : possible;
     if (!possible.ok()) {
@@ -327,7 +328,7 @@ class Recovery {
     result_.findings.push_back({folder_.path() + "/" + name, byte, std::move(what), is_damage});
   }
 
-  // From there on nothing can be applied. What else is there tells whether it ought to be possible.
+  // Nothing can be applied from there on. The remaining bytes tell whether that is damage.
   Status StopAt(size_t index, uint64_t byte, std::string what) {
     stopped_ = true;
     for (size_t i = index; i < segments_.size(); ++i) {

@@ -2,8 +2,8 @@
 // it. No file is changed.
 //
 //   Result<Recovered> recovered = Recover(folder);
-//   if (recovered.ok()) service = Service(log, clock, start_ms,
-//   std::move(recovered.value().engine));
+//   if (!recovered.ok()) ...
+//   service = Service(log, clock, start_ms, std::move(recovered.value().engine));
 //
 // The result is the state after a prefix of the events in the order in which they were submitted.
 // It contains every acknowledged change, unless acknowledged bytes were damaged; then it ends

@@ -45,8 +45,7 @@ bool SegmentReader::Fill(uint64_t bytes) {
   return window_.size() >= bytes;
 }
 
-// Of a record that may be as long as damage says: looked at in pieces before it is taken into
-// memory.
+// Checks a record in parts before it is loaded into memory, since its length may be damaged.
 bool SegmentReader::HasItsChecksum(uint64_t bytes) {
   const std::string_view header = std::string_view(window_).substr(at_ - window_at_, 8);
   uint32_t checksum = Crc32c(header.substr(0, 4));
@@ -63,7 +62,7 @@ bool SegmentReader::HasItsChecksum(uint64_t bytes) {
   return checksum == wanted;
 }
 
-// What is wrong with it; empty: nothing.
+// The error; empty: none.
 std::string SegmentReader::TakePiece(const Record& record) {
   if (record.offset == 0) {
     event_.assign(kBeforeEventBytes, '\0');

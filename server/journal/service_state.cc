@@ -15,8 +15,8 @@ SnapshotHeader ServiceState::header() const {
   return {frozen_->sequence(), frozen_->stamp(), frozen_->state_hash()};
 }
 
-// What is copied at once is written at once: meanwhile whoever waits for the service has it. A
-// portion of a map that is mostly empty may hold nothing, but only the end gives an empty one.
+// A portion is returned once it has content, and others can use the service in between. A portion
+// of a mostly empty map may be empty, but an empty one may only be returned at the end.
 Result<std::string> ServiceState::Next() {
   std::string bytes;
   while (bytes.empty() && service_->CopySome(frozen_.get(), &bytes)) {

@@ -44,7 +44,7 @@ class Portions {
     return portion_;
   }
 
-  // Whether the last portion was seen, and nothing follows.
+  // Whether the last portion was read, and nothing follows.
   Status AtEnd() {
     while (!ended_) {
       Next();

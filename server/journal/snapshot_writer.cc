@@ -7,7 +7,7 @@
 namespace pheromone::journal {
 namespace {
 
-// A snapshot that is synced in one go holds up the log's syncs on the same disk meanwhile.
+// Syncing a whole snapshot at once would delay the log's syncs on the same disk.
 constexpr uint64_t kSyncBytes = uint64_t{1} << 20;
 
 }  // namespace
@@ -39,7 +39,7 @@ SnapshotWriter::~SnapshotWriter() {
 Result<std::unique_ptr<SnapshotWriter>> SnapshotWriter::Begin(const SnapshotHeader& header,
                                                               Folder* folder) {
   std::unique_ptr<SnapshotWriter> writer(new SnapshotWriter(header.sequence, folder));
-  (void)folder->Remove(writer->unfinished_);  // what an earlier attempt may have left
+  (void)folder->Remove(writer->unfinished_);  // possibly left by an earlier attempt
   Result<std::unique_ptr<AppendFile>> file = folder->Create(writer->unfinished_);
   if (!file.ok()) {
     return Error{file.error()};

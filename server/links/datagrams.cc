@@ -9,7 +9,7 @@
 namespace pheromone::links {
 namespace {
 
-// Ties each header to its bytes and its address, for good.
+// Sets each header's buffer and address, once.
 template <typename Room, typename Addresses>
 void Connect(Room* room, Addresses* addresses) {
   for (size_t i = 0; i < kDatagramBatch; ++i) {
@@ -25,7 +25,7 @@ void Connect(Room* room, Addresses* addresses) {
 }  // namespace
 
 bool PeerAddress::operator==(const PeerAddress& other) const {
-  // Of an IPv6 address, the flow label is no part: one peer may use several.
+  // The flow label is not part of an IPv6 address: a peer may use several.
   const sockaddr_in6& a = socket_address;
   const sockaddr_in6& b = other.socket_address;
   if (size != other.size || a.sin6_family != b.sin6_family) {
@@ -44,7 +44,7 @@ DatagramReader::DatagramReader() : room_(std::make_unique<Room>()) {
 
 int DatagramReader::Receive(int socket) {
   for (mmsghdr& header : room_->headers) {
-    header.msg_hdr.msg_namelen = sizeof(sockaddr_in6);  // the last call wrote what it used
+    header.msg_hdr.msg_namelen = sizeof(sockaddr_in6);  // overwritten by the last call
   }
   const int count = recvmmsg(socket, room_->headers.data(), kDatagramBatch, MSG_DONTWAIT, nullptr);
   for (int i = 0; i < count; ++i) {
@@ -92,7 +92,7 @@ DatagramWriter::Outcome DatagramWriter::Flush(int socket) {
     if (sent < 0 && errno == EINTR) {
       continue;
     }
-    if (sent <= 0) {  // it is about the first one; the others may have better luck
+    if (sent <= 0) {  // the error is that of the first one; try the others
       const bool no_room = errno == EAGAIN || errno == EWOULDBLOCK || errno == ENOBUFS;
       outcome.dropped += no_room ? 1u : 0u;
       outcome.undeliverable += no_room ? 0u : 1u;

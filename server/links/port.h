@@ -1,7 +1,7 @@
 // The interface of a serial line, real or virtual: a descriptor to read and write.
 //
 // Not thread-safe; it has one owner, which closes what it opened. A call may block for as long as
-// the driver does: port_calls.h makes the calls on threads where that delays nobody.
+// the driver does: port_calls.h makes the calls on threads where this does not delay others.
 #pragma once
 
 #include <cstdint>

@@ -24,7 +24,7 @@ std::string NameOf(const fs::path& process) {
 }
 
 bool Holds(const fs::path& process, const std::string& device) {
-  std::error_code error;  // others' processes, and those that have just ended
+  std::error_code error;  // for other users' processes, and those that have just ended
   for (fs::directory_iterator it(process / "fd", error), end; !error && it != end;
        it.increment(error)) {
     std::error_code unreadable;

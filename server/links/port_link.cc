@@ -18,12 +18,13 @@ namespace {
 
 namespace asio = boost::asio;
 
-// How often the driver is asked for its counters, and silence is looked for.
+// How often the driver's counters are read and silence is checked.
 constexpr std::chrono::milliseconds kBetweenLooks{500};
 
 class PortLink final : public Link {
  public:
-  /// `options.port` is set here. `silence`: nothing received for so long is told; 0: never.
+  /// `options.port` is set here. `silence`: a longer time without received bytes is reported; 0:
+  /// never.
   PortLink(asio::io_context& io, std::unique_ptr<Port> port, std::string address,
            const ConversationOptions& options, std::chrono::seconds silence,
            const BackoffOptions& backoff, LinkContext context)
@@ -95,7 +96,7 @@ class PortLink final : public Link {
     co_await port_.Make([](Port& port) { port.Close(); });
   }
 
-  // Whatever throws, the link goes on from a port that is closed.
+  // After any exception, the link continues with a closed port.
   asio::awaitable<void> Run() {
     while (!stopping_) {
       std::optional<Error> failure;
@@ -167,15 +168,15 @@ class PortLink final : public Link {
     if (!stopping_) {
       ReportDown(why);
     }
-    // A port that opens and dies at once is no better than one that does not open; one that brought
-    // a message was good, and may be back as soon.
+    // A port that fails right after opening is treated like one that does not open; after a port
+    // that has received a message, the delay is reset.
     if (Clock::now() - begin > longest_wait_ || record()->counters().received.frames != frames) {
       backoff_.Reset();
     }
     co_await ClosePort();
   }
 
-  // Now and then while the port is open.
+  // Called periodically while the port is open.
   void Look() {
     look_.expires_after(kBetweenLooks);
     look_.async_wait([this](const boost::system::error_code& error) {
@@ -196,7 +197,7 @@ class PortLink final : public Link {
     }
   }
 
-  // The port's calls keep their order: it is closed after the last of these has come back.
+  // The port's calls keep their order: it is closed after the last of these has returned.
   asio::awaitable<void> LookAtTheDriver() {
     co_await CountLineErrors();
     if (session_ && !stopping_) {
@@ -214,7 +215,7 @@ class PortLink final : public Link {
     }
   }
 
-  // A modem that has lost its power looks like an idle line. Told once.
+  // A modem without power looks like an idle line. Reported once.
   void LookForSilence(Clock::time_point now) {
     if (silence_ == std::chrono::seconds::zero()) {
       return;

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::string_view kPtyFolder = "/dev/pts/";
 
-// A pseudo-terminal is gone when its master is closed, and then its name may soon be another's.
-// Ours are told from others by characters that have no meaning on a raw line and that clients leave
-// alone. (A lock would do as well if clients did not take locks themselves.)
+// A pseudo-terminal disappears when its master is closed, and its name may soon be reused. Ours are
+// marked with control characters that have no meaning on a raw line and that clients do not change.
+// (A lock would serve as well if clients did not use locks themselves.)
 constexpr cc_t kMark[] = {'P', 'h'};
 
 void Mark(termios* mode) {
@@ -34,15 +34,15 @@ bool HeldByAServer(const std::string& slave) {
          mode.c_cc[VREPRINT] == kMark[1];
 }
 
-// Where a symbolic link points; empty if it is none.
+// The target of a symbolic link; empty if it is not one.
 std::string TargetOf(const std::string& path) {
   std::array<char, PATH_MAX> target{};
   const ssize_t size = readlink(path.c_str(), target.data(), target.size());
   return size > 0 ? std::string(target.data(), static_cast<size_t>(size)) : std::string();
 }
 
-// Its user's group may use it too, like the control socket: devpts lets only its user read it, and
-// gives it to the group that terminals are written to with. Where that cannot be, it stays so.
+// Gives access to the user's group, as for the control socket: by default, devpts lets only the
+// user read it, and assigns it to the group tty. If this fails, the default remains.
 void OpenToTheGroup(int slave) {
   if (fchown(slave, static_cast<uid_t>(-1), getegid()) == 0) {
     (void)fchmod(slave, S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP);
@@ -106,7 +106,8 @@ class PtyPort final : public Port {
         return Error{path_ + " belongs to another running server"};
       }
     }
-    // Made aside and moved into place: whoever looks sees the old one or the new one.
+    // Created under another name and renamed, so that there is always either the old or the new
+    // one.
     const std::string aside = path_ + "." + std::to_string(getpid());
     unlink(aside.c_str());
     if (symlink(slave.c_str(), aside.c_str()) != 0) {

@@ -1,5 +1,5 @@
-// Real serial ports. libserialport finds, opens and configures; reading and writing go through a
-// duplicate of its descriptor, which the event loop owns.
+// Real serial ports. libserialport finds, opens and configures them; bytes are read and written
+// through a duplicate of its descriptor, owned by the event loop.
 #include <fcntl.h>
 #include <libserialport.h>
 #include <linux/serial.h>
@@ -28,7 +28,7 @@ struct Closer {
   }
 };
 
-// What the driver has counted since it began; nothing if it does not count.
+// The driver's counters since it was loaded; empty if it has none.
 std::optional<LineErrors> ReadCounts(int handle) {
   serial_icounter_struct counts = {};
   if (ioctl(handle, TIOCGICOUNT, &counts) != 0) {
@@ -39,7 +39,7 @@ std::optional<LineErrors> ReadCounts(int handle) {
                     number(counts.buf_overrun), number(counts.brk)};
 }
 
-// The driver's numbers wrap at 32 bits.
+// The driver's counters wrap at 32 bits.
 LineErrors Since(const LineErrors& before, const LineErrors& now) {
   LineErrors since = now - before;
   for (uint64_t* count :
@@ -68,8 +68,8 @@ class SerialPort final : public Port {
       return Error{path.value() + ": not a serial port"};
     }
     std::unique_ptr<sp_port, Closer> port(found);
-    // Opening it with libserialport already changes its settings, and somebody may be using it: so
-    // it is locked before, by a descriptor of its own.
+    // Opening it with libserialport already changes its settings, and another program may be using
+    // it: so it is first locked through a separate descriptor.
     Descriptor lock(open(real.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
     if (lock.valid() && flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
       return Busy(path.value(), real.data());
@@ -99,7 +99,7 @@ class SerialPort final : public Port {
   void Close() override {
     if (port_ != nullptr) {
       Key(false);
-      sp_flush(port_.get(), SP_BUF_OUTPUT);  // else closing may wait for a dead modem to take it
+      sp_flush(port_.get(), SP_BUF_OUTPUT);  // otherwise closing may wait for a dead modem
     }
     port_.reset();
     lock_ = Descriptor();
@@ -148,7 +148,7 @@ class SerialPort final : public Port {
         sp_flush(port, SP_BUF_BOTH) != SP_OK) {
       return SystemError(path + ": cannot be configured");
     }
-    // libserialport leaves VMIN = 0, with which an idle line looks like its end.
+    // libserialport leaves VMIN = 0, with which an idle line looks like the end of the line.
     termios mode{};
     if (tcgetattr(handle, &mode) != 0) {
       return SystemError(path + ": cannot be configured");

@@ -21,11 +21,12 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-// How often a line is asked for its carrier while something waits to be sent.
+// How often the carrier is checked while something waits to be sent.
 constexpr std::chrono::milliseconds kBetweenLooks{1};
 
-// Whether the line that has just been read to its end has one. A kernel may say so of a terminal
-// that is merely idle: Linux 6.18 once in some thousand reads on a busy machine, any if VMIN is 0.
+// Whether a reported end of the line is real. A kernel may report the end for a terminal that is
+// merely idle: Linux 6.18 once in some thousand reads on a busy machine, and any kernel if VMIN is
+// 0.
 bool IsHungUp(int descriptor) {
   pollfd line = {descriptor, POLLRDHUP, 0};
   return poll(&line, 1, 0) < 0 || (line.revents & (POLLHUP | POLLRDHUP)) != 0;
@@ -85,14 +86,14 @@ void Session::Close() {
   pause_.cancel();
 }
 
-// When one of the two ends, so does the other. An exception is an end too: left alone, it would not
-// stop the other one.
+// When reading or writing ends, so does the other. This includes an exception, which by itself
+// would not stop the other one.
 asio::awaitable<std::string> Session::ToTheEnd(asio::awaitable<std::string> (Session::*loop)()) {
   std::string why;
   try {
     why = co_await (this->*loop)();
   } catch (...) {
-    if (!ended_) {  // else it is the other one's end that comes as an exception
+    if (!ended_) {  // otherwise the exception is due to the end of the other one
       exception_ = std::current_exception();
     }
   }
@@ -113,7 +114,7 @@ asio::awaitable<std::string> Session::Read() {
         continue;
       }
     }
-    // A line that ends says so in one of two ways.
+    // There are two ways in which the end of a line is reported.
     if (error == asio::error::eof || error.value() == EIO) {
       co_return "the other side hung up";
     }
@@ -162,7 +163,7 @@ void Session::Send(const engine::Outgoing& outgoing) {
 }
 
 void Session::Enqueue(const protocol::Message& message, std::optional<Clock::time_point> asked_at) {
-  // On a shared line, answers that say no must not crowd out those that say yes.
+  // On a shared line, ERRORs must not crowd out other answers.
   if (options_.medium_access && message.opcode == protocol::kError) {
     const auto now = Clock::now();
     if (last_error_ && now - *last_error_ < options_.response_window) {
@@ -177,8 +178,8 @@ void Session::Enqueue(const protocol::Message& message, std::optional<Clock::tim
   Frame frame{std::vector<uint8_t>(protocol::kMaxFrame), asked_at};
   frame.bytes.resize(protocol::EncodeFrame(message, frame.bytes.data(), frame.bytes.size()));
   queued_bytes_ += frame.bytes.size();
-  // On a shared line, what nobody asked for waits for silence, and must not hold up an answer that
-  // a robot has a window open for.
+  // On a shared line, unsolicited messages wait for silence, and must not delay an answer for which
+  // a robot's window is open.
   const auto place =
       options_.medium_access && asked_at
           ? std::find_if(queue_.begin(), queue_.end(), [](const Frame& it) { return !it.asked_at; })
@@ -193,7 +194,7 @@ void Session::Enqueue(const protocol::Message& message, std::optional<Clock::tim
   wake_.cancel();
 }
 
-// Tells the tap that these frames go nowhere.
+// Reports to the tap that these frames are dropped.
 void Session::LeaveOut(std::span<const uint8_t> frames) const {
   if (tapped_.tap != nullptr) {
     protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
@@ -203,8 +204,8 @@ void Session::LeaveOut(std::span<const uint8_t> frames) const {
   }
 }
 
-// When a frame may be sent. An answer goes as soon as the robot listens again; anything else waits
-// until the line is nobody's.
+// When a frame may be sent. An answer is sent as soon as the robot listens again; other messages
+// wait until the line is free.
 Clock::time_point Session::EarliestStart(const Frame& frame) const {
   if (!options_.medium_access) {
     return Clock::time_point::min();
@@ -218,7 +219,7 @@ Clock::time_point Session::EarliestStart(const Frame& frame) const {
   return std::max(last_read_ + silence, line_free_at_ + options_.idle_time());
 }
 
-// What is written at once: one whole frame on a shared line; elsewhere all there is.
+// The bytes of one write: one whole frame on a shared line; otherwise the whole queue.
 std::vector<uint8_t> Session::NextBlock(size_t* frames) {
   std::vector<uint8_t> block;
   for (*frames = 0; !queue_.empty() && (*frames == 0 || !options_.medium_access); ++*frames) {
@@ -230,7 +231,7 @@ std::vector<uint8_t> Session::NextBlock(size_t* frames) {
   return block;
 }
 
-// Gives up the first of the queue if `start` is too late for the robot that waits for it.
+// Drops the first message of the queue if `start` is too late for the robot that waits for it.
 bool Session::DropLate(Clock::time_point start) {
   const Frame& frame = queue_.front();
   if (!options_.medium_access || !frame.asked_at ||
@@ -244,7 +245,7 @@ bool Session::DropLate(Clock::time_point start) {
   return true;
 }
 
-// Whether the first of the queue may be sent now. What is too late is given up.
+// Whether the first message of the queue may be sent now. Messages that are too late are dropped.
 bool Session::IsReady(Clock::time_point now) {
   return !queue_.empty() && EarliestStart(queue_.front()) <= now && !DropLate(now);
 }
@@ -265,8 +266,8 @@ asio::awaitable<std::string> Session::Write() {
       co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       continue;
     }
-    // What waits stays in the queue until it is written: the driver may take its time, and things
-    // may be different then.
+    // Messages stay in the queue until they are written: the driver may be slow, and the situation
+    // may have changed by then.
     if (senses) {
       const bool busy = co_await options_.port->Make([](Port& port) { return port.carrier(); });
       if (ended_ || closed_) {

@@ -74,7 +74,7 @@ class TcpLink final : public Link {
     std::optional<Session> session;
     bool has_spoken = false;  // a whole frame of a client that the link serves
 
-    // Who goes first when there is no room; of those that are equal, who came first.
+    // The order in which connections are closed to make room; among equals, the oldest first.
     std::tuple<bool, bool, Clock::time_point> Rank() const {
       return {session->closed(), has_spoken,
               has_spoken ? session->last_read() : Clock::time_point()};
@@ -107,7 +107,7 @@ class TcpLink final : public Link {
           continue;
         }
       }
-      if (!stopping_) {  // not listening, or out of descriptors: neither is helped by haste
+      if (!stopping_) {  // not listening, or out of descriptors: retry later
         retry_.expires_after(backoff_.Next());
         record()->SetNextAttempt(retry_.expiry());
         co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
@@ -118,7 +118,7 @@ class TcpLink final : public Link {
     }
   }
 
-  // What throws costs the connection, not the link.
+  // An exception ends the connection, not the link.
   void TryToWelcome(tcp::socket socket) {
     try {
       Welcome(std::move(socket));
@@ -141,7 +141,7 @@ class TcpLink final : public Link {
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
     ConversationOptions options;
     options.gap_timeout_ms = options_.gap_timeout_ms;
-    // The list keeps its places: `self` stands for the connection as long as it runs.
+    // List iterators stay valid: `self` refers to the connection as long as it runs.
     const auto self = connections_.emplace(connections_.end());
     try {
       self->session.emplace(
@@ -176,9 +176,10 @@ class TcpLink final : public Link {
     connections_.erase(self);
   }
 
-  // A robot that comes back must find room, whoever forgot to hang up. Those that never said
-  // anything go first, in the order in which they came: they are no robots, or new ones that have
-  // had as much time as could be. Then goes who is silent for longest.
+  // A robot that reconnects must find room, even if others did not close their connections.
+  // Connections that never sent a message are closed first, the oldest first: they are not robots,
+  // or new ones that have had as much time as possible. Then the one that has been silent for
+  // longest.
   void MakeRoom() {
     const auto goes = std::min_element(
         connections_.begin(), connections_.end(),

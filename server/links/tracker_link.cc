@@ -29,7 +29,7 @@ constexpr char kSource[] = "tracker";
 constexpr std::chrono::seconds kBetweenReports{1};
 constexpr size_t kMaxDatagram = 65'536;  // more than UDP can carry
 
-// The beginning of a stranger's line, fit for a log.
+// The beginning of an untrusted line, made printable for the log.
 std::string Quoted(std::string_view line) {
   constexpr size_t kMax = 60;
   std::string text = "\"";
@@ -46,7 +46,7 @@ field::PoseUm ToUm(const PoseFix& fix) {
 
 }  // namespace
 
-// All that is not under the lock belongs to the strand.
+// Everything that is not under the lock belongs to the strand.
 class TrackerLink::Impl {
  public:
   Impl(asio::io_context& io, TrackerOptions options, engine::Service* service, GpsToMap gps_to_map,
@@ -130,13 +130,13 @@ class TrackerLink::Impl {
     }
   }
 
-  // What throws costs the datagram, not the tracker.
+  // An exception drops the datagram; the tracker continues.
   void TryToTake(std::string_view datagram) {
     try {
       Take(datagram);
     } catch (...) {
       log_({Severity::kWarning, kSource, InternalError(std::current_exception()).message, "",
-            "a datagram is lost"});
+            "a datagram was dropped"});
       const std::lock_guard lock(mutex_);
       ++counters_.datagrams;
     }
@@ -183,7 +183,8 @@ class TrackerLink::Impl {
     }
   }
 
-  // Told at once if nothing was told lately, else with what comes until the second is over.
+  // Logged at once if nothing was logged in the last second, otherwise together at the end of that
+  // second.
   void Refuse(TrackerFault fault, std::string_view line) {
     {
       const std::lock_guard lock(mutex_);

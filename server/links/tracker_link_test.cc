@@ -231,7 +231,7 @@ TEST_F(TrackerLinkTest, AnExceptionCostsADatagramAndIsTold) {
               }).ok());
   Send("gps radio-a 1 47.5 8.25 90");
   EXPECT_FALSE(SeenOf(1).has_value());
-  EXPECT_EQ(lines().back(), "tracker: internal error: out of order; a datagram is lost");
+  EXPECT_EQ(lines().back(), "tracker: internal error: out of order; a datagram was dropped");
   Send("gps radio-a 1 47.5 8.25 90");
   EXPECT_TRUE(SeenOf(1).has_value());
 }

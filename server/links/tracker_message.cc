@@ -15,7 +15,7 @@ constexpr double kMaxM = 1e6;
 constexpr double kMaxHeightM = 1e5;
 constexpr double kTurnDeg = 360;
 
-// Splits at blanks; what is beyond the array is counted only.
+// Splits at blanks; words beyond the array are only counted.
 size_t Split(std::string_view line, std::array<std::string_view, kMaxWords>* words) {
   constexpr std::string_view kBlanks = " \t";
   size_t count = 0;
@@ -30,8 +30,7 @@ size_t Split(std::string_view line, std::array<std::string_view, kMaxWords>* wor
   return count;
 }
 
-// from_chars takes words for infinity and nothingness as well: a plain number begins with a digit,
-// a sign or a point.
+// from_chars also accepts "inf" and "nan": a plain number begins with a digit, a sign or a point.
 std::optional<double> PlainNumber(std::string_view word) {
   if (word.find_first_not_of("-.0123456789") != std::string_view::npos) {
     return std::nullopt;

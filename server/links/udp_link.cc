@@ -30,13 +30,13 @@ namespace asio = boost::asio;
 using asio::ip::udp;
 using boost::system::error_code;
 
-// What may wait in the kernel while the engine is busy with others; the system may grant less.
+// The size of the kernel's buffer while the engine is busy with others; the system may grant less.
 constexpr int kBufferBytes = 4 << 20;
-// Messages handed over at once: others wait for the engine meanwhile.
+// The largest batch: others wait for the engine meanwhile.
 constexpr size_t kMaxBatch = 256;
-// What a datagram begins with: no frame goes on from one to the next.
+// Each datagram begins with a new decoder: no frame spans two datagrams.
 const protocol::FrameDecoder kNewDecoder(protocol::kNoGapTimeout);
-// After so many calls to the system the other links of the thread have a turn.
+// After this many system calls, other links of the thread are served.
 constexpr int kCallsInARow = 16;
 
 protocol::Message MessageOf(const protocol::FrameParser& parser) {
@@ -66,7 +66,7 @@ PeerAddress AddressOf(const engine::Asker& asker) {
   return address;
 }
 
-// All but the record belongs to the strand.
+// Everything except the record belongs to the strand.
 class UdpLink final : public Link {
  public:
   UdpLink(asio::io_context& io, UdpOptions options, LinkContext context)
@@ -146,7 +146,7 @@ class UdpLink final : public Link {
     }
   }
 
-  // False if it threw. Then what was read is lost, and the link is down until it listens again.
+  // False if it threw: then the bytes read are lost, and the link is down until it listens again.
   bool TryToTakeWhatIsThere() {
     try {
       TakeWhatIsThere();
@@ -166,11 +166,11 @@ class UdpLink final : public Link {
     for (int i = 0; i < kCallsInARow; ++i) {
       const int count = reader_.Receive(socket_.native_handle());
       if (count < 0) {
-        return;  // no more, or news of an answer that did not arrive
+        return;  // no more datagrams, or an error about an undelivered answer
       }
       backoff_.Reset();
       Take(count);
-      if (count == kDatagramBatch) {  // otherwise, nothing can have been thrown away
+      if (count == kDatagramBatch) {  // otherwise none can have been dropped
         CountDropped();
       }
     }
@@ -255,7 +255,7 @@ class UdpLink final : public Link {
       SendTo(AddressOf(outgoing.asker), message);
     } else if (message.id == protocol::kBroadcastId) {
       for (size_t i = 0; i < peers_.size(); ++i) {
-        // Robots behind one address hear it once.
+        // Robots behind one address receive it once.
         const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);
         if (peers_[i].known() && std::find(peers_.begin(), end, peers_[i]) == end) {
           SendTo(peers_[i], message);

@@ -18,7 +18,7 @@ struct Rgb {
   bool operator==(const Rgb&) const = default;
 };
 
-/// The colour of a share from 0 to 1, in 256 steps; what lies outside has the colour of that end.
+/// The colour of a value from 0 to 1, in 256 steps; values outside are clamped.
 Rgb Viridis(double share);
 
 }  // namespace pheromone::maps

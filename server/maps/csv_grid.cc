@@ -24,13 +24,13 @@ std::string_view Trimmed(std::string_view text) {
              : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-// One line that holds something, without its line break.
+// One non-empty line, without its line break.
 struct TextLine {
   std::string_view text;
   size_t number = 1;
 };
 
-// Calls `visit` for each line that holds something until one fails.
+// Calls `visit` for each non-empty line until one fails.
 Status ForEachLine(std::string_view bytes, const std::function<Status(const TextLine&)>& visit) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (bytes.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
@@ -161,7 +161,7 @@ Result<std::vector<PlacedValue>> ParseCsvPlaces(std::string_view bytes, std::str
                           std::abs(numbers[1]) <= kFarthestM;
     if (!in_reach) {
       return AtLine(name, line.number, 0,
-                    "expected x, y and a value, the place within 1000 km of the origin");
+                    "expected x, y and a value, with x and y within 1000 km of the origin");
     }
     if (places.size() == static_cast<size_t>(kMaxCells)) {
       return AtLine(name, line.number, 0,

@@ -6,7 +6,7 @@
 //   x,y,value        places: a header, then the coordinates in metres and a value on each line
 //   0.05,1.2,3
 //
-// Numbers as in C, always with a decimal point, whatever the locale; `nan` where nothing is known.
+// Numbers as in C, always with a decimal point, regardless of the locale; `nan` for unknown values.
 // Blanks around numbers, empty lines, CR LF, a UTF-8 byte order mark and lines that begin with #
 // are allowed.
 #pragma once
@@ -21,7 +21,7 @@
 
 namespace pheromone::maps {
 
-/// `name` is what errors call the file: `name:line:column: ...`.
+/// `name` is the file's name in errors: `name:line:column: ...`.
 Result<Raster> ParseCsvGrid(std::string_view bytes, std::string_view name);
 Result<Raster> LoadCsvGrid(const std::string& path);
 
@@ -35,7 +35,7 @@ struct PlacedValue {
   bool operator==(const PlacedValue&) const = default;
 };
 
-/// Places are rounded to the nearest micrometre; they lie within 1000 km of the origin.
+/// Positions are rounded to the nearest micrometre; they are within 1000 km of the origin.
 Result<std::vector<PlacedValue>> ParseCsvPlaces(std::string_view bytes, std::string_view name);
 Result<std::vector<PlacedValue>> LoadCsvPlaces(const std::string& path);
 

@@ -101,11 +101,11 @@ TEST(CsvPlaces, ErrorsSayWhereAndWhat) {
   EXPECT_EQ(PlacesError(""), "a.csv:1: found nothing, expected x,y,value");
   EXPECT_EQ(PlacesError("1,2,3\n"), "a.csv:1:1: found \"1,2,3\", expected x,y,value");
   EXPECT_EQ(PlacesError("x,y,value\n1,2\n"),
-            "a.csv:2: expected x, y and a value, the place within 1000 km of the origin");
+            "a.csv:2: expected x, y and a value, with x and y within 1000 km of the origin");
   EXPECT_EQ(PlacesError("x,y,value\n1,2e7,3\n"),
-            "a.csv:2: expected x, y and a value, the place within 1000 km of the origin");
+            "a.csv:2: expected x, y and a value, with x and y within 1000 km of the origin");
   EXPECT_EQ(PlacesError("x,y,value\nnan,2,3\n"),
-            "a.csv:2: expected x, y and a value, the place within 1000 km of the origin");
+            "a.csv:2: expected x, y and a value, with x and y within 1000 km of the origin");
   EXPECT_EQ(PlacesError("x,y,value\n1,2,3,4\n"),
             "a.csv:2:7: found more numbers, expected 3 on this line");
 }

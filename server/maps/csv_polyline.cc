@@ -13,8 +13,7 @@ namespace {
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr double kMetresToUm = 1e6;
 
-// `text` without what is white at its ends. A tab is white unless it separates the columns: then
-// it is never inside a column.
+// `text` without surrounding white space. A tab is white space unless it is the separator.
 std::string_view Trim(std::string_view text) {
   const size_t first = text.find_first_not_of(" \t\r");
   if (first == std::string_view::npos) {

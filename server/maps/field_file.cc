@@ -75,7 +75,7 @@ std::string At(field::NodeIndex node) {
   return " at node (" + std::to_string(node.column) + ", " + std::to_string(node.row) + ")";
 }
 
-// Why a type cannot take what was saved of it.
+// Whether a type can accept its saved contents.
 Status CheckType(const SavedType& saved, const field::InitialRaster& print,
                  const field::PheromoneLaw* law) {
   const std::string who =
@@ -84,7 +84,7 @@ Status CheckType(const SavedType& saved, const field::InitialRaster& print,
     return Error{who + "is not configured"};
   }
   if (law->is_blend()) {
-    return Error{who + "is configured as a blend, which holds nothing"};
+    return Error{who + "is configured as a blend, which has no content of its own"};
   }
   if (Printable(law->name) != saved.name) {
     return Error{who + "is configured as \"" + Printable(law->name) + "\""};
@@ -201,7 +201,7 @@ Status CheckFits(const SavedField& saved, const field::FieldConfig& config) {
       together, [](const field::Path&) { return true; },
       [](const field::InitialRaster&) { return true; });
   if (bytes > config.memory_bytes) {
-    return Error{"the field takes " + std::to_string(bytes) +
+    return Error{"the field needs " + std::to_string(bytes) +
                  " bytes, and the configured memory is " + std::to_string(config.memory_bytes)};
   }
   return Ok();

@@ -1,5 +1,5 @@
-// The reader of field_file.h's format: line by line, and within a line word by word. Whatever
-// EncodeField would not have written is refused.
+// The reader of field_file.h's format: line by line, and within a line word by word. Anything that
+// EncodeField would not write is refused.
 
 #include <algorithm>
 #include <charconv>
@@ -36,9 +36,10 @@ class Parser {
   }
 
  private:
-  // --- Words. Each false, with error_ set, if something else is there.
+  // --- Tokens. Each returns false, with error_ set, if something else is found.
 
-  // Goes on to the next line, which has an end: the last line of a file that was cut off has none.
+  // Advances to the next line, which must have a line end: the last line of a truncated file has
+  // none.
   bool NextLine() {
     rest_.remove_prefix(line_.size());
     ++line_number_;

@@ -250,10 +250,11 @@ TEST(FieldFileTest, WhatDoesNotFitTheConfigurationIsRefusedWithWords) {
   EXPECT_NE(refusal([](FieldConfig& it) { it.map.origin.y = 0; }), "no error");
   EXPECT_EQ(refusal([](FieldConfig& it) { it.pheromones.erase(it.pheromones.begin() + 1); }),
             "pheromone type 1 (\"trail\") is not configured");
-  EXPECT_EQ(refusal([](FieldConfig& it) {
-              it.pheromones[1].blend = {{2, 1000}};
-            }),
-            "pheromone type 1 (\"trail\") is configured as a blend, which holds nothing");
+  EXPECT_EQ(
+      refusal([](FieldConfig& it) {
+        it.pheromones[1].blend = {{2, 1000}};
+      }),
+      "pheromone type 1 (\"trail\") is configured as a blend, which has no content of its own");
   EXPECT_EQ(refusal([](FieldConfig& it) { it.pheromones[1].name = "alarm"; }),
             "pheromone type 1 (\"trail\") is configured as \"alarm\"");
   EXPECT_EQ(refusal([](FieldConfig& it) { it.pheromones[0].quantum_micro = 250'000; }),

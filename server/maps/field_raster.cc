@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMicro = 1e6;
 
-// A raster over part of a map, and which of its cells a node belongs to.
+// A raster over part of a map, and the assignment of nodes to its cells.
 struct Canvas {
   Raster raster;
   NodeArea area;
@@ -68,8 +68,9 @@ Result<Raster> RasterOfSource(const Source& source, const field::FieldConfig& co
                               uint64_t now_ms, const RasterExtent& extent) {
   const field::PheromoneLaw* law = config.FindLaw(type);
   if (law == nullptr || law->is_blend()) {
-    return Error{"pheromone type " + std::to_string(type) +
-                 (law == nullptr ? " is not configured" : " is a blend, which holds nothing")};
+    return Error{
+        "pheromone type " + std::to_string(type) +
+        (law == nullptr ? " is not configured" : " is a blend, which has no content of its own")};
   }
   Result<Canvas> made = MakeCanvas(config.map, extent);
   if (!made.ok()) {
@@ -77,7 +78,7 @@ Result<Raster> RasterOfSource(const Source& source, const field::FieldConfig& co
   }
   Canvas& canvas = made.value();
   const double unit = static_cast<double>(law->quantum_micro) / field::kLevelsPerQuantum / kMicro;
-  // First without what lies on blocked nodes, so that it shows nowhere.
+  // First without the contents of blocked nodes, so that these are never shown.
   source.VisitLevels(type, now_ms, [&](field::NodeIndex node, uint32_t level) {
     double* const cell = canvas.Find(node);
     if (cell != nullptr && !(config.obstacles && config.obstacles->Blocked(node))) {

@@ -156,7 +156,8 @@ TEST(FieldRasterTest, WhatCannotBeDrawnIsRefusedWithWords) {
   config.pheromones[1].blend = {{1, 1000}};
   const Field field(config);
   EXPECT_EQ(RasterOf(field, 9, 0).error(), "pheromone type 9 is not configured");
-  EXPECT_EQ(RasterOf(field, 2, 0).error(), "pheromone type 2 is a blend, which holds nothing");
+  EXPECT_EQ(RasterOf(field, 2, 0).error(),
+            "pheromone type 2 is a blend, which has no content of its own");
   EXPECT_NE(RasterOf(field, 1, 0).error().find("found 40001 columns and 40001 rows, expected"),
             std::string::npos);
   EXPECT_EQ(RasterOf(field, 1, 0, {.area = {}, .nodes_per_cell = 40}).value().columns, 1001);

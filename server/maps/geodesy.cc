@@ -15,7 +15,7 @@ namespace {
 constexpr double kMaxHeightM = 100'000;
 constexpr double kStepsPerDegree = 65536.0 / 360.0;
 
-// Written so that NaN is outside.
+// Written so that NaN is out of range.
 bool Within(double number, double most) {
   return std::abs(number) <= most;
 }
@@ -64,8 +64,8 @@ Wgs84 LocalFrame::ToWgs84(const EastNorthUp& local) const {
 }
 
 Wgs84 LocalFrame::GroundAt(double east_m, double north_m) const {
-  // Going down by the height that is too much leaves (distance / Earth radius)^2 / 2 of it: under
-  // 2 % at 1000 km, so that eight steps reach the end of a double's digits.
+  // Each step reduces the excess height by the factor (distance / Earth radius)^2 / 2: under 2 % at
+  // 1000 km, so that eight steps reach the precision of a double.
   EastNorthUp local{east_m, north_m, 0};
   Wgs84 place = ToWgs84(local);
   for (int step = 0; step < 8; ++step) {

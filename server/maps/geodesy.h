@@ -1,15 +1,16 @@
-// From places on the Earth to places on the map and back. The map is the plane that touches the
-// WGS-84 ellipsoid (or runs parallel to it at the datum's height) in the datum, x to the east and y
-// to the north:
+// Converts geographic positions to map coordinates and back. The map is the plane tangent to the
+// WGS-84 ellipsoid at the datum (or parallel to that plane at the datum's height), x to the east
+// and y to the north:
 //
 //   const LocalFrame frame = LocalFrame::At({47.3769, 8.5417, 408.0}).value();
 //   const EastNorthUp here = frame.ToLocal({47.3771, 8.5420, 408.0});  // metres
 //   const Wgs84 there = frame.GroundAt(22.6, 22.2);                    // degrees
 //
-// The plane leaves the curved Earth with the square of the distance: at 1 km from the datum the
-// ground lies 8 cm below it, at 10 km 8 m, and a length along the ground shows 0.004 mm and 4 mm
-// shorter. East and north are those of the datum: seen from a place dx to its east, true north is
-// turned by about dx tan(latitude) / 6378 km, which is 0.09 degrees for 10 km at 45 degrees.
+// The distance of the plane from the curved Earth grows with the square of the distance from the
+// datum: at 1 km the ground is 8 cm below it, at 10 km 8 m, and a length along the ground appears
+// 0.004 mm and 4 mm shorter. East and north are those of the datum: at a position dx to its east,
+// true north is turned by about dx tan(latitude) / 6378 km, which is 0.09 degrees for 10 km at 45
+// degrees.
 //
 // The conversion is geocentric, by GeographicLib's LocalCartesian (Karney, "Algorithms for
 // geodesics", J. Geodesy 87, 2013, and its documentation). Immutable; any thread.
@@ -22,7 +23,7 @@
 
 namespace pheromone::maps {
 
-/// A place on the Earth; the height is above the WGS-84 ellipsoid, not above the sea.
+/// A geographic position; the height is above the WGS-84 ellipsoid, not above sea level.
 struct Wgs84 {
   double latitude_deg = 0;   ///< north, -90 to 90
   double longitude_deg = 0;  ///< east, -180 to 180
@@ -44,16 +45,17 @@ class LocalFrame {
 
   const Wgs84& datum() const { return datum_; }
 
-  /// Both exact to some nanometres near the Earth. A latitude beyond 90 degrees gives NaN.
+  /// Both are accurate to a few nanometres near the Earth's surface. A latitude beyond 90 degrees
+  /// gives NaN.
   EastNorthUp ToLocal(const Wgs84& place) const;
   Wgs84 ToWgs84(const EastNorthUp& local) const;
 
-  /// The place at the datum's height that ToLocal maps to these coordinates: where a robot stands
-  /// that is there on the map. For up to 1000 km from the datum.
+  /// The position at the datum's height that ToLocal maps to these coordinates: that of a robot
+  /// with these map coordinates. For up to 1000 km from the datum.
   Wgs84 GroundAt(double east_m, double north_m) const;
 
  private:
-  struct Projection;  // the library's, which is nobody else's business
+  struct Projection;  // hides the library
 
   explicit LocalFrame(const Wgs84& datum);
 

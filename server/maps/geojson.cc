@@ -21,10 +21,11 @@ namespace json = boost::json;
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr double kMetresToUm = 1e6;
-// The library's tree takes up to 70 bytes a value, counted by the characters that go before one.
+// The library's tree needs up to 70 bytes per value; values are counted by the characters before
+// them.
 constexpr std::ptrdiff_t kMaxValues = 4'000'000;
-// Nobody's ground is that far below the plane within the 1000 km that are accepted, but the other
-// side of the Earth is, whose x and y are small again.
+// Within the accepted 1000 km the ground is never that far below the plane, but the other side of
+// the Earth is, whose x and y are small again.
 constexpr double kDeepestM = -100'000;
 
 // One step down from a JSON value: a member's name, or an element's index where the name is empty.
@@ -59,8 +60,8 @@ size_t SkipValue(std::string_view text, size_t at) {
   return text.size();
 }
 
-// Where in `text`, which is valid JSON, the value stands that `steps` lead to. The library keeps no
-// positions; an error can afford to look again.
+// The position in `text`, which is valid JSON, of the value at `steps`. The library does not store
+// positions, so an error searches for it.
 size_t OffsetOf(std::string_view text, const std::vector<Step>& steps) {
   size_t at = SkipSpace(text, text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
   for (const Step& step : steps) {
@@ -182,7 +183,7 @@ class GeoJsonReader {
                       "\"LineString\"");
   }
 
-  // The GeoJSON of 2008 could name other systems than the one that RFC 7946, section 4, fixes.
+  // The GeoJSON of 2008 permitted systems other than the one required by RFC 7946, section 4.
   bool CheckSystem(const json::object& object) {
     const json::value* system = object.if_contains("crs");
     if (system == nullptr || system->is_null()) {
@@ -192,7 +193,7 @@ class GeoJsonReader {
     if (text.find("CRS84") == std::string::npos && text.find("EPSG::4326") == std::string::npos) {
       steps_.push_back({"crs"});
       return sink_.Fail(OffsetOf(sink_.text(), steps_), Quoted(text),
-                        "WGS-84 degrees (urn:ogc:def:crs:OGC:1.3:CRS84), or to be told metres");
+                        "WGS-84 degrees (urn:ogc:def:crs:OGC:1.3:CRS84), or metres = true");
     }
     return true;
   }
@@ -345,7 +346,7 @@ void Read(const LocalFrame* frame, PolylineSink* sink) {
       GeoJsonReader(frame, sink).Read(document);
     }
   } catch (const std::exception& error) {  // such as no memory
-    sink->Fail(0, error.what(), "JSON that can be read");
+    sink->Fail(0, error.what(), "valid JSON");
   }
 }
 
@@ -364,7 +365,8 @@ Result<std::vector<Polyline>> ParseGeoJsonLines(std::string_view text, std::stri
   }
   if (!datum) {
     return Error{std::string(name) +
-                 ": found no datum, expected the place of the map's origin for GeoJSON in degrees"};
+                 ": found no datum, expected the geographic position of the map's origin for "
+                 "GeoJSON in degrees"};
   }
   const Result<LocalFrame> frame = LocalFrame::At(*datum);
   if (!frame.ok()) {

@@ -93,7 +93,8 @@ TEST(GeoJson, DegreesNeedADatum) {
                         "site.geojson", GeoJsonUnit::kDegrees, std::nullopt);
   ASSERT_FALSE(lines.ok());
   EXPECT_EQ(lines.error(),
-            "site.geojson: found no datum, expected the place of the map's origin for GeoJSON in "
+            "site.geojson: found no datum, expected the geographic position of the map's origin "
+            "for GeoJSON in "
             "degrees");
 }
 
@@ -122,7 +123,7 @@ TEST(GeoJson, AnotherReferenceSystemIsRefusedInDegreesOnly) {
   EXPECT_EQ(
       ErrorInDegrees(swiss),
       "site.geojson:2:9: found \"{\"type\":\"name\",\"properties\":{\"na...\", expected WGS-84 "
-      "degrees (urn:ogc:def:crs:OGC:1.3:CRS84), or to be told metres");
+      "degrees (urn:ogc:def:crs:OGC:1.3:CRS84), or metres = true");
   EXPECT_EQ(ErrorOf(swiss), "no error");
   std::string world = swiss;
   world.replace(world.find("EPSG::2056"), 10, "OGC:1.3:CRS84");

@@ -152,7 +152,7 @@ class HeaderText {
   Header header_;
 };
 
-// One element as a double; nothing if a double cannot hold it.
+// One element as a double; empty if a double cannot represent it.
 std::optional<double> ValueOf(const ElementType& type, std::string_view bytes) {
   const auto top = static_cast<uint8_t>(type.big_endian ? bytes.front() : bytes.back());
   const bool negative = type.kind == 'i' && top >= 0x80;

@@ -123,7 +123,7 @@ Result<GrayImage> ReadBinary(const Header& header, std::string_view bytes, size_
 }
 
 Result<GrayImage> ReadText(const Header& header, std::string_view bytes, Words& words) {
-  // Each number takes two bytes, the last perhaps one: a short file cannot claim a large picture.
+  // Each number needs two bytes, the last perhaps one: a short file cannot declare a large image.
   const size_t cells = static_cast<size_t>(header.columns) * static_cast<size_t>(header.rows);
   if ((bytes.size() - words.at() + 1) / 2 < cells) {
     return words.ErrorAt(

@@ -15,7 +15,7 @@
 #include "server/maps/message.h"
 
 // libpng reports errors by longjmp. So each function that calls setjmp, and every one between it
-// and libpng, has only plain variables of its own; whatever owns memory belongs to their caller.
+// and libpng, has only plain local variables; objects that own memory belong to their caller.
 
 namespace pheromone::maps {
 
@@ -37,7 +37,7 @@ void OnError(png_structp png, png_const_charp text) {
 
 void OnWarning(png_structp /*png*/, png_const_charp /*text*/) {}
 
-// What is read, and how far.
+// The input, and the position in it.
 struct Reader {
   explicit Reader(std::string_view input)
       : bytes(input),
@@ -127,7 +127,7 @@ void TakeRow(const Reader& reader, const uint8_t* bytes, double* values) {
 }
 
 bool ReadPixels(Reader* reader, Raster* raster) {
-  // Of an interlaced picture no row is complete before the last pass.
+  // In an interlaced image, no row is complete before the last pass.
   const bool whole = reader->passes > 1;
   std::vector<uint8_t> pixels(reader->row_bytes * (whole ? reader->rows : 1));
   for (int pass = 1; pass <= reader->passes; ++pass) {
@@ -218,8 +218,9 @@ Status Save(const std::string& path, const Result<std::string>& bytes) {
   return bytes.ok() ? WriteFile(path, bytes.value()) : Error{path + ": " + bytes.error()};
 }
 
-// libpng takes memory for a chunk as long as the chunk says it is: 89 bytes could cost a gigabyte.
-// So no chunk may be longer than the file. The byte where one is; nothing if all is well.
+// libpng allocates memory for the declared length of a chunk: a file of 89 bytes could cost a
+// gigabyte. So no chunk may be longer than the file. Returns the position of such a chunk; empty if
+// there is none.
 std::optional<size_t> FindOverlongChunk(std::string_view bytes) {
   constexpr size_t kAround = 12;  // its length and kind before the data, its CRC after
   for (size_t at = 8; at + kAround <= bytes.size();) {
@@ -243,7 +244,7 @@ Result<GrayImage> ParsePng(std::string_view bytes, std::string_view name) {
     return AtByte(name, 0, "found " + Quoted(bytes.substr(0, 8)) + ", expected a PNG's signature");
   }
   if (const std::optional<size_t> at = FindOverlongChunk(bytes)) {
-    return AtByte(name, *at, "found a chunk that goes on after the end of the file");
+    return AtByte(name, *at, "found a chunk that extends beyond the end of the file");
   }
   Reader reader(bytes);
   if (reader.info == nullptr || !ReadHeader(&reader)) {
@@ -253,7 +254,7 @@ Result<GrayImage> ParsePng(std::string_view bytes, std::string_view name) {
   if (!problem.empty()) {
     return AtByte(name, reader.at, problem);
   }
-  // A pixel takes a bit at least: what no file of this length can hold is not allocated.
+  // A pixel needs at least one bit: an image too large for the length of the file is not allocated.
   if (uint64_t{reader.columns} * reader.rows / 8 > bytes.size() * kMaxExpansion) {
     return AtByte(name, bytes.size(), "the file ends too early");
   }

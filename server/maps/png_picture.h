@@ -1,12 +1,12 @@
-// PNG: gray pictures in and out, and a raster drawn in colours for people to look at.
+// PNG: reads and writes gray images, and draws rasters in colour.
 //
 //   Result<GrayImage> map = LoadPng("lab.png");
 //   Status drawn = SavePicture("trail.png", raster, {.low = 0, .high = 12.5});
 //
 // Any kind of PNG is read: 1 to 16 bits, gray, palette or RGB, interlaced or not. A colour becomes
-// the mean of its channels, as ROS takes it; a pixel that is not wholly opaque becomes NaN, nothing
-// known. Gamma and colour profiles are ignored. Reading an interlaced picture takes up to 8 bytes a
-// pixel besides the raster.
+// the mean of its channels, as in ROS; a pixel that is not fully opaque becomes NaN, that is
+// unknown. Gamma and colour profiles are ignored. Reading an interlaced image needs up to 8 bytes
+// per pixel in addition to the raster.
 #pragma once
 
 #include <string>
@@ -18,8 +18,8 @@
 
 namespace pheromone::maps {
 
-/// Levels are up to 65 535 if the file has 16 bits a channel, otherwise up to 255. `name` is what
-/// errors call the file: `name: byte N: ...`, the place up to which it was read.
+/// Levels are up to 65 535 if the file has 16 bits a channel, otherwise up to 255. Errors are
+/// `name: byte N: ...`, the position up to which it was read.
 Result<GrayImage> ParsePng(std::string_view bytes, std::string_view name);
 Result<GrayImage> LoadPng(const std::string& path);
 
@@ -29,7 +29,7 @@ Result<std::string> EncodeGrayPng(const GrayImage& image);
 Status SaveGrayPng(const std::string& path, const GrayImage& image);
 
 struct PictureStyle {
-  double low = 0;   ///< what is drawn in Viridis(0), as is everything below
+  double low = 0;   ///< this value and all below are drawn in Viridis(0)
   double high = 1;  ///< > low; Viridis(1), as everything above
   Rgb unknown = {255, 255, 255};
   int pixels_per_cell = 1;  ///< 1 or more; each cell is a square of that side

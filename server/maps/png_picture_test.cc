@@ -191,7 +191,7 @@ TEST(Png, AChunkLongerThanTheFileIsRefused) {
   std::string bytes = Png(1, 1, 8, kGray, Polyline({7}), Chunk("zTXt", std::string(20, 'a')));
   bytes[33] = 0x40;  // the length of zTXt: a gigabyte
   EXPECT_EQ(ErrorOf(ParsePng(bytes, "a")),
-            "a: byte 33: found a chunk that goes on after the end of the file");
+            "a: byte 33: found a chunk that extends beyond the end of the file");
 }
 
 TEST(Png, TextThatUnpacksWithoutEndIsNotUnpacked) {

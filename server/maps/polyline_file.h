@@ -1,22 +1,21 @@
-// Paths for robots out of files that people have: lines of points, in whole micrometres of the map.
+// Paths for robots from files: polylines in whole micrometres of the map.
 //
 //   PolylineOptions options;
 //   options.metres_per_unit = 0.01;  // the drawing's user unit is a centimetre
 //   Result<std::vector<Polyline>> lines = LoadPolylines("course.svg", options);
 //   if (!lines.ok()) { std::cerr << lines.error() << '\n'; }  // course.svg:12:31: found ...
 //
-//   .csv             x,y in metres                                     csv_line.h
+//   .csv             x,y in metres                                     csv_polyline.h
 //   .geojson, .json  RFC 7946: degrees around a datum, or metres       geojson.h
 //   .svg             drawings: paths and simple shapes, transformed    svg_file.h
 //
-// What holds for all of them: coordinates are rounded to the nearest micrometre; neighbouring
-// points of a line differ; a line that ends where it began is closed, and the repeated point left
-// out. Not accepted: coordinates beyond 1000 km, more than a million points, files over 16 MiB, and
-// a file without any line, since somebody meant to lay a path. Reading takes at most some 350 MB of
-// memory.
+// For all formats: coordinates are rounded to the nearest micrometre; neighbouring points of a
+// polyline differ; one that ends where it began is closed, and the repeated point is omitted. Not
+// accepted: coordinates beyond 1000 km, more than a million points, files over 16 MiB, and a file
+// without any polyline, which must be a mistake. Reading needs at most about 350 MB of memory.
 //
 // Errors read `FILE:LINE:COLUMN: found ..., expected ...`; lines and columns count from 1, columns
-// in bytes. All functions are pure but for LoadPolylines, which reads one file; any thread may call
+// in bytes. All functions are pure except LoadPolylines, which reads one file; any thread may call
 // them.
 #pragma once
 
@@ -44,27 +43,27 @@ constexpr size_t kMaxPolylineFileBytes = size_t{16} << 20;
 constexpr size_t kMaxPolylinePoints = 1'000'000;
 constexpr double kMaxCoordinateUm = 1e12;  ///< 1000 km
 
-/// What the coordinates of a GeoJSON file are.
+/// The unit of the coordinates of a GeoJSON file.
 enum class GeoJsonUnit : uint8_t {
-  kDegrees,  ///< WGS-84 longitude and latitude, as RFC 7946 has it
+  kDegrees,  ///< WGS-84 longitude and latitude, as in RFC 7946
   kMetres,   ///< x and y on the map
 };
 
 struct PolylineOptions {
   GeoJsonUnit geojson_unit = GeoJsonUnit::kDegrees;
-  std::optional<Wgs84> datum;      ///< where the map's (0, 0) is; needed for degrees
-  double metres_per_unit = 0.001;  ///< what an SVG's user unit is worth
+  std::optional<Wgs84> datum;      ///< the position of the map's (0, 0); required for degrees
+  double metres_per_unit = 0.001;  ///< the size of an SVG's user unit
   std::string svg_id;              ///< only the SVG element with this id; empty = all
-  int64_t tolerance_um = 1000;     ///< how far a side may lie from the curve it stands for, >= 1
+  int64_t tolerance_um = 1000;     ///< maximum distance of a side from its curve, >= 1
 };
 
 enum class PolylineFormat : uint8_t { kCsv, kGeoJson, kSvg };
 
-/// The lines of `text`; `name` is what errors call it.
+/// The polylines of `text`; `name` is its name in errors.
 Result<std::vector<Polyline>> ParsePolylines(PolylineFormat format, std::string_view text,
                                              std::string_view name, const PolylineOptions& options);
 
-/// The lines of a regular file, its format told by its extension in any case.
+/// The polylines of a regular file, whose format is determined by its extension, ignoring case.
 Result<std::vector<Polyline>> LoadPolylines(const std::filesystem::path& path,
                                             const PolylineOptions& options);
 

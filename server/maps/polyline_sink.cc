@@ -37,7 +37,7 @@ bool PolylineSink::FailTooMany(size_t offset) {
 }
 
 bool PolylineSink::Fits(double x_um, double y_um) const {
-  // Written so that NaN does not.
+  // Written so that NaN is refused.
   return std::abs(x_um) <= kMaxCoordinateUm && std::abs(y_um) <= kMaxCoordinateUm && room() > 0;
 }
 

@@ -1,12 +1,12 @@
-// Where the readers of lines leave what they find: points, or the first thing that is wrong.
+// Collects the results of the readers of polylines: points, or the first error.
 //
 //   PolylineSink sink(text, "course.csv");
 //   sink.Add(1e6, 2e6, offset) && sink.Add(...);  // false: stop reading
 //   sink.End(/*closed=*/false);
 //   return std::move(sink).Take();
 //
-// The sink knows the text, so that readers say where they are by a byte offset alone. It is what
-// keeps the promises of lines.h about points and limits. Internal to server/maps.
+// The sink has the text, so that readers give positions as byte offsets. It enforces the rules of
+// polyline_file.h about points and limits. Internal to server/maps.
 #pragma once
 
 #include <cstddef>
@@ -25,25 +25,25 @@ class PolylineSink {
   /// `text` and `name` outlive the sink. A text that is too long has failed already.
   PolylineSink(std::string_view text, std::string_view name);
 
-  /// Notes what is wrong at byte `offset` of the text, if nothing was wrong before. Always false.
+  /// Reports an error at byte `offset` of the text; only the first error is kept. Always false.
   bool Fail(size_t offset, std::string_view found, std::string_view expected);
   bool failed() const { return error_.has_value(); }
 
-  /// How an error calls what stands at `offset`: a character in quotation marks, or the end.
+  /// The text at `offset` for an error message: a character in quotation marks, or the end.
   std::string Found(size_t offset) const;
 
-  /// Whether Add would take this point.
+  /// Whether Add would accept this point.
   bool Fits(double x_um, double y_um) const;
 
-  /// One more point of the present line; false, having noted it, if it is not to be had.
+  /// Adds a point to the present polyline; false, with an error reported, if it is refused.
   bool Add(double x_um, double y_um, size_t offset);
 
-  /// Ends the present line, if it has begun. One with fewer points than `least` is forgotten.
+  /// Ends the present polyline, if it has begun. One with fewer points than `least` is dropped.
   void End(bool closed, size_t least = 1);
 
-  /// How many points may still come.
+  /// The number of points that may still be added.
   size_t room() const { return kMaxPolylinePoints - added_; }
-  /// Notes that more than `room` points would come. Always false.
+  /// Reports an error: more than `room` points. Always false.
   bool FailTooMany(size_t offset);
 
   /// All lines, or the error.

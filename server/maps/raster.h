@@ -1,18 +1,18 @@
-// A raster: what pictures, arrays and grids in files have in common. A rectangle of square cells
-// with a number in each.
+// A raster: the common form of images, arrays and grids in files, a rectangle of square cells with
+// a number in each.
 //
 //   Result<Raster> raster = LoadNpy("trail.npy");
 //   if (!raster.ok()) { return Error{raster.error()}; }
 //   const double value = raster.value().At(3, 0);  // fourth column of the bottom row
 //
 // Rows count from the bottom up, as y does on the map. In a file the first row is the top one, as
-// one sees it on a screen or on paper; that holds for PGM, PNG, .npy and CSV alike, and each reader
-// and writer turns the rows over. So a NumPy array a[i][j] is cell (j, rows - 1 - i).
+// displayed; this holds for PGM, PNG, .npy and CSV alike, and each reader and writer reverses the
+// order of rows. So a NumPy array a[i][j] is cell (j, rows - 1 - i).
 //
-// All of this folder is functions of their arguments (Load and Save: and of a file) and may be
-// called from any thread. Readers return everything or an Error with the file, the line or byte,
-// what was found and what was expected; what a hostile file can make them allocate is bounded by
-// kMaxCells.
+// All functions of this folder depend only on their arguments (Load and Save: and on a file) and
+// may be called from any thread. Readers return everything or an Error with the file, the line or
+// byte, what was found and what was expected; kMaxCells bounds the memory that a malicious file can
+// make them allocate.
 #pragma once
 
 #include <cstddef>
@@ -33,8 +33,8 @@ struct Raster {
   int32_t columns = 0;
   int32_t rows = 0;
   field::PointUm origin;       ///< the lower left *corner* of cell (0, 0), the lower left cell
-  int64_t cell_um = 0;         ///< the side of a cell; 0: not known, the file does not say
-  std::vector<double> values;  ///< columns * rows, the bottom row first; NaN: nothing is known
+  int64_t cell_um = 0;         ///< the side of a cell; 0: unknown, not in the file
+  std::vector<double> values;  ///< columns * rows, the bottom row first; NaN: unknown
 
   size_t IndexOf(int32_t column, int32_t row) const {
     return static_cast<size_t>(row) * static_cast<size_t>(columns) + static_cast<size_t>(column);
@@ -43,8 +43,8 @@ struct Raster {
   double At(int32_t column, int32_t row) const { return values[IndexOf(column, row)]; }
 };
 
-/// What is wrong with a size that a file claims ("found 40000 x 2, expected ..."); empty: nothing.
-/// To be asked before anything of that size is allocated.
+/// The error in a size given by a file ("found 40000 x 2, expected ..."); empty: none. To be called
+/// before anything of that size is allocated.
 std::string SizeProblem(uint64_t columns, uint64_t rows);
 
 /// All cells 0. The size has no SizeProblem.
@@ -55,24 +55,25 @@ Raster MakeRaster(int32_t columns, int32_t rows);
 /// map has too many nodes for a raster.
 Result<Raster> MakeNodeRaster(const field::MapGeometry& map);
 
-/// The value of the cell that contains a point, its left and lower edges included. Nothing outside
-/// of the raster, or if its cell_um is not known.
+/// The value of the cell that contains a point, its left and lower edges included. Empty outside
+/// the raster, or if its cell_um is unknown.
 std::optional<double> ValueAt(const Raster& raster, field::PointUm point);
 
-/// A gray picture: levels from 0, black, to `maximum`, white. Mixed colours give broken levels.
+/// A gray image: levels from 0, black, to `maximum`, white. Colours may give fractional levels.
 struct GrayImage {
   Raster raster;
   uint16_t maximum = 255;
 };
 
-/// Levels to values: black is 0, white is `white`, in proportion between.
+/// Converts levels to values: black is 0, white is `white`, linear between.
 Raster ValuesOf(GrayImage image, double white);
 
 /// The reverse, rounded to whole levels: values below 0, and NaN, are black, those above `white`
 /// (> 0) white.
 GrayImage GrayOf(Raster raster, double white, uint16_t maximum);
 
-/// The whole level nearest to a value that may be anything: 0 for NaN and below, `maximum` above.
+/// The whole level nearest to any value: 0 for NaN and values below 0, `maximum` for values above
+/// it.
 uint16_t NearestLevel(double value, uint16_t maximum);
 
 }  // namespace pheromone::maps

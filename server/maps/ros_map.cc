@@ -29,7 +29,7 @@ constexpr double kFarthestM = 1e6;
 constexpr double kMaxResolutionM = 1000;
 constexpr uint16_t kWhite = 255;
 
-// What map_saver writes, and the thresholds that take it apart again: p(205) is between them.
+// The levels written by map_saver, and the thresholds to read them: p(205) is between these.
 constexpr double kFreeLevel = 254;
 constexpr double kOccupiedLevel = 0;
 constexpr double kUnknownLevel = 205;
@@ -41,7 +41,7 @@ Error AtNode(const YAML::Mark& mark, std::string_view name, const std::string& w
   return AtLine(name, count(mark.line), count(mark.column), what);
 }
 
-// Reads the values of the top-level keys; remembers the first thing that is wrong.
+// Reads the values of the top-level keys; keeps the first error.
 class Keys {
  public:
   Keys(const YAML::Node& root, std::string_view name) : root_(root), name_(name) {}
@@ -74,7 +74,7 @@ class Keys {
   const std::optional<Error>& problem() const { return problem_; }
 
  private:
-  // Not root_[key]: that takes one of two equal keys without a word, and compares as YAML does.
+  // Not root_[key], which silently uses one of two equal keys, and compares by YAML's rules.
   std::optional<YAML::Node> FindOptional(const std::string& key) {
     std::optional<YAML::Node> found;
     for (const auto& entry : root_) {
@@ -128,8 +128,8 @@ class Keys {
   std::optional<Error> problem_;
 };
 
-// ROS keeps resolutions as float32: 0.05 may come back as 0.05000000074505806. What is nearer to a
-// whole number of micrometres than that can tell is that number.
+// ROS keeps resolutions as float32: 0.05 may come back as 0.05000000074505806. A value within this
+// precision of a whole number of micrometres is that number.
 std::optional<int64_t> WholeUm(double metres) {
   const double um = metres * kUmPerM;
   const double nearest = std::round(um);
@@ -150,7 +150,7 @@ RosMapInfo ReadKeys(Keys& keys) {
   info.resolution_um = resolution_um.value_or(1);
   const std::array<double, 3> pose = keys.ThreeNumbers("origin", -kFarthestM, kFarthestM);
   if (pose[2] != 0) {
-    keys.Report("origin", "found a yaw, expected 0: turn the picture instead");
+    keys.Report("origin", "found a yaw, expected 0: rotate the image instead");
   }
   info.origin = {std::llround(pose[0] * kUmPerM), std::llround(pose[1] * kUmPerM)};
   const std::string negate = keys.Text("negate");
@@ -291,7 +291,7 @@ Status ForEachBlockedRun(
   const Span rows = NodesOver(bottom_um, top_um, map.cell_um, map.rows());
   std::vector<uint8_t> blocking(static_cast<size_t>(occupancy.columns));
   for (int64_t row = rows.first; row <= rows.last; ++row) {
-    // The raster's rows that the squares of this row of nodes overlap, laid upon one another.
+    // The raster's rows that the squares of this row of nodes overlap, combined.
     const int64_t low = 2 * (row * map.cell_um - bottom_um) - map.cell_um;
     const int64_t high = low + 2 * map.cell_um;
     const int64_t lowest = std::max<int64_t>(field::FloorDiv(low, 2 * side_um), 0);

@@ -96,7 +96,7 @@ TEST(RosMapInfo, ErrorsSayWhereAndWhat) {
   EXPECT_EQ(InfoError(With("resolution", "resolution: .nan")),
             "lab.yaml:3:13: resolution: found \".nan\", expected a number from 0 to 1000");
   EXPECT_EQ(InfoError(With("origin", "origin: [0, 0, 1.57]")),
-            "lab.yaml:4:9: origin: found a yaw, expected 0: turn the picture instead");
+            "lab.yaml:4:9: origin: found a yaw, expected 0: rotate the image instead");
   EXPECT_EQ(InfoError(With("origin", "origin: [0, 0]")),
             "lab.yaml:4:9: origin: expected [x, y, yaw]");
   EXPECT_EQ(InfoError(With("origin", "origin: [0, 1e7, 0]")),

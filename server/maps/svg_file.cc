@@ -67,7 +67,7 @@ class DrawingReader {
   }
 
  private:
-  // The name without the root's prefix; empty for what is no element of SVG.
+  // The name without the root's prefix; empty if it is not an element of SVG.
   std::string_view LocalName(const pugi::xml_node& node) const {
     std::string_view name = node.name();
     if (node.type() != pugi::node_element || !name.starts_with(prefix_)) {
@@ -194,7 +194,7 @@ class DrawingReader {
     return true;
   }
 
-  // A style counts more than an attribute (SVG 1.1, section 6.4).
+  // A style takes precedence over an attribute (SVG 1.1, section 6.4).
   bool IsHidden(const pugi::xml_node& node) const {
     const std::string_view styled = StyleProperty(node.attribute("style").value(), "display");
     return (styled.empty() ? std::string_view(node.attribute("display").value()) : styled) ==
@@ -214,13 +214,13 @@ class DrawingReader {
 
 bool Read(const SvgOptions& options, PolylineSink* sink) {
   const std::string_view text = sink->text();
-  // The library's tree takes 64 bytes a tag.
+  // The library's tree needs 64 bytes per tag.
   if (std::count(text.begin(), text.end(), '<') > kMaxTags) {
     return sink->Fail(0, "more than " + std::to_string(kMaxTags) + " tags", "a smaller drawing");
   }
   std::string buffer(text);
   pugi::xml_document document;
-  // Without parse_eol and parse_wconv_attribute, which would move values away from their places.
+  // Without parse_eol and parse_wconv_attribute, which would change the positions of values.
   const pugi::xml_parse_result parsed = document.load_buffer_inplace(
       buffer.data(), buffer.size(), pugi::parse_cdata | pugi::parse_escapes, pugi::encoding_utf8);
   if (!parsed) {

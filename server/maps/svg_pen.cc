@@ -38,9 +38,9 @@ struct Arc {
   double turn = 0;
 };
 
-// SVG 1.1, appendix F.6.5 and F.6.6; radii not 0, the ends apart. The unit circle's coordinates
-// take the radii and the rotation out of the equations: there, the ends are u and v, and the centre
-// lies on the perpendicular through their middle.
+// SVG 1.1, appendix F.6.5 and F.6.6; radii not 0, the ends apart. In the unit circle's coordinates
+// there are no radii and no rotation: the ends are u and v, and the centre is on their
+// perpendicular bisector.
 Arc ArcBetween(Vector from, Vector to, Vector radii, double rotation_deg, bool large, bool sweep) {
   const double angle = std::remainder(rotation_deg, 360.0) * (std::numbers::pi / 180);
   const double cosine = std::cos(angle);
@@ -97,7 +97,7 @@ bool SvgPen::Draw(double steps, Vector to, size_t offset, PointAt&& point_at) {
   if (!Begin(offset)) {
     return false;
   }
-  // Written so that what is no number is refused, by Add.
+  // Written so that Add refuses NaN.
   const double sides = std::ceil(steps);
   if (sides > static_cast<double>(sink_.room())) {
     return sink_.FailTooMany(offset);

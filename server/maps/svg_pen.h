@@ -1,12 +1,11 @@
-// A pen that draws SVG's segments as polylines: moves, straight sides, Bézier curves and elliptical
-// arcs go in, in a drawing's coordinates; points in micrometres come out, by way of an affine map.
+// A pen that draws SVG's segments as polylines: converts moves, straight sides, Bézier curves and
+// elliptical arcs in a drawing's coordinates to points in micrometres, through an affine map.
 //
 // No point of a curve is further than the tolerance from its polyline (and half a micrometre, for
 // the rounding in x and y each), after the map:
 //
 //   Bézier  n equal steps of t, n from the second differences of the control points: a chord of
-//   step
-//           1/n is within max|B''| / (8 n^2) of the curve (Wang 1984; Goldman, "Pyramid
+//           step 1/n is within max|B''| / (8 n^2) of the curve (Wang 1984; Goldman, "Pyramid
 //           Algorithms", 2003, section 5.6.3), and
 //             quadratic  |B''| <= 2 |P0 - 2 P1 + P2|
 //             cubic      |B''| <= 6 max(|P0 - 2 P1 + P2|, |P1 - 2 P2 + P3|)
@@ -32,21 +31,21 @@ class SvgPen {
   SvgPen(const Affine& to_um, double tolerance_um, PolylineSink* sink)
       : to_um_(to_um), tolerance_um_(tolerance_um), sink_(*sink) {}
 
-  /// Each draws from the present point to `to`. False when the sink takes no more; `offset` is
-  /// what an error points at.
+  /// Each draws from the present point to `to`. False if the sink accepts no more; `offset` is the
+  /// position for an error.
   bool LineTo(Vector to, size_t offset);
   bool QuadraticTo(Vector control, Vector to, size_t offset);
   bool CubicTo(Vector control1, Vector control2, Vector to, size_t offset);
 
-  /// `radii` in any sign; one that is 0 makes a straight side, ones that are too small grow.
-  /// `sweep`: the direction in which x turns to y.
+  /// `radii` with any sign; one that is 0 gives a straight side, ones that are too small are
+  /// enlarged. `sweep`: the direction in which x turns to y.
   bool ArcTo(Vector radii, double rotation_deg, bool large, bool sweep, Vector to, size_t offset);
 
-  /// Ends the line and begins another.
+  /// Ends the polyline and begins another.
   void MoveTo(Vector to);
-  /// Joins the end of the line to its beginning, from where the next one goes on.
+  /// Closes the polyline; the next one begins at its first point.
   void Close();
-  /// Ends the line. One that is no longer than a micrometre leaves nothing.
+  /// Ends the polyline. One that is at most a micrometre long is dropped.
   void End();
 
   Vector current() const { return current_; }

@@ -81,7 +81,7 @@ bool SvgScanner::Number(double* number) {
   if (digits == 0) {
     return Fail("a number");
   }
-  // An e without digits is no exponent: it belongs to what follows, such as a unit.
+  // An e without digits is not an exponent, but part of the following text, such as a unit.
   const size_t mantissa_end = at_;
   if (Skip('e') || Skip('E')) {
     if (!Skip('-')) {

@@ -1,11 +1,11 @@
-// The small words of SVG's attributes: numbers, flags, commas and white space, as path data
-// (SVG 1.1, section 8.3.9; SVG 2, section 9.3.9), `points`, `viewBox` and `transform` have them.
+// The tokens of SVG's attributes: numbers, flags, commas and white space, in path data (SVG 1.1,
+// section 8.3.9; SVG 2, section 9.3.9), `points`, `viewBox` and `transform`.
 //
 //   SvgScanner scanner(text, offset, &sink);  // "1.5.5-3e2" is 1.5, .5 and -300
 //   double x = 0;
 //   scanner.Number(&x) && scanner.Separator() && ...
 //
-// What is wrong goes to the sink; every reader then returns false. Internal to server/maps.
+// Errors are reported to the sink; every reader then returns false. Internal to server/maps.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace pheromone::maps {
 
 class SvgScanner {
  public:
-  /// `offset` is the place of `text` in the sink's. Both outlive the scanner.
+  /// `offset` is the position of `text` in the sink's text. Both outlive the scanner.
   SvgScanner(std::string_view text, size_t offset, PolylineSink* sink)
       : text_(text), offset_(offset), sink_(*sink) {}
 
@@ -25,13 +25,13 @@ class SvgScanner {
   /// The next character; 0 at the end.
   char Peek() const { return AtEnd() ? '\0' : text_[at_]; }
   char Next() { return text_[at_++]; }
-  /// Where the next character stands in the sink's text.
+  /// The position of the next character in the sink's text.
   size_t offset() const { return offset_ + at_; }
 
   void SkipSpace();
   /// Skips `c` if it is next.
   bool Skip(char c);
-  /// What may stand between two numbers: white space and at most one comma.
+  /// Skips a separator of numbers: white space and at most one comma.
   bool Separator();
   /// Whether a number could begin here.
   bool AtNumber() const;
@@ -45,7 +45,7 @@ class SvgScanner {
   /// The letters that are next.
   std::string_view Word();
 
-  /// Notes that something else was expected here. Always false.
+  /// Reports that something else was expected here. Always false.
   bool Fail(std::string_view expected);
 
  private:

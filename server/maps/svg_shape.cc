@@ -137,7 +137,7 @@ class ShapeReader {
     return true;
   }
 
-  // rx and ry; each is as the other one where it is missing or "auto".
+  // rx and ry; each equals the other one if it is missing or "auto".
   bool Radii(Vector* radii) {
     const auto given = [this](const char* name) {
       const auto attribute = source_.Find(element_, name);
@@ -211,8 +211,8 @@ std::optional<SvgAttribute> SvgSource::Find(const pugi::xml_node& element, const
   if (!attribute) {
     return std::nullopt;
   }
-  // Parsed in place, the value stands where it stood in the text, but for what an entity before it
-  // in the same value has shortened.
+  // Parsed in place, the value has the same position as in the text, except for shortening by
+  // entities before it in the same value.
   return SvgAttribute{attribute.value(), static_cast<size_t>(attribute.value() - buffer)};
 }
 

@@ -1,5 +1,5 @@
-// What the elements of an SVG drawing draw: <path>, and the basic shapes (SVG 1.1, chapter 9) by
-// their equivalent paths. Internal to server/maps.
+// The shapes of an SVG drawing: <path>, and the basic shapes (SVG 1.1, chapter 9) by their
+// equivalent paths. Internal to server/maps.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +15,14 @@ class xml_node;
 
 namespace pheromone::maps {
 
-/// An attribute's value and where it stands in the sink's text.
+/// An attribute's value and its position in the sink's text.
 struct SvgAttribute {
   std::string_view text;
   size_t offset = 0;
 };
 
-/// Finds attributes of elements, and says where they and their elements stand. The document was
-/// parsed in place from `buffer`, a copy of the sink's text.
+/// Finds attributes of elements, and the positions of both. The document was parsed in place from
+/// `buffer`, a copy of the sink's text.
 struct SvgSource {
   const char* buffer = nullptr;
 
@@ -30,12 +30,12 @@ struct SvgSource {
   size_t OffsetOf(const pugi::xml_node& element) const;
 };
 
-/// A length as an attribute has it, in user units. False if the sink was told what is wrong.
+/// A length from an attribute, in user units. False if an error was reported to the sink.
 bool ParseSvgLength(const SvgAttribute& attribute, PolylineSink* sink, double* length);
 
 bool IsSvgShape(std::string_view element);
 
-/// Draws one of the shapes. False if the sink was told what is wrong.
+/// Draws one of the shapes. False if an error was reported to the sink.
 bool DrawSvgShape(std::string_view name, const pugi::xml_node& element, const SvgSource& source,
                   PolylineSink* sink, SvgPen* pen);
 

@@ -100,7 +100,7 @@ constexpr std::string_view kField = "/api/v1/field";
 constexpr std::string_view kCommand = "/api/v1/command";
 constexpr std::string_view kHalt = "/api/v1/halt";
 
-// Of the changes, those whose body may be long are read elsewhere; none waits for what it asks for.
+// Changes with a possibly long body are parsed on another thread; none waits for its completion.
 constexpr std::array<Route, 17> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
     {"/metrics", Where::kLongWork, ReadMetrics},
@@ -127,7 +127,7 @@ const Route* FindRoute(std::string_view path) {
   return found != kRoutes.end() ? found : nullptr;
 }
 
-// Takes as long for a wrong token as for the right one, wherever they differ.
+// The time does not depend on where a wrong token differs from the right one.
 bool SameSecret(std::string_view found, std::string_view secret) {
   unsigned difference = found.size() == secret.size() ? 0 : 1;
   for (size_t i = 0; i < secret.size(); ++i) {
@@ -137,7 +137,7 @@ bool SameSecret(std::string_view found, std::string_view secret) {
   return difference == 0;
 }
 
-// Nothing if the request comes from no web page but this server's.
+// Empty if the request does not come from another server's web page.
 std::optional<Response> CheckOrigin(const Request& request) {
   if (!request.origin.empty() && request.origin != "http://" + request.host &&
       request.origin != "https://" + request.host) {
@@ -147,7 +147,7 @@ std::optional<Response> CheckOrigin(const Request& request) {
   return std::nullopt;
 }
 
-// Nothing if the request may change things.
+// Empty if the request may make changes.
 std::optional<Response> CheckAccess(const Request& request, const std::string& token) {
   if (request.local) {
     return std::nullopt;
@@ -173,12 +173,13 @@ bool CanRead(const Route& route) {
   return route.read != nullptr || route.where == Where::kPictures;
 }
 
-// The hash of the state may cost a look at a whole layer.
+// The hash of the state may have to read a whole layer.
 bool IsShort(const Route& route, const Target& target) {
   return route.where == Where::kAtOnce && (route.path != kStatus || target.query.empty());
 }
 
-// Commands have short bodies; a longer one is wrong, and is told so where it holds up nobody.
+// Commands have short bodies; a longer one is an error, which is reported by a thread that does not
+// delay others.
 constexpr size_t kMaxShortBody = 4096;
 
 Response WrongMethod(const Request& request, const Route& route) {

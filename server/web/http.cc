@@ -10,7 +10,7 @@
 namespace pheromone::web {
 namespace {
 
-// In a query, '+' is a blank (HTML forms write it so); in a path it is itself.
+// In a query, '+' is a blank (as in HTML forms); in a path it is a plus sign.
 std::optional<std::string> Decode(std::string_view text, bool is_query) {
   const auto checked = boost::urls::make_pct_string_view({text.data(), text.size()});
   return checked ? std::optional(checked->decode({is_query})) : std::nullopt;

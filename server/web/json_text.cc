@@ -28,7 +28,8 @@ void AppendDouble(double number, std::string* text) {
   }
 }
 
-// Continuation bytes that follow the first byte of a character; nothing if none can begin so.
+// The number of continuation bytes after the first byte of a character; empty if no character
+// begins with it.
 std::optional<size_t> Following(unsigned char first) {
   if (first < 0x80) {
     return 0;
@@ -42,8 +43,8 @@ std::optional<size_t> Following(unsigned char first) {
   return first >= 0xF0 && first <= 0xF4 ? std::optional<size_t>(3) : std::nullopt;
 }
 
-// The bytes of the character that `text` begins with; 0 if it begins with none. RFC 3629: neither
-// longer than needed, nor half of a pair, nor beyond U+10FFFF.
+// The number of bytes of the first character of `text`; 0 if it is invalid. RFC 3629: neither
+// overlong, nor a surrogate, nor beyond U+10FFFF.
 size_t CharacterSize(std::string_view text) {
   const auto byte = [text](size_t i) { return static_cast<unsigned char>(text[i]); };
   const std::optional<size_t> following = Following(byte(0));
@@ -65,7 +66,7 @@ std::string Quoted(std::string_view text) {
   return json::serialize(json::string_view(WellFormed(text)));
 }
 
-// Our own answers are shallow; what a request holds is nested 32 deep at the most.
+// Our own answers are shallow; values in requests are nested at most 32 deep.
 void Append(const json::value& value, std::string* text) {
   const char* before = "";
   switch (value.kind()) {

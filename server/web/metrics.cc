@@ -17,7 +17,7 @@ struct Label {
   std::string_view value;
 };
 
-// What the format wants escaped: in help texts and in label values.
+// Escapes characters as required by the format in help texts and label values.
 std::string Escaped(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -136,7 +136,7 @@ void AddEngine(const control::StatusView& status, Text* text) {
                 status.engine.commands_unknown);
 }
 
-// Each class counts what the ones before it do, too.
+// Each bucket includes the previous ones.
 void AddLatency(const engine::LatencyCounts& counts, Text* text) {
   text->Family("batch_seconds", "histogram",
                "Latency of a batch of requests, waiting for the engine and processing.");

@@ -19,7 +19,7 @@ namespace {
 namespace json = boost::json;
 using field::FieldEdit;
 
-constexpr size_t kMaxPoints = 1024;  // as the engine takes
+constexpr size_t kMaxPoints = 1024;  // the engine's limit
 constexpr double kWidestM = 1000;
 
 Response Done(json::object what) {
@@ -31,7 +31,7 @@ Response Outcome(const Status& status) {
   return status.ok() ? Done({}) : Refuse(409, {status.error(), "", ""});
 }
 
-// Notes are what was done, or what waits: a list of words.
+// Notes are a list of strings: what was done, or what is pending.
 Response Outcome(const std::string& name, const Result<std::vector<std::string>>& notes) {
   return notes.ok() ? Done({{name, json::array(notes.value().begin(), notes.value().end())}})
                     : Refuse(409, {notes.error(), "", ""});

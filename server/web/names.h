@@ -28,7 +28,7 @@ struct CommandSpec {
 
 std::span<const CommandSpec> Commands();
 
-/// Null if there is none of that name.
+/// Null if there is none with that name.
 const CommandSpec* FindCommand(std::string_view name);
 
 /// "halt, resume, speed (mm_per_s), ..."
@@ -43,8 +43,7 @@ std::string_view NameOf(protocol::Reason reason);
 std::string_view NameOf(engine::CommandOutcome outcome);
 std::string_view NameOf(control::PoseSource source);
 
-/// Of a client's opcode, by what it asks for: "sense", "trace"; "unknown" for those without
-/// meaning.
+/// The service of a client's opcode: "sense", "trace"; "unknown" for those without meaning.
 std::string_view NameOfRequest(uint8_t opcode);
 
 }  // namespace pheromone::web

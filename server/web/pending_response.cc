@@ -7,8 +7,8 @@
 
 namespace pheromone::web {
 
-// The handler's side. What it does to the waiting side it does under the mutex: that one is there
-// as long as it has not said otherwise, and with it its executor.
+// The handler's side. It accesses the waiting side only under the mutex: the latter and its
+// executor exist as long as it has not detached itself.
 class PendingResponse::Promise {
  public:
   explicit Promise(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}

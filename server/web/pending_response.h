@@ -37,10 +37,10 @@ class PendingResponse {
   std::optional<Response> Take();
 
  private:
-  // What the two sides share; holds nothing of Asio's, so that it may go on any thread.
+  // Shared by the two sides; contains no Asio objects, so that any thread may destroy it.
   struct Shared {
     std::mutex mutex;
-    PendingResponse* waiting = nullptr;  // null: nobody waits any more
+    PendingResponse* waiting = nullptr;  // null: no longer waiting
     std::optional<Response> response;
   };
   class Promise;

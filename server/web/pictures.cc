@@ -65,7 +65,7 @@ void Pictures::Finish(const std::shared_ptr<Order>& order, const Picture& pictur
   }
 }
 
-// Nobody joins it any more.
+// Later requests do not join it.
 void Pictures::Close(const std::shared_ptr<Order>& order) {
   const std::lock_guard lock(mutex_);
   const auto present = orders_.find(order->target);

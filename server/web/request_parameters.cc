@@ -31,7 +31,7 @@ bool IsShortRow(const json::array& array) {
                      [](const json::value& item) { return item.is_number(); });
 }
 
-// What was found, short and in words.
+// A short description of the value found.
 std::string Describe(const json::value* value) {
   if (value == nullptr) {
     return "nothing there";
@@ -69,7 +69,7 @@ std::optional<double> AsNumber(const json::value& value) {
   return value.is_number() ? std::optional(value.to_number<double>()) : std::nullopt;
 }
 
-// A whole number, also if it is written as 3.0.
+// A whole number, even if it is written as 3.0.
 std::optional<int64_t> AsInteger(const json::value& value) {
   if (value.is_int64()) {
     return value.get_int64();
@@ -113,7 +113,7 @@ std::optional<double> ParseNumber(std::string_view text) {
   return good && std::isfinite(number) ? std::optional(number) : std::nullopt;
 }
 
-// Looks for a key that an object has twice, at any depth; takes no notice of the values.
+// Finds a key that an object has twice, at any depth; values are ignored.
 class KeyCheck {
  public:
   static constexpr size_t max_object_size = SIZE_MAX;
@@ -356,7 +356,7 @@ std::variant<json::object, Problem> ParseBody(std::string_view body) {
   if (!value.is_object()) {
     return Problem{Describe(&value), "body", "a JSON object"};
   }
-  // The parser took the last of two values for one key, which of them was meant nobody knows.
+  // The parser uses the last of two values for a key, but it is unknown which one was meant.
   json::basic_parser<KeyCheck> keys{json::parse_options()};
   keys.write_some(false, body.data(), body.size(), error);
   if (keys.handler().twice) {

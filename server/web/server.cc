@@ -30,7 +30,7 @@ using Local = asio::local::stream_protocol;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-// Out of descriptors, say: haste would not help.
+// For example out of descriptors: retry later.
 constexpr std::chrono::milliseconds kAfterTrouble{200};
 
 using Sessions = std::set<std::shared_ptr<SessionBase>>;
@@ -38,7 +38,7 @@ using Sessions = std::set<std::shared_ptr<SessionBase>>;
 // The connections of one listener.
 struct Crowd {
   Sessions served;
-  Sessions beyond;  // the limit: each is told so
+  Sessions beyond;  // connections above the limit: each gets an error
 };
 
 std::string WordsOf(const std::exception_ptr& failure) {
@@ -51,7 +51,7 @@ std::string WordsOf(const std::exception_ptr& failure) {
   }
 }
 
-// Whether one of them could be made to give way: the one that has waited for a request the longest.
+// Closes one connection to make room, if possible: the one that has been idle for longest.
 bool MakeRoom(Sessions* sessions) {
   for (;;) {
     auto idlest = sessions->end();
@@ -66,7 +66,7 @@ bool MakeRoom(Sessions* sessions) {
     if (!since) {
       return false;
     }
-    if ((*idlest)->Claim(*since)) {  // else a request has come in for it just now
+    if ((*idlest)->Claim(*since)) {  // otherwise a request has just arrived on it
       (*idlest)->Close();
       sessions->erase(idlest);
       return true;
@@ -165,7 +165,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
           Welcome(std::move(socket), crowd);
           taken = true;
         }
-      } catch (const std::exception& failure) {  // out of memory, say
+      } catch (const std::exception& failure) {  // for example out of memory
         Tell(std::string("a connection was not accepted: ") + failure.what());
       }
       if (!taken && !stopping_) {
@@ -180,7 +180,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     const bool full = crowd->served.size() >= limit && !MakeRoom(&crowd->served);
     Sessions* const sessions = full ? &crowd->beyond : &crowd->served;
     if (full && crowd->beyond.size() >= limit && !MakeRoom(&crowd->beyond)) {
-      return;  // too many even to be told so: the socket closes here
+      return;  // too many even for an error response: the socket is closed here
     }
     const auto session = std::make_shared<Session>(
         std::move(socket), SessionTraits{crowd == &local_crowd_, full, options_.patience},
@@ -196,7 +196,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
                    }));
   }
 
-  // One that was handed on keeps its place until its owner gives it back.
+  // An upgraded connection counts until its owner releases it.
   void Leave(const std::shared_ptr<Session>& session, Sessions* sessions) {
     const std::shared_ptr<PlaceState> place = session->place();
     if (place == nullptr) {
@@ -214,7 +214,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     }
   }
 
-  // What those beyond the limit are answered with.
+  // The response to connections above the limit.
   Handle Refusal() {
     return [self = shared_from_this()](Request request, Respond respond) {
       if (self->options_.is_urgent && self->options_.is_urgent(request)) {
@@ -233,7 +233,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   Upgrades upgrades_;  // constant once it listens
   Local::acceptor local_;
   tcp::acceptor tcp_;
-  // One each: to set a timer anew ends the other's wait for it.
+  // One each: restarting a timer would end the other's wait for it.
   asio::steady_timer local_pause_;
   asio::steady_timer tcp_pause_;
   std::string identity_;  // of the socket's file

@@ -19,9 +19,9 @@
 // request is urgent. A client that violates a limit gets 400, 413, 431 or 503 if possible, and is
 // disconnected.
 //
-// Where somebody has registered for it, a client may ask for a WebSocket; then the connection is
-// handed over, with what was read of it (upgrade.h). Everywhere else such a request is one as
-// others are, and what it asks for beside is left out.
+// If a handler is registered, a client may request a WebSocket; then the connection is handed over,
+// with the bytes already read (upgrade.h). Elsewhere such a request is treated like any other, and
+// the upgrade is ignored.
 //
 // Listen before the run or during it, Stop once, from any thread. SIGPIPE must be ignored.
 #pragma once

@@ -163,7 +163,7 @@ const UpgradeHandler* Session::FindUpgrade(const Message& message) const {
   return found != upgrades_->end() ? &found->second : nullptr;
 }
 
-// It stays in the middle of a request, as far as others can see: it does not give way to anybody.
+// To others it appears to be processing a request, so it is not closed to make room.
 void Session::HandOn(const UpgradeHandler& to, Message message) {
   std::string rest = boost::beast::buffers_to_string(buffer_.data());
   buffer_.clear();
@@ -204,8 +204,8 @@ asio::awaitable<bool> Session::Write(Answer* answer, bool header_alone) {
   co_return !error;
 }
 
-// Closing with bytes unread would make the system throw away what we wrote last: what still comes
-// is read, for a while.
+// Closing with unread bytes would make the system discard the last bytes written: remaining bytes
+// are read for a while.
 asio::awaitable<void> Session::HangUp() {
   boost::beast::error_code error;
   stream_.socket().shutdown(Protocol::socket::shutdown_send, error);

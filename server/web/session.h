@@ -147,7 +147,7 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
   const Upgrades* const upgrades_;
   boost::beast::flat_buffer buffer_{kMaxHeaderBytes + kMaxBodyBytes};
   bool closing_ = false;
-  std::shared_ptr<PlaceState> place_;  // the connection is somebody else's
+  std::shared_ptr<PlaceState> place_;  // the connection belongs to another owner
 };
 
 }  // namespace pheromone::web

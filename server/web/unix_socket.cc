@@ -52,7 +52,7 @@ Status ListenOnUnixSocket(const std::string& path, Local::acceptor* acceptor) {
   error_code error;
   acceptor->open(Local(), error);
   if (!error) {
-    // Before the file is there, so that it is at no time open to more than it should be.
+    // Before the file exists, so that it never has wider permissions than intended.
     fchmod(acceptor->native_handle(), kMode);
     acceptor->bind(Local::endpoint(path), error);
   }

@@ -7,13 +7,13 @@ namespace client {
 
 void AvrBoard::Start() {
   const uint8_t cause = MCUSR;
-  MCUSR = 0;  // after a watchdog reset this has to come first, or the watchdog keeps its 16 ms
+  MCUSR = 0;  // first after a watchdog reset, or the watchdog keeps its 16 ms
   wdt_enable(WDTO_250MS);
-  // A bootloader that clears MCUSR hides the cause: then RAM is not believed.
+  // A bootloader that clears MCUSR hides the cause: then RAM is not trusted.
   ram_was_kept_ =
       (cause & (1u << EXTRF | 1u << WDRF)) != 0 && (cause & (1u << PORF | 1u << BORF)) == 0;
   PORTA = 0xFF;
-  PORTD = kRadioRxd | kRobotRxd | kCarrier;  // pull-ups: what is not connected is silent
+  PORTD = kRadioRxd | kRobotRxd | kCarrier;  // pull-ups: unconnected inputs are idle
   DDRD = kPtt | kLoad;
   StartUarts();
   StartClock();

@@ -25,13 +25,13 @@ class AvrBoard {
   // Start-up calls no constructors.
   constexpr AvrBoard() = default;
 
-  /// Sets up pins, watchdog, clock and UARTs, and lets interrupts come.
+  /// Sets up pins, watchdog, clock and UARTs, and enables interrupts.
   void Start();
 
-  // What core asks for: client_fw/core/robot.h and pioneer.h.
+  // Required by the core: client_fw/core/robot.h and pioneer.h.
   int radio_get() { return uarts[kRadio].Get(); }
   bool radio_put(uint8_t byte) { return SendRadio(byte); }
-  /// PTT is up from the first byte queued to the end of the last stop bit.
+  /// PTT is high from the first byte queued to the end of the last stop bit.
   bool radio_tx_idle() const { return (PORTD & kPtt) == 0; }
   bool channel_busy() const { return (PIND & kCarrier) == 0 || !radio_tx_idle(); }
   uint16_t millis() const { return Millis(); }
@@ -47,14 +47,14 @@ class AvrBoard {
   /// For `size`, see load_settings.
   void save_settings(const uint8_t* from, uint8_t /*size*/) { nonvolatile_.Save(from); }
 
-  // What client_fw/boards/firmware.h asks for besides.
+  // Also required by client_fw/boards/firmware.h.
   /// There is one size, that of Settings.
   bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
   bool saved() const { return nonvolatile_.saved(); }
   uint16_t saves() const { return nonvolatile_.version(); }
   /// 1 to 254.
   uint8_t id() const;
-  /// The last reset left RAM as it was: the reset pin or the watchdog, not the supply.
+  /// Whether the last reset kept RAM: the reset pin or the watchdog, not the supply.
   bool ram_was_kept() const { return ram_was_kept_; }
 
   void EndTurn() {

@@ -1,8 +1,8 @@
-// Divisors of the AVR's clock, worked out and checked when the firmware is compiled.
+// Divisors of the AVR's clock, computed and checked when the firmware is compiled.
 //
 // F_CPU is the crystal's frequency in Hz, PHEROMONE_RADIO_BAUD and PHEROMONE_ROBOT_BAUD the bit
-// rates of the two UARTs; CMake gives all three. A combination that the hardware cannot divide down
-// to does not compile.
+// rates of the two UARTs; CMake gives all three. A combination for which the hardware has no
+// divisor does not compile.
 #pragma once
 
 #include <stdint.h>
@@ -28,12 +28,12 @@ constexpr uint32_t BaudError(uint32_t baud, uint32_t samples) {
   return (real > baud ? real - baud : baud - real) * 1000u / baud;
 }
 
-/// 16 samples a bit tolerate more, so 8 are taken only where 16 do not give the rate.
+/// 16 samples a bit are more tolerant, so 8 are used only if 16 do not give the rate.
 constexpr uint32_t Samples(uint32_t baud) {
   return BaudError(baud, 16u) <= 5u ? 16u : 8u;
 }
 
-/// What a UART is set to.
+/// The setting of a UART.
 struct BaudSetting {
   uint16_t divisor;   ///< UBRR
   bool double_speed;  ///< U2X; to be written before UBRR

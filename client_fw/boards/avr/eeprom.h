@@ -1,5 +1,5 @@
-// The AVR's EEPROM as the Storage of client_fw/boards/nonvolatile.h, and where things are in it.
-// Reading waits for a write to end (3.4 ms).
+// The AVR's EEPROM as the Storage of client_fw/boards/nonvolatile.h, and its layout. Reading waits
+// for a write to end (3.4 ms).
 #pragma once
 
 #include <avr/interrupt.h>

@@ -1,6 +1,7 @@
-// What interrupts and the main loop share besides bytes: the clock, and the news that something
-// happened. Both live in the AVR's general purpose I/O registers, which short instructions reach:
-// bit 0 of GPIOR0 is set by every interrupt, GPIOR2:GPIOR1 count milliseconds (vectors.S).
+// What interrupts and the main loop share in addition to bytes: the clock, and a flag that
+// something happened. Both are in the AVR's general purpose I/O registers, which short instructions
+// can access: bit 0 of GPIOR0 is set by every interrupt, GPIOR2:GPIOR1 count milliseconds
+// (vectors.S).
 //
 //   StartClock();
 //   for (;;) {
@@ -19,8 +20,8 @@
 namespace pheromone {
 namespace client {
 
-/// Sleeps until the next interrupt, but not if one has come since this was called last: what it
-/// brought may not have been seen. The instruction after sei() comes before any interrupt.
+/// Sleeps until the next interrupt, but not if one has occurred since the last call: its data may
+/// not have been processed. The instruction after sei() comes before any interrupt.
 inline void SleepIfIdle() {
   cli();
   if ((GPIOR0 & 1u) == 0) {

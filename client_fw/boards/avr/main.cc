@@ -4,14 +4,14 @@
 
 namespace {
 
-// Left alone by start-up, so that it outlives a warm reset.
+// Not cleared by start-up, so that it survives a warm reset.
 pheromone::client::RequestMemory memory __attribute__((section(".noinit")));
 
 pheromone::client::AvrBoard board;
 
 }  // namespace
 
-// OS_main: it never returns, so it need not put aside the registers of a caller.
+// OS_main: it never returns, so it need not save the registers of a caller.
 __attribute__((OS_main)) int main() {
   board.Start();
   pheromone::client::RunFirmware(&board, &memory);

@@ -1,4 +1,4 @@
-// Which pin of the ATmega1284P is what; boards/README.md has the table for those who solder.
+// The pins of the ATmega1284P; boards/README.md has a table for the wiring.
 #pragma once
 
 #include <avr/io.h>

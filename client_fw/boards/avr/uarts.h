@@ -1,5 +1,5 @@
 // The two UARTs of an ATmega1284P, driven by interrupts through rings of bytes: 0 is the radio, 1
-// the robot. With them goes the radio's PTT line: up before the first bit of a transmission, down
+// the robot. Also controls the radio's PTT line: high before the first bit of a transmission, low
 // after its last.
 //
 //   StartUarts();                                // then sei()
@@ -10,7 +10,7 @@
 // never for interrupts.
 #pragma once
 
-// Where things are in a Uart, for uart_interrupt.S.
+// The layout of a Uart, for uart_interrupt.S.
 #define UART_RECEIVED_IN 0
 #define UART_RECEIVED_OUT 1
 #define UART_TO_SEND_IN 2
@@ -32,7 +32,7 @@ namespace client {
 struct Uart {
   /// The oldest byte received, or -1.
   int Get();
-  /// Queues a byte; false if there is no room. The caller sees to it that the UART sends.
+  /// Queues a byte; false if there is no room. The caller must make the UART send.
   bool Put(uint8_t byte);
 
   volatile uint8_t received_in;   ///< next to be written

@@ -13,10 +13,11 @@ constexpr uint32_t kCarrier = 1u << 8;
 constexpr uint32_t kPtt = 1u << 9;
 constexpr uint32_t kLoad = 1u << 10;
 
-// The first time it expires it only interrupts (nobody listens), the second time it resets.
+// The first time it expires it only interrupts (without a handler), the second time it resets.
 constexpr uint32_t kWatchdogCycles = kClockHz / 8;
 
-// QEMU and the chip do not tell why they were reset, but RAM that holds these has been kept.
+// QEMU and the chip do not report the cause of a reset, but if RAM contains these values, it was
+// kept.
 constexpr uint32_t kKept[2] = {0x50686572, 0x6F6D6F6E};
 volatile uint32_t kept[2] __attribute__((section(".noinit")));
 
@@ -72,7 +73,7 @@ void CortexMBoard::EndTurn() {
   if (!happened_) {
     WaitForInterrupt();  // ends with the interrupt pending, although they are disabled
   }
-  happened_ = false;  // whatever comes now is seen in the next turn, and wakes it
+  happened_ = false;  // interrupts from now on are handled in the next turn, and wake it
   EnableInterrupts();
 }
 

@@ -7,11 +7,11 @@
 // Pins of GPIO 0, all high when active, so that a machine without GPIO has neither straps nor a
 // carrier: 0-7 in: the ID; 8 in: carrier; 9 out: PTT; 10 out: hold the load.
 //
-// This board has no EEPROM. A piece of RAM stands for it, which outlives resets, but not the loss
-// of power: settings are forgotten then, and nonces begin at 1 again, so that after a power loss
-// "at most once" does not hold. A board of your own has a Storage (nonvolatile.h) that keeps.
+// This board has no EEPROM. RAM is used instead, which survives resets but not a loss of power:
+// settings are then lost, and nonces begin at 1 again, so that "at most once" does not hold after a
+// power loss. A board of your own needs a Storage (nonvolatile.h) that survives it.
 //
-// The main loop's, but for what is said to be an interrupt's.
+// For the main loop, except where marked for interrupts.
 #pragma once
 
 #include <stdint.h>
@@ -24,7 +24,7 @@
 namespace pheromone {
 namespace client {
 
-/// What stands for an EEPROM.
+/// RAM used as the EEPROM.
 struct ResetProofRam {
   static bool Ready() { return true; }
   static uint8_t Read(uint8_t at) { return bytes[at]; }
@@ -39,9 +39,9 @@ class CortexMBoard {
 
   void Start();
 
-  // What core asks for: client_fw/core/robot.h and pioneer_drive.h.
-  /// What comes in before radio_tx_idle said that our own transmission is over waits until then:
-  /// QEMU's bytes take no time, so an answer may be here before our last stop bit.
+  // Required by the core: client_fw/core/robot.h and pioneer_drive.h.
+  /// Bytes received before radio_tx_idle has reported the end of our own transmission wait until
+  /// then: QEMU's bytes take no time, so an answer may arrive before our last stop bit.
   int radio_get() { return transmitting_ ? -1 : radio_.Get(); }
   bool radio_put(uint8_t byte);
   bool radio_tx_idle() {
@@ -55,7 +55,7 @@ class CortexMBoard {
   void set_load(bool hold);
   void save_settings(const uint8_t* from, uint8_t /*size*/) { nonvolatile_.Save(from); }
 
-  // What client_fw/boards/firmware.h asks for besides.
+  // Also required by client_fw/boards/firmware.h.
   bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
   bool saved() const { return nonvolatile_.saved(); }
   uint16_t saves() const { return nonvolatile_.version(); }
@@ -77,7 +77,7 @@ class CortexMBoard {
   volatile uint32_t now_ms_ = 0;
   volatile uint8_t line_busy_ms_ = 0;  // after the last byte has gone to the shift register
   volatile bool happened_ = false;     // an interrupt, since the last EndTurn
-  bool transmitting_ = false;          // as last told
+  bool transmitting_ = false;          // the last value reported
   bool ram_was_kept_ = false;
 };
 

@@ -90,8 +90,8 @@ class InterruptUart {
   }
 
  private:
-  // The interrupt says that the buffer has become empty, not that it is: so the first byte goes
-  // out by hand.
+  // The interrupt signals that the buffer has become empty, not that it is empty: so the first byte
+  // is sent directly.
   void SendNext() {
     const int byte = to_send_.Get();
     sending_ = byte >= 0;

@@ -64,7 +64,7 @@ class HostBoard {
 
   // The host's side.
   void set_millis(uint32_t now_ms) { now_ms_ = now_ms; }
-  /// Carrier detect; stays false where the link has none.
+  /// Carrier detect; always false if the link has none.
   void set_carrier(bool carrier) { carrier_ = carrier; }
 
   /// Bytes that do not fit are lost and counted, as on a UART that is not read.
@@ -79,8 +79,9 @@ class HostBoard {
     }
   }
 
-  /// Moves what the robot wants to send to `to` and returns its size, at most `capacity`. From then
-  /// on until OnTransmitted the radio is not idle; while it is not, nothing more is given out.
+  /// Moves the bytes that the robot wants to send to `to` and returns their number, at most
+  /// `capacity`. From then on until OnTransmitted the radio is not idle; meanwhile, no more bytes
+  /// are returned.
   size_t TakeTransmission(uint8_t* to, size_t capacity) {
     size_t size = 0;
     if (!leaving_) {

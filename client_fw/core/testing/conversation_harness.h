@@ -19,7 +19,7 @@ constexpr uint8_t kTestSlotMs = 3;
 /// Slot and three bytes at 9600 baud, rounded up: silence after which the channel is idle.
 constexpr uint8_t kTestIdleMs = kTestSlotMs + 4;
 
-/// What a halted robot's wheels do, and those of one that smells the same left and right.
+/// The wheel speeds of a halted robot, and of one that senses the same left and right.
 constexpr WheelSpeeds kStill = {0, 0};
 constexpr WheelSpeeds kStraight = {200, 200};
 

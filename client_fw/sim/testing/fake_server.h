@@ -1,5 +1,5 @@
 // A scripted server on a radio medium: answers HELLO, PING, EVENT and SENSE; what the antennas
-// smell is a function of the pose. There is one pheromone, type 1.
+// intensities are a function of the pose. There is one pheromone, type 1.
 //
 //   FakeServer server(&medium);
 //   server.smell = [](const protocol::WirePose& pose) { return std::pair<int16_t, int16_t>{1, 2};

@@ -1,1 +1,1 @@
-"""What the test of a real server is made of; nothing of it belongs to a client."""
+"""The parts of the test of a real server; a client does not need them."""

@@ -1,4 +1,4 @@
-"""What the server smells, against the model; what it tells about itself."""
+"""The server's intensities, compared with the model; the parameters that it reports."""
 
 from __future__ import annotations
 

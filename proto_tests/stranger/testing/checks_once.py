@@ -1,4 +1,4 @@
-"""A mutating request is carried out exactly once (section 7)."""
+"""A mutating request is executed exactly once (section 7)."""
 
 from __future__ import annotations
 

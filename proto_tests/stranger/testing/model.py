@@ -1,4 +1,4 @@
-"""The field as section 10 tells it, with no thought of speed."""
+"""The field as specified in section 10, without regard to speed."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class OffTheMap(Exception):
 
 @dataclass(frozen=True)
 class Model:
-    """A map and what lies on it. Coordinates are pose units."""
+    """A map and its contents. Coordinates are in pose units."""
 
     width_um: int
     height_um: int
@@ -77,7 +77,7 @@ class Model:
         return min(column, self.width_um // a), min(row, self.height_um // a)
 
     def quanta(self, pheromone: int, column: int, row: int, now_ms: int) -> int:
-        """How many quanta a node holds now."""
+        """The number of quanta that a node holds now."""
         count, since = self.nodes.get((pheromone, column, row), (0, 0))
         tau = self.pheromones[pheromone].tau_ms
         return max(0, count - (now_ms - since) // tau) if tau else count
@@ -105,7 +105,7 @@ class Model:
                 yield x, y, count
 
     def sense(self, pheromone: int, x: int, y: int, heading: int, now_ms: int = 0) -> Smell:
-        """What the server should answer."""
+        """The expected answer of the server."""
         kind = self.pheromones[pheromone]
         px, py = self.position(x, y)
         cos, sin = cosine_q14(heading), sine_q14(heading)
@@ -123,7 +123,7 @@ class Model:
 
 
 def weight_q16(kind: Pheromone, dx: int, dy: int) -> int:
-    """How much of a source arrives at a distance, in 1/65536."""
+    """The weight of a source at a distance, in 1/65536."""
     distance = math.sqrt(dx * dx + dy * dy)
     k = 65536 / kind.sigma_um
     value = math.floor((kind.core_um + kind.sigma_um - distance) * k + 0.5)

@@ -33,7 +33,7 @@ class LastOne {
   std::unique_ptr<Value> value_;
 };
 
-/// A field whose every type gets what is laid, but for blends.
+/// A field with the deposits in every type except blends.
 struct FieldMap {
   explicit FieldMap(const FieldConfig& config, const Kernel& kernel = BestKernel())
       : field(config, kernel) {}

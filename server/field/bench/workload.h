@@ -27,7 +27,7 @@ constexpr uint8_t kType = 1;
 constexpr uint64_t kNowMs = 10'000 * kTickMs;
 
 enum class Pattern {
-  kUniform,  ///< each node with the same probability, laid in no spatial order
+  kUniform,  ///< each node with the same probability, deposited in random order
   kTrails,   ///< curved lines, one after the other
 };
 

@@ -65,7 +65,7 @@ inline FieldConfig WalkConfig() {
 
 /// Makes `requests` deposits in `type`, a millisecond apart, each at the next step of a random walk
 /// or anywhere. Beside them a robot keeps to its own trail, which it must always be able to renew
-/// and to smell.
+/// and to sense.
 inline void WalkAndWatch(Client client, uint8_t type, int64_t requests) {
   const uint64_t before = ResidentBytes();
   const FieldConfig config = WalkConfig();
