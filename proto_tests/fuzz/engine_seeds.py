@@ -213,11 +213,13 @@ def frame(robot=1, x=0, y=0, heading=16384, cos=0, sin=2**30):
 
 def config(box=(0, 0, 2_000_000, 1_500_000, 100_000), antennas=(330_000, 0, 16384), laws=None,
            paths=(), prints=(), obstacles=b"\0", memory=1 << 20, unit=100, robots=4,
-           links=(b"radio-a", b"radio-b"), frames=()):
+           links=(b"radio-a", b"radio-b"), frames=(), components=()):
+    """`components`: None in versions before 3."""
     return (struct.pack("<5q", *box) + struct.pack("<qqH", *antennas) +
             many(*([law(), law(2, b"path", tau=0)] if laws is None else laws)) + many(*paths) +
             many(*prints) + obstacles + struct.pack("<QHH", memory, unit, robots) +
-            many(*(text(link) + b"\3\x28" for link in links)) + many(*frames))
+            many(*(text(link) + b"\3\x28" for link in links)) + many(*frames) +
+            (b"" if components is None else many(*components)))
 
 
 def configs():
@@ -233,6 +235,9 @@ def configs():
     yield "blend_of_anything", config(laws=[law(), law(
         2, core=2**63 - 1, sigma=2**63 - 1, tau=-1, quantum=-2**63, most=0, weight=-2**31,
         diffusion=(2**32 - 1,) * 4, blend=[(1, 1)])])
+    yield "component", config(components=[text(b"tags") + b"\1" + text(b"bytes")])
+    yield "components_out_of_order", config(
+        components=[text(name) + b"\1" + text(b"") for name in (b"b", b"a")])
     yield "no_map", config(box=(0, 0, 2_000_000, 1_500_000, 0))
     yield "large_map", config(box=(0, 0, 10**12, 10**12, 1))
     yield "far_antennas", config(antennas=(-1, 0, 0))
@@ -274,13 +279,26 @@ def states():
     """(name, the beginning of a state). None has its hash, so none is valid."""
 
     def state(*links, broadcasts=(), after=b""):
-        return (b"\1" + config() + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
+        return (b"\1" + config(components=None) + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
                 many(*links) + after)
 
     def link(name, *robots):
         return text(name) + many(*robots)
 
     seen = b"\1" + bytes([1, 4, 3, 5, 0]) + b"\1" + struct.pack("<qqHQ", 1, 2, 3, 4)
+    def named(*components, robots=3, field=3, after=b""):
+        parts = [(b"robots", bytes([robots]), bytes(9)),
+                 (b"field", bytes([field]), 15 * nothing + sweep + bytes(5)), *components]
+        return (b"\3" + config() + struct.pack("<HQQ", 1, 1000, 3) + b"".join(
+            text(name) + version + content for name, version, content in parts) + text(b"") +
+            bytes(8) + after)
+
+    nothing = b"\0" + bytes(4) + bytes(4) + bytes(40) + bytes(8)  # of a type
+    sweep = struct.pack("<BiQQQ", 1, 0, 0, 0, 0)
+    yield "named", named()
+    yield "later_version", named(field=4)
+    yield "another_component", named((b"tags", b"\1", b"bytes"))
+    yield "no_component", b"\3" + config() + struct.pack("<HQQ", 1, 1000, 3) + text(b"field")
     yield "version", b"\7"
     yield "robots", state(link(b"radio-a", robot(1, outcome=1), robot(2, rest=seen)), link(b"x"))
     yield "broadcast", state(broadcasts=[struct.pack("<HBBQ", 1, 0, 2, 5)])
@@ -289,8 +307,6 @@ def states():
     yield "robots_out_of_order", state(link(b"b", robot(2), robot(2)))
     yield "command", state(link(b"b", robot(2, code=77)))
     yield "answer", state(link(b"b", robot(2, answer=b"\1\1\xff")))
-    nothing = b"\0" + bytes(4) + bytes(4) + bytes(40) + bytes(8)  # of a type
-    sweep = struct.pack("<BiQQQ", 1, 0, 0, 0, 0)
     yield "no_pheromone", state(after=15 * nothing + sweep + bytes(8))
     yield "no_sweep", state(after=15 * nothing + bytes(29) + bytes(8))
     tile = struct.pack("<BIIBQQ", 1, 1, 0, 0, 1, (64 << 42) | 500)
@@ -300,12 +316,15 @@ def states():
 def events():
     """(name, event), of each kind, and of none."""
     for kind, data in enumerate([
-            b"", b"\0\0" + bytes([1, HELLO, 4, 1, 0, 1, 0]), b"", b"\7\0\0" + config(),
+            b"", b"\0\0" + bytes([1, HELLO, 4, 1, 0, 1, 0]), b"", b"\7\0\0" + config(components=None),
             b"\0\0\1\1" + bytes(5), struct.pack("<BBBIqIqq", 1, 1, 0, 64, 9, 1, 5, 6),
             b"\0\0\1" + struct.pack("<qqHI", 1, 2, 3, 4), b""]):
         yield f"kind_{kind}", bytes([1, kind]) + data
     yield "version", b"\2\2"
     yield "longer", b"\1\2\3"
+    yield "configuration", b"\3\3" + b"\7\0\0\1" + config()
+    yield "of_component", b"\3\x11" + b"\1" + text(b"bytes")
+    yield "of_no_component", b"\3\x0f"
     yield "sense", b"\1\1\0\0" + bytes([1, SENSE | 1, 6]) + bytes(6)
 
 
