@@ -442,7 +442,7 @@ TEST_F(RecorderTest, AHaltThatTheLogDoesNotKnowIsReplayedAndNothingElseMayGoLike
       unlogged->sent.message.id = 1;
     }
   }
-  EXPECT_THAT(ReplayError(FileOf(records)), HasSubstr("only a halt to all robots"));
+  EXPECT_THAT(ReplayError(FileOf(records)), HasSubstr("expected a halt to all robots"));
 }
 
 TEST_F(RecorderTest, WhatDoesNotFitIntoTheQueueIsAGapInTheFile) {
