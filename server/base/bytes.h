@@ -101,7 +101,7 @@ class ByteReader {
 
   uint8_t U8() {
     if (!MoreIsThere()) {
-      Fail("ends too early");
+      Fail("unexpected end of data");
       return 0;
     }
     const auto byte = static_cast<uint8_t>(rest_.front());
@@ -154,7 +154,7 @@ class ByteReader {
   /// Fails if there is more.
   void ExpectEnd() {
     if (ok() && MoreIsThere()) {
-      Fail("goes on after its end");
+      Fail("trailing bytes");
     }
   }
 

@@ -96,7 +96,7 @@ Status CheckComponents(const std::vector<ComponentConfig>& components) {
     const std::string& name = components[i].component;
     if (name.empty() || (i > 0 && name <= components[i - 1].component)) {
       return Error{"components[" + std::to_string(i) + "] is \"" + name +
-                   "\", expected a name after the one before it"};
+                   "\", expected names in ascending order"};
     }
   }
   return Ok();

@@ -152,7 +152,7 @@ Status Engine::Check(const Event& event) const {
   if (const auto* request = std::get_if<RequestReceived>(&event)) {
     return Classify(request->link, request->message) == Handling::kChange
                ? Ok()
-               : Error{"a request that changes nothing"};
+               : Error{"the request does not change the state"};
   }
   if (std::holds_alternative<Advance>(event)) {
     return Ok();
@@ -160,8 +160,7 @@ Status Engine::Check(const Event& event) const {
   const Component* const owner = Owner(event);
   return owner != nullptr
              ? owner->Check(Now(), event)
-             : Error{"an event of kind " + std::to_string(static_cast<int>(KindOf(event))) +
-                     ", which belongs to no component of this program"};
+             : Error{"unknown event kind " + std::to_string(static_cast<int>(KindOf(event)))};
 }
 
 Status Engine::Prepare(const SharedConfig& present, Event* event) {
@@ -180,8 +179,7 @@ Status Engine::CheckConfig(const EngineConfig& next, const ConfigPlan* plan) con
         std::any_of(components_.begin(), components_.end(),
                     [&](const auto& component) { return component->name() == it.component; });
     if (!is_known) {
-      return Error{"a configuration of \"" + it.component +
-                   "\", which is no component of this program"};
+      return Error{"unknown component \"" + it.component + "\" in the configuration"};
     }
   }
   for (const Polymorphic<Component>& component : components_) {

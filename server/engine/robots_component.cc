@@ -184,7 +184,7 @@ Status RobotsComponent::Check(const Context& context, const Event& event) const 
   const auto& seen = std::get<PoseObserved>(event);
   return table_.SaidHello(seen.link, seen.id, context.epoch)
              ? Ok()
-             : Error{"a pose of robot " + std::to_string(seen.id) + ", which is not there"};
+             : Error{"a pose of robot " + std::to_string(seen.id) + ", which has not said HELLO"};
 }
 
 void RobotsComponent::Apply(const Context& context, const Event& event, const Output& out) {

@@ -104,21 +104,21 @@ void Engine::RestoreComponents(uint8_t version, ByteReader* reader) {
     if (is_there) {
       const uint8_t its_version = has_names ? reader->U8() : version;
       if (its_version > component.version()) {
-        reader->Fail("the component \"" + name + "\" in version " + std::to_string(its_version) +
+        reader->Fail("component \"" + name + "\" has version " + std::to_string(its_version) +
                      ", expected at most " + std::to_string(component.version()));
         return;
       }
       component.Restore(Now(), its_version, reader);
       name = has_names ? reader->Text() : "";
     } else if (i <= kFieldPlace) {
-      reader->Fail("a state without the component \"" + std::string(component.name()) + "\"");
+      reader->Fail("missing component \"" + std::string(component.name()) + "\" in the state");
     } else {
       component.Configure(Now(), {}, {nullptr, &finished_});
       finished_.clear();
     }
   }
   if (reader->ok() && !name.empty()) {
-    reader->Fail("a state of \"" + name + "\", which is no component of this program");
+    reader->Fail("unknown component \"" + name + "\" in the state");
   }
 }
 
