@@ -104,7 +104,7 @@ Status CheckComponents(const std::vector<ComponentConfig>& components) {
 
 }  // namespace
 
-// Each relies on those before it.
+// Each check relies on those before it.
 Status CheckValues(const EngineConfig& config) {
   Status found = CheckFields(config, "");
   found = found.ok() ? CheckMap(config.field.map) : found;

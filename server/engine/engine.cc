@@ -29,7 +29,7 @@ Engine::Engine(ComponentList components) : components_(std::move(components)) {
   }
 }
 
-// Null if no component has that kind; those that the engine itself takes are not asked for.
+// Null if no component has that kind. Not for kinds that the engine itself handles.
 const Component* Engine::Owner(const Event& event) const {
   const auto found = owners_of_kinds_.find(KindOf(event));
   return found != owners_of_kinds_.end() ? &*components_[found->second] : nullptr;
@@ -201,7 +201,7 @@ void Engine::On(const ConfigChanged& change, const Output& out) {
     (void)Prepare(config_, &planned);
   }
   const std::shared_ptr<const ConfigPlan> plan = std::get<ConfigChanged>(planned).plan;
-  // At the end of time there is no later moment to tell old nodes from new ones by.
+  // At the maximum time, no later stamp can distinguish new nodes from old ones.
   const bool in_portions = !is_new && change.in_portions && field_time_ms_ < kMaxFieldTimeMs;
   const SharedConfig before = config_;
   const Context context = Now(change.config, field_time_ms_);
@@ -209,12 +209,12 @@ void Engine::On(const ConfigChanged& change, const Output& out) {
     component->Configure(context, {is_new ? nullptr : &*before, plan.get(), in_portions}, out);
   }
   if (in_portions) {
-    ++field_time_ms_;  // what was stored before can be told from what comes later
+    ++field_time_ms_;  // distinguishes what was stored before from what comes later
   }
   TakeConfig(change.config, plan != nullptr ? plan->figures : FiguresOf(*change.config));
 }
 
-// The configuration, and what is worked out from it.
+// The configuration, and what is computed from it.
 void Engine::TakeConfig(SharedConfig config, const ConfigFigures& figures) {
   config_ = std::move(config);
   config_figures_ = figures;
@@ -233,7 +233,7 @@ std::optional<uint64_t> Engine::NextDeadline() const {
 }
 
 uint64_t Engine::StateHash() const {
-  // The robots' share of the first word is older than the components.
+  // The broadcast seq was hashed here before there were components.
   uint64_t hash = Hash64({'E', epoch_, OfRobots(components_).next_broadcast_seq()});
   for (const Polymorphic<Component>& component : components_) {
     hash += component->Hash();

@@ -19,7 +19,7 @@ Event DecodeOne(uint8_t version, ByteReader* reader) {
 // The alternatives of Event that have a kind of their own.
 constexpr size_t kPlainKinds = std::variant_size_v<Event> - 1;
 
-// One for each of them, in its order.
+// A decoder for each of them, in the same order.
 template <size_t... kIndex>
 Event DecodeKind(uint8_t kind, uint8_t version, ByteReader* reader,
                  std::index_sequence<kIndex...> /*all*/) {
