@@ -38,7 +38,7 @@ std::string Hex(const std::string& bytes) {
   return text;
 }
 
-// Written by hand from server/journal/README.md: a change of the layout must not go unnoticed.
+// Written by hand from server/journal/README.md, so that a changed layout is noticed.
 TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   EXPECT_EQ(Hex(Encoded(RequestReceived{0x0201, testing::Hello(7, 0x0403)})),
             "0301"
@@ -104,7 +104,7 @@ TEST(EventCodec, EveryEventComesBack) {
       ASSERT_TRUE(reader.ok()) << reader.error();
       ASSERT_EQ(Encoded(same), bytes);
       kinds.insert(KindOf(event));
-      // The decoded one is applied: what it means is the same too.
+      // The decoded one is applied: its effect is the same too.
       engine.Apply(sequence, traffic.stamp(), same, &out);
       event = traffic.Next(engine);
     }
@@ -122,7 +122,7 @@ TEST(EventCodec, AnUnknownVersionOrKindIsNamed) {
   EXPECT_EQ(ErrorOf(""), "unexpected end of data");
 }
 
-// Written by hand, as version 1 has them: they must mean the same for ever.
+// Written by hand in version 1: their meaning must never change.
 TEST(EventCodec, EventsOfTheFirstVersionAreRead) {
   const auto read = [](const std::string& bytes) {
     ByteReader reader(bytes);
@@ -214,7 +214,7 @@ TEST(ConfigCodec, AConfigurationComesBackWhole) {
   }
 }
 
-// They mean nothing, but a sum of two of them would overflow.
+// Meaningless values, but a sum of two of them would overflow.
 TEST(ConfigCodec, ABlendWithNumbersThatNoLawHasIsRefused) {
   EngineConfig config = testing::RichConfig(false);
   field::PheromoneLaw& blend = config.field.pheromones.back();
