@@ -119,7 +119,7 @@ TEST_F(ComponentDemo, AnEngineWithoutItDoesNotKnowItsMessageNorItsEvent) {
   bench.Handle(engine::testing::Hello(1, 1));
   EXPECT_EQ(bench.HandleForReason(Visit(1, 1, 9)), protocol::Reason::kUnknownOpcode);
   EXPECT_EQ(bench.engine.Check(engine::ToEvent(visits::Reset{9})).error(),
-            "an event of kind 200, which belongs to no component of this program");
+            "unknown event kind 200");
 }
 
 TEST_F(ComponentDemo, ItsEventChangesItsStateThroughTheLog) {
@@ -128,7 +128,7 @@ TEST_F(ComponentDemo, ItsEventChangesItsStateThroughTheLog) {
   Apply(engine::ToEvent(visits::Reset{9}));
   EXPECT_EQ(CountIn(Handle(Visit(1, 2, 9))), 1);
   EXPECT_EQ(engine_.Check(engine::ComponentEvent{visits::Reset::kKind, 1, "too long"}).error(),
-            "a reset of visits: goes on after its end");
+            "a reset of visits: trailing bytes");
   EXPECT_EQ(engine_.Check(engine::ComponentEvent{visits::Reset::kKind, 2, "\x09"}).error(),
             "a reset of visits: version 2, expected at most 1");
 }
@@ -153,9 +153,9 @@ TEST_F(ComponentDemo, AWrongKeyIsNamed) {
   EXPECT_EQ(Parsed("[visit]\n").error(), "file.toml:19:2: visit: unknown key, expected visits?");
   engine::EngineConfig config = engine_.config();
   config.components[0].bytes = "not it";
-  EXPECT_EQ(engine_.CheckConfig(config).error(), "visits: ends too early");
+  EXPECT_EQ(engine_.CheckConfig(config).error(), "visits: unexpected end of data");
   EXPECT_EQ(Engine().CheckConfig(engine_.config()).error(),
-            "a configuration of \"visits\", which is no component of this program");
+            "unknown component \"visits\" in the configuration");
 }
 
 TEST_F(ComponentDemo, ItsStateIsSavedFrozenCopiedAndHashed) {
@@ -178,8 +178,7 @@ TEST_F(ComponentDemo, ItsStateIsSavedFrozenCopiedAndHashed) {
   EXPECT_EQ(Saved(branch), bytes) << "a copy is a state of its own";
   EXPECT_EQ(VisitsOf(engine_).CountOf(9), 2);
   ByteReader again(bytes);
-  EXPECT_EQ(Engine::Restore(&again).error(),
-            "a state of \"visits\", which is no component of this program");
+  EXPECT_EQ(Engine::Restore(&again).error(), "unknown component \"visits\" in the state");
 }
 
 TEST_F(ComponentDemo, AStateFromBeforeItCameIsRead) {

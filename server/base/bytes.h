@@ -1,4 +1,4 @@
-// Numbers to bytes and back, for what is kept in files: little-endian, without padding, the same on
+// Encodes numbers as bytes and decodes them, for files: little-endian, without padding, the same on
 // every machine.
 //
 //   ByteWriter writer;
@@ -9,13 +9,12 @@
 //   std::string name = reader.Text();
 //   if (!reader.ok()) return Error{reader.error()};
 //
-// What does not fit into memory at once goes through in portions: a writer with a sink hands its
+// Data that does not fit into memory is processed in portions: a writer with a sink passes its
 // bytes on, and a reader with a source asks for more.
 //
-// A reader takes any bytes. Its first failure stays; from then on it gives zeros, so that a
-// function may read a whole object and ask once. Lists begin with their length, which the reader
-// does not trust: a loop over it asks ok() each time, and what it builds is never larger than what
-// was read.
+// A reader accepts any bytes. Its first failure persists; from then on it returns zeros, so that a
+// function may read a whole object and check once. Lists begin with their length, which is not
+// trusted: a loop over it checks ok() each time, so that no list is larger than what was read.
 //
 // One thread at a time.
 #pragma once
@@ -37,7 +36,7 @@ class ByteWriter {
 
   /// Keeps everything in bytes().
   ByteWriter() = default;
-  /// Hands on portions of about kPortionBytes, the last one at Flush.
+  /// Passes on portions of about kPortionBytes, the last one at Flush.
   explicit ByteWriter(Sink sink) : sink_(std::move(sink)) {}
 
   void U8(uint8_t value) { Number(value); }
@@ -101,7 +100,7 @@ class ByteReader {
 
   uint8_t U8() {
     if (!MoreIsThere()) {
-      Fail("ends too early");
+      Fail("unexpected end of data");
       return 0;
     }
     const auto byte = static_cast<uint8_t>(rest_.front());
@@ -114,7 +113,7 @@ class ByteReader {
   int16_t I16() { return static_cast<int16_t>(U16()); }
   int32_t I32() { return static_cast<int32_t>(U32()); }
   int64_t I64() { return static_cast<int64_t>(U64()); }
-  /// 0 or 1: there is one way to write a thing.
+  /// 0 or 1, so that encodings are unique.
   bool Flag() { return U8UpTo(1, "a flag") != 0; }
   uint8_t U8UpTo(uint8_t most, std::string_view what) {
     const uint8_t value = U8();
@@ -136,7 +135,7 @@ class ByteReader {
 
   bool ok() const { return error_.empty(); }
   const std::string& error() const { return error_; }
-  /// Notes what is wrong, if nothing was before.
+  /// Stores the error, unless there is one already.
   void Fail(std::string_view what) {
     if (ok()) {
       error_ = what;
@@ -149,12 +148,12 @@ class ByteReader {
       Fail(status.error());
     }
   }
-  /// Whether there is no more, for lack of bytes or after a failure.
+  /// Whether no bytes are left; true after a failure.
   bool AtEnd() { return !MoreIsThere(); }
-  /// Fails if there is more.
+  /// Fails if bytes are left.
   void ExpectEnd() {
     if (ok() && MoreIsThere()) {
-      Fail("goes on after its end");
+      Fail("trailing bytes");
     }
   }
 
@@ -175,7 +174,7 @@ class ByteReader {
       rest_.remove_prefix(sizeof(Unsigned));
       return static_cast<Unsigned>(value);
     }
-    for (size_t i = 0; i < sizeof(Unsigned); ++i) {  // it lies across two portions
+    for (size_t i = 0; i < sizeof(Unsigned); ++i) {  // it spans two portions
       value |= uint64_t{U8()} << (8 * i);
     }
     return ok() ? static_cast<Unsigned>(value) : Unsigned{0};

@@ -44,9 +44,9 @@ TEST(Bytes, WhatWasWrittenIsRead) {
 TEST(Bytes, TheFirstFailureStaysAndGivesZeros) {
   ByteReader reader("\x07\x07");
   EXPECT_EQ(reader.U32(), 0u);
-  EXPECT_EQ(reader.error(), "ends too early");
+  EXPECT_EQ(reader.error(), "unexpected end of data");
   reader.Fail("something else");
-  EXPECT_EQ(reader.error(), "ends too early");
+  EXPECT_EQ(reader.error(), "unexpected end of data");
   EXPECT_EQ(reader.U8(), 0);
 }
 
@@ -57,7 +57,7 @@ TEST(Bytes, AFlagIsZeroOrOneAndNothingFollowsTheEnd) {
   ByteReader more("\x01\x01");
   EXPECT_TRUE(more.Flag());
   more.ExpectEnd();
-  EXPECT_EQ(more.error(), "goes on after its end");
+  EXPECT_EQ(more.error(), "trailing bytes");
 }
 
 TEST(Bytes, ALengthThatLiesCostsNothing) {

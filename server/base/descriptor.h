@@ -1,4 +1,4 @@
-// A file descriptor with an owner, and the words for what the system refuses.
+// A file descriptor with an owner, and messages for system errors.
 #pragma once
 
 #include <unistd.h>
@@ -14,7 +14,7 @@
 
 namespace pheromone {
 
-/// An open descriptor, closed with its owner.
+/// An open descriptor; its destructor closes it.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -32,14 +32,14 @@ class Descriptor {
   int get() const { return value_; }
   bool valid() const { return value_ >= 0; }
   int release() { return std::exchange(value_, -1); }
-  /// False if the system reports an error, such as of writing what was written before.
+  /// False if the system reports an error, such as of an earlier write.
   bool Close() { return !valid() || close(release()) == 0; }
 
  private:
   int value_ = -1;
 };
 
-/// All of them, again after a signal. False if that failed, errno says why.
+/// Writes all bytes, retrying after signals. False on an error, with errno.
 inline bool WriteAll(int descriptor, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t count = write(descriptor, bytes.data(), bytes.size());
@@ -51,7 +51,7 @@ inline bool WriteAll(int descriptor, std::string_view bytes) {
   return true;
 }
 
-/// `what: the system's words for errno`
+/// `what: the system's message for errno`
 inline Error SystemError(const std::string& what) {
   return Error{what + ": " + std::generic_category().message(errno)};
 }

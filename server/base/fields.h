@@ -14,7 +14,7 @@
 //
 //   EncodeFields(part, &writer);             // each field, in this order (bytes.h)
 //   BlendPart same;
-//   DecodeFields(&reader, version, &same);   // fails the reader for values that are no enumerator
+//   DecodeFields(&reader, version, &same);   // fails the reader for invalid enumerators
 //   Status good = CheckFields(part, "part"); // "part.weight_milli is 2000000, expected ..."
 //   uint64_t hash = HashFields(part);        // Hash64 of the fields as words
 //   std::string text = DescribeFields<BlendPart>();
@@ -44,7 +44,7 @@ struct FieldRule {
   int64_t least = std::numeric_limits<int64_t>::min();
   int64_t most = std::numeric_limits<int64_t>::max();
   uint8_t since = 0;   ///< in bytes of an older version it is missing
-  int64_t before = 0;  ///< what it was there, if it is a number or a flag
+  int64_t before = 0;  ///< its value there, if it is a number or a flag
 
   bool bounded() const { return *this != FieldRule{.since = since, .before = before}; }
   bool operator==(const FieldRule&) const = default;
@@ -56,13 +56,13 @@ constexpr FieldRule Within(int64_t least, int64_t most) {
 constexpr FieldRule AtLeast(int64_t least) {
   return {.least = least};
 }
-/// Of an enumeration that begins at 0: its last enumerator.
+/// For an enumeration that begins at 0: up to its last one.
 template <typename Enum>
 requires std::is_enum_v<Enum>
 constexpr FieldRule UpTo(Enum last) {
   return Within(0, static_cast<int64_t>(last));
 }
-/// Written since `version`; in older bytes it is missing, and stands for `before`.
+/// Written since `version`; in older bytes it is missing, and its value is `before`.
 constexpr FieldRule Since(uint8_t version, int64_t before = 0, FieldRule rule = {}) {
   rule.since = version;
   rule.before = before;
@@ -173,7 +173,7 @@ void EncodeFields(const T& it, ByteWriter* writer) {
   }
 }
 
-/// As written by `version`. Of values only enumerators are looked at: CheckFields does the rest.
+/// As written by `version`. Checks only enumerators: CheckFields does the rest.
 template <typename T>
 void DecodeFields(ByteReader* reader, uint8_t version, T* it, std::string_view name = "",
                   FieldRule rule = {}) {
@@ -216,8 +216,8 @@ void DecodeFields(ByteReader* reader, uint8_t version, T* it, std::string_view n
   }
 }
 
-/// At least as many bytes as EncodeFields writes, and no more where there is no FieldCodec. A list
-/// of numbers is not looked at item by item.
+/// An upper bound of the bytes that EncodeFields writes, exact without a FieldCodec. A list of
+/// numbers is not visited item by item.
 template <typename T>
 size_t BytesAtMost(const T& it) {
   if constexpr (fields::HasCodec<T>) {
@@ -255,7 +255,7 @@ uint64_t HashFields(const T& it);
 
 namespace fields {
 
-// A list begins with its length, so that nothing can move from one to the next unseen.
+// Begins with the length, so that moving items between adjacent lists changes the hash.
 template <typename T>
 uint64_t HashList(const std::vector<T>& list) {
   uint64_t hash = HashStep(0, list.size());
@@ -269,7 +269,7 @@ template <typename T>
 uint64_t HashInto(uint64_t hash, const T& it, FieldRule rule = {}) {
   if constexpr (IsList<T>::value) {
     if (rule.since != 0 && it.empty()) {
-      return hash;  // as it was before there was such a list
+      return hash;  // as before there was such a list
     }
   }
   if constexpr (HasCodec<T>) {
@@ -316,7 +316,7 @@ uint64_t HashFields(const T& it) {
 
 namespace fields {
 
-/// Whether there is anything to check: lists of a million points are not looked at for nothing.
+/// Whether there is anything to check, so that a list of a million points can be skipped.
 template <typename T>
 bool HasBounds(FieldRule rule = {}) {
   if constexpr (HasCodec<T>) {
@@ -337,7 +337,7 @@ bool HasBounds(FieldRule rule = {}) {
 
 }  // namespace fields
 
-/// The first field beyond its bounds: "NAME.FIELD is VALUE, expected LEAST to MOST".
+/// The first field out of bounds: "NAME.FIELD is VALUE, expected LEAST to MOST".
 template <typename T>
 Status CheckFields(const T& it, const std::string& name, FieldRule rule = {}) {
   if constexpr (fields::HasCodec<T>) {

@@ -42,7 +42,7 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes) {
     }
     bytes.append(portion.data(), static_cast<size_t>(std::max<ssize_t>(count, 0)));
     if (bytes.size() > max_bytes) {
-      return too_long();  // it has grown, or is one of those that do not tell their size
+      return too_long();  // it has grown, or does not report its size
     }
   }
 }

@@ -73,7 +73,7 @@ TEST_F(FileTest, ReadingStopsAtTheLimitEvenWhereThereIsNoEnd) {
   ASSERT_TRUE(WriteFile(In("a"), "12345").ok());
   EXPECT_TRUE(ReadFile(In("a"), 5).ok());
   EXPECT_EQ(ReadFile(In("a"), 4).error(), In("a") + ": too long, expected at most 4 bytes");
-  // Of those in /proc the size is 0.
+  // Files in /proc report the size 0.
   EXPECT_EQ(ReadFile("/proc/self/status", 3).error(),
             "/proc/self/status: too long, expected at most 3 bytes");
 }

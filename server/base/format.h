@@ -29,7 +29,7 @@ inline std::string FormatNumber(double number) {
                              .ptr};
 }
 
-/// Sixteen digits.
+/// 16 hex digits.
 inline std::string HexText(uint64_t number) {
   std::string text(16, '0');
   for (size_t i = text.size(); number != 0; number >>= 4) {

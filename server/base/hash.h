@@ -4,8 +4,8 @@
 // are stored.
 //
 // The step is the finaliser of SplitMix64 (Steele, Lea and Flood 2014), chained: h starts at 0, and
-// each word w turns it into mix(h + w + 0x9E3779B97F4A7C15). It tells states apart; it does not
-// protect against someone who wants two states to look alike.
+// each word w turns it into mix(h + w + 0x9E3779B97F4A7C15). It distinguishes states, but is not
+// cryptographic: collisions can be constructed.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ inline uint64_t Hash64(std::initializer_list<uint64_t> words) {
   return hash;
 }
 
-/// A word that stands for a text: its bytes and its length.
+/// The hash of a text: of its length and its bytes.
 inline uint64_t HashText(std::string_view text) {
   uint64_t hash = HashStep(0, text.size());
   for (const char c : text) {

@@ -1,4 +1,4 @@
-// A value of some class derived from `Base`, copied with its class: what std::polymorphic will be.
+// A value of a class derived from `Base`, copied as that class; like std::polymorphic of C++26.
 //
 //   std::vector<Polymorphic<Shape>> shapes;
 //   shapes.emplace_back(std::make_unique<Circle>(3));

@@ -11,7 +11,7 @@ namespace {
 using ::testing::ExitedWithCode;
 using ::testing::KilledBySignal;
 
-// In a process of its own, with standard output going there.
+// In a separate process, with standard output redirected.
 void RunInto(const char* path, int status, size_t bytes, bool with_cout) {
   if (std::freopen(path, "w", stdout) == nullptr) {
     std::_Exit(99);

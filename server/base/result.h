@@ -1,11 +1,11 @@
 // Errors are values. A function that can fail for reasons outside of the program returns a Result:
-// either the value or words that a person can act on (what, where, what was expected).
+// either the value or a message to act on (what, where, what was expected).
 //
 //   Result<Config> config = LoadConfig(path);
 //   if (!config.ok()) { std::cerr << config.error() << '\n'; return 2; }
 //   Use(config.value());
 //
-// value() of a failed Result, or error() of a good one, is a bug of the caller and asserts.
+// Calling value() of a failed Result, or error() of a good one, is a bug and asserts.
 #pragma once
 
 #include <cassert>
@@ -49,7 +49,7 @@ class [[nodiscard]] Result {
   std::variant<T, Error> state_;
 };
 
-/// The result of something that is only done or not done.
+/// The result of an operation without a value.
 using Status = Result<std::monostate>;
 
 inline Status Ok() {

@@ -1,5 +1,5 @@
-// A subscriber gets notices in order; one that does not take them loses the oldest, learns how
-// many, and delays nobody.
+// A subscriber gets notices in order; a slow one loses the oldest, learns how many, and delays
+// nobody.
 
 #include "server/control/notices.h"
 
@@ -58,7 +58,7 @@ TEST(Notices, OfWhichTooManyWaitLoseTheOldestAndSayHowMany) {
   board.Publish(Link("a", true, "6"));
   taken = slow->Take();
   EXPECT_EQ(TextsOf(taken), Texts{"6"});
-  EXPECT_EQ(taken.dropped, 0u);  // told once
+  EXPECT_EQ(taken.dropped, 0u);  // reported once
   taken = other->Take();
   EXPECT_EQ(taken.notices.size(), 6u);
   EXPECT_EQ(taken.dropped, 0u);
@@ -108,8 +108,8 @@ TEST(Notices, OfABoardThatIsGoneCanStillBeTaken) {
   EXPECT_EQ(TextsOf(listener->Take()), Texts{"1"});
 }
 
-// Tellers, listeners that come and go, and one that takes whenever it is woken: every notice was
-// either taken or counted, and each teller's came in its order.
+// Publishers, temporary subscribers, and one that takes whenever it is woken: every notice was
+// either taken or counted, and each publisher's came in order.
 TEST(Notices, AreTakenOrCountedWhateverHappensAtOnce) {
   constexpr int kTellers = 2;
   constexpr int kEach = 5'000;
@@ -151,8 +151,8 @@ TEST(Notices, AreTakenOrCountedWhateverHappensAtOnce) {
     thread.join();
   }
   EXPECT_EQ(taken_count + dropped, uint64_t{kTellers} * kEach);
-  // The last one of all is some teller's last, and nothing came after it that could push it out.
-  // The other's may have been dropped.
+  // The last one of all is some publisher's last, and no later one could displace it. The other's
+  // may have been dropped.
   EXPECT_EQ(*std::max_element(last.begin(), last.end()), kEach - 1);
   EXPECT_GE(calls, 1);
 }

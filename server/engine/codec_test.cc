@@ -38,7 +38,7 @@ std::string Hex(const std::string& bytes) {
   return text;
 }
 
-// Written by hand from server/journal/README.md: a change of the layout must not go unnoticed.
+// Written by hand from server/journal/README.md, so that a changed layout is noticed.
 TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   EXPECT_EQ(Hex(Encoded(RequestReceived{0x0201, testing::Hello(7, 0x0403)})),
             "0301"
@@ -104,7 +104,7 @@ TEST(EventCodec, EveryEventComesBack) {
       ASSERT_TRUE(reader.ok()) << reader.error();
       ASSERT_EQ(Encoded(same), bytes);
       kinds.insert(KindOf(event));
-      // The decoded one is applied: what it means is the same too.
+      // The decoded one is applied: its effect is the same too.
       engine.Apply(sequence, traffic.stamp(), same, &out);
       event = traffic.Next(engine);
     }
@@ -113,19 +113,16 @@ TEST(EventCodec, EveryEventComesBack) {
 }
 
 TEST(EventCodec, AnUnknownVersionOrKindIsNamed) {
-  EXPECT_EQ(ErrorOf("\xC8\x02").find("an event of version 200, which this program does not know"),
-            0u);
-  EXPECT_EQ(ErrorOf(std::string("\0\x02", 2))
-                .find("an event of version 0, which this program does not know"),
-            0u);
-  EXPECT_EQ(ErrorOf("\x01\x09"), "an event of the unknown kind 9");
-  EXPECT_EQ(ErrorOf("\x02\x11"), "an event of the unknown kind 17");
-  EXPECT_EQ(ErrorOf("\x03\x0F"), "an event of the unknown kind 15");
-  EXPECT_EQ(ErrorOf("\x01\x02\x03"), "goes on after its end");
-  EXPECT_EQ(ErrorOf(""), "ends too early");
+  EXPECT_EQ(ErrorOf("\xC8\x02").find("an event of version 200, expected "), 0u);
+  EXPECT_EQ(ErrorOf(std::string("\0\x02", 2)).find("an event of version 0, expected "), 0u);
+  EXPECT_EQ(ErrorOf("\x01\x09"), "unknown event kind 9");
+  EXPECT_EQ(ErrorOf("\x02\x11"), "unknown event kind 17");
+  EXPECT_EQ(ErrorOf("\x03\x0F"), "unknown event kind 15");
+  EXPECT_EQ(ErrorOf("\x01\x02\x03"), "trailing bytes");
+  EXPECT_EQ(ErrorOf(""), "unexpected end of data");
 }
 
-// Written by hand, as version 1 has them: they must mean the same for ever.
+// Written by hand in version 1: their meaning must never change.
 TEST(EventCodec, EventsOfTheFirstVersionAreRead) {
   const auto read = [](const std::string& bytes) {
     ByteReader reader(bytes);
@@ -217,7 +214,7 @@ TEST(ConfigCodec, AConfigurationComesBackWhole) {
   }
 }
 
-// They mean nothing, but a sum of two of them would overflow.
+// Meaningless values, but a sum of two of them would overflow.
 TEST(ConfigCodec, ABlendWithNumbersThatNoLawHasIsRefused) {
   EngineConfig config = testing::RichConfig(false);
   field::PheromoneLaw& blend = config.field.pheromones.back();

@@ -43,7 +43,7 @@ class CommandTest : public ::testing::Test {
     return bench_.Apply(issued);
   }
 
-  // Goes from deadline to deadline until nothing is due any more.
+  // Advances from deadline to deadline until nothing is due.
   std::vector<Sent> SentUntilIdle() {
     constexpr int kMaxSteps = 1'000;
     const uint64_t start_ms = bench_.now_ms;
@@ -111,7 +111,7 @@ TEST_F(CommandTest, IsRetriedWithGrowingIntervalsAndThenReported) {
   EXPECT_EQ(bench_.engine.counters().commands_unanswered, 1u);
 }
 
-// As often as an operator may say it: what the one before left behind must not count.
+// Any number of times: the previous command must leave nothing behind.
 TEST_F(CommandTest, EachCommandBeginsAnew) {
   for (uint8_t i = 0; i < 20; ++i) {
     const auto out = Issue(CommandCode::kHalt);
@@ -159,7 +159,7 @@ TEST_F(CommandTest, CarriesItsArgumentsEachTimeThatItIsSent) {
                 it.arguments);
     }
   }
-  // One without any has none of the last one's.
+  // A command without arguments has none of the previous one's.
   Issue(CommandCode::kHalt);
   for (const uint8_t argument : state().command.arguments) {
     EXPECT_EQ(argument, 0);
@@ -229,7 +229,7 @@ TEST_F(CommandTest, HaltToAllIsSentThreeTimesWithoutAck) {
   }
 }
 
-// By its seq a robot tells a halt that it has taken from the next one.
+// By its seq a robot distinguishes a new halt from one that it has executed.
 TEST_F(CommandTest, TheTransmissionsOfAHaltToAllShareASeqAndTheNextHasAnother) {
   for (uint8_t round = 0; round < 3; ++round) {
     Issue(CommandCode::kHalt);  // counts for itself
@@ -254,7 +254,7 @@ TEST_F(CommandTest, TwoHaltsToAllAtOnceAreBothSentToTheEnd) {
             (std::vector<std::pair<uint64_t, uint8_t>>{{70, 0}, {100, 1}, {170, 0}, {200, 1}}));
 }
 
-// Robots take the halt of each transmission: one after the resume would undo it.
+// Robots obey each transmission of a halt: one after the resume would undo it.
 TEST_F(CommandTest, AResumeIsSentAfterTheLastTransmissionOfAHaltToAll) {
   EXPECT_EQ(IssueHaltToAll().size(), 1u);
   bench_.now_ms += 30;
@@ -306,7 +306,7 @@ TEST_F(CommandTest, AHaltToAllOfALinkLeavesTheResumesOfOthers) {
   Issue(CommandCode::kResume, 0);
   IssueHaltToAll(1);
   EXPECT_EQ(state().outcome, CommandOutcome::kPending);
-  EXPECT_EQ(Issue(CommandCode::kResume, 0).size(), 1u);  // nor does it wait
+  EXPECT_EQ(Issue(CommandCode::kResume, 0).size(), 1u);  // not delayed either
   EXPECT_TRUE(Issue(CommandCode::kResume, 1).empty());
 }
 

@@ -1,16 +1,16 @@
-// One part of the engine's state together with what changes it: the robots, the field, later tags
-// and nets.
+// A part of the engine's state with the code that changes it: the robots, the field, later tags and
+// nets.
 //
 //   class Visits final : public Component { ... };
 //   Engine engine(With(StandardComponents(), std::make_unique<Visits>()));
 //
-// The engine keeps a list of components (components.h). It hands each request to the one that has
-// its opcode, each event to the one that has its kind, configurations and the passage of time to
-// all in the order of the list, and adds up their hashes. A component is a value: it can be copied,
-// and two of equal bytes (Save) go on alike. It has no clock, thread, socket or log; all that it
-// may depend on besides itself comes with each call.
+// The engine keeps a list of components (components.h). It passes each request to the component of
+// its opcode, each event to that of its kind, configurations and time to all of them in list order,
+// and sums their hashes. A component is a value: it can be copied, and two with equal bytes (Save)
+// behave alike. It has no clock, thread, socket or log; whatever else it may depend on is passed to
+// each call.
 //
-// CONTRIBUTING.md, "Adding a component", says what else a new one needs.
+// CONTRIBUTING.md, "A component", lists what else a new one needs.
 #pragma once
 
 #include <cstdint>
@@ -30,12 +30,12 @@
 
 namespace pheromone::engine {
 
-/// A message of clients that a component answers.
+/// A client message that a component answers.
 struct Endpoint {
   enum class Effect : uint8_t {
     kReads,    ///< leaves the state as it is
     kChanges,  ///< DATA begins with a seq; done exactly once
-    kSession,  ///< of the robots themselves: HELLO and ACK, which have rules of their own
+    kSession,  ///< HELLO and ACK, which the robots component handles itself
   };
 
   uint8_t opcode = 0;
@@ -43,10 +43,10 @@ struct Endpoint {
   Effect effect = Effect::kReads;
 };
 
-/// As the protocol has it. `opcode` is one that protocol::LengthOf knows.
+/// As the protocol defines it. protocol::LengthOf must know `opcode`.
 Endpoint EndpointOf(uint8_t opcode);
 
-/// What a component may look at besides itself.
+/// What a component may read besides itself.
 struct Context {
   const SharedConfig& config;
   const RobotTable& robots;
@@ -55,7 +55,7 @@ struct Context {
   uint64_t now_ms = 0;    ///< field time
 };
 
-/// Where what an event causes is appended.
+/// Where the effects of an event are appended.
 struct Output {
   std::vector<Outgoing>* messages = nullptr;
   std::vector<field::FinishedWork>* finished = nullptr;
@@ -65,25 +65,25 @@ struct Output {
   }
 };
 
-/// A change of the configuration, which Context::config already is.
+/// A change of the configuration; Context::config is the new one.
 struct Reconfiguration {
   const EngineConfig* before = nullptr;  ///< null: this is the first one
   const ConfigPlan* plan = nullptr;      ///< Engine::Prepare; null at the first one
-  /// Large changes are made by this and by the Advances that follow, in bounded time each.
+  /// Large changes are split between this and later Advances, in bounded time each.
   bool in_portions = false;
 };
 
-/// A component's bytes as they are at one moment, copied in portions while it goes on.
+/// A component's bytes at one moment, copied in portions while it changes.
 class FrozenPart {
  public:
   virtual ~FrozenPart() = default;
   virtual uint64_t bytes() const = 0;
-  /// Appends the next portion, which may be empty, of about `tiles` tiles. False when there is
-  /// none: all was copied, or it has failed.
+  /// Appends the next portion of about `tiles` tiles, which may be empty. False if none is left:
+  /// all was copied, or it has failed.
   virtual bool CopySome(std::string* to, int tiles) = 0;
-  /// Too much was changed meanwhile. What was copied is of no use.
+  /// Too much was changed meanwhile. The copied data is useless.
   virtual bool failed() const { return false; }
-  /// Leaves the component alone from now on.
+  /// Detaches from the component.
   virtual void LetGo() {}
 };
 
@@ -92,16 +92,16 @@ class Component {
   virtual ~Component() = default;
   virtual std::unique_ptr<Component> Clone() const = 0;
 
-  /// In saved states and, where it has one, of its section of the configuration.
+  /// Its key in saved states and, if it has one, in the configuration.
   virtual std::string_view name() const = 0;
-  /// Of Save. Restore reads this one and all that were ever written.
+  /// The version that Save writes. Restore also reads all earlier ones.
   virtual uint8_t version() const = 0;
 
-  /// Where the engine sends what; asked for once.
+  /// What the engine routes here; called once.
   virtual std::vector<Endpoint> endpoints() const { return {}; }
   virtual std::vector<EventKind> event_kinds() const { return {}; }
 
-  /// Whether it can go on under `next`. `plan` may be null.
+  /// Whether it can continue with `next`. `plan` may be null.
   virtual Status CheckConfig(const Context& /*context*/, const EngineConfig& /*next*/,
                              const ConfigPlan* /*plan*/) const {
     return Ok();
@@ -109,8 +109,8 @@ class Component {
   virtual void Configure(const Context& /*context*/, const Reconfiguration& /*change*/,
                          const Output& /*out*/) {}
 
-  /// What answers a request that changes nothing, and what answers one that does. The engine has
-  /// checked opcode and length, and for a change that the robot said HELLO and that it is new.
+  /// The answer to a request that changes nothing, and to one that does. The engine has checked
+  /// opcode and length, and for a change that the robot said HELLO and that it is new.
   virtual protocol::Message Answer(const Context& /*context*/, LinkIndex /*link*/,
                                    const protocol::Message& /*request*/) const {
     return {};
@@ -120,12 +120,12 @@ class Component {
     return {};
   }
 
-  /// Of the kinds that it named: whether Apply may be called now, in time that does not grow with
-  /// the event's size where Engine::Prepare has been at it.
+  /// For its event kinds: whether Apply may be called now. After Engine::Prepare, in time that does
+  /// not depend on the event's size.
   virtual Status Check(const Context& /*context*/, const Event& /*event*/) const { return Ok(); }
   virtual void Apply(const Context& /*context*/, const Event& /*event*/, const Output& /*out*/) {}
 
-  /// Does what is due, in a bounded portion; if more is, NextDeadline is in the past.
+  /// Does a bounded portion of what is due; if more is, NextDeadline is in the past.
   virtual void Advance(const Context& /*context*/, const Output& /*out*/) {}
   virtual std::optional<uint64_t> NextDeadline() const { return std::nullopt; }
 
@@ -133,9 +133,9 @@ class Component {
   virtual uint64_t Hash() const = 0;
   /// Canonical bytes: equal if and only if the states are.
   virtual void Save(ByteWriter* writer) const = 0;
-  /// Into a component in which nothing ever was. What cannot be is a failure of the reader.
+  /// Into a new component. Invalid bytes fail the reader.
   virtual void Restore(const Context& context, uint8_t version, ByteReader* reader) = 0;
-  /// Save in portions; null while that cannot begin. Unless a component is large, at once.
+  /// Save in portions; null if that cannot begin now. By default, in one portion.
   virtual std::unique_ptr<FrozenPart> Freeze(uint64_t most_kept_bytes) const;
 };
 

@@ -1,4 +1,4 @@
-// The list of components that a server has.
+// The list of a server's components.
 #pragma once
 
 #include "server/engine/component.h"
@@ -7,8 +7,8 @@
 
 namespace pheromone::engine {
 
-/// In the order in which they advance and are saved. The robots and the field come first, in the
-/// places below; a new component is a row at the end.
+/// In the order in which they advance and are saved. The robots and the field come first, at the
+/// indices below; a new component is added at the end.
 ComponentList StandardComponents();
 inline constexpr size_t kRobotsPlace = 0;
 inline constexpr size_t kFieldPlace = 1;

@@ -96,7 +96,7 @@ Status CheckComponents(const std::vector<ComponentConfig>& components) {
     const std::string& name = components[i].component;
     if (name.empty() || (i > 0 && name <= components[i - 1].component)) {
       return Error{"components[" + std::to_string(i) + "] is \"" + name +
-                   "\", expected a name after the one before it"};
+                   "\", expected names in ascending order"};
     }
   }
   return Ok();
@@ -104,7 +104,7 @@ Status CheckComponents(const std::vector<ComponentConfig>& components) {
 
 }  // namespace
 
-// Each relies on those before it.
+// Each check relies on those before it.
 Status CheckValues(const EngineConfig& config) {
   Status found = CheckFields(config, "");
   found = found.ok() ? CheckMap(config.field.map) : found;

@@ -1,5 +1,5 @@
-// Whether a configuration can be run at all. The reader of configuration files makes only such;
-// this is for those that come from elsewhere, such as a journal whose bytes may be anybody's.
+// Whether a configuration is valid. The reader of configuration files returns only valid ones; this
+// is for those from elsewhere, such as a journal, whose bytes are not trusted.
 #pragma once
 
 #include "server/base/result.h"
@@ -7,9 +7,9 @@
 
 namespace pheromone::engine {
 
-/// What would break the arithmetic, or reach beyond what memory and time allow: the bounds of each
-/// field (EngineConfig::Fields), and what one field has to do with another. Not whether a running
-/// state can follow: that is Engine::CheckConfig.
+/// Errors: values that would break the arithmetic or exceed memory and time: outside the bounds of
+/// their fields (EngineConfig::Fields), or inconsistent. Whether a running state can change to it
+/// is checked by Engine::CheckConfig.
 Status CheckValues(const EngineConfig& config);
 
 }  // namespace pheromone::engine

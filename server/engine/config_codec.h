@@ -1,12 +1,12 @@
-// A configuration as bytes, by the description of its fields (EngineConfig::Fields). It stands in
-// the log and in snapshots; server/journal/README.md has the layout.
+// A configuration as bytes, by the description of its fields (EngineConfig::Fields). It is stored
+// in the log and in snapshots; server/journal/README.md has the layout.
 //
 //   ByteWriter writer;
 //   EncodeConfig(config, &writer);
 //   ByteReader reader(writer.bytes());
 //   EngineConfig same = DecodeConfig(&reader);
 //
-// Equal configurations have equal bytes, and the other way round. Pure; any thread.
+// Equal configurations have equal bytes, and vice versa. Pure; any thread.
 #pragma once
 
 #include <cstddef>
@@ -18,11 +18,11 @@
 namespace pheromone::engine {
 
 void EncodeConfig(const EngineConfig& config, ByteWriter* writer);
-/// How long that is.
+/// The length of that.
 uint64_t EncodedBytes(const EngineConfig& config);
 
-/// As it is written within an event or a state of that version. Fails the reader for what cannot be
-/// a configuration (CheckValues included); what is returned then is of no use.
+/// As encoded in an event or a state of that version. Fails the reader for an invalid configuration
+/// (CheckValues included); the result is then meaningless.
 EngineConfig DecodeConfig(ByteReader* reader, uint8_t version = kCodecVersion);
 
 }  // namespace pheromone::engine

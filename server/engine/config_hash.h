@@ -1,4 +1,4 @@
-// What two configurations have in common: everything, or what robots were told of them.
+// Compares configurations: everything, or what HELLO tells robots.
 #pragma once
 
 #include <cstdint>
@@ -7,17 +7,17 @@
 
 namespace pheromone::engine {
 
-/// Covers every field of the configuration, the content of prints and obstacles included. In the
-/// time that it takes to read it all.
+/// Covers every field of the configuration, including the content of initial rasters and obstacles.
+/// In time proportional to its size.
 uint64_t HashConfig(const EngineConfig& config);
 
 /// HELLO's type mask: bit t is set if type t exists, as a pheromone or as a blend.
 uint16_t TypeMaskOf(const field::FieldConfig& config);
 
-/// Whether HELLO tells the same of both; if not, clients must ask again, and the change begins an
-/// epoch. Frames are not in it: a robot goes on counting as it did, and nothing it was told is
-/// wrong. A request on its way under an older frame means the same place on the floor, which the
-/// new frame finds better.
+/// Whether HELLO answers are the same for both; if not, clients must repeat HELLO, and the change
+/// begins an epoch. Frames do not count: nothing that a robot was told becomes wrong, and a request
+/// in flight under an older frame means the same place on the floor, which the new frame finds
+/// better.
 bool SameHello(const EngineConfig& a, const EngineConfig& b);
 
 }  // namespace pheromone::engine

@@ -23,7 +23,7 @@ field::Shared<field::ObstacleMask> Wall(const EngineConfig& config, int32_t row)
   return field::Shared(std::move(mask));
 }
 
-// Something in every list.
+// No list is empty.
 EngineConfig FullConfig() {
   EngineConfig config = testing::SmallConfig();
   field::PheromoneLaw blend;
@@ -39,7 +39,7 @@ EngineConfig FullConfig() {
   return config;
 }
 
-// A field that is added stops this from compiling: it belongs into the hash, and below.
+// Does not compile once a field is added: it belongs in the hash, and below.
 [[maybe_unused]] void NameEveryField(const EngineConfig& config) {
   [[maybe_unused]] const auto& [field, pose_unit_10um, robots_per_link, links, frames, components] =
       config;
@@ -153,7 +153,7 @@ TEST(HashConfig, TellsEveryFieldFromEveryOther) {
   }
 }
 
-// Content decides, not where it lies in memory.
+// The content counts, not its address.
 TEST(HashConfig, EqualConfigurationsHaveEqualHashes) {
   EXPECT_TRUE(FullConfig() == FullConfig());
   EXPECT_EQ(HashConfig(FullConfig()), HashConfig(FullConfig()));

@@ -17,8 +17,8 @@ namespace {
 
 using protocol::Reason;
 
-// Notes the order of what is asked of it for a configuration, takes the service's lock meanwhile,
-// and may stop taking changes after some events.
+// Records the order of its calls for a configuration, takes the service's lock meanwhile, and may
+// stop accepting changes after some events.
 class AheadLog final : public testing::ScriptedLog {
  public:
   Status WriteAhead(Event* event) override {
@@ -39,7 +39,7 @@ class AheadLog final : public testing::ScriptedLog {
       calls.emplace_back(is_ahead ? "append short" : "append whole");
     }
     const uint64_t sequence = ScriptedLog::Append(stamp, event);
-    events.clear();  // they would keep what is written ahead
+    events.clear();  // they would keep the data written ahead alive
     admit = sequence < most_events ? Reason::kNone : Reason::kReadOnly;
     return sequence;
   }
@@ -55,7 +55,7 @@ class ConfigureTest : public ::testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(service_.Configure(testing::SmallConfig(), 7).ok());
-    // Nobody waits for the first one.
+    // The first one is not written ahead.
     EXPECT_EQ(std::exchange(log_.calls, {}), std::vector<std::string>{"append whole"});
     log_.service = &service_;
   }
@@ -87,7 +87,7 @@ TEST_F(ConfigureTest, ALogThatCannotWriteItChangesNothing) {
   EXPECT_TRUE(service_.Configure(Other(), 8).ok());
 }
 
-// The configuration is in the log and in the state; to say that it failed would be false.
+// The configuration is in the log and in the state, so it has not failed.
 TEST_F(ConfigureTest, ALogThatStopsWhileTheMapFollowsHasTakenItAllTheSame) {
   EngineConfig config = Other();
   std::vector<field::InitialNode> nodes;
@@ -114,7 +114,7 @@ TEST_F(ConfigureTest, ALogThatStopsWhileTheMapFollowsHasTakenItAllTheSame) {
   service_.Inspect([&](const Engine& engine) { EXPECT_FALSE(engine.is_busy()); });
 }
 
-// Nodes that are still to be read under another law are there, and answered as such.
+// Nodes still stored under the earlier law are already answered under the new one.
 TEST_F(ConfigureTest, AnotherLawIsNothingToBeLaid) {
   field::FieldEdit all;
   all.type = 1;

@@ -29,7 +29,7 @@ EngineConfig ConfigWithBlend() {
   return config;
 }
 
-// What became of the only edit of a bench, whose portions are made first.
+// The outcome of a bench's only edit, after making all of its portions.
 Status OutcomeOf(const FieldEdit& edit, Bench* bench) {
   bench->Apply(FieldEdited{edit});
   const uint64_t id = bench->sequence;

@@ -29,7 +29,7 @@ Engine::Engine(ComponentList components) : components_(std::move(components)) {
   }
 }
 
-// Null if no component has that kind; those that the engine itself takes are not asked for.
+// Null if no component has that kind. Not for kinds that the engine itself handles.
 const Component* Engine::Owner(const Event& event) const {
   const auto found = owners_of_kinds_.find(KindOf(event));
   return found != owners_of_kinds_.end() ? &*components_[found->second] : nullptr;
@@ -152,7 +152,7 @@ Status Engine::Check(const Event& event) const {
   if (const auto* request = std::get_if<RequestReceived>(&event)) {
     return Classify(request->link, request->message) == Handling::kChange
                ? Ok()
-               : Error{"a request that changes nothing"};
+               : Error{"the request does not change the state"};
   }
   if (std::holds_alternative<Advance>(event)) {
     return Ok();
@@ -160,8 +160,7 @@ Status Engine::Check(const Event& event) const {
   const Component* const owner = Owner(event);
   return owner != nullptr
              ? owner->Check(Now(), event)
-             : Error{"an event of kind " + std::to_string(static_cast<int>(KindOf(event))) +
-                     ", which belongs to no component of this program"};
+             : Error{"unknown event kind " + std::to_string(static_cast<int>(KindOf(event)))};
 }
 
 Status Engine::Prepare(const SharedConfig& present, Event* event) {
@@ -180,8 +179,7 @@ Status Engine::CheckConfig(const EngineConfig& next, const ConfigPlan* plan) con
         std::any_of(components_.begin(), components_.end(),
                     [&](const auto& component) { return component->name() == it.component; });
     if (!is_known) {
-      return Error{"a configuration of \"" + it.component +
-                   "\", which is no component of this program"};
+      return Error{"unknown component \"" + it.component + "\" in the configuration"};
     }
   }
   for (const Polymorphic<Component>& component : components_) {
@@ -203,7 +201,7 @@ void Engine::On(const ConfigChanged& change, const Output& out) {
     (void)Prepare(config_, &planned);
   }
   const std::shared_ptr<const ConfigPlan> plan = std::get<ConfigChanged>(planned).plan;
-  // At the end of time there is no later moment to tell old nodes from new ones by.
+  // At the maximum time, no later stamp can distinguish new nodes from old ones.
   const bool in_portions = !is_new && change.in_portions && field_time_ms_ < kMaxFieldTimeMs;
   const SharedConfig before = config_;
   const Context context = Now(change.config, field_time_ms_);
@@ -211,12 +209,12 @@ void Engine::On(const ConfigChanged& change, const Output& out) {
     component->Configure(context, {is_new ? nullptr : &*before, plan.get(), in_portions}, out);
   }
   if (in_portions) {
-    ++field_time_ms_;  // what was stored before can be told from what comes later
+    ++field_time_ms_;  // distinguishes what was stored before from what comes later
   }
   TakeConfig(change.config, plan != nullptr ? plan->figures : FiguresOf(*change.config));
 }
 
-// The configuration, and what is worked out from it.
+// The configuration, and what is computed from it.
 void Engine::TakeConfig(SharedConfig config, const ConfigFigures& figures) {
   config_ = std::move(config);
   config_figures_ = figures;
@@ -235,7 +233,7 @@ std::optional<uint64_t> Engine::NextDeadline() const {
 }
 
 uint64_t Engine::StateHash() const {
-  // The robots' share of the first word is older than the components.
+  // The broadcast seq was hashed here before there were components.
   uint64_t hash = Hash64({'E', epoch_, OfRobots(components_).next_broadcast_seq()});
   for (const Polymorphic<Component>& component : components_) {
     hash += component->Hash();

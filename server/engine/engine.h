@@ -56,8 +56,7 @@ class Engine {
   const Stamp& last_stamp() const { return last_stamp_; }
 
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
-  /// Whether clients' messages of that opcode are answered through the log, one at a time for each
-  /// robot.
+  /// Whether client messages with that opcode go through the log, one at a time for each robot.
   bool GoesThroughLog(uint8_t opcode) const {
     const std::optional<Endpoint>& endpoint = routes_[opcode & 0x7Fu].endpoint;
     return endpoint && endpoint->effect != Endpoint::Effect::kReads;
@@ -72,55 +71,54 @@ class Engine {
   /// accepted by the checks below.
   void Apply(uint64_t sequence, const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
 
-  /// Whether an event that comes from elsewhere, such as a file, may be applied now: it meets what
-  /// Apply asks for. Values inside a configuration are not looked at (config_check.h).
+  /// Whether an event from elsewhere, such as a file, may be applied now: it meets Apply's
+  /// preconditions. Values inside a configuration are not checked (config_check.h).
   Status Check(const Event& event) const;
 
-  /// Works out beforehand what an event needs that takes time with its size: the raster of an edit,
-  /// the plan of a new configuration. An event that has it is checked and applied in bounded time.
-  /// Pure but for the present configuration, so any thread may do the same with a copy of that.
+  /// Computes in advance what takes time proportional to an event's size: the raster of an edit,
+  /// the plan of a new configuration. A prepared event is checked and applied in bounded time.
+  /// Depends on its arguments only, so any thread may call it with a copy of the configuration.
   /// Errors: an edit of too many nodes.
   static Status Prepare(const SharedConfig& present, Event* event);
   /// With the present configuration; does nothing before the first one.
   Status Prepare(Event* event) const { return configured() ? Prepare(config_, event) : Ok(); }
 
-  /// `plan` may be null. Without one, and for pheromones that go, in time that grows with what lies
-  /// on the map.
+  /// `plan` may be null. Without one, and if pheromones are removed, in time that grows with the
+  /// map's contents.
   Status CheckConfig(const EngineConfig& next, const ConfigPlan* plan = nullptr) const;
-  /// Of an edit, all that is clear before it is made, but for its size: unknown type, blend, level,
-  /// shape, too many under way.
+  /// Checks an edit, except its size: unknown type, blend, level, shape, too many in progress.
   Status CheckEdit(const field::FieldEdit& edit) const {
     return OfField(components_).CheckEdit(edit);
   }
-  /// The edits and configurations that came to their end with the last Apply, by the sequence
-  /// numbers of their events: whether there was memory for all of an edit shows only when it is
-  /// made. If not, nothing was changed. Not part of the state.
+  /// The edits and configurations that the last Apply completed, by the sequence numbers of their
+  /// events. Whether there is memory for all of an edit shows only when it is made; if not, nothing
+  /// was changed. Not part of the state.
   const std::vector<field::FinishedWork>& finished() const { return finished_; }
-  /// Whether the map is still being changed by one of them: Advance goes on with it.
+  /// Whether one of them is still changing the map: Advance continues it.
   bool is_busy() const { return OfField(components_).busy(); }
 
   /// Whether a robot has said HELLO in this epoch: only then may a PoseObserved name it.
   bool SaidHello(LinkIndex link, uint8_t id) const { return robots().SaidHello(link, id, epoch_); }
 
-  /// The field time at which an Advance has something to do, nothing if never. After an Advance it
-  /// may still lie in the past: then there is more to do than fits into one step.
+  /// The field time at which an Advance is due; empty if never. After an Advance it may still be in
+  /// the past: then more is due than one step does.
   std::optional<uint64_t> NextDeadline() const;
 
   /// The sum over all live objects of the hash of kind, key and canonical value. Equal states have
   /// equal hashes, whatever way they came about.
   uint64_t StateHash() const;
 
-  /// As of Field: gives back memory that was erased, in a bounded portion, and changes nothing.
+  /// As in Field: releases a bounded portion of erased memory; the state does not change.
   bool ReleaseMemory() { return OfField(components_).ReleaseMemory(); }
 
-  /// All of the state, as bytes. A restored engine continues as the saved one would have: the same
-  /// answers and the same hashes, to whatever comes. To be called once configured.
+  /// The whole state as bytes. A restored engine behaves as the saved one would have: the same
+  /// answers and the same hashes to any input. Only once configured.
   void Save(ByteWriter* writer) const;
-  /// The same, as the state is now, to be copied in portions (frozen_state.h). At most one at a
-  /// time; while there is one, null.
+  /// The same for the present state, to be copied in portions (frozen_state.h). Null while another
+  /// one is being copied.
   std::unique_ptr<FrozenState> Freeze(uint64_t most_kept_bytes) const;
-  /// Errors: bytes of another version, or such that no engine can have saved; a component that is
-  /// not among `components`.
+  /// Errors: an unknown version; bytes that no engine can have saved; a component that is not in
+  /// `components`.
   static Result<Engine> Restore(ByteReader* reader,
                                 ComponentList components = StandardComponents());
 

@@ -59,7 +59,7 @@ TEST(Engine, SenseNeedsNoHelloAndChangesNothing) {
   EXPECT_EQ(bench.engine.StateHash(), hash);
 }
 
-// Two servers live through the same changes; one of them is asked a million times in between.
+// Two servers apply the same changes; one of them answers a million queries in between.
 TEST(Engine, AMillionSensesLeaveNoTrace) {
   Bench asked;
   Bench left_alone;

@@ -1,5 +1,5 @@
-// What can happen to the engine, and what it sends in return. The events are the ordered log: state
-// changes only in Engine::Apply(sequence, stamp, event), so whoever has the events has the state.
+// The engine's events, and the messages that it sends. The events form the ordered log: state
+// changes only in Engine::Apply(sequence, stamp, event), so the events determine the state.
 #pragma once
 
 #include <array>
@@ -29,11 +29,11 @@ struct Stamp {
   int64_t utc_ms = 0;          ///< for display only; may jump
 };
 
-/// The field's times end here, after 139 years (server/field/kernel.h).
+/// The largest field time, 139 years (server/field/kernel.h).
 constexpr uint64_t kMaxFieldTimeMs = (uint64_t{1} << 42) - 1;
 
-/// A link as the engine knows it: its name is half of a robot's key, its medium-access figures go
-/// into HELLO answers.
+/// A link as the engine knows it: its name is half of a robot's key, its medium-access timing is
+/// sent in HELLO answers.
 struct LinkSettings {
   std::string name;
   uint8_t slot_ms = 1;
@@ -48,7 +48,8 @@ struct LinkSettings {
   }
 };
 
-/// The configuration of one component beyond the field and the robots, as that component writes it.
+/// The configuration of one component beyond the field and the robots, as that component encodes
+/// it.
 struct ComponentConfig {
   std::string component;  ///< Component::name
   uint8_t version = 1;    ///< of its bytes; the component's own
@@ -70,7 +71,7 @@ struct EngineConfig {
   uint16_t robots_per_link = 254;  ///< beyond it, the robot idle for longest is forgotten
   std::vector<LinkSettings> links;
   std::vector<RobotFrame> frames;           ///< of robots whose coordinates are not the map's
-  std::vector<ComponentConfig> components;  ///< ordered by name; of those that need any
+  std::vector<ComponentConfig> components;  ///< ordered by name; only of those that have any
   bool operator==(const EngineConfig&) const = default;
 
   template <typename Self, typename Visit>
@@ -83,7 +84,7 @@ struct EngineConfig {
     visit("components", it.components, Since(3));
   }
 
-  /// Null if that component needs none.
+  /// Null if that component has none.
   const ComponentConfig* FindComponent(std::string_view name) const {
     for (const ComponentConfig& it : components) {
       if (it.component == name) {
@@ -94,18 +95,18 @@ struct EngineConfig {
   }
 };
 
-/// A configuration that events, the engine and whoever looks at it share, and never change.
+/// An immutable configuration that events, the engine and readers share.
 class SharedConfig {
  public:
   SharedConfig() : SharedConfig(EngineConfig{}) {}
-  SharedConfig(EngineConfig config)  // NOLINT(google-explicit-constructor): as good as the thing
+  SharedConfig(EngineConfig config)  // NOLINT(google-explicit-constructor): same meaning
       : config_(std::make_shared<const EngineConfig>(std::move(config))) {}
 
   const EngineConfig& operator*() const { return *config_; }
   const EngineConfig* operator->() const { return config_.get(); }
-  /// The field's part, which keeps all of it alive.
+  /// The field's part; it keeps the whole configuration alive.
   std::shared_ptr<const field::FieldConfig> field() const { return {config_, &config_->field}; }
-  /// In no time where both share it.
+  /// Immediate if both share it.
   bool operator==(const SharedConfig& other) const {
     return config_ == other.config_ || *config_ == *other.config_;
   }
@@ -114,20 +115,20 @@ class SharedConfig {
   std::shared_ptr<const EngineConfig> config_;
 };
 
-/// What takes a look at the whole configuration.
+/// Computed from the whole configuration.
 struct ConfigFigures {
   uint64_t hash = 0;
   uint64_t bytes = 0;  ///< when encoded
 };
 ConfigFigures FiguresOf(const EngineConfig& config);
 
-/// What can be worked out of a configuration, and the one before it, without the state.
+/// What can be computed from a configuration and the previous one, without the state.
 struct ConfigPlan {
   std::shared_ptr<const field::LayPlan> laying;
   ConfigFigures figures;
 };
 
-/// A link's place in EngineConfig::links.
+/// A link's index in EngineConfig::links.
 using LinkIndex = uint16_t;
 
 struct RequestReceived {
@@ -141,14 +142,14 @@ struct RequestReceived {
   }
 };
 
-/// Time has passed: what is due is done, in one bounded step. Retries are sent, pheromone that has
-/// evaporated is swept, what diffuses makes a step.
+/// Time has passed: work that is due is done, in one bounded step. Retries are sent, evaporated
+/// pheromone is swept, diffusing pheromone makes a step.
 struct Advance {
   template <typename Self, typename Visit>
   static void Fields(Self& /*it*/, Visit&& /*visit*/) {}
 };
 
-/// Where a log has the bytes of an event that it has not been given yet (OrderedLog::WriteAhead).
+/// Where a log has the bytes of an event that is not yet appended (OrderedLog::WriteAhead).
 struct WrittenAhead {
   uint64_t segment = 0;  ///< the number of the file
   uint64_t bytes = 0;
@@ -157,17 +158,17 @@ struct WrittenAhead {
 
 /// The first event of a new state, and every change of the configuration after it. `new_epoch` is
 /// used if this begins an epoch: the state is new, what HELLO tells the clients has changed, or
-/// changes that clients were told of were lost.
+/// acknowledged changes were lost.
 ///
-/// `in_portions`: what it changes on the map is done by this and the Advances that follow, each in
-/// bounded time; else all at once, as by programs that wrote version 1 of this event.
+/// `in_portions`: the map is changed by this and the Advances that follow, each in bounded time;
+/// else all at once, as in version 1 of this event.
 struct ConfigChanged {
   SharedConfig config;
   uint16_t new_epoch = 1;
   bool state_lost = false;
   bool in_portions = true;
-  std::shared_ptr<const ConfigPlan> plan = nullptr;     ///< Engine::Prepare; no part of the event
-  std::shared_ptr<const WrittenAhead> ahead = nullptr;  ///< the log's; no part of the event
+  std::shared_ptr<const ConfigPlan> plan = nullptr;     ///< Engine::Prepare; not encoded
+  std::shared_ptr<const WrittenAhead> ahead = nullptr;  ///< the log's; not encoded
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
@@ -178,7 +179,7 @@ struct ConfigChanged {
   }
 };
 
-/// The operator wants a robot to do something; id kBroadcastId: all robots of the link (halt only).
+/// An operator's command to a robot; id kBroadcastId: to all robots of the link (halt only).
 struct CommandIssued {
   LinkIndex link = 0;
   uint8_t id = 0;
@@ -194,11 +195,11 @@ struct CommandIssued {
   }
 };
 
-/// The operator changed the map by hand. `in_portions`: as above.
+/// An operator's edit of the map. `in_portions`: as above.
 struct FieldEdited {
   field::FieldEdit edit;
   bool in_portions = true;
-  std::shared_ptr<const field::Raster> raster = nullptr;  ///< Engine::Prepare; no part of the event
+  std::shared_ptr<const field::Raster> raster = nullptr;  ///< Engine::Prepare; not encoded
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
@@ -207,13 +208,13 @@ struct FieldEdited {
   }
 };
 
-/// Somebody else than the robot, a camera above the floor or a satellite receiver, says where it
-/// is. For `valid_ms` of field time this takes the place of what the robot reports of itself; 0
-/// takes back what was said before.
+/// A tracker, such as a camera above the floor or a satellite receiver, reports where a robot is.
+/// For `valid_ms` of field time this replaces the pose that the robot itself reports; 0 withdraws
+/// the tracker's previous report.
 struct PoseObserved {
   LinkIndex link = 0;
   uint8_t id = 0;
-  field::PoseUm pose;  ///< on the map, whatever the robot's own frame is; may lie off it
+  field::PoseUm pose;  ///< in map coordinates, whatever the robot's own frame; may be off the map
   uint32_t valid_ms = 1000;
 
   template <typename Self, typename Visit>
@@ -225,8 +226,8 @@ struct PoseObserved {
   }
 };
 
-/// The numbers of the kinds of events, in bytes and in exports; never used again for another kind.
-/// Those from kFirstOfComponents on are ComponentEvents, whose numbers their components name.
+/// The numbers of event kinds, in encoded events and exports; never reused for another kind. Those
+/// from kFirstOfComponents on are ComponentEvents; their components define the numbers.
 enum class EventKind : uint8_t {
   kRequestReceived = 1,
   kAdvance = 2,
@@ -237,8 +238,7 @@ enum class EventKind : uint8_t {
   kFirstOfComponents = 16,
 };
 
-/// Something that happens to one component beyond the field and the robots. The engine does not
-/// look into it.
+/// An event of one component other than the field and the robots. Opaque to the engine.
 struct ComponentEvent {
   EventKind kind = EventKind::kFirstOfComponents;
   uint8_t version = 1;  ///< of its bytes; the component's own
@@ -255,8 +255,8 @@ using Event = std::variant<RequestReceived, Advance, ConfigChanged, CommandIssue
                            PoseObserved, ComponentEvent>;
 EventKind KindOf(const Event& event);
 
-/// The event of a component from a struct that describes its fields (server/base/fields.h) and has
-/// kKind and kVersion; and back. The reader fails for bytes of a later version.
+/// Encodes and decodes a component's event: a struct that describes its fields
+/// (server/base/fields.h) and has kKind and kVersion. Errors: a later version, invalid bytes.
 template <typename T>
 ComponentEvent ToEvent(const T& content) {
   ByteWriter writer;
@@ -278,10 +278,10 @@ Result<T> FromBytes(std::string_view what, uint8_t version, std::string_view byt
                      : Error{std::string(what) + ": " + reader.error()};
 }
 
-/// Who asked, and when: by this a link sends an answer back to where it was asked for, and not when
-/// nobody waits for it any longer. Neither logged nor recorded; the engine does not look at it.
+/// The source of a request, and its time: with this a link returns the answer to the source, unless
+/// it comes too late. Neither logged nor recorded; opaque to the engine.
 struct Asker {
-  int64_t asked_ns = 0;     ///< when it was read, by the link's steady clock; 0: nobody asked
+  int64_t asked_ns = 0;     ///< when it was read, by the link's steady clock; 0: unknown
   uint32_t connection = 0;  ///< on a link with several
   uint32_t address_size = 0;
   std::array<uint8_t, 28> address{};  ///< on a link of datagrams: the socket address
@@ -289,12 +289,12 @@ struct Asker {
   bool known() const { return asked_ns != 0; }
 };
 
-/// A message to be sent on a link, not before the change it speaks of is durable.
+/// A message to be sent on a link, not before the change that it depends on is durable.
 struct Outgoing {
   LinkIndex link = 0;
   uint64_t durable_at = 0;  ///< the log's sequence number that must be durable first
   protocol::Message message;
-  Asker asker{};  ///< of an answer; of nothing else
+  Asker asker{};  ///< of answers only
 };
 
 }  // namespace pheromone::engine

@@ -19,7 +19,7 @@ Event DecodeOne(uint8_t version, ByteReader* reader) {
 // The alternatives of Event that have a kind of their own.
 constexpr size_t kPlainKinds = std::variant_size_v<Event> - 1;
 
-// One for each of them, in its order.
+// A decoder for each of them, in the same order.
 template <size_t... kIndex>
 Event DecodeKind(uint8_t kind, uint8_t version, ByteReader* reader,
                  std::index_sequence<kIndex...> /*all*/) {
@@ -32,7 +32,7 @@ Event DecodeKind(uint8_t kind, uint8_t version, ByteReader* reader,
     return event;
   }
   if (kind < 1 || kind > sizeof...(kIndex)) {
-    reader->Fail("an event of the unknown kind " + std::to_string(kind));
+    reader->Fail("unknown event kind " + std::to_string(kind));
     return Advance{};
   }
   return kDecoders[kind - 1](version, reader);
@@ -60,8 +60,8 @@ uint8_t DecodeVersion(std::string_view what, ByteReader* reader) {
   if (reader->ok() && (version < kOldestCodecVersion || version > kCodecVersion)) {
     std::string known = std::to_string(kOldestCodecVersion);
     known += kOldestCodecVersion == kCodecVersion ? "" : " to " + std::to_string(kCodecVersion);
-    reader->Fail(std::string(what) + " of version " + std::to_string(version) +
-                 ", which this program does not know; it knows " + known);
+    reader->Fail(std::string(what) + " of version " + std::to_string(version) + ", expected " +
+                 known);
   }
   return version;
 }

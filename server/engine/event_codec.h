@@ -6,8 +6,8 @@
 //   ByteReader reader(writer.bytes());
 //   Event same = DecodeEvent(&reader);
 //
-// There is one way to write an event. Whether it may be applied to some state is another question:
-// Engine::Check. Pure; any thread.
+// Each event has exactly one encoding. Whether it may be applied to a state: Engine::Check. Pure;
+// any thread.
 #pragma once
 
 #include <cstddef>
@@ -19,24 +19,24 @@
 
 namespace pheromone::engine {
 
-/// Of everything in this folder that is written to bytes: events, configurations and states. All is
-/// written in the newest version; all versions from the oldest on can be read. What a version adds
-/// or changes is a condition on `version` in the decoder of that thing, and nowhere else.
+/// The version of all encodings in this folder: events, configurations and states. The newest
+/// version is written; all versions from the oldest on can be read. Differences between versions
+/// are conditions on `version` in the decoder concerned, and nowhere else.
 constexpr uint8_t kOldestCodecVersion = 1;
 constexpr uint8_t kCodecVersion = 3;
 
-/// The byte with which an event and a state begin. Fails the reader for a version that cannot be
-/// read; `what` says what has it, such as "an event".
+/// The first byte of an event or a state. Fails the reader for an unsupported version; `what` names
+/// the object, such as "an event".
 uint8_t DecodeVersion(std::string_view what, ByteReader* reader);
 
 void EncodeEvent(const Event& event, ByteWriter* writer);
 
-/// At least as many bytes as EncodeEvent writes, and not many more but for scattered obstacles.
-/// Does not look at points and nodes one by one.
+/// An upper bound of the bytes that EncodeEvent writes, close except for scattered obstacles. Does
+/// not visit points and nodes one by one.
 size_t EncodedBytesAtMost(const Event& event);
 
-/// Of any version. Fails the reader for one that is not known, an unknown kind, or values that no
-/// event has; what is returned then is of no use.
+/// Reads any version. Fails the reader for an unknown version or kind, or values that no event has;
+/// the result is then meaningless.
 Event DecodeEvent(ByteReader* reader);
 
 }  // namespace pheromone::engine
@@ -53,7 +53,7 @@ struct pheromone::FieldCodec<pheromone::protocol::Message> {
   static std::string Describe(std::string_view name, const std::string& indent);
 };
 
-/// The configuration; one that could not be run fails the reader.
+/// The configuration; an invalid one fails the reader.
 template <>
 struct pheromone::FieldCodec<pheromone::engine::SharedConfig> {
   static void Encode(const engine::SharedConfig& config, ByteWriter* writer) {

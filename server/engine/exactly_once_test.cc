@@ -28,7 +28,7 @@ uint64_t QuantaOnTheMap(const Bench& bench) {
 
 TEST(CompareSeq, FollowsTheTableOfTheSpecification) {
   RobotState robot;
-  EXPECT_EQ(CompareSeq(robot, 0, 0), SeqVerdict::kNew);  // nothing was taken yet
+  EXPECT_EQ(CompareSeq(robot, 0, 0), SeqVerdict::kNew);  // nothing was accepted yet
   robot.has_last = true;
   robot.last_crc = 77;
   for (int last = 0; last < 256; ++last) {

@@ -60,7 +60,7 @@ std::unique_ptr<Component> FieldComponent::Clone() const {
   return copy;
 }
 
-// Its description of fields goes by the version of the codec.
+// Its encoding is versioned with the codec's.
 uint8_t FieldComponent::version() const {
   return kCodecVersion;
 }
@@ -172,9 +172,8 @@ Message FieldComponent::Deposit(const Context& context, LinkIndex link, const Me
   return answer;
 }
 
-// Senses first, so that a robot does not sense the quantum that it is about to deposit. If that
-// cannot be left, neither is an intensity told: a robot that lays a trail must learn that there is
-// none.
+// Senses first, so that a robot does not sense the quantum that it is about to deposit. If the
+// deposit fails, no intensity is reported: a robot that lays a trail must learn that there is none.
 Message FieldComponent::Trace(const Context& context, LinkIndex link, const Message& message) {
   protocol::TraceRequest request;
   protocol::Decode(message, &request);
@@ -242,7 +241,7 @@ void FieldComponent::Apply(const Context& context, const Event& event, const Out
 
 // --- Time and state
 
-// In a bounded portion of what is due.
+// Does a bounded portion of what is due.
 void FieldComponent::Advance(const Context& context, const Output& out) {
   field_->Advance(context.now_ms);
   field_->TakeFinished(out.finished);

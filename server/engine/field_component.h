@@ -17,15 +17,13 @@ class FieldComponent final : public Component {
   /// Not before the first configuration.
   const field::Field& field() const { return *field_; }
 
-  /// Works out beforehand what takes time with the size of an edit or a configuration
-  /// (Engine::Prepare).
+  /// As Engine::Prepare.
   static Status Prepare(const SharedConfig& present, Event* event);
 
-  /// All that is clear before the edit is made, but for its size: unknown type, blend, level,
-  /// shape, too many under way.
+  /// As Engine::CheckEdit.
   Status CheckEdit(const field::FieldEdit& edit) const;
 
-  /// As of Field.
+  /// As in Field.
   bool busy() const { return field_ != nullptr && field_->busy(); }
   bool ReleaseMemory() { return field_ != nullptr && field_->ReleaseMemory(); }
 

@@ -1,4 +1,4 @@
-// A state is copied out of a running service, between the batches of others.
+// A state is copied from a running service, between the batches of other threads.
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 
 namespace pheromone::engine {
 
-// As Engine::Save (state.cc).
+// The same bytes as Engine::Save (state.cc).
 FrozenState::FrozenState(Parts parts)
     : parts_(std::move(parts)), bytes_(1 + parts_.config_bytes + parts_.end.size()) {
   for (const Parts::Named& it : parts_.components) {

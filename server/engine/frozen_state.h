@@ -6,11 +6,11 @@
 //   while (frozen->CopySome(&bytes)) { ... }                              // events between them
 //   if (frozen->failed()) ...                                             // try again
 //
-// At the freeze small components and what diffuses are encoded; the configuration when it is
-// copied, and cells, portion by portion, 100 us each (server/field/frozen_field.h).
+// The freeze encodes small components and diffusing pheromones; the configuration is encoded when
+// it is copied, and cells portion by portion, 100 us each (server/field/frozen_field.h).
 //
 // One owner. CopySome and LetGo are calls to the engine and need what those need (Service has them
-// behind its lock); the others do not. Either may go first.
+// behind its lock); the others do not. Either may be destroyed first.
 #pragma once
 
 #include <cstdint>
@@ -29,14 +29,14 @@ class FrozenState {
   /// The maximum size of the old values kept of data changed before it is copied.
   static constexpr uint64_t kMaxKeptBytes = uint64_t{64} << 20;
 
-  /// What Engine::Freeze knows.
+  /// The input from Engine::Freeze.
   struct Parts {
     uint64_t sequence = 0;
     Stamp stamp;
     uint64_t state_hash = 0;
     SharedConfig config;
     uint64_t config_bytes = 0;
-    /// Each with what is written before it.
+    /// Each with the bytes that precede it.
     struct Named {
       std::string before;
       std::unique_ptr<FrozenPart> content;
@@ -78,7 +78,7 @@ class FrozenState {
   Parts parts_;
   uint64_t bytes_;
   Stage stage_ = Stage::kConfig;
-  size_t component_ = 0;  // the present one
+  size_t component_ = 0;  // the next one
 };
 
 }  // namespace pheromone::engine

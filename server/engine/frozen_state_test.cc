@@ -1,4 +1,4 @@
-// A frozen state is copied as it was while the engine goes on. The oracle is Engine::Save at the
+// A frozen state is copied unchanged while the engine continues. The oracle is Engine::Save at the
 // moment of the freeze.
 
 #include "server/engine/frozen_state.h"

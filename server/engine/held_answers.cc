@@ -23,8 +23,8 @@ std::optional<HeldAnswers::Dropped> HeldAnswers::Hold(const Outgoing& answer) {
   Slot& slot = At(place);
   std::optional<Dropped> dropped;
   if (slot.held) {
-    // It keeps its place, also where the robot said HELLO again, which is another change with the
-    // same answer: else one that repeats faster than the disk syncs would never be answered.
+    // It keeps its place, even for another HELLO, which is a new change with the same answer: else
+    // a robot that repeats it faster than the disk syncs would never be answered.
     if (Same(slot.answer.message, answer.message)) {
       slot.answer.asker = answer.asker;
       return Dropped{answer, true};

@@ -50,7 +50,7 @@ class HeldAnswers {
  private:
   static constexpr uint32_t kNone = UINT32_MAX;
 
-  // The slots that are held form a list, from the one given first.
+  // The held slots form a list, the oldest first.
   struct Slot {
     bool held = false;
     uint32_t previous = kNone;

@@ -45,8 +45,8 @@ TEST(HeldAnswersTest, ARepeatedRequestJoinsTheAnswerThatWaits) {
   EXPECT_EQ(held.answers(), 0u);
 }
 
-// Each HELLO is a change of its own: one that came sooner than the disk would otherwise be put off
-// by the next, for ever.
+// Each HELLO is a change of its own: repeated faster than the disk syncs, it would otherwise never
+// be answered.
 TEST(HeldAnswersTest, AnAnswerThatIsGivenForAnotherChangeTooKeepsItsPlace) {
   HeldAnswers held;
   held.Hold(AnswerTo(1, 1, 10, 1));
@@ -100,7 +100,7 @@ TEST(HeldAnswersTest, CommandsKeepTheirOrderAmongThemselvesAndWithAnswers) {
   EXPECT_EQ(order, (std::vector<uint64_t>{10, 11, 12, 13, 14}));
 }
 
-// The same, as a list that is searched.
+// The same, naively, as a list that is searched.
 class NaiveAnswers {
  public:
   void Hold(const Outgoing& answer) {
@@ -166,7 +166,7 @@ TEST(HeldAnswersTest, WhateverHappensTheSameIsReleasedAsFromAListThatIsSearched)
       }
       released += found.size();
     } else {
-      // Some speak of an older change than those before them.
+      // Some depend on an older change than those before them.
       const uint64_t at = sequence + 1 - std::min<uint64_t>(sequence, below(3));
       ++sequence;
       const Outgoing answer = AnswerTo(id, static_cast<uint8_t>(below(3)), at, step, link);

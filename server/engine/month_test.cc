@@ -1,4 +1,4 @@
-// Long times: memory follows what lives, and the deadlines bring everything about.
+// Long times: memory follows the live nodes, and the deadlines cover all work.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using testing::Hello;
 constexpr uint64_t kHourMs = 3'600'000;
 constexpr uint64_t kDayMs = 24 * kHourMs;
 
-// Trails that die after minutes, after hours by half-lives, and never, on 30 m x 30 m.
+// Trails that evaporate in minutes, in hours by half-lives, and never, on 30 m x 30 m.
 EngineConfig MonthConfig() {
   EngineConfig config = testing::SmallConfig();
   config.field.map.width_um = 30'000'000;
@@ -34,7 +34,7 @@ EngineConfig MonthConfig() {
   return config;
 }
 
-// Memory as the tiles of all nodes that have something at `now_ms` need it.
+// The memory of the tiles of all nodes that are not empty at `now_ms`.
 uint64_t BytesOfLiving(const field::Field& field, uint64_t now_ms) {
   std::set<std::tuple<uint8_t, int32_t, int32_t>> tiles;
   std::set<std::tuple<uint8_t, int32_t, int32_t>> leaves;
@@ -108,7 +108,7 @@ TEST(Month, MemoryReturnsToWhatLivesAndAReplayEndsInTheSameState) {
     most_bytes = std::max(most_bytes, field.used_bytes());
     ASSERT_EQ(HashOfDump(field), field.hash());
     advances += AdvanceUntil(&bench, morning_ms + kDayMs);
-    // At night all that evaporates is gone, and its memory with it.
+    // By night everything has evaporated, and its memory is released.
     ASSERT_EQ(field.used_bytes(), BytesOfLiving(field, bench.now_ms) + TopBytes(field)) << day;
     field.ForEach([&](uint8_t type, field::NodeIndex, field::NodeState) { ASSERT_EQ(type, 2); });
     ASSERT_FALSE(bench.engine.NextDeadline().has_value()) << "nothing left to wait for";

@@ -1,7 +1,7 @@
-// The operator's side against a naive model: what edits leave on the map, and what becomes of
-// commands. A test that compares a replay with what was live cannot see a fault on both sides; the
-// model shares no code with either. Its nodes are a plain list, its shapes are looked at node by
-// node, and its commands are the rules of protocol/README.md, word by word.
+// The operator's changes against a naive model: the results of edits and of commands. A test that
+// compares a replay with the live run cannot see a fault of both; the model shares no code with
+// either. Its nodes are a plain list, its shapes are tested node by node, and its commands follow
+// the rules of protocol/README.md literally.
 
 #include <gtest/gtest.h>
 
@@ -72,7 +72,7 @@ Wide Squared(PointUm a, PointUm b) {
   return Wide{a.x - b.x} * (a.x - b.x) + Wide{a.y - b.y} * (a.y - b.y);
 }
 
-// Of its ends, or, where the foot of the perpendicular lies between them, by Heron's formula.
+// To the nearer end, or, if the foot of the perpendicular lies between them, by Heron's formula.
 bool IsWithin(PointUm p, PointUm a, PointUm b, int64_t radius) {
   const Wide limit = Wide{radius} * radius;
   const Wide to_a = Squared(p, a);

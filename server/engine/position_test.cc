@@ -1,5 +1,4 @@
-// Where a robot is: as it says, as its frame turns it, or as a tracker saw it; and what is not
-// possible there.
+// A robot's position: as reported, converted from its frame, or from a tracker; and refusals there.
 
 #include <gtest/gtest.h>
 
@@ -38,7 +37,7 @@ PoseObserved Seen(int64_t x_mm, int64_t y_mm, uint16_t heading = 0, uint32_t val
   return {0, 1, {{x_mm * 1000, y_mm * 1000}, heading}, valid_ms};
 }
 
-// A robot 1 on link 0, and something to smell at (5.2 m, 5.1 m).
+// Robot 1 on link 0, and pheromone at (5.2 m, 5.1 m).
 class PositionTest : public ::testing::Test {
  protected:
   explicit PositionTest(const EngineConfig& config = testing::SmallConfig()) : bench_(config) {
@@ -47,14 +46,14 @@ class PositionTest : public ::testing::Test {
     bench_.Handle(Deposit(2, 1, 5200, 5100, 8, kStill));
   }
 
-  // What a robot without frame and tracker smells there.
+  // What a robot without frame and tracker senses there.
   protocol::SenseAnswer Smelled(int32_t x, int32_t y, uint16_t heading) {
     protocol::SenseAnswer answer;
     EXPECT_TRUE(protocol::Decode(*bench_.Handle(Sense(2, x, y, heading, kStill)), &answer));
     return answer;
   }
 
-  // That `request` is answered as if the robot were there.
+  // Expects `request` to be answered as if the robot were there.
   void ExpectSmell(const Message& request, int32_t x, int32_t y, uint16_t heading) {
     const protocol::SenseAnswer expected = Smelled(x, y, heading);
     EXPECT_NE(expected.left, expected.right);
@@ -144,7 +143,7 @@ TEST_F(ObservedPoseTest, OnlyRobotsThatSaidHelloInThisEpochAreTracked) {
   EXPECT_FALSE(bench_.engine.SaidHello(0, 1));
 }
 
-// Each part of it, and its end, so that a replay cannot miss any.
+// The hash covers each part of it, and its end.
 TEST_F(ObservedPoseTest, IsStateAndCountsIntoItsHash) {
   std::vector<uint64_t> hashes = {bench_.engine.StateHash()};
   for (const PoseObserved& seen :

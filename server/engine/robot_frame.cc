@@ -31,7 +31,7 @@ bool HasUnitLength(const RobotFrame& frame) {
   return excess > -kSlack && excess < kSlack;
 }
 
-// As near as a binary angle and its direction in 1/16 384 are to the angle itself.
+// Within the rounding of a binary angle and of its direction in 1/16 384.
 bool AgreesWithItsHeading(const RobotFrame& frame) {
   constexpr int64_t kQ14ToQ30 = 1 << 16;
   const field::DirectionQ14 direction = field::DirectionOf(frame.heading);
@@ -42,8 +42,7 @@ bool AgreesWithItsHeading(const RobotFrame& frame) {
 }  // namespace
 
 RobotFrame MakeFrame(std::string link, uint8_t id, field::PointUm origin, double heading_deg) {
-  // A whole number of turns first: what is left of it then keeps its digits, and the axes stay
-  // exact.
+  // Whole turns are removed first: the remainder then keeps its digits, and the axes stay exact.
   const double turn = std::remainder(heading_deg, 360.0) / 360.0;
   const double angle = turn * 2 * std::numbers::pi;
   const auto one = static_cast<double>(kOneQ30);
@@ -69,7 +68,7 @@ Status CheckFrames(const std::vector<RobotFrame>& frames) {
     if (!seen.emplace(frame.link, frame.id).second) {
       return Error{who + "is defined twice"};
     }
-    // The comparison of both ends spares the one number that has no absolute value.
+    // Two comparisons, since the smallest integer has no absolute value.
     const auto in_range = [](int64_t um) { return um >= -kMaxOffsetUm && um <= kMaxOffsetUm; };
     if (!in_range(frame.x_um) || !in_range(frame.y_um)) {
       return Error{who + "has its origin at (" + std::to_string(frame.x_um) + ", " +

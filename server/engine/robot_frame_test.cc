@@ -41,7 +41,7 @@ TEST(Frame, QuarterTurnsAreExact) {
   }
 }
 
-// The rotation as it is meant, in long double from the angle itself: 2^-31 for each of the two
+// The exact rotation, in long double from the angle itself; tolerance: 2^-31 for each of the two
 // numbers, and half a micrometre for the sum.
 TEST(Frame, TurnsAsTrigonometryDoes) {
   std::mt19937_64 random(1);
@@ -71,8 +71,8 @@ TEST(Frame, TurnsAsTrigonometryDoes) {
   }
 }
 
-// The definition itself, to the bit: long double holds products of 30 and 32 bits exactly, and its
-// roundl takes halves away from zero.
+// The definition, bit by bit: long double holds products of 30 and 32 bits exactly, and roundl
+// rounds halves away from zero.
 TEST(Frame, RoundsToNearestHalvesAwayFromZero) {
   std::mt19937_64 random(2);
   for (int i = 0; i < 100'000; ++i) {

@@ -19,7 +19,7 @@
 
 namespace pheromone::engine {
 
-/// How a mutating request's seq compares with the last one taken (modulo 256).
+/// How a mutating request's seq compares with the last accepted one (modulo 256).
 enum class SeqVerdict {
   kNew,     ///< 1 to 128 ahead, or none was accepted yet
   kRepeat,  ///< the same seq and the same content: the answer was lost
@@ -33,8 +33,8 @@ enum class CommandOutcome : uint8_t { kNone, kPending, kAccepted, kRefused, kUna
 struct CommandState {
   CommandOutcome outcome = CommandOutcome::kNone;
   protocol::Command command;
-  int16_t result = 0;          ///< of a refused one: the robot's reason
-  uint8_t sent = 0;            ///< how often
+  int16_t result = 0;          ///< the robot's reason, if it refused
+  uint8_t sent = 0;            ///< number of transmissions
   uint64_t next_retry_ms = 0;  ///< field time, while pending
 };
 
@@ -51,13 +51,13 @@ struct RobotState {
   uint8_t firmware_version = 0;
   uint8_t capabilities = 0;
 
-  bool has_last = false;  ///< a change was taken since the robot booted
+  bool has_last = false;  ///< a change was accepted since the robot booted
   uint8_t last_opcode = 0;
   uint8_t last_seq = 0;
   uint16_t last_crc = 0;
   protocol::Message last_answer;
   uint64_t last_change = 0;    ///< the log's sequence number of that change
-  uint64_t last_activity = 0;  ///< and of its last event of any kind: who is idle for longest
+  uint64_t last_activity = 0;  ///< and of its last event of any kind
 
   uint8_t next_command_seq = 0;
   CommandState command;
@@ -91,12 +91,12 @@ class RobotTable {
     return robot != nullptr && robot->epoch == epoch;
   }
 
-  /// Where on the map a robot is that reports `reported`: where a tracker saw it lately, else where
-  /// it says, converted from its own frame to the map's.
+  /// The pose on the map of a robot that reports `reported`: the tracker's if it is still valid,
+  /// else the reported one, converted from the robot's frame to the map's.
   field::PoseUm PoseOf(LinkIndex link, uint8_t id, const protocol::WirePose& reported,
                        uint64_t now_ms) const;
 
-  /// Changes a robot, which is made if it is new: `change(RobotState&)`. The hash follows.
+  /// Calls `change(RobotState&)` for a robot, new or not, and updates the hash.
   template <typename Change>
   void Update(LinkIndex link, uint8_t id, Change&& change) {
     Robots& robots = *by_index_[link];
@@ -124,14 +124,14 @@ class RobotTable {
     }
   }
 
-  /// All robots, those of links that left included; and back into a table in which no robot ever
-  /// was, before Configure. What cannot be is a failure of the reader.
+  /// All robots, including those of removed links. Restore needs an empty table and comes before
+  /// Configure; invalid bytes fail the reader.
   void Save(ByteWriter* writer) const;
   void Restore(uint8_t version, ByteReader* reader);
 
   uint64_t hash() const { return hash_; }
 
-  /// Robots with a pending command, those of links that left included.
+  /// Robots with a pending command, including those of removed links.
   size_t pending_commands() const { return pending_commands_; }
 
   /// Hash64 over kind 'R', the link's name, the ID and every field, in the order of RobotState.

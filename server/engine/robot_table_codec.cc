@@ -1,4 +1,4 @@
-// Robots as bytes, and back: by link and ID, each with every field of RobotState.
+// Encodes and decodes robots: by link and ID, each with every field of RobotState.
 
 #include <string>
 #include <utility>

@@ -1,5 +1,5 @@
-// The hash of a robot tells every field from every other: a state that a replay got wrong must not
-// look like the right one.
+// Every field of a robot changes its hash: a wrong state after a replay must not have the right
+// hash.
 
 #include "server/engine/robot_table.h"
 
@@ -20,7 +20,7 @@ using protocol::CommandCode;
 using protocol::EventCode;
 using Change = std::function<void(RobotState&)>;
 
-// A field that is added stops this from compiling: it belongs into the hash, and below.
+// Does not compile once a field is added: it belongs in the hash, and below.
 [[maybe_unused]] void NameEveryField(const RobotState& robot) {
   [[maybe_unused]] const auto& [epoch, nonce, previous_nonce, firmware_version, capabilities,
                                 has_last, last_opcode, last_seq, last_crc, last_answer, last_change,
@@ -39,7 +39,7 @@ EngineConfig WithLinks(std::vector<LinkSettings> links) {
   return config;
 }
 
-// Something in every field.
+// No field has its default value.
 RobotState FullRobot() {
   RobotState robot;
   robot.epoch = 7;
@@ -145,7 +145,7 @@ TEST(RobotTable, ItsHashFollowsEveryChange) {
   EXPECT_EQ(table.hash(), RobotTable::Hash("radio-b", 1, FullRobot()));
 }
 
-// What the engine's own part of the hash is made of, one after the other.
+// The parts of the engine's own hash, one by one.
 TEST(StateHash, TellsEpochsAndHaltsToAllApart) {
   const auto halt_at = [](testing::Bench* bench, uint64_t now_ms, LinkIndex link) {
     CommandIssued halt;

@@ -19,7 +19,7 @@ std::unique_ptr<Component> RobotsComponent::Clone() const {
   return std::make_unique<RobotsComponent>(*this);
 }
 
-// Its description of fields goes by the version of the codec.
+// Its encoding is versioned with the codec's.
 uint8_t RobotsComponent::version() const {
   return kCodecVersion;
 }
@@ -43,7 +43,7 @@ Status RobotsComponent::CheckConfig(const Context& /*context*/, const EngineConf
 void RobotsComponent::Configure(const Context& context, const Reconfiguration& change,
                                 const Output& /*out*/) {
   if (change.before != nullptr && change.before->links != context.config->links) {
-    broadcasts_.clear();  // their links may have other places now
+    broadcasts_.clear();  // their links may have other indices now
   }
   table_.Configure(*context.config);
 }
@@ -116,8 +116,8 @@ void RobotsComponent::TakeSession(const Context& context, const RequestReceived&
   }
 }
 
-// A new nonce means that the robot has booted: what it was told last is reported and then
-// forgotten. The same nonce is a warm restart, or a HELLO whose answer was lost.
+// A new nonce means that the robot has booted: its last change is reported and then forgotten. The
+// same nonce is a warm restart, or a HELLO whose answer was lost.
 Message RobotsComponent::TakeHello(const Context& context, LinkIndex link,
                                    const protocol::HelloRequest& hello) {
   const EngineConfig& config = *context.config;
@@ -137,7 +137,7 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link,
       booted.next_command_seq = robot.next_command_seq;
       booted.command = robot.command;
       booted.last_event = robot.last_event;
-      booted.observed = robot.observed;  // it stands where it stood
+      booted.observed = robot.observed;  // it has not moved
       if (booted.command.outcome == CommandOutcome::kPending) {
         booted.command.outcome = CommandOutcome::kUnknown;
         ++counters_.commands_unknown;
@@ -184,7 +184,7 @@ Status RobotsComponent::Check(const Context& context, const Event& event) const 
   const auto& seen = std::get<PoseObserved>(event);
   return table_.SaidHello(seen.link, seen.id, context.epoch)
              ? Ok()
-             : Error{"a pose of robot " + std::to_string(seen.id) + ", which is not there"};
+             : Error{"a pose of robot " + std::to_string(seen.id) + ", which has not said HELLO"};
 }
 
 void RobotsComponent::Apply(const Context& context, const Event& event, const Output& out) {
@@ -218,8 +218,7 @@ Status RobotsComponent::CheckCommand(const Context& context, const CommandIssued
   return Ok();
 }
 
-// A newer command takes the place of one that is still pending: an operator who says halt means
-// now.
+// A newer command replaces one that is still pending: a halt takes effect now.
 void RobotsComponent::Issue(const Context& context, const CommandIssued& issued,
                             const Output& out) {
   if (issued.id == protocol::kBroadcastId) {
@@ -239,7 +238,7 @@ void RobotsComponent::Issue(const Context& context, const CommandIssued& issued,
   });
 }
 
-// Repeated after a halt to all, they would undo it.
+// Retried after a broadcast halt, they would undo it.
 void RobotsComponent::DropPendingResumes(LinkIndex link) {
   std::vector<uint8_t> ids;
   table_.ForEach([&](LinkIndex its_link, uint8_t id, const RobotState& robot) {
@@ -266,7 +265,7 @@ void RobotsComponent::SendCommand(const Context& context, LinkIndex link, uint8_
     GiveUp(&state);
     return;
   }
-  // A resume that overtook the last transmission of a halt to all would be undone by it.
+  // A resume before the last transmission of a broadcast halt would be undone by it.
   if (state.command.code == protocol::CommandCode::kResume) {
     const auto halt = std::find_if(broadcasts_.begin(), broadcasts_.end(),
                                    [&](const Broadcast& it) { return it.link == link; });

@@ -1,5 +1,5 @@
-// The robots: who said HELLO, that each change of a robot is made exactly once, and the operator's
-// commands with their repetitions.
+// The robots: which of them said HELLO, exactly-once execution of their changes, and the operator's
+// commands with their retries.
 #pragma once
 
 #include <cstdint>
@@ -20,9 +20,9 @@ enum class Handling {
   kChange,  ///< must go through the log
 };
 
-/// What happened so far that an operator may want to know of. Not part of the state.
+/// Totals for the operator. Not part of the state.
 struct RobotCounters {
-  uint64_t id_conflicts = 0;      ///< two nonces taking turns under one ID
+  uint64_t id_conflicts = 0;      ///< two nonces alternating under one ID
   uint64_t robots_forgotten = 0;  ///< to make room for another
   uint64_t commands_unanswered = 0;
   uint64_t commands_unknown = 0;  ///< the robot restarted before it acknowledged
@@ -35,7 +35,7 @@ class RobotsComponent final : public Component {
   static constexpr uint64_t kFirstRetryMs = 250;
   static constexpr uint64_t kLongestRetryMs = 4000;
   static constexpr uint8_t kCommandTransmissions = 6;
-  /// A broadcast halt is sent this often, this far apart. A resume waits until it has been.
+  /// The transmissions of a broadcast halt, and their interval. A resume waits for the last.
   static constexpr uint8_t kBroadcastTransmissions = 3;
   static constexpr uint64_t kBroadcastIntervalMs = 100;
 
@@ -45,10 +45,10 @@ class RobotsComponent final : public Component {
 
   /// Of a HELLO or an ACK.
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
-  /// Keeps what a robot was answered to a change, in case that it asks again.
+  /// Stores the answer to a robot's change, in case it repeats the request.
   void Remember(const Context& context, LinkIndex link, const protocol::Message& request,
                 const protocol::Message& answer);
-  /// HELLO has an answer, ACK has none.
+  /// HELLO is answered, ACK is not.
   void TakeSession(const Context& context, const RequestReceived& request, const Output& out);
 
   std::unique_ptr<Component> Clone() const override;

@@ -12,11 +12,10 @@ using protocol::Message;
 using protocol::Reason;
 
 constexpr char kNoChanges[] = "the log does not accept changes at present";
-// How often an operator's change asks a busy log again: for some seconds, as pauses go.
+// How many times an operator's change retries a busy log: for some seconds.
 constexpr int kBusyPortions = 20'000;
 
-// Whether this answers a request of the kind whose answers wait, of which a robot has one under
-// way.
+// Whether this answers a request of the kind whose answers wait; a robot has one in flight.
 bool AnswersAChange(const Engine& engine, const Message& message) {
   protocol::ErrorAnswer error;
   return engine.GoesThroughLog(protocol::Decode(message, &error) ? error.refused_opcode
@@ -93,7 +92,7 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
     std::get<ConfigChanged>(event).ahead.reset();
     const Result<uint64_t> finished = Finish(id);
     if (id != 0) {
-      return Configured{finished.ok()};  // it is logged, whatever the log does now
+      return Configured{finished.ok()};  // it is logged in any case
     }
     if (!finished.ok()) {
       return Error{finished.error()};
@@ -102,7 +101,7 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
   return Error{acceptable.error()};
 }
 
-// Without the lock: what takes time with the size of configuration and map.
+// Without the lock: its time depends on the size of configuration and map.
 Status Service::Prepare(const SharedConfig& present, const EngineConfig& next,
                         const field::Field& field, uint64_t now_ms, Event* event) {
   Status status = Engine::Prepare(present, event);
@@ -167,7 +166,7 @@ Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const M
       return outcome;
     case Handling::kAnswer:
       engine_.Answer(stamp, link, message, out);
-      // Only the answer to a repeated change speaks of an event of the log.
+      // Only the answer to a repeated change depends on an event of the log.
       if (out->size() > before && out->back().durable_at != 0) {
         outcome.refused = RefusalOfRepeat(out->back());
         if (outcome.refused != Reason::kNone) {
@@ -202,9 +201,9 @@ Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const M
   return outcome;
 }
 
-// While the log does not accept changes, nobody knows when the one that this answer speaks of
-// becomes durable. Busy, whatever the log's reason is: the change was made, and only busy does not
-// tell the robot that it was not (protocol/README.md, section 7).
+// While the log does not accept changes, it is unknown when this answer's change becomes durable.
+// Busy, whatever the log's reason is: the change was made, and any other reason would tell the
+// robot that it was not (protocol/README.md, section 7).
 Reason Service::RefusalOfRepeat(const Outgoing& answer) {
   const bool waits = answer.durable_at > log_->DurableSequence();
   return waits && log_->Admit() != Reason::kNone ? Reason::kBusy : Reason::kNone;
@@ -235,9 +234,8 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
   return refused;
 }
 
-// What is in the log and not in the state, or the other way round, would tell robots of changes
-// that never were. An exception on the way, for want of memory, ends the process, and a restart
-// goes on from the log.
+// If log and state differed, robots would be told of changes that were never made. An exception in
+// between, such as out of memory, ends the process, and a restart continues from the log.
 uint64_t Service::AppendAndApply(const Stamp& stamp, const Event& event,
                                  std::vector<Outgoing>* out) noexcept {
   const uint64_t sequence = log_->Append(stamp, event);
@@ -248,7 +246,7 @@ uint64_t Service::AppendAndApply(const Stamp& stamp, const Event& event,
   return sequence;
 }
 
-// A changed configuration may have taken the engine a little ahead of the clock.
+// A configuration change may have put the engine a little ahead of the clock.
 Stamp Service::StampNow() {
   Stamp stamp = clock_.Read(read_clock_());
   stamp.field_time_ms = std::max(stamp.field_time_ms, engine_.field_time_ms());
@@ -338,8 +336,8 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
   return Applied{finished.value(), nodes};
 }
 
-// Goes on with what is under way until the change that event `id` began has come to its end; 0: all
-// of it. Returns the sequence number of the last event.
+// Continues the work in progress until the change that event `id` began is complete; 0: all of it.
+// Returns the sequence number of the last event.
 Result<uint64_t> Service::Finish(uint64_t id) {
   // A large configuration alone fills the log's queue for a moment.
   int patience = between_portions_ ? kBusyPortions : 0;
@@ -419,8 +417,8 @@ std::optional<uint64_t> Service::MillisecondsToDeadline() {
   return awaited_ms_ > now_ms ? awaited_ms_ - now_ms : 0;
 }
 
-// Keeps what may not be sent yet for Release. What answers a robot at once tells that it has given
-// up what it asked for before.
+// Holds back for Release what may not be sent yet. An answer that is sent at once shows that the
+// robot has abandoned its earlier request.
 void Service::HoldBack(std::vector<Outgoing>* out, size_t from) {
   const uint64_t durable = log_->DurableSequence();
   size_t end = from;
@@ -468,7 +466,7 @@ void Service::Thaw::operator()(FrozenState* frozen) const {
     const std::lock_guard lock(service->mutex_);
     frozen->LetGo();
   }
-  delete frozen;  // what it kept may be much
+  delete frozen;  // frees memory without the lock
 }
 
 bool Service::CopySome(FrozenState* frozen, std::string* to) {

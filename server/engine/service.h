@@ -53,7 +53,7 @@ class Service {
   using ReadClock = std::function<ClockReading()>;
 
   /// `log` outlives the service. `read_clock` is called under the lock. After a restart, `start_ms`
-  /// is the field time to go on with (FieldClock::ResumeAt) and `engine` the state to go on from.
+  /// is the field time to resume with (FieldClock::ResumeAt) and `engine` the state to resume from.
   Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms = 0, Engine engine = {});
 
   /// `wake` is called when something becomes due earlier than MillisecondsToDeadline said last: a
@@ -95,13 +95,13 @@ class Service {
     uint64_t sequence = 0;  ///< in the log, of the last event that it took
     int64_t nodes = 0;      ///< of the map, in the edit's shape
   };
-  /// Logs and applies a change of the map by hand; in portions, as Configure does. Errors: what
-  /// cannot be done, or the log does not accept changes; then the map is as it was, but for a log
-  /// that stops taking them on the way: then the rest follows when it does again.
+  /// Logs and applies a change of the map by hand; in portions, as Configure does. Errors: the edit
+  /// is impossible, or the log does not accept changes; then the map is unchanged, unless the log
+  /// stopped during the edit: then the rest follows when it accepts them again.
   Result<Applied> Edit(const field::FieldEdit& edit);
 
   /// Logs and applies an operator's change of a component; returns its sequence number in the log.
-  /// Errors: what the component refuses, or the log does not accept changes.
+  /// Errors: the component refuses it, or the log does not accept changes.
   Result<uint64_t> Submit(const ComponentEvent& event, std::vector<Outgoing>* out);
 
   /// Applies the poses of one tracker message; returns how many were accepted. Robots that have not
@@ -188,7 +188,7 @@ class Service {
     return look(engine_);
   }
 
-  /// The same with what was heard of the robots: `look(const Engine&, const Traffic&)`.
+  /// The same with the robots' traffic: `look(const Engine&, const Traffic&)`.
   template <typename Look>
   auto InspectTraffic(Look&& look) const {
     const std::lock_guard lock(mutex_);
@@ -220,8 +220,8 @@ class Service {
   std::function<void()> wake_;
   BetweenPortions between_portions_;
   std::map<uint64_t, std::optional<Status>> awaited_works_;  // by their sequence
-  std::vector<Observer*> observers_;                         // few: in the order in which they came
-  uint64_t awaited_ms_ = UINT64_MAX;  // the deadline that was told last, in field time
+  std::vector<Observer*> observers_;                         // few: in the order of attachment
+  uint64_t awaited_ms_ = UINT64_MAX;  // the last reported deadline, in field time
   uint64_t put_off_ms_ = 0;           // the log refused an Advance: not before this
   HeldAnswers held_;
   ServiceCounters counters_;

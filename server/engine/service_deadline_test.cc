@@ -1,4 +1,4 @@
-// What is due at a time is done then, without any request.
+// Due work is done on time, without any request.
 
 #include <gtest/gtest.h>
 
@@ -42,10 +42,10 @@ TEST_F(ServiceTest, ATimerIsWokenByWhatIsDueSoonerAndByNothingElse) {
   EXPECT_FALSE(service_.MillisecondsToDeadline().has_value());
   Handle({Sense(1)});
   EXPECT_EQ(woken, 0);
-  Handle({Deposit(1, 1, 5000, 5000, 2)});  // dies in a minute
+  Handle({Deposit(1, 1, 5000, 5000, 2)});  // evaporates in a minute
   EXPECT_EQ(woken, 1);
   EXPECT_EQ(service_.MillisecondsToDeadline(), 60'000u);
-  Handle({Deposit(1, 2, 1000, 1000, 3)});  // lives longer
+  Handle({Deposit(1, 2, 1000, 1000, 3)});  // lasts longer
   EXPECT_EQ(woken, 1);
   std::vector<Outgoing> out;
   CommandIssued issued;

@@ -1,4 +1,4 @@
-// Answers leave when what they speak of is durable, and what waits for that is bounded.
+// Answers are sent once their changes are durable, and the number that waits is bounded.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ std::vector<uint64_t> SequencesOf(const std::vector<Outgoing>& out) {
 TEST_F(ServiceTest, AnswersToChangesWaitUntilTheChangeIsDurable) {
   log_.SetDurable(1);
   EXPECT_TRUE(Handle({Hello(1, 1)}).empty());
-  EXPECT_EQ(Handle({Sense(1)}).size(), 1u);  // SENSE speaks of no change
+  EXPECT_EQ(Handle({Sense(1)}).size(), 1u);  // SENSE depends on no change
   EXPECT_TRUE(Handle({Hello(2, 1)}).empty());
   EXPECT_TRUE(Release().empty());
   log_.SetDurable(2);
@@ -49,7 +49,7 @@ TEST_F(ServiceTest, AnswersToChangesWaitUntilTheChangeIsDurable) {
 TEST_F(ServiceTest, WaitingAnswersGoOutInTheOrderInWhichTheyWereGiven) {
   log_.SetDurable(1);
   Handle({Hello(1, 1), Hello(2, 1), Hello(3, 1)});
-  Handle({Deposit(1, 1), Hello(4, 1)});  // robot 1 has its HELLO behind it
+  Handle({Deposit(1, 1), Hello(4, 1)});  // robot 1 abandons its HELLO
   Handle({Deposit(1, 1)});
   EXPECT_EQ(service_.held_answers(), 4u);
   log_.SetDurable(3);
@@ -67,7 +67,7 @@ TEST_F(ServiceTest, AnAnswerToAnOlderChangeGoesOutWithWhatWasGivenBeforeIt) {
   EXPECT_EQ(SequencesOf(Release()), (std::vector<uint64_t>{4, 3}));
 }
 
-// What was given, and what of it was said to go nowhere.
+// The answers given, and those reported as dropped.
 class CountingWitness final : public Observer {
  public:
   void OnBatch(const Stamp&, LinkIndex, std::span<const protocol::Message>,
@@ -127,7 +127,7 @@ TEST_F(ServiceTest, ManyWhoRepeatARequestAgainstAStuckLogShareOneAnswerARobot) {
   EXPECT_EQ(observer.dropped, 0u);
 }
 
-// Busy: the robot repeats it byte for byte. Of "read-only" it would gather that nothing happened.
+// Busy: the robot repeats it byte for byte. "Read-only" would mean that nothing was changed.
 TEST_F(ServiceTest, ARepeatOfWhatIsNotDurableIsBusyWhileTheLogTakesNothing) {
   CountingWitness observer;
   service_.Attach(&observer, [](const Engine&) {});

@@ -37,8 +37,8 @@ TEST_F(ServiceTest, AnEditIsLoggedUnlessItIsClearThatItCannotBeDone) {
   EXPECT_EQ(service_.StateHash(), hash);
 }
 
-// Whether there is memory shows when it is tried: the event is in the log, and a replay finds the
-// same lack.
+// A lack of memory shows only in Apply: the event is in the log, and a replay fails in the same
+// way.
 TEST_F(ServiceTest, AnEditWithoutMemoryIsAnErrorHereAndInEveryReplay) {
   EngineConfig config = testing::SmallConfig();
   config.field.memory_bytes = 40'000;

@@ -1,4 +1,4 @@
-// Observers are told of everything, in its order, at once; each for itself.
+// Observers are notified of everything, in order, at once; each independently.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using testing::Hello;
 using testing::Sense;
 using testing::ServiceTest;
 
-// Keeps what it is told.
+// Keeps its notifications.
 class Listener final : public Observer {
  public:
   struct Batch {
@@ -127,21 +127,21 @@ TEST_F(ServiceTest, AnObserverIsToldOfEventsThatNoMessageIs) {
   config.field.pheromones[0].tau_ms = 5;
   ASSERT_TRUE(service_.Configure(config, 8).ok());
   log_.admit = Reason::kBusy;
-  EXPECT_FALSE(service_.Issue(issued, &out).ok());  // is no event
+  EXPECT_FALSE(service_.Issue(issued, &out).ok());  // is not an event
   ASSERT_EQ(listener.events.size(), 5u);
   for (size_t i = 0; i < listener.events.size(); ++i) {
     const Listener::Other& told = listener.events[i];
     EXPECT_EQ(told.sequence, 3 + i);
     EXPECT_EQ(told.stamp.field_time_ms, log_.events[2 + i].first.field_time_ms);
     EXPECT_EQ(told.event.index(), log_.events[2 + i].second.index());
-    EXPECT_EQ(told.sent.size(), i == 0 || i == 3 ? 1u : 0u);  // the command, and again
+    EXPECT_EQ(told.sent.size(), i == 0 || i == 3 ? 1u : 0u);  // the command and its retry
   }
   EXPECT_EQ(std::get<FieldEdited>(listener.events[1].event).edit, edit);
   EXPECT_TRUE(listener.batches.empty());
 }
 
-// What a listener heard, in order: of each batch how many messages it had and its last change, of
-// each event its number.
+// An observer's notifications, in order: the size and the last change of each batch, the number of
+// each event.
 class Order final : public Observer {
  public:
   using Heard = std::vector<std::pair<char, uint64_t>>;
@@ -200,7 +200,7 @@ TEST_F(ObserversTest, EachHearsAllInOrderFromWhereItBeganToWhereItEnded) {
   uint64_t end = 0;
   service_.Detach(&second, [&](const Engine& engine) { end = engine.sequence(); });
   EXPECT_EQ(end, 5u);
-  Handle({Deposit(1, 2)});  // 6: nobody waits for the answer before it any more
+  Handle({Deposit(1, 2)});  // 6: it replaces the answer before it
   Issue();                  // 7
   Order::Heard all = {{'b', 2}, {'e', 3}, {'b', 4}, {'e', 5}, {'b', 6}, {'d', 1}, {'e', 7}};
   EXPECT_EQ(first.heard, all);

@@ -61,7 +61,7 @@ TEST_F(ServiceTest, EachAnswerOfABatchGoesToTheOneWhoAsked) {
   }
   std::vector<Outgoing> out;
   service_.Handle(0, messages, &out, askers);
-  ASSERT_EQ(out.size(), 3u);  // nobody asks as robot 0
+  ASSERT_EQ(out.size(), 3u);  // ID 0 is never answered
   EXPECT_EQ(out[0].asker.connection, 10u);
   EXPECT_EQ(out[1].asker.connection, 12u);
   EXPECT_EQ(out[2].asker.connection, 13u);
@@ -199,7 +199,7 @@ TEST(ServiceThreads, ConcurrentLinksLoseNothing) {
   EXPECT_EQ(HashOfReplay(log, &replayed), service.StateHash());
 }
 
-// Fails in the middle of a change, as for want of memory.
+// Throws in the middle of a change, as if out of memory.
 class FailingLog final : public OrderedLog {
  public:
   Reason Admit() override { return Reason::kNone; }

@@ -1,6 +1,5 @@
-// The engine's state as bytes, and back: configuration, epoch, time, then each component under its
-// name, with a version of its own; at the end the hash of the state, by which the reader knows that
-// it has the same.
+// Encodes and decodes the engine's state: configuration, epoch, time, then each component with its
+// name and version; at the end the hash of the state, with which the reader verifies it.
 
 #include <string>
 #include <utility>
@@ -13,7 +12,7 @@
 namespace pheromone::engine {
 namespace {
 
-// Before, a state was that of the robots and the field, without names.
+// Earlier states contain the robots and the field, without names.
 constexpr uint8_t kFirstVersionWithNames = 3;
 
 void SaveHead(const Component& component, ByteWriter* writer) {
@@ -67,7 +66,7 @@ std::unique_ptr<FrozenState> Engine::Freeze(uint64_t most_kept_bytes) const {
   return std::make_unique<FrozenState>(std::move(parts));
 }
 
-// Each version that was ever written is read; what differs between two is told apart here.
+// Reads all versions that were ever written.
 Result<Engine> Engine::Restore(ByteReader* reader, ComponentList components) {
   const uint8_t version = DecodeVersion("a state", reader);
   if (!reader->ok()) {
@@ -93,8 +92,7 @@ Result<Engine> Engine::Restore(ByteReader* reader, ComponentList components) {
   return engine;
 }
 
-// In the order of the list. One that the bytes do not have begins anew: it came with a later
-// program.
+// In list order. A component that is missing in the bytes starts empty: it was added later.
 void Engine::RestoreComponents(uint8_t version, ByteReader* reader) {
   const bool has_names = version >= kFirstVersionWithNames;
   std::string name = has_names ? reader->Text() : "";
@@ -104,21 +102,21 @@ void Engine::RestoreComponents(uint8_t version, ByteReader* reader) {
     if (is_there) {
       const uint8_t its_version = has_names ? reader->U8() : version;
       if (its_version > component.version()) {
-        reader->Fail("the component \"" + name + "\" in version " + std::to_string(its_version) +
+        reader->Fail("component \"" + name + "\" has version " + std::to_string(its_version) +
                      ", expected at most " + std::to_string(component.version()));
         return;
       }
       component.Restore(Now(), its_version, reader);
       name = has_names ? reader->Text() : "";
     } else if (i <= kFieldPlace) {
-      reader->Fail("a state without the component \"" + std::string(component.name()) + "\"");
+      reader->Fail("missing component \"" + std::string(component.name()) + "\" in the state");
     } else {
       component.Configure(Now(), {}, {nullptr, &finished_});
       finished_.clear();
     }
   }
   if (reader->ok() && !name.empty()) {
-    reader->Fail("a state of \"" + name + "\", which is no component of this program");
+    reader->Fail("unknown component \"" + name + "\" in the state");
   }
 }
 

@@ -1,4 +1,4 @@
-// A restored engine is the same engine: it gives the same answers and hashes to all that comes.
+// A restored engine behaves as the saved one: the same answers and hashes to any input.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ void ExpectSame(const std::vector<Outgoing>& a, const std::vector<Outgoing>& b) 
   }
 }
 
-// What a run met, so that a property that held because nothing happened is noticed.
+// What a run covered, so that a property that holds only vacuously is noticed.
 struct Seen {
   int full = 0;
   int swept = 0;
@@ -116,7 +116,7 @@ TEST(State, ItDoesWhereMemoryIsShortToo) {
 }
 
 TEST(State, ATableThatOutlivesItsTilesIsPartOfTheState) {
-  // A table of the map stays when its last tile goes, and takes its share of the memory.
+  // A table of the map outlives its last tile, and counts as used memory.
   testing::Bench bench;
   bench.Handle(testing::Hello(1, 1));
   bench.Handle(testing::Deposit(1, 1));
@@ -146,9 +146,8 @@ TEST(State, BytesThatNoEngineSavedAreRefusedWithWords) {
   }
   std::string other = bytes;
   other[0] = 9;
-  EXPECT_EQ(Restored(other).error(),
-            "a state of version 9, which this program does not know; it knows 1 to 3");
-  // A changed byte is refused, or is one of those that no answer depends on and no hash covers.
+  EXPECT_EQ(Restored(other).error(), "a state of version 9, expected 1 to 3");
+  // A changed byte is refused, unless no answer depends on it and no hash covers it.
   int refused = 0;
   int tried = 0;
   for (size_t at = 1; at < bytes.size(); at += 1 + bytes.size() / 500) {

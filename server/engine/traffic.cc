@@ -3,7 +3,7 @@
 namespace pheromone::engine {
 namespace {
 
-// The pose that a message carries, if it carries one.
+// The pose in a message, if there is one.
 std::optional<protocol::WirePose> PoseIn(const protocol::Message& message) {
   protocol::SenseRequest sense;
   protocol::TraceRequest trace;
@@ -21,7 +21,7 @@ std::optional<protocol::WirePose> PoseIn(const protocol::Message& message) {
 void Traffic::Count(LinkIndex link, const protocol::Message& message, uint64_t now_ms, Fate fate) {
   ++by_opcode_[message.opcode & 0x7Fu];
   if (protocol::IsFromServer(message.opcode) || message.id == protocol::kBroadcastId) {
-    return;  // an echo, or nobody
+    return;  // an echo, or invalid ID
   }
   if (link >= links_.size()) {
     links_.resize(size_t{link} + 1);

@@ -43,7 +43,7 @@ TEST(TrafficTest, RemembersThePoseThatWasReportedLast) {
   Traffic traffic;
   traffic.Count(0, testing::Sense(3, 100, -200, 16384), 1, Fate::kAnswered);
   traffic.Count(0, testing::Trace(3, 1, 300, 400, 5), 2, Fate::kRefused);
-  traffic.Count(0, testing::Deposit(3, 2), 3, Fate::kAnswered);  // says where, not which way
+  traffic.Count(0, testing::Deposit(3, 2), 3, Fate::kAnswered);  // has a position, but no heading
   ASSERT_TRUE(traffic.Find(0, 3)->pose.has_value());
   EXPECT_EQ(traffic.Find(0, 3)->pose->x, 300);
   EXPECT_EQ(traffic.Find(0, 3)->pose->y, 400);

@@ -1,4 +1,4 @@
-// A folder that goes with the test.
+// A folder that is removed with the test.
 #pragma once
 
 #include <stdlib.h>
@@ -14,7 +14,7 @@ namespace pheromone {
 
 class TemporaryFolder {
  public:
-  /// Ends the program if `parent` takes no folder.
+  /// Ends the program if it cannot be created.
   explicit TemporaryFolder(
       const std::filesystem::path& parent = std::filesystem::temp_directory_path()) {
     std::string name = std::filesystem::absolute(parent / "pheromone-XXXXXX").string();
@@ -35,7 +35,7 @@ class TemporaryFolder {
   std::string string() const { return path_.string(); }
   std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
 
-  /// It stays, for whoever looks for what went wrong.
+  /// Keeps the folder, to debug a failure.
   void Keep() { path_.clear(); }
 
  private:

@@ -1,4 +1,4 @@
-// What the engine's tests share: a small configuration, a robot's messages, and an engine driven by
+// Shared by the engine's tests: a small configuration, a robot's messages, and an engine driven by
 // hand.
 #pragma once
 
@@ -92,7 +92,7 @@ class Bench {
     return out;
   }
 
-  /// What the message is answered with, if with anything.
+  /// The answer to the message, if there is one.
   std::optional<protocol::Message> Handle(const protocol::Message& message, LinkIndex link = 0) {
     std::vector<Outgoing> out;
     switch (engine.Classify(link, message)) {

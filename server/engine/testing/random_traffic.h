@@ -1,7 +1,7 @@
-// Random events for the tests of what must follow an engine's every state: robots that come, lay,
-// trace, restart and repeat themselves; an operator who edits the map and commands; a tracker; time
-// that passes; a configuration that changes. All that happens can happen live: an event that the
-// engine would not take is drawn again.
+// Random events for tests of properties of every state: robots that connect, deposit, trace,
+// restart and repeat requests; an operator's edits and commands; a tracker; passing time; changed
+// configurations. Everything can also happen live: an event that the engine would refuse is drawn
+// again.
 //
 //   RandomTraffic traffic(seed);
 //   engine.Apply(1, traffic.stamp(), traffic.First(), &out);
@@ -19,8 +19,8 @@
 
 namespace pheromone::engine::testing {
 
-/// Every kind of law, a blend, obstacles, a path, a print, a frame; 6 m x 6 m, which nine leaves
-/// and a few hundred tiles cover. `tight`: memory for a few of the tiles only.
+/// Every kind of law, a blend, obstacles, a path, an initial raster, a frame; 6 m x 6 m, nine
+/// leaves and a few hundred tiles. `tight`: memory for only a few of the tiles.
 inline EngineConfig RichConfig(bool tight) {
   EngineConfig config = SmallConfig();
   field::FieldConfig& field = config.field;
@@ -66,11 +66,11 @@ class RandomTraffic {
   }
 
   const Stamp& stamp() const { return stamp_; }
-  /// Goes on from there, as after a restart.
+  /// Continues from there, as after a restart.
   void ResumeAt(const Stamp& stamp) { stamp_ = stamp; }
   Event First() const { return ConfigChanged{config_, 7}; }
 
-  /// Time passes, and something happens that `engine` takes.
+  /// Time passes, and the next event is one that `engine` accepts.
   Event Next(const Engine& engine) {
     stamp_.field_time_ms += Below(20) == 0 ? Below(8'000) : Below(60);
     stamp_.utc_ms += static_cast<int64_t>(Below(200)) - 20;
@@ -82,7 +82,7 @@ class RandomTraffic {
     }
   }
 
-  /// A request that changes nothing, from where robots are.
+  /// A request that changes nothing, with a robot's position.
   protocol::Message AnySense() {
     return Sense(AnyId(), AnyPlace(), AnyPlace(), static_cast<uint16_t>(Below(65'536)),
                  static_cast<uint8_t>(1 + Below(7)));
@@ -98,7 +98,7 @@ class RandomTraffic {
   }
   field::PointUm AnyPoint() { return {AnyPlace() * int64_t{1'000}, AnyPlace() * int64_t{1'000}}; }
 
-  // Its next seq, and now and then another one.
+  // Its next seq, and sometimes another one.
   uint8_t SeqOf(const Engine& engine, LinkIndex link, uint8_t id) {
     const RobotState* robot = engine.robots().Find(link, id);
     const auto ahead = static_cast<uint8_t>(Below(8) == 0 ? Below(200) : 1);
@@ -166,7 +166,7 @@ class RandomTraffic {
       case 3:  // a link goes, or returns
         config.links.resize(config.links.size() == 2 ? 1 : 2, {"radio-b", 4, 50});
         break;
-      case 4: {  // what diffused does not any more, or the other way round
+      case 4: {  // a type stops diffusing, or begins
         field::DiffusionLaw& diffusion = config.field.pheromones[2].diffusion;
         diffusion.exchange_q16 = diffusion.exchange_q16 == 0 ? 8'000 : 0;
         break;

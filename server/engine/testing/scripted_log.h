@@ -1,13 +1,13 @@
-// A log that keeps what it is given in memory, and whose health and durability the test decides.
+// A log in memory, whose health and durability the test controls.
 //
 //   ScriptedLog log;
 //   Service service(&log, read_clock);
-//   log.admit = protocol::Reason::kReadOnly;  // takes no changes
-//   log.GetStuck();                           // takes them, and nothing more becomes durable
-//   log.Heal();                               // all of it is, and whoever waited is called
+//   log.admit = protocol::Reason::kReadOnly;  // accepts no changes
+//   log.GetStuck();                           // accepts them, but nothing more becomes durable
+//   log.Heal();                               // everything is, and waiting callbacks are called
 //
-// Any thread may call the functions and set what is atomic; the rest is for while nobody else uses
-// the log.
+// Any thread may call the functions and set atomic members; set the others only while no other
+// thread uses the log.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ class ScriptedLog : public OrderedLog {
     rotation_due = false;
   }
   uint64_t DurableSequence() const override { return std::min(durable_.load(), sequence_.load()); }
-  /// Sequences that were not given yet count as durable too while the log is well.
+  /// Future sequences count as durable too while the log is healthy.
   bool WhenDurable(uint64_t sequence, std::function<void()> done) override {
     {
       const std::lock_guard lock(mutex_);

@@ -1,4 +1,4 @@
-// A service over a scripted log, with a clock that stands until it is moved.
+// A service with a scripted log and a clock that the test advances.
 //
 //   TEST_F(ServiceTest, SaysHello) { EXPECT_EQ(Handle({Hello(1, 1)}).size(), 1u); }
 #pragma once
