@@ -178,7 +178,16 @@ TEST_F(ComponentDemo, ItsStateIsSavedFrozenCopiedAndHashed) {
   EXPECT_EQ(Saved(branch), bytes) << "a copy is a state of its own";
   EXPECT_EQ(VisitsOf(engine_).CountOf(9), 2);
   ByteReader again(bytes);
-  EXPECT_EQ(Engine::Restore(&again).error(), "unknown component \"visits\" in the state");
+  EXPECT_EQ(Engine::Restore(&again).error(), "unknown component \"visits\" in the configuration");
+}
+
+TEST_F(ComponentDemo, AStateWhoseConfigurationItRefusesIsRefused) {
+  std::string bytes = Saved(engine_);
+  const std::string settings = engine_.config().components[0].bytes;
+  bytes.replace(bytes.find(settings), settings.size(), std::string(settings.size(), '\0'));
+  ByteReader reader(bytes);
+  EXPECT_EQ(Engine::Restore(&reader, Components()).error(),
+            "visits: forget_after_ms is 0, expected 1 to 86400000");
 }
 
 TEST_F(ComponentDemo, AStateFromBeforeItCameIsRead) {

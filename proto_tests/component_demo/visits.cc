@@ -23,6 +23,7 @@ Result<Reset> ResetIn(const engine::Event& event) {
 }  // namespace
 
 std::optional<engine::ComponentConfig> ReadSection(const config::Value& root,
+                                                   const config::Config& /*config*/,
                                                    config::Notes* notes) {
   const config::TableReader table(config::TableOf(root, kSection.key, notes),
                                   std::string(kSection.key), &notes->problems);
@@ -42,8 +43,8 @@ std::optional<uint16_t> Visits::CountOf(uint8_t station) const {
   return found != stations_.end() ? std::optional(found->second.count) : std::nullopt;
 }
 
-std::vector<engine::Endpoint> Visits::endpoints() const {
-  return {{kVisit, {true, 2, 2}, engine::Endpoint::Effect::kChanges}};
+std::vector<engine::MessageRule> Visits::messages() const {
+  return {{kVisit, {true, 2, 2}, engine::MessageRule::Effect::kChanges}};
 }
 
 Status Visits::CheckConfig(const engine::Context& /*context*/, const engine::EngineConfig& next,

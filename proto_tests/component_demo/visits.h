@@ -33,7 +33,9 @@ struct Settings {
     visit("forget_after_ms", it.forget_after_ms, Within(1, 86'400'000));
   }
 };
-std::optional<engine::ComponentConfig> ReadSection(const config::Value& root, config::Notes* notes);
+std::optional<engine::ComponentConfig> ReadSection(const config::Value& root,
+                                                   const config::Config& config,
+                                                   config::Notes* notes);
 constexpr config::ComponentSection kSection{"visits", ReadSection};
 
 /// The event.
@@ -55,7 +57,7 @@ class Visits final : public engine::Component {
   std::unique_ptr<Component> Clone() const override { return std::make_unique<Visits>(*this); }
   std::string_view name() const override { return kSection.key; }
   uint8_t version() const override { return 1; }
-  std::vector<engine::Endpoint> endpoints() const override;
+  std::vector<engine::MessageRule> messages() const override;
   std::vector<engine::EventKind> event_kinds() const override { return {Reset::kKind}; }
   Status CheckConfig(const engine::Context& context, const engine::EngineConfig& next,
                      const engine::ConfigPlan* plan) const override;

@@ -7,7 +7,9 @@
 // Not thread-safe.
 #pragma once
 
+#include <cassert>
 #include <memory>
+#include <type_traits>
 #include <utility>
 
 namespace pheromone {
@@ -18,7 +20,10 @@ class Polymorphic {
   /// `value` is not null.
   template <typename Derived>
   Polymorphic(std::unique_ptr<Derived> value)  // NOLINT(google-explicit-constructor)
-      : value_(std::move(value)) {}
+      : value_(std::move(value)) {
+    static_assert(std::has_virtual_destructor_v<Base>);
+    assert(value_ != nullptr);
+  }
   Polymorphic(const Polymorphic& other) : value_(other.value_->Clone()) {}
   Polymorphic(Polymorphic&&) noexcept = default;
   Polymorphic& operator=(const Polymorphic& other) { return *this = Polymorphic(other); }

@@ -405,6 +405,7 @@ Status Recorder::WriteState(engine::FrozenState* frozen, bool* lost) {
 Status Recorder::WriteAll(const std::deque<Record>& records, bool* state_lost) {
   std::string bytes;
   Status status = Ok();
+  Status earlier = Ok();  // of a file before the present one
   const auto flush = [&] {
     if (status.ok()) {
       status = Write(&bytes);
@@ -416,6 +417,7 @@ Status Recorder::WriteAll(const std::deque<Record>& records, bool* state_lost) {
     engine::Service::Frozen frozen;
     if (start != nullptr) {
       flush();  // a recording that ended for want of memory has no End
+      earlier = earlier.ok() ? status : earlier;
       std::unique_lock lock(mutex_);
       if (start->part == 1 || files_ == nullptr) {
         files_ = std::make_unique<Files>(options_.folder, options_.most_files);
@@ -456,7 +458,7 @@ Status Recorder::WriteAll(const std::deque<Record>& records, bool* state_lost) {
     const std::lock_guard lock(mutex_);
     status_.has_state = true;  // a start and its state come together
   }
-  return status;
+  return status.ok() ? earlier : status;
 }
 
 // Drops the queue; the recording ends, or a new one is to begin.

@@ -109,7 +109,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadCapture(root, &notes, &config.capture);
   ReadDaemon(root, &notes, &config.daemon);
   for (const ComponentSection& section : components) {
-    if (auto its = section.read(root, &notes)) {
+    if (auto its = section.read(root, config, &notes)) {
       config.engine.components.push_back(std::move(*its));
     }
   }

@@ -76,8 +76,10 @@ void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& cont
 /// The section of a component beyond the field and the robots.
 struct ComponentSection {
   std::string_view key;  ///< of the file; Component::name is the same
-  /// What the component takes, if nothing is wrong. Called whether or not the file has the section.
-  std::optional<engine::ComponentConfig> (*read)(const Value& root, Notes* notes);
+  /// The component's configuration, if nothing is wrong. Called whether or not the file has the
+  /// section; `config` has the map, the pheromones and the links.
+  std::optional<engine::ComponentConfig> (*read)(const Value& root, const Config& config,
+                                                 Notes* notes);
 };
 /// Of the components that a server has (server/engine/components.h).
 std::span<const ComponentSection> ComponentSections();

@@ -162,6 +162,13 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
                                              : recovered.error());
   }
   const journal::Recovered& state = recovered.value();
+  const engine::ComponentList& components = state.engine.components();
+  for (size_t i = engine::kFieldIndex + 1; i < components.size(); ++i) {
+    if (components[i]->Hash() != 0) {
+      return Fail(kFailed, folder + ": has a state of \"" + std::string(components[i]->name()) +
+                               "\", which cannot be resampled");
+    }
+  }
   const engine::EngineConfig& config = loaded.value().engine;
   const Result<maps::Resampled> moved =
       maps::Resample(WithoutLaid(state.engine.field(), state.stamp.field_time_ms), config.field);

@@ -31,28 +31,35 @@
 namespace pheromone::engine {
 
 /// A client message that a component answers.
-struct Endpoint {
+struct MessageRule {
   enum class Effect : uint8_t {
     kReads,    ///< leaves the state as it is
     kChanges,  ///< DATA begins with a seq; done exactly once
-    kSession,  ///< HELLO and ACK, which the robots component handles itself
+    kHello,    ///< the robots' HELLO, which has rules of its own
+    kAck,      ///< and the ACK of a command, which is not answered
   };
 
   uint8_t opcode = 0;
-  protocol::LengthRule length{};  ///< of DATA
+  /// Of DATA. protocol::IsMutating says of the same opcode that it begins with a seq.
+  protocol::LengthRule length{};
   Effect effect = Effect::kReads;
 };
 
 /// As the protocol defines it. protocol::LengthOf must know `opcode`.
-Endpoint EndpointOf(uint8_t opcode);
+MessageRule MessageRuleOf(uint8_t opcode);
+
+class Component;
+using ComponentList = std::vector<Polymorphic<Component>>;
 
 /// What a component may read besides itself.
 struct Context {
   const SharedConfig& config;
   const RobotTable& robots;
+  const ComponentList& components;  ///< FindIn
   uint16_t epoch = 0;
   uint64_t sequence = 0;  ///< of the event that is being applied
   uint64_t now_ms = 0;    ///< field time
+  int64_t utc_ms = 0;     ///< for display only; may jump
 };
 
 /// Where the effects of an event are appended.
@@ -98,7 +105,7 @@ class Component {
   virtual uint8_t version() const = 0;
 
   /// What the engine routes here; called once.
-  virtual std::vector<Endpoint> endpoints() const { return {}; }
+  virtual std::vector<MessageRule> messages() const { return {}; }
   virtual std::vector<EventKind> event_kinds() const { return {}; }
 
   /// Whether it can continue with `next`. `plan` may be null.
@@ -128,17 +135,30 @@ class Component {
   /// Does a bounded portion of what is due; if more is, NextDeadline is in the past.
   virtual void Advance(const Context& /*context*/, const Output& /*out*/) {}
   virtual std::optional<uint64_t> NextDeadline() const { return std::nullopt; }
+  /// Whether a large change is in progress; Advance continues it.
+  virtual bool busy() const { return false; }
 
-  /// The sum over its objects of the hash of kind, key and canonical value.
+  /// The sum over its objects of the hash of kind, key and canonical value. 0 as long as nothing
+  /// was configured and nothing happened: older states do not have the component.
   virtual uint64_t Hash() const = 0;
   /// Canonical bytes: equal if and only if the states are.
   virtual void Save(ByteWriter* writer) const = 0;
-  /// Into a new component. Invalid bytes fail the reader.
+  /// Into a new component. Invalid bytes fail the reader; the configuration was checked. Structs of
+  /// other folders are described by the version of the codec (event_codec.h), not by this one.
   virtual void Restore(const Context& context, uint8_t version, ByteReader* reader) = 0;
   /// Save in portions; null if that cannot begin now. By default, in one portion.
   virtual std::unique_ptr<FrozenPart> Freeze(uint64_t most_kept_bytes) const;
 };
 
-using ComponentList = std::vector<Polymorphic<Component>>;
+/// The component of that class; null if it is not in the list.
+template <typename T>
+const T* FindIn(const ComponentList& components) {
+  for (const Polymorphic<Component>& it : components) {
+    if (const auto* const found = dynamic_cast<const T*>(&*it)) {
+      return found;
+    }
+  }
+  return nullptr;
+}
 
 }  // namespace pheromone::engine

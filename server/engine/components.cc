@@ -38,11 +38,12 @@ ComponentList With(ComponentList components, Polymorphic<Component> another) {
   return components;
 }
 
-Endpoint EndpointOf(uint8_t opcode) {
-  const bool is_session = opcode == protocol::kHello || opcode == protocol::kCommandAck;
-  const auto effect = is_session                     ? Endpoint::Effect::kSession
-                      : protocol::IsMutating(opcode) ? Endpoint::Effect::kChanges
-                                                     : Endpoint::Effect::kReads;
+MessageRule MessageRuleOf(uint8_t opcode) {
+  using Effect = MessageRule::Effect;
+  const Effect effect = opcode == protocol::kHello        ? Effect::kHello
+                        : opcode == protocol::kCommandAck ? Effect::kAck
+                        : protocol::IsMutating(opcode)    ? Effect::kChanges
+                                                          : Effect::kReads;
   return {opcode, protocol::LengthOf(opcode), effect};
 }
 

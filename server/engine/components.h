@@ -10,20 +10,20 @@ namespace pheromone::engine {
 /// In the order in which they advance and are saved. The robots and the field come first, at the
 /// indices below; a new component is added at the end.
 ComponentList StandardComponents();
-inline constexpr size_t kRobotsPlace = 0;
-inline constexpr size_t kFieldPlace = 1;
+inline constexpr size_t kRobotsIndex = 0;
+inline constexpr size_t kFieldIndex = 1;
 
-inline const RobotsComponent& OfRobots(const ComponentList& components) {
-  return static_cast<const RobotsComponent&>(*components[kRobotsPlace]);
+inline const RobotsComponent& RobotsIn(const ComponentList& components) {
+  return static_cast<const RobotsComponent&>(*components[kRobotsIndex]);
 }
-inline RobotsComponent& OfRobots(ComponentList& components) {
-  return static_cast<RobotsComponent&>(*components[kRobotsPlace]);
+inline RobotsComponent& RobotsIn(ComponentList& components) {
+  return static_cast<RobotsComponent&>(*components[kRobotsIndex]);
 }
-inline const FieldComponent& OfField(const ComponentList& components) {
-  return static_cast<const FieldComponent&>(*components[kFieldPlace]);
+inline const FieldComponent& FieldIn(const ComponentList& components) {
+  return static_cast<const FieldComponent&>(*components[kFieldIndex]);
 }
-inline FieldComponent& OfField(ComponentList& components) {
-  return static_cast<FieldComponent&>(*components[kFieldPlace]);
+inline FieldComponent& FieldIn(ComponentList& components) {
+  return static_cast<FieldComponent&>(*components[kFieldIndex]);
 }
 
 /// `components` and one more, for tests.

@@ -92,11 +92,15 @@ Status CheckLaid(const field::FieldConfig& config) {
 }
 
 Status CheckComponents(const std::vector<ComponentConfig>& components) {
+  constexpr size_t kMaxName = 32;
   for (size_t i = 0; i < components.size(); ++i) {
     const std::string& name = components[i].component;
-    if (name.empty() || (i > 0 && name <= components[i - 1].component)) {
-      return Error{"components[" + std::to_string(i) + "] is \"" + name +
-                   "\", expected names in ascending order"};
+    const bool is_name = !name.empty() && name.size() <= kMaxName &&
+                         std::all_of(name.begin(), name.end(),
+                                     [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; });
+    if (!is_name || (i > 0 && name <= components[i - 1].component)) {
+      return Error{"components[" + std::to_string(i) +
+                   "]: expected at most 32 small letters and underscores, in ascending order"};
     }
   }
   return Ok();

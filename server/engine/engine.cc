@@ -16,12 +16,15 @@ using protocol::Reason;
 
 Engine::Engine(ComponentList components) : components_(std::move(components)) {
   for (size_t i = 0; i < components_.size(); ++i) {
-    for (const Endpoint& endpoint : components_[i]->endpoints()) {
-      assert(!protocol::IsFromServer(endpoint.opcode));
-      assert(!routes_[endpoint.opcode].endpoint && "an opcode of two components");
-      routes_[endpoint.opcode] = {i, endpoint};
+    for (const MessageRule& rule : components_[i]->messages()) {
+      assert(!protocol::IsFromServer(rule.opcode));
+      assert(!routes_[rule.opcode].rule && "an opcode of two components");
+      assert(rule.effect == MessageRule::Effect::kReads || rule.length.least >= 1);
+      assert(rule.effect <= MessageRule::Effect::kChanges || i == kRobotsIndex);
+      routes_[rule.opcode] = {i, rule};
     }
     for (const EventKind kind : components_[i]->event_kinds()) {
+      assert(i <= kFieldIndex || kind >= EventKind::kFirstOfComponents);
       const bool is_new = owners_of_kinds_.emplace(kind, i).second;
       assert(is_new && "an event kind of two components");
       (void)is_new;
@@ -43,12 +46,11 @@ Component* Engine::Owner(const Event& event) {
 
 // What is wrong with the form of a client's message, if anything.
 Reason Engine::FaultOf(const Message& message) const {
-  const std::optional<Endpoint>& endpoint = routes_[message.opcode].endpoint;
-  if (!endpoint) {
+  if (protocol::IsFromServer(message.opcode) || !routes_[message.opcode].rule) {
     return Reason::kUnknownOpcode;
   }
-  const bool fits =
-      message.length >= endpoint->length.least && message.length <= endpoint->length.most;
+  const std::optional<MessageRule>& rule = routes_[message.opcode].rule;
+  const bool fits = message.length >= rule->length.least && message.length <= rule->length.most;
   return fits ? Reason::kNone : Reason::kBadLength;
 }
 
@@ -58,13 +60,13 @@ Handling Engine::Classify(LinkIndex link, const Message& message) const {
       link >= config_->links.size()) {
     return Handling::kIgnore;
   }
-  const std::optional<Endpoint>& endpoint = routes_[message.opcode].endpoint;
+  const std::optional<MessageRule>& rule = routes_[message.opcode].rule;
   const bool has_fault = FaultOf(message) != Reason::kNone;
-  if (endpoint && endpoint->effect == Endpoint::Effect::kSession &&
-      (message.opcode == protocol::kCommandAck || !has_fault)) {
-    return OfRobots(components_).Classify(link, message);
+  if (rule && (rule->effect == MessageRule::Effect::kAck ||
+               (rule->effect == MessageRule::Effect::kHello && !has_fault))) {
+    return RobotsIn(components_).Classify(link, message);
   }
-  if (has_fault || endpoint->effect != Endpoint::Effect::kChanges || !SaidHello(link, message.id)) {
+  if (has_fault || rule->effect != MessageRule::Effect::kChanges || !SaidHello(link, message.id)) {
     return Handling::kAnswer;
   }
   const RobotState* robot = robots().Find(link, message.id);
@@ -88,8 +90,10 @@ void Engine::Answer(const Stamp& stamp, LinkIndex link, const Message& message,
     return;
   }
   const Route& route = routes_[message.opcode];
-  if (route.endpoint->effect == Endpoint::Effect::kReads) {
-    const Context context = Now(config_, std::max(stamp.field_time_ms, field_time_ms_));
+  if (route.rule->effect == MessageRule::Effect::kReads) {
+    Context context = Now();
+    context.now_ms = std::max(stamp.field_time_ms, field_time_ms_);
+    context.utc_ms = stamp.utc_ms;
     out->push_back({link, 0, components_[route.component]->Answer(context, link, message)});
     return;
   }
@@ -108,15 +112,16 @@ void Engine::Answer(const Stamp& stamp, LinkIndex link, const Message& message,
 }
 
 void Engine::On(const RequestReceived& request, const Output& out) {
+  assert(FaultOf(request.message) == Reason::kNone);
   const Route& route = routes_[request.message.opcode];
   const Context context = Now();
-  if (route.endpoint->effect == Endpoint::Effect::kSession) {
-    OfRobots(components_).TakeSession(context, request, out);
+  if (route.rule->effect > MessageRule::Effect::kChanges) {
+    RobotsIn(components_).TakeSession(context, request, out);
     return;
   }
   const Message answer =
       components_[route.component]->Change(context, request.link, request.message);
-  OfRobots(components_).Remember(context, request.link, request.message, answer);
+  RobotsIn(components_).Remember(context, request.link, request.message, answer);
   out.Send(context, request.link, answer);
 }
 
@@ -138,7 +143,9 @@ void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
       component->Advance(Now(), out);
     }
   } else {
-    Owner(event)->Apply(Now(), event, out);
+    Component* const owner = Owner(event);
+    assert(owner != nullptr && "an event that Check refuses");
+    owner->Apply(Now(), event, out);
   }
 }
 
@@ -204,7 +211,7 @@ void Engine::On(const ConfigChanged& change, const Output& out) {
   // At the maximum time, no later stamp can distinguish new nodes from old ones.
   const bool in_portions = !is_new && change.in_portions && field_time_ms_ < kMaxFieldTimeMs;
   const SharedConfig before = config_;
-  const Context context = Now(change.config, field_time_ms_);
+  const Context context = Now(change.config);
   for (Polymorphic<Component>& component : components_) {
     component->Configure(context, {is_new ? nullptr : &*before, plan.get(), in_portions}, out);
   }
@@ -234,7 +241,7 @@ std::optional<uint64_t> Engine::NextDeadline() const {
 
 uint64_t Engine::StateHash() const {
   // The broadcast seq was hashed here before there were components.
-  uint64_t hash = Hash64({'E', epoch_, OfRobots(components_).next_broadcast_seq()});
+  uint64_t hash = Hash64({'E', epoch_, RobotsIn(components_).next_broadcast_seq()});
   for (const Polymorphic<Component>& component : components_) {
     hash += component->Hash();
   }

@@ -16,6 +16,7 @@
 // Not thread-safe: Service puts one lock around it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -45,9 +46,9 @@ class Engine {
   bool configured() const { return is_configured_; }
   const EngineConfig& config() const { return *config_; }
   const SharedConfig& shared_config() const { return config_; }
-  const field::Field& field() const { return OfField(components_).field(); }
-  const RobotTable& robots() const { return OfRobots(components_).table(); }
-  const RobotCounters& counters() const { return OfRobots(components_).counters(); }
+  const field::Field& field() const { return FieldIn(components_).field(); }
+  const RobotTable& robots() const { return RobotsIn(components_).table(); }
+  const RobotCounters& counters() const { return RobotsIn(components_).counters(); }
   const ComponentList& components() const { return components_; }
   uint16_t epoch() const { return epoch_; }
   uint64_t sequence() const { return sequence_; }  ///< of the last event that was applied
@@ -58,8 +59,9 @@ class Engine {
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
   /// Whether client messages with that opcode go through the log, one at a time for each robot.
   bool GoesThroughLog(uint8_t opcode) const {
-    const std::optional<Endpoint>& endpoint = routes_[opcode & 0x7Fu].endpoint;
-    return endpoint && endpoint->effect != Endpoint::Effect::kReads;
+    const std::optional<MessageRule>& rule = routes_[opcode & 0x7Fu].rule;
+    return rule && (rule->effect == MessageRule::Effect::kChanges ||
+                    rule->effect == MessageRule::Effect::kHello);
   }
 
   /// Answers a message of Handling::kAnswer: at most one message is appended to `out`.
@@ -88,14 +90,17 @@ class Engine {
   Status CheckConfig(const EngineConfig& next, const ConfigPlan* plan = nullptr) const;
   /// Checks an edit, except its size: unknown type, blend, level, shape, too many in progress.
   Status CheckEdit(const field::FieldEdit& edit) const {
-    return OfField(components_).CheckEdit(edit);
+    return FieldIn(components_).CheckEdit(edit);
   }
   /// The edits and configurations that the last Apply completed, by the sequence numbers of their
   /// events. Whether there is memory for all of an edit shows only when it is made; if not, nothing
   /// was changed. Not part of the state.
   const std::vector<field::FinishedWork>& finished() const { return finished_; }
   /// Whether one of them is still changing the map: Advance continues it.
-  bool is_busy() const { return OfField(components_).busy(); }
+  bool is_busy() const {
+    return std::any_of(components_.begin(), components_.end(),
+                       [](const Polymorphic<Component>& it) { return it->busy(); });
+  }
 
   /// Whether a robot has said HELLO in this epoch: only then may a PoseObserved name it.
   bool SaidHello(LinkIndex link, uint8_t id) const { return robots().SaidHello(link, id, epoch_); }
@@ -109,7 +114,7 @@ class Engine {
   uint64_t StateHash() const;
 
   /// As in Field: releases a bounded portion of erased memory; the state does not change.
-  bool ReleaseMemory() { return OfField(components_).ReleaseMemory(); }
+  bool ReleaseMemory() { return FieldIn(components_).ReleaseMemory(); }
 
   /// The whole state as bytes. A restored engine behaves as the saved one would have: the same
   /// answers and the same hashes to any input. Only once configured.
@@ -126,13 +131,13 @@ class Engine {
   // Where a request goes.
   struct Route {
     size_t component = 0;
-    std::optional<Endpoint> endpoint;
+    std::optional<MessageRule> rule;
   };
 
-  Context Now(const SharedConfig& config, uint64_t now_ms) const {
-    return {config, robots(), epoch_, sequence_, now_ms};
+  Context Now(const SharedConfig& config) const {
+    return {config, robots(), components_, epoch_, sequence_, field_time_ms_, last_stamp_.utc_ms};
   }
-  Context Now() const { return Now(config_, field_time_ms_); }
+  Context Now() const { return Now(config_); }
   Component* Owner(const Event& event);
   const Component* Owner(const Event& event) const;
   protocol::Reason FaultOf(const protocol::Message& message) const;

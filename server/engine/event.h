@@ -259,6 +259,7 @@ EventKind KindOf(const Event& event);
 /// (server/base/fields.h) and has kKind and kVersion. Errors: a later version, invalid bytes.
 template <typename T>
 ComponentEvent ToEvent(const T& content) {
+  static_assert(T::kKind >= EventKind::kFirstOfComponents);
   ByteWriter writer;
   EncodeFields(content, &writer);
   return {T::kKind, T::kVersion, writer.Take()};

@@ -56,6 +56,7 @@ std::unique_ptr<Component> FieldComponent::Clone() const {
   auto copy = std::make_unique<FieldComponent>();
   if (field_ != nullptr) {
     copy->field_ = field_->Clone();
+    assert(copy->field_ != nullptr);
   }
   return copy;
 }
@@ -65,12 +66,12 @@ uint8_t FieldComponent::version() const {
   return kCodecVersion;
 }
 
-std::vector<Endpoint> FieldComponent::endpoints() const {
-  std::vector<Endpoint> all;
+std::vector<MessageRule> FieldComponent::messages() const {
+  std::vector<MessageRule> all;
   for (const uint8_t service : {protocol::kSense, protocol::kSenseWide, protocol::kDeposit,
                                 protocol::kTrace, protocol::kTraceWide}) {
     for (uint8_t type = protocol::kMinType; type <= protocol::kMaxType; ++type) {
-      all.push_back(EndpointOf(static_cast<uint8_t>(service | type)));
+      all.push_back(MessageRuleOf(static_cast<uint8_t>(service | type)));
     }
   }
   return all;
@@ -223,9 +224,12 @@ Status FieldComponent::CheckEdit(const field::FieldEdit& edit) const {
 
 Status FieldComponent::Check(const Context& context, const Event& event) const {
   const auto& edited = std::get<FieldEdited>(event);
-  const Status possible = CheckEdit(edited.edit);
+  Status possible = CheckEdit(edited.edit);
+  if (!possible.ok() || edited.raster != nullptr) {
+    return possible;
+  }
   Event copy = edited;
-  return possible.ok() && edited.raster == nullptr ? Prepare(context.config, &copy) : possible;
+  return Prepare(context.config, &copy);
 }
 
 void FieldComponent::Apply(const Context& context, const Event& event, const Output& out) {

@@ -24,13 +24,13 @@ class FieldComponent final : public Component {
   Status CheckEdit(const field::FieldEdit& edit) const;
 
   /// As in Field.
-  bool busy() const { return field_ != nullptr && field_->busy(); }
+  bool busy() const override { return field_ != nullptr && field_->busy(); }
   bool ReleaseMemory() { return field_ != nullptr && field_->ReleaseMemory(); }
 
   std::unique_ptr<Component> Clone() const override;
   std::string_view name() const override { return "field"; }
   uint8_t version() const override;
-  std::vector<Endpoint> endpoints() const override;
+  std::vector<MessageRule> messages() const override;
   std::vector<EventKind> event_kinds() const override { return {EventKind::kFieldEdited}; }
   Status CheckConfig(const Context& context, const EngineConfig& next,
                      const ConfigPlan* plan) const override;

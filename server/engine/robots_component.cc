@@ -24,9 +24,9 @@ uint8_t RobotsComponent::version() const {
   return kCodecVersion;
 }
 
-std::vector<Endpoint> RobotsComponent::endpoints() const {
-  return {EndpointOf(protocol::kCommandAck), EndpointOf(protocol::kEvent),
-          EndpointOf(protocol::kHello), EndpointOf(protocol::kPing)};
+std::vector<MessageRule> RobotsComponent::messages() const {
+  return {MessageRuleOf(protocol::kCommandAck), MessageRuleOf(protocol::kEvent),
+          MessageRuleOf(protocol::kHello), MessageRuleOf(protocol::kPing)};
 }
 
 std::vector<EventKind> RobotsComponent::event_kinds() const {

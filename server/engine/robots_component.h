@@ -54,7 +54,7 @@ class RobotsComponent final : public Component {
   std::unique_ptr<Component> Clone() const override;
   std::string_view name() const override { return "robots"; }
   uint8_t version() const override;
-  std::vector<Endpoint> endpoints() const override;
+  std::vector<MessageRule> messages() const override;
   std::vector<EventKind> event_kinds() const override;
   Status CheckConfig(const Context& context, const EngineConfig& next,
                      const ConfigPlan* plan) const override;

@@ -46,6 +46,23 @@ TEST_F(ServiceTest, AnswersToChangesWaitUntilTheChangeIsDurable) {
   EXPECT_TRUE(Release().empty());
 }
 
+TEST_F(ServiceTest, AnAckThatTheLogRefusesLeavesTheRobotsWaitingAnswer) {
+  std::vector<Outgoing> out;
+  Handle({Hello(1, 1)});
+  ASSERT_TRUE(service_.Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
+  ASSERT_EQ(out.size(), 1u);
+  const uint64_t durable = service_.Inspect([](const Engine& it) { return it.sequence(); });
+  log_.SetDurable(durable);
+  Handle({Deposit(1, 1)});
+  ASSERT_EQ(service_.held_answers(), 1u);
+  log_.admit = Reason::kBusy;
+  const auto refused = Handle({testing::MessageOf(
+      protocol::CommandAck{1, out[0].message.data[0], protocol::CommandCode::kHalt, 0})});
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_EQ(testing::ReasonOf(refused[0].message), Reason::kBusy);
+  EXPECT_EQ(service_.held_answers(), 1u);
+}
+
 TEST_F(ServiceTest, WaitingAnswersGoOutInTheOrderInWhichTheyWereGiven) {
   log_.SetDurable(1);
   Handle({Hello(1, 1), Hello(2, 1), Hello(3, 1)});

@@ -77,6 +77,9 @@ Result<Engine> Engine::Restore(ByteReader* reader, ComponentList components) {
   engine.epoch_ = reader->U16();
   engine.field_time_ms_ = reader->U64();
   engine.sequence_ = reader->U64();
+  if (reader->ok()) {
+    reader->Check(engine.CheckConfig(*engine.config_));
+  }
   engine.RestoreComponents(version, reader);
   const uint64_t hash = reader->U64();
   if (reader->ok()) {
@@ -98,21 +101,26 @@ void Engine::RestoreComponents(uint8_t version, ByteReader* reader) {
   std::string name = has_names ? reader->Text() : "";
   for (size_t i = 0; i < components_.size() && reader->ok(); ++i) {
     Component& component = *components_[i];
-    const bool is_there = has_names ? name == component.name() : i <= kFieldPlace;
+    const bool is_there = has_names ? name == component.name() : i <= kFieldIndex;
     if (is_there) {
       const uint8_t its_version = has_names ? reader->U8() : version;
-      if (its_version > component.version()) {
+      if (its_version < 1 || its_version > component.version()) {
         reader->Fail("component \"" + name + "\" has version " + std::to_string(its_version) +
-                     ", expected at most " + std::to_string(component.version()));
+                     ", expected 1 to " + std::to_string(component.version()));
         return;
       }
       component.Restore(Now(), its_version, reader);
       name = has_names ? reader->Text() : "";
-    } else if (i <= kFieldPlace) {
+    } else if (i <= kFieldIndex) {
       reader->Fail("missing component \"" + std::string(component.name()) + "\" in the state");
     } else {
-      component.Configure(Now(), {}, {nullptr, &finished_});
+      std::vector<Outgoing> none;
+      component.Configure(Now(), {}, {&none, &finished_});
       finished_.clear();
+      if (component.Hash() != 0) {
+        reader->Fail("component \"" + std::string(component.name()) +
+                     "\" is missing in the state, and does not begin empty");
+      }
     }
   }
   if (reader->ok() && !name.empty()) {
