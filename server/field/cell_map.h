@@ -170,16 +170,15 @@ class CellMap {
     const int32_t leaf_column = leaf_index % leaf_columns_;
     const int32_t leaf_row = leaf_index / leaf_columns_;
     int tiles = 0;
-    for (int32_t i = 0; i < kLeafSide; ++i) {
-      // Looked up again for each tile: the visitor may have emptied the leaf.
-      const Leaf* leaf = FindLeaf(leaf_column, leaf_row);
-      if (leaf == nullptr) {
-        return tiles;
-      }
+    const Leaf* leaf = FindLeaf(leaf_column, leaf_row);
+    for (int32_t i = 0; i < kLeafSide && leaf != nullptr; ++i) {
       const Place& place = leaf->place[static_cast<size_t>(leaf_tile_row * kLeafSide + i)];
-      const NodeIndex at{(leaf_column * kLeafSide + i) * kTileSide,
-                         (leaf_row * kLeafSide + leaf_tile_row) * kTileSide};
-      tiles += VisitTile(place, at, UINT64_MAX, visit) ? 1 : 0;
+      if (place.occupied.load(std::memory_order_acquire) != 0) {
+        const NodeIndex at{(leaf_column * kLeafSide + i) * kTileSide,
+                           (leaf_row * kLeafSide + leaf_tile_row) * kTileSide};
+        tiles += VisitTile(place, at, UINT64_MAX, visit) ? 1 : 0;
+        leaf = FindLeaf(leaf_column, leaf_row);  // the visitor may have emptied it
+      }
     }
     return tiles;
   }
