@@ -76,6 +76,10 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
  public:
   /// `memory` must outlive the conversation.
   Conversation(const Parameters& parameters, RequestMemory* memory);
+  /// A copy with a memory of its own, for checkers that branch.
+  Conversation(const Conversation& other, RequestMemory* memory) : Conversation(other) {
+    memory_ = memory;
+  }
 
   /// A byte from the radio, read at `now_ms`. After a transmission, call OnSent first.
   void OnByte(uint8_t byte, Milliseconds now_ms);
@@ -104,6 +108,9 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   bool congested() const;
   /// Whether the load is to be held, as commanded.
   bool load() const { return load_; }
+
+  /// The opcode of the request that has not been answered yet, 0: none.
+  uint8_t awaited_opcode() const { return phase_ == Phase::kAwaiting ? asked_opcode_ : 0; }
 
   /// HELLO has been answered by a compatible server.
   bool greeted() const { return greeted_; }

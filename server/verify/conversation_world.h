@@ -1,0 +1,83 @@
+// One robot and the server, for the question whether each change is made exactly once: the real
+// conversation of client_fw/core, the real engine, and between them a network that loses, delays
+// and repeats, resets of the robot, and crashes of the server that forget what was not durable.
+//
+// Left out of Key, since they decide only when something happens, which is open here anyway: the
+// client's timers and random numbers, the log's sequence numbers, the time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client_fw/core/conversation.h"
+#include "protocol/messages.h"
+#include "server/engine/engine.h"
+#include "server/verify/explore.h"
+
+namespace pheromone::verify {
+
+/// What may happen, and how often.
+struct ConversationLimits {
+  int changes = 2;       ///< deposits that the robot makes
+  int warm_resets = 0;   ///< which keep the request memory
+  int power_losses = 0;  ///< which do not
+  int crashes = 0;       ///< of the server
+  int hellos = 4;        ///< HELLOs on the air
+  size_t in_flight = 2;  ///< frames in each direction
+  int other_robots = 0;  ///< that say HELLO, with room for one robot on the link
+};
+
+class ConversationWorld {
+ public:
+  explicit ConversationWorld(const ConversationLimits& limits);
+  ConversationWorld(const ConversationWorld& other);
+  ConversationWorld& operator=(const ConversationWorld&) = delete;
+  ~ConversationWorld() = default;
+
+  std::string Key() const;
+  /// Empty, or what went wrong: a change that was made twice, an acknowledged one that is gone.
+  std::string Wrong() const;
+
+  using Visit = std::function<void(std::string step, ConversationWorld successor)>;
+  void Next(const Visit& visit) const;
+
+ private:
+  using Engine = engine::Engine;
+
+  static client::Parameters ParametersAt(uint16_t boot_counter);
+  void Apply(const engine::Event& event, std::vector<engine::Outgoing>* out);
+  uint32_t DepositsAt(int change) const;
+  bool MayRequest() const;
+
+  bool Send();  // the robot's next frame goes on the air; false: none
+  void Arrive(size_t frame, bool also_later);
+  void Hear(size_t frame, bool also_later);
+  void Sync();
+  void Crash();
+  void Reset(bool keeps_memory);
+  void OtherHello();
+
+  ConversationLimits left_;
+  client::RequestMemory memory_{};
+  uint16_t boot_counter_ = 1;
+  client::Conversation robot_;
+  uint32_t now_ms_ = 0;
+
+  std::shared_ptr<const Engine> server_;
+  std::shared_ptr<const Engine> durable_;  // what a crash goes back to
+  std::vector<protocol::Message> held_;    // answers that wait for the disk
+  std::vector<protocol::Message> to_server_;
+  std::vector<protocol::Message> to_robot_;
+
+  int made_ = 0;                    // changes that the robot has begun
+  std::vector<bool> acknowledged_;  // by change
+  int pending_ = -1;                // the change that the robot's request memory holds
+};
+
+/// All that may happen within the limits, from a robot and a server that have just been started.
+Explored ExploreConversation(const ConversationLimits& limits, size_t most_states = 1'000'000);
+
+}  // namespace pheromone::verify
