@@ -28,7 +28,9 @@ using engine::Outgoing;
 using visits::Visits;
 
 engine::ComponentList Components() {
-  return engine::With(engine::StandardComponents(), std::make_unique<Visits>());
+  engine::ComponentList components = engine::StandardComponents();
+  components.emplace_back(std::make_unique<Visits>());
+  return components;
 }
 
 const Visits& VisitsOf(const Engine& engine) {

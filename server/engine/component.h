@@ -2,7 +2,9 @@
 // nets.
 //
 //   class Visits final : public Component { ... };
-//   Engine engine(With(StandardComponents(), std::make_unique<Visits>()));
+//   ComponentList components = StandardComponents();
+//   components.emplace_back(std::make_unique<Visits>());
+//   Engine engine(std::move(components));
 //
 // The engine keeps a list of components (components.h). It passes each request to the component of
 // its opcode, each event to that of its kind, configurations and time to all of them in list order,
@@ -40,9 +42,18 @@ struct MessageRule {
   };
 
   uint8_t opcode = 0;
-  /// Of DATA. protocol::IsMutating says of the same opcode that it begins with a seq.
-  protocol::LengthRule length{};
+  protocol::LengthRule length{};  ///< of DATA
   Effect effect = Effect::kReads;
+
+  /// Whether it is about the robot itself: only RobotsComponent has such messages.
+  bool is_session() const { return effect == Effect::kHello || effect == Effect::kAck; }
+};
+
+/// What a message from a client asks for.
+enum class Handling {
+  kIgnore,  ///< never answered: an echo, an invalid robot ID, an old duplicate
+  kAnswer,  ///< answered from the present state, which stays as it is
+  kChange,  ///< must go through the log
 };
 
 /// As the protocol defines it. protocol::LengthOf must know `opcode`.

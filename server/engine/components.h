@@ -26,7 +26,4 @@ inline FieldComponent& FieldIn(ComponentList& components) {
   return static_cast<FieldComponent&>(*components[kFieldIndex]);
 }
 
-/// `components` and one more, for tests.
-ComponentList With(ComponentList components, Polymorphic<Component> another);
-
 }  // namespace pheromone::engine

@@ -20,7 +20,7 @@ Engine::Engine(ComponentList components) : components_(std::move(components)) {
       assert(!protocol::IsFromServer(rule.opcode));
       assert(!routes_[rule.opcode].rule && "an opcode of two components");
       assert(rule.effect == MessageRule::Effect::kReads || rule.length.least >= 1);
-      assert(rule.effect <= MessageRule::Effect::kChanges || i == kRobotsIndex);
+      assert(!rule.is_session() || i == kRobotsIndex);
       routes_[rule.opcode] = {i, rule};
     }
     for (const EventKind kind : components_[i]->event_kinds()) {
@@ -115,7 +115,7 @@ void Engine::On(const RequestReceived& request, const Output& out) {
   assert(FaultOf(request.message) == Reason::kNone);
   const Route& route = routes_[request.message.opcode];
   const Context context = Now();
-  if (route.rule->effect > MessageRule::Effect::kChanges) {
+  if (route.rule->is_session()) {
     RobotsIn(components_).TakeSession(context, request, out);
     return;
   }

@@ -13,13 +13,6 @@
 
 namespace pheromone::engine {
 
-/// What a message from a client asks for.
-enum class Handling {
-  kIgnore,  ///< never answered: an echo, an invalid robot ID, an old duplicate
-  kAnswer,  ///< answered from the present state, which stays as it is
-  kChange,  ///< must go through the log
-};
-
 /// Totals for the operator. Not part of the state.
 struct RobotCounters {
   uint64_t id_conflicts = 0;      ///< two nonces alternating under one ID

@@ -27,7 +27,7 @@ TEST(Explore, FindsTheShortestWayToWhatIsWrong) {
                                visit("*2", n * 2);
                              },
                          .wrong = [](const int& n) { return n == 10 ? "ten" : ""; },
-                         .most = 1'000};
+                         .max_states = 1'000};
   const Explored found = Explore(1, model);
   EXPECT_EQ(found.verdict, Verdict::kRefuted);
   EXPECT_EQ(found.trace, (std::vector<std::string>{"+1", "*2", "+1", "*2"}));
@@ -38,12 +38,12 @@ TEST(Explore, ProvesWhatHoldsInAllStatesAndGivesUpBeyondTheLimit) {
       .key = [](const int& n) { return std::to_string(n); },
       .next = [](const int& n, const Model<int>::Visit& visit) { visit("+1", (n + 1) % 100); },
       .wrong = [](const int& n) { return n >= 100 ? "too many" : ""; },
-      .most = 1'000};
+      .max_states = 1'000};
   const Explored found = Explore(0, model);
   EXPECT_EQ(found.verdict, Verdict::kProved);
   EXPECT_EQ(found.states, 100u);
   EXPECT_EQ(found.transitions, 100u);
-  model.most = 50;
+  model.max_states = 50;
   EXPECT_EQ(Explore(0, model).verdict, Verdict::kUnknown);
 }
 

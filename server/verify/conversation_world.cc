@@ -319,13 +319,13 @@ void ConversationWorld::Next(const Visit& visit) const {
   }
 }
 
-Explored ExploreConversation(const ConversationLimits& limits, size_t most_states) {
+Explored ExploreConversation(const ConversationLimits& limits, size_t max_states) {
   return Explore<ConversationWorld>(
       ConversationWorld(limits),
       {.key = [](const ConversationWorld& it) { return it.Key(); },
        .next = [](const ConversationWorld& it, const auto& visit) { it.Next(visit); },
        .wrong = [](const ConversationWorld& it) { return it.Wrong(); },
-       .most = most_states});
+       .max_states = max_states});
 }
 
 }  // namespace pheromone::verify

@@ -78,6 +78,6 @@ class ConversationWorld {
 };
 
 /// All that may happen within the limits, from a robot and a server that have just been started.
-Explored ExploreConversation(const ConversationLimits& limits, size_t most_states = 1'000'000);
+Explored ExploreConversation(const ConversationLimits& limits, size_t max_states = 1'000'000);
 
 }  // namespace pheromone::verify

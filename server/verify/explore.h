@@ -9,8 +9,8 @@
 //   if (found.verdict == Verdict::kRefuted) // found.trace: the shortest way there
 //
 // Breadth first, so a trace is a shortest one. Two states of equal key are taken for the same: what
-// the key leaves out must not matter to what is checked. `most` bounds the number of states, and so
-// the memory; beyond it the verdict is kUnknown.
+// the key leaves out must not matter to what is checked. `max_states` bounds the number of states,
+// and so the memory; beyond it the verdict is kUnknown.
 #pragma once
 
 #include <cstddef>
@@ -40,7 +40,7 @@ struct Model {
   std::function<std::string(const State&)> key;
   std::function<void(const State&, const Visit&)> next;
   std::function<std::string(const State&)> wrong;
-  size_t most = 1'000'000;
+  size_t max_states = 1'000'000;
 };
 
 template <typename State>
@@ -77,7 +77,7 @@ Explored Explore(const State& first, const Model<State>& model) {
   };
 
   add(0, "", first);
-  while (!waiting.empty() && found.wrong.empty() && known.size() <= model.most) {
+  while (!waiting.empty() && found.wrong.empty() && known.size() <= model.max_states) {
     const auto [from, state] = std::move(waiting.front());
     waiting.pop_front();
     model.next(state, [&, from = from](std::string step, State successor) {
