@@ -9,6 +9,8 @@ namespace {
 constexpr uint8_t kNarrowPose = 6;  // x i16, y i16, heading u16
 constexpr uint8_t kWidePose = 10;   // x i32, y i32, heading u16
 constexpr uint8_t kIntensities = 4;
+constexpr uint8_t kRoundHeader =
+    5;  // number, length of a turn in ms and bytes, open slots, answers
 
 LengthRule Exactly(uint8_t length) {
   return LengthRule{true, length, length};
@@ -75,6 +77,8 @@ LengthRule LengthOf(uint8_t opcode) {
       return LengthRule{true, 0, kMaxPing};
     case kCommand:
       return LengthRule{true, 2, 2 + kMaxCommandArguments};
+    case kRound:
+      return LengthRule{true, kRoundHeader, kMaxData};
     case kEventAck:
       return Exactly(1);
     case kError:
@@ -275,6 +279,35 @@ bool Decode(const Message& from, ErrorAnswer* to) {
   return true;
 }
 
+bool Decode(const Message& from, Round* to) {
+  if (from.opcode != kRound || from.id != kBroadcastId || from.length < kRoundHeader ||
+      from.length > kMaxData) {
+    return false;
+  }
+  const uint8_t answers = from.data[4];
+  const int turns = from.length - kRoundHeader - kIntensities * answers;
+  if (answers > kMaxTurns || turns < 0 || turns > kMaxTurns) {
+    return false;
+  }
+  const uint8_t* at = from.data + kRoundHeader;
+  to->number = from.data[0];
+  to->turn_ms = from.data[1];
+  to->turn_bytes = from.data[2];
+  to->open_slots = from.data[3];
+  to->answer_count = answers;
+  to->turn_count = static_cast<uint8_t>(turns);
+  for (uint8_t i = 0; i < answers; ++i, at += kIntensities) {
+    to->answers[i] = RoundAnswer{GetI16(at), GetI16(at + 2)};
+  }
+  for (uint8_t i = 0; i < to->turn_count; ++i) {
+    to->turns[i] = *at++;
+    if (to->turns[i] == 0 || to->turns[i] == kBroadcastId) {
+      return false;
+    }
+  }
+  return true;
+}
+
 bool Encode(const SenseRequest& from, Message* to) {
   Begin(to, from.id, Typed(from.wide ? kSenseWide : kSense, from.type, false));
   return PutPose(from.pose, from.wide, to->data);
@@ -377,6 +410,24 @@ void Encode(const ErrorAnswer& from, Message* to) {
   to->data[0] = from.refused_opcode;
   to->data[1] = static_cast<uint8_t>(from.reason);
   to->data[2] = from.seq;
+}
+
+void Encode(const Round& from, Message* to) {
+  Begin(to, kBroadcastId, kRound);
+  uint8_t* at = to->data;
+  *at++ = from.number;
+  *at++ = from.turn_ms;
+  *at++ = from.turn_bytes;
+  *at++ = from.open_slots;
+  *at++ = from.answer_count;
+  for (uint8_t i = 0; i < from.answer_count; ++i, at += kIntensities) {
+    PutI16(at, from.answers[i].left);
+    PutI16(at + 2, from.answers[i].right);
+  }
+  for (uint8_t i = 0; i < from.turn_count; ++i) {
+    *at++ = from.turns[i];
+  }
+  to->length = static_cast<uint8_t>(at - to->data);
 }
 
 }  // namespace protocol

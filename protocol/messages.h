@@ -146,6 +146,25 @@ struct ErrorAnswer {
   uint8_t seq = 0;  ///< 0 where the refused opcode has none
 };
 
+/// An answer in a ROUND. `left` is kNoIntensities where there are none; `right` is then the Reason
+/// of an ERROR, or 0: not heard, or not answered yet.
+struct RoundAnswer {
+  int16_t left = 0;
+  int16_t right = 0;
+};
+
+/// Server to all: the answers to the robots of the last round, and whose turns follow.
+struct Round {
+  uint8_t number = 0;      ///< counts the rounds of a link; wraps
+  uint8_t turn_ms = 0;     ///< from the beginning of one turn to that of the next
+  uint8_t turn_bytes = 0;  ///< the longest frame that fits a turn, as sent
+  uint8_t open_slots = 0;  ///< contention slots after the last turn, or kOpenUntilNextRound
+  uint8_t answer_count = 0;
+  uint8_t turn_count = 0;
+  RoundAnswer answers[kMaxTurns];  ///< in the order of the last round's turns
+  uint8_t turns[kMaxTurns] = {};   ///< whose they are
+};
+
 bool Decode(const Message& from, SenseRequest* to);
 bool Decode(const Message& from, SenseAnswer* to);
 bool Decode(const Message& from, DepositRequest* to);
@@ -160,6 +179,7 @@ bool Decode(const Message& from, HelloRequest* to);
 bool Decode(const Message& from, HelloAnswer* to);
 bool Decode(const Message& from, Ping* to);
 bool Decode(const Message& from, ErrorAnswer* to);
+bool Decode(const Message& from, Round* to);
 
 /// A pose or position outside of the narrow range must be sent wide: Encode of a narrow message
 /// with such coordinates returns false and leaves `to` unusable. All others return true.
@@ -177,6 +197,8 @@ void Encode(const HelloRequest& from, Message* to);
 void Encode(const HelloAnswer& from, Message* to);
 void Encode(const Ping& from, Message* to);
 void Encode(const ErrorAnswer& from, Message* to);
+/// At most kMaxTurns answers and turns.
+void Encode(const Round& from, Message* to);
 
 }  // namespace protocol
 }  // namespace pheromone

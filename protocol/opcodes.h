@@ -30,6 +30,7 @@ enum Opcode : uint8_t {
   kEventAck = 0xD2,
   kHelloAnswer = 0xF1,
   kPingAnswer = 0xF2,
+  kRound = 0xF3,
   kError = 0xFE,
 };
 
@@ -82,6 +83,14 @@ constexpr uint8_t kMinType = 1;
 constexpr uint8_t kMaxType = 15;
 constexpr uint8_t kMaxPing = 16;
 constexpr uint8_t kMaxCommandArguments = 5;
+/// Turns of one ROUND.
+constexpr uint8_t kMaxTurns = 11;
+/// From the end of a ROUND to its first turn.
+constexpr uint8_t kBeforeTurnsMs = 2;
+/// Contention slots of a ROUND after which the channel is free until the next one.
+constexpr uint8_t kOpenUntilNextRound = 255;
+/// P_L of an answer in a ROUND that has no intensities: -32768, which no intensity is.
+constexpr int16_t kNoIntensities = -32767 - 1;
 
 inline bool IsFromServer(uint8_t opcode) {
   return (opcode & kFromServer) != 0;
@@ -115,7 +124,7 @@ inline bool IsMutating(uint8_t opcode) {
 struct LengthRule {
   bool known;  ///< false: no such opcode
   uint8_t least;
-  uint8_t most;  ///< equal to `least` for all but PING and COMMAND
+  uint8_t most;  ///< equal to `least` for all but PING, COMMAND and ROUND
 };
 
 /// The lengths of a COMMAND are further bound by its code: see CommandArgumentLength.

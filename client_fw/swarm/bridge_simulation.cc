@@ -115,9 +115,7 @@ BridgeSimulation::BridgeSimulation(const BridgeExperiment& experiment, uint64_t 
   if (experiment.radio) {
     const sim::RadioConfig radio = RadioOf(radio_seed);
     medium_.emplace(radio);
-    ServerTiming timing;
-    timing.response_window_ns = int64_t{config.links[0].response_window_ms} * kNsPerMs;
-    server_.emplace(&service_, engine::LinkIndex{0}, &*medium_, timing);
+    server_.emplace(&service_, engine::LinkIndex{0}, config.links[0], &*medium_, ServerTiming{});
   }
   for (int i = 0; i < experiment.robots; ++i) {
     BridgeRobotConfig robot;
@@ -150,8 +148,7 @@ void BridgeSimulation::RunTo(int64_t ms) {
   while (now_ms_ + step_ms <= ms) {
     now_ms_ += step_ms;
     if (medium_) {
-      medium_->AdvanceTo(now_ms_ * kNsPerMs);
-      server_->Step();
+      server_->AdvanceTo(now_ms_ * kNsPerMs);
     } else if (now_ms_ % kAdvanceMs == 0) {
       std::vector<engine::Outgoing> none;
       service_.AdvanceIfDue(&none);

@@ -28,7 +28,7 @@
 #include "client_fw/sim/radio_medium.h"
 #include "client_fw/swarm/bridge_arena.h"
 #include "client_fw/swarm/bridge_robot.h"
-#include "client_fw/swarm/engine_station.h"
+#include "client_fw/swarm/server_station.h"
 #include "protocol/decoder.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/service.h"
@@ -106,7 +106,7 @@ class BridgeSimulation {
   engine::VolatileLog log_;
   engine::Service service_;
   std::optional<sim::RadioMedium> medium_;
-  std::optional<EngineStation> server_;
+  std::optional<ServerStation> server_;
   std::deque<BridgeRobot> robots_;  // a deque: stations of the medium must not move
   std::vector<int64_t> releases_ms_;
   std::vector<int> stations_;

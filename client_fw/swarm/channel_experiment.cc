@@ -82,7 +82,6 @@ SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
   config.radio.bit_error = experiment.bit_error;
   config.radio.seed = random();
   config.server.delay_ns = experiment.timing.server_delay_ns;
-  config.server.response_window_ns = experiment.timing.response_window_ns();
   const auto first_id = static_cast<int>(random() % 100);
   for (int i = 0; i < experiment.robots; ++i) {
     RobotConfig robot;
@@ -152,7 +151,7 @@ ChannelRun Contend(const ChannelExperiment& experiment, uint64_t seed) {
     run.requests += simulation.robot(i).counters().requests;
   }
   run.collided_blocks = simulation.medium().counters().collided_blocks;
-  run.late_answers = simulation.server().late_answers();
+  run.late_answers = simulation.server().counters().late_answers;
   run.utilisation = simulation.medium().Utilisation();
   run.hash = HashOf(run, simulation.state_hash());
   return run;

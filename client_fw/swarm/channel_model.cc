@@ -34,7 +34,7 @@ int64_t ChannelTiming::byte_ns() const {
 }
 
 int64_t ChannelTiming::response_window_ns() const {
-  return turnaround_ns + server_delay_ns + 2 * byte_ns();
+  return 2 * turnaround_ns + server_delay_ns + 2 * byte_ns();
 }
 
 int64_t ChannelTiming::slot_ns() const {

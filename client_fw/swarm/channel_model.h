@@ -43,7 +43,7 @@ struct ChannelTiming {
   bool carrier_detect = true;
 
   int64_t byte_ns() const;             ///< B, rounded down
-  int64_t response_window_ns() const;  ///< W = T_t + D_s + 2 B
+  int64_t response_window_ns() const;  ///< W = 2 T_t + D_s + 2 B
   int64_t slot_ns() const;             ///< T_t with carrier detect, T_t + B without
 
   /// The values in HELLO's answer: window and slot in whole milliseconds, rounded up.

@@ -13,14 +13,14 @@ constexpr int64_t kMs = 1'000'000;
 TEST(ChannelModel, TimesOfTheSpecificationsExample) {
   ChannelTiming timing;
   EXPECT_EQ(1'041'666, timing.byte_ns());
-  EXPECT_EQ(2 * kMs + 2 * kMs + int64_t{2} * 1'041'666, timing.response_window_ns());
+  EXPECT_EQ(6 * kMs + int64_t{2} * 1'041'666, timing.response_window_ns());
   EXPECT_EQ(2 * kMs, timing.slot_ns());
   timing.carrier_detect = false;
   EXPECT_EQ(2 * kMs + 1'041'666, timing.slot_ns());
   const engine::LinkSettings link = timing.Link("radio-a");
   EXPECT_EQ("radio-a", link.name);
   EXPECT_EQ(4, link.slot_ms);
-  EXPECT_EQ(7, link.response_window_ms);
+  EXPECT_EQ(9, link.response_window_ms);
 }
 
 // The specification: 14 + 12 bytes = 27.1 ms on the air, C_1 = 1 / (27.1 + 2 * 2 ms) = 32.2 / s.

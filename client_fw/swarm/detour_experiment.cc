@@ -148,7 +148,6 @@ DetourRun MakeDetour(const DetourExperiment& experiment, uint64_t seed) {
   SimulationConfig config;
   config.engine = EngineConfigOf(experiment);
   config.radio.seed = random();
-  config.server.response_window_ns = int64_t{config.engine.links[0].response_window_ms} * 1'000'000;
   config.robot.client.id = static_cast<uint8_t>(1 + random() % 254);
   config.robot.client.boot_counter = static_cast<uint16_t>(random());
   config.robot.client.type = experiment.sensed_type;

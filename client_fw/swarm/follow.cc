@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "client_fw/swarm/engine_station.h"
 #include "client_fw/swarm/path_experiment.h"
+#include "client_fw/swarm/server_station.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/service.h"
 
@@ -64,7 +64,7 @@ class World {
                    const auto ms = static_cast<uint64_t>(medium_.now_ns() / kNsPerMs);
                    return engine::ClockReading{ms, static_cast<int64_t>(ms)};
                  }),
-        server_(&service_, 0, &medium_, TimingOf(conditions)),
+        server_(&service_, 0, EngineConfigOf(conditions).links[0], &medium_, TimingOf(conditions)),
         robot_(robot, conditions.steering, &medium_) {
     const auto configured = service_.Configure(EngineConfigOf(conditions), /*new_epoch=*/1);
     assert(configured.ok());
@@ -74,8 +74,7 @@ class World {
   void RunTo(int64_t ms) {
     std::vector<engine::Outgoing> due;
     for (int64_t at = medium_.now_ns() / kNsPerMs + 1; at <= ms; ++at) {
-      medium_.AdvanceTo(at * kNsPerMs);
-      server_.Step();
+      server_.AdvanceTo(at * kNsPerMs);
       robot_.Step();
     }
   }
@@ -93,14 +92,13 @@ class World {
   static ServerTiming TimingOf(const FollowConditions& conditions) {
     ServerTiming timing;
     timing.delay_ns = std::llround(conditions.latency_ms * static_cast<double>(kNsPerMs));
-    timing.response_window_ns = WindowMs(conditions) * kNsPerMs;
     return timing;
   }
 
   sim::RadioMedium medium_;
   engine::VolatileLog log_;
   engine::Service service_;
-  EngineStation server_;
+  ServerStation server_;
   LawRobot robot_;
 };
 

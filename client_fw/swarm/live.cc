@@ -38,11 +38,7 @@ void LiveSwarm::Run(int64_t duration_ms, const volatile std::sig_atomic_t* stop,
   while (goes_on()) {
     for (const int64_t due_ms = (MonotonicNs() - start_ns) / kNsPerMs;
          swarm_.now_ms() < due_ms && goes_on();) {
-      swarm_.Step([this] {
-        for (PortModem& modem : modems_) {
-          modem.Step(swarm_.now_ms() * kNsPerMs);
-        }
-      });
+      swarm_.Step([this](size_t channel, int64_t time_ns) { modems_[channel].AdvanceTo(time_ns); });
       each_ms();
     }
     Wait();

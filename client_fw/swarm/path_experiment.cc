@@ -132,7 +132,6 @@ PathRun FollowPath(const PathExperiment& experiment, uint64_t seed) {
   config.engine = EngineConfigOf(experiment);
   config.radio.seed = random();
   config.radio.block_loss = experiment.frame_loss;
-  config.server.response_window_ns = int64_t{config.engine.links[0].response_window_ms} * 1'000'000;
   config.robot.client.id = static_cast<uint8_t>(1 + random() % 254);
   config.robot.client.boot_counter = static_cast<uint16_t>(random());
   config.robot.client.type = kType;

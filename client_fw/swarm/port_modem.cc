@@ -75,12 +75,13 @@ void PortModem::Close() {
   }
 }
 
-void PortModem::Step(int64_t now_ns) {
+void PortModem::AdvanceTo(int64_t time_ns) {
+  medium_->AdvanceTo(time_ns);
   if (descriptor_ < 0) {
-    if (now_ns < next_try_ns_) {
+    if (time_ns < next_try_ns_) {
       return;
     }
-    next_try_ns_ = now_ns + kReopenNs;
+    next_try_ns_ = time_ns + kReopenNs;
     if (!Open().ok()) {
       return;
     }
@@ -92,7 +93,7 @@ void PortModem::Step(int64_t now_ns) {
     medium_->Transmit(number_, {buffer.data(), static_cast<size_t>(size)});
   } else if (size == 0 || (errno != EAGAIN && errno != EINTR)) {
     Close();  // the other side has hung up
-    next_try_ns_ = now_ns + kReopenNs;
+    next_try_ns_ = time_ns + kReopenNs;
   }
 }
 

@@ -3,7 +3,7 @@
 //
 //   PortModem modem("radio-a.pty", &medium);
 //   if (const Status opened = modem.Open(); !opened.ok()) { ... }
-//   medium.AdvanceTo(now_ns); modem.Step(now_ns);                    // every millisecond
+//   modem.AdvanceTo(now_ns);                              // every millisecond; advances the medium
 //
 // If the device disappears, for example when a daemon restarts, the modem tries to open it again,
 // at most twice a second, and counts its successes. Bytes that cannot be written are lost, as on
@@ -30,8 +30,8 @@ class PortModem final : public sim::Station {
   /// Opens the device, raw and at the medium's bit rate if serial ports know it. Errors: those of
   /// the system.
   Status Open();
-  /// Reads received bytes and sends them. `now_ns` is the medium's time.
-  void Step(int64_t now_ns);
+  /// Advances the medium to `time_ns`, then reads bytes from the device and sends them.
+  void AdvanceTo(int64_t time_ns);
 
   bool connected() const { return descriptor_ >= 0; }
   uint64_t reconnects() const { return reconnects_; }

@@ -45,7 +45,6 @@ SimulationConfig SetUp(const Scenario& scenario) {
   config.radio.bit_error = scenario.bit_error;
   config.radio.seed = random();
   config.server.delay_ns = scenario.timing.server_delay_ns;
-  config.server.response_window_ns = scenario.timing.response_window_ns();
   config.channels = static_cast<size_t>(scenario.channels);
   config.hidden_pairs = scenario.hidden_pairs;
   for (const RobotGroup& group : scenario.groups) {
@@ -99,7 +98,7 @@ SwarmRecord RunScenario(const Scenario& scenario, const std::function<void(int64
   }
   SwarmRecord record = recorder.Finish();
   for (size_t i = 0; i < record.channels.size(); ++i) {
-    record.channels[i].late_answers = simulation.server(i).late_answers();
+    record.channels[i].late_answers = simulation.server(i).counters().late_answers;
   }
   record.state_hash = simulation.state_hash();
   return record;

@@ -54,7 +54,7 @@ TEST(Scenario, WhatIsLeftOutHasItsDefault) {
   EXPECT_EQ(2'000'000, scenario.timing.turnaround_ns);
   EXPECT_TRUE(scenario.timing.carrier_detect);
   ASSERT_EQ(1u, scenario.engine.links.size());
-  EXPECT_EQ(7, scenario.engine.links[0].response_window_ms);
+  EXPECT_EQ(9, scenario.engine.links[0].response_window_ms);
   ASSERT_EQ(1u, scenario.groups.size());
   const RobotGroup& group = scenario.groups[0];
   EXPECT_EQ(1, group.count);

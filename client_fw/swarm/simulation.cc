@@ -19,24 +19,26 @@ Simulation::Simulation(const SimulationConfig& config)
   assert(configured.ok());
   (void)configured;
   swarm_.emplace(config, [&](size_t channel, sim::RadioMedium* medium) {
-    stations_.emplace_back(&service_, static_cast<engine::LinkIndex>(channel), medium,
-                           config.server);
+    stations_.emplace_back(&service_, static_cast<engine::LinkIndex>(channel),
+                           config.engine.links[channel], medium, config.server);
   });
 }
 
 void Simulation::RunTo(int64_t ms) {
   while (now_ms() < ms) {
-    swarm_->Step([this] { StepServers(); });
+    swarm_->Step([this](size_t channel, int64_t time_ns) {
+      stations_[channel].AdvanceTo(time_ns);
+      if (channel == 0) {  // the clock
+        AdvanceEngine();
+      }
+    });
   }
 }
 
-void Simulation::StepServers() {
+void Simulation::AdvanceEngine() {
   std::vector<engine::Outgoing> due;
   service_.AdvanceIfDue(&due);
   Distribute(due);
-  for (EngineStation& station : stations_) {
-    station.Step();
-  }
 }
 
 Status Simulation::Issue(const engine::CommandIssued& command) {

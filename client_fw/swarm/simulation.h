@@ -16,7 +16,7 @@
 #include <optional>
 #include <vector>
 
-#include "client_fw/swarm/engine_station.h"
+#include "client_fw/swarm/server_station.h"
 #include "client_fw/swarm/swarm.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/service.h"
@@ -43,7 +43,7 @@ class Simulation {
   size_t robot_count() const { return swarm_->robot_count(); }
   const sim::MobileRobot& robot(size_t index = 0) const { return swarm_->robot(index); }
   const sim::RadioMedium& medium(size_t channel = 0) const { return swarm_->medium(channel); }
-  const EngineStation& server(size_t channel = 0) const { return stations_[channel]; }
+  const ServerStation& server(size_t channel = 0) const { return stations_[channel]; }
   uint64_t state_hash() const { return service_.StateHash(); }
   /// For an operator's actions: commands (see Issue), edits of the map, queries of the engine.
   engine::Service& service() { return service_; }
@@ -51,12 +51,12 @@ class Simulation {
   Status Issue(const engine::CommandIssued& command);
 
  private:
-  void StepServers();
+  void AdvanceEngine();
   void Distribute(const std::vector<engine::Outgoing>& out);
 
   engine::VolatileLog log_;
   engine::Service service_;
-  std::deque<EngineStation> stations_;  // one per channel; a deque, because media point to them
+  std::deque<ServerStation> stations_;  // one per channel; a deque, because media point to them
   std::optional<Swarm> swarm_;          // made last, once the engine is configured
 };
 

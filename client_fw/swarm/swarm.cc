@@ -31,12 +31,11 @@ Swarm::Swarm(const SwarmConfig& config,
   }
 }
 
-void Swarm::Step(const std::function<void()>& step_servers) {
+void Swarm::Step(const std::function<void(size_t, int64_t)>& advance) {
   const int64_t next_ns = (now_ms() + 1) * kNsPerMs;
-  for (sim::RadioMedium& medium : media_) {
-    medium.AdvanceTo(next_ns);
+  for (size_t i = 0; i < media_.size(); ++i) {
+    advance(i, next_ns);
   }
-  step_servers();
   for (const std::unique_ptr<sim::MobileRobot>& robot : robots_) {
     robot->Step();
   }

@@ -4,9 +4,9 @@
 //   Swarm swarm(config, [&](size_t channel, sim::RadioMedium* medium) {
 //     servers.emplace_back(medium, ...);                 // the first station of each channel
 //   });
-//   swarm.Step([&] { for (Server& server : servers) server.Step(); });
+//   swarm.Step([&](size_t channel, int64_t ns) { servers[channel].AdvanceTo(ns); });
 //
-// In each millisecond the channels advance, then the servers step, then the robots, all in their
+// In each millisecond the channels advance with their servers, then the robots step, all in their
 // order. Time is virtual. One thread. The same configuration gives the same bytes.
 #pragma once
 
@@ -44,8 +44,8 @@ class Swarm {
   Swarm(const Swarm&) = delete;
   Swarm& operator=(const Swarm&) = delete;
 
-  /// Lets a millisecond pass.
-  void Step(const std::function<void()>& step_servers);
+  /// Lets a millisecond pass. `advance(channel, time_ns)` advances a channel with its server.
+  void Step(const std::function<void(size_t channel, int64_t time_ns)>& advance);
 
   /// Of several channels the first is the clock: within a step the others lag.
   int64_t now_ms() const { return media_.front().now_ns() / 1'000'000; }

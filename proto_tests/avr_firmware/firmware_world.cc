@@ -37,12 +37,6 @@ engine::EngineConfig Engine() {
   return config;
 }
 
-swarm::ServerTiming Timing() {
-  swarm::ServerTiming timing;
-  timing.response_window_ns = 20 * kNsPerMs;
-  return timing;
-}
-
 sim::AvrRobotConfig Robot(uint64_t seed, const std::vector<uint8_t>& eeprom) {
   sim::AvrRobotConfig config;
   config.machine.image = PHEROMONE_CLIENT_AVR_IMAGE;
@@ -76,7 +70,7 @@ FirmwareWorld::Server::Server(uint16_t epoch, sim::RadioMedium* medium)
                 const int64_t now_ms = medium->now_ns() / kNsPerMs;
                 return engine::ClockReading{static_cast<uint64_t>(now_ms), now_ms};
               }),
-      station(&service, 0, medium, Timing()) {
+      station(&service, 0, Engine().links[0], medium, swarm::ServerTiming{}) {
   const auto configured = service.Configure(Engine(), epoch);
   if (!configured.ok()) {
     throw std::runtime_error(configured.error());
@@ -113,14 +107,16 @@ void FirmwareWorld::ResetAfter(int64_t ns, sim::AvrMachine::Cause cause) {
 
 bool FirmwareWorld::RunUntil(const std::function<bool()>& happened, int64_t ms) {
   for (const int64_t end_ms = now_ms() + ms; now_ms() < end_ms;) {
-    medium_.AdvanceTo((now_ms() + 1) * kNsPerMs);
-    if (running_) {
+    const int64_t next_ns = (now_ms() + 1) * kNsPerMs;
+    if (!running_) {
+      medium_.AdvanceTo(next_ns);
+    } else {
+      servers_.back().station.AdvanceTo(next_ns);
       std::vector<engine::Outgoing> due;
       service().AdvanceIfDue(&due);
       for (const engine::Outgoing& outgoing : due) {
         servers_.back().station.Queue(outgoing);
       }
-      servers_.back().station.Step();
     }
     robot_.Step();
     if (happened()) {

@@ -20,7 +20,7 @@
 #include "client_fw/core/settings.h"
 #include "client_fw/sim/avr_robot.h"
 #include "client_fw/sim/radio_medium.h"
-#include "client_fw/swarm/engine_station.h"
+#include "client_fw/swarm/server_station.h"
 #include "protocol/decoder.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/service.h"
@@ -87,7 +87,7 @@ class FirmwareWorld {
     Server(uint16_t epoch, sim::RadioMedium* medium);
     engine::VolatileLog log;
     engine::Service service;
-    swarm::EngineStation station;
+    swarm::ServerStation station;
     uint64_t quanta_of_path;
   };
   struct Ear final : sim::Station {

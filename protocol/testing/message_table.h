@@ -41,6 +41,7 @@ inline std::array<TableRow, 256> MessageTable() {
   table[0xF1] = {"HELLO_ANSWER", 15, 15};
   table[0x72] = {"PING", 0, 16};
   table[0xF2] = {"PING_ANSWER", 0, 16};
+  table[0xF3] = {"ROUND", 5, 64};
   table[0xFE] = {"ERROR", 3, 3};
   return table;
 }
@@ -77,6 +78,7 @@ inline std::vector<std::string> AcceptedAs(const protocol::Message& message) {
   try_plain(protocol::HelloRequest{}, "HELLO");
   try_plain(protocol::HelloAnswer{}, "HELLO_ANSWER");
   try_plain(protocol::ErrorAnswer{}, "ERROR");
+  try_plain(protocol::Round{}, "ROUND");
   protocol::Ping ping;
   if (Decode(message, &ping)) {
     names.emplace_back(ping.answer ? "PING_ANSWER" : "PING");

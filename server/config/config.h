@@ -54,18 +54,20 @@ struct LinkConfig {
   LinkKind kind = LinkKind::kPty;
   std::string path;                ///< kPty: the symbolic link to the slave side; kSerial: the port
   std::optional<UsbIdentity> usb;  ///< kSerial: instead of a path
-  uint32_t baud = 9600;            ///< kSerial
-  bool medium_access = true;       ///< kSerial: several stations share the medium
+  uint32_t baud = 9600;            ///< kSerial, kPty with medium access
+  bool medium_access = false;      ///< several stations share the medium
   CarrierSense carrier_sense = CarrierSense::kNone;  ///< kSerial
   Ptt ptt = Ptt::kNone;                              ///< kSerial
   uint16_t ptt_lead_ms = 0;
   uint16_t ptt_tail_ms = 0;
-  uint32_t silence_s = 0;       ///< kSerial: nothing heard for so long is told; 0 = never
-  std::string listen_address;   ///< kTcp, kUdp: numeric, IPv4 or IPv6 without brackets
-  uint16_t listen_port = 0;     ///< kTcp, kUdp: 0 lets the system choose
-  bool required = false;        ///< start-up fails if the link does not come up
-  uint16_t turnaround_ms = 0;   ///< kSerial: T_t, from receiving to sending
-  uint16_t gap_timeout_ms = 0;  ///< longest silence inside a frame; 0 = no limit
+  uint32_t silence_s = 0;           ///< kSerial: nothing heard for so long is told; 0 = never
+  std::string listen_address;       ///< kTcp, kUdp: numeric, IPv4 or IPv6 without brackets
+  uint16_t listen_port = 0;         ///< kTcp, kUdp: 0 lets the system choose
+  bool required = false;            ///< start-up fails if the link does not come up
+  uint16_t turnaround_ms = 0;       ///< with medium access: T_t, from receiving to sending
+  uint16_t adapter_latency_ms = 0;  ///< likewise: for how long received bytes may be held back
+  uint16_t server_delay_ms = 0;     ///< likewise: from reading a request to its answer, at most
+  uint16_t gap_timeout_ms = 0;      ///< longest silence inside a frame; 0 = no limit
   uint8_t slot_ms = 1;
   uint8_t response_window_ms = 100;
   std::bitset<256> clients = std::bitset<256>().set();  ///< the IDs that are served

@@ -46,10 +46,10 @@ INSTANTIATE_TEST_SUITE_P(
         Case{19, "sigma_m = 0.4\nsigma = 1",
              "20:1: pheromone[2].sigma: unknown key, expected sigma_m?"},
         Case{5, "[antenna]\n[antennas]", "5:2: antenna: unknown key, expected antennas?"},
-        Case{
-            29, "path = \"a.pty\"\nbaud = 9600",
-            "30:1: link[1].baud: unknown key, expected one of name, kind, required, clients, path, "
-            "slot_ms, response_window_ms, gap_timeout_ms"},
+        Case{29, "path = \"a.pty\"\nsilence_s = 9600",
+             "30:1: link[1].silence_s: unknown key, expected one of name, kind, required, clients, "
+             "path, baud, medium_access, slot_ms, response_window_ms, turnaround_ms, "
+             "adapter_latency_ms, server_delay_ms, gap_timeout_ms"},
         Case{2, "", "1:1: map.width_m: missing, expected a number from 0.000001 to 1000000"},
         Case{6, "", "5:1: antennas.bias_m: missing, expected a number from 0 to 65"},
         Case{16, "", "15:1: pheromone[2].type: missing, expected a whole number from 1 to 15"},

@@ -108,6 +108,8 @@ kind = "serial"
 port = "/dev/ttyUSB0"
 baud = 250000
 turnaround_ms = 3
+adapter_latency_ms = 1
+server_delay_ms = 12
 slot_ms = 7
 response_window_ms = 40
 gap_timeout_ms = 50
@@ -172,6 +174,9 @@ log_level = "debug"
   usb.kind = LinkKind::kSerial;
   usb.path = "/dev/ttyUSB0";
   usb.baud = 250'000;
+  usb.medium_access = true;
+  usb.adapter_latency_ms = 1;
+  usb.server_delay_ms = 12;
   usb.required = true;
   usb.turnaround_ms = 3;
   usb.gap_timeout_ms = 50;
@@ -205,7 +210,7 @@ log_level = "debug"
   EXPECT_TRUE(config.warnings.empty());
 }
 
-// T_t = 2 ms and a byte of 1.04 ms at 9600 baud, rounded up: slot T_t + B, window T_t + 20 + 2 B.
+// T_t = 2 ms and a byte of 1.04 ms at 9600 baud, rounded up: slot T_t + B, window 2 T_t + 26 + 2 B.
 TEST(ConfigTest, ASerialLinksTimesFollowFromItsBaudRate) {
   std::string text(kExample);
   text += "[[link]]\nname = \"s\"\nkind = \"serial\"\nport = \"/dev/ttyS0\"\n";
@@ -214,7 +219,7 @@ TEST(ConfigTest, ASerialLinksTimesFollowFromItsBaudRate) {
   EXPECT_EQ(config.links[1].baud, 9600u);
   EXPECT_EQ(config.links[1].turnaround_ms, 2);
   EXPECT_EQ(config.links[1].slot_ms, 4);
-  EXPECT_EQ(config.links[1].response_window_ms, 25);
+  EXPECT_EQ(config.links[1].response_window_ms, 33);
   EXPECT_EQ(config.links[1].gap_timeout_ms, 20);
 }
 

@@ -55,21 +55,21 @@ bool ReadPort(const TableReader& table, LinkConfig* link) {
 bool ReadAddress(const TableReader& table, LinkConfig* link) {
   switch (link->kind) {
     case LinkKind::kPty:
-      table.AllowOnly({"name", "kind", "required", "clients", "path", "slot_ms",
-                       "response_window_ms", "gap_timeout_ms"});
+      table.AllowOnly({"name", "kind", "required", "clients", "path", "baud", "medium_access",
+                       "slot_ms", "response_window_ms", "turnaround_ms", "adapter_latency_ms",
+                       "server_delay_ms", "gap_timeout_ms"});
       link->path = table.String("path").value_or("");
       return !link->path.empty();
     case LinkKind::kSerial: {
       table.AllowOnly({"name", "kind", "required", "clients", "port", "usb", "baud", "silence_s",
                        "medium_access", "slot_ms", "response_window_ms", "turnaround_ms",
-                       "carrier_sense", "ptt", "ptt_lead_ms", "ptt_tail_ms", "gap_timeout_ms"});
+                       "adapter_latency_ms", "server_delay_ms", "carrier_sense", "ptt",
+                       "ptt_lead_ms", "ptt_tail_ms", "gap_timeout_ms"});
       const bool has_port = ReadPort(table, link);
       const auto silence = table.Integer("silence_s", 0, 1'000'000, 0);
-      const auto baud = table.Integer("baud", 50, 4'000'000, 9600);
-      if (!has_port || !baud || !silence) {
+      if (!has_port || !silence) {
         return false;
       }
-      link->baud = static_cast<uint32_t>(*baud);
       link->silence_s = static_cast<uint32_t>(*silence);
       return true;
     }

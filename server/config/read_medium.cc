@@ -7,9 +7,9 @@
 namespace pheromone::config {
 namespace {
 
-// D_s, the server's delay: a USB adapter alone may delay bytes by 16 ms.
-constexpr int64_t kServerDelayMs = 20;
-constexpr int64_t kSerialGapMs = 20;  // or four bytes, if they take longer
+constexpr int64_t kAdapterLatencyMs = 16;  // of a USB adapter, unless it is told otherwise
+constexpr int64_t kServerDelayMs = 10;     // the disk included, if there is a journal
+constexpr int64_t kSerialGapMs = 20;       // or four bytes, if they take longer
 constexpr int64_t kTcpGapMs = 10'000;
 constexpr int64_t kWindowMs = 100;  // without medium access
 
@@ -30,47 +30,57 @@ std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, 
   return table.Integer(key, 1, UINT8_MAX, fallback);
 }
 
+// Whether several stations share the line, and how fast it is.
+bool ReadLine(const TableReader& table, LinkConfig* link) {
+  const auto medium_access = table.Boolean("medium_access", link->kind == LinkKind::kSerial);
+  const auto baud = table.Integer("baud", 50, 4'000'000, 9600);
+  if (!medium_access || !baud) {
+    return false;
+  }
+  link->medium_access = *medium_access;
+  link->baud = static_cast<uint32_t>(*baud);
+  return *medium_access ||
+         table.Without({"carrier_sense", "turnaround_ms", "adapter_latency_ms", "server_delay_ms"},
+                       "medium_access = false", "only on a shared medium");
+}
+
 // The use of the modem's lines.
 bool ReadLines(const TableReader& table, LinkConfig* link) {
-  const auto medium_access = table.Boolean("medium_access", true);
   const auto carrier_sense = table.OneOf("carrier_sense", kCarrierSenses, 0);
   const auto ptt = table.OneOf("ptt", kPtts, 0);
   const auto lead = table.Integer("ptt_lead_ms", 0, kMaxPttMs, 0);
   const auto tail = table.Integer("ptt_tail_ms", 0, kMaxPttMs, 0);
-  if (!medium_access || !carrier_sense || !ptt || !lead || !tail) {
+  if (!carrier_sense || !ptt || !lead || !tail) {
     return false;
   }
-  link->medium_access = *medium_access;
   link->carrier_sense = static_cast<CarrierSense>(*carrier_sense);
   link->ptt = static_cast<Ptt>(*ptt);
   link->ptt_lead_ms = static_cast<uint16_t>(*lead);
   link->ptt_tail_ms = static_cast<uint16_t>(*tail);
-  const bool alone_is_good =
-      *medium_access || table.Without({"carrier_sense", "turnaround_ms"}, "medium_access = false",
-                                      "only on a shared medium");
-  const bool times_are_good =
-      link->ptt != Ptt::kNone || table.Without({"ptt_lead_ms", "ptt_tail_ms"}, "ptt = \"none\"",
-                                               "ptt = \"rts\", \"dtr\" or \"rs485\"");
-  return alone_is_good && times_are_good;
+  return link->ptt != Ptt::kNone || table.Without({"ptt_lead_ms", "ptt_tail_ms"}, "ptt = \"none\"",
+                                                  "ptt = \"rts\", \"dtr\" or \"rs485\"");
 }
 
 // The medium access parameters in HELLO's answer.
 bool ReadTimes(const TableReader& table, LinkConfig* link) {
   const bool serial = link->kind == LinkKind::kSerial;
-  const bool shared = serial && link->medium_access;
-  const int64_t turnaround = shared ? table.Integer("turnaround_ms", 0, 200, 2).value_or(-1) : 0;
-  if (turnaround < 0) {
+  const bool shared = link->medium_access;
+  const auto turnaround = shared ? table.Integer("turnaround_ms", 0, 200, 2) : 0;
+  const auto adapter =
+      shared ? table.Integer("adapter_latency_ms", 0, 200, serial ? kAdapterLatencyMs : 0) : 0;
+  const auto delay = shared ? table.Integer("server_delay_ms", 0, 200, kServerDelayMs) : 0;
+  if (!turnaround || !adapter || !delay) {
     return false;
   }
   // A byte takes ten bits, start and stop included.
   const auto byte_times_ms = [link](int64_t n) {
     return (n * 10'000 + int64_t{link->baud} - 1) / int64_t{link->baud};
   };
-  const int64_t before_answer = turnaround + byte_times_ms(1) + int64_t{link->ptt_lead_ms};
-  const int64_t slot = shared ? turnaround + byte_times_ms(1) : 1;
+  const int64_t key_delay = link->ptt == Ptt::kNone ? *turnaround : int64_t{link->ptt_lead_ms};
+  const int64_t before_answer = *turnaround + key_delay + *adapter + byte_times_ms(1);
+  const int64_t slot = shared ? *turnaround + byte_times_ms(1) : 1;
   const int64_t window =
-      shared ? turnaround + int64_t{link->ptt_lead_ms} + kServerDelayMs + byte_times_ms(2)
-             : kWindowMs;
+      shared ? *turnaround + key_delay + *adapter + *delay + byte_times_ms(2) : kWindowMs;
   const int64_t gap = serial                         ? std::max(kSerialGapMs, byte_times_ms(4))
                       : link->kind == LinkKind::kTcp ? kTcpGapMs
                                                      : 0;
@@ -91,12 +101,15 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
   }
   if (shared && *window_ms <= before_answer) {
     table.Report("response_window_ms",
-                 "found " + std::to_string(*window_ms) +
-                     ", expected more than the sum of turnaround_ms, ptt_lead_ms and the time of "
-                     "one byte, the delay of the server's answer");
+                 "found " + std::to_string(*window_ms) + ", expected more than " +
+                     std::to_string(before_answer) +
+                     ", what the modems, the adapter and a byte take before the server's answer "
+                     "arrives");
     return false;
   }
-  link->turnaround_ms = static_cast<uint16_t>(turnaround);
+  link->turnaround_ms = static_cast<uint16_t>(*turnaround);
+  link->adapter_latency_ms = static_cast<uint16_t>(*adapter);
+  link->server_delay_ms = static_cast<uint16_t>(*delay);
   link->slot_ms = static_cast<uint8_t>(*slot_ms);
   link->response_window_ms = static_cast<uint8_t>(*window_ms);
   link->gap_timeout_ms = static_cast<uint16_t>(*gap_ms);
@@ -106,7 +119,10 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
 }  // namespace
 
 bool ReadMedium(const TableReader& table, LinkConfig* link) {
-  return (link->kind != LinkKind::kSerial || ReadLines(table, link)) && ReadTimes(table, link);
+  const bool serial = link->kind == LinkKind::kSerial;
+  const bool is_line = serial || link->kind == LinkKind::kPty;
+  return (!is_line || ReadLine(table, link)) && (!serial || ReadLines(table, link)) &&
+         ReadTimes(table, link);
 }
 
 }  // namespace pheromone::config

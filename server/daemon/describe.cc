@@ -78,7 +78,7 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
   std::string line = fmt::format("link {}: {} frames in {} bytes received, {} in {} bytes sent",
                                  name, counters.received.frames, counters.bytes_in,
                                  counters.frames_out, counters.bytes_out);
-  const std::array<std::pair<std::string_view, uint64_t>, 23> losses = {{
+  const std::array<std::pair<std::string_view, uint64_t>, 24> losses = {{
       {"damaged", counters.received.crc_errors},
       {"bad escapes", counters.received.bad_escapes},
       {"oversize", counters.received.oversize},
@@ -90,6 +90,7 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
       {"late answers", counters.late_answers},
       {"dropped answers", counters.dropped_answers},
       {"withheld errors", counters.withheld_errors},
+      {"ignored carriers", counters.ignored_carriers},
       {"undeliverable", counters.undeliverable},
       {"dropped connections", counters.dropped_connections},
       {"from clients not allowed", counters.not_allowed},

@@ -46,6 +46,15 @@ links::MediumLines LinesOf(const config::LinkConfig& config) {
           static_cast<links::Keying>(config.ptt), config.ptt_lead_ms, config.ptt_tail_ms};
 }
 
+links::MediumOptions MediumOf(const config::LinkConfig& config) {
+  return {config.baud,
+          config.turnaround_ms,
+          config.slot_ms,
+          config.response_window_ms,
+          config.adapter_latency_ms,
+          config.server_delay_ms};
+}
+
 }  // namespace
 
 std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config::LinkConfig& config,
@@ -58,6 +67,9 @@ std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config:
       links::PtyOptions options;
       options.path = config::AbsolutePath(config.path);
       options.gap_timeout_ms = config.gap_timeout_ms;
+      if (config.medium_access) {
+        options.medium = MediumOf(config);
+      }
       options.backoff = backoff;
       return links::MakePtyLink(io, options, std::move(context));
     }
@@ -67,11 +79,9 @@ std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, const config:
       if (config.usb) {
         options.usb = {config.usb->vendor, config.usb->product, config.usb->serial};
       }
-      options.baud = config.baud;
       options.gap_timeout_ms = config.gap_timeout_ms;
-      options.turnaround_ms = config.turnaround_ms;
-      options.response_window_ms = config.response_window_ms;
       options.medium_access = config.medium_access;
+      options.medium = MediumOf(config);
       options.lines = LinesOf(config);
       options.silence = std::chrono::seconds(config.silence_s);
       options.backoff = backoff;

@@ -65,6 +65,10 @@ struct LinkCounters {
   uint64_t late_answers = 0;         ///< not sent: the response window had passed
   uint64_t dropped_answers = 0;      ///< not sent: the send queue was full
   uint64_t withheld_errors = 0;      ///< not sent: a second ERROR within a response window
+  uint64_t rounds = 0;               ///< ROUNDs sent
+  uint64_t turns = 0;                ///< given to robots in them
+  uint64_t missed_turns = 0;         ///< of these: nothing was heard
+  uint64_t ignored_carriers = 0;     ///< on for longer than any transmission lasts
   uint64_t undeliverable = 0;        ///< not sent: no connection
   uint64_t dropped_connections = 0;  ///< closed to make room for another
   uint64_t not_allowed = 0;          ///< messages of clients that this link does not serve

@@ -21,6 +21,8 @@ namespace asio = boost::asio;
 // How often the driver's counters are read and silence is checked.
 constexpr std::chrono::milliseconds kBetweenLooks{500};
 
+using Timer = asio::basic_waitable_timer<Clock>;
+
 class PortLink final : public Link {
  public:
   /// `options.port` is set here. `silence`: a longer time without received bytes is reported; 0:
@@ -65,7 +67,7 @@ class PortLink final : public Link {
       for (const engine::Outgoing& outgoing : messages) {
         if (!session_) {
           CountUndeliverable(outgoing.message);
-        } else if (options_.medium_access || !IsTooLate(outgoing)) {
+        } else if (options_.channel.half_duplex || !IsTooLate(outgoing)) {
           session_->Send(outgoing);
         }
       }
@@ -242,20 +244,34 @@ class PortLink final : public Link {
   const std::chrono::seconds silence_;
   Backoff backoff_;
   const Clock::duration longest_wait_;
-  asio::steady_timer retry_;
-  asio::steady_timer look_;
+  Timer retry_;
+  Timer look_;
   LineErrors line_errors_;  // as counted so far, since the port was opened
   bool silent_ = false;
   std::optional<Session> session_;  // while the port is open
   bool stopping_ = false;
 };
 
+void ShareMedium(const MediumOptions& medium, radio::ChannelOptions* channel) {
+  using std::chrono::milliseconds;
+  channel->half_duplex = true;
+  channel->timing.byte = radio::ByteTime(medium.baud);
+  channel->timing.turnaround = milliseconds(medium.turnaround_ms);
+  channel->timing.adapter = milliseconds(medium.adapter_latency_ms);
+  channel->timing.processing = milliseconds(medium.server_delay_ms);
+  channel->response_window = milliseconds(medium.response_window_ms);
+  channel->slot = milliseconds(medium.slot_ms);
+}
+
 }  // namespace
 
 std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const PtyOptions& options,
                                   LinkContext context) {
   ConversationOptions session;
-  session.gap_timeout_ms = options.gap_timeout_ms;
+  session.channel.gap_timeout_ms = options.gap_timeout_ms;
+  if (options.medium) {
+    ShareMedium(*options.medium, &session.channel);
+  }
   return std::make_unique<PortLink>(io, MakePtyPort(options.path), options.path, session,
                                     std::chrono::seconds(0), options.backoff, std::move(context));
 }
@@ -264,19 +280,20 @@ std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& 
                                      LinkContext context) {
   using std::chrono::milliseconds;
   ConversationOptions session;
-  session.gap_timeout_ms = options.gap_timeout_ms;
-  session.medium_access = options.medium_access;
-  // Ten bits a byte, start and stop included.
-  session.byte_time = std::chrono::nanoseconds(10'000'000'000 / int64_t{options.baud});
-  session.turnaround = milliseconds(options.turnaround_ms);
-  session.response_window = milliseconds(options.response_window_ms);
+  session.channel.gap_timeout_ms = options.gap_timeout_ms;
+  radio::Timing& timing = session.channel.timing;
+  timing.byte = radio::ByteTime(options.medium.baud);
   if (options.lines.ptt == Keying::kRts || options.lines.ptt == Keying::kDtr) {
-    session.lead = milliseconds(options.lines.ptt_lead_ms);
-    session.tail = milliseconds(options.lines.ptt_tail_ms);
+    timing.keyed = true;
+    timing.lead = milliseconds(options.lines.ptt_lead_ms);
+    timing.tail = milliseconds(options.lines.ptt_tail_ms);
+  }
+  if (options.medium_access) {
+    ShareMedium(options.medium, &session.channel);
   }
   SerialPortOptions port;
   port.name = options.usb ? "USB " + ToText(*options.usb) : options.path;
-  port.baud = options.baud;
+  port.baud = options.medium.baud;
   port.lines = options.lines;
   port.find_path = [options]() -> Result<std::string> {
     return options.usb ? ChooseUsbPort(*options.usb, options.list_usb_ports())

@@ -18,13 +18,24 @@
 
 namespace pheromone::links {
 
+/// A half-duplex medium: protocol/README.md, "Sharing a radio channel".
+struct MediumOptions {
+  uint32_t baud = 9600;
+  uint16_t turnaround_ms = 0;        ///< T_t
+  uint8_t slot_ms = 1;               ///< as announced
+  uint16_t response_window_ms = 25;  ///< W, as announced
+  uint16_t adapter_latency_ms = 0;   ///< for how long received bytes may be held back
+  uint16_t server_delay_ms = 20;     ///< from reading a request to its answer, at most
+};
+
 struct PtyOptions {
-  std::string path;             ///< the symbolic link to the slave side
-  uint16_t gap_timeout_ms = 0;  ///< 0: none; a pty loses no bytes
+  std::string path;                     ///< the symbolic link to the slave side
+  uint16_t gap_timeout_ms = 0;          ///< 0: none; a pty loses no bytes
+  std::optional<MediumOptions> medium;  ///< of the virtual modem's robots; empty: no medium access
   BackoffOptions backoff;
 };
 
-/// A virtual modem: no medium access. See MakePtyPort for the symbolic link.
+/// A virtual modem. See MakePtyPort for the symbolic link.
 std::unique_ptr<Link> MakePtyLink(boost::asio::io_context& io, const PtyOptions& options,
                                   LinkContext context);
 
@@ -32,11 +43,9 @@ struct SerialOptions {
   std::string path;                ///< of the port; symbolic links are followed at each attempt
   std::optional<UsbIdentity> usb;  ///< instead of a path: the adapter, wherever it is plugged in
   std::function<std::vector<UsbPort>()> list_usb_ports = ListUsbPorts;
-  uint32_t baud = 9600;
   uint16_t gap_timeout_ms = 20;
-  bool medium_access = true;         ///< false: a cable, with one robot at its end
-  uint16_t turnaround_ms = 0;        ///< T_t
-  uint16_t response_window_ms = 25;  ///< W
+  bool medium_access = true;  ///< false: a cable, with one robot at its end
+  MediumOptions medium;
   MediumLines lines;
   std::chrono::seconds silence{};  ///< warn if nothing is received for this long; 0: never
   BackoffOptions backoff;

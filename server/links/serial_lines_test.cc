@@ -94,7 +94,7 @@ TEST_F(SerialLinesTest, ADriverThatHangsOverItsCountersHoldsUpNotEvenItsOwnLine)
 
 TEST_F(SerialLinesTest, AnAnswerThatTheDriverMakesLateIsNotSentButCounted) {
   options_.lines.ptt = Keying::kRts;
-  options_.response_window_ms = 30;
+  options_.medium.response_window_ms = 30;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   PtyShimHang(1);
@@ -160,7 +160,7 @@ TEST_F(SerialLinesTest, AnAnswerWaitsForTheCarrierToEnd) {
 
 TEST_F(SerialLinesTest, ACarrierThatOutlastsTheWindowCostsTheAnswer) {
   options_.lines.carrier_sense = CarrierSense::kDcd;
-  options_.response_window_ms = 30;
+  options_.medium.response_window_ms = 30;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   PtyShimSetInputs(TIOCM_CAR);
@@ -210,7 +210,7 @@ TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsIsSwitchedBack) {
 
 TEST_F(SerialLinesTest, WhatWaitsForTheTransceiverWhenTheLineEndsIsLeftOut) {
   options_.lines = {CarrierSense::kNone, Keying::kRts, 30'000, 0};
-  options_.response_window_ms = 65'000;
+  options_.medium.response_window_ms = 65'000;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Send(PingOf(3, 1)));

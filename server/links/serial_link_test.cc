@@ -26,7 +26,7 @@ using testing::Wire;
 TEST_F(SerialLinkTest, APingIsAnsweredThroughLibserialport) {
   for (const uint32_t baud : {9600u, 115200u, 250000u}) {
     Peer radio = PlugIn();
-    options_.baud = baud;
+    options_.medium.baud = baud;
     testing::Server server;
     ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok())
         << baud;
@@ -220,9 +220,10 @@ TEST_F(SerialLinkTest, StopWhileUpAndWhileDownIsClean) {
   EXPECT_FALSE(second.Start(MakeSerialLink(second.io(), options_, second.Context(0))).ok());
 }
 
-// G_s = T_t + B: the robot's modem is still sending until then.
-TEST_F(SerialLinkTest, AnAnswerWaitsForTheServerGap) {
-  options_.turnaround_ms = 150;
+// The robot's modem is still turning round. One that is keyed by a line does not add to that.
+TEST_F(SerialLinkTest, AnAnswerWaitsForTheRobotsModem) {
+  options_.medium.turnaround_ms = 150;
+  options_.lines.ptt = Keying::kRts;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   const auto asked = std::chrono::steady_clock::now();
@@ -232,8 +233,8 @@ TEST_F(SerialLinkTest, AnAnswerWaitsForTheServerGap) {
 
 // With a gap longer than the window no answer is ever in time.
 TEST_F(SerialLinkTest, AnAnswerThatCannotStartWithinTheWindowIsNotSentButCounted) {
-  options_.turnaround_ms = 50;
-  options_.response_window_ms = 10;
+  options_.medium.turnaround_ms = 50;
+  options_.medium.response_window_ms = 10;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Send(Hello(1, 5)));
@@ -256,7 +257,7 @@ TEST_F(SerialLinkTest, AnAnswerThatHadToWaitIsSentWithinItsWindowAndNotAfterIt) 
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Ask(PingOf(1, 1)));
-  const milliseconds window(options_.response_window_ms);
+  const milliseconds window(options_.medium.response_window_ms);
   server_.link().Send({testing::AnswerAfter(window + milliseconds(1), PingOf(1, 2)),
                        testing::AnswerAfter(window / 2, PingOf(1, 3))});
   EXPECT_EQ(radio.Receive()->data[0], 3);
@@ -268,7 +269,7 @@ TEST_F(SerialLinkTest, AnAnswerThatHadToWaitIsSentWithinItsWindowAndNotAfterIt) 
 // The command is there first, but must wait until the line is idle for G_s + 2 B; the robot that
 // asks meanwhile is answered after G_s.
 TEST_F(SerialLinkTest, AnAnswerGoesBeforeACommandThatWaitsForAnIdleLine) {
-  options_.turnaround_ms = 500;
+  options_.medium.turnaround_ms = 500;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Ask(Hello(1, 5)));

@@ -2,7 +2,6 @@
 
 #include <poll.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <utility>
@@ -32,9 +31,12 @@ bool IsHungUp(int descriptor) {
   return poll(&line, 1, 0) < 0 || (line.revents & (POLLHUP | POLLRDHUP)) != 0;
 }
 
-uint32_t Milliseconds(Clock::time_point at) {
-  const auto since = std::chrono::duration_cast<std::chrono::milliseconds>(at.time_since_epoch());
-  return static_cast<uint32_t>(since.count());  // it may wrap
+radio::Time At(Clock::time_point point) {
+  return point.time_since_epoch();
+}
+
+Clock::time_point PointAt(radio::Time at) {
+  return Clock::time_point(at);
 }
 
 }  // namespace
@@ -48,14 +50,16 @@ Session::Session(const asio::any_io_executor& strand, const ConversationOptions&
       stream_(strand),
       wake_(strand),
       pause_(strand),
-      decoder_(options.gap_timeout_ms),
-      last_read_(Clock::now()),
-      line_free_at_(last_read_) {}
+      channel_(options.channel,
+               [this](const protocol::Message& message) {
+                 if (tapped_.tap != nullptr) {
+                   tapped_.tap->Dropped(tapped_.line.link, message);
+                 }
+               }),
+      last_read_(Clock::now()) {}
 
 Session::~Session() {
-  for (const Frame& frame : queue_) {
-    LeaveOut(frame.bytes);
-  }
+  channel_.DropAll();
 }
 
 asio::awaitable<std::string> Session::Run(Descriptor descriptor) {
@@ -128,15 +132,15 @@ asio::awaitable<std::string> Session::Read() {
 void Session::TakeBytes(std::span<const uint8_t> bytes) {
   last_read_ = Clock::now();
   const Tap::Reading reading(tapped_.tap);
+  const protocol::FrameDecoder& decoder = channel_.decoder();
   if (tapped_.tap != nullptr) {
-    tapped_.tap->Read(&tapped_.line, bytes, Milliseconds(last_read_), decoder_);
+    tapped_.tap->Read(&tapped_.line, bytes, radio::Channel::DecoderTime(At(last_read_)), decoder);
   }
-  const protocol::DecoderCounters before = decoder_.counters();
+  const protocol::DecoderCounters before = decoder.counters();
   batch_.clear();
   answers_.clear();
-  decoder_.PushBlock(bytes.data(), bytes.size(), Milliseconds(last_read_),
-                     [this](const protocol::Message& message) { batch_.push_back(message); });
-  const protocol::DecoderCounters received = decoder_.counters() - before;
+  channel_.Hear(bytes, At(last_read_), &batch_);
+  const protocol::DecoderCounters received = decoder.counters() - before;
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_in += bytes.size();
     counters.received += received;
@@ -146,183 +150,129 @@ void Session::TakeBytes(std::span<const uint8_t> bytes) {
     on_batch_(this, batch_, &answers_);
   }
   for (const engine::Outgoing& answer : answers_) {
-    Enqueue(answer.message, last_read_);
+    channel_.Answer(answer.message, At(last_read_), At(last_read_));
   }
+  Wake();
 }
 
 engine::Asker Session::asker() const {
   engine::Asker asker;
-  asker.asked_ns = std::chrono::nanoseconds(last_read_.time_since_epoch()).count();
+  asker.asked_ns = At(last_read_).count();
   asker.connection = connection();
   return asker;
 }
 
 void Session::Send(const engine::Outgoing& outgoing) {
-  const Clock::time_point asked{std::chrono::nanoseconds(outgoing.asker.asked_ns)};
-  Enqueue(outgoing.message, outgoing.asker.known() ? std::optional(asked) : std::nullopt);
+  if (outgoing.asker.known()) {
+    channel_.Answer(outgoing.message, radio::Time(outgoing.asker.asked_ns), At(Clock::now()));
+  } else {
+    channel_.Send(outgoing.message);
+  }
+  Wake();
 }
 
-void Session::Enqueue(const protocol::Message& message, std::optional<Clock::time_point> asked_at) {
-  // On a shared line, ERRORs must not crowd out other answers.
-  if (options_.medium_access && message.opcode == protocol::kError) {
-    const auto now = Clock::now();
-    if (last_error_ && now - *last_error_ < options_.response_window) {
-      record_->Count([](LinkCounters& counters) { ++counters.withheld_errors; });
-      if (tapped_.tap != nullptr) {
-        tapped_.tap->Dropped(tapped_.line.link, message);
-      }
-      return;
-    }
-    last_error_ = now;
-  }
-  Frame frame{std::vector<uint8_t>(protocol::kMaxFrame), asked_at};
-  frame.bytes.resize(protocol::EncodeFrame(message, frame.bytes.data(), frame.bytes.size()));
-  queued_bytes_ += frame.bytes.size();
-  // On a shared line, unsolicited messages wait for silence, and must not delay an answer for which
-  // a robot's window is open.
-  const auto place =
-      options_.medium_access && asked_at
-          ? std::find_if(queue_.begin(), queue_.end(), [](const Frame& it) { return !it.asked_at; })
-          : queue_.end();
-  queue_.insert(place, std::move(frame));
-  while (queued_bytes_ > kMaxQueue) {
-    queued_bytes_ -= queue_.front().bytes.size();
-    LeaveOut(queue_.front().bytes);
-    queue_.pop_front();
-    record_->Count([](LinkCounters& counters) { ++counters.dropped_answers; });
-  }
+// Something may be due earlier than before.
+void Session::Wake() {
+  CountWhatHappened();
   wake_.cancel();
 }
 
-// Reports to the tap that these frames are dropped.
-void Session::LeaveOut(std::span<const uint8_t> frames) const {
-  if (tapped_.tap != nullptr) {
-    protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
-    decoder.PushBlock(frames.data(), frames.size(), 0, [this](const protocol::Message& message) {
-      tapped_.tap->Dropped(tapped_.line.link, message);
+void Session::CountWhatHappened() {
+  const radio::ChannelCounters now = channel_.counters();
+  if (now != counted_) {
+    record_->Count([&](LinkCounters& counters) {
+      counters.late_answers += now.late_answers - counted_.late_answers;
+      counters.dropped_answers += now.dropped_answers - counted_.dropped_answers;
+      counters.withheld_errors += now.withheld_errors - counted_.withheld_errors;
+      counters.ignored_carriers += now.ignored_carriers - counted_.ignored_carriers;
+      counters.rounds += now.rounds.rounds - counted_.rounds.rounds;
+      counters.turns += now.rounds.turns - counted_.rounds.turns;
+      counters.missed_turns += now.rounds.missed - counted_.rounds.missed;
     });
+    counted_ = now;
   }
 }
 
-// When a frame may be sent. An answer is sent as soon as the robot listens again; other messages
-// wait until the line is free.
-Clock::time_point Session::EarliestStart(const Frame& frame) const {
-  if (!options_.medium_access) {
-    return Clock::time_point::min();
-  }
-  if (frame.asked_at) {
-    return std::max(*frame.asked_at + options_.server_gap(), line_free_at_);
-  }
-  const Clock::duration gap = std::chrono::milliseconds(options_.gap_timeout_ms);
-  const auto silence =
-      decoder_.frame_open() ? std::max(gap, options_.idle_time()) : options_.idle_time();
-  return std::max(last_read_ + silence, line_free_at_ + options_.idle_time());
-}
-
-// The bytes of one write: one whole frame on a shared line; otherwise the whole queue.
-std::vector<uint8_t> Session::NextBlock(size_t* frames) {
-  std::vector<uint8_t> block;
-  for (*frames = 0; !queue_.empty() && (*frames == 0 || !options_.medium_access); ++*frames) {
-    const std::vector<uint8_t>& bytes = queue_.front().bytes;
-    block.insert(block.end(), bytes.begin(), bytes.end());
-    queued_bytes_ -= bytes.size();
-    queue_.pop_front();
-  }
-  return block;
-}
-
-// Drops the first message of the queue if `start` is too late for the robot that waits for it.
-bool Session::DropLate(Clock::time_point start) {
-  const Frame& frame = queue_.front();
-  if (!options_.medium_access || !frame.asked_at ||
-      start + options_.lead <= *frame.asked_at + options_.response_window) {
-    return false;
-  }
-  queued_bytes_ -= frame.bytes.size();
-  LeaveOut(frame.bytes);
-  queue_.pop_front();
-  record_->Count([](LinkCounters& counters) { ++counters.late_answers; });
-  return true;
-}
-
-// Whether the first message of the queue may be sent now. Messages that are too late are dropped.
-bool Session::IsReady(Clock::time_point now) {
-  return !queue_.empty() && EarliestStart(queue_.front()) <= now && !DropLate(now);
+asio::awaitable<void> Session::PauseUntil(Clock::time_point end) {
+  error_code error;
+  pause_.expires_at(end);
+  co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
 }
 
 asio::awaitable<std::string> Session::Write() {
   error_code error;
   const bool senses = options_.port != nullptr && options_.port->port().senses_carrier();
   const bool keyed = options_.port != nullptr && options_.port->port().is_keyed();
-  while (true) {
+  while (!ended_ && !closed_) {
     const Clock::time_point now = Clock::now();
-    const Clock::time_point start =
-        queue_.empty() ? Clock::time_point::max() : EarliestStart(queue_.front());
-    if (!queue_.empty() && DropLate(std::max(start, now))) {
-      continue;
-    }
-    if (start > now) {
-      wake_.expires_at(start);
+    const radio::Time start = channel_.NextStart(At(now));
+    CountWhatHappened();
+    if (start > At(now)) {
+      wake_.expires_at(start == radio::kNever ? Clock::time_point::max() : PointAt(start));
       co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       continue;
     }
-    // Messages stay in the queue until they are written: the driver may be slow, and the situation
-    // may have changed by then.
+    // Messages stay in the channel until they are written: the driver may be slow, and the
+    // situation may have changed by then.
     if (senses) {
-      const bool busy = co_await options_.port->Make([](Port& port) { return port.carrier(); });
+      const bool carrier = co_await options_.port->Make([](Port& port) { return port.carrier(); });
+      const bool clear = channel_.IsClear(carrier, At(Clock::now()));
       if (ended_ || closed_) {
-        co_return "closed";
+        break;
       }
-      if (busy) {
-        pause_.expires_after(kBetweenLooks);
-        co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      if (!clear) {
+        co_await PauseUntil(Clock::now() + kBetweenLooks);
       }
-      if (busy || !IsReady(Clock::now())) {
+      if (!clear || channel_.NextStart(At(Clock::now())) > At(Clock::now())) {
         continue;
       }
     }
-    bool ready = true;
+    Clock::time_point begin = Clock::now();
     if (keyed) {
       co_await options_.port->Make([](Port& port) { port.Key(true); });
-      const Clock::time_point keyed_at = Clock::now();
-      if (options_.lead != Clock::duration::zero() && !ended_ && !closed_) {
-        pause_.expires_at(keyed_at + options_.lead);
-        co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      begin = Clock::now();
+      if (options_.channel.timing.lead != radio::Duration::zero() && !ended_ && !closed_) {
+        co_await PauseUntil(begin + options_.channel.timing.lead);
       }
       if (ended_ || closed_) {
-        co_return "closed";
-      }
-      ready = IsReady(keyed_at);
-    }
-    if (ready) {
-      size_t frames = 0;
-      const std::vector<uint8_t> block = NextBlock(&frames);
-      if (tapped_.tap != nullptr) {
-        tapped_.tap->Wrote(tapped_.line, block);
-      }
-      line_free_at_ = Clock::now() + static_cast<int64_t>(block.size()) * options_.byte_time;
-      const size_t size = co_await asio::async_write(
-          stream_, asio::buffer(block), asio::redirect_error(asio::use_awaitable, error));
-      record_->Count([&](LinkCounters& counters) {
-        counters.bytes_out += size;
-        counters.frames_out += error ? 0 : frames;
-      });
-      if (error) {
-        co_return error.value() == EIO ? "the other side hung up" : error.message();
-      }
-      if (options_.tail != Clock::duration::zero()) {
-        line_free_at_ += options_.tail;
-        pause_.expires_at(line_free_at_);
-        co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+        break;
       }
     }
-    if (ended_ || closed_) {
-      co_return "closed";
+    const std::string why = co_await Transmit(channel_.Begin(At(begin)));
+    if (!why.empty()) {
+      co_return why;
     }
-    if (keyed) {
+    CountWhatHappened();
+    if (keyed && !ended_ && !closed_) {
       co_await options_.port->Make([](Port& port) { port.Key(false); });
     }
   }
+  co_return "closed";
+}
+
+// Returns why it failed; empty if it did not. With a line to key, returns when the last bit has
+// left and the tail is over.
+asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
+  error_code error;
+  if (out.bytes.empty()) {
+    co_return "";
+  }
+  if (tapped_.tap != nullptr) {
+    tapped_.tap->Wrote(tapped_.line, out.bytes);
+  }
+  const size_t size = co_await asio::async_write(stream_, asio::buffer(out.bytes),
+                                                 asio::redirect_error(asio::use_awaitable, error));
+  record_->Count([&](LinkCounters& counters) {
+    counters.bytes_out += size;
+    counters.frames_out += error ? 0 : out.frames;
+  });
+  if (error) {
+    co_return error.value() == EIO ? "the other side hung up" : error.message();
+  }
+  if (options_.port != nullptr && options_.port->port().is_keyed()) {
+    co_await PauseUntil(PointAt(channel_.sent_at() + options_.channel.timing.tail));
+  }
+  co_return "";
 }
 
 }  // namespace pheromone::links

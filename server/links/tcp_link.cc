@@ -140,7 +140,7 @@ class TcpLink final : public Link {
     }
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
     ConversationOptions options;
-    options.gap_timeout_ms = options_.gap_timeout_ms;
+    options.channel.gap_timeout_ms = options_.gap_timeout_ms;
     // List iterators stay valid: `self` refers to the connection as long as it runs.
     const auto self = connections_.emplace(connections_.end());
     try {

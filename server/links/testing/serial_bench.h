@@ -21,7 +21,7 @@ class SerialLinkTest : public ::testing::Test {
  protected:
   SerialLinkTest() {
     options_.path = path_;
-    options_.response_window_ms = 10'000;  // a busy machine must not make answers late
+    options_.medium.response_window_ms = 10'000;  // a busy machine must not make answers late
     options_.backoff = {std::chrono::milliseconds(5), std::chrono::milliseconds(20), 1};
   }
 

@@ -1,0 +1,116 @@
+#include "client_fw/swarm/server_station.h"
+
+#include <algorithm>
+#include <span>
+
+namespace pheromone::swarm {
+namespace {
+
+using radio::Time;
+
+constexpr int64_t kBetweenLooksNs = 1'000'000;
+constexpr uint16_t kGapTimeoutMs = 20;
+constexpr size_t kAdapterBytes = 62;  // it does not hold back more
+
+radio::ChannelOptions OptionsOf(const engine::LinkSettings& announced,
+                                const sim::RadioMedium& medium, int64_t turnaround_ns,
+                                const ServerTiming& timing) {
+  radio::ChannelOptions options;
+  options.gap_timeout_ms = kGapTimeoutMs;
+  options.half_duplex = true;
+  options.timing.byte = Time(medium.byte_ns());
+  options.timing.turnaround = Time(turnaround_ns);
+  options.timing.adapter = Time(timing.adapter_ns);
+  options.timing.processing = Time(timing.delay_ns);
+  options.response_window = std::chrono::milliseconds(announced.response_window_ms);
+  options.slot = std::chrono::milliseconds(announced.slot_ms);
+  return options;
+}
+
+}  // namespace
+
+ServerStation::ServerStation(engine::Service* service, engine::LinkIndex link,
+                             const engine::LinkSettings& announced, sim::RadioMedium* medium,
+                             const ServerTiming& timing)
+    : service_(service),
+      medium_(medium),
+      timing_(timing),
+      channel_(OptionsOf(announced, *medium, medium->default_turnaround_ns(), timing),
+               [](const protocol::Message&) {}),
+      number_(medium->AddStation(this)),
+      link_(link) {}
+
+void ServerStation::OnByte(uint8_t byte, int64_t time_ns) {
+  held_.push_back(byte);
+  read_at_ns_ = std::min(read_at_ns_, time_ns + timing_.adapter_ns);
+  if (held_.size() >= kAdapterBytes) {
+    read_at_ns_ = time_ns;
+  }
+  if (read_at_ns_ <= time_ns) {
+    Read();
+  }
+}
+
+void ServerStation::Read() {
+  const Time now(medium_->now_ns());
+  std::vector<protocol::Message> messages;
+  std::vector<engine::Outgoing> out;
+  channel_.Hear(held_, now, &messages);
+  held_.clear();
+  read_at_ns_ = sim::RadioMedium::kNever;
+  service_->Handle(link_, messages, &out);
+  for (const engine::Outgoing& outgoing : out) {
+    if (outgoing.message.opcode == protocol::kCommand) {
+      channel_.Send(outgoing.message);
+    } else {
+      pending_.push_back({now.count() + timing_.delay_ns, now, outgoing.message});
+    }
+  }
+}
+
+void ServerStation::Queue(const engine::Outgoing& outgoing) {
+  channel_.Send(outgoing.message);
+}
+
+void ServerStation::AdvanceTo(int64_t time_ns) {
+  for (;;) {
+    const int64_t now_ns = medium_->now_ns();
+    const int64_t next_ns = std::min(medium_->NextEventTime(), NextStep());
+    medium_->AdvanceTo(std::clamp(next_ns, now_ns, time_ns));
+    Act();
+    if (next_ns >= time_ns) {
+      return;
+    }
+  }
+}
+
+// When there is something to do without any event of the medium.
+int64_t ServerStation::NextStep() {
+  const int64_t answered_ns = pending_.empty() ? sim::RadioMedium::kNever : pending_.front().at_ns;
+  const int64_t start_ns =
+      std::max(channel_.NextStart(Time(medium_->now_ns())).count(), look_at_ns_);
+  return std::min({read_at_ns_, answered_ns, start_ns});
+}
+
+void ServerStation::Act() {
+  const int64_t now_ns = medium_->now_ns();
+  const Time now(now_ns);
+  if (read_at_ns_ <= now_ns) {
+    Read();
+  }
+  while (!pending_.empty() && pending_.front().at_ns <= now_ns) {
+    channel_.Answer(pending_.front().message, pending_.front().asked_at, now);
+    pending_.pop_front();
+  }
+  if (channel_.NextStart(now) > now || now_ns < look_at_ns_) {
+    return;
+  }
+  const bool carrier = medium_->Busy(number_) && !medium_->Sending(number_);
+  if (channel_.IsClear(carrier, now)) {
+    medium_->Transmit(number_, channel_.Begin(now).bytes);
+  } else {
+    look_at_ns_ = now_ns + kBetweenLooksNs;
+  }
+}
+
+}  // namespace pheromone::swarm
