@@ -77,9 +77,9 @@ void Conversation::OnFrame() {
 }
 
 void Conversation::CountRobot(uint8_t id) {
-  uint8_t& eight = seen_[id & 3u];
-  const uint8_t bit = static_cast<uint8_t>(1u << ((id >> 2) & 7));
-  if ((eight & bit) == 0) {
+  uint8_t& eight = seen_[id / 8];
+  const uint8_t bit = static_cast<uint8_t>(1u << (id % 8));
+  if (id != protocol::kBroadcastId && (eight & bit) == 0) {
     eight = static_cast<uint8_t>(eight | bit);
     ++counted_;
     if (counted_ > robots_) {

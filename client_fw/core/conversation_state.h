@@ -74,7 +74,6 @@ class ConversationState {
   uint8_t three_bytes_ms_;
   uint8_t robots_;    // others that were heard in the last census
   uint8_t counted_;   // in this one
-  uint8_t seen_[4];   // which ones, by the lowest five bits of the ID
   uint8_t events_;    // to be reported
   uint8_t value_id_;  // of the setting to be reported
   uint8_t attempt_;   // misses since the last success
@@ -96,6 +95,7 @@ class ConversationState {
   uint16_t pings_;
   Milliseconds now_ms_;
   uint16_t timers_[kTimers];
+  uint8_t seen_[32];                  // which ones were counted in this census: a bit for each ID
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer
   uint8_t tx_[kMaxClientFrame];
 };
