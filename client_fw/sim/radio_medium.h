@@ -97,6 +97,7 @@ class RadioMedium {
   bool Sending(int station) const;
 
   int64_t turnaround_ns(int station) const;
+  int64_t baud() const { return config_.baud; }
   int64_t byte_ns() const;
   const RadioCounters& counters() const { return counters_; }
   /// The share of the time since 0 in which at least one station was on the air.
