@@ -67,7 +67,7 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
   Advance(now_ms);
   const bool open = FrameOpen();
   if (phase_ == Phase::kAwaiting && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
-      !(parser_.escaped() && quiet_ms_ <= kByteGraceMs && stray_ms_ <= longest_frame_ms_)) {
+      (quiet_ms_ > kByteGraceMs || Noisy())) {
     OnMiss();
   }
   CheckSilence();
@@ -134,7 +134,7 @@ void Conversation::Listen(bool was_open, protocol::FrameParser::Result event) {
   if (was_open || parser_.open()) {
     spent_ms = &framed_ms_;
   } else if (event == protocol::FrameParser::kNothing) {  // a DLE, perhaps of a frame's beginning
-    if (stray_ms_ <= longest_frame_ms_ && framed_ms_ <= longest_frame_ms_) {
+    if (!Noisy()) {
       RestartSlots();
     }
     return;

@@ -145,6 +145,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
   void TakeCensus();
   void Listen(bool was_open, protocol::FrameParser::Result event);
+  bool Noisy() const { return stray_ms_ > longest_frame_ms_ || framed_ms_ > longest_frame_ms_; }
   void EndRun();
   bool DetectCarrier(bool channel_busy);
   void ForgetCarrier();
