@@ -15,8 +15,13 @@ constexpr uint8_t kAttemptsAPause = 64;   // of a robot that is alone, on the av
 constexpr uint8_t kStalledFrameMs = 200;  // an open frame does not hold us up for longer
 constexpr uint8_t kByteGraceMs = 5;       // a lone DLE is not yet a frame, but its first byte
 constexpr uint16_t kCensusMs = 4000;      // in which every robot in range is heard
+constexpr uint16_t kMaxCarrierMs = 2000;  // and the longest frame: more than a round of all robots
 constexpr uint8_t kSilentSlots = 64;      // without the server are too many for a crowd's noise
 constexpr uint16_t kLongestStepMs = 0x7FFF;
+
+uint16_t Sum(uint16_t a, uint16_t b) {
+  return b < UINT16_MAX - a ? static_cast<uint16_t>(a + b) : UINT16_MAX;
+}
 
 }  // namespace
 
@@ -28,7 +33,13 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
       parameters_(parameters),
       start_(parameters.start) {
   flags_ = kNoAnswerYet;
+  three_bytes_ms_ = static_cast<uint8_t>(BytesMs(3, parameters.baud));
+  longest_frame_ms_ = static_cast<uint16_t>(BytesMs(protocol::kMaxFrame, parameters.baud) +
+                                            (parameters.gap_timeout_ms == protocol::kNoGapTimeout
+                                                 ? kStalledFrameMs
+                                                 : parameters.gap_timeout_ms));
   phase_ = Phase::kContending;
+  ForgetCarrier();
   HearOther();  // we have not listened: others may be about
   if (memory->nonce != parameters.boot_counter || memory->length > kMaxPending) {
     *memory = RequestMemory();
@@ -45,10 +56,10 @@ void Conversation::Advance(Milliseconds now_ms) {
   for (uint16_t& timer : timers_) {
     timer = timer > elapsed_ms ? static_cast<uint16_t>(timer - elapsed_ms) : 0;
   }
-  quiet_ms_ =
-      elapsed_ms < 255u - quiet_ms_ ? static_cast<uint8_t>(quiet_ms_ + elapsed_ms) : UINT8_MAX;
-  if (elapsed_ms >= kAloneMs) {
-    HearOther();  // a pause: we have not listened
+  quiet_ms_ = Sum(quiet_ms_, elapsed_ms);
+  if (elapsed_ms >= kAloneMs) {  // a pause: we have not listened
+    HearOther();
+    ForgetCarrier();
   }
 }
 
@@ -56,7 +67,7 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
   Advance(now_ms);
   const bool open = FrameOpen();
   if (phase_ == Phase::kAwaiting && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
-      quiet_ms_ > kByteGraceMs) {
+      (quiet_ms_ > kByteGraceMs || Noisy())) {
     OnMiss();
   }
   CheckSilence();
@@ -68,10 +79,11 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
     timers_[kSlot] = SlotMs();
     idle_ = true;
   }
+  const bool carrier = DetectCarrier(channel_busy);
   if (phase_ == Phase::kAwaiting || tx_size_ != 0) {
     return;
   }
-  const bool clear = !open && !channel_busy;
+  const bool clear = !open && !carrier;
   if (ack_due_ && clear) {
     ack_due_ = false;
     Count(&Counters::acks);
@@ -94,18 +106,68 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
   }
 }
 
+// A station sends for as long as its frame lasts. What stays on for longer than any sequence of
+// frames is a fault, and as long as it stays, only bytes tell whether somebody sends.
+bool Conversation::DetectCarrier(bool channel_busy) {
+  if (!channel_busy) {
+    ForgetCarrier();
+  } else if (timers_[kCarrier] == 0 && !carrier_ignored_) {
+    carrier_ignored_ = true;
+    Count(&Counters::ignored_carriers);
+  }
+  return channel_busy && !carrier_ignored_;
+}
+
+void Conversation::ForgetCarrier() {
+  carrier_ignored_ = false;
+  timers_[kCarrier] = static_cast<uint16_t>(kMaxCarrierMs + longest_frame_ms_);
+}
+
+// A byte inside a frame holds the channel until the longest frame would have ended. So does one
+// outside, which may belong to a frame whose beginning was missed; a run of these that goes on is
+// noise until there is silence for the idle time. The time spent in frames begins again with each
+// valid one: traffic may be as dense as it likes.
+void Conversation::Listen(bool was_open, protocol::FrameParser::Result event) {
+  const uint16_t silence_ms = quiet_ms_;
+  quiet_ms_ = 0;
+  uint16_t* spent_ms = &stray_ms_;
+  if (was_open || parser_.open()) {
+    spent_ms = &framed_ms_;
+  } else if (event == protocol::FrameParser::kNothing) {  // a DLE, perhaps of a frame's beginning
+    if (!Noisy()) {
+      RestartSlots();
+    }
+    return;
+  }
+  const bool held = *spent_ms <= longest_frame_ms_;
+  *spent_ms = event == protocol::FrameParser::kFrame ? uint16_t{0} : Sum(*spent_ms, silence_ms);
+  if (*spent_ms <= longest_frame_ms_) {
+    RestartSlots();
+  } else if (held) {
+    Count(&Counters::ignored_noise);
+  }
+}
+
+void Conversation::EndRun() {
+  if (quiet_ms_ >= IdleMs() && !parser_.open()) {
+    stray_ms_ = 0;
+    framed_ms_ = 0;
+    quiet_ms_ = 0;
+  }
+}
+
 // The first slot after a byte begins with the end of the idle time, which is the same for all
 // stations, including the sender of the byte: transmissions begin at the start of a slot, and
 // others detect them before the next slot.
 void Conversation::RestartSlots() {
-  quiet_ms_ = 0;
   idle_ = false;
-  timers_[kSlot] = static_cast<uint16_t>(SlotMs() + parameters_.three_bytes_ms);
+  timers_[kSlot] = IdleMs();
 }
 
 void Conversation::OnSent(Milliseconds now_ms) {
   Advance(now_ms);
   tx_size_ = 0;
+  quiet_ms_ = 0;
   RestartSlots();
   timers_[kWindow] = static_cast<uint16_t>(WindowMs() + 1);
 }
@@ -127,16 +189,17 @@ void Conversation::CheckSilence() {
   }
 }
 
-// Another station is in the middle of a frame. Without a gap timeout, a stalled frame is not waited
-// for, but may still continue.
+// Another station is in the middle of a frame. One that stalls or takes too long is not waited for;
+// without a gap timeout, it may still continue.
 bool Conversation::FrameOpen() {
-  if (kHasBufferedLink && parameters_.gap_timeout_ms == protocol::kNoGapTimeout) {
-    return parser_.open() && quiet_ms_ <= kStalledFrameMs;
+  if (parameters_.gap_timeout_ms != protocol::kNoGapTimeout) {
+    if (quiet_ms_ > parameters_.gap_timeout_ms) {
+      TimeOut(&parser_);
+    }
+  } else if (quiet_ms_ > kStalledFrameMs) {
+    return false;
   }
-  if (quiet_ms_ > parameters_.gap_timeout_ms) {
-    TimeOut(&parser_);
-  }
-  return parser_.open();
+  return parser_.open() && Sum(framed_ms_, quiet_ms_) <= longest_frame_ms_;
 }
 
 void Conversation::TakeCensus() {
@@ -202,9 +265,9 @@ void Conversation::Rest() {
 // delay, and up to three slots in which to find an order. If this is more than fail_safe_ms, robots
 // drive for a part of each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
-  const uint16_t each_ms =
-      static_cast<uint16_t>(7u * parameters_.three_bytes_ms + WindowMs() + 3u * SlotMs());
-  return static_cast<uint16_t>((robots_ + 1u) * each_ms - 2u * SlotMs());
+  const uint32_t each_ms = BytesMs(26, parameters_.baud) + WindowMs() + 3u * SlotMs();
+  const uint32_t all_ms = (robots_ + 1u) * each_ms - 2u * SlotMs();
+  return all_ms < kLongestStepMs ? static_cast<uint16_t>(all_ms) : kLongestStepMs;
 }
 
 bool Conversation::congested() const {

@@ -144,7 +144,13 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   /// The slot with which to begin, counted from 1.
   uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
   void TakeCensus();
+  void Listen(bool was_open, protocol::FrameParser::Result event);
+  bool Noisy() const { return stray_ms_ > longest_frame_ms_ || framed_ms_ > longest_frame_ms_; }
+  void EndRun();
+  bool DetectCarrier(bool channel_busy);
+  void ForgetCarrier();
   void RestartSlots();
+  uint16_t IdleMs() const { return static_cast<uint16_t>(SlotMs() + three_bytes_ms_); }
   uint8_t SlotMs() const;
   uint8_t WindowMs() const;
   void OnSuccess();
@@ -164,6 +170,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
 
   // Receiving: conversation_receive.cc.
   void OnFrame();
+  void OnDamage();
   void CountRobot(uint8_t id);
   void OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length);
   // These return false for unexpected messages.

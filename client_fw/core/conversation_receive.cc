@@ -7,6 +7,8 @@ namespace {
 
 using protocol::Reason;
 
+constexpr uint8_t kMaxDamaged = 8;  // frames more than valid ones: no traffic, even with collisions
+
 // Whether the server answers this client's request, so that the channel is not free yet.
 bool OpensWindow(uint8_t opcode) {
   return opcode < 0x50 || opcode == protocol::kEvent || opcode == protocol::kHello ||
@@ -19,18 +21,31 @@ bool OpensWindow(uint8_t opcode) {
 void Conversation::OnByte(uint8_t byte, Milliseconds now_ms) {
   Advance(now_ms);
   FrameOpen();  // a gap ends it
-  RestartSlots();
+  EndRun();
+  const bool was_open = parser_.open();
+  const protocol::FrameParser::Result event = parser_.Push(byte);
+  CountByte(event);
+  Listen(was_open, event);
   if (phase_ != Phase::kAwaiting) {
     HearOther();
   }
-  const protocol::FrameParser::Result event = parser_.Push(byte);
-  CountByte(event);
   if (event == protocol::FrameParser::kFrame) {
     OnFrame();
     Seal(memory_);
   } else if (event == protocol::FrameParser::kCrcError) {
-    Hold();  // it may have been a request that the server understood
+    OnDamage();
   }
+}
+
+// It may have been a request that the server understood. But where most of what is heard is
+// damaged, it is rubbish, and the windows would never end.
+void Conversation::OnDamage() {
+  if (damaged_ == kMaxDamaged) {
+    Count(&Counters::ignored_damage);
+    return;
+  }
+  ++damaged_;
+  Hold();
 }
 
 void Conversation::OnFrame() {
@@ -38,9 +53,12 @@ void Conversation::OnFrame() {
   const uint8_t id = body[0];
   const uint8_t opcode = body[1];
   const uint8_t length = static_cast<uint8_t>(parser_.size() - 4);
+  if (damaged_ != 0) {
+    --damaged_;
+  }
   if (protocol::IsFromServer(opcode)) {
     // It ends an exchange: no station has priority, except for a COMMAND that follows at once.
-    timers_[kSlot] = parameters_.three_bytes_ms / 2;
+    timers_[kSlot] = static_cast<uint16_t>((three_bytes_ms_ + 1u) / 2);
   }
   if (id != parameters_.id) {
     OnForeign(id, opcode, body + 2, length);
@@ -59,9 +77,9 @@ void Conversation::OnFrame() {
 }
 
 void Conversation::CountRobot(uint8_t id) {
-  uint8_t& eight = seen_[id & 3u];
-  const uint8_t bit = static_cast<uint8_t>(1u << ((id >> 2) & 7));
-  if ((eight & bit) == 0) {
+  uint8_t& eight = seen_[id / 8];
+  const uint8_t bit = static_cast<uint8_t>(1u << (id % 8));
+  if (id != protocol::kBroadcastId && (eight & bit) == 0) {
     eight = static_cast<uint8_t>(eight | bit);
     ++counted_;
     if (counted_ > robots_) {

@@ -26,6 +26,7 @@ void Conversation::Begin(const Odometry* odometry) {
 }
 
 void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
+  EndRun();  // we are deaf now, which is not silence
   uint8_t* wire = tx_;
   if (kHasBufferedLink && resync_) {
     *wire++ = 0x00;  // ends any escape or frame that the receiver may be stuck in

@@ -36,6 +36,7 @@ class ConversationState {
     kPause,      ///< before HELLO is sent again
     kSlot,       ///< until the next slot begins
     kSmelled,    ///< until the trail counts as lost
+    kCarrier,    ///< a carrier may still be a transmission
     kTimers
   };
 
@@ -67,10 +68,12 @@ class ConversationState {
   bool trail_lost_;
   bool load_;
   bool save_;
-  bool idle_;         // a slot has begun since the last byte
+  bool idle_;  // a slot has begun since the last byte that held the channel
+  bool carrier_ignored_;
+  uint8_t damaged_;  // frames with a bad CRC, less the valid ones; not below 0
+  uint8_t three_bytes_ms_;
   uint8_t robots_;    // others that were heard in the last census
   uint8_t counted_;   // in this one
-  uint8_t seen_[4];   // which ones, by the lowest five bits of the ID
   uint8_t events_;    // to be reported
   uint8_t value_id_;  // of the setting to be reported
   uint8_t attempt_;   // misses since the last success
@@ -78,7 +81,11 @@ class ConversationState {
   uint8_t asked_opcode_;  // kAwaiting: of the request
   uint8_t tx_size_;
   uint8_t countdown_;  // kContending: the slot that is ours; 0: not drawn, begin at once
-  uint8_t quiet_ms_;   // since the last byte heard; stays at 255
+  uint16_t quiet_ms_;  // since the last byte heard or sent; stays at the largest value
+  // Of this run of bytes, which ends with the idle time:
+  uint16_t stray_ms_;          // taken by bytes outside of frames
+  uint16_t framed_ms_;         // taken by frames since the last valid one
+  uint16_t longest_frame_ms_;  // either holds the channel for this long
   protocol::Reason last_error_;
   uint8_t ack_[4];  // DATA of the last command's ACK: seq, code, result
   int16_t p_left_;
@@ -88,6 +95,7 @@ class ConversationState {
   uint16_t pings_;
   Milliseconds now_ms_;
   uint16_t timers_[kTimers];
+  uint8_t seen_[32];                  // which ones were counted in this census: a bit for each ID
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer
   uint8_t tx_[kMaxClientFrame];
 };

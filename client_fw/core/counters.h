@@ -39,6 +39,9 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t malformed;          ///< COMMANDs of a form we do not know; not acknowledged
   uint32_t heard;              ///< frames of or to other robots
   uint32_t own_id_heard;       ///< client frames with our ID: an echoing modem, or a double
+  uint32_t ignored_carriers;   ///< carriers that stayed too long to be a transmission
+  uint32_t ignored_noise;      ///< runs of bytes that stayed too long without a valid frame
+  uint32_t ignored_damage;     ///< damaged frames that opened no window: most frames were
 };
 
 /// The counters, where the image has them.

@@ -54,6 +54,7 @@ class AvrBoard {
   uint16_t saves() const { return nonvolatile_.version(); }
   /// 1 to 254.
   uint8_t id() const;
+  static constexpr uint32_t radio_baud() { return PHEROMONE_RADIO_BAUD; }
   /// Whether the last reset kept RAM: the reset pin or the watchdog, not the supply.
   bool ram_was_kept() const { return ram_was_kept_; }
 

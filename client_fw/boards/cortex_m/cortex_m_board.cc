@@ -4,7 +4,7 @@ namespace pheromone {
 namespace client {
 namespace {
 
-constexpr uint32_t kBaud = 9600;
+constexpr uint32_t kRobotBaud = 9600;
 /// A byte takes 1.04 ms, and the first millisecond may be a short one.
 constexpr uint8_t kLastByteMs = 3;
 
@@ -36,8 +36,8 @@ void CortexMBoard::Start() {
   Gpio().output_enable_set = kPtt | kLoad;
   Watchdog().load = kWatchdogCycles;
   Watchdog().control = 3;
-  radio_.Start(kBaud);
-  robot_.Start(kBaud);
+  radio_.Start(radio_baud());
+  robot_.Start(kRobotBaud);
   EnableUartInterrupts();
   SysTick().reload = kClockHz / 1000 - 1;
   SysTick().value = 0;

@@ -60,6 +60,7 @@ class CortexMBoard {
   bool saved() const { return nonvolatile_.saved(); }
   uint16_t saves() const { return nonvolatile_.version(); }
   uint8_t id() const;
+  static constexpr uint32_t radio_baud() { return 9600; }
   bool ram_was_kept() const { return ram_was_kept_; }
   void EndTurn();
 
