@@ -284,7 +284,7 @@ bool Decode(const Message& from, Round* to) {
       from.length > kMaxData) {
     return false;
   }
-  const uint8_t answers = from.data[4];
+  const uint8_t answers = from.data[5];
   const int turns = from.length - kRoundHeader - kIntensities * answers;
   if (answers > kMaxTurns || turns < 0 || turns > kMaxTurns) {
     return false;
@@ -293,7 +293,8 @@ bool Decode(const Message& from, Round* to) {
   to->number = from.data[0];
   to->turn_ms = from.data[1];
   to->turn_bytes = from.data[2];
-  to->open_slots = from.data[3];
+  to->slot_ms = from.data[3];
+  to->open_slots = from.data[4];
   to->answer_count = answers;
   to->turn_count = static_cast<uint8_t>(turns);
   for (uint8_t i = 0; i < answers; ++i, at += kIntensities) {
@@ -418,6 +419,7 @@ void Encode(const Round& from, Message* to) {
   *at++ = from.number;
   *at++ = from.turn_ms;
   *at++ = from.turn_bytes;
+  *at++ = from.slot_ms;
   *at++ = from.open_slots;
   *at++ = from.answer_count;
   for (uint8_t i = 0; i < from.answer_count; ++i, at += kIntensities) {

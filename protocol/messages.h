@@ -158,6 +158,7 @@ struct Round {
   uint8_t number = 0;      ///< counts the rounds of a link; wraps
   uint8_t turn_ms = 0;     ///< from the beginning of one turn to that of the next
   uint8_t turn_bytes = 0;  ///< the longest frame that fits a turn, as sent
+  uint8_t slot_ms = 0;     ///< of contention, for whoever has had no answer to HELLO yet
   uint8_t open_slots = 0;  ///< contention slots after the last turn, or kOpenUntilNextRound
   uint8_t answer_count = 0;
   uint8_t turn_count = 0;

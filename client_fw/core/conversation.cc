@@ -17,6 +17,7 @@ constexpr uint8_t kByteGraceMs = 5;       // a lone DLE is not yet a frame, but 
 constexpr uint16_t kCensusMs = 4000;      // in which every robot in range is heard
 constexpr uint16_t kMaxCarrierMs = 2000;  // and the longest frame: more than a round of all robots
 constexpr uint8_t kSilentSlots = 64;      // without the server are too many for a crowd's noise
+constexpr uint16_t kTurnPatienceMs = 3000;  // without a turn the server has forgotten us
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
 uint16_t Sum(uint16_t a, uint16_t b) {
@@ -66,7 +67,7 @@ void Conversation::Advance(Milliseconds now_ms) {
 void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool channel_busy) {
   Advance(now_ms);
   const bool open = FrameOpen();
-  if (phase_ == Phase::kAwaiting && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
+  if (phase_ == Phase::kAwaiting && !in_turn_ && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
       (quiet_ms_ > kByteGraceMs || Noisy())) {
     OnMiss();
   }
@@ -80,24 +81,29 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
     idle_ = true;
   }
   const bool carrier = DetectCarrier(channel_busy);
+  const bool clear = !open && !carrier;
+  if (tx_size_ == 0) {
+    CheckTurns(odometry, clear);
+  }
   if (phase_ == Phase::kAwaiting || tx_size_ != 0) {
     return;
   }
-  const bool clear = !open && !carrier;
-  if (ack_due_ && clear) {
+  // A ROUND may follow the COMMAND, with a turn for its ACK.
+  const bool ends = timers_[kRounds] == 0 || quiet_ms_ >= three_bytes_ms_;
+  if (ack_due_ && clear && ends && turns_ == 0 && timers_[kReserved] == 0) {
     ack_due_ = false;
     Count(&Counters::acks);
     Send(protocol::kCommandAck, ack_, sizeof(ack_));
     return;
   }
-  if (phase_ == Phase::kResting && timers_[kPeriod] == 0) {
+  if (phase_ == Phase::kResting && timers_[kPeriod] == 0 && !HasTurns()) {
     ContendFor(0);  // what was random is in the moment at which the period began
   }
   if (phase_ == Phase::kResting || timers_[kPause] != 0) {
     return;
   }
   const bool alone = timers_[kOthers] == 0;
-  if (!clear || timers_[kHeld] != 0 || (!alone && !idle_)) {
+  if (!clear || timers_[kHeld] != 0 || (!alone && !idle_) || !MayContend()) {
     if (countdown_ == 0) {
       countdown_ = static_cast<uint8_t>(1 + RandomSlots());  // not all at once after it
     }
@@ -242,6 +248,10 @@ void Conversation::SayHello() {
 }
 
 void Conversation::WaitForHello() {
+  if (timers_[kRounds] != 0) {  // the server is there, and opens the channel now and then
+    ContendFor(RandomSlots());
+    return;
+  }
   timers_[kPause] = static_cast<uint16_t>((kHalfFirstHelloMs + random_.Below(kHalfFirstHelloMs))
                                           << hello_attempt_);
   if (hello_attempt_ < kHelloDoublings) {
@@ -255,7 +265,7 @@ void Conversation::Rest() {
   attempt_ = 0;
   event_turn_ = false;
   phase_ = Phase::kResting;
-  if (timers_[kPeriod] == 0) {
+  if (timers_[kPeriod] == 0 && !HasTurns()) {
     Count(&Counters::late_periods);
     Contend();
   }
@@ -275,7 +285,7 @@ bool Conversation::congested() const {
 }
 
 uint16_t Conversation::PeriodMs() {
-  if (congested()) {
+  if (congested() && !HasTurns()) {
     Count(&Counters::stretched_periods);
     return NeededMs();
   }
@@ -305,7 +315,10 @@ void Conversation::OnSuccess() {
 }
 
 uint8_t Conversation::SlotMs() const {
-  return server_[kSlotAt] != 0 ? server_[kSlotAt] : kDefaultSlotMs;
+  if (server_[kSlotAt] != 0) {
+    return server_[kSlotAt];
+  }
+  return round_slot_ms_ != 0 ? round_slot_ms_ : kDefaultSlotMs;
 }
 
 uint8_t Conversation::WindowMs() const {
@@ -319,7 +332,7 @@ void Conversation::HearOther() {
 void Conversation::HearServer() {
   const uint16_t patience_ms = static_cast<uint16_t>(kSilentSlots * SlotMs());
   timers_[kContacted] =
-      patience_ms > parameters_.fail_safe_ms ? patience_ms : parameters_.fail_safe_ms;
+      HasTurns() ? kTurnPatienceMs : patience_ms > parameters_.fail_safe_ms ? patience_ms : parameters_.fail_safe_ms;
 }
 
 }  // namespace client

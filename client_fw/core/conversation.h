@@ -155,8 +155,21 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   uint8_t WindowMs() const;
   void OnSuccess();
 
+  // Rounds: conversation_rounds.cc.
+  void OnRound(const uint8_t* data, uint8_t length);
+  void OnRoundAnswer(int16_t left, const uint8_t* intensities);
+  void GrantTurns(const uint8_t* turns, uint8_t count, uint8_t turn_ms, uint8_t open_slots);
+  void CheckTurns(const Odometry* odometry, bool clear);
+  void TakeTurn(const Odometry* odometry);
+  void LeaveRounds();
+  /// The server grants turns, and we take part.
+  bool HasTurns() const { return RoundPeriod() != 0 && greeted_ && timers_[kRounds] != 0; }
+  bool MayContend() const;
+  void KeepOpen(uint16_t before_slots_ms);
+
   // Sending: conversation_send.cc.
   void Begin(const Odometry* odometry);
+  uint8_t RoundPeriod() const;
   void Send(uint8_t opcode, const uint8_t* data, uint8_t length);
   bool MakeRequest(const Odometry* odometry);
   bool MakeFresh(const Odometry& odometry, uint8_t* opcode);
@@ -180,6 +193,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   bool OnDone(const uint8_t* data, uint8_t length);
   void OnIntensities(const uint8_t* data);
   bool OnError(const uint8_t* data, uint8_t length);
+  void OnRefusal(protocol::Reason reason);
   bool RequestPending() const { return memory_->opcode == asked_opcode_; }
 
   // Effects on the robot: conversation_act.cc.

@@ -29,6 +29,9 @@ void Conversation::OnByte(uint8_t byte, Milliseconds now_ms) {
   if (phase_ != Phase::kAwaiting) {
     HearOther();
   }
+  if (timers_[kReserved] == 0) {
+    KeepOpen(WindowMs());
+  }
   if (event == protocol::FrameParser::kFrame) {
     OnFrame();
     Seal(memory_);
@@ -59,8 +62,13 @@ void Conversation::OnFrame() {
   if (protocol::IsFromServer(opcode)) {
     // It ends an exchange: no station has priority, except for a COMMAND that follows at once.
     timers_[kSlot] = static_cast<uint16_t>((three_bytes_ms_ + 1u) / 2);
+    KeepOpen(0);
   }
-  if (id != parameters_.id) {
+  if (opcode == protocol::kRound && id == protocol::kBroadcastId) {
+    HearOther();
+    timers_[kHeld] = 0;
+    OnRound(body + 2, length);
+  } else if (id != parameters_.id) {
     OnForeign(id, opcode, body + 2, length);
   } else if (!protocol::IsFromServer(opcode)) {
     Count(&Counters::own_id_heard);
@@ -69,6 +77,7 @@ void Conversation::OnFrame() {
     if (opcode == protocol::kCommand) {
       OnCommand(body + 2, length);
     } else if (phase_ == Phase::kAwaiting && tx_size_ == 0 && OnAnswer(opcode, body + 2, length)) {
+      in_turn_ = false;
       HearServer();
     } else {
       Count(&Counters::late_answers);
@@ -93,7 +102,7 @@ void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, ui
   CountRobot(id);
   timers_[kHeld] = 0;
   Count(&Counters::heard);
-  if (protocol::IsFromServer(opcode)) {
+  if (protocol::IsFromServer(opcode) && !HasTurns()) {
     HearServer();  // it is there, though it has not heard us
   }
   if (opcode == protocol::kCommand && id == protocol::kBroadcastId) {
@@ -101,7 +110,7 @@ void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, ui
       Count(&Counters::commands);
       SetFlags(kHalted, 0);
     }
-  } else if (opcode == protocol::kCommand || OpensWindow(opcode)) {
+  } else if (timers_[kReserved] == 0 && (opcode == protocol::kCommand || OpensWindow(opcode))) {
     Hold();
   }
 }
@@ -228,10 +237,15 @@ bool Conversation::OnError(const uint8_t* data, uint8_t length) {
   if (length != 3 || data[0] != asked_opcode_ || (pending && data[2] != memory_->seq)) {
     return false;
   }
-  const Reason reason = static_cast<Reason>(data[1]);
+  OnRefusal(static_cast<Reason>(data[1]));
+  return true;
+}
+
+// The request was refused.
+void Conversation::OnRefusal(Reason reason) {
   Count(&Counters::errors);
   last_error_ = reason;
-  if (pending) {
+  if (RequestPending()) {
     --memory_->sent;  // this time it was not taken, or else it is given up below
     memory_->remembered |= reason == Reason::kSayHello;
   }
@@ -250,7 +264,6 @@ bool Conversation::OnError(const uint8_t* data, uint8_t length) {
     }
     Rest();
   }
-  return true;
 }
 
 protocol::HelloAnswer Conversation::server() const {

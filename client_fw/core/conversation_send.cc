@@ -11,7 +11,7 @@ void Conversation::Begin(const Odometry* odometry) {
   if (!greeted_) {
     protocol::PutU16(data, memory_->nonce);
     data[2] = parameters_.firmware_version;
-    data[3] = parameters_.capabilities;
+    data[3] = RoundPeriod();
     Count(&Counters::hellos);
     Send(protocol::kHello, data, sizeof(data));
   } else if (kHasBufferedLink && resync_) {
@@ -23,6 +23,15 @@ void Conversation::Begin(const Odometry* odometry) {
     timers_[kPeriod] = PeriodMs();
     Rest();
   }
+}
+
+// How often we want a turn, in units of 20 ms; 0: never.
+uint8_t Conversation::RoundPeriod() const {
+  if (!parameters_.rounds || parameters_.buffered_link) {
+    return 0;
+  }
+  const uint16_t units = parameters_.period_ms / 20;
+  return units == 0 ? uint8_t{1} : units > UINT8_MAX ? uint8_t{UINT8_MAX} : static_cast<uint8_t>(units);
 }
 
 void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {

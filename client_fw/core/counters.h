@@ -38,6 +38,9 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t dropped_acks;       ///< ACKs that could not start within the response window
   uint32_t malformed;          ///< COMMANDs of a form we do not know; not acknowledged
   uint32_t heard;              ///< frames of or to other robots
+  uint32_t rounds;             ///< ROUNDs heard
+  uint32_t turns;              ///< taken in them
+  uint32_t skipped_turns;      ///< not taken: the channel was not free
   uint32_t own_id_heard;       ///< client frames with our ID: an echoing modem, or a double
   uint32_t ignored_carriers;   ///< carriers that stayed too long to be a transmission
   uint32_t ignored_noise;      ///< runs of bytes that stayed too long without a valid frame

@@ -26,7 +26,7 @@ struct Parameters : Settings {
   bool wide = false;              ///< 32-bit coordinates
   bool buffered_link = false;     ///< pty, TCP, UDP, USB: answers may be late, so resynchronise
   uint8_t firmware_version = 1;   ///< sent in HELLO
-  uint8_t capabilities = 0;       ///< sent in HELLO
+  bool rounds = true;             ///< asks for turns, where the server grants them
 };
 
 }  // namespace client

@@ -41,7 +41,7 @@ inline std::array<TableRow, 256> MessageTable() {
   table[0xF1] = {"HELLO_ANSWER", 15, 15};
   table[0x72] = {"PING", 0, 16};
   table[0xF2] = {"PING_ANSWER", 0, 16};
-  table[0xF3] = {"ROUND", 5, 64};
+  table[0xF3] = {"ROUND", 6, 64};
   table[0xFE] = {"ERROR", 3, 3};
   return table;
 }

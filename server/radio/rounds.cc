@@ -14,14 +14,15 @@ using namespace std::chrono_literals;
 constexpr Duration kGuard = 1250us;
 // Robots that are due this soon are asked in the same round.
 constexpr Duration kTogether = 20ms;
-constexpr size_t kFirstFrameBytes = 20;
-constexpr size_t kMarginBytes = 1;  // a frame may have one more DLE to stuff than the last one
+constexpr size_t kLeastFrameBytes = 15;  // SENSE, with one byte stuffed
+constexpr size_t kFrameBytes = 8;  // without DATA
+constexpr int kShorterFrames = 16;
 constexpr int kPatientMisses = 2;
 constexpr int kLongestWait = 10;  // periods
 constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 2s;
-constexpr uint8_t kQuietSlots = 4;
-constexpr uint8_t kCrowdedSlots = 8;
+constexpr uint8_t kLeastSlots = 4;
+constexpr uint8_t kMostSlots = 32;
 constexpr int kNewcomers = 4;       // exchanges in an opening, at least
 constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
 
@@ -70,18 +71,30 @@ void Rounds::OnHeard(const protocol::Message& message, Time at) {
     others_[message.id] = at;
     return;
   }
-  robot->second.heard = at;
-  robot->second.frame_bytes = WireBytes(message);
+  Robot& it = robot->second;
+  it.heard = at;
+  // Which bytes have to be stuffed changes from frame to frame: one more than now is allowed for.
+  const size_t bytes = std::max<size_t>(WireBytes(message), kFrameBytes + message.length + 1);
+  if (bytes >= it.frame_bytes || ++it.shorter == kShorterFrames) {
+    it.frame_bytes = bytes;
+    it.shorter = 0;
+  }
 }
 
-void Rounds::OnBytes(Time at) {
+void Rounds::OnBytes(Time at, bool damaged) {
   last_heard_ = std::max(last_heard_, at);
   if (opening_end_ == Time::min() || at <= turns_end_) {
     return;
   }
-  crowded_ = true;
-  if (exchanges_ < ExchangesAnOpening()) {
-    opening_end_ = std::max(opening_end_, at + OpeningTime(open_slots_));
+  used_ = true;
+  collided_ |= damaged;
+  opening_end_ = std::max(opening_end_, at + options_.response_window + OpeningTime(open_slots_));
+}
+
+void Rounds::OnAnswered(Time end) {
+  if (opening_end_ != Time::min()) {
+    const Time heard = end + options_.timing.Transit();
+    opening_end_ = exchanges_ < ExchangesAnOpening() ? heard + OpeningTime(open_slots_) : heard;
   }
 }
 
@@ -153,11 +166,11 @@ void Rounds::CountTurns(Time now) {
     Robot& robot = found->second;
     if (turn.heard) {
       robot.misses = 0;
-      robot.due += robot.period;
+      robot.due = std::max(robot.due + robot.period, *turn.heard);  // nothing is caught up
     } else {
       ++counters_.missed;
       ++robot.misses;
-      robot.frame_bytes += robot.frame_bytes != 0 ? 2 : 0;  // it may not have fitted
+      robot.frame_bytes = std::min(turn_bytes_ + 2, size_t{protocol::kMaxFrame});  // it may not fit
       if (robot.misses > 1) {
         const int doublings = std::clamp(robot.misses - kPatientMisses, 0, 4);
         robot.due = now + robot.period * std::min(1 << doublings, kLongestWait);
@@ -188,27 +201,33 @@ std::vector<uint8_t> Rounds::Choose(Time now) {
   std::vector<uint8_t> chosen;
   for (size_t i = 0; i < turns; ++i) {
     chosen.push_back(due[i].second);
-    // What could not be served in time is not caught up.
-    Robot& robot = robots_[due[i].second];
-    robot.due = std::max(robot.due, now);
   }
   return chosen;
 }
 
-uint8_t Rounds::OpenSlots(Time now, bool has_turns) {
+uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
   if (!has_turns) {
     Time due = kNever;
     for (const auto& [id, robot] : robots_) {
       due = std::min(due, robot.due);
     }
-    const auto slots = due <= now ? 0 : (due - now) / options_.slot;
-    next_opening_ = std::max(next_opening_, now);
+    // Whoever begins in the last slot is heard before the next ROUND is due.
+    const Time until = due - options_.timing.turnaround - 2 * options_.timing.byte;
+    const Time from = now + round_lasts + options_.timing.Idle();
+    const auto slots = until <= from ? 0 : (until - from) / options_.slot;
     return static_cast<uint8_t>(std::min<int64_t>(slots, protocol::kOpenUntilNextRound));
   }
-  if (now < next_opening_) {
-    return 0;
+  return now < next_opening_ ? uint8_t{0} : std::max(width_, kLeastSlots);
+}
+
+// The next opening follows at once if this one was used, and is wider if there were collisions.
+void Rounds::JudgeOpening(Time now) {
+  if (!used_) {
+    next_opening_ = now + kQuietInterval * OpeningTime(open_slots_);
+    width_ = static_cast<uint8_t>(width_ / 2);
+  } else if (collided_) {
+    width_ = static_cast<uint8_t>(std::min<int>(2 * open_slots_, kMostSlots));
   }
-  return crowded_ ? kCrowdedSlots : kQuietSlots;
 }
 
 // Until the first byte of a frame that is begun in the last slot has been read.
@@ -251,9 +270,8 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
     round.answers[round.answer_count++] = entry;
   }
   CountTurns(now);
-  const bool was_open = opening_end_ != Time::min();
-  if (was_open && !crowded_) {
-    next_opening_ = now + kQuietInterval * OpeningTime(open_slots_);
+  if (opening_end_ != Time::min()) {
+    JudgeOpening(now);
   }
   turns_.clear();
   active_ &= !robots_.empty();
@@ -266,26 +284,29 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   }
   for (const uint8_t id : chosen) {
     turns_.push_back({id, false, {}, false, {}});
-    const size_t last = robots_[id].frame_bytes;
-    bytes = std::max(bytes, last != 0 ? last + kMarginBytes : kFirstFrameBytes);
+    bytes = std::max(bytes, robots_[id].frame_bytes);
   }
-  bytes = std::min<size_t>(turns_.empty() ? 0 : std::max<size_t>(bytes, 14), protocol::kMaxFrame);
+  bytes = turns_.empty() ? 0 : std::max(bytes, kLeastFrameBytes);
+  turn_bytes_ = bytes;
   turn_ = TurnTime(bytes);
   round.turn_ms = static_cast<uint8_t>(std::min<int64_t>(turn_ / 1ms, UINT8_MAX));
+  round.slot_ms = static_cast<uint8_t>(options_.slot.count());
   round.turn_bytes = static_cast<uint8_t>(bytes);
   for (const Turn& turn : turns_) {
     round.turns[round.turn_count++] = turn.id;
   }
-  round.open_slots = OpenSlots(now, !turns_.empty());
+  protocol::Message message;
+  Encode(round, &message);
+  const Duration lasts = static_cast<int64_t>(WireBytes(message)) * options_.timing.byte;
+  round.open_slots =
+      OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
   open_slots_ = round.open_slots;
-  if (was_open) {
-    crowded_ = false;
-  }
+  used_ = false;
+  collided_ = false;
   exchanges_ = 0;
   ++counters_.rounds;
   counters_.turns += turns_.size();
   counters_.openings += round.open_slots != 0 ? 1 : 0;
-  protocol::Message message;
   Encode(round, &message);
   messages.push_back(message);
   OnSent(now);
