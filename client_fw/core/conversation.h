@@ -159,6 +159,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   void OnRound(const uint8_t* data, uint8_t length);
   void OnRoundAnswer(int16_t left, const uint8_t* intensities);
   void GrantTurns(const uint8_t* turns, uint8_t count, uint8_t turn_ms, uint8_t open_slots);
+  void OnTurnOf(uint8_t id);
   void CheckTurns(const Odometry* odometry, bool clear);
   void TakeTurn(const Odometry* odometry);
   void LeaveRounds();

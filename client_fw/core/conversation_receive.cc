@@ -100,6 +100,7 @@ void Conversation::CountRobot(uint8_t id) {
 void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length) {
   HearOther();
   CountRobot(id);
+  OnTurnOf(id);
   timers_[kHeld] = 0;
   Count(&Counters::heard);
   if (protocol::IsFromServer(opcode) && !HasTurns()) {

@@ -93,6 +93,8 @@ void Conversation::GrantTurns(const uint8_t* turns, uint8_t count, uint8_t turn_
     const uint16_t begin_ms = static_cast<uint16_t>(protocol::kBeforeTurnsMs + i * turn_ms);
     if (++turns_ == 1) {
       turn_index_ = i;
+      before_us_ = i == 0 ? uint8_t{0} : turns[i - 1];
+      before_turns_ = i > 1 && turns[i - 2] == before_us_ ? uint8_t{2} : uint8_t{1};
       timers_[kTurn] = begin_ms;
       timers_[kTurnLate] = static_cast<uint16_t>(begin_ms + kLatestMs);
     } else {
@@ -130,6 +132,14 @@ void Conversation::KeepOpen(uint16_t before_slots_ms) {
   timers_[kOpen] = static_cast<uint16_t>(before_slots_ms + slots_ms);
 }
 
+// Its turn is over when its frame is: ours begins at once. One that we do not hear has its full time.
+void Conversation::OnTurnOf(uint8_t id) {
+  if (turns_ != 0 && timers_[kReserved] != 0 && id == before_us_ && before_turns_ != 0 &&
+      --before_turns_ == 0) {
+    timers_[kTurn] = 0;
+  }
+}
+
 void Conversation::CheckTurns(const Odometry* odometry, bool clear) {
   if (timers_[kRounds] == 0) {
     LeaveRounds();
@@ -149,7 +159,7 @@ void Conversation::CheckTurns(const Odometry* odometry, bool clear) {
   }
   if (--turns_ != 0) {
     ++turn_index_;
-    timers_[kTurn] = timers_[kSecondTurn];
+    timers_[kTurn] = 0;  // directly after the first
     timers_[kTurnLate] = static_cast<uint16_t>(timers_[kSecondTurn] + kLatestMs);
   }
 }

@@ -81,6 +81,8 @@ class ConversationState {
   bool too_long_;        // the request does not fit a turn: contend for the channel
   bool in_rounds_;       // turns were granted to us since the last HELLO
   uint8_t round_;        // number of the last ROUND heard
+  uint8_t before_us_;    // ID of the robot whose turn precedes ours; 0: the server
+  uint8_t before_turns_; // of it, not heard yet
   uint8_t open_slots_;   // of this round
   uint8_t round_slot_ms_;  // told by the last ROUND; 0: there was none
   uint8_t turn_bytes_;   // the longest frame that fits

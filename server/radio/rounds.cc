@@ -202,6 +202,11 @@ std::vector<uint8_t> Rounds::Choose(Time now) {
   for (size_t i = 0; i < turns; ++i) {
     chosen.push_back(due[i].second);
   }
+  // Two robots that do not hear each other lose time if one follows the other: not always the same.
+  for (size_t i = chosen.size(); i > 1; --i) {
+    order_ = order_ * 1664525u + 1013904223u;
+    std::swap(chosen[i - 1], chosen[(order_ >> 16) % i]);
+  }
   return chosen;
 }
 

@@ -113,6 +113,7 @@ class Rounds {
   std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each
   std::vector<Turn> turns_;            // of the round in progress
   bool active_ = false;
+  uint32_t order_ = 1;  // a linear congruential generator
   uint8_t number_ = 0;
   uint8_t open_slots_ = 0;
   Duration turn_{};
