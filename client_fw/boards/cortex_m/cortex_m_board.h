@@ -19,7 +19,7 @@
 #include "client_fw/boards/cortex_m/interrupt_uart.h"
 #include "client_fw/boards/cortex_m/registers.h"
 #include "client_fw/boards/nonvolatile.h"
-#include "client_fw/core/settings.h"
+#include "client_fw/core/parameters.h"
 
 namespace pheromone {
 namespace client {
