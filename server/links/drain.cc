@@ -1,13 +1,12 @@
 #include "server/links/drain.h"
 
-#include <asm/ioctls.h>
 #include <linux/serial.h>
 #include <sys/ioctl.h>
 #include <termios.h>
+#include <time.h>
 
 #include <cerrno>
 #include <chrono>
-#include <thread>
 
 namespace pheromone::links {
 namespace {
@@ -26,6 +25,13 @@ bool IsEmpty(int handle) {
   return ioctl(handle, TIOCSERGETLSR, &status) != 0 || (status & TIOCSER_TEMT) != 0;
 }
 
+// This thread is there to be blocked.
+void Sleep(std::chrono::nanoseconds time) {
+  constexpr int64_t kSecond = 1'000'000'000;
+  const timespec duration = {time.count() / kSecond, time.count() % kSecond};
+  nanosleep(&duration, nullptr);
+}
+
 }  // namespace
 
 void Drain(int handle, uint32_t baud) {
@@ -36,12 +42,12 @@ void Drain(int handle, uint32_t baud) {
     if (Clock::now() > deadline) {
       return;  // tcdrain would not return either
     }
-    std::this_thread::sleep_for(left * byte_time);
+    Sleep(left * byte_time);
   }
   while (tcdrain(handle) != 0 && errno == EINTR) {
   }
   while (!IsEmpty(handle) && Clock::now() <= deadline) {
-    std::this_thread::sleep_for(byte_time);
+    Sleep(byte_time);
   }
 }
 

@@ -10,19 +10,19 @@
 #define _GNU_SOURCE
 #include "server/links/testing/pty_as_serial_shim.h"
 
-#include <asm/termbits.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/serial.h>
 #include <pthread.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
-#include <sys/sysmacros.h>
 #include <sys/uio.h>
+#include <termios.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -160,13 +160,27 @@ static int IsPort(int descriptor) {
          syscall(SYS_ioctl, descriptor, TIOCGPTN, &value) != 0;
 }
 
+static int BaudOf(speed_t speed) {
+  static const struct {
+    speed_t speed;
+    int baud;
+  } kRates[] = {{B1200, 1200},   {B2400, 2400},   {B4800, 4800},   {B9600, 9600},
+                {B19200, 19200}, {B38400, 38400}, {B57600, 57600}, {B115200, 115200}};
+  for (size_t i = 0; i < sizeof kRates / sizeof *kRates; ++i) {
+    if (kRates[i].speed == speed) {
+      return kRates[i].baud;
+    }
+  }
+  fprintf(stderr, "pty_as_serial_shim: no UART for this baud rate\n");
+  abort();
+}
+
 static void Transmit(int descriptor, ssize_t size) {
-  struct termios2 mode;
+  struct termios mode;
   pthread_mutex_lock(&lock);
-  if (uart.fifo != 0 && size > 0 && IsPort(descriptor) &&
-      syscall(SYS_ioctl, descriptor, TCGETS2, &mode) == 0) {
+  if (uart.fifo != 0 && size > 0 && IsPort(descriptor) && tcgetattr(descriptor, &mode) == 0) {
     const long long now = UartNow();
-    byte_ns = 10000000000LL / mode.c_ospeed;
+    byte_ns = 10000000000LL / BaudOf(cfgetospeed(&mode));
     busy_until_ns = (busy_until_ns > now ? busy_until_ns : now) + size * byte_ns;
     sent.bytes += size;
     sent.cut += outputs & uart.key_line ? 0 : size;
@@ -190,7 +204,6 @@ ssize_t writev(int descriptor, const struct iovec* parts, int count) {
   return written;
 }
 
-int tcdrain(int descriptor);
 int tcdrain(int descriptor) {
   const struct timespec pause = {0, 100000};
   int waits = 1;
