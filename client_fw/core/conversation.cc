@@ -49,8 +49,8 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
 }
 
 // Advances the timers.
-void Conversation::Advance(Milliseconds now_ms) {
-  const Milliseconds passed_ms = static_cast<Milliseconds>(now_ms - now_ms_);
+void Conversation::Advance(uint32_t now_ms) {
+  const uint32_t passed_ms = static_cast<uint32_t>(now_ms - now_ms_);
   now_ms_ = now_ms;
   const uint16_t elapsed_ms =
       passed_ms < kLongestStepMs ? static_cast<uint16_t>(passed_ms) : kLongestStepMs;
@@ -64,7 +64,7 @@ void Conversation::Advance(Milliseconds now_ms) {
   }
 }
 
-void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool channel_busy) {
+void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_busy) {
   Advance(now_ms);
   const bool open = FrameOpen();
   if (phase_ == Phase::kAwaiting && !in_turn_ && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
@@ -170,7 +170,7 @@ void Conversation::RestartSlots() {
   timers_[kSlot] = IdleMs();
 }
 
-void Conversation::OnSent(Milliseconds now_ms) {
+void Conversation::OnSent(uint32_t now_ms) {
   Advance(now_ms);
   tx_size_ = 0;
   quiet_ms_ = 0;
@@ -200,7 +200,7 @@ void Conversation::CheckSilence() {
 bool Conversation::FrameOpen() {
   if (parameters_.gap_timeout_ms != protocol::kNoGapTimeout) {
     if (quiet_ms_ > parameters_.gap_timeout_ms) {
-      TimeOut(&parser_);
+      protocol::TimeOut(&parser_, &decoder_counters_);
     }
   } else if (quiet_ms_ > kStalledFrameMs) {
     return false;
@@ -219,7 +219,7 @@ void Conversation::TakeCensus() {
 
 void Conversation::OnMiss() {
   Count(&Counters::timeouts);
-  resync_ = kHasBufferedLink && parameters_.buffered_link;
+  resync_ = parameters_.buffered_link;
   HearOther();  // it may be one that we did not hear, because it began when we did
   window_.OnMiss(robots_);
   if (asked_opcode_ == protocol::kHello) {

@@ -18,13 +18,13 @@ bool OpensWindow(uint8_t opcode) {
 
 }  // namespace
 
-void Conversation::OnByte(uint8_t byte, Milliseconds now_ms) {
+void Conversation::OnByte(uint8_t byte, uint32_t now_ms) {
   Advance(now_ms);
   FrameOpen();  // a gap ends it
   EndRun();
   const bool was_open = parser_.open();
   const protocol::FrameParser::Result event = parser_.Push(byte);
-  CountByte(event);
+  protocol::Tally(event, &decoder_counters_);
   Listen(was_open, event);
   if (phase_ != Phase::kAwaiting) {
     HearOther();
@@ -126,7 +126,7 @@ bool Conversation::OnAnswer(uint8_t opcode, const uint8_t* data, uint8_t length)
   if (asked_opcode_ == protocol::kHello) {
     return OnHelloAnswer(data, length);
   }
-  if (kHasBufferedLink && asked_opcode_ == protocol::kPing) {
+  if (asked_opcode_ == protocol::kPing) {
     return OnEcho(data, length);
   }
   return OnDone(data, length);

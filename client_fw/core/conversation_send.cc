@@ -14,7 +14,7 @@ void Conversation::Begin(const Odometry* odometry) {
     data[3] = RoundPeriod();
     Count(&Counters::hellos);
     Send(protocol::kHello, data, sizeof(data));
-  } else if (kHasBufferedLink && resync_) {
+  } else if (resync_) {
     protocol::PutU16(data, memory_->nonce);
     protocol::PutU16(data + 2, ++pings_);
     Count(&Counters::resyncs);
@@ -37,7 +37,7 @@ uint8_t Conversation::RoundPeriod() const {
 void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
   EndRun();  // we are deaf now, which is not silence
   uint8_t* wire = tx_;
-  if (kHasBufferedLink && resync_) {
+  if (resync_) {
     *wire++ = 0x00;  // ends any escape or frame that the receiver may be stuck in
   }
   protocol::FrameWriter writer(wire);
@@ -78,9 +78,9 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
 
 bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
   memory_->length = 0;
-  uint8_t service = IsWide() ? protocol::kSenseWide : protocol::kSense;
+  uint8_t service = parameters_.wide ? protocol::kSenseWide : protocol::kSense;
   if (parameters_.lay_trail) {
-    service = IsWide() ? protocol::kTraceWide : protocol::kTrace;
+    service = parameters_.wide ? protocol::kTraceWide : protocol::kTrace;
     AppendSeq();
   }
   if (!AppendCoordinate(start_.XOf(odometry)) || !AppendCoordinate(start_.YOf(odometry))) {
@@ -100,12 +100,12 @@ bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
 bool Conversation::AppendCoordinate(int32_t mm) {
   int32_t units = 0;
   if (!ToPoseUnits(mm, protocol::GetU16(server_ + kPoseUnitAt), &units) ||
-      (!IsWide() && units != static_cast<int16_t>(units))) {
+      (!parameters_.wide && units != static_cast<int16_t>(units))) {
     return false;
   }
   const uint32_t bits = static_cast<uint32_t>(units);
   Append(static_cast<uint16_t>(bits & 0xFFFFu));
-  if (IsWide()) {
+  if (parameters_.wide) {
     Append(static_cast<uint16_t>(bits >> 16));
   }
   return true;

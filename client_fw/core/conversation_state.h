@@ -8,7 +8,6 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/features.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
 #include "protocol/opcodes.h"
@@ -111,7 +110,7 @@ class ConversationState {
   WheelSpeeds wheels_;
   int16_t spiral_;  // the intensity that makes a lost robot turn
   uint16_t pings_;
-  Milliseconds now_ms_;
+  uint32_t now_ms_;
   uint16_t timers_[kTimers];
   uint8_t seen_[32];                  // which ones were counted in this census: a bit for each ID
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer

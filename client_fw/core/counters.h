@@ -3,9 +3,6 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/features.h"
-#include "protocol/decoder.h"
-
 namespace pheromone {
 namespace client {
 
@@ -45,33 +42,6 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t ignored_carriers;   ///< carriers that stayed too long to be a transmission
   uint32_t ignored_noise;      ///< runs of bytes that stayed too long without a valid frame
   uint32_t ignored_damage;     ///< damaged frames that opened no window: most frames were
-};
-
-/// The counters, where the image has them.
-template <bool enabled>
-class Tally {
- protected:
-  void Count(uint32_t Counters::*which) { ++(counters_.*which); }
-  void CountByte(protocol::FrameParser::Result event) {
-    protocol::Tally(event, &decoder_counters_);
-  }
-  void TimeOut(protocol::FrameParser* parser) { protocol::TimeOut(parser, &decoder_counters_); }
-  const Counters& counters() const { return counters_; }
-  const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
-
- private:
-  Counters counters_ = Counters();
-  protocol::DecoderCounters decoder_counters_;
-};
-
-template <>
-class Tally<false> {
- protected:
-  void Count(uint32_t Counters::* /*which*/) {}
-  void CountByte(protocol::FrameParser::Result /*event*/) {}
-  void TimeOut(protocol::FrameParser* parser) { parser->Abort(); }
-  static Counters counters() { return Counters(); }
-  static protocol::DecoderCounters decoder_counters() { return protocol::DecoderCounters(); }
 };
 
 }  // namespace client

@@ -12,7 +12,7 @@ namespace client {
 
 /// The time of `bytes` on a line of `baud`, ten bits each, in whole ms, rounded up: at least 1.
 constexpr uint16_t BytesMs(uint16_t bytes, uint32_t baud) {
-  return static_cast<uint16_t>((bytes * 10000u + baud - 1u) / baud);
+  return static_cast<uint16_t>((uint32_t{10000} * bytes + baud - 1u) / baud);
 }
 
 /// Settings can be changed over the radio, the rest cannot.

@@ -5,8 +5,9 @@ namespace client {
 namespace {
 
 constexpr uint32_t kRobotBaud = 9600;
-/// A byte takes 1.04 ms, and the first millisecond may be a short one.
-constexpr uint8_t kLastByteMs = 3;
+/// This UART does not tell when its shift register is empty, only when its buffer is: the last byte
+/// takes so long from then on. The first millisecond may be a short one.
+constexpr uint8_t kLastByteMs = static_cast<uint8_t>(BytesMs(1, CortexMBoard::radio_baud()) + 1);
 
 constexpr uint32_t kStraps = 0xFF;
 constexpr uint32_t kCarrier = 1u << 8;
