@@ -307,6 +307,7 @@ void Conversation::Contend() {
 void Conversation::ContendFor(uint8_t slots) {
   phase_ = Phase::kContending;
   countdown_ = slots;
+  DrawInOpening();
 }
 
 void Conversation::OnSuccess() {
@@ -331,8 +332,9 @@ void Conversation::HearOther() {
 
 void Conversation::HearServer() {
   const uint16_t patience_ms = static_cast<uint16_t>(kSilentSlots * SlotMs());
-  timers_[kContacted] =
-      HasTurns() ? kTurnPatienceMs : patience_ms > parameters_.fail_safe_ms ? patience_ms : parameters_.fail_safe_ms;
+  timers_[kContacted] = HasTurns()                               ? kTurnPatienceMs
+                        : patience_ms > parameters_.fail_safe_ms ? patience_ms
+                                                                 : parameters_.fail_safe_ms;
 }
 
 }  // namespace client

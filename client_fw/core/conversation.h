@@ -151,6 +151,7 @@ class Conversation : private ConversationState {
   bool HasTurns() const { return RoundPeriod() != 0 && greeted_ && timers_[kRounds] != 0; }
   bool MayContend() const;
   void KeepOpen(uint16_t before_slots_ms);
+  void DrawInOpening();
 
   // Sending: conversation_send.cc.
   void Begin(const Odometry* odometry);

@@ -6,8 +6,8 @@ namespace pheromone {
 namespace client {
 namespace {
 
-constexpr uint16_t kRoundsMs = 1000;    // without a ROUND there are none any more
-constexpr uint8_t kLatestMs = 2;        // after its beginning a turn can still be taken
+constexpr uint16_t kRoundsMs = 2000;  // without a ROUND there are none any more
+constexpr uint8_t kLatestMs = 2;      // after its beginning a turn can still be taken
 
 // Offsets in DATA.
 enum : uint8_t {
@@ -45,6 +45,8 @@ void Conversation::OnRound(const uint8_t* data, uint8_t length) {
     } else {
       OnRoundAnswer(protocol::kNoIntensities, nullptr);
     }
+  } else if (phase_ == Phase::kAwaiting && tx_size_ == 0) {
+    OnMiss();  // the server answers before it begins a round
   }
   round_ = data[kNumberAt];
   turn_bytes_ = data[kTurnBytesAt];
@@ -114,9 +116,15 @@ void Conversation::GrantTurns(const uint8_t* turns, uint8_t count, uint8_t turn_
   if (open_slots != 0) {
     timers_[kOpen] = 1;
     KeepOpen(reserved_ms);
-    if (open_slots != protocol::kOpenUntilNextRound) {
-      countdown_ = static_cast<uint8_t>(1 + random_.Below(open_slots));
-    }
+    DrawInOpening();
+  }
+}
+
+// The server makes an opening as wide as it takes, so any of its slots will do.
+void Conversation::DrawInOpening() {
+  if (timers_[kRounds] != 0 && timers_[kOpen] != 0 &&
+      open_slots_ != protocol::kOpenUntilNextRound) {
+    countdown_ = static_cast<uint8_t>(1 + random_.Below(open_slots_));
   }
 }
 
@@ -132,7 +140,8 @@ void Conversation::KeepOpen(uint16_t before_slots_ms) {
   timers_[kOpen] = static_cast<uint16_t>(before_slots_ms + slots_ms);
 }
 
-// Its turn is over when its frame is: ours begins at once. One that we do not hear has its full time.
+// Its turn is over when its frame is: ours begins at once. One that we do not hear has its full
+// time.
 void Conversation::OnTurnOf(uint8_t id) {
   if (turns_ != 0 && timers_[kReserved] != 0 && id == before_us_ && before_turns_ != 0 &&
       --before_turns_ == 0) {
@@ -191,7 +200,7 @@ void Conversation::TakeTurn(const Odometry* odometry) {
   asked_index_ = turn_index_;
 }
 
-// No ROUND for a second: the server may have been restarted, and does not know us then.
+// No ROUND for long: the server may have been restarted, and does not know us then.
 void Conversation::LeaveRounds() {
   if (in_turn_) {
     in_turn_ = false;
@@ -214,8 +223,8 @@ bool Conversation::MayContend() const {
   if (timers_[kReserved] != 0 || timers_[kOpen] == 0) {
     return false;
   }
-  const bool event = memory_->opcode == protocol::kEvent ||
-                     (memory_->opcode == 0 && event_turn_ && events_ != 0);
+  const bool event =
+      memory_->opcode == protocol::kEvent || (memory_->opcode == 0 && event_turn_ && events_ != 0);
   return !HasTurns() || too_long_ || event;
 }
 

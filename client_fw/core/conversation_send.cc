@@ -31,7 +31,9 @@ uint8_t Conversation::RoundPeriod() const {
     return 0;
   }
   const uint16_t units = parameters_.period_ms / 20;
-  return units == 0 ? uint8_t{1} : units > UINT8_MAX ? uint8_t{UINT8_MAX} : static_cast<uint8_t>(units);
+  return units == 0          ? uint8_t{1}
+         : units > UINT8_MAX ? uint8_t{UINT8_MAX}
+                             : static_cast<uint8_t>(units);
 }
 
 void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {

@@ -23,25 +23,25 @@ class ConversationState {
   /// kAwaiting begins with the request's first byte; tx_size_ is not 0 while a frame is being sent.
   enum class Phase : uint8_t { kResting, kContending, kAwaiting };
   enum Timer : uint8_t {
-    kAnswered,   ///< since the last intensities: fail-safe
-    kPosed,      ///< the pose of the request in progress is fresh
-    kContacted,  ///< since the last valid frame of the server for us: HELLO
-    kOthers,     ///< another station may be present
-    kHeld,       ///< another station's answer or ACK is due
-    kAckDue,     ///< our own ACK may still be sent
-    kWindow,     ///< kAwaiting: our answer may still begin
-    kPeriod,     ///< until the next period begins
-    kCensus,     ///< until the other robots have been counted
-    kPause,      ///< before HELLO is sent again
-    kSlot,       ///< until the next slot begins
-    kSmelled,    ///< until the trail counts as lost
-    kCarrier,    ///< a carrier may still be a transmission
-    kRounds,     ///< the server grants turns
-    kReserved,   ///< others have their turns
-    kOpen,       ///< rounds: who has no turn may contend
-    kTurn,       ///< until our turn begins
-    kTurnLate,   ///< until it is too late for it
-    kSecondTurn, ///< until the second one begins
+    kAnswered,    ///< since the last intensities: fail-safe
+    kPosed,       ///< the pose of the request in progress is fresh
+    kContacted,   ///< since the last valid frame of the server for us: HELLO
+    kOthers,      ///< another station may be present
+    kHeld,        ///< another station's answer or ACK is due
+    kAckDue,      ///< our own ACK may still be sent
+    kWindow,      ///< kAwaiting: our answer may still begin
+    kPeriod,      ///< until the next period begins
+    kCensus,      ///< until the other robots have been counted
+    kPause,       ///< before HELLO is sent again
+    kSlot,        ///< until the next slot begins
+    kSmelled,     ///< until the trail counts as lost
+    kCarrier,     ///< a carrier may still be a transmission
+    kRounds,      ///< the server grants turns
+    kReserved,    ///< others have their turns
+    kOpen,        ///< rounds: who has no turn may contend
+    kTurn,        ///< until our turn begins
+    kTurnLate,    ///< until it is too late for it
+    kSecondTurn,  ///< until the second one begins
     kTimers
   };
 
@@ -75,19 +75,19 @@ class ConversationState {
   bool save_;
   bool idle_;  // a slot has begun since the last byte that held the channel
   bool carrier_ignored_;
-  uint8_t turns_;        // ours in this round that are still to come
-  bool in_turn_;         // kAwaiting: the answer comes with the next ROUND
-  bool too_long_;        // the request does not fit a turn: contend for the channel
-  bool in_rounds_;       // turns were granted to us since the last HELLO
-  uint8_t round_;        // number of the last ROUND heard
-  uint8_t before_us_;    // ID of the robot whose turn precedes ours; 0: the server
-  uint8_t before_turns_; // of it, not heard yet
-  uint8_t open_slots_;   // of this round
+  uint8_t turns_;          // ours in this round that are still to come
+  bool in_turn_;           // kAwaiting: the answer comes with the next ROUND
+  bool too_long_;          // the request does not fit a turn: contend for the channel
+  bool in_rounds_;         // turns were granted to us since the last HELLO
+  uint8_t round_;          // number of the last ROUND heard
+  uint8_t before_us_;      // ID of the robot whose turn precedes ours; 0: the server
+  uint8_t before_turns_;   // of it, not heard yet
+  uint8_t open_slots_;     // of this round
   uint8_t round_slot_ms_;  // told by the last ROUND; 0: there was none
-  uint8_t turn_bytes_;   // the longest frame that fits
-  uint8_t turn_index_;   // of our next turn in the round
-  uint8_t asked_index_;  // in_turn_: of the turn in which we asked
-  uint8_t damaged_;  // frames with a bad CRC, less the valid ones; not below 0
+  uint8_t turn_bytes_;     // the longest frame that fits
+  uint8_t turn_index_;     // of our next turn in the round
+  uint8_t asked_index_;    // in_turn_: of the turn in which we asked
+  uint8_t damaged_;        // frames with a bad CRC, less the valid ones; not below 0
   uint8_t three_bytes_ms_;
   uint8_t robots_;    // others that were heard in the last census
   uint8_t counted_;   // in this one

@@ -149,7 +149,8 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->check(CLI::Range(0.0, 100.0));
   command->add_option("--fail-safe-ms", options->fail_safe_ms, "Of the robots (default: 480)")
       ->check(CLI::Range(100, 30'000));
-  command->add_option("--period-ms", options->period_ms, "Between a robot's requests (default: 200)")
+  command
+      ->add_option("--period-ms", options->period_ms, "Between a robot's requests (default: 200)")
       ->check(CLI::Range(0, 30'000));
   command->add_flag("--together", options->together, "Switch all robots on at the same time");
   command->add_option("--seed", options->seed, "Of the run that --json reports (default: 1)");

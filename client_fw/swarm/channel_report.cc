@@ -93,8 +93,8 @@ std::string ToTableRow(const ChannelSummary& row) {
       "{:6} {:12} {:3} {:3} {:7} {:6} | {:4.1f} {:5.1f}  {:7.1f} ({:5.1f}) {:4.0f} % | {:>7} % "
       "({:>5} %, {:>5} %) {:7.2f} | {:4} {:5} {:5} {:5}\n",
       e.robots, AskingOf(e), ToMs(e.timing.turnaround_ns), ToMs(e.timing.server_delay_ns),
-      e.timing.carrier_detect ? "yes" : "no", e.hidden_pairs > 0 ? "pair" : "-", row.peak, row.ideal,
-      row.goodput, row.worst_goodput, 100 * row.goodput / row.peak,
+      e.timing.carrier_detect ? "yes" : "no", e.hidden_pairs > 0 ? "pair" : "-", row.peak,
+      row.ideal, row.goodput, row.worst_goodput, 100 * row.goodput / row.peak,
       OnlyIf(clocked, 100 * row.delivered, 1), OnlyIf(clocked, 100 * row.worst_delivered, 1),
       OnlyIf(clocked, 100 * row.worst_robot_delivered, 1), row.worst_robot_share, row.p50_ms,
       row.p99_ms, row.longest_gap_ms, row.fail_safe_stops);

@@ -22,10 +22,10 @@ void Append(const std::vector<uint8_t>& frame, Transmission* out) {
   ++out->frames;
 }
 
-// Frames that ended otherwise than whole.
+// What was not a whole frame.
 uint32_t Damaged(const protocol::DecoderCounters& counters) {
   return counters.crc_errors + counters.bad_escapes + counters.oversize + counters.runts +
-         counters.restarts + counters.timeouts;
+         counters.restarts + counters.timeouts + counters.ignored_bytes;
 }
 
 bool IsCommand(const protocol::Message& message) {

@@ -14,8 +14,9 @@ using namespace std::chrono_literals;
 constexpr Duration kGuard = 1250us;
 // Robots that are due this soon are asked in the same round.
 constexpr Duration kTogether = 20ms;
+constexpr size_t kMostFrameBytes = 32;
 constexpr size_t kLeastFrameBytes = 15;  // SENSE, with one byte stuffed
-constexpr size_t kFrameBytes = 8;  // without DATA
+constexpr size_t kFrameBytes = 8;        // without DATA
 constexpr int kShorterFrames = 16;
 constexpr int kPatientMisses = 2;
 constexpr int kLongestWait = 10;  // periods
@@ -23,8 +24,10 @@ constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 2s;
 constexpr uint8_t kLeastSlots = 4;
 constexpr uint8_t kMostSlots = 32;
-constexpr int kNewcomers = 4;       // exchanges in an opening, at least
-constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
+constexpr Duration kLongestOpening = 400ms;  // beyond its first slots: those with turns wait
+constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
+constexpr int kNewcomers = 4;                // exchanges in an opening, at least
+constexpr int kQuietInterval = 49;           // of the length of an opening, until the next
 
 size_t WireBytes(const protocol::Message& message) {
   std::array<uint8_t, protocol::kMaxFrame> frame{};
@@ -89,12 +92,15 @@ void Rounds::OnBytes(Time at, bool damaged) {
   used_ = true;
   collided_ |= damaged;
   opening_end_ = std::max(opening_end_, at + options_.response_window + OpeningTime(open_slots_));
+  opening_end_ = std::min(opening_end_, turns_end_ + kLongestOpening);
 }
 
 void Rounds::OnAnswered(Time end) {
   if (opening_end_ != Time::min()) {
     const Time heard = end + options_.timing.Transit();
-    opening_end_ = exchanges_ < ExchangesAnOpening() ? heard + OpeningTime(open_slots_) : heard;
+    const bool more = exchanges_ < ExchangesAnOpening();
+    opening_end_ = std::min(heard + (more ? OpeningTime(open_slots_) : Duration(0)),
+                            turns_end_ + kLongestOpening);
   }
 }
 
@@ -122,7 +128,10 @@ void Rounds::Join(uint8_t id, Time now) {
   robot.heard = now;
   robot.misses = 0;
   others_.erase(id);
-  active_ |= robots_.size() > 1;
+  if (!active_ && robots_.size() > 1) {
+    active_ = true;
+    sent_at_ = now;
+  }
 }
 
 Time Rounds::NextRound() const {
@@ -130,7 +139,7 @@ Time Rounds::NextRound() const {
     return kNever;
   }
   if (turns_.empty()) {
-    Time due = kNever;
+    Time due = sent_at_ + kLongestSilence;
     for (const auto& [id, robot] : robots_) {
       due = std::min(due, robot.due);
     }
@@ -166,11 +175,12 @@ void Rounds::CountTurns(Time now) {
     Robot& robot = found->second;
     if (turn.heard) {
       robot.misses = 0;
+      robot.more_bytes = 0;
       robot.due = std::max(robot.due + robot.period, *turn.heard);  // nothing is caught up
     } else {
       ++counters_.missed;
       ++robot.misses;
-      robot.frame_bytes = std::min(turn_bytes_ + 2, size_t{protocol::kMaxFrame});  // it may not fit
+      robot.more_bytes += robot.misses > 1 ? 2 : 0;
       if (robot.misses > 1) {
         const int doublings = std::clamp(robot.misses - kPatientMisses, 0, 4);
         robot.due = now + robot.period * std::min(1 << doublings, kLongestWait);
@@ -289,10 +299,10 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   }
   for (const uint8_t id : chosen) {
     turns_.push_back({id, false, {}, false, {}});
-    bytes = std::max(bytes, robots_[id].frame_bytes);
+    const Robot& robot = robots_[id];
+    bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
   }
-  bytes = turns_.empty() ? 0 : std::max(bytes, kLeastFrameBytes);
-  turn_bytes_ = bytes;
+  bytes = std::min(bytes, kMostFrameBytes);
   turn_ = TurnTime(bytes);
   round.turn_ms = static_cast<uint8_t>(std::min<int64_t>(turn_ / 1ms, UINT8_MAX));
   round.slot_ms = static_cast<uint8_t>(options_.slot.count());
@@ -303,8 +313,7 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   protocol::Message message;
   Encode(round, &message);
   const Duration lasts = static_cast<int64_t>(WireBytes(message)) * options_.timing.byte;
-  round.open_slots =
-      OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
+  round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
   open_slots_ = round.open_slots;
   used_ = false;
   collided_ = false;
@@ -319,6 +328,7 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
 }
 
 void Rounds::OnSent(Time end) {
+  sent_at_ = end;
   const auto turns = static_cast<int64_t>(turns_.size());
   turns_end_ = end + options_.timing.Transit();
   if (turns != 0) {

@@ -89,6 +89,7 @@ class Rounds {
     int misses = 0;
     size_t frame_bytes = 0;  ///< its longest frame lately; 0: unknown
     int shorter = 0;         ///< how many since were shorter
+    size_t more_bytes = 0;   ///< what it may have lacked in the turns that it missed
   };
   struct Turn {
     uint8_t id = 0;
@@ -117,7 +118,7 @@ class Rounds {
   uint8_t number_ = 0;
   uint8_t open_slots_ = 0;
   Duration turn_{};
-  size_t turn_bytes_ = 0;
+  Time sent_at_{};
   Time turns_end_ = Time::min();
   Time opening_end_ = Time::min();  // min: there is none
   Time last_heard_ = Time::min();
