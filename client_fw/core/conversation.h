@@ -120,6 +120,10 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   const Parameters& parameters() const { return parameters_; }
   /// True once after COMMAND 8 has changed a setting: it is to be stored.
   bool TakeSettingsChanged();
+  /// For checkers, which compare states: an EVENT is to be sent, and it is its turn.
+  bool has_event() const { return events_ != 0; }
+  bool event_turn() const { return event_turn_; }
+
   using Tally<kHasCounters>::counters;
   using Tally<kHasCounters>::decoder_counters;
   /// The reason of the last ERROR, kNone before.
