@@ -361,7 +361,7 @@ TEST(ErrorTest, OtherReasonsGiveTheRequestUp) {
   EXPECT_GE(harness.began_ms - period_ms, 200u - 8 * kTestSlotMs);
 }
 
-// By another robot with the same ID, say. Whether it was executed is known: it was not.
+// By another robot with the same ID, for example.
 TEST(ErrorTest, ReusedNumberIsGivenUpForTheNext) {
   Harness harness(TraceParameters());
   harness.Greet();
