@@ -114,9 +114,10 @@ void RobotsComponent::TakeSession(const Context& context, const RequestReceived&
 }
 
 // HELLO is answered with the number from which the robot goes on. A new nonce takes a number
-// itself: a request that an earlier boot has sent, and that arrives later, then has that number, or
+// itself: a request that an earlier boot has sent, and that arrives later, then has that number or
 // is behind. The same nonce is a warm restart, or a HELLO whose answer was lost; the one before it
-// is a late HELLO of the previous boot, or another robot with the same ID.
+// is a late HELLO of the previous boot, or another robot with the same ID. An unknown robot's HELLO
+// has number 0.
 Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const Message& request,
                                    const protocol::HelloRequest& hello) {
   const EngineConfig& config = *context.config;
@@ -129,12 +130,12 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const
     const bool is_known = robot.last_activity != 0;
     const bool has_booted = is_known && robot.nonce != hello.nonce;
     const bool is_previous = has_booted && robot.previous_nonce == hello.nonce;
-    const bool takes_number = !config.forgets() && (has_booted ? !is_previous : !is_known);
-    if (takes_number && is_known) {
+    const bool is_new = !is_known || (has_booted && !is_previous);
+    if (is_known && is_new && !config.forgets()) {
       ++robot.last_seq;
     }
     protocol::Encode(AnswerTo(context, link, hello, robot), &message);
-    if (takes_number) {
+    if (is_new && !config.forgets()) {
       robot.StoreAnswer(request, message, context.sequence);
     }
     if (has_booted) {

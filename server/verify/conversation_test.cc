@@ -112,7 +112,7 @@ TEST(Radio, ThroughEverything) {
                 .warm_resets = 1,
                 .power_losses = 2,
                 .crashes = 1,
-                .silences = 1,
+                .silences = 2,
                 .in_flight = 1});
 }
 

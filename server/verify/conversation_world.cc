@@ -126,7 +126,9 @@ std::string ConversationWorld::Key() const {
   for (const auto* const engine : {&server_, &durable_}) {
     WriteRobot((*engine)->robots().Find(0, kRobot), &writer);
     writer.Flag((*engine)->robots().Find(0, kRobot + 1) != nullptr);
-    (*engine)->field().Save(&writer);
+    for (int change = 0; change < made_; ++change) {  // nothing else changes the map
+      writer.U32(DepositsAt(**engine, change));
+    }
   }
   writer.Flag(server_ == durable_);
   WriteMessages(held_, &writer);
@@ -138,14 +140,14 @@ std::string ConversationWorld::Key() const {
   return writer.Take();
 }
 
-uint32_t ConversationWorld::DepositsAt(int change) const {
-  const uint32_t level = server_->field().LevelOf(kType, {change, 0}, server_->field_time_ms());
+uint32_t ConversationWorld::DepositsAt(const Engine& engine, int change) {
+  const uint32_t level = engine.field().LevelOf(kType, {change, 0}, engine.field_time_ms());
   return level / field::kLevelsPerQuantum;
 }
 
 std::string ConversationWorld::Wrong() const {
   for (int change = 0; change < made_; ++change) {
-    const uint32_t deposits = DepositsAt(change);
+    const uint32_t deposits = DepositsAt(*server_, change);
     if (deposits > 1) {
       return "change " + std::to_string(change) + " was made " + std::to_string(deposits) +
              " times";

@@ -57,7 +57,7 @@ class ConversationWorld {
 
   static client::Parameters ParametersAt(uint16_t boot_counter);
   void Apply(const engine::Event& event, std::vector<engine::Outgoing>* out);
-  uint32_t DepositsAt(int change) const;
+  static uint32_t DepositsAt(const Engine& engine, int change);
 
   bool Send();  // the robot's next frame goes on the air; false: none
   void HearNothing();
