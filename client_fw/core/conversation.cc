@@ -326,6 +326,17 @@ uint8_t Conversation::WindowMs() const {
   return greeted_ && server_[kWindowAt] != 0 ? server_[kWindowAt] : parameters_.first_window_ms;
 }
 
+// Another station's answer is due. Its window begins when its last byte left its UART, a turnaround
+// before we heard it; the slot tells how long that is, but for a byte where there is no carrier
+// detect.
+void Conversation::Hold() {
+  const uint16_t least_turnaround_ms =
+      SlotMs() > BytesMs(1, parameters_.baud) ? SlotMs() - BytesMs(1, parameters_.baud) - 1u : 0u;
+  const uint16_t window_ms = WindowMs();
+  timers_[kHeld] = static_cast<uint16_t>(
+      (window_ms > least_turnaround_ms ? window_ms - least_turnaround_ms : 0u) + 1u);
+}
+
 void Conversation::HearOther() {
   timers_[kOthers] = kAloneMs;
 }

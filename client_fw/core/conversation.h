@@ -106,6 +106,9 @@ class Conversation : private ConversationState {
   bool TakeSettingsChanged();
   const Counters& counters() const { return counters_; }
   const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
+  /// For checkers, which compare states: an EVENT is to be sent, and it is its turn.
+  bool has_event() const { return events_ != 0; }
+  bool event_turn() const { return event_turn_; }
   /// The reason of the last ERROR, kNone before.
   protocol::Reason last_error() const { return last_error_; }
 
@@ -191,7 +194,7 @@ class Conversation : private ConversationState {
   void Stop(StopFlag flag, uint8_t event_bit);
   void Report(uint8_t event_bit) { events_ = static_cast<uint8_t>(events_ | event_bit); }
 
-  void Hold() { timers_[kHeld] = static_cast<uint16_t>(WindowMs() + 1); }
+  void Hold();
   void Count(uint32_t Counters::*which) { ++(counters_.*which); }
   void HearOther();
   void HearServer();

@@ -145,17 +145,6 @@ bool Conversation::OnHelloAnswer(const uint8_t* data, uint8_t length) {
     Count(&Counters::epochs);
     command_known_ = false;
     DropPending();  // its coordinates may mean another place now
-    memory_->remembered = false;
-  }
-  const uint8_t last_opcode = data[kLastOpcodeAt];
-  const uint8_t last_seq = data[kLastSeqAt];
-  if (last_opcode == 0) {
-    if (memory_->remembered && memory_->sent != 0) {
-      DropPending();  // the server may have taken it before it forgot us
-    }
-    memory_->remembered = false;
-  } else if (static_cast<uint8_t>(last_seq - memory_->seq - 1) < 127) {
-    DropPending();  // behind: it would never be answered
   }
   Count(&Counters::hello_answers);
   uint8_t set = 0;
@@ -169,8 +158,13 @@ bool Conversation::OnHelloAnswer(const uint8_t* data, uint8_t length) {
     WaitForHello();
     return true;
   }
-  if (memory_->opcode == 0) {
+  // Only forward: a number that was used stands for one request. This answer may be a late one, of
+  // before a warm reset; answers to requests of before it may also still arrive.
+  const uint8_t last_seq = data[kLastSeqAt];
+  if (!memory_->numbered || static_cast<uint8_t>(last_seq - memory_->seq - 1) < 127) {
+    DropPending();  // behind: it would never be answered
     memory_->seq = last_seq;
+    memory_->numbered = true;
   }
   SayHello();
   greeted_ = true;
@@ -203,7 +197,6 @@ bool Conversation::OnDone(const uint8_t* data, uint8_t length) {
       return false;
     }
     memory_->opcode = 0;
-    memory_->remembered = true;
   }
   OnSuccess();
   if (!event) {
@@ -246,10 +239,6 @@ bool Conversation::OnError(const uint8_t* data, uint8_t length) {
 void Conversation::OnRefusal(Reason reason) {
   Count(&Counters::errors);
   last_error_ = reason;
-  if (RequestPending()) {
-    --memory_->sent;  // this time it was not taken, or else it is given up below
-    memory_->remembered |= reason == Reason::kSayHello;
-  }
   if (asked_opcode_ == protocol::kHello) {
     WaitForHello();
   } else if (reason == Reason::kSayHello) {

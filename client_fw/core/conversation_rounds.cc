@@ -59,7 +59,6 @@ void Conversation::OnRoundAnswer(int16_t left, const uint8_t* intensities) {
   if (left != protocol::kNoIntensities) {
     if (RequestPending()) {
       memory_->opcode = 0;
-      memory_->remembered = true;
     }
     too_long_ = false;
     OnSuccess();

@@ -57,7 +57,6 @@ void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
 bool Conversation::MakeRequest(const Odometry* odometry) {
   uint8_t opcode = memory_->opcode;
   if (opcode != 0) {
-    memory_->sent = static_cast<uint8_t>(memory_->sent != 0 ? 2 : 1);
     Count(&Counters::duplicates);
   } else if (event_turn_ || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
     if (events_ == 0) {
@@ -142,7 +141,6 @@ void Conversation::MakeEvent() {
 
 void Conversation::MakePending(uint8_t opcode) {
   ++memory_->seq;
-  memory_->sent = 1;
   memory_->opcode = opcode;
 }
 

@@ -53,7 +53,6 @@ class ConversationState {
     kTypeMaskAt = 9,
     kSlotAt = 11,
     kWindowAt = 12,
-    kLastOpcodeAt = 13,
     kLastSeqAt = 14,
     kHelloAnswerSize = 15
   };

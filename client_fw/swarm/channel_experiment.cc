@@ -35,6 +35,9 @@ class Watch {
     } else if (hello_answers_ == 0 && now_ms == kWarmUpMs) {
       StartClock(now_ms);  // it should have found the server by now
     }
+    if (now_ms == kWarmUpMs) {
+      stops_before_ = counters.fail_safe_stops;
+    }
     if (counters.requests != requests_) {
       requests_ = counters.requests;
       asked_ms_ = now_ms;
@@ -56,7 +59,7 @@ class Watch {
   RobotShare Finish() {
     record_.Finish();
     return {record_.due(), record_.delivered(), record_.answers(), record_.longest_gap_ms(),
-            robot_->counters().fail_safe_stops};
+            robot_->counters().fail_safe_stops - stops_before_};
   }
 
   /// -1 before there was one.
@@ -82,6 +85,7 @@ class Watch {
   int64_t first_answer_ms_ = -1;
   int64_t asked_ms_ = 0;
   uint32_t requests_ = 0;
+  uint32_t stops_before_ = 0;
   int64_t last_answer_ms_ = 0;
   uint32_t hello_answers_ = 0;
   uint32_t answers_ = 0;

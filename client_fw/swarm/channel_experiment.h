@@ -22,7 +22,7 @@
 
 namespace pheromone::swarm {
 
-constexpr int64_t kWarmUpMs = 5'000;
+constexpr int64_t kWarmUpMs = 10'000;
 constexpr int64_t kDeadlineMs = 500;
 
 /// How robots get to send: each for itself, or in turns that the server grants.

@@ -23,10 +23,13 @@ constexpr int kLongestWait = 10;  // periods
 constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 2s;
 constexpr uint8_t kLeastSlots = 4;
-constexpr uint8_t kMostSlots = 32;
-constexpr Duration kLongestOpening = 400ms;  // beyond its first slots: those with turns wait
+constexpr uint8_t kMostSlots = 64;
+constexpr Duration kLongestOpening = 300ms;
+constexpr Duration kCrowdedOpening = 600ms;  // many are waiting
+constexpr Duration kWidestOpening = 200ms;
 constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
-constexpr int kNewcomers = 4;                // exchanges in an opening, at least
+constexpr int kNewcomers = 8;                // exchanges in an opening, at least
+constexpr Duration kLongestClosed = 3s;
 constexpr int kQuietInterval = 49;           // of the length of an opening, until the next
 
 size_t WireBytes(const protocol::Message& message) {
@@ -91,17 +94,20 @@ void Rounds::OnBytes(Time at, bool damaged) {
   }
   used_ = true;
   collided_ |= damaged;
-  opening_end_ = std::max(opening_end_, at + options_.response_window + OpeningTime(open_slots_));
-  opening_end_ = std::min(opening_end_, turns_end_ + kLongestOpening);
+  opening_end_ = MayGoOn(at) ? at + options_.response_window + OpeningTime(open_slots_) : at;
 }
 
 void Rounds::OnAnswered(Time end) {
   if (opening_end_ != Time::min()) {
     const Time heard = end + options_.timing.Transit();
-    const bool more = exchanges_ < ExchangesAnOpening();
-    opening_end_ = std::min(heard + (more ? OpeningTime(open_slots_) : Duration(0)),
-                            turns_end_ + kLongestOpening);
+    opening_end_ = MayGoOn(heard) ? heard + OpeningTime(open_slots_) : heard;
   }
+}
+
+// Those with turns wait meanwhile. An opening ends with something that was heard or said in it, when
+// everybody else is silent.
+bool Rounds::MayGoOn(Time now) const {
+  return exchanges_ < ExchangesAnOpening() && now < turns_end_ + (collided_ ? kCrowdedOpening : kLongestOpening);
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
@@ -122,9 +128,16 @@ void Rounds::Join(uint8_t id, Time now) {
     robots_.erase(id);
     return;
   }
+  // In step with the others, so that one round serves all.
+  Time due = now;
+  for (const auto& [other, it] : robots_) {
+    if (other != id && it.due > now) {
+      due = due == now ? it.due : std::min(due, it.due);
+    }
+  }
   Robot& robot = robots_[id];
   robot.period = wished_[id] * kPeriodUnit;
-  robot.due = now;
+  robot.due = due;
   robot.heard = now;
   robot.misses = 0;
   others_.erase(id);
@@ -238,10 +251,11 @@ uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
 // The next opening follows at once if this one was used, and is wider if there were collisions.
 void Rounds::JudgeOpening(Time now) {
   if (!used_) {
-    next_opening_ = now + kQuietInterval * OpeningTime(open_slots_);
+    next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
     width_ = static_cast<uint8_t>(width_ / 2);
   } else if (collided_) {
-    width_ = static_cast<uint8_t>(std::min<int>(2 * open_slots_, kMostSlots));
+    const auto most = std::clamp<int64_t>(kWidestOpening / options_.slot, kLeastSlots, kMostSlots);
+    width_ = static_cast<uint8_t>(std::min<int64_t>(int64_t{2} * open_slots_, most));
   }
 }
 

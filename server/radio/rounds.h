@@ -37,6 +37,7 @@ struct RoundOptions {
   Timing timing;
   Duration response_window{};         ///< as announced
   std::chrono::milliseconds slot{1};  ///< of contention, as announced
+  uint8_t first_number = 0;           ///< another one after each start of the server
 };
 
 struct RoundCounters {
@@ -51,7 +52,8 @@ struct RoundCounters {
 
 class Rounds {
  public:
-  explicit Rounds(const RoundOptions& options) : options_(options) {}
+  explicit Rounds(const RoundOptions& options)
+      : options_(options), number_(options.first_number) {}
 
   /// A message was received whole at `at`.
   void OnHeard(const protocol::Message& message, Time at);
@@ -103,6 +105,7 @@ class Rounds {
   void CountTurns(Time now);
   std::vector<uint8_t> Choose(Time now);
   uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
+  bool MayGoOn(Time now) const;
   void JudgeOpening(Time now);
   Duration OpeningTime(uint8_t slots) const;
   Duration TurnTime(size_t bytes) const;
@@ -115,7 +118,7 @@ class Rounds {
   std::vector<Turn> turns_;            // of the round in progress
   bool active_ = false;
   uint32_t order_ = 1;  // a linear congruential generator
-  uint8_t number_ = 0;
+  uint8_t number_;  // of the last ROUND
   uint8_t open_slots_ = 0;
   Duration turn_{};
   Time sent_at_{};
