@@ -9,8 +9,7 @@ namespace {
 constexpr uint8_t kNarrowPose = 6;  // x i16, y i16, heading u16
 constexpr uint8_t kWidePose = 10;   // x i32, y i32, heading u16
 constexpr uint8_t kIntensities = 4;
-constexpr uint8_t kRoundHeader =
-    5;  // number, length of a turn in ms and bytes, open slots, answers
+constexpr uint8_t kRoundHeader = 6;  // number, turn in ms and bytes, slot, open slots, answers
 
 LengthRule Exactly(uint8_t length) {
   return LengthRule{true, length, length};

@@ -330,11 +330,11 @@ uint8_t Conversation::WindowMs() const {
 // before we heard it; the slot tells how long that is, but for a byte where there is no carrier
 // detect.
 void Conversation::Hold() {
-  const uint16_t least_turnaround_ms =
-      SlotMs() > BytesMs(1, parameters_.baud) ? SlotMs() - BytesMs(1, parameters_.baud) - 1u : 0u;
+  const uint16_t byte_ms = static_cast<uint16_t>(BytesMs(1, parameters_.baud) + 1u);
+  const uint16_t turnaround_ms = static_cast<uint16_t>(SlotMs() > byte_ms ? SlotMs() - byte_ms : 0);
   const uint16_t window_ms = WindowMs();
   timers_[kHeld] = static_cast<uint16_t>(
-      (window_ms > least_turnaround_ms ? window_ms - least_turnaround_ms : 0u) + 1u);
+      (window_ms > turnaround_ms ? window_ms - turnaround_ms : 0) + 1);
 }
 
 void Conversation::HearOther() {

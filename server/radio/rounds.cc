@@ -144,6 +144,9 @@ void Rounds::Join(uint8_t id, Time now) {
   if (!active_ && robots_.size() > 1) {
     active_ = true;
     sent_at_ = now;
+    for (auto& [other, it] : robots_) {
+      it.due = now;
+    }
   }
 }
 
