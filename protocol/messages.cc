@@ -380,7 +380,7 @@ void Encode(const HelloRequest& from, Message* to) {
   Begin(to, from.id, kHello);
   PutU16(to->data, from.nonce);
   to->data[2] = from.firmware_version;
-  to->data[3] = from.capabilities;
+  to->data[3] = from.round_period;
 }
 
 void Encode(const HelloAnswer& from, Message* to) {

@@ -114,7 +114,7 @@ struct HelloRequest {
   uint8_t id = 0;
   uint16_t nonce = 0;  ///< the client's boot counter
   uint8_t firmware_version = 0;
-  uint8_t capabilities = 0;
+  uint8_t round_period = 0;  ///< it wants turns this often, in kRoundPeriodMs; 0: none
 };
 
 struct HelloAnswer {

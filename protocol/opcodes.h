@@ -85,6 +85,8 @@ constexpr uint8_t kMaxPing = 16;
 constexpr uint8_t kMaxCommandArguments = 5;
 /// Turns of one ROUND.
 constexpr uint8_t kMaxTurns = 11;
+/// The unit of the period in HELLO.
+constexpr uint8_t kRoundPeriodMs = 20;
 /// From the end of a ROUND to its first turn.
 constexpr uint8_t kBeforeTurnsMs = 2;
 /// Contention slots of a ROUND after which the channel is free until the next one.

@@ -159,7 +159,7 @@ void Get(FieldReader* fields, EventAck* m) {
 void Get(FieldReader* fields, HelloRequest* m) {
   fields->Get("nonce", &m->nonce);
   fields->Get("firmware_version", &m->firmware_version);
-  fields->Get("capabilities", &m->capabilities);
+  fields->Get("round_period", &m->round_period);
 }
 
 void Get(FieldReader* fields, HelloAnswer* m) {

@@ -116,7 +116,7 @@ void ListFields(const protocol::HelloRequest& m, Sink* sink) {
   sink->Add("id", m.id);
   sink->Add("nonce", m.nonce);
   sink->Add("firmware_version", m.firmware_version);
-  sink->Add("capabilities", m.capabilities);
+  sink->Add("round_period", m.round_period);
 }
 
 template <typename Sink>

@@ -109,7 +109,7 @@ _LAYOUTS = (
     Layout(0x60, "TRACE_WIDE", "BiiH", "seq x y heading", typed=True),
     Layout(0x51, "COMMAND_ACK", "BBh", "seq code result"),
     Layout(0x52, "EVENT", "BBh", "seq code argument"),
-    Layout(0x71, "HELLO", "HBB", "nonce firmware_version capabilities"),
+    Layout(0x71, "HELLO", "HBB", "nonce firmware_version round_period"),
     Layout(0x72, "PING", "", ""),
     Layout(0x80, "SENSE_ANSWER", "hh", "left right", typed=True),
     Layout(0x90, "SENSE_WIDE_ANSWER", "hh", "left right", typed=True),

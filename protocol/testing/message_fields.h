@@ -56,7 +56,7 @@ inline auto Fields(const protocol::EventAck& m) {
 }
 
 inline auto Fields(const protocol::HelloRequest& m) {
-  return std::tuple{int{m.id}, int{m.nonce}, int{m.firmware_version}, int{m.capabilities}};
+  return std::tuple{int{m.id}, int{m.nonce}, int{m.firmware_version}, int{m.round_period}};
 }
 
 inline auto Fields(const protocol::HelloAnswer& m) {

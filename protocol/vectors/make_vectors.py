@@ -39,7 +39,7 @@ MESSAGES = {
     "COMMAND_ACK": (0x51, False, "seq:u8 code:u8 result:i16"),
     "EVENT": (0x52, False, "seq:u8 code:u8 argument:i16"),
     "EVENT_ACK": (0xD2, False, "seq:u8"),
-    "HELLO": (0x71, False, "nonce:u16 firmware_version:u8 capabilities:u8"),
+    "HELLO": (0x71, False, "nonce:u16 firmware_version:u8 round_period:u8"),
     "HELLO_ANSWER": (0xF1, False,
                      "nonce:u16 protocol_version:u8 epoch:u16 pose_unit_10um:u16 "
                      "antenna_distance_mm:u16 type_mask:u16 slot_ms:u8 response_window_ms:u8 "
@@ -138,9 +138,9 @@ GOOD = [
     ("event_ack", "EVENT_ACK", dict(id=1, seq=3)),
     ("event_ack_dle", "EVENT_ACK", dict(id=16, seq=16)),
     ("hello_of_the_worked_example", "HELLO",
-     dict(id=7, nonce=42, firmware_version=1, capabilities=0)),
-    ("hello_extremes", "HELLO", dict(id=254, nonce=65535, firmware_version=255, capabilities=255)),
-    ("hello_dle", "HELLO", dict(id=16, nonce=0x0210, firmware_version=16, capabilities=16)),
+     dict(id=7, nonce=42, firmware_version=1, round_period=0)),
+    ("hello_extremes", "HELLO", dict(id=254, nonce=65535, firmware_version=255, round_period=255)),
+    ("hello_dle", "HELLO", dict(id=16, nonce=0x0210, firmware_version=16, round_period=16)),
     ("hello_answer_of_the_worked_example", "HELLO_ANSWER",
      dict(id=7, nonce=42, protocol_version=1, epoch=1, pose_unit_10um=100, antenna_distance_mm=300,
           type_mask=0x0006, slot_ms=2, response_window_ms=10, last_opcode=0, last_seq=0)),

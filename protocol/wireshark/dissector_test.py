@@ -90,7 +90,7 @@ class DissectorTest(unittest.TestCase):
         meanings = list(rows("fields.txt"))
         names = ["id", "type", "seq", "x", "y", "heading", "left", "right", "quanta", "command",
                  "speed", "follow_type", "parameter", "value", "result", "event", "argument",
-                 "nonce", "firmware_version", "capabilities", "protocol_version", "epoch",
+                 "nonce", "firmware_version", "round_period", "protocol_version", "epoch",
                  "pose_unit", "antenna_distance", "type_mask", "slot", "window", "last_opcode",
                  "last_seq", "refused_opcode", "reason", "payload"]
         found = self.dissect([(0, i, INBOUND, wires[name], 0)

@@ -63,7 +63,7 @@ local f = {
   argument = ProtoField.int16("pheromone.argument", "Argument"),
   nonce = ProtoField.uint16("pheromone.nonce", "Nonce"),
   firmware_version = ProtoField.uint8("pheromone.firmware_version", "Firmware version"),
-  capabilities = ProtoField.uint8("pheromone.capabilities", "Capabilities", base.HEX),
+  round_period = ProtoField.uint8("pheromone.round_period", "Wants turns every (20 ms)"),
   protocol_version = ProtoField.uint8("pheromone.protocol_version", "Protocol version"),
   epoch = ProtoField.uint16("pheromone.epoch", "Epoch"),
   pose_unit = ProtoField.uint16("pheromone.pose_unit", "Pose unit (10 um)"),
@@ -112,7 +112,7 @@ local OTHERS = {
   [0x51] = { "COMMAND_ACK", { SEQ, { f.command, 1 }, { f.result, 2, true } } },
   [0x52] = { "EVENT", { SEQ, { f.event, 1 }, { f.argument, 2, true } } },
   [0xD2] = { "EVENT_ACK", { SEQ } },
-  [0x71] = { "HELLO", { { f.nonce, 2 }, { f.firmware_version, 1 }, { f.capabilities, 1 } } },
+  [0x71] = { "HELLO", { { f.nonce, 2 }, { f.firmware_version, 1 }, { f.round_period, 1 } } },
   [0xF1] = { "HELLO_ANSWER", {
     { f.nonce, 2 }, { f.protocol_version, 1 }, { f.epoch, 2 }, { f.pose_unit, 2 },
     { f.antenna_distance, 2 }, { f.type_mask, 2 }, { f.slot, 1 }, { f.window, 1 },

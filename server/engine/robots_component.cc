@@ -147,7 +147,7 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link,
     robot.epoch = context.epoch;
     robot.nonce = hello.nonce;
     robot.firmware_version = hello.firmware_version;
-    robot.capabilities = hello.capabilities;
+    robot.round_period = hello.round_period;
     robot.last_activity = context.sequence;
   });
   answer.id = hello.id;
