@@ -4,9 +4,10 @@
 //   if (Decode(message, &request)) ...        // opcode and length are right
 //   Encode(SenseAnswer{id, type, wide, left, right}, &message);
 //
-// Decode checks the opcode and the exact length, nothing else: whether a value makes sense is for
-// the one who acts on it to say. Encode yields a message whose length is right, given a type from 1
-// to 15 and a command code that exists; it does not check them.
+// Decode checks the opcode and the exact length, and of a ROUND that it is to all and that its
+// turns are those of robots; nothing else: whether a value makes sense is for the one who acts on
+// it to say. Encode yields a message whose length is right, given a type from 1 to 15 and a command
+// code that exists; it does not check them.
 //
 // Units: coordinates in the map's pose unit (HELLO says how long it is, 1 mm unless configured
 // otherwise); headings as binary angles, 65 536 a turn, counter-clockwise from +x; intensities in
@@ -158,6 +159,7 @@ struct Round {
   uint8_t number = 0;      ///< counts the rounds of a link; wraps
   uint8_t turn_ms = 0;     ///< from the beginning of one turn to that of the next
   uint8_t turn_bytes = 0;  ///< the longest frame that fits a turn, as sent
+  uint8_t slot_ms = 0;     ///< of contention, for whoever has had no answer to HELLO yet
   uint8_t open_slots = 0;  ///< contention slots after the last turn, or kOpenUntilNextRound
   uint8_t answer_count = 0;
   uint8_t turn_count = 0;
