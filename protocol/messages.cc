@@ -284,9 +284,10 @@ bool Decode(const Message& from, Round* to) {
       from.length > rule.most) {
     return false;
   }
-  const uint8_t answers = from.data[5];
-  const int turns = from.length - kRoundHeader - kIntensities * answers;
-  if (answers > kMaxTurns || turns < 0 || turns > kMaxTurns) {
+  const uint8_t answers = from.data[5] & 0x0Fu;
+  const uint8_t turns = static_cast<uint8_t>(from.data[5] >> 4);
+  if (answers > kMaxTurns || turns > kMaxTurns ||
+      from.length != kRoundHeader + kIntensities * answers + turns) {
     return false;
   }
   for (uint8_t i = 1; i <= turns; ++i) {
@@ -302,7 +303,7 @@ bool Decode(const Message& from, Round* to) {
   to->slot_ms = from.data[3];
   to->open_slots = from.data[4];
   to->answer_count = answers;
-  to->turn_count = static_cast<uint8_t>(turns);
+  to->turn_count = turns;
   for (uint8_t i = 0; i < answers; ++i, at += kIntensities) {
     to->answers[i] = RoundAnswer{GetI16(at), GetI16(at + 2)};
   }
@@ -424,7 +425,7 @@ void Encode(const Round& from, Message* to) {
   *at++ = from.turn_bytes;
   *at++ = from.slot_ms;
   *at++ = from.open_slots;
-  *at++ = from.answer_count;
+  *at++ = static_cast<uint8_t>(from.turn_count << 4 | from.answer_count);
   for (uint8_t i = 0; i < from.answer_count; ++i, at += kIntensities) {
     PutI16(at, from.answers[i].left);
     PutI16(at + 2, from.answers[i].right);

@@ -188,7 +188,10 @@ TEST(Decode, AcceptsExactlyTheLengthsOfTheTable) {
       Message message;
       message.id = opcode == kRound ? kBroadcastId : 1;
       message.opcode = static_cast<uint8_t>(opcode);
-      std::fill(std::begin(message.data), std::end(message.data), uint8_t{1});
+      if (opcode == kRound) {
+        message.data[5] = 0x11;  // an answer and a turn
+        message.data[10] = 1;
+      }
       message.length = static_cast<uint8_t>(length);
       ASSERT_EQ(AcceptedAs(message), ExpectedNames(message)) << opcode << ", length " << length;
     }
@@ -216,10 +219,11 @@ TEST(Decode, ReadsARoundAsTheNaiveReaderDoes) {
   for (int i = 0; i < 200'000; ++i) {
     testing::Bytes body{any(50) == 0 ? any(256) : kBroadcastId, kRound};
     const uint8_t answers = any(14);
-    const size_t length = any(3) == 0 ? any(kMaxData + 1) : 6 + 4u * answers + any(13);
+    const uint8_t turns = any(14);
+    const size_t length = any(3) == 0 ? any(kMaxData + 1) : 6u + 4u * answers + turns;
     while (body.size() < 2 + std::min<size_t>(length, kMaxData)) {
       const uint8_t byte = any(256);
-      body.push_back(body.size() == 7 ? answers : byte);
+      body.push_back(body.size() == 7 ? static_cast<uint8_t>(16 * turns + answers) : byte);
     }
     const auto naive = testing::ReadNaiveRound(body);
     Round round;
@@ -234,9 +238,9 @@ TEST(Decode, ReadsARoundAsTheNaiveReaderDoes) {
 
 TEST(Decode, ARoundThatIsNoneLeavesTheLastOneAsItWas) {
   Round round;
-  ASSERT_TRUE(Decode(testing::ToMessage({255, kRound, 9, 8, 7, 6, 5, 0, 4, 3}), &round));
+  ASSERT_TRUE(Decode(testing::ToMessage({255, kRound, 9, 8, 7, 6, 5, 0x20, 4, 3}), &round));
   const auto before = Fields(round);
-  EXPECT_FALSE(Decode(testing::ToMessage({255, kRound, 1, 2, 3, 4, 5, 0, 1, 0}), &round));
+  EXPECT_FALSE(Decode(testing::ToMessage({255, kRound, 1, 2, 3, 4, 5, 0x20, 1, 0}), &round));
   EXPECT_EQ(Fields(round), before);
 }
 
@@ -289,8 +293,9 @@ TEST(Decode, LosesNoBitOfAnyMessage) {
       if (row.name == "ROUND") {
         const int turns = static_cast<int>(random() % 12);
         message.id = kBroadcastId;
-        message.data[5] = static_cast<uint8_t>(random() % 12);
-        length = 6 + 4 * message.data[5] + turns;
+        const int answers = static_cast<int>(random() % 12);
+        message.data[5] = static_cast<uint8_t>(16 * turns + answers);
+        length = 6 + 4 * answers + turns;
         for (int i = length - turns; i < length; ++i) {
           message.data[i] = static_cast<uint8_t>(1 + random() % 254);
         }

@@ -129,7 +129,8 @@ struct LengthRule {
   uint8_t most;  ///< equal to `least` for all but PING, COMMAND and ROUND
 };
 
-/// The lengths of a COMMAND are further bound by its code: see CommandArgumentLength.
+/// The lengths of a COMMAND are further bound by its code (see CommandArgumentLength), those of a
+/// ROUND by its counts.
 LengthRule LengthOf(uint8_t opcode);
 
 /// Bytes of arguments that a COMMAND's code takes, or 0xFF for an unknown code.

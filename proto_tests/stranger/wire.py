@@ -194,10 +194,12 @@ def _shape(layout: Layout, code: int) -> tuple[struct.Struct, list[str]]:
 
 def _parse_round(body: bytes) -> Message:
     data = body[2:]
-    if len(data) < 6 or data[5] > MOST_TURNS:
+    if len(data) < 6:
         raise NotAMessage(BAD_LENGTH, body)
-    values, turns = data[6 : 6 + 4 * data[5]], data[6 + 4 * data[5] :]
-    if len(values) < 4 * data[5] or len(turns) > MOST_TURNS:
+    of_turns, of_answers = divmod(data[5], 16)
+    values, turns = data[6 : 6 + 4 * of_answers], data[6 + 4 * of_answers :]
+    right = len(values) == 4 * of_answers and len(turns) == of_turns
+    if not right or max(of_turns, of_answers) > MOST_TURNS:
         raise NotAMessage(BAD_LENGTH, body)
     if body[0] != EVERYBODY or 0 in turns or EVERYBODY in turns:
         raise NotAMessage(BAD_VALUE, body)
@@ -214,7 +216,8 @@ def _build_round(
         raise ValueError(f"a ROUND has up to {MOST_TURNS} answers and turns")
     header = (fields[name] for name in _BY_NAME["ROUND"].fields.split())
     values = b"".join(struct.pack("<hh", *answer) for answer in answers)
-    return bytes((client_id, 0xF3, *header, len(answers))) + values + bytes(turns)
+    counts = 16 * len(turns) + len(answers)
+    return bytes((client_id, 0xF3, *header, counts)) + values + bytes(turns)
 
 
 def parse(body: bytes) -> Message:

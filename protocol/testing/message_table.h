@@ -81,7 +81,8 @@ inline std::optional<NaiveRound> ReadNaiveRound(const std::vector<uint8_t>& body
   }
   NaiveRound round;
   round.header = {take(), take(), take(), take(), take()};
-  for (int left = take(); left > 0; --left) {
+  const int counts = take();
+  for (int left = counts % 16; left > 0; --left) {
     if (rest.size() < 4) {
       return std::nullopt;
     }
@@ -94,7 +95,11 @@ inline std::optional<NaiveRound> ReadNaiveRound(const std::vector<uint8_t>& body
       return std::nullopt;
     }
   }
-  return round.answers.size() > 11 || round.turns.size() > 11 ? std::nullopt : std::optional(round);
+  const size_t turns = round.turns.size();
+  if (turns != static_cast<size_t>(counts / 16) || turns > 11 || round.answers.size() > 11) {
+    return std::nullopt;
+  }
+  return round;
 }
 
 /// The only name under which a message may be accepted, by the table.

@@ -235,14 +235,16 @@ BODIES = [
     ("command_unknown_code", "01 D1 01 0A", "bad-length"),
     ("round_shorter_than_its_header", "FF F3 01 19 14 02 00", "bad-length"),
     ("round_without_an_answer_that_it_counts", "FF F3 01 19 14 02 00 01", "bad-length"),
-    ("round_with_half_an_answer", "FF F3 01 19 14 02 00 02 00 10 00 0A 01 02 03", "bad-length"),
+    ("round_with_half_an_answer", "FF F3 01 19 14 02 00 02 00 10 00 0A 01 02", "bad-length"),
     ("round_of_twelve_answers", "FF F3 01 19 14 02 00 0C " + "00 10 00 0A " * 12, "bad-length"),
-    ("round_of_255_answers", "FF F3 01 19 14 02 00 FF " + "01 " * 58, "bad-length"),
-    ("round_of_twelve_turns", "FF F3 01 19 14 02 00 00 01 02 03 04 05 06 07 08 09 0A 0B 0C",
+    ("round_of_fifteen_of_each", "FF F3 01 19 14 02 00 FF " + "01 " * 58, "bad-length"),
+    ("round_of_twelve_turns", "FF F3 01 19 14 02 00 C0 01 02 03 04 05 06 07 08 09 0A 0B 0C",
      "bad-length"),
-    ("round_with_a_turn_of_id_zero", "FF F3 01 19 14 02 00 00 01 00", "bad-value"),
-    ("round_with_a_turn_of_everybody", "FF F3 01 19 14 02 00 01 00 10 00 0A FF", "bad-value"),
-    ("round_to_one_robot", "07 F3 01 19 14 02 00 00 07", "bad-value"),
+    ("round_with_a_turn_too_few", "FF F3 01 19 14 02 00 20 01", "bad-length"),
+    ("round_with_a_turn_too_many", "FF F3 01 19 14 02 00 21 00 10 00 0A 01 02 03", "bad-length"),
+    ("round_with_a_turn_of_id_zero", "FF F3 01 19 14 02 00 20 01 00", "bad-value"),
+    ("round_with_a_turn_of_everybody", "FF F3 01 19 14 02 00 11 00 10 00 0A FF", "bad-value"),
+    ("round_to_one_robot", "07 F3 01 19 14 02 00 10 07", "bad-value"),
     ("zero_line", "00 00", "refused"),
     ("zero_line_long", "00 00 00 00 00 00 00 00", "refused"),
     ("id_zero", "00 01 00 00 00 00 00 00", "refused"),
@@ -350,11 +352,11 @@ def body_of(message, fields):
         value = rest.pop(name)
         data += bytes.fromhex(value) if kind == "bytes" else little_endian(value, kind)
     if message == "ROUND":
-        left, right = rest.pop("left"), rest.pop("right")
-        data += little_endian(len(left), "u8")
+        left, right, turns = rest.pop("left"), rest.pop("right"), rest.pop("turns")
+        data += bytes([16 * len(turns) + len(left)])
         for one in zip(left, right, strict=True):
             data += b"".join(little_endian(value, "i16") for value in one)
-        data += bytes(rest.pop("turns"))
+        data += bytes(turns)
     if rest:
         raise ValueError(f"{message} has no field {', '.join(rest)}")
     return bytes(body) + data
@@ -369,11 +371,13 @@ def wire_of(body):
 
 
 def judge_round(to, data):
-    """Six bytes, of which the last counts answers of four bytes each, then the turns."""
-    answers = data[5] if len(data) >= 6 else 0
-    turns = data[6 + 4 * answers:]
-    if len(data) < 6 + 4 * answers or answers > MOST_TURNS or len(turns) > MOST_TURNS:
+    """Six bytes, of which the last counts turns and answers, of four bytes each; then these."""
+    if len(data) < 6:
         return "bad-length"
+    turns, answers = divmod(data[5], 16)
+    if len(data) != 6 + 4 * answers + turns or answers > MOST_TURNS or turns > MOST_TURNS:
+        return "bad-length"
+    turns = data[6 + 4 * answers:]
     good = to == EVERYBODY and 0 not in turns and EVERYBODY not in turns
     return "ok" if good else "bad-value"
 

@@ -80,7 +80,7 @@ local f = {
   turn_ms = ProtoField.uint8("pheromone.turn_ms", "Length of a turn (ms)"),
   turn_bytes = ProtoField.uint8("pheromone.turn_bytes", "Longest frame of a turn (bytes)"),
   open_slots = ProtoField.uint8("pheromone.open_slots", "Open slots"),
-  answers = ProtoField.uint8("pheromone.answers", "Answers"),
+  counts = ProtoField.uint8("pheromone.counts", "Number of turns and of answers", base.HEX),
   turn = ProtoField.uint8("pheromone.turn", "Turn of client"),
 }
 local fields = {}
@@ -136,11 +136,15 @@ local EVERYBODY = 0xFF
 
 -- The layout of a ROUND, or none if the length is wrong.
 local function round_layout(data)
-  local answers = data:len() >= ROUND_HEADER and data:get_index(ROUND_HEADER - 1)
-  local turns = answers and data:len() - ROUND_HEADER - 4 * answers
-  if not answers or answers > MAX_TURNS or turns < 0 or turns > MAX_TURNS then return nil end
+  if data:len() < ROUND_HEADER then return nil end
+  local counts = data:get_index(ROUND_HEADER - 1)
+  local answers, turns = counts % 16, bit32.rshift(counts, 4)
+  if answers > MAX_TURNS or turns > MAX_TURNS or
+      data:len() ~= ROUND_HEADER + 4 * answers + turns then
+    return nil
+  end
   local layout = { { f.number, 1 }, { f.turn_ms, 1 }, { f.turn_bytes, 1 }, { f.slot, 1 },
-                   { f.open_slots, 1 }, { f.answers, 1 } }
+                   { f.open_slots, 1 }, { f.counts, 1 } }
   for i = 1, answers do
     local at = ROUND_HEADER + 4 * (i - 1)
     if data:get_index(at) == 0x00 and data:get_index(at + 1) == 0x80 then
@@ -161,7 +165,7 @@ end
 -- Of a ROUND whose length is right.
 local function has_bad_value(body)
   if body[1] ~= EVERYBODY then return true end
-  local turns = 2 + ROUND_HEADER + 4 * body[2 + ROUND_HEADER]
+  local turns = 2 + ROUND_HEADER + 4 * (body[2 + ROUND_HEADER] % 16)
   for i = turns + 1, #body - 2 do
     if body[i] == 0 or body[i] == EVERYBODY then return true end
   end
