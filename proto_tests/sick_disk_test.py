@@ -201,7 +201,7 @@ class Attack:
     def hello(self):
         return self.all_robots(
             lambda robot: encode(build("HELLO", robot, nonce=robot, firmware_version=1,
-                                       capabilities=0)), lambda body: body[1] == 0xF1)
+                                       round_period=0)), lambda body: body[1] == 0xF1)
 
     def next_change(self):
         self.seq += 1

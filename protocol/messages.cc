@@ -9,7 +9,7 @@ namespace {
 constexpr uint8_t kNarrowPose = 6;  // x i16, y i16, heading u16
 constexpr uint8_t kWidePose = 10;   // x i32, y i32, heading u16
 constexpr uint8_t kIntensities = 4;
-constexpr uint8_t kRoundHeader = 6;  // number, turn in ms and bytes, slot, open slots, answers
+constexpr uint8_t kRoundHeader = 6;
 
 LengthRule Exactly(uint8_t length) {
   return LengthRule{true, length, length};
@@ -77,7 +77,7 @@ LengthRule LengthOf(uint8_t opcode) {
     case kCommand:
       return LengthRule{true, 2, 2 + kMaxCommandArguments};
     case kRound:
-      return LengthRule{true, kRoundHeader, kMaxData};
+      return LengthRule{true, kRoundHeader, kRoundHeader + kMaxTurns * (kIntensities + 1)};
     case kEventAck:
       return Exactly(1);
     case kError:
@@ -279,14 +279,22 @@ bool Decode(const Message& from, ErrorAnswer* to) {
 }
 
 bool Decode(const Message& from, Round* to) {
-  if (from.opcode != kRound || from.id != kBroadcastId || from.length < kRoundHeader ||
-      from.length > kMaxData) {
+  const LengthRule rule = LengthOf(kRound);
+  if (from.opcode != kRound || from.id != kBroadcastId || from.length < rule.least ||
+      from.length > rule.most) {
     return false;
   }
-  const uint8_t answers = from.data[5];
-  const int turns = from.length - kRoundHeader - kIntensities * answers;
-  if (answers > kMaxTurns || turns < 0 || turns > kMaxTurns) {
+  const uint8_t answers = from.data[5] & 0x0Fu;
+  const uint8_t turns = static_cast<uint8_t>(from.data[5] >> 4);
+  if (answers > kMaxTurns || turns > kMaxTurns ||
+      from.length != kRoundHeader + kIntensities * answers + turns) {
     return false;
+  }
+  for (uint8_t i = 1; i <= turns; ++i) {
+    const uint8_t id = from.data[from.length - i];
+    if (id == 0 || id == kBroadcastId) {
+      return false;
+    }
   }
   const uint8_t* at = from.data + kRoundHeader;
   to->number = from.data[0];
@@ -295,15 +303,12 @@ bool Decode(const Message& from, Round* to) {
   to->slot_ms = from.data[3];
   to->open_slots = from.data[4];
   to->answer_count = answers;
-  to->turn_count = static_cast<uint8_t>(turns);
+  to->turn_count = turns;
   for (uint8_t i = 0; i < answers; ++i, at += kIntensities) {
     to->answers[i] = RoundAnswer{GetI16(at), GetI16(at + 2)};
   }
   for (uint8_t i = 0; i < to->turn_count; ++i) {
     to->turns[i] = *at++;
-    if (to->turns[i] == 0 || to->turns[i] == kBroadcastId) {
-      return false;
-    }
   }
   return true;
 }
@@ -380,7 +385,7 @@ void Encode(const HelloRequest& from, Message* to) {
   Begin(to, from.id, kHello);
   PutU16(to->data, from.nonce);
   to->data[2] = from.firmware_version;
-  to->data[3] = from.capabilities;
+  to->data[3] = from.round_period;
 }
 
 void Encode(const HelloAnswer& from, Message* to) {
@@ -420,7 +425,7 @@ void Encode(const Round& from, Message* to) {
   *at++ = from.turn_bytes;
   *at++ = from.slot_ms;
   *at++ = from.open_slots;
-  *at++ = from.answer_count;
+  *at++ = static_cast<uint8_t>(from.turn_count << 4 | from.answer_count);
   for (uint8_t i = 0; i < from.answer_count; ++i, at += kIntensities) {
     PutI16(at, from.answers[i].left);
     PutI16(at + 2, from.answers[i].right);

@@ -4,9 +4,10 @@
 //   if (Decode(message, &request)) ...        // opcode and length are right
 //   Encode(SenseAnswer{id, type, wide, left, right}, &message);
 //
-// Decode checks the opcode and the exact length, nothing else: whether a value makes sense is for
-// the one who acts on it to say. Encode yields a message whose length is right, given a type from 1
-// to 15 and a command code that exists; it does not check them.
+// Decode checks the opcode and the exact length, and of a ROUND that it is to all and that its
+// turns are those of robots; nothing else: whether a value makes sense is for the one who acts on
+// it to say. Encode yields a message whose length is right, given a type from 1 to 15 and a command
+// code that exists; it does not check them.
 //
 // Units: coordinates in the map's pose unit (HELLO says how long it is, 1 mm unless configured
 // otherwise); headings as binary angles, 65 536 a turn, counter-clockwise from +x; intensities in
@@ -114,7 +115,7 @@ struct HelloRequest {
   uint8_t id = 0;
   uint16_t nonce = 0;  ///< the client's boot counter
   uint8_t firmware_version = 0;
-  uint8_t capabilities = 0;
+  uint8_t round_period = 0;  ///< it wants turns this often, in kRoundPeriodMs; 0: none
 };
 
 struct HelloAnswer {

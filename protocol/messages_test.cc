@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
@@ -15,6 +17,7 @@ namespace pheromone::protocol {
 namespace {
 
 using testing::AcceptedAs;
+using testing::ExpectedNames;
 using testing::Fields;
 using testing::ToBody;
 
@@ -155,27 +158,40 @@ TEST(MessagesComeBack, PingsOfEveryLength) {
   }
 }
 
-// ---- What Decode accepts
-
-// The only name under which a message of this opcode and length may be accepted, by the table.
-std::vector<std::string> ExpectedNames(const Message& message) {
-  static const auto table = testing::MessageTable();
-  const testing::TableRow& row = table[message.opcode];
-  if (row.name.empty() || message.length < row.least || message.length > row.most) {
-    return {};
+TEST(MessagesComeBack, RoundsOfEverySize) {
+  for (uint8_t answers = 0; answers <= kMaxTurns; ++answers) {
+    for (uint8_t turns = 0; turns <= kMaxTurns; ++turns) {
+      Round round;
+      round.number = static_cast<uint8_t>(answers + 250);
+      round.turn_ms = turns;
+      round.turn_bytes = answers;
+      round.slot_ms = static_cast<uint8_t>(16 + turns);
+      round.open_slots = kOpenUntilNextRound;
+      round.answer_count = answers;
+      round.turn_count = turns;
+      for (int i = 0; i < answers; ++i) {
+        round.answers[i] = {kNarrow[i], kNarrow[answers - 1 - i]};
+      }
+      for (int i = 0; i < turns; ++i) {
+        round.turns[i] = static_cast<uint8_t>(i % 2 == 0 ? 1 + i : 254 - i);
+      }
+      ExpectComesBack(round, "ROUND");
+    }
   }
-  if (row.name == "COMMAND" && message.length != 2 + testing::CommandArguments(message.data[1])) {
-    return {};
-  }
-  return {row.name};
 }
+
+// ---- What Decode accepts
 
 TEST(Decode, AcceptsExactlyTheLengthsOfTheTable) {
   for (unsigned opcode = 0; opcode <= 0xFF; ++opcode) {
     for (unsigned length = 0; length <= kMaxData; ++length) {
       Message message;
-      message.id = 1;
+      message.id = opcode == kRound ? kBroadcastId : 1;
       message.opcode = static_cast<uint8_t>(opcode);
+      if (opcode == kRound) {
+        message.data[5] = 0x11;  // an answer and a turn
+        message.data[10] = 1;
+      }
       message.length = static_cast<uint8_t>(length);
       ASSERT_EQ(AcceptedAs(message), ExpectedNames(message)) << opcode << ", length " << length;
     }
@@ -193,6 +209,39 @@ TEST(Decode, AcceptsCommandsOfTheirCodesLengthOnly) {
       ASSERT_EQ(AcceptedAs(message), ExpectedNames(message)) << code << ", length " << length;
     }
   }
+}
+
+// Of any size and with any count, most of which do not fit it.
+TEST(Decode, ReadsARoundAsTheNaiveReaderDoes) {
+  std::mt19937 random(2);
+  const auto any = [&random](unsigned limit) { return static_cast<uint8_t>(random() % limit); };
+  int good = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    testing::Bytes body{any(50) == 0 ? any(256) : kBroadcastId, kRound};
+    const uint8_t answers = any(14);
+    const uint8_t turns = any(14);
+    const size_t length = any(3) == 0 ? any(kMaxData + 1) : 6u + 4u * answers + turns;
+    while (body.size() < 2 + std::min<size_t>(length, kMaxData)) {
+      const uint8_t byte = any(256);
+      body.push_back(body.size() == 7 ? static_cast<uint8_t>(16 * turns + answers) : byte);
+    }
+    const auto naive = testing::ReadNaiveRound(body);
+    Round round;
+    ASSERT_EQ(Decode(testing::ToMessage(body), &round), naive.has_value());
+    if (naive) {
+      ++good;
+      ASSERT_EQ(Fields(round), (std::tuple{naive->header, naive->answers, naive->turns}));
+    }
+  }
+  EXPECT_GT(good, 10'000);
+}
+
+TEST(Decode, ARoundThatIsNoneLeavesTheLastOneAsItWas) {
+  Round round;
+  ASSERT_TRUE(Decode(testing::ToMessage({255, kRound, 9, 8, 7, 6, 5, 0x20, 4, 3}), &round));
+  const auto before = Fields(round);
+  EXPECT_FALSE(Decode(testing::ToMessage({255, kRound, 1, 2, 3, 4, 5, 0x20, 1, 0}), &round));
+  EXPECT_EQ(Fields(round), before);
 }
 
 TEST(Decode, ACommandWithoutArgumentsLeavesNoneOfTheLastOne) {
@@ -241,11 +290,21 @@ TEST(Decode, LosesNoBitOfAnyMessage) {
         message.data[1] = static_cast<uint8_t>(1 + random() % 9);
         length = 2 + testing::CommandArguments(message.data[1]);
       }
+      if (row.name == "ROUND") {
+        const int turns = static_cast<int>(random() % 12);
+        message.id = kBroadcastId;
+        const int answers = static_cast<int>(random() % 12);
+        message.data[5] = static_cast<uint8_t>(16 * turns + answers);
+        length = 6 + 4 * answers + turns;
+        for (int i = length - turns; i < length; ++i) {
+          message.data[i] = static_cast<uint8_t>(1 + random() % 254);
+        }
+      }
       message.length = static_cast<uint8_t>(length);
       const int times =
           ComesBackAsOneOf<SenseRequest, SenseAnswer, DepositRequest, DepositAnswer, TraceRequest,
                            TraceAnswer, Command, CommandAck, EventReport, EventAck, HelloRequest,
-                           HelloAnswer, Ping, ErrorAnswer>(message);
+                           HelloAnswer, Ping, ErrorAnswer, Round>(message);
       ASSERT_EQ(times, 1) << row.name;
     }
   }

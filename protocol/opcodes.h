@@ -85,6 +85,8 @@ constexpr uint8_t kMaxPing = 16;
 constexpr uint8_t kMaxCommandArguments = 5;
 /// Turns of one ROUND.
 constexpr uint8_t kMaxTurns = 11;
+/// The unit of the period in HELLO.
+constexpr uint8_t kRoundPeriodMs = 20;
 /// From the end of a ROUND to its first turn.
 constexpr uint8_t kBeforeTurnsMs = 1;
 /// Contention slots of a ROUND after which the channel is free until the next one.
@@ -127,7 +129,8 @@ struct LengthRule {
   uint8_t most;  ///< equal to `least` for all but PING, COMMAND and ROUND
 };
 
-/// The lengths of a COMMAND are further bound by its code: see CommandArgumentLength.
+/// The lengths of a COMMAND are further bound by its code (see CommandArgumentLength), those of a
+/// ROUND by its counts.
 LengthRule LengthOf(uint8_t opcode);
 
 /// Bytes of arguments that a COMMAND's code takes, or 0xFF for an unknown code.

@@ -16,7 +16,7 @@ enum : uint8_t {
   kTurnBytesAt,
   kRoundSlotAt,
   kOpenAt,
-  kAnswersAt,
+  kCountsAt,
   kRoundHeader
 };
 
@@ -25,12 +25,12 @@ constexpr uint8_t kAnswerSize = 4;
 }  // namespace
 
 void Conversation::OnRound(const uint8_t* data, uint8_t length) {
-  if (length < kRoundHeader || data[kAnswersAt] > protocol::kMaxTurns) {
+  if (length < kRoundHeader) {
     return;
   }
-  const uint8_t answers = data[kAnswersAt];
-  const int turns = length - kRoundHeader - kAnswerSize * answers;
-  if (turns < 0 || turns > protocol::kMaxTurns) {
+  const uint8_t answers = data[kCountsAt] & 0x0Fu;
+  const uint8_t turns = static_cast<uint8_t>(data[kCountsAt] >> 4);
+  if (length != kRoundHeader + kAnswerSize * answers + turns) {
     return;
   }
   Count(&Counters::rounds);
@@ -51,7 +51,7 @@ void Conversation::OnRound(const uint8_t* data, uint8_t length) {
   round_ = data[kNumberAt];
   turn_bytes_ = data[kTurnBytesAt];
   round_slot_ms_ = data[kRoundSlotAt];
-  GrantTurns(data + kRoundHeader + kAnswerSize * answers, static_cast<uint8_t>(turns),
+  GrantTurns(data + kRoundHeader + kAnswerSize * answers, turns,
              data[kTurnAt], data[kOpenAt]);
 }
 

@@ -3,7 +3,8 @@
 //
 // `wide`, `answer` and `length` are not fields of the files: they select the message's name and a
 // PING's size. A COMMAND's arguments and a PING's payload are bytes, listed one by one and always
-// all of them. C++14 without its library.
+// all of them; so are a ROUND's answers and turns, whose counts are fields here. C++14 without its
+// library.
 #pragma once
 
 #include <stdint.h>
@@ -116,7 +117,7 @@ void ListFields(const protocol::HelloRequest& m, Sink* sink) {
   sink->Add("id", m.id);
   sink->Add("nonce", m.nonce);
   sink->Add("firmware_version", m.firmware_version);
-  sink->Add("capabilities", m.capabilities);
+  sink->Add("round_period", m.round_period);
 }
 
 template <typename Sink>
@@ -150,6 +151,22 @@ void ListFields(const protocol::ErrorAnswer& m, Sink* sink) {
   sink->Add("seq", m.seq);
 }
 
+template <typename Sink>
+void ListFields(const protocol::Round& m, Sink* sink) {
+  sink->Add("number", m.number);
+  sink->Add("turn_ms", m.turn_ms);
+  sink->Add("turn_bytes", m.turn_bytes);
+  sink->Add("slot_ms", m.slot_ms);
+  sink->Add("open_slots", m.open_slots);
+  sink->Add("answer_count", m.answer_count);
+  for (uint8_t i = 0; i < protocol::kMaxTurns; ++i) {
+    sink->Add("left", m.answers[i].left);
+    sink->Add("right", m.answers[i].right);
+  }
+  sink->Add("turn_count", m.turn_count);
+  ListBytes("turns", m.turns, protocol::kMaxTurns, sink);
+}
+
 /// Calls `visitor->Visit(name, empty message)` for each message. The narrow name stands for both
 /// widths, and PING for its answer too.
 template <typename Visitor>
@@ -167,6 +184,7 @@ void ForEachKind(Visitor* visitor) {
   visitor->Visit("HELLO", protocol::HelloRequest());
   visitor->Visit("HELLO_ANSWER", protocol::HelloAnswer());
   visitor->Visit("PING", protocol::Ping());
+  visitor->Visit("ROUND", protocol::Round());
   visitor->Visit("ERROR", protocol::ErrorAnswer());
 }
 

@@ -22,19 +22,6 @@ void Require(bool holds) {
   }
 }
 
-std::vector<std::string> ExpectedNames(const Message& message) {
-  static const auto table = pheromone::testing::MessageTable();
-  const auto& row = table[message.opcode];
-  if (row.name.empty() || message.length < row.least || message.length > row.most) {
-    return {};
-  }
-  if (row.name == "COMMAND" &&
-      message.length - 2 != pheromone::testing::CommandArguments(message.data[1])) {
-    return {};
-  }
-  return {row.name};
-}
-
 struct RoundTrip {
   template <typename Kind>
   void Visit(const char* /*name*/, Kind decoded) const {
@@ -78,7 +65,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     message.length = pheromone::protocol::kMaxData;
   }
   std::copy_n(data + 2, message.length, message.data);
-  Require(pheromone::testing::AcceptedAs(message) == ExpectedNames(message));
+  Require(pheromone::testing::AcceptedAs(message) == pheromone::testing::ExpectedNames(message));
   RoundTrip round_trip{message};
   pheromone::conformance::ForEachKind(&round_trip);
 

@@ -153,7 +153,7 @@ class Client:
             self.client_id,
             nonce=nonce,
             firmware_version=firmware_version,
-            capabilities=0,
+            round_period=0,
         )
         told = ServerInfo(**self._ask(request, self.tries))
         if told.protocol_version != 1:

@@ -109,7 +109,7 @@ _LAYOUTS = (
     Layout(0x60, "TRACE_WIDE", "BiiH", "seq x y heading", typed=True),
     Layout(0x51, "COMMAND_ACK", "BBh", "seq code result"),
     Layout(0x52, "EVENT", "BBh", "seq code argument"),
-    Layout(0x71, "HELLO", "HBB", "nonce firmware_version capabilities"),
+    Layout(0x71, "HELLO", "HBB", "nonce firmware_version round_period"),
     Layout(0x72, "PING", "", ""),
     Layout(0x80, "SENSE_ANSWER", "hh", "left right", typed=True),
     Layout(0x90, "SENSE_WIDE_ANSWER", "hh", "left right", typed=True),
@@ -126,6 +126,7 @@ _LAYOUTS = (
         " response_window_ms last_opcode last_seq",
     ),
     Layout(0xF2, "PING_ANSWER", "", ""),
+    Layout(0xF3, "ROUND", "BBBBB", "number turn_ms turn_bytes slot_ms open_slots"),
     Layout(0xFE, "ERROR", "BBB", "refused_opcode reason seq"),
 )
 _BY_NAME = {layout.name: layout for layout in _LAYOUTS}
@@ -157,11 +158,15 @@ REASONS = {
     **dict(enumerate(_REASONS.split(", "), start=1)),
     **dict(enumerate(_TAG_REASONS.split(", "), start=16)),
 }
-UNKNOWN_OPCODE, BAD_LENGTH, BUSY = 1, 2, 7
+UNKNOWN_OPCODE, BAD_LENGTH, BUSY, BAD_VALUE = 1, 2, 7, 11
+
+MOST_TURNS = 11
+NO_INTENSITIES = -32768
+"""P_L of an answer of a ROUND that is none: P_R is then a reason, or 0 for send it again."""
 
 
 class NotAMessage(ValueError):
-    """A valid frame that is not a message, for a reason of section 6: 1 or 2."""
+    """A valid frame that is not a message, for a reason of section 6: 1, 2 or 11."""
 
     def __init__(self, reason: int, body: bytes) -> None:
         self.reason = reason
@@ -173,7 +178,7 @@ class Message(NamedTuple):
 
     name: str
     client_id: int
-    fields: dict[str, Any]  # integers, but for a PING's payload
+    fields: dict[str, Any]  # integers, but for a PING's payload and a ROUND's lists
 
     def __str__(self) -> str:
         fields = (f"{key}={value}" for key, value in self.fields.items())
@@ -187,6 +192,34 @@ def _shape(layout: Layout, code: int) -> tuple[struct.Struct, list[str]]:
     return struct.Struct("<" + layout.format + more_format), names
 
 
+def _parse_round(body: bytes) -> Message:
+    data = body[2:]
+    if len(data) < 6:
+        raise NotAMessage(BAD_LENGTH, body)
+    of_turns, of_answers = divmod(data[5], 16)
+    values, turns = data[6 : 6 + 4 * of_answers], data[6 + 4 * of_answers :]
+    right = len(values) == 4 * of_answers and len(turns) == of_turns
+    if not right or max(of_turns, of_answers) > MOST_TURNS:
+        raise NotAMessage(BAD_LENGTH, body)
+    if body[0] != EVERYBODY or 0 in turns or EVERYBODY in turns:
+        raise NotAMessage(BAD_VALUE, body)
+    answers = list(struct.iter_unpack("<hh", values))
+    fields = dict(zip(_BY_NAME["ROUND"].fields.split(), data))
+    return Message("ROUND", body[0], {**fields, "answers": answers, "turns": list(turns)})
+
+
+def _build_round(
+    client_id: int, answers: list[tuple[int, int]], turns: list[int], **fields: int
+) -> bytes:
+    """The body of a ROUND: in `answers` P_L and P_R of each turn of the last round."""
+    if len(answers) > MOST_TURNS or len(turns) > MOST_TURNS:
+        raise ValueError(f"a ROUND has up to {MOST_TURNS} answers and turns")
+    header = (fields[name] for name in _BY_NAME["ROUND"].fields.split())
+    values = b"".join(struct.pack("<hh", *answer) for answer in answers)
+    counts = 16 * len(turns) + len(answers)
+    return bytes((client_id, 0xF3, *header, counts)) + values + bytes(turns)
+
+
 def parse(body: bytes) -> Message:
     """The message that a frame's body holds; NotAMessage if it holds none."""
     client_id, opcode, data = body[0], body[1], body[2:]
@@ -197,6 +230,8 @@ def parse(body: bytes) -> Message:
         if len(data) > 16:
             raise NotAMessage(BAD_LENGTH, body)
         return Message(layout.name, client_id, {"payload": data})
+    if layout.name == "ROUND":
+        return _parse_round(body)
     fields = {"type": opcode & 0x0F} if layout.typed else {}
     try:
         packing, names = _shape(layout, data[1] if len(data) > 1 else 0)
@@ -214,6 +249,8 @@ def build(name: str, client_id: int, **fields: Any) -> bytes:
         if not 1 <= fields["type"] <= 15:
             raise ValueError(f"pheromone types are 1 to 15, not {fields['type']}")
         opcode |= fields["type"]
+    if name == "ROUND":
+        return _build_round(client_id, **fields)
     if name in ("PING", "PING_ANSWER"):
         if len(fields["payload"]) > 16:
             raise ValueError(f"a PING carries up to 16 bytes, not {len(fields['payload'])}")

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "protocol/messages.h"
@@ -56,7 +57,7 @@ inline auto Fields(const protocol::EventAck& m) {
 }
 
 inline auto Fields(const protocol::HelloRequest& m) {
-  return std::tuple{int{m.id}, int{m.nonce}, int{m.firmware_version}, int{m.capabilities}};
+  return std::tuple{int{m.id}, int{m.nonce}, int{m.firmware_version}, int{m.round_period}};
 }
 
 inline auto Fields(const protocol::HelloAnswer& m) {
@@ -72,6 +73,15 @@ inline auto Fields(const protocol::Ping& m) {
 
 inline auto Fields(const protocol::ErrorAnswer& m) {
   return std::tuple{int{m.id}, int{m.refused_opcode}, static_cast<int>(m.reason), int{m.seq}};
+}
+
+inline auto Fields(const protocol::Round& m) {
+  std::vector<std::pair<int, int>> answers;
+  for (int i = 0; i < m.answer_count; ++i) {
+    answers.emplace_back(m.answers[i].left, m.answers[i].right);
+  }
+  return std::tuple{std::vector<int>{m.number, m.turn_ms, m.turn_bytes, m.slot_ms, m.open_slots},
+                    answers, std::vector<int>(m.turns, m.turns + m.turn_count)};
 }
 
 /// Encode, whether it can fail or not.

@@ -4,10 +4,14 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/messages.h"
+#include "protocol/testing/vectors.h"
 
 namespace pheromone::testing {
 
@@ -41,7 +45,7 @@ inline std::array<TableRow, 256> MessageTable() {
   table[0xF1] = {"HELLO_ANSWER", 15, 15};
   table[0x72] = {"PING", 0, 16};
   table[0xF2] = {"PING_ANSWER", 0, 16};
-  table[0xF3] = {"ROUND", 6, 64};
+  table[0xF3] = {"ROUND", 6, 61};
   table[0xFE] = {"ERROR", 3, 3};
   return table;
 }
@@ -50,6 +54,68 @@ inline std::array<TableRow, 256> MessageTable() {
 inline int CommandArguments(unsigned code) {
   constexpr std::array<int, 10> kLengths = {-1, 0, 0, 2, 4, 1, 0, 0, 5, 1};
   return code < kLengths.size() ? kLengths[code] : -1;
+}
+
+/// A ROUND's DATA, read from its front.
+struct NaiveRound {
+  std::vector<int> header;  ///< number, turn_ms, turn_bytes, slot_ms, open_slots
+  std::vector<std::pair<int, int>> answers;
+  std::vector<int> turns;
+};
+
+/// ID, OPCODE and DATA as a ROUND, or nothing if they are none.
+inline std::optional<NaiveRound> ReadNaiveRound(const std::vector<uint8_t>& body) {
+  std::deque<int> rest(body.begin(), body.end());
+  const auto take = [&rest] {
+    const int first = rest.front();
+    rest.pop_front();
+    return first;
+  };
+  const auto take_signed = [&take] {
+    const int low = take();
+    const int value = low + 256 * take();
+    return value < 32768 ? value : value - 65536;
+  };
+  if (rest.size() < 8 || take() != 255 || take() != 0xF3) {
+    return std::nullopt;
+  }
+  NaiveRound round;
+  round.header = {take(), take(), take(), take(), take()};
+  const int counts = take();
+  for (int left = counts % 16; left > 0; --left) {
+    if (rest.size() < 4) {
+      return std::nullopt;
+    }
+    const int at_left = take_signed();
+    round.answers.emplace_back(at_left, take_signed());
+  }
+  round.turns.assign(rest.begin(), rest.end());
+  for (const int id : round.turns) {
+    if (id < 1 || id > 254) {
+      return std::nullopt;
+    }
+  }
+  const size_t turns = round.turns.size();
+  if (turns != static_cast<size_t>(counts / 16) || turns > 11 || round.answers.size() > 11) {
+    return std::nullopt;
+  }
+  return round;
+}
+
+/// The only name under which a message may be accepted, by the table.
+inline std::vector<std::string> ExpectedNames(const protocol::Message& message) {
+  static const auto table = MessageTable();
+  const TableRow& row = table[message.opcode];
+  if (row.name.empty() || message.length < row.least || message.length > row.most) {
+    return {};
+  }
+  if (row.name == "COMMAND" && message.length != 2 + CommandArguments(message.data[1])) {
+    return {};
+  }
+  if (row.name == "ROUND" && !ReadNaiveRound(ToBody(message))) {
+    return {};
+  }
+  return {row.name};
 }
 
 /// The names of the messages as which Decode accepts `message`: one, if all is well, or none.

@@ -40,7 +40,8 @@ struct FrameVector {
 
   /// Whether a decoder hands the message on, whatever the next layer then says to it.
   bool delivered() const {
-    return verdict == "ok" || verdict == "unknown-opcode" || verdict == "bad-length";
+    return verdict == "ok" || verdict == "unknown-opcode" || verdict == "bad-length" ||
+           verdict == "bad-value";
   }
 };
 

@@ -17,7 +17,7 @@ MAX_DATA = 64
 
 # --------------------------------------------------------------------------------------------------
 # Messages: opcode and the layout of DATA. "type" in the opcode's place: the low four bits are the
-# pheromone type. COMMAND's arguments and PING's payload follow the fixed part.
+# pheromone type. COMMAND's arguments, PING's payload and ROUND's lists follow the fixed part.
 
 POSE = "x:i16 y:i16 heading:u16"
 WIDE_POSE = "x:i32 y:i32 heading:u16"
@@ -39,13 +39,14 @@ MESSAGES = {
     "COMMAND_ACK": (0x51, False, "seq:u8 code:u8 result:i16"),
     "EVENT": (0x52, False, "seq:u8 code:u8 argument:i16"),
     "EVENT_ACK": (0xD2, False, "seq:u8"),
-    "HELLO": (0x71, False, "nonce:u16 firmware_version:u8 capabilities:u8"),
+    "HELLO": (0x71, False, "nonce:u16 firmware_version:u8 round_period:u8"),
     "HELLO_ANSWER": (0xF1, False,
                      "nonce:u16 protocol_version:u8 epoch:u16 pose_unit_10um:u16 "
                      "antenna_distance_mm:u16 type_mask:u16 slot_ms:u8 response_window_ms:u8 "
                      "last_opcode:u8 last_seq:u8"),
     "PING": (0x72, False, "payload:bytes"),
     "PING_ANSWER": (0xF2, False, "payload:bytes"),
+    "ROUND": (0xF3, False, "number:u8 turn_ms:u8 turn_bytes:u8 slot_ms:u8 open_slots:u8"),
     "ERROR": (0xFE, False, "refused_opcode:u8 reason:u8 seq:u8"),
 }
 
@@ -60,6 +61,9 @@ COMMAND_ARGUMENTS = {
 }
 
 LARGEST_PING = 16
+EVERYBODY = 255
+MOST_TURNS = 11
+NO_INTENSITIES = -32768
 
 # --------------------------------------------------------------------------------------------------
 # The list. Good frames: name, message, fields.
@@ -138,9 +142,9 @@ GOOD = [
     ("event_ack", "EVENT_ACK", dict(id=1, seq=3)),
     ("event_ack_dle", "EVENT_ACK", dict(id=16, seq=16)),
     ("hello_of_the_worked_example", "HELLO",
-     dict(id=7, nonce=42, firmware_version=1, capabilities=0)),
-    ("hello_extremes", "HELLO", dict(id=254, nonce=65535, firmware_version=255, capabilities=255)),
-    ("hello_dle", "HELLO", dict(id=16, nonce=0x0210, firmware_version=16, capabilities=16)),
+     dict(id=7, nonce=42, firmware_version=1, round_period=0)),
+    ("hello_extremes", "HELLO", dict(id=254, nonce=65535, firmware_version=255, round_period=255)),
+    ("hello_dle", "HELLO", dict(id=16, nonce=0x0210, firmware_version=16, round_period=16)),
     ("hello_answer_of_the_worked_example", "HELLO_ANSWER",
      dict(id=7, nonce=42, protocol_version=1, epoch=1, pose_unit_10um=100, antenna_distance_mm=300,
           type_mask=0x0006, slot_ms=2, response_window_ms=10, last_opcode=0, last_seq=0)),
@@ -162,6 +166,34 @@ GOOD = [
     ("ping_answer_empty", "PING_ANSWER", dict(id=1, payload="")),
     ("ping_answer_nonce", "PING_ANSWER", dict(id=1, payload="DEADBEEF")),
     ("ping_answer_longest_all_dle", "PING_ANSWER", dict(id=16, payload="10" * 16)),
+    ("round_empty", "ROUND",
+     dict(id=255, number=0, turn_ms=0, turn_bytes=0, slot_ms=2, open_slots=255, left=[],
+          right=[], turns=[])),
+    ("round_first", "ROUND",
+     dict(id=255, number=1, turn_ms=25, turn_bytes=20, slot_ms=2, open_slots=0, left=[],
+          right=[], turns=[1, 7])),
+    ("round_several", "ROUND",
+     dict(id=255, number=2, turn_ms=20, turn_bytes=15, slot_ms=2, open_slots=4,
+          left=[4096, -1, 0], right=[2560, -4096, 0], turns=[7, 1, 254, 3])),
+    ("round_without_turns", "ROUND",
+     dict(id=255, number=3, turn_ms=0, turn_bytes=0, slot_ms=2, open_slots=30, left=[32767],
+          right=[-32767], turns=[])),
+    ("round_reasons", "ROUND",
+     dict(id=255, number=255, turn_ms=255, turn_bytes=140, slot_ms=255, open_slots=8,
+          left=[NO_INTENSITIES, NO_INTENSITIES, -32767, NO_INTENSITIES], right=[0, 3, 3, 12],
+          turns=[1])),
+    ("round_of_one_robot_twice", "ROUND",
+     dict(id=255, number=4, turn_ms=17, turn_bytes=14, slot_ms=2, open_slots=0, left=[1],
+          right=[2], turns=[9, 9])),
+    ("round_dle", "ROUND",
+     dict(id=255, number=16, turn_ms=16, turn_bytes=16, slot_ms=16, open_slots=16,
+          left=[0x1010, 0x0310], right=[0x0210, 0x1010], turns=[16, 17])),
+    ("round_largest", "ROUND",
+     dict(id=255, number=128, turn_ms=21, turn_bytes=16, slot_ms=2, open_slots=254,
+          left=list(range(1, 12)), right=list(range(-1, -12, -1)), turns=list(range(244, 255)))),
+    ("round_longest_on_the_wire", "ROUND",
+     dict(id=255, number=16, turn_ms=16, turn_bytes=16, slot_ms=16, open_slots=16,
+          left=[0x1010] * 11, right=[0x1010] * 11, turns=[16] * 11)),
     ("error_unknown_opcode", "ERROR", dict(id=1, refused_opcode=0x41, reason=1, seq=0)),
     ("error_bad_length_of_deposit", "ERROR", dict(id=1, refused_opcode=0x21, reason=2, seq=77)),
     ("error_off_the_map", "ERROR", dict(id=1, refused_opcode=0x01, reason=3, seq=0)),
@@ -201,6 +233,18 @@ BODIES = [
     ("command_halt_with_argument", "01 D1 01 01 00", "bad-length"),
     ("command_speed_without_argument", "01 D1 01 03", "bad-length"),
     ("command_unknown_code", "01 D1 01 0A", "bad-length"),
+    ("round_shorter_than_its_header", "FF F3 01 19 14 02 00", "bad-length"),
+    ("round_without_an_answer_that_it_counts", "FF F3 01 19 14 02 00 01", "bad-length"),
+    ("round_with_half_an_answer", "FF F3 01 19 14 02 00 02 00 10 00 0A 01 02", "bad-length"),
+    ("round_of_twelve_answers", "FF F3 01 19 14 02 00 0C " + "00 10 00 0A " * 12, "bad-length"),
+    ("round_of_fifteen_of_each", "FF F3 01 19 14 02 00 FF " + "01 " * 58, "bad-length"),
+    ("round_of_twelve_turns", "FF F3 01 19 14 02 00 C0 01 02 03 04 05 06 07 08 09 0A 0B 0C",
+     "bad-length"),
+    ("round_with_a_turn_too_few", "FF F3 01 19 14 02 00 20 01", "bad-length"),
+    ("round_with_a_turn_too_many", "FF F3 01 19 14 02 00 21 00 10 00 0A 01 02 03", "bad-length"),
+    ("round_with_a_turn_of_id_zero", "FF F3 01 19 14 02 00 20 01 00", "bad-value"),
+    ("round_with_a_turn_of_everybody", "FF F3 01 19 14 02 00 11 00 10 00 0A FF", "bad-value"),
+    ("round_to_one_robot", "07 F3 01 19 14 02 00 10 07", "bad-value"),
     ("zero_line", "00 00", "refused"),
     ("zero_line_long", "00 00 00 00 00 00 00 00", "refused"),
     ("id_zero", "00 01 00 00 00 00 00 00", "refused"),
@@ -307,6 +351,12 @@ def body_of(message, fields):
         name, kind = item.split(":")
         value = rest.pop(name)
         data += bytes.fromhex(value) if kind == "bytes" else little_endian(value, kind)
+    if message == "ROUND":
+        left, right, turns = rest.pop("left"), rest.pop("right"), rest.pop("turns")
+        data += bytes([16 * len(turns) + len(left)])
+        for one in zip(left, right, strict=True):
+            data += b"".join(little_endian(value, "i16") for value in one)
+        data += bytes(turns)
     if rest:
         raise ValueError(f"{message} has no field {', '.join(rest)}")
     return bytes(body) + data
@@ -318,6 +368,18 @@ def wire_of(body):
     for byte in list(body) + [crc & 0xFF, crc >> 8]:
         out += [byte, byte] if byte == DLE else [byte]
     return bytes(out + [DLE, ETX])
+
+
+def judge_round(to, data):
+    """Six bytes, of which the last counts turns and answers, of four bytes each; then these."""
+    if len(data) < 6:
+        return "bad-length"
+    turns, answers = divmod(data[5], 16)
+    if len(data) != 6 + 4 * answers + turns or answers > MOST_TURNS or turns > MOST_TURNS:
+        return "bad-length"
+    turns = data[6 + 4 * answers:]
+    good = to == EVERYBODY and 0 not in turns and EVERYBODY not in turns
+    return "ok" if good else "bad-value"
 
 
 def judge(body, crc_included):
@@ -337,6 +399,8 @@ def judge(body, crc_included):
             if data < 2 or body[3] not in COMMAND_ARGUMENTS:
                 return "bad-length"
             layout += " " + COMMAND_ARGUMENTS[body[3]]
+        if name == "ROUND":
+            return judge_round(body[0], body[2:])
         if layout == "payload:bytes":
             return "ok" if data <= LARGEST_PING else "bad-length"
         bits = sum(int(item.split(":")[1][1:]) for item in layout.split())
@@ -386,7 +450,7 @@ def read(stream):
 # --------------------------------------------------------------------------------------------------
 # The files.
 
-DELIVERED = ("ok", "unknown-opcode", "bad-length")
+DELIVERED = ("ok", "unknown-opcode", "bad-length", "bad-value")
 
 
 def hexadecimal(data):
@@ -440,6 +504,8 @@ def frames_file(table):
         "verdict    ok              delivered; fields.txt says what it means",
         "           unknown-opcode  delivered by the decoder; no such opcode",
         "           bad-length      delivered by the decoder; wrong length for its opcode",
+        "           bad-value       delivered by the decoder; a ROUND to a single ID, or with",
+        "                           a turn of ID 0 or FF",
         "           refused         CRC right, but ID 0 or opcode 0",
         "           bad-crc         complete, but the CRC is wrong",
         "           bad-escape      DLE followed by something other than DLE, STX, ETX",
@@ -451,14 +517,21 @@ def frames_file(table):
     return text
 
 
+def shown_value(value):
+    if isinstance(value, list):
+        value = ",".join(map(str, value))
+    return "-" if value == "" else str(value)
+
+
 def fields_file():
     text = header(
         "What the frames with the verdict ok mean.", "",
         "name, as in frames.txt | message | field=value ...", "",
         "Values are decimal; only a PING's payload is bytes. \"type\" is the pheromone type in the",
-        "opcode's low four bits. COMMAND's arguments have a name each.")
+        "opcode's low four bits. COMMAND's arguments have a name each. ROUND's lists are separated",
+        "by commas: left and right of its answers, and the IDs of its turns.")
     for name, message, fields in GOOD:
-        shown = " ".join(f"{key}={'-' if value == '' else value}" for key, value in fields.items())
+        shown = " ".join(f"{key}={shown_value(value)}" for key, value in fields.items())
         text += f"{name} | {message} | {shown}\n"
     return text
 

@@ -20,7 +20,7 @@ INBOUND, OUTBOUND = 1, 2
 RENAMED = {"speed_mm_s": "speed", "type_to_follow": "follow_type",
            "code": {"COMMAND": "command", "COMMAND_ACK": "command", "EVENT": "event"},
            "pose_unit_10um": "pose_unit", "antenna_distance_mm": "antenna_distance",
-           "slot_ms": "slot", "response_window_ms": "window"}
+           "slot_ms": "slot", "response_window_ms": "window", "turns": "turn"}
 
 
 def rows(name):
@@ -90,9 +90,10 @@ class DissectorTest(unittest.TestCase):
         meanings = list(rows("fields.txt"))
         names = ["id", "type", "seq", "x", "y", "heading", "left", "right", "quanta", "command",
                  "speed", "follow_type", "parameter", "value", "result", "event", "argument",
-                 "nonce", "firmware_version", "capabilities", "protocol_version", "epoch",
+                 "nonce", "firmware_version", "round_period", "protocol_version", "epoch",
                  "pose_unit", "antenna_distance", "type_mask", "slot", "window", "last_opcode",
-                 "last_seq", "refused_opcode", "reason", "payload"]
+                 "last_seq", "refused_opcode", "reason", "payload", "number", "turn_ms",
+                 "turn_bytes", "open_slots", "turn"]
         found = self.dissect([(0, i, INBOUND, wires[name], 0)
                               for i, (name, *_) in enumerate(meanings)],
                              ["pheromone.message"] + ["pheromone." + name for name in names])
@@ -111,7 +112,8 @@ class DissectorTest(unittest.TestCase):
                     if key == "payload":
                         self.assertEqual("".join(got), "" if value == "-" else value.lower())
                     else:
-                        self.assertEqual([int(it, 0) for it in got], [int(value)], key)
+                        told = [] if value == "-" else [int(it) for it in value.split(",")]
+                        self.assertEqual([int(it, 0) for it in got], told, key)
                 others = [it for it, column in zip(names, columns) if column and it not in expected]
                 self.assertEqual(others, [])
 

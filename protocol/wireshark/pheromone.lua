@@ -30,9 +30,9 @@ local COMMANDS = { "halt", "resume", "speed", "go to", "follow type", "pick the 
                    "drop the load", "set parameter", "get parameter" }
 local EVENTS = { "load picked", "load dropped", "obstacle", "off the map", "trail lost",
                  "fail-safe stop", "goal reached", "parameter value", "battery low" }
-local VERDICTS = { "ok", "unknown-opcode", "bad-length", "refused", "bad-crc", "bad-escape",
-                   "oversize", "runt", "restarted", "timed-out" }
-local BAD_CRC = 5
+-- The verdicts on frames that a receiver does not drop.
+local DELIVERED = { ok = true, ["unknown-opcode"] = true, ["bad-length"] = true,
+                    ["bad-value"] = true }
 
 local f = {
   link = ProtoField.uint16("pheromone.link", "Link"),
@@ -63,7 +63,7 @@ local f = {
   argument = ProtoField.int16("pheromone.argument", "Argument"),
   nonce = ProtoField.uint16("pheromone.nonce", "Nonce"),
   firmware_version = ProtoField.uint8("pheromone.firmware_version", "Firmware version"),
-  capabilities = ProtoField.uint8("pheromone.capabilities", "Capabilities", base.HEX),
+  round_period = ProtoField.uint8("pheromone.round_period", "Period of turns (20 ms)"),
   protocol_version = ProtoField.uint8("pheromone.protocol_version", "Protocol version"),
   epoch = ProtoField.uint16("pheromone.epoch", "Epoch"),
   pose_unit = ProtoField.uint16("pheromone.pose_unit", "Pose unit (10 um)"),
@@ -76,6 +76,12 @@ local f = {
   payload = ProtoField.bytes("pheromone.payload", "Payload"),
   refused_opcode = ProtoField.uint8("pheromone.refused_opcode", "Refused opcode", base.HEX),
   reason = ProtoField.uint8("pheromone.reason", "Reason", base.DEC, REASONS),
+  number = ProtoField.uint8("pheromone.number", "Round"),
+  turn_ms = ProtoField.uint8("pheromone.turn_ms", "Length of a turn (ms)"),
+  turn_bytes = ProtoField.uint8("pheromone.turn_bytes", "Longest frame of a turn (bytes)"),
+  open_slots = ProtoField.uint8("pheromone.open_slots", "Open slots"),
+  counts = ProtoField.uint8("pheromone.counts", "Number of turns and of answers", base.HEX),
+  turn = ProtoField.uint8("pheromone.turn", "Turn of client"),
 }
 local fields = {}
 for _, field in pairs(f) do fields[#fields + 1] = field end
@@ -91,8 +97,8 @@ pheromone.experts = { e_damaged, e_malformed, e_error }
 
 -- ---------------------------------------------------------------- Messages.
 
--- Layouts of DATA: { field, bytes, signed } in order. In the services that take a pheromone type,
--- the key is the opcode without it.
+-- Layouts of DATA: { field, bytes, signed, remark } in order. In the services that take a pheromone
+-- type, the key is the opcode without it.
 local POSE = { { f.x, 2, true }, { f.y, 2, true }, { f.heading, 2 } }
 local WIDE_POSE = { { f.x, 4, true }, { f.y, 4, true }, { f.heading, 2 } }
 local SEQ = { f.seq, 1 }
@@ -112,7 +118,7 @@ local OTHERS = {
   [0x51] = { "COMMAND_ACK", { SEQ, { f.command, 1 }, { f.result, 2, true } } },
   [0x52] = { "EVENT", { SEQ, { f.event, 1 }, { f.argument, 2, true } } },
   [0xD2] = { "EVENT_ACK", { SEQ } },
-  [0x71] = { "HELLO", { { f.nonce, 2 }, { f.firmware_version, 1 }, { f.capabilities, 1 } } },
+  [0x71] = { "HELLO", { { f.nonce, 2 }, { f.firmware_version, 1 }, { f.round_period, 1 } } },
   [0xF1] = { "HELLO_ANSWER", {
     { f.nonce, 2 }, { f.protocol_version, 1 }, { f.epoch, 2 }, { f.pose_unit, 2 },
     { f.antenna_distance, 2 }, { f.type_mask, 2 }, { f.slot, 1 }, { f.window, 1 },
@@ -125,6 +131,46 @@ local ARGUMENTS = {
   { { f.parameter, 1 } },
 }
 local MAX_PING = 16
+local ROUND, ROUND_HEADER, MAX_TURNS = 0xF3, 6, 11
+local EVERYBODY = 0xFF
+
+-- The layout of a ROUND, or none if the length is wrong.
+local function round_layout(data)
+  if data:len() < ROUND_HEADER then return nil end
+  local counts = data:get_index(ROUND_HEADER - 1)
+  local answers, turns = counts % 16, bit32.rshift(counts, 4)
+  if answers > MAX_TURNS or turns > MAX_TURNS or
+      data:len() ~= ROUND_HEADER + 4 * answers + turns then
+    return nil
+  end
+  local layout = { { f.number, 1 }, { f.turn_ms, 1 }, { f.turn_bytes, 1 }, { f.slot, 1 },
+                   { f.open_slots, 1 }, { f.counts, 1 } }
+  for i = 1, answers do
+    local at = ROUND_HEADER + 4 * (i - 1)
+    if data:get_index(at) == 0x00 and data:get_index(at + 1) == 0x80 then
+      local reason = data:get_index(at + 2) + 256 * data:get_index(at + 3)
+      layout[#layout + 1] = { f.left, 2, true, "no intensities" }
+      layout[#layout + 1] = { f.right, 2, true,
+                              reason == 0 and "not heard or not answered yet" or
+                              REASONS[reason] or "unknown reason" }
+    else
+      layout[#layout + 1] = ANTENNAS[1]
+      layout[#layout + 1] = ANTENNAS[2]
+    end
+  end
+  for _ = 1, turns do layout[#layout + 1] = { f.turn, 1 } end
+  return layout
+end
+
+-- Of a ROUND whose length is right.
+local function has_bad_value(body)
+  if body[1] ~= EVERYBODY then return true end
+  local turns = 2 + ROUND_HEADER + 4 * (body[2 + ROUND_HEADER] % 16)
+  for i = turns + 1, #body - 2 do
+    if body[i] == 0 or body[i] == EVERYBODY then return true end
+  end
+  return false
+end
 
 -- The name of a message and the layout of its DATA; no layout: the length is wrong; no name: there
 -- is no such opcode.
@@ -136,6 +182,8 @@ local function find_layout(opcode, data)
     local name = opcode == 0x72 and "PING" or "PING_ANSWER"
     if data:len() > MAX_PING then return name, nil end
     return name, { { f.payload, data:len() } }, false
+  elseif opcode == ROUND then
+    return "ROUND", round_layout(data), false
   elseif opcode == 0xD1 then
     local arguments = data:len() >= 2 and ARGUMENTS[data:get_index(1)]
     if not arguments then return "COMMAND", nil end
@@ -175,15 +223,16 @@ local function crc16(bytes, count)
 end
 
 local function judge(body)
-  if #body < MIN_FRAME then return 8 end
+  if #body < MIN_FRAME then return "runt" end
   local bytes = byte_array(body, 0, #body)
   local sent = bytes:get_index(#body - 2) + 256 * bytes:get_index(#body - 1)
-  if crc16(bytes, #body - 2) ~= sent then return BAD_CRC end
-  if body[1] == 0 or body[2] == 0 then return 4 end
+  if crc16(bytes, #body - 2) ~= sent then return "bad-crc" end
+  if body[1] == 0 or body[2] == 0 then return "refused" end
   local name, layout = find_layout(body[2], data_of(body))
-  if not name then return 2 end
-  if not layout then return 3 end
-  return 1
+  if not name then return "unknown-opcode" end
+  if not layout then return "bad-length" end
+  if body[2] == ROUND and has_bad_value(body) then return "bad-value" end
+  return "ok"
 end
 
 -- A receiver as section 2 of the specification has it. Byte by byte; `ended(body, verdict, first,
@@ -202,7 +251,7 @@ function Receiver:take(bytes, time, gap_timeout_ms, ended)
     self.inside, self.body = false, {}
   end
   if gap_timeout_ms > 0 and self.last_time and (time - self.last_time) * 1000 > gap_timeout_ms then
-    if self.inside then finish(10, -1) end
+    if self.inside then finish("timed-out", -1) end
     self.escaped = false
   end
   self.last_time = time
@@ -211,7 +260,7 @@ function Receiver:take(bytes, time, gap_timeout_ms, ended)
     if self.escaped then
       self.escaped = false
       if value == STX then
-        if self.inside then finish(9, i - 2) end
+        if self.inside then finish("restarted", i - 2) end
         self.inside, first = true, i - 1
       elseif self.inside then
         if value == DLE then
@@ -219,7 +268,7 @@ function Receiver:take(bytes, time, gap_timeout_ms, ended)
         elseif value == ETX then
           finish(judge(self.body), i)
         else
-          finish(6, i)
+          finish("bad-escape", i)
         end
       elseif value == DLE then
         self.escaped = true  -- there is no stuffing outside
@@ -229,7 +278,7 @@ function Receiver:take(bytes, time, gap_timeout_ms, ended)
     elseif self.inside then
       self.body[#self.body + 1] = value
     end
-    if self.inside and #self.body > MAX_FRAME then finish(7, i) end
+    if self.inside and #self.body > MAX_FRAME then finish("oversize", i) end
   end
 end
 
@@ -262,13 +311,15 @@ local function add_fields(tree, body_tvb, layout, typed)
     local field, length = item[1], item[2]
     if length > 0 or field ~= f.payload then
       local range = body_tvb(offset, length)
+      local added
       if field == f.payload then
-        tree:add(field, range)
+        added = tree:add(field, range)
       elseif item[3] then
-        tree:add(field, range, range:le_int())
+        added = tree:add(field, range, range:le_int())
       else
-        tree:add(field, range, range:le_uint())
+        added = tree:add(field, range, range:le_uint())
       end
+      if item[4] then added:append_text(" (" .. item[4] .. ")") end
     end
     offset = offset + length
   end
@@ -276,7 +327,7 @@ end
 
 -- Adds a frame to the tree; returns how the list of packets sums it up.
 local function dissect_frame(tvb, tree, frame)
-  local verdict = VERDICTS[frame.verdict]
+  local verdict = frame.verdict
   local range = frame.last >= frame.first and tvb(frame.first, frame.last - frame.first + 1) or tvb()
   local sub = tree:add(pheromone, range, "Pheromone frame, " .. verdict)
   sub:add(f.verdict, range, verdict)
@@ -285,7 +336,7 @@ local function dissect_frame(tvb, tree, frame)
     return verdict
   end
   local body_tvb = byte_array(frame.body, 0, #frame.body):tvb("Frame, unstuffed")
-  if frame.verdict >= 4 then
+  if not DELIVERED[verdict] then
     sub:add(f.data, body_tvb())
     sub:add_proto_expert_info(e_damaged, verdict)
     return verdict
@@ -300,15 +351,15 @@ local function dissect_frame(tvb, tree, frame)
     add_fields(sub, body_tvb, layout, typed)
   else
     if data_length > 0 then sub:add(f.data, body_tvb(2, data_length)) end
-    sub:add_proto_expert_info(e_malformed, verdict)
   end
+  if verdict ~= "ok" then sub:add_proto_expert_info(e_malformed, verdict) end
   sub:add_le(f.crc, body_tvb(#frame.body - 2, 2))
   sub:set_text("Pheromone " .. (name or string.format("opcode %02X", opcode)) .. ", client " .. id)
   local summary = string.format("%s %d", name or string.format("opcode %02X", opcode), id)
   if opcode == 0xFE and layout then
     sub:add_proto_expert_info(e_error, REASONS[frame.body[4]] or "unknown reason")
     summary = summary .. ": " .. (REASONS[frame.body[4]] or tostring(frame.body[4]))
-  elseif frame.verdict ~= 1 then
+  elseif verdict ~= "ok" then
     summary = summary .. " (" .. verdict .. ")"
   end
   return summary

@@ -3,6 +3,23 @@
 #include <algorithm>
 
 namespace pheromone::capture {
+namespace {
+
+bool StandsFor(const protocol::RoundAnswer& answer, const protocol::Message& message) {
+  protocol::SenseAnswer sense;
+  protocol::TraceAnswer trace;
+  protocol::ErrorAnswer error;
+  if (Decode(message, &sense)) {
+    return sense.left == answer.left && sense.right == answer.right;
+  }
+  if (Decode(message, &trace)) {
+    return trace.left == answer.left && trace.right == answer.right;
+  }
+  return Decode(message, &error) && answer.left == protocol::kNoIntensities &&
+         static_cast<int16_t>(error.reason) == answer.right;
+}
+
+}  // namespace
 
 bool Same(const protocol::Message& a, const protocol::Message& b) {
   return a.id == b.id && a.opcode == b.opcode && a.length == b.length &&
@@ -38,6 +55,24 @@ bool InFlight::Take(const Sent& sent) {
     }
   }
   return true;
+}
+
+bool InFlight::TakeFor(engine::LinkIndex link, uint8_t id, const protocol::RoundAnswer& answer) {
+  const auto begin = waiting_.lower_bound({link, id});
+  const auto end = waiting_.upper_bound({link, id != 0 ? id : protocol::kBroadcastId});
+  for (auto it = begin; it != end; ++it) {
+    std::deque<protocol::Message>& queue = it->second;
+    const auto at = std::find_if(queue.begin(), queue.end(),
+                                 [&](const auto& message) { return StandsFor(answer, message); });
+    if (at != queue.end()) {
+      queue.erase(at);
+      if (queue.empty()) {
+        waiting_.erase(it);
+      }
+      return true;
+    }
+  }
+  return false;
 }
 
 size_t InFlight::Count(const Sent& sent) const {

@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/messages.h"
 #include "server/capture/record.h"
 
 namespace pheromone::capture {
@@ -32,6 +33,11 @@ class InFlight {
 
   /// False if the message is not in flight.
   bool Take(const Sent& sent);
+
+  /// Takes the oldest answer to robot `id` for which `answer` in a ROUND can stand: to SENSE or
+  /// TRACE with these intensities, or an ERROR with this reason. `id` 0: to any robot, the lowest
+  /// ID first. False if there is none.
+  bool TakeFor(engine::LinkIndex link, uint8_t id, const protocol::RoundAnswer& answer);
 
   /// The number of copies in flight.
   size_t Count(const Sent& sent) const;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/messages.h"
 #include "protocol/opcodes.h"
 #include "server/capture/format.h"
 #include "server/capture/partial_frame.h"
@@ -146,6 +147,7 @@ void Recorder::PushStart(capture::Start start, engine::Service::Frozen* frozen) 
   start.recording = recording_;
   start.part = ++part_;
   start.under_way = in_flight_.All();
+  rounds_ = {};
   start.state_bytes = bytes;
   Push(std::move(start), true);
   ++file_;
@@ -207,12 +209,28 @@ void Recorder::Wrote(const Connection& line, std::span<const uint8_t> bytes) {
   const bool still_from_before = now_ns - recording_ < kStillFromBeforeNs;
   protocol::FrameDecoder frames(protocol::kNoGapTimeout);
   frames.PushBlock(bytes.data(), bytes.size(), 0, [&](const protocol::Message& message) {
-    const Sent sent{line.link, message};
-    if (!in_flight_.Take(sent) && still_from_before) {
-      Push(FromBefore{sent});
-    }
+    Take(line, message, still_from_before);
   });
   Push(Packet{now_ns, line.link, line.connection, Direction::kToRobots, Copy(bytes), 0});
+}
+
+// Under mutex_.
+void Recorder::Take(const Connection& line, const protocol::Message& written,
+                    bool still_from_before) {
+  std::vector<Sent> unknown;
+  protocol::Round round;
+  if (protocol::Decode(written, &round)) {
+    for (const auto& answer : rounds_.Take(line.link, line.connection, round, &in_flight_)) {
+      unknown.push_back({line.link, WrittenRounds::MessageOf(answer)});
+    }
+  } else if (!in_flight_.Take({line.link, written})) {
+    unknown.push_back({line.link, written});
+  }
+  for (const Sent& sent : unknown) {
+    if (still_from_before) {
+      Push(FromBefore{sent});
+    }
+  }
 }
 
 void Recorder::Dropped(engine::LinkIndex link, const protocol::Message& message) {

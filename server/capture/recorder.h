@@ -41,6 +41,7 @@
 #include "server/capture/in_flight.h"
 #include "server/capture/record.h"
 #include "server/capture/rotation_lock.h"
+#include "server/capture/written_rounds.h"
 #include "server/engine/observer.h"
 #include "server/engine/service.h"
 
@@ -162,6 +163,7 @@ class Recorder final : public engine::Observer {
   void StateLost();
   void Push(Record record, bool always = false);
   void Give(std::span<const engine::Outgoing> sent);
+  void Take(const Connection& line, const protocol::Message& written, bool still_from_before);
   Status WriteAll(const std::deque<Record>& records, bool* state_lost);
   Status WriteState(engine::FrozenState* frozen, bool* lost);
   Status Write(std::string* bytes);
@@ -183,6 +185,7 @@ class Recorder final : public engine::Observer {
   bool begin_wanted_ = false;  // as soon as the state is free
   uint64_t lost_here_ = 0;     // since the last record that was queued
   InFlight in_flight_;
+  WrittenRounds rounds_;    // in this file
   uint64_t recording_ = 0;  // when its first file began
   uint32_t part_ = 0;
   uint64_t file_ = 0;  // counts the files of all recordings

@@ -285,18 +285,49 @@ std::string Replay::TakeWritten(const Packet& packet) {
     return LinkName(packet.link) + ": expected whole frames, found " + Hex(packet.bytes);
   }
   for (const protocol::Message& message : written) {
-    if (!in_flight_.Take({packet.link, message})) {
-      const protocol::Message* first = in_flight_.First(packet.link, message.id);
-      return LinkName(packet.link) + ", connection " + std::to_string(packet.connection) +
-             ": expected " +
-             (first != nullptr ? HexOf(*first)
-                               : "nothing for robot " + std::to_string(message.id)) +
-             ", found " + HexOf(message);
+    protocol::Round round;
+    const std::string wrong =
+        protocol::Decode(message, &round) ? TakeRound(packet, round) : TakeMessage(packet, message);
+    if (!wrong.empty()) {
+      return LinkName(packet.link) + ", connection " + std::to_string(packet.connection) + ": " +
+             wrong;
     }
-    ++report_.answers;
   }
   report_.answer_bytes += whole.size();
   return "";
+}
+
+std::string Replay::TakeMessage(const Packet& packet, const protocol::Message& message) {
+  if (in_flight_.Take({packet.link, message})) {
+    ++report_.answers;
+    return "";
+  }
+  return "expected " + Expected(packet.link, message.id) + ", found " + HexOf(message);
+}
+
+// The engine knows no rounds: what a ROUND answers, it has given as messages.
+std::string Replay::TakeRound(const Packet& packet, const protocol::Round& round) {
+  const uint64_t before = rounds_.taken();
+  const std::vector<WrittenRounds::Answer> missing =
+      rounds_.Take(packet.link, packet.connection, round, &in_flight_);
+  report_.answers += rounds_.taken() - before;
+  if (missing.empty()) {
+    return "";
+  }
+  const auto& [id, values] = missing.front();
+  const std::string text =
+      values.left == protocol::kNoIntensities
+          ? "the reason " + std::to_string(values.right)
+          : "P_L " + std::to_string(values.left) + ", P_R " + std::to_string(values.right);
+  const std::string where = "ROUND " + std::to_string(round.number);
+  return id == 0 ? where + " has an answer to a turn that nobody had, " + text
+                 : "expected " + Expected(packet.link, id) + ", found in " + where +
+                       " the answer to robot " + std::to_string(id) + ", " + text;
+}
+
+std::string Replay::Expected(engine::LinkIndex link, uint8_t id) const {
+  const protocol::Message* first = in_flight_.First(link, id);
+  return first != nullptr ? HexOf(*first) : "nothing for robot " + std::to_string(id);
 }
 
 std::string Replay::On(const Dropped& dropped) {

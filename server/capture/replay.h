@@ -1,6 +1,6 @@
 // Replays a capture in an engine of its own and compares the results: the messages decoded from the
 // bytes, the engine's changes, and every answer, byte for byte, with the bytes written to the
-// robots; at the end the state hash.
+// robots, or with its place in a ROUND; at the end the state hash.
 //
 //   Replay replay;
 //   for (each record of the file) {
@@ -26,6 +26,7 @@
 #include "server/base/result.h"
 #include "server/capture/in_flight.h"
 #include "server/capture/reader.h"
+#include "server/capture/written_rounds.h"
 #include "server/engine/engine.h"
 
 namespace pheromone::capture {
@@ -35,7 +36,7 @@ struct ReplayReport {
   uint64_t packets = 0;
   uint64_t messages = 0;  ///< from robots, passed to the engine
   uint64_t events = 0;    ///< that did not come from robots
-  uint64_t answers = 0;   ///< messages written to robots
+  uint64_t answers = 0;   ///< messages written to robots, as frames or in a ROUND
   uint64_t answer_bytes = 0;
   uint64_t dropped = 0;      ///< given, but never written, as recorded
   uint64_t from_before = 0;  ///< written, but given before the recording began
@@ -80,7 +81,9 @@ class Replay {
   std::string On(const End& end);
 
   std::string TakeWritten(const Packet& packet);
-  std::string TakeDecoded(engine::LinkIndex link, const protocol::Message& message);
+  std::string TakeMessage(const Packet& packet, const protocol::Message& message);
+  std::string TakeRound(const Packet& packet, const protocol::Round& round);
+  std::string Expected(engine::LinkIndex link, uint8_t id) const;
   std::string TakeOne(const Batch& batch, const Handled& handled);
   void Give(size_t from);
   protocol::FrameDecoder& DecoderOf(engine::LinkIndex link, uint32_t connection);
@@ -93,6 +96,7 @@ class Replay {
   std::map<std::pair<engine::LinkIndex, uint32_t>, protocol::FrameDecoder> decoders_;
   std::map<engine::LinkIndex, std::deque<protocol::Message>> decoded_;  // and not yet handed over
   InFlight in_flight_;
+  WrittenRounds rounds_;
   std::vector<engine::Outgoing> out_;
   uint64_t time_ns_ = 0;
   uint64_t end_utc_ns_ = 0;

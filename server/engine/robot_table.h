@@ -49,7 +49,7 @@ struct RobotState {
   uint16_t nonce = 0;
   std::optional<uint16_t> previous_nonce;
   uint8_t firmware_version = 0;
-  uint8_t capabilities = 0;
+  uint8_t round_period = 0;  ///< as in HELLO
 
   bool has_last = false;    ///< false only under the earlier rules: its last request is forgotten
   uint8_t last_opcode = 0;  ///< of its last change; 0: none

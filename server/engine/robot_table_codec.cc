@@ -56,7 +56,7 @@ void EncodeRobot(const RobotState& robot, ByteWriter* writer) {
   writer->U16(robot.nonce);
   EncodeOptional(robot.previous_nonce, writer, [&](uint16_t nonce) { writer->U16(nonce); });
   writer->U8(robot.firmware_version);
-  writer->U8(robot.capabilities);
+  writer->U8(robot.round_period);
   writer->Flag(robot.has_last);
   writer->U8(robot.last_opcode);
   writer->U8(robot.last_seq);
@@ -86,7 +86,7 @@ RobotState DecodeRobot(uint8_t version, ByteReader* reader) {
     robot.previous_nonce = reader->U16();
   }
   robot.firmware_version = reader->U8();
-  robot.capabilities = reader->U8();
+  robot.round_period = reader->U8();
   robot.has_last = reader->Flag();
   robot.last_opcode = reader->U8();
   robot.last_seq = reader->U8();

@@ -22,7 +22,7 @@ using Change = std::function<void(RobotState&)>;
 
 // Does not compile once a field is added: it belongs in the hash, and below.
 [[maybe_unused]] void NameEveryField(const RobotState& robot) {
-  [[maybe_unused]] const auto& [epoch, nonce, previous_nonce, firmware_version, capabilities,
+  [[maybe_unused]] const auto& [epoch, nonce, previous_nonce, firmware_version, round_period,
                                 has_last, last_opcode, last_seq, last_crc, last_answer, last_change,
                                 last_activity, next_command_seq, command, last_event, observed] =
       robot;
@@ -46,7 +46,7 @@ RobotState FullRobot() {
   robot.nonce = 1'000;
   robot.previous_nonce = 2'000;
   robot.firmware_version = 3;
-  robot.capabilities = 1;
+  robot.round_period = 1;
   robot.has_last = true;
   robot.last_opcode = 0x20;
   robot.last_seq = 30;
@@ -74,7 +74,7 @@ std::map<std::string, Change> EveryChange() {
       {"no previous nonce", [](R& r) { r.previous_nonce.reset(); }},
       {"previous nonce 0", [](R& r) { r.previous_nonce = 0; }},
       {"firmware", [](R& r) { ++r.firmware_version; }},
-      {"capabilities", [](R& r) { ++r.capabilities; }},
+      {"round_period", [](R& r) { ++r.round_period; }},
       {"no last", [](R& r) { r.has_last = false; }},
       {"last opcode", [](R& r) { ++r.last_opcode; }},
       {"last seq", [](R& r) { ++r.last_seq; }},

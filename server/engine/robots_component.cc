@@ -152,7 +152,7 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const
     robot.epoch = context.epoch;
     robot.nonce = hello.nonce;
     robot.firmware_version = hello.firmware_version;
-    robot.capabilities = hello.capabilities;
+    robot.round_period = hello.round_period;
     robot.last_activity = context.sequence;
   });
   return message;

@@ -31,7 +31,7 @@ namespace pheromone::radio {
 constexpr Time kNever = Time::max();
 
 /// The unit of the period in HELLO.
-constexpr std::chrono::milliseconds kPeriodUnit{20};
+constexpr std::chrono::milliseconds kPeriodUnit{protocol::kRoundPeriodMs};
 
 struct RoundOptions {
   Timing timing;

@@ -82,7 +82,7 @@ json::object ToJson(const control::ClientView& client) {
           {"previous_nonce",
            robot.previous_nonce ? json::value(*robot.previous_nonce) : json::value(nullptr)},
           {"firmware_version", robot.firmware_version},
-          {"capabilities", robot.capabilities},
+          {"round_period_ms", robot.round_period * protocol::kRoundPeriodMs},
           {"last_event", EventToJson(robot.last_event)},
           {"last_command", CommandToJson(robot.command)}};
 }

@@ -26,7 +26,7 @@ def check_errors(robot: Robot, model: Model) -> None:
         "TRACE": {"type": 1, "seq": 99, "x": 0, "y": 0, "heading": 0},
         "TRACE_WIDE": {"type": 1, "seq": 99, "x": 0, "y": 0, "heading": 0},
         "EVENT": {"seq": 99, "code": 1, "argument": 0},
-        "HELLO": {"nonce": 9000, "firmware_version": 1, "capabilities": 0},
+        "HELLO": {"nonce": 9000, "firmware_version": 1, "round_period": 0},
     }
     for name, fields in whole.items():
         body = build(name, me, **fields)

@@ -37,6 +37,15 @@ def from_hex(text: str) -> bytes:
     return b"" if text == "-" else bytes.fromhex(text)
 
 
+def value_of(message: str, key: str, text: str) -> bytes | int | list[int]:
+    """A field of fields.txt."""
+    if key == "payload":
+        return from_hex(text)
+    if message == "ROUND" and key in ("left", "right", "turns"):
+        return [int(one) for one in text.split(",") if one != "-"]
+    return int(text)
+
+
 def frames() -> dict[str, Frame]:
     """By name."""
     return {
