@@ -30,7 +30,7 @@ constexpr Duration kWidestOpening = 200ms;
 constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
 constexpr int kNewcomers = 8;                // exchanges in an opening, at least
 constexpr Duration kLongestClosed = 3s;
-constexpr int kQuietInterval = 49;           // of the length of an opening, until the next
+constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
 
 size_t WireBytes(const protocol::Message& message) {
   std::array<uint8_t, protocol::kMaxFrame> frame{};
@@ -104,10 +104,11 @@ void Rounds::OnAnswered(Time end) {
   }
 }
 
-// Those with turns wait meanwhile. An opening ends with something that was heard or said in it, when
-// everybody else is silent.
+// Those with turns wait meanwhile. An opening ends with something that was heard or said in it,
+// when everybody else is silent.
 bool Rounds::MayGoOn(Time now) const {
-  return exchanges_ < ExchangesAnOpening() && now < turns_end_ + (collided_ ? kCrowdedOpening : kLongestOpening);
+  return exchanges_ < ExchangesAnOpening() &&
+         now < turns_end_ + (collided_ ? kCrowdedOpening : kLongestOpening);
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {

@@ -52,8 +52,7 @@ struct RoundCounters {
 
 class Rounds {
  public:
-  explicit Rounds(const RoundOptions& options)
-      : options_(options), number_(options.first_number) {}
+  explicit Rounds(const RoundOptions& options) : options_(options), number_(options.first_number) {}
 
   /// A message was received whole at `at`.
   void OnHeard(const protocol::Message& message, Time at);
@@ -118,7 +117,7 @@ class Rounds {
   std::vector<Turn> turns_;            // of the round in progress
   bool active_ = false;
   uint32_t order_ = 1;  // a linear congruential generator
-  uint8_t number_;  // of the last ROUND
+  uint8_t number_;      // of the last ROUND
   uint8_t open_slots_ = 0;
   Duration turn_{};
   Time sent_at_{};
