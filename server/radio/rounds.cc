@@ -1,7 +1,7 @@
 #include "server/radio/rounds.h"
 
 #include <algorithm>
-#include <cassert>
+#include <utility>
 
 #include "protocol/frame.h"
 
@@ -96,6 +96,16 @@ bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
     }
   }
   return false;
+}
+
+std::vector<protocol::Message> Rounds::DropAnswers() {
+  std::vector<protocol::Message> dropped;
+  for (Turn& turn : turns_) {
+    if (turn.answer) {
+      dropped.push_back(*std::exchange(turn.answer, std::nullopt));
+    }
+  }
+  return dropped;
 }
 
 void Rounds::Join(uint8_t id, Time now) {
