@@ -1,6 +1,6 @@
 # Fails if an image needs more flash or static memory than it is allowed:
 #
-#   cmake -DSIZE=avr-size -DELF=image.elf -DFLASH=8192 -DRAM=1024 -P check_size.cmake
+#   cmake -DSIZE=avr-size -DELF=image.elf -DFLASH=16384 -DRAM=1536 -P check_size.cmake
 #
 # Flash holds code and the initial values of variables; memory the variables, those that start-up
 # leaves alone (.noinit) included.

@@ -1,9 +1,9 @@
 // Random delays on a shared channel: a seeded generator and the contention window.
 //
 // The window starts at 8 slots, doubles when an answer is missing, up to 8 slots plus 2 for each
-// other robot heard, and shrinks by an eighth on success, down to 8. A delay is a random number of
-// slots below the window. (After Bianchi 2000 the best window is in proportion to the number of
-// stations; 2 slots each suit turnarounds of 2 and of 20 ms.)
+// other robot heard and 254 in all, and shrinks by an eighth on success, down to 8. A delay is a
+// random number of slots below the window. (After Bianchi 2000 the best window is in proportion to
+// the number of stations; 2 slots each suit turnarounds of 2 and of 20 ms.)
 #pragma once
 
 #include <stdint.h>
@@ -12,6 +12,7 @@ namespace pheromone {
 namespace client {
 
 constexpr uint8_t kMinWindow = 8;
+constexpr uint8_t kMaxWindow = 254;  // so that one slot more can be counted in 8 bits
 
 /// A linear congruential generator modulo 2^16 (multiplier of Grogono) of which only the high byte
 /// is used: small, and the same sequence on every machine for a seed. Its increment grows by the ID
@@ -37,13 +38,14 @@ class Random {
 
 class ContentionWindow {
  public:
-  /// `others`: the number of other robots on the channel, at most 127.
+  /// `others`: the number of other robots on the channel.
   void OnMiss(uint8_t others) {
-    const uint8_t most = static_cast<uint8_t>(kMinWindow + 2 * others);
-    slots_ = static_cast<uint8_t>(slots_ * 2);
-    if (slots_ > most) {
-      slots_ = most;
+    uint16_t most = static_cast<uint16_t>(kMinWindow + 2u * others);
+    if (most > kMaxWindow) {
+      most = kMaxWindow;
     }
+    const uint16_t doubled = static_cast<uint16_t>(2u * slots_);
+    slots_ = static_cast<uint8_t>(doubled < most ? doubled : most);
   }
 
   void OnSuccess() {

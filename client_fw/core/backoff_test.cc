@@ -103,6 +103,18 @@ TEST(RandomTest, BelowZeroIsZero) {
   EXPECT_EQ(0, Random(1, 1).Below(0));
 }
 
+TEST(ContentionWindowTest, StopsGrowingWhereItsTypeEnds) {
+  for (const uint8_t others : {uint8_t{123}, uint8_t{127}, uint8_t{200}, uint8_t{254}}) {
+    ContentionWindow window;
+    for (int i = 0; i < 10; ++i) {
+      const uint8_t before = window.slots();
+      window.OnMiss(others);
+      EXPECT_GE(window.slots(), before);
+    }
+    EXPECT_EQ(kMaxWindow, window.slots());
+  }
+}
+
 }  // namespace
 }  // namespace client
 }  // namespace pheromone

@@ -94,7 +94,15 @@ TEST(ChannelTest, NothingIsBegunInsideAForeignFrame) {
   EXPECT_EQ(before, harness.frames_sent);
 }
 
-// Points in time are 16 bits wide, and 65 s are no time at all for them.
+// Other robots send requests for `ms` without a pause.
+void Crowd(uint32_t ms, Harness* harness) {
+  for (uint32_t i = 0; i < ms; i += kTestIdleMs - 1) {
+    harness->FeedEncoded(protocol::SenseRequest{kTestId + 1, 2, false, {}});
+    harness->Run(kTestIdleMs - 1);
+  }
+}
+
+// Timers are 16 bits wide, and 65 s are no time at all for them.
 TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpell) {
   for (const uint32_t busy_ms : {30000u, 33000u, 40000u, 60000u, 66000u, 100000u}) {
     for (const bool told : {false, true}) {  // HELLO never answered, or the channel lost later
@@ -102,12 +110,9 @@ TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpell) {
       if (told) {
         harness.GreetAndServe(1500);
       }
-      harness.busy = true;
-      harness.Run(busy_ms);
       const int before = harness.frames_sent;
-      harness.Run(1);
+      Crowd(busy_ms, &harness);
       EXPECT_EQ(before, harness.frames_sent);
-      harness.busy = false;
       EXPECT_TRUE(harness.RunUntilSent(2000)) << busy_ms;
       EXPECT_EQ(protocol::kHello, harness.sent.opcode);
     }
@@ -119,17 +124,15 @@ TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpellWithCommands) {
   for (const uint32_t busy_ms : {30000u, 33000u, 40000u, 60000u, 66000u, 100000u}) {
     Harness harness;
     harness.GreetAndServe(1500);
-    harness.busy = true;
     protocol::Command command;
     command.id = kTestId;
     command.code = protocol::CommandCode::kResume;
     for (uint32_t ms = 0; ms < busy_ms; ms += 400) {
       harness.FeedEncoded(command);
-      harness.Run(400);
+      Crowd(400, &harness);
     }
     EXPECT_EQ(kFailSafe, harness.conversation.flags());
     const uint32_t answers = harness.counters().answers;
-    harness.busy = false;
     harness.Serve(4000);
     EXPECT_EQ(1u, harness.counters().hellos);
     EXPECT_GE(harness.counters().answers, answers + 15) << busy_ms;
@@ -273,6 +276,33 @@ TEST(ChannelTest, TransmissionsBeginWithASlotCountedFromTheLastByte) {
   }
 }
 
+TEST(ChannelTest, TimeOfBytesFollowsTheBaudRateAndIsRoundedUp) {
+  EXPECT_EQ(4, BytesMs(3, 9600));
+  EXPECT_EQ(2, BytesMs(3, 19'200));
+  EXPECT_EQ(1, BytesMs(3, 38'400));
+  EXPECT_EQ(1, BytesMs(3, 115'200));
+  EXPECT_EQ(1, BytesMs(3, 4'000'000));
+  EXPECT_EQ(100, BytesMs(3, 300));
+  EXPECT_EQ(146, BytesMs(protocol::kMaxFrame, 9600));
+}
+
+TEST(ChannelTest, IdleTimeFollowsTheBaudRate) {
+  for (const uint32_t baud : {1200u, 9600u, 115'200u}) {
+    Parameters parameters = TestParameters();
+    parameters.baud = baud;
+    Harness harness(parameters);
+    harness.GreetAndServe(1500);
+    harness.busy = true;
+    harness.Run(300);
+    harness.FeedByte(0x55);
+    const uint32_t last_byte_ms = harness.now_ms;
+    harness.busy = false;
+    ASSERT_TRUE(harness.RunUntilSent());
+    const uint32_t idle_ms = kTestSlotMs + BytesMs(3, baud);
+    EXPECT_EQ(0u, (harness.began_ms - last_byte_ms - idle_ms) % kTestSlotMs) << baud;
+  }
+}
+
 // Lets the server answer this robot and `others`, each of which is heard every 320 ms; returns how
 // long the last whole period of this robot was.
 uint32_t PeriodAmong(int others, Harness* harness) {
@@ -311,6 +341,53 @@ TEST(ChannelTest, PeriodIsStretchedWhenThereAreMoreRobotsThanItHolds) {
     harness.Serve(9000);  // they have gone
     EXPECT_FALSE(harness.conversation.congested()) << others;
   }
+}
+
+// Lets the server speak to each of `ids` three times a second, and tells whether a period of 200 ms
+// is too short for that many. It is for more than two.
+bool CongestedBy(const std::vector<uint8_t>& ids) {
+  Harness harness;
+  harness.GreetAndServe(1500);
+  for (int i = 0; i < 30; ++i) {
+    for (const uint8_t id : ids) {
+      harness.FeedEncoded(protocol::SenseAnswer{id, 2, false, 0, 0});
+    }
+    harness.Serve(320);
+  }
+  return harness.conversation.congested();
+}
+
+TEST(ChannelTest, EveryIdIsARobotOfItsOwn) {
+  EXPECT_FALSE(CongestedBy({20, 52}));
+  EXPECT_TRUE(CongestedBy({20, 52, 84}));
+  EXPECT_TRUE(CongestedBy({1, 253, 254}));
+}
+
+TEST(ChannelTest, WhatIsForAllIsNotForARobot) {
+  EXPECT_FALSE(CongestedBy({20, 52, protocol::kBroadcastId}));
+}
+
+// As many as there are IDs, on modems that are as slow as can be told.
+TEST(ChannelTest, PeriodHasALimitHoweverManyRobotsThereAre) {
+  Harness harness;
+  harness.hello.slot_ms = 255;
+  harness.hello.response_window_ms = 255;
+  harness.GreetAndServe(5000);
+  for (uint8_t id = 1; id < protocol::kBroadcastId; ++id) {
+    harness.FeedEncoded(protocol::SenseAnswer{id, 2, false, 0, 0});
+  }
+  ASSERT_TRUE(harness.conversation.congested());
+  ASSERT_TRUE(harness.RunUntilSent(10'000));
+  harness.Answer(0, 0);
+  const uint32_t began_ms = harness.began_ms;
+  for (int i = 0; i < 15; ++i) {  // they stay
+    EXPECT_FALSE(harness.RunUntilSent(2000));
+    for (uint8_t id = 1; id < protocol::kBroadcastId; ++id) {
+      harness.FeedEncoded(protocol::SenseAnswer{id, 2, false, 0, 0});
+    }
+  }
+  EXPECT_TRUE(harness.RunUntilSent(35'000));
+  EXPECT_GE(harness.began_ms - began_ms, 30'000u);
 }
 
 // A link without other stations may have any window.

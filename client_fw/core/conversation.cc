@@ -15,8 +15,14 @@ constexpr uint8_t kAttemptsAPause = 64;   // of a robot that is alone, on the av
 constexpr uint8_t kStalledFrameMs = 200;  // an open frame does not hold us up for longer
 constexpr uint8_t kByteGraceMs = 5;       // a lone DLE is not yet a frame, but its first byte
 constexpr uint16_t kCensusMs = 4000;      // in which every robot in range is heard
+constexpr uint16_t kMaxCarrierMs = 2000;  // and the longest frame: more than a round of all robots
 constexpr uint8_t kSilentSlots = 64;      // without the server are too many for a crowd's noise
+constexpr uint16_t kTurnPatienceMs = 3000;  // without a turn the server has forgotten us
 constexpr uint16_t kLongestStepMs = 0x7FFF;
+
+uint16_t Sum(uint16_t a, uint16_t b) {
+  return b < UINT16_MAX - a ? static_cast<uint16_t>(a + b) : UINT16_MAX;
+}
 
 }  // namespace
 
@@ -28,7 +34,13 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
       parameters_(parameters),
       start_(parameters.start) {
   flags_ = kNoAnswerYet;
+  three_bytes_ms_ = static_cast<uint8_t>(BytesMs(3, parameters.baud));
+  longest_frame_ms_ = static_cast<uint16_t>(BytesMs(protocol::kMaxFrame, parameters.baud) +
+                                            (parameters.gap_timeout_ms == protocol::kNoGapTimeout
+                                                 ? kStalledFrameMs
+                                                 : parameters.gap_timeout_ms));
   phase_ = Phase::kContending;
+  ForgetCarrier();
   HearOther();  // we have not listened: others may be about
   if (memory->nonce != parameters.boot_counter || memory->length > kMaxPending) {
     *memory = RequestMemory();
@@ -37,26 +49,26 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
 }
 
 // Advances the timers.
-void Conversation::Advance(Milliseconds now_ms) {
-  const Milliseconds passed_ms = static_cast<Milliseconds>(now_ms - now_ms_);
+void Conversation::Advance(uint32_t now_ms) {
+  const uint32_t passed_ms = static_cast<uint32_t>(now_ms - now_ms_);
   now_ms_ = now_ms;
   const uint16_t elapsed_ms =
       passed_ms < kLongestStepMs ? static_cast<uint16_t>(passed_ms) : kLongestStepMs;
   for (uint16_t& timer : timers_) {
     timer = timer > elapsed_ms ? static_cast<uint16_t>(timer - elapsed_ms) : 0;
   }
-  quiet_ms_ =
-      elapsed_ms < 255u - quiet_ms_ ? static_cast<uint8_t>(quiet_ms_ + elapsed_ms) : UINT8_MAX;
-  if (elapsed_ms >= kAloneMs) {
-    HearOther();  // a pause: we have not listened
+  quiet_ms_ = Sum(quiet_ms_, elapsed_ms);
+  if (elapsed_ms >= kAloneMs) {  // a pause: we have not listened
+    HearOther();
+    ForgetCarrier();
   }
 }
 
-void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool channel_busy) {
+void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_busy) {
   Advance(now_ms);
   const bool open = FrameOpen();
-  if (phase_ == Phase::kAwaiting && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
-      quiet_ms_ > kByteGraceMs) {
+  if (phase_ == Phase::kAwaiting && !in_turn_ && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
+      (quiet_ms_ > kByteGraceMs || Noisy())) {
     OnMiss();
   }
   CheckSilence();
@@ -68,24 +80,30 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
     timers_[kSlot] = SlotMs();
     idle_ = true;
   }
+  const bool carrier = DetectCarrier(channel_busy);
+  const bool clear = !open && !carrier;
+  if (tx_size_ == 0) {
+    CheckTurns(odometry, clear);
+  }
   if (phase_ == Phase::kAwaiting || tx_size_ != 0) {
     return;
   }
-  const bool clear = !open && !channel_busy;
-  if (ack_due_ && clear) {
+  // A ROUND may follow the COMMAND, with a turn for its ACK.
+  const bool ends = timers_[kRounds] == 0 || quiet_ms_ >= three_bytes_ms_;
+  if (ack_due_ && clear && ends && turns_ == 0 && timers_[kReserved] == 0) {
     ack_due_ = false;
     Count(&Counters::acks);
     Send(protocol::kCommandAck, ack_, sizeof(ack_));
     return;
   }
-  if (phase_ == Phase::kResting && timers_[kPeriod] == 0) {
+  if (phase_ == Phase::kResting && timers_[kPeriod] == 0 && !HasTurns()) {
     ContendFor(0);  // what was random is in the moment at which the period began
   }
   if (phase_ == Phase::kResting || timers_[kPause] != 0) {
     return;
   }
   const bool alone = timers_[kOthers] == 0;
-  if (!clear || timers_[kHeld] != 0 || (!alone && !idle_)) {
+  if (!clear || timers_[kHeld] != 0 || (!alone && !idle_) || !MayContend()) {
     if (countdown_ == 0) {
       countdown_ = static_cast<uint8_t>(1 + RandomSlots());  // not all at once after it
     }
@@ -94,18 +112,68 @@ void Conversation::Poll(Milliseconds now_ms, const Odometry* odometry, bool chan
   }
 }
 
+// A station sends for as long as its frame lasts. What stays on for longer than any sequence of
+// frames is a fault, and as long as it stays, only bytes tell whether somebody sends.
+bool Conversation::DetectCarrier(bool channel_busy) {
+  if (!channel_busy) {
+    ForgetCarrier();
+  } else if (timers_[kCarrier] == 0 && !carrier_ignored_) {
+    carrier_ignored_ = true;
+    Count(&Counters::ignored_carriers);
+  }
+  return channel_busy && !carrier_ignored_;
+}
+
+void Conversation::ForgetCarrier() {
+  carrier_ignored_ = false;
+  timers_[kCarrier] = static_cast<uint16_t>(kMaxCarrierMs + longest_frame_ms_);
+}
+
+// A byte inside a frame holds the channel until the longest frame would have ended. So does one
+// outside, which may belong to a frame whose beginning was missed; a run of these that goes on is
+// noise until there is silence for the idle time. The time spent in frames begins again with each
+// valid one: traffic may be as dense as it likes.
+void Conversation::Listen(bool was_open, protocol::FrameParser::Result event) {
+  const uint16_t silence_ms = quiet_ms_;
+  quiet_ms_ = 0;
+  uint16_t* spent_ms = &stray_ms_;
+  if (was_open || parser_.open()) {
+    spent_ms = &framed_ms_;
+  } else if (event == protocol::FrameParser::kNothing) {  // a DLE, perhaps of a frame's beginning
+    if (!Noisy()) {
+      RestartSlots();
+    }
+    return;
+  }
+  const bool held = *spent_ms <= longest_frame_ms_;
+  *spent_ms = event == protocol::FrameParser::kFrame ? uint16_t{0} : Sum(*spent_ms, silence_ms);
+  if (*spent_ms <= longest_frame_ms_) {
+    RestartSlots();
+  } else if (held) {
+    Count(&Counters::ignored_noise);
+  }
+}
+
+void Conversation::EndRun() {
+  if (quiet_ms_ >= IdleMs() && !parser_.open()) {
+    stray_ms_ = 0;
+    framed_ms_ = 0;
+    quiet_ms_ = 0;
+  }
+}
+
 // The first slot after a byte begins with the end of the idle time, which is the same for all
 // stations, including the sender of the byte: transmissions begin at the start of a slot, and
 // others detect them before the next slot.
 void Conversation::RestartSlots() {
-  quiet_ms_ = 0;
   idle_ = false;
-  timers_[kSlot] = static_cast<uint16_t>(SlotMs() + parameters_.three_bytes_ms);
+  timers_[kSlot] = IdleMs();
 }
 
-void Conversation::OnSent(Milliseconds now_ms) {
+void Conversation::OnSent(uint32_t now_ms) {
   Advance(now_ms);
   tx_size_ = 0;
+  quiet_ms_ = 0;
   RestartSlots();
   timers_[kWindow] = static_cast<uint16_t>(WindowMs() + 1);
 }
@@ -127,16 +195,17 @@ void Conversation::CheckSilence() {
   }
 }
 
-// Another station is in the middle of a frame. Without a gap timeout, a stalled frame is not waited
-// for, but may still continue.
+// Another station is in the middle of a frame. One that stalls or takes too long is not waited for;
+// without a gap timeout, it may still continue.
 bool Conversation::FrameOpen() {
-  if (kHasBufferedLink && parameters_.gap_timeout_ms == protocol::kNoGapTimeout) {
-    return parser_.open() && quiet_ms_ <= kStalledFrameMs;
+  if (parameters_.gap_timeout_ms != protocol::kNoGapTimeout) {
+    if (quiet_ms_ > parameters_.gap_timeout_ms) {
+      protocol::TimeOut(&parser_, &decoder_counters_);
+    }
+  } else if (quiet_ms_ > kStalledFrameMs) {
+    return false;
   }
-  if (quiet_ms_ > parameters_.gap_timeout_ms) {
-    TimeOut(&parser_);
-  }
-  return parser_.open();
+  return parser_.open() && Sum(framed_ms_, quiet_ms_) <= longest_frame_ms_;
 }
 
 void Conversation::TakeCensus() {
@@ -150,7 +219,7 @@ void Conversation::TakeCensus() {
 
 void Conversation::OnMiss() {
   Count(&Counters::timeouts);
-  resync_ = kHasBufferedLink && parameters_.buffered_link;
+  resync_ = parameters_.buffered_link;
   HearOther();  // it may be one that we did not hear, because it began when we did
   window_.OnMiss(robots_);
   if (asked_opcode_ == protocol::kHello) {
@@ -179,6 +248,10 @@ void Conversation::SayHello() {
 }
 
 void Conversation::WaitForHello() {
+  if (timers_[kRounds] != 0) {  // the server is there, and opens the channel now and then
+    ContendFor(RandomSlots());
+    return;
+  }
   timers_[kPause] = static_cast<uint16_t>((kHalfFirstHelloMs + random_.Below(kHalfFirstHelloMs))
                                           << hello_attempt_);
   if (hello_attempt_ < kHelloDoublings) {
@@ -192,7 +265,7 @@ void Conversation::Rest() {
   attempt_ = 0;
   event_turn_ = false;
   phase_ = Phase::kResting;
-  if (timers_[kPeriod] == 0) {
+  if (timers_[kPeriod] == 0 && !HasTurns()) {
     Count(&Counters::late_periods);
     Contend();
   }
@@ -202,9 +275,9 @@ void Conversation::Rest() {
 // delay, and up to three slots in which to find an order. If this is more than fail_safe_ms, robots
 // drive for a part of each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
-  const uint16_t each_ms =
-      static_cast<uint16_t>(7u * parameters_.three_bytes_ms + WindowMs() + 3u * SlotMs());
-  return static_cast<uint16_t>((robots_ + 1u) * each_ms - 2u * SlotMs());
+  const uint32_t each_ms = BytesMs(26, parameters_.baud) + WindowMs() + 3u * SlotMs();
+  const uint32_t all_ms = (robots_ + 1u) * each_ms - 2u * SlotMs();
+  return all_ms < kLongestStepMs ? static_cast<uint16_t>(all_ms) : kLongestStepMs;
 }
 
 bool Conversation::congested() const {
@@ -212,7 +285,7 @@ bool Conversation::congested() const {
 }
 
 uint16_t Conversation::PeriodMs() {
-  if (congested()) {
+  if (congested() && !HasTurns()) {
     Count(&Counters::stretched_periods);
     return NeededMs();
   }
@@ -234,6 +307,7 @@ void Conversation::Contend() {
 void Conversation::ContendFor(uint8_t slots) {
   phase_ = Phase::kContending;
   countdown_ = slots;
+  DrawInOpening();
 }
 
 void Conversation::OnSuccess() {
@@ -242,11 +316,25 @@ void Conversation::OnSuccess() {
 }
 
 uint8_t Conversation::SlotMs() const {
-  return server_[kSlotAt] != 0 ? server_[kSlotAt] : kDefaultSlotMs;
+  if (server_[kSlotAt] != 0) {
+    return server_[kSlotAt];
+  }
+  return round_slot_ms_ != 0 ? round_slot_ms_ : kDefaultSlotMs;
 }
 
 uint8_t Conversation::WindowMs() const {
   return greeted_ && server_[kWindowAt] != 0 ? server_[kWindowAt] : parameters_.first_window_ms;
+}
+
+// Another station's answer is due. Its window begins when its last byte left its UART, a turnaround
+// before we heard it; the slot tells how long that is, but for a byte where there is no carrier
+// detect.
+void Conversation::Hold() {
+  const uint16_t byte_ms = static_cast<uint16_t>(BytesMs(1, parameters_.baud) + 1u);
+  const uint16_t turnaround_ms = static_cast<uint16_t>(SlotMs() > byte_ms ? SlotMs() - byte_ms : 0);
+  const uint16_t window_ms = WindowMs();
+  timers_[kHeld] = static_cast<uint16_t>(
+      (window_ms > turnaround_ms ? window_ms - turnaround_ms : 0) + 1);
 }
 
 void Conversation::HearOther() {
@@ -255,8 +343,9 @@ void Conversation::HearOther() {
 
 void Conversation::HearServer() {
   const uint16_t patience_ms = static_cast<uint16_t>(kSilentSlots * SlotMs());
-  timers_[kContacted] =
-      patience_ms > parameters_.fail_safe_ms ? patience_ms : parameters_.fail_safe_ms;
+  timers_[kContacted] = HasTurns()                               ? kTurnPatienceMs
+                        : patience_ms > parameters_.fail_safe_ms ? patience_ms
+                                                                 : parameters_.fail_safe_ms;
 }
 
 }  // namespace client

@@ -19,7 +19,7 @@
 // for fail_safe_ms, until they arrive. After such a silence HELLO is sent again, on slow modems
 // after 64 slots.
 //
-// Times are milliseconds of a clock that may wrap (Milliseconds in features.h). After a pause of
+// Times are milliseconds of a clock that may wrap. After a pause of
 // the loop the robot stops and sends HELLO, as after a silence. Nothing is allocated; one instance
 // belongs to one loop (not to interrupts). Malformed and foreign frames are counted and otherwise
 // ignored.
@@ -31,12 +31,12 @@
 #include "client_fw/core/backoff.h"
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
-#include "client_fw/core/features.h"
 #include "client_fw/core/fuzzy.h"
 #include "client_fw/core/parameters.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
 #include "protocol/byte_order.h"
+#include "protocol/decoder.h"
 #include "protocol/frame_parser.h"
 #include "protocol/messages.h"
 
@@ -56,23 +56,7 @@ enum StopFlag : uint8_t {
   kTrailLost = 0x40,     ///< nothing sensed, and LostTrail::kStop; until something is
 };
 
-/// From odometry to the map, where the image has a start pose.
-template <bool enabled>
-class Placement : public StartPose {
- public:
-  using StartPose::StartPose;
-};
-
-template <>
-class Placement<false> {
- public:
-  explicit Placement(const Pose& /*start*/) {}
-  static int32_t XOf(const Odometry& odometry) { return odometry.x_mm; }
-  static int32_t YOf(const Odometry& odometry) { return odometry.y_mm; }
-  static BinaryAngle HeadingOf(const Odometry& odometry) { return odometry.heading; }
-};
-
-class Conversation : private ConversationState, private Tally<kHasCounters> {
+class Conversation : private ConversationState {
  public:
   /// `memory` must outlive the conversation.
   Conversation(const Parameters& parameters, RequestMemory* memory);
@@ -82,18 +66,18 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   }
 
   /// A byte from the radio, read at `now_ms`. After a transmission, call OnSent first.
-  void OnByte(uint8_t byte, Milliseconds now_ms);
+  void OnByte(uint8_t byte, uint32_t now_ms);
 
   /// Advances to `now_ms`. `odometry` is the drive's at that time, or null while there is none;
   /// then no intensities are requested. `channel_busy`: the radio detects a carrier; no
   /// transmission begins meanwhile.
-  void Poll(Milliseconds now_ms, const Odometry* odometry, bool channel_busy);
+  void Poll(uint32_t now_ms, const Odometry* odometry, bool channel_busy);
 
   /// The frame to send, without gaps and at once; it is kept until OnSent. Size 0: none.
   const uint8_t* tx() const { return tx_; }
   uint8_t tx_size() const { return tx_size_; }
   /// The last byte of tx() has left.
-  void OnSent(Milliseconds now_ms);
+  void OnSent(uint32_t now_ms);
 
   WheelSpeeds wheels() const { return wheels_; }
   /// A set of StopFlag; 0 while driving.
@@ -120,8 +104,11 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   const Parameters& parameters() const { return parameters_; }
   /// True once after COMMAND 8 has changed a setting: it is to be stored.
   bool TakeSettingsChanged();
-  using Tally<kHasCounters>::counters;
-  using Tally<kHasCounters>::decoder_counters;
+  const Counters& counters() const { return counters_; }
+  const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
+  /// For checkers, which compare states: an EVENT is to be sent, and it is its turn.
+  bool has_event() const { return events_ != 0; }
+  bool event_turn() const { return event_turn_; }
   /// The reason of the last ERROR, kNone before.
   protocol::Reason last_error() const { return last_error_; }
 
@@ -129,7 +116,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   enum : uint8_t { kPingSize = 4 };  // nonce and number
 
   // Time and the channel: conversation.cc.
-  void Advance(Milliseconds now_ms);
+  void Advance(uint32_t now_ms);
   void CheckSilence();
   bool FrameOpen();
   void OnMiss();
@@ -144,17 +131,37 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   /// The slot with which to begin, counted from 1.
   uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
   void TakeCensus();
+  void Listen(bool was_open, protocol::FrameParser::Result event);
+  bool Noisy() const { return stray_ms_ > longest_frame_ms_ || framed_ms_ > longest_frame_ms_; }
+  void EndRun();
+  bool DetectCarrier(bool channel_busy);
+  void ForgetCarrier();
   void RestartSlots();
+  uint16_t IdleMs() const { return static_cast<uint16_t>(SlotMs() + three_bytes_ms_); }
   uint8_t SlotMs() const;
   uint8_t WindowMs() const;
   void OnSuccess();
 
+  // Rounds: conversation_rounds.cc.
+  void OnRound(const uint8_t* data, uint8_t length);
+  void OnRoundAnswer(int16_t left, const uint8_t* intensities);
+  void GrantTurns(const uint8_t* turns, uint8_t count, uint8_t turn_ms, uint8_t open_slots);
+  void OnTurnOf(uint8_t id);
+  void CheckTurns(const Odometry* odometry, bool clear);
+  void TakeTurn(const Odometry* odometry);
+  void LeaveRounds();
+  /// The server grants turns, and we take part.
+  bool HasTurns() const { return RoundPeriod() != 0 && greeted_ && timers_[kRounds] != 0; }
+  bool MayContend() const;
+  void KeepOpen(uint16_t before_slots_ms);
+  void DrawInOpening();
+
   // Sending: conversation_send.cc.
   void Begin(const Odometry* odometry);
+  uint8_t RoundPeriod() const;
   void Send(uint8_t opcode, const uint8_t* data, uint8_t length);
   bool MakeRequest(const Odometry* odometry);
   bool MakeFresh(const Odometry& odometry, uint8_t* opcode);
-  bool IsWide() const { return kHasWide && parameters_.wide; }
   bool AppendCoordinate(int32_t mm);
   void Append(uint16_t value);
   void AppendSeq();
@@ -164,6 +171,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
 
   // Receiving: conversation_receive.cc.
   void OnFrame();
+  void OnDamage();
   void CountRobot(uint8_t id);
   void OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length);
   // These return false for unexpected messages.
@@ -173,6 +181,7 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   bool OnDone(const uint8_t* data, uint8_t length);
   void OnIntensities(const uint8_t* data);
   bool OnError(const uint8_t* data, uint8_t length);
+  void OnRefusal(protocol::Reason reason);
   bool RequestPending() const { return memory_->opcode == asked_opcode_; }
 
   // Effects on the robot: conversation_act.cc.
@@ -185,7 +194,8 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   void Stop(StopFlag flag, uint8_t event_bit);
   void Report(uint8_t event_bit) { events_ = static_cast<uint8_t>(events_ | event_bit); }
 
-  void Hold() { timers_[kHeld] = static_cast<uint16_t>(WindowMs() + 1); }
+  void Hold();
+  void Count(uint32_t Counters::*which) { ++(counters_.*which); }
   void HearOther();
   void HearServer();
 
@@ -194,8 +204,10 @@ class Conversation : private ConversationState, private Tally<kHasCounters> {
   ContentionWindow window_;
   FuzzyState fuzzy_;
   Parameters parameters_;
-  Placement<kHasStartPose> start_;
+  StartPose start_;
   protocol::FrameParser parser_;
+  Counters counters_ = Counters();
+  protocol::DecoderCounters decoder_counters_;
 };
 
 }  // namespace client

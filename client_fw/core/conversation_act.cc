@@ -125,7 +125,7 @@ void Conversation::SetFlags(uint8_t set, uint8_t clear) {
   const int16_t k_mm_s = parameters_.speed_mm_s;
   if (trail_lost_) {
     wheels_ = Steer(Law::kDifferential, spiral_, 0, k_mm_s);
-  } else if (kHasFuzzyLaw && parameters_.law == Law::kFuzzy) {
+  } else if (parameters_.law == Law::kFuzzy) {
     wheels_ = SteerFuzzy(p_left_, p_right_, k_mm_s, kTunedFuzzy, &fuzzy_);
   } else {
     wheels_ = Steer(parameters_.law, p_left_, p_right_, k_mm_s, parameters_.gain_8ths);

@@ -7,6 +7,8 @@ namespace {
 
 using protocol::Reason;
 
+constexpr uint8_t kMaxDamaged = 8;  // frames more than valid ones: no traffic, even with collisions
+
 // Whether the server answers this client's request, so that the channel is not free yet.
 bool OpensWindow(uint8_t opcode) {
   return opcode < 0x50 || opcode == protocol::kEvent || opcode == protocol::kHello ||
@@ -16,21 +18,37 @@ bool OpensWindow(uint8_t opcode) {
 
 }  // namespace
 
-void Conversation::OnByte(uint8_t byte, Milliseconds now_ms) {
+void Conversation::OnByte(uint8_t byte, uint32_t now_ms) {
   Advance(now_ms);
   FrameOpen();  // a gap ends it
-  RestartSlots();
+  EndRun();
+  const bool was_open = parser_.open();
+  const protocol::FrameParser::Result event = parser_.Push(byte);
+  protocol::Tally(event, &decoder_counters_);
+  Listen(was_open, event);
   if (phase_ != Phase::kAwaiting) {
     HearOther();
   }
-  const protocol::FrameParser::Result event = parser_.Push(byte);
-  CountByte(event);
+  if (timers_[kReserved] == 0) {
+    KeepOpen(WindowMs());
+  }
   if (event == protocol::FrameParser::kFrame) {
     OnFrame();
     Seal(memory_);
   } else if (event == protocol::FrameParser::kCrcError) {
-    Hold();  // it may have been a request that the server understood
+    OnDamage();
   }
+}
+
+// It may have been a request that the server understood. But where most of what is heard is
+// damaged, it is rubbish, and the windows would never end.
+void Conversation::OnDamage() {
+  if (damaged_ == kMaxDamaged) {
+    Count(&Counters::ignored_damage);
+    return;
+  }
+  ++damaged_;
+  Hold();
 }
 
 void Conversation::OnFrame() {
@@ -38,11 +56,19 @@ void Conversation::OnFrame() {
   const uint8_t id = body[0];
   const uint8_t opcode = body[1];
   const uint8_t length = static_cast<uint8_t>(parser_.size() - 4);
+  if (damaged_ != 0) {
+    --damaged_;
+  }
   if (protocol::IsFromServer(opcode)) {
     // It ends an exchange: no station has priority, except for a COMMAND that follows at once.
-    timers_[kSlot] = parameters_.three_bytes_ms / 2;
+    timers_[kSlot] = static_cast<uint16_t>((three_bytes_ms_ + 1u) / 2);
+    KeepOpen(0);
   }
-  if (id != parameters_.id) {
+  if (opcode == protocol::kRound && id == protocol::kBroadcastId) {
+    HearOther();
+    timers_[kHeld] = 0;
+    OnRound(body + 2, length);
+  } else if (id != parameters_.id) {
     OnForeign(id, opcode, body + 2, length);
   } else if (!protocol::IsFromServer(opcode)) {
     Count(&Counters::own_id_heard);
@@ -51,6 +77,7 @@ void Conversation::OnFrame() {
     if (opcode == protocol::kCommand) {
       OnCommand(body + 2, length);
     } else if (phase_ == Phase::kAwaiting && tx_size_ == 0 && OnAnswer(opcode, body + 2, length)) {
+      in_turn_ = false;
       HearServer();
     } else {
       Count(&Counters::late_answers);
@@ -59,9 +86,9 @@ void Conversation::OnFrame() {
 }
 
 void Conversation::CountRobot(uint8_t id) {
-  uint8_t& eight = seen_[id & 3u];
-  const uint8_t bit = static_cast<uint8_t>(1u << ((id >> 2) & 7));
-  if ((eight & bit) == 0) {
+  uint8_t& eight = seen_[id / 8];
+  const uint8_t bit = static_cast<uint8_t>(1u << (id % 8));
+  if (id != protocol::kBroadcastId && (eight & bit) == 0) {
     eight = static_cast<uint8_t>(eight | bit);
     ++counted_;
     if (counted_ > robots_) {
@@ -73,9 +100,10 @@ void Conversation::CountRobot(uint8_t id) {
 void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length) {
   HearOther();
   CountRobot(id);
+  OnTurnOf(id);
   timers_[kHeld] = 0;
   Count(&Counters::heard);
-  if (protocol::IsFromServer(opcode)) {
+  if (protocol::IsFromServer(opcode) && !HasTurns()) {
     HearServer();  // it is there, though it has not heard us
   }
   if (opcode == protocol::kCommand && id == protocol::kBroadcastId) {
@@ -83,7 +111,7 @@ void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, ui
       Count(&Counters::commands);
       SetFlags(kHalted, 0);
     }
-  } else if (opcode == protocol::kCommand || OpensWindow(opcode)) {
+  } else if (timers_[kReserved] == 0 && (opcode == protocol::kCommand || OpensWindow(opcode))) {
     Hold();
   }
 }
@@ -98,7 +126,7 @@ bool Conversation::OnAnswer(uint8_t opcode, const uint8_t* data, uint8_t length)
   if (asked_opcode_ == protocol::kHello) {
     return OnHelloAnswer(data, length);
   }
-  if (kHasBufferedLink && asked_opcode_ == protocol::kPing) {
+  if (asked_opcode_ == protocol::kPing) {
     return OnEcho(data, length);
   }
   return OnDone(data, length);
@@ -117,17 +145,6 @@ bool Conversation::OnHelloAnswer(const uint8_t* data, uint8_t length) {
     Count(&Counters::epochs);
     command_known_ = false;
     DropPending();  // its coordinates may mean another place now
-    memory_->remembered = false;
-  }
-  const uint8_t last_opcode = data[kLastOpcodeAt];
-  const uint8_t last_seq = data[kLastSeqAt];
-  if (last_opcode == 0) {
-    if (memory_->remembered && memory_->sent != 0) {
-      DropPending();  // the server may have taken it before it forgot us
-    }
-    memory_->remembered = false;
-  } else if (static_cast<uint8_t>(last_seq - memory_->seq - 1) < 127) {
-    DropPending();  // behind: it would never be answered
   }
   Count(&Counters::hello_answers);
   uint8_t set = 0;
@@ -141,8 +158,13 @@ bool Conversation::OnHelloAnswer(const uint8_t* data, uint8_t length) {
     WaitForHello();
     return true;
   }
-  if (memory_->opcode == 0) {
+  // Only forward: a number that was used stands for one request. This answer may be a late one, of
+  // before a warm reset; answers to requests of before it may also still arrive.
+  const uint8_t last_seq = data[kLastSeqAt];
+  if (!memory_->numbered || static_cast<uint8_t>(last_seq - memory_->seq - 1) < 127) {
+    DropPending();  // behind: it would never be answered
     memory_->seq = last_seq;
+    memory_->numbered = true;
   }
   SayHello();
   greeted_ = true;
@@ -175,7 +197,6 @@ bool Conversation::OnDone(const uint8_t* data, uint8_t length) {
       return false;
     }
     memory_->opcode = 0;
-    memory_->remembered = true;
   }
   OnSuccess();
   if (!event) {
@@ -210,13 +231,14 @@ bool Conversation::OnError(const uint8_t* data, uint8_t length) {
   if (length != 3 || data[0] != asked_opcode_ || (pending && data[2] != memory_->seq)) {
     return false;
   }
-  const Reason reason = static_cast<Reason>(data[1]);
+  OnRefusal(static_cast<Reason>(data[1]));
+  return true;
+}
+
+// The request was refused.
+void Conversation::OnRefusal(Reason reason) {
   Count(&Counters::errors);
   last_error_ = reason;
-  if (pending) {
-    --memory_->sent;  // this time it was not taken, or else it is given up below
-    memory_->remembered |= reason == Reason::kSayHello;
-  }
   if (asked_opcode_ == protocol::kHello) {
     WaitForHello();
   } else if (reason == Reason::kSayHello) {
@@ -232,7 +254,6 @@ bool Conversation::OnError(const uint8_t* data, uint8_t length) {
     }
     Rest();
   }
-  return true;
 }
 
 protocol::HelloAnswer Conversation::server() const {

@@ -11,10 +11,10 @@ void Conversation::Begin(const Odometry* odometry) {
   if (!greeted_) {
     protocol::PutU16(data, memory_->nonce);
     data[2] = parameters_.firmware_version;
-    data[3] = parameters_.capabilities;
+    data[3] = RoundPeriod();
     Count(&Counters::hellos);
     Send(protocol::kHello, data, sizeof(data));
-  } else if (kHasBufferedLink && resync_) {
+  } else if (resync_) {
     protocol::PutU16(data, memory_->nonce);
     protocol::PutU16(data + 2, ++pings_);
     Count(&Counters::resyncs);
@@ -25,9 +25,21 @@ void Conversation::Begin(const Odometry* odometry) {
   }
 }
 
+// How often we want a turn, in units of 20 ms; 0: never.
+uint8_t Conversation::RoundPeriod() const {
+  if (!parameters_.rounds || parameters_.buffered_link) {
+    return 0;
+  }
+  const uint16_t units = parameters_.period_ms / 20;
+  return units == 0          ? uint8_t{1}
+         : units > UINT8_MAX ? uint8_t{UINT8_MAX}
+                             : static_cast<uint8_t>(units);
+}
+
 void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
+  EndRun();  // we are deaf now, which is not silence
   uint8_t* wire = tx_;
-  if (kHasBufferedLink && resync_) {
+  if (resync_) {
     *wire++ = 0x00;  // ends any escape or frame that the receiver may be stuck in
   }
   protocol::FrameWriter writer(wire);
@@ -45,7 +57,6 @@ void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
 bool Conversation::MakeRequest(const Odometry* odometry) {
   uint8_t opcode = memory_->opcode;
   if (opcode != 0) {
-    memory_->sent = static_cast<uint8_t>(memory_->sent != 0 ? 2 : 1);
     Count(&Counters::duplicates);
   } else if (event_turn_ || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
     if (events_ == 0) {
@@ -68,9 +79,9 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
 
 bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
   memory_->length = 0;
-  uint8_t service = IsWide() ? protocol::kSenseWide : protocol::kSense;
+  uint8_t service = parameters_.wide ? protocol::kSenseWide : protocol::kSense;
   if (parameters_.lay_trail) {
-    service = IsWide() ? protocol::kTraceWide : protocol::kTrace;
+    service = parameters_.wide ? protocol::kTraceWide : protocol::kTrace;
     AppendSeq();
   }
   if (!AppendCoordinate(start_.XOf(odometry)) || !AppendCoordinate(start_.YOf(odometry))) {
@@ -90,12 +101,12 @@ bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
 bool Conversation::AppendCoordinate(int32_t mm) {
   int32_t units = 0;
   if (!ToPoseUnits(mm, protocol::GetU16(server_ + kPoseUnitAt), &units) ||
-      (!IsWide() && units != static_cast<int16_t>(units))) {
+      (!parameters_.wide && units != static_cast<int16_t>(units))) {
     return false;
   }
   const uint32_t bits = static_cast<uint32_t>(units);
   Append(static_cast<uint16_t>(bits & 0xFFFFu));
-  if (IsWide()) {
+  if (parameters_.wide) {
     Append(static_cast<uint16_t>(bits >> 16));
   }
   return true;
@@ -130,7 +141,6 @@ void Conversation::MakeEvent() {
 
 void Conversation::MakePending(uint8_t opcode) {
   ++memory_->seq;
-  memory_->sent = 1;
   memory_->opcode = opcode;
 }
 

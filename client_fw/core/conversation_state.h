@@ -8,7 +8,6 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/features.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
 #include "protocol/opcodes.h"
@@ -24,18 +23,25 @@ class ConversationState {
   /// kAwaiting begins with the request's first byte; tx_size_ is not 0 while a frame is being sent.
   enum class Phase : uint8_t { kResting, kContending, kAwaiting };
   enum Timer : uint8_t {
-    kAnswered,   ///< since the last intensities: fail-safe
-    kPosed,      ///< the pose of the request in progress is fresh
-    kContacted,  ///< since the last valid frame of the server for us: HELLO
-    kOthers,     ///< another station may be present
-    kHeld,       ///< another station's answer or ACK is due
-    kAckDue,     ///< our own ACK may still be sent
-    kWindow,     ///< kAwaiting: our answer may still begin
-    kPeriod,     ///< until the next period begins
-    kCensus,     ///< until the other robots have been counted
-    kPause,      ///< before HELLO is sent again
-    kSlot,       ///< until the next slot begins
-    kSmelled,    ///< until the trail counts as lost
+    kAnswered,    ///< since the last intensities: fail-safe
+    kPosed,       ///< the pose of the request in progress is fresh
+    kContacted,   ///< since the last valid frame of the server for us: HELLO
+    kOthers,      ///< another station may be present
+    kHeld,        ///< another station's answer or ACK is due
+    kAckDue,      ///< our own ACK may still be sent
+    kWindow,      ///< kAwaiting: our answer may still begin
+    kPeriod,      ///< until the next period begins
+    kCensus,      ///< until the other robots have been counted
+    kPause,       ///< before HELLO is sent again
+    kSlot,        ///< until the next slot begins
+    kSmelled,     ///< until the trail counts as lost
+    kCarrier,     ///< a carrier may still be a transmission
+    kRounds,      ///< the server grants turns
+    kReserved,    ///< others have their turns
+    kOpen,        ///< rounds: who has no turn may contend
+    kTurn,        ///< until our turn begins
+    kTurnLate,    ///< until it is too late for it
+    kSecondTurn,  ///< until the second one begins
     kTimers
   };
 
@@ -47,7 +53,6 @@ class ConversationState {
     kTypeMaskAt = 9,
     kSlotAt = 11,
     kWindowAt = 12,
-    kLastOpcodeAt = 13,
     kLastSeqAt = 14,
     kHelloAnswerSize = 15
   };
@@ -67,10 +72,24 @@ class ConversationState {
   bool trail_lost_;
   bool load_;
   bool save_;
-  bool idle_;         // a slot has begun since the last byte
+  bool idle_;  // a slot has begun since the last byte that held the channel
+  bool carrier_ignored_;
+  uint8_t turns_;          // ours in this round that are still to come
+  bool in_turn_;           // kAwaiting: the answer comes with the next ROUND
+  bool too_long_;          // the request does not fit a turn: contend for the channel
+  bool in_rounds_;         // turns were granted to us since the last HELLO
+  uint8_t round_;          // number of the last ROUND heard
+  uint8_t before_us_;      // ID of the robot whose turn precedes ours; 0: the server
+  uint8_t before_turns_;   // of it, not heard yet
+  uint8_t open_slots_;     // of this round
+  uint8_t round_slot_ms_;  // told by the last ROUND; 0: there was none
+  uint8_t turn_bytes_;     // the longest frame that fits
+  uint8_t turn_index_;     // of our next turn in the round
+  uint8_t asked_index_;    // in_turn_: of the turn in which we asked
+  uint8_t damaged_;        // frames with a bad CRC, less the valid ones; not below 0
+  uint8_t three_bytes_ms_;
   uint8_t robots_;    // others that were heard in the last census
   uint8_t counted_;   // in this one
-  uint8_t seen_[4];   // which ones, by the lowest five bits of the ID
   uint8_t events_;    // to be reported
   uint8_t value_id_;  // of the setting to be reported
   uint8_t attempt_;   // misses since the last success
@@ -78,7 +97,11 @@ class ConversationState {
   uint8_t asked_opcode_;  // kAwaiting: of the request
   uint8_t tx_size_;
   uint8_t countdown_;  // kContending: the slot that is ours; 0: not drawn, begin at once
-  uint8_t quiet_ms_;   // since the last byte heard; stays at 255
+  uint16_t quiet_ms_;  // since the last byte heard or sent; stays at the largest value
+  // Of this run of bytes, which ends with the idle time:
+  uint16_t stray_ms_;          // taken by bytes outside of frames
+  uint16_t framed_ms_;         // taken by frames since the last valid one
+  uint16_t longest_frame_ms_;  // either holds the channel for this long
   protocol::Reason last_error_;
   uint8_t ack_[4];  // DATA of the last command's ACK: seq, code, result
   int16_t p_left_;
@@ -86,8 +109,9 @@ class ConversationState {
   WheelSpeeds wheels_;
   int16_t spiral_;  // the intensity that makes a lost robot turn
   uint16_t pings_;
-  Milliseconds now_ms_;
+  uint32_t now_ms_;
   uint16_t timers_[kTimers];
+  uint8_t seen_[32];                  // which ones were counted in this census: a bit for each ID
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer
   uint8_t tx_[kMaxClientFrame];
 };

@@ -3,9 +3,6 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/features.h"
-#include "protocol/decoder.h"
-
 namespace pheromone {
 namespace client {
 
@@ -38,34 +35,13 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t dropped_acks;       ///< ACKs that could not start within the response window
   uint32_t malformed;          ///< COMMANDs of a form we do not know; not acknowledged
   uint32_t heard;              ///< frames of or to other robots
+  uint32_t rounds;             ///< ROUNDs heard
+  uint32_t turns;              ///< taken in them
+  uint32_t skipped_turns;      ///< not taken: the channel was not free
   uint32_t own_id_heard;       ///< client frames with our ID: an echoing modem, or a double
-};
-
-/// The counters, where the image has them.
-template <bool enabled>
-class Tally {
- protected:
-  void Count(uint32_t Counters::*which) { ++(counters_.*which); }
-  void CountByte(protocol::FrameParser::Result event) {
-    protocol::Tally(event, &decoder_counters_);
-  }
-  void TimeOut(protocol::FrameParser* parser) { protocol::TimeOut(parser, &decoder_counters_); }
-  const Counters& counters() const { return counters_; }
-  const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
-
- private:
-  Counters counters_ = Counters();
-  protocol::DecoderCounters decoder_counters_;
-};
-
-template <>
-class Tally<false> {
- protected:
-  void Count(uint32_t Counters::* /*which*/) {}
-  void CountByte(protocol::FrameParser::Result /*event*/) {}
-  void TimeOut(protocol::FrameParser* parser) { parser->Abort(); }
-  static Counters counters() { return Counters(); }
-  static protocol::DecoderCounters decoder_counters() { return protocol::DecoderCounters(); }
+  uint32_t ignored_carriers;   ///< carriers that stayed too long to be a transmission
+  uint32_t ignored_noise;      ///< runs of bytes that stayed too long without a valid frame
+  uint32_t ignored_damage;     ///< damaged frames that opened no window: most frames were
 };
 
 }  // namespace client

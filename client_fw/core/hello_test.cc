@@ -14,7 +14,7 @@ using protocol::Reason;
 TEST(HelloTest, IsSaidFirstWithTheBootCounter) {
   Parameters parameters = TestParameters();
   parameters.firmware_version = 3;
-  parameters.capabilities = 0x81;
+  parameters.period_ms = 130;
   Harness harness(parameters);
   ASSERT_TRUE(harness.RunUntilSent());
   protocol::HelloRequest hello;
@@ -22,7 +22,7 @@ TEST(HelloTest, IsSaidFirstWithTheBootCounter) {
   EXPECT_EQ(kTestId, hello.id);
   EXPECT_EQ(0x1234, hello.nonce);
   EXPECT_EQ(3, hello.firmware_version);
-  EXPECT_EQ(0x81, hello.capabilities);
+  EXPECT_EQ(6, hello.capabilities);  // in units of 20 ms
 }
 
 TEST(HelloTest, IsRepeatedWithGrowingBackOffUntilAnswered) {

@@ -10,6 +10,11 @@
 namespace pheromone {
 namespace client {
 
+/// The time of `bytes` on a line of `baud`, ten bits each, in whole ms, rounded up: at least 1.
+constexpr uint16_t BytesMs(uint16_t bytes, uint32_t baud) {
+  return static_cast<uint16_t>((uint32_t{10000} * bytes + baud - 1u) / baud);
+}
+
 /// Settings can be changed over the radio, the rest cannot.
 struct Parameters : Settings {
   uint8_t id = 1;                 ///< CLIENT_ID, 1-254
@@ -17,11 +22,11 @@ struct Parameters : Settings {
   uint16_t boot_counter = 0;      ///< the nonce of HELLO: another one after each power-up
   uint8_t gap_timeout_ms = 20;    ///< longest silence inside a frame; 0 on links without gaps
   uint8_t first_window_ms = 100;  ///< response window until HELLO's answer gives the server's
-  uint8_t three_bytes_ms = 4;     ///< time of three bytes on the radio, rounded up: 4 at 9600 baud
+  uint32_t baud = 9600;           ///< of the radio, 300 to 4 000 000
   bool wide = false;              ///< 32-bit coordinates
   bool buffered_link = false;     ///< pty, TCP, UDP, USB: answers may be late, so resynchronise
   uint8_t firmware_version = 1;   ///< sent in HELLO
-  uint8_t capabilities = 0;       ///< sent in HELLO
+  bool rounds = true;             ///< asks for turns, where the server grants them
 };
 
 }  // namespace client

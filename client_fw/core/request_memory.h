@@ -26,14 +26,12 @@ constexpr uint8_t kMaxPending = 11;
 struct RequestMemory {
   uint16_t nonce;  ///< of the boot that used it; another boot counter clears the rest
   uint16_t epoch;  ///< the server's, as last heard
-  uint8_t seq;     ///< of the last request that had one
+  uint8_t seq;     ///< of the last request that had one; before the first, as HELLO's answer said
   uint8_t opcode;  ///< of the request not yet answered, 0: none
   uint8_t length;
   uint8_t data[kMaxPending];  ///< requests without a seq are also built here
-  uint8_t sent;               ///< how often it was sent and not refused; 2: at least twice
-  bool remembered;  ///< HELLO was answered and the server must remember a request, or has forgotten
-                    ///< us
-  uint16_t crc;     ///< of all the above
+  bool numbered;              ///< seq is this boot's own: HELLO has been answered
+  uint16_t crc;               ///< of all the above
 };
 
 /// To be called after a change.

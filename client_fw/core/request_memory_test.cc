@@ -22,7 +22,7 @@ TEST(RequestMemoryTest, UniformMemoryIsNotTrusted) {
   for (const int byte : {0x00, 0xFF, 0x55, 0xAA}) {
     RequestMemory memory = {};
     std::memset(&memory, byte, sizeof(memory));
-    memory.remembered = (byte & 1) != 0;  // a bool of its own kind
+    memory.numbered = (byte & 1) != 0;  // a bool of its own kind
     EXPECT_FALSE(Trusted(memory)) << byte;
   }
 }

@@ -11,7 +11,7 @@
 //                                modems require.
 //   bool radio_tx_idle();        every byte put has left, its stop bit included
 //   bool channel_busy();         carrier detected, or bytes of our own still leaving
-//   Milliseconds millis();       a clock; may wrap
+//   uint32_t millis();       a clock; may wrap
 //   void set_load(bool);         holds or releases the load; called at each Step
 //   void save_settings(const uint8_t*, uint8_t size);
 //                                keeps the bytes of Settings for the next start
@@ -44,7 +44,7 @@ class Robot {
       : board_(board), drive_(drive), conversation_(parameters, memory) {}
 
   void Step() {
-    const Milliseconds now_ms = board_->millis();
+    const uint32_t now_ms = board_->millis();
     // First the end of our own frame, then the bytes received after it.
     if (put_ != 0 && put_ == conversation_.tx_size() && board_->radio_tx_idle()) {
       put_ = 0;

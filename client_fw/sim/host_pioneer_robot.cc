@@ -6,8 +6,10 @@
 namespace pheromone::sim {
 namespace {
 
-client::Parameters WithStart(client::Parameters parameters, const PlanePose& start) {
+client::Parameters ParametersFor(client::Parameters parameters, const PlanePose& start,
+                                 const RadioMedium& medium) {
   parameters.start = ToClientPose(start);
+  parameters.baud = static_cast<uint32_t>(medium.baud());
   return parameters;
 }
 
@@ -18,7 +20,7 @@ HostPioneerRobot::HostPioneerRobot(const HostPioneerRobotConfig& config, RadioMe
       board_(config.cable_baud),
       pioneer_(config.pioneer, config.start),
       drive_(&board_, static_cast<int16_t>(config.client.drive_scale)),
-      robot_(&board_, &drive_, WithStart(config.client, config.start), &memory_),
+      robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_),
       station_(medium->AddStation(this, config.turnaround_ns)) {}
 
 void HostPioneerRobot::Step() {

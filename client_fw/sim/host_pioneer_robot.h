@@ -26,7 +26,7 @@
 namespace pheromone::sim {
 
 struct HostPioneerRobotConfig {
-  client::Parameters client;  ///< `start` is overwritten
+  client::Parameters client;  ///< `start` and `baud` are overwritten
   PioneerConfig pioneer;
   PlanePose start;
   int64_t cable_baud = 9600;

@@ -99,6 +99,7 @@ class RadioMedium {
   int64_t turnaround_ns(int station) const;
   /// Of stations that do not have one of their own.
   int64_t default_turnaround_ns() const { return config_.turnaround_ns; }
+  int64_t baud() const { return config_.baud; }
   int64_t byte_ns() const;
   const RadioCounters& counters() const { return counters_; }
   /// The share of the time since 0 in which at least one station was on the air.

@@ -22,6 +22,7 @@ void RadioTally::OnSent(uint8_t byte, int64_t time_ns) {
   const protocol::Message& message = sent_.message();
   if (Decode(message, &sense) || Decode(message, &trace)) {
     ++counters_.requests;
+    asked_in_turn_ = turn_ >= 0;
   } else if (Decode(message, &hello)) {
     ++counters_.hellos;
   } else if (Decode(message, &ack)) {
@@ -34,6 +35,11 @@ void RadioTally::OnHeard(uint8_t byte, int64_t time_ns) {
     return;
   }
   const protocol::Message& message = heard_.message();
+  protocol::Round round;
+  if (Decode(message, &round)) {
+    OnRound(round);
+    return;
+  }
   if (message.id != id_) {
     ++counters_.heard;
     return;
@@ -53,6 +59,21 @@ void RadioTally::OnHeard(uint8_t byte, int64_t time_ns) {
     ++counters_.events;
   } else if (Decode(message, &error)) {
     ++counters_.errors;
+  }
+}
+
+void RadioTally::OnRound(const protocol::Round& round) {
+  ++counters_.rounds;
+  if (asked_in_turn_ && turn_ < round.answer_count) {
+    const protocol::RoundAnswer& answer = round.answers[turn_];
+    if (answer.left != protocol::kNoIntensities) {
+      OnAnswer(answer.left, answer.right);
+    }
+  }
+  asked_in_turn_ = false;
+  turn_ = -1;
+  for (int i = 0; i < round.turn_count; ++i) {
+    turn_ = round.turns[i] == id_ ? i : turn_;
   }
 }
 

@@ -7,7 +7,7 @@
 //   tally.counters().answers; tally.p_left();
 //
 // Of the counters these are kept: requests, answers, hellos, hello_answers, events, errors, acks,
-// heard. An answer counts whether or not the robot still waited for it. Times are nanoseconds. One
+// heard, rounds. An answer counts whether or not the robot still waited for it. Times are nanoseconds. One
 // thread.
 #pragma once
 
@@ -15,6 +15,7 @@
 
 #include "client_fw/core/counters.h"
 #include "protocol/decoder.h"
+#include "protocol/messages.h"
 
 namespace pheromone::sim {
 
@@ -32,6 +33,7 @@ class RadioTally {
 
  private:
   void OnAnswer(int16_t left, int16_t right);
+  void OnRound(const protocol::Round& round);
 
   static constexpr uint16_t kGapTimeoutMs = 20;
 
@@ -39,6 +41,8 @@ class RadioTally {
   protocol::FrameDecoder sent_{kGapTimeoutMs};
   protocol::FrameDecoder heard_{kGapTimeoutMs};
   client::Counters counters_{};
+  int turn_ = -1;  // of the last round: the last turn of ours; -1: none
+  bool asked_in_turn_ = false;
   int16_t p_left_ = 0;
   int16_t p_right_ = 0;
 };

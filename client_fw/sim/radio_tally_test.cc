@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <memory>
 
 #include "client_fw/sim/simulated_robot.h"
@@ -23,6 +24,15 @@ class Ear : public Station {
   void OnTransmitted(int64_t /*time_ns*/) override {}
   RadioTally tally;
 };
+
+void Pass(const protocol::Message& message, RadioTally* tally,
+          void (RadioTally::*to)(uint8_t, int64_t)) {
+  std::array<uint8_t, protocol::kMaxFrame> frame{};
+  const size_t size = protocol::EncodeFrame(message, frame.data(), frame.size());
+  for (size_t i = 0; i < size; ++i) {
+    (tally->*to)(frame.at(i), 0);
+  }
+}
 
 // The robot's own counters are the oracle: what the tally makes of the air has to agree.
 class RadioTallyTest : public testing::TestWithParam<bool> {};
@@ -60,6 +70,34 @@ TEST_P(RadioTallyTest, CountsWhatTheRobotCounts) {
 }
 
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutSilence, RadioTallyTest, testing::Bool());
+
+// Its turn is the second; the next ROUND has the answer in the second place.
+TEST(RadioTally, CountsTheAnswersInRounds) {
+  RadioTally tally(7);
+  protocol::Round round;
+  round.number = 1;
+  round.turn_count = 2;
+  round.turns[0] = 3;
+  round.turns[1] = 7;
+  protocol::Message message;
+  Encode(round, &message);
+  Pass(message, &tally, &RadioTally::OnHeard);
+  ASSERT_TRUE(Encode(protocol::SenseRequest{7, 1, false, {1, 2, 3}}, &message));
+  Pass(message, &tally, &RadioTally::OnSent);
+  round.number = 2;
+  round.turn_count = 0;
+  round.answer_count = 2;
+  round.answers[0] = {1, 2};
+  round.answers[1] = {30, -40};
+  Encode(round, &message);
+  Pass(message, &tally, &RadioTally::OnHeard);
+  EXPECT_EQ(1u, tally.counters().answers);
+  EXPECT_EQ(30, tally.p_left());
+  EXPECT_EQ(-40, tally.p_right());
+  Pass(message, &tally, &RadioTally::OnHeard);  // it has not asked again
+  EXPECT_EQ(1u, tally.counters().answers);
+  EXPECT_EQ(3u, tally.counters().rounds);
+}
 
 }  // namespace
 }  // namespace pheromone::sim

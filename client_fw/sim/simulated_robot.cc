@@ -8,8 +8,10 @@ namespace {
 
 constexpr double kStepSeconds = 0.001;
 
-client::Parameters WithStart(client::Parameters parameters, const PlanePose& start) {
+client::Parameters ParametersFor(client::Parameters parameters, const PlanePose& start,
+                                 const RadioMedium& medium) {
   parameters.start = ToClientPose(start);
+  parameters.baud = static_cast<uint32_t>(medium.baud());
   return parameters;
 }
 
@@ -19,7 +21,7 @@ SimulatedRobot::SimulatedRobot(const SimulatedRobotConfig& config, RadioMedium* 
     : medium_(medium),
       power_on_ns_(config.power_on_ms * 1'000'000),
       drive_(config.drive, config.start),
-      robot_(&board_, &drive_, WithStart(config.client, config.start), &memory_),
+      robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_),
       station_(medium->AddStation(this, config.turnaround_ns)) {}
 
 void SimulatedRobot::Step() {

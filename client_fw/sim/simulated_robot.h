@@ -25,7 +25,7 @@
 namespace pheromone::sim {
 
 struct SimulatedRobotConfig {
-  client::Parameters client;  ///< `start` is overwritten
+  client::Parameters client;  ///< `start` and `baud` are overwritten
   DriveConfig drive;
   PlanePose start;
   int64_t power_on_ms = 0;               ///< until then it neither hears nor does anything

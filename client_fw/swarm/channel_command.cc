@@ -16,6 +16,15 @@ namespace pheromone::swarm {
 namespace {
 
 struct ChannelOptions {
+  std::string access = "contention";
+  int simple = 0;
+  int hidden_pairs = 0;
+  double frame_loss_percent = 0;
+  int fail_safe_ms = 480;
+  int period_ms = 200;
+  bool together = false;
+  uint64_t seed = 1;
+  bool json = false;
   std::vector<int> robots = {1, 2, 3, 4, 6, 8, 12, 16};
   std::vector<int> turnarounds_ms = {2, 20};
   std::vector<int> server_delays_ms = {2, 8};
@@ -48,9 +57,9 @@ std::vector<ChannelExperiment> PlanOf(const ChannelOptions& options) {
           }
           if (period_ms != 0 && first) {
             experiment.robots = 4;
-            experiment.hidden_pair = true;
+            experiment.hidden_pairs = 1;
             plan.push_back(experiment);
-            experiment.hidden_pair = false;
+            experiment.hidden_pairs = 0;
           }
         }
       }
@@ -59,7 +68,30 @@ std::vector<ChannelExperiment> PlanOf(const ChannelOptions& options) {
   return plan;
 }
 
+// One run, as one line of JSON.
+int RunOnce(const ChannelOptions& options) {
+  ChannelExperiment experiment;
+  experiment.robots = options.robots.front();
+  experiment.access = options.access == "rounds" ? Access::kRounds : Access::kContention;
+  experiment.simple = options.simple;
+  experiment.hidden_pairs = options.hidden_pairs;
+  experiment.frame_loss = options.frame_loss_percent / 100;
+  experiment.fail_safe_ms = static_cast<uint16_t>(options.fail_safe_ms);
+  experiment.period_ms = static_cast<uint16_t>(options.period_ms);
+  experiment.together = options.together;
+  experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
+  experiment.timing.baud = options.baud;
+  experiment.timing.turnaround_ns = int64_t{options.turnarounds_ms.front()} * 1'000'000;
+  experiment.timing.server_delay_ns = int64_t{options.server_delays_ms.front()} * 1'000'000;
+  const ChannelSummary row = Summarise(experiment, {MeasureChannel(experiment, options.seed)});
+  fmt::print("{}", ToJson(row));
+  return 0;
+}
+
 int RunChannel(const ChannelOptions& options) {
+  if (options.json) {
+    return RunOnce(options);
+  }
   const std::vector<ChannelExperiment> plan = PlanOf(options);
   const bool progress = isatty(STDERR_FILENO) != 0;
   std::vector<ChannelSummary> rows;
@@ -71,7 +103,7 @@ int RunChannel(const ChannelOptions& options) {
         fmt::print(stderr, "\r{}/{}: {} robots, seed {} of {}   ", rows.size() + 1, plan.size(),
                    experiment.robots, seed, options.seeds);
       }
-      runs.push_back(Contend(experiment, static_cast<uint64_t>(seed)));
+      runs.push_back(MeasureChannel(experiment, static_cast<uint64_t>(seed)));
     }
     if (progress) {
       fmt::print(stderr, "\r{:60}\r", "");
@@ -103,6 +135,27 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->add_option("--server-delay-ms", options->server_delays_ms,
                    "Server delays D_s (default: 2 8)")
       ->check(CLI::Range(0, 100));
+  command->add_option("--access", options->access, "How robots get to send (default: contention)")
+      ->check(CLI::IsMember({"contention", "rounds"}));
+  command->add_option("--simple", options->simple, "With rounds: so many robots only contend")
+      ->check(CLI::Range(0, 100));
+  command
+      ->add_option("--hidden-pairs", options->hidden_pairs,
+                   "Pairs of robots that do not hear each other")
+      ->check(CLI::Range(0, 50));
+  command
+      ->add_option("--frame-loss-percent", options->frame_loss_percent,
+                   "Frames that each listener misses")
+      ->check(CLI::Range(0.0, 100.0));
+  command->add_option("--fail-safe-ms", options->fail_safe_ms, "Of the robots (default: 480)")
+      ->check(CLI::Range(100, 30'000));
+  command
+      ->add_option("--period-ms", options->period_ms, "Between a robot's requests (default: 200)")
+      ->check(CLI::Range(0, 30'000));
+  command->add_flag("--together", options->together, "Switch all robots on at the same time");
+  command->add_option("--seed", options->seed, "Of the run that --json reports (default: 1)");
+  command->add_flag("--json", options->json,
+                    "Run once, with the first of each list, and print one JSON object");
   command->add_option("--baud", options->baud, "Baud rate of the channel (default: 9600)")
       ->check(CLI::Range(1200, 115'200));
   command->add_option("--seeds", options->seeds, "Runs of each combination (default: 10)")

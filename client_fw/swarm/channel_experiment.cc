@@ -35,11 +35,22 @@ class Watch {
     } else if (hello_answers_ == 0 && now_ms == kWarmUpMs) {
       StartClock(now_ms);  // it should have found the server by now
     }
+    if (now_ms == kWarmUpMs) {
+      stops_before_ = counters.fail_safe_stops;
+    }
+    if (counters.requests != requests_) {
+      requests_ = counters.requests;
+      asked_ms_ = now_ms;
+    }
     if (counters.answers != answers_) {
+      if (answers_ == 0) {
+        first_answer_ms_ = now_ms;
+      }
       answers_ = counters.answers;
       record_.OnAnswer(now_ms);
-      if (continuous_ && now_ms > kWarmUpMs) {
+      if (now_ms > kWarmUpMs) {
         intervals_ms_.push_back(now_ms - last_answer_ms_);
+        pose_ages_ms_.push_back(now_ms - asked_ms_);
       }
       last_answer_ms_ = now_ms;
     }
@@ -48,9 +59,13 @@ class Watch {
   RobotShare Finish() {
     record_.Finish();
     return {record_.due(), record_.delivered(), record_.answers(), record_.longest_gap_ms(),
-            robot_->counters().fail_safe_stops};
+            robot_->counters().fail_safe_stops - stops_before_};
   }
 
+  /// -1 before there was one.
+  int64_t first_answer_ms() const { return first_answer_ms_; }
+  const std::vector<int64_t>& gaps_ms() const { return intervals_ms_; }
+  const std::vector<int64_t>& pose_ages_ms() const { return pose_ages_ms_; }
   const std::vector<int64_t>& latencies_ms() const {
     return continuous_ ? intervals_ms_ : record_.latencies_ms();
   }
@@ -66,6 +81,11 @@ class Watch {
   bool continuous_;
   DeliveryRecord record_;
   std::vector<int64_t> intervals_ms_;
+  std::vector<int64_t> pose_ages_ms_;
+  int64_t first_answer_ms_ = -1;
+  int64_t asked_ms_ = 0;
+  uint32_t requests_ = 0;
+  uint32_t stops_before_ = 0;
   int64_t last_answer_ms_ = 0;
   uint32_t hello_answers_ = 0;
   uint32_t answers_ = 0;
@@ -80,6 +100,7 @@ SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
   config.radio.turnaround_ns = experiment.timing.turnaround_ns;
   config.radio.carrier_detect = experiment.timing.carrier_detect;
   config.radio.bit_error = experiment.bit_error;
+  config.radio.block_loss = experiment.frame_loss;
   config.radio.seed = random();
   config.server.delay_ns = experiment.timing.server_delay_ns;
   const auto first_id = static_cast<int>(random() % 100);
@@ -90,15 +111,18 @@ SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
     robot.client.type = kType;
     robot.client.speed_mm_s = 0;
     robot.client.period_ms = std::max<uint16_t>(1, experiment.period_ms);
+    robot.client.fail_safe_ms = experiment.fail_safe_ms;
+    robot.client.rounds = experiment.access == Access::kRounds && i >= experiment.simple;
     // Somewhere on the path from (1, 2) to (9, 6), facing anywhere.
     const double along = static_cast<double>(random() % 1000) / 1000;
     robot.start = {1 + 8 * along, 2 + 4 * along,
                    static_cast<double>(random() % 360) * std::numbers::pi / 180};
-    robot.power_on_ms = static_cast<int64_t>(random() % kSwitchedOnWithinMs);
+    const auto power_on_ms = static_cast<int64_t>(random() % kSwitchedOnWithinMs);
+    robot.power_on_ms = experiment.together ? 0 : power_on_ms;
     config.robots.push_back(robot);
   }
-  if (experiment.hidden_pair && experiment.robots >= 2) {
-    config.hidden_pairs = {{0, 1}};
+  for (int i = 0; i < experiment.hidden_pairs && 2 * i + 1 < experiment.robots; ++i) {
+    config.hidden_pairs.emplace_back(2 * i, 2 * i + 1);
   }
   return config;
 }
@@ -128,7 +152,7 @@ uint64_t HashOf(const ChannelRun& run, uint64_t state_hash) {
 
 }  // namespace
 
-ChannelRun Contend(const ChannelExperiment& experiment, uint64_t seed) {
+ChannelRun MeasureChannel(const ChannelExperiment& experiment, uint64_t seed) {
   Simulation simulation(SetUp(experiment, seed));
   std::vector<Watch> watches;
   for (size_t i = 0; i < simulation.robot_count(); ++i) {
@@ -144,8 +168,15 @@ ChannelRun Contend(const ChannelExperiment& experiment, uint64_t seed) {
   ChannelRun run;
   for (size_t i = 0; i < watches.size(); ++i) {
     run.robots.push_back(watches[i].Finish());
-    const std::vector<int64_t>& latencies_ms = watches[i].latencies_ms();
-    run.latencies_ms.insert(run.latencies_ms.end(), latencies_ms.begin(), latencies_ms.end());
+    const auto append = [](const std::vector<int64_t>& from, std::vector<int64_t>* to) {
+      to->insert(to->end(), from.begin(), from.end());
+    };
+    append(watches[i].latencies_ms(), &run.latencies_ms);
+    append(watches[i].gaps_ms(), &run.gaps_ms);
+    append(watches[i].pose_ages_ms(), &run.pose_ages_ms);
+    const int64_t first_ms = watches[i].first_answer_ms();
+    const bool all = first_ms >= 0 && run.time_to_order_ms >= 0;
+    run.time_to_order_ms = all ? std::max(run.time_to_order_ms, first_ms) : -1;
     run.goodput += static_cast<double>(run.robots.back().answers) * 1000 /
                    static_cast<double>(experiment.duration_ms);
     run.requests += simulation.robot(i).counters().requests;
@@ -168,6 +199,7 @@ ChannelSummary Summarise(const ChannelExperiment& experiment, const std::vector<
   }
   sum.worst_goodput = sum.worst_delivered = sum.worst_robot_delivered = sum.worst_robot_share = 1e9;
   std::vector<int64_t> latencies_ms;
+  std::vector<int64_t> pose_ages_ms;
   double answers = 0;
   double requests = 0;
   for (const ChannelRun& run : runs) {
@@ -200,10 +232,17 @@ ChannelSummary Summarise(const ChannelExperiment& experiment, const std::vector<
     requests += static_cast<double>(run.requests) * 1000 /
                 static_cast<double>(experiment.duration_ms + kWarmUpMs);
     latencies_ms.insert(latencies_ms.end(), run.latencies_ms.begin(), run.latencies_ms.end());
+    pose_ages_ms.insert(pose_ages_ms.end(), run.pose_ages_ms.begin(), run.pose_ages_ms.end());
+    sum.gaps_ms.insert(sum.gaps_ms.end(), run.gaps_ms.begin(), run.gaps_ms.end());
+    const bool all = run.time_to_order_ms >= 0 && sum.time_to_order_ms >= 0;
+    sum.time_to_order_ms = all ? std::max(sum.time_to_order_ms, run.time_to_order_ms) : -1;
     sum.hash = HashStep(sum.hash, run.hash);
   }
   sum.requests_per_answer = answers > 0 ? requests / answers : 0;
   std::sort(latencies_ms.begin(), latencies_ms.end());
+  std::sort(pose_ages_ms.begin(), pose_ages_ms.end());
+  std::sort(sum.gaps_ms.begin(), sum.gaps_ms.end());
+  sum.pose_age_p50_ms = Quantile(pose_ages_ms, 0.5);
   sum.p50_ms = Quantile(latencies_ms, 0.5);
   sum.p99_ms = Quantile(latencies_ms, 0.99);
   return sum;

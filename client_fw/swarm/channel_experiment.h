@@ -1,7 +1,7 @@
 // How many robots a radio channel can serve: N robots that send requests over one half-duplex
 // channel, in virtual time, with the client's actual medium access code.
 //
-//   const ChannelRun run = Contend({.robots = 4}, seed);
+//   const ChannelRun run = MeasureChannel({.robots = 4}, seed);
 //   const ChannelSummary row = Summarise(experiment, runs);      // of all seeds
 //
 // The robots stand on a pheromone path and send SENSE, either once in each period of a clock (5 Hz)
@@ -22,14 +22,22 @@
 
 namespace pheromone::swarm {
 
-constexpr int64_t kWarmUpMs = 5'000;
+constexpr int64_t kWarmUpMs = 10'000;
 constexpr int64_t kDeadlineMs = 500;
 
+/// How robots get to send: each for itself, or in turns that the server grants.
+enum class Access : uint8_t { kContention, kRounds };
+
 struct ChannelExperiment {
-  int robots = 1;                ///< 1 to 100
+  int robots = 1;  ///< 1 to 100
+  Access access = Access::kContention;
+  int simple = 0;                ///< with rounds: so many of the robots only contend
   uint16_t period_ms = 200;      ///< 0: continuously
-  bool hidden_pair = false;      ///< the first two robots do not hear each other
+  uint16_t fail_safe_ms = 480;   ///< of the robots
+  int hidden_pairs = 0;          ///< of robots that do not hear each other, the first ones
   double bit_error = 0;          ///< of each listener
+  double frame_loss = 0;         ///< of each listener
+  bool together = false;         ///< all are switched on at 0, instead of within a second
   int64_t duration_ms = 60'000;  ///< counted, after the warm-up
   ChannelTiming timing = {};
 };
@@ -46,6 +54,9 @@ struct RobotShare {
 struct ChannelRun {
   std::vector<RobotShare> robots;
   std::vector<int64_t> latencies_ms;  ///< of all robots; asking continuously: between two answers
+  std::vector<int64_t> gaps_ms;       ///< between the answers of each robot
+  std::vector<int64_t> pose_ages_ms;  ///< from the last request to its answer
+  int64_t time_to_order_ms = 0;       ///< from 0 until every robot had an answer; -1: never
   double goodput = 0;                 ///< answers a second
   uint64_t requests = 0;              ///< since the start, retries included
   uint64_t collided_blocks = 0;       ///< since the start
@@ -54,7 +65,7 @@ struct ChannelRun {
   uint64_t hash = 0;  ///< of all figures above and the engine's state
 };
 
-ChannelRun Contend(const ChannelExperiment& experiment, uint64_t seed);
+ChannelRun MeasureChannel(const ChannelExperiment& experiment, uint64_t seed);
 
 /// Means over the seeds, and the worst seed.
 struct ChannelSummary {
@@ -72,8 +83,11 @@ struct ChannelSummary {
   int64_t p99_ms = 0;
   int64_t longest_gap_ms = 0;
   int64_t fail_safe_stops = 0;
+  int64_t pose_age_p50_ms = 0;
+  int64_t time_to_order_ms = 0;  ///< of the slowest seed; -1: never
   double requests_per_answer = 0;
   double utilisation = 0;
+  std::vector<int64_t> gaps_ms;  ///< of all seeds, sorted
   uint64_t hash = 0;
 };
 

@@ -13,7 +13,7 @@ namespace {
 ChannelSummary Row(const ChannelExperiment& experiment, int seeds = 3) {
   std::vector<ChannelRun> runs;
   for (int seed = 1; seed <= seeds; ++seed) {
-    runs.push_back(Contend(experiment, static_cast<uint64_t>(seed)));
+    runs.push_back(MeasureChannel(experiment, static_cast<uint64_t>(seed)));
   }
   return Summarise(experiment, runs);
 }
@@ -42,8 +42,8 @@ TEST(ChannelExperiment, NoRobotGetsMoreThanTheChannelCanCarry) {
 
 TEST(ChannelExperiment, SameSeedSameFigures) {
   const ChannelExperiment experiment{.robots = 4, .duration_ms = 5'000};
-  EXPECT_EQ(Contend(experiment, 1).hash, Contend(experiment, 1).hash);
-  EXPECT_NE(Contend(experiment, 1).hash, Contend(experiment, 2).hash);
+  EXPECT_EQ(MeasureChannel(experiment, 1).hash, MeasureChannel(experiment, 1).hash);
+  EXPECT_NE(MeasureChannel(experiment, 1).hash, MeasureChannel(experiment, 2).hash);
 }
 
 TEST(ChannelExperiment, SummaryCountsWhatTheRunsDid) {

@@ -11,7 +11,7 @@ namespace {
 ChannelSummary TenSeeds(const ChannelExperiment& experiment) {
   std::vector<ChannelRun> runs;
   for (uint64_t seed = 1; seed <= 10; ++seed) {
-    runs.push_back(Contend(experiment, seed));
+    runs.push_back(MeasureChannel(experiment, seed));
   }
   return Summarise(experiment, runs);
 }
@@ -47,7 +47,7 @@ TEST_P(ChannelLimits, EightRobotsShareWhatTheChannelCarries) {
 
 TEST_P(ChannelLimits, AHiddenPairAmongFourIsAnsweredToo) {
   ChannelExperiment experiment = Robots(4, GetParam());
-  experiment.hidden_pair = true;
+  experiment.hidden_pairs = 1;
   EXPECT_GE(TenSeeds(experiment).worst_robot_delivered, 0.5);
 }
 

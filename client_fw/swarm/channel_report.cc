@@ -93,8 +93,8 @@ std::string ToTableRow(const ChannelSummary& row) {
       "{:6} {:12} {:3} {:3} {:7} {:6} | {:4.1f} {:5.1f}  {:7.1f} ({:5.1f}) {:4.0f} % | {:>7} % "
       "({:>5} %, {:>5} %) {:7.2f} | {:4} {:5} {:5} {:5}\n",
       e.robots, AskingOf(e), ToMs(e.timing.turnaround_ns), ToMs(e.timing.server_delay_ns),
-      e.timing.carrier_detect ? "yes" : "no", e.hidden_pair ? "pair" : "-", row.peak, row.ideal,
-      row.goodput, row.worst_goodput, 100 * row.goodput / row.peak,
+      e.timing.carrier_detect ? "yes" : "no", e.hidden_pairs > 0 ? "pair" : "-", row.peak,
+      row.ideal, row.goodput, row.worst_goodput, 100 * row.goodput / row.peak,
       OnlyIf(clocked, 100 * row.delivered, 1), OnlyIf(clocked, 100 * row.worst_delivered, 1),
       OnlyIf(clocked, 100 * row.worst_robot_delivered, 1), row.worst_robot_share, row.p50_ms,
       row.p99_ms, row.longest_gap_ms, row.fail_safe_stops);
@@ -113,7 +113,7 @@ std::string ToCsv(const std::vector<ChannelSummary>& rows) {
         "{},{},{},{},{:d},{:d},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.1f},{},{},{},{:.3f},{},{},{},{},"
         "{:.3f},{:.1f},{:016x}\n",
         e.robots, e.period_ms, ToMs(e.timing.turnaround_ns), ToMs(e.timing.server_delay_ns),
-        e.timing.carrier_detect, e.hidden_pair, row.seeds, row.peak, row.ideal, row.goodput,
+        e.timing.carrier_detect, e.hidden_pairs > 0, row.seeds, row.peak, row.ideal, row.goodput,
         row.worst_goodput, 100 * row.goodput / row.peak, OnlyIf(clocked, 100 * row.delivered, 2),
         OnlyIf(clocked, 100 * row.worst_delivered, 2),
         OnlyIf(clocked, 100 * row.worst_robot_delivered, 2), row.worst_robot_share, row.p50_ms,
@@ -121,6 +121,21 @@ std::string ToCsv(const std::vector<ChannelSummary>& rows) {
         100 * row.utilisation, row.hash);
   }
   return csv;
+}
+
+std::string ToJson(const ChannelSummary& row) {
+  const ChannelExperiment& e = row.experiment;
+  return fmt::format(
+      "{{\"access\": \"{}\", \"robots\": {}, \"simple\": {}, \"baud\": {}, "
+      "\"turnaround_ms\": {}, \"exchanges_per_s\": {:.2f}, \"share_of_c1\": {:.4f}, "
+      "\"delivered\": {}, \"p50_ms\": {}, \"p99_ms\": {}, \"longest_gap_ms\": {}, "
+      "\"fail_safe_stops\": {}, \"time_to_order_ms\": {}, \"pose_age_p50_ms\": {}, "
+      "\"worst_robot_of_mean\": {:.3f}}}\n",
+      e.access == Access::kRounds ? "rounds" : "contention", e.robots, e.simple, e.timing.baud,
+      ToMs(e.timing.turnaround_ns), row.goodput, row.goodput / row.peak,
+      e.period_ms != 0 ? fmt::format("{:.4f}", row.delivered) : "null", row.p50_ms, row.p99_ms,
+      row.longest_gap_ms, row.fail_safe_stops, row.time_to_order_ms, row.pose_age_p50_ms,
+      row.worst_robot_share);
 }
 
 std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
@@ -136,7 +151,7 @@ std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
   for (const ChannelTiming& timing : timings) {
     std::vector<const ChannelSummary*> shown;
     for (const ChannelSummary& row : rows) {
-      if (row.experiment.period_ms != 0 && !row.experiment.hidden_pair &&
+      if (row.experiment.period_ms != 0 && row.experiment.hidden_pairs == 0 &&
           SameTiming(row.experiment.timing, timing)) {
         shown.push_back(&row);
       }

@@ -15,6 +15,9 @@ std::string ToTableRow(const ChannelSummary& row);
 /// A header line, then one line per row; numbers with fixed digits.
 std::string ToCsv(const std::vector<ChannelSummary>& rows);
 
+/// One line: a JSON object with the figures of a row.
+std::string ToJson(const ChannelSummary& row);
+
 /// An SVG of the periodic rows without hidden stations: for each timing, answers a second against
 /// the number of robots, beside the bound, and the latency.
 std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows);

@@ -8,9 +8,11 @@ namespace {
 
 constexpr double kStepSeconds = 0.001;
 
-client::Parameters ParametersOf(const sim::SimulatedRobotConfig& config, const Steering& steering) {
+client::Parameters ParametersOf(const sim::SimulatedRobotConfig& config, const Steering& steering,
+                                const sim::RadioMedium& medium) {
   client::Parameters parameters = config.client;
   parameters.start = sim::ToClientPose(config.start);
+  parameters.baud = static_cast<uint32_t>(medium.baud());
   parameters.law = steering.law;
   parameters.speed_mm_s = steering.speed_mm_s;
   return parameters;
@@ -24,7 +26,7 @@ LawRobot::LawRobot(const sim::SimulatedRobotConfig& config, const Steering& stee
       medium_(medium),
       drive_(config.drive, config.start),
       passenger_{&drive_},
-      robot_(&board_, &passenger_, ParametersOf(config, steering), &memory_),
+      robot_(&board_, &passenger_, ParametersOf(config, steering, *medium), &memory_),
       station_(medium->AddStation(this)) {}
 
 void LawRobot::Step() {

@@ -83,8 +83,6 @@ void Finish(Scenario* scenario) {
   }
   for (RobotGroup& group : scenario->groups) {
     group.client.wide = NeedsWide(engine);
-    group.client.three_bytes_ms = static_cast<uint8_t>(
-        std::min<int64_t>(255, 3 * scenario->timing.byte_ns() / 1'000'000 + 1));
   }
 }
 

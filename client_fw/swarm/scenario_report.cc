@@ -40,6 +40,10 @@ std::string SummaryOf(const RobotGroup& group, const RobotRecord& robot, bool ha
                             c.requests, c.answers, c.timeouts, c.errors, c.fail_safe_stops)
               : fmt::format("{} requests, {} answers, {} errors as counted by its modem",
                             c.requests, c.answers, c.errors);
+  if (c.ignored_carriers + c.ignored_noise + c.ignored_damage > 0) {
+    text += fmt::format("; ignored {} carriers, {} runs of noise, {} damaged frames",
+                        c.ignored_carriers, c.ignored_noise, c.ignored_damage);
+  }
   if (robot.bumps > 0) {
     text += fmt::format("; {} bumps", robot.bumps);
   }

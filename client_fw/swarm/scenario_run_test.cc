@@ -36,9 +36,10 @@ TEST(ScenarioRun, RobotsOnACircuitGoRoundIt) {
     EXPECT_EQ(0u, robot.counters.fail_safe_stops);
     EXPECT_EQ(0, robot.off_limits_samples);
   }
-  // 14 + 12 bytes five times a second for each of two robots.
+  // Five times a second a ROUND with two turns, 16 bytes, two requests of 14, and a ROUND with two
+  // answers, 22.
   ASSERT_EQ(1u, record.channels.size());
-  EXPECT_NEAR(2 * 5 * 26 * 10 / 9600.0, record.channels[0].utilisation, 0.03);
+  EXPECT_NEAR(5 * (16 + 2 * 14 + 22) * 10 / 9600.0, record.channels[0].utilisation, 0.03);
 }
 
 TEST(ScenarioRun, EveryAnswerIsAnExchange) {

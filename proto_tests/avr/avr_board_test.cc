@@ -148,10 +148,17 @@ TEST(AvrBoard, SendsAFrameWithoutGaps) {
 TEST(AvrBoard, IsSilentWhileThereIsACarrier) {
   Board board;
   board.machine.SetPin(kCarrier, false);
-  board.RunFor(3000);
+  board.RunFor(2000);
   EXPECT_TRUE(board.radio.empty());
   board.machine.SetPin(kCarrier, true);
   EXPECT_TRUE(board.NextHello());
+}
+
+TEST(AvrBoard, IgnoresACarrierThatNeverEnds) {
+  Board board;
+  board.machine.SetPin(kCarrier, false);
+  board.RunFor(3000);
+  EXPECT_FALSE(board.radio.empty());
 }
 
 TEST(AvrBoard, LosesNoByteWhenBothLinesAreBusyAllTheTime) {

@@ -77,7 +77,7 @@ bool CoreTurn::Start(const uint8_t* from, uint16_t size) {
 }
 
 bool CoreTurn::Turn(const uint8_t* from, uint16_t size) {
-  board_.now_ms = static_cast<client::Milliseconds>(protocol::GetU32(from));
+  board_.now_ms = protocol::GetU32(from);
   board_.flags = from[4];
   Bytes* const all[] = {&board_.from_radio, &board_.from_robot, &board_.to_radio, &board_.to_robot,
                         &board_.saved};

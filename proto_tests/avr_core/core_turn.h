@@ -67,7 +67,7 @@ struct TurnBoard {
   bool channel_busy() const { return (flags & kCarrier) != 0 || !radio_tx_idle(); }
   int robot_get() { return from_robot.Get(); }
   bool robot_put(uint8_t byte) { return to_robot.Put(byte); }
-  client::Milliseconds millis() const { return now_ms; }
+  uint32_t millis() const { return now_ms; }
   void set_load(bool hold) { load = hold; }
   void save_settings(const uint8_t* from, uint8_t size) {
     saved.Clear();
@@ -76,7 +76,7 @@ struct TurnBoard {
     }
   }
 
-  client::Milliseconds now_ms = 0;
+  uint32_t now_ms = 0;
   uint8_t flags = kIdle;
   bool load = false;
   Bytes from_radio;

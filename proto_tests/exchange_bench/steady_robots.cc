@@ -166,6 +166,7 @@ class SteadyRobots::Robot {
     if (protocol::Decode(answer, &error) && answer.id == id_) {
       ++result_.refused;
       if (error.seq == (trace_ ? seq_ : 0) && awaits_) {
+        // Nothing repeats frames here, and a robot that counts on may be behind (section 7).
         const bool used =
             error.reason != protocol::Reason::kBusy && error.reason != protocol::Reason::kReadOnly;
         seq_ = static_cast<uint8_t>(seq_ + (used ? 1 : 0));

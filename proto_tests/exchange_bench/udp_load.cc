@@ -104,9 +104,18 @@ class Clients {
     return client;
   }
 
-  // Every robot of another nonce begins its seq afresh.
+  // The daemon may know these robots.
   void SayHello() {
     std::random_device random;
+    const auto go_on_from = [](Client* client, size_t size, const uint8_t* bytes) {
+      protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+      decoder.PushBlock(bytes, size, 0, [client](const protocol::Message& message) {
+        protocol::HelloAnswer answer;
+        if (protocol::Decode(message, &answer)) {
+          client->seq = answer.last_seq;
+        }
+      });
+    };
     for (Client& client : clients_) {
       protocol::Message hello;
       protocol::Encode(protocol::HelloRequest{client.id, static_cast<uint16_t>(random()), 1, 0},
@@ -114,7 +123,8 @@ class Clients {
       Send(&client, hello);
       pollfd answer{client.socket, POLLIN, 0};
       poll(&answer, 1, kPatienceMs);
-      static_cast<void>(recv(client.socket, buffer_.data(), buffer_.size(), 0));
+      const ssize_t size = recv(client.socket, buffer_.data(), buffer_.size(), 0);
+      go_on_from(&client, size > 0 ? static_cast<size_t>(size) : 0, buffer_.data());
     }
   }
 

@@ -75,7 +75,7 @@ class Session {
     const uint8_t choice = input_.U8();
     if (choice % 2 == 0) {
       config_ = testing::SmallConfig();
-      config_.robots_per_link = 3;
+      config_.robots_per_link = 3;  // the earlier rules
       config_.frames = {MakeFrame("radio-b", 1, {3'000'000, 0}, 30)};
       using pheromone::field::CellMap;
       config_.field.memory_bytes =

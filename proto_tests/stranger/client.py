@@ -81,13 +81,8 @@ class Refused(Exception):
 
     def __init__(self, refused_opcode: int, reason: int, seq: int) -> None:
         self.reason = reason
-        self.outcome_open = False  # an earlier sending, not answered, may have been carried out
         name = wire.REASONS.get(reason, "not permitted")
         super().__init__(f"opcode {refused_opcode:02X} refused: {reason}, {name} (seq {seq})")
-
-
-NUMBER_NOT_USED = (1, 2, 6, 7, 8)
-"""Reasons after which the next request carries the same seq (section 7)."""
 
 
 class Smell(NamedTuple):
@@ -165,8 +160,9 @@ class Client:
             raise ValueError(f"the server speaks version {told.protocol_version}, not 1")
         if self._epoch not in (None, told.epoch):
             self._last_command = None
-        if new and told.last_opcode:  # it may remember a run before this one: go on from there
-            self.next_seq = (told.last_seq + 1) % 256
+        goes_on_from = (told.last_seq + 1) % 256
+        if new or 1 <= (goes_on_from - self.next_seq) % 256 <= 127:  # otherwise never back
+            self.next_seq = goes_on_from
         self._nonce, self._epoch = nonce, told.epoch
         return told
 
@@ -221,36 +217,26 @@ class Client:
         raise NoAnswer("no echo of a PING")
 
     def _change(self, name: str, **fields: Any) -> dict[str, Any]:
-        """Makes a mutating request. The next one takes the next number, also if the outcome of
-        this one is unknown, but not if the server did not get as far as taking it."""
+        """Makes a mutating request. The next one takes the next number, whatever becomes of
+        this one."""
         request = build(name, self.client_id, seq=self.next_seq, **fields)
         if not self._in_step:
             self.resynchronise()  # what has not been sent at all does not use its number
-        used = True
-        try:
-            return self._ask(request, self.tries)
-        except Refused as refused:
-            used = refused.outcome_open or refused.reason not in NUMBER_NOT_USED
-            raise
-        finally:
-            self.next_seq = (self.next_seq + used) % 256
+        self.next_seq = (self.next_seq + 1) % 256
+        return self._ask(request, self.tries)
 
     def _ask(self, request: bytes, tries: int) -> dict[str, Any]:
         """Repeats a request until it is answered, and returns the fields of the answer."""
-        silence = False
         for left in reversed(range(tries)):
             if not self._in_step:
                 self.resynchronise()
             answer = self._exchange(request)
             if answer is None:
-                silence = True
                 continue
             if answer.name != "ERROR":
                 return answer.fields
             if answer.fields["reason"] != wire.BUSY or not left:
-                refused = Refused(**answer.fields)
-                refused.outcome_open = silence and refused.reason == wire.BUSY
-                raise refused
+                raise Refused(**answer.fields)
             time.sleep(self.timeout / 4)
         raise NoAnswer(f"no answer to {parse(request)}")
 

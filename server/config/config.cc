@@ -16,8 +16,7 @@ constexpr int64_t kMaxRate = 1'000'000;
 void ReadLimits(const Value& root, Notes* notes, Config* config) {
   engine::EngineConfig* const engine = &config->engine;
   const TableReader limits(TableOf(root, "limits", notes), "limits", &notes->problems);
-  limits.AllowOnly(
-      {"field_memory_mib", "robots_per_link", "requests_per_client_s", "requests_per_link_s"});
+  limits.AllowOnly({"field_memory_mib", "requests_per_client_s", "requests_per_link_s"});
   engine->field.memory_bytes =
       static_cast<uint64_t>(limits.Integer("field_memory_mib", 1, kMaxMemoryMib, 1024).value_or(1))
       << 20;
@@ -32,8 +31,6 @@ void ReadLimits(const Value& root, Notes* notes, Config* config) {
                   "is not enough for the paths and initial rasters, expected at least " +
                       std::to_string((laid >> 20) + 1));
   }
-  engine->robots_per_link =
-      static_cast<uint16_t>(limits.Integer("robots_per_link", 1, 254, 254).value_or(1));
   const auto per_client = limits.Integer("requests_per_client_s", 0, kMaxRate, 0).value_or(0);
   const auto per_link = limits.Integer("requests_per_link_s", 0, kMaxRate, 0).value_or(0);
   for (LinkConfig& link : config->links) {

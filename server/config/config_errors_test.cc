@@ -85,8 +85,6 @@ INSTANTIATE_TEST_SUITE_P(
         Case{34, "[link2]\na = 1\n[[link]]", "34:2: link2: unknown key, expected link?"},
         Case{5, "[limits]\n[daemon]\nio_threads = 0\n[antennas]",
              "7:14: daemon.io_threads: found 0, expected a whole number from 1 to 64"},
-        Case{5, "[limits]\nrobots_per_link = 255\n[antennas]",
-             "6:19: limits.robots_per_link: found 255, expected a whole number from 1 to 254"},
         Case{5, "[daemon]\nlog_level = \"loud\"\n[antennas]",
              "6:13: daemon.log_level: found the string \"loud\", expected one of \"trace\", "
              "\"debug\", \"info\", \"warn\", \"error\", \"critical\", \"off\""}));

@@ -56,7 +56,7 @@ TEST(ConfigTest, TheExampleBecomesTheseIntegers) {
   EXPECT_TRUE(field.paths.empty());
   EXPECT_EQ(field.memory_bytes, uint64_t{1} << 30);
   EXPECT_EQ(config.engine.pose_unit_10um, 100);
-  EXPECT_EQ(config.engine.robots_per_link, 254);
+  EXPECT_FALSE(config.engine.forgets());
   ASSERT_EQ(config.engine.links.size(), 1u);
   EXPECT_EQ(config.engine.links[0], (engine::LinkSettings{"radio-a", 1, 100}));
   ASSERT_EQ(config.links.size(), 1u);
@@ -138,7 +138,6 @@ name = "gps"
 listen = "0.0.0.0:4961"
 [limits]
 field_memory_mib = 16
-robots_per_link = 3
 [daemon]
 io_threads = 4
 log_level = "debug"
@@ -205,7 +204,6 @@ log_level = "debug"
   EXPECT_EQ(config.trackers, (std::vector<TrackerConfig>{{"ceiling", "::1", 4960, 250},
                                                          {"gps", "0.0.0.0", 4961, 1000}}));
   EXPECT_EQ(field.memory_bytes, uint64_t{16} << 20);
-  EXPECT_EQ(config.engine.robots_per_link, 3);
   EXPECT_EQ(config.daemon, (DaemonSettings{4, "debug"}));
   EXPECT_TRUE(config.warnings.empty());
 }

@@ -61,7 +61,6 @@ std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counter
 std::string DescribeTrouble(const engine::RobotCounters& counters) {
   const std::array<std::pair<std::string_view, uint64_t>, 4> troubles = {{
       {"ID conflicts (two robots under one ID)", counters.id_conflicts},
-      {"robots forgotten to make room", counters.robots_forgotten},
       {"commands unanswered", counters.commands_unanswered},
       {"commands with unknown outcome (the robot restarted)", counters.commands_unknown},
   }};

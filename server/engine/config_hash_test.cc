@@ -127,7 +127,7 @@ std::map<std::string, Change> EveryChange() {
       {"no obstacles", [](C& c) { c.field.obstacles = {}; }},
       {"memory", [](C& c) { ++c.field.memory_bytes; }},
       {"pose unit", [](C& c) { ++c.pose_unit_10um; }},
-      {"robots per link", [](C& c) { --c.robots_per_link; }},
+      {"robots per link", [](C& c) { ++c.robots_per_link; }},
       {"link's name", [](C& c) { c.links[0].name = "radio-c"; }},
       {"slot", [](C& c) { ++c.links[1].slot_ms; }},
       {"window", [](C& c) { ++c.links[1].response_window_ms; }},

@@ -68,7 +68,10 @@ struct ComponentConfig {
 struct EngineConfig {
   field::FieldConfig field;
   uint16_t pose_unit_10um = 100;
-  uint16_t robots_per_link = 254;  ///< beyond it, the robot idle for longest is forgotten
+  /// 0: no robot is forgotten, nor its last request. Otherwise the rules of earlier logs apply: of
+  /// more than so many robots on a link, the one idle for longest is forgotten; so is the last
+  /// request of a robot that says HELLO with a new nonce.
+  uint16_t robots_per_link = 0;
   std::vector<LinkSettings> links;
   std::vector<RobotFrame> frames;           ///< of robots whose coordinates are not the map's
   std::vector<ComponentConfig> components;  ///< ordered by name; only of those that have any
@@ -78,11 +81,13 @@ struct EngineConfig {
   static void Fields(Self& it, Visit&& visit) {
     visit("field", it.field);
     visit("pose_unit_10um", it.pose_unit_10um, AtLeast(1));
-    visit("robots_per_link", it.robots_per_link, AtLeast(1));
+    visit("robots_per_link", it.robots_per_link);
     visit("links", it.links);
     visit("frames", it.frames);
     visit("components", it.components, Since(3));
   }
+
+  bool forgets() const { return robots_per_link != 0; }
 
   /// Null if that component has none.
   const ComponentConfig* FindComponent(std::string_view name) const {

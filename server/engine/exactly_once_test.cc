@@ -26,9 +26,22 @@ uint64_t QuantaOnTheMap(const Bench& bench) {
   return sum;
 }
 
+protocol::HelloAnswer Greet(Bench* bench, uint8_t id, uint16_t nonce) {
+  protocol::HelloAnswer answer;
+  const auto message = bench->Handle(Hello(id, nonce));
+  EXPECT_TRUE(message && protocol::Decode(*message, &answer));
+  return answer;
+}
+
+EngineConfig WithEarlierRules(uint16_t robots_per_link) {
+  EngineConfig config = testing::SmallConfig();
+  config.robots_per_link = robots_per_link;
+  return config;
+}
+
 TEST(CompareSeq, FollowsTheTableOfTheSpecification) {
   RobotState robot;
-  EXPECT_EQ(CompareSeq(robot, 0, 0), SeqVerdict::kNew);  // nothing was accepted yet
+  EXPECT_EQ(CompareSeq(robot, 0, 0), SeqVerdict::kNew);  // forgotten, under the earlier rules
   robot.has_last = true;
   robot.last_crc = 77;
   for (int last = 0; last < 256; ++last) {
@@ -76,10 +89,10 @@ TEST(ExactlyOnce, TheSameSeqWithOtherContentIsRefused) {
 TEST(ExactlyOnce, AnOldSeqIsDropped) {
   Bench bench;
   bench.Handle(Hello(1, 1));
-  bench.Handle(Deposit(1, 200));
-  EXPECT_FALSE(bench.Handle(Deposit(1, 199)).has_value());
-  EXPECT_FALSE(bench.Handle(Deposit(1, 73)).has_value());
-  EXPECT_TRUE(bench.Handle(Deposit(1, 72)).has_value());  // 128 ahead
+  bench.Handle(Deposit(1, 100));
+  EXPECT_FALSE(bench.Handle(Deposit(1, 99)).has_value());
+  EXPECT_FALSE(bench.Handle(Deposit(1, 229)).has_value());
+  EXPECT_TRUE(bench.Handle(Deposit(1, 228)).has_value());  // 128 ahead
   EXPECT_EQ(QuantaOnTheMap(bench), 2u);
 }
 
@@ -134,19 +147,69 @@ TEST(Hello, ReportsTheLastChangeAndAWarmRestartKeepsIt) {
   EXPECT_EQ(QuantaOnTheMap(bench), 1u);  // still a repeat
 }
 
-TEST(Hello, ANewNonceReportsTheLastChangeAndForgetsIt) {
+TEST(Hello, AnUnknownRobotBeginsAfterZero) {
   Bench bench;
-  bench.Handle(Hello(1, 9));
-  bench.Handle(Trace(1, 33));
-  protocol::HelloAnswer answer;
-  ASSERT_TRUE(protocol::Decode(*bench.Handle(Hello(1, 10)), &answer));
-  EXPECT_EQ(answer.last_opcode, 0x31);
-  EXPECT_EQ(answer.last_seq, 33);
-  bench.Handle(Trace(1, 33));
-  EXPECT_EQ(QuantaOnTheMap(bench), 2u);  // another request of a robot that has booted since
-  ASSERT_TRUE(protocol::Decode(*bench.Handle(Hello(1, 11)), &answer));
-  ASSERT_TRUE(protocol::Decode(*bench.Handle(Hello(1, 12)), &answer));
+  const protocol::HelloAnswer answer = Greet(&bench, 1, 9);
   EXPECT_EQ(answer.last_opcode, 0);
+  EXPECT_EQ(answer.last_seq, 0);
+  EXPECT_FALSE(bench.Handle(Deposit(1, 255)).has_value());
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 0)), Reason::kSequenceReused);
+  EXPECT_EQ(bench.HandleForReason(Deposit(1, 1)), Reason::kNone);
+  EXPECT_EQ(QuantaOnTheMap(bench), 1u);
+}
+
+TEST(Hello, ANewNonceTakesTheNextNumber) {
+  Bench bench;
+  Greet(&bench, 1, 9);
+  bench.Handle(Trace(1, 33));
+  protocol::HelloAnswer answer = Greet(&bench, 1, 10);
+  EXPECT_EQ(answer.last_opcode, 0x31);
+  EXPECT_EQ(answer.last_seq, 34);
+  answer = Greet(&bench, 1, 10);  // its answer was lost
+  EXPECT_EQ(answer.last_seq, 34);
+  bench.Handle(Trace(1, 34));
+  EXPECT_EQ(Greet(&bench, 1, 11).last_seq, 35);
+  bench.Handle(Trace(1, 36));
+  EXPECT_EQ(QuantaOnTheMap(bench), 2u);
+}
+
+// A network may deliver after the boot what was sent before: requests that were executed, and the
+// last one, which perhaps was not.
+TEST(Hello, RequestsFromBeforeTheBootAreNotExecutedAfterIt) {
+  Bench bench;
+  Greet(&bench, 1, 9);
+  bench.Handle(Trace(1, 33));
+  Greet(&bench, 1, 10);
+  EXPECT_FALSE(bench.Handle(Trace(1, 32)).has_value());
+  EXPECT_FALSE(bench.Handle(Trace(1, 33)).has_value());
+  EXPECT_EQ(bench.HandleForReason(Trace(1, 34)), Reason::kSequenceReused);
+  EXPECT_EQ(QuantaOnTheMap(bench), 1u);
+  EXPECT_EQ(bench.HandleForReason(Trace(1, 35)), Reason::kNone);
+  EXPECT_EQ(QuantaOnTheMap(bench), 2u);
+}
+
+TEST(Hello, ALateOneOfTheBootBeforeTakesNoNumberAndForgetsNothing) {
+  Bench bench;
+  Greet(&bench, 1, 9);
+  Greet(&bench, 1, 10);
+  const auto first = bench.Handle(Trace(1, 2));
+  EXPECT_EQ(Greet(&bench, 1, 9).last_seq, 2);
+  const auto second = bench.Handle(Trace(1, 2));
+  ASSERT_TRUE(first && second);
+  EXPECT_TRUE(SameMessage(*first, *second));
+  EXPECT_EQ(Greet(&bench, 1, 10).last_seq, 2);
+  EXPECT_EQ(QuantaOnTheMap(bench), 1u);
+}
+
+TEST(Hello, TheNumbersGoRound) {
+  Bench bench;
+  Greet(&bench, 1, 1);
+  Greet(&bench, 1, 2);
+  bench.Handle(Trace(1, 128));
+  bench.Handle(Trace(1, 255));
+  EXPECT_EQ(Greet(&bench, 1, 3).last_seq, 0);
+  EXPECT_EQ(bench.HandleForReason(Trace(1, 0)), Reason::kSequenceReused);
+  EXPECT_EQ(bench.HandleForReason(Trace(1, 1)), Reason::kNone);
 }
 
 TEST(Hello, TellsWhatAClientMustKnow) {
@@ -174,18 +237,53 @@ TEST(Hello, TwoNoncesTakingTurnsAreAnIdConflict) {
   EXPECT_EQ(bench.engine.counters().id_conflicts, 2u);
 }
 
-TEST(Hello, BeyondTheCapTheRobotIdleForLongestIsForgotten) {
-  EngineConfig config = testing::SmallConfig();
-  config.robots_per_link = 2;
-  Bench bench(config);
-  bench.Handle(Hello(1, 1));
-  bench.Handle(Hello(2, 1));
+TEST(Hello, NoRobotIsForgottenForAnother) {
+  Bench bench;
+  for (int id = 1; id <= 254; ++id) {
+    Greet(&bench, static_cast<uint8_t>(id), 1);
+  }
+  for (int id = 1; id <= 254; ++id) {
+    EXPECT_EQ(bench.HandleForReason(Deposit(static_cast<uint8_t>(id), 1)), Reason::kNone) << id;
+  }
+}
+
+// Logs and recordings made before nothing was forgotten must give the states that they gave.
+TEST(EarlierRules, BeyondTheLimitTheRobotIdleForLongestIsForgotten) {
+  Bench bench(WithEarlierRules(2));
+  Greet(&bench, 1, 1);
+  Greet(&bench, 2, 1);
   bench.Handle(Deposit(1, 1));
-  bench.Handle(Hello(3, 1));
-  EXPECT_EQ(bench.engine.counters().robots_forgotten, 1u);
+  Greet(&bench, 3, 1);
   EXPECT_EQ(bench.HandleForReason(Deposit(2, 1)), Reason::kSayHello);
   EXPECT_EQ(bench.HandleForReason(Deposit(1, 2)), Reason::kNone);
   EXPECT_EQ(bench.HandleForReason(Deposit(3, 1)), Reason::kNone);
+}
+
+TEST(EarlierRules, ANewNonceReportsTheLastChangeAndForgetsIt) {
+  Bench bench(WithEarlierRules(254));
+  Greet(&bench, 1, 9);
+  bench.Handle(Trace(1, 33));
+  const protocol::HelloAnswer answer = Greet(&bench, 1, 10);
+  EXPECT_EQ(answer.last_opcode, 0x31);
+  EXPECT_EQ(answer.last_seq, 33);
+  bench.Handle(Trace(1, 33));
+  EXPECT_EQ(QuantaOnTheMap(bench), 2u);  // another request of a robot that has booted since
+  Greet(&bench, 1, 11);
+  EXPECT_EQ(Greet(&bench, 1, 12).last_opcode, 0);
+}
+
+TEST(EarlierRules, EndWithTheNextConfigurationAndTheEpochGoesOn) {
+  Bench bench(WithEarlierRules(254));
+  Greet(&bench, 1, 9);
+  bench.Handle(Trace(1, 33));
+  Greet(&bench, 2, 1);
+  bench.Handle(Trace(2, 33));
+  Greet(&bench, 2, 2);  // robot 2 is one that has been forgotten
+  bench.Apply(ConfigChanged{testing::SmallConfig(), 8});
+  EXPECT_EQ(bench.engine.epoch(), 7);
+  EXPECT_EQ(Greet(&bench, 1, 10).last_seq, 34);
+  EXPECT_EQ(bench.HandleForReason(Trace(2, 34)), Reason::kNone);
+  EXPECT_EQ(Greet(&bench, 2, 3).last_seq, 35);
 }
 
 TEST(Epoch, ChangesWithWhatHelloTellsAndRobotsMustAskAgain) {
@@ -219,11 +317,11 @@ TEST(ExactlyOnce, OverALossyChannelEachDepositIsMadeOnce) {
   EngineConfig config = testing::SmallConfig();
   config.field.pheromones[1].max_count = 60'000;
   Bench bench(config);
-  bench.Handle(Hello(1, 1));
+  Greet(&bench, 1, 1);
   std::vector<protocol::Message> sent;
   constexpr int kDeposits = 2'000;
   for (int i = 0; i < kDeposits; ++i) {
-    const protocol::Message request = Deposit(1, static_cast<uint8_t>(i), 5000, 5000, 1, 2);
+    const protocol::Message request = Deposit(1, static_cast<uint8_t>(i + 1), 5000, 5000, 1, 2);
     sent.push_back(request);
     for (bool answered = false; !answered;) {
       bench.now_ms += 10;

@@ -128,7 +128,7 @@ TEST_F(ObservedPoseTest, ConcernsOneRobotOfOneLink) {
 TEST_F(ObservedPoseTest, OutlivesARestartOfTheRobotWhichStandsWhereItStood) {
   bench_.Apply(Seen(5000, 5000));
   bench_.Handle(Hello(1, 2));
-  bench_.Handle(Deposit(1, 1, 1000, 1000, 1, kStill));
+  bench_.Handle(Deposit(1, 2, 1000, 1000, 1, kStill));
   EXPECT_EQ(QuantaAt(bench_, 50, 50), 1u);
 }
 

@@ -31,6 +31,23 @@ uint64_t HashCommand(const CommandState& state) {
 
 }  // namespace
 
+void RobotState::StoreAnswer(const protocol::Message& request, const protocol::Message& answer,
+                             uint64_t sequence) {
+  has_last = true;
+  last_crc = protocol::MessageCrc(request);
+  last_answer = answer;
+  last_change = sequence;
+}
+
+void RobotState::ForgetRequest() {
+  has_last = false;
+  last_opcode = 0;
+  last_seq = 0;
+  last_crc = 0;
+  last_answer = {};
+  last_change = 0;
+}
+
 SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc) {
   if (!robot.has_last) {
     return SeqVerdict::kNew;

@@ -21,7 +21,7 @@ namespace pheromone::engine {
 
 /// How a mutating request's seq compares with the last accepted one (modulo 256).
 enum class SeqVerdict {
-  kNew,     ///< 1 to 128 ahead, or none was accepted yet
+  kNew,     ///< 1 to 128 ahead, or the last one is forgotten
   kRepeat,  ///< the same seq and the same content: the answer was lost
   kReused,  ///< the same seq, other content
   kStale,   ///< 1 to 127 behind: a late duplicate
@@ -51,13 +51,13 @@ struct RobotState {
   uint8_t firmware_version = 0;
   uint8_t round_period = 0;  ///< as in HELLO
 
-  bool has_last = false;  ///< a change was accepted since the robot booted
-  uint8_t last_opcode = 0;
-  uint8_t last_seq = 0;
-  uint16_t last_crc = 0;
+  bool has_last = false;    ///< false only under the earlier rules: its last request is forgotten
+  uint8_t last_opcode = 0;  ///< of its last change; 0: none
+  uint8_t last_seq = 0;     ///< of its last change, or taken by a HELLO after that
+  uint16_t last_crc = 0;    ///< of the request that has this number, as are the next two
   protocol::Message last_answer;
-  uint64_t last_change = 0;    ///< the log's sequence number of that change
-  uint64_t last_activity = 0;  ///< and of its last event of any kind
+  uint64_t last_change = 0;    ///< the log's sequence number of that request
+  uint64_t last_activity = 0;  ///< and of the robot's last event of any kind
 
   uint8_t next_command_seq = 0;
   CommandState command;
@@ -65,6 +65,12 @@ struct RobotState {
   std::optional<ObservedPose> observed;
 
   bool has_pending_command() const { return command.outcome == CommandOutcome::kPending; }
+
+  /// `request` has been answered and has taken the number last_seq.
+  void StoreAnswer(const protocol::Message& request, const protocol::Message& answer,
+                   uint64_t sequence);
+  /// Under the earlier rules, when it has booted.
+  void ForgetRequest();
 };
 
 SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc);
@@ -109,7 +115,7 @@ class RobotTable {
     pending_commands_ += entry->second.has_pending_command() ? 1u : 0u;
   }
 
-  /// Forgets the robot of a link whose last event is the oldest.
+  /// Forgets the robot of a link whose last event is the oldest, under the earlier rules.
   void ForgetIdlest(LinkIndex link);
 
   size_t CountOn(LinkIndex link) const { return by_index_[link]->robots.size(); }

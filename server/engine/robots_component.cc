@@ -91,12 +91,9 @@ Message RobotsComponent::Change(const Context& /*context*/, LinkIndex /*link*/,
 void RobotsComponent::Remember(const Context& context, LinkIndex link, const Message& request,
                                const Message& answer) {
   table_.Update(link, request.id, [&](RobotState& robot) {
-    robot.has_last = true;
     robot.last_opcode = request.opcode;
     robot.last_seq = request.data[0];
-    robot.last_crc = protocol::MessageCrc(request);
-    robot.last_answer = answer;
-    robot.last_change = context.sequence;
+    robot.StoreAnswer(request, answer, context.sequence);
     robot.last_activity = context.sequence;
     protocol::EventReport report;
     if (protocol::Decode(request, &report) && answer.opcode == protocol::kEventAck) {
@@ -110,39 +107,47 @@ void RobotsComponent::TakeSession(const Context& context, const RequestReceived&
   protocol::HelloRequest hello;
   protocol::CommandAck ack;
   if (protocol::Decode(request.message, &hello)) {
-    out.Send(context, request.link, TakeHello(context, request.link, hello));
+    out.Send(context, request.link, TakeHello(context, request.link, request.message, hello));
   } else if (protocol::Decode(request.message, &ack)) {
     TakeCommandAck(context, request.link, ack);
   }
 }
 
-// A new nonce means that the robot has booted: its last change is reported and then forgotten. The
-// same nonce is a warm restart, or a HELLO whose answer was lost.
-Message RobotsComponent::TakeHello(const Context& context, LinkIndex link,
+// HELLO is answered with the number from which the robot goes on. A new nonce takes a number
+// itself: a request that an earlier boot has sent, and that arrives later, then has that number or
+// is behind. The same nonce is a warm restart, or a HELLO whose answer was lost; the one before it
+// is a late HELLO of the previous boot, or another robot with the same ID. An unknown robot's HELLO
+// has number 0.
+Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const Message& request,
                                    const protocol::HelloRequest& hello) {
   const EngineConfig& config = *context.config;
-  if (table_.Find(link, hello.id) == nullptr && table_.CountOn(link) >= config.robots_per_link) {
+  if (config.forgets() && table_.Find(link, hello.id) == nullptr &&
+      table_.CountOn(link) >= config.robots_per_link) {
     table_.ForgetIdlest(link);
-    ++counters_.robots_forgotten;
   }
-  protocol::HelloAnswer answer;
+  Message message;
   table_.Update(link, hello.id, [&](RobotState& robot) {
-    answer.last_opcode = robot.last_opcode;
-    answer.last_seq = robot.last_seq;
-    const bool is_new = robot.last_activity == 0;
-    if (!is_new && robot.nonce != hello.nonce) {
-      counters_.id_conflicts += robot.previous_nonce == hello.nonce ? 1u : 0u;
-      RobotState booted;
-      booted.previous_nonce = robot.nonce;
-      booted.next_command_seq = robot.next_command_seq;
-      booted.command = robot.command;
-      booted.last_event = robot.last_event;
-      booted.observed = robot.observed;  // it has not moved
-      if (booted.command.outcome == CommandOutcome::kPending) {
-        booted.command.outcome = CommandOutcome::kUnknown;
+    const bool is_known = robot.last_activity != 0;
+    const bool has_booted = is_known && robot.nonce != hello.nonce;
+    const bool is_previous = has_booted && robot.previous_nonce == hello.nonce;
+    const bool is_new = !is_known || (has_booted && !is_previous);
+    if (is_known && is_new && !config.forgets()) {
+      ++robot.last_seq;
+    }
+    protocol::Encode(AnswerTo(context, link, hello, robot), &message);
+    if (is_new && !config.forgets()) {
+      robot.StoreAnswer(request, message, context.sequence);
+    }
+    if (has_booted) {
+      counters_.id_conflicts += is_previous ? 1u : 0u;
+      robot.previous_nonce = robot.nonce;
+      if (robot.has_pending_command()) {
+        robot.command.outcome = CommandOutcome::kUnknown;
         ++counters_.commands_unknown;
       }
-      robot = booted;
+      if (config.forgets()) {
+        robot.ForgetRequest();
+      }
     }
     robot.epoch = context.epoch;
     robot.nonce = hello.nonce;
@@ -150,6 +155,14 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link,
     robot.round_period = hello.round_period;
     robot.last_activity = context.sequence;
   });
+  return message;
+}
+
+protocol::HelloAnswer RobotsComponent::AnswerTo(const Context& context, LinkIndex link,
+                                                const protocol::HelloRequest& hello,
+                                                const RobotState& robot) {
+  const EngineConfig& config = *context.config;
+  protocol::HelloAnswer answer;
   answer.id = hello.id;
   answer.nonce = hello.nonce;
   answer.protocol_version = protocol::kProtocolVersion;
@@ -160,9 +173,9 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link,
   answer.type_mask = TypeMaskOf(config.field);
   answer.slot_ms = config.links[link].slot_ms;
   answer.response_window_ms = config.links[link].response_window_ms;
-  Message message;
-  protocol::Encode(answer, &message);
-  return message;
+  answer.last_opcode = robot.last_opcode;
+  answer.last_seq = robot.last_seq;
+  return answer;
 }
 
 void RobotsComponent::TakeCommandAck(const Context& context, LinkIndex link,

@@ -15,8 +15,7 @@ namespace pheromone::engine {
 
 /// Totals for the operator. Not part of the state.
 struct RobotCounters {
-  uint64_t id_conflicts = 0;      ///< two nonces alternating under one ID
-  uint64_t robots_forgotten = 0;  ///< to make room for another
+  uint64_t id_conflicts = 0;  ///< two nonces alternating under one ID
   uint64_t commands_unanswered = 0;
   uint64_t commands_unknown = 0;  ///< the robot restarted before it acknowledged
 };
@@ -77,7 +76,11 @@ class RobotsComponent final : public Component {
   Status CheckCommand(const Context& context, const CommandIssued& command) const;
   void Issue(const Context& context, const CommandIssued& issued, const Output& out);
   protocol::Message TakeHello(const Context& context, LinkIndex link,
+                              const protocol::Message& request,
                               const protocol::HelloRequest& hello);
+  static protocol::HelloAnswer AnswerTo(const Context& context, LinkIndex link,
+                                        const protocol::HelloRequest& hello,
+                                        const RobotState& robot);
   void TakeCommandAck(const Context& context, LinkIndex link, const protocol::CommandAck& ack);
   void SendCommand(const Context& context, LinkIndex link, uint8_t id, RobotState* robot,
                    const Output& out);

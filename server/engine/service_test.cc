@@ -176,8 +176,8 @@ TEST(ServiceThreads, ConcurrentLinksLoseNothing) {
       const protocol::Message hello = Hello(id, 1);
       service.Handle(link, {&hello, 1}, &out);
       for (int i = 0; i < kEach; ++i) {
-        const protocol::Message batch[] = {Deposit(id, static_cast<uint8_t>(i), 5000, 5000, 1, 2),
-                                           Sense(id)};
+        const protocol::Message batch[] = {
+            Deposit(id, static_cast<uint8_t>(i + 1), 5000, 5000, 1, 2), Sense(id)};
         service.Handle(link, batch, &out);
       }
       answers += static_cast<int>(out.size());

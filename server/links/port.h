@@ -39,6 +39,12 @@ class Port {
   virtual bool carrier() const { return false; }
   /// While it is open: keys or unkeys the transceiver.
   virtual void Key(bool /*sending*/) {}
+  /// While it is open: waits until the last bit that was written to the descriptor has left the
+  /// port, as far as its driver tells. Blocks for as long as that takes, at most a second longer
+  /// than the bytes need. Some drivers tell too early, and a pty knows nothing: so a caller that
+  /// unkeys does not do it before the bytes must have left either, a byte's time each after the
+  /// write.
+  virtual void WaitUntilSent() {}
   /// While it is open: the errors on the line since it was opened, if the driver counts them.
   virtual std::optional<LineErrors> errors() const { return std::nullopt; }
 

@@ -1,6 +1,7 @@
 #include "server/links/port_link.h"
 
 #include <optional>
+#include <random>
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
@@ -261,6 +262,7 @@ void ShareMedium(const MediumOptions& medium, radio::ChannelOptions* channel) {
   channel->timing.processing = milliseconds(medium.server_delay_ms);
   channel->response_window = milliseconds(medium.response_window_ms);
   channel->slot = milliseconds(medium.slot_ms);
+  channel->first_round = static_cast<uint8_t>(std::random_device()());
 }
 
 }  // namespace

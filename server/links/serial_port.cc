@@ -15,6 +15,7 @@
 #include <memory>
 #include <utility>
 
+#include "server/links/drain.h"
 #include "server/links/port.h"
 #include "server/links/port_holder.h"
 
@@ -120,6 +121,8 @@ class SerialPort final : public Port {
   }
 
   void Key(bool sending) override { Switch(handle_, sending); }
+
+  void WaitUntilSent() override { Drain(handle_, options_.baud); }
 
   std::optional<LineErrors> errors() const override {
     const auto now = counts_at_first_ ? ReadCounts(handle_) : std::nullopt;

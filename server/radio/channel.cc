@@ -22,6 +22,12 @@ void Append(const std::vector<uint8_t>& frame, Transmission* out) {
   ++out->frames;
 }
 
+// What was not a whole frame.
+uint32_t Damaged(const protocol::DecoderCounters& counters) {
+  return counters.crc_errors + counters.bad_escapes + counters.oversize + counters.runts +
+         counters.restarts + counters.timeouts + counters.ignored_bytes;
+}
+
 bool IsCommand(const protocol::Message& message) {
   return message.opcode == protocol::kCommand;
 }
@@ -37,7 +43,7 @@ Channel::Channel(const ChannelOptions& options, OnDropped on_dropped)
     : options_(options),
       on_dropped_(std::move(on_dropped)),
       decoder_(options.gap_timeout_ms),
-      rounds_({options.timing, options.slot}),
+      rounds_({options.timing, options.response_window, options.slot, options.first_round}),
       heard_at_(kLongAgo),
       free_at_(kLongAgo) {}
 
@@ -48,9 +54,7 @@ uint32_t Channel::DecoderTime(Time at) {
 void Channel::Hear(std::span<const uint8_t> bytes, Time now,
                    std::vector<protocol::Message>* messages) {
   heard_at_ = now;
-  if (options_.half_duplex) {
-    rounds_.OnBytes(now);
-  }
+  const uint32_t damaged = Damaged(decoder_.counters());
   decoder_.PushBlock(bytes.data(), bytes.size(), DecoderTime(now),
                      [&](const protocol::Message& message) {
                        messages->push_back(message);
@@ -58,6 +62,9 @@ void Channel::Hear(std::span<const uint8_t> bytes, Time now,
                          rounds_.OnHeard(message, now);
                        }
                      });
+  if (options_.half_duplex) {
+    rounds_.OnBytes(now, Damaged(decoder_.counters()) != damaged);
+  }
 }
 
 void Channel::Answer(const protocol::Message& message, Time asked_at, Time now) {
@@ -260,11 +267,12 @@ Transmission Channel::Begin(Time now) {
     awaits_ack_ = IsAcknowledged(frame.message);
     if (frame.asked_at) {
       AppendRider(frame.message.id, &out);
-      const Duration lasts = static_cast<int64_t>(out.bytes.size()) * options_.timing.byte;
+      const Time end = now + static_cast<int64_t>(out.bytes.size()) * options_.timing.byte;
       const bool more = !queue_.empty() && queue_.front().asked_at;
+      rounds_.OnAnswered(end);
       // Otherwise those who contend would leave no silence for it.
-      if (!awaits_ack_ && !more && rounds_.NextRound() <= now + lasts) {
-        AppendRound(now, &out);
+      if (!awaits_ack_ && !more && rounds_.NextRound() <= end + options_.timing.Transit()) {
+        AppendRound(end, &out);
       }
     }
   }
@@ -280,6 +288,8 @@ void Channel::OnSent(Time end) {
   }
   if (sent_round_) {
     rounds_.OnSent(end);
+  } else {
+    rounds_.OnAnswered(end);
   }
 }
 

@@ -14,16 +14,23 @@ using namespace std::chrono_literals;
 constexpr Duration kGuard = 1250us;
 // Robots that are due this soon are asked in the same round.
 constexpr Duration kTogether = 20ms;
-constexpr size_t kFirstFrameBytes = 20;
-constexpr size_t kMarginBytes = 1;  // a frame may have one more DLE to stuff than the last one
+constexpr size_t kMostFrameBytes = 32;
+constexpr size_t kLeastFrameBytes = 15;  // SENSE, with one byte stuffed
+constexpr size_t kFrameBytes = 8;        // without DATA
+constexpr int kShorterFrames = 16;
 constexpr int kPatientMisses = 2;
 constexpr int kLongestWait = 10;  // periods
 constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 2s;
-constexpr uint8_t kQuietSlots = 4;
-constexpr uint8_t kCrowdedSlots = 8;
-constexpr int kNewcomers = 4;       // exchanges in an opening, at least
-constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
+constexpr uint8_t kLeastSlots = 4;
+constexpr uint8_t kMostSlots = 64;
+constexpr Duration kLongestOpening = 300ms;
+constexpr Duration kCrowdedOpening = 600ms;  // many are waiting
+constexpr Duration kWidestOpening = 200ms;
+constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
+constexpr int kNewcomers = 8;                // exchanges in an opening, at least
+constexpr Duration kLongestClosed = 3s;
+constexpr int kQuietInterval = 49;           // of the length of an opening, until the next
 
 size_t WireBytes(const protocol::Message& message) {
   std::array<uint8_t, protocol::kMaxFrame> frame{};
@@ -70,19 +77,37 @@ void Rounds::OnHeard(const protocol::Message& message, Time at) {
     others_[message.id] = at;
     return;
   }
-  robot->second.heard = at;
-  robot->second.frame_bytes = WireBytes(message);
+  Robot& it = robot->second;
+  it.heard = at;
+  // Which bytes have to be stuffed changes from frame to frame: one more than now is allowed for.
+  const size_t bytes = std::max<size_t>(WireBytes(message), kFrameBytes + message.length + 1);
+  if (bytes >= it.frame_bytes || ++it.shorter == kShorterFrames) {
+    it.frame_bytes = bytes;
+    it.shorter = 0;
+  }
 }
 
-void Rounds::OnBytes(Time at) {
+void Rounds::OnBytes(Time at, bool damaged) {
   last_heard_ = std::max(last_heard_, at);
   if (opening_end_ == Time::min() || at <= turns_end_) {
     return;
   }
-  crowded_ = true;
-  if (exchanges_ < ExchangesAnOpening()) {
-    opening_end_ = std::max(opening_end_, at + OpeningTime(open_slots_));
+  used_ = true;
+  collided_ |= damaged;
+  opening_end_ = MayGoOn(at) ? at + options_.response_window + OpeningTime(open_slots_) : at;
+}
+
+void Rounds::OnAnswered(Time end) {
+  if (opening_end_ != Time::min()) {
+    const Time heard = end + options_.timing.Transit();
+    opening_end_ = MayGoOn(heard) ? heard + OpeningTime(open_slots_) : heard;
   }
+}
+
+// Those with turns wait meanwhile. An opening ends with something that was heard or said in it, when
+// everybody else is silent.
+bool Rounds::MayGoOn(Time now) const {
+  return exchanges_ < ExchangesAnOpening() && now < turns_end_ + (collided_ ? kCrowdedOpening : kLongestOpening);
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
@@ -113,13 +138,26 @@ void Rounds::Join(uint8_t id, Time now) {
     robots_.erase(id);
     return;
   }
+  // In step with the others, so that one round serves all.
+  Time due = now;
+  for (const auto& [other, it] : robots_) {
+    if (other != id && it.due > now) {
+      due = due == now ? it.due : std::min(due, it.due);
+    }
+  }
   Robot& robot = robots_[id];
   robot.period = wished_[id] * kPeriodUnit;
-  robot.due = now;
+  robot.due = due;
   robot.heard = now;
   robot.misses = 0;
   others_.erase(id);
-  active_ |= robots_.size() > 1;
+  if (!active_ && robots_.size() > 1) {
+    active_ = true;
+    sent_at_ = now;
+    for (auto& [other, it] : robots_) {
+      it.due = now;
+    }
+  }
 }
 
 Time Rounds::NextRound() const {
@@ -127,7 +165,7 @@ Time Rounds::NextRound() const {
     return kNever;
   }
   if (turns_.empty()) {
-    Time due = kNever;
+    Time due = sent_at_ + kLongestSilence;
     for (const auto& [id, robot] : robots_) {
       due = std::min(due, robot.due);
     }
@@ -163,11 +201,12 @@ void Rounds::CountTurns(Time now) {
     Robot& robot = found->second;
     if (turn.heard) {
       robot.misses = 0;
-      robot.due += robot.period;
+      robot.more_bytes = 0;
+      robot.due = std::max(robot.due + robot.period, *turn.heard);  // nothing is caught up
     } else {
       ++counters_.missed;
       ++robot.misses;
-      robot.frame_bytes += robot.frame_bytes != 0 ? 2 : 0;  // it may not have fitted
+      robot.more_bytes += robot.misses > 1 ? 2 : 0;
       if (robot.misses > 1) {
         const int doublings = std::clamp(robot.misses - kPatientMisses, 0, 4);
         robot.due = now + robot.period * std::min(1 << doublings, kLongestWait);
@@ -198,27 +237,39 @@ std::vector<uint8_t> Rounds::Choose(Time now) {
   std::vector<uint8_t> chosen;
   for (size_t i = 0; i < turns; ++i) {
     chosen.push_back(due[i].second);
-    // What could not be served in time is not caught up.
-    Robot& robot = robots_[due[i].second];
-    robot.due = std::max(robot.due, now);
+  }
+  // Two robots that do not hear each other lose time if one follows the other: not always the same.
+  for (size_t i = chosen.size(); i > 1; --i) {
+    order_ = order_ * 1664525u + 1013904223u;
+    std::swap(chosen[i - 1], chosen[(order_ >> 16) % i]);
   }
   return chosen;
 }
 
-uint8_t Rounds::OpenSlots(Time now, bool has_turns) {
+uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
   if (!has_turns) {
     Time due = kNever;
     for (const auto& [id, robot] : robots_) {
       due = std::min(due, robot.due);
     }
-    const auto slots = due <= now ? 0 : (due - now) / options_.slot;
-    next_opening_ = std::max(next_opening_, now);
+    // Whoever begins in the last slot is heard before the next ROUND is due.
+    const Time until = due - options_.timing.turnaround - 2 * options_.timing.byte;
+    const Time from = now + round_lasts + options_.timing.Idle();
+    const auto slots = until <= from ? 0 : (until - from) / options_.slot;
     return static_cast<uint8_t>(std::min<int64_t>(slots, protocol::kOpenUntilNextRound));
   }
-  if (now < next_opening_) {
-    return 0;
+  return now < next_opening_ ? uint8_t{0} : std::max(width_, kLeastSlots);
+}
+
+// The next opening follows at once if this one was used, and is wider if there were collisions.
+void Rounds::JudgeOpening(Time now) {
+  if (!used_) {
+    next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
+    width_ = static_cast<uint8_t>(width_ / 2);
+  } else if (collided_) {
+    const auto most = std::clamp<int64_t>(kWidestOpening / options_.slot, kLeastSlots, kMostSlots);
+    width_ = static_cast<uint8_t>(std::min<int64_t>(int64_t{2} * open_slots_, most));
   }
-  return crowded_ ? kCrowdedSlots : kQuietSlots;
 }
 
 // Until the first byte of a frame that is begun in the last slot has been read.
@@ -261,9 +312,8 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
     round.answers[round.answer_count++] = entry;
   }
   CountTurns(now);
-  const bool was_open = opening_end_ != Time::min();
-  if (was_open && !crowded_) {
-    next_opening_ = now + kQuietInterval * OpeningTime(open_slots_);
+  if (opening_end_ != Time::min()) {
+    JudgeOpening(now);
   }
   turns_.clear();
   active_ &= !robots_.empty();
@@ -276,26 +326,28 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   }
   for (const uint8_t id : chosen) {
     turns_.push_back({id, false, {}, false, {}});
-    const size_t last = robots_[id].frame_bytes;
-    bytes = std::max(bytes, last != 0 ? last + kMarginBytes : kFirstFrameBytes);
+    const Robot& robot = robots_[id];
+    bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
   }
-  bytes = std::min<size_t>(turns_.empty() ? 0 : std::max<size_t>(bytes, 14), protocol::kMaxFrame);
+  bytes = std::min(bytes, kMostFrameBytes);
   turn_ = TurnTime(bytes);
   round.turn_ms = static_cast<uint8_t>(std::min<int64_t>(turn_ / 1ms, UINT8_MAX));
+  round.slot_ms = static_cast<uint8_t>(options_.slot.count());
   round.turn_bytes = static_cast<uint8_t>(bytes);
   for (const Turn& turn : turns_) {
     round.turns[round.turn_count++] = turn.id;
   }
-  round.open_slots = OpenSlots(now, !turns_.empty());
+  protocol::Message message;
+  Encode(round, &message);
+  const Duration lasts = static_cast<int64_t>(WireBytes(message)) * options_.timing.byte;
+  round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
   open_slots_ = round.open_slots;
-  if (was_open) {
-    crowded_ = false;
-  }
+  used_ = false;
+  collided_ = false;
   exchanges_ = 0;
   ++counters_.rounds;
   counters_.turns += turns_.size();
   counters_.openings += round.open_slots != 0 ? 1 : 0;
-  protocol::Message message;
   Encode(round, &message);
   messages.push_back(message);
   OnSent(now);
@@ -303,6 +355,7 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
 }
 
 void Rounds::OnSent(Time end) {
+  sent_at_ = end;
   const auto turns = static_cast<int64_t>(turns_.size());
   turns_end_ = end + options_.timing.Transit();
   if (turns != 0) {

@@ -35,7 +35,9 @@ constexpr std::chrono::milliseconds kPeriodUnit{protocol::kRoundPeriodMs};
 
 struct RoundOptions {
   Timing timing;
+  Duration response_window{};         ///< as announced
   std::chrono::milliseconds slot{1};  ///< of contention, as announced
+  uint8_t first_number = 0;           ///< another one after each start of the server
 };
 
 struct RoundCounters {
@@ -50,12 +52,15 @@ struct RoundCounters {
 
 class Rounds {
  public:
-  explicit Rounds(const RoundOptions& options) : options_(options) {}
+  explicit Rounds(const RoundOptions& options)
+      : options_(options), number_(options.first_number) {}
 
   /// A message was received whole at `at`.
   void OnHeard(const protocol::Message& message, Time at);
-  /// Something was heard, whole or not.
-  void OnBytes(Time at);
+  /// Something was heard, whole or not; `damaged`: a frame that was not whole ended.
+  void OnBytes(Time at, bool damaged);
+  /// An answer to a request outside of turns leaves until `end`.
+  void OnAnswered(Time end);
 
   /// True if `answer`, to what was heard at `asked_at`, goes out with the next ROUND.
   bool TakeAnswer(const protocol::Message& answer, Time asked_at);
@@ -87,7 +92,9 @@ class Rounds {
     Time due{};
     Time heard{};
     int misses = 0;
-    size_t frame_bytes = 0;  ///< of its last frame; 0: unknown
+    size_t frame_bytes = 0;  ///< its longest frame lately; 0: unknown
+    int shorter = 0;         ///< how many since were shorter
+    size_t more_bytes = 0;   ///< what it may have lacked in the turns that it missed
   };
   struct Turn {
     uint8_t id = 0;
@@ -100,7 +107,9 @@ class Rounds {
   void Join(uint8_t id, Time now);
   void CountTurns(Time now);
   std::vector<uint8_t> Choose(Time now);
-  uint8_t OpenSlots(Time now, bool has_turns);
+  uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
+  bool MayGoOn(Time now) const;
+  void JudgeOpening(Time now);
   Duration OpeningTime(uint8_t slots) const;
   Duration TurnTime(size_t bytes) const;
   int ExchangesAnOpening() const;
@@ -111,15 +120,19 @@ class Rounds {
   std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each
   std::vector<Turn> turns_;            // of the round in progress
   bool active_ = false;
-  uint8_t number_ = 0;
+  uint32_t order_ = 1;  // a linear congruential generator
+  uint8_t number_;  // of the last ROUND
   uint8_t open_slots_ = 0;
   Duration turn_{};
+  Time sent_at_{};
   Time turns_end_ = Time::min();
   Time opening_end_ = Time::min();  // min: there is none
   Time last_heard_ = Time::min();
   Time next_opening_ = Time::min();
-  int exchanges_ = 0;     // in this opening
-  bool crowded_ = false;  // something was heard in the last opening
+  uint8_t width_ = 0;      // of the next opening, in slots
+  int exchanges_ = 0;      // in this opening
+  bool used_ = false;      // something was heard in it
+  bool collided_ = false;  // and some of that was damaged
   RoundCounters counters_;
 };
 

@@ -16,6 +16,7 @@ constexpr uint8_t kRobot = 1;
 constexpr uint8_t kType = 1;
 constexpr int32_t kBetweenMm = 100;  // each change is made at a place of its own
 constexpr uint32_t kPatienceMs = 30'000;
+constexpr uint32_t kSilenceMs = 30'000;
 
 engine::EngineConfig ConfigFor(const ConversationLimits& limits) {
   field::PheromoneLaw law;
@@ -33,9 +34,7 @@ engine::EngineConfig ConfigFor(const ConversationLimits& limits) {
   config.field.pheromones = {law};
   config.field.memory_bytes = 1 << 20;
   config.links = {{"radio-a", 1, 40}};
-  if (limits.other_robots != 0) {
-    config.robots_per_link = 1;
-  }
+  config.robots_per_link = limits.robots_per_link;
   return config;
 }
 
@@ -108,7 +107,7 @@ ConversationWorld::ConversationWorld(const ConversationWorld& other)
 std::string ConversationWorld::Key() const {
   ByteWriter writer;
   for (const int left : {left_.changes, left_.warm_resets, left_.power_losses, left_.crashes,
-                         left_.hellos, left_.other_robots, made_, pending_}) {
+                         left_.silences, left_.other_robots, made_, pending_}) {
     writer.U8(static_cast<uint8_t>(left));
   }
   writer.U16(memory_.nonce);
@@ -118,14 +117,18 @@ std::string ConversationWorld::Key() const {
   for (uint8_t i = 0; memory_.opcode != 0 && i < memory_.length; ++i) {
     writer.U8(memory_.data[i]);
   }
-  writer.U8(memory_.sent);
-  writer.Flag(memory_.remembered);
+  writer.Flag(memory_.numbered);
   writer.Flag(robot_.greeted());
+  writer.U8(robot_.flags());
+  writer.Flag(robot_.has_event());
+  writer.Flag(robot_.event_turn());
   writer.U8(robot_.awaited_opcode());
   for (const auto* const engine : {&server_, &durable_}) {
     WriteRobot((*engine)->robots().Find(0, kRobot), &writer);
     writer.Flag((*engine)->robots().Find(0, kRobot + 1) != nullptr);
-    (*engine)->field().Save(&writer);
+    for (int change = 0; change < made_; ++change) {  // nothing else changes the map
+      writer.U32(DepositsAt(**engine, change));
+    }
   }
   writer.Flag(server_ == durable_);
   WriteMessages(held_, &writer);
@@ -137,14 +140,14 @@ std::string ConversationWorld::Key() const {
   return writer.Take();
 }
 
-uint32_t ConversationWorld::DepositsAt(int change) const {
-  const uint32_t level = server_->field().LevelOf(kType, {change, 0}, server_->field_time_ms());
+uint32_t ConversationWorld::DepositsAt(const Engine& engine, int change) {
+  const uint32_t level = engine.field().LevelOf(kType, {change, 0}, engine.field_time_ms());
   return level / field::kLevelsPerQuantum;
 }
 
 std::string ConversationWorld::Wrong() const {
   for (int change = 0; change < made_; ++change) {
-    const uint32_t deposits = DepositsAt(change);
+    const uint32_t deposits = DepositsAt(*server_, change);
     if (deposits > 1) {
       return "change " + std::to_string(change) + " was made " + std::to_string(deposits) +
              " times";
@@ -162,8 +165,10 @@ void ConversationWorld::Apply(const engine::Event& event, std::vector<engine::Ou
   server_ = std::move(next);
 }
 
-// Lets time pass until the robot sends, with its next change if it has one to make.
+// Lets time pass until the robot sends, with its next change if it has one to make. HELLO after a
+// silence is not sent here, but after HearNothing.
 bool ConversationWorld::Send() {
+  const bool was_greeted = robot_.greeted();
   for (uint32_t waited = 0; waited < kPatienceMs; ++waited) {
     client::Odometry odometry{};
     odometry.x_mm = made_ * kBetweenMm;
@@ -177,7 +182,7 @@ bool ConversationWorld::Send() {
     Message sent;
     decoder.PushBlock(robot_.tx(), robot_.tx_size(), 0, [&](const Message& it) { sent = it; });
     robot_.OnSent(now_ms_);
-    if (sent.opcode == protocol::kHello && --left_.hellos < 0) {
+    if (was_greeted && !robot_.greeted()) {
       return false;
     }
     if (memory_.seq != seq_before) {
@@ -189,6 +194,13 @@ bool ConversationWorld::Send() {
     return true;
   }
   return false;
+}
+
+// The channel is busy so long that all its timers run down.
+void ConversationWorld::HearNothing() {
+  --left_.silences;
+  now_ms_ += kSilenceMs;
+  robot_.Poll(now_ms_, nullptr, true);
 }
 
 void ConversationWorld::Arrive(size_t frame, bool also_later) {
@@ -253,6 +265,7 @@ void ConversationWorld::Crash() {
 void ConversationWorld::Reset(bool keeps_memory) {
   if (keeps_memory) {
     --left_.warm_resets;
+    memory_.numbered = memory_.numbered && !left_.takes_numbers_back;
   } else {
     --left_.power_losses;
     ++boot_counter_;
@@ -308,6 +321,9 @@ void ConversationWorld::Next(const Visit& visit) const {
       step("the server crashes", [](ConversationWorld* it) { it->Crash(); });
     }
   }
+  if (left_.silences > 0 && robot_.greeted()) {
+    step("the robot hears nothing", [](ConversationWorld* it) { it->HearNothing(); });
+  }
   if (left_.warm_resets > 0) {
     step("the robot is reset", [](ConversationWorld* it) { it->Reset(true); });
   }
@@ -325,6 +341,8 @@ Explored ExploreConversation(const ConversationLimits& limits, size_t max_states
       {.key = [](const ConversationWorld& it) { return it.Key(); },
        .next = [](const ConversationWorld& it, const auto& visit) { it.Next(visit); },
        .wrong = [](const ConversationWorld& it) { return it.Wrong(); },
+       .finished = [](const ConversationWorld& it) { return it.Finished(); },
+       .must_finish = [](const ConversationWorld& it) { return it.MustFinish(); },
        .max_states = max_states});
 }
 

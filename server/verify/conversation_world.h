@@ -3,7 +3,8 @@
 // and repeats, resets of the robot, and crashes of the server that forget what was not durable.
 //
 // Left out of Key, since they decide only when something happens, which is open here anyway: the
-// client's timers and random numbers, the log's sequence numbers, the time.
+// client's timers and random numbers, the log's sequence numbers, the time. So that the robot also
+// gives up repeating a request and says HELLO, silence is a step of its own.
 #pragma once
 
 #include <cstdint>
@@ -25,9 +26,12 @@ struct ConversationLimits {
   int warm_resets = 0;   ///< which keep the request memory
   int power_losses = 0;  ///< which do not
   int crashes = 0;       ///< of the server
-  int hellos = 4;        ///< HELLOs on the air
+  int silences = 0;      ///< after which a robot that was answered before says HELLO again
   size_t in_flight = 2;  ///< frames in each direction
-  int other_robots = 0;  ///< that say HELLO, with room for one robot on the link
+  int other_robots = 0;  ///< that say HELLO
+  /// Mutants. Not 0: the server's rules are the earlier ones (EngineConfig).
+  uint16_t robots_per_link = 0;
+  bool takes_numbers_back = false;  ///< after a warm reset the robot trusts HELLO's answer alone
 };
 
 class ConversationWorld {
@@ -40,6 +44,10 @@ class ConversationWorld {
   std::string Key() const;
   /// Empty, or what went wrong: a change that was made twice, an acknowledged one that is gone.
   std::string Wrong() const;
+  /// The robot has made all its changes, and knows of each what became of it.
+  bool Finished() const { return left_.changes == 0 && memory_.opcode == 0; }
+  /// It can still fall silent and say HELLO, so that no request may keep it from going on.
+  bool MustFinish() const { return left_.silences > 0; }
 
   using Visit = std::function<void(std::string step, ConversationWorld successor)>;
   void Next(const Visit& visit) const;
@@ -49,10 +57,10 @@ class ConversationWorld {
 
   static client::Parameters ParametersAt(uint16_t boot_counter);
   void Apply(const engine::Event& event, std::vector<engine::Outgoing>* out);
-  uint32_t DepositsAt(int change) const;
-  bool MayRequest() const;
+  static uint32_t DepositsAt(const Engine& engine, int change);
 
   bool Send();  // the robot's next frame goes on the air; false: none
+  void HearNothing();
   void Arrive(size_t frame, bool also_later);
   void Hear(size_t frame, bool also_later);
   void Sync();

@@ -128,8 +128,6 @@ void AddEngine(const control::StatusView& status, Text* text) {
   }
   text->Counter("id_conflicts_total", "Conflicts of two robots with the same ID.",
                 status.engine.id_conflicts);
-  text->Counter("robots_forgotten_total", "Robots forgotten to make room for another.",
-                status.engine.robots_forgotten);
   text->Counter("commands_unanswered_total", "Commands that were not acknowledged.",
                 status.engine.commands_unanswered);
   text->Counter("commands_unknown_total", "Commands whose robot restarted before it acknowledged.",

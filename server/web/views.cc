@@ -157,7 +157,6 @@ json::value ToJson(const control::StatusView& status) {
       {"counters", ToJson(status.service)},
       {"trouble",
        {{"id_conflicts", status.engine.id_conflicts},
-        {"robots_forgotten", status.engine.robots_forgotten},
         {"commands_unanswered", status.engine.commands_unanswered},
         {"commands_unknown", status.engine.commands_unknown}}},
       {"capture", ToJson(status.capture)},

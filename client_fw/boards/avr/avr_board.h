@@ -34,7 +34,11 @@ class AvrBoard {
   /// PTT is high from the first byte queued to the end of the last stop bit.
   bool radio_tx_idle() const { return (PORTD & kPtt) == 0; }
   bool channel_busy() const { return (PIND & kCarrier) == 0 || !radio_tx_idle(); }
-  uint16_t millis() const { return Millis(); }
+  /// The interrupt counts 16 bits; the watchdog keeps calls closer than that.
+  uint32_t millis() {
+    now_ms_ += static_cast<uint16_t>(Millis() - static_cast<uint16_t>(now_ms_));
+    return now_ms_;
+  }
   int robot_get() { return uarts[kRobot].Get(); }
   bool robot_put(uint8_t byte) { return SendRobot(byte); }
   void set_load(bool hold) {
@@ -54,6 +58,7 @@ class AvrBoard {
   uint16_t saves() const { return nonvolatile_.version(); }
   /// 1 to 254.
   uint8_t id() const;
+  static constexpr uint32_t radio_baud() { return PHEROMONE_RADIO_BAUD; }
   /// Whether the last reset kept RAM: the reset pin or the watchdog, not the supply.
   bool ram_was_kept() const { return ram_was_kept_; }
 
@@ -65,6 +70,7 @@ class AvrBoard {
 
  private:
   Nonvolatile<Eeprom, sizeof(Settings)> nonvolatile_;
+  uint32_t now_ms_ = 0;
   bool ram_was_kept_ = false;
 };
 

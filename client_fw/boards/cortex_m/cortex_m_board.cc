@@ -4,9 +4,10 @@ namespace pheromone {
 namespace client {
 namespace {
 
-constexpr uint32_t kBaud = 9600;
-/// A byte takes 1.04 ms, and the first millisecond may be a short one.
-constexpr uint8_t kLastByteMs = 3;
+constexpr uint32_t kRobotBaud = 9600;
+/// This UART does not tell when its shift register is empty, only when its buffer is: the last byte
+/// takes so long from then on. The first millisecond may be a short one.
+constexpr uint8_t kLastByteMs = static_cast<uint8_t>(BytesMs(1, CortexMBoard::radio_baud()) + 1);
 
 constexpr uint32_t kStraps = 0xFF;
 constexpr uint32_t kCarrier = 1u << 8;
@@ -36,8 +37,8 @@ void CortexMBoard::Start() {
   Gpio().output_enable_set = kPtt | kLoad;
   Watchdog().load = kWatchdogCycles;
   Watchdog().control = 3;
-  radio_.Start(kBaud);
-  robot_.Start(kBaud);
+  radio_.Start(radio_baud());
+  robot_.Start(kRobotBaud);
   EnableUartInterrupts();
   SysTick().reload = kClockHz / 1000 - 1;
   SysTick().value = 0;

@@ -19,7 +19,7 @@
 #include "client_fw/boards/cortex_m/interrupt_uart.h"
 #include "client_fw/boards/cortex_m/registers.h"
 #include "client_fw/boards/nonvolatile.h"
-#include "client_fw/core/settings.h"
+#include "client_fw/core/parameters.h"
 
 namespace pheromone {
 namespace client {
@@ -49,7 +49,7 @@ class CortexMBoard {
     return !transmitting_;
   }
   bool channel_busy();
-  uint16_t millis() const { return static_cast<uint16_t>(now_ms_ & 0xFFFFu); }
+  uint32_t millis() const { return now_ms_; }
   int robot_get() { return robot_.Get(); }
   bool robot_put(uint8_t byte) { return robot_.Put(byte); }
   void set_load(bool hold);
@@ -60,6 +60,7 @@ class CortexMBoard {
   bool saved() const { return nonvolatile_.saved(); }
   uint16_t saves() const { return nonvolatile_.version(); }
   uint8_t id() const;
+  static constexpr uint32_t radio_baud() { return 9600; }
   bool ram_was_kept() const { return ram_was_kept_; }
   void EndTurn();
 

@@ -77,10 +77,14 @@ def check_exactly_once(robot: Robot, other_link: Line, model: Model) -> None:
     check_equal(robot.answer_to(event), ack, "repetition after HELLO with the same nonce")
     robot.expect_silence(deposit(139), "stale after HELLO with the same nonce")
     new = robot.hello(nonce + 1)
-    check_equal((new.last_opcode, new.last_seq), (0x52, 140), "HELLO with a new nonce")
+    check_equal((new.last_opcode, new.last_seq), (0x52, 141), "HELLO with a new nonce")
     again = robot.hello(nonce + 1)
-    check_equal((again.last_opcode, again.last_seq), (0, 0), "the same HELLO again")
-    check_equal(robot.answer_to(deposit(139)).name, "DEPOSIT_ANSWER", "any seq after a new nonce")
+    check_equal((again.last_opcode, again.last_seq), (0x52, 141), "the same HELLO again")
+    late = robot.hello(nonce)
+    check_equal((late.last_opcode, late.last_seq), (0x52, 141), "a late HELLO of before")
+    robot.expect_silence(event, "a request of before the boot, arriving after HELLO")
+    robot.expect_error(deposit(141), 5, 141, "the next one of before the boot")
+    check_equal(robot.answer_to(deposit(142)).name, "DEPOSIT_ANSWER", "the first of the new boot")
     check_quanta(4, "after a DEPOSIT under a new nonce")
 
     # A stored ERROR is repeated; one that is not stored leaves no trace.
@@ -97,10 +101,10 @@ def check_exactly_once(robot: Robot, other_link: Line, model: Model) -> None:
 
     # The same ID on another link is another robot.
     twin = Robot(other_link, me)
-    twin.expect_error(deposit(153), 6, 153, "DEPOSIT on a link where HELLO was not said")
+    twin.expect_error(deposit(1), 6, 1, "DEPOSIT on a link where HELLO was not said")
     told = twin.hello(nonce + 1)
     check_equal((told.last_opcode, told.last_seq), (0, 0), "HELLO on the other link")
-    check_equal(twin.answer_to(deposit(153)).name, "DEPOSIT_ANSWER", "on the other link")
+    check_equal(twin.answer_to(deposit(1)).name, "DEPOSIT_ANSWER", "on the other link")
     check_equal(robot.answer_to(deposit(152)).name, "DEPOSIT_ANSWER", "on the first link")
     check_quanta(6, "after a DEPOSIT on the other link")
     model.deposit(PERMANENT, x, y, 6)

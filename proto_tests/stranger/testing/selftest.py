@@ -122,8 +122,25 @@ def _line_pair() -> tuple[Line, Line]:
     return Line(here.detach()), Line(there.detach())
 
 
+def _hello_answer(client_id: int, nonce: int, last_seq: int) -> bytes:
+    return build(
+        "HELLO_ANSWER",
+        client_id,
+        nonce=nonce,
+        protocol_version=1,
+        epoch=1,
+        pose_unit_10um=100,
+        antenna_distance_mm=300,
+        type_mask=2,
+        slot_ms=1,
+        response_window_ms=100,
+        last_opcode=0x52,
+        last_seq=last_seq,
+    )
+
+
 def _check_numbers() -> str:
-    """A number is used again after ERROR 1, 2, 6, 7 and 8, and after nothing else."""
+    """No number is used twice, whatever becomes of a request; HELLO takes none back."""
     server, line = _line_pair()
     with server, line:
         robot = Client(line, 16, timeout=0.01, tries=1)
@@ -137,8 +154,20 @@ def _check_numbers() -> str:
                 robot.event(1)
             except (Refused, NoAnswer):
                 pass
-            expected = before if reason in (1, 2, 6, 7, 8) else before + 1
-            assert robot.next_seq == expected, f"seq {robot.next_seq} after ERROR {reason}"
+            assert robot.next_seq == before + 1, f"seq {robot.next_seq} after ERROR {reason}"
+        for nonce, last, expected in (
+            (1, 200, 201),
+            (1, 199, 201),
+            (1, 72, 201),
+            (1, 71, 72),
+            (1, 75, 76),
+            (1, 255, 76),
+            (2, 3, 4),
+        ):
+            robot._in_step = True
+            server.send(encode(_hello_answer(16, nonce, last)))
+            robot.hello(nonce)
+            assert robot.next_seq == expected, f"seq {robot.next_seq} after HELLO with {last}"
     return "sequence numbers"
 
 

@@ -49,7 +49,6 @@ inline EngineConfig RichConfig(bool tight) {
   walls.Set({301 - 1, 301 - 1});
   field.obstacles = field::Shared(std::move(walls));
   config.frames = {MakeFrame("radio-b", 2, {1'000'000, 0}, 30)};
-  config.robots_per_link = 4;
   if (tight) {
     using field::CellMap;
     field.memory_bytes = 24 * CellMap::kTileBytes + 8 * CellMap::kLeafBytes +
