@@ -30,7 +30,7 @@ constexpr Duration kWidestOpening = 200ms;
 constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
 constexpr int kNewcomers = 8;                // exchanges in an opening, at least
 constexpr Duration kLongestClosed = 3s;
-constexpr int kQuietInterval = 49;           // of the length of an opening, until the next
+constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
 
 size_t WireBytes(const protocol::Message& message) {
   std::array<uint8_t, protocol::kMaxFrame> frame{};
@@ -104,10 +104,11 @@ void Rounds::OnAnswered(Time end) {
   }
 }
 
-// Those with turns wait meanwhile. An opening ends with something that was heard or said in it, when
-// everybody else is silent.
+// Those with turns wait meanwhile. An opening ends with something that was heard or said in it,
+// when everybody else is silent.
 bool Rounds::MayGoOn(Time now) const {
-  return exchanges_ < ExchangesAnOpening() && now < turns_end_ + (collided_ ? kCrowdedOpening : kLongestOpening);
+  return exchanges_ < ExchangesAnOpening() &&
+         now < turns_end_ + (collided_ ? kCrowdedOpening : kLongestOpening);
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
@@ -134,7 +135,7 @@ std::vector<protocol::Message> Rounds::DropAnswers() {
 }
 
 void Rounds::Join(uint8_t id, Time now) {
-  if (wished_[id] == 0) {
+  if (wished_[id] == 0 || MostBytes() < kLeastFrameBytes) {
     robots_.erase(id);
     return;
   }
@@ -219,7 +220,7 @@ void Rounds::CountTurns(Time now) {
 }
 
 // Those who are due, in equal parts if there are too many for one round.
-std::vector<uint8_t> Rounds::Choose(Time now) {
+std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   std::vector<std::pair<Time, uint8_t>> due;
   bool any = false;
   for (const auto& [id, robot] : robots_) {
@@ -232,7 +233,7 @@ std::vector<uint8_t> Rounds::Choose(Time now) {
     return {};
   }
   std::sort(due.begin(), due.end());
-  const size_t rounds = (due.size() + protocol::kMaxTurns - 1) / protocol::kMaxTurns;
+  const size_t rounds = (due.size() + most - 1) / most;
   const size_t turns = (due.size() + rounds - 1) / rounds;
   std::vector<uint8_t> chosen;
   for (size_t i = 0; i < turns; ++i) {
@@ -283,6 +284,14 @@ Duration Rounds::TurnTime(size_t bytes) const {
   return std::chrono::ceil<std::chrono::milliseconds>(least);
 }
 
+// A ROUND tells the length of a turn in one byte: below 600 baud, no frame fits.
+size_t Rounds::MostBytes() const {
+  constexpr Duration kLongestTurn = std::chrono::milliseconds(UINT8_MAX);
+  const Duration for_bytes = kLongestTurn - options_.timing.turnaround - kGuard;
+  return std::min(kMostFrameBytes,
+                  static_cast<size_t>(std::max(Duration(0), for_bytes) / options_.timing.byte));
+}
+
 // Each client that only contends gets about as many exchanges as a robot has turns.
 int Rounds::ExchangesAnOpening() const {
   int present = 0;
@@ -317,21 +326,21 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   }
   turns_.clear();
   active_ &= !robots_.empty();
-  std::vector<uint8_t> chosen = Choose(now);
   size_t bytes = 0;
   for (const uint8_t id : acks) {
-    if (serves(id) && turns_.size() + chosen.size() < protocol::kMaxTurns) {
+    if (serves(id)) {
       turns_.push_back({id, true, {}, false, {}});
+      bytes = kLeastFrameBytes;  // more than an ACK takes
     }
   }
-  for (const uint8_t id : chosen) {
+  for (const uint8_t id : Choose(now, protocol::kMaxTurns - turns_.size())) {
     turns_.push_back({id, false, {}, false, {}});
     const Robot& robot = robots_[id];
     bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
   }
-  bytes = std::min(bytes, kMostFrameBytes);
+  bytes = std::min(bytes, MostBytes());
   turn_ = TurnTime(bytes);
-  round.turn_ms = static_cast<uint8_t>(std::min<int64_t>(turn_ / 1ms, UINT8_MAX));
+  round.turn_ms = static_cast<uint8_t>(turn_ / 1ms);
   round.slot_ms = static_cast<uint8_t>(options_.slot.count());
   round.turn_bytes = static_cast<uint8_t>(bytes);
   for (const Turn& turn : turns_) {

@@ -52,8 +52,7 @@ struct RoundCounters {
 
 class Rounds {
  public:
-  explicit Rounds(const RoundOptions& options)
-      : options_(options), number_(options.first_number) {}
+  explicit Rounds(const RoundOptions& options) : options_(options), number_(options.first_number) {}
 
   /// A message was received whole at `at`.
   void OnHeard(const protocol::Message& message, Time at);
@@ -79,7 +78,8 @@ class Rounds {
   /// When the next ROUND is due; kNever if none is.
   Time NextRound() const;
   /// What is sent as one transmission: answers that are not two intensities, then the ROUND.
-  /// `acks`: robots that are sent a COMMAND before it, and need a turn for the ACK.
+  /// `acks`: robots that are sent a COMMAND before it, and need a turn for the ACK; fewer than
+  /// kMaxTurns.
   std::vector<protocol::Message> Compose(Time now, const std::vector<uint8_t>& acks);
   /// The last bit of what was composed leaves at `end`.
   void OnSent(Time end);
@@ -106,12 +106,13 @@ class Rounds {
 
   void Join(uint8_t id, Time now);
   void CountTurns(Time now);
-  std::vector<uint8_t> Choose(Time now);
+  std::vector<uint8_t> Choose(Time now, size_t most);
   uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
   bool MayGoOn(Time now) const;
   void JudgeOpening(Time now);
   Duration OpeningTime(uint8_t slots) const;
   Duration TurnTime(size_t bytes) const;
+  size_t MostBytes() const;
   int ExchangesAnOpening() const;
 
   const RoundOptions options_;
@@ -121,7 +122,7 @@ class Rounds {
   std::vector<Turn> turns_;            // of the round in progress
   bool active_ = false;
   uint32_t order_ = 1;  // a linear congruential generator
-  uint8_t number_;  // of the last ROUND
+  uint8_t number_;      // of the last ROUND
   uint8_t open_slots_ = 0;
   Duration turn_{};
   Time sent_at_{};
