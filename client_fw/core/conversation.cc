@@ -333,8 +333,8 @@ void Conversation::Hold() {
   const uint16_t byte_ms = static_cast<uint16_t>(BytesMs(1, parameters_.baud) + 1u);
   const uint16_t turnaround_ms = static_cast<uint16_t>(SlotMs() > byte_ms ? SlotMs() - byte_ms : 0);
   const uint16_t window_ms = WindowMs();
-  timers_[kHeld] = static_cast<uint16_t>(
-      (window_ms > turnaround_ms ? window_ms - turnaround_ms : 0) + 1);
+  timers_[kHeld] =
+      static_cast<uint16_t>((window_ms > turnaround_ms ? window_ms - turnaround_ms : 0) + 1);
 }
 
 void Conversation::HearOther() {

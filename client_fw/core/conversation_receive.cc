@@ -100,7 +100,9 @@ void Conversation::CountRobot(uint8_t id) {
 void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length) {
   HearOther();
   CountRobot(id);
-  OnTurnOf(id);
+  if (!protocol::IsFromServer(opcode)) {
+    OnTurnOf(id);
+  }
   timers_[kHeld] = 0;
   Count(&Counters::heard);
   if (protocol::IsFromServer(opcode) && !HasTurns()) {

@@ -10,15 +10,7 @@ constexpr uint16_t kRoundsMs = 2000;  // without a ROUND there are none any more
 constexpr uint8_t kLatestMs = 2;      // after its beginning a turn can still be taken
 
 // Offsets in DATA.
-enum : uint8_t {
-  kNumberAt,
-  kTurnAt,
-  kTurnBytesAt,
-  kRoundSlotAt,
-  kOpenAt,
-  kCountsAt,
-  kRoundHeader
-};
+enum : uint8_t { kNumberAt, kTurnAt, kTurnBytesAt, kRoundSlotAt, kOpenAt, kCountsAt, kRoundHeader };
 
 constexpr uint8_t kAnswerSize = 4;
 
@@ -36,6 +28,9 @@ void Conversation::OnRound(const uint8_t* data, uint8_t length) {
   Count(&Counters::rounds);
   timers_[kRounds] = kRoundsMs;
   timers_[kPause] = 0;  // the server is there
+  if (!HasTurns()) {
+    HearServer();
+  }
   if (in_turn_) {
     const bool follows = static_cast<uint8_t>(round_ + 1u) == data[kNumberAt];
     const uint8_t* const answer = data + kRoundHeader + kAnswerSize * asked_index_;
@@ -51,8 +46,7 @@ void Conversation::OnRound(const uint8_t* data, uint8_t length) {
   round_ = data[kNumberAt];
   turn_bytes_ = data[kTurnBytesAt];
   round_slot_ms_ = data[kRoundSlotAt];
-  GrantTurns(data + kRoundHeader + kAnswerSize * answers, turns,
-             data[kTurnAt], data[kOpenAt]);
+  GrantTurns(data + kRoundHeader + kAnswerSize * answers, turns, data[kTurnAt], data[kOpenAt]);
 }
 
 void Conversation::OnRoundAnswer(int16_t left, const uint8_t* intensities) {

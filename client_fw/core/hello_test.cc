@@ -22,7 +22,7 @@ TEST(HelloTest, IsSaidFirstWithTheBootCounter) {
   EXPECT_EQ(kTestId, hello.id);
   EXPECT_EQ(0x1234, hello.nonce);
   EXPECT_EQ(3, hello.firmware_version);
-  EXPECT_EQ(6, hello.capabilities);  // in units of 20 ms
+  EXPECT_EQ(6, hello.round_period);  // in units of 20 ms
 }
 
 TEST(HelloTest, IsRepeatedWithGrowingBackOffUntilAnswered) {

@@ -7,8 +7,8 @@
 //   tally.counters().answers; tally.p_left();
 //
 // Of the counters these are kept: requests, answers, hellos, hello_answers, events, errors, acks,
-// heard, rounds. An answer counts whether or not the robot still waited for it. Times are nanoseconds. One
-// thread.
+// heard, rounds. An answer counts whether or not the robot still waited for it. Times are
+// nanoseconds. One thread.
 #pragma once
 
 #include <cstdint>
