@@ -221,6 +221,16 @@ TEST(ConfigTest, ASerialLinksTimesFollowFromItsBaudRate) {
   EXPECT_EQ(config.links[1].gap_timeout_ms, 20);
 }
 
+// A server whose transmitter is keyed at once still waits for the robot's modem.
+TEST(ConfigTest, TheWindowOfAKeyedLineLetsTheRobotsModemTurnRound) {
+  std::string text(kExample);
+  text += "[[link]]\nname = \"s\"\nkind = \"serial\"\nport = \"/dev/ttyS0\"\nptt = \"rs485\"\n";
+  text += "turnaround_ms = 20\nadapter_latency_ms = 0\n";
+  EXPECT_EQ(Parse(text).links[1].response_window_ms, 43);  // 20 + 20 + 2 B
+  EXPECT_EQ(Parse(text + "server_delay_ms = 30\n").links[1].response_window_ms, 53);
+  EXPECT_EQ(Parse(text + "ptt_lead_ms = 15\n").links[1].response_window_ms, 48);
+}
+
 // At 300 baud a byte takes 33.3 ms and four of them 133.3 ms.
 TEST(ConfigTest, TheGapTimeoutOfASlowLineLetsItsBytesThrough) {
   std::string text(kExample);

@@ -29,8 +29,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{33, "port = \"/dev/ttyS0\"\nbaud = 9600.5",
              "34:8: link[2].baud: found 9600.5, expected a whole number from 50 to 4000000"},
         Case{33, "port = \"/dev/ttyS0\"\nturnaround_ms = 30\nresponse_window_ms = 78",
-             "35:22: link[2].response_window_ms: found 78, expected more than 78, what the modems, "
-             "the adapter and a byte take before the server's answer arrives"},
+             "35:22: link[2].response_window_ms: found 78, expected at least 79, what the modems, "
+             "the adapter and two bytes take before the server's answer arrives"},
         Case{29,
              "path = \"./x/../b.pty\"\n[[link]]\nname = \"b\"\nkind = \"pty\"\npath = \"b.pty\"",
              "33:8: link[2].path: found the string \"b.pty\" again, expected a value not used by "
@@ -80,8 +80,8 @@ INSTANTIATE_TEST_SUITE_P(
              "35:1: link[2].turnaround_ms: not permitted with medium_access = false, expected only "
              "on a shared medium"},
         Case{33, "port = \"/dev/ttyS0\"\nptt = \"rts\"\nptt_lead_ms = 30\nresponse_window_ms = 34",
-             "36:22: link[2].response_window_ms: found 34, expected more than 50, what the modems, "
-             "the adapter and a byte take before the server's answer arrives"},
+             "36:22: link[2].response_window_ms: found 34, expected at least 51, what the modems, "
+             "the adapter and two bytes take before the server's answer arrives"},
         Case{33, "port = \"/dev/ttyS0\"\nsilence_s = -1",
              "34:13: link[2].silence_s: found -1, expected a whole number from 0 to 1000000"},
         Case{29, "path = \"a.pty\"\nptt = \"rts\"",

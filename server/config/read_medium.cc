@@ -77,10 +77,11 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
     return (n * 10'000 + int64_t{link->baud} - 1) / int64_t{link->baud};
   };
   const int64_t key_delay = link->ptt == Ptt::kNone ? *turnaround : int64_t{link->ptt_lead_ms};
-  const int64_t before_answer = *turnaround + key_delay + *adapter + byte_times_ms(1);
+  // The robot's modem must have turned round before the answer arrives.
+  const int64_t turning = std::max(int64_t{0}, *turnaround - key_delay);
+  const int64_t before_answer = *turnaround + key_delay + *adapter + byte_times_ms(2);
   const int64_t slot = shared ? *turnaround + byte_times_ms(1) : 1;
-  const int64_t window =
-      shared ? *turnaround + key_delay + *adapter + *delay + byte_times_ms(2) : kWindowMs;
+  const int64_t window = shared ? before_answer + std::max(*delay, turning) : kWindowMs;
   const int64_t gap = serial                         ? std::max(kSerialGapMs, byte_times_ms(4))
                       : link->kind == LinkKind::kTcp ? kTcpGapMs
                                                      : 0;
@@ -99,11 +100,11 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
                      std::to_string(link->baud) + " baud, or 0 for no limit");
     return false;
   }
-  if (shared && *window_ms <= before_answer) {
+  if (shared && *window_ms < before_answer + turning) {
     table.Report("response_window_ms",
-                 "found " + std::to_string(*window_ms) + ", expected more than " +
-                     std::to_string(before_answer) +
-                     ", what the modems, the adapter and a byte take before the server's answer "
+                 "found " + std::to_string(*window_ms) + ", expected at least " +
+                     std::to_string(before_answer + turning) +
+                     ", what the modems, the adapter and two bytes take before the server's answer "
                      "arrives");
     return false;
   }

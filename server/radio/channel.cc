@@ -88,11 +88,10 @@ void Channel::Answer(const protocol::Message& message, Time asked_at, Time now) 
 }
 
 void Channel::Send(const protocol::Message& message) {
-  // A repetition replaces the COMMAND before it that has not left yet.
+  // It replaces the COMMAND before it that has not left yet, as it does in the engine.
   if (options_.half_duplex && IsCommand(message)) {
     for (Frame& frame : queue_) {
-      if (!frame.asked_at && IsCommand(frame.message) && frame.message.id == message.id &&
-          frame.message.length == message.length) {
+      if (!frame.asked_at && IsCommand(frame.message) && frame.message.id == message.id) {
         on_dropped_(frame.message);
         queued_bytes_ -= frame.bytes.size();
         frame = {message, FrameOf(message), std::nullopt};
@@ -133,6 +132,9 @@ void Channel::DropFront() {
 void Channel::DropAll() {
   while (!queue_.empty()) {
     DropFront();
+  }
+  for (const protocol::Message& answer : rounds_.DropAnswers()) {
+    on_dropped_(answer);
   }
 }
 

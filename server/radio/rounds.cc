@@ -1,7 +1,7 @@
 #include "server/radio/rounds.h"
 
 #include <algorithm>
-#include <cassert>
+#include <utility>
 
 #include "protocol/frame.h"
 
@@ -124,8 +124,18 @@ bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
   return false;
 }
 
+std::vector<protocol::Message> Rounds::DropAnswers() {
+  std::vector<protocol::Message> dropped;
+  for (Turn& turn : turns_) {
+    if (turn.answer) {
+      dropped.push_back(*std::exchange(turn.answer, std::nullopt));
+    }
+  }
+  return dropped;
+}
+
 void Rounds::Join(uint8_t id, Time now) {
-  if (wished_[id] == 0) {
+  if (wished_[id] == 0 || MostBytes() < kLeastFrameBytes) {
     robots_.erase(id);
     return;
   }
@@ -210,7 +220,7 @@ void Rounds::CountTurns(Time now) {
 }
 
 // Those who are due, in equal parts if there are too many for one round.
-std::vector<uint8_t> Rounds::Choose(Time now) {
+std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   std::vector<std::pair<Time, uint8_t>> due;
   bool any = false;
   for (const auto& [id, robot] : robots_) {
@@ -223,7 +233,7 @@ std::vector<uint8_t> Rounds::Choose(Time now) {
     return {};
   }
   std::sort(due.begin(), due.end());
-  const size_t rounds = (due.size() + protocol::kMaxTurns - 1) / protocol::kMaxTurns;
+  const size_t rounds = (due.size() + most - 1) / most;
   const size_t turns = (due.size() + rounds - 1) / rounds;
   std::vector<uint8_t> chosen;
   for (size_t i = 0; i < turns; ++i) {
@@ -274,6 +284,14 @@ Duration Rounds::TurnTime(size_t bytes) const {
   return std::chrono::ceil<std::chrono::milliseconds>(least);
 }
 
+// A ROUND tells the length of a turn in one byte: below 600 baud, no frame fits.
+size_t Rounds::MostBytes() const {
+  constexpr Duration kLongestTurn = std::chrono::milliseconds(UINT8_MAX);
+  const Duration for_bytes = kLongestTurn - options_.timing.turnaround - kGuard;
+  return std::min(kMostFrameBytes,
+                  static_cast<size_t>(std::max(Duration(0), for_bytes) / options_.timing.byte));
+}
+
 // Each client that only contends gets about as many exchanges as a robot has turns.
 int Rounds::ExchangesAnOpening() const {
   int present = 0;
@@ -308,21 +326,21 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   }
   turns_.clear();
   active_ &= !robots_.empty();
-  std::vector<uint8_t> chosen = Choose(now);
   size_t bytes = 0;
   for (const uint8_t id : acks) {
-    if (serves(id) && turns_.size() + chosen.size() < protocol::kMaxTurns) {
+    if (serves(id)) {
       turns_.push_back({id, true, {}, false, {}});
+      bytes = kLeastFrameBytes;  // more than an ACK takes
     }
   }
-  for (const uint8_t id : chosen) {
+  for (const uint8_t id : Choose(now, protocol::kMaxTurns - turns_.size())) {
     turns_.push_back({id, false, {}, false, {}});
     const Robot& robot = robots_[id];
     bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
   }
-  bytes = std::min(bytes, kMostFrameBytes);
+  bytes = std::min(bytes, MostBytes());
   turn_ = TurnTime(bytes);
-  round.turn_ms = static_cast<uint8_t>(std::min<int64_t>(turn_ / 1ms, UINT8_MAX));
+  round.turn_ms = static_cast<uint8_t>(turn_ / 1ms);
   round.slot_ms = static_cast<uint8_t>(options_.slot.count());
   round.turn_bytes = static_cast<uint8_t>(bytes);
   for (const Turn& turn : turns_) {

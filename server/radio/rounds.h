@@ -64,6 +64,9 @@ class Rounds {
   /// True if `answer`, to what was heard at `asked_at`, goes out with the next ROUND.
   bool TakeAnswer(const protocol::Message& answer, Time asked_at);
 
+  /// Forgets the answers that it has taken and not composed; returns them.
+  std::vector<protocol::Message> DropAnswers();
+
   /// Whether robots are given turns: from when there are two until there is none.
   bool active() const { return active_; }
   bool serves(uint8_t id) const { return robots_.contains(id); }
@@ -75,7 +78,8 @@ class Rounds {
   /// When the next ROUND is due; kNever if none is.
   Time NextRound() const;
   /// What is sent as one transmission: answers that are not two intensities, then the ROUND.
-  /// `acks`: robots that are sent a COMMAND before it, and need a turn for the ACK.
+  /// `acks`: robots that are sent a COMMAND before it, and need a turn for the ACK; fewer than
+  /// kMaxTurns.
   std::vector<protocol::Message> Compose(Time now, const std::vector<uint8_t>& acks);
   /// The last bit of what was composed leaves at `end`.
   void OnSent(Time end);
@@ -102,12 +106,13 @@ class Rounds {
 
   void Join(uint8_t id, Time now);
   void CountTurns(Time now);
-  std::vector<uint8_t> Choose(Time now);
+  std::vector<uint8_t> Choose(Time now, size_t most);
   uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
   bool MayGoOn(Time now) const;
   void JudgeOpening(Time now);
   Duration OpeningTime(uint8_t slots) const;
   Duration TurnTime(size_t bytes) const;
+  size_t MostBytes() const;
   int ExchangesAnOpening() const;
 
   const RoundOptions options_;

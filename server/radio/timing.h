@@ -39,14 +39,16 @@ struct Timing {
   /// From the server's last bit leaving its UART to that bit arriving at the robots'.
   constexpr Duration Transit() const { return keyed ? Duration(0) : turnaround; }
 
+  /// After reading a request, until a transmission may begin: the robot's modem has turned round
+  /// when the first bit arrives.
+  constexpr Duration TurningRound() const { return std::max(Duration(0), turnaround - KeyDelay()); }
+
   /// W: from the last byte of a request leaving the robot's UART to the first byte of the answer.
   constexpr Duration ResponseWindow() const {
-    return turnaround + adapter + processing + KeyDelay() + 2 * byte;
+    return turnaround + adapter + std::max(processing, TurningRound()) + KeyDelay() + 2 * byte;
   }
-  /// From reading a request: the robot's modem has turned round when the first bit arrives.
-  constexpr Duration EarliestAnswer() const {
-    return byte + std::max(Duration(0), turnaround - KeyDelay());
-  }
+  /// From reading a request.
+  constexpr Duration EarliestAnswer() const { return byte + TurningRound(); }
   /// From reading a request, which may be `adapter` after its end. `window`: W as announced.
   constexpr Duration LatestAnswer(Duration window) const {
     return window - turnaround - KeyDelay() - adapter - byte;

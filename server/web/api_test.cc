@@ -465,6 +465,7 @@ TEST_F(ApiTest, ClientsTellWhatIsKnownOfThem) {
   client.pose_source = control::PoseSource::kTracker;
   client.pose = {{1'500'000, -250'000}, 16384};
   client.robot.nonce = 9;
+  client.robot.round_period = 10;
   client.robot.last_event = protocol::EventReport{7, 1, protocol::EventCode::kObstacle, -3};
   client.robot.command.outcome = engine::CommandOutcome::kRefused;
   client.robot.command.command.code = protocol::CommandCode::kSpeed;
@@ -476,6 +477,7 @@ TEST_F(ApiTest, ClientsTellWhatIsKnownOfThem) {
   EXPECT_EQ(first.at("pose").at("x_m").to_number<double>(), 1.5);
   EXPECT_EQ(first.at("pose").at("heading_deg").to_number<double>(), 90);
   EXPECT_EQ(first.at("pose").at("source").as_string(), "tracker");
+  EXPECT_EQ(first.at("round_period_ms").as_int64(), 200);
   EXPECT_EQ(first.at("last_event").at("event").as_string(), "obstacle");
   EXPECT_EQ(first.at("last_command").at("command").as_string(), "speed");
   EXPECT_EQ(first.at("last_command").at("reason").as_string(), "bad value");
