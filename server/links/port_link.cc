@@ -283,7 +283,7 @@ std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& 
   session.channel.gap_timeout_ms = options.gap_timeout_ms;
   radio::Timing& timing = session.channel.timing;
   timing.byte = radio::ByteTime(options.medium.baud);
-  if (options.lines.ptt == Keying::kRts || options.lines.ptt == Keying::kDtr) {
+  if (options.lines.ptt != Keying::kNone) {  // by us, or by the driver
     timing.keyed = true;
     timing.lead = milliseconds(options.lines.ptt_lead_ms);
     timing.tail = milliseconds(options.lines.ptt_tail_ms);

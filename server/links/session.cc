@@ -2,6 +2,7 @@
 
 #include <poll.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <utility>
@@ -251,7 +252,8 @@ asio::awaitable<std::string> Session::Write() {
 }
 
 // Returns why it failed; empty if it did not. With a line to key, returns when the last bit has
-// left and the tail is over.
+// left and the tail is over. When it has left, the driver tells; but some tell too early, so it is
+// not before the bytes have had their time either.
 asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   error_code error;
   if (out.bytes.empty()) {
@@ -270,7 +272,15 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
     co_return error.value() == EIO ? "the other side hung up" : error.message();
   }
   if (options_.port != nullptr && options_.port->port().is_keyed()) {
-    co_await PauseUntil(PointAt(channel_.sent_at() + options_.channel.timing.tail));
+    const radio::Duration duration = static_cast<int64_t>(size) * options_.channel.timing.byte;
+    channel_.OnSent(std::max(channel_.sent_at(), At(Clock::now()) + duration));
+    co_await options_.port->Make([](Port& port) { port.WaitUntilSent(); });
+    if (const radio::Time now = At(Clock::now()); now > channel_.sent_at()) {
+      channel_.OnSent(now);
+    }
+    if (!ended_ && !closed_) {
+      co_await PauseUntil(PointAt(channel_.sent_at() + options_.channel.timing.tail));
+    }
   }
   co_return "";
 }
