@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <optional>
 #include <utility>
 #include <variant>
 
@@ -150,8 +151,8 @@ void Session::TakeBytes(std::span<const uint8_t> bytes) {
   if (!batch_.empty()) {
     on_batch_(this, batch_, &answers_);
   }
-  for (const engine::Outgoing& answer : answers_) {
-    channel_.Answer(answer.message, At(last_read_), At(last_read_));
+  for (const engine::Outgoing& it : answers_) {
+    Queue(it.message, At(last_read_));
   }
   Wake();
 }
@@ -164,12 +165,21 @@ engine::Asker Session::asker() const {
 }
 
 void Session::Send(const engine::Outgoing& outgoing) {
+  std::optional<radio::Time> asked_at;
   if (outgoing.asker.known()) {
-    channel_.Answer(outgoing.message, radio::Time(outgoing.asker.asked_ns), At(Clock::now()));
-  } else {
-    channel_.Send(outgoing.message);
+    asked_at = radio::Time(outgoing.asker.asked_ns);
   }
+  Queue(outgoing.message, asked_at);
   Wake();
+}
+
+// A request may lead to a COMMAND, which is not its answer.
+void Session::Queue(const protocol::Message& message, std::optional<radio::Time> asked_at) {
+  if (asked_at && message.opcode != protocol::kCommand) {
+    channel_.Answer(message, *asked_at, At(Clock::now()));
+  } else {
+    channel_.Send(message);
+  }
 }
 
 // Something may be due earlier than before.
