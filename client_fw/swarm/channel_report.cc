@@ -202,7 +202,7 @@ std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
 
 std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
   constexpr double kMaxGapMs = 3000;
-  constexpr size_t kPoints = 200;
+  constexpr size_t kPoints = 60;
   std::vector<int64_t> turnarounds;
   for (const ChannelSummary& row : rows) {
     const int64_t ns = row.experiment.timing.turnaround_ns;
@@ -224,7 +224,8 @@ std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
     gap.y_most = kMaxGapMs;
     rate.series = {{"C_1: one exchange after the other", "#999999", {}},
                    {"contention", kWithout, {}},
-                   {"rounds", kWith, {}}};
+                   {"rounds", kWith, {}},
+                   {"bound of contention", kWithoutPale, {}}};
     gap.series = {{"contention", kWithout, {}}, {"rounds", kWith, {}}};
     for (const ChannelSummary& row : rows) {
       const ChannelExperiment& e = row.experiment;
@@ -236,6 +237,7 @@ std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
       const auto longest = static_cast<double>(row.longest_gap_ms);
       if (which == 1) {
         rate.series[0].marks.push_back({x, row.peak});
+        rate.series[3].marks.push_back({x, row.ideal});
       }
       rate.series[which + 1].marks.push_back({x, row.goodput, row.worst_goodput, row.goodput});
       gap.series[which].marks.push_back({x, longest});

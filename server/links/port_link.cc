@@ -1,7 +1,6 @@
 #include "server/links/port_link.h"
 
 #include <optional>
-#include <random>
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
@@ -262,7 +261,7 @@ void ShareMedium(const MediumOptions& medium, radio::ChannelOptions* channel) {
   channel->timing.processing = milliseconds(medium.server_delay_ms);
   channel->response_window = milliseconds(medium.response_window_ms);
   channel->slot = milliseconds(medium.slot_ms);
-  channel->first_round = static_cast<uint8_t>(std::random_device()());
+  channel->first_round = medium.first_round;
 }
 
 }  // namespace
