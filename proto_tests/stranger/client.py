@@ -18,6 +18,9 @@ from . import wire
 from .wire import Message, NotAMessage, build, parse
 
 
+MOST_AHEAD = 128  # numbers that may follow the last one accepted
+
+
 class Line:
     """Frames both ways on a file descriptor, which it owns."""
 
@@ -136,6 +139,7 @@ class Client:
         self.tries = tries
         self.on_command = on_command
         self.next_seq = 0
+        self._not_accepted = 0  # numbers since the last one that the server accepted
         self._nonce: int | None = None  # of the last HELLO that was answered
         self._epoch: int | None = None  # of that answer
         self._last_command: tuple[int, bytes] | None = None  # its seq and its ACK
@@ -163,6 +167,7 @@ class Client:
         goes_on_from = (told.last_seq + 1) % 256
         if new or 1 <= (goes_on_from - self.next_seq) % 256 <= 127:  # otherwise never back
             self.next_seq = goes_on_from
+            self._not_accepted = 0
         self._nonce, self._epoch = nonce, told.epoch
         return told
 
@@ -219,11 +224,16 @@ class Client:
     def _change(self, name: str, **fields: Any) -> dict[str, Any]:
         """Makes a mutating request. The next one takes the next number, whatever becomes of
         this one."""
+        if self._not_accepted > MOST_AHEAD and self._nonce is not None:
+            self.hello(self._nonce)  # otherwise it would take us for being behind
         request = build(name, self.client_id, seq=self.next_seq, **fields)
         if not self._in_step:
             self.resynchronise()  # what has not been sent at all does not use its number
         self.next_seq = (self.next_seq + 1) % 256
-        return self._ask(request, self.tries)
+        self._not_accepted += 1
+        answer = self._ask(request, self.tries)
+        self._not_accepted = 0
+        return answer
 
     def _ask(self, request: bytes, tries: int) -> dict[str, Any]:
         """Repeats a request until it is answered, and returns the fields of the answer."""

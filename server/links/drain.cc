@@ -11,8 +11,6 @@
 namespace pheromone::links {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 // Bytes in the driver's buffer; 0 if it does not tell.
 int Buffered(int handle) {
   int bytes = 0;
@@ -27,8 +25,8 @@ bool IsEmpty(int handle) {
 
 // This thread is there to be blocked.
 void Sleep(std::chrono::nanoseconds time) {
-  constexpr int64_t kSecond = 1'000'000'000;
-  const timespec duration = {time.count() / kSecond, time.count() % kSecond};
+  constexpr int64_t kNsPerSecond = 1'000'000'000;
+  const timespec duration = {time.count() / kNsPerSecond, time.count() % kNsPerSecond};
   nanosleep(&duration, nullptr);
 }
 
@@ -37,16 +35,17 @@ void Sleep(std::chrono::nanoseconds time) {
 void Drain(int handle, uint32_t baud) {
   const std::chrono::nanoseconds byte_time{10'000'000'000 / int64_t{baud}};
   int left = Buffered(handle);
-  const Clock::time_point deadline = Clock::now() + left * byte_time + std::chrono::seconds(1);
+  const auto deadline =
+      std::chrono::steady_clock::now() + left * byte_time + std::chrono::seconds(1);
   for (; left > 0; left = Buffered(handle)) {
-    if (Clock::now() > deadline) {
+    if (std::chrono::steady_clock::now() > deadline) {
       return;  // tcdrain would not return either
     }
     Sleep(left * byte_time);
   }
   while (tcdrain(handle) != 0 && errno == EINTR) {
   }
-  while (!IsEmpty(handle) && Clock::now() <= deadline) {
+  while (!IsEmpty(handle) && std::chrono::steady_clock::now() <= deadline) {
     Sleep(byte_time);
   }
 }
