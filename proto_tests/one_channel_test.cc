@@ -268,7 +268,9 @@ Outcome Drive(const Case& it) {
   swarm::ChannelTiming timing;
   timing.baud = it.baud;
   timing.turnaround_ns = it.turnaround_ms * kMs;
-  timing.server_delay_ns = it.keyed ? kLeadMs * kMs : 0;
+  timing.server_delay_ns = 0;
+  timing.keyed = it.keyed;
+  timing.lead_ns = it.keyed ? kLeadMs * kMs : 0;
   timing.carrier_detect = it.carrier_detect;
   engine::EngineConfig config = swarm::EngineConfigOf(swarm::PathExperiment{});
   config.links = {timing.Link("radio-a")};
