@@ -2,6 +2,7 @@
 // seeded swarm, once with swarm::ServerStation and once with the link of a port in virtual time,
 // puts the same bytes on the air at the same nanoseconds.
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -17,7 +18,6 @@
 #include <vector>
 
 #include <boost/asio/io_context.hpp>
-#include <fmt/format.h>
 
 #include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/path_experiment.h"
@@ -268,7 +268,9 @@ Outcome Drive(const Case& it) {
   swarm::ChannelTiming timing;
   timing.baud = it.baud;
   timing.turnaround_ns = it.turnaround_ms * kMs;
-  timing.server_delay_ns = it.keyed ? kLeadMs * kMs : 0;
+  timing.server_delay_ns = 0;
+  timing.keyed = it.keyed;
+  timing.lead_ns = it.keyed ? kLeadMs * kMs : 0;
   timing.carrier_detect = it.carrier_detect;
   engine::EngineConfig config = swarm::EngineConfigOf(swarm::PathExperiment{});
   config.links = {timing.Link("radio-a")};
@@ -330,12 +332,12 @@ TEST_P(OneChannel, TheSimulatorsServerAndTheDaemonsLinkSendTheSameAtTheSameTime)
   EXPECT_EQ(simulators.late_answers, daemons.late_answers);
   EXPECT_EQ(simulators.rounds, daemons.rounds);
   EXPECT_EQ(GetParam().rounds, simulators.rounds != 0);
-  EXPECT_GE(simulators.trace.size(), 500u);
-  EXPECT_GE(simulators.answers, 200u);
-  EXPECT_GE(simulators.acks, 5u);
-  std::cout << fmt::format("{} runs of bytes, {} answers, {} ACKs, {} rounds, {} late, {} collided\n",
-                           simulators.trace.size(), simulators.answers, simulators.acks,
-                           simulators.rounds, simulators.late_answers, simulators.collided);
+  EXPECT_GE(simulators.answers, 100u);
+  EXPECT_GE(simulators.acks, 5u);  // of 11 COMMANDs
+  std::cout << fmt::format(
+      "{} runs of bytes, {} answers, {} ACKs, {} rounds, {} late, {} collided\n",
+      simulators.trace.size(), simulators.answers, simulators.acks, simulators.rounds,
+      simulators.late_answers, simulators.collided);
 }
 
 INSTANTIATE_TEST_SUITE_P(

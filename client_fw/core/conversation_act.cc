@@ -21,7 +21,8 @@ void Conversation::OnCommand(const uint8_t* data, uint8_t length) {
     return;
   }
   HearServer();
-  timers_[kAckDue] = static_cast<uint16_t>(WindowMs() + 1);
+  // With turns, a ROUND follows, which takes longer than a window, and has a turn for the ACK.
+  timers_[kAckDue] = HasTurns() ? timers_[kRounds] : static_cast<uint16_t>(WindowMs() + 1);
   ack_due_ = true;
   if (command_known_ && data[0] == ack_[0]) {
     Count(&Counters::repeated_commands);

@@ -103,6 +103,9 @@ SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
   config.radio.block_loss = experiment.frame_loss;
   config.radio.seed = random();
   config.server.delay_ns = experiment.timing.server_delay_ns;
+  config.server.adapter_ns = experiment.timing.adapter_ns;
+  config.server.keyed = experiment.timing.keyed;
+  config.server.lead_ns = experiment.timing.lead_ns;
   const auto first_id = static_cast<int>(random() % 100);
   for (int i = 0; i < experiment.robots; ++i) {
     RobotConfig robot;

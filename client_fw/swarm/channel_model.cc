@@ -7,7 +7,6 @@
 namespace pheromone::swarm {
 namespace {
 
-constexpr int64_t kBitsAByte = 10;
 constexpr int64_t kSecond = 1'000'000'000;
 constexpr int64_t kNsPerMs = 1'000'000;
 
@@ -29,12 +28,23 @@ double Throughput(double p, int n, double slot_s, double exchange_s, double coll
 
 }  // namespace
 
+radio::Timing ChannelTiming::Server() const {
+  radio::Timing timing;
+  timing.byte = radio::ByteTime(baud);
+  timing.turnaround = radio::Duration(turnaround_ns);
+  timing.keyed = keyed;
+  timing.lead = radio::Duration(lead_ns);
+  timing.adapter = radio::Duration(adapter_ns);
+  timing.processing = radio::Duration(server_delay_ns);
+  return timing;
+}
+
 int64_t ChannelTiming::byte_ns() const {
-  return kBitsAByte * kSecond / baud;
+  return radio::ByteTime(baud).count();
 }
 
 int64_t ChannelTiming::response_window_ns() const {
-  return 2 * turnaround_ns + server_delay_ns + 2 * byte_ns();
+  return Server().ResponseWindow().count();
 }
 
 int64_t ChannelTiming::slot_ns() const {
@@ -46,13 +56,16 @@ engine::LinkSettings ChannelTiming::Link(std::string name) const {
 }
 
 double ChannelTiming::PeakRate(const ExchangeSize& size) const {
-  return 1 / Seconds((size.request + size.answer) * byte_ns() + 2 * turnaround_ns);
+  return 1 / Seconds((size.request + size.answer) * byte_ns() + turnaround_ns +
+                     Server().KeyDelay().count());
 }
 
 double ChannelTiming::IdealRate(const ExchangeSize& size, int stations) const {
   const int64_t request_ns = turnaround_ns + size.request * byte_ns();
-  const double exchange_s = Seconds(request_ns + std::max(server_delay_ns, byte_ns()) +
-                                    turnaround_ns + size.answer * byte_ns());
+  const radio::Timing timing = Server();
+  const int64_t begin_ns = std::max(server_delay_ns, timing.EarliestAnswer().count());
+  const double exchange_s = Seconds(request_ns + adapter_ns + begin_ns + timing.KeyDelay().count() +
+                                    size.answer * byte_ns());
   const double collision_s = Seconds(request_ns + response_window_ns());
   // S(p) rises to its maximum and falls: golden-section search.
   const double ratio = (std::sqrt(5.0) - 1) / 2;

@@ -26,6 +26,7 @@
 #include <string>
 
 #include "server/engine/event.h"
+#include "server/radio/timing.h"
 
 namespace pheromone::swarm {
 
@@ -41,9 +42,15 @@ struct ChannelTiming {
   int64_t turnaround_ns = 2'000'000;    ///< T_t
   int64_t server_delay_ns = 2'000'000;  ///< D_s
   bool carrier_detect = true;
+  int64_t adapter_ns = 0;  ///< for how long the server's adapter holds back what it received
+  bool keyed = false;      ///< the server's modem is keyed by a line
+  int64_t lead_ns = 0;     ///< keyed: from keying to the first byte
+
+  /// As the server's medium access uses it.
+  radio::Timing Server() const;
 
   int64_t byte_ns() const;             ///< B, rounded down
-  int64_t response_window_ns() const;  ///< W = 2 T_t + D_s + 2 B
+  int64_t response_window_ns() const;  ///< W
   int64_t slot_ns() const;             ///< T_t with carrier detect, T_t + B without
 
   /// The values in HELLO's answer: window and slot in whole milliseconds, rounded up.

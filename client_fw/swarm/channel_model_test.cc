@@ -23,6 +23,16 @@ TEST(ChannelModel, TimesOfTheSpecificationsExample) {
   EXPECT_EQ(9, link.response_window_ms);
 }
 
+TEST(ChannelModel, AnAdapterAndAKeyedLineCountInTheWindow) {
+  ChannelTiming timing;
+  timing.adapter_ns = 16 * kMs;
+  EXPECT_EQ(22 * kMs + int64_t{2} * 1'041'666, timing.response_window_ns());
+  timing.keyed = true;
+  timing.lead_ns = 5 * kMs;
+  EXPECT_EQ(25 * kMs + int64_t{2} * 1'041'666, timing.response_window_ns());
+  EXPECT_EQ(28, timing.Link("radio-a").response_window_ms);
+}
+
 // The specification: 14 + 12 bytes = 27.1 ms on the air, C_1 = 1 / (27.1 + 2 * 2 ms) = 32.2 / s.
 TEST(ChannelModel, PeakIsThatOfTheSpecification) {
   EXPECT_NEAR(32.2, ChannelTiming{}.PeakRate(kSenseExchange), 0.05);
