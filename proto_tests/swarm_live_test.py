@@ -38,10 +38,10 @@ path = "radio-b.pty"
 class Swarm:
     """pheromone-swarm run --daemon; remembers the lines it prints."""
 
-    def __init__(self, bin_dir, scenario, ports, out):
+    def __init__(self, bin_dir, scenario, ports, out, *arguments):
         self.process = subprocess.Popen(
             [os.path.join(bin_dir, "pheromone-swarm"), "run", scenario, "--daemon",
-             ",".join(ports), "--out", out],
+             ",".join(ports), "--out", out, *arguments],
             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.lines = []
 

@@ -35,6 +35,7 @@ struct LiveOptions {
   int speed_mm_s = 300;
   client::Law law = client::Law::kDifferential;
   int id = 1;
+  bool medium_access = false;
 };
 
 // One line about the robot, five times a second.
@@ -129,7 +130,7 @@ int RunLiveCommand(const LiveOptions& options) {
   swarm.robot.client.law = options.law;
   swarm.robot.client.speed_mm_s = static_cast<int16_t>(options.speed_mm_s);
   swarm.robot.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
-  swarm.robot.client.buffered_link = true;
+  swarm.robot.client.buffered_link = !options.medium_access;
   swarm.robot.client.gap_timeout_ms = kBufferedGapMs;
   swarm.robot.start = StartBeside(path);
 
@@ -189,6 +190,8 @@ void AddLiveCommand(CLI::App* app, int* status) {
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
   live_command->add_option("--id", options->id, "Robot ID (default: 1)")->check(CLI::Range(1, 254));
+  live_command->add_flag("--medium-access", options->medium_access,
+                         "The daemon's link has medium_access = true, so the robot takes turns");
   live_command->callback([options, status] { *status = RunLiveCommand(*options); });
 }
 

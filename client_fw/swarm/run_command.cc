@@ -25,6 +25,7 @@ struct RunOptions {
   std::string file;
   std::optional<uint64_t> seed;
   std::vector<std::string> ports;  // of a daemon; none: an engine in process
+  bool medium_access = false;
   std::string out;
 };
 
@@ -85,8 +86,7 @@ SwarmRecord RunInVirtualTime(const Scenario& scenario) {
   return record;
 }
 
-Result<SwarmRecord> RunAgainstDaemon(const Scenario& scenario,
-                                     const std::vector<std::string>& ports) {
+Result<SwarmRecord> RunAgainstDaemon(const Scenario& scenario, const RunOptions& options) {
   if (const std::string frames = FramesForDaemon(scenario); !frames.empty()) {
     fmt::print(stderr,
                "These robots report coordinates relative to where they are switched on. Add their "
@@ -94,16 +94,17 @@ Result<SwarmRecord> RunAgainstDaemon(const Scenario& scenario,
                frames);
   }
   StatusLine line;
-  Result<SwarmRecord> record = RunScenarioLive(scenario, ports, StopOnSignals(),
-                                               [&line](const LiveSwarm& live) { line.Show(live); });
+  Result<SwarmRecord> record =
+      RunScenarioLive(scenario, options.ports,
+                      options.medium_access ? LinkKind::kMediumAccess : LinkKind::kBuffered,
+                      StopOnSignals(), [&line](const LiveSwarm& live) { line.Show(live); });
   line.End();
   return record;
 }
 
-Result<SwarmRecord> RunOrTellWhyNot(const Scenario& scenario,
-                                    const std::vector<std::string>& ports) {
+Result<SwarmRecord> RunOrTellWhyNot(const Scenario& scenario, const RunOptions& options) {
   try {
-    return ports.empty() ? RunInVirtualTime(scenario) : RunAgainstDaemon(scenario, ports);
+    return options.ports.empty() ? RunInVirtualTime(scenario) : RunAgainstDaemon(scenario, options);
   } catch (const std::runtime_error& error) {
     return Error{error.what()};
   }
@@ -129,7 +130,7 @@ int Run(const RunOptions& options) {
   for (const config::Warning& warning : scenario.warnings) {
     fmt::print(stderr, "{}\n", warning.text);
   }
-  const Result<SwarmRecord> run = RunOrTellWhyNot(scenario, options.ports);
+  const Result<SwarmRecord> run = RunOrTellWhyNot(scenario, options);
   if (!run.ok()) {
     return Fail(run.error(), kFailed);
   }
@@ -167,6 +168,8 @@ void AddRunCommand(CLI::App* app, int* status) {
                    "Run in real time against a running pheromoned, until Ctrl-C or the end of the "
                    "scenario: PORT[,PORT...], for each channel the terminal device of its link")
       ->delimiter(',');
+  command->add_flag("--medium-access", options->medium_access,
+                    "With --daemon: its links have medium_access = true, so robots take turns");
   command->add_option("--out", options->out,
                       "Folder for summary.txt, robots.csv, tracks.csv, exchanges.csv and map.svg");
   command->callback([options, status] { *status = Run(*options); });

@@ -73,13 +73,13 @@ SimulationConfig SetUp(const Scenario& scenario) {
 
 // The same robots for a daemon, which may remember robots of earlier runs, and for ports, which may
 // delay bytes.
-SwarmConfig SetUpLive(const Scenario& scenario) {
+SwarmConfig SetUpLive(const Scenario& scenario, LinkKind links) {
   const SimulationConfig simulated = SetUp(scenario);
   SwarmConfig config = static_cast<const SwarmConfig&>(simulated);  // the engine is the daemon's
   std::random_device random;
   for (RobotConfig& robot : config.robots) {
     robot.client.boot_counter = static_cast<uint16_t>(random());
-    robot.client.buffered_link = true;
+    robot.client.buffered_link = links == LinkKind::kBuffered;
     robot.client.gap_timeout_ms = kBufferedGapMs;
   }
   return config;
@@ -105,13 +105,13 @@ SwarmRecord RunScenario(const Scenario& scenario, const std::function<void(int64
 }
 
 Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
-                                    const volatile std::sig_atomic_t* stop,
+                                    LinkKind links, const volatile std::sig_atomic_t* stop,
                                     const std::function<void(const LiveSwarm&)>& show) {
   if (ports.size() != static_cast<size_t>(scenario.channels)) {
     return Error{fmt::format("{} has {} channels, but {} ports are given: expected one per channel",
                              scenario.name, scenario.channels, ports.size())};
   }
-  LiveSwarm live(SetUpLive(scenario), ports);
+  LiveSwarm live(SetUpLive(scenario, links), ports);
   if (const Status opened = live.Open(); !opened.ok()) {
     return Error{opened.error()};
   }

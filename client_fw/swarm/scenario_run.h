@@ -23,12 +23,18 @@ namespace pheromone::swarm {
 /// may be empty.
 SwarmRecord RunScenario(const Scenario& scenario, const std::function<void(int64_t ms)>& show);
 
+/// What the robots know about the links of a daemon.
+enum class LinkKind : uint8_t {
+  kBuffered,      ///< an answer may be late: who missed it resynchronises, and nobody takes turns
+  kMediumAccess,  ///< medium_access = true: a late answer is not sent, and the server grants turns
+};
+
 /// In real time; `show` is called at each sample. Port i leads to the daemon's link for channel i,
 /// whose map and pheromones are to be the scenario's. Ends after the scenario's duration, or soon
 /// after `*stop` is not 0 (a signal handler's doing). Errors: the number of ports is not that of
 /// channels, or a port cannot be opened.
 Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
-                                    const volatile std::sig_atomic_t* stop,
+                                    LinkKind links, const volatile std::sig_atomic_t* stop,
                                     const std::function<void(const LiveSwarm&)>& show);
 
 /// The [[frame]] tables that a daemon's configuration needs for this scenario: one for each robot
