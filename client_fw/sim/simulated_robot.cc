@@ -20,6 +20,7 @@ client::Parameters ParametersFor(client::Parameters parameters, const PlanePose&
 SimulatedRobot::SimulatedRobot(const SimulatedRobotConfig& config, RadioMedium* medium)
     : medium_(medium),
       power_on_ns_(config.power_on_ms * 1'000'000),
+      sees_uart_only_(config.sees_uart_only),
       drive_(config.drive, config.start),
       robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_),
       station_(medium->AddStation(this, config.turnaround_ns)) {}
@@ -31,11 +32,18 @@ void SimulatedRobot::Step() {
   drive_.Advance(kStepSeconds);
   bumps_.Look(drive_.stalled(), drive_.true_pose());
   board_.set_millis(static_cast<uint32_t>(medium_->now_ns() / 1'000'000));
-  board_.set_carrier(medium_->Busy(station_));
+  board_.set_carrier(medium_->Busy(station_) && !(sees_uart_only_ && medium_->Sending(station_)));
+  if (medium_->now_ns() >= uart_empty_ns_) {
+    uart_empty_ns_ = RadioMedium::kNever;
+    board_.OnTransmitted();
+  }
   robot_.Step();
   std::array<uint8_t, client::kMaxClientFrame> frame{};
   const size_t size = board_.TakeTransmission(frame.data(), frame.size());
   medium_->Transmit(station_, std::span(frame.data(), size));
+  if (sees_uart_only_ && size != 0) {
+    uart_empty_ns_ = medium_->now_ns() + static_cast<int64_t>(size) * medium_->byte_ns();
+  }
 }
 
 void SimulatedRobot::OnByte(uint8_t byte, int64_t /*time_ns*/) {
@@ -45,7 +53,9 @@ void SimulatedRobot::OnByte(uint8_t byte, int64_t /*time_ns*/) {
 }
 
 void SimulatedRobot::OnTransmitted(int64_t /*time_ns*/) {
-  board_.OnTransmitted();
+  if (!sees_uart_only_) {
+    board_.OnTransmitted();
+  }
 }
 
 }  // namespace pheromone::sim
