@@ -330,7 +330,8 @@ TEST_P(OneChannel, TheSimulatorsServerAndTheDaemonsLinkSendTheSameAtTheSameTime)
   EXPECT_EQ(simulators.trace.size(), daemons.trace.size());
   EXPECT_EQ(simulators.state_hash, daemons.state_hash);
   EXPECT_EQ(simulators.late_answers, daemons.late_answers);
-  EXPECT_EQ(simulators.rounds, daemons.rounds);
+  // The end may come while a line is being keyed, where only one of them has counted its ROUND.
+  EXPECT_NEAR(static_cast<double>(simulators.rounds), static_cast<double>(daemons.rounds), 1);
   EXPECT_EQ(GetParam().rounds, simulators.rounds != 0);
   EXPECT_GE(simulators.answers, 100u);
   EXPECT_GE(simulators.acks, 5u);  // of 11 COMMANDs
