@@ -329,9 +329,9 @@ TEST(ChannelTest, PeriodIsStretchedWhenThereAreMoreRobotsThanItHolds) {
     Harness harness;
     harness.GreetAndServe(1500);
     const uint32_t period_ms = PeriodAmong(others, &harness);
-    // For each robot 28 ms for 26 bytes, the response window, and three slots; two slots less.
+    // For each robot 28 ms for 26 bytes, the response window, and two slots; two slots less.
     const auto needed_ms = static_cast<uint32_t>(
-        (others + 1) * (28 + kTestWindowMs + 3 * kTestSlotMs) - 2 * kTestSlotMs);
+        (others + 1) * (28 + kTestWindowMs + 2 * kTestSlotMs) - 2 * kTestSlotMs);
     const uint32_t expected_ms = std::max(needed_ms, 200u);
     EXPECT_GE(period_ms, expected_ms) << others;
     EXPECT_LE(period_ms, expected_ms + 9 * kTestSlotMs + kTestIdleMs) << others;

@@ -272,10 +272,10 @@ void Conversation::Rest() {
 }
 
 // Long enough for one exchange of every robot heard: 26 bytes, the turnarounds and the server's
-// delay, and up to three slots in which to find an order. If this is more than fail_safe_ms, robots
+// delay, and two slots in which to find an order. If this is more than fail_safe_ms, robots
 // drive for a part of each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
-  const uint32_t each_ms = BytesMs(26, parameters_.baud) + WindowMs() + 3u * SlotMs();
+  const uint32_t each_ms = BytesMs(26, parameters_.baud) + WindowMs() + 2u * SlotMs();
   const uint32_t all_ms = (robots_ + 1u) * each_ms - 2u * SlotMs();
   return all_ms < kLongestStepMs ? static_cast<uint16_t>(all_ms) : kLongestStepMs;
 }

@@ -30,22 +30,25 @@ void SimulatedRobot::Step() {
   }
   drive_.Advance(kStepSeconds);
   bumps_.Look(drive_.stalled(), drive_.true_pose());
+  if (sent_at_ns_ <= medium_->now_ns()) {
+    sent_at_ns_ = RadioMedium::kNever;
+    board_.OnTransmitted();
+  }
   board_.set_millis(static_cast<uint32_t>(medium_->now_ns() / 1'000'000));
   board_.set_carrier(medium_->Busy(station_));
   robot_.Step();
   std::array<uint8_t, client::kMaxClientFrame> frame{};
   const size_t size = board_.TakeTransmission(frame.data(), frame.size());
   medium_->Transmit(station_, std::span(frame.data(), size));
+  if (size != 0) {
+    sent_at_ns_ = medium_->now_ns() + static_cast<int64_t>(size) * medium_->byte_ns();
+  }
 }
 
 void SimulatedRobot::OnByte(uint8_t byte, int64_t /*time_ns*/) {
   if (powered()) {
     board_.Receive(byte);
   }
-}
-
-void SimulatedRobot::OnTransmitted(int64_t /*time_ns*/) {
-  board_.OnTransmitted();
 }
 
 }  // namespace pheromone::sim

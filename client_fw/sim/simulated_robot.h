@@ -41,7 +41,7 @@ class SimulatedRobot final : public MobileRobot {
 
   void Step() override;
   void OnByte(uint8_t byte, int64_t time_ns) override;
-  void OnTransmitted(int64_t time_ns) override;
+  void OnTransmitted(int64_t /*time_ns*/) override {}
 
   int station() const override { return station_; }
   const PlanePose& true_pose() const override { return drive_.true_pose(); }
@@ -67,6 +67,7 @@ class SimulatedRobot final : public MobileRobot {
   client::RequestMemory memory_{};
   client::Robot<client::HostBoard, DifferentialDrive> robot_;
   int station_;
+  int64_t sent_at_ns_ = RadioMedium::kNever;  // the UART is empty; the modem is a turnaround later
 };
 
 }  // namespace pheromone::sim

@@ -1,10 +1,15 @@
 // Robots that run the image which one would flash, in a scenario.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iostream>
 #include <string>
+#include <vector>
 
+#include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/scenario_report.h"
 #include "client_fw/swarm/scenario_run.h"
+#include "client_fw/swarm/simulation.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -88,6 +93,46 @@ TEST(AvrRobots, AnImageThatIsNoneIsAnError) {
   Scenario scenario = Example();
   scenario.groups[0].image = PHEROMONE_SOURCE_DIR "/README.md";
   EXPECT_THROW(RunScenario(scenario, {}), std::runtime_error);
+}
+
+// Four of sixteen robots run the image; a SENSE and its answer have 26 bytes and two turnarounds.
+TEST(AvrRobots, ImagesTakeTheirTurnsAmongOthers) {
+  constexpr int kRobots = 16;
+  constexpr double kPeak = 1 / (26 * 10 / 9600.0 + 2 * 0.002);
+  SimulationConfig config;
+  config.engine = Example().engine;
+  config.engine.links = {ChannelTiming{}.Link("radio-a")};
+  for (int i = 0; i < kRobots; ++i) {
+    RobotConfig robot;
+    robot.client = Example().groups[0].client;
+    robot.client.id = static_cast<uint8_t>(i + 1);
+    robot.client.boot_counter = static_cast<uint16_t>(100 + i);
+    robot.client.speed_mm_s = 0;
+    robot.start = {1.5 + 0.1 * i, 2, 0};
+    if (i % 4 == 0) {
+      robot.image = BuiltAvrImage();
+      robot.pioneer = sim::FindPioneerModel("p3dx");
+    }
+    config.robots.push_back(robot);
+  }
+  Simulation simulation(config);
+  simulation.RunTo(10'000);
+  std::vector<uint32_t> before;
+  for (size_t i = 0; i < kRobots; ++i) {
+    before.push_back(simulation.robot(i).counters().answers);
+  }
+  simulation.RunTo(30'000);
+  uint32_t all = 0;
+  uint32_t least = UINT32_MAX;
+  for (size_t i = 0; i < kRobots; ++i) {
+    const uint32_t answers = simulation.robot(i).counters().answers - before[i];
+    all += answers;
+    least = std::min(least, answers);
+  }
+  EXPECT_GE(all / 20.0, 1.1 * kPeak);
+  EXPECT_GE(least * kRobots, 0.95 * all);
+  std::cout << all / 20.0 << " exchanges a second, " << all / 20.0 / kPeak << " of C_1; "
+            << least * kRobots / static_cast<double>(all) << " of the mean at least\n";
 }
 
 }  // namespace

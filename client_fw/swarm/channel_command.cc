@@ -68,6 +68,51 @@ std::vector<ChannelExperiment> PlanOf(const ChannelOptions& options) {
   return plan;
 }
 
+// Rounds beside contention, carrier detect as with the first rows: robots at 5 Hz, then what may go
+// wrong.
+std::vector<ChannelExperiment> RoundsPlanOf(const ChannelOptions& options) {
+  std::vector<ChannelExperiment> plan;
+  ChannelExperiment experiment;
+  experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
+  experiment.timing.baud = options.baud;
+  experiment.timing.server_delay_ns = int64_t{options.server_delays_ms.front()} * 1'000'000;
+  for (const int turnaround_ms : options.turnarounds_ms) {
+    experiment.timing.turnaround_ns = int64_t{turnaround_ms} * 1'000'000;
+    for (const Access access : {Access::kContention, Access::kRounds}) {
+      experiment.access = access;
+      for (const int robots : {2, 4, 8, 12, 16, 20, 30, 40}) {
+        experiment.robots = robots;
+        plan.push_back(experiment);
+      }
+    }
+  }
+  experiment.timing.turnaround_ns = int64_t{options.turnarounds_ms.front()} * 1'000'000;
+  for (const Access access : {Access::kContention, Access::kRounds}) {
+    ChannelExperiment base = experiment;
+    base.access = access;
+    base.robots = 16;
+    ChannelExperiment changed = base;
+    changed.together = true;
+    plan.push_back(changed);
+    for (const int pairs : {1, 5}) {
+      changed = base;
+      changed.hidden_pairs = pairs;
+      plan.push_back(changed);
+    }
+    for (const double loss : {0.01, 0.05}) {
+      changed = base;
+      changed.frame_loss = loss;
+      plan.push_back(changed);
+    }
+    if (access == Access::kRounds) {
+      changed = base;
+      changed.simple = 8;
+      plan.push_back(changed);
+    }
+  }
+  return plan;
+}
+
 // One run, as one line of JSON.
 int RunOnce(const ChannelOptions& options) {
   ChannelExperiment experiment;
@@ -88,20 +133,15 @@ int RunOnce(const ChannelOptions& options) {
   return 0;
 }
 
-int RunChannel(const ChannelOptions& options) {
-  if (options.json) {
-    return RunOnce(options);
-  }
-  const std::vector<ChannelExperiment> plan = PlanOf(options);
+std::vector<ChannelSummary> RunPlan(const std::vector<ChannelExperiment>& plan, int seeds) {
   const bool progress = isatty(STDERR_FILENO) != 0;
   std::vector<ChannelSummary> rows;
-  fmt::print("{}", TableHead());
   for (const ChannelExperiment& experiment : plan) {
     std::vector<ChannelRun> runs;
-    for (int seed = 1; seed <= options.seeds; ++seed) {
+    for (int seed = 1; seed <= seeds; ++seed) {
       if (progress) {
         fmt::print(stderr, "\r{}/{}: {} robots, seed {} of {}   ", rows.size() + 1, plan.size(),
-                   experiment.robots, seed, options.seeds);
+                   experiment.robots, seed, seeds);
       }
       runs.push_back(MeasureChannel(experiment, static_cast<uint64_t>(seed)));
     }
@@ -112,11 +152,23 @@ int RunChannel(const ChannelOptions& options) {
     fmt::print("{}", ToTableRow(rows.back()));
     std::fflush(stdout);
   }
+  return rows;
+}
+
+int RunChannel(const ChannelOptions& options) {
+  if (options.json) {
+    return RunOnce(options);
+  }
+  fmt::print("{}", TableHead());
+  const std::vector<ChannelSummary> rows = RunPlan(PlanOf(options), options.seeds);
+  const std::vector<ChannelSummary> rounds = RunPlan(RoundsPlanOf(options), options.seeds);
   if (options.out.empty()) {
     return 0;
   }
-  return WriteFiles(options.out,
-                    {{"channel.csv", ToCsv(rows)}, {"channel.svg", DrawChannelPicture(rows)}});
+  return WriteFiles(options.out, {{"channel.csv", ToCsv(rows)},
+                                  {"channel.svg", DrawChannelPicture(rows)},
+                                  {"rounds.csv", ToCsv(rounds)},
+                                  {"rounds.svg", DrawRoundsPicture(rounds)}});
 }
 
 }  // namespace
@@ -162,7 +214,8 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->check(CLI::Range(1, 1000));
   command->add_option("--seconds", options->duration_s, "Measured time of each run (default: 60)")
       ->check(Between(2.0, 36'000.0));
-  command->add_option("--out", options->out, "Folder for channel.csv and channel.svg");
+  command->add_option("--out", options->out,
+                      "Folder for channel.csv, rounds.csv and their pictures");
   command->footer(
       "C_1 is the request rate of a single robot limited by the modems alone. The bound is ideal "
       "slotted CSMA, or the offered load if that is less. A request counts as delivered if it is "

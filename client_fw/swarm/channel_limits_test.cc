@@ -124,6 +124,71 @@ TEST_P(SlowModems, TwoRobotsAskingContinuouslyFindEachOther) {
   EXPECT_LE(row.longest_gap_ms, 4'000);
 }
 
+ChannelExperiment InRounds(int robots) {
+  ChannelExperiment experiment = Robots(robots, true);
+  experiment.access = Access::kRounds;
+  experiment.duration_ms = 20'000;
+  return experiment;
+}
+
+TEST(RoundLimits, TwentyRobotsGetMoreThanOneExchangeAfterTheOtherCarries) {
+  ChannelExperiment experiment = InRounds(20);
+  experiment.fail_safe_ms = 700;
+  const ChannelSummary row = TenSeeds(experiment);
+  EXPECT_GE(row.worst_goodput, 1.15 * row.peak);
+  EXPECT_LE(row.longest_gap_ms, 600);
+  EXPECT_EQ(row.fail_safe_stops, 0);
+}
+
+TEST(RoundLimits, SixteenRobotsNeverStop) {
+  const ChannelSummary row = TenSeeds(InRounds(16));
+  EXPECT_LE(row.longest_gap_ms, 480);
+  EXPECT_EQ(row.fail_safe_stops, 0);
+}
+
+TEST(RoundLimits, SlowModemsGainMost) {
+  ChannelExperiment experiment = InRounds(16);
+  experiment.timing.turnaround_ns = 20'000'000;
+  const ChannelSummary row = TenSeeds(experiment);
+  EXPECT_GE(row.worst_goodput, 1.4 * row.peak);
+}
+
+TEST(RoundLimits, FortyRobotsShareEvenly) {
+  EXPECT_GE(TenSeeds(InRounds(40)).worst_robot_share, 0.95);
+}
+
+TEST(RoundLimits, SixteenRobotsThatAreSwitchedOnTogetherAreInOrderWithinThreeSeconds) {
+  ChannelExperiment experiment = InRounds(16);
+  experiment.together = true;
+  const ChannelSummary row = TenSeeds(experiment);
+  EXPECT_GT(row.time_to_order_ms, 0);
+  EXPECT_LE(row.time_to_order_ms, 3'000);
+}
+
+// A robot needs two ROUNDs and its own frame: 0.95 to the third power is 0.86.
+TEST(RoundLimits, AFrameInTwentyLostCostsAFifthAtMost) {
+  ChannelExperiment experiment = InRounds(20);
+  const double lossless = TenSeeds(experiment).goodput;
+  experiment.frame_loss = 0.05;
+  EXPECT_GE(TenSeeds(experiment).goodput, 0.8 * lossless);
+}
+
+TEST(RoundLimits, HiddenPairsCostNothing) {
+  ChannelExperiment experiment = InRounds(20);
+  const double none = TenSeeds(experiment).goodput;
+  for (const int pairs : {1, 5}) {
+    experiment.hidden_pairs = pairs;
+    EXPECT_GE(TenSeeds(experiment).goodput, 0.99 * none) << pairs;
+  }
+}
+
+TEST(RoundLimits, ClientsThatOnlyContendAreServedBesideTheOthers) {
+  ChannelExperiment experiment = InRounds(16);
+  experiment.simple = 8;
+  const ChannelSummary row = TenSeeds(experiment);
+  EXPECT_GE(row.worst_robot_share, 0.5);
+}
+
 INSTANTIATE_TEST_SUITE_P(CarrierDetect, ChannelLimits, testing::Bool());
 INSTANTIATE_TEST_SUITE_P(CarrierDetect, SlowModems, testing::Bool());
 

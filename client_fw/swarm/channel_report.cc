@@ -20,6 +20,24 @@ std::string AskingOf(const ChannelExperiment& experiment) {
                                    : fmt::format("{:g} Hz", 1000.0 / experiment.period_ms);
 }
 
+const char* NameOf(Access access) {
+  return access == Access::kRounds ? "rounds" : "contention";
+}
+
+// What is unusual about it.
+std::string OtherOf(const ChannelExperiment& e) {
+  if (e.hidden_pairs > 0) {
+    return fmt::format("{} hidden", e.hidden_pairs);
+  }
+  if (e.frame_loss > 0) {
+    return fmt::format("{:g} % lost", 100 * e.frame_loss);
+  }
+  if (e.simple > 0) {
+    return fmt::format("{} simple", e.simple);
+  }
+  return e.together ? "together" : "-";
+}
+
 // A figure that is meaningless for this row stays empty.
 std::string OnlyIf(bool meaningful, double value, int digits) {
   return meaningful ? fmt::format("{:.{}f}", value, digits) : "";
@@ -81,7 +99,8 @@ Panel PanelOf(const std::vector<const ChannelSummary*>& rows, const std::string&
 }  // namespace
 
 std::string TableHead() {
-  return "robots asking       T_t D_s carrier hidden |  C_1 bound  goodput (worst) of C_1 | "
+  return "robots access     asking       T_t D_s carrier other        |  C_1 bound  goodput "
+         "(worst) of C_1 | "
          "delivered "
          "(worst seed, robot)   share |  p50   p99   gap stops\n";
 }
@@ -90,10 +109,11 @@ std::string ToTableRow(const ChannelSummary& row) {
   const ChannelExperiment& e = row.experiment;
   const bool clocked = e.period_ms != 0;
   return fmt::format(
-      "{:6} {:12} {:3} {:3} {:7} {:6} | {:4.1f} {:5.1f}  {:7.1f} ({:5.1f}) {:4.0f} % | {:>7} % "
+      "{:6} {:10} {:12} {:3} {:3} {:7} {:12} | {:4.1f} {:5.1f}  {:7.1f} ({:5.1f}) {:4.0f} % | "
+      "{:>7} % "
       "({:>5} %, {:>5} %) {:7.2f} | {:4} {:5} {:5} {:5}\n",
-      e.robots, AskingOf(e), ToMs(e.timing.turnaround_ns), ToMs(e.timing.server_delay_ns),
-      e.timing.carrier_detect ? "yes" : "no", e.hidden_pairs > 0 ? "pair" : "-", row.peak,
+      e.robots, NameOf(e.access), AskingOf(e), ToMs(e.timing.turnaround_ns),
+      ToMs(e.timing.server_delay_ns), e.timing.carrier_detect ? "yes" : "no", OtherOf(e), row.peak,
       row.ideal, row.goodput, row.worst_goodput, 100 * row.goodput / row.peak,
       OnlyIf(clocked, 100 * row.delivered, 1), OnlyIf(clocked, 100 * row.worst_delivered, 1),
       OnlyIf(clocked, 100 * row.worst_robot_delivered, 1), row.worst_robot_share, row.p50_ms,
@@ -102,23 +122,26 @@ std::string ToTableRow(const ChannelSummary& row) {
 
 std::string ToCsv(const std::vector<ChannelSummary>& rows) {
   std::string csv =
-      "robots,period_ms,turnaround_ms,server_delay_ms,carrier_detect,hidden_pair,seeds,peak_per_s,"
+      "robots,access,simple,period_ms,turnaround_ms,server_delay_ms,carrier_detect,hidden_pairs,"
+      "frame_loss_percent,together,seeds,peak_per_s,"
       "bound_per_s,goodput_per_s,worst_goodput_per_s,goodput_percent_of_peak,delivered_percent,"
       "worst_seed_delivered_percent,worst_robot_delivered_percent,worst_robot_of_mean,p50_ms,"
-      "p99_ms,longest_gap_ms,fail_safe_stops,requests_per_answer,channel_percent,hash\n";
+      "p99_ms,longest_gap_ms,fail_safe_stops,time_to_order_ms,pose_age_p50_ms,"
+      "requests_per_answer,channel_percent,hash\n";
   for (const ChannelSummary& row : rows) {
     const ChannelExperiment& e = row.experiment;
     const bool clocked = e.period_ms != 0;
     csv += fmt::format(
-        "{},{},{},{},{:d},{:d},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.1f},{},{},{},{:.3f},{},{},{},{},"
-        "{:.3f},{:.1f},{:016x}\n",
-        e.robots, e.period_ms, ToMs(e.timing.turnaround_ns), ToMs(e.timing.server_delay_ns),
-        e.timing.carrier_detect, e.hidden_pairs > 0, row.seeds, row.peak, row.ideal, row.goodput,
-        row.worst_goodput, 100 * row.goodput / row.peak, OnlyIf(clocked, 100 * row.delivered, 2),
+        "{},{},{},{},{},{},{:d},{},{:g},{:d},{},{:.2f},{:.2f},{:.2f},{:.2f},{:.1f},{},{},{},{:.3f},"
+        "{},{},{},{},{},{},{:.3f},{:.1f},{:016x}\n",
+        e.robots, NameOf(e.access), e.simple, e.period_ms, ToMs(e.timing.turnaround_ns),
+        ToMs(e.timing.server_delay_ns), e.timing.carrier_detect, e.hidden_pairs, 100 * e.frame_loss,
+        e.together, row.seeds, row.peak, row.ideal, row.goodput, row.worst_goodput,
+        100 * row.goodput / row.peak, OnlyIf(clocked, 100 * row.delivered, 2),
         OnlyIf(clocked, 100 * row.worst_delivered, 2),
         OnlyIf(clocked, 100 * row.worst_robot_delivered, 2), row.worst_robot_share, row.p50_ms,
-        row.p99_ms, row.longest_gap_ms, row.fail_safe_stops, row.requests_per_answer,
-        100 * row.utilisation, row.hash);
+        row.p99_ms, row.longest_gap_ms, row.fail_safe_stops, row.time_to_order_ms,
+        row.pose_age_p50_ms, row.requests_per_answer, 100 * row.utilisation, row.hash);
   }
   return csv;
 }
@@ -131,8 +154,8 @@ std::string ToJson(const ChannelSummary& row) {
       "\"delivered\": {}, \"p50_ms\": {}, \"p99_ms\": {}, \"longest_gap_ms\": {}, "
       "\"fail_safe_stops\": {}, \"time_to_order_ms\": {}, \"pose_age_p50_ms\": {}, "
       "\"worst_robot_of_mean\": {:.3f}}}\n",
-      e.access == Access::kRounds ? "rounds" : "contention", e.robots, e.simple, e.timing.baud,
-      ToMs(e.timing.turnaround_ns), row.goodput, row.goodput / row.peak,
+      NameOf(e.access), e.robots, e.simple, e.timing.baud, ToMs(e.timing.turnaround_ns),
+      row.goodput, row.goodput / row.peak,
       e.period_ms != 0 ? fmt::format("{:.4f}", row.delivered) : "null", row.p50_ms, row.p99_ms,
       row.longest_gap_ms, row.fail_safe_stops, row.time_to_order_ms, row.pose_age_p50_ms,
       row.worst_robot_share);
@@ -175,6 +198,81 @@ std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
     panels.back().y_most = kMaxLatencyMs;
   }
   return DrawPanels("How many robots a channel can serve: one request every 200 ms", panels, 4);
+}
+
+std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
+  constexpr double kMaxGapMs = 3000;
+  constexpr size_t kPoints = 200;
+  std::vector<int64_t> turnarounds;
+  for (const ChannelSummary& row : rows) {
+    const int64_t ns = row.experiment.timing.turnaround_ns;
+    if (std::find(turnarounds.begin(), turnarounds.end(), ns) == turnarounds.end()) {
+      turnarounds.push_back(ns);
+    }
+  }
+  const auto is_plain = [](const ChannelExperiment& e) { return OtherOf(e) == "-"; };
+  std::vector<Panel> panels;
+  for (const int64_t turnaround_ns : turnarounds) {
+    Panel rate;
+    rate.title = fmt::format("T_t = {} ms", ToMs(turnaround_ns));
+    rate.x_label = "robots";
+    rate.y_label = "answers a second";
+    Panel gap;
+    gap.title = rate.title;
+    gap.x_label = rate.x_label;
+    gap.y_label = "longest gap between answers, ms";
+    gap.y_most = kMaxGapMs;
+    rate.series = {{"C_1: one exchange after the other", "#999999", {}},
+                   {"contention", kWithout, {}},
+                   {"rounds", kWith, {}}};
+    gap.series = {{"contention", kWithout, {}}, {"rounds", kWith, {}}};
+    for (const ChannelSummary& row : rows) {
+      const ChannelExperiment& e = row.experiment;
+      if (!is_plain(e) || e.timing.turnaround_ns != turnaround_ns) {
+        continue;
+      }
+      const size_t which = e.access == Access::kRounds ? 1 : 0;
+      const auto x = static_cast<double>(e.robots);
+      const auto longest = static_cast<double>(row.longest_gap_ms);
+      if (which == 1) {
+        rate.series[0].marks.push_back({x, row.peak});
+      }
+      rate.series[which + 1].marks.push_back({x, row.goodput, row.worst_goodput, row.goodput});
+      gap.series[which].marks.push_back({x, longest});
+    }
+    panels.push_back(rate);
+    panels.push_back(gap);
+  }
+  Panel cdf;
+  cdf.title = fmt::format("16 robots, T_t = {} ms", ToMs(turnarounds.front()));
+  cdf.x_label = "gap between a robot's answers, ms";
+  cdf.y_label = "share of gaps up to that";
+  const auto add = [&](const ChannelSummary& row, const std::string& label, const char* colour) {
+    Series series{label, colour, {}};
+    for (size_t i = 0; i <= kPoints && !row.gaps_ms.empty(); ++i) {
+      const size_t rank = i * (row.gaps_ms.size() - 1) / kPoints;
+      const auto ms = static_cast<double>(row.gaps_ms[rank]);
+      if (ms <= kMaxGapMs) {
+        series.marks.push_back({ms, static_cast<double>(i) / kPoints});
+      }
+    }
+    cdf.series.push_back(series);
+  };
+  for (const ChannelSummary& row : rows) {
+    const ChannelExperiment& e = row.experiment;
+    if (e.robots != 16 || e.timing.turnaround_ns != turnarounds.front()) {
+      continue;
+    }
+    const bool rounds = e.access == Access::kRounds;
+    if (is_plain(e)) {
+      add(row, rounds ? "rounds" : "contention", rounds ? kWith : kWithout);
+    } else if (e.frame_loss == 0.05) {
+      add(row, rounds ? "rounds, 5 % lost" : "contention, 5 % lost",
+          rounds ? kWithPale : kWithoutPale);
+    }
+  }
+  panels.push_back(cdf);
+  return DrawPanels("Rounds and contention: one request every 200 ms from each robot", panels, 3);
 }
 
 }  // namespace pheromone::swarm

@@ -22,4 +22,8 @@ std::string ToJson(const ChannelSummary& row);
 /// the number of robots, beside the bound, and the latency.
 std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows);
 
+/// An SVG of rounds beside contention: answers a second and the longest gap against the number of
+/// robots, for each turnaround; the distribution of the gaps of 16 robots, also with lost frames.
+std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows);
+
 }  // namespace pheromone::swarm

@@ -1,6 +1,7 @@
 #include "client_fw/swarm/server_station.h"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 
 namespace pheromone::swarm {
@@ -22,6 +23,9 @@ radio::ChannelOptions OptionsOf(const engine::LinkSettings& announced,
   options.timing.turnaround = Time(turnaround_ns);
   options.timing.adapter = Time(timing.adapter_ns);
   options.timing.processing = Time(timing.delay_ns);
+  options.timing.keyed = timing.keyed;
+  options.timing.lead = Time(timing.lead_ns);
+  options.timing.tail = Time(timing.tail_ns);
   options.response_window = std::chrono::milliseconds(announced.response_window_ms);
   options.slot = std::chrono::milliseconds(announced.slot_ms);
   return options;
@@ -37,10 +41,18 @@ ServerStation::ServerStation(engine::Service* service, engine::LinkIndex link,
       timing_(timing),
       channel_(OptionsOf(announced, *medium, medium->default_turnaround_ns(), timing),
                [](const protocol::Message&) {}),
-      number_(medium->AddStation(this)),
+      number_(medium->AddStation(this, timing.keyed ? std::optional<int64_t>(0) : std::nullopt)),
       link_(link) {}
 
+// A transmitter that is keyed receives nothing, though it sends no bytes yet, or no more.
+bool ServerStation::IsDeaf(int64_t byte_begin_ns) const {
+  return keyed_.has_value() || byte_begin_ns < unkeyed_at_ns_;
+}
+
 void ServerStation::OnByte(uint8_t byte, int64_t time_ns) {
+  if (IsDeaf(time_ns - medium_->byte_ns())) {
+    return;
+  }
   held_.push_back(byte);
   read_at_ns_ = std::min(read_at_ns_, time_ns + timing_.adapter_ns);
   if (held_.size() >= kAdapterBytes) {
@@ -88,7 +100,8 @@ void ServerStation::AdvanceTo(int64_t time_ns) {
 int64_t ServerStation::NextStep() {
   const int64_t answered_ns = pending_.empty() ? sim::RadioMedium::kNever : pending_.front().at_ns;
   const int64_t start_ns =
-      std::max(channel_.NextStart(Time(medium_->now_ns())).count(), look_at_ns_);
+      keyed_ ? keyed_->count() + timing_.lead_ns
+             : std::max(channel_.NextStart(Time(medium_->now_ns())).count(), look_at_ns_);
   return std::min({read_at_ns_, answered_ns, start_ns});
 }
 
@@ -102,14 +115,33 @@ void ServerStation::Act() {
     channel_.Answer(pending_.front().message, pending_.front().asked_at, now);
     pending_.pop_front();
   }
+  if (keyed_) {
+    if (keyed_->count() + timing_.lead_ns <= now_ns) {
+      Transmit(*keyed_);
+    }
+    return;
+  }
   if (channel_.NextStart(now) > now || now_ns < look_at_ns_) {
     return;
   }
   const bool carrier = medium_->Busy(number_) && !medium_->Sending(number_);
-  if (channel_.IsClear(carrier, now)) {
-    medium_->Transmit(number_, channel_.Begin(now).bytes);
-  } else {
+  if (!channel_.IsClear(carrier, now)) {
     look_at_ns_ = now_ns + kBetweenLooksNs;
+  } else if (timing_.keyed && timing_.lead_ns != 0) {
+    keyed_ = now;
+  } else {
+    Transmit(now);
+  }
+}
+
+// `begin`: when the transmitter was keyed, if it is.
+void ServerStation::Transmit(Time begin) {
+  keyed_.reset();
+  const radio::Transmission out = channel_.Begin(begin);
+  medium_->Transmit(number_, out.bytes);
+  if (timing_.keyed && !out.bytes.empty()) {
+    unkeyed_at_ns_ = channel_.sent_at().count() + timing_.tail_ns;
+    look_at_ns_ = unkeyed_at_ns_;
   }
 }
 

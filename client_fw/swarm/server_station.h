@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "client_fw/sim/radio_medium.h"
@@ -20,6 +21,9 @@ namespace pheromone::swarm {
 struct ServerTiming {
   int64_t delay_ns = 2'000'000;  ///< from reading a request until its answer is there
   int64_t adapter_ns = 0;        ///< for how long received bytes are held back
+  bool keyed = false;            ///< the server's modem is keyed by a line, not by the first byte
+  int64_t lead_ns = 0;           ///< keyed: from keying to the first byte
+  int64_t tail_ns = 0;           ///< keyed: from the last bit to unkeying
 };
 
 class ServerStation final : public sim::Station {
@@ -54,6 +58,8 @@ class ServerStation final : public sim::Station {
 
   int64_t NextStep();
   void Act();
+  void Transmit(radio::Time begin);
+  bool IsDeaf(int64_t byte_begin_ns) const;
   void Read();
 
   engine::Service* service_;
@@ -63,7 +69,9 @@ class ServerStation final : public sim::Station {
   std::vector<uint8_t> held_;  // by the adapter
   int64_t read_at_ns_ = sim::RadioMedium::kNever;
   std::deque<Pending> pending_;
-  int64_t look_at_ns_ = 0;  // at the carrier, again
+  int64_t look_at_ns_ = 0;             // at the carrier, again
+  std::optional<radio::Time> keyed_;   // when, before the first byte
+  int64_t unkeyed_at_ns_ = INT64_MIN;  // after the last one
   int number_;
   engine::LinkIndex link_;
 };

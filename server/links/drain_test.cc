@@ -20,15 +20,11 @@ namespace pheromone::links {
 namespace {
 
 using testing::Eventually;
+using testing::kDrainsEarly;
+using testing::kDrainsOnly;
+using testing::kTellsAll;
+using testing::kTellsNothing;
 using testing::Peer;
-
-// A 16550 with a driver that tells all, one that has only tcdrain, and one whose tcdrain returns
-// early.
-constexpr PtyShimUart kTellsAll = {16, TIOCM_RTS, 1, 0};
-constexpr PtyShimUart kDrainsOnly = {16, TIOCM_RTS, 0, 0};
-constexpr PtyShimUart kDrainsEarly = {16, TIOCM_RTS, 1, 1};
-// A USB adapter that has taken the bytes and tells nothing more.
-constexpr PtyShimUart kTellsNothing = {4096, TIOCM_RTS, 0, 1};
 
 class DrainTest : public testing::SerialLinkTest {
  protected:

@@ -267,25 +267,14 @@ void ShareMedium(const MediumOptions& medium, radio::ChannelOptions* channel) {
 
 }  // namespace
 
-std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const PtyOptions& options,
-                                  LinkContext context) {
-  ConversationOptions session;
-  session.channel.gap_timeout_ms = options.gap_timeout_ms;
-  if (options.medium) {
-    ShareMedium(*options.medium, &session.channel);
-  }
-  return std::make_unique<PortLink>(io, MakePtyPort(options.path), options.path, session,
-                                    std::chrono::seconds(0), options.backoff, std::move(context));
-}
-
-std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& options,
-                                     LinkContext context) {
+std::unique_ptr<Link> MakePortLink(asio::io_context& io, std::unique_ptr<Port> port,
+                                   const PortLinkOptions& options, LinkContext context) {
   using std::chrono::milliseconds;
   ConversationOptions session;
   session.channel.gap_timeout_ms = options.gap_timeout_ms;
   radio::Timing& timing = session.channel.timing;
   timing.byte = radio::ByteTime(options.medium.baud);
-  if (options.lines.ptt == Keying::kRts || options.lines.ptt == Keying::kDtr) {
+  if (options.lines.ptt != Keying::kNone) {  // by us, or by the driver
     timing.keyed = true;
     timing.lead = milliseconds(options.lines.ptt_lead_ms);
     timing.tail = milliseconds(options.lines.ptt_tail_ms);
@@ -293,6 +282,23 @@ std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& 
   if (options.medium_access) {
     ShareMedium(options.medium, &session.channel);
   }
+  return std::make_unique<PortLink>(io, std::move(port), options.address, session, options.silence,
+                                    options.backoff, std::move(context));
+}
+
+std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const PtyOptions& options,
+                                  LinkContext context) {
+  PortLinkOptions link;
+  link.address = options.path;
+  link.gap_timeout_ms = options.gap_timeout_ms;
+  link.medium_access = options.medium.has_value();
+  link.medium = options.medium.value_or(MediumOptions{});
+  link.backoff = options.backoff;
+  return MakePortLink(io, MakePtyPort(options.path), link, std::move(context));
+}
+
+std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& options,
+                                     LinkContext context) {
   SerialPortOptions port;
   port.name = options.usb ? "USB " + ToText(*options.usb) : options.path;
   port.baud = options.medium.baud;
@@ -301,9 +307,15 @@ std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& 
     return options.usb ? ChooseUsbPort(*options.usb, options.list_usb_ports())
                        : Result<std::string>(options.path);
   };
-  const std::string address = port.name;
-  return std::make_unique<PortLink>(io, MakeSerialPort(std::move(port)), address, session,
-                                    options.silence, options.backoff, std::move(context));
+  PortLinkOptions link;
+  link.address = port.name;
+  link.gap_timeout_ms = options.gap_timeout_ms;
+  link.medium_access = options.medium_access;
+  link.medium = options.medium;
+  link.lines = options.lines;
+  link.silence = options.silence;
+  link.backoff = options.backoff;
+  return MakePortLink(io, MakeSerialPort(std::move(port)), link, std::move(context));
 }
 
 }  // namespace pheromone::links

@@ -14,6 +14,7 @@
 #include "server/links/backoff.h"
 #include "server/links/link.h"
 #include "server/links/modem_lines.h"
+#include "server/links/port.h"
 #include "server/links/usb_port.h"
 
 namespace pheromone::links {
@@ -34,6 +35,21 @@ struct PtyOptions {
   std::optional<MediumOptions> medium;  ///< of the virtual modem's robots; empty: no medium access
   BackoffOptions backoff;
 };
+
+/// Of any port.
+struct PortLinkOptions {
+  std::string address;  ///< for messages and status
+  uint16_t gap_timeout_ms = 0;
+  bool medium_access = false;
+  MediumOptions medium;  ///< without medium access: only `baud`
+  MediumLines lines;
+  std::chrono::seconds silence{};
+  BackoffOptions backoff;
+};
+
+/// The link that all ports have.
+std::unique_ptr<Link> MakePortLink(boost::asio::io_context& io, std::unique_ptr<Port> port,
+                                   const PortLinkOptions& options, LinkContext context);
 
 /// A virtual modem. See MakePtyPort for the symbolic link.
 std::unique_ptr<Link> MakePtyLink(boost::asio::io_context& io, const PtyOptions& options,

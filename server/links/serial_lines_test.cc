@@ -4,6 +4,8 @@
 #include <linux/serial.h>
 #include <sys/ioctl.h>
 
+#include <iostream>
+
 #include "server/links/testing/pty_as_serial_shim.h"
 #include "server/links/testing/serial_bench.h"
 
@@ -20,7 +22,10 @@ class SerialLinesTest : public testing::SerialLinkTest {
  protected:
   void TearDown() override {
     PtyShimHang(0);
+    PtyShimSlow(0);
+    PtyShimStopUart(0);
     server_.Stop();
+    PtyShimSetUart({});
     PtyShimSetInputs(0);
     PtyShimSetRs485(0);
   }
@@ -75,6 +80,53 @@ TEST_F(SerialLinesTest, ADriverThatHangsWhileSomethingIsSentHoldsUpNoOtherLink) 
     EXPECT_TRUE(IsEcho(radio.Receive(), 3, 1));
     EXPECT_TRUE(IsEcho(radio.Receive(), 3, 2));
   }
+}
+
+// The last bit of one port does not leave; the other link does not notice.
+TEST_F(SerialLinesTest, WaitingForTheLastBitHoldsUpNoOtherLink) {
+  options_.lines.ptt = Keying::kRts;
+  testing::Server server(1);
+  Peer radio = PlugIn();
+  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+  Peer other = StartAnother(&server);
+  PtyShimSetUart(testing::kDrainsOnly);
+  PtyShimStopUart(1);
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  ASSERT_TRUE(Eventually([] { return PtyShimAsked() >= 1; }));
+  for (uint8_t i = 1; i <= 20; ++i) {
+    EXPECT_TRUE(IsEcho(other.Ask(PingOf(4, i)), 4, i));
+  }
+  EXPECT_NE(PtyShimOutputs() & TIOCM_RTS, 0);
+  PtyShimStopUart(0);
+  EXPECT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) == 0; }));
+  EXPECT_EQ(PtyShimAir().cut, 0);
+  server.Stop();
+}
+
+// Printed, not judged: what another link, which shares the one thread, does meanwhile.
+TEST_F(SerialLinesTest, FigureOfASlowDriverBesideAnotherLink) {
+  constexpr int kCalls = 50;
+  options_.lines = {CarrierSense::kDcd, Keying::kRts, 0, 0};
+  testing::Server server(1);
+  Peer radio = PlugIn();
+  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+  Peer other = StartAnother(&server);
+  PtyShimSlow(5);
+  const int before = PtyShimCalls();
+  uint64_t asked = 0;
+  int answered = 0;
+  while (PtyShimCalls() - before < kCalls) {
+    if (server.link().counters().frames_out == asked) {
+      ASSERT_TRUE(radio.Send(PingOf(3, 1)));
+      ++asked;
+    }
+    ASSERT_TRUE(IsEcho(other.Ask(PingOf(4, 1)), 4, 1));
+    ++answered;
+  }
+  std::cout << "for each call of 5 ms, another link answered " << answered / kCalls
+            << " requests, one after the other\n";
+  PtyShimSlow(0);
+  server.Stop();
 }
 
 TEST_F(SerialLinesTest, ADriverThatHangsOverItsCountersHoldsUpNotEvenItsOwnLine) {
@@ -196,6 +248,49 @@ TEST_F(SerialLinesTest, ATransceiverIsSwitchedForAsLongAsThereIsSomethingToSend)
     EXPECT_TRUE(Eventually([&] { return (PtyShimOutputs() & it.line) == 0; }));
     EXPECT_GE(std::chrono::steady_clock::now() - keyed_at, milliseconds(200));
   }
+}
+
+// From the first bit to the last, without a tail: whatever the driver tells.
+TEST_F(SerialLinesTest, ATransceiverIsKeyedForEveryBitAtEachBaudRate) {
+  options_.lines.ptt = Keying::kRts;
+  for (const PtyShimUart& uart : testing::kUarts) {
+    for (const uint32_t baud : {9600u, 19'200u, 38'400u, 57'600u, 115'200u}) {
+      options_.medium.baud = baud;
+      testing::Server server;
+      Peer radio = PlugIn();
+      ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+      PtyShimSetUart(uart);
+      for (uint8_t i = 1; i <= 3; ++i) {
+        EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, i)), 3, i));
+        ASSERT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) == 0; }));
+        EXPECT_EQ(PtyShimAir().bytes,
+                  static_cast<long long>(i * testing::Wire(PingOf(3, 1)).size()));
+        EXPECT_EQ(PtyShimAir().cut, 0) << baud << " baud";
+        EXPECT_GE(PtyShimAir().tail_ns, 0);
+      }
+      server.Stop();
+      PtyShimSetUart({});
+    }
+  }
+}
+
+// A UART that is slower than its baud rate, or starts late.
+TEST_F(SerialLinesTest, ATransceiverIsKeyedUntilTheDriverSaysThatTheLastBitHasLeft) {
+  options_.lines.ptt = Keying::kRts;
+  Peer radio = PlugIn();
+  ASSERT_TRUE(Start().ok());
+  PtyShimSetUart(testing::kDrainsOnly);
+  PtyShimStopUart(1);
+  const auto asked_at = std::chrono::steady_clock::now();
+  EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+  ASSERT_TRUE(Eventually([] { return PtyShimAsked() >= 1; }));
+  // Longer than its bytes take.
+  ASSERT_TRUE(
+      Eventually([&] { return std::chrono::steady_clock::now() - asked_at > milliseconds(60); }));
+  EXPECT_NE(PtyShimOutputs() & TIOCM_RTS, 0);
+  PtyShimStopUart(0);
+  EXPECT_TRUE(Eventually([] { return (PtyShimOutputs() & TIOCM_RTS) == 0; }));
+  EXPECT_EQ(PtyShimAir().cut, 0);
 }
 
 TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsIsSwitchedBack) {

@@ -2,8 +2,10 @@
 
 #include <poll.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <optional>
 #include <utility>
 #include <variant>
 
@@ -149,8 +151,8 @@ void Session::TakeBytes(std::span<const uint8_t> bytes) {
   if (!batch_.empty()) {
     on_batch_(this, batch_, &answers_);
   }
-  for (const engine::Outgoing& answer : answers_) {
-    channel_.Answer(answer.message, At(last_read_), At(last_read_));
+  for (const engine::Outgoing& it : answers_) {
+    Queue(it.message, At(last_read_));
   }
   Wake();
 }
@@ -163,12 +165,21 @@ engine::Asker Session::asker() const {
 }
 
 void Session::Send(const engine::Outgoing& outgoing) {
+  std::optional<radio::Time> asked_at;
   if (outgoing.asker.known()) {
-    channel_.Answer(outgoing.message, radio::Time(outgoing.asker.asked_ns), At(Clock::now()));
-  } else {
-    channel_.Send(outgoing.message);
+    asked_at = radio::Time(outgoing.asker.asked_ns);
   }
+  Queue(outgoing.message, asked_at);
   Wake();
+}
+
+// A request may lead to a COMMAND, which is not its answer.
+void Session::Queue(const protocol::Message& message, std::optional<radio::Time> asked_at) {
+  if (asked_at && message.opcode != protocol::kCommand) {
+    channel_.Answer(message, *asked_at, At(Clock::now()));
+  } else {
+    channel_.Send(message);
+  }
 }
 
 // Something may be due earlier than before.
@@ -251,7 +262,8 @@ asio::awaitable<std::string> Session::Write() {
 }
 
 // Returns why it failed; empty if it did not. With a line to key, returns when the last bit has
-// left and the tail is over.
+// left and the tail is over. When it has left, the driver tells; but some tell too early, so it is
+// not before the bytes have had their time either.
 asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   error_code error;
   if (out.bytes.empty()) {
@@ -270,7 +282,15 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
     co_return error.value() == EIO ? "the other side hung up" : error.message();
   }
   if (options_.port != nullptr && options_.port->port().is_keyed()) {
-    co_await PauseUntil(PointAt(channel_.sent_at() + options_.channel.timing.tail));
+    const radio::Duration duration = static_cast<int64_t>(size) * options_.channel.timing.byte;
+    channel_.OnSent(std::max(channel_.sent_at(), At(Clock::now()) + duration));
+    co_await options_.port->Make([](Port& port) { port.WaitUntilSent(); });
+    if (const radio::Time now = At(Clock::now()); now > channel_.sent_at()) {
+      channel_.OnSent(now);
+    }
+    if (!ended_ && !closed_) {
+      co_await PauseUntil(PointAt(channel_.sent_at() + options_.channel.timing.tail));
+    }
   }
   co_return "";
 }

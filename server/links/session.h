@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -78,6 +79,7 @@ class Session {
   boost::asio::awaitable<std::string> Transmit(radio::Transmission out);
   boost::asio::awaitable<void> PauseUntil(Clock::time_point end);
   void TakeBytes(std::span<const uint8_t> bytes);
+  void Queue(const protocol::Message& message, std::optional<radio::Time> asked_at);
   void Wake();
   void CountWhatHappened();
 

@@ -30,6 +30,8 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static pthread_cond_t released = PTHREAD_COND_INITIALIZER;
 static int hangs;
 static int held;
+static int slow_ms;
+static int calls;
 static int inputs;
 static int outputs;
 static int has_counts;
@@ -67,6 +69,19 @@ void PtyShimHang(int hang) {
 int PtyShimHeld(void) {
   pthread_mutex_lock(&lock);
   const int now = held;
+  pthread_mutex_unlock(&lock);
+  return now;
+}
+
+void PtyShimSlow(int ms) {
+  pthread_mutex_lock(&lock);
+  slow_ms = ms;
+  pthread_mutex_unlock(&lock);
+}
+
+int PtyShimCalls(void) {
+  pthread_mutex_lock(&lock);
+  const int now = calls;
   pthread_mutex_unlock(&lock);
   return now;
 }
@@ -275,7 +290,14 @@ static int Fake(unsigned long request, void* argument) {
     while (hangs) {
       pthread_cond_wait(&released, &lock);
     }
+    if (slow_ms != 0) {
+      const struct timespec pause = {0, slow_ms * 1000000L};
+      pthread_mutex_unlock(&lock);
+      nanosleep(&pause, NULL);
+      pthread_mutex_lock(&lock);
+    }
     --held;
+    ++calls;
   }
   if (request == TIOCMGET) {
     *(int*)argument = inputs | outputs;

@@ -16,6 +16,10 @@ int PtyShimOutputs(void);
 void PtyShimHang(int hang);
 /* How many threads it holds. */
 int PtyShimHeld(void);
+/* A driver that is slow: each of these calls takes so long; 0: as long as it takes. */
+void PtyShimSlow(int ms);
+/* How many of these calls there were. */
+int PtyShimCalls(void);
 
 /* What the driver has counted. Until the first call, it has no counters. */
 struct PtyShimCounts {

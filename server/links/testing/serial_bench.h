@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <string>
@@ -12,9 +13,19 @@
 
 #include "server/links/port_link.h"
 #include "server/links/testing/link_bench.h"
+#include "server/links/testing/pty_as_serial_shim.h"
 #include "server/links/testing/remembering_tap.h"
 
 namespace pheromone::links::testing {
+
+/// A 16550 with a driver that tells all, one that has only tcdrain, and one whose tcdrain returns
+/// early.
+constexpr PtyShimUart kTellsAll = {16, TIOCM_RTS, 1, 0};
+constexpr PtyShimUart kDrainsOnly = {16, TIOCM_RTS, 0, 0};
+constexpr PtyShimUart kDrainsEarly = {16, TIOCM_RTS, 1, 1};
+/// A USB adapter that has taken the bytes and tells nothing more.
+constexpr PtyShimUart kTellsNothing = {4096, TIOCM_RTS, 0, 1};
+constexpr PtyShimUart kUarts[] = {kTellsAll, kDrainsOnly, kDrainsEarly, kTellsNothing};
 
 /// The master is the test's, the slave the server's port.
 class SerialLinkTest : public ::testing::Test {
