@@ -3,7 +3,8 @@
 small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
-                               DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/
+                               DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
+                               DIR/radio/
 """
 
 import pathlib
@@ -92,9 +93,27 @@ def capture_records(file):
         yield kind & 0xFF, struct.pack("<BH", kind & 0xFF, len(payload)) + payload
 
 
+def channels():
+    """(name, input of radio_fuzzer.cc): a few robots on channels of all kinds."""
+    small, large, due, hello, sense, event, ack, noise, answer, command, turns, clock = range(12)
+    joined = b"".join(bytes([hello, robot, 5, answer, 0, small, 10, due, 0])
+                      for robot in range(14))
+    talk = bytes([turns, 7, answer, 0, answer, 0, answer, 0, due, 0]) * 6
+    contend = bytes([sense, 20, answer, 0, small, 12, due, 0, event, 21, answer, 1, due, 0])
+    commands = bytes([command, 3, due, 0, ack, 3, command, 255, due, 0, clock, 9, large, 3])
+    damaged = bytes([noise, 0x10, 0x02, 0x05, small, 200, sense, 1, answer, 0xE0, due, 0])
+    kinds = {"transparent": [1, 2, 0, 2], "usb": [1, 12, 16, 2], "keyed": [17, 2, 25, 0, 2],
+             "keyed_early": [25, 20, 0, 0, 2], "full_duplex": [0, 0, 0, 0]}
+    for name, (flags, *times) in kinds.items():
+        for baud in range(5):
+            yield (f"{name}_{baud}", bytes([flags, baud, *times]) + joined +
+                   talk + contend + commands + damaged + talk)
+    yield "silent", bytes([1, 0, 2, 0, 2]) + joined + bytes([due, 0, large, 255]) * 30
+
+
 def main(folder):
     for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture"):
+                   "capture", "radio"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
@@ -127,6 +146,8 @@ def main(folder):
         (folder / "engine" / f"session_{name}").write_bytes(session)
     for name, seed in engine_seeds.codec():
         (folder / "codec" / name).write_bytes(seed)
+    for name, seed in channels():
+        (folder / "radio" / name).write_bytes(seed)
     for path in (ROOT / "proto_tests/replay").glob("*.pcapng"):
         file = path.read_bytes()
         (folder / "capture" / path.stem).write_bytes(b"\0" + file)
