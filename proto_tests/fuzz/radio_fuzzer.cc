@@ -238,7 +238,8 @@ class Driver {
         TakeSent(out);
       }
     }
-    Require(waiting_bytes_ <= Channel::kMaxQueue + protocol::kMaxTurns * protocol::kMaxFrame);
+    Require(waiting_bytes_ <=
+            Channel::kMaxQueue + size_t{protocol::kMaxTurns} * protocol::kMaxFrame);
   }
 
   void TakeSent(const Transmission& out) {

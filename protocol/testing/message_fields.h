@@ -77,6 +77,7 @@ inline auto Fields(const protocol::ErrorAnswer& m) {
 
 inline auto Fields(const protocol::Round& m) {
   std::vector<std::pair<int, int>> answers;
+  answers.reserve(m.answer_count);
   for (int i = 0; i < m.answer_count; ++i) {
     answers.emplace_back(m.answers[i].left, m.answers[i].right);
   }

@@ -118,7 +118,7 @@ void Channel::Enqueue(const protocol::Message& message, std::optional<Time> aske
   }
 }
 
-Channel::Frame Channel::Take(std::deque<Frame>::iterator at) {
+Channel::Frame Channel::Take(const std::deque<Frame>::iterator& at) {
   Frame frame = std::move(*at);
   queued_bytes_ -= frame.bytes.size();
   queue_.erase(at);

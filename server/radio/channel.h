@@ -122,7 +122,7 @@ class Channel {
 
   void Enqueue(const protocol::Message& message, std::optional<Time> asked_at);
   void DropFront();
-  Frame Take(std::deque<Frame>::iterator at);
+  Frame Take(const std::deque<Frame>::iterator& at);
   bool IsLate(const Frame& frame, Time start) const;
   Start Next(Time now);
   Time FreeAt() const;

@@ -14,7 +14,6 @@ namespace {
 
 using testing::FrameOf;
 using testing::Halt;
-using testing::Hello;
 using testing::kStart;
 using testing::MessageOf;
 using testing::Sense;
@@ -37,8 +36,8 @@ using Frames = std::vector<std::string>;
 
 class ChannelTest : public ::testing::Test {
  protected:
-  explicit ChannelTest(ChannelOptions options = testing::Options(9'600, 2ms))
-      : options_(std::move(options)),
+  explicit ChannelTest(const ChannelOptions& options = testing::Options(9'600, 2ms))
+      : options_(options),
         channel_(options_, [this](const auto& message) { dropped_.push_back(message); }) {}
 
   void Hear(const std::vector<uint8_t>& bytes, Time at) {
