@@ -165,7 +165,8 @@ class Client:
         if self._epoch not in (None, told.epoch):
             self._last_command = None
         goes_on_from = (told.last_seq + 1) % 256
-        if new or 1 <= (goes_on_from - self.next_seq) % 256 <= 127:  # otherwise never back
+        behind = self._not_accepted >= MOST_AHEAD
+        if new or behind or 1 <= (goes_on_from - self.next_seq) % 256 <= 127:  # else never back
             self.next_seq = goes_on_from
             self._not_accepted = 0
         self._nonce, self._epoch = nonce, told.epoch
@@ -224,7 +225,7 @@ class Client:
     def _change(self, name: str, **fields: Any) -> dict[str, Any]:
         """Makes a mutating request. The next one takes the next number, whatever becomes of
         this one."""
-        if self._not_accepted > MOST_AHEAD and self._nonce is not None:
+        if self._not_accepted >= MOST_AHEAD and self._nonce is not None:
             self.hello(self._nonce)  # otherwise it would take us for being behind
         request = build(name, self.client_id, seq=self.next_seq, **fields)
         if not self._in_step:
