@@ -82,7 +82,8 @@ void Conversation::GrantTurns(const uint8_t* turns, uint8_t count, uint8_t turn_
                               uint8_t open_slots) {
   turns_ = 0;
   for (uint8_t i = 0; i < count; ++i) {
-    if (turns[i] != parameters_.id || turns_ == 2) {
+    // The second turn of ours follows the first.
+    if (turns[i] != parameters_.id || (turns_ != 0 && i != turn_index_ + 1)) {
       continue;
     }
     const uint16_t begin_ms = static_cast<uint16_t>(protocol::kBeforeTurnsMs + i * turn_ms);

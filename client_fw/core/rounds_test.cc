@@ -154,6 +154,20 @@ TEST(RoundsTest, WhoIsListedTwiceAcknowledgesTheCommandFirst) {
   EXPECT_EQ(30, harness.conversation.p_left());
 }
 
+TEST(RoundsTest, ASecondTurnThatDoesNotFollowTheFirstIsNotTaken) {
+  Rounds harness;
+  harness.Greet();
+  protocol::Command halt;
+  halt.id = kTestId;
+  halt.seq = 5;
+  halt.code = protocol::CommandCode::kHalt;
+  harness.FeedEncoded(halt);
+  harness.Grant({kTestId, kOther, kTestId});
+  ASSERT_TRUE(harness.RunUntilSent(100));
+  EXPECT_EQ(protocol::kCommandAck, harness.sent.opcode);
+  EXPECT_FALSE(harness.RunUntilSent(100));
+}
+
 TEST(RoundsTest, ARequestThatDoesNotFitWaitsForAnOpening) {
   Rounds harness;
   harness.Greet();

@@ -30,9 +30,6 @@ struct SimulatedRobotConfig {
   PlanePose start;
   int64_t power_on_ms = 0;               ///< until then it neither hears nor does anything
   std::optional<int64_t> turnaround_ns;  ///< of its modem, if not the medium's
-  /// The robot sees its own UART only, as with a modem that keys itself on the first byte: the last
-  /// byte has left a turnaround before it has left the antenna. False: the modem tells the latter.
-  bool sees_uart_only = false;
 };
 
 class SimulatedRobot final : public MobileRobot {
@@ -64,8 +61,6 @@ class SimulatedRobot final : public MobileRobot {
 
   RadioMedium* medium_;
   int64_t power_on_ns_;
-  bool sees_uart_only_;
-  int64_t uart_empty_ns_ = RadioMedium::kNever;  // sees_uart_only_: while it sends
   client::HostBoard board_;
   DifferentialDrive drive_;
   BumpCounter bumps_;

@@ -251,6 +251,10 @@ Transmission Channel::Begin(Time now) {
   if (next.what == What::kNothing || next.at > now) {
     return out;
   }
+  const Duration lead = options_.timing.keyed ? options_.timing.lead : Duration(0);
+  const auto end = [&] {
+    return now + lead + static_cast<int64_t>(out.bytes.size()) * options_.timing.byte;
+  };
   awaits_ack_ = false;
   sent_round_ = false;
   if (!options_.half_duplex) {
@@ -267,17 +271,15 @@ Transmission Channel::Begin(Time now) {
     awaits_ack_ = IsAcknowledged(frame.message);
     if (frame.asked_at) {
       AppendRider(frame.message.id, &out);
-      const Time end = now + static_cast<int64_t>(out.bytes.size()) * options_.timing.byte;
       const bool more = !queue_.empty() && queue_.front().asked_at;
-      rounds_.OnAnswered(end);
+      rounds_.OnAnswered(end());
       // Otherwise those who contend would leave no silence for it.
-      if (!awaits_ack_ && !more && rounds_.NextRound() <= end + options_.timing.Transit()) {
-        AppendRound(end, &out);
+      if (!awaits_ack_ && !more && rounds_.NextRound() <= end() + options_.timing.Transit()) {
+        AppendRound(end(), &out);
       }
     }
   }
-  const Duration lead = options_.timing.keyed ? options_.timing.lead : Duration(0);
-  OnSent(now + lead + static_cast<int64_t>(out.bytes.size()) * options_.timing.byte);
+  OnSent(end());
   return out;
 }
 

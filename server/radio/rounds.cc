@@ -199,11 +199,15 @@ void Rounds::CountTurns(Time now) {
     if (found == robots_.end() || turn.for_ack) {
       continue;
     }
+    // One that has missed its COMMAND sends its request in the first of its turns.
+    const auto request = std::find_if(turns_.begin(), turns_.end(), [&turn](const Turn& it) {
+      return it.id == turn.id && it.heard && it.answerable;
+    });
     Robot& robot = found->second;
-    if (turn.heard) {
+    if (request != turns_.end()) {
       robot.misses = 0;
       robot.more_bytes = 0;
-      robot.due = std::max(robot.due + robot.period, *turn.heard);  // nothing is caught up
+      robot.due = std::max(robot.due + robot.period, *request->heard);  // nothing is caught up
     } else {
       ++counters_.missed;
       ++robot.misses;
@@ -245,6 +249,23 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
     std::swap(chosen[i - 1], chosen[(order_ >> 16) % i]);
   }
   return chosen;
+}
+
+// Returns how many bytes a turn has to hold. A robot's ACK has the turn directly before its own.
+size_t Rounds::GiveTurns(Time now, std::vector<uint8_t> acks) {
+  std::erase_if(acks, [this](uint8_t id) { return !serves(id); });
+  size_t bytes = acks.empty() ? 0 : kLeastFrameBytes;  // more than an ACK takes
+  const auto give_ack = [this](uint8_t id) { turns_.push_back({id, true, {}, false, {}}); };
+  for (const uint8_t id : Choose(now, protocol::kMaxTurns - acks.size())) {
+    if (std::erase(acks, id) != 0) {
+      give_ack(id);
+    }
+    turns_.push_back({id, false, {}, false, {}});
+    const Robot& robot = robots_[id];
+    bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
+  }
+  std::for_each(acks.begin(), acks.end(), give_ack);
+  return bytes;
 }
 
 uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
@@ -326,19 +347,7 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   }
   turns_.clear();
   active_ &= !robots_.empty();
-  size_t bytes = 0;
-  for (const uint8_t id : acks) {
-    if (serves(id)) {
-      turns_.push_back({id, true, {}, false, {}});
-      bytes = kLeastFrameBytes;  // more than an ACK takes
-    }
-  }
-  for (const uint8_t id : Choose(now, protocol::kMaxTurns - turns_.size())) {
-    turns_.push_back({id, false, {}, false, {}});
-    const Robot& robot = robots_[id];
-    bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
-  }
-  bytes = std::min(bytes, MostBytes());
+  const size_t bytes = std::min(GiveTurns(now, acks), MostBytes());
   turn_ = TurnTime(bytes);
   round.turn_ms = static_cast<uint8_t>(turn_ / 1ms);
   round.slot_ms = static_cast<uint8_t>(options_.slot.count());
@@ -356,7 +365,6 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   exchanges_ = 0;
   ++counters_.rounds;
   counters_.turns += turns_.size();
-  counters_.openings += round.open_slots != 0 ? 1 : 0;
   Encode(round, &message);
   messages.push_back(message);
   OnSent(now);

@@ -45,7 +45,6 @@ struct RoundCounters {
   uint64_t turns = 0;       ///< given
   uint64_t missed = 0;      ///< of these: nothing was heard
   uint64_t unanswered = 0;  ///< of these: heard, but the answer came too late for the ROUND
-  uint64_t openings = 0;    ///< rounds with contention slots
 
   bool operator==(const RoundCounters&) const = default;
 };
@@ -107,6 +106,7 @@ class Rounds {
   void Join(uint8_t id, Time now);
   void CountTurns(Time now);
   std::vector<uint8_t> Choose(Time now, size_t most);
+  size_t GiveTurns(Time now, std::vector<uint8_t> acks);
   uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
   bool MayGoOn(Time now) const;
   void JudgeOpening(Time now);
