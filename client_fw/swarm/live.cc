@@ -4,7 +4,7 @@
 
 #include <cassert>
 
-#include "client_fw/swarm/real_time.h"
+#include "client_fw/boards/host/real_time.h"
 
 namespace pheromone::swarm {
 namespace {

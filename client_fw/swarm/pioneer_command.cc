@@ -13,7 +13,7 @@
 #include "client_fw/sim/pioneer_robot.h"
 #include "client_fw/sim/pioneer_server.h"
 #include "client_fw/swarm/command.h"
-#include "client_fw/swarm/real_time.h"
+#include "client_fw/boards/host/real_time.h"
 
 namespace pheromone::swarm {
 namespace {

@@ -7,12 +7,13 @@
 #include <csignal>
 #include <cstdint>
 
-namespace pheromone::swarm {
+namespace pheromone {
 
 /// The time of a monotonic clock.
 int64_t MonotonicNs();
 
-/// From now on SIGINT and SIGTERM only make this non-zero.
+/// From now on SIGINT and SIGTERM only make this non-zero; so does SIGHUP, unless it is ignored
+/// (nohup).
 const volatile std::sig_atomic_t* StopOnSignals();
 
-}  // namespace pheromone::swarm
+}  // namespace pheromone

@@ -1,8 +1,8 @@
-#include "client_fw/swarm/real_time.h"
+#include "client_fw/boards/host/real_time.h"
 
 #include <time.h>
 
-namespace pheromone::swarm {
+namespace pheromone {
 namespace {
 
 volatile std::sig_atomic_t stop_requested = 0;
@@ -24,7 +24,11 @@ const volatile std::sig_atomic_t* StopOnSignals() {
   action.sa_handler = OnStopSignal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  struct sigaction present {};
+  if (sigaction(SIGHUP, nullptr, &present) == 0 && present.sa_handler != SIG_IGN) {
+    sigaction(SIGHUP, &action, nullptr);
+  }
   return &stop_requested;
 }
 
-}  // namespace pheromone::swarm
+}  // namespace pheromone

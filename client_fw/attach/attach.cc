@@ -1,0 +1,115 @@
+#include "client_fw/attach/attach.h"
+
+#include <poll.h>
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "client_fw/attach/attached_robot.h"
+#include "client_fw/attach/connection.h"
+#include "client_fw/attach/reporter.h"
+#include "client_fw/boards/host/real_time.h"
+
+namespace pheromone::attach {
+namespace {
+
+constexpr int64_t kNsPerMs = 1'000'000;
+// For CLOSE to leave and, over a network, to arrive.
+constexpr int64_t kPartingMs = 50;
+constexpr int64_t kLongestPartingMs = 300;
+constexpr int kMaxReads = 16;  // whoever never pauses must not stop the robot's time
+
+class Attachment {
+ public:
+  explicit Attachment(const AttachOptions& options)
+      : options_(options),
+        port_(options.robot),
+        modem_(options.modem),
+        robot_(options.client),
+        reporter_(&port_, &modem_, &robot_) {}
+
+  bool Run(const volatile std::sig_atomic_t* stop) {
+    while (*stop == 0 && (options_.duration_ms == 0 || now_ms_ < options_.duration_ms)) {
+      Turn();
+      reporter_.Look(now_ms_);
+      if (options_.status_every_ms != 0 && now_ms_ >= next_status_ms_) {
+        next_status_ms_ = now_ms_ + options_.status_every_ms;
+        SayLine(now_ms_, reporter_.Status());
+      }
+    }
+    return Leave();
+  }
+
+ private:
+  // What has come, a step, and what goes out; then until the next millisecond or until something
+  // comes.
+  void Turn() {
+    now_ms_ = (MonotonicNs() - start_ns_) / kNsPerMs;
+    port_.Advance(now_ms_);
+    modem_.Advance(now_ms_);
+    for (int i = 0; i < kMaxReads; ++i) {
+      const std::span<const uint8_t> bytes = port_.Read(now_ms_);
+      if (bytes.empty()) {
+        break;
+      }
+      robot_.OnRobotBytes(bytes);
+    }
+    for (int i = 0; i < kMaxReads; ++i) {
+      const std::span<const uint8_t> bytes = modem_.Read(now_ms_);
+      if (bytes.empty()) {
+        break;
+      }
+      robot_.OnModemBytes(bytes);
+    }
+    if (sending_ && modem_.drained(now_ms_)) {
+      sending_ = false;
+      robot_.OnFrameSent();
+    }
+    robot_.Step(static_cast<uint32_t>(now_ms_));
+    port_.Write(robot_.TakeCommands(), now_ms_);
+    if (const std::vector<uint8_t> frame = robot_.TakeFrame(); !frame.empty()) {
+      modem_.Write(frame, now_ms_);
+      sending_ = true;
+    }
+    std::array<pollfd, 2> waited = {{{port_.descriptor(), port_.poll_events(), 0},
+                                     {modem_.descriptor(), modem_.poll_events(), 0}}};
+    poll(waited.data(), waited.size(), 1);
+  }
+
+  bool Leave() {
+    SayLine(now_ms_, "ending: stops the robot and closes its session");
+    robot_.Leave();
+    while (!robot_.left()) {
+      Turn();
+    }
+    const int64_t left_ms = now_ms_;
+    while (now_ms_ < left_ms + kPartingMs ||
+           (!port_.drained(now_ms_) && now_ms_ < left_ms + kLongestPartingMs)) {
+      Turn();
+    }
+    const bool stands = robot_.stands() && port_.up();
+    SayLine(now_ms_, stands ? "the robot stands" : "the robot did not confirm that it stands");
+    SayLine(now_ms_, reporter_.Summary());
+    return stands;
+  }
+
+  const AttachOptions& options_;
+  Connection port_;
+  Connection modem_;
+  AttachedRobot robot_;
+  Reporter reporter_;
+  int64_t start_ns_ = MonotonicNs();
+  int64_t now_ms_ = 0;
+  int64_t next_status_ms_ = 0;
+  bool sending_ = false;  // a frame is on its way through the modem
+};
+
+}  // namespace
+
+bool Attach(const AttachOptions& options, const volatile std::sig_atomic_t* stop) {
+  Attachment attachment(options);
+  return attachment.Run(stop);
+}
+
+}  // namespace pheromone::attach

@@ -1,0 +1,95 @@
+// A real robot with a client beside it: the firmware's own code (client_fw/core) on a host's board,
+// which drives a Pioneer over ARCOS and converses with the server. Without any I/O: bytes and the
+// time go in, bytes come out.
+//
+//   AttachedRobot robot(parameters);
+//   robot.OnRobotBytes(from_the_pioneer);
+//   robot.OnModemBytes(from_the_server);
+//   robot.Step(now_ms);                                 // every millisecond
+//   Write(robot_port, robot.TakeCommands());
+//   Write(modem_port, robot.TakeFrame());               // ... and when it has left:
+//   robot.OnFrameSent();
+//   ...
+//   robot.Leave();                                      // keep on stepping until left()
+//
+// What arrived while the program was held up (kPauseMs without a Step) is taken for late: the
+// fail-safe comes first, and an answer that was waiting does not steer the robot.
+//
+// One thread.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "client_fw/boards/host/host_board.h"
+#include "client_fw/core/pioneer_drive.h"
+#include "client_fw/core/robot.h"
+
+namespace pheromone::attach {
+
+/// Longer than this between two Steps is a pause.
+constexpr uint32_t kPauseMs = 100;
+/// Leave() waits for so long until the robot stands.
+constexpr uint32_t kLongestStopMs = 3000;
+
+class AttachedRobot {
+ public:
+  explicit AttachedRobot(const client::Parameters& parameters);
+  AttachedRobot(const AttachedRobot&) = delete;
+  AttachedRobot& operator=(const AttachedRobot&) = delete;
+
+  void OnRobotBytes(std::span<const uint8_t> bytes);
+  void OnModemBytes(std::span<const uint8_t> bytes);
+
+  /// Milliseconds of a clock that may wrap.
+  void Step(uint32_t now_ms);
+
+  /// Whole commands to the Pioneer, to be written at once; empty: none.
+  std::vector<uint8_t> TakeCommands();
+  /// A whole frame to the server, to be written at once; empty: none, or the last one has not left.
+  std::vector<uint8_t> TakeFrame();
+  void OnFrameSent() { board_.OnTransmitted(); }
+
+  /// Stops the robot and closes its session; the server is not answered any more.
+  void Leave();
+  /// That is done, or there is no session to close.
+  bool left() const { return leaving_ == Leaving::kLeft; }
+  /// Meaningful when it has left: the robot has confirmed that it stands.
+  bool stands() const { return stands_; }
+
+  const client::Conversation& conversation() const { return robot_.conversation(); }
+  const client::Pioneer& pioneer() const { return drive_.pioneer(); }
+  /// The last speeds given to the Pioneer.
+  client::WheelSpeeds wheels() const { return robot_.wheels(); }
+  /// Where the robot believes to be on the map; meaningful while pioneer().known().
+  client::Pose pose() const;
+
+ private:
+  // A host board with a second UART.
+  class Board : public client::HostBoard {
+   public:
+    int robot_get() { return reports.Get(); }
+    bool robot_put(uint8_t byte) { return commands.Put(byte); }
+
+    client::ByteRing<4096> reports;  // from the Pioneer
+    client::ByteRing<64> commands;   // to it
+  };
+  enum class Leaving { kNo, kStopping, kLeft };
+
+  void StepLeaving(uint32_t now_ms);
+
+  Board board_;
+  client::PioneerDrive<Board> drive_;
+  client::RequestMemory memory_{};
+  client::Robot<Board, client::PioneerDrive<Board>> robot_;
+  std::vector<uint8_t> from_modem_;
+  uint32_t last_step_ms_ = 0;
+  Leaving leaving_ = Leaving::kNo;
+  bool stands_ = false;
+  uint32_t leave_ms_ = 0;
+  uint32_t moved_ms_ = 0;  // while leaving: when odometry last changed
+  client::Odometry odometry_{};
+};
+
+}  // namespace pheromone::attach

@@ -1,0 +1,172 @@
+// pheromone-robot: drives a real Pioneer from this computer, as the server's intensities tell.
+//
+// Exit status: 0 ended as told, and the robot stands; 1 the robot did not confirm that it stands;
+// 2 the command line is wrong.
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "client_fw/attach/attach.h"
+#include "client_fw/attach/connection.h"
+#include "client_fw/boards/host/real_time.h"
+#include "server/base/program.h"
+
+namespace pheromone::attach {
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kWrongInput = 2;
+constexpr double kBinaryAnglesPerDegree = 65'536 / 360.0;
+constexpr double kFarthestM = client::kMaxCoordinateMm / 1000;
+
+struct Options {
+  std::string robot;
+  std::string modem;
+  uint32_t robot_baud = 9600;
+  uint32_t modem_baud = 9600;
+  std::array<double, 3> start{};  // x, y in m, heading in degrees
+  client::Parameters client;
+  double seconds = 0;
+  double status_s = 0;
+};
+
+int Fail(const std::string& message, int status) {
+  fmt::print(stderr, "pheromone-robot: {}\n", message);
+  return status;
+}
+
+client::Pose ToPose(const std::array<double, 3>& start) {
+  const auto [x_m, y_m, heading_deg] = start;
+  const auto angle = static_cast<int64_t>(
+      std::llround(std::remainder(heading_deg, 360.0) * kBinaryAnglesPerDegree));
+  return {static_cast<int32_t>(std::lround(x_m * 1000)),
+          static_cast<int32_t>(std::lround(y_m * 1000)),
+          static_cast<client::BinaryAngle>(angle & 0xFFFF)};
+}
+
+// What is wrong with values that are right one by one; empty if nothing is.
+std::string Conflict(const Options& options) {
+  for (const double metres : {options.start[0], options.start[1]}) {
+    if (!(std::abs(metres) <= kFarthestM)) {
+      return fmt::format("--start: {} m, expected at most {:.0f} m from the origin", metres,
+                         kFarthestM);
+    }
+  }
+  if (!std::isfinite(options.start[2])) {
+    return "--start: the heading is not a number of degrees";
+  }
+  if (options.client.fail_safe_ms <= options.client.period_ms) {
+    return fmt::format("--fail-safe: {} ms, expected more than the period, {} ms",
+                       options.client.fail_safe_ms, options.client.period_ms);
+  }
+  return "";
+}
+
+int Run(const Options& options) {
+  if (const std::string conflict = Conflict(options); !conflict.empty()) {
+    return Fail(conflict, kWrongInput);
+  }
+  Result<Address> robot = ParseAddress(options.robot, options.robot_baud);
+  if (!robot.ok()) {
+    return Fail("--robot: " + robot.error(), kWrongInput);
+  }
+  if (robot.value().kind == Address::Kind::kUdp) {
+    return Fail("--robot: a Pioneer is reached by a serial port or by TCP, not by UDP",
+                kWrongInput);
+  }
+  Result<Address> modem = ParseAddress(options.modem, options.modem_baud);
+  if (!modem.ok()) {
+    return Fail("--modem: " + modem.error(), kWrongInput);
+  }
+  AttachOptions attach;
+  attach.robot = std::move(robot).value();
+  attach.modem = std::move(modem).value();
+  attach.client = options.client;
+  attach.client.start = ToPose(options.start);
+  attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
+  attach.client.baud = options.modem_baud;
+  // Adapters and networks deliver late and in pieces.
+  attach.client.buffered_link = true;
+  attach.client.gap_timeout_ms = attach.modem.kind == Address::Kind::kSerial ? 50 : 0;
+  attach.duration_ms = static_cast<int64_t>(options.seconds * 1000);
+  attach.status_every_ms = static_cast<int64_t>(options.status_s * 1000);
+  return Attach(attach, StopOnSignals()) ? 0 : kFailed;
+}
+
+std::vector<uint32_t> Rates() {
+  const auto rates = SerialRates();
+  return {rates.begin(), rates.end()};
+}
+
+// Unlike CLI::Range, it rejects "nan".
+CLI::Validator Seconds() {
+  return {[](const std::string& text) {
+            double value = 0;
+            return CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 1e7
+                       ? std::string()
+                       : text + " is not a number of seconds from 0.1 to 1e7";
+          },
+          "0.1 to 1e7"};
+}
+
+int Main(int argc, char** argv) {
+  Options options;
+  client::Parameters& client = options.client;
+  client.fail_safe_ms = 400;
+  CLI::App app{
+      "Drives a real Pioneer robot (ARCOS) from this computer: reports its pose to a pheromone "
+      "server over a modem or a network, and steers by the answers."};
+  app.set_version_flag("--version", "pheromone-robot " PHEROMONE_VERSION);
+  app.add_option("--robot", options.robot, "The Pioneer: /dev/ttyUSB0, or HOST:PORT for TCP")
+      ->required();
+  app.add_option("--modem", options.modem,
+                 "The way to the server: a serial port, HOST:PORT for TCP, or udp:HOST:PORT")
+      ->required();
+  app.add_option("--start", options.start,
+                 "Where the robot stands on the map: x and y in m, heading in degrees "
+                 "counter-clockwise from +x; 0 0 0 if the server has a [[frame]] for it")
+      ->required()
+      ->type_name("X Y DEGREES");
+  app.add_option("--id", client.id, "Robot ID, 1 to 254 (default: 1)")->check(CLI::Range(1, 254));
+  app.add_option("--type", client.type, "Pheromone to follow, 1 to 15 (default: 1)")
+      ->check(CLI::Range(1, 15));
+  app.add_option("--speed", client.speed_mm_s, "K of the steering law, mm/s (default: 200)")
+      ->check(CLI::Range(20, static_cast<int>(client::kMaxSpeedMmS)));
+  app.add_option("--period", client.period_ms, "Time between requests, ms (default: 200)")
+      ->check(CLI::Range(20, 30'000));
+  app.add_option("--fail-safe", client.fail_safe_ms,
+                 "Longest drive without an answer, ms (default: 400)")
+      ->check(CLI::Range(100, 30'000));
+  app.add_flag("--lay-trail", client.lay_trail, "Deposit the pheromone while driving");
+  app.add_flag("--wide", client.wide, "Send 32-bit coordinates, for large maps");
+  app.add_option("--robot-baud", options.robot_baud, "Bit rate of the robot's port (default: 9600)")
+      ->check(CLI::IsMember(Rates()));
+  app.add_option("--modem-baud", options.modem_baud, "Bit rate of the modem's port (default: 9600)")
+      ->check(CLI::IsMember(Rates()));
+  app.add_option("--status", options.status_s, "Print pose and speeds every so many seconds")
+      ->check(Seconds());
+  app.add_option("--seconds", options.seconds, "End after this time (default: on a signal)")
+      ->check(Seconds());
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kWrongInput;
+  }
+  return Run(options);
+}
+
+}  // namespace
+}  // namespace pheromone::attach
+
+int main(int argc, char** argv) {
+  return pheromone::RunProgram("pheromone-robot",
+                               [&] { return pheromone::attach::Main(argc, argv); });
+}

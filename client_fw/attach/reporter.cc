@@ -1,0 +1,121 @@
+#include "client_fw/attach/reporter.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace pheromone::attach {
+namespace {
+
+struct FlagText {
+  client::StopFlag flag;
+  const char* text;
+};
+
+constexpr std::array<FlagText, 7> kFlagTexts = {
+    {{client::kNoAnswerYet, "no answer from the server yet"},
+     {client::kFailSafe, "answers have stopped (fail-safe)"},
+     {client::kHalted, "halted, until it is told to resume"},
+     {client::kOffTheMap, "off the map"},
+     {client::kWrongVersion, "the server speaks another protocol version"},
+     {client::kTypeMissing, "the server does not have its pheromone type"},
+     {client::kTrailLost, "trail lost"}}};
+
+void SayIfNew(int64_t now_ms, std::string text, std::string* last) {
+  if (text != *last && !text.empty()) {
+    SayLine(now_ms, text);
+    *last = std::move(text);
+  }
+}
+
+}  // namespace
+
+void SayLine(int64_t now_ms, const std::string& text) {
+  pollfd ready = {STDOUT_FILENO, POLLOUT, 0};
+  if (poll(&ready, 1, 0) != 1 || (ready.revents & POLLOUT) == 0) {
+    return;
+  }
+  const std::string line =
+      fmt::format("{:8.1f} s  {}\n", static_cast<double>(now_ms) / 1000, text);
+  [[maybe_unused]] const ssize_t size = write(STDOUT_FILENO, line.data(), line.size());
+}
+
+std::string MotionText(uint8_t flags, bool trail_lost) {
+  std::string reasons;
+  for (const FlagText& known : kFlagTexts) {
+    if ((flags & known.flag) != 0) {
+      reasons += (reasons.empty() ? "stands: " : "; ") + std::string(known.text);
+    }
+  }
+  return reasons.empty() ? (trail_lost ? "drives, trail lost" : "drives") : reasons;
+}
+
+std::string Reporter::RobotText() const {
+  const std::string prefix = "robot " + robot_port_->address().text + ": ";
+  if (!robot_port_->up()) {
+    return robot_port_->trouble().empty() ? ""
+                                          : prefix + robot_port_->trouble() + "; trying again";
+  }
+  const client::Pioneer& pioneer = robot_->pioneer();
+  if (!pioneer.known()) {
+    return prefix + "connected, no session yet";
+  }
+  std::string text = prefix + "session open, motors ";
+  text += (pioneer.flags() & client::kMotorsOn) != 0 ? "on" : "off";
+  text += (pioneer.flags() & client::kStopPressed) != 0 ? ", STOP button pressed" : "";
+  text += (pioneer.stall() & client::kLeftStall) != 0 ? ", left wheel stalled" : "";
+  text += (pioneer.stall() & client::kRightStall) != 0 ? ", right wheel stalled" : "";
+  constexpr int kBumpers = 0xFFFF & ~(client::kLeftStall | client::kRightStall);
+  text += (pioneer.stall() & kBumpers) != 0 ? ", bumper pressed" : "";
+  return text;
+}
+
+std::string Reporter::ServerText() const {
+  const std::string prefix = "server " + modem_->address().text + ": ";
+  if (!modem_->up()) {
+    return modem_->trouble().empty() ? "" : prefix + modem_->trouble() + "; trying again";
+  }
+  const client::Conversation& conversation = robot_->conversation();
+  if (!conversation.greeted()) {
+    return prefix + "connected, HELLO not answered yet";
+  }
+  const protocol::HelloAnswer hello = conversation.server();
+  return fmt::format("{}HELLO answered, protocol version {}, epoch {}", prefix,
+                     hello.protocol_version, hello.epoch);
+}
+
+void Reporter::Look(int64_t now_ms) {
+  SayIfNew(now_ms, RobotText(), &robot_text_);
+  SayIfNew(now_ms, ServerText(), &server_text_);
+  const client::Conversation& conversation = robot_->conversation();
+  SayIfNew(now_ms, MotionText(conversation.flags(), conversation.trail_lost()), &motion_text_);
+}
+
+std::string Reporter::Status() const {
+  const client::Conversation& conversation = robot_->conversation();
+  const client::Pose pose = robot_->pose();
+  const client::WheelSpeeds wheels = robot_->wheels();
+  const std::string place =
+      robot_->pioneer().known()
+          ? fmt::format("pose {:.2f} {:.2f} m {:.0f}°", pose.x_mm / 1000.0, pose.y_mm / 1000.0,
+                        std::remainder(pose.heading * 360.0 / 65'536, 360.0))
+          : "pose unknown";
+  return fmt::format("{}, P {:.2f} {:.2f}, wheels {} {} mm/s", place,
+                     conversation.p_left() / 4096.0, conversation.p_right() / 4096.0,
+                     wheels.left_mm_s, wheels.right_mm_s);
+}
+
+std::string Reporter::Summary() const {
+  const client::Counters& counters = robot_->conversation().counters();
+  return fmt::format(
+      "{} requests, {} answers, {} timeouts, {} late answers, {} errors, {} fail-safe stops; lost "
+      "the robot {} times and the modem {} times",
+      counters.requests, counters.answers, counters.timeouts, counters.late_answers,
+      counters.errors, counters.fail_safe_stops, robot_port_->losses(), modem_->losses());
+}
+
+}  // namespace pheromone::attach

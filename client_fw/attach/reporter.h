@@ -1,0 +1,55 @@
+// What happens to an attached robot, as lines for its operator: a line whenever something changes,
+// with the seconds since the start in front.
+//
+//      0.4 s  robot 192.168.1.7:8101: session open, motors on
+//      0.5 s  server: HELLO answered, protocol version 1, epoch 7
+//      0.5 s  stands: halted
+//
+//   Reporter reporter(&robot_port, &modem, &robot);
+//   reporter.Look(now_ms);                  // every millisecond
+//
+// One thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "client_fw/attach/attached_robot.h"
+#include "client_fw/attach/connection.h"
+
+namespace pheromone::attach {
+
+/// Writes a line to standard output, if that does not block: a terminal that was stopped with
+/// Ctrl-S, or a reader that does not read, must not hold up a robot that drives. Lines are lost
+/// then.
+void SayLine(int64_t now_ms, const std::string& text);
+
+/// Why a robot with these client::StopFlags stands; "drives" if there are none.
+std::string MotionText(uint8_t flags, bool trail_lost);
+
+class Reporter {
+ public:
+  /// All must outlive the reporter.
+  Reporter(const Connection* robot_port, const Connection* modem, const AttachedRobot* robot)
+      : robot_port_(robot_port), modem_(modem), robot_(robot) {}
+
+  void Look(int64_t now_ms);
+
+  /// Pose, intensities and wheel speeds.
+  std::string Status() const;
+  /// What happened in all.
+  std::string Summary() const;
+
+ private:
+  std::string RobotText() const;
+  std::string ServerText() const;
+
+  const Connection* robot_port_;
+  const Connection* modem_;
+  const AttachedRobot* robot_;
+  std::string robot_text_;
+  std::string server_text_;
+  std::string motion_text_;
+};
+
+}  // namespace pheromone::attach
