@@ -56,8 +56,7 @@ Result<Address> ParseAddress(const std::string& text, uint32_t baud) {
   if (text.empty()) {
     return Error{"empty address, expected a serial port, HOST:PORT or udp:HOST:PORT"};
   }
-  const bool is_path =
-      text.find('/') != std::string::npos || text.find(':') == std::string::npos;
+  const bool is_path = text.find('/') != std::string::npos || text.find(':') == std::string::npos;
   if (is_path) {
     return address;
   }

@@ -18,10 +18,11 @@
 namespace pheromone::attach {
 namespace {
 
-constexpr std::array<uint32_t, 13> kBauds = {300,    600,    1200,    2400,    4800,    9600,   19'200,
-                                             38'400, 57'600, 115'200, 230'400, 460'800, 921'600};
-constexpr std::array<speed_t, kBauds.size()> kSpeeds = {
-    B300, B600, B1200, B2400, B4800, B9600, B19200, B38400, B57600, B115200, B230400, B460800, B921600};
+constexpr std::array<uint32_t, 13> kBauds = {
+    300, 600, 1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200, 230'400, 460'800, 921'600};
+constexpr std::array<speed_t, kBauds.size()> kSpeeds = {B300,    B600,    B1200,  B2400,  B4800,
+                                                        B9600,   B19200,  B38400, B57600, B115200,
+                                                        B230400, B460800, B921600};
 
 bool WouldBlock() {
   return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
@@ -67,8 +68,7 @@ void Connection::Open(int64_t now_ms) {
 }
 
 Status Connection::OpenSerial() {
-  descriptor_ = Descriptor(
-      open(address_.text.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  descriptor_ = Descriptor(open(address_.text.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   termios mode = {};
   if (!descriptor_.valid()) {
     return Error{SystemMessage(errno)};
@@ -97,8 +97,8 @@ Status Connection::OpenSerial() {
 Status Connection::OpenSocket() {
   const bool tcp = address_.kind == Address::Kind::kTcp;
   const int family = address_.socket.ss_family;
-  descriptor_ =
-      Descriptor(socket(family, (tcp ? SOCK_STREAM : SOCK_DGRAM) | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  descriptor_ = Descriptor(
+      socket(family, (tcp ? SOCK_STREAM : SOCK_DGRAM) | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!descriptor_.valid()) {
     return Error{SystemMessage(errno)};
   }

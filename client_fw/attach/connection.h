@@ -10,9 +10,9 @@
 //   }
 //
 // Lost is: a serial port that was unplugged, a TCP connection that was closed, and a TCP or UDP
-// connection on which nothing was received for kSilentMs, since a cut network tells nobody. Attempts
-// are kRetryMs apart. Bytes that cannot be written at once are lost, as on a cable without a robot: what
-// is old must not reach a robot later.
+// connection on which nothing was received for kSilentMs, since a cut network tells nobody.
+// Attempts are kRetryMs apart. Bytes that cannot be written at once are lost, as on a cable without
+// a robot: what is old must not reach a robot later.
 //
 // Times are milliseconds of any clock that begins at 0 or later. One thread.
 #pragma once
@@ -32,7 +32,8 @@ namespace pheromone::attach {
 /// Between attempts to open, and how long an attempt may take.
 constexpr int64_t kRetryMs = 500;
 constexpr int64_t kConnectMs = 2000;
-/// Without a byte for so long, TCP and UDP are connected again. Robots and servers speak more often.
+/// Without a byte for so long, TCP and UDP are connected again. Robots and servers speak more
+/// often.
 constexpr int64_t kSilentMs = 3000;
 
 /// The bit rates of a serial port.

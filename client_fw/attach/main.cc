@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <random>
 #include <string>
@@ -98,6 +99,8 @@ int Run(const Options& options) {
   attach.client.gap_timeout_ms = attach.modem.kind == Address::Kind::kSerial ? 50 : 0;
   attach.duration_ms = static_cast<int64_t>(options.seconds * 1000);
   attach.status_every_ms = static_cast<int64_t>(options.status_s * 1000);
+  std::signal(SIGPIPE,
+              SIG_IGN);  // whoever read our lines may go, the robot still has to be stopped
   return Attach(attach, StopOnSignals()) ? 0 : kFailed;
 }
 

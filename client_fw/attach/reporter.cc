@@ -39,8 +39,7 @@ void SayLine(int64_t now_ms, const std::string& text) {
   if (poll(&ready, 1, 0) != 1 || (ready.revents & POLLOUT) == 0) {
     return;
   }
-  const std::string line =
-      fmt::format("{:8.1f} s  {}\n", static_cast<double>(now_ms) / 1000, text);
+  const std::string line = fmt::format("{:8.1f} s  {}\n", static_cast<double>(now_ms) / 1000, text);
   [[maybe_unused]] const ssize_t size = write(STDOUT_FILENO, line.data(), line.size());
 }
 
@@ -57,8 +56,7 @@ std::string MotionText(uint8_t flags, bool trail_lost) {
 std::string Reporter::RobotText() const {
   const std::string prefix = "robot " + robot_port_->address().text + ": ";
   if (!robot_port_->up()) {
-    return robot_port_->trouble().empty() ? ""
-                                          : prefix + robot_port_->trouble() + "; trying again";
+    return robot_port_->trouble().empty() ? "" : prefix + robot_port_->trouble() + "; trying again";
   }
   const client::Pioneer& pioneer = robot_->pioneer();
   if (!pioneer.known()) {
@@ -74,15 +72,19 @@ std::string Reporter::RobotText() const {
   return text;
 }
 
-std::string Reporter::ServerText() const {
+// When answers stop, HELLO is said again and again: what the operator has to know then is that the
+// robot stands.
+std::string Reporter::ServerText() {
   const std::string prefix = "server " + modem_->address().text + ": ";
   if (!modem_->up()) {
+    greeted_ = false;
     return modem_->trouble().empty() ? "" : prefix + modem_->trouble() + "; trying again";
   }
   const client::Conversation& conversation = robot_->conversation();
   if (!conversation.greeted()) {
-    return prefix + "connected, HELLO not answered yet";
+    return greeted_ ? server_text_ : prefix + "connected, HELLO not answered yet";
   }
+  greeted_ = true;
   const protocol::HelloAnswer hello = conversation.server();
   return fmt::format("{}HELLO answered, protocol version {}, epoch {}", prefix,
                      hello.protocol_version, hello.epoch);

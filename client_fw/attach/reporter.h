@@ -42,7 +42,7 @@ class Reporter {
 
  private:
   std::string RobotText() const;
-  std::string ServerText() const;
+  std::string ServerText();
 
   const Connection* robot_port_;
   const Connection* modem_;
@@ -50,6 +50,7 @@ class Reporter {
   std::string robot_text_;
   std::string server_text_;
   std::string motion_text_;
+  bool greeted_ = false;  // since the modem is up
 };
 
 }  // namespace pheromone::attach

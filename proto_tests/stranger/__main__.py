@@ -6,6 +6,10 @@
     python3 proto_tests/stranger radio-a.pty sense 1 1000 500 0
     python3 proto_tests/stranger radio-a.pty trace --wide 1 40000 500 16384
     python3 proto_tests/stranger --self-test
+
+The package pheromone-clients installs it as a module, without the self-test:
+
+    python3 -m pheromone_client radio-a.pty hello
 """
 
 from __future__ import annotations
@@ -18,11 +22,14 @@ import termios
 import time
 from pathlib import Path
 
-sys.dont_write_bytecode = True
-shutil.rmtree(Path(__file__).with_name("__pycache__"), ignore_errors=True)  # of this very file
-sys.path[0] = str(Path(__file__).resolve().parents[1])
-from stranger.client import Client, NoAnswer, Refused, Smell, open_terminal  # noqa: E402
-from stranger.testing.selftest import self_test  # noqa: E402
+if not __package__:  # run as a folder, in the source tree, which is left as it was
+    sys.dont_write_bytecode = True
+    shutil.rmtree(Path(__file__).with_name("__pycache__"), ignore_errors=True)  # of this very file
+    sys.path[0] = str(Path(__file__).resolve().parents[1])
+    __package__ = "stranger"
+from .client import Client, NoAnswer, Refused, Smell, open_terminal  # noqa: E402
+
+INSTALLED = not Path(__file__).with_name("testing").is_dir()
 
 
 def integer(text: str) -> int:
@@ -31,14 +38,15 @@ def integer(text: str) -> int:
 
 def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="stranger",
+        prog=__package__,
         description="Talks the pheromone protocol to a server on a terminal.",
         usage="%(prog)s [--id N] [--nonce N] [--timeout SECONDS] PATH REQUEST ...",
         epilog="Options stand before PATH, but for --wide. "
         "Coordinates are pose units, headings binary angles (65536 to a turn).",
     )
     parser.add_argument("path", nargs="?", help="the terminal, radio-a.pty for instance")
-    parser.add_argument("--self-test", action="store_true", help="check against the vectors")
+    if not INSTALLED:
+        parser.add_argument("--self-test", action="store_true", help="check against the vectors")
     parser.add_argument("--id", type=integer, default=1, help="CLIENT_ID, 1 to 254 (default 1)")
     parser.add_argument("--nonce", type=integer, default=1, help="boot counter (default 1)")
     parser.add_argument("--timeout", type=float, default=0.5, help="seconds to wait for an answer")
@@ -92,11 +100,13 @@ def shown(smell: Smell) -> str:
 def main() -> int:
     parser = arguments()
     options = parser.parse_args()
-    if options.self_test:
+    if not INSTALLED and options.self_test:
+        from .testing.selftest import self_test
+
         print(self_test())
         return 0
     if options.path is None or options.request is None:
-        parser.error("PATH and a request are needed, or --self-test")
+        parser.error("PATH and a request are needed" + ("" if INSTALLED else ", or --self-test"))
     try:
         with open_terminal(options.path) as line:
             print(carry_out(options, Client(line, options.id, options.timeout)))

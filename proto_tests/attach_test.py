@@ -1,0 +1,386 @@
+#!/usr/bin/env python3
+"""pheromone-robot between the simulated Pioneer and the real daemon: three processes, in real time.
+
+Over TCP it follows a painted path, and goes on after each of these: the daemon freezes, and is killed
+and started again; the robot's connection is closed, and its network falls silent. Over
+pseudo-terminals it is killed while it drives, and started again. Every run ends with a robot that
+stands and a session that is closed. What is asserted about time is that all this happens at all; how
+fast the robot stands is tested in virtual time (attached_robot_test).
+
+Usage: attach_test.py BIN_DIR
+"""
+
+import math
+import os
+import pathlib
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+from live_daemon import DEADLINE_S, check, wait_until
+from operated_daemon import OperatedDaemon
+
+START = (1.5, 2.2, 20.0)  # 0.2 m beside the path, and 20 degrees off, as in the paper's experiment
+PATH_Y = 2.0
+MOST_MEAN_MM = 150  # 30 mm on a quiet machine; a starved one makes the robot stop and go
+
+CONFIG = """
+[map]
+width_m = 60.0
+height_m = 4.0
+cell_m = 0.1
+wide = true
+
+[[pheromone]]
+type = 1
+name = "path"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 0
+quantum = 0.125
+maximum = 1.0
+
+[[link]]
+name = "radio-a"
+kind = "pty"
+path = "radio-a.pty"
+
+[[link]]
+name = "tcp"
+kind = "tcp"
+listen = "127.0.0.1:TCP_PORT"
+
+[[link]]
+name = "udp"
+kind = "udp"
+listen = "127.0.0.1:0"
+"""
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Program:
+    """A process, and the lines that it prints."""
+
+    def __init__(self, *command, **options):
+        self.lines = []
+        self.process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE,
+                                        text=True, **options)
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            self.lines.append(line)
+
+    def text(self):
+        return "".join(self.lines)
+
+    def await_line(self, text, since=0):
+        """Returns the number of lines up to the one that contains `text`, after the first `since`."""
+        found = []
+
+        def there():
+            found[:] = [i for i, line in enumerate(self.lines[since:], since) if text in line]
+            check(found or self.process.poll() is None,
+                  f"ended with {self.process.poll()} before \"{text}\":\n{self.text()}")
+            return found
+
+        wait_until(there, f"\"{text}\" comes:\n{self.text()}")
+        return found[0] + 1
+
+    def end(self, sent):
+        self.process.send_signal(sent)
+        status = self.process.wait(DEADLINE_S)
+        self.reader.join(DEADLINE_S)
+        return status
+
+    def kill(self):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+
+
+class Pioneer(Program):
+    """pheromone-swarm pioneer."""
+
+    def __init__(self, bin_dir, *port):
+        super().__init__(bin_dir / "pheromone-swarm", "pioneer", "--model", "p3dx-sh", *port)
+        self.await_line("Ctrl-C ends it")
+
+    def tcp_port(self):
+        return int(self.lines[0].split("127.0.0.1:")[1].split(";")[0])
+
+
+class Cable:
+    """A TCP port that leads to the Pioneer's, and reads the reports that pass. It can be cut: closed
+    to both sides, or silent."""
+
+    def __init__(self, pioneer_port):
+        self.pioneer_port = pioneer_port
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        self.closed = False
+        self.swallows = False
+        self.ends = []
+        self.reports = []  # (time, x_m, y_m, stands), on the map
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        while True:
+            client, _ = self.listener.accept()
+            if self.closed:
+                client.close()
+                continue
+            robot = socket.create_connection(("127.0.0.1", self.pioneer_port))
+            self.ends = [client, robot]
+            self._relay(client, robot)
+
+    def _relay(self, client, robot):
+        swallows = self.swallows  # this connection was made while, or will be
+        unread = b""
+        try:
+            while not self.closed:
+                for end in select.select([client, robot], [], [], 0.02)[0]:
+                    data = end.recv(4096)
+                    if not data:
+                        return
+                    if end is robot:
+                        unread = self._read(unread + data)
+                    swallows = swallows or self.swallows
+                    if not swallows:
+                        (robot if end is client else client).sendall(data)
+        except OSError:
+            pass
+        finally:
+            client.close()
+            robot.close()
+
+    def _read(self, data):
+        while len(data) > 3 and len(data) >= data[2] + 3:
+            check(data[:2] == b"\xFA\xFB", f"the robot sent {data.hex()}")
+            packet, data = data[:data[2] + 3], data[data[2] + 3:]
+            if packet[3] in (0x32, 0x33):
+                self._report(packet)
+        return data
+
+    def _report(self, packet):
+        def word(at):
+            return int.from_bytes(packet[at:at + 2], "little")
+
+        # Counts of 1 mm that wrap at 15 bits, from where the robot was switched on.
+        x, y = ((word(at) + 0x4000) % 0x8000 - 0x4000 for at in (4, 6))
+        turn = math.radians(START[2])
+        self.reports.append((time.monotonic(),
+                             START[0] + (x * math.cos(turn) - y * math.sin(turn)) / 1000,
+                             START[1] + (x * math.sin(turn) + y * math.cos(turn)) / 1000,
+                             word(10) == 0 and word(12) == 0))
+
+    def drives(self, reports=10):
+        """`reports` of them in a row, from now on."""
+        since = len(self.reports)
+        wait_until(lambda: self._row(since, False, reports), "the robot drives")
+
+    def stands(self):
+        since = len(self.reports)
+        wait_until(lambda: self._row(since, True, 3), "the robot stands")
+
+    def _row(self, since, stands, length):
+        last = self.reports[since:][-length:]
+        return len(last) == length and all(report[3] == stands for report in last)
+
+    def mean_distance_mm(self, after_s):
+        first = next(report[0] for report in self.reports if not report[3])
+        away = [abs(y_m - PATH_Y) * 1000 for at, _, y_m, _ in self.reports if at > first + after_s]
+        return sum(away) / len(away)
+
+
+class World:
+    """A daemon with its path painted. Ends everything at the end."""
+
+    def __init__(self, bin_dir, folder):
+        self.bin_dir, self.folder = bin_dir, folder
+        self.programs = []
+        (folder / "test.toml").write_text(CONFIG.replace("TCP_PORT", str(free_port())))
+        self.start_daemon()
+
+    def start_daemon(self):
+        self.daemon = OperatedDaemon(self.bin_dir, self.folder)
+        self.ctl("paint", "path", "1", str(PATH_Y), "58", str(PATH_Y), "--radius", "0.05")
+
+    def ctl(self, *command):
+        subprocess.run([self.bin_dir / "pheromonectl", *command], cwd=self.folder, check=True,
+                       stdout=subprocess.DEVNULL, timeout=DEADLINE_S)
+
+    def tcp_port(self):
+        return next(line.split(":")[-1].strip('"\n') for line in
+                    (self.folder / "test.toml").read_text().splitlines() if "listen" in line)
+
+    def start(self, program):
+        self.programs.append(program)
+        return program
+
+    def robot(self, robot, modem, *options):
+        return self.start(Program(self.bin_dir / "pheromone-robot", "--robot", robot, "--modem", modem,
+                                  "--start", *START, "--wide", "--speed", "300", *options,
+                                  cwd=self.folder))
+
+    def close(self):
+        for program in self.programs:
+            program.kill()
+        self.daemon.kill()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def ends(robot, sent):
+    """Ends it: the robot stands then."""
+    status = robot.end(sent)
+    check(status == 0, f"ended with {status}:\n{robot.text()}")
+    check("the robot stands" in robot.text(), robot.text())
+
+
+def pioneer_is_left_alone(pioneer):
+    """Its session was closed, and it stands."""
+    wait_until(lambda: "session" not in pioneer.lines[-1] or "no session" in pioneer.lines[-1],
+               "the session is closed")
+    check(pioneer.end(signal.SIGTERM) == 0, pioneer.text())
+    check(" 0 watchdog stops" in pioneer.text(), f"it was left to its watchdog:\n{pioneer.text()}")
+
+
+def follows_a_path_over_tcp_and_goes_on_after_every_cut(bin_dir, folder):
+    with World(bin_dir, folder) as world:
+        pioneer = world.start(Pioneer(bin_dir, "--tcp", "0"))
+        cable = Cable(pioneer.tcp_port())
+        address = f"127.0.0.1:{cable.port}"
+        robot = world.robot(address, f"127.0.0.1:{world.tcp_port()}", "--status", "1")
+        wait_until(lambda: cable.reports and cable.reports[-1][1] > START[0] + 4, "it has driven 4 m")
+        mean_mm = cable.mean_distance_mm(5)
+        print(f"mean distance from the path after 5 s: {mean_mm:.0f} mm")
+        check(mean_mm < MOST_MEAN_MM, f"{mean_mm} mm from the path")
+
+        world.daemon.process.send_signal(signal.SIGSTOP)
+        cable.stands()
+        world.daemon.process.send_signal(signal.SIGCONT)
+        cable.drives()
+
+        told = len(robot.lines)
+        cable.closed = True
+        told = robot.await_line(f"robot {address}: closed by the other side; trying again", told)
+        cable.closed = False
+        told = robot.await_line(f"robot {address}: session open", told)
+        cable.drives()
+
+        cable.swallows = True
+        told = robot.await_line(f"robot {address}: nothing received for 3 s; trying again", told)
+        cable.swallows = False
+        robot.await_line(f"robot {address}: session open", told)
+        cable.drives()
+
+        world.daemon.kill()
+        cable.stands()
+        world.start_daemon()
+        cable.drives()
+        check(abs(cable.reports[-1][2] - PATH_Y) < 0.5, f"off the path: {cable.reports[-1]}")
+
+        ends(robot, signal.SIGTERM)
+        print(robot.text())
+        pioneer_is_left_alone(pioneer)
+        world.daemon.stop()
+
+
+def drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed(bin_dir, folder):
+    with World(bin_dir, folder) as world:
+        pty = folder / "pioneer.pty"
+        pioneer = world.start(Pioneer(bin_dir, "--pty", pty))
+        robot = world.robot(pty, "radio-a.pty")
+        robot.await_line("drives")
+        robot.kill()
+
+        robot = world.robot(pty, "radio-a.pty", "--status", "0.5")
+        told = robot.await_line("drives")
+        robot.await_line("wheels 300 300 mm/s", told)
+        wait_until(lambda: "session 2, motors on" in pioneer.text(), "there is a second session")
+        robot.process.stdout.close()  # whoever reads the lines goes: nothing happens
+        robot.process.send_signal(signal.SIGHUP)
+        status = robot.process.wait(DEADLINE_S)
+        check(status == 0, f"ended with {status}")
+        wait_until(lambda: "no session" in pioneer.lines[-1] or "no client" in pioneer.lines[-1],
+                   "the session is closed")
+
+
+def drives_over_udp(bin_dir, folder):
+    with World(bin_dir, folder) as world:
+        pioneer = world.start(Pioneer(bin_dir, "--tcp", "0"))
+        robot = world.robot(f"localhost:{pioneer.tcp_port()}",
+                            f"udp:127.0.0.1:{world.daemon.udp_port()}")
+        robot.await_line("HELLO answered, protocol version 1")
+        robot.await_line("drives")
+        ends(robot, signal.SIGINT)
+        pioneer_is_left_alone(pioneer)
+
+
+def says_what_is_wrong_with_the_command_line(bin_dir, folder):
+    good = {"--robot": "nowhere", "--modem": "nowhere", "--start": "0 0 0"}
+    for option, value, told in (
+            ("--robot", "", "empty address"), ("--robot", "udp:localhost:1", "not by UDP"),
+            ("--robot", "localhost:0", 'port "0", expected 1 to 65535'),
+            ("--modem", "no.such.host.invalid:1", 'host "no.such.host.invalid"'),
+            ("--start", "1 2", "3 required"), ("--start", "nan 0 0", "nan m, expected"),
+            ("--start", "1e9 0 0", "expected at most"), ("--start", "0 0 inf", "heading"),
+            ("--id", "0", "1 - 254"), ("--id", "255", "1 - 254"), ("--type", "16", "1 - 15"),
+            ("--speed", "-5", "20 - 2200"), ("--speed", "fast", "fast"),
+            ("--fail-safe", "99", "100 - 30000"), ("--fail-safe", "200", "more than the period"),
+            ("--robot-baud", "1234", "9600"), ("--seconds", "nan", "nan is not a number"),
+            ("--status", "0", "0 is not a number")):
+        words = []
+        for name, text in {**good, option: value}.items():
+            words += [name, *(text.split() if name == "--start" else [text])]
+        run = subprocess.run([bin_dir / "pheromone-robot", *words], capture_output=True, text=True,
+                             cwd=folder, timeout=DEADLINE_S, check=False)
+        check(run.returncode == 2 and told in run.stderr,
+              f"{words}: ended with {run.returncode}: {run.stdout}{run.stderr}")
+    for missing in good:
+        words = [word for name, text in good.items() if name != missing
+                 for word in (name, *text.split())]
+        run = subprocess.run([bin_dir / "pheromone-robot", *words], capture_output=True, text=True,
+                             timeout=DEADLINE_S, check=False)
+        check(run.returncode == 2 and f"{missing} is required" in run.stderr, run.stderr)
+
+
+def says_that_a_robot_that_was_never_there_was_not_stopped(bin_dir, folder):
+    robot = Program(bin_dir / "pheromone-robot", "--robot", "nowhere", "--modem", "nowhere", "--start",
+                    "0", "0", "0", cwd=folder)
+    robot.await_line("robot nowhere: No such file or directory; trying again")
+    robot.await_line("server nowhere: No such file or directory; trying again")
+    status = robot.end(signal.SIGTERM)
+    check(status == 1 and "did not confirm that it stands" in robot.text(), robot.text())
+
+
+def main():
+    bin_dir = pathlib.Path(os.path.abspath(sys.argv[1]))
+    for test in (says_what_is_wrong_with_the_command_line,
+                 says_that_a_robot_that_was_never_there_was_not_stopped, drives_over_udp,
+                 drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed,
+                 follows_a_path_over_tcp_and_goes_on_after_every_cut):
+        print(f"--- {test.__name__}", flush=True)
+        with tempfile.TemporaryDirectory() as folder:
+            test(bin_dir, pathlib.Path(folder))
+    print("ok")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,312 @@
+// The client beside a robot (client_fw/attach) against the simulated Pioneer, which was written
+// without it, and a naive server, in virtual time. What "stands" means is the simulated robot's
+// true motion.
+#include "client_fw/attach/attached_robot.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "client_fw/sim/pioneer_robot.h"
+#include "protocol/decoder.h"
+#include "protocol/messages.h"
+
+namespace pheromone::attach {
+namespace {
+
+constexpr int64_t kNsPerMs = 1'000'000;
+constexpr double kAntennasM = 0.33;
+constexpr double kTrailReachM = 0.5;
+
+// Along the x axis, full at y = 0: what an antenna senses beside it.
+int16_t IntensityAt(double y_m) {
+  return static_cast<int16_t>(std::lround(4096 * std::max(0.0, 1 - std::abs(y_m) / kTrailReachM)));
+}
+
+client::Parameters WithStart(int speed_mm_s, double y_m, double heading_rad) {
+  client::Parameters parameters;
+  parameters.boot_counter = 7;
+  parameters.buffered_link = true;
+  parameters.fail_safe_ms = 400;  // as pheromone-robot's default
+  parameters.speed_mm_s = static_cast<int16_t>(speed_mm_s);
+  parameters.start = {
+      0, static_cast<int32_t>(std::lround(y_m * 1000)),
+      static_cast<client::BinaryAngle>(std::lround(heading_rad / (2 * std::numbers::pi) * 65'536))};
+  return parameters;
+}
+
+class World {
+ public:
+  explicit World(int speed_mm_s = 200, double y_m = 0, double heading_rad = 0)
+      : pioneer(Config(), {0, y_m, heading_rad}), robot(WithStart(speed_mm_s, y_m, heading_rad)) {}
+
+  static sim::PioneerConfig Config() {
+    sim::PioneerConfig config;
+    config.model = *sim::FindPioneerModel("p3dx-sh");
+    return config;
+  }
+
+  // The robot's program is held up if `stepped` is false; the world goes on.
+  void Run(int ms, bool stepped = true) {
+    for (int i = 0; i < ms; ++i) {
+      ++now_ms;
+      StepPioneer();
+      StepServer();
+      if (!stepped) {
+        continue;
+      }
+      robot.Step(static_cast<uint32_t>(now_ms));
+      if (const std::vector<uint8_t> commands = robot.TakeCommands(); !cable_cut) {
+        pioneer.OnBytes(commands, now_ms * kNsPerMs);
+      }
+      if (const std::vector<uint8_t> frame = robot.TakeFrame(); !frame.empty()) {
+        sent_.push_back({now_ms + kAirtimeMs, frame});
+      }
+    }
+  }
+
+  // The mean distance from the trail over the next `ms`.
+  double MeanDistanceMm(int ms) {
+    double sum = 0;
+    for (int i = 0; i < ms; ++i) {
+      Run(1);
+      sum += std::abs(pioneer.drive().true_pose().y_m) * 1000;
+    }
+    return sum / ms;
+  }
+
+  bool stands() const { return pioneer.drive().motion() == sim::Motion{}; }
+
+  int64_t now_ms = 0;
+  bool server_gone = false;
+  bool cable_cut = false;
+  std::vector<uint8_t> before_sip;  // sent to the robot's client before each report
+  sim::PioneerRobot pioneer;
+  AttachedRobot robot;
+
+ private:
+  static constexpr int64_t kAirtimeMs = 15;
+  static constexpr int64_t kAnswerMs = 20;
+  struct Frame {
+    int64_t at_ms;
+    std::vector<uint8_t> bytes;
+  };
+
+  void StepPioneer() {
+    pioneer.AdvanceTo(now_ms * kNsPerMs);
+    const std::vector<uint8_t> output = pioneer.TakeOutput();
+    if (cable_cut || output.empty()) {
+      return;
+    }
+    robot.OnRobotBytes(before_sip);
+    robot.OnRobotBytes(output);
+  }
+
+  void StepServer() {
+    while (!sent_.empty() && sent_.front().at_ms <= now_ms) {
+      robot.OnFrameSent();
+      if (!server_gone) {
+        Answer(sent_.front().bytes);
+      }
+      sent_.pop_front();
+    }
+    while (!answers_.empty() && answers_.front().at_ms <= now_ms) {
+      robot.OnModemBytes(answers_.front().bytes);
+      answers_.pop_front();
+    }
+  }
+
+  void Answer(const std::vector<uint8_t>& frame) {
+    protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+    bool complete = false;
+    for (const uint8_t byte : frame) {
+      complete = decoder.Push(byte, 0);
+    }
+    ASSERT_TRUE(complete);
+    const protocol::Message& request = decoder.message();
+    protocol::Message answer;
+    protocol::HelloRequest hello;
+    protocol::SenseRequest sense;
+    protocol::EventReport event;
+    if (Decode(request, &hello)) {
+      protocol::HelloAnswer greeting;
+      greeting.id = hello.id;
+      greeting.nonce = hello.nonce;
+      greeting.protocol_version = protocol::kProtocolVersion;
+      greeting.epoch = 1;
+      greeting.pose_unit_10um = 100;
+      greeting.type_mask = 0x0002;
+      Encode(greeting, &answer);
+    } else if (request.opcode == protocol::kPing) {
+      answer = request;
+      answer.opcode = protocol::kPingAnswer;
+    } else if (Decode(request, &event)) {
+      Encode(protocol::EventAck{event.id, event.seq}, &answer);
+    } else if (Decode(request, &sense)) {
+      const double y_m = sense.pose.y / 1000.0;
+      const double heading = sense.pose.heading * 2 * std::numbers::pi / 65'536;
+      const double aside_m = kAntennasM / 2 * std::cos(heading);
+      Encode(protocol::SenseAnswer{sense.id, sense.type, sense.wide, IntensityAt(y_m + aside_m),
+                                   IntensityAt(y_m - aside_m)},
+             &answer);
+    } else {
+      return;
+    }
+    uint8_t bytes[protocol::kMaxFrame];
+    const size_t size = EncodeFrame(answer, bytes, sizeof bytes);
+    answers_.push_back({now_ms + kAnswerMs, {bytes, bytes + size}});
+  }
+
+  std::deque<Frame> sent_;
+  std::deque<Frame> answers_;
+};
+
+TEST(AttachedRobot, FollowsATrail) {
+  World world(300, 0.2, 20 * std::numbers::pi / 180);
+  world.Run(8000);
+  EXPECT_LT(world.MeanDistanceMm(20'000), 60);
+  EXPECT_GT(world.pioneer.drive().true_pose().x_m, 5);
+  EXPECT_EQ(0u, world.pioneer.counters().bad_checksums);
+  EXPECT_EQ(0u, world.pioneer.counters().ignored);
+  EXPECT_EQ(0u, world.robot.conversation().counters().timeouts);
+}
+
+// Whenever the server goes: the true speed is zero half a second later.
+TEST(AttachedRobot, CutOffFromTheServerItStandsWithin500MsAndGoesOnWhenItIsBack) {
+  for (const int speed_mm_s : {100, 200, 300, 600}) {
+    for (int phase_ms = 0; phase_ms < 400; phase_ms += 7) {
+      World world(speed_mm_s);
+      world.Run(6000 + phase_ms);
+      ASSERT_GT(world.pioneer.drive().motion().speed_m_s, 0.09);
+      world.server_gone = true;
+      world.Run(500);
+      ASSERT_TRUE(world.stands()) << speed_mm_s << " mm/s, cut after " << phase_ms
+                                  << " ms: " << world.pioneer.drive().motion().speed_m_s << " m/s";
+      world.Run(2000);
+      ASSERT_TRUE(world.stands());
+      world.server_gone = false;
+      world.Run(4000);
+      ASSERT_GT(world.pioneer.drive().motion().speed_m_s, 0.09) << phase_ms;
+    }
+  }
+}
+
+TEST(AttachedRobot, RobotThatWasCutOffIsDrivenAgainFromItsLastPose) {
+  World world(200);
+  world.Run(8000);
+  world.cable_cut = true;
+  world.pioneer.HangUp();  // as the simulated Pioneer does when its connection ends
+  world.Run(1000);
+  EXPECT_TRUE(world.stands());
+  const double rolled_x_m = world.pioneer.drive().true_pose().x_m;
+  world.Run(5000);
+  EXPECT_FALSE(world.robot.pioneer().known());
+  EXPECT_TRUE(world.stands());
+  const int32_t known_x_mm = world.robot.pose().x_mm;
+  EXPECT_NEAR(rolled_x_m * 1000, known_x_mm, 200);  // it rolled to a stop unseen
+
+  world.cable_cut = false;
+  world.Run(5000);
+  EXPECT_TRUE(world.robot.pioneer().known());
+  const double driven_mm = (world.pioneer.drive().true_pose().x_m - rolled_x_m) * 1000;
+  EXPECT_GT(driven_mm, 200);
+  EXPECT_NEAR(driven_mm, world.robot.pose().x_mm - known_x_mm, 30);  // 100 ms of a report
+  EXPECT_EQ(2u, world.pioneer.counters().sessions);
+}
+
+// Packets of types that the client does not know, damaged ones, and rubbish, before every report.
+TEST(AttachedRobot, PacketsThatItDoesNotKnowChangeNothing) {
+  std::vector<uint8_t> foreign;
+  for (const uint8_t type : {0x20, 0x90, 0xF0, 0x80, 0xA4, 0xB0, 0xFF}) {
+    for (const int size : {1, 2, 30, 200}) {
+      std::vector<uint8_t> data;
+      for (int i = 0; i < size; ++i) {
+        data.push_back(static_cast<uint8_t>(type + 7 * i));
+      }
+      const std::vector<uint8_t> packet = sim::MakePacket(type, data);
+      foreign.insert(foreign.end(), packet.begin(), packet.end());
+    }
+  }
+  std::vector<uint8_t> damaged = sim::MakePacket(0x32, std::vector<uint8_t>(40, 0x11));
+  damaged.back() ^= 1;
+  foreign.insert(foreign.end(), damaged.begin(), damaged.end());
+  for (const char c : {'W', 'M', 'S', '2', '\r'}) {
+    foreign.push_back(static_cast<uint8_t>(c));
+  }
+  World plain(300, 0.2);
+  World mixed(300, 0.2);
+  mixed.before_sip = foreign;
+  plain.Run(10'000);
+  mixed.Run(10'000);
+  EXPECT_GT(plain.pioneer.drive().true_pose().x_m, 1.5);
+  EXPECT_EQ(plain.pioneer.drive().true_pose().x_m, mixed.pioneer.drive().true_pose().x_m);
+  EXPECT_EQ(plain.pioneer.drive().true_pose().y_m, mixed.pioneer.drive().true_pose().y_m);
+  EXPECT_EQ(plain.pioneer.counters().packets, mixed.pioneer.counters().packets);
+}
+
+// A program that was held up finds an answer that waited: it is as old as the pause.
+TEST(AttachedRobot, AnswerThatWaitedForAPausedProgramDoesNotSteer) {
+  World world(200);
+  world.Run(6000);
+  while (world.robot.conversation().awaited_opcode() == 0) {
+    world.Run(1);
+  }
+  const uint32_t answers = world.robot.conversation().counters().answers;
+  world.Run(1500, false);
+  world.Run(1);
+  EXPECT_EQ(answers, world.robot.conversation().counters().answers);
+  EXPECT_EQ(1u, world.robot.conversation().counters().fail_safe_stops);
+  EXPECT_EQ((client::WheelSpeeds{0, 0}), world.robot.wheels());
+  world.Run(3000);
+  EXPECT_GT(world.robot.conversation().counters().answers, answers);
+  EXPECT_GT(world.pioneer.drive().motion().speed_m_s, 0.19);
+}
+
+TEST(AttachedRobot, LeavesARobotThatStandsAndASessionThatIsClosed) {
+  World world(300);
+  world.Run(6000);
+  ASSERT_GT(world.pioneer.drive().motion().speed_m_s, 0.29);
+  world.robot.Leave();
+  while (world.pioneer.open() && world.now_ms < 20'000) {
+    ASSERT_FALSE(world.robot.left());
+    world.Run(1);
+    if (!world.pioneer.open()) {
+      EXPECT_TRUE(world.stands());
+    }
+  }
+  EXPECT_TRUE(world.robot.left());
+  EXPECT_TRUE(world.robot.stands());
+  EXPECT_LT(world.now_ms, 6000 + kLongestStopMs);
+  world.Run(5000);
+  EXPECT_FALSE(world.pioneer.open());  // and it does not begin another one
+}
+
+TEST(AttachedRobot, LeavesARobotThatIsGoneAtOnceAndDoesNotClaimThatItStands) {
+  World world(300);
+  world.Run(6000);
+  world.cable_cut = true;
+  world.Run(3000);
+  world.robot.Leave();
+  world.Run(1);
+  EXPECT_TRUE(world.robot.left());
+  EXPECT_FALSE(world.robot.stands());
+}
+
+// Reports stop while it waits for the robot to stand.
+TEST(AttachedRobot, WaitsForARobotThatFallsSilentNoLongerThanItHasTo) {
+  World world(300);
+  world.Run(6000);
+  world.robot.Leave();
+  world.Run(100);
+  world.cable_cut = true;
+  world.Run(kLongestStopMs);
+  EXPECT_TRUE(world.robot.left());
+}
+
+}  // namespace
+}  // namespace pheromone::attach
