@@ -10,9 +10,12 @@ fast the robot stands is tested in virtual time (attached_robot_test).
 Usage: attach_test.py BIN_DIR
 """
 
+import contextlib
+import json
 import math
 import os
 import pathlib
+import re
 import select
 import signal
 import socket
@@ -25,6 +28,7 @@ import time
 from live_daemon import DEADLINE_S, check, wait_until
 from operated_daemon import OperatedDaemon
 
+README = pathlib.Path(__file__).resolve().parents[1] / "README.md"
 START = (1.5, 2.2, 20.0)  # 0.2 m beside the path, and 20 degrees off, as in the paper's experiment
 PATH_Y = 2.0
 MOST_MEAN_MM = 150  # 30 mm on a quiet machine; a starved one makes the robot stop and go
@@ -35,6 +39,9 @@ width_m = 60.0
 height_m = 4.0
 cell_m = 0.1
 wide = true
+
+[antennas]
+bias_m = 0.33
 
 [[pheromone]]
 type = 1
@@ -79,8 +86,11 @@ class Program:
         self.reader.start()
 
     def _read(self):
-        for line in self.process.stdout:
-            self.lines.append(line)
+        try:
+            for line in self.process.stdout:
+                self.lines.append(line)
+        except ValueError:
+            pass  # closed by a test
 
     def text(self):
         return "".join(self.lines)
@@ -95,7 +105,10 @@ class Program:
                   f"ended with {self.process.poll()} before \"{text}\":\n{self.text()}")
             return found
 
-        wait_until(there, f"\"{text}\" comes:\n{self.text()}")
+        try:
+            wait_until(there, f"\"{text}\" comes")
+        except AssertionError as error:
+            raise AssertionError(f"{error}:\n{self.text()}") from None
         return found[0] + 1
 
     def end(self, sent):
@@ -253,12 +266,11 @@ def ends(robot, sent):
     check("the robot stands" in robot.text(), robot.text())
 
 
-def pioneer_is_left_alone(pioneer):
+def check_left(pioneer):
     """Its session was closed, and it stands."""
     wait_until(lambda: "session" not in pioneer.lines[-1] or "no session" in pioneer.lines[-1],
                "the session is closed")
     check(pioneer.end(signal.SIGTERM) == 0, pioneer.text())
-    check(" 0 watchdog stops" in pioneer.text(), f"it was left to its watchdog:\n{pioneer.text()}")
 
 
 def follows_a_path_over_tcp_and_goes_on_after_every_cut(bin_dir, folder):
@@ -298,7 +310,7 @@ def follows_a_path_over_tcp_and_goes_on_after_every_cut(bin_dir, folder):
 
         ends(robot, signal.SIGTERM)
         print(robot.text())
-        pioneer_is_left_alone(pioneer)
+        check_left(pioneer)
         world.daemon.stop()
 
 
@@ -330,7 +342,62 @@ def drives_over_udp(bin_dir, folder):
         robot.await_line("HELLO answered, protocol version 1")
         robot.await_line("drives")
         ends(robot, signal.SIGINT)
-        pioneer_is_left_alone(pioneer)
+        check_left(pioneer)
+        check(" 0 watchdog stops" in pioneer.text(), f"it was left alone:\n{pioneer.text()}")
+
+
+def readme_blocks():
+    """The commands of README.md's section on attaching a robot."""
+    section = README.read_text(encoding="utf-8").split("**Attach a robot.**")[1].split("\n**")[0]
+    return re.findall(r"^```sh\n(.*?)^```$", section, re.M | re.S)
+
+
+def does_what_the_readme_says(bin_dir, folder):
+    (folder / "test.toml").write_text(subprocess.run(
+        [bin_dir / "pheromoned", "--default-config"], check=True, capture_output=True,
+        text=True).stdout.replace("127.0.0.1:8377", "127.0.0.1:0"))
+    daemon = OperatedDaemon(bin_dir, folder)
+    shells = []
+
+    def run(block):
+        # The service's folder is this one, and the port is one that is free.
+        for installed, here in (("/run/pheromone/pheromoned/", f"{folder}/"), ("8101", port)):
+            block = block.replace(installed, here)
+        shells.append(Program("bash", "-e", "-c", block + "\nwait", cwd=folder, env={
+            **os.environ, "PATH": f"{bin_dir}:{os.environ['PATH']}"}, start_new_session=True))
+        return shells[-1]
+
+    def gone_m():
+        """How far robot 1 has come from (5, 3); -1 if the server has not heard of it."""
+        clients = json.loads(subprocess.run(
+            [bin_dir / "pheromonectl", "clients", "--json"], cwd=folder, check=True,
+            capture_output=True, timeout=DEADLINE_S).stdout)["clients"]
+        poses = [client["pose"] for client in clients if client["id"] == 1 and client.get("pose")]
+        return math.hypot(poses[0]["x_m"] - 5, poses[0]["y_m"] - 3) if poses else -1
+
+    port = str(free_port())
+    blocks = readme_blocks()
+    check(len(blocks) == 3, f"README.md: {len(blocks)} blocks")
+    try:
+        shell = run(blocks[0])
+        wait_until(lambda: gone_m() >= 0, "the server has heard of the robot")
+        resume = run(blocks[1])
+        check(resume.process.wait(DEADLINE_S) == 0, f"README.md: {blocks[1]} failed")
+        wait_until(lambda: gone_m() > 0.5, "the robot has driven half a metre")
+        robot = child_of(shell.process.pid, "pheromone-robot")
+        os.kill(robot, signal.SIGTERM)
+        shell.await_line("the robot stands")
+    finally:
+        for shell in shells:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(shell.process.pid, signal.SIGKILL)
+        daemon.kill()
+
+
+def child_of(parent, name):
+    children = pathlib.Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    return next(int(child) for child in children
+                if pathlib.Path(f"/proc/{child}/comm").read_text().strip() == name)
 
 
 def says_what_is_wrong_with_the_command_line(bin_dir, folder):
@@ -341,9 +408,9 @@ def says_what_is_wrong_with_the_command_line(bin_dir, folder):
             ("--modem", "no.such.host.invalid:1", 'host "no.such.host.invalid"'),
             ("--start", "1 2", "3 required"), ("--start", "nan 0 0", "nan m, expected"),
             ("--start", "1e9 0 0", "expected at most"), ("--start", "0 0 inf", "heading"),
-            ("--id", "0", "1 - 254"), ("--id", "255", "1 - 254"), ("--type", "16", "1 - 15"),
-            ("--speed", "-5", "20 - 2200"), ("--speed", "fast", "fast"),
-            ("--fail-safe", "99", "100 - 30000"), ("--fail-safe", "200", "more than the period"),
+            ("--id", "0", "1 to 254"), ("--id", "255", "1 to 254"), ("--type", "16", "1 to 15"),
+            ("--speed", "-5", "20 to 2200"), ("--speed", "fast", "fast"),
+            ("--fail-safe", "99", "100 to 30000"), ("--fail-safe", "200", "more than the period"),
             ("--robot-baud", "1234", "9600"), ("--seconds", "nan", "nan is not a number"),
             ("--status", "0", "0 is not a number")):
         words = []
@@ -374,6 +441,7 @@ def main():
     bin_dir = pathlib.Path(os.path.abspath(sys.argv[1]))
     for test in (says_what_is_wrong_with_the_command_line,
                  says_that_a_robot_that_was_never_there_was_not_stopped, drives_over_udp,
+                 does_what_the_readme_says,
                  drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed,
                  follows_a_path_over_tcp_and_goes_on_after_every_cut):
         print(f"--- {test.__name__}", flush=True)

@@ -21,6 +21,7 @@ namespace {
 
 constexpr int64_t kNsPerMs = 1'000'000;
 constexpr double kAntennasM = 0.33;
+constexpr double kAheadM = 0.2;  // as if only the nodes ahead were sensed
 constexpr double kTrailReachM = 0.5;
 
 // Along the x axis, full at y = 0: what an antenna senses beside it.
@@ -148,8 +149,8 @@ class World {
     } else if (Decode(request, &event)) {
       Encode(protocol::EventAck{event.id, event.seq}, &answer);
     } else if (Decode(request, &sense)) {
-      const double y_m = sense.pose.y / 1000.0;
       const double heading = sense.pose.heading * 2 * std::numbers::pi / 65'536;
+      const double y_m = sense.pose.y / 1000.0 + kAheadM * std::sin(heading);
       const double aside_m = kAntennasM / 2 * std::cos(heading);
       Encode(protocol::SenseAnswer{sense.id, sense.type, sense.wide, IntensityAt(y_m + aside_m),
                                    IntensityAt(y_m - aside_m)},
@@ -222,7 +223,8 @@ TEST(AttachedRobot, RobotThatWasCutOffIsDrivenAgainFromItsLastPose) {
 // Packets of types that the client does not know, damaged ones, and rubbish, before every report.
 TEST(AttachedRobot, PacketsThatItDoesNotKnowChangeNothing) {
   std::vector<uint8_t> foreign;
-  for (const uint8_t type : {0x20, 0x90, 0xF0, 0x80, 0xA4, 0xB0, 0xFF}) {
+  constexpr uint8_t kTypes[] = {0x20, 0x90, 0xF0, 0x80, 0xA4, 0xB0, 0xFF};
+  for (const uint8_t type : kTypes) {
     for (const int size : {1, 2, 30, 200}) {
       std::vector<uint8_t> data;
       for (int i = 0; i < size; ++i) {

@@ -39,7 +39,7 @@ void AttachedRobot::Step(uint32_t now_ms) {
     return;
   }
   if (now_ms - last_step_ms_ > kPauseMs) {
-    robot_.Step();
+    from_modem_.clear();
   }
   last_step_ms_ = now_ms;
   board_.Receive(from_modem_.data(), from_modem_.size());

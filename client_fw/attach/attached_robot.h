@@ -12,8 +12,9 @@
 //   ...
 //   robot.Leave();                                      // keep on stepping until left()
 //
-// What arrived while the program was held up (kPauseMs without a Step) is taken for late: the
-// fail-safe comes first, and an answer that was waiting does not steer the robot.
+// What the server sent while the program was held up (kPauseMs without a Step) is discarded: an
+// answer that was waiting must not steer a robot that is elsewhere by now. The server repeats its
+// commands.
 //
 // One thread.
 #pragma once

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
 #include <system_error>
 #include <utility>
 
@@ -26,6 +27,12 @@ constexpr std::array<speed_t, kBauds.size()> kSpeeds = {B300,    B600,    B1200,
 
 bool WouldBlock() {
   return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+}
+
+// It has no bit rate: a server at its other end answers at once.
+bool IsPseudoTerminal(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::canonical(path, error).string().starts_with("/dev/pts/");
 }
 
 std::string SystemMessage(int error) {
@@ -91,6 +98,7 @@ Status Connection::OpenSerial() {
     return Error{"cannot be set to " + std::to_string(address_.baud) + " baud"};
   }
   tcflush(descriptor_.get(), TCIOFLUSH);
+  paced_ = !IsPseudoTerminal(address_.text);
   return Ok();
 }
 
@@ -160,7 +168,7 @@ void Connection::Write(std::span<const uint8_t> bytes, int64_t now_ms) {
                               : send(descriptor_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
   if (size < 0 && !WouldBlock() && address_.kind != Address::Kind::kUdp) {
     Lose(SystemMessage(errno), now_ms);
-  } else if (serial) {
+  } else if (paced_) {
     const auto airtime_ms = static_cast<int64_t>(10'000 * bytes.size() / address_.baud + 1);
     drained_ms_ = std::max(drained_ms_, now_ms) + airtime_ms;
   }
@@ -168,7 +176,7 @@ void Connection::Write(std::span<const uint8_t> bytes, int64_t now_ms) {
 
 bool Connection::drained(int64_t now_ms) const {
   int unsent = 0;
-  return address_.kind != Address::Kind::kSerial || !descriptor_.valid() ||
+  return !paced_ || !descriptor_.valid() ||
          (now_ms >= drained_ms_ &&
           (ioctl(descriptor_.get(), TIOCOUTQ, &unsent) != 0 || unsent == 0));
 }

@@ -51,7 +51,7 @@ class Connection {
   std::span<const uint8_t> Read(int64_t now_ms);
   /// All in one call of the system: on UDP, one datagram.
   void Write(std::span<const uint8_t> bytes, int64_t now_ms);
-  /// Everything written has left: on a serial port, at its bit rate.
+  /// Everything written has left: on a real serial port, at its bit rate.
   bool drained(int64_t now_ms) const;
 
   /// Open. After a silence not before a byte was received, so that one that is silent again and
@@ -79,6 +79,7 @@ class Connection {
   Descriptor descriptor_;
   bool connecting_ = false;
   bool doubtful_ = false;
+  bool paced_ = false;  // a real serial port
   std::string trouble_;
   uint64_t losses_ = 0;
   int64_t next_try_ms_ = 0;

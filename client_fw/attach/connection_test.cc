@@ -251,15 +251,14 @@ TEST(Connection, OpensATerminalRawAndReturnsAfterItWasUnplugged) {
   EXPECT_EQ("hello", Received(&connection, 42'000));
 }
 
-TEST(Connection, FrameHasLeftASerialPortWhenItsLastBitHas) {
+// The server at its other end answers at once, so a frame must not count as leaving for as long as
+// it would take on a real line.
+TEST(Connection, FrameHasLeftAPseudoTerminalAtOnce) {
   const Cable cable;
   Connection connection(At(cable.name));
   connection.Advance(0);
-  EXPECT_TRUE(connection.drained(0));
-  Send(&connection, std::string(96, 'x'), 1000);  // 100 ms at 9600 baud
-  EXPECT_EQ(96u, ReadFrom(cable.master).size());
-  EXPECT_FALSE(connection.drained(1099));
-  EXPECT_TRUE(connection.drained(1101));
+  Send(&connection, std::string(96, 'x'), 1000);
+  EXPECT_TRUE(connection.drained(1000));
 }
 
 TEST(Connection, PortServesOneProgram) {

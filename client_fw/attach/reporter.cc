@@ -53,13 +53,16 @@ std::string MotionText(uint8_t flags, bool trail_lost) {
   return reasons.empty() ? (trail_lost ? "drives, trail lost" : "drives") : reasons;
 }
 
-std::string Reporter::RobotText() const {
+// When a connection is back, the link to the Pioneer may not have noticed yet that its session is
+// gone: "session open" is told once it has.
+std::string Reporter::RobotText() {
   const std::string prefix = "robot " + robot_port_->address().text + ": ";
+  stale_ = robot_->pioneer().known() && (stale_ || !robot_port_->up());
   if (!robot_port_->up()) {
     return robot_port_->trouble().empty() ? "" : prefix + robot_port_->trouble() + "; trying again";
   }
   const client::Pioneer& pioneer = robot_->pioneer();
-  if (!pioneer.known()) {
+  if (!pioneer.known() || stale_) {
     return prefix + "connected, no session yet";
   }
   std::string text = prefix + "session open, motors ";

@@ -41,7 +41,7 @@ class Reporter {
   std::string Summary() const;
 
  private:
-  std::string RobotText() const;
+  std::string RobotText();
   std::string ServerText();
 
   const Connection* robot_port_;
@@ -51,6 +51,7 @@ class Reporter {
   std::string server_text_;
   std::string motion_text_;
   bool greeted_ = false;  // since the modem is up
+  bool stale_ = false;    // the session that the robot's client knows of is of before a loss
 };
 
 }  // namespace pheromone::attach
