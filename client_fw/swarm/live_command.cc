@@ -13,11 +13,11 @@
 #include <string>
 #include <utility>
 
+#include "client_fw/boards/host/real_time.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
-#include "client_fw/boards/host/real_time.h"
 #include "client_fw/swarm/recorder.h"
 #include "server/config/config.h"
 

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "client_fw/swarm/command.h"
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/swarm/command.h"
 #include "client_fw/swarm/scenario.h"
 #include "client_fw/swarm/scenario_report.h"
 #include "client_fw/swarm/scenario_run.h"
