@@ -23,7 +23,6 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 
 from live_daemon import DEADLINE_S, check, wait_until
 from operated_daemon import OperatedDaemon
@@ -31,6 +30,7 @@ from operated_daemon import OperatedDaemon
 README = pathlib.Path(__file__).resolve().parents[1] / "README.md"
 START = (1.5, 2.2, 20.0)  # 0.2 m beside the path, and 20 degrees off, as in the paper's experiment
 PATH_Y = 2.0
+EVERY_S = 0.05  # between the true poses that the Pioneer tells
 MOST_MEAN_MM = 150  # 30 mm on a quiet machine; a starved one makes the robot stop and go
 
 CONFIG = """
@@ -124,19 +124,58 @@ class Program:
 
 
 class Pioneer(Program):
-    """pheromone-swarm pioneer."""
+    """pheromone-swarm pioneer, which tells where it truly is."""
 
     def __init__(self, bin_dir, *port):
-        super().__init__(bin_dir / "pheromone-swarm", "pioneer", "--model", "p3dx-sh", *port)
+        super().__init__(bin_dir / "pheromone-swarm", "pioneer", "--model", "p3dx-sh", *port,
+                         "--start", *START, "--poses", EVERY_S)
         self.await_line("Ctrl-C ends it")
 
     def tcp_port(self):
         return int(self.lines[0].split("127.0.0.1:")[1].split(";")[0])
 
+    def states(self):
+        """The lines about its client, without poses."""
+        return [line for line in self.lines if "true pose" not in line]
+
+    def poses(self):
+        """(time, x, y), in s and m."""
+        found = (re.match(r" *([\d.]+) s  true pose (-?[\d.]+) (-?[\d.]+) m", line)
+                 for line in list(self.lines))
+        return [tuple(float(number) for number in match.groups()) for match in found if match]
+
+    def drives(self):
+        """For a second, from now on."""
+        since = len(self.poses())
+        wait_until(lambda: self._row(since, 20, lambda a, b: a != b), "the robot drives")
+
+    def stands(self):
+        """From now on; its time then."""
+        since = len(self.poses())
+        wait_until(lambda: self._row(since, 4, lambda a, b: a == b), "the robot stands")
+        return self._row(since, 4, lambda a, b: a == b)
+
+    def now_s(self):
+        return self.poses()[-1][0]
+
+    def _row(self, since, length, holds):
+        """The time of the first of `length` poses in a row, each of which `holds` with the next."""
+        poses = self.poses()[since:]
+        for i in range(len(poses) - length + 1):
+            row = poses[i:i + length]
+            if all(holds(a[1:], b[1:]) for a, b in zip(row, row[1:])):
+                return row[0][0]
+        return None
+
+    def mean_distance_mm(self, after_s):
+        poses = self.poses()
+        first = next(now[0] for now, then in zip(poses, poses[1:]) if now[1:] != then[1:])
+        away = [abs(y_m - PATH_Y) * 1000 for at, _, y_m in poses if at > first + after_s]
+        return sum(away) / len(away)
+
 
 class Cable:
-    """A TCP port that leads to the Pioneer's, and reads the reports that pass. It can be cut: closed
-    to both sides, or silent."""
+    """A TCP port that leads to the Pioneer's. It can be cut: closed to both sides, or silent."""
 
     def __init__(self, pioneer_port):
         self.pioneer_port = pioneer_port
@@ -144,8 +183,6 @@ class Cable:
         self.port = self.listener.getsockname()[1]
         self.closed = False
         self.swallows = False
-        self.ends = []
-        self.reports = []  # (time, x_m, y_m, stands), on the map
         threading.Thread(target=self._accept, daemon=True).start()
 
     def _accept(self):
@@ -155,21 +192,17 @@ class Cable:
                 client.close()
                 continue
             robot = socket.create_connection(("127.0.0.1", self.pioneer_port))
-            self.ends = [client, robot]
             self._relay(client, robot)
 
     def _relay(self, client, robot):
-        swallows = self.swallows  # this connection was made while, or will be
-        unread = b""
+        swallows = False
         try:
             while not self.closed:
                 for end in select.select([client, robot], [], [], 0.02)[0]:
                     data = end.recv(4096)
                     if not data:
                         return
-                    if end is robot:
-                        unread = self._read(unread + data)
-                    swallows = swallows or self.swallows
+                    swallows = swallows or self.swallows  # until there is another connection
                     if not swallows:
                         (robot if end is client else client).sendall(data)
         except OSError:
@@ -177,44 +210,6 @@ class Cable:
         finally:
             client.close()
             robot.close()
-
-    def _read(self, data):
-        while len(data) > 3 and len(data) >= data[2] + 3:
-            check(data[:2] == b"\xFA\xFB", f"the robot sent {data.hex()}")
-            packet, data = data[:data[2] + 3], data[data[2] + 3:]
-            if packet[3] in (0x32, 0x33):
-                self._report(packet)
-        return data
-
-    def _report(self, packet):
-        def word(at):
-            return int.from_bytes(packet[at:at + 2], "little")
-
-        # Counts of 1 mm that wrap at 15 bits, from where the robot was switched on.
-        x, y = ((word(at) + 0x4000) % 0x8000 - 0x4000 for at in (4, 6))
-        turn = math.radians(START[2])
-        self.reports.append((time.monotonic(),
-                             START[0] + (x * math.cos(turn) - y * math.sin(turn)) / 1000,
-                             START[1] + (x * math.sin(turn) + y * math.cos(turn)) / 1000,
-                             word(10) == 0 and word(12) == 0))
-
-    def drives(self, reports=10):
-        """`reports` of them in a row, from now on."""
-        since = len(self.reports)
-        wait_until(lambda: self._row(since, False, reports), "the robot drives")
-
-    def stands(self):
-        since = len(self.reports)
-        wait_until(lambda: self._row(since, True, 3), "the robot stands")
-
-    def _row(self, since, stands, length):
-        last = self.reports[since:][-length:]
-        return len(last) == length and all(report[3] == stands for report in last)
-
-    def mean_distance_mm(self, after_s):
-        first = next(report[0] for report in self.reports if not report[3])
-        away = [abs(y_m - PATH_Y) * 1000 for at, _, y_m, _ in self.reports if at > first + after_s]
-        return sum(away) / len(away)
 
 
 class World:
@@ -268,9 +263,14 @@ def ends(robot, sent):
 
 def check_left(pioneer):
     """Its session was closed, and it stands."""
-    wait_until(lambda: "session" not in pioneer.lines[-1] or "no session" in pioneer.lines[-1],
-               "the session is closed")
+    await_no_session(pioneer)
+    pioneer.stands()
     check(pioneer.end(signal.SIGTERM) == 0, pioneer.text())
+
+
+def await_no_session(pioneer):
+    wait_until(lambda: re.search("no session|no client", pioneer.states()[-1]),
+               "the session is closed")
 
 
 def follows_a_path_over_tcp_and_goes_on_after_every_cut(bin_dir, folder):
@@ -279,34 +279,41 @@ def follows_a_path_over_tcp_and_goes_on_after_every_cut(bin_dir, folder):
         cable = Cable(pioneer.tcp_port())
         address = f"127.0.0.1:{cable.port}"
         robot = world.robot(address, f"127.0.0.1:{world.tcp_port()}", "--status", "1")
-        wait_until(lambda: cable.reports and cable.reports[-1][1] > START[0] + 4, "it has driven 4 m")
-        mean_mm = cable.mean_distance_mm(5)
+        wait_until(lambda: pioneer.poses() and pioneer.poses()[-1][1] > START[0] + 4,
+                   "it has driven 4 m")
+        mean_mm = pioneer.mean_distance_mm(5)
         print(f"mean distance from the path after 5 s: {mean_mm:.0f} mm")
         check(mean_mm < MOST_MEAN_MM, f"{mean_mm} mm from the path")
 
+        cut_s = pioneer.now_s()
         world.daemon.process.send_signal(signal.SIGSTOP)
-        cable.stands()
+        print(f"the daemon froze: the robot stood after {pioneer.stands() - cut_s:.2f} s")
         world.daemon.process.send_signal(signal.SIGCONT)
-        cable.drives()
+        pioneer.drives()
 
         told = len(robot.lines)
+        cut_s = pioneer.now_s()
         cable.closed = True
+        print(f"its connection was closed: the robot stood after {pioneer.stands() - cut_s:.2f} s")
         told = robot.await_line(f"robot {address}: closed by the other side; trying again", told)
         cable.closed = False
         told = robot.await_line(f"robot {address}: session open", told)
-        cable.drives()
+        pioneer.drives()
 
+        cut_s = pioneer.now_s()
         cable.swallows = True
+        print(f"its network fell silent: the robot stood after {pioneer.stands() - cut_s:.2f} s")
         told = robot.await_line(f"robot {address}: nothing received for 3 s; trying again", told)
         cable.swallows = False
         robot.await_line(f"robot {address}: session open", told)
-        cable.drives()
+        pioneer.drives()
 
+        cut_s = pioneer.now_s()
         world.daemon.kill()
-        cable.stands()
+        print(f"the daemon was killed: the robot stood after {pioneer.stands() - cut_s:.2f} s")
         world.start_daemon()
-        cable.drives()
-        check(abs(cable.reports[-1][2] - PATH_Y) < 0.5, f"off the path: {cable.reports[-1]}")
+        pioneer.drives()
+        check(abs(pioneer.poses()[-1][2] - PATH_Y) < 0.5, f"off the path: {pioneer.poses()[-1]}")
 
         ends(robot, signal.SIGTERM)
         print(robot.text())
@@ -330,8 +337,7 @@ def drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed(bin_di
         robot.process.send_signal(signal.SIGHUP)
         status = robot.process.wait(DEADLINE_S)
         check(status == 0, f"ended with {status}")
-        wait_until(lambda: "no session" in pioneer.lines[-1] or "no client" in pioneer.lines[-1],
-                   "the session is closed")
+        await_no_session(pioneer)
 
 
 def drives_over_udp(bin_dir, folder):
