@@ -77,7 +77,10 @@ enum class EventCode : uint8_t {
   kGoalReached = 7,
   kParameterValue = 8,
   kBatteryLow = 9,
+  kStoppedByHand = 10,
+  kPoseLost = 11,
 };
+constexpr EventCode kLastEvent = EventCode::kPoseLost;
 
 constexpr uint8_t kMinType = 1;
 constexpr uint8_t kMaxType = 15;

@@ -1,6 +1,6 @@
 // A robot's firmware from power-up on, the same on every chip.
 //
-//   RequestMemory memory __attribute__((section(".noinit")));   // outlives a warm reset
+//   WarmMemory memory __attribute__((section(".noinit")));   // outlives a warm reset
 //   MyBoard board;
 //   int main() {
 //     board.Start();
@@ -13,10 +13,15 @@
 //   bool ram_was_kept();                            the last reset was warm
 //   bool load_settings(uint8_t* to, uint8_t size);  as they were saved last; false if never. To be
 //                                                   called once, before save_settings.
+//   uint16_t diagnostic(kResetCause);               a set of ResetCause
 //   bool saved();                                   what was to be saved is
 //   uint16_t saves();                               counts what was ever saved on this board
 //   void EndTurn();                                 of the loop: feeds the watchdog, writes what is
 //                                                   to be saved, sleeps until something happens
+//
+// A warm reset with its memory intact goes on: same nonce, same place on the map, same odometry in
+// the Pioneer's session. When power was switched on, the robot is where its odometry starts. After
+// everything else, such as a sagging supply, it does not know where it is, says so, and stands.
 #pragma once
 
 #include <stddef.h>
@@ -26,9 +31,24 @@
 #include "client_fw/core/pioneer_drive.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/robot.h"
+#include "protocol/crc16.h"
 
 namespace pheromone {
 namespace client {
+
+/// What a board keeps in RAM that a reset does not clear. Plain memory.
+struct WarmMemory {
+  RequestMemory requests;
+  PioneerTrack track;
+  bool has_track;      ///< false: the Pioneer has not reported since power-up
+  uint16_t track_crc;  ///< of both
+};
+
+inline uint16_t CheckOfTrack(const WarmMemory& memory) {
+  const uint16_t crc =
+      protocol::Crc16(reinterpret_cast<const uint8_t*>(&memory.track), sizeof(memory.track));
+  return static_cast<uint16_t>(memory.has_track ? ~crc : crc ^ 0x5555u);
+}
 
 struct Place {
   void* at;
@@ -46,21 +66,32 @@ namespace pheromone {
 namespace client {
 
 template <class Board>
-__attribute__((noreturn)) void RunFirmware(Board* board, RequestMemory* memory) {
+__attribute__((noreturn)) void RunFirmware(Board* board, WarmMemory* memory) {
   static Parameters parameters;
-  uint8_t* const settings = reinterpret_cast<uint8_t*>(static_cast<Settings*>(&parameters));
-  board->load_settings(settings, sizeof(Settings));
-  if (!board->ram_was_kept() || !Trusted(*memory)) {
-    *memory = RequestMemory();
+  uint8_t packed[kSettingsSize];
+  if (board->load_settings(packed, sizeof(packed))) {
+    UnpackSettings(packed, &parameters);
+  }
+  RequestMemory* const requests = &memory->requests;
+  if (!board->ram_was_kept() || !Trusted(*requests)) {
+    parameters.pose_lost = (board->diagnostic(kResetCause) & kPowerOnReset) == 0;
+    *requests = RequestMemory();
+    memory->track = PioneerTrack();
+    memory->has_track = false;
+    memory->track_crc = CheckOfTrack(*memory);
     // Saving them once more gives a number that no boot has used before: our nonce.
-    board->save_settings(settings, sizeof(Settings));
+    PackSettings(parameters, packed);
+    board->save_settings(packed, sizeof(packed));
     while (!board->saved()) {
       board->EndTurn();
     }
-    memory->nonce = board->saves();
-    Seal(memory);
+    requests->nonce = board->saves();
+    Seal(requests);
+  } else if (memory->track_crc != CheckOfTrack(*memory)) {
+    parameters.pose_lost = true;
+    memory->has_track = false;
   }
-  parameters.boot_counter = memory->nonce;
+  parameters.boot_counter = requests->nonce;
   parameters.id = board->id();
   parameters.baud = board->radio_baud();
   // In static memory, so that the budget counts them; constructed here, because they need
@@ -68,12 +99,22 @@ __attribute__((noreturn)) void RunFirmware(Board* board, RequestMemory* memory) 
   using Drive = PioneerDrive<Board>;
   alignas(Drive) static uint8_t drive_memory[sizeof(Drive)];
   alignas(Robot<Board, Drive>) static uint8_t robot_memory[sizeof(Robot<Board, Drive>)];
-  Drive* const drive =
-      new (Place{drive_memory}) Drive(board, static_cast<int16_t>(parameters.drive_scale));
+  Drive* const drive = new (Place{drive_memory})
+      Drive(board, static_cast<int16_t>(parameters.drive_scale), parameters.sonar);
+  if (memory->has_track) {
+    drive->Continue(memory->track);
+  }
   auto* const robot =
-      new (Place{robot_memory}) Robot<Board, Drive>(board, drive, parameters, memory);
+      new (Place{robot_memory}) Robot<Board, Drive>(board, drive, parameters, requests);
+  uint8_t sips = drive->pioneer().sips();
   for (;;) {
     drive->Step();
+    if (sips != drive->pioneer().sips()) {
+      sips = drive->pioneer().sips();
+      memory->track = drive->pioneer().track();
+      memory->has_track = true;
+      memory->track_crc = CheckOfTrack(*memory);
+    }
     robot->Step();
     board->EndTurn();
   }

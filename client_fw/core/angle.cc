@@ -43,6 +43,15 @@ int16_t CosQ14(BinaryAngle angle) {
 StartPose::StartPose(const Pose& start)
     : start_(start), cos_(CosQ14(start.heading)), sin_(SinQ14(start.heading)) {}
 
+Pose StartPose::Of(const Pose& now, const Odometry& odometry) {
+  const BinaryAngle heading = static_cast<BinaryAngle>(now.heading - odometry.heading);
+  const int16_t cos = CosQ14(heading);
+  const int16_t sin = SinQ14(heading);
+  return Pose{Along(now.x_mm, odometry, static_cast<int16_t>(-cos), sin),
+              Along(now.y_mm, odometry, static_cast<int16_t>(-sin), static_cast<int16_t>(-cos)),
+              heading};
+}
+
 // `from` + floor((x * cos_x + y * cos_y) / 16384 + 1/2). Bit by bit from the lowest, halving before
 // each: floors of halves are the floor of the whole, so nothing is wider than 32 bits.
 int32_t StartPose::Along(int32_t from, const Odometry& way, int16_t cos_x, int16_t cos_y) {
@@ -74,7 +83,8 @@ int32_t StartPose::Along(int32_t from, const Odometry& way, int16_t cos_x, int16
     cos_x = static_cast<int16_t>(cos_x >> 1);
     cos_y = static_cast<int16_t>(cos_y >> 1);
   }
-  return from + sum;
+  // Unsigned: what is far off the map may wrap.
+  return static_cast<int32_t>(static_cast<uint32_t>(from) + static_cast<uint32_t>(sum));
 }
 
 bool ToPoseUnits(int32_t mm, uint16_t unit_10um, int32_t* units) {

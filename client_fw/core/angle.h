@@ -53,6 +53,10 @@ class StartPose {
     return static_cast<BinaryAngle>(start_.heading + odometry.heading);
   }
 
+  /// The start from which the robot has come to `now` if its odometry is `odometry`; each coordinate
+  /// is kFarAway if odometry is over kMaxCoordinateMm.
+  static Pose Of(const Pose& now, const Odometry& odometry);
+
  private:
   static int32_t Along(int32_t from, const Odometry& way, int16_t cos_x, int16_t cos_y);
 

@@ -75,7 +75,7 @@ TEST_F(CommandTest, SpeedTakesEffectAtOnce) {
 TEST_F(CommandTest, SpeedOutOfRangeIsABadValue) {
   Send(1, CommandCode::kSpeed, -1);
   ExpectAck(1, CommandCode::kSpeed, Reason::kBadValue);
-  Send(2, CommandCode::kSpeed, 2201);
+  Send(2, CommandCode::kSpeed, 1001);
   ExpectAck(2, CommandCode::kSpeed, Reason::kBadValue);
   EXPECT_EQ(kStraight, harness_.conversation.wheels());
   EXPECT_EQ(2u, harness_.counters().refused_commands);

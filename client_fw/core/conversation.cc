@@ -32,8 +32,9 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
       random_(parameters.id, parameters.boot_counter),
       fuzzy_(FuzzyState{kNoError}),
       parameters_(parameters),
+      stored_(parameters),
       start_(parameters.start) {
-  flags_ = kNoAnswerYet;
+  StartFrom(parameters);
   three_bytes_ms_ = static_cast<uint8_t>(BytesMs(3, parameters.baud));
   longest_frame_ms_ = static_cast<uint16_t>(BytesMs(protocol::kMaxFrame, parameters.baud) +
                                             (parameters.gap_timeout_ms == protocol::kNoGapTimeout
@@ -42,10 +43,33 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
   phase_ = Phase::kContending;
   ForgetCarrier();
   HearOther();  // we have not listened: others may be about
-  if (memory->nonce != parameters.boot_counter || memory->length > kMaxPending) {
-    *memory = RequestMemory();
-    memory->nonce = parameters.boot_counter;
+}
+
+// After a warm reset the memory goes on; otherwise it begins here.
+void Conversation::StartFrom(const Parameters& parameters) {
+  RequestMemory& memory = *memory_;
+  saves_left_ = kMaxSavesAtOnce;
+  flags_ = kNoAnswerYet;
+  if (!memory.in_use || memory.nonce != parameters.boot_counter || memory.length > kMaxPending) {
+    memory = RequestMemory();
+    memory.in_use = true;
+    memory.nonce = parameters.boot_counter;
+    memory.start = parameters.start;
   }
+  start_ = StartPose(memory.start);
+  if (memory.type != 0) {
+    parameters_.type = memory.type;
+  }
+  if (memory.has_speed) {
+    parameters_.speed_mm_s = memory.speed_mm_s;
+  }
+  if (parameters.pose_lost) {
+    LosePose();
+  }
+  if (memory.halted || !parameters.start_released) {
+    Halt();
+  }
+  Seal(memory_);
 }
 
 // Advances the timers.
@@ -66,6 +90,9 @@ void Conversation::Advance(uint32_t now_ms) {
 
 void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_busy) {
   Advance(now_ms);
+  if (odometry != nullptr && !TakePose(*odometry)) {
+    odometry = nullptr;
+  }
   const bool open = FrameOpen();
   if (phase_ == Phase::kAwaiting && !in_turn_ && tx_size_ == 0 && timers_[kWindow] == 0 && !open &&
       (quiet_ms_ > kByteGraceMs || Noisy())) {
@@ -93,7 +120,7 @@ void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_
   if (ack_due_ && clear && ends && turns_ == 0 && timers_[kReserved] == 0) {
     ack_due_ = false;
     Count(&Counters::acks);
-    Send(protocol::kCommandAck, ack_, sizeof(ack_));
+    Send(protocol::kCommandAck, memory_->ack, sizeof(memory_->ack));
     return;
   }
   if (phase_ == Phase::kResting && timers_[kPeriod] == 0 && !HasTurns()) {
@@ -179,6 +206,10 @@ void Conversation::OnSent(uint32_t now_ms) {
 }
 
 void Conversation::CheckSilence() {
+  if (timers_[kSaving] == 0 && saves_left_ != kMaxSavesAtOnce) {
+    ++saves_left_;
+    timers_[kSaving] = kSavingMs;
+  }
   if (timers_[kAnswered] == 0 && (flags_ & kNoAnswerYet) == 0) {
     Stop(kFailSafe, 0);
   }
@@ -335,6 +366,11 @@ void Conversation::Hold() {
   const uint16_t window_ms = WindowMs();
   timers_[kHeld] =
       static_cast<uint16_t>((window_ms > turnaround_ms ? window_ms - turnaround_ms : 0) + 1);
+}
+
+// Not inlined: an AVR needs a lot of code for 32 bits, and there are fifty calls.
+__attribute__((noinline)) void Conversation::Count(uint32_t Counters::*which) {
+  ++(counters_.*which);
 }
 
 void Conversation::HearOther() {

@@ -2,6 +2,7 @@
 // go in, frames, wheel speeds and counters come out.
 //
 //   conversation.OnByte(byte, now_ms);                    // each byte from the radio
+//   conversation.OnDrive(status);                         // what the drive has to tell
 //   conversation.Poll(now_ms, &odometry, channel_busy);   // every millisecond or so
 //   if (conversation.tx_size() != 0) ...                  // give tx() to the radio, at once
 //   conversation.OnSent(now_ms);                          // when its last byte has left
@@ -19,6 +20,11 @@
 // for fail_safe_ms, until they arrive. After such a silence HELLO is sent again, on slow modems
 // after 64 slots.
 //
+// Halt: after every reset the robot is halted, unless its settings say otherwise and it was not
+// halted before; so is it by COMMAND 1 and by each alarm of the drive. Only COMMAND 2 releases it,
+// and not while an alarm lasts. A robot that has lost its pose asks for nothing, and stands until it
+// was given one (settings 64 to 66) and released.
+//
 // Times are milliseconds of a clock that may wrap. After a pause of
 // the loop the robot stops and sends HELLO, as after a silence. Nothing is allocated; one instance
 // belongs to one loop (not to interrupts). Malformed and foreign frames are counted and otherwise
@@ -31,6 +37,8 @@
 #include "client_fw/core/backoff.h"
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
+#include "client_fw/core/diagnostics.h"
+#include "client_fw/core/drive_status.h"
 #include "client_fw/core/fuzzy.h"
 #include "client_fw/core/parameters.h"
 #include "client_fw/core/request_memory.h"
@@ -49,12 +57,21 @@ constexpr uint8_t kMaxRetries = 5;
 enum StopFlag : uint8_t {
   kNoAnswerYet = 0x01,   ///< none since the start
   kFailSafe = 0x02,      ///< answers stopped coming
-  kHalted = 0x04,        ///< by a COMMAND, until resume
+  kHalted = 0x04,        ///< by a reset, a COMMAND or an alarm, until resume
   kOffTheMap = 0x08,     ///< the pose is not on the map; until an answer arrives
   kWrongVersion = 0x10,  ///< the server speaks another protocol version
   kTypeMissing = 0x20,   ///< the server has no such pheromone
   kTrailLost = 0x40,     ///< nothing sensed, and LostTrail::kStop; until something is
+  kPoseLost = 0x80,      ///< by a reset; until a pose was given
 };
+
+/// A pose is given by COMMAND 8 with these ids, the heading last: mm, mm, binary angle. Not stored.
+enum PoseId : uint8_t { kPoseX = 64, kPoseY = 65, kPoseHeading = 66 };
+
+/// Changes of settings are stored so often at once, and then one a minute: an EEPROM wears out. More
+/// are refused as busy.
+constexpr uint8_t kMaxSavesAtOnce = 8;
+constexpr uint16_t kSavingMs = 60000;
 
 class Conversation : private ConversationState {
  public:
@@ -72,6 +89,13 @@ class Conversation : private ConversationState {
   /// then no intensities are requested. `channel_busy`: the radio detects a carrier; no
   /// transmission begins meanwhile.
   void Poll(uint32_t now_ms, const Odometry* odometry, bool channel_busy);
+
+  /// What the drive has to tell; call it before Poll.
+  void OnDrive(const DriveStatus& status);
+  /// True once when the drive has to stop without regard to its deceleration.
+  bool TakeEmergency();
+  /// As last told, without alarms that the settings exclude.
+  const DriveStatus& drive() const { return drive_; }
 
   /// The frame to send, without gaps and at once; it is kept until OnSent. Size 0: none.
   const uint8_t* tx() const { return tx_; }
@@ -102,8 +126,13 @@ class Conversation : private ConversationState {
   protocol::HelloAnswer server() const;
   /// The parameters given, with the settings changed by COMMANDs.
   const Parameters& parameters() const { return parameters_; }
-  /// True once after COMMAND 8 has changed a setting: it is to be stored.
+  /// True once after COMMAND 8 has changed a setting: stored() are to be stored.
   bool TakeSettingsChanged();
+  /// The settings, without values that hold only until the robot is switched off.
+  const Settings& stored() const { return stored_; }
+  /// The Diagnostic that the board is asked for, 0: none; and its answer.
+  uint8_t board_value_wanted() const { return board_value_; }
+  void TellBoardValue(uint16_t value);
   const Counters& counters() const { return counters_; }
   const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
   /// For checkers, which compare states: an EVENT is to be sent, and it is its turn.
@@ -116,6 +145,7 @@ class Conversation : private ConversationState {
   enum : uint8_t { kPingSize = 4 };  // nonce and number
 
   // Time and the channel: conversation.cc.
+  void StartFrom(const Parameters& parameters);
   void Advance(uint32_t now_ms);
   void CheckSilence();
   bool FrameOpen();
@@ -188,14 +218,23 @@ class Conversation : private ConversationState {
   void OnCommand(const uint8_t* data, uint8_t length);
   protocol::Reason Execute(uint8_t code, const uint8_t* arguments);
   protocol::Reason Change(uint8_t id, uint32_t value);
+  protocol::Reason Store(uint8_t id, uint32_t value);
+  protocol::Reason GivePose(uint8_t id, uint32_t value);
+  bool TakePose(const Odometry& odometry);
+  protocol::Reason Ask(uint8_t id);
+  uint16_t DiagnosticValue(uint8_t id) const;
+  protocol::Reason Release();
+  void Halt();
+  void LosePose();
+  void WatchBattery();
   bool HasType(uint8_t type) const;
   void Smell();
   void SetFlags(uint8_t set, uint8_t clear);
-  void Stop(StopFlag flag, uint8_t event_bit);
-  void Report(uint8_t event_bit) { events_ = static_cast<uint8_t>(events_ | event_bit); }
+  void Stop(StopFlag flag, uint16_t event_bit);
+  void Report(uint16_t event_bit) { events_ = static_cast<uint16_t>(events_ | event_bit); }
 
   void Hold();
-  void Count(uint32_t Counters::*which) { ++(counters_.*which); }
+  void Count(uint32_t Counters::*which);
   void HearOther();
   void HearServer();
 
@@ -204,6 +243,8 @@ class Conversation : private ConversationState {
   ContentionWindow window_;
   FuzzyState fuzzy_;
   Parameters parameters_;
+  DriveStatus drive_;  // as last told
+  Settings stored_;  // without what holds only until the robot is switched off
   StartPose start_;
   protocol::FrameParser parser_;
   Counters counters_ = Counters();

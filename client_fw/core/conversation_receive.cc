@@ -111,7 +111,7 @@ void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, ui
   if (opcode == protocol::kCommand && id == protocol::kBroadcastId) {
     if (length == 2 && data[1] == static_cast<uint8_t>(protocol::CommandCode::kHalt)) {
       Count(&Counters::commands);
-      SetFlags(kHalted, 0);
+      Halt();
     }
   } else if (timers_[kReserved] == 0 && (opcode == protocol::kCommand || OpensWindow(opcode))) {
     Hold();
@@ -145,7 +145,7 @@ bool Conversation::OnHelloAnswer(const uint8_t* data, uint8_t length) {
   if (epoch != memory_->epoch) {
     memory_->epoch = epoch;
     Count(&Counters::epochs);
-    command_known_ = false;
+    memory_->command_known = false;
     DropPending();  // its coordinates may mean another place now
   }
   Count(&Counters::hello_answers);

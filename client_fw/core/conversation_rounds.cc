@@ -173,7 +173,7 @@ void Conversation::TakeTurn(const Odometry* odometry) {
   if (ack_due_) {
     ack_due_ = false;
     Count(&Counters::acks);
-    Send(protocol::kCommandAck, ack_, sizeof(ack_));
+    Send(protocol::kCommandAck, memory_->ack, sizeof(memory_->ack));
     return;
   }
   if (phase_ == Phase::kAwaiting) {

@@ -128,10 +128,15 @@ void Conversation::MakeEvent() {
   while ((events_ & BitOf(static_cast<protocol::EventCode>(code))) == 0) {
     ++code;
   }
-  events_ = static_cast<uint8_t>(events_ ^ BitOf(static_cast<protocol::EventCode>(code)));
+  const protocol::EventCode event = static_cast<protocol::EventCode>(code);
+  events_ = static_cast<uint16_t>(events_ ^ BitOf(event));
   int16_t argument = 0;
-  if (code == static_cast<uint8_t>(protocol::EventCode::kParameterValue)) {
-    ReadSetting(value_id_, parameters_, &argument);
+  if (event == protocol::EventCode::kParameterValue) {
+    argument = value_;
+  } else if (event == protocol::EventCode::kObstacle) {
+    argument = static_cast<int16_t>(bumped_);
+  } else if (event == protocol::EventCode::kBatteryLow) {
+    argument = drive_.battery_100mv;
   }
   AppendSeq();
   memory_->data[memory_->length++] = code;

@@ -8,6 +8,8 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/angle.h"
+#include "client_fw/core/drive_status.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
 #include "protocol/opcodes.h"
@@ -42,6 +44,8 @@ class ConversationState {
     kTurn,        ///< until our turn begins
     kTurnLate,    ///< until it is too late for it
     kSecondTurn,  ///< until the second one begins
+    kBatteryDip,  ///< until a battery that is low all the time is reported
+    kSaving,      ///< until one more change of the settings may be stored
     kTimers
   };
 
@@ -58,20 +62,23 @@ class ConversationState {
   };
 
   /// For events_.
-  static constexpr uint8_t BitOf(protocol::EventCode event) {
-    return static_cast<uint8_t>(1u << (static_cast<uint8_t>(event) - 1));
+  static constexpr uint16_t BitOf(protocol::EventCode event) {
+    return static_cast<uint16_t>(1u << (static_cast<uint8_t>(event) - 1));
   }
 
   Phase phase_;
   uint8_t flags_;
   bool greeted_;
   bool resync_;         // buffered link: everything before a PING's echo is discarded
-  bool command_known_;  // ack_ is of a command that was executed
   bool ack_due_;
   bool event_turn_;  // intensities have come in this period, now the events
   bool trail_lost_;
   bool load_;
   bool save_;
+  bool emergency_;      // the drive is to stop as fast as it can
+  bool pose_given_;     // given_pose_ is the present one
+  bool battery_told_;   // to be low
+  uint8_t saves_left_;  // changes of settings that may be stored now
   bool idle_;  // a slot has begun since the last byte that held the channel
   bool carrier_ignored_;
   uint8_t turns_;          // ours in this round that are still to come
@@ -90,8 +97,7 @@ class ConversationState {
   uint8_t three_bytes_ms_;
   uint8_t robots_;    // others that were heard in the last census
   uint8_t counted_;   // in this one
-  uint8_t events_;    // to be reported
-  uint8_t value_id_;  // of the setting to be reported
+  uint8_t board_value_;  // id of the value that the board is to give; 0: none
   uint8_t attempt_;   // misses since the last success
   uint8_t hello_attempt_;
   uint8_t asked_opcode_;  // kAwaiting: of the request
@@ -103,13 +109,16 @@ class ConversationState {
   uint16_t framed_ms_;         // taken by frames since the last valid one
   uint16_t longest_frame_ms_;  // either holds the channel for this long
   protocol::Reason last_error_;
-  uint8_t ack_[4];  // DATA of the last command's ACK: seq, code, result
+  uint16_t events_;  // to be reported
+  int16_t value_;    // to be reported by one of them
   int16_t p_left_;
   int16_t p_right_;
   WheelSpeeds wheels_;
   int16_t spiral_;  // the intensity that makes a lost robot turn
   uint16_t pings_;
   uint32_t now_ms_;
+  Pose given_pose_;
+  uint16_t bumped_;    // its word of bumpers when the last one was reported
   uint16_t timers_[kTimers];
   uint8_t seen_[32];                  // which ones were counted in this census: a bit for each ID
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer

@@ -20,6 +20,7 @@ struct Parameters : Settings {
   uint8_t id = 1;                 ///< CLIENT_ID, 1-254
   Pose start = Pose{0, 0, 0};     ///< the pose on the map where odometry starts
   uint16_t boot_counter = 0;      ///< the nonce of HELLO: another one after each power-up
+  bool pose_lost = false;         ///< a reset has lost the pose: stand until one is given
   uint8_t gap_timeout_ms = 20;    ///< longest silence inside a frame; 0 on links without gaps
   uint8_t first_window_ms = 100;  ///< response window until HELLO's answer gives the server's
   uint32_t baud = 9600;           ///< of the radio, 300 to 4 000 000

@@ -30,11 +30,18 @@ __attribute__((noinline)) int16_t TimesQ14(int16_t value, int16_t factor_q14) {
 
 }  // namespace
 
-Pioneer::Pioneer(uint16_t now_ms, int16_t count_100nm) : PioneerState() {
+Pioneer::Pioneer(uint16_t now_ms, int16_t count_100nm, bool with_sonar) : PioneerState() {
   due_ = kPhase;
   since_ms_ = now_ms;
   put_ms_ = now_ms;
   count_100nm_ = count_100nm;
+  with_sonar_ = with_sonar;
+}
+
+void Pioneer::Continue(const PioneerTrack& track) {
+  track_ = track;
+  phase_ = kContinuing;
+  due_ = kEmergency;
 }
 
 void Pioneer::OnByte(uint8_t byte, uint16_t now_ms) {
@@ -45,6 +52,11 @@ void Pioneer::OnByte(uint8_t byte, uint16_t now_ms) {
 
 void Pioneer::OnPacket(uint16_t now_ms) {
   if (receiver_.IsSip()) {
+    if (phase_ == kContinuing) {
+      Enter(kOpen, now_ms);
+      due_ = static_cast<uint8_t>(due_ & ~kPhase);  // it is open
+      known_ = true;
+    }
     if (phase_ == kOpen) {
       since_ms_ = now_ms;
       OnSip();
@@ -54,12 +66,12 @@ void Pioneer::OnPacket(uint16_t now_ms) {
     return;
   }
   // An echo of a command that was not sent is left over from before.
-  if (receiver_.id() != phase_ || due_ != 0) {
+  if (phase_ > kSync2 || receiver_.id() != phase_ || due_ != 0) {
     return;
   }
   if (phase_ == kSync2) {
     // Until the first SIP gives the rotation of the axes.
-    cos_100nm_ = receiver_.SubclassIsSh() ? k100NmPerMm : count_100nm_;
+    track_.cos_100nm = receiver_.SubclassIsSh() ? k100NmPerMm : count_100nm_;
     Enter(kOpen, now_ms);
   } else {
     Enter(phase_ == kSync0 ? kSync1 : kSync2, now_ms);
@@ -69,41 +81,84 @@ void Pioneer::OnPacket(uint16_t now_ms) {
 void Pioneer::Enter(Phase phase, uint16_t now_ms) {
   phase_ = phase;
   since_ms_ = now_ms;
-  due_ = phase == kOpen ? kPhase | kSonar | kEnable | kSpeeds : kPhase;
+  due_ = phase == kOpen ? kPhase | kSonar | kDeceleration | kEnable | kSpeeds : kPhase;
   known_ = false;
+  motors_used_ = false;
   speeds_ = 0;
+  status_.front_mm = kNoRange;
+  front_mm_ = kNoRange;
+  last_front_mm_ = kNoRange;
 }
 
 void Pioneer::OnSip() {
   Move();
+  ++sips_;
+  LookAhead();
   if (receiver_.HasStallAndFlags()) {
-    stall_ = receiver_.Stall();
-    flags_ = receiver_.Flags();
-    if ((flags_ & (kMotorsOn | kStopPressed)) == 0) {
-      due_ |= kEnable;
-    }
-    if ((flags_ & kSonarsOn) != 0) {
-      due_ |= kSonar;
-    }
+    OnStatus();
+  }
+}
+
+// What is nearer counts at once, what is farther once every sonar has said so.
+void Pioneer::LookAhead() {
+  if (receiver_.FrontRange() < front_mm_) {
+    front_mm_ = receiver_.FrontRange();
+  }
+  status_.front_mm = front_mm_ < last_front_mm_ ? front_mm_ : last_front_mm_;
+  ++window_sips_;
+  if (window_sips_ >= kSonarSips) {
+    window_sips_ = 0;
+    last_front_mm_ = front_mm_;
+    front_mm_ = kNoRange;
+  }
+}
+
+void Pioneer::OnStatus() {
+  status_.battery_100mv = receiver_.Battery();
+  status_.bumpers = receiver_.Stall();
+  flags_ = receiver_.Flags();
+  uint8_t alarms = 0;
+  if ((status_.bumpers & kStalls) != 0) {
+    alarms |= kStallAlarm;
+  }
+  if ((status_.bumpers & ~kStalls) != 0) {
+    alarms |= kBumperAlarm;
+  }
+  if ((flags_ & kStopPressed) != 0) {
+    alarms |= kStopButtonAlarm;
+  }
+  if ((flags_ & kMotorsOn) != 0) {
+    motors_used_ = true;
+  } else if (motors_used_) {
+    motors_used_ = false;
+    alarms |= kMotorsOffAlarm;
+  } else if (alarms == 0 && speeds_ != 0) {
+    due_ |= kEnable;
+  }
+  status_.alarms = alarms;
+  if (((flags_ & kSonarsOn) != 0) != with_sonar_) {
+    due_ |= kSonar;
   }
 }
 
 void Pioneer::Move() {
-  const int16_t dx = CountsSince(x_, receiver_.X());
-  const int16_t dy = CountsSince(y_, receiver_.Y());
-  x_ = receiver_.X();
-  y_ = receiver_.Y();
+  const int16_t dx = CountsSince(track_.x, receiver_.X());
+  const int16_t dy = CountsSince(track_.y, receiver_.Y());
+  track_.x = receiver_.X();
+  track_.y = receiver_.Y();
   const BinaryAngle heading = static_cast<BinaryAngle>(receiver_.Heading() << 4);
+  Odometry* const odometry = &track_.odometry;
   if (!known_) {
     known_ = true;
-    turned_ = static_cast<BinaryAngle>(odometry_.heading - heading);
-    sin_100nm_ = TimesQ14(cos_100nm_, SinQ14(turned_));
-    cos_100nm_ = TimesQ14(cos_100nm_, CosQ14(turned_));
+    track_.turned = static_cast<BinaryAngle>(odometry->heading - heading);
+    track_.sin_100nm = TimesQ14(track_.cos_100nm, SinQ14(track_.turned));
+    track_.cos_100nm = TimesQ14(track_.cos_100nm, CosQ14(track_.turned));
     return;
   }
-  odometry_.heading = static_cast<BinaryAngle>(heading + turned_);
-  Add(dx, cos_100nm_, dy, static_cast<int16_t>(-sin_100nm_), &odometry_.x_mm, &x_rest_100nm_);
-  Add(dx, sin_100nm_, dy, cos_100nm_, &odometry_.y_mm, &y_rest_100nm_);
+  odometry->heading = static_cast<BinaryAngle>(heading + track_.turned);
+  Add(dx, track_.cos_100nm, dy, static_cast<int16_t>(-track_.sin_100nm), &odometry->x_mm,
+      &track_.x_rest_100nm);
+  Add(dx, track_.sin_100nm, dy, track_.cos_100nm, &odometry->y_mm, &track_.y_rest_100nm);
 }
 
 void Pioneer::set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s) {
@@ -113,9 +168,19 @@ void Pioneer::set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s) {
   }
 }
 
+void Pioneer::emergency_stop() {
+  speeds_ = 0;
+  if (phase_ == kOpen) {
+    due_ |= kEmergency | kSpeeds;
+  }
+}
+
 void Pioneer::Poll(uint16_t now_ms) {
   const uint16_t longest_ms = phase_ == kClosing ? kAfterCloseMs : kPioneerSilenceMs;
   if (static_cast<uint16_t>(now_ms - since_ms_) >= longest_ms) {
+    if (phase_ == kContinuing) {
+      status_.alarms = kPoseLostAlarm;  // until the first SIP
+    }
     Enter(phase_ == kClosing ? kSync0 : kClosing, now_ms);
   }
   const uint16_t since_put_ms = static_cast<uint16_t>(now_ms - put_ms_);
@@ -136,8 +201,12 @@ void Pioneer::Send() {
   tx_at_ = 0;
   if (first == kPhase) {
     tx_end_ = EncodeCommand(static_cast<PioneerCommand>(phase_ & 0x0F), tx_);
+  } else if (first == kEmergency) {
+    tx_end_ = EncodeCommand(PioneerCommand::kEmergencyStop, tx_);
   } else if (first == kSonar) {
-    tx_end_ = EncodeCommand(PioneerCommand::kSonar, 0, tx_);
+    tx_end_ = EncodeCommand(PioneerCommand::kSonar, with_sonar_, tx_);
+  } else if (first == kDeceleration) {
+    tx_end_ = EncodeCommand(PioneerCommand::kSetAcceleration, -kDecelerationMmS2, tx_);
   } else if (first == kEnable) {
     tx_end_ = EncodeCommand(PioneerCommand::kEnable, 1, tx_);
   } else {

@@ -23,9 +23,13 @@ namespace client {
 template <class Board>
 class PioneerDrive {
  public:
-  /// `board` must outlive the drive. The other argument: see Pioneer.
-  explicit PioneerDrive(Board* board, int16_t count_100nm = kPioneerCount100Nm)
-      : board_(board), pioneer_(static_cast<uint16_t>(board->millis()), count_100nm) {}
+  /// `board` must outlive the drive. The other arguments: see Pioneer.
+  explicit PioneerDrive(Board* board, int16_t count_100nm = kPioneerCount100Nm,
+                        bool with_sonar = false)
+      : board_(board), pioneer_(static_cast<uint16_t>(board->millis()), count_100nm, with_sonar) {}
+
+  /// See Pioneer.
+  void Continue(const PioneerTrack& track) { pioneer_.Continue(track); }
 
   void Step() {
     const uint16_t now_ms = static_cast<uint16_t>(board_->millis());
@@ -50,6 +54,9 @@ class PioneerDrive {
   void set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s) {
     pioneer_.set_wheel_speeds(left_mm_s, right_mm_s);
   }
+
+  void emergency_stop() { pioneer_.emergency_stop(); }
+  const DriveStatus& status() const { return pioneer_.status(); }
 
   const Pioneer& pioneer() const { return pioneer_; }
 

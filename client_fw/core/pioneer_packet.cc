@@ -80,8 +80,12 @@ bool PioneerReceiver::Push(uint8_t byte, uint16_t now_ms) {
   const uint8_t at = static_cast<uint8_t>(length_ - 1 - left_);
   if (at < 7) {
     kept_[at] = byte;
-  } else if (at >= 12 && at < 17) {
-    kept_[at - 5] = byte;
+  } else if (at >= 11 && at < 17) {
+    kept_[at - 4] = byte;
+  } else if (at == 19) {
+    readings_ = byte;
+  } else if (at > 19 && readings_ != 0) {
+    PushSonar(byte);
   }
   if ((at & 1u) != 0) {
     sum_ = static_cast<uint16_t>(sum_ + byte);
@@ -98,6 +102,22 @@ bool PioneerReceiver::Push(uint8_t byte, uint16_t now_ms) {
   return false;
 }
 
+// Number, range low, range high.
+void PioneerReceiver::PushSonar(uint8_t byte) {
+  if (reading_at_ == 0) {
+    reading_number_ = static_cast<uint8_t>(byte - kFirstFrontSonar);
+  } else if (reading_at_ == 1) {
+    reading_low_ = byte;
+  } else {
+    const uint16_t range = static_cast<uint16_t>(HighByte(byte) | reading_low_);
+    if (reading_number_ < kFrontSonars && range < front_) {
+      front_ = range;
+    }
+    --readings_;
+  }
+  reading_at_ = static_cast<uint8_t>(reading_at_ == 2 ? 0 : reading_at_ + 1);
+}
+
 void PioneerReceiver::PushHeader(uint8_t byte) {
   if (header_ == 2) {
     header_ = 0;
@@ -107,6 +127,9 @@ void PioneerReceiver::PushHeader(uint8_t byte) {
       strings_ = 0;
       sum_ = 0;
       subclass_end_ = 0;
+      readings_ = 0;
+      reading_at_ = 0;
+      front_ = kNoRange;
     }
   } else if (header_ == 1 && byte == kSecond) {
     header_ = 2;

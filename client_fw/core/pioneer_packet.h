@@ -18,6 +18,7 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/drive_status.h"
 #include "protocol/byte_order.h"
 
 namespace pheromone {
@@ -33,11 +34,12 @@ enum class PioneerCommand : uint8_t {
   kOpen = 1,    ///< begin to send information
   kClose = 2,   ///< end of the session
   kEnable = 4,  ///< motors on (1) or off (0); they are off when a session begins
-  kSetAcceleration = 5,
+  kSetAcceleration = 5,  ///< mm/s^2; negative: the deceleration
   kVel = 11,    ///< mm/s forward
   kRvel = 21,   ///< degrees/s counter-clockwise
   kSonar = 28,  ///< on (1) or off (0)
   kVel2 = 32,   ///< wheel speeds: see WheelWord
+  kEmergencyStop = 55,  ///< stop regardless of the deceleration
 };
 
 constexpr uint8_t kMaxPioneerCommand = 9;
@@ -57,6 +59,11 @@ int16_t WheelWord(int16_t left_mm_s, int16_t right_mm_s);
 /// The longest pause inside a packet. SIPs begin 100 ms apart and last 43 ms at 9600 baud.
 constexpr uint16_t kPacketGapMs = 40;
 
+/// The sonars ahead are the middle ones of the front array of eight, 10 and 30 degrees to either
+/// side.
+constexpr uint8_t kFirstFrontSonar = 2;
+constexpr uint8_t kFrontSonars = 4;
+
 /// Plain memory: PioneerReceiver() is all zero, and ready.
 class PioneerReceiver {
  public:
@@ -75,8 +82,11 @@ class PioneerReceiver {
   uint16_t Heading() const { return protocol::GetU16(kept_ + 5); }  ///< 4096 a turn
   /// Packets of old firmware end early.
   bool HasStallAndFlags() const { return length_ >= 20; }
-  uint16_t Stall() const { return protocol::GetU16(kept_ + 7); }
-  uint8_t Flags() const { return kept_[11]; }  ///< the low byte
+  uint8_t Battery() const { return kept_[7]; }  ///< 0.1 V
+  uint16_t Stall() const { return protocol::GetU16(kept_ + 8); }
+  uint8_t Flags() const { return kept_[12]; }  ///< the low byte
+  /// The shortest range of the sonars ahead in this packet, mm; kNoRange if it has none of them.
+  uint16_t FrontRange() const { return front_; }
 
   /// In the answer to SYNC2: the subclass, its third string, ends in "sh" or "SH".
   bool SubclassIsSh() const { return subclass_end_ == ('s' << 8 | 'h'); }
@@ -85,9 +95,16 @@ class PioneerReceiver {
   void PushHeader(uint8_t byte);
   void PushBody(uint8_t byte);
 
-  // Of the bytes counted by N, those from 0 to 6 and from 12 to 16 are kept: type and pose; stall,
-  // the heading setpoint, and flags.
-  uint8_t kept_[12];
+  void PushSonar(uint8_t byte);
+
+  // Of the bytes counted by N, those from 0 to 6 and from 11 to 16 are kept: type and pose; battery,
+  // stall, the heading setpoint, and flags.
+  uint8_t kept_[13];
+  uint8_t readings_;        // of sonars, still to come
+  uint8_t reading_at_;      // byte of the one that comes
+  uint8_t reading_number_;  // its sonar
+  uint8_t reading_low_;
+  uint16_t front_;
   uint8_t header_;         // bytes of FA FB N seen
   uint8_t length_;         // N
   uint8_t left_;           // of the N bytes; 0: in the header

@@ -20,7 +20,9 @@ const Heard kSync2 = Did(PioneerCommand::kSync2);
 const Heard kClose = Did(PioneerCommand::kClose);
 const Heard kOpen = Did(PioneerCommand::kOpen);
 const Heard kSonarOff = Did(PioneerCommand::kSonar, 0);
+const Heard kDecelerate = Did(PioneerCommand::kSetAcceleration, -500);
 const Heard kEnable = Did(PioneerCommand::kEnable, 1);
+const Heard kEmergency = Did(PioneerCommand::kEmergencyStop);
 const Heard kStandStill = Did(PioneerCommand::kVel2, 0);
 
 // Both wheels at 200 mm/s: ten units each.
@@ -28,12 +30,13 @@ const Heard kStraight = Did(PioneerCommand::kVel2, 10 * 256 + 10);
 
 using Commands = std::vector<Heard>;
 
-TEST(PioneerTest, OpensASessionWithMotorsOnSonarsOffAndStandingStill) {
+TEST(PioneerTest, OpensASessionWithMotorsOnSonarsOffAKnownDecelerationAndStandingStill) {
   PioneerHarness harness;
   harness.sip.flags = 0;
   harness.Run(300);
-  EXPECT_EQ((Commands{kSync0, kSync1, kSync2, kOpen, kSonarOff, kEnable, kStandStill}),
-            harness.heard);
+  EXPECT_EQ(
+      (Commands{kSync0, kSync1, kSync2, kOpen, kSonarOff, kDecelerate, kEnable, kStandStill}),
+      harness.heard);
   EXPECT_TRUE(harness.pioneer.known());
   EXPECT_EQ(kMotorsOn, harness.pioneer.flags());
 }
@@ -114,24 +117,157 @@ TEST(PioneerTest, AnEchoOutOfTurnIsIgnored) {
   EXPECT_EQ((Commands{kSync0, kSync1}), harness.heard);
 }
 
-TEST(PioneerTest, MotorsThatAreOffAreSwitchedOnAgain) {
+TEST(PioneerTest, AnEnableThatWasLostIsRepeatedOnceTheRobotIsToMove) {
   PioneerHarness harness;
-  harness.Connect();
   harness.sip.flags = 0;
+  harness.deaf_to = 4;
+  harness.Run(1000);
+  ASSERT_TRUE(harness.pioneer.known());
+  harness.deaf_to = -1;
+  harness.heard.clear();
+  harness.Run(1000);
+  EXPECT_EQ(0, harness.CountOf(PioneerCommand::kEnable)) << "a robot that is to stand needs none";
+  harness.pioneer.set_wheel_speeds(200, 200);
   harness.Run(250);
-  EXPECT_EQ((Commands{kEnable}), harness.heard);
+  EXPECT_EQ(1, harness.CountOf(PioneerCommand::kEnable));
   EXPECT_EQ(1, harness.sip.flags);
+  EXPECT_EQ(0, harness.pioneer.status().alarms);
 }
 
-TEST(PioneerTest, MotorsStayOffWhileTheStopButtonIsPressed) {
+// Somebody has pressed STOP, or the motors' own button: to let go of it must not be dangerous.
+TEST(PioneerTest, MotorsThatWereSwitchedOffStayOffUntilTheRobotIsToMoveAgain) {
+  for (const uint16_t flags : {uint16_t{0}, uint16_t{0x20}, uint16_t{0x40}}) {
+    SCOPED_TRACE(flags);
+    PioneerHarness harness;
+    harness.Connect();
+    harness.pioneer.set_wheel_speeds(200, 200);
+    harness.Run(200);
+    harness.heard.clear();
+    harness.sip.flags = flags;
+    harness.Tell(0, 0, 0);
+    const uint8_t stop = flags == 0 ? 0 : kStopButtonAlarm;
+    EXPECT_EQ(kMotorsOffAlarm | stop, harness.pioneer.status().alarms);
+    harness.pioneer.set_wheel_speeds(0, 0);  // what a robot does then
+    harness.Run(2000);
+    EXPECT_EQ(stop, harness.pioneer.status().alarms) << "the button lasts";
+    harness.sip.flags = 0;
+    harness.Run(2000);
+    EXPECT_EQ(0, harness.pioneer.status().alarms);
+    EXPECT_EQ(0, harness.CountOf(PioneerCommand::kEnable));
+    harness.pioneer.set_wheel_speeds(200, 200);
+    harness.Run(250);
+    EXPECT_EQ(1, harness.CountOf(PioneerCommand::kEnable));
+  }
+}
+
+TEST(PioneerTest, StallAndBumpersAreAlarmsForAsLongAsTheyAreReported) {
   PioneerHarness harness;
   harness.Connect();
-  harness.sip.flags = kStopPressed;
-  harness.Run(2000);
-  EXPECT_EQ(0, harness.CountOf(PioneerCommand::kEnable));
-  harness.sip.flags = 0;
-  harness.Run(200);
-  EXPECT_EQ(1, harness.CountOf(PioneerCommand::kEnable));
+  const struct {
+    uint16_t word;
+    int alarms;
+  } cases[] = {{0x0001, kStallAlarm},  {0x0100, kStallAlarm},   {0x0101, kStallAlarm},
+               {0x0002, kBumperAlarm}, {0x8000, kBumperAlarm},  {0x0080, kBumperAlarm},
+               {0x0200, kBumperAlarm}, {0x0301, kStallAlarm | kBumperAlarm}, {0x0000, 0}};
+  for (const auto& it : cases) {
+    harness.sip.stall = it.word;
+    harness.Tell(0, 0, 0);
+    EXPECT_EQ(it.alarms, harness.pioneer.status().alarms) << it.word;
+    EXPECT_EQ(it.word, harness.pioneer.status().bumpers);
+  }
+}
+
+TEST(PioneerTest, ASipThatEndsBeforeTheFlagsSaysNothingAboutThem) {
+  PioneerHarness harness;
+  harness.Connect();
+  harness.sip.stall = 0xFFFF;
+  harness.sip.size = 17;
+  harness.Tell(0, 0, 0);
+  EXPECT_EQ(0, harness.pioneer.status().alarms);
+  EXPECT_EQ(125, harness.pioneer.status().battery_100mv) << "of the one before";
+}
+
+TEST(PioneerTest, AnEmergencyStopGoesOutBeforeAnythingElseAndZeroSpeedFollows) {
+  PioneerHarness harness;
+  harness.Connect();
+  harness.pioneer.set_wheel_speeds(200, 200);
+  harness.Run(50);
+  harness.heard.clear();
+  harness.pioneer.set_wheel_speeds(300, 300);
+  harness.pioneer.emergency_stop();
+  harness.Run(50);
+  EXPECT_EQ((Commands{kEmergency, kStandStill}), harness.heard);
+}
+
+TEST(PioneerTest, AnEmergencyStopWithoutASessionIsNotSent) {
+  PioneerHarness harness;
+  harness.on = false;
+  harness.Run(2500);
+  harness.pioneer.emergency_stop();
+  harness.Run(2500);
+  EXPECT_EQ(0, harness.CountOf(PioneerCommand::kEmergencyStop));
+}
+
+// A reset of our processor, while the Pioneer rolls on in its session.
+TEST(PioneerTest, AWarmResetStopsThePioneerAndGoesOnInItsSessionWithoutAGapInTheOdometry) {
+  PioneerHarness harness(5000, k100NmPerMm);
+  harness.Connect();
+  harness.Tell(1000, 0, 0);
+  harness.Tell(1500, 0, 0);
+  const Odometry before = harness.pioneer.odometry();
+  const PioneerTrack track = harness.pioneer.track();
+  harness.heard.clear();
+  harness.pioneer = Pioneer(harness.now16(), k100NmPerMm);
+  harness.pioneer.Continue(track);
+  EXPECT_FALSE(harness.pioneer.known());
+  harness.sip.x = 1620;  // it has rolled on
+  harness.sip.y = 30;
+  harness.Run(110);
+  EXPECT_TRUE(harness.pioneer.known());
+  EXPECT_EQ(0, harness.closed);
+  EXPECT_EQ(before.x_mm + 120, harness.pioneer.odometry().x_mm);
+  EXPECT_EQ(before.y_mm + 30, harness.pioneer.odometry().y_mm);
+  EXPECT_EQ(0, harness.pioneer.status().alarms);
+  ASSERT_FALSE(harness.heard.empty());
+  EXPECT_EQ(kEmergency, harness.heard[0]);
+  EXPECT_LE(harness.heard[0].at_ms, harness.now_ms - 90) << "without waiting for a SIP";
+  EXPECT_EQ(0, harness.CountOf(PioneerCommand::kSync0));
+}
+
+TEST(PioneerTest, AWarmResetWhoseSessionIsGoneLosesThePoseAndConnectsAnew) {
+  PioneerHarness harness;
+  harness.Connect();
+  const PioneerTrack track = harness.pioneer.track();
+  harness.synced = 0;  // the Pioneer was reset too
+  harness.open = false;
+  harness.pioneer = Pioneer(harness.now16());
+  harness.pioneer.Continue(track);
+  harness.Run(kPioneerSilenceMs + 10);
+  EXPECT_EQ(kPoseLostAlarm, harness.pioneer.status().alarms);
+  harness.Run(1000);
+  EXPECT_TRUE(harness.pioneer.known());
+}
+
+TEST(PioneerTest, WhatTheFrontSonarsSeeIsTheShortestOfTheLastReports) {
+  PioneerHarness harness;
+  harness.pioneer = Pioneer(harness.now16(), kPioneerCount100Nm, true);
+  harness.Connect();
+  EXPECT_EQ(kNoRange, harness.pioneer.status().front_mm);
+  const auto tell = [&](std::vector<std::pair<int, int>> readings) {
+    harness.sip.sonars = std::move(readings);
+    harness.Tell(0, 0, 0);
+    return harness.pioneer.status().front_mm;
+  };
+  EXPECT_EQ(kNoRange, tell({{0, 200}, {1, 210}, {6, 220}, {7, 230}, {8, 100}, {15, 90}}))
+      << "to the sides and behind";
+  EXPECT_EQ(900, tell({{2, 900}, {5, 1200}}));
+  EXPECT_EQ(300, tell({{3, 300}, {4, 2000}}));
+  EXPECT_EQ(300, tell({{4, 2000}}));
+  int farther = 0;  // reports until it is believed that the way is free: all sonars have had a turn
+  while (tell({{2, 3000}, {3, 3000}}) != 3000) {
+    ASSERT_LT(++farther, 8);
+  }
+  EXPECT_GE(farther, 3);
 }
 
 TEST(PioneerTest, SonarsThatAreOnAreSwitchedOffAgain) {
@@ -217,7 +353,8 @@ TEST(PioneerTest, SilenceLeadsToANewSessionThatStandsStill) {
     harness.Step();
   }
   harness.Run(1000);
-  EXPECT_EQ(3, harness.CountOf(PioneerCommand::kVel2));  // one at first, two to keep alive
+  // One at first, then to keep alive.
+  EXPECT_GE(harness.CountOf(PioneerCommand::kVel2), 2);
   for (const Heard& it : harness.heard) {
     EXPECT_TRUE(it.command != 32 || it.argument == 0) << it;
   }
@@ -276,17 +413,17 @@ TEST(PioneerTest, FirmwareWithoutFlagsIsEnabledOnce) {
   harness.Run(2000);
   EXPECT_TRUE(harness.pioneer.known());
   EXPECT_EQ(1, harness.CountOf(PioneerCommand::kEnable));
-  EXPECT_EQ(0, harness.pioneer.stall());
+  EXPECT_EQ(0, harness.pioneer.status().bumpers);
 }
 
 TEST(PioneerTest, TellsStalls) {
   PioneerHarness harness;
   harness.Connect();
-  EXPECT_EQ(0, harness.pioneer.stall());
+  EXPECT_EQ(0, harness.pioneer.status().bumpers);
   for (const uint16_t stall : {kLeftStall, kRightStall, uint16_t{0x3E01}}) {
     harness.sip.stall = stall;
     harness.Run(100);
-    EXPECT_EQ(stall, harness.pioneer.stall());
+    EXPECT_EQ(stall, harness.pioneer.status().bumpers);
   }
 }
 

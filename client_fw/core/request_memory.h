@@ -1,5 +1,7 @@
-// The state that must survive a warm reset so that each request is executed exactly once
-// (protocol/README.md, section 7). A board keeps it in RAM that a reset does not clear (.noinit):
+// What must survive a warm reset: the requests, so that each is executed exactly once; the last
+// COMMAND, so that a repetition of it is recognised (protocol/README.md, sections 7 and 8); HALT,
+// values that are not stored, and where on the map odometry starts. A board keeps it in RAM that a
+// reset does not clear (.noinit):
 //
 //   if (!ram_was_kept || !Trusted(memory)) {
 //     memory = RequestMemory();
@@ -16,6 +18,8 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/angle.h"
+
 namespace pheromone {
 namespace client {
 
@@ -24,8 +28,16 @@ constexpr uint8_t kMaxPending = 11;
 
 /// Plain memory, zeroed by the caller when it cannot be trusted. Only Conversation writes to it.
 struct RequestMemory {
+  Pose start;      ///< the pose on the map where odometry starts
   uint16_t nonce;  ///< of the boot that used it; another boot counter clears the rest
   uint16_t epoch;  ///< the server's, as last heard
+  int16_t speed_mm_s;  ///< if has_speed: by COMMAND 3
+  uint8_t type;        ///< by COMMAND 5; 0: as stored
+  bool has_speed;
+  bool in_use;         ///< false: all of this is to be set
+  bool halted;         ///< by a COMMAND or an alarm
+  bool command_known;  ///< ack is of a command that was executed
+  uint8_t ack[4];      ///< DATA of the last command's ACK: seq, code, result
   uint8_t seq;     ///< of the last request that had one; before the first, as HELLO's answer said
   uint8_t opcode;  ///< of the request not yet answered, 0: none
   uint8_t length;

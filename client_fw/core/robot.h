@@ -13,12 +13,17 @@
 //   bool channel_busy();         carrier detected, or bytes of our own still leaving
 //   uint32_t millis();       a clock; may wrap
 //   void set_load(bool);         holds or releases the load; called at each Step
+//   void set_led(bool);          switches the LED (status_led.h); called at each Step
 //   void save_settings(const uint8_t*, uint8_t size);
-//                                keeps the bytes of Settings for the next start
+//                                keeps packed settings (settings.h) for the next start
+//   uint16_t diagnostic(uint8_t id);
+//                                one of the board's values of diagnostics.h
 // Drive:
 //   bool odometry(Odometry*);    the pose since power-up; false while it is not known
 //   void set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s);
 //                                clamps to what the drive can do
+//   void emergency_stop();       stops as fast as it can; speeds may follow at once
+//   const DriveStatus& status();  what else there is to tell
 //
 // Step() is to be called every millisecond or so: the time of a byte is the time of the Step that
 // reads it, and the answer's window opens at the Step that finds the radio idle.
@@ -28,6 +33,8 @@
 
 #include "client_fw/core/angle.h"
 #include "client_fw/core/conversation.h"
+#include "client_fw/core/range_limit.h"
+#include "client_fw/core/status_led.h"
 
 namespace pheromone {
 namespace client {
@@ -53,17 +60,27 @@ class Robot {
     for (int byte = board_->radio_get(); byte >= 0; byte = board_->radio_get()) {
       conversation_.OnByte(static_cast<uint8_t>(byte), now_ms);
     }
+    const uint8_t wanted = conversation_.board_value_wanted();
+    if (wanted != 0) {
+      conversation_.TellBoardValue(board_->diagnostic(wanted));
+    }
+    conversation_.OnDrive(drive_->status());
     Odometry odometry = {0, 0, 0};
     const bool known = drive_->odometry(&odometry);
     conversation_.Poll(now_ms, known ? &odometry : nullptr, board_->channel_busy());
     while (put_ < conversation_.tx_size() && board_->radio_put(conversation_.tx()[put_])) {
       ++put_;
     }
-    TellDrive(static_cast<uint16_t>(now_ms));
+    TellDrive(LimitByRange(conversation_.wheels(), conversation_.drive().front_mm),
+              static_cast<uint16_t>(now_ms));
+    led_.Step(LedCode(conversation_.flags(), conversation_.drive().alarms, known),
+              static_cast<uint16_t>(now_ms));
+    board_->set_led(led_.on());
     board_->set_load(conversation_.load());
     if (conversation_.TakeSettingsChanged()) {
-      const Settings& settings = conversation_.parameters();
-      board_->save_settings(reinterpret_cast<const uint8_t*>(&settings), sizeof(settings));
+      uint8_t bytes[kSettingsSize];
+      PackSettings(conversation_.stored(), bytes);
+      board_->save_settings(bytes, sizeof(bytes));
     }
   }
 
@@ -72,9 +89,11 @@ class Robot {
   WheelSpeeds wheels() const { return told_; }
 
  private:
-  void TellDrive(uint16_t now_ms) {
-    const WheelSpeeds wheels = conversation_.wheels();
-    if (driven_ && wheels == told_ && static_cast<uint16_t>(now_ms - told_ms_) < kRepeatWheelsMs) {
+  void TellDrive(WheelSpeeds wheels, uint16_t now_ms) {
+    if (conversation_.TakeEmergency()) {
+      drive_->emergency_stop();
+    } else if (driven_ && wheels == told_ &&
+               static_cast<uint16_t>(now_ms - told_ms_) < kRepeatWheelsMs) {
       return;
     }
     drive_->set_wheel_speeds(wheels.left_mm_s, wheels.right_mm_s);
@@ -86,6 +105,7 @@ class Robot {
   Board* board_;
   Drive* drive_;
   Conversation conversation_;
+  StatusLed led_;
   WheelSpeeds told_ = WheelSpeeds{0, 0};
   uint16_t told_ms_ = 0;
   uint8_t put_ = 0;  // bytes of the frame already given to the board

@@ -1,64 +1,173 @@
 #include "client_fw/core/settings.h"
 
-#include <stddef.h>
+#include "protocol/byte_order.h"
 
 namespace pheromone {
 namespace client {
 namespace {
-
-constexpr uint8_t kLastByte = kFaintestSetting;
-constexpr uint8_t kLast = kDriveScaleSetting;
-
-static_assert(offsetof(Settings, law) == kLawSetting - 1 &&
-                  offsetof(Settings, lay_trail) == kLayTrailSetting - 1 &&
-                  offsetof(Settings, lost_trail) == kLostTrailSetting - 1 &&
-                  offsetof(Settings, gain_8ths) == kGainSetting - 1 &&
-                  offsetof(Settings, faintest) == kFaintestSetting - 1,
-              "bytes stand in the order of their ids");
-static_assert(offsetof(Settings, speed_mm_s) == kLastByte &&
-                  offsetof(Settings, period_ms) == kLastByte + 2 &&
-                  offsetof(Settings, fail_safe_ms) == kLastByte + 4 &&
-                  offsetof(Settings, lost_after_ms) == kLastByte + 6 &&
-                  offsetof(Settings, drive_scale) == kLastByte + 8,
-              "and so do words");
 
 struct Range {
   uint8_t least;
   uint16_t most;
 };
 
-const Range kRanges[kLast] = {
-    {1, 15},           {0, 2},     {0, 1},       {0, 2},     {0, kMaxGain}, {0, 255},
-    {0, kMaxSpeedMmS}, {0, 30000}, {100, 30000}, {0, 30000}, {100, 30000}};
+const Range kRanges[kEndOfSettings - 1] = {
+    {1, 15},        // type
+    {0, 2},         // law
+    {0, 1},         // lay_trail
+    {0, 2},         // lost_trail
+    {0, kMaxGain},  // gain_8ths
+    {0, 255},       // faintest
+    {0, 1000},      // speed_mm_s
+    {0, 2000},      // period_ms
+    {100, 2000},    // fail_safe_ms
+    {0, 30000},     // lost_after_ms
+    {100, 30000},   // drive_scale
+    {0, 1},         // start_released
+    {0, 1},         // bumpers
+    {0, 1},         // sonar
+    {0, 255},       // low_battery_100mv
+};
 
-// The position of the setting; `id` must exist.
-uint8_t OffsetOf(uint8_t id) {
-  return static_cast<uint8_t>(id <= kLastByte ? id - 1 : 2 * id - kLastByte - 2);
+bool InRange(uint8_t id, uint32_t value) {
+  const uint8_t index = static_cast<uint8_t>(id - 1);
+  return index < kEndOfSettings - 1 && value >= kRanges[index].least &&
+         value <= kRanges[index].most;
+}
+
+uint16_t Get(uint8_t id, const Settings& from) {
+  switch (id) {
+    case kTypeSetting:
+      return from.type;
+    case kLawSetting:
+      return static_cast<uint8_t>(from.law);
+    case kLayTrailSetting:
+      return from.lay_trail;
+    case kLostTrailSetting:
+      return static_cast<uint8_t>(from.lost_trail);
+    case kGainSetting:
+      return from.gain_8ths;
+    case kFaintestSetting:
+      return from.faintest;
+    case kSpeedSetting:
+      return static_cast<uint16_t>(from.speed_mm_s);
+    case kPeriodSetting:
+      return from.period_ms;
+    case kFailSafeSetting:
+      return from.fail_safe_ms;
+    case kLostAfterSetting:
+      return from.lost_after_ms;
+    case kDriveScaleSetting:
+      return from.drive_scale;
+    case kStartReleasedSetting:
+      return from.start_released;
+    case kBumpersSetting:
+      return from.bumpers;
+    case kSonarSetting:
+      return from.sonar;
+    default:
+      return from.low_battery_100mv;
+  }
+}
+
+// `value` is in range.
+void Put(uint8_t id, uint16_t value, Settings* to) {
+  const uint8_t byte = static_cast<uint8_t>(value & 0xFFu);
+  switch (id) {
+    case kTypeSetting:
+      to->type = byte;
+      break;
+    case kLawSetting:
+      to->law = static_cast<Law>(byte);
+      break;
+    case kLayTrailSetting:
+      to->lay_trail = byte != 0;
+      break;
+    case kLostTrailSetting:
+      to->lost_trail = static_cast<LostTrail>(byte);
+      break;
+    case kGainSetting:
+      to->gain_8ths = byte;
+      break;
+    case kFaintestSetting:
+      to->faintest = byte;
+      break;
+    case kSpeedSetting:
+      to->speed_mm_s = static_cast<int16_t>(value);
+      break;
+    case kPeriodSetting:
+      to->period_ms = value;
+      break;
+    case kFailSafeSetting:
+      to->fail_safe_ms = value;
+      break;
+    case kLostAfterSetting:
+      to->lost_after_ms = value;
+      break;
+    case kDriveScaleSetting:
+      to->drive_scale = value;
+      break;
+    case kStartReleasedSetting:
+      to->start_released = byte != 0;
+      break;
+    case kBumpersSetting:
+      to->bumpers = byte != 0;
+      break;
+    case kSonarSetting:
+      to->sonar = byte != 0;
+      break;
+    default:
+      to->low_battery_100mv = byte;
+  }
+}
+
+bool FitTogether(const Settings& settings) {
+  const uint32_t blind_um =
+      static_cast<uint32_t>(settings.speed_mm_s) * settings.fail_safe_ms;
+  return settings.period_ms < settings.fail_safe_ms && blind_um <= 1000u * uint32_t{kMaxBlindMm};
 }
 
 }  // namespace
 
 bool WriteSetting(uint8_t id, uint32_t value, Settings* settings) {
-  const uint8_t index = static_cast<uint8_t>(id - 1);
-  if (index >= kLast || value < kRanges[index].least || value > kRanges[index].most) {
+  if (!InRange(id, value)) {
     return false;
   }
-  uint8_t* const at = reinterpret_cast<uint8_t*>(settings) + OffsetOf(id);
-  if (id <= kLastByte) {
-    *at = static_cast<uint8_t>(value & 0xFFu);
-  } else {
-    *reinterpret_cast<uint16_t*>(at) = static_cast<uint16_t>(value & 0xFFFFu);
+  const uint16_t before = Get(id, *settings);
+  Put(id, static_cast<uint16_t>(value & 0xFFFFu), settings);
+  if (!FitTogether(*settings)) {
+    Put(id, before, settings);
+    return false;
   }
   return true;
 }
 
 bool ReadSetting(uint8_t id, const Settings& settings, int16_t* value) {
-  if (static_cast<uint8_t>(id - 1) >= kLast) {
+  if (id == 0 || id >= kEndOfSettings) {
     return false;
   }
-  const uint8_t* const at = reinterpret_cast<const uint8_t*>(&settings) + OffsetOf(id);
-  *value = id <= kLastByte ? *at : *reinterpret_cast<const int16_t*>(at);
+  *value = static_cast<int16_t>(Get(id, settings));
   return true;
+}
+
+void PackSettings(const Settings& settings, uint8_t* to) {
+  for (uint8_t id = 1; id < kEndOfSettings; ++id) {
+    protocol::PutU16(to + 2 * (id - 1), Get(id, settings));
+  }
+}
+
+bool UnpackSettings(const uint8_t* from, Settings* settings) {
+  bool good = true;
+  for (uint8_t id = 1; good && id < kEndOfSettings; ++id, from += 2) {
+    const uint16_t value = protocol::GetU16(from);
+    good = InRange(id, value);
+    Put(id, value, settings);
+  }
+  good = good && FitTogether(*settings);
+  if (!good) {
+    *settings = Settings();
+  }
+  return good;
 }
 
 }  // namespace client

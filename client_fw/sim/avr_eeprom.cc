@@ -50,7 +50,10 @@ std::vector<uint8_t> AvrEeprom::contents() const {
   return {eeprom_->eeprom, eeprom_->eeprom + eeprom_->size};
 }
 
-void AvrEeprom::OnReset() {
+void AvrEeprom::OnReset(uint32_t rubbish) {
+  avr_->data[eeprom_->r_eearl] = static_cast<uint8_t>(rubbish);
+  avr_->data[eeprom_->r_eearh] = static_cast<uint8_t>(rubbish >> 8 & (eeprom_->size - 1) >> 8);
+  Control() = static_cast<uint8_t>(rubbish >> 16 & kMode);
   if (programming_) {
     Control() |= kProgram;
     avr_cycle_timer_register(avr_, done_cycle_ > avr_->cycle ? done_cycle_ - avr_->cycle : 0,

@@ -2,7 +2,8 @@
 // EEPROM writes at once, so that no power loss could interrupt a write.
 //
 // A byte is being programmed for 3.4 ms (1.8 ms if only erased or only written); until then EEPE
-// stays set, and neither reading nor another write is begun. A reset leaves the programming alone;
+// stays set, and neither reading nor another write is begun. A reset leaves the programming alone,
+// and rubbish in the registers that the data sheet calls undefined;
 // a loss of power leaves an arbitrary byte behind. The contents outlive both.
 //
 // Belongs to the AvrMachine; one thread. Source: ATmega1284P data sheet (8272G), section 8.4.
@@ -30,8 +31,9 @@ class AvrEeprom {
   /// Bytes programmed since the machine was created: wear.
   uint64_t writes() const { return writes_; }
 
-  /// After a reset with the power on: continues programming.
-  void OnReset();
+  /// After a reset: continues programming. Registers that are undefined then, the address and the
+  /// mode, get the bits of `rubbish`.
+  void OnReset(uint32_t rubbish);
   /// After a loss of power: a byte being programmed becomes `garbage`.
   void OnPowerLoss(uint8_t garbage);
 

@@ -232,7 +232,7 @@ void AvrMachine::Impl::AfterReset() {
   for (AvrUart& uart : uarts) {
     uart.OnReset();
   }
-  eeprom.OnReset();
+  eeprom.OnReset(static_cast<uint32_t>(noise()));
   pins.OnReset();
 }
 

@@ -1,5 +1,7 @@
 #include "client_fw/sim/avr_settings.h"
 
+#include <array>
+
 #include "client_fw/boards/nonvolatile.h"
 
 namespace pheromone::sim {
@@ -16,16 +18,15 @@ struct HostEeprom {
   static void Write(uint8_t at, uint8_t value) { Bytes()[at] = value; }
 };
 
-// avr-gcc lays Settings out in the same way, which avr_robot_test.cc relies on.
-static_assert(sizeof(client::Settings) == 16, "the AVR has no padding");
-
 }  // namespace
 
 std::vector<uint8_t> AvrEepromWith(const client::Settings& settings, uint16_t starts) {
   HostEeprom::Bytes().assign(255, 0xFF);  // up to the ID
-  client::Nonvolatile<HostEeprom, sizeof(client::Settings)> nonvolatile;
+  client::Nonvolatile<HostEeprom, client::kSettingsSize> nonvolatile;
+  std::array<uint8_t, client::kSettingsSize> packed{};
+  client::PackSettings(settings, packed.data());
   for (uint16_t start = 0; start < starts; ++start) {
-    nonvolatile.Save(reinterpret_cast<const uint8_t*>(&settings));
+    nonvolatile.Save(packed.data());
     while (!nonvolatile.saved()) {
       nonvolatile.Step();
     }

@@ -12,6 +12,7 @@
 #include <functional>
 
 #include "client_fw/core/angle.h"
+#include "client_fw/core/drive_status.h"
 #include "client_fw/core/steering.h"
 
 namespace pheromone::sim {
@@ -52,6 +53,9 @@ class DifferentialDrive {
   // The Drive concept.
   bool odometry(client::Odometry* odometry) const;
   void set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s);
+  /// It brakes as always. It has neither bumpers nor a battery.
+  void emergency_stop() { set_wheel_speeds(0, 0); }
+  const client::DriveStatus& status() const { return status_; }
 
   const PlanePose& true_pose() const { return pose_; }
   /// The present and the commanded wheel speeds (quantised and limited).
@@ -80,6 +84,7 @@ class DifferentialDrive {
   Wheel right_;
   double travelled_m_ = 0;
   bool stalled_ = false;
+  client::DriveStatus status_;  // nothing to tell
 };
 
 }  // namespace pheromone::sim

@@ -21,12 +21,13 @@
 #include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/pioneer_robot.h"
 #include "client_fw/sim/radio_medium.h"
+#include "client_fw/sim/released.h"
 #include "client_fw/sim/serial_line.h"
 
 namespace pheromone::sim {
 
 struct HostPioneerRobotConfig {
-  client::Parameters client;  ///< `start` and `baud` are overwritten
+  client::Parameters client = ReleasedParameters();  ///< `start` and `baud` are overwritten
   PioneerConfig pioneer;
   PlanePose start;
   int64_t cable_baud = 9600;

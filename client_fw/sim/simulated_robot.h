@@ -21,11 +21,12 @@
 #include "client_fw/sim/differential_drive.h"
 #include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/radio_medium.h"
+#include "client_fw/sim/released.h"
 
 namespace pheromone::sim {
 
 struct SimulatedRobotConfig {
-  client::Parameters client;  ///< `start` and `baud` are overwritten
+  client::Parameters client = ReleasedParameters();  ///< `start` and `baud` are overwritten
   DriveConfig drive;
   PlanePose start;
   int64_t power_on_ms = 0;               ///< until then it neither hears nor does anything

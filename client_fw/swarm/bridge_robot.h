@@ -22,6 +22,7 @@
 #include "client_fw/boards/host/host_board.h"
 #include "client_fw/core/robot.h"
 #include "client_fw/sim/radio_medium.h"
+#include "client_fw/sim/released.h"
 #include "client_fw/swarm/bridge_arena.h"
 
 namespace pheromone::swarm {
@@ -33,7 +34,7 @@ struct Wandering {
 };
 
 struct BridgeRobotConfig {
-  client::Parameters client;
+  client::Parameters client = sim::ReleasedParameters();
   Wandering wandering;
   double wheelbase_m = 0.33;
   double turn_s = 2;  ///< at the end of a stem
@@ -51,6 +52,8 @@ class BridgeDrive {
   // The Drive concept.
   bool odometry(client::Odometry* odometry) const;
   void set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s);
+  void emergency_stop() {}  // it has no inertia: zero speeds follow
+  const client::DriveStatus& status() const { return status_; }
 
   const sim::PlanePose& pose() const { return pose_; }
   const BridgeGuide& guide() const { return guide_; }
@@ -68,6 +71,7 @@ class BridgeDrive {
   double wander_rad_s_ = 0;
   double standing_s_ = 0;  // still to stand at the end of a stem
   std::mt19937_64 random_;
+  client::DriveStatus status_;  // nothing to tell
 };
 
 class BridgeRobot final : public sim::Station {

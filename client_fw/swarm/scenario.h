@@ -36,6 +36,7 @@
 #include "client_fw/core/parameters.h"
 #include "client_fw/sim/differential_drive.h"
 #include "client_fw/sim/pioneer_models.h"
+#include "client_fw/sim/released.h"
 #include "client_fw/swarm/channel_model.h"
 #include "server/base/result.h"
 #include "server/config/config.h"
@@ -45,7 +46,7 @@ namespace pheromone::swarm {
 
 /// Robots that differ only in their start poses.
 struct RobotGroup {
-  client::Parameters client;           ///< ID and start are set for each robot
+  client::Parameters client = sim::ReleasedParameters();  ///< ID and start are set for each robot
   std::vector<sim::PlanePose> starts;  ///< at least one
   int count = 1;
   double spread_m = 0;

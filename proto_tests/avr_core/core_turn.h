@@ -69,6 +69,8 @@ struct TurnBoard {
   bool robot_put(uint8_t byte) { return to_robot.Put(byte); }
   uint32_t millis() const { return now_ms; }
   void set_load(bool hold) { load = hold; }
+  static void set_led(bool /*on*/) {}
+  static uint16_t diagnostic(uint8_t id) { return id; }
   void save_settings(const uint8_t* from, uint8_t size) {
     saved.Clear();
     for (uint8_t i = 0; i < size; ++i) {

@@ -2,7 +2,9 @@
 // itself from everything that can fall silent.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <iostream>
+#include <numbers>
 #include <vector>
 
 #include "proto_tests/avr_firmware/firmware_world.h"
@@ -148,6 +150,122 @@ TEST(AvrFirmwareTest, WhenTheRadioFallsSilentZeroSpeedIsSentWithinHalfASecond) {
     EXPECT_GE(wheels.commands - before, 5) << "and it goes on to say so";
     EXPECT_EQ(world.robot().pioneer().counters().watchdog_stops, 0u);
   }
+}
+
+// --- Motion never begins by itself.
+
+constexpr int64_t kLongEnoughMs = 5'000;
+
+double DistanceM(const sim::PlanePose& a, const sim::PlanePose& b) {
+  return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
+}
+
+TEST(AvrSafetyTest, AnImageThatWasJustFlashedStandsUntilItIsReleased) {
+  FirmwareWorld world(1, {}, {});
+  ASSERT_TRUE(Served(&world));
+  world.RunFor(kLongEnoughMs);
+  EXPECT_EQ(DistanceM(world.robot().true_pose(), {}), 0);
+  ASSERT_TRUE(world.Command(protocol::CommandCode::kResume));
+  world.RunFor(kLongEnoughMs);
+  EXPECT_GT(DistanceM(world.robot().true_pose(), {}), 0.5);
+}
+
+TEST(AvrSafetyTest, AfterEveryResetARobotThatDroveStands) {
+  for (const AvrMachine::Cause cause : {AvrMachine::Cause::kExternal, AvrMachine::Cause::kWatchdog,
+                                        AvrMachine::Cause::kBrownOut, AvrMachine::Cause::kPowerOn}) {
+    FirmwareWorld world(1, {}, {});
+    ASSERT_TRUE(Served(&world));
+    ASSERT_TRUE(world.Command(protocol::CommandCode::kResume));
+    world.RunFor(2'000);
+    ASSERT_FALSE(Stands(world));
+    world.ResetAfter(0, cause);
+    world.RunFor(2'000);
+    EXPECT_TRUE(Stands(world)) << static_cast<int>(cause);
+    const sim::PlanePose stood = world.robot().true_pose();
+    world.RunFor(kLongEnoughMs);
+    EXPECT_EQ(DistanceM(world.robot().true_pose(), stood), 0) << static_cast<int>(cause);
+  }
+}
+
+TEST(AvrSafetyTest, ARobotThatWasHaltedStaysSoOverAWarmResetWhateverItsSettingsSay) {
+  FirmwareWorld world;
+  ASSERT_TRUE(Served(&world));
+  ASSERT_TRUE(world.Command(protocol::CommandCode::kHalt));
+  world.RunFor(2'000);
+  for (const AvrMachine::Cause cause : {AvrMachine::Cause::kExternal, AvrMachine::Cause::kWatchdog}) {
+    const sim::PlanePose stood = world.robot().true_pose();
+    world.ResetAfter(0, cause);
+    ASSERT_TRUE(Served(&world));
+    world.RunFor(kLongEnoughMs);
+    EXPECT_EQ(DistanceM(world.robot().true_pose(), stood), 0);
+  }
+}
+
+// The Pioneer rolls on while our processor starts, and that is in the pose too.
+TEST(AvrSafetyTest, AWarmResetKeepsThePoseToTheMillimetre) {
+  for (int after_ms = 0; after_ms < 300; after_ms += 37) {
+    FirmwareWorld world;
+    ASSERT_TRUE(Served(&world));
+    world.RunFor(4'000 + after_ms);
+    const sim::PlanePose before = world.robot().true_pose();
+    ASSERT_GT(before.x_m, 0.3);
+    const size_t heard = world.heard().size();
+    world.ResetAfter(100'000, AvrMachine::Cause::kWatchdog);
+    ASSERT_TRUE(world.RunUntil([&] { return world.CountHeard(protocol::kSense | 1, heard) != 0; },
+                               8'000));
+    EXPECT_EQ(world.robot().pioneer().counters().sessions, 1u);
+    EXPECT_EQ(world.CountEvents(protocol::EventCode::kPoseLost), 0u);
+    world.RunFor(3'000);
+    EXPECT_GT(world.robot().true_pose().x_m, before.x_m + 0.2) << "it drives on";
+    EXPECT_LT(world.WhereIsTheRobot().off_path_m, 0.1);
+    // What it reports now, standing, is where it is.
+    ASSERT_TRUE(world.Command(protocol::CommandCode::kHalt));
+    world.RunFor(2'000);
+    protocol::SenseRequest sense;
+    ASSERT_TRUE(Decode(world.LastHeard(protocol::kSense | 1)->message, &sense));
+    EXPECT_NEAR(sense.pose.x, world.robot().true_pose().x_m * 1000, 3);
+    EXPECT_NEAR(sense.pose.y, world.robot().true_pose().y_m * 1000, 3);
+  }
+}
+
+TEST(AvrSafetyTest, ASupplyThatSaggedLosesThePoseAndTheRobotStandsUntilItWasGivenOne) {
+  FirmwareWorld world;
+  ASSERT_TRUE(Served(&world));
+  world.RunFor(3'000);
+  const size_t heard = world.heard().size();
+  world.ResetAfter(0, AvrMachine::Cause::kBrownOut);
+  world.RunFor(kLongEnoughMs);
+  EXPECT_TRUE(Stands(world));
+  EXPECT_EQ(world.CountEvents(protocol::EventCode::kPoseLost, heard), 1u);
+  EXPECT_EQ(world.CountHeard(protocol::kSense | 1, heard), 0u) << "it does not ask from anywhere";
+  const sim::PlanePose stood = world.robot().true_pose();
+  ASSERT_TRUE(world.GivePose(static_cast<int32_t>(std::lround(stood.x_m * 1000)),
+                             static_cast<int32_t>(std::lround(stood.y_m * 1000)),
+                             static_cast<uint16_t>(std::lround(stood.heading_rad / (2 * std::numbers::pi) *
+                                                               65536))));
+  world.RunFor(kLongEnoughMs);
+  EXPECT_EQ(DistanceM(world.robot().true_pose(), stood), 0) << "it waits to be released";
+  ASSERT_TRUE(world.Command(protocol::CommandCode::kResume));
+  world.RunFor(kLongEnoughMs);
+  EXPECT_GT(world.robot().true_pose().x_m, stood.x_m + 0.5);
+  EXPECT_LT(world.WhereIsTheRobot().off_path_m, 0.1) << "it knows where it is";
+}
+
+TEST(AvrSafetyTest, AWallThatStallsItStopsItForGoodAndIsReported) {
+  sim::PioneerConfig pioneer;
+  bool wall = true;
+  pioneer.blocked = [&wall](const sim::PlanePose& pose) { return wall && pose.x_m > 0.6; };
+  FirmwareWorld world(1, {}, FirmwareWorld::Released(), pioneer);
+  ASSERT_TRUE(Served(&world));
+  ASSERT_TRUE(world.RunUntil(
+      [&] { return world.CountEvents(protocol::EventCode::kObstacle) != 0; }, 10'000));
+  wall = false;
+  world.RunFor(kLongEnoughMs);
+  EXPECT_TRUE(Stands(world)) << "it does not drive on when the obstacle goes away";
+  EXPECT_LE(world.robot().true_pose().x_m, 0.65);
+  ASSERT_TRUE(world.Command(protocol::CommandCode::kResume));
+  world.RunFor(2'000);
+  EXPECT_FALSE(Stands(world));
 }
 
 TEST(AvrFirmwareTest, AServerThatIsRestartedIsUsedAgainWithoutAnybodyHelping) {

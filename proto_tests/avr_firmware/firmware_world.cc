@@ -6,6 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "client_fw/core/conversation.h"
+#include "client_fw/sim/avr_settings.h"
 #include "protocol/byte_order.h"
 
 namespace pheromone::firmware {
@@ -37,11 +39,13 @@ engine::EngineConfig Engine() {
   return config;
 }
 
-sim::AvrRobotConfig Robot(uint64_t seed, const std::vector<uint8_t>& eeprom) {
+sim::AvrRobotConfig Robot(uint64_t seed, const std::vector<uint8_t>& eeprom,
+                          const sim::PioneerConfig& pioneer) {
   sim::AvrRobotConfig config;
   config.machine.image = PHEROMONE_CLIENT_AVR_IMAGE;
   config.machine.seed = seed;
   config.machine.eeprom = eeprom;
+  config.pioneer = pioneer;
   config.id = kRobotId;
   return config;
 }
@@ -85,8 +89,8 @@ void FirmwareWorld::Ear::OnByte(uint8_t byte, int64_t time_ns) {
 }
 
 FirmwareWorld::FirmwareWorld(uint64_t seed, const sim::RadioConfig& radio,
-                             const std::vector<uint8_t>& eeprom)
-    : medium_(radio), robot_(Robot(seed, eeprom), &medium_) {
+                             const std::vector<uint8_t>& eeprom, const sim::PioneerConfig& pioneer)
+    : medium_(radio), robot_(Robot(seed, eeprom, pioneer), &medium_) {
   medium_.AddStation(&ear_);
   servers_.emplace_back(epoch_, &medium_);
 }
@@ -126,12 +130,30 @@ bool FirmwareWorld::RunUntil(const std::function<bool()>& happened, int64_t ms) 
   return false;
 }
 
+std::vector<uint8_t> FirmwareWorld::Released() {
+  client::Settings settings;
+  settings.start_released = true;
+  return sim::AvrEepromWith(settings, 1);
+}
+
 bool FirmwareWorld::Set(client::SettingId setting, int32_t value) {
+  std::vector<uint8_t> arguments(5);
+  arguments[0] = setting;
+  protocol::PutI32(arguments.data() + 1, value);
+  return Command(protocol::CommandCode::kSetParameter, arguments);
+}
+
+bool FirmwareWorld::GivePose(int32_t x_mm, int32_t y_mm, uint16_t heading) {
+  return Set(static_cast<client::SettingId>(client::kPoseX), x_mm) &&
+         Set(static_cast<client::SettingId>(client::kPoseY), y_mm) &&
+         Set(static_cast<client::SettingId>(client::kPoseHeading), heading);
+}
+
+bool FirmwareWorld::Command(protocol::CommandCode code, std::vector<uint8_t> arguments) {
   engine::CommandIssued command;
   command.id = kRobotId;
-  command.code = protocol::CommandCode::kSetParameter;
-  command.arguments[0] = setting;
-  protocol::PutI32(command.arguments.data() + 1, value);
+  command.code = code;
+  std::copy(arguments.begin(), arguments.end(), command.arguments.begin());
   std::vector<engine::Outgoing> out;
   if (!service().Issue(command, &out).ok()) {
     return false;
@@ -140,7 +162,18 @@ bool FirmwareWorld::Set(client::SettingId setting, int32_t value) {
     servers_.back().station.Queue(outgoing);
   }
   const size_t before = heard().size();
-  return RunUntil([&] { return CountHeard(protocol::kCommandAck, before) != 0; }, 5000);
+  protocol::CommandAck ack;
+  return RunUntil([&] { return CountHeard(protocol::kCommandAck, before) != 0; }, 5000) &&
+         Decode(LastHeard(protocol::kCommandAck)->message, &ack) && ack.result == 0;
+}
+
+size_t FirmwareWorld::CountEvents(protocol::EventCode code, size_t from) const {
+  size_t count = 0;
+  for (size_t i = from; i < heard().size(); ++i) {
+    protocol::EventReport event;
+    count += Decode(heard()[i].message, &event) && event.code == code ? 1u : 0u;
+  }
+  return count;
 }
 
 const HeardFrame* FirmwareWorld::LastHeard(uint8_t opcode) const {

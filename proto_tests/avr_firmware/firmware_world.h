@@ -38,9 +38,11 @@ struct HeardFrame {
 
 class FirmwareWorld {
  public:
-  /// `eeprom`: the contents of the robot's EEPROM from address 0; the rest is erased.
+  /// `eeprom`: the contents of the robot's EEPROM from address 0; the rest is erased. Without, a
+  /// robot with default settings, but released.
   explicit FirmwareWorld(uint64_t seed = 1, const sim::RadioConfig& radio = {},
-                         const std::vector<uint8_t>& eeprom = {});
+                         const std::vector<uint8_t>& eeprom = Released(),
+                         const sim::PioneerConfig& pioneer = {});
   FirmwareWorld(const FirmwareWorld&) = delete;
   FirmwareWorld& operator=(const FirmwareWorld&) = delete;
 
@@ -61,6 +63,16 @@ class FirmwareWorld {
   void StopServer() { running_ = false; }
   /// Starts a new server without the old one's state.
   void StartServer();
+
+  /// The EEPROM of a robot with default settings that drives without being released.
+  static std::vector<uint8_t> Released();
+
+  /// Sends a COMMAND until it is acknowledged. False if it was not within 5 s, or was refused.
+  bool Command(protocol::CommandCode code, std::vector<uint8_t> arguments = {});
+  /// Tells the robot where it is: mm, mm, binary angle.
+  bool GivePose(int32_t x_mm, int32_t y_mm, uint16_t heading);
+  /// EVENTs with this code.
+  size_t CountEvents(protocol::EventCode code, size_t from = 0) const;
 
   /// Sends COMMAND 8 until it is acknowledged. False if it was not within 5 s.
   bool Set(client::SettingId setting, int32_t value);

@@ -111,6 +111,22 @@ class ResetTest : public ::testing::Test {
         8'000);
   }
 
+  // A robot that does not know where it is anymore says so and asks for nothing: it is told. Returns
+  // whether it did not know.
+  bool TellWhereItIsIfItIsLost(size_t since) {
+    EXPECT_TRUE(world_.RunUntil(
+        [&] {
+          return world_.CountHeard(kTraceOne, since) != 0 ||
+                 world_.CountEvents(protocol::EventCode::kPoseLost, since) != 0;
+        },
+        8'000));
+    if (world_.CountHeard(kTraceOne, since) != 0) {
+      return false;
+    }
+    EXPECT_TRUE(world_.GivePose(0, 0, 0));
+    return true;
+  }
+
   FirmwareWorld world_;
   Observer observer_;
 };
@@ -121,18 +137,21 @@ constexpr int64_t kExchangeUs = 125'000;
 
 TEST_F(ResetTest, AWarmResetAtAnyMomentOfADepositLeavesItExactlyOnce) {
   int resets = 0;
+  int lost = 0;  // a change of the memory was cut
   for (int64_t us = 0; us < kExchangeUs; us += 53, ++resets) {
     ASSERT_TRUE(RunUntilSent());
     world_.RunFor(us / 1000);
     world_.ResetAfter(us % 1000 * 1000, resets % 4 == 3 ? AvrMachine::Cause::kWatchdog
                                                         : AvrMachine::Cause::kExternal);
+    lost += TellWhereItIsIfItIsLost(world_.heard().size()) ? 1 : 0;
     ASSERT_TRUE(RunUntilQuiet()) << "after " << us << " us";
     ASSERT_EQ(world_.Deposits(), observer_.distinct) << "after " << us << " us";
     ASSERT_EQ(observer_.answered, observer_.distinct);
     ASSERT_EQ(observer_.skipped, 0u) << "after " << us << " us";
   }
   EXPECT_GT(observer_.repeated, static_cast<uint64_t>(resets) / 10) << "the moments matter";
-  std::cout << resets << " resets, " << observer_.distinct << " deposits, " << observer_.repeated
+  EXPECT_LT(lost, resets / 50) << "a warm reset keeps the pose";
+  std::cout << resets << " resets, pose lost " << lost << " times, " << observer_.distinct << " deposits, " << observer_.repeated
             << " repetitions, " << observer_.nonces.size() << " nonces\n";
 }
 
@@ -143,6 +162,8 @@ TEST_F(ResetTest, ALossOfPowerAtAnyMomentOfADepositLeavesItAtMostOnceAndTheNextO
     world_.RunFor(us / 1000);
     world_.ResetAfter(us % 1000 * 1000,
                       losses % 4 == 3 ? AvrMachine::Cause::kBrownOut : AvrMachine::Cause::kPowerOn);
+    const bool lost = TellWhereItIsIfItIsLost(world_.heard().size());
+    ASSERT_EQ(lost, losses % 4 == 3) << "only a supply that sagged leaves it in doubt";
     const uint64_t before = observer_.answered;
     ASSERT_TRUE(world_.RunUntil(
         [&] {

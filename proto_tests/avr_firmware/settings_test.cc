@@ -17,7 +17,7 @@ constexpr uint8_t kSenseOne = protocol::kSense | 1;
 constexpr int64_t kDefaultPeriodMs = 200;
 
 // client_fw/boards/nonvolatile.h: version, settings and check, in one of four slots by turns.
-constexpr size_t kRecordSize = 2 + sizeof(client::Settings) + 2;
+constexpr size_t kRecordSize = 2 + client::kSettingsSize + 2;
 constexpr size_t kSlots = 4;
 
 // From one question to the next, heard on the channel; 0 if there were none. To be asked for when
@@ -51,7 +51,7 @@ std::vector<uint8_t> EepromOfARobotThatWasTold() {
   EXPECT_TRUE(world.RunUntil([&] { return world.CountHeard(0x81) >= 2; }, 10'000));
   for (const int32_t period_ms : {300, 400}) {
     EXPECT_TRUE(world.Set(client::kPeriodSetting, period_ms));
-    world.RunFor(200);  // 20 bytes of 3.4 ms
+    world.RunFor(300);  // 34 bytes of 3.4 ms
   }
   return world.robot().machine().eeprom();
 }
@@ -79,8 +79,8 @@ TEST(AvrSettingsTest, AreFoundInTheEepromByAnotherChipOfTheSameFirmware) {
 
 TEST(AvrSettingsTest, ADamagedRecordIsIgnoredAndTheOneBeforeItRules) {
   const std::vector<uint8_t> good = EepromOfARobotThatWasTold();
-  // The third that was saved: the first was made at power-up.
-  const size_t newest = 3 * kRecordSize;
+  // The fourth that was saved, in slot 4 mod 4: the first was there, the second made at power-up.
+  const size_t newest = 0;
   for (const size_t offset : {size_t{0}, size_t{2}, size_t{9}, kRecordSize - 1}) {
     std::vector<uint8_t> damaged = good;
     damaged[newest + offset] ^= 0x04;

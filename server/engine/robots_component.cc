@@ -80,7 +80,7 @@ Message RobotsComponent::Change(const Context& /*context*/, LinkIndex /*link*/,
   assert(is_event);
   (void)is_event;
   if (event.code < protocol::EventCode::kLoadPicked ||
-      event.code > protocol::EventCode::kBatteryLow) {
+      event.code > protocol::kLastEvent) {
     return ErrorMessage(request, Reason::kBadValue);
   }
   Message answer;

@@ -74,6 +74,7 @@ client::Parameters ConversationWorld::ParametersAt(uint16_t boot_counter) {
   parameters.id = kRobot;
   parameters.type = kType;
   parameters.lay_trail = true;
+  parameters.start_released = true;
   parameters.boot_counter = boot_counter;
   return parameters;
 }

@@ -7,6 +7,7 @@ namespace client {
 
 void AvrBoard::Start() {
   const uint8_t cause = MCUSR;
+  reset_cause_ = cause;
   MCUSR = 0;  // first after a watchdog reset, or the watchdog keeps its 16 ms
   wdt_enable(WDTO_250MS);
   // A bootloader that clears MCUSR hides the cause: then RAM is not trusted.
@@ -14,10 +15,14 @@ void AvrBoard::Start() {
       (cause & (1u << EXTRF | 1u << WDRF)) != 0 && (cause & (1u << PORF | 1u << BORF)) == 0;
   PORTA = 0xFF;
   PORTD = kRadioRxd | kRobotRxd | kCarrier;  // pull-ups: unconnected inputs are idle
-  DDRD = kPtt | kLoad;
+  DDRD = kPtt | kLoad | kLed;
   StartUarts();
   StartClock();
   sei();
+}
+
+uint16_t AvrBoard::diagnostic(uint8_t id) const {
+  return id == kResetCause ? reset_cause_ : 0;
 }
 
 uint8_t AvrBoard::id() const {

@@ -15,6 +15,7 @@
 #include "client_fw/boards/avr/pins.h"
 #include "client_fw/boards/avr/uarts.h"
 #include "client_fw/boards/nonvolatile.h"
+#include "client_fw/core/diagnostics.h"
 #include "client_fw/core/settings.h"
 
 namespace pheromone {
@@ -48,8 +49,17 @@ class AvrBoard {
       PORTD &= static_cast<uint8_t>(~kLoad);
     }
   }
+  void set_led(bool on) {
+    if (on) {
+      PORTD |= kLed;
+    } else {
+      PORTD &= static_cast<uint8_t>(~kLed);
+    }
+  }
   /// For `size`, see load_settings.
   void save_settings(const uint8_t* from, uint8_t /*size*/) { nonvolatile_.Save(from); }
+
+  uint16_t diagnostic(uint8_t id) const;
 
   // Also required by client_fw/boards/firmware.h.
   /// There is one size, that of Settings.
@@ -69,8 +79,9 @@ class AvrBoard {
   }
 
  private:
-  Nonvolatile<Eeprom, sizeof(Settings)> nonvolatile_;
+  Nonvolatile<Eeprom, kSettingsSize> nonvolatile_;
   uint32_t now_ms_ = 0;
+  uint8_t reset_cause_ = 0;  // MCUSR
   bool ram_was_kept_ = false;
 };
 

@@ -12,24 +12,24 @@ namespace client {
 /// The robot's ID if no strap is set; 0xFF, as erased, is ID 1. Below it: Nonvolatile.
 constexpr uint8_t kIdAddress = 255;
 
-/// For the main loop, with interrupts enabled. Of its 4 KiB the first
-/// 256 bytes are used: EEARH stays as a reset leaves it, 0.
+/// For the main loop, with interrupts enabled. Of its 4 KiB the first 256 bytes are used. Address and
+/// mode bits are undefined after a reset (datasheet, section 8.6), so both are written every time.
 struct Eeprom {
   static bool Ready() { return (EECR & 1u << EEPE) == 0; }
 
   static uint8_t Read(uint8_t at) {
     while (!Ready()) {
     }
-    EEARL = at;
+    EEAR = at;
     EECR |= 1u << EERE;
     return EEDR;
   }
 
   static void Write(uint8_t at, uint8_t value) {
-    EEARL = at;
+    EEAR = at;
     EEDR = value;
     cli();
-    EECR |= 1u << EEMPE;
+    EECR = 1u << EEMPE;  // and mode 0: erase and write
     EECR |= 1u << EEPE;  // within four cycles
     sei();
   }

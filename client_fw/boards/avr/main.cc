@@ -5,7 +5,7 @@
 namespace {
 
 // Not cleared by start-up, so that it survives a warm reset.
-pheromone::client::RequestMemory memory __attribute__((section(".noinit")));
+pheromone::client::WarmMemory memory __attribute__((section(".noinit")));
 
 pheromone::client::AvrBoard board;
 

@@ -18,6 +18,7 @@ constexpr uint8_t kRobotRxd = 1u << PD2;
 constexpr uint8_t kPtt = 1u << PHEROMONE_PTT_BIT;  ///< out, high: transmit
 constexpr uint8_t kCarrier = 1u << PD5;            ///< in, low: the radio hears a carrier
 constexpr uint8_t kLoad = 1u << PD6;               ///< out, high: hold the load
+constexpr uint8_t kLed = 1u << PD7;                ///< out, high: light
 
 // Port A: straps to ground, bit by bit the robot's ID; pulled up, so that no strap is ID 0.
 

@@ -13,6 +13,7 @@ constexpr uint32_t kStraps = 0xFF;
 constexpr uint32_t kCarrier = 1u << 8;
 constexpr uint32_t kPtt = 1u << 9;
 constexpr uint32_t kLoad = 1u << 10;
+constexpr uint32_t kLed = 1u << 11;
 
 // The first time it expires it only interrupts (without a handler), the second time it resets.
 constexpr uint32_t kWatchdogCycles = kClockHz / 8;
@@ -34,7 +35,7 @@ void CortexMBoard::Start() {
   ram_was_kept_ = kept[0] == kKept[0] && kept[1] == kKept[1];
   kept[0] = kKept[0];
   kept[1] = kKept[1];
-  Gpio().output_enable_set = kPtt | kLoad;
+  Gpio().output_enable_set = kPtt | kLoad | kLed;
   Watchdog().load = kWatchdogCycles;
   Watchdog().control = 3;
   radio_.Start(radio_baud());
@@ -59,6 +60,12 @@ bool CortexMBoard::channel_busy() {
 void CortexMBoard::set_load(bool hold) {
   DisableInterrupts();
   SetPin(kLoad, hold);
+  EnableInterrupts();
+}
+
+void CortexMBoard::set_led(bool on) {
+  DisableInterrupts();
+  SetPin(kLed, on);
   EnableInterrupts();
 }
 

@@ -5,7 +5,7 @@
 //   board.Start();          // before anything else
 //
 // Pins of GPIO 0, all high when active, so that a machine without GPIO has neither straps nor a
-// carrier: 0-7 in: the ID; 8 in: carrier; 9 out: PTT; 10 out: hold the load.
+// carrier: 0-7 in: the ID; 8 in: carrier; 9 out: PTT; 10 out: hold the load; 11 out: the LED.
 //
 // This board has no EEPROM. RAM is used instead, which survives resets but not a loss of power:
 // settings are then lost, and nonces begin at 1 again, so that "at most once" does not hold after a
@@ -19,6 +19,7 @@
 #include "client_fw/boards/cortex_m/interrupt_uart.h"
 #include "client_fw/boards/cortex_m/registers.h"
 #include "client_fw/boards/nonvolatile.h"
+#include "client_fw/core/diagnostics.h"
 #include "client_fw/core/parameters.h"
 
 namespace pheromone {
@@ -53,7 +54,14 @@ class CortexMBoard {
   int robot_get() { return robot_.Get(); }
   bool robot_put(uint8_t byte) { return robot_.Put(byte); }
   void set_load(bool hold);
+  void set_led(bool on);
   void save_settings(const uint8_t* from, uint8_t /*size*/) { nonvolatile_.Save(from); }
+
+  /// There are no framing errors in QEMU, and bytes wait until they are taken.
+  uint16_t diagnostic(uint8_t id) const {
+    const uint8_t cause = ram_was_kept_ ? kExternalReset : kPowerOnReset;
+    return id == kResetCause ? cause : uint8_t{0};
+  }
 
   // Also required by client_fw/boards/firmware.h.
   bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
@@ -74,7 +82,7 @@ class CortexMBoard {
  private:
   InterruptUart radio_{0};
   InterruptUart robot_{1};
-  Nonvolatile<ResetProofRam, sizeof(Settings)> nonvolatile_;
+  Nonvolatile<ResetProofRam, kSettingsSize> nonvolatile_;
   volatile uint32_t now_ms_ = 0;
   volatile uint8_t line_busy_ms_ = 0;  // after the last byte has gone to the shift register
   volatile bool happened_ = false;     // an interrupt, since the last EndTurn

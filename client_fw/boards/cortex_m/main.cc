@@ -4,7 +4,7 @@
 
 namespace {
 
-pheromone::client::RequestMemory memory __attribute__((section(".noinit")));
+pheromone::client::WarmMemory memory __attribute__((section(".noinit")));
 pheromone::client::CortexMBoard board;
 
 }  // namespace

@@ -16,6 +16,8 @@
 
 #include <vector>
 
+#include "client_fw/core/diagnostics.h"
+
 namespace pheromone {
 namespace client {
 
@@ -60,6 +62,10 @@ class HostBoard {
   bool channel_busy() const { return carrier_ || !radio_tx_idle(); }
   uint32_t millis() const { return now_ms_; }
   void set_load(bool load) { load_ = load; }
+  void set_led(bool on) { led_ = on; }
+  uint16_t diagnostic(uint8_t id) const {
+    return id == kRadioOverruns ? static_cast<uint16_t>(overruns_) : uint16_t{0};
+  }
   void save_settings(const uint8_t* bytes, uint8_t size) { settings_.assign(bytes, bytes + size); }
 
   // The host's side.
@@ -97,7 +103,8 @@ class HostBoard {
   uint32_t overruns() const { return overruns_; }
   /// Whether the robot holds its load.
   bool load() const { return load_; }
-  /// The bytes of client::Settings as last saved; empty if never.
+  bool led() const { return led_; }
+  /// Packed client::Settings as last saved; empty if never.
   const std::vector<uint8_t>& settings() const { return settings_; }
 
  private:
@@ -108,6 +115,7 @@ class HostBoard {
   bool carrier_ = false;
   bool leaving_ = false;
   bool load_ = false;
+  bool led_ = false;
   std::vector<uint8_t> settings_;
 };
 

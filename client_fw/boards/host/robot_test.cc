@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <vector>
 
 #include "client_fw/boards/host/host_board.h"
@@ -19,10 +18,14 @@ struct FakeDrive {
     return known;
   }
   void set_wheel_speeds(int16_t left, int16_t right) { told.push_back({left, right}); }
+  void emergency_stop() { ++emergencies; }
+  const DriveStatus& status() const { return reported; }
 
   Odometry pose = {0, 0, 0};
   bool known = true;
   std::vector<WheelSpeeds> told;
+  int emergencies = 0;
+  DriveStatus reported;
 };
 
 class RobotTest : public testing::Test {
@@ -63,6 +66,9 @@ class RobotTest : public testing::Test {
 
   void Serve() {
     protocol::Message answer;
+    if (request_.opcode == protocol::kCommandAck) {
+      return;
+    }
     if (request_.opcode == protocol::kHello) {
       protocol::HelloAnswer hello;
       hello.id = kTestId;
@@ -177,9 +183,95 @@ TEST_F(RobotTest, LoadAndSettingsReachTheBoard) {
   command.arguments[1] = 250;
   Command(command);
   Settings saved;
-  ASSERT_EQ(sizeof(saved), board_.settings().size());
-  std::memcpy(&saved, board_.settings().data(), sizeof(saved));
+  ASSERT_EQ(size_t{kSettingsSize}, board_.settings().size());
+  ASSERT_TRUE(UnpackSettings(board_.settings().data(), &saved));
   EXPECT_EQ(250, saved.speed_mm_s);
+}
+
+TEST_F(RobotTest, FailSafeIsAnEmergencyStopAndOneOnly) {
+  Run(1000);
+  EXPECT_EQ(0, drive_.emergencies);
+  serving_ = false;
+  Run(5000);
+  EXPECT_EQ(1, drive_.emergencies);
+  EXPECT_EQ((WheelSpeeds{0, 0}), drive_.told.back());
+}
+
+TEST_F(RobotTest, ABumperIsAnEmergencyStopWithinAPassOfTheLoop) {
+  Run(1000);
+  drive_.reported.alarms = kBumperAlarm;
+  Step();
+  EXPECT_EQ(1, drive_.emergencies);
+  EXPECT_EQ((WheelSpeeds{0, 0}), drive_.told.back());
+  drive_.reported.alarms = 0;
+  Run(5000);
+  EXPECT_EQ((WheelSpeeds{0, 0}), drive_.told.back()) << "until somebody releases it";
+  protocol::Command command;
+  command.id = kTestId;
+  command.seq = 1;
+  command.code = protocol::CommandCode::kResume;
+  Command(command);
+  Run(500);
+  EXPECT_EQ((WheelSpeeds{200, 200}), drive_.told.back());
+  EXPECT_EQ(1, drive_.emergencies);
+}
+
+TEST_F(RobotTest, WhatIsAheadLimitsTheSpeedTowardsIt) {
+  Run(1000);
+  drive_.reported.front_mm = 350;
+  Step();
+  EXPECT_EQ((WheelSpeeds{100, 100}), drive_.told.back());
+  drive_.reported.front_mm = 100;
+  Step();
+  EXPECT_EQ((WheelSpeeds{0, 0}), drive_.told.back());
+  drive_.reported.front_mm = kNoRange;
+  Step();
+  EXPECT_EQ((WheelSpeeds{200, 200}), drive_.told.back());
+  EXPECT_EQ(0, drive_.emergencies);
+}
+
+TEST_F(RobotTest, AnswersWithAValueOfTheBoard) {
+  Run(1000);
+  protocol::Command command;
+  command.id = kTestId;
+  command.seq = 1;
+  command.code = protocol::CommandCode::kGetParameter;
+  command.arguments[0] = kRadioOverruns;
+  for (int i = 0; i < 4096 + 3; ++i) {
+    board_.Receive(0);
+  }
+  Step();
+  Run(500);
+  Command(command);
+  for (int i = 0; i < 1000 && request_.opcode != protocol::kEvent; ++i) {
+    Step();
+  }
+  protocol::EventReport event;
+  ASSERT_TRUE(Decode(request_, &event));
+  EXPECT_EQ(protocol::EventCode::kParameterValue, event.code);
+  EXPECT_EQ(3, event.argument);
+}
+
+TEST_F(RobotTest, TheLedIsSteadyWhileItDrivesAndFlashesOnceWhileItIsHalted) {
+  Run(6000);
+  const auto changes = [&](int ms) {
+    int count = 0;
+    for (int i = 0; i < ms; ++i) {
+      const bool before = board_.led();
+      Step();
+      count += before != board_.led() ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_TRUE(board_.led());
+  EXPECT_EQ(0, changes(2000));
+  protocol::Command command;
+  command.id = kTestId;
+  command.seq = 1;
+  command.code = protocol::CommandCode::kHalt;
+  Command(command);
+  changes(2000);
+  EXPECT_EQ(10, changes(5 * 6 * 256)) << "on and off again, five times in five periods";
 }
 
 TEST_F(RobotTest, UnknownOdometryIsNotSent) {

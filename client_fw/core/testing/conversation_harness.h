@@ -29,6 +29,7 @@ inline Parameters TestParameters() {
   parameters.type = 2;
   parameters.boot_counter = 0x1234;
   parameters.fail_safe_ms = 500;
+  parameters.start_released = true;
   parameters.lost_after_ms = 0;  // what it does then has tests of its own
   return parameters;
 }

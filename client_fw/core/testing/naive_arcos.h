@@ -2,9 +2,11 @@
 // the tests and the fuzzer of pioneer_packet.h compare with. For tests only.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pheromone {
@@ -77,7 +79,8 @@ struct Sip {
   uint16_t th = 0;
   uint16_t stall = 0;
   uint16_t flags = 0x0001;  ///< motors on
-  size_t size = 38;         ///< bytes of the body kept, as of firmware that knows only so many
+  std::vector<std::pair<int, int>> sonars = {};  ///< number, mm
+  size_t size = 38;  ///< bytes of the body kept, as of firmware that knows only so many
 
   Bytes Body() const {
     const auto low = [](uint16_t word) { return static_cast<uint8_t>(word % 256); };
@@ -85,8 +88,15 @@ struct Sip {
     Bytes body = {type,       low(x),      high(x), low(y), high(y),    low(th),
                   high(th),   0x11,        0x22,    0x33,   0x44,       125,
                   low(stall), high(stall), 0x55,    0x66,   low(flags), high(flags)};
-    body.resize(38);
-    body.resize(size);
+    body.resize(19);  // and the compass
+    body.push_back(static_cast<uint8_t>(sonars.size()));
+    for (const auto& [number, mm] : sonars) {
+      body.push_back(static_cast<uint8_t>(number));
+      body.push_back(static_cast<uint8_t>(mm % 256));
+      body.push_back(static_cast<uint8_t>(mm / 256));
+    }
+    body.resize(body.size() + 18);  // the rest of new firmware
+    body.resize(std::min(body.size(), size + 3 * sonars.size()));
     return body;
   }
 };

@@ -120,6 +120,7 @@ class PioneerHarness {
   bool on = true;
   bool mute = false;       ///< hears and obeys, but is not heard
   bool deaf = false;       ///< hears nothing
+  int deaf_to = -1;        ///< does not hear this command
   bool jammed = false;     ///< the client's UART takes no byte
   int lost_replies = 0;    ///< to be lost from now on
   bool lose_open = false;  ///< the next OPEN does not arrive
@@ -133,7 +134,7 @@ class PioneerHarness {
       command.argument = (body[2] + 256 * body[3]) * (body[1] == 0x3B ? 1 : -1);
     }
     heard.push_back(command);
-    if (!on || deaf) {
+    if (!on || deaf || command.command == deaf_to) {
       return;
     }
     if (synced == 3) {
