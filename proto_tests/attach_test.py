@@ -239,7 +239,7 @@ class World:
 
     def robot(self, robot, modem, *options):
         return self.start(Program(self.bin_dir / "pheromone-robot", "--robot", robot, "--modem", modem,
-                                  "--start", *START, "--wide", "--speed", "300", *options,
+                                  "--start", *START, "--wide", "--speed", "300", "--released", *options,
                                   cwd=self.folder))
 
     def close(self):
@@ -386,7 +386,9 @@ def does_what_the_readme_says(bin_dir, folder):
     check(len(blocks) == 3, f"README.md: {len(blocks)} blocks")
     try:
         shell = run(blocks[0])
+        shell.await_line("stands: halted")
         wait_until(lambda: gone_m() >= 0, "the server has heard of the robot")
+        check(gone_m() < 0.01, "the robot moves before it is told to")
         resume = run(blocks[1])
         check(resume.process.wait(DEADLINE_S) == 0, f"README.md: {blocks[1]} failed")
         wait_until(lambda: gone_m() > 0.5, "the robot has driven half a metre")
@@ -415,13 +417,14 @@ def says_what_is_wrong_with_the_command_line(bin_dir, folder):
             ("--start", "1 2", "3 required"), ("--start", "nan 0 0", "nan m, expected"),
             ("--start", "1e9 0 0", "expected at most"), ("--start", "0 0 inf", "heading"),
             ("--id", "0", "1 to 254"), ("--id", "255", "1 to 254"), ("--type", "16", "1 to 15"),
-            ("--speed", "-5", "20 to 2200"), ("--speed", "fast", "fast"),
-            ("--fail-safe", "99", "100 to 30000"), ("--fail-safe", "200", "more than the period"),
+            ("--speed", "-5", "20 to 1000"), ("--speed", "fast", "fast"),
+            ("--fail-safe", "99", "100 to 2000"), ("--fail-safe", "200", "more than the period"),
+            ("--speed", "900 --fail-safe 2000", "drives 1800 mm in 2000 ms"),
             ("--robot-baud", "1234", "9600"), ("--seconds", "nan", "nan is not a number"),
             ("--status", "0", "0 is not a number")):
         words = []
         for name, text in {**good, option: value}.items():
-            words += [name, *(text.split() if name == "--start" else [text])]
+            words += [name, *(text.split() if name != "--robot" else [text])]
         run = subprocess.run([bin_dir / "pheromone-robot", *words], capture_output=True, text=True,
                              cwd=folder, timeout=DEADLINE_S, check=False)
         check(run.returncode == 2 and told in run.stderr,

@@ -15,7 +15,7 @@ bool Same(const client::Odometry& a, const client::Odometry& b) {
 }  // namespace
 
 AttachedRobot::AttachedRobot(const client::Parameters& parameters)
-    : drive_(&board_, static_cast<int16_t>(parameters.drive_scale)),
+    : drive_(&board_, static_cast<int16_t>(parameters.drive_scale), parameters.sonar),
       robot_(&board_, &drive_, parameters, &memory_) {}
 
 void AttachedRobot::OnRobotBytes(std::span<const uint8_t> bytes) {

@@ -64,9 +64,17 @@ std::string Conflict(const Options& options) {
   if (!std::isfinite(options.start[2])) {
     return "--start: the heading is not a number of degrees";
   }
-  if (options.client.fail_safe_ms <= options.client.period_ms) {
+  const client::Parameters& client = options.client;
+  if (client.fail_safe_ms <= client.period_ms) {
     return fmt::format("--fail-safe: {} ms, expected more than the period, {} ms",
-                       options.client.fail_safe_ms, options.client.period_ms);
+                       client.fail_safe_ms, client.period_ms);
+  }
+  const int blind_mm = client.speed_mm_s * client.fail_safe_ms / 1000;
+  if (blind_mm > client::kMaxBlindMm) {
+    return fmt::format(
+        "--fail-safe: at {} mm/s a robot drives {} mm in {} ms without an answer, expected at most "
+        "{} mm",
+        client.speed_mm_s, blind_mm, client.fail_safe_ms, client::kMaxBlindMm);
   }
   return "";
 }
@@ -142,12 +150,17 @@ int Main(int argc, char** argv) {
   app.add_option("--type", client.type, "Pheromone to follow, 1 to 15 (default: 1)")
       ->check(CLI::Range(1, 15));
   app.add_option("--speed", client.speed_mm_s, "K of the steering law, mm/s (default: 200)")
-      ->check(CLI::Range(20, static_cast<int>(client::kMaxSpeedMmS)));
+      ->check(CLI::Range(20, 1000));
   app.add_option("--period", client.period_ms, "Time between requests, ms (default: 200)")
-      ->check(CLI::Range(20, 30'000));
+      ->check(CLI::Range(20, 2000));
   app.add_option("--fail-safe", client.fail_safe_ms,
                  "Longest drive without an answer, ms (default: 400)")
-      ->check(CLI::Range(100, 30'000));
+      ->check(CLI::Range(100, 2000));
+  app.add_flag("--released", client.start_released,
+               "Drive as soon as the server answers, instead of waiting for an operator's resume");
+  app.add_flag("--sonar", client.sonar, "Use the front sonars: what is ahead limits the speed");
+  app.add_flag("!--no-bumpers", client.bumpers,
+               "The robot has no bumpers, and their bits mean nothing");
   app.add_flag("--lay-trail", client.lay_trail, "Deposit the pheromone while driving");
   app.add_flag("--wide", client.wide, "Send 32-bit coordinates, for large maps");
   app.add_option("--robot-baud", options.robot_baud, "Bit rate of the robot's port (default: 9600)")

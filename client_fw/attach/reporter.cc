@@ -6,24 +6,45 @@
 
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 namespace pheromone::attach {
 namespace {
 
-struct FlagText {
-  client::StopFlag flag;
+struct BitText {
+  uint8_t bit;
   const char* text;
 };
 
-constexpr std::array<FlagText, 7> kFlagTexts = {
+constexpr std::array<BitText, 8> kFlagTexts = {
     {{client::kNoAnswerYet, "no answer from the server yet"},
      {client::kFailSafe, "answers have stopped (fail-safe)"},
      {client::kHalted, "halted, until it is told to resume"},
      {client::kOffTheMap, "off the map"},
      {client::kWrongVersion, "the server speaks another protocol version"},
      {client::kTypeMissing, "the server does not have its pheromone type"},
-     {client::kTrailLost, "trail lost"}}};
+     {client::kTrailLost, "trail lost"},
+     {client::kPoseLost, "its pose is lost"}}};
+
+constexpr std::array<BitText, 5> kAlarmTexts = {
+    {{client::kStallAlarm, "wheels stalled"},
+     {client::kBumperAlarm, "bumper pressed"},
+     {client::kStopButtonAlarm, "STOP button pressed"},
+     {client::kMotorsOffAlarm, "motors were switched off"},
+     {client::kPoseLostAlarm, "odometry was lost"}}};
+
+// The texts of the bits that are set, each behind `separator` but the first behind `first`.
+std::string Join(uint8_t bits, std::span<const BitText> texts, const std::string& first,
+                 const std::string& separator) {
+  std::string joined;
+  for (const BitText& known : texts) {
+    if ((bits & known.bit) != 0) {
+      joined += (joined.empty() ? first : separator) + known.text;
+    }
+  }
+  return joined;
+}
 
 void SayIfNew(int64_t now_ms, std::string text, std::string* last) {
   if (text != *last && !text.empty()) {
@@ -44,13 +65,14 @@ void SayLine(int64_t now_ms, const std::string& text) {
 }
 
 std::string MotionText(uint8_t flags, bool trail_lost) {
-  std::string reasons;
-  for (const FlagText& known : kFlagTexts) {
-    if ((flags & known.flag) != 0) {
-      reasons += (reasons.empty() ? "stands: " : "; ") + std::string(known.text);
-    }
+  if (flags == 0) {
+    return trail_lost ? "drives, trail lost" : "drives";
   }
-  return reasons.empty() ? (trail_lost ? "drives, trail lost" : "drives") : reasons;
+  return Join(flags, kFlagTexts, "stands: ", "; ");
+}
+
+std::string AlarmText(uint8_t alarms) {
+  return Join(alarms, kAlarmTexts, ", ", ", ");
 }
 
 // When a connection is back, the link to the Pioneer may not have noticed yet that its session is
@@ -67,11 +89,7 @@ std::string Reporter::RobotText() {
   }
   std::string text = prefix + "session open, motors ";
   text += (pioneer.flags() & client::kMotorsOn) != 0 ? "on" : "off";
-  text += (pioneer.flags() & client::kStopPressed) != 0 ? ", STOP button pressed" : "";
-  text += (pioneer.stall() & client::kLeftStall) != 0 ? ", left wheel stalled" : "";
-  text += (pioneer.stall() & client::kRightStall) != 0 ? ", right wheel stalled" : "";
-  constexpr int kBumpers = 0xFFFF & ~(client::kLeftStall | client::kRightStall);
-  text += (pioneer.stall() & kBumpers) != 0 ? ", bumper pressed" : "";
+  text += AlarmText(robot_->conversation().drive().alarms);
   return text;
 }
 

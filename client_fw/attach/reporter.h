@@ -27,6 +27,9 @@ void SayLine(int64_t now_ms, const std::string& text);
 /// Why a robot with these client::StopFlags stands; "drives" if there are none.
 std::string MotionText(uint8_t flags, bool trail_lost);
 
+/// What these client::Alarms are, each behind a comma.
+std::string AlarmText(uint8_t alarms);
+
 class Reporter {
  public:
   /// All must outlive the reporter.

@@ -20,8 +20,17 @@ TEST(MotionText, GivesEveryReasonToStand) {
   EXPECT_EQ("stands: halted, until it is told to resume", MotionText(client::kHalted, false));
   EXPECT_EQ("stands: answers have stopped (fail-safe); off the map",
             MotionText(client::kFailSafe | client::kOffTheMap, false));
-  for (int flag = 1; flag <= client::kTrailLost; flag *= 2) {
+  for (int flag = 1; flag <= client::kPoseLost; flag *= 2) {
     EXPECT_EQ(0u, MotionText(static_cast<uint8_t>(flag), false).find("stands: ")) << flag;
+  }
+}
+
+TEST(AlarmText, GivesEveryAlarm) {
+  EXPECT_EQ("", AlarmText(0));
+  EXPECT_EQ(", wheels stalled, bumper pressed",
+            AlarmText(client::kStallAlarm | client::kBumperAlarm));
+  for (int alarm = 1; alarm <= client::kPoseLostAlarm; alarm *= 2) {
+    EXPECT_NE("", AlarmText(static_cast<uint8_t>(alarm))) << alarm;
   }
 }
 
