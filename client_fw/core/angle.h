@@ -53,8 +53,8 @@ class StartPose {
     return static_cast<BinaryAngle>(start_.heading + odometry.heading);
   }
 
-  /// The start from which the robot has come to `now` if its odometry is `odometry`; each coordinate
-  /// is kFarAway if odometry is over kMaxCoordinateMm.
+  /// The start from which the robot has come to `now` if its odometry is `odometry`; each
+  /// coordinate is kFarAway if odometry is over kMaxCoordinateMm.
   static Pose Of(const Pose& now, const Odometry& odometry);
 
  private:

@@ -22,8 +22,8 @@
 //
 // Halt: after every reset the robot is halted, unless its settings say otherwise and it was not
 // halted before; so is it by COMMAND 1 and by each alarm of the drive. Only COMMAND 2 releases it,
-// and not while an alarm lasts. A robot that has lost its pose asks for nothing, and stands until it
-// was given one (settings 64 to 66) and released.
+// and not while an alarm lasts. A robot that has lost its pose asks for nothing, and stands until
+// it was given one (settings 64 to 66) and released.
 //
 // Times are milliseconds of a clock that may wrap. After a pause of
 // the loop the robot stops and sends HELLO, as after a silence. Nothing is allocated; one instance
@@ -68,8 +68,8 @@ enum StopFlag : uint8_t {
 /// A pose is given by COMMAND 8 with these ids, the heading last: mm, mm, binary angle. Not stored.
 enum PoseId : uint8_t { kPoseX = 64, kPoseY = 65, kPoseHeading = 66 };
 
-/// Changes of settings are stored so often at once, and then one a minute: an EEPROM wears out. More
-/// are refused as busy.
+/// Changes of settings are stored so often at once, and then one a minute: an EEPROM wears out.
+/// More are refused as busy.
 constexpr uint8_t kMaxSavesAtOnce = 8;
 constexpr uint16_t kSavingMs = 60000;
 
@@ -244,7 +244,7 @@ class Conversation : private ConversationState {
   FuzzyState fuzzy_;
   Parameters parameters_;
   DriveStatus drive_;  // as last told
-  Settings stored_;  // without what holds only until the robot is switched off
+  Settings stored_;    // without what holds only until the robot is switched off
   StartPose start_;
   protocol::FrameParser parser_;
   Counters counters_ = Counters();

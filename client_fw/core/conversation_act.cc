@@ -149,7 +149,8 @@ Reason Conversation::GivePose(uint8_t id, uint32_t value) {
   return Reason::kNone;
 }
 
-// The pose that was given is the one at this odometry. False while the robot does not know its pose.
+// The pose that was given is the one at this odometry. False while the robot does not know its
+// pose.
 bool Conversation::TakePose(const Odometry& odometry) {
   if (pose_given_) {
     pose_given_ = false;

@@ -69,7 +69,7 @@ class ConversationState {
   Phase phase_;
   uint8_t flags_;
   bool greeted_;
-  bool resync_;         // buffered link: everything before a PING's echo is discarded
+  bool resync_;  // buffered link: everything before a PING's echo is discarded
   bool ack_due_;
   bool event_turn_;  // intensities have come in this period, now the events
   bool trail_lost_;
@@ -79,7 +79,7 @@ class ConversationState {
   bool pose_given_;     // given_pose_ is the present one
   bool battery_told_;   // to be low
   uint8_t saves_left_;  // changes of settings that may be stored now
-  bool idle_;  // a slot has begun since the last byte that held the channel
+  bool idle_;           // a slot has begun since the last byte that held the channel
   bool carrier_ignored_;
   uint8_t turns_;          // ours in this round that are still to come
   bool in_turn_;           // kAwaiting: the answer comes with the next ROUND
@@ -95,10 +95,10 @@ class ConversationState {
   uint8_t asked_index_;    // in_turn_: of the turn in which we asked
   uint8_t damaged_;        // frames with a bad CRC, less the valid ones; not below 0
   uint8_t three_bytes_ms_;
-  uint8_t robots_;    // others that were heard in the last census
-  uint8_t counted_;   // in this one
+  uint8_t robots_;       // others that were heard in the last census
+  uint8_t counted_;      // in this one
   uint8_t board_value_;  // id of the value that the board is to give; 0: none
-  uint8_t attempt_;   // misses since the last success
+  uint8_t attempt_;      // misses since the last success
   uint8_t hello_attempt_;
   uint8_t asked_opcode_;  // kAwaiting: of the request
   uint8_t tx_size_;
@@ -118,7 +118,7 @@ class ConversationState {
   uint16_t pings_;
   uint32_t now_ms_;
   Pose given_pose_;
-  uint16_t bumped_;    // its word of bumpers when the last one was reported
+  uint16_t bumped_;  // its word of bumpers when the last one was reported
   uint16_t timers_[kTimers];
   uint8_t seen_[32];                  // which ones were counted in this census: a bit for each ID
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer

@@ -335,8 +335,7 @@ TEST(StoredSettingsTest, AfterEightChangesOneAMinuteIsStoredAndMoreAreRefusedAsB
   int busy = 0;
   const uint32_t begin_ms = harness.now_ms;
   for (int i = 0; harness.now_ms - begin_ms < 10 * 60000; ++i) {
-    const Reason result =
-        commander.Do(CommandCode::kSetParameter, kPeriodSetting, 201 + i % 2);
+    const Reason result = commander.Do(CommandCode::kSetParameter, kPeriodSetting, 201 + i % 2);
     busy += result == Reason::kBusy ? 1 : 0;
     stored += harness.conversation.TakeSettingsChanged() ? 1 : 0;
     harness.Serve(1000);

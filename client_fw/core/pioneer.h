@@ -11,16 +11,16 @@
 //
 // Session. SYNC0, SYNC1 and SYNC2 are sent, each after the echo of the one before. If an echo does
 // not come within kPioneerSilenceMs, or if a SIP comes, which shows that the Pioneer is still in an
-// older session, CLOSE is sent, and after a pause SYNC0 again. After the last echo come OPEN, SONAR,
-// SETA with kDecelerationMmS2, ENABLE 1 and zero speed. ENABLE is repeated only if motors are off,
-// nobody presses the STOP button, and the robot is to move; SONAR while sonars are not as wanted.
-// After kPioneerSilenceMs without a SIP the session is closed, which stops a Pioneer that receives
-// our commands although we do not receive its reports, and a new session is attempted, as often as
-// needed.
+// older session, CLOSE is sent, and after a pause SYNC0 again. After the last echo come OPEN,
+// SONAR, SETA with kDecelerationMmS2, ENABLE 1 and zero speed. ENABLE is repeated only if motors
+// are off, nobody presses the STOP button, and the robot is to move; SONAR while sonars are not as
+// wanted. After kPioneerSilenceMs without a SIP the session is closed, which stops a Pioneer that
+// receives our commands although we do not receive its reports, and a new session is attempted, as
+// often as needed.
 //
-// A warm reset of our own leaves the Pioneer in its session. Continue() stops it with E_STOP and goes
-// on in that session with the next SIP, so that odometry includes whatever it rolled in between. If
-// no SIP comes, a new session begins, and kPoseLostAlarm says that odometry has a gap.
+// A warm reset of our own leaves the Pioneer in its session. Continue() stops it with E_STOP and
+// goes on in that session with the next SIP, so that odometry includes whatever it rolled in
+// between. If no SIP comes, a new session begins, and kPoseLostAlarm says that odometry has a gap.
 //
 // Motion. Every call of set_wheel_speeds is sent; if calls come faster than commands may be sent,
 // the last one. A Pioneer stops after 2 s without a command and with the next one, whatever it is,
@@ -70,7 +70,8 @@ constexpr uint16_t kCommandGapMs = 15;
 /// 300 mm/s it stops in 0.6 s, on 90 mm.
 constexpr int16_t kDecelerationMmS2 = 500;
 
-/// Each sonar is reported in one of so many SIPs at least: they fire one after the other, 40 ms apart.
+/// Each sonar is reported in one of so many SIPs at least: they fire one after the other, 40 ms
+/// apart.
 constexpr uint8_t kSonarSips = 4;
 
 constexpr int16_t k100NmPerMm = 10000;
@@ -149,7 +150,8 @@ class Pioneer : private PioneerState {
   explicit Pioneer(uint16_t now_ms, int16_t count_100nm = kPioneerCount100Nm,
                    bool with_sonar = false);
 
-  /// After a warm reset, before anything else: goes on with the session in which this was the track.
+  /// After a warm reset, before anything else: goes on with the session in which this was the
+  /// track.
   void Continue(const PioneerTrack& track);
 
   /// A byte from the Pioneer, read at `now_ms`.

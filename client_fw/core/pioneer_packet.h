@@ -30,16 +30,16 @@ enum class PioneerCommand : uint8_t {
   kSync0 = 0,
   kSync1 = 1,
   kSync2 = 2,
-  kPulse = 0,   ///< no effect, except for the robot's watchdog
-  kOpen = 1,    ///< begin to send information
-  kClose = 2,   ///< end of the session
-  kEnable = 4,  ///< motors on (1) or off (0); they are off when a session begins
+  kPulse = 0,            ///< no effect, except for the robot's watchdog
+  kOpen = 1,             ///< begin to send information
+  kClose = 2,            ///< end of the session
+  kEnable = 4,           ///< motors on (1) or off (0); they are off when a session begins
   kSetAcceleration = 5,  ///< mm/s^2; negative: the deceleration
-  kVel = 11,    ///< mm/s forward
-  kRvel = 21,   ///< degrees/s counter-clockwise
-  kSonar = 28,  ///< on (1) or off (0)
-  kVel2 = 32,   ///< wheel speeds: see WheelWord
-  kEmergencyStop = 55,  ///< stop regardless of the deceleration
+  kVel = 11,             ///< mm/s forward
+  kRvel = 21,            ///< degrees/s counter-clockwise
+  kSonar = 28,           ///< on (1) or off (0)
+  kVel2 = 32,            ///< wheel speeds: see WheelWord
+  kEmergencyStop = 55,   ///< stop regardless of the deceleration
 };
 
 constexpr uint8_t kMaxPioneerCommand = 9;
@@ -97,8 +97,8 @@ class PioneerReceiver {
 
   void PushSonar(uint8_t byte);
 
-  // Of the bytes counted by N, those from 0 to 6 and from 11 to 16 are kept: type and pose; battery,
-  // stall, the heading setpoint, and flags.
+  // Of the bytes counted by N, those from 0 to 6 and from 11 to 16 are kept: type and pose;
+  // battery, stall, the heading setpoint, and flags.
   uint8_t kept_[13];
   uint8_t readings_;        // of sonars, still to come
   uint8_t reading_at_;      // byte of the one that comes

@@ -34,9 +34,8 @@ TEST(PioneerTest, OpensASessionWithMotorsOnSonarsOffAKnownDecelerationAndStandin
   PioneerHarness harness;
   harness.sip.flags = 0;
   harness.Run(300);
-  EXPECT_EQ(
-      (Commands{kSync0, kSync1, kSync2, kOpen, kSonarOff, kDecelerate, kEnable, kStandStill}),
-      harness.heard);
+  EXPECT_EQ((Commands{kSync0, kSync1, kSync2, kOpen, kSonarOff, kDecelerate, kEnable, kStandStill}),
+            harness.heard);
   EXPECT_TRUE(harness.pioneer.known());
   EXPECT_EQ(kMotorsOn, harness.pioneer.flags());
 }
@@ -166,9 +165,15 @@ TEST(PioneerTest, StallAndBumpersAreAlarmsForAsLongAsTheyAreReported) {
   const struct {
     uint16_t word;
     int alarms;
-  } cases[] = {{0x0001, kStallAlarm},  {0x0100, kStallAlarm},   {0x0101, kStallAlarm},
-               {0x0002, kBumperAlarm}, {0x8000, kBumperAlarm},  {0x0080, kBumperAlarm},
-               {0x0200, kBumperAlarm}, {0x0301, kStallAlarm | kBumperAlarm}, {0x0000, 0}};
+  } cases[] = {{0x0001, kStallAlarm},
+               {0x0100, kStallAlarm},
+               {0x0101, kStallAlarm},
+               {0x0002, kBumperAlarm},
+               {0x8000, kBumperAlarm},
+               {0x0080, kBumperAlarm},
+               {0x0200, kBumperAlarm},
+               {0x0301, kStallAlarm | kBumperAlarm},
+               {0x0000, 0}};
   for (const auto& it : cases) {
     harness.sip.stall = it.word;
     harness.Tell(0, 0, 0);

@@ -28,9 +28,9 @@ constexpr uint8_t kMaxPending = 11;
 
 /// Plain memory, zeroed by the caller when it cannot be trusted. Only Conversation writes to it.
 struct RequestMemory {
-  Pose start;      ///< the pose on the map where odometry starts
-  uint16_t nonce;  ///< of the boot that used it; another boot counter clears the rest
-  uint16_t epoch;  ///< the server's, as last heard
+  Pose start;          ///< the pose on the map where odometry starts
+  uint16_t nonce;      ///< of the boot that used it; another boot counter clears the rest
+  uint16_t epoch;      ///< the server's, as last heard
   int16_t speed_mm_s;  ///< if has_speed: by COMMAND 3
   uint8_t type;        ///< by COMMAND 5; 0: as stored
   bool has_speed;

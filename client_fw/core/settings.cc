@@ -122,8 +122,7 @@ void Put(uint8_t id, uint16_t value, Settings* to) {
 }
 
 bool FitTogether(const Settings& settings) {
-  const uint32_t blind_um =
-      static_cast<uint32_t>(settings.speed_mm_s) * settings.fail_safe_ms;
+  const uint32_t blind_um = static_cast<uint32_t>(settings.speed_mm_s) * settings.fail_safe_ms;
   return settings.period_ms < settings.fail_safe_ms && blind_um <= 1000u * uint32_t{kMaxBlindMm};
 }
 

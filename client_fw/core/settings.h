@@ -4,15 +4,16 @@
 //   if (WriteSetting(kSpeedSetting, 350, &settings)) ...   // false: refused, nothing has changed
 //   if (ReadSetting(kSpeedSetting, settings, &value)) ...
 //   PackSettings(settings, bytes);                         // to be stored
-//   if (UnpackSettings(bytes, &settings)) ...              // false: not settings, hence the defaults
+//   if (UnpackSettings(bytes, &settings)) ...              // false: not settings, hence the
+//   defaults
 //
 // Every value is a whole number from 0 to 32 767, so that EVENT 8 can report it. Stored, a setting
 // is two bytes, low byte first, in the order of the ids; another size means another firmware.
 //
 // What comes over the radio or out of an EEPROM is bounded, each value by its range and together by
-// two rules: an exchange is due before the fail-safe time has passed (period_ms < fail_safe_ms), and
-// a robot that hears nothing drives at most kMaxBlindMm until then. A program that runs robots on a
-// host sets the fields directly, without these bounds.
+// two rules: an exchange is due before the fail-safe time has passed (period_ms < fail_safe_ms),
+// and a robot that hears nothing drives at most kMaxBlindMm until then. A program that runs robots
+// on a host sets the fields directly, without these bounds.
 //
 // Pure functions; any thread.
 #pragma once

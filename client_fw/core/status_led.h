@@ -24,17 +24,17 @@
 namespace pheromone {
 namespace client {
 
-/// `flags`: a set of StopFlag; `alarms`: of Alarm; `connected`: the drive reports its pose. The most
-/// urgent reason if there are several.
+/// `flags`: a set of StopFlag; `alarms`: of Alarm; `connected`: the drive reports its pose. The
+/// most urgent reason if there are several.
 inline uint8_t LedCode(uint8_t flags, uint8_t alarms, bool connected) {
-  return !connected                                       ? uint8_t{2}
-         : alarms != 0                                    ? uint8_t{5}
-         : (flags & kPoseLost) != 0                       ? uint8_t{6}
-         : (flags & (kWrongVersion | kTypeMissing)) != 0  ? uint8_t{4}
-         : (flags & (kNoAnswerYet | kFailSafe)) != 0      ? uint8_t{3}
-         : (flags & (kOffTheMap | kTrailLost)) != 0       ? uint8_t{7}
-         : flags != 0                                     ? uint8_t{1}
-                                                          : uint8_t{0};
+  return !connected                                      ? uint8_t{2}
+         : alarms != 0                                   ? uint8_t{5}
+         : (flags & kPoseLost) != 0                      ? uint8_t{6}
+         : (flags & (kWrongVersion | kTypeMissing)) != 0 ? uint8_t{4}
+         : (flags & (kNoAnswerYet | kFailSafe)) != 0     ? uint8_t{3}
+         : (flags & (kOffTheMap | kTrailLost)) != 0      ? uint8_t{7}
+         : flags != 0                                    ? uint8_t{1}
+                                                         : uint8_t{0};
 }
 
 class StatusLed {

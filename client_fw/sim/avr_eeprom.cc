@@ -52,7 +52,7 @@ std::vector<uint8_t> AvrEeprom::contents() const {
 
 void AvrEeprom::OnReset(uint32_t rubbish) {
   avr_->data[eeprom_->r_eearl] = static_cast<uint8_t>(rubbish);
-  avr_->data[eeprom_->r_eearh] = static_cast<uint8_t>(rubbish >> 8 & (eeprom_->size - 1) >> 8);
+  avr_->data[eeprom_->r_eearh] = static_cast<uint8_t>(rubbish >> 8 & (eeprom_->size - 1u) >> 8);
   Control() = static_cast<uint8_t>(rubbish >> 16 & kMode);
   if (programming_) {
     Control() |= kProgram;

@@ -14,8 +14,8 @@
 // transmission through a data and a shift register, reported at the stop bit; a receive buffer of
 // two bytes; baud rates compared with what the peers use; flags that interrupt although they rose
 // before their mask; four cycles to enter an interrupt; EEPROM writes that take time; resets that
-// keep RAM and leave rubbish in undefined registers. Not simulated: cycles for which the EEPROM halts the processor, wake-up times, and pins
-// of the UARTs as pins.
+// keep RAM and leave rubbish in undefined registers. Not simulated: cycles for which the EEPROM
+// halts the processor, wake-up times, and pins of the UARTs as pins.
 //
 // One thread; the simulator's log is global. Callbacks come from inside RunTo and Reset; they may
 // call Send and SetPin, nothing else, and must not throw.

@@ -1,5 +1,5 @@
-// The parameters of a simulated robot. On a real floor a robot starts halted and waits for a resume;
-// in a simulation nobody can be run over, and nobody is there to release it.
+// The parameters of a simulated robot. On a real floor a robot starts halted and waits for a
+// resume; in a simulation nobody can be run over, and nobody is there to release it.
 #pragma once
 
 #include "client_fw/core/parameters.h"

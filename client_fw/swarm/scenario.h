@@ -47,7 +47,7 @@ namespace pheromone::swarm {
 /// Robots that differ only in their start poses.
 struct RobotGroup {
   client::Parameters client = sim::ReleasedParameters();  ///< ID and start are set for each robot
-  std::vector<sim::PlanePose> starts;  ///< at least one
+  std::vector<sim::PlanePose> starts;                     ///< at least one
   int count = 1;
   double spread_m = 0;
   double radius_m = 0.25;

@@ -110,6 +110,9 @@ class Vel2Tap {
       if (packet_.size() == 1 && byte != 0xFA) {
         packet_.clear();
       } else if (packet_.size() >= 3 && packet_.size() == 3u + packet_[2]) {
+        if (packet_[3] == 0x37 && emergency_ms < 0) {  // E_STOP
+          emergency_ms = time_ns / 1'000'000;
+        }
         if (packet_[3] == 0x20) {
           const bool zero = packet_[5] == 0 && packet_[6] == 0;
           if (zero && !zero_) {
@@ -125,14 +128,15 @@ class Vel2Tap {
 
   bool zero() const { return zero_; }
   int commands = 0;
-  int64_t stopped_ms = -1;  // when the last zero was said that followed something else
+  int64_t emergency_ms = -1;  // of the first E_STOP
+  int64_t stopped_ms = -1;    // when the last zero was said that followed something else
 
  private:
   std::vector<uint8_t> packet_;
   bool zero_ = true;
 };
 
-TEST(AvrFirmwareTest, WhenTheRadioFallsSilentZeroSpeedIsSentWithinHalfASecond) {
+TEST(AvrFirmwareTest, WhenTheRadioFallsSilentAnEStopIsSentWithinHalfASecondAndZeroSpeedAfterIt) {
   for (int phase_ms = 0; phase_ms < 200; phase_ms += 23) {
     FirmwareWorld world;
     Vel2Tap wheels(&world);
@@ -142,8 +146,10 @@ TEST(AvrFirmwareTest, WhenTheRadioFallsSilentZeroSpeedIsSentWithinHalfASecond) {
     world.StopServer();
     ASSERT_TRUE(world.RunUntil([&] { return wheels.zero(); }, 1'000));
     const int64_t answered_ms = world.LastHeard(kSenseAnswer)->end_ms;
-    EXPECT_LE(wheels.stopped_ms - answered_ms, 500);
-    EXPECT_GE(wheels.stopped_ms - answered_ms, 450) << "not before it must";
+    EXPECT_LE(wheels.emergency_ms - answered_ms, 500);
+    EXPECT_GE(wheels.emergency_ms - answered_ms, 450) << "not before it must";
+    EXPECT_GT(wheels.stopped_ms, wheels.emergency_ms);
+    EXPECT_LE(wheels.stopped_ms, wheels.emergency_ms + 20);
     const int before = wheels.commands;
     world.RunFor(3'000);
     EXPECT_TRUE(Stands(world));
@@ -171,8 +177,9 @@ TEST(AvrSafetyTest, AnImageThatWasJustFlashedStandsUntilItIsReleased) {
 }
 
 TEST(AvrSafetyTest, AfterEveryResetARobotThatDroveStands) {
-  for (const AvrMachine::Cause cause : {AvrMachine::Cause::kExternal, AvrMachine::Cause::kWatchdog,
-                                        AvrMachine::Cause::kBrownOut, AvrMachine::Cause::kPowerOn}) {
+  for (const AvrMachine::Cause cause :
+       {AvrMachine::Cause::kExternal, AvrMachine::Cause::kWatchdog, AvrMachine::Cause::kBrownOut,
+        AvrMachine::Cause::kPowerOn}) {
     FirmwareWorld world(1, {}, {});
     ASSERT_TRUE(Served(&world));
     ASSERT_TRUE(world.Command(protocol::CommandCode::kResume));
@@ -192,7 +199,8 @@ TEST(AvrSafetyTest, ARobotThatWasHaltedStaysSoOverAWarmResetWhateverItsSettingsS
   ASSERT_TRUE(Served(&world));
   ASSERT_TRUE(world.Command(protocol::CommandCode::kHalt));
   world.RunFor(2'000);
-  for (const AvrMachine::Cause cause : {AvrMachine::Cause::kExternal, AvrMachine::Cause::kWatchdog}) {
+  for (const AvrMachine::Cause cause :
+       {AvrMachine::Cause::kExternal, AvrMachine::Cause::kWatchdog}) {
     const sim::PlanePose stood = world.robot().true_pose();
     world.ResetAfter(0, cause);
     ASSERT_TRUE(Served(&world));
@@ -211,8 +219,8 @@ TEST(AvrSafetyTest, AWarmResetKeepsThePoseToTheMillimetre) {
     ASSERT_GT(before.x_m, 0.3);
     const size_t heard = world.heard().size();
     world.ResetAfter(100'000, AvrMachine::Cause::kWatchdog);
-    ASSERT_TRUE(world.RunUntil([&] { return world.CountHeard(protocol::kSense | 1, heard) != 0; },
-                               8'000));
+    ASSERT_TRUE(
+        world.RunUntil([&] { return world.CountHeard(protocol::kSense | 1, heard) != 0; }, 8'000));
     EXPECT_EQ(world.robot().pioneer().counters().sessions, 1u);
     EXPECT_EQ(world.CountEvents(protocol::EventCode::kPoseLost), 0u);
     world.RunFor(3'000);
@@ -239,10 +247,10 @@ TEST(AvrSafetyTest, ASupplyThatSaggedLosesThePoseAndTheRobotStandsUntilItWasGive
   EXPECT_EQ(world.CountEvents(protocol::EventCode::kPoseLost, heard), 1u);
   EXPECT_EQ(world.CountHeard(protocol::kSense | 1, heard), 0u) << "it does not ask from anywhere";
   const sim::PlanePose stood = world.robot().true_pose();
-  ASSERT_TRUE(world.GivePose(static_cast<int32_t>(std::lround(stood.x_m * 1000)),
-                             static_cast<int32_t>(std::lround(stood.y_m * 1000)),
-                             static_cast<uint16_t>(std::lround(stood.heading_rad / (2 * std::numbers::pi) *
-                                                               65536))));
+  ASSERT_TRUE(world.GivePose(
+      static_cast<int32_t>(std::lround(stood.x_m * 1000)),
+      static_cast<int32_t>(std::lround(stood.y_m * 1000)),
+      static_cast<uint16_t>(std::lround(stood.heading_rad / (2 * std::numbers::pi) * 65536))));
   world.RunFor(kLongEnoughMs);
   EXPECT_EQ(DistanceM(world.robot().true_pose(), stood), 0) << "it waits to be released";
   ASSERT_TRUE(world.Command(protocol::CommandCode::kResume));
@@ -257,8 +265,8 @@ TEST(AvrSafetyTest, AWallThatStallsItStopsItForGoodAndIsReported) {
   pioneer.blocked = [&wall](const sim::PlanePose& pose) { return wall && pose.x_m > 0.6; };
   FirmwareWorld world(1, {}, FirmwareWorld::Released(), pioneer);
   ASSERT_TRUE(Served(&world));
-  ASSERT_TRUE(world.RunUntil(
-      [&] { return world.CountEvents(protocol::EventCode::kObstacle) != 0; }, 10'000));
+  ASSERT_TRUE(world.RunUntil([&] { return world.CountEvents(protocol::EventCode::kObstacle) != 0; },
+                             10'000));
   wall = false;
   world.RunFor(kLongEnoughMs);
   EXPECT_TRUE(Stands(world)) << "it does not drive on when the obstacle goes away";

@@ -111,9 +111,12 @@ class ResetTest : public ::testing::Test {
         8'000);
   }
 
-  // A robot that does not know where it is anymore says so and asks for nothing: it is told. Returns
-  // whether it did not know.
+  // A robot that does not know where it is anymore says so and asks for nothing: it is told.
+  // Returns whether it did not know. What comes before its HELLO was on the air before the reset.
   bool TellWhereItIsIfItIsLost(size_t since) {
+    EXPECT_TRUE(
+        world_.RunUntil([&] { return world_.CountHeard(protocol::kHello, since) != 0; }, 8'000));
+    since = world_.heard().size();
     EXPECT_TRUE(world_.RunUntil(
         [&] {
           return world_.CountHeard(kTraceOne, since) != 0 ||
@@ -151,8 +154,9 @@ TEST_F(ResetTest, AWarmResetAtAnyMomentOfADepositLeavesItExactlyOnce) {
   }
   EXPECT_GT(observer_.repeated, static_cast<uint64_t>(resets) / 10) << "the moments matter";
   EXPECT_LT(lost, resets / 50) << "a warm reset keeps the pose";
-  std::cout << resets << " resets, pose lost " << lost << " times, " << observer_.distinct << " deposits, " << observer_.repeated
-            << " repetitions, " << observer_.nonces.size() << " nonces\n";
+  std::cout << resets << " resets, pose lost " << lost << " times, " << observer_.distinct
+            << " deposits, " << observer_.repeated << " repetitions, " << observer_.nonces.size()
+            << " nonces\n";
 }
 
 TEST_F(ResetTest, ALossOfPowerAtAnyMomentOfADepositLeavesItAtMostOnceAndTheNextOneIsNew) {
@@ -163,7 +167,8 @@ TEST_F(ResetTest, ALossOfPowerAtAnyMomentOfADepositLeavesItAtMostOnceAndTheNextO
     world_.ResetAfter(us % 1000 * 1000,
                       losses % 4 == 3 ? AvrMachine::Cause::kBrownOut : AvrMachine::Cause::kPowerOn);
     const bool lost = TellWhereItIsIfItIsLost(world_.heard().size());
-    ASSERT_EQ(lost, losses % 4 == 3) << "only a supply that sagged leaves it in doubt";
+    ASSERT_EQ(lost, losses % 4 == 3)
+        << "only a supply that sagged leaves it in doubt; after " << us << " us";
     const uint64_t before = observer_.answered;
     ASSERT_TRUE(world_.RunUntil(
         [&] {

@@ -29,7 +29,8 @@ local REASONS = {
 local COMMANDS = { "halt", "resume", "speed", "go to", "follow type", "pick the load",
                    "drop the load", "set parameter", "get parameter" }
 local EVENTS = { "load picked", "load dropped", "obstacle", "off the map", "trail lost",
-                 "fail-safe stop", "goal reached", "parameter value", "battery low" }
+                 "fail-safe stop", "goal reached", "parameter value", "battery low",
+                 "stopped by hand", "pose lost" }
 -- The verdicts on frames that a receiver does not drop.
 local DELIVERED = { ok = true, ["unknown-opcode"] = true, ["bad-length"] = true,
                     ["bad-value"] = true }

@@ -79,8 +79,7 @@ Message RobotsComponent::Change(const Context& /*context*/, LinkIndex /*link*/,
   const bool is_event = protocol::Decode(request, &event);
   assert(is_event);
   (void)is_event;
-  if (event.code < protocol::EventCode::kLoadPicked ||
-      event.code > protocol::kLastEvent) {
+  if (event.code < protocol::EventCode::kLoadPicked || event.code > protocol::kLastEvent) {
     return ErrorMessage(request, Reason::kBadValue);
   }
   Message answer;

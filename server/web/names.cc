@@ -89,6 +89,10 @@ std::string_view NameOf(EventCode code) {
       return "parameter value";
     case EventCode::kBatteryLow:
       return "battery low";
+    case EventCode::kStoppedByHand:
+      return "stopped by hand";
+    case EventCode::kPoseLost:
+      return "pose lost";
   }
   return "unknown";
 }

@@ -12,8 +12,9 @@ namespace client {
 /// The robot's ID if no strap is set; 0xFF, as erased, is ID 1. Below it: Nonvolatile.
 constexpr uint8_t kIdAddress = 255;
 
-/// For the main loop, with interrupts enabled. Of its 4 KiB the first 256 bytes are used. Address and
-/// mode bits are undefined after a reset (datasheet, section 8.6), so both are written every time.
+/// For the main loop, with interrupts enabled. Of its 4 KiB the first 256 bytes are used. Address
+/// and mode bits are undefined after a reset (datasheet, section 8.6), so both are written every
+/// time.
 struct Eeprom {
   static bool Ready() { return (EECR & 1u << EEPE) == 0; }
 

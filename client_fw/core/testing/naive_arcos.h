@@ -78,7 +78,7 @@ struct Sip {
   uint16_t y = 0;
   uint16_t th = 0;
   uint16_t stall = 0;
-  uint16_t flags = 0x0001;  ///< motors on
+  uint16_t flags = 0x0001;                       ///< motors on
   std::vector<std::pair<int, int>> sonars = {};  ///< number, mm
   size_t size = 38;  ///< bytes of the body kept, as of firmware that knows only so many
 
