@@ -7,7 +7,7 @@ with medium_access = true. A USB adapter holds what it receives back for 1 or 16
 channel, the requests and what became of them; at least 999 of 1000 have to be answered. (A pty has
 no line that keys a modem: serial_link_test has one.)
 
-Usage: live_matrix_test.py BIN_DIR [SECONDS_A_CHANNEL]
+Usage: live_matrix_test.py BIN_DIR [SECONDS_A_CHANNEL]   (45; at most 50)
 """
 
 import csv
@@ -117,5 +117,5 @@ def main(bin_dir, seconds):
 
 
 if __name__ == "__main__":
-    main(pathlib.Path(os.path.abspath(sys.argv[1])), int(sys.argv[2]) if len(sys.argv) > 2 else 30)
+    main(pathlib.Path(os.path.abspath(sys.argv[1])), int(sys.argv[2]) if len(sys.argv) > 2 else 45)
     print("ok")
