@@ -219,10 +219,10 @@ def drive(client):
 class Robot:
     """pheromone-swarm pioneer."""
 
-    def __init__(self, bin_dir, *arguments):
+    def __init__(self, bin_dir, *arguments, stderr=None):
         self.process = subprocess.Popen(
             [os.path.join(bin_dir, "pheromone-swarm"), "pioneer", "--model", "p3dx-sh", *arguments],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=stderr, text=True)
         self.greeting = self.process.stdout.readline()
         check("Ctrl-C ends it" in self.greeting, f"the robot did not start: {self.greeting}")
 
@@ -334,6 +334,36 @@ def in_a_room(bin_dir, *surroundings):
         robot.kill()
 
 
+def refuse(bin_dir):
+    """What cannot be meant: the command line's errors, and a line on standard input."""
+    for arguments, words in (
+            (("--wall", "1", "2", "3"), "--wall: found 3 numbers, expected four"),
+            (("--wall", "0", "1", "2", "x"), "x"),
+            (("--wall", "0.2", "-1", "0.2", "1"), "--start: a p3dx-sh at 0 0 m touches an obstacle"),
+            (("--config", "/nonexistent.toml"), "/nonexistent.toml"),
+            (("--start", "1", "2"), "--start"),
+            (("--start", "nan", "0", "0"), "--start"),
+            (("--battery", "26"), "--battery"),
+            (("--model", "p4dx"), "unknown model p4dx")):
+        done = subprocess.run(
+            [os.path.join(bin_dir, "pheromone-swarm"), "pioneer", "--model", "p3dx-sh", "--tcp", "0",
+             *arguments], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+            timeout=DEADLINE_S, check=False)
+        check(done.returncode not in (0, 1), f"{arguments} ended with {done.returncode}")
+        check(words in done.stderr + done.stdout, f"{arguments} were answered with {done.stderr}")
+
+    robot = Robot(bin_dir, "--tcp", "0", stderr=subprocess.PIPE)
+    try:
+        for line in ("go", "battery", "battery x", "battery 26", "battery nan", "x" * 1000, ""):
+            robot.tell(line)
+            answer = robot.process.stderr.readline()
+            check(f'found "{line[:80]}"' in answer and "expected" in answer,
+                  f"{line} was answered with {answer}")
+        robot.stop(signal.SIGTERM)
+    finally:
+        robot.kill()
+
+
 def drive_until_killed(connect):
     """A client in a process of its own, killed as soon as the robot moves."""
     told, tells = os.pipe()
@@ -403,6 +433,7 @@ def main():
                        "walls = [{points_m = [[0.0, 0.0], [0.0, 5.0]], thickness_m = 0.1}]\n")
         print(in_a_room(bin_dir, "--config", room))
         killed_while_driving(bin_dir, folder, 3)
+    refuse(bin_dir)
 
 
 if __name__ == "__main__":

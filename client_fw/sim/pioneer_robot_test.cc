@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
 #include <string>
 
 #include "client_fw/sim/testing/pioneer_client.h"
@@ -122,6 +124,28 @@ TEST(PioneerSessionTest, UnknownCommandsAndMissingArgumentsAreIgnored) {
   EXPECT_TRUE(client.Send(Framed({4, 0x2B, 1, 0})).empty());
   EXPECT_FALSE(client.robot().motors_enabled());
   EXPECT_EQ(client.robot().counters().ignored - before, 4u);
+}
+
+// Well-formed packets with any content, in and out of sessions.
+TEST(PioneerSessionTest, AnyPacketsAreSurvivedAndTheLimitsHold) {
+  std::mt19937 random(5);
+  Client client;
+  for (int i = 0; i < 20'000; ++i) {
+    if (random() % 200 == 0) {
+      client.ConnectAndEnable();
+    }
+    Bytes packet = {static_cast<uint8_t>(random() % (random() % 2 == 0 ? 64 : 256))};
+    for (size_t left = random() % 6; left > 0; --left) {
+      const uint8_t types[] = {0x3B, 0x1B, 0x2B, static_cast<uint8_t>(random())};
+      packet.push_back(types[random() % 4]);
+    }
+    client.Send(Framed(packet));
+    client.Wait(static_cast<int64_t>(random() % 30));
+    ASSERT_LE(std::abs(client.robot().drive().left_m_s()), 1.2 + 1e-6);
+    ASSERT_LE(std::abs(client.robot().drive().right_m_s()), 1.2 + 1e-6);
+  }
+  EXPECT_GT(client.robot().counters().sessions, 30u);
+  EXPECT_GT(std::abs(client.robot().drive().left_rolled_m()), 1);
 }
 
 TEST(PioneerSessionTest, ConfigIsAnsweredOrNot) {
