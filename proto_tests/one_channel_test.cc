@@ -33,7 +33,7 @@ namespace {
 using links::Clock;
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kSeconds = 20;
+constexpr int64_t kSeconds = 10;
 
 struct Case {
   std::string name;
