@@ -32,6 +32,7 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
       memory_(memory),
       random_(parameters.id, parameters.boot_counter),
       fuzzy_(FuzzyState{kNoError}),
+      careful_(kCarefulStart),
       parameters_(parameters),
       start_(parameters.start) {
   flags_ = kNoAnswerYet;

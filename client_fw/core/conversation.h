@@ -29,6 +29,7 @@
 
 #include "client_fw/core/angle.h"
 #include "client_fw/core/backoff.h"
+#include "client_fw/core/careful.h"
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
 #include "client_fw/core/fuzzy.h"
@@ -53,7 +54,7 @@ enum StopFlag : uint8_t {
   kOffTheMap = 0x08,     ///< the pose is not on the map; until an answer arrives
   kWrongVersion = 0x10,  ///< the server speaks another protocol version
   kTypeMissing = 0x20,   ///< the server has no such pheromone
-  kTrailLost = 0x40,     ///< nothing sensed, and LostTrail::kStop; until something is
+  kTrailLost = 0x40,     ///< nothing sensed, and LostTrail::kStop or kSearch; until something is
 };
 
 class Conversation : private ConversationState {
@@ -203,6 +204,7 @@ class Conversation : private ConversationState {
   Random random_;
   ContentionWindow window_;
   FuzzyState fuzzy_;
+  CarefulState careful_;
   Parameters parameters_;
   StartPose start_;
   protocol::FrameParser parser_;

@@ -8,6 +8,7 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/angle.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
 #include "protocol/opcodes.h"
@@ -70,6 +71,7 @@ class ConversationState {
   bool ack_due_;
   bool event_turn_;  // intensities have come in this period, now the events
   bool trail_lost_;
+  bool searching_;  // nothing is sensed, and lost_trail is kSearch
   bool load_;
   bool save_;
   bool idle_;  // a slot has begun since the last byte that held the channel
@@ -104,6 +106,7 @@ class ConversationState {
   uint16_t longest_frame_ms_;  // either holds the channel for this long
   protocol::Reason last_error_;
   uint8_t ack_[4];  // DATA of the last command's ACK: seq, code, result
+  BinaryAngle heading_;  // of the last request for intensities
   int16_t p_left_;
   int16_t p_right_;
   WheelSpeeds wheels_;

@@ -28,7 +28,7 @@ struct Range {
 };
 
 const Range kRanges[kLast] = {
-    {1, 15},           {0, 2},     {0, 1},       {0, 2},     {0, kMaxGain}, {0, 255},
+    {1, 15},           {0, 3},     {0, 1},       {0, 3},     {0, kMaxGain}, {0, 255},
     {0, kMaxSpeedMmS}, {0, 30000}, {100, 30000}, {0, 30000}, {100, 30000}};
 
 // The position of the setting; `id` must exist.
