@@ -94,6 +94,20 @@ TEST(Detour, HeadOnTheRepellentIsDrivenThrough) {
   EXPECT_EQ(summary.rejoined, kSeeds);
 }
 
+// The default law turns aside where both antennas sense more repellent than attraction.
+TEST(Detour, HeadOnTheCarefulLawGoesRoundAndComesBack) {
+  for (const double offset_m : {0.0, 0.05, -0.05}) {
+    DetourExperiment experiment = Experiment(offset_m, true);
+    experiment.weight = 0.35;
+    experiment.duration_ms = 80'000;
+    EXPECT_EQ(Summarise(MakeDetours(experiment, kSeeds)).entered, kSeeds) << offset_m;
+    experiment.law = client::Law::kCareful;
+    const DetourSummary summary = Summarise(MakeDetours(experiment, kSeeds));
+    EXPECT_EQ(summary.entered, 0) << offset_m;
+    EXPECT_GE(summary.rejoined, kSeeds - 1) << offset_m;
+  }
+}
+
 TEST(Detour, TheMeasuresAreThoseOfTheTrack) {
   const DetourExperiment experiment = Experiment(0.05, true);  // near enough to be driven into
   const field::PointUm centre = PatchCentre(experiment);
