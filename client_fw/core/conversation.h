@@ -35,6 +35,7 @@
 
 #include "client_fw/core/angle.h"
 #include "client_fw/core/backoff.h"
+#include "client_fw/core/careful.h"
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
 #include "client_fw/core/diagnostics.h"
@@ -61,7 +62,7 @@ enum StopFlag : uint8_t {
   kOffTheMap = 0x08,     ///< the pose is not on the map; until an answer arrives
   kWrongVersion = 0x10,  ///< the server speaks another protocol version
   kTypeMissing = 0x20,   ///< the server has no such pheromone
-  kTrailLost = 0x40,     ///< nothing sensed, and LostTrail::kStop; until something is
+  kTrailLost = 0x40,     ///< nothing sensed, and LostTrail::kStop or kSearch; until something is
   kPoseLost = 0x80,      ///< by a reset; until a pose was given
 };
 
@@ -242,6 +243,7 @@ class Conversation : private ConversationState {
   Random random_;
   ContentionWindow window_;
   FuzzyState fuzzy_;
+  CarefulState careful_;
   Parameters parameters_;
   DriveStatus drive_;  // as last told
   Settings stored_;    // without what holds only until the robot is switched off

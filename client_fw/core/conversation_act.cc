@@ -281,18 +281,25 @@ bool Conversation::HasType(uint8_t type) const {
 // Steers by the new intensities.
 void Conversation::Smell() {
   const int16_t faintest = parameters_.faintest;
-  if ((flags_ & kNoAnswerYet) != 0 || p_left_ >= faintest || p_left_ <= -faintest ||
-      p_right_ >= faintest || p_right_ <= -faintest) {
+  const bool sensed =
+      p_left_ >= faintest || p_left_ <= -faintest || p_right_ >= faintest || p_right_ <= -faintest;
+  searching_ =
+      !sensed && parameters_.lost_after_ms != 0 && parameters_.lost_trail == LostTrail::kSearch;
+  Notice(p_left_, p_right_, heading_, &careful_);
+  if (sensed || (flags_ & kNoAnswerYet) != 0) {
     timers_[kSmelled] = parameters_.lost_after_ms;
     trail_lost_ = false;
   } else if (timers_[kSmelled] == 0 && parameters_.lost_after_ms != 0 && !trail_lost_) {
     trail_lost_ = true;
+    careful_ = kCarefulStart;
     spiral_ = parameters_.lost_trail == LostTrail::kSpiral ? kFirstSpiral : 0;
     Count(&Counters::lost_trails);
     Report(BitOf(EventCode::kTrailLost));
   }
   spiral_ = static_cast<int16_t>(spiral_ - spiral_ / 32);
-  SetFlags(trail_lost_ && parameters_.lost_trail == LostTrail::kStop ? kTrailLost : 0,
+  const bool stops =
+      parameters_.lost_trail == LostTrail::kStop || parameters_.lost_trail == LostTrail::kSearch;
+  SetFlags(trail_lost_ && stops ? kTrailLost : 0,
            kNoAnswerYet | kFailSafe | kOffTheMap | kTrailLost);
 }
 
@@ -303,10 +310,14 @@ void Conversation::SetFlags(uint8_t set, uint8_t clear) {
     return;
   }
   const int16_t k_mm_s = parameters_.speed_mm_s;
-  if (trail_lost_) {
+  if (searching_) {
+    wheels_ = Search(k_mm_s, careful_);
+  } else if (trail_lost_) {
     wheels_ = Steer(Law::kDifferential, spiral_, 0, k_mm_s);
   } else if (parameters_.law == Law::kFuzzy) {
     wheels_ = SteerFuzzy(p_left_, p_right_, k_mm_s, kTunedFuzzy, &fuzzy_);
+  } else if (parameters_.law == Law::kCareful) {
+    wheels_ = SteerCareful(p_left_, p_right_, k_mm_s, parameters_.gain_8ths, careful_);
   } else {
     wheels_ = Steer(parameters_.law, p_left_, p_right_, k_mm_s, parameters_.gain_8ths);
   }

@@ -88,7 +88,8 @@ bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
     Stop(kOffTheMap, BitOf(protocol::EventCode::kOffTheMap));
     return false;
   }
-  Append(start_.HeadingOf(odometry));
+  heading_ = start_.HeadingOf(odometry);
+  Append(heading_);
   *opcode = static_cast<uint8_t>(service | parameters_.type);
   if (parameters_.lay_trail) {
     MakePending(*opcode);

@@ -73,6 +73,7 @@ class ConversationState {
   bool ack_due_;
   bool event_turn_;  // intensities have come in this period, now the events
   bool trail_lost_;
+  bool searching_;  // nothing is sensed, and lost_trail is kSearch
   bool load_;
   bool save_;
   bool emergency_;      // the drive is to stop as fast as it can
@@ -109,8 +110,9 @@ class ConversationState {
   uint16_t framed_ms_;         // taken by frames since the last valid one
   uint16_t longest_frame_ms_;  // either holds the channel for this long
   protocol::Reason last_error_;
-  uint16_t events_;  // to be reported
-  int16_t value_;    // to be reported by one of them
+  uint16_t events_;      // to be reported
+  int16_t value_;        // to be reported by one of them
+  BinaryAngle heading_;  // of the last request for intensities
   int16_t p_left_;
   int16_t p_right_;
   WheelSpeeds wheels_;

@@ -233,6 +233,56 @@ TEST(LostTrailTest, StraightIsStraightForEveryLaw) {
   }
 }
 
+// On the spot, at 100 mm/s, towards the side where more was sensed last; then it stands.
+TEST(LostTrailTest, SearchTurnsToTheLastSideFromTheFirstEmptyAnswerAndEndsAtAStand) {
+  for (const Law law : {Law::kCareful, Law::kDifferential, Law::kPaper, Law::kFuzzy}) {
+    for (const bool left : {false, true}) {
+      Parameters parameters = LosingParameters(LostTrail::kSearch);
+      parameters.law = law;
+      Harness harness(parameters);
+      harness.GreetAndServe(1000, left ? 900 : 800, left ? 800 : 900);
+      harness.Serve(300);  // a period and an exchange
+      const WheelSpeeds searching = left ? WheelSpeeds{-100, 100} : WheelSpeeds{100, -100};
+      EXPECT_EQ(searching, harness.conversation.wheels());
+      EXPECT_FALSE(harness.conversation.trail_lost());
+      EXPECT_TRUE(harness.events.empty());
+      harness.Serve(1300);
+      EXPECT_EQ(kStill, harness.conversation.wheels());
+      EXPECT_EQ(kTrailLost, harness.conversation.flags());
+      ASSERT_EQ(1u, harness.events.size());
+      EXPECT_EQ(EventCode::kTrailLost, harness.events[0].code);
+      harness.Serve(300, 4096, 4096);
+      EXPECT_EQ(0, harness.conversation.flags());
+      EXPECT_NE(searching, harness.conversation.wheels());
+    }
+  }
+}
+
+TEST(LostTrailTest, SearchIsNoFasterThanTheRobotMayDrive) {
+  Parameters parameters = LosingParameters(LostTrail::kSearch);
+  parameters.speed_mm_s = 60;
+  Harness harness(parameters);
+  harness.GreetAndServe(1000, 800, 900);
+  harness.Serve(300);
+  EXPECT_EQ((WheelSpeeds{60, -60}), harness.conversation.wheels());
+}
+
+// Switched on where there is nothing, it does not drive away.
+TEST(LostTrailTest, ByDefaultARobotThatNeverSensedATrailLooksAroundAndStands) {
+  Parameters parameters;
+  parameters.id = kTestId;
+  parameters.type = 2;
+  Harness harness(parameters);
+  harness.Greet();
+  for (int i = 0; i < 70; ++i) {
+    harness.Serve(100);
+    const WheelSpeeds wheels = harness.conversation.wheels();
+    ASSERT_EQ(0, wheels.left_mm_s + wheels.right_mm_s);
+  }
+  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kTrailLost, harness.conversation.flags());
+}
+
 TEST(LostTrailTest, SpiralTurnsLeftInWideningCircles) {
   Harness harness(LosingParameters(LostTrail::kSpiral));
   harness.GreetAndServe(2000);

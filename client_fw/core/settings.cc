@@ -13,9 +13,9 @@ struct Range {
 
 const Range kRanges[kEndOfSettings - 1] = {
     {1, 15},        // type
-    {0, 2},         // law
+    {0, 3},         // law
     {0, 1},         // lay_trail
-    {0, 2},         // lost_trail
+    {0, 3},         // lost_trail
     {0, kMaxGain},  // gain_8ths
     {0, 255},       // faintest
     {0, 1000},      // speed_mm_s

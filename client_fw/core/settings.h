@@ -25,11 +25,13 @@
 namespace pheromone {
 namespace client {
 
-/// What to do when nothing has been sensed for a while.
+/// What to do when nothing is sensed for lost_after_ms: before that, the law drives straight ahead,
+/// unless it is kSearch.
 enum class LostTrail : uint8_t {
-  kStraight,  ///< straight ahead, at full speed
+  kStraight,  ///< straight ahead, at full speed: for exploring robots
   kStop,
   kSpiral,  ///< outwards, to the left
+  kSearch,  ///< look around on the spot (careful.h) from the first such answer on, then stop
 };
 
 /// The ids of COMMAND 8 and 9, without gaps.
@@ -57,17 +59,19 @@ constexpr uint16_t kMaxBlindMm = 1000;
 
 struct Settings {
   uint8_t type = 1;  ///< pheromone followed, and deposited if lay_trail; 1-15
-  Law law = Law::kDifferential;
+  Law law = Law::kCareful;
   bool lay_trail = false;  ///< TRACE instead of SENSE
-  LostTrail lost_trail = LostTrail::kStraight;
-  uint8_t gain_8ths = kUnitGain;  ///< of the laws differential and paper: steering.h; 0-29
+  LostTrail lost_trail = LostTrail::kSearch;
+  uint8_t gain_8ths = kUnitGain;  ///< of all laws but fuzzy: steering.h; 0-29
   uint8_t faintest = 1;           ///< smallest intensity that counts as sensed, 1/4096 unit; 0-255
   int16_t speed_mm_s = 200;       ///< K of the law; over the radio at most 1000
   uint16_t period_ms = 200;       ///< between exchanges; 0 or 1: no pause
   /// Longest drive without an answer; over the radio 100-2000. The rest of half a second is for the
   /// loop, the line and the drive.
   uint16_t fail_safe_ms = 480;
-  uint16_t lost_after_ms = 1000;  ///< the trail is lost after so long; 0: never; at most 30 000
+  /// The trail is lost after so long, at most 30 000; 0: never. At 100 mm/s a Pioneer turns by half
+  /// a turn.
+  uint16_t lost_after_ms = 5000;
   /// Length of a count in 1/10 000 mm, of a Pioneer whose model does not count whole millimetres,
   /// 100-30 000. Effective from the next start.
   uint16_t drive_scale = 4850;

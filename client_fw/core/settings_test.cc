@@ -16,9 +16,9 @@ struct Row {
 
 const Row kRows[] = {
     {1, 1, 15, [](const Settings& s) { return int{s.type}; }},
-    {2, 0, 2, [](const Settings& s) { return static_cast<int>(s.law); }},
+    {2, 0, 3, [](const Settings& s) { return static_cast<int>(s.law); }},
     {3, 0, 1, [](const Settings& s) { return static_cast<int>(s.lay_trail); }},
-    {4, 0, 2, [](const Settings& s) { return static_cast<int>(s.lost_trail); }},
+    {4, 0, 3, [](const Settings& s) { return static_cast<int>(s.lost_trail); }},
     {5, 0, 29, [](const Settings& s) { return int{s.gain_8ths}; }},
     {6, 0, 255, [](const Settings& s) { return int{s.faintest}; }},
     {7, 0, 1000, [](const Settings& s) { return int{s.speed_mm_s}; }},

@@ -34,7 +34,7 @@ constexpr uint8_t kUnitGain = 8;
 /// The largest: kMaxSpeedMmS times it fits 16 bits.
 constexpr uint8_t kMaxGain = 29;
 
-enum class Law : uint8_t { kDifferential, kPaper, kFuzzy };
+enum class Law : uint8_t { kDifferential, kPaper, kFuzzy, kCareful };
 
 /// kDifferential: D = (P_L - P_R) / M, v_L = K (1 - max(D, 0)), v_R = K (1 - max(-D, 0)): straight
 /// ahead at K when balanced, otherwise towards the stronger side by slowing the wheel on that side.
@@ -48,8 +48,8 @@ enum class Law : uint8_t { kDifferential, kPaper, kFuzzy };
 /// `gain_8ths` multiplies D and d, in 1/8 and up to kMaxGain: above 8 the robot turns more sharply.
 /// D and d are limited to 2, their maximum without a gain.
 ///
-/// kFuzzy has a state and a function of its own, SteerFuzzy (fuzzy.h); here it is treated as
-/// kDifferential.
+/// kFuzzy and kCareful have states and functions of their own, SteerFuzzy (fuzzy.h) and
+/// SteerCareful (careful.h); here they are treated as kDifferential.
 ///
 /// Requires 0 <= k_mm_s <= kMaxSpeedMmS.
 WheelSpeeds Steer(Law law, int16_t p_left, int16_t p_right, int16_t k_mm_s,

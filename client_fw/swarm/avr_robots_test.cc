@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client_fw/swarm/channel_model.h"
+#include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/scenario_report.h"
 #include "client_fw/swarm/scenario_run.h"
 #include "client_fw/swarm/simulation.h"
@@ -40,6 +41,48 @@ TEST(AvrRobots, AnImageFollowsThePathAsTheCoreDoes) {
   }
   EXPECT_NEAR(record.robots[1].progress_m, record.robots[0].progress_m, 0.1);
   EXPECT_EQ(0u, record.channels[0].radio.collided_blocks);
+}
+
+// As the core does (path_experiment_test.cc): its default law, on the server's default circuit.
+PathExperiment FastImage() {
+  PathExperiment experiment;
+  experiment.shape = Shape::kCircuit;
+  experiment.law = client::Settings().law;
+  experiment.speed_mm_s = 600;
+  experiment.pioneer = sim::FindPioneerModel("p3dx-sh");
+  experiment.image = BuiltAvrImage();
+  experiment.sample_ms = 100;
+  return experiment;
+}
+
+TEST(AvrRobots, AnImageHoldsTheDefaultCircuitAt600MmS) {
+  for (uint64_t seed = 1; seed <= 3; ++seed) {
+    PathExperiment experiment = FastImage();
+    experiment.duration_ms = 60'000;
+    const PathRun run = FollowPath(experiment, seed);
+    EXPECT_LE(MeanDistance(run.track, 5'000), 0.060) << seed;
+    EXPECT_GE(run.progress, 0.5) << seed;
+  }
+}
+
+TEST(AvrRobots, AnImageWhoseTrailIsTakenAwayStandsWithinAMetre) {
+  for (uint64_t seed = 1; seed <= 6; ++seed) {
+    PathExperiment experiment = FastImage();
+    experiment.erase_ms = 10'000 + 2'300 * static_cast<int64_t>(seed);
+    experiment.duration_ms = experiment.erase_ms + 12'000;
+    const PathRun run = FollowPath(experiment, seed);
+    EXPECT_LE(run.on_its_own_m, 1.0) << seed;
+    const Sample& last = run.track.back();
+    const Sample& before = run.track[run.track.size() - 31];
+    EXPECT_EQ(before.pose.x_m, last.pose.x_m) << seed;
+    EXPECT_EQ(before.pose.y_m, last.pose.y_m) << seed;
+    EXPECT_EQ(before.pose.heading_rad, last.pose.heading_rad) << seed;
+    for (const Sample& sample : run.track) {
+      ASSERT_TRUE(sample.pose.x_m > 0 && sample.pose.x_m < 10 && sample.pose.y_m > 0 &&
+                  sample.pose.y_m < 10)
+          << seed;
+    }
+  }
 }
 
 TEST(AvrRobots, SameSeedSameBytes) {

@@ -125,7 +125,8 @@ BridgeSimulation::BridgeSimulation(const BridgeExperiment& experiment, uint64_t 
     robot.client.speed_mm_s = experiment.speed_mm_s;
     robot.client.period_ms = experiment.period_ms;
     robot.client.lay_trail = experiment.lay_trail;
-    robot.client.lost_after_ms = 0;  // at first there is no trail: nothing to report
+    robot.client.law = client::Law::kDifferential;  // at the same speed on a weak trail
+    robot.client.lost_after_ms = 0;                 // at first there is no trail: straight on
     robot.wandering = experiment.wandering;
     robot.seed = random();
     robots_.emplace_back(robot, &arena_);

@@ -44,7 +44,9 @@ CLI::Validator Between(double least, double most) {
 
 const std::map<std::string, client::Law>& LawsByName() {
   static const std::map<std::string, client::Law> laws = {
-      {"differential", client::Law::kDifferential}, {"paper", client::Law::kPaper}};
+      {"careful", client::Law::kCareful},
+      {"differential", client::Law::kDifferential},
+      {"paper", client::Law::kPaper}};
   return laws;
 }
 

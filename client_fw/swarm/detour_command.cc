@@ -75,6 +75,11 @@ void AddDetourCommand(CLI::App* app, int* status) {
   detour_command
       ->add_option("--bias", options->experiment.antenna_distance_m, "b, m (default: 0.33)")
       ->check(Between(0.01, 2.0));
+  detour_command
+      ->add_option("--law", options->experiment.law,
+                   "differential (default), paper, or careful, the default of robots")
+      ->transform(OneOf(LawsByName()))
+      ->type_name("NAME");
   detour_command->add_option("--speed", options->experiment.speed_mm_s, "K, mm/s (default: 300)")
       ->check(CLI::Range(20, 2000));
   detour_command->add_option("--seeds", options->seeds, "Runs of each combination (default: 20)")

@@ -151,6 +151,10 @@ DetourRun MakeDetour(const DetourExperiment& experiment, uint64_t seed) {
   config.robot.client.id = static_cast<uint8_t>(1 + random() % 254);
   config.robot.client.boot_counter = static_cast<uint16_t>(random());
   config.robot.client.type = experiment.sensed_type;
+  config.robot.client.law = experiment.law;
+  if (experiment.law != client::Law::kCareful) {
+    config.robot.client.lost_trail = client::LostTrail::kStraight;
+  }
   config.robot.client.speed_mm_s = experiment.speed_mm_s;
   config.robot.client.period_ms = experiment.period_ms;
   config.robot.start = BesidePath(along_m, side * kStartOffsetM, turn * kStartTurn);

@@ -9,9 +9,9 @@
 // deposited on a disc, the *core*, whose centre is `patch_offset_m` to the left of the path;
 // kWayType, their blend. The comparison senses kPathType on the same map and drives through.
 //
-// A finding, not a mistake: P_L - P_R points to the side of the way around, and head-on there is
-// one on both sides. The robot drives through a patch whose centre is close to the path
-// (results/README.md).
+// P_L - P_R points to the side of the way around, and head-on there is one on both sides: the
+// differential law drives through a patch whose centre is close to the path. The careful law turns
+// aside where P_L and P_R are negative (results/README.md).
 //
 // The robot starts as in the path experiment: 0.2 m beside the path and 20 degrees off; sides,
 // place and the radio's delays come from the seed. The run ends after `duration_ms`, or shortly
@@ -36,7 +36,8 @@ struct DetourExperiment {
   static constexpr uint8_t kWayType = 4;
 
   uint8_t sensed_type = kWayType;  ///< kPathType: without the repellent
-  int16_t speed_mm_s = 300;        ///< K
+  client::Law law = client::Law::kDifferential;
+  int16_t speed_mm_s = 300;  ///< K
   uint16_t period_ms = 200;
   int64_t duration_ms = 40'000;
   int64_t sample_ms = 100;

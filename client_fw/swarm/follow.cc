@@ -133,6 +133,7 @@ FollowResult Follow(const FollowConditions& conditions, uint64_t seed) {
   robot.client.id = static_cast<uint8_t>(1 + random() % 254);
   robot.client.boot_counter = static_cast<uint16_t>(random());
   robot.client.type = path.type;
+  robot.client.lost_trail = client::LostTrail::kStraight;  // the laws by themselves
   robot.client.period_ms = conditions.period_ms;
   robot.client.fail_safe_ms = static_cast<uint16_t>(std::max(500, 2 * conditions.period_ms + 100));
   robot.client.first_window_ms = std::max(robot.client.first_window_ms, WindowMs(conditions));

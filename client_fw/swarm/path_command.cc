@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/fit.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
+#include "client_fw/swarm/robots.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -22,10 +24,55 @@ struct PathOptions {
   std::vector<client::Law> laws = {client::Law::kDifferential, client::Law::kPaper};
   int seeds = 20;
   std::string out;
+  std::string drive = "ideal";
+  std::string client = "core";
   PathExperiment experiment;
 };
 
-int RunPath(const PathOptions& options) {
+// The robot of the command line. Returns an error, or nothing.
+std::string ChooseRobot(PathOptions* options) {
+  PathExperiment& experiment = options->experiment;
+  experiment.pioneer = sim::FindPioneerModel(options->drive);
+  if (options->client == "core") {
+    return "";
+  }
+  if (!HasAvrRobots()) {
+    return "--client avr: this program was built without libsimavr, expected core";
+  }
+  if (experiment.pioneer == nullptr) {
+    return "--client avr: the image drives a Pioneer, expected --drive p3dx, p3dx-sh or "
+           "peoplebot-sh";
+  }
+  if (experiment.frame_loss > 0) {
+    return "--client avr: the image passes single bytes to its modem, expected --loss 0";
+  }
+  experiment.image = BuiltAvrImage();
+  return "";
+}
+
+void WarnOfSpeed(const PathExperiment& experiment) {
+  const auto warning =
+      SpeedWarning({.speed_mm_s = experiment.speed_mm_s,
+                    .period_ms = experiment.period_ms,
+                    .reach_m = experiment.core_m + experiment.sigma_m,
+                    .drive = experiment.pioneer != nullptr ? LimitsOf(*experiment.pioneer)
+                                                           : LimitsOf(sim::DriveConfig())});
+  if (warning) {
+    fmt::print(stderr, "--speed {}: {}\n", experiment.speed_mm_s, *warning);
+  }
+}
+
+const char* ColourOf(client::Law law) {
+  return law == client::Law::kPaper     ? "#b2182b"
+         : law == client::Law::kCareful ? "#1b7837"
+                                        : "#2166ac";
+}
+
+int RunPath(PathOptions options) {
+  if (const std::string error = ChooseRobot(&options); !error.empty()) {
+    return Fail(error, kWrongInput);
+  }
+  WarnOfSpeed(options.experiment);
   std::vector<PathSummary> summaries;
   std::string runs_csv = "path,law,seed,mean_error_mm,late_mean_error_mm,progress_percent\n";
   const size_t all = options.shapes.size() * options.laws.size();
@@ -49,8 +96,7 @@ int RunPath(const PathOptions& options) {
                         run.mean_error_m * 1000, run.late_mean_error_m * 1000, run.progress * 100);
         ways.push_back({fmt::format("law {}: {} runs of {:.0f} s", NameOf(law), options.seeds,
                                     static_cast<double>(experiment.duration_ms) / 1000),
-                        law == client::Law::kDifferential ? "#2166ac" : "#b2182b", run.track,
-                        seed == 1});
+                        ColourOf(law), run.track, seed == 1});
       }
       summaries.push_back(Summarise(experiment, runs));
     }
@@ -79,16 +125,24 @@ int RunPath(const PathOptions& options) {
 }  // namespace
 
 void AddPathCommand(CLI::App* app, int* status) {
-  static const std::map<std::string, Shape> shapes = {
-      {"line", Shape::kLine}, {"circle", Shape::kCircle}, {"s-curve", Shape::kSCurve}};
+  static const std::map<std::string, Shape> shapes = {{"line", Shape::kLine},
+                                                      {"circle", Shape::kCircle},
+                                                      {"s-curve", Shape::kSCurve},
+                                                      {"circuit", Shape::kCircuit}};
   auto options = std::make_shared<PathOptions>();
   PathExperiment& experiment = options->experiment;
   CLI::App* path_command = app->add_subcommand(
       "path", "The paper's path-following experiment, in virtual time; prints a table as CSV");
-  path_command->add_option("--path", options->shapes, "line, circle, s-curve (default: all)")
+  path_command
+      ->add_option(
+          "--path", options->shapes,
+          "line, circle, s-curve (default: these), or circuit, that of pheromoned's default "
+          "configuration")
       ->transform(OneOf(shapes))
       ->type_name("NAME");
-  path_command->add_option("--law", options->laws, "differential, paper (default: both)")
+  path_command
+      ->add_option("--law", options->laws,
+                   "differential, paper (default: both), or careful, the default of robots")
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
   path_command->add_option("--seeds", options->seeds, "Runs of each combination (default: 20)")
@@ -111,6 +165,16 @@ void AddPathCommand(CLI::App* app, int* status) {
       ->add_option("--bias", experiment.antenna_distance_m,
                    "Distance of the antennas, b, m (default: 0.33)")
       ->check(Between(0.01, 2.0));
+  path_command
+      ->add_option("--drive", options->drive,
+                   "ideal (default), or a simulated Pioneer: p3dx, p3dx-sh, peoplebot-sh")
+      ->check(CLI::IsMember({"ideal", "p3dx", "p3dx-sh", "peoplebot-sh"}))
+      ->type_name("NAME");
+  path_command
+      ->add_option("--client", options->client,
+                   "core (default), or avr: the image that one would flash, on a Pioneer")
+      ->check(CLI::IsMember({"core", "avr"}))
+      ->type_name("NAME");
   path_command->add_option("--loss", experiment.frame_loss, "Fraction of frames lost (default: 0)")
       ->check(Between(0.0, 1.0));
   path_command->add_option("--out", options->out,

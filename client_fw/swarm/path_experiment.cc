@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "server/base/hash.h"
+#include "server/config/config.h"
+#include "server/field/edit.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -52,6 +55,27 @@ sim::PlanePose StartPose(const field::Path& path, double along_m, double offset_
   return {};
 }
 
+void Erase(Simulation* simulation) {
+  field::FieldEdit all;
+  all.type = kType;
+  all.shape = field::FieldEdit::Shape::kAll;
+  all.action = field::FieldEdit::Action::kErase;
+  const auto erased = simulation->service().Edit(all);
+  assert(erased.ok());
+  (void)erased;
+}
+
+double Driven(const std::vector<Sample>& track, int64_t from_ms) {
+  double driven_m = 0;
+  for (size_t i = 1; i < track.size(); ++i) {
+    if (track[i - 1].time_ms >= from_ms) {
+      driven_m += std::hypot(track[i].pose.x_m - track[i - 1].pose.x_m,
+                             track[i].pose.y_m - track[i - 1].pose.y_m);
+    }
+  }
+  return driven_m;
+}
+
 }  // namespace
 
 std::string_view NameOf(Shape shape) {
@@ -62,6 +86,8 @@ std::string_view NameOf(Shape shape) {
       return "circle";
     case Shape::kSCurve:
       return "s-curve";
+    case Shape::kCircuit:
+      return "circuit";
   }
   return "";
 }
@@ -72,6 +98,8 @@ std::string_view NameOf(client::Law law) {
       return "paper";
     case client::Law::kFuzzy:
       return "fuzzy";
+    case client::Law::kCareful:
+      return "careful";
     case client::Law::kDifferential:
       break;
   }
@@ -80,6 +108,14 @@ std::string_view NameOf(client::Law law) {
 
 field::Path PathOf(Shape shape) {
   field::Path path;
+  if (shape == Shape::kCircuit) {
+    const Result<config::Config> server =
+        config::ParseConfig(config::DefaultConfigText(), "default.toml");
+    assert(server.ok());
+    path = server.value().engine.field.paths.front();
+    assert(path.type == kType);
+    return path;
+  }
   path.type = kType;
   path.count = 8;
   switch (shape) {
@@ -94,6 +130,8 @@ field::Path PathOf(Shape shape) {
       AppendArc(&path.points, 3, 5, 1, -90, 0);
       AppendArc(&path.points, 5, 5, 1, 180, 90);
       path.points.push_back({ToUm(8), ToUm(6)});
+      break;
+    case Shape::kCircuit:
       break;
   }
   return path;
@@ -136,17 +174,36 @@ PathRun FollowPath(const PathExperiment& experiment, uint64_t seed) {
   config.robot.client.boot_counter = static_cast<uint16_t>(random());
   config.robot.client.type = kType;
   config.robot.client.law = experiment.law;
+  if (experiment.law != client::Law::kCareful) {
+    config.robot.client.lost_trail = client::LostTrail::kStraight;
+  }
   config.robot.client.speed_mm_s = experiment.speed_mm_s;
   config.robot.client.period_ms = experiment.period_ms;
   config.robot.client.lay_trail = experiment.lay_trail;
   config.robot.start = StartPose(path, along_m, side * experiment.offset_m,
                                  turn * experiment.heading_error_deg * std::numbers::pi / 180);
+  config.robot.pioneer = experiment.pioneer;
+  config.robot.image = experiment.image;
+  if (!experiment.image.empty()) {
+    // An image's coordinates start where it is switched on; the server knows that pose.
+    config.engine.frames = {
+        engine::MakeFrame(config.engine.links[0].name, config.robot.client.id,
+                          {ToUm(config.robot.start.x_m), ToUm(config.robot.start.y_m)},
+                          config.robot.start.heading_rad * 180 / std::numbers::pi)};
+  }
 
   Simulation simulation(config);
   PathRun run;
   for (int64_t ms = 0; ms <= experiment.duration_ms; ms += experiment.sample_ms) {
     simulation.RunTo(ms);
     run.track.push_back(Observe(simulation.robot(), path, ms));
+    if (experiment.erase_ms > 0 && ms >= experiment.erase_ms &&
+        ms < experiment.erase_ms + experiment.sample_ms) {
+      Erase(&simulation);
+    }
+  }
+  if (experiment.erase_ms > 0) {
+    run.on_its_own_m = Driven(run.track, experiment.erase_ms);
   }
   run.mean_error_m = MeanDistance(run.track, 0);
   run.late_mean_error_m = MeanDistance(run.track, experiment.duration_ms / 2);

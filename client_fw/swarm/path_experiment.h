@@ -18,13 +18,16 @@
 
 namespace pheromone::swarm {
 
-enum class Shape { kLine, kCircle, kSCurve };
+/// kCircuit is the path of the server's default configuration.
+enum class Shape { kLine, kCircle, kSCurve, kCircuit };
 
 std::string_view NameOf(Shape shape);
 std::string_view NameOf(client::Law law);
 
 struct PathExperiment {
   Shape shape = Shape::kLine;
+  /// With the default law, kCareful, a robot also does the default where it senses nothing; with
+  /// the others it drives straight on.
   client::Law law = client::Law::kDifferential;
   int16_t speed_mm_s = 300;  ///< K
   uint16_t period_ms = 200;  ///< five requests a second
@@ -38,10 +41,14 @@ struct PathExperiment {
   double heading_error_deg = 20;
   bool lay_trail = false;  ///< TRACE instead of SENSE: the robot adds to the path
   double frame_loss = 0;   ///< probability that a listener misses a frame
+  const sim::PioneerModel* pioneer = nullptr;  ///< null: an ideal drive
+  std::string image = {};  ///< of an AVR, which drives the Pioneer; empty: the core
+  int64_t erase_ms = 0;    ///< the path is taken away at this time; 0: never
 };
 
 /// The path of an experiment, on a map of 10 m x 10 m: an oblique line; a circle of radius 1.5 m;
-/// two quarter arcs of radius 1 m, left then right, with a straight way out.
+/// two quarter arcs of radius 1 m, left then right, with a straight way out; a closed circuit of
+/// 22 m with bends of at least 0.9 m.
 field::Path PathOf(Shape shape);
 
 /// The map in the server's configuration: the path on permanent pheromone type 2.
@@ -52,6 +59,7 @@ struct PathRun {
   double mean_error_m = 0;       ///< over the whole run
   double late_mean_error_m = 0;  ///< over its second half
   double progress = 0;           ///< along the path, as a share of K * t
+  double on_its_own_m = 0;       ///< driven since the path was taken away
   client::Counters counters{};
   double utilisation = 0;   ///< of the channel
   uint64_t state_hash = 0;  ///< of the engine, at the end

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "client_fw/swarm/picture.h"
@@ -62,6 +63,57 @@ TEST(PathExperiment, ARepeatedRunIsTheSameToTheBit) {
     const PathRun other = FollowPath(experiment, 8);
     EXPECT_NE(ToCsv(other.track), ToCsv(first.track));
     EXPECT_NE(other.state_hash, first.state_hash);
+  }
+}
+
+// What is default in a robot, on the path that is default in the server, at twice the speed.
+PathExperiment Fast() {
+  PathExperiment experiment;
+  experiment.shape = Shape::kCircuit;
+  experiment.law = client::Settings().law;
+  experiment.speed_mm_s = 600;
+  experiment.pioneer = sim::FindPioneerModel("p3dx-sh");
+  experiment.duration_ms = 60'000;
+  experiment.sample_ms = 100;
+  return experiment;
+}
+
+bool OnTheMap(const std::vector<Sample>& track) {
+  return std::all_of(track.begin(), track.end(), [](const Sample& sample) {
+    return sample.pose.x_m > 0 && sample.pose.x_m < 10 && sample.pose.y_m > 0 &&
+           sample.pose.y_m < 10;
+  });
+}
+
+// Two turns of 22 m, or nearly.
+TEST(PathExperiment, APioneerHoldsTheDefaultCircuitAt600MmS) {
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    const PathRun run = FollowPath(Fast(), seed);
+    EXPECT_LE(MeanDistance(run.track, 5'000), 0.060) << seed;
+    EXPECT_GE(run.progress, 0.5) << seed;
+    PathExperiment plain = Fast();
+    plain.law = client::Law::kDifferential;
+    EXPECT_GT(MeanDistance(FollowPath(plain, seed).track, 5'000), 0.100)
+        << seed << ": the law need not slow down";
+  }
+}
+
+// At any point of the circuit: in bends, and where it is fast.
+TEST(PathExperiment, WhereTheTrailIsTakenAwayAPioneerStandsWithinAMetre) {
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    PathExperiment experiment = Fast();
+    experiment.erase_ms = 10'000 + 1'300 * static_cast<int64_t>(seed);
+    experiment.duration_ms = experiment.erase_ms + 12'000;
+    const PathRun run = FollowPath(experiment, seed);
+    EXPECT_LE(run.on_its_own_m, 1.0) << seed;
+    EXPECT_TRUE(OnTheMap(run.track)) << seed;
+    const Sample& last = run.track.back();
+    const Sample& before = run.track[run.track.size() - 31];
+    EXPECT_EQ(before.pose.x_m, last.pose.x_m) << seed;
+    EXPECT_EQ(before.pose.y_m, last.pose.y_m) << seed;
+    EXPECT_EQ(before.pose.heading_rad, last.pose.heading_rad) << seed;
+    EXPECT_EQ(1u, run.counters.lost_trails) << seed;
+    EXPECT_GE(run.counters.events, 1u) << seed;
   }
 }
 

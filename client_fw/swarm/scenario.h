@@ -13,7 +13,9 @@
 //              range, counted from 1: [[1, 2]])
 //   [[robots]] pheromone, starts ([x_m, y_m, heading_deg] each), count (as many as starts; more
 //              begin again at the first), spread_m (0: moved at random by up to this in x and y),
-//              law ("differential", "paper" or "fuzzy"), speed_m_per_s (0.2), period_s (0.2),
+//              law ("careful"; "differential", "paper" or "fuzzy"), speed_m_per_s (0.2),
+//              period_s (0.2), lost_trail ("search": where nothing is sensed look around, then
+//              stop; "stop", "straight" or "spiral"),
 //              trail (false; true: deposit a quantum with each request),
 //              radius_m (0.25: of the disc that obstacles stop),
 //              drive ("ideal"; "p3dx", "p3dx-sh", "peoplebot-sh", "p3at", "p3at-sh", "amigo" or
@@ -23,7 +25,8 @@
 //
 // Robots of all [[robots]] are numbered from 1, are assigned to the channels in turn, and their
 // number is their ID. Errors are one line for each mistake, FILE:LINE:COLUMN: KEY: found ...,
-// expected ... Pure except for reading files; any thread.
+// expected ...; a speed that does not fit the pheromone and the drive (fit.h) is a warning. Pure
+// except for reading files; any thread.
 #pragma once
 
 #include <cstdint>

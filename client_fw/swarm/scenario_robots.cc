@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "client_fw/swarm/collision.h"
+#include "client_fw/swarm/fit.h"
 #include "client_fw/swarm/robots.h"
 
 namespace pheromone::swarm {
@@ -133,12 +134,33 @@ std::string ReadImage(const TableReader& table, const Scenario& scenario, const 
   return config::ReadFileName(table, "image", kElf, notes).value_or("").string();
 }
 
-RobotGroup ReadGroup(const TableReader& table, const Scenario& scenario, const Notes& notes) {
-  static constexpr std::string_view kLaws[] = {"differential", "paper", "fuzzy"};
-  static constexpr client::Law kLawOf[] = {client::Law::kDifferential, client::Law::kPaper,
-                                           client::Law::kFuzzy};
-  table.AllowOnly({"pheromone", "starts", "count", "spread_m", "law", "speed_m_per_s", "period_s",
-                   "trail", "radius_m", "drive", "client", "image"});
+void CheckSpeed(const TableReader& table, const Value& robots, const field::PheromoneLaw& law,
+                const RobotGroup& group, Notes* notes) {
+  const auto warning =
+      SpeedWarning({.speed_mm_s = group.client.speed_mm_s,
+                    .period_ms = group.client.period_ms,
+                    .reach_m = static_cast<double>(law.reach_um()) / 1e6,
+                    .drive = group.pioneer != nullptr ? LimitsOf(*group.pioneer)
+                                                      : LimitsOf(sim::DriveConfig())});
+  if (warning) {
+    const Value* const speed = table.Find("speed_m_per_s");
+    notes->warnings.push_back(
+        {config::FormatProblem(notes->file, (speed != nullptr ? *speed : robots).at,
+                               table.KeyOf("speed_m_per_s"), *warning)});
+  }
+}
+
+RobotGroup ReadGroup(const TableReader& table, const Value& robots, const Scenario& scenario,
+                     Notes* notes) {
+  static constexpr std::string_view kLaws[] = {"careful", "differential", "paper", "fuzzy"};
+  static constexpr client::Law kLawOf[] = {client::Law::kCareful, client::Law::kDifferential,
+                                           client::Law::kPaper, client::Law::kFuzzy};
+  static constexpr std::string_view kLost[] = {"search", "stop", "straight", "spiral"};
+  static constexpr client::LostTrail kLostOf[] = {
+      client::LostTrail::kSearch, client::LostTrail::kStop, client::LostTrail::kStraight,
+      client::LostTrail::kSpiral};
+  table.AllowOnly({"pheromone", "starts", "count", "spread_m", "law", "lost_trail", "speed_m_per_s",
+                   "period_s", "trail", "radius_m", "drive", "client", "image"});
   const field::FieldConfig& field = scenario.engine.field;
   RobotGroup group;
   group.client.type = ReadSensed(table, field);
@@ -151,6 +173,7 @@ RobotGroup ReadGroup(const TableReader& table, const Scenario& scenario, const N
                            .value_or(1));
   group.spread_m = table.Number("spread_m", 0, 100, 0).value_or(0);
   group.client.law = kLawOf[table.OneOf("law", kLaws, 0).value_or(0)];
+  group.client.lost_trail = kLostOf[table.OneOf("lost_trail", kLost, 0).value_or(0)];
   group.client.speed_mm_s = static_cast<int16_t>(
       table.Scaled("speed_m_per_s", kMetresToMm, 0, client::kMaxSpeedMmS, 200).value_or(0));
   group.client.period_ms = static_cast<uint16_t>(
@@ -159,10 +182,13 @@ RobotGroup ReadGroup(const TableReader& table, const Scenario& scenario, const N
       std::max(group.client.fail_safe_ms, static_cast<uint16_t>(2 * group.client.period_ms));
   group.client.lay_trail = table.Boolean("trail", false).value_or(false);
   group.pioneer = ReadDrive(table);
-  group.image = ReadImage(table, scenario, group, notes);
+  group.image = ReadImage(table, scenario, group, *notes);
   const field::PheromoneLaw* law = field.FindLaw(group.client.type);
   if (group.client.lay_trail && law != nullptr && law->is_blend()) {
     table.Report("trail", "nothing can be deposited to a blend, expected false");
+  }
+  if (law != nullptr && !law->is_blend()) {
+    CheckSpeed(table, robots, *law, group, notes);
   }
   return group;
 }
@@ -177,7 +203,7 @@ void ReadRobots(const Value& root, Notes* notes, Scenario* scenario) {
   }
   for (size_t i = 0; i < tables.size(); ++i) {
     const TableReader table(*tables[i], config::PathOf("robots", i), &notes->problems);
-    scenario->groups.push_back(ReadGroup(table, *scenario, *notes));
+    scenario->groups.push_back(ReadGroup(table, *tables[i], *scenario, notes));
     if (scenario->robot_count() > kMaxRobots) {
       table.Report("count", "makes more than " + std::to_string(kMaxRobots) + " robots");
       return;

@@ -42,6 +42,38 @@ std::string ErrorOf(const std::string& more) {
   return scenario.ok() ? "accepted" : scenario.error();
 }
 
+TEST(Scenario, WhatARobotDoesWithoutATrailCanBeChosen) {
+  const std::string robots = "[[robots]]\npheromone = 2\nstarts = [[1, 2, 90]]\nlost_trail = ";
+  const std::pair<std::string, client::LostTrail> choices[] = {
+      {"search", client::LostTrail::kSearch},
+      {"stop", client::LostTrail::kStop},
+      {"straight", client::LostTrail::kStraight},
+      {"spiral", client::LostTrail::kSpiral}};
+  for (const auto& [word, choice] : choices) {
+    const Result<Scenario> parsed = Parse(robots + '"' + word + "\"\n");
+    ASSERT_TRUE(parsed.ok()) << parsed.error();
+    EXPECT_EQ(choice, parsed.value().groups[0].client.lost_trail);
+  }
+  EXPECT_EQ(0u, ErrorOf(robots + "\"on\"\n")
+                    .find("s.toml:22:14: robots[1].lost_trail: found the string \"on\", expected"))
+      << ErrorOf(robots + "\"on\"\n");
+}
+
+// 0.6 m/s: 0.21 m until it is noticed, and 0.6 m to brake at 0.3 m/s2.
+TEST(Scenario, ASpeedThatDoesNotFitTheTrailIsAWarning) {
+  const std::string robots =
+      "[[robots]]\npheromone = 2\nstarts = [[1, 2, 90]]\ndrive = \"p3dx-sh\"\nspeed_m_per_s = ";
+  const Result<Scenario> fast = Parse(robots + "0.6\n");
+  ASSERT_TRUE(fast.ok()) << fast.error();
+  ASSERT_EQ(1u, fast.value().warnings.size());
+  const std::string& text = fast.value().warnings[0].text;
+  EXPECT_EQ(0u, text.find("s.toml:23:17: robots[1].speed_m_per_s: at 0.6 m/s the robot needs 0.81"))
+      << text;
+  const Result<Scenario> slow = Parse(robots + "0.4\n");
+  ASSERT_TRUE(slow.ok()) << slow.error();
+  EXPECT_TRUE(slow.value().warnings.empty());
+}
+
 TEST(Scenario, WhatIsLeftOutHasItsDefault) {
   const Result<Scenario> parsed = Parse("[[robots]]\npheromone = 2\nstarts = [[1, 2, 90]]\n");
   ASSERT_TRUE(parsed.ok()) << parsed.error();
@@ -60,7 +92,9 @@ TEST(Scenario, WhatIsLeftOutHasItsDefault) {
   EXPECT_EQ(1, group.count);
   EXPECT_EQ(200, group.client.speed_mm_s);
   EXPECT_EQ(200, group.client.period_ms);
-  EXPECT_EQ(client::Law::kDifferential, group.client.law);
+  EXPECT_EQ(client::Law::kCareful, group.client.law);
+  EXPECT_EQ(client::LostTrail::kSearch, group.client.lost_trail);
+  EXPECT_TRUE(scenario.warnings.empty());
   EXPECT_FALSE(group.client.lay_trail);
   EXPECT_EQ(0.25, group.radius_m);
   EXPECT_EQ(nullptr, group.pioneer);

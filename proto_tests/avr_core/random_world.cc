@@ -70,9 +70,9 @@ RandomWorld::Bytes RandomWorld::Start(bool keep) {
   PutU16(Below(65536), &request);
   const std::vector<std::pair<uint8_t, uint32_t>> settings = {
       {client::kTypeSetting, 1 + Below(3)},
-      {client::kLawSetting, Below(3)},
+      {client::kLawSetting, Below(4)},
       {client::kLayTrailSetting, Below(2)},
-      {client::kLostTrailSetting, Below(3)},
+      {client::kLostTrailSetting, Below(4)},
       {client::kGainSetting, Below(client::kMaxGain + 1)},
       {client::kSpeedSetting, Below(600)},
       {client::kPeriodSetting, OneIn(4) ? 0 : 5 + Below(60)},

@@ -291,6 +291,38 @@ std::vector<FuzzyOutput> ConformanceClient::SteerFuzzy(const std::vector<FuzzyIn
       });
 }
 
+std::vector<CarefulOutput> ConformanceClient::SteerCareful(
+    const std::vector<CarefulInput>& inputs) {
+  return InBatches<CarefulOutput>(
+      kCareful, inputs, [this](const Bytes& request) { return AskDone(request); },
+      [](const CarefulInput& input, Bytes* to) {
+        PutU16(static_cast<uint16_t>(input.before.plateau), to);
+        PutU16(input.before.course, to);
+        PutU8(static_cast<uint8_t>(input.before.mode), to);
+        PutU8(static_cast<uint8_t>(input.before.aside), to);
+        PutU8(static_cast<uint8_t>(input.before.stronger), to);
+        PutU8(input.before.clear, to);
+        PutU16(static_cast<uint16_t>(input.left), to);
+        PutU16(static_cast<uint16_t>(input.right), to);
+        PutU16(input.heading, to);
+        PutU16(static_cast<uint16_t>(input.k_mm_s), to);
+      },
+      [](Reply* reply) {
+        CarefulOutput output{};
+        for (client::WheelSpeeds* wheels : {&output.wheels, &output.search}) {
+          wheels->left_mm_s = reply->I16();
+          wheels->right_mm_s = reply->I16();
+        }
+        output.after.plateau = reply->I16();
+        output.after.course = reply->U16();
+        output.after.mode = static_cast<client::CarefulState::Mode>(reply->U8());
+        output.after.aside = static_cast<client::CarefulState::Side>(reply->U8());
+        output.after.stronger = static_cast<client::CarefulState::Side>(reply->U8());
+        output.after.clear = reply->U8();
+        return output;
+      });
+}
+
 std::vector<std::pair<int16_t, int16_t>> ConformanceClient::Sine(
     const std::vector<client::BinaryAngle>& angles) {
   return InBatches<std::pair<int16_t, int16_t>>(

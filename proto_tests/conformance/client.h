@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client_fw/core/angle.h"
+#include "client_fw/core/careful.h"
 #include "client_fw/core/fuzzy.h"
 #include "client_fw/core/steering.h"
 #include "proto_tests/conformance/commands.h"
@@ -54,6 +55,20 @@ struct FuzzyOutput {
   client::FuzzyState after;
 };
 
+struct CarefulInput {
+  client::CarefulState before;
+  int16_t left;
+  int16_t right;
+  client::BinaryAngle heading;
+  int16_t k_mm_s;
+};
+
+struct CarefulOutput {
+  client::WheelSpeeds wheels;
+  client::WheelSpeeds search;
+  client::CarefulState after;
+};
+
 struct PlaceInput {
   client::Pose start;
   client::Odometry odometry;
@@ -93,6 +108,8 @@ class ConformanceClient {
   std::vector<DecodedMessage> DecodeMessage(const testing::Bytes& body);
 
   std::vector<client::WheelSpeeds> Steer(const std::vector<SteerInput>& inputs);
+  /// Notice, and then SteerCareful and Search.
+  std::vector<CarefulOutput> SteerCareful(const std::vector<CarefulInput>& inputs);
   /// With kTunedFuzzy.
   std::vector<FuzzyOutput> SteerFuzzy(const std::vector<FuzzyInput>& inputs);
   /// Sine and cosine.

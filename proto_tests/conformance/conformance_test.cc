@@ -10,6 +10,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -375,6 +376,44 @@ TEST_F(ChipClientCore, SteersFuzzilyWithTheSameBitsAsTheHost) {
         client::SteerFuzzy(in.left, in.right, in.k_mm_s, client::kTunedFuzzy, &state);
     ASSERT_EQ(outputs[i].wheels, wheels) << in.before.error << ' ' << in.left << ' ' << in.right;
     ASSERT_EQ(outputs[i].after.error, state.error);
+  }
+}
+
+TEST_F(ChipClientCore, SteersCarefullyWithTheSameBitsAsTheHost) {
+  using State = client::CarefulState;
+  Dice dice(8);
+  std::vector<CarefulInput> inputs;
+  for (int i = 0; i < 8000; ++i) {
+    State before = client::kCarefulStart;
+    before.plateau = static_cast<int16_t>(31 + dice.Below(32737));
+    before.course = dice.Any<uint16_t>();
+    before.mode = static_cast<State::Mode>(dice.Below(3));
+    before.aside = static_cast<State::Side>(
+        before.mode == State::Mode::kFollowing ? dice.Below(3) : 1 + dice.Below(2));
+    before.stronger = static_cast<State::Side>(1 + dice.Below(2));
+    before.clear = static_cast<uint8_t>(dice.Below(4));
+    inputs.push_back({before, dice.Any<int16_t>(), dice.Any<int16_t>(), dice.Any<uint16_t>(),
+                      static_cast<int16_t>(dice.Below(client::kMaxSpeedMmS + 1u))});
+    if (dice.OneIn(2)) {  // as on a trail
+      inputs.back().left = static_cast<int16_t>(dice.Below(client::kIntensityUnit));
+      inputs.back().right = static_cast<int16_t>(inputs.back().left + dice.Within(1024));
+    }
+  }
+  const std::vector<CarefulOutput> outputs = chip_.SteerCareful(inputs);
+  ASSERT_EQ(outputs.size(), inputs.size());
+  for (size_t i = 0; i < inputs.size(); ++i) {
+    const CarefulInput& in = inputs[i];
+    State state = in.before;
+    client::Notice(in.left, in.right, in.heading, &state);
+    ASSERT_EQ(outputs[i].wheels,
+              client::SteerCareful(in.left, in.right, in.k_mm_s, client::kUnitGain, state))
+        << in.left << ' ' << in.right << ' ' << in.k_mm_s;
+    ASSERT_EQ(outputs[i].search, client::Search(in.k_mm_s, state));
+    const State& after = outputs[i].after;
+    ASSERT_EQ(
+        std::tie(after.plateau, after.course, after.mode, after.aside, after.stronger, after.clear),
+        std::tie(state.plateau, state.course, state.mode, state.aside, state.stronger,
+                 state.clear));
   }
 }
 

@@ -4,6 +4,7 @@
 #include <stdint.h>
 
 #include "client_fw/core/angle.h"
+#include "client_fw/core/careful.h"
 #include "client_fw/core/fuzzy.h"
 #include "client_fw/core/steering.h"
 #include "proto_tests/conformance/commands.h"
@@ -250,6 +251,35 @@ void SteerFuzzy(Reader* in, Writer* out) {
   }
 }
 
+void SteerCareful(Reader* in, Writer* out) {
+  while (in->left() > 0) {
+    client::CarefulState state = client::kCarefulStart;
+    state.plateau = in->I16();
+    state.course = in->U16();
+    state.mode = static_cast<client::CarefulState::Mode>(in->U8());
+    state.aside = static_cast<client::CarefulState::Side>(in->U8());
+    state.stronger = static_cast<client::CarefulState::Side>(in->U8());
+    state.clear = in->U8();
+    const int16_t left = in->I16();
+    const int16_t right = in->I16();
+    client::Notice(left, right, in->U16(), &state);
+    const int16_t k_mm_s = in->I16();
+    const client::WheelSpeeds all[] = {
+        client::SteerCareful(left, right, k_mm_s, client::kUnitGain, state),
+        client::Search(k_mm_s, state)};
+    for (const client::WheelSpeeds& wheels : all) {
+      out->I16(wheels.left_mm_s);
+      out->I16(wheels.right_mm_s);
+    }
+    out->I16(state.plateau);
+    out->U16(state.course);
+    out->U8(static_cast<uint8_t>(state.mode));
+    out->U8(static_cast<uint8_t>(state.aside));
+    out->U8(static_cast<uint8_t>(state.stronger));
+    out->U8(state.clear);
+  }
+}
+
 void Sine(Reader* in, Writer* out) {
   while (in->left() > 0) {
     const client::BinaryAngle angle = in->U16();
@@ -312,6 +342,9 @@ void Answer(uint8_t command, Reader* in, Writer* out) {
       break;
     case kFuzzy:
       SteerFuzzy(in, out);
+      break;
+    case kCareful:
+      SteerCareful(in, out);
       break;
     case kSine:
       Sine(in, out);

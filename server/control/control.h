@@ -158,6 +158,13 @@ class Control {
   /// robot.
   virtual void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
                      std::span<const uint8_t> arguments, Done done) = 0;
+  /// Sends a robot to a point of the map, around the obstacles; its goal is in its ClientView until
+  /// it is there, when it is halted and subscribers are notified. Errors: no such link or robot, its
+  /// position is unknown, the point is off the map or blocked, there is no route.
+  virtual void SetGoal(std::string_view link, uint8_t id, field::PointUm point,
+                       uint32_t tolerance_um, Done done) = 0;
+  /// Errors: no such link; the robot has no goal.
+  virtual void CancelGoal(std::string_view link, uint8_t id, Done done) = 0;
   /// Halts all robots on all links, even while the log does not accept changes or the disk does not
   /// respond; no other request delays it. `done` gets the names of the links once the halt was
   /// passed to them.

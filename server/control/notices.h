@@ -33,11 +33,12 @@ struct Notice {
     kCapture,        ///< on: a recording started; off: it stopped
     kLink,           ///< on: the link is up; off: it is down, or another attempt failed
     kHealth,         ///< on: the log is durable again; off: it is not
+    kArrival,        ///< on: a robot has reached its goal, and is halted
   };
   Topic topic = Topic::kConfiguration;
   bool is_on = true;
-  std::string subject = {};  ///< the name of the link; empty for other topics
-  std::string text = {};     ///< the reason; may be empty
+  std::string subject = {};  ///< the link's name, with the robot's ID at an arrival; or empty
+  std::string text = {};     ///< the reason or the place; may be empty
   bool operator==(const Notice&) const = default;
 };
 

@@ -24,6 +24,7 @@ struct ChangeArguments {
   bool add = false;
   RobotCommand command;
   bool no_wait = false;
+  RobotGoal goal;
 };
 
 // The options that erase and paint share.
@@ -60,6 +61,29 @@ bool IsShape(const Shape& shape) {
   Fail(kUsage, shape.points_m.empty() ? "expected points X Y, --area or --all"
                                       : "odd number of coordinates, expected X Y of each point");
   return false;
+}
+
+void AddGoTo(CLI::App* program, const ServerOptions* options,
+             const std::shared_ptr<ChangeArguments>& it, int* exit_status) {
+  const CLI::Validator coordinate = Number(-kFarthestM, kFarthestM);
+  CLI::App* go = program->add_subcommand(
+      "goto", "Send a robot to a point, around the obstacles; it is halted there");
+  go->add_option("LINK", it->goal.link, "Name of the robot's link")->required();
+  go->add_option("ID", it->goal.id, "Robot ID on that link")
+      ->required()
+      ->check(WholeNumber(1, 254));
+  go->add_option("X", it->goal.x_m, "X in metres")->check(coordinate);
+  go->add_option("Y", it->goal.y_m, "Y in metres")->check(coordinate);
+  go->add_option("--tolerance", it->goal.tolerance_m,
+                 "Distance at which it has arrived, in metres (default: 0.1)")
+      ->check(Number(0.01, 1000))
+      ->type_name("METRES");
+  go->add_flag("--cancel", it->goal.cancel, "Cancel its goal: it follows the map again");
+  go->callback([=] {
+    const RobotGoal& goal = it->goal;
+    const bool whole = goal.cancel ? !goal.x_m && !goal.tolerance_m : goal.x_m && goal.y_m;
+    *exit_status = whole ? GoTo(*options, goal) : Fail(kUsage, "expected either X Y or --cancel");
+  });
 }
 
 }  // namespace
@@ -116,6 +140,7 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
     *exit_status = GiveCommand(*options, it->command);
   });
 
+  AddGoTo(program, options, it, exit_status);
   program->add_subcommand("halt", "Halt all robots on all links")->callback([=] {
     *exit_status = HaltAll(*options);
   });

@@ -151,6 +151,22 @@ int GiveCommand(const ServerOptions& options, const RobotCommand& command) {
   return status == 0 && command.wait ? AwaitOutcome(options, command) : status;
 }
 
+int GoTo(const ServerOptions& options, const RobotGoal& goal) {
+  json::object body{{"link", goal.link}, {"id", goal.id}};
+  const std::string robot = fmt::format("robot {} on link {}", goal.id, goal.link);
+  if (goal.cancel) {
+    body["cancel"] = true;
+    return Change(options, "goto", body, robot + ": goal cancelled");
+  }
+  body["x_m"] = *goal.x_m;
+  body["y_m"] = *goal.y_m;
+  if (goal.tolerance_m) {
+    body["tolerance_m"] = *goal.tolerance_m;
+  }
+  return Change(options, "goto", body,
+                fmt::format("{}: goal ({}, {}) m", robot, *goal.x_m, *goal.y_m));
+}
+
 int HaltAll(const ServerOptions& options) {
   return Change(options, "halt", {}, "halt sent to all robots on all links");
 }

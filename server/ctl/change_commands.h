@@ -1,4 +1,4 @@
-// pheromonectl deposit, erase, paint, command, halt, reload, snapshot: an operator's changes of a
+// pheromonectl deposit, erase, paint, command, goto, halt, reload, snapshot: an operator's changes of a
 // running server. Each prints what was done, or an error on standard error, and returns the exit
 // status (server_call.h). Lengths are in metres, from the map's origin of coordinates.
 #pragma once
@@ -35,6 +35,16 @@ struct RobotCommand {
   bool wait = true;  ///< until the robot has acknowledged it or the server has given up
 };
 int GiveCommand(const ServerOptions& options, const RobotCommand& command);
+
+struct RobotGoal {
+  std::string link;
+  int id = 0;
+  std::optional<double> x_m;  ///< with y_m, or to cancel
+  std::optional<double> y_m;
+  std::optional<double> tolerance_m;
+  bool cancel = false;
+};
+int GoTo(const ServerOptions& options, const RobotGoal& goal);
 
 int HaltAll(const ServerOptions& options);
 int ReloadConfig(const ServerOptions& options);

@@ -64,6 +64,13 @@ std::string PoseOf(const json::value& client) {
                                       TextAt(pose, "source"));
 }
 
+std::string GoalOf(const json::value& client) {
+  const json::value& goal = At(client, "goal");
+  return goal.is_null()
+             ? "-"
+             : fmt::format("{:.2f} {:.2f} m", NumberAt(goal, "x_m"), NumberAt(goal, "y_m"));
+}
+
 std::string CommandOf(const json::value& client) {
   const json::value& command = At(client, "last_command");
   if (command.is_null()) {
@@ -173,7 +180,8 @@ int ShowClients(const ServerOptions& options, const std::string& link) {
     return reply.exit_status;
   }
   std::vector<std::vector<std::string>> rows = {{"LINK", "ID", "LAST SEEN", "REQUESTS", "REPEATS",
-                                                 "REFUSALS", "POSE", "LAST EVENT", "LAST COMMAND"}};
+                                                 "REFUSALS", "POSE", "GOAL", "LAST EVENT",
+                                                 "LAST COMMAND"}};
   for (const json::value& client : ItemsAt(reply.value, "clients")) {
     if (!link.empty() && TextAt(client, "link") != link) {
       continue;
@@ -182,7 +190,7 @@ int ShowClients(const ServerOptions& options, const std::string& link) {
     rows.push_back({TextAt(client, "link"), std::to_string(CountAt(client, "id")),
                     Ago(client, "silent_s"), std::to_string(CountAt(client, "requests")),
                     std::to_string(CountAt(client, "repeats")),
-                    std::to_string(CountAt(client, "refusals")), PoseOf(client),
+                    std::to_string(CountAt(client, "refusals")), PoseOf(client), GoalOf(client),
                     event.is_null() ? "-" : TextAt(event, "event"), CommandOf(client)});
   }
   PrintTable(rows);

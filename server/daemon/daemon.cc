@@ -101,6 +101,10 @@ class Daemon::Impl {
       std::this_thread::sleep_for(kBetweenPortions);
     });
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
+    service_.OnArrival([this](const engine::GoalEnded& arrival) {
+      boost::asio::post(strand_,
+                        [this, arrival] { spdlog::info("{}", control_.TellArrival(arrival)); });
+    });
   }
 
   int Run() {

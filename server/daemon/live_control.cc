@@ -9,6 +9,7 @@
 #include <utility>
 #include <variant>
 
+#include "server/base/format.h"
 #include "server/config/describe.h"
 #include "server/config/folders.h"
 #include "server/daemon/process_stats.h"
@@ -97,6 +98,10 @@ std::string_view NameOf(config::LinkKind kind) {
 // A byte on a serial line takes ten bits, start and stop included.
 std::optional<double> ByteRateOf(const config::LinkConfig& link) {
   return link.kind == config::LinkKind::kSerial ? std::optional(link.baud / 10.0) : std::nullopt;
+}
+
+Error UnknownLink(std::string_view name) {
+  return Error{"unknown link \"" + std::string(name) + "\""};
 }
 
 uint64_t BytesOf(const links::Link& link) {
@@ -363,7 +368,7 @@ void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode
                         std::span<const uint8_t> arguments, Done done) {
   const auto index = parts_.service->FindLink(link);
   if (!index) {
-    done(Error{"unknown link \"" + std::string(link) + "\""});
+    done(UnknownLink(link));
     return;
   }
   engine::CommandIssued command{*index, id, code, {}};
@@ -372,11 +377,40 @@ void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode
   std::vector<engine::Outgoing> out;
   const Status issued = parts_.service->Issue(command, &out);
   parts_.router->Deliver(out);
-  if (issued.ok()) {
+  DoneIfDurable(issued, std::move(done));
+}
+
+void LiveControl::DoneIfDurable(const Status& changed, Done done) const {
+  if (changed.ok()) {
     AwaitDurable(parts_.patience, std::move(done));
   } else {
-    done(issued);
+    done(changed);
   }
+}
+
+// The search for a route takes its time.
+void LiveControl::SetGoal(std::string_view link, uint8_t id, field::PointUm point,
+                          uint32_t tolerance_um, Done done) {
+  const auto index = parts_.service->FindLink(link);
+  if (!index) {
+    done(UnknownLink(link));
+    return;
+  }
+  const auto set = [this, index = *index, id, point, tolerance_um, done] {
+    DoneIfDurable(parts_.service->SetGoal(index, id, point, tolerance_um), done);
+  };
+  if (!parts_.run_edit(set)) {
+    done(Error{kBusy});
+  }
+}
+
+void LiveControl::CancelGoal(std::string_view link, uint8_t id, Done done) {
+  const auto index = parts_.service->FindLink(link);
+  if (!index) {
+    done(UnknownLink(link));
+    return;
+  }
+  DoneIfDurable(parts_.service->CancelGoal(*index, id), std::move(done));
 }
 
 // Robots must stop even if the disk does not accept the event. A halt of all robots does not affect
@@ -496,6 +530,18 @@ void LiveControl::AwaitCapture(TimePoint deadline, const Done& done) {
 
 void LiveControl::TellConfigured() {
   board_.Publish({.topic = control::Notice::Topic::kConfiguration});
+}
+
+std::string LiveControl::TellArrival(const engine::GoalEnded& arrival) {
+  const std::string robot = "robot " + std::to_string(arrival.id);
+  const std::string& link = (*parts_.links)[arrival.link]->name();
+  const std::string place =
+      "arrived at (" + FormatNumber(static_cast<double>(arrival.position.x) / 1e6) + ", " +
+      FormatNumber(static_cast<double>(arrival.position.y) / 1e6) + ") m";
+  board_.Publish({.topic = control::Notice::Topic::kArrival,
+                  .subject = link + ' ' + std::to_string(arrival.id),
+                  .text = place});
+  return robot + " on link " + link + ' ' + place;
 }
 
 void LiveControl::TellCapture() {

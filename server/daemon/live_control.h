@@ -77,6 +77,9 @@ class LiveControl final : public control::Control {
   void Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) override;
   void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
              std::span<const uint8_t> arguments, Done done) override;
+  void SetGoal(std::string_view link, uint8_t id, field::PointUm point, uint32_t tolerance_um,
+               Done done) override;
+  void CancelGoal(std::string_view link, uint8_t id, Done done) override;
   void HaltAll(DoneWith<std::vector<std::string>> done) override;
   void Reload(DoneWith<std::vector<std::string>> done) override;
   void Snapshot(DoneWith<std::optional<std::string>> done) override;
@@ -94,6 +97,9 @@ class LiveControl final : public control::Control {
   /// Notifies them that another configuration is in effect.
   void TellConfigured();
 
+  /// Notifies them that a robot is at its goal; returns the words for the log.
+  std::string TellArrival(const engine::GoalEnded& arrival);
+
   /// Answers all callers that wait for the disk, now and from now on. Called after the queues have
   /// ended.
   void Stop() { deadlines_->Stop(); }
@@ -102,6 +108,7 @@ class LiveControl final : public control::Control {
   using TimePoint = std::chrono::steady_clock::time_point;
 
   void EditNow(const field::FieldEdit& edit, const DoneWith<control::EditOutcome>& done);
+  void DoneIfDurable(const Status& changed, Done done) const;
   void AwaitDurable(std::chrono::milliseconds patience, Done done) const;
   void SendHaltsUnlogged(int transmissions);
   void ChangeCapture(Status (Captures::*change)(), Done done);

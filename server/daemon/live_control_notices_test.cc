@@ -26,7 +26,7 @@ class LiveNoticesTest : public LiveControlTest {
     const control::Subscription::Taken taken = listener_->Take();
     EXPECT_EQ(taken.dropped, 0u);
     for (const Notice& it : taken.notices) {
-      const char* const topics[] = {"configuration", "capture", "link", "health"};
+      const char* const topics[] = {"configuration", "capture", "link", "health", "arrival"};
       told.push_back(std::string(topics[static_cast<size_t>(it.topic)]) +
                      (it.is_on ? " on " : " off ") + it.subject + ": " + it.text);
     }
@@ -37,6 +37,12 @@ class LiveNoticesTest : public LiveControlTest {
 
   std::unique_ptr<control::Subscription> listener_ = control_.Subscribe({});
 };
+
+TEST_F(LiveNoticesTest, ARobotAtItsGoalIsToldWithLinkAndPlace) {
+  const engine::GoalEnded arrival{1, 3, true, {2'500'000, -1'250'000}};
+  EXPECT_EQ(control_.TellArrival(arrival), "robot 3 on link radio-b arrived at (2.5, -1.25) m");
+  EXPECT_EQ(Told(), All{"arrival on radio-b 3: arrived at (2.5, -1.25) m"});
+}
 
 TEST_F(LiveNoticesTest, LinksTellWhenTheyComeUpGoDownAndFailAgain) {
   control_.TellWhatChanged();

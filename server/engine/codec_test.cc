@@ -41,17 +41,17 @@ std::string Hex(const std::string& bytes) {
 // Written by hand from server/journal/README.md, so that a changed layout is noticed.
 TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   EXPECT_EQ(Hex(Encoded(RequestReceived{0x0201, testing::Hello(7, 0x0403)})),
-            "0301"
+            "0401"
             "0102"
             "07"
             "71"
             "04"
             "03040100");
-  EXPECT_EQ(Hex(Encoded(Advance{})), "0302");
+  EXPECT_EQ(Hex(Encoded(Advance{})), "0402");
   CommandIssued command{1, 9, protocol::CommandCode::kSpeed, {}};
   command.arguments[0] = 0xAB;
   EXPECT_EQ(Hex(Encoded(command)),
-            "0304"
+            "0404"
             "0100"
             "09"
             "03"
@@ -64,7 +64,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   edit.radius_um = 3;
   edit.points = {{-1, 2}};
   EXPECT_EQ(Hex(Encoded(FieldEdited{edit})),
-            "0305"
+            "0405"
             "02"
             "01"
             "01"
@@ -75,18 +75,33 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0200000000000000"
             "01");
   EXPECT_EQ(Hex(Encoded(ComponentEvent{EventKind{17}, 2, "ab"})),
-            "0311"
+            "0411"
             "02"
             "02000000"
             "6162");
   EXPECT_EQ(Hex(Encoded(PoseObserved{1, 2, {{3, 4}, 5}, 6})),
-            "0306"
+            "0406"
             "0100"
             "02"
             "0300000000000000"
             "0400000000000000"
             "0500"
             "06000000");
+  EXPECT_EQ(Hex(Encoded(GoalSet{1, 2, {{{3, 4}}, 100'000}})),
+            "0407"
+            "0100"
+            "02"
+            "01000000"
+            "0300000000000000"
+            "0400000000000000"
+            "a0860100");
+  EXPECT_EQ(Hex(Encoded(GoalEnded{1, 2, true, {3, 4}})),
+            "0408"
+            "0100"
+            "02"
+            "01"
+            "0300000000000000"
+            "0400000000000000");
 }
 
 TEST(EventCodec, EveryEventComesBack) {
@@ -117,6 +132,7 @@ TEST(EventCodec, AnUnknownVersionOrKindIsNamed) {
   EXPECT_EQ(ErrorOf(std::string("\0\x02", 2)).find("an event of version 0, expected "), 0u);
   EXPECT_EQ(ErrorOf("\x01\x09"), "unknown event kind 9");
   EXPECT_EQ(ErrorOf("\x02\x11"), "unknown event kind 17");
+  EXPECT_EQ(ErrorOf("\x03\x07"), "unknown event kind 7");
   EXPECT_EQ(ErrorOf("\x03\x0F"), "unknown event kind 15");
   EXPECT_EQ(ErrorOf("\x01\x02\x03"), "trailing bytes");
   EXPECT_EQ(ErrorOf(""), "unexpected end of data");
@@ -258,6 +274,8 @@ std::string LayoutOfEverything() {
   text += "4 CommandIssued\n" + DescribeFields<CommandIssued>("  ");
   text += "5 FieldEdited\n" + DescribeFields<FieldEdited>("  ");
   text += "6 PoseObserved\n" + DescribeFields<PoseObserved>("  ");
+  text += "7 GoalSet\n" + DescribeFields<GoalSet>("  ");
+  text += "8 GoalEnded\n" + DescribeFields<GoalEnded>("  ");
   text += "16 to 255, of a component\n" + DescribeFields<ComponentEvent>("  ");
   return text + "configuration\n" + DescribeFields<EngineConfig>("  ");
 }

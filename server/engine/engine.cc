@@ -149,6 +149,25 @@ void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
   }
 }
 
+std::optional<GoalEnded> Engine::Arrival(const Stamp& stamp, LinkIndex link,
+                                         const Message& message) const {
+  const RobotState* robot = robots().Find(link, message.id);
+  protocol::SenseRequest sense;
+  protocol::TraceRequest trace;
+  if (robot == nullptr || !robot->goal ||
+      !(protocol::Decode(message, &sense) || protocol::Decode(message, &trace))) {
+    return std::nullopt;
+  }
+  const protocol::WirePose& pose = protocol::Decode(message, &sense) ? sense.pose : trace.pose;
+  const field::PointUm position =
+      robots()
+          .PoseOf(link, message.id, pose, std::max(stamp.field_time_ms, field_time_ms_))
+          .position;
+  return IsAt(*robot->goal, position)
+             ? std::optional(GoalEnded{link, message.id, true, position})
+             : std::nullopt;
+}
+
 Status Engine::Check(const Event& event) const {
   if (const auto* change = std::get_if<ConfigChanged>(&event)) {
     return CheckConfig(*change->config, change->plan.get());

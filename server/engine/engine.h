@@ -102,6 +102,11 @@ class Engine {
                        [](const Polymorphic<Component>& it) { return it->busy(); });
   }
 
+  /// The event to be applied next if the robot that sent this SENSE or TRACE is at its goal. The
+  /// position is the present one, whether it is the robot's own or a tracker's.
+  std::optional<GoalEnded> Arrival(const Stamp& stamp, LinkIndex link,
+                                   const protocol::Message& message) const;
+
   /// Whether a robot has said HELLO in this epoch: only then may a PoseObserved name it.
   bool SaidHello(LinkIndex link, uint8_t id) const { return robots().SaidHello(link, id, epoch_); }
 

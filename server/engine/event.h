@@ -15,6 +15,7 @@
 #include "server/base/bytes.h"
 #include "server/base/fields.h"
 #include "server/base/result.h"
+#include "server/engine/goal.h"
 #include "server/engine/robot_frame.h"
 #include "server/field/config.h"
 #include "server/field/edit.h"
@@ -231,6 +232,36 @@ struct PoseObserved {
   }
 };
 
+/// An operator sends a robot to a point of the map (goal.h). Replaces the goal that it had.
+struct GoalSet {
+  LinkIndex link = 0;
+  uint8_t id = 0;
+  Goal goal;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("link", it.link);
+    visit("id", it.id);
+    visit("goal", it.goal);
+  }
+};
+
+/// The end of a robot's goal: it was seen there, and is halted; or an operator cancelled it.
+struct GoalEnded {
+  LinkIndex link = 0;
+  uint8_t id = 0;
+  bool reached = false;
+  field::PointUm position;  ///< of the robot, if it was reached
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("link", it.link);
+    visit("id", it.id);
+    visit("reached", it.reached);
+    visit("position", it.position);
+  }
+};
+
 /// The numbers of event kinds, in encoded events and exports; never reused for another kind. Those
 /// from kFirstOfComponents on are ComponentEvents; their components define the numbers.
 enum class EventKind : uint8_t {
@@ -240,6 +271,8 @@ enum class EventKind : uint8_t {
   kCommandIssued = 4,
   kFieldEdited = 5,
   kPoseObserved = 6,
+  kGoalSet = 7,
+  kGoalEnded = 8,
   kFirstOfComponents = 16,
 };
 
@@ -257,7 +290,7 @@ struct ComponentEvent {
 };
 
 using Event = std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited,
-                           PoseObserved, ComponentEvent>;
+                           PoseObserved, GoalSet, GoalEnded, ComponentEvent>;
 EventKind KindOf(const Event& event);
 
 /// Encodes and decodes a component's event: a struct that describes its fields

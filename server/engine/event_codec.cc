@@ -31,7 +31,8 @@ Event DecodeKind(uint8_t kind, uint8_t version, ByteReader* reader,
     event.kind = static_cast<EventKind>(kind);
     return event;
   }
-  if (kind < 1 || kind > sizeof...(kIndex)) {
+  constexpr uint8_t kKindsBeforeGoals = 6;
+  if (kind < 1 || kind > (version < 4 ? kKindsBeforeGoals : sizeof...(kIndex))) {
     reader->Fail("unknown event kind " + std::to_string(kind));
     return Advance{};
   }
@@ -45,7 +46,7 @@ EventKind KindOf(const Event& event) {
     return of_component->kind;
   }
   static_assert(std::is_same_v<std::variant_alternative_t<0, Event>, RequestReceived> &&
-                std::is_same_v<std::variant_alternative_t<5, Event>, PoseObserved>);
+                std::is_same_v<std::variant_alternative_t<7, Event>, GoalEnded>);
   return static_cast<EventKind>(event.index() + 1);
 }
 

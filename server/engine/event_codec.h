@@ -23,7 +23,7 @@ namespace pheromone::engine {
 /// version is written; all versions from the oldest on can be read. Differences between versions
 /// are conditions on `version` in the decoder concerned, and nowhere else.
 constexpr uint8_t kOldestCodecVersion = 1;
-constexpr uint8_t kCodecVersion = 3;
+constexpr uint8_t kCodecVersion = 4;
 
 /// The first byte of an event or a state. Fails the reader for an unsupported version; `what` names
 /// the object, such as "an event".

@@ -128,14 +128,26 @@ void FieldComponent::Configure(const Context& context, const Reconfiguration& ch
 
 // --- Requests
 
+// Of the field; a robot with a goal is led to it, and at the goal senses nothing.
+std::optional<field::Intensities> FieldComponent::Sense(const Context& context, LinkIndex link,
+                                                        uint8_t id, uint8_t type,
+                                                        const field::PoseUm& pose,
+                                                        field::SenseError* error) const {
+  std::optional<field::Intensities> p = field_->Sense(type, pose, context.now_ms, error);
+  const RobotState* robot = context.robots.Find(link, id);
+  if (!p || robot == nullptr || !robot->goal) {
+    return p;
+  }
+  return IsAt(*robot->goal, pose.position) ? field::Intensities{} : LeadTo(*robot->goal, pose, *p);
+}
+
 Message FieldComponent::Answer(const Context& context, LinkIndex link,
                                const Message& message) const {
   protocol::SenseRequest request;
   protocol::Decode(message, &request);
   field::SenseError error = field::SenseError::kNone;
-  const auto p = field_->Sense(
-      request.type, context.robots.PoseOf(link, request.id, request.pose, context.now_ms),
-      context.now_ms, &error);
+  const field::PoseUm pose = context.robots.PoseOf(link, request.id, request.pose, context.now_ms);
+  const auto p = Sense(context, link, request.id, request.type, pose, &error);
   if (!p) {
     return ErrorMessage(message, ToReason(error));
   }
@@ -184,7 +196,7 @@ Message FieldComponent::Trace(const Context& context, LinkIndex link, const Mess
   }
   const field::PoseUm pose = context.robots.PoseOf(link, request.id, request.pose, context.now_ms);
   field::SenseError error = field::SenseError::kNone;
-  const auto p = field_->Sense(request.type, pose, context.now_ms, &error);
+  const auto p = Sense(context, link, request.id, request.type, pose, &error);
   const Reason reason =
       p ? ToReason(field_->Deposit(request.type, pose.position, 1, context.now_ms))
         : ToReason(error);

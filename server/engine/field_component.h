@@ -49,6 +49,9 @@ class FieldComponent final : public Component {
   std::unique_ptr<FrozenPart> Freeze(uint64_t most_kept_bytes) const override;
 
  private:
+  std::optional<field::Intensities> Sense(const Context& context, LinkIndex link, uint8_t id,
+                                          uint8_t type, const field::PoseUm& pose,
+                                          field::SenseError* error) const;
   protocol::Message Deposit(const Context& context, LinkIndex link,
                             const protocol::Message& message);
   protocol::Message Trace(const Context& context, LinkIndex link, const protocol::Message& message);

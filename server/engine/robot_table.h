@@ -1,5 +1,5 @@
 // The engine's state of each robot: the data that makes changes happen exactly once, its last
-// command, and its tracked pose. A robot's key is (link name, client ID) and does not include the
+// command, its tracked pose and its goal. A robot's key is (link name, client ID) and does not include the
 // source of its last message, so a robot that reconnects stays the same robot.
 //
 // All of it is logged state and counts into the state hash.
@@ -63,6 +63,7 @@ struct RobotState {
   CommandState command;
   std::optional<protocol::EventReport> last_event;
   std::optional<ObservedPose> observed;
+  std::optional<Goal> goal;
 
   bool has_pending_command() const { return command.outcome == CommandOutcome::kPending; }
 
@@ -140,7 +141,8 @@ class RobotTable {
   /// Robots with a pending command, including those of removed links.
   size_t pending_commands() const { return pending_commands_; }
 
-  /// Hash64 over kind 'R', the link's name, the ID and every field, in the order of RobotState.
+  /// Hash64 over kind 'R', the link's name, the ID and every field, in the order of RobotState; the
+  /// goal only if there is one.
   static uint64_t Hash(const std::string& link_name, uint8_t id, const RobotState& robot);
 
  private:

@@ -10,6 +10,8 @@
 namespace pheromone::engine {
 namespace {
 
+constexpr uint8_t kFirstVersionWithGoals = 4;
+
 template <typename T, typename Encode>
 void EncodeOptional(const std::optional<T>& value, ByteWriter* writer, Encode&& encode) {
   writer->Flag(value.has_value());
@@ -76,6 +78,7 @@ void EncodeRobot(const RobotState& robot, ByteWriter* writer) {
     EncodeFields(observed.pose, writer);
     writer->U64(observed.until_ms);
   });
+  EncodeOptional(robot.goal, writer, [&](const Goal& goal) { EncodeFields(goal, writer); });
 }
 
 RobotState DecodeRobot(uint8_t version, ByteReader* reader) {
@@ -109,6 +112,14 @@ RobotState DecodeRobot(uint8_t version, ByteReader* reader) {
     DecodeFields(reader, version, &observed.pose);
     observed.until_ms = reader->U64();
     robot.observed = observed;
+  }
+  if (version >= kFirstVersionWithGoals && reader->Flag()) {
+    Goal goal;
+    DecodeFields(reader, version, &goal);
+    if (reader->ok()) {
+      reader->Check(CheckRoute(goal));
+    }
+    robot.goal = goal;
   }
   return robot;
 }

@@ -24,13 +24,15 @@ using Change = std::function<void(RobotState&)>;
 [[maybe_unused]] void NameEveryField(const RobotState& robot) {
   [[maybe_unused]] const auto& [epoch, nonce, previous_nonce, firmware_version, round_period,
                                 has_last, last_opcode, last_seq, last_crc, last_answer, last_change,
-                                last_activity, next_command_seq, command, last_event, observed] =
+                                last_activity, next_command_seq, command, last_event, observed,
+                                goal] =
       robot;
   [[maybe_unused]] const auto& [outcome, sent_command, result, sent, next_retry_ms] = command;
   [[maybe_unused]] const auto& [id, seq, code, arguments] = sent_command;
   [[maybe_unused]] const auto& [event_id, event_seq, event_code, argument] = *last_event;
   [[maybe_unused]] const auto& [pose, until_ms] = *observed;
   [[maybe_unused]] const auto& [position, heading] = pose;
+  [[maybe_unused]] const auto& [route, tolerance_um] = *goal;
 }
 
 EngineConfig WithLinks(std::vector<LinkSettings> links) {
@@ -62,6 +64,7 @@ RobotState FullRobot() {
   robot.command.next_retry_ms = 9'000;
   robot.last_event = protocol::EventReport{1, 10, EventCode::kLoadPicked, 11};
   robot.observed = ObservedPose{{{120, 130}, 140}, 15'000};
+  robot.goal = Goal{{{160, 170}, {180, 190}}, 20'000};
   return robot;
 }
 
@@ -101,6 +104,12 @@ std::map<std::string, Change> EveryChange() {
       {"observed y", [](R& r) { ++r.observed->pose.position.y; }},
       {"observed heading", [](R& r) { ++r.observed->pose.heading; }},
       {"observed until", [](R& r) { ++r.observed->until_ms; }},
+      {"no goal", [](R& r) { r.goal.reset(); }},
+      {"goal's x", [](R& r) { ++r.goal->route[1].x; }},
+      {"goal's y", [](R& r) { ++r.goal->route[1].y; }},
+      {"route's x", [](R& r) { ++r.goal->route[0].x; }},
+      {"shorter route", [](R& r) { r.goal->route.pop_back(); }},
+      {"tolerance", [](R& r) { ++r.goal->tolerance_um; }},
   };
   for (uint8_t i = 0; i < FullRobot().last_answer.length; ++i) {
     changes["answer's byte " + std::to_string(i)] = [i](R& r) { ++r.last_answer.data[i]; };

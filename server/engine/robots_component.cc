@@ -30,7 +30,8 @@ std::vector<MessageRule> RobotsComponent::messages() const {
 }
 
 std::vector<EventKind> RobotsComponent::event_kinds() const {
-  return {EventKind::kCommandIssued, EventKind::kPoseObserved};
+  return {EventKind::kCommandIssued, EventKind::kPoseObserved, EventKind::kGoalSet,
+          EventKind::kGoalEnded};
 }
 
 // --- Configuration
@@ -193,6 +194,12 @@ Status RobotsComponent::Check(const Context& context, const Event& event) const 
   if (const auto* const command = std::get_if<CommandIssued>(&event)) {
     return CheckCommand(context, *command);
   }
+  if (const auto* const set = std::get_if<GoalSet>(&event)) {
+    return CheckGoalSet(context, *set);
+  }
+  if (const auto* const ended = std::get_if<GoalEnded>(&event)) {
+    return CheckGoalEnded(*ended);
+  }
   const auto& seen = std::get<PoseObserved>(event);
   return table_.SaidHello(seen.link, seen.id, context.epoch)
              ? Ok()
@@ -205,10 +212,37 @@ void RobotsComponent::Apply(const Context& context, const Event& event, const Ou
     Issue(context, *command, out);
     return;
   }
+  if (const auto* const set = std::get_if<GoalSet>(&event)) {
+    table_.Update(set->link, set->id, [&](RobotState& robot) { robot.goal = set->goal; });
+    return;
+  }
+  if (const auto* const ended = std::get_if<GoalEnded>(&event)) {
+    table_.Update(ended->link, ended->id, [](RobotState& robot) { robot.goal.reset(); });
+    if (ended->reached) {
+      // Or else it would follow what is on the map.
+      Issue(context, {ended->link, ended->id, protocol::CommandCode::kHalt, {}}, out);
+    }
+    return;
+  }
   const auto& seen = std::get<PoseObserved>(event);
   table_.Update(seen.link, seen.id, [&](RobotState& robot) {
     robot.observed = ObservedPose{seen.pose, context.now_ms + seen.valid_ms};
   });
+}
+
+Status RobotsComponent::CheckGoalSet(const Context& context, const GoalSet& set) const {
+  if (!table_.SaidHello(set.link, set.id, context.epoch)) {
+    return Error{"a goal for robot " + std::to_string(set.id) + ", which has not said HELLO"};
+  }
+  return CheckGoal(set.goal, context.config->field);
+}
+
+Status RobotsComponent::CheckGoalEnded(const GoalEnded& ended) const {
+  const RobotState* robot = table_.Find(ended.link, ended.id);
+  if (robot == nullptr || !robot->goal) {
+    return Error{"robot " + std::to_string(ended.id) + " has no goal"};
+  }
+  return Ok();
 }
 
 Status RobotsComponent::CheckCommand(const Context& context, const CommandIssued& command) const {

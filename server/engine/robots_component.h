@@ -1,5 +1,5 @@
-// The robots: which of them said HELLO, exactly-once execution of their changes, and the operator's
-// commands with their retries.
+// The robots: which of them said HELLO, exactly-once execution of their changes, the operator's
+// commands with their retries, and goals.
 #pragma once
 
 #include <cstdint>
@@ -74,6 +74,8 @@ class RobotsComponent final : public Component {
   };
 
   Status CheckCommand(const Context& context, const CommandIssued& command) const;
+  Status CheckGoalSet(const Context& context, const GoalSet& set) const;
+  Status CheckGoalEnded(const GoalEnded& ended) const;
   void Issue(const Context& context, const CommandIssued& issued, const Output& out);
   protocol::Message TakeHello(const Context& context, LinkIndex link,
                               const protocol::Message& request,

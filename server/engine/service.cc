@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "server/field/route.h"
+
 namespace pheromone::engine {
 namespace {
 
@@ -150,7 +152,20 @@ void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vec
       observer->OnBatch(stamp, link, messages, outcomes, std::span(*out).subspan(before));
     });
   }
+  NoticeArrivals(stamp, link, messages, out);
   HoldBack(out, before);
+}
+
+// After the batch, so that observers see its messages before the events that they cause. If the log
+// refuses one, the robot's next request repeats it.
+void Service::NoticeArrivals(const Stamp& stamp, LinkIndex link, std::span<const Message> messages,
+                             std::vector<Outgoing>* out) {
+  for (const Message& message : messages) {
+    const std::optional<GoalEnded> arrival = engine_.Arrival(stamp, link, message);
+    if (arrival && Change(stamp, *arrival, out) == Reason::kNone && arrived_) {
+      arrived_(*arrival);
+    }
+  }
 }
 
 Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& message,
@@ -278,6 +293,54 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
   }
   HoldBack(out, before);
   return Ok();
+}
+
+Status Service::SetGoal(LinkIndex link, uint8_t id, field::PointUm point, uint32_t tolerance_um) {
+  const std::string name = "robot " + std::to_string(id);
+  std::optional<SharedConfig> config;
+  field::PointUm from;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!engine_.SaidHello(link, id)) {
+      return Error{name + " has not said HELLO"};
+    }
+    const RobotTraffic* heard = traffic_.Find(link, id);
+    const protocol::WirePose* pose = heard != nullptr && heard->pose ? &*heard->pose : nullptr;
+    const uint64_t now_ms = StampNow().field_time_ms;
+    const auto& observed = engine_.robots().Find(link, id)->observed;
+    if (pose == nullptr && !(observed && now_ms < observed->until_ms)) {
+      return Error{name + " has not reported its position yet"};
+    }
+    from = engine_.robots()
+               .PoseOf(link, id, pose != nullptr ? *pose : protocol::WirePose{}, now_ms)
+               .position;
+    config = engine_.shared_config();
+  }
+  const field::FieldConfig& field = (*config)->field;
+  Result<std::vector<field::PointUm>> route =
+      field::FindRoute(field.map, field.obstacles, from, point);
+  if (!route.ok()) {
+    return Error{route.error()};
+  }
+  const GoalSet set{link, id, {std::move(route).value(), tolerance_um}};
+  const std::lock_guard lock(mutex_);
+  std::vector<Outgoing> none;
+  Status acceptable = engine_.Check(set);
+  if (acceptable.ok() && Change(StampNow(), set, &none) != Reason::kNone) {
+    return Error{kNoChanges};
+  }
+  return acceptable;
+}
+
+Status Service::CancelGoal(LinkIndex link, uint8_t id) {
+  const std::lock_guard lock(mutex_);
+  const GoalEnded ended{link, id, false, {}};
+  std::vector<Outgoing> none;
+  Status acceptable = engine_.Check(ended);
+  if (acceptable.ok() && Change(StampNow(), ended, &none) != Reason::kNone) {
+    return Error{kNoChanges};
+  }
+  return acceptable;
 }
 
 Result<uint64_t> Service::Submit(const ComponentEvent& event, std::vector<Outgoing>* out) {

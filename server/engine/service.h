@@ -81,6 +81,11 @@ class Service {
   };
   Result<Configured> Configure(SharedConfig config, uint16_t new_epoch, bool state_lost = false);
 
+  /// Called when a robot was seen at its goal. Under the lock, from any thread: post, and do not
+  /// call back. To be set before anything else is called.
+  using Arrived = std::function<void(const GoalEnded&)>;
+  void OnArrival(Arrived arrived) { arrived_ = std::move(arrived); }
+
   /// Handles the messages of one read from a link. `askers`: one for each message, one for all, or
   /// none; the answers carry the asker of their request.
   void Handle(LinkIndex link, std::span<const protocol::Message> messages,
@@ -95,6 +100,14 @@ class Service {
     uint64_t sequence = 0;  ///< in the log, of the last event that it took
     int64_t nodes = 0;      ///< of the map, in the edit's shape
   };
+  /// Sends a robot to a point of the map, along a route around the obstacles from where it was last
+  /// seen, which is searched for without the lock. The robot is led there from its next request on;
+  /// at the goal it is halted. Errors: the robot has not said HELLO or not reported a pose, those of
+  /// field::FindRoute and CheckGoal, the log does not accept changes.
+  Status SetGoal(LinkIndex link, uint8_t id, field::PointUm point, uint32_t tolerance_um);
+  /// Returns a robot to the field. Errors: it has no goal, the log does not accept changes.
+  Status CancelGoal(LinkIndex link, uint8_t id);
+
   /// Logs and applies a change of the map by hand; in portions, as Configure does. Errors: the edit
   /// is impossible, or the log does not accept changes; then the map is unchanged, unless the log
   /// stopped during the edit: then the rest follows when it accepts them again.
@@ -209,6 +222,8 @@ class Service {
   void HoldBack(std::vector<Outgoing>* out, size_t from);
   uint64_t AppendAndApply(const Stamp& stamp, const Event& event,
                           std::vector<Outgoing>* out) noexcept;
+  void NoticeArrivals(const Stamp& stamp, LinkIndex link,
+                      std::span<const protocol::Message> messages, std::vector<Outgoing>* out);
   Stamp StampNow();
   void WakeIfEarlier();
 
@@ -219,6 +234,7 @@ class Service {
   Engine engine_;
   std::function<void()> wake_;
   BetweenPortions between_portions_;
+  Arrived arrived_;
   std::map<uint64_t, std::optional<Status>> awaited_works_;  // by their sequence
   std::vector<Observer*> observers_;                         // few: in the order of attachment
   uint64_t awaited_ms_ = UINT64_MAX;  // the last reported deadline, in field time

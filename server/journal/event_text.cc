@@ -113,6 +113,23 @@ struct Describer {
     Add("y_um", it.pose.position.y, values);
     Add("value", it.valid_ms, values);
   }
+  void operator()(const engine::GoalSet& it) const {
+    AddWord("event", "goal", values);
+    Add("link", it.link, values);
+    Add("robot", it.id, values);
+    Add("x_um", it.goal.point().x, values);
+    Add("y_um", it.goal.point().y, values);
+    Add("value", it.goal.tolerance_um, values);
+  }
+  void operator()(const engine::GoalEnded& it) const {
+    AddWord("event", it.reached ? "goal_reached" : "goal_cancelled", values);
+    Add("link", it.link, values);
+    Add("robot", it.id, values);
+    if (it.reached) {
+      Add("x_um", it.position.x, values);
+      Add("y_um", it.position.y, values);
+    }
+  }
 };
 
 Values ValuesOf(const Record& record) {

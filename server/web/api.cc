@@ -101,7 +101,7 @@ constexpr std::string_view kCommand = "/api/v1/command";
 constexpr std::string_view kHalt = "/api/v1/halt";
 
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
-constexpr std::array<Route, 17> kRoutes = {{
+constexpr std::array<Route, 18> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
     {"/metrics", Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},
@@ -116,6 +116,7 @@ constexpr std::array<Route, 17> kRoutes = {{
     {"/api/v1/erase", Where::kLongWork, nullptr, Erase},
     {"/api/v1/paint", Where::kLongWork, nullptr, Paint},
     {kCommand, Where::kAtOnce, nullptr, Command},
+    {"/api/v1/goto", Where::kAtOnce, nullptr, GoTo},
     {kHalt, Where::kAtOnce, nullptr, Halt},
     {"/api/v1/reload", Where::kAtOnce, nullptr, Reload},
     {"/api/v1/snapshot", Where::kAtOnce, nullptr, Snapshot},

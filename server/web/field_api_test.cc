@@ -265,6 +265,25 @@ TEST_F(FieldApiTest, CommandsCarryTheirArgumentsAsOnTheWire) {
   EXPECT_EQ(control_.commands.size(), 4u);
 }
 
+TEST_F(FieldApiTest, AGoalIsSetOrCancelled) {
+  EXPECT_EQ(Post("goto", R"({"link":"a","id":7,"x_m":1.5,"y_m":-2})"), 200);
+  EXPECT_EQ(Post("goto", R"({"link":"b","id":1,"x_m":0,"y_m":0.25,"tolerance_m":0.05})"), 200);
+  EXPECT_EQ(Post("goto", R"({"link":"a","id":7,"cancel":true})"), 200);
+  using Goal = testing::FakeControl::Goal;
+  EXPECT_EQ(control_.goals, (std::vector<Goal>{{"a", 7, {1'500'000, -2'000'000}, 100'000},
+                                               {"b", 1, {0, 250'000}, 50'000},
+                                               {"a", 7, {}, 0}}));
+  for (const char* bad :
+       {R"("id":0,"x_m":1,"y_m":1)", R"("id":255,"x_m":1,"y_m":1)", R"("id":1,"x_m":1)",
+        R"("id":1,"y_m":1)", R"("id":1,"x_m":2e6,"y_m":1)", R"("id":1,"x_m":"1","y_m":1)",
+        R"("id":1,"x_m":1,"y_m":1,"tolerance_m":0.009)",
+        R"("id":1,"x_m":1,"y_m":1,"tolerance_m":1001)", R"("id":1,"x_m":1,"y_m":1,"z_m":1)",
+        R"("id":1,"cancel":true,"x_m":1)", R"("id":1,"cancel":1)", R"("cancel":true)"}) {
+    EXPECT_EQ(Post("goto", R"({"link":"a",)" + std::string(bad) + "}"), 400) << bad;
+  }
+  EXPECT_EQ(control_.goals.size(), 3u);
+}
+
 TEST_F(FieldApiTest, EveryCommandTakesAsManyBytesAsTheProtocolSays) {
   const std::vector<std::pair<std::string, std::string>> commands = {
       {"halt", ""}, {"resume", ""}, {"speed", "0"}, {"go-to", "0,0"}, {"follow", "1"},
@@ -291,6 +310,8 @@ TEST_F(FieldApiTest, WhatTheServerRefusesIsAConflictWithItsWords) {
   EXPECT_EQ(refused.status, 409);
   EXPECT_NE(refused.body.find("no robot 7 has said HELLO"), std::string::npos);
   EXPECT_EQ(Post("deposit", R"({"pheromone":1,"x_m":1,"y_m":1})"), 409);
+  EXPECT_EQ(Post("goto", R"({"link":"a","id":7,"x_m":1,"y_m":1})"), 409);
+  EXPECT_EQ(Post("goto", R"({"link":"a","id":7,"cancel":true})"), 409);
   EXPECT_EQ(Post("halt", ""), 409);
   EXPECT_EQ(Post("reload", "{}"), 409);
   EXPECT_EQ(Post("snapshot", "{}"), 409);

@@ -21,6 +21,7 @@ using field::FieldEdit;
 
 constexpr size_t kMaxPoints = 1024;  // the engine's limit
 constexpr double kWidestM = 1000;
+constexpr double kDefaultToleranceM = 0.1;
 
 Response Done(json::object what) {
   what["done"] = true;
@@ -190,6 +191,33 @@ void Command(control::Control* control, Parameters* fields, Respond respond) {
   control->Issue(*link, static_cast<uint8_t>(*id), command->code,
                  EncodeArguments(*command, *arguments),
                  [respond = std::move(respond)](const Status& done) { respond(Outcome(done)); });
+}
+
+void GoTo(control::Control* control, Parameters* fields, Respond respond) {
+  const auto link = fields->String("link");
+  const auto id = fields->Integer("id", 1, 254);
+  const auto done = [respond](const Status& status) { respond(Outcome(status)); };
+  if (fields->Boolean("cancel", false).value_or(false)) {
+    fields->AllowOnly({"link", "id", "cancel"});
+    if (fields->problem()) {
+      respond(Refuse(400, *fields->problem()));
+      return;
+    }
+    control->CancelGoal(*link, static_cast<uint8_t>(*id), done);
+    return;
+  }
+  const auto x = fields->Metres("x_m", -1e6);
+  const auto y = fields->Metres("y_m", -1e6);
+  const auto tolerance =
+      fields->Number("tolerance_m", engine::kLeastToleranceUm / 1e6, engine::kMaxToleranceUm / 1e6,
+                     kDefaultToleranceM);
+  fields->AllowOnly({"link", "id", "x_m", "y_m", "tolerance_m", "cancel"});
+  if (fields->problem()) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  control->SetGoal(*link, static_cast<uint8_t>(*id), {*x, *y},
+                   static_cast<uint32_t>(std::llround(*tolerance * 1e6)), done);
 }
 
 void Halt(control::Control* control, Parameters* fields, Respond respond) {

@@ -29,6 +29,9 @@ void Paint(control::Control* control, Parameters* fields, Respond respond);
 /// link, id, command, arguments = [...].
 void Command(control::Control* control, Parameters* fields, Respond respond);
 
+/// link, id, x_m, y_m, tolerance_m; or link, id, cancel = true.
+void GoTo(control::Control* control, Parameters* fields, Respond respond);
+
 void Halt(control::Control* control, Parameters* fields, Respond respond);
 void Reload(control::Control* control, Parameters* fields, Respond respond);
 void Snapshot(control::Control* control, Parameters* fields, Respond respond);

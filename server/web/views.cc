@@ -67,6 +67,15 @@ json::value PoseToJson(const control::ClientView& client) {
                       {"source", NameOf(client.pose_source)}};
 }
 
+json::value GoalToJson(const std::optional<engine::Goal>& goal) {
+  if (!goal) {
+    return nullptr;
+  }
+  return json::object{{"x_m", Metres(goal->point().x)},
+                      {"y_m", Metres(goal->point().y)},
+                      {"tolerance_m", Metres(goal->tolerance_um)}};
+}
+
 json::object ToJson(const control::ClientView& client) {
   const engine::RobotState& robot = client.robot;
   return {{"link", client.link},
@@ -78,6 +87,7 @@ json::object ToJson(const control::ClientView& client) {
           {"repeats", client.traffic.repeats},
           {"refusals", client.traffic.refusals},
           {"pose", PoseToJson(client)},
+          {"goal", GoalToJson(robot.goal)},
           {"nonce", robot.nonce},
           {"previous_nonce",
            robot.previous_nonce ? json::value(*robot.previous_nonce) : json::value(nullptr)},

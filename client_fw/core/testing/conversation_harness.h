@@ -30,7 +30,8 @@ inline Parameters TestParameters() {
   parameters.boot_counter = 0x1234;
   parameters.fail_safe_ms = 500;
   parameters.start_released = true;
-  parameters.lost_after_ms = 0;  // what it does then has tests of its own
+  parameters.law = Law::kDifferential;  // the default law, and what a robot does when it senses
+  parameters.lost_after_ms = 0;         // nothing, have tests of their own
   return parameters;
 }
 

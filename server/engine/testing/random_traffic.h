@@ -204,6 +204,10 @@ class RandomTraffic {
       case 3:
         return Below(6) == 0 ? Reconfigure(engine) : Event(Advance{});
       case 4:
+        if (Below(2) == 0) {
+          return GoalSet{link, AnyId(), {{AnyPoint(), AnyPoint()}, 20'000}};
+        }
+        return GoalEnded{link, AnyId(), Below(2) == 0, AnyPoint()};
       case 5:
       case 6:
         return Advance{};

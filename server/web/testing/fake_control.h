@@ -85,6 +85,15 @@ class FakeControl final : public control::Control {
     commands.push_back({std::string(link), id, code, {arguments.begin(), arguments.end()}});
     done(outcome);
   }
+  void SetGoal(std::string_view link, uint8_t id, field::PointUm point, uint32_t tolerance_um,
+               Done done) override {
+    goals.push_back({std::string(link), id, point, tolerance_um});
+    done(outcome);
+  }
+  void CancelGoal(std::string_view link, uint8_t id, Done done) override {
+    goals.push_back({std::string(link), id, {}, 0});
+    done(outcome);
+  }
   void HaltAll(DoneWith<std::vector<std::string>> done) override {
     done(Or(std::vector<std::string>{"radio-a", "radio-b"}));
   }
@@ -103,6 +112,15 @@ class FakeControl final : public control::Control {
     bool operator==(const Command&) const = default;
   };
 
+  /// Without tolerance: cancelled.
+  struct Goal {
+    std::string link;
+    uint8_t id = 0;
+    field::PointUm point;
+    uint32_t tolerance_um = 0;
+    bool operator==(const Goal&) const = default;
+  };
+
   Status outcome = Ok();  ///< of all that can fail
   std::optional<std::string> snapshot = "snapshot-7";
   control::StatusView status;
@@ -114,6 +132,7 @@ class FakeControl final : public control::Control {
   control::NoticeBoard board;
   std::vector<field::FieldEdit> edits;
   std::vector<Command> commands;
+  std::vector<Goal> goals;
 
  private:
   void Capture(bool recording, const Done& done) {
