@@ -272,13 +272,17 @@ TEST(LostTrailTest, ByDefaultARobotThatNeverSensedATrailLooksAroundAndStands) {
   Parameters parameters;
   parameters.id = kTestId;
   parameters.type = 2;
+  parameters.start_released = true;
   Harness harness(parameters);
   harness.Greet();
+  bool looked = false;
   for (int i = 0; i < 70; ++i) {
     harness.Serve(100);
     const WheelSpeeds wheels = harness.conversation.wheels();
+    looked |= wheels.left_mm_s != 0;
     ASSERT_EQ(0, wheels.left_mm_s + wheels.right_mm_s);
   }
+  EXPECT_TRUE(looked);
   EXPECT_EQ(kStill, harness.conversation.wheels());
   EXPECT_EQ(kTrailLost, harness.conversation.flags());
 }
