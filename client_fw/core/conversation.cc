@@ -7,10 +7,10 @@ namespace client {
 namespace {
 
 constexpr uint8_t kDefaultSlotMs = 20;  // of a slow modem, before HELLO's answer tells it
-constexpr uint8_t kHalfFirstHelloMs =
-    50;                                   // HELLO's back-off: 50, 100 ... 400 ms, and as much again
+// HELLO's back-off: 50, 100 ... 400 ms, and as much again at random.
+constexpr uint8_t kHalfFirstHelloMs = 50;
 constexpr uint8_t kLongestWindowMs = 255;  // that a server can announce
-constexpr uint8_t kHelloDoublings = 3;    // at random
+constexpr uint8_t kHelloDoublings = 3;
 constexpr uint16_t kAloneMs = 1000;       // nobody else about for so long: no random delay
 constexpr uint8_t kAttemptsAPause = 64;   // of a robot that is alone, on the average
 constexpr uint8_t kStalledFrameMs = 200;  // an open frame does not hold us up for longer
@@ -259,8 +259,8 @@ void Conversation::WaitForHello() {
     ContendFor(RandomSlots());
     return;
   }
-  timers_[kPause] = static_cast<uint16_t>((kHalfFirstHelloMs + random_.Below(kHalfFirstHelloMs))
-                                          << doublings);
+  timers_[kPause] =
+      static_cast<uint16_t>((kHalfFirstHelloMs + random_.Below(kHalfFirstHelloMs)) << doublings);
   ContendFor(0);
 }
 
