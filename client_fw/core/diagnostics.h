@@ -11,7 +11,7 @@ enum Diagnostic : uint8_t {
   // Of the board: Board::diagnostic.
   kResetCause = 128,          ///< of the last start: a set of ResetCause
   kRadioFramingErrors = 129,  ///< bytes without a stop bit, of the radio's UART
-  kRadioOverruns = 130,       ///< times that bytes came faster than they were taken
+  kRadioOverruns = 130,       ///< times that bytes came faster than an interrupt took them
   kRobotFramingErrors = 131,  ///< the same, of the robot's UART
   kRobotOverruns = 132,
   kEndOfBoardDiagnostics = 133,

@@ -260,8 +260,8 @@ int64_t AvrMachine::now_ns() const {
   return impl_->ToNs(impl_->avr->cycle);
 }
 
-void AvrMachine::Send(Port port, uint8_t byte, int64_t time_ns) {
-  impl_->uarts[port].Deliver(byte, impl_->ToCycle(time_ns));
+void AvrMachine::Send(Port port, uint8_t byte, int64_t time_ns, AvrByteFault fault) {
+  impl_->uarts[port].Deliver(byte, impl_->ToCycle(time_ns), fault);
 }
 
 void AvrMachine::OnSent(Port port, std::function<void(uint8_t byte, int64_t time_ns)> callback) {

@@ -67,7 +67,7 @@ class AvrMachine {
 
   /// A byte to the firmware, whose stop bit ends at `time_ns`: not before now, and at least a
   /// byte's time after the previous byte; earlier bytes are delayed.
-  void Send(Port port, uint8_t byte, int64_t time_ns);
+  void Send(Port port, uint8_t byte, int64_t time_ns, AvrByteFault fault = AvrByteFault::kNone);
   /// Bytes from the firmware, each at the end of its stop bit.
   void OnSent(Port port, std::function<void(uint8_t byte, int64_t time_ns)> callback);
 

@@ -24,6 +24,7 @@ AvrMachineConfig Strapped(const AvrRobotConfig& config) {
 AvrRobot::AvrRobot(const AvrRobotConfig& config, RadioMedium* medium)
     : medium_(medium),
       carrier_pin_(config.pins.carrier),
+      led_pin_(config.pins.led),
       cable_byte_ns_(kTenBitsNs / config.machine.robot_baud),
       machine_(Strapped(config)),
       pioneer_(config.pioneer, config.start),

@@ -37,6 +37,7 @@ struct AvrBoardPins {
   AvrPin ptt = {'D', 4};      ///< out, high: transmit
   AvrPin carrier = {'D', 5};  ///< in, low: the modem hears a carrier
   AvrPin load = {'D', 6};     ///< out, high: hold the load
+  AvrPin led = {'D', 7};      ///< out, high: light
   char id_port = 'A';         ///< in, straps to ground: the ID, bit by bit
 };
 
@@ -67,8 +68,18 @@ class AvrRobot final : public MobileRobot {
   void OnCommandByte(std::function<void(uint8_t byte, int64_t time_ns)> tap) {
     tap_ = std::move(tap);
   }
+  /// Calls back when the LED is switched.
+  void OnLed(std::function<void(bool on)> callback) {
+    machine_.OnPin(led_pin_, [callback = std::move(callback)](bool high, int64_t /*time_ns*/) {
+      callback(high);
+    });
+  }
   /// Disconnects or reconnects the cable to the Pioneer.
   void set_cable(bool connected) { cable_ = connected; }
+  /// A byte arrives that nobody has sent.
+  void Disturb(AvrMachine::Port port, AvrByteFault fault) {
+    machine_.Send(port, 0, machine_.now_ns(), fault);
+  }
   void Reset(AvrMachine::Cause cause) { machine_.Reset(cause); }
 
   int station() const override { return station_; }
@@ -92,6 +103,7 @@ class AvrRobot final : public MobileRobot {
 
   RadioMedium* medium_;
   AvrPin carrier_pin_;
+  AvrPin led_pin_;
   int64_t cable_byte_ns_;
   AvrMachine machine_;
   PioneerRobot pioneer_;

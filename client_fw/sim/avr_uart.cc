@@ -18,6 +18,7 @@ constexpr uint8_t kReceiveComplete = 0x80;
 constexpr uint8_t kTransmitComplete = 0x40;
 constexpr uint8_t kDataRegisterEmpty = 0x20;
 constexpr uint8_t kDataOverrun = 0x08;
+constexpr uint8_t kFramingError = 0x10;
 constexpr uint8_t kDoubleSpeed = 0x02;
 constexpr uint8_t kWritableStatus = 0x03;  // U2X, MPCM
 // UCSRnB.
@@ -99,11 +100,12 @@ uint8_t& AvrUart::Register(uint16_t address) {
 uint8_t AvrUart::ReadData(avr_t* avr, uint16_t address, void* self) {
   AvrUart& uart = *static_cast<AvrUart*>(self);
   if (!uart.received_.empty()) {
-    avr->data[address] = uart.received_.front();
+    avr->data[address] = uart.received_.front().byte;
     uart.received_.pop_front();
   }
   uint8_t& status = uart.Register(uart.uart_->r_ucsra);
   status = static_cast<uint8_t>(status & ~kDataOverrun);
+  uart.ShowFaults();
   if (uart.received_.empty()) {
     status = static_cast<uint8_t>(status & ~kReceiveComplete);
     avr_clear_interrupt(avr, &uart.uart_->rxc);
@@ -177,14 +179,26 @@ uint64_t AvrUart::EndOfSent(avr_t* avr, uint64_t when, void* self) {
   return when + uart.CyclesPerByte();
 }
 
-void AvrUart::Deliver(uint8_t byte, uint64_t cycle) {
+// The flags are those of the byte that is read next.
+void AvrUart::ShowFaults() {
+  const AvrByteFault fault = received_.empty() ? AvrByteFault::kNone : received_.front().fault;
+  uint8_t& status = Register(uart_->r_ucsra);
+  status = static_cast<uint8_t>(status & ~kFramingError);
+  if (fault == AvrByteFault::kNoStopBit) {
+    status |= kFramingError;
+  } else if (fault == AvrByteFault::kOverrun) {
+    status |= kDataOverrun;
+  }
+}
+
+void AvrUart::Deliver(uint8_t byte, uint64_t cycle, AvrByteFault fault) {
   // Rounded down: a peer whose bytes last exactly this long must not be slowed by a rounding.
   const uint64_t nominal = avr_->frequency * kBitsAByte / static_cast<uint64_t>(nominal_baud_) - 1;
   if (last_arrival_ != 0 && cycle < last_arrival_ + nominal) {
     cycle = last_arrival_ + nominal;
   }
   last_arrival_ = cycle;
-  underway_.push_back({byte, cycle});
+  underway_.push_back({byte, cycle, fault});
   if (underway_.size() == 1) {
     ScheduleArrival();
   }
@@ -197,7 +211,7 @@ void AvrUart::ScheduleArrival() {
 
 uint64_t AvrUart::EndOfReceived(avr_t* avr, uint64_t /*when*/, void* self) {
   AvrUart& uart = *static_cast<AvrUart*>(self);
-  const uint8_t byte = uart.underway_.front().byte;
+  const Arrival arrival = uart.underway_.front();
   uart.underway_.pop_front();
   if ((uart.Register(uart.uart_->r_ucsrb) & kReceiverOn) == 0) {
     ++uart.counters_.deaf;
@@ -207,7 +221,8 @@ uint64_t AvrUart::EndOfReceived(avr_t* avr, uint64_t /*when*/, void* self) {
   } else {
     uart.CyclesPerByte();  // for its check
     ++uart.counters_.received;
-    uart.received_.push_back(byte);
+    uart.received_.push_back(arrival);
+    uart.ShowFaults();
     avr_raise_interrupt(avr, &uart.uart_->rxc);
   }
   return uart.underway_.empty() ? 0 : uart.underway_.front().cycle;

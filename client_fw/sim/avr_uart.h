@@ -38,6 +38,13 @@ struct AvrUartCounters {
   uint64_t deaf = 0;      ///< came in while the receiver was off
 };
 
+/// What may be wrong with a byte that comes in.
+enum class AvrByteFault {
+  kNone,
+  kNoStopBit,  ///< a framing error
+  kOverrun,    ///< one before it was lost in the receiver
+};
+
 class AvrUart {
  public:
   /// Takes over UART `name` ('0' or '1') of `avr`, which must outlive it. Throws std::runtime_error
@@ -52,7 +59,7 @@ class AvrUart {
   }
 
   /// A byte whose stop bit ends at `cycle`, or as soon after the one before as a byte lasts.
-  void Deliver(uint8_t byte, uint64_t cycle);
+  void Deliver(uint8_t byte, uint64_t cycle, AvrByteFault fault = AvrByteFault::kNone);
 
   /// After a reset: registers as after power-up; bytes on the wire still arrive.
   void OnReset();
@@ -67,6 +74,7 @@ class AvrUart {
   struct Arrival {
     uint8_t byte;
     uint64_t cycle;
+    AvrByteFault fault;
   };
 
   static uint8_t ReadData(avr_t* avr, uint16_t address, void* self);
@@ -79,6 +87,7 @@ class AvrUart {
 
   uint8_t& Register(uint16_t address);
   void ScheduleArrival();
+  void ShowFaults();
   void Request();
   uint64_t CyclesPerByte();
   void Fail(const std::string& what);
@@ -92,7 +101,7 @@ class AvrUart {
 
   std::deque<Arrival> underway_;  // on the wire to us
   uint64_t last_arrival_ = 0;     // of those given to Deliver
-  std::deque<uint8_t> received_;  // at most two
+  std::deque<Arrival> received_;  // at most two
 
   bool shifting_ = false;
   uint8_t shift_ = 0;

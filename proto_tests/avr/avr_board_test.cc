@@ -102,6 +102,28 @@ TEST(AvrBoard, TakesItsIdFromEepromWithoutStrapsAndIsOneIfThatIsErased) {
   EXPECT_EQ(IdWith(config), 42);
 }
 
+// The machine refuses a rate that is not the peers', and HELLO comes by the firmware's own clock:
+// the pauses between the first three are 50 to 100, 100 to 200 and 200 to 400 ms, the answer's
+// window 100.
+TEST(AvrBoard, WorksWithTheSlowestAndTheFastestOfTheUsualCrystals) {
+  for (const uint32_t hz : {7'372'800u, 20'000'000u}) {
+    AvrMachineConfig config = Config();
+    config.image = PHEROMONE_AVR_IMAGES "/client_avr_" + std::to_string(hz) + ".elf";
+    config.frequency_hz = hz;
+    Board board(config);
+    std::vector<int64_t> at_ns;
+    for (int i = 0; i < 4; ++i) {
+      ASSERT_TRUE(board.NextHello()) << hz;
+      at_ns.push_back(board.radio.back().time_ns);
+    }
+    for (size_t i = 1; i < at_ns.size(); ++i) {
+      const int64_t pause_ms = (at_ns[i] - at_ns[i - 1]) / kMs - 100;
+      EXPECT_GE(pause_ms, 50 << (i - 1)) << hz;
+      EXPECT_LE(pause_ms, (100 << (i - 1)) + 80) << hz;
+    }
+  }
+}
+
 TEST(AvrBoard, HasANewNonceAfterPowerUpAndTheSameAfterAWarmReset) {
   Board board;
   const auto first = board.NextHello();

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "client_fw/core/conversation.h"
 #include "client_fw/core/settings.h"
 #include "proto_tests/avr_core/core_turn.h"
 #include "protocol/byte_order.h"
@@ -77,6 +78,7 @@ RandomWorld::Bytes RandomWorld::Start(bool keep) {
       {client::kPeriodSetting, OneIn(4) ? 0 : 5 + Below(60)},
       {client::kFailSafeSetting, 300 + Below(400)},
       {client::kLostAfterSetting, 200 + Below(500)},
+      {client::kStartReleasedSetting, OneIn(4) ? 0 : 1},
   };
   for (const auto& [id, value] : settings) {
     request.push_back(id);
@@ -242,7 +244,8 @@ void RandomWorld::SendCommand() {
     argument = static_cast<uint8_t>(OneIn(2) ? Below(12) : Below(256));
   }
   if (command.code == protocol::CommandCode::kSetParameter) {
-    command.arguments[0] = static_cast<uint8_t>(Below(13));
+    const uint32_t id = OneIn(4) ? client::kPoseX + Below(4) : Below(client::kEndOfSettings + 1);
+    command.arguments[0] = static_cast<uint8_t>(id);
     protocol::PutU32(command.arguments + 1, Below(OneIn(2) ? 4 : 1000));
   }
   Message message;

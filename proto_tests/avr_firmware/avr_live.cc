@@ -23,6 +23,7 @@
 #include <thread>
 
 #include "client_fw/sim/avr_bridge.h"
+#include "client_fw/sim/avr_settings.h"
 #include "client_fw/sim/pioneer_robot.h"
 
 namespace pheromone::firmware {
@@ -73,6 +74,9 @@ void Serve(int fd, int64_t now_ns, sim::PioneerRobot* pioneer) {
 void Run(const char* image, const char* modem) {
   sim::AvrMachineConfig config;
   config.image = image;
+  client::Settings settings;
+  settings.start_released = true;  // nobody is there to release it
+  config.eeprom = sim::AvrEepromWith(settings, 1);
   sim::AvrMachine machine(config);
   sim::PioneerRobot pioneer({}, {});
   std::array<int, 2> cable{};

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "client_fw/core/diagnostics.h"
 #include "proto_tests/avr_firmware/firmware_world.h"
 
 namespace pheromone::firmware {
@@ -274,6 +275,78 @@ TEST(AvrSafetyTest, AWallThatStallsItStopsItForGoodAndIsReported) {
   ASSERT_TRUE(world.Command(protocol::CommandCode::kResume));
   world.RunFor(2'000);
   EXPECT_FALSE(Stands(world));
+}
+
+// The value of a diagnostic, by COMMAND 9 and EVENT 8; -1 if it does not come.
+int Ask(FirmwareWorld* world, client::Diagnostic diagnostic) {
+  const size_t before = world->heard().size();
+  if (!world->Command(protocol::CommandCode::kGetParameter, {diagnostic}) ||
+      !world->RunUntil(
+          [&] { return world->CountEvents(protocol::EventCode::kParameterValue, before) != 0; },
+          5'000)) {
+    return -1;
+  }
+  protocol::EventReport event;
+  return Decode(world->LastHeard(protocol::kEvent)->message, &event) ? event.argument : -1;
+}
+
+TEST(AvrDiagnosticsTest, FramingErrorsAndOverrunsOfBothUartsAreCounted) {
+  FirmwareWorld world;
+  ASSERT_TRUE(Served(&world));
+  EXPECT_EQ(Ask(&world, client::kRadioFramingErrors), 0);
+  const struct {
+    AvrMachine::Port port;
+    sim::AvrByteFault fault;
+    client::Diagnostic diagnostic;
+    int times;
+  } cases[] = {
+      {AvrMachine::kRadio, sim::AvrByteFault::kNoStopBit, client::kRadioFramingErrors, 1},
+      {AvrMachine::kRadio, sim::AvrByteFault::kOverrun, client::kRadioOverruns, 2},
+      {AvrMachine::kRobot, sim::AvrByteFault::kNoStopBit, client::kRobotFramingErrors, 3},
+      {AvrMachine::kRobot, sim::AvrByteFault::kOverrun, client::kRobotOverruns, 4},
+  };
+  for (const auto& it : cases) {
+    for (int i = 0; i < it.times; ++i) {
+      world.robot().Disturb(it.port, it.fault);
+      world.RunFor(300);
+    }
+  }
+  for (const auto& it : cases) {
+    EXPECT_EQ(Ask(&world, it.diagnostic), it.times) << int{it.diagnostic};
+  }
+}
+
+TEST(AvrDiagnosticsTest, TheCauseOfTheLastResetIsToldOverTheRadio) {
+  FirmwareWorld world;
+  ASSERT_TRUE(Served(&world));
+  EXPECT_EQ(Ask(&world, client::kResetCause), client::kPowerOnReset);
+  world.RunFor(1'000);  // or the EVENT, not acknowledged, would be sent again after the reset
+  const std::pair<AvrMachine::Cause, int> causes[] = {
+      {AvrMachine::Cause::kExternal, client::kExternalReset},
+      {AvrMachine::Cause::kWatchdog, client::kWatchdogReset},
+      {AvrMachine::Cause::kBrownOut, client::kBrownOutReset}};
+  for (const auto& [cause, value] : causes) {
+    world.ResetAfter(0, cause);
+    EXPECT_EQ(Ask(&world, client::kResetCause), value);
+    world.RunFor(1'000);
+  }
+}
+
+TEST(AvrDiagnosticsTest, TheLedFlashesOnceWhileItIsHaltedAndThriceWithoutAServer) {
+  FirmwareWorld world(1, {}, {});
+  int flashes = 0;
+  world.robot().OnLed([&](bool on) { flashes += on ? 1 : 0; });
+  const auto flashes_in = [&](int64_t ms) {
+    flashes = 0;
+    world.RunFor(ms);
+    return flashes;
+  };
+  ASSERT_TRUE(Served(&world));
+  world.RunFor(3'000);
+  EXPECT_EQ(flashes_in(5 * 1'536), 5);
+  world.StopServer();
+  world.RunFor(4'000);
+  EXPECT_EQ(flashes_in(4 * 2'560), 12);
 }
 
 TEST(AvrFirmwareTest, AServerThatIsRestartedIsUsedAgainWithoutAnybodyHelping) {

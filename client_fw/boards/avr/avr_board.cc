@@ -22,7 +22,10 @@ void AvrBoard::Start() {
 }
 
 uint16_t AvrBoard::diagnostic(uint8_t id) const {
-  return id == kResetCause ? reset_cause_ : 0;
+  const Uart& uart = uarts[id < kRobotFramingErrors ? kRadio : kRobot];
+  return id == kResetCause                                        ? reset_cause_
+         : id == kRadioFramingErrors || id == kRobotFramingErrors ? uart.framing_errors
+                                                                  : uart.overruns;
 }
 
 uint8_t AvrBoard::id() const {

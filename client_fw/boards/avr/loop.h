@@ -42,7 +42,7 @@ inline uint16_t Millis() {
 }
 
 inline void StartClock() {
-  OCR1A = static_cast<uint16_t>(kCyclesPerMs - 1u);
+  OCR1A = static_cast<uint16_t>(CyclesPerMs(F_CPU) - 1u);
   TIMSK1 = 1u << OCIE1A;              // before the flag can be raised
   TCCR1B = 1u << WGM12 | 1u << CS10;  // clear on compare, no prescaler
   SMCR = 1u << SE;                    // sleep_cpu() means idle mode

@@ -35,6 +35,14 @@ receive:
         ldd r24, Z+STATUS
         sbrs r24, RXC0
         rjmp send
+        ldd r25, Y+UART_FRAMING_ERRORS  ; both flags are of the byte to be taken next
+        sbrc r24, FE0
+        inc r25
+        std Y+UART_FRAMING_ERRORS, r25
+        ldd r25, Y+UART_OVERRUNS
+        sbrc r24, DOR0
+        inc r25
+        std Y+UART_OVERRUNS, r25
         ldd r24, Y+UART_RECEIVED_IN
         movw r26, r28
         add r26, r24

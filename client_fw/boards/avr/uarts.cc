@@ -11,8 +11,8 @@ namespace {
 
 constexpr uint8_t kEnabled = 1u << RXCIE0 | 1u << RXEN0 | 1u << TXEN0;
 
-constexpr BaudSetting kRadioBaud = SettingFor<PHEROMONE_RADIO_BAUD>();
-constexpr BaudSetting kRobotBaud = SettingFor<PHEROMONE_ROBOT_BAUD>();
+constexpr BaudSetting kRadioBaud = SettingFor<F_CPU, PHEROMONE_RADIO_BAUD>();
+constexpr BaudSetting kRobotBaud = SettingFor<F_CPU, PHEROMONE_ROBOT_BAUD>();
 
 uint8_t After(uint8_t index) {
   return static_cast<uint8_t>((index + 1u) & (UART_RING_SIZE - 1u));

@@ -15,7 +15,9 @@
 #define UART_RECEIVED_OUT 1
 #define UART_TO_SEND_IN 2
 #define UART_TO_SEND_OUT 3
-#define UART_RECEIVED 4
+#define UART_FRAMING_ERRORS 4
+#define UART_OVERRUNS 5
+#define UART_RECEIVED 6
 #define UART_RING_SIZE 64
 #define UART_TO_SEND (UART_RECEIVED + UART_RING_SIZE)
 #define UART_SIZE (UART_TO_SEND + UART_RING_SIZE)
@@ -39,6 +41,8 @@ struct Uart {
   volatile uint8_t received_out;  ///< next to be read
   volatile uint8_t to_send_in;
   volatile uint8_t to_send_out;
+  volatile uint8_t framing_errors;  ///< bytes without a stop bit; wraps
+  volatile uint8_t overruns;        ///< bytes were lost before this many others; wraps
   volatile uint8_t received[UART_RING_SIZE];
   volatile uint8_t to_send[UART_RING_SIZE];
 };
@@ -46,6 +50,8 @@ static_assert(offsetof(Uart, received_in) == UART_RECEIVED_IN, "");
 static_assert(offsetof(Uart, received_out) == UART_RECEIVED_OUT, "");
 static_assert(offsetof(Uart, to_send_in) == UART_TO_SEND_IN, "");
 static_assert(offsetof(Uart, to_send_out) == UART_TO_SEND_OUT, "");
+static_assert(offsetof(Uart, framing_errors) == UART_FRAMING_ERRORS, "");
+static_assert(offsetof(Uart, overruns) == UART_OVERRUNS, "");
 static_assert(offsetof(Uart, received) == UART_RECEIVED, "");
 static_assert(offsetof(Uart, to_send) == UART_TO_SEND, "");
 static_assert(sizeof(Uart) == UART_SIZE, "");
