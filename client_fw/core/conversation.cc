@@ -34,6 +34,7 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
       fuzzy_(FuzzyState{kNoError}),
       careful_(kCarefulStart),
       parameters_(parameters),
+      drive_(kNothingToTell),
       stored_(parameters),
       start_(parameters.start) {
   StartFrom(parameters);

@@ -20,11 +20,13 @@ enum Alarm : uint8_t {
 constexpr uint16_t kNoRange = 0xFFFF;
 
 struct DriveStatus {
-  uint8_t alarms = 0;            ///< a set of Alarm
-  uint8_t battery_100mv = 0;     ///< 0: unknown
-  uint16_t bumpers = 0;          ///< the drive's own word of stalls and bumpers
-  uint16_t front_mm = kNoRange;  ///< to what is ahead
+  uint8_t alarms;         ///< a set of Alarm
+  uint8_t battery_100mv;  ///< 0: unknown
+  uint16_t bumpers;       ///< the drive's own word of stalls and bumpers
+  uint16_t front_mm;      ///< to what is ahead
 };
+
+constexpr DriveStatus kNothingToTell = {0, 0, 0, kNoRange};
 
 }  // namespace client
 }  // namespace pheromone

@@ -74,7 +74,7 @@ bool Reported(const Harness& harness, EventCode code) {
 }
 
 DriveStatus With(uint8_t alarms, uint16_t bumpers = 0) {
-  DriveStatus status;
+  DriveStatus status = kNothingToTell;
   status.alarms = alarms;
   status.bumpers = bumpers;
   return status;
@@ -354,7 +354,7 @@ TEST(BatteryTest, AVoltageThatStaysLowIsReportedOnceAndAgainAfterItHasRecovered)
   Harness harness;
   harness.GreetAndServe(1000);
   const auto run = [&](uint8_t battery_100mv, int seconds) {
-    DriveStatus status;
+    DriveStatus status = kNothingToTell;
     status.battery_100mv = battery_100mv;
     for (int i = 0; i < 10 * seconds; ++i) {
       harness.conversation.OnDrive(status);
@@ -381,7 +381,7 @@ TEST(BatteryTest, ALimitOfZeroSwitchesTheReportOff) {
   parameters.low_battery_100mv = 0;
   Harness harness(parameters);
   harness.GreetAndServe(1000);
-  DriveStatus status;
+  DriveStatus status = kNothingToTell;
   status.battery_100mv = 1;
   harness.conversation.OnDrive(status);
   harness.Serve(20000);
@@ -402,7 +402,7 @@ TEST(DiagnosticsTest, CountersAreReportedAsAParameterAndUnknownNumbersRefused) {
     EXPECT_EQ(EventCode::kParameterValue, harness.events.back().code);
     return harness.events.back().argument;
   };
-  DriveStatus status;
+  DriveStatus status = kNothingToTell;
   status.bumpers = 0x0301;
   status.battery_100mv = 123;
   status.front_mm = 456;

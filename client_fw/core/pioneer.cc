@@ -36,6 +36,9 @@ Pioneer::Pioneer(uint16_t now_ms, int16_t count_100nm, bool with_sonar) : Pionee
   put_ms_ = now_ms;
   count_100nm_ = count_100nm;
   with_sonar_ = with_sonar;
+  status_ = kNothingToTell;
+  front_mm_ = kNoRange;
+  last_front_mm_ = kNoRange;
 }
 
 void Pioneer::Continue(const PioneerTrack& track) {

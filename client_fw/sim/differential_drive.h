@@ -84,7 +84,7 @@ class DifferentialDrive {
   Wheel right_;
   double travelled_m_ = 0;
   bool stalled_ = false;
-  client::DriveStatus status_;  // nothing to tell
+  client::DriveStatus status_ = client::kNothingToTell;
 };
 
 }  // namespace pheromone::sim

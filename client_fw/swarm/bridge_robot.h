@@ -71,7 +71,7 @@ class BridgeDrive {
   double wander_rad_s_ = 0;
   double standing_s_ = 0;  // still to stand at the end of a stem
   std::mt19937_64 random_;
-  client::DriveStatus status_;  // nothing to tell
+  client::DriveStatus status_ = client::kNothingToTell;
 };
 
 class BridgeRobot final : public sim::Station {

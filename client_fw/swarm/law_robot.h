@@ -60,7 +60,7 @@ class LawRobot final : public sim::MobileRobot {
     bool odometry(client::Odometry* odometry) const { return drive->odometry(odometry); }
     void set_wheel_speeds(int16_t /*left_mm_s*/, int16_t /*right_mm_s*/) {}
     void emergency_stop() {}
-    client::DriveStatus nothing_to_tell = {};
+    client::DriveStatus nothing_to_tell = client::kNothingToTell;
     const client::DriveStatus& status() const { return nothing_to_tell; }
   };
 

@@ -320,6 +320,7 @@ TEST(AvrDiagnosticsTest, TheCauseOfTheLastResetIsToldOverTheRadio) {
   FirmwareWorld world;
   ASSERT_TRUE(Served(&world));
   EXPECT_EQ(Ask(&world, client::kResetCause), client::kPowerOnReset);
+  world.RunFor(1'000);  // or the EVENT, not acknowledged, would be sent again after the reset
   const std::pair<AvrMachine::Cause, int> causes[] = {
       {AvrMachine::Cause::kExternal, client::kExternalReset},
       {AvrMachine::Cause::kWatchdog, client::kWatchdogReset},
@@ -327,6 +328,7 @@ TEST(AvrDiagnosticsTest, TheCauseOfTheLastResetIsToldOverTheRadio) {
   for (const auto& [cause, value] : causes) {
     world.ResetAfter(0, cause);
     EXPECT_EQ(Ask(&world, client::kResetCause), value);
+    world.RunFor(1'000);
   }
 }
 

@@ -25,7 +25,7 @@ struct FakeDrive {
   bool known = true;
   std::vector<WheelSpeeds> told;
   int emergencies = 0;
-  DriveStatus reported;
+  DriveStatus reported = kNothingToTell;
 };
 
 class RobotTest : public testing::Test {
