@@ -107,7 +107,8 @@ class PioneerClientTest : public ::testing::TestWithParam<const char*> {
 
   Board board_;
   sim::PioneerRobot robot_{ConfigOf(GetParam()), {0, 0, 0}};
-  client::PioneerDrive<Board> drive_{&board_};
+  client::PioneerDrive<Board> drive_{
+      &board_, static_cast<int16_t>(std::lround(ConfigOf(GetParam()).model.distance_mm * 10'000))};
 };
 
 TEST_P(PioneerClientTest, DrivesAndKeepsThePoseThroughASecondSession) {
@@ -145,7 +146,8 @@ TEST_P(PioneerClientTest, DrivesAndKeepsThePoseThroughASecondSession) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, PioneerClientTest,
-                         ::testing::Values("p3dx", "p3dx-sh", "peoplebot-sh"));
+                         ::testing::Values("p3dx", "p3dx-sh", "peoplebot-sh", "p3at", "p3at-sh",
+                                           "amigo", "amigo-sh"));
 
 }  // namespace
 }  // namespace pheromone

@@ -35,6 +35,7 @@ HostPioneerRobotConfig Config(const PioneerModel& model = PioneerModels().front(
   HostPioneerRobotConfig config;
   config.client.boot_counter = 1;
   config.pioneer.model = model;
+  config.client.drive_scale = static_cast<uint16_t>(std::lround(model.distance_mm * 10'000));
   return config;
 }
 
@@ -67,7 +68,7 @@ std::string NameOfModel(const testing::TestParamInfo<size_t>& info) {
   return name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, EveryPioneer, testing::Values(0u, 1u, 2u), NameOfModel);
+INSTANTIATE_TEST_SUITE_P(Models, EveryPioneer, testing::Range<size_t>(0, 7), NameOfModel);
 
 TEST(HostPioneerRobot, StandsWhenAnswersStop) {
   World world(Config());

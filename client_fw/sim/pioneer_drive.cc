@@ -114,6 +114,8 @@ void PioneerDrive::Tick(const Motion& target, const MotionLimits& limits) {
   }
   motion_ = next;
   pose_ = pose;
+  left_rolled_m_ += left_m;
+  right_rolled_m_ += right_m;
   odometry_ = MoveOnArc(odometry_, left_m, right_m, body_.odometry_wheelbase_m);
 }
 

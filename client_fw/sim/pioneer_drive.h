@@ -83,6 +83,9 @@ class PioneerDrive {
   /// Of the wheels, as encoders show them.
   double left_m_s() const { return LeftOf(motion_); }
   double right_m_s() const { return RightOf(motion_); }
+  /// What the wheels have rolled since the start, as encoders count: forwards less backwards.
+  double left_rolled_m() const { return left_rolled_m_; }
+  double right_rolled_m() const { return right_rolled_m_; }
   bool left_stalled() const { return left_stalled_; }
   bool right_stalled() const { return right_stalled_; }
   bool stalled() const { return left_stalled_ || right_stalled_; }
@@ -104,6 +107,8 @@ class PioneerDrive {
   PlanePose pose_;
   PlanePose odometry_;
   Motion motion_;
+  double left_rolled_m_ = 0;
+  double right_rolled_m_ = 0;
   double left_grip_ = 1;  // the share of the way that is not lost
   double right_grip_ = 1;
   int ticks_until_slip_ = 0;

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <iterator>
 #include <numbers>
 #include <string>
 
@@ -30,26 +33,56 @@ TEST(PioneerModelTest, FactorsAreThoseOfTheParameterFiles) {
   struct Row {
     const char* subclass;
     double distance_mm;
+    double speed_mm_s;
     double diff_conv;
     double wheelbase_mm;
+    int width_mm;
     int length_mm;
+    int radius_mm;
+    size_t sonars;
+    int top_speed_mm_s;
+    int top_turn_deg_s;
   };
-  for (const Row& row : {Row{"p3dx", 0.485, 0.0056, 357, 511}, Row{"p3dx-sh", 1, 0.0056, 357, 511},
-                         Row{"peoplebot-sh", 1, 0.006, 333, 513}}) {
+  const Row rows[] = {{"p3dx", 0.485, 1, 0.0056, 357, 425, 511, 250, 16, 2200, 500},
+                      {"p3dx-sh", 1, 1, 0.0056, 357, 425, 511, 250, 16, 2200, 500},
+                      {"peoplebot-sh", 1, 1, 0.006, 333, 425, 513, 340, 32, 2200, 500},
+                      {"p3at", 0.465, 1, 0.0034, 588, 505, 626, 500, 16, 1200, 300},
+                      {"p3at-sh", 1, 1, 0.0034, 588, 505, 626, 500, 16, 1200, 300},
+                      {"amigo", 0.5083, 0.6154, 0.011, 182, 279, 330, 180, 8, 1000, 300},
+                      {"amigo-sh", 1, 1, 0.011, 182, 279, 330, 180, 8, 1000, 300}};
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.subclass);
     const PioneerModel& model = Model(row.subclass);
     EXPECT_EQ(model.subclass, row.subclass);
     EXPECT_EQ(model.distance_mm, row.distance_mm);
     EXPECT_EQ(model.diff_conv_per_mm, row.diff_conv);
     EXPECT_NEAR(model.odometry_wheelbase_mm(), row.wheelbase_mm, 0.5);
     EXPECT_EQ(model.length_mm, row.length_mm);
-    EXPECT_EQ(model.width_mm, 425);
-    EXPECT_EQ(model.speed_mm_s, 1);
+    EXPECT_EQ(model.width_mm, row.width_mm);
+    EXPECT_EQ(model.radius_mm, row.radius_mm);
+    EXPECT_EQ(model.speed_mm_s, row.speed_mm_s);
     EXPECT_EQ(model.range_mm, 1);
     EXPECT_EQ(model.vel2_unit_mm_s, 20);
-    EXPECT_EQ(model.top_speed_mm_s, 2200);
-    EXPECT_EQ(model.top_turn_deg_s, 500);
+    EXPECT_EQ(model.sonars.size(), row.sonars);
+    EXPECT_EQ(model.top_speed_mm_s, row.top_speed_mm_s);
+    EXPECT_EQ(model.top_turn_deg_s, row.top_turn_deg_s);
+    EXPECT_LE(model.max_speed_mm_s, model.wheel_limit_mm_s);
   }
-  EXPECT_EQ(PioneerModels().size(), 3u);
+  EXPECT_EQ(PioneerModels().size(), std::size(rows));
+}
+
+// Every array is symmetrical: each sonar has its mirror image among the others.
+TEST(PioneerModelTest, SonarsOnTheLeftAreMirroredOnTheRight) {
+  for (const PioneerModel& model : PioneerModels()) {
+    for (const SonarMount& sonar : model.sonars) {
+      const bool mirrored =
+          std::any_of(model.sonars.begin(), model.sonars.end(), [&](const SonarMount& other) {
+            return std::abs(other.x_mm - sonar.x_mm) <= 5 && other.y_mm == -sonar.y_mm &&
+                   other.heading_deg == -sonar.heading_deg;
+          });
+      EXPECT_TRUE(mirrored) << model.subclass << ' ' << sonar.x_mm << ' ' << sonar.y_mm;
+    }
+  }
 }
 
 TEST(PioneerModelTest, AreFoundInCapitalsToo) {
@@ -76,9 +109,9 @@ TEST(SipTest, SizesAreThoseOnTheLine) {
   SipContent content;
   EXPECT_EQ(MakeSip(Model("p3dx"), SipForm::kFull, 15, content).size(), 41u);
   EXPECT_EQ(MakeSip(Model("p3dx"), SipForm::kShort, 15, content).size(), 25u);
-  content.ranges_mm.assign(16, 5000);
+  content.sonar.assign(16, {0, 5000});
   EXPECT_EQ(MakeSip(Model("p3dx"), SipForm::kFull, 15, content).size(), 89u);
-  content.ranges_mm.assign(kMaxSonarReadings, 5000);
+  content.sonar.assign(kMaxSonarReadings, {0, 5000});
   EXPECT_EQ(MakeSip(Model("p3dx"), SipForm::kFull, 15, content).size(), 200u);
 }
 
@@ -89,16 +122,19 @@ TEST(SipTest, EveryFieldIsAtItsPlace) {
   content.x_mm = 0x1234;
   content.y_mm = -2;
   content.heading_rad = kPi / 2;
+  content.heading_setpoint_rad = -kPi / 2;
   content.left_mm_s = -300;
   content.right_mm_s = 500;
   content.turn_rad_s = -kPi / 6;
   content.battery_v = 12.8;
   content.left_stalled = true;
+  content.bumpers = {0b00100, 0b10001};
   content.motors_enabled = true;
   content.sonar_enabled = true;
-  content.ranges_mm = {5000, 258};
+  content.stop_pressed = true;
+  content.sonar = {{0, 5000}, {17, 258}};
   EXPECT_EQ(SipOf(content).bytes,
-            Framed(Hex("33 34 12 fe ff 00 04 d4 fe f4 01 80 01 00 00 04 1f 00 00 02 00 88 13 01 "
+            Framed(Hex("33 34 12 fe ff 00 04 d4 fe f4 01 80 23 08 00 fc 7f 00 00 02 00 88 13 11 "
                        "02 01 00 00 00 00 00 80 00 00 d4 fe 00 00 00 00 80 00")));
 }
 
@@ -126,12 +162,14 @@ TEST(SipTest, PositionsWrapAt15Or16Bits) {
   EXPECT_EQ(SipOf(content, "p3dx", 16).x(), 86598 - 65536);
 }
 
-TEST(SipTest, HeadingsAreModulo4096) {
+TEST(SipTest, HeadingsAreSignedModulo4096) {
   for (const int turns : {-3, -1, 0, 1, 1000}) {
-    for (const int heading : {0, 1, 2047, 2048, 4095}) {
+    for (const int heading : {0, 1, 2047, -2048, -1}) {
       SipContent content;
       content.heading_rad = (turns + heading / 4096.0) * 2 * kPi;
-      EXPECT_EQ(SipOf(content).heading(), heading) << turns;
+      content.heading_setpoint_rad = content.heading_rad;
+      EXPECT_EQ(SipOf(content).signed_word(8), heading) << turns;
+      EXPECT_EQ(SipOf(content).signed_word(17), heading) << turns;
     }
   }
 }
@@ -141,7 +179,7 @@ TEST(SipTest, SpeedsAndRangesSaturate) {
   content.left_mm_s = 1e9;
   content.right_mm_s = -1e9;
   content.battery_v = 1000;
-  content.ranges_mm = {1 << 20, -5};
+  content.sonar = {{0, 1 << 20}, {1, -5}};
   const Sip sip = SipOf(content);
   EXPECT_EQ(sip.left(), 32767);
   EXPECT_EQ(sip.right(), -32768);
@@ -150,10 +188,26 @@ TEST(SipTest, SpeedsAndRangesSaturate) {
   EXPECT_EQ(sip.word(27), 0);
 }
 
+// 125 ticks a millimetre, two's complement.
+TEST(EncoderPacketTest, CountsBothWheelsIn32Bits) {
+  EXPECT_EQ(MakeEncoderPacket(Model("p3dx"), 1000, -0.008),
+            Framed(Hex("90 48 e8 01 00 ff ff ff ff")));
+  const double wrapped_mm = 4294967296.0 / 125 + 2;
+  EXPECT_EQ(MakeEncoderPacket(Model("p3dx"), wrapped_mm, -1e6),
+            Framed(Hex("90 fa 00 00 00 c0 a6 8c f8")));
+}
+
+TEST(IoPacketTest, TellsOfBumpersAndBattery) {
+  const std::string ports = "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 ";
+  EXPECT_EQ(MakeIoPacket({}, 10), Framed(Hex("f0 04 00 ff ff ff 01 00 09 " + ports + "00 02")));
+  EXPECT_EQ(MakeIoPacket({0b00001, 0b10000}, 30),
+            Framed(Hex("f0 04 00 fd df ff 01 00 09 " + ports + "ff 03")));
+}
+
 TEST(ConfigPacketTest, TellsWhatTheManualLists) {
   ConfigContent content;
   content.name = "Rosa";
-  content.sonars = 16;
+  content.bumpers = 5;
   content.limits = {1.0, 100 * kPi / 180, 0.3, 0.4, 50 * kPi / 180, 60 * kPi / 180};
   const Sip packet(MakeConfigPacket(Model("p3dx"), content));
   EXPECT_EQ(packet.byte(3), 0x20);
@@ -175,7 +229,12 @@ TEST(ConfigPacketTest, TellsWhatTheManualLists) {
   EXPECT_EQ(packet.word(now + 6), 60);
   EXPECT_EQ(packet.word(now + 14), 300);
   EXPECT_EQ(packet.word(now + 16), 400);
-  EXPECT_EQ(packet.bytes.size(), now + 24 + 2);
+  const size_t added = now + 24;  // what newer firmware adds
+  EXPECT_EQ(packet.byte(added), 5);
+  EXPECT_EQ(packet.byte(added + 1), 5);
+  EXPECT_EQ(packet.byte(added + 4), 0);     // the baud rate cannot be changed
+  EXPECT_EQ(packet.word(added + 10), 125);  // encoder ticks a millimetre
+  EXPECT_EQ(packet.bytes.size(), added + 12 + 2);
 }
 
 }  // namespace

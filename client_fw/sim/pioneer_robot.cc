@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstdlib>
 #include <numbers>
 #include <utility>
@@ -13,8 +14,8 @@ constexpr int64_t kNsPerMs = 1'000'000;
 constexpr int64_t kTickNs = kNsPerMs;
 static_assert(PioneerDrive::kTickS * 1e9 == kTickNs);
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kNothingInReachMm = 5000;
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kDegree = kTurn / 360;
 // A line does not store bytes: unread output is lost.
 constexpr size_t kMaxOutput = 4096;
 
@@ -26,14 +27,20 @@ enum Command : uint8_t {
   kSetA = 5,
   kSetV = 6,
   kSetO = 7,
+  kMove = 8,
+  kRotate = 9,
   kSetRv = 10,
   kVel = 11,
+  kHead = 12,
+  kDHead = 13,
   kConfig = 18,
+  kEncoder = 19,
   kRvel = 21,
   kSetRa = 23,
   kSonar = 28,
   kStop = 29,
   kVel2 = 32,
+  kIoRequest = 40,
   kHostBaud = 50,
   kEStop = 55,
 };
@@ -126,7 +133,17 @@ void PioneerRobot::TickMotion() {
     silent_ = true;
     ++counters_.watchdog_stops;
   }
-  drive_.Tick(silent_ ? Motion{} : target_, limits_);
+  const Motion before = drive_.motion();
+  const Motion target = {
+      translation_.SpeedAfter(before.speed_m_s, limits_.deceleration_m_s2, PioneerDrive::kTickS),
+      rotation_.SpeedAfter(before.turn_rad_s, limits_.turn_deceleration_rad_s2,
+                           PioneerDrive::kTickS)};
+  const double rolled_m = drive_.left_rolled_m() + drive_.right_rolled_m();
+  const double heading_rad = drive_.odometry().heading_rad;
+  drive_.Tick(silent_ ? Motion{} : target, limits_);
+  translation_.OnCovered((drive_.left_rolled_m() + drive_.right_rolled_m() - rolled_m) / 2,
+                         drive_.motion().speed_m_s);
+  rotation_.OnCovered(drive_.odometry().heading_rad - heading_rad, drive_.motion().turn_rad_s);
 }
 
 // A client that missed an echo repeats its SYNC, or begins again at SYNC0.
@@ -151,6 +168,8 @@ void PioneerRobot::Synchronise(const Packet& packet) {
 
 void PioneerRobot::Open() {
   session_ = Session::kOpen;
+  last_command_ns_ = now_ns_;
+  next_sonar_ = 0;
   sonar_enabled_ = config_.sonar_when_opened;
   next_sip_ns_ = now_ns_ + config_.sip_period_ms * kNsPerMs;
   ++counters_.sessions;
@@ -160,10 +179,18 @@ void PioneerRobot::Close() {
   session_ = Session::kSynchronising;
   next_sync_ = kSync0Pulse;
   motors_enabled_ = false;
-  by_wheels_ = false;
   silent_ = false;
-  target_ = {};
+  encoder_packets_ = 0;
+  io_packets_ = 0;
   limits_ = ModelLimits();
+  StandStill();
+}
+
+// Slows down and stands, whatever was commanded.
+void PioneerRobot::StandStill() {
+  translation_.Hold(0);
+  rotation_.Hold(0);
+  by_wheels_ = false;
 }
 
 void PioneerRobot::HangUp() {
@@ -172,7 +199,19 @@ void PioneerRobot::HangUp() {
   output_.clear();
 }
 
+void PioneerRobot::set_stop_pressed(bool pressed) {
+  stop_pressed_ = pressed;
+  if (pressed) {
+    motors_enabled_ = false;
+    StandStill();
+    drive_.Halt();
+  }
+}
+
 void PioneerRobot::Obey(const Packet& packet) {
+  if (packet.id != kSync0Pulse) {
+    last_command_ns_ = now_ns_;
+  }
   const std::optional<int> argument = PacketArgument(packet);
   switch (packet.id) {
     case kSync0Pulse:
@@ -186,16 +225,16 @@ void PioneerRobot::Obey(const Packet& packet) {
       drive_.ResetOdometry();
       break;
     case kStop:
-      target_ = {};
+      StandStill();
       break;
     case kEStop:
-      target_ = {};
+      StandStill();
       drive_.Halt();
       break;
     case kConfig:
       if (config_.answers_config) {
         Send(MakeConfigPacket(config_.model, {config_.name, config_.sip_period_ms,
-                                              config_.watchdog_ms, config_.sonars, limits_}));
+                                              config_.watchdog_ms, config_.bumpers, limits_}));
       }
       break;
     default:
@@ -210,35 +249,62 @@ void PioneerRobot::Obey(const Packet& packet) {
 bool PioneerRobot::ObeyArgument(uint8_t command, int argument) {
   switch (command) {
     case kEnable:
-      motors_enabled_ = argument != 0;
+      motors_enabled_ = argument != 0 && !stop_pressed_;
       if (!motors_enabled_) {
-        target_ = {};
+        StandStill();
       }
-      return true;
+      return argument == 0 || motors_enabled_;
     case kSonar:
       sonar_enabled_ = argument != 0;
       return true;
+    case kEncoder:
+      encoder_packets_ = std::max(argument, 0);
+      return true;
+    case kIoRequest:
+      io_packets_ = std::max(argument, 0);
+      return true;
     default:
-      break;
+      return motors_enabled_ && ObeyMotion(command, argument);
   }
-  if (!motors_enabled_) {
-    return false;
+}
+
+// A command for one axis leaves the other one as it is, but not what VEL2 gave it.
+void PioneerRobot::LeaveWheels() {
+  if (by_wheels_) {
+    StandStill();
   }
+}
+
+bool PioneerRobot::ObeyMotion(uint8_t command, int argument) {
   switch (command) {
     case kVel:
-      target_ = {OfMm(argument), by_wheels_ ? 0 : target_.turn_rad_s};
-      by_wheels_ = false;
+      LeaveWheels();
+      translation_.Hold(OfMm(argument));
+      return true;
+    case kMove:
+      LeaveWheels();
+      translation_.Cover(OfMm(argument));
       return true;
     case kRvel:
-      target_ = {by_wheels_ ? 0 : target_.speed_m_s, argument * kDegree};
-      by_wheels_ = false;
+    case kRotate:
+      LeaveWheels();
+      rotation_.Hold(argument * kDegree);
+      return true;
+    case kHead:
+      LeaveWheels();
+      rotation_.Cover(std::remainder(argument * kDegree - drive_.odometry().heading_rad, kTurn));
+      return true;
+    case kDHead:
+      LeaveWheels();
+      rotation_.Cover(argument * kDegree);
       return true;
     case kVel2: {
       // Raw or negated, the low 16 bits of the argument are the two bytes.
       const auto word = static_cast<uint16_t>(argument);
       const int right = static_cast<int8_t>(word & 0xFF) * config_.model.vel2_unit_mm_s;
       const int left = static_cast<int8_t>(word >> 8) * config_.model.vel2_unit_mm_s;
-      target_ = {OfMm(right + left) / 2, (right - left) / 2.0 * config_.model.diff_conv_per_mm};
+      translation_.Hold(OfMm(right + left) / 2);
+      rotation_.Hold((right - left) / 2.0 * config_.model.diff_conv_per_mm);
       by_wheels_ = true;
       return true;
     }
@@ -274,27 +340,65 @@ bool PioneerRobot::ObeySetting(uint8_t command, int argument) {
   }
 }
 
+bool PioneerRobot::ReportsMoving() const {
+  const bool commanded = translation_.covers() || rotation_.covers() ||
+                         now_ns_ - last_command_ns_ < config_.watchdog_ms * kNsPerMs;
+  return drive_.motion() != Motion{} && config_.watchdog_ms > 0 && commanded;
+}
+
+PressedBumpers PioneerRobot::bumpers() const {
+  return FindPressedBumpers(config_.model, config_.bumpers, drive_.true_pose(), config_.range);
+}
+
+std::vector<SonarReading> PioneerRobot::ReadSonar() {
+  const std::span<const SonarMount> sonars = config_.model.sonars;
+  std::vector<SonarReading> readings;
+  const size_t count = std::min(sonars.size(), static_cast<size_t>(config_.sonars));
+  for (size_t i = 0; i < count; ++i) {
+    readings.push_back({static_cast<int>(next_sonar_),
+                        SonarRangeMm(sonars[next_sonar_], drive_.true_pose(), config_.range)});
+    next_sonar_ = (next_sonar_ + 1) % sonars.size();
+  }
+  return readings;
+}
+
 void PioneerRobot::SendSip() {
   SipContent sip;
-  sip.moving = drive_.motion() != Motion{};
+  sip.moving = ReportsMoving();
   sip.x_mm = drive_.odometry().x_m * 1000;
   sip.y_mm = drive_.odometry().y_m * 1000;
   sip.heading_rad = drive_.odometry().heading_rad;
+  sip.heading_setpoint_rad = sip.heading_rad + rotation_.rest();
   sip.left_mm_s = drive_.left_m_s() * 1000;
   sip.right_mm_s = drive_.right_m_s() * 1000;
   sip.turn_rad_s = drive_.motion().turn_rad_s;
   sip.battery_v = config_.battery_v;
-  sip.left_stalled = drive_.left_stalled();
-  sip.right_stalled = drive_.right_stalled();
+  sip.left_stalled = drive_.left_stalled() || stop_pressed_;
+  sip.right_stalled = drive_.right_stalled() || stop_pressed_;
+  sip.bumpers = bumpers();
   sip.motors_enabled = motors_enabled_;
   sip.sonar_enabled = sonar_enabled_;
-  for (int number = 0; sonar_enabled_ && number < config_.sonars; ++number) {
-    sip.ranges_mm.push_back(config_.range_mm ? config_.range_mm(drive_.true_pose(), number)
-                                             : kNothingInReachMm);
+  sip.stop_pressed = stop_pressed_;
+  if (sonar_enabled_) {
+    sip.sonar = ReadSonar();
   }
   const size_t before = output_.size();
   Send(MakeSip(config_.model, config_.sip_form, config_.position_bits, sip));
   ++(output_.size() > before ? counters_.sips : counters_.lost_sips);
+  SendExtras();
+}
+
+// What a client has asked for beside the SIPs, once or until it says otherwise.
+void PioneerRobot::SendExtras() {
+  if (encoder_packets_ > 0) {
+    Send(MakeEncoderPacket(config_.model, drive_.left_rolled_m() * 1000,
+                           drive_.right_rolled_m() * 1000));
+  }
+  if (io_packets_ > 0) {
+    Send(MakeIoPacket(bumpers(), config_.battery_v));
+  }
+  encoder_packets_ -= encoder_packets_ == 1 ? 1 : 0;
+  io_packets_ -= io_packets_ == 1 ? 1 : 0;
 }
 
 }  // namespace pheromone::sim

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
 #include <string>
 
 #include "client_fw/sim/testing/pioneer_client.h"
@@ -124,6 +126,28 @@ TEST(PioneerSessionTest, UnknownCommandsAndMissingArgumentsAreIgnored) {
   EXPECT_EQ(client.robot().counters().ignored - before, 4u);
 }
 
+// Well-formed packets with any content, in and out of sessions.
+TEST(PioneerSessionTest, AnyPacketsAreSurvivedAndTheLimitsHold) {
+  std::mt19937 random(5);
+  Client client;
+  for (int i = 0; i < 20'000; ++i) {
+    if (random() % 200 == 0) {
+      client.ConnectAndEnable();
+    }
+    Bytes packet = {static_cast<uint8_t>(random() % (random() % 2 == 0 ? 64 : 256))};
+    for (size_t left = random() % 6; left > 0; --left) {
+      const uint8_t types[] = {0x3B, 0x1B, 0x2B, static_cast<uint8_t>(random())};
+      packet.push_back(types[random() % 4]);
+    }
+    client.Send(Framed(packet));
+    client.Wait(static_cast<int64_t>(random() % 30));
+    ASSERT_LE(std::abs(client.robot().drive().left_m_s()), 1.2 + 1e-6);
+    ASSERT_LE(std::abs(client.robot().drive().right_m_s()), 1.2 + 1e-6);
+  }
+  EXPECT_GT(client.robot().counters().sessions, 30u);
+  EXPECT_GT(std::abs(client.robot().drive().left_rolled_m()), 1);
+}
+
 TEST(PioneerSessionTest, ConfigIsAnsweredOrNot) {
   PioneerConfig config;
   Client talkative(config);
@@ -179,6 +203,150 @@ TEST(PioneerSessionTest, HangUpIsCloseAndForgetsHalfAPacket) {
   EXPECT_EQ(client.Send(kSync0), kSync0);
 }
 
+// As ARIA connects: SYNCs, each answered by one packet within a second; CLOSE only if that is a SIP
+// of type 0x32; 50 attempts. Returns how many it took, or 51.
+int ConnectAsAria(PioneerRobot* robot, int64_t* now_ms) {
+  uint8_t state = 0;
+  for (int attempt = 1; attempt <= 50; ++attempt) {
+    robot->OnBytes(Command(state), *now_ms * 1'000'000);
+    Bytes answer = robot->TakeOutput();
+    for (int waited_ms = 0; answer.empty() && waited_ms < 1000; ++waited_ms) {
+      robot->AdvanceTo(++*now_ms * 1'000'000);
+      answer = robot->TakeOutput();
+    }
+    const int id = answer.empty() ? -1 : answer[3];
+    if (id == state && ++state == 3) {
+      return attempt;
+    }
+    if (id == 0x32) {
+      robot->OnBytes(Command(testing::kClose, 1), *now_ms * 1'000'000);
+    }
+    if (id != state - 1) {
+      state = 0;
+    }
+  }
+  return 51;
+}
+
+// A line whose end the robot cannot see: the old client is gone, the robot drives, and the new
+// client's SYNC0s are PULSEs that keep it driving.
+TEST(PioneerSessionTest, AClientThatBeginsWhileAnOldSessionDrivesIsTold0x32) {
+  for (const int64_t pause_ms : {100, 1000, 1950, 2050, 2500, 10'000}) {
+    Client old;
+    old.ConnectAndEnable();
+    old.Send(testing::kVel, 300);
+    old.Wait(pause_ms);
+    int64_t now_ms = pause_ms;
+    EXPECT_LE(ConnectAsAria(&old.robot(), &now_ms), 30) << pause_ms;
+    EXPECT_LE(now_ms - pause_ms, 2500);  // the watchdog's time, and the slowest of two SIPs
+    EXPECT_FALSE(old.robot().open());
+    EXPECT_FALSE(old.robot().motors_enabled());
+  }
+}
+
+TEST(PioneerSipStreamTest, MovingIsWhatCommandsOfTheLastTwoSecondsHaveCaused) {
+  Client client;
+  client.ConnectAndEnable();
+  client.Send(testing::kVel, 300);
+  client.Wait(100);
+  EXPECT_TRUE(client.last().moving());
+  client.Drive(3000);  // PULSEs alone
+  EXPECT_FALSE(client.last().moving());
+  EXPECT_GT(client.last().left(), 200);
+  client.Send(testing::kVel, 300);
+  client.Wait(100);
+  EXPECT_TRUE(client.last().moving());
+  client.Send(testing::kSetV, 300);
+  client.Send(testing::kMove, 3000);  // ends by itself, so PULSEs are enough
+  client.Drive(6000);
+  EXPECT_TRUE(client.last().moving());
+  client.Drive(6000);
+  EXPECT_FALSE(client.last().moving());
+  EXPECT_EQ(client.last().left(), 0);
+}
+
+TEST(PioneerExtrasTest, EncoderAndIoPacketsFollowTheSipOnceOrUntilTheyAreStopped) {
+  Client client;
+  client.Connect();
+  client.Send(testing::kSonar, 0);
+  const auto ids_after = [&](int id, int argument) {
+    client.Send(id, argument);
+    std::vector<int> ids;
+    for (const Bytes& packet : Packets(client.WaitForOthers(300))) {
+      ids.push_back(packet[3]);
+    }
+    return ids;
+  };
+  EXPECT_EQ(ids_after(testing::kEncoder, 1), (std::vector{0x90}));
+  EXPECT_EQ(ids_after(testing::kIoRequest, 1), (std::vector{0xF0}));
+  EXPECT_EQ(ids_after(testing::kEncoder, 2), (std::vector{0x90, 0x90, 0x90}));
+  EXPECT_EQ(ids_after(testing::kIoRequest, 3), (std::vector{0x90, 0xF0, 0x90, 0xF0, 0x90, 0xF0}));
+  EXPECT_EQ(ids_after(testing::kEncoder, 0), (std::vector{0xF0, 0xF0, 0xF0}));
+  EXPECT_EQ(ids_after(testing::kIoRequest, -2), (std::vector<int>{}));
+  client.Send(testing::kEncoder, 2);
+  client.Send(testing::kClose);
+  client.Connect();
+  EXPECT_TRUE(client.WaitForOthers(300).empty());  // not in the next session
+}
+
+TEST(PioneerStopButtonTest, StopsAtOnceAndKeepsTheMotorsOff) {
+  Client client;
+  client.ConnectAndEnable();
+  client.Send(testing::kVel, 300);
+  client.Wait(1500);
+  client.robot().set_stop_pressed(true);
+  client.Wait(100);
+  EXPECT_EQ(client.speed_mm_s(), 0);
+  EXPECT_EQ(client.last().flags() & 0b1100001, 0b1100000);
+  EXPECT_EQ(client.last().stall(), 0x0101);
+  client.Send(testing::kEnable, 1);
+  client.Send(testing::kVel, 300);
+  client.Wait(500);
+  EXPECT_FALSE(client.last().motors());
+  EXPECT_EQ(client.speed_mm_s(), 0);
+  client.robot().set_stop_pressed(false);
+  client.Wait(500);
+  EXPECT_EQ(client.last().flags() & 0b1100001, 0);
+  EXPECT_EQ(client.last().stall(), 0);
+  EXPECT_EQ(client.speed_mm_s(), 0);  // nothing begins by itself
+  client.Send(testing::kEnable, 1);
+  client.Wait(500);
+  EXPECT_EQ(client.speed_mm_s(), 0);
+  client.Send(testing::kVel, 300);
+  client.Wait(500);
+  EXPECT_NEAR(client.speed_mm_s(), 150, 1e-6);
+}
+
+TEST(PioneerBatteryTest, IsReportedAsItIsSet) {
+  PioneerConfig config;
+  config.battery_v = 11.9;
+  Client client(config);
+  client.Connect();
+  client.Send(testing::kSonar, 0);
+  client.Wait(100);
+  EXPECT_EQ(client.last().byte(14), 119);
+  client.robot().set_battery_v(10.4);
+  client.Wait(100);
+  EXPECT_EQ(client.last().byte(14), 104);
+  EXPECT_EQ(client.last().word(23 + 5), 104);
+}
+
+// A PeopleBot's 32 sonars, 16 a SIP.
+TEST(PioneerSipStreamTest, SonarsTakeTurnsIfTheyAreMoreThanASipHasReadings) {
+  PioneerConfig config;
+  config.model = *FindPioneerModel("peoplebot-sh");
+  Client client(config);
+  client.Connect();
+  client.Wait(300);
+  ASSERT_EQ(client.sips().size(), 3u);
+  for (size_t sip = 0; sip < 3; ++sip) {
+    ASSERT_EQ(client.sips()[sip].sonars(), 16);
+    for (size_t i = 0; i < 16; ++i) {
+      EXPECT_EQ(client.sips()[sip].byte(23 + 3 * i), static_cast<int>((16 * sip + i) % 32));
+    }
+  }
+}
+
 TEST(PioneerSipStreamTest, ASipComesEvery100Ms) {
   Client client;
   client.Wait(37);
@@ -193,15 +361,13 @@ TEST(PioneerSipStreamTest, ASipComesEvery100Ms) {
 TEST(PioneerSipStreamTest, SonarReadingsComeUntilSonarIsSwitchedOff) {
   PioneerConfig config;
   config.sonars = 8;
-  config.range_mm = [](const PlanePose& pose, int number) {
-    return static_cast<int>(pose.x_m * 1000) + number;
-  };
+  config.range = [](const PlanePose& from, double /*reach_m*/) { return from.x_m; };
   Client client(config, {1, 0, 0});
   client.Connect();
   client.Wait(100);
   ASSERT_EQ(client.last().sonars(), 8);
   EXPECT_EQ(client.last().byte(23 + 3 * 7), 7);
-  EXPECT_EQ(client.last().word(24 + 3 * 7), 1007);
+  EXPECT_EQ(client.last().word(24 + 3 * 7), 1069);  // 69 mm before the centre
   EXPECT_EQ(client.last().flags(), 0b11110);
   client.Send(testing::kSonar, 0);
   client.Wait(100);

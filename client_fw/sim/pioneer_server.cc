@@ -187,14 +187,14 @@ void PioneerServer::Write() {
 
 // The pty remains for the next client, without the bytes that this one has not read.
 void PioneerServer::Disconnect() {
-  unsent_.clear();
-  if (listener_ < 0) {
-    if (connected_) {
-      DiscardUnread(target_.c_str());
-    }
-  } else {
+  if (listener_ >= 0) {
     close(line_);
     line_ = -1;
+  } else if (connected_) {
+    DiscardUnread(target_.c_str());
+  }
+  unsent_.clear();
+  if (connected_) {
     robot_->HangUp();
   }
   connected_ = false;

@@ -125,26 +125,54 @@ TEST_F(PioneerServerTest, APtyIsRawForClientsThatDoNotCare) {
   close(client);
 }
 
-TEST_F(PioneerServerTest, TheNextClientOfAPtyFindsTheOldSessionAndNoOldBytes) {
+TEST_F(PioneerServerTest, TheNextClientOfAPtyFindsNoSessionAndNoOldBytes) {
   PioneerServer server(&robot_);
   ASSERT_EQ(server.ServePty(link_), "");
   int client = OpenPty();
-  Put(client, kHandshake + Command(28, 0));
-  EXPECT_TRUE(StepUntil(&server, [&] { return robot_.open(); }));
+  Put(client, kHandshake + Command(4, 1) + Command(11, 300));
+  EXPECT_TRUE(StepUntil(&server, [&] { return robot_.motors_enabled(); }));
+  now_ns_ = 1'000'000'000;
+  server.Step(now_ns_);  // SIPs that nobody reads
+  EXPECT_NE(robot_.drive().motion(), Motion{});
   close(client);
   EXPECT_TRUE(StepUntil(&server, [&] { return !server.connected(); }));
-  now_ns_ = 60'000'000'000;
+  EXPECT_FALSE(robot_.open());
+  EXPECT_FALSE(robot_.motors_enabled());
+  now_ns_ = 2'000'000'000;
   server.Step(now_ns_);
-  EXPECT_TRUE(robot_.open());
-  EXPECT_EQ(robot_.counters().lost_sips + robot_.counters().sips, 600u);
+  EXPECT_EQ(robot_.drive().motion(), Motion{});  // stood still by itself, at 300 mm/s^2
 
   client = OpenPty();
-  EXPECT_TRUE(StepUntil(&server, [&] { return server.connected(); }));
-  now_ns_ += 100'000'000;
-  const std::vector<Bytes> packets = testing::Packets(Get(&server, client, 41));
-  ASSERT_EQ(packets.size(), 1u);
-  EXPECT_TRUE(testing::IsSip(packets[0]));
+  Put(client, kSync0);
+  EXPECT_EQ(Get(&server, client, 6), kSync0);
   close(client);
+}
+
+// A hundred times: a client drives and dies without a word; the next one connects at once, as ARIA
+// does, and drives on.
+TEST_F(PioneerServerTest, AClientThatDiesWhileDrivingIsReplacedOverAPtyAndOverTcp) {
+  PioneerServer server(&robot_);
+  PioneerRobot other({}, {});
+  PioneerServer tcp(&other);
+  ASSERT_EQ(server.ServePty(link_), "");
+  ASSERT_EQ(tcp.ServeTcp(0), "");
+  const auto visit = [&](PioneerServer* port, PioneerRobot* robot, int client, uint64_t round) {
+    Put(client, kSync0);
+    ASSERT_EQ(Get(port, client, 6), kSync0) << round;
+    Put(client, Command(1) + Command(2) + Command(1, 1) + Command(4, 1) + Command(11, 300));
+    ASSERT_TRUE(StepUntil(port, [&] { return robot->motors_enabled(); })) << round;
+    now_ns_ += 250'000'000;
+    port->Step(now_ns_);
+    EXPECT_NE(robot->drive().motion(), Motion{}) << round;
+    close(client);
+    ASSERT_TRUE(StepUntil(port, [&] { return !port->connected(); })) << round;
+    EXPECT_FALSE(robot->open()) << round;
+    EXPECT_EQ(robot->counters().sessions, round);
+  };
+  for (uint64_t round = 1; round <= 100; ++round) {
+    visit(&server, &robot_, OpenPty(), round);
+    visit(&tcp, &other, ConnectTcp(tcp), round);
+  }
 }
 
 TEST_F(PioneerServerTest, TheLinkGoesWithTheServerAndOnlyAPtysLinkIsReplaced) {

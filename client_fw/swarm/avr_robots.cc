@@ -1,7 +1,6 @@
 // Robots that run an AVR's image, if libsimavr is available: a program that includes this file is
 // under the terms of the GPL. Otherwise no_avr_robots.cc replaces it.
 #include <algorithm>
-#include <cassert>
 
 #include "client_fw/sim/avr_robot.h"
 #include "client_fw/sim/avr_settings.h"
@@ -19,15 +18,13 @@ std::string BuiltAvrImage() {
 
 std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& config,
                                                sim::RadioMedium* medium) {
-  assert(config.pioneer != nullptr);
   sim::AvrRobotConfig avr;
   avr.machine.image = config.image;
   avr.machine.eeprom =
-      sim::AvrEepromWith(config.client, std::max<uint16_t>(1, config.client.boot_counter));
+      sim::AvrEepromWith(ClientOf(config), std::max<uint16_t>(1, config.client.boot_counter));
   avr.machine.seed = config.client.boot_counter;
   avr.id = config.client.id;
-  avr.pioneer.model = *config.pioneer;
-  avr.pioneer.blocked = config.drive.blocked;
+  avr.pioneer = PioneerOf(config);
   avr.start = config.start;
   return std::make_unique<sim::AvrRobot>(avr, medium);
 }

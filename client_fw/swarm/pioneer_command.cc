@@ -1,19 +1,31 @@
 #include "client_fw/swarm/pioneer_command.h"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "client_fw/sim/pioneer_robot.h"
 #include "client_fw/sim/pioneer_server.h"
+#include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/real_time.h"
+#include "server/config/config.h"
+#include "server/field/obstacles.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -23,6 +35,10 @@ constexpr double kDegree = std::numbers::pi / 180;
 // The maximum delay until a client of the pty is noticed; bytes sent before are kept.
 constexpr int64_t kAloneMs = 20;
 constexpr int64_t kLongestWaitMs = 200;
+constexpr double kRenewS = 0.2;  // the line with the true pose on a terminal
+constexpr double kMaxBatteryV = 25.5;
+constexpr double kWallM = 0.05;         // thickness
+constexpr double kFarthestWallM = 250;  // from the origin, so that they fit a map
 
 struct PioneerOptions {
   std::string model = "p3dx";
@@ -30,6 +46,10 @@ struct PioneerOptions {
   uint16_t tcp = 0;
   CLI::Option* pty_option = nullptr;
   sim::PioneerConfig config;
+  std::string surroundings;
+  std::vector<double> walls_m;  // x0, y0, x1, y1 of each
+  std::vector<double> start = {0, 0, 0};
+  double poses_s = 0;
   double drift_percent = 0;
   double heading_drift_deg_m = 0;
   double slip_percent = 0;
@@ -57,32 +77,177 @@ sim::PioneerConfig ConfigOf(const PioneerOptions& options) {
   return config;
 }
 
+int64_t ToUm(double metres) {
+  return std::llround(metres * 1e6);
+}
+
+// A map just large enough for these walls.
+field::FieldConfig FieldWith(const std::vector<double>& walls_m) {
+  constexpr int64_t kCellUm = 20'000;
+  std::vector<field::PointUm> ends;
+  for (size_t i = 0; i + 1 < walls_m.size(); i += 2) {
+    ends.push_back({ToUm(walls_m[i]), ToUm(walls_m[i + 1])});
+  }
+  const auto by_x = [](const field::PointUm& a, const field::PointUm& b) { return a.x < b.x; };
+  const auto by_y = [](const field::PointUm& a, const field::PointUm& b) { return a.y < b.y; };
+  const auto [left, right] = std::minmax_element(ends.begin(), ends.end(), by_x);
+  const auto [bottom, top] = std::minmax_element(ends.begin(), ends.end(), by_y);
+  const int64_t margin_um = ToUm(kWallM);
+  field::FieldConfig field;
+  field.map = {.origin = {left->x - margin_um, bottom->y - margin_um},
+               .width_um = right->x - left->x + 2 * margin_um,
+               .height_um = top->y - bottom->y + 2 * margin_um,
+               .cell_um = kCellUm};
+  field::ObstacleMask mask(field.map.columns(), field.map.rows());
+  for (size_t i = 0; i + 1 < ends.size(); i += 2) {
+    field::BlockLine(field.map, std::span(ends).subspan(i, 2), ToUm(kWallM), &mask);
+  }
+  field.obstacles = field::Shared(std::move(mask));
+  return field;
+}
+
+// Puts obstacles in the robot's way: walls, or those of a server's configuration. Returns an error,
+// or "".
+std::string AddObstacles(const PioneerOptions& options, const sim::PlanePose& start,
+                         sim::PioneerConfig* config) {
+  field::FieldConfig field;
+  if (!options.surroundings.empty()) {
+    const Result<config::Config> loaded = config::LoadConfig(options.surroundings);
+    if (!loaded.ok()) {
+      return loaded.error();
+    }
+    field = loaded.value().engine.field;
+  } else if (!options.walls_m.empty()) {
+    if (options.walls_m.size() % 4 != 0) {
+      return fmt::format("--wall: found {} numbers, expected four for each wall: X0 Y0 X1 Y1",
+                         options.walls_m.size());
+    }
+    field = FieldWith(options.walls_m);
+  }
+  const double radius_m = config->model.radius_mm / 1000.0;
+  config->blocked = BlockedBy(field, radius_m);
+  config->range = RangeTo(field);
+  if (config->blocked && config->blocked(start)) {
+    return fmt::format(
+        "--start: a {} at {} {} m touches an obstacle, expected at least {} m between its centre "
+        "and every obstacle",
+        config->model.subclass, start.x_m, start.y_m, radius_m);
+  }
+  return "";
+}
+
 std::string PoseInWords(const sim::PlanePose& pose) {
   return fmt::format("{:.3f} {:.3f} m {:.1f}°", pose.x_m, pose.y_m,
                      std::remainder(pose.heading_rad / kDegree, 360.0));
 }
 
-// A line whenever something in it changes.
-class Chronicle {
+// What happens, a line each, and the true pose: on a terminal in a last line that is renewed, else
+// in lines at the interval that was asked for, if any.
+class Reports {
  public:
+  /// 0 seconds: on a terminal only.
+  explicit Reports(double poses_s)
+      : renews_(poses_s == 0 && isatty(STDOUT_FILENO) != 0),
+        interval_ns_(std::llround((renews_ ? kRenewS : poses_s) * 1e9)) {}
+
   void Look(const sim::PioneerRobot& robot, const sim::PioneerServer& server) {
-    const std::string now =
-        !robot.open() ? (server.connected() ? "client, no session" : "no client")
-                      : fmt::format("session {}{}, motors {}{}", robot.counters().sessions,
-                                    server.connected() ? "" : " without its client",
-                                    robot.motors_enabled() ? "on" : "off",
-                                    robot.counters().watchdog_stops == stops_ ? "" : ", silence");
-    stops_ = robot.counters().watchdog_stops;
+    const std::string now = StateOf(robot, server);
     if (now != last_) {
-      fmt::print("{:8.1f} s  {}\n", static_cast<double>(robot.now_ns()) / 1e9, now);
-      std::fflush(stdout);
+      Print(robot, now + (renews_ ? "\x1b[K\n" : "\n"));
       last_ = now;
+    }
+    if (interval_ns_ > 0 && robot.now_ns() >= next_ns_) {
+      next_ns_ = robot.now_ns() + interval_ns_;
+      Print(robot, fmt::format("true pose {}{}", PoseInWords(robot.drive().true_pose()),
+                               renews_ ? "\x1b[K" : "\n"));
+    }
+  }
+
+  /// When the next pose is to be printed.
+  int64_t next_ns() const { return interval_ns_ > 0 ? next_ns_ : sim::PioneerRobot::kNever; }
+
+ private:
+  void Print(const sim::PioneerRobot& robot, const std::string& text) const {
+    fmt::print("{}{:8.1f} s  {}", renews_ ? "\r" : "", static_cast<double>(robot.now_ns()) / 1e9,
+               text);
+    std::fflush(stdout);
+  }
+
+  std::string StateOf(const sim::PioneerRobot& robot, const sim::PioneerServer& server) {
+    std::string state =
+        robot.open()         ? fmt::format("session {}, motors {}{}", robot.counters().sessions,
+                                   robot.motors_enabled() ? "on" : "off",
+                                   robot.counters().watchdog_stops == stops_ ? "" : ", silence")
+        : server.connected() ? "client, no session"
+                             : "no client";
+    stops_ = robot.counters().watchdog_stops;
+    const sim::PressedBumpers bumpers = robot.bumpers();
+    state += robot.stop_pressed() ? ", STOP pressed" : "";
+    state += robot.drive().stalled() ? ", stalled" : "";
+    state += bumpers.front != 0 ? ", bumper in front" : "";
+    state += bumpers.rear != 0 ? ", bumper behind" : "";
+    return state;
+  }
+
+  bool renews_;
+  int64_t interval_ns_;
+  int64_t next_ns_ = 0;
+  std::string last_;
+  uint64_t stops_ = 0;
+};
+
+// The robot's control panel, one command a line on standard input: its STOP button and its battery.
+// After the end of the input, or in the background of a terminal, nothing more is read.
+class ControlPanel {
+ public:
+  ControlPanel() {
+    std::signal(SIGTTIN, SIG_IGN);
+  }  // then a read fails instead of stopping the program
+
+  void Look(sim::PioneerRobot* robot) {
+    pollfd input = {STDIN_FILENO, POLLIN, 0};
+    if (!open_ || poll(&input, 1, 0) <= 0) {
+      return;
+    }
+    std::array<char, 256> buffer{};
+    const ssize_t size = read(STDIN_FILENO, buffer.data(), buffer.size());
+    open_ = size > 0;
+    for (const char c : std::string_view(buffer.data(), size > 0 ? static_cast<size_t>(size) : 0)) {
+      if (c == '\n') {
+        Obey(line_, robot);
+        line_.clear();
+      } else if (line_.size() < kMaxLine) {
+        line_ += c;
+      }
     }
   }
 
  private:
-  std::string last_;
-  uint64_t stops_ = 0;
+  static constexpr size_t kMaxLine = 80;
+  static constexpr std::string_view kBattery = "battery ";
+
+  static void Obey(const std::string& line, sim::PioneerRobot* robot) {
+    if (line == "stop" || line == "release") {
+      robot->set_stop_pressed(line == "stop");
+      return;
+    }
+    if (line.starts_with(kBattery)) {
+      char* end = nullptr;
+      const double volts = std::strtod(line.c_str() + kBattery.size(), &end);
+      if (end != line.c_str() + kBattery.size() && *end == '\0' && volts >= 0 &&
+          volts <= kMaxBatteryV) {
+        robot->set_battery_v(volts);
+        return;
+      }
+    }
+    fmt::print(stderr,
+               "standard input: found \"{}\", expected \"stop\", \"release\" (the STOP button) or "
+               "\"battery V\" (0 to {} V)\n",
+               line, kMaxBatteryV);
+  }
+
+  bool open_ = true;
+  std::string line_;
 };
 
 void PrintSummary(const sim::PioneerRobot& robot) {
@@ -96,8 +261,12 @@ void PrintSummary(const sim::PioneerRobot& robot) {
 }
 
 int RunPioneer(const PioneerOptions& options) {
-  const sim::PioneerConfig config = ConfigOf(options);
-  sim::PioneerRobot robot(config, {});
+  sim::PioneerConfig config = ConfigOf(options);
+  const sim::PlanePose start = {options.start[0], options.start[1], options.start[2] * kDegree};
+  if (const std::string error = AddObstacles(options, start, &config); !error.empty()) {
+    return Fail(error, kWrongInput);
+  }
+  sim::PioneerRobot robot(config, start);
   sim::PioneerServer server(&robot);
   const std::string error =
       options.pty_option->count() > 0 ? server.ServePty(options.pty) : server.ServeTcp(options.tcp);
@@ -108,14 +277,17 @@ int RunPioneer(const PioneerOptions& options) {
   fmt::print("{} \"{}\" on {}; Ctrl-C ends it\n", config.model.subclass, config.name,
              server.address());
 
-  Chronicle chronicle;
+  Reports reports(options.poses_s);
+  ControlPanel panel;
   const int64_t start_ns = MonotonicNs();
   while (*stop == 0) {
     const int64_t now_ns = MonotonicNs() - start_ns;
     server.Step(now_ns);
-    chronicle.Look(robot, server);
+    panel.Look(&robot);
+    reports.Look(robot, server);
     const int64_t longest_ms = server.connected() ? kLongestWaitMs : kAloneMs;
-    const int64_t until_ns = std::min(robot.NextSipTime(), now_ns + longest_ms * kNsPerMs);
+    const int64_t until_ns = std::max(
+        now_ns, std::min({robot.NextSipTime(), reports.next_ns(), now_ns + longest_ms * kNsPerMs}));
     server.Wait(static_cast<int>((until_ns - now_ns + kNsPerMs - 1) / kNsPerMs));
   }
   PrintSummary(robot);
@@ -141,12 +313,44 @@ void AddPioneerCommand(CLI::App* app, int* status) {
   const auto options = std::make_shared<PioneerOptions>();
   CLI::App* command = app->add_subcommand(
       "pioneer", "A simulated Pioneer robot that speaks ARCOS, in real time, until Ctrl-C");
+  command->footer(
+      "Lines on standard input: \"stop\" presses the STOP button, \"release\" releases it, "
+      "\"battery "
+      "11.2\" sets the voltage.");
   command->add_option("--model", options->model, "Robot model (default: p3dx)")->check(ModelName());
   CLI::Option_group* port = command->add_option_group("port", "How clients connect");
   options->pty_option =
       port->add_option("--pty", options->pty, "Symbolic link to create for a pseudo-terminal");
   port->add_option("--tcp", options->tcp, "Port on 127.0.0.1, for one client (0: any free port)");
   port->require_option(1);
+  CLI::Option* walls =
+      command
+          ->add_option("--wall", options->walls_m,
+                       "A wall, 5 cm thick, between two points, m; more of them: again")
+          ->check(Between(-kFarthestWallM, kFarthestWallM))
+          ->type_name("X0 Y0 X1 Y1");
+  command
+      ->add_option("--config", options->surroundings,
+                   "A server's configuration, whose [obstacles] stand in the robot's way")
+      ->excludes(walls);
+  command
+      ->add_option("--start", options->start,
+                   "True pose at the start on that map: m, m, degrees (default: 0 0 0)")
+      ->expected(3)
+      ->check(Between(-1e6, 1e6))
+      ->type_name("X Y HEADING");
+  command->add_option("--battery", options->config.battery_v, "Battery, V (default: 12.8)")
+      ->check(Between(0, kMaxBatteryV));
+  command
+      ->add_option("--bumpers", options->config.bumpers,
+                   "Segments of the bumpers in front and behind (default: 5; 0: no bumpers)")
+      ->check(CLI::Range(0, 7));
+  command
+      ->add_option(
+          "--poses", options->poses_s,
+          "Print the true pose at this interval, s (default: on a terminal, in a line that "
+          "is renewed)")
+      ->check(Between(0.01, 1e6));
   command->add_option("--name", options->config.name,
                       "Name reported to clients (default: Simulated)");
   command
@@ -166,7 +370,7 @@ void AddPioneerCommand(CLI::App* app, int* status) {
   command->add_option("--seed", options->seed, "Random seed of drift and slip (default: 1)");
   command
       ->add_option("--sonars", options->config.sonars,
-                   "Number of sonar readings in a SIP (default: 16)")
+                   "Sonar readings in a SIP, of which more sonars take turns (default: 16)")
       ->check(CLI::Range(0, static_cast<int>(sim::kMaxSonarReadings)));
   command->add_option("--wrap", options->config.position_bits, "X and Y wrap at 15 or 16 bits")
       ->check(CLI::IsMember({15, 16}));

@@ -1,8 +1,29 @@
 #include "client_fw/swarm/robots.h"
 
+#include <cassert>
+#include <cmath>
+
 #include "client_fw/sim/host_pioneer_robot.h"
 
 namespace pheromone::swarm {
+
+sim::PioneerConfig PioneerOf(const RobotConfig& config) {
+  assert(config.pioneer != nullptr);
+  sim::PioneerConfig pioneer;
+  pioneer.model = *config.pioneer;
+  pioneer.model.radius_mm = static_cast<int>(std::lround(config.radius_m * 1000));
+  pioneer.blocked = config.drive.blocked;
+  pioneer.range = config.range;
+  return pioneer;
+}
+
+client::Parameters ClientOf(const RobotConfig& config) {
+  client::Parameters client = config.client;
+  if (config.pioneer->distance_mm != 1) {  // whole millimetres need no setting
+    client.drive_scale = static_cast<uint16_t>(std::lround(config.pioneer->distance_mm * 10'000));
+  }
+  return client;
+}
 
 std::unique_ptr<sim::MobileRobot> MakeRobot(const RobotConfig& config, sim::RadioMedium* medium) {
   if (!config.image.empty()) {
@@ -12,9 +33,8 @@ std::unique_ptr<sim::MobileRobot> MakeRobot(const RobotConfig& config, sim::Radi
     return std::make_unique<sim::SimulatedRobot>(config, medium);
   }
   sim::HostPioneerRobotConfig host;
-  host.client = config.client;
-  host.pioneer.model = *config.pioneer;
-  host.pioneer.blocked = config.drive.blocked;
+  host.client = ClientOf(config);
+  host.pioneer = PioneerOf(config);
   host.start = config.start;
   host.turnaround_ns = config.turnaround_ns;
   return std::make_unique<sim::HostPioneerRobot>(host, medium);

@@ -14,6 +14,7 @@
 
 #include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/pioneer_models.h"
+#include "client_fw/sim/pioneer_robot.h"
 #include "client_fw/sim/simulated_robot.h"
 
 namespace pheromone::swarm {
@@ -23,11 +24,18 @@ namespace pheromone::swarm {
 struct RobotConfig : sim::SimulatedRobotConfig {
   const sim::PioneerModel* pioneer = nullptr;  ///< null: an ideal differential drive
   std::string image = {};                      ///< of an AVR, which needs a Pioneer; empty: none
+  sim::RangeFinder range = {};                 ///< of a Pioneer's sonars and bumpers; may be empty
+  double radius_m = 0.25;                      ///< of the disc that `drive.blocked` stops
 };
 
 /// `medium` must outlive the robot, and the robot the medium's last event. Throws
 /// std::runtime_error if an image cannot be run.
 std::unique_ptr<sim::MobileRobot> MakeRobot(const RobotConfig& config, sim::RadioMedium* medium);
+
+/// What MakeRobot and MakeAvrRobot make of a robot with a Pioneer: the Pioneer, in its
+/// surroundings, and its client, which knows the length of the Pioneer's counts.
+sim::PioneerConfig PioneerOf(const RobotConfig& config);
+client::Parameters ClientOf(const RobotConfig& config);
 
 /// Whether this build can run AVR images. It is then under the terms of libsimavr, the GPL.
 bool HasAvrRobots();

@@ -16,7 +16,8 @@
 //              law ("differential", "paper" or "fuzzy"), speed_m_per_s (0.2), period_s (0.2),
 //              trail (false; true: deposit a quantum with each request),
 //              radius_m (0.25: of the disc that obstacles stop),
-//              drive ("ideal"; "p3dx", "p3dx-sh" or "peoplebot-sh": a simulated Pioneer),
+//              drive ("ideal"; "p3dx", "p3dx-sh", "peoplebot-sh", "p3at", "p3at-sh", "amigo" or
+//              "amigo-sh": a simulated Pioneer),
 //              client ("core": the client compiled for this machine; "avr": the image that one
 //              would flash, which drives a Pioneer), image (the ELF file; the one of this build)
 //

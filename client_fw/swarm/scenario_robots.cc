@@ -94,8 +94,7 @@ void CheckAvr(const TableReader& table, const Scenario& scenario, const RobotGro
   }
   if (group.pioneer == nullptr) {
     table.Report("client",
-                 "the AVR image drives a Pioneer, expected drive = \"p3dx\", \"p3dx-sh\" or "
-                 "\"peoplebot-sh\"");
+                 "the AVR image drives a Pioneer, expected drive = \"p3dx-sh\" or another model");
   }
   if (scenario.timing.baud != kAvrBaud) {
     table.Report("client", "the AVR image's radio runs at 9600 baud, expected radio.baud = 9600");

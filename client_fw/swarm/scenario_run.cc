@@ -50,6 +50,7 @@ SimulationConfig SetUp(const Scenario& scenario) {
   config.hidden_pairs = scenario.hidden_pairs;
   for (const RobotGroup& group : scenario.groups) {
     const sim::Blocked blocked = BlockedBy(scenario.engine.field, group.radius_m);
+    const sim::RangeFinder range = RangeTo(scenario.engine.field);
     for (int i = 0; i < group.count; ++i) {
       RobotConfig robot;
       robot.client = group.client;
@@ -57,6 +58,8 @@ SimulationConfig SetUp(const Scenario& scenario) {
       robot.client.boot_counter = static_cast<uint16_t>(random());
       robot.start = DrawStart(group, i, blocked, &random);
       robot.drive.blocked = blocked;
+      robot.range = range;
+      robot.radius_m = group.radius_m;
       robot.pioneer = group.pioneer;
       robot.image = group.image;
       if (!group.image.empty()) {

@@ -69,14 +69,20 @@ enum Id {
   kSetA = 5,
   kSetV = 6,
   kSetO = 7,
+  kMove = 8,
+  kRotate = 9,
   kSetRv = 10,
   kVel = 11,
+  kHead = 12,
+  kDHead = 13,
   kConfig = 18,
+  kEncoder = 19,
   kRvel = 21,
   kSetRa = 23,
   kSonar = 28,
   kStop = 29,
   kVel2 = 32,
+  kIoRequest = 40,
   kHostBaud = 50,
   kEStop = 55,
 };
@@ -109,10 +115,11 @@ struct Sip {
   bool moving() const { return byte(3) == 0x33; }
   int x() const { return word(4); }
   int y() const { return word(6); }
-  int heading() const { return word(8); }
+  int heading() const { return signed_word(8); }
   int left() const { return signed_word(10); }
   int right() const { return signed_word(12); }
   int stall() const { return word(15); }
+  int setpoint() const { return signed_word(17); }
   int flags() const { return word(19); }
   bool motors() const { return (flags() & 1) != 0; }
   int sonars() const { return byte(22); }
@@ -139,12 +146,16 @@ class Client {
   Bytes Send(int id, int argument) { return Send(Command(id, argument)); }
 
   /// Lets time pass, in silence.
-  void Wait(int64_t ms) {
+  void Wait(int64_t ms) { WaitForOthers(ms); }
+  /// The same; returns the packets that came, but for SIPs, which are kept.
+  Bytes WaitForOthers(int64_t ms) {
+    Bytes others;
     for (const int64_t end_ms = now_ms_ + ms; now_ms_ < end_ms;) {
       now_ms_ = std::min(now_ms_ + 1000, end_ms);
       robot_.AdvanceTo(now_ms_ * 1'000'000);
-      Collect();
+      others = others + Collect();
     }
+    return others;
   }
   /// Lets time pass with a PULSE every half a second.
   void Drive(int64_t ms) {
