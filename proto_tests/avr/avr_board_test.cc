@@ -102,24 +102,27 @@ TEST(AvrBoard, TakesItsIdFromEepromWithoutStrapsAndIsOneIfThatIsErased) {
   EXPECT_EQ(IdWith(config), 42);
 }
 
-// The machine refuses a rate that is not the peers', and HELLO comes by the firmware's own clock:
-// the pauses between the first three are 50 to 100, 100 to 200 and 200 to 400 ms, the answer's
-// window 100.
+// The machine refuses a rate that is not the peers'. Without a Pioneer, CLOSE follows SYNC0 after a
+// second, and SYNC0 after 200 ms more: by the firmware's own clock.
 TEST(AvrBoard, WorksWithTheSlowestAndTheFastestOfTheUsualCrystals) {
   for (const uint32_t hz : {7'372'800u, 20'000'000u}) {
     AvrMachineConfig config = Config();
     config.image = PHEROMONE_AVR_IMAGES "/client_avr_" + std::to_string(hz) + ".elf";
     config.frequency_hz = hz;
     Board board(config);
-    std::vector<int64_t> at_ns;
-    for (int i = 0; i < 4; ++i) {
-      ASSERT_TRUE(board.NextHello()) << hz;
-      at_ns.push_back(board.radio.back().time_ns);
+    ASSERT_TRUE(board.NextHello()) << hz;
+    board.RunFor(6'000);
+    std::vector<int64_t> at_ns;  // of each command's first byte
+    for (size_t i = 0; i < board.robot.size(); i += 6) {
+      ASSERT_EQ(board.robot[i].byte, 0xFA);
+      at_ns.push_back(board.robot[i].time_ns);
     }
-    for (size_t i = 1; i < at_ns.size(); ++i) {
-      const int64_t pause_ms = (at_ns[i] - at_ns[i - 1]) / kMs - 100;
-      EXPECT_GE(pause_ms, 50 << (i - 1)) << hz;
-      EXPECT_LE(pause_ms, (100 << (i - 1)) + 80) << hz;
+    ASSERT_GE(at_ns.size(), 9u);
+    for (size_t i = 2; i < at_ns.size(); ++i) {  // the first waited for the line
+      const int64_t expected_ns = (i % 2 == 1 ? 1'000 : 200) * kMs;
+      EXPECT_NEAR(static_cast<double>(at_ns[i] - at_ns[i - 1]), static_cast<double>(expected_ns),
+                  2.0 * kMs)
+          << hz << ", command " << i;
     }
   }
 }

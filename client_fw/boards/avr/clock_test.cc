@@ -11,7 +11,7 @@ namespace client {
 namespace {
 
 constexpr uint32_t kCrystals[] = {7372800, 11059200, 14745600, 16000000, 18432000, 20000000};
-constexpr uint32_t kBauds[] = {300,   600,   1200,  2400,  4800,  9600,  14400,
+constexpr uint32_t kBauds[] = {600,   1200,  2400,  4800,  9600,  14400,
                                19200, 28800, 38400, 57600, 76800, 115200};
 
 // ATmega1284P datasheet, "Examples of Baud Rate Setting": UBRR with U2X 0 and 1.
