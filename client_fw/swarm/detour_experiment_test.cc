@@ -94,17 +94,26 @@ TEST(Detour, HeadOnTheRepellentIsDrivenThrough) {
   EXPECT_EQ(summary.rejoined, kSeeds);
 }
 
-// The default law turns aside where both antennas sense more repellent than attraction.
-TEST(Detour, HeadOnTheCarefulLawGoesRoundAndComesBack) {
-  for (const double offset_m : {0.0, 0.05, -0.05}) {
+// The default law turns aside where both antennas sense more repellent than attraction, which with
+// this weight is at the edge of the patch: it touches the patch, but does not drive through.
+TEST(Detour, HeadOnTheDefaultLawTurnsAsideAndComesBack) {
+  for (const double offset_m : {0.0, 0.05}) {
+    DetourExperiment experiment = Experiment(offset_m, true);
+    experiment.duration_ms = 80'000;
+    EXPECT_LT(Summarise(MakeDetours(experiment, kSeeds)).least_distance_m, -0.2) << offset_m;
+    experiment.law = client::Settings().law;
+    const DetourSummary summary = Summarise(MakeDetours(experiment, kSeeds));
+    EXPECT_GT(summary.least_distance_m, -0.1) << offset_m;
+    EXPECT_GE(summary.rejoined, kSeeds - 1) << offset_m;
+  }
+}
+
+TEST(Detour, ARepellentThatPrevailsEarlierIsNotEntered) {
+  for (const double offset_m : {-0.1, -0.05, 0.0, 0.05, 0.1}) {
     DetourExperiment experiment = Experiment(offset_m, true);
     experiment.weight = 0.35;
-    experiment.duration_ms = 80'000;
-    EXPECT_EQ(Summarise(MakeDetours(experiment, kSeeds)).entered, kSeeds) << offset_m;
-    experiment.law = client::Law::kCareful;
-    const DetourSummary summary = Summarise(MakeDetours(experiment, kSeeds));
-    EXPECT_EQ(summary.entered, 0) << offset_m;
-    EXPECT_GE(summary.rejoined, kSeeds - 1) << offset_m;
+    experiment.law = client::Settings().law;
+    EXPECT_EQ(Summarise(MakeDetours(experiment, kSeeds)).entered, 0) << offset_m;
   }
 }
 
