@@ -9,6 +9,7 @@ namespace {
 constexpr uint8_t kDefaultSlotMs = 20;  // of a slow modem, before HELLO's answer tells it
 constexpr uint8_t kHalfFirstHelloMs =
     50;                                   // HELLO's back-off: 50, 100 ... 400 ms, and as much again
+constexpr uint8_t kLongestWindowMs = 255;  // that a server can announce
 constexpr uint8_t kHelloDoublings = 3;    // at random
 constexpr uint16_t kAloneMs = 1000;       // nobody else about for so long: no random delay
 constexpr uint8_t kAttemptsAPause = 64;   // of a robot that is alone, on the average
@@ -176,7 +177,9 @@ void Conversation::OnSent(uint32_t now_ms) {
   tx_size_ = 0;
   quiet_ms_ = 0;
   RestartSlots();
-  timers_[kWindow] = static_cast<uint16_t>(WindowMs() + 1);
+  // A HELLO that stays unanswered may be that of a server with slow modems.
+  const bool patient = !greeted_ && hello_attempt_ != 0;
+  timers_[kWindow] = static_cast<uint16_t>((patient ? kLongestWindowMs : WindowMs()) + 1);
 }
 
 void Conversation::CheckSilence() {
@@ -249,15 +252,16 @@ void Conversation::SayHello() {
 }
 
 void Conversation::WaitForHello() {
+  const uint8_t doublings = hello_attempt_;
+  if (hello_attempt_ < kHelloDoublings) {
+    ++hello_attempt_;
+  }
   if (timers_[kRounds] != 0) {  // the server is there, and opens the channel now and then
     ContendFor(RandomSlots());
     return;
   }
   timers_[kPause] = static_cast<uint16_t>((kHalfFirstHelloMs + random_.Below(kHalfFirstHelloMs))
-                                          << hello_attempt_);
-  if (hello_attempt_ < kHelloDoublings) {
-    ++hello_attempt_;
-  }
+                                          << doublings);
   ContendFor(0);
 }
 

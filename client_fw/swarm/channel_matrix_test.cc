@@ -58,9 +58,6 @@ SimulationConfig ConfigOf(const Case& it, int robots) {
     robot.client.rounds = robots > 1;
     robot.start = {2, 2.5, 0.4};
     robot.power_on_ms = 130 * i;
-    // Whoever has slower modems than usual has to know it before HELLO is answered.
-    robot.client.first_window_ms =
-        std::max(robot.client.first_window_ms, config.engine.links[0].response_window_ms);
     config.robots.push_back(robot);
   }
   return config;

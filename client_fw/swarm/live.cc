@@ -13,10 +13,11 @@ constexpr int64_t kNsPerMs = 1'000'000;
 
 }  // namespace
 
-LiveSwarm::LiveSwarm(const SwarmConfig& config, const std::vector<std::string>& ports)
+LiveSwarm::LiveSwarm(const SwarmConfig& config, const std::vector<std::string>& ports,
+                     int64_t adapter_ns)
     : swarm_(config, [&](size_t channel, sim::RadioMedium* medium) {
         assert(ports.size() == config.channels);
-        modems_.emplace_back(ports[channel], medium);
+        modems_.emplace_back(ports[channel], medium, adapter_ns);
       }) {}
 
 Status LiveSwarm::Open() {

@@ -31,8 +31,10 @@ constexpr uint8_t kBufferedGapMs = 50;
 
 class LiveSwarm {
  public:
-  /// One port for each of the channels. Throws as Swarm does.
-  LiveSwarm(const SwarmConfig& config, const std::vector<std::string>& ports);
+  /// One port for each of the channels, behind adapters with that latency (PortModem). Throws as
+  /// Swarm does.
+  LiveSwarm(const SwarmConfig& config, const std::vector<std::string>& ports,
+            int64_t adapter_ns = 0);
   LiveSwarm(const LiveSwarm&) = delete;
   LiveSwarm& operator=(const LiveSwarm&) = delete;
 

@@ -4,6 +4,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -13,6 +14,7 @@ namespace pheromone::swarm {
 namespace {
 
 constexpr int64_t kReopenNs = 500'000'000;
+constexpr size_t kAdapterBytes = 62;  // it does not hold back more
 
 struct Rate {
   int64_t baud;
@@ -40,8 +42,11 @@ void SetRate(int64_t byte_ns, termios* settings) {
 
 }  // namespace
 
-PortModem::PortModem(std::string device, sim::RadioMedium* medium)
-    : device_(std::move(device)), medium_(medium), number_(medium->AddStation(this)) {}
+PortModem::PortModem(std::string device, sim::RadioMedium* medium, int64_t adapter_ns)
+    : device_(std::move(device)),
+      medium_(medium),
+      adapter_ns_(adapter_ns),
+      number_(medium->AddStation(this)) {}
 
 PortModem::~PortModem() {
   Close();
@@ -77,6 +82,9 @@ void PortModem::Close() {
 
 void PortModem::AdvanceTo(int64_t time_ns) {
   medium_->AdvanceTo(time_ns);
+  if (give_at_ns_ <= time_ns) {
+    Give();
+  }
   if (descriptor_ < 0) {
     if (time_ns < next_try_ns_) {
       return;
@@ -97,11 +105,22 @@ void PortModem::AdvanceTo(int64_t time_ns) {
   }
 }
 
-// A byte that cannot be written is lost, as on the air; the conversation recovers.
-void PortModem::OnByte(uint8_t byte, int64_t /*time_ns*/) {
-  if (descriptor_ >= 0 && write(descriptor_, &byte, 1) < 0 && errno != EAGAIN && errno != EINTR) {
+void PortModem::OnByte(uint8_t byte, int64_t time_ns) {
+  held_.push_back(byte);
+  give_at_ns_ = std::min(give_at_ns_, time_ns + adapter_ns_);
+  if (give_at_ns_ <= time_ns || held_.size() >= kAdapterBytes) {
+    Give();
+  }
+}
+
+// Bytes that cannot be written are lost, as on the air; the conversation recovers.
+void PortModem::Give() {
+  if (descriptor_ >= 0 && write(descriptor_, held_.data(), held_.size()) < 0 && errno != EAGAIN &&
+      errno != EINTR) {
     Close();
   }
+  held_.clear();
+  give_at_ns_ = sim::RadioMedium::kNever;
 }
 
 }  // namespace pheromone::swarm

@@ -8,10 +8,14 @@
 // If the device disappears, for example when a daemon restarts, the modem tries to open it again,
 // at most twice a second, and counts its successes. Bytes that cannot be written are lost, as on
 // the air. Nothing blocks. One thread.
+//
+// The modem may be behind a USB adapter, which holds received bytes back: until its latency timer
+// has run from the first of them, or there are 62.
 #pragma once
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "client_fw/sim/radio_medium.h"
 #include "server/base/result.h"
@@ -21,8 +25,8 @@ namespace pheromone::swarm {
 class PortModem final : public sim::Station {
  public:
   /// Joins `medium` as its next station. The medium outlives the modem, and the modem the medium's
-  /// last event.
-  PortModem(std::string device, sim::RadioMedium* medium);
+  /// last event. `adapter_ns`: the adapter's latency timer; 0: there is none.
+  PortModem(std::string device, sim::RadioMedium* medium, int64_t adapter_ns = 0);
   ~PortModem() override;
   PortModem(const PortModem&) = delete;
   PortModem& operator=(const PortModem&) = delete;
@@ -43,13 +47,17 @@ class PortModem final : public sim::Station {
 
  private:
   void Close();
+  void Give();
 
   std::string device_;
   sim::RadioMedium* medium_;
+  int64_t adapter_ns_;
   int number_;
   int descriptor_ = -1;
   int64_t next_try_ns_ = 0;
   uint64_t reconnects_ = 0;
+  std::vector<uint8_t> held_;  // by the adapter
+  int64_t give_at_ns_ = sim::RadioMedium::kNever;
 };
 
 }  // namespace pheromone::swarm

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <stdlib.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <array>
@@ -40,6 +41,12 @@ class Pty {
   void Write(const std::string& bytes) {
     EXPECT_EQ(static_cast<ssize_t>(bytes.size()), write(master_, bytes.data(), bytes.size()));
   }
+  /// How many bytes can be read.
+  int Waiting() const {
+    int bytes = 0;
+    EXPECT_EQ(0, ioctl(master_, FIONREAD, &bytes));
+    return bytes;
+  }
   std::string Read() {
     pollfd wait{master_, POLLIN, 0};
     poll(&wait, 1, 10'000);
@@ -66,8 +73,8 @@ class Listener final : public sim::Station {
 };
 
 struct World {
-  explicit World(const std::string& device)
-      : modem(device, &medium), station(medium.AddStation(&listener)) {}
+  explicit World(const std::string& device, int64_t adapter_ns = 0)
+      : modem(device, &medium, adapter_ns), station(medium.AddStation(&listener)) {}
 
   void RunFor(int64_t ms) {
     for (int64_t i = 0; i < ms; ++i) {
@@ -110,6 +117,29 @@ TEST(PortModem, BytesFromTheAirGoToThePort) {
     got += more;
   }
   EXPECT_EQ(std::string(frame.begin(), frame.end()), got);
+}
+
+TEST(PortModem, AnAdapterHoldsReceivedBytesBack) {
+  Pty pty;
+  World world(pty.device, 16 * kMs);
+  ASSERT_TRUE(world.modem.Open().ok());
+  // The first byte ends after 2 ms and ten bits, the second another ten bits later.
+  world.medium.Transmit(world.station, std::vector<uint8_t>{'a', 'b'});
+  world.RunFor(18);
+  EXPECT_EQ(0, pty.Waiting());
+  world.RunFor(2);
+  EXPECT_EQ("ab", pty.Read());
+}
+
+TEST(PortModem, AnAdapterHoldsBackNoMoreThanAPacket) {
+  Pty pty;
+  World world(pty.device, 200 * kMs);
+  ASSERT_TRUE(world.modem.Open().ok());
+  world.medium.Transmit(world.station, std::vector<uint8_t>(62, 'a'));
+  world.RunFor(2 + 62 * 10'000 / 9600);
+  EXPECT_EQ(0, pty.Waiting());
+  world.RunFor(2);
+  EXPECT_EQ(std::string(62, 'a'), pty.Read());
 }
 
 TEST(PortModem, APortThatIsNotThereIsAnError) {

@@ -27,14 +27,16 @@ void ReadRun(const Value& root, Notes* notes, Scenario* scenario) {
 
 void ReadRadio(const Value& root, Notes* notes, Scenario* scenario) {
   const TableReader radio(config::TableOf(root, "radio", notes), "radio", &notes->problems);
-  radio.AllowOnly({"baud", "channels", "turnaround_s", "server_delay_s", "carrier_detect", "loss",
-                   "bit_error", "hidden_pairs"});
+  radio.AllowOnly({"baud", "channels", "turnaround_s", "server_delay_s", "adapter_latency_s",
+                   "carrier_detect", "loss", "bit_error", "hidden_pairs"});
   ChannelTiming& timing = scenario->timing;
   timing.baud = radio.Integer("baud", 300, 115'200, 9600).value_or(9600);
   timing.turnaround_ns =
       radio.Scaled("turnaround_s", kSecondsToUs, 0, 100'000, 2'000).value_or(0) * 1'000;
   timing.server_delay_ns =
       radio.Scaled("server_delay_s", kSecondsToUs, 0, 100'000, 2'000).value_or(0) * 1'000;
+  timing.adapter_ns =
+      radio.Scaled("adapter_latency_s", kSecondsToUs, 0, 255'000, 0).value_or(0) * 1'000;
   timing.carrier_detect = radio.Boolean("carrier_detect", true).value_or(true);
   scenario->channels = static_cast<int>(radio.Integer("channels", 1, 16, 1).value_or(1));
   scenario->loss = radio.Number("loss", 0, 1, 0).value_or(0);

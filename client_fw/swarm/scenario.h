@@ -8,8 +8,9 @@
 //
 //   [run]      duration_s (60), sample_s (0.2), seed (1)
 //   [radio]    baud (9600), channels (1), turnaround_s (0.002), server_delay_s (0.002),
-//              carrier_detect (true), loss, bit_error (0: shares of frames, of bits),
-//              hidden_pairs (robots out of each other's range, counted from 1: [[1, 2]])
+//              adapter_latency_s (0: of a USB adapter at the server), carrier_detect (true), loss,
+//              bit_error (0: shares of frames, of bits), hidden_pairs (robots out of each other's
+//              range, counted from 1: [[1, 2]])
 //   [[robots]] pheromone, starts ([x_m, y_m, heading_deg] each), count (as many as starts; more
 //              begin again at the first), spread_m (0: moved at random by up to this in x and y),
 //              law ("careful"; "differential", "paper" or "fuzzy"), speed_m_per_s (0.2),

@@ -45,6 +45,7 @@ SimulationConfig SetUp(const Scenario& scenario) {
   config.radio.bit_error = scenario.bit_error;
   config.radio.seed = random();
   config.server.delay_ns = scenario.timing.server_delay_ns;
+  config.server.adapter_ns = scenario.timing.adapter_ns;
   config.channels = static_cast<size_t>(scenario.channels);
   config.hidden_pairs = scenario.hidden_pairs;
   for (const RobotGroup& group : scenario.groups) {
@@ -111,7 +112,7 @@ Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<
     return Error{fmt::format("{} has {} channels, but {} ports are given: expected one per channel",
                              scenario.name, scenario.channels, ports.size())};
   }
-  LiveSwarm live(SetUpLive(scenario, links), ports);
+  LiveSwarm live(SetUpLive(scenario, links), ports, scenario.timing.adapter_ns);
   if (const Status opened = live.Open(); !opened.ok()) {
     return Error{opened.error()};
   }

@@ -114,6 +114,7 @@ baud = 19200
 channels = 2
 turnaround_s = 0.02
 server_delay_s = 0.008
+adapter_latency_s = 0.016
 carrier_detect = false
 loss = 0.1
 bit_error = 0.001
@@ -142,6 +143,7 @@ starts = [[5, 5, -90]]
   EXPECT_EQ(19'200, scenario.timing.baud);
   EXPECT_EQ(2u, scenario.engine.links.size());
   EXPECT_EQ(20'000'000, scenario.timing.turnaround_ns);
+  EXPECT_EQ(16'000'000, scenario.timing.adapter_ns);
   EXPECT_EQ(8'000'000, scenario.timing.server_delay_ns);
   EXPECT_FALSE(scenario.timing.carrier_detect);
   EXPECT_EQ(0.1, scenario.loss);
