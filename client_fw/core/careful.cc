@@ -52,10 +52,13 @@ void Notice(int16_t p_left, int16_t p_right, BinaryAngle heading, CarefulState* 
     if (state->aside == Side::kNone) {
       state->aside = state->stronger;
       state->course = heading;
+      state->turn = kAsideAngle;
+    } else if (state->mode == Mode::kFollowing) {
+      state->turn = static_cast<BinaryAngle>(state->turn / 2);
     }
     const BinaryAngle turned = static_cast<BinaryAngle>(
         state->aside == Side::kLeft ? heading - state->course : state->course - heading);
-    state->mode = static_cast<int16_t>(turned) < static_cast<int16_t>(kAsideAngle)
+    state->mode = static_cast<int16_t>(turned) < static_cast<int16_t>(state->turn)
                       ? Mode::kTurningAside
                       : Mode::kPassingBy;
   }

@@ -22,9 +22,9 @@
 // on the spot at K_slow, towards the less negative side (if equal: where more was sensed last),
 // until its heading is 45 degrees aside of that at which it began, and drives on at K_slow until
 // neither is negative. Side and first heading are latched: if it comes back into the repellent it
-// turns aside to the same side, by no more than before. They are released by three answers in
-// succession with P_L and P_R above P_max / 2. Eq. (6), Susnea et al. 2009, and the differential
-// law compare left with right only: head-on they drive through.
+// turns aside to the same side, by half of the angle before, and so goes round. They are released
+// by three answers in succession with P_L and P_R above P_max / 2. Eq. (6), Susnea et al. 2009, and
+// the differential law compare left with right only: head-on they drive through.
 //
 // Search. On the spot at K_slow: after turning aside back to where the path was, otherwise towards
 // the side where more was sensed last. It is for the caller to end it.
@@ -45,7 +45,7 @@ namespace client {
 constexpr int16_t kSureSpeedMmS = 300;
 /// Its least speed.
 constexpr int16_t kSlowSpeedMmS = 100;
-/// 45 degrees: how far it turns aside.
+/// 45 degrees: how far it turns aside at first.
 constexpr BinaryAngle kAsideAngle = 0x2000;
 
 struct CarefulState {
@@ -54,13 +54,15 @@ struct CarefulState {
 
   int16_t plateau;     ///< P_max
   BinaryAngle course;  ///< the heading at which it began to turn aside
-  Mode mode;           ///
-  Side aside;          ///< latched; kNone: no repellent of late
-  Side stronger;       ///< where more was sensed last, never kNone
-  uint8_t clear;       ///< answers in succession above P_max / 2
+  BinaryAngle turn;    ///< and how far from there
+  Mode mode;
+  Side aside;     ///< latched; kNone: no repellent of late
+  Side stronger;  ///< where more was sensed last, never kNone
+  uint8_t clear;  ///< answers in succession above P_max / 2
 };
 
 constexpr CarefulState kCarefulStart = {kIntensityUnit,
+                                        0,
                                         0,
                                         CarefulState::Mode::kFollowing,
                                         CarefulState::Side::kNone,

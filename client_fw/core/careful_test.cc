@@ -142,14 +142,18 @@ TEST(CarefulTest, ASingleAntennaInTheRepellentOnlySteers) {
   EXPECT_EQ(Side::kNone, robot.state.aside);
 }
 
-TEST(CarefulTest, BackInTheRepellentItTurnsToTheSameSideAndNoFarther) {
+TEST(CarefulTest, BackInTheRepellentItTurnsToTheSameSideByHalfOfTheAngle) {
   Driver robot;
   robot.Answer(8000, 8000, 10);
   EXPECT_EQ(kTurnRight, robot.Answer(-200, -100, 10));
   EXPECT_EQ(kSlowAhead, robot.Answer(-200, -100, -36));
   robot.Answer(1000, 900, -36);
-  EXPECT_EQ(kTurnRight, robot.Answer(-10, -300, -20));  // the left is better, but it is latched
-  EXPECT_EQ(kSlowAhead, robot.Answer(-10, -300, -36));
+  EXPECT_EQ(kTurnRight, robot.Answer(-10, -300, -10));  // the left is better, but it is latched
+  EXPECT_EQ(kTurnRight, robot.Answer(-10, -300, -12));
+  EXPECT_EQ(kSlowAhead, robot.Answer(-10, -300, -13));  // 22.5 degrees from 10
+  robot.Answer(0, 0, -13);
+  EXPECT_EQ(kTurnRight, robot.Answer(-10, -300, -1));
+  EXPECT_EQ(kSlowAhead, robot.Answer(-10, -300, -2));  // 11.25 degrees
 }
 
 TEST(CarefulTest, ThreeGoodAnswersInSuccessionReleaseTheSide) {

@@ -8,16 +8,16 @@ namespace {
 
 constexpr uint8_t kDefaultSlotMs = 20;  // of a slow modem, before HELLO's answer tells it
 constexpr uint8_t kHalfFirstHelloMs =
-    50;                                   // HELLO's back-off: 50, 100 ... 400 ms, and as much again
+    50;  // HELLO's back-off: 50, 100 ... 400 ms, and as much again
 constexpr uint8_t kLongestWindowMs = 255;  // that a server can announce
-constexpr uint8_t kHelloDoublings = 3;    // at random
-constexpr uint16_t kAloneMs = 1000;       // nobody else about for so long: no random delay
-constexpr uint8_t kAttemptsAPause = 64;   // of a robot that is alone, on the average
-constexpr uint8_t kStalledFrameMs = 200;  // an open frame does not hold us up for longer
-constexpr uint8_t kByteGraceMs = 5;       // a lone DLE is not yet a frame, but its first byte
-constexpr uint16_t kCensusMs = 4000;      // in which every robot in range is heard
-constexpr uint16_t kMaxCarrierMs = 2000;  // and the longest frame: more than a round of all robots
-constexpr uint8_t kSilentSlots = 64;      // without the server are too many for a crowd's noise
+constexpr uint8_t kHelloDoublings = 3;     // at random
+constexpr uint16_t kAloneMs = 1000;        // nobody else about for so long: no random delay
+constexpr uint8_t kAttemptsAPause = 64;    // of a robot that is alone, on the average
+constexpr uint8_t kStalledFrameMs = 200;   // an open frame does not hold us up for longer
+constexpr uint8_t kByteGraceMs = 5;        // a lone DLE is not yet a frame, but its first byte
+constexpr uint16_t kCensusMs = 4000;       // in which every robot in range is heard
+constexpr uint16_t kMaxCarrierMs = 2000;   // and the longest frame: more than a round of all robots
+constexpr uint8_t kSilentSlots = 64;       // without the server are too many for a crowd's noise
 constexpr uint16_t kTurnPatienceMs = 3000;  // without a turn the server has forgotten us
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
@@ -260,8 +260,8 @@ void Conversation::WaitForHello() {
     ContendFor(RandomSlots());
     return;
   }
-  timers_[kPause] = static_cast<uint16_t>((kHalfFirstHelloMs + random_.Below(kHalfFirstHelloMs))
-                                          << doublings);
+  timers_[kPause] =
+      static_cast<uint16_t>((kHalfFirstHelloMs + random_.Below(kHalfFirstHelloMs)) << doublings);
   ContendFor(0);
 }
 

@@ -105,7 +105,7 @@ class ConversationState {
   uint16_t framed_ms_;         // taken by frames since the last valid one
   uint16_t longest_frame_ms_;  // either holds the channel for this long
   protocol::Reason last_error_;
-  uint8_t ack_[4];  // DATA of the last command's ACK: seq, code, result
+  uint8_t ack_[4];       // DATA of the last command's ACK: seq, code, result
   BinaryAngle heading_;  // of the last request for intensities
   int16_t p_left_;
   int16_t p_right_;

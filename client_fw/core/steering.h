@@ -48,8 +48,8 @@ enum class Law : uint8_t { kDifferential, kPaper, kFuzzy, kCareful };
 /// `gain_8ths` multiplies D and d, in 1/8 and up to kMaxGain: above 8 the robot turns more sharply.
 /// D and d are limited to 2, their maximum without a gain.
 ///
-/// kFuzzy and kCareful have states and functions of their own, SteerFuzzy (fuzzy.h) and SteerCareful
-/// (careful.h); here they are treated as kDifferential.
+/// kFuzzy and kCareful have states and functions of their own, SteerFuzzy (fuzzy.h) and
+/// SteerCareful (careful.h); here they are treated as kDifferential.
 ///
 /// Requires 0 <= k_mm_s <= kMaxSpeedMmS.
 WheelSpeeds Steer(Law law, int16_t p_left, int16_t p_right, int16_t k_mm_s,

@@ -108,11 +108,13 @@ TEST(Detour, HeadOnTheDefaultLawTurnsAsideAndComesBack) {
   }
 }
 
+// Robots that find no way back to the path stand, out of its reach.
 TEST(Detour, ARepellentThatPrevailsEarlierIsNotEntered) {
   for (const double offset_m : {-0.1, -0.05, 0.0, 0.05, 0.1}) {
     DetourExperiment experiment = Experiment(offset_m, true);
     experiment.weight = 0.35;
     experiment.law = client::Settings().law;
+    experiment.duration_ms = 80'000;
     EXPECT_EQ(Summarise(MakeDetours(experiment, kSeeds)).entered, 0) << offset_m;
   }
 }

@@ -298,6 +298,7 @@ std::vector<CarefulOutput> ConformanceClient::SteerCareful(
       [](const CarefulInput& input, Bytes* to) {
         PutU16(static_cast<uint16_t>(input.before.plateau), to);
         PutU16(input.before.course, to);
+        PutU16(input.before.turn, to);
         PutU8(static_cast<uint8_t>(input.before.mode), to);
         PutU8(static_cast<uint8_t>(input.before.aside), to);
         PutU8(static_cast<uint8_t>(input.before.stronger), to);
@@ -315,6 +316,7 @@ std::vector<CarefulOutput> ConformanceClient::SteerCareful(
         }
         output.after.plateau = reply->I16();
         output.after.course = reply->U16();
+        output.after.turn = reply->U16();
         output.after.mode = static_cast<client::CarefulState::Mode>(reply->U8());
         output.after.aside = static_cast<client::CarefulState::Side>(reply->U8());
         output.after.stronger = static_cast<client::CarefulState::Side>(reply->U8());

@@ -41,7 +41,8 @@ enum Command : uint8_t {
   /// Any number of: FuzzyState, left, right, K (i16) -> SteerFuzzy's left and right wheel, and the
   /// FuzzyState after it (i16), of each; with kTunedFuzzy.
   kFuzzy = 'F',
-  /// Any number of: CarefulState as plateau (i16), course (u16), mode, aside, stronger, clear (u8);
+  /// Any number of: CarefulState as plateau (i16), course, turn (u16), mode, aside, stronger, clear
+  /// (u8);
   /// left, right (i16), heading (u16), K (i16) -> after Notice, SteerCareful's left and right
   /// wheel,
   /// Search's left and right wheel (i16), and the CarefulState, of each.

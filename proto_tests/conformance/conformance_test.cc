@@ -387,6 +387,7 @@ TEST_F(ChipClientCore, SteersCarefullyWithTheSameBitsAsTheHost) {
     State before = client::kCarefulStart;
     before.plateau = static_cast<int16_t>(31 + dice.Below(32737));
     before.course = dice.Any<uint16_t>();
+    before.turn = static_cast<uint16_t>(dice.Below(client::kAsideAngle + 1u));
     before.mode = static_cast<State::Mode>(dice.Below(3));
     before.aside = static_cast<State::Side>(
         before.mode == State::Mode::kFollowing ? dice.Below(3) : 1 + dice.Below(2));
@@ -410,10 +411,10 @@ TEST_F(ChipClientCore, SteersCarefullyWithTheSameBitsAsTheHost) {
         << in.left << ' ' << in.right << ' ' << in.k_mm_s;
     ASSERT_EQ(outputs[i].search, client::Search(in.k_mm_s, state));
     const State& after = outputs[i].after;
-    ASSERT_EQ(
-        std::tie(after.plateau, after.course, after.mode, after.aside, after.stronger, after.clear),
-        std::tie(state.plateau, state.course, state.mode, state.aside, state.stronger,
-                 state.clear));
+    ASSERT_EQ(std::tie(after.plateau, after.course, after.turn, after.mode, after.aside,
+                       after.stronger, after.clear),
+              std::tie(state.plateau, state.course, state.turn, state.mode, state.aside,
+                       state.stronger, state.clear));
   }
 }
 

@@ -256,6 +256,7 @@ void SteerCareful(Reader* in, Writer* out) {
     client::CarefulState state = client::kCarefulStart;
     state.plateau = in->I16();
     state.course = in->U16();
+    state.turn = in->U16();
     state.mode = static_cast<client::CarefulState::Mode>(in->U8());
     state.aside = static_cast<client::CarefulState::Side>(in->U8());
     state.stronger = static_cast<client::CarefulState::Side>(in->U8());
@@ -273,6 +274,7 @@ void SteerCareful(Reader* in, Writer* out) {
     }
     out->I16(state.plateau);
     out->U16(state.course);
+    out->U16(state.turn);
     out->U8(static_cast<uint8_t>(state.mode));
     out->U8(static_cast<uint8_t>(state.aside));
     out->U8(static_cast<uint8_t>(state.stronger));
