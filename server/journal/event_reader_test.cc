@@ -80,7 +80,7 @@ TEST(Words, AnEventIsALineOfATableAndOfJson) {
   EXPECT_EQ(InWords(record),
             "observed sequence=8 field_time_ms=1001 utc_ms=6 link=0 robot=2 heading=5 x_um=-3 "
             "y_um=4 value=1000");
-  file.clear();
+  file = EncodeHeader(SegmentHeader{});
   AppendEvent(9, {1'002, 7}, engine::GoalSet{0, 2, {{{1, 2}, {-3, 4}}, 100'000}}, &scratch, &file);
   AppendEvent(10, {1'003, 8}, engine::GoalEnded{0, 2, true, {-2, 4}}, &scratch, &file);
   AppendEvent(11, {1'004, 9}, engine::GoalEnded{0, 2, false, {}}, &scratch, &file);
