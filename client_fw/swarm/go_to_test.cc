@@ -46,10 +46,10 @@ double DistanceM(PointUm a, PointUm b) {
 
 struct Outcome {
   bool arrived = false;
-  double end_m = 0;         ///< from the goal, when it stands
-  double travelled_m = 0;   ///
-  double off_the_map_m = 0; ///< the farthest
-  bool hit = false;         ///< an obstacle
+  double end_m = 0;          ///< from the goal, when it stands
+  double travelled_m = 0;    ///
+  double off_the_map_m = 0;  ///< the farthest
+  bool hit = false;          ///< an obstacle
   bool stands = false;
 };
 
@@ -59,8 +59,8 @@ Outcome Drive(const SimulationConfig& config, const Trip& trip) {
   simulation.RunTo(1'000);
   (void)simulation.Issue({0, config.robot.client.id, protocol::CommandCode::kResume, {}});
   simulation.RunTo(1'500);
-  const Status set = simulation.service().SetGoal(
-      0, config.robot.client.id, trip.to, static_cast<uint32_t>(kToleranceM * 1e6));
+  const Status set = simulation.service().SetGoal(0, config.robot.client.id, trip.to,
+                                                  static_cast<uint32_t>(kToleranceM * 1e6));
   EXPECT_TRUE(set.ok()) << set.error();
   const auto has_goal = [&] {
     return simulation.service().Inspect([&](const engine::Engine& engine) {
@@ -75,17 +75,18 @@ Outcome Drive(const SimulationConfig& config, const Trip& trip) {
     const PointUm at = Position(simulation.robot().true_pose());
     outcome.travelled_m += DistanceM(at, last);
     last = at;
-    const auto off = std::max({map.origin.x - at.x, map.origin.y - at.y,
-                               at.x - map.origin.x - map.width_um,
-                               at.y - map.origin.y - map.height_um});
+    const auto off =
+        std::max({map.origin.x - at.x, map.origin.y - at.y, at.x - map.origin.x - map.width_um,
+                  at.y - map.origin.y - map.height_um});
     outcome.off_the_map_m = std::max(outcome.off_the_map_m, static_cast<double>(off) / 1e6);
     if (config.engine.field.obstacles) {
       for (int i = 0; i < 16; ++i) {
         const double angle = i * std::numbers::pi / 8;
         const PointUm edge{at.x + std::llround(1e6 * kRobotRadiusM * std::cos(angle)),
                            at.y + std::llround(1e6 * kRobotRadiusM * std::sin(angle))};
-        outcome.hit = outcome.hit || (map.Contains(edge) &&
-                                      config.engine.field.obstacles->Blocked(map.NearestNode(edge)));
+        outcome.hit =
+            outcome.hit ||
+            (map.Contains(edge) && config.engine.field.obstacles->Blocked(map.NearestNode(edge)));
       }
     }
     if (arrived_ms < 0 && !has_goal()) {
@@ -101,9 +102,9 @@ Outcome Drive(const SimulationConfig& config, const Trip& trip) {
 
 // Ahead, aside, behind; near and far; one on the circuit, which it must leave.
 const std::vector<Trip> kTrips = {
-    {{1, 1, 0}, {8'000'000, 1'000'000}},    {{1, 1, 0}, {1'500'000, 8'000'000}},
-    {{5, 5, 0}, {1'000'000, 5'000'000}},    {{5, 5, 1.5}, {9'000'000, 1'000'000}},
-    {{5, 5, 3}, {5'300'000, 5'000'000}},    {{5, 5, 0}, {5'000'000, 5'165'000}},
+    {{1, 1, 0}, {8'000'000, 1'000'000}},      {{1, 1, 0}, {1'500'000, 8'000'000}},
+    {{5, 5, 0}, {1'000'000, 5'000'000}},      {{5, 5, 1.5}, {9'000'000, 1'000'000}},
+    {{5, 5, 3}, {5'300'000, 5'000'000}},      {{5, 5, 0}, {5'000'000, 5'165'000}},
     {{6.5, 5, 1.57}, {2'000'000, 2'000'000}}, {{9.5, 9.5, 0.8}, {500'000, 500'000}},
 };
 
@@ -111,8 +112,8 @@ void ExpectArrivals(client::Law law, int16_t speed_mm_s) {
   uint64_t seed = 0;
   for (const Trip& trip : kTrips) {
     const Outcome it = Drive(On(trip, law, speed_mm_s, ++seed), trip);
-    const std::string name = "trip " + std::to_string(seed) + ", law " +
-                             std::string(NameOf(law)) + ", " + std::to_string(speed_mm_s) +
+    const std::string name = "trip " + std::to_string(seed) + ", law " + std::string(NameOf(law)) +
+                             ", " + std::to_string(speed_mm_s) +
                              " mm/s: " + std::to_string(it.travelled_m) + " m, end " +
                              std::to_string(it.end_m) + " m";
     EXPECT_TRUE(it.arrived) << name;

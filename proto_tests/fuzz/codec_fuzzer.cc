@@ -74,6 +74,10 @@ void Run(const EngineConfig& config) {
   const PoseObserved seen{
       0, 1, {{map.origin.x + map.width_um / 2, map.origin.y + map.height_um / 2}, 8'192}, 60'000};
   bench.Apply(seen);
+  const GoalSet set{0, 1, {{seen.pose.position, map.origin}, 100'000}};
+  if (bench.engine.Check(set).ok()) {  // its corner may be blocked
+    bench.Apply(set);
+  }
   uint8_t seq = 0;
   for (uint8_t type = 1; type < pheromone::field::kTypes; ++type) {
     bench.Handle(testing::Deposit(1, ++seq, 0, 0, 9, type));

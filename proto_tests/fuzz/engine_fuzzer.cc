@@ -98,8 +98,9 @@ class Session {
         Send(what);
       } else {
         static constexpr void (Session::*kOthers[])() = {
-            &Session::Reconfigure, &Session::Command, &Session::Observe, &Session::Edit,
-            &Session::TurnClocks,  &Session::TurnLog, &Session::Restart, &Session::Damage};
+            &Session::Reconfigure, &Session::Command,    &Session::Observe,
+            &Session::Edit,        &Session::TurnClocks, &Session::TurnLog,
+            &Session::Restart,     &Session::Damage,     &Session::GoTo};
         (this->*kOthers[(what - kFirstOther) % std::size(kOthers)])();
       }
       LetTimePass();
@@ -232,6 +233,14 @@ class Session {
     seen.pose = {FarPoint(), input_.U16()};
     seen.valid_ms = input_.U32();
     static_cast<void>(service_->Observe({&seen, 1}));
+  }
+
+  void GoTo() {
+    const auto link = static_cast<LinkIndex>(input_.U8() % 3);
+    const uint8_t id = input_.U8();
+    const uint32_t tolerance_um = input_.U32();
+    static_cast<void>(tolerance_um == 0 ? service_->CancelGoal(link, id)
+                                        : service_->SetGoal(link, id, FarPoint(), tolerance_um));
   }
 
   void Edit() {

@@ -76,6 +76,10 @@ def log(mood):
     return other(5, bytes([mood]))
 
 
+def goal(link, robot, tolerance, x=b"", y=b""):
+    return other(8, struct.pack("<BBI", link, robot, tolerance) + x + y)
+
+
 RESTARTED = other(6, far(1000, 2) + b"\0")
 WHOLE = struct.pack("<H", 0)
 
@@ -121,6 +125,17 @@ def sessions():
         deposit(1, 1, 0, 0) +
         trace(1, 2, 0, 0) + observed(0, 2, FARTHEST, FARTHEST) + trace(2, 1, 0, 0) +
         observed(0, 2, *near, 0) + hello(2, 5) + trace(2, 1, 5000, 5000))
+    yield "goals", (
+        SMALL + two + goal(0, 1, 100_000, *near) + sense(1, 5000, 5000) + goal(1, 1, 9, *near) +
+        goal(0, 9, 100_000, *near) + goal(0, 1, 9, *near) + goal(0, 1, 0) +
+        goal(0, 1, 100_000, FARTHEST, FARTHEST) + goal(0, 1, 100_000, *near) +
+        sense(1, 3000, 1000, 9) + trace(1, 2, 1000, 3000) + RESTARTED + trace(1, 3, 1000, 1500) +
+        damaged(1) + b"".join(damaged(0, (offset, 255)) for offset in range(200, 900, 31)) +
+        sense(1, 1050, 1000) + goal(0, 1, 0) + goal(0, 1, 100_000, *near) + goal(0, 1, 0) +
+        goal(0, 1, 100_000, *across) + log(0) + goal(0, 1, 100_000, *near) + goal(0, 1, 0) + log(1))
+    yield "goal_blocked", RICH + hello(2) + sense(2, 1000, 500) + b"".join(
+        goal(0, 2, 50_000, far(100_000 * x), far(100_000 * y)) + sense(2, 1000, 500)
+        for x in range(0, 60, 7) for y in range(0, 60, 7))
     yield "edits", RICH + b"".join([
         edit(1, 0, 0, 64, far(0), near, across), edit(2, 1, 1, 64, far(90_000), near, across),
         edit(3, 1, 0, 64, far(50_000), near), edit(1, 2, 2, 0, far(0)), edit(3, 2, 2, 0, far(0)),

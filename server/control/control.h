@@ -159,8 +159,8 @@ class Control {
   virtual void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
                      std::span<const uint8_t> arguments, Done done) = 0;
   /// Sends a robot to a point of the map, around the obstacles; its goal is in its ClientView until
-  /// it is there, when it is halted and subscribers are notified. Errors: no such link or robot, its
-  /// position is unknown, the point is off the map or blocked, there is no route.
+  /// it is there, when it is halted and subscribers are notified. Errors: no such link or robot,
+  /// its position is unknown, the point is off the map or blocked, there is no route.
   virtual void SetGoal(std::string_view link, uint8_t id, field::PointUm point,
                        uint32_t tolerance_um, Done done) = 0;
   /// Errors: no such link; the robot has no goal.

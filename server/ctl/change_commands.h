@@ -1,6 +1,6 @@
-// pheromonectl deposit, erase, paint, command, goto, halt, reload, snapshot: an operator's changes of a
-// running server. Each prints what was done, or an error on standard error, and returns the exit
-// status (server_call.h). Lengths are in metres, from the map's origin of coordinates.
+// pheromonectl deposit, erase, paint, command, goto, halt, reload, snapshot: an operator's changes
+// of a running server. Each prints what was done, or an error on standard error, and returns the
+// exit status (server_call.h). Lengths are in metres, from the map's origin of coordinates.
 #pragma once
 
 #include <cstdint>

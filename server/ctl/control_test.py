@@ -284,6 +284,43 @@ class ControlTest(Server):
             self.assertEqual(ctl.communicate(timeout=PATIENCE_S)[0], "speed: accepted\n")
             self.assertEqual(ctl.returncode, 0)
 
+    def test_a_goal_is_shown_and_ends_with_a_halt(self):
+        robot = self.robot(28)
+        self.assertIn("robot 28 has not reported its position yet",
+                      self.ctl("goto", "radio-a", 28, 2, 1, status=1))
+        self.ctl("capture", "start")
+        robot.sense(1, 1000, 1000, 0)
+        self.assertEqual(self.ctl("goto", "radio-a", 28, 2, 1, "--tolerance", 0.05),
+                         "robot 28 on link radio-a: goal (2, 1) m\n")
+        self.assertEqual([it["goal"] for it in self.view("clients")["clients"] if it["id"] == 28],
+                         [{"x_m": 2, "y_m": 1, "tolerance_m": 0.05}])
+        self.assertRegex(self.ctl("clients"), r"\nradio-a +28 .* 2\.00 1\.00 m ")
+        self.assertEqual(tuple(robot.sense(1, 1000, 1000, 0)), (4096, 4096))
+        self.assertEqual(tuple(robot.sense(1, 1000, 1000, 16384)), (-4096, 4096))
+        self.assertEqual(tuple(robot.sense(1, 1960, 1000, 0)), (0, 0))
+        message = self.receive(robot, 28)
+        self.assertEqual(message[3], 1)  # halt
+        robot.line.send(wire.encode(bytes([28, 0x51, message[2], 1, 0, 0])))
+        self.assertEqual([it["goal"] for it in self.view("clients")["clients"] if it["id"] == 28],
+                         [None])
+        self.assertRegex(self.ctl("goto", "radio-a", 28, 2, 2), "goal")
+        self.assertEqual(self.ctl("goto", "radio-a", 28, "--cancel"),
+                         "robot 28 on link radio-a: goal cancelled\n")
+        file = self.folder / self.view("capture", "stop")["file"]
+        self.assertRegex(self.ctl("replay", file), r"[1-9]\d* answers")
+
+    def test_a_goal_that_cannot_be_is_refused_with_the_reason(self):
+        self.robot(29).sense(1, 1000, 1000, 0)
+        for arguments, words in (
+                (("radio-a", 29, 50, 1), "(50, 1) m is off the map"),
+                (("radio-a", 30, 1, 1), "robot 30 has not said HELLO"),
+                (("nowhere", 29, 1, 1), 'unknown link "nowhere"'),
+                (("radio-a", 29, "--cancel"), "robot 29 has no goal")):
+            self.assertIn(words, self.ctl("goto", *arguments, status=1))
+        for arguments in (("radio-a", 29), ("radio-a", 29, 1), ("radio-a", 29, 1, 1, "--cancel"),
+                          ("radio-a", 0, 1, 1), ("radio-a", 29, 1, 1, "--tolerance", 0)):
+            self.ctl("goto", *arguments, status=2)
+
     def test_halt_reaches_all_robots(self):
         robot = self.robot(25)
         self.ctl("halt")

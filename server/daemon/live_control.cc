@@ -535,9 +535,9 @@ void LiveControl::TellConfigured() {
 std::string LiveControl::TellArrival(const engine::GoalEnded& arrival) {
   const std::string robot = "robot " + std::to_string(arrival.id);
   const std::string& link = (*parts_.links)[arrival.link]->name();
-  const std::string place =
-      "arrived at (" + FormatNumber(static_cast<double>(arrival.position.x) / 1e6) + ", " +
-      FormatNumber(static_cast<double>(arrival.position.y) / 1e6) + ") m";
+  const std::string place = "arrived at (" +
+                            FormatNumber(static_cast<double>(arrival.position.x) / 1e6) + ", " +
+                            FormatNumber(static_cast<double>(arrival.position.y) / 1e6) + ") m";
   board_.Publish({.topic = control::Notice::Topic::kArrival,
                   .subject = link + ' ' + std::to_string(arrival.id),
                   .text = place});

@@ -163,9 +163,8 @@ std::optional<GoalEnded> Engine::Arrival(const Stamp& stamp, LinkIndex link,
       robots()
           .PoseOf(link, message.id, pose, std::max(stamp.field_time_ms, field_time_ms_))
           .position;
-  return IsAt(*robot->goal, position)
-             ? std::optional(GoalEnded{link, message.id, true, position})
-             : std::nullopt;
+  return IsAt(*robot->goal, position) ? std::optional(GoalEnded{link, message.id, true, position})
+                                      : std::nullopt;
 }
 
 Status Engine::Check(const Event& event) const {

@@ -147,8 +147,8 @@ field::Intensities LeadTo(const Goal& goal, const field::PoseUm& pose,
   const int64_t strength =
       std::clamp(kUnit * std::min(rest_um, kNearUm) / kNearUm, kUnit / 4, kUnit);
   const int64_t weaker = strength - difference;
-  field::Intensities p = left >= 0 ? field::Intensities{strength, weaker}
-                                   : field::Intensities{weaker, strength};
+  field::Intensities p =
+      left >= 0 ? field::Intensities{strength, weaker} : field::Intensities{weaker, strength};
   p.left += std::min<int64_t>(sensed.left, 0);
   p.right += std::min<int64_t>(sensed.right, 0);
   return p;

@@ -11,7 +11,8 @@
 //
 //   target  the point of the route kLookaheadUm further on than the one nearest to the robot ("pure
 //           pursuit", Coulter 1992), at most its end
-//   turn    |beta| in right angles, approximately: f, l the target's distance ahead and to the left,
+//   turn    |beta| in right angles, approximately: f, l the target's distance ahead and to the
+//   left,
 //           |l| / (|f| + |l|) for f >= 0, 2 - |l| / (|f| + |l|) for f < 0
 //   D       min(2 turn, 1); within kNearUm of the end min(2 turn, 2)
 //   A       u rho / kNearUm, within u/4 ... u

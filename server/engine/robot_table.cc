@@ -129,14 +129,13 @@ uint64_t RobotTable::Hash(const std::string& link_name, uint8_t id, const RobotS
           ? Hash64({1, robot.last_event->seq, static_cast<uint64_t>(robot.last_event->code),
                     static_cast<uint64_t>(robot.last_event->argument)})
           : 0;
-  const uint64_t hash =
-      Hash64({'R', HashText(link_name), id, robot.epoch, robot.nonce,
-                 robot.previous_nonce ? uint64_t{*robot.previous_nonce} + 1 : 0,
-                 robot.firmware_version, robot.round_period, robot.has_last ? 1u : 0u,
-                 robot.last_opcode, robot.last_seq, robot.last_crc, HashMessage(robot.last_answer),
-                 robot.last_change, robot.last_activity, robot.next_command_seq,
-                 HashCommand(robot.command), last_event,
-                 robot.observed ? HashObserved(*robot.observed) : 0});
+  const uint64_t hash = Hash64(
+      {'R', HashText(link_name), id, robot.epoch, robot.nonce,
+       robot.previous_nonce ? uint64_t{*robot.previous_nonce} + 1 : 0, robot.firmware_version,
+       robot.round_period, robot.has_last ? 1u : 0u, robot.last_opcode, robot.last_seq,
+       robot.last_crc, HashMessage(robot.last_answer), robot.last_change, robot.last_activity,
+       robot.next_command_seq, HashCommand(robot.command), last_event,
+       robot.observed ? HashObserved(*robot.observed) : 0});
   return robot.goal ? HashStep(hash, HashOf(*robot.goal)) : hash;
 }
 

@@ -1,6 +1,6 @@
 // The engine's state of each robot: the data that makes changes happen exactly once, its last
-// command, its tracked pose and its goal. A robot's key is (link name, client ID) and does not include the
-// source of its last message, so a robot that reconnects stays the same robot.
+// command, its tracked pose and its goal. A robot's key is (link name, client ID) and does not
+// include the source of its last message, so a robot that reconnects stays the same robot.
 //
 // All of it is logged state and counts into the state hash.
 #pragma once

@@ -25,8 +25,7 @@ using Change = std::function<void(RobotState&)>;
   [[maybe_unused]] const auto& [epoch, nonce, previous_nonce, firmware_version, round_period,
                                 has_last, last_opcode, last_seq, last_crc, last_answer, last_change,
                                 last_activity, next_command_seq, command, last_event, observed,
-                                goal] =
-      robot;
+                                goal] = robot;
   [[maybe_unused]] const auto& [outcome, sent_command, result, sent, next_retry_ms] = command;
   [[maybe_unused]] const auto& [id, seq, code, arguments] = sent_command;
   [[maybe_unused]] const auto& [event_id, event_seq, event_code, argument] = *last_event;

@@ -102,8 +102,8 @@ class Service {
   };
   /// Sends a robot to a point of the map, along a route around the obstacles from where it was last
   /// seen, which is searched for without the lock. The robot is led there from its next request on;
-  /// at the goal it is halted. Errors: the robot has not said HELLO or not reported a pose, those of
-  /// field::FindRoute and CheckGoal, the log does not accept changes.
+  /// at the goal it is halted. Errors: the robot has not said HELLO or not reported a pose, those
+  /// of field::FindRoute and CheckGoal, the log does not accept changes.
   Status SetGoal(LinkIndex link, uint8_t id, field::PointUm point, uint32_t tolerance_um);
   /// Returns a robot to the field. Errors: it has no goal, the log does not accept changes.
   Status CancelGoal(LinkIndex link, uint8_t id);

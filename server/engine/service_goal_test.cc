@@ -57,7 +57,8 @@ TEST_F(GoalTest, ARobotIsLedToItsGoalAndHaltedThere) {
   ASSERT_TRUE(GoTo({5'000'000, 5'000'000}).ok());
   EXPECT_EQ(ToldBy(Handle({Sense(3, 1'000, 5'000)}).at(0).message), (Told{4096, 4096}));
   EXPECT_EQ(ToldBy(Handle({Sense(3, 1'000, 5'000, 0x4000)}).at(0).message), (Told{0, 4096}));
-  EXPECT_EQ(ToldBy(Handle({Sense(4, 1'000, 5'000)}).at(0).message), (Told{0, 0})) << "another robot";
+  EXPECT_EQ(ToldBy(Handle({Sense(4, 1'000, 5'000)}).at(0).message), (Told{0, 0}))
+      << "another robot";
   EXPECT_EQ(ToldBy(Handle({Trace(3, 2, 4'500, 5'000)}).at(0).message), (Told{2048, 2048}));
   EXPECT_GT(service_.Inspect([](const Engine& engine) { return engine.field().node_count(); }), 0u)
       << "TRACE deposits as without a goal";

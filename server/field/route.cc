@@ -133,8 +133,7 @@ std::optional<std::vector<NodeIndex>> Search(const Ground& ground) {
       for (int32_t right = -1; right <= 1; ++right) {
         const NodeIndex next{at.column + right, at.row + up};
         // A diagonal step does not cut the corner of an obstacle.
-        if (next == at || !ground.IsFree(next) ||
-            !ground.IsFree(NodeIndex{next.column, at.row}) ||
+        if (next == at || !ground.IsFree(next) || !ground.IsFree(NodeIndex{next.column, at.row}) ||
             !ground.IsFree(NodeIndex{at.column, next.row})) {
           continue;
         }
@@ -190,8 +189,8 @@ Result<std::vector<PointUm>> FindRoute(const MapGeometry& map,
     return Error{TextOf(to) + " is blocked by an obstacle"};
   }
   constexpr int64_t kWidest = ObstacleMask::kBlockSide;
-  auto clearance = static_cast<int32_t>(
-      std::min(kWidest, (clearance_um + map.cell_um - 1) / map.cell_um));
+  auto clearance =
+      static_cast<int32_t>(std::min(kWidest, (clearance_um + map.cell_um - 1) / map.cell_um));
   for (;; clearance /= 2) {
     const Ground ground(map, *obstacles, clearance, from, to);
     if (ground.IsFree(from, to)) {

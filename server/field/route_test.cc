@@ -44,8 +44,8 @@ double NearestObstacle(const std::vector<PointUm>& route, const ObstacleMask& ma
                        static_cast<double>(route[i].y - route[i - 1].y) * step / 1000;
       mask.ForEach([&](NodeIndex node) {
         const PointUm at = kMap.PositionOf(node);
-        least = std::min(
-            least, std::hypot(x - static_cast<double>(at.x), y - static_cast<double>(at.y)));
+        least = std::min(least,
+                         std::hypot(x - static_cast<double>(at.x), y - static_cast<double>(at.y)));
       });
     }
   }
@@ -139,8 +139,8 @@ TEST(Route, IsAtMostAsLongAsTheShortestOverTheNodes) {
     mask.Set(from, false);
     mask.Set(to, false);
     const double shortest = ShortestOverNodes(mask, from, to);
-    const auto route = FindRoute(kMap, Shared(ObstacleMask(std::move(mask))),
-                                 kMap.PositionOf(from), kMap.PositionOf(to), 0);
+    const auto route = FindRoute(kMap, Shared(ObstacleMask(std::move(mask))), kMap.PositionOf(from),
+                                 kMap.PositionOf(to), 0);
     ASSERT_EQ(route.ok(), std::isfinite(shortest));
     if (route.ok()) {
       ++found;
@@ -175,8 +175,7 @@ TEST(Route, GivesUpOnALargeMaze) {
 
 TEST(Route, ARobotBesideAWallMayLeaveIt) {
   const auto wall = Walls({{{5'000'000, 0}, {5'200'000, 4'000'000}}});
-  const auto route =
-      FindRoute(kMap, wall, {4'850'000, 1'000'000}, {5'350'000, 1'000'000});
+  const auto route = FindRoute(kMap, wall, {4'850'000, 1'000'000}, {5'350'000, 1'000'000});
   ASSERT_TRUE(route.ok()) << route.error();
   EXPECT_GT(LengthOf(route.value()), 6'000'000);
   // Its own node is blocked, since part of its square is.

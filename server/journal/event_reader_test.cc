@@ -80,6 +80,17 @@ TEST(Words, AnEventIsALineOfATableAndOfJson) {
   EXPECT_EQ(InWords(record),
             "observed sequence=8 field_time_ms=1001 utc_ms=6 link=0 robot=2 heading=5 x_um=-3 "
             "y_um=4 value=1000");
+  file = EncodeHeader(SegmentHeader{});
+  AppendEvent(9, {1'002, 7}, engine::GoalSet{0, 2, {{{1, 2}, {-3, 4}}, 100'000}}, &scratch, &file);
+  AppendEvent(10, {1'003, 8}, engine::GoalEnded{0, 2, true, {-2, 4}}, &scratch, &file);
+  AppendEvent(11, {1'004, 9}, engine::GoalEnded{0, 2, false, {}}, &scratch, &file);
+  RecordReader goals(file);
+  ASSERT_EQ(goals.Next(&record), RecordReader::Found::kRecord);
+  EXPECT_EQ(InCsv(record), "9,1002,7,goal,0,2,,,,,,-3,4,100000,");
+  ASSERT_EQ(goals.Next(&record), RecordReader::Found::kRecord);
+  EXPECT_EQ(InCsv(record), "10,1003,8,goal_reached,0,2,,,,,,-2,4,,");
+  ASSERT_EQ(goals.Next(&record), RecordReader::Found::kRecord);
+  EXPECT_EQ(InCsv(record), "11,1004,9,goal_cancelled,0,2,,,,,,,,,");
 }
 
 }  // namespace

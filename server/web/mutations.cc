@@ -208,9 +208,8 @@ void GoTo(control::Control* control, Parameters* fields, Respond respond) {
   }
   const auto x = fields->Metres("x_m", -1e6);
   const auto y = fields->Metres("y_m", -1e6);
-  const auto tolerance =
-      fields->Number("tolerance_m", engine::kLeastToleranceUm / 1e6, engine::kMaxToleranceUm / 1e6,
-                     kDefaultToleranceM);
+  const auto tolerance = fields->Number("tolerance_m", engine::kLeastToleranceUm / 1e6,
+                                        engine::kMaxToleranceUm / 1e6, kDefaultToleranceM);
   fields->AllowOnly({"link", "id", "x_m", "y_m", "tolerance_m", "cancel"});
   if (fields->problem()) {
     respond(Refuse(400, *fields->problem()));
