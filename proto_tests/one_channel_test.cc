@@ -333,8 +333,8 @@ TEST_P(OneChannel, TheSimulatorsServerAndTheDaemonsLinkSendTheSameAtTheSameTime)
   // The end may come while a line is being keyed, where only one of them has counted its ROUND.
   EXPECT_NEAR(static_cast<double>(simulators.rounds), static_cast<double>(daemons.rounds), 1);
   EXPECT_EQ(GetParam().rounds, simulators.rounds != 0);
-  EXPECT_GE(simulators.answers, 100u);
-  EXPECT_GE(simulators.acks, 5u);  // of 11 COMMANDs
+  EXPECT_GE(simulators.answers, 50u);
+  EXPECT_GE(simulators.acks, 3u);  // of 10 COMMANDs
   std::cout << fmt::format(
       "{} runs of bytes, {} answers, {} ACKs, {} rounds, {} late, {} collided\n",
       simulators.trace.size(), simulators.answers, simulators.acks, simulators.rounds,

@@ -166,7 +166,7 @@ TEST(SimulatedRobotTest, LateAnswerOnABufferedLinkIsDiscarded) {
     world.Run(1);
   }
   world.server.delay_ns = 0;
-  world.server.smell = [](const protocol::WirePose&) { return std::pair<int16_t, int16_t>{0, 0}; };
+  world.server.smell = [](const protocol::WirePose&) { return kSameEverywhere; };
   for (int ms = 0; ms < 1000; ++ms) {
     world.Run(1);
     ASSERT_NE(4096, robot->conversation().p_left());

@@ -1,9 +1,10 @@
-// A scripted server on a radio medium: answers HELLO, PING, EVENT and SENSE; what the antennas
-// intensities are a function of the pose. There is one pheromone, type 1.
+// A scripted server on a radio medium: answers HELLO, PING, EVENT and SENSE. The intensities are
+// a function of the pose, by default the same everywhere. There is one pheromone, type 1.
 //
 //   FakeServer server(&medium);
-//   server.smell = [](const protocol::WirePose& pose) { return std::pair<int16_t, int16_t>{1, 2};
-//   }; medium.AdvanceTo(...); server.Step();                              // every millisecond
+//   server.smell = [](const protocol::WirePose& pose) { return std::pair<int16_t, int16_t>{1, 2}; };
+//   medium.AdvanceTo(...);
+//   server.Step();  // every millisecond
 #pragma once
 
 #include <cstdint>
@@ -19,6 +20,8 @@ namespace pheromone::sim {
 
 /// The response window that it tells, ms.
 constexpr uint8_t kFakeWindowMs = 15;
+/// At both antennas: robots drive straight on.
+constexpr std::pair<int16_t, int16_t> kSameEverywhere = {2048, 2048};
 
 class FakeServer : public Station {
  public:
@@ -48,9 +51,7 @@ class FakeServer : public Station {
   uint64_t requests = 0;
   protocol::WirePose last_pose;
   std::function<std::pair<int16_t, int16_t>(const protocol::WirePose&)> smell =
-      [](const protocol::WirePose&) {
-        return std::pair<int16_t, int16_t>{0, 0};
-      };
+      [](const protocol::WirePose&) { return kSameEverywhere; };
 
  private:
   struct Due {
