@@ -210,10 +210,11 @@ std::string DrawOutcomes(const std::vector<BridgeSeries>& all) {
   constexpr double kRow = 24;
   constexpr double kBarLeft = 170;
   constexpr double kBar = 260;
+  constexpr double kLeastLabelled = 14;  // a number of two digits fits
   constexpr double kDotsLeft = 490;
   constexpr double kDots = 260;
   const double bottom = 74 + kRow * static_cast<double>(all.size());
-  Svg svg(kDotsLeft + kDots + 40, bottom + 44, "Where the swarms ended");
+  Svg svg(kDotsLeft + kDots + 60, bottom + 44, "Where the swarms ended");
   svg.Text(kBarLeft, 54, "t", "share of the swarms: short, undecided, long");
   svg.Text(kDotsLeft, 54, "t", "each swarm's choices of the short branch, last quarter");
   for (const double share : {0.0, 0.2, 0.5, 0.8, 1.0}) {
@@ -234,7 +235,7 @@ std::string DrawOutcomes(const std::vector<BridgeSeries>& all) {
       const double width = kBar * count / std::max(1, s.runs);
       svg.Add(R"svg(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="18" fill="{}"/>)svg", x,
               y + 2, width, ColourOf(outcome));
-      if (count > 0) {
+      if (width > kLeastLabelled) {
         svg.Add(R"svg(<text x="{:.1f}" y="{:.1f}" class="m" style="fill:{}">{}</text>)svg",
                 x + width / 2, y + 15, outcome == Outcome::kUndecided ? "#333" : "white", count);
       }

@@ -16,7 +16,9 @@ constexpr Duration kGuard = 1250us;
 constexpr Duration kTogether = 20ms;
 constexpr size_t kMostFrameBytes = 32;
 constexpr size_t kLeastFrameBytes = 15;  // SENSE, with one byte stuffed
-constexpr size_t kFrameBytes = 8;        // without DATA
+// Which bytes are doubled changes from frame to frame. A longer turn costs time only if nobody
+// sends in it, since the next robot begins when a frame ends.
+constexpr size_t kMoreStuffing = 1;
 constexpr int kShorterFrames = 16;
 constexpr int kPatientMisses = 2;
 constexpr int kLongestWait = 10;  // periods
@@ -79,8 +81,7 @@ void Rounds::OnHeard(const protocol::Message& message, Time at) {
   }
   Robot& it = robot->second;
   it.heard = at;
-  // Which bytes have to be stuffed changes from frame to frame: one more than now is allowed for.
-  const size_t bytes = std::max<size_t>(WireBytes(message), kFrameBytes + message.length + 1);
+  const size_t bytes = WireBytes(message) + kMoreStuffing;
   if (bytes >= it.frame_bytes || ++it.shorter == kShorterFrames) {
     it.frame_bytes = bytes;
     it.shorter = 0;

@@ -396,6 +396,21 @@ TEST_F(RoundsTest, ARobotWhoseFrameDoesNotFitIsGivenALongerTurn) {
                           [&](const auto& round) { return round.turn_bytes >= bytes; }));
 }
 
+// Of the longest frame of late, not of one without any doubled byte: in a band of the map a byte of
+// each pose is a DLE, and another one must still fit.
+TEST_F(RoundsTest, OneMoreDoubledByteThanOfLateFits) {
+  Join(1, 2, 100ms);
+  const protocol::Message banded =
+      MessageOf(protocol::TraceRequest{2, 1, false, 0x20, {0x1020, 0x1001, 0x0555}});
+  const size_t bytes = testing::FrameOf(banded).size();
+  ASSERT_GE(bytes, 17u) << "two bytes are doubled";
+  air_.in_turn[2] = [&] {
+    return air_.Rounds().back().turn_bytes >= bytes ? std::optional(banded) : std::nullopt;
+  };
+  air_.AdvanceTo(air_.now() + 2s);
+  EXPECT_GT(air_.Rounds().back().turn_bytes, bytes);
+}
+
 // --- Openings.
 
 // How much of the time is open to all, of what is reserved or open.
