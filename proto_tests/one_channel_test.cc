@@ -137,6 +137,7 @@ class DaemonsDriver : public Driver, public sim::Station {
     options.medium.baud = static_cast<uint32_t>(it.baud);
     options.medium.turnaround_ms = static_cast<uint16_t>(it.turnaround_ms);
     options.medium.slot_ms = announced.slot_ms;
+    options.medium.quiet_start = {};  // as if it had been there before
     options.medium.response_window_ms = announced.response_window_ms;
     options.medium.server_delay_ms = 0;
     if (it.keyed) {

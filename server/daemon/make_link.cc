@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
-#include <random>
 #include <utility>
 
 #include "server/config/folders.h"
@@ -53,8 +52,7 @@ links::MediumOptions MediumOf(const config::LinkConfig& config) {
           config.slot_ms,
           config.response_window_ms,
           config.adapter_latency_ms,
-          config.server_delay_ms,
-          static_cast<uint8_t>(std::random_device()())};
+          config.server_delay_ms};
 }
 
 }  // namespace

@@ -261,7 +261,7 @@ void ShareMedium(const MediumOptions& medium, radio::ChannelOptions* channel) {
   channel->timing.processing = milliseconds(medium.server_delay_ms);
   channel->response_window = milliseconds(medium.response_window_ms);
   channel->slot = milliseconds(medium.slot_ms);
-  channel->first_round = medium.first_round;
+  channel->quiet_start = medium.quiet_start;
 }
 
 }  // namespace

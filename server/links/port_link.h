@@ -16,6 +16,7 @@
 #include "server/links/modem_lines.h"
 #include "server/links/port.h"
 #include "server/links/usb_port.h"
+#include "server/radio/rounds.h"
 
 namespace pheromone::links {
 
@@ -27,7 +28,7 @@ struct MediumOptions {
   uint16_t response_window_ms = 25;  ///< W, as announced
   uint16_t adapter_latency_ms = 0;   ///< for how long received bytes may be held back
   uint16_t server_delay_ms = 20;     ///< from reading a request to its answer, at most
-  uint8_t first_round = 0;           ///< of the rounds; another one after each start
+  radio::Duration quiet_start = radio::kAwaitedRound;  ///< radio::RoundOptions
 };
 
 struct PtyOptions {

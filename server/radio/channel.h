@@ -46,9 +46,7 @@ struct ChannelOptions {
   Timing timing;
   Duration response_window{};         ///< W, as announced
   std::chrono::milliseconds slot{1};  ///< as announced
-  /// Of rounds; another one after each start, so that robots do not take the answers of this server
-  /// for those that they await from the one before.
-  uint8_t first_round = 0;
+  Duration quiet_start{};             ///< RoundOptions::quiet_start
 };
 
 struct ChannelCounters {

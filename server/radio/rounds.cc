@@ -147,6 +147,7 @@ void Rounds::Join(uint8_t id, Time now) {
       due = due == now ? it.due : std::min(due, it.due);
     }
   }
+  begin_ = begin_.value_or(now + options_.quiet_start);
   Robot& robot = robots_[id];
   robot.period = wished_[id] * kPeriodUnit;
   robot.due = due;
@@ -171,7 +172,7 @@ Time Rounds::NextRound() const {
     for (const auto& [id, robot] : robots_) {
       due = std::min(due, robot.due);
     }
-    return std::max(due, turns_end_);
+    return std::max({due, turns_end_, *begin_});
   }
   Time end = turns_end_;
   bool all_heard = true;

@@ -33,11 +33,16 @@ constexpr Time kNever = Time::max();
 /// The unit of the period in HELLO.
 constexpr std::chrono::milliseconds kPeriodUnit{protocol::kRoundPeriodMs};
 
+/// For how long a robot awaits a ROUND.
+constexpr std::chrono::milliseconds kAwaitedRound{2000};
+
 struct RoundOptions {
   Timing timing;
   Duration response_window{};         ///< as announced
   std::chrono::milliseconds slot{1};  ///< of contention, as announced
-  uint8_t first_number = 0;           ///< another one after each start of the server
+  /// From the first HELLO to the first ROUND, at least. While robots may still await the ROUND of
+  /// a server before this one, its numbers could be taken for those: kAwaitedRound then.
+  Duration quiet_start{};
 };
 
 struct RoundCounters {
@@ -51,7 +56,7 @@ struct RoundCounters {
 
 class Rounds {
  public:
-  explicit Rounds(const RoundOptions& options) : options_(options), number_(options.first_number) {}
+  explicit Rounds(const RoundOptions& options) : options_(options) {}
 
   /// A message was received whole at `at`.
   void OnHeard(const protocol::Message& message, Time at);
@@ -121,8 +126,9 @@ class Rounds {
   std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each
   std::vector<Turn> turns_;            // of the round in progress
   bool active_ = false;
-  uint32_t order_ = 1;  // a linear congruential generator
-  uint8_t number_;      // of the last ROUND
+  std::optional<Time> begin_;  // of the first ROUND at the earliest; empty: there was no HELLO
+  uint32_t order_ = 1;         // a linear congruential generator
+  uint8_t number_ = 0;         // of the last ROUND
   uint8_t open_slots_ = 0;
   Duration turn_{};
   Time sent_at_{};

@@ -396,6 +396,25 @@ TEST_F(RoundsTest, ARobotWhoseFrameDoesNotFitIsGivenALongerTurn) {
                           [&](const auto& round) { return round.turn_bytes >= bytes; }));
 }
 
+// A robot that lost the ROUND of a server before this one awaits it for two seconds.
+TEST(Rounds, ASecondServerIsQuietWhileARobotMayAwaitTheRoundOfTheFirst) {
+  ChannelOptions options = testing::Options(9'600, 2ms);
+  options.quiet_start = kAwaitedRound;
+  Air air(options);
+  const Time start = air.now();
+  air.Join(1, 100ms);
+  air.AdvanceTo(start + 700ms);
+  air.Join(2, 100ms);
+  air.AdvanceTo(start + kAwaitedRound - 1ms);
+  EXPECT_TRUE(air.Rounds().empty());
+  air.AdvanceTo(start + kAwaitedRound + 1s);
+  const std::vector<protocol::Round> rounds = air.Rounds();
+  ASSERT_FALSE(rounds.empty());
+  EXPECT_EQ(rounds.front().answer_count, 0);
+  EXPECT_TRUE(std::any_of(rounds.begin(), rounds.end(),
+                          [](const auto& round) { return round.turn_count == 2; }));
+}
+
 // Of the longest frame of late, not of one without any doubled byte: in a band of the map a byte of
 // each pose is a DLE, and another one must still fit.
 TEST_F(RoundsTest, OneMoreDoubledByteThanOfLateFits) {
