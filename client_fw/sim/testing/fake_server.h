@@ -2,9 +2,8 @@
 // a function of the pose, by default the same everywhere. There is one pheromone, type 1.
 //
 //   FakeServer server(&medium);
-//   server.smell = [](const protocol::WirePose& pose) { return std::pair<int16_t, int16_t>{1, 2}; };
-//   medium.AdvanceTo(...);
-//   server.Step();  // every millisecond
+//   server.smell = [](const protocol::WirePose& pose) { return std::pair<int16_t, int16_t>{1, 2};
+//   }; medium.AdvanceTo(...); server.Step();  // every millisecond
 #pragma once
 
 #include <cstdint>
