@@ -4,37 +4,36 @@ namespace pheromone {
 namespace protocol {
 
 void Tally(FrameParser::Result event, DecoderCounters* counters) {
+  uint32_t* counter = &counters->ignored_bytes;
   switch (event) {
     case FrameParser::kNothing:
-      break;
+      return;
     case FrameParser::kFrame:
-      ++counters->frames;
+      counter = &counters->frames;
       break;
     case FrameParser::kCrcError:
-      ++counters->crc_errors;
+      counter = &counters->crc_errors;
       break;
     case FrameParser::kBadEscape:
-      ++counters->bad_escapes;
+      counter = &counters->bad_escapes;
       break;
     case FrameParser::kOversize:
-      ++counters->oversize;
+      counter = &counters->oversize;
       break;
     case FrameParser::kRunt:
-      ++counters->runts;
+      counter = &counters->runts;
       break;
     case FrameParser::kRefused:
-      ++counters->refused;
+      counter = &counters->refused;
       break;
     case FrameParser::kRestart:
-      ++counters->restarts;
+      counter = &counters->restarts;
       break;
     case FrameParser::kIgnored:
-      ++counters->ignored_bytes;
-      break;
     case FrameParser::kIgnoredPair:
-      counters->ignored_bytes += 2;
       break;
   }
+  *counter += event == FrameParser::kIgnoredPair ? 2u : 1u;
 }
 
 void TimeOut(FrameParser* parser, DecoderCounters* counters) {
