@@ -3,44 +3,29 @@
 namespace pheromone {
 namespace protocol {
 
+namespace {
+
+// What a byte adds to, in the order of FrameParser::Result, from kFrame on.
+uint32_t DecoderCounters::*const kCounters[] = {
+    &DecoderCounters::frames,        &DecoderCounters::crc_errors,   &DecoderCounters::bad_escapes,
+    &DecoderCounters::oversize,      &DecoderCounters::runts,        &DecoderCounters::refused,
+    &DecoderCounters::restarts,      &DecoderCounters::ignored_bytes,
+    &DecoderCounters::ignored_bytes,
+};
+static_assert(sizeof(kCounters) == FrameParser::kIgnoredPair * sizeof(kCounters[0]),
+              "a result is missing here");
+
+}  // namespace
+
 void Tally(FrameParser::Result event, DecoderCounters* counters) {
-  uint32_t* counter = &counters->ignored_bytes;
-  switch (event) {
-    case FrameParser::kNothing:
-      return;
-    case FrameParser::kFrame:
-      counter = &counters->frames;
-      break;
-    case FrameParser::kCrcError:
-      counter = &counters->crc_errors;
-      break;
-    case FrameParser::kBadEscape:
-      counter = &counters->bad_escapes;
-      break;
-    case FrameParser::kOversize:
-      counter = &counters->oversize;
-      break;
-    case FrameParser::kRunt:
-      counter = &counters->runts;
-      break;
-    case FrameParser::kRefused:
-      counter = &counters->refused;
-      break;
-    case FrameParser::kRestart:
-      counter = &counters->restarts;
-      break;
-    case FrameParser::kIgnored:
-    case FrameParser::kIgnoredPair:
-      break;
+  if (event != FrameParser::kNothing) {
+    counters->*kCounters[event - 1] += event == FrameParser::kIgnoredPair ? 2u : 1u;
   }
-  *counter += event == FrameParser::kIgnoredPair ? 2u : 1u;
 }
 
 void TimeOut(FrameParser* parser, DecoderCounters* counters) {
-  if (parser->open()) {
-    ++counters->timeouts;
-  } else if (!parser->idle()) {
-    ++counters->ignored_bytes;  // a lone DLE
+  if (!parser->idle()) {  // if none is open, there is a lone DLE
+    ++(counters->*(parser->open() ? &DecoderCounters::timeouts : &DecoderCounters::ignored_bytes));
   }
   parser->Abort();
 }

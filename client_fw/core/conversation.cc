@@ -2,6 +2,8 @@
 // conversation_act.cc.
 #include "client_fw/core/conversation.h"
 
+#include "client_fw/core/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
@@ -21,7 +23,7 @@ constexpr uint8_t kSilentSlots = 64;      // without the server are too many for
 constexpr uint16_t kTurnPatienceMs = 3000;  // without a turn the server has forgotten us
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
-uint16_t Sum(uint16_t a, uint16_t b) {
+PHEROMONE_OUTLINED uint16_t Sum(uint16_t a, uint16_t b) {
   return b < UINT16_MAX - a ? static_cast<uint16_t>(a + b) : UINT16_MAX;
 }
 
@@ -154,7 +156,7 @@ bool Conversation::DetectCarrier(bool channel_busy) {
   return channel_busy && !carrier_ignored_;
 }
 
-void Conversation::ForgetCarrier() {
+PHEROMONE_OUTLINED void Conversation::ForgetCarrier() {
   carrier_ignored_ = false;
   timers_[kCarrier] = static_cast<uint16_t>(kMaxCarrierMs + longest_frame_ms_);
 }
@@ -182,6 +184,10 @@ void Conversation::Listen(bool was_open, protocol::FrameParser::Result event) {
   } else if (held) {
     Count(&Counters::ignored_noise);
   }
+}
+
+PHEROMONE_OUTLINED bool Conversation::Noisy() const {
+  return stray_ms_ > longest_frame_ms_ || framed_ms_ > longest_frame_ms_;
 }
 
 void Conversation::EndRun() {
@@ -277,7 +283,7 @@ void Conversation::Retry() {
   }
 }
 
-void Conversation::SayHello() {
+PHEROMONE_OUTLINED void Conversation::SayHello() {
   greeted_ = false;
   hello_attempt_ = 0;
   attempt_ = 0;
@@ -341,7 +347,7 @@ void Conversation::Contend() {
   ContendFor(slots);
 }
 
-void Conversation::ContendFor(uint8_t slots) {
+PHEROMONE_OUTLINED void Conversation::ContendFor(uint8_t slots) {
   phase_ = Phase::kContending;
   countdown_ = slots;
   DrawInOpening();
@@ -374,12 +380,11 @@ void Conversation::Hold() {
       static_cast<uint16_t>((window_ms > turnaround_ms ? window_ms - turnaround_ms : 0) + 1);
 }
 
-// Not inlined: an AVR needs a lot of code for 32 bits, and there are fifty calls.
-__attribute__((noinline)) void Conversation::Count(uint32_t Counters::*which) {
+PHEROMONE_OUTLINED void Conversation::Count(uint32_t Counters::*which) {
   ++(counters_.*which);
 }
 
-void Conversation::HearOther() {
+PHEROMONE_OUTLINED void Conversation::HearOther() {
   timers_[kOthers] = kAloneMs;
 }
 

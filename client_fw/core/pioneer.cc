@@ -1,5 +1,7 @@
 #include "client_fw/core/pioneer.h"
 
+#include "client_fw/core/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
@@ -7,14 +9,14 @@ namespace {
 static_assert((INT32_C(-3) >> 1) == -2, "negative numbers must shift towards minus infinity");
 
 // From one reading of X or Y to the next, wherever the counter wraps at 15 bits or at 16.
-int16_t CountsSince(uint16_t before, uint16_t now) {
+PHEROMONE_OUTLINED int16_t CountsSince(uint16_t before, uint16_t now) {
   const uint16_t difference = static_cast<uint16_t>((now - before) & 0x7FFFu);
   return static_cast<int16_t>(static_cast<int16_t>(difference ^ 0x4000u) - 0x4000);
 }
 
-// Adds one coordinate of a step to mm and what was left over. Not inlined: called twice.
-__attribute__((noinline)) void Add(int16_t dx, int16_t per_dx_100nm, int16_t dy,
-                                   int16_t per_dy_100nm, int32_t* mm, int16_t* rest_100nm) {
+// Adds one coordinate of a step to mm and what was left over.
+PHEROMONE_OUTLINED void Add(int16_t dx, int16_t per_dx_100nm, int16_t dy, int16_t per_dy_100nm,
+                            int32_t* mm, int16_t* rest_100nm) {
   const int32_t step_100nm = static_cast<int32_t>(dx) * per_dx_100nm +
                              static_cast<int32_t>(dy) * per_dy_100nm + *rest_100nm;
   // Unsigned, so that a very long distance merely wraps.
@@ -24,7 +26,7 @@ __attribute__((noinline)) void Add(int16_t dx, int16_t per_dx_100nm, int16_t dy,
 }
 
 // To the nearest, halves up.
-__attribute__((noinline)) int16_t TimesQ14(int16_t value, int16_t factor_q14) {
+PHEROMONE_OUTLINED int16_t TimesQ14(int16_t value, int16_t factor_q14) {
   return static_cast<int16_t>((static_cast<int32_t>(value) * factor_q14 + 8192) >> 14);
 }
 
@@ -81,7 +83,7 @@ void Pioneer::OnPacket(uint16_t now_ms) {
   }
 }
 
-void Pioneer::Enter(Phase phase, uint16_t now_ms) {
+PHEROMONE_OUTLINED void Pioneer::Enter(Phase phase, uint16_t now_ms) {
   phase_ = phase;
   since_ms_ = now_ms;
   due_ = phase == kOpen ? kPhase | kSonar | kDeceleration | kEnable | kSpeeds : kPhase;

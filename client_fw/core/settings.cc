@@ -29,7 +29,7 @@ const Range kRanges[kEndOfSettings - 1] = {
     {0, 255},       // low_battery_100mv
 };
 
-bool InRange(uint8_t id, uint32_t value) {
+bool InRange(uint8_t id, uint16_t value) {
   const uint8_t index = static_cast<uint8_t>(id - 1);
   return index < kEndOfSettings - 1 && value >= kRanges[index].least &&
          value <= kRanges[index].most;
@@ -129,11 +129,12 @@ bool FitTogether(const Settings& settings) {
 }  // namespace
 
 bool WriteSetting(uint8_t id, uint32_t value, Settings* settings) {
-  if (!InRange(id, value)) {
+  const uint16_t word = static_cast<uint16_t>(value & 0xFFFFu);
+  if (word != value || !InRange(id, word)) {
     return false;
   }
   const uint16_t before = Get(id, *settings);
-  Put(id, static_cast<uint16_t>(value & 0xFFFFu), settings);
+  Put(id, word, settings);
   if (!FitTogether(*settings)) {
     Put(id, before, settings);
     return false;
