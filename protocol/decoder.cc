@@ -7,10 +7,9 @@ namespace {
 
 // What a byte adds to, in the order of FrameParser::Result, from kFrame on.
 uint32_t DecoderCounters::*const kCounters[] = {
-    &DecoderCounters::frames,        &DecoderCounters::crc_errors,   &DecoderCounters::bad_escapes,
-    &DecoderCounters::oversize,      &DecoderCounters::runts,        &DecoderCounters::refused,
-    &DecoderCounters::restarts,      &DecoderCounters::ignored_bytes,
-    &DecoderCounters::ignored_bytes,
+    &DecoderCounters::frames,   &DecoderCounters::crc_errors,    &DecoderCounters::bad_escapes,
+    &DecoderCounters::oversize, &DecoderCounters::runts,         &DecoderCounters::refused,
+    &DecoderCounters::restarts, &DecoderCounters::ignored_bytes, &DecoderCounters::ignored_bytes,
 };
 static_assert(sizeof(kCounters) == FrameParser::kIgnoredPair * sizeof(kCounters[0]),
               "a result is missing here");

@@ -28,7 +28,7 @@ namespace protocol {
 
 /// What happened to the bytes so far. Each frame that was begun is counted once, by how it ended;
 /// each byte outside of frames is in ignored_bytes. The counters wrap.
-struct DecoderCounters {     // plain memory: DecoderCounters() is all zero
+struct DecoderCounters {   // plain memory: DecoderCounters() is all zero
   uint32_t frames;         ///< delivered
   uint32_t crc_errors;     ///< complete, but damaged
   uint32_t bad_escapes;    ///< DLE followed by something illegal

@@ -27,54 +27,52 @@ PHEROMONE_OUTLINED uint16_t Sum(uint16_t a, uint16_t b) {
   return b < UINT16_MAX - a ? static_cast<uint16_t>(a + b) : UINT16_MAX;
 }
 
+// After a warm reset the memory goes on; otherwise it begins here.
+RequestMemory* Continue(const Parameters& parameters, RequestMemory* memory) {
+  if (!memory->in_use || memory->nonce != parameters.boot_counter || memory->length > kMaxPending) {
+    *memory = RequestMemory();
+    memory->in_use = true;
+    memory->nonce = parameters.boot_counter;
+    memory->start = parameters.start;
+  }
+  return memory;
+}
+
 }  // namespace
 
 Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
     : ConversationState(),
-      memory_(memory),
+      memory_(Continue(parameters, memory)),
       random_(parameters.id, parameters.boot_counter),
       fuzzy_(FuzzyState{kNoError}),
       careful_(kCarefulStart),
       parameters_(parameters),
       drive_(kNothingToTell),
       stored_(parameters),
-      start_(parameters.start) {
-  StartFrom(parameters);
-  three_bytes_ms_ = static_cast<uint8_t>(BytesMs(3, parameters.baud));
-  longest_frame_ms_ = static_cast<uint16_t>(BytesMs(protocol::kMaxFrame, parameters.baud) +
+      start_(memory_->start) {
+  saves_left_ = kMaxSavesAtOnce;
+  flags_ = kNoAnswerYet;
+  if (memory_->type != 0) {
+    parameters_.type = memory_->type;
+  }
+  if (memory_->has_speed) {
+    parameters_.speed_mm_s = memory_->speed_mm_s;
+  }
+  if (parameters.pose_lost) {
+    LosePose();
+  }
+  if (memory_->halted || !parameters.start_released) {
+    Halt();
+  }
+  Seal(memory_);
+  three_bytes_ms_ = static_cast<uint8_t>(BytesMs(3));
+  longest_frame_ms_ = static_cast<uint16_t>(BytesMs(protocol::kMaxFrame) +
                                             (parameters.gap_timeout_ms == protocol::kNoGapTimeout
                                                  ? kStalledFrameMs
                                                  : parameters.gap_timeout_ms));
   phase_ = Phase::kContending;
   ForgetCarrier();
   HearOther();  // we have not listened: others may be about
-}
-
-// After a warm reset the memory goes on; otherwise it begins here.
-void Conversation::StartFrom(const Parameters& parameters) {
-  RequestMemory& memory = *memory_;
-  saves_left_ = kMaxSavesAtOnce;
-  flags_ = kNoAnswerYet;
-  if (!memory.in_use || memory.nonce != parameters.boot_counter || memory.length > kMaxPending) {
-    memory = RequestMemory();
-    memory.in_use = true;
-    memory.nonce = parameters.boot_counter;
-    memory.start = parameters.start;
-  }
-  start_ = StartPose(memory.start);
-  if (memory.type != 0) {
-    parameters_.type = memory.type;
-  }
-  if (memory.has_speed) {
-    parameters_.speed_mm_s = memory.speed_mm_s;
-  }
-  if (parameters.pose_lost) {
-    LosePose();
-  }
-  if (memory.halted || !parameters.start_released) {
-    Halt();
-  }
-  Seal(memory_);
 }
 
 // Advances the timers.
@@ -123,9 +121,7 @@ void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_
   // A ROUND may follow the COMMAND, with a turn for its ACK.
   const bool ends = timers_[kRounds] == 0 || quiet_ms_ >= three_bytes_ms_;
   if (ack_due_ && clear && ends && turns_ == 0 && timers_[kReserved] == 0) {
-    ack_due_ = false;
-    Count(&Counters::acks);
-    Send(protocol::kCommandAck, memory_->ack, sizeof(memory_->ack));
+    SendAck();
     return;
   }
   if (phase_ == Phase::kResting && timers_[kPeriod] == 0 && !HasTurns()) {
@@ -314,11 +310,16 @@ void Conversation::Rest() {
   }
 }
 
+// On the radio.
+PHEROMONE_OUTLINED uint16_t Conversation::BytesMs(uint8_t bytes) const {
+  return client::BytesMs(bytes, parameters_.baud);
+}
+
 // Long enough for one exchange of every robot heard: 26 bytes, the turnarounds and the server's
 // delay, and two slots in which to find an order. If this is more than fail_safe_ms, robots
 // drive for a part of each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
-  const uint32_t each_ms = BytesMs(26, parameters_.baud) + WindowMs() + 2u * SlotMs();
+  const uint32_t each_ms = BytesMs(26) + WindowMs() + 2u * SlotMs();
   const uint32_t all_ms = (robots_ + 1u) * each_ms - 2u * SlotMs();
   return all_ms < kLongestStepMs ? static_cast<uint16_t>(all_ms) : kLongestStepMs;
 }
@@ -373,7 +374,7 @@ uint8_t Conversation::WindowMs() const {
 // before we heard it; the slot tells how long that is, but for a byte where there is no carrier
 // detect.
 void Conversation::Hold() {
-  const uint16_t byte_ms = static_cast<uint16_t>(BytesMs(1, parameters_.baud) + 1u);
+  const uint16_t byte_ms = static_cast<uint16_t>(BytesMs(1) + 1u);
   const uint16_t turnaround_ms = static_cast<uint16_t>(SlotMs() > byte_ms ? SlotMs() - byte_ms : 0);
   const uint16_t window_ms = WindowMs();
   timers_[kHeld] =

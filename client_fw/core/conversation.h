@@ -146,7 +146,6 @@ class Conversation : private ConversationState {
   enum : uint8_t { kPingSize = 4 };  // nonce and number
 
   // Time and the channel: conversation.cc.
-  void StartFrom(const Parameters& parameters);
   void Advance(uint32_t now_ms);
   void CheckSilence();
   bool FrameOpen();
@@ -155,6 +154,7 @@ class Conversation : private ConversationState {
   void SayHello();
   void WaitForHello();
   void Rest();
+  uint16_t BytesMs(uint8_t bytes) const;
   uint16_t NeededMs() const;
   uint16_t PeriodMs();
   void Contend();
@@ -199,6 +199,7 @@ class Conversation : private ConversationState {
   void MakeEvent();
   void MakePending(uint8_t opcode);
   void DropPending();
+  void SendAck();
 
   // Receiving: conversation_receive.cc.
   void OnFrame();

@@ -1,6 +1,5 @@
 // The effects of answers and commands on the robot; see conversation.cc.
 #include "client_fw/core/conversation.h"
-
 #include "client_fw/core/outlined.h"
 
 namespace pheromone {

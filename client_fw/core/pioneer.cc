@@ -204,19 +204,25 @@ void Pioneer::Send() {
   const uint8_t first = static_cast<uint8_t>(due_ & (0u - due_));
   due_ = static_cast<uint8_t>(due_ ^ first);
   tx_at_ = 0;
-  if (first == kPhase) {
-    tx_end_ = EncodeCommand(static_cast<PioneerCommand>(phase_ & 0x0F), tx_);
-  } else if (first == kEmergency) {
-    tx_end_ = EncodeCommand(PioneerCommand::kEmergencyStop, tx_);
-  } else if (first == kSonar) {
-    tx_end_ = EncodeCommand(PioneerCommand::kSonar, with_sonar_, tx_);
-  } else if (first == kDeceleration) {
-    tx_end_ = EncodeCommand(PioneerCommand::kSetAcceleration, -kDecelerationMmS2, tx_);
-  } else if (first == kEnable) {
-    tx_end_ = EncodeCommand(PioneerCommand::kEnable, 1, tx_);
-  } else {
-    tx_end_ = EncodeCommand(PioneerCommand::kVel2, speeds_, tx_);
+  if (first == kPhase || first == kEmergency) {
+    tx_end_ = EncodeCommand(first == kPhase ? static_cast<PioneerCommand>(phase_ & 0x0F)
+                                            : PioneerCommand::kEmergencyStop,
+                            tx_);
+    return;
   }
+  PioneerCommand command = PioneerCommand::kVel2;
+  int16_t argument = speeds_;
+  if (first == kSonar) {
+    command = PioneerCommand::kSonar;
+    argument = with_sonar_;
+  } else if (first == kDeceleration) {
+    command = PioneerCommand::kSetAcceleration;
+    argument = -kDecelerationMmS2;
+  } else if (first == kEnable) {
+    command = PioneerCommand::kEnable;
+    argument = 1;
+  }
+  tx_end_ = EncodeCommand(command, argument, tx_);
 }
 
 void Pioneer::OnPut(uint16_t now_ms) {

@@ -157,17 +157,19 @@ void PackSettings(const Settings& settings, uint8_t* to) {
 }
 
 bool UnpackSettings(const uint8_t* from, Settings* settings) {
-  bool good = true;
-  for (uint8_t id = 1; good && id < kEndOfSettings; ++id, from += 2) {
+  Settings found = *settings;
+  for (uint8_t id = 1; id < kEndOfSettings; ++id, from += 2) {
     const uint16_t value = protocol::GetU16(from);
-    good = InRange(id, value);
-    Put(id, value, settings);
+    if (!InRange(id, value)) {
+      return false;
+    }
+    Put(id, value, &found);
   }
-  good = good && FitTogether(*settings);
-  if (!good) {
-    *settings = Settings();
+  if (!FitTogether(found)) {
+    return false;
   }
-  return good;
+  *settings = found;
+  return true;
 }
 
 }  // namespace client
