@@ -3,45 +3,28 @@
 namespace pheromone {
 namespace protocol {
 
+namespace {
+
+// What a byte adds to, in the order of FrameParser::Result, from kFrame on.
+uint32_t DecoderCounters::*const kCounters[] = {
+    &DecoderCounters::frames,   &DecoderCounters::crc_errors,    &DecoderCounters::bad_escapes,
+    &DecoderCounters::oversize, &DecoderCounters::runts,         &DecoderCounters::refused,
+    &DecoderCounters::restarts, &DecoderCounters::ignored_bytes, &DecoderCounters::ignored_bytes,
+};
+static_assert(sizeof(kCounters) == FrameParser::kIgnoredPair * sizeof(kCounters[0]),
+              "a result is missing here");
+
+}  // namespace
+
 void Tally(FrameParser::Result event, DecoderCounters* counters) {
-  switch (event) {
-    case FrameParser::kNothing:
-      break;
-    case FrameParser::kFrame:
-      ++counters->frames;
-      break;
-    case FrameParser::kCrcError:
-      ++counters->crc_errors;
-      break;
-    case FrameParser::kBadEscape:
-      ++counters->bad_escapes;
-      break;
-    case FrameParser::kOversize:
-      ++counters->oversize;
-      break;
-    case FrameParser::kRunt:
-      ++counters->runts;
-      break;
-    case FrameParser::kRefused:
-      ++counters->refused;
-      break;
-    case FrameParser::kRestart:
-      ++counters->restarts;
-      break;
-    case FrameParser::kIgnored:
-      ++counters->ignored_bytes;
-      break;
-    case FrameParser::kIgnoredPair:
-      counters->ignored_bytes += 2;
-      break;
+  if (event != FrameParser::kNothing) {
+    counters->*kCounters[event - 1] += event == FrameParser::kIgnoredPair ? 2u : 1u;
   }
 }
 
 void TimeOut(FrameParser* parser, DecoderCounters* counters) {
-  if (parser->open()) {
-    ++counters->timeouts;
-  } else if (!parser->idle()) {
-    ++counters->ignored_bytes;  // a lone DLE
+  if (!parser->idle()) {  // if none is open, there is a lone DLE
+    ++(counters->*(parser->open() ? &DecoderCounters::timeouts : &DecoderCounters::ignored_bytes));
   }
   parser->Abort();
 }

@@ -28,16 +28,16 @@ namespace protocol {
 
 /// What happened to the bytes so far. Each frame that was begun is counted once, by how it ended;
 /// each byte outside of frames is in ignored_bytes. The counters wrap.
-struct DecoderCounters {
-  uint32_t frames = 0;         ///< delivered
-  uint32_t crc_errors = 0;     ///< complete, but damaged
-  uint32_t bad_escapes = 0;    ///< DLE followed by something illegal
-  uint32_t oversize = 0;       ///< more than kMaxBody bytes
-  uint32_t runts = 0;          ///< complete, but shorter than ID, OPCODE and CRC
-  uint32_t refused = 0;        ///< CRC right, but ID 0 or opcode 0: a line of zero bytes
-  uint32_t restarts = 0;       ///< DLE STX inside a frame
-  uint32_t timeouts = 0;       ///< a gap inside a frame
-  uint32_t ignored_bytes = 0;  ///< bytes outside of frames
+struct DecoderCounters {   // plain memory: DecoderCounters() is all zero
+  uint32_t frames;         ///< delivered
+  uint32_t crc_errors;     ///< complete, but damaged
+  uint32_t bad_escapes;    ///< DLE followed by something illegal
+  uint32_t oversize;       ///< more than kMaxBody bytes
+  uint32_t runts;          ///< complete, but shorter than ID, OPCODE and CRC
+  uint32_t refused;        ///< CRC right, but ID 0 or opcode 0: a line of zero bytes
+  uint32_t restarts;       ///< DLE STX inside a frame
+  uint32_t timeouts;       ///< a gap inside a frame
+  uint32_t ignored_bytes;  ///< bytes outside of frames
 };
 
 /// Calls `use(&one of a's counters, the same one of b's)` for each counter.
@@ -109,7 +109,7 @@ class FrameDecoder {
 
  private:
   Message message_;
-  DecoderCounters counters_;
+  DecoderCounters counters_ = {};
   uint32_t last_byte_ms_ = 0;
   uint16_t gap_timeout_ms_;
   FrameParser parser_;

@@ -1,13 +1,15 @@
 #include "client_fw/core/angle.h"
 
+#include "client_fw/core/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
 
 static_assert((INT32_C(-3) >> 1) == -2, "negative numbers must shift towards minus infinity");
 
-// a * b in Q14, to nearest. Not inlined: called four times.
-__attribute__((noinline)) uint16_t TimesQ14(uint16_t a, uint16_t b) {
+// a * b in Q14, to nearest.
+PHEROMONE_OUTLINED uint16_t TimesQ14(uint16_t a, uint16_t b) {
   return static_cast<uint16_t>((static_cast<uint32_t>(a) * b + 8192) >> 14);
 }
 

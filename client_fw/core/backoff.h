@@ -8,6 +8,8 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/outlined.h"
+
 namespace pheromone {
 namespace client {
 
@@ -24,7 +26,7 @@ class Random {
       : state_(static_cast<uint16_t>((id * 0x9E37u) ^ (boot_counter * 0x6A09u))), step_(id) {}
 
   /// From 0 to bound - 1, as evenly as 256 values permit; 0 if `bound` is 0.
-  __attribute__((noinline)) uint8_t Below(uint8_t bound) {
+  PHEROMONE_OUTLINED uint8_t Below(uint8_t bound) {
     increment_ = static_cast<uint16_t>(increment_ + step_);
     state_ = static_cast<uint16_t>(state_ * 25173u + increment_);
     return static_cast<uint8_t>(((state_ >> 8) * bound) >> 8);

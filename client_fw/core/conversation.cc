@@ -2,6 +2,8 @@
 // conversation_act.cc.
 #include "client_fw/core/conversation.h"
 
+#include "client_fw/core/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
@@ -21,58 +23,56 @@ constexpr uint8_t kSilentSlots = 64;      // without the server are too many for
 constexpr uint16_t kTurnPatienceMs = 3000;  // without a turn the server has forgotten us
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
-uint16_t Sum(uint16_t a, uint16_t b) {
+PHEROMONE_OUTLINED uint16_t Sum(uint16_t a, uint16_t b) {
   return b < UINT16_MAX - a ? static_cast<uint16_t>(a + b) : UINT16_MAX;
+}
+
+// After a warm reset the memory goes on; otherwise it begins here.
+RequestMemory* Continue(const Parameters& parameters, RequestMemory* memory) {
+  if (!memory->in_use || memory->nonce != parameters.boot_counter || memory->length > kMaxPending) {
+    *memory = RequestMemory();
+    memory->in_use = true;
+    memory->nonce = parameters.boot_counter;
+    memory->start = parameters.start;
+  }
+  return memory;
 }
 
 }  // namespace
 
 Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
     : ConversationState(),
-      memory_(memory),
+      memory_(Continue(parameters, memory)),
       random_(parameters.id, parameters.boot_counter),
       fuzzy_(FuzzyState{kNoError}),
       careful_(kCarefulStart),
       parameters_(parameters),
       drive_(kNothingToTell),
       stored_(parameters),
-      start_(parameters.start) {
-  StartFrom(parameters);
-  three_bytes_ms_ = static_cast<uint8_t>(BytesMs(3, parameters.baud));
-  longest_frame_ms_ = static_cast<uint16_t>(BytesMs(protocol::kMaxFrame, parameters.baud) +
+      start_(memory_->start) {
+  saves_left_ = kMaxSavesAtOnce;
+  flags_ = kNoAnswerYet;
+  if (memory_->type != 0) {
+    parameters_.type = memory_->type;
+  }
+  if (memory_->has_speed) {
+    parameters_.speed_mm_s = memory_->speed_mm_s;
+  }
+  if (parameters.pose_lost) {
+    LosePose();
+  }
+  if (memory_->halted || !parameters.start_released) {
+    Halt();
+  }
+  Seal(memory_);
+  three_bytes_ms_ = static_cast<uint8_t>(BytesMs(3));
+  longest_frame_ms_ = static_cast<uint16_t>(BytesMs(protocol::kMaxFrame) +
                                             (parameters.gap_timeout_ms == protocol::kNoGapTimeout
                                                  ? kStalledFrameMs
                                                  : parameters.gap_timeout_ms));
   phase_ = Phase::kContending;
   ForgetCarrier();
   HearOther();  // we have not listened: others may be about
-}
-
-// After a warm reset the memory goes on; otherwise it begins here.
-void Conversation::StartFrom(const Parameters& parameters) {
-  RequestMemory& memory = *memory_;
-  saves_left_ = kMaxSavesAtOnce;
-  flags_ = kNoAnswerYet;
-  if (!memory.in_use || memory.nonce != parameters.boot_counter || memory.length > kMaxPending) {
-    memory = RequestMemory();
-    memory.in_use = true;
-    memory.nonce = parameters.boot_counter;
-    memory.start = parameters.start;
-  }
-  start_ = StartPose(memory.start);
-  if (memory.type != 0) {
-    parameters_.type = memory.type;
-  }
-  if (memory.has_speed) {
-    parameters_.speed_mm_s = memory.speed_mm_s;
-  }
-  if (parameters.pose_lost) {
-    LosePose();
-  }
-  if (memory.halted || !parameters.start_released) {
-    Halt();
-  }
-  Seal(memory_);
 }
 
 // Advances the timers.
@@ -121,9 +121,7 @@ void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_
   // A ROUND may follow the COMMAND, with a turn for its ACK.
   const bool ends = timers_[kRounds] == 0 || quiet_ms_ >= three_bytes_ms_;
   if (ack_due_ && clear && ends && turns_ == 0 && timers_[kReserved] == 0) {
-    ack_due_ = false;
-    Count(&Counters::acks);
-    Send(protocol::kCommandAck, memory_->ack, sizeof(memory_->ack));
+    SendAck();
     return;
   }
   if (phase_ == Phase::kResting && timers_[kPeriod] == 0 && !HasTurns()) {
@@ -154,7 +152,7 @@ bool Conversation::DetectCarrier(bool channel_busy) {
   return channel_busy && !carrier_ignored_;
 }
 
-void Conversation::ForgetCarrier() {
+PHEROMONE_OUTLINED void Conversation::ForgetCarrier() {
   carrier_ignored_ = false;
   timers_[kCarrier] = static_cast<uint16_t>(kMaxCarrierMs + longest_frame_ms_);
 }
@@ -182,6 +180,10 @@ void Conversation::Listen(bool was_open, protocol::FrameParser::Result event) {
   } else if (held) {
     Count(&Counters::ignored_noise);
   }
+}
+
+PHEROMONE_OUTLINED bool Conversation::Noisy() const {
+  return stray_ms_ > longest_frame_ms_ || framed_ms_ > longest_frame_ms_;
 }
 
 void Conversation::EndRun() {
@@ -277,7 +279,7 @@ void Conversation::Retry() {
   }
 }
 
-void Conversation::SayHello() {
+PHEROMONE_OUTLINED void Conversation::SayHello() {
   greeted_ = false;
   hello_attempt_ = 0;
   attempt_ = 0;
@@ -308,11 +310,16 @@ void Conversation::Rest() {
   }
 }
 
+// On the radio.
+PHEROMONE_OUTLINED uint16_t Conversation::BytesMs(uint8_t bytes) const {
+  return client::BytesMs(bytes, parameters_.baud);
+}
+
 // Long enough for one exchange of every robot heard: 26 bytes, the turnarounds and the server's
 // delay, and two slots in which to find an order. If this is more than fail_safe_ms, robots
 // drive for a part of each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
-  const uint32_t each_ms = BytesMs(26, parameters_.baud) + WindowMs() + 2u * SlotMs();
+  const uint32_t each_ms = BytesMs(26) + WindowMs() + 2u * SlotMs();
   const uint32_t all_ms = (robots_ + 1u) * each_ms - 2u * SlotMs();
   return all_ms < kLongestStepMs ? static_cast<uint16_t>(all_ms) : kLongestStepMs;
 }
@@ -341,7 +348,7 @@ void Conversation::Contend() {
   ContendFor(slots);
 }
 
-void Conversation::ContendFor(uint8_t slots) {
+PHEROMONE_OUTLINED void Conversation::ContendFor(uint8_t slots) {
   phase_ = Phase::kContending;
   countdown_ = slots;
   DrawInOpening();
@@ -367,19 +374,18 @@ uint8_t Conversation::WindowMs() const {
 // before we heard it; the slot tells how long that is, but for a byte where there is no carrier
 // detect.
 void Conversation::Hold() {
-  const uint16_t byte_ms = static_cast<uint16_t>(BytesMs(1, parameters_.baud) + 1u);
+  const uint16_t byte_ms = static_cast<uint16_t>(BytesMs(1) + 1u);
   const uint16_t turnaround_ms = static_cast<uint16_t>(SlotMs() > byte_ms ? SlotMs() - byte_ms : 0);
   const uint16_t window_ms = WindowMs();
   timers_[kHeld] =
       static_cast<uint16_t>((window_ms > turnaround_ms ? window_ms - turnaround_ms : 0) + 1);
 }
 
-// Not inlined: an AVR needs a lot of code for 32 bits, and there are fifty calls.
-__attribute__((noinline)) void Conversation::Count(uint32_t Counters::*which) {
+PHEROMONE_OUTLINED void Conversation::Count(uint32_t Counters::*which) {
   ++(counters_.*which);
 }
 
-void Conversation::HearOther() {
+PHEROMONE_OUTLINED void Conversation::HearOther() {
   timers_[kOthers] = kAloneMs;
 }
 

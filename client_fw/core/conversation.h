@@ -146,7 +146,6 @@ class Conversation : private ConversationState {
   enum : uint8_t { kPingSize = 4 };  // nonce and number
 
   // Time and the channel: conversation.cc.
-  void StartFrom(const Parameters& parameters);
   void Advance(uint32_t now_ms);
   void CheckSilence();
   bool FrameOpen();
@@ -155,6 +154,7 @@ class Conversation : private ConversationState {
   void SayHello();
   void WaitForHello();
   void Rest();
+  uint16_t BytesMs(uint8_t bytes) const;
   uint16_t NeededMs() const;
   uint16_t PeriodMs();
   void Contend();
@@ -163,7 +163,7 @@ class Conversation : private ConversationState {
   uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
   void TakeCensus();
   void Listen(bool was_open, protocol::FrameParser::Result event);
-  bool Noisy() const { return stray_ms_ > longest_frame_ms_ || framed_ms_ > longest_frame_ms_; }
+  bool Noisy() const;
   void EndRun();
   bool DetectCarrier(bool channel_busy);
   void ForgetCarrier();
@@ -199,6 +199,7 @@ class Conversation : private ConversationState {
   void MakeEvent();
   void MakePending(uint8_t opcode);
   void DropPending();
+  void SendAck();
 
   // Receiving: conversation_receive.cc.
   void OnFrame();
@@ -232,7 +233,7 @@ class Conversation : private ConversationState {
   void Smell();
   void SetFlags(uint8_t set, uint8_t clear);
   void Stop(StopFlag flag, uint16_t event_bit);
-  void Report(uint16_t event_bit) { events_ = static_cast<uint16_t>(events_ | event_bit); }
+  void Report(uint16_t event_bit);
 
   void Hold();
   void Count(uint32_t Counters::*which);
@@ -250,7 +251,7 @@ class Conversation : private ConversationState {
   StartPose start_;
   protocol::FrameParser parser_;
   Counters counters_ = Counters();
-  protocol::DecoderCounters decoder_counters_;
+  protocol::DecoderCounters decoder_counters_ = {};
 };
 
 }  // namespace client

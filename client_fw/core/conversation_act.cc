@@ -1,5 +1,6 @@
 // The effects of answers and commands on the robot; see conversation.cc.
 #include "client_fw/core/conversation.h"
+#include "client_fw/core/outlined.h"
 
 namespace pheromone {
 namespace client {
@@ -321,6 +322,10 @@ void Conversation::SetFlags(uint8_t set, uint8_t clear) {
   } else {
     wheels_ = Steer(parameters_.law, p_left_, p_right_, k_mm_s, parameters_.gain_8ths);
   }
+}
+
+PHEROMONE_OUTLINED void Conversation::Report(uint16_t event_bit) {
+  events_ = static_cast<uint16_t>(events_ | event_bit);
 }
 
 void Conversation::Stop(StopFlag flag, uint16_t event_bit) {

@@ -171,9 +171,7 @@ void Conversation::CheckTurns(const Odometry* odometry, bool clear) {
 void Conversation::TakeTurn(const Odometry* odometry) {
   Count(&Counters::turns);
   if (ack_due_) {
-    ack_due_ = false;
-    Count(&Counters::acks);
-    Send(protocol::kCommandAck, memory_->ack, sizeof(memory_->ack));
+    SendAck();
     return;
   }
   if (phase_ == Phase::kAwaiting) {

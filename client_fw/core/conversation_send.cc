@@ -1,5 +1,6 @@
 // Sending; see conversation.cc.
 #include "client_fw/core/conversation.h"
+#include "client_fw/core/outlined.h"
 
 namespace pheromone {
 namespace client {
@@ -119,7 +120,7 @@ void Conversation::Append(uint16_t value) {
 }
 
 // Requests with a seq begin with it; it is used up once the request is pending.
-void Conversation::AppendSeq() {
+PHEROMONE_OUTLINED void Conversation::AppendSeq() {
   memory_->data[0] = static_cast<uint8_t>(memory_->seq + 1u);
   memory_->length = 1;
 }
@@ -145,9 +146,15 @@ void Conversation::MakeEvent() {
   MakePending(protocol::kEvent);
 }
 
-void Conversation::MakePending(uint8_t opcode) {
+PHEROMONE_OUTLINED void Conversation::MakePending(uint8_t opcode) {
   ++memory_->seq;
   memory_->opcode = opcode;
+}
+
+void Conversation::SendAck() {
+  ack_due_ = false;
+  Count(&Counters::acks);
+  Send(protocol::kCommandAck, memory_->ack, sizeof(memory_->ack));
 }
 
 void Conversation::DropPending() {

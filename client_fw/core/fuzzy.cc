@@ -1,5 +1,7 @@
 #include "client_fw/core/fuzzy.h"
 
+#include "client_fw/core/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
@@ -9,9 +11,6 @@ constexpr int16_t kOne = 4096;
 // 1 of e and u, and the distance between two labels: half the resolution, so that the sums and
 // doubled values below fit an int16_t even if e jumps from -2 to 2.
 constexpr int16_t kErrorOne = kOne / 2;
-
-// Inlined everywhere, the two would double the controller's flash.
-#define PHEROMONE_OUTLINED __attribute__((noinline))
 
 // a b / kOne, halves up.
 PHEROMONE_OUTLINED int16_t Share(int16_t a, int16_t b) {

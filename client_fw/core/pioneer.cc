@@ -1,5 +1,7 @@
 #include "client_fw/core/pioneer.h"
 
+#include "client_fw/core/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
@@ -7,14 +9,14 @@ namespace {
 static_assert((INT32_C(-3) >> 1) == -2, "negative numbers must shift towards minus infinity");
 
 // From one reading of X or Y to the next, wherever the counter wraps at 15 bits or at 16.
-int16_t CountsSince(uint16_t before, uint16_t now) {
+PHEROMONE_OUTLINED int16_t CountsSince(uint16_t before, uint16_t now) {
   const uint16_t difference = static_cast<uint16_t>((now - before) & 0x7FFFu);
   return static_cast<int16_t>(static_cast<int16_t>(difference ^ 0x4000u) - 0x4000);
 }
 
-// Adds one coordinate of a step to mm and what was left over. Not inlined: called twice.
-__attribute__((noinline)) void Add(int16_t dx, int16_t per_dx_100nm, int16_t dy,
-                                   int16_t per_dy_100nm, int32_t* mm, int16_t* rest_100nm) {
+// Adds one coordinate of a step to mm and what was left over.
+PHEROMONE_OUTLINED void Add(int16_t dx, int16_t per_dx_100nm, int16_t dy, int16_t per_dy_100nm,
+                            int32_t* mm, int16_t* rest_100nm) {
   const int32_t step_100nm = static_cast<int32_t>(dx) * per_dx_100nm +
                              static_cast<int32_t>(dy) * per_dy_100nm + *rest_100nm;
   // Unsigned, so that a very long distance merely wraps.
@@ -24,7 +26,7 @@ __attribute__((noinline)) void Add(int16_t dx, int16_t per_dx_100nm, int16_t dy,
 }
 
 // To the nearest, halves up.
-__attribute__((noinline)) int16_t TimesQ14(int16_t value, int16_t factor_q14) {
+PHEROMONE_OUTLINED int16_t TimesQ14(int16_t value, int16_t factor_q14) {
   return static_cast<int16_t>((static_cast<int32_t>(value) * factor_q14 + 8192) >> 14);
 }
 
@@ -81,7 +83,7 @@ void Pioneer::OnPacket(uint16_t now_ms) {
   }
 }
 
-void Pioneer::Enter(Phase phase, uint16_t now_ms) {
+PHEROMONE_OUTLINED void Pioneer::Enter(Phase phase, uint16_t now_ms) {
   phase_ = phase;
   since_ms_ = now_ms;
   due_ = phase == kOpen ? kPhase | kSonar | kDeceleration | kEnable | kSpeeds : kPhase;
@@ -202,19 +204,25 @@ void Pioneer::Send() {
   const uint8_t first = static_cast<uint8_t>(due_ & (0u - due_));
   due_ = static_cast<uint8_t>(due_ ^ first);
   tx_at_ = 0;
-  if (first == kPhase) {
-    tx_end_ = EncodeCommand(static_cast<PioneerCommand>(phase_ & 0x0F), tx_);
-  } else if (first == kEmergency) {
-    tx_end_ = EncodeCommand(PioneerCommand::kEmergencyStop, tx_);
-  } else if (first == kSonar) {
-    tx_end_ = EncodeCommand(PioneerCommand::kSonar, with_sonar_, tx_);
-  } else if (first == kDeceleration) {
-    tx_end_ = EncodeCommand(PioneerCommand::kSetAcceleration, -kDecelerationMmS2, tx_);
-  } else if (first == kEnable) {
-    tx_end_ = EncodeCommand(PioneerCommand::kEnable, 1, tx_);
-  } else {
-    tx_end_ = EncodeCommand(PioneerCommand::kVel2, speeds_, tx_);
+  if (first == kPhase || first == kEmergency) {
+    tx_end_ = EncodeCommand(first == kPhase ? static_cast<PioneerCommand>(phase_ & 0x0F)
+                                            : PioneerCommand::kEmergencyStop,
+                            tx_);
+    return;
   }
+  PioneerCommand command = PioneerCommand::kVel2;
+  int16_t argument = speeds_;
+  if (first == kSonar) {
+    command = PioneerCommand::kSonar;
+    argument = with_sonar_;
+  } else if (first == kDeceleration) {
+    command = PioneerCommand::kSetAcceleration;
+    argument = -kDecelerationMmS2;
+  } else if (first == kEnable) {
+    command = PioneerCommand::kEnable;
+    argument = 1;
+  }
+  tx_end_ = EncodeCommand(command, argument, tx_);
 }
 
 void Pioneer::OnPut(uint16_t now_ms) {

@@ -1,5 +1,7 @@
 #include "client_fw/core/pioneer_packet.h"
 
+#include "client_fw/core/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
@@ -10,7 +12,7 @@ constexpr uint8_t kNotNegative = 0x3B;
 constexpr uint8_t kNegative = 0x1B;
 constexpr uint8_t kMaxWheelUnits = 127;
 
-uint16_t Magnitude(int16_t value) {
+PHEROMONE_OUTLINED uint16_t Magnitude(int16_t value) {
   const uint16_t bits = static_cast<uint16_t>(value);
   return value < 0 ? static_cast<uint16_t>(0u - bits) : bits;
 }

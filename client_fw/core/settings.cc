@@ -29,7 +29,7 @@ const Range kRanges[kEndOfSettings - 1] = {
     {0, 255},       // low_battery_100mv
 };
 
-bool InRange(uint8_t id, uint32_t value) {
+bool InRange(uint8_t id, uint16_t value) {
   const uint8_t index = static_cast<uint8_t>(id - 1);
   return index < kEndOfSettings - 1 && value >= kRanges[index].least &&
          value <= kRanges[index].most;
@@ -129,11 +129,12 @@ bool FitTogether(const Settings& settings) {
 }  // namespace
 
 bool WriteSetting(uint8_t id, uint32_t value, Settings* settings) {
-  if (!InRange(id, value)) {
+  const uint16_t word = static_cast<uint16_t>(value & 0xFFFFu);
+  if (word != value || !InRange(id, word)) {
     return false;
   }
   const uint16_t before = Get(id, *settings);
-  Put(id, static_cast<uint16_t>(value & 0xFFFFu), settings);
+  Put(id, word, settings);
   if (!FitTogether(*settings)) {
     Put(id, before, settings);
     return false;
@@ -156,17 +157,19 @@ void PackSettings(const Settings& settings, uint8_t* to) {
 }
 
 bool UnpackSettings(const uint8_t* from, Settings* settings) {
-  bool good = true;
-  for (uint8_t id = 1; good && id < kEndOfSettings; ++id, from += 2) {
+  Settings found = *settings;
+  for (uint8_t id = 1; id < kEndOfSettings; ++id, from += 2) {
     const uint16_t value = protocol::GetU16(from);
-    good = InRange(id, value);
-    Put(id, value, settings);
+    if (!InRange(id, value)) {
+      return false;
+    }
+    Put(id, value, &found);
   }
-  good = good && FitTogether(*settings);
-  if (!good) {
-    *settings = Settings();
+  if (!FitTogether(found)) {
+    return false;
   }
-  return good;
+  *settings = found;
+  return true;
 }
 
 }  // namespace client

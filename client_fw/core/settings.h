@@ -4,8 +4,7 @@
 //   if (WriteSetting(kSpeedSetting, 350, &settings)) ...   // false: refused, nothing has changed
 //   if (ReadSetting(kSpeedSetting, settings, &value)) ...
 //   PackSettings(settings, bytes);                         // to be stored
-//   if (UnpackSettings(bytes, &settings)) ...              // false: not settings, hence the
-//   defaults
+//   if (UnpackSettings(bytes, &settings)) ...              // false: refused, nothing has changed
 //
 // Every value is a whole number from 0 to 32 767, so that EVENT 8 can report it. Stored, a setting
 // is two bytes, low byte first, in the order of the ids; another size means another firmware.
@@ -96,7 +95,7 @@ constexpr uint8_t kSettingsSize = 2 * (kEndOfSettings - 1);
 /// Writes kSettingsSize bytes.
 void PackSettings(const Settings& settings, uint8_t* to);
 
-/// False, and the defaults, if a value is out of range or the settings do not fit together.
+/// False, without a change, if a value is out of range or the settings do not fit together.
 bool UnpackSettings(const uint8_t* from, Settings* settings);
 
 }  // namespace client

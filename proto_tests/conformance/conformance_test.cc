@@ -309,7 +309,7 @@ std::vector<TimedByte> RandomStream(Dice* dice) {
 
 TEST_F(ChipProtocol, ReadsRandomStreamsAsTheNaiveDecoderReadsThem) {
   Dice dice(1284);
-  protocol::DecoderCounters sums;
+  protocol::DecoderCounters sums = {};
   for (int round = 0; round < 400; ++round) {
     const auto stream = RandomStream(&dice);
     const uint16_t gap_ms = round % 4 == 0 ? protocol::kNoGapTimeout : kGapMs;

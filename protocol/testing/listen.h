@@ -13,7 +13,7 @@ namespace pheromone::testing {
 /// What a decoder made of a stream.
 struct Heard {
   std::vector<Bytes> bodies;
-  protocol::DecoderCounters counters;
+  protocol::DecoderCounters counters = {};
   bool frame_open = false;
 };
 

@@ -51,7 +51,7 @@ struct TimedByte {
 
 struct NaiveResult {
   std::vector<Bytes> bodies;  ///< ID, OPCODE, DATA of what is delivered
-  protocol::DecoderCounters counters;
+  protocol::DecoderCounters counters = {};
   uint32_t starts = 0;      ///< DLE STX seen
   bool frame_open = false;  ///< the last of them has not ended
   bool lone_dle = false;    ///< the last byte is a DLE outside of a frame

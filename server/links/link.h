@@ -56,8 +56,8 @@ std::string ToText(const LinkNotice& notice);
 using LinkLog = std::function<void(const LinkNotice&)>;
 
 struct LinkCounters {
-  protocol::DecoderCounters received;  ///< decoding results of the received bytes
-  LineErrors line;                     ///< of serial ports whose driver counts errors
+  protocol::DecoderCounters received = {};  ///< decoding results of the received bytes
+  LineErrors line;                          ///< of serial ports whose driver counts errors
   uint64_t bytes_in = 0;
   uint64_t bytes_out = 0;
   uint64_t frames_out = 0;

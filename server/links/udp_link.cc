@@ -187,7 +187,7 @@ class UdpLink final : public Link {
   void Take(int datagrams) {
     const Tap::Reading reading(tapped_.tap);
     const auto now = std::chrono::steady_clock::now();
-    protocol::DecoderCounters received;
+    protocol::DecoderCounters received = {};
     uint64_t bytes = 0;
     uint64_t cut = 0;
     for (int i = 0; i < datagrams; ++i) {

@@ -36,10 +36,7 @@ class AvrBoard {
   bool radio_tx_idle() const { return (PORTD & kPtt) == 0; }
   bool channel_busy() const { return (PIND & kCarrier) == 0 || !radio_tx_idle(); }
   /// The interrupt counts 16 bits; the watchdog keeps calls closer than that.
-  uint32_t millis() {
-    now_ms_ += static_cast<uint16_t>(Millis() - static_cast<uint16_t>(now_ms_));
-    return now_ms_;
-  }
+  uint32_t millis();
   int robot_get() { return uarts[kRobot].Get(); }
   bool robot_put(uint8_t byte) { return SendRobot(byte); }
   void set_load(bool hold) {

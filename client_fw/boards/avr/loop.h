@@ -1,7 +1,6 @@
 // What interrupts and the main loop share in addition to bytes: the clock, and a flag that
-// something happened. Both are in the AVR's general purpose I/O registers, which short instructions
-// can access: bit 0 of GPIOR0 is set by every interrupt, GPIOR2:GPIOR1 count milliseconds
-// (vectors.S).
+// something happened. The flag is bit 0 of GPIOR0, one of the AVR's general purpose I/O registers,
+// which single instructions can set and clear: every interrupt sets it.
 //
 //   StartClock();
 //   for (;;) {
@@ -20,6 +19,14 @@
 namespace pheromone {
 namespace client {
 
+/// Counted by an interrupt; use Millis().
+extern volatile uint16_t clock_ms;
+
+/// For interrupts: there is something to do for the main loop.
+inline void WakeLoop() {
+  GPIOR0 |= 1u;
+}
+
 /// Sleeps until the next interrupt, but not if one has occurred since the last call: its data may
 /// not have been processed. The instruction after sei() comes before any interrupt.
 inline void SleepIfIdle() {
@@ -35,10 +42,9 @@ inline void SleepIfIdle() {
 /// Milliseconds since StartClock, modulo 65 536. For the main loop.
 inline uint16_t Millis() {
   cli();
-  const uint8_t low = GPIOR1;
-  const uint8_t high = GPIOR2;
+  const uint16_t now_ms = clock_ms;
   sei();
-  return static_cast<uint16_t>(low | high << 8);
+  return now_ms;
 }
 
 inline void StartClock() {

@@ -1,8 +1,10 @@
 #include "client_fw/boards/avr/uarts.h"
 
+#include <avr/interrupt.h>
 #include <avr/io.h>
 
 #include "client_fw/boards/avr/clock.h"
+#include "client_fw/boards/avr/loop.h"
 #include "client_fw/boards/avr/pins.h"
 
 namespace pheromone {
@@ -15,14 +17,54 @@ constexpr BaudSetting kRadioBaud = SettingFor<F_CPU, PHEROMONE_RADIO_BAUD>();
 constexpr BaudSetting kRobotBaud = SettingFor<F_CPU, PHEROMONE_ROBOT_BAUD>();
 
 uint8_t After(uint8_t index) {
-  return static_cast<uint8_t>((index + 1u) & (UART_RING_SIZE - 1u));
+  return static_cast<uint8_t>((index + 1u) & (kRingSize - 1u));
+}
+
+// The registers of a UART; those of the second are behind those of the first.
+struct Registers {
+  uint8_t status;   // UCSRnA
+  uint8_t control;  // UCSRnB
+  uint8_t others[4];
+  uint8_t data;  // UDRn
+  uint8_t reserved;
+};
+
+void Receive(volatile Registers* registers, Uart* uart) {
+  const uint8_t status = registers->status;  // of the byte to be taken next
+  if ((status & 1u << RXC0) == 0) {
+    return;
+  }
+  if ((status & 1u << FE0) != 0) {
+    uart->framing_errors = static_cast<uint8_t>(uart->framing_errors + 1u);
+  }
+  if ((status & 1u << DOR0) != 0) {
+    uart->overruns = static_cast<uint8_t>(uart->overruns + 1u);
+  }
+  const uint8_t at = uart->received_in;
+  uart->received[at] = registers->data;  // has to be taken even if there is no room
+  if (After(at) != uart->received_out) {
+    uart->received_in = After(at);  // otherwise the byte is overwritten by the next
+  }
+}
+
+void Send(volatile Registers* registers, Uart* uart) {
+  if ((registers->status & 1u << UDRE0) == 0) {
+    return;
+  }
+  const uint8_t at = uart->to_send_out;
+  if (at == uart->to_send_in) {  // no more interrupts until there is something to send
+    registers->control = static_cast<uint8_t>(registers->control & ~(1u << UDRIE0));
+    return;
+  }
+  registers->data = uart->to_send[at];
+  // Transmission is complete only once this byte is out: TXC, should it be up, is cleared.
+  registers->status = static_cast<uint8_t>((registers->status & 1u << U2X0) | 1u << TXC0);
+  uart->to_send_out = After(at);
 }
 
 }  // namespace
 
-extern "C" {
-Uart uarts[2] __attribute__((used));  // by uart_interrupt.S
-}
+Uart uarts[2];
 
 void StartUarts() {
   // U2X before UBRR: the simulator works out a byte's time when UBRR is written.
@@ -79,3 +121,26 @@ bool SendRobot(uint8_t byte) {
 
 }  // namespace client
 }  // namespace pheromone
+
+// Any of four interrupts: a byte came in, or one more can go out, on either UART. One routine for
+// all is a quarter of the size of four, and looking twice does no harm.
+ISR(USART0_RX_vect) {
+  using namespace pheromone::client;
+  WakeLoop();
+  volatile Registers* registers = reinterpret_cast<volatile Registers*>(&UCSR0A);
+  for (Uart& uart : uarts) {
+    Receive(registers, &uart);
+    Send(registers, &uart);
+    ++registers;
+  }
+}
+ISR(USART0_UDRE_vect, ISR_ALIASOF(USART0_RX_vect));
+ISR(USART1_RX_vect, ISR_ALIASOF(USART0_RX_vect));
+ISR(USART1_UDRE_vect, ISR_ALIASOF(USART0_RX_vect));
+
+// The radio has sent its last stop bit.
+ISR(USART0_TX_vect) {
+  using namespace pheromone::client;
+  PORTD &= static_cast<uint8_t>(~kPtt);
+  WakeLoop();
+}
