@@ -16,10 +16,10 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include "protocol/opcodes.h"
-#include "server/links/endpoint.h"
 #include "server/links/keep_running.h"
 #include "server/links/port.h"
 #include "server/links/session.h"
+#include "server/net/listen.h"
 
 namespace pheromone::links {
 namespace {
@@ -83,7 +83,7 @@ class TcpLink final : public Link {
 
   Status Listen() {
     const auto where =
-        links::Listen(options_.listen_address, options_.listen_port, &acceptor_, [this] {
+        pheromone::Listen(options_.listen_address, options_.listen_port, &acceptor_, [this] {
           error_code ignored;
           acceptor_.set_option(tcp::acceptor::reuse_address(true), ignored);
         });

@@ -15,8 +15,8 @@
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
-#include "server/links/endpoint.h"
 #include "server/links/keep_running.h"
+#include "server/net/listen.h"
 
 namespace pheromone::links {
 namespace {
@@ -93,7 +93,7 @@ class TrackerLink::Impl {
  private:
   Status Listen() {
     const auto where =
-        links::Listen(options_.listen_address, options_.listen_port, &socket_, [] {});
+        pheromone::Listen(options_.listen_address, options_.listen_port, &socket_, [] {});
     if (!where.ok()) {
       if (record_.SetDown(where.error(), true)) {
         log_({Severity::kWarning, kSource, "down", where.error(), "retrying"});

@@ -20,8 +20,8 @@
 #include "protocol/frame_parser.h"
 #include "protocol/opcodes.h"
 #include "server/links/datagrams.h"
-#include "server/links/endpoint.h"
 #include "server/links/keep_running.h"
+#include "server/net/listen.h"
 
 namespace pheromone::links {
 namespace {
@@ -109,7 +109,7 @@ class UdpLink final : public Link {
  private:
   Status Listen() {
     const auto where =
-        links::Listen(options_.listen_address, options_.listen_port, &socket_, [this] {
+        pheromone::Listen(options_.listen_address, options_.listen_port, &socket_, [this] {
           error_code ignored;
           socket_.set_option(asio::socket_base::receive_buffer_size(kBufferBytes), ignored);
           socket_.set_option(asio::socket_base::send_buffer_size(kBufferBytes), ignored);

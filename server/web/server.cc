@@ -19,6 +19,7 @@
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "server/net/listen.h"
 #include "server/web/session.h"
 #include "server/web/unix_socket.h"
 
@@ -102,26 +103,16 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   Status ListenOnPort() {
-    error_code error;
-    const auto address = asio::ip::make_address(options_.listen_address, error);
-    const tcp::endpoint endpoint(address, options_.listen_port);
-    if (!error) {
-      tcp_.open(endpoint.protocol(), error);
+    const Result<std::string> listening =
+        Listen(options_.listen_address, options_.listen_port, &tcp_, [this] {
+          error_code ignored;
+          tcp_.set_option(tcp::acceptor::reuse_address(true), ignored);
+        });
+    if (!listening.ok()) {
+      return Error{listening.error()};
     }
-    if (!error) {
-      tcp_.set_option(tcp::acceptor::reuse_address(true), error);
-      tcp_.bind(endpoint, error);
-    }
-    if (!error) {
-      tcp_.listen(asio::socket_base::max_listen_connections, error);
-    }
-    if (error) {
-      error_code ignored;
-      tcp_.close(ignored);
-      return Error{"cannot listen on " + options_.listen_address + " port " +
-                   std::to_string(options_.listen_port) + ": " + error.message()};
-    }
-    port_ = tcp_.local_endpoint(error).port();
+    error_code ignored;
+    port_ = tcp_.local_endpoint(ignored).port();
     asio::co_spawn(strand_, Accept(&tcp_, &tcp_crowd_, &tcp_pause_), asio::detached);
     return Ok();
   }

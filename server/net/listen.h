@@ -10,7 +10,7 @@
 
 #include "server/base/result.h"
 
-namespace pheromone::links {
+namespace pheromone {
 
 /// ADDRESS:PORT of Asio's TCP and UDP endpoints; an IPv6 address in brackets.
 template <typename Endpoint>
@@ -50,4 +50,4 @@ Result<std::string> Listen(const std::string& address, uint16_t port, Socket* so
                error.message()};
 }
 
-}  // namespace pheromone::links
+}  // namespace pheromone
