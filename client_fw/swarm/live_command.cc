@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/core/settings.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/path_experiment.h"
@@ -33,7 +34,7 @@ struct LiveOptions {
   std::string out = ".";
   double seconds = 0;
   int speed_mm_s = 300;
-  client::Law law = client::Law::kDifferential;
+  client::Law law = client::Settings().law;
   int id = 1;
   bool medium_access = false;
 };
@@ -186,7 +187,7 @@ void AddLiveCommand(CLI::App* app, int* status) {
                            "Folder for track.csv and track.svg (default: .)");
   live_command->add_option("--speed", options->speed_mm_s, "K, mm/s (default: 300)")
       ->check(CLI::Range(20, 2000));
-  live_command->add_option("--law", options->law, "differential, paper (default: differential)")
+  live_command->add_option("--law", options->law, "differential, paper, careful (default: careful)")
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
   live_command->add_option("--id", options->id, "Robot ID (default: 1)")->check(CLI::Range(1, 254));
