@@ -18,9 +18,10 @@ constexpr double kRight = 16;
 constexpr double kBottom = 42;
 constexpr double kTitleHeight = 36;
 constexpr double kLegendLine = 20;
-constexpr double kLegendGap = 10;    // below the legend
-constexpr double kLetter = 6.6;      // of a text of 12 pixels, on average
-constexpr double kTickLetter = 6.2;  // of 11 pixels
+constexpr double kLegendGap = 10;     // below the legend
+constexpr double kLetter = 6.6;       // of a text of 12 pixels, on average
+constexpr double kTitleLetter = 9.8;  // of 16 pixels, bold
+constexpr double kTickLetter = 6.2;   // of 11 pixels
 constexpr double kYLabelWidth = 20;
 
 // Okabe and Ito's colours, which people with any colour vision can tell apart; and a mark for each,
@@ -266,8 +267,10 @@ std::string DrawPanels(const std::string& title, const std::vector<Panel>& panel
                        const Layout& layout) {
   const auto across = static_cast<size_t>(std::max(1, layout.columns));
   const size_t rows = (panels.size() + across - 1) / across;
+  const auto in_a_row = static_cast<double>(std::clamp<size_t>(panels.size(), 1, across));
   const double width =
-      layout.panel_width * static_cast<double>(std::clamp<size_t>(panels.size(), 1, across)) + 12;
+      std::max(layout.panel_width * in_a_row, kTitleLetter * static_cast<double>(title.size())) +
+      12;
   const Legend legend(panels);
   const double head = kTitleHeight + kLegendLine * legend.lines(width) + kLegendGap;
   Svg svg(width, head + layout.panel_height * static_cast<double>(rows) + 8, title);

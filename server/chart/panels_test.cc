@@ -155,6 +155,14 @@ TEST(Panels, CategoriesHaveTheirNames) {
   EXPECT_EQ(CountOf(svg, R"(points="110.0,96.0 226.0,170.0 ")"), 1u) << svg;
 }
 
+// A bold letter of 16 pixels is at least 8 wide, on average.
+TEST(Panels, ALongTitleHasItsRoom) {
+  const std::string svg = DrawPanels(std::string(60, 'm'), {Simple()}, {});
+  const size_t width = svg.find("width=\"");
+  ASSERT_NE(width, std::string::npos);
+  EXPECT_GE(std::stoi(svg.substr(width + 7)), 12 + 60 * 8);
+}
+
 // 20 for the label and 6.2 for each letter.
 TEST(Panels, LongTicksHaveTheirRoom) {
   Panel panel = Simple();
