@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 #include <utility>
+
+#include "server/chart/svg.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -17,35 +18,6 @@ constexpr const char* kShortColour = "#2166ac";
 constexpr const char* kLongColour = "#b2182b";
 constexpr const char* kUndecidedColour = "#bbbbbb";
 constexpr const char* kTrailColour = "#e08214";
-
-class Svg {
- public:
-  Svg(double width, double height, const std::string& title) {
-    Add(R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)svg",
-        width, height);
-    Add("<style>text{{font-family:sans-serif;font-size:12px;fill:#333}}.h{{font-size:16px;"
-        "font-weight:bold}}.b{{font-weight:bold}}.t{{font-size:11px;fill:#777}}.e{{text-anchor:"
-        "end}}.m{{text-anchor:middle}}</style><rect width=\"100%\" height=\"100%\" "
-        "fill=\"white\"/>");
-    Text(12, 24, "h", title);
-  }
-
-  template <typename... Args>
-  void Add(fmt::format_string<Args...> format, Args&&... args) {
-    fmt::format_to(std::back_inserter(svg_), format, std::forward<Args>(args)...);
-    svg_ += '\n';
-  }
-  void Text(double x, double y, const char* style, const std::string& text) {
-    Add(R"svg(<text x="{:.1f}" y="{:.1f}" class="{}">{}</text>)svg", x, y, style, text);
-  }
-  std::string Take() {
-    Add("</svg>");
-    return std::move(svg_);
-  }
-
- private:
-  std::string svg_;
-};
 
 // A plot of shares: x from 0 to `most`, y from 0 to 1.
 struct Plot {
@@ -59,7 +31,7 @@ struct Plot {
   double Y(double share) const { return top + (1 - share) * height; }
 };
 
-void DrawFrame(Svg* svg, const Plot& plot) {
+void DrawFrame(chart::Svg* svg, const Plot& plot) {
   for (const double share : {0.0, 0.2, 0.5, 0.8, 1.0}) {
     svg->Add(R"svg(<path d="M{:.1f} {:.1f}h{:.1f}" stroke="#ddd"/>)svg", plot.left, plot.Y(share),
              plot.width);
@@ -91,7 +63,7 @@ double Minutes(int64_t ms) {
   return static_cast<double>(ms) / kMinuteMs;
 }
 
-void DrawSharePanel(Svg* svg, const BridgeSeries& series, const Plot& plot) {
+void DrawSharePanel(chart::Svg* svg, const BridgeSeries& series, const Plot& plot) {
   DrawFrame(svg, plot);
   const int64_t duration_ms = series.experiment.duration_ms;
   for (int minute = 0; minute <= plot.most; minute += 5) {
@@ -127,7 +99,7 @@ void DrawSharePanel(Svg* svg, const BridgeSeries& series, const Plot& plot) {
                         s.ended_short, s.ended_long, s.runs - s.ended_short - s.ended_long));
 }
 
-void DrawCorridors(Svg* svg, const BridgeArena& arena, const auto& x_of, const auto& y_of) {
+void DrawCorridors(chart::Svg* svg, const BridgeArena& arena, const auto& x_of, const auto& y_of) {
   for (const auto corridor : {BridgeArena::kNestStem, BridgeArena::kShortBranch,
                               BridgeArena::kLongBranch, BridgeArena::kFoodStem}) {
     std::string points;
@@ -146,7 +118,8 @@ void DrawCorridors(Svg* svg, const BridgeArena& arena, const auto& x_of, const a
   }
 }
 
-void DrawMoment(Svg* svg, const BridgeMoment& moment, double left, double top, double scale) {
+void DrawMoment(chart::Svg* svg, const BridgeMoment& moment, double left, double top,
+                double scale) {
   BridgeSimulation simulation(moment.experiment, moment.seed);
   simulation.RunTo(moment.time_ms);
   const field::FieldConfig field = EngineConfigOf(moment.experiment).field;
@@ -191,8 +164,8 @@ std::string DrawShares(const std::vector<BridgeSeries>& all) {
   constexpr double kHeight = 170;
   constexpr size_t kColumns = 2;
   const size_t rows = (all.size() + kColumns - 1) / kColumns;
-  Svg svg(30 + kColumns * (kWidth + 60), 60 + static_cast<double>(rows) * (kHeight + 60),
-          "Choices of the short branch in each minute");
+  chart::Svg svg(30 + kColumns * (kWidth + 60), 60 + static_cast<double>(rows) * (kHeight + 60),
+                 "Choices of the short branch in each minute");
   svg.Text(12, 44, "t",
            "Thin: each swarm, blue if it ended on the short branch, red on the long one, grey if "
            "undecided. Bold: mean and standard deviation.");
@@ -214,7 +187,7 @@ std::string DrawOutcomes(const std::vector<BridgeSeries>& all) {
   constexpr double kDotsLeft = 490;
   constexpr double kDots = 260;
   const double bottom = 74 + kRow * static_cast<double>(all.size());
-  Svg svg(kDotsLeft + kDots + 60, bottom + 44, "Where the swarms ended");
+  chart::Svg svg(kDotsLeft + kDots + 60, bottom + 44, "Where the swarms ended");
   svg.Text(kBarLeft, 54, "t", "share of the swarms: short, undecided, long");
   svg.Text(kDotsLeft, 54, "t", "each swarm's choices of the short branch, last quarter");
   for (const double share : {0.0, 0.2, 0.5, 0.8, 1.0}) {
@@ -261,7 +234,7 @@ std::string DrawChoices(const BridgeSeries& series) {
       took_short[bin] += choice.branch == Branch::kShort ? 1 : 0;
     }
   }
-  Svg svg(460, 430, "What a robot chooses: " + series.experiment.name);
+  chart::Svg svg(460, 430, "What a robot chooses: " + series.experiment.name);
   const Plot plot{60, 60, 360, 310, 1};
   DrawFrame(&svg, plot);
   svg.Text(12, 44, "t", "choices of the short branch; the dots' area is the number of choices");
@@ -298,8 +271,8 @@ std::string DrawTrails(const std::vector<BridgeMoment>& moments) {
   constexpr double kWidth = 7 * kScale;
   constexpr double kHeight = 4.5 * kScale;
   const size_t rows = (moments.size() + kColumns - 1) / kColumns;
-  Svg svg(kColumns * kWidth, 60 + static_cast<double>(rows) * kHeight,
-          "The double bridge and its trails");
+  chart::Svg svg(kColumns * kWidth, 60 + static_cast<double>(rows) * kHeight,
+                 "The double bridge and its trails");
   svg.Text(12, 44, "t",
            "Squares: nodes with pheromone, the fuller the stronger. Triangles: robots.");
   for (size_t i = 0; i < moments.size(); ++i) {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "client_fw/swarm/small_multiples.h"
+#include "server/chart/panels.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -51,19 +51,19 @@ struct Figure {
   const char* label;
   const char* colour;
   bool carrier_detect;
-  Mark (*of)(const ChannelSummary& row);
+  chart::Mark (*of)(const ChannelSummary& row);
 };
 
-Mark Goodput(const ChannelSummary& row) {
+chart::Mark Goodput(const ChannelSummary& row) {
   return {0, row.goodput, row.worst_goodput, row.goodput};
 }
-Mark Bound(const ChannelSummary& row) {
+chart::Mark Bound(const ChannelSummary& row) {
   return {0, row.ideal};
 }
-Mark Median(const ChannelSummary& row) {
+chart::Mark Median(const ChannelSummary& row) {
   return {0, static_cast<double>(row.p50_ms)};
 }
-Mark Tail(const ChannelSummary& row) {
+chart::Mark Tail(const ChannelSummary& row) {
   return {0, static_cast<double>(row.p99_ms)};
 }
 
@@ -77,14 +77,14 @@ constexpr const char* kFullWithout = "without";
 constexpr const char* kPaleWith = "its bound (latency: 99th percentile)";
 constexpr const char* kPaleWithout = "bound without";
 
-Panel PanelOf(const std::vector<const ChannelSummary*>& rows, const std::string& title,
-              const std::string& y_label, const std::vector<Figure>& figures) {
-  Panel panel;
+chart::Panel PanelOf(const std::vector<const ChannelSummary*>& rows, const std::string& title,
+                     const std::string& y_label, const std::vector<Figure>& figures) {
+  chart::Panel panel;
   panel.title = title;
   panel.x_label = "robots";
   panel.y_label = y_label;
   for (const Figure& figure : figures) {
-    Series series{figure.label, figure.colour, {}};
+    chart::Series series{figure.label, figure.colour, {}};
     for (const ChannelSummary* row : rows) {
       if (row->experiment.timing.carrier_detect == figure.carrier_detect) {
         series.marks.push_back(figure.of(*row));
@@ -170,7 +170,7 @@ std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
       timings.push_back(timing);
     }
   }
-  std::vector<Panel> panels;
+  std::vector<chart::Panel> panels;
   for (const ChannelTiming& timing : timings) {
     std::vector<const ChannelSummary*> shown;
     for (const ChannelSummary& row : rows) {
@@ -197,7 +197,8 @@ std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
                               {kFullWithout, kWithout, false, Median}}));
     panels.back().y_most = kMaxLatencyMs;
   }
-  return DrawPanels("How many robots a channel can serve: one request every 200 ms", panels, 4);
+  return chart::DrawPanels("How many robots a channel can serve: one request every 200 ms", panels,
+                           {.columns = 4});
 }
 
 std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
@@ -211,13 +212,13 @@ std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
     }
   }
   const auto is_plain = [](const ChannelExperiment& e) { return OtherOf(e) == "-"; };
-  std::vector<Panel> panels;
+  std::vector<chart::Panel> panels;
   for (const int64_t turnaround_ns : turnarounds) {
-    Panel rate;
+    chart::Panel rate;
     rate.title = fmt::format("T_t = {} ms", ToMs(turnaround_ns));
     rate.x_label = "robots";
     rate.y_label = "answers a second";
-    Panel gap;
+    chart::Panel gap;
     gap.title = rate.title;
     gap.x_label = rate.x_label;
     gap.y_label = "longest gap between answers, ms";
@@ -245,12 +246,12 @@ std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
     panels.push_back(rate);
     panels.push_back(gap);
   }
-  Panel cdf;
+  chart::Panel cdf;
   cdf.title = fmt::format("16 robots, T_t = {} ms", ToMs(turnarounds.front()));
   cdf.x_label = "gap between a robot's answers, ms";
   cdf.y_label = "share of gaps up to that";
   const auto add = [&](const ChannelSummary& row, const std::string& label, const char* colour) {
-    Series series{label, colour, {}};
+    chart::Series series{label, colour, {}};
     for (size_t i = 0; i <= kPoints && !row.gaps_ms.empty(); ++i) {
       const size_t rank = i * (row.gaps_ms.size() - 1) / kPoints;
       const auto ms = static_cast<double>(row.gaps_ms[rank]);
@@ -274,7 +275,8 @@ std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
     }
   }
   panels.push_back(cdf);
-  return DrawPanels("Rounds and contention: one request every 200 ms from each robot", panels, 3);
+  return chart::DrawPanels("Rounds and contention: one request every 200 ms from each robot",
+                           panels, {.columns = 3});
 }
 
 }  // namespace pheromone::swarm

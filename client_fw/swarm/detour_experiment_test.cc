@@ -185,7 +185,7 @@ TEST(Detour, ThePictureShowsBothPheromonesTheCoreAndEachRun) {
   EXPECT_EQ(count("<circle"), 2 * field.node_count() + 2);  // the core, and again in the legend
   EXPECT_EQ(count("<radialGradient"), 2u);
   EXPECT_EQ(count("<polyline"), 1u + 4u);
-  EXPECT_EQ(count("class=\"l\""), 4u);  // path, core, without, with
+  EXPECT_EQ(count("<text x=\"48\""), 4u);  // the legend: path, core, without, with
 }
 
 TEST(Detour, TheTablesHaveALineForEachSeriesAndEachRun) {

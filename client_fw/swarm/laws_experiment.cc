@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "client_fw/swarm/small_multiples.h"
+#include "server/chart/panels.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -32,8 +32,9 @@ std::string JoinedNames(const Tunable& tunable, const std::vector<int>& values) 
   return text;
 }
 
-Panel Empty(const std::string& title, const std::string& x_label, const std::string& y_label) {
-  Panel panel;
+chart::Panel Empty(const std::string& title, const std::string& x_label,
+                   const std::string& y_label) {
+  chart::Panel panel;
   panel.title = title;
   panel.x_label = x_label;
   panel.y_label = y_label;
@@ -157,23 +158,23 @@ std::string ToCsv(const std::vector<Tuning>& tunings) {
 }
 
 std::string DrawLaws(const std::vector<Comparison>& rows, const std::vector<Tuning>& tunings) {
-  Panel searched = Empty("Tried by the searches", "progress, mm/s", "mean error, mm");
+  chart::Panel searched = Empty("Tried by the searches", "progress, mm/s", "mean error, mm");
   searched.y_most = 150;
   for (const Tuning& tuning : tunings) {
     const bool fuzzy = tuning.law == client::Law::kFuzzy;
     const std::string colour = fuzzy ? kFuzzyColour : kDifferentialColour;
     const std::string label = fuzzy ? "fuzzy (tuned)" : "differential (tuned)";
-    Series tried{label, colour, {}, Series::Style::kCloud};
+    chart::Series tried{label, colour, {}, chart::Series::Style::kCloud};
     for (const Merit& merit : tuning.merits) {
       tried.marks.push_back({merit.progress_mm_s, merit.error_mm});
     }
     const Merit& best = tuning.merits[tuning.search.best_index];
     searched.series.push_back(std::move(tried));
     searched.series.push_back(
-        {label, colour, {{best.progress_mm_s, best.error_mm}}, Series::Style::kPoint});
+        {label, colour, {{best.progress_mm_s, best.error_mm}}, chart::Series::Style::kPoint});
   }
-  Panel error = Empty("Mean error", "", "mm");
-  Panel progress = Empty("Progress along the curve", "", "mm/s");
+  chart::Panel error = Empty("Mean error", "", "mm");
+  chart::Panel progress = Empty("Progress along the curve", "", "mm/s");
   std::vector<std::string>& curves = error.categories;
   std::vector<std::string> laws;
   for (const Comparison& row : rows) {
@@ -187,9 +188,9 @@ std::string DrawLaws(const std::vector<Comparison>& rows, const std::vector<Tuni
     if (law == laws.end()) {
       laws.push_back(row.contender.name);
       law = laws.end() - 1;
-      for (Panel* panel : {&error, &progress}) {
+      for (chart::Panel* panel : {&error, &progress}) {
         panel->series.push_back(
-            {row.contender.name, row.contender.colour, {}, Series::Style::kPoint});
+            {row.contender.name, row.contender.colour, {}, chart::Series::Style::kPoint});
       }
     }
     const auto index = static_cast<size_t>(law - laws.begin());
@@ -200,12 +201,13 @@ std::string DrawLaws(const std::vector<Comparison>& rows, const std::vector<Tuni
     progress.series[index].marks.push_back({x, p.mean, p.least, p.most});
   }
   progress.categories = curves;
-  std::vector<Panel> panels = {error, progress};
+  std::vector<chart::Panel> panels = {error, progress};
   if (!tunings.empty()) {
     panels.push_back(searched);
   }
-  return DrawPanels("Steering laws on curves: whiskers from the best to the worst of the seeds",
-                    panels, 3);
+  return chart::DrawPanels(
+      "Steering laws on curves: whiskers from the best to the worst of the seeds", panels,
+      {.columns = 3});
 }
 
 }  // namespace pheromone::swarm

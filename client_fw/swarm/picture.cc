@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <utility>
+
+#include "server/chart/svg.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -30,53 +32,24 @@ struct Box {
   }
 };
 
-std::string Escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '&':
-        safe += "&amp;";
-        break;
-      default:
-        safe += c;
-    }
-  }
-  return safe;
-}
-
-class Canvas {
+// A document in the map's metres.
+class Canvas : public chart::Svg {
  public:
-  Canvas(const Box& box, size_t legend_lines) : box_(box) {
-    width_ = std::max(420.0, (box.right - box.left) * kPixelsPerMetre);
-    plot_height_ = (box.top - box.bottom) * kPixelsPerMetre;
-    height_ = kTitlePx + plot_height_ + 16 + kLegendLinePx * static_cast<double>(legend_lines);
-  }
+  Canvas(const Box& box, size_t legend_lines, const std::string& title)
+      : Svg(std::max(420.0, (box.right - box.left) * kPixelsPerMetre),
+            BottomOf(box) + 16 + kLegendLinePx * static_cast<double>(legend_lines), title),
+        box_(box) {}
 
   double X(double metres) const { return (metres - box_.left) * kPixelsPerMetre; }
   double Y(double metres) const { return kTitlePx + (box_.top - metres) * kPixelsPerMetre; }
-  double width() const { return width_; }
-  double height() const { return height_; }
-  double plot_bottom() const { return kTitlePx + plot_height_; }
-
-  template <typename... Args>
-  void Add(fmt::format_string<Args...> format, Args&&... args) {
-    fmt::format_to(std::back_inserter(svg_), format, std::forward<Args>(args)...);
-    svg_ += '\n';
-  }
-  std::string Take() { return std::move(svg_); }
+  double plot_bottom() const { return BottomOf(box_); }
 
  private:
+  static double BottomOf(const Box& box) {
+    return kTitlePx + (box.top - box.bottom) * kPixelsPerMetre;
+  }
+
   Box box_;
-  double width_ = 0;
-  double plot_height_ = 0;
-  double height_ = 0;
-  std::string svg_;
 };
 
 Box BoxOf(const field::Path& path, const std::vector<Way>& ways) {
@@ -201,25 +174,25 @@ void DrawLegend(Canvas* canvas, bool obstacles, const std::vector<Outline>& outl
                 const std::vector<const Way*>& ways) {
   double y = canvas->plot_bottom() + 22;
   canvas->Add(
-      R"svg(<path d="M10 {0:.1f}h30" stroke="#333333" stroke-width="1.2" stroke-dasharray="6 4"/><text x="48" y="{1:.1f}" class="l">target path; dots are nodes with pheromone, the shade its intensity</text>)svg",
+      R"svg(<path d="M10 {0:.1f}h30" stroke="#333333" stroke-width="1.2" stroke-dasharray="6 4"/><text x="48" y="{1:.1f}">target path; dots are nodes with pheromone, the shade its intensity</text>)svg",
       y - 4, y);
   if (obstacles) {
     y += kLegendLinePx;
     canvas->Add(
-        R"svg(<path d="M18 {:.1f}h14v-14h-14z" fill="{}"/><text x="48" y="{:.1f}" class="l">obstacles</text>)svg",
+        R"svg(<path d="M18 {:.1f}h14v-14h-14z" fill="{}"/><text x="48" y="{:.1f}">obstacles</text>)svg",
         y + 3, kObstacleColour, y);
   }
   for (const Outline& outline : outlines) {
     y += kLegendLinePx;
     canvas->Add(
-        R"svg(<circle cx="25" cy="{:.1f}" r="7" fill="none" stroke="{}" stroke-width="1.5"/><text x="48" y="{:.1f}" class="l">{}</text>)svg",
-        y - 4, kOutlineColour, y, Escaped(outline.label));
+        R"svg(<circle cx="25" cy="{:.1f}" r="7" fill="none" stroke="{}" stroke-width="1.5"/><text x="48" y="{:.1f}">{}</text>)svg",
+        y - 4, kOutlineColour, y, chart::Escaped(outline.label));
   }
   for (const Way* way : ways) {
     y += kLegendLinePx;
     canvas->Add(
-        R"svg(<path d="M10 {0:.1f}h30" stroke="{1}" stroke-width="2.5"/><text x="48" y="{2:.1f}" class="l">{3}</text>)svg",
-        y - 4, way->colour, y, Escaped(way->label));
+        R"svg(<path d="M10 {0:.1f}h30" stroke="{1}" stroke-width="2.5"/><text x="48" y="{2:.1f}">{3}</text>)svg",
+        y - 4, way->colour, y, chart::Escaped(way->label));
   }
 }
 
@@ -234,15 +207,7 @@ std::string Draw(const Picture& picture, const field::Field& field, uint64_t now
   }
   const Box box = BoxOf(picture.path, picture.ways);
   const bool obstacles = picture.with_obstacles && field.config().obstacles;
-  Canvas canvas(box, listed.size() + picture.outlines.size() + (obstacles ? 2 : 1));
-  canvas.Add(
-      R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)svg",
-      canvas.width(), canvas.height());
-  canvas.Add(
-      "<style>text{{font-family:sans-serif;fill:#333}}.t{{font-size:11px;fill:#888}}"
-      ".l{{font-size:13px}}</style><rect width=\"100%\" height=\"100%\" fill=\"white\"/>");
-  canvas.Add(R"svg(<text x="10" y="22" font-size="16" font-weight="bold">{}</text>)svg",
-             Escaped(picture.title));
+  Canvas canvas(box, listed.size() + picture.outlines.size() + (obstacles ? 2 : 1), picture.title);
   DrawGrid(&canvas, box);
   for (const Shade& shade : picture.shades) {
     if (const field::PheromoneLaw* law = field.FindLaw(shade.type); law != nullptr) {
@@ -262,7 +227,6 @@ std::string Draw(const Picture& picture, const field::Field& field, uint64_t now
     }
   }
   DrawLegend(&canvas, obstacles, picture.outlines, listed);
-  canvas.Add("</svg>");
   return canvas.Take();
 }
 

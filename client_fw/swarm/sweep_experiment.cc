@@ -8,7 +8,7 @@
 #include <iterator>
 #include <utility>
 
-#include "client_fw/swarm/small_multiples.h"
+#include "server/chart/panels.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -61,9 +61,9 @@ std::string LabelOf(const std::string& name) {
 constexpr double kLargestErrorMm = 200;
 
 // One diagram of `figure` over the points of one sweep, with one line per contender.
-Panel PanelOf(const std::vector<SweepPoint>& points, const std::string& sweep,
-              const std::string& y_label, Spread FollowSummary::*figure) {
-  Panel panel;
+chart::Panel PanelOf(const std::vector<SweepPoint>& points, const std::string& sweep,
+                     const std::string& y_label, Spread FollowSummary::*figure) {
+  chart::Panel panel;
   panel.title = sweep;
   panel.x_label = LabelOf(sweep);
   panel.y_label = y_label;
@@ -73,7 +73,7 @@ Panel PanelOf(const std::vector<SweepPoint>& points, const std::string& sweep,
     }
     auto series = std::find_if(
         panel.series.begin(), panel.series.end(),
-        [&](const Series& candidate) { return candidate.label == point.contender.name; });
+        [&](const chart::Series& candidate) { return candidate.label == point.contender.name; });
     if (series == panel.series.end()) {
       panel.series.push_back({point.contender.name, point.contender.colour, {}});
       series = std::prev(panel.series.end());
@@ -128,7 +128,7 @@ std::string DrawSweeps(const std::vector<SweepPoint>& points, Curve curve) {
       names.push_back(point.sweep);
     }
   }
-  std::vector<Panel> panels;
+  std::vector<chart::Panel> panels;
   for (size_t begin = 0; begin < names.size(); begin += kColumns) {
     const size_t end = std::min(names.size(), begin + kColumns);
     for (size_t i = begin; i < end; ++i) {
@@ -139,9 +139,9 @@ std::string DrawSweeps(const std::vector<SweepPoint>& points, Curve curve) {
       panels.push_back(PanelOf(points, names[i], "progress, mm/s", &FollowSummary::progress_mm_s));
     }
   }
-  return DrawPanels(
+  return chart::DrawPanels(
       fmt::format("Following the {}: one parameter at a time; whiskers over seeds", NameOf(curve)),
-      panels, static_cast<int>(std::min<size_t>(kColumns, std::max<size_t>(1, names.size()))));
+      panels, {.columns = std::min(kColumns, static_cast<int>(names.size()))});
 }
 
 }  // namespace pheromone::swarm
