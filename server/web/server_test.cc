@@ -365,6 +365,32 @@ TEST_F(ServerTest, WhereAllAreBusyNewOnesAreToldSoButForWhatIsUrgent) {
   EXPECT_TRUE(second.ReadUntil("remote .").ends_with("GET /held remote ."));
 }
 
+TEST_F(ServerTest, ClientsThatKeepAnAnsweredConnectionOpenDoNotFillThePlaceOfTheUrgent) {
+  options_.max_connections = 2;
+  options_.is_urgent = [](const Request& request) { return request.target == "/urgent"; };
+  is_held_ = [](const Request& request) { return request.target == "/held"; };
+  Start();
+  std::vector<std::unique_ptr<Client>> busy;
+  std::vector<std::unique_ptr<Client>> refused;
+  for (int i = 0; i < 2; ++i) {
+    busy.push_back(std::make_unique<Client>(server_->port()));
+    busy.back()->Send("GET /held HTTP/1.1\r\nConnection: close\r\n\r\n");
+  }
+  AwaitHeld(2);
+  for (int i = 0; i < 2; ++i) {
+    refused.push_back(std::make_unique<Client>(server_->port()));
+    refused.back()->Send(kGetA);
+    EXPECT_EQ(StatusOf(refused.back()->ReadAll()), "503");
+  }
+  EXPECT_TRUE(Once("GET /urgent HTTP/1.1\r\n\r\n").ends_with("GET /urgent remote ."));
+  AnswerHeld();
+  for (const auto& client : busy) {
+    EXPECT_TRUE(client->ReadAll().ends_with("GET /held remote ."));
+  }
+  // The answered ones give way, too.
+  EXPECT_TRUE(Once("GET /a HTTP/1.0\r\n\r\n").ends_with("GET /a remote ."));
+}
+
 double CpuSeconds() {
   rusage used{};
   getrusage(RUSAGE_SELF, &used);

@@ -205,8 +205,9 @@ asio::awaitable<bool> Session::Write(Answer* answer, bool header_alone) {
 }
 
 // Closing with unread bytes would make the system discard the last bytes written: remaining bytes
-// are read for a while.
+// are read for a while, unless the place is needed.
 asio::awaitable<void> Session::HangUp() {
+  EndRequest();
   boost::beast::error_code error;
   stream_.socket().shutdown(Protocol::socket::shutdown_send, error);
   std::array<char, 4096> rest{};
