@@ -16,6 +16,7 @@
 
 #include "proto_tests/exchange_bench/given_up.h"
 #include "protocol/decoder.h"
+#include "protocol/messages.h"
 
 namespace pheromone::bench {
 namespace {
@@ -108,8 +109,11 @@ class Robot {
       return;
     }
     const Clock::time_point first_byte_at = first_byte_at_.value_or(read_at_);
+    protocol::HelloAnswer hello;
     if (!greeting_) {
       result->times.Add(first_byte_at - asked_at_);
+    } else if (protocol::Decode(answer, &hello)) {
+      seq_ = hello.last_seq;  // the server may know this robot
     }
     greeting_ = false;
     std::array<uint8_t, protocol::kMaxFrame> wire{};

@@ -18,7 +18,7 @@
 
 #include "proto_tests/exchange_bench/given_up.h"
 #include "protocol/decoder.h"
-#include "protocol/opcodes.h"
+#include "protocol/messages.h"
 
 namespace pheromone::bench {
 namespace {
@@ -82,8 +82,11 @@ class SteadyRobots::Robot {
         Fail("no answer to HELLO for " + name_);
       }
       Read([&](const protocol::Message& message) {
-        greeted = greeted || (message.id == id_ &&
-                              message.opcode == (protocol::kFromServer | protocol::kHello));
+        protocol::HelloAnswer welcome;
+        if (message.id == id_ && protocol::Decode(message, &welcome)) {
+          greeted = true;
+          seq_ = welcome.last_seq;  // the server may know this robot
+        }
       });
     }
     last_right_ = Clock::now();

@@ -13,7 +13,7 @@
 namespace pheromone::daemon {
 namespace {
 
-constexpr int kNice = 10;
+constexpr int kNice = 19;
 constexpr uint64_t kShortestTurnNs = 100'000;
 constexpr uint64_t kKeepPolicy = 0x08;  // SCHED_FLAG_KEEP_POLICY
 
