@@ -142,7 +142,7 @@ class JournalWatchdogTest : public ::testing::Test {
     boost::asio::post(strand_, [this] { watchdog_.Stop(); });
     journal_.Stop();
     writer_.join();
-    io_.stop();
+    work_.reset();
     runner_.join();
   }
 
@@ -167,10 +167,10 @@ class JournalWatchdogTest : public ::testing::Test {
     service_.Handle(0, messages, &out);
   }
 
+  boost::asio::io_context io_;  // outlives the journal, which may be left with a probe's answer
   StuckFolder folder_;
   LocalJournal journal_;
   engine::Service service_;
-  boost::asio::io_context io_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
       io_.get_executor()};
   boost::asio::strand<boost::asio::io_context::executor_type> strand_;
