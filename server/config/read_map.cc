@@ -9,7 +9,6 @@
 namespace pheromone::config {
 namespace {
 
-constexpr int64_t kUmPerM = 1'000'000;
 constexpr double kMaxHeightM = 100'000;
 
 // The first coordinate of the map that a message cannot represent, if there is one. Robots report
