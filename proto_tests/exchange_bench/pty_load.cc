@@ -103,17 +103,19 @@ class Robot {
       return options_.trace ? arena_.IsTraceAnswer(answer, 1, asked.pose, asked.seq)
                             : arena_.IsSenseAnswer(answer, 1, asked.pose);
     };
-    if (sent_ < size_ || !(greeting_ || is_answer_to({pose_, seq_}))) {
+    protocol::HelloAnswer hello;
+    const bool is_awaited =
+        greeting_ ? protocol::Decode(answer, &hello) : is_answer_to({pose_, seq_});
+    if (sent_ < size_ || !is_awaited) {
       ++(given_up_.Take(is_answer_to) ? result->late : result->wrong);
       first_byte_at_.reset();  // it was not that of the answer that is awaited
       return;
     }
     const Clock::time_point first_byte_at = first_byte_at_.value_or(read_at_);
-    protocol::HelloAnswer hello;
-    if (!greeting_) {
-      result->times.Add(first_byte_at - asked_at_);
-    } else if (protocol::Decode(answer, &hello)) {
+    if (greeting_) {
       seq_ = hello.last_seq;  // the server may know this robot
+    } else {
+      result->times.Add(first_byte_at - asked_at_);
     }
     greeting_ = false;
     std::array<uint8_t, protocol::kMaxFrame> wire{};

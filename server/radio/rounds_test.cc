@@ -113,6 +113,25 @@ TEST_F(RoundsTest, ThereAreNoRoundsAnyMoreWhenAllHaveGone) {
   EXPECT_EQ(air_.channel().NextStart(air_.now()), kNever);
 }
 
+// A robot that lost the ROUND of a server before this one awaits it for two seconds.
+TEST(Rounds, ASecondServerIsQuietWhileARobotMayAwaitTheRoundOfTheFirst) {
+  ChannelOptions options = testing::Options(9'600, 2ms);
+  options.quiet_start = kAwaitedRound;
+  Air air(options);
+  const Time start = air.now();
+  air.Join(1, 100ms);
+  air.AdvanceTo(start + 700ms);
+  air.Join(2, 100ms);
+  air.AdvanceTo(start + kAwaitedRound - 1ms);
+  EXPECT_TRUE(air.Rounds().empty());
+  air.AdvanceTo(start + kAwaitedRound + 1s);
+  const std::vector<protocol::Round> rounds = air.Rounds();
+  ASSERT_FALSE(rounds.empty());
+  EXPECT_EQ(rounds.front().answer_count, 0);
+  EXPECT_TRUE(std::any_of(rounds.begin(), rounds.end(),
+                          [](const auto& round) { return round.turn_count == 2; }));
+}
+
 // --- What a ROUND answers.
 
 TEST_F(RoundsTest, ARoundAnswersTheLastOneInTheOrderOfItsTurns) {
@@ -396,25 +415,6 @@ TEST_F(RoundsTest, ARobotWhoseFrameDoesNotFitIsGivenALongerTurn) {
                           [&](const auto& round) { return round.turn_bytes >= bytes; }));
 }
 
-// A robot that lost the ROUND of a server before this one awaits it for two seconds.
-TEST(Rounds, ASecondServerIsQuietWhileARobotMayAwaitTheRoundOfTheFirst) {
-  ChannelOptions options = testing::Options(9'600, 2ms);
-  options.quiet_start = kAwaitedRound;
-  Air air(options);
-  const Time start = air.now();
-  air.Join(1, 100ms);
-  air.AdvanceTo(start + 700ms);
-  air.Join(2, 100ms);
-  air.AdvanceTo(start + kAwaitedRound - 1ms);
-  EXPECT_TRUE(air.Rounds().empty());
-  air.AdvanceTo(start + kAwaitedRound + 1s);
-  const std::vector<protocol::Round> rounds = air.Rounds();
-  ASSERT_FALSE(rounds.empty());
-  EXPECT_EQ(rounds.front().answer_count, 0);
-  EXPECT_TRUE(std::any_of(rounds.begin(), rounds.end(),
-                          [](const auto& round) { return round.turn_count == 2; }));
-}
-
 // Of the longest frame of late, not of one without any doubled byte: in a band of the map a byte of
 // each pose is a DLE, and another one must still fit.
 TEST_F(RoundsTest, OneMoreDoubledByteThanOfLateFits) {
@@ -543,75 +543,6 @@ TEST_F(RoundsTest, AHaltOfAllIsSentWithTheNextRound) {
   const auto first = std::find_if(air_.sent().begin(), air_.sent().end(),
                                   [&](const Sent& sent) { return sent.begin >= from; });
   EXPECT_EQ(halted->begin, first->begin);
-}
-
-// --- Modems.
-
-TEST(RoundsOfModems, TurnsWorkAtEveryRateAndTurnaround) {
-  for (const int64_t baud : {9'600, 38'400, 115'200}) {
-    for (const Duration turnaround : {0ms, 2ms, 12ms, 20ms}) {
-      SCOPED_TRACE(std::to_string(baud) + " baud, T_t " + std::to_string(turnaround.count()));
-      Air air(testing::Options(baud, turnaround));
-      air.Join(1, 500ms);
-      air.Join(2, 500ms);
-      const Time from = air.now();
-      air.AdvanceTo(from + 5s);
-      EXPECT_GE(air.TurnsOf(1, from).size(), 9u);
-      EXPECT_EQ(air.channel().counters().rounds.missed, 0u);
-      EXPECT_EQ(air.channel().counters().rounds.unanswered, 0u);
-      EXPECT_TRUE(air.dropped().empty());
-    }
-  }
-}
-
-TEST(RoundsOfModems, AChannelThatIsTooSlowForATurnHasNoRounds) {
-  for (const int64_t baud : {75, 300}) {
-    Air air(testing::Options(baud, 2ms));
-    air.Join(1, 5s);
-    air.Join(2, 5s);
-    air.AdvanceTo(air.now() + 1min);
-    EXPECT_TRUE(air.Rounds().empty()) << baud;
-  }
-}
-
-// At 1200 baud, 30 bytes take 250 ms.
-TEST(RoundsOfModems, ATurnIsNotLongerThanARoundCanTell) {
-  Air air(testing::Options(1'200, 2ms));
-  const protocol::Message wide =
-      MessageOf(protocol::TraceRequest{2, 1, true, 0x10, {0x10101010, 0x10101010, 0x1010}});
-  air.Join(1, 1s);
-  air.Join(2, 1s);
-  const Time before = air.now();
-  air.in_turn[2] = [&]() -> std::optional<protocol::Message> {
-    return testing::FrameOf(wide).size() <= air.Rounds().back().turn_bytes ? std::optional(wide)
-                                                                           : std::nullopt;
-  };
-  air.AdvanceTo(before + 20s);
-  int compared = 0;
-  for (const Sent& sent : air.sent()) {
-    const auto round = sent.round();
-    if (sent.begin >= before && round && round->turn_count != 0) {
-      ++compared;
-      const Duration frame = round->turn_bytes * testing::Options(1'200, 2ms).timing.byte;
-      ASSERT_GE(round->turn_ms * 1ms, 2ms + frame);
-    }
-  }
-  EXPECT_GT(compared, 5);
-}
-
-TEST(RoundsOfModems, AKeyedModemsBytesAreHeardWhenTheyLeave) {
-  ChannelOptions options = testing::Options(9'600, 2ms);
-  options.timing.keyed = true;
-  options.timing.lead = 25ms;
-  options.response_window =
-      std::chrono::ceil<std::chrono::milliseconds>(options.timing.ResponseWindow());
-  Air air(options);
-  air.Join(1, 500ms);
-  air.Join(2, 500ms);
-  const Time from = air.now();
-  air.AdvanceTo(from + 5s);
-  EXPECT_GE(air.TurnsOf(1, from).size(), 9u);
-  EXPECT_EQ(air.channel().counters().rounds.missed, 0u);
 }
 
 }  // namespace
