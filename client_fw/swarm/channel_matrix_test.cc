@@ -6,6 +6,7 @@
 #include <string>
 #include <tuple>
 
+#include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
 
