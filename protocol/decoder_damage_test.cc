@@ -53,12 +53,14 @@ class Damage : public ::testing::Test {
   }
 
   // Fails if anything in `heard` could be acted upon: no opcode and length of a message, or at most
-  // a PING of another payload, which its sender does not take for the echo.
+  // a PING of another payload, which its sender does not take for the echo, or a SYMBOL of another
+  // text, which its sender finds by RESOLVE.
   static void ExpectHarmless(const std::vector<Bytes>& heard, const FrameVector& original) {
     for (const Bytes& body : heard) {
       EXPECT_NE(body, *original.body);
       for (const std::string& name : AcceptedAs(ToMessage(body))) {
-        EXPECT_TRUE(name == "PING" || name == "PING_ANSWER") << "taken for " << name;
+        EXPECT_TRUE(name == "PING" || name == "PING_ANSWER" || name == "SYMBOL")
+            << "taken for " << name;
       }
     }
   }
@@ -172,6 +174,10 @@ TEST_F(Damage, AZeroBeforeTheEndPassesTheCrcAndIsKeptOutByTheLength) {
     Bytes longer = *vector.body;
     longer.push_back(static_cast<uint8_t>(testing::NaiveCrc16(longer) & 0xFF));
     const std::vector<Bytes> heard = HeardOf(damaged);
+    if (vector.body->size() == 2u + kMaxData) {
+      EXPECT_TRUE(heard.empty());  // no frame is that long
+      continue;
+    }
     EXPECT_EQ(heard, std::vector<Bytes>{longer});
     ExpectHarmless(heard, vector);
     kept_out += AcceptedAs(ToMessage(longer)).empty() ? 1 : 0;

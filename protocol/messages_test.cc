@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/tag_messages.h"
 #include "protocol/testing/message_fields.h"
 #include "protocol/testing/message_table.h"
 #include "protocol/testing/vectors.h"
@@ -290,6 +291,12 @@ TEST(Decode, LosesNoBitOfAnyMessage) {
         message.data[1] = static_cast<uint8_t>(1 + random() % 9);
         length = 2 + testing::CommandArguments(message.data[1]);
       }
+      if (row.name == "SCAN_ANSWER") {
+        length = 1 + 8 * static_cast<int>(random() % 8);
+      }
+      if (row.name == "RESOLVE_ANSWER") {
+        length = 14 + std::min(length - 14, int{message.data[13]});
+      }
       if (row.name == "ROUND") {
         const int turns = static_cast<int>(random() % 12);
         message.id = kBroadcastId;
@@ -304,7 +311,10 @@ TEST(Decode, LosesNoBitOfAnyMessage) {
       const int times =
           ComesBackAsOneOf<SenseRequest, SenseAnswer, DepositRequest, DepositAnswer, TraceRequest,
                            TraceAnswer, Command, CommandAck, EventReport, EventAck, HelloRequest,
-                           HelloAnswer, Ping, ErrorAnswer, Round>(message);
+                           HelloAnswer, Ping, ErrorAnswer, Round, ScanRequest, ScanAnswer,
+                           TagReadRequest, TagReadAnswer, TagWriteRequest, TagEraseRequest,
+                           TagWritten, SymbolRequest, SymbolAnswer, ResolveRequest, ResolveAnswer>(
+              message);
       ASSERT_EQ(times, 1) << row.name;
     }
   }

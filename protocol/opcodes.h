@@ -147,7 +147,8 @@ struct LengthRule {
 };
 
 /// The lengths of a COMMAND are further bound by its code (see CommandArgumentLength), those of a
-/// ROUND by its counts, those of an answer to SCAN by its rows of 8 bytes.
+/// ROUND by its counts, those of an answer to SCAN by its rows of 8 bytes, those of one to RESOLVE
+/// by the length of the whole text.
 LengthRule LengthOf(uint8_t opcode);
 
 /// Bytes of arguments that a COMMAND's code takes, or 0xFF for an unknown code.

@@ -241,7 +241,8 @@ bool Decode(const Message& from, ResolveRequest* to) {
 }
 
 bool Decode(const Message& from, ResolveAnswer* to) {
-  if (!HasFormOf(from, kResolveAnswer)) {
+  if (!HasFormOf(from, kResolveAnswer) ||
+      from.length - kBeforeResolvedText > from.data[kBeforeResolvedText - 1]) {
     return false;
   }
   FieldReader reader(from);
@@ -360,7 +361,7 @@ void Encode(const ResolveAnswer& from, Message* to) {
   writer.I32(from.number);
   writer.U32(from.rows);
   writer.U8(from.length);
-  writer.Text(from.text, AtMost(kMaxResolvedText, from.count));
+  writer.Text(from.text, AtMost(AtMost(kMaxResolvedText, from.length), from.count));
 }
 
 }  // namespace protocol

@@ -5,8 +5,9 @@
 //   if (Decode(message, &request)) ...        // opcode and length are right
 //   Encode(TagWritten{id, false, seq, tag, slot, slot_generation, tag_generation}, &message);
 //
-// Decode checks the opcode and the exact length; nothing else. Encode yields a message whose length
-// is right; counts over the arrays' sizes are cut off.
+// Decode checks the opcode and the exact length, and of an answer to RESOLVE that it has no more
+// text than there is; nothing else. Encode yields a message whose length is right; counts over the
+// arrays' sizes are cut off.
 //
 // A tag has slots, each empty or with one block. A block is a statement with its author and time:
 // eight words of 32 bits, whose places are those of TagWord. What they mean is in README.md, "TAG".

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "protocol/tag_messages.h"
 #include "protocol/testing/message_fields.h"
 #include "protocol/testing/message_table.h"
 
@@ -61,6 +62,21 @@ class FieldReader {
       throw std::runtime_error(vector_.name + ": " + name + " is out of range");
     }
     *to = static_cast<Integer>(value);
+  }
+
+  /// As 32 bits, signed or not.
+  void GetWord(const std::string& name, int32_t* to) {
+    *to = static_cast<int32_t>(static_cast<uint32_t>(Number(name)));
+  }
+
+  /// Bytes in hexadecimal, without spaces; "-" for none. Returns how many.
+  uint8_t GetBytes(const std::string& name, uint8_t* to) {
+    const std::string& digits = Text(name);
+    uint8_t count = 0;
+    for (size_t i = 0; digits != "-" && i < digits.size(); i += 2) {
+      to[count++] = static_cast<uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16));
+    }
+    return count;
   }
 
   bool AllUsed() const { return used_.size() == vector_.fields.size(); }
@@ -189,10 +205,7 @@ void Get(FieldReader* fields, HelloAnswer* m) {
 }
 
 void Get(FieldReader* fields, Ping* m) {
-  const std::string digits = fields->Text("payload");
-  for (size_t i = 0; digits != "-" && i < digits.size(); i += 2) {
-    m->payload[m->length++] = static_cast<uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16));
-  }
+  m->length = fields->GetBytes("payload", m->payload);
 }
 
 void Get(FieldReader* fields, ErrorAnswer* m) {
@@ -216,6 +229,115 @@ void Get(FieldReader* fields, Round* m) {
   for (const int id : fields->List("turns")) {
     m->turns[m->turn_count++] = static_cast<uint8_t>(id);
   }
+}
+
+void Get(FieldReader* fields, ScanRequest* m) {
+  fields->Get("x", &m->x);
+  fields->Get("y", &m->y);
+  fields->Get("after", &m->after);
+}
+
+void Get(FieldReader* fields, ScanAnswer* m) {
+  fields->Get("more", &m->more);
+  const std::vector<int> tag = fields->List("tag");
+  const std::vector<int> dx = fields->List("dx");
+  const std::vector<int> dy = fields->List("dy");
+  const std::vector<int> generation = fields->List("generation");
+  m->count = static_cast<uint8_t>(tag.size());
+  for (size_t i = 0; i < tag.size(); ++i) {
+    m->rows[i] = {static_cast<uint16_t>(tag.at(i)), static_cast<int16_t>(dx.at(i)),
+                  static_cast<int16_t>(dy.at(i)), static_cast<uint16_t>(generation.at(i))};
+  }
+}
+
+void Get(FieldReader* fields, TagReadRequest* m) {
+  fields->Get("x", &m->x);
+  fields->Get("y", &m->y);
+  fields->Get("tag", &m->tag);
+  fields->Get("slot", &m->slot);
+}
+
+void GetStatement(FieldReader* fields, int32_t* words) {
+  fields->GetWord("subject_namespace", &words[0]);
+  fields->GetWord("subject", &words[1]);
+  fields->GetWord("predicate_namespace", &words[2]);
+  fields->GetWord("predicate", &words[3]);
+  fields->GetWord("object_namespace", &words[4]);
+  fields->GetWord("object", &words[5]);
+}
+
+void Get(FieldReader* fields, TagReadAnswer* m) {
+  fields->Get("tag", &m->tag);
+  fields->Get("slot", &m->slot);
+  fields->Get("next", &m->next);
+  fields->Get("slots", &m->slots);
+  fields->Get("tag_generation", &m->tag_generation);
+  fields->Get("slot_generation", &m->slot_generation);
+  fields->Get("lease_s", &m->lease_s);
+  fields->Get("flags", &m->flags);
+  fields->GetWord("author", &m->words[kWordAuthor]);
+  fields->GetWord("time", &m->words[kWordTime]);
+  GetStatement(fields, m->words + 2);
+}
+
+void Get(FieldReader* fields, TagWriteRequest* m) {
+  fields->Get("seq", &m->seq);
+  fields->Get("x", &m->x);
+  fields->Get("y", &m->y);
+  fields->Get("tag", &m->tag);
+  fields->Get("slot", &m->slot);
+  fields->Get("flags", &m->flags);
+  fields->Get("expected", &m->expected);
+  fields->Get("lease_s", &m->lease_s);
+  fields->Get("time", &m->time);
+  GetStatement(fields, m->words);
+}
+
+void Get(FieldReader* fields, TagEraseRequest* m) {
+  fields->Get("seq", &m->seq);
+  fields->Get("x", &m->x);
+  fields->Get("y", &m->y);
+  fields->Get("tag", &m->tag);
+  fields->Get("slot", &m->slot);
+  fields->Get("flags", &m->flags);
+  fields->Get("expected", &m->expected);
+}
+
+void Get(FieldReader* fields, TagWritten* m) {
+  fields->Get("seq", &m->seq);
+  fields->Get("tag", &m->tag);
+  fields->Get("slot", &m->slot);
+  fields->Get("slot_generation", &m->slot_generation);
+  fields->Get("tag_generation", &m->tag_generation);
+}
+
+void Get(FieldReader* fields, SymbolRequest* m) {
+  fields->Get("seq", &m->seq);
+  m->kind = GetCode<SymbolKind>(fields, "kind");
+  fields->Get("number", &m->number);
+  m->length = fields->GetBytes("text", m->text);
+}
+
+void Get(FieldReader* fields, SymbolAnswer* m) {
+  fields->Get("seq", &m->seq);
+  m->kind = GetCode<SymbolKind>(fields, "kind");
+  fields->Get("number", &m->number);
+}
+
+void Get(FieldReader* fields, ResolveRequest* m) {
+  m->kind = GetCode<SymbolKind>(fields, "kind");
+  fields->Get("robot", &m->robot);
+  fields->Get("number", &m->number);
+  fields->Get("offset", &m->offset);
+}
+
+void Get(FieldReader* fields, ResolveAnswer* m) {
+  m->kind = GetCode<SymbolKind>(fields, "kind");
+  fields->Get("robot", &m->robot);
+  fields->Get("number", &m->number);
+  fields->Get("rows", &m->rows);
+  fields->Get("text_length", &m->length);
+  m->count = fields->GetBytes("text", m->text);
 }
 
 // Fields to body and body to fields. `m` is what the fields do not say (wide, answer).
@@ -286,6 +408,30 @@ void CheckVector(const FieldsVector& vector, const Bytes& body) {
     CheckBothWays(vector, body, ErrorAnswer{});
   } else if (name == "ROUND") {
     CheckBothWays(vector, body, Round{});
+  } else if (name == "SCAN") {
+    CheckBothWays(vector, body, ScanRequest{});
+  } else if (name == "SCAN_ANSWER") {
+    CheckBothWays(vector, body, ScanAnswer{});
+  } else if (name == "READ") {
+    CheckBothWays(vector, body, TagReadRequest{});
+  } else if (name == "READ_ANSWER") {
+    CheckBothWays(vector, body, TagReadAnswer{});
+  } else if (name == "WRITE") {
+    CheckBothWays(vector, body, TagWriteRequest{});
+  } else if (name == "ERASE") {
+    CheckBothWays(vector, body, TagEraseRequest{});
+  } else if (name == "WRITE_ANSWER" || name == "ERASE_ANSWER") {
+    TagWritten written;
+    written.erased = name == "ERASE_ANSWER";
+    CheckBothWays(vector, body, written);
+  } else if (name == "SYMBOL") {
+    CheckBothWays(vector, body, SymbolRequest{});
+  } else if (name == "SYMBOL_ANSWER") {
+    CheckBothWays(vector, body, SymbolAnswer{});
+  } else if (name == "RESOLVE") {
+    CheckBothWays(vector, body, ResolveRequest{});
+  } else if (name == "RESOLVE_ANSWER") {
+    CheckBothWays(vector, body, ResolveAnswer{});
   } else {
     ADD_FAILURE() << "no message is called " << name;
   }

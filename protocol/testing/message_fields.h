@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "protocol/tag_messages.h"
 
 namespace pheromone::testing {
 
@@ -83,6 +84,76 @@ inline auto Fields(const protocol::Round& m) {
   }
   return std::tuple{std::vector<int>{m.number, m.turn_ms, m.turn_bytes, m.slot_ms, m.open_slots},
                     answers, std::vector<int>(m.turns, m.turns + m.turn_count)};
+}
+
+inline auto Fields(const protocol::ScanRequest& m) {
+  return std::tuple{int{m.id}, m.x, m.y, int{m.after}};
+}
+
+inline auto Fields(const protocol::ScanAnswer& m) {
+  std::vector<std::vector<int>> rows;
+  for (int i = 0; i < m.count; ++i) {
+    rows.push_back({m.rows[i].tag, m.rows[i].dx, m.rows[i].dy, m.rows[i].generation});
+  }
+  return std::tuple{int{m.id}, int{m.more}, rows};
+}
+
+inline auto Fields(const protocol::TagReadRequest& m) {
+  return std::tuple{int{m.id}, m.x, m.y, int{m.tag}, int{m.slot}};
+}
+
+inline auto Fields(const protocol::TagReadAnswer& m) {
+  return std::tuple{int{m.id},
+                    int{m.tag},
+                    std::vector<int>{m.slot, m.next, m.slots},
+                    int{m.tag_generation},
+                    int{m.slot_generation},
+                    int{m.lease_s},
+                    int{m.flags},
+                    std::vector<int32_t>(std::begin(m.words), std::end(m.words))};
+}
+
+inline auto Fields(const protocol::TagWriteRequest& m) {
+  return std::tuple{std::vector<int>{m.id, m.seq, m.tag, m.slot, m.flags, m.expected, m.lease_s},
+                    m.x, m.y, m.time, std::vector<int32_t>(std::begin(m.words), std::end(m.words))};
+}
+
+inline auto Fields(const protocol::TagEraseRequest& m) {
+  return std::tuple{int{m.id},  int{m.seq},  m.x,          m.y,
+                    int{m.tag}, int{m.slot}, int{m.flags}, int{m.expected}};
+}
+
+inline auto Fields(const protocol::TagWritten& m) {
+  return std::tuple{int{m.id},
+                    m.erased,
+                    int{m.seq},
+                    int{m.tag},
+                    int{m.slot},
+                    int{m.slot_generation},
+                    int{m.tag_generation}};
+}
+
+inline auto Fields(const protocol::SymbolRequest& m) {
+  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.kind), m.number,
+                    std::vector<int>(m.text, m.text + m.length)};
+}
+
+inline auto Fields(const protocol::SymbolAnswer& m) {
+  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.kind), m.number};
+}
+
+inline auto Fields(const protocol::ResolveRequest& m) {
+  return std::tuple{int{m.id}, static_cast<int>(m.kind), m.robot, m.number, int{m.offset}};
+}
+
+inline auto Fields(const protocol::ResolveAnswer& m) {
+  return std::tuple{int{m.id},
+                    static_cast<int>(m.kind),
+                    m.robot,
+                    m.number,
+                    m.rows,
+                    int{m.length},
+                    std::vector<int>(m.text, m.text + m.count)};
 }
 
 /// Encode, whether it can fail or not.

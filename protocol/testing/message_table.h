@@ -128,6 +128,9 @@ inline std::vector<std::string> ExpectedNames(const protocol::Message& message) 
   if (row.name == "SCAN_ANSWER" && message.length % 8 != 1) {
     return {};
   }
+  if (row.name == "RESOLVE_ANSWER" && message.length > 14 + message.data[13]) {
+    return {};
+  }
   if (row.name == "ROUND" && !ReadNaiveRound(ToBody(message))) {
     return {};
   }
