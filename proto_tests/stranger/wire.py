@@ -101,12 +101,39 @@ class Layout(NamedTuple):
     typed: bool = False
 
 
+_STATEMENT = (
+    "subject_namespace subject predicate_namespace predicate object_namespace object"
+)
+_WRITTEN = "seq tag slot slot_generation tag_generation"
 _LAYOUTS = (
     Layout(0x00, "SENSE", "hhH", "x y heading", typed=True),
     Layout(0x10, "SENSE_WIDE", "iiH", "x y heading", typed=True),
     Layout(0x20, "DEPOSIT", "BhhB", "seq x y quanta", typed=True),
     Layout(0x30, "TRACE", "BhhH", "seq x y heading", typed=True),
     Layout(0x60, "TRACE_WIDE", "BiiH", "seq x y heading", typed=True),
+    Layout(0x41, "SCAN", "iiH", "x y after"),
+    Layout(0x42, "READ", "iiHB", "x y tag slot"),
+    Layout(
+        0x43,
+        "WRITE",
+        "BiiHBBHHI6i",
+        f"seq x y tag slot flags expected lease_s time {_STATEMENT}",
+    ),
+    Layout(0x44, "ERASE", "BiiHBBH", "seq x y tag slot flags expected"),
+    Layout(0x45, "SYMBOL", "BBi", "seq kind number"),
+    Layout(0x46, "RESOLVE", "BiiB", "kind robot number offset"),
+    Layout(0xC1, "SCAN_ANSWER", "B", "more"),
+    Layout(
+        0xC2,
+        "READ_ANSWER",
+        "HBBBHHHBiI6i",
+        "tag slot next slots tag_generation slot_generation lease_s flags author time"
+        f" {_STATEMENT}",
+    ),
+    Layout(0xC3, "WRITE_ANSWER", "BHBHH", _WRITTEN),
+    Layout(0xC4, "ERASE_ANSWER", "BHBHH", _WRITTEN),
+    Layout(0xC5, "SYMBOL_ANSWER", "BBi", "seq kind number"),
+    Layout(0xC6, "RESOLVE_ANSWER", "BiiIB", "kind robot number rows text_length"),
     Layout(0x51, "COMMAND_ACK", "BBh", "seq code result"),
     Layout(0x52, "EVENT", "BBh", "seq code argument"),
     Layout(0x71, "HELLO", "HBB", "nonce firmware_version round_period"),
@@ -160,6 +187,8 @@ REASONS = {
 }
 UNKNOWN_OPCODE, BAD_LENGTH, BUSY, BAD_VALUE = 1, 2, 7, 11
 
+MOST_TAG_ROWS = 7
+MOST_TEXT = {"SYMBOL": 56, "RESOLVE_ANSWER": 50}
 MOST_TURNS = 11
 NO_INTENSITIES = -32768
 """P_L of an answer of a ROUND that is none: P_R is then a reason, or 0 for send it again."""
@@ -178,7 +207,7 @@ class Message(NamedTuple):
 
     name: str
     client_id: int
-    fields: dict[str, Any]  # integers, but for a PING's payload and a ROUND's lists
+    fields: dict[str, Any]  # integers, but for payload, texts (bytes) and lists
 
     def __str__(self) -> str:
         fields = (f"{key}={value}" for key, value in self.fields.items())
@@ -220,6 +249,27 @@ def _build_round(
     return bytes((client_id, 0xF3, *header, counts)) + values + bytes(turns)
 
 
+def _parse_scan_answer(body: bytes) -> Message:
+    """`rows`: tag, dx, dy, generation of each."""
+    rows, odd = divmod(len(body) - 3, 8)
+    if odd or not 0 <= rows <= MOST_TAG_ROWS:
+        raise NotAMessage(BAD_LENGTH, body)
+    fields = {"more": body[2], "rows": list(struct.iter_unpack("<HhhH", body[3:]))}
+    return Message("SCAN_ANSWER", body[0], fields)
+
+
+def _parse_text(layout: Layout, body: bytes) -> Message:
+    """A message that ends with a text."""
+    packing, names = _shape(layout, 0)
+    header, text = body[2 : 2 + packing.size], body[2 + packing.size :]
+    if len(header) < packing.size or len(text) > MOST_TEXT[layout.name]:
+        raise NotAMessage(BAD_LENGTH, body)
+    fields = dict(zip(names, packing.unpack(header)))
+    if len(text) > fields.get("text_length", MOST_DATA):
+        raise NotAMessage(BAD_LENGTH, body)
+    return Message(layout.name, body[0], {**fields, "text": text})
+
+
 def parse(body: bytes) -> Message:
     """The message that a frame's body holds; NotAMessage if it holds none."""
     client_id, opcode, data = body[0], body[1], body[2:]
@@ -232,6 +282,10 @@ def parse(body: bytes) -> Message:
         return Message(layout.name, client_id, {"payload": data})
     if layout.name == "ROUND":
         return _parse_round(body)
+    if layout.name == "SCAN_ANSWER":
+        return _parse_scan_answer(body)
+    if layout.name in MOST_TEXT:
+        return _parse_text(layout, body)
     fields = {"type": opcode & 0x0F} if layout.typed else {}
     try:
         packing, names = _shape(layout, data[1] if len(data) > 1 else 0)
@@ -256,4 +310,13 @@ def build(name: str, client_id: int, **fields: Any) -> bytes:
             raise ValueError(f"a PING carries up to 16 bytes, not {len(fields['payload'])}")
         return bytes((client_id, opcode)) + fields["payload"]
     packing, names = _shape(layout, fields.get("code", 0))
-    return bytes((client_id, opcode)) + packing.pack(*(fields[name] for name in names))
+    body = bytes((client_id, opcode)) + packing.pack(*(fields[name] for name in names))
+    if name == "SCAN_ANSWER":
+        if len(fields["rows"]) > MOST_TAG_ROWS:
+            raise ValueError(f"an answer to SCAN has up to {MOST_TAG_ROWS} rows")
+        return body + b"".join(struct.pack("<HhhH", *row) for row in fields["rows"])
+    if name in MOST_TEXT:
+        if len(fields["text"]) > MOST_TEXT[name]:
+            raise ValueError(f"{name} carries up to {MOST_TEXT[name]} bytes of text")
+        return body + fields["text"]
+    return body

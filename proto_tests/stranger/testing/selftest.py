@@ -73,6 +73,9 @@ def _check_fields() -> int:
         if message_name == "ROUND":
             lists = expected.pop("left"), expected.pop("right")
             expected["answers"] = list(zip(*lists, strict=True))
+        if message_name == "SCAN_ANSWER":
+            columns = [expected.pop(name) for name in vectors.TAG_ROW]
+            expected["rows"] = list(zip(*columns, strict=True))
         body = frames[name].body
         message = parse(body)
         got = {"id": message.client_id, **message.fields}

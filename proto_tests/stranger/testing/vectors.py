@@ -8,6 +8,9 @@ from typing import NamedTuple
 FOLDER = Path(__file__).resolve().parents[3] / "protocol" / "vectors"
 
 
+TAG_ROW = ("tag", "dx", "dy", "generation")  # the lists of SCAN's answer
+
+
 class Frame(NamedTuple):
     name: str
     body: bytes | None  # None where the wire holds no such thing
@@ -39,8 +42,10 @@ def from_hex(text: str) -> bytes:
 
 def value_of(message: str, key: str, text: str) -> bytes | int | list[int]:
     """A field of fields.txt."""
-    if key == "payload":
+    if key in ("payload", "text"):
         return from_hex(text)
+    if message == "SCAN_ANSWER" and key in TAG_ROW:
+        return [int(one) for one in text.split(",") if one != "-"]
     if message == "ROUND" and key in ("left", "right", "turns"):
         return [int(one) for one in text.split(",") if one != "-"]
     return int(text)
