@@ -102,6 +102,9 @@ std::string FullName(const std::string& name, const std::vector<Field>& fields) 
     if (field.name == "answer" && field.value != 0) {
       full += "_ANSWER";
     }
+    if (field.name == "erased" && field.value != 0) {
+      full = "ERASE_ANSWER";
+    }
   }
   return full;
 }

@@ -183,8 +183,9 @@ void ExpectBytesAsInTheBody(const std::string& name, size_t from, const DecodedM
   EXPECT_GE(at, body.size());
 }
 
-// The first of each list of a ROUND, as many as are counted, separated by commas.
-void ExpectRound(const FieldsVector& vector, const DecodedMessage& decoded) {
+// The first of each list of a ROUND or of SCAN's answer, as many as are counted, separated by
+// commas.
+void ExpectLists(const FieldsVector& vector, const DecodedMessage& decoded) {
   std::map<std::string, std::vector<int32_t>> all;
   for (const Field& field : decoded.fields) {
     all[field.name].push_back(field.value);
@@ -196,34 +197,43 @@ void ExpectRound(const FieldsVector& vector, const DecodedMessage& decoded) {
     }
     return joined.empty() ? "-" : joined;
   };
+  const std::map<std::string, std::string> counts = {
+      {"left", "answer_count"},   {"right", "answer_count"}, {"turns", "turn_count"},
+      {"tag", "row_count"},       {"dx", "row_count"},       {"dy", "row_count"},
+      {"generation", "row_count"}};
   for (const auto& [name, value] : vector.fields) {
-    if (name == "id") {
+    if (name == "id" && vector.message == "ROUND") {
       continue;
     }
-    const bool is_answer = name == "left" || name == "right";
-    const int32_t count = is_answer         ? all.at("answer_count")[0]
-                          : name == "turns" ? all.at("turn_count")[0]
-                                            : 1;
-    EXPECT_EQ(text(name, count), value) << name;
+    const auto list = counts.find(name);
+    EXPECT_EQ(text(name, list == counts.end() ? 1 : all.at(list->second)[0]), value) << name;
   }
 }
 
+// Where the text of a body begins.
+size_t TextFrom(const std::string& message) {
+  return message == "SYMBOL" ? 8 : 16;
+}
+
 void ExpectFields(const FieldsVector& vector, const DecodedMessage& decoded, const Bytes& body) {
-  if (vector.message == "ROUND") {
-    ExpectRound(vector, decoded);
+  if (vector.message == "ROUND" || vector.message == "SCAN_ANSWER") {
+    ExpectLists(vector, decoded);
     return;
   }
   size_t compared = 0;
   for (const Field& field : decoded.fields) {
-    if (field.name == "wide" || field.name == "answer") {
+    if (field.name == "wide" || field.name == "answer" || field.name == "erased") {
       continue;  // in the message's name
     }
     if (field.name == "length") {
       EXPECT_EQ(field.value, static_cast<int>(body.size()) - 2);
-    } else if (field.name != "arguments" && field.name != "payload") {
+    } else if (field.name == "text_count") {
+      EXPECT_EQ(field.value, static_cast<int>(body.size() - TextFrom(vector.message)));
+    } else if (field.name != "arguments" && field.name != "payload" && field.name != "text") {
       const auto found = vector.fields.find(field.name);
       ASSERT_NE(found, vector.fields.end()) << field.name;
-      EXPECT_EQ(std::to_string(field.value), found->second) << field.name;
+      const auto expected = static_cast<int32_t>(static_cast<uint32_t>(std::stoll(found->second)));
+      EXPECT_EQ(field.value, expected) << field.name;
       ++compared;
     }
   }
@@ -231,6 +241,9 @@ void ExpectFields(const FieldsVector& vector, const DecodedMessage& decoded, con
     ExpectBytesAsInTheBody("arguments", 4, decoded, body);
   } else if (vector.message == "PING" || vector.message == "PING_ANSWER") {
     ExpectBytesAsInTheBody("payload", 2, decoded, body);
+  } else if (vector.fields.count("text") > 0) {
+    ExpectBytesAsInTheBody("text", TextFrom(vector.message), decoded, body);
+    EXPECT_EQ(compared + 1, vector.fields.size()) << "fields that the chip does not know";
   } else {
     EXPECT_EQ(compared, vector.fields.size()) << "fields that the chip does not know";
   }

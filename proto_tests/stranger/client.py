@@ -296,7 +296,7 @@ def answer_in(heard: bytes, request: bytes) -> Message | None:
     except NotAMessage:
         return None
     client_id, opcode, data = request[0], request[1], request[2:]
-    mutating = opcode >> 4 in (0x2, 0x3, 0x6) or opcode == 0x52
+    mutating = opcode >> 4 in (0x2, 0x3, 0x6) or opcode in (0x43, 0x44, 0x45, 0x52)
     seq = data[0] if mutating and data else 0
     if answer.name == "ERROR":
         same = answer.fields["refused_opcode"] == opcode and answer.fields["seq"] == seq
@@ -306,5 +306,20 @@ def answer_in(heard: bytes, request: bytes) -> Message | None:
             and answer.fields.get("seq", seq) == seq
             and (answer.name != "HELLO_ANSWER" or heard[2:4] == data[:2])
             and (answer.name != "PING_ANSWER" or heard[2:] == data)
+            and (answer.name != "READ_ANSWER" or heard[2:4] == data[8:10])
+            and (answer.name != "RESOLVE_ANSWER" or _resolves(answer, data))
         )
     return answer if same and answer.client_id == client_id else None
+
+
+def _resolves(answer: Message, asked: bytes) -> bool:
+    """Whether this is what a RESOLVE with this DATA asks for, and all of the text that it can be."""
+    fields, offset = answer.fields, asked[9]
+    kind, robot, number = asked[0], asked[1:5], asked[5:9]
+    same = kind == 4 or (
+        fields["kind"] == kind
+        and fields["robot"].to_bytes(4, "little", signed=True) == robot
+        and (kind != 2 or fields["number"].to_bytes(4, "little", signed=True) == number)
+    )
+    rest = max(0, fields["text_length"] - offset)
+    return same and len(fields["text"]) == min(rest, wire.MOST_TEXT["RESOLVE_ANSWER"])

@@ -20,7 +20,12 @@ INBOUND, OUTBOUND = 1, 2
 RENAMED = {"speed_mm_s": "speed", "type_to_follow": "follow_type",
            "code": {"COMMAND": "command", "COMMAND_ACK": "command", "EVENT": "event"},
            "pose_unit_10um": "pose_unit", "antenna_distance_mm": "antenna_distance",
-           "slot_ms": "slot", "response_window_ms": "window", "turns": "turn"}
+           "slot_ms": "slot", "response_window_ms": "window", "turns": "turn",
+           "slot": "tag_slot", "next": "next_slot", "lease_s": "lease",
+           "flags": {"READ_ANSWER": "block_flags", "WRITE": "write_flags", "ERASE": "write_flags"},
+           "number": {"ROUND": "number", "SYMBOL": "symbol_number",
+                      "SYMBOL_ANSWER": "symbol_number", "RESOLVE": "symbol_number",
+                      "RESOLVE_ANSWER": "symbol_number"}}
 
 
 def rows(name):
@@ -93,7 +98,12 @@ class DissectorTest(unittest.TestCase):
                  "nonce", "firmware_version", "round_period", "protocol_version", "epoch",
                  "pose_unit", "antenna_distance", "type_mask", "slot", "window", "last_opcode",
                  "last_seq", "refused_opcode", "reason", "payload", "number", "turn_ms",
-                 "turn_bytes", "open_slots", "turn"]
+                 "turn_bytes", "open_slots", "turn", "after", "more", "tag", "dx", "dy",
+                 "generation", "tag_slot", "next_slot", "slots", "tag_generation",
+                 "slot_generation", "lease", "block_flags", "write_flags", "expected", "author",
+                 "time", "subject_namespace", "subject", "predicate_namespace", "predicate",
+                 "object_namespace", "object", "kind", "robot", "symbol_number", "offset", "rows",
+                 "text_length", "text"]
         found = self.dissect([(0, i, INBOUND, wires[name], 0)
                               for i, (name, *_) in enumerate(meanings)],
                              ["pheromone.message"] + ["pheromone." + name for name in names])
@@ -109,7 +119,7 @@ class DissectorTest(unittest.TestCase):
                 for key, value in expected.items():
                     self.assertIn(key, names)
                     got = columns[names.index(key)]
-                    if key == "payload":
+                    if key in ("payload", "text"):
                         self.assertEqual("".join(got), "" if value == "-" else value.lower())
                     else:
                         told = [] if value == "-" else [int(it) for it in value.split(",")]

@@ -31,6 +31,12 @@ local COMMANDS = { "halt", "resume", "speed", "go to", "follow type", "pick the 
 local EVENTS = { "load picked", "load dropped", "obstacle", "off the map", "trail lost",
                  "fail-safe stop", "goal reached", "parameter value", "battery low",
                  "stopped by hand", "pose lost" }
+local NAMESPACES = {
+  [0] = "an absolute IRI", [-1] = "string", [-2] = "character", [-3] = "integer", [-4] = "binary32",
+  [-5] = "date and time", [-6] = "date", [-7] = "time of day", [-16] = "chain of fragments",
+  [-17] = "robot", [-18] = "tag",
+}
+local SYMBOL_KINDS = { "robot", "string", "mapping", "row" }
 -- The verdicts on frames that a receiver does not drop.
 local DELIVERED = { ok = true, ["unknown-opcode"] = true, ["bad-length"] = true,
                     ["bad-value"] = true }
@@ -83,6 +89,38 @@ local f = {
   open_slots = ProtoField.uint8("pheromone.open_slots", "Open slots"),
   counts = ProtoField.uint8("pheromone.counts", "Number of turns and of answers", base.HEX),
   turn = ProtoField.uint8("pheromone.turn", "Turn of client"),
+  after = ProtoField.uint16("pheromone.after", "After tag"),
+  more = ProtoField.uint8("pheromone.more", "Further tags in range"),
+  tag = ProtoField.uint16("pheromone.tag", "Tag"),
+  dx = ProtoField.int16("pheromone.dx", "dx (pose units)"),
+  dy = ProtoField.int16("pheromone.dy", "dy (pose units)"),
+  generation = ProtoField.uint16("pheromone.generation", "Generation of the tag"),
+  tag_slot = ProtoField.uint8("pheromone.tag_slot", "Slot"),
+  next_slot = ProtoField.uint8("pheromone.next_slot", "Next slot"),
+  slots = ProtoField.uint8("pheromone.slots", "Slots of the tag"),
+  tag_generation = ProtoField.uint16("pheromone.tag_generation", "Tag generation"),
+  slot_generation = ProtoField.uint16("pheromone.slot_generation", "Slot generation"),
+  lease = ProtoField.uint16("pheromone.lease", "Lease (s)"),
+  block_flags = ProtoField.uint8("pheromone.block_flags", "Flags (1: privileged)", base.HEX),
+  write_flags = ProtoField.uint8("pheromone.write_flags", "Flags (1: REPLACE, 2: EXPECT)",
+                                 base.HEX),
+  expected = ProtoField.uint16("pheromone.expected", "Expected generation"),
+  author = ProtoField.int32("pheromone.author", "Author"),
+  time = ProtoField.uint32("pheromone.time", "Time (Unix s)"),
+  subject_namespace = ProtoField.int32("pheromone.subject_namespace", "Namespace of the subject"),
+  subject = ProtoField.int32("pheromone.subject", "Subject"),
+  predicate_namespace = ProtoField.int32("pheromone.predicate_namespace",
+                                         "Namespace of the predicate"),
+  predicate = ProtoField.int32("pheromone.predicate", "Predicate"),
+  object_namespace = ProtoField.int32("pheromone.object_namespace", "Namespace of the object"),
+  object = ProtoField.int32("pheromone.object", "Object"),
+  kind = ProtoField.uint8("pheromone.kind", "Kind of symbol", base.DEC, SYMBOL_KINDS),
+  robot = ProtoField.int32("pheromone.robot", "Robot"),
+  symbol_number = ProtoField.int32("pheromone.symbol_number", "Number"),
+  offset = ProtoField.uint8("pheromone.offset", "Offset in the text"),
+  rows = ProtoField.uint32("pheromone.rows", "Rows of all tables"),
+  text_length = ProtoField.uint8("pheromone.text_length", "Length of the whole text"),
+  text = ProtoField.bytes("pheromone.text", "Text"),
 }
 local fields = {}
 for _, field in pairs(f) do fields[#fields + 1] = field end
@@ -98,8 +136,8 @@ pheromone.experts = { e_damaged, e_malformed, e_error }
 
 -- ---------------------------------------------------------------- Messages.
 
--- Layouts of DATA: { field, bytes, signed, remark } in order. In the services that take a pheromone
--- type, the key is the opcode without it.
+-- Layouts of DATA: { field, bytes, signed, remark } in order; the remark may be a table of remarks by
+-- value. In the services that take a pheromone type, the key is the opcode without it.
 local POSE = { { f.x, 2, true }, { f.y, 2, true }, { f.heading, 2 } }
 local WIDE_POSE = { { f.x, 4, true }, { f.y, 4, true }, { f.heading, 2 } }
 local SEQ = { f.seq, 1 }
@@ -115,7 +153,38 @@ local TYPED = {
   [0x60] = { "TRACE_WIDE", after_seq(WIDE_POSE) },
   [0xE0] = { "TRACE_WIDE_ANSWER", after_seq(ANTENNAS) },
 }
+local STATEMENT = {
+  { f.subject_namespace, 4, true, NAMESPACES }, { f.subject, 4, true },
+  { f.predicate_namespace, 4, true, NAMESPACES }, { f.predicate, 4, true },
+  { f.object_namespace, 4, true, NAMESPACES }, { f.object, 4, true } }
+local AT_TAG = { { f.x, 4, true }, { f.y, 4, true }, { f.tag, 2 }, { f.tag_slot, 1 } }
+local WRITTEN = { SEQ, { f.tag, 2 }, { f.tag_slot, 1 }, { f.slot_generation, 2 },
+                  { f.tag_generation, 2 } }
+local TAG_ROW = { { f.tag, 2 }, { f.dx, 2, true }, { f.dy, 2, true }, { f.generation, 2 } }
+local function joined(...)
+  local all = {}
+  for _, items in ipairs({ ... }) do
+    for _, item in ipairs(items) do all[#all + 1] = item end
+  end
+  return all
+end
+
 local OTHERS = {
+  [0x41] = { "SCAN", { { f.x, 4, true }, { f.y, 4, true }, { f.after, 2 } } },
+  [0x42] = { "READ", AT_TAG },
+  [0xC2] = { "READ_ANSWER", joined(
+    { { f.tag, 2 }, { f.tag_slot, 1 }, { f.next_slot, 1 }, { f.slots, 1 }, { f.tag_generation, 2 },
+      { f.slot_generation, 2 }, { f.lease, 2 }, { f.block_flags, 1 }, { f.author, 4, true },
+      { f.time, 4 } }, STATEMENT) },
+  [0x43] = { "WRITE", joined(
+    { SEQ }, AT_TAG, { { f.write_flags, 1 }, { f.expected, 2 }, { f.lease, 2 }, { f.time, 4 } },
+    STATEMENT) },
+  [0xC3] = { "WRITE_ANSWER", WRITTEN },
+  [0x44] = { "ERASE", joined({ SEQ }, AT_TAG, { { f.write_flags, 1 }, { f.expected, 2 } }) },
+  [0xC4] = { "ERASE_ANSWER", WRITTEN },
+  [0xC5] = { "SYMBOL_ANSWER", { SEQ, { f.kind, 1 }, { f.symbol_number, 4, true } } },
+  [0x46] = { "RESOLVE", { { f.kind, 1 }, { f.robot, 4, true }, { f.symbol_number, 4, true },
+                          { f.offset, 1 } } },
   [0x51] = { "COMMAND_ACK", { SEQ, { f.command, 1 }, { f.result, 2, true } } },
   [0x52] = { "EVENT", { SEQ, { f.event, 1 }, { f.argument, 2, true } } },
   [0xD2] = { "EVENT_ACK", { SEQ } },
@@ -131,9 +200,42 @@ local ARGUMENTS = {
   { { f.follow_type, 1 } }, {}, {}, { { f.parameter, 1 }, { f.value, 4, true } },
   { { f.parameter, 1 } },
 }
+-- What ends with a text: name, layout of what is before it, the longest text.
+local WITH_TEXT = {
+  [0x45] = { "SYMBOL", { SEQ, { f.kind, 1 }, { f.symbol_number, 4, true } }, 56 },
+  [0xC6] = { "RESOLVE_ANSWER",
+             { { f.kind, 1 }, { f.robot, 4, true }, { f.symbol_number, 4, true }, { f.rows, 4 },
+               { f.text_length, 1 } }, 50 },
+}
 local MAX_PING = 16
+local SCAN_ANSWER, MAX_TAG_ROWS, TAG_ROW_BYTES = 0xC1, 7, 8
 local ROUND, ROUND_HEADER, MAX_TURNS = 0xF3, 6, 11
 local EVERYBODY = 0xFF
+
+local function length_of(layout)
+  local length = 0
+  for _, item in ipairs(layout) do length = length + item[2] end
+  return length
+end
+
+-- The layout of an answer to SCAN, or none if the length is wrong.
+local function scan_answer_layout(data)
+  local rows = (data:len() - 1) / TAG_ROW_BYTES
+  if rows < 0 or rows > MAX_TAG_ROWS or rows ~= math.floor(rows) then return nil end
+  local layout = { { f.more, 1 } }
+  for _ = 1, rows do layout = joined(layout, TAG_ROW) end
+  return layout
+end
+
+-- The layout of what ends with a text, or none if the length is wrong.
+local function text_layout(opcode, data)
+  local _, before, most = table.unpack(WITH_TEXT[opcode])
+  local length = data:len() - length_of(before)
+  if length < 0 or length > most then return nil end
+  if opcode == 0xC6 and length > data:get_index(length_of(before) - 1) then return nil end
+  local text = data:raw(length_of(before), length)
+  return joined(before, { { f.text, length, false, not text:find("%c") and text or nil } })
+end
 
 -- The layout of a ROUND, or none if the length is wrong.
 local function round_layout(data)
@@ -185,15 +287,17 @@ local function find_layout(opcode, data)
     return name, { { f.payload, data:len() } }, false
   elseif opcode == ROUND then
     return "ROUND", round_layout(data), false
+  elseif opcode == SCAN_ANSWER then
+    return "SCAN_ANSWER", scan_answer_layout(data), false
+  elseif WITH_TEXT[opcode] then
+    return WITH_TEXT[opcode][1], text_layout(opcode, data), false
   elseif opcode == 0xD1 then
     local arguments = data:len() >= 2 and ARGUMENTS[data:get_index(1)]
     if not arguments then return "COMMAND", nil end
     known = { "COMMAND", { SEQ, { f.command, 1 }, table.unpack(arguments) } }
   end
   if not known then return nil, nil end
-  local length = 0
-  for _, item in ipairs(known[2]) do length = length + item[2] end
-  if length ~= data:len() then return known[1], nil end
+  if length_of(known[2]) ~= data:len() then return known[1], nil end
   return known[1], known[2], typed ~= nil and known == typed
 end
 
@@ -310,17 +414,19 @@ local function add_fields(tree, body_tvb, layout, typed)
   local offset = 2
   for _, item in ipairs(layout) do
     local field, length = item[1], item[2]
-    if length > 0 or field ~= f.payload then
+    if length > 0 then
       local range = body_tvb(offset, length)
       local added
-      if field == f.payload then
+      if field == f.payload or field == f.text then
         added = tree:add(field, range)
       elseif item[3] then
         added = tree:add(field, range, range:le_int())
       else
         added = tree:add(field, range, range:le_uint())
       end
-      if item[4] then added:append_text(" (" .. item[4] .. ")") end
+      local remark = item[4]
+      if type(remark) == "table" then remark = remark[range:le_int()] end
+      if remark then added:append_text(" (" .. remark .. ")") end
     end
     offset = offset + length
   end

@@ -12,7 +12,7 @@ from .setups import NOT_CONFIGURED, PERMANENT
 def check_errors(robot: Robot, model: Model) -> None:
     me = robot.client_id
     robot.hello(9000)
-    for opcode in (0x10, 0x41, 0x45, 0x40, 0x4F, 0x50, 0x53, 0x5F, 0x70, 0x73, 0x7E, 0x7F):
+    for opcode in (0x10, 0x40, 0x47, 0x4F, 0x50, 0x53, 0x5F, 0x70, 0x73, 0x7E, 0x7F):
         body = bytes((me, opcode, 0xA5, 0, 0, 0, 0, 0))
         robot.expect_error(body, 1, 0, f"opcode {opcode:02X}")
     for opcode in (0x20, 0x30, 0x60):
@@ -26,6 +26,15 @@ def check_errors(robot: Robot, model: Model) -> None:
         "TRACE": {"type": 1, "seq": 99, "x": 0, "y": 0, "heading": 0},
         "TRACE_WIDE": {"type": 1, "seq": 99, "x": 0, "y": 0, "heading": 0},
         "EVENT": {"seq": 99, "code": 1, "argument": 0},
+        "SCAN": {"x": 0, "y": 0, "after": 0},
+        "READ": {"x": 0, "y": 0, "tag": 1, "slot": 0},
+        "WRITE": {
+            **{"seq": 99, "x": 0, "y": 0, "tag": 1, "slot": 255, "flags": 0, "expected": 0},
+            **{"lease_s": 0, "time": 0, "subject_namespace": 0, "subject": 1},
+            **{"predicate_namespace": 0, "predicate": 2, "object_namespace": -3, "object": 4},
+        },
+        "ERASE": {"seq": 99, "x": 0, "y": 0, "tag": 1, "slot": 0, "flags": 0, "expected": 0},
+        "RESOLVE": {"kind": 1, "robot": 1, "number": 1, "offset": 0},
         "HELLO": {"nonce": 9000, "firmware_version": 1, "round_period": 0},
     }
     for name, fields in whole.items():
@@ -36,6 +45,11 @@ def check_errors(robot: Robot, model: Model) -> None:
             expected = seq if length > 2 else 0
             robot.expect_error(wrong, 2, expected, f"{name} with {length - 2} bytes of DATA")
     robot.expect_error(bytes((me, 0x72)) + b"x" * 17, 2, 0, "PING with 17 bytes")
+    symbol = build("SYMBOL", me, seq=99, kind=1, number=0, text=b"")
+    for length in (*range(2, len(symbol)), 2 + 63):
+        expected = 99 if length > 2 else 0
+        wrong = (symbol + b"a" * 64)[:length]
+        robot.expect_error(wrong, 2, expected, f"SYMBOL with {length - 2} bytes of DATA")
     unknown = build("DEPOSIT", me, type=NOT_CONFIGURED, seq=99, x=0, y=0, quanta=1)
     robot.expect_error(unknown[:-1], 2, 99, "DEPOSIT of an unknown type, too short")
 
@@ -86,7 +100,7 @@ def check_errors(robot: Robot, model: Model) -> None:
         "an ERROR": build("ERROR", me, refused_opcode=1, reason=1, seq=0),
         "a COMMAND": build("COMMAND", me, seq=1, code=1),
         "ID FF": bytes((0xFF, 0x72)) + b"anybody?",
-        "an unknown opcode from ID FF": bytes((0xFF, 0x41)),
+        "an unknown opcode from ID FF": bytes((0xFF, 0x47)),
         "ID 00": bytes((0x00, 0x72)) + b"nobody",
         "opcode 00": bytes((me, 0x00)),
         "an ACK of nothing": build("COMMAND_ACK", me, seq=1, code=1, result=0),
