@@ -82,6 +82,28 @@ LengthRule LengthOf(uint8_t opcode) {
       return Exactly(1);
     case kError:
       return Exactly(3);
+    case kScan:
+    case kResolve:
+      return Exactly(10);
+    case kScanAnswer:
+      return LengthRule{true, 1, 57};  // 7 rows
+    case kTagRead:
+      return Exactly(11);
+    case kTagReadAnswer:
+      return Exactly(44);
+    case kTagWrite:
+      return Exactly(45);
+    case kTagErase:
+      return Exactly(15);
+    case kTagWriteAnswer:
+    case kTagEraseAnswer:
+      return Exactly(8);
+    case kSymbol:
+      return LengthRule{true, 6, 62};  // 56 bytes of text
+    case kSymbolAnswer:
+      return Exactly(6);
+    case kResolveAnswer:
+      return LengthRule{true, 14, 64};  // 50 bytes of text
     default:
       break;
   }

@@ -1,4 +1,5 @@
-// The messages, as structs, and their one translation to and from Message.
+// The messages, as structs, and their one translation to and from Message; those of TAG are in
+// tag_messages.h.
 //
 //   SenseRequest request;
 //   if (Decode(message, &request)) ...        // opcode and length are right

@@ -1,5 +1,6 @@
-// Every number of the protocol that has a name. Bit 7 of an opcode is set in the server's messages;
-// bits 6-4 select the service, bits 3-0 the pheromone type (1-15) or a function of the service.
+// Every number of the protocol that has a name, but for those inside of TAG's messages
+// (tag_messages.h). Bit 7 of an opcode is set in the server's messages; bits 6-4 select the
+// service, bits 3-0 the pheromone type (1-15) or a function of the service.
 #pragma once
 
 #include <stdint.h>
@@ -22,10 +23,22 @@ enum Service : uint8_t {
 
 /// Opcodes of the services that take a function instead.
 enum Opcode : uint8_t {
+  kScan = 0x41,
+  kTagRead = 0x42,
+  kTagWrite = 0x43,
+  kTagErase = 0x44,
+  kSymbol = 0x45,
+  kResolve = 0x46,
   kCommandAck = 0x51,
   kEvent = 0x52,
   kHello = 0x71,
   kPing = 0x72,
+  kScanAnswer = 0xC1,
+  kTagReadAnswer = 0xC2,
+  kTagWriteAnswer = 0xC3,
+  kTagEraseAnswer = 0xC4,
+  kSymbolAnswer = 0xC5,
+  kResolveAnswer = 0xC6,
   kCommand = 0xD1,
   kEventAck = 0xD2,
   kHelloAnswer = 0xF1,
@@ -48,11 +61,11 @@ enum class Reason : uint8_t {
   kNotPermitted = 10,
   kBadValue = 11,
   kBlockedByObstacle = 12,
-  kNoTagInRange = 16,
+  kNoTagInRange = 16,  ///< or no such tag
   kTagProtected = 17,
   kTagFull = 18,
   kGenerationChanged = 19,
-  kUnknownSymbol = 20,
+  kUnknownSymbol = 20,  ///< or the robot has no number
 };
 
 enum class CommandCode : uint8_t {
@@ -122,18 +135,19 @@ inline bool TakesType(uint8_t opcode) {
 inline bool IsMutating(uint8_t opcode) {
   const uint8_t service = ServiceOf(opcode);
   return !IsFromServer(opcode) &&
-         (opcode == kEvent || service == kDeposit || service == kTrace || service == kTraceWide);
+         (opcode == kEvent || service == kDeposit || service == kTrace || service == kTraceWide ||
+          (opcode >= kTagWrite && opcode <= kSymbol));
 }
 
 /// How long DATA of an opcode may be.
 struct LengthRule {
   bool known;  ///< false: no such opcode
   uint8_t least;
-  uint8_t most;  ///< equal to `least` for all but PING, COMMAND and ROUND
+  uint8_t most;  ///< equal to `least` where DATA has no list, text or payload
 };
 
 /// The lengths of a COMMAND are further bound by its code (see CommandArgumentLength), those of a
-/// ROUND by its counts.
+/// ROUND by its counts, those of an answer to SCAN by its rows of 8 bytes.
 LengthRule LengthOf(uint8_t opcode);
 
 /// Bytes of arguments that a COMMAND's code takes, or 0xFF for an unknown code.

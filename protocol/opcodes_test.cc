@@ -36,10 +36,11 @@ TEST(LengthOf, PheromoneTypeZeroDoesNotExist) {
   }
 }
 
-TEST(LengthOf, TheTagServiceIsReserved) {
+TEST(LengthOf, TheTagServiceHasSixFunctions) {
   for (unsigned function = 0; function <= 15; ++function) {
-    EXPECT_FALSE(LengthOf(static_cast<uint8_t>(0x40 + function)).known) << function;
-    EXPECT_FALSE(LengthOf(static_cast<uint8_t>(0xC0 + function)).known) << function;
+    const bool exists = function >= 1 && function <= 6;
+    EXPECT_EQ(LengthOf(static_cast<uint8_t>(0x40 + function)).known, exists) << function;
+    EXPECT_EQ(LengthOf(static_cast<uint8_t>(0xC0 + function)).known, exists) << function;
   }
 }
 
@@ -78,9 +79,11 @@ TEST(Opcodes, FiveServicesTakeAPheromoneType) {
   }
 }
 
-// Whatever changes the server's state begins with a seq: DEPOSIT, TRACE, EVENT, TRACE_WIDE.
+// Whatever changes the server's state begins with a seq: DEPOSIT, TRACE, EVENT, TRACE_WIDE and
+// three of TAG's.
 TEST(Opcodes, MutatingRequestsAreTheOnesThatCarryASequence) {
-  const std::set<std::string> mutating = {"DEPOSIT", "TRACE", "TRACE_WIDE", "EVENT"};
+  const std::set<std::string> mutating = {"DEPOSIT", "TRACE", "TRACE_WIDE", "EVENT",
+                                          "WRITE",   "ERASE", "SYMBOL"};
   const auto table = MessageTable();
   for (unsigned opcode = 0; opcode <= 0xFF; ++opcode) {
     if (!table[opcode].name.empty()) {

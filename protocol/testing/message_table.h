@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "protocol/tag_messages.h"
 #include "protocol/testing/vectors.h"
 
 namespace pheromone::testing {
@@ -37,6 +38,18 @@ inline std::array<TableRow, 256> MessageTable() {
     table[0x60 + type] = {"TRACE_WIDE", 11, 11};
     table[0xE0 + type] = {"TRACE_WIDE_ANSWER", 5, 5};
   }
+  table[0x41] = {"SCAN", 10, 10};
+  table[0xC1] = {"SCAN_ANSWER", 1, 57};
+  table[0x42] = {"READ", 11, 11};
+  table[0xC2] = {"READ_ANSWER", 44, 44};
+  table[0x43] = {"WRITE", 45, 45};
+  table[0xC3] = {"WRITE_ANSWER", 8, 8};
+  table[0x44] = {"ERASE", 15, 15};
+  table[0xC4] = {"ERASE_ANSWER", 8, 8};
+  table[0x45] = {"SYMBOL", 6, 62};
+  table[0xC5] = {"SYMBOL_ANSWER", 6, 6};
+  table[0x46] = {"RESOLVE", 10, 10};
+  table[0xC6] = {"RESOLVE_ANSWER", 14, 64};
   table[0x51] = {"COMMAND_ACK", 4, 4};
   table[0xD1] = {"COMMAND", 2, 7};
   table[0x52] = {"EVENT", 4, 4};
@@ -112,6 +125,9 @@ inline std::vector<std::string> ExpectedNames(const protocol::Message& message) 
   if (row.name == "COMMAND" && message.length != 2 + CommandArguments(message.data[1])) {
     return {};
   }
+  if (row.name == "SCAN_ANSWER" && message.length % 8 != 1) {
+    return {};
+  }
   if (row.name == "ROUND" && !ReadNaiveRound(ToBody(message))) {
     return {};
   }
@@ -137,6 +153,16 @@ inline std::vector<std::string> AcceptedAs(const protocol::Message& message) {
   try_plain(protocol::DepositAnswer{}, "DEPOSIT_ANSWER");
   try_wide(protocol::TraceRequest{}, "TRACE", "TRACE_WIDE");
   try_wide(protocol::TraceAnswer{}, "TRACE_ANSWER", "TRACE_WIDE_ANSWER");
+  try_plain(protocol::ScanRequest{}, "SCAN");
+  try_plain(protocol::ScanAnswer{}, "SCAN_ANSWER");
+  try_plain(protocol::TagReadRequest{}, "READ");
+  try_plain(protocol::TagReadAnswer{}, "READ_ANSWER");
+  try_plain(protocol::TagWriteRequest{}, "WRITE");
+  try_plain(protocol::TagEraseRequest{}, "ERASE");
+  try_plain(protocol::SymbolRequest{}, "SYMBOL");
+  try_plain(protocol::SymbolAnswer{}, "SYMBOL_ANSWER");
+  try_plain(protocol::ResolveRequest{}, "RESOLVE");
+  try_plain(protocol::ResolveAnswer{}, "RESOLVE_ANSWER");
   try_plain(protocol::Command{}, "COMMAND");
   try_plain(protocol::CommandAck{}, "COMMAND_ACK");
   try_plain(protocol::EventReport{}, "EVENT");
@@ -145,6 +171,10 @@ inline std::vector<std::string> AcceptedAs(const protocol::Message& message) {
   try_plain(protocol::HelloAnswer{}, "HELLO_ANSWER");
   try_plain(protocol::ErrorAnswer{}, "ERROR");
   try_plain(protocol::Round{}, "ROUND");
+  protocol::TagWritten written;
+  if (Decode(message, &written)) {
+    names.emplace_back(written.erased ? "ERASE_ANSWER" : "WRITE_ANSWER");
+  }
   protocol::Ping ping;
   if (Decode(message, &ping)) {
     names.emplace_back(ping.answer ? "PING_ANSWER" : "PING");

@@ -1,0 +1,221 @@
+// The messages of the TAG service (virtual RFID tags), as structs, and their one translation to and
+// from Message: as messages.h, which has all the others.
+//
+//   TagReadRequest request;
+//   if (Decode(message, &request)) ...        // opcode and length are right
+//   Encode(TagWritten{id, false, seq, tag, slot, slot_generation, tag_generation}, &message);
+//
+// Decode checks the opcode and the exact length; nothing else. Encode yields a message whose length
+// is right; counts over the arrays' sizes are cut off.
+//
+// A tag has slots, each empty or with one block. A block is a statement with its author and time:
+// eight words of 32 bits, whose places are those of TagWord. What they mean is in README.md, "TAG".
+//
+// Units: x, y, dx and dy in the map's pose unit; leases in seconds. Generations wrap.
+#pragma once
+
+#include <stdint.h>
+
+#include "protocol/frame.h"
+#include "protocol/opcodes.h"
+
+namespace pheromone {
+namespace protocol {
+
+/// Rows of one answer to SCAN.
+constexpr uint8_t kMaxTagsInRange = 7;
+/// `more` of an answer to SCAN: this many or more.
+constexpr uint8_t kManyMoreTags = 255;
+/// In a WRITE: the tag's drop policy chooses the slot. In the answer to READ: there is none.
+constexpr uint8_t kNoSlot = 255;
+/// Bytes of text of SYMBOL, and of one answer to RESOLVE.
+constexpr uint8_t kMaxSymbolText = 56;
+constexpr uint8_t kMaxResolvedText = 50;
+
+/// Bits of `flags` in WRITE and ERASE.
+constexpr uint8_t kTagReplace = 0x01;  ///< WRITE only: the author's block of the same subject ...
+constexpr uint8_t kTagExpect = 0x02;   ///< only if the generation is still `expected`
+/// A bit of `flags` in the answer to READ: the block is never dropped.
+constexpr uint8_t kTagPrivileged = 0x01;
+
+/// The words of a block, by place. A WRITE has those from kWordSubjectNamespace on.
+enum TagWord : uint8_t {
+  kWordAuthor = 0,  ///< the robot's number
+  kWordTime = 1,    ///< Unix seconds, an u32
+  kWordSubjectNamespace = 2,
+  kWordSubject = 3,
+  kWordPredicateNamespace = 4,
+  kWordPredicate = 5,
+  kWordObjectNamespace = 6,
+  kWordObject = 7,
+};
+constexpr uint8_t kTagWords = 8;
+constexpr uint8_t kStatementWords = kTagWords - kWordSubjectNamespace;
+
+/// Negative namespaces: the next word is a value of this type. Other negative ones are carried as
+/// they are.
+enum TagType : int32_t {
+  kTypeString = -1,  ///< number of a string
+  kTypeChar = -2,    ///< a Unicode scalar value
+  kTypeInt = -3,
+  kTypeFloat = -4,       ///< the bits of an IEEE 754 binary32
+  kTypeDateTime = -5,    ///< Unix seconds, an u32
+  kTypeDate = -6,        ///< days since 1970-01-01
+  kTypeTime = -7,        ///< ms since midnight
+  kTypeFragments = -16,  ///< reserved for chains of fragments
+  kTypeRobot = -17,      ///< a robot's number
+  kTypeTag = -18,        ///< a tag's number
+};
+
+/// What a SYMBOL defines and a RESOLVE asks for.
+enum class SymbolKind : uint8_t {
+  kRobot = 1,    ///< a robot's unique id, by its number
+  kString = 2,   ///< a string, by the robot's number and its own
+  kMapping = 3,  ///< the robot whose strings another one uses
+  kRow = 4,      ///< RESOLVE only: any of these, by its place in the tables
+};
+
+/// Which tags are in range of (x, y), from the first number after `after` on.
+struct ScanRequest {
+  uint8_t id = 0;
+  int32_t x = 0;
+  int32_t y = 0;
+  uint16_t after = 0;
+};
+
+/// A row of the answer to SCAN.
+struct TagInRange {
+  uint16_t tag = 0;
+  int16_t dx = 0;  ///< the tag's position minus that of the request
+  int16_t dy = 0;
+  uint16_t generation = 0;  ///< of the tag
+};
+
+struct ScanAnswer {
+  uint8_t id = 0;
+  uint8_t more = 0;   ///< further tags in range, at most kManyMoreTags
+  uint8_t count = 0;  ///< rows in use, at most kMaxTagsInRange
+  TagInRange rows[kMaxTagsInRange];
+};
+
+/// The first slot of a tag at or after `slot` that is not empty.
+struct TagReadRequest {
+  uint8_t id = 0;
+  int32_t x = 0;
+  int32_t y = 0;
+  uint16_t tag = 0;
+  uint8_t slot = 0;
+};
+
+/// With `slot` kNoSlot, all after `tag_generation` is 0.
+struct TagReadAnswer {
+  uint8_t id = 0;
+  uint16_t tag = 0;
+  uint8_t slot = 0;
+  uint8_t next = 0;   ///< the next slot after it that is not empty, or kNoSlot
+  uint8_t slots = 0;  ///< of the tag
+  uint16_t tag_generation = 0;
+  uint16_t slot_generation = 0;
+  uint16_t lease_s = 0;  ///< what is left of it, rounded up; 0: no lease
+  uint8_t flags = 0;     ///< kTagPrivileged
+  int32_t words[kTagWords] = {};
+};
+
+struct TagWriteRequest {
+  uint8_t id = 0;
+  uint8_t seq = 0;
+  int32_t x = 0;
+  int32_t y = 0;
+  uint16_t tag = 0;
+  uint8_t slot = 0;       ///< or kNoSlot
+  uint8_t flags = 0;      ///< kTagReplace, kTagExpect
+  uint16_t expected = 0;  ///< generation of the slot if one is named, else of the tag
+  uint16_t lease_s = 0;   ///< 0: no lease
+  uint32_t time = 0;      ///< Unix seconds by the writer's clock; 0: the server's
+  int32_t words[kStatementWords] = {};
+};
+
+struct TagEraseRequest {
+  uint8_t id = 0;
+  uint8_t seq = 0;
+  int32_t x = 0;
+  int32_t y = 0;
+  uint16_t tag = 0;
+  uint8_t slot = 0;
+  uint8_t flags = 0;      ///< kTagExpect
+  uint16_t expected = 0;  ///< generation of the slot
+};
+
+/// The answers to WRITE and to ERASE; `erased` tells them apart.
+struct TagWritten {
+  uint8_t id = 0;
+  bool erased = false;
+  uint8_t seq = 0;
+  uint16_t tag = 0;
+  uint8_t slot = 0;
+  uint16_t slot_generation = 0;
+  uint16_t tag_generation = 0;
+};
+
+/// Defines a symbol: `kind` kRobot, kString or kMapping.
+struct SymbolRequest {
+  uint8_t id = 0;
+  uint8_t seq = 0;
+  SymbolKind kind = SymbolKind::kRobot;
+  int32_t number = 0;
+  uint8_t length = 0;                 ///< bytes of text in use
+  uint8_t text[kMaxSymbolText] = {};  ///< UTF-8
+};
+
+struct SymbolAnswer {
+  uint8_t id = 0;
+  uint8_t seq = 0;
+  SymbolKind kind = SymbolKind::kRobot;
+  int32_t number = 0;
+};
+
+struct ResolveRequest {
+  uint8_t id = 0;
+  SymbolKind kind = SymbolKind::kRobot;
+  int32_t robot = 0;
+  int32_t number = 0;
+  uint8_t offset = 0;  ///< of the first byte of text wanted
+};
+
+struct ResolveAnswer {
+  uint8_t id = 0;
+  SymbolKind kind = SymbolKind::kRobot;  ///< never kRow
+  int32_t robot = 0;
+  int32_t number = 0;
+  uint32_t rows = 0;   ///< of all tables; their generation
+  uint8_t length = 0;  ///< of the whole text
+  uint8_t count = 0;   ///< bytes of text in use
+  uint8_t text[kMaxResolvedText] = {};
+};
+
+bool Decode(const Message& from, ScanRequest* to);
+bool Decode(const Message& from, ScanAnswer* to);
+bool Decode(const Message& from, TagReadRequest* to);
+bool Decode(const Message& from, TagReadAnswer* to);
+bool Decode(const Message& from, TagWriteRequest* to);
+bool Decode(const Message& from, TagEraseRequest* to);
+bool Decode(const Message& from, TagWritten* to);
+bool Decode(const Message& from, SymbolRequest* to);
+bool Decode(const Message& from, SymbolAnswer* to);
+bool Decode(const Message& from, ResolveRequest* to);
+bool Decode(const Message& from, ResolveAnswer* to);
+
+void Encode(const ScanRequest& from, Message* to);
+void Encode(const ScanAnswer& from, Message* to);
+void Encode(const TagReadRequest& from, Message* to);
+void Encode(const TagReadAnswer& from, Message* to);
+void Encode(const TagWriteRequest& from, Message* to);
+void Encode(const TagEraseRequest& from, Message* to);
+void Encode(const TagWritten& from, Message* to);
+void Encode(const SymbolRequest& from, Message* to);
+void Encode(const SymbolAnswer& from, Message* to);
+void Encode(const ResolveRequest& from, Message* to);
+void Encode(const ResolveAnswer& from, Message* to);
+
+}  // namespace protocol
+}  // namespace pheromone
