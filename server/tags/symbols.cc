@@ -33,6 +33,10 @@ size_t SequenceLength(std::string_view text) {
   return 0;
 }
 
+bool IsText(std::string_view text) {
+  return !text.empty() && text.size() <= SymbolTables::kMaxTextBytes && IsPlainUtf8(text);
+}
+
 uint64_t HashOf(size_t index, const Row& row) {
   return Hash64({'S', index, static_cast<uint64_t>(row.kind), static_cast<uint32_t>(row.robot),
                  static_cast<uint32_t>(row.number), HashText(row.text)});
@@ -52,18 +56,81 @@ bool IsPlainUtf8(std::string_view text) {
   return true;
 }
 
-DefineOutcome SymbolTables::CheckText(std::string_view text) const {
-  return text.empty() || text.size() > kMaxTextBytes || !IsPlainUtf8(text)
-             ? DefineOutcome::kBadValue
-             : DefineOutcome::kDone;
+// Whether the table has exactly this row.
+bool SymbolTables::Has(const Row& row) const {
+  switch (row.kind) {
+    case RowKind::kRobot: {
+      const auto found = ids_.find(row.robot);
+      return found != ids_.end() && found->second == row.text;
+    }
+    case RowKind::kString: {
+      const auto found = strings_.find({row.robot, row.number});
+      return found != strings_.end() && found->second == row.text;
+    }
+    case RowKind::kMapping: {
+      const auto found = owners_.find(row.robot);
+      return found != owners_.end() && found->second == row.number;
+    }
+  }
+  return false;
 }
 
-DefineOutcome SymbolTables::Append(Row row) {
-  size_t& of_robot = rows_of_robot_[row.robot];
-  if (rows_.size() >= kMaxRows || of_robot >= kMaxRowsOfRobot) {
-    return DefineOutcome::kFull;
+DefineOutcome SymbolTables::CheckRobot(const Row& row) const {
+  if (row.robot < 1 || row.number != row.robot || !IsText(row.text)) {
+    return DefineOutcome::kBadValue;
   }
-  ++of_robot;
+  return HasRobot(row.robot) || RobotOf(row.text) ? DefineOutcome::kTaken : DefineOutcome::kDone;
+}
+
+DefineOutcome SymbolTables::CheckString(const Row& row) const {
+  if (row.number < 1 || !IsText(row.text)) {
+    return DefineOutcome::kBadValue;
+  }
+  if (!HasRobot(row.robot)) {
+    return DefineOutcome::kUnknownRobot;
+  }
+  const bool is_bound = strings_.count({row.robot, row.number}) > 0;
+  return is_bound || IsMapped(row.robot) ? DefineOutcome::kTaken : DefineOutcome::kDone;
+}
+
+DefineOutcome SymbolTables::CheckMapping(const Row& row) const {
+  if (row.robot == row.number || !row.text.empty()) {
+    return DefineOutcome::kBadValue;
+  }
+  if (!HasRobot(row.robot) || !HasRobot(row.number)) {
+    return DefineOutcome::kUnknownRobot;
+  }
+  const auto own = strings_.lower_bound({row.robot, std::numeric_limits<int32_t>::min()});
+  const bool has_strings = own != strings_.end() && own->first.first == row.robot;
+  return has_strings || IsMapped(row.robot) ? DefineOutcome::kTaken : DefineOutcome::kDone;
+}
+
+DefineOutcome SymbolTables::TryDefine(const Row& row) const {
+  if (Has(row)) {
+    return DefineOutcome::kDone;
+  }
+  const DefineOutcome outcome = row.kind == RowKind::kRobot    ? CheckRobot(row)
+                                : row.kind == RowKind::kString ? CheckString(row)
+                                                               : CheckMapping(row);
+  if (outcome != DefineOutcome::kDone) {
+    return outcome;
+  }
+  const auto of_robot = rows_of_robot_.find(row.robot);
+  const bool is_full = rows_.size() >= kMaxRows ||
+                       (of_robot != rows_of_robot_.end() && of_robot->second >= kMaxRowsOfRobot);
+  return is_full ? DefineOutcome::kFull : DefineOutcome::kDone;
+}
+
+DefineOutcome SymbolTables::Define(const Row& row) {
+  const DefineOutcome outcome = TryDefine(row);
+  if (outcome == DefineOutcome::kDone && !Has(row)) {
+    Append(row);
+  }
+  return outcome;
+}
+
+void SymbolTables::Append(const Row& row) {
+  ++rows_of_robot_[row.robot];
   switch (row.kind) {
     case RowKind::kRobot:
       ids_.emplace(row.robot, row.text);
@@ -78,23 +145,8 @@ DefineOutcome SymbolTables::Append(Row row) {
       break;
   }
   hash_ += HashOf(rows_.size(), row);
-  bytes_ += sizeof(Row) + row.text.size();
-  rows_.push_back(std::move(row));
-  return DefineOutcome::kDone;
-}
-
-DefineOutcome SymbolTables::DefineRobot(int32_t robot, std::string_view unique_id) {
-  if (robot < 1 || CheckText(unique_id) != DefineOutcome::kDone) {
-    return DefineOutcome::kBadValue;
-  }
-  const std::string* const present = UniqueIdOf(robot);
-  if (present != nullptr && *present == unique_id) {
-    return DefineOutcome::kDone;
-  }
-  if (present != nullptr || RobotOf(unique_id)) {
-    return DefineOutcome::kTaken;
-  }
-  return Append({RowKind::kRobot, robot, robot, std::string(unique_id)});
+  encoded_bytes_ += 1 + 4 + 4 + 4 + row.text.size();
+  rows_.push_back(row);
 }
 
 DefineOutcome SymbolTables::AddRobot(std::string_view unique_id, int32_t* robot) {
@@ -108,38 +160,6 @@ DefineOutcome SymbolTables::AddRobot(std::string_view unique_id, int32_t* robot)
   }
   *robot = free;
   return DefineRobot(free, unique_id);
-}
-
-DefineOutcome SymbolTables::DefineString(int32_t robot, int32_t number, std::string_view text) {
-  if (number < 1 || CheckText(text) != DefineOutcome::kDone) {
-    return DefineOutcome::kBadValue;
-  }
-  if (!HasRobot(robot)) {
-    return DefineOutcome::kUnknownRobot;
-  }
-  const auto present = strings_.find({robot, number});
-  if (present != strings_.end()) {
-    return present->second == text ? DefineOutcome::kDone : DefineOutcome::kTaken;
-  }
-  return IsMapped(robot) ? DefineOutcome::kTaken
-                         : Append({RowKind::kString, robot, number, std::string(text)});
-}
-
-DefineOutcome SymbolTables::DefineMapping(int32_t robot, int32_t owner) {
-  if (!HasRobot(robot) || !HasRobot(owner)) {
-    return DefineOutcome::kUnknownRobot;
-  }
-  if (robot == owner) {
-    return DefineOutcome::kBadValue;
-  }
-  if (const auto present = owners_.find(robot); present != owners_.end()) {
-    return present->second == owner ? DefineOutcome::kDone : DefineOutcome::kTaken;
-  }
-  const auto own = strings_.lower_bound({robot, std::numeric_limits<int32_t>::min()});
-  if (own != strings_.end() && own->first.first == robot) {
-    return DefineOutcome::kTaken;
-  }
-  return Append({RowKind::kMapping, robot, owner, {}});
 }
 
 const std::string* SymbolTables::UniqueIdOf(int32_t robot) const {
@@ -178,19 +198,7 @@ int32_t SymbolTables::FreeNumberOf(int32_t owner) const {
 
 bool SymbolTables::Restore(const Row& row) {
   const size_t before = rows_.size();
-  DefineOutcome outcome = DefineOutcome::kBadValue;
-  switch (row.kind) {
-    case RowKind::kRobot:
-      outcome = row.number == row.robot ? DefineRobot(row.robot, row.text) : outcome;
-      break;
-    case RowKind::kString:
-      outcome = DefineString(row.robot, row.number, row.text);
-      break;
-    case RowKind::kMapping:
-      outcome = row.text.empty() ? DefineMapping(row.robot, row.number) : outcome;
-      break;
-  }
-  return outcome == DefineOutcome::kDone && rows_.size() == before + 1;
+  return Define(row) == DefineOutcome::kDone && rows_.size() == before + 1;
 }
 
 }  // namespace pheromone::tags

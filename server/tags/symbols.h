@@ -59,13 +59,22 @@ class SymbolTables {
   static constexpr size_t kMaxRowsOfRobot = 4096;
 
   /// A robot and its unique ID; neither may be bound to another.
-  DefineOutcome DefineRobot(int32_t robot, std::string_view unique_id);
+  DefineOutcome DefineRobot(int32_t robot, std::string_view unique_id) {
+    return Define({RowKind::kRobot, robot, robot, std::string(unique_id)});
+  }
   /// The robot of that ID, with the first free number if it is new.
   DefineOutcome AddRobot(std::string_view unique_id, int32_t* robot);
-  DefineOutcome DefineString(int32_t robot, int32_t number, std::string_view text);
+  DefineOutcome DefineString(int32_t robot, int32_t number, std::string_view text) {
+    return Define({RowKind::kString, robot, number, std::string(text)});
+  }
   /// `robot` uses the strings of `owner`, whose own mapping does not count. Only while it has no
   /// strings of its own.
-  DefineOutcome DefineMapping(int32_t robot, int32_t owner);
+  DefineOutcome DefineMapping(int32_t robot, int32_t owner) {
+    return Define({RowKind::kMapping, robot, owner, {}});
+  }
+  /// By its kind. TryDefine says what it would do.
+  DefineOutcome Define(const Row& row);
+  DefineOutcome TryDefine(const Row& row) const;
 
   bool HasRobot(int32_t robot) const { return ids_.count(robot) > 0; }
   /// Null if it is not in the table.
@@ -84,14 +93,18 @@ class SymbolTables {
   const std::vector<Row>& rows() const { return rows_; }
   /// The sum of the rows' hashes; their order counts.
   uint64_t hash() const { return hash_; }
-  uint64_t bytes() const { return bytes_; }
+  /// Of all rows, each as EncodeFields does.
+  uint64_t encoded_bytes() const { return encoded_bytes_; }
 
   /// Adds a row as it is in rows(). False if no table can have it there.
   bool Restore(const Row& row);
 
  private:
-  DefineOutcome CheckText(std::string_view text) const;
-  DefineOutcome Append(Row row);
+  DefineOutcome CheckRobot(const Row& row) const;
+  DefineOutcome CheckString(const Row& row) const;
+  DefineOutcome CheckMapping(const Row& row) const;
+  bool Has(const Row& row) const;
+  void Append(const Row& row);
 
   std::vector<Row> rows_;
   std::map<int32_t, std::string> ids_;
@@ -101,7 +114,7 @@ class SymbolTables {
   std::map<int32_t, int32_t> owners_;
   std::map<int32_t, size_t> rows_of_robot_;
   uint64_t hash_ = 0;
-  uint64_t bytes_ = 0;
+  uint64_t encoded_bytes_ = 0;
 };
 
 /// Whether a text is well-formed UTF-8 without control characters.

@@ -104,6 +104,9 @@ class Tag {
   /// When the next lease ends; empty if there is none.
   std::optional<uint64_t> NextExpiry() const;
 
+  /// Slots that are taken away must be empty.
+  void Resize(size_t slots) { slots_.resize(slots); }
+
   /// Sets a slot to what it was, when a state is restored.
   void Restore(size_t slot, const Slot& content) { slots_[slot] = content; }
   void RestoreGeneration(uint16_t generation) { generation_ = generation; }
