@@ -80,8 +80,9 @@ struct Written {
 
 class Tag {
  public:
+  Tag() : Tag(kDefaultSlots) {}
   /// `slots` from 1 to kMaxSlots.
-  explicit Tag(size_t slots = kDefaultSlots) : slots_(slots) {}
+  explicit Tag(size_t slots) : slots_(slots) {}
 
   const std::vector<Slot>& slots() const { return slots_; }
   uint16_t generation() const { return generation_; }
