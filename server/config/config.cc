@@ -61,7 +61,8 @@ void ReadCapture(const Value& root, Notes* notes, CaptureSettings* capture) {
 }  // namespace
 
 std::span<const ComponentSection> ComponentSections() {
-  return {};  // a row for each
+  static constexpr ComponentSection kSections[] = {{"tags", ReadTags, "tag"}};
+  return kSections;
 }
 
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
@@ -84,6 +85,9 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
                                          "journal", "capture",  "daemon",    "control",   "web"};
   for (const ComponentSection& section : components) {
     known.push_back(section.key);
+    if (!section.also.empty()) {
+      known.push_back(section.also);
+    }
   }
   TableReader(root, "", &notes.problems).AllowOnly(known);
   field::FieldConfig& field = config.engine.field;

@@ -80,7 +80,12 @@ struct ComponentSection {
   /// section; `config` has the map, the pheromones and the links.
   std::optional<engine::ComponentConfig> (*read)(const Value& root, const Config& config,
                                                  Notes* notes);
+  std::string_view also = {};  ///< another key that it reads; empty: none
 };
+/// [[tag]] and [tags]
+std::optional<engine::ComponentConfig> ReadTags(const Value& root, const Config& config,
+                                                Notes* notes);
+
 /// Of the components that a server has (server/engine/components.h).
 std::span<const ComponentSection> ComponentSections();
 

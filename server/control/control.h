@@ -33,6 +33,7 @@
 #include "server/control/notices.h"
 #include "server/engine/latency.h"
 #include "server/engine/service.h"
+#include "server/engine/tags_component.h"
 #include "server/field/field.h"
 
 namespace pheromone::control {
@@ -125,6 +126,26 @@ struct EditOutcome {
   uint64_t nodes = 0;  ///< of the map in the edit's shape; blocked ones are not changed
 };
 
+/// A virtual RFID tag with what is written on it.
+struct TagView {
+  tags::NamedTag content{};
+  std::optional<tags::Place> place{};  ///< empty: it is no longer configured
+  std::vector<uint8_t> privileged{};   ///< slots with blocks that are never dropped
+  std::vector<double> lease_s{};       ///< of each slot, what is left of its lease; 0: none
+};
+
+/// Some of the tags.
+struct TagPage {
+  std::vector<TagView> tags;     ///< by number
+  std::optional<uint16_t> next;  ///< the first number of the next page; empty: there is none
+};
+
+/// Some rows of the tags' symbol tables.
+struct SymbolPage {
+  std::vector<tags::Row> rows;
+  size_t total = 0;  ///< of all rows
+};
+
 class Control {
  public:
   using Done = std::function<void(const Status&)>;
@@ -142,6 +163,13 @@ class Control {
   virtual std::vector<ClientView> GetClients() const = 0;
   virtual FieldView GetField() const = 0;
   virtual CaptureView GetCapture() const = 0;
+  /// The tags from a number on, at most kTagsAtOnce.
+  virtual TagPage GetTags(uint16_t first) const = 0;
+  static constexpr size_t kTagsAtOnce = 256;
+  virtual std::optional<uint16_t> FindTag(std::string_view name) const = 0;
+  /// The rows from an index on, at most kRowsAtOnce.
+  virtual SymbolPage GetSymbols(size_t first) const = 0;
+  static constexpr size_t kRowsAtOnce = 1024;
   /// A description of the current configuration, line by line.
   virtual std::vector<std::string> GetConfig() const = 0;
   /// Whether changes are accepted at present and become durable; if not, why. Takes no lock that is
@@ -165,6 +193,8 @@ class Control {
                        uint32_t tolerance_um, Done done) = 0;
   /// Errors: no such link; the robot has no goal.
   virtual void CancelGoal(std::string_view link, uint8_t id, Done done) = 0;
+  /// Writes or erases a block, or defines a symbol. Errors: refusals of the tags' component.
+  virtual void ChangeTags(const engine::TagsChanged& change, Done done) = 0;
   /// Halts all robots on all links, even while the log does not accept changes or the disk does not
   /// respond; no other request delays it. `done` gets the names of the links once the halt was
   /// passed to them.

@@ -67,6 +67,9 @@ class LiveControl final : public control::Control {
   std::vector<control::ClientView> GetClients() const override;
   control::FieldView GetField() const override;
   control::CaptureView GetCapture() const override { return parts_.captures->View(); }
+  control::TagPage GetTags(uint16_t first) const override;
+  std::optional<uint16_t> FindTag(std::string_view name) const override;
+  control::SymbolPage GetSymbols(size_t first) const override;
   std::vector<std::string> GetConfig() const override;
   Status CheckHealth() const override;
 
@@ -80,6 +83,7 @@ class LiveControl final : public control::Control {
   void SetGoal(std::string_view link, uint8_t id, field::PointUm point, uint32_t tolerance_um,
                Done done) override;
   void CancelGoal(std::string_view link, uint8_t id, Done done) override;
+  void ChangeTags(const engine::TagsChanged& change, Done done) override;
   void HaltAll(DoneWith<std::vector<std::string>> done) override;
   void Reload(DoneWith<std::vector<std::string>> done) override;
   void Snapshot(DoneWith<std::optional<std::string>> done) override;

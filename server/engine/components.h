@@ -4,6 +4,7 @@
 #include "server/engine/component.h"
 #include "server/engine/field_component.h"
 #include "server/engine/robots_component.h"
+#include "server/engine/tags_component.h"
 
 namespace pheromone::engine {
 

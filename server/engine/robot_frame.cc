@@ -91,4 +91,11 @@ field::PoseUm ToMap(const RobotFrame& frame, const field::PoseUm& reported) {
           static_cast<uint16_t>(reported.heading + frame.heading)};
 }
 
+field::PointUm DifferenceFromMap(const RobotFrame& frame, const field::PointUm& difference) {
+  const Int128 x = difference.x;
+  const Int128 y = difference.y;
+  return {RoundQ30(frame.cos_q30 * x + frame.sin_q30 * y),
+          RoundQ30(frame.cos_q30 * y - frame.sin_q30 * x)};
+}
+
 }  // namespace pheromone::engine

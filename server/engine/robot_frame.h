@@ -60,4 +60,8 @@ Status CheckFrames(const std::vector<RobotFrame>& frames);
 /// turn. Every position that a message can hold is within range.
 field::PoseUm ToMap(const RobotFrame& frame, const field::PoseUm& reported);
 
+/// A difference of two positions on the map, as the robot sees it: turned back by the heading, and
+/// rounded as above.
+field::PointUm DifferenceFromMap(const RobotFrame& frame, const field::PointUm& difference);
+
 }  // namespace pheromone::engine

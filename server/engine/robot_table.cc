@@ -107,6 +107,12 @@ field::PoseUm RobotTable::PoseOf(LinkIndex link, uint8_t id, const protocol::Wir
   return frame != frames_.end() ? ToMap(frame->second, pose) : pose;
 }
 
+field::PointUm RobotTable::DifferenceFor(LinkIndex link, uint8_t id,
+                                         const field::PointUm& difference) const {
+  const auto frame = frames_.find({link, id});
+  return frame != frames_.end() ? DifferenceFromMap(frame->second, difference) : difference;
+}
+
 void RobotTable::ForgetIdlest(LinkIndex link) {
   Robots& robots = *by_index_[link];
   const auto idlest = std::min_element(

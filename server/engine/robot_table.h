@@ -103,6 +103,9 @@ class RobotTable {
   field::PoseUm PoseOf(LinkIndex link, uint8_t id, const protocol::WirePose& reported,
                        uint64_t now_ms) const;
 
+  /// A difference of two positions on the map, in micrometres, in the robot's frame.
+  field::PointUm DifferenceFor(LinkIndex link, uint8_t id, const field::PointUm& difference) const;
+
   /// Calls `change(RobotState&)` for a robot, new or not, and updates the hash.
   template <typename Change>
   void Update(LinkIndex link, uint8_t id, Change&& change) {

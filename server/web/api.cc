@@ -17,6 +17,7 @@
 #include "server/web/mutations.h"
 #include "server/web/queries.h"
 #include "server/web/request_parameters.h"
+#include "server/web/tags.h"
 #include "server/web/views.h"
 
 namespace pheromone::web {
@@ -101,7 +102,7 @@ constexpr std::string_view kCommand = "/api/v1/command";
 constexpr std::string_view kHalt = "/api/v1/halt";
 
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
-constexpr std::array<Route, 18> kRoutes = {{
+constexpr std::array<Route, 20> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
     {"/metrics", Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},
@@ -115,6 +116,8 @@ constexpr std::array<Route, 18> kRoutes = {{
     {"/api/v1/deposit", Where::kLongWork, nullptr, Deposit},
     {"/api/v1/erase", Where::kLongWork, nullptr, Erase},
     {"/api/v1/paint", Where::kLongWork, nullptr, Paint},
+    {"/api/v1/tags", Where::kLongWork, ReadTags, ChangeTags},
+    {"/api/v1/symbols", Where::kLongWork, ReadSymbols},
     {kCommand, Where::kAtOnce, nullptr, Command},
     {"/api/v1/goto", Where::kAtOnce, nullptr, GoTo},
     {kHalt, Where::kAtOnce, nullptr, Halt},

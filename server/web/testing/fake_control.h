@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -62,6 +63,27 @@ class FakeControl final : public control::Control {
   std::vector<control::ClientView> GetClients() const override { return clients; }
   control::FieldView GetField() const override { return {&field, config, now_ms}; }
   control::CaptureView GetCapture() const override { return status.capture; }
+  control::TagPage GetTags(uint16_t first) const override {
+    control::TagPage page;
+    for (const control::TagView& tag : tags) {
+      if (tag.content.number >= first) {
+        page.tags.push_back(tag);
+      }
+    }
+    return page;
+  }
+  std::optional<uint16_t> FindTag(std::string_view name) const override {
+    for (const control::TagView& tag : tags) {
+      if (tag.content.name == name) {
+        return tag.content.number;
+      }
+    }
+    return std::nullopt;
+  }
+  control::SymbolPage GetSymbols(size_t first) const override {
+    const size_t begin = std::min(first, rows.size());
+    return {{rows.begin() + static_cast<ptrdiff_t>(begin), rows.end()}, rows.size()};
+  }
   std::vector<std::string> GetConfig() const override { return {"a \"map\"", "two\nlines"}; }
   Status CheckHealth() const override { return outcome; }
 
@@ -92,6 +114,10 @@ class FakeControl final : public control::Control {
   }
   void CancelGoal(std::string_view link, uint8_t id, Done done) override {
     goals.push_back({std::string(link), id, {}, 0});
+    done(outcome);
+  }
+  void ChangeTags(const engine::TagsChanged& change, Done done) override {
+    tag_changes.push_back(change);
     done(outcome);
   }
   void HaltAll(DoneWith<std::vector<std::string>> done) override {
@@ -133,6 +159,9 @@ class FakeControl final : public control::Control {
   std::vector<field::FieldEdit> edits;
   std::vector<Command> commands;
   std::vector<Goal> goals;
+  std::vector<control::TagView> tags;
+  std::vector<pheromone::tags::Row> rows;
+  std::vector<engine::TagsChanged> tag_changes;
 
  private:
   void Capture(bool recording, const Done& done) {

@@ -1,0 +1,488 @@
+#include "server/engine/tags_component.h"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "server/engine/refusal.h"
+#include "server/engine/wire_units.h"
+
+namespace pheromone::engine {
+namespace {
+
+using protocol::Message;
+using protocol::Reason;
+using tags::DefineOutcome;
+using tags::WriteOutcome;
+
+constexpr size_t kExpiredInOneStep = 256;
+constexpr size_t kFrozenInOnePortion = 256;
+
+Reason ToReason(WriteOutcome outcome) {
+  switch (outcome) {
+    case WriteOutcome::kGenerationChanged:
+      return Reason::kGenerationChanged;
+    case WriteOutcome::kProtected:
+      return Reason::kTagProtected;
+    case WriteOutcome::kFull:
+      return Reason::kTagFull;
+    case WriteOutcome::kNoSuchSlot:
+      return Reason::kBadValue;
+    case WriteOutcome::kDone:
+      break;
+  }
+  return Reason::kNone;
+}
+
+Reason ToReason(DefineOutcome outcome) {
+  switch (outcome) {
+    case DefineOutcome::kBadValue:
+      return Reason::kBadValue;
+    case DefineOutcome::kUnknownRobot:
+      return Reason::kUnknownSymbol;
+    case DefineOutcome::kTaken:
+      return Reason::kNotPermitted;
+    case DefineOutcome::kFull:
+      return Reason::kTagFull;
+    case DefineOutcome::kDone:
+      break;
+  }
+  return Reason::kNone;
+}
+
+std::string_view ToText(WriteOutcome outcome) {
+  switch (outcome) {
+    case WriteOutcome::kGenerationChanged:
+      return "its generation has changed";
+    case WriteOutcome::kProtected:
+      return "the block there is protected";
+    case WriteOutcome::kFull:
+      return "it is full: nothing on it may be dropped";
+    case WriteOutcome::kNoSuchSlot:
+      return "it has no such slot";
+    case WriteOutcome::kDone:
+      break;
+  }
+  return "";
+}
+
+std::string_view ToText(DefineOutcome outcome) {
+  switch (outcome) {
+    case DefineOutcome::kBadValue:
+      return "invalid number or text, expected numbers from 1 on and 1 to 255 bytes of UTF-8";
+    case DefineOutcome::kUnknownRobot:
+      return "unknown robot";
+    case DefineOutcome::kTaken:
+      return "the number or the ID is bound otherwise";
+    case DefineOutcome::kFull:
+      return "the symbol tables are full";
+    case DefineOutcome::kDone:
+      break;
+  }
+  return "";
+}
+
+Result<tags::Settings> SettingsIn(const EngineConfig& config) {
+  const ComponentConfig* const its = config.FindComponent(TagsComponent::kName);
+  return its != nullptr ? FromBytes<tags::Settings>("tags", its->version, its->bytes)
+                        : Result<tags::Settings>(tags::Settings{});
+}
+
+Result<TagsChanged> ChangeIn(const Event& event) {
+  const auto& it = std::get<ComponentEvent>(event);
+  return FromBytes<TagsChanged>("a change of tags", it.version, it.bytes);
+}
+
+int64_t UtcSeconds(const Context& context) {
+  return context.utc_ms / 1000;
+}
+
+// The server's clock where a writer has none.
+uint32_t TimeOr(uint32_t time_s, const Context& context) {
+  return time_s != 0 ? time_s
+                     : static_cast<uint32_t>(
+                           std::clamp<int64_t>(UtcSeconds(context), 1, int64_t{0xFFFFFFFF}));
+}
+
+tags::WriteRequest RequestOf(const TagsChanged& change, const Context& context) {
+  tags::WriteRequest request{
+      .block = change.block, .lease_ms = change.lease_ms, .is_state = change.is_state};
+  request.block.time_s = TimeOr(change.block.time_s, context);
+  if (change.has_slot) {
+    request.slot = change.slot;
+  }
+  if (change.has_expected) {
+    request.expected = change.expected;
+  }
+  return request;
+}
+
+int16_t ToPoseUnits(int64_t um, uint16_t pose_unit_10um) {
+  const int64_t unit_um = int64_t{pose_unit_10um} * 10;
+  const int64_t half = um < 0 ? -unit_um / 2 : unit_um / 2;
+  return static_cast<int16_t>(std::clamp<int64_t>((um + half) / unit_um, -32'768, 32'767));
+}
+
+class FrozenTags final : public FrozenPart {
+ public:
+  explicit FrozenTags(std::unique_ptr<tags::FrozenStore> store) : store_(std::move(store)) {}
+  uint64_t bytes() const override { return store_->bytes(); }
+  bool CopySome(std::string* to, int /*tiles*/) override {
+    return store_->CopySome(to, kFrozenInOnePortion);
+  }
+  bool failed() const override { return store_->failed(); }
+  void LetGo() override { store_->LetGo(); }
+
+ private:
+  std::unique_ptr<tags::FrozenStore> store_;
+};
+
+}  // namespace
+
+std::vector<MessageRule> TagsComponent::messages() const {
+  std::vector<MessageRule> all;
+  for (uint8_t opcode = protocol::kScan; opcode <= protocol::kResolve; ++opcode) {
+    all.push_back(MessageRuleOf(opcode));
+  }
+  return all;
+}
+
+// --- Configuration
+
+Status TagsComponent::CheckConfig(const Context& /*context*/, const EngineConfig& next,
+                                  const ConfigPlan* /*plan*/) const {
+  const Result<tags::Settings> settings = SettingsIn(next);
+  return settings.ok() ? store_.Check(settings.value()) : Error{settings.error()};
+}
+
+void TagsComponent::Configure(const Context& context, const Reconfiguration& change,
+                              const Output& /*out*/) {
+  const ComponentConfig* const next = context.config->FindComponent(kName);
+  const ComponentConfig* const before =
+      change.before != nullptr ? change.before->FindComponent(kName) : nullptr;
+  const bool is_same = next == nullptr ? before == nullptr : before != nullptr && *next == *before;
+  if (change.before == nullptr || !is_same) {
+    store_.Configure(SettingsIn(*context.config).value());
+  }
+}
+
+// --- Requests that change nothing
+
+bool TagsComponent::IsInRange(const Context& context, LinkIndex link, uint8_t id, int32_t x,
+                              int32_t y, uint16_t tag) const {
+  const tags::Place* const place = store_.PlaceOf(tag);
+  const field::PointUm at = context.robots.PoseOf(link, id, {x, y, 0}, context.now_ms).position;
+  return place != nullptr && place->Reaches(at.x, at.y);
+}
+
+Message TagsComponent::Answer(const Context& context, LinkIndex link,
+                              const Message& request) const {
+  protocol::ScanRequest scan;
+  if (protocol::Decode(request, &scan)) {
+    return Scan(context, link, scan);
+  }
+  protocol::TagReadRequest read;
+  if (protocol::Decode(request, &read)) {
+    return IsInRange(context, link, read.id, read.x, read.y, read.tag)
+               ? Read(context, read)
+               : ErrorMessage(request, Reason::kNoTagInRange);
+  }
+  protocol::ResolveRequest resolve;
+  protocol::Decode(request, &resolve);
+  const std::optional<Message> answer = Resolve(resolve);
+  return answer ? *answer : ErrorMessage(request, Reason::kUnknownSymbol);
+}
+
+Message TagsComponent::Scan(const Context& context, LinkIndex link,
+                            const protocol::ScanRequest& request) const {
+  const field::PointUm at =
+      context.robots.PoseOf(link, request.id, {request.x, request.y, 0}, context.now_ms).position;
+  const std::vector<uint16_t> all = store_.InRange(at.x, at.y);
+  auto next = std::upper_bound(all.begin(), all.end(), request.after);
+  protocol::ScanAnswer answer;
+  answer.id = request.id;
+  for (; next != all.end() && answer.count < protocol::kMaxTagsInRange; ++next) {
+    const tags::Place& place = *store_.PlaceOf(*next);
+    const field::PointUm seen =
+        context.robots.DifferenceFor(link, request.id, {place.x_um - at.x, place.y_um - at.y});
+    const uint16_t unit = context.config->pose_unit_10um;
+    answer.rows[answer.count++] = {*next, ToPoseUnits(seen.x, unit), ToPoseUnits(seen.y, unit),
+                                   store_.Find(*next)->tag.generation()};
+  }
+  answer.more =
+      static_cast<uint8_t>(std::min<ptrdiff_t>(all.end() - next, protocol::kManyMoreTags));
+  Message message;
+  protocol::Encode(answer, &message);
+  return message;
+}
+
+Message TagsComponent::Read(const Context& context, const protocol::TagReadRequest& request) const {
+  const tags::Tag& tag = store_.Find(request.tag)->tag;
+  const auto used_from = [&](size_t slot) {
+    while (slot < tag.slots().size() && tag.slots()[slot].block.is_empty()) {
+      ++slot;
+    }
+    return slot < tag.slots().size() ? static_cast<uint8_t>(slot) : protocol::kNoSlot;
+  };
+  protocol::TagReadAnswer answer;
+  answer.id = request.id;
+  answer.tag = request.tag;
+  answer.slot = used_from(request.slot);
+  answer.next = protocol::kNoSlot;
+  answer.slots = static_cast<uint8_t>(tag.slots().size());
+  answer.tag_generation = tag.generation();
+  if (answer.slot != protocol::kNoSlot) {
+    const tags::Slot& slot = tag.slots()[answer.slot];
+    answer.next = used_from(answer.slot + size_t{1});
+    answer.slot_generation = slot.generation;
+    if (slot.is_leased()) {  // it is there until an Advance ends it
+      const uint64_t left_ms = slot.lease_end_ms - std::min(slot.lease_end_ms, context.now_ms);
+      answer.lease_s = static_cast<uint16_t>(std::max<uint64_t>((left_ms + 999) / 1000, 1));
+    }
+    answer.flags = store_.IsPrivileged(slot.block.author) ? protocol::kTagPrivileged : 0;
+    const tags::Words words = tags::ToWords(slot.block);
+    std::copy(words.begin(), words.end(), answer.words);
+  }
+  Message message;
+  protocol::Encode(answer, &message);
+  return message;
+}
+
+std::optional<Message> TagsComponent::Resolve(const protocol::ResolveRequest& request) const {
+  const tags::SymbolTables& symbols = store_.symbols();
+  protocol::ResolveAnswer answer;
+  answer.id = request.id;
+  answer.kind = request.kind;
+  answer.robot = request.robot;
+  answer.number = request.number;
+  answer.rows = static_cast<uint32_t>(symbols.rows().size());
+  const std::string* text = nullptr;
+  static const std::string kNoText;
+  switch (request.kind) {
+    case protocol::SymbolKind::kRobot:
+      answer.number = request.robot;
+      text = symbols.UniqueIdOf(request.robot);
+      break;
+    case protocol::SymbolKind::kString:
+      text = symbols.StringOf(request.robot, request.number);
+      break;
+    case protocol::SymbolKind::kMapping:
+      answer.number = symbols.OwnerOf(request.robot);
+      text = symbols.IsMapped(request.robot) ? &kNoText : nullptr;
+      break;
+    case protocol::SymbolKind::kRow:
+      if (request.number >= 0 && static_cast<size_t>(request.number) < symbols.rows().size()) {
+        const tags::Row& row = symbols.rows()[static_cast<size_t>(request.number)];
+        answer.kind = static_cast<protocol::SymbolKind>(row.kind);
+        answer.robot = row.robot;
+        answer.number = row.number;
+        text = &row.text;
+      }
+      break;
+  }
+  if (text == nullptr) {
+    return std::nullopt;
+  }
+  answer.length = static_cast<uint8_t>(text->size());
+  const std::string_view rest =
+      std::string_view(*text).substr(std::min<size_t>(request.offset, text->size()));
+  answer.count = static_cast<uint8_t>(std::min<size_t>(rest.size(), protocol::kMaxResolvedText));
+  std::copy_n(rest.begin(), answer.count, answer.text);
+  Message message;
+  protocol::Encode(answer, &message);
+  return message;
+}
+
+// --- Requests that change the tags
+
+Message TagsComponent::Change(const Context& context, LinkIndex link, const Message& request) {
+  Message answer;
+  const Reason reason =
+      request.opcode == protocol::kTagWrite   ? Write(context, link, request, &answer)
+      : request.opcode == protocol::kTagErase ? Erase(context, link, request, &answer)
+                                              : Define(context, link, request, &answer);
+  return reason == Reason::kNone ? answer : ErrorMessage(request, reason);
+}
+
+Message TagsComponent::AnswerToWritten(const Message& request, uint16_t tag, uint8_t slot) const {
+  const tags::Tag& it = store_.Find(tag)->tag;
+  protocol::TagWritten written;
+  written.id = request.id;
+  written.erased = request.opcode == protocol::kTagErase;
+  written.seq = request.data[0];
+  written.tag = tag;
+  written.slot = slot;
+  written.slot_generation = it.slots()[slot].generation;
+  written.tag_generation = it.generation();
+  Message answer;
+  protocol::Encode(written, &answer);
+  return answer;
+}
+
+Reason TagsComponent::Write(const Context& context, LinkIndex link, const Message& message,
+                            Message* answer) {
+  protocol::TagWriteRequest request;
+  protocol::Decode(message, &request);
+  constexpr uint8_t kKnownFlags = protocol::kTagReplace | protocol::kTagExpect;
+  if (!IsInRange(context, link, request.id, request.x, request.y, request.tag)) {
+    return Reason::kNoTagInRange;
+  }
+  const std::optional<int32_t> author =
+      store_.AuthorOn(context.config->links[link].name, request.id);
+  if (!author) {
+    return Reason::kUnknownSymbol;
+  }
+  tags::Words words{};
+  std::copy(std::begin(request.words), std::end(request.words),
+            words.begin() + protocol::kWordSubjectNamespace);
+  tags::WriteRequest write{.block = tags::BlockFromWords(words),
+                           .lease_ms = uint32_t{request.lease_s} * 1000,
+                           .is_state = (request.flags & protocol::kTagReplace) != 0};
+  write.block.author = *author;
+  write.block.time_s = TimeOr(request.time, context);
+  if (request.slot != protocol::kNoSlot) {
+    write.slot = request.slot;
+  }
+  if ((request.flags & protocol::kTagExpect) != 0) {
+    write.expected = request.expected;
+  }
+  if ((request.flags & ~kKnownFlags) != 0 || write.lease_ms > tags::kMaxLeaseMs ||
+      !tags::CheckBlock(write.block).ok()) {
+    return Reason::kBadValue;
+  }
+  const tags::Written written =
+      store_.Write(request.tag, write, context.now_ms, UtcSeconds(context));
+  if (written.outcome == WriteOutcome::kDone) {
+    *answer = AnswerToWritten(message, request.tag, written.slot);
+  }
+  return ToReason(written.outcome);
+}
+
+Reason TagsComponent::Erase(const Context& context, LinkIndex link, const Message& message,
+                            Message* answer) {
+  protocol::TagEraseRequest request;
+  protocol::Decode(message, &request);
+  if (!IsInRange(context, link, request.id, request.x, request.y, request.tag)) {
+    return Reason::kNoTagInRange;
+  }
+  const std::optional<int32_t> author =
+      store_.AuthorOn(context.config->links[link].name, request.id);
+  if (!author) {
+    return Reason::kUnknownSymbol;
+  }
+  if ((request.flags & ~protocol::kTagExpect) != 0) {
+    return Reason::kBadValue;
+  }
+  std::optional<uint16_t> expected;
+  if ((request.flags & protocol::kTagExpect) != 0) {
+    expected = request.expected;
+  }
+  const WriteOutcome outcome = store_.Erase(request.tag, request.slot, *author, expected);
+  if (outcome == WriteOutcome::kDone) {
+    *answer = AnswerToWritten(message, request.tag, request.slot);
+  }
+  return ToReason(outcome);
+}
+
+Reason TagsComponent::Define(const Context& context, LinkIndex link, const Message& message,
+                             Message* answer) {
+  protocol::SymbolRequest request;
+  protocol::Decode(message, &request);
+  const std::string& link_name = context.config->links[link].name;
+  const std::string text(reinterpret_cast<const char*>(request.text), request.length);
+  protocol::SymbolAnswer defined{request.id, request.seq, request.kind, request.number};
+  DefineOutcome outcome = DefineOutcome::kBadValue;
+  if (request.kind == protocol::SymbolKind::kRobot) {
+    outcome = request.number == 0
+                  ? store_.AddRobot(text, &defined.number)
+                  : store_.Define({tags::RowKind::kRobot, request.number, request.number, text});
+    if (outcome == DefineOutcome::kDone) {
+      store_.SetAuthorOn(link_name, request.id, defined.number);
+    }
+  } else if (const std::optional<int32_t> author = store_.AuthorOn(link_name, request.id)) {
+    if (request.kind == protocol::SymbolKind::kString) {
+      outcome = store_.Define({tags::RowKind::kString, *author, request.number, text});
+    } else if (request.kind == protocol::SymbolKind::kMapping) {
+      outcome = store_.Define({tags::RowKind::kMapping, *author, request.number, text});
+    }
+  } else {
+    outcome = DefineOutcome::kUnknownRobot;
+  }
+  protocol::Encode(defined, answer);
+  return ToReason(outcome);
+}
+
+// --- The operator's changes
+
+Status TagsComponent::Check(const Context& context, const Event& event) const {
+  const Result<TagsChanged> decoded = ChangeIn(event);
+  if (!decoded.ok()) {
+    return Error{decoded.error()};
+  }
+  const TagsChanged& change = decoded.value();
+  if (change.action == TagsChanged::Action::kDefine) {
+    const DefineOutcome outcome = store_.TryDefine(change.row);
+    return outcome == DefineOutcome::kDone ? Ok() : Error{std::string(ToText(outcome))};
+  }
+  const tags::NamedTag* const tag = store_.Find(change.tag);
+  if (tag == nullptr) {
+    return Error{"there is no tag " + std::to_string(change.tag)};
+  }
+  const auto refuse = [&](std::string_view why) {
+    return Error{"tag \"" + tag->name + "\": " + std::string(why)};
+  };
+  if (change.action == TagsChanged::Action::kErase) {
+    const std::vector<tags::Slot>& slots = tag->tag.slots();
+    if (change.slot >= slots.size()) {
+      return refuse(ToText(WriteOutcome::kNoSuchSlot));
+    }
+    return change.has_expected && change.expected != slots[change.slot].generation
+               ? refuse(ToText(WriteOutcome::kGenerationChanged))
+               : Ok();
+  }
+  const tags::WriteRequest request = RequestOf(change, context);
+  if (const Status good = tags::CheckBlock(request.block); !good.ok()) {
+    return refuse(good.error());
+  }
+  if (!store_.symbols().HasRobot(request.block.author)) {
+    return refuse("the author, " + std::to_string(request.block.author) + ", is unknown");
+  }
+  const tags::Written written =
+      store_.TryWrite(change.tag, request, context.now_ms, UtcSeconds(context));
+  return written.outcome == WriteOutcome::kDone ? Ok() : refuse(ToText(written.outcome));
+}
+
+void TagsComponent::Apply(const Context& context, const Event& event, const Output& /*out*/) {
+  const TagsChanged change = ChangeIn(event).value();
+  switch (change.action) {
+    case TagsChanged::Action::kDefine:
+      store_.Define(change.row);
+      break;
+    case TagsChanged::Action::kWrite:
+      store_.Write(change.tag, RequestOf(change, context), context.now_ms, UtcSeconds(context));
+      break;
+    case TagsChanged::Action::kErase:
+      store_.Clear(change.tag, change.slot);
+      break;
+  }
+}
+
+// --- Time and state
+
+void TagsComponent::Advance(const Context& context, const Output& /*out*/) {
+  store_.Expire(context.now_ms, kExpiredInOneStep);
+}
+
+void TagsComponent::Restore(const Context& context, uint8_t /*version*/, ByteReader* reader) {
+  const Result<tags::Settings> settings = SettingsIn(*context.config);
+  reader->Check(settings.ok() ? Ok() : Error{settings.error()});
+  if (reader->ok()) {
+    store_.Restore(settings.value(), reader);
+  }
+}
+
+std::unique_ptr<FrozenPart> TagsComponent::Freeze(uint64_t /*most_kept_bytes*/) const {
+  return std::make_unique<FrozenTags>(store_.Freeze());
+}
+
+}  // namespace pheromone::engine
