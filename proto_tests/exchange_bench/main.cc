@@ -11,6 +11,9 @@
 //  also
 //    while somebody looks at the map (viewer.h);
 //  * robots that roam and leave what evaporates, and the server's memory meanwhile;
+//  * the same for virtual RFID tags, nine and 10 000 of them: SCAN and READ in turn with SENSE,
+//  WRITE
+//    with TRACE;
 //  * with --disk, a folder on a real disk, all of TRACE again with a journal there, beside a bare
 //    loop of write and fdatasync;
 //  * robots that ask fifty times a second, alone and beside each of an operator's largest requests
@@ -84,6 +87,25 @@ void RunVolatile(const Options& options, Report* report) {
   measure.Roam(options.clients);
 }
 
+// Tags beside SENSE and TRACE, few and many of them.
+void RunTags(const Options& options, const std::string& disk, Report* report) {
+  constexpr int kMapMm = 30'000;
+  for (const int per_side : {3, 100}) {
+    const TemporaryFolder folder(disk.empty() ? std::filesystem::temp_directory_path()
+                                              : std::filesystem::path(disk));
+    const std::string journal = disk.empty() ? "" : "[journal]\nfolder = \"state\"\n";
+    const Arena arena = MakeArena(folder.string(), kLinks, journal + TagTables(per_side, kMapMm));
+    const ServerProcess server(options.pheromoned, arena.config_file, {}, folder.string());
+    Measure measure(disk.empty() ? "volatile" : "durable", folder.string(), options.effort, arena,
+                    server, report);
+    const TagSites tags(per_side, kMapMm);
+    RunLoad(arena, {Load::kTagWriteAll, options.clients, {server.PortOf("udp-1")}, 0, &tags});
+    measure.CompareTags(Load::kScan, Load::kSense, tags, options.clients);
+    measure.CompareTags(Load::kTagRead, Load::kSense, tags, options.clients);
+    measure.CompareTags(Load::kTagWrite, Load::kTrace, tags, options.clients);
+  }
+}
+
 void RunDurable(const Options& options, Report* report) {
   const TemporaryFolder folder(options.disk);
   const Arena arena = MakeArena(folder.string(), kLinks, "[journal]\nfolder = \"state\"\n");
@@ -137,9 +159,9 @@ int Main(int argc, char** argv) {
   app.add_option("--roaming-seconds", options.effort.roaming_seconds, "Of robots that roam");
   app.add_option("--syncs", options.effort.syncs, "Of the bare disk");
   app.add_option("--only", options.only,
-                 "Only these: volatile, durable (with --disk), operators, memory; default: the "
-                 "first three")
-      ->check(CLI::IsMember({"volatile", "durable", "operators", "memory"}));
+                 "Only these: volatile, tags, durable (with --disk), operators, memory; default: "
+                 "all but the last")
+      ->check(CLI::IsMember({"volatile", "tags", "durable", "operators", "memory"}));
   app.add_option("--operator-seconds", options.operators.seconds,
                  "Of robots alone, and of robots beside each of an operator's requests");
   int patience_s = 60;
@@ -158,6 +180,12 @@ int Main(int argc, char** argv) {
   };
   if (wants("volatile")) {
     RunVolatile(options, &report);
+  }
+  if (wants("tags")) {
+    RunTags(options, "", &report);
+    if (!options.disk.empty()) {
+      RunTags(options, options.disk, &report);
+    }
   }
   if (wants("durable") && !options.disk.empty()) {
     RunDurable(options, &report);

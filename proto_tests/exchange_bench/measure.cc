@@ -61,6 +61,34 @@ void Measure::CompareUdp(Load what, int clients) {
   report_->Add(std::move(row));
 }
 
+void Measure::CompareTags(Load what, Load with, const TagSites& tags, int clients) {
+  std::vector<double> rates;
+  std::vector<double> other_rates;
+  std::vector<double> ratios;
+  const char* const name = what == Load::kScan      ? "SCAN"
+                           : what == Load::kTagRead ? "TAG READ"
+                                                    : "TAG WRITE";
+  Row row{name_, fmt::format("{} over UDP by {} clients, {} tags", name, clients, tags.size()),
+          clients};
+  row.beside = with == Load::kSense ? "SENSE" : "TRACE";
+  for (int round = 0; round < effort_.rounds; ++round) {
+    const LoadResult other = RunLoad(arena_, {with, clients, ports_, effort_.seconds});
+    LoadResult served = RunLoad(arena_, {what, clients, ports_, effort_.seconds, &tags});
+    other_rates.push_back(other.per_second);
+    rates.push_back(served.per_second);
+    ratios.push_back(other.per_second > 0 ? served.per_second / other.per_second : 0);
+    row.right += served.right;
+    row.wrong += served.wrong + other.wrong;
+    row.lost += served.lost;
+    row.late += served.late;
+    row.times = std::move(served.times);
+  }
+  row.per_second = Median(rates);
+  row.echo_per_second = Median(other_rates);
+  row.share_of_echo = Median(ratios);
+  report_->Add(std::move(row));
+}
+
 void Measure::TimePtys(bool trace, int ptys, int baud, const std::string& beside) {
   PtyLoadOptions load{trace, baud, {}, effort_.pty_seconds};
   for (int i = 1; i <= ptys; ++i) {

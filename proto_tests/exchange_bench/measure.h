@@ -31,6 +31,8 @@ class Measure {
 
   /// Over UDP, in turn with the echo; medians of the rounds.
   void CompareUdp(Load what, int clients);
+  /// A load about tags in turn with SENSE or TRACE, as many rounds.
+  void CompareTags(Load what, Load with, const TagSites& tags, int clients);
   /// At a modem's pace. `beside`: the concurrent load, for the report.
   void TimePtys(bool trace, int ptys, int baud, const std::string& beside = "");
   /// TRACE everywhere, of a pheromone that evaporates: measures the growth of the server's memory.

@@ -47,7 +47,7 @@ void Report::Add(Row row) {
     rate = fmt::format(" {:7.0f}/s", row.per_second);
   }
   if (row.echo_per_second > 0) {
-    rate += fmt::format(", {:.0f} % of the bare echo's {:.0f}/s", 100 * row.share_of_echo,
+    rate += fmt::format(", {:.0f} % of {}'s {:.0f}/s", 100 * row.share_of_echo, row.beside,
                         row.echo_per_second);
   }
   Say(fmt::format(

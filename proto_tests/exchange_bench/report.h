@@ -15,14 +15,16 @@ struct Row {
   std::string server;  ///< "volatile" or "durable"; "none": the machine without it
   std::string load;    ///< "SENSE on 16 ptys at 9600 baud"
   int clients = 0;
-  double per_second = 0;       ///< 0: paced
-  double echo_per_second = 0;  ///< of the same sockets without the engine; 0: not measured
+  double per_second = 0;  ///< 0: paced
+  /// Of the same sockets without the engine, or with `beside`; 0: not measured.
+  double echo_per_second = 0;
   double share_of_echo = 0;
   uint64_t right = 0;
   uint64_t wrong = 0;
   uint64_t lost = 0;
   uint64_t late = 0;  ///< of the lost: answered after they were abandoned
   Quantiles times = {};
+  std::string beside = "the bare echo";  ///< what is compared with
 };
 
 /// A robot's results during an operator's requests and without them, in the same run.

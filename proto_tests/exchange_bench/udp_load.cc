@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <random>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "proto_tests/exchange_bench/given_up.h"
@@ -54,6 +55,9 @@ class Clients {
     if (Changes()) {
       SayHello();
     }
+    if (WritesTags()) {
+      Register();
+    }
     const auto begin = Clock::now();
     const auto length = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(options_.seconds));
@@ -62,7 +66,7 @@ class Clients {
     }
     auto next_search = begin + kLostAfter;
     auto now = begin;
-    while (now - begin < length) {
+    while (options_.load == Load::kTagWriteAll ? result_.right < places() : now - begin < length) {
       TakeWhatCame(50);
       now = Clock::now();
       if (now >= next_search) {
@@ -87,7 +91,15 @@ class Clients {
     GivenUp given_up;
   };
 
-  bool Changes() const { return options_.load == Load::kTrace || options_.load == Load::kRoam; }
+  bool WritesTags() const {
+    return options_.load == Load::kTagWrite || options_.load == Load::kTagWriteAll;
+  }
+  bool Changes() const {
+    return options_.load == Load::kTrace || options_.load == Load::kRoam || WritesTags();
+  }
+  size_t places() const {
+    return options_.tags != nullptr ? options_.tags->size() : arena_.poses.size();
+  }
 
   static Client Connect(uint8_t id, uint16_t port) {
     Client client;
@@ -128,8 +140,28 @@ class Clients {
     }
   }
 
+  // Who writes on tags has a unique ID.
+  void Register() {
+    for (size_t i = 0; i < clients_.size(); ++i) {
+      Client& client = clients_[i];
+      const std::string unique_id = fmt::format("bench-{}", i);
+      protocol::SymbolRequest request;
+      request.id = client.id;
+      request.seq = ++client.seq;
+      request.length = static_cast<uint8_t>(unique_id.size());
+      std::copy(unique_id.begin(), unique_id.end(), request.text);
+      protocol::Message message;
+      protocol::Encode(request, &message);
+      Send(&client, message);
+      pollfd answer{client.socket, POLLIN, 0};
+      poll(&answer, 1, kPatienceMs);
+      static_cast<void>(!recv(client.socket, buffer_.data(), buffer_.size(), 0));
+    }
+  }
+
   void Ask(Client* client) {
-    client->pose = random_() % arena_.poses.size();
+    client->pose =
+        options_.load == Load::kTagWriteAll ? next_place_++ % places() : random_() % places();
     ++client->seq;
     switch (options_.load) {
       case Load::kEcho:
@@ -139,6 +171,13 @@ class Clients {
         return Send(client, arena_.Trace(client->id, client->pose, client->seq));
       case Load::kRoam:
         return Send(client, arena_.Roam(client->id, client->pose, client->seq));
+      case Load::kScan:
+        return Send(client, options_.tags->Scan(client->id, client->pose));
+      case Load::kTagRead:
+        return Send(client, options_.tags->Read(client->id, client->pose));
+      case Load::kTagWrite:
+      case Load::kTagWriteAll:
+        return Send(client, options_.tags->Write(client->id, client->pose, client->seq));
     }
   }
 
@@ -183,12 +222,30 @@ class Clients {
     bool right = false;
     decoder.PushBlock(bytes.data(), bytes.size(), 0, [&](const protocol::Message& answer) {
       ++frames;
-      right = options_.load == Load::kSense ? arena_.IsSenseAnswer(answer, client.id, asked.pose)
-              : options_.load == Load::kTrace
-                  ? arena_.IsTraceAnswer(answer, client.id, asked.pose, asked.seq)
-                  : Arena::IsRoamAnswer(answer, client.id, asked.seq);
+      right = IsAnswer(client.id, asked, answer);
     });
     return right && frames == 1;
+  }
+
+  bool IsAnswer(uint8_t id, const Asked& asked, const protocol::Message& answer) const {
+    switch (options_.load) {
+      case Load::kEcho:
+        return false;
+      case Load::kSense:
+        return arena_.IsSenseAnswer(answer, id, asked.pose);
+      case Load::kTrace:
+        return arena_.IsTraceAnswer(answer, id, asked.pose, asked.seq);
+      case Load::kRoam:
+        return Arena::IsRoamAnswer(answer, id, asked.seq);
+      case Load::kScan:
+        return options_.tags->IsScanAnswer(answer, id, asked.pose);
+      case Load::kTagRead:
+        return TagSites::IsReadAnswer(answer, id, asked.pose);
+      case Load::kTagWrite:
+      case Load::kTagWriteAll:
+        return TagSites::IsWriteAnswer(answer, id, asked.pose, asked.seq);
+    }
+    return false;
   }
 
   void GiveUpLost(Clock::time_point now) {
@@ -206,6 +263,7 @@ class Clients {
   const int poller_;
   std::vector<Client> clients_;
   std::minstd_rand random_{1};
+  size_t next_place_ = 0;
   std::array<uint8_t, 2048> buffer_{};
   LoadResult result_;
 };

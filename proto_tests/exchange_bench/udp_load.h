@@ -7,6 +7,7 @@
 
 #include "proto_tests/exchange_bench/arena.h"
 #include "proto_tests/exchange_bench/quantiles.h"
+#include "proto_tests/exchange_bench/tags.h"
 
 namespace pheromone::bench {
 
@@ -15,6 +16,10 @@ enum class Load {
   kSense,  ///< SENSE
   kTrace,  ///< TRACE, after a HELLO
   kRoam,   ///< TRACE of the pheromone that evaporates, after a HELLO
+  kScan,   ///< SCAN for tags
+  kTagRead,
+  kTagWrite,    ///< after a HELLO, and a SYMBOL with the client's unique ID
+  kTagWriteAll  ///< the same, on one tag after the other, until each has a block
 };
 
 struct LoadOptions {
@@ -22,6 +27,7 @@ struct LoadOptions {
   int clients = 64;
   std::vector<uint16_t> ports;  ///< of the links; each takes the next 254 clients
   double seconds = 2;
+  const TagSites* tags = nullptr;  ///< for those about tags
 };
 
 struct LoadResult {
