@@ -76,7 +76,9 @@ class Clients {
     }
     result_.per_second =
         static_cast<double>(result_.right) / std::chrono::duration<double>(now - begin).count();
-    return std::move(result_);
+    LoadResult result = std::move(result_);
+    AwaitTheLast();
+    return result;
   }
 
  private:
@@ -114,6 +116,17 @@ class Clients {
       std::exit(1);
     }
     return client;
+  }
+
+  // What is still under way must not reach the clients of the next load, whose ports may be the
+  // same.
+  void AwaitTheLast() {
+    is_over_ = true;
+    waiting_ = clients_.size();
+    const auto end = Clock::now() + 2 * kLostAfter;
+    while (waiting_ > 0 && Clock::now() < end) {
+      TakeWhatCame(50);
+    }
   }
 
   // The daemon may know these robots.
@@ -160,6 +173,10 @@ class Clients {
   }
 
   void Ask(Client* client) {
+    if (is_over_) {
+      --waiting_;
+      return;
+    }
     client->pose =
         options_.load == Load::kTagWriteAll ? next_place_++ % places() : random_() % places();
     ++client->seq;
@@ -264,6 +281,8 @@ class Clients {
   std::vector<Client> clients_;
   std::minstd_rand random_{1};
   size_t next_place_ = 0;
+  bool is_over_ = false;
+  size_t waiting_ = 0;
   std::array<uint8_t, 2048> buffer_{};
   LoadResult result_;
 };

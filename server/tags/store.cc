@@ -12,10 +12,12 @@ uint64_t HashOf(const NamedTag& it) {
   uint64_t hash =
       Hash64({'T', it.number, HashText(it.name), it.tag.slots().size(), it.tag.generation()});
   for (const Slot& slot : it.tag.slots()) {
-    hash = HashStep(HashStep(hash, slot.generation), slot.lease_end_ms);
+    hash = HashStep(hash, slot.lease_end_ms << 16 | slot.generation);
     if (!slot.block.is_empty()) {
-      for (const int32_t word : ToWords(slot.block)) {
-        hash = HashStep(hash, static_cast<uint32_t>(word));
+      const Words words = ToWords(slot.block);
+      for (size_t i = 0; i < words.size(); i += 2) {
+        hash = HashStep(hash, uint64_t{static_cast<uint32_t>(words[i])} << 32 |
+                                  static_cast<uint32_t>(words[i + 1]));
       }
     }
   }
@@ -89,7 +91,7 @@ void Store::Configure(const Settings& settings) {
   }
   for (size_t i = 0; i < tags_.size(); ++i) {
     if (tags_[i] != nullptr && tags_[i]->tag.used() == 0 && names.count(tags_[i]->name) == 0) {
-      hash_ -= HashOf(*tags_[i]);
+      hash_ -= tags_[i]->hash;
       numbers_.erase(tags_[i]->name);
       tags_[i] = nullptr;
     }
@@ -102,7 +104,7 @@ void Store::Configure(const Settings& settings) {
       }
       tags_.resize(std::max(tags_.size(), free + 1));
       const auto number = static_cast<uint16_t>(free + 1);
-      tags_[free] = std::make_shared<NamedTag>(NamedTag{number, it.name, Tag(it.slots)});
+      tags_[free] = std::make_shared<NamedTag>(NamedTag{number, it.name, Tag(it.slots), 0});
       numbers_.emplace(it.name, number);
       Settle(*tags_[free]);
     }
@@ -161,7 +163,7 @@ std::optional<uint16_t> Store::NumberOf(std::string_view name) const {
 
 NamedTag& Store::Unsettle(uint16_t number) {
   std::shared_ptr<NamedTag>& it = tags_[number - 1u];
-  hash_ -= HashOf(*it);
+  hash_ -= it->hash;
   if (const std::optional<uint64_t> expiry = it->tag.NextExpiry()) {
     leases_.erase({*expiry, number});
   }
@@ -171,8 +173,9 @@ NamedTag& Store::Unsettle(uint16_t number) {
   return *it;
 }
 
-void Store::Settle(const NamedTag& tag) {
-  hash_ += HashOf(tag);
+void Store::Settle(NamedTag& tag) {
+  tag.hash = HashOf(tag);
+  hash_ += tag.hash;
   if (const std::optional<uint64_t> expiry = tag.tag.NextExpiry()) {
     leases_.emplace(*expiry, tag.number);
   }

@@ -35,6 +35,7 @@ struct NamedTag {
   uint16_t number = 0;  ///< from 1
   std::string name;
   Tag tag;
+  uint64_t hash = 0;  ///< of all the above, as the store last had it
 };
 
 /// Since the start. Not part of the state.
@@ -110,7 +111,7 @@ class Store {
   Policy PolicyAt(int64_t utc_s) const { return {.utc_s = utc_s, .privileged = privileged_}; }
   // The tag, not shared with a copy; its share of hash and leases is taken out until Settle.
   NamedTag& Unsettle(uint16_t number);
-  void Settle(const NamedTag& tag);
+  void Settle(NamedTag& tag);
   void TakePlaces(const Settings& settings);
   void FindPrivileged();
 

@@ -12,12 +12,12 @@ namespace {
 class TagsApiTest : public ::testing::Test {
  protected:
   TagsApiTest() {
-    control::TagView door{.content = {3, "door", tags::Tag(2)},
+    control::TagView door{.content = {3, "door", tags::Tag(2), 0},
                           .place = tags::Place{3, 1'500'000, -250'000, 1'000'000},
                           .privileged = {1},
                           .lease_s = {0, 12.5}};
     door.content.tag.Restore(1, {{15, 1'138'458'000, {1, 2}, {3, 4}, {-3, 244}}, 7, 99'000});
-    control_.tags = {door, {.content = {4, "007", tags::Tag(1)}, .lease_s = {0}}};
+    control_.tags = {door, {.content = {4, "007", tags::Tag(1), 0}, .lease_s = {0}}};
     control_.rows = {{tags::RowKind::kRobot, 15, 15, "123-233-201"},
                      {tags::RowKind::kString, 15, 2, "p\u00f5rand"}};
   }
