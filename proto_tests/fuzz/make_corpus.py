@@ -121,7 +121,7 @@ def main(folder):
         (folder / "decoder" / name).write_bytes(timed)
         if body is not None:
             (folder / "message" / name).write_bytes(body)
-        if body is not None and body[1] < 0x80 and len(body) <= 2 + 19:
+        if body is not None and body[1] < 0x80:
             # engine: the message twice, after a HELLO of the same robot.
             again = 2 * engine_seeds.message(body[0], body[1], body[2:])
             (folder / "engine" / name).write_bytes(

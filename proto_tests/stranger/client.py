@@ -19,6 +19,7 @@ from .wire import Message, NotAMessage, build, parse
 
 
 MOST_AHEAD = 128  # numbers that may follow the last one accepted
+NO_SLOT = 255  # READ: there is none; WRITE: the tag's drop policy chooses
 
 
 class Line:
@@ -198,6 +199,59 @@ class Client:
 
     def event(self, code: int, argument: int = 0) -> None:
         self._change("EVENT", code=code, argument=argument)
+
+    def scan(self, x: int, y: int, after: int = 0) -> list[tuple[int, int, int, int]]:
+        """The tags in range: tag, dx, dy and generation of each."""
+        found: list[tuple[int, int, int, int]] = []
+        while True:
+            request = build("SCAN", self.client_id, x=x, y=y, after=after)
+            answer = self._ask(request, self.tries)
+            found += answer["rows"]
+            if not answer["more"] or not answer["rows"]:
+                return found
+            after = answer["rows"][-1][0]
+
+    def read(self, x: int, y: int, tag: int) -> list[dict[str, Any]]:
+        """What is written on a tag: the fields of READ's answer for each slot in use."""
+        blocks, slot = [], 0
+        while slot != NO_SLOT:
+            request = build("READ", self.client_id, x=x, y=y, tag=tag, slot=slot)
+            answer = self._ask(request, self.tries)
+            if answer["slot"] == NO_SLOT:
+                break
+            blocks.append(answer)
+            slot = answer["next"]
+        return blocks
+
+    def write(
+        self, x: int, y: int, tag: int, statement: dict[str, int], **more: int
+    ) -> dict[str, Any]:
+        """Writes a statement, with WRITE's fields of these names; by default the server's clock and
+        the tag's drop policy, without conditions."""
+        fields = dict(slot=NO_SLOT, flags=0, expected=0, lease_s=0, time=0) | statement | more
+        return self._change("WRITE", x=x, y=y, tag=tag, **fields)
+
+    def erase(self, x: int, y: int, tag: int, slot: int) -> None:
+        self._change("ERASE", x=x, y=y, tag=tag, slot=slot, flags=0, expected=0)
+
+    def register(self, unique_id: str, number: int = 0) -> int:
+        """Tells who this robot is, as an author; gives its number."""
+        return self._change("SYMBOL", kind=1, number=number, text=unique_id.encode())["number"]
+
+    def define(self, number: int, text: str) -> None:
+        """Defines a string of this robot."""
+        self._change("SYMBOL", kind=2, number=number, text=text.encode())
+
+    def resolve(self, robot: int, number: int) -> str:
+        """What a number means in blocks of a robot."""
+        text = b""
+        while True:
+            request = build("RESOLVE", self.client_id, kind=2, robot=robot, number=number,
+                            offset=len(text))
+            answer = self._ask(request, self.tries)
+            text += answer["text"]
+            if len(text) >= answer["text_length"] or not answer["text"]:
+                return text.decode()
 
     def listen(self, seconds: float) -> None:
         """Serves commands for a while."""

@@ -18,6 +18,9 @@ void AddShowCommands(CLI::App* program, const ServerOptions* options, int* exit_
 /// Changes: deposit, erase, paint, command, halt, reload, snapshot.
 void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
+/// tags ...: what is written on virtual RFID tags.
+void AddTagCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
+
 /// capture ...: the recording of a running server.
 void AddCaptureCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 

@@ -64,6 +64,7 @@ int Main(int argc, char** argv) {
   app.add_flag("--json", options.json, "Print the server's answer as JSON");
   AddShowCommands(&app, &options, &status);
   AddChangeCommands(&app, &options, &status);
+  AddTagCommands(&app, &options, &status);
   AddCaptureCommands(&app, &options, &status);
   AddMapCommands(&app, &status);
   AddJournalCommands(&app, &status);

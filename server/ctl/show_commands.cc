@@ -8,6 +8,7 @@
 
 #include "server/ctl/capture_commands.h"
 #include "server/ctl/json_read.h"
+#include "server/ctl/table.h"
 #include "server/ctl/units.h"
 
 namespace pheromone::ctl {
@@ -18,23 +19,6 @@ namespace json = boost::json;
 // "3.2 s ago"; "-" for what never was.
 std::string Ago(const json::value& object, std::string_view key) {
   return At(object, key).is_null() ? "-" : Duration(NumberAt(object, key)) + " ago";
-}
-
-// Columns as wide as their widest cell; the first row is the heading.
-void PrintTable(const std::vector<std::vector<std::string>>& rows) {
-  std::vector<size_t> widths(rows.front().size());
-  for (const auto& row : rows) {
-    for (size_t i = 0; i < row.size(); ++i) {
-      widths[i] = std::max(widths[i], row[i].size());
-    }
-  }
-  for (const auto& row : rows) {
-    std::string line;
-    for (size_t i = 0; i < row.size(); ++i) {
-      line += i + 1 < row.size() ? fmt::format("{:<{}}  ", row[i], widths[i]) : row[i];
-    }
-    fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
-  }
 }
 
 // The counters of losses that are not 0: "3 crc_errors, 1 late_answers".

@@ -5,7 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/tag_messages.h"
 #include "server/engine/event_codec.h"
+#include "server/engine/tags_component.h"
 
 namespace pheromone::journal {
 namespace {
@@ -30,6 +32,33 @@ void AddPose(const protocol::WirePose& pose, Values* values) {
   Add("x", pose.x, values);
   Add("y", pose.y, values);
   Add("heading", pose.heading, values);
+}
+
+// The value is the tag's number, or the symbol's; the code the slot, or the kind of symbol.
+bool AddTagRequest(const protocol::Message& message, Values* values) {
+  const auto add = [&](const char* event, uint8_t seq, int32_t value, int code) {
+    AddWord("event", event, values);
+    Add("seq", seq, values);
+    Add("value", value, values);
+    Add("code", code, values);
+  };
+  protocol::TagWriteRequest write;
+  protocol::TagEraseRequest erase;
+  protocol::SymbolRequest symbol;
+  if (protocol::Decode(message, &write)) {
+    add("tag_write", write.seq, write.tag, write.slot);
+    Add("x", write.x, values);
+    Add("y", write.y, values);
+  } else if (protocol::Decode(message, &erase)) {
+    add("tag_erase", erase.seq, erase.tag, erase.slot);
+    Add("x", erase.x, values);
+    Add("y", erase.y, values);
+  } else if (protocol::Decode(message, &symbol)) {
+    add("symbol", symbol.seq, symbol.number, static_cast<int>(symbol.kind));
+  } else {
+    return false;
+  }
+  return true;
 }
 
 void AddRequest(const protocol::Message& message, Values* values) {
@@ -63,7 +92,7 @@ void AddRequest(const protocol::Message& message, Values* values) {
     Add("seq", ack.seq, values);
     Add("value", ack.result, values);
     Add("code", static_cast<int>(ack.code), values);
-  } else {
+  } else if (!AddTagRequest(message, values)) {
     AddWord("event", "request", values);
     Add("code", message.opcode, values);
   }
@@ -100,7 +129,7 @@ struct Describer {
     Add("code", static_cast<int>(it.edit.shape), values);
   }
   void operator()(const engine::ComponentEvent& it) const {
-    AddWord("event", "component", values);
+    AddWord("event", it.kind == engine::TagsChanged::kKind ? "tags_changed" : "component", values);
     Add("value", it.bytes.size(), values);
     Add("code", static_cast<int>(it.kind), values);
   }

@@ -171,6 +171,18 @@ std::string_view NameOf(control::PoseSource source) {
 
 std::string_view NameOfRequest(uint8_t opcode) {
   switch (opcode) {
+    case protocol::kScan:
+      return "scan";
+    case protocol::kTagRead:
+      return "tag_read";
+    case protocol::kTagWrite:
+      return "tag_write";
+    case protocol::kTagErase:
+      return "tag_erase";
+    case protocol::kSymbol:
+      return "symbol";
+    case protocol::kResolve:
+      return "resolve";
     case protocol::kCommandAck:
       return "command_ack";
     case protocol::kEvent:
