@@ -98,9 +98,9 @@ class Session {
         Send(what);
       } else {
         static constexpr void (Session::*kOthers[])() = {
-            &Session::Reconfigure, &Session::Command,    &Session::Observe,
-            &Session::Edit,        &Session::TurnClocks, &Session::TurnLog,
-            &Session::Restart,     &Session::Damage,     &Session::GoTo};
+            &Session::Reconfigure, &Session::Command,   &Session::Observe, &Session::Edit,
+            &Session::TurnClocks,  &Session::TurnLog,   &Session::Restart, &Session::Damage,
+            &Session::GoTo,        &Session::ChangeTags};
         (this->*kOthers[(what - kFirstOther) % std::size(kOthers)])();
       }
       LetTimePass();
@@ -241,6 +241,26 @@ class Session {
     const uint32_t tolerance_um = input_.U32();
     static_cast<void>(tolerance_um == 0 ? service_->CancelGoal(link, id)
                                         : service_->SetGoal(link, id, FarPoint(), tolerance_um));
+  }
+
+  void ChangeTags() {
+    TagsChanged change;
+    change.action = static_cast<TagsChanged::Action>(input_.U8());
+    change.row = {static_cast<pheromone::tags::RowKind>(input_.U8()), input_.I32(), input_.I32(),
+                  std::string(input_.U8(), static_cast<char>(input_.U8()))};
+    change.tag = input_.U8();
+    change.has_slot = input_.U8() % 2 != 0;
+    change.slot = input_.U8();
+    change.has_expected = input_.U8() % 2 != 0;
+    change.expected = input_.U16();
+    change.is_state = input_.U8() % 2 != 0;
+    change.lease_ms = input_.U32();
+    change.block = {input_.I32(),
+                    input_.U32(),
+                    {input_.I32(), input_.I32()},
+                    {input_.I32(), input_.I32()},
+                    {input_.I32(), input_.I32()}};
+    static_cast<void>(service_->Submit(ToEvent(change), &out_));
   }
 
   void Edit() {

@@ -80,6 +80,37 @@ def goal(link, robot, tolerance, x=b"", y=b""):
     return other(8, struct.pack("<BBI", link, robot, tolerance) + x + y)
 
 
+ROBOT_IS, INT_IS = -17, -3  # namespaces
+
+
+def tag_write(robot, seq, tag, x, y, slot=255, flags=0, expected=0, lease_s=0, block=None):
+    words = block or (ROBOT_IS, robot, 1, 2, INT_IS, seq)
+    return message(robot, 0x43, struct.pack("<BiiHBBHHI6i", seq, x, y, tag, slot, flags, expected,
+                                            lease_s, 0, *words))
+
+
+def tag_erase(robot, seq, tag, x, y, slot, flags=0, expected=0):
+    return message(robot, 0x44, struct.pack("<BiiHBBH", seq, x, y, tag, slot, flags, expected))
+
+
+def symbol(robot, seq, kind, number, text=b""):
+    return message(robot, 0x45, struct.pack("<BBi", seq, kind, number) + text)
+
+
+def tags_asked(robot, x, y):
+    return (message(robot, 0x41, struct.pack("<iiH", x, y, 0)) + b"".join(
+        message(robot, 0x42, struct.pack("<iiHB", x, y, tag, 0)) for tag in range(5)) + b"".join(
+            message(robot, 0x46, struct.pack("<BiiB", kind, 1, number, 0))
+            for kind in range(6) for number in range(3)))
+
+
+def tags_changed(action, row=(1, 1, 1, 4), tag=1, slot=255, lease_ms=0,
+                 block=(1, 5, -17, 1, 1, 2, -3, 4)):
+    kind, robot, number, length = row
+    return other(9, struct.pack("<BBiiBBBBBBHBI", action, kind, robot, number, length, ord("x"), tag,
+                                slot != 255, slot, 0, 0, 0, lease_ms) + struct.pack("<iI6i", *block))
+
+
 RESTARTED = other(6, far(1000, 2) + b"\0")
 WHOLE = struct.pack("<H", 0)
 
@@ -110,6 +141,19 @@ def sessions():
         1, 0x11, struct.pack("<iiH", -2**31, 5000, 0)) + message(1, PING, bytes(16))
     yield "nobody", SMALL + message(0, HELLO) + message(255, HELLO) + message(7, 0x40) + message(
         7, HELLO) + message(7, 0xF1) + message(7, 0x01, bytes(64)) + message(7, 0, b"")
+    near_tags = (600, 600)
+    yield "tags", (
+        RICH + two + symbol(1, 1, 1, 1, b"robot 1") + symbol(2, 1, 1, 0, b"robot 2") +
+        symbol(1, 2, 2, 2, b"cleaning") + symbol(2, 2, 3, 1) + tag_write(1, 3, 1, *near_tags) +
+        tag_write(1, 3, 1, *near_tags) + tag_write(2, 3, 1, *near_tags, flags=2, expected=0) +
+        tag_write(2, 4, 1, *near_tags, flags=2, expected=1, lease_s=2) + tags_asked(1, *near_tags) +
+        tag_erase(1, 4, 1, *near_tags, slot=1) + b"".join(
+            tag_write(1, seq, 2, *near_tags) for seq in range(5, 9)) + RESTARTED +
+        tag_erase(2, 5, 1, *near_tags, slot=1) + tags_asked(3, 5000, 5000))
+    yield "tags_of_operators", (
+        RICH + tags_changed(0) + tags_changed(0, (2, 1, 2, 9)) + tags_changed(1) +
+        tags_changed(1, slot=3, lease_ms=900) + tags_changed(2, slot=0) + tags_changed(1, tag=9) +
+        tags_changed(1, block=(9, 0, -17, 1, 1, 2, -3, 4)) + clocks(far(2000)) + RESTARTED)
     yield "events", SMALL + hello(1) + b"".join(event(1, code + 1, code) for code in range(11))
     yield "strong", SMALL + reconfigured(1, 1, b"\xff\xff") + hello(2) + b"".join(
         deposit(2, seq, 5000 + 100 * seq, 5300, 255, 2) for seq in range(1, 9)) + sense(

@@ -296,7 +296,7 @@ TEST(LocalJournalRelaxed, AnswersBeforeItSyncsAndSaysSoToTheNextLife) {
   CrashFolder folder(2);
   JournalSettings settings = SmallJournal();
   settings.relaxed = true;
-  Lives lives(&folder, settings, 2);
+  Lives lives(&folder, settings, 3);
   ASSERT_EQ(lives.Begin(), "");
   for (int i = 0; i < 5; ++i) {
     ASSERT_TRUE(lives.Submit());

@@ -15,11 +15,12 @@
 
 #include "server/engine/engine.h"
 #include "server/engine/testing/bench.h"
+#include "server/engine/testing/random_tags.h"
 #include "server/field/cell_map.h"
 
 namespace pheromone::engine::testing {
 
-/// Every kind of law, a blend, obstacles, a path, an initial raster, a frame; 6 m x 6 m, nine
+/// Every kind of law, a blend, obstacles, a path, an initial raster, a frame, tags; 6 m x 6 m, nine
 /// leaves and a few hundred tiles. `tight`: memory for only a few of the tiles.
 inline EngineConfig RichConfig(bool tight) {
   EngineConfig config = SmallConfig();
@@ -49,6 +50,7 @@ inline EngineConfig RichConfig(bool tight) {
   walls.Set({301 - 1, 301 - 1});
   field.obstacles = field::Shared(std::move(walls));
   config.frames = {MakeFrame("radio-b", 2, {1'000'000, 0}, 30)};
+  config.components = {TagsConfig(RichTags())};
   if (tight) {
     using field::CellMap;
     field.memory_bytes = 24 * CellMap::kTileBytes + 8 * CellMap::kLeafBytes +
@@ -110,7 +112,7 @@ class RandomTraffic {
     const uint8_t seq = SeqOf(engine, link, id);
     const auto type = static_cast<uint8_t>(1 + Below(6));
     const RobotState* robot = engine.robots().Find(link, id);
-    switch (Below(16)) {
+    switch (Below(20)) {
       case 0:
         return RequestReceived{link, Hello(id, static_cast<uint16_t>(Below(3)))};
       case 1:
@@ -131,6 +133,11 @@ class RandomTraffic {
       case 7:
         return RequestReceived{link, Trace(id, seq, AnyPlace(), AnyPlace(),
                                            static_cast<uint16_t>(Below(65'536)), type)};
+      case 16:
+      case 17:
+      case 18:
+      case 19:
+        return RequestReceived{link, tags_.Request(id, seq, AnyPlace(), AnyPlace())};
       default:
         return RequestReceived{
             link, Deposit(id, seq, AnyPlace(), AnyPlace(), static_cast<uint8_t>(Below(4)), type)};
@@ -152,7 +159,10 @@ class RandomTraffic {
 
   Event Reconfigure(const Engine& engine) {
     EngineConfig config = engine.config();
-    switch (Below(6)) {
+    switch (Below(7)) {
+      case 6:
+        config.components = {TagsConfig(tags_.Settings())};
+        break;
       case 0:
         config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + Below(5'000));
         break;
@@ -184,9 +194,12 @@ class RandomTraffic {
 
   Event Any(const Engine& engine) {
     const auto link = static_cast<LinkIndex>(Below(2));
-    switch (Below(24)) {
+    switch (Below(26)) {
       case 0:
         return Edit();
+      case 24:
+      case 25:
+        return ToEvent(tags_.Change());
       case 1: {
         CommandIssued command{link, AnyId(), static_cast<protocol::CommandCode>(1 + Below(9)), {}};
         command.arguments[0] = static_cast<uint8_t>(Below(256));
@@ -217,6 +230,7 @@ class RandomTraffic {
   }
 
   std::mt19937_64 random_;
+  RandomTags tags_{&random_};
   EngineConfig config_;
   Stamp stamp_;
 };

@@ -1,0 +1,124 @@
+// Tags for RandomTraffic: three where its robots meet, and random requests and changes about them.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "protocol/tag_messages.h"
+#include "server/engine/tags_component.h"
+#include "server/engine/testing/bench.h"
+
+namespace pheromone::engine::testing {
+
+inline ComponentConfig TagsConfig(const tags::Settings& settings) {
+  ByteWriter writer;
+  EncodeFields(settings, &writer);
+  return {std::string(TagsComponent::kName), tags::Settings::kVersion, writer.Take()};
+}
+
+inline tags::Settings RichTags() {
+  return {.tags = {{"a", 500'000, 500'000, 600'000, 8},
+                   {"b", 800'000, 700'000, 600'000, 2},
+                   {"c", 700'000, 900'000, 600'000, 3}},
+          .privileged = {"robot 1", "nobody"}};
+}
+
+class RandomTags {
+ public:
+  explicit RandomTags(std::mt19937_64* random) : random_(random) {}
+
+  protocol::Message Request(uint8_t id, uint8_t seq, int16_t x, int16_t y) {
+    switch (Below(8)) {
+      case 0:
+      case 1:
+        return Define(id, seq);
+      case 2:
+        return MessageOf(protocol::TagEraseRequest{id, seq, x, y, AnyTag(), AnySlot(), AnyFlags(),
+                                                   AnyGeneration()});
+      default:
+        return Write(id, seq, x, y);
+    }
+  }
+
+  TagsChanged Change() {
+    TagsChanged change;
+    change.action = static_cast<TagsChanged::Action>(Below(3));
+    change.row = {static_cast<tags::RowKind>(1 + Below(3)), AnyNumber(), AnyNumber(), AnyText()};
+    if (change.row.kind == tags::RowKind::kRobot) {
+      change.row.number = change.row.robot;
+    }
+    change.tag = AnyTag();
+    change.has_slot = Below(2) == 0;
+    change.slot = AnySlot();
+    change.has_expected = Below(4) == 0;
+    change.expected = AnyGeneration();
+    change.is_state = Below(2) == 0;
+    change.lease_ms = Below(3) == 0 ? static_cast<uint32_t>(Below(5'000)) : 0;
+    change.block = {AnyNumber(),
+                    static_cast<uint32_t>(Below(200'000)),
+                    {-17, AnyNumber()},
+                    {1, AnyNumber()},
+                    {-3, AnyNumber()}};
+    return change;
+  }
+
+  /// Another configuration: a tag moves, goes or returns, or has more slots.
+  tags::Settings Settings() {
+    tags::Settings settings = RichTags();
+    settings.tags[Below(3)].x_um += static_cast<int64_t>(Below(200'000));
+    if (Below(2) == 0) {
+      settings.tags.erase(settings.tags.begin() + static_cast<ptrdiff_t>(Below(3)));
+    }
+    settings.tags[0].slots = static_cast<uint8_t>(settings.tags[0].slots + Below(2));
+    return settings;
+  }
+
+ private:
+  uint64_t Below(uint64_t limit) { return (*random_)() % limit; }
+  uint16_t AnyTag() { return static_cast<uint16_t>(1 + Below(Below(8) == 0 ? 9 : 3)); }
+  uint8_t AnySlot() { return static_cast<uint8_t>(Below(9)); }
+  uint8_t AnyFlags() { return static_cast<uint8_t>(Below(Below(16) == 0 ? 256 : 4)); }
+  uint16_t AnyGeneration() { return static_cast<uint16_t>(Below(12)); }
+  int32_t AnyNumber() { return static_cast<int32_t>(1 + Below(7)); }
+  std::string AnyText() { return "robot " + std::to_string(Below(9)); }
+
+  protocol::Message Define(uint8_t id, uint8_t seq) {
+    const std::string text = AnyText();
+    protocol::SymbolRequest request{
+        id, seq, static_cast<protocol::SymbolKind>(1 + Below(3)), static_cast<int32_t>(Below(7)),
+        0,  {}};
+    if (request.kind != protocol::SymbolKind::kMapping) {
+      request.length = static_cast<uint8_t>(text.size());
+      std::copy(text.begin(), text.end(), request.text);
+    }
+    return MessageOf(request);
+  }
+
+  protocol::Message Write(uint8_t id, uint8_t seq, int16_t x, int16_t y) {
+    protocol::TagWriteRequest request;
+    request.id = id;
+    request.seq = seq;
+    request.x = x;
+    request.y = y;
+    request.tag = AnyTag();
+    request.slot = Below(2) == 0 ? protocol::kNoSlot : AnySlot();
+    request.flags = AnyFlags();
+    request.expected = AnyGeneration();
+    request.lease_s = static_cast<uint16_t>(Below(3) == 0 ? Below(4) : 0);
+    request.time = static_cast<uint32_t>(Below(3) == 0 ? 0 : Below(200'000));
+    const int32_t words[] = {-17,
+                             AnyNumber(),
+                             1,
+                             AnyNumber(),
+                             Below(16) == 0 ? -2 : -3,
+                             static_cast<int32_t>((*random_)())};
+    std::copy(std::begin(words), std::end(words), request.words);
+    return MessageOf(request);
+  }
+
+  std::mt19937_64* random_;
+};
+
+}  // namespace pheromone::engine::testing
