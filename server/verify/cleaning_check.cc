@@ -91,7 +91,7 @@ CleaningResult CheckCleanAfter(const CleaningLimits& limits, const CleaningStart
   const auto goal = static_cast<uint8_t>((below_percent + kLevelPercent - 1) / kLevelPercent);
   CleaningGraph<3> graph(&world, {.goal_level = goal, .max_states = max_states});
   CleaningResult result = ResultOf(&graph, graph.Explore(StatesOf(world, starts, start_percent)));
-  if (result.verdict == Verdict::kProved) {
+  if (result.verdict != Verdict::kRefuted) {
     LongestWay way = graph.LongestUntilEnd();
     result.longest = way.time;
     if (!way.cycle.empty()) {

@@ -53,11 +53,13 @@ class CleaningGraph {
       starts_.push_back(start);
       Add(0, start, nullptr);
     }
+    bool gives_up = false;
     for (uint32_t from = 0; from < states_.size() && wrong_.empty(); ++from) {
-      if (states_.size() > options_.max_states) {
-        return false;
-      }
+      gives_up = gives_up || states_.size() > options_.max_states;
       first_step_.push_back(static_cast<uint32_t>(targets_.size()));
+      if (gives_up) {
+        continue;  // as an end
+      }
       const CleaningState state = keys_.Unpack(states_[from]);
       if (IsEnd(state)) {
         continue;
@@ -71,7 +73,7 @@ class CleaningGraph {
       }
     }
     first_step_.push_back(static_cast<uint32_t>(targets_.size()));
-    return wrong_.empty();
+    return wrong_.empty() && !gives_up;
   }
 
   size_t size() const { return states_.size(); }
@@ -108,7 +110,8 @@ class CleaningGraph {
     return gaps;
   }
 
-  /// From the starts until a state from which the search went no further.
+  /// From the starts until a state from which the search went no further. A cycle is one even if
+  /// there were more than max_states.
   LongestWay LongestUntilEnd() {
     values_.assign(states_.size(), kUnknown);
     LongestWay longest;
@@ -147,6 +150,7 @@ class CleaningGraph {
  private:
   static constexpr uint16_t kUnknown = std::numeric_limits<uint16_t>::max();
   static constexpr uint16_t kOnTheWay = kUnknown - 1;
+  static constexpr uint16_t kLongest = kOnTheWay - 1;  // this, or more
   static constexpr uint8_t kNoZone = 255;
   static constexpr uint8_t kPassedBits = 5;
 
@@ -242,7 +246,8 @@ class CleaningGraph {
     while (!frames_.empty()) {
       Frame& frame = frames_.back();
       if (frame.step == first_step_[frame.state + 1]) {
-        values_[PlaceOf(frame.state, frame.zone)] = static_cast<uint16_t>(frame.longest);
+        values_[PlaceOf(frame.state, frame.zone)] =
+            static_cast<uint16_t>(std::min<int>(frame.longest, kLongest));
         frames_.pop_back();
         continue;
       }

@@ -42,10 +42,6 @@ TEST(Table, LongestGaps) {
 TEST(Table, AllZonesBecomeClean) {
   EXPECT_EQ(CheckCleanAfter(Taking(6), {}, 80, 30).longest, 174);
   EXPECT_EQ(CheckCleanAfter(Taking(7), {{5, 6}}, 80, 30).verdict, Verdict::kProved);
-  const CleaningResult seven = CheckCleanAfter(Taking(7), {}, 80, 30);
-  EXPECT_EQ(seven.verdict, Verdict::kRefuted);
-  EXPECT_GT(seven.repeats_from, 0u);
-  EXPECT_EQ(CheckCleanAfter(Taking(8), {}, 80, 30).verdict, Verdict::kRefuted);
 }
 
 TEST(Table, ALongerHorizon) {
@@ -71,7 +67,7 @@ TEST(Crash, OnTheWholeGrid) {
   limits.crashes = 1;
   const CleaningResult proof = ProveCleaning(limits);
   ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
-  EXPECT_GE(LongestGap(proof), 115);  // one robot alone
+  EXPECT_GE(LongestGap(proof), 115);  // one robot alone: far too long for zones of 10 %
 }
 
 TEST(Robots, ThreeOnThreeByThree) {
