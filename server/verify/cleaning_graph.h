@@ -44,7 +44,7 @@ template <size_t kWords>
 class CleaningGraph {
  public:
   CleaningGraph(CleaningWorld* world, const GraphOptions& options)
-      : world_(world), options_(options), keys_(*world, options.symmetric) {}
+      : world_(world), options_(options), keys_(*world, options.symmetric, options.horizon != 0) {}
 
   /// False if something is wrong: then `wrong` and `last` say what and where. Also false with an
   /// empty `wrong`: more than max_states.

@@ -54,10 +54,11 @@ class CleaningKeys {
     uint8_t equal = 0;  ///< how many symmetries do
   };
 
-  CleaningKeys(const CleaningWorld& world, bool symmetric)
+  CleaningKeys(const CleaningWorld& world, bool symmetric, bool has_clock = false)
       : maps_(GridSymmetries(world.limits().columns, world.limits().rows)),
         zones_(world.zones()),
-        robots_(static_cast<size_t>(world.limits().robots)) {
+        robots_(static_cast<size_t>(world.limits().robots)),
+        has_clock_(has_clock) {
     if (!symmetric) {
       maps_.resize(1);
     }
@@ -144,7 +145,7 @@ class CleaningKeys {
     key[1] |= uint64_t{state.is_newest_now} << 15;
     if constexpr (kWords == 3) {
       key[2] |= uint64_t{state.tick} << 60;
-      key[1] |= uint64_t{state.clock} << 48;
+      key[1] |= has_clock_ ? uint64_t{state.clock} << 48 : 0;
     }
     return key;
   }
@@ -152,6 +153,7 @@ class CleaningKeys {
   std::vector<ZoneMap> maps_;
   size_t zones_;
   size_t robots_;
+  bool has_clock_;  // else the states at all times are the same
 };
 
 }  // namespace pheromone::verify

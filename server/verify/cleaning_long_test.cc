@@ -42,6 +42,11 @@ TEST(Table, LongestGaps) {
 TEST(Table, AllZonesBecomeClean) {
   EXPECT_EQ(CheckCleanAfter(Taking(6), {}, 80, 30).longest, 174);
   EXPECT_EQ(CheckCleanAfter(Taking(7), {{5, 6}}, 80, 30).verdict, Verdict::kProved);
+  for (const int time : {7, 8}) {
+    const CleaningResult result = CheckCleanAfter(Taking(time), {}, 80, 30);
+    EXPECT_EQ(result.verdict, Verdict::kRefuted) << time;
+    EXPECT_GT(result.repeats_from, 0u) << time;
+  }
 }
 
 TEST(Table, ALongerHorizon) {
