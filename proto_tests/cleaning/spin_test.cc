@@ -34,7 +34,7 @@ std::string Spin(const std::string& name, const std::string& defines) {
   fs::create_directories(folder);
   const std::string command = "cd " + folder.string() + " && spin " + defines +
                               " -a " PHEROMONE_SOURCE_DIR
-                              "/proto_tests/cleaning/cleaning.pml >spin.txt 2>&1 && cc -w -O1 "
+                              "/proto_tests/cleaning/cleaning.pml >spin.txt 2>&1 && cc -w -O0 "
                               "-DSAFETY -DMEMLIM=2000 -o pan pan.c && ./pan -m1000000 -n >out.txt";
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
   std::ifstream file(folder / "out.txt");
