@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "server/config/folders.h"
+#include "server/engine/tags_component.h"
 #include "server/field/path.h"
 
 namespace pheromone::config {
@@ -93,6 +94,31 @@ std::string DescribeLaw(const field::FieldConfig& field, const field::PheromoneL
 
 }  // namespace
 
+namespace {
+
+// One by one if they are few.
+void AddTags(const engine::EngineConfig& config, std::vector<std::string>* lines) {
+  constexpr size_t kFew = 16;
+  const engine::ComponentConfig* const its = config.FindComponent(engine::TagsComponent::kName);
+  if (its == nullptr) {
+    return;
+  }
+  const Result<tags::Settings> settings =
+      engine::FromBytes<tags::Settings>("tags", its->version, its->bytes);
+  if (!settings.ok() || settings.value().tags.size() > kFew) {
+    lines->push_back(settings.ok() ? fmt::format("tags: {}", settings.value().tags.size())
+                                   : settings.error());
+    return;
+  }
+  for (const tags::TagSettings& tag : settings.value().tags) {
+    lines->push_back(fmt::format("tag \"{}\" at ({}, {}), {} slots, in range up to {} m", tag.name,
+                                 Metres(tag.x_um), Metres(tag.y_um), tag.slots,
+                                 Metres(tag.range_um)));
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> DescribeConfig(const Config& config) {
   const field::FieldConfig& field = config.engine.field;
   std::vector<std::string> lines = {DescribeMap(field)};
@@ -114,6 +140,7 @@ std::vector<std::string> DescribeConfig(const Config& config) {
     lines.push_back(
         fmt::format("initial raster of type {}: {} nodes", print.type, print.nodes->size()));
   }
+  AddTags(config.engine, &lines);
   for (const engine::RobotFrame& frame : config.engine.frames) {
     lines.push_back(
         fmt::format("frame of robot {} on link {}: origin ({}, {}), turned by {:.2f} deg", frame.id,

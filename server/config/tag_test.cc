@@ -1,4 +1,5 @@
 // [[tag]] and [tags].
+#include "server/config/describe.h"
 #include "server/config/testing/folder_test.h"
 #include "server/engine/tags_component.h"
 
@@ -44,6 +45,15 @@ TEST_F(TagTest, NameTheirPrivilegedAuthors) {
   EXPECT_EQ(Tags("[tags]\nprivileged = [\"ann\", \"123-233-201\"]\n")->privileged,
             (std::vector<std::string>{"ann", "123-233-201"}));
   EXPECT_EQ(Tags("[tags]\nprivileged = []\n")->privileged, std::vector<std::string>{});
+}
+
+TEST_F(TagTest, AreDescribed) {
+  const Result<Config> parsed = Parse(kDoor);
+  ASSERT_TRUE(parsed.ok());
+  const std::vector<std::string> lines = DescribeConfig(parsed.value());
+  EXPECT_NE(std::find(lines.begin(), lines.end(),
+                      "tag \"door\" at (1.5, 2), 8 slots, in range up to 1 m"),
+            lines.end());
 }
 
 TEST_F(TagTest, MistakesAreNamed) {
