@@ -1,4 +1,4 @@
-// A part of the engine's state with the code that changes it: the robots, the field, later tags and
+// A part of the engine's state with the code that changes it: the robots, the field, the tags, later
 // nets.
 //
 //   class Visits final : public Component { ... };
