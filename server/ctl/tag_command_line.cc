@@ -8,6 +8,7 @@
 #include "server/ctl/command_line.h"
 #include "server/ctl/number_check.h"
 #include "server/ctl/tag_commands.h"
+#include "server/ctl/tag_files.h"
 #include "server/tags/tag.h"
 
 namespace pheromone::ctl {
@@ -18,6 +19,8 @@ struct TagArguments {
   std::optional<int> slot;
   bool all = false;
   std::vector<std::string> examples;
+  TagFile file;
+  std::vector<std::string> names;
 };
 
 void AddWrite(CLI::App* tags, const ServerOptions* options, const std::shared_ptr<TagArguments>& it,
@@ -55,12 +58,35 @@ void AddErase(CLI::App* tags, const ServerOptions* options, const std::shared_pt
   });
 }
 
+void AddFiles(CLI::App* tags, const ServerOptions* options, const std::shared_ptr<TagArguments>& it,
+              int* exit_status) {
+  const auto format = [&](CLI::App* command) {
+    command
+        ->add_option("--format", it->file.format,
+                     "ntriples, turtle or rdfxml (default: by the file's ending)")
+        ->check(CLI::IsMember({"ntriples", "turtle", "rdfxml"}))
+        ->type_name("FORMAT");
+  };
+  CLI::App* exporting = tags->add_subcommand("export", "Write what is on the tags as RDF");
+  exporting->add_option("NAME", it->names, "Only these tags");
+  format(exporting);
+  exporting->add_option("--output", it->file.path, "Into this file (default: standard output)")
+      ->type_name("FILE");
+  exporting->callback([=] { *exit_status = ExportTags(*options, it->file, it->names); });
+
+  CLI::App* import = tags->add_subcommand("import", "Write the facts of an RDF file on their tags");
+  import->add_option("FILE", it->file.path, ".nt, .ttl, .rdf or .xml")->required();
+  format(import);
+  import->callback([=] { *exit_status = ImportTags(*options, it->file);
+});
 }  // namespace
+
+}  // namespace pheromone::ctl
 
 void AddTagCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
   const auto it = std::make_shared<TagArguments>();
-  CLI::App* tags =
-      program->add_subcommand("tags", "Virtual RFID tags: list, show, write, erase, find");
+  CLI::App* tags = program->add_subcommand(
+      "tags", "Virtual RFID tags: list, show, write, erase, find, export, import");
   tags->require_subcommand(1);
 
   CLI::App* list = tags->add_subcommand("list", "Show the tags");
@@ -72,6 +98,7 @@ void AddTagCommands(CLI::App* program, const ServerOptions* options, int* exit_s
 
   AddWrite(tags, options, it, exit_status);
   AddErase(tags, options, it, exit_status);
+  AddFiles(tags, options, it, exit_status);
 
   CLI::App* find = tags->add_subcommand("find", "Show the sentences that agree with examples");
   find->add_option("EXAMPLE", it->examples,

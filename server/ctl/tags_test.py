@@ -158,6 +158,36 @@ class TagsTest(unittest.TestCase):
         self.assertIn('tag "plant-7": it is full: nothing on it may be dropped',
                       self.ctl("write", "plant-7", "16 keeps out", status=1))
 
+    def test_what_is_exported_is_imported(self):
+        for tag, sentence in (("door", "15 lookingfortag 244"), ("door", 'tag:2 note "wet paint"'),
+                              ("plant-7", "door seen 2006-01-28T14:20:00Z")):
+            self.ctl("write", tag, sentence, "--author", "ann")
+        before = {tag: sorted(self.sentences(tag)) for tag in ("door", "plant-7")}
+        lines = sorted(self.ctl("export").splitlines())
+        for name in ("tags.nt", "tags.ttl", "tags.rdf"):
+            with self.subTest(name):
+                self.ctl("export", "--output", name)
+                for tag in before:
+                    self.ctl("erase", tag, "--all")
+                self.assertEqual(self.ctl("import", name),
+                                 "3 facts written, 0 were there, 0 other triples ignored\n")
+                self.assertEqual({tag: sorted(self.sentences(tag)) for tag in before}, before)
+                self.assertEqual(sorted(self.ctl("export").splitlines()), lines)
+                self.assertEqual(self.ctl("import", name),
+                                 "0 facts written, 3 were there, 0 other triples ignored\n")
+        self.assertNotIn("seen", self.ctl("export", "door", "--format", "turtle"))
+
+    def test_a_file_with_an_error_changes_nothing(self):
+        (self.folder / "bad.ttl").write_text("<http://a.b/c> <http://a.b/d> .\n")
+        self.assertIn("bad.ttl", self.ctl("import", "bad.ttl", status=2))
+        self.ctl("write", "door", "15 is here")
+        text = self.ctl("export")
+        (self.folder / "other.nt").write_text(text.replace('"door"', '"window"'))
+        self.assertIn('tag "window", expected one of this server',
+                      self.ctl("import", "other.nt", status=1))
+        self.assertIn("none.nt", self.ctl("import", "none.nt", status=2))
+        self.assertEqual(self.sentences("plant-7"), [])
+
     def test_mistakes_are_named(self):
         self.assertIn('there is no tag "window"', self.ctl("show", "window", status=1))
         self.assertIn("found 1 terms, expected subject, predicate and object",

@@ -1,76 +1,24 @@
 #include "server/tags/sentence.h"
 
-#include <bit>
 #include <charconv>
-#include <chrono>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
+
+#include "server/tags/lexical.h"
 
 namespace pheromone::tags {
 namespace {
 
-constexpr int32_t kSecondsADay = 86'400;
 constexpr std::string_view kWordLetters =
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
 
 // --- Printing
 
-std::string Digits(int64_t number, size_t width) {
-  std::string text = std::to_string(number);
-  return text.size() < width ? std::string(width - text.size(), '0') + text : text;
-}
-
-std::string DateText(int64_t days) {
-  const std::chrono::year_month_day date{std::chrono::sys_days(std::chrono::days(days))};
-  const int year = static_cast<int>(date.year());
-  return (year < 0 ? "-" : "") + Digits(std::abs(year), 4) + '-' +
-         Digits(static_cast<unsigned>(date.month()), 2) + '-' +
-         Digits(static_cast<unsigned>(date.day()), 2);
-}
-
-std::string ClockText(int64_t seconds) {
-  return Digits(seconds / 3600, 2) + ':' + Digits(seconds / 60 % 60, 2) + ':' +
-         Digits(seconds % 60, 2);
-}
-
-std::string TimeOfDayText(int64_t ms) {
-  return ClockText(ms / 1000) + (ms % 1000 != 0 ? '.' + Digits(ms % 1000, 3) : "");
-}
-
-// The shortest text that reads back as the same number; never that of a whole number.
-std::string FloatText(float number) {
-  if (std::isnan(number)) {
-    return "NaN";
-  }
-  if (std::isinf(number)) {
-    return number < 0 ? "-INF" : "INF";
-  }
-  char text[64];
-  const auto end = std::to_chars(text, text + sizeof text, number).ptr;
-  const std::string_view shortest(text, static_cast<size_t>(end - text));
-  const bool is_whole = shortest.find_first_of(".e") == std::string_view::npos;
-  return std::string(shortest) + (is_whole ? ".0" : "");
-}
-
-void AppendUtf8(uint32_t scalar, std::string* text) {
-  const auto put = [&](uint32_t byte) { *text += static_cast<char>(byte); };
-  if (scalar < 0x80) {
-    put(scalar);
-  } else if (scalar < 0x800) {
-    put(0xC0 | scalar >> 6);
-    put(0x80 | (scalar & 0x3F));
-  } else if (scalar < 0x10000) {
-    put(0xE0 | scalar >> 12);
-    put(0x80 | (scalar >> 6 & 0x3F));
-    put(0x80 | (scalar & 0x3F));
-  } else {
-    put(0xF0 | scalar >> 18);
-    put(0x80 | (scalar >> 12 & 0x3F));
-    put(0x80 | (scalar >> 6 & 0x3F));
-    put(0x80 | (scalar & 0x3F));
-  }
+// Never the text of a whole number.
+std::string NumberText(int32_t bits) {
+  const std::string shortest = FloatText(bits);
+  const bool is_whole = shortest.find_first_not_of("0123456789-") == std::string::npos;
+  return shortest + (is_whole ? ".0" : "");
 }
 
 std::string Quoted(std::string_view text) {
@@ -79,16 +27,6 @@ std::string Quoted(std::string_view text) {
     quoted += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
   }
   return quoted + '"';
-}
-
-// Control characters, which no terminal should get, by their numbers.
-std::string CharText(int32_t scalar) {
-  if (scalar < 0x20 || (scalar >= 0x7F && scalar < 0xA0)) {
-    return "char:" + std::to_string(scalar);
-  }
-  std::string text = "'";
-  AppendUtf8(static_cast<uint32_t>(scalar), &text);
-  return text + '\'';
 }
 
 std::string SymbolText(const Term& term, int32_t author, const SymbolTables& tables) {
@@ -118,68 +56,17 @@ std::optional<Number> NumberIn(std::string_view text) {
                                                                   : std::nullopt;
 }
 
-std::optional<int64_t> FixedDigits(std::string_view text, size_t at, size_t width) {
-  if (text.size() < at + width ||
-      text.substr(at, width).find_first_not_of("0123456789") != std::string_view::npos) {
-    return std::nullopt;
-  }
-  return NumberIn<int64_t>(text.substr(at, width));
-}
-
-// YYYY-MM-DD, days since 1970-01-01.
-std::optional<int64_t> DaysIn(std::string_view text) {
-  const bool is_negative = text.starts_with('-');
-  text.remove_prefix(is_negative ? 1 : 0);
-  const size_t digits = text.find('-');
-  if (digits == std::string_view::npos || digits < 4 || digits > 7 || text.size() != digits + 6 ||
-      text[digits + 3] != '-') {
-    return std::nullopt;
-  }
-  const auto year = FixedDigits(text, 0, digits);
-  const auto month = FixedDigits(text, digits + 1, 2);
-  const auto day = FixedDigits(text, digits + 4, 2);
-  if (!year || !month || !day || *year > 32'767) {
-    return std::nullopt;
-  }
-  const std::chrono::year_month_day date(
-      std::chrono::year(static_cast<int>(is_negative ? -*year : *year)),
-      std::chrono::month(static_cast<unsigned>(*month)),
-      std::chrono::day(static_cast<unsigned>(*day)));
-  return date.ok() ? std::optional<int64_t>(std::chrono::sys_days(date).time_since_epoch().count())
-                   : std::nullopt;
-}
-
-// hh:mm:ss or hh:mm:ss.sss, in milliseconds.
-std::optional<int64_t> TimeOfDayIn(std::string_view text) {
-  const auto hours = FixedDigits(text, 0, 2);
-  const auto minutes = FixedDigits(text, 3, 2);
-  const auto seconds = FixedDigits(text, 6, 2);
-  const bool has_ms = text.size() == 12 && text[8] == '.';
-  const auto ms = has_ms ? FixedDigits(text, 9, 3) : std::optional<int64_t>(0);
-  if (!hours || !minutes || !seconds || !ms || (text.size() != 8 && !has_ms) || text[2] != ':' ||
-      text[5] != ':' || *hours > 23 || *minutes > 59 || *seconds > 59) {
-    return std::nullopt;
-  }
-  return ((*hours * 60 + *minutes) * 60 + *seconds) * 1000 + *ms;
-}
-
 std::optional<Term> TimeIn(std::string_view text) {
-  const auto of = [](TypeCode code, int64_t value) {
-    return Term{static_cast<int32_t>(code), static_cast<int32_t>(value)};
+  const auto of = [](TypeCode code, int32_t value) {
+    return Term{static_cast<int32_t>(code), value};
   };
-  if (text.size() == 20 && text[10] == 'T' && text.back() == 'Z') {
-    const auto days = DaysIn(text.substr(0, 10));
-    const auto ms = TimeOfDayIn(text.substr(11, 8));
-    const int64_t seconds = days && ms ? *days * kSecondsADay + *ms / 1000 : -1;
-    return seconds >= 0 && seconds <= std::numeric_limits<uint32_t>::max()
-               ? std::optional(
-                     of(TypeCode::kDateTime, static_cast<int32_t>(static_cast<uint32_t>(seconds))))
-               : std::nullopt;
+  if (const auto seconds = ParseDateTime(text)) {
+    return of(TypeCode::kDateTime, static_cast<int32_t>(*seconds));
   }
-  if (const auto days = DaysIn(text)) {
+  if (const auto days = ParseDate(text)) {
     return of(TypeCode::kDate, *days);
   }
-  if (const auto ms = TimeOfDayIn(text)) {
+  if (const auto ms = ParseTime(text)) {
     return of(TypeCode::kTime, *ms);
   }
   return std::nullopt;
@@ -221,20 +108,6 @@ std::string Unquoted(std::string_view text) {
   return plain;
 }
 
-// The one character between apostrophes; nothing if there is another number of them.
-std::optional<int32_t> ScalarIn(std::string_view text) {
-  if (text.empty() || !IsPlainUtf8(text)) {
-    return std::nullopt;
-  }
-  const auto first = static_cast<unsigned char>(text.front());
-  const size_t length = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-  uint32_t scalar = length == 1 ? first : first & (0xFFu >> (length + 1));
-  for (size_t i = 1; i < length; ++i) {
-    scalar = scalar << 6 | (static_cast<unsigned char>(text[i]) & 0x3Fu);
-  }
-  return text.size() == length ? std::optional(static_cast<int32_t>(scalar)) : std::nullopt;
-}
-
 class Parser {
  public:
   Parser(int32_t author, SymbolTables* tables)
@@ -266,14 +139,9 @@ class Parser {
                          : Error{number.error()};
     }
     if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'') {
-      const auto scalar = ScalarIn(std::string_view(text).substr(1, text.size() - 2));
+      const auto scalar = ParseChar(std::string_view(text).substr(1, text.size() - 2));
       return scalar ? Result<Term>(of(TypeCode::kChar, *scalar))
                     : Wrong("object", text, "one character between apostrophes");
-    }
-    if (text.starts_with("char:")) {
-      const auto scalar = NumberIn<int32_t>(std::string_view(text).substr(5));
-      return scalar ? Result<Term>(of(TypeCode::kChar, *scalar))
-                    : Wrong("object", text, "char: and the number of a character");
     }
     if (const auto number = NumberIn<int32_t>(text)) {
       return of(TypeCode::kInt, *number);
@@ -282,7 +150,7 @@ class Parser {
       return *time;
     }
     if (const auto number = FloatIn(text)) {
-      return of(TypeCode::kFloat, std::bit_cast<int32_t>(*number));
+      return of(TypeCode::kFloat, *number);
     }
     if (text.starts_with("type-")) {
       const size_t colon = text.find(':');
@@ -306,17 +174,9 @@ class Parser {
   }
 
   // Numbers of more digits than an integer has are no float either.
-  static std::optional<float> FloatIn(std::string_view text) {
-    if (text == "NaN") {
-      return std::numeric_limits<float>::quiet_NaN();
-    }
-    if (text == "INF" || text == "-INF") {
-      return text.front() == '-' ? -std::numeric_limits<float>::infinity()
-                                 : std::numeric_limits<float>::infinity();
-    }
-    const bool is_numeric = text.find_first_not_of("0123456789.eE+-") == std::string_view::npos &&
-                            text.find_first_of(".eE") != std::string_view::npos;
-    return is_numeric ? NumberIn<float>(text) : std::nullopt;
+  static std::optional<int32_t> FloatIn(std::string_view text) {
+    const bool is_whole = text.find_first_not_of("0123456789+-") == std::string_view::npos;
+    return is_whole ? std::nullopt : ParseFloat(text);
   }
 
   Result<Term> Thing(std::string_view term, const std::string& text, std::string_view expected) {
@@ -414,21 +274,17 @@ std::string ObjectText(const Term& object, int32_t author, const SymbolTables& t
       return text != nullptr ? Quoted(*text) : UnknownText(object);
     }
     case TypeCode::kChar:
-      return CharText(object.value);
+      return '\'' + CharText(object.value) + '\'';
     case TypeCode::kInt:
       return std::to_string(object.value);
     case TypeCode::kFloat:
-      return FloatText(std::bit_cast<float>(object.value));
-    case TypeCode::kDateTime: {
-      const auto seconds = static_cast<uint32_t>(object.value);
-      return DateText(seconds / kSecondsADay) + 'T' + ClockText(seconds % kSecondsADay) + 'Z';
-    }
+      return NumberText(object.value);
+    case TypeCode::kDateTime:
+      return DateTimeText(static_cast<uint32_t>(object.value));
     case TypeCode::kDate:
-      // Beyond the calendar of <chrono>, as the number of days.
-      return std::abs(int64_t{object.value}) < 11'000'000 ? DateText(object.value)
-                                                          : UnknownText(object);
+      return DateText(object.value);
     case TypeCode::kTime:
-      return TimeOfDayText(object.value);
+      return TimeText(object.value);
     case TypeCode::kRobot:
       return "robot:" + std::to_string(object.value);
     case TypeCode::kTag:

@@ -44,7 +44,7 @@ TEST_F(SentenceTest, ObjectsOfEachType) {
   EXPECT_EQ(Object("' '"), (Term{-2, ' '}));
   EXPECT_EQ(Object("'''"), (Term{-2, '\''}));
   EXPECT_EQ(Object("'\u6e05'"), (Term{-2, 0x6e05}));
-  EXPECT_EQ(Object("char:10"), (Term{-2, 10}));
+  EXPECT_EQ(Object("'U+000A'"), (Term{-2, 10}));
   EXPECT_EQ(Object("-2147483648"), (Term{-3, INT32_MIN}));
   EXPECT_EQ(Object("1.5"), (Term{-4, 0x3fc00000}));
   EXPECT_EQ(Object("-0.0"), (Term{-4, INT32_MIN}));
@@ -78,7 +78,7 @@ TEST_F(SentenceTest, PrintedSentencesReadBackTheSame) {
         "door is open",
         "15 is 'x'",
         "15 is '''",
-        "15 is char:10",
+        "15 is 'U+000A'",
         "15 is '\u6e05'",
         "15 is 1.5",
         "15 is 100.0",
@@ -133,8 +133,6 @@ TEST_F(SentenceTest, MistakesAreNamed) {
   EXPECT_EQ(ErrorOf("15 is <door>"), "the object is <door>, expected an absolute IRI");
   EXPECT_EQ(ErrorOf("15 is 'ab'"),
             "the object is 'ab', expected one character between apostrophes");
-  EXPECT_EQ(ErrorOf("15 is char:55296"),
-            "the object is character 55296, expected a Unicode scalar value");
   EXPECT_EQ(ErrorOf("15 is \"" + std::string(256, 'x') + '"'),
             "the object has a text of 256 bytes, expected 1 to 255 of UTF-8 without control "
             "characters");

@@ -1,0 +1,115 @@
+#include "server/tags/iri.h"
+
+#include <algorithm>
+
+#include "server/tags/lexical.h"
+#include "server/tags/symbols.h"
+
+namespace pheromone::tags {
+namespace {
+
+constexpr std::string_view kHexDigits = "0123456789ABCDEF";
+
+bool IsUnreserved(char c) {
+  return IsLetter(c) || IsDigit(c) || c == '-' || c == '.' || c == '_' || c == '~';
+}
+
+bool IsHexDigit(char c) {
+  return IsDigit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
+}
+
+// Whether a segment of the path is "." or "..".
+bool HasDotSegment(std::string_view iri) {
+  const std::string_view path = iri.substr(0, iri.find_first_of("?#"));
+  size_t begin = path.find(':') + 1;
+  while (begin <= path.size()) {
+    const size_t end = std::min(path.find('/', begin), path.size());
+    const std::string_view segment = path.substr(begin, end - begin);
+    if (segment == "." || segment == "..") {
+      return true;
+    }
+    begin = end + 1;
+  }
+  return false;
+}
+
+bool IsBoundary(std::string_view text, size_t at) {
+  return at >= text.size() || (static_cast<unsigned char>(text[at]) & 0xC0u) != 0x80u;
+}
+
+}  // namespace
+
+bool IsIri(std::string_view text) {
+  const size_t colon = text.find(':');
+  if (colon == std::string_view::npos || colon + 1 == text.size() || !IsPlainUtf8(text) ||
+      !IsXmlText(text) || !IsLetter(text.front())) {
+    return false;
+  }
+  const bool is_scheme = std::all_of(
+      text.begin(), text.begin() + static_cast<ptrdiff_t>(colon),
+      [](char c) { return IsLetter(c) || IsDigit(c) || c == '+' || c == '-' || c == '.'; });
+  if (!is_scheme || text.find_first_of(" <>\"{}|^`\\") != std::string_view::npos ||
+      std::count(text.begin(), text.end(), '#') > 1) {
+    return false;
+  }
+  for (size_t i = text.find('%'); i != std::string_view::npos; i = text.find('%', i + 1)) {
+    if (i + 2 >= text.size() || !IsHexDigit(text[i + 1]) || !IsHexDigit(text[i + 2])) {
+      return false;
+    }
+  }
+  return !HasDotSegment(text);
+}
+
+std::string PercentEncode(std::string_view text) {
+  const bool is_dots = text.find_first_not_of('.') == std::string_view::npos;
+  std::string encoded;
+  for (const char c : text) {
+    if (IsUnreserved(c) && !is_dots) {
+      encoded += c;
+    } else {
+      const auto byte = static_cast<unsigned char>(c);
+      encoded += {'%', kHexDigits[byte >> 4], kHexDigits[byte & 15u]};
+    }
+  }
+  return encoded;
+}
+
+std::optional<std::string> PercentDecode(std::string_view encoded) {
+  std::string text;
+  for (size_t i = 0; i < encoded.size(); ++i) {
+    if (encoded[i] != '%') {
+      text += encoded[i];
+      continue;
+    }
+    if (i + 2 >= encoded.size()) {
+      return std::nullopt;
+    }
+    const size_t high = kHexDigits.find(encoded[i + 1]);
+    const size_t low = kHexDigits.find(encoded[i + 2]);
+    if (high == std::string_view::npos || low == std::string_view::npos) {
+      return std::nullopt;
+    }
+    text += static_cast<char>(high * 16 + low);
+    i += 2;
+  }
+  return PercentEncode(text) == encoded ? std::optional(text) : std::nullopt;
+}
+
+std::optional<size_t> SplitOf(std::string_view iri, size_t most_bytes) {
+  const auto fits = [&](size_t at) { return at <= most_bytes && iri.size() - at <= most_bytes; };
+  const size_t last = iri.find_last_of("#/");
+  if (last != std::string_view::npos && last + 1 < iri.size() && fits(last + 1)) {
+    return last + 1;
+  }
+  if (iri.size() <= most_bytes) {
+    return 0;
+  }
+  for (size_t at = std::min(most_bytes, iri.size() - 1); at > 0; --at) {
+    if (fits(at) && IsBoundary(iri, at)) {
+      return at;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace pheromone::tags
