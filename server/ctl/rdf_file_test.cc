@@ -29,41 +29,41 @@ constexpr RdfFormat kFormats[] = {RdfFormat::kNTriples, RdfFormat::kTurtle, RdfF
 
 // Texts with what formats have to escape.
 std::string RandomText(std::mt19937* random) {
-  static const std::string kPieces[] = {"a",
-                                        "Z",
-                                        "0",
-                                        " ",
-                                        "  ",
-                                        "\"",
-                                        "\\",
-                                        "'",
-                                        "<",
-                                        ">",
-                                        "&",
-                                        "]]>",
-                                        "%41",
-                                        "#",
-                                        "/",
-                                        "/../",
-                                        ".",
-                                        ":",
-                                        ";",
-                                        "\xC3\xA4",
-                                        "\xE2\x82\xAC",
-                                        "\xF0\x9F\xA4\x96",
-                                        "\xCC\x81",
-                                        "\xC2\x85",
-                                        "\xEF\xBF\xBE",
-                                        "\xE2\x80\xA8",
-                                        "&amp;",
-                                        "{",
-                                        "`",
-                                        "\"\"\"",
-                                        "\\u0041",
-                                        "_:",
-                                        "@en",
-                                        "^^",
-                                        "\xEF\xBB\xBF"};
+  constexpr const char* kPieces[] = {"a",
+                                     "Z",
+                                     "0",
+                                     " ",
+                                     "  ",
+                                     "\"",
+                                     "\\",
+                                     "'",
+                                     "<",
+                                     ">",
+                                     "&",
+                                     "]]>",
+                                     "%41",
+                                     "#",
+                                     "/",
+                                     "/../",
+                                     ".",
+                                     ":",
+                                     ";",
+                                     "\xC3\xA4",
+                                     "\xE2\x82\xAC",
+                                     "\xF0\x9F\xA4\x96",
+                                     "\xCC\x81",
+                                     "\xC2\x85",
+                                     "\xEF\xBF\xBE",
+                                     "\xE2\x80\xA8",
+                                     "&amp;",
+                                     "{",
+                                     "`",
+                                     "\"\"\"",
+                                     "\\u0041",
+                                     "_:",
+                                     "@en",
+                                     "^^",
+                                     "\xEF\xBB\xBF"};
   std::string text;
   for (size_t i = 1 + (*random)() % 8; i > 0; --i) {
     text += kPieces[(*random)() % std::size(kPieces)];
@@ -95,7 +95,9 @@ SymbolTables RandomTables(std::mt19937* random) {
       ++number;
       const std::string dots(static_cast<size_t>(number % 3), '.');
       const std::string end = number % 2 == 0 ? "" : "-\xC3\xA9_";
-      tables.DefineString(robot, number, "name" + dots + std::to_string(robot * number) + end);
+      std::string name = "name" + dots;
+      name.append(std::to_string(robot * number)).append(end);
+      tables.DefineString(robot, number, name);
     }
     for (const std::string& text : texts) {
       tables.DefineString(robot, ++number, text);

@@ -52,7 +52,7 @@ class ExamplesTest(unittest.TestCase):
     def test_every_example_is_taken_without_a_warning(self):
         names = sorted(path.name for path in EXAMPLES.glob("*.toml"))
         self.assertEqual(names, ["all-laws.toml", "links.toml", "outdoor-gps.toml",
-                                 "repellent.toml"])
+                                 "repellent.toml", "tags.toml"])
         for name in names:
             result = check("--config", str(EXAMPLES / name))
             self.assertEqual((result.returncode, result.stderr), (0, ""), name)
@@ -96,9 +96,10 @@ def keys_that_are_known():
     """All keys, as the program lists them when it is given one that it does not know."""
     wrong = "zzzzzzzz = 1\n"
     texts = [wrong]
-    for table in ("map", "antennas", "limits", "journal", "capture", "daemon", "control", "web"):
+    for table in ("map", "antennas", "limits", "journal", "capture", "daemon", "control", "web",
+                  "tags"):
         texts.append(f"[{table}]\n{wrong}")
-    for table in ("pheromone", "frame", "tracker"):
+    for table in ("pheromone", "frame", "tracker", "tag"):
         texts.append(f"[[{table}]]\n{wrong}")
     texts += [f'[[link]]\nkind = "{kind}"\n{wrong}' for kind in ("pty", "serial", "tcp", "udp")]
     texts.append("[map]\nwidth_m = 1\nheight_m = 1\ncell_m = 1\ndatum = {zzzzzzzz = 1}\n[obstacles]\n"

@@ -99,7 +99,7 @@ class Terms {
   Result<int32_t> NumberOf(std::string_view text);
   Result<Term> Symbol(std::string_view space, std::string_view value);
   Result<Term> Robot(const std::string& unique_id);
-  Result<Term> Unresolved(const std::string& iri, std::string_view path) const;
+  Result<Term> Unresolved(const std::string& iri) const;
   std::optional<Result<Term>> OfText(std::string_view path);
   std::optional<Result<Term>> OfThing(const std::string& iri);
   std::optional<Term> Known(std::string_view iri, size_t split) const;
@@ -180,10 +180,11 @@ std::optional<Result<Term>> Terms::OfThing(const std::string& iri) {
   return std::nullopt;
 }
 
-Result<Term> Terms::Unresolved(const std::string& iri, std::string_view path) const {
+Result<Term> Terms::Unresolved(const std::string& iri) const {
   const std::string prefix = UnresolvedPrefix(author_, tables_, naming_);
   if (iri.starts_with(prefix)) {
-    path = std::string_view(iri).substr(prefix.size());
+    std::string_view path = iri;
+    path.remove_prefix(prefix.size());
     const size_t slash = path.find('/');
     if (slash == std::string_view::npos && role_ == "object") {
       if (const std::optional<int32_t> number = ParseNumber(path, 1)) {
@@ -229,8 +230,8 @@ Result<Term> Terms::OfIri(const std::string& iri) {
       return *thing;
     }
   }
-  if (const auto path = After(iri, naming_, kUnresolvedFolder)) {
-    return Unresolved(iri, *path);
+  if (After(iri, naming_, kUnresolvedFolder)) {
+    return Unresolved(iri);
   }
   if (const auto path = After(iri, naming_, kTextFolder)) {
     if (std::optional<Result<Term>> symbol = OfText(*path)) {
@@ -249,12 +250,13 @@ Result<Term> Terms::OfIri(const std::string& iri) {
   if (const std::optional<Term> known = Known(iri, *split)) {
     return *known;
   }
-  for (size_t at = 0; at < iri.size(); ++at) {  // the author's own split, if there is one
+  const std::string_view all = iri;
+  for (size_t at = 0; at < all.size(); ++at) {  // the author's own split, if there is one
     if (const std::optional<Term> known = Known(iri, at)) {
       return *known;
     }
   }
-  return Symbol(std::string_view(iri).substr(0, *split), std::string_view(iri).substr(*split));
+  return Symbol(all.substr(0, *split), all.substr(*split));
 }
 
 // Times of day have no time zone in a block; robots' clocks are UTC.
