@@ -1,5 +1,5 @@
-// A part of the engine's state with the code that changes it: the robots, the field, the tags, later
-// nets.
+// A part of the engine's state with the code that changes it: the robots, the field, the tags;
+// later nets.
 //
 //   class Visits final : public Component { ... };
 //   ComponentList components = StandardComponents();
