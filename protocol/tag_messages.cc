@@ -21,25 +21,34 @@ uint8_t AtMost(uint8_t most, uint8_t value) {
   return value < most ? value : most;
 }
 
-// DATA from its front.
+// Takes the fields of DATA from its front, one after the other.
 class FieldReader {
  public:
   explicit FieldReader(const Message& from) : at_(from.data) {}
 
-  uint8_t U8() { return *at_++; }
-  uint16_t U16() { return GetU16(Skip(2)); }
-  int16_t I16() { return GetI16(Skip(2)); }
-  uint32_t U32() { return GetU32(Skip(4)); }
-  int32_t I32() { return GetI32(Skip(4)); }
-  void Words(int32_t* to, uint8_t count) {
-    for (uint8_t i = 0; i < count; ++i) {
-      to[i] = I32();
-    }
+  FieldReader& operator()(uint8_t& to) {
+    to = *at_++;
+    return *this;
   }
-  void Text(uint8_t* to, uint8_t count) {
-    for (uint8_t i = 0; i < count; ++i) {
-      to[i] = U8();
-    }
+  FieldReader& operator()(uint16_t& to) {
+    to = GetU16(Skip(2));
+    return *this;
+  }
+  FieldReader& operator()(int16_t& to) {
+    to = GetI16(Skip(2));
+    return *this;
+  }
+  FieldReader& operator()(uint32_t& to) {
+    to = GetU32(Skip(4));
+    return *this;
+  }
+  FieldReader& operator()(int32_t& to) {
+    to = GetI32(Skip(4));
+    return *this;
+  }
+  FieldReader& operator()(SymbolKind& to) {
+    to = static_cast<SymbolKind>(*at_++);
+    return *this;
   }
 
  private:
@@ -52,7 +61,7 @@ class FieldReader {
   const uint8_t* at_;
 };
 
-// The same to write; the message's length is that of what has been put.
+// Appends them. The message's length is that of what has been appended.
 class FieldWriter {
  public:
   FieldWriter(Message* to, uint8_t id, uint8_t opcode) : to_(to) {
@@ -61,21 +70,27 @@ class FieldWriter {
     to->length = 0;
   }
 
-  void U8(uint8_t value) { *Add(1) = value; }
-  void U16(uint16_t value) { PutU16(Add(2), value); }
-  void I16(int16_t value) { PutI16(Add(2), value); }
-  void U32(uint32_t value) { PutU32(Add(4), value); }
-  void I32(int32_t value) { PutI32(Add(4), value); }
-  void Words(const int32_t* from, uint8_t count) {
-    for (uint8_t i = 0; i < count; ++i) {
-      I32(from[i]);
-    }
+  FieldWriter& operator()(uint8_t from) {
+    *Add(1) = from;
+    return *this;
   }
-  void Text(const uint8_t* from, uint8_t count) {
-    for (uint8_t i = 0; i < count; ++i) {
-      U8(from[i]);
-    }
+  FieldWriter& operator()(uint16_t from) {
+    PutU16(Add(2), from);
+    return *this;
   }
+  FieldWriter& operator()(int16_t from) {
+    PutI16(Add(2), from);
+    return *this;
+  }
+  FieldWriter& operator()(uint32_t from) {
+    PutU32(Add(4), from);
+    return *this;
+  }
+  FieldWriter& operator()(int32_t from) {
+    PutI32(Add(4), from);
+    return *this;
+  }
+  FieldWriter& operator()(SymbolKind from) { return (*this)(static_cast<uint8_t>(from)); }
 
  private:
   uint8_t* Add(uint8_t count) {
@@ -87,157 +102,146 @@ class FieldWriter {
   Message* to_;
 };
 
-}  // namespace
+// --- The fields of each message in their order: of a request or an answer, read and written alike.
 
-bool Decode(const Message& from, ScanRequest* to) {
-  if (!HasFormOf(from, kScan)) {
+template <typename Pass, typename Item>
+void Each(Pass& pass, Item* items, uint8_t count) {
+  for (uint8_t i = 0; i < count; ++i) {
+    pass(items[i]);
+  }
+}
+
+template <typename Pass>
+void Fields(Pass& pass, ScanRequest& it) {
+  pass(it.x)(it.y)(it.after);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, ScanAnswer& it) {
+  pass(it.more);
+  for (uint8_t i = 0; i < it.count; ++i) {
+    TagInRange& row = it.rows[i];
+    pass(row.tag)(row.dx)(row.dy)(row.generation);
+  }
+}
+
+template <typename Pass>
+void Fields(Pass& pass, TagReadRequest& it) {
+  pass(it.x)(it.y)(it.tag)(it.slot);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, TagReadAnswer& it) {
+  pass(it.tag)(it.slot)(it.next)(it.slots)(it.tag_generation)(it.slot_generation)(it.lease_s)(
+      it.flags);
+  Each(pass, it.words, kTagWords);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, TagWriteRequest& it) {
+  pass(it.seq)(it.x)(it.y)(it.tag)(it.slot)(it.flags)(it.expected)(it.lease_s)(it.time);
+  Each(pass, it.words, kStatementWords);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, TagEraseRequest& it) {
+  pass(it.seq)(it.x)(it.y)(it.tag)(it.slot)(it.flags)(it.expected);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, TagWritten& it) {
+  pass(it.seq)(it.tag)(it.slot)(it.slot_generation)(it.tag_generation);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, SymbolRequest& it) {
+  pass(it.seq)(it.kind)(it.number);
+  Each(pass, it.text, it.length);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, SymbolAnswer& it) {
+  pass(it.seq)(it.kind)(it.number);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, ResolveRequest& it) {
+  pass(it.kind)(it.robot)(it.number)(it.offset);
+}
+
+template <typename Pass>
+void Fields(Pass& pass, ResolveAnswer& it) {
+  pass(it.kind)(it.robot)(it.number)(it.rows)(it.length);
+  Each(pass, it.text, it.count);
+}
+
+// Counts of rows or bytes in `to` are already those of the message.
+template <typename T>
+bool Read(const Message& from, uint8_t opcode, T* to) {
+  if (!HasFormOf(from, opcode)) {
     return false;
   }
   FieldReader reader(from);
   to->id = from.id;
-  to->x = reader.I32();
-  to->y = reader.I32();
-  to->after = reader.U16();
+  Fields(reader, *to);
   return true;
+}
+
+template <typename T>
+void Write(T from, uint8_t opcode, Message* to) {
+  FieldWriter writer(to, from.id, opcode);
+  Fields(writer, from);
+}
+
+}  // namespace
+
+bool Decode(const Message& from, ScanRequest* to) {
+  return Read(from, kScan, to);
 }
 
 bool Decode(const Message& from, ScanAnswer* to) {
   if (!HasFormOf(from, kScanAnswer) || (from.length - kBeforeRows) % kRowBytes != 0) {
     return false;
   }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->more = reader.U8();
   to->count = static_cast<uint8_t>((from.length - kBeforeRows) / kRowBytes);
-  for (uint8_t i = 0; i < to->count; ++i) {
-    TagInRange& row = to->rows[i];
-    row.tag = reader.U16();
-    row.dx = reader.I16();
-    row.dy = reader.I16();
-    row.generation = reader.U16();
-  }
-  return true;
+  return Read(from, kScanAnswer, to);
 }
 
 bool Decode(const Message& from, TagReadRequest* to) {
-  if (!HasFormOf(from, kTagRead)) {
-    return false;
-  }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->x = reader.I32();
-  to->y = reader.I32();
-  to->tag = reader.U16();
-  to->slot = reader.U8();
-  return true;
+  return Read(from, kTagRead, to);
 }
 
 bool Decode(const Message& from, TagReadAnswer* to) {
-  if (!HasFormOf(from, kTagReadAnswer)) {
-    return false;
-  }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->tag = reader.U16();
-  to->slot = reader.U8();
-  to->next = reader.U8();
-  to->slots = reader.U8();
-  to->tag_generation = reader.U16();
-  to->slot_generation = reader.U16();
-  to->lease_s = reader.U16();
-  to->flags = reader.U8();
-  reader.Words(to->words, kTagWords);
-  return true;
+  return Read(from, kTagReadAnswer, to);
 }
 
 bool Decode(const Message& from, TagWriteRequest* to) {
-  if (!HasFormOf(from, kTagWrite)) {
-    return false;
-  }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->seq = reader.U8();
-  to->x = reader.I32();
-  to->y = reader.I32();
-  to->tag = reader.U16();
-  to->slot = reader.U8();
-  to->flags = reader.U8();
-  to->expected = reader.U16();
-  to->lease_s = reader.U16();
-  to->time = reader.U32();
-  reader.Words(to->words, kStatementWords);
-  return true;
+  return Read(from, kTagWrite, to);
 }
 
 bool Decode(const Message& from, TagEraseRequest* to) {
-  if (!HasFormOf(from, kTagErase)) {
-    return false;
-  }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->seq = reader.U8();
-  to->x = reader.I32();
-  to->y = reader.I32();
-  to->tag = reader.U16();
-  to->slot = reader.U8();
-  to->flags = reader.U8();
-  to->expected = reader.U16();
-  return true;
+  return Read(from, kTagErase, to);
 }
 
 bool Decode(const Message& from, TagWritten* to) {
-  const bool erased = from.opcode == kTagEraseAnswer;
-  if (!HasFormOf(from, erased ? kTagEraseAnswer : kTagWriteAnswer)) {
-    return false;
-  }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->erased = erased;
-  to->seq = reader.U8();
-  to->tag = reader.U16();
-  to->slot = reader.U8();
-  to->slot_generation = reader.U16();
-  to->tag_generation = reader.U16();
-  return true;
+  to->erased = from.opcode == kTagEraseAnswer;
+  return Read(from, to->erased ? kTagEraseAnswer : kTagWriteAnswer, to);
 }
 
 bool Decode(const Message& from, SymbolRequest* to) {
   if (!HasFormOf(from, kSymbol)) {
     return false;
   }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->seq = reader.U8();
-  to->kind = static_cast<SymbolKind>(reader.U8());
-  to->number = reader.I32();
   to->length = static_cast<uint8_t>(from.length - kBeforeSymbolText);
-  reader.Text(to->text, to->length);
-  return true;
+  return Read(from, kSymbol, to);
 }
 
 bool Decode(const Message& from, SymbolAnswer* to) {
-  if (!HasFormOf(from, kSymbolAnswer)) {
-    return false;
-  }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->seq = reader.U8();
-  to->kind = static_cast<SymbolKind>(reader.U8());
-  to->number = reader.I32();
-  return true;
+  return Read(from, kSymbolAnswer, to);
 }
 
 bool Decode(const Message& from, ResolveRequest* to) {
-  if (!HasFormOf(from, kResolve)) {
-    return false;
-  }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->kind = static_cast<SymbolKind>(reader.U8());
-  to->robot = reader.I32();
-  to->number = reader.I32();
-  to->offset = reader.U8();
-  return true;
+  return Read(from, kResolve, to);
 }
 
 bool Decode(const Message& from, ResolveAnswer* to) {
@@ -245,123 +249,58 @@ bool Decode(const Message& from, ResolveAnswer* to) {
       from.length - kBeforeResolvedText > from.data[kBeforeResolvedText - 1]) {
     return false;
   }
-  FieldReader reader(from);
-  to->id = from.id;
-  to->kind = static_cast<SymbolKind>(reader.U8());
-  to->robot = reader.I32();
-  to->number = reader.I32();
-  to->rows = reader.U32();
-  to->length = reader.U8();
   to->count = static_cast<uint8_t>(from.length - kBeforeResolvedText);
-  reader.Text(to->text, to->count);
-  return true;
+  return Read(from, kResolveAnswer, to);
 }
 
 void Encode(const ScanRequest& from, Message* to) {
-  FieldWriter writer(to, from.id, kScan);
-  writer.I32(from.x);
-  writer.I32(from.y);
-  writer.U16(from.after);
+  Write(from, kScan, to);
 }
 
 void Encode(const ScanAnswer& from, Message* to) {
-  FieldWriter writer(to, from.id, kScanAnswer);
-  writer.U8(from.more);
-  for (uint8_t i = 0; i < AtMost(kMaxTagsInRange, from.count); ++i) {
-    const TagInRange& row = from.rows[i];
-    writer.U16(row.tag);
-    writer.I16(row.dx);
-    writer.I16(row.dy);
-    writer.U16(row.generation);
-  }
+  ScanAnswer it = from;
+  it.count = AtMost(kMaxTagsInRange, from.count);
+  Write(it, kScanAnswer, to);
 }
 
 void Encode(const TagReadRequest& from, Message* to) {
-  FieldWriter writer(to, from.id, kTagRead);
-  writer.I32(from.x);
-  writer.I32(from.y);
-  writer.U16(from.tag);
-  writer.U8(from.slot);
+  Write(from, kTagRead, to);
 }
 
 void Encode(const TagReadAnswer& from, Message* to) {
-  FieldWriter writer(to, from.id, kTagReadAnswer);
-  writer.U16(from.tag);
-  writer.U8(from.slot);
-  writer.U8(from.next);
-  writer.U8(from.slots);
-  writer.U16(from.tag_generation);
-  writer.U16(from.slot_generation);
-  writer.U16(from.lease_s);
-  writer.U8(from.flags);
-  writer.Words(from.words, kTagWords);
+  Write(from, kTagReadAnswer, to);
 }
 
 void Encode(const TagWriteRequest& from, Message* to) {
-  FieldWriter writer(to, from.id, kTagWrite);
-  writer.U8(from.seq);
-  writer.I32(from.x);
-  writer.I32(from.y);
-  writer.U16(from.tag);
-  writer.U8(from.slot);
-  writer.U8(from.flags);
-  writer.U16(from.expected);
-  writer.U16(from.lease_s);
-  writer.U32(from.time);
-  writer.Words(from.words, kStatementWords);
+  Write(from, kTagWrite, to);
 }
 
 void Encode(const TagEraseRequest& from, Message* to) {
-  FieldWriter writer(to, from.id, kTagErase);
-  writer.U8(from.seq);
-  writer.I32(from.x);
-  writer.I32(from.y);
-  writer.U16(from.tag);
-  writer.U8(from.slot);
-  writer.U8(from.flags);
-  writer.U16(from.expected);
+  Write(from, kTagErase, to);
 }
 
 void Encode(const TagWritten& from, Message* to) {
-  FieldWriter writer(to, from.id, from.erased ? kTagEraseAnswer : kTagWriteAnswer);
-  writer.U8(from.seq);
-  writer.U16(from.tag);
-  writer.U8(from.slot);
-  writer.U16(from.slot_generation);
-  writer.U16(from.tag_generation);
+  Write(from, from.erased ? kTagEraseAnswer : kTagWriteAnswer, to);
 }
 
 void Encode(const SymbolRequest& from, Message* to) {
-  FieldWriter writer(to, from.id, kSymbol);
-  writer.U8(from.seq);
-  writer.U8(static_cast<uint8_t>(from.kind));
-  writer.I32(from.number);
-  writer.Text(from.text, AtMost(kMaxSymbolText, from.length));
+  SymbolRequest it = from;
+  it.length = AtMost(kMaxSymbolText, from.length);
+  Write(it, kSymbol, to);
 }
 
 void Encode(const SymbolAnswer& from, Message* to) {
-  FieldWriter writer(to, from.id, kSymbolAnswer);
-  writer.U8(from.seq);
-  writer.U8(static_cast<uint8_t>(from.kind));
-  writer.I32(from.number);
+  Write(from, kSymbolAnswer, to);
 }
 
 void Encode(const ResolveRequest& from, Message* to) {
-  FieldWriter writer(to, from.id, kResolve);
-  writer.U8(static_cast<uint8_t>(from.kind));
-  writer.I32(from.robot);
-  writer.I32(from.number);
-  writer.U8(from.offset);
+  Write(from, kResolve, to);
 }
 
 void Encode(const ResolveAnswer& from, Message* to) {
-  FieldWriter writer(to, from.id, kResolveAnswer);
-  writer.U8(static_cast<uint8_t>(from.kind));
-  writer.I32(from.robot);
-  writer.I32(from.number);
-  writer.U32(from.rows);
-  writer.U8(from.length);
-  writer.Text(from.text, AtMost(AtMost(kMaxResolvedText, from.length), from.count));
+  ResolveAnswer it = from;
+  it.count = AtMost(AtMost(kMaxResolvedText, from.length), from.count);
+  Write(it, kResolveAnswer, to);
 }
 
 }  // namespace protocol
