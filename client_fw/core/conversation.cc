@@ -29,7 +29,8 @@ PHEROMONE_OUTLINED uint16_t Sum(uint16_t a, uint16_t b) {
 
 // After a warm reset the memory goes on; otherwise it begins here.
 RequestMemory* Continue(const Parameters& parameters, RequestMemory* memory) {
-  if (!memory->in_use || memory->nonce != parameters.boot_counter || memory->length > kMaxPending) {
+  if (!memory->in_use || memory->nonce != parameters.boot_counter || memory->length > kMaxPending ||
+      memory->tag_length > kMaxTagRequest) {
     *memory = RequestMemory();
     memory->in_use = true;
     memory->nonce = parameters.boot_counter;
@@ -269,6 +270,9 @@ void Conversation::OnMiss() {
 
 // Backs off, or abandons this period.
 void Conversation::Retry() {
+  if (IsTag(asked_opcode_) && timers_[kPeriod] == 0) {
+    event_turn_ = false;
+  }
   if (attempt_ == kMaxRetries) {
     Count(&Counters::abandoned);
     window_ = ContentionWindow();

@@ -25,6 +25,8 @@
 // and not while an alarm lasts. A robot that has lost its pose asks for nothing, and stands until
 // it was given one (settings 64 to 66) and released.
 //
+// Tags are read and written beside that: Ask (tag_exchange.h).
+//
 // Times are milliseconds of a clock that may wrap. After a pause of
 // the loop the robot stops and sends HELLO, as after a silence. Nothing is allocated; one instance
 // belongs to one loop (not to interrupts). Malformed and foreign frames are counted and otherwise
@@ -44,6 +46,7 @@
 #include "client_fw/core/parameters.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
+#include "client_fw/core/tag_exchange.h"
 #include "protocol/byte_order.h"
 #include "protocol/decoder.h"
 #include "protocol/frame_parser.h"
@@ -78,9 +81,11 @@ class Conversation : private ConversationState {
  public:
   /// `memory` must outlive the conversation.
   Conversation(const Parameters& parameters, RequestMemory* memory);
-  /// A copy with a memory of its own, for checkers that branch.
-  Conversation(const Conversation& other, RequestMemory* memory) : Conversation(other) {
+  /// A copy with a memory and an exchange of its own, for checkers that branch.
+  Conversation(const Conversation& other, RequestMemory* memory, TagExchange* exchange = nullptr)
+      : Conversation(other) {
     memory_ = memory;
+    exchange_ = exchange;
   }
 
   /// A byte from the radio, read at `now_ms`. After a transmission, call OnSent first.
@@ -103,6 +108,12 @@ class Conversation : private ConversationState {
   uint8_t tx_size() const { return tx_size_; }
   /// The last byte of tx() has left.
   void OnSent(uint32_t now_ms);
+
+  /// Sends the request of TAG in `exchange` until it is answered, refused or dropped, one at a
+  /// time, between the requests for intensities. `exchange` is to outlive that.
+  void Ask(TagExchange* exchange);
+  /// Where the robot is on the map if its odometry is this and no flag says kPoseLost.
+  Pose PoseOf(const Odometry& odometry) const { return start_.Place(odometry); }
 
   WheelSpeeds wheels() const { return wheels_; }
   /// A set of StopFlag; 0 while driving.
@@ -216,6 +227,17 @@ class Conversation : private ConversationState {
   void OnRefusal(protocol::Reason reason);
   bool RequestPending() const { return memory_->opcode == asked_opcode_; }
 
+  // Tags: conversation_tags.cc.
+  static bool IsTag(uint8_t opcode) { return kHasTags && protocol::ServiceOf(opcode) == 0x40; }
+  bool HasTagRequest() const;
+  bool MakeTagRequest(const Odometry* odometry, uint8_t* opcode);
+  void SendTagRequest(uint8_t opcode);
+  void PreferSteering();
+  bool OnTagAnswer(uint8_t opcode, const uint8_t* data, uint8_t length);
+  void OnTagRefusal(protocol::Reason reason);
+  void GoOnAfterTag();
+  void DropTagRequest();
+
   // Effects on the robot: conversation_act.cc.
   void OnCommand(const uint8_t* data, uint8_t length);
   protocol::Reason Execute(uint8_t code, const uint8_t* arguments);
@@ -241,6 +263,7 @@ class Conversation : private ConversationState {
   void HearServer();
 
   RequestMemory* memory_;
+  TagExchange* exchange_ = nullptr;  // the last one asked for
   Random random_;
   ContentionWindow window_;
   FuzzyState fuzzy_;

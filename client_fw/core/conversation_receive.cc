@@ -131,6 +131,9 @@ bool Conversation::OnAnswer(uint8_t opcode, const uint8_t* data, uint8_t length)
   if (asked_opcode_ == protocol::kPing) {
     return OnEcho(data, length);
   }
+  if (IsTag(asked_opcode_)) {
+    return OnTagAnswer(opcode, data, length);
+  }
   return OnDone(data, length);
 }
 
@@ -207,7 +210,7 @@ bool Conversation::OnDone(const uint8_t* data, uint8_t length) {
     Count(&Counters::events);
     event_turn_ &= timers_[kPeriod] != 0;
   }
-  if (event_turn_ && events_ == 0) {
+  if (event_turn_ && events_ == 0 && (!kHasTags || !HasTagRequest())) {
     Rest();
   } else {
     Contend();
@@ -249,6 +252,8 @@ void Conversation::OnRefusal(Reason reason) {
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
     window_.OnMiss(robots_);
     Retry();
+  } else if (IsTag(asked_opcode_)) {
+    OnTagRefusal(reason);
   } else {
     DropPending();
     if (reason == Reason::kOffTheMap) {

@@ -177,11 +177,17 @@ void Conversation::TakeTurn(const Odometry* odometry) {
   if (phase_ == Phase::kAwaiting) {
     return;  // an answer to what we sent in an opening
   }
-  event_turn_ = false;
+  event_turn_ = kHasTags && event_turn_ && HasTagRequest() && tag_bytes_ <= turn_bytes_;
   Begin(odometry);
+  if (IsTag(asked_opcode_) && tx_size_ > turn_bytes_) {
+    tag_bytes_ = tx_size_;  // in an opening
+    event_turn_ = false;
+    Begin(odometry);
+  }
   if (phase_ != Phase::kAwaiting) {
     return;
   }
+  event_turn_ = false;
   too_long_ = tx_size_ > turn_bytes_;
   if (too_long_) {
     tx_size_ = 0;
@@ -215,8 +221,9 @@ bool Conversation::MayContend() const {
   if (timers_[kReserved] != 0 || timers_[kOpen] == 0) {
     return false;
   }
-  const bool event =
-      memory_->opcode == protocol::kEvent || (memory_->opcode == 0 && event_turn_ && events_ != 0);
+  const bool event = memory_->opcode == protocol::kEvent ||
+                     (memory_->opcode == 0 && event_turn_ && events_ != 0) ||
+                     (kHasTags && event_turn_ && HasTagRequest());
   return !HasTurns() || too_long_ || event;
 }
 

@@ -57,17 +57,26 @@ void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
 // if the pose is unknown or does not fit into the message, and there is no event.
 bool Conversation::MakeRequest(const Odometry* odometry) {
   uint8_t opcode = memory_->opcode;
-  if (opcode != 0) {
+  if (kHasTags) {
+    PreferSteering();
+  }
+  if (opcode != 0 && !IsTag(opcode)) {
     Count(&Counters::duplicates);
   } else if (event_turn_ || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
-    if (events_ == 0) {
+    if (events_ != 0 && opcode == 0) {
+      opcode = protocol::kEvent;
+      MakeEvent();
+    } else if (!kHasTags || !MakeTagRequest(odometry, &opcode)) {
       return false;
     }
-    opcode = protocol::kEvent;
-    MakeEvent();
   }
   if (attempt_ != 0) {
     Count(&Counters::retries);
+  }
+  if (IsTag(opcode)) {
+    Seal(memory_);
+    SendTagRequest(opcode);
+    return true;
   }
   if (opcode != protocol::kEvent) {
     Count(&Counters::requests);
@@ -81,7 +90,9 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
 bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
   memory_->length = 0;
   uint8_t service = parameters_.wide ? protocol::kSenseWide : protocol::kSense;
-  if (parameters_.lay_trail) {
+  // One change at a time: while one of a tag is pending, no trail is laid.
+  const bool lay_trail = parameters_.lay_trail && !IsTag(memory_->opcode);
+  if (lay_trail) {
     service = parameters_.wide ? protocol::kTraceWide : protocol::kTrace;
     AppendSeq();
   }
@@ -92,7 +103,7 @@ bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
   heading_ = start_.HeadingOf(odometry);
   Append(heading_);
   *opcode = static_cast<uint8_t>(service | parameters_.type);
-  if (parameters_.lay_trail) {
+  if (lay_trail) {
     MakePending(*opcode);
   }
   timers_[kPosed] = parameters_.fail_safe_ms;
@@ -158,6 +169,9 @@ void Conversation::SendAck() {
 }
 
 void Conversation::DropPending() {
+  if (IsTag(memory_->opcode)) {
+    DropTagRequest();
+  }
   if (memory_->opcode != 0) {
     Count(&Counters::lost_traces);
     memory_->opcode = 0;

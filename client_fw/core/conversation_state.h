@@ -12,13 +12,15 @@
 #include "client_fw/core/drive_status.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
+#include "client_fw/core/tag_exchange.h"
 #include "protocol/opcodes.h"
 
 namespace pheromone {
 namespace client {
 
-/// The longest frame of a client: TRACE_WIDE with only DLE bytes. Radio buffers have this size.
-constexpr uint8_t kMaxClientFrame = 4 + 2 * (kMaxPending + 4);
+/// The longest frame of a client: TRACE_WIDE, or SYMBOL, with only DLE bytes. Radio buffers have
+/// this size.
+constexpr uint8_t kMaxClientFrame = 4 + 2 * ((kHasTags ? kMaxTagRequest : kMaxPending) + 4);
 
 class ConversationState {
  protected:
@@ -71,7 +73,7 @@ class ConversationState {
   bool greeted_;
   bool resync_;  // buffered link: everything before a PING's echo is discarded
   bool ack_due_;
-  bool event_turn_;  // intensities have come in this period, now the events
+  bool event_turn_;  // intensities have come in this period, now the events and tags
   bool trail_lost_;
   bool searching_;  // nothing is sensed, and lost_trail is kSearch
   bool load_;
@@ -103,6 +105,7 @@ class ConversationState {
   uint8_t hello_attempt_;
   uint8_t asked_opcode_;  // kAwaiting: of the request
   uint8_t tx_size_;
+  uint8_t tag_bytes_;  // of the frame with this request of TAG; 0: not known
   uint8_t countdown_;  // kContending: the slot that is ours; 0: not drawn, begin at once
   uint16_t quiet_ms_;  // since the last byte heard or sent; stays at the largest value
   // Of this run of bytes, which ends with the idle time:

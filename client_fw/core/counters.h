@@ -27,6 +27,8 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t off_the_map_stops;  ///< stopped because the pose is outside of the map
   uint32_t lost_trails;        ///< sensed nothing for lost_after_ms
   uint32_t events;             ///< EVENTs acknowledged
+  uint32_t tag_requests;       ///< requests of TAG sent, retries included
+  uint32_t tag_answers;        ///< of those, answered without an error
   uint32_t errors;             ///< ERROR answers; the last reason is in Conversation
   uint32_t commands;           ///< COMMANDs executed
   uint32_t refused_commands;   ///< COMMANDs acknowledged with a reason

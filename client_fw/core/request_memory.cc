@@ -8,8 +8,8 @@ namespace pheromone {
 namespace client {
 namespace {
 
-static_assert(sizeof(RequestMemory) == offsetof(RequestMemory, crc) + 2,
-              "nothing is behind the CRC");
+static_assert(sizeof(RequestMemory) < offsetof(RequestMemory, crc) + 2 + alignof(RequestMemory),
+              "nothing is behind the CRC but padding");
 
 // Not the plain CRC, which memory full of zeros would pass.
 uint16_t CheckOf(const RequestMemory& memory) {

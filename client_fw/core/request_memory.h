@@ -19,11 +19,12 @@
 #include <stdint.h>
 
 #include "client_fw/core/angle.h"
+#include "client_fw/core/tag_exchange.h"
 
 namespace pheromone {
 namespace client {
 
-/// DATA of the longest request with a seq: TRACE_WIDE.
+/// DATA of the longest request with a seq that is not one of TAG: TRACE_WIDE.
 constexpr uint8_t kMaxPending = 11;
 
 /// Plain memory, zeroed by the caller when it cannot be trusted. Only Conversation writes to it.
@@ -41,9 +42,11 @@ struct RequestMemory {
   uint8_t seq;     ///< of the last request that had one; before the first, as HELLO's answer said
   uint8_t opcode;  ///< of the request not yet answered, 0: none
   uint8_t length;
-  uint8_t data[kMaxPending];  ///< requests without a seq are also built here
-  bool numbered;              ///< seq is this boot's own: HELLO has been answered
-  uint16_t crc;               ///< of all the above
+  uint8_t data[kMaxPending];  ///< not of TAG; requests without a seq are also built here
+  uint8_t tag_length;
+  uint8_t tag_data[kMaxTagRequest];  ///< of a request of TAG with a seq
+  bool numbered;                     ///< seq is this boot's own: HELLO has been answered
+  uint16_t crc;                      ///< of all the above
 };
 
 /// To be called after a change.
