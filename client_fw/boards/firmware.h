@@ -19,6 +19,10 @@
 //   void EndTurn();                                 of the loop: feeds the watchdog, writes what is
 //                                                   to be saved, sleeps until something happens
 //
+// Task is one of robot.h that also has
+//   explicit Task(const Parameters&);               as they are after start-up
+//   static void Prepare(Parameters*);               other defaults than those of Settings
+//
 // A warm reset with its memory intact goes on: same nonce, same place on the map, same odometry in
 // the Pioneer's session. When power was switched on, the robot is where its odometry starts. After
 // everything else, such as a sagging supply, it does not know where it is, says so, and stands.
@@ -50,6 +54,12 @@ inline uint16_t CheckOfTrack(const WarmMemory& memory) {
   return static_cast<uint16_t>(memory.has_track ? ~crc : crc ^ 0x5555u);
 }
 
+/// The client that follows pheromones.
+struct FollowTask : NoTask {
+  explicit FollowTask(const Parameters& /*parameters*/) {}
+  static void Prepare(Parameters* /*parameters*/) {}
+};
+
 struct Place {
   void* at;
 };
@@ -65,9 +75,10 @@ inline void* operator new(size_t /*size*/, pheromone::client::Place place) noexc
 namespace pheromone {
 namespace client {
 
-template <class Board>
+template <class Task = FollowTask, class Board>
 __attribute__((noreturn)) void RunFirmware(Board* board, WarmMemory* memory) {
   static Parameters parameters;
+  Task::Prepare(&parameters);
   uint8_t packed[kSettingsSize];
   if (board->load_settings(packed, sizeof(packed))) {
     UnpackSettings(packed, &parameters);
@@ -98,14 +109,15 @@ __attribute__((noreturn)) void RunFirmware(Board* board, WarmMemory* memory) {
   // arguments.
   using Drive = PioneerDrive<Board>;
   alignas(Drive) static uint8_t drive_memory[sizeof(Drive)];
-  alignas(Robot<Board, Drive>) static uint8_t robot_memory[sizeof(Robot<Board, Drive>)];
+  using ThisRobot = Robot<Board, Drive, Task>;
+  alignas(ThisRobot) static uint8_t robot_memory[sizeof(ThisRobot)];
   Drive* const drive = new (Place{drive_memory})
       Drive(board, static_cast<int16_t>(parameters.drive_scale), parameters.sonar);
   if (memory->has_track) {
     drive->Continue(memory->track);
   }
   auto* const robot =
-      new (Place{robot_memory}) Robot<Board, Drive>(board, drive, parameters, requests);
+      new (Place{robot_memory}) ThisRobot(board, drive, parameters, requests, Task(parameters));
   uint8_t sips = drive->pioneer().sips();
   for (;;) {
     drive->Step();

@@ -25,6 +25,12 @@
 //   void emergency_stop();       stops as fast as it can; speeds may follow at once
 //   const DriveStatus& status();  what else there is to tell
 //
+// Task: what the robot does besides following pheromones, such as Cleaner. NoTask: nothing.
+//   void Step(uint32_t now_ms, const Odometry* odometry, Conversation*);
+//                                after each Poll, with the same odometry; it may Ask
+//   WheelSpeeds Wheels(const Conversation&);
+//   bool HoldsLoad();            besides COMMANDs
+//
 // Step() is to be called every millisecond or so: the time of a byte is the time of the Step that
 // reads it, and the answer's window opens at the Step that finds the radio idle.
 #pragma once
@@ -43,12 +49,20 @@ namespace client {
 /// Pioneer resumes its last speed if a command was lost.
 constexpr uint16_t kRepeatWheelsMs = 250;
 
-template <class Board, class Drive>
+/// It follows pheromones.
+struct NoTask {
+  void Step(uint32_t /*now_ms*/, const Odometry* /*odometry*/, Conversation* /*conversation*/) {}
+  WheelSpeeds Wheels(const Conversation& conversation) const { return conversation.wheels(); }
+  bool HoldsLoad() const { return false; }
+};
+
+template <class Board, class Drive, class Task = NoTask>
 class Robot {
  public:
   /// All pointers must outlive the robot.
-  Robot(Board* board, Drive* drive, const Parameters& parameters, RequestMemory* memory)
-      : board_(board), drive_(drive), conversation_(parameters, memory) {}
+  Robot(Board* board, Drive* drive, const Parameters& parameters, RequestMemory* memory,
+        const Task& task = Task())
+      : board_(board), drive_(drive), conversation_(parameters, memory), task_(task) {}
 
   void Step() {
     const uint32_t now_ms = board_->millis();
@@ -68,15 +82,16 @@ class Robot {
     Odometry odometry = {0, 0, 0};
     const bool known = drive_->odometry(&odometry);
     conversation_.Poll(now_ms, known ? &odometry : nullptr, board_->channel_busy());
+    task_.Step(now_ms, known ? &odometry : nullptr, &conversation_);
     while (put_ < conversation_.tx_size() && board_->radio_put(conversation_.tx()[put_])) {
       ++put_;
     }
-    TellDrive(LimitByRange(conversation_.wheels(), conversation_.drive().front_mm),
+    TellDrive(LimitByRange(task_.Wheels(conversation_), conversation_.drive().front_mm),
               static_cast<uint16_t>(now_ms));
     led_.Step(LedCode(conversation_.flags(), conversation_.drive().alarms, known),
               static_cast<uint16_t>(now_ms));
     board_->set_led(led_.on());
-    board_->set_load(conversation_.load());
+    board_->set_load(conversation_.load() || task_.HoldsLoad());
     if (conversation_.TakeSettingsChanged()) {
       uint8_t bytes[kSettingsSize];
       PackSettings(conversation_.stored(), bytes);
@@ -85,6 +100,7 @@ class Robot {
   }
 
   const Conversation& conversation() const { return conversation_; }
+  const Task& task() const { return task_; }
   /// The last speeds given to the drive.
   WheelSpeeds wheels() const { return told_; }
 
@@ -105,6 +121,7 @@ class Robot {
   Board* board_;
   Drive* drive_;
   Conversation conversation_;
+  Task task_;
   StatusLed led_;
   WheelSpeeds told_ = WheelSpeeds{0, 0};
   uint16_t told_ms_ = 0;
