@@ -93,7 +93,7 @@ class AvrRobot final : public MobileRobot {
 
   const AvrMachine& machine() const { return machine_; }
   const PioneerRobot& pioneer() const { return pioneer_; }
-  bool holds_load() const { return load_; }
+  bool HoldsLoad() const override { return load_; }
 
  private:
   void RunTo(int64_t end_ns);

@@ -20,7 +20,8 @@ HostPioneerRobot::HostPioneerRobot(const HostPioneerRobotConfig& config, RadioMe
       board_(config.cable_baud),
       pioneer_(config.pioneer, config.start),
       drive_(&board_, static_cast<int16_t>(config.client.drive_scale)),
-      robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_),
+      robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_,
+             SimulatedTask(config.cleaner, config.client)),
       station_(medium->AddStation(this, config.turnaround_ns)) {}
 
 void HostPioneerRobot::Step() {

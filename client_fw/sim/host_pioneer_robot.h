@@ -23,6 +23,7 @@
 #include "client_fw/sim/radio_medium.h"
 #include "client_fw/sim/released.h"
 #include "client_fw/sim/serial_line.h"
+#include "client_fw/sim/simulated_task.h"
 
 namespace pheromone::sim {
 
@@ -31,7 +32,8 @@ struct HostPioneerRobotConfig {
   PioneerConfig pioneer;
   PlanePose start;
   int64_t cable_baud = 9600;
-  std::optional<int64_t> turnaround_ns;  ///< of its modem, if not the medium's
+  std::optional<int64_t> turnaround_ns;                   ///< of its modem, if not the medium's
+  std::optional<client::CleanerParameters> cleaner = {};  ///< it cleans, and follows nothing
 };
 
 class HostPioneerRobot final : public MobileRobot {
@@ -53,6 +55,8 @@ class HostPioneerRobot final : public MobileRobot {
   int16_t p_right() const override { return robot_.conversation().p_right(); }
   uint8_t flags() const override { return robot_.conversation().flags(); }
   uint32_t bumps() const override { return bumps_.count(); }
+  bool HoldsLoad() const override { return board_.load(); }
+  const client::Cleaner* cleaner() const override { return robot_.task().cleaner(); }
 
   const PioneerRobot& pioneer() const { return pioneer_; }
 
@@ -83,7 +87,7 @@ class HostPioneerRobot final : public MobileRobot {
   BumpCounter bumps_;
   client::PioneerDrive<Board> drive_;
   client::RequestMemory memory_{};
-  client::Robot<Board, client::PioneerDrive<Board>> robot_;
+  client::Robot<Board, client::PioneerDrive<Board>, SimulatedTask> robot_;
   int station_;
 };
 

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 
+#include "client_fw/core/cleaner.h"
 #include "client_fw/core/counters.h"
 #include "client_fw/core/steering.h"
 #include "client_fw/sim/differential_drive.h"
@@ -38,6 +39,10 @@ class MobileRobot : public Station {
   virtual int16_t p_right() const = 0;
   /// A set of client::StopFlag; 0 if they cannot be read.
   virtual uint8_t flags() const { return 0; }
+  /// Its load is held; a cleaning robot's brush is on.
+  virtual bool HoldsLoad() const { return false; }
+  /// Null if it does not clean, or what it does cannot be read.
+  virtual const client::Cleaner* cleaner() const { return nullptr; }
   /// How often it has run into an obstacle.
   virtual uint32_t bumps() const { return 0; }
 };

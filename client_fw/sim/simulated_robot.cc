@@ -21,7 +21,8 @@ SimulatedRobot::SimulatedRobot(const SimulatedRobotConfig& config, RadioMedium* 
     : medium_(medium),
       power_on_ns_(config.power_on_ms * 1'000'000),
       drive_(config.drive, config.start),
-      robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_),
+      robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_,
+             SimulatedTask(config.cleaner, config.client)),
       station_(medium->AddStation(this, config.turnaround_ns)) {}
 
 void SimulatedRobot::Step() {

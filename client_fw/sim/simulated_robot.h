@@ -22,6 +22,7 @@
 #include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/radio_medium.h"
 #include "client_fw/sim/released.h"
+#include "client_fw/sim/simulated_task.h"
 
 namespace pheromone::sim {
 
@@ -31,6 +32,7 @@ struct SimulatedRobotConfig {
   PlanePose start;
   int64_t power_on_ms = 0;               ///< until then it neither hears nor does anything
   std::optional<int64_t> turnaround_ns;  ///< of its modem, if not the medium's
+  std::optional<client::CleanerParameters> cleaner = {};  ///< it cleans, and follows nothing
 };
 
 class SimulatedRobot final : public MobileRobot {
@@ -52,6 +54,8 @@ class SimulatedRobot final : public MobileRobot {
   int16_t p_right() const override { return conversation().p_right(); }
   uint8_t flags() const override { return conversation().flags(); }
   uint32_t bumps() const override { return bumps_.count(); }
+  bool HoldsLoad() const override { return board_.load(); }
+  const client::Cleaner* cleaner() const override { return robot_.task().cleaner(); }
 
   const DifferentialDrive& drive() const { return drive_; }
   /// The rest of what the client knows, such as the server's HELLO.
@@ -66,7 +70,7 @@ class SimulatedRobot final : public MobileRobot {
   DifferentialDrive drive_;
   BumpCounter bumps_;
   client::RequestMemory memory_{};
-  client::Robot<client::HostBoard, DifferentialDrive> robot_;
+  client::Robot<client::HostBoard, DifferentialDrive, SimulatedTask> robot_;
   int station_;
   int64_t sent_at_ns_ = RadioMedium::kNever;  // the UART is empty; the modem is a turnaround later
 };

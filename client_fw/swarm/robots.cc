@@ -37,6 +37,7 @@ std::unique_ptr<sim::MobileRobot> MakeRobot(const RobotConfig& config, sim::Radi
   host.pioneer = PioneerOf(config);
   host.start = config.start;
   host.turnaround_ns = config.turnaround_ns;
+  host.cleaner = config.cleaner;
   return std::make_unique<sim::HostPioneerRobot>(host, medium);
 }
 

@@ -76,10 +76,7 @@ std::optional<engine::ComponentConfig> ReadTags(const Value& root, const Config&
   if (tables.empty() && root.Find("tags") == nullptr) {
     return std::nullopt;  // as in configurations from before there were tags
   }
-  ByteWriter writer;
-  EncodeFields(settings, &writer);
-  return engine::ComponentConfig{std::string(engine::TagsComponent::kName),
-                                 tags::Settings::kVersion, writer.Take()};
+  return engine::TagsComponent::ConfigOf(settings);
 }
 
 }  // namespace pheromone::config

@@ -139,6 +139,12 @@ class FrozenTags final : public FrozenPart {
 
 }  // namespace
 
+ComponentConfig TagsComponent::ConfigOf(const tags::Settings& settings) {
+  ByteWriter writer;
+  EncodeFields(settings, &writer);
+  return {std::string(kName), tags::Settings::kVersion, writer.Take()};
+}
+
 std::vector<MessageRule> TagsComponent::messages() const {
   std::vector<MessageRule> all;
   for (uint8_t opcode = protocol::kScan; opcode <= protocol::kResolve; ++opcode) {

@@ -51,6 +51,9 @@ class TagsComponent final : public Component {
  public:
   static constexpr std::string_view kName = "tags";
 
+  /// Of an engine that has these tags.
+  static ComponentConfig ConfigOf(const tags::Settings& settings);
+
   const tags::Store& store() const { return store_; }
 
   std::unique_ptr<Component> Clone() const override {

@@ -12,12 +12,6 @@
 
 namespace pheromone::engine::testing {
 
-inline ComponentConfig TagsConfig(const tags::Settings& settings) {
-  ByteWriter writer;
-  EncodeFields(settings, &writer);
-  return {std::string(TagsComponent::kName), tags::Settings::kVersion, writer.Take()};
-}
-
 inline tags::Settings RichTags() {
   return {.tags = {{"a", 500'000, 500'000, 600'000, 8},
                    {"b", 800'000, 700'000, 600'000, 2},

@@ -50,7 +50,7 @@ inline EngineConfig RichConfig(bool tight) {
   walls.Set({301 - 1, 301 - 1});
   field.obstacles = field::Shared(std::move(walls));
   config.frames = {MakeFrame("radio-b", 2, {1'000'000, 0}, 30)};
-  config.components = {TagsConfig(RichTags())};
+  config.components = {TagsComponent::ConfigOf(RichTags())};
   if (tight) {
     using field::CellMap;
     field.memory_bytes = 24 * CellMap::kTileBytes + 8 * CellMap::kLeafBytes +
@@ -161,7 +161,7 @@ class RandomTraffic {
     EngineConfig config = engine.config();
     switch (Below(7)) {
       case 6:
-        config.components = {TagsConfig(tags_.Settings())};
+        config.components = {TagsComponent::ConfigOf(tags_.Settings())};
         break;
       case 0:
         config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + Below(5'000));
