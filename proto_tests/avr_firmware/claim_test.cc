@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client_fw/core/cleaner.h"
+#include "client_fw/sim/avr_robot.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
 #include "server/engine/tags_component.h"
@@ -72,6 +73,14 @@ TEST(ClaimTest, TwoAvrRobotsNeverCleanOneZoneTogether) {
   std::cout << claims << " claims: " << seen.of[0] << " and " << seen.of[1] << " in "
             << seen.ms / 1000 << " s, " << simulation.medium().counters().damaged_bytes
             << " bytes damaged\n";
+  for (size_t i = 0; i < 2; ++i) {
+    const auto& robot = dynamic_cast<const sim::AvrRobot&>(simulation.robot(i));
+    const size_t ram = robot.machine().image_size().static_ram_bytes;
+    const size_t stack = robot.machine().stack_bytes();
+    std::cout << "robot " << i + 1 << ": " << ram << " bytes of RAM, deepest stack " << stack
+              << " bytes\n";
+    EXPECT_LE(ram + stack, 3072u);
+  }
   EXPECT_EQ(seen.of[0] + seen.of[1], claims);
   EXPECT_EQ(seen.together_ms, 0);
   EXPECT_GT(seen.of[0], claims / 4);

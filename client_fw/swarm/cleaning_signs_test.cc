@@ -1,0 +1,155 @@
+// What a cleaning robot understands of what others have left on the tags, and of its own earlier
+// life: the real firmware, radio and engine.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "client_fw/core/cleaner.h"
+#include "client_fw/swarm/path_experiment.h"
+#include "client_fw/swarm/simulation.h"
+#include "server/engine/tags_component.h"
+
+namespace pheromone::swarm {
+namespace {
+
+using engine::TagsChanged;
+using engine::TagsComponent;
+using tags::RowKind;
+
+constexpr int64_t kZoneUm = 1'000'000;
+constexpr int32_t kOther = 77;  // a robot of another make
+constexpr uint32_t kLeaseMs = 30'000;
+
+class CleaningSignsTest : public testing::Test {
+ protected:
+  // Two zones beside each other, and a robot in the first.
+  static SimulationConfig TwoZones() {
+    SimulationConfig config;
+    config.engine = EngineConfigOf(PathExperiment());
+    config.engine.components = {TagsComponent::ConfigOf(
+        {.tags = {{"left", kZoneUm / 2, kZoneUm, kZoneUm * 12 / 10},
+                  {"right", kZoneUm * 3 / 2, kZoneUm, kZoneUm * 12 / 10}}})};
+    config.robot.client.id = 1;
+    config.robot.client.boot_counter = 100;
+    config.robot.client.type = 2;
+    client::PrepareForCleaning(&config.robot.client);
+    config.robot.start = {0.5, 1, 0};
+    config.robot.cleaner = client::CleanerParameters{.cleaning_ms = 2000, .lease_s = 6};
+    return config;
+  }
+
+  void Change(const TagsChanged& change) {
+    std::vector<engine::Outgoing> out;
+    const auto submitted = simulation_.service().Submit(engine::ToEvent(change), &out);
+    ASSERT_TRUE(submitted.ok()) << submitted.error();
+  }
+
+  void Define(RowKind kind, int32_t robot, int32_t number, const std::string& text) {
+    Change({.action = TagsChanged::Action::kDefine, .row = {kind, robot, number, text}});
+  }
+
+  // On the tag of the first zone: it is so since `number` words say so.
+  void Sign(int32_t author, int32_t name_space, int32_t number, uint32_t lease_ms) {
+    Change({.action = TagsChanged::Action::kWrite,
+            .tag = 1,
+            .lease_ms = lease_ms,
+            .block = {author, 0, {-18, 1}, {name_space, number}, {-17, author}}});
+  }
+
+  // Which zones it has cleaned until then; 0: none.
+  std::vector<uint16_t> CleanedUntil(int64_t ms) {
+    std::vector<uint16_t> zones;
+    const client::Cleaner& cleaner = *simulation_.robot().cleaner();
+    bool before = false;
+    while (simulation_.now_ms() < ms) {
+      simulation_.RunTo(simulation_.now_ms() + 1);
+      if (cleaner.is_cleaning() && !before) {
+        zones.push_back(cleaner.target());
+      }
+      before = cleaner.is_cleaning();
+    }
+    return zones;
+  }
+
+  static bool Has(const std::vector<uint16_t>& zones, uint16_t zone) {
+    return std::find(zones.begin(), zones.end(), zone) != zones.end();
+  }
+
+  Simulation simulation_{TwoZones()};
+};
+
+TEST_F(CleaningSignsTest, ASignOfAnotherMakeIsUnderstood) {
+  Define(RowKind::kRobot, kOther, kOther, "sweeper");
+  Define(RowKind::kString, kOther, 40, "http://robots.org/");
+  Define(RowKind::kString, kOther, 41, "cleaning#occupiedBy");
+  Sign(kOther, 40, 41, kLeaseMs);
+  EXPECT_EQ(Has(CleanedUntil(kLeaseMs), 1), false);
+  EXPECT_GE(simulation_.robot().cleaner()->cleaned(), 3u) << "of the other zone";
+  EXPECT_TRUE(Has(CleanedUntil(kLeaseMs + 10'000), 1)) << "the lease has ended";
+}
+
+TEST_F(CleaningSignsTest, AWholeIriIsUnderstood) {
+  Define(RowKind::kRobot, kOther, kOther, "sweeper");
+  Define(RowKind::kString, kOther, 7, std::string(client::kCleaningBase) + "occupiedBy");
+  Sign(kOther, 0, 7, kLeaseMs);
+  EXPECT_FALSE(Has(CleanedUntil(kLeaseMs), 1));
+}
+
+TEST_F(CleaningSignsTest, SomethingElseIsNoSign) {
+  Define(RowKind::kRobot, kOther, kOther, "sweeper");
+  Define(RowKind::kString, kOther, 1, client::kCleaningBase);
+  Define(RowKind::kString, kOther, 2, "occupiedByNobody");
+  Define(RowKind::kString, kOther, 3, std::string(200, 'x'));
+  Sign(kOther, 1, 2, kLeaseMs);
+  Sign(kOther, 3, 3, kLeaseMs);
+  EXPECT_TRUE(Has(CleanedUntil(10'000), 1));
+}
+
+TEST_F(CleaningSignsTest, WhatIsLeasedAndNotDefinedYetIsTakenForASign) {
+  Define(RowKind::kRobot, kOther, kOther, "sweeper");
+  Sign(kOther, 5, 6, kLeaseMs);
+  EXPECT_FALSE(Has(CleanedUntil(kLeaseMs), 1));
+  EXPECT_TRUE(Has(CleanedUntil(kLeaseMs + 10'000), 1));
+}
+
+TEST_F(CleaningSignsTest, WhenAnotherHasCleanedCounts) {
+  Define(RowKind::kRobot, kOther, kOther, "sweeper");
+  Define(RowKind::kString, kOther, 1, client::kCleaningBase);
+  Define(RowKind::kString, kOther, 2, "cleanedBy");
+  Sign(kOther, 1, 2, 0);
+  const std::vector<uint16_t> zones = CleanedUntil(20'000);
+  ASSERT_FALSE(zones.empty());
+  EXPECT_EQ(zones.front(), 2) << "the first one was cleaned just now";
+}
+
+TEST_F(CleaningSignsTest, AfterAResetItGoesOnWithItsOwnClaim) {
+  Define(RowKind::kRobot, kOther, kOther, "cleaner-001");  // its number from before
+  Define(RowKind::kString, kOther, 1, client::kCleaningBase);
+  Define(RowKind::kString, kOther, 2, "occupiedBy");
+  Define(RowKind::kString, kOther, 3, "cleanedBy");
+  Sign(kOther, 1, 2, kLeaseMs);
+  const std::vector<uint16_t> zones = CleanedUntil(10'000);
+  ASSERT_FALSE(zones.empty());
+  EXPECT_EQ(zones.front(), 1);
+  EXPECT_GE(simulation_.robot().cleaner()->cleaned(), 1u);
+}
+
+TEST_F(CleaningSignsTest, NumbersWithAnotherMeaningAreLeftAlone) {
+  Define(RowKind::kRobot, kOther, kOther, "cleaner-001");
+  Define(RowKind::kString, kOther, 2, "what another firmware called so");
+  CleanedUntil(20'000);
+  EXPECT_GE(simulation_.robot().cleaner()->cleaned(), 2u);
+  simulation_.service().Inspect([](const engine::Engine& engine) {
+    const auto& rows = engine::FindIn<TagsComponent>(engine.components())->store().symbols().rows();
+    int own = 0;
+    for (const tags::Row& row : rows) {
+      own += row.kind == RowKind::kString && row.number >= 4 ? 1 : 0;
+    }
+    EXPECT_EQ(own, 3);
+    return 0;
+  });
+}
+
+}  // namespace
+}  // namespace pheromone::swarm
