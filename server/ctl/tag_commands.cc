@@ -57,11 +57,6 @@ void PrintJson(const json::value& value) {
   fmt::print("{}\n", json::serialize(value));
 }
 
-// Posts a change and returns the exit status.
-int Change(const ServerOptions& options, const json::object& body) {
-  return Call(options, "POST", "/api/v1/tags", json::serialize(body)).exit_status;
-}
-
 // The author and the sentence in numbers, with the rows that these need at the server.
 int Prepare(const ServerOptions& options, const TagNote& note, tags::Block* block) {
   tags::SymbolTables tables;
@@ -193,18 +188,13 @@ int WriteTag(const ServerOptions& options, const TagNote& note) {
   if (const int failed = Prepare(options, note, &block); failed != 0) {
     return failed;
   }
-  json::object body{
-      {"action", "write"},
-      {"tag", note.tag},
-      {"author", block.author},
-      {"block", json::array{block.subject.space, block.subject.value, block.predicate.space,
-                            block.predicate.value, block.object.space, block.object.value}},
-      {"replace", note.replace},
-      {"lease_s", note.lease_s}};
+  json::object change = WriteOf(note.tag, block);
+  change["replace"] = note.replace;
+  change["lease_s"] = note.lease_s;
   if (note.slot) {
-    body["slot"] = *note.slot;
+    change["slot"] = *note.slot;
   }
-  const int failed = Change(options, body);
+  const int failed = PostChange(options, change);
   if (failed == 0 && options.json) {
     PrintJson(json::object{{"done", true}});
   }
@@ -225,7 +215,7 @@ int EraseTag(const ServerOptions& options, const std::string& name, std::optiona
     }
   }
   for (const int it : slots) {
-    const int failed = Change(options, {{"action", "erase"}, {"tag", name}, {"slot", it}});
+    const int failed = PostChange(options, {{"action", "erase"}, {"tag", name}, {"slot", it}});
     if (failed != 0) {
       return failed;
     }

@@ -112,6 +112,19 @@ int FetchTables(const ServerOptions& options, tags::SymbolTables* tables) {
                                 : Fail(kFailed, "the server's symbol tables contradict themselves");
 }
 
+int PostChange(const ServerOptions& options, const json::object& change) {
+  return Call(options, "POST", "/api/v1/tags", json::serialize(change)).exit_status;
+}
+
+json::object WriteOf(const std::string& tag, const tags::Block& block) {
+  return {{"action", "write"},
+          {"tag", tag},
+          {"author", block.author},
+          {"time_s", block.time_s},
+          {"block", json::array{block.subject.space, block.subject.value, block.predicate.space,
+                                block.predicate.value, block.object.space, block.object.value}}};
+}
+
 int DefineRows(const ServerOptions& options, const tags::SymbolTables& tables, size_t first) {
   for (size_t i = first; i < tables.rows().size(); ++i) {
     const tags::Row& row = tables.rows()[i];
@@ -120,9 +133,8 @@ int DefineRows(const ServerOptions& options, const tags::SymbolTables& tables, s
                             {"robot", row.robot},
                             {"number", row.number},
                             {"text", row.text}};
-    const Reply reply = Call(options, "POST", "/api/v1/tags", json::serialize(body));
-    if (reply.exit_status != 0) {
-      return reply.exit_status;
+    if (const int failed = PostChange(options, body); failed != 0) {
+      return failed;
     }
   }
   return 0;
