@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <ctime>
 #include <utility>
 
 #include <boost/json/serialize.hpp>
 
+#include "server/base/format.h"
 #include "server/ctl/json_read.h"
 #include "server/ctl/table.h"
 #include "server/ctl/tag_data.h"
@@ -20,12 +20,7 @@ namespace json = boost::json;
 
 // "2006-01-28 14:20:00", UTC.
 std::string TimeText(uint32_t time_s) {
-  const auto seconds = static_cast<std::time_t>(time_s);
-  std::tm fields{};
-  gmtime_r(&seconds, &fields);
-  char text[64];
-  const size_t size = strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &fields);
-  return {text, size};
+  return UtcText(time_s, "%Y-%m-%d %H:%M:%S");
 }
 
 std::string AuthorText(int32_t author, const tags::SymbolTables& tables) {
