@@ -35,45 +35,13 @@ Measure::Measure(std::string name, std::string folder, const Effort& effort, con
   }
 }
 
-void Measure::CompareUdp(Load what, int clients) {
-  const EchoProcess echo;
-  const std::vector<uint16_t> echo_ports(ports_.size(), echo.port());
-  std::vector<double> rates;
-  std::vector<double> echo_rates;
-  std::vector<double> ratios;
-  Row row{name_, what == Load::kTrace ? "TRACE over UDP" : "SENSE over UDP", clients};
-  row.load += fmt::format(" by {} clients", clients);
-  for (int round = 0; round < effort_.rounds; ++round) {
-    const LoadResult bare = RunLoad(arena_, {Load::kEcho, clients, echo_ports, effort_.seconds});
-    LoadResult served = RunLoad(arena_, {what, clients, ports_, effort_.seconds});
-    echo_rates.push_back(bare.per_second);
-    rates.push_back(served.per_second);
-    ratios.push_back(bare.per_second > 0 ? served.per_second / bare.per_second : 0);
-    row.right += served.right;
-    row.wrong += served.wrong + bare.wrong;
-    row.lost += served.lost;
-    row.late += served.late;
-    row.times = std::move(served.times);
-  }
-  row.per_second = Median(rates);
-  row.echo_per_second = Median(echo_rates);
-  row.share_of_echo = Median(ratios);
-  report_->Add(std::move(row));
-}
-
-void Measure::CompareTags(Load what, Load with, const TagSites& tags, int clients) {
+void Measure::Compare(const LoadOptions& load, const LoadOptions& with, Row row) {
   std::vector<double> rates;
   std::vector<double> other_rates;
   std::vector<double> ratios;
-  const char* const name = what == Load::kScan      ? "SCAN"
-                           : what == Load::kTagRead ? "TAG READ"
-                                                    : "TAG WRITE";
-  Row row{name_, fmt::format("{} over UDP by {} clients, {} tags", name, clients, tags.size()),
-          clients};
-  row.beside = with == Load::kSense ? "SENSE" : "TRACE";
   for (int round = 0; round < effort_.rounds; ++round) {
-    const LoadResult other = RunLoad(arena_, {with, clients, ports_, effort_.seconds});
-    LoadResult served = RunLoad(arena_, {what, clients, ports_, effort_.seconds, &tags});
+    const LoadResult other = RunLoad(arena_, with);
+    LoadResult served = RunLoad(arena_, load);
     other_rates.push_back(other.per_second);
     rates.push_back(served.per_second);
     ratios.push_back(other.per_second > 0 ? served.per_second / other.per_second : 0);
@@ -87,6 +55,26 @@ void Measure::CompareTags(Load what, Load with, const TagSites& tags, int client
   row.echo_per_second = Median(other_rates);
   row.share_of_echo = Median(ratios);
   report_->Add(std::move(row));
+}
+
+void Measure::CompareUdp(Load what, int clients) {
+  const EchoProcess echo;
+  const std::vector<uint16_t> echo_ports(ports_.size(), echo.port());
+  const char* const name = what == Load::kTrace ? "TRACE" : "SENSE";
+  Compare({what, clients, ports_, effort_.seconds},
+          {Load::kEcho, clients, echo_ports, effort_.seconds},
+          {name_, fmt::format("{} over UDP by {} clients", name, clients), clients});
+}
+
+void Measure::CompareTags(Load what, Load with, const TagSites& tags, int clients) {
+  const char* const name = what == Load::kScan      ? "SCAN"
+                           : what == Load::kTagRead ? "TAG READ"
+                                                    : "TAG WRITE";
+  Row row{name_, fmt::format("{} over UDP by {} clients, {} tags", name, clients, tags.size()),
+          clients};
+  row.beside = with == Load::kSense ? "SENSE" : "TRACE";
+  Compare({what, clients, ports_, effort_.seconds, &tags}, {with, clients, ports_, effort_.seconds},
+          std::move(row));
 }
 
 void Measure::TimePtys(bool trace, int ptys, int baud, const std::string& beside) {

@@ -39,6 +39,9 @@ class Measure {
   void Roam(int clients);
 
  private:
+  /// A load in turn with another; reports the medians of the rounds in `row`.
+  void Compare(const LoadOptions& load, const LoadOptions& with, Row row);
+
   const std::string name_;
   const std::string folder_;
   const Effort& effort_;

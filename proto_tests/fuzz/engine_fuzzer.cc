@@ -246,8 +246,10 @@ class Session {
   void ChangeTags() {
     TagsChanged change;
     change.action = static_cast<TagsChanged::Action>(input_.U8());
-    change.row = {static_cast<pheromone::tags::RowKind>(input_.U8()), input_.I32(), input_.I32(),
-                  std::string(input_.U8(), static_cast<char>(input_.U8()))};
+    change.row = {
+        static_cast<pheromone::tags::RowKind>(input_.U8()), input_.I32(), input_.I32(), {}};
+    const uint8_t length = input_.U8();
+    change.row.text.assign(length, static_cast<char>(input_.U8()));
     change.tag = input_.U8();
     change.has_slot = input_.U8() % 2 != 0;
     change.slot = input_.U8();

@@ -92,10 +92,6 @@ std::string DescribeLaw(const field::FieldConfig& field, const field::PheromoneL
   return line;
 }
 
-}  // namespace
-
-namespace {
-
 // One by one if they are few.
 void AddTags(const engine::EngineConfig& config, std::vector<std::string>* lines) {
   constexpr size_t kFew = 16;

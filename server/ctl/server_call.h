@@ -53,7 +53,4 @@ struct JsonReply {
 JsonReply CallJson(const ServerOptions& options, std::string_view method, const std::string& target,
                    const std::string& body = "");
 
-/// Encodes text for a query: everything except letters, digits and -._~ as %XX.
-std::string Escape(std::string_view text);
-
 }  // namespace pheromone::ctl

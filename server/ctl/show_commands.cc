@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/base/percent.h"
 #include "server/ctl/capture_commands.h"
 #include "server/ctl/json_read.h"
 #include "server/ctl/table.h"
@@ -237,7 +238,7 @@ int Sense(const ServerOptions& options, const std::string& pheromone, double x_m
   const JsonReply reply =
       CallJson(options, "GET",
                fmt::format("/api/v1/sense?pheromone={}&x_m={}&y_m={}&heading_deg={}",
-                           Escape(pheromone), x_m, y_m, heading_deg));
+                           PercentEncode(pheromone), x_m, y_m, heading_deg));
   if (IsDone(options, reply)) {
     return reply.exit_status;
   }

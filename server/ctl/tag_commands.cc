@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <ctime>
 #include <utility>
 
 #include <boost/json/serialize.hpp>
 
+#include "server/base/format.h"
 #include "server/ctl/json_read.h"
 #include "server/ctl/table.h"
 #include "server/ctl/tag_data.h"
@@ -20,12 +20,7 @@ namespace json = boost::json;
 
 // "2006-01-28 14:20:00", UTC.
 std::string TimeText(uint32_t time_s) {
-  const auto seconds = static_cast<std::time_t>(time_s);
-  std::tm fields{};
-  gmtime_r(&seconds, &fields);
-  char text[64];
-  const size_t size = strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &fields);
-  return {text, size};
+  return UtcText(time_s, "%Y-%m-%d %H:%M:%S");
 }
 
 std::string AuthorText(int32_t author, const tags::SymbolTables& tables) {
@@ -55,11 +50,6 @@ json::object SentenceToJson(const TagData& tag, const WrittenSlot& slot,
 
 void PrintJson(const json::value& value) {
   fmt::print("{}\n", json::serialize(value));
-}
-
-// Posts a change and returns the exit status.
-int Change(const ServerOptions& options, const json::object& body) {
-  return Call(options, "POST", "/api/v1/tags", json::serialize(body)).exit_status;
 }
 
 // The author and the sentence in numbers, with the rows that these need at the server.
@@ -193,18 +183,13 @@ int WriteTag(const ServerOptions& options, const TagNote& note) {
   if (const int failed = Prepare(options, note, &block); failed != 0) {
     return failed;
   }
-  json::object body{
-      {"action", "write"},
-      {"tag", note.tag},
-      {"author", block.author},
-      {"block", json::array{block.subject.space, block.subject.value, block.predicate.space,
-                            block.predicate.value, block.object.space, block.object.value}},
-      {"replace", note.replace},
-      {"lease_s", note.lease_s}};
+  json::object change = WriteOf(note.tag, block);
+  change["replace"] = note.replace;
+  change["lease_s"] = note.lease_s;
   if (note.slot) {
-    body["slot"] = *note.slot;
+    change["slot"] = *note.slot;
   }
-  const int failed = Change(options, body);
+  const int failed = PostChange(options, change);
   if (failed == 0 && options.json) {
     PrintJson(json::object{{"done", true}});
   }
@@ -225,7 +210,7 @@ int EraseTag(const ServerOptions& options, const std::string& name, std::optiona
     }
   }
   for (const int it : slots) {
-    const int failed = Change(options, {{"action", "erase"}, {"tag", name}, {"slot", it}});
+    const int failed = PostChange(options, {{"action", "erase"}, {"tag", name}, {"slot", it}});
     if (failed != 0) {
       return failed;
     }

@@ -11,8 +11,6 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr std::string_view kRowKinds[] = {"robot", "string", "mapping"};  // from 1 on
-
 int32_t WordAt(const json::value& value, std::string_view key) {
   return static_cast<int32_t>(NumberAt(value, key));
 }
@@ -105,28 +103,38 @@ int FetchTag(const ServerOptions& options, const std::string& name, TagData* tag
 int FetchTables(const ServerOptions& options, tags::SymbolTables* tables) {
   bool is_good = true;
   const int failed = ForEachItem(options, "symbols", "rows", [&](const json::value& item) {
-    const auto* const kind =
-        std::find(std::begin(kRowKinds), std::end(kRowKinds), TextAt(item, "kind"));
-    is_good =
-        is_good && kind != std::end(kRowKinds) &&
-        tables->Restore({static_cast<tags::RowKind>(kind - std::begin(kRowKinds) + 1),
-                         WordAt(item, "robot"), WordAt(item, "number"), TextAt(item, "text")});
+    const auto kind = tags::RowKindNamed(TextAt(item, "kind"));
+    is_good = is_good && kind &&
+              tables->Restore(
+                  {*kind, WordAt(item, "robot"), WordAt(item, "number"), TextAt(item, "text")});
   });
   return failed != 0 || is_good ? failed
                                 : Fail(kFailed, "the server's symbol tables contradict themselves");
+}
+
+int PostChange(const ServerOptions& options, const json::object& change) {
+  return Call(options, "POST", "/api/v1/tags", json::serialize(change)).exit_status;
+}
+
+json::object WriteOf(const std::string& tag, const tags::Block& block) {
+  return {{"action", "write"},
+          {"tag", tag},
+          {"author", block.author},
+          {"time_s", block.time_s},
+          {"block", json::array{block.subject.space, block.subject.value, block.predicate.space,
+                                block.predicate.value, block.object.space, block.object.value}}};
 }
 
 int DefineRows(const ServerOptions& options, const tags::SymbolTables& tables, size_t first) {
   for (size_t i = first; i < tables.rows().size(); ++i) {
     const tags::Row& row = tables.rows()[i];
     const json::object body{{"action", "define"},
-                            {"kind", kRowKinds[static_cast<size_t>(row.kind) - 1]},
+                            {"kind", tags::NameOf(row.kind)},
                             {"robot", row.robot},
                             {"number", row.number},
                             {"text", row.text}};
-    const Reply reply = Call(options, "POST", "/api/v1/tags", json::serialize(body));
-    if (reply.exit_status != 0) {
-      return reply.exit_status;
+    if (const int failed = PostChange(options, body); failed != 0) {
+      return failed;
     }
   }
   return 0;

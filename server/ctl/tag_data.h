@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <boost/json/object.hpp>
+
 #include "server/ctl/server_call.h"
 #include "server/tags/block.h"
 #include "server/tags/symbols.h"
@@ -41,6 +43,12 @@ int FetchTags(const ServerOptions& options, bool with_contents, std::vector<TagD
 int FetchTag(const ServerOptions& options, const std::string& name, TagData* tag);
 
 int FetchTables(const ServerOptions& options, tags::SymbolTables* tables);
+
+/// Posts a change of tags or symbol tables. The exit status; errors are reported.
+int PostChange(const ServerOptions& options, const boost::json::object& change);
+
+/// The change that writes `block` on a tag; a time of 0 is the server's.
+boost::json::object WriteOf(const std::string& tag, const tags::Block& block);
 
 /// Defines the rows of `tables` from `first` on at the server.
 int DefineRows(const ServerOptions& options, const tags::SymbolTables& tables, size_t first);

@@ -53,18 +53,6 @@ bool IsThere(const TagData& tag, const tags::Block& block) {
                      [&](const WrittenSlot& slot) { return slot.block == block; });
 }
 
-int Write(const ServerOptions& options, const tags::TagBlock& it) {
-  const tags::Block& block = it.block;
-  const json::object body{
-      {"action", "write"},
-      {"tag", it.tag},
-      {"author", block.author},
-      {"time_s", block.time_s},
-      {"block", json::array{block.subject.space, block.subject.value, block.predicate.space,
-                            block.predicate.value, block.object.space, block.object.value}}};
-  return Call(options, "POST", "/api/v1/tags", json::serialize(body)).exit_status;
-}
-
 }  // namespace
 
 int ExportTags(const ServerOptions& options, const TagFile& file,
@@ -149,7 +137,7 @@ int ImportTags(const ServerOptions& options, const TagFile& file) {
   for (const tags::TagBlock& it : ordered) {
     if (IsThere(*Find(knowledge, it.tag), it.block)) {
       ++there;
-    } else if (const int failed = Write(options, it); failed != 0) {
+    } else if (const int failed = PostChange(options, WriteOf(it.tag, it.block)); failed != 0) {
       return Fail(failed,
                   fmt::format("{} of {} facts were written before that", written, ordered.size()));
     } else {

@@ -14,6 +14,7 @@
 #include <optional>
 #include <string_view>
 
+#include "server/base/percent.h"
 #include "server/ctl/json_read.h"
 #include "server/ctl/screen.h"
 
@@ -171,7 +172,7 @@ Frame MakeFrame(const ServerOptions& options, const WatchOptions& watch) {
   const std::string pheromone = PheromoneOf(watch, laws.value);
   const JsonReply field = CallJson(
       options, "GET",
-      fmt::format("/api/v1/field?pheromone={}&nodes_per_cell={}", Escape(pheromone), nodes));
+      fmt::format("/api/v1/field?pheromone={}&nodes_per_cell={}", PercentEncode(pheromone), nodes));
   if (field.exit_status != 0) {
     return {field.exit_status, ""};
   }

@@ -18,68 +18,46 @@ using tags::WriteOutcome;
 constexpr size_t kExpiredInOneStep = 256;
 constexpr size_t kFrozenInOnePortion = 256;
 
-Reason ToReason(WriteOutcome outcome) {
-  switch (outcome) {
-    case WriteOutcome::kGenerationChanged:
-      return Reason::kGenerationChanged;
-    case WriteOutcome::kProtected:
-      return Reason::kTagProtected;
-    case WriteOutcome::kFull:
-      return Reason::kTagFull;
-    case WriteOutcome::kNoSuchSlot:
-      return Reason::kBadValue;
-    case WriteOutcome::kDone:
-      break;
-  }
-  return Reason::kNone;
+// What robots and operators are told of an outcome.
+template <typename Outcome>
+struct Meaning {
+  Outcome outcome = Outcome::kDone;
+  Reason reason = Reason::kNone;
+  std::string_view text;
+};
+
+constexpr Meaning<WriteOutcome> kWriteMeanings[] = {
+    {WriteOutcome::kDone, Reason::kNone, ""},
+    {WriteOutcome::kGenerationChanged, Reason::kGenerationChanged, "its generation has changed"},
+    {WriteOutcome::kProtected, Reason::kTagProtected, "the block there is protected"},
+    {WriteOutcome::kFull, Reason::kTagFull, "it is full: nothing on it may be dropped"},
+    {WriteOutcome::kNoSuchSlot, Reason::kBadValue, "it has no such slot"},
+};
+
+constexpr Meaning<DefineOutcome> kDefineMeanings[] = {
+    {DefineOutcome::kDone, Reason::kNone, ""},
+    {DefineOutcome::kBadValue, Reason::kBadValue,
+     "invalid number or text, expected numbers from 1 on and 1 to 255 bytes of UTF-8"},
+    {DefineOutcome::kUnknownRobot, Reason::kUnknownSymbol, "unknown robot"},
+    {DefineOutcome::kTaken, Reason::kNotPermitted, "the number or the ID is bound otherwise"},
+    {DefineOutcome::kFull, Reason::kTagFull, "the symbol tables are full"},
+};
+
+template <typename Outcome, size_t kCount>
+const Meaning<Outcome>& FindMeaning(const Meaning<Outcome> (&meanings)[kCount], Outcome outcome) {
+  const auto* const found = std::find_if(
+      std::begin(meanings), std::end(meanings),
+      [outcome](const Meaning<Outcome>& meaning) { return meaning.outcome == outcome; });
+  assert(found != std::end(meanings));
+  return *found;
 }
 
-Reason ToReason(DefineOutcome outcome) {
-  switch (outcome) {
-    case DefineOutcome::kBadValue:
-      return Reason::kBadValue;
-    case DefineOutcome::kUnknownRobot:
-      return Reason::kUnknownSymbol;
-    case DefineOutcome::kTaken:
-      return Reason::kNotPermitted;
-    case DefineOutcome::kFull:
-      return Reason::kTagFull;
-    case DefineOutcome::kDone:
-      break;
-  }
-  return Reason::kNone;
+const Meaning<WriteOutcome>& MeaningOf(WriteOutcome outcome) {
+  return FindMeaning(kWriteMeanings, outcome);
 }
 
-std::string_view ToText(WriteOutcome outcome) {
-  switch (outcome) {
-    case WriteOutcome::kGenerationChanged:
-      return "its generation has changed";
-    case WriteOutcome::kProtected:
-      return "the block there is protected";
-    case WriteOutcome::kFull:
-      return "it is full: nothing on it may be dropped";
-    case WriteOutcome::kNoSuchSlot:
-      return "it has no such slot";
-    case WriteOutcome::kDone:
-      break;
-  }
-  return "";
-}
-
-std::string_view ToText(DefineOutcome outcome) {
-  switch (outcome) {
-    case DefineOutcome::kBadValue:
-      return "invalid number or text, expected numbers from 1 on and 1 to 255 bytes of UTF-8";
-    case DefineOutcome::kUnknownRobot:
-      return "unknown robot";
-    case DefineOutcome::kTaken:
-      return "the number or the ID is bound otherwise";
-    case DefineOutcome::kFull:
-      return "the symbol tables are full";
-    case DefineOutcome::kDone:
-      break;
-  }
-  return "";
+const Meaning<DefineOutcome>& MeaningOf(DefineOutcome outcome) {
+  return FindMeaning(kDefineMeanings, outcome);
 }
 
 Result<tags::Settings> SettingsIn(const EngineConfig& config) {
@@ -115,6 +93,13 @@ tags::WriteRequest RequestOf(const TagsChanged& change, const Context& context) 
     request.expected = change.expected;
   }
   return request;
+}
+
+// The generation that a WRITE or ERASE depends on, if it depends on one.
+template <typename Request>
+std::optional<uint16_t> ExpectedBy(const Request& request) {
+  return (request.flags & protocol::kTagExpect) != 0 ? std::optional(request.expected)
+                                                     : std::nullopt;
 }
 
 int16_t ToPoseUnits(int64_t um, uint16_t pose_unit_10um) {
@@ -325,18 +310,29 @@ Message TagsComponent::AnswerToWritten(const Message& request, uint16_t tag, uin
   return answer;
 }
 
+template <typename Request>
+Reason TagsComponent::Admit(const Context& context, LinkIndex link, const Request& request,
+                            uint8_t known_flags, int32_t* author) const {
+  if (!IsInRange(context, link, request.id, request.x, request.y, request.tag)) {
+    return Reason::kNoTagInRange;
+  }
+  const auto found = store_.AuthorOn(context.config->links[link].name, request.id);
+  if (!found) {
+    return Reason::kUnknownSymbol;
+  }
+  *author = *found;
+  return (request.flags & ~known_flags) == 0 ? Reason::kNone : Reason::kBadValue;
+}
+
 Reason TagsComponent::Write(const Context& context, LinkIndex link, const Message& message,
                             Message* answer) {
   protocol::TagWriteRequest request;
   protocol::Decode(message, &request);
+  int32_t author = 0;
   constexpr uint8_t kKnownFlags = protocol::kTagReplace | protocol::kTagExpect;
-  if (!IsInRange(context, link, request.id, request.x, request.y, request.tag)) {
-    return Reason::kNoTagInRange;
-  }
-  const std::optional<int32_t> author =
-      store_.AuthorOn(context.config->links[link].name, request.id);
-  if (!author) {
-    return Reason::kUnknownSymbol;
+  if (const Reason refusal = Admit(context, link, request, kKnownFlags, &author);
+      refusal != Reason::kNone) {
+    return refusal;
   }
   tags::Words words{};
   std::copy(std::begin(request.words), std::end(request.words),
@@ -344,16 +340,13 @@ Reason TagsComponent::Write(const Context& context, LinkIndex link, const Messag
   tags::WriteRequest write{.block = tags::BlockFromWords(words),
                            .lease_ms = uint32_t{request.lease_s} * 1000,
                            .is_state = (request.flags & protocol::kTagReplace) != 0};
-  write.block.author = *author;
+  write.block.author = author;
   write.block.time_s = TimeOr(request.time, context);
   if (request.slot != protocol::kNoSlot) {
     write.slot = request.slot;
   }
-  if ((request.flags & protocol::kTagExpect) != 0) {
-    write.expected = request.expected;
-  }
-  if ((request.flags & ~kKnownFlags) != 0 || write.lease_ms > tags::kMaxLeaseMs ||
-      !tags::CheckBlock(write.block).ok()) {
+  write.expected = ExpectedBy(request);
+  if (write.lease_ms > tags::kMaxLeaseMs || !tags::CheckBlock(write.block).ok()) {
     return Reason::kBadValue;
   }
   const tags::Written written =
@@ -361,33 +354,23 @@ Reason TagsComponent::Write(const Context& context, LinkIndex link, const Messag
   if (written.outcome == WriteOutcome::kDone) {
     *answer = AnswerToWritten(message, request.tag, written.slot);
   }
-  return ToReason(written.outcome);
+  return MeaningOf(written.outcome).reason;
 }
 
 Reason TagsComponent::Erase(const Context& context, LinkIndex link, const Message& message,
                             Message* answer) {
   protocol::TagEraseRequest request;
   protocol::Decode(message, &request);
-  if (!IsInRange(context, link, request.id, request.x, request.y, request.tag)) {
-    return Reason::kNoTagInRange;
+  int32_t author = 0;
+  if (const Reason refusal = Admit(context, link, request, protocol::kTagExpect, &author);
+      refusal != Reason::kNone) {
+    return refusal;
   }
-  const std::optional<int32_t> author =
-      store_.AuthorOn(context.config->links[link].name, request.id);
-  if (!author) {
-    return Reason::kUnknownSymbol;
-  }
-  if ((request.flags & ~protocol::kTagExpect) != 0) {
-    return Reason::kBadValue;
-  }
-  std::optional<uint16_t> expected;
-  if ((request.flags & protocol::kTagExpect) != 0) {
-    expected = request.expected;
-  }
-  const WriteOutcome outcome = store_.Erase(request.tag, request.slot, *author, expected);
+  const WriteOutcome outcome = store_.Erase(request.tag, request.slot, author, ExpectedBy(request));
   if (outcome == WriteOutcome::kDone) {
     *answer = AnswerToWritten(message, request.tag, request.slot);
   }
-  return ToReason(outcome);
+  return MeaningOf(outcome).reason;
 }
 
 Reason TagsComponent::Define(const Context& context, LinkIndex link, const Message& message,
@@ -415,7 +398,7 @@ Reason TagsComponent::Define(const Context& context, LinkIndex link, const Messa
     outcome = DefineOutcome::kUnknownRobot;
   }
   protocol::Encode(defined, answer);
-  return ToReason(outcome);
+  return MeaningOf(outcome).reason;
 }
 
 // --- The operator's changes
@@ -428,7 +411,7 @@ Status TagsComponent::Check(const Context& context, const Event& event) const {
   const TagsChanged& change = decoded.value();
   if (change.action == TagsChanged::Action::kDefine) {
     const DefineOutcome outcome = store_.TryDefine(change.row);
-    return outcome == DefineOutcome::kDone ? Ok() : Error{std::string(ToText(outcome))};
+    return outcome == DefineOutcome::kDone ? Ok() : Error{std::string(MeaningOf(outcome).text)};
   }
   const tags::NamedTag* const tag = store_.Find(change.tag);
   if (tag == nullptr) {
@@ -440,10 +423,10 @@ Status TagsComponent::Check(const Context& context, const Event& event) const {
   if (change.action == TagsChanged::Action::kErase) {
     const std::vector<tags::Slot>& slots = tag->tag.slots();
     if (change.slot >= slots.size()) {
-      return refuse(ToText(WriteOutcome::kNoSuchSlot));
+      return refuse(MeaningOf(WriteOutcome::kNoSuchSlot).text);
     }
     return change.has_expected && change.expected != slots[change.slot].generation
-               ? refuse(ToText(WriteOutcome::kGenerationChanged))
+               ? refuse(MeaningOf(WriteOutcome::kGenerationChanged).text)
                : Ok();
   }
   const tags::WriteRequest request = RequestOf(change, context);
@@ -455,7 +438,7 @@ Status TagsComponent::Check(const Context& context, const Event& event) const {
   }
   const tags::Written written =
       store_.TryWrite(change.tag, request, context.now_ms, UtcSeconds(context));
-  return written.outcome == WriteOutcome::kDone ? Ok() : refuse(ToText(written.outcome));
+  return written.outcome == WriteOutcome::kDone ? Ok() : refuse(MeaningOf(written.outcome).text);
 }
 
 void TagsComponent::Apply(const Context& context, const Event& event, const Output& /*out*/) {

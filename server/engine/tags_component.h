@@ -86,6 +86,10 @@ class TagsComponent final : public Component {
                          const protocol::ScanRequest& request) const;
   protocol::Message Read(const Context& context, const protocol::TagReadRequest& request) const;
   std::optional<protocol::Message> Resolve(const protocol::ResolveRequest& request) const;
+  /// What WRITE and ERASE have in common: the tag's range, who the author is, the flags.
+  template <typename Request>
+  protocol::Reason Admit(const Context& context, LinkIndex link, const Request& request,
+                         uint8_t known_flags, int32_t* author) const;
   protocol::Reason Write(const Context& context, LinkIndex link, const protocol::Message& message,
                          protocol::Message* answer);
   protocol::Reason Erase(const Context& context, LinkIndex link, const protocol::Message& message,

@@ -4,6 +4,7 @@
 
 #include "server/base/format.h"
 #include "server/base/hash.h"
+#include "server/base/percent.h"
 #include "server/tags/iri.h"
 #include "server/tags/lexical.h"
 

@@ -18,8 +18,8 @@
 //   BASE/text/SPACE/VALUE                a symbol whose strings are no absolute IRI
 //   BASE/robot-number/NR, /tag-number/NR a robot without a row in the table, a tag without a name
 //   rob:escaped                          a string that XML cannot represent, as %XX
-// UNIQUE-ID, NAME, SPACE and VALUE are percent-encoded (iri.h). An object of another type stays in
-// the store: it is skipped and counted.
+// UNIQUE-ID, NAME, SPACE and VALUE are percent-encoded (server/base/percent.h). An object of
+// another type stays in the store: it is skipped and counted.
 //
 // A fact's block has the same meaning, and with the same tables the same numbers, unless the tables
 // have a text twice or split an IRI in two ways, a symbol's IRI names a robot or a tag, or a NaN

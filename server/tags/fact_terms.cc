@@ -2,6 +2,7 @@
 #include <array>
 #include <utility>
 
+#include "server/base/percent.h"
 #include "server/tags/fact.h"
 #include "server/tags/iri.h"
 #include "server/tags/lexical.h"

@@ -8,12 +8,6 @@
 namespace pheromone::tags {
 namespace {
 
-constexpr std::string_view kHexDigits = "0123456789ABCDEF";
-
-bool IsUnreserved(char c) {
-  return IsLetter(c) || IsDigit(c) || c == '-' || c == '.' || c == '_' || c == '~';
-}
-
 bool IsHexDigit(char c) {
   return IsDigit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
 }
@@ -58,41 +52,6 @@ bool IsIri(std::string_view text) {
     }
   }
   return !HasDotSegment(text);
-}
-
-std::string PercentEncode(std::string_view text) {
-  const bool is_dots = text.find_first_not_of('.') == std::string_view::npos;
-  std::string encoded;
-  for (const char c : text) {
-    if (IsUnreserved(c) && !is_dots) {
-      encoded += c;
-    } else {
-      const auto byte = static_cast<unsigned char>(c);
-      encoded += {'%', kHexDigits[byte >> 4], kHexDigits[byte & 15u]};
-    }
-  }
-  return encoded;
-}
-
-std::optional<std::string> PercentDecode(std::string_view encoded) {
-  std::string text;
-  for (size_t i = 0; i < encoded.size(); ++i) {
-    if (encoded[i] != '%') {
-      text += encoded[i];
-      continue;
-    }
-    if (i + 2 >= encoded.size()) {
-      return std::nullopt;
-    }
-    const size_t high = kHexDigits.find(encoded[i + 1]);
-    const size_t low = kHexDigits.find(encoded[i + 2]);
-    if (high == std::string_view::npos || low == std::string_view::npos) {
-      return std::nullopt;
-    }
-    text += static_cast<char>(high * 16 + low);
-    i += 2;
-  }
-  return PercentEncode(text) == encoded ? std::optional(text) : std::nullopt;
 }
 
 std::optional<size_t> SplitOf(std::string_view iri, size_t most_bytes) {

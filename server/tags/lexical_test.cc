@@ -145,15 +145,6 @@ TEST(IriTest, AnIriIsAbsoluteAndNeedsNoEscapes) {
   }
 }
 
-TEST(IriTest, PercentEncodingHasOneFormOnly) {
-  EXPECT_EQ(PercentEncode("00:11/a b"), "00%3A11%2Fa%20b");
-  EXPECT_EQ(PercentEncode(".."), "%2E%2E");
-  EXPECT_EQ(PercentDecode("00%3A11%2Fa%20b"), "00:11/a b");
-  for (const char* const wrong : {"%3a", "%41", "%", "%4", "a b", "a/b"}) {
-    EXPECT_EQ(PercentDecode(wrong), std::nullopt) << wrong;
-  }
-}
-
 TEST(IriTest, ItIsSplitAfterTheLastSeparator) {
   EXPECT_EQ(SplitOf("http://example.org/ns#book", 255), 22u);
   EXPECT_EQ(SplitOf("http://example.org/book", 255), 19u);

@@ -1,6 +1,5 @@
 #include "server/tags/sentence.h"
 
-#include <charconv>
 #include <optional>
 #include <vector>
 
@@ -11,6 +10,7 @@ namespace {
 
 constexpr std::string_view kWordLetters =
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
+constexpr int32_t kMaxTagNumber = 65'535;
 
 // --- Printing
 
@@ -48,12 +48,9 @@ std::string UnknownText(const Term& term) {
 
 // --- Parsing
 
-template <typename Number>
-std::optional<Number> NumberIn(std::string_view text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(number)
-                                                                  : std::nullopt;
+// Without a plus sign: "+7" may be a unique ID.
+std::optional<int32_t> NumberIn(std::string_view text) {
+  return text.starts_with('+') ? std::nullopt : ParseInt(text);
 }
 
 std::optional<Term> TimeIn(std::string_view text) {
@@ -114,7 +111,7 @@ class Parser {
       : author_(author), owner_(tables->OwnerOf(author)), tables_(tables) {}
 
   Result<Term> Subject(const std::string& text) {
-    if (const auto number = NumberIn<int32_t>(text)) {
+    if (const auto number = NumberIn(text)) {
       return *number > 0 ? Result<Term>(Term{static_cast<int32_t>(TypeCode::kRobot), *number})
                          : Wrong("subject", text, "a robot's number from 1 on");
     }
@@ -143,7 +140,7 @@ class Parser {
       return scalar ? Result<Term>(of(TypeCode::kChar, *scalar))
                     : Wrong("object", text, "one character between apostrophes");
     }
-    if (const auto number = NumberIn<int32_t>(text)) {
+    if (const auto number = NumberIn(text)) {
       return of(TypeCode::kInt, *number);
     }
     if (const auto time = TimeIn(text)) {
@@ -154,9 +151,9 @@ class Parser {
     }
     if (text.starts_with("type-")) {
       const size_t colon = text.find(':');
-      const auto code = NumberIn<int32_t>(std::string_view(text).substr(4, colon - 4));
+      const auto code = NumberIn(std::string_view(text).substr(4, colon - 4));
       const auto value = colon != std::string::npos
-                             ? NumberIn<int32_t>(std::string_view(text).substr(colon + 1))
+                             ? NumberIn(std::string_view(text).substr(colon + 1))
                              : std::nullopt;
       if (code && value) {
         return Term{*code, *value};
@@ -182,24 +179,24 @@ class Parser {
   Result<Term> Thing(std::string_view term, const std::string& text, std::string_view expected) {
     if (text.starts_with("robot:")) {
       const std::string id = text.substr(6);
-      const auto number = NumberIn<int32_t>(id);
+      const auto number = NumberIn(id);
       const auto robot = number ? number : tables_->RobotOf(id);
       return robot && *robot > 0
                  ? Result<Term>(Term{static_cast<int32_t>(TypeCode::kRobot), *robot})
                  : Wrong(term, text, "robot: and the number or unique ID of a known robot");
     }
     if (text.starts_with("tag:")) {
-      const auto number = NumberIn<uint16_t>(std::string_view(text).substr(4));
-      return number && *number > 0
+      const auto number = NumberIn(std::string_view(text).substr(4));
+      return number && *number > 0 && *number <= kMaxTagNumber
                  ? Result<Term>(Term{static_cast<int32_t>(TypeCode::kTag), *number})
                  : Wrong(term, text, "tag: and the number of a tag");
     }
     if (text.starts_with("unknown:")) {
       const size_t slash = text.find('/');
-      const auto space = NumberIn<int32_t>(
-          std::string_view(text).substr(8, slash == std::string::npos ? 0 : slash - 8));
+      const auto space =
+          NumberIn(std::string_view(text).substr(8, slash == std::string::npos ? 0 : slash - 8));
       const auto value = slash != std::string::npos
-                             ? NumberIn<int32_t>(std::string_view(text).substr(slash + 1))
+                             ? NumberIn(std::string_view(text).substr(slash + 1))
                              : std::nullopt;
       return space && value && *space >= 0 && *value > 0
                  ? Result<Term>(Term{*space, *value})

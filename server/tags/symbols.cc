@@ -1,11 +1,16 @@
 #include "server/tags/symbols.h"
 
+#include <algorithm>
+#include <array>
+#include <cassert>
 #include <limits>
 
 #include "server/base/hash.h"
 
 namespace pheromone::tags {
 namespace {
+
+constexpr std::array<std::string_view, 3> kRowKindNames = {"robot", "string", "mapping"};
 
 // The bytes of the UTF-8 sequence at the beginning of `text`; 0 if there is no well-formed one.
 size_t SequenceLength(std::string_view text) {
@@ -43,6 +48,19 @@ uint64_t HashOf(size_t index, const Row& row) {
 }
 
 }  // namespace
+
+std::string_view NameOf(RowKind kind) {
+  const size_t at = static_cast<size_t>(kind) - 1;
+  assert(at < kRowKindNames.size());
+  return kRowKindNames[at];
+}
+
+std::optional<RowKind> RowKindNamed(std::string_view name) {
+  const auto* const found = std::find(kRowKindNames.begin(), kRowKindNames.end(), name);
+  return found != kRowKindNames.end()
+             ? std::optional(static_cast<RowKind>(found - kRowKindNames.begin() + 1))
+             : std::nullopt;
+}
 
 bool IsPlainUtf8(std::string_view text) {
   while (!text.empty()) {

@@ -28,6 +28,11 @@ namespace pheromone::tags {
 
 enum class RowKind : uint8_t { kRobot = 1, kString = 2, kMapping = 3 };
 
+/// "robot", "string" or "mapping", as in JSON.
+std::string_view NameOf(RowKind kind);
+/// Empty if no kind has that name.
+std::optional<RowKind> RowKindNamed(std::string_view name);
+
 struct Row {
   RowKind kind = RowKind::kRobot;
   int32_t robot = 0;   ///< its number; also that of a person

@@ -127,5 +127,16 @@ TEST(SymbolTablesTest, TheHashTellsOrdersApart) {
   EXPECT_NE(a.hash(), b.hash());
 }
 
+TEST(RowKindTest, EachHasAName) {
+  EXPECT_EQ(NameOf(RowKind::kRobot), "robot");
+  EXPECT_EQ(NameOf(RowKind::kString), "string");
+  EXPECT_EQ(NameOf(RowKind::kMapping), "mapping");
+  EXPECT_EQ(RowKindNamed("robot"), RowKind::kRobot);
+  EXPECT_EQ(RowKindNamed("string"), RowKind::kString);
+  EXPECT_EQ(RowKindNamed("mapping"), RowKind::kMapping);
+  EXPECT_EQ(RowKindNamed(""), std::nullopt);
+  EXPECT_EQ(RowKindNamed("Robot"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace pheromone::tags

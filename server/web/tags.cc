@@ -20,7 +20,6 @@ using engine::TagsChanged;
 constexpr int64_t kLeastWord = std::numeric_limits<int32_t>::min();
 constexpr int64_t kMostWord = std::numeric_limits<int32_t>::max();
 constexpr size_t kStatementWords = 6;
-constexpr std::string_view kRowKinds[] = {"robot", "string", "mapping"};  // from 1 on
 
 json::array ToJson(const tags::Term& term) {
   return {term.space, term.value};
@@ -126,12 +125,11 @@ void ReadErase(Parameters* fields, TagsChanged* change) {
 
 void ReadRow(Parameters* fields, tags::Row* row) {
   const auto kind = fields->String("kind");
-  const auto* const found =
-      std::find(std::begin(kRowKinds), std::end(kRowKinds), kind.value_or(""));
-  if (kind && found == std::end(kRowKinds)) {
+  const auto named = tags::RowKindNamed(kind.value_or(""));
+  if (kind && !named) {
     fields->Expected("kind", "one of robot, string, mapping");
   }
-  row->kind = static_cast<tags::RowKind>(found - std::begin(kRowKinds) + 1);
+  row->kind = named.value_or(tags::RowKind::kRobot);
   row->robot = static_cast<int32_t>(fields->Integer("robot", 1, kMostWord).value_or(1));
   row->number = static_cast<int32_t>(fields->Integer("number", 1, kMostWord).value_or(1));
   row->text = fields->String("text", "").value_or("");
@@ -166,7 +164,7 @@ Response ReadSymbols(const control::Control& control, Parameters* fields) {
   const control::SymbolPage page = control.GetSymbols(static_cast<size_t>(*first));
   json::array rows;
   for (const tags::Row& row : page.rows) {
-    rows.push_back(json::object{{"kind", kRowKinds[static_cast<size_t>(row.kind) - 1]},
+    rows.push_back(json::object{{"kind", tags::NameOf(row.kind)},
                                 {"robot", row.robot},
                                 {"number", row.number},
                                 {"text", row.text}});
