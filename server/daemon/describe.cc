@@ -6,42 +6,9 @@
 #include <utility>
 
 #include "protocol/opcodes.h"
+#include "server/web/names.h"
 
 namespace pheromone::daemon {
-namespace {
-
-std::string_view NameOf(protocol::Reason reason) {
-  switch (reason) {
-    case protocol::Reason::kUnknownOpcode:
-      return "unknown opcode";
-    case protocol::Reason::kBadLength:
-      return "bad length";
-    case protocol::Reason::kOffTheMap:
-      return "off the map";
-    case protocol::Reason::kUnknownPheromone:
-      return "unknown pheromone";
-    case protocol::Reason::kSequenceReused:
-      return "sequence reused";
-    case protocol::Reason::kSayHello:
-      return "say hello";
-    case protocol::Reason::kBusy:
-      return "busy";
-    case protocol::Reason::kReadOnly:
-      return "read-only";
-    case protocol::Reason::kMapFull:
-      return "map full";
-    case protocol::Reason::kNotPermitted:
-      return "not permitted";
-    case protocol::Reason::kBadValue:
-      return "bad value";
-    case protocol::Reason::kBlockedByObstacle:
-      return "blocked by obstacle";
-    default:
-      return "other";
-  }
-}
-
-}  // namespace
 
 std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counters) {
   std::vector<std::string> lines = {fmt::format(
@@ -50,8 +17,9 @@ std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counter
   std::string errors;
   for (size_t reason = 0; reason < counters.errors.size(); ++reason) {
     if (counters.errors[reason] != 0) {
-      errors += fmt::format("{}{} {}", errors.empty() ? "" : ", ",
-                            NameOf(static_cast<protocol::Reason>(reason)), counters.errors[reason]);
+      errors +=
+          fmt::format("{}{} {}", errors.empty() ? "" : ", ",
+                      web::NameOf(static_cast<protocol::Reason>(reason)), counters.errors[reason]);
     }
   }
   lines.push_back("errors: " + (errors.empty() ? "none" : errors));

@@ -1,7 +1,6 @@
 #include "server/verify/cleaning_tag.h"
 
 #include <algorithm>
-#include <cassert>
 #include <optional>
 
 namespace pheromone::verify {
@@ -93,21 +92,19 @@ bool CleaningTag::Claim(size_t robot, std::optional<uint16_t> expected, int leas
              .outcome == WriteOutcome::kDone;
 }
 
-void CleaningTag::Stamp(size_t robot, int stamp) {
-  const Block block = BlockOf(AuthorOf(robot), kEpochS + static_cast<uint32_t>(stamp), kCleaned);
-  tag_.Write({.block = block, .is_state = true}, now_ms_, policy_);
-}
-
-void CleaningTag::Release(size_t robot) {
+bool CleaningTag::Stamp(size_t robot, int stamp) {
   for (size_t i = 0; i < tag_.slots().size(); ++i) {
-    if (Is(tag_.slots()[i], kOccupied) && tag_.slots()[i].block.author == AuthorOf(robot)) {
-      const WriteOutcome outcome =
-          tag_.Erase(static_cast<uint8_t>(i), AuthorOf(robot), std::nullopt, policy_);
-      assert(outcome == WriteOutcome::kDone);
-      static_cast<void>(outcome);
-      return;
+    const Slot& slot = tag_.slots()[i];
+    if (Is(slot, kOccupied) && slot.block.author == AuthorOf(robot)) {
+      return tag_.Write({.block = BlockOf(AuthorOf(robot), kEpochS + static_cast<uint32_t>(stamp),
+                                          kCleaned),
+                         .slot = static_cast<uint8_t>(i),
+                         .expected = slot.generation},
+                        now_ms_, policy_)
+                 .outcome == WriteOutcome::kDone;
     }
   }
+  return false;
 }
 
 void CleaningTag::Wait(int time) {

@@ -45,10 +45,8 @@ class CleaningTag {
 
   /// Writes "occupied" if nobody has written since `expected` was read, or without that condition.
   bool Claim(size_t robot, std::optional<uint16_t> expected, int lease);
-  /// Writes when it was cleaned.
-  void Stamp(size_t robot, int stamp);
-  /// Erases the robot's sign.
-  void Release(size_t robot);
+  /// Writes when it was cleaned in place of the robot's sign, if that is still there.
+  bool Stamp(size_t robot, int stamp);
   /// Lets time pass, and leases end.
   void Wait(int time);
   /// Eight passers-by write one block each, later than all that is there.

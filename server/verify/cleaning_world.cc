@@ -189,7 +189,6 @@ void CleaningWorld::Finish(CleaningState state, size_t robot) {
   tag_.Set(ContentOf(state, zone));
   const uint16_t before = tag_.generation();
   tag_.Stamp(robot, newest + (state.is_newest_now ? 0 : 1) + StampOfRankZero());
-  tag_.Release(robot);
   SetContent(&state, zone, tag_.Get());
   for (Cleaner& other : state.cleaners) {
     if (other.phase == CleanerPhase::kClaiming && other.zone == zone) {

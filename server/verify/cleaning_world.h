@@ -6,9 +6,9 @@
 //   world.Next(world.Start({5, 6}), &next);  // all that may happen next
 //
 // A robot sees its own zone and those beside it (the paper's figure 1). It decides, goes to a zone
-// and decides there again, or claims its own, cleans it, writes the time and erases its sign. What
-// is due at the same time happens in any order. Time passes when nothing is due, so that each state
-// has something due; it is in the paper's units.
+// and decides there again, or claims its own, cleans it, and writes the time in place of its sign.
+// What is due at the same time happens in any order. Time passes when nothing is due, so that each
+// state has something due; it is in the paper's units.
 //
 // The paper leaves open how long cleaning, moving and waiting take, what happens between equal time
 // stamps and where robots start: the limits below say it, or all possibilities are explored.
