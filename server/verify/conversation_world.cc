@@ -86,7 +86,7 @@ ConversationWorld::ConversationWorld(const ConversationLimits& limits)
   Engine engine;
   std::vector<engine::Outgoing> none;
   engine.Apply(1, {1, 0}, engine::ConfigChanged{ConfigFor(limits), 7}, &none);
-  server_ = std::make_shared<const Engine>(std::move(engine));
+  server_ = SharedEngine::Of(std::move(engine));
   durable_ = server_;
 }
 
@@ -125,10 +125,10 @@ std::string ConversationWorld::Key() const {
   writer.Flag(robot_.event_turn());
   writer.U8(robot_.awaited_opcode());
   for (const auto* const engine : {&server_, &durable_}) {
-    WriteRobot((*engine)->robots().Find(0, kRobot), &writer);
-    writer.Flag((*engine)->robots().Find(0, kRobot + 1) != nullptr);
+    WriteRobot((**engine)->robots().Find(0, kRobot), &writer);
+    writer.Flag((**engine)->robots().Find(0, kRobot + 1) != nullptr);
     for (int change = 0; change < made_; ++change) {  // nothing else changes the map
-      writer.U32(DepositsAt(**engine, change));
+      writer.U32(DepositsAt(***engine, change));
     }
   }
   writer.Flag(server_ == durable_);
@@ -148,7 +148,7 @@ uint32_t ConversationWorld::DepositsAt(const Engine& engine, int change) {
 
 std::string ConversationWorld::Wrong() const {
   for (int change = 0; change < made_; ++change) {
-    const uint32_t deposits = DepositsAt(*server_, change);
+    const uint32_t deposits = DepositsAt(**server_, change);
     if (deposits > 1) {
       return "change " + std::to_string(change) + " was made " + std::to_string(deposits) +
              " times";
@@ -158,12 +158,6 @@ std::string ConversationWorld::Wrong() const {
     }
   }
   return "";
-}
-
-void ConversationWorld::Apply(const engine::Event& event, std::vector<engine::Outgoing>* out) {
-  auto next = std::make_shared<Engine>(*server_);
-  next->Apply(next->sequence() + 1, {1, 0}, event, out);
-  server_ = std::move(next);
 }
 
 // Lets time pass until the robot sends, with its next change if it has one to make. HELLO after a
@@ -210,18 +204,18 @@ void ConversationWorld::Arrive(size_t frame, bool also_later) {
     to_server_.erase(to_server_.begin() + static_cast<ptrdiff_t>(frame));
   }
   std::vector<engine::Outgoing> out;
-  switch (server_->Classify(0, message)) {
+  switch ((*server_)->Classify(0, message)) {
     case engine::Handling::kIgnore:
       break;
     case engine::Handling::kAnswer:
-      server_->Answer({1, 0}, 0, message, &out);
+      (*server_)->Answer({1, 0}, 0, message, &out);
       break;
     case engine::Handling::kChange:
-      Apply(engine::RequestReceived{0, message}, &out);
+      server_ = server_->After(0, message, &out);
       break;
   }
   for (const engine::Outgoing& answer : out) {
-    const bool waits = answer.durable_at > durable_->sequence();
+    const bool waits = answer.durable_at > (*durable_)->sequence();
     std::vector<Message>& to = waits ? held_ : to_robot_;
     if (waits) {
       to.clear();  // one for each robot, to its latest request (held_answers.h)
@@ -281,8 +275,8 @@ void ConversationWorld::OtherHello() {
   Message hello;
   protocol::Encode(protocol::HelloRequest{kRobot + 1, 9, 1, 0}, &hello);
   std::vector<engine::Outgoing> ignored;
-  if (server_->Classify(0, hello) == engine::Handling::kChange) {
-    Apply(engine::RequestReceived{0, hello}, &ignored);
+  if ((*server_)->Classify(0, hello) == engine::Handling::kChange) {
+    server_ = server_->After(0, hello, &ignored);
   }
 }
 

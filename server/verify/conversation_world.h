@@ -17,6 +17,7 @@
 #include "protocol/messages.h"
 #include "server/engine/engine.h"
 #include "server/verify/explore.h"
+#include "server/verify/shared_engine.h"
 
 namespace pheromone::verify {
 
@@ -56,7 +57,6 @@ class ConversationWorld {
   using Engine = engine::Engine;
 
   static client::Parameters ParametersAt(uint16_t boot_counter);
-  void Apply(const engine::Event& event, std::vector<engine::Outgoing>* out);
   static uint32_t DepositsAt(const Engine& engine, int change);
 
   bool Send();  // the robot's next frame goes on the air; false: none
@@ -74,9 +74,9 @@ class ConversationWorld {
   client::Conversation robot_;
   uint32_t now_ms_ = 0;
 
-  std::shared_ptr<const Engine> server_;
-  std::shared_ptr<const Engine> durable_;  // what a crash goes back to
-  std::vector<protocol::Message> held_;    // answers that wait for the disk
+  std::shared_ptr<const SharedEngine> server_;
+  std::shared_ptr<const SharedEngine> durable_;  // what a crash goes back to
+  std::vector<protocol::Message> held_;          // answers that wait for the disk
   std::vector<protocol::Message> to_server_;
   std::vector<protocol::Message> to_robot_;
 

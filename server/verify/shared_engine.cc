@@ -1,0 +1,27 @@
+#include "server/verify/shared_engine.h"
+
+#include "server/base/bytes.h"
+#include "server/engine/event_codec.h"
+
+namespace pheromone::verify {
+
+std::shared_ptr<const SharedEngine> SharedEngine::After(engine::LinkIndex link,
+                                                        const protocol::Message& request,
+                                                        std::vector<engine::Outgoing>* out) const {
+  const engine::RequestReceived received{link, request};
+  ByteWriter key;
+  EncodeFields(received, &key);
+  Successor& successor = successors_[key.Take()];
+  std::shared_ptr<const SharedEngine> next = successor.server.lock();
+  if (next == nullptr) {
+    engine::Engine copy = engine_;
+    successor.out.clear();
+    copy.Apply(copy.sequence() + 1, {1, 0}, received, &successor.out);
+    next = Of(std::move(copy));
+    successor.server = next;
+  }
+  out->insert(out->end(), successor.out.begin(), successor.out.end());
+  return next;
+}
+
+}  // namespace pheromone::verify
