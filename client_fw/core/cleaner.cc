@@ -82,7 +82,7 @@ void Cleaner::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conv
     } else if (exchange_.state == TagExchange::kRefused) {
       OnRefusal(exchange_.reason, conversation);
     } else {
-      Go(Phase::kLooking);
+      Go(phase_ == Phase::kNaming ? Phase::kNaming : Phase::kLooking);
     }
     if (asked_) {
       return;

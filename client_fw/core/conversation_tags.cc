@@ -58,6 +58,12 @@ bool Fits(const protocol::Message& request, const protocol::Message& answer) {
   }
 }
 
+// Whether the server will not execute the same bytes later either: a copy of them may still be on
+// its way. What has the number may be lost in a crash, and a log accepts changes again.
+bool IsFinal(protocol::Reason reason) {
+  return reason != protocol::Reason::kSequenceReused && reason != protocol::Reason::kReadOnly;
+}
+
 }  // namespace
 
 void Conversation::Ask(TagExchange* exchange) {
@@ -161,7 +167,7 @@ void Conversation::OnTagRefusal(protocol::Reason reason) {
   const bool pending = RequestPending();
   if (exchange_ != nullptr && exchange_->state == TagExchange::kAsked &&
       exchange_->is_pending == pending) {
-    exchange_->state = TagExchange::kRefused;
+    exchange_->state = pending && !IsFinal(reason) ? TagExchange::kDropped : TagExchange::kRefused;
     exchange_->reason = reason;
   }
   if (pending) {

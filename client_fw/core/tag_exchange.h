@@ -33,8 +33,10 @@ struct TagExchange {
     kIdle,
     kAsked,     ///< `message` is the request
     kAnswered,  ///< `message` is the answer, of the right length
-    kRefused,   ///< with `reason`
-    kDropped,   ///< the server's map is another one now; whether it was executed is unknown
+    kRefused,   ///< with `reason`; it was not executed, and will not be
+    /// Of one that changes something: whether it is executed is unknown. The server's map is
+    /// another one now, or it has refused for the moment, though an earlier copy may still arrive.
+    kDropped,
   };
   State state = kIdle;
   bool is_pending = false;  ///< the conversation has numbered it, and repeats it byte for byte

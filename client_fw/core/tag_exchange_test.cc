@@ -225,6 +225,27 @@ TEST_F(TagExchangeTest, ARefusalIsTold) {
   EXPECT_GE(senses_, 2);
 }
 
+// A copy of the WRITE may arrive when the server accepts changes again, or when a crash has undone
+// what has its number.
+TEST_F(TagExchangeTest, ARefusalForTheMomentLeavesTheOutcomeOfAWriteOpen) {
+  for (const Reason reason : {Reason::kSequenceReused, Reason::kReadOnly}) {
+    Harness harness;
+    TagExchange exchange;
+    harness.GreetAndServe(500);
+    Encode(Claim(), &exchange.message);
+    harness.conversation.Ask(&exchange);
+    do {
+      ASSERT_TRUE(harness.RunUntilSent());
+      if (harness.sent.opcode != protocol::kTagWrite) {
+        harness.Answer(0, 0);
+      }
+    } while (harness.sent.opcode != protocol::kTagWrite);
+    harness.FeedEncoded(protocol::ErrorAnswer{kTestId, protocol::kTagWrite, reason, 1});
+    EXPECT_EQ(TagExchange::kDropped, exchange.state);
+    EXPECT_EQ(reason, exchange.reason);
+  }
+}
+
 TEST_F(TagExchangeTest, ABusyServerIsAskedAgain) {
   harness_.GreetAndServe(500);
   Ask(Claim());
