@@ -132,5 +132,72 @@ TEST(Mutant, RobotThatTakesItsNumberFromALateHelloAnswer) {
                 "change 1 was acknowledged and is gone");
 }
 
+// Log: the changes that arrive meanwhile are refused as busy or read-only.
+TEST(Network, WhileTheLogAcceptsNothing) {
+  ExpectProved({.changes = 2, .turned_away = 1});
+}
+
+// The same for WRITEs of a tag. Proved is, beyond the above, that the robot is told what became of
+// each: answered, it was executed once, is durable, and has these generations; refused, it is not
+// executed, then or later; and that as long as power lasts none is left open.
+TEST(TagNetwork, ThroughACrashOfTheServer) {
+  ExpectProved({.kind = ChangeKind::kWrite, .changes = 2, .crashes = 1, .silences = 1});
+}
+
+TEST(TagNetwork, ThroughPowerLossAndACrash) {
+  ExpectProved({.kind = ChangeKind::kWrite, .changes = 1, .power_losses = 1, .crashes = 1});
+}
+
+TEST(TagNetwork, ThroughAWarmReset) {
+  ExpectProved({.kind = ChangeKind::kConditionalWrite, .changes = 2, .warm_resets = 1});
+}
+
+TEST(TagNetwork, WhileTheLogAcceptsNothing) {
+  ExpectProved({.kind = ChangeKind::kWrite, .changes = 2, .turned_away = 1});
+  ExpectProved({.kind = ChangeKind::kConditionalWrite, .changes = 2, .turned_away = 1});
+}
+
+TEST(TagRadio, ThroughEverything) {
+  for (const ChangeKind kind : {ChangeKind::kWrite, ChangeKind::kConditionalWrite}) {
+    ExpectProved({.kind = kind,
+                  .changes = 2,
+                  .warm_resets = 1,
+                  .power_losses = 1,
+                  .crashes = 1,
+                  .silences = 1,
+                  .in_flight = 1});
+  }
+}
+
+TEST(TagMutant, ServerThatForgetsARobot) {
+  ConversationLimits limits{.kind = ChangeKind::kWrite,
+                            .changes = 2,
+                            .in_flight = 1,
+                            .other_robots = 1,
+                            .robots_per_link = 1};
+  ExpectRefuted(limits, "change 0 was made 2 times");
+  limits.kind = ChangeKind::kConditionalWrite;
+  ExpectRefuted(limits, "change 0 was refused and is made");  // its generation has changed
+}
+
+TEST(TagMutant, ServerThatForgetsTheLastRequestAtHello) {
+  ConversationLimits limits{
+      .kind = ChangeKind::kWrite, .changes = 1, .power_losses = 1, .robots_per_link = 254};
+  ExpectRefuted(limits, "change 0 was made 2 times");
+  limits.kind = ChangeKind::kConditionalWrite;
+  ExpectRefuted(limits, "change 0 was refused and is made");
+}
+
+TEST(TagMutant, RobotThatTakesItsNumberFromALateHelloAnswer) {
+  ExpectRefuted(
+      {.kind = ChangeKind::kWrite, .changes = 2, .warm_resets = 1, .takes_numbers_back = true},
+      "change 0 was given up");
+}
+
+TEST(TagMutant, RobotThatRepeatsAWriteWithItsPresentPose) {
+  ExpectRefuted({.kind = ChangeKind::kWrite, .changes = 1, .repeats_with_pose = true},
+                "change 0 was given up");
+}
+
 }  // namespace
 }  // namespace pheromone::verify

@@ -1,100 +1,37 @@
 #include "server/verify/conversation_world.h"
 
-#include <algorithm>
 #include <cassert>
 #include <utility>
 
-#include "server/base/bytes.h"
-#include "server/engine/event_codec.h"
+#include "server/engine/refusal.h"
 
 namespace pheromone::verify {
 namespace {
 
+using engine::Handling;
 using protocol::Message;
 
-constexpr uint8_t kRobot = 1;
-constexpr uint8_t kType = 1;
-constexpr int32_t kBetweenMm = 100;  // each change is made at a place of its own
+constexpr uint16_t kFirstBoot = 1;
 constexpr uint32_t kPatienceMs = 30'000;
 constexpr uint32_t kSilenceMs = 30'000;
 
-engine::EngineConfig ConfigFor(const ConversationLimits& limits) {
-  field::PheromoneLaw law;
-  law.type = kType;
-  law.name = "path";
-  law.core_um = 100'000;
-  law.sigma_um = 100'000;
-  law.tau_ms = 0;  // what was deposited stays
-  law.quantum_micro = 125'000;
-  law.max_count = 8;
-  engine::EngineConfig config;
-  config.field.map = {
-      .origin = {0, 0}, .width_um = 1'000'000, .height_um = 100'000, .cell_um = 100'000};
-  config.field.antennas.distance_um = 100'000;
-  config.field.pheromones = {law};
-  config.field.memory_bytes = 1 << 20;
-  config.links = {{"radio-a", 1, 40}};
-  config.robots_per_link = limits.robots_per_link;
-  return config;
-}
-
-void WriteMessages(const std::vector<Message>& messages, ByteWriter* writer) {
-  std::vector<std::string> all;
-  for (const Message& message : messages) {
-    ByteWriter one;
-    EncodeFields(message, &one);
-    all.push_back(one.Take());
-  }
-  std::sort(all.begin(), all.end());  // any of them may be next
-  writer->Count(all.size());
-  for (const std::string& one : all) {
-    writer->Text(one);
-  }
-}
-
-// Of a robot in the engine, what the next answers depend on.
-void WriteRobot(const engine::RobotState* robot, ByteWriter* writer) {
-  writer->Flag(robot != nullptr);
-  if (robot != nullptr) {
-    writer->U16(robot->epoch);
-    writer->U16(robot->nonce);
-    writer->U16(robot->previous_nonce.value_or(0));
-    writer->Flag(robot->has_last);
-    writer->U8(robot->last_opcode);
-    writer->U8(robot->last_seq);
-    writer->U16(robot->last_crc);
-    EncodeFields(robot->last_answer, writer);
-  }
-}
-
 }  // namespace
-
-client::Parameters ConversationWorld::ParametersAt(uint16_t boot_counter) {
-  client::Parameters parameters{};
-  parameters.id = kRobot;
-  parameters.type = kType;
-  parameters.lay_trail = true;
-  parameters.start_released = true;
-  parameters.boot_counter = boot_counter;
-  return parameters;
-}
 
 ConversationWorld::ConversationWorld(const ConversationLimits& limits)
     : left_(limits),
-      robot_(ParametersAt(boot_counter_), &memory_),
-      acknowledged_(static_cast<size_t>(limits.changes)) {
-  Engine engine;
-  std::vector<engine::Outgoing> none;
-  engine.Apply(1, {1, 0}, engine::ConfigChanged{ConfigFor(limits), 7}, &none);
-  server_ = SharedEngine::Of(std::move(engine));
-  durable_ = server_;
+      robot_(RobotFor(limits.kind, boot_counter_), &memory_),
+      server_(SharedEngine::Of(ServerFor(limits.kind, limits.robots_per_link))),
+      durable_(server_),
+      told_(static_cast<size_t>(limits.changes)) {
+  AskForChange();
 }
 
 ConversationWorld::ConversationWorld(const ConversationWorld& other)
     : left_(other.left_),
       memory_(other.memory_),
       boot_counter_(other.boot_counter_),
-      robot_(other.robot_, &memory_),
+      exchange_(other.exchange_),
+      robot_(other.robot_, &memory_, &exchange_),
       now_ms_(other.now_ms_),
       server_(other.server_),
       durable_(other.durable_),
@@ -102,74 +39,64 @@ ConversationWorld::ConversationWorld(const ConversationWorld& other)
       to_server_(other.to_server_),
       to_robot_(other.to_robot_),
       made_(other.made_),
-      acknowledged_(other.acknowledged_),
-      pending_(other.pending_) {}
-
-std::string ConversationWorld::Key() const {
-  ByteWriter writer;
-  for (const int left : {left_.changes, left_.warm_resets, left_.power_losses, left_.crashes,
-                         left_.silences, left_.other_robots, made_, pending_}) {
-    writer.U8(static_cast<uint8_t>(left));
-  }
-  writer.U16(memory_.nonce);
-  writer.U16(memory_.epoch);
-  writer.U8(memory_.seq);
-  writer.U8(memory_.opcode);
-  for (uint8_t i = 0; memory_.opcode != 0 && i < memory_.length; ++i) {
-    writer.U8(memory_.data[i]);
-  }
-  writer.Flag(memory_.numbered);
-  writer.Flag(robot_.greeted());
-  writer.U8(robot_.flags());
-  writer.Flag(robot_.has_event());
-  writer.Flag(robot_.event_turn());
-  writer.U8(robot_.awaited_opcode());
-  for (const auto* const engine : {&server_, &durable_}) {
-    WriteRobot((**engine)->robots().Find(0, kRobot), &writer);
-    writer.Flag((**engine)->robots().Find(0, kRobot + 1) != nullptr);
-    for (int change = 0; change < made_; ++change) {  // nothing else changes the map
-      writer.U32(DepositsAt(***engine, change));
-    }
-  }
-  writer.Flag(server_ == durable_);
-  WriteMessages(held_, &writer);
-  WriteMessages(to_server_, &writer);
-  WriteMessages(to_robot_, &writer);
-  for (const bool acknowledged : acknowledged_) {
-    writer.Flag(acknowledged);
-  }
-  return writer.Take();
-}
-
-uint32_t ConversationWorld::DepositsAt(const Engine& engine, int change) {
-  const uint32_t level = engine.field().LevelOf(kType, {change, 0}, engine.field_time_ms());
-  return level / field::kLevelsPerQuantum;
-}
+      told_(other.told_),
+      pending_(other.pending_),
+      fault_(other.fault_) {}
 
 std::string ConversationWorld::Wrong() const {
+  uint32_t all = 0;
   for (int change = 0; change < made_; ++change) {
-    const uint32_t deposits = DepositsAt(**server_, change);
-    if (deposits > 1) {
-      return "change " + std::to_string(change) + " was made " + std::to_string(deposits) +
-             " times";
+    const uint32_t times = TimesMade(*server_, change);
+    const Told told = told_[static_cast<size_t>(change)];
+    all += times;
+    if (times > 1) {
+      return "change " + std::to_string(change) + " was made " + std::to_string(times) + " times";
     }
-    if (deposits == 0 && acknowledged_[static_cast<size_t>(change)]) {
+    if (times == 0 && told == Told::kMade) {
       return "change " + std::to_string(change) + " was acknowledged and is gone";
     }
+    if (times != 0 && told == Told::kRefused) {
+      return "change " + std::to_string(change) + " was refused and is made";
+    }
   }
-  return "";
+  if (is_of_tags() && GenerationOn(**server_) != all) {
+    return "the tag's generation is not the number of changes";
+  }
+  if (exchange_.state == client::TagExchange::kAsked && exchange_.is_pending &&
+      !IsOfTags(memory_.opcode)) {
+    return "the robot waits for the answer to a WRITE that it does not repeat";
+  }
+  return fault_;
+}
+
+// The next WRITE, if it has one to make and none is under way.
+void ConversationWorld::AskForChange() {
+  if (is_of_tags() && left_.changes > 0 && exchange_.state != client::TagExchange::kAsked) {
+    exchange_.message = WriteOf(left_.kind, made_);
+    robot_.Ask(&exchange_);
+  }
 }
 
 // Lets time pass until the robot sends, with its next change if it has one to make. HELLO after a
 // silence is not sent here, but after HearNothing.
-bool ConversationWorld::Send() {
+bool ConversationWorld::Send(bool in_next_period) {
   const bool was_greeted = robot_.greeted();
+  if (in_next_period) {
+    now_ms_ += kTagPeriodMs;
+    robot_.Poll(now_ms_, nullptr, true);
+  }
+  const bool has_pose =
+      is_of_tags() ? IsOfTags(memory_.opcode) || exchange_.state == client::TagExchange::kAsked
+                   : left_.changes > 0;
+  if (robot_.greeted() && !has_pose && memory_.opcode == 0 && !robot_.has_event()) {
+    return false;  // it has nothing to send
+  }
   for (uint32_t waited = 0; waited < kPatienceMs; ++waited) {
     client::Odometry odometry{};
     odometry.x_mm = made_ * kBetweenMm;
     ++now_ms_;
     const uint8_t seq_before = memory_.seq;
-    robot_.Poll(now_ms_, left_.changes > 0 ? &odometry : nullptr, false);
+    robot_.Poll(now_ms_, has_pose ? &odometry : nullptr, false);
     if (robot_.tx_size() == 0) {
       continue;
     }
@@ -181,9 +108,12 @@ bool ConversationWorld::Send() {
       return false;
     }
     if (memory_.seq != seq_before) {
-      const bool is_trace = protocol::ServiceOf(sent.opcode) == protocol::kTrace;
-      left_.changes -= is_trace ? 1 : 0;
-      pending_ = is_trace ? made_++ : -1;  // or an EVENT
+      const bool is_change = sent.opcode == protocol::kTagWrite ||
+                             protocol::ServiceOf(sent.opcode) == protocol::kTrace;
+      left_.changes -= is_change ? 1 : 0;
+      pending_ = is_change ? made_++ : -1;  // or an EVENT
+    } else if (left_.repeats_with_pose && sent.opcode == protocol::kTagWrite) {
+      ++sent.data[1];  // of x
     }
     to_server_.push_back(sent);
     return true;
@@ -205,12 +135,12 @@ void ConversationWorld::Arrive(size_t frame, bool also_later) {
   }
   std::vector<engine::Outgoing> out;
   switch ((*server_)->Classify(0, message)) {
-    case engine::Handling::kIgnore:
+    case Handling::kIgnore:
       break;
-    case engine::Handling::kAnswer:
+    case Handling::kAnswer:
       (*server_)->Answer({1, 0}, 0, message, &out);
       break;
-    case engine::Handling::kChange:
+    case Handling::kChange:
       server_ = server_->After(0, message, &out);
       break;
   }
@@ -224,23 +154,85 @@ void ConversationWorld::Arrive(size_t frame, bool also_later) {
   }
 }
 
+// Service refuses it like this (section 7 of the protocol, step 5).
+void ConversationWorld::TurnAway(size_t frame, protocol::Reason reason) {
+  --left_.turned_away;
+  const Message message = to_server_[frame];
+  to_server_.erase(to_server_.begin() + static_cast<ptrdiff_t>(frame));
+  to_robot_.push_back(engine::ErrorMessage(message, reason));
+}
+
 void ConversationWorld::Hear(size_t frame, bool also_later) {
   const Message message = to_robot_[frame];
   if (!also_later) {
     to_robot_.erase(to_robot_.begin() + static_cast<ptrdiff_t>(frame));
   }
+  Take(message);
+}
+
+void ConversationWorld::Sense(const Message& request) {
+  std::vector<engine::Outgoing> out;
+  (*server_)->Answer({1, 0}, 0, request, &out);
+  Take(out.front().message);
+}
+
+void ConversationWorld::Take(const Message& message) {
   uint8_t wire[protocol::kMaxFrame];
   const size_t size = protocol::EncodeFrame(message, wire, sizeof wire);
   const uint8_t pending_opcode = memory_.opcode;
-  const bool is_error = message.opcode == protocol::kError;
+  const bool was_asked = exchange_.state == client::TagExchange::kAsked && exchange_.is_pending;
   for (size_t i = 0; i < size; ++i) {
     robot_.OnByte(wire[i], now_ms_);
   }
   if (pending_opcode != 0 && memory_.opcode == 0) {
-    if (pending_ >= 0 && !is_error && message.opcode == (pending_opcode | protocol::kFromServer)) {
-      acknowledged_[static_cast<size_t>(pending_)] = true;
+    if (pending_ >= 0 && is_of_tags()) {
+      Settle(message, was_asked);
+    } else if (pending_ >= 0 && message.opcode == (pending_opcode | protocol::kFromServer)) {
+      told_[static_cast<size_t>(pending_)] = Told::kMade;
     }
     pending_ = -1;
+  }
+  AskForChange();
+}
+
+// The pending WRITE is no longer so, by this message. After a warm reset nobody waits for it.
+void ConversationWorld::Settle(const Message& message, bool was_asked) {
+  using client::TagExchange;
+  protocol::ErrorAnswer error;
+  const bool is_answer = message.opcode == (protocol::kTagWrite | protocol::kFromServer);
+  const bool is_refusal = protocol::Decode(message, &error);
+  const bool is_final = is_refusal && error.reason != protocol::Reason::kSequenceReused &&
+                        error.reason != protocol::Reason::kReadOnly;
+  const TagExchange::State expected = is_answer  ? TagExchange::kAnswered
+                                      : is_final ? TagExchange::kRefused
+                                                 : TagExchange::kDropped;
+  const bool may_drop =
+      boot_counter_ != kFirstBoot || (is_refusal && error.reason == protocol::Reason::kReadOnly);
+  Told& told = told_[static_cast<size_t>(pending_)];
+  std::string fault;
+  if (is_answer) {
+    told = Told::kMade;
+    fault = IsInVain(left_.kind, pending_)
+                ? "was not refused"
+                : FaultOfAnswer(**server_, pending_, was_asked ? exchange_.message : message);
+    if (TimesMade(*durable_, pending_) == 0) {
+      fault = "was acknowledged before it was durable";
+    }
+  } else if (is_final) {
+    told = Told::kRefused;
+    if (error.reason != protocol::Reason::kGenerationChanged) {
+      fault = "was refused for reason " + std::to_string(static_cast<int>(error.reason));
+    } else if (!IsInVain(left_.kind, pending_)) {
+      fault = "was refused: its generation has changed";
+    }
+  } else if (!may_drop) {
+    fault = "was given up";
+  }
+  if (was_asked && exchange_.state != expected) {
+    fault = "was told to the robot otherwise";
+  }
+  if (!fault.empty()) {
+    fault_ = "change " + std::to_string(pending_) + " " + fault;
   }
 }
 
@@ -267,15 +259,17 @@ void ConversationWorld::Reset(bool keeps_memory) {
     memory_ = client::RequestMemory{};
     pending_ = -1;
   }
-  robot_ = client::Conversation(ParametersAt(boot_counter_), &memory_);
+  exchange_ = client::TagExchange{};
+  robot_ = client::Conversation(RobotFor(left_.kind, boot_counter_), &memory_);
+  AskForChange();
 }
 
 void ConversationWorld::OtherHello() {
   --left_.other_robots;
   Message hello;
-  protocol::Encode(protocol::HelloRequest{kRobot + 1, 9, 1, 0}, &hello);
+  protocol::Encode(protocol::HelloRequest{kChangesRobot + 1, 9, 1, 0}, &hello);
   std::vector<engine::Outgoing> ignored;
-  if ((*server_)->Classify(0, hello) == engine::Handling::kChange) {
+  if ((*server_)->Classify(0, hello) == Handling::kChange) {
     server_ = server_->After(0, hello, &ignored);
   }
 }
@@ -288,11 +282,25 @@ void ConversationWorld::Next(const Visit& visit) const {
       visit(name, std::move(next));
     }
   };
-  {
+  const auto send = [&](bool in_next_period) {
     ConversationWorld next(*this);
-    if (next.Send() && next.to_server_.size() <= left_.in_flight) {
-      visit("the robot sends " + std::to_string(next.to_server_.back().opcode), std::move(next));
+    if (!next.Send(in_next_period)) {
+      return;
     }
+    const Message sent = next.to_server_.back();
+    if (protocol::ServiceOf(sent.opcode) == protocol::kSense) {
+      next.to_server_.pop_back();
+      ConversationWorld answered(next);
+      answered.Sense(sent);
+      visit("the robot senses", std::move(answered));
+      visit("the robot senses in vain", std::move(next));
+    } else if (next.to_server_.size() <= left_.in_flight) {
+      visit("the robot sends " + std::to_string(sent.opcode), std::move(next));
+    }
+  };
+  send(false);
+  if (is_of_tags() && robot_.event_turn()) {  // tags have their turn only until the next period
+    send(true);
   }
   for (size_t i = 0; i < to_server_.size(); ++i) {
     const std::string what = "request " + std::to_string(to_server_[i].opcode);
@@ -301,6 +309,12 @@ void ConversationWorld::Next(const Visit& visit) const {
     step(what + " is lost", [i](ConversationWorld* it) {
       it->to_server_.erase(it->to_server_.begin() + static_cast<ptrdiff_t>(i));
     });
+    if (left_.turned_away > 0 && (*server_)->Classify(0, to_server_[i]) == Handling::kChange) {
+      step(what + " arrives, the log is busy",
+           [i](ConversationWorld* it) { it->TurnAway(i, protocol::Reason::kBusy); });
+      step(what + " arrives, the log is read-only",
+           [i](ConversationWorld* it) { it->TurnAway(i, protocol::Reason::kReadOnly); });
+    }
   }
   for (size_t i = 0; i < to_robot_.size(); ++i) {
     const std::string what = "answer " + std::to_string(to_robot_[i].opcode);
