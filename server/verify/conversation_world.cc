@@ -43,6 +43,23 @@ ConversationWorld::ConversationWorld(const ConversationWorld& other)
       pending_(other.pending_),
       fault_(other.fault_) {}
 
+ConversationWorld::ConversationWorld(ConversationWorld&& other) noexcept
+    : left_(other.left_),
+      memory_(other.memory_),
+      boot_counter_(other.boot_counter_),
+      exchange_(other.exchange_),
+      robot_(other.robot_, &memory_, &exchange_),
+      now_ms_(other.now_ms_),
+      server_(std::move(other.server_)),
+      durable_(std::move(other.durable_)),
+      held_(std::move(other.held_)),
+      to_server_(std::move(other.to_server_)),
+      to_robot_(std::move(other.to_robot_)),
+      made_(other.made_),
+      told_(std::move(other.told_)),
+      pending_(other.pending_),
+      fault_(std::move(other.fault_)) {}
+
 std::string ConversationWorld::Wrong() const {
   uint32_t all = 0;
   for (int change = 0; change < made_; ++change) {

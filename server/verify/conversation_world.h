@@ -49,6 +49,7 @@ class ConversationWorld {
  public:
   explicit ConversationWorld(const ConversationLimits& limits);
   ConversationWorld(const ConversationWorld& other);
+  ConversationWorld(ConversationWorld&& other) noexcept;
   ConversationWorld& operator=(const ConversationWorld&) = delete;
   ~ConversationWorld() = default;
 
