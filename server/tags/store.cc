@@ -91,7 +91,7 @@ void Store::Configure(const Settings& settings) {
   }
   for (size_t i = 0; i < tags_.size(); ++i) {
     if (tags_[i] != nullptr && tags_[i]->tag.used() == 0 && names.count(tags_[i]->name) == 0) {
-      hash_ -= tags_[i]->hash;
+      TakeOut(*tags_[i]);
       numbers_.erase(tags_[i]->name);
       tags_[i] = nullptr;
     }
@@ -125,6 +125,7 @@ void Store::Configure(const Settings& settings) {
 void Store::TakePlaces(const Settings& settings) {
   map_.Clear();
   places_.assign(tags_.size(), std::nullopt);
+  configured_ = settings.tags.size();
   for (const TagSettings& it : settings.tags) {
     const uint16_t number = numbers_.find(it.name)->second;
     const Place place = {number, it.x_um, it.y_um, it.range_um};
@@ -161,12 +162,19 @@ std::optional<uint16_t> Store::NumberOf(std::string_view name) const {
   return found != numbers_.end() ? std::optional(found->second) : std::nullopt;
 }
 
+void Store::TakeOut(const NamedTag& tag) {
+  hash_ -= tag.hash;
+  sums_.slots -= tag.tag.slots().size();
+  sums_.blocks -= tag.tag.used();
+  sums_.leased -= tag.tag.leased();
+  if (const std::optional<uint64_t> expiry = tag.tag.NextExpiry()) {
+    leases_.erase({*expiry, tag.number});
+  }
+}
+
 NamedTag& Store::Unsettle(uint16_t number) {
   std::shared_ptr<NamedTag>& it = tags_[number - 1u];
-  hash_ -= it->hash;
-  if (const std::optional<uint64_t> expiry = it->tag.NextExpiry()) {
-    leases_.erase({*expiry, number});
-  }
+  TakeOut(*it);
   if (it.use_count() > 1) {
     it = std::make_shared<NamedTag>(*it);
   }
@@ -176,6 +184,9 @@ NamedTag& Store::Unsettle(uint16_t number) {
 void Store::Settle(NamedTag& tag) {
   tag.hash = HashOf(tag);
   hash_ += tag.hash;
+  sums_.slots += tag.tag.slots().size();
+  sums_.blocks += tag.tag.used();
+  sums_.leased += tag.tag.leased();
   if (const std::optional<uint64_t> expiry = tag.tag.NextExpiry()) {
     leases_.emplace(*expiry, tag.number);
   }
@@ -225,6 +236,14 @@ void Store::Expire(uint64_t now_ms, size_t most) {
 
 std::optional<uint64_t> Store::NextExpiry() const {
   return leases_.empty() ? std::nullopt : std::optional(leases_.begin()->first);
+}
+
+Figures Store::figures() const {
+  Figures figures = sums_;
+  figures.configured = configured_;
+  figures.unconfigured = numbers_.size() - configured_;
+  figures.definitions = symbols_.rows().size();
+  return figures;
 }
 
 // --- Symbols and authors

@@ -45,6 +45,17 @@ struct Counters {
   uint64_t expired = 0;  ///< blocks whose lease ended
 };
 
+/// How much there is. Counted as it changes: asking takes the same time for any number of tags.
+struct Figures {
+  uint64_t configured = 0;    ///< tags
+  uint64_t unconfigured = 0;  ///< tags that are kept for their blocks
+  uint64_t slots = 0;         ///< of all of them
+  uint64_t blocks = 0;        ///< slots in use
+  uint64_t leased = 0;        ///< of these blocks
+  uint64_t definitions = 0;   ///< rows of the symbol tables
+  bool operator==(const Figures&) const = default;
+};
+
 class FrozenStore;
 
 class Store {
@@ -94,6 +105,7 @@ class Store {
   std::optional<uint64_t> NextExpiry() const;
 
   const Counters& counters() const { return counters_; }
+  Figures figures() const;
   /// The sum over tags, rows and authors; 0 if there is none.
   uint64_t hash() const { return hash_ + symbols_.hash(); }
 
@@ -109,9 +121,10 @@ class Store {
   using Author = std::pair<std::string, uint8_t>;  // link and ID
 
   Policy PolicyAt(int64_t utc_s) const { return {.utc_s = utc_s, .privileged = privileged_}; }
-  // The tag, not shared with a copy; its share of hash and leases is taken out until Settle.
+  // The tag, not shared with a copy; its share of hash, sums and leases is taken out until Settle.
   NamedTag& Unsettle(uint16_t number);
   void Settle(NamedTag& tag);
+  void TakeOut(const NamedTag& tag);
   void TakePlaces(const Settings& settings);
   void FindPrivileged();
 
@@ -121,9 +134,11 @@ class Store {
   std::map<Author, int32_t> authors_;
   std::set<std::pair<uint64_t, uint16_t>> leases_;  // of each tag with a lease, the first to end
   uint64_t hash_ = 0;
+  Figures sums_;  // of slots, blocks and leases
 
   // From the configuration.
   std::vector<std::optional<Place>> places_;  // by number - 1
+  size_t configured_ = 0;                     // how many places there are
   TagMap map_;
   std::vector<std::string> privileged_ids_;
   std::vector<int32_t> privileged_;  // sorted
