@@ -24,19 +24,13 @@
 
 #include "server/base/bytes.h"
 #include "server/base/result.h"
+#include "server/tags/plan.h"
 #include "server/tags/settings.h"
 #include "server/tags/symbols.h"
 #include "server/tags/tag.h"
 #include "server/tags/tag_map.h"
 
 namespace pheromone::tags {
-
-struct NamedTag {
-  uint16_t number = 0;  ///< from 1
-  std::string name;
-  Tag tag;
-  uint64_t hash = 0;  ///< of all the above, as the store last had it
-};
 
 /// Since the start. Not part of the state.
 struct Counters {
@@ -65,15 +59,24 @@ class Store {
   Status Check(const Settings& settings) const;
   void Configure(const Settings& settings);
 
+  /// The same in time that depends on the differences alone, by a plan that was made of what Look
+  /// gave (plan.h). Take only what Check accepts; a plan that is not current must be made anew.
+  Survey Look() const { return {directory_, used_}; }
+  bool IsCurrent(const Plan& plan) const;
+  Status Check(const Plan& plan) const;
+  void Take(const Plan& plan);
+
   /// The tags that reach a point, by number.
   std::vector<uint16_t> InRange(int64_t x_um, int64_t y_um) const {
-    return map_.InRange(x_um, y_um);
+    return directory_->map.InRange(x_um, y_um);
   }
   /// Null for a number that no configured tag has.
-  const Place* PlaceOf(uint16_t number) const;
+  const Place* PlaceOf(uint16_t number) const { return directory_->PlaceOf(number); }
   /// Null for a number that no tag has, configured or not.
   const NamedTag* Find(uint16_t number) const;
-  std::optional<uint16_t> NumberOf(std::string_view name) const;
+  std::optional<uint16_t> NumberOf(std::string_view name) const {
+    return directory_->NumberOf(name);
+  }
   /// The largest number in use; 0 if there is none.
   uint16_t last_number() const { return static_cast<uint16_t>(tags_.size()); }
 
@@ -125,22 +128,18 @@ class Store {
   NamedTag& Unsettle(uint16_t number);
   void Settle(NamedTag& tag);
   void TakeOut(const NamedTag& tag);
-  void TakePlaces(const Settings& settings);
   void FindPrivileged();
 
   std::vector<std::shared_ptr<NamedTag>> tags_;  // by number - 1; null: the number is free
-  std::map<std::string, uint16_t, std::less<>> numbers_;
+  std::vector<uint8_t> used_;                    // slots in use, by number - 1
   SymbolTables symbols_;
   std::map<Author, int32_t> authors_;
   std::set<std::pair<uint64_t, uint16_t>> leases_;  // of each tag with a lease, the first to end
   uint64_t hash_ = 0;
   Figures sums_;  // of slots, blocks and leases
 
-  // From the configuration.
-  std::vector<std::optional<Place>> places_;  // by number - 1
-  size_t configured_ = 0;                     // how many places there are
-  TagMap map_;
-  std::vector<std::string> privileged_ids_;
+  // From the configuration. Shared with copies and with plans.
+  std::shared_ptr<const Directory> directory_ = std::make_shared<const Directory>();
   std::vector<int32_t> privileged_;  // sorted
   Counters counters_;
 };

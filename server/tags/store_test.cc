@@ -89,6 +89,37 @@ TEST(StoreTest, FiguresAreWhatIsCountedAnew) {
   EXPECT_EQ(copy.figures(), store.figures());
 }
 
+TEST(StoreTest, APlanHoldsWhileWhatGoesIsNotWrittenOn) {
+  Store store;
+  store.Configure({.tags = {{"door", 0, 0, 1, 8}, {"plant", 0, 0, 1, 2}, {"lamp", 0, 0, 1, 2}}});
+  store.Define({RowKind::kRobot, 1, 1, "one"});
+  const WriteRequest note = {
+      .block = {1, static_cast<uint32_t>(kClockS), {-17, 1}, {1, 2}, {-3, 1}}};
+  store.Write(3, note, 0, kClockS);
+  const Settings settings = {.tags = {{"new", 5, 0, 1, 3}, {"door", 7, 0, 1, 4}}};
+  const Result<Plan> plan = MakePlan(store.Look(), settings);
+  ASSERT_TRUE(plan.ok());
+  EXPECT_TRUE(store.IsCurrent(plan.value()));
+  store.Write(1, note, 0, kClockS);
+  EXPECT_TRUE(store.IsCurrent(plan.value()));
+  store.Write(2, note, 0, kClockS);
+  EXPECT_FALSE(store.IsCurrent(plan.value())) << "plant would be kept now";
+  store.Clear(2, 0);
+  EXPECT_TRUE(store.IsCurrent(plan.value()));
+  store.Clear(3, 0);
+  EXPECT_FALSE(store.IsCurrent(plan.value())) << "lamp would be forgotten now";
+  store.Write(3, note, 0, kClockS);
+  ASSERT_TRUE(store.IsCurrent(plan.value()) && store.Check(plan.value()).ok());
+  store.Take(plan.value());
+  EXPECT_EQ(store.NumberOf("new"), 2) << "the first free number";
+  EXPECT_EQ(store.NumberOf("plant"), std::nullopt);
+  EXPECT_EQ(store.NumberOf("lamp"), 3);
+  EXPECT_EQ(store.PlaceOf(1)->x_um, 7);
+  EXPECT_EQ(store.InRange(5, 0), std::vector<uint16_t>{2});
+  EXPECT_EQ(store.figures(), (Figures{2, 1, 9, 2, 0, 1}));
+  EXPECT_FALSE(store.IsCurrent(plan.value()));
+}
+
 TEST(StoreTest, FiguresAreRestored) {
   const Settings settings = {.tags = {{"door", 0, 0, 1, 8}, {"plant", 0, 0, 1, 2}}};
   Store store;
