@@ -129,6 +129,31 @@ class Clients {
     }
   }
 
+  // Leaves the answer in buffer_ and gives its size. Again while the log is busy, as it is at first
+  // with a large configuration: a client that took this for the answer would be refused for ever.
+  size_t AskUntilDone(Client* client, const protocol::Message& message) {
+    const auto end = Clock::now() + std::chrono::milliseconds(kPatienceMs);
+    size_t size = 0;
+    do {
+      Send(client, message);
+      pollfd answer{client->socket, POLLIN, 0};
+      poll(&answer, 1, kPatienceMs);
+      const ssize_t received = recv(client->socket, buffer_.data(), buffer_.size(), 0);
+      size = received > 0 ? static_cast<size_t>(received) : 0;
+    } while (IsBusy(std::span(buffer_).first(size)) && Clock::now() < end);
+    return size;
+  }
+
+  static bool IsBusy(std::span<const uint8_t> bytes) {
+    protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+    bool is_busy = false;
+    decoder.PushBlock(bytes.data(), bytes.size(), 0, [&](const protocol::Message& answer) {
+      protocol::ErrorAnswer error;
+      is_busy = protocol::Decode(answer, &error) && error.reason == protocol::Reason::kBusy;
+    });
+    return is_busy;
+  }
+
   // The daemon may know these robots.
   void SayHello() {
     std::random_device random;
@@ -145,11 +170,8 @@ class Clients {
       protocol::Message hello;
       protocol::Encode(protocol::HelloRequest{client.id, static_cast<uint16_t>(random()), 1, 0},
                        &hello);
-      Send(&client, hello);
-      pollfd answer{client.socket, POLLIN, 0};
-      poll(&answer, 1, kPatienceMs);
-      const ssize_t size = recv(client.socket, buffer_.data(), buffer_.size(), 0);
-      go_on_from(&client, size > 0 ? static_cast<size_t>(size) : 0, buffer_.data());
+      const size_t size = AskUntilDone(&client, hello);
+      go_on_from(&client, size, buffer_.data());
     }
   }
 
@@ -165,10 +187,7 @@ class Clients {
       std::copy(unique_id.begin(), unique_id.end(), request.text);
       protocol::Message message;
       protocol::Encode(request, &message);
-      Send(&client, message);
-      pollfd answer{client.socket, POLLIN, 0};
-      poll(&answer, 1, kPatienceMs);
-      static_cast<void>(!recv(client.socket, buffer_.data(), buffer_.size(), 0));
+      static_cast<void>(AskUntilDone(&client, message));
     }
   }
 

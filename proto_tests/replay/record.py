@@ -19,9 +19,10 @@ import time
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 from stranger import wire  # noqa: E402
-from stranger.client import Client, open_terminal  # noqa: E402
+from stranger.client import Client, Refused, open_terminal  # noqa: E402
 
 PATIENCE_S = 30
+REPLACE, EXPECT = 1, 2  # flags of WRITE and ERASE
 
 CONFIG = """[map]
 width_m = 4.0
@@ -63,14 +64,28 @@ start = true
 folder = "captures"
 """
 
+# Nine tags reach (2, 2) m: two more than a row of SCAN's answer has room for.
+TAGS = CONFIG + "".join(f"""[[tag]]
+name = "place-{i}"
+x_m = {1.6 + 0.1 * i:.1f}
+y_m = 2.0
+range_m = 1.0
+""" for i in range(9)) + """[[tag]]
+name = "narrow"
+x_m = 3.5
+y_m = 0.5
+range_m = 0.3
+slots = 2
+"""
+
 
 class Lab:
     """A pheromoned in a folder of its own, a line to each of its links, and a robot on each."""
 
-    def __init__(self, bin_dir, folder):
+    def __init__(self, bin_dir, folder, config):
         self.bin_dir = bin_dir
         self.folder = folder
-        (folder / "lab.toml").write_text(CONFIG)
+        (folder / "lab.toml").write_text(config)
         with open(folder / "log", "wb") as log:
             self.process = subprocess.Popen([bin_dir / "pheromoned", "--config", "lab.toml"],
                                             cwd=folder, stdout=log, stderr=log)
@@ -217,7 +232,164 @@ def commands(lab):
     robot.listen(0.5)
 
 
-SCENARIOS = [traffic, damaged, retries, evaporation, reload, commands]
+def expect_refusal(reason, request, *arguments, **fields):
+    try:
+        request(*arguments, **fields)
+    except Refused as refused:
+        if wire.REASONS.get(refused.reason) == reason:
+            return
+        sys.exit(f"expected {reason!r}, got {refused}")
+    sys.exit(f"expected {reason!r}, but it was done")
+
+
+def expect(found, expected):
+    if found != expected:
+        sys.exit(f"expected {expected!r}, got {found!r}")
+
+
+def statement(robot, predicate, number):
+    """Subject the robot, predicate of its strings 1 and `predicate`, object an integer."""
+    return dict(subject_namespace=-17, subject=robot, predicate_namespace=1, predicate=predicate,
+                object_namespace=-3, object=number)
+
+
+def tags(lab):
+    """All TAG messages: SYMBOL and RESOLVE of all kinds; SCAN of nine tags; READ from slot to slot;
+    WRITE with REPLACE, EXPECT, a lease, a repetition and every refusal; ERASE; what is dropped,
+    what the operator wrote, a lease that ends, and tags that are no longer configured."""
+    here, narrow = (2000, 2000), (3500, 500)
+    one, two = lab.robots
+    third = Client(lab.lines[0], 3, timeout=5)
+    third._ping_tag = b"corpus 3"
+    for robot in (one, two, third):
+        robot.hello(7)
+    define_symbols(one, two, third)
+    write_and_read(lab, here, one, two, third)
+    fill_up(narrow, one, two)
+    lease_and_protect(lab, here, one, two)
+    lab.reload(TAGS.replace('name = "place-8"', 'name = "new-place"'), 1)
+    expect([row[0] for row in one.scan(*here)], [1, 2, 3, 4, 5, 6, 7, 8, 9])
+    lab.reload(CONFIG, 2)
+    expect(one.scan(*here), [])
+    expect_refusal("no tag in range", one.read, *here, 1)  # its blocks wait for a configuration
+    lab.reload(TAGS, 3)
+    expect(len(one.read(*here, 1)), 3)
+
+
+def define_symbols(one, two, third):
+    expect_refusal("unknown symbol", one.define, 1, "http://example.org/ns#")
+    expect(one.register("123-233-201"), 1)
+    expect(two.register("00:11:22:33:44:55", 16), 16)
+    expect(third.register("x" * 56), 2)
+    expect(one.register("123-233-201"), 1)
+    expect_refusal("not permitted", one.register, "123-233-201", 5)
+    expect_refusal("not permitted", third.register, "another", 16)
+    expect_refusal("bad value", third.register, "line\n")
+    for robot in (one, two):
+        robot.define(1, "http://example.org/ns#")
+        robot.define(2, "lookingfortag")
+        robot.define(3, "\u00e4\u20ac")
+    one.define(2, "lookingfortag")
+    expect_refusal("not permitted", one.define, 2, "occupied")
+    expect_refusal("bad value", one.define, 0, "zero")
+    for kind, number, reason in ((3, 1, None), (3, 16, "not permitted"), (9, 1, "bad value")):
+        symbol = dict(kind=kind, number=number, text=b"")
+        if reason is None:
+            third._change("SYMBOL", **symbol)
+        else:
+            expect_refusal(reason, third._change, "SYMBOL", **symbol)
+    expect_refusal("not permitted", one._change, "SYMBOL", kind=3, number=16, text=b"")
+    expect(two.resolve(1, 2), "lookingfortag")
+    expect(two.resolve(2, 3), "\u00e4\u20ac")  # a string of robot 1, by the mapping
+
+    def ask(kind, robot, number, offset):
+        request = wire.build("RESOLVE", 1, kind=kind, robot=robot, number=number, offset=offset)
+        return one._ask(request, tries=1)
+
+    for kind, robot, number, offset in ((1, 2, 0, 0), (1, 2, 0, 50), (1, 2, 0, 200), (2, 16, 3, 1),
+                                        (3, 2, 0, 0), *((4, 0, row, 0) for row in range(4))):
+        ask(kind, robot, number, offset)
+    for missing in ((1, 9, 0), (2, 1, 9), (3, 1, 0), (4, 0, -1), (4, 0, 10), (7, 1, 1)):
+        expect_refusal("unknown symbol", ask, *missing, 0)
+
+
+def write_and_read(lab, here, one, two, third):
+    rows = one.scan(*here)
+    expect([row[0] for row in rows], [1, 2, 3, 4, 5, 6, 7, 8, 9])
+    expect(two.scan(0, 4000), [])
+    expect(one.read(*here, 1), [])
+    one.write(*here, 1, statement(1, 2, 244), time=1138458000)
+    two.write(*here, 1, statement(16, 2, -1))
+    third.write(*here, 1, statement(2, 2, 0x10101010), slot=5)
+    expect([it["slot"] for it in two.read(*here, 1)], [0, 1, 5])
+    one.write(*here, 1, statement(1, 2, 245), flags=REPLACE, time=1138458060)
+    one.write(*here, 1, statement(1, 3, 1), flags=REPLACE, time=1138458061)
+    expect([it["object"] for it in one.read(*here, 1)], [245, -1, 1, 0x10101010])
+    two.write(*here, 1, statement(16, 2, -2), slot=5)  # over another robot's
+    for wrong in (dict(flags=4), dict(slot=8), dict(lease_s=3601), dict(object_namespace=-7,
+                                                                        object=86_400_000)):
+        expect_refusal("bad value", one.write, *here, 1, statement(1, 2, 0) | wrong)
+    for place, tag in ((here, 10), (here, 99), ((-100_000, 0), 1)):
+        expect_refusal("no tag in range", one.write, *place, tag, statement(1, 2, 0))
+        expect_refusal("no tag in range", one.read, *place, tag)
+        expect_refusal("no tag in range", one.erase, *place, tag, 0)
+    # The same WRITE four times, as if its answers were lost, and another one under its number.
+    seq = two.next_seq
+    fields = dict(seq=seq, x=2000, y=2000, tag=2, slot=255, flags=0, expected=0, lease_s=0, time=0)
+    for _ in range(4):
+        lab.lines[1].send(frame("WRITE", 16, **fields, **statement(16, 2, 7)))
+    lab.lines[1].send(frame("WRITE", 16, **fields, **statement(16, 2, 8)))
+    await_frames(lab.lines[1], 5)
+    two.next_seq = seq + 1
+    expect([it["object"] for it in one.read(*here, 2)], [7])
+
+
+def fill_up(narrow, one, two):
+    """The tag has two slots, of which one may be protected."""
+    tag = 10
+    for i in range(3):  # the oldest is dropped
+        one.write(*narrow, tag, statement(1, 2, i), time=1138458000 + i)
+    expect([it["object"] for it in one.read(*narrow, tag)], [2, 1])
+    two.write(*narrow, tag, statement(16, 2, 100), lease_s=3600)
+    expect_refusal("tag full", one.write, *narrow, tag, statement(1, 2, 3), lease_s=60)
+    one.write(*narrow, tag, statement(1, 2, 4))
+    expect([it["object"] for it in one.read(*narrow, tag)], [4, 100])
+
+
+def lease_and_protect(lab, here, one, two):
+    """Two robots claim a place, and one of them leaves it to its lease."""
+    tag = 3
+    [seen] = [row[3] for row in one.scan(*here) if row[0] == tag]
+    expect([row[3] for row in two.scan(*here) if row[0] == tag], [seen])
+    claim = dict(flags=EXPECT, expected=seen, lease_s=60)
+    mine = one.write(*here, tag, statement(1, 2, 1), **claim)
+    expect_refusal("generation changed", two.write, *here, tag, statement(16, 2, 1), **claim)
+    slot, generation = mine["slot"], mine["slot_generation"]
+    again = dict(slot=slot, flags=EXPECT, expected=generation, lease_s=1)
+    expect_refusal("tag protected", two.write, *here, tag, statement(16, 2, 1), slot=slot)
+    expect_refusal("tag protected", two.erase, *here, tag, slot)
+    one.write(*here, tag, statement(1, 2, 2), **again)
+    expect_refusal("generation changed", one.write, *here, tag, statement(1, 2, 3), **again)
+    expect([it["lease_s"] for it in two.read(*here, tag)], [1])
+    lab.ctl("tags", "write", "place-0", "15 lookingfortag 244", "--lease", "600")
+    [operators] = [it["slot"] for it in one.read(*here, 1) if it["flags"] == 1]
+    expect_refusal("tag protected", one.erase, *here, 1, operators)
+    lab.ctl("tags", "erase", "place-0", str(operators))
+    time.sleep(1.1)
+    expect(two.read(*here, tag), [])
+    two.write(*here, tag, statement(16, 2, 1), lease_s=60)
+    two.erase(*here, tag, 0)
+    two.erase(*here, tag, 0)
+    [block, *_] = one.read(*here, 1)
+    erase = dict(x=2000, y=2000, tag=1, slot=block["slot"], flags=EXPECT)
+    generation = block["slot_generation"]
+    expect_refusal("generation changed", one._change, "ERASE", **erase, expected=generation - 1)
+    one._change("ERASE", **erase, expected=generation)
+    expect_refusal("bad value", one._change, "ERASE", **erase | dict(slot=8), expected=0)
+    expect_refusal("bad value", one._change, "ERASE", **erase | dict(flags=1), expected=0)
+
+
+SCENARIOS = [traffic, damaged, retries, evaporation, reload, commands, tags]
 
 
 def main():
@@ -230,7 +402,7 @@ def main():
         if name not in names:
             continue
         with tempfile.TemporaryDirectory() as folder:
-            lab = Lab(bin_dir, pathlib.Path(folder))
+            lab = Lab(bin_dir, pathlib.Path(folder), TAGS if scenario is tags else CONFIG)
             scenario(lab)
             capture = lab.end()
             recorded = time.strftime("%Y-%m-%d", time.gmtime(os.stat(capture).st_mtime))

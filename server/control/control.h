@@ -68,6 +68,8 @@ struct StatusView {
   uint64_t field_limit_bytes = 0;
   engine::ServiceCounters service;
   engine::RobotCounters engine;
+  tags::Figures tags;
+  tags::Counters tag_counters;
   std::array<uint64_t, 128> requests_by_opcode{};
   engine::LatencyCounts latency;  ///< of batches of requests: waiting for the engine, and in it
   uint64_t resident_bytes = 0;    ///< of the process

@@ -7,6 +7,7 @@ crash of the server.
 
 import json
 import pathlib
+import socket
 import subprocess
 import sys
 import tempfile
@@ -152,6 +153,25 @@ class TagsTest(unittest.TestCase):
         self.ctl("write", "door", "15 cleaned 2006-01-28T14:20:00Z", "--replace")
         self.ctl("write", "door", "15 cleaned 2006-01-28T14:35:00Z", "--replace")
         self.assertEqual(self.sentences("door"), ["15 cleaned 2006-01-28T14:35:00Z"])
+
+    def test_the_metrics_count_them(self):
+        robot, number = self.robot(7, "one")
+        robot.define(1, "http://example.org/ns#")
+        for i in range(3):  # the third one drops the first
+            robot.write(6000, 2000, 2, statement(number, 1 + i, i), time=1138458000 + i)
+        robot.write(1500, 2000, 1, statement(number, 1, 3), lease_s=3000)
+        with self.assertRaises(Refused):
+            robot.read(6000, 2000, 1)
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
+            control.connect(str(self.folder / "pheromoned.sock"))
+            control.sendall(b"GET /metrics HTTP/1.0\r\nHost: localhost\r\n\r\n")
+            lines = b"".join(iter(lambda: control.recv(65536), b"")).decode().splitlines()
+        for sample in ("tags 2", "tags_unconfigured 0", "tag_slots 10", "tag_blocks 3",
+                       "tag_leased_blocks 1", "tag_definitions 2", "tag_blocks_written_total 4",
+                       "tag_blocks_dropped_total 1", "tag_leases_expired_total 0",
+                       'requests_total{request="tag_write"} 4',
+                       'errors_total{reason="no tag in range"} 1'):
+            self.assertIn("pheromone_" + sample, lines)
 
     def test_a_full_tag_says_so(self):
         self.ctl("write", "plant-7", "15 keeps out")

@@ -209,6 +209,7 @@ control::StatusView LiveControl::GetStatus(bool with_hash) const {
     status.field_bytes = engine.field().used_bytes();
     status.field_limit_bytes = engine.field().limit_bytes();
     status.engine = engine.counters();
+    CountTags(engine, &status);
     status.requests_by_opcode = traffic.by_opcode();
     if (with_hash) {
       status.state_hash = engine.StateHash();

@@ -34,6 +34,12 @@ control::TagView ViewOf(const tags::Store& store, const tags::NamedTag& tag, uin
 
 }  // namespace
 
+void LiveControl::CountTags(const engine::Engine& engine, control::StatusView* status) {
+  const tags::Store& store = TagsOf(engine);
+  status->tags = store.figures();
+  status->tag_counters = store.counters();
+}
+
 control::TagPage LiveControl::GetTags(uint16_t first) const {
   return parts_.service->Inspect([&](const engine::Engine& engine) {
     const tags::Store& store = TagsOf(engine);

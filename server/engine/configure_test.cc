@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "server/engine/service.h"
 #include "server/engine/testing/bench.h"
+#include "server/engine/testing/random_tags.h"
 #include "server/engine/testing/scripted_log.h"
 
 namespace pheromone::engine {
@@ -25,6 +27,9 @@ class AheadLog final : public testing::ScriptedLog {
     calls.emplace_back("ahead");
     if (service != nullptr) {
       static_cast<void>(service->counters());
+    }
+    if (meanwhile) {
+      meanwhile();
     }
     if (!failure.empty()) {
       return Error{failure};
@@ -45,6 +50,7 @@ class AheadLog final : public testing::ScriptedLog {
   }
 
   const Service* service = nullptr;
+  std::function<void()> meanwhile;
   std::string failure;
   uint64_t most_events = UINT64_MAX;
   std::vector<std::string> calls;
@@ -127,6 +133,32 @@ TEST_F(ConfigureTest, AnotherLawIsNothingToBeLaid) {
   ASSERT_TRUE(taken.ok());
   EXPECT_TRUE(taken.value().all_laid);
   service_.Inspect([](const Engine& engine) { EXPECT_TRUE(engine.is_busy()); });
+}
+
+// The change is prepared without the lock: a robot or an operator may write on a tag that goes.
+TEST_F(ConfigureTest, ATagThatGoesKeepsWhatIsWrittenOnItMeanwhile) {
+  EngineConfig config = testing::SmallConfig();
+  config.components = {TagsComponent::ConfigOf(testing::RichTags())};
+  ASSERT_TRUE(service_.Configure(config, 7).ok());
+  std::vector<Outgoing> out;
+  TagsChanged define;
+  define.action = TagsChanged::Action::kDefine;
+  define.row = {tags::RowKind::kRobot, 1, 1, "one"};
+  ASSERT_TRUE(service_.Submit(ToEvent(define), &out).ok());
+  log_.meanwhile = [&] {
+    TagsChanged write;
+    write.tag = 2;
+    write.block = {1, 1, {-17, 1}, {1, 2}, {-3, 1}};
+    EXPECT_TRUE(service_.Submit(ToEvent(write), &out).ok());
+  };
+  ASSERT_TRUE(service_.Configure(testing::SmallConfig(), 7).ok());
+  service_.Inspect([](const Engine& engine) {
+    const tags::Store& store = FindIn<TagsComponent>(engine.components())->store();
+    EXPECT_EQ(store.NumberOf("a"), std::nullopt);
+    EXPECT_EQ(store.NumberOf("b"), 2);
+    EXPECT_EQ(store.figures().blocks, 1u);
+    EXPECT_EQ(store.figures().configured, 0u);
+  });
 }
 
 TEST_F(ConfigureTest, TheSameConfigurationIsNotWritten) {

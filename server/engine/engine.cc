@@ -192,6 +192,18 @@ Status Engine::Prepare(const SharedConfig& present, Event* event) {
   return FieldComponent::Prepare(present, event);
 }
 
+Status Engine::Prepare(const SharedConfig& present, const tags::Survey& survey, Event* event) {
+  const Status status = FieldComponent::Prepare(present, event);
+  auto* const change = std::get_if<ConfigChanged>(event);
+  return status.ok() && change != nullptr ? TagsComponent::Prepare(present, survey, change)
+                                          : status;
+}
+
+tags::Survey Engine::Look() const {
+  const auto* const tags = FindIn<TagsComponent>(components_);
+  return tags != nullptr ? tags->store().Look() : tags::Store().Look();
+}
+
 // --- Configuration
 
 ConfigFigures FiguresOf(const EngineConfig& config) {

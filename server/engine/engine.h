@@ -82,6 +82,11 @@ class Engine {
   /// Depends on its arguments only, so any thread may call it with a copy of the configuration.
   /// Errors: an edit of too many nodes.
   static Status Prepare(const SharedConfig& present, Event* event);
+  /// The same for changes of the tags, which depend on what was written on them: `survey` is what
+  /// Look gave for this event a moment ago. If that has changed, the event is applied nonetheless,
+  /// in time that grows with the number of tags. Errors also: those of tags::MakePlan.
+  static Status Prepare(const SharedConfig& present, const tags::Survey& survey, Event* event);
+  tags::Survey Look() const;
   /// With the present configuration; does nothing before the first one.
   Status Prepare(Event* event) const { return configured() ? Prepare(config_, event) : Ok(); }
 

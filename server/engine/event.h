@@ -20,6 +20,7 @@
 #include "server/field/config.h"
 #include "server/field/edit.h"
 #include "server/field/work.h"
+#include "server/tags/plan.h"
 
 namespace pheromone::engine {
 
@@ -131,6 +132,8 @@ ConfigFigures FiguresOf(const EngineConfig& config);
 /// What can be computed from a configuration and the previous one, without the state.
 struct ConfigPlan {
   std::shared_ptr<const field::LayPlan> laying;
+  /// Made for the state of a moment (Engine::Look), and useless in another one. Null: of none.
+  std::shared_ptr<const tags::Plan> tags;
   ConfigFigures figures;
 };
 

@@ -37,10 +37,12 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
     std::optional<SharedConfig> present;
     std::array<uint64_t, field::kTypes> changes{};
     const field::Field* field = nullptr;
+    tags::Survey survey;
     uint64_t now_ms = 0;
     {
       const std::lock_guard lock(mutex_);
       if (engine_.configured()) {
+        survey = engine_.Look();
         present = engine_.shared_config();
         field = &engine_.field();
         now_ms = StampNow().field_time_ms;
@@ -54,7 +56,7 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
     }
     Event event = ConfigChanged{config, new_epoch, state_lost};
     if (present) {
-      acceptable = Prepare(*present, *config, *field, now_ms, &event);
+      acceptable = Prepare(*present, *config, *field, survey, now_ms, &event);
       if (!acceptable.ok()) {
         return Error{acceptable.error()};
       }
@@ -105,8 +107,9 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
 
 // Without the lock: its time depends on the size of configuration and map.
 Status Service::Prepare(const SharedConfig& present, const EngineConfig& next,
-                        const field::Field& field, uint64_t now_ms, Event* event) {
-  Status status = Engine::Prepare(present, event);
+                        const field::Field& field, const tags::Survey& survey, uint64_t now_ms,
+                        Event* event) {
+  Status status = Engine::Prepare(present, survey, event);
   const field::FieldReader reader(field);
   if (status.ok() && !reader.ok()) {
     return Error{"too many readers of the field; try again in a moment"};

@@ -213,7 +213,8 @@ class Service {
                               std::vector<Outgoing>* out);
   protocol::Reason Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
   static Status Prepare(const SharedConfig& present, const EngineConfig& next,
-                        const field::Field& field, uint64_t now_ms, Event* event);
+                        const field::Field& field, const tags::Survey& survey, uint64_t now_ms,
+                        Event* event);
   Result<uint64_t> Finish(uint64_t id);
   protocol::Reason RefusalOfRepeat(const Outgoing& answer);
   void Drop(const std::optional<HeldAnswers::Dropped>& dropped);

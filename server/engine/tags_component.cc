@@ -66,6 +66,12 @@ Result<tags::Settings> SettingsIn(const EngineConfig& config) {
                         : Result<tags::Settings>(tags::Settings{});
 }
 
+bool IsSame(const EngineConfig& one, const EngineConfig& other) {
+  const ComponentConfig* const a = one.FindComponent(TagsComponent::kName);
+  const ComponentConfig* const b = other.FindComponent(TagsComponent::kName);
+  return a == nullptr || b == nullptr ? a == b : *a == *b;
+}
+
 Result<TagsChanged> ChangeIn(const Event& event) {
   const auto& it = std::get<ComponentEvent>(event);
   return FromBytes<TagsChanged>("a change of tags", it.version, it.bytes);
@@ -140,21 +146,51 @@ std::vector<MessageRule> TagsComponent::messages() const {
 
 // --- Configuration
 
-Status TagsComponent::CheckConfig(const Context& /*context*/, const EngineConfig& next,
-                                  const ConfigPlan* /*plan*/) const {
+Status TagsComponent::Prepare(const SharedConfig& present, const tags::Survey& survey,
+                              ConfigChanged* change) {
+  if (IsSame(*present, *change->config)) {
+    return Ok();
+  }
+  const Result<tags::Settings> settings = SettingsIn(*change->config);
+  if (!settings.ok()) {
+    return Error{settings.error()};
+  }
+  Result<tags::Plan> tags = tags::MakePlan(survey, settings.value());
+  if (!tags.ok()) {
+    return Error{tags.error()};
+  }
+  ConfigPlan plan = *change->plan;
+  plan.tags = std::make_shared<const tags::Plan>(std::move(tags).value());
+  change->plan = std::make_shared<const ConfigPlan>(std::move(plan));
+  return Ok();
+}
+
+// Settings of the present state were checked when they came.
+Status TagsComponent::CheckConfig(const Context& context, const EngineConfig& next,
+                                  const ConfigPlan* plan) const {
+  if (const tags::Plan* const current = CurrentIn(plan)) {
+    return store_.Check(*current);
+  }
+  if (IsSame(*context.config, next)) {
+    return Ok();
+  }
   const Result<tags::Settings> settings = SettingsIn(next);
   return settings.ok() ? store_.Check(settings.value()) : Error{settings.error()};
 }
 
 void TagsComponent::Configure(const Context& context, const Reconfiguration& change,
                               const Output& /*out*/) {
-  const ComponentConfig* const next = context.config->FindComponent(kName);
-  const ComponentConfig* const before =
-      change.before != nullptr ? change.before->FindComponent(kName) : nullptr;
-  const bool is_same = next == nullptr ? before == nullptr : before != nullptr && *next == *before;
-  if (change.before == nullptr || !is_same) {
+  if (const tags::Plan* const current = CurrentIn(change.plan)) {
+    store_.Take(*current);
+  } else if (change.before == nullptr || !IsSame(*change.before, *context.config)) {
     store_.Configure(SettingsIn(*context.config).value());
   }
+}
+
+// Null if there is none, or if what it was made for has changed.
+const tags::Plan* TagsComponent::CurrentIn(const ConfigPlan* plan) const {
+  const tags::Plan* const tags = plan != nullptr ? plan->tags.get() : nullptr;
+  return tags != nullptr && store_.IsCurrent(*tags) ? tags : nullptr;
 }
 
 // --- Requests that change nothing

@@ -63,6 +63,9 @@ class TagsComponent final : public Component {
   uint8_t version() const override { return 1; }
   std::vector<MessageRule> messages() const override;
   std::vector<EventKind> event_kinds() const override { return {TagsChanged::kKind}; }
+  /// Adds the tags' part to a prepared change of the configuration, if they change.
+  static Status Prepare(const SharedConfig& present, const tags::Survey& survey,
+                        ConfigChanged* change);
   Status CheckConfig(const Context& context, const EngineConfig& next,
                      const ConfigPlan* plan) const override;
   void Configure(const Context& context, const Reconfiguration& change, const Output& out) override;
@@ -80,6 +83,7 @@ class TagsComponent final : public Component {
   std::unique_ptr<FrozenPart> Freeze(uint64_t most_kept_bytes) const override;
 
  private:
+  const tags::Plan* CurrentIn(const ConfigPlan* plan) const;
   bool IsInRange(const Context& context, LinkIndex link, uint8_t id, int32_t x, int32_t y,
                  uint16_t tag) const;
   protocol::Message Scan(const Context& context, LinkIndex link,

@@ -8,136 +8,73 @@
 namespace pheromone::tags {
 namespace {
 
-uint64_t HashOf(const NamedTag& it) {
-  uint64_t hash =
-      Hash64({'T', it.number, HashText(it.name), it.tag.slots().size(), it.tag.generation()});
-  for (const Slot& slot : it.tag.slots()) {
-    hash = HashStep(hash, slot.lease_end_ms << 16 | slot.generation);
-    if (!slot.block.is_empty()) {
-      const Words words = ToWords(slot.block);
-      for (size_t i = 0; i < words.size(); i += 2) {
-        hash = HashStep(hash, uint64_t{static_cast<uint32_t>(words[i])} << 32 |
-                                  static_cast<uint32_t>(words[i + 1]));
-      }
-    }
-  }
-  return hash;
-}
-
 uint64_t HashOf(const std::pair<std::string, uint8_t>& robot, int32_t author) {
   return Hash64({'A', HashText(robot.first), robot.second, static_cast<uint32_t>(author)});
 }
 
 }  // namespace
 
-Status CheckSettings(const Settings& settings) {
-  if (settings.tags.size() > kMaxTags) {
-    return Error{"there are " + std::to_string(settings.tags.size()) + " tags, expected at most " +
-                 std::to_string(kMaxTags)};
-  }
-  std::set<std::string_view> names;
-  for (size_t i = 0; i < settings.tags.size(); ++i) {
-    const std::string& name = settings.tags[i].name;
-    if (name.empty() || name.size() > SymbolTables::kMaxTextBytes || !IsPlainUtf8(name)) {
-      return Error{"tag " + std::to_string(i + 1) +
-                   " has an invalid name, expected 1 to 255 bytes of UTF-8"};
-    }
-    if (!names.insert(name).second) {
-      return Error{"two tags are named \"" + name + "\""};
-    }
-  }
-  return Ok();
-}
-
 // --- Configuration
 
 Status Store::Check(const Settings& settings) const {
-  Status good = CheckSettings(settings);
-  if (!good.ok()) {
-    return good;
-  }
-  size_t kept = 0;  // of tags that are not in `settings`
-  std::set<std::string_view> names;
-  for (const TagSettings& it : settings.tags) {
-    names.insert(it.name);
-    const std::optional<uint16_t> number = NumberOf(it.name);
-    if (!number) {
-      continue;
-    }
-    const std::vector<Slot>& slots = Find(*number)->tag.slots();
-    for (size_t i = it.slots; i < slots.size(); ++i) {
-      if (!slots[i].block.is_empty()) {
+  const Result<Plan> plan = MakePlan(Look(), settings);
+  return plan.ok() ? Check(plan.value()) : Error{plan.error()};
+}
+
+void Store::Configure(const Settings& settings) {
+  Take(MakePlan(Look(), settings).value());
+}
+
+bool Store::IsCurrent(const Plan& plan) const {
+  const auto is_used = [this](uint16_t number) { return used_[number - 1u] > 0; };
+  return plan.before == directory_ &&
+         std::none_of(plan.forgotten.begin(), plan.forgotten.end(), is_used) &&
+         std::all_of(plan.kept.begin(), plan.kept.end(), is_used);
+}
+
+Status Store::Check(const Plan& plan) const {
+  for (const uint16_t number : plan.resized) {
+    const NamedTag& it = *Find(number);
+    const size_t next = plan.after->slots[number - 1u];
+    for (size_t i = next; i < it.tag.slots().size(); ++i) {
+      if (!it.tag.slots()[i].block.is_empty()) {
         return Error{"tag \"" + it.name + "\" has a block in slot " + std::to_string(i) +
-                     ", and would have only " + std::to_string(it.slots) +
+                     ", and would have only " + std::to_string(next) +
                      " slots; erase that block first"};
       }
     }
   }
-  for (const std::shared_ptr<NamedTag>& it : tags_) {
-    kept += it != nullptr && it->tag.used() > 0 && names.count(it->name) == 0;
-  }
-  if (settings.tags.size() + kept > kMaxTags) {
-    return Error{"with " + std::to_string(kept) +
-                 " tags that are no longer configured but have blocks, there are more than " +
-                 std::to_string(kMaxTags)};
-  }
   return Ok();
 }
 
-void Store::Configure(const Settings& settings) {
-  std::set<std::string_view> names;
-  for (const TagSettings& it : settings.tags) {
-    names.insert(it.name);
+void Store::Take(const Plan& plan) {
+  assert(IsCurrent(plan) && Check(plan).ok());
+  for (const uint16_t number : plan.forgotten) {
+    TakeOut(*tags_[number - 1u]);
+    tags_[number - 1u] = nullptr;
   }
-  for (size_t i = 0; i < tags_.size(); ++i) {
-    if (tags_[i] != nullptr && tags_[i]->tag.used() == 0 && names.count(tags_[i]->name) == 0) {
-      hash_ -= tags_[i]->hash;
-      numbers_.erase(tags_[i]->name);
-      tags_[i] = nullptr;
-    }
+  for (const uint16_t number : plan.resized) {
+    NamedTag& tag = Unsettle(number);
+    tag.tag.Resize(plan.after->slots[number - 1u]);
+    Settle(tag);
   }
-  size_t free = 0;
-  for (const TagSettings& it : settings.tags) {
-    if (numbers_.count(it.name) == 0) {
-      while (free < tags_.size() && tags_[free] != nullptr) {
-        ++free;
-      }
-      tags_.resize(std::max(tags_.size(), free + 1));
-      const auto number = static_cast<uint16_t>(free + 1);
-      tags_[free] = std::make_shared<NamedTag>(NamedTag{number, it.name, Tag(it.slots), 0});
-      numbers_.emplace(it.name, number);
-      Settle(*tags_[free]);
-    }
-    const uint16_t number = numbers_.find(it.name)->second;
-    if (Find(number)->tag.slots().size() != it.slots) {
-      NamedTag& tag = Unsettle(number);
-      tag.tag.Resize(it.slots);
-      Settle(tag);
-    }
+  const size_t numbers = plan.after->slots.size();
+  tags_.resize(std::max(tags_.size(), numbers));
+  used_.resize(std::max(used_.size(), numbers));
+  for (const std::shared_ptr<NamedTag>& it : plan.added) {
+    tags_[it->number - 1u] = it;
+    hash_ += it->hash;
+    sums_.slots += it->tag.slots().size();
   }
-  while (!tags_.empty() && tags_.back() == nullptr) {
-    tags_.pop_back();
-  }
-  TakePlaces(settings);
-}
-
-// All are there.
-void Store::TakePlaces(const Settings& settings) {
-  map_.Clear();
-  places_.assign(tags_.size(), std::nullopt);
-  for (const TagSettings& it : settings.tags) {
-    const uint16_t number = numbers_.find(it.name)->second;
-    const Place place = {number, it.x_um, it.y_um, it.range_um};
-    places_[number - 1u] = place;
-    map_.Add(place);
-  }
-  privileged_ids_ = settings.privileged;
+  tags_.resize(numbers);
+  used_.resize(numbers);
+  directory_ = plan.after;
   FindPrivileged();
 }
 
 void Store::FindPrivileged() {
   privileged_.clear();
-  for (const std::string& unique_id : privileged_ids_) {
+  for (const std::string& unique_id : directory_->privileged_ids) {
     if (const std::optional<int32_t> robot = symbols_.RobotOf(unique_id)) {
       privileged_.push_back(*robot);
     }
@@ -147,26 +84,23 @@ void Store::FindPrivileged() {
 
 // --- Tags
 
-const Place* Store::PlaceOf(uint16_t number) const {
-  return number >= 1 && number <= places_.size() && places_[number - 1u] ? &*places_[number - 1u]
-                                                                         : nullptr;
-}
-
 const NamedTag* Store::Find(uint16_t number) const {
   return number >= 1 && number <= tags_.size() ? tags_[number - 1u].get() : nullptr;
 }
 
-std::optional<uint16_t> Store::NumberOf(std::string_view name) const {
-  const auto found = numbers_.find(name);
-  return found != numbers_.end() ? std::optional(found->second) : std::nullopt;
+void Store::TakeOut(const NamedTag& tag) {
+  hash_ -= tag.hash;
+  sums_.slots -= tag.tag.slots().size();
+  sums_.blocks -= used_[tag.number - 1u];
+  sums_.leased -= tag.tag.leased();
+  if (const std::optional<uint64_t> expiry = tag.tag.NextExpiry()) {
+    leases_.erase({*expiry, tag.number});
+  }
 }
 
 NamedTag& Store::Unsettle(uint16_t number) {
   std::shared_ptr<NamedTag>& it = tags_[number - 1u];
-  hash_ -= it->hash;
-  if (const std::optional<uint64_t> expiry = it->tag.NextExpiry()) {
-    leases_.erase({*expiry, number});
-  }
+  TakeOut(*it);
   if (it.use_count() > 1) {
     it = std::make_shared<NamedTag>(*it);
   }
@@ -176,6 +110,11 @@ NamedTag& Store::Unsettle(uint16_t number) {
 void Store::Settle(NamedTag& tag) {
   tag.hash = HashOf(tag);
   hash_ += tag.hash;
+  sums_.slots += tag.tag.slots().size();
+  const size_t used = tag.tag.used();
+  used_[tag.number - 1u] = static_cast<uint8_t>(used);
+  sums_.blocks += used;
+  sums_.leased += tag.tag.leased();
   if (const std::optional<uint64_t> expiry = tag.tag.NextExpiry()) {
     leases_.emplace(*expiry, tag.number);
   }
@@ -225,6 +164,14 @@ void Store::Expire(uint64_t now_ms, size_t most) {
 
 std::optional<uint64_t> Store::NextExpiry() const {
   return leases_.empty() ? std::nullopt : std::optional(leases_.begin()->first);
+}
+
+Figures Store::figures() const {
+  Figures figures = sums_;
+  figures.configured = directory_->configured;
+  figures.unconfigured = directory_->numbers.size() - directory_->configured;
+  figures.definitions = symbols_.rows().size();
+  return figures;
 }
 
 // --- Symbols and authors

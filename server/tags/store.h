@@ -24,6 +24,7 @@
 
 #include "server/base/bytes.h"
 #include "server/base/result.h"
+#include "server/tags/plan.h"
 #include "server/tags/settings.h"
 #include "server/tags/symbols.h"
 #include "server/tags/tag.h"
@@ -31,18 +32,22 @@
 
 namespace pheromone::tags {
 
-struct NamedTag {
-  uint16_t number = 0;  ///< from 1
-  std::string name;
-  Tag tag;
-  uint64_t hash = 0;  ///< of all the above, as the store last had it
-};
-
 /// Since the start. Not part of the state.
 struct Counters {
   uint64_t writes = 0;
   uint64_t dropped = 0;  ///< blocks that others were written over
   uint64_t expired = 0;  ///< blocks whose lease ended
+};
+
+/// How much there is. Counted as it changes: asking takes the same time for any number of tags.
+struct Figures {
+  uint64_t configured = 0;    ///< tags
+  uint64_t unconfigured = 0;  ///< tags that are kept for their blocks
+  uint64_t slots = 0;         ///< of all of them
+  uint64_t blocks = 0;        ///< slots in use
+  uint64_t leased = 0;        ///< of these blocks
+  uint64_t definitions = 0;   ///< rows of the symbol tables
+  bool operator==(const Figures&) const = default;
 };
 
 class FrozenStore;
@@ -54,15 +59,24 @@ class Store {
   Status Check(const Settings& settings) const;
   void Configure(const Settings& settings);
 
+  /// The same in time that depends on the differences alone, by a plan that was made of what Look
+  /// gave (plan.h). Take only what Check accepts; a plan that is not current must be made anew.
+  Survey Look() const { return {directory_, used_}; }
+  bool IsCurrent(const Plan& plan) const;
+  Status Check(const Plan& plan) const;
+  void Take(const Plan& plan);
+
   /// The tags that reach a point, by number.
   std::vector<uint16_t> InRange(int64_t x_um, int64_t y_um) const {
-    return map_.InRange(x_um, y_um);
+    return directory_->map.InRange(x_um, y_um);
   }
   /// Null for a number that no configured tag has.
-  const Place* PlaceOf(uint16_t number) const;
+  const Place* PlaceOf(uint16_t number) const { return directory_->PlaceOf(number); }
   /// Null for a number that no tag has, configured or not.
   const NamedTag* Find(uint16_t number) const;
-  std::optional<uint16_t> NumberOf(std::string_view name) const;
+  std::optional<uint16_t> NumberOf(std::string_view name) const {
+    return directory_->NumberOf(name);
+  }
   /// The largest number in use; 0 if there is none.
   uint16_t last_number() const { return static_cast<uint16_t>(tags_.size()); }
 
@@ -94,6 +108,7 @@ class Store {
   std::optional<uint64_t> NextExpiry() const;
 
   const Counters& counters() const { return counters_; }
+  Figures figures() const;
   /// The sum over tags, rows and authors; 0 if there is none.
   uint64_t hash() const { return hash_ + symbols_.hash(); }
 
@@ -109,23 +124,22 @@ class Store {
   using Author = std::pair<std::string, uint8_t>;  // link and ID
 
   Policy PolicyAt(int64_t utc_s) const { return {.utc_s = utc_s, .privileged = privileged_}; }
-  // The tag, not shared with a copy; its share of hash and leases is taken out until Settle.
+  // The tag, not shared with a copy; its share of hash, sums and leases is taken out until Settle.
   NamedTag& Unsettle(uint16_t number);
   void Settle(NamedTag& tag);
-  void TakePlaces(const Settings& settings);
+  void TakeOut(const NamedTag& tag);
   void FindPrivileged();
 
   std::vector<std::shared_ptr<NamedTag>> tags_;  // by number - 1; null: the number is free
-  std::map<std::string, uint16_t, std::less<>> numbers_;
+  std::vector<uint8_t> used_;                    // slots in use, by number - 1
   SymbolTables symbols_;
   std::map<Author, int32_t> authors_;
   std::set<std::pair<uint64_t, uint16_t>> leases_;  // of each tag with a lease, the first to end
   uint64_t hash_ = 0;
+  Figures sums_;  // of slots, blocks and leases
 
-  // From the configuration.
-  std::vector<std::optional<Place>> places_;  // by number - 1
-  TagMap map_;
-  std::vector<std::string> privileged_ids_;
+  // From the configuration. Shared with copies and with plans.
+  std::shared_ptr<const Directory> directory_ = std::make_shared<const Directory>();
   std::vector<int32_t> privileged_;  // sorted
   Counters counters_;
 };

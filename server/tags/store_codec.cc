@@ -124,20 +124,24 @@ void Store::Save(ByteWriter* writer) const {
 }
 
 void Store::Restore(const Settings& settings, ByteReader* reader) {
+  auto directory = std::make_shared<Directory>();
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     NamedTag it = DecodeTag(reader);
     if (reader->ok() && (it.number <= tags_.size() || it.number > kMaxTags ||
-                         !numbers_.emplace(it.name, it.number).second)) {
+                         !directory->numbers.emplace(it.name, it.number).second)) {
       reader->Fail("tag " + std::to_string(it.number) + " is out of order");
     }
     if (reader->ok()) {
       tags_.resize(it.number);
+      used_.resize(it.number);
+      directory->slots.resize(it.number);
+      directory->slots.back() = static_cast<uint8_t>(it.tag.slots().size());
       tags_.back() = std::make_shared<NamedTag>(std::move(it));
       Settle(*tags_.back());
     }
   }
   for (const TagSettings& it : settings.tags) {
-    const std::optional<uint16_t> number = NumberOf(it.name);
+    const std::optional<uint16_t> number = directory->NumberOf(it.name);
     if (!number || Find(*number)->tag.slots().size() != it.slots) {
       reader->Fail("tag \"" + it.name + "\" is configured, but not in the state with " +
                    std::to_string(it.slots) + " slots");
@@ -166,7 +170,9 @@ void Store::Restore(const Settings& settings, ByteReader* reader) {
       last = robot;
     }
   }
-  TakePlaces(settings);
+  directory->TakePlaces(settings);
+  directory_ = std::move(directory);
+  FindPrivileged();
 }
 
 }  // namespace pheromone::tags

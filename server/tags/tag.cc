@@ -27,6 +27,11 @@ size_t Tag::used() const {
       slots_.begin(), slots_.end(), [](const Slot& slot) { return !slot.block.is_empty(); }));
 }
 
+size_t Tag::leased() const {
+  return static_cast<size_t>(std::count_if(slots_.begin(), slots_.end(),
+                                           [](const Slot& slot) { return slot.is_leased(); }));
+}
+
 bool Tag::IsProtected(const Slot& slot, const Policy& policy) const {
   return slot.is_leased() || policy.IsPrivileged(slot.block.author);
 }

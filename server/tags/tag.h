@@ -87,6 +87,7 @@ class Tag {
   const std::vector<Slot>& slots() const { return slots_; }
   uint16_t generation() const { return generation_; }
   size_t used() const;
+  size_t leased() const;
   /// How many privileged and leased blocks it takes.
   size_t quota() const { return slots_.size() * kProtectedOfEight / 8; }
 

@@ -134,6 +134,23 @@ void AddEngine(const control::StatusView& status, Text* text) {
                 status.engine.commands_unknown);
 }
 
+void AddTags(const tags::Figures& figures, const tags::Counters& counters, Text* text) {
+  text->Gauge("tags", "Virtual RFID tags that are configured.", figures.configured);
+  text->Gauge("tags_unconfigured", "Tags that are no longer configured, kept for their blocks.",
+              figures.unconfigured);
+  text->Gauge("tag_slots", "Slots of all tags.", figures.slots);
+  text->Gauge("tag_blocks", "Slots in use, each by one block.", figures.blocks);
+  text->Gauge("tag_leased_blocks", "Blocks that are erased when their lease ends.", figures.leased);
+  text->Gauge("tag_definitions", "Rows of the symbol tables: robots, strings and mappings.",
+              figures.definitions);
+  text->Counter("tag_blocks_written_total", "Blocks written by robots and operators.",
+                counters.writes);
+  text->Counter("tag_blocks_dropped_total", "Blocks that others were written over.",
+                counters.dropped);
+  text->Counter("tag_leases_expired_total", "Blocks erased because their lease ended.",
+                counters.expired);
+}
+
 // Each bucket includes the previous ones.
 void AddLatency(const engine::LatencyCounts& counts, Text* text) {
   text->Family("batch_seconds", "histogram",
@@ -226,6 +243,7 @@ std::string Metrics(const control::Control& control) {
   Text text;
   AddProcess(status, &text);
   AddEngine(status, &text);
+  AddTags(status.tags, status.tag_counters, &text);
   AddLatency(status.latency, &text);
   AddCapture(status.capture, &text);
   AddLinks(control.GetLinks(), &text);

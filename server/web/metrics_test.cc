@@ -90,6 +90,11 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   control.status.capture.bytes = 5'000'000'000;
   control.status.capture.lost = 2;
 
+  control.status.service.errors[static_cast<size_t>(protocol::Reason::kTagFull)] = 8;
+  control.status.requests_by_opcode[protocol::kScan] = 11;
+  control.status.tags = {20'000, 3, 160'024, 70'000, 12, 65'536};
+  control.status.tag_counters = {90'000, 20'000, 4};
+
   const Exposition read = Parse(Metrics(control));
   const auto value = [&](const std::string& key) {
     const auto found = read.samples.find("pheromone_" + key);
@@ -110,6 +115,17 @@ TEST(MetricsTest, EverySampleStandsInAFamilyWithHelpAndType) {
   EXPECT_EQ(value("requests_total{request=\"hello\"}"), "1");
   EXPECT_EQ(value("requests_total{request=\"unknown\"}"), "9");
   EXPECT_EQ(value("errors_total{reason=\"map full\"}"), "6");
+  EXPECT_EQ(value("errors_total{reason=\"tag full\"}"), "8");
+  EXPECT_EQ(value("requests_total{request=\"scan\"}"), "11");
+  EXPECT_EQ(value("tags"), "20000");
+  EXPECT_EQ(value("tags_unconfigured"), "3");
+  EXPECT_EQ(value("tag_slots"), "160024");
+  EXPECT_EQ(value("tag_blocks"), "70000");
+  EXPECT_EQ(value("tag_leased_blocks"), "12");
+  EXPECT_EQ(value("tag_definitions"), "65536");
+  EXPECT_EQ(value("tag_blocks_written_total"), "90000");
+  EXPECT_EQ(value("tag_blocks_dropped_total"), "20000");
+  EXPECT_EQ(value("tag_leases_expired_total"), "4");
   EXPECT_EQ(value("robot_requests_total{link=\"radio-a\",id=\"7\"}"), "12");
   EXPECT_EQ(value("robot_silent_seconds{link=\"radio-a\",id=\"7\"}"), "1.5");
   EXPECT_EQ(value("capture_recording"), "1");
