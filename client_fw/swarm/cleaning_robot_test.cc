@@ -83,6 +83,16 @@ TEST(CleaningRobotTest, TwoRobotsShareARowAndNeverMeet) {
   EXPECT_EQ(watched.begun.size(), 5u);
 }
 
+// From 1 m/s a robot needs more than a metre to stop: without braking on the way it circled round
+// the tag for ever.
+TEST(CleaningRobotTest, AFastRobotStopsAtTheTag) {
+  SimulationConfig config = Row(3, 1);
+  config.robots[0].client.speed_mm_s = 1000;
+  Simulation simulation(config);
+  Watch(&simulation, 120'000);
+  EXPECT_GE(simulation.robot().cleaner()->cleaned(), 6u);
+}
+
 // Eight robots on a channel that is full: each has a turn in every round, too short for a claim.
 TEST(CleaningRobotTest, OnAFullChannelClaimsGetThroughToo) {
   SimulationConfig config = Row(8, 8);
