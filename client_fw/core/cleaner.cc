@@ -21,6 +21,7 @@ constexpr uint16_t kClaimEndsEarlyMs = 500;  // than the lease, by our clock
 constexpr uint16_t kShortestPauseMs = 200;
 constexpr uint8_t kPauseStepMs = 4;  // times up to 150 more
 constexpr uint32_t kMovingPatienceMs = 60000;
+constexpr uint16_t kBrakingMmS2 = 250;  // a Pioneer as delivered brakes by 300
 
 // The strings of this robot, by their place: the namespace, and the two predicates.
 const char* StringOf(uint8_t place) {
@@ -60,6 +61,19 @@ int16_t Limited(int32_t mm) {
 
 uint16_t Absolute(int16_t mm) {
   return static_cast<uint16_t>(mm < 0 ? -mm : mm);
+}
+
+// The speed from which a robot can still stop within a distance: v^2 = 2 a s.
+int16_t SpeedToStopIn(uint16_t distance_mm) {
+  const uint32_t square = uint32_t{2} * kBrakingMmS2 * distance_mm;
+  uint16_t speed = 0;
+  for (uint16_t bit = 4096; bit != 0; bit = static_cast<uint16_t>(bit >> 1)) {
+    const uint16_t more = static_cast<uint16_t>(speed | bit);
+    if (uint32_t{more} * more <= square) {
+      speed = more;
+    }
+  }
+  return static_cast<int16_t>(speed);
 }
 
 bool IsWhole(uint8_t predicate, uint8_t matched) {
@@ -550,16 +564,19 @@ void Cleaner::Choose() {
   Go(stays ? Phase::kClaiming : Phase::kMoving);
 }
 
-// Until it is in the middle of the zone, where it looks again.
+// Until it is in the middle of the zone, where it looks again. It brakes on the way: from full
+// speed it would roll out beyond, and have to turn back, or circle round the tag for ever.
 void Cleaner::Move(const Conversation& conversation) {
   const Zone& zone = zones_[moving_to_];
   if (IsAt(zone) || now_ms_ - since_ms_ > kMovingPatienceMs) {
     Go(Phase::kLooking);
     return;
   }
-  wheels_ = SteerTo(FromHere(zone.dx_mm, looked_from_.x_mm, pose_.x_mm),
-                    FromHere(zone.dy_mm, looked_from_.y_mm, pose_.y_mm), pose_.heading,
-                    conversation.parameters().speed_mm_s);
+  const int16_t dx_mm = FromHere(zone.dx_mm, looked_from_.x_mm, pose_.x_mm);
+  const int16_t dy_mm = FromHere(zone.dy_mm, looked_from_.y_mm, pose_.y_mm);
+  const int16_t brakes = SpeedToStopIn(DistanceMm(dx_mm, dy_mm));
+  const int16_t speed = conversation.parameters().speed_mm_s;
+  wheels_ = SteerTo(dx_mm, dy_mm, pose_.heading, speed < brakes ? speed : brakes);
 }
 
 void Cleaner::Claim(Conversation* conversation) {

@@ -177,14 +177,22 @@ void Conversation::TakeTurn(const Odometry* odometry) {
   if (phase_ == Phase::kAwaiting) {
     return;  // an answer to what we sent in an opening
   }
-  event_turn_ = kHasTags && event_turn_ && HasTagRequest() && tag_bytes_ <= turn_bytes_;
-  Begin(odometry);
-  if (IsTag(asked_opcode_) && tx_size_ > turn_bytes_) {
-    tag_bytes_ = tx_size_;  // in an opening
-    event_turn_ = false;
-    Begin(odometry);
+  event_turn_ = kHasTags && event_turn_ && HasTagRequest();
+  if (event_turn_ && tag_bytes_ > turn_bytes_) {
+    event_turn_ = false;  // intensities this time
+    tag_bytes_ = 0;
   }
+  Begin(odometry);
   if (phase_ != Phase::kAwaiting) {
+    return;
+  }
+  if (kHasTags && IsTag(asked_opcode_) && tx_size_ > turn_bytes_) {
+    // It leaves this turn out. Who awaits the answer to a turn cannot use the opening after it, and
+    // on a full channel a robot has a turn in every round. A turn that is left out also makes the
+    // server grant longer ones.
+    tag_bytes_ = tx_size_;
+    tx_size_ = 0;
+    Contend();
     return;
   }
   event_turn_ = false;

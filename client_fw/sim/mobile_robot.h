@@ -41,7 +41,7 @@ class MobileRobot : public Station {
   virtual uint8_t flags() const { return 0; }
   /// Its load is held; a cleaning robot's brush is on.
   virtual bool HoldsLoad() const { return false; }
-  /// Null if it does not clean, or what it does cannot be read.
+  /// Null if it does not clean, is switched off, or what it does cannot be read.
   virtual const client::Cleaner* cleaner() const { return nullptr; }
   /// How often it has run into an obstacle.
   virtual uint32_t bumps() const { return 0; }

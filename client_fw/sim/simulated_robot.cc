@@ -20,6 +20,7 @@ client::Parameters ParametersFor(client::Parameters parameters, const PlanePose&
 SimulatedRobot::SimulatedRobot(const SimulatedRobotConfig& config, RadioMedium* medium)
     : medium_(medium),
       power_on_ns_(config.power_on_ms * 1'000'000),
+      power_off_ms_(config.power_off_ms),
       drive_(config.drive, config.start),
       robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_,
              SimulatedTask(config.cleaner, config.client)),

@@ -31,6 +31,7 @@ struct SimulatedRobotConfig {
   DriveConfig drive;
   PlanePose start;
   int64_t power_on_ms = 0;               ///< until then it neither hears nor does anything
+  int64_t power_off_ms = INT64_MAX;      ///< from then on: where it is, it stays
   std::optional<int64_t> turnaround_ns;  ///< of its modem, if not the medium's
   std::optional<client::CleanerParameters> cleaner = {};  ///< it cleans, and follows nothing
 };
@@ -54,18 +55,23 @@ class SimulatedRobot final : public MobileRobot {
   int16_t p_right() const override { return conversation().p_right(); }
   uint8_t flags() const override { return conversation().flags(); }
   uint32_t bumps() const override { return bumps_.count(); }
-  bool HoldsLoad() const override { return board_.load(); }
-  const client::Cleaner* cleaner() const override { return robot_.task().cleaner(); }
+  bool HoldsLoad() const override { return powered() && board_.load(); }
+  const client::Cleaner* cleaner() const override {
+    return powered() ? robot_.task().cleaner() : nullptr;
+  }
 
   const DifferentialDrive& drive() const { return drive_; }
   /// The rest of what the client knows, such as the server's HELLO.
   const client::Conversation& conversation() const { return robot_.conversation(); }
 
  private:
-  bool powered() const { return medium_->now_ns() >= power_on_ns_; }
+  bool powered() const {
+    return medium_->now_ns() >= power_on_ns_ && medium_->now_ns() / 1'000'000 < power_off_ms_;
+  }
 
   RadioMedium* medium_;
   int64_t power_on_ns_;
+  int64_t power_off_ms_;
   client::HostBoard board_;
   DifferentialDrive drive_;
   BumpCounter bumps_;

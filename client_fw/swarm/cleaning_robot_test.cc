@@ -83,6 +83,30 @@ TEST(CleaningRobotTest, TwoRobotsShareARowAndNeverMeet) {
   EXPECT_EQ(watched.begun.size(), 5u);
 }
 
+// From 1 m/s a robot needs more than a metre to stop: without braking on the way it circled round
+// the tag for ever.
+TEST(CleaningRobotTest, AFastRobotStopsAtTheTag) {
+  SimulationConfig config = Row(3, 1);
+  config.robots[0].client.speed_mm_s = 1000;
+  Simulation simulation(config);
+  Watch(&simulation, 120'000);
+  EXPECT_GE(simulation.robot().cleaner()->cleaned(), 6u);
+}
+
+// Eight robots on a channel that is full: each has a turn in every round, too short for a claim.
+TEST(CleaningRobotTest, OnAFullChannelClaimsGetThroughToo) {
+  SimulationConfig config = Row(8, 8);
+  config.engine.links = {{"radio-a", 2, 20}};
+  Simulation simulation(config);
+  const Watched watched = Watch(&simulation, 60'000);
+  EXPECT_EQ(watched.together_ms, 0);
+  uint32_t cleaned = 0;
+  for (size_t i = 0; i < 8; ++i) {
+    cleaned += simulation.robot(i).cleaner()->cleaned();
+  }
+  EXPECT_GE(cleaned, 4u);
+}
+
 TEST(CleaningRobotTest, OnALossyChannelTwoRobotsClaimOneZoneInTurn) {
   SimulationConfig config = Row(1, 2);
   config.radio.block_loss = 0.1;

@@ -7,6 +7,7 @@
 
 #include "client_fw/swarm/bridge_command.h"
 #include "client_fw/swarm/channel_command.h"
+#include "client_fw/swarm/cleaning_command.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/detour_command.h"
 #include "client_fw/swarm/laws_command.h"
@@ -37,6 +38,7 @@ int Main(int argc, char** argv) {
   AddSweepCommand(&app, &status);
   AddChannelCommand(&app, &status);
   AddBridgeCommand(&app, &status);
+  AddCleaningCommand(&app, &status);
   AddRunCommand(&app, &status);
   AddLiveCommand(&app, &status);
   AddPioneerCommand(&app, &status);

@@ -20,7 +20,8 @@
 namespace pheromone::swarm {
 
 /// The client's parameters, its drive with the obstacles, start, and modem are those of any
-/// SimulatedRobot. `power_on_ms` and the odometry errors of `drive` are for ideal drives only.
+/// SimulatedRobot. `power_on_ms`, `power_off_ms` and the odometry errors of `drive` are for ideal
+/// drives only.
 struct RobotConfig : sim::SimulatedRobotConfig {
   const sim::PioneerModel* pioneer = nullptr;  ///< null: an ideal differential drive
   std::string image = {};                      ///< of an AVR, which needs a Pioneer; empty: none

@@ -1,0 +1,81 @@
+// The floor of the cleaning swarm: a grid of square zones, the soil on them, and who cleaned when.
+//
+//   const CleaningGrid grid{.columns = 4, .rows = 3};
+//   grid.RatePercent(4);                                  // 10: the paper's zone 5
+//   const std::vector<SoilStep> soil = SoilOf(grid, rule, 4, cleanings, end_ms);
+//   WorstGap(4, cleanings, end_ms).ms;                    // the longest without a cleaning
+//
+// After Tammet, Vain and Kuusik 2006, section 4, whose zones 5 to 8 and 11 of twelve soil twice as
+// fast as the others. Zones are numbered from 0, column by column, each from its bottom upwards:
+// the paper's numbers less 1.
+//
+// Pure; any thread.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace pheromone::swarm {
+
+struct CleaningGrid {
+  int columns = 4;
+  int rows = 3;
+  double zone_m = 1;  ///< the side of a zone
+
+  int zones() const { return columns * rows; }
+  /// The middle of a zone, from the grid's lower left corner.
+  double CentreX(int zone) const { return (zone / rows + 0.5) * zone_m; }
+  double CentreY(int zone) const { return (zone % rows + 0.5) * zone_m; }
+  /// The zone that a point is in; beyond the edge, the nearest.
+  int ZoneAt(double x_m, double y_m) const;
+  /// What a zone soils in each step: 10 in the paper's zones 5 to 8 and 11, else 5. The pattern of
+  /// 4 x 3 zones is repeated over larger grids, so that they soil as fast on average.
+  int RatePercent(int zone) const;
+};
+
+/// A robot in a zone, from its claim on.
+struct Cleaning {
+  int zone = 0;
+  int robot = 0;  ///< counted from 0
+  int64_t begin_ms = 0;
+  int64_t end_ms = 0;
+  bool is_done = false;  ///< to the end, so that the zone is clean
+};
+
+/// How zones soil: by their rate every 15 units of time, up to 100 %.
+struct SoilRule {
+  static constexpr int kStepUnits = 15;
+
+  double start_percent = 20;  ///< of all zones
+  int64_t unit_ms = 3000;
+  double threshold_percent = 51;  ///< to stay below: the paper's TR
+
+  int64_t step_ms() const { return kStepUnits * unit_ms; }
+};
+
+/// From `time_ms` on, until the next.
+struct SoilStep {
+  int64_t time_ms = 0;
+  double percent = 0;
+};
+
+/// The soil of one zone from 0 to `end_ms`. While a zone is being cleaned its level stays as it was
+/// (the paper has anything from 0 to that), then it is 0. `cleanings` of all zones, by their begin.
+std::vector<SoilStep> SoilOf(const CleaningGrid& grid, const SoilRule& rule, int zone,
+                             const std::vector<Cleaning>& cleanings, int64_t end_ms);
+
+/// The highest of a zone's levels.
+double HighestPercent(const std::vector<SoilStep>& soil);
+
+/// The longest time in which nobody cleaned a zone: from the end of a cleaning until the next
+/// begins, from the start until the first, and from the last until the end of the run.
+struct CleaningGap {
+  int64_t ms = 0;
+  bool is_between = false;  ///< two cleanings; else it begins or ends with the run
+};
+CleaningGap WorstGap(int zone, const std::vector<Cleaning>& cleanings, int64_t end_ms);
+
+/// For how long two robots cleaned one zone, over all pairs of them, in ms; never, that is.
+int64_t TogetherMs(const std::vector<Cleaning>& cleanings);
+
+}  // namespace pheromone::swarm
