@@ -101,6 +101,13 @@ class CleaningGraph {
           return gaps;
         }
       }
+      // One that is not cleaned even once has no gap, but is forgotten too.
+      for (uint32_t start = 0; start < starts_count_ && cycle->empty(); ++start) {
+        LongestAfter(start, zone, cycle);
+      }
+      if (!cycle->empty()) {
+        return gaps;
+      }
     }
     for (size_t zone = 0; zone < world_->zones(); ++zone) {  // those of zones that are like it
       for (const ZoneMap& map : keys_.maps()) {

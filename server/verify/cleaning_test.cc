@@ -129,9 +129,17 @@ TEST(Fault, ASignThatMayBeDroppedLetsASecondRobotIn) {
 }
 
 TEST(Fault, ALeaseShorterThanCleaningLetsASecondRobotIn) {
-  const CleaningResult result = Told(ProveCleaning({.columns = 3, .rows = 2, .lease = 4}));
+  const CleaningResult result =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .clean_min = 2, .clean_max = 7, .lease = 4}));
   EXPECT_EQ(result.verdict, Verdict::kRefuted);
   EXPECT_EQ(result.wrong.substr(0, 10), "two robots");
+}
+
+// What is cleaned is never stamped, so that robots stay where they are.
+TEST(Fault, ALeaseThatIsAlwaysShorterCleansTheSameZonesForEver) {
+  const CleaningResult result = Told(ProveCleaning({.columns = 3, .rows = 2, .lease = 4}));
+  EXPECT_EQ(result.verdict, Verdict::kRefuted);
+  EXPECT_EQ(result.wrong, "a zone need not be cleaned again");
 }
 
 }  // namespace

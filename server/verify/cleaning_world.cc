@@ -188,17 +188,20 @@ void CleaningWorld::Finish(CleaningState state, size_t robot) {
   const uint8_t newest = *std::max_element(state.rank.begin(), state.rank.end());
   tag_.Set(ContentOf(state, zone));
   const uint16_t before = tag_.generation();
-  tag_.Stamp(robot, newest + (state.is_newest_now ? 0 : 1) + StampOfRankZero());
+  const bool is_stamped =
+      tag_.Stamp(robot, newest + (state.is_newest_now ? 0 : 1) + StampOfRankZero());
   SetContent(&state, zone, tag_.Get());
   for (Cleaner& other : state.cleaners) {
     if (other.phase == CleanerPhase::kClaiming && other.zone == zone) {
       other.is_stale = other.is_stale || tag_.generation() != before;
     }
   }
-  state.level[zone] = 0;
-  state.is_newest_now = true;
+  if (is_stamped) {
+    state.level[zone] = 0;
+    state.is_newest_now = true;
+  }
   state.cleaners[robot] = {.phase = CleanerPhase::kDeciding, .zone = static_cast<uint8_t>(zone)};
-  Visit(CleaningAction::kFinishes, robot, zone, state);
+  Visit(is_stamped ? CleaningAction::kFinishes : CleaningAction::kIsRefused, robot, zone, state);
 }
 
 // The robot is gone; it has no sign.
