@@ -177,22 +177,25 @@ void Conversation::TakeTurn(const Odometry* odometry) {
   if (phase_ == Phase::kAwaiting) {
     return;  // an answer to what we sent in an opening
   }
-  event_turn_ = kHasTags && event_turn_ && HasTagRequest();
-  if (event_turn_ && tag_bytes_ > turn_bytes_) {
-    event_turn_ = false;  // intensities this time
-    tag_bytes_ = 0;
-  }
+  const bool may_leave_out = timers_[kOpen] != 0 && !left_out_;
+  left_out_ = false;
+  event_turn_ =
+      kHasTags && event_turn_ && HasTagRequest() && (tag_bytes_ <= turn_bytes_ || may_leave_out);
   Begin(odometry);
-  if (phase_ != Phase::kAwaiting) {
-    return;
-  }
   if (kHasTags && IsTag(asked_opcode_) && tx_size_ > turn_bytes_) {
-    // It leaves this turn out. Who awaits the answer to a turn cannot use the opening after it, and
-    // on a full channel a robot has a turn in every round. A turn that is left out also makes the
-    // server grant longer ones.
     tag_bytes_ = tx_size_;
-    tx_size_ = 0;
-    Contend();
+    event_turn_ = may_leave_out;
+    if (may_leave_out) {
+      // For the opening: who takes a turn awaits the answer until that is over, and on a full
+      // channel a robot has a turn in every round. Never twice in succession.
+      left_out_ = true;
+      tx_size_ = 0;
+      Contend();
+      return;
+    }
+    Begin(odometry);
+  }
+  if (phase_ != Phase::kAwaiting) {
     return;
   }
   event_turn_ = false;

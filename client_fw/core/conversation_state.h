@@ -87,6 +87,7 @@ class ConversationState {
   uint8_t turns_;          // ours in this round that are still to come
   bool in_turn_;           // kAwaiting: the answer comes with the next ROUND
   bool too_long_;          // the request does not fit a turn: contend for the channel
+  bool left_out_;          // the last turn, to contend in the opening after it
   bool in_rounds_;         // turns were granted to us since the last HELLO
   uint8_t round_;          // number of the last ROUND heard
   uint8_t before_us_;      // ID of the robot whose turn precedes ours; 0: the server

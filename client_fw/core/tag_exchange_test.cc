@@ -380,24 +380,20 @@ TEST_F(TagTurnTest, EverySecondTurnIsForTags) {
   EXPECT_EQ((std::vector<bool>{false, true, false, true, false, true, false, true}), tags);
 }
 
-// Without an opening, and with a turn in every round, as on a full channel.
-TEST_F(TagTurnTest, WhatIsTooLongForATurnLeavesOutEverySecond) {
+TEST_F(TagTurnTest, WhatIsTooLongForATurnWaitsForAnOpeningAndDoesNotTakeTheTurn) {
   harness_.Greet();
   Grant({}, 24);
   Ask(Claim());
   for (int i = 0; i < 5; ++i) {
-    ASSERT_TRUE(harness_.RunUntilSent(100)) << i;
+    ASSERT_TRUE(harness_.RunUntilSent(100));
     EXPECT_EQ(protocol::kSense, protocol::ServiceOf(harness_.sent.opcode));
     harness_.Run(50);
     Grant({{100, 100}}, 24);
-    EXPECT_FALSE(harness_.RunUntilSent(100)) << i;
-    Grant({{protocol::kNoIntensities, 0}}, 24);
   }
-  // A turn that is long enough is taken.
   ASSERT_TRUE(harness_.RunUntilSent(100));
   harness_.Run(50);
-  Grant({{100, 100}}, 100);
-  ASSERT_TRUE(harness_.RunUntilSent(100));
+  Grant({{100, 100}}, 24, 0, 8);
+  ASSERT_TRUE(harness_.RunUntilSent(200));
   EXPECT_EQ(protocol::kTagWrite, harness_.sent.opcode);
 }
 
@@ -407,12 +403,16 @@ TEST_F(TagTurnTest, WhatIsTooLongForATurnIsSentInTheOpeningAfterATurnLeftOut) {
   harness_.Greet();
   Grant({}, 24, 1, 8);
   Ask(Claim());
-  ASSERT_TRUE(harness_.RunUntilSent(100));
-  EXPECT_EQ(protocol::kSense, protocol::ServiceOf(harness_.sent.opcode));
-  harness_.Run(50);
-  Grant({{100, 100}}, 24, 1, 8);
-  ASSERT_TRUE(harness_.RunUntilSent(300));
-  EXPECT_EQ(protocol::kTagWrite, harness_.sent.opcode);
+  for (int i = 0; i < 4; ++i) {  // nobody answers; every second turn is for intensities
+    ASSERT_TRUE(harness_.RunUntilSent(100)) << i;
+    EXPECT_EQ(protocol::kSense, protocol::ServiceOf(harness_.sent.opcode));
+    harness_.Run(50);
+    Grant({{100, 100}}, 24, 1, 8);
+    ASSERT_TRUE(harness_.RunUntilSent(300)) << i;
+    EXPECT_EQ(protocol::kTagWrite, harness_.sent.opcode);
+    harness_.Run(200);
+    Grant({{protocol::kNoIntensities, 0}}, 24, 1, 8);
+  }
 }
 
 }  // namespace

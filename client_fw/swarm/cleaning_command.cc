@@ -102,6 +102,12 @@ int RunOnce(const CleaningOptions& options) {
 int RunSweepOfSizes(const CleaningOptions& options) {
   const bool progress = isatty(STDERR_FILENO) != 0;
   const std::vector<CleaningExperiment> sizes = CleaningSizes(ExperimentOf(options));
+  for (const CleaningExperiment& size : sizes) {
+    const std::string wrong = WhatIsWrong(size);
+    if (!wrong.empty()) {
+      return Fail(wrong, kWrongInput);
+    }
+  }
   std::vector<CleaningSeries> all;
   fmt::print("{}", ToTableHead());
   int status = 0;

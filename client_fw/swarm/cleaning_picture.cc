@@ -188,6 +188,7 @@ std::string DrawFloor(const CleaningExperiment& experiment, const CleaningRun& r
     least_ms = std::min(least_ms, gaps.back().ms);
     most_ms = std::max(most_ms, gaps.back().ms);
   }
+  least_ms = std::min(least_ms, most_ms * 3 / 4);  // zones that are nearly alike look it
   for (const Cleaning& cleaning : run.cleanings) {
     counts[static_cast<size_t>(cleaning.zone)] += cleaning.is_done ? 1 : 0;
   }
