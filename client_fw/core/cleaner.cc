@@ -568,13 +568,14 @@ void Cleaner::Choose() {
 // speed it would roll out beyond, and have to turn back, or circle round the tag for ever.
 void Cleaner::Move(const Conversation& conversation) {
   const Zone& zone = zones_[moving_to_];
-  if (IsAt(zone) || now_ms_ - since_ms_ > kMovingPatienceMs) {
+  const int16_t dx_mm = FromHere(zone.dx_mm, looked_from_.x_mm, pose_.x_mm);
+  const int16_t dy_mm = FromHere(zone.dy_mm, looked_from_.y_mm, pose_.y_mm);
+  const uint16_t left_mm = DistanceMm(dx_mm, dy_mm);
+  if (left_mm <= parameters_.arrived_mm || now_ms_ - since_ms_ > kMovingPatienceMs) {
     Go(Phase::kLooking);
     return;
   }
-  const int16_t dx_mm = FromHere(zone.dx_mm, looked_from_.x_mm, pose_.x_mm);
-  const int16_t dy_mm = FromHere(zone.dy_mm, looked_from_.y_mm, pose_.y_mm);
-  const int16_t brakes = SpeedToStopIn(DistanceMm(dx_mm, dy_mm));
+  const int16_t brakes = SpeedToStopIn(left_mm);
   const int16_t speed = conversation.parameters().speed_mm_s;
   wheels_ = SteerTo(dx_mm, dy_mm, pose_.heading, speed < brakes ? speed : brakes);
 }

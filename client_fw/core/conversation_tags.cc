@@ -1,8 +1,8 @@
 // Requests of TAG, beside those for intensities; see conversation.cc. They follow the intensities
 // of a period, as EVENTs do, and a robot is never without intensities because of them: until the
-// next period begins there are as many as fit, and in rounds every second turn, or the opening after
-// a turn left out. One that changes a tag is repeated byte for byte, as a TRACE is, but again after
-// the intensities.
+// next period begins there are as many as fit, and in rounds every second turn, or the opening
+// after a turn left out. One that changes a tag is repeated byte for byte, as a TRACE is, but again
+// after the intensities.
 #include "client_fw/core/conversation.h"
 #include "client_fw/core/outlined.h"
 #include "protocol/tag_messages.h"
