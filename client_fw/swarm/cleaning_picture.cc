@@ -32,11 +32,10 @@ std::string Heat(double share) {
                      part(0.9 - 2.2 * at));
 }
 
-// From white to orange, 0 to 1: behind text.
+// From white to grey, 0 to 1: behind text and tracks.
 std::string Tint(double share) {
-  const double at = std::clamp(share, 0.0, 1.0);
-  return fmt::format("#ff{:02x}{:02x}", static_cast<int>(std::lround(255 - 72 * at)),
-                     static_cast<int>(std::lround(255 - 155 * at)));
+  const auto level = static_cast<int>(std::lround(255 - 40 * std::clamp(share, 0.0, 1.0)));
+  return fmt::format("#{0:02x}{0:02x}{0:02x}", level);
 }
 
 // Time along a picture, with ticks below it.
