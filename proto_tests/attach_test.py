@@ -7,7 +7,7 @@ pseudo-terminals it is killed while it drives, and started again. Every run ends
 stands and a session that is closed. What is asserted about time is that all this happens at all; how
 fast the robot stands is tested in virtual time (attached_robot_test).
 
-Usage: attach_test.py BIN_DIR
+Usage: attach_test.py BIN_DIR [tcp|others]
 """
 
 import contextlib
@@ -448,11 +448,12 @@ def says_that_a_robot_that_was_never_there_was_not_stopped(bin_dir, folder):
 
 def main():
     bin_dir = pathlib.Path(os.path.abspath(sys.argv[1]))
-    for test in (says_what_is_wrong_with_the_command_line,
-                 says_that_a_robot_that_was_never_there_was_not_stopped, drives_over_udp,
-                 does_what_the_readme_says,
-                 drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed,
-                 follows_a_path_over_tcp_and_goes_on_after_every_cut):
+    tests = {"others": (says_what_is_wrong_with_the_command_line,
+                        says_that_a_robot_that_was_never_there_was_not_stopped, drives_over_udp,
+                        does_what_the_readme_says,
+                        drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed),
+             "tcp": (follows_a_path_over_tcp_and_goes_on_after_every_cut,)}
+    for test in tests[sys.argv[2]] if len(sys.argv) > 2 else tests["others"] + tests["tcp"]:
         print(f"--- {test.__name__}", flush=True)
         with tempfile.TemporaryDirectory() as folder:
             test(bin_dir, pathlib.Path(folder))

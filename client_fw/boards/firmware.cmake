@@ -86,5 +86,18 @@ function(pheromone_firmware name)
     DEPENDS ${objects} ${arg_LINK_DEPENDS}
     COMMENT "Linking ${name}.elf"
     VERBATIM)
-  add_custom_target(${name} ALL DEPENDS ${elf} ${hex})
+  # No sanitizer of the host sees what is in them: there, only those are built that a test asks for.
+  if(PHEROMONE_SANITIZE)
+    add_custom_target(${name} DEPENDS ${elf} ${hex})
+  else()
+    add_custom_target(${name} ALL DEPENDS ${elf} ${hex})
+  endif()
+endfunction()
+
+# pheromone_runs_image(test image...): for tests labelled "conformance" or "elsewhere", which no
+# sanitizer watches.
+function(pheromone_runs_image test)
+  if(NOT PHEROMONE_SANITIZE)
+    add_dependencies(${test} ${ARGN})
+  endif()
 endfunction()

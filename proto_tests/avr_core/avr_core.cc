@@ -22,7 +22,7 @@ sim::AvrMachineConfig ConfigOf(const std::string& image) {
 AvrCore::AvrCore(const std::string& image) : machine_(ConfigOf(image)) {
   machine_.OnSent(sim::AvrMachine::kRadio,
                   [this](uint8_t byte, int64_t /*time_ns*/) { received_.push_back(byte); });
-  machine_.RunTo(kPollNs * 40);  // until it listens
+  machine_.RunTo(kPollNs * 200);  // until it listens
 }
 
 std::vector<uint8_t> AvrCore::Run(const std::vector<uint8_t>& request) {
