@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -19,19 +18,16 @@
 #include <tuple>
 #include <vector>
 
+#include "server/base/testing/temporary_folder.h"
 #include "server/verify/cleaning_check.h"
 #include "server/verify/cleaning_world.h"
 
 namespace pheromone::verify {
 namespace {
 
-namespace fs = std::filesystem;
-
 // What Spin's verifier prints.
-std::string Spin(const std::string& name, const std::string& defines) {
-  const fs::path folder = fs::temp_directory_path() / ("spin_test_" + name);
-  fs::remove_all(folder);
-  fs::create_directories(folder);
+std::string Spin(const std::string& defines) {
+  const TemporaryFolder folder;
   const std::string command = "cd " + folder.string() + " && spin " + defines +
                               " -a " PHEROMONE_SOURCE_DIR
                               "/proto_tests/cleaning/cleaning.pml >spin.txt 2>&1 && cc -w -O0 "
@@ -39,7 +35,6 @@ std::string Spin(const std::string& name, const std::string& defines) {
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
   std::ifstream file(folder / "out.txt");
   std::string out((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  fs::remove_all(folder);
   return out;
 }
 
@@ -54,8 +49,8 @@ void ExpectTheVerdict(int time, int horizon, Verdict expected) {
   const CleaningLimits limits{.clean_min = time, .clean_max = time};
   EXPECT_EQ(CheckLevels(limits, {{5, 6}}, 20, 51, horizon).verdict, expected);
   const std::string out =
-      Spin("bounded", "-DCOLUMNS=4 -DROWS=3 -DSTART_A=5 -DSTART_B=6 -DSOIL=4 -DD=" +
-                          std::to_string(time) + " -DHORIZON=" + std::to_string(horizon));
+      Spin("-DCOLUMNS=4 -DROWS=3 -DSTART_A=5 -DSTART_B=6 -DSOIL=4 -DD=" + std::to_string(time) +
+           " -DHORIZON=" + std::to_string(horizon));
   EXPECT_EQ(HasErrors(out), expected == Verdict::kRefuted) << out;
 }
 
@@ -66,8 +61,8 @@ TEST(Spin, AgreesWithTheVerdicts) {
 
 TEST(Spin, AgreesThatClaimsNeedACondition) {
   const std::string small = "-DCOLUMNS=2 -DROWS=2 -DD=5 -DHORIZON=60";
-  EXPECT_FALSE(HasErrors(Spin("claims", small)));
-  EXPECT_TRUE(HasErrors(Spin("claims", small + " -DUNCONDITIONAL")));
+  EXPECT_FALSE(HasErrors(Spin(small)));
+  EXPECT_TRUE(HasErrors(Spin(small + " -DUNCONDITIONAL")));
   EXPECT_EQ(ProveCleaning({.columns = 2, .rows = 2, .claims_unconditionally = true}).verdict,
             Verdict::kRefuted);
 }
@@ -104,7 +99,7 @@ std::string Canonical(std::vector<Robot> robots, const std::vector<int>& stamps,
 }
 
 std::set<std::string> StatesBySpin(size_t zones, const std::string& defines) {
-  std::istringstream out(Spin("states", defines + " -DREPORT"));
+  std::istringstream out(Spin(defines + " -DREPORT"));
   std::set<std::string> states;
   std::string line;
   while (std::getline(out, line)) {
