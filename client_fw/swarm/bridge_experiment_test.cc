@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client_fw/swarm/bridge_picture.h"
+#include "server/base/testing/count.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -33,14 +34,6 @@ double ShareWithLaid(uint16_t on_short, uint16_t on_long) {
   }
   EXPECT_GT(all, 500);
   return static_cast<double>(took_short) / all;
-}
-
-int CountOf(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
-    ++found;
-  }
-  return found;
 }
 
 TEST(Bridge, WithoutATrailBothBranchesAreChosenAlikeAndTimeIsSpentByLength) {
@@ -171,16 +164,16 @@ TEST(BridgeTables, TablesAndPicturesHaveAPartForEachSeries) {
     experiment.name = name;
     all.push_back(RunBridges(experiment, 2));
   }
-  EXPECT_EQ(CountOf(ToTable(all), "\n"), 1 + 2);
-  EXPECT_EQ(CountOf(ToCsv(all), "\n"), 1 + 2);
-  EXPECT_EQ(CountOf(RunsToCsv(all), "\n"), 1 + 4);
-  EXPECT_EQ(CountOf(SharesToCsv(all), "\n"), 1 + 4);
-  EXPECT_EQ(CountOf(DrawShares(all), "<polyline"), 2 * (2 + 1));  // each swarm, and the mean
-  EXPECT_EQ(CountOf(DrawOutcomes(all), "<circle"), 4);
-  EXPECT_GT(CountOf(DrawChoices(all[0]), "<circle"), 0);
+  EXPECT_EQ(CountOf(ToTable(all), "\n"), 3u);
+  EXPECT_EQ(CountOf(ToCsv(all), "\n"), 3u);
+  EXPECT_EQ(CountOf(RunsToCsv(all), "\n"), 5u);
+  EXPECT_EQ(CountOf(SharesToCsv(all), "\n"), 5u);
+  EXPECT_EQ(CountOf(DrawShares(all), "<polyline"), 2u * (2 + 1));  // each swarm, and the mean
+  EXPECT_EQ(CountOf(DrawOutcomes(all), "<circle"), 4u);
+  EXPECT_GT(CountOf(DrawChoices(all[0]), "<circle"), 0u);
   const std::string trails =
       DrawTrails({{all[0].experiment, 1, 60'000, "a"}, {all[0].experiment, 2, 60'000, "b"}});
-  EXPECT_EQ(CountOf(trails, "rotate("), 2 * 8);  // the robots
+  EXPECT_EQ(CountOf(trails, "rotate("), 2u * 8);  // the robots
   EXPECT_EQ(trails,
             DrawTrails({{all[0].experiment, 1, 60'000, "a"}, {all[0].experiment, 2, 60'000, "b"}}));
 }
