@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <mutex>
-#include <thread>
 
+#include "client_fw/swarm/parallel_runs.h"
 #include "server/base/hash.h"
 
 namespace pheromone::swarm {
@@ -113,23 +112,14 @@ BridgeRun RunBridge(const BridgeExperiment& experiment, uint64_t seed) {
 BridgeSeries RunBridges(const BridgeExperiment& experiment, int seeds,
                         const std::function<void()>& on_run) {
   BridgeSeries series{experiment, std::vector<BridgeRun>(static_cast<size_t>(seeds))};
-  std::atomic<size_t> next = 0;
   std::mutex told;
-  const auto work = [&] {
-    for (size_t i = next++; i < series.runs.size(); i = next++) {
-      series.runs[i] = RunBridge(experiment, i + 1);
-      if (on_run) {
-        const std::lock_guard lock(told);
-        on_run();
-      }
+  RunInParallel(series.runs.size(), [&](size_t i) {
+    series.runs[i] = RunBridge(experiment, i + 1);
+    if (on_run) {
+      const std::lock_guard lock(told);
+      on_run();
     }
-  };
-  std::vector<std::jthread> threads;
-  for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) {
-    threads.emplace_back(work);
-  }
-  work();
-  threads.clear();  // waits for them
+  });
   return series;
 }
 

@@ -6,9 +6,9 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
-#include <thread>
 
 #include "client_fw/swarm/cleaning_model.h"
+#include "client_fw/swarm/parallel_runs.h"
 #include "server/chart/panels.h"
 
 namespace pheromone::swarm {
@@ -88,26 +88,17 @@ CleaningSeries RunSeries(const CleaningExperiment& experiment, int cycles, int s
     series.model_gaps.push_back(
         ModelWorstGap(experiment.grid, experiment.robots, cycles, static_cast<uint64_t>(seed)));
   }
-  std::atomic<size_t> next = 0;
   std::atomic<int> done = 0;
   std::mutex told;
-  const auto work = [&] {
-    for (size_t i = next++; i < series.runs.size(); i = next++) {
-      series.runs[i] = RunCleaning(series.experiment, i + 1, [&](int64_t second) {
-        if (on_second) {
-          const std::lock_guard lock(told);
-          on_second(done, second);
-        }
-      });
-      ++done;
-    }
-  };
-  std::vector<std::jthread> threads;
-  for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) {
-    threads.emplace_back(work);
-  }
-  work();
-  threads.clear();  // waits for them
+  RunInParallel(series.runs.size(), [&](size_t i) {
+    series.runs[i] = RunCleaning(series.experiment, i + 1, [&](int64_t second) {
+      if (on_second) {
+        const std::lock_guard lock(told);
+        on_second(done, second);
+      }
+    });
+    ++done;
+  });
   return series;
 }
 
