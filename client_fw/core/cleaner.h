@@ -1,7 +1,6 @@
 // A cleaning robot: it goes from zone to zone, each with a tag in its middle, and cleans the one
 // that was cleaned longest ago, as Decide (cleaning.h) says, after Tammet, Vain and Kuusik 2006,
-// section
-// 4. Its zones are the tags in range of where it stands; it knows no others.
+// section 4. Its zones are the tags in range of where it stands; it knows no others.
 //
 //   Cleaner cleaner(CleanerParameters(), id, boot_counter);
 //   Robot<Board, Drive, Cleaner> robot(...);                // robot.h calls it, as Task
@@ -141,6 +140,7 @@ class Cleaner {
   void PutChange(uint8_t slot, uint16_t expected);
   void Ask(uint8_t opcode, uint8_t length, Conversation* conversation);
   const uint8_t* answer() const { return exchange_.message.data; }
+  static int16_t Limited(int32_t mm);
   static uint16_t DistanceMm(int16_t dx_mm, int16_t dy_mm);
   static int16_t FromHere(int16_t from_there_mm, int32_t there_mm, int32_t here_mm);
   bool IsAt(const Zone& zone) const;

@@ -228,8 +228,11 @@ class Conversation : private ConversationState {
   bool RequestPending() const { return memory_->opcode == asked_opcode_; }
 
   // Tags: conversation_tags.cc.
-  static bool IsTag(uint8_t opcode) { return kHasTags && protocol::ServiceOf(opcode) == 0x40; }
+  static bool IsTag(uint8_t opcode) {
+    return kHasTags && protocol::ServiceOf(opcode) == protocol::ServiceOf(protocol::kScan);
+  }
   bool HasTagRequest() const;
+  bool Awaits(bool pending) const;
   bool MakeTagRequest(const Odometry* odometry, uint8_t* opcode);
   void SendTagRequest(uint8_t opcode);
   void PreferSteering();

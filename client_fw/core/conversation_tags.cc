@@ -4,7 +4,7 @@
 // after a turn left out. One that changes a tag is repeated byte for byte, as a TRACE is, but again
 // after the intensities.
 #include "client_fw/core/conversation.h"
-#include "client_fw/core/outlined.h"
+#include "client_fw/core/tag_data.h"
 #include "protocol/tag_messages.h"
 
 namespace pheromone {
@@ -28,17 +28,20 @@ uint8_t PoseAt(uint8_t opcode) {
 
 bool FitsResolve(const uint8_t* asked, const uint8_t* data, uint8_t length) {
   using protocol::SymbolKind;
-  const SymbolKind kind = static_cast<SymbolKind>(asked[0]);
-  const uint8_t told = kind == SymbolKind::kRow ? 0 : kind == SymbolKind::kString ? 9 : 5;
-  for (uint8_t i = 0; i < told; ++i) {  // kind, robot, number
+  const SymbolKind kind = static_cast<SymbolKind>(asked[kResolveKind]);
+  const uint8_t same = kind == SymbolKind::kRow      ? 0
+                       : kind == SymbolKind::kString ? kResolveOffset
+                                                     : kResolveNumber;
+  for (uint8_t i = 0; i < same; ++i) {  // kind, robot, and of a string its number
     if (data[i] != asked[i]) {
       return false;
     }
   }
-  const uint8_t whole = data[13];
-  const uint8_t offset = asked[9];
+  const uint8_t whole = data[kResolvedLength];
+  const uint8_t offset = asked[kResolveOffset];
   const uint8_t rest = offset < whole ? static_cast<uint8_t>(whole - offset) : uint8_t{0};
-  return length == 14 + (rest < protocol::kMaxResolvedText ? rest : protocol::kMaxResolvedText);
+  return length ==
+         kResolvedText + (rest < protocol::kMaxResolvedText ? rest : protocol::kMaxResolvedText);
 }
 
 // Whether `answer` is of the right length, and to this request: a seq has been compared already.
@@ -47,17 +50,22 @@ bool Fits(const protocol::Message& request, const protocol::Message& answer) {
   const uint8_t* const data = answer.data;
   switch (request.opcode) {
     case protocol::kScan:
-      return answer.length % 8 == 1 && answer.length <= 1 + 8 * protocol::kMaxTagsInRange;
+      return answer.length % kScannedRowSize == kScannedRows &&
+             answer.length <= kScannedRows + kScannedRowSize * protocol::kMaxTagsInRange;
     case protocol::kTagRead:
-      return answer.length == 44 && protocol::GetU16(data) == protocol::GetU16(asked + 8);
+      return answer.length == kBlockSize &&
+             protocol::GetU16(data + kBlockTag) == protocol::GetU16(asked + kReadTag);
     case protocol::kResolve:
       return FitsResolve(asked, data, answer.length);
     case protocol::kSymbol:
-      return answer.length == 6;
+      return answer.length == kDefinedSize;
     default:
-      return answer.length == 8;
+      return answer.length == kWrittenSize;
   }
 }
+
+static_assert(!kHasTags || kMaxTagRequest == kSymbolText + protocol::kMaxSymbolText,
+              "the longest SYMBOL fits the memory");
 
 // Whether the server will not execute the same bytes later either: a copy of them may still be on
 // its way. What has the number may be lost in a crash, and a log accepts changes again.
@@ -134,14 +142,18 @@ void Conversation::PreferSteering() {
   }
 }
 
+// Whether the exchange is what was sent: the pending request may be one of before a reset.
+bool Conversation::Awaits(bool pending) const {
+  return exchange_ != nullptr && exchange_->state == TagExchange::kAsked &&
+         exchange_->is_pending == pending;
+}
+
 bool Conversation::OnTagAnswer(uint8_t opcode, const uint8_t* data, uint8_t length) {
   const bool pending = RequestPending();
   if (pending && (length == 0 || data[0] != memory_->seq)) {
     return false;
   }
-  const bool awaited = exchange_ != nullptr && exchange_->state == TagExchange::kAsked &&
-                       exchange_->is_pending == pending;
-  if (awaited) {
+  if (Awaits(pending)) {
     protocol::Message answer;
     answer.id = parameters_.id;
     answer.opcode = opcode;
@@ -166,8 +178,7 @@ bool Conversation::OnTagAnswer(uint8_t opcode, const uint8_t* data, uint8_t leng
 
 void Conversation::OnTagRefusal(protocol::Reason reason) {
   const bool pending = RequestPending();
-  if (exchange_ != nullptr && exchange_->state == TagExchange::kAsked &&
-      exchange_->is_pending == pending) {
+  if (Awaits(pending)) {
     exchange_->state = pending && !IsFinal(reason) ? TagExchange::kDropped : TagExchange::kRefused;
     exchange_->reason = reason;
   }
@@ -188,7 +199,7 @@ void Conversation::GoOnAfterTag() {
 }
 
 void Conversation::DropTagRequest() {
-  if (exchange_ != nullptr && exchange_->is_pending && exchange_->state == TagExchange::kAsked) {
+  if (Awaits(true)) {
     exchange_->state = TagExchange::kDropped;
   }
 }

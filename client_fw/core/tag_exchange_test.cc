@@ -30,6 +30,18 @@ protocol::TagWriteRequest Claim() {
   return write;
 }
 
+// Until it is on the air.
+void SendClaim(Harness* harness, TagExchange* exchange) {
+  harness->GreetAndServe(500);
+  Encode(Claim(), &exchange->message);
+  harness->conversation.Ask(exchange);
+  ASSERT_TRUE(harness->RunUntilSent());
+  while (harness->sent.opcode != protocol::kTagWrite) {
+    harness->Answer(0, 0);
+    ASSERT_TRUE(harness->RunUntilSent());
+  }
+}
+
 class TagExchangeTest : public testing::Test {
  protected:
   template <class Request>
@@ -231,15 +243,7 @@ TEST_F(TagExchangeTest, ARefusalForTheMomentLeavesTheOutcomeOfAWriteOpen) {
   for (const Reason reason : {Reason::kSequenceReused, Reason::kReadOnly}) {
     Harness harness;
     TagExchange exchange;
-    harness.GreetAndServe(500);
-    Encode(Claim(), &exchange.message);
-    harness.conversation.Ask(&exchange);
-    do {
-      ASSERT_TRUE(harness.RunUntilSent());
-      if (harness.sent.opcode != protocol::kTagWrite) {
-        harness.Answer(0, 0);
-      }
-    } while (harness.sent.opcode != protocol::kTagWrite);
+    SendClaim(&harness, &exchange);
     harness.FeedEncoded(protocol::ErrorAnswer{kTestId, protocol::kTagWrite, reason, 1});
     EXPECT_EQ(TagExchange::kDropped, exchange.state);
     EXPECT_EQ(reason, exchange.reason);
@@ -259,15 +263,7 @@ TEST_F(TagExchangeTest, ANewMapDropsAWriteAndARestartDoesNot) {
   for (const uint16_t epoch : {uint16_t{9}, uint16_t{10}}) {
     Harness harness;
     TagExchange exchange;
-    harness.GreetAndServe(500);
-    Encode(Claim(), &exchange.message);
-    harness.conversation.Ask(&exchange);
-    do {
-      ASSERT_TRUE(harness.RunUntilSent());
-      if (harness.sent.opcode != protocol::kTagWrite) {
-        harness.Answer(0, 0);
-      }
-    } while (harness.sent.opcode != protocol::kTagWrite);
+    SendClaim(&harness, &exchange);
     harness.FeedEncoded(protocol::ErrorAnswer{kTestId, protocol::kTagWrite, Reason::kSayHello, 1});
     harness.hello.epoch = epoch;
     harness.Greet();
