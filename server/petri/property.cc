@@ -290,22 +290,6 @@ class Parser {
   int depth_ = 0;
 };
 
-bool HoldsComparison(const Comparison& comparison, const TokensOf& tokens) {
-  int64_t sum = -comparison.bound;
-  for (const Comparison::Term& term : comparison.terms) {
-    sum += term.weight * tokens(term.place);
-  }
-  switch (comparison.sign) {
-    case Comparison::Sign::kAtMost:
-      return sum <= 0;
-    case Comparison::Sign::kEqual:
-      return sum == 0;
-    case Comparison::Sign::kNotEqual:
-      return sum != 0;
-  }
-  return false;
-}
-
 void AddPlaces(const Expression& expression, std::vector<uint32_t>* places) {
   for (const Comparison::Term& term : expression.comparison.terms) {
     places->push_back(term.place);
@@ -319,21 +303,6 @@ void AddPlaces(const Expression& expression, std::vector<uint32_t>* places) {
 
 Result<Property> ParseProperty(const Net& net, const Claim& claim) {
   return Parser(net, claim).Parse();
-}
-
-bool Holds(const Expression& expression, const TokensOf& tokens) {
-  const auto holds = [&](const Expression& part) { return Holds(part, tokens); };
-  switch (expression.kind) {
-    case Expression::Kind::kComparison:
-      return HoldsComparison(expression.comparison, tokens);
-    case Expression::Kind::kAnd:
-      return std::all_of(expression.parts.begin(), expression.parts.end(), holds);
-    case Expression::Kind::kOr:
-      return std::any_of(expression.parts.begin(), expression.parts.end(), holds);
-    case Expression::Kind::kNot:
-      return !holds(expression.parts[0]);
-  }
-  return false;
 }
 
 std::vector<uint32_t> PlacesOf(const Expression& expression) {

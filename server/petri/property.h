@@ -17,8 +17,8 @@
 // Comparisons: <= < = != >= >.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,10 +65,39 @@ struct Property {
 /// Errors name the claim, the column, what was found and what was expected.
 Result<Property> ParseProperty(const Net& net, const Claim& claim);
 
-/// The tokens of a place.
-using TokensOf = std::function<int64_t(uint32_t place)>;
+/// `tokens_of(place)`: how many tokens a place has.
+template <typename TokensOf>
+bool Holds(const Comparison& comparison, const TokensOf& tokens_of) {
+  int64_t sum = -comparison.bound;
+  for (const Comparison::Term& term : comparison.terms) {
+    sum += term.weight * static_cast<int64_t>(tokens_of(term.place));
+  }
+  switch (comparison.sign) {
+    case Comparison::Sign::kAtMost:
+      return sum <= 0;
+    case Comparison::Sign::kEqual:
+      return sum == 0;
+    case Comparison::Sign::kNotEqual:
+      return sum != 0;
+  }
+  return false;
+}
 
-bool Holds(const Expression& expression, const TokensOf& tokens);
+template <typename TokensOf>
+bool Holds(const Expression& expression, const TokensOf& tokens_of) {
+  const auto holds = [&](const Expression& part) { return Holds(part, tokens_of); };
+  switch (expression.kind) {
+    case Expression::Kind::kComparison:
+      return Holds(expression.comparison, tokens_of);
+    case Expression::Kind::kAnd:
+      return std::all_of(expression.parts.begin(), expression.parts.end(), holds);
+    case Expression::Kind::kOr:
+      return std::any_of(expression.parts.begin(), expression.parts.end(), holds);
+    case Expression::Kind::kNot:
+      return !holds(expression.parts[0]);
+  }
+  return false;
+}
 
 /// The places that it names, rising.
 std::vector<uint32_t> PlacesOf(const Expression& expression);
