@@ -354,7 +354,8 @@ class Checker {
     report_.components = recurrence.components;
     report_.reversible = {recurrence.reversible ? Verdict::kProved : Verdict::kRefuted,
                           MethodOfSearch(), ""};
-    if (!recurrence.reversible && recurrence.terminal == 1 && !report_.eager.empty()) {
+    if (!recurrence.reversible && recurrence.terminal == 1 && !report_.eager.empty() &&
+        !report_.explored.deadlock) {
       // Eager transitions lead away from the initial marking; the others may lead back to it.
       report_.reversible = {Verdict::kUnknown, Method::kReduced, "the reduced search cannot tell"};
     }

@@ -60,6 +60,7 @@ struct Overtaking {
 struct Recurrence {
   bool complete = true;     ///< false: given up for want of memory
   uint64_t components = 0;  ///< strongly connected ones
+  uint64_t terminal = 0;    ///< of these: those that are never left
   bool reversible = false;  ///< the first state can be reached from each
   /// By transition: a state from which it can never be fired again.
   std::vector<std::optional<uint32_t>> dies_at;
