@@ -4,7 +4,7 @@ small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
                                DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
-                               DIR/radio/
+                               DIR/radio/, DIR/pnml/
 """
 
 import pathlib
@@ -73,6 +73,42 @@ def rasters():
     yield "yaml", 5, b"a: &x {b: [1, 'two', \"3\"]}\nc: *x\nd: |\n  text\n? e\n: !!str 5\n"
 
 
+def nets():
+    """(name, PNML): the dialects in which tools write it."""
+    def document(inside, kind="http://www.pnml.org/version-2009/grammar/ptnet"):
+        return (f'<?xml version="1.0"?><pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml">'
+                f'<net id="n" type="{kind}"><name><text>x</text></name>{inside}</net></pnml>').encode()
+
+    nodes = ('<place id="p"><name><text>P</text></name><initialMarking><text>3</text>'
+             '</initialMarking></place><place id="q"/><transition id="t"/>')
+    yield "standard", document(
+        f'<page id="g">{nodes}<arc id="a" source="p" target="t"><inscription><text>2</text>'
+        '</inscription></arc><arc id="b" source="t" target="q"/></page>')
+    yield "pages", document(
+        f'<page id="g"><page id="h">{nodes}</page><referencePlace id="r" ref="p"/>'
+        '<referenceTransition id="s" ref="t"/><arc id="a" source="r" target="s"/></page>')
+    yield "type_element", document(
+        f'{nodes}<arc id="a" source="p" target="t"><type value="inhibitor"/></arc>'
+        '<arc id="b" source="q" target="t"><type value="read"/></arc>')
+    yield "arctype", document(
+        f'{nodes}<arc id="a" source="p" target="t"><arctype><text>inhibitor</text></arctype></arc>',
+        "http://www.pnml.org/version-2009/extensions/inhibitorptnet")
+    yield "tapaal", document(
+        '<place id="p" initialMarking="1" invariant="&lt; inf"/><transition id="t"/>'
+        '<arc id="a" source="p" target="t" type="timed" inscription="[0,inf)" weight="2"/>'
+        '<arc id="b" source="p" target="t" type="tapnInhibitor"/>', "P/T net")
+    yield "pipe", (
+        '<?xml version="1.0" encoding="iso-8859-1"?><pnml><net id="n" type="P/T net"><place id="p">'
+        '<name><value>\xe4</value></name><initialMarking><value>Default,1,Red,0</value>'
+        '</initialMarking><capacity><value>0</value></capacity></place></net></pnml>'
+    ).encode("iso-8859-1")
+    yield "own", document(
+        '<toolspecific tool="pheromone" version="1"><claim identifier="c" text="always p &lt;= 1"/>'
+        '</toolspecific><page id="g"><place id="p"><toolspecific tool="pheromone" version="1">'
+        '<properties identifier="a b" name-percent="%01" box="go" owner="robot" tag="7"/>'
+        '</toolspecific></place></page>')
+
+
 def capture_records(file):
     """The records of a capture, each as capture_fuzzer.cc takes it: kind, length, payload."""
     at = 0
@@ -113,7 +149,7 @@ def channels():
 
 def main(folder):
     for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture", "radio"):
+                   "capture", "radio", "pnml"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
@@ -148,6 +184,8 @@ def main(folder):
         (folder / "codec" / name).write_bytes(seed)
     for name, seed in channels():
         (folder / "radio" / name).write_bytes(seed)
+    for name, seed in nets():
+        (folder / "pnml" / name).write_bytes(seed)
     for path in (ROOT / "proto_tests/replay").glob("*.pcapng"):
         file = path.read_bytes()
         (folder / "capture" / path.stem).write_bytes(b"\0" + file)

@@ -7,7 +7,7 @@
 
 #include "server/base/file.h"
 #include "server/base/format.h"
-#include "server/maps/message.h"
+#include "server/base/message.h"
 
 namespace pheromone::maps {
 

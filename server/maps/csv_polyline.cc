@@ -4,7 +4,7 @@
 #include <charconv>
 #include <optional>
 
-#include "server/maps/message.h"
+#include "server/base/message.h"
 #include "server/maps/polyline_sink.h"
 
 namespace pheromone::maps {

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "server/base/message.h"
 #include "server/maps/field_file.h"
-#include "server/maps/message.h"
 
 namespace pheromone::maps {
 namespace {

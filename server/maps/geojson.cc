@@ -11,7 +11,7 @@
 #include <boost/json/src.hpp>
 
 #include "server/base/format.h"
-#include "server/maps/message.h"
+#include "server/base/message.h"
 #include "server/maps/polyline_sink.h"
 
 namespace pheromone::maps {

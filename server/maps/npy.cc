@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/base/file.h"
-#include "server/maps/message.h"
+#include "server/base/message.h"
 
 namespace pheromone::maps {
 

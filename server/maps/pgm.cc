@@ -5,7 +5,7 @@
 #include <charconv>
 
 #include "server/base/file.h"
-#include "server/maps/message.h"
+#include "server/base/message.h"
 
 namespace pheromone::maps {
 

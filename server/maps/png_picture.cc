@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "server/base/file.h"
-#include "server/maps/message.h"
+#include "server/base/message.h"
 
 // libpng reports errors by longjmp. So each function that calls setjmp, and every one between it
 // and libpng, has only plain local variables; objects that own memory belong to their caller.

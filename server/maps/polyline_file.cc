@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "server/base/file.h"
+#include "server/base/message.h"
 #include "server/maps/csv_polyline.h"
 #include "server/maps/geojson.h"
-#include "server/maps/message.h"
 #include "server/maps/svg_file.h"
 
 namespace pheromone::maps {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "server/base/format.h"
-#include "server/maps/message.h"
+#include "server/base/message.h"
 
 namespace pheromone::maps {
 

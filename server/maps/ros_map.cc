@@ -15,7 +15,7 @@
 
 #include "server/base/file.h"
 #include "server/base/format.h"
-#include "server/maps/message.h"
+#include "server/base/message.h"
 #include "server/maps/pgm.h"
 #include "server/maps/png_picture.h"
 

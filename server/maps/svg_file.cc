@@ -9,7 +9,7 @@
 #include <pugixml.hpp>
 
 #include "server/base/format.h"
-#include "server/maps/message.h"
+#include "server/base/message.h"
 #include "server/maps/polyline_sink.h"
 #include "server/maps/svg_scanner.h"
 #include "server/maps/svg_shape.h"

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <system_error>
 
-#include "server/maps/message.h"
+#include "server/base/message.h"
 
 namespace pheromone::maps {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <pugixml.hpp>
 
-#include "server/maps/message.h"
+#include "server/base/message.h"
 #include "server/maps/svg_path.h"
 #include "server/maps/svg_scanner.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/maps/message.h"
+#include "server/base/message.h"
 #include "server/maps/svg_scanner.h"
 
 namespace pheromone::maps {

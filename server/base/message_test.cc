@@ -1,8 +1,8 @@
-#include "server/maps/message.h"
+#include "server/base/message.h"
 
 #include <gtest/gtest.h>
 
-namespace pheromone::maps {
+namespace pheromone {
 namespace {
 
 TEST(Messages, SayWhereInTheFormAnEditorUnderstands) {
@@ -18,4 +18,4 @@ TEST(Messages, QuoteShortlyAndPrintably) {
 }
 
 }  // namespace
-}  // namespace pheromone::maps
+}  // namespace pheromone

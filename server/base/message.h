@@ -7,7 +7,7 @@
 
 #include "server/base/result.h"
 
-namespace pheromone::maps {
+namespace pheromone {
 
 /// "NAME: byte N: WHAT", counting from 0, for formats without lines.
 Error AtByte(std::string_view name, size_t offset, std::string_view what);
@@ -18,4 +18,4 @@ Error AtLine(std::string_view name, size_t line, size_t column, std::string_view
 /// What was found in a file, for a message: in quotes, short, and printable whatever it was.
 std::string Quoted(std::string_view found);
 
-}  // namespace pheromone::maps
+}  // namespace pheromone

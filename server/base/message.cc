@@ -1,6 +1,6 @@
-#include "server/maps/message.h"
+#include "server/base/message.h"
 
-namespace pheromone::maps {
+namespace pheromone {
 
 Error AtByte(std::string_view name, size_t offset, std::string_view what) {
   return Error{std::string(name) + ": byte " + std::to_string(offset) + ": " + std::string(what)};
@@ -23,4 +23,4 @@ std::string Quoted(std::string_view found) {
   return text + (found.size() > kLongest ? "...\"" : "\"");
 }
 
-}  // namespace pheromone::maps
+}  // namespace pheromone

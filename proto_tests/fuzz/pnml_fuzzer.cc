@@ -1,0 +1,45 @@
+// Any text as PNML: it is understood or refused with words that name the file. What is understood
+// is a sound net, and comes back the same when it is written; without its read arcs, in the other
+// dialects.
+
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "server/nets/core_net.h"
+#include "server/nets/pnml.h"
+
+namespace {
+
+using pheromone::Result;
+using pheromone::nets::ParsePnml;
+using pheromone::nets::PnmlDialect;
+using pheromone::nets::ToPnml;
+using pheromone::nets::WithoutReads;
+using pheromone::petri::Net;
+
+void Check(bool holds) {
+  if (!holds) {
+    std::abort();
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const Result<Net> net = ParsePnml("fuzz", text);
+  if (!net.ok()) {
+    Check(net.error().starts_with("fuzz:"));
+    return 0;
+  }
+  Check(CheckNet(net.value()).ok());
+  Check(ParsePnml("fuzz", ToPnml(net.value())).value() == net.value());
+  const Net plain = WithoutReads(net.value());
+  if (CheckNet(plain).ok()) {  // no weight too large
+    Check(ParsePnml("fuzz", ToPnml(net.value(), PnmlDialect::kTypeAttribute)).value() == plain);
+    Check(ParsePnml("fuzz", ToPnml(net.value(), PnmlDialect::kArcTypeElement)).value() == plain);
+  }
+  return 0;
+}
