@@ -13,6 +13,18 @@ namespace {
 
 constexpr int64_t kMaxParameter = petri::kMaxTokens;
 
+// A long claim may be written on several lines.
+std::string OnOneLine(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    const bool space = c == ' ' || c == '\n' || c == '\r' || c == '\t';
+    if (!space || (!line.empty() && line.back() != ' ')) {
+      line += space ? ' ' : c;
+    }
+  }
+  return line;
+}
+
 class OwnReader {
  public:
   explicit OwnReader(const Keys& file) : file_(file) {}
@@ -32,7 +44,7 @@ class OwnReader {
     }
     for (const Keys& table : file_.Tables("claim")) {
       table.AllowOnly({"id", "text"});
-      petri::Claim claim{.id = table.Id(), .text = table.Required("text", "a claim")};
+      petri::Claim claim{.id = table.Id(), .text = OnOneLine(table.Required("text", "a claim"))};
       if (!claim_ids_.insert(claim.id).second) {
         table.Note("id", "found \"" + claim.id + "\" twice, expected another name");
       }

@@ -51,7 +51,8 @@ gives = ["nest"]
 inhibited_by = ["3 OpenN1"]
 [[claim]]
 id = "all"
-text = "always nest + N1.behind + N2.behind = {robots}"
+text = """always nest + N1.behind
+          + N2.behind = {robots}"""
 [[instance]]
 net = "gate.toml"
 as = "N1"
