@@ -1,0 +1,26 @@
+#include "server/petri/claim_names.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace pheromone::petri {
+namespace {
+
+TEST(ClaimNames, AreWordsAndQuotedTextsButNoNumbers) {
+  std::vector<std::string> names;
+  ForEachName("always 2 * N1.a - \"b c\" <= 10 and(_d-1=0)",
+              [&](std::string_view name) { names.emplace_back(name); });
+  EXPECT_EQ(names, (std::vector<std::string>{"always", "N1.a", "b c", "and", "_d-1"}));
+}
+
+TEST(ClaimNames, AreRenamedAsWholeWordsAndQuotedIfTheyMustBe) {
+  EXPECT_EQ(RenameIn("never ab + a >= 2*\"a\"", {{"a", "N1.a"}, {"b", "c"}}),
+            "never ab + N1.a >= 2*N1.a");
+  EXPECT_EQ(RenameIn("live a \"x y\"", {{"a", "1a"}}), "live \"1a\" \"x y\"");
+  EXPECT_EQ(RenameIn("always a < \"b", {{"b", "c"}}), "always a < c");
+}
+
+}  // namespace
+}  // namespace pheromone::petri
