@@ -3,49 +3,30 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "server/petri/claim_scanner.h"
+
 namespace pheromone::petri {
 namespace {
 
-bool IsNameLetter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-         c == '.' || c == '-';
-}
-
-bool BeginsName(char c) {
-  return IsNameLetter(c) && !(c >= '0' && c <= '9') && c != '-';
-}
-
 std::string Quoted(const std::string& name) {
   const bool plain =
-      !name.empty() && BeginsName(name[0]) && std::all_of(name.begin(), name.end(), IsNameLetter);
+      !name.empty() && BeginsName(name[0]) && std::all_of(name.begin(), name.end(), IsOfName);
   return plain ? name : '"' + name + '"';
 }
 
 // The text in pieces: `other` gets what is between the names.
 template <typename Name, typename Other>
 void TakeApart(std::string_view text, const Name& name, const Other& other) {
-  size_t at = 0;
-  while (at < text.size()) {
-    size_t end = at + 1;
-    if (text[at] == '"') {
-      end = std::min(text.find('"', end), text.size());
-      name(text.substr(at + 1, end - at - 1), text.substr(at, end + 1 - at));
-      at = std::min(end + 1, text.size());
-      continue;
+  size_t done = 0;
+  for (ClaimScanner scanner(text); scanner.token().kind != TokenKind::kEnd; scanner.Next()) {
+    const Token& token = scanner.token();
+    if (token.kind == TokenKind::kName || token.kind == TokenKind::kQuoted) {
+      other(text.substr(done, token.column - 1 - done));
+      name(token.text, text.substr(token.column - 1, token.end - token.column));
+      done = token.end - 1;
     }
-    if (IsNameLetter(text[at])) {
-      while (end < text.size() && IsNameLetter(text[end])) {
-        ++end;
-      }
-    }
-    const std::string_view piece = text.substr(at, end - at);
-    if (BeginsName(text[at])) {
-      name(piece, piece);
-    } else {
-      other(piece);
-    }
-    at = end;
   }
+  other(text.substr(done));
 }
 
 }  // namespace

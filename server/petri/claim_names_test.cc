@@ -19,7 +19,7 @@ TEST(ClaimNames, AreRenamedAsWholeWordsAndQuotedIfTheyMustBe) {
   EXPECT_EQ(RenameIn("never ab + a >= 2*\"a\"", {{"a", "N1.a"}, {"b", "c"}}),
             "never ab + N1.a >= 2*N1.a");
   EXPECT_EQ(RenameIn("live a \"x y\"", {{"a", "1a"}}), "live \"1a\" \"x y\"");
-  EXPECT_EQ(RenameIn("always a < \"b", {{"b", "c"}}), "always a < c");
+  EXPECT_EQ(RenameIn("always a < \"b", {{"b", "c"}}), "always a < \"b");  // an error of the claim
 }
 
 }  // namespace

@@ -1,80 +1,16 @@
 #include "server/petri/property.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <map>
+
+#include "server/petri/claim_scanner.h"
 
 namespace pheromone::petri {
 namespace {
 
 constexpr int64_t kMaxNumber = 1'000'000'000;
 constexpr int kMaxDepth = 200;
-
-enum class TokenKind { kName, kQuoted, kNumber, kSign, kEnd, kBad };
-
-struct Token {
-  TokenKind kind = TokenKind::kEnd;
-  std::string_view text;
-  size_t column = 0;  // from 1
-};
-
-bool IsOfName(char c) {
-  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
-}
-
-// A name begins with a letter or _, so `a - b` and `a -1` are sums and `a-b` is a name.
-bool BeginsName(char c) {
-  return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_';
-}
-
-class Scanner {
- public:
-  explicit Scanner(std::string_view text) : text_(text) { Next(); }
-
-  const Token& token() const { return token_; }
-
-  void Next() {
-    while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_])) != 0) {
-      ++at_;
-    }
-    token_ = {TokenKind::kEnd, {}, at_ + 1};
-    if (at_ == text_.size()) {
-      return;
-    }
-    const char c = text_[at_];
-    size_t end = at_ + 1;
-    if (c == '"') {
-      end = std::min(text_.find('"', end), text_.size());
-      token_.kind = end == text_.size() ? TokenKind::kBad : TokenKind::kQuoted;
-      token_.text = text_.substr(at_ + 1, end - at_ - 1);
-      at_ = std::min(end + 1, text_.size());
-      return;
-    }
-    if (BeginsName(c)) {
-      token_.kind = TokenKind::kName;
-      while (end < text_.size() && IsOfName(text_[end])) {
-        ++end;
-      }
-    } else if (std::isdigit(static_cast<unsigned char>(c)) != 0) {
-      token_.kind = TokenKind::kNumber;
-      while (end < text_.size() && std::isdigit(static_cast<unsigned char>(text_[end])) != 0) {
-        ++end;
-      }
-    } else {
-      token_.kind = TokenKind::kSign;
-      const std::string_view two = text_.substr(at_, 2);
-      end += two == "<=" || two == ">=" || two == "!=" ? 1U : 0U;
-    }
-    token_.text = text_.substr(at_, end - at_);
-    at_ = end;
-  }
-
- private:
-  std::string_view text_;
-  size_t at_ = 0;
-  Token token_;
-};
 
 // Terms of both sides, those of the right one negated; `bound` is what numbers add up to on the
 // right less those on the left.
@@ -285,7 +221,7 @@ class Parser {
 
   const Net& net_;
   const Claim& claim_;
-  Scanner scanner_;
+  ClaimScanner scanner_;
   std::string error_;
   int depth_ = 0;
 };
