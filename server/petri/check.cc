@@ -45,6 +45,7 @@ class Checker {
       AskForOvertaking();
     }
     ShortenTraces();
+    CopyFindings();
     return std::move(report_);
   }
 
@@ -332,7 +333,8 @@ class Checker {
   bool AsksForLiveness() const {
     return options_.recurrence ||
            std::any_of(report_.claims.begin(), report_.claims.end(), [](const CheckedClaim& it) {
-             return it.property.kind == Property::Kind::kLive;
+             return it.property.kind == Property::Kind::kLive ||
+                    it.property.kind == Property::Kind::kReversible;
            });
   }
 
@@ -354,9 +356,11 @@ class Checker {
     report_.components = recurrence.components;
     report_.reversible = {recurrence.reversible ? Verdict::kProved : Verdict::kRefuted,
                           MethodOfSearch(), ""};
-    if (!recurrence.reversible && recurrence.terminal == 1 && !report_.eager.empty() &&
-        !report_.explored.deadlock) {
-      // Eager transitions lead away from the initial marking; the others may lead back to it.
+    const bool begins_eagerly = std::any_of(
+        report_.eager.begin(), report_.eager.end(),
+        [&](uint32_t transition) { return IsEnabled(net_, transition, InitialMarking(net_)); });
+    if (recurrence.reversible && begins_eagerly) {
+      // What can always be reached again is the marking that they lead to.
       report_.reversible = {Verdict::kUnknown, Method::kReduced, "the reduced search cannot tell"};
     }
     report_.live = {Verdict::kProved, MethodOfSearch(), ""};
@@ -410,6 +414,16 @@ class Checker {
         claim.finding.trace = found.trace;
         claim.finding.cycle = found.cycle;
         claim.finding.is_shortest = false;
+      }
+    }
+  }
+
+  void CopyFindings() {
+    for (CheckedClaim& claim : report_.claims) {
+      if (claim.property.kind == Property::Kind::kDeadlockFree) {
+        claim.finding = report_.deadlock_free;
+      } else if (claim.property.kind == Property::Kind::kReversible) {
+        claim.finding = report_.reversible;
       }
     }
   }

@@ -35,8 +35,12 @@ class Parser {
       property.kind = Property::Kind::kLive;
     } else if (Word("overtaken")) {
       property.kind = Property::Kind::kOvertaken;
+    } else if (Word("deadlock-free")) {
+      property.kind = Property::Kind::kDeadlockFree;
+    } else if (Word("reversible")) {
+      property.kind = Property::Kind::kReversible;
     } else {
-      Expected("always, never, reachable, live or overtaken");
+      Expected("always, never, reachable, live, deadlock-free, reversible or overtaken");
     }
     if (property.kind == Property::Kind::kOvertaken) {
       Needs("at");
@@ -50,7 +54,8 @@ class Parser {
     if (property.kind == Property::Kind::kOvertaken) {
       Needs("while");
     }
-    if (property.kind != Property::Kind::kLive) {
+    if (property.kind != Property::Kind::kLive && property.kind != Property::Kind::kDeadlockFree &&
+        property.kind != Property::Kind::kReversible) {
       property.expression = TakeOr();
     }
     if (scanner_.token().kind != TokenKind::kEnd) {

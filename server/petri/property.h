@@ -4,6 +4,8 @@
 //   never    EXPRESSION                in none
 //   reachable EXPRESSION               in at least one
 //   live     TRANSITION ...            from each of them, each can be fired sooner or later
+//   deadlock-free                      in each of them something is enabled
+//   reversible                         from each of them, the first one can be reached
 //   overtaken at most N by TRANSITION ... while EXPRESSION
 //                                      as long as the expression holds, these are fired N times at
 //                                      most
@@ -52,7 +54,7 @@ struct Expression {
 };
 
 struct Property {
-  enum class Kind { kAlways, kNever, kReachable, kLive, kOvertaken };
+  enum class Kind { kAlways, kNever, kReachable, kLive, kDeadlockFree, kReversible, kOvertaken };
 
   std::string id;
   std::string text;

@@ -49,6 +49,8 @@ TEST(Property, NamesItsKindAndTransitions) {
   EXPECT_EQ(Parsed("never a > 1").kind, Property::Kind::kNever);
   EXPECT_EQ(Parsed("reachable a > 1").kind, Property::Kind::kReachable);
   EXPECT_EQ(Parsed("live stop go").transitions, (std::vector<uint32_t>{1, 0}));
+  EXPECT_EQ(Parsed("deadlock-free").kind, Property::Kind::kDeadlockFree);
+  EXPECT_EQ(Parsed("reversible").kind, Property::Kind::kReversible);
   const Property overtaken = Parsed("overtaken at most 3 by go while a = 1 or c.x = 0");
   EXPECT_EQ(overtaken.kind, Property::Kind::kOvertaken);
   EXPECT_EQ(overtaken.at_most, 3u);
@@ -61,10 +63,9 @@ TEST(Property, SaysWhereTextIsWrong) {
     const Result<Property> parsed = ParseProperty(Crossing(), {"it", text});
     return parsed.ok() ? "" : parsed.error();
   };
-  EXPECT_EQ(
-      error("sometimes a = 1"),
-      "claim \"it\", column 1: found \"sometimes\", expected always, never, reachable, live or "
-      "overtaken");
+  EXPECT_EQ(error("sometimes a = 1"),
+            "claim \"it\", column 1: found \"sometimes\", expected always, never, reachable, live, "
+            "deadlock-free, reversible or overtaken");
   EXPECT_EQ(error("always d = 1"),
             "claim \"it\", column 8: found \"d\", expected the ID of a place");
   EXPECT_EQ(error("always a + 1"),

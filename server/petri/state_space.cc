@@ -55,15 +55,21 @@ class PackedStateSpace final : public StateSpace {
     found.most.resize(net_.places.size());
     std::vector<uint64_t> seen(layout_.wide_words());
     std::vector<Key> batch;
+    std::vector<uint32_t> sources;  // of the batch
     std::vector<uint64_t> hashes;
     std::vector<uint64_t> wide(layout_.wide_words());
     Key first = {};
     std::copy(layout_.first_key().begin(), layout_.first_key().end(), first.begin());
+    layout_.Unpack(first.data(), wide.data());
+    layout_.SetGuards(wide.data());
+    Settle(wide, &first, &found.fired);
     states_.Insert(first);
+    came_from_.push_back(0);
     uint64_t next_progress = kStatesPerProgress;
     uint32_t from = 0;
     while (from < states_.size() && found.end == Explored::End::kComplete) {
       batch.clear();
+      sources.clear();
       for (;
            from < states_.size() && batch.size() < kBatch && found.end == Explored::End::kComplete;
            ++from) {
@@ -75,8 +81,10 @@ class PackedStateSpace final : public StateSpace {
           ++found.transitions;
           if (Layout::Overflows(*rule.of, wide.data())) {
             NoteOverflow(rule, from, wide, &found);
+          } else {
+            batch.push_back(Successor(key, wide, rule, &found.fired));
+            sources.push_back(from);
           }
-          batch.push_back(Sum(key, rule.change));
         });
         if (!any && !found.deadlock) {
           found.deadlock = from;
@@ -88,8 +96,9 @@ class PackedStateSpace final : public StateSpace {
       if (found.end != Explored::End::kComplete) {
         break;
       }
-      Insert(batch, &hashes);
-      if (states_.next_bytes() > limits.max_bytes) {
+      Insert(batch, sources, &hashes);
+      if (states_.next_bytes() + 2 * sizeof(came_from_[0]) * came_from_.capacity() >
+          limits.max_bytes) {
         found.end = Explored::End::kMemory;
       } else if (states_.size() >= limits.max_states) {
         found.end = Explored::End::kStates;
@@ -105,19 +114,20 @@ class PackedStateSpace final : public StateSpace {
           found.most[place], layout_.TokensOf(seen.data(), place) != 0 ? uint64_t{1} : uint64_t{0});
     }
     found.states = states_.size();
-    found.bytes = states_.bytes();
+    found.bytes = states_.bytes() + sizeof(came_from_[0]) * came_from_.capacity();
     return found;
   }
 
   std::vector<uint32_t> TraceTo(uint32_t state) const override {
-    std::vector<uint32_t> trace;
+    std::vector<uint32_t> steps;
     while (state != 0) {
-      const auto [from, transition] = FirstPredecessor(state);
-      trace.push_back(transition);
+      const auto [from, transition] =
+          eager_ == 0 ? FirstPredecessor(state) : RememberedPredecessor(state);
+      steps.push_back(transition);
       state = from;
     }
-    std::reverse(trace.begin(), trace.end());
-    return trace;
+    std::reverse(steps.begin(), steps.end());
+    return WithEager(0, steps, true);
   }
 
   Recurrence FindRecurrence(const SearchLimits& limits) const override {
@@ -125,13 +135,14 @@ class PackedStateSpace final : public StateSpace {
     found.dies_at.resize(net_.transitions.size());
     const auto everywhere = [](const std::vector<uint64_t>&) { return true; };
     bool first_is_terminal = false;
+    uint64_t terminal = 0;  // components that are never left
     found.complete =
         FindComponents(limits, everywhere, [&](const std::vector<uint32_t>& members, bool leaves) {
           ++found.components;
           if (leaves) {
             return;
           }
-          ++found.terminal;
+          ++terminal;
           const uint32_t least = *std::min_element(members.begin(), members.end());
           first_is_terminal = first_is_terminal || least == 0;
           const std::vector<bool> lives = FiredWithin(members);
@@ -142,7 +153,7 @@ class PackedStateSpace final : public StateSpace {
             }
           }
         });
-    found.reversible = found.complete && found.terminal == 1 && first_is_terminal;
+    found.reversible = found.complete && terminal == 1 && first_is_terminal;
     return found;
   }
 
@@ -198,7 +209,10 @@ class PackedStateSpace final : public StateSpace {
     });
     if (found.most && best && *found.most > 0) {
       found.trace = TraceTo(*best);
-      AddLongestWay(*best, most, counts, holds, &found.trace);
+      std::vector<uint32_t> steps;
+      AddLongestWay(*best, most, counts, holds, &steps);
+      const std::vector<uint32_t> rest = WithEager(*best, steps, false);
+      found.trace.insert(found.trace.end(), rest.begin(), rest.end());
     }
     return found;
   }
@@ -242,15 +256,9 @@ class PackedStateSpace final : public StateSpace {
     return [this, &wide](uint32_t place) { return layout_.TokensOf(wide.data(), place); };
   }
 
-  // Those that are fired in a state; false if nothing is enabled.
+  // Those that are enabled in a settled state; false if nothing is.
   template <typename Visit>
   bool ForEachEnabled(const std::vector<uint64_t>& wide, const Visit& visit) const {
-    for (size_t i = 0; i < eager_; ++i) {
-      if (Layout::IsEnabled(*rules_[i].of, wide.data())) {
-        visit(rules_[i]);
-        return true;
-      }
-    }
     bool any = false;
     for (size_t i = eager_; i < rules_.size(); ++i) {
       if (Layout::IsEnabled(*rules_[i].of, wide.data())) {
@@ -261,12 +269,55 @@ class PackedStateSpace final : public StateSpace {
     return any;
   }
 
+  // Fires eager transitions until none is enabled; `fire(rule)` is told. They commute, so that the
+  // order does not matter. `wide` is the state's, with guards.
+  template <typename Fire>
+  void ForEachEager(std::vector<uint64_t> wide, const Fire& fire) const {
+    for (bool any = true; any;) {
+      any = false;
+      for (size_t i = 0; i < eager_; ++i) {
+        while (Layout::IsEnabled(*rules_[i].of, wide.data())) {
+          any = true;
+          Add(rules_[i], &wide);
+          fire(rules_[i]);
+        }
+      }
+    }
+  }
+
+  static void Add(const Rule& rule, std::vector<uint64_t>* wide) {
+    for (const Layout::Change& change : rule.of->changes) {
+      (*wide)[change.word] += change.added;
+    }
+  }
+
+  void Settle(const std::vector<uint64_t>& wide, Key* key, std::vector<bool>* fired) const {
+    ForEachEager(wide, [&](const Rule& rule) {
+      *key = Sum(*key, rule.change);
+      if (fired != nullptr) {
+        (*fired)[rule.transition] = true;
+      }
+    });
+  }
+
+  // After the transition, and the eager ones that it enables.
+  Key Successor(const Key& key, const std::vector<uint64_t>& wide, const Rule& rule,
+                std::vector<bool>* fired) const {
+    Key next = Sum(key, rule.change);
+    if (eager_ != 0) {
+      std::vector<uint64_t> after = wide;
+      Add(rule, &after);
+      Settle(after, &next, fired);
+    }
+    return next;
+  }
+
   template <typename Visit>
   void ForEachSuccessor(uint32_t state, std::vector<uint64_t>* wide, const Visit& visit) const {
     Unpack(state, wide);
     const Key key = states_.Get(state);
     ForEachEnabled(*wide, [&](const Rule& rule) {
-      const uint32_t to = states_.Find(Sum(key, rule.change));
+      const uint32_t to = states_.Find(Successor(key, *wide, rule, nullptr));
       assert(to != Store::kNone);
       visit(rule.transition, to);
     });
@@ -313,7 +364,8 @@ class PackedStateSpace final : public StateSpace {
     }
   }
 
-  void Insert(const std::vector<Key>& batch, std::vector<uint64_t>* hashes) {
+  void Insert(const std::vector<Key>& batch, const std::vector<uint32_t>& sources,
+              std::vector<uint64_t>* hashes) {
     hashes->clear();
     for (const Key& key : batch) {
       hashes->push_back(states_.Prefetch(key));
@@ -321,8 +373,10 @@ class PackedStateSpace final : public StateSpace {
     for (const uint64_t hash : *hashes) {
       states_.PrefetchKey(hash);
     }
-    for (const Key& key : batch) {
-      states_.Insert(key);
+    for (size_t i = 0; i < batch.size(); ++i) {
+      if (states_.Insert(batch[i]).second && eager_ != 0) {
+        came_from_.push_back(sources[i]);
+      }
     }
   }
 
@@ -347,15 +401,67 @@ class PackedStateSpace final : public StateSpace {
     return first;
   }
 
+  std::pair<uint32_t, uint32_t> RememberedPredecessor(uint32_t state) const {
+    const uint32_t from = came_from_[state];
+    std::optional<uint32_t> first;
+    std::vector<uint64_t> wide(layout_.wide_words());
+    ForEachSuccessor(from, &wide, [&](uint32_t transition, uint32_t to) {
+      if (to == state && !first) {
+        first = transition;
+      }
+    });
+    assert(first);
+    return {from, *first};
+  }
+
+  // The steps with the eager ones between them; `from` is the state that they begin in, with the
+  // eager steps to it if it is the first one.
+  std::vector<uint32_t> WithEager(uint32_t from, const std::vector<uint32_t>& steps,
+                                  bool is_first) const {
+    std::vector<uint32_t> all;
+    std::vector<uint64_t> wide(layout_.wide_words());
+    const auto settle = [&] {
+      std::vector<uint64_t> settled = wide;
+      ForEachEager(wide, [&](const Rule& rule) {
+        all.push_back(rule.transition);
+        Add(rule, &settled);
+      });
+      wide = settled;
+    };
+    if (is_first) {
+      layout_.Unpack(layout_.first_key().data(), wide.data());
+      layout_.SetGuards(wide.data());
+      settle();
+    } else {
+      Unpack(from, &wide);
+    }
+    for (const uint32_t step : steps) {
+      const auto rule = std::find_if(rules_.begin(), rules_.end(),
+                                     [&](const Rule& it) { return it.transition == step; });
+      all.push_back(step);
+      Add(*rule, &wide);
+      settle();
+    }
+    return all;
+  }
+
   std::vector<bool> FiredWithin(const std::vector<uint32_t>& members) const {
     std::vector<bool> fired(net_.transitions.size());
     size_t missing = fired.size();
     std::vector<uint64_t> wide(layout_.wide_words());
     for (size_t i = 0; i < members.size() && missing != 0; ++i) {
       Unpack(members[i], &wide);
-      ForEachEnabled(wide, [&](const Rule& rule) {
+      const auto note = [&](const Rule& rule) {
         missing -= fired[rule.transition] ? 0U : 1U;
         fired[rule.transition] = true;
+      };
+      ForEachEnabled(wide, [&](const Rule& rule) {
+        note(rule);
+        if (eager_ != 0) {
+          std::vector<uint64_t> after = wide;
+          Add(rule, &after);
+          ForEachEager(after, note);
+        }
       });
     }
     return fired;
@@ -507,7 +613,8 @@ class PackedStateSpace final : public StateSpace {
   Store states_;
   std::vector<Rule> rules_;  // the eager ones first
   size_t eager_ = 0;
-  std::vector<uint32_t> counted_;  // places with more than one bit
+  std::vector<uint32_t> came_from_;  // by state, with eager transitions only
+  std::vector<uint32_t> counted_;    // places with more than one bit
 };
 
 }  // namespace

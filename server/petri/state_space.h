@@ -5,7 +5,8 @@
 //   if (found.deadlock) trace = space->TraceTo(*found.deadlock);   // a shortest one
 //
 // A state is a marking; it is known by its number, in the order in which they were found. Memory is
-// that of state_store.h; a trace is found by firing backwards. Not thread-safe.
+// that of state_store.h, and with eager transitions 4 bytes more; without, a trace is found by
+// firing backwards. Not thread-safe.
 #pragma once
 
 #include <cstddef>
@@ -60,7 +61,6 @@ struct Overtaking {
 struct Recurrence {
   bool complete = true;     ///< false: given up for want of memory
   uint64_t components = 0;  ///< strongly connected ones
-  uint64_t terminal = 0;    ///< of these: those that are never left
   bool reversible = false;  ///< the first state can be reached from each
   /// By transition: a state from which it can never be fired again.
   std::vector<std::optional<uint32_t>> dies_at;
@@ -83,8 +83,9 @@ class StateSpace {
   virtual Overtaking FindOvertaking(const Property& property, const SearchLimits& limits) const = 0;
 };
 
-/// Where a transition of `eager` is enabled, only the first of these is fired: see reduction.h.
-/// Nothing if a marking needs more than 2048 bits. `net` and `layout` are kept by reference.
+/// Transitions of `eager` are fired as soon as they are enabled, and states in which one is are
+/// left out: see reduction.h. Nothing if a marking needs more than 2048 bits. `net` and `layout`
+/// are kept by reference.
 std::unique_ptr<StateSpace> MakeStateSpace(const Net& net, const Layout& layout,
                                            const std::vector<uint32_t>& eager);
 

@@ -1,0 +1,57 @@
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "server/ctl/command_line.h"
+#include "server/ctl/net_commands.h"
+#include "server/ctl/number_check.h"
+
+namespace pheromone::ctl {
+namespace {
+
+void AddNet(CLI::App* command, NetSource* source) {
+  command->add_option("FILE", source->path, "A net: .toml, .pnml or .xml")->required();
+  command->add_option("--set", source->parameters, "Give a parameter of the file another value")
+      ->type_name("NAME=NUMBER");
+}
+
+}  // namespace
+
+void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
+  CLI::App* net = program->add_subcommand("net", "Petri nets in files: check, export");
+  net->require_subcommand(1);
+
+  const auto it = std::make_shared<NetCheck>();
+  CLI::App* check = net->add_subcommand("check", "Find out what is true of a net");
+  AddNet(check, &it->source);
+  check
+      ->add_option("--claim", it->claims,
+                   "Check this, too, such as \"never red = 1 and green = 1\"")
+      ->type_name("TEXT");
+  check->add_flag("--reduce", it->reduce,
+                  "Leave out orders of transitions that make no difference");
+  check->add_flag("--quick", it->quick, "Without liveness and reversibility");
+  check->add_option("--memory", it->memory_gib, "End as unknown beyond this memory (default: 4)")
+      ->check(Number(0.001, 1'000'000))
+      ->type_name("GIB");
+  check->add_option("--states", it->max_states, "End as unknown beyond this number of states")
+      ->check(WholeNumber(1, 4'000'000'000))
+      ->type_name("N");
+  check->callback([=] {
+    it->json = options->json;
+    *exit_status = CheckNetFile(*it);
+  });
+
+  const auto to = std::make_shared<NetExport>();
+  CLI::App* exporting = net->add_subcommand("export", "Write a net for other tools");
+  AddNet(exporting, &to->source);
+  exporting->add_option("--format", to->format, "pnml, promela (Spin) or 4ti2 (P-semiflows)")
+      ->required()
+      ->check(CLI::IsMember({"pnml", "promela", "4ti2"}))
+      ->type_name("FORMAT");
+  exporting->add_option("--output", to->output, "Into this file (default: standard output)")
+      ->type_name("FILE");
+  exporting->callback([=] { *exit_status = ExportNet(*to); });
+}
+
+}  // namespace pheromone::ctl

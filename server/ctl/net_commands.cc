@@ -1,0 +1,149 @@
+#include "server/ctl/net_commands.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+
+#include "server/base/file.h"
+#include "server/ctl/net_report.h"
+#include "server/ctl/server_call.h"
+#include "server/nets/four_ti_two.h"
+#include "server/nets/pnml.h"
+#include "server/nets/promela.h"
+#include "server/nets/system_file.h"
+#include "server/petri/check.h"
+
+namespace pheromone::ctl {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+Result<nets::Parameters> ParametersOf(const std::vector<std::string>& words) {
+  nets::Parameters parameters;
+  for (const std::string& word : words) {
+    const size_t sign = word.find('=');
+    const std::string value = sign == std::string::npos ? "" : word.substr(sign + 1);
+    int64_t number = 0;
+    const auto [end, code] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (value.empty() || code != std::errc() || end != value.data() + value.size()) {
+      return Error{"--set: found \"" + word + "\", expected NAME=NUMBER, such as robots=3"};
+    }
+    parameters[word.substr(0, sign)] = number;
+  }
+  return parameters;
+}
+
+Result<petri::Net> LoadNet(const NetSource& source) {
+  const std::string ending = std::filesystem::path(source.path).extension();
+  if (ending == ".pnml" || ending == ".xml") {
+    if (!source.parameters.empty()) {
+      return Error{source.path + ": --set: PNML has no parameters"};
+    }
+    const Result<std::string> text = ReadFile(source.path);
+    return text.ok() ? nets::ParsePnml(source.path, text.value()) : Error{text.error()};
+  }
+  const Result<nets::Parameters> parameters = ParametersOf(source.parameters);
+  return parameters.ok() ? nets::LoadSystem(source.path, parameters.value())
+                         : Error{parameters.error()};
+}
+
+// One line on standard error, once a second, if it is a terminal.
+class ProgressLine {
+ public:
+  bool Tell(uint64_t states, uint64_t expanded) {
+    const double seconds = SecondsSince(start_);
+    if (isatty(STDERR_FILENO) == 1 && seconds >= next_) {
+      next_ = seconds + 1;
+      shown_ = true;
+      std::cerr << fmt::format("\r{} states, {} expanded, {:.0f} states/s ", states, expanded,
+                               static_cast<double>(states) / seconds)
+                << std::flush;
+    }
+    return true;
+  }
+  ~ProgressLine() {
+    if (shown_) {
+      std::cerr << '\n';
+    }
+  }
+
+ private:
+  Clock::time_point start_ = Clock::now();
+  double next_ = 1;
+  bool shown_ = false;
+};
+
+int WriteText(const std::string& path, const std::string& text) {
+  if (path.empty()) {
+    std::cout << text;
+    return 0;
+  }
+  const Status written = WriteFile(path, text);
+  return written.ok() ? 0 : Fail(kFailed, written.error());
+}
+
+}  // namespace
+
+int CheckNetFile(const NetCheck& check) {
+  Result<petri::Net> loaded = LoadNet(check.source);
+  if (!loaded.ok()) {
+    return Fail(kUsage, loaded.error());
+  }
+  petri::Net net = std::move(loaded).value();
+  for (size_t i = 0; i < check.claims.size(); ++i) {
+    net.claims.push_back({"--claim " + std::to_string(i + 1), check.claims[i]});
+  }
+  petri::CheckOptions options;
+  options.reduce = check.reduce;
+  options.recurrence = !check.quick;
+  options.limits.max_bytes = static_cast<uint64_t>(check.memory_gib * (1 << 30));
+  options.limits.max_states = check.max_states.value_or(options.limits.max_states);
+  ProgressLine line;
+  options.progress = [&](uint64_t states, uint64_t expanded) {
+    return line.Tell(states, expanded);
+  };
+  const Clock::time_point start = Clock::now();
+  const Result<petri::CheckReport> report = petri::Check(net, options);
+  if (!report.ok()) {
+    return Fail(kUsage, check.source.path + ": " + report.error());
+  }
+  const double seconds = SecondsSince(start);
+  std::cout << (check.json ? JsonOfReport(net, report.value(), seconds)
+                           : TextOfReport(net, report.value(), seconds));
+  return AllProved(report.value()) ? 0 : kFailed;
+}
+
+int ExportNet(const NetExport& to) {
+  const Result<petri::Net> net = LoadNet(to.source);
+  if (!net.ok()) {
+    return Fail(kUsage, net.error());
+  }
+  if (to.format == "pnml") {
+    return WriteText(to.output, nets::ToPnml(net.value()));
+  }
+  if (to.format == "promela") {
+    const Result<std::string> text = nets::ToPromela(net.value(), {});
+    return text.ok() ? WriteText(to.output, text.value()) : Fail(kUsage, text.error());
+  }
+  if (to.output.empty()) {
+    return Fail(kUsage, "--format 4ti2 writes three files; expected --output NAME");
+  }
+  const nets::FourTiTwoProject files = nets::ToFourTiTwo(net.value(), nets::SemiflowsOf::kPlaces);
+  for (const auto& [ending, text] :
+       {std::pair{".mat", &files.mat}, {".sign", &files.sign}, {".rel", &files.rel}}) {
+    if (const int failed = WriteText(to.output + ending, *text); failed != 0) {
+      return failed;
+    }
+  }
+  return 0;
+}
+
+}  // namespace pheromone::ctl

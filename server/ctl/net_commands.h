@@ -1,0 +1,39 @@
+// pheromonectl net ...: Petri nets in files; no server is needed.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pheromone::ctl {
+
+/// A net: TOML (server/nets/system_file.h) or, by its ending .pnml or .xml, PNML.
+struct NetSource {
+  std::string path;
+  std::vector<std::string> parameters;  ///< NAME=NUMBER, of TOML
+};
+
+struct NetCheck {
+  NetSource source;
+  std::vector<std::string> claims;  ///< besides those of the file
+  bool json = false;
+  bool reduce = false;
+  bool quick = false;  ///< without liveness and reversibility
+  double memory_gib = 4;
+  std::optional<uint64_t> max_states;
+};
+
+/// Returns the exit status: 0 if all claims are proved, 1 if not or if the file cannot be read, 2
+/// for an error in a net, a claim or the command line.
+int CheckNetFile(const NetCheck& check);
+
+struct NetExport {
+  NetSource source;
+  std::string format;  ///< pnml, promela or 4ti2
+  std::string output;  ///< empty: standard output; of 4ti2: without an ending
+};
+
+int ExportNet(const NetExport& to);
+
+}  // namespace pheromone::ctl
