@@ -303,7 +303,16 @@ Result<petri::Net> SystemLoader::Join(const std::string& name, std::vector<Asked
   const Keys& file = asked[0].keys;
   std::vector<petri::Instance> instances;
   size_t nodes = 0;
+  std::unordered_set<std::string> own_claims;
+  for (const petri::Claim& claim : asked[0].instance.net.claims) {
+    own_claims.insert(claim.id);
+  }
   for (Asked& one : asked) {
+    if (&one != asked.data()) {
+      std::erase_if(one.instance.net.claims, [&](const petri::Claim& claim) {
+        return own_claims.contains(petri::PrefixedId(one.instance.as, claim.id));
+      });
+    }
     nodes += one.instance.net.places.size() + one.instance.net.transitions.size();
     instances.push_back(std::move(one.instance));
   }

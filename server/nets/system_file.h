@@ -23,7 +23,8 @@
 //
 //   [[claim]]
 //   id = "few"
-//   text = "always lane <= {robots}"     # see server/petri/property.h
+//   text = "always lane <= {robots}"     # see server/petri/property.h; instead of what an
+//                                        # instance claims with the same ID
 //
 //   [[instance]]
 //   net = "gate.toml"            # beside this file

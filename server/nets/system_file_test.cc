@@ -131,6 +131,16 @@ TEST_F(SystemFileTest, AChosenParameterReachesInstances) {
   EXPECT_EQ(net.claims[0].text, "always nest + N1.behind + N2.behind = 3");
 }
 
+TEST_F(SystemFileTest, AClaimReplacesAnInstancesOne) {
+  Write("other.toml",
+        "[net]\nname = \"other\"\n[[instance]]\nnet = \"bench.toml\"\n"
+        "[[claim]]\nid = \"all\"\ntext = \"never nest = 1\"\n");
+  const petri::Net net = Load("other.toml");
+  ASSERT_EQ(net.claims.size(), 3u);
+  EXPECT_EQ(net.claims[0], (petri::Claim{"all", "never nest = 1"}));
+  EXPECT_EQ(net.claims[1].id, "N1.wide");
+}
+
 TEST_F(SystemFileTest, CountsInstances) {
   Write("many.toml", R"(
 [net]

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "server/petri/claim_names.h"
@@ -49,7 +50,12 @@ class Whole {
       names[transition.id] = AddTransition(instance, transition, numbers);
     }
     for (const Claim& claim : instance.net.claims) {
-      net_.claims.push_back({PrefixedId(instance.as, claim.id), RenameIn(claim.text, names)});
+      const std::string id = PrefixedId(instance.as, claim.id);
+      if (!claim_ids_.insert(id).second) {
+        return Error{"claim \"" + id + "\" of " + NameOf(instance) +
+                     " is given twice, expected another ID"};
+      }
+      net_.claims.push_back({id, RenameIn(claim.text, names)});
     }
     return Ok();
   }
@@ -129,6 +135,7 @@ class Whole {
   Net net_;
   std::vector<Part> parts_;                            // by place
   std::unordered_map<std::string, uint32_t> numbers_;  // of places, by ID
+  std::unordered_set<std::string> claim_ids_;
 };
 
 constexpr uint32_t kGone = UINT32_MAX;

@@ -81,6 +81,9 @@ TEST(Compose, SaysWhatDoesNotFit) {
   EXPECT_EQ(ErrorOf({{.net = Gate(), .as = "N1", .with = {{"lane", "go"}}}}),
             "net \"whole\": transition \"N1.pass\" takes from \"go\" twice; expected one arc with "
             "the sum of the weights");
+  EXPECT_EQ(ErrorOf({{.net = {.name = "a", .claims = {{"c", "live t"}}}},
+                     {.net = {.name = "b", .claims = {{"c", "live t"}}}}}),
+            "claim \"c\" of net \"b\" is given twice, expected another ID");
   Net broken = Gate();
   broken.places[1].id = "lane";
   EXPECT_EQ(ErrorOf({{.net = broken}}), "net \"gate\": the ID \"lane\" is given twice");
