@@ -12,8 +12,10 @@ namespace {
 
 using Method = Finding::Method;
 
-// What is first supposed of a place without a structural bound; then 16 times as much, and so on.
-constexpr uint64_t kFirstGuess = 15;
+// What is first supposed of a place without a structural bound; then twice as much, and so on.
+constexpr uint64_t kFirstGuess = 1;
+// How many tokens are looked at where there is no bound.
+constexpr uint64_t kTruncatedAt = 3;
 constexpr uint64_t kLastGuess = 0xFFFF'FFFF;
 
 // Of a longer way only the last marking is compared with the others.
@@ -180,20 +182,26 @@ class Checker {
                      std::to_string(layout_->key_bytes() * 8) + " bits, expected 2048 at most"};
       }
       report_.key_bytes = layout_->key_bytes();
-      report_.explored = space_->Explore(goals_, options_.limits, options_.progress);
+      SearchLimits limits = options_.limits;
+      limits.truncates = report_.bounded.verdict == Verdict::kRefuted;
+      report_.explored = space_->Explore(goals_, limits, options_.progress);
       const Explored& explored = report_.explored;
       if (explored.end != Explored::End::kOverflow) {
         return Ok();
       }
       if (FindPump()) {
-        return Ok();
+        for (size_t place = 0; place < at_most.size(); ++place) {
+          at_most[place] =
+              is_bounded_[place] ? at_most[place] : std::max(at_most[place], kTruncatedAt);
+        }
+        continue;  // for what a part of the markings refutes
       }
       for (size_t place = 0; place < at_most.size(); ++place) {
         if (!is_bounded_[place] && at_most[place] >= kLastGuess) {
           return Ok();  // neither bounded by what can be counted, nor seen to grow
         }
-        if (!is_bounded_[place] && at_most[place] <= at_most[explored.overflow_place]) {
-          at_most[place] = std::min(at_most[explored.overflow_place] * 16 + 15, kLastGuess);
+        if (!is_bounded_[place]) {
+          at_most[place] = std::min(at_most[place] * 2 + 1, kLastGuess);
         }
       }
     }
@@ -261,6 +269,7 @@ class Checker {
         return "interrupted";
       case Explored::End::kOverflow:
         return net_.places[report_.explored.overflow_place].id + " has too many tokens to count";
+      case Explored::End::kTruncated:
       case Explored::End::kComplete:
         break;
     }
@@ -272,7 +281,7 @@ class Checker {
     if (reached) {
       Finding finding{Verdict::kRefuted, MethodOfSearch(), ""};
       finding.trace = space_->TraceTo(*reached);
-      finding.is_shortest = report_.eager.empty();
+      finding.is_shortest = report_.eager.empty() && report_.bounded.verdict != Verdict::kRefuted;
       return finding;
     }
     if (IsComplete()) {
@@ -432,7 +441,7 @@ class Checker {
 
   // After a reduced search: once more without, for what was refuted.
   void ShortenTraces() {
-    if (report_.eager.empty()) {
+    if (report_.eager.empty() || report_.bounded.verdict == Verdict::kRefuted) {
       return;
     }
     Shorten(nullptr, &report_.deadlock_free);

@@ -66,6 +66,7 @@ class PackedStateSpace final : public StateSpace {
     states_.Insert(first);
     came_from_.push_back(0);
     uint64_t next_progress = kStatesPerProgress;
+    bool truncated = false;
     uint32_t from = 0;
     while (from < states_.size() && found.end == Explored::End::kComplete) {
       batch.clear();
@@ -79,11 +80,13 @@ class PackedStateSpace final : public StateSpace {
         const bool any = ForEachEnabled(wide, [&](const Rule& rule) {
           found.fired[rule.transition] = true;
           ++found.transitions;
-          if (Layout::Overflows(*rule.of, wide.data())) {
-            NoteOverflow(rule, from, wide, &found);
-          } else {
+          if (!Layout::Overflows(*rule.of, wide.data())) {
             batch.push_back(Successor(key, wide, rule, &found.fired));
             sources.push_back(from);
+          } else if (limits.truncates) {
+            truncated = true;
+          } else {
+            NoteOverflow(rule, from, wide, &found);
           }
         });
         if (!any && !found.deadlock) {
@@ -108,6 +111,9 @@ class PackedStateSpace final : public StateSpace {
           found.end = Explored::End::kGivenUp;
         }
       }
+    }
+    if (truncated && found.end == Explored::End::kComplete) {
+      found.end = Explored::End::kTruncated;
     }
     for (uint32_t place = 0; place < net_.places.size(); ++place) {
       found.most[place] = std::max(

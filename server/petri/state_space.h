@@ -27,6 +27,9 @@ struct SearchLimits {
   uint64_t max_states = 4'000'000'000;
   /// Ends with kGivenUp as soon as all goals are reached or, without goals, a deadlock is.
   bool stops_at_first = false;
+  /// Leaves out markings with more tokens than the layout has bits for, and ends with kTruncated if
+  /// there are any, instead of at the first one.
+  bool truncates = false;
 };
 
 /// Called now and then with the number of states found and of those whose successors are known;
@@ -34,7 +37,7 @@ struct SearchLimits {
 using Progress = std::function<bool(uint64_t states, uint64_t expanded)>;
 
 struct Explored {
-  enum class End { kComplete, kMemory, kStates, kGivenUp, kOverflow };
+  enum class End { kComplete, kMemory, kStates, kGivenUp, kOverflow, kTruncated };
 
   End end = End::kComplete;
   uint64_t states = 0;
