@@ -56,10 +56,10 @@ struct PnrdData {
 
 /// Both sides together.
 struct PnrdState {
-  IncidenceMatrix incidence;
-  Marking marking;
-  std::vector<uint32_t> candidates;
-  std::vector<PnrdCondition> conditions;
+  IncidenceMatrix incidence{};
+  Marking marking{};
+  std::vector<uint32_t> candidates{};
+  std::vector<PnrdCondition> conditions{};
 };
 
 /// Errors: a part that neither or both have (conditions may be missing), or sizes and numbers that
