@@ -1,6 +1,7 @@
 #include "server/petri/claim_names.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 namespace pheromone::petri {
@@ -21,9 +22,20 @@ std::string Quoted(const std::string& name) {
   return plain ? name : '"' + name + '"';
 }
 
+// Words that mean something to the claim unless they are in quotes: the first one always, others by
+// what kind of claim the first one makes it.
+bool IsKeyword(std::string_view word, std::string_view first, bool is_first) {
+  constexpr std::array<std::string_view, 3> kJoining = {"and", "or", "not"};
+  constexpr std::array<std::string_view, 4> kOfOvertaken = {"at", "most", "by", "while"};
+  return is_first || std::find(kJoining.begin(), kJoining.end(), word) != kJoining.end() ||
+         (first == "overtaken" &&
+          std::find(kOfOvertaken.begin(), kOfOvertaken.end(), word) != kOfOvertaken.end());
+}
+
 // The text in pieces: `other` gets what is between the names.
 template <typename Name, typename Other>
 void TakeApart(std::string_view text, const Name& name, const Other& other) {
+  std::string_view first;
   size_t at = 0;
   while (at < text.size()) {
     size_t end = at + 1;
@@ -39,7 +51,9 @@ void TakeApart(std::string_view text, const Name& name, const Other& other) {
       }
     }
     const std::string_view piece = text.substr(at, end - at);
-    if (BeginsName(text[at])) {
+    const bool is_first = first.empty() && BeginsName(text[at]);
+    first = is_first ? piece : first;
+    if (BeginsName(text[at]) && !IsKeyword(piece, first, is_first)) {
       name(piece, piece);
     } else {
       other(piece);
@@ -61,7 +75,9 @@ std::string RenameIn(std::string_view text, const Renaming& names) {
       text,
       [&](std::string_view name, std::string_view piece) {
         const auto found = names.find(name);
-        renamed += found == names.end() ? std::string(piece) : Quoted(found->second);
+        renamed += found == names.end()   ? std::string(piece)
+                   : piece.front() == '"' ? '"' + found->second + '"'
+                                          : Quoted(found->second);
       },
       [&](std::string_view piece) { renamed += piece; });
   return renamed;
