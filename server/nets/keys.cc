@@ -247,7 +247,7 @@ std::string Described(const toml::node& node) {
 bool IsPlainId(std::string_view id) {
   return !id.empty() && id.find_first_not_of(
                             "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                            "0123456789_.-") == id.npos;
+                            "0123456789_.-") == std::string_view::npos;
 }
 
 }  // namespace pheromone::nets

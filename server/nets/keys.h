@@ -40,7 +40,7 @@ class FileProblems {
 
  private:
   std::string file_;
-  std::vector<std::pair<toml::source_position, std::string>> lines_;
+  std::vector<std::pair<toml::source_position, std::string>> lines_{};
 };
 
 /// What the file is read for.

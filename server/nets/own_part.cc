@@ -105,8 +105,8 @@ class OwnReader {
     std::unordered_set<uint32_t> seen;
     for (const Located& arc : table.Texts(key)) {
       const size_t space = arc.text.rfind(' ');
-      const std::string id = space == arc.text.npos ? arc.text : arc.text.substr(space + 1);
-      const int64_t weight = space == arc.text.npos ? 1 : WeightOf(arc.text.substr(0, space));
+      const std::string id = space == std::string::npos ? arc.text : arc.text.substr(space + 1);
+      const int64_t weight = space == std::string::npos ? 1 : WeightOf(arc.text.substr(0, space));
       if (weight == 0 || !IsPlainId(id)) {
         table.NoteAt(arc.at, key,
                      "found \"" + arc.text + "\", expected a place, or a number from 1 to " +
@@ -187,7 +187,7 @@ Parameters ReadParameters(const Keys& file, const Parameters& chosen) {
                               std::to_string(declared.least) + " to " +
                               std::to_string(declared.most));
       }
-      if (!IsPlainId(name) || name == "as" || name.find('-') != name.npos) {
+      if (!IsPlainId(name) || name == "as" || name.find('-') != std::string::npos) {
         table->Note(name, "expected a name of letters, digits, _ and . other than \"as\"");
       }
     }

@@ -36,14 +36,14 @@ Result<std::string> FillInOne(std::string_view inside, const Parameters& paramet
   const size_t sign = inside.find_first_of("+-");
   const auto found = parameters.find(WithoutSpaces(inside.substr(0, sign)));
   const std::optional<int64_t> addend =
-      sign == inside.npos ? 0 : AddendOf(WithoutSpaces(inside.substr(sign + 1)));
+      sign == std::string_view::npos ? 0 : AddendOf(WithoutSpaces(inside.substr(sign + 1)));
   if (found == parameters.end() || !addend) {
     return Error{"found \"{" + std::string(inside) +
                  "}\", expected a parameter in the braces, such as {robots} or {robots - 1}; "
                  "parameters: " +
                  NamesOf(parameters)};
   }
-  const bool minus = sign != inside.npos && inside[sign] == '-';
+  const bool minus = sign != std::string_view::npos && inside[sign] == '-';
   return std::to_string(minus ? found->second - *addend : found->second + *addend);
 }
 
@@ -55,15 +55,14 @@ Result<std::string> FillIn(std::string_view text, const Parameters& parameters,
   while (true) {
     const size_t open = text.find('{');
     filled += text.substr(0, open);
-    if (open == text.npos) {
+    if (open == std::string_view::npos) {
       return filled;
     }
     const size_t close = text.find('}', open);
-    if (close == text.npos) {
+    if (close == std::string_view::npos) {
       return Error{"found \"{\" without \"}\", expected a parameter in braces"};
     }
-    const Result<std::string> one =
-        FillInOne(text.substr(open + 1, close - open - 1), parameters, as);
+    Result<std::string> one = FillInOne(text.substr(open + 1, close - open - 1), parameters, as);
     if (!one.ok()) {
       return one;
     }

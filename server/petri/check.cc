@@ -16,6 +16,7 @@ using Method = Finding::Method;
 constexpr uint64_t kFirstGuess = 1;
 // How many tokens are looked at where there is no bound.
 constexpr uint64_t kTruncatedAt = 3;
+constexpr uint64_t kTruncatedStates = 1'000'000;
 constexpr uint64_t kLastGuess = 0xFFFF'FFFF;
 
 // Of a longer way only the last marking is compared with the others.
@@ -183,7 +184,10 @@ class Checker {
       }
       report_.key_bytes = layout_->key_bytes();
       SearchLimits limits = options_.limits;
-      limits.truncates = report_.bounded.verdict == Verdict::kRefuted;
+      if (report_.bounded.verdict == Verdict::kRefuted) {
+        limits.truncates = true;
+        limits.max_states = std::min(limits.max_states, kTruncatedStates);
+      }
       report_.explored = space_->Explore(goals_, limits, options_.progress);
       const Explored& explored = report_.explored;
       if (explored.end != Explored::End::kOverflow) {

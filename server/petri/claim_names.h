@@ -15,7 +15,7 @@ namespace pheromone::petri {
 
 using Renaming = std::map<std::string, std::string, std::less<>>;
 
-/// Calls `use` with each word that may be a name: keywords too, but no numbers.
+/// Calls `use` with each name: words that are no keywords there, and texts in quotes.
 void ForEachName(std::string_view text, const std::function<void(std::string_view)>& use);
 
 /// The text with other names; words that `names` does not have stay.

@@ -133,9 +133,9 @@ class Whole {
   }
 
   Net net_;
-  std::vector<Part> parts_;                            // by place
-  std::unordered_map<std::string, uint32_t> numbers_;  // of places, by ID
-  std::unordered_set<std::string> claim_ids_;
+  std::vector<Part> parts_{};                            // by place
+  std::unordered_map<std::string, uint32_t> numbers_{};  // of places, by ID
+  std::unordered_set<std::string> claim_ids_{};
 };
 
 constexpr uint32_t kGone = UINT32_MAX;
