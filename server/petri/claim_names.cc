@@ -9,28 +9,34 @@
 namespace pheromone::petri {
 namespace {
 
+// Words that mean something to the claim unless they are in quotes: the first one always, others by
+// what kind of claim the first one makes it.
+bool IsKeyword(std::string_view word, std::string_view first) {
+  constexpr std::string_view kJoining[] = {"and", "or", "not"};
+  constexpr std::string_view kOfOvertaken[] = {"at", "most", "by", "while"};
+  return std::find(std::begin(kJoining), std::end(kJoining), word) != std::end(kJoining) ||
+         (first == "overtaken" && std::find(std::begin(kOfOvertaken), std::end(kOfOvertaken),
+                                            word) != std::end(kOfOvertaken));
+}
+
 std::string Quoted(const std::string& name) {
   const bool plain = !name.empty() && BeginsName(name[0]) &&
                      std::all_of(name.begin(), name.end(), IsOfName) &&
-                     !IsKeyword({TokenKind::kName, name, 2, 0});
+                     !IsKeyword(name, "overtaken");
   return plain ? name : '"' + name + '"';
-}
-
-// Words that the grammar has. As IDs of places they are in quotes; the first word is none at all.
-bool IsKeyword(const Token& token) {
-  static constexpr std::string_view kWords[] = {"and", "at", "by", "most", "not", "or", "while"};
-  return token.kind == TokenKind::kName &&
-         (token.column == 1 ||
-          std::find(std::begin(kWords), std::end(kWords), token.text) != std::end(kWords));
 }
 
 // The text in pieces: `other` gets what is between the names.
 template <typename Name, typename Other>
 void TakeApart(std::string_view text, const Name& name, const Other& other) {
   size_t done = 0;
-  for (ClaimScanner scanner(text); scanner.token().kind != TokenKind::kEnd; scanner.Next()) {
+  ClaimScanner scanner(text);
+  const std::string_view first = scanner.token().text;
+  for (; scanner.token().kind != TokenKind::kEnd; scanner.Next()) {
     const Token& token = scanner.token();
-    if (!IsKeyword(token) && (token.kind == TokenKind::kName || token.kind == TokenKind::kQuoted)) {
+    const bool is_word = token.kind == TokenKind::kName && token.text.data() != first.data() &&
+                         !IsKeyword(token.text, first);
+    if (is_word || token.kind == TokenKind::kQuoted) {
       other(text.substr(done, token.column - 1 - done));
       name(token.text, text.substr(token.column - 1, token.end - token.column));
       done = token.end - 1;
