@@ -1,7 +1,7 @@
 #include "server/petri/check.h"
 
 #include <algorithm>
-#include <cassert>
+#include <random>
 
 #include "server/petri/layout.h"
 #include "server/petri/reduction.h"
@@ -21,6 +21,10 @@ constexpr uint64_t kLastGuess = 0xFFFF'FFFF;
 
 // Of a longer way only the last marking is compared with the others.
 constexpr size_t kLongWay = 300;
+constexpr size_t kMaxComparisons = 300'000;
+constexpr int kWalks = 20;
+constexpr size_t kStepsOfWalk = 1000;
+constexpr int32_t kMostInWalk = 1'000'000;
 
 class Checker {
  public:
@@ -211,43 +215,94 @@ class Checker {
     }
   }
 
-  // Along the way to the overflow: a marking that has grown. What led from the earlier one to it
-  // can be fired for ever, unless a place has grown that inhibits something.
+  // A marking that has grown since an earlier one. What led from the earlier one to it can be fired
+  // for ever, unless a place has grown that inhibits something. Looked for on the way to the
+  // overflow, and the first time on random ways, too.
   bool FindPump() {
     std::vector<uint32_t> way = space_->TraceTo(report_.explored.overflow_state);
     way.push_back(report_.explored.overflow_transition);
-    std::vector<bool> inhibits(net_.places.size());
+    inhibits_.assign(net_.places.size(), false);
     for (const Transition& transition : net_.transitions) {
       for (const Arc& arc : transition.inhibitors) {
-        inhibits[arc.place] = true;
+        inhibits_[arc.place] = true;
       }
     }
     std::vector<Marking> markings = {InitialMarking(net_)};
-    for (size_t to = 1; to <= way.size(); ++to) {
-      markings.push_back(Fire(net_, way[to - 1], markings.back()));
-      if (way.size() > kLongWay && to < way.size()) {
-        continue;
+    for (size_t to = 0; to < way.size(); ++to) {
+      markings.push_back(Fire(net_, way[to], markings.back()));
+      if ((way.size() <= kLongWay || to + 1 == way.size()) && NotePump(way, markings)) {
+        return true;
       }
-      for (size_t from = 0; from < to; ++from) {
-        const Marking growth = markings[to] - markings[from];
-        bool pumps = growth.minCoeff() >= 0 && growth.maxCoeff() > 0;
-        for (size_t place = 0; place < inhibits.size(); ++place) {
-          pumps = pumps && (!inhibits[place] || growth[static_cast<Eigen::Index>(place)] == 0);
+    }
+    if (has_walked_) {
+      return false;
+    }
+    has_walked_ = true;
+    comparisons_ = 0;
+    std::mt19937 random(1);
+    for (int walk = 0; walk < kWalks && comparisons_ < kMaxComparisons; ++walk) {
+      if (WalkFindsPump(&random)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  bool WalkFindsPump(std::mt19937* random) {
+    std::vector<Marking> markings = {InitialMarking(net_)};
+    std::vector<uint32_t> way;
+    int64_t most = markings[0].sum();
+    while (way.size() < kStepsOfWalk) {
+      std::vector<uint32_t> enabled;
+      for (uint32_t t = 0; t < net_.transitions.size(); ++t) {
+        if (IsEnabled(net_, t, markings.back())) {
+          enabled.push_back(t);
         }
-        if (pumps) {
-          Eigen::Index place = 0;
-          growth.maxCoeff(&place);
-          const auto at = [&](size_t i) { return way.begin() + static_cast<std::ptrdiff_t>(i); };
-          report_.bounded = {Verdict::kRefuted, Method::kExhaustive,
-                             net_.places[static_cast<size_t>(place)].id +
-                                 " grows each time that the cycle is fired"};
-          report_.bounded.trace.emplace(way.begin(), at(from));
-          report_.bounded.cycle.assign(at(from), at(to));
-          report_.bounded.is_shortest = false;
-          report_.safe = report_.bounded;
+      }
+      if (enabled.empty()) {
+        return false;
+      }
+      way.push_back(enabled[(*random)() % enabled.size()]);
+      markings.push_back(Fire(net_, way.back(), markings.back()));
+      if (markings.back().maxCoeff() > kMostInWalk) {
+        return false;
+      }
+      if (markings.back().sum() > most) {  // only then can it have grown
+        most = markings.back().sum();
+        if (NotePump(way, markings)) {
           return true;
         }
       }
+    }
+    return false;
+  }
+
+  // Whether the last marking has grown since an earlier one.
+  bool NotePump(const std::vector<uint32_t>& way, const std::vector<Marking>& markings) {
+    const Marking& last = markings.back();
+    for (size_t from = 0; from + 1 < markings.size() && comparisons_ < kMaxComparisons; ++from) {
+      const Marking& earlier = markings[from];
+      ++comparisons_;
+      bool pumps = last != earlier;
+      for (Eigen::Index place = 0; pumps && place < last.size(); ++place) {
+        pumps = inhibits_[static_cast<size_t>(place)] ? last[place] == earlier[place]
+                                                      : last[place] >= earlier[place];
+      }
+      if (!pumps) {
+        continue;
+      }
+      const Marking growth = last - earlier;
+      Eigen::Index place = 0;
+      growth.maxCoeff(&place);
+      const auto at = [&](size_t i) { return way.begin() + static_cast<std::ptrdiff_t>(i); };
+      report_.bounded = {
+          Verdict::kRefuted, Method::kPartial,
+          net_.places[static_cast<size_t>(place)].id + " grows each time that the cycle is fired"};
+      report_.bounded.trace.emplace(way.begin(), at(from));
+      report_.bounded.cycle.assign(at(from), at(markings.size() - 1));
+      report_.bounded.is_shortest = false;
+      report_.safe = report_.bounded;
+      return true;
     }
     return false;
   }
@@ -480,6 +535,9 @@ class Checker {
   CheckReport report_;
   std::vector<bool> is_bounded_;  // by structure
   std::vector<uint64_t> at_most_;
+  std::vector<bool> inhibits_;  // by place: whether it inhibits anything
+  bool has_walked_ = false;
+  size_t comparisons_ = 0;  // of markings
   std::vector<Expression> goals_;
   std::vector<size_t> goal_of_;  // by claim; 0: none
   std::unique_ptr<Layout> layout_;
