@@ -8,8 +8,10 @@
 
 #include "proto_tests/petri/contest_nets.h"
 #include "server/nets/promela.h"
+#include "server/nets/system_file.h"
 #include "server/nets/testing/naive_markings.h"
 #include "server/nets/testing/random_net.h"
+#include "server/petri/check.h"
 
 namespace pheromone::nets {
 namespace {
@@ -58,6 +60,20 @@ Net Buffer() {
               {.id = "empty", .takes = {{0}}, .reads = {{1}}, .inhibitors = {{3}}},
               {.id = "leave", .takes = {{1}}, .gives = {{2}}},
               {.id = "come", .takes = {{2}}, .gives = {{1}}}}};
+}
+
+// The bench of Ferreira et al. 2018 with two robots; one robot at P, in the paper's area 2.
+TEST(SpinNets, StoresTheMarkingsOfTheBench) {
+  const Result<Net> net =
+      LoadSystem(PHEROMONE_SOURCE_DIR "/deploy/examples/nets/motion.toml", {{"robots", 2}});
+  ASSERT_TRUE(net.ok()) << net.error();
+  std::string at_p;
+  for (const char* const id : {"leaves", "to_A", "to_B", "returns_A", "returns_B", "to_nest"}) {
+    at_p += (at_p.empty() ? "p" : " + p") + std::to_string(petri::PlaceOf(net.value(), id));
+  }
+  const petri::CheckReport ours = petri::Check(net.value(), {.recurrence = false}).value();
+  EXPECT_EQ(StoredStates(Spin(net.value(), {.assertion = at_p + " <= 1"}, "")),
+            ours.explored.states);
 }
 
 TEST(SpinNets, StoresTheReachableMarkingsWithReadAndInhibitorArcs) {

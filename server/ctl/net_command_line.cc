@@ -1,4 +1,5 @@
 #include <memory>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
@@ -15,32 +16,53 @@ void AddNet(CLI::App* command, NetSource* source) {
       ->type_name("NAME=NUMBER");
 }
 
+void AddCheck(CLI::App* command, NetCheck* check) {
+  AddNet(command, &check->source);
+  command
+      ->add_option("--claim", check->claims,
+                   "Check this, too, such as \"never red = 1 and green = 1\"")
+      ->type_name("TEXT");
+  command->add_flag("--reduce", check->reduce,
+                    "Leave out orders of transitions that make no difference");
+  command->add_flag("--quick", check->quick, "Without liveness and reversibility");
+  command
+      ->add_option("--memory", check->memory_gib, "End as unknown beyond this memory (default: 4)")
+      ->check(Number(0.001, 1'000'000))
+      ->type_name("GIB");
+  command->add_option("--states", check->max_states, "End as unknown beyond this number of states")
+      ->check(WholeNumber(1, 4'000'000'000))
+      ->type_name("N");
+}
+
+struct DrawArguments {
+  NetCheck check;
+  std::string trace;
+  std::string output;
+};
+
 }  // namespace
 
 void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
-  CLI::App* net = program->add_subcommand("net", "Petri nets in files: check, export");
+  CLI::App* net = program->add_subcommand("net", "Petri nets in files: check, draw, export");
   net->require_subcommand(1);
 
   const auto it = std::make_shared<NetCheck>();
   CLI::App* check = net->add_subcommand("check", "Find out what is true of a net");
-  AddNet(check, &it->source);
-  check
-      ->add_option("--claim", it->claims,
-                   "Check this, too, such as \"never red = 1 and green = 1\"")
-      ->type_name("TEXT");
-  check->add_flag("--reduce", it->reduce,
-                  "Leave out orders of transitions that make no difference");
-  check->add_flag("--quick", it->quick, "Without liveness and reversibility");
-  check->add_option("--memory", it->memory_gib, "End as unknown beyond this memory (default: 4)")
-      ->check(Number(0.001, 1'000'000))
-      ->type_name("GIB");
-  check->add_option("--states", it->max_states, "End as unknown beyond this number of states")
-      ->check(WholeNumber(1, 4'000'000'000))
-      ->type_name("N");
+  AddCheck(check, it.get());
   check->callback([=] {
     it->json = options->json;
     *exit_status = CheckNetFile(*it);
   });
+
+  const auto drawn = std::make_shared<DrawArguments>();
+  CLI::App* draw = net->add_subcommand("draw", "Draw a net, or a trace of it, for Graphviz");
+  AddCheck(draw, &drawn->check);
+  draw->add_option("--trace", drawn->trace,
+                   "Instead of the net: the trace that check prints for this name")
+      ->type_name("NAME");
+  draw->add_option("--output", drawn->output, "Into this file (default: standard output)")
+      ->type_name("FILE");
+  draw->callback([=] { *exit_status = DrawNet(drawn->check, drawn->trace, drawn->output); });
 
   const auto to = std::make_shared<NetExport>();
   CLI::App* exporting = net->add_subcommand("export", "Write a net for other tools");

@@ -11,6 +11,7 @@
 #include "server/base/file.h"
 #include "server/ctl/net_report.h"
 #include "server/ctl/server_call.h"
+#include "server/nets/dot.h"
 #include "server/nets/four_ti_two.h"
 #include "server/nets/pnml.h"
 #include "server/nets/promela.h"
@@ -81,6 +82,41 @@ class ProgressLine {
   bool shown_ = false;
 };
 
+struct Checked {
+  petri::Net net;
+  petri::CheckReport report;
+  double seconds = 0;
+};
+
+// The exit status of a failure, or 0.
+int RunCheck(const NetCheck& check, Checked* checked) {
+  Result<petri::Net> loaded = LoadNet(check.source);
+  if (!loaded.ok()) {
+    return Fail(kUsage, loaded.error());
+  }
+  checked->net = std::move(loaded).value();
+  for (size_t i = 0; i < check.claims.size(); ++i) {
+    checked->net.claims.push_back({"--claim " + std::to_string(i + 1), check.claims[i]});
+  }
+  petri::CheckOptions options;
+  options.reduce = check.reduce;
+  options.recurrence = !check.quick;
+  options.limits.max_bytes = static_cast<uint64_t>(check.memory_gib * (1 << 30));
+  options.limits.max_states = check.max_states.value_or(options.limits.max_states);
+  ProgressLine line;
+  options.progress = [&](uint64_t states, uint64_t expanded) {
+    return line.Tell(states, expanded);
+  };
+  const Clock::time_point start = Clock::now();
+  Result<petri::CheckReport> report = petri::Check(checked->net, options);
+  if (!report.ok()) {
+    return Fail(kUsage, check.source.path + ": " + report.error());
+  }
+  checked->report = std::move(report).value();
+  checked->seconds = SecondsSince(start);
+  return 0;
+}
+
 int WriteText(const std::string& path, const std::string& text) {
   if (path.empty()) {
     std::cout << text;
@@ -93,32 +129,35 @@ int WriteText(const std::string& path, const std::string& text) {
 }  // namespace
 
 int CheckNetFile(const NetCheck& check) {
-  Result<petri::Net> loaded = LoadNet(check.source);
-  if (!loaded.ok()) {
-    return Fail(kUsage, loaded.error());
+  Checked checked;
+  if (const int failed = RunCheck(check, &checked); failed != 0) {
+    return failed;
   }
-  petri::Net net = std::move(loaded).value();
-  for (size_t i = 0; i < check.claims.size(); ++i) {
-    net.claims.push_back({"--claim " + std::to_string(i + 1), check.claims[i]});
+  std::cout << (check.json ? JsonOfReport(checked.net, checked.report, checked.seconds)
+                           : TextOfReport(checked.net, checked.report, checked.seconds));
+  return AllProved(checked.report) ? 0 : kFailed;
+}
+
+int DrawNet(const NetCheck& check, const std::string& id, const std::string& output) {
+  if (id.empty()) {
+    const Result<petri::Net> net = LoadNet(check.source);
+    return net.ok() ? WriteText(output, nets::DotOfNet(net.value())) : Fail(kUsage, net.error());
   }
-  petri::CheckOptions options;
-  options.reduce = check.reduce;
-  options.recurrence = !check.quick;
-  options.limits.max_bytes = static_cast<uint64_t>(check.memory_gib * (1 << 30));
-  options.limits.max_states = check.max_states.value_or(options.limits.max_states);
-  ProgressLine line;
-  options.progress = [&](uint64_t states, uint64_t expanded) {
-    return line.Tell(states, expanded);
-  };
-  const Clock::time_point start = Clock::now();
-  const Result<petri::CheckReport> report = petri::Check(net, options);
-  if (!report.ok()) {
-    return Fail(kUsage, check.source.path + ": " + report.error());
+  Checked checked;
+  if (const int failed = RunCheck(check, &checked); failed != 0) {
+    return failed;
   }
-  const double seconds = SecondsSince(start);
-  std::cout << (check.json ? JsonOfReport(net, report.value(), seconds)
-                           : TextOfReport(net, report.value(), seconds));
-  return AllProved(report.value()) ? 0 : kFailed;
+  const petri::Finding* const finding = FindingNamed(checked.report, id);
+  if (finding == nullptr) {
+    return Fail(kUsage, "--trace: found \"" + id +
+                            "\", expected a name that net check prints, such as deadlock-free");
+  }
+  if (!finding->trace) {
+    return Fail(kFailed, check.source.path + ": there is no trace of \"" + id + "\"");
+  }
+  std::vector<uint32_t> steps = *finding->trace;
+  steps.insert(steps.end(), finding->cycle.begin(), finding->cycle.end());
+  return WriteText(output, nets::DotOfTrace(checked.net, steps));
 }
 
 int ExportNet(const NetExport& to) {

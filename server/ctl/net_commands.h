@@ -28,6 +28,10 @@ struct NetCheck {
 /// for an error in a net, a claim or the command line.
 int CheckNetFile(const NetCheck& check);
 
+/// Writes a picture for Graphviz: of the net or, with an ID, of the trace that CheckNetFile prints
+/// for it. 1 if there is no such trace.
+int DrawNet(const NetCheck& check, const std::string& id, const std::string& output);
+
 struct NetExport {
   NetSource source;
   std::string format;  ///< pnml, promela or 4ti2

@@ -214,6 +214,15 @@ std::string JsonOfReport(const Net& net, const CheckReport& report, double secon
   return json::serialize(all) + '\n';
 }
 
+const Finding* FindingNamed(const CheckReport& report, const std::string& name) {
+  for (const Named& named : FindingsOf(report)) {
+    if (named.name == name) {
+      return named.finding;
+    }
+  }
+  return nullptr;
+}
+
 bool AllProved(const CheckReport& report) {
   return std::all_of(report.claims.begin(), report.claims.end(),
                      [](const auto& claim) { return claim.finding.verdict == Verdict::kProved; });

@@ -16,6 +16,9 @@ std::string TextOfReport(const petri::Net& net, const petri::CheckReport& report
 /// bytes_per_state, method.
 std::string JsonOfReport(const petri::Net& net, const petri::CheckReport& report, double seconds);
 
+/// What is printed under that name; null if nothing is.
+const petri::Finding* FindingNamed(const petri::CheckReport& report, const std::string& name);
+
 /// Whether all claims of the net are proved.
 bool AllProved(const petri::CheckReport& report);
 
