@@ -2,12 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "proto_tests/petri/contest_nets.h"
 #include "server/nets/four_ti_two.h"
+#include "server/nets/system_file.h"
+#include "server/nets/testing/random_net.h"
+#include "server/petri/flows.h"
 
 namespace pheromone::nets {
 namespace {
@@ -74,6 +78,46 @@ TEST(FourTiTwoNets, AMutexHasAnInvariantForEachRobotAndOneForTheArea) {
   ExpectSemiflows(net, SemiflowsOf::kPlaces,
                   {{"free", "in_a", "in_b"}, {"out_a", "in_a"}, {"out_b", "in_b"}});
   ExpectSemiflows(net, SemiflowsOf::kTransitions, {{"enter_a", "leave_a"}, {"enter_b", "leave_b"}});
+}
+
+std::set<Support> Own(const Net& net, const std::vector<petri::Flow>& flows, SemiflowsOf kind) {
+  std::set<Support> semiflows;
+  for (const petri::Flow& flow : flows) {
+    Support support;
+    for (const petri::FlowTerm& term : flow.terms) {
+      for (int64_t left = term.weight; left > 0; --left) {
+        support.insert(kind == SemiflowsOf::kPlaces ? net.places[term.index].id
+                                                    : net.transitions[term.index].id);
+      }
+    }
+    EXPECT_TRUE(semiflows.insert(support).second);
+  }
+  return semiflows;
+}
+
+void ExpectOwnSemiflows(const Net& net) {
+  const petri::Semiflows places = petri::PlaceSemiflows(net, {});
+  ASSERT_TRUE(places.complete);
+  EXPECT_EQ(Own(net, places.flows, SemiflowsOf::kPlaces),
+            Semiflows(net, SemiflowsOf::kPlaces, "4ti2-rays", "net.ray"));
+  const petri::Semiflows transitions = petri::TransitionSemiflows(net, {});
+  ASSERT_TRUE(transitions.complete);
+  EXPECT_EQ(Own(net, transitions.flows, SemiflowsOf::kTransitions),
+            Semiflows(net, SemiflowsOf::kTransitions, "4ti2-rays", "net.ray"));
+}
+
+TEST(FourTiTwoNets, OurOwnSemiflowsAreTheSame) {
+  ExpectOwnSemiflows(ContestNet("kanban", 3));
+  ExpectOwnSemiflows(ContestNet("fms", 2));
+  for (const char* const name : {"motion.toml", "pheromone.toml"}) {
+    const auto net = LoadSystem(std::string(PHEROMONE_SOURCE_DIR "/deploy/examples/nets/") + name);
+    ASSERT_TRUE(net.ok()) << net.error();
+    ExpectOwnSemiflows(net.value());
+  }
+  std::mt19937 random(9);
+  for (int run = 0; run < 10; ++run) {
+    ExpectOwnSemiflows(RandomNet(&random, {.places = 7, .transitions = 6, .weight = 3}));
+  }
 }
 
 // Two of a are made into three of b, so that 3a + 2b stays.
