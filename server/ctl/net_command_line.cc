@@ -22,6 +22,7 @@ void AddCheck(CLI::App* command, NetCheck* check) {
       ->add_option("--claim", check->claims,
                    "Check this, too, such as \"never red = 1 and green = 1\"")
       ->type_name("TEXT");
+  command->add_flag("--no-claims", check->no_claims, "Without the claims of the file");
   command->add_flag("--reduce", check->reduce,
                     "Leave out orders of transitions that make no difference");
   command->add_flag("--quick", check->quick, "Without liveness and reversibility");

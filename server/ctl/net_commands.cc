@@ -95,6 +95,9 @@ int RunCheck(const NetCheck& check, Checked* checked) {
     return Fail(kUsage, loaded.error());
   }
   checked->net = std::move(loaded).value();
+  if (check.no_claims) {
+    checked->net.claims.clear();
+  }
   for (size_t i = 0; i < check.claims.size(); ++i) {
     checked->net.claims.push_back({"--claim " + std::to_string(i + 1), check.claims[i]});
   }

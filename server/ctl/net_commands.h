@@ -17,6 +17,7 @@ struct NetSource {
 struct NetCheck {
   NetSource source;
   std::vector<std::string> claims;  ///< besides those of the file
+  bool no_claims = false;           ///< none of the file
   bool json = false;
   bool reduce = false;
   bool quick = false;  ///< without liveness and reversibility

@@ -178,8 +178,8 @@ class PackedStateSpace final : public StateSpace {
     std::vector<bool> is_member(states_.size());
     std::vector<uint64_t> wide(layout_.wide_words());
     std::optional<uint32_t> best;
+    std::vector<uint64_t> other(layout_.wide_words());
     const auto is_inside = [&](uint32_t state) {
-      std::vector<uint64_t> other(layout_.wide_words());
       Unpack(state, &other);
       return holds(other);
     };
