@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/nets/core_net.h"
+#include "proto_tests/petri/contest_nets.h"
 #include "server/nets/pnml.h"
 #include "server/nets/system_file.h"
 #include "server/petri/check.h"
@@ -56,6 +56,13 @@ TEST(BenchNets, HaveTheMarkingsOfAnIndependentModel) {
   EXPECT_EQ(two.components, 1u);
   ExpectAllProved(two);
   EXPECT_EQ(Checked(Bench("motion.toml", 3), {.recurrence = false}).explored.states, 1'360'960u);
+}
+
+TEST(BenchNets, KanbanHasItsPublishedMarkings) {
+  const CheckReport report = Checked(ContestNet("kanban", 4), {});
+  EXPECT_EQ(report.explored.states, 454'475u);
+  EXPECT_EQ(report.live.verdict, Verdict::kProved);
+  EXPECT_EQ(Checked(ContestNet("kanban", 5), {.recurrence = false}).explored.states, 2'546'432u);
 }
 
 TEST(BenchNets, AreProvedForTwoToSixRobots) {
