@@ -1,8 +1,8 @@
 #include "server/petri/check.h"
 
 #include <algorithm>
-#include <random>
 
+#include "server/petri/growth.h"
 #include "server/petri/layout.h"
 #include "server/petri/reduction.h"
 #include "server/petri/structure.h"
@@ -18,13 +18,6 @@ constexpr uint64_t kFirstGuess = 1;
 constexpr uint64_t kTruncatedAt = 3;
 constexpr uint64_t kTruncatedStates = 1'000'000;
 constexpr uint64_t kLastGuess = 0xFFFF'FFFF;
-
-// Of a longer way only the last marking is compared with the others.
-constexpr size_t kLongWay = 300;
-constexpr size_t kMaxComparisons = 300'000;
-constexpr int kWalks = 20;
-constexpr size_t kStepsOfWalk = 1000;
-constexpr int32_t kMostInWalk = 1'000'000;
 
 class Checker {
  public:
@@ -197,7 +190,7 @@ class Checker {
       if (explored.end != Explored::End::kOverflow) {
         return Ok();
       }
-      if (FindPump()) {
+      if (FindGrowthOnWay()) {
         for (size_t place = 0; place < at_most.size(); ++place) {
           at_most[place] =
               is_bounded_[place] ? at_most[place] : std::max(at_most[place], kTruncatedAt);
@@ -215,96 +208,25 @@ class Checker {
     }
   }
 
-  // A marking that has grown since an earlier one. What led from the earlier one to it can be fired
-  // for ever, unless a place has grown that inhibits something. Looked for on the way to the
-  // overflow, and the first time on random ways, too.
-  bool FindPump() {
+  // Whether the net is unbounded, by the way to the overflow and, the first time, random ways.
+  bool FindGrowthOnWay() {
     std::vector<uint32_t> way = space_->TraceTo(report_.explored.overflow_state);
     way.push_back(report_.explored.overflow_transition);
-    inhibits_.assign(net_.places.size(), false);
-    for (const Transition& transition : net_.transitions) {
-      for (const Arc& arc : transition.inhibitors) {
-        inhibits_[arc.place] = true;
-      }
-    }
-    std::vector<Marking> markings = {InitialMarking(net_)};
-    for (size_t to = 0; to < way.size(); ++to) {
-      markings.push_back(Fire(net_, way[to], markings.back()));
-      if ((way.size() <= kLongWay || to + 1 == way.size()) && NotePump(way, markings)) {
-        return true;
-      }
-    }
-    if (has_walked_) {
-      return false;
+    std::optional<Growth> growth = FindGrowth(net_, way);
+    if (!growth && !has_walked_) {
+      growth = WalkToGrowth(net_);
     }
     has_walked_ = true;
-    comparisons_ = 0;
-    std::mt19937 random(1);
-    for (int walk = 0; walk < kWalks && comparisons_ < kMaxComparisons; ++walk) {
-      if (WalkFindsPump(&random)) {
-        return true;
-      }
+    if (!growth) {
+      return false;
     }
-    return false;
-  }
-
-  bool WalkFindsPump(std::mt19937* random) {
-    std::vector<Marking> markings = {InitialMarking(net_)};
-    std::vector<uint32_t> way;
-    int64_t most = markings[0].sum();
-    while (way.size() < kStepsOfWalk) {
-      std::vector<uint32_t> enabled;
-      for (uint32_t t = 0; t < net_.transitions.size(); ++t) {
-        if (IsEnabled(net_, t, markings.back())) {
-          enabled.push_back(t);
-        }
-      }
-      if (enabled.empty()) {
-        return false;
-      }
-      way.push_back(enabled[(*random)() % enabled.size()]);
-      markings.push_back(Fire(net_, way.back(), markings.back()));
-      if (markings.back().maxCoeff() > kMostInWalk) {
-        return false;
-      }
-      if (markings.back().sum() > most) {  // only then can it have grown
-        most = markings.back().sum();
-        if (NotePump(way, markings)) {
-          return true;
-        }
-      }
-    }
-    return false;
-  }
-
-  // Whether the last marking has grown since an earlier one.
-  bool NotePump(const std::vector<uint32_t>& way, const std::vector<Marking>& markings) {
-    const Marking& last = markings.back();
-    for (size_t from = 0; from + 1 < markings.size() && comparisons_ < kMaxComparisons; ++from) {
-      const Marking& earlier = markings[from];
-      ++comparisons_;
-      bool pumps = last != earlier;
-      for (Eigen::Index place = 0; pumps && place < last.size(); ++place) {
-        pumps = inhibits_[static_cast<size_t>(place)] ? last[place] == earlier[place]
-                                                      : last[place] >= earlier[place];
-      }
-      if (!pumps) {
-        continue;
-      }
-      const Marking growth = last - earlier;
-      Eigen::Index place = 0;
-      growth.maxCoeff(&place);
-      const auto at = [&](size_t i) { return way.begin() + static_cast<std::ptrdiff_t>(i); };
-      report_.bounded = {
-          Verdict::kRefuted, Method::kPartial,
-          net_.places[static_cast<size_t>(place)].id + " grows each time that the cycle is fired"};
-      report_.bounded.trace.emplace(way.begin(), at(from));
-      report_.bounded.cycle.assign(at(from), at(markings.size() - 1));
-      report_.bounded.is_shortest = false;
-      report_.safe = report_.bounded;
-      return true;
-    }
-    return false;
+    report_.bounded = {Verdict::kRefuted, Method::kPartial,
+                       net_.places[growth->place].id + " grows each time that the cycle is fired"};
+    report_.bounded.trace = std::move(growth->way);
+    report_.bounded.cycle = std::move(growth->cycle);
+    report_.bounded.is_shortest = false;
+    report_.safe = report_.bounded;
+    return true;
   }
 
   bool IsComplete() const { return report_.explored.end == Explored::End::kComplete; }
@@ -535,9 +457,7 @@ class Checker {
   CheckReport report_;
   std::vector<bool> is_bounded_;  // by structure
   std::vector<uint64_t> at_most_;
-  std::vector<bool> inhibits_;  // by place: whether it inhibits anything
   bool has_walked_ = false;
-  size_t comparisons_ = 0;  // of markings
   std::vector<Expression> goals_;
   std::vector<size_t> goal_of_;  // by claim; 0: none
   std::unique_ptr<Layout> layout_;
