@@ -122,7 +122,7 @@ std::string ConstantText(const Net& net, const std::vector<bool>& changes) {
   for (size_t place = 0; place < net.places.size(); ++place) {
     const Place& it = net.places[place];
     if (!changes[place] && it.tokens > 0) {
-      text += (text.empty() ? "" : ", ") + DotEscaped(TitleOf(it)) +
+      text += (text.empty() ? "" : ", ") + DotEscaped(it.id) +
               (it.tokens == 1 ? "" : " " + std::to_string(it.tokens));
     }
   }
@@ -181,13 +181,13 @@ std::string DotOfTrace(const Net& net, const std::vector<uint32_t>& transitions)
   size_t columns = 2;
   for (size_t place = 0; place < changes.size(); ++place) {
     if (changes[place]) {
-      dot += "<td>" + DotEscaped(TitleOf(net.places[place])) + "</td>";
+      dot += "<td>" + DotEscaped(net.places[place].id) + "</td>";
       ++columns;
     }
   }
   for (size_t row = 0; row < markings.size(); ++row) {
     const std::string title =
-        row == 0 ? "<i>initially</i>" : DotEscaped(TitleOf(net.transitions[transitions[row - 1]]));
+        row == 0 ? "<i>initially</i>" : DotEscaped(net.transitions[transitions[row - 1]].id);
     dot += "</tr>\n<tr><td align=\"right\">" + std::to_string(row) + "</td><td align=\"left\">" +
            title + "</td>";
     const Marking& before = markings[row == 0 ? 0 : row - 1];

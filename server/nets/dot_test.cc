@@ -48,7 +48,7 @@ TEST(Dot, ShowsATraceAsATableOfWhatChanges) {
   const std::string dot = DotOfTrace(Gate(), {0, 1});
   const std::string more = "<td bgcolor=\"#b7e1c0\">";
   const std::string fewer = "<td bgcolor=\"#f6c9b6\">";
-  EXPECT_THAT(dot, HasSubstr("<b>fired</b></td><td>out</td><td>a&lt;\"b\"\\n</td></tr>\n"));
+  EXPECT_THAT(dot, HasSubstr("<b>fired</b></td><td>out</td><td>in</td></tr>\n"));
   EXPECT_THAT(dot, HasSubstr("<i>initially</i></td><td>4</td><td> </td></tr>\n"));
   EXPECT_THAT(dot, HasSubstr(">enter</td>" + fewer + "2</td>" + more + "2</td></tr>\n"));
   EXPECT_THAT(dot, HasSubstr(">leave</td>" + more + "3</td>" + fewer + "1</td></tr>\n"));

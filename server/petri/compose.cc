@@ -22,6 +22,10 @@ void TakeIfEmpty(const std::string& from, std::string* to) {
   }
 }
 
+std::string PrefixedName(const std::string& as, const std::string& name) {
+  return as.empty() || name.empty() ? name : as + ": " + name;
+}
+
 class Whole {
  public:
   explicit Whole(std::string name) { net_.name = std::move(name); }
@@ -114,7 +118,8 @@ class Whole {
       part.giver = NameOf(instance);
     }
     TakeIfEmpty(place.box.empty() ? "" : id, &whole.box);
-    TakeIfEmpty(place.name, &whole.name);
+    TakeIfEmpty(is_bound || is_box ? place.name : PrefixedName(instance.as, place.name),
+                &whole.name);
     TakeIfEmpty(place.owner, &whole.owner);
     TakeIfEmpty(place.tag, &whole.tag);
     return at->second;
@@ -124,6 +129,7 @@ class Whole {
                                    const std::vector<uint32_t>& numbers) {
     Transition& added = net_.transitions.emplace_back(transition);
     added.id = PrefixedId(instance.as, transition.id);
+    added.name = PrefixedName(instance.as, transition.name);
     for (auto* arcs : {&added.takes, &added.gives, &added.reads, &added.inhibitors}) {
       for (Arc& arc : *arcs) {
         arc.place = numbers[arc.place];

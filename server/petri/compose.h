@@ -6,8 +6,9 @@
 //                                         "back"}}},
 //                                         {.net = lanes}});
 //
-// What is `wait` in an instance `N1` is `N1.wait` in the whole. Two kinds of places are shared,
-// that is, joined with all places that have the same ID in the whole:
+// What is `wait` in an instance `N1` is `N1.wait` in the whole, and its name begins with "N1: ".
+// Two kinds of places are shared, that is, joined with all places that have the same ID in the
+// whole:
 //
 //   - one that the instance binds: `lane` of N1 is `nest`, which another instance has to have;
 //   - a pseudo-box (Ferreira et al. 2018, section 4.1) that is not bound: its ID in the whole is

@@ -195,7 +195,7 @@ Layout::Layout(const Net& net, const std::vector<uint64_t>& at_most,
           continue;
         }
         for (size_t word = 0; word < wide_words; ++word) {
-          parts_[(at / 4 * 16 + value) * wide_words + word] += added[place][word] << bit;
+          parts_[(uint64_t{at} / 4 * 16 + value) * wide_words + word] += added[place][word] << bit;
         }
       }
     }

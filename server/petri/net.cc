@@ -10,18 +10,18 @@ std::string CheckArcs(const Net& net, const Transition& transition, std::string_
                       const std::vector<Arc>& arcs) {
   std::unordered_set<uint32_t> seen;
   for (const Arc& arc : arcs) {
-    const std::string at = "transition \"" + transition.id + "\" " + std::string(list);
+    std::string wrong = "transition \"" + transition.id + "\" " + std::string(list);
     if (arc.place >= net.places.size()) {
-      return at + " place number " + std::to_string(arc.place) + ", but the net has " +
-             std::to_string(net.places.size());
+      return wrong += " place number " + std::to_string(arc.place) + ", but the net has " +
+                      std::to_string(net.places.size());
     }
-    const std::string& place = net.places[arc.place].id;
+    wrong += " \"" + net.places[arc.place].id;
     if (!seen.insert(arc.place).second) {
-      return at + " \"" + place + "\" twice; expected one arc with the sum of the weights";
+      return wrong += "\" twice; expected one arc with the sum of the weights";
     }
     if (arc.weight == 0 || arc.weight > kMaxTokens) {
-      return at + " \"" + place + "\" with the weight " + std::to_string(arc.weight) +
-             ", expected 1 to " + std::to_string(kMaxTokens);
+      return wrong += "\" with the weight " + std::to_string(arc.weight) + ", expected 1 to " +
+                      std::to_string(kMaxTokens);
     }
   }
   return "";

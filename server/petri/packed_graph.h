@@ -69,7 +69,10 @@ class PackedGraph {
   uint64_t next_bytes() const {
     return states_.next_bytes() + 2 * sizeof(uint32_t) * came_from_.capacity();
   }
-  Wide MakeWide() const { return Wide(layout_.wide_words()); }
+  Wide MakeWide() const {
+    Wide wide(layout_.wide_words());
+    return wide;
+  }
   Key KeyOf(uint32_t state) const { return states_.Get(state); }
 
   void Unpack(uint32_t state, Wide* wide) const {
