@@ -80,6 +80,14 @@ class CompletionTest(unittest.TestCase):
                          {str(ROOT / "deploy" / "examples" / "all-laws.toml")})
         self.assertEqual(offered("map", "draw", "--config", folder),
                          {str(ROOT / "deploy" / "examples" / "all-laws.toml")})
+        nets = str(ROOT / "deploy" / "examples" / "nets")
+        self.assertEqual(offered("net", "check", "--set", "robots=2", nets + "/mot"),
+                         {nets + "/motion.toml"})
+
+    def test_a_format_is_one_of_its_command(self):
+        self.assertEqual(offered("net", "export", "--format", ""), {"pnml", "promela", "4ti2"})
+        self.assertEqual(offered("tags", "export", "--format", "r"), {"rdfxml"})
+        self.assertEqual(offered("journal", "export", "--format", ""), {"csv", "jsonl"})
 
 
 if __name__ == "__main__":
