@@ -25,8 +25,8 @@ struct NetCheck {
   std::optional<uint64_t> max_states;
 };
 
-/// Returns the exit status: 0 if all claims are proved, 1 if not or if the file cannot be read, 2
-/// for an error in a net, a claim or the command line.
+/// Returns the exit status: 0 if all claims are proved, 1 if not, 2 for an error in a file, a
+/// claim or the command line.
 int CheckNetFile(const NetCheck& check);
 
 /// Writes a picture for Graphviz: of the net or, with an ID, of the trace that CheckNetFile prints

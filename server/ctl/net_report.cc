@@ -171,6 +171,9 @@ std::string TextOfReport(const Net& net, const CheckReport& report, double secon
                         named.text.empty() ? "" : ": " + named.text, NameOf(finding.method),
                         finding.because.empty() ? "" : ": " + finding.because);
     text += TextOfTrace(net, finding);
+    if (named.finding == &report.quasi_live && !report.dead.empty()) {
+      text += fmt::format("    never enabled: {}\n", TextOfSteps(net, report.dead));
+    }
   }
   text += fmt::format("{} independent P-invariants{}\n", report.invariants.flows.size(),
                       report.invariants.complete ? "" : " were not found: numbers too large");

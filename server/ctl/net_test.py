@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/ usr / bin / env python3
 """pheromonectl net: what it says of the bench and of what breaks it, and what it writes.
 
     net_test.py build/release/bin/pheromonectl
@@ -18,7 +18,7 @@ NETS = pathlib.Path(__file__).resolve().parents[2] / "deploy" / "examples" / "ne
 BROKEN = NETS / "broken"
 PHEROMONECTL = ""
 
-# Two users of one resource. Reachable: idle idle, busy idle, idle busy.
+#Two users of one resource.Reachable : idle idle, busy idle, idle busy.
 MUTEX = """net = { name = "mutex" }
 place = [
   { id = "free", tokens = 1 },
@@ -147,7 +147,7 @@ class NetTest(unittest.TestCase):
         self.assertEqual(report["properties"]["--claim 1"]["because"], "without bound")
         self.assertEqual(self.check(1, "mutex.toml", "--states", 1, "--claim", "reversible")
                          ["properties"]["--claim 1"]["verdict"], "unknown")
-        # What nobody claims does not matter, nor what is left out.
+#What nobody claims does not matter, nor what is left out.
         self.check(0, BROKEN / "red_by_timer.toml", "--no-claims")
         self.check(1, BROKEN / "red_by_timer.toml", "--no-claims", "--claim", "deadlock-free")
 

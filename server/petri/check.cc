@@ -396,7 +396,7 @@ class Checker {
         claim.finding.verdict = Verdict::kRefuted;
         claim.finding.because = "without bound";
       } else {
-        claim.finding.because = std::to_string(*found.most) + " times at most";
+        claim.finding.because = "at most " + std::to_string(*found.most);
         claim.finding.verdict =
             *found.most > claim.property.at_most ? Verdict::kRefuted : Verdict::kProved;
       }

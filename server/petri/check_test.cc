@@ -132,7 +132,7 @@ TEST(Check, BoundsHowOftenOneIsOvertaken) {
                  {"never", "overtaken at most 0 by grant1 while asks0 = 1"}};
   const CheckReport by_turns = Checked(fair);
   EXPECT_EQ(by_turns.claims[0].finding.verdict, Verdict::kProved);
-  EXPECT_EQ(by_turns.claims[0].finding.because, "1 times at most");
+  EXPECT_EQ(by_turns.claims[0].finding.because, "at most 1");
   ASSERT_EQ(by_turns.claims[1].finding.verdict, Verdict::kRefuted);
   EXPECT_EQ(fair.transitions[by_turns.claims[1].finding.trace->back()].id, "grant1");
   After(fair, *by_turns.claims[1].finding.trace);

@@ -1,5 +1,6 @@
 #include "server/petri/growth.h"
 
+#include <algorithm>
 #include <random>
 
 namespace pheromone::petri {
@@ -13,13 +14,7 @@ constexpr int32_t kMostInWalk = 1'000'000;
 
 class GrowthSearch {
  public:
-  explicit GrowthSearch(const Net& net) : net_(net), inhibits_(net.places.size()) {
-    for (const Transition& transition : net.transitions) {
-      for (const Arc& arc : transition.inhibitors) {
-        inhibits_[arc.place] = true;
-      }
-    }
-  }
+  explicit GrowthSearch(const Net& net) : net_(net) {}
 
   std::optional<Growth> Along(const std::vector<uint32_t>& way) {
     Begin();
@@ -73,20 +68,28 @@ class GrowthSearch {
 
   int64_t Sum() const { return markings_.back().cast<int64_t>().sum(); }
 
-  bool HasGrownSince(const Marking& earlier) const {
+  bool HasGrownSince(size_t from) const {
     const Marking& last = markings_.back();
-    bool grown = last != earlier;
-    for (Eigen::Index place = 0; grown && place < last.size(); ++place) {
-      grown = inhibits_[static_cast<size_t>(place)] ? last[place] == earlier[place]
-                                                    : last[place] >= earlier[place];
+    const Marking& earlier = markings_[from];
+    for (Eigen::Index place = 0; place < last.size(); ++place) {
+      if (last[place] < earlier[place]) {
+        return false;
+      }
     }
-    return grown;
+    const auto grows = [&](const Arc& arc) { return last[arc.place] != earlier[arc.place]; };
+    for (size_t step = from; step < way_.size(); ++step) {
+      const std::vector<Arc>& inhibitors = net_.transitions[way_[step]].inhibitors;
+      if (std::any_of(inhibitors.begin(), inhibitors.end(), grows)) {
+        return false;
+      }
+    }
+    return last != earlier;
   }
 
   std::optional<Growth> InLast() {
     for (size_t from = 0; from + 1 < markings_.size() && !is_tired(); ++from) {
       ++comparisons_;
-      if (HasGrownSince(markings_[from])) {
+      if (HasGrownSince(from)) {
         const auto middle = way_.begin() + static_cast<std::ptrdiff_t>(from);
         Eigen::Index place = 0;
         (markings_.back() - markings_[from]).maxCoeff(&place);
@@ -97,7 +100,6 @@ class GrowthSearch {
   }
 
   const Net& net_;
-  std::vector<bool> inhibits_;  // by place
   std::vector<uint32_t> way_;
   std::vector<Marking> markings_;  // one more
   size_t comparisons_ = 0;

@@ -2,8 +2,8 @@
 // it.
 //
 // What led from the earlier marking to the larger one can be fired again and again (Karp, Miller
-// 1969), unless a place has grown that inhibits something: such growth is not taken for one. So
-// what is found is a proof, and if nothing is found the net may be unbounded all the same.
+// 1969), unless a place has grown that inhibits a transition of it: such growth is not taken for
+// one. So what is found is a proof, and if nothing is found the net may be unbounded all the same.
 #pragma once
 
 #include <cstdint>
