@@ -12,6 +12,7 @@ namespace {
 
 using Method = Finding::Method;
 
+constexpr size_t kMaxChecked = 10'000;
 // What is first supposed of a place without a structural bound; then twice as much, and so on.
 constexpr uint64_t kFirstGuess = 1;
 // How many tokens are looked at where there is no bound.
@@ -26,6 +27,11 @@ class Checker {
   Result<CheckReport> Run() {
     if (const Status status = CheckNet(net_); !status.ok()) {
       return Error{status.error()};
+    }
+    if (std::max(net_.places.size(), net_.transitions.size()) > kMaxChecked) {
+      return Error{"net \"" + net_.name + "\": " + std::to_string(net_.places.size()) +
+                   " places and " + std::to_string(net_.transitions.size()) +
+                   " transitions, expected " + std::to_string(kMaxChecked) + " at most to check"};
     }
     for (const Claim& claim : net_.claims) {
       Result<Property> property = ParseProperty(net_, claim);

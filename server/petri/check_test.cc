@@ -216,6 +216,28 @@ TEST(Check, RefusesWhatIsNotANet) {
       "place");
   net.transitions[0].takes[0].place = 99;
   EXPECT_FALSE(Check(net, {}).ok());
+  const Net large{.name = "large", .places = std::vector<Place>(20'000)};
+  EXPECT_FALSE(Check(large, {}).ok());
+}
+
+// Places without an order, each with a life of its own: 2^3000 markings.
+TEST(Check, GivesUpWhatIsTooLargeToPack) {
+  Net net{.name = "wide"};
+  for (uint32_t i = 0; i < 3000; ++i) {
+    net.places.push_back({.id = "p" + std::to_string(i), .tokens = 1});
+    net.places.push_back({.id = "q" + std::to_string(i)});
+    net.transitions.push_back(
+        {.id = "t" + std::to_string(i), .takes = {{2 * i}}, .gives = {{2 * i + 1}}});
+  }
+  EXPECT_EQ(Check(net, {}).error(),
+            "net \"wide\": a marking needs 3000 bits, expected 2048 at most");
+  net.transitions.resize(1000);
+  net.places.resize(2000);
+  CheckOptions options;
+  options.limits.max_states = 1000;
+  const CheckReport report = Checked(net, options);
+  EXPECT_EQ(report.key_bytes, 125u);
+  EXPECT_EQ(report.safe.method, Finding::Method::kStructural);
 }
 
 // --- Against a naive search, on random nets

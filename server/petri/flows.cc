@@ -117,20 +117,32 @@ bool IsSubset(const Terms& inner, const Terms& outer) {
                        [](const FlowTerm& a, const FlowTerm& b) { return a.index < b.index; });
 }
 
-// Leaves out rows whose support contains that of another one.
-void KeepMinimal(std::vector<Row>* rows) {
-  std::stable_sort(rows->begin(), rows->end(),
+// Leaves out rows from `first` on whose support contains that of another one; those before are
+// minimal. False if that takes too long: then all that are left are rows, but not all of them
+// minimal.
+bool KeepMinimal(size_t first, std::vector<Row>* rows, size_t* comparisons) {
+  std::stable_sort(rows->begin() + static_cast<std::ptrdiff_t>(first), rows->end(),
                    [](const Row& a, const Row& b) { return a.made_of.size() < b.made_of.size(); });
-  std::vector<Row> kept;
-  for (Row& row : *rows) {
-    const bool is_minimal = std::none_of(kept.begin(), kept.end(), [&](const Row& other) {
-      return IsSubset(other.made_of, row.made_of);
-    });
-    if (is_minimal) {
-      kept.push_back(std::move(row));
+  size_t kept = first;
+  for (size_t i = first; i < rows->size(); ++i) {
+    Row& row = (*rows)[i];
+    if (kept > *comparisons) {
+      rows->erase(rows->begin() + static_cast<std::ptrdiff_t>(kept),
+                  rows->begin() + static_cast<std::ptrdiff_t>(i));
+      return false;
+    }
+    *comparisons -= kept;
+    const auto end = rows->begin() + static_cast<std::ptrdiff_t>(kept);
+    if (std::none_of(rows->begin(), end,
+                     [&](const Row& other) { return IsSubset(other.made_of, row.made_of); })) {
+      if (kept != i) {
+        (*rows)[kept] = std::move(row);
+      }
+      ++kept;
     }
   }
-  *rows = std::move(kept);
+  rows->resize(kept);
+  return true;
 }
 
 struct Signs {
@@ -161,6 +173,7 @@ std::optional<uint32_t> BestColumn(const std::vector<Row>& rows, std::vector<Sig
 
 Semiflows Farkas(std::vector<Row> rows, size_t columns, const FlowLimits& limits) {
   Semiflows found;
+  size_t comparisons = limits.max_comparisons;
   std::vector<Signs> signs(columns);
   while (const std::optional<uint32_t> column = BestColumn(rows, &signs)) {
     std::vector<Row> next;
@@ -177,6 +190,7 @@ Semiflows Farkas(std::vector<Row> rows, size_t columns, const FlowLimits& limits
     if (next.size() + positive.size() * negative.size() > limits.max_rows) {
       found.complete = false;
     }
+    const size_t first_new = next.size();
     for (size_t i = 0; i < positive.size() && found.complete; ++i) {
       for (const Row* other : negative) {
         std::optional<Row> row = Without(*column, *positive[i], *other);
@@ -187,16 +201,15 @@ Semiflows Farkas(std::vector<Row> rows, size_t columns, const FlowLimits& limits
         next.push_back(std::move(*row));
       }
     }
+    found.complete = found.complete && KeepMinimal(first_new, &next, &comparisons);
     if (!found.complete) {
       // What is free of all columns is a semiflow all the same.
       std::erase_if(next, [](const Row& row) { return !row.left.empty(); });
       rows = std::move(next);
       break;
     }
-    KeepMinimal(&next);
     rows = std::move(next);
   }
-  KeepMinimal(&rows);
   for (Row& row : rows) {
     found.flows.push_back({std::move(row.made_of)});
   }

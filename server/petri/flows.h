@@ -44,7 +44,8 @@ struct FlowBasis {
 FlowBasis PlaceInvariants(const Net& net);
 
 struct FlowLimits {
-  size_t max_rows = 20'000;  ///< at a time; there can be exponentially many
+  size_t max_rows = 20'000;             ///< at a time; there can be exponentially many
+  size_t max_comparisons = 50'000'000;  ///< of rows, which is what takes time
 };
 
 struct Semiflows {

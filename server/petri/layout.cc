@@ -11,15 +11,9 @@ namespace {
 constexpr uint32_t kWordBits = 64;
 constexpr uint32_t kMaxBits = 32;
 
-// place = (bound - sum of weights * others), if an invariant says so.
-struct Determined {
-  uint32_t place;
-  Flow by;  // its weight there is 1 or -1
-};
-
 // Solves invariants for places, the widest first, one place each.
-std::vector<Determined> Solve(const std::vector<Flow>& invariants,
-                              const std::vector<uint32_t>& bits) {
+std::vector<Layout::Determined> Solve(const std::vector<Flow>& invariants,
+                                      const std::vector<uint32_t>& bits) {
   std::vector<std::map<uint32_t, int64_t>> rows;
   for (const Flow& flow : invariants) {
     std::map<uint32_t, int64_t>& row = rows.emplace_back();
@@ -60,7 +54,7 @@ std::vector<Determined> Solve(const std::vector<Flow>& invariants,
       rows[other] = std::move(sum);
     }
   }
-  std::vector<Determined> found;
+  std::vector<Layout::Determined> found;
   std::vector<bool> is_determined(bits.size());
   for (size_t i = 0; i < rows.size(); ++i) {
     if (solved[i]) {
@@ -79,7 +73,7 @@ std::vector<Determined> Solve(const std::vector<Flow>& invariants,
       is_determined[*solved[i]] = false;
       continue;
     }
-    Determined it{*solved[i], {}};
+    Layout::Determined it{*solved[i], {}};
     for (const auto& [place, weight] : rows[i]) {
       it.by.terms.push_back({place, weight});
     }
@@ -164,11 +158,25 @@ Layout::Layout(const Net& net, const std::vector<uint64_t>& at_most,
   }
   key_bytes_ = 8 * (key_words_ - 1) + std::max<size_t>((last_bits + 7) / 8, 1);
 
-  // What one token in a kept place adds to the wide form, in its own field and in those of the
-  // places that it determines. The sum of all is exact, so it may be taken modulo 2^64.
-  std::vector<std::vector<uint64_t>> added(net.places.size(), std::vector<uint64_t>(wide_words));
-  for (const uint32_t place : kept) {
-    added[place][fields_[place].word] += uint64_t{1} << fields_[place].shift;
+  if (key_words_ > kMaxKeyWords) {
+    return;  // of no use
+  }
+  AddParts(net, AddedBy(net, determined, is_kept), key_fields, bits);
+  MakeRules(net);
+  AddKeyChanges(net, is_kept, key_fields);
+}
+
+// By kept place: what one token adds to the wide form, in its own field and in those of the places
+// that it determines. The sum of all is exact, so it may be taken modulo 2^64.
+std::vector<std::vector<uint64_t>> Layout::AddedBy(const Net& net,
+                                                   const std::vector<Determined>& determined,
+                                                   const std::vector<bool>& is_kept) {
+  std::vector<std::vector<uint64_t>> added(net.places.size());
+  for (size_t place = 0; place < net.places.size(); ++place) {
+    if (is_kept[place]) {
+      added[place].resize(wide_words());
+      added[place][fields_[place].word] += uint64_t{1} << fields_[place].shift;
+    }
   }
   for (const Determined& it : determined) {
     const Field& field = fields_[it.place];
@@ -185,8 +193,16 @@ Layout::Layout(const Net& net, const std::vector<uint64_t>& at_most,
     }
     base_[field.word] += static_cast<uint64_t>(sign) * value << field.shift;
   }
-  parts_.resize(2 * key_bytes_ * 16 * wide_words);
-  for (const uint32_t place : kept) {
+  return added;
+}
+
+void Layout::AddParts(const Net& net, const std::vector<std::vector<uint64_t>>& added,
+                      const std::vector<Field>& key_fields, const std::vector<uint32_t>& bits) {
+  parts_.resize(2 * key_bytes_ * 16 * wide_words());
+  for (size_t place = 0; place < net.places.size(); ++place) {
+    if (added[place].empty()) {
+      continue;
+    }
     const Field& field = key_fields[place];
     for (uint32_t bit = 0; bit < bits[place]; ++bit) {
       const uint32_t at = field.word * kWordBits + field.shift + bit;
@@ -194,14 +210,13 @@ Layout::Layout(const Net& net, const std::vector<uint64_t>& at_most,
         if ((value >> at % 4 & 1) == 0) {
           continue;
         }
-        for (size_t word = 0; word < wide_words; ++word) {
-          parts_[(uint64_t{at} / 4 * 16 + value) * wide_words + word] += added[place][word] << bit;
+        for (size_t word = 0; word < wide_words(); ++word) {
+          parts_[(uint64_t{at} / 4 * 16 + value) * wide_words() + word] += added[place][word]
+                                                                           << bit;
         }
       }
     }
   }
-  MakeRules(net);
-  AddKeyChanges(net, is_kept, key_fields);
 }
 
 void Layout::AddKeyChanges(const Net& net, const std::vector<bool>& is_kept,

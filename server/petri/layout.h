@@ -44,8 +44,17 @@ class Layout {
     bool never = false;  ///< needs more tokens than a place can have
   };
 
+  /// A place that an invariant determines by others; its weight there is 1 or -1.
+  struct Determined {
+    uint32_t place;
+    Flow by;
+  };
+
+  static constexpr size_t kMaxKeyWords = 32;
+
   /// `at_most[p]`: tokens that place p has at most, as far as is known. Where that is too little,
   /// Overflows finds out. `invariants` as from PlaceInvariants.
+  /// With more than kMaxKeyWords it is of no use.
   Layout(const Net& net, const std::vector<uint64_t>& at_most, const std::vector<Flow>& invariants);
 
   size_t key_words() const { return key_words_; }
@@ -119,6 +128,11 @@ class Layout {
   std::vector<Field> PlaceFields(const std::vector<uint32_t>& places, uint32_t extra_bits,
                                  const std::vector<uint32_t>& bits, size_t* words) const;
   void MakeRules(const Net& net);
+  std::vector<std::vector<uint64_t>> AddedBy(const Net& net,
+                                             const std::vector<Determined>& determined,
+                                             const std::vector<bool>& is_kept);
+  void AddParts(const Net& net, const std::vector<std::vector<uint64_t>>& added,
+                const std::vector<Field>& key_fields, const std::vector<uint32_t>& bits);
   void AddKeyChanges(const Net& net, const std::vector<bool>& is_kept,
                      const std::vector<Field>& key_fields);
 

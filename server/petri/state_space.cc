@@ -198,8 +198,9 @@ std::unique_ptr<StateSpace> MakeStateSpace(const Net& net, const Layout& layout,
   if (layout.key_words() <= 8) {
     return std::make_unique<PackedStateSpace<8>>(net, layout, eager);
   }
-  return layout.key_words() <= 32 ? std::make_unique<PackedStateSpace<32>>(net, layout, eager)
-                                  : nullptr;
+  return layout.key_words() <= Layout::kMaxKeyWords
+             ? std::make_unique<PackedStateSpace<32>>(net, layout, eager)
+             : nullptr;
 }
 
 }  // namespace pheromone::petri
