@@ -72,6 +72,8 @@ void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_s
       ->required()
       ->check(CLI::IsMember({"pnml", "promela", "4ti2"}))
       ->type_name("FORMAT");
+  exporting->add_flag("--core", to->core,
+                      "Without read and inhibitor arcs: with complement places instead");
   exporting->add_option("--output", to->output, "Into this file (default: standard output)")
       ->type_name("FILE");
   exporting->callback([=] { *exit_status = ExportNet(*to); });

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include "server/base/file.h"
 #include "server/ctl/net_report.h"
 #include "server/ctl/server_call.h"
+#include "server/nets/core_net.h"
 #include "server/nets/dot.h"
 #include "server/nets/four_ti_two.h"
 #include "server/nets/pnml.h"
@@ -120,6 +122,24 @@ int RunCheck(const NetCheck& check, Checked* checked) {
   return 0;
 }
 
+// Without read and inhibitor arcs. The bounds that this needs come from the net's structure or, if
+// that does not say, from its markings.
+Result<petri::Net> CoreOf(petri::Net net) {
+  net.claims.clear();
+  petri::CheckOptions options;
+  options.recurrence = false;
+  const Result<petri::CheckReport> report = petri::Check(net, options);
+  if (!report.ok()) {
+    return Error{report.error()};
+  }
+  std::vector<uint32_t> bounds;
+  for (const uint64_t bound : report.value().bounds) {
+    const bool is_known = bound <= petri::kMaxTokens;
+    bounds.push_back(is_known ? std::max(static_cast<uint32_t>(bound), 1U) : 0);
+  }
+  return nets::CoreNet(net, bounds);
+}
+
 int WriteText(const std::string& path, const std::string& text) {
   if (path.empty()) {
     std::cout << text;
@@ -164,7 +184,10 @@ int DrawNet(const NetCheck& check, const std::string& id, const std::string& out
 }
 
 int ExportNet(const NetExport& to) {
-  const Result<petri::Net> net = LoadNet(to.source);
+  Result<petri::Net> net = LoadNet(to.source);
+  if (net.ok() && to.core) {
+    net = CoreOf(net.value());
+  }
   if (!net.ok()) {
     return Fail(kUsage, net.error());
   }

@@ -37,6 +37,7 @@ struct NetExport {
   NetSource source;
   std::string format;  ///< pnml, promela or 4ti2
   std::string output;  ///< empty: standard output; of 4ti2: without an ending
+  bool core = false;   ///< without read and inhibitor arcs: see nets/core_net.h
 };
 
 int ExportNet(const NetExport& to);

@@ -1,4 +1,4 @@
-#!/ usr / bin / env python3
+#!/usr/bin/env python3
 """pheromonectl net: what it says of the bench and of what breaks it, and what it writes.
 
     net_test.py build/release/bin/pheromonectl
@@ -18,7 +18,7 @@ NETS = pathlib.Path(__file__).resolve().parents[2] / "deploy" / "examples" / "ne
 BROKEN = NETS / "broken"
 PHEROMONECTL = ""
 
-#Two users of one resource.Reachable : idle idle, busy idle, idle busy.
+# Two users of one resource. Reachable: idle idle, busy idle, idle busy.
 MUTEX = """net = { name = "mutex" }
 place = [
   { id = "free", tokens = 1 },
@@ -147,7 +147,7 @@ class NetTest(unittest.TestCase):
         self.assertEqual(report["properties"]["--claim 1"]["because"], "without bound")
         self.assertEqual(self.check(1, "mutex.toml", "--states", 1, "--claim", "reversible")
                          ["properties"]["--claim 1"]["verdict"], "unknown")
-#What nobody claims does not matter, nor what is left out.
+        # What nobody claims does not matter, nor what is left out.
         self.check(0, BROKEN / "red_by_timer.toml", "--no-claims")
         self.check(1, BROKEN / "red_by_timer.toml", "--no-claims", "--claim", "deadlock-free")
 
@@ -173,6 +173,15 @@ class NetTest(unittest.TestCase):
             self.assertEqual(counts("out.pnml", "--no-claims"),
                              counts(NETS / f"{name}.toml", "--no-claims", *arguments))
         self.assertEqual(len(self.check(0, "out.pnml")["properties"]), 6 + 2)  # with its claims
+
+    def test_the_core_of_a_net_has_its_markings(self):
+        self.written("export", NETS / "motion.toml", "--set", "robots=2", "--core", "--format",
+                     "pnml", "--output", "core.pnml")
+        text = (self.folder / "core.pnml").read_text(encoding="utf-8")
+        self.assertNotIn("inhibitor", text)
+        self.assertNotIn('value="read"', text)
+        found = self.check(0, "core.pnml", "--quick", "--no-claims")
+        self.assertEqual((found["states"], found["deadlock"]), (179664, False))
 
     def test_models_for_spin_and_4ti2_are_written(self):
         self.written("export", "mutex.toml", "--format", "promela", "--output", "out.pml")
