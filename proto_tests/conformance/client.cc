@@ -294,6 +294,29 @@ std::vector<FuzzyOutput> ConformanceClient::SteerFuzzy(const std::vector<FuzzyIn
       });
 }
 
+std::vector<FiringOutput> ConformanceClient::FireNet(
+    const std::vector<client::NetTransition>& transitions, uint32_t marking,
+    const std::vector<uint8_t>& fired) {
+  Bytes request{kFireNet};
+  PutU8(static_cast<uint8_t>(transitions.size()), &request);
+  for (const client::NetTransition& transition : transitions) {
+    PutU32(transition.takes, &request);
+    PutU32(transition.gives, &request);
+    PutU32(transition.inhibited_by, &request);
+  }
+  PutU32(marking, &request);
+  request.insert(request.end(), fired.begin(), fired.end());
+  Reply reply(AskDone(request));
+  std::vector<FiringOutput> outputs;
+  for (size_t i = 0; i < fired.size(); ++i) {
+    const auto firing = static_cast<client::Firing>(reply.U8());
+    marking = firing == client::Firing::kFired ? reply.U32() : marking;
+    outputs.push_back({firing, marking});
+  }
+  reply.ExpectEnd();
+  return outputs;
+}
+
 std::vector<CarefulOutput> ConformanceClient::SteerCareful(
     const std::vector<CarefulInput>& inputs) {
   return InBatches<CarefulOutput>(

@@ -13,6 +13,7 @@
 #include "client_fw/core/angle.h"
 #include "client_fw/core/careful.h"
 #include "client_fw/core/fuzzy.h"
+#include "client_fw/core/net_executor.h"
 #include "client_fw/core/steering.h"
 #include "proto_tests/conformance/commands.h"
 #include "proto_tests/conformance/target.h"
@@ -53,6 +54,11 @@ struct FuzzyInput {
 struct FuzzyOutput {
   client::WheelSpeeds wheels;
   client::FuzzyState after;
+};
+
+struct FiringOutput {
+  client::Firing firing;
+  uint32_t marking;
 };
 
 struct CarefulInput {
@@ -112,6 +118,9 @@ class ConformanceClient {
   std::vector<CarefulOutput> SteerCareful(const std::vector<CarefulInput>& inputs);
   /// With kTunedFuzzy.
   std::vector<FuzzyOutput> SteerFuzzy(const std::vector<FuzzyInput>& inputs);
+  /// Fires these, by number, one after the other; about 500 of them fit into a request.
+  std::vector<FiringOutput> FireNet(const std::vector<client::NetTransition>& transitions,
+                                    uint32_t marking, const std::vector<uint8_t>& fired);
   /// Sine and cosine.
   std::vector<std::pair<int16_t, int16_t>> Sine(const std::vector<client::BinaryAngle>& angles);
   std::vector<client::Pose> Place(const std::vector<PlaceInput>& inputs);

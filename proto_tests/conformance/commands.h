@@ -47,6 +47,11 @@ enum Command : uint8_t {
   /// wheel,
   /// Search's left and right wheel (i16), and the CarefulState, of each.
   kCareful = 'B',
+  /// Number of transitions (u8, at most kMaxNetTransitions), each as takes, gives, inhibited_by
+  /// (u32);
+  /// marking (u32); then any number of transitions (u8) to fire one after the other -> Firing (u8)
+  /// of each and, if it was fired, the marking after it (u32).
+  kFireNet = 'N',
   /// Any number of angles (u16) -> SinQ14 and CosQ14 (i16) of each.
   kSine = 'A',
   /// Any number of: start, odometry, each as x, y (i32), heading (u16) -> StartPose::Place of each.

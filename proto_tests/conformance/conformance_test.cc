@@ -21,6 +21,7 @@
 #include "protocol/testing/message_table.h"
 #include "protocol/testing/naive_protocol.h"
 #include "protocol/testing/vectors.h"
+#include "server/petri/net.h"
 
 namespace pheromone::conformance {
 namespace {
@@ -390,6 +391,88 @@ TEST_F(ChipClientCore, SteersFuzzilyWithTheSameBitsAsTheHost) {
     ASSERT_EQ(outputs[i].wheels, wheels) << in.before.error << ' ' << in.left << ' ' << in.right;
     ASSERT_EQ(outputs[i].after.error, state.error);
   }
+}
+
+// A net of 0 and 1 tokens as the server has it, and as a robot has it.
+struct SafeNet {
+  petri::Net net;
+  std::vector<client::NetTransition> transitions;
+};
+
+SafeNet MakeSafeNet(Dice* dice) {
+  SafeNet made;
+  const auto places = 1 + dice->Below(client::kMaxNetPlaces);
+  for (uint32_t place = 0; place < places; ++place) {
+    made.net.places.push_back(
+        {.id = "p" + std::to_string(place), .tokens = dice->OneIn(2) ? 1U : 0U});
+  }
+  const auto count = 1 + dice->Below(client::kMaxNetTransitions);
+  for (uint32_t i = 0; i < count; ++i) {
+    petri::Transition& transition = made.net.transitions.emplace_back();
+    client::NetTransition& bits = made.transitions.emplace_back();
+    for (uint32_t place = 0; place < places; ++place) {
+      const uint32_t bit = uint32_t{1} << place;
+      if (dice->OneIn(places + 1)) {
+        transition.takes.push_back({place});
+        bits.takes |= bit;
+      }
+      if (dice->OneIn(places + 1)) {
+        transition.gives.push_back({place});
+        bits.gives |= bit;
+      }
+      if (dice->OneIn(4 * places) && (bits.takes & bit) == 0 && (bits.gives & bit) == 0) {
+        transition.reads.push_back({place});
+        bits.takes |= bit;
+        bits.gives |= bit;
+      }
+      if (dice->OneIn(4 * places)) {
+        transition.inhibitors.push_back({place});
+        bits.inhibited_by |= bit;
+      }
+    }
+  }
+  return made;
+}
+
+uint32_t BitsOf(const petri::Marking& marking) {
+  uint32_t bits = 0;
+  for (Eigen::Index place = 0; place < marking.size(); ++place) {
+    bits |= static_cast<uint32_t>(marking[place]) << place;
+  }
+  return bits;
+}
+
+// 100 000 firings, most of which are refused.
+TEST_F(ChipClientCore, FiresNetsAsTheServerDoes) {
+  Dice dice(15);
+  int fired = 0;
+  int refused = 0;
+  int unsafe = 0;
+  for (int run = 0; run < 200; ++run) {
+    const SafeNet made = MakeSafeNet(&dice);
+    petri::Marking marking = petri::InitialMarking(made.net);
+    std::vector<uint8_t> tried;
+    for (int i = 0; i < 500; ++i) {
+      tried.push_back(static_cast<uint8_t>(dice.Below(made.transitions.size())));
+    }
+    const std::vector<FiringOutput> outputs =
+        chip_.FireNet(made.transitions, BitsOf(marking), tried);
+    for (size_t i = 0; i < tried.size(); ++i) {
+      const bool enabled = petri::IsEnabled(made.net, tried[i], marking);
+      const petri::Marking next = petri::Fire(made.net, tried[i], marking);
+      const bool legal = enabled && next.maxCoeff() <= 1;
+      ++(legal ? fired : enabled ? unsafe : refused);
+      if (legal) {
+        marking = next;
+      }
+      ASSERT_EQ(outputs[i].firing == client::Firing::kFired, legal) << run << ' ' << i;
+      ASSERT_EQ(outputs[i].firing == client::Firing::kUnsafe, enabled && !legal);
+      ASSERT_EQ(outputs[i].marking, BitsOf(marking));
+    }
+  }
+  EXPECT_GT(fired, 10'000);
+  EXPECT_GT(refused, 10'000);
+  EXPECT_GT(unsafe, 1'000);
 }
 
 TEST_F(ChipClientCore, SteersCarefullyWithTheSameBitsAsTheHost) {

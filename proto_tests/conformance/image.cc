@@ -6,6 +6,7 @@
 #include "client_fw/core/angle.h"
 #include "client_fw/core/careful.h"
 #include "client_fw/core/fuzzy.h"
+#include "client_fw/core/net_executor.h"
 #include "client_fw/core/steering.h"
 #include "proto_tests/conformance/commands.h"
 #include "proto_tests/conformance/message_kinds.h"
@@ -251,6 +252,34 @@ void SteerFuzzy(Reader* in, Writer* out) {
   }
 }
 
+void FireNet(Reader* in, Writer* out) {
+  client::NetTransition transitions[client::kMaxNetTransitions];
+  const uint8_t count = in->U8();
+  if (count > client::kMaxNetTransitions) {
+    in->Refuse();
+    return;
+  }
+  for (uint8_t i = 0; i < count; ++i) {
+    transitions[i].takes = in->U32();
+    transitions[i].gives = in->U32();
+    transitions[i].inhibited_by = in->U32();
+  }
+  uint32_t marking = in->U32();
+  while (in->left() > 0) {
+    const uint8_t transition = in->U8();
+    if (transition >= count) {
+      in->Refuse();
+      return;
+    }
+    const uint32_t before = marking;
+    const client::Firing firing = client::Fire(transitions[transition], &marking);
+    out->U8(static_cast<uint8_t>(firing));
+    if (firing == client::Firing::kFired || marking != before) {  // the latter would be a bug
+      out->U32(marking);
+    }
+  }
+}
+
 void SteerCareful(Reader* in, Writer* out) {
   while (in->left() > 0) {
     client::CarefulState state = client::kCarefulStart;
@@ -347,6 +376,9 @@ void Answer(uint8_t command, Reader* in, Writer* out) {
       break;
     case kCareful:
       SteerCareful(in, out);
+      break;
+    case kFireNet:
+      FireNet(in, out);
       break;
     case kSine:
       Sine(in, out);
