@@ -46,8 +46,8 @@ class Layout {
 
   /// A place that an invariant determines by others; its weight there is 1 or -1.
   struct Determined {
-    uint32_t place;
-    Flow by;
+    uint32_t place = 0;
+    Flow by{};
   };
 
   static constexpr size_t kMaxKeyWords = 32;
