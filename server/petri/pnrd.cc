@@ -1,20 +1,31 @@
 #include "server/petri/pnrd.h"
 
 #include <algorithm>
-#include <string_view>
+#include <utility>
 
 namespace pheromone::petri {
 namespace {
 
-template <typename T>
-std::string WhyNotMerged(std::string_view part, const std::optional<T>& tag,
-                         const std::optional<T>& reader, bool may_be_missing) {
-  if (tag && reader) {
-    return std::string(part) + " on both the tag and the reader, expected on one";
+struct NamedPart {
+  PnrdPart part;
+  const char* name;
+};
+
+constexpr NamedPart kParts[] = {{kPnrdIncidence, "incidence matrix"},
+                                {kPnrdMarking, "marking"},
+                                {kPnrdCandidates, "candidate transitions"},
+                                {kPnrdConditions, "conditions"}};
+
+std::string WhyNotMerged(uint8_t tag, uint8_t reader) {
+  for (const NamedPart& it : kParts) {
+    if ((tag & reader & it.part) != 0) {
+      return std::string(it.name) + " on both the tag and the reader, expected on one";
+    }
+    if (((tag | reader) & it.part) == 0 && it.part != kPnrdConditions) {
+      return std::string(it.name) + " neither on the tag nor on the reader, expected on one";
+    }
   }
-  return tag || reader || may_be_missing
-             ? ""
-             : std::string(part) + " neither on the tag nor on the reader, expected on one";
+  return "";
 }
 
 std::string WhyNotFitting(const PnrdState& state) {
@@ -59,14 +70,8 @@ uint8_t PnrdData::parts() const {
 }
 
 Result<PnrdState> MergePnrd(const PnrdData& tag, const PnrdData& reader) {
-  for (const std::string& wrong :
-       {WhyNotMerged("incidence matrix", tag.incidence, reader.incidence, false),
-        WhyNotMerged("marking", tag.marking, reader.marking, false),
-        WhyNotMerged("candidate transitions", tag.candidates, reader.candidates, false),
-        WhyNotMerged("conditions", tag.conditions, reader.conditions, true)}) {
-    if (!wrong.empty()) {
-      return Error{wrong};
-    }
+  if (std::string wrong = WhyNotMerged(tag.parts(), reader.parts()); !wrong.empty()) {
+    return Error{std::move(wrong)};
   }
   const auto either = [](const auto& a, const auto& b) { return a ? *a : *b; };
   PnrdState state{.incidence = either(tag.incidence, reader.incidence),
