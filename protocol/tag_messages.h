@@ -66,6 +66,7 @@ enum TagType : int32_t {
   kTypeFragments = -16,  ///< reserved for chains of fragments
   kTypeRobot = -17,      ///< a robot's number
   kTypeTag = -18,        ///< a tag's number
+  kTypeNetRecord = -32,  ///< of a subject: the block is a record of a net (net_record.h)
 };
 
 /// What a SYMBOL defines and a RESOLVE asks for.

@@ -105,7 +105,8 @@ Result<Net> CoreNet(const Net& net, const std::vector<uint32_t>& bounds) {
                            .name = place.name.empty() ? "" : place.name + " (complement)",
                            .tokens = bounds[p] - place.tokens,
                            .owner = place.owner,
-                           .tag = place.tag});
+                           .tag = place.tag,
+                           .does = place.does});
   }
   for (size_t t = 0; t < net.transitions.size(); ++t) {
     const Transition& before = net.transitions[t];

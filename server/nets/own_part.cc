@@ -68,14 +68,15 @@ class OwnReader {
   }
 
   void ReadPlace(const Keys& table) {
-    table.AllowOnly({"id", "name", "tokens", "box", "owner", "tag"});
+    table.AllowOnly({"id", "name", "tokens", "box", "owner", "tag", "does"});
     petri::Place place{
         .id = table.Id(),
         .name = table.Text("name"),
         .tokens = static_cast<uint32_t>(table.Number("tokens", 0, petri::kMaxTokens, 0)),
         .box = table.Text("box"),
         .owner = table.Text("owner"),
-        .tag = table.Text("tag")};
+        .tag = table.Text("tag"),
+        .does = table.Text("does")};
     if (!place.box.empty() && !IsPlainId(place.box)) {
       table.Note("box", "found \"" + place.box + "\", expected letters, digits, _ . and -");
     }
@@ -86,7 +87,8 @@ class OwnReader {
   }
 
   void ReadTransition(const Keys& table) {
-    table.AllowOnly({"id", "name", "takes", "gives", "reads", "inhibited_by", "owner", "tag"});
+    table.AllowOnly(
+        {"id", "name", "takes", "gives", "reads", "inhibited_by", "owner", "tag", "does"});
     petri::Transition transition{.id = table.Id(),
                                  .name = table.Text("name"),
                                  .takes = ReadArcs(table, "takes"),
@@ -94,7 +96,8 @@ class OwnReader {
                                  .reads = ReadArcs(table, "reads"),
                                  .inhibitors = ReadArcs(table, "inhibited_by"),
                                  .owner = table.Text("owner"),
-                                 .tag = table.Text("tag")};
+                                 .tag = table.Text("tag"),
+                                 .does = table.Text("does")};
     if (!transition.id.empty() && IsNew(table, transition.id, part_.net.transitions.size())) {
       part_.net.transitions.push_back(std::move(transition));
     }

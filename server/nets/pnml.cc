@@ -188,6 +188,7 @@ class PnmlReader {
     node->name = ReadAttribute(properties, "name").value_or(LabelText(FindChild(element, "name")));
     node->owner = ReadAttribute(properties, "owner").value_or("");
     node->tag = ReadAttribute(properties, "tag").value_or("");
+    node->does = ReadAttribute(properties, "does").value_or("");
     if constexpr (std::is_same_v<Node, Place>) {
       node->box = ReadAttribute(properties, "box").value_or("");
     }

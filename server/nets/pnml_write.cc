@@ -186,6 +186,7 @@ class PnmlWriter {
     add("box", box, !box.empty());
     add("owner", node.owner, !node.owner.empty());
     add("tag", node.tag, !node.tag.empty());
+    add("does", node.does, !node.does.empty());
     if (!properties.empty()) {
       OpenToolSpecific("        ");
       xml_ += "          <properties" + properties + "/>\n        </toolspecific>\n";

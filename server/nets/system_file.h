@@ -13,13 +13,13 @@
 //   id = "lane"
 //   tokens = "{robots}"          # or a number; {robots - 1} and {robots + 1} are possible too
 //   box = "RobotWaits{as}"       # optional: a pseudo-box; {as} is the instance's name
-//                                # optional too: name, owner, tag
+//                                # optional too: name, owner, tag, does
 //   [[transition]]
 //   id = "pass"
 //   takes = ["lane", "2 ticket"] # a place, or a weight and a place
 //   gives = ["N1.lane"]          # a place of an instance
 //   reads = ["open"]
-//   inhibited_by = ["closed"]    # optional too: name, owner, tag
+//   inhibited_by = ["closed"]    # optional too: name, owner, tag, does
 //
 //   [[claim]]
 //   id = "few"

@@ -122,6 +122,7 @@ class Whole {
                 &whole.name);
     TakeIfEmpty(place.owner, &whole.owner);
     TakeIfEmpty(place.tag, &whole.tag);
+    TakeIfEmpty(place.does, &whole.does);
     return at->second;
   }
 

@@ -16,8 +16,8 @@
 //     message's name, without a prefix.
 //
 // A shared place begins with the tokens that one of its parts gives, or several alike. It is a box
-// if one of its parts is; name, owner and tag are the first ones given. Names in claims follow.
-// Pure functions; any thread.
+// if one of its parts is; name, owner, tag and does are the first ones given. Names in claims
+// follow. Pure functions; any thread.
 #pragma once
 
 #include <map>

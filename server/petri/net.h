@@ -37,6 +37,7 @@ struct Place {
   std::string box{};    ///< a pseudo-box (Ferreira et al. 2018, section 4.1): its message's name
   std::string owner{};  ///< who fires what it feeds, such as "robot"; may be empty
   std::string tag{};    ///< where it is stored; may be empty
+  std::string does{};   ///< what a robot does while it is marked; may be empty
 
   bool operator==(const Place&) const = default;
 };
@@ -52,6 +53,7 @@ struct Transition {
   std::vector<Arc> inhibitors{};
   std::string owner{};
   std::string tag{};
+  std::string does{};  ///< what firing it does beside moving tokens; may be empty
 
   bool operator==(const Transition&) const = default;
 };
