@@ -31,6 +31,9 @@ enum class TypeCode : int32_t {
   kTime = -7,      ///< milliseconds since midnight
   kRobot = -17,    ///< the number of a robot
   kTag = -18,      ///< the number of a tag
+  /// Of a subject: the other words are no terms, but a record of a Petri net
+  /// (protocol/net_record.h), and carried as they are.
+  kNetRecord = -32,
 };
 
 struct Term {
@@ -58,6 +61,7 @@ struct Block {
   bool operator==(const Block&) const = default;
 
   bool is_empty() const { return author == 0; }
+  bool is_net_record() const { return subject.is(TypeCode::kNetRecord); }
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
@@ -78,7 +82,7 @@ Block BlockFromWords(const Words& words);
 /// Whether it can be written. Errors: an author below 1; a subject that is neither a symbol, a
 /// robot nor a tag; a predicate that is no symbol (RDF has no literals there); a value that its
 /// type does not have, such as a surrogate for a character. An object of an unknown type is
-/// carried.
+/// carried, and so is all of a net's record.
 Status CheckBlock(const Block& block);
 
 /// The same for the object alone.
