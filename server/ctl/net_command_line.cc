@@ -41,6 +41,11 @@ struct DrawArguments {
   std::string output;
 };
 
+struct TablesArguments {
+  NetSource source;
+  std::string output;
+};
+
 }  // namespace
 
 void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
@@ -77,6 +82,13 @@ void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_s
   exporting->add_option("--output", to->output, "Into this file (default: standard output)")
       ->type_name("FILE");
   exporting->callback([=] { *exit_status = ExportNet(*to); });
+
+  const auto tables = std::make_shared<TablesArguments>();
+  CLI::App* robot = net->add_subcommand("tables", "Write a robot's net for its firmware, in C++");
+  AddNet(robot, &tables->source);
+  robot->add_option("--output", tables->output, "Into this header (default: standard output)")
+      ->type_name("FILE");
+  robot->callback([=] { *exit_status = WriteRobotTables(tables->source, tables->output); });
 }
 
 }  // namespace pheromone::ctl

@@ -17,6 +17,7 @@
 #include "server/nets/four_ti_two.h"
 #include "server/nets/pnml.h"
 #include "server/nets/promela.h"
+#include "server/nets/robot_tables.h"
 #include "server/nets/system_file.h"
 #include "server/petri/check.h"
 
@@ -209,6 +210,19 @@ int ExportNet(const NetExport& to) {
     }
   }
   return 0;
+}
+
+int WriteRobotTables(const NetSource& source, const std::string& output) {
+  const Result<petri::Net> net = LoadNet(source);
+  if (!net.ok()) {
+    return Fail(kUsage, net.error());
+  }
+  const Result<nets::RobotTables> robot = nets::MakeRobotTables(net.value());
+  if (!robot.ok()) {
+    return Fail(kUsage, source.path + ": " + robot.error());
+  }
+  const std::string file = std::filesystem::path(source.path).filename();
+  return WriteText(output, nets::HeaderOf(robot.value(), file));
 }
 
 }  // namespace pheromone::ctl

@@ -42,4 +42,7 @@ struct NetExport {
 
 int ExportNet(const NetExport& to);
 
+/// Writes the tables of a robot's net as a C++ header for firmware (nets/robot_tables.h).
+int WriteRobotTables(const NetSource& source, const std::string& output);
+
 }  // namespace pheromone::ctl

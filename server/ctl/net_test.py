@@ -210,6 +210,15 @@ class NetTest(unittest.TestCase):
         self.assertEqual((result.returncode, result.stdout), (1, ""))
         self.assertIn('mutex.toml: there is no trace of "deadlock-free"', result.stderr)
 
+    def test_a_robot_gets_its_net_as_tables(self):
+        root = NETS.parents[2]
+        self.written("tables", NETS / "robot.toml", "--output", "robot_net.h")
+        self.assertEqual((self.folder / "robot_net.h").read_text(),
+                         (root / "client_fw/core/robot_net.h").read_text())
+        self.assertIn("kRobotNet", self.call("tables", NETS / "robot.toml").stdout)
+        self.refused("found 71 places, expected 1 to 32", "tables", NETS / "motion.toml")
+        self.refused('mutex.toml: transition "enter_a": expected a tag', "tables", "mutex.toml")
+
     def test_mistakes_are_told_in_a_line_that_says_where(self):
         def file(name, text):
             (self.folder / name).write_text(text)
