@@ -23,6 +23,7 @@ static_assert(static_cast<int>(petri::kLastLiveAction) ==
               static_cast<int>(protocol::kLastNetAction));
 static_assert(static_cast<int>(petri::LiveOutcome::kRefused) ==
               static_cast<int>(protocol::NetOutcome::kRefused));
+static_assert(tags::kNetRecordType == protocol::kTypeNetRecord);
 static_assert(petri::kMaxTriggers == protocol::kMaxCandidates);
 
 constexpr uint8_t kFirstRobotSlot = protocol::kEnvironmentSlot + 1;

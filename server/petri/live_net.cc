@@ -114,11 +114,11 @@ bool LiveNet::FireFor(size_t tag, const RobotSays& says, uint64_t now_ms,
 uint16_t LiveNet::Carry(const RobotSays& says) {
   switch (says.action) {
     case LiveAction::kTake: {
-      const uint16_t granted =
-          rules_->settings.has_source
-              ? static_cast<uint16_t>(std::min<uint32_t>(says.amount, state_.source_left))
-              : says.amount;
-      state_.source_left -= rules_->settings.has_source ? granted : 0;
+      uint16_t granted = says.amount;
+      if (rules_->settings.has_source) {
+        granted = static_cast<uint16_t>(std::min<uint32_t>(granted, state_.source_left));
+        state_.source_left -= granted;
+      }
       state_.counts.taken += granted;
       return granted;
     }

@@ -31,10 +31,11 @@ enum class TypeCode : int32_t {
   kTime = -7,      ///< milliseconds since midnight
   kRobot = -17,    ///< the number of a robot
   kTag = -18,      ///< the number of a tag
-  /// Of a subject: the other words are no terms, but a record of a Petri net
-  /// (protocol/net_record.h), and carried as they are.
-  kNetRecord = -32,
 };
+
+/// In place of a subject's namespace: the other words are no terms, but a record of a Petri net
+/// (protocol/net_record.h), and carried as they are.
+constexpr int32_t kNetRecordType = -32;
 
 struct Term {
   int32_t space = 0;
@@ -61,7 +62,7 @@ struct Block {
   bool operator==(const Block&) const = default;
 
   bool is_empty() const { return author == 0; }
-  bool is_net_record() const { return subject.is(TypeCode::kNetRecord); }
+  bool is_net_record() const { return subject.space == kNetRecordType; }
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
