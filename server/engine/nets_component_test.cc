@@ -197,7 +197,7 @@ TEST_F(NetsComponentTest, ForeignBlocksInItsSlotsAreReplaced) {
   change.action = TagsChanged::Action::kWrite;
   change.tag = kNorth;
   change.has_slot = true;
-  for (const uint8_t slot : {0, 1}) {
+  for (const uint8_t slot : {protocol::kTriggerSlot, protocol::kEnvironmentSlot}) {
     change.slot = slot;
     change.block = {99, 0, {1, 1}, {1, 1}, {1, 1}};
     ASSERT_TRUE(bench.engine.Check(ToEvent(change)).ok());
@@ -225,6 +225,7 @@ TEST_F(NetsComponentTest, AFullTagIsTriedAgainWhenItChanges) {
     auto request = WriteRequest(15, kNorth, StatementIn(15, kNorth, 7).data(), 10);
     const int32_t words[] = {1, 2 + i, 3, 4, -3, 244};
     std::copy(std::begin(words), std::end(words), request.words);
+    request.slot = static_cast<uint8_t>(2 + i);
     ASSERT_EQ(bench.HandleForReason(testing::MessageOf(request)), Reason::kNone);
   }
   bench.Apply(ConfigChanged{testing::GateConfig(), 7});
