@@ -3,7 +3,7 @@
 #include "client_fw/boards/avr/avr_board.h"
 #include "client_fw/boards/firmware.h"
 #include "client_fw/core/forager.h"
-#include PHEROMONE_ROBOT_NET
+#include "client_fw/core/robot_net.h"
 
 namespace pheromone {
 namespace client {
