@@ -16,7 +16,7 @@ namespace pheromone::protocol {
 namespace {
 
 using testing::NetRecordVector;
-using Fields = std::map<std::string, std::string>;
+using RecordFields = std::map<std::string, std::string>;
 
 constexpr uint32_t kHash = 0x12345678;
 
@@ -26,7 +26,7 @@ const std::map<NetRecordFault, std::string> kFaults = {
     {NetRecordFault::kKind, "kind"},       {NetRecordFault::kHash, "hash"},
     {NetRecordFault::kValue, "value"}};
 
-Fields FieldsOf(const TriggerRecord& record) {
+RecordFields TextsOf(const TriggerRecord& record) {
   std::string candidates;
   for (int i = 0; i < record.count; ++i) {
     candidates += (i == 0 ? "" : ",") + std::to_string(record.candidates[i]);
@@ -34,7 +34,7 @@ Fields FieldsOf(const TriggerRecord& record) {
   return {{"candidates", candidates.empty() ? "-" : candidates}};
 }
 
-Fields FieldsOf(const EnvironmentRecord& record) {
+RecordFields TextsOf(const EnvironmentRecord& record) {
   return {{"state", std::to_string(record.state)},
           {"outcome", std::to_string(static_cast<int>(record.outcome))},
           {"robot", std::to_string(record.robot)},
@@ -43,7 +43,7 @@ Fields FieldsOf(const EnvironmentRecord& record) {
           {"left", std::to_string(record.left)}};
 }
 
-Fields FieldsOf(const RobotRecord& record) {
+RecordFields TextsOf(const RobotRecord& record) {
   return {{"seq", std::to_string(record.seq)},
           {"action", std::to_string(static_cast<int>(record.action))},
           {"transition", std::to_string(record.transition)},
@@ -66,7 +66,7 @@ void Check(const NetRecordVector& vector) {
   }
   EXPECT_EQ(record.hash, vector.hash);
   EXPECT_EQ(NetHashOf(vector.bytes.data()), vector.hash);
-  EXPECT_EQ(FieldsOf(record), vector.fields);
+  EXPECT_EQ(TextsOf(record), vector.fields);
   uint8_t statement[kNetStatementSize] = {};
   Encode(record, statement);
   EXPECT_EQ(testing::Bytes(statement, statement + sizeof(statement)), vector.bytes);
