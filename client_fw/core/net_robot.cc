@@ -102,11 +102,11 @@ void NetRobot::Save() {
 }
 
 bool NetRobot::Step(const NetStep& step) {
-  const uint32_t passed_ms = step.now_ms - now_ms_;
+  Carry(has_time_ ? step.now_ms - now_ms_ : 0);
+  has_time_ = true;
   now_ms_ = step.now_ms;
   pace_ms_ = step.pace_ms;
   pose_unit_10um_ = step.pose_unit_10um;
-  Carry(passed_ms < 1000 ? passed_ms : 1000);
   if (asked_) {
     if (exchange_.state == TagExchange::kAsked) {
       return false;
@@ -257,7 +257,7 @@ void NetRobot::Resume() {
 
 void NetRobot::Raise(NetFault fault) {
   fault_ = fault;
-  ++exceptions_;
+  ++counters_.exceptions;
   raised_ = true;
   Go(Phase::kException);
 }
@@ -486,6 +486,7 @@ void NetRobot::OnAccepted(uint16_t granted) {
   if (action == NetAction::kPass || IsChoice(action)) {
     if (IsChoice(action)) {
       state_.choice = action;
+      ++counters_.chosen[action == NetAction::kChooseA ? 0 : 1];
     }
     state_.stage = NetStage::kOnTheWay;
     Save();
@@ -496,6 +497,7 @@ void NetRobot::OnAccepted(uint16_t granted) {
   Fire(net_.transitions[state_.transition - 1].arcs, &marking);
   if (action == NetAction::kTake) {
     state_.energy = granted;
+    counters_.taken += granted;
     state_.carried_s = 0;
     carried_ms_ = 0;
   } else if (action == NetAction::kLeave) {
@@ -503,6 +505,9 @@ void NetRobot::OnAccepted(uint16_t granted) {
   } else if (action != NetAction::kPresent) {
     state_.energy = 0;
     ++state_.trips;
+    const uint8_t trail = action == NetAction::kStoreA ? 0 : 1;
+    ++counters_.stored[trail];
+    counters_.amount[trail] += state_.amount;
   }
   Arrive(marking);
 }
@@ -618,12 +623,11 @@ void NetRobot::Carry(uint32_t passed_ms) {
   if (state_.energy == 0) {
     return;
   }
-  carried_ms_ = static_cast<uint16_t>(carried_ms_ + passed_ms);
+  carried_ms_ += passed_ms;
   if (carried_ms_ >= 1000) {
-    carried_ms_ = static_cast<uint16_t>(carried_ms_ - 1000);
-    if (state_.carried_s != UINT16_MAX) {
-      ++state_.carried_s;
-    }
+    const uint32_t carried_s = state_.carried_s + carried_ms_ / 1000;
+    state_.carried_s = static_cast<uint16_t>(carried_s < UINT16_MAX ? carried_s : UINT16_MAX);
+    carried_ms_ %= 1000;
     Save();
   }
 }

@@ -88,6 +88,15 @@ struct NetMemory {
   NetState states[2];
 };
 
+/// Since the last reset. Of trail A, then B.
+struct NetCounters {
+  uint32_t chosen[2];
+  uint32_t stored[2];  ///< deposits
+  uint32_t amount[2];  ///< deposited
+  uint32_t taken;      ///< from the source
+  uint32_t exceptions;
+};
+
 /// What a robot's loop tells NetRobot.
 struct NetStep {
   uint32_t now_ms;
@@ -121,10 +130,12 @@ class NetRobot {
   NetFault fault() const { return fault_; }
   protocol::NetRecordFault record_fault() const { return record_fault_; }
   protocol::Reason reason() const { return reason_; }
-  uint32_t exceptions() const { return exceptions_; }
+  const NetCounters& counters() const { return counters_; }
 
   const NetState& state() const { return state_; }
   uint32_t marking() const { return state_.marking; }
+  /// The marked place that does something, counted from 1.
+  uint8_t place() const { return static_cast<uint8_t>(PlaceOf(state_.marking) - net_.places + 1); }
   /// Its number as an author; 0: not known yet.
   int32_t number() const { return number_; }
   /// The tag that it stands at; 0: none.
@@ -188,6 +199,7 @@ class NetRobot {
   NetMemory* memory_;
   NetState state_;
   Phase phase_ = Phase::kNaming;
+  bool has_time_ = false;
   bool asked_ = false;   // exchange_ is under way
   bool raised_ = false;  // an exception has yet to be told
   uint8_t line_ = 0;
@@ -205,11 +217,11 @@ class NetRobot {
   uint16_t generation_ = 0;  // of the tag, as read
   uint16_t pace_ms_ = 0;
   uint16_t pose_unit_10um_ = 100;
-  uint16_t carried_ms_ = 0;
+  uint32_t carried_ms_ = 0;
   int32_t number_ = 0;
   uint32_t now_ms_ = 0;
   uint32_t paced_ms_ = 0;  // of the last look or read
-  uint32_t exceptions_ = 0;
+  NetCounters counters_ = {};
   uint16_t ignored_[kIgnored] = {};  // tags in range that are none of the bench
   TagExchange exchange_;
 };

@@ -155,12 +155,13 @@ TEST_F(NetRobotTest, RoundTripsOverBothTrailsTellWhatTheNetSays) {
   const std::vector<std::string> a = TripA();
   const std::vector<uint32_t> places_a = {At(2), At(3), At(4), At(5), At(6),
                                           At(7), At(8), At(9), At(1)};
-  const std::vector<uint8_t> lines_a = {1, 2, 2, 2, 3, 3, 3, 1, 1};
+  const std::vector<uint8_t> lines_a = {1, 2, 2, 2, 3, 3, 3, 6, 1};
   Run(1000);
   EXPECT_EQ(1, robot_->line());
   for (size_t i = 0; i < a.size(); ++i) {
     Visit(a[i]);
     EXPECT_EQ(places_a[i], robot_->marking()) << a[i];
+    EXPECT_EQ(places_a[i], At(robot_->place())) << a[i];
     EXPECT_EQ(lines_a[i], robot_->line()) << a[i];
     EXPECT_TRUE(robot_->drives()) << a[i];
     const bool carries = i >= 4 && i < 7;
@@ -175,7 +176,7 @@ TEST_F(NetRobotTest, RoundTripsOverBothTrailsTellWhatTheNetSays) {
   const std::vector<std::string> b = TripB();
   const std::vector<uint32_t> places_b = {At(2),  At(3),  At(10), At(11), At(12),
                                           At(13), At(14), At(9),  At(1)};
-  const std::vector<uint8_t> lines_b = {1, 4, 4, 4, 5, 5, 5, 1, 1};
+  const std::vector<uint8_t> lines_b = {1, 4, 4, 4, 5, 5, 5, 6, 1};
   for (size_t i = 0; i < b.size(); ++i) {
     Visit(b[i]);
     EXPECT_EQ(places_b[i], robot_->marking()) << b[i];
@@ -183,7 +184,14 @@ TEST_F(NetRobotTest, RoundTripsOverBothTrailsTellWhatTheNetSays) {
   }
   EXPECT_EQ(kToldOfB, Told());
   EXPECT_EQ(2, robot_->state().trips);
-  EXPECT_EQ(0u, robot_->exceptions());
+  const NetCounters& counters = robot_->counters();
+  for (const int trail : {0, 1}) {
+    EXPECT_EQ(1u, counters.chosen[trail]);
+    EXPECT_EQ(1u, counters.stored[trail]);
+    EXPECT_EQ(100u, counters.amount[trail]);
+  }
+  EXPECT_EQ(200u, counters.taken);
+  EXPECT_EQ(0u, robot_->counters().exceptions);
   EXPECT_EQ(1, bench_.names);
   std::set<uint8_t> seqs;
   for (const NaiveRecord& it : bench_.handled) {
@@ -237,7 +245,7 @@ TEST_F(NetRobotTest, RefusalIsAnExceptionThatCanBeTriedAgain) {
     expected.insert(expected.begin() + static_cast<std::ptrdiff_t>(refused), kToldOfA[refused]);
     EXPECT_EQ(expected, Told());
     EXPECT_EQ(At(1), robot_->marking());
-    EXPECT_EQ(1u, robot_->exceptions());
+    EXPECT_EQ(1u, robot_->counters().exceptions);
     EXPECT_EQ(1, robot_->state().trips);
   }
 }
@@ -291,7 +299,7 @@ TEST_F(NetRobotTest, TagsThatAreNoneOfTheBenchAreIgnoredAndReadOnce) {
   Run(3000);
   EXPECT_TRUE(robot_->drives());
   EXPECT_EQ(3, bench_.reads);  // one of the empty tag, two of the other
-  EXPECT_EQ(0u, robot_->exceptions());
+  EXPECT_EQ(0u, robot_->counters().exceptions);
   bench_.in_range = {90, 91, bench_.tag("N1")};
   Run(2000);
   EXPECT_EQ(At(2), robot_->marking());
@@ -476,8 +484,18 @@ TEST_F(NetRobotTest, DepositsWhatItHasNotBurned) {
   ASSERT_EQ(NetAction::kStoreA, bench_.handled.back().action);
   EXPECT_EQ(100 - 3 * seconds, bench_.handled.back().amount);
 
+  // A loop that stands still for a while has burned, too.
+  Visit("N4");
+  Advise(protocol::kNetAdviceA);
+  VisitAll({"N1", "P", "N5", "S1", "Src"});
+  ASSERT_LT(robot_->state().carried_s, 5);
+  now_ms_ += 20000;
+  VisitAll({"S3", "N2", "P"});
+  EXPECT_LT(bench_.handled.back().amount, 100 - 3 * 20);
+  EXPECT_GT(bench_.handled.back().amount, 1);
+
   // At least something of anything.
-  VisitAll({"P", "N4"});
+  Visit("N4");
   Advise(protocol::kNetAdviceA);
   VisitAll({"N1", "P", "N5", "S1", "Src"});
   Run(60000);
@@ -511,7 +529,7 @@ TEST_F(NetRobotTest, NearestTagIsCapturedAndNotAgainUntilItIsLeft) {
   bench_.Serve(robot_->exchange());
   Run(10000);
   EXPECT_EQ(At(2), robot_->marking());
-  EXPECT_EQ(0u, robot_->exceptions());
+  EXPECT_EQ(0u, robot_->counters().exceptions);
   EXPECT_TRUE(robot_->drives());
   EXPECT_EQ(bench_.tag("N1"), robot_->state().tag);
   bench_.in_range.clear();
@@ -649,7 +667,7 @@ class NetRobotTripTest : public NetRobotTest {
     EXPECT_EQ(expected, Told());
     EXPECT_EQ(At(1), robot_->marking());
     EXPECT_EQ(2, robot_->state().trips);
-    EXPECT_EQ(0u, robot_->exceptions());
+    EXPECT_EQ(0u, robot_->counters().exceptions);
     EXPECT_EQ(800, bench_.source);
   }
 
