@@ -61,7 +61,7 @@ void ReadCapture(const Value& root, Notes* notes, CaptureSettings* capture) {
 }  // namespace
 
 std::span<const ComponentSection> ComponentSections() {
-  static constexpr ComponentSection kSections[] = {{"tags", ReadTags, "tag"}};
+  static constexpr ComponentSection kSections[] = {{"tags", ReadTags, "tag"}, {"net", ReadNets}};
   return kSections;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "server/config/folders.h"
+#include "server/engine/nets_component.h"
 #include "server/engine/tags_component.h"
 #include "server/field/path.h"
 
@@ -113,6 +114,22 @@ void AddTags(const engine::EngineConfig& config, std::vector<std::string>* lines
   }
 }
 
+void AddNets(const engine::EngineConfig& config, std::vector<std::string>* lines) {
+  const Result<petri::AllLiveSettings> settings = engine::NetsComponent::SettingsIn(config);
+  if (!settings.ok()) {
+    lines->push_back(settings.error());
+    return;
+  }
+  for (const petri::LiveSettings& net : settings.value().nets) {
+    lines->push_back(fmt::format(
+        "net \"{}\": {}, {} places, {} transitions, {} tags, read every {} ms; law {}, rate {}, "
+        "dead band {}, source {}",
+        net.name, net.net.name, net.net.places.size(), net.net.transitions.size(),
+        net.tags.size(), net.period_ms, petri::NameOf(net.law), net.rate_milli / 1e3,
+        net.dead_band_milli / 1e3, net.has_source ? fmt::format("{}", net.source) : "endless"));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> DescribeConfig(const Config& config) {
@@ -137,6 +154,7 @@ std::vector<std::string> DescribeConfig(const Config& config) {
         fmt::format("initial raster of type {}: {} nodes", print.type, print.nodes->size()));
   }
   AddTags(config.engine, &lines);
+  AddNets(config.engine, &lines);
   for (const engine::RobotFrame& frame : config.engine.frames) {
     lines.push_back(
         fmt::format("frame of robot {} on link {}: origin ({}, {}), turned by {:.2f} deg", frame.id,

@@ -4,6 +4,7 @@
 
 #include "server/config/points.h"
 #include "server/config/sections.h"
+#include "server/engine/nets_component.h"
 #include "server/engine/tags_component.h"
 
 namespace pheromone::config {
@@ -60,6 +61,17 @@ void ReadPrivileged(const TableReader& table, tags::Settings* settings) {
   }
 }
 
+// What nets write on tags is never dropped.
+void AddNets(const Value& root, tags::Settings* settings) {
+  const Value* const nets = root.Find("net");
+  for (const Value& net : nets != nullptr ? nets->items : std::vector<Value>()) {
+    const Value* const name = net.Find("name");
+    if (name != nullptr && name->kind == Value::Kind::kString) {
+      settings->privileged.push_back(engine::NetsComponent::AuthorOf(name->text));
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<engine::ComponentConfig> ReadTags(const Value& root, const Config& config,
@@ -73,6 +85,7 @@ std::optional<engine::ComponentConfig> ReadTags(const Value& root, const Config&
             &settings);
   }
   ReadPrivileged(TableReader(common, "tags", &notes->problems), &settings);
+  AddNets(root, &settings);
   if (tables.empty() && root.Find("tags") == nullptr) {
     return std::nullopt;  // as in configurations from before there were tags
   }

@@ -75,7 +75,7 @@ void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& cont
 
 /// The section of a component beyond the field and the robots.
 struct ComponentSection {
-  std::string_view key;  ///< of the file; Component::name is the same
+  std::string_view key;  ///< of the file
   /// The component's configuration, if nothing is wrong. Called whether or not the file has the
   /// section; `config` has the map, the pheromones and the links.
   std::optional<engine::ComponentConfig> (*read)(const Value& root, const Config& config,
@@ -84,6 +84,10 @@ struct ComponentSection {
 };
 /// [[tag]] and [tags]
 std::optional<engine::ComponentConfig> ReadTags(const Value& root, const Config& config,
+                                                Notes* notes);
+
+/// [[net]], which needs the tags
+std::optional<engine::ComponentConfig> ReadNets(const Value& root, const Config& config,
                                                 Notes* notes);
 
 /// Of the components that a server has (server/engine/components.h).

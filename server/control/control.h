@@ -32,6 +32,7 @@
 #include "server/base/result.h"
 #include "server/control/notices.h"
 #include "server/engine/latency.h"
+#include "server/engine/nets_component.h"
 #include "server/engine/service.h"
 #include "server/engine/tags_component.h"
 #include "server/field/field.h"
@@ -148,6 +149,12 @@ struct SymbolPage {
   size_t total = 0;  ///< of all rows
 };
 
+/// A Petri net that the server executes.
+struct NetView {
+  petri::LiveNet net;
+  uint64_t now_ms = 0;
+};
+
 class Control {
  public:
   using Done = std::function<void(const Status&)>;
@@ -172,6 +179,8 @@ class Control {
   /// The rows from an index on, at most kRowsAtOnce.
   virtual SymbolPage GetSymbols(size_t first) const = 0;
   static constexpr size_t kRowsAtOnce = 1024;
+  /// All nets, by name.
+  virtual std::vector<NetView> GetNets() const = 0;
   /// A description of the current configuration, line by line.
   virtual std::vector<std::string> GetConfig() const = 0;
   /// Whether changes are accepted at present and become durable; if not, why. Takes no lock that is
@@ -197,6 +206,8 @@ class Control {
   virtual void CancelGoal(std::string_view link, uint8_t id, Done done) = 0;
   /// Writes or erases a block, or defines a symbol. Errors: refusals of the tags' component.
   virtual void ChangeTags(const engine::TagsChanged& change, Done done) = 0;
+  /// Begins a net anew. Errors: there is no such net.
+  virtual void ChangeNets(const engine::NetsChanged& change, Done done) = 0;
   /// Halts all robots on all links, even while the log does not accept changes or the disk does not
   /// respond; no other request delays it. `done` gets the names of the links once the halt was
   /// passed to them.

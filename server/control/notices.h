@@ -34,10 +34,12 @@ struct Notice {
     kLink,           ///< on: the link is up; off: it is down, or another attempt failed
     kHealth,         ///< on: the log is durable again; off: it is not
     kArrival,        ///< on: a robot has reached its goal, and is halted
+    kNet,            ///< off: a net has refused what a robot left on a tag
   };
   Topic topic = Topic::kConfiguration;
   bool is_on = true;
-  std::string subject = {};  ///< the link's name, with the robot's ID at an arrival; or empty
+  /// The link's name, with the robot's ID at an arrival; the net's name; or empty.
+  std::string subject = {};
   std::string text = {};     ///< the reason or the place; may be empty
   bool operator==(const Notice&) const = default;
 };

@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 
 #include "server/ctl/command_line.h"
+#include "server/ctl/live_net_commands.h"
 #include "server/ctl/net_commands.h"
+#include "server/ctl/net_replay.h"
 #include "server/ctl/number_check.h"
 
 namespace pheromone::ctl {
@@ -46,11 +48,40 @@ struct TablesArguments {
   std::string output;
 };
 
+struct LiveArguments {
+  std::string net;
+  std::string folder;
+  std::string output;
+};
+
+// Of the nets that a server executes.
+void AddLive(CLI::App* net, const ServerOptions* options, int* exit_status) {
+  const auto it = std::make_shared<LiveArguments>();
+  CLI::App* list = net->add_subcommand("list", "List the nets that the server executes");
+  list->callback([=] { *exit_status = ListNets(*options); });
+  CLI::App* show = net->add_subcommand("show", "Show one of them: trails, tags, exceptions");
+  show->add_option("NAME", it->net, "Name of the net")->required();
+  show->callback([=] { *exit_status = ShowNet(*options, it->net); });
+  CLI::App* reset = net->add_subcommand("reset", "Begin one of them anew: all robots at the start");
+  reset->add_option("NAME", it->net, "Name of the net")->required();
+  reset->callback([=] { *exit_status = ResetNet(*options, it->net); });
+  CLI::App* replay =
+      net->add_subcommand("replay", "Print what nets have fired, from a server's journal");
+  replay->add_option("FOLDER", it->folder, "A journal")->required();
+  replay->add_option("--net", it->net, "Only this net")->type_name("NAME");
+  replay->add_option("--output", it->output, "Into this file (default: standard output)")
+      ->type_name("FILE");
+  replay->callback([=] { *exit_status = ReplayNets(it->folder, it->net, it->output); });
+}
+
 }  // namespace
 
 void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
-  CLI::App* net = program->add_subcommand("net", "Petri nets in files: check, draw, export");
+  CLI::App* net =
+      program->add_subcommand("net", "Petri nets: in files, and executed by the server");
   net->require_subcommand(1);
+
+  AddLive(net, options, exit_status);
 
   const auto it = std::make_shared<NetCheck>();
   CLI::App* check = net->add_subcommand("check", "Find out what is true of a net");

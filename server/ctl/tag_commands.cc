@@ -8,6 +8,7 @@
 
 #include "server/base/format.h"
 #include "server/ctl/json_read.h"
+#include "server/ctl/record_text.h"
 #include "server/ctl/table.h"
 #include "server/ctl/tag_data.h"
 #include "server/ctl/units.h"
@@ -35,17 +36,27 @@ std::string ProtectionText(const WrittenSlot& slot) {
 json::object SentenceToJson(const TagData& tag, const WrittenSlot& slot,
                             const tags::SymbolTables& tables) {
   const tags::Block& block = slot.block;
-  return {{"tag", tag.name},
-          {"slot", slot.slot},
-          {"generation", slot.generation},
-          {"author", block.author},
-          {"author_id", AuthorText(block.author, tables)},
-          {"time_s", block.time_s},
-          {"lease_s", slot.lease_s ? json::value(*slot.lease_s) : json::value(nullptr)},
-          {"privileged", slot.privileged},
-          {"subject", tags::SubjectText(block.subject, block.author, tables)},
-          {"predicate", tags::ObjectText(block.predicate, block.author, tables)},
-          {"object", tags::ObjectText(block.object, block.author, tables)}};
+  json::object sentence{
+      {"tag", tag.name},
+      {"slot", slot.slot},
+      {"generation", slot.generation},
+      {"author", block.author},
+      {"author_id", AuthorText(block.author, tables)},
+      {"time_s", block.time_s},
+      {"lease_s", slot.lease_s ? json::value(*slot.lease_s) : json::value(nullptr)},
+      {"privileged", slot.privileged}};
+  if (block.is_net_record()) {
+    sentence["record"] = RecordText(block);
+  } else {
+    sentence["subject"] = tags::SubjectText(block.subject, block.author, tables);
+    sentence["predicate"] = tags::ObjectText(block.predicate, block.author, tables);
+    sentence["object"] = tags::ObjectText(block.object, block.author, tables);
+  }
+  return sentence;
+}
+
+std::string SentenceText(const tags::Block& block, const tags::SymbolTables& tables) {
+  return block.is_net_record() ? RecordText(block) : tags::SentenceOf(block, tables);
 }
 
 void PrintJson(const json::value& value) {
@@ -87,6 +98,9 @@ bool Agrees(const Example& example, const TagData& tag, const tags::Block& block
   if (example.key == "robot") {
     return std::to_string(block.author) == example.value ||
            AuthorText(block.author, tables) == example.value;
+  }
+  if (block.is_net_record()) {
+    return false;
   }
   if (example.key == "subject") {
     return tags::SubjectText(block.subject, block.author, tables) == example.value;
@@ -158,7 +172,7 @@ int ShowTag(const ServerOptions& options, const std::string& name) {
     list.push_back(SentenceToJson(tag, slot, tables));
     rows.push_back({std::to_string(slot.slot), AuthorText(slot.block.author, tables),
                     TimeText(slot.block.time_s), ProtectionText(slot),
-                    tags::SentenceOf(slot.block, tables)});
+                    SentenceText(slot.block, tables)});
   }
   if (options.json) {
     PrintJson(json::object{{"tag", tag.name},
@@ -247,7 +261,7 @@ int FindOnTags(const ServerOptions& options, const std::vector<std::string>& exa
       if (agrees) {
         list.push_back(SentenceToJson(tag, slot, tables));
         rows.push_back({tag.name, std::to_string(slot.slot), AuthorText(slot.block.author, tables),
-                        TimeText(slot.block.time_s), tags::SentenceOf(slot.block, tables)});
+                        TimeText(slot.block.time_s), SentenceText(slot.block, tables)});
       }
     }
   }

@@ -306,6 +306,9 @@ class Daemon::Impl {
       journal_->ReportStall();
       control_.SampleLinks();
       control_.TellWhatChanged();
+      for (const std::string& refusal : control_.TellRefusals()) {
+        spdlog::warn("{}", refusal);
+      }
       std::string trouble = DescribeTrouble(Counters());
       if (trouble != trouble_) {
         trouble_ = std::move(trouble);

@@ -17,6 +17,7 @@
 
 #include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -70,6 +71,7 @@ class LiveControl final : public control::Control {
   control::TagPage GetTags(uint16_t first) const override;
   std::optional<uint16_t> FindTag(std::string_view name) const override;
   control::SymbolPage GetSymbols(size_t first) const override;
+  std::vector<control::NetView> GetNets() const override;
   std::vector<std::string> GetConfig() const override;
   Status CheckHealth() const override;
 
@@ -84,6 +86,7 @@ class LiveControl final : public control::Control {
                Done done) override;
   void CancelGoal(std::string_view link, uint8_t id, Done done) override;
   void ChangeTags(const engine::TagsChanged& change, Done done) override;
+  void ChangeNets(const engine::NetsChanged& change, Done done) override;
   void HaltAll(DoneWith<std::vector<std::string>> done) override;
   void Reload(DoneWith<std::vector<std::string>> done) override;
   void Snapshot(DoneWith<std::optional<std::string>> done) override;
@@ -97,6 +100,10 @@ class LiveControl final : public control::Control {
   /// that a robot waits for. To be called about once a second. A link that went down and came up in
   /// between is reported as up, a second time.
   void TellWhatChanged();
+
+  /// Notifies them of robots' records that nets have refused since the last call; returns the words
+  /// for the log. To be called about once a second.
+  std::vector<std::string> TellRefusals();
 
   /// Notifies them that another configuration is in effect.
   void TellConfigured();
@@ -139,6 +146,8 @@ class LiveControl final : public control::Control {
     std::string reason;
     bool operator==(const LinkTold&) const = default;
   };
+  std::map<std::string, uint64_t> told_refusals_;  // of each net; for TellRefusals alone
+  bool has_told_ = false;                          // TellRefusals was called before
   std::mutex telling_;  // of what follows; taken before the board's
   std::vector<LinkTold> links_told_;
   bool recording_told_ = false;

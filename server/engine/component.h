@@ -1,5 +1,5 @@
-// A part of the engine's state with the code that changes it: the robots, the field, the tags;
-// later nets.
+// A part of the engine's state with the code that changes it: the robots, the field, the nets, the
+// tags.
 //
 //   class Visits final : public Component { ... };
 //   ComponentList components = StandardComponents();
@@ -73,10 +73,23 @@ struct Context {
   int64_t utc_ms = 0;     ///< for display only; may jump
 };
 
-/// Where the effects of an event are appended.
+/// Changes of other components that follow from an event.
+class Consequences {
+ public:
+  virtual ~Consequences() = default;
+  virtual Status Raise(const ComponentEvent& event) = 0;
+};
+
+/// Where the effects of an event go.
 struct Output {
   std::vector<Outgoing>* messages = nullptr;
   std::vector<field::FinishedWork>* finished = nullptr;
+  Consequences* consequences = nullptr;
+
+  /// Makes a change of another component at once, as part of this event: it is not logged, since
+  /// whoever applies the event makes it again. Errors: what that component's Check says; then
+  /// nothing was changed.
+  Status Raise(const ComponentEvent& event) const { return consequences->Raise(event); }
 
   void Send(const Context& context, LinkIndex link, const protocol::Message& message) const {
     messages->push_back({link, context.sequence, message});
@@ -146,6 +159,8 @@ class Component {
   /// Does a bounded portion of what is due; if more is, NextDeadline is in the past.
   virtual void Advance(const Context& /*context*/, const Output& /*out*/) {}
   virtual std::optional<uint64_t> NextDeadline() const { return std::nullopt; }
+  /// After each event, of whatever component: sees what it has changed elsewhere. Short.
+  virtual void Notice(const Context& /*context*/) {}
   /// Whether a large change is in progress; Advance continues it.
   virtual bool busy() const { return false; }
 

@@ -127,13 +127,36 @@ void Engine::On(const RequestReceived& request, const Output& out) {
 
 // --- Events
 
+// Of the event that is being applied.
+class Engine::AppliedAtOnce final : public Consequences {
+ public:
+  AppliedAtOnce(Engine* engine, Output* out) : engine_(engine), out_(out) {
+    out->consequences = this;
+  }
+  Status Raise(const ComponentEvent& raised) override {
+    const Event event = raised;
+    Component* const owner = engine_->Owner(event);
+    assert(owner != nullptr);
+    const Status possible = owner->Check(engine_->Now(), event);
+    if (possible.ok()) {
+      owner->Apply(engine_->Now(), event, *out_);
+    }
+    return possible;
+  }
+
+ private:
+  Engine* engine_;
+  Output* out_;
+};
+
 void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
                    std::vector<Outgoing>* messages) {
   sequence_ = sequence;
   last_stamp_ = stamp;
   field_time_ms_ = std::max(stamp.field_time_ms, field_time_ms_);
   finished_.clear();
-  const Output out{messages, &finished_};
+  Output out{messages, &finished_};
+  AppliedAtOnce consequences(this, &out);
   if (const auto* const request = std::get_if<RequestReceived>(&event)) {
     On(*request, out);
   } else if (const auto* const change = std::get_if<ConfigChanged>(&event)) {
@@ -146,6 +169,9 @@ void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
     Component* const owner = Owner(event);
     assert(owner != nullptr && "an event that Check refuses");
     owner->Apply(Now(), event, out);
+  }
+  for (Polymorphic<Component>& component : components_) {
+    component->Notice(Now());
   }
 }
 

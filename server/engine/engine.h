@@ -138,6 +138,8 @@ class Engine {
                                 ComponentList components = StandardComponents());
 
  private:
+  class AppliedAtOnce;
+
   // Where a request goes.
   struct Route {
     size_t component = 0;

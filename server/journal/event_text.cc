@@ -7,6 +7,7 @@
 
 #include "protocol/tag_messages.h"
 #include "server/engine/event_codec.h"
+#include "server/engine/nets_component.h"
 #include "server/engine/tags_component.h"
 
 namespace pheromone::journal {
@@ -129,7 +130,11 @@ struct Describer {
     Add("code", static_cast<int>(it.edit.shape), values);
   }
   void operator()(const engine::ComponentEvent& it) const {
-    AddWord("event", it.kind == engine::TagsChanged::kKind ? "tags_changed" : "component", values);
+    AddWord("event",
+            it.kind == engine::TagsChanged::kKind   ? "tags_changed"
+            : it.kind == engine::NetsChanged::kKind ? "nets_changed"
+                                                    : "component",
+            values);
     Add("value", it.bytes.size(), values);
     Add("code", static_cast<int>(it.kind), values);
   }

@@ -62,6 +62,9 @@ Status CheckBlock(const Block& block) {
     return Error{"the author is " + std::to_string(block.author) + ", expected at least 1"};
   }
   const Term& subject = block.subject;
+  if (block.is_net_record()) {
+    return Ok();
+  }
   if (!(subject.is_symbol() || subject.is(TypeCode::kRobot) || subject.is(TypeCode::kTag)) ||
       subject.value < 1) {
     return Error{"the subject is " + InWords(subject) + ", expected a symbol, a robot or a tag"};

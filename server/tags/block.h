@@ -33,6 +33,10 @@ enum class TypeCode : int32_t {
   kTag = -18,      ///< the number of a tag
 };
 
+/// In place of a subject's namespace: the other words are no terms, but a record of a Petri net
+/// (protocol/net_record.h), and carried as they are.
+constexpr int32_t kNetRecordType = -32;
+
 struct Term {
   int32_t space = 0;
   int32_t value = 0;
@@ -58,6 +62,7 @@ struct Block {
   bool operator==(const Block&) const = default;
 
   bool is_empty() const { return author == 0; }
+  bool is_net_record() const { return subject.space == kNetRecordType; }
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
@@ -78,7 +83,7 @@ Block BlockFromWords(const Words& words);
 /// Whether it can be written. Errors: an author below 1; a subject that is neither a symbol, a
 /// robot nor a tag; a predicate that is no symbol (RDF has no literals there); a value that its
 /// type does not have, such as a surrogate for a character. An object of an unknown type is
-/// carried.
+/// carried, and so is all of a net's record.
 Status CheckBlock(const Block& block);
 
 /// The same for the object alone.

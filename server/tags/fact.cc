@@ -82,6 +82,9 @@ Result<Fact> FactOf(const TagBlock& written, const SymbolTables& tables, const N
   if (Status good = CheckBlock(block); !good.ok()) {
     return Error{good.error()};
   }
+  if (block.is_net_record()) {
+    return Error{"the block is a record of a Petri net, expected a fact"};
+  }
   if (!IsKnownType(block.object)) {
     return Error{"the object is of type " + std::to_string(block.object.space) +
                  ", expected a type that RDF can represent"};
@@ -107,7 +110,7 @@ Result<Facts> FactsOf(std::span<const TagBlock> blocks, const SymbolTables& tabl
     if (written.block.is_empty()) {
       continue;
     }
-    if (!IsKnownType(written.block.object)) {
+    if (written.block.is_net_record() || !IsKnownType(written.block.object)) {
       ++all.skipped;
       continue;
     }

@@ -108,7 +108,7 @@ struct TagBlock {
 
 struct Facts {
   std::vector<Fact> facts;
-  size_t skipped = 0;  ///< blocks whose object is of an unknown type
+  size_t skipped = 0;  ///< blocks whose object is of an unknown type, and records of nets
 };
 
 /// A block of a known type (IsKnownType). Errors: those of CheckBlock; an author without a row.

@@ -15,6 +15,7 @@
 #include "server/web/json_text.h"
 #include "server/web/metrics.h"
 #include "server/web/mutations.h"
+#include "server/web/nets.h"
 #include "server/web/queries.h"
 #include "server/web/request_parameters.h"
 #include "server/web/tags.h"
@@ -102,7 +103,7 @@ constexpr std::string_view kCommand = "/api/v1/command";
 constexpr std::string_view kHalt = "/api/v1/halt";
 
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
-constexpr std::array<Route, 20> kRoutes = {{
+constexpr std::array<Route, 21> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
     {"/metrics", Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},
@@ -118,6 +119,7 @@ constexpr std::array<Route, 20> kRoutes = {{
     {"/api/v1/paint", Where::kLongWork, nullptr, Paint},
     {"/api/v1/tags", Where::kLongWork, ReadTags, ChangeTags},
     {"/api/v1/symbols", Where::kLongWork, ReadSymbols},
+    {"/api/v1/nets", Where::kLongWork, ReadNets, ChangeNets},
     {kCommand, Where::kAtOnce, nullptr, Command},
     {"/api/v1/goto", Where::kAtOnce, nullptr, GoTo},
     {kHalt, Where::kAtOnce, nullptr, Halt},

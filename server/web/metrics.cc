@@ -151,6 +151,54 @@ void AddTags(const tags::Figures& figures, const tags::Counters& counters, Text*
                 counters.expired);
 }
 
+void AddNets(const std::vector<control::NetView>& nets, Text* text) {
+  const auto counter = [&](std::string_view name, std::string_view help,
+                           uint64_t petri::LiveCounts::*count) {
+    text->Family(name, "counter", help);
+    for (const control::NetView& it : nets) {
+      text->Sample({{"net", it.net.rules().settings.name}}, it.net.counts().*count);
+    }
+  };
+  counter("net_firings_total", "Transitions of a Petri net that were fired.",
+          &petri::LiveCounts::firings);
+  counter("net_records_total", "Records that robots have left for a net.",
+          &petri::LiveCounts::records);
+  counter("net_exceptions_total", "Of these, those that were refused.",
+          &petri::LiveCounts::exceptions);
+  counter("net_deposits_total", "Deposits of pheromone on trails.", &petri::LiveCounts::deposits);
+  counter("net_deposited_total", "Energy of these deposits.", &petri::LiveCounts::deposited);
+  counter("net_taken_total", "Energy taken from the source.", &petri::LiveCounts::taken);
+  counter("net_restored_total", "Blocks of a net that others had replaced.",
+          &petri::LiveCounts::restored);
+  counter("net_blocked_total", "Blocks of a net that a full tag did not take.",
+          &petri::LiveCounts::blocked);
+  text->Family("net_concentration", "gauge", "Pheromone of a trail, in units of energy.");
+  for (const control::NetView& it : nets) {
+    const petri::LiveSettings& settings = it.net.rules().settings;
+    const auto add = [&](std::string_view trail, const petri::Trail& its) {
+      const int64_t milli = petri::ConcentrationAt(settings.evaporation(), its, it.now_ms);
+      text->Sample({{"net", settings.name}, {"trail", std::string(trail)}},
+                   static_cast<double>(milli) / 1e3);
+    };
+    add("A", it.net.trails().a);
+    add("B", it.net.trails().b);
+  }
+  text->Family("net_source_energy", "gauge", "What the source has left, if it can be emptied.");
+  for (const control::NetView& it : nets) {
+    if (it.net.rules().settings.has_source) {
+      text->Sample({{"net", it.net.rules().settings.name}}, it.net.source_left());
+    }
+  }
+  text->Family("net_since_firing_seconds", "gauge", "Time since a net's last firing.");
+  for (const control::NetView& it : nets) {
+    if (it.net.counts().firings != 0) {
+      const uint64_t then_ms = std::min(it.net.last_firing_ms(), it.now_ms);
+      text->Sample({{"net", it.net.rules().settings.name}},
+                   static_cast<double>(it.now_ms - then_ms) / 1e3);
+    }
+  }
+}
+
 // Each bucket includes the previous ones.
 void AddLatency(const engine::LatencyCounts& counts, Text* text) {
   text->Family("batch_seconds", "histogram",
@@ -244,6 +292,7 @@ std::string Metrics(const control::Control& control) {
   AddProcess(status, &text);
   AddEngine(status, &text);
   AddTags(status.tags, status.tag_counters, &text);
+  AddNets(control.GetNets(), &text);
   AddLatency(status.latency, &text);
   AddCapture(status.capture, &text);
   AddLinks(control.GetLinks(), &text);

@@ -84,6 +84,7 @@ class FakeControl final : public control::Control {
     const size_t begin = std::min(first, rows.size());
     return {{rows.begin() + static_cast<ptrdiff_t>(begin), rows.end()}, rows.size()};
   }
+  std::vector<control::NetView> GetNets() const override { return nets; }
   std::vector<std::string> GetConfig() const override { return {"a \"map\"", "two\nlines"}; }
   Status CheckHealth() const override { return outcome; }
 
@@ -118,6 +119,10 @@ class FakeControl final : public control::Control {
   }
   void ChangeTags(const engine::TagsChanged& change, Done done) override {
     tag_changes.push_back(change);
+    done(outcome);
+  }
+  void ChangeNets(const engine::NetsChanged& change, Done done) override {
+    net_changes.push_back(change);
     done(outcome);
   }
   void HaltAll(DoneWith<std::vector<std::string>> done) override {
@@ -162,6 +167,8 @@ class FakeControl final : public control::Control {
   std::vector<control::TagView> tags;
   std::vector<pheromone::tags::Row> rows;
   std::vector<engine::TagsChanged> tag_changes;
+  std::vector<control::NetView> nets;
+  std::vector<engine::NetsChanged> net_changes;
 
  private:
   void Capture(bool recording, const Done& done) {

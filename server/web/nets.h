@@ -1,0 +1,16 @@
+// The Petri nets that the server executes, over HTTP.
+#pragma once
+
+#include "server/control/control.h"
+#include "server/web/http.h"
+#include "server/web/request_parameters.h"
+
+namespace pheromone::web {
+
+/// All of them; with net (a name) that one, with its tags, marking and last exceptions.
+Response ReadNets(const control::Control& control, Parameters* fields);
+
+/// action: "reset" with net.
+void ChangeNets(control::Control* control, Parameters* fields, Respond respond);
+
+}  // namespace pheromone::web
