@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <functional>
 #include <memory>
 #include <random>
@@ -29,11 +28,6 @@ Parameters ForagingParameters() {
   return parameters;
 }
 
-bool Same(const protocol::Message& a, const protocol::Message& b) {
-  return a.id == b.id && a.opcode == b.opcode && a.length == b.length &&
-         std::equal(a.data, a.data + a.length, b.data);
-}
-
 class ForagerTest : public testing::Test {
  protected:
   ForagerTest() { Start(RequestMemory(), 5000); }
@@ -41,7 +35,8 @@ class ForagerTest : public testing::Test {
   void Start(const RequestMemory& remembered, uint32_t now_ms) {
     const Parameters parameters = ForagingParameters();
     harness_ = std::make_unique<Harness>(parameters, now_ms, remembered);
-    harness_->hello.type_mask = 0x007E;
+    server_.hello = harness_->hello;
+    server_.hello.type_mask = 0x007E;
     forager_ = std::make_unique<Forager>(kRobotNet, NetRobotParameters(), parameters.id,
                                          parameters.boot_counter, &net_memory_);
   }
@@ -80,52 +75,10 @@ class ForagerTest : public testing::Test {
   WheelSpeeds Wheels() const { return forager_->Wheels(harness_->conversation); }
   const NetRobot& net_robot() const { return forager_->net_robot(); }
 
-  // The server. A change is executed once, and answered again if it is repeated.
   void Answer() {
-    const protocol::Message request = harness_->sent;
-    protocol::Message answer;
-    if (request.opcode == protocol::kCommandAck) {
-      return;
+    if (const auto answer = server_.AnswerTo(harness_->sent); answer && !loses_(2 * frame_ + 1)) {
+      harness_->Feed(*answer);
     }
-    if (request.opcode == protocol::kHello) {
-      harness_->hello.last_seq = last_.length == 0 ? uint8_t{0} : last_.data[0];
-      Encode(harness_->hello, &answer);
-    } else if (request.opcode == protocol::kPing) {
-      answer = request;
-      answer.opcode = protocol::kPingAnswer;
-    } else if (protocol::IsMutating(request.opcode) && Same(request, last_)) {
-      answer = last_answer_;
-    } else {
-      if (protocol::IsMutating(request.opcode)) {
-        EXPECT_TRUE(last_.length == 0 || request.data[0] != last_.data[0]);
-      }
-      answer = Execute(request);
-      if (protocol::IsMutating(request.opcode)) {
-        last_ = request;
-        last_answer_ = answer;
-      }
-    }
-    if (!loses_(2 * frame_ + 1)) {
-      harness_->Feed(answer);
-    }
-  }
-
-  protocol::Message Execute(const protocol::Message& request) {
-    protocol::Message answer;
-    protocol::EventReport event;
-    if (Decode(request, &event)) {
-      events_.push_back(event);
-      Encode(protocol::EventAck{event.id, event.seq}, &answer);
-    } else if (protocol::ServiceOf(request.opcode) == protocol::ServiceOf(protocol::kScan)) {
-      const protocol::Reason reason = bench_.Execute(request, &answer);
-      if (reason != protocol::Reason::kNone) {
-        const uint8_t seq = protocol::IsMutating(request.opcode) ? request.data[0] : uint8_t{0};
-        Encode(protocol::ErrorAnswer{request.id, request.opcode, reason, seq}, &answer);
-      }
-    } else {
-      answer = Harness::AnswerTo(request, 4096, 4096);
-    }
-    return answer;
   }
 
   void Command(protocol::CommandCode code) {
@@ -189,19 +142,18 @@ class ForagerTest : public testing::Test {
     EXPECT_EQ(0u, net_robot().counters().exceptions);
   }
 
-  NaiveBench bench_;
+  NaiveServer server_;
+  NaiveBench& bench_ = server_.bench;
   NetMemory net_memory_ = {};
   std::unique_ptr<Harness> harness_;
   std::unique_ptr<Forager> forager_;
-  std::vector<protocol::EventReport> events_;
+  std::vector<protocol::EventReport>& events_ = server_.events;
   std::function<bool(int)> loses_ = [](int) { return false; };  // a frame, by its number
   bool serves_ = true;
   bool moved_at_tag_ = false;
   std::set<int> lines_;  // along which it has driven
   int frame_ = 0;
   uint8_t command_seq_ = 0;
-  protocol::Message last_;  // of the changes
-  protocol::Message last_answer_;
 };
 
 TEST_F(ForagerTest, FollowsTheLineOfItsPlaceAndStandsAtTags) {
@@ -302,7 +254,7 @@ TEST_F(ForagerTest, AHaltedRobotGoesOnWhereItWasStopped) {
 }
 
 TEST_F(ForagerTest, LineThatTheServerDoesNotHaveStopsIt) {
-  harness_->hello.type_mask = 0x0006;
+  server_.hello.type_mask = 0x0006;
   Advise(false);
   Visit("N1");
   Visit("P");
@@ -325,9 +277,8 @@ TEST_F(ForagerTest, LostFramesLoseAndRepeatNothing) {
 TEST_F(ForagerTest, SilentServerIsAwaited) {
   for (uint32_t at_ms = 500; at_ms < 14000; at_ms += 370) {
     SCOPED_TRACE(at_ms);
-    bench_ = NaiveBench();
+    server_ = NaiveServer();
     net_memory_ = NetMemory();
-    last_ = protocol::Message();
     Start(RequestMemory(), 5000);
     Advise(true);
     for (const std::string& tag : TripA()) {
