@@ -167,7 +167,7 @@ void NetRobot::Act() {
 }
 
 void NetRobot::OnAnswer() {
-  EnvironmentRecord record;
+  EnvironmentRecord record = EnvironmentRecord();
   switch (phase_) {
     case Phase::kNaming:
       number_ = GetI32(answer() + kDefinedNumber);
@@ -353,7 +353,7 @@ void NetRobot::OnTrigger() {
   const uint8_t slot = answer()[kBlockSlot];
   const bool is_record = slot != kNoSlot && protocol::IsNetRecord(statement());
   if (slot == protocol::kTriggerSlot && is_record) {
-    TriggerRecord trigger;
+    TriggerRecord trigger = TriggerRecord();
     record_fault_ = protocol::Decode(statement(), net_.hash, &trigger);
     if (record_fault_ == NetRecordFault::kNone) {
       Capture(trigger);
@@ -524,7 +524,7 @@ void NetRobot::Arrive(uint32_t marking) {
 }
 
 void NetRobot::OnGreen() {
-  EnvironmentRecord record;
+  EnvironmentRecord record = EnvironmentRecord();
   if (!ReadEnvironment(&record)) {
     return;
   }
@@ -535,7 +535,7 @@ void NetRobot::OnGreen() {
 }
 
 void NetRobot::OnAdvice() {
-  EnvironmentRecord record;
+  EnvironmentRecord record = EnvironmentRecord();
   if (!ReadEnvironment(&record)) {
     return;
   }
@@ -558,7 +558,7 @@ void NetRobot::OnCheck() {
   }
   generation_ = generation;
   if (slot == protocol::kEnvironmentSlot) {
-    EnvironmentRecord record;
+    EnvironmentRecord record = EnvironmentRecord();
     record_fault_ = protocol::Decode(statement(), net_.hash, &record);
     if (record_fault_ == NetRecordFault::kNone && IsOutcome(record)) {
       OnOutcome(record);
@@ -569,7 +569,7 @@ void NetRobot::OnCheck() {
       return;
     }
   } else if (slot != kNoSlot && GetI32(answer() + kBlockWords) == number_) {
-    RobotRecord record;
+    RobotRecord record = RobotRecord();
     if (protocol::Decode(statement(), net_.hash, &record) == NetRecordFault::kNone &&
         record.seq == state_.seq) {
       Go(Phase::kAwaiting);
