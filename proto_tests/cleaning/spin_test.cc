@@ -55,8 +55,19 @@ void ExpectTheVerdict(int time, int horizon, Verdict expected) {
 }
 
 TEST(Spin, AgreesWithTheVerdicts) {
+  ExpectTheVerdict(6, 240, Verdict::kProved);
   ExpectTheVerdict(8, 300, Verdict::kProved);
   ExpectTheVerdict(8, 360, Verdict::kRefuted);
+}
+
+// Millions of states for Spin.
+TEST(Spin, AgreesWithTheOtherVerdicts) {
+  if (std::getenv("PHEROMONE_ALL_VERDICTS") == nullptr) {
+    GTEST_SKIP() << "only in spin_long_test";
+  }
+  ExpectTheVerdict(5, 240, Verdict::kProved);
+  ExpectTheVerdict(8, 240, Verdict::kProved);
+  ExpectTheVerdict(7, 480, Verdict::kProved);
 }
 
 TEST(Spin, AgreesThatClaimsNeedACondition) {
