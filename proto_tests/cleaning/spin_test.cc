@@ -59,6 +59,17 @@ TEST(Spin, AgreesWithTheVerdicts) {
   ExpectTheVerdict(8, 360, Verdict::kRefuted);
 }
 
+// Millions of states for Spin.
+TEST(Spin, AgreesWithTheOtherVerdicts) {
+  if (std::getenv("PHEROMONE_ALL_VERDICTS") == nullptr) {
+    GTEST_SKIP() << "only in spin_long_test";
+  }
+  ExpectTheVerdict(5, 240, Verdict::kProved);
+  ExpectTheVerdict(6, 240, Verdict::kProved);
+  ExpectTheVerdict(8, 240, Verdict::kProved);
+  ExpectTheVerdict(7, 480, Verdict::kProved);
+}
+
 TEST(Spin, AgreesThatClaimsNeedACondition) {
   const std::string small = "-DCOLUMNS=2 -DROWS=2 -DD=5 -DHORIZON=60";
   EXPECT_FALSE(HasErrors(Spin(small)));

@@ -8,12 +8,10 @@
 //    a datagram, random poses on a map with more than a million live nodes, r = 5 cells: SENSE and
 //    TRACE, each in turn with a bare echo of the same datagrams (server_process.h);
 //  * ptys at the pace of modems: from a request's last byte to the answer's first (pty_load.h),
-//  also
-//    while somebody looks at the map (viewer.h);
+//    also while somebody looks at the map (viewer.h);
 //  * robots that roam and leave what evaporates, and the server's memory meanwhile;
 //  * the same for virtual RFID tags, nine and 10 000 of them: SCAN and READ in turn with SENSE,
-//  WRITE
-//    with TRACE;
+//    WRITE with TRACE;
 //  * with --disk, a folder on a real disk, all of TRACE again with a journal there, beside a bare
 //    loop of write and fdatasync;
 //  * robots that ask fifty times a second, alone and beside each of an operator's largest requests

@@ -371,6 +371,39 @@ TEST(RdfFileTest, InvalidSyntaxIsNamedWithFileAndLine) {
   EXPECT_EQ(xml.error().substr(0, 12), "tags.rdf:2: ") << xml.error();
 }
 
+TEST(RdfFileTest, FactsOfNTriplesAreNamedWithTheirLine) {
+  const std::string good =
+      WriteRdf(
+          ReadRdf("tags.ttl", std::string(kPrefixes) + kGood, RdfFormat::kTurtle, {}).value().facts,
+          RdfFormat::kNTriples, {})
+          .value();
+  std::string bad = good;
+  for (size_t at = 0; (at = bad.find("<urn:e>", at)) != std::string::npos;) {
+    bad.replace(at, 7, "<urn:bad>");
+  }
+  bad.replace(bad.find("\"o\""), 3, "\"\"");
+  const auto fault = [](const std::string& text) {
+    const Result<RdfContents> read = ReadRdf("tags.nt", text, RdfFormat::kNTriples, {});
+    return read.ok() ? "" : read.error();
+  };
+  EXPECT_EQ(fault(good + bad).substr(0, 21), "tags.nt:8: <urn:bad>:");
+  EXPECT_EQ(fault("# a comment\n\n" + good + " \t" + bad).substr(0, 22), "tags.nt:10: <urn:bad>:");
+  // Turtle that is no N-Triples is read too; a line that is named is about that subject.
+  EXPECT_EQ(fault("<urn:o>\n <urn:p>\n 5 .\n" + good + bad).substr(0, 19), "tags.nt: <urn:bad>:");
+}
+
+TEST(RdfFileTest, AByteOfZeroIsNotTheEnd) {
+  const std::string text = "<urn:a> <urn:b> <urn:c> .\n" + std::string(1, '\0') + "rubbish";
+  for (const RdfFormat format : kFormats) {
+    const Result<RdfContents> read = ReadRdf("tags", text, format, {});
+    ASSERT_FALSE(read.ok());
+    EXPECT_EQ(read.error().substr(0, 38), "tags:2: found a byte of 0, expected " +
+                                              std::string(format == RdfFormat::kNTriples ? "N-"
+                                                          : format == RdfFormat::kTurtle ? "Tu"
+                                                                                         : "RD"));
+  }
+}
+
 // As it is printed in Tammet, Vain and Kuusik 2006, section 3.3, but for the lines' ends.
 TEST(RdfFileTest, ThePapersExampleIsNoRdf) {
   constexpr char kPaper[] = R"(<rdf:Description

@@ -99,6 +99,7 @@ class RdfReader {
 
  private:
   void Take(const raptor_statement& triple);
+  int LineOf(const std::string& subject);
   std::string At(int line) const {
     return name_ + (line > 0 ? ":" + std::to_string(line) : "") + ": ";
   }
@@ -111,6 +112,9 @@ class RdfReader {
   const std::string& name_;
   const tags::Naming& naming_;
   raptor_parser* parser_ = nullptr;
+  bool has_line_each_ = false;  // each triple, as in N-Triples: then
+  std::string_view lines_;      // those that have not been taken,
+  int line_ = 0;                // and the number of those that have
   std::vector<Thing> things_;
   std::map<std::string, size_t> found_;  // by name
   std::optional<Error> error_;
@@ -134,6 +138,13 @@ std::string_view Title(RdfFormat format) {
 }
 
 Status RdfReader::Parse(std::string_view text, RdfFormat format) {
+  if (const size_t end = text.find('\0'); end != std::string_view::npos) {
+    const std::string_view before = text.substr(0, end);  // all that Raptor would read
+    const auto line = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
+    return Error{At(line) + "found a byte of 0, expected " + std::string(Title(format))};
+  }
+  has_line_each_ = format == RdfFormat::kNTriples;
+  lines_ = text;
   RaptorWorld world;
   const RaptorParser parser(raptor_new_parser(world.get(), ParserOf(format)));
   const RaptorUri base = world.Uri(naming_.base);
@@ -155,12 +166,30 @@ Status RdfReader::Parse(std::string_view text, RdfFormat format) {
   return error_ ? Status(*error_) : Ok();
 }
 
+// Where the triple that is being taken begins, which is about this subject; 0 if that is not known.
+// Raptor's parser of Turtle counts no lines where it finds no prefixes.
+int RdfReader::LineOf(const std::string& subject) {
+  if (!has_line_each_) {
+    const raptor_locator* const locator = raptor_parser_get_locator(parser_);
+    return locator != nullptr ? locator->line : 0;
+  }
+  while (!lines_.empty()) {
+    std::string_view line = lines_.substr(0, lines_.find('\n'));
+    lines_.remove_prefix(std::min(line.size() + 1, lines_.size()));
+    ++line_;
+    line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
+    if (!line.empty() && line.front() != '#') {
+      return line.starts_with(subject) ? line_ : 0;
+    }
+  }
+  return 0;
+}
+
 void RdfReader::Take(const raptor_statement& triple) {
   const Value subject = ValueOf(*triple.subject);
   const std::string name = subject.Describe();
   const auto [found, is_new] = found_.emplace(name, things_.size());
-  raptor_locator* const locator = raptor_parser_get_locator(parser_);
-  const int line = locator != nullptr ? locator->line : 0;
+  const int line = LineOf(name);
   if (is_new) {
     things_.push_back({.name = name, .line = line, .values = {}});
   }

@@ -74,14 +74,14 @@ void AddFiles(CLI::App* tags, const ServerOptions* options, const std::shared_pt
       ->type_name("FILE");
   exporting->callback([=] { *exit_status = ExportTags(*options, it->file, it->names); });
 
-  CLI::App* import = tags->add_subcommand("import", "Write the facts of an RDF file on their tags");
-  import->add_option("FILE", it->file.path, ".nt, .ttl, .rdf or .xml")->required();
-  format(import);
-  import->callback([=] { *exit_status = ImportTags(*options, it->file);
-});
-}  // namespace
+  CLI::App* importing =
+      tags->add_subcommand("import", "Write the facts of an RDF file on their tags");
+  importing->add_option("FILE", it->file.path, ".nt, .ttl, .rdf or .xml")->required();
+  format(importing);
+  importing->callback([=] { *exit_status = ImportTags(*options, it->file); });
+}
 
-}  // namespace pheromone::ctl
+}  // namespace
 
 void AddTagCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
   const auto it = std::make_shared<TagArguments>();

@@ -71,8 +71,13 @@ int Prepare(const ServerOptions& options, const TagNote& note, tags::Block* bloc
   }
   const size_t known = tables.rows().size();
   int32_t author = 0;
-  if (tables.AddRobot(note.author, &author) != tags::DefineOutcome::kDone) {
-    return Fail(kUsage, "the author is \"" + note.author + "\", expected 1 to 255 bytes of UTF-8");
+  const tags::DefineOutcome added = tables.AddRobot(note.author, &author);
+  if (added == tags::DefineOutcome::kFull) {
+    return Fail(kFailed, "the symbol tables have no room for the author \"" + note.author + "\"");
+  }
+  if (added != tags::DefineOutcome::kDone) {
+    return Fail(kUsage, "the author is \"" + note.author +
+                            "\", expected 1 to 255 bytes of UTF-8 without control characters");
   }
   const Result<tags::Block> parsed = tags::ParseSentence(note.sentence, author, &tables);
   if (!parsed.ok()) {
@@ -192,6 +197,11 @@ int WriteTag(const ServerOptions& options, const TagNote& note) {
   TagData tag;
   if (const int failed = FetchTag(options, note.tag, &tag); failed != 0) {
     return failed;
+  }
+  // Looked at before anything is defined, which is for ever.
+  if (note.slot && static_cast<uint64_t>(*note.slot) >= tag.slots) {
+    return Fail(kFailed, fmt::format("tag \"{}\": the slot is {}, expected 0 to {}", note.tag,
+                                     *note.slot, tag.slots - 1));
   }
   tags::Block block;
   if (const int failed = Prepare(options, note, &block); failed != 0) {

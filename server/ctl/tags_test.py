@@ -16,6 +16,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "server/daemon"), str(ROOT / "proto_tests")]
 import daemon_test  # noqa: E402
+from stranger import wire  # noqa: E402
 from stranger.client import Client, Refused, open_terminal  # noqa: E402
 
 BIN = pathlib.Path()
@@ -72,6 +73,12 @@ class TagsTest(unittest.TestCase):
         self.assertEqual(result.returncode, status, result.stdout + result.stderr)
         return result.stdout if status == 0 else result.stderr
 
+    def metrics(self):
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
+            control.connect(str(self.folder / "pheromoned.sock"))
+            control.sendall(b"GET /metrics HTTP/1.0\r\nHost: localhost\r\n\r\n")
+            return b"".join(iter(lambda: control.recv(65536), b"")).decode().splitlines()
+
     def sentences(self, tag):
         shown = json.loads(self.ctl("show", tag, "--json"))
         return [f'{it["subject"]} {it["predicate"]} {it["object"]}' for it in shown["blocks"]]
@@ -112,6 +119,37 @@ class TagsTest(unittest.TestCase):
         for it in before["blocks"] + after["blocks"]:
             self.assertTrue(2900 < it.pop("lease_s") <= 3000)
         self.assertEqual(after, before)
+
+    def test_a_crash_in_the_middle_of_a_claim_leaves_the_claim_or_none(self):
+        one, number = self.robot(7, "one")
+        for round_ in range(9):
+            seen = one.scan(1500, 2000)[0][3]
+            claim = wire.build("WRITE", 7, seq=one.next_seq, x=1500, y=2000, tag=1, slot=255,
+                               flags=EXPECT, expected=seen, lease_s=3000, time=0,
+                               **statement(number, 2, 1))
+            one.next_seq = (one.next_seq + 1) % 256
+            if round_ % 3 == 0:  # perhaps nobody has received it
+                one.line.send(wire.encode(claim))
+            elif round_ % 3 == 1:  # received, perhaps not on the disk
+                one.line.send(wire.encode(claim))
+                one.ping()
+            else:  # answered, that is, on the disk
+                self.assertEqual(one._exchange(claim).name, "WRITE_ANSWER")
+            one.line.close()
+            self.crash()
+            one.line = open_terminal(self.folder / "radio-a.pty")
+            one._in_step = False
+            one.hello(1)
+            found = [block["author"] for block in one.read(1500, 2000, 1)]
+            self.assertIn(found, [[number]] if round_ % 3 == 2 else [[], [number]])
+            # It cannot know, and repeats: executed once, and it holds the place.
+            self.assertEqual(one._exchange(claim).name, "WRITE_ANSWER")
+            [block] = one.read(1500, 2000, 1)
+            self.assertEqual((block["author"], one.scan(1500, 2000)[0][3]), (number, seen + 1))
+            with self.assertRaises(Refused) as refused:  # the next claim with what it saw then
+                one.write(1500, 2000, 1, statement(number, 2, 1), flags=EXPECT, expected=seen)
+            self.assertEqual(refused.exception.reason, 19)
+            one.erase(1500, 2000, 1, block["slot"])
 
     def test_of_two_claims_one_is_refused(self):
         self.ctl("write", "door", "15 is here")
@@ -162,10 +200,7 @@ class TagsTest(unittest.TestCase):
         robot.write(1500, 2000, 1, statement(number, 1, 3), lease_s=3000)
         with self.assertRaises(Refused):
             robot.read(6000, 2000, 1)
-        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
-            control.connect(str(self.folder / "pheromoned.sock"))
-            control.sendall(b"GET /metrics HTTP/1.0\r\nHost: localhost\r\n\r\n")
-            lines = b"".join(iter(lambda: control.recv(65536), b"")).decode().splitlines()
+        lines = self.metrics()
         for sample in ("tags 2", "tags_unconfigured 0", "tag_slots 10", "tag_blocks 3",
                        "tag_leased_blocks 1", "tag_definitions 2", "tag_blocks_written_total 4",
                        "tag_blocks_dropped_total 1", "tag_leases_expired_total 0",
@@ -214,6 +249,13 @@ class TagsTest(unittest.TestCase):
                       self.ctl("write", "door", "hello", status=2))
         self.assertIn("expected the number of a slot, or --all", self.ctl("erase", "door", status=2))
         self.assertIn("it has no such slot", self.ctl("erase", "door", "9", status=1))
+        self.assertIn('tag "door": the slot is 8, expected 0 to 7',
+                      self.ctl("write", "door", "15 is here", "--slot", "8", status=1))
+        self.assertIn("expected 1 to 255 bytes of UTF-8 without control characters",
+                      self.ctl("write", "door", "15 is here", "--author", "a\nb", status=2))
+        self.assertIn("has a text of 256 bytes, expected 1 to 255",
+                      self.ctl("write", "door", f'15 note "{"x" * 256}"', status=2))
+        self.assertIn("pheromone_tag_definitions 0", self.metrics())  # they would be for ever
         self.assertIn("expected robot=, subject=", self.ctl("find", "colour=red", status=2))
         self.assertEqual(self.sentences("door"), [])
 

@@ -30,7 +30,8 @@ constexpr Meaning<WriteOutcome> kWriteMeanings[] = {
     {WriteOutcome::kDone, Reason::kNone, ""},
     {WriteOutcome::kGenerationChanged, Reason::kGenerationChanged, "its generation has changed"},
     {WriteOutcome::kProtected, Reason::kTagProtected, "the block there is protected"},
-    {WriteOutcome::kFull, Reason::kTagFull, "it is full: nothing on it may be dropped"},
+    {WriteOutcome::kFull, Reason::kTagFull,
+     "it is full: nothing on it may be dropped, or no more of it may be protected"},
     {WriteOutcome::kNoSuchSlot, Reason::kBadValue, "it has no such slot"},
 };
 
