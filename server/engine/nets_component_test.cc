@@ -13,7 +13,7 @@
 namespace pheromone::engine {
 namespace {
 
-using petri::testing::LiveGateSettings;
+using petri::LiveGateSettings;
 using protocol::EnvironmentRecord;
 using protocol::NetAction;
 using protocol::NetOutcome;

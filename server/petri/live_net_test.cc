@@ -14,7 +14,6 @@ namespace pheromone::petri {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::LiveGateSettings;
 
 constexpr size_t kN = 0;
 constexpr size_t kX = 1;
