@@ -92,8 +92,9 @@ enum class EventCode : uint8_t {
   kBatteryLow = 9,
   kStoppedByHand = 10,
   kPoseLost = 11,
+  kNetException = 12,
 };
-constexpr EventCode kLastEvent = EventCode::kPoseLost;
+constexpr EventCode kLastEvent = EventCode::kNetException;
 
 constexpr uint8_t kMinType = 1;
 constexpr uint8_t kMaxType = 15;

@@ -500,16 +500,33 @@ TEST(Vectors, TheReadmeQuotesThemCorrectly) {
     std::erase(word, '`');
     readme += word + " ";
   }
-  for (const char* name :
-       {"hello_of_the_worked_example", "hello_answer_of_the_worked_example",
-        "sense_of_the_worked_example", "sense_answer_of_the_worked_example",
-        "sense_too_short_crc_is_dle_dle", "zero_line", "opcode_tag_answer_holds_false_frame",
-        "symbol_robot_of_the_worked_example", "symbol_answer_of_the_worked_example",
-        "symbol_namespace_of_the_worked_example", "symbol_string_of_the_worked_example",
-        "scan_of_the_worked_example", "scan_answer_of_the_worked_example",
-        "read_of_the_worked_example", "read_answer_of_the_worked_example",
-        "write_of_the_worked_example", "write_answer_of_the_worked_example",
-        "erase_of_the_worked_example", "erase_answer_of_the_worked_example"}) {
+  for (const char* name : {"hello_of_the_worked_example",
+                           "hello_answer_of_the_worked_example",
+                           "sense_of_the_worked_example",
+                           "sense_answer_of_the_worked_example",
+                           "sense_too_short_crc_is_dle_dle",
+                           "zero_line",
+                           "opcode_tag_answer_holds_false_frame",
+                           "symbol_robot_of_the_worked_example",
+                           "symbol_answer_of_the_worked_example",
+                           "symbol_namespace_of_the_worked_example",
+                           "symbol_string_of_the_worked_example",
+                           "scan_of_the_worked_example",
+                           "scan_answer_of_the_worked_example",
+                           "read_of_the_worked_example",
+                           "read_answer_of_the_worked_example",
+                           "write_of_the_worked_example",
+                           "write_answer_of_the_worked_example",
+                           "erase_of_the_worked_example",
+                           "erase_answer_of_the_worked_example",
+                           "net_read_trigger",
+                           "net_read_answer_trigger",
+                           "net_write_present",
+                           "net_write_answer_present",
+                           "net_read_outcome",
+                           "net_read_answer_accepted",
+                           "net_read_answer_green",
+                           "net_write_pass"}) {
     std::string wire;
     for (const uint8_t byte : testing::LoadFrame(name).wire) {
       constexpr char kDigits[] = "0123456789ABCDEF";

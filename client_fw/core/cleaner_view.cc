@@ -1,6 +1,7 @@
 // What a cleaning robot tells and reads: its number and strings, the tags in range and what is on
 // them. The other part is cleaner.cc.
 #include "client_fw/core/cleaner.h"
+#include "client_fw/core/robot_name.h"
 #include "protocol/byte_order.h"
 
 namespace pheromone {
@@ -63,16 +64,15 @@ void Cleaner::AskForName(Conversation* conversation) {
     AskForString(number_, string, conversation);
     return;
   }
-  data[kSymbolKind] = static_cast<uint8_t>(name_ == 0 ? SymbolKind::kRobot : SymbolKind::kString);
-  PutI32(data + kSymbolNumber, name_ == 0 ? 0 : string);
-  uint8_t length = kSymbolText;
-  for (const char* text = name_ == 0 ? "cleaner-" : OwnString(); *text != 0; ++text) {
-    data[length++] = static_cast<uint8_t>(*text);
-  }
   if (name_ == 0) {
-    data[length++] = static_cast<uint8_t>('0' + id_ / 100);
-    data[length++] = static_cast<uint8_t>('0' + id_ / 10 % 10);
-    data[length++] = static_cast<uint8_t>('0' + id_ % 10);
+    Ask(protocol::kSymbol, PutRobotName("cleaner-", id_, data), conversation);
+    return;
+  }
+  data[kSymbolKind] = static_cast<uint8_t>(SymbolKind::kString);
+  PutI32(data + kSymbolNumber, string);
+  uint8_t length = kSymbolText;
+  for (const char* text = OwnString(); *text != 0; ++text) {
+    data[length++] = static_cast<uint8_t>(*text);
   }
   Ask(protocol::kSymbol, length, conversation);
 }

@@ -112,6 +112,11 @@ class Conversation : private ConversationState {
   /// Sends the request of TAG in `exchange` until it is answered, refused or dropped, one at a
   /// time, between the requests for intensities. `exchange` is to outlive that.
   void Ask(TagExchange* exchange);
+  /// Steers by another pheromone, once its intensities have arrived. As COMMAND 5, but for a task;
+  /// a reset forgets it.
+  void Follow(uint8_t type);
+  /// Halts, and tells the server so: an exception of a net at this tag.
+  void RaiseNetException(uint16_t tag);
   /// Where the robot is on the map if its odometry is this and no flag says kPoseLost.
   Pose PoseOf(const Odometry& odometry) const { return start_.Place(odometry); }
 
@@ -136,6 +141,8 @@ class Conversation : private ConversationState {
   bool greeted() const { return greeted_; }
   /// The server's last HELLO answer; meaningful once there was one.
   protocol::HelloAnswer server() const;
+  /// Of its messages; 0 before the first answer.
+  uint16_t pose_unit_10um() const { return protocol::GetU16(server_ + kPoseUnitAt); }
   /// The parameters given, with the settings changed by COMMANDs.
   const Parameters& parameters() const { return parameters_; }
   /// True once after COMMAND 8 has changed a setting: stored() are to be stored.

@@ -150,6 +150,8 @@ void Conversation::MakeEvent() {
     argument = static_cast<int16_t>(bumped_);
   } else if (event == protocol::EventCode::kBatteryLow) {
     argument = drive_.battery_100mv;
+  } else if (kHasTags && event == protocol::EventCode::kNetException) {
+    argument = static_cast<int16_t>(exception_tag_);
   }
   AppendSeq();
   memory_->data[memory_->length++] = code;

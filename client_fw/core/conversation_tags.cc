@@ -86,6 +86,22 @@ void Conversation::Ask(TagExchange* exchange) {
   }
 }
 
+void Conversation::Follow(uint8_t type) {
+  if (parameters_.type == type) {
+    return;
+  }
+  parameters_.type = type;
+  // Those that have arrived are another pheromone's.
+  SetFlags(HasType(type) ? kNoAnswerYet : kNoAnswerYet | kTypeMissing, kTypeMissing);
+}
+
+void Conversation::RaiseNetException(uint16_t tag) {
+  exception_tag_ = tag;
+  Report(BitOf(protocol::EventCode::kNetException));
+  Halt();
+  Seal(memory_);
+}
+
 // One that a reset has left in the memory is repeated too, though nobody waits for its answer.
 bool Conversation::HasTagRequest() const {
   return IsTag(memory_->opcode) ||

@@ -16,7 +16,7 @@ constexpr NetPlaceRow kRobotPlaces[] = {
     {protocol::PlaceDoes::kFollow, 3},  // p6
     {protocol::PlaceDoes::kFollow, 3},  // p7
     {protocol::PlaceDoes::kWait, 3},  // p8
-    {protocol::PlaceDoes::kFollow, 1},  // p9
+    {protocol::PlaceDoes::kFollow, 6},  // p9
     {protocol::PlaceDoes::kFollow, 4},  // p10
     {protocol::PlaceDoes::kWait, 4},  // p11
     {protocol::PlaceDoes::kFollow, 5},  // p12
@@ -42,7 +42,7 @@ constexpr NetTransitionRow kRobotTransitions[] = {
     {{0x00002000, 0x00000100, 0x00000000}, protocol::TransitionDoes::kStoreB},  // t15 at P
 };
 
-constexpr NetTables kRobotNet = {0xb6265033, 0x00000001, kRobotPlaces, kRobotTransitions, 14, 15};
+constexpr NetTables kRobotNet = {0x36af2be0, 0x00000001, kRobotPlaces, kRobotTransitions, 14, 15};
 
 }  // namespace client
 }  // namespace pheromone

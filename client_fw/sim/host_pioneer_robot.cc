@@ -21,7 +21,7 @@ HostPioneerRobot::HostPioneerRobot(const HostPioneerRobotConfig& config, RadioMe
       pioneer_(config.pioneer, config.start),
       drive_(&board_, static_cast<int16_t>(config.client.drive_scale)),
       robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_,
-             SimulatedTask(config.cleaner, config.client)),
+             SimulatedTask(config, config.client, &net_memory_)),
       station_(medium->AddStation(this, config.turnaround_ns)) {}
 
 void HostPioneerRobot::Step() {

@@ -27,13 +27,12 @@
 
 namespace pheromone::sim {
 
-struct HostPioneerRobotConfig {
+struct HostPioneerRobotConfig : SimulatedTaskConfig {
   client::Parameters client = ReleasedParameters();  ///< `start` and `baud` are overwritten
   PioneerConfig pioneer;
   PlanePose start;
   int64_t cable_baud = 9600;
-  std::optional<int64_t> turnaround_ns;                   ///< of its modem, if not the medium's
-  std::optional<client::CleanerParameters> cleaner = {};  ///< it cleans, and follows nothing
+  std::optional<int64_t> turnaround_ns;  ///< of its modem, if not the medium's
 };
 
 class HostPioneerRobot final : public MobileRobot {
@@ -57,6 +56,7 @@ class HostPioneerRobot final : public MobileRobot {
   uint32_t bumps() const override { return bumps_.count(); }
   bool HoldsLoad() const override { return board_.load(); }
   const client::Cleaner* cleaner() const override { return robot_.task().cleaner(); }
+  const client::Forager* forager() const override { return robot_.task().forager(); }
 
   const PioneerRobot& pioneer() const { return pioneer_; }
 
@@ -87,6 +87,7 @@ class HostPioneerRobot final : public MobileRobot {
   BumpCounter bumps_;
   client::PioneerDrive<Board> drive_;
   client::RequestMemory memory_{};
+  client::NetMemory net_memory_{};
   client::Robot<Board, client::PioneerDrive<Board>, SimulatedTask> robot_;
   int station_;
 };

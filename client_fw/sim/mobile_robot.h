@@ -16,6 +16,7 @@
 
 #include "client_fw/core/cleaner.h"
 #include "client_fw/core/counters.h"
+#include "client_fw/core/forager.h"
 #include "client_fw/core/steering.h"
 #include "client_fw/sim/differential_drive.h"
 #include "client_fw/sim/radio_medium.h"
@@ -39,10 +40,12 @@ class MobileRobot : public Station {
   virtual int16_t p_right() const = 0;
   /// A set of client::StopFlag; 0 if they cannot be read.
   virtual uint8_t flags() const { return 0; }
-  /// Its load is held; a cleaning robot's brush is on.
+  /// Its load is held; a cleaning robot's brush is on, a forager has energy.
   virtual bool HoldsLoad() const { return false; }
   /// Null if it does not clean, is switched off, or what it does cannot be read.
   virtual const client::Cleaner* cleaner() const { return nullptr; }
+  /// Null if it carries no net, is switched off, or what it does cannot be read.
+  virtual const client::Forager* forager() const { return nullptr; }
   /// How often it has run into an obstacle.
   virtual uint32_t bumps() const { return 0; }
 };

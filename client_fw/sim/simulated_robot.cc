@@ -23,7 +23,7 @@ SimulatedRobot::SimulatedRobot(const SimulatedRobotConfig& config, RadioMedium* 
       power_off_ms_(config.power_off_ms),
       drive_(config.drive, config.start),
       robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_,
-             SimulatedTask(config.cleaner, config.client)),
+             SimulatedTask(config, config.client, &net_memory_)),
       station_(medium->AddStation(this, config.turnaround_ns)) {}
 
 void SimulatedRobot::Step() {

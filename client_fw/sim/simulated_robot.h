@@ -26,14 +26,13 @@
 
 namespace pheromone::sim {
 
-struct SimulatedRobotConfig {
+struct SimulatedRobotConfig : SimulatedTaskConfig {
   client::Parameters client = ReleasedParameters();  ///< `start` and `baud` are overwritten
   DriveConfig drive;
   PlanePose start;
   int64_t power_on_ms = 0;               ///< until then it neither hears nor does anything
   int64_t power_off_ms = INT64_MAX;      ///< from then on: where it is, it stays
   std::optional<int64_t> turnaround_ns;  ///< of its modem, if not the medium's
-  std::optional<client::CleanerParameters> cleaner = {};  ///< it cleans, and follows nothing
 };
 
 class SimulatedRobot final : public MobileRobot {
@@ -59,6 +58,9 @@ class SimulatedRobot final : public MobileRobot {
   const client::Cleaner* cleaner() const override {
     return powered() ? robot_.task().cleaner() : nullptr;
   }
+  const client::Forager* forager() const override {
+    return powered() ? robot_.task().forager() : nullptr;
+  }
 
   const DifferentialDrive& drive() const { return drive_; }
   /// The rest of what the client knows, such as the server's HELLO.
@@ -76,6 +78,7 @@ class SimulatedRobot final : public MobileRobot {
   DifferentialDrive drive_;
   BumpCounter bumps_;
   client::RequestMemory memory_{};
+  client::NetMemory net_memory_{};
   client::Robot<client::HostBoard, DifferentialDrive, SimulatedTask> robot_;
   int station_;
   int64_t sent_at_ns_ = RadioMedium::kNever;  // the UART is empty; the modem is a turnaround later

@@ -16,6 +16,10 @@ std::string BuiltAvrImage() {
   return PHEROMONE_CLIENT_AVR_IMAGE;
 }
 
+std::string BuiltForagerImage() {
+  return PHEROMONE_FORAGER_AVR_IMAGE;
+}
+
 std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& config,
                                                sim::RadioMedium* medium) {
   sim::AvrRobotConfig avr;

@@ -13,6 +13,10 @@ std::string BuiltAvrImage() {
   return {};
 }
 
+std::string BuiltForagerImage() {
+  return {};
+}
+
 std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& /*config*/,
                                                sim::RadioMedium* /*medium*/) {
   throw std::runtime_error("this build has no AVR robots: libsimavr was not found");

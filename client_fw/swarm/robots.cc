@@ -38,6 +38,7 @@ std::unique_ptr<sim::MobileRobot> MakeRobot(const RobotConfig& config, sim::Radi
   host.start = config.start;
   host.turnaround_ns = config.turnaround_ns;
   host.cleaner = config.cleaner;
+  host.forager = config.forager;
   return std::make_unique<sim::HostPioneerRobot>(host, medium);
 }
 

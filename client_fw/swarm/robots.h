@@ -43,6 +43,8 @@ bool HasAvrRobots();
 
 /// The client's image that was built with this program; empty if none was.
 std::string BuiltAvrImage();
+/// That of a robot with a net (client_fw/core/forager.h).
+std::string BuiltForagerImage();
 
 /// MakeRobot for a robot with an image. Its client's settings (core/settings.h) are in its EEPROM,
 /// and `boot_counter` is the number of earlier starts; except for the ID, the rest of `client` is

@@ -192,7 +192,7 @@ def sessions():
         RICH + tags_changed(0) + tags_changed(0, (2, 1, 2, 9)) + tags_changed(1) +
         tags_changed(1, slot=3, lease_ms=900) + tags_changed(2, slot=0) + tags_changed(1, tag=9) +
         tags_changed(1, block=(9, 0, -17, 1, 1, 2, -3, 4)) + clocks(far(2000)) + RESTARTED)
-    yield "events", SMALL + hello(1) + b"".join(event(1, code + 1, code) for code in range(11))
+    yield "events", SMALL + hello(1) + b"".join(event(1, code + 1, code) for code in range(14))
     yield "strong", SMALL + reconfigured(1, 1, b"\xff\xff") + hello(2) + b"".join(
         deposit(2, seq, 5000 + 100 * seq, 5300, 255, 2) for seq in range(1, 9)) + sense(
             2, 5000, 5000, 0, 2) + sense(2, 5000, 5600, 0, 2)

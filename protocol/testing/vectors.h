@@ -59,6 +59,16 @@ struct StreamVector {
   std::vector<Bytes> delivered;
 };
 
+/// A line of net_records.txt.
+struct NetRecordVector {
+  std::string name;
+  std::string wanted;  ///< "trigger", "environment" or "robot"
+  uint32_t hash = 0;   ///< of the reader's net
+  Bytes bytes;
+  std::string verdict;
+  std::map<std::string, std::string> fields;
+};
+
 /// ID, OPCODE and DATA as a message; at least two bytes, at most 2 + kMaxData.
 inline protocol::Message ToMessage(const Bytes& body) {
   if (body.size() < 2 || body.size() > 2u + protocol::kMaxData) {
@@ -152,6 +162,19 @@ inline Bytes ParseBytes(const std::string& text) {
   return bytes;
 }
 
+/// "a=1 b=2".
+inline std::map<std::string, std::string> ParseFields(const std::string& text) {
+  std::map<std::string, std::string> fields;
+  for (const std::string& field : internal::Split(text, ' ')) {
+    const size_t equals = field.find('=');
+    if (equals == std::string::npos) {
+      throw std::runtime_error("expected field=value: " + field);
+    }
+    fields[field.substr(0, equals)] = field.substr(equals + 1);
+  }
+  return fields;
+}
+
 inline std::vector<CrcVector> LoadCrcs() {
   std::vector<CrcVector> all;
   internal::ForEachLine("crc.txt", 2, [&all](const std::vector<std::string>& column) {
@@ -175,13 +198,18 @@ inline std::vector<FrameVector> LoadFrames() {
 inline std::vector<FieldsVector> LoadFields() {
   std::vector<FieldsVector> all;
   internal::ForEachLine("fields.txt", 3, [&all](const std::vector<std::string>& column) {
-    FieldsVector vector{column[0], column[1], {}};
-    for (const std::string& field : internal::Split(column[2], ' ')) {
-      const size_t equals = field.find('=');
-      if (equals == std::string::npos) {
-        throw std::runtime_error("expected field=value: " + field);
-      }
-      vector.fields[field.substr(0, equals)] = field.substr(equals + 1);
+    all.push_back({column[0], column[1], ParseFields(column[2])});
+  });
+  return all;
+}
+
+inline std::vector<NetRecordVector> LoadNetRecords() {
+  std::vector<NetRecordVector> all;
+  internal::ForEachLine("net_records.txt", 6, [&all](const std::vector<std::string>& column) {
+    NetRecordVector vector{column[0], column[1], 0, ParseBytes(column[3]), column[4], {}};
+    vector.hash = static_cast<uint32_t>(std::stoul(column[2], nullptr, 16));
+    if (column[5] != "-") {
+      vector.fields = ParseFields(column[5]);
     }
     all.push_back(vector);
   });

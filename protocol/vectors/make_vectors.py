@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the protocol's test vectors: crc.txt, frames.txt, fields.txt and streams.txt.
+"""Writes the protocol's test vectors: crc.txt, frames.txt, fields.txt, streams.txt, net_records.txt.
 
     python3 make_vectors.py            write the files, beside this script
     python3 make_vectors.py --check    compare them with what would be written; exit 1 if different
@@ -7,16 +7,29 @@
 Nothing here is shared with the implementation under test: the CRC goes bit by bit, the stuffing and
 the reading are written from the specification (../README.md), and every verdict in the list below
 is what a person expects, checked against this script's own reader before anything is written. What
-is about tags is listed in tag_vectors.py.
+is about tags is listed in tag_vectors.py, and what robots with nets leave there in net_vectors.py.
 """
 
 import pathlib
 import sys
 
+import net_vectors
 import tag_vectors
 
 DLE, STX, ETX = 0x10, 0x02, 0x03
 MAX_DATA = 64
+
+def crc16(data):
+    """CRC-16/ARC, bit by bit."""
+    crc = 0
+    for byte in data:
+        for bit in range(8):
+            feedback = (crc ^ (byte >> bit)) & 1
+            crc >>= 1
+            if feedback:
+                crc ^= 0xA001
+    return crc
+
 
 # --------------------------------------------------------------------------------------------------
 # Messages: opcode and the layout of DATA. "type" in the opcode's place: the low four bits are the
@@ -143,10 +156,12 @@ GOOD = [
     ("command_ack_dle", "COMMAND_ACK", dict(id=16, seq=16, code=4, result=0x0310)),
     ("event_load_picked", "EVENT", dict(id=1, seq=3, code=1, argument=0)),
     ("event_parameter_value", "EVENT", dict(id=1, seq=255, code=8, argument=-32768)),
+    ("event_net_exception", "EVENT", dict(id=7, seq=9, code=12, argument=31)),
     ("event_dle", "EVENT", dict(id=16, seq=16, code=9, argument=0x1010)),
     ("event_ack", "EVENT_ACK", dict(id=1, seq=3)),
     ("event_ack_dle", "EVENT_ACK", dict(id=16, seq=16)),
     *tag_vectors.GOOD,
+    *net_vectors.frames(crc16, tag_vectors),
     ("hello_of_the_worked_example", "HELLO",
      dict(id=7, nonce=42, firmware_version=1, round_period=0)),
     ("hello_extremes", "HELLO", dict(id=254, nonce=65535, firmware_version=255, round_period=255)),
@@ -331,18 +346,6 @@ PUBLISHED = {
 
 # --------------------------------------------------------------------------------------------------
 # The protocol, a second time.
-
-
-def crc16(data):
-    """CRC-16/ARC, bit by bit."""
-    crc = 0
-    for byte in data:
-        for bit in range(8):
-            feedback = (crc ^ (byte >> bit)) & 1
-            crc >>= 1
-            if feedback:
-                crc ^= 0xA001
-    return crc
 
 
 def little_endian(value, kind):
@@ -582,6 +585,25 @@ def streams_file(table):
     return text
 
 
+def net_records_file():
+    text = header(
+        "Records of nets in blocks of tags, one by one: their bytes, and what a reader says.", "",
+        "name | kind that is wanted | hash of the reader's net | 24 bytes | verdict | field=value ...",
+        "",
+        "verdict    ok         a record of this kind and net, with these fields",
+        "           otherwise the first that applies:",
+        "           no-record  the subject's namespace is not -32",
+        "           version    not 1",
+        "           crc        wrong",
+        "           kind       another one",
+        "           hash       of another net",
+        "           value      a value that its field does not have")
+    for name, wanted, record, verdict, fields in net_vectors.records(crc16):
+        text += (f"{name} | {wanted} | {net_vectors.HASH:08X} | {hexadecimal(record)} | {verdict} | "
+                 f"{fields}\n")
+    return text
+
+
 def main(arguments):
     if arguments not in ([], ["--check"]):
         print(__doc__, file=sys.stderr)
@@ -592,6 +614,7 @@ def main(arguments):
         "frames.txt": frames_file(table),
         "fields.txt": fields_file(),
         "streams.txt": streams_file(table),
+        "net_records.txt": net_records_file(),
     }
     here = pathlib.Path(__file__).resolve().parent
     stale = []

@@ -90,6 +90,40 @@ class DissectorTest(unittest.TestCase):
             with self.subTest(name):
                 self.assertIn(verdict, verdicts)
 
+    def test_reads_the_records_of_nets_in_blocks(self):
+        sys.path.insert(0, str(VECTORS))
+        import make_vectors
+        import net_vectors
+        names = ["state", "outcome", "robot", "seq", "amount", "left", "action", "transition",
+                 "energy", "candidate"]
+        records = list(rows("net_records.txt"))
+        packets = []
+        for i, (_, _, _, statement, _, _) in enumerate(records):
+            data = bytes.fromhex(statement)
+            body = (bytes([7, 0xC2]) + bytes(20) if i % 2 else bytes([7, 0x43]) + bytes(21)) + data
+            packets.append((0, i, INBOUND, make_vectors.wire_of(body), 0))
+        found = self.dissect(packets, ["pheromone.net_verdict", "pheromone.net_hash"] +
+                             ["pheromone.net_" + name for name in names])
+        self.assertGreater(len(records), 40)
+        kinds = {number: kind for kind, number in net_vectors.KINDS.items()}
+        for (name, _, _, statement, verdict, values), [shown, net, *columns] in zip(records, found):
+            data = bytes.fromhex(statement)
+            own_net = int.from_bytes(data[6:10], "little")
+            expected = net_vectors.judge(data, kinds.get(data[5], "robot"), make_vectors.crc16, own_net)
+            with self.subTest(name):
+                if expected == "no-record":
+                    self.assertEqual(shown + net, [])
+                    continue
+                self.assertEqual((shown, [int(it, 16) for it in net]), ([expected], [own_net]))
+                if verdict != "ok":
+                    continue
+                fields = dict(pair.split("=") for pair in values.split())
+                if "candidates" in fields:
+                    fields["candidate"] = fields.pop("candidates").replace("-", "")
+                got = {key: ",".join(str(int(it, 0)) for it in column)
+                       for key, column in zip(names, columns) if column}
+                self.assertEqual(got, {key: value for key, value in fields.items() if value})
+
     def test_gives_each_field_its_value(self):
         wires = {name: bytes.fromhex(wire) for name, _, wire, _ in rows("frames.txt")}
         meanings = list(rows("fields.txt"))

@@ -30,12 +30,17 @@ local COMMANDS = { "halt", "resume", "speed", "go to", "follow type", "pick the 
                    "drop the load", "set parameter", "get parameter" }
 local EVENTS = { "load picked", "load dropped", "obstacle", "off the map", "trail lost",
                  "fail-safe stop", "goal reached", "parameter value", "battery low",
-                 "stopped by hand", "pose lost" }
+                 "stopped by hand", "pose lost", "net exception" }
 local NAMESPACES = {
   [0] = "an absolute IRI", [-1] = "string", [-2] = "character", [-3] = "integer", [-4] = "binary32",
   [-5] = "date and time", [-6] = "date", [-7] = "time of day", [-16] = "chain of fragments",
-  [-17] = "robot", [-18] = "tag",
+  [-17] = "robot", [-18] = "tag", [-32] = "record of a net",
 }
+local NET_RECORD, NET_RECORD_SIZE, NET_VERSION, MAX_CANDIDATES = -32, 24, 1, 11
+local NET_KINDS = { "trigger vector", "environment", "robot" }
+local NET_ACTIONS = { "present", "pass", "leave", "choose A", "choose B", "store A", "store B",
+                      "take" }
+local NET_OUTCOMES = { [0] = "none", "accepted", "refused" }
 local SYMBOL_KINDS = { "robot", "string", "mapping", "row" }
 -- The verdicts on frames that a receiver does not drop.
 local DELIVERED = { ok = true, ["unknown-opcode"] = true, ["bad-length"] = true,
@@ -121,6 +126,22 @@ local f = {
   rows = ProtoField.uint32("pheromone.rows", "Rows of all tables"),
   text_length = ProtoField.uint8("pheromone.text_length", "Length of the whole text"),
   text = ProtoField.bytes("pheromone.text", "Text"),
+  net_verdict = ProtoField.string("pheromone.net_verdict", "Verdict"),
+  net_version = ProtoField.uint8("pheromone.net_version", "Version"),
+  net_kind = ProtoField.uint8("pheromone.net_kind", "Kind", base.DEC, NET_KINDS),
+  net_hash = ProtoField.uint32("pheromone.net_hash", "Hash of the net", base.HEX),
+  net_crc = ProtoField.uint16("pheromone.net_crc", "CRC-16/ARC", base.HEX),
+  net_candidate = ProtoField.uint8("pheromone.net_candidate", "Transition of the tag"),
+  net_state = ProtoField.uint8("pheromone.net_state",
+                               "State (1: green, 2: advice A, 4: advice B)", base.HEX),
+  net_outcome = ProtoField.uint8("pheromone.net_outcome", "Outcome", base.DEC, NET_OUTCOMES),
+  net_robot = ProtoField.int32("pheromone.net_robot", "Of robot"),
+  net_seq = ProtoField.uint8("pheromone.net_seq", "Seq of the record"),
+  net_action = ProtoField.uint8("pheromone.net_action", "Action", base.DEC, NET_ACTIONS),
+  net_transition = ProtoField.uint8("pheromone.net_transition", "Transition"),
+  net_amount = ProtoField.uint16("pheromone.net_amount", "Amount"),
+  net_left = ProtoField.uint16("pheromone.net_left", "Left in the source"),
+  net_energy = ProtoField.uint16("pheromone.net_energy", "Energy of the robot"),
 }
 local fields = {}
 for _, field in pairs(f) do fields[#fields + 1] = field end
@@ -132,7 +153,9 @@ local e_malformed = ProtoExpert.new("pheromone.malformed", "Not a message of thi
   expert.group.MALFORMED, expert.severity.WARN)
 local e_error = ProtoExpert.new("pheromone.refusal", "The server refuses",
   expert.group.RESPONSE_CODE, expert.severity.NOTE)
-pheromone.experts = { e_damaged, e_malformed, e_error }
+local e_net = ProtoExpert.new("pheromone.net_record", "Not a valid record of a net",
+  expert.group.MALFORMED, expert.severity.WARN)
+pheromone.experts = { e_damaged, e_malformed, e_error, e_net }
 
 -- ---------------------------------------------------------------- Messages.
 
@@ -208,6 +231,15 @@ local WITH_TEXT = {
                { f.text_length, 1 } }, 50 },
 }
 local MAX_PING = 16
+-- Where a statement is in the DATA of what carries one, and what may be in a record of a net there.
+local STATEMENT_AT = { [0xC2] = 20, [0x43] = 21 }
+local NET_PAYLOADS = {
+  {},
+  { { f.net_state, 0, 1 }, { f.net_outcome, 1, 1 }, { f.net_robot, 2, 4 }, { f.net_seq, 6, 1 },
+    { f.net_amount, 8, 2 }, { f.net_left, 10, 2 } },
+  { { f.net_seq, 0, 1 }, { f.net_action, 1, 1 }, { f.net_transition, 2, 1 }, { f.net_amount, 4, 2 },
+    { f.net_energy, 6, 2 } },
+}
 local SCAN_ANSWER, MAX_TAG_ROWS, TAG_ROW_BYTES = 0xC1, 7, 8
 local ROUND, ROUND_HEADER, MAX_TURNS = 0xF3, 6, 11
 local EVERYBODY = 0xFF
@@ -432,6 +464,45 @@ local function add_fields(tree, body_tvb, layout, typed)
   end
 end
 
+-- What is wrong with a record whose net is not known here.
+local function judge_net_record(range)
+  local bytes = range:bytes()
+  if bytes:get_index(4) ~= NET_VERSION then return "version" end
+  if crc16(bytes:subset(4, 18), 18) ~= range(22, 2):le_uint() then return "crc" end
+  local kind, first, second = bytes:get_index(5), bytes:get_index(10), bytes:get_index(11)
+  if not NET_KINDS[kind] then return "kind" end
+  if kind == 1 then
+    if first > MAX_CANDIDATES then return "value" end
+    for i = 1, first do
+      if bytes:get_index(10 + i) == 0 then return "value" end
+    end
+  elseif kind == 2 then
+    if first >= 6 or not NET_OUTCOMES[second] then return "value" end
+  elseif not NET_ACTIONS[second] then
+    return "value"
+  end
+  return "ok"
+end
+
+local function add_net_record(tree, range)
+  local verdict = judge_net_record(range)
+  local kind = range(5, 1):uint()
+  local sub = tree:add(pheromone, range,
+                       "Record of a net: " .. (NET_KINDS[kind] or "unknown kind") .. ", " .. verdict)
+  sub:add(f.net_verdict, range, verdict)
+  sub:add(f.net_version, range(4, 1))
+  sub:add(f.net_kind, range(5, 1))
+  sub:add_le(f.net_hash, range(6, 4))
+  if verdict == "ok" and kind == 1 then
+    for i = 1, range(10, 1):uint() do sub:add(f.net_candidate, range(10 + i, 1)) end
+  end
+  for _, item in ipairs(NET_PAYLOADS[kind] or {}) do
+    sub:add_le(item[1], range(10 + item[2], item[3]))
+  end
+  sub:add_le(f.net_crc, range(22, 2))
+  if verdict ~= "ok" then sub:add_proto_expert_info(e_net, verdict) end
+end
+
 -- Adds a frame to the tree; returns how the list of packets sums it up.
 local function dissect_frame(tvb, tree, frame)
   local verdict = frame.verdict
@@ -456,6 +527,10 @@ local function dissect_frame(tvb, tree, frame)
   if name then sub:add(f.message, body_tvb(1, 1), name) end
   if layout then
     add_fields(sub, body_tvb, layout, typed)
+    local at = STATEMENT_AT[opcode] and 2 + STATEMENT_AT[opcode]
+    if at and body_tvb(at, 4):le_int() == NET_RECORD then
+      add_net_record(sub, body_tvb(at, NET_RECORD_SIZE))
+    end
   else
     if data_length > 0 then sub:add(f.data, body_tvb(2, data_length)) end
   end

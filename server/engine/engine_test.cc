@@ -184,7 +184,7 @@ TEST(Engine, SaysWhyAPoseOrValueIsRefused) {
   EXPECT_EQ(bench.HandleForReason(Deposit(1, 6, -1, 0, 0, 3)), Reason::kUnknownPheromone);
   EXPECT_EQ(bench.HandleForReason(Trace(1, 7, -1, 0)), Reason::kOffTheMap);
   const auto event =
-      MessageOf(protocol::EventReport{1, 8, static_cast<protocol::EventCode>(12), 0});
+      MessageOf(protocol::EventReport{1, 8, static_cast<protocol::EventCode>(13), 0});
   EXPECT_EQ(bench.HandleForReason(event), Reason::kBadValue);
 }
 

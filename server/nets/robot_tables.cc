@@ -269,7 +269,7 @@ class Maker {
 };
 
 // In a comment that ends with its line.
-std::string Comment(std::string_view text) {
+std::string LineComment(std::string_view text) {
   std::string line(text);
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\\' || static_cast<uint8_t>(c) < ' '; },
@@ -302,17 +302,18 @@ std::string HeaderOf(const RobotTables& robot, std::string_view source) {
       "namespace pheromone {{\n"
       "namespace client {{\n\n"
       "constexpr NetPlaceRow kRobotPlaces[] = {{\n",
-      Comment(robot.name), Comment(source));
+      LineComment(robot.name), LineComment(source));
   for (const RobotPlace& place : robot.places) {
-    text += fmt::format("    {{protocol::PlaceDoes::{}, {}}},  // {}\n",
-                        WordOf(kPlaceWords, place.does).constant, place.type, Comment(place.id));
+    text +=
+        fmt::format("    {{protocol::PlaceDoes::{}, {}}},  // {}\n",
+                    WordOf(kPlaceWords, place.does).constant, place.type, LineComment(place.id));
   }
   text += "};\n\nconstexpr NetTransitionRow kRobotTransitions[] = {\n";
   for (const RobotTransition& it : robot.transitions) {
     text += fmt::format(
         "    {{{{{:#010x}, {:#010x}, {:#010x}}}, protocol::TransitionDoes::{}}},  // {} at {}\n",
         it.takes, it.gives, it.inhibited_by, WordOf(kTransitionWords, it.does).constant,
-        Comment(it.id), Comment(it.tag));
+        LineComment(it.id), LineComment(it.tag));
   }
   text += fmt::format(
       "}};\n\nconstexpr NetTables kRobotNet = {{{:#010x}, {:#010x}, kRobotPlaces, "

@@ -1,8 +1,10 @@
 #include "server/nets/robot_tables.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <random>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -123,6 +125,42 @@ TEST(RobotTables, ShippedNetHasTheCandidatesOfThePaper) {
   EXPECT_EQ(robot.CandidatesOf("Src"), (std::vector<uint8_t>{5, 12}));
   EXPECT_EQ(robot.CandidatesOf("N4"), (std::vector<uint8_t>{9}));
   EXPECT_EQ(robot.CandidatesOf("N7"), std::vector<uint8_t>());
+}
+
+// The masks, fired as a robot fires them, against the net's own rule.
+TEST(RobotTables, MasksFireLikeTheNet) {
+  for (const petri::Net& net :
+       {Shuttle(), LoadSystem(kSource / "deploy/examples/nets/robot.toml").value()}) {
+    const RobotTables robot = MakeRobotTables(net).value();
+    std::mt19937 random(1);
+    petri::Marking marking = petri::InitialMarking(net);
+    uint32_t bits = robot.marking;
+    int fired = 0;
+    for (int i = 0; i < 10'000; ++i) {
+      const size_t chosen = random() % net.transitions.size();
+      const RobotTransition& it = robot.transitions[chosen];
+      const bool enabled = (bits & it.takes) == it.takes && (bits & it.inhibited_by) == 0;
+      ASSERT_EQ(petri::IsEnabled(net, chosen, marking), enabled) << it.id;
+      if (enabled) {
+        ++fired;
+        marking = petri::Fire(net, chosen, marking);
+        bits = (bits & ~it.takes) | it.gives;
+      }
+      for (size_t p = 0; p < net.places.size(); ++p) {
+        ASSERT_EQ(marking[static_cast<Eigen::Index>(p)], static_cast<int32_t>(bits >> p & 1));
+      }
+    }
+    EXPECT_GT(fired, 500);
+  }
+}
+
+// Computed by protocol/vectors/net_vectors.py, independently.
+TEST(RobotTables, ShippedNetHasTheHashOfTheVectors) {
+  const Result<std::string> vectors = ReadFile(kSource / "protocol/vectors/net_records.txt");
+  ASSERT_TRUE(vectors.ok()) << vectors.error();
+  EXPECT_NE(
+      vectors.value().find(fmt::format("\ntrigger_of_P | trigger | {:08X} |", Shipped().hash)),
+      std::string::npos);
 }
 
 TEST(RobotTables, NamesWhatNoRobotCanDo) {

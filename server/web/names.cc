@@ -93,6 +93,8 @@ std::string_view NameOf(EventCode code) {
       return "stopped by hand";
     case EventCode::kPoseLost:
       return "pose lost";
+    case EventCode::kNetException:
+      return "net exception";
   }
   return "unknown";
 }
