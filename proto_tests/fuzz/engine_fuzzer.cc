@@ -98,9 +98,9 @@ class Session {
         Send(what);
       } else {
         static constexpr void (Session::*kOthers[])() = {
-            &Session::Reconfigure, &Session::Command,   &Session::Observe, &Session::Edit,
-            &Session::TurnClocks,  &Session::TurnLog,   &Session::Restart, &Session::Damage,
-            &Session::GoTo,        &Session::ChangeTags};
+            &Session::Reconfigure, &Session::Command,    &Session::Observe, &Session::Edit,
+            &Session::TurnClocks,  &Session::TurnLog,    &Session::Restart, &Session::Damage,
+            &Session::GoTo,        &Session::ChangeTags, &Session::ResetNet};
         (this->*kOthers[(what - kFirstOther) % std::size(kOthers)])();
       }
       LetTimePass();
@@ -241,6 +241,12 @@ class Session {
     const uint32_t tolerance_um = input_.U32();
     static_cast<void>(tolerance_um == 0 ? service_->CancelGoal(link, id)
                                         : service_->SetGoal(link, id, FarPoint(), tolerance_um));
+  }
+
+  void ResetNet() {
+    const bool is_known = input_.U8() % 2 == 0;
+    static_cast<void>(service_->Submit(
+        ToEvent(NetsChanged{NetsChanged::Action::kReset, is_known ? "gate" : "gote"}), &out_));
   }
 
   void ChangeTags() {

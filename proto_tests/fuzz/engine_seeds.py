@@ -111,6 +111,31 @@ def tags_changed(action, row=(1, 1, 1, 4), tag=1, slot=255, lease_ms=0,
                                 slot != 255, slot, 0, 0, 0, lease_ms) + struct.pack("<iI6i", *block))
 
 
+def crc16(data):
+    crc = 0
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
+    return crc
+
+
+NET_HASH = 0x1234  # of the net in server/engine/testing/random_tags.h, on tags 4 to 6
+PRESENT, PASS, LEAVE, CHOOSE_A, _, STORE_A, _, TAKE = range(1, 9)
+
+
+def record(robot, seq, tag, x, y, net_seq, action, amount=9, net=NET_HASH, slot=255):
+    """What a robot leaves for a net; after it, the next instant has come."""
+    checked = struct.pack("<BBIBBBxHH4x", 1, 3, net, net_seq, action, 1, amount, 0)
+    whole = struct.pack("<i", -32) + checked + struct.pack("<H", crc16(checked))
+    return tag_write(robot, seq, tag, x, y, slot=slot, lease_s=60,
+                     block=struct.unpack("<6i", whole)) + clocks(far(250))
+
+
+def net_reset(is_known=True):
+    return other(10, bytes([not is_known]))
+
+
 RESTARTED = other(6, far(1000, 2) + b"\0")
 WHOLE = struct.pack("<H", 0)
 
@@ -150,6 +175,19 @@ def sessions():
         tag_erase(1, 4, 1, *near_tags, slot=1) + b"".join(
             tag_write(1, seq, 2, *near_tags) for seq in range(5, 9)) + RESTARTED +
         tag_erase(2, 5, 1, *near_tags, slot=1) + tags_asked(3, 5000, 5000))
+    yield "net", (
+        RICH + hello(1) + symbol(1, 1, 1, 0, b"one") + record(1, 2, 4, *near_tags, 1, PRESENT) +
+        record(1, 3, 4, *near_tags, 2, PASS) + record(1, 4, 6, *near_tags, 3, TAKE) +
+        record(1, 5, 6, *near_tags, 4, STORE_A) + record(1, 6, 6, *near_tags, 4, STORE_A) +
+        record(1, 7, 6, *near_tags, 5, CHOOSE_A) + RESTARTED +
+        record(1, 8, 5, *near_tags, 6, LEAVE) + clocks(far(9, 10)))
+    yield "net_refuses", (
+        RICH + hello(1) + symbol(1, 1, 1, 0, b"one") + record(1, 2, 5, *near_tags, 1, LEAVE) +
+        record(1, 3, 4, *near_tags, 2, PASS) + record(1, 4, 6, *near_tags, 3, 99) +
+        record(1, 5, 6, *near_tags, 4, TAKE, net=7) + tag_write(
+            1, 6, 6, *near_tags, block=(-32, 0, 1, 2, 3, 4)) + clocks(far(250)) +
+        record(1, 7, 4, *near_tags, 2, PASS, slot=1) + net_reset(False) + net_reset() +
+        clocks(far(250)) + RESTARTED)
     yield "tags_of_operators", (
         RICH + tags_changed(0) + tags_changed(0, (2, 1, 2, 9)) + tags_changed(1) +
         tags_changed(1, slot=3, lease_ms=900) + tags_changed(2, slot=0) + tags_changed(1, tag=9) +

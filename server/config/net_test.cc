@@ -7,6 +7,7 @@
 #include "server/config/testing/folder_test.h"
 #include "server/engine/nets_component.h"
 #include "server/engine/tags_component.h"
+#include "server/petri/net.h"
 
 namespace pheromone::config {
 namespace {
@@ -81,7 +82,7 @@ TEST_F(NetTest, ItsKeysAreRead) {
                    "file = \"pheromone.toml\"\nrobot_file = \"robot.toml\"\n", "N1"));
   ASSERT_EQ(nets.nets.size(), 1u);
   const petri::LiveSettings& net = nets.nets[0];
-  EXPECT_EQ(net.net.places[0].tokens, 7u);
+  EXPECT_EQ(net.net.places[petri::PlaceOf(net.net, "nest")].tokens, 7u);
   EXPECT_EQ(net.period_ms, 100u);
   EXPECT_EQ(net.law, petri::EvaporationLaw::kE4);
   EXPECT_EQ(net.rate_milli, 250u);

@@ -1,4 +1,5 @@
-// Tags for RandomTraffic: three where its robots meet, and random requests and changes about them.
+// Tags for RandomTraffic: three where its robots meet, and three more with a net that is executed;
+// and random requests and changes about them.
 #pragma once
 
 #include <cstdint>
@@ -6,17 +7,33 @@
 #include <string>
 #include <utility>
 
+#include "protocol/byte_order.h"
+#include "protocol/net_record.h"
 #include "protocol/tag_messages.h"
+#include "server/engine/nets_component.h"
 #include "server/engine/tags_component.h"
 #include "server/engine/testing/bench.h"
+#include "server/petri/testing/live_gate.h"
 
 namespace pheromone::engine::testing {
 
 inline tags::Settings RichTags() {
   return {.tags = {{"a", 500'000, 500'000, 600'000, 8},
                    {"b", 800'000, 700'000, 600'000, 2},
-                   {"c", 700'000, 900'000, 600'000, 3}},
-          .privileged = {"robot 1", "nobody"}};
+                   {"c", 700'000, 900'000, 600'000, 3},
+                   {"north", 600'000, 600'000, 600'000, 8},
+                   {"exit", 700'000, 600'000, 600'000, 8},
+                   {"pheromone", 600'000, 700'000, 600'000, 6}},
+          .privileged = {"robot 1", "nobody", "net:gate"}};
+}
+/// The tags of the net are numbers 4 to 6.
+inline constexpr uint16_t kFirstNetTag = 4;
+
+inline petri::AllLiveSettings RichNets() {
+  petri::LiveSettings gate = petri::LiveGateSettings();
+  gate.has_source = true;
+  gate.source = 5'000;
+  return {{gate}};
 }
 
 class RandomTags {
@@ -24,10 +41,14 @@ class RandomTags {
   explicit RandomTags(std::mt19937_64* random) : random_(random) {}
 
   protocol::Message Request(uint8_t id, uint8_t seq, int16_t x, int16_t y) {
-    switch (Below(8)) {
+    switch (Below(12)) {
       case 0:
       case 1:
         return Define(id, seq);
+      case 8:
+      case 9:
+      case 10:
+        return WriteRecord(id, seq, x, y);
       case 2:
         return MessageOf(protocol::TagEraseRequest{id, seq, x, y, AnyTag(), AnySlot(), AnyFlags(),
                                                    AnyGeneration()});
@@ -69,9 +90,22 @@ class RandomTags {
     return settings;
   }
 
+  /// Another one: the pheromone evaporates by another law, or the source is filled; or no net.
+  petri::AllLiveSettings Nets() {
+    petri::AllLiveSettings nets = RichNets();
+    nets.nets[0].law = static_cast<petri::EvaporationLaw>(Below(6));
+    nets.nets[0].rate_milli = static_cast<uint32_t>(Below(9'000));
+    nets.nets[0].source += static_cast<uint32_t>(Below(2));
+    if (Below(8) == 0) {
+      nets.nets.clear();
+    }
+    return nets;
+  }
+
  private:
   uint64_t Below(uint64_t limit) { return (*random_)() % limit; }
   uint16_t AnyTag() { return static_cast<uint16_t>(1 + Below(Below(8) == 0 ? 9 : 3)); }
+  uint16_t AnyNetTag() { return static_cast<uint16_t>(kFirstNetTag + Below(3)); }
   uint8_t AnySlot() { return static_cast<uint8_t>(Below(9)); }
   uint8_t AnyFlags() { return static_cast<uint8_t>(Below(Below(16) == 0 ? 256 : 4)); }
   uint16_t AnyGeneration() { return static_cast<uint16_t>(Below(12)); }
@@ -86,6 +120,31 @@ class RandomTags {
     if (request.kind != protocol::SymbolKind::kMapping) {
       request.length = static_cast<uint8_t>(text.size());
       std::copy(text.begin(), text.end(), request.text);
+    }
+    return MessageOf(request);
+  }
+
+  // What robots of a net leave: mostly as it should be.
+  protocol::Message WriteRecord(uint8_t id, uint8_t seq, int16_t x, int16_t y) {
+    protocol::TagWriteRequest request;
+    request.id = id;
+    request.seq = seq;
+    request.x = x;
+    request.y = y;
+    request.tag = Below(16) == 0 ? AnyTag() : AnyNetTag();
+    request.slot = Below(16) == 0 ? AnySlot() : protocol::kNoSlot;
+    request.lease_s = static_cast<uint16_t>(Below(8) == 0 ? 0 : 60);
+    uint8_t statement[protocol::kNetStatementSize];
+    protocol::Encode(protocol::RobotRecord{petri::LiveGateSettings().robot_hash,
+                                           static_cast<uint8_t>(Below(256)),
+                                           static_cast<protocol::NetAction>(1 + Below(8)), 1,
+                                           static_cast<uint16_t>(Below(100)), 0},
+                     statement);
+    if (Below(16) == 0) {
+      statement[4 + Below(20)] ^= 1;
+    }
+    for (size_t i = 0; i < protocol::kStatementWords; ++i) {
+      request.words[i] = protocol::GetI32(statement + 4 * i);
     }
     return MessageOf(request);
   }

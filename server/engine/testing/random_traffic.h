@@ -20,8 +20,8 @@
 
 namespace pheromone::engine::testing {
 
-/// Every kind of law, a blend, obstacles, a path, an initial raster, a frame, tags; 6 m x 6 m, nine
-/// leaves and a few hundred tiles. `tight`: memory for only a few of the tiles.
+/// Every kind of law, a blend, obstacles, a path, an initial raster, a frame, tags, a net; 6 m x 6
+/// m, nine leaves and a few hundred tiles. `tight`: memory for only a few of the tiles.
 inline EngineConfig RichConfig(bool tight) {
   EngineConfig config = SmallConfig();
   field::FieldConfig& field = config.field;
@@ -50,7 +50,7 @@ inline EngineConfig RichConfig(bool tight) {
   walls.Set({301 - 1, 301 - 1});
   field.obstacles = field::Shared(std::move(walls));
   config.frames = {MakeFrame("radio-b", 2, {1'000'000, 0}, 30)};
-  config.components = {TagsComponent::ConfigOf(RichTags())};
+  config.components = {NetsComponent::ConfigOf(RichNets()), TagsComponent::ConfigOf(RichTags())};
   if (tight) {
     using field::CellMap;
     field.memory_bytes = 24 * CellMap::kTileBytes + 8 * CellMap::kLeafBytes +
@@ -161,7 +161,8 @@ class RandomTraffic {
     EngineConfig config = engine.config();
     switch (Below(7)) {
       case 6:
-        config.components = {TagsComponent::ConfigOf(tags_.Settings())};
+        config.components = {NetsComponent::ConfigOf(tags_.Nets()),
+                             TagsComponent::ConfigOf(tags_.Settings())};
         break;
       case 0:
         config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + Below(5'000));
@@ -196,7 +197,7 @@ class RandomTraffic {
     const auto link = static_cast<LinkIndex>(Below(2));
     switch (Below(26)) {
       case 0:
-        return Edit();
+        return Below(20) == 0 ? ToEvent(NetsChanged{NetsChanged::Action::kReset, "gate"}) : Edit();
       case 24:
       case 25:
         return ToEvent(tags_.Change());
