@@ -64,15 +64,15 @@ void Cleaner::AskForName(Conversation* conversation) {
     AskForString(number_, string, conversation);
     return;
   }
-  if (name_ == 0) {
-    Ask(protocol::kSymbol, PutRobotName("cleaner-", id_, data), conversation);
-    return;
-  }
-  data[kSymbolKind] = static_cast<uint8_t>(SymbolKind::kString);
-  PutI32(data + kSymbolNumber, string);
   uint8_t length = kSymbolText;
-  for (const char* text = OwnString(); *text != 0; ++text) {
-    data[length++] = static_cast<uint8_t>(*text);
+  if (name_ == 0) {
+    length = PutRobotName("cleaner-", id_, data);
+  } else {
+    data[kSymbolKind] = static_cast<uint8_t>(SymbolKind::kString);
+    PutI32(data + kSymbolNumber, string);
+    for (const char* text = OwnString(); *text != 0; ++text) {
+      data[length++] = static_cast<uint8_t>(*text);
+    }
   }
   Ask(protocol::kSymbol, length, conversation);
 }

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "client_fw/core/testing/conversation_harness.h"
-#include "client_fw/core/testing/naive_bench.h"
+#include "client_fw/core/testing/naive_server.h"
 
 namespace pheromone {
 namespace client {

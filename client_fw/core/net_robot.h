@@ -171,6 +171,9 @@ class NetRobot {
   void OnTrigger();
   void Capture(const protocol::TriggerRecord& trigger);
   bool IsChosen(protocol::TransitionDoes does) const;
+  static bool IsChoice(protocol::NetAction action) {
+    return action == protocol::NetAction::kChooseA || action == protocol::NetAction::kChooseB;
+  }
   void Begin(protocol::NetAction action, uint16_t amount);
   void Write();
   bool ReadEnvironment(protocol::EnvironmentRecord* record);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client_fw/core/forager.h"
-#include "client_fw/core/testing/naive_bench.h"
+#include "client_fw/core/testing/naive_server.h"
 #include "client_fw/sim/avr_robot.h"
 #include "client_fw/sim/avr_settings.h"
 #include "client_fw/sim/radio_medium.h"

@@ -15,12 +15,14 @@
 #include <vector>
 
 #include "client_fw/core/angle.h"
+#include "client_fw/core/robot_net.h"
 #include "client_fw/core/steering.h"
 #include "proto_tests/conformance/client.h"
 #include "protocol/testing/listen.h"
 #include "protocol/testing/message_table.h"
 #include "protocol/testing/naive_protocol.h"
 #include "protocol/testing/vectors.h"
+#include "server/nets/system_file.h"
 #include "server/petri/net.h"
 
 namespace pheromone::conformance {
@@ -442,37 +444,65 @@ uint32_t BitsOf(const petri::Marking& marking) {
   return bits;
 }
 
-// 100 000 firings, most of which are refused.
-TEST_F(ChipClientCore, FiresNetsAsTheServerDoes) {
-  Dice dice(15);
+struct Firings {
   int fired = 0;
   int refused = 0;
   int unsafe = 0;
-  for (int run = 0; run < 200; ++run) {
-    const SafeNet made = MakeSafeNet(&dice);
-    petri::Marking marking = petri::InitialMarking(made.net);
-    std::vector<uint8_t> tried;
-    for (int i = 0; i < 500; ++i) {
-      tried.push_back(static_cast<uint8_t>(dice.Below(made.transitions.size())));
-    }
-    const std::vector<FiringOutput> outputs =
-        chip_.FireNet(made.transitions, BitsOf(marking), tried);
-    for (size_t i = 0; i < tried.size(); ++i) {
-      const bool enabled = petri::IsEnabled(made.net, tried[i], marking);
-      const petri::Marking next = petri::Fire(made.net, tried[i], marking);
-      const bool legal = enabled && next.maxCoeff() <= 1;
-      ++(legal ? fired : enabled ? unsafe : refused);
-      if (legal) {
-        marking = next;
-      }
-      ASSERT_EQ(outputs[i].firing == client::Firing::kFired, legal) << run << ' ' << i;
-      ASSERT_EQ(outputs[i].firing == client::Firing::kUnsafe, enabled && !legal);
-      ASSERT_EQ(outputs[i].marking, BitsOf(marking));
-    }
+};
+
+// 500 attempts from the initial marking on.
+void ExpectSameFirings(ConformanceClient* chip, const SafeNet& made, Dice* dice, Firings* count) {
+  petri::Marking marking = petri::InitialMarking(made.net);
+  std::vector<uint8_t> tried;
+  for (int i = 0; i < 500; ++i) {
+    tried.push_back(static_cast<uint8_t>(dice->Below(made.transitions.size())));
   }
-  EXPECT_GT(fired, 10'000);
-  EXPECT_GT(refused, 10'000);
-  EXPECT_GT(unsafe, 1'000);
+  const std::vector<FiringOutput> outputs = chip->FireNet(made.transitions, BitsOf(marking), tried);
+  for (size_t i = 0; i < tried.size(); ++i) {
+    const bool enabled = petri::IsEnabled(made.net, tried[i], marking);
+    const petri::Marking next = petri::Fire(made.net, tried[i], marking);
+    const bool legal = enabled && next.maxCoeff() <= 1;
+    ++(legal ? count->fired : enabled ? count->unsafe : count->refused);
+    if (legal) {
+      marking = next;
+    }
+    ASSERT_EQ(outputs[i].firing == client::Firing::kFired, legal) << i;
+    ASSERT_EQ(outputs[i].firing == client::Firing::kUnsafe, enabled && !legal);
+    ASSERT_EQ(outputs[i].marking, BitsOf(marking));
+  }
+}
+
+// 100 000 firings, most of which are refused.
+TEST_F(ChipClientCore, FiresNetsAsTheServerDoes) {
+  Dice dice(15);
+  Firings count;
+  for (int run = 0; run < 200; ++run) {
+    SCOPED_TRACE(run);
+    ExpectSameFirings(&chip_, MakeSafeNet(&dice), &dice, &count);
+  }
+  EXPECT_GT(count.fired, 10'000);
+  EXPECT_GT(count.refused, 10'000);
+  EXPECT_GT(count.unsafe, 1'000);
+}
+
+TEST_F(ChipClientCore, FiresTheShippedRobotsNetAsTheServerDoes) {
+  Result<petri::Net> net =
+      nets::LoadSystem(PHEROMONE_SOURCE_DIR "/deploy/examples/nets/robot.toml");
+  ASSERT_TRUE(net.ok()) << net.error();
+  SafeNet made{std::move(net).value(), {}};
+  for (int i = 0; i < client::kRobotNet.transition_count; ++i) {
+    made.transitions.push_back(client::kRobotNet.transitions[i].arcs);
+  }
+  ASSERT_EQ(made.transitions.size(), made.net.transitions.size());
+  ASSERT_EQ(client::kRobotNet.marking, BitsOf(petri::InitialMarking(made.net)));
+  Dice dice(16);
+  Firings count;
+  for (int run = 0; run < 20; ++run) {
+    SCOPED_TRACE(run);
+    ExpectSameFirings(&chip_, made, &dice, &count);
+  }
+  EXPECT_GT(count.fired, 500);
+  EXPECT_EQ(count.fired + count.refused, 10'000);
 }
 
 TEST_F(ChipClientCore, SteersCarefullyWithTheSameBitsAsTheHost) {

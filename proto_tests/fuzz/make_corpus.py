@@ -17,6 +17,15 @@ import engine_seeds
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
+def net_records():
+    """name, bytes of each record of a net, good and bad."""
+    path = ROOT / "protocol/vectors/net_records.txt"
+    for line in path.read_text(encoding="ascii").splitlines():
+        if line and not line.startswith("#"):
+            name, _, _, statement, _, _ = (column.strip() for column in line.split("|"))
+            yield name, bytes.fromhex(statement)
+
+
 def frames():
     """(name, body or None, wire) of each frame vector."""
     for line in (ROOT / "protocol/vectors/frames.txt").read_text(encoding="ascii").splitlines():
@@ -169,6 +178,9 @@ def main(folder):
                 b"\0" + 2 * (bytes([len(event), 3]) + event + bytes([2, 20, 1, 2])))
     for name, heard in noises():
         (folder / "decoder" / name).write_bytes(bytes([20]) + heard)
+    for name, statement in net_records():
+        body = bytes([7, 0x43]) + bytes(21) + statement
+        (folder / "message" / f"net_{name}").write_bytes(body)
     (folder / "message" / "longer_than_any").write_bytes(bytes([7, 0x71]) + bytes(65))
     default = (ROOT / "server/config/default.toml").read_bytes()
     (folder / "config" / "default").write_bytes(default)

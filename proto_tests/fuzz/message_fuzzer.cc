@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "proto_tests/conformance/message_kinds.h"
+#include "protocol/net_record.h"
 #include "protocol/testing/listen.h"
 #include "protocol/testing/message_fields.h"
 #include "protocol/testing/message_table.h"
@@ -49,6 +50,43 @@ void RequireNarrowOnlyIfItFits(const Message& message) {
   }
 }
 
+// A record of a net in a block is of one kind at most, and encoding it again does not change what
+// it says.
+template <typename Record>
+int RequireSameRecord(const uint8_t* statement) {
+  namespace protocol = pheromone::protocol;
+  const uint32_t hash = protocol::NetHashOf(statement);
+  Record record = {};
+  if (Decode(statement, hash, &record) != protocol::NetRecordFault::kNone) {
+    return 0;
+  }
+  uint8_t again[protocol::kNetStatementSize];
+  uint8_t once_more[protocol::kNetStatementSize];
+  Encode(record, again);
+  Require(Decode(again, hash, &record) == protocol::NetRecordFault::kNone);
+  Encode(record, once_more);
+  Require(std::equal(again, again + sizeof again, once_more));
+  Require(std::equal(again, again + protocol::kNetStatementSize - 14, statement));
+  Require(Decode(again, hash ^ 1, &record) == protocol::NetRecordFault::kHash);
+  return 1;
+}
+
+void CheckNetRecord(const Message& message) {
+  namespace protocol = pheromone::protocol;
+  const int at = message.opcode == protocol::kTagWrite                            ? 21
+                 : message.opcode == (protocol::kTagRead | protocol::kFromServer) ? 20
+                                                                                  : -1;
+  if (at < 0 || message.length != at + protocol::kNetStatementSize) {
+    return;
+  }
+  const uint8_t* const statement = message.data + at;
+  const int kinds = RequireSameRecord<protocol::TriggerRecord>(statement) +
+                    RequireSameRecord<protocol::EnvironmentRecord>(statement) +
+                    RequireSameRecord<protocol::RobotRecord>(statement);
+  Require(kinds <= 1);
+  Require(kinds == 0 || protocol::IsNetRecord(statement));
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -69,6 +107,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   RoundTrip round_trip{message};
   pheromone::conformance::ForEachKind(&round_trip);
 
+  CheckNetRecord(message);
   RequireNarrowOnlyIfItFits<pheromone::protocol::SenseRequest>(message);
   RequireNarrowOnlyIfItFits<pheromone::protocol::TraceRequest>(message);
 

@@ -36,6 +36,7 @@
 #include "server/engine/service.h"
 #include "server/engine/tags_component.h"
 #include "server/field/field.h"
+#include "server/petri/live_net.h"
 
 namespace pheromone::control {
 

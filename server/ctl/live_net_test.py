@@ -236,7 +236,7 @@ class LiveNetTest(unittest.TestCase):
         damaged = encode(robot.net, 9, PRESENT)
         damaged["object"] ^= 1 << 16  # of the CRC
         robot.leave_record("N1", damaged)
-        robot.await_signs("N1", lambda it: it[1] == REFUSED)
+        await_that(lambda: self.net()["exceptions"] == 2)
         robot.seq = 10
         robot.leave_record("N1", encode(robot.net ^ 1, robot.seq, PRESENT))
         self.assertEqual(robot.await_answer("N1")[1], REFUSED)

@@ -99,7 +99,7 @@ def keys_that_are_known():
     for table in ("map", "antennas", "limits", "journal", "capture", "daemon", "control", "web",
                   "tags"):
         texts.append(f"[{table}]\n{wrong}")
-    for table in ("pheromone", "frame", "tracker", "tag"):
+    for table in ("pheromone", "frame", "tracker", "tag", "net"):
         texts.append(f"[[{table}]]\n{wrong}")
     texts += [f'[[link]]\nkind = "{kind}"\n{wrong}' for kind in ("pty", "serial", "tcp", "udp")]
     texts.append("[map]\nwidth_m = 1\nheight_m = 1\ncell_m = 1\ndatum = {zzzzzzzz = 1}\n[obstacles]\n"

@@ -26,8 +26,6 @@ static_assert(static_cast<int>(petri::LiveOutcome::kRefused) ==
 static_assert(tags::kNetRecordType == protocol::kTypeNetRecord);
 static_assert(petri::kMaxTriggers == protocol::kMaxCandidates);
 
-constexpr uint8_t kFirstRobotSlot = protocol::kEnvironmentSlot + 1;
-
 using Statement = std::array<uint8_t, protocol::kNetStatementSize>;
 
 const tags::Store& StoreIn(const Context& context) {
@@ -99,9 +97,10 @@ Refusal RefusalOf(NetRecordFault fault) {
   return Refusal::kKind;
 }
 
-// The lowest slot in which somebody else has left a record.
+// The lowest slot in which somebody else has left a record: also one of the reader's own, where
+// they were empty.
 std::optional<uint8_t> SlotToRead(const tags::Tag& tag, std::optional<int32_t> author) {
-  for (size_t i = kFirstRobotSlot; i < tag.slots().size(); ++i) {
+  for (size_t i = 0; i < tag.slots().size(); ++i) {
     const tags::Block& block = tag.slots()[i].block;
     if (!block.is_empty() && block.is_net_record() && block.author != author) {
       return static_cast<uint8_t>(i);
@@ -422,12 +421,13 @@ void ReadOne(const tags::Store& store, const Context& context, size_t index, int
   }
   constexpr size_t kSeq = 10;  // if it is intact, and only the rest is not as expected
   const bool has_seq = fault == NetRecordFault::kHash || fault == NetRecordFault::kValue;
-  it->net.Refuse(index, {.at_ms = context.now_ms,
-                         .tag = static_cast<uint8_t>(index),
-                         .robot = block.author,
-                         .seq = has_seq ? statement[kSeq] : uint8_t{0},
-                         .action = 0,
-                         .why = RefusalOf(fault)});
+  it->net.Refuse({.at_ms = context.now_ms,
+                  .tag = static_cast<uint8_t>(index),
+                  .robot = block.author,
+                  .seq = has_seq ? statement[kSeq] : uint8_t{0},
+                  .action = 0,
+                  .why = RefusalOf(fault)},
+                 has_seq);
 }
 
 // Writes one of the reader's own blocks, if it is not there.

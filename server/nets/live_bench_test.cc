@@ -186,7 +186,7 @@ void RunAnything(std::string_view file, bool explores, uint64_t seed) {
     const auto robot = static_cast<int32_t>(1 + random() % kRobots);
     const petri::RobotSays says{
         .robot = robot,
-        .seq = static_cast<uint8_t>(seqs[robot] + 1),  // another one than that of the last accepted
+        .seq = ++seqs[robot],
         .action = static_cast<LiveAction>(1 + random() % static_cast<int>(petri::kLastLiveAction)),
         .amount = static_cast<uint16_t>(1 + random() % 20)};
     const bool expected =
@@ -194,7 +194,6 @@ void RunAnything(std::string_view file, bool explores, uint64_t seed) {
     ASSERT_EQ(net.Take(tag, says, now_ms, &fired) == LiveOutcome::kAccepted, expected)
         << settings.tags[tag].in_net << " " << petri::NameOf(says.action);
     accepted[says.action] += expected;
-    seqs[robot] = expected ? says.seq : seqs[robot];
     check();
     net.Settle(now_ms, &fired);
     bench.Settle(now_ms);
@@ -215,9 +214,8 @@ void RunAnything(std::string_view file, bool explores, uint64_t seed) {
 }
 
 TEST(LiveBench, DoesWhatTheModelDoesWhateverRobotsDo) {
-  for (const uint64_t seed : {1, 2}) {
-    RunAnything("pheromone.toml", false, seed);
-  }
+  RunAnything("pheromone.toml", false, 1);
+  RunAnything("pheromone.toml", false, 2);
 }
 
 TEST(LiveBench, LetsRobotsExplore) {

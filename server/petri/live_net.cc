@@ -135,59 +135,69 @@ uint16_t LiveNet::Carry(const RobotSays& says) {
 
 // --- Robots
 
-const LiveRobot* LiveNet::FindRobot(int32_t robot) const {
-  const auto found =
-      std::lower_bound(state_.robots.begin(), state_.robots.end(), robot,
-                       [](const LiveRobot& it, int32_t number) { return it.ack.robot < number; });
-  return found != state_.robots.end() && found->ack.robot == robot ? &*found : nullptr;
+namespace {
+
+template <typename Acks>
+auto PlaceIn(Acks& acks, int32_t robot) {
+  return std::lower_bound(acks.begin(), acks.end(), robot,
+                          [](const LiveAck& it, int32_t number) { return it.robot < number; });
 }
 
-void LiveNet::Remember(size_t tag, const RobotSays& says, const LiveAck& ack) {
-  const LiveRobot robot{ack, says.action, static_cast<uint8_t>(tag)};
-  const auto at =
-      std::lower_bound(state_.robots.begin(), state_.robots.end(), says.robot,
-                       [](const LiveRobot& it, int32_t number) { return it.ack.robot < number; });
-  if (at != state_.robots.end() && at->ack.robot == says.robot) {
-    *at = robot;
+}  // namespace
+
+const LiveAck* LiveNet::FindRobot(int32_t robot) const {
+  const auto found = PlaceIn(state_.robots, robot);
+  return found != state_.robots.end() && found->robot == robot ? &*found : nullptr;
+}
+
+void LiveNet::Answer(size_t tag, const LiveAck& ack) {
+  state_.tags[tag].last = ack;
+  const auto at = PlaceIn(state_.robots, ack.robot);
+  if (at != state_.robots.end() && at->robot == ack.robot) {
+    *at = ack;
   } else {
-    state_.robots.insert(at, robot);
+    state_.robots.insert(at, ack);
   }
 }
 
 LiveOutcome LiveNet::Take(size_t tag, const RobotSays& says, uint64_t now_ms,
                           std::vector<Firing>* fired) {
-  LiveTagState& here = state_.tags[tag];
-  const LiveRobot* const known = FindRobot(says.robot);
-  if (known != nullptr && known->ack.seq == says.seq && known->action == says.action &&
-      known->tag == tag) {
-    ++state_.counts.records;
-    ++state_.counts.repeats;
-    here.last = known->ack;
-    return LiveOutcome::kAccepted;
+  if (const LiveAck* const known = FindRobot(says.robot)) {
+    const auto behind = static_cast<uint8_t>(known->seq - says.seq);
+    if (behind <= kOutOfDate) {
+      ++state_.counts.records;
+      ++state_.counts.repeats;
+      state_.tags[tag].last = behind == 0 ? *known : state_.tags[tag].last;
+      return behind == 0 ? known->outcome : LiveOutcome::kNone;
+    }
   }
+  LiveTagState& here = state_.tags[tag];
   const bool has_ticket = says.action != LiveAction::kPass || here.waiting.robot == says.robot;
   if (!has_ticket || !FireFor(tag, says, now_ms, fired)) {
-    Refuse(tag, {now_ms, static_cast<uint8_t>(tag), says.robot, says.seq,
-                 static_cast<uint8_t>(says.action),
-                 has_ticket ? Refusal::kNotEnabled : Refusal::kNoTicket});
+    Refuse(
+        {now_ms, static_cast<uint8_t>(tag), says.robot, says.seq, static_cast<uint8_t>(says.action),
+         has_ticket ? Refusal::kNotEnabled : Refusal::kNoTicket},
+        true);
+    Answer(tag, state_.tags[tag].last);
     return LiveOutcome::kRefused;
   }
   ++state_.counts.records;
-  LiveTagState& it = state_.tags[tag];
-  it.last = {says.robot, says.seq, LiveOutcome::kAccepted, Carry(says)};
+  const LiveAck ack{says.robot, says.seq, LiveOutcome::kAccepted, Carry(says)};
+  Answer(tag, ack);
   if (says.action == LiveAction::kPresent) {
-    it.waiting = it.last;
+    here.waiting = ack;
   } else if (says.action == LiveAction::kPass) {
-    it.waiting = {};
+    here.waiting = {};
   }
-  Remember(tag, says, it.last);
   return LiveOutcome::kAccepted;
 }
 
-void LiveNet::Refuse(size_t tag, const LiveException& what) {
+void LiveNet::Refuse(const LiveException& what, bool has_seq) {
   ++state_.counts.records;
   ++state_.counts.exceptions;
-  state_.tags[tag].last = {what.robot, what.seq, LiveOutcome::kRefused, 0};
+  if (has_seq) {
+    state_.tags[what.tag].last = {what.robot, what.seq, LiveOutcome::kRefused, 0};
+  }
   if (state_.exceptions.size() == kKeptExceptions) {
     state_.exceptions.erase(state_.exceptions.begin());
   }
@@ -305,14 +315,13 @@ Status LiveNet::CheckState() const {
     return tokens >= 0 && tokens <= static_cast<int32_t>(kMaxTokens);
   };
   const auto is_tag = [&](const auto& it) { return it.tag < rules_->tags.size(); };
-  const auto in_order = [](const LiveRobot& one, const LiveRobot& next) {
-    return one.ack.robot >= next.ack.robot;
+  const auto in_order = [](const LiveAck& one, const LiveAck& next) {
+    return one.robot >= next.robot;
   };
   const bool fits = state_.marking.size() == rules_->settings.net.places.size() &&
                     state_.tags.size() == rules_->tags.size() &&
                     state_.exceptions.size() <= kKeptExceptions &&
                     std::all_of(state_.marking.begin(), state_.marking.end(), is_token_count) &&
-                    std::all_of(state_.robots.begin(), state_.robots.end(), is_tag) &&
                     std::all_of(state_.exceptions.begin(), state_.exceptions.end(), is_tag) &&
                     std::adjacent_find(state_.robots.begin(), state_.robots.end(), in_order) ==
                         state_.robots.end();

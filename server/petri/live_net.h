@@ -8,8 +8,9 @@
 //   LiveSigns signs = net.SignsAt(at_N1);                 // to be written on the tag
 //
 // What a robot says fires one transition of its own, with at most one silent one before it, or
-// nothing: an exception, of which the tag tells. A record that was accepted before (the robot's
-// number and seq say so) is answered again, and fires nothing.
+// nothing: an exception, of which the tag tells. Records are numbered by robot (seq): one with the
+// number of its last one is answered again, as that was, and one with a number shortly before is
+// out of date; neither fires anything.
 //
 // Each firing is one of the net that `pheromonectl net check` proves; conditions only restrict
 // which of the enabled transitions fire. Pure; one thread at a time.
@@ -102,7 +103,7 @@ struct LiveException {
 struct LiveCounts {
   uint64_t firings = 0;
   uint64_t records = 0;     ///< of robots, that were read
-  uint64_t repeats = 0;     ///< of them: they had been accepted before
+  uint64_t repeats = 0;     ///< of them: they had been answered before
   uint64_t exceptions = 0;  ///< of them: refused
   uint64_t deposits = 0;
   uint64_t deposited = 0;  ///< energy
@@ -137,21 +138,6 @@ struct LiveTagState {
   }
 };
 
-/// The last record of a robot that was accepted.
-struct LiveRobot {
-  LiveAck ack;
-  LiveAction action = LiveAction::kPresent;
-  uint8_t tag = 0;
-  bool operator==(const LiveRobot&) const = default;
-
-  template <typename Self, typename Visit>
-  static void Fields(Self& it, Visit&& visit) {
-    visit("ack", it.ack);
-    visit("action", it.action, Within(1, static_cast<int64_t>(kLastLiveAction)));
-    visit("tag", it.tag);
-  }
-};
-
 /// What a tag shows.
 struct LiveSigns {
   bool green = false;
@@ -166,6 +152,8 @@ class LiveNet {
   /// Firings of the environment at one instant; a net that does more does not come to rest.
   static constexpr int kMaxFirings = 1'000;
   static constexpr size_t kKeptExceptions = 8;
+  /// A seq that is at most so many less than a robot's last one is out of date.
+  static constexpr uint8_t kOutOfDate = 8;
 
   /// In the initial marking.
   explicit LiveNet(std::shared_ptr<const LiveRules> rules);
@@ -177,7 +165,8 @@ class LiveNet {
   uint32_t source_left() const { return state_.source_left; }
   const LiveCounts& counts() const { return state_.counts; }
   const std::vector<LiveTagState>& tags() const { return state_.tags; }
-  const std::vector<LiveRobot>& robots() const { return state_.robots; }
+  /// The answers to the last record of each robot, by its number.
+  const std::vector<LiveAck>& robots() const { return state_.robots; }
   /// The last ones, the oldest first.
   const std::vector<LiveException>& exceptions() const { return state_.exceptions; }
   uint64_t last_firing_ms() const { return state_.last_firing_ms; }
@@ -189,8 +178,8 @@ class LiveNet {
 
   /// Fires what a robot says at a tag; appends it to `fired`. The answer is SignsAt's from now on.
   LiveOutcome Take(size_t tag, const RobotSays& says, uint64_t now_ms, std::vector<Firing>* fired);
-  /// A record that is not understood, or only its robot's number.
-  void Refuse(size_t tag, const LiveException& what);
+  /// A record that is not understood; the robot is told if its seq is known.
+  void Refuse(const LiveException& what, bool has_seq);
   /// Fires what the environment does, until it comes to rest.
   void Settle(uint64_t now_ms, std::vector<Firing>* fired);
 
@@ -220,7 +209,7 @@ class LiveNet {
     uint64_t last_firing_ms = 0;
     LiveCounts counts{};
     std::vector<LiveTagState> tags{};
-    std::vector<LiveRobot> robots{};  // by number
+    std::vector<LiveAck> robots{};  // by number
     std::vector<LiveException> exceptions{};
 
     template <typename Self, typename Visit>
@@ -246,8 +235,8 @@ class LiveNet {
   bool FireFor(size_t tag, const RobotSays& says, uint64_t now_ms, std::vector<Firing>* fired);
   uint16_t Carry(const RobotSays& says);
   bool Holds(const LiveRules::Environment& it, uint64_t now_ms) const;
-  const LiveRobot* FindRobot(int32_t robot) const;
-  void Remember(size_t tag, const RobotSays& says, const LiveAck& ack);
+  const LiveAck* FindRobot(int32_t robot) const;
+  void Answer(size_t tag, const LiveAck& ack);
   Status CheckState() const;
 
   std::shared_ptr<const LiveRules> rules_;

@@ -14,7 +14,6 @@ namespace pheromone::petri {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::LiveGateSettings;
 
 constexpr size_t kN = 0;
 constexpr size_t kX = 1;
@@ -134,10 +133,20 @@ TEST_F(LiveNetTest, ARecordThatIsRepeatedIsAnsweredAgainAndFiresNothing) {
   EXPECT_EQ(net_.SignsAt(kP).ack, (LiveAck{7, 40, kAccepted, 9}));
 }
 
-TEST_F(LiveNetTest, ARefusedRecordMayBeTriedAgain) {
-  EXPECT_EQ(Say(kX, 7, LiveAction::kLeave, 0, 40), kRefused);
+TEST_F(LiveNetTest, ARecordIsToldAgainAsItWasAndThoseBeforeItAreOutOfDate) {
+  EXPECT_EQ(Say(kX, 7, LiveAction::kLeave, 0, 90), kRefused);
+  EXPECT_EQ(Say(kX, 7, LiveAction::kLeave, 0, 90), kRefused);
+  EXPECT_EQ(net_.counts().exceptions, 1u);
   GoInside();
-  EXPECT_EQ(Say(kX, 7, LiveAction::kLeave, 0, 40), kAccepted);
+  EXPECT_EQ(Say(kX, 7, LiveAction::kLeave, 0, 92), kAccepted) << "as the last record, its pass";
+  for (const uint8_t seq : {uint8_t{91}, uint8_t{84}}) {
+    const LiveAck before = net_.SignsAt(kX).ack;
+    EXPECT_EQ(Say(kX, 7, LiveAction::kLeave, 0, seq), LiveOutcome::kNone);
+    EXPECT_EQ(net_.SignsAt(kX).ack, before) << "nothing is told of it";
+  }
+  EXPECT_EQ(Fired(), "");
+  EXPECT_EQ(Say(kX, 7, LiveAction::kLeave, 0, 93), kAccepted);
+  EXPECT_EQ(net_.counts().repeats, 4u);
 }
 
 TEST_F(LiveNetTest, TheSourceGivesWhatItHas) {

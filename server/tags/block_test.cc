@@ -98,6 +98,16 @@ TEST(BlockTest, AuthorsAreNumberedFromOne) {
   EXPECT_EQ(CheckBlock(block).error(), "the author is -1, expected at least 1");
 }
 
+TEST(BlockTest, TheWordsOfANetsRecordAreCarried) {
+  EXPECT_EQ(FaultOf({kNetRecordType, -1}, {-7, 99}, {-2, -5}), "");
+  Block block = kFact;
+  EXPECT_FALSE(block.is_net_record());
+  block.subject.space = kNetRecordType;
+  EXPECT_TRUE(block.is_net_record());
+  block.author = 0;
+  EXPECT_FALSE(CheckBlock(block).ok());
+}
+
 TEST(BlockTest, UnknownTypesAreTold) {
   EXPECT_TRUE(IsKnownType({-7, 0}));
   EXPECT_TRUE(IsKnownType({-17, 0}));

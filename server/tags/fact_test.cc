@@ -97,13 +97,20 @@ TEST(FactTest, NothingIsLostForLackOfAForm) {
   EXPECT_EQ(ObjectOf({-18, 9}), "<http://robots.org/tag-number/9>");
 }
 
-TEST(FactTest, UnknownTypesAreSkippedAndCounted) {
-  const std::vector<TagBlock> blocks = {
-      {"a", With({-3, 1})}, {"a", {}}, {"a", With({-16, 5})}, {"b", With({-99, 5})}};
+TEST(FactTest, UnknownTypesAndRecordsOfNetsAreSkippedAndCounted) {
+  Block record = With({-3, 1});
+  record.subject.space = kNetRecordType;
+  const std::vector<TagBlock> blocks = {{"a", With({-3, 1})},
+                                        {"a", {}},
+                                        {"a", With({-16, 5})},
+                                        {"b", With({-99, 5})},
+                                        {"b", record}};
+  EXPECT_EQ(FactOf({"b", record}, PaperTables(), {}).error(),
+            "the block is a record of a Petri net, expected a fact");
   const Result<Facts> facts = FactsOf(blocks, PaperTables(), {});
   ASSERT_TRUE(facts.ok());
   EXPECT_EQ(facts.value().facts.size(), 1u);
-  EXPECT_EQ(facts.value().skipped, 2u);
+  EXPECT_EQ(facts.value().skipped, 3u);
 }
 
 TEST(FactTest, AMappedRobotsFactsHaveItsOwnIdAndTheOwnersStrings) {

@@ -9,6 +9,8 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
+#include "server/petri/evaporation.h"
+#include "server/petri/live_net.h"
 #include "server/web/json_text.h"
 #include "server/web/views.h"
 

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 class NetsApiTest : public ::testing::Test {
  protected:
   NetsApiTest() {
-    petri::LiveNet net(petri::MakeLiveRules(petri::testing::LiveGateSettings()).value());
+    petri::LiveNet net(petri::MakeLiveRules(petri::LiveGateSettings()).value());
     std::vector<petri::Firing> fired;
     net.Take(0, {15, 1, petri::LiveAction::kPresent, 0}, 1'000, &fired);
     net.Settle(1'000, &fired);

@@ -35,7 +35,7 @@ inline EngineConfig ConfigWith(const petri::AllLiveSettings& nets,
 }
 
 inline EngineConfig GateConfig() {
-  return ConfigWith({{petri::testing::LiveGateSettings()}});
+  return ConfigWith({{petri::LiveGateSettings()}});
 }
 
 class GateBench {

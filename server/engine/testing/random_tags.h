@@ -30,7 +30,7 @@ inline tags::Settings RichTags() {
 inline constexpr uint16_t kFirstNetTag = 4;
 
 inline petri::AllLiveSettings RichNets() {
-  petri::LiveSettings gate = petri::testing::LiveGateSettings();
+  petri::LiveSettings gate = petri::LiveGateSettings();
   gate.has_source = true;
   gate.source = 5'000;
   return {{gate}};
@@ -135,7 +135,7 @@ class RandomTags {
     request.slot = Below(16) == 0 ? AnySlot() : protocol::kNoSlot;
     request.lease_s = static_cast<uint16_t>(Below(8) == 0 ? 0 : 60);
     uint8_t statement[protocol::kNetStatementSize];
-    protocol::Encode(protocol::RobotRecord{petri::testing::LiveGateSettings().robot_hash,
+    protocol::Encode(protocol::RobotRecord{petri::LiveGateSettings().robot_hash,
                                            static_cast<uint8_t>(Below(256)),
                                            static_cast<protocol::NetAction>(1 + Below(8)), 1,
                                            static_cast<uint16_t>(Below(100)), 0},

@@ -12,7 +12,7 @@
 #include "server/petri/live_rules.h"
 #include "server/petri/net.h"
 
-namespace pheromone::petri::testing {
+namespace pheromone::petri {
 
 inline Net LiveGate() {
   Net net{.name = "gate"};
@@ -96,4 +96,4 @@ inline LiveSettings LiveGateSettings() {
           .rate_milli = 1'000};
 }
 
-}  // namespace pheromone::petri::testing
+}  // namespace pheromone::petri
