@@ -13,7 +13,7 @@ void PrepareForForaging(const NetTables& net, Parameters* parameters) {
 }
 
 void Forager::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conversation) {
-  NetStep step;
+  NetStep step = NetStep();
   step.now_ms = now_ms;
   step.pace_ms = conversation->parameters().period_ms;
   step.pose_unit_10um = conversation->pose_unit_10um();

@@ -129,7 +129,7 @@ void NetRobot::Read(uint8_t slot) {
 }
 
 const uint8_t* NetRobot::statement() const {
-  return answer() + kBlockWords + 4 * protocol::kWordSubjectNamespace;
+  return answer() + kBlockStatement;
 }
 
 // The block may be one of a later slot, or none.

@@ -41,6 +41,7 @@ enum BlockField : uint8_t {
   kBlockSlotGeneration = 7,
   kBlockLease = 9,
   kBlockWords = 12,
+  kBlockStatement = 20,  ///< its words without author and time
   kBlockSize = 44
 };
 enum WrittenField : uint8_t { kWrittenSlot = 3, kWrittenSlotGeneration = 4, kWrittenSize = 8 };
