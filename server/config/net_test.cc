@@ -1,4 +1,6 @@
 // [[net]].
+#include "server/petri/net.h"
+
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -7,7 +9,6 @@
 #include "server/config/testing/folder_test.h"
 #include "server/engine/nets_component.h"
 #include "server/engine/tags_component.h"
-#include "server/petri/net.h"
 
 namespace pheromone::config {
 namespace {
@@ -126,8 +127,8 @@ TEST_F(NetTest, ItIsDescribed) {
 
 TEST_F(NetTest, MistakesAreNamed) {
   EXPECT_EQ(ErrorOf(WithNet("law = \"e5\"\n")),
-            "f.toml:81:7: net[1].law: found the string \"e5\", expected \"e1\", \"e2\", \"e3\", "
-            "\"e4\", \"exponential\" or \"counter\"");
+            "f.toml:81:7: net[1].law: found the string \"e5\", expected one of \"e1\", "
+            "\"e2\", \"e3\", \"e4\", \"exponential\", \"counter\"");
   EXPECT_EQ(ErrorOf(WithNet("period_ms = 1\n")),
             "f.toml:81:13: net[1].period_ms: found 1, expected a whole number from 2 to 60000");
   EXPECT_EQ(ErrorOf(WithNet("rats = 1\n")),
@@ -140,8 +141,8 @@ TEST_F(NetTest, MistakesAreNamed) {
   EXPECT_THAT(ErrorOf(WithNet("parameters = { robot = 2 }\n")),
               StartsWith("f.toml:79:8: net[1].file: found a net with an error: pheromone.toml"));
   EXPECT_EQ(ErrorOf(WithNet("tags = { N9 = \"N1\" }\n")),
-            "f.toml:81:15: net[1].tags.N9: unknown tag of the net, expected one of N1, N2, N3, N4, "
-            "N5, N6, S1, S2, Src, S3, S4, P");
+            "f.toml:81:15: net[1].tags.N9: unknown tag of the net, expected one of P, N1, N2, N3, "
+            "N4, N5, N6, S1, S2, Src, S3, S4");
   EXPECT_EQ(ErrorOf(WithNet("tags = { N2 = \"N1\" }\n")),
             "f.toml:79:8: net[1].file: found a net with an error: net \"bench\": tag \"N2\" or "
             "\"N1\" is bound twice");
@@ -161,14 +162,25 @@ TEST_F(NetTest, ATagThatIsMissingOrTooSmallIsNamed) {
 }
 
 TEST_F(NetTest, FilesThatAreNoNetForThisAreNamed) {
+  const auto error = [&](const std::string& file, const std::string& robot_file) {
+    return ErrorOf(WithNet("", "file = \"" + file + "\"\nrobot_file = \"" + robot_file + "\"\n"));
+  };
   EXPECT_EQ(ErrorOf(WithNet("", "robot_file = \"robot.toml\"\n")),
-            "f.toml:77:1: net[1].file: missing, expected the name of a file");
-  EXPECT_EQ(ErrorOf(WithNet("", "file = \"identity.toml\"\nrobot_file = \"robot.toml\"\n")), "");
-  EXPECT_EQ(ErrorOf(WithNet("", "file = \"pheromone.toml\"\nrobot_file = \"pheromone.toml\"\n")),
-            "");
-  EXPECT_EQ(ErrorOf(WithNet("", "file = \"source.toml\"\nrobot_file = \"robot.toml\"\n")), "");
+            "f.toml:77:1: net[1].file: missing, expected a string");
+  EXPECT_EQ(
+      error("identity.toml", "robot.toml"),
+      "f.toml:79:8: net[1].file: found a net with an error: net \"bench\": no transition of a "
+      "robot does anything, expected present, take or another one");
+  EXPECT_EQ(error("pheromone.toml", "pheromone.toml"),
+            "f.toml:80:14: net[1].robot_file: found a net with an error: found 83 places, expected "
+            "1 to 32 in the net of a robot");
+  EXPECT_EQ(error("source.toml", "robot.toml"),
+            "f.toml:80:14: net[1].robot_file: found a net with an error: transition \"t1\" is at "
+            "tag \"N1\", but the net in \"file\" has no transition of a robot there");
   Write("broken.toml", "net = 3\n");
-  EXPECT_EQ(ErrorOf(WithNet("", "file = \"broken.toml\"\nrobot_file = \"robot.toml\"\n")), "");
+  EXPECT_EQ(error("broken.toml", "robot.toml"),
+            "f.toml:79:8: net[1].file: found a net with an error: broken.toml:1:7: net: found 3, "
+            "expected a table");
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ bool ReadRobots(const TableReader& table, const petri::Net& robots, petri::LiveS
     if (std::none_of(settings->tags.begin(), settings->tags.end(), is_its)) {
       ReportFile(table, "robot_file",
                  "transition \"" + it.id + "\" is at tag \"" + it.tag +
-                     "\", where the net that file names has nothing for robots");
+                     "\", but the net in \"file\" has no transition of a robot there");
       return false;
     }
   }

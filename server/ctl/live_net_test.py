@@ -289,6 +289,6 @@ def await_that(condition):
 
 
 if __name__ == "__main__":
-    BIN = pathlib.Path(sys.argv[1]).resolve()
+    BIN = pathlib.Path(sys.argv.pop(1)).resolve()
     daemon_test.PHEROMONED = BIN / "pheromoned"
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main()

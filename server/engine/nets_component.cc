@@ -237,7 +237,7 @@ bool HasSame(std::string_view component, const EngineConfig& one, const EngineCo
   return a == nullptr || b == nullptr ? a == b : *a == *b;
 }
 
-Result<NetsChanged> ChangeIn(const Event& event) {
+Result<NetsChanged> NetsChangeIn(const Event& event) {
   const auto& it = std::get<ComponentEvent>(event);
   return FromBytes<NetsChanged>("a change of nets", it.version, it.bytes);
 }
@@ -285,6 +285,7 @@ Status NetsComponent::CheckConfig(const Context& context, const EngineConfig& ne
 
 void NetsComponent::Configure(const Context& context, const Reconfiguration& change,
                               const Output& out) {
+  fired_.clear();
   for (auto& [name, it] : nets_) {
     it.numbers.clear();
   }
@@ -327,7 +328,7 @@ void NetsComponent::Configure(const Context& context, const Reconfiguration& cha
 // --- The operator's changes
 
 Status NetsComponent::Check(const Context& /*context*/, const Event& event) const {
-  const Result<NetsChanged> change = ChangeIn(event);
+  const Result<NetsChanged> change = NetsChangeIn(event);
   if (!change.ok()) {
     return Error{change.error()};
   }
@@ -338,7 +339,7 @@ Status NetsComponent::Check(const Context& /*context*/, const Event& event) cons
 
 void NetsComponent::Apply(const Context& context, const Event& event, const Output& out) {
   fired_.clear();
-  const auto found = nets_.find(ChangeIn(event).value().net);
+  const auto found = nets_.find(NetsChangeIn(event).value().net);
   Instance& it = found->second;
   const tags::Store& store = StoreIn(context);
   Resolve(store, &it);

@@ -43,7 +43,7 @@ struct NetsChanged {
 
 /// A firing of a composed net.
 struct NetFiring {
-  std::string_view net;     ///< its name, while it exists
+  std::string_view net;     ///< its name; valid until the next event
   uint32_t transition = 0;  ///< of the composed net
   int32_t robot = 0;        ///< its author's number; 0: the environment
 };

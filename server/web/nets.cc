@@ -20,27 +20,27 @@ namespace {
 namespace json = boost::json;
 using control::NetView;
 
-double Units(int64_t milli) {
+double FromMilli(int64_t milli) {
   return static_cast<double>(milli) / 1e3;
 }
 
-std::string_view TextOf(petri::Advice advice) {
+std::string_view AdviceText(petri::Advice advice) {
   return advice == petri::Advice::kA ? "01" : advice == petri::Advice::kB ? "10" : "00";
 }
 
-json::value Since(uint64_t then_ms, uint64_t now_ms) {
-  return Units(static_cast<int64_t>(now_ms - std::min(then_ms, now_ms)));
+json::value SecondsSince(uint64_t then_ms, uint64_t now_ms) {
+  return FromMilli(static_cast<int64_t>(now_ms - std::min(then_ms, now_ms)));
 }
 
 json::object TrailToJson(const NetView& view, const petri::Trail& trail) {
   const petri::Evaporation evaporation = view.net.rules().settings.evaporation();
-  return {{"concentration", Units(petri::ConcentrationAt(evaporation, trail, view.now_ms))},
-          {"stored", Units(trail.stored_milli)},
-          {"since_deposit_s",
-           trail.stored_milli != 0 ? Since(trail.since_ms, view.now_ms) : json::value(nullptr)}};
+  return {{"concentration", FromMilli(petri::ConcentrationAt(evaporation, trail, view.now_ms))},
+          {"stored", FromMilli(trail.stored_milli)},
+          {"since_deposit_s", trail.stored_milli != 0 ? SecondsSince(trail.since_ms, view.now_ms)
+                                                      : json::value(nullptr)}};
 }
 
-json::object ToJson(const NetView& view) {
+json::object NetToJson(const NetView& view) {
   const petri::LiveNet& net = view.net;
   const petri::LiveSettings& settings = net.rules().settings;
   const petri::LiveCounts& counts = net.counts();
@@ -51,15 +51,15 @@ json::object ToJson(const NetView& view) {
           {"robot_hash", settings.robot_hash},
           {"period_ms", settings.period_ms},
           {"law", petri::NameOf(settings.law)},
-          {"rate", Units(settings.rate_milli)},
-          {"dead_band", Units(settings.dead_band_milli)},
-          {"advice", TextOf(net.Advised())},
+          {"rate", FromMilli(settings.rate_milli)},
+          {"dead_band", FromMilli(settings.dead_band_milli)},
+          {"advice", AdviceText(net.Advised())},
           {"A", TrailToJson(view, net.trails().a)},
           {"B", TrailToJson(view, net.trails().b)},
           {"source", settings.has_source ? json::value(net.source_left()) : json::value(nullptr)},
           {"firings", counts.firings},
-          {"since_firing_s",
-           counts.firings != 0 ? Since(net.last_firing_ms(), view.now_ms) : json::value(nullptr)},
+          {"since_firing_s", counts.firings != 0 ? SecondsSince(net.last_firing_ms(), view.now_ms)
+                                                 : json::value(nullptr)},
           {"records", counts.records},
           {"repeats", counts.repeats},
           {"exceptions", counts.exceptions},
@@ -71,17 +71,17 @@ json::object ToJson(const NetView& view) {
           {"robots", net.robots().size()}};
 }
 
-std::string_view NameOf(petri::LiveOutcome outcome) {
+std::string_view OutcomeText(petri::LiveOutcome outcome) {
   return outcome == petri::LiveOutcome::kAccepted  ? "accepted"
          : outcome == petri::LiveOutcome::kRefused ? "refused"
                                                    : "none";
 }
 
-json::value ToJson(const petri::LiveAck& ack) {
+json::value AckToJson(const petri::LiveAck& ack) {
   return ack.robot == 0 ? json::value(nullptr)
                         : json::value(json::object{{"robot", ack.robot},
                                                    {"seq", ack.seq},
-                                                   {"outcome", NameOf(ack.outcome)},
+                                                   {"outcome", OutcomeText(ack.outcome)},
                                                    {"amount", ack.amount}});
 }
 
@@ -98,7 +98,7 @@ json::array TagsToJson(const petri::LiveNet& net) {
         {"waiting", net.tags()[i].waiting.robot != 0 ? json::value(net.tags()[i].waiting.robot)
                                                      : json::value(nullptr)},
         {"green", is_green},
-        {"last", ToJson(net.tags()[i].last)}});
+        {"last", AckToJson(net.tags()[i].last)}});
   }
   return tags;
 }
@@ -108,7 +108,7 @@ json::array ExceptionsToJson(const NetView& view) {
   const petri::LiveSettings& settings = view.net.rules().settings;
   for (const petri::LiveException& it : view.net.exceptions()) {
     list.push_back(json::object{
-        {"ago_s", Since(it.at_ms, view.now_ms)},
+        {"ago_s", SecondsSince(it.at_ms, view.now_ms)},
         {"tag", settings.tags[it.tag].tag},
         {"robot", it.robot},
         {"seq", it.seq},
@@ -121,7 +121,7 @@ json::array ExceptionsToJson(const NetView& view) {
 }
 
 json::object WholeToJson(const NetView& view) {
-  json::object net = ToJson(view);
+  json::object net = NetToJson(view);
   json::object marking;  // of the places that have tokens
   const petri::LiveSettings& settings = view.net.rules().settings;
   for (size_t i = 0; i < settings.net.places.size(); ++i) {
@@ -156,7 +156,7 @@ Response ReadNets(const control::Control& control, Parameters* fields) {
   }
   json::array all;
   for (const NetView& net : nets) {
-    all.push_back(ToJson(net));
+    all.push_back(NetToJson(net));
   }
   return {.body = ToText(json::object{{"nets", std::move(all)}})};
 }
