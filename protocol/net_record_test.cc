@@ -54,14 +54,14 @@ RecordFields TextsOf(const RobotRecord& record) {
 template <typename Record>
 void Check(const NetRecordVector& vector) {
   ASSERT_EQ(vector.bytes.size(), kNetStatementSize);
-  Record record;
-  std::memset(static_cast<void*>(&record), 0xA5, sizeof(record));
-  const Record before = record;
+  Record record = {};
+  record.hash = 77;
   const NetRecordFault fault = Decode(vector.bytes.data(), vector.hash, &record);
   EXPECT_EQ(kFaults.at(fault), vector.verdict);
   EXPECT_EQ(IsNetRecord(vector.bytes.data()), vector.verdict != "no-record");
   if (fault != NetRecordFault::kNone) {
-    EXPECT_EQ(std::memcmp(&record, &before, sizeof(record)), 0) << "it was filled";
+    EXPECT_EQ(record.hash, 77U) << "it was filled";
+    EXPECT_EQ(TextsOf(record), TextsOf(Record{}));
     return;
   }
   EXPECT_EQ(record.hash, vector.hash);
@@ -99,7 +99,7 @@ TEST(NetRecord, NoSingleBitOfARecordIsChangedUnnoticed) {
   Encode(RobotRecord{kHash, 7, NetAction::kTake, 5, 100, 3}, statement);
   for (int bit = 0; bit < 8 * kNetStatementSize; ++bit) {
     statement[bit / 8] = static_cast<uint8_t>(statement[bit / 8] ^ 1 << bit % 8);
-    RobotRecord record;
+    RobotRecord record = {};
     EXPECT_NE(Decode(statement, kHash, &record), NetRecordFault::kNone) << bit;
     statement[bit / 8] = static_cast<uint8_t>(statement[bit / 8] ^ 1 << bit % 8);
   }
@@ -117,9 +117,9 @@ TEST(NetRecord, EverythingThatDecodesIsEncodedAgainOrHasSpareBytes) {
     statement[4] = kNetRecordVersion;
     PutU32(statement + 6, kHash);
     PutU16(statement + 22, Crc16(statement + 4, 18));
-    RobotRecord robot;
-    EnvironmentRecord environment;
-    TriggerRecord trigger;
+    RobotRecord robot = {};
+    EnvironmentRecord environment = {};
+    TriggerRecord trigger = {};
     uint8_t again[kNetStatementSize] = {};
     if (Decode(statement, kHash, &robot) == NetRecordFault::kNone) {
       Encode(robot, again);

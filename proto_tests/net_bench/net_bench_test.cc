@@ -68,7 +68,8 @@ World MakeWorld(const char* file) {
   tags.privileged = {engine::NetsComponent::AuthorOf(kName)};
   for (const std::string& name : petri::LiveTagsOf(world.settings.net)) {
     world.settings.tags.push_back({name, name, robot.value().CandidatesOf(name)});
-    tags.tags.push_back({name, 1'000 * PlaceOfTag(tags.tags.size()), 1'000'000, 100'000, 8});
+    tags.tags.push_back(
+        {name, int64_t{1'000} * PlaceOfTag(tags.tags.size()), 1'000'000, 100'000, 8});
   }
   world.config = engine::testing::SmallConfig();
   world.config.components = {engine::NetsComponent::ConfigOf({{world.settings}}),

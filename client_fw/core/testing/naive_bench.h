@@ -263,8 +263,8 @@ class NaiveBench {
       const NaiveSlot& slot = tag.slots[found.slot];
       found.slot_generation = slot.generation;
       found.words[protocol::kWordAuthor] = slot.author;
-      for (int i = 0; i < protocol::kStatementWords; ++i) {
-        found.words[2 + i] = protocol::GetI32(slot.statement + 4 * i);
+      for (size_t i = 0; i < protocol::kStatementWords; ++i) {
+        found.words[2 + i] = protocol::GetI32(&slot.statement[4 * i]);
       }
     }
     Encode(found, answer);
@@ -290,8 +290,8 @@ class NaiveBench {
       }
       ++writes;
       uint8_t statement[protocol::kNetStatementSize];
-      for (int k = 0; k < protocol::kStatementWords; ++k) {
-        protocol::PutI32(statement + 4 * k, write.words[k]);
+      for (size_t k = 0; k < protocol::kStatementWords; ++k) {
+        protocol::PutI32(&statement[4 * k], write.words[k]);
       }
       tag->Put(i, kNaiveRobot, statement, write.lease_s);
       Encode(protocol::TagWritten{write.id, false, write.seq, write.tag, i,
