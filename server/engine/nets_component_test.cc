@@ -277,8 +277,8 @@ TEST_F(NetsComponentTest, ItsLogLeadsToTheSameStateFromAnywhere) {
       states.emplace_back(bench.log.size(), Saved(bench.engine));
     }
   }
-  EXPECT_GT(counts().firings, 100u);
-  EXPECT_GT(counts().exceptions, 100u);
+  EXPECT_GT(counts().firings, 50u) << "since the last reset";
+  EXPECT_GT(counts().exceptions, 50u);
   const std::string at_end = Saved(bench.engine);
   states.emplace_back(0, "");
   for (const auto& [from, state] : states) {
