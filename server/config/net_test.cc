@@ -7,6 +7,7 @@
 
 #include "server/config/describe.h"
 #include "server/config/testing/folder_test.h"
+#include "server/engine/engine.h"
 #include "server/engine/nets_component.h"
 #include "server/engine/tags_component.h"
 

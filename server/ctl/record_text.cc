@@ -36,13 +36,13 @@ std::string Text(const protocol::EnvironmentRecord& record) {
       (record.state & protocol::kNetGreen) != 0 ? fmt::format("green for {}", record.robot) : "red";
   text += (record.state & protocol::kNetAdviceA) != 0   ? ", advice 01"
           : (record.state & protocol::kNetAdviceB) != 0 ? ", advice 10"
-                                                        : ", advice 00";
+                                                        : "";
   if (record.outcome != protocol::NetOutcome::kNone) {
     text += fmt::format("; record {} of {} {}, amount {}", record.seq, record.robot,
                         record.outcome == protocol::NetOutcome::kAccepted ? "accepted" : "refused",
                         record.amount);
   }
-  return text + fmt::format("; {} left", record.left);
+  return text + (record.left != 0 ? fmt::format("; {} left", record.left) : "");
 }
 
 std::string Text(const protocol::RobotRecord& record) {

@@ -113,6 +113,7 @@ class Daemon::Impl {
       journal_->Stop(service_.StateHash());
       return kMisconfigured;
     }
+    (void)control_.TellRefusals();  // those of before the start were told then
     boost::asio::post(strand_, [this] { Tick(); });
     ReportTrouble();
     signals_.Start();

@@ -260,18 +260,25 @@ TEST_F(NetsComponentTest, ItsLogLeadsToTheSameStateFromAnywhere) {
   std::vector<std::pair<size_t, std::string>> states;  // how much of the log, and what came of it
   for (int step = 0; step < 3'000; ++step) {
     const auto id = static_cast<uint8_t>(15 + random() % 2);
-    Write(id, static_cast<uint16_t>(1 + random() % 3), static_cast<NetAction>(1 + random() % 8),
+    constexpr std::pair<uint16_t, NetAction> kSensible[] = {
+        {kNorth, NetAction::kPresent},    {kNorth, NetAction::kPass},
+        {kExit, NetAction::kLeave},       {kPheromone, NetAction::kTake},
+        {kPheromone, NetAction::kStoreA}, {kPheromone, NetAction::kStoreB},
+        {kPheromone, NetAction::kChooseA}};
+    const auto& [where, action] = kSensible[random() % std::size(kSensible)];
+    const bool is_odd = random() % 8 == 0;
+    Write(id, is_odd ? kNorth : where, is_odd ? static_cast<NetAction>(1 + random() % 8) : action,
           static_cast<uint8_t>(step), static_cast<uint16_t>(random() % 50));
     Wait(random() % 300);
-    if (random() % 300 == 0) {
+    if (random() % 1'000 == 0) {
       bench.Apply(ToEvent(NetsChanged{NetsChanged::Action::kReset, "gate"}));
     }
     if (random() % 100 == 0) {
       states.emplace_back(bench.log.size(), Saved(bench.engine));
     }
   }
-  EXPECT_GT(counts().firings, 100u);
-  EXPECT_GT(counts().exceptions, 100u);
+  EXPECT_GT(counts().firings, 50u) << "since the last reset";
+  EXPECT_GT(counts().exceptions, 50u);
   const std::string at_end = Saved(bench.engine);
   states.emplace_back(0, "");
   for (const auto& [from, state] : states) {

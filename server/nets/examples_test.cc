@@ -106,7 +106,7 @@ TEST(NetExamples, AllAreRead) {
       ++files;
     }
   }
-  EXPECT_EQ(files, 45u);
+  EXPECT_EQ(files, 46u);
 }
 
 TEST(NetExamples, HaveTheSizesOfTheBench) {

@@ -40,7 +40,7 @@ TEST_F(SystemErrorsTest, AreAllTold) {
       "f.toml:1:1: net: missing, expected a table [net] with a name\n"
       "f.toml:2:6: place[1].id: found \"a b\", expected letters, digits, _ . and -\n"
       "f.toml:3:1: place[1].token: unknown key, expected one of id, name, tokens, box, owner, "
-      "tag");
+      "tag, does");
 }
 
 TEST_F(SystemErrorsTest, OfPlacesAndTransitions) {

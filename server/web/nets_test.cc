@@ -47,7 +47,7 @@ constexpr char kSummary[] =
     R"("A":{"concentration":14.5,"stored":20,"since_deposit_s":5.5},)"
     R"("B":{"concentration":0,"stored":0,"since_deposit_s":null},"source":null,)"
     R"("firings":7,"since_firing_s":5.5,"records":4,"repeats":0,"exceptions":1,"deposits":1,)"
-    R"("deposited":20,"taken":0,"restored":0,"blocked":0,"robots":1)";
+    R"("deposited":20,"taken":0,"restored":0,"blocked":0,"robots":2)";
 
 TEST_F(NetsApiTest, NetsAreListed) {
   EXPECT_EQ(Get("/api/v1/nets"), "{\"nets\":[" + std::string(kSummary) + "}]}\n");
