@@ -124,9 +124,9 @@ void AddNets(const engine::EngineConfig& config, std::vector<std::string>* lines
     lines->push_back(fmt::format(
         "net \"{}\": {}, {} places, {} transitions, {} tags, read every {} ms; law {}, rate {}, "
         "dead band {}, source {}",
-        net.name, net.net.name, net.net.places.size(), net.net.transitions.size(),
-        net.tags.size(), net.period_ms, petri::NameOf(net.law), net.rate_milli / 1e3,
-        net.dead_band_milli / 1e3, net.has_source ? fmt::format("{}", net.source) : "endless"));
+        net.name, net.net.name, net.net.places.size(), net.net.transitions.size(), net.tags.size(),
+        net.period_ms, petri::NameOf(net.law), net.rate_milli / 1e3, net.dead_band_milli / 1e3,
+        net.has_source ? fmt::format("{}", net.source) : "endless"));
   }
 }
 

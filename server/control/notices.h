@@ -40,7 +40,7 @@ struct Notice {
   bool is_on = true;
   /// The link's name, with the robot's ID at an arrival; the net's name; or empty.
   std::string subject = {};
-  std::string text = {};     ///< the reason or the place; may be empty
+  std::string text = {};  ///< the reason or the place; may be empty
   bool operator==(const Notice&) const = default;
 };
 

@@ -148,7 +148,7 @@ class LiveControl final : public control::Control {
   };
   std::map<std::string, uint64_t> told_refusals_;  // of each net; for TellRefusals alone
   bool has_told_ = false;                          // TellRefusals was called before
-  std::mutex telling_;  // of what follows; taken before the board's
+  std::mutex telling_;                             // of what follows; taken before the board's
   std::vector<LinkTold> links_told_;
   bool recording_told_ = false;
   std::string trouble_told_;

@@ -100,11 +100,8 @@ TEST(FactTest, NothingIsLostForLackOfAForm) {
 TEST(FactTest, UnknownTypesAndRecordsOfNetsAreSkippedAndCounted) {
   Block record = With({-3, 1});
   record.subject.space = kNetRecordType;
-  const std::vector<TagBlock> blocks = {{"a", With({-3, 1})},
-                                        {"a", {}},
-                                        {"a", With({-16, 5})},
-                                        {"b", With({-99, 5})},
-                                        {"b", record}};
+  const std::vector<TagBlock> blocks = {
+      {"a", With({-3, 1})}, {"a", {}}, {"a", With({-16, 5})}, {"b", With({-99, 5})}, {"b", record}};
   EXPECT_EQ(FactOf({"b", record}, PaperTables(), {}).error(),
             "the block is a record of a Petri net, expected a fact");
   const Result<Facts> facts = FactsOf(blocks, PaperTables(), {});

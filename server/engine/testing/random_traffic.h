@@ -161,8 +161,11 @@ class RandomTraffic {
     EngineConfig config = engine.config();
     switch (Below(7)) {
       case 6:
-        config.components = {NetsComponent::ConfigOf(tags_.Nets()),
-                             TagsComponent::ConfigOf(tags_.Settings())};
+        config.components = {TagsComponent::ConfigOf(tags_.Settings())};
+        if (config_.FindComponent(NetsComponent::kName) != nullptr) {
+          config.components.insert(config.components.begin(),
+                                   NetsComponent::ConfigOf(tags_.Nets()));
+        }
         break;
       case 0:
         config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + Below(5'000));

@@ -11,10 +11,14 @@
 namespace pheromone::journal::testing {
 namespace {
 
-// Every kind of event has a place, and a configuration has not more bytes than a segment.
+// Every kind of event but a net's has a place, and a configuration has not more bytes than a
+// segment.
 engine::EngineConfig ConfigOfLives() {
   engine::EngineConfig config = engine::testing::RichConfig(true);
   config.field.obstacles = {};
+  std::erase_if(config.components, [](const engine::ComponentConfig& it) {
+    return it.component == engine::NetsComponent::kName;
+  });
   return config;
 }
 
