@@ -91,7 +91,7 @@ class Replayer {
 
   void TellEnds() {
     for (const auto& [name, it] : NetsOf(engine_).nets()) {
-      Tell(name, [&](json::object* line) { (*line)["ends"] = MarkingOf(it.net); });
+      Tell(name, [&net = it.net](json::object* line) { (*line)["ends"] = MarkingOf(net); });
     }
   }
 
@@ -112,8 +112,8 @@ class Replayer {
     std::erase_if(known_, [&](const std::string& name) { return nets.count(name) == 0; });
     for (const auto& [name, it] : nets) {
       if (known_.insert(name).second) {
-        Tell(name, [&](json::object* line) {
-          (*line)["begins"] = MarkingOf(it.net);
+        Tell(name, [&net = it.net, from](json::object* line) {
+          (*line)["begins"] = MarkingOf(net);
           (*line)["from"] = from;
         });
       }
