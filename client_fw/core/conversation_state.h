@@ -125,7 +125,7 @@ class ConversationState {
   uint32_t now_ms_;
   Pose given_pose_;
   uint16_t exception_tag_;  // to be reported by an event
-  uint16_t bumped_;  // its word of bumpers when the last one was reported
+  uint16_t bumped_;         // its word of bumpers when the last one was reported
   uint16_t timers_[kTimers];
   uint8_t seen_[32];                  // which ones were counted in this census: a bit for each ID
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer
