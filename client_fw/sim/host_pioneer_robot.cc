@@ -19,7 +19,7 @@ HostPioneerRobot::HostPioneerRobot(const HostPioneerRobotConfig& config, RadioMe
     : medium_(medium),
       board_(config.cable_baud),
       pioneer_(config.pioneer, config.start),
-      drive_(&board_, static_cast<int16_t>(config.client.drive_scale)),
+      drive_(&board_, static_cast<int16_t>(config.client.drive_scale), config.client.sonar),
       robot_(&board_, &drive_, ParametersFor(config.client, config.start, *medium), &memory_,
              SimulatedTask(config, config.client, &net_memory_)),
       station_(medium->AddStation(this, config.turnaround_ns)) {}

@@ -17,6 +17,7 @@
 #include "client_fw/swarm/robots.h"
 #include "client_fw/swarm/run_command.h"
 #include "client_fw/swarm/sweep_command.h"
+#include "client_fw/swarm/trails_command.h"
 #include "server/base/program.h"
 
 namespace pheromone::swarm {
@@ -36,6 +37,7 @@ int Main(int argc, char** argv) {
   AddDetourCommand(&app, &status);
   AddLawsCommand(&app, &status);
   AddSweepCommand(&app, &status);
+  AddTrailsCommand(&app, &status);
   AddChannelCommand(&app, &status);
   AddBridgeCommand(&app, &status);
   AddCleaningCommand(&app, &status);

@@ -16,6 +16,9 @@ Swarm::Swarm(const SwarmConfig& config,
     sim::RadioConfig radio = config.radio;
     radio.seed += i;
     add_server(i, &media_.emplace_back(radio));
+    if (config.add_listener) {
+      config.add_listener(i, &media_.back());
+    }
   }
   if (config.robots.empty()) {
     robots_.push_back(MakeRobot(config.robot, &media_.front()));

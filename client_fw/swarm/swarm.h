@@ -32,6 +32,8 @@ struct SwarmConfig {
   /// Pairs of robots (by index in `robots`) out of each other's range. All are in range of the
   /// server. Robots on different channels never receive each other.
   std::vector<std::pair<size_t, size_t>> hidden_pairs;
+  /// Called for each channel once its server is there; for stations that only listen.
+  std::function<void(size_t channel, sim::RadioMedium* medium)> add_listener = {};
 };
 
 class Swarm {

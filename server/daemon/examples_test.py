@@ -51,7 +51,7 @@ def check(*arguments):
 class ExamplesTest(unittest.TestCase):
     def test_every_example_is_taken_without_a_warning(self):
         names = sorted(path.name for path in EXAMPLES.glob("*.toml"))
-        self.assertEqual(names, ["all-laws.toml", "links.toml", "outdoor-gps.toml",
+        self.assertEqual(names, ["all-laws.toml", "bench.toml", "links.toml", "outdoor-gps.toml",
                                  "repellent.toml", "tags.toml"])
         for name in names:
             result = check("--config", str(EXAMPLES / name))

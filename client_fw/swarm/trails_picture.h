@@ -1,0 +1,31 @@
+// Pictures of the two-trail bench, as SVG. Pure; any thread.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client_fw/swarm/trails_bench.h"
+#include "client_fw/swarm/trails_run.h"
+#include "client_fw/swarm/trails_story.h"
+
+namespace pheromone::swarm {
+
+/// Lines, tags, the two areas that one robot at a time may enter, and robots.
+std::string DrawBench(const TrailsBench& bench, const std::vector<sim::PlanePose>& robots);
+
+/// The concentrations of both trails over time and, below, the advice.
+std::string DrawConcentrations(const std::string& title, const std::vector<TrailsSample>& samples,
+                               const std::vector<StoryMark>& marks = {});
+
+/// How many robots were on each trail.
+std::string DrawShares(const std::string& title, const TrailsRun& run);
+
+/// Round trips an hour against the number of robots.
+struct TripsPoint {
+  int robots = 0;
+  double driven = 0;     ///< 0: not run
+  double timetable = 0;  ///< likewise
+};
+std::string DrawTrips(const std::vector<TripsPoint>& points);
+
+}  // namespace pheromone::swarm
