@@ -14,11 +14,12 @@ namespace {
 double NaiveRange(const std::vector<sim::PlanePose>& poses, size_t self, const sim::PlanePose& from,
                   double reach_m, double radius_m) {
   constexpr double kStepM = 0.0005;
-  for (double at_m = 0; at_m <= reach_m; at_m += kStepM) {
+  for (int i = 0; i * kStepM <= reach_m; ++i) {
+    const double at_m = i * kStepM;
     const double x_m = from.x_m + at_m * std::cos(from.heading_rad);
     const double y_m = from.y_m + at_m * std::sin(from.heading_rad);
-    for (size_t i = 0; i < poses.size(); ++i) {
-      if (i != self && std::hypot(poses[i].x_m - x_m, poses[i].y_m - y_m) <= radius_m) {
+    for (size_t body = 0; body < poses.size(); ++body) {
+      if (body != self && std::hypot(poses[body].x_m - x_m, poses[body].y_m - y_m) <= radius_m) {
         return at_m;
       }
     }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -115,6 +116,16 @@ sim::PlanePose TrailsBench::PlaceOn(int line, double along_m) const {
     left_um -= side_um;
   }
   return {};
+}
+
+std::vector<sim::PlanePose> TrailsBench::PlacesOn(int line, double from_m, double to_m,
+                                                  double step_m) const {
+  const int steps = std::max(1, static_cast<int>(std::ceil((to_m - from_m) / step_m)));
+  std::vector<sim::PlanePose> places;
+  for (int i = 0; i <= steps; ++i) {
+    places.push_back(PlaceOn(line, from_m + (to_m - from_m) * i / steps));
+  }
+  return places;
 }
 
 sim::PlanePose TrailsBench::QueuePlace(int number, double spacing_m) const {

@@ -52,6 +52,8 @@ struct TrailsBench {
   double LengthBetween(int line, std::string_view from, std::string_view to) const;
   /// Poses on a line, `along_m` from its begin.
   sim::PlanePose PlaceOn(int line, double along_m) const;
+  /// Poses from one place to another, at most `step_m` apart; both ends included.
+  std::vector<sim::PlanePose> PlacesOn(int line, double from_m, double to_m, double step_m) const;
   double AlongOf(int line, const BenchTag& tag) const;
   double DistanceFrom(int line, const BenchTag& tag) const;
 

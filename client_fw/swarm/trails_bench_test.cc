@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -71,12 +72,11 @@ TEST(TrailsBenchTest, WhoWaitsAtAnEntranceIsOutOfTheWayOfThoseInTheArea) {
         }
         double least_m = 1e9;
         // It stands where the tag is in range: up to 0.3 m before it, or a little behind.
-        for (double stands_m = at_m - 0.3; stands_m <= at_m + 0.1; stands_m += kStepM) {
-          const sim::PlanePose stands = bench.PlaceOn(stop.line, stands_m);
-          const double to_m = bench.AlongOf(way.line, *bench.FindTag(way.to));
-          for (double m = bench.AlongOf(way.line, *bench.FindTag(way.from)); m <= to_m;
-               m += kStepM) {
-            const sim::PlanePose drives = bench.PlaceOn(way.line, m);
+        for (const sim::PlanePose& stands :
+             bench.PlacesOn(stop.line, at_m - 0.3, at_m + 0.1, kStepM)) {
+          for (const sim::PlanePose& drives :
+               bench.PlacesOn(way.line, bench.AlongOf(way.line, *bench.FindTag(way.from)),
+                              bench.AlongOf(way.line, *bench.FindTag(way.to)), kStepM)) {
             least_m =
                 std::min(least_m, std::hypot(stands.x_m - drives.x_m, stands.y_m - drives.y_m));
           }

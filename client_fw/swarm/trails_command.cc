@@ -23,6 +23,7 @@
 #include "client_fw/swarm/trails_story.h"
 #include "client_fw/swarm/trails_sweep.h"
 #include "client_fw/swarm/trails_timetable.h"
+#include "client_fw/swarm/trails_trips.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -54,20 +55,20 @@ struct TrailsOptions {
   int capacity = 100;
   int explore_percent = 0;
   int speed_mm_s = 400;
+  int channels = 0;
   std::optional<double> seconds;
   uint64_t trips = 0;
-  int channels = 0;
-  int64_t baud = 9600;
-  double frame_loss_percent = 0;
   int avr_robots = 0;
+  int seeds = 25;
+  int64_t baud = 9600;
   uint64_t seed = 1;
-  bool timetable = false;
+  double frame_loss_percent = 0;
   double trail_a_s = 20;
   double trail_b_s = 40;
-  bool parking = false;
   double stop_s = 0;
+  bool timetable = false;
+  bool parking = false;
   bool sweep = false;
-  int seeds = 25;
   bool story = false;
   bool by_robots = false;
   bool frames = false;
@@ -163,7 +164,7 @@ class TrailsStatusLine {
   std::vector<uint32_t> answers_;  // of each robot, a second ago
 };
 
-int RunDriven(const TrailsOptions& options, const TrailsBench& bench, const TrailsRules& rules) {
+TrailsExperiment ExperimentOf(const TrailsOptions& options, const TrailsRules& rules) {
   TrailsExperiment experiment;
   experiment.rules = rules;
   experiment.robot = RobotOf(options);
@@ -176,6 +177,11 @@ int RunDriven(const TrailsOptions& options, const TrailsBench& bench, const Trai
   experiment.duration_ms = options.seconds ? Ms(*options.seconds)
                            : options.trips ? INT64_MAX
                                            : experiment.duration_ms;
+  return experiment;
+}
+
+int RunDriven(const TrailsOptions& options, const TrailsBench& bench, const TrailsRules& rules) {
+  TrailsExperiment experiment = ExperimentOf(options, rules);
   experiment.snapshot_ms = options.out.empty() ? 0 : kSnapshotMs;
   if (const std::string wrong = WhatIsWrong(bench, experiment); !wrong.empty()) {
     return Fail(wrong, kWrongInput);
@@ -261,44 +267,23 @@ int RunSweep(const TrailsOptions& options, const TrailsBench& bench) {
   return all.exceptions == 0 ? 0 : Fail(fmt::format("{} exceptions", all.exceptions), kFailed);
 }
 
-// Round trips an hour against the number of robots, driven and by a timetable of the same ways.
-int RunByRobots(const TrailsOptions& options, const TrailsBench& bench, TrailsRules rules) {
-  constexpr int kMostRobots = 7;
-  std::vector<TripsPoint> points;
-  std::string csv = "robots,driven_per_hour,timetable_per_hour,collisions,exceptions\n";
-  bool sound = true;
-  for (int robots = 1; robots <= kMostRobots; ++robots) {
-    rules.robots = robots;
-    TrailsExperiment experiment;
-    experiment.rules = rules;
-    experiment.robot = RobotOf(options);
-    experiment.speed_mm_s = static_cast<int16_t>(options.speed_mm_s);
-    experiment.timing.baud = options.baud;
-    experiment.duration_ms = options.seconds ? Ms(*options.seconds) : experiment.duration_ms;
-    Timetable timetable = TimetableOf(bench, options.speed_mm_s / 1000.0);
-    timetable.rules = rules;
-    timetable.robot = experiment.robot;
-    timetable.duration_ms = experiment.duration_ms;
-    const Result<TrailsRun> driven = RunTrails(bench, experiment, options.seed);
-    const Result<TrailsRun> by_timetable = RunTimetable(bench, timetable, options.seed);
-    if (!driven.ok() || !by_timetable.ok()) {
-      return Fail(driven.ok() ? by_timetable.error() : driven.error(), kFailed);
-    }
-    const TrailsRun& run = driven.value();
-    points.push_back(
-        {robots, Summarise(run).trips_per_hour, Summarise(by_timetable.value()).trips_per_hour});
-    csv += fmt::format("{},{:.1f},{:.1f},{},{}\n", robots, points.back().driven,
-                       points.back().timetable, run.collisions,
-                       run.robot_exceptions + run.server.exceptions);
-    fmt::print("{} robots: {:.0f} round trips an hour driven, {:.0f} by timetable\n", robots,
-               points.back().driven, points.back().timetable);
-    sound = sound && IsSound(run) && IsSound(by_timetable.value());
+int RunByRobots(const TrailsOptions& options, const TrailsBench& bench, const TrailsRules& rules) {
+  const Result<std::vector<TripsPoint>> points =
+      CountTrips(bench, ExperimentOf(options, rules), options.seeds, [](const TripsPoint& point) {
+        fmt::print(
+            "{} robots, round trips an hour on A and B: driven {:.0f}, {:.0f}; by timetable "
+            "{:.0f}, "
+            "{:.0f}\n",
+            point.robots, point.driven[0], point.driven[1], point.timetable[0], point.timetable[1]);
+        std::fflush(stdout);
+      });
+  if (!points.ok()) {
+    return Fail(points.error(), kFailed);
   }
-  const int written = options.out.empty()
-                          ? 0
-                          : WriteFiles(options.out, {{"trails-trips.csv", csv},
-                                                     {"trails-trips.svg", DrawTrips(points)}});
-  return sound ? written : Fail("a run was not sound", kFailed);
+  return options.out.empty()
+             ? 0
+             : WriteFiles(options.out, {{"trails-trips.csv", TripsToCsv(points.value())},
+                                        {"trails-trips.svg", DrawTrips(points.value())}});
 }
 
 int RunStory(const TrailsOptions& options, const TrailsBench& bench) {
@@ -423,9 +408,10 @@ void AddTrailsCommand(CLI::App* app, int* status) {
                      "Count how often robots lock in on a trail, over laws, deposits, "
                      "exploration, numbers of robots and lifetimes")
           ->excludes(timetable);
-  command->add_option("--seeds", options->seeds, "With --sweep: runs of each (default: 25)")
-      ->check(CLI::Range(1, 10'000))
-      ->needs(sweep);
+  command
+      ->add_option("--seeds", options->seeds,
+                   "With --sweep and --by-robots: runs of each (default: 25)")
+      ->check(CLI::Range(1, 10'000));
   command
       ->add_flag("--story", options->story,
                  "Seven robots whose timing is given: the paper's Fig. 5")

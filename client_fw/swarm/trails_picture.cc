@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "server/chart/axis.h"
-#include "server/chart/panels.h"
 #include "server/chart/svg.h"
 
 namespace pheromone::swarm {
@@ -92,8 +91,7 @@ std::string DrawBench(const TrailsBench& bench, const std::vector<sim::PlanePose
                                             {kTrailBBack, "Src", "S4"}}};
   const auto polyline = [&](int line, double from_m, double to_m) {
     std::string points;
-    for (double at_m = from_m; at_m < to_m + 0.05; at_m += 0.05) {
-      const sim::PlanePose pose = bench.PlaceOn(line, std::min(at_m, to_m));
+    for (const sim::PlanePose& pose : bench.PlacesOn(line, from_m, to_m, 0.05)) {
       points += fmt::format("{:.1f},{:.1f} ", x_of(pose.x_m), y_of(pose.y_m));
     }
     return points;
@@ -109,8 +107,8 @@ std::string DrawBench(const TrailsBench& bench, const std::vector<sim::PlanePose
     const double length_m = field::LengthOf(line.path) / 1e6;
     svg.Add(R"svg(<polyline points="{}" fill="none" stroke="{}" stroke-width="2.5"/>)svg",
             polyline(type, 0, length_m), ColourOf(type));
-    for (double at_m = 1.2; at_m < length_m; at_m += 1.8) {  // where it leads
-      const sim::PlanePose pose = bench.PlaceOn(type, at_m);
+    for (int i = 0; 1.2 + 1.8 * i < length_m; ++i) {  // where it leads
+      const sim::PlanePose pose = bench.PlaceOn(type, 1.2 + 1.8 * i);
       svg.Add(
           R"svg(<path d="M-6-4L4 0L-6 4z" fill="{}" transform="translate({:.1f} {:.1f}) rotate({:.0f})"/>)svg",
           ColourOf(type), x_of(pose.x_m), y_of(pose.y_m),
@@ -296,23 +294,6 @@ std::string DrawShares(const std::string& title, const TrailsRun& run) {
     svg.Text(x + 28, kBottom + 49, "t", kLabels[i]);
   }
   return svg.Take();
-}
-
-std::string DrawTrips(const std::vector<TripsPoint>& points) {
-  chart::Panel panel;
-  panel.x_label = "robots";
-  panel.y_label = "round trips an hour";
-  panel.series = {{"driven, over the radio", "", {}}, {"by timetable", "", {}}};
-  for (const TripsPoint& point : points) {
-    if (point.driven > 0) {
-      panel.series[0].marks.push_back({static_cast<double>(point.robots), point.driven});
-    }
-    if (point.timetable > 0) {
-      panel.series[1].marks.push_back({static_cast<double>(point.robots), point.timetable});
-    }
-  }
-  return chart::DrawPanels("Round trips of the two-trail bench", {panel},
-                           {.panel_width = 480, .panel_height = 280});
 }
 
 }  // namespace pheromone::swarm

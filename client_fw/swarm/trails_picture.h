@@ -20,12 +20,4 @@ std::string DrawConcentrations(const std::string& title, const std::vector<Trail
 /// How many robots were on each trail.
 std::string DrawShares(const std::string& title, const TrailsRun& run);
 
-/// Round trips an hour against the number of robots.
-struct TripsPoint {
-  int robots = 0;
-  double driven = 0;     ///< 0: not run
-  double timetable = 0;  ///< likewise
-};
-std::string DrawTrips(const std::vector<TripsPoint>& points);
-
 }  // namespace pheromone::swarm

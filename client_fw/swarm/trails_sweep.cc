@@ -210,6 +210,7 @@ std::string DrawLockIn(const std::vector<LockInRow>& rows) {
     most = std::max(most, PercentOnB(RowOf(rows, row.its.law, row.its.rule, row.its.explore_percent,
                                            row.its.robots)));
   }
+  most *= 1.1;  // room for the numbers above the bars
   for (size_t rule = 0; rule < kRules.size(); ++rule) {
     for (size_t explored = 0; explored < kExplored.size(); ++explored) {
       const double left = kLeft + static_cast<double>(explored) * (kWidth + kLeft + 10);
@@ -218,11 +219,11 @@ std::string DrawLockIn(const std::vector<LockInRow>& rows) {
       svg.Text(
           left, top - 8, "b",
           fmt::format("{} deposits, {} % exploration", NameOf(kRules[rule]), kExplored[explored]));
-      const double step = most > 40 ? 20 : most > 20 ? 10 : 5;
-      for (double tick = 0; tick <= most; tick += step) {
+      const int step = most > 40 ? 20 : most > 20 ? 10 : 5;
+      for (int tick = 0; tick <= most; tick += step) {
         const double y = bottom - kHeight * tick / most;
         svg.Add(R"svg(<path d="M{:.1f} {:.1f}h{:.1f}" stroke="#ddd"/>)svg", left, y, kWidth);
-        svg.Text(left - 6, y + 4, "t e", fmt::format("{:g}", tick));
+        svg.Text(left - 6, y + 4, "t e", fmt::format("{}", tick));
       }
       for (size_t law = 0; law < kLaws.size(); ++law) {
         const double x = left + (static_cast<double>(law) + 0.5) * kWidth / kLaws.size();

@@ -48,8 +48,6 @@ struct Lane {
   std::deque<size_t> robots{};  // in the order in which they entered it
 };
 
-class Run;
-
 class TimetableRobot {
  public:
   TimetableRobot(const client::NetRobotParameters& parameters, uint8_t id, uint16_t boot_counter)
@@ -364,8 +362,9 @@ class Run {
 
 Timetable TimetableOf(const TrailsBench& bench, double speed_m_s) {
   constexpr double kStopS = 1.5;
+  constexpr double kSteering = 0.8;
   const auto seconds = [&](int line, const char* from, const char* to) {
-    return bench.LengthBetween(line, from, to) / speed_m_s + kStopS;
+    return bench.LengthBetween(line, from, to) / (kSteering * speed_m_s) + kStopS;
   };
   Timetable timetable;
   timetable.trail_s = {(seconds(kTrailAOut, "N5", "S1") + seconds(kTrailABack, "S3", "N2")) / 2,

@@ -47,7 +47,8 @@ struct Timetable {
   int64_t sample_ms = 0;  ///< 0: no samples
 };
 
-/// The times of robots that drive the bench at that speed: the ways, and 1.5 s to brake and start.
+/// The times of robots that drive the bench at that speed: the ways at 0.8 of it, since they slow
+/// down to steer, as one alone does, and 1.5 s to brake and start.
 Timetable TimetableOf(const TrailsBench& bench, double speed_m_s);
 
 /// Errors: those of ConfigWith; a way along a line on which the next tag is missing.

@@ -68,6 +68,8 @@ TEST(TrailsTimetableTest, AStoppedRobotStopsAQueueButNotAParkingPlace) {
 TEST(TrailsTimetableTest, FromASourceThatIsEmptyNothingIsTaken) {
   Timetable timetable = For(3, 7200);
   timetable.robot.capacity = 40;
+  timetable.rules.law = petri::EvaporationLaw::kE3;
+  timetable.rules.rate_milli = 1000;
   timetable.rules.has_source = true;
   timetable.rules.source = 1030;
   timetable.sample_ms = 1000;
