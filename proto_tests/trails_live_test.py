@@ -135,12 +135,11 @@ def run(bin_dir, folder, trips):
                                  f"{kill} round trips were made", 3600)
             else:
                 swarm.read_until(someone_chose, "somebody has chosen a trail", 3600)
+            for port in ports:  # the number of a pty that is gone may be another test's at once
+                os.unlink(port)
             daemon.process.kill()
             daemon.process.wait()
             swarm.read_until(nobody, "nobody is there to answer")
-            for port in ports:
-                if os.path.lexists(port):
-                    os.unlink(port)
             daemon = Daemon(bin_dir, folder, ports, arguments)
             swarm.read_until(everybody, "every robot gets answers again")
         statuses = swarm.finish(stop=not trips, deadline_s=4 * 3600)
