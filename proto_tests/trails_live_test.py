@@ -160,7 +160,7 @@ def run(bin_dir, folder, trips):
         known = re.search(r"deposits: (\d+) of (\d+) units", last)
         check((int(known[1]), int(known[2])) == (shown["deposits"], shown["deposited"]),
               f"robots know of {known[0]}, the daemon has {shown}")
-        made = re.search(r"(\d+) round trips", last[last.rindex("robots, "):])
+        made = re.search(r"robots, \d+ s: (\d+) round trips", last)
         check(int(made[1]) >= trips and statuses[-1].refusals == 0, last[-2000:])
     replay(bin_dir, folder)
 
