@@ -28,13 +28,13 @@ std::string RobotFrame(std::string_view link, uint8_t id);
 Colour RobotColour(uint8_t id);
 
 struct RobotLook {
-  std::string link;
+  std::string link = {};
   uint8_t id = 0;
-  Pose pose;
-  Point left;  ///< the antennas, on the map
-  Point right;
+  Pose pose = {};
+  Point left = {};  ///< the antennas, on the map
+  Point right = {};
   double size_m = 0.25;  ///< length of the arrow
-  std::vector<std::pair<std::string, std::string>> facts;
+  std::vector<std::pair<std::string, std::string>> facts = {};
 };
 
 /// An arrow, two spheres for the antennas, and the label "ID".
