@@ -497,8 +497,12 @@ std::vector<Update> Hub::Make(Views views, const StreamTime& now) {
       NoteRobotEvents(views.clients, now.unix_ns);
     }
     std::optional<std::string> payload = PayloadOf(*state, views, now);
+    // The time does not count as a change.
+    std::string key = !payload || !state->only_changes ? ""
+                      : state->kind == Kind::kTags     ? TagScenes::Places(views.tags, 0)
+                                                       : *payload;
     const bool is_wanted =
-        payload && (!state->only_changes || state->is_new_to_some || *payload != state->last);
+        payload && (!state->only_changes || state->is_new_to_some || key != state->last);
     state->is_new_to_some = false;
     state->next_ms = now.steady_ms + state->period_ms;
     if (is_wanted) {
