@@ -127,7 +127,7 @@ TEST_F(ConversationTest, TellsAndKeepsParameters) {
                               ["/pheromone/trail/tau_s", "nothing"]})")
                          .answers.at(0)),
             json::parse(R"({"op": "parameterValues", "id": "a", "parameters":
-                [{"name": "/pheromone/trail/tau_s", "value": 3E1, "type": "float64"}]})"));
+                [{"name": "/pheromone/trail/tau_s", "value": 30, "type": "float64"}]})"));
   EXPECT_EQ(ObjectOf(Hear(R"({"op": "getParameters", "parameterNames": []})").answers.at(0))
                 .at("parameters")
                 .as_array()
@@ -152,7 +152,7 @@ TEST_F(ConversationTest, TellsThoseWhoWatchAParameterThatItChanged) {
   next->parameters["/pheromone/trail/tau_s"] = 60.0;
   const Heard heard = conversation_->Change(next);
   ASSERT_EQ(heard.answers.size(), 1u);
-  EXPECT_EQ(ObjectOf(heard.answers[0]).at("parameters").as_array()[0].at("value"), 60.0);
+  EXPECT_EQ(ObjectOf(heard.answers[0]).at("parameters").as_array()[0].at("value"), 60);
 }
 
 TEST_F(ConversationTest, EndsSubscriptionsOfChannelsThatAreGone) {
