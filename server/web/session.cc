@@ -63,6 +63,7 @@ Request ToRequest(const Message& message, bool local) {
           .authorization = HeaderOf(message, http::field::authorization),
           .origin = HeaderOf(message, http::field::origin),
           .host = HeaderOf(message, http::field::host),
+          .subprotocols = HeaderOf(message, http::field::sec_websocket_protocol),
           .body = message.body()};
 }
 
