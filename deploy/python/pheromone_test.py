@@ -70,7 +70,7 @@ token_file = "token"
 
 
 def tracker_of(daemon):
-    return re.search(r"tracker camera: .*?(127\.0\.0\.1:\d+)", daemon.log())[1]
+    return re.search(r"camera: tracker: .*?(127\.0\.0\.1:\d+)", daemon.log())[1]
 
 
 class WithServer(unittest.TestCase):
