@@ -1,0 +1,138 @@
+// Links and the engine over the last ten minutes.
+import {store} from './store.js';
+import {h} from './dom.js';
+import {hueOf, css} from './palettes.js';
+import {percent, number} from './format.js';
+
+const POINTS = 600;   // one a second
+const MOST_LINES = 6; // more could not be told apart
+
+/** Damaged or missed frames of a link, whatever its kind counts. */
+export function errorsOf(link) {
+  let sum = 0;
+  for (const [name, count] of Object.entries(link.counters ?? {})) {
+    if (/crc|error|bad|damaged|discard|invalid|overrun|gap|truncat|oversize|collision|dropped|stray|noise/i.test(name)) sum += count;
+  }
+  return sum;
+}
+
+class Chart {
+  constructor(dock, title, format) {
+    this.format = format;
+    this.heading = h('h2', {}, title);
+    this.holder = h('div', {class: 'chart'});
+    this.element = h('div', {}, this.heading, this.holder);
+    this.title = title;
+    dock.append(this.element);
+    this.names = [];
+    this.times = [];
+    this.values = new Map();
+    new ResizeObserver(() => this.resize()).observe(this.holder);
+  }
+
+  /** One value for each name, in this second; null: none. */
+  add(timeS, values) {
+    for (const name of Object.keys(values)) {
+      if (!this.values.has(name) && this.values.size < MOST_LINES) this.values.set(name, this.times.map(() => null));
+    }
+    this.times.push(timeS);
+    for (const [name, list] of this.values) list.push(values[name] ?? null);
+    if (this.times.length > POINTS) {
+      this.times.shift();
+      for (const list of this.values.values()) list.shift();
+    }
+    this.draw();
+  }
+
+  get data() { return [this.times, ...this.values.values()]; }
+
+  draw() {
+    if (this.holder.clientWidth < 40 || this.values.size === 0) return;
+    if (!this.plot || this.names.length !== this.values.size) this.make();
+    else this.plot.setData(this.data);
+    const now = [...this.values].map(([name, list]) => [name, list.at(-1)]);
+    this.heading.replaceChildren(this.title, ...now.map(([name, value], i) => {
+      const swatch = h('span', {class: 'swatch'}, now.length > 1 ? `${name} ${this.format(value)}` : this.format(value));
+      swatch.style.setProperty('--c', this.colour(i));
+      return swatch;
+    }));
+  }
+
+  colour(i) {
+    return css(hueOf(i, document.documentElement.dataset.theme === 'dark' ? 'dark' : 'light'));
+  }
+
+  make() {
+    this.plot?.destroy();
+    this.names = [...this.values.keys()];
+    const style = getComputedStyle(document.documentElement);
+    const axis = {
+      stroke: style.getPropertyValue('--ink-3').trim(),
+      grid: {stroke: style.getPropertyValue('--line-soft').trim(), width: 1},
+      ticks: {show: false},
+      font: '10px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif',
+    };
+    this.plot = new uPlot({
+      width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight),
+      padding: [6, 2, 0, 0], legend: {show: false}, cursor: {show: false},
+      scales: {x: {time: false, range: (_, __, max) => [max - POINTS, max]}, y: {range: (_, __, max) => [0, Math.max(max ?? 0, 1e-9) * 1.15]}},
+      axes: [
+        {...axis, size: 18, gap: 2, space: 60, values: (plot, at) => at.map((it) => {
+          const back = Math.round((plot.scales.x.max - it) / 60);
+          return back === 0 ? 'now' : `−${back} min`;
+        }), splits: (plot) => [0, 2, 4, 6, 8].map((it) => plot.scales.x.max - it * 60).reverse()},
+        {...axis, size: 42, gap: 3, space: 26, values: (_, at) => at.map((it) => this.format(it))},
+      ],
+      series: [{}, ...this.names.map((label, i) => ({label, stroke: this.colour(i), width: 1.5, points: {show: false}, spanGaps: false}))],
+    }, this.data, this.holder);
+  }
+
+  resize() {
+    if (this.plot && this.holder.clientWidth >= 40) {
+      this.plot.setSize({width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight)});
+    } else {
+      this.draw();
+    }
+  }
+}
+
+export class Charts {
+  constructor(dock) {
+    this.latency = new Chart(dock, 'Answer time', (ms) => (ms === null ? '–' : ms >= 1 ? `${number(ms)} ms` : `${number(ms * 1000)} µs`));
+    this.errors = new Chart(dock, 'Errors a second', (n) => (n === null ? '–' : number(n)));
+    this.utilisation = new Chart(dock, 'Channel in use', (share) => (share === null ? '–' : percent(share)));
+    this.lastErrors = new Map();
+  }
+
+  /** Once a second, while the stream is live. */
+  tick(nowMs) {
+    const timeS = nowMs / 1000;
+    const utilisation = {};
+    const errors = {};
+    for (const link of store.links.values()) {
+      utilisation[link.name] = link.utilisation ?? 0;
+      const sum = errorsOf(link);
+      const last = this.lastErrors.get(link.name);
+      const elapsed = last ? timeS - last.timeS : 0;
+      errors[link.name] = elapsed > 0.2 && sum >= last.sum ? (sum - last.sum) / elapsed : null;
+      this.lastErrors.set(link.name, {timeS, sum});
+    }
+    if (store.links.size > 0) {
+      this.utilisation.add(timeS, utilisation);
+      this.errors.add(timeS, errors);
+    }
+    const latency = latencyOf(store.engine);
+    if (latency) this.latency.add(timeS, latency);
+  }
+
+  themeChanged() {
+    for (const chart of [this.latency, this.errors, this.utilisation]) if (chart.plot) { chart.make(); chart.draw(); }
+  }
+}
+
+/** Milliseconds of the engine's statistics. */
+function latencyOf(engine) {
+  const found = engine?.latency_ms;
+  if (!found) return null;
+  return Object.fromEntries(['p50', 'p99'].filter((it) => it in found).map((it) => [it, found[it]]));
+}

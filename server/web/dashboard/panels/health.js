@@ -1,0 +1,99 @@
+// The server: journal, disk, memory, links, recordings, events.
+import {store} from '../store.js';
+import {api} from '../api.js';
+import {h, pairs, panel, setText, toast} from '../dom.js';
+import {bytes, clock, count, duration, percent} from '../format.js';
+import {errorsOf} from '../charts.js';
+
+export class HealthPanel {
+  constructor() {
+    this.links = panel('links', 'Links');
+    this.server = panel('server', 'Server');
+    this.recordings = panel('recordings', 'Recordings', false);
+    this.facts = h('div');
+    this.snapshot = h('button', {type: 'button', id: 'snapshot', title: 'Write the state to the journal’s folder now', onclick: () => this.makeSnapshot()}, 'Snapshot');
+    this.server.body.append(this.facts, h('div', {class: 'actions'}, this.snapshot));
+    this.recordings.element.hidden = true;
+    this.recordings.element.addEventListener('toggle', () => this.loadRecordings());
+    store.on('recording', () => this.loadRecordings());
+  }
+
+  async makeSnapshot() {
+    try {
+      const made = await api.post('snapshot', {});
+      toast(`Snapshot ${made.snapshot}`);
+    } catch (error) {
+      toast(`Snapshot: ${error.message}`, true);
+    }
+  }
+
+  showLinks() {
+    const links = [...store.links.values()];
+    setText(this.links.count, links.length ? `${links.filter((it) => it.up).length} of ${links.length} up` : '');
+    this.links.body.replaceChildren(...links.map((link) => {
+      const errors = errorsOf(link);
+      const what = [link.last_error && !link.up ? link.last_error : null, errors ? `${count(errors)} errors` : null].filter((it) => it);
+      const used = link.utilisation === null ? `${bytes(link.bytes_per_s)}/s` : percent(link.utilisation);
+      const bar = h('i');
+      bar.style.transform = `scaleX(${Math.min(1, link.utilisation ?? 0).toFixed(3)})`;
+      return h('div', {class: 'row', title: `${link.kind} ${link.address}: ${link.state}`},
+               h('i', {class: `dot ${!link.up ? 'bad' : link.silent ? 'warn' : 'good'}`}),
+               h('span', {}, link.name, ' ', h('span', {class: link.up ? 'dim' : 'bad'}, [link.state === 'up' ? link.kind : link.state, ...what].join(', '))),
+               h('span', {class: 'pair', title: 'Share of the channel in use'}, h('span', {class: `meter${link.utilisation > 0.8 ? ' warn' : ''}`}, bar), h('span')),
+               h('span', {class: 'end'}, used));
+    }));
+  }
+
+  showServer() {
+    const {status, engine} = store;
+    if (!status) return;
+    const lag = status.sequence - status.durable_sequence;
+    const health = status.healthy === false ? [status.health ?? status.health_error ?? 'not healthy', 'bad'] : ['healthy', 'good'];
+    setText(this.server.count, status.healthy === false ? 'trouble' : '');
+    this.facts.replaceChildren(pairs([
+      ['State', health[0], health[1]],
+      ['Log', `${count(status.sequence)} events`],
+      ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
+      engine?.disk_free_bytes !== undefined && ['Disk free', bytes(engine.disk_free_bytes)],
+      ['Field', `${bytes(status.field.used_bytes)} of ${bytes(status.field.limit_bytes)}`],
+      ['Memory', bytes(status.process.resident_bytes)],
+      ['Up for', duration(status.uptime_s)],
+      ['Version', status.version],
+      engine?.viewers !== undefined && ['Viewers', String(engine.viewers)],
+    ]), ...(status.warning ? [h('p', {class: 'warning'}, status.warning)] : []));
+    this.snapshot.disabled = !api.token;
+  }
+
+  /** The files of the server's recordings, if it serves them. */
+  async loadRecordings() {
+    try {
+      const {captures} = await api.get('captures');
+      this.recordings.element.hidden = false;
+      setText(this.recordings.count, String(captures.length || ''));
+      this.recordings.body.replaceChildren(captures.length === 0 ? h('p', {class: 'empty'}, 'None yet') : h('ul', {class: 'files'},
+        captures.slice(-20).reverse().map((it) => h('li', {}, h('a', {href: `/api/v1/captures/${encodeURIComponent(it.name)}`, download: it.name}, it.name),
+                                                     h('span', {class: 'dim'}, bytes(it.bytes))))));
+    } catch {
+      this.recordings.element.hidden = true;
+    }
+  }
+}
+
+const MOST_EVENTS = 200;
+const MARKS = {warning: 'warn', error: 'bad', fatal: 'bad'};
+
+export class EventList {
+  constructor(dock) {
+    this.list = h('ol', {class: 'events', id: 'events', tabindex: '0', 'aria-label': 'Events'});
+    this.heading = h('h2', {}, 'Events');
+    dock.append(h('div', {}, this.heading, this.list));
+    this.list.append(h('li', {class: 'empty'}, 'Nothing yet'));
+  }
+
+  add({timeMs, level, text, name}) {
+    this.list.querySelector('.empty')?.remove();
+    this.list.prepend(h('li', {}, h('time', {}, clock(timeMs || Date.now())), h('i', {class: `dot ${MARKS[level] ?? ''}`}),
+                        h('span', {class: MARKS[level] ?? ''}, name ? `${name}: ${text}` : text)));
+    while (this.list.children.length > MOST_EVENTS) this.list.lastChild.remove();
+  }
+}
