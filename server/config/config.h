@@ -100,6 +100,7 @@ struct WebSettings {
   std::string token;           ///< what changes must carry; empty: none are taken
   /// Names that the server may be asked by, in lower case, beside localhost and all addresses.
   std::vector<std::string> hosts;
+  std::string root = {};  ///< a folder with the dashboard, from the command line; empty: built in
   bool operator==(const WebSettings&) const = default;
 };
 

@@ -30,7 +30,7 @@ class HttpFrontEnd::Impl {
        config::WebSettings web_settings)
       : long_work_({.name = "a request", .max_waiting = kMaxWaiting}),
         pictures_({.name = "a picture", .max_waiting = kMaxWaiting, .yields = true}),
-        api_(control, {web_settings.token, web_settings.hosts},
+        api_(control, {web_settings.token, web_settings.hosts, web_settings.root},
              {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
               .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },
               .requests =
@@ -64,7 +64,7 @@ class HttpFrontEnd::Impl {
       const Status listening = server_.ListenOnPort();
       if (listening.ok()) {
         const bool v6 = web_.listen_address.find(':') != std::string::npos;
-        spdlog::info("web: http://{}:{}, {}",
+        spdlog::info("web: http://{}:{}/, {}",
                      v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server_.port(),
                      web_.token.empty() ? "read-only" : "changes require the token");
       } else {

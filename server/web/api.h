@@ -3,6 +3,7 @@
 //   Api api(&control, {.token = "..."}, lanes);
 //   api.Handle(request, [](Response response) { ... });
 //
+//   GET  /  /dashboard/...        the dashboard (assets.h)
 //   GET  /healthz                 200 or 503
 //   GET  /metrics                 Prometheus, text format 0.0.4
 //   GET  /api/v1/status           hash = 1 adds the state hash
@@ -29,6 +30,7 @@
 #include <vector>
 
 #include "server/control/control.h"
+#include "server/web/assets.h"
 #include "server/web/http.h"
 #include "server/web/lanes.h"
 #include "server/web/pictures.h"
@@ -38,6 +40,7 @@ namespace pheromone::web {
 struct ApiOptions {
   std::string token;                    ///< required for changes over TCP; empty: none permitted
   std::vector<std::string> hosts = {};  ///< further names of the server, in lower case
+  std::string web_root = {};            ///< a folder with the dashboard; empty: the embedded one
 };
 
 /// Whether a request must be answered at once, however busy the server is: /healthz, halt and
@@ -58,10 +61,12 @@ class Api {
 
  private:
   std::optional<Response> CheckHost(const Request& request) const;
+  void ShowDashboard(const std::string& file, Request request, const Respond& respond);
 
   control::Control* const control_;
   const ApiOptions options_;
   const Lanes lanes_;
+  const Assets assets_;
   Pictures pictures_;
 };
 

@@ -22,6 +22,8 @@ struct Request {
   std::string authorization = {};  ///< the headers of these names; empty: none
   std::string origin = {};
   std::string host = {};
+  std::string accept_encoding = {};
+  std::string if_none_match = {};
   std::string body = {};
 };
 

@@ -74,13 +74,11 @@ class Chart {
     };
     this.plot = new uPlot({
       width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight),
-      padding: [6, 2, 0, 0], legend: {show: false}, cursor: {show: false},
+      padding: [6, 8, 0, 0], legend: {show: false}, cursor: {show: false},
       scales: {x: {time: false, range: (_, __, max) => [max - POINTS, max]}, y: {range: (_, __, max) => [0, Math.max(max ?? 0, 1e-9) * 1.15]}},
       axes: [
-        {...axis, size: 18, gap: 2, space: 60, values: (plot, at) => at.map((it) => {
-          const back = Math.round((plot.scales.x.max - it) / 60);
-          return back === 0 ? 'now' : `−${back} min`;
-        }), splits: (plot) => [0, 2, 4, 6, 8].map((it) => plot.scales.x.max - it * 60).reverse()},
+        {...axis, size: 18, gap: 2, values: (plot, at) => at.map((it) => `−${Math.round((plot.scales.x.max - it) / 60)} min`),
+         splits: (plot) => (this.holder.clientWidth > 300 ? [8, 6, 4, 2] : [8, 4]).map((it) => plot.scales.x.max - it * 60)},
         {...axis, size: 42, gap: 3, space: 26, values: (_, at) => at.map((it) => this.format(it))},
       ],
       series: [{}, ...this.names.map((label, i) => ({label, stroke: this.colour(i), width: 1.5, points: {show: false}, spanGaps: false}))],

@@ -22,7 +22,7 @@ export function number(x) {
   return String(Number(x.toPrecision(3)));
 }
 
-export const metres = (x) => `${x.toFixed(2)} m`;
+export const metres = (x) => `${x.toFixed(2).replace('-', '−')} m`;
 export const percent = (x) => (x === null || x === undefined ? '–' : `${(x * 100).toFixed(0)} %`);
 
 /** 65 -> "1:05", 90000 -> "1 d 1:00:00". */

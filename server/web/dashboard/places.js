@@ -17,6 +17,15 @@ export function drawPlaces(context, view, theme) {
   if (store.shows.goals) for (const client of store.shownRobots.values()) drawGoal(context, view, theme, client);
 }
 
+/** Text that stays legible on whatever is below it. */
+export function write(context, theme, text, x, y) {
+  context.strokeStyle = theme.map;
+  context.lineWidth = 3;
+  context.lineJoin = 'round';
+  context.strokeText(text, x, y);
+  context.fillText(text, x, y);
+}
+
 function drawTag(context, view, theme, tag) {
   if (tag.x_m === null || tag.x_m === undefined) return;
   const x = view.sx(tag.x_m);
@@ -41,7 +50,7 @@ function drawTag(context, view, theme, tag) {
     context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
     context.textAlign = 'left';
     context.textBaseline = 'middle';
-    context.fillText(tag.name, x + 10, y);
+    write(context, theme, tag.name, x + 11, y);
   }
 }
 

@@ -3,6 +3,7 @@
 import {store, keyOf} from './store.js';
 import {hueOf, css} from './palettes.js';
 import {number} from './format.js';
+import {write} from './places.js';
 
 const TRAIL_POINTS = 200;
 const TRAIL_STEP_M = 0.02;   // less is no movement worth a point
@@ -157,7 +158,7 @@ export function drawRobots(context, view, theme, now) {
     drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected);
     if (labels || selected) {
       context.fillStyle = selected ? theme.accent : theme['ink-2'];
-      context.fillText(String(client.id), x + size + 4, y - size - 3);
+      write(context, theme, String(client.id), x + size + 4, y - size - 3);
     }
   }
   context.globalAlpha = 1;
@@ -212,7 +213,7 @@ function drawAntennas(context, view, theme, client, pose, x, y, hue, law, select
     if (selected && sensed) {
       context.fillStyle = theme.ink;
       context.textAlign = ax < x ? 'right' : 'left';
-      context.fillText(number(sensed[side]), ax + (ax < x ? -9 : 9), ay);
+      write(context, theme, number(sensed[side]), ax + (ax < x ? -9 : 9), ay);
       context.textAlign = 'left';
     }
   }

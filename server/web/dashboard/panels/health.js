@@ -32,16 +32,16 @@ export class HealthPanel {
     setText(this.links.count, links.length ? `${links.filter((it) => it.up).length} of ${links.length} up` : '');
     this.links.body.replaceChildren(...links.map((link) => {
       const errors = errorsOf(link);
-      const what = [link.last_error && !link.up ? link.last_error : null, errors ? `${count(errors)} errors` : null].filter((it) => it);
       const used = link.utilisation === null ? `${bytes(link.bytes_per_s)}/s` : percent(link.utilisation);
       const bar = h('i');
       bar.style.transform = `scaleX(${Math.min(1, link.utilisation ?? 0).toFixed(3)})`;
-      return h('div', {class: 'row', title: `${link.kind} ${link.address}: ${link.state}`},
-               h('i', {class: `dot ${!link.up ? 'bad' : link.silent ? 'warn' : 'good'}`}),
-               h('span', {}, link.name, ' ', h('span', {class: link.up ? 'dim' : 'bad'}, [link.state === 'up' ? link.kind : link.state, ...what].join(', '))),
-               h('span', {class: 'pair', title: 'Share of the channel in use'}, h('span', {class: `meter${link.utilisation > 0.8 ? ' warn' : ''}`}, bar), h('span')),
-               h('span', {class: 'end'}, used));
-    }));
+      const row = h('div', {class: 'row link', title: `${link.kind} ${link.address}: ${link.state}, ${count(errors)} errors`},
+                    h('i', {class: `dot ${!link.up ? 'bad' : link.silent ? 'warn' : 'good'}`}),
+                    h('span', {}, link.name, ' ', h('span', {class: 'dim'}, link.up ? link.kind : link.state)),
+                    h('span', {class: `meter${link.utilisation > 0.8 ? ' warn' : ''}`, title: 'Share of the channel in use'}, bar),
+                    h('span', {class: 'end'}, used));
+      return link.up || !link.last_error ? row : [row, h('p', {class: 'trouble'}, link.last_error)];
+    }).flat());
   }
 
   showServer() {

@@ -47,7 +47,7 @@ export class PlacesPanel {
     setText(this.tags.count, String(store.tags.length || ''));
     this.list.replaceChildren(...store.tags.slice(0, 60).map((tag) => {
       const sign = signOf(tag.name);
-      return h('button', {type: 'button', class: `row${store.selected?.key === tagKey(tag) ? ' selected' : ''}`, 'data-tag': tag.name, onclick: () =>
+      return h('button', {type: 'button', class: `row two${store.selected?.key === tagKey(tag) ? ' selected' : ''}`, 'data-tag': tag.name, onclick: () =>
         store.select(store.selected?.key === tagKey(tag) ? null : {kind: 'tag', key: tagKey(tag)})},
         sign ? h('i', {class: `sign ${sign.green ? 'go' : 'stop'}`}, sign.green ? '▲' : '–') : h('i', {class: `dot${tag.used ? ' good' : ''}`}),
         h('span', {}, tag.name), h('span', {class: 'end'}, `${tag.used} of ${tag.slots}`));
