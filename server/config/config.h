@@ -100,6 +100,11 @@ struct WebSettings {
   std::string token;           ///< what changes must carry; empty: none are taken
   /// Names that the server may be asked by, in lower case, beside localhost and all addresses.
   std::vector<std::string> hosts;
+  /// Web pages of other servers that may show the stream: "https://app.foxglove.dev".
+  std::vector<std::string> origins = {};
+  uint32_t max_viewers = 32;
+  std::string ros_distro = "humble";  ///< told to viewers; empty: none
+  std::string click_pheromone = {};   ///< deposited where viewers click; empty: the first one
   std::string root = {};  ///< a folder with the dashboard, from the command line; empty: built in
   bool operator==(const WebSettings&) const = default;
 };

@@ -20,6 +20,7 @@ constexpr size_t kMaxPath = 107;  // of a Unix socket
 constexpr size_t kLeastToken = 16;
 constexpr size_t kMaxToken = 256;
 constexpr size_t kMaxHosts = 64;
+constexpr int64_t kMaxViewers = 1000;
 constexpr size_t kMaxName = 253;  // of a host, by RFC 1035
 
 // The token in a file, without surrounding line ends and blanks.
@@ -99,6 +100,30 @@ void ReadHosts(const TableReader& table, WebSettings* web) {
   }
 }
 
+// As browsers send them: scheme and host, and a port unless it is the usual one.
+void ReadOrigins(const TableReader& table, WebSettings* web) {
+  const Value* list = table.Find("origins");
+  if (list == nullptr) {
+    return;
+  }
+  constexpr std::string_view kExpected =
+      "origins of web pages, such as [\"https://app.foxglove.dev\"]";
+  if (list->kind != Value::Kind::kArray || list->items.size() > kMaxHosts) {
+    table.Expected("origins", *list, kExpected);
+    return;
+  }
+  for (const Value& item : list->items) {
+    const std::string origin = item.kind == Value::Kind::kString ? item.text : "";
+    const size_t host = origin.starts_with("https://") ? 8 : origin.starts_with("http://") ? 7 : 0;
+    if (host == 0 || host == origin.size() || origin.size() > kMaxName ||
+        origin.find_first_of("/ *", host) != std::string::npos) {
+      table.Expected("origins", item, kExpected);
+      continue;
+    }
+    web->origins.push_back(origin);
+  }
+}
+
 }  // namespace
 
 void ReadControl(const Value& root, Notes* notes, ControlSettings* control) {
@@ -115,7 +140,8 @@ void ReadControl(const Value& root, Notes* notes, ControlSettings* control) {
 
 void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
   const TableReader table(TableOf(root, "web", notes), "web", &notes->problems);
-  table.AllowOnly({"listen", "token_file", "hosts"});
+  table.AllowOnly(
+      {"listen", "token_file", "hosts", "origins", "max_viewers", "ros_distro", "click_pheromone"});
   if (table.Find("listen") != nullptr) {
     const auto endpoint = ReadEndpoint(table, "listen");
     web->listen_address = endpoint ? endpoint->address : "";
@@ -123,6 +149,11 @@ void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
   }
   ReadToken(table, notes, web);
   ReadHosts(table, web);
+  ReadOrigins(table, web);
+  web->max_viewers = static_cast<uint32_t>(
+      table.Integer("max_viewers", 0, kMaxViewers, web->max_viewers).value_or(web->max_viewers));
+  web->ros_distro = table.String("ros_distro", web->ros_distro).value_or("");
+  web->click_pheromone = table.String("click_pheromone", web->click_pheromone).value_or("");
 }
 
 }  // namespace pheromone::config

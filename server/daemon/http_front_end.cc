@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -12,9 +13,12 @@
 #include <boost/asio/post.hpp>
 
 #include "server/config/folders.h"
+#include "server/daemon/scheduling.h"
 #include "server/daemon/work_queue.h"
 #include "server/web/api.h"
+#include "server/web/metrics.h"
 #include "server/web/server.h"
+#include "server/web/stream/stream.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -30,7 +34,11 @@ class HttpFrontEnd::Impl {
        config::WebSettings web_settings)
       : long_work_({.name = "a request", .max_waiting = kMaxWaiting}),
         pictures_({.name = "a picture", .max_waiting = kMaxWaiting, .yields = true}),
-        api_(control, {web_settings.token, web_settings.hosts, web_settings.root},
+        api_(control,
+             {.token = web_settings.token,
+              .hosts = web_settings.hosts,
+              .origins = web_settings.origins,
+              .more_metrics = [this] { return web::StreamMetrics(stream_.counters()); }},
              {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
               .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },
               .requests =
@@ -38,6 +46,14 @@ class HttpFrontEnd::Impl {
                     boost::asio::post(io_, std::move(work));
                     return true;
                   }}),
+        stream_(control, &api_,
+                {.max_viewers = web_settings.max_viewers,
+                 .ros_distro = web_settings.ros_distro,
+                 .click_pheromone = web_settings.click_pheromone},
+                [this](web::Work work) {
+                  boost::asio::post(io_, std::move(work));
+                  return true;
+                }),
         socket_path_(config::ControlSocket(control_settings, std::getenv("RUNTIME_DIRECTORY"))),
         server_(io_,
                 {.socket_path = socket_path_,
@@ -48,7 +64,9 @@ class HttpFrontEnd::Impl {
                 [this](web::Request request, web::Respond respond) {
                   api_.Handle(std::move(request), std::move(respond));
                 }),
-        web_(std::move(web_settings)) {}
+        web_(std::move(web_settings)) {
+    server_.OnUpgrade("/", stream_.Handler());
+  }
 
   void Open() {
     if (!socket_path_.empty()) {
@@ -71,11 +89,19 @@ class HttpFrontEnd::Impl {
         spdlog::warn("web: not listening: {}", listening.error());
       }
     }
-    thread_ = std::thread([this] { Run(); });
+    stream_thread_ = std::thread([this] {
+      YieldToOthers();
+      Run("stream", [this] { stream_.Run(); });
+    });
+    thread_ = std::thread([this] { Run("web", [this] { io_.run(); }); });
   }
 
   void Close() {
     server_.Stop();
+    stream_.Stop();
+    if (stream_thread_.joinable()) {
+      stream_thread_.join();
+    }
     long_work_.Close();
     pictures_.Close();
     if (thread_.joinable()) {
@@ -84,13 +110,13 @@ class HttpFrontEnd::Impl {
   }
 
  private:
-  void Run() {
+  static void Run(const char* name, const std::function<void()>& run) {
     for (;;) {
       try {
-        io_.run();
+        run();
         return;
       } catch (const std::exception& failure) {  // only this request fails
-        spdlog::error("web: {}", failure.what());
+        spdlog::error("{}: {}", name, failure.what());
       }
     }
   }
@@ -99,10 +125,12 @@ class HttpFrontEnd::Impl {
   WorkQueue long_work_;
   WorkQueue pictures_;
   web::Api api_;
+  web::Stream stream_;
   const std::string socket_path_;
   web::Server server_;
   const config::WebSettings web_;
   std::thread thread_;
+  std::thread stream_thread_;
 };
 
 HttpFrontEnd::HttpFrontEnd(control::Control* control, config::ControlSettings control_settings,

@@ -97,6 +97,7 @@ struct Route {
 };
 
 constexpr std::string_view kHealth = "/healthz";
+constexpr std::string_view kMetrics = "/metrics";
 constexpr std::string_view kStatus = "/api/v1/status";
 constexpr std::string_view kField = "/api/v1/field";
 constexpr std::string_view kCommand = "/api/v1/command";
@@ -105,7 +106,7 @@ constexpr std::string_view kHalt = "/api/v1/halt";
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
 constexpr std::array<Route, 21> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
-    {"/metrics", Where::kLongWork, ReadMetrics},
+    {kMetrics, Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},
     {"/api/v1/links", Where::kAtOnce, ReadLinks},
     {"/api/v1/clients", Where::kLongWork, ReadClients},
@@ -234,7 +235,22 @@ std::optional<Response> Api::CheckStream(const Request& request) const {
   if (auto refused = CheckHost(request)) {
     return refused;
   }
-  return request.local ? std::nullopt : CheckOrigin(request);
+  const bool is_listed = std::find(options_.origins.begin(), options_.origins.end(),
+                                   request.origin) != options_.origins.end();
+  return request.local || is_listed ? std::nullopt : CheckOrigin(request);
+}
+
+std::string Api::WhyReadOnly(const Request& request) const {
+  Request without_origin = request;
+  without_origin.origin.clear();
+  if (!CheckAccess(without_origin, options_.token)) {
+    return {};
+  }
+  return options_.token.empty()
+             ? "this server does not accept changes over the network: see web.token_file"
+         : request.authorization.empty()
+             ? "changes need the server's token: ws://HOST:PORT/?token=TOKEN"
+             : "found an invalid token: this connection is read-only";
 }
 
 void Api::ShowDashboard(const std::string& file, Request request, const Respond& respond) {
@@ -295,7 +311,11 @@ void Api::Handle(Request request, Respond respond) {
     } else if (route->where == Where::kPictures) {
       pictures_.Show(request.target, std::move(object), respond);
     } else {
-      respond(route->read(*control_, &fields));
+      Response response = route->read(*control_, &fields);
+      if (route->path == kMetrics && options_.more_metrics) {
+        response.body += options_.more_metrics();
+      }
+      respond(std::move(response));
     }
   };
   if (is_short || route->where == Where::kPictures) {

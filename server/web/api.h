@@ -24,6 +24,7 @@
 // gives an error response.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -40,7 +41,12 @@ namespace pheromone::web {
 struct ApiOptions {
   std::string token;                    ///< required for changes over TCP; empty: none permitted
   std::vector<std::string> hosts = {};  ///< further names of the server, in lower case
-  std::string web_root = {};            ///< a folder with the dashboard; empty: the embedded one
+  /// Web pages of other servers that may open streams: "https://app.foxglove.dev".
+  std::vector<std::string> origins = {};
+  /// A folder with the dashboard; empty: the embedded one.
+  std::string web_root = {};
+  /// Further text for /metrics; empty: none.
+  std::function<std::string()> more_metrics = {};
 };
 
 /// Whether a request must be answered at once, however busy the server is: /healthz, halt and
@@ -56,8 +62,12 @@ class Api {
   void Handle(Request request, Respond respond);
 
   /// Why a stream that only tells may not be opened, or nothing: as for a GET, and no page of
-  /// another server may, since browsers let those open WebSockets and read them.
+  /// another server may unless it is listed, since browsers let those open WebSockets and read
+  /// them.
   std::optional<Response> CheckStream(const Request& request) const;
+
+  /// Why a connection may not make changes; empty: it may. Its Origin was checked before.
+  std::string WhyReadOnly(const Request& request) const;
 
  private:
   std::optional<Response> CheckHost(const Request& request) const;

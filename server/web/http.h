@@ -22,6 +22,7 @@ struct Request {
   std::string authorization = {};  ///< the headers of these names; empty: none
   std::string origin = {};
   std::string host = {};
+  std::string subprotocols = {};  ///< Sec-WebSocket-Protocol
   std::string accept_encoding = {};
   std::string if_none_match = {};
   std::string body = {};

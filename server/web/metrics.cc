@@ -300,4 +300,21 @@ std::string Metrics(const control::Control& control) {
   return text.Take();
 }
 
+std::string StreamMetrics(const StreamCounters& counters) {
+  Text text;
+  text.Gauge("viewers", "Viewers connected to the stream.", counters.viewers.load());
+  text.Counter("viewers_accepted_total", "Viewers that have connected.", counters.accepted.load());
+  text.Counter("viewers_refused_total", "Viewers refused: too many, or not permitted.",
+               counters.refused.load());
+  text.Counter("viewers_stalled_total", "Viewers disconnected since they did not read.",
+               counters.stalled.load());
+  text.Counter("viewer_sent_frames_total", "Frames of channels sent to viewers.",
+               counters.sent_frames.load());
+  text.Counter("viewer_sent_bytes_total", "Bytes sent to viewers.", counters.sent_bytes.load());
+  text.Counter("viewer_dropped_frames_total",
+               "Frames replaced by newer ones before a viewer could take them.",
+               counters.dropped_frames.load());
+  return text.Take();
+}
+
 }  // namespace pheromone::web

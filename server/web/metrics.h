@@ -11,11 +11,15 @@
 #include <string>
 
 #include "server/control/control.h"
+#include "server/web/stream/stream_counters.h"
 
 namespace pheromone::web {
 
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 
 std::string Metrics(const control::Control& control);
+
+/// Those of the stream for viewers.
+std::string StreamMetrics(const StreamCounters& counters);
 
 }  // namespace pheromone::web

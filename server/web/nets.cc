@@ -137,6 +137,14 @@ json::object WholeToJson(const NetView& view) {
 
 }  // namespace
 
+json::value NetsToJson(const std::vector<NetView>& nets) {
+  json::array all;
+  for (const NetView& net : nets) {
+    all.push_back(WholeToJson(net));
+  }
+  return json::object{{"nets", std::move(all)}};
+}
+
 Response ReadNets(const control::Control& control, Parameters* fields) {
   const bool has_name = fields->Has("net");
   const auto name = has_name ? fields->String("net") : std::nullopt;

@@ -1,6 +1,10 @@
 // The Petri nets that the server executes, over HTTP.
 #pragma once
 
+#include <vector>
+
+#include <boost/json/value.hpp>
+
 #include "server/control/control.h"
 #include "server/web/http.h"
 #include "server/web/request_parameters.h"
@@ -9,6 +13,9 @@ namespace pheromone::web {
 
 /// All of them; with net (a name) that one, with its tags, marking and last exceptions.
 Response ReadNets(const control::Control& control, Parameters* fields);
+
+/// All of them, each with everything that is known about it.
+boost::json::value NetsToJson(const std::vector<control::NetView>& nets);
 
 /// action: "reset" with net.
 void ChangeNets(control::Control* control, Parameters* fields, Respond respond);

@@ -63,6 +63,7 @@ Request ToRequest(const Message& message, bool local) {
           .authorization = HeaderOf(message, http::field::authorization),
           .origin = HeaderOf(message, http::field::origin),
           .host = HeaderOf(message, http::field::host),
+          .subprotocols = HeaderOf(message, http::field::sec_websocket_protocol),
           .accept_encoding = HeaderOf(message, http::field::accept_encoding),
           .if_none_match = HeaderOf(message, http::field::if_none_match),
           .body = message.body()};

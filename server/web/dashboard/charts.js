@@ -130,7 +130,7 @@ export class Charts {
 
 /** Milliseconds of the engine's statistics. */
 function latencyOf(engine) {
-  const found = engine?.latency_ms;
+  const found = engine?.latency_us;
   if (!found) return null;
-  return Object.fromEntries(['p50', 'p99'].filter((it) => it in found).map((it) => [it, found[it]]));
+  return Object.fromEntries(['p50', 'p99'].map((it) => [it, typeof found[it] === 'number' ? found[it] / 1000 : null]));
 }

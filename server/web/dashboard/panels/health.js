@@ -48,19 +48,18 @@ export class HealthPanel {
     const {status, engine} = store;
     if (!status) return;
     const lag = status.sequence - status.durable_sequence;
-    const health = status.healthy === false ? [status.health ?? status.health_error ?? 'not healthy', 'bad'] : ['healthy', 'good'];
-    setText(this.server.count, status.healthy === false ? 'trouble' : '');
+    const healthy = status.health?.healthy !== false;
+    setText(this.server.count, healthy ? '' : 'trouble');
     this.facts.replaceChildren(pairs([
-      ['State', health[0], health[1]],
+      ['State', healthy ? 'healthy' : 'trouble', healthy ? 'good' : 'bad'],
       ['Log', `${count(status.sequence)} events`],
       ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
-      engine?.disk_free_bytes !== undefined && ['Disk free', bytes(engine.disk_free_bytes)],
       ['Field', `${bytes(status.field.used_bytes)} of ${bytes(status.field.limit_bytes)}`],
       ['Memory', bytes(status.process.resident_bytes)],
       ['Up for', duration(status.uptime_s)],
       ['Version', status.version],
-      engine?.viewers !== undefined && ['Viewers', String(engine.viewers)],
-    ]), ...(status.warning ? [h('p', {class: 'warning'}, status.warning)] : []));
+      engine?.viewers && ['Viewers', String(engine.viewers.connected)],
+    ]), ...(status.warning ?? status.health?.problem ? [h('p', {class: 'warning'}, status.warning ?? status.health.problem)] : []));
     this.snapshot.disabled = !api.token;
   }
 

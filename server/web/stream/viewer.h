@@ -1,0 +1,122 @@
+// One viewer's connection: a WebSocket, and what waits to be sent to it. Internal to this folder.
+//
+// A viewer never has more than one write under way. Of each channel it keeps the latest frame only,
+// shared with all other viewers; of events the last kMaxEvents; and answers to what it sent, for
+// which it is not read while many of them wait. So a viewer that does not read costs a frame per
+// channel and its socket's buffer, and is disconnected after kWritePatience.
+//
+// Everything runs on the stream's thread.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket/stream.hpp>
+
+#include "server/web/stream/conversation.h"
+#include "server/web/stream/hub.h"
+#include "server/web/stream/stream_counters.h"
+#include "server/web/upgrade.h"
+
+namespace pheromone::web {
+
+class Viewer : public std::enable_shared_from_this<Viewer> {
+ public:
+  using Socket = boost::asio::generic::stream_protocol::socket;
+  static constexpr size_t kMaxEvents = 256;
+  static constexpr size_t kMaxAnswers = 64;
+  static constexpr size_t kMaxAnswerBytes = size_t{1} << 20;
+  static constexpr size_t kMaxChanges = 16;  // under way
+  static constexpr int kMessagesPerTick = 20;
+  static constexpr int kMaxMessages = 100;  // that may be saved up
+  static constexpr std::chrono::seconds kWritePatience{30};
+
+  struct Parts {
+    Hub* hub = nullptr;
+    StreamCounters* counters = nullptr;
+    std::function<void(StreamChange, Respond)> change;  ///< `respond` on the stream's thread
+    std::function<void(const std::shared_ptr<Viewer>&)> leave;
+  };
+
+  Viewer(Socket socket, Place place, Parts parts, std::string refusal, std::string warning);
+
+  /// Performs the handshake, and then reads.
+  void Start(const boost::beast::http::request<boost::beast::http::string_body>& request,
+             std::string subprotocol);
+  void Close();
+  /// Closes it on its thread when the server stops.
+  void CloseWithServer();
+
+  /// Once the handshake is done and there is a catalogue.
+  void Greet(const std::shared_ptr<const Catalogue>& catalogue);
+  bool awaits_greeting() const { return is_open_ && conversation_ == nullptr; }
+  void ChangeCatalogue(const std::shared_ptr<const Catalogue>& catalogue);
+
+  /// A frame of a channel, or null of tiles, if it has subscribed to that.
+  void Offer(const Update& update, uint64_t now_ms);
+  /// About ten times a second.
+  void Tick(uint64_t now_ms, uint64_t unix_ns);
+
+ private:
+  struct Slot {
+    uint32_t channel = 0;
+    Keeping keeping = Keeping::kLatest;
+    bool is_picture = false;
+    FramePtr latest;
+    std::deque<FramePtr> all;
+    bool has_tiles = false;  // that it did not get
+    uint64_t since = 0;      // the version of the tiles that it has
+    uint64_t next_ms = 0;    // for its own rate of pictures
+  };
+
+  void Read();
+  void HandleMessage();
+  void Apply(Heard heard);
+  void Send(StreamMessage message);
+  void Pump();
+  bool PumpSlot(uint32_t subscription, Slot* slot);
+  template <typename Buffers>
+  void Write(const Buffers& buffers, bool is_binary);
+  void WriteFrame(uint32_t subscription, FramePtr frame);
+  void MakeHeader(uint8_t op, std::optional<uint32_t> subscription, uint64_t time_ns);
+  bool MayRead() const;
+
+  boost::beast::websocket::stream<Socket, false> socket_;
+  Place place_;
+  const Parts parts_;
+  const std::string refusal_;
+  const std::string warning_;
+  std::unique_ptr<Conversation> conversation_;
+  std::string subprotocol_;
+  bool is_open_ = false;
+  bool is_closed_ = false;
+  bool is_reading_ = false;
+  bool is_writing_ = false;
+  uint64_t write_began_ms_ = 0;
+  uint64_t now_ms_ = 0;
+  uint64_t unix_ns_ = 0;
+  uint64_t time_ns_ = 0;  // to be sent; 0: nothing
+  int messages_left_ = kMaxMessages;
+  size_t changes_ = 0;
+  boost::beast::flat_buffer heard_{kMaxInboundBytes};
+  std::deque<StreamMessage> answers_;
+  size_t answer_bytes_ = 0;
+  std::map<uint32_t, Slot> slots_;  // by subscription
+  uint32_t turn_ = 0;               // the subscription from which the next frame is taken
+  std::array<char, 13> header_{};
+  size_t header_size_ = 0;
+  FramePtr writing_frame_;
+  StreamMessage writing_answer_;
+};
+
+}  // namespace pheromone::web
