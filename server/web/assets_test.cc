@@ -27,6 +27,14 @@ std::string HeaderOf(const Response& response, const std::string& name) {
   return "";
 }
 
+// A GET with these headers.
+Request With(const std::string& accept_encoding, const std::string& if_none_match = "") {
+  Request request{.method = "GET", .target = "/"};
+  request.accept_encoding = accept_encoding;
+  request.if_none_match = if_none_match;
+  return request;
+}
+
 std::string ReadSource(const std::string& file) {
   std::ifstream in(fs::path(PHEROMONE_SOURCE_DIR) / "server/web/dashboard" / file,
                    std::ios::binary);
@@ -53,8 +61,8 @@ TEST(AssetsTest, EveryFileOfTheSourceTreeIsThereCompressedAndNot) {
     const std::string name(file.name);
     const std::string source = ReadSource(name);
     ASSERT_FALSE(source.empty()) << name;
-    EXPECT_EQ(assets.Get(name, {}).body, source) << name;
-    const Response zipped = assets.Get(name, {.accept_encoding = "gzip, deflate, br"});
+    EXPECT_EQ(assets.Get(name, With("")).body, source) << name;
+    const Response zipped = assets.Get(name, With("gzip, deflate, br"));
     EXPECT_EQ(HeaderOf(zipped, "Content-Encoding"), "gzip");
     EXPECT_EQ(Unzipped(zipped.body), source) << name;
   }
@@ -68,7 +76,7 @@ TEST(AssetsTest, ThePageNamesOnlyFilesThatAreThereAndRunsNothingInline) {
       const size_t begin = at + std::string(attribute).size();
       const std::string path = page.substr(begin, page.find('"', begin) - begin);
       ASSERT_TRUE(Assets::FileOf(path)) << path;
-      EXPECT_EQ(assets.Get(*Assets::FileOf(path), {}).status, 200) << path;
+      EXPECT_EQ(assets.Get(*Assets::FileOf(path), With("")).status, 200) << path;
     }
   }
   for (const char* inlined : {" style=", "<style", " onclick=", "<script>"}) {
@@ -77,7 +85,7 @@ TEST(AssetsTest, ThePageNamesOnlyFilesThatAreThereAndRunsNothingInline) {
 }
 
 TEST(AssetsTest, HeadersLetThePageReachNothingButTheServer) {
-  const Response page = Assets().Get("index.html", {});
+  const Response page = Assets().Get("index.html", With(""));
   EXPECT_EQ(page.content_type, "text/html; charset=utf-8");
   EXPECT_EQ(HeaderOf(page, "Content-Security-Policy"),
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
@@ -85,24 +93,22 @@ TEST(AssetsTest, HeadersLetThePageReachNothingButTheServer) {
   EXPECT_EQ(HeaderOf(page, "X-Frame-Options"), "DENY");
   EXPECT_EQ(HeaderOf(page, "Referrer-Policy"), "no-referrer");
   EXPECT_EQ(HeaderOf(page, "Vary"), "Accept-Encoding");
-  EXPECT_EQ(Assets().Get("main.js", {}).content_type, "text/javascript; charset=utf-8");
-  EXPECT_EQ(Assets().Get("theme.css", {}).content_type, "text/css; charset=utf-8");
+  EXPECT_EQ(Assets().Get("main.js", With("")).content_type, "text/javascript; charset=utf-8");
+  EXPECT_EQ(Assets().Get("theme.css", With("")).content_type, "text/css; charset=utf-8");
 }
 
 TEST(AssetsTest, AFileThatTheBrowserHasIsNotSentAgain) {
   const Assets assets;
-  const std::string etag = HeaderOf(assets.Get("main.js", {.accept_encoding = "gzip"}), "ETag");
+  const std::string etag = HeaderOf(assets.Get("main.js", With("gzip")), "ETag");
   ASSERT_GT(etag.size(), 10u);
   for (const std::string& list : {etag, "W/" + etag, "\"a\", " + etag, std::string("*")}) {
-    const Response again =
-        assets.Get("main.js", {.accept_encoding = "gzip", .if_none_match = list});
+    const Response again = assets.Get("main.js", With("gzip", list));
     EXPECT_EQ(again.status, 304) << list;
     EXPECT_EQ(again.body, "");
     EXPECT_EQ(HeaderOf(again, "ETag"), etag);
   }
-  EXPECT_EQ(assets.Get("main.js", {.accept_encoding = "gzip", .if_none_match = "\"a\""}).status,
-            200);
-  EXPECT_EQ(assets.Get("main.js", {.if_none_match = etag}).status, 200) << "of the other encoding";
+  EXPECT_EQ(assets.Get("main.js", With("gzip", "\"a\"")).status, 200);
+  EXPECT_EQ(assets.Get("main.js", With("", etag)).status, 200) << "of the other encoding";
 }
 
 TEST(AssetsTest, GzipIsTakenOnlyByThoseWhoSaySo) {
@@ -142,8 +148,8 @@ class WebRootTest : public ::testing::Test {
     fs::create_directories(root_ / "panels");
     Write(root_ / "index.html", "<p>edited");
     Write(root_ / "panels/a.js", "1");
-    Write(root_ / ".hidden", "secret");
-    Write(above_ / "secret", "secret");
+    Write(root_ / ".hidden", "confidential");
+    Write(above_ / "secret", "confidential");
     fs::create_symlink(above_ / "secret", root_ / "link.js");
     fs::create_directory_symlink(above_, root_ / "up");
   }
@@ -161,11 +167,11 @@ class WebRootTest : public ::testing::Test {
 TEST_F(WebRootTest, FilesAreReadAnewEachTime) {
   const Assets assets(root_.string());
   EXPECT_TRUE(assets.reads_disk());
-  EXPECT_EQ(assets.Get("index.html", {.accept_encoding = "gzip"}).body, "<p>edited");
-  EXPECT_EQ(assets.Get("panels/a.js", {}).body, "1");
-  const std::string before = HeaderOf(assets.Get("panels/a.js", {}), "ETag");
+  EXPECT_EQ(assets.Get("index.html", With("gzip")).body, "<p>edited");
+  EXPECT_EQ(assets.Get("panels/a.js", With("")).body, "1");
+  const std::string before = HeaderOf(assets.Get("panels/a.js", With("")), "ETag");
   Write(root_ / "panels/a.js", "2");
-  EXPECT_EQ(assets.Get("panels/a.js", {.if_none_match = before}).body, "2");
+  EXPECT_EQ(assets.Get("panels/a.js", With("", before)).body, "2");
 }
 
 TEST_F(WebRootTest, NothingOutsideTheFolderIsReached) {
@@ -173,12 +179,12 @@ TEST_F(WebRootTest, NothingOutsideTheFolderIsReached) {
   for (const char* path :
        {"../secret", "panels/../../secret", "link.js", "up/secret", ".hidden", "/etc/passwd",
         "panels", "panels/", "", ".", "..", "panels//a.js", "a\\b", "none.js", "a/b/c/d/e"}) {
-    const Response response = assets.Get(path, {});
+    const Response response = assets.Get(path, With(""));
     EXPECT_EQ(response.status, 404) << path;
-    EXPECT_EQ(response.body.find("secret\""), std::string::npos) << path;
+    EXPECT_EQ(response.body.find("confidential"), std::string::npos) << path;
   }
-  EXPECT_EQ(assets.Get(std::string("index.html\0", 11), {}).status, 404);
-  EXPECT_EQ(Assets((above_ / "none").string()).Get("index.html", {}).status, 404);
+  EXPECT_EQ(assets.Get(std::string("index.html\0", 11), With("")).status, 404);
+  EXPECT_EQ(Assets((above_ / "none").string()).Get("index.html", With("")).status, 404);
 }
 
 }  // namespace

@@ -2,19 +2,16 @@
 import {store} from './store.js';
 import {h} from './dom.js';
 import {hueOf, css} from './palettes.js';
-import {percent, number} from './format.js';
+import {bytes, percent, number} from './format.js';
 
 const POINTS = 600;   // one a second
 const MOST_LINES = 6; // more could not be told apart
 
-/** Damaged or missed frames of a link, whatever its kind counts. */
-export function errorsOf(link) {
-  let sum = 0;
-  for (const [name, count] of Object.entries(link.counters ?? {})) {
-    if (/crc|error|bad|damaged|discard|invalid|overrun|gap|truncat|oversize|collision|dropped|stray|noise/i.test(name)) sum += count;
-  }
-  return sum;
-}
+const ERRORS = ['crc_errors', 'bad_escapes', 'oversize_frames', 'runt_frames', 'gap_timeouts', 'framing_errors', 'overruns',
+                'parity_errors', 'breaks', 'late_answers', 'dropped_answers', 'oversize_datagrams', 'dropped_datagrams'];
+
+/** Damaged and lost frames of a link. */
+export const errorsOf = (link) => ERRORS.reduce((sum, name) => sum + (link.counters?.[name] ?? 0), 0);
 
 class Chart {
   constructor(dock, title, format) {
@@ -28,6 +25,14 @@ class Chart {
     this.times = [];
     this.values = new Map();
     new ResizeObserver(() => this.resize()).observe(this.holder);
+  }
+
+  /** Another quantity: what was shown goes. */
+  become(title, format) {
+    if (this.title === title) return;
+    Object.assign(this, {title, format, times: [], values: new Map()});
+    this.plot?.destroy();
+    this.plot = null;
   }
 
   /** One value for each name, in this second; null: none. */
@@ -98,25 +103,29 @@ export class Charts {
   constructor(dock) {
     this.latency = new Chart(dock, 'Answer time', (ms) => (ms === null ? '–' : ms >= 1 ? `${number(ms)} ms` : `${number(ms * 1000)} µs`));
     this.errors = new Chart(dock, 'Errors a second', (n) => (n === null ? '–' : number(n)));
-    this.utilisation = new Chart(dock, 'Channel in use', (share) => (share === null ? '–' : percent(share)));
+    this.traffic = new Chart(dock, 'Channel in use', percent);
     this.lastErrors = new Map();
   }
 
   /** Once a second, while the stream is live. */
   tick(nowMs) {
     const timeS = nowMs / 1000;
-    const utilisation = {};
+    const links = [...store.links.values()];
+    // Only of a channel with a rate is a share known.
+    const shares = links.some((it) => it.utilisation !== null);
+    if (links.length > 0) this.traffic.become(...(shares ? ['Channel in use', percent] : ['Bytes a second', (n) => (n === null ? '–' : bytes(n))]));
+    const traffic = {};
     const errors = {};
-    for (const link of store.links.values()) {
-      utilisation[link.name] = link.utilisation ?? 0;
+    for (const link of links) {
+      traffic[link.name] = shares ? link.utilisation : link.bytes_per_s;
       const sum = errorsOf(link);
       const last = this.lastErrors.get(link.name);
       const elapsed = last ? timeS - last.timeS : 0;
       errors[link.name] = elapsed > 0.2 && sum >= last.sum ? (sum - last.sum) / elapsed : null;
       this.lastErrors.set(link.name, {timeS, sum});
     }
-    if (store.links.size > 0) {
-      this.utilisation.add(timeS, utilisation);
+    if (links.length > 0) {
+      this.traffic.add(timeS, traffic);
       this.errors.add(timeS, errors);
     }
     const latency = latencyOf(store.engine);
@@ -124,7 +133,7 @@ export class Charts {
   }
 
   themeChanged() {
-    for (const chart of [this.latency, this.errors, this.utilisation]) if (chart.plot) { chart.make(); chart.draw(); }
+    for (const chart of [this.latency, this.errors, this.traffic]) if (chart.plot) { chart.make(); chart.draw(); }
   }
 }
 

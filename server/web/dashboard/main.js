@@ -71,6 +71,7 @@ stream.watch((topic) => topic.startsWith(DELTA), (payload, topic) => {
 });
 stream.watch('/clients', (payload) => {
   takeClients(asJson(payload), performance.now());
+  if (!store.chosen) chooseActive();
   memory.record();
   panelsDue.add('robots');
   if (!store.past) map.invalidate('trails', 'top');
@@ -105,6 +106,15 @@ stream.onSession = (isNew) => {
 stream.onChannel = (topic) => {
   if (topic.startsWith(DELTA)) layerOf(topic.slice(DELTA.length));
 };
+
+// Until a pheromone is chosen, the one that robots sense most of.
+function chooseActive() {
+  const [best] = [...store.peaks].filter(([name, peak]) => peak > 0 && store.layers.has(name)).sort((a, b) => b[1] - a[1]);
+  if (!best) return;
+  store.chosen = true;
+  store.active = best[0];
+  store.emit('active');
+}
 
 function layerOf(name) {
   let layer = store.layers.get(name);

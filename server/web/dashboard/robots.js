@@ -38,6 +38,19 @@ export class Trail {
 
 export const isFresh = (client) => client.known !== false && client.silent_s !== null && client.silent_s < FRESH_S;
 
+/** What share of the most that any antenna has sensed of the active pheromone this is. */
+export function shareOf(sensed) {
+  const most = Math.max(store.peaks.get(store.active) ?? 0, 1e-9);
+  return sensed ? Math.min(1, Math.abs(sensed) / most) : 0;
+}
+
+// What antennas sense has no upper limit that a law names: it is a sum over the nodes in reach.
+function notePeaks(client) {
+  for (const [name, {left, right}] of Object.entries(client.antennas?.pheromones ?? {})) {
+    store.peaks.set(name, Math.max(store.peaks.get(name) ?? 0, Math.abs(left), Math.abs(right)));
+  }
+}
+
 /** Takes a message of /clients. */
 export function takeClients(message, now) {
   store.fieldTimeMs = message.field_time_ms ?? store.fieldTimeMs;
@@ -47,6 +60,7 @@ export function takeClients(message, now) {
     seen.add(key);
     const before = store.robots.get(key);
     client.key = key;
+    notePeaks(client);
     if (client.pose) {
       const last = before?.pose ? glide(before, now) : client.pose;
       const jumps = Math.hypot(last.x_m - client.pose.x_m, last.y_m - client.pose.y_m) > 1;
@@ -134,8 +148,7 @@ export function drawRobots(context, view, theme, now) {
   const robots = store.shownRobots;
   const size = Math.max(5, Math.min(13, view.scale * 0.16, robots.size > 60 ? 8 : 13));
   const labels = robots.size <= 60 || view.scale > 90;
-  const law = store.laws.get(store.active);
-  const hue = law ? hueOf(store.layers.get(store.active)?.index ?? 0, theme.dark ? 'dark' : 'light') : null;
+  const hue = store.laws.has(store.active) ? hueOf(store.layers.get(store.active)?.index ?? 0, theme.dark ? 'dark' : 'light') : null;
   context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
   context.textAlign = 'left';
   context.textBaseline = 'middle';
@@ -154,7 +167,7 @@ export function drawRobots(context, view, theme, now) {
       context.arc(x, y, size + 7, 0, 2 * Math.PI);
       context.stroke();
     }
-    if (store.shows.antennas && client.antennas) drawAntennas(context, view, theme, client, pose, x, y, hue, law, selected);
+    if (store.shows.antennas && client.antennas) drawAntennas(context, view, theme, client, x, y, hue, selected);
     drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected);
     if (labels || selected) {
       context.fillStyle = selected ? theme.accent : theme['ink-2'];
@@ -183,7 +196,7 @@ function drawBody(context, theme, x, y, angle, size, selected) {
 }
 
 // The positions are those of the message's pose; on screen the robot is between two.
-function drawAntennas(context, view, theme, client, pose, x, y, hue, law, selected) {
+function drawAntennas(context, view, theme, client, x, y, hue, selected) {
   const dx = x - view.sx(client.pose.x_m);
   const dy = y - view.sy(client.pose.y_m);
   const sensed = client.antennas.pheromones?.[store.active];
@@ -198,7 +211,7 @@ function drawAntennas(context, view, theme, client, pose, x, y, hue, law, select
     context.moveTo(x, y);
     context.lineTo(ax, ay);
     context.stroke();
-    const share = sensed && law ? Math.min(1, Math.abs(sensed[side]) / (law.maximum || 1)) : 0;
+    const share = shareOf(sensed?.[side]);
     context.beginPath();
     context.arc(ax, ay, 3 + 3.5 * Math.sqrt(share), 0, 2 * Math.PI);
     context.fillStyle = theme.map;

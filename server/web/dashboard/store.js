@@ -17,8 +17,10 @@ class Store {
     this.status = null;
     this.engine = null;
     this.events = [];
+    this.peaks = new Map();     // name -> the most that an antenna has sensed
     this.selected = null;       // {kind: 'robot' | 'tag', key}
     this.active = null;         // the pheromone that tools use and that robots' senses show
+    this.chosen = false;        // by hand, not by itself
     this.shows = {robots: true, antennas: true, trails: true, tags: true, goals: true, grid: true};
     this.past = null;           // a moment of the time line, or null: live
     this.fieldTimeMs = 0;

@@ -244,6 +244,7 @@ export class Tools {
     const paintable = [...store.laws.values()].filter((it) => !it.blend);
     const select = h('select', {'aria-label': 'Pheromone', onchange: (event) => {
       store.active = event.target.value;
+      store.chosen = true;
       store.emit('active');
     }}, paintable.map((it) => h('option', {value: it.name, selected: it.name === store.active}, it.name)));
     const slider = (name, title, from, to, step, text) => {

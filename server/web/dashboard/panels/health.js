@@ -13,7 +13,6 @@ export class HealthPanel {
     this.facts = h('div');
     this.snapshot = h('button', {type: 'button', id: 'snapshot', title: 'Write the state to the journal’s folder now', onclick: () => this.makeSnapshot()}, 'Snapshot');
     this.server.body.append(this.facts, h('div', {class: 'actions'}, this.snapshot));
-    this.recordings.element.hidden = true;
     this.recordings.element.addEventListener('toggle', () => this.loadRecordings());
     store.on('recording', () => this.loadRecordings());
   }
@@ -65,15 +64,15 @@ export class HealthPanel {
 
   /** The files of the server's recordings, if it serves them. */
   async loadRecordings() {
+    if (!this.recordings.element.open) return;
     try {
       const {captures} = await api.get('captures');
-      this.recordings.element.hidden = false;
       setText(this.recordings.count, String(captures.length || ''));
       this.recordings.body.replaceChildren(captures.length === 0 ? h('p', {class: 'empty'}, 'None yet') : h('ul', {class: 'files'},
         captures.slice(-20).reverse().map((it) => h('li', {}, h('a', {href: `/api/v1/captures/${encodeURIComponent(it.name)}`, download: it.name}, it.name),
                                                      h('span', {class: 'dim'}, bytes(it.bytes))))));
     } catch {
-      this.recordings.element.hidden = true;
+      this.recordings.body.replaceChildren(h('p', {class: 'empty'}, 'This server does not serve them'));
     }
   }
 }
@@ -89,10 +88,10 @@ export class EventList {
     this.list.append(h('li', {class: 'empty'}, 'Nothing yet'));
   }
 
-  add({timeMs, level, text, name}) {
+  add({timeMs, level, text}) {
     this.list.querySelector('.empty')?.remove();
     this.list.prepend(h('li', {}, h('time', {}, clock(timeMs || Date.now())), h('i', {class: `dot ${MARKS[level] ?? ''}`}),
-                        h('span', {class: MARKS[level] ?? ''}, name ? `${name}: ${text}` : text)));
+                        h('span', {class: MARKS[level] ?? ''}, text)));
     while (this.list.children.length > MOST_EVENTS) this.list.lastChild.remove();
   }
 }

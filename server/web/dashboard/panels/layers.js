@@ -49,6 +49,7 @@ export class LayersPanel {
     const facts = law?.blend ? 'blend' : law?.tau_s ? `τ ${number(law.tau_s)} s` : law ? 'permanent' : '';
     const name = h('button', {type: 'button', class: 'name', title: `Use “${layer.name}” for tools and for what robots show`, onclick: () => {
       store.active = layer.name;
+      store.chosen = true;
       store.emit('active');
     }}, layer.name, h('small', {}, facts));
     const ramp = h('canvas');

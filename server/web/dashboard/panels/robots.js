@@ -3,7 +3,7 @@ import {store} from '../store.js';
 import {api} from '../api.js';
 import {h, pairs, panel, setText, toast} from '../dom.js';
 import {ago, metres, number} from '../format.js';
-import {isFresh} from '../robots.js';
+import {isFresh, shareOf} from '../robots.js';
 
 const MOST_ROWS = 60;
 
@@ -89,11 +89,9 @@ export class RobotsPanel {
     const fresh = isFresh(robot);
     dot.className = `dot ${fresh ? 'good' : robot.silent_s === null ? '' : 'warn'}`;
     element.classList.toggle('selected', store.selected?.key === robot.key);
-    const law = store.laws.get(store.active);
     const sensed = robot.antennas?.pheromones?.[store.active];
     ['left', 'right'].forEach((side, i) => {
-      const share = sensed && law ? Math.min(1, Math.abs(sensed[side]) / (law.maximum || 1)) : 0;
-      meters[i].style.transform = `scaleX(${share.toFixed(3)})`;
+      meters[i].style.transform = `scaleX(${shareOf(sensed?.[side]).toFixed(3)})`;
     });
     setText(end, fresh ? (robot.pose ? '' : 'no pose') : ago(robot.silent_s));
   }
