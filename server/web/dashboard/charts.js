@@ -14,8 +14,10 @@ const ERRORS = ['crc_errors', 'bad_escapes', 'oversize_frames', 'runt_frames', '
 export const errorsOf = (link) => ERRORS.reduce((sum, name) => sum + (link.counters?.[name] ?? 0), 0);
 
 class Chart {
-  constructor(dock, title, format) {
+  /** The axis reaches `least`, at least: what is nearly nothing is to look like it. */
+  constructor(dock, title, format, least) {
     this.format = format;
+    this.least = least;
     this.heading = h('h2', {}, title);
     this.holder = h('div', {class: 'chart'});
     this.element = h('div', {}, this.heading, this.holder);
@@ -28,9 +30,9 @@ class Chart {
   }
 
   /** Another quantity: what was shown goes. */
-  become(title, format) {
+  become(title, format, least) {
     if (this.title === title) return;
-    Object.assign(this, {title, format, times: [], values: new Map()});
+    Object.assign(this, {title, format, least, times: [], values: new Map()});
     this.plot?.destroy();
     this.plot = null;
   }
@@ -80,7 +82,7 @@ class Chart {
     this.plot = new uPlot({
       width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight),
       padding: [6, 8, 0, 0], legend: {show: false}, cursor: {show: false},
-      scales: {x: {time: false, range: (_, __, max) => [max - POINTS, max]}, y: {range: (_, __, max) => [0, Math.max(max ?? 0, 1e-9) * 1.15]}},
+      scales: {x: {time: false, range: (_, __, max) => [max - POINTS, max]}, y: {range: (_, __, max) => [0, Math.max((max ?? 0) * 1.15, this.least)]}},
       axes: [
         {...axis, size: 18, gap: 2, values: (plot, at) => at.map((it) => `−${Math.round((plot.scales.x.max - it) / 60)} min`),
          splits: (plot) => (this.holder.clientWidth > 300 ? [8, 6, 4, 2] : [8, 4]).map((it) => plot.scales.x.max - it * 60)},
@@ -101,9 +103,9 @@ class Chart {
 
 export class Charts {
   constructor(dock) {
-    this.latency = new Chart(dock, 'Answer time', (ms) => (ms === null ? '–' : ms >= 1 ? `${number(ms)} ms` : `${number(ms * 1000)} µs`));
-    this.errors = new Chart(dock, 'Errors a second', (n) => (n === null ? '–' : number(n)));
-    this.traffic = new Chart(dock, 'Channel in use', percent);
+    this.latency = new Chart(dock, 'Answer time', (ms) => (ms === null ? '–' : ms >= 1 ? `${number(ms)} ms` : `${number(ms * 1000)} µs`), 0.1);
+    this.errors = new Chart(dock, 'Errors a second', (n) => (n === null ? '–' : number(n)), 1);
+    this.traffic = new Chart(dock, 'Channel in use', percent, 0.1);
     this.lastErrors = new Map();
   }
 
@@ -113,7 +115,7 @@ export class Charts {
     const links = [...store.links.values()];
     // Only of a channel with a rate is a share known.
     const shares = links.some((it) => it.utilisation !== null);
-    if (links.length > 0) this.traffic.become(...(shares ? ['Channel in use', percent] : ['Bytes a second', (n) => (n === null ? '–' : bytes(n))]));
+    if (links.length > 0) this.traffic.become(...(shares ? ['Channel in use', percent, 0.1] : ['Bytes a second', (n) => (n === null ? '–' : bytes(n)), 100]));
     const traffic = {};
     const errors = {};
     for (const link of links) {

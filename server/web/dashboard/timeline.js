@@ -81,7 +81,7 @@ export class Timeline {
       this.slider.value = past ? Math.round(((past.at - start) / Math.max(1, now - start)) * STEPS) : STEPS;
     }
     this.liveButton.setAttribute('aria-pressed', String(!past));
-    setText(this.liveButton, past ? 'Go live' : '● Live');
+    setText(this.liveButton, past ? 'Go live' : byId('link-state').dataset.state === 'live' ? '● Live' : 'No data');
     setText(this.playButton, past && !this.playing ? 'Play' : 'Pause');
     setText(this.speedButton, `${this.speed}×`);
     setText(this.when, past ? `−${duration((now - past.at) / 1000)}` : `last ${duration((now - start) / 1000)}`);

@@ -46,7 +46,7 @@ export class LayersPanel {
   row(layer) {
     const law = store.laws.get(layer.name);
     const box = h('input', {type: 'checkbox', checked: layer.visible, 'aria-label': `Show ${layer.name}`, onchange: () => this.toggleLayer(layer)});
-    const facts = law?.blend ? 'blend' : law?.tau_s ? `τ ${number(law.tau_s)} s` : law ? 'permanent' : '';
+    const facts = law?.blend ? 'blend' : law?.tau_s ? `τ ${number(law.tau_s)} s` : law ? 'τ ∞' : '';
     const name = h('button', {type: 'button', class: 'name', title: `Use “${layer.name}” for tools and for what robots show`, onclick: () => {
       store.active = layer.name;
       store.chosen = true;
@@ -73,14 +73,16 @@ export class LayersPanel {
       element.classList.toggle('active', layer.name === store.active);
       setText(scale, layer.levels ? `0–${number(layer.scale)}` : '–');
     }
-    const signature = [...store.layers.values()].map((it) => `${it.name}${it.visible}${it.scale}`).join();
+    const signature = [...store.layers.values()].map((it) => `${it.name}${it.visible}${it.scale}`).join() + store.active;
     if (signature !== this.signature) this.legend();
     this.signature = signature;
   }
 
   // On the map, for whoever sees it from afar.
   legend() {
-    byId('legend').replaceChildren(...[...store.layers.values()].filter((it) => it.visible && it.levels).slice(0, 4).map((layer) => {
+    const visible = [...store.layers.values()].filter((it) => it.visible && it.levels);
+    const shown = visible.length <= 4 ? visible : visible.filter((it) => it.name === store.active);
+    byId('legend').replaceChildren(...shown.map((layer) => {
       const canvas = h('canvas');
       paintRamp(canvas, layer.lut);
       return h('div', {}, h('b', {}, layer.name), canvas,
