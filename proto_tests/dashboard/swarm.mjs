@@ -39,7 +39,7 @@ export class Swarm {
     writeFileSync(join(this.folder, 'test.toml'),
                   `${this.config}\n[web]\nlisten = "127.0.0.1:${this.port}"\ntoken_file = "token"\n`);
     const log = openSync(join(this.folder, 'pheromoned.log'), 'w');
-    this.daemon = spawn(join(this.binDir, 'pheromoned'), ['--config', 'test.toml'],
+    this.daemon = spawn(join(this.binDir, 'pheromoned'), ['--config', 'test.toml', ...(process.env.WEB_ROOT ? ['--web-root', process.env.WEB_ROOT] : [])],
                         {cwd: this.folder, stdio: ['ignore', log, log]});
     this.daemonEnded = new Promise((resolve) => this.daemon.on('exit', resolve));
     const found = await until('the daemon listens', () => {

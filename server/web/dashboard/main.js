@@ -8,7 +8,7 @@ import {decodeLog} from './protobuf.js';
 import {Layer} from './raster.js';
 import {SwarmMap} from './map.js';
 import {Tools} from './tools.js';
-import {takeClients, isFresh, poseNow} from './robots.js';
+import {MANY, takeClients, isFresh, poseNow} from './robots.js';
 import {Charts} from './charts.js';
 import {History} from './history.js';
 import {Timeline} from './timeline.js';
@@ -33,6 +33,7 @@ const events = new EventList(byId('dock'));
 const memory = new History();
 const timeline = new Timeline(memory, map);
 let following = null;
+let trailsDrawn = 0;
 
 const layers = new LayersPanel((layer) => {
   if (layer.visible) stream.resume(DELTA + layer.name);
@@ -74,7 +75,12 @@ stream.watch('/clients', (payload) => {
   if (!store.chosen) chooseActive();
   memory.record();
   panelsDue.add('robots');
-  if (!store.past) map.invalidate('trails', 'top');
+  if (!store.past) map.invalidate('top');
+  const now = performance.now();
+  if (!store.past && now - trailsDrawn > (store.robots.size > MANY ? 300 : 90)) {
+    trailsDrawn = now;
+    map.invalidate('trails');
+  }
   follow();
 });
 stream.watch((topic) => topic.startsWith('/link/'), (payload) => {

@@ -9,6 +9,7 @@ const TRAIL_POINTS = 200;
 const TRAIL_STEP_M = 0.02;   // less is no movement worth a point
 const GLIDE_MS = 120;
 const FRESH_S = 3;
+export const MANY = 60;   // robots: what costs most is left out
 
 export class Trail {
   constructor() {
@@ -108,11 +109,12 @@ export function drawTrails(context, view, theme) {
   context.strokeStyle = theme.ink;
   for (let band = 0; band < BANDS.length; band += 1) {
     context.globalAlpha = BANDS[band];
-    context.beginPath();
     for (const [key, trail] of store.trails) {
-      if (store.selected?.key !== key) stroke(context, view, trail, band / BANDS.length, (band + 1) / BANDS.length);
+      if (store.selected?.key === key) continue;
+      context.beginPath();  // one path of all trails takes many times as long
+      stroke(context, view, trail, band / BANDS.length, (band + 1) / BANDS.length);
+      context.stroke();
     }
-    context.stroke();
   }
   const chosen = store.selected?.kind === 'robot' ? store.trails.get(store.selected.key) : null;
   if (chosen) {
@@ -126,7 +128,7 @@ export function drawTrails(context, view, theme) {
   context.globalAlpha = 1;
 }
 
-// Points nearer than two pixels to the last are left out: a line through them looks the same.
+// Points nearer than three pixels to the last are left out: a line through them looks the same.
 function stroke(context, view, trail, from, to) {
   const first = Math.floor(from * (trail.length - 1));
   const last = Math.floor(to * (trail.length - 1));
@@ -137,7 +139,7 @@ function stroke(context, view, trail, from, to) {
     const x = view.sx(trail.x[at]);
     const y = view.sy(trail.y[at]);
     if (i === first) context.moveTo(x, y);
-    else if (i < last && Math.abs(x - lastX) + Math.abs(y - lastY) < 2) continue;
+    else if (i < last && Math.abs(x - lastX) + Math.abs(y - lastY) < 3) continue;
     else context.lineTo(x, y);
     lastX = x;
     lastY = y;
@@ -146,9 +148,11 @@ function stroke(context, view, trail, from, to) {
 
 export function drawRobots(context, view, theme, now) {
   const robots = store.shownRobots;
-  const size = Math.max(5, Math.min(13, view.scale * 0.16, robots.size > 60 ? 8 : 13));
-  const labels = robots.size <= 60 || view.scale > 90;
+  const size = Math.max(5, Math.min(13, view.scale * 0.16, robots.size > MANY ? 8 : 13));
+  const labels = robots.size <= MANY || view.scale > 90;
   const hue = store.laws.has(store.active) ? hueOf(store.layers.get(store.active)?.index ?? 0, theme.dark ? 'dark' : 'light') : null;
+  // Where they would lie on the robot itself, they tell nothing.
+  const hasAntennas = store.shows.antennas && antennaPx(robots, view) > 0.6 * size;
   context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
   context.textAlign = 'left';
   context.textBaseline = 'middle';
@@ -167,8 +171,8 @@ export function drawRobots(context, view, theme, now) {
       context.arc(x, y, size + 7, 0, 2 * Math.PI);
       context.stroke();
     }
-    if (store.shows.antennas && client.antennas) drawAntennas(context, view, theme, client, x, y, hue, selected);
-    drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected);
+    if (client.antennas && (selected || hasAntennas)) drawAntennas(context, view, theme, client, x, y, hue, selected);
+    drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected, labels);
     if (labels || selected) {
       context.fillStyle = selected ? theme.accent : theme['ink-2'];
       write(context, theme, String(client.id), x + size + 4, y - size - 3);
@@ -177,7 +181,15 @@ export function drawRobots(context, view, theme, now) {
   context.globalAlpha = 1;
 }
 
-function drawBody(context, theme, x, y, angle, size, selected) {
+// How far from a robot its left antenna is, on screen.
+function antennaPx(robots, view) {
+  for (const {pose, antennas} of robots.values()) {
+    if (pose && antennas) return Math.hypot(antennas.left.x_m - pose.x_m, antennas.left.y_m - pose.y_m) * view.scale;
+  }
+  return 0;
+}
+
+function drawBody(context, theme, x, y, angle, size, selected, outlined) {
   const cos = Math.cos(angle) * size;
   const sin = Math.sin(angle) * size;
   const point = (a, b) => [x + a * cos - b * sin, y + a * sin + b * cos];
@@ -188,9 +200,11 @@ function drawBody(context, theme, x, y, angle, size, selected) {
   context.lineTo(...point(-0.85, -0.8));
   context.closePath();
   context.lineJoin = 'round';
-  context.lineWidth = 3;
-  context.strokeStyle = theme.map;
-  context.stroke();
+  if (outlined) {
+    context.lineWidth = 3;
+    context.strokeStyle = theme.map;
+    context.stroke();
+  }
   context.fillStyle = selected ? theme.accent : theme.ink;
   context.fill();
 }
