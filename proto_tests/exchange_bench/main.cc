@@ -9,6 +9,7 @@
 //    TRACE, each in turn with a bare echo of the same datagrams (server_process.h);
 //  * ptys at the pace of modems: from a request's last byte to the answer's first (pty_load.h),
 //    also while somebody looks at the map (viewer.h);
+//  * the same with 20 viewers of the stream, two of which do not read (stream_viewers.h);
 //  * robots that roam and leave what evaporates, and the server's memory meanwhile;
 //  * the same for virtual RFID tags, nine and 10 000 of them: SCAN and READ in turn with SENSE,
 //    WRITE with TRACE;
@@ -39,6 +40,7 @@
 #include "proto_tests/exchange_bench/operators.h"
 #include "proto_tests/exchange_bench/report.h"
 #include "proto_tests/exchange_bench/server_process.h"
+#include "proto_tests/exchange_bench/stream_viewers.h"
 #include "proto_tests/exchange_bench/viewer.h"
 #include "server/base/testing/temporary_folder.h"
 
@@ -83,6 +85,32 @@ void RunVolatile(const Options& options, Report* report) {
     }
   }
   measure.Roam(options.clients);
+}
+
+// Ptys alone, and beside viewers of everything.
+void RunStream(const Options& options, Report* report) {
+  constexpr int kViewers = 20;
+  constexpr int kDeaf = 2;
+  const TemporaryFolder folder;
+  const Arena arena = MakeArena(folder.string(), kLinks, "");
+  const ServerProcess server(options.pheromoned, arena.config_file, {}, folder.string());
+  Measure measure("volatile", folder.string(), options.effort, arena, server, report);
+  const auto say_memory = [&](const char* when) {
+    Report::Say(fmt::format("{} pheromoned has {} MiB", when, server.rss_kib() / 1024));
+  };
+  for (const int baud : kBauds) {
+    measure.TimePtys(false, kLinks.pty, baud);
+  }
+  say_memory("without viewers");
+  const StreamViewers viewers(folder.string(), kViewers, kDeaf);
+  for (const int baud : kBauds) {
+    const uint64_t before = viewers.counts().bytes;
+    measure.TimePtys(false, kLinks.pty, baud, " beside 20 viewers of the stream");
+    Report::Say(fmt::format("         the viewers have read {:.1f} MB; {} connections",
+                            static_cast<double>(viewers.counts().bytes - before) / 1e6,
+                            viewers.counts().connections.load()));
+    say_memory("with viewers");
+  }
 }
 
 // Tags beside SENSE and TRACE, few and many of them.
@@ -156,10 +184,11 @@ int Main(int argc, char** argv) {
   app.add_option("--pty-seconds", options.effort.pty_seconds, "Of each case with ptys");
   app.add_option("--roaming-seconds", options.effort.roaming_seconds, "Of robots that roam");
   app.add_option("--syncs", options.effort.syncs, "Of the bare disk");
-  app.add_option("--only", options.only,
-                 "Only these: volatile, tags, durable (with --disk), operators, memory; default: "
-                 "all but the last")
-      ->check(CLI::IsMember({"volatile", "tags", "durable", "operators", "memory"}));
+  app.add_option(
+         "--only", options.only,
+         "Only these: volatile, stream, tags, durable (with --disk), operators, memory; default: "
+         "all but the last")
+      ->check(CLI::IsMember({"volatile", "stream", "tags", "durable", "operators", "memory"}));
   app.add_option("--operator-seconds", options.operators.seconds,
                  "Of robots alone, and of robots beside each of an operator's requests");
   int patience_s = 60;
@@ -178,6 +207,9 @@ int Main(int argc, char** argv) {
   };
   if (wants("volatile")) {
     RunVolatile(options, &report);
+  }
+  if (wants("stream")) {
+    RunStream(options, &report);
   }
   if (wants("tags")) {
     RunTags(options, "", &report);

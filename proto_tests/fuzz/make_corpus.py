@@ -4,9 +4,10 @@ small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
                                DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
-                               DIR/radio/, DIR/pnml/
+                               DIR/radio/, DIR/pnml/, DIR/stream/
 """
 
+import json
 import pathlib
 import struct
 import sys
@@ -156,9 +157,42 @@ def channels():
     yield "silent", bytes([1, 0, 2, 0, 2]) + joined + bytes([due, 0, large, 255]) * 30
 
 
+def viewers():
+    """(name, input of stream_fuzzer.cc): what viewers of the stream send."""
+    texts = {
+        "subscribe": {"op": "subscribe", "subscriptions": [
+            {"id": 5, "channelId": 1}, {"id": 6, "channelId": 2}, {"id": 6, "channelId": 1}]},
+        "unsubscribe": {"op": "unsubscribe", "subscriptionIds": [5, 6]},
+        "advertise": {"op": "advertise", "channels": [
+            {"id": 1, "topic": "/brush", "encoding": "json", "schemaName": ""},
+            {"id": 2, "topic": "/clicked_point", "encoding": "json", "schemaName": ""}]},
+        "unadvertise": {"op": "unadvertise", "channelIds": [1, 9]},
+        "get": {"op": "getParameters", "id": "a", "parameterNames": ["stream.grid_hz", "x"]},
+        "set": {"op": "setParameters", "id": "b", "parameters": [
+            {"name": "stream.grid_hz", "value": 2}, {"name": "/pheromone/trail/tau_s", "value": 1}]},
+        "watch": {"op": "subscribeParameterUpdates", "parameterNames": ["/pheromone/trail/tau_s"]},
+        "ignore": {"op": "unsubscribeParameterUpdates", "parameterNames": []},
+    }
+    texts = {name: (2, json.dumps(it).encode()) for name, it in texts.items()}
+    brush = {"pheromone": "trail", "x_m": 1, "y_m": 2, "radius_m": 0.1, "units": 1}
+    published = {
+        "brush": struct.pack("<BI", 1, 1) + json.dumps(brush).encode(),
+        "eraser": struct.pack("<BI", 1, 1) + json.dumps(brush | {"erase": True}).encode(),
+        "click": struct.pack("<BI", 1, 2) + b'{"header":{},"point":{"x":1.5,"y":-2,"z":0}}',
+        "call": struct.pack("<BIII", 2, 3, 9, 4) + b'json{"pheromone":"trail","all":true}',
+    }
+    binaries = {name: (3, it) for name, it in published.items()}
+    def message(flags, payload):
+        return struct.pack("<BH", flags, len(payload)) + payload
+    for name, (flags, payload) in (texts | binaries).items():
+        yield name, message(*texts["advertise"]) + message(flags, payload) * 2
+    yield "session", b"".join(message(flags | 4, payload)
+                              for flags, payload in (texts | binaries).values())
+
+
 def main(folder):
     for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture", "radio", "pnml"):
+                   "capture", "radio", "pnml", "stream"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
@@ -196,6 +230,8 @@ def main(folder):
         (folder / "codec" / name).write_bytes(seed)
     for name, seed in channels():
         (folder / "radio" / name).write_bytes(seed)
+    for name, seed in viewers():
+        (folder / "stream" / name).write_bytes(seed)
     for name, seed in nets():
         (folder / "pnml" / name).write_bytes(seed)
     for path in (ROOT / "proto_tests/replay").glob("*.pcapng"):

@@ -62,7 +62,8 @@ TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {
                 .find("expected a path of at most 107 bytes"),
             std::string::npos);
   EXPECT_EQ(ErrorOf("[web]\nport = 80\n"),
-            "f.toml:30:1: web.port: unknown key, expected one of listen, token_file, hosts");
+            "f.toml:30:1: web.port: unknown key, expected one of listen, token_file, hosts, "
+            "origins, max_viewers, ros_distro, click_pheromone");
   EXPECT_EQ(ErrorOf("[web]\nlisten = \"localhost:80\"\n"),
             "f.toml:30:10: web.listen: found the string \"localhost:80\", expected a numeric "
             "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\"");
@@ -79,6 +80,25 @@ TEST_F(ControlTest, AHostIsANameWithoutSchemeAndPort) {
               std::string::npos)
         << bad;
   }
+}
+
+TEST_F(ControlTest, ReadsWhatConcernsViewers) {
+  const Result<Config> parsed = Parse(
+      "[web]\norigins = [\"https://app.foxglove.dev\", \"http://lab:8080\"]\n"
+      "max_viewers = 5\nros_distro = \"\"\nclick_pheromone = \"path\"\n");
+  ASSERT_TRUE(parsed.ok()) << parsed.error();
+  EXPECT_EQ(parsed.value().web.origins,
+            (std::vector<std::string>{"https://app.foxglove.dev", "http://lab:8080"}));
+  EXPECT_EQ(parsed.value().web.max_viewers, 5u);
+  EXPECT_EQ(parsed.value().web.ros_distro, "");
+  EXPECT_EQ(parsed.value().web.click_pheromone, "path");
+  for (const char* bad : {"\"https://a\"", "[1]", "[\"app.foxglove.dev\"]", "[\"https://\"]",
+                          "[\"https://a/b\"]", "[\"*\"]", "[\"https://*.a\"]"}) {
+    EXPECT_NE(ErrorOf("[web]\norigins = " + std::string(bad) + "\n").find("web.origins: found "),
+              std::string::npos)
+        << bad;
+  }
+  EXPECT_NE(ErrorOf("[web]\nmax_viewers = 1001\n").find("web.max_viewers: "), std::string::npos);
 }
 
 TEST_F(ControlTest, ATokenThatCouldBeGuessedOrNotBeSentIsRefused) {

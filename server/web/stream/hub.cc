@@ -449,7 +449,7 @@ std::optional<std::string> Hub::PayloadOf(const State& state, const Views& views
       return state.is_new_to_some ? std::optional(ObstacleGrid(config_, now.unix_ns))
                                   : std::nullopt;
     case Kind::kTags:
-      return TagScenes::Places(views.tags, 0);
+      return TagScenes::Places(views.tags, now.unix_ns);
     case Kind::kGoals:
       return RobotScenes::Goals(views.clients, now.unix_ns);
     case Kind::kTransforms:
@@ -497,14 +497,16 @@ std::vector<Update> Hub::Make(Views views, const StreamTime& now) {
       NoteRobotEvents(views.clients, now.unix_ns);
     }
     std::optional<std::string> payload = PayloadOf(*state, views, now);
+    // The time does not count as a change.
+    std::string key = !payload || !state->only_changes ? ""
+                      : state->kind == Kind::kTags     ? TagScenes::Places(views.tags, 0)
+                                                       : *payload;
     const bool is_wanted =
-        payload && (!state->only_changes || state->is_new_to_some || *payload != state->last);
+        payload && (!state->only_changes || state->is_new_to_some || key != state->last);
     state->is_new_to_some = false;
     state->next_ms = now.steady_ms + state->period_ms;
     if (is_wanted) {
-      if (state->only_changes) {
-        state->last = *payload;
-      }
+      state->last = std::move(key);
       updates.push_back({id, MakeFrame(*std::move(payload), now.unix_ns)});
     }
   }

@@ -76,9 +76,9 @@ struct Update {
 struct HubOptions {
   std::string session;
   std::string ros_distro;
-  std::string click_pheromone;  ///< empty: the first one
-  const StreamCounters* counters = nullptr;
-  std::function<uint64_t()> now_us;  ///< what making pictures costs is measured with it
+  std::string click_pheromone;               ///< empty: the first one
+  const StreamCounters* counters = nullptr;  ///< may be null
+  std::function<uint64_t()> now_us;          ///< what making pictures costs is measured with it
 };
 
 class Hub {

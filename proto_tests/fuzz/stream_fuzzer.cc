@@ -1,0 +1,66 @@
+// What viewers send: any sequence of text and binary messages. Each message is a byte, of which bit
+// 0 says that it is binary, its length in two bytes, and itself. Nothing may be changed without the
+// right to it, and what a viewer makes the server keep is bounded.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/web/stream/conversation.h"
+
+namespace {
+
+using namespace pheromone::web;
+
+void Expect(bool holds) {
+  if (!holds) {
+    std::abort();
+  }
+}
+
+std::shared_ptr<const Catalogue> MakeCatalogue(bool other) {
+  auto catalogue = std::make_shared<Catalogue>();
+  catalogue->click_pheromone = "trail";
+  catalogue->channels = {
+      {1, "/robots", "protobuf", "foxglove.SceneUpdate", "", "protobuf"},
+      {other ? 3u : 2u, "/status", "json", "pheromone.status", "", "jsonschema"}};
+  catalogue->parameters = {{"/pheromone/trail/tau_s", other ? 60.0 : 30.0}};
+  return catalogue;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  std::string_view input(reinterpret_cast<const char*>(data), size);
+  const bool may_change = !input.empty() && (input[0] & 2) != 0;
+  Conversation conversation(MakeCatalogue(false), may_change ? "" : "not permitted");
+  size_t subscriptions = 0;
+  size_t ended = 0;
+  constexpr size_t kHeader = 3;
+  while (input.size() >= kHeader) {
+    const bool is_binary = (input[0] & 1) != 0;
+    const bool reconfigure = (input[0] & 4) != 0;
+    const size_t length =
+        static_cast<unsigned char>(input[1]) | size_t{static_cast<unsigned char>(input[2])} << 8;
+    input.remove_prefix(kHeader);
+    const std::string_view message = input.substr(0, length);
+    input.remove_prefix(message.size());
+    if (reconfigure) {
+      ended += conversation.Change(MakeCatalogue(length % 2 != 0)).unsubscribed.size();
+    }
+    const Heard heard = conversation.Hear(message, is_binary);
+    Expect(may_change || heard.changes.empty());
+    Expect(heard.changes.size() <= 1);
+    subscriptions += heard.subscribed.size();
+    ended += heard.unsubscribed.size();
+    Expect(subscriptions - ended <= 2);  // each of two channels once
+    for (const StreamChange& change : heard.changes) {
+      Expect(change.target.starts_with("/api/v1/"));
+      conversation.Answer(change, {.body = change.body});
+      conversation.Answer(change, {.status = 400, .body = change.body});
+    }
+  }
+  return 0;
+}
