@@ -25,6 +25,8 @@ namespace {
 
 // The maximum number of waiting requests; further ones are refused.
 constexpr size_t kMaxWaiting = 16;
+// At most one read of a file at a time for each connection that a server has.
+constexpr size_t kMaxFileReads = 256;
 
 }  // namespace
 
@@ -34,6 +36,7 @@ class HttpFrontEnd::Impl {
        config::WebSettings web_settings)
       : long_work_({.name = "a request", .max_waiting = kMaxWaiting}),
         pictures_({.name = "a picture", .max_waiting = kMaxWaiting, .yields = true}),
+        files_({.name = "a download", .max_waiting = kMaxFileReads, .yields = true}),
         api_(control,
              {.token = web_settings.token,
               .hosts = web_settings.hosts,
@@ -45,7 +48,8 @@ class HttpFrontEnd::Impl {
                   [this](web::Work work) {
                     boost::asio::post(io_, std::move(work));
                     return true;
-                  }}),
+                  },
+              .files = [this](web::Work work) { return files_.Add(std::move(work)); }}),
         stream_(control, &api_,
                 {.max_viewers = web_settings.max_viewers,
                  .ros_distro = web_settings.ros_distro,
@@ -104,6 +108,7 @@ class HttpFrontEnd::Impl {
     }
     long_work_.Close();
     pictures_.Close();
+    files_.Close();
     if (thread_.joinable()) {
       thread_.join();
     }
@@ -124,6 +129,7 @@ class HttpFrontEnd::Impl {
   boost::asio::io_context io_;
   WorkQueue long_work_;
   WorkQueue pictures_;
+  WorkQueue files_;
   web::Api api_;
   web::Stream stream_;
   const std::string socket_path_;

@@ -11,11 +11,13 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
+#include "server/web/capture_files.h"
 #include "server/web/host.h"
 #include "server/web/json_text.h"
 #include "server/web/metrics.h"
 #include "server/web/mutations.h"
 #include "server/web/nets.h"
+#include "server/web/openapi.h"
 #include "server/web/queries.h"
 #include "server/web/request_parameters.h"
 #include "server/web/tags.h"
@@ -83,10 +85,19 @@ Response ReadHealth(const control::Control& control, Parameters* /*fields*/) {
                                     "a log that accepts changes and a disk that responds"});
 }
 
+Response ReadOpenApi(const control::Control& /*control*/, Parameters* fields) {
+  fields->AllowOnly({});
+  return fields->problem() ? Refuse(400, *fields->problem())
+                           : Response{.body = std::string(OpenApiText())};
+}
+
 enum class Where {
-  kAtOnce,    // on the thread that reads requests: short
-  kLongWork,  // in that lane
-  kPictures,  // Pictures does it
+  kAtOnce,       // on the thread that reads requests: short
+  kLongWork,     // in that lane
+  kPictures,     // Pictures does it
+  kEvents,       // EventLog does it
+  kFiles,        // in that lane
+  kCaptureFile,  // in that lane, by SendCapture
 };
 
 struct Route {
@@ -102,9 +113,10 @@ constexpr std::string_view kStatus = "/api/v1/status";
 constexpr std::string_view kField = "/api/v1/field";
 constexpr std::string_view kCommand = "/api/v1/command";
 constexpr std::string_view kHalt = "/api/v1/halt";
+constexpr std::string_view kCaptureFile = "/api/v1/captures/";  // and the file's name
 
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
-constexpr std::array<Route, 21> kRoutes = {{
+constexpr std::array<Route, 26> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
     {kMetrics, Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},
@@ -115,6 +127,11 @@ constexpr std::array<Route, 21> kRoutes = {{
     {kField, Where::kPictures, nullptr},
     {"/api/v1/sense", Where::kAtOnce, ReadSense},
     {"/api/v1/capture", Where::kAtOnce, ReadCapture, Capture},
+    {"/api/v1/captures", Where::kFiles, ListCaptures},
+    {kCaptureFile, Where::kCaptureFile, nullptr},
+    {"/api/v1/events", Where::kEvents, nullptr},
+    {"/api/v1/obstacles", Where::kLongWork, ReadObstacles},
+    {"/api/v1/openapi.json", Where::kAtOnce, ReadOpenApi},
     {"/api/v1/deposit", Where::kLongWork, nullptr, Deposit},
     {"/api/v1/erase", Where::kLongWork, nullptr, Erase},
     {"/api/v1/paint", Where::kLongWork, nullptr, Paint},
@@ -129,6 +146,9 @@ constexpr std::array<Route, 21> kRoutes = {{
 }};
 
 const Route* FindRoute(std::string_view path) {
+  if (path.starts_with(kCaptureFile)) {
+    path = kCaptureFile;
+  }
   const auto* const found = std::find_if(kRoutes.begin(), kRoutes.end(),
                                          [path](const Route& it) { return it.path == path; });
   return found != kRoutes.end() ? found : nullptr;
@@ -177,12 +197,19 @@ std::optional<Response> CheckAccess(const Request& request, const std::string& t
 }
 
 bool CanRead(const Route& route) {
-  return route.read != nullptr || route.where == Where::kPictures;
+  return route.read != nullptr || route.where == Where::kPictures ||
+         route.where == Where::kEvents || route.where == Where::kCaptureFile;
 }
 
 // The hash of the state may have to read a whole layer.
 bool IsShort(const Route& route, const Target& target) {
-  return route.where == Where::kAtOnce && (route.path != kStatus || target.query.empty());
+  return (route.where == Where::kAtOnce || route.where == Where::kEvents) &&
+         (route.path != kStatus || target.query.empty());
+}
+
+const Lane& LaneOf(const Route& route, const Lanes& lanes) {
+  const bool is_file = route.where == Where::kFiles || route.where == Where::kCaptureFile;
+  return is_file ? lanes.files : lanes.long_work;
 }
 
 // Commands have short bodies; a longer one is an error, which is reported by a thread that does not
@@ -210,6 +237,14 @@ bool IsRead(const Request& request) {
 
 }  // namespace
 
+std::vector<Resource> Resources() {
+  std::vector<Resource> all;
+  for (const Route& route : kRoutes) {
+    all.push_back({route.path, CanRead(route), route.change != nullptr});
+  }
+  return all;
+}
+
 bool IsUrgent(const Request& request) {
   const std::string_view target = request.target;
   const std::string_view path = target.substr(0, target.find('?'));
@@ -221,7 +256,8 @@ Api::Api(control::Control* control, ApiOptions options, Lanes lanes)
       options_(std::move(options)),
       lanes_(std::move(lanes)),
       assets_(options_.web_root),
-      pictures_(control_, &lanes_) {}
+      pictures_(control_, &lanes_),
+      events_(control_, lanes_.requests) {}
 
 std::optional<Response> Api::CheckHost(const Request& request) const {
   if (request.local || MeansThisServer(request.host, options_.hosts)) {
@@ -310,6 +346,11 @@ void Api::Handle(Request request, Respond respond) {
       route->change(control_, &fields, respond);
     } else if (route->where == Where::kPictures) {
       pictures_.Show(request.target, std::move(object), respond);
+    } else if (route->where == Where::kEvents) {
+      respond(events_.Read(&fields));
+    } else if (route->where == Where::kCaptureFile) {
+      respond(
+          SendCapture(*control_, target.path.substr(kCaptureFile.size()), request, lanes_.files));
     } else {
       Response response = route->read(*control_, &fields);
       if (route->path == kMetrics && options_.more_metrics) {
@@ -320,7 +361,7 @@ void Api::Handle(Request request, Respond respond) {
   };
   if (is_short || route->where == Where::kPictures) {
     serve();
-  } else if (!RunIn(lanes_.long_work, std::move(serve))) {
+  } else if (!RunIn(LaneOf(*route, lanes_), std::move(serve))) {
     respond(Busy());
   }
 }

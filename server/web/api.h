@@ -8,8 +8,12 @@
 //   GET  /metrics                 Prometheus, text format 0.0.4
 //   GET  /api/v1/status           hash = 1 adds the state hash
 //   GET  /api/v1/links  clients  laws  config  capture
-//   GET  /api/v1/field            a raster as JSON, CSV or PNG (pictures.h)
+//   GET  /api/v1/openapi.json     the description of all of them (openapi.json)
+//   GET  /api/v1/field            a raster as JSON, CSV, .npy or PNG (pictures.h)
+//   GET  /api/v1/obstacles
 //   GET  /api/v1/sense            what a robot would sense at a position
+//   GET  /api/v1/events           what has happened (event_log.h)
+//   GET  /api/v1/captures         and captures/NAME: the recordings (capture_files.h)
 //   POST /api/v1/deposit  erase  paint  command  halt  reload  snapshot  capture   (mutations.h)
 //
 // A GET is permitted to anyone who can connect, provided that its Host names this server (host.h).
@@ -27,11 +31,13 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "server/control/control.h"
 #include "server/web/assets.h"
+#include "server/web/event_log.h"
 #include "server/web/http.h"
 #include "server/web/lanes.h"
 #include "server/web/pictures.h"
@@ -48,6 +54,15 @@ struct ApiOptions {
   /// Further text for /metrics; empty: none.
   std::function<std::string()> more_metrics = {};
 };
+
+struct Resource {
+  std::string_view path;  ///< if it ends with '/', a name follows
+  bool can_get = false;
+  bool can_post = false;
+};
+
+/// All that the API has.
+std::vector<Resource> Resources();
 
 /// Whether a request must be answered at once, however busy the server is: /healthz, halt and
 /// command.
@@ -78,6 +93,7 @@ class Api {
   const Lanes lanes_;
   const Assets assets_;
   Pictures pictures_;
+  EventLog events_;
 };
 
 }  // namespace pheromone::web

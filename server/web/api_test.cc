@@ -208,7 +208,7 @@ TEST_F(ApiTest, BadQueriesAreToldWhatIsWrongWhere) {
   EXPECT_EQ(Refusal(Get("/api/v1/sense?pheromone=1&x_m=nan&y_m=0")),
             "400 x_m: found \"nan\", expected a number from -1000000 to 1000000");
   EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=1&format=gif")),
-            "400 format: found \"gif\", expected one of json, csv, png");
+            "400 format: found \"gif\", expected one of json, csv, npy, png");
   EXPECT_EQ(Refusal(Get("/api/v1/field?pheromone=1&area_m=1,2,3")),
             "400 area_m: found [1,2,3], expected two opposite corners x, y, x, y in metres, "
             "within 1000 km");
@@ -246,7 +246,7 @@ TEST_F(ApiTest, WhatIsNoTextIsToldAsText) {
   // Cut short in the middle of a character.
   const Response cut = Get("/api/v1/field?pheromone=1&format=" + std::string(58, 'a') + "%C3%A9");
   EXPECT_EQ(Refusal(cut), "400 format: found \"" + std::string(58, 'a') + unknown +
-                              "..., expected one of json, csv, png");
+                              "..., expected one of json, csv, npy, png");
 }
 
 // Lanes that keep what they are given until the test runs it, and take no more than they should.

@@ -6,7 +6,10 @@
 // All of this is functions of their arguments; any thread.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,7 +28,28 @@ struct Request {
   std::string subprotocols = {};  ///< Sec-WebSocket-Protocol
   std::string accept_encoding = {};
   std::string if_none_match = {};
+  std::string range = {};
+  std::string if_range = {};
   std::string body = {};
+};
+
+struct Response;
+
+/// Answers a request: called once, from any thread. If it is destroyed uncalled, the answer is 503.
+using Respond = std::function<void(Response)>;
+
+/// A long body, read in portions while it is being sent.
+class Content {
+ public:
+  Content() = default;
+  Content(const Content&) = delete;
+  Content& operator=(const Content&) = delete;
+  virtual ~Content() = default;
+
+  /// Gives at most `count` bytes from `offset` on, as the body of a response with status 200; any
+  /// other status, or no byte, ends the connection. Does not block; a caller waits for the response
+  /// before the next call.
+  virtual void Read(uint64_t offset, size_t count, Respond respond) = 0;
 };
 
 struct Response {
@@ -33,10 +57,10 @@ struct Response {
   std::string content_type = "application/json";
   std::string body = {};
   std::vector<std::pair<std::string, std::string>> headers = {};
+  std::shared_ptr<Content> content = nullptr;  ///< instead of `body`, if not null:
+  uint64_t content_offset = 0;                 ///< these bytes of it
+  uint64_t content_bytes = 0;
 };
-
-/// Answers a request: called once, from any thread. If it is destroyed uncalled, the answer is 503.
-using Respond = std::function<void(Response)>;
 
 /// An error, for people and for programs.
 struct Problem {

@@ -22,6 +22,7 @@ struct Lanes {
   Lane long_work = {};  ///< long answers and long requests
   Lane pictures = {};   ///< reads and encodes the field; takes no lock for which robots wait
   Lane requests = {};   ///< a thread that reads requests
+  Lane files = {};  ///< reads files that are downloaded; has room for one read of each connection
 };
 
 inline bool RunIn(const Lane& lane, Work work) {

@@ -1,5 +1,5 @@
 // The requests that read the field: as a raster, and what a robot would sense at a position. Both
-// use a FieldReader and do not block robots.
+// use a FieldReader and do not block robots. And the obstacles as a raster.
 #pragma once
 
 #include <cstdint>
@@ -16,21 +16,29 @@ namespace pheromone::web {
 /// Cells of an answer, at most: a picture of 2000 x 2000.
 constexpr int64_t kMaxCells = 4'000'000;
 
+struct Format {
+  std::string name = "json";  ///< or csv, npy, png
+  int pixels_per_cell = 1;    ///< of a png
+};
+
 /// The part of the field that a request asks for, and its format.
 struct Picture {
   control::FieldView view;  ///< the field to read
   field::PheromoneLaw law;
-  std::string format;
+  Format format;
   maps::RasterExtent extent;
-  int pixels_per_cell = 1;
 };
 
-/// Parameters: pheromone, format = json, csv or png, area_m, nodes_per_cell, pixels_per_cell.
+/// Parameters: pheromone, format = json, csv, npy or png, area_m, nodes_per_cell, pixels_per_cell.
 /// Nothing, with the problem noted, if one of them is invalid.
 std::optional<Picture> ReadPicture(control::FieldView view, Parameters* fields);
 
 /// Uses a FieldReader and takes no lock.
 Response DrawPicture(const Picture& picture);
+
+/// Where obstacles are, as 1, and 0 elsewhere: format, area_m, nodes_per_cell, pixels_per_cell as
+/// of ReadPicture.
+Response ReadObstacles(const control::Control& control, Parameters* fields);
 
 /// pheromone, x_m, y_m, heading_deg: both antennas.
 Response ReadSense(const control::Control& control, Parameters* fields);

@@ -10,6 +10,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -419,6 +420,100 @@ TEST_F(ServerTest, WithoutDescriptorsItWaitsInsteadOfAskingAgainAndAgain) {
     client->Send("GET /late HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
     EXPECT_NE(client->ReadAll().find("GET /late"), std::string::npos);
   }
+}
+
+// Bytes that depend on their place; beyond `end` there are none.
+class Places final : public Content {
+ public:
+  explicit Places(uint64_t end) : end_(end) {}
+
+  void Read(uint64_t offset, size_t count, Respond respond) override {
+    EXPECT_LE(count, size_t{64} << 10);
+    EXPECT_FALSE(reading_.exchange(true)) << "more than one portion at a time";
+    std::string portion = Between(offset, std::min<uint64_t>(offset + count, end_));
+    // From a thread that is none of the server's.
+    reader_ = std::jthread([this, portion = std::move(portion), respond = std::move(respond)] {
+      reading_ = false;
+      respond({.body = portion});
+    });
+  }
+
+  static std::string Between(uint64_t first, uint64_t end) {
+    std::string bytes;
+    for (uint64_t i = first; i < end; ++i) {
+      bytes += static_cast<char>('a' + i % 23);
+    }
+    return bytes;
+  }
+
+ private:
+  const uint64_t end_;
+  std::atomic<bool> reading_{false};
+  std::jthread reader_;
+};
+
+// 300 000 bytes of which there are `end`.
+Server::Handle LongAnswer(uint64_t end) {
+  return [end](const Request& request, const Respond& respond) {
+    if (request.target == "/short") {
+      respond({.body = "short"});
+      return;
+    }
+    Response answer;
+    answer.content = std::make_shared<Places>(end);
+    answer.content_offset = 7;
+    answer.content_bytes = 300'000;
+    respond(std::move(answer));
+  };
+}
+
+TEST_F(ServerTest, AContentIsSentInPortionsAndThenTheNextRequestIsServed) {
+  Make(LongAnswer(1'000'000));
+  Listen(2);
+  const Client client(server_->port());
+  client.Send("HEAD /long HTTP/1.1\r\nHost: x\r\n\r\nGET /long HTTP/1.1\r\nHost: x\r\n\r\n");
+  const std::string head = client.ReadUntil("\r\n\r\n");
+  EXPECT_NE(head.find("Content-Length: 300000\r\n"), std::string::npos) << head;
+  EXPECT_TRUE(client.ReadUntil("\r\n\r\n").starts_with("HTTP/1.1 200 OK\r\n"));
+  client.Send("GET /short HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  const std::string rest = client.ReadAll();
+  EXPECT_EQ(rest.substr(0, 300'000), Places::Between(7, 300'007));
+  EXPECT_TRUE(rest.ends_with("\r\n\r\nshort")) << rest.substr(300'000);
+}
+
+TEST_F(ServerTest, AContentThatIsShorterThanAnnouncedEndsTheConnection) {
+  Make(LongAnswer(200'000));
+  Listen(2);
+  const Client client(server_->port());
+  client.Send("GET /long HTTP/1.1\r\nHost: x\r\n\r\nGET /short HTTP/1.1\r\nHost: x\r\n\r\n");
+  client.ReadUntil("\r\n\r\n");
+  EXPECT_EQ(client.ReadAll(), Places::Between(7, 200'000));
+}
+
+TEST_F(ServerTest, WhoeverDoesNotReadAContentIsHungUpOn) {
+  options_.patience = std::chrono::milliseconds(50);
+  std::atomic<bool> gone{false};
+  Make([&](const Request&, const Respond& respond) {
+    struct Endless final : Content {
+      explicit Endless(std::atomic<bool>* flag) : gone(flag) {}
+      ~Endless() override {
+        *gone = true;
+        gone->notify_all();
+      }
+      void Read(uint64_t, size_t count, Respond respond) override {
+        respond({.body = std::string(count, 'x')});
+      }
+      std::atomic<bool>* const gone;
+    };
+    Response answer;
+    answer.content = std::make_shared<Endless>(&gone);
+    answer.content_bytes = uint64_t{1} << 40;
+    respond(std::move(answer));
+  });
+  Listen(1);
+  const Client client(server_->port());
+  client.Send(kGetA);
+  gone.wait(false);
 }
 
 TEST_F(ServerTest, AHeaderThatDecidesAboutAccessMayComeOnlyOnce) {

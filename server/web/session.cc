@@ -6,6 +6,7 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 
@@ -18,6 +19,7 @@ namespace http = boost::beast::http;
 using Parser = http::request_parser<http::string_body>;
 
 constexpr std::chrono::milliseconds kLinger{2'000};
+constexpr uint64_t kPortionBytes = uint64_t{64} << 10;  // of a body that is sent while it is read
 
 std::string HeaderOf(const Message& message, http::field name) {
   const auto value = message[name];
@@ -66,6 +68,8 @@ Request ToRequest(const Message& message, bool local) {
           .subprotocols = HeaderOf(message, http::field::sec_websocket_protocol),
           .accept_encoding = HeaderOf(message, http::field::accept_encoding),
           .if_none_match = HeaderOf(message, http::field::if_none_match),
+          .range = HeaderOf(message, http::field::range),
+          .if_range = HeaderOf(message, http::field::if_range),
           .body = message.body()};
 }
 
@@ -80,7 +84,11 @@ Answer ToAnswer(Response response, unsigned version, bool keep_alive) {
   }
   answer.body() = std::move(response.body);
   answer.keep_alive(keep_alive);
-  answer.prepare_payload();
+  if (response.content != nullptr) {
+    answer.content_length(response.content_bytes);
+  } else {
+    answer.prepare_payload();
+  }
   return answer;
 }
 
@@ -149,11 +157,21 @@ asio::awaitable<bool> Session::ServeOne() {
   if (refused) {
     response = *std::move(refused);
   } else {
-    response = co_await Ask(std::move(request));
+    std::function<void(Respond)> ask = [this, &request](Respond respond) {
+      handle_(std::move(request), std::move(respond));
+    };
+    response = co_await Ask(std::move(ask));
   }
+  const std::shared_ptr<Content> content = response.content;
+  const uint64_t offset = response.content_offset;
+  const uint64_t bytes = response.content_bytes;
+  const bool is_head = message.method() == http::verb::head;
   Answer answer = ToAnswer(std::move(response), message.version(), keep_alive);
-  co_return co_await Write(&answer, message.method() == http::verb::head) && keep_alive &&
-      !closing_;
+  bool written = co_await Write(&answer, is_head || content != nullptr);
+  if (written && content != nullptr && !is_head) {
+    written = co_await WriteContent(content, offset, bytes);
+  }
+  co_return written&& keep_alive && !closing_;
 }
 
 const UpgradeHandler* Session::FindUpgrade(const Message& message) const {
@@ -178,9 +196,9 @@ void Session::HandOn(const UpgradeHandler& to, Message message) {
            std::move(place)});
 }
 
-asio::awaitable<Response> Session::Ask(Request request) {
+asio::awaitable<Response> Session::Ask(std::function<void(Respond)> ask) {
   PendingResponse pending(stream_.get_executor(), [this] { answer_timer_.cancel(); });
-  handle_(std::move(request), pending.MakeRespond());
+  ask(pending.MakeRespond());
   std::optional<Response> response = pending.Take();
   if (!response) {
     boost::beast::error_code error;
@@ -205,6 +223,28 @@ asio::awaitable<bool> Session::Write(Answer* answer, bool header_alone) {
     co_await http::async_write(stream_, serializer, Into(&error));
   }
   co_return !error;
+}
+
+// If it ends too early, the client notices by the length.
+asio::awaitable<bool> Session::WriteContent(std::shared_ptr<Content> content, uint64_t offset,
+                                            uint64_t bytes) {
+  for (const uint64_t end = offset + bytes; offset < end;) {
+    std::function<void(Respond)> ask = [content, offset, end](Respond respond) {
+      content->Read(offset, std::min(kPortionBytes, end - offset), std::move(respond));
+    };
+    const Response portion = co_await Ask(std::move(ask));
+    if (portion.status != 200 || portion.body.empty() || closing_) {
+      co_return false;
+    }
+    boost::beast::error_code error;
+    stream_.expires_after(traits_.patience);
+    co_await asio::async_write(stream_, asio::buffer(portion.body), Into(&error));
+    if (error) {
+      co_return false;
+    }
+    offset += portion.body.size();
+  }
+  co_return true;
 }
 
 // Closing with unread bytes would make the system discard the last bytes written: remaining bytes

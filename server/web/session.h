@@ -136,8 +136,10 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
   boost::asio::awaitable<bool> ServeOne();
   const UpgradeHandler* FindUpgrade(const Message& message) const;
   void HandOn(const UpgradeHandler& to, Message message);
-  boost::asio::awaitable<Response> Ask(Request request);
+  boost::asio::awaitable<Response> Ask(std::function<void(Respond)> ask);
   boost::asio::awaitable<bool> Write(Answer* answer, bool header_alone);
+  boost::asio::awaitable<bool> WriteContent(std::shared_ptr<Content> content, uint64_t offset,
+                                            uint64_t bytes);
   boost::asio::awaitable<void> HangUp();
 
   boost::beast::basic_stream<Protocol> stream_;

@@ -232,8 +232,26 @@ json::value LawsToJson(const field::FieldConfig& config) {
                       {"pheromones", std::move(laws)}};
 }
 
-json::value ToJson(const maps::Raster& raster, const field::PheromoneLaw& law,
-                   uint64_t field_time_ms) {
+json::object DescribeRaster(const maps::Raster& raster) {
+  return {{"columns", raster.columns},
+          {"rows", raster.rows},
+          {"origin_m", {Metres(raster.origin.x), Metres(raster.origin.y)}},
+          {"cell_m", Metres(raster.cell_um)}};
+}
+
+json::object DescribeRaster(const maps::Raster& raster, const field::PheromoneLaw& law,
+                            uint64_t field_time_ms) {
+  json::object object{{"pheromone", law.name},
+                      {"type", law.type},
+                      {"maximum", MaximumOf(law)},
+                      {"field_time_s", static_cast<double>(field_time_ms) / 1e3}};
+  for (const auto& [key, value] : DescribeRaster(raster)) {
+    object[key] = value;
+  }
+  return object;
+}
+
+json::array RowsOf(const maps::Raster& raster) {
   json::array rows;
   rows.reserve(static_cast<size_t>(raster.rows));
   for (int32_t row = raster.rows; row-- > 0;) {
@@ -245,15 +263,7 @@ json::value ToJson(const maps::Raster& raster, const field::PheromoneLaw& law,
     }
     rows.emplace_back(std::move(values));
   }
-  return json::object{{"pheromone", law.name},
-                      {"type", law.type},
-                      {"maximum", MaximumOf(law)},
-                      {"field_time_s", static_cast<double>(field_time_ms) / 1e3},
-                      {"columns", raster.columns},
-                      {"rows", raster.rows},
-                      {"origin_m", {Metres(raster.origin.x), Metres(raster.origin.y)}},
-                      {"cell_m", Metres(raster.cell_um)},
-                      {"values", std::move(rows)}};
+  return rows;
 }
 
 }  // namespace pheromone::web

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 
 #include "server/control/control.h"
@@ -23,9 +25,13 @@ boost::json::value ToJson(const std::vector<control::ClientView>& clients);
 /// The map, the antennas and the pheromone types.
 boost::json::value LawsToJson(const field::FieldConfig& config);
 
-/// A raster of one type: the top row first, null where there are obstacles.
-boost::json::value ToJson(const maps::Raster& raster, const field::PheromoneLaw& law,
-                          uint64_t field_time_ms);
+/// What the numbers of a raster are, for one type, and where its cells are; or the latter alone.
+boost::json::object DescribeRaster(const maps::Raster& raster, const field::PheromoneLaw& law,
+                                   uint64_t field_time_ms);
+boost::json::object DescribeRaster(const maps::Raster& raster);
+
+/// The numbers of a raster: the top row first, null where there are obstacles.
+boost::json::array RowsOf(const maps::Raster& raster);
 
 /// The maximum content of a node of this type, in units.
 double MaximumOf(const field::PheromoneLaw& law);

@@ -1,0 +1,26 @@
+// The recordings in the server's folder of captures, for download: *.pcapng, and *.mcap that were
+// put beside them for viewers.
+//
+//   GET /api/v1/captures                 their names and sizes
+//   GET /api/v1/captures/NAME            one of them; Range and If-Range are obeyed
+//
+// Both wait for the disk: call them in a lane. A file is sent as long as it was when it was opened,
+// even if the recording goes on; if it has become shorter, the connection ends.
+#pragma once
+
+#include <string>
+
+#include "server/control/control.h"
+#include "server/web/http.h"
+#include "server/web/lanes.h"
+#include "server/web/request_parameters.h"
+
+namespace pheromone::web {
+
+Response ListCaptures(const control::Control& control, Parameters* fields);
+
+/// Of the request, the headers count. The lane reads the file while it is sent.
+Response SendCapture(const control::Control& control, const std::string& name,
+                     const Request& request, const Lane& lane);
+
+}  // namespace pheromone::web
