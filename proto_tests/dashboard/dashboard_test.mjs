@@ -301,6 +301,10 @@ async function nets(browser) {
   }
 }
 
+for (const file of ['uPlot.iife.min.js', 'uPlot.min.css']) {
+  check(readFileSync(`node_modules/uplot/dist/${file}`).equals(readFileSync(join(source, 'server/web/dashboard/vendor', file))),
+        `${file} is not that of npm's package`);
+}
 const browser = await launch();
 try {
   await swarm.start();

@@ -2,9 +2,10 @@
 import {store} from './store.js';
 import {h} from './dom.js';
 import {hueOf, css} from './palettes.js';
-import {bytes, percent, number} from './format.js';
+import {ago, bytes, percent, number} from './format.js';
 
 const POINTS = 600;   // one a second
+const SPANS = [60, 120, 300];
 const MOST_LINES = 6; // more could not be told apart
 
 const ERRORS = ['crc_errors', 'bad_escapes', 'oversize_frames', 'runt_frames', 'gap_timeouts', 'framing_errors', 'overruns',
@@ -51,6 +52,12 @@ class Chart {
     this.draw();
   }
 
+  /** Seconds shown: as much as there is, in a few steps. */
+  get span() {
+    const have = this.times.length ? this.times.at(-1) - this.times[0] : 0;
+    return SPANS.find((it) => it >= have) ?? POINTS;
+  }
+
   get data() { return [this.times, ...this.values.values()]; }
 
   draw() {
@@ -82,10 +89,10 @@ class Chart {
     this.plot = new uPlot({
       width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight),
       padding: [6, 8, 0, 0], legend: {show: false}, cursor: {show: false},
-      scales: {x: {time: false, range: (_, __, max) => [max - POINTS, max]}, y: {range: (_, __, max) => [0, Math.max((max ?? 0) * 1.15, this.least)]}},
+      scales: {x: {time: false, range: (_, __, max) => [max - this.span, max]}, y: {range: (_, __, max) => [0, Math.max((max ?? 0) * 1.15, this.least)]}},
       axes: [
-        {...axis, size: 18, gap: 2, values: (plot, at) => at.map((it) => `−${Math.round((plot.scales.x.max - it) / 60)} min`),
-         splits: (plot) => (this.holder.clientWidth > 300 ? [8, 6, 4, 2] : [8, 4]).map((it) => plot.scales.x.max - it * 60)},
+        {...axis, size: 18, gap: 2, values: (plot, at) => at.map((it) => ago(plot.scales.x.max - it)).map((it) => `−${it}`),
+         splits: (plot) => (this.holder.clientWidth > 300 ? [0.8, 0.6, 0.4, 0.2] : [0.8, 0.4]).map((it) => plot.scales.x.max - it * this.span)},
         {...axis, size: 42, gap: 3, space: 26, values: (_, at) => at.map((it) => this.format(it))},
       ],
       series: [{}, ...this.names.map((label, i) => ({label, stroke: this.colour(i), width: 1.5, points: {show: false}, spanGaps: false}))],

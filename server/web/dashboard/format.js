@@ -40,7 +40,7 @@ export function duration(s) {
 
 export function ago(s) {
   if (s === null || s === undefined) return 'never';
-  return s < 1 ? 'now' : s < 60 ? `${Math.round(s)} s` : s < 3600 ? `${Math.round(s / 60)} min`
+  return s < 1 ? 'now' : s < 100 ? `${Math.round(s)} s` : s < 3600 ? `${Math.round(s / 60)} min`
     : s < 86400 ? `${Math.round(s / 3600)} h` : `${Math.round(s / 86400)} d`;
 }
 
