@@ -81,7 +81,7 @@ try {
     await shoot();
     await pause(FRAME_MS);
   }
-  const made = spawnSync('/usr/bin/convert', ['-delay', '18', '-loop', '0', join(frames, '*.png'), '-resize', '620x', '+dither', '-colors', '64',
+  const made = spawnSync('/usr/bin/convert', ['-delay', '18', '-loop', '0', join(frames, '*.png'), '-resize', '560x', '+dither', '-colors', '40',
                                      '-layers', 'OptimizeTransparency', join(out, 'dashboard.gif')], {encoding: 'utf8'});
   check(made.status === 0, `convert: ${made.error ?? made.stderr}`);
 } finally {
