@@ -23,6 +23,7 @@ import {duration, count} from './format.js';
 
 const DELTA = '/pheromone_delta/';
 const PANELS_EVERY_MS = 400;
+const OLDER_EVENTS_MS = 1500;   // the stream tells recent ones by itself, if it has any
 const text = new TextDecoder();
 const asJson = (payload) => JSON.parse(text.decode(payload));
 
@@ -188,6 +189,7 @@ function showState(state, retryAt) {
     loadLaws();
     loadTags();
     health.loadRecordings();
+    setTimeout(() => events.loadOlder(), OLDER_EVENTS_MS);
   } else if (state !== 'live' && state !== 'connecting') {
     byId('veil').dataset.lost = state;
   }

@@ -88,6 +88,22 @@ export class EventList {
     this.list.append(h('li', {class: 'empty'}, 'Nothing yet'));
   }
 
+  /** What happened before this page was opened, if the stream did not tell. */
+  async loadOlder() {
+    if (!this.list.querySelector('.empty')) return;
+    try {
+      const {events} = await api.get('events');
+      if (!this.list.querySelector('.empty')) return;
+      for (const {time_s: timeS, topic, on, subject, text} of events.slice(-50)) {
+        const what = {link: `link ${subject} is ${on ? 'up' : 'down'}`, capture: `recording ${on ? 'started' : 'stopped'}`,
+                      health: on ? 'the log is durable again' : 'the log is not durable', arrival: `robot ${subject}`, net: `net ${subject}`,
+                      configuration: 'another configuration is in effect'}[topic] ?? topic;
+        this.add({timeMs: timeS * 1000, level: (topic === 'link' || topic === 'health') && !on ? 'warning' : 'info',
+                  text: [what, text].filter((it) => it).join(topic === 'arrival' ? ' ' : ': ')});
+      }
+    } catch { /* then only what comes is shown */ }
+  }
+
   add({timeMs, level, text}) {
     this.list.querySelector('.empty')?.remove();
     this.list.prepend(h('li', {}, h('time', {}, clock(timeMs || Date.now())), h('i', {class: `dot ${MARKS[level] ?? ''}`}),
