@@ -105,6 +105,7 @@ struct WebSettings {
   uint32_t max_viewers = 32;
   std::string ros_distro = "humble";  ///< told to viewers; empty: none
   std::string click_pheromone = {};   ///< deposited where viewers click; empty: the first one
+  std::string root = {};  ///< a folder with the dashboard, from the command line; empty: built in
   bool operator==(const WebSettings&) const = default;
 };
 

@@ -86,7 +86,7 @@ class HttpFrontEnd::Impl {
       const Status listening = server_.ListenOnPort();
       if (listening.ok()) {
         const bool v6 = web_.listen_address.find(':') != std::string::npos;
-        spdlog::info("web: http://{}:{}, {}",
+        spdlog::info("web: http://{}:{}/, {}",
                      v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server_.port(),
                      web_.token.empty() ? "read-only" : "changes require the token");
       } else {

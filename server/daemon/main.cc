@@ -34,14 +34,19 @@ struct Options {
   std::string log_level;    // empty: as configured
   std::string load_field;   // absolute; empty: only the configured paths and rasters
   std::string save_field;   // absolute; empty: the field is not saved
+  std::string web_root;     // empty: the dashboard built in
   bool check = false;
   bool print_default = false;
 };
 
 Result<config::Config> Load(const Options& options) {
-  return options.config_path.empty()
-             ? config::ParseConfig(config::DefaultConfigText(), kDefaultName)
-             : config::LoadConfig(options.config_path);
+  Result<config::Config> config =
+      options.config_path.empty() ? config::ParseConfig(config::DefaultConfigText(), kDefaultName)
+                                  : config::LoadConfig(options.config_path);
+  if (config.ok()) {
+    config.value().web.root = options.web_root;
+  }
+  return config;
 }
 
 // Adds the field named by --load-field to the initial contents of the configuration.
@@ -174,6 +179,10 @@ int Main(int argc, char** argv) {
                  "Save the field to this file on an orderly stop and on SIGUSR1")
       ->check(not_empty)
       ->type_name("FILE");
+  app.add_option("--web-root", options.web_root,
+                 "Serve the dashboard from this folder, while it is edited")
+      ->check(CLI::ExistingDirectory)
+      ->type_name("DIR");
   app.add_flag("--check", options.check, "Check the configuration, print its meaning, and exit");
   app.add_flag("--default-config", options.print_default,
                "Print the default configuration and exit");

@@ -216,15 +216,23 @@ const Lane& LaneOf(const Route& route, const Lanes& lanes) {
 // delay others.
 constexpr size_t kMaxShortBody = 4096;
 
-Response WrongMethod(const Request& request, const Route& route) {
-  std::string allowed = CanRead(route) ? "GET, HEAD" : "";
-  if (route.change != nullptr) {
-    allowed += allowed.empty() ? "POST" : ", POST";
-  }
+Response WrongMethod(const Request& request, const std::string& allowed) {
   Response refused =
       Refuse(405, {"found method " + request.method.substr(0, 20), "method", allowed});
   refused.headers.emplace_back("Allow", allowed);
   return refused;
+}
+
+std::string MethodsOf(const Route& route) {
+  std::string allowed = CanRead(route) ? "GET, HEAD" : "";
+  if (route.change != nullptr) {
+    allowed += allowed.empty() ? "POST" : ", POST";
+  }
+  return allowed;
+}
+
+bool IsRead(const Request& request) {
+  return request.method == "GET" || request.method == "HEAD";
 }
 
 }  // namespace
@@ -247,6 +255,7 @@ Api::Api(control::Control* control, ApiOptions options, Lanes lanes)
     : control_(control),
       options_(std::move(options)),
       lanes_(std::move(lanes)),
+      assets_(options_.web_root),
       pictures_(control_, &lanes_),
       events_(control_, lanes_.requests) {}
 
@@ -280,6 +289,18 @@ std::string Api::WhyReadOnly(const Request& request) const {
              : "found an invalid token: this connection is read-only";
 }
 
+void Api::ShowDashboard(const std::string& file, Request request, const Respond& respond) {
+  if (!IsRead(request)) {
+    respond(WrongMethod(request, "GET, HEAD"));
+  } else if (!assets_.reads_disk()) {
+    respond(assets_.Get(file, request));
+  } else if (!RunIn(lanes_.long_work, [this, file, request = std::move(request), respond] {
+               respond(assets_.Get(file, request));
+             })) {
+    respond(Busy());
+  }
+}
+
 void Api::Handle(Request request, Respond respond) {
   if (auto refused = CheckHost(request)) {
     respond(*std::move(refused));
@@ -291,15 +312,19 @@ void Api::Handle(Request request, Respond respond) {
         400, {"the request's target is not a path", "target", "a path such as /api/v1/status"}));
     return;
   }
+  if (const auto file = Assets::FileOf(target->path)) {
+    ShowDashboard(*file, std::move(request), respond);
+    return;
+  }
   const Route* route = FindRoute(target->path);
   if (route == nullptr) {
     respond(Refuse(404, {"there is no resource " + target->path.substr(0, 100), "target",
                          "a path such as /api/v1/status; see pheromoned(8)"}));
     return;
   }
-  const bool reads = request.method == "GET" || request.method == "HEAD";
+  const bool reads = IsRead(request);
   if (reads ? !CanRead(*route) : request.method != "POST" || route->change == nullptr) {
-    respond(WrongMethod(request, *route));
+    respond(WrongMethod(request, MethodsOf(*route)));
     return;
   }
   if (!reads) {

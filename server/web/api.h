@@ -3,6 +3,7 @@
 //   Api api(&control, {.token = "..."}, lanes);
 //   api.Handle(request, [](Response response) { ... });
 //
+//   GET  /  /dashboard/...        the dashboard (assets.h)
 //   GET  /healthz                 200 or 503
 //   GET  /metrics                 Prometheus, text format 0.0.4
 //   GET  /api/v1/status           hash = 1 adds the state hash
@@ -35,6 +36,7 @@
 #include <vector>
 
 #include "server/control/control.h"
+#include "server/web/assets.h"
 #include "server/web/event_log.h"
 #include "server/web/http.h"
 #include "server/web/lanes.h"
@@ -47,6 +49,8 @@ struct ApiOptions {
   std::vector<std::string> hosts = {};  ///< further names of the server, in lower case
   /// Web pages of other servers that may open streams: "https://app.foxglove.dev".
   std::vector<std::string> origins = {};
+  /// A folder with the dashboard; empty: the embedded one.
+  std::string web_root = {};
   /// Further text for /metrics; empty: none.
   std::function<std::string()> more_metrics = {};
 };
@@ -82,10 +86,12 @@ class Api {
 
  private:
   std::optional<Response> CheckHost(const Request& request) const;
+  void ShowDashboard(const std::string& file, Request request, const Respond& respond);
 
   control::Control* const control_;
   const ApiOptions options_;
   const Lanes lanes_;
+  const Assets assets_;
   Pictures pictures_;
   EventLog events_;
 };

@@ -26,6 +26,8 @@ struct Request {
   std::string origin = {};
   std::string host = {};
   std::string subprotocols = {};  ///< Sec-WebSocket-Protocol
+  std::string accept_encoding = {};
+  std::string if_none_match = {};
   std::string range = {};
   std::string if_range = {};
   std::string body = {};

@@ -66,6 +66,8 @@ Request ToRequest(const Message& message, bool local) {
           .origin = HeaderOf(message, http::field::origin),
           .host = HeaderOf(message, http::field::host),
           .subprotocols = HeaderOf(message, http::field::sec_websocket_protocol),
+          .accept_encoding = HeaderOf(message, http::field::accept_encoding),
+          .if_none_match = HeaderOf(message, http::field::if_none_match),
           .range = HeaderOf(message, http::field::range),
           .if_range = HeaderOf(message, http::field::if_range),
           .body = message.body()};

@@ -1,0 +1,334 @@
+// The dashboard in a browser against the real daemon and simulated robots: every tool is used, a
+// robot is commanded and follows a path that was painted, the connection is cut and comes back; no
+// error on the console, no request to another host. Screenshots are left in OUT.
+//
+// Usage: node dashboard_test.mjs BIN_DIR SOURCE_DIR OUT
+import {spawnSync} from 'node:child_process';
+import {mkdirSync, readFileSync} from 'node:fs';
+import {join} from 'node:path';
+import {launch, open, pixel} from './browser.mjs';
+import {Swarm, TOKEN, check, until} from './swarm.mjs';
+
+const [binDir, source, out] = process.argv.slice(2);
+mkdirSync(out, {recursive: true});
+const preset = spawnSync(join(binDir, 'pheromoned'), ['--default-config'], {encoding: 'utf8'}).stdout
+  .replace(/\n\[web\][\s\S]*$/, '\n');
+const swarm = new Swarm(binDir, `${preset}
+[[link]]
+name = "radio-b"
+kind = "pty"
+path = "radio-b.pty"
+[[tag]]
+name = "door"
+x_m = 1.0
+y_m = 8.5
+range_m = 0.8
+slots = 8
+[obstacles]
+rectangles_m = [[4.6, 4.6, 5.4, 5.4]]
+[journal]
+folder = "journal"
+`);
+let step = '';
+const begin = (name) => { step = name; console.log(`  ${name}`); };
+
+const distance = (a, b) => Math.hypot(a.x_m - b.x_m, a.y_m - b.y_m);
+
+/** The pose of a robot after it moved by this much, or stood for ten of its requests. */
+async function moved(id, metres) {
+  const from = (await until('a pose', () => swarm.robot(id).then((it) => it?.pose)));
+  await until(`robot ${id} moves`, async () => distance((await swarm.robot(id)).pose, from) > metres);
+}
+async function stands(id) {
+  await until(`robot ${id} stands`, async () => {
+    const before = await swarm.robot(id);
+    const after = await until('ten requests', async () => {
+      const now = await swarm.robot(id);
+      return now.requests >= before.requests + 10 && now;
+    });
+    return distance(after.pose, before.pose) < 0.005;
+  });
+}
+
+async function clickMap(page, x, y) {
+  await page.mouse.click(...await pixel(page, x, y));
+}
+
+async function drag(page, points) {
+  const pixels = [];
+  for (const [x, y] of points) pixels.push(await pixel(page, x, y));
+  await page.mouse.move(...pixels[0]);
+  await page.mouse.down();
+  for (const at of pixels.slice(1)) await page.mouse.move(...at, {steps: 8});
+  await page.mouse.up();
+}
+
+const live = (page) => page.waitForSelector('#link-state[data-state="live"]', {timeout: 60000});
+const sensed = async (x, y, type) => {
+  const answer = await swarm.get(`sense?x_m=${x}&y_m=${y}&heading_deg=0&pheromone=${type}`);
+  return answer.left.intensity + answer.right.intensity;
+};
+const levelAt = (page, name, x, y) => page.evaluate(([layer, mapX, mapY]) =>
+  window.pheromone.store.layers.get(layer).valueAt(mapX, mapY), [name, x, y]);
+
+async function withoutToken(browser) {
+  begin('without the token nothing can be changed');
+  const {page, context, checkClean} = await open(browser, swarm.port);
+  await page.goto(`http://127.0.0.1:${swarm.port}/`);
+  await live(page);
+  for (const it of ['[data-tool="path"]', '[data-tool="brush"]', '[data-tool="eraser"]', '#halt-all', '#record', '#snapshot']) {
+    await page.waitForSelector(`${it}:disabled`);
+  }
+  check(/token/.test(await page.getAttribute('[data-tool="path"]', 'title')), 'the reason is not told');
+  await page.click('#lock');
+  await page.fill('#token-dialog input', TOKEN);
+  await page.click('#token-dialog button[type="submit"]');
+  await page.waitForSelector('#halt-all:not(:disabled)');
+  await page.click('#lock');
+  await page.waitForSelector('#halt-all:disabled');
+  checkClean();
+  await context.close();
+}
+
+async function commands(page) {
+  begin('a robot is selected on the map, halted, resumed');
+  await moved(1, 0.1);
+  await until('the card opens', async () => {
+    const {pose} = await swarm.robot(1);
+    await clickMap(page, pose.x_m, pose.y_m);
+    return page.isVisible('#robot-card');
+  });
+  await page.click('.row[data-robot="radio-a/1"]:not(.selected)').catch(() => {});
+  await page.waitForSelector('.row.selected');
+  const selected = await page.evaluate(() => window.pheromone.store.selected.key);
+  const id = Number(selected.split('/')[1]);
+  await page.click('#halt');
+  await until('the halt is accepted', async () => (await swarm.robot(id)).last_command?.outcome === 'accepted');
+  await stands(id);
+  await page.click('#resume');
+  await moved(id, 0.1);
+
+  begin('"go here" sets a goal, and it can be cancelled');
+  await page.click('#go-here');
+  await clickMap(page, 3, 5);
+  const goal = await until('the goal', async () => (await swarm.robot(id)).goal);
+  check(Math.hypot(goal.x_m - 3, goal.y_m - 5) < 0.05, `the goal is ${JSON.stringify(goal)}`);
+  await page.click('#cancel-goal');
+  await until('no goal', async () => (await swarm.robot(id)).goal === null);
+  await page.click('#follow-view');
+  await page.keyboard.press('f');
+  await page.keyboard.press('0');
+  return id;
+}
+
+async function brushAndEraser(page) {
+  begin('brush and eraser change the map, and the picture shows it');
+  await page.click('[data-tool="brush"]');
+  await page.selectOption('#options select', 'trail');
+  await drag(page, [[3, 6], [4, 6]]);
+  await until('the daemon has it', async () => await sensed(3.5, 6, 1) > 0);
+  await until('the picture has it', async () => await levelAt(page, 'trail', 3.5, 6) > 0.9);
+  await page.click('[data-tool="eraser"]');
+  await page.keyboard.press(']');
+  await page.keyboard.press(']');
+  await drag(page, [[2.6, 6], [4.4, 6]]);
+  await until('the picture lost it', async () => await levelAt(page, 'trail', 3.5, 6) === 0);
+  await page.keyboard.press('[');
+  await page.keyboard.press('[');
+  await page.keyboard.press('Escape');
+}
+
+async function followsAPaintedPath(page, id) {
+  begin('a path is painted, and the robot follows it');
+  await page.evaluate((key) => {
+    if (window.pheromone.store.selected?.key !== key) document.querySelector(`.row[data-robot="${key}"]`).click();
+  }, `${id === 1 ? 'radio-a' : 'radio-b'}/${id}`);
+  await page.click('#halt');
+  await stands(id);
+  const {pose} = await swarm.robot(id);
+  // Straight ahead, and then in a bend towards the middle of the map.
+  const points = [[pose.x_m, pose.y_m]];
+  let heading = (pose.heading_deg * Math.PI) / 180;
+  for (let i = 0; i < 12; i += 1) {
+    const [x, y] = points.at(-1);
+    const wanted = Math.atan2(5 - y, 5 - x);
+    const turn = ((wanted - heading + 3 * Math.PI) % (2 * Math.PI)) - Math.PI;
+    if (i > 1) heading += Math.max(-0.28, Math.min(0.28, turn));
+    if (Math.hypot(x - 5, y - 5) < 1.8) break;   // there is an obstacle in the middle
+    points.push([x + 0.3 * Math.cos(heading), y + 0.3 * Math.sin(heading)]);
+  }
+  await page.click('[data-tool="path"]');
+  await page.selectOption('#options select', 'trail');
+  await page.keyboard.press('[');
+  await page.keyboard.press('[');
+  await page.keyboard.press('[');
+  for (const [x, y] of points) await clickMap(page, x, y);
+  await page.screenshot({path: join(out, 'path-tool.png')});
+  await page.keyboard.press('Enter');
+  const end = points.at(-1);
+  const before = points.at(-3);
+  await until('the picture has it', async () => await levelAt(page, 'trail', before[0], before[1]) > 0.5);
+  await page.keyboard.press('v');
+  await page.selectOption('#follow-type', '1');
+  await page.click('#follow');
+  await page.click('#resume');
+  const off = (at) => Math.min(...points.map(([x, y]) => Math.hypot(x - at.x_m, y - at.y_m)));
+  let worst = 0;
+  await until('the robot comes to its end', async () => {
+    const at = (await swarm.robot(id)).pose;
+    worst = Math.max(worst, off(at));
+    return Math.hypot(at.x_m - end[0], at.y_m - end[1]) < 0.45;
+  });
+  console.log(`    ${points.length} points; the robot stayed within ${worst.toFixed(2)} m of them`);
+  check(worst < 0.4, 'the robot left the path');
+}
+
+async function panels(page) {
+  begin('layers, colours, themes, keys, tag, recording, snapshot, time line');
+  const box = page.locator('.layer[data-layer="path"] input');
+  await box.uncheck();
+  await page.keyboard.press('2');
+  check(await box.isChecked(), 'the key 2 does not show the second layer');
+  for (let i = 0; i < 3; i += 1) await page.click('.layer[data-layer="path"] .ramp');
+  await page.click('.layer[data-layer="path"] .name');
+  for (const key of ['r', 'r', 't', 't', 'a', 'a', 'g', 'g', '+', '-', 'ArrowLeft', 'ArrowUp', '0', 'n', 'N', 'Escape']) await page.keyboard.press(key);
+  await page.keyboard.press('d');
+  check(await page.getAttribute('html', 'data-theme') === 'light', 'the theme did not change');
+  await page.keyboard.press('d');
+  await page.keyboard.press('?');
+  await page.waitForSelector('#help-dialog[open]');
+  await page.keyboard.press('Escape');
+  await clickMap(page, 1, 8.5);
+  await page.waitForSelector('#tag-card:not([hidden])');
+  await page.mouse.move(...await pixel(page, 5, 5));
+  await page.mouse.wheel(0, -400);
+  await page.click('#zoom button:last-child');
+
+  await page.click('#record');
+  await until('the recording begins', async () => (await swarm.get('capture')).recording);
+  await page.waitForSelector('#record.on');
+  await page.click('#record');
+  await until('the recording ends', async () => !(await swarm.get('capture')).recording);
+  await page.locator('#snapshot').scrollIntoViewIfNeeded();
+  await page.click('#snapshot');
+  await page.waitForSelector('.toasts >> text=/^Snapshot/');
+
+  await page.click('#play');
+  await page.waitForFunction(() => window.pheromone.store.past !== null);
+  await page.fill('#scrub', '300');
+  const past = await page.evaluate(() => window.pheromone.store.past.at);
+  await page.click('#play');
+  await page.waitForFunction((at) => window.pheromone.store.past?.at > at, past);
+  await page.click('#live');
+  await page.waitForFunction(() => window.pheromone.store.past === null);
+}
+
+async function haltAll(page) {
+  begin('all robots are halted');
+  await page.click('#halt-all');
+  await stands(1);
+  await stands(2);
+  for (const key of ['radio-a/1', 'radio-b/2']) {
+    await page.evaluate((it) => {
+      if (window.pheromone.store.selected?.key !== it) document.querySelector(`.row[data-robot="${it}"]`).click();
+    }, key);
+    await page.click('#resume');
+    await page.waitForSelector('.toasts >> text=/resume sent/');
+  }
+}
+
+async function cut(page, watch) {
+  begin('the daemon stands still, and goes on');
+  watch.cut = true;
+  swarm.daemon.kill('SIGSTOP');
+  await page.waitForSelector('#veil:not([hidden])', {timeout: 60000});
+  await page.screenshot({path: join(out, 'connection-lost.png')});
+  await page.waitForSelector('#link-state[data-state="lost"]', {timeout: 60000});
+  swarm.daemon.kill('SIGCONT');
+  await live(page);
+  await page.waitForSelector('#veil', {state: 'hidden'});
+  begin('the daemon ends, and another one begins');
+  await swarm.stopDaemon();
+  await page.waitForSelector('#link-state[data-state="lost"]', {timeout: 60000});
+  await swarm.start();
+  await live(page);
+  await page.waitForSelector('#veil', {state: 'hidden'});
+  await page.waitForFunction(() => [...window.pheromone.store.robots.values()].some((it) => it.pose && it.silent_s < 1), null, {timeout: 60000});
+  watch.cut = false;
+}
+
+async function screenshots(browser) {
+  begin('screenshots');
+  for (const theme of ['dark', 'light']) {
+    for (const [name, width, height] of [['wall', 1920, 1080], ['laptop', 1280, 800], ['phone', 390, 844]]) {
+      const {page, context, checkClean} = await open(browser, swarm.port, {viewport: {width, height}, colorScheme: theme});
+      await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
+      await page.waitForFunction(() => window.pheromone.store.robots.size === 2 && window.pheromone.store.layers.get('path')?.levels);
+      check(new URL(page.url()).hash === '', 'the token stays in the address');
+      await until('trails', () => page.evaluate(() => [...window.pheromone.store.trails.values()].some((it) => it.length > 12)));
+      if (name !== 'phone') await page.click('.row[data-robot]');
+      await page.waitForTimeout(600);
+      await page.screenshot({path: join(out, `${name}-${theme}.png`)});
+      if (name === 'phone') {
+        await page.click('#side-toggle');
+        await page.waitForTimeout(400);
+        await page.screenshot({path: join(out, `${name}-panels-${theme}.png`)});
+      }
+      checkClean();
+      await context.close();
+    }
+  }
+}
+
+/** Nets and their semaphores, on the bench of the paper. */
+async function nets(browser) {
+  begin('nets and semaphores');
+  const text = readFileSync(join(source, 'deploy/examples/bench.toml'), 'utf8')
+    .replace(/\n\[web\][^[]*/g, '\n').replace(/"nets\//g, `"${join(source, 'deploy/examples/nets')}/`);
+  const bench = new Swarm(binDir, text);
+  try {
+    await bench.start();
+    const {page, context, checkClean} = await open(browser, bench.port);
+    await page.goto(`http://127.0.0.1:${bench.port}/#token=${TOKEN}`);
+    await page.waitForSelector('.net h3');
+    await page.waitForSelector('.row .sign.go, .row .sign.stop');
+    await page.waitForSelector('.net .marks');
+    await page.screenshot({path: join(out, 'bench.png')});
+    checkClean();
+    await context.close();
+  } finally {
+    await bench.end();
+  }
+}
+
+for (const file of ['uPlot.iife.min.js', 'uPlot.min.css']) {
+  check(readFileSync(`node_modules/uplot/dist/${file}`).equals(readFileSync(join(source, 'server/web/dashboard/vendor', file))),
+        `${file} is not that of npm's package`);
+}
+const browser = await launch();
+try {
+  await swarm.start();
+  await swarm.drive('radio-a.pty', 1);
+  await swarm.drive('radio-b.pty', 2);
+  await withoutToken(browser);
+  const {page, watch, checkClean} = await open(browser, swarm.port);
+  await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
+  await live(page);
+  const id = await commands(page);
+  await brushAndEraser(page);
+  await panels(page);
+  await followsAPaintedPath(page, id);
+  await haltAll(page);
+  await cut(page, watch);
+  checkClean();
+  await screenshots(browser);
+  await nets(browser);
+  console.log('ok');
+} catch (error) {
+  console.log(`failed: ${step}`);
+  console.log(swarm.log().slice(-2000));
+  throw error;
+} finally {
+  await browser.close();
+  await swarm.end();
+}

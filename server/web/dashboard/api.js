@@ -1,0 +1,58 @@
+// HTTP: details on request, and every change. Changes carry the token, which comes from the
+// address's fragment (never sent to a server or kept in the history) or is typed in.
+
+const KEY = 'pheromone.token';
+
+class Api {
+  constructor() {
+    this.onToken = () => {};
+    const given = new URLSearchParams(location.hash.slice(1)).get('token');
+    if (given) {
+      sessionStorage.setItem(KEY, given);
+      history.replaceState(null, '', location.pathname + location.search);
+    }
+  }
+
+  get token() { return sessionStorage.getItem(KEY) ?? ''; }
+
+  set token(token) {
+    if (token) sessionStorage.setItem(KEY, token);
+    else sessionStorage.removeItem(KEY);
+    this.onToken();
+  }
+
+  get(path) { return this.ask(path, {cache: 'no-store'}); }
+
+  async post(path, body) {
+    try {
+      return await this.ask(path, {
+        method: 'POST',
+        headers: {'Authorization': `Bearer ${this.token}`, 'Content-Type': 'application/json'},
+        body: JSON.stringify(body),
+      });
+    } catch (error) {
+      if (error.status === 401) this.token = '';
+      throw error;
+    }
+  }
+
+  async ask(path, options) {
+    let response;
+    try {
+      response = await fetch(`/api/v1/${path}`, {...options, signal: AbortSignal.timeout(10000)});
+    } catch {
+      throw new Error('the server does not answer');
+    }
+    const answer = await response.json().catch(() => null);
+    if (response.ok && answer !== null) return answer;
+    const problem = answer?.error ?? {};
+    const text = [problem.what || `status ${response.status}`,
+                  problem.where ? `(${problem.where})` : '',
+                  problem.expected ? `– expected ${problem.expected}` : ''];
+    const error = new Error(text.filter((it) => it).join(' '));
+    error.status = response.status;
+    throw error;
+  }
+}
+
+export const api = new Api();

@@ -1,0 +1,154 @@
+// Links and the engine over the last ten minutes.
+import {store} from './store.js';
+import {h} from './dom.js';
+import {hueOf, css} from './palettes.js';
+import {ago, bytes, percent, number} from './format.js';
+
+const POINTS = 600;   // one a second
+const SPANS = [60, 120, 300];
+const MOST_LINES = 6; // more could not be told apart
+
+const ERRORS = ['crc_errors', 'bad_escapes', 'oversize_frames', 'runt_frames', 'gap_timeouts', 'framing_errors', 'overruns',
+                'parity_errors', 'breaks', 'late_answers', 'dropped_answers', 'oversize_datagrams', 'dropped_datagrams'];
+
+/** Damaged and lost frames of a link. */
+export const errorsOf = (link) => ERRORS.reduce((sum, name) => sum + (link.counters?.[name] ?? 0), 0);
+
+class Chart {
+  /** The axis reaches `least`, at least: what is nearly nothing is to look like it. */
+  constructor(dock, title, format, least) {
+    this.format = format;
+    this.least = least;
+    this.heading = h('h2', {}, title);
+    this.holder = h('div', {class: 'chart'});
+    this.element = h('div', {}, this.heading, this.holder);
+    this.title = title;
+    dock.append(this.element);
+    this.names = [];
+    this.times = [];
+    this.values = new Map();
+    new ResizeObserver(() => this.resize()).observe(this.holder);
+  }
+
+  /** Another quantity: what was shown goes. */
+  become(title, format, least) {
+    if (this.title === title) return;
+    Object.assign(this, {title, format, least, times: [], values: new Map()});
+    this.plot?.destroy();
+    this.plot = null;
+  }
+
+  /** One value for each name, in this second; null: none. */
+  add(timeS, values) {
+    for (const name of Object.keys(values)) {
+      if (!this.values.has(name) && this.values.size < MOST_LINES) this.values.set(name, this.times.map(() => null));
+    }
+    this.times.push(timeS);
+    for (const [name, list] of this.values) list.push(values[name] ?? null);
+    if (this.times.length > POINTS) {
+      this.times.shift();
+      for (const list of this.values.values()) list.shift();
+    }
+    this.draw();
+  }
+
+  /** Seconds shown: as much as there is, in a few steps. */
+  get span() {
+    const have = this.times.length ? this.times.at(-1) - this.times[0] : 0;
+    return SPANS.find((it) => it >= have) ?? POINTS;
+  }
+
+  get data() { return [this.times, ...this.values.values()]; }
+
+  draw() {
+    if (this.holder.clientWidth < 40 || this.values.size === 0) return;
+    if (!this.plot || this.names.length !== this.values.size) this.make();
+    else this.plot.setData(this.data);
+    const now = [...this.values].map(([name, list]) => [name, list.at(-1)]);
+    this.heading.replaceChildren(this.title, ...now.map(([name, value], i) => {
+      const swatch = h('span', {class: 'swatch'}, now.length > 1 ? `${name} ${this.format(value)}` : this.format(value));
+      swatch.style.setProperty('--c', this.colour(i));
+      return swatch;
+    }));
+  }
+
+  colour(i) {
+    return css(hueOf(i, document.documentElement.dataset.theme === 'dark' ? 'dark' : 'light'));
+  }
+
+  make() {
+    this.plot?.destroy();
+    this.names = [...this.values.keys()];
+    const style = getComputedStyle(document.documentElement);
+    const axis = {
+      stroke: style.getPropertyValue('--ink-3').trim(),
+      grid: {stroke: style.getPropertyValue('--line-soft').trim(), width: 1},
+      ticks: {show: false},
+      font: '10px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif',
+    };
+    this.plot = new uPlot({
+      width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight),
+      padding: [6, 8, 0, 0], legend: {show: false}, cursor: {show: false},
+      scales: {x: {time: false, range: (_, __, max) => [max - this.span, max]}, y: {range: (_, __, max) => [0, Math.max((max ?? 0) * 1.15, this.least)]}},
+      axes: [
+        {...axis, size: 18, gap: 2, values: (plot, at) => at.map((it) => ago(plot.scales.x.max - it)).map((it) => `−${it}`),
+         splits: (plot) => (this.holder.clientWidth > 300 ? [0.8, 0.6, 0.4, 0.2] : [0.8, 0.4]).map((it) => plot.scales.x.max - it * this.span)},
+        {...axis, size: 42, gap: 3, space: 26, values: (_, at) => at.map((it) => this.format(it))},
+      ],
+      series: [{}, ...this.names.map((label, i) => ({label, stroke: this.colour(i), width: 1.5, points: {show: false}, spanGaps: false}))],
+    }, this.data, this.holder);
+  }
+
+  resize() {
+    if (this.plot && this.holder.clientWidth >= 40) {
+      this.plot.setSize({width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight)});
+    } else {
+      this.draw();
+    }
+  }
+}
+
+export class Charts {
+  constructor(dock) {
+    this.latency = new Chart(dock, 'Answer time', (ms) => (ms === null ? '–' : ms >= 1 ? `${number(ms)} ms` : `${number(ms * 1000)} µs`), 0.1);
+    this.errors = new Chart(dock, 'Errors a second', (n) => (n === null ? '–' : number(n)), 1);
+    this.traffic = new Chart(dock, 'Channel in use', percent, 0.1);
+    this.lastErrors = new Map();
+  }
+
+  /** Once a second, while the stream is live. */
+  tick(nowMs) {
+    const timeS = nowMs / 1000;
+    const links = [...store.links.values()];
+    // Only of a channel with a rate is a share known.
+    const shares = links.some((it) => it.utilisation !== null);
+    if (links.length > 0) this.traffic.become(...(shares ? ['Channel in use', percent, 0.1] : ['Bytes a second', (n) => (n === null ? '–' : bytes(n)), 100]));
+    const traffic = {};
+    const errors = {};
+    for (const link of links) {
+      traffic[link.name] = shares ? link.utilisation : link.bytes_per_s;
+      const sum = errorsOf(link);
+      const last = this.lastErrors.get(link.name);
+      const elapsed = last ? timeS - last.timeS : 0;
+      errors[link.name] = elapsed > 0.2 && sum >= last.sum ? (sum - last.sum) / elapsed : null;
+      this.lastErrors.set(link.name, {timeS, sum});
+    }
+    if (links.length > 0) {
+      this.traffic.add(timeS, traffic);
+      this.errors.add(timeS, errors);
+    }
+    const latency = latencyOf(store.engine);
+    if (latency) this.latency.add(timeS, latency);
+  }
+
+  themeChanged() {
+    for (const chart of [this.latency, this.errors, this.traffic]) if (chart.plot) { chart.make(); chart.draw(); }
+  }
+}
+
+/** Milliseconds of the engine's statistics. */
+function latencyOf(engine) {
+  const found = engine?.latency_us;
+  if (!found) return null;
+  return Object.fromEntries(['p50', 'p99'].map((it) => [it, typeof found[it] === 'number' ? found[it] / 1000 : null]));
+}

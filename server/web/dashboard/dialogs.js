@@ -1,0 +1,47 @@
+// The token, and the help.
+import {api} from './api.js';
+import {byId, h, setText} from './dom.js';
+
+const KEYS = [
+  ['V', 'look: drag to move, click a robot or a tag'], ['P  B  E', 'path, brush, eraser'],
+  ['[  ]', 'smaller, larger brush'], ['Enter  Backspace  Esc', 'lay the path, remove its last point, cancel'],
+  ['1 … 9', 'show or hide a pheromone'], ['R T A G', 'show or hide robots, trails, antennas, grid'],
+  ['Arrows  +  −  0', 'move, zoom, fit'], ['Space  L', 'pause or play, back to live'],
+  ['N', 'next robot (Shift: previous)'], ['F', 'follow the selected robot'],
+  ['H  U', 'halt, resume the selected robot'], ['Shift+H', 'halt all'], ['D', 'light or dark'], ['?', 'this help'],
+];
+
+export function setUpHelp() {
+  const dialog = h('dialog', {id: 'help-dialog'},
+    h('h2', {}, 'Keyboard and mouse'),
+    h('dl', {class: 'keys'}, KEYS.flatMap(([keys, what]) => [
+      h('dt', {}, keys.split('  ').map((it) => [h('kbd', {}, it), ' ']).flat()), h('dd', {}, what)])),
+    h('div', {class: 'actions'}, h('button', {type: 'button', onclick: () => dialog.close()}, 'Close')));
+  document.body.append(dialog);
+  const show = () => (dialog.open ? dialog.close() : dialog.showModal());
+  byId('help').addEventListener('click', show);
+  return show;
+}
+
+export function setUpToken() {
+  const input = h('input', {type: 'password', autocomplete: 'off', name: 'token', 'aria-label': 'Token', spellcheck: 'false'});
+  const dialog = h('dialog', {id: 'token-dialog'},
+    h('h2', {}, 'Unlock changes'),
+    h('p', {}, 'The token is in the file that web.token_file of the configuration names. It is kept until this tab is closed.'),
+    h('form', {method: 'dialog', onsubmit: () => { api.token = input.value.trim(); input.value = ''; }},
+      input,
+      h('div', {class: 'actions'},
+        h('button', {type: 'button', onclick: () => dialog.close()}, 'Cancel'),
+        h('button', {type: 'submit', class: 'primary'}, 'Unlock'))));
+  document.body.append(dialog);
+  const lock = byId('lock');
+  lock.addEventListener('click', () => {
+    if (api.token) api.token = '';
+    else dialog.showModal();
+  });
+  return () => {
+    setText(lock, api.token ? 'Lock' : 'Unlock');
+    lock.title = api.token ? 'Changes are possible; click to forget the token'
+      : 'View only: changes need the server’s token';
+  };
+}

@@ -1,0 +1,52 @@
+// The keyboard; dialogs.js tells of it.
+import {store} from './store.js';
+
+const SHOWS = {r: 'robots', t: 'trails', a: 'antennas', g: 'grid'};
+const PAN_PX = 80;
+
+export function setUpKeys({map, tools, robots, layers, timeline, theme, haltAll, showHelp}) {
+  const {view} = map;
+  const onMap = {
+    arrowleft: () => view.pan(PAN_PX, 0), arrowright: () => view.pan(-PAN_PX, 0),
+    arrowup: () => view.pan(0, PAN_PX), arrowdown: () => view.pan(0, -PAN_PX),
+    '+': () => view.zoom(1.25), '=': () => view.zoom(1.25), '-': () => view.zoom(0.8), 0: () => view.fit(),
+    ' ': () => timeline.toggle(), l: () => timeline.live(), d: () => theme.toggle(), '?': showHelp,
+    h: () => ofRobot(() => robots.command('halt')), u: () => ofRobot(() => robots.command('resume')),
+    f: () => ofRobot(() => robots.onFollow(store.selected.key)),
+  };
+
+  function ofRobot(go) {
+    if (store.selected?.kind === 'robot') go();
+  }
+
+  function nextRobot(back) {
+    const keys = [...store.robots.keys()].sort();
+    if (keys.length === 0) return;
+    const at = keys.indexOf(store.selected?.key);
+    store.select({kind: 'robot', key: keys[(at + (back ? keys.length - 1 : 1) + (at < 0 && back ? 1 : 0)) % keys.length]});
+  }
+
+  addEventListener('keydown', (event) => {
+    const typing = event.target.matches('input:not([type="range"]):not([type="checkbox"]), select, textarea');
+    if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
+    const key = event.key.toLowerCase();
+    const inControl = event.target.matches('button, summary, input, a');
+    if (inControl && [' ', 'enter', 'arrowleft', 'arrowright', 'arrowup', 'arrowdown'].includes(key)) return;
+    if (key === 'n') {
+      nextRobot(event.shiftKey);
+    } else if (event.shiftKey && key === 'h') {
+      haltAll();
+    } else if (tools.keydown(key)) {
+      // taken
+    } else if (/^[1-9]$/.test(key)) {
+      layers.toggleLayer([...store.layers.values()][Number(key) - 1]);
+    } else if (SHOWS[key]) {
+      layers.toggleShow(SHOWS[key]);
+    } else if (onMap[key]) {
+      onMap[key]();
+    } else {
+      return;
+    }
+    event.preventDefault();
+  });
+}

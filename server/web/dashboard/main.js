@@ -1,0 +1,297 @@
+// Puts the page together: the stream fills the store, and the store is drawn.
+import {api} from './api.js';
+import {store} from './store.js';
+import {byId, h, icon, setText, toast} from './dom.js';
+import {Stream} from './stream.js';
+import {decodeTiles} from './tiles.js';
+import {decodeLog} from './protobuf.js';
+import {Layer} from './raster.js';
+import {SwarmMap} from './map.js';
+import {Tools} from './tools.js';
+import {MANY, takeClients, isFresh, poseNow} from './robots.js';
+import {Charts} from './charts.js';
+import {History} from './history.js';
+import {Timeline} from './timeline.js';
+import {LayersPanel} from './panels/layers.js';
+import {RobotsPanel} from './panels/robots.js';
+import {PlacesPanel} from './panels/places.js';
+import {EventList, HealthPanel} from './panels/health.js';
+import {setUpHelp, setUpToken} from './dialogs.js';
+import {setUpTheme} from './appearance.js';
+import {setUpKeys} from './keys.js';
+import {duration, count} from './format.js';
+
+const DELTA = '/pheromone_delta/';
+const PANELS_EVERY_MS = 400;
+const OLDER_EVENTS_MS = 1500;   // the stream tells recent ones by itself, if it has any
+const text = new TextDecoder();
+const asJson = (payload) => JSON.parse(text.decode(payload));
+
+const map = new SwarmMap();
+const tools = new Tools(map);
+const charts = new Charts(byId('dock'));
+const events = new EventList(byId('dock'));
+const memory = new History();
+const timeline = new Timeline(memory, map);
+let following = null;
+let trailsDrawn = 0;
+
+const layers = new LayersPanel((layer) => {
+  if (layer.visible) stream.resume(DELTA + layer.name);
+  else stream.pause(DELTA + layer.name);
+  map.invalidate('base');
+}, () => map.invalidate());
+const robots = new RobotsPanel(tools, (key) => {
+  following = following === key ? null : key;
+  follow();
+});
+const places = new PlacesPanel();
+const health = new HealthPanel();
+byId('side').append(layers.panel.element, robots.panel.element, places.tags.element, places.nets.element,
+                    health.links.element, health.server.element, health.recordings.element);
+const theme = setUpTheme(() => {
+  map.readTheme();
+  for (const layer of store.layers.values()) layer.setTheme(theme.name);
+  layers.rebuild();
+  charts.themeChanged();
+});
+map.readTheme();
+const showToken = setUpToken();
+const showHelp = setUpHelp();
+
+// ---- the stream -------------------------------------------------------------------------------
+
+const stream = new Stream(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`, showState);
+
+stream.watch((topic) => topic.startsWith(DELTA), (payload, topic) => {
+  const layer = layerOf(topic.slice(DELTA.length));
+  const message = decodeTiles(payload);
+  const first = !layer.levels;
+  layer.take(message);
+  if (first) layers.rebuild();
+  if (layer.visible) map.invalidate('base');
+});
+stream.watch('/clients', (payload) => {
+  takeClients(asJson(payload), performance.now());
+  if (!store.chosen) chooseActive();
+  memory.record();
+  panelsDue.add('robots');
+  if (!store.past) map.invalidate('top');
+  const now = performance.now();
+  if (!store.past && now - trailsDrawn > (store.robots.size > MANY ? 300 : 90)) {
+    trailsDrawn = now;
+    map.invalidate('trails');
+  }
+  follow();
+});
+stream.watch((topic) => topic.startsWith('/link/'), (payload) => {
+  const link = asJson(payload);
+  store.links.set(link.name, link);
+  panelsDue.add('links');
+});
+stream.watch('/nets', (payload) => {
+  store.nets = asJson(payload).nets;
+  panelsDue.add('nets');
+});
+stream.watch('/tag_changes', () => panelsDue.add('tags'));
+stream.watch('/status', (payload) => {
+  store.status = asJson(payload);
+  panelsDue.add('status');
+  charts.tick(Date.now());
+});
+stream.watch('/stats/engine', (payload) => { store.engine = asJson(payload); });
+stream.watch('/events', (payload) => events.add(decodeLog(payload)));
+
+stream.onSession = (isNew) => {
+  if (!isNew) return;
+  store.links.clear();
+  store.trails.clear();
+  store.netDetails.clear();
+  memory.clear();
+  timeline.live();
+};
+stream.onChannel = (topic) => {
+  if (topic.startsWith(DELTA)) layerOf(topic.slice(DELTA.length));
+};
+
+// Until a pheromone is chosen, the one that robots sense most of.
+function chooseActive() {
+  const [best] = [...store.peaks].filter(([name, peak]) => peak > 0 && store.layers.has(name)).sort((a, b) => b[1] - a[1]);
+  if (!best) return;
+  store.chosen = true;
+  store.active = best[0];
+  store.emit('active');
+}
+
+function layerOf(name) {
+  let layer = store.layers.get(name);
+  if (!layer) {
+    layer = new Layer(name, store.layers.size);
+    layer.palette = localStorage.getItem(`palette.${name}`) ?? 'hue';
+    layer.setTheme(theme.name);
+    store.layers.set(name, layer);
+    store.active ??= name;
+    layers.rebuild();
+  }
+  return layer;
+}
+
+async function loadLaws() {
+  try {
+    const laws = await api.get('laws');
+    store.map = laws.map;
+    store.laws = new Map(laws.pheromones.map((it) => [it.name, it]));
+    if (!store.laws.has(store.active)) store.active = laws.pheromones.find((it) => !it.blend)?.name ?? null;
+    if (JSON.stringify(map.view.map) !== JSON.stringify(laws.map)) map.view.setMap(laws.map);
+    store.emit('laws');
+    layers.rebuild();
+  } catch (error) {
+    toast(`Cannot read the map: ${error.message}`, true);
+  }
+}
+
+async function loadTags() {
+  const all = [];
+  try {
+    for (let first = 1; first !== null;) {
+      const page = await api.get(`tags?first=${first}`);
+      all.push(...page.tags);
+      first = page.next;
+    }
+    store.tags = all;
+    await places.load();
+    map.invalidate('top');
+  } catch { /* the next change tells again */ }
+}
+
+async function loadNets() {
+  places.showNets();
+  for (const net of store.nets) {
+    try {
+      store.netDetails.set(net.name, await api.get(`nets?net=${encodeURIComponent(net.name)}`));
+    } catch { store.netDetails.delete(net.name); }
+  }
+  places.showNets();
+  places.show();
+  map.invalidate('top');
+}
+
+// ---- what is shown ------------------------------------------------------------------------------
+
+function showState(state, retryAt) {
+  const box = byId('link-state');
+  const told = {connecting: 'Connecting …', live: 'Live', stale: 'No data', lost: 'Connection lost'}[state];
+  const reconnecting = state === 'connecting' && box.dataset.state === 'lost';
+  box.dataset.state = reconnecting ? 'lost' : state;
+  setText(box.lastElementChild, told);
+  if (state === 'live' && byId('veil').dataset.lost !== 'no') {
+    byId('veil').dataset.lost = 'no';
+    loadLaws();
+    loadTags();
+    health.loadRecordings();
+    setTimeout(() => events.loadOlder(), OLDER_EVENTS_MS);
+  } else if (state !== 'live' && state !== 'connecting') {
+    byId('veil').dataset.lost = state;
+  }
+  showState.retryAt = retryAt;
+  showVeil();
+}
+
+function showVeil() {
+  const veil = byId('veil');
+  const lost = veil.dataset.lost;
+  veil.hidden = !lost || lost === 'no';
+  if (veil.hidden) { veil.replaceChildren(); return; }
+  const wait = Math.max(0, Math.ceil(((showState.retryAt ?? 0) - performance.now()) / 1000));
+  const detail = lost === 'stale' ? 'The server is silent. What you see may be old.'
+    : wait > 0 ? `What you see is old. Retrying in ${wait} s …` : 'What you see is old. Retrying …';
+  if (veil.textContent !== 'Connection lost' + detail) {
+    veil.replaceChildren(h('div', {}, h('h2', {}, 'Connection lost'), h('p', {}, detail)));
+  }
+}
+
+const facts = new Map();
+function fact(name, value) {
+  if (!facts.has(name)) {
+    const dd = h('dd');
+    facts.set(name, dd);
+    byId('facts').append(h('div', {}, h('dt', {}, name), dd));
+  }
+  setText(facts.get(name), value);
+}
+
+const panelsDue = new Set(['robots']);
+function showPanels() {
+  const due = new Set(panelsDue);
+  panelsDue.clear();
+  if (due.has('robots')) {
+    robots.show();
+    layers.show();
+    const heard = [...store.robots.values()].filter(isFresh).length;
+    fact('Robots', store.robots.size === heard ? String(heard) : `${heard} of ${store.robots.size}`);
+    fact('Map time', duration(store.fieldTimeMs / 1000));
+  }
+  if (due.has('links')) health.showLinks();
+  if (due.has('status')) {
+    health.showServer();
+    timeline.showRecording();
+    fact('Events', count(store.status.sequence));
+    fact('Links', `${store.status.links_up} of ${store.status.links}`);
+  }
+  if (due.has('tags')) loadTags();
+  if (due.has('nets')) loadNets();
+}
+setInterval(showPanels, PANELS_EVERY_MS);
+setInterval(showVeil, 500);
+
+function follow() {
+  const robot = following && store.robots.get(following);
+  if (robot?.pose && !store.past) {
+    const pose = poseNow(robot, performance.now());
+    map.view.centre(pose.x_m, pose.y_m);
+  }
+}
+
+store.on('robots', () => panelsDue.add('robots'));
+store.on('active', () => { layers.show(); robots.show(); map.invalidate('top'); });
+store.on('selected', () => {
+  if (following && store.selected?.key !== following) following = null;
+  robots.show();
+  map.invalidate('trails', 'top');
+});
+
+api.onToken = () => {
+  showToken();
+  tools.tokenChanged();
+  byId('halt-all').disabled = !api.token;
+  byId('halt-all').title = api.token ? 'Halt every robot (Shift+H)' : 'Halting needs the token: "Unlock"';
+  timeline.showRecording();
+  health.showServer();
+  robots.show();
+};
+api.onToken();
+
+async function haltAll() {
+  if (!api.token) { toast('Halting needs the token: "Unlock" above', true); return; }
+  try {
+    const done = await api.post('halt', {});
+    toast(`Halt sent on ${done.links.length === 1 ? done.links[0] : `${done.links.length} links`}`);
+  } catch (error) {
+    toast(`NOT halted: ${error.message}`, true);
+  }
+}
+byId('halt-all').addEventListener('click', haltAll);
+byId('side-toggle').addEventListener('click', () => {
+  const open = byId('side').classList.toggle('open');
+  byId('side-toggle').setAttribute('aria-expanded', String(open));
+});
+byId('zoom').append(...[['Zoom in (+)', ['M12 6v12', 'M6 12h12'], () => map.view.zoom(1.4)],
+                        ['Zoom out (−)', ['M6 12h12'], () => map.view.zoom(1 / 1.4)],
+                        ['Fit (0)', ['M5 9V5h4', 'M19 9V5h-4', 'M5 15v4h4', 'M19 15v4h-4'], () => map.view.fit()]]
+  .map(([title, paths, go]) => h('button', {type: 'button', title, 'aria-label': title, onclick: go}, icon(...paths))));
+
+setUpKeys({map, tools, robots, layers, timeline, theme, haltAll, showHelp});
+stream.connect();
+
+// For measurements and tests.
+window.pheromone = {map, store, stream, memory};

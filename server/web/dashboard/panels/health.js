@@ -1,0 +1,113 @@
+// The server: journal, disk, memory, links, recordings, events.
+import {store} from '../store.js';
+import {api} from '../api.js';
+import {h, pairs, panel, setText, toast} from '../dom.js';
+import {bytes, clock, count, duration, percent} from '../format.js';
+import {errorsOf} from '../charts.js';
+
+export class HealthPanel {
+  constructor() {
+    this.links = panel('links', 'Links');
+    this.server = panel('server', 'Server');
+    this.recordings = panel('recordings', 'Recordings', false);
+    this.facts = h('div');
+    this.snapshot = h('button', {type: 'button', id: 'snapshot', title: 'Write the state to the journal’s folder now', onclick: () => this.makeSnapshot()}, 'Snapshot');
+    this.server.body.append(this.facts, h('div', {class: 'actions'}, this.snapshot));
+    this.recordings.element.addEventListener('toggle', () => this.loadRecordings());
+    store.on('recording', () => this.loadRecordings());
+  }
+
+  async makeSnapshot() {
+    try {
+      const made = await api.post('snapshot', {});
+      toast(`Snapshot ${made.snapshot}`);
+    } catch (error) {
+      toast(`Snapshot: ${error.message}`, true);
+    }
+  }
+
+  showLinks() {
+    const links = [...store.links.values()];
+    setText(this.links.count, links.length ? `${links.filter((it) => it.up).length} of ${links.length} up` : '');
+    this.links.body.replaceChildren(...links.map((link) => {
+      const errors = errorsOf(link);
+      const used = link.utilisation === null ? `${bytes(link.bytes_per_s)}/s` : percent(link.utilisation);
+      const bar = h('i');
+      bar.style.transform = `scaleX(${Math.min(1, link.utilisation ?? 0).toFixed(3)})`;
+      const row = h('div', {class: 'row link', title: `${link.kind} ${link.address}: ${link.state}, ${count(errors)} errors`},
+                    h('i', {class: `dot ${!link.up ? 'bad' : link.silent ? 'warn' : 'good'}`}),
+                    h('span', {}, link.name, ' ', h('span', {class: 'dim'}, link.up ? link.kind : link.state)),
+                    h('span', {class: `meter${link.utilisation > 0.8 ? ' warn' : ''}`, title: 'Share of the channel in use'}, bar),
+                    h('span', {class: 'end'}, used));
+      return link.up || !link.last_error ? row : [row, h('p', {class: 'trouble'}, link.last_error)];
+    }).flat());
+  }
+
+  showServer() {
+    const {status, engine} = store;
+    if (!status) return;
+    const lag = status.sequence - status.durable_sequence;
+    const healthy = status.health?.healthy !== false;
+    setText(this.server.count, healthy ? '' : 'trouble');
+    this.facts.replaceChildren(pairs([
+      ['State', healthy ? 'healthy' : 'trouble', healthy ? 'good' : 'bad'],
+      ['Log', `${count(status.sequence)} events`],
+      ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
+      ['Field', `${bytes(status.field.used_bytes)} of ${bytes(status.field.limit_bytes)}`],
+      ['Memory', bytes(status.process.resident_bytes)],
+      ['Up for', duration(status.uptime_s)],
+      ['Version', status.version],
+      engine?.viewers && ['Viewers', String(engine.viewers.connected)],
+    ]), ...(status.warning ?? status.health?.problem ? [h('p', {class: 'warning'}, status.warning ?? status.health.problem)] : []));
+    this.snapshot.disabled = !api.token;
+  }
+
+  /** The files of the server's recordings, if it serves them. */
+  async loadRecordings() {
+    if (!this.recordings.element.open) return;
+    try {
+      const {captures} = await api.get('captures');
+      setText(this.recordings.count, String(captures.length || ''));
+      this.recordings.body.replaceChildren(captures.length === 0 ? h('p', {class: 'empty'}, 'None yet') : h('ul', {class: 'files'},
+        captures.slice(-20).reverse().map((it) => h('li', {}, h('a', {href: `/api/v1/captures/${encodeURIComponent(it.name)}`, download: it.name}, it.name),
+                                                     h('span', {class: 'dim'}, bytes(it.bytes))))));
+    } catch {
+      this.recordings.body.replaceChildren(h('p', {class: 'empty'}, 'This server does not serve them'));
+    }
+  }
+}
+
+const MOST_EVENTS = 200;
+const MARKS = {warning: 'warn', error: 'bad', fatal: 'bad'};
+
+export class EventList {
+  constructor(dock) {
+    this.list = h('ol', {class: 'events', id: 'events', tabindex: '0', 'aria-label': 'Events'});
+    this.heading = h('h2', {}, 'Events');
+    dock.append(h('div', {}, this.heading, this.list));
+    this.list.append(h('li', {class: 'empty'}, 'Nothing yet'));
+  }
+
+  /** What happened before this page was opened, if the stream did not tell. */
+  async loadOlder() {
+    if (!this.list.querySelector('.empty')) return;
+    try {
+      const {events} = await api.get('events');
+      if (!this.list.querySelector('.empty')) return;
+      for (const {time_s: timeS, topic, on, subject, text} of events.slice(-50)) {
+        const what = {link: `link ${subject} is ${on ? 'up' : 'down'}`, capture: `recording ${on ? 'started' : 'stopped'}`,
+                      health: on ? 'the log is durable again' : 'the log is not durable', arrival: `robot ${subject}`, net: `net ${subject}`,
+                      configuration: 'another configuration is in effect'}[topic] ?? topic;
+        this.add({timeMs: timeS * 1000, level: (topic === 'link' || topic === 'health') && !on ? 'warning' : 'info',
+                  text: [what, text].filter((it) => it).join(topic === 'arrival' ? ' ' : ': ')});
+      }
+    } catch { /* then only what comes is shown */ }
+  }
+
+  add({timeMs, level, text}) {
+    this.list.querySelector('.empty')?.remove();
+    this.list.prepend(h('li', {}, h('time', {}, clock(timeMs || Date.now())), h('i', {class: `dot ${MARKS[level] ?? ''}`}),
+                        h('span', {class: MARKS[level] ?? ''}, text)));
+    while (this.list.children.length > MOST_EVENTS) this.list.lastChild.remove();
+  }
+}

@@ -1,0 +1,258 @@
+// Robots on the map: heading, antennas with what they sense, and a trail that fades. A robot is drawn
+// between its last two poses, so that ten reports a second look like movement.
+import {store, keyOf} from './store.js';
+import {hueOf, css} from './palettes.js';
+import {number} from './format.js';
+import {write} from './places.js';
+
+const TRAIL_POINTS = 200;
+const TRAIL_STEP_M = 0.02;   // less is no movement worth a point
+const GLIDE_MS = 120;
+const FRESH_S = 3;
+export const MANY = 60;   // robots: what costs most is left out
+
+export class Trail {
+  constructor() {
+    this.x = new Float32Array(TRAIL_POINTS);
+    this.y = new Float32Array(TRAIL_POINTS);
+    this.next = 0;
+    this.length = 0;
+  }
+
+  add(x, y) {
+    if (this.length > 0) {
+      const last = (this.next + TRAIL_POINTS - 1) % TRAIL_POINTS;
+      const moved = Math.hypot(x - this.x[last], y - this.y[last]);
+      if (moved < TRAIL_STEP_M) return;
+      if (moved > 2) this.length = 0;  // it was carried: no line across the map
+    }
+    this.x[this.next] = x;
+    this.y[this.next] = y;
+    this.next = (this.next + 1) % TRAIL_POINTS;
+    this.length = Math.min(this.length + 1, TRAIL_POINTS);
+  }
+
+  at(i) {  // 0: the oldest
+    return (this.next + TRAIL_POINTS - this.length + i) % TRAIL_POINTS;
+  }
+}
+
+export const isFresh = (client) => client.known !== false && client.silent_s !== null && client.silent_s < FRESH_S;
+
+/** What share of the most that any antenna has sensed of the active pheromone this is. */
+export function shareOf(sensed) {
+  const most = Math.max(store.peaks.get(store.active) ?? 0, 1e-9);
+  return sensed ? Math.min(1, Math.abs(sensed) / most) : 0;
+}
+
+// What antennas sense has no upper limit that a law names: it is a sum over the nodes in reach.
+function notePeaks(client) {
+  for (const [name, {left, right}] of Object.entries(client.antennas?.pheromones ?? {})) {
+    store.peaks.set(name, Math.max(store.peaks.get(name) ?? 0, Math.abs(left), Math.abs(right)));
+  }
+}
+
+/** Takes a message of /clients. */
+export function takeClients(message, now) {
+  store.fieldTimeMs = message.field_time_ms ?? store.fieldTimeMs;
+  const seen = new Set();
+  for (const client of message.clients) {
+    const key = keyOf(client);
+    seen.add(key);
+    const before = store.robots.get(key);
+    client.key = key;
+    notePeaks(client);
+    if (client.pose) {
+      const last = before?.pose ? glide(before, now) : client.pose;
+      const jumps = Math.hypot(last.x_m - client.pose.x_m, last.y_m - client.pose.y_m) > 1;
+      client.from = jumps ? client.pose : last;
+      client.since = now;
+      const moved = client.pose.x_m !== before?.pose?.x_m || client.pose.y_m !== before?.pose?.y_m ||
+                    client.pose.heading_deg !== before?.pose?.heading_deg;
+      client.movedAt = moved ? now : before?.movedAt ?? 0;
+      if (!store.trails.has(key)) store.trails.set(key, new Trail());
+      store.trails.get(key).add(client.pose.x_m, client.pose.y_m);
+    }
+    store.robots.set(key, client);
+  }
+  for (const key of store.robots.keys()) {
+    if (seen.has(key)) continue;
+    store.robots.delete(key);
+    store.trails.delete(key);
+  }
+}
+
+function glide(client, now) {
+  const {pose, from} = client;
+  const t = from ? Math.min(1, (now - client.since) / GLIDE_MS) : 1;
+  if (t >= 1) return pose;
+  const turn = ((pose.heading_deg - from.heading_deg + 540) % 360) - 180;
+  return {x_m: from.x_m + (pose.x_m - from.x_m) * t, y_m: from.y_m + (pose.y_m - from.y_m) * t,
+          heading_deg: from.heading_deg + turn * t};
+}
+
+export function isMoving(now) {
+  if (store.past) return false;
+  for (const client of store.robots.values()) if (client.pose && now - client.movedAt < GLIDE_MS) return true;
+  return false;
+}
+
+/** Where a robot is drawn now. */
+export const poseNow = (client, now) => (store.past ? client.pose : glide(client, now));
+
+const BANDS = [0.1, 0.2, 0.34, 0.52];   // the opacity of each quarter, from the oldest
+
+export function drawTrails(context, view, theme) {
+  if (store.past) return;
+  context.lineWidth = 1.6;
+  context.lineJoin = 'round';
+  context.strokeStyle = theme.ink;
+  for (let band = 0; band < BANDS.length; band += 1) {
+    context.globalAlpha = BANDS[band];
+    for (const [key, trail] of store.trails) {
+      if (store.selected?.key === key) continue;
+      context.beginPath();  // one path of all trails takes many times as long
+      stroke(context, view, trail, band / BANDS.length, (band + 1) / BANDS.length);
+      context.stroke();
+    }
+  }
+  const chosen = store.selected?.kind === 'robot' ? store.trails.get(store.selected.key) : null;
+  if (chosen) {
+    context.strokeStyle = theme.accent;
+    context.lineWidth = 2.2;
+    context.globalAlpha = 0.9;
+    context.beginPath();
+    stroke(context, view, chosen, 0, 1);
+    context.stroke();
+  }
+  context.globalAlpha = 1;
+}
+
+// Points nearer than three pixels to the last are left out: a line through them looks the same.
+function stroke(context, view, trail, from, to) {
+  const first = Math.floor(from * (trail.length - 1));
+  const last = Math.floor(to * (trail.length - 1));
+  let lastX = NaN;
+  let lastY = NaN;
+  for (let i = first; i <= last; i += 1) {
+    const at = trail.at(i);
+    const x = view.sx(trail.x[at]);
+    const y = view.sy(trail.y[at]);
+    if (i === first) context.moveTo(x, y);
+    else if (i < last && Math.abs(x - lastX) + Math.abs(y - lastY) < 3) continue;
+    else context.lineTo(x, y);
+    lastX = x;
+    lastY = y;
+  }
+}
+
+export function drawRobots(context, view, theme, now) {
+  const robots = store.shownRobots;
+  const size = Math.max(5, Math.min(13, view.scale * 0.16, robots.size > MANY ? 8 : 13));
+  const labels = robots.size <= MANY || view.scale > 90;
+  const hue = store.laws.has(store.active) ? hueOf(store.layers.get(store.active)?.index ?? 0, theme.dark ? 'dark' : 'light') : null;
+  // Where they would lie on the robot itself, they tell nothing.
+  const hasAntennas = store.shows.antennas && antennaPx(robots, view) > 0.6 * size;
+  context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
+  context.textAlign = 'left';
+  context.textBaseline = 'middle';
+  for (const client of robots.values()) {
+    if (!client.pose) continue;
+    const pose = poseNow(client, now);
+    const x = view.sx(pose.x_m);
+    const y = view.sy(pose.y_m);
+    if (x < -60 || y < -60 || x > view.width + 60 || y > view.height + 60) continue;
+    const selected = store.selected?.kind === 'robot' && store.selected.key === client.key;
+    context.globalAlpha = isFresh(client) || store.past ? 1 : 0.4;
+    if (selected) {
+      context.strokeStyle = theme.accent;
+      context.lineWidth = 2;
+      context.beginPath();
+      context.arc(x, y, size + 7, 0, 2 * Math.PI);
+      context.stroke();
+    }
+    if (client.antennas && (selected || hasAntennas)) drawAntennas(context, view, theme, client, x, y, hue, selected);
+    drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected, labels);
+    if (labels || selected) {
+      context.fillStyle = selected ? theme.accent : theme['ink-2'];
+      write(context, theme, String(client.id), x + size + 4, y - size - 3);
+    }
+  }
+  context.globalAlpha = 1;
+}
+
+// How far from a robot its left antenna is, on screen.
+function antennaPx(robots, view) {
+  for (const {pose, antennas} of robots.values()) {
+    if (pose && antennas) return Math.hypot(antennas.left.x_m - pose.x_m, antennas.left.y_m - pose.y_m) * view.scale;
+  }
+  return 0;
+}
+
+function drawBody(context, theme, x, y, angle, size, selected, outlined) {
+  const cos = Math.cos(angle) * size;
+  const sin = Math.sin(angle) * size;
+  const point = (a, b) => [x + a * cos - b * sin, y + a * sin + b * cos];
+  context.beginPath();
+  context.moveTo(...point(1.15, 0));
+  context.lineTo(...point(-0.85, 0.8));
+  context.lineTo(...point(-0.45, 0));
+  context.lineTo(...point(-0.85, -0.8));
+  context.closePath();
+  context.lineJoin = 'round';
+  if (outlined) {
+    context.lineWidth = 3;
+    context.strokeStyle = theme.map;
+    context.stroke();
+  }
+  context.fillStyle = selected ? theme.accent : theme.ink;
+  context.fill();
+}
+
+// The positions are those of the message's pose; on screen the robot is between two.
+function drawAntennas(context, view, theme, client, x, y, hue, selected) {
+  const dx = x - view.sx(client.pose.x_m);
+  const dy = y - view.sy(client.pose.y_m);
+  const sensed = client.antennas.pheromones?.[store.active];
+  for (const side of ['left', 'right']) {
+    const at = client.antennas[side];
+    if (!at) continue;
+    const ax = view.sx(at.x_m) + dx;
+    const ay = view.sy(at.y_m) + dy;
+    context.strokeStyle = theme['ink-3'];
+    context.lineWidth = 1;
+    context.beginPath();
+    context.moveTo(x, y);
+    context.lineTo(ax, ay);
+    context.stroke();
+    const share = shareOf(sensed?.[side]);
+    context.beginPath();
+    context.arc(ax, ay, 3 + 3.5 * Math.sqrt(share), 0, 2 * Math.PI);
+    context.fillStyle = theme.map;
+    context.fill();
+    if (share > 0 && hue) {
+      context.fillStyle = css(hue, 0.35 + 0.65 * share);
+      context.fill();
+    }
+    context.strokeStyle = hue ? css(hue) : theme['ink-3'];
+    context.lineWidth = 1.3;
+    context.stroke();
+    if (selected && sensed) {
+      context.fillStyle = theme.ink;
+      context.textAlign = ax < x ? 'right' : 'left';
+      write(context, theme, number(sensed[side]), ax + (ax < x ? -9 : 9), ay);
+      context.textAlign = 'left';
+    }
+  }
+}
+
+export function robotAt(view, point, reachPx = 16) {
+  let best = null;
+  let least = reachPx / view.scale;
+  for (const client of store.shownRobots.values()) {
+    if (!client.pose) continue;
+    const distance = Math.hypot(client.pose.x_m - point.x, client.pose.y_m - point.y);
+    if (distance < least) { least = distance; best = client; }
+  }
+  return best;
+}

@@ -1,0 +1,148 @@
+// The stream: a client of the Foxglove WebSocket protocol that comes back by itself.
+//
+//   const stream = new Stream(url, (state, detail) => ...);
+//   stream.watch('/status', (payload) => ...);           // a topic, or a function of it
+//   stream.pause('/pheromone_delta/trail');              // nothing more of it, until resume()
+//
+// States: connecting, live, stale (open, but silent), lost (detail: when the next attempt is).
+
+const PROTOCOLS = ['foxglove.sdk.v1', 'foxglove.websocket.v1'];
+const STALE_MS = 4000;   // the server tells its status every second
+const DEAD_MS = 9000;
+const LONGEST_WAIT_MS = 5000;
+const MESSAGE_DATA = 1;
+
+export class Stream {
+  constructor(url, onState) {
+    this.url = url;
+    this.onState = onState;
+    this.watches = [];
+    this.paused = new Set();
+    this.channels = new Map();        // topic -> channel
+    this.subscriptions = new Map();   // id -> {topic, handler}
+    this.nextId = 1;
+    this.attempts = 0;
+    this.session = '';
+    this.onSession = () => {};
+    this.onChannel = () => {};
+    this.received = 0;                // bytes
+    setInterval(() => this.look(), 1000);
+  }
+
+  watch(match, handler) {
+    this.watches.push({match: typeof match === 'string' ? (topic) => topic === match : match, handler});
+  }
+
+  connect() {
+    clearTimeout(this.timer);
+    this.close();
+    this.setState('connecting');
+    const socket = new WebSocket(this.url, PROTOCOLS);
+    socket.binaryType = 'arraybuffer';
+    this.socket = socket;
+    this.heard = performance.now();
+    socket.onmessage = (event) => {
+      if (socket !== this.socket) return;
+      this.heard = performance.now();
+      if (typeof event.data === 'string') {
+        this.take(JSON.parse(event.data));
+      } else {
+        this.received += event.data.byteLength;
+        this.takeData(event.data);
+      }
+      if (this.state !== 'live') { this.attempts = 0; this.setState('live'); }
+    };
+    socket.onclose = () => { if (socket === this.socket) this.retry(); };
+  }
+
+  close() {
+    const socket = this.socket;
+    this.socket = null;
+    socket?.close();
+    this.channels.clear();
+    this.subscriptions.clear();
+  }
+
+  retry() {
+    this.close();
+    const wait = Math.min(LONGEST_WAIT_MS, 500 * 2 ** this.attempts) * (0.8 + 0.4 * Math.random());
+    this.attempts += 1;
+    this.setState('lost', performance.now() + wait);
+    this.timer = setTimeout(() => this.connect(), wait);
+  }
+
+  // A server that stands still keeps its connections open.
+  look() {
+    if (!this.socket) return;
+    const silent = performance.now() - this.heard;
+    if (silent > DEAD_MS) this.retry();
+    else if (silent > STALE_MS && this.state === 'live') this.setState('stale');
+  }
+
+  setState(state, detail) {
+    this.state = state;
+    this.onState(state, detail);
+  }
+
+  take(message) {
+    switch (message.op) {
+      case 'serverInfo':
+        this.onSession(message.sessionId !== this.session);
+        this.session = message.sessionId;
+        break;
+      case 'advertise':
+        for (const channel of message.channels) {
+          this.channels.set(channel.topic, channel);
+          this.onChannel(channel.topic);
+          this.subscribe(channel);
+        }
+        break;
+      case 'unadvertise':
+        for (const [topic, channel] of this.channels) {
+          if (!message.channelIds.includes(channel.id)) continue;
+          this.channels.delete(topic);
+          for (const [id, it] of this.subscriptions) if (it.topic === topic) this.subscriptions.delete(id);
+        }
+        break;
+      case 'status':
+        if (message.level === 2) console.warn(`stream: ${message.message}`);
+        break;
+    }
+  }
+
+  subscribe(channel) {
+    const watch = this.watches.find((it) => it.match(channel.topic));
+    if (!watch || this.paused.has(channel.topic)) return;
+    for (const it of this.subscriptions.values()) if (it.topic === channel.topic) return;
+    const id = this.nextId;
+    this.nextId += 1;
+    this.subscriptions.set(id, {topic: channel.topic, handler: watch.handler});
+    this.send({op: 'subscribe', subscriptions: [{id, channelId: channel.id}]});
+  }
+
+  pause(topic) {
+    this.paused.add(topic);
+    for (const [id, it] of this.subscriptions) {
+      if (it.topic !== topic) continue;
+      this.subscriptions.delete(id);
+      this.send({op: 'unsubscribe', subscriptionIds: [id]});
+    }
+  }
+
+  resume(topic) {
+    this.paused.delete(topic);
+    const channel = this.channels.get(topic);
+    if (channel) this.subscribe(channel);
+  }
+
+  send(message) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  takeData(buffer) {
+    const view = new DataView(buffer);
+    if (buffer.byteLength < 13 || view.getUint8(0) !== MESSAGE_DATA) return;
+    const to = this.subscriptions.get(view.getUint32(1, true));
+    to?.handler(new Uint8Array(buffer, 13), to.topic);
+  }
+}

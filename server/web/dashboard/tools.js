@@ -1,0 +1,302 @@
+// The tools of the map: look, path, brush, eraser, and "go here" for the selected robot. All that
+// change something need the token, and say so while there is none.
+import {api} from './api.js';
+import {store} from './store.js';
+import {byId, h, icon, toast} from './dom.js';
+import {metres, number} from './format.js';
+import {robotAt} from './robots.js';
+import {tagAt, tagKey} from './places.js';
+
+const SEND_EVERY_MS = 150;
+const MOST_POINTS = 1000;   // the server takes 1024
+
+const TOOLS = [
+  {name: 'look', key: 'v', title: 'Move the map, select robots and tags (V)',
+   icon: ['M5 3l14 8-6 1.8L10 19z']},
+  {name: 'path', key: 'p', title: 'Draw a path (P)', changes: true,
+   icon: ['M4 18c6 0 3-11 9-11h3', 'M18.5 7a2 2 0 1 0-.01 0', 'M4 20.5a2 2 0 1 0-.01-4']},
+  {name: 'brush', key: 'b', title: 'Paint pheromone (B)', changes: true,
+   icon: ['M20 4L10 14', 'M9.5 13.5c-3 0-4 2-4 4 0 1.5-1 2-2 2 4 1.5 8 .5 8-3 0-1.5-.8-2.5-2-3z']},
+  {name: 'eraser', key: 'e', title: 'Erase pheromone (E)', changes: true,
+   icon: ['M4.5 15.5l9-9 6 6-7 7h-4z', 'M9 11l6 6', 'M12 19.5h8']},
+];
+
+export class Tools {
+  constructor(map) {
+    this.map = map;
+    this.settings = {radius: 0.15, share: 1};
+    this.points = [];
+    this.hover = null;
+    this.buttons = new Map();
+    for (const tool of TOOLS) {
+      const button = h('button', {type: 'button', 'aria-label': tool.title, 'data-tool': tool.name,
+                                  onclick: () => this.choose(tool.name)}, icon(...tool.icon));
+      this.buttons.set(tool.name, button);
+      byId('tools').append(button);
+    }
+    map.overlay = (context, view, theme) => this.draw(context, view, theme);
+    store.on('laws', () => this.showOptions());
+    store.on('active', () => this.showOptions());
+    this.tokenChanged();
+    this.choose('look');
+  }
+
+  tokenChanged() {
+    for (const tool of TOOLS) {
+      const button = this.buttons.get(tool.name);
+      button.disabled = Boolean(tool.changes) && !api.token;
+      button.title = button.disabled ? `${tool.title} – needs the token: "Unlock" above` : tool.title;
+    }
+    if (this.current && this.buttons.get(this.current)?.disabled) this.choose('look');
+  }
+
+  choose(name) {
+    if (this.buttons.get(name)?.disabled) {
+      toast('Changes need the token: "Unlock" above', true);
+      return;
+    }
+    this.cancel();
+    this.current = name;
+    for (const [it, button] of this.buttons) button.setAttribute('aria-pressed', String(it === name));
+    this.map.view.tool = this[name]();
+    this.map.view.cursor();
+    this.showOptions();
+    this.map.invalidate('top');
+  }
+
+  keydown(key) {
+    const tool = TOOLS.find((it) => it.key === key);
+    if (tool) { this.choose(tool.name); return true; }
+    if (this.current === 'path' && key === 'enter') { this.finishPath(); return true; }
+    if (this.current === 'path' && key === 'backspace') {
+      this.points.pop();
+      this.map.invalidate('top');
+      return true;
+    }
+    if (key === 'escape') {
+      if (this.current !== 'look') this.choose('look');
+      else store.select(null);
+      return true;
+    }
+    if (key === '[' || key === ']') {
+      this.settings.radius = Math.min(2, Math.max(0.02, this.settings.radius * (key === ']' ? 1.25 : 0.8)));
+      this.showOptions();
+      this.map.invalidate('top');
+      return true;
+    }
+    return false;
+  }
+
+  // What is under the cursor, with the values of the shown layers.
+  readout(point) {
+    const line = byId('readout');
+    if (!point) { line.textContent = ''; return; }
+    const values = [...store.layers.values()].filter((it) => it.visible)
+      .map((it) => [it.name, it.valueAt(point.x, point.y)]).filter(([, value]) => value);
+    line.textContent = [`${metres(point.x)}, ${metres(point.y)}`,
+                        ...values.map(([name, value]) => `${name} ${number(value)}`)].join('   ');
+  }
+
+  hovers(point) {
+    this.hover = point;
+    this.readout(point);
+    if (this.current !== 'look') this.map.invalidate('top');
+  }
+
+  look() {
+    return {
+      hover: (point) => {
+        this.hovers(point);
+        this.map.view.cursor(point && (robotAt(this.map.view, point) || tagAt(this.map.view, point)));
+      },
+      click: (point) => {
+        const robot = robotAt(this.map.view, point);
+        const tag = robot ? null : tagAt(this.map.view, point);
+        store.select(robot ? {kind: 'robot', key: robot.key} : tag ? {kind: 'tag', key: tagKey(tag)} : null);
+      },
+    };
+  }
+
+  path() {
+    return {
+      cursor: 'draw',
+      hover: (point) => this.hovers(point),
+      click: (point) => {
+        if (this.points.length < MOST_POINTS) this.points.push(point);
+        this.showOptions();
+        this.map.invalidate('top');
+      },
+      double: () => {
+        this.points.pop();   // the second click of the two
+        this.finishPath();
+      },
+    };
+  }
+
+  async finishPath() {
+    const points = this.points;
+    if (points.length < 2) { toast('A path has at least two points', true); return; }
+    this.points = [];
+    this.map.invalidate('top');
+    const paint = await this.send('paint', points);
+    if (paint) toast(`Path of ${points.length} points: ${paint.nodes} nodes of “${store.active}”`);
+    this.showOptions();
+  }
+
+  stroke(request) {
+    return {
+      cursor: 'draw',
+      hover: (point) => this.hovers(point),
+      down: (point) => {
+        this.points = [point];
+        this.drawing = true;
+        this.pump(request);
+        this.map.invalidate('top');
+      },
+      move: (point) => {
+        this.hovers(point);
+        const last = this.points.at(-1);
+        if (Math.hypot(point.x - last.x, point.y - last.y) * this.map.view.scale > 3) this.points.push(point);
+        this.pump(request);
+        this.map.invalidate('top');
+      },
+      up: () => {
+        this.drawing = false;
+        this.pump(request);
+      },
+      cancel: () => this.cancel(),
+    };
+  }
+
+  brush() { return this.stroke('paint'); }
+  eraser() { return this.stroke('erase'); }
+
+  goto() {
+    return {
+      cursor: 'draw',
+      hover: (point) => this.hovers(point),
+      click: async (point) => {
+        const robot = store.robots.get(this.target);
+        this.choose('look');
+        if (!robot) return;
+        try {
+          await api.post('goto', {link: robot.link, id: robot.id, x_m: round(point.x), y_m: round(point.y)});
+          toast(`Robot ${robot.id} goes to ${metres(point.x)}, ${metres(point.y)}`);
+        } catch (error) {
+          toast(`Not sent: ${error.message}`, true);
+        }
+      },
+    };
+  }
+
+  sendTo(key) {
+    this.target = key;
+    this.choose('goto');
+  }
+
+  // Sends what was drawn since the last time, one request at a time.
+  async pump(request) {
+    if (this.sending) return;
+    this.sending = true;
+    let done = 0;   // points sent
+    while (this.points.length > done || this.drawing) {
+      const points = this.points.slice(Math.max(0, done - 1), done + MOST_POINTS);
+      if (this.points.length > done) {
+        done += points.length - (done > 0 ? 1 : 0);
+        if (!(await this.send(request, points))) { this.drawing = false; break; }
+      }
+      if (!this.drawing && this.points.length <= done) break;
+      await new Promise((resolve) => setTimeout(resolve, SEND_EVERY_MS));
+    }
+    this.points = [];
+    this.sending = false;
+    this.map.invalidate('top');
+  }
+
+  async send(request, points) {
+    const law = store.laws.get(store.active);
+    if (!law) { toast('Choose a pheromone first', true); return null; }
+    const body = {pheromone: law.name, points_m: points.map((it) => [round(it.x), round(it.y)]), radius_m: round(this.settings.radius)};
+    if (request === 'paint') body.units = Number((law.maximum * this.settings.share).toPrecision(6));
+    try {
+      return await api.post(request, body);
+    } catch (error) {
+      toast(`Not ${request === 'paint' ? 'painted' : 'erased'}: ${error.message}`, true);
+      return null;
+    }
+  }
+
+  cancel() {
+    this.points = [];
+    this.drawing = false;
+    this.map.invalidate('top');
+  }
+
+  showOptions() {
+    const box = byId('options');
+    box.hidden = !this.current || this.current === 'look';
+    if (box.hidden) return;
+    if (this.current === 'goto') {
+      box.replaceChildren(h('span', {}, 'Click where ', h('b', {}, this.target), ' is to go'),
+                          h('button', {type: 'button', onclick: () => this.choose('look')}, 'Cancel'));
+      return;
+    }
+    const paintable = [...store.laws.values()].filter((it) => !it.blend);
+    const select = h('select', {'aria-label': 'Pheromone', onchange: (event) => {
+      store.active = event.target.value;
+      store.chosen = true;
+      store.emit('active');
+    }}, paintable.map((it) => h('option', {value: it.name, selected: it.name === store.active}, it.name)));
+    const slider = (name, title, from, to, step, text) => {
+      const output = h('output', {}, text(this.settings[name]));
+      return h('label', {}, title, h('input', {type: 'range', min: from, max: to, step, value: this.settings[name], name,
+        oninput: (event) => {
+          this.settings[name] = Number(event.target.value);
+          output.textContent = text(this.settings[name]);
+          this.map.invalidate('top');
+        }}), output);
+    };
+    const law = store.laws.get(store.active);
+    box.replaceChildren(
+      select, slider('radius', 'Radius', 0.02, 2, 0.01, (it) => metres(it)),
+      ...(this.current === 'eraser' ? [] : [slider('share', 'Level', 0.02, 1, 0.02, (it) => number(it * (law?.maximum ?? 1)))]),
+      ...(this.current === 'path'
+        ? [h('span', {class: 'hint'}, this.points.length ? `${this.points.length} points` : 'Click points; Enter or double-click lays the path'),
+           h('button', {type: 'button', class: 'primary', id: 'finish-path', disabled: this.points.length < 2, onclick: () => this.finishPath()}, 'Lay path')]
+        : []));
+  }
+
+  draw(context, view, theme) {
+    if (this.current === 'look') return;
+    const radius = this.settings.radius * view.scale;
+    const colour = this.current === 'eraser' ? theme.bad : theme.accent;
+    context.strokeStyle = colour;
+    context.lineCap = 'round';
+    context.lineJoin = 'round';
+    const points = this.current === 'path' && this.hover && this.points.length ? [...this.points, this.hover] : this.points;
+    if (points.length > 0) {
+      context.globalAlpha = 0.3;
+      context.lineWidth = Math.max(2, 2 * radius);
+      context.beginPath();
+      points.forEach((it, i) => context[i ? 'lineTo' : 'moveTo'](view.sx(it.x), view.sy(it.y)));
+      if (points.length === 1) context.lineTo(view.sx(points[0].x) + 0.01, view.sy(points[0].y));
+      context.stroke();
+      context.globalAlpha = 1;
+    }
+    context.lineWidth = 1.5;
+    for (const it of this.current === 'path' ? this.points : []) {
+      context.beginPath();
+      context.arc(view.sx(it.x), view.sy(it.y), 4, 0, 2 * Math.PI);
+      context.fillStyle = theme.map;
+      context.fill();
+      context.stroke();
+    }
+    if (this.hover) {
+      context.beginPath();
+      context.arc(view.sx(this.hover.x), view.sy(this.hover.y), this.current === 'goto' ? 9 : Math.max(2, radius), 0, 2 * Math.PI);
+      context.stroke();
+    }
+  }
+}
+
+const round = (x) => Math.round(x * 1e6) / 1e6;
