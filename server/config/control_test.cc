@@ -98,7 +98,7 @@ TEST_F(ControlTest, ReadsWhatConcernsViewers) {
               std::string::npos)
         << bad;
   }
-  EXPECT_NE(ErrorOf("[web]\nmax_viewers = 1001\n").find("web.max_viewers: "), std::string::npos);
+  EXPECT_NE(ErrorOf("[web]\nmax_viewers = 49\n").find("web.max_viewers: "), std::string::npos);
 }
 
 TEST_F(ControlTest, ATokenThatCouldBeGuessedOrNotBeSentIsRefused) {

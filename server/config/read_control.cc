@@ -20,8 +20,8 @@ constexpr size_t kMaxPath = 107;  // of a Unix socket
 constexpr size_t kLeastToken = 16;
 constexpr size_t kMaxToken = 256;
 constexpr size_t kMaxHosts = 64;
-constexpr int64_t kMaxViewers = 1000;
-constexpr size_t kMaxName = 253;  // of a host, by RFC 1035
+constexpr int64_t kMaxViewers = 48;  // of 64 connections, so that requests have some
+constexpr size_t kMaxName = 253;     // of a host, by RFC 1035
 
 // The token in a file, without surrounding line ends and blanks.
 std::string Trimmed(const std::string& text) {

@@ -164,7 +164,8 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
                       .counters = &counters_,
                       .change = [this](const StreamChange& change,
                                        Respond respond) { Change(change, std::move(respond)); },
-                      .leave = [this](const std::shared_ptr<Viewer>& it) { Leave(it); }},
+                      .leave = [this](const std::shared_ptr<Viewer>& it) { Leave(it); },
+                      .write_patience = options_.write_patience},
         refusal, warning);
     viewers_.push_back(viewer);
     viewer->CloseWithServer();

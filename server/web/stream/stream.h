@@ -17,6 +17,7 @@
 // cannot send the header. Without it, every change is refused.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -35,6 +36,8 @@ struct StreamOptions {
   size_t max_viewers = 32;
   std::string ros_distro = "humble";  ///< told to viewers, some of which need it; empty: none
   std::string click_pheromone = {};   ///< of /clicked_point; empty: the first one
+  /// After which a viewer to which nothing can be sent is disconnected.
+  std::chrono::milliseconds write_patience{30'000};
 };
 
 class Stream {

@@ -305,6 +305,20 @@ TEST_F(StreamTest, KeepsServingOthersBesideOneThatDoesNotRead) {
   }
 }
 
+TEST_F(StreamTest, DisconnectsOneThatDoesNotReadWithoutKeepingWhatItMissed) {
+  control_.clients.resize(3000);  // more than the sockets' buffers in a few messages
+  Start({.write_patience = std::chrono::milliseconds(300)});
+  const auto deaf = Connect();
+  deaf->Subscribe({"/clients"});
+  const auto client = Connect();
+  client->Subscribe({"/events", "/tf"});
+  while (stream_->counters().stalled == 0) {
+    client->AwaitMessage(2);
+  }
+  EXPECT_GT(stream_->counters().dropped_frames, 0u);
+  EXPECT_EQ(stream_->counters().viewers, 1u);
+}
+
 TEST_F(StreamTest, AnswersEachMessageOfAFloodAndReadsNoMoreThanItCanAnswer) {
   Start();
   const auto client = Connect();

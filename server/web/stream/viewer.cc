@@ -17,7 +17,6 @@ namespace asio = boost::asio;
 namespace websocket = boost::beast::websocket;
 using boost::beast::error_code;
 
-constexpr uint64_t kWritePatienceMs = std::chrono::milliseconds(Viewer::kWritePatience).count();
 constexpr int kSendBufferBytes = 1 << 19;
 constexpr std::chrono::seconds kHandshakePatience{10};
 constexpr std::chrono::seconds kIdlePatience{60};
@@ -206,6 +205,7 @@ void Viewer::Offer(const Update& update, uint64_t now_ms) {
         slot.all.push_back(update.frame);
         if (slot.all.size() > kMaxEvents) {
           slot.all.pop_front();
+          ++slot.lost;
           ++parts_.counters->dropped_frames;
         }
     }
@@ -219,7 +219,8 @@ void Viewer::Tick(uint64_t now_ms, uint64_t unix_ns) {
   if (is_closed_) {
     return;
   }
-  if (is_writing_ && now_ms > write_began_ms_ && now_ms - write_began_ms_ > kWritePatienceMs) {
+  if (is_writing_ && now_ms > write_began_ms_ &&
+      now_ms - write_began_ms_ > static_cast<uint64_t>(parts_.write_patience.count())) {
     ++parts_.counters->stalled;
     Close();
     return;
@@ -285,6 +286,13 @@ bool Viewer::PumpSlot(uint32_t subscription, Slot* slot) {
     return true;
   }
   if (!slot->all.empty()) {
+    if (slot->lost != 0) {
+      const std::string text = std::to_string(std::exchange(slot->lost, 0)) +
+                               " events were dropped, since this viewer was too slow";
+      answers_.push_back(
+          {ToText(boost::json::object{{"op", "status"}, {"level", 1}, {"message", text}}), false});
+      answer_bytes_ += answers_.back().bytes.size();
+    }
     FramePtr frame = std::move(slot->all.front());
     slot->all.pop_front();
     WriteFrame(subscription, std::move(frame));

@@ -3,7 +3,8 @@
 // A viewer never has more than one write under way. Of each channel it keeps the latest frame only,
 // shared with all other viewers; of events the last kMaxEvents; and answers to what it sent, for
 // which it is not read while many of them wait. So a viewer that does not read costs a frame per
-// channel and its socket's buffer, and is disconnected after kWritePatience.
+// channel and its socket's buffer, and is disconnected when a write takes longer than
+// `write_patience`.
 //
 // Everything runs on the stream's thread.
 #pragma once
@@ -39,13 +40,13 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   static constexpr size_t kMaxChanges = 16;  // under way
   static constexpr int kMessagesPerTick = 20;
   static constexpr int kMaxMessages = 100;  // that may be saved up
-  static constexpr std::chrono::seconds kWritePatience{30};
 
   struct Parts {
     Hub* hub = nullptr;
     StreamCounters* counters = nullptr;
     std::function<void(StreamChange, Respond)> change;  ///< `respond` on the stream's thread
     std::function<void(const std::shared_ptr<Viewer>&)> leave;
+    std::chrono::milliseconds write_patience{30'000};
   };
 
   Viewer(Socket socket, Place place, Parts parts, std::string refusal, std::string warning);
@@ -74,6 +75,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
     bool is_picture = false;
     FramePtr latest;
     std::deque<FramePtr> all;
+    uint64_t lost = 0;       // of all, since it was last told
     bool has_tiles = false;  // that it did not get
     uint64_t since = 0;      // the version of the tiles that it has
     uint64_t next_ms = 0;    // for its own rate of pictures

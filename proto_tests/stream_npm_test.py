@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""The stream with the client library of the viewers themselves, from npm:
+stream_npm_test.py BIN_DIR FOLDER     FOLDER: where npm installs it"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from operated_daemon import OperatedDaemon
+
+HERE = pathlib.Path(__file__).parent / "stream"
+TOKEN = "0123456789abcdef0123456789abcdef"
+CONFIG = """
+[map]
+width_m = 10.0
+height_m = 10.0
+cell_m = 0.1
+[antennas]
+bias_m = 0.33
+[[pheromone]]
+type = 1
+name = "trail"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 30.0
+quantum = 0.125
+maximum = 1.0
+[[link]]
+name = "a"
+kind = "pty"
+path = "a.pty"
+[web]
+listen = "127.0.0.1:0"
+token_file = "token"
+"""
+
+
+def install(folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("package.json", "package-lock.json", "viewer.mjs"):
+        shutil.copy(HERE / name, folder / name)
+    subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"], cwd=folder,
+                   check=True, stdout=subprocess.DEVNULL)
+
+
+def main():
+    bin_dir, folder = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    install(folder)
+    with tempfile.TemporaryDirectory() as place:
+        place = pathlib.Path(place)
+        (place / "test.toml").write_text(CONFIG)
+        (place / "token").write_text(TOKEN)
+        (place / "token").chmod(0o600)
+        daemon = OperatedDaemon(bin_dir, place)
+        try:
+            subprocess.run(["node", "viewer.mjs", f"ws://127.0.0.1:{daemon.web_port()}/", TOKEN],
+                           cwd=folder, check=True, timeout=daemon.patience_s)
+        finally:
+            daemon.stop()
+
+
+if __name__ == "__main__":
+    main()
