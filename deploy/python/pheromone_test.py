@@ -70,7 +70,7 @@ token_file = "token"
 
 
 def tracker_of(daemon):
-    return re.search(r"tracker camera: .*?(127\.0\.0\.1:\d+)", daemon.log())[1]
+    return re.search(r"camera: tracker: .*?(127\.0\.0\.1:\d+)", daemon.log())[1]
 
 
 class WithServer(unittest.TestCase):
@@ -90,6 +90,8 @@ class WithServer(unittest.TestCase):
         cls.addClassCleanup(line.close)
         cls.robot = Client(line, 7, timeout=60)
         cls.robot.hello(nonce=1)
+        cls.tracked = Client(line, 9, timeout=60)  # by a camera
+        cls.tracked.hello(nonce=1)
 
 
 class ServerTest(WithServer):
@@ -137,18 +139,18 @@ class ServerTest(WithServer):
             pheromone.numpy = before
 
     def test_a_camera_tells_where_robots_are(self):
-        self.robot.sense(1, 500, 500, 0)
+        self.tracked.sense(1, 500, 500, 0)
         with pheromone.Tracker(tracker_of(self.daemon)) as camera:
-            camera.poses([("radio-a", 7, 2.35, 0.9, 450), ("radio-a", 8, 1, 1, 0)])
+            camera.poses([("radio-a", 9, 2.35, 0.9, 450), ("radio-a", 8, 1, 1, 0)])
 
             def tracked():
-                pose = self.client()["pose"]
+                pose = self.client(9)["pose"]
                 return pose["source"] == "tracker" and pose["x_m"] == 2.35
             await_that(tracked, "the pose that the camera reports")
-        self.assertAlmostEqual(self.client()["pose"]["heading_deg"], 90, places=2)
+        self.assertAlmostEqual(self.client(9)["pose"]["heading_deg"], 90, places=2)
 
-    def client(self):
-        return [it for it in self.server.clients() if it["id"] == 7][0]
+    def client(self, number=7):
+        return [it for it in self.server.clients() if it["id"] == number][0]
 
     def test_robots_are_commanded(self):
         self.server.command("radio-a", 7, "speed", 250)
