@@ -121,6 +121,28 @@ async function commands(page) {
   return id;
 }
 
+/** Of what does not evaporate, since otherwise they would be of different times. */
+async function agreesWithTheEngine(page) {
+  begin('the picture has the values of the engine');
+  const field = await swarm.get('field?pheromone=path&format=json');
+  const picture = await page.evaluate(() => {
+    const {columns, rows, levels, scale} = window.pheromone.store.layers.get('path');
+    return {columns, rows, scale, levels: [...levels]};
+  });
+  check(field.columns === picture.columns && field.rows === picture.rows, 'the sizes differ');
+  let painted = 0;
+  field.values.forEach((values, down) => values.forEach((value, column) => {
+    const level = picture.levels[(field.rows - 1 - down) * field.columns + column];
+    const place = `column ${column}, row ${field.rows - 1 - down}: ${level} for ${value}`;
+    check((value === null) === (level === 255), `blocked or not: ${place}`);
+    if (value === null) return;
+    check((value > 0) === (level > 0), `empty or not: ${place}`);
+    check(Math.abs(level / 254 * picture.scale - value) <= picture.scale / 254, place);
+    painted += value > 0 ? 1 : 0;
+  }));
+  check(painted > 150, `only ${painted} cells are painted`);
+}
+
 async function brushAndEraser(page) {
   begin('brush and eraser change the map, and the picture shows it');
   await page.click('[data-tool="brush"]');
@@ -189,6 +211,7 @@ async function panels(page) {
   await box.uncheck();
   await page.keyboard.press('2');
   check(await box.isChecked(), 'the key 2 does not show the second layer');
+  await page.waitForFunction(() => window.pheromone.store.layers.get('path').visible);
   for (let i = 0; i < 3; i += 1) await page.click('.layer[data-layer="path"] .ramp');
   await page.click('.layer[data-layer="path"] .name');
   for (const key of ['r', 'r', 't', 't', 'a', 'a', 'g', 'g', '+', '-', 'ArrowLeft', 'ArrowUp', '0', 'n', 'N', 'Escape']) await page.keyboard.press(key);
@@ -317,6 +340,7 @@ try {
   const id = await commands(page);
   await brushAndEraser(page);
   await panels(page);
+  await agreesWithTheEngine(page);
   await followsAPaintedPath(page, id);
   await haltAll(page);
   await cut(page, watch);

@@ -100,7 +100,8 @@ TEST_F(ApiTest, ARecordingIsLookedAtStartedAndStoppedAtOnePath) {
 }
 
 TEST_F(ApiTest, UnknownPathsAre404AndTargetsThatAreNone400) {
-  for (const char* path : {"/dashboard", "/api/v1", "/api/v1/status/", "/api/v2/status", "/../etc/passwd"}) {
+  for (const char* path :
+       {"/dashboard", "/api/v1", "/api/v1/status/", "/api/v2/status", "/../etc/passwd"}) {
     EXPECT_EQ(Get(path).status, 404) << path;
   }
   EXPECT_EQ(
