@@ -85,7 +85,7 @@ TEST_F(ControlTest, AHostIsANameWithoutSchemeAndPort) {
 TEST_F(ControlTest, ReadsWhatConcernsViewers) {
   const Result<Config> parsed = Parse(
       "[web]\norigins = [\"https://app.foxglove.dev\", \"http://lab:8080\"]\n"
-      "max_viewers = 5\nros_distro = \"\"\nclick_pheromone = \"path\"\n");
+      "max_viewers = 5\nros_distro = \"none\"\nclick_pheromone = \"path\"\n");
   ASSERT_TRUE(parsed.ok()) << parsed.error();
   EXPECT_EQ(parsed.value().web.origins,
             (std::vector<std::string>{"https://app.foxglove.dev", "http://lab:8080"}));

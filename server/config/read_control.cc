@@ -153,6 +153,9 @@ void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
   web->max_viewers = static_cast<uint32_t>(
       table.Integer("max_viewers", 0, kMaxViewers, web->max_viewers).value_or(web->max_viewers));
   web->ros_distro = table.String("ros_distro", web->ros_distro).value_or("");
+  if (web->ros_distro == "none") {
+    web->ros_distro.clear();
+  }
   web->click_pheromone = table.String("click_pheromone", web->click_pheromone).value_or("");
 }
 

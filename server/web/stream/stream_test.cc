@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -83,35 +85,24 @@ class Client {
     socket_.write(asio::buffer(bytes));
   }
 
-  // Reads until a text message has this op.
+  // A text message with this op.
   json::object Await(const std::string& op) {
-    for (;;) {
-      const auto [bytes, is_binary] = Read();
-      if (!is_binary) {
-        json::object object = json::parse(bytes).as_object();
-        if (object.at("op").as_string() == op) {
-          return object;
-        }
-      }
-    }
+    return json::parse(Next([&](const std::string& bytes, bool is_binary) {
+             return !is_binary && json::parse(bytes).at("op").as_string() == op;
+           }))
+        .as_object();
   }
-  // Reads until a message of this subscription.
+  // A message of this subscription.
   std::string AwaitMessage(uint32_t subscription) {
-    for (;;) {
-      const auto [bytes, is_binary] = Read();
-      if (is_binary && bytes.size() >= 13 && bytes[0] == 1 &&
-          static_cast<unsigned char>(bytes[1]) == subscription) {
-        return bytes.substr(13);
-      }
-    }
+    return Next([&](const std::string& bytes, bool is_binary) {
+             return is_binary && bytes.size() >= 13 && bytes[0] == 1 &&
+                    static_cast<unsigned char>(bytes[1]) == subscription;
+           })
+        .substr(13);
   }
   std::string AwaitBinary(char op) {
-    for (;;) {
-      const auto [bytes, is_binary] = Read();
-      if (is_binary && bytes.at(0) == op) {
-        return bytes;
-      }
-    }
+    return Next(
+        [&](const std::string& bytes, bool is_binary) { return is_binary && bytes.at(0) == op; });
   }
 
   // Subscribes and notes the channels.
@@ -140,12 +131,23 @@ class Client {
   std::string subprotocol;
 
  private:
-  std::pair<std::string, bool> Read() {
-    boost::beast::flat_buffer buffer;
-    socket_.read(buffer);
-    return {boost::beast::buffers_to_string(buffer.data()), socket_.got_binary()};
+  // The first message that is wanted; others are kept for later.
+  std::string Next(const std::function<bool(const std::string&, bool)>& is_wanted) {
+    for (size_t i = 0;; ++i) {
+      if (i == kept_.size()) {
+        boost::beast::flat_buffer buffer;
+        socket_.read(buffer);
+        kept_.emplace_back(boost::beast::buffers_to_string(buffer.data()), socket_.got_binary());
+      }
+      if (is_wanted(kept_[i].first, kept_[i].second)) {
+        std::string bytes = std::move(kept_[i].first);
+        kept_.erase(kept_.begin() + static_cast<ptrdiff_t>(i));
+        return bytes;
+      }
+    }
   }
 
+  std::deque<std::pair<std::string, bool>> kept_;
   websocket::stream<Socket, false> socket_;
 };
 
