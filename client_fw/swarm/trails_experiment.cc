@@ -18,7 +18,7 @@
 namespace pheromone::swarm {
 namespace {
 
-constexpr int kMostRobots = 254;   // IDs of a link
+constexpr int kMaxRobots = 254;    // IDs of a link
 constexpr double kTouchM = 0.005;  // from rim to rim
 constexpr std::string_view kModel = "p3dx-sh";
 
@@ -132,8 +132,8 @@ std::string WhatIsWrong(const TrailsBench& bench, const TrailsExperiment& experi
     return fmt::format("{} robots, but the nest of {} has room for {}", robots, bench.name,
                        bench.QueuePlaces());
   }
-  if (robots > kMostRobots) {
-    return fmt::format("{} robots, expected at most {}", robots, kMostRobots);
+  if (robots > kMaxRobots) {
+    return fmt::format("{} robots, expected at most {}", robots, kMaxRobots);
   }
   if (experiment.channels > robots) {
     return fmt::format("{} channels for {} robots, expected at most one for each",

@@ -21,7 +21,7 @@ namespace {
 
 using protocol::NetAction;
 
-constexpr int kRobots = 7;
+constexpr int kStoryRobots = 7;
 constexpr int64_t kSampleMs = 200;
 constexpr int64_t kEndMs = 260'000;
 constexpr uint16_t kLeaseS = 3600;
@@ -40,7 +40,7 @@ class Stage {
     const auto configured = service_.Configure(config, 1);
     assert(configured.ok());
     (void)configured;
-    for (uint8_t id = 1; id <= kRobots; ++id) {
+    for (uint8_t id = 1; id <= kStoryRobots; ++id) {
       protocol::Message message;
       protocol::Encode(protocol::HelloRequest{id, 1, 1, 0}, &message);
       Ask(message);
@@ -179,8 +179,8 @@ class Stage {
   TrailsStory story_;
   petri::Advice advice_ = petri::Advice::kAny;
   int changes_ = 0;
-  std::array<uint8_t, kRobots + 1> seqs_{};     // of requests
-  std::array<uint8_t, kRobots + 1> records_{};  // of records
+  std::array<uint8_t, kStoryRobots + 1> seqs_{};     // of requests
+  std::array<uint8_t, kStoryRobots + 1> records_{};  // of records
   std::string problem_;
 };
 
@@ -188,7 +188,7 @@ class Stage {
 
 Result<TrailsStory> TellStory(const TrailsBench& bench) {
   Result<engine::EngineConfig> config = ConfigWith(
-      bench, {.robots = kRobots, .law = petri::EvaporationLaw::kE1, .rate_milli = 10'000});
+      bench, {.robots = kStoryRobots, .law = petri::EvaporationLaw::kE1, .rate_milli = 10'000});
   if (!config.ok()) {
     return Error{config.error()};
   }

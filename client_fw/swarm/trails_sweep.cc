@@ -21,7 +21,7 @@ constexpr std::array kLaws = {EvaporationLaw::kE1,          EvaporationLaw::kE2,
                               EvaporationLaw::kExponential, EvaporationLaw::kCounter};
 constexpr std::array kRules = {DepositRule::kEqual, DepositRule::kScaled};
 constexpr std::array kExplored = {0, 5};
-constexpr std::array kRobots = {2, 4, 7};
+constexpr std::array kSweptRobots = {2, 4, 7};
 constexpr std::array kLifetimesS = {30, 60, 120, 300};
 // Okabe and Ito's, as in server/chart.
 constexpr std::array<const char*, 3> kColours = {"#56b4e9", "#e69f00", "#d55e00"};
@@ -69,7 +69,7 @@ std::vector<LockInCase> LockInCases() {
   for (const EvaporationLaw law : kLaws) {
     for (const DepositRule rule : kRules) {
       for (const int explored : kExplored) {
-        for (const int robots : kRobots) {
+        for (const int robots : kSweptRobots) {
           for (const int lifetime_s : kLifetimesS) {
             if (law != EvaporationLaw::kCounter || lifetime_s == kLifetimesS.front()) {
               cases.push_back({law, rule, explored, robots, lifetime_s});
@@ -170,7 +170,7 @@ std::string LockInToCsv(const std::vector<LockInRow>& rows) {
 
 std::string LockInToTable(const std::vector<LockInRow>& rows) {
   std::string table = fmt::format("{:<12} {:<8} {:>8}", "law", "deposit", "explore");
-  for (const int robots : kRobots) {
+  for (const int robots : kSweptRobots) {
     table += fmt::format("  N={}: long  short    /h", robots);
   }
   table += '\n';
@@ -180,7 +180,7 @@ std::string LockInToTable(const std::vector<LockInRow>& rows) {
         std::string line =
             fmt::format("{:<12} {:<8} {:>6} %", petri::NameOf(law), NameOf(rule), explored);
         bool any = false;
-        for (const int robots : kRobots) {
+        for (const int robots : kSweptRobots) {
           const LockInRow row = RowOf(rows, law, rule, explored, robots);
           any = any || row.runs > 0;
           line += row.runs == 0 ? fmt::format("{:>24}", "")
@@ -228,9 +228,9 @@ std::string DrawLockIn(const std::vector<LockInRow>& rows) {
       for (size_t law = 0; law < kLaws.size(); ++law) {
         const double x = left + (static_cast<double>(law) + 0.5) * kWidth / kLaws.size();
         svg.Text(x, bottom + 16, "t m", petri::NameOf(kLaws[law]));
-        for (size_t n = 0; n < kRobots.size(); ++n) {
+        for (size_t n = 0; n < kSweptRobots.size(); ++n) {
           const LockInRow row =
-              RowOf(rows, kLaws[law], kRules[rule], kExplored[explored], kRobots[n]);
+              RowOf(rows, kLaws[law], kRules[rule], kExplored[explored], kSweptRobots[n]);
           if (row.runs == 0) {
             continue;
           }
@@ -244,12 +244,12 @@ std::string DrawLockIn(const std::vector<LockInRow>& rows) {
       }
     }
   }
-  for (size_t n = 0; n < kRobots.size(); ++n) {
+  for (size_t n = 0; n < kSweptRobots.size(); ++n) {
     const double x = kLeft + 110 * static_cast<double>(n);
     const double y = kTop + 2 * (kHeight + 70) - 16;
     svg.Add(R"svg(<rect x="{:.1f}" y="{:.1f}" width="12" height="12" fill="{}"/>)svg", x, y,
             kColours[n]);
-    svg.Text(x + 18, y + 10, "t", fmt::format("{} robots", kRobots[n]));
+    svg.Text(x + 18, y + 10, "t", fmt::format("{} robots", kSweptRobots[n]));
   }
   return svg.Take();
 }

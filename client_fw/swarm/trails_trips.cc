@@ -9,7 +9,7 @@
 namespace pheromone::swarm {
 namespace {
 
-constexpr int kMostRobots = 7;
+constexpr int kMaxTimedRobots = 7;
 
 // The mean of the runs that locked in on each trail.
 class LockedTrips {
@@ -40,7 +40,7 @@ Result<std::vector<TripsPoint>> CountTrips(const TrailsBench& bench, TrailsExper
                                            int seeds,
                                            const std::function<void(const TripsPoint&)>& on_point) {
   std::vector<TripsPoint> points;
-  for (int robots = 1; robots <= kMostRobots; ++robots) {
+  for (int robots = 1; robots <= kMaxTimedRobots; ++robots) {
     experiment.rules.robots = robots;
     Timetable timetable = TimetableOf(bench, experiment.speed_mm_s / 1000.0);
     timetable.rules = experiment.rules;

@@ -4,13 +4,14 @@ small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
                                DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
-                               DIR/radio/, DIR/pnml/, DIR/stream/
+                               DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/
 """
 
 import json
 import pathlib
 import struct
 import sys
+import urllib.parse
 import zlib
 
 import engine_seeds
@@ -190,9 +191,41 @@ def viewers():
                               for flags, payload in (texts | binaries).values())
 
 
+def http_requests():
+    """What the description of the HTTP interface shows: over the Unix socket, with the token, and
+    without it."""
+    paths = json.loads((ROOT / "server/web/openapi.json").read_text())["paths"]
+    token = b"Authorization: Bearer 0123456789abcdef\r\n"
+    session = b""
+    for path, item in paths.items():
+        name = path.strip("/").replace("/", "_").replace("{name}", "name")
+        target = path.replace("{name}", "traffic.pcapng").encode()
+        for at, parameters in enumerate([item["get"].get("parameters", [])] if "get" in item else []):
+            query = urllib.parse.urlencode([(it["name"], it["example"]) for it in parameters
+                                            if it["in"] == "query"], safe=",").encode()
+            headers = b"".join(f"{it['name']}: {it['example']}\r\n".encode() for it in parameters
+                               if it["in"] == "header")
+            request = (b"GET " + target + (b"?" + query if query else b"") +
+                       b" HTTP/1.1\r\nHost: localhost\r\n" + headers + b"\r\n")
+            session += request
+            yield f"get_{name}_{at}", b"\0" + request
+        for at, example in enumerate(item["post"]["requestBody"]["content"]["application/json"][
+                "examples"].values() if "post" in item else []):
+            # The tests' control interface has other names.
+            body = json.dumps(example["value"]).replace("N1", "door").encode()
+            head = b"POST " + target + b" HTTP/1.1\r\nHost: lab.local\r\n"
+            rest = b"Content-Length: %d\r\n\r\n" % len(body) + body
+            yield f"post_{name}_{at}", b"\1" + head + rest
+            yield f"post_{name}_{at}_token", b"\0" + head + token + rest
+            yield f"post_{name}_{at}_none", b"\0" + head + rest
+    yield "session", b"\0" + session
+    yield "chunked", (b"\1POST /api/v1/halt HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n"
+                      b"2\r\n{}\r\n0\r\n\r\nGET /healthz HTTP/1.0\r\n\r\n")
+
+
 def main(folder):
     for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture", "radio", "pnml", "stream"):
+                   "capture", "radio", "pnml", "stream", "http"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
@@ -232,6 +265,8 @@ def main(folder):
         (folder / "radio" / name).write_bytes(seed)
     for name, seed in viewers():
         (folder / "stream" / name).write_bytes(seed)
+    for name, seed in http_requests():
+        (folder / "http" / name).write_bytes(seed)
     for name, seed in nets():
         (folder / "pnml" / name).write_bytes(seed)
     for path in (ROOT / "proto_tests/replay").glob("*.pcapng"):

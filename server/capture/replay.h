@@ -63,6 +63,8 @@ class Replay {
 
   const ReplayReport& report() const { return report_; }
   const Start& start() const { return start_; }
+  /// Null before the initial state is whole.
+  const engine::Engine* engine() const { return engine_ ? &*engine_ : nullptr; }
   uint64_t end_utc_ns() const { return end_utc_ns_; }
 
  private:

@@ -36,4 +36,7 @@ void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_s
 /// replay: replays recordings.
 void AddReplayCommands(CLI::App* program, int* exit_status);
 
+/// export: converts recordings for viewers.
+void AddExportCommands(CLI::App* program, int* exit_status);
+
 }  // namespace pheromone::ctl

@@ -70,6 +70,7 @@ int Main(int argc, char** argv) {
   AddJournalCommands(&app, &status);
   AddNetCommands(&app, &options, &status);
   AddReplayCommands(&app, &status);
+  AddExportCommands(&app, &status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

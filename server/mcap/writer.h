@@ -72,7 +72,7 @@ class Writer {
 
   const Sink sink_;
   const size_t chunk_bytes_;
-  Status status_;
+  Status status_ = Ok();
   uint64_t offset_ = 0;
   uint32_t crc_ = 0;
   std::string schema_records_;  // all of them, for the summary

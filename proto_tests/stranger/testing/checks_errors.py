@@ -89,9 +89,9 @@ def check_errors(robot: Robot, model: Model) -> None:
     refused_as(4, lambda: robot.deposit(NOT_CONFIGURED, 0, 0, 1))
     refused_as(4, lambda: robot.trace(NOT_CONFIGURED, 0, 0, 0))
     refused_as(4, lambda: robot.trace(NOT_CONFIGURED, 0, 0, 0, wide=True))
-    for code in (0, 12, 255):
+    for code in (0, 13, 255):
         refused_as(11, lambda: robot.event(code))
-    for code in range(1, 12):
+    for code in range(1, 13):
         robot.event(code, -code)
 
     silent = {

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+"""Recordings for viewers: what a server recorded, exported, is what it showed.
+
+    mcap_test.py BIN_DIR              with a reader of our own, made from the format's specification
+    mcap_test.py BIN_DIR FOLDER       also with Foxglove's library, which npm installs in FOLDER
+"""
+
+import json
+import math
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+
+from asking_robot import check
+from mcap_reader import read_mcap
+from operated_daemon import OperatedDaemon
+from stranger.client import Client, open_terminal
+
+HERE = pathlib.Path(__file__).resolve().parent
+CONFIG = """[map]
+width_m = 4.0
+height_m = 3.0
+cell_m = 0.1
+[obstacles]
+walls = [{points_m = [[3.5, 2.5], [3.5, 2.9]], thickness_m = 0.1}]
+[antennas]
+bias_m = 0.2
+[[pheromone]]
+type = 1
+name = "path"
+core_m = 0.1
+sigma_m = 0.3
+tau_s = 0
+quantum = 0.125
+maximum = 1.0
+[[tag]]
+name = "door"
+x_m = 1.0
+y_m = 1.0
+[[link]]
+name = "radio-a"
+kind = "pty"
+path = "radio-a.pty"
+[capture]
+folder = "captures"
+"""
+SCHEMAS = {"/robots": "foxglove.SceneUpdate", "/trails": "foxglove.SceneUpdate",
+           "/goals": "foxglove.SceneUpdate", "/tags": "foxglove.SceneUpdate",
+           "/tf": "foxglove.FrameTransforms", "/obstacles": "foxglove.Grid",
+           "/pheromone/path": "foxglove.Grid", "/clients": ""}
+
+
+def export(bin_dir, out, *captures, status=0):
+    result = subprocess.run([bin_dir / "pheromonectl", "export", "--mcap", out, *captures],
+                            text=True, capture_output=True, check=False, timeout=60)
+    check(result.returncode == status, f"{captures}: {result}")
+    return result.stdout + result.stderr
+
+
+def varint(data, at):
+    value = shift = 0
+    while True:
+        value |= (data[at] & 0x7F) << shift
+        shift += 7
+        at += 1
+        if data[at - 1] < 0x80:
+            return value, at
+
+
+def protobuf(data):
+    """The last value of each field."""
+    fields, at = {}, 0
+    while at < len(data):
+        key, at = varint(data, at)
+        size = {1: 8, 5: 4}.get(key & 7)
+        if key & 7 == 0:
+            fields[key >> 3], at = varint(data, at)
+            continue
+        if size is None:
+            size, at = varint(data, at)
+        fields[key >> 3] = data[at:at + size]
+        at += size
+    return fields
+
+
+def record(bin_dir, folder):
+    """A recording, and the map and the robot as the server showed them at its end."""
+    (folder / "test.toml").write_text(CONFIG)
+    daemon = OperatedDaemon(bin_dir, folder)
+
+    def call(*request):
+        status, text = daemon.call(*request)
+        check(status == 200, f"{request}: {status} {text}")
+        return json.loads(text)
+    try:
+        with open_terminal(folder / "radio-a.pty") as line:
+            call("POST", "/api/v1/capture", {"action": "start"})
+            robot = Client(line, 7, timeout=60)
+            robot.hello(nonce=1)
+            robot.sense(1, 1500, 500, 16384)
+            call("POST", "/api/v1/paint", {"pheromone": "path", "points_m": [[1, 1], [2, 1]],
+                                           "radius_m": 0.01, "units": 0.25})
+            call("POST", "/api/v1/deposit", {"pheromone": "path", "x_m": 3, "y_m": 2, "quanta": 4})
+            field = call("GET", "/api/v1/field?pheromone=path&nodes_per_cell=1")
+            clients = call("GET", "/api/v1/clients")["clients"]
+            call("POST", "/api/v1/capture", {"action": "stop"})
+        return next((folder / "captures").iterdir()), field, clients
+    finally:
+        daemon.stop()
+
+
+def check_export(bin_dir, folder):
+    capture, field, clients = record(bin_dir, folder)
+    out = folder / "lab.mcap"
+    export(bin_dir, out, capture)
+    file = read_mcap(out)
+    check({topic: schema[0] for topic, schema in file.schemas.items()} == SCHEMAS, file.schemas)
+    for topic, encoding in file.encodings.items():
+        check(encoding == ("json" if topic == "/clients" else "protobuf"), topic)
+    last = {it.topic: it for it in file.messages}
+    told = json.loads(last["/clients"].data)["clients"]
+    check([(it["id"], it["pose"]) for it in told] == [(it["id"], it["pose"]) for it in clients],
+          f"{told} is not {clients}")
+    check(set(told[0]["antennas"]["pheromones"]) == {"path"}, told)
+    # Each cell is round(level / scale * 254), at least 1 where there is something; 255 is a wall. The
+    # highest level is 0.5, so that the scale is that.
+    grid = protobuf(last["/pheromone/path"].data)
+    check(struct.unpack("<I", grid[4])[0] == field["columns"], "the grid's columns")
+    expected = bytes(255 if level is None else max(1, math.floor(level / 0.5 * 254 + 0.5)) if level
+                     else 0 for row in reversed(field["values"]) for level in row)
+    check(grid[9] == expected, f"the grid is not the map:\n{grid[9].hex()}\n{expected.hex()}")
+    check(Counter(expected)[127] == 11 and Counter(expected)[254] == 1, "the map is as painted")
+    return out
+
+
+def check_library(folder, *files):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("package.json", "package-lock.json", "read.mjs"):
+        shutil.copy(HERE / "mcap" / name, folder / name)
+    subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"], cwd=folder,
+                   check=True, stdout=subprocess.DEVNULL)
+    for path in files:
+        result = subprocess.run(["node", "read.mjs", path], cwd=folder, check=True, text=True,
+                                stdout=subprocess.PIPE)
+        found = json.loads(result.stdout)
+        ours = read_mcap(path)
+        counts = Counter(it.topic for it in ours.messages)
+        check(found["streamed"] == found["indexed"] == counts, f"{path}: {found} is not {counts}")
+        check(found["statistics"] == len(ours.messages), path)
+        check(found["schemas"] == {topic: it[0] for topic, it in ours.schemas.items()}, found)
+    print(f"read with @mcap/core: {len(files)} files")
+
+
+def main():
+    bin_dir = pathlib.Path(sys.argv[1]).resolve()
+    with tempfile.TemporaryDirectory() as place:
+        folder = pathlib.Path(place)
+        files = [check_export(bin_dir, folder)]
+        # Recordings with all that there is; several make one file.
+        corpus = sorted((HERE / "replay").glob("*.pcapng"))
+        for capture in corpus:
+            files.append(folder / (capture.stem + ".mcap"))
+            export(bin_dir, files[-1], capture)
+            read_mcap(files[-1])
+        two = [it for it in corpus if it.stem in ("evaporation", "traffic")]
+        files.append(folder / "two.mcap")
+        export(bin_dir, files[-1], *two)
+        check(len(read_mcap(files[-1]).messages) == sum(
+            len(read_mcap(folder / (it.stem + ".mcap")).messages) for it in two), "two in one")
+        # What is cut off is exported up to there, and told.
+        whole = (HERE / "replay/traffic.pcapng").read_bytes()
+        (folder / "cut.pcapng").write_bytes(whole[:len(whole) * 3 // 4])
+        files.append(folder / "cut.mcap")
+        text = export(bin_dir, files[-1], folder / "cut.pcapng", status=1)
+        check("cut.pcapng" in text and "messages up to there" in text, text)
+        read_mcap(files[-1])
+        text = export(bin_dir, folder / "none/x.mcap", two[0], status=1)
+        check("No such file or directory" in text, text)
+        if len(sys.argv) > 2:
+            check_library(pathlib.Path(sys.argv[2]), *files)
+
+
+if __name__ == "__main__":
+    main()

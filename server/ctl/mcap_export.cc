@@ -1,0 +1,332 @@
+#include "server/ctl/mcap_export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "server/base/descriptor.h"
+#include "server/capture/reader.h"
+#include "server/capture/replay.h"
+#include "server/control/control.h"
+#include "server/ctl/server_call.h"
+#include "server/engine/tags_component.h"
+#include "server/engine/traffic.h"
+#include "server/field/field.h"
+#include "server/foxglove/messages.h"
+#include "server/foxglove/schema.h"
+#include "server/mcap/writer.h"
+#include "server/web/json_text.h"
+#include "server/web/names.h"
+#include "server/web/stream/pheromone_raster.h"
+#include "server/web/stream/scenes.h"
+
+namespace pheromone::ctl {
+namespace {
+
+constexpr uint64_t kNsPerMs = 1'000'000;
+constexpr uint64_t kStepNs = 100 * kNsPerMs;       // of poses
+constexpr uint64_t kSlowStepNs = 1000 * kNsPerMs;  // of trails and of what seldom changes
+// A longer silence is not filled with pictures of evaporation: the clock was set, or nobody was
+// there.
+constexpr uint64_t kLongestSilenceNs = uint64_t{3600} * 1000 * kNsPerMs;
+
+// The messages of one file.
+class Show {
+ public:
+  Show(mcap::Writer* writer, uint64_t grid_step_ns)
+      : writer_(*writer), grid_step_ns_(grid_step_ns) {}
+
+  // Everything is new: the engine is another one.
+  void Begin() {
+    rasters_.clear();
+    config_.reset();
+    traffic_ = {};
+    robots_ = {};
+    next_ns_ = 0;
+  }
+
+  // Shows all moments before `until_ns`; the engine is as it was since the last event.
+  void Until(const engine::Engine& engine, uint64_t until_ns) {
+    if (next_ns_ == 0 || until_ns > next_ns_ + kLongestSilenceNs) {
+      next_ns_ = until_ns;
+      origin_ns_ = until_ns;
+    }
+    for (; next_ns_ < until_ns; next_ns_ += kStepNs) {
+      At(engine, next_ns_);
+    }
+  }
+
+  void At(const engine::Engine& engine, uint64_t time_ns) {
+    if (!engine.configured()) {
+      return;
+    }
+    const bool is_new = config_ != engine.shared_config();
+    if (is_new) {
+      config_ = engine.shared_config();
+      rasters_.clear();
+    }
+    const control::FieldView view = ViewOf(engine, time_ns);
+    const std::vector<control::ClientView> clients = Clients(engine, view.now_ms);
+    const uint64_t since_ns = time_ns - origin_ns_;
+    Write("/robots", foxglove::kSceneUpdateSchema, time_ns,
+          robots_.Robots(clients, view.config, time_ns));
+    Write("/clients", "", time_ns, web::ToText(web::ClientsWithAntennas(clients, view)));
+    if (since_ns % kSlowStepNs == 0 || is_new) {
+      Write("/tf", foxglove::kFrameTransformsSchema, time_ns,
+            web::RobotScenes::Transforms(clients, time_ns));
+      Write("/trails", foxglove::kSceneUpdateSchema, time_ns, robots_.Trails(clients, time_ns));
+      Write("/goals", foxglove::kSceneUpdateSchema, time_ns,
+            web::RobotScenes::Goals(clients, time_ns));
+    }
+    if (is_new) {
+      Write("/obstacles", foxglove::kGridSchema, time_ns, web::ObstacleGrid(view.config, time_ns));
+      Write("/tags", foxglove::kSceneUpdateSchema, time_ns,
+            web::TagScenes::Places(Tags(engine), time_ns));
+    }
+    if (is_new || since_ns % grid_step_ns_ < kStepNs) {
+      Grids(view, time_ns);
+    }
+  }
+
+  void Note(const capture::Batch& batch, const std::vector<capture::LinkInfo>& links) {
+    for (const capture::Handled& handled : batch.messages) {
+      traffic_.Count(batch.link, handled.message, batch.stamp.field_time_ms,
+                     engine::Traffic::Fate::kAnswered);
+      protocol::EventReport event;
+      if (protocol::Decode(handled.message, &event)) {
+        foxglove::Log log{.time_ns = NsOf(batch.stamp)};
+        log.name = batch.link < links.size() ? links[batch.link].name : "?";
+        log.message = fmt::format("robot {}: {} {}", int{handled.message.id},
+                                  web::NameOf(event.code), event.argument);
+        Write("/events", foxglove::kLogSchema, log.time_ns, foxglove::Encode(log));
+      }
+    }
+    Note(batch.stamp);
+  }
+
+  void Note(const engine::Stamp& stamp) {
+    stamp_ = stamp;
+    stamp_ns_ = NsOf(stamp);
+  }
+
+  static uint64_t NsOf(const engine::Stamp& stamp) {
+    return static_cast<uint64_t>(std::max<int64_t>(stamp.utc_ms, 0)) * kNsPerMs;
+  }
+
+  const Status& status() const { return status_; }
+
+ private:
+  void Write(const std::string& topic, std::string_view schema, uint64_t time_ns,
+             std::string_view message) {
+    auto found = channels_.find(topic);
+    if (found == channels_.end()) {
+      mcap::Channel channel;
+      channel.topic = topic;
+      channel.encoding = schema.empty() ? "json" : "protobuf";
+      if (!schema.empty()) {
+        channel.schema_name = schema;
+        channel.schema_encoding = "protobuf";
+        channel.schema = foxglove::SchemaOf(schema);
+      }
+      found = channels_.emplace(topic, writer_.AddChannel(channel)).first;
+    }
+    status_ = writer_.Write(found->second, time_ns, message);
+  }
+
+  // As of the last event, with the field time of that moment.
+  control::FieldView ViewOf(const engine::Engine& engine, uint64_t time_ns) const {
+    const field::FieldConfig& present = engine.config().field;
+    control::FieldView view;
+    view.field = &engine.field();
+    view.config.map = present.map;
+    view.config.antennas = present.antennas;
+    view.config.pheromones = present.pheromones;
+    view.config.obstacles = present.obstacles;
+    const uint64_t passed_ns = stamp_ns_ != 0 ? time_ns - std::min(time_ns, stamp_ns_) : 0;
+    view.now_ms = engine.field_time_ms() + passed_ns / kNsPerMs;
+    return view;
+  }
+
+  std::vector<control::ClientView> Clients(const engine::Engine& engine, uint64_t now_ms) const {
+    std::map<std::pair<engine::LinkIndex, uint8_t>, control::ClientView> clients;
+    engine.robots().ForEach(
+        [&](engine::LinkIndex link, uint8_t id, const engine::RobotState& robot) {
+          control::ClientView& client = clients[{link, id}];
+          client.robot = robot;
+          client.known = robot.epoch == engine.epoch();
+        });
+    traffic_.ForEach([&](engine::LinkIndex link, uint8_t id, const engine::RobotTraffic& heard) {
+      control::ClientView& client = clients[{link, id}];
+      client.traffic = heard;
+      client.silent_ms = now_ms - std::min(now_ms, heard.last_ms);
+    });
+    std::vector<control::ClientView> views;
+    for (auto& [key, client] : clients) {
+      client.link = engine.config().links[key.first].name;
+      client.id = key.second;
+      const auto& observed = client.robot.observed;
+      if (observed && now_ms < observed->until_ms) {
+        client.pose_source = control::PoseSource::kTracker;
+        client.pose = observed->pose;
+      } else if (client.traffic.pose) {
+        client.pose_source = control::PoseSource::kRobot;
+        client.pose = engine.robots().PoseOf(key.first, key.second, *client.traffic.pose, now_ms);
+      }
+      views.push_back(std::move(client));
+    }
+    return views;
+  }
+
+  static std::vector<control::TagView> Tags(const engine::Engine& engine) {
+    const tags::Store& store = engine::FindIn<engine::TagsComponent>(engine.components())->store();
+    std::vector<control::TagView> views;
+    for (size_t number = 1; number <= store.last_number(); ++number) {
+      const auto* const tag = store.Find(static_cast<uint16_t>(number));
+      const auto* const place = tag != nullptr ? store.PlaceOf(tag->number) : nullptr;
+      if (place != nullptr) {
+        views.push_back({.content = *tag, .place = *place});
+      }
+    }
+    return views;
+  }
+
+  void Grids(const control::FieldView& view, uint64_t time_ns) {
+    const field::FieldReader reader(*view.field);
+    for (const field::PheromoneLaw& law : view.config.pheromones) {
+      if (law.is_blend() || !reader.ok()) {
+        continue;
+      }
+      auto& raster = rasters_[law.type];
+      if (raster == nullptr) {
+        raster = std::make_unique<web::PheromoneRaster>(view.config, law.type);
+      }
+      if (!raster->Update(reader, view.now_ms, true)) {
+        continue;
+      }
+      const field::PointUm corner = raster->twice_corner_um();
+      const foxglove::Grid grid{
+          .time_ns = time_ns,
+          .corner = {{static_cast<double>(corner.x) / 2e6, static_cast<double>(corner.y) / 2e6, 0},
+                     0},
+          .columns = static_cast<uint32_t>(raster->columns()),
+          .cell_m = static_cast<double>(raster->cell_um()) / 1e6,
+          .data = raster->bytes()};
+      Write("/pheromone/" + law.name, foxglove::kGridSchema, time_ns, foxglove::Encode(grid));
+    }
+  }
+
+  mcap::Writer& writer_;
+  const uint64_t grid_step_ns_;
+  std::map<std::string, uint16_t> channels_;
+  std::map<uint8_t, std::unique_ptr<web::PheromoneRaster>> rasters_;
+  std::optional<engine::SharedConfig> config_;
+  engine::Traffic traffic_;
+  web::RobotScenes robots_;
+  engine::Stamp stamp_;
+  uint64_t stamp_ns_ = 0;
+  uint64_t origin_ns_ = 0;
+  uint64_t next_ns_ = 0;
+  Status status_ = Ok();
+};
+
+uint64_t TimeOf(const capture::Record& record) {
+  if (const auto* packet = std::get_if<capture::Packet>(&record)) {
+    return packet->utc_ns;
+  }
+  if (const auto* batch = std::get_if<capture::Batch>(&record)) {
+    return Show::NsOf(batch->stamp);
+  }
+  if (const auto* event = std::get_if<capture::EventApplied>(&record)) {
+    return Show::NsOf(event->stamp);
+  }
+  const auto* end = std::get_if<capture::End>(&record);
+  return end != nullptr ? end->utc_ns : 0;
+}
+
+Status ExportOne(const std::string& file, Show* show) {
+  Result<ByteReader::Source> source = capture::OpenFile(file);
+  if (!source.ok()) {
+    return Error{source.error()};
+  }
+  capture::CaptureReader reader(std::move(source).value(), file);
+  capture::Replay replay;
+  show->Begin();
+  while (true) {
+    const Result<std::optional<capture::Found>> next = reader.Next();
+    if (!next.ok()) {
+      return Error{next.error()};
+    }
+    if (!next.value()) {
+      const Status ended = replay.Finish();
+      return ended.ok() ? Ok() : Status(Error{file + ": " + ended.error()});
+    }
+    const capture::Record& record = next.value()->record;
+    const uint64_t time_ns = TimeOf(record);
+    const bool is_end = std::holds_alternative<capture::End>(record);
+    if (time_ns != 0 && replay.engine() != nullptr) {
+      show->Until(*replay.engine(), time_ns);
+    }
+    if (is_end && replay.engine() != nullptr) {
+      show->At(*replay.engine(), time_ns);  // how it ended
+    }
+    const Status same = replay.Take(*next.value());
+    if (!same.ok()) {
+      return Error{file + ": " + same.error()};
+    }
+    if (const auto* batch = std::get_if<capture::Batch>(&record)) {
+      show->Note(*batch, replay.start().links);
+    } else if (const auto* event = std::get_if<capture::EventApplied>(&record)) {
+      show->Note(event->stamp);
+    }
+    if (!show->status().ok()) {
+      return show->status();
+    }
+  }
+}
+
+}  // namespace
+
+int ExportMcap(const std::vector<std::string>& captures, const McapOptions& options) {
+  std::FILE* const file = std::fopen(options.out.c_str(), "wbe");
+  if (file == nullptr) {
+    return Fail(kFailed, SystemError(options.out).message);
+  }
+  uint64_t bytes = 0;
+  mcap::Writer writer(
+      [&](std::string_view part) -> Status {
+        bytes += part.size();
+        return std::fwrite(part.data(), 1, part.size(), file) == part.size()
+                   ? Ok()
+                   : Status(SystemError(options.out));
+      },
+      "pheromonectl " PHEROMONE_VERSION);
+  Show show(&writer, std::max(kStepNs, static_cast<uint64_t>(1e9 / options.grid_hz)));
+  Status exported = Ok();
+  for (const std::string& capture : captures) {
+    exported = exported.ok() ? ExportOne(capture, &show) : exported;
+  }
+  Status written = writer.Finish();
+  if (std::fclose(file) != 0 && written.ok()) {
+    written = SystemError(options.out);
+  }
+  if (!written.ok()) {
+    std::remove(options.out.c_str());
+    return Fail(kFailed, written.error());
+  }
+  if (!exported.ok()) {
+    return Fail(kFailed, fmt::format("{}\n  {} has {} messages up to there", exported.error(),
+                                     options.out, writer.messages()));
+  }
+  std::cout << fmt::format("{}: {} messages, {} bytes\n", options.out, writer.messages(), bytes);
+  return 0;
+}
+
+}  // namespace pheromone::ctl
