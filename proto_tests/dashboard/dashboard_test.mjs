@@ -174,7 +174,7 @@ async function followsAPaintedPath(page, id) {
   for (let i = 0; i < 12; i += 1) {
     const [x, y] = points.at(-1);
     const wanted = Math.atan2(5 - y, 5 - x);
-    const turn = ((wanted - heading + 3 * Math.PI) % (2 * Math.PI)) - Math.PI;
+    const turn = Math.atan2(Math.sin(wanted - heading), Math.cos(wanted - heading));
     if (i > 1) heading += Math.max(-0.28, Math.min(0.28, turn));
     if (Math.hypot(x - 5, y - 5) < 1.8) break;   // there is an obstacle in the middle
     points.push([x + 0.3 * Math.cos(heading), y + 0.3 * Math.sin(heading)]);
@@ -196,10 +196,14 @@ async function followsAPaintedPath(page, id) {
   await page.click('#resume');
   const off = (at) => Math.min(...points.map(([x, y]) => Math.hypot(x - at.x_m, y - at.y_m)));
   let worst = 0;
+  let last = null;
   await until('the robot comes to its end', async () => {
-    const at = (await swarm.robot(id)).pose;
-    worst = Math.max(worst, off(at));
-    return Math.hypot(at.x_m - end[0], at.y_m - end[1]) < 0.45;
+    last = await swarm.robot(id);
+    worst = Math.max(worst, off(last.pose));
+    return Math.hypot(last.pose.x_m - end[0], last.pose.y_m - end[1]) < 0.45;
+  }, 120000).catch((error) => {
+    console.log(`    path ${JSON.stringify(points)}\n    robot ${JSON.stringify(last)}`);
+    throw error;
   });
   console.log(`    ${points.length} points; the robot stayed within ${worst.toFixed(2)} m of them`);
   check(worst < 0.4, 'the robot left the path');

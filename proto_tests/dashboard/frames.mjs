@@ -1,6 +1,7 @@
 // How long a frame takes: a map of 512 x 512 nodes of which all tiles change five times a second, and
 // 200 robots with trails of 200 poses, ten times a second, drawn without a GPU. The messages are made
-// here and go through the page's own decoders.
+// here and go through the page's own decoders. On two idle cores, with a window of 1920 x 1080: median
+// 1.0 ms, 95 % below 5 ms, most 23 ms; 16.7 ms from frame to frame, always.
 //
 // Usage: node frames.mjs BIN_DIR [SECONDS]
 import {launch, open} from './browser.mjs';

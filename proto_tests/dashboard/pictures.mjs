@@ -60,7 +60,8 @@ try {
   let heading = (pose.heading_deg * Math.PI) / 180;
   for (let i = 0; i < 14; i += 1) {
     const [x, y] = points.at(-1);
-    const turn = ((Math.atan2(7.3 - y, 5 - x) - heading + 3 * Math.PI) % (2 * Math.PI)) - Math.PI;
+    const wanted = Math.atan2(7.3 - y, 5 - x);
+    const turn = Math.atan2(Math.sin(wanted - heading), Math.cos(wanted - heading));
     if (i > 0) heading += Math.max(-0.3, Math.min(0.3, turn));
     points.push([x + 0.35 * Math.cos(heading), y + 0.35 * Math.sin(heading)]);
   }

@@ -152,7 +152,8 @@ bool TakesGzip(std::string_view accept_encoding) {
     const size_t semicolon = std::min(item.find(';'), item.size());
     if (Trimmed(item.substr(0, semicolon)) == "gzip") {
       const std::string_view weight = Trimmed(item.substr(std::min(semicolon + 1, item.size())));
-      return !weight.starts_with("q=0") || weight.find_first_of("123456789") != weight.npos;
+      return !weight.starts_with("q=0") ||
+             weight.find_first_of("123456789") != std::string_view::npos;
     }
     accept_encoding.remove_prefix(std::min(end + 1, accept_encoding.size()));
   }

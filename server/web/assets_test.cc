@@ -72,7 +72,8 @@ TEST(AssetsTest, ThePageNamesOnlyFilesThatAreThereAndRunsNothingInline) {
   const std::string page = ReadSource("index.html");
   const Assets assets;
   for (const char* attribute : {"src=\"", "href=\""}) {
-    for (size_t at = page.find(attribute); at != page.npos; at = page.find(attribute, at + 1)) {
+    for (size_t at = page.find(attribute); at != std::string::npos;
+         at = page.find(attribute, at + 1)) {
       const size_t begin = at + std::string(attribute).size();
       const std::string path = page.substr(begin, page.find('"', begin) - begin);
       ASSERT_TRUE(Assets::FileOf(path)) << path;
@@ -80,7 +81,7 @@ TEST(AssetsTest, ThePageNamesOnlyFilesThatAreThereAndRunsNothingInline) {
     }
   }
   for (const char* inlined : {" style=", "<style", " onclick=", "<script>"}) {
-    EXPECT_EQ(page.find(inlined), page.npos) << inlined;
+    EXPECT_EQ(page.find(inlined), std::string::npos) << inlined;
   }
 }
 
@@ -153,7 +154,7 @@ class WebRootTest : public ::testing::Test {
     fs::create_symlink(above_ / "secret", root_ / "link.js");
     fs::create_directory_symlink(above_, root_ / "up");
   }
-  ~WebRootTest() override { fs::remove_all(above_); }
+  void TearDown() override { fs::remove_all(above_); }
 
   static void Write(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
 
