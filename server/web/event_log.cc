@@ -24,7 +24,7 @@ double NowSeconds() {
   return static_cast<double>(std::chrono::duration_cast<milliseconds>(now).count()) / 1e3;
 }
 
-std::string_view NameOf(Topic topic) {
+std::string_view TopicName(Topic topic) {
   switch (topic) {
     case Topic::kConfiguration:
       return "configuration";
@@ -83,7 +83,7 @@ Response EventLog::Read(Parameters* fields) {
     if (event.number > known) {
       list.push_back(json::object{{"number", event.number},
                                   {"time_s", event.time_s},
-                                  {"topic", NameOf(event.notice.topic)},
+                                  {"topic", TopicName(event.notice.topic)},
                                   {"on", event.notice.is_on},
                                   {"subject", event.notice.subject},
                                   {"text", event.notice.text}});
