@@ -14,19 +14,18 @@ namespace {
 
 namespace json = boost::json;
 
+// Foxglove Studio refuses arrays of arrays, so the schemas do not name points_m, which they permit.
 constexpr std::string_view kNothingSchema = R"({"type":"object","properties":{}})";
 constexpr std::string_view kShapeSchema =
     R"({"type":"object","properties":{)"
     R"("pheromone":{"type":"string"},"all":{"type":"boolean"},)"
     R"("area_m":{"type":"array","items":{"type":"number"}},)"
-    R"("points_m":{"type":"array","items":{"type":"array","items":{"type":"number"}}},)"
     R"("radius_m":{"type":"number"}},"required":["pheromone"]})";
 constexpr std::string_view kPathSchema =
     R"({"type":"object","properties":{)"
     R"("pheromone":{"type":"string"},)"
-    R"("points_m":{"type":"array","items":{"type":"array","items":{"type":"number"}}},)"
     R"("radius_m":{"type":"number"},"units":{"type":"number"},"add":{"type":"boolean"}},)"
-    R"("required":["pheromone","points_m"]})";
+    R"("required":["pheromone"]})";
 constexpr std::string_view kCommandSchema =
     R"({"type":"object","properties":{)"
     R"("link":{"type":"string"},"id":{"type":"integer"},"command":{"type":"string"},)"
