@@ -79,7 +79,7 @@ engine::Engine BeginWith(const engine::EngineConfig& config, uint16_t epoch,
   return engine;
 }
 
-std::string SystemError() {
+std::string TextOfErrno() {
   return std::strerror(errno);
 }
 
@@ -88,7 +88,7 @@ std::string SystemError() {
 Status TakeOwner(const std::string& from, const std::string& to) {
   struct stat owner = {};
   if (stat(from.c_str(), &owner) != 0) {
-    return Error{from + ": " + SystemError()};
+    return Error{from + ": " + TextOfErrno()};
   }
   std::vector<std::string> paths = {to};
   for (const auto& entry : std::filesystem::directory_iterator(to)) {
@@ -96,11 +96,11 @@ Status TakeOwner(const std::string& from, const std::string& to) {
   }
   for (const std::string& path : paths) {
     if (geteuid() == 0 && lchown(path.c_str(), owner.st_uid, owner.st_gid) != 0) {
-      return Error{path + ": its owner cannot be changed: " + SystemError()};
+      return Error{path + ": its owner cannot be changed: " + TextOfErrno()};
     }
   }
   if (chmod(to.c_str(), owner.st_mode & 07777u) != 0) {
-    return Error{to + ": " + SystemError()};
+    return Error{to + ": " + TextOfErrno()};
   }
   return Ok();
 }
@@ -122,10 +122,10 @@ Status Replace(const std::string& folder, const std::string& next, const std::st
     return renameat2(AT_FDCWD, next.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0;
   };
   if (!exchange()) {
-    return Error{folder + ": cannot be exchanged with " + next + ": " + SystemError()};
+    return Error{folder + ": cannot be exchanged with " + next + ": " + TextOfErrno()};
   }
   if (rename(next.c_str(), before.c_str()) != 0) {
-    const std::string why = SystemError();
+    const std::string why = TextOfErrno();
     exchange();
     return Error{folder + ": cannot be renamed to " + before + ": " + why};
   }
