@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <variant>
 
 #include <boost/json/object.hpp>
@@ -71,7 +72,9 @@ PublishedRequest BrushRequest(const json::object& brush) {
       body[key] = brush.at(key);
     }
   }
-  body["points_m"] = json::array{json::array{brush.at("x_m"), brush.at("y_m")}};
+  json::array points;  // clang 14 takes an array in braces for a copy of that array
+  points.push_back(json::array{brush.at("x_m"), brush.at("y_m")});
+  body["points_m"] = std::move(points);
   return {erase ? "/api/v1/erase" : "/api/v1/paint", ToText(body), ""};
 }
 
