@@ -24,20 +24,21 @@ export async function until(what, get, patienceMs = PATIENCE_MS) {
 }
 
 export class Swarm {
-  /** `config` is the text of a configuration; a section [web] with a token is added. */
-  constructor(binDir, config) {
+  /** `config` is the text of a configuration; a section [web] with a token and `web` is added. */
+  constructor(binDir, config, web = '') {
     this.binDir = binDir;
     this.folder = mkdtempSync(join(tmpdir(), 'dashboard-'));
     this.robots = [];
     this.port = 0;
     this.config = config;
+    this.web = web;
     writeFileSync(join(this.folder, 'token'), TOKEN);
     chmodSync(join(this.folder, 'token'), 0o600);
   }
 
   async start() {
     writeFileSync(join(this.folder, 'test.toml'),
-                  `${this.config}\n[web]\nlisten = "127.0.0.1:${this.port}"\ntoken_file = "token"\n`);
+                  `${this.config}\n[web]\nlisten = "127.0.0.1:${this.port}"\ntoken_file = "token"\n${this.web}`);
     const log = openSync(join(this.folder, 'pheromoned.log'), 'w');
     this.daemon = spawn(join(this.binDir, 'pheromoned'), ['--config', 'test.toml', ...(process.env.WEB_ROOT ? ['--web-root', process.env.WEB_ROOT] : [])],
                         {cwd: this.folder, stdio: ['ignore', log, log]});
