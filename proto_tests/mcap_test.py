@@ -17,35 +17,11 @@ from collections import Counter
 
 from asking_robot import check
 from mcap_reader import read_mcap
-from operated_daemon import OperatedDaemon
+from operated_daemon import ROOM, OperatedDaemon
 from stranger.client import Client, open_terminal
 
 HERE = pathlib.Path(__file__).resolve().parent
-CONFIG = """[map]
-width_m = 4.0
-height_m = 3.0
-cell_m = 0.1
-[obstacles]
-walls = [{points_m = [[3.5, 2.5], [3.5, 2.9]], thickness_m = 0.1}]
-[antennas]
-bias_m = 0.2
-[[pheromone]]
-type = 1
-name = "path"
-core_m = 0.1
-sigma_m = 0.3
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-[[tag]]
-name = "door"
-x_m = 1.0
-y_m = 1.0
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-[capture]
+CONFIG = ROOM + """[capture]
 folder = "captures"
 """
 SCHEMAS = {"/robots": "foxglove.SceneUpdate", "/trails": "foxglove.SceneUpdate",

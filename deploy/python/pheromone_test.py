@@ -24,36 +24,12 @@ sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "proto_tests"), str(ROOT / "deploy/python")]
 import pheromone  # noqa: E402
-from operated_daemon import OperatedDaemon, await_that  # noqa: E402
+from operated_daemon import ROOM, OperatedDaemon, await_that  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
 
 BIN = pathlib.Path()
 TOKEN = "0123456789abcdef0123456789abcdef"
-CONFIG = """[map]
-width_m = 4.0
-height_m = 3.0
-cell_m = 0.1
-[obstacles]
-walls = [{points_m = [[3.5, 2.5], [3.5, 2.9]], thickness_m = 0.1}]
-[antennas]
-bias_m = 0.2
-[[pheromone]]
-type = 1
-name = "path"
-core_m = 0.1
-sigma_m = 0.3
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-[[tag]]
-name = "door"
-x_m = 1.0
-y_m = 1.0
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-[[link]]
+CONFIG = ROOM + """[[link]]
 name = "udp"
 kind = "udp"
 listen = "127.0.0.1:0"

@@ -19,7 +19,7 @@ namespace {
 constexpr size_t kMaxPath = 107;  // of a Unix socket
 constexpr size_t kLeastToken = 16;
 constexpr size_t kMaxToken = 256;
-constexpr size_t kMaxHosts = 64;
+constexpr size_t kMaxNames = 64;
 constexpr int64_t kMaxViewers = 48;  // of 64 connections, so that requests have some
 constexpr size_t kMaxName = 253;     // of a host, by RFC 1035
 
@@ -75,53 +75,42 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   }
 }
 
-void ReadHosts(const TableReader& table, WebSettings* web) {
-  const Value* list = table.Find("hosts");
+// The texts of a list, each as `read` returns it: empty if it is not as expected.
+void ReadNames(const TableReader& table, const char* key, std::string_view expected,
+               std::string (*read)(const std::string&), std::vector<std::string>* names) {
+  const Value* list = table.Find(key);
   if (list == nullptr) {
     return;
   }
-  constexpr std::string_view kExpected =
-      "host names without a port, such as [\"lab.local\", \"robots\"]";
-  if (list->kind != Value::Kind::kArray || list->items.size() > kMaxHosts) {
-    table.Expected("hosts", *list, kExpected);
+  if (list->kind != Value::Kind::kArray || list->items.size() > kMaxNames) {
+    table.Expected(key, *list, expected);
     return;
   }
   for (const Value& item : list->items) {
-    std::string name = item.kind == Value::Kind::kString ? item.text : "";
-    std::transform(name.begin(), name.end(), name.begin(), [](char c) {
-      return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    });
-    if (name.empty() || name.size() > kMaxName ||
-        name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") != std::string::npos) {
-      table.Expected("hosts", item, kExpected);
+    std::string name = item.kind == Value::Kind::kString ? read(item.text) : "";
+    if (name.empty() || name.size() > kMaxName) {
+      table.Expected(key, item, expected);
       continue;
     }
-    web->hosts.push_back(std::move(name));
+    names->push_back(std::move(name));
   }
 }
 
+std::string HostName(const std::string& text) {
+  std::string name = text;
+  std::transform(name.begin(), name.end(), name.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyz0123456789-_.";
+  return name.find_first_not_of(kAllowed) == std::string::npos ? name : "";
+}
+
 // As browsers send them: scheme and host, and a port unless it is the usual one.
-void ReadOrigins(const TableReader& table, WebSettings* web) {
-  const Value* list = table.Find("origins");
-  if (list == nullptr) {
-    return;
-  }
-  constexpr std::string_view kExpected =
-      "origins of web pages, such as [\"https://app.foxglove.dev\"]";
-  if (list->kind != Value::Kind::kArray || list->items.size() > kMaxHosts) {
-    table.Expected("origins", *list, kExpected);
-    return;
-  }
-  for (const Value& item : list->items) {
-    const std::string origin = item.kind == Value::Kind::kString ? item.text : "";
-    const size_t host = origin.starts_with("https://") ? 8 : origin.starts_with("http://") ? 7 : 0;
-    if (host == 0 || host == origin.size() || origin.size() > kMaxName ||
-        origin.find_first_of("/ *", host) != std::string::npos) {
-      table.Expected("origins", item, kExpected);
-      continue;
-    }
-    web->origins.push_back(origin);
-  }
+std::string Origin(const std::string& text) {
+  const size_t host = text.starts_with("https://") ? 8 : text.starts_with("http://") ? 7 : 0;
+  const bool is_origin =
+      host != 0 && host != text.size() && text.find_first_of("/ *", host) == std::string::npos;
+  return is_origin ? text : "";
 }
 
 }  // namespace
@@ -148,8 +137,10 @@ void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
     web->listen_port = endpoint ? endpoint->port : uint16_t{0};
   }
   ReadToken(table, notes, web);
-  ReadHosts(table, web);
-  ReadOrigins(table, web);
+  ReadNames(table, "hosts", "host names without a port, such as [\"lab.local\", \"robots\"]",
+            HostName, &web->hosts);
+  ReadNames(table, "origins", "origins of web pages, such as [\"https://app.foxglove.dev\"]",
+            Origin, &web->origins);
   web->max_viewers = static_cast<uint32_t>(
       table.Integer("max_viewers", 0, kMaxViewers, web->max_viewers).value_or(web->max_viewers));
   web->ros_distro = table.String("ros_distro", web->ros_distro).value_or("");

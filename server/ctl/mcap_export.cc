@@ -16,6 +16,7 @@
 #include "server/capture/reader.h"
 #include "server/capture/replay.h"
 #include "server/control/control.h"
+#include "server/control/engine_views.h"
 #include "server/ctl/server_call.h"
 #include "server/engine/tags_component.h"
 #include "server/engine/traffic.h"
@@ -73,8 +74,9 @@ class Show {
       config_ = engine.shared_config();
       rasters_.clear();
     }
-    const control::FieldView view = ViewOf(engine, time_ns);
-    const std::vector<control::ClientView> clients = Clients(engine, view.now_ms);
+    const control::FieldView view = control::FieldOf(engine, FieldTimeAt(engine, time_ns));
+    const std::vector<control::ClientView> clients =
+        control::ClientsOf(engine, traffic_, view.now_ms);
     const uint64_t since_ns = time_ns - origin_ns_;
     Write("/robots", foxglove::kSceneUpdateSchema, time_ns,
           robots_.Robots(clients, view.config, time_ns));
@@ -141,48 +143,10 @@ class Show {
     status_ = writer_.Write(found->second, time_ns, message);
   }
 
-  // As of the last event, with the field time of that moment.
-  control::FieldView ViewOf(const engine::Engine& engine, uint64_t time_ns) const {
-    const field::FieldConfig& present = engine.config().field;
-    control::FieldView view;
-    view.field = &engine.field();
-    view.config.map = present.map;
-    view.config.antennas = present.antennas;
-    view.config.pheromones = present.pheromones;
-    view.config.obstacles = present.obstacles;
+  // The field time of a moment since the last event.
+  uint64_t FieldTimeAt(const engine::Engine& engine, uint64_t time_ns) const {
     const uint64_t passed_ns = stamp_ns_ != 0 ? time_ns - std::min(time_ns, stamp_ns_) : 0;
-    view.now_ms = engine.field_time_ms() + passed_ns / kNsPerMs;
-    return view;
-  }
-
-  std::vector<control::ClientView> Clients(const engine::Engine& engine, uint64_t now_ms) const {
-    std::map<std::pair<engine::LinkIndex, uint8_t>, control::ClientView> clients;
-    engine.robots().ForEach(
-        [&](engine::LinkIndex link, uint8_t id, const engine::RobotState& robot) {
-          control::ClientView& client = clients[{link, id}];
-          client.robot = robot;
-          client.known = robot.epoch == engine.epoch();
-        });
-    traffic_.ForEach([&](engine::LinkIndex link, uint8_t id, const engine::RobotTraffic& heard) {
-      control::ClientView& client = clients[{link, id}];
-      client.traffic = heard;
-      client.silent_ms = now_ms - std::min(now_ms, heard.last_ms);
-    });
-    std::vector<control::ClientView> views;
-    for (auto& [key, client] : clients) {
-      client.link = engine.config().links[key.first].name;
-      client.id = key.second;
-      const auto& observed = client.robot.observed;
-      if (observed && now_ms < observed->until_ms) {
-        client.pose_source = control::PoseSource::kTracker;
-        client.pose = observed->pose;
-      } else if (client.traffic.pose) {
-        client.pose_source = control::PoseSource::kRobot;
-        client.pose = engine.robots().PoseOf(key.first, key.second, *client.traffic.pose, now_ms);
-      }
-      views.push_back(std::move(client));
-    }
-    return views;
+    return engine.field_time_ms() + passed_ns / kNsPerMs;
   }
 
   static std::vector<control::TagView> Tags(const engine::Engine& engine) {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <map>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -12,6 +11,7 @@
 #include "server/base/format.h"
 #include "server/config/describe.h"
 #include "server/config/folders.h"
+#include "server/control/engine_views.h"
 #include "server/daemon/process_stats.h"
 #include "server/field/raster.h"
 
@@ -107,18 +107,6 @@ Error UnknownLink(std::string_view name) {
 uint64_t BytesOf(const links::Link& link) {
   const links::LinkCounters counters = link.counters();
   return counters.bytes_in + counters.bytes_out;
-}
-
-void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_ms,
-             control::ClientView* client) {
-  const auto& observed = client->robot.observed;
-  if (observed && now_ms < observed->until_ms) {
-    client->pose_source = control::PoseSource::kTracker;
-    client->pose = observed->pose;
-  } else if (client->traffic.pose) {
-    client->pose_source = control::PoseSource::kRobot;
-    client->pose = engine.robots().PoseOf(link, client->id, *client->traffic.pose, now_ms);
-  }
 }
 
 // An answer that is given once: by the awaited event or by a deadline, whichever comes first. The
@@ -262,46 +250,16 @@ std::vector<control::LinkView> LiveControl::GetLinks() const {
 }
 
 std::vector<control::ClientView> LiveControl::GetClients() const {
-  std::map<std::pair<engine::LinkIndex, uint8_t>, control::ClientView> clients;
-  parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
-    engine.robots().ForEach(
-        [&](engine::LinkIndex link, uint8_t id, const engine::RobotState& robot) {
-          control::ClientView& client = clients[{link, id}];
-          client.robot = robot;
-          client.known = robot.epoch == engine.epoch();
-        });
-    const uint64_t now_ms = parts_.now_ms();
-    traffic.ForEach([&](engine::LinkIndex link, uint8_t id, const engine::RobotTraffic& heard) {
-      control::ClientView& client = clients[{link, id}];
-      client.traffic = heard;
-      client.silent_ms = now_ms - std::min(now_ms, heard.last_ms);
-    });
-    for (auto& [key, client] : clients) {
-      client.link = engine.config().links[key.first].name;
-      client.id = key.second;
-      AddPose(engine, key.first, now_ms, &client);
-    }
-  });
   std::vector<control::ClientView> views;
-  views.reserve(clients.size());
-  for (auto& [key, client] : clients) {
-    views.push_back(std::move(client));
-  }
+  parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
+    views = control::ClientsOf(engine, traffic, parts_.now_ms());
+  });
   return views;
 }
 
 control::FieldView LiveControl::GetField() const {
-  return parts_.service->Inspect([this](const engine::Engine& engine) {
-    const field::FieldConfig& present = engine.config().field;
-    control::FieldView view;
-    view.field = &engine.field();  // the engine keeps its field, once it has one
-    view.config.map = present.map;
-    view.config.antennas = present.antennas;
-    view.config.pheromones = present.pheromones;
-    view.config.obstacles = present.obstacles;
-    view.now_ms = parts_.now_ms();
-    return view;
-  });
+  return parts_.service->Inspect(
+      [this](const engine::Engine& engine) { return control::FieldOf(engine, parts_.now_ms()); });
 }
 
 std::vector<std::string> LiveControl::GetConfig() const {

@@ -9,12 +9,12 @@
 #include <boost/json/object.hpp>
 
 #include "server/web/json_text.h"
+#include "server/web/names.h"
 
 namespace pheromone::web {
 namespace {
 
 namespace json = boost::json;
-using Topic = control::Notice::Topic;
 
 constexpr size_t kKept = 1000;
 
@@ -22,24 +22,6 @@ double NowSeconds() {
   using std::chrono::milliseconds;
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return static_cast<double>(std::chrono::duration_cast<milliseconds>(now).count()) / 1e3;
-}
-
-std::string_view TopicName(Topic topic) {
-  switch (topic) {
-    case Topic::kConfiguration:
-      return "configuration";
-    case Topic::kCapture:
-      return "capture";
-    case Topic::kLink:
-      return "link";
-    case Topic::kHealth:
-      return "health";
-    case Topic::kArrival:
-      return "arrival";
-    case Topic::kNet:
-      break;
-  }
-  return "net";
 }
 
 }  // namespace
@@ -83,7 +65,7 @@ Response EventLog::Read(Parameters* fields) {
     if (event.number > known) {
       list.push_back(json::object{{"number", event.number},
                                   {"time_s", event.time_s},
-                                  {"topic", TopicName(event.notice.topic)},
+                                  {"topic", NameOf(event.notice.topic)},
                                   {"on", event.notice.is_on},
                                   {"subject", event.notice.subject},
                                   {"text", event.notice.text}});

@@ -159,6 +159,24 @@ std::string_view NameOf(engine::CommandOutcome outcome) {
   return "unknown";
 }
 
+std::string_view NameOf(control::Notice::Topic topic) {
+  switch (topic) {
+    case control::Notice::Topic::kConfiguration:
+      return "configuration";
+    case control::Notice::Topic::kCapture:
+      return "capture";
+    case control::Notice::Topic::kLink:
+      return "link";
+    case control::Notice::Topic::kHealth:
+      return "health";
+    case control::Notice::Topic::kArrival:
+      return "arrival";
+    case control::Notice::Topic::kNet:
+      break;
+  }
+  return "net";
+}
+
 std::string_view NameOf(control::PoseSource source) {
   switch (source) {
     case control::PoseSource::kNone:

@@ -42,6 +42,7 @@ std::string_view NameOf(protocol::EventCode code);
 std::string_view NameOf(protocol::Reason reason);
 std::string_view NameOf(engine::CommandOutcome outcome);
 std::string_view NameOf(control::PoseSource source);
+std::string_view NameOf(control::Notice::Topic topic);
 
 /// The service of a client's opcode: "sense", "trace"; "unknown" for those without meaning.
 std::string_view NameOfRequest(uint8_t opcode);

@@ -50,24 +50,6 @@ bool SameMap(const field::FieldConfig& a, const field::FieldConfig& b) {
          a.obstacles == b.obstacles;
 }
 
-std::string_view TopicText(control::Notice::Topic topic) {
-  switch (topic) {
-    case control::Notice::Topic::kConfiguration:
-      return "configuration";
-    case control::Notice::Topic::kCapture:
-      return "capture";
-    case control::Notice::Topic::kLink:
-      return "link";
-    case control::Notice::Topic::kHealth:
-      return "health";
-    case control::Notice::Topic::kArrival:
-      return "arrival";
-    case control::Notice::Topic::kNet:
-      break;
-  }
-  return "net";
-}
-
 std::string NoticeText(const control::Notice& notice) {
   const std::string what = notice.text.empty() ? "" : ": " + notice.text;
   switch (notice.topic) {
@@ -536,7 +518,7 @@ void Hub::AddEvent(const std::string& name, const std::string& text, bool is_war
 
 void Hub::AddNotice(const control::Notice& notice, uint64_t unix_ns) {
   const bool is_warning = !notice.is_on && notice.topic != control::Notice::Topic::kCapture;
-  AddEvent(std::string(TopicText(notice.topic)), NoticeText(notice), is_warning, unix_ns);
+  AddEvent(std::string(NameOf(notice.topic)), NoticeText(notice), is_warning, unix_ns);
 }
 
 // The latest event of each robot: of two in quick succession, only the second is seen.

@@ -1,0 +1,23 @@
+// What the control interface shows of an engine: of a running server, and of one that a recording
+// is replayed through.
+//
+// Call these while nothing changes the engine: under the service's lock.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/control/control.h"
+#include "server/engine/engine.h"
+#include "server/engine/traffic.h"
+
+namespace pheromone::control {
+
+/// All robots that have said HELLO or were heard, by link and ID.
+std::vector<ClientView> ClientsOf(const engine::Engine& engine, const engine::Traffic& traffic,
+                                  uint64_t now_ms);
+
+/// The engine keeps its field, once it has one.
+FieldView FieldOf(const engine::Engine& engine, uint64_t now_ms);
+
+}  // namespace pheromone::control
