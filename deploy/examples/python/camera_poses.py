@@ -3,6 +3,8 @@
 
     camera_poses.py --tracker 127.0.0.1:7777 --link radio-a --corners 0,0,4,3
 
+In the source tree: PYTHONPATH=deploy/python deploy/examples/python/camera_poses.py ...
+
 The configuration needs a port for it:
 
     [[tracker]]

@@ -4,6 +4,8 @@
     plot_map.py trail                       in a window; needs python3-matplotlib
     plot_map.py trail --output map.png      as a file
     plot_map.py trail --text                in the terminal, without NumPy and matplotlib
+
+In the source tree: PYTHONPATH=deploy/python deploy/examples/python/plot_map.py ...
 """
 
 import argparse
