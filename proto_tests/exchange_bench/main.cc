@@ -30,6 +30,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -98,18 +99,18 @@ void RunStream(const Options& options, Report* report) {
   const auto say_memory = [&](const char* when) {
     Report::Say(fmt::format("{} pheromoned has {} MiB", when, server.rss_kib() / 1024));
   };
-  for (const int baud : kBauds) {
-    measure.TimePtys(false, kLinks.pty, baud);
-  }
   say_memory("without viewers");
-  const StreamViewers viewers(folder.string(), kViewers, kDeaf);
   for (const int baud : kBauds) {
-    const uint64_t before = viewers.counts().bytes;
-    measure.TimePtys(false, kLinks.pty, baud, " beside 20 viewers of the stream");
-    Report::Say(fmt::format("         the viewers have read {:.1f} MB; {} connections",
-                            static_cast<double>(viewers.counts().bytes - before) / 1e6,
-                            viewers.counts().connections.load()));
-    say_memory("with viewers");
+    uint64_t bytes = 0;
+    measure.ComparePtys(kLinks.pty, baud, " beside 20 viewers of the stream", [&] {
+      const auto viewers = std::make_shared<StreamViewers>(folder.string(), kViewers, kDeaf);
+      viewers->AwaitFirst();
+      return std::shared_ptr<void>(viewers.get(),
+                                   [&bytes, viewers](void*) { bytes += viewers->counts().bytes; });
+    });
+    Report::Say(
+        fmt::format("         the viewers have read {:.1f} MB", static_cast<double>(bytes) / 1e6));
+    say_memory("after viewers");
   }
 }
 
@@ -181,6 +182,7 @@ int Main(int argc, char** argv) {
   app.add_option("--rounds", options.effort.rounds, "Of echo, then exchanges")
       ->check(CLI::Range(1, 1000));
   app.add_option("--seconds", options.effort.seconds, "Of each half of a round");
+  app.add_option("--pty-rounds", options.effort.pty_rounds, "Of ptys with and without viewers");
   app.add_option("--pty-seconds", options.effort.pty_seconds, "Of each case with ptys");
   app.add_option("--roaming-seconds", options.effort.roaming_seconds, "Of robots that roam");
   app.add_option("--syncs", options.effort.syncs, "Of the bare disk");

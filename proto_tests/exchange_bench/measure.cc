@@ -77,12 +77,37 @@ void Measure::CompareTags(Load what, Load with, const TagSites& tags, int client
           std::move(row));
 }
 
-void Measure::TimePtys(bool trace, int ptys, int baud, const std::string& beside) {
+PtyLoadResult Measure::RunPtys(bool trace, int ptys, int baud) {
   PtyLoadOptions load{trace, baud, {}, effort_.pty_seconds};
   for (int i = 1; i <= ptys; ++i) {
     load.ptys.push_back(fmt::format("{}/pty-{}", folder_, i));
   }
-  PtyLoadResult result = RunPtyLoad(arena_, load);
+  return RunPtyLoad(arena_, load);
+}
+
+void Measure::ComparePtys(int ptys, int baud, const std::string& beside,
+                          const std::function<std::shared_ptr<void>()>& begin) {
+  const std::string load = fmt::format("SENSE on {} ptys at {} baud", ptys, baud);
+  std::array<RoundsRow, 2> rows{RoundsRow{name_, load, ptys},
+                                RoundsRow{name_, load + beside, ptys}};
+  for (int round = 0; round < effort_.pty_rounds; ++round) {
+    for (RoundsRow& row : rows) {
+      const std::shared_ptr<void> other = &row == &rows[1] ? begin() : nullptr;
+      PtyLoadResult result = RunPtys(false, ptys, baud);
+      row.right += result.times.size();
+      row.wrong += result.wrong;
+      row.lost += result.lost;
+      row.late += result.late;
+      row.rounds.push_back(std::move(result.times));
+    }
+  }
+  for (RoundsRow& row : rows) {
+    report_->Add(std::move(row));
+  }
+}
+
+void Measure::TimePtys(bool trace, int ptys, int baud, const std::string& beside) {
+  PtyLoadResult result = RunPtys(trace, ptys, baud);
   Row row{name_,
           fmt::format("{} on {} ptys at {} baud{}", trace ? "TRACE" : "SENSE", ptys, baud, beside),
           ptys};

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "proto_tests/exchange_bench/arena.h"
+#include "proto_tests/exchange_bench/pty_load.h"
 #include "proto_tests/exchange_bench/report.h"
 #include "proto_tests/exchange_bench/server_process.h"
 #include "proto_tests/exchange_bench/udp_load.h"
@@ -16,6 +19,7 @@ struct Effort {
   int rounds = 5;
   double seconds = 2;  ///< of each half of a round
   double pty_seconds = 10;
+  int pty_rounds = 7;  ///< of those that are compared
   double roaming_seconds = 30;
   int syncs = 1000;
 };
@@ -35,10 +39,15 @@ class Measure {
   void CompareTags(Load what, Load with, const TagSites& tags, int clients);
   /// At a modem's pace. `beside`: the concurrent load, for the report.
   void TimePtys(bool trace, int ptys, int baud, const std::string& beside = "");
+  /// SENSE at a modem's pace, in turn alone and while what `begin` returns lives: so that what else
+  /// the machine does meets both. Reports the medians of the rounds' quantiles, and their range.
+  void ComparePtys(int ptys, int baud, const std::string& beside,
+                   const std::function<std::shared_ptr<void>()>& begin);
   /// TRACE everywhere, of a pheromone that evaporates: measures the growth of the server's memory.
   void Roam(int clients);
 
  private:
+  PtyLoadResult RunPtys(bool trace, int ptys, int baud);
   /// A load in turn with another; reports the medians of the rounds in `row`.
   void Compare(const LoadOptions& load, const LoadOptions& with, Row row);
 

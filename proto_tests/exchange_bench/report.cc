@@ -17,6 +17,16 @@ double Ms(Quantiles* times, double q) {
   return Milliseconds(times->At(q));
 }
 
+// The quantile of each round, in ascending order.
+std::vector<double> OfRounds(std::vector<Quantiles>* rounds, double q) {
+  std::vector<double> all;
+  for (Quantiles& round : *rounds) {
+    all.push_back(Ms(&round, q));
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 // As a field of a CSV file.
 std::string Field(const std::string& text) {
   return text.find(',') == std::string::npos ? text : '"' + text + '"';
@@ -73,6 +83,23 @@ void Report::Add(BesideRow beside) {
   Write(row, fmt::format("{:.4f},{:.4f},{},{:.1f},{},{}", Ms(&beside.alone, 0.99), alone,
                          beside.stops, Milliseconds(beside.request_time), beside.unfed.count(),
                          Field(beside.request)));
+}
+
+void Report::Add(RoundsRow row) {
+  const auto median = [&](double q) { return OfRounds(&row.rounds, q)[row.rounds.size() / 2]; };
+  const std::vector<double> p99 = OfRounds(&row.rounds, 0.99);
+  Say(fmt::format(
+      "{:9}{}: medians of {} rounds: p50 {:.3f} ms, p99 {:.3f} ms ({:.3f} to {:.3f}), p99.9 {:.3f} "
+      "ms; {} right, {} wrong, {} lost, {} late",
+      row.server, row.load, row.rounds.size(), median(0.5), median(0.99), p99.front(), p99.back(),
+      median(0.999), row.right, row.wrong, row.lost, row.late));
+  wrong_ += row.wrong;
+  if (csv_.is_open()) {
+    csv_ << fmt::format("{},{},{},0,0,0.000,{},{},{},{:.4f},{:.4f},{:.4f},{},{:.4f},,,,,,\n",
+                        row.server, Field(row.load), row.clients, row.right, row.wrong, row.lost,
+                        median(0.5), median(0.99), median(0.999), row.late, median(1))
+         << std::flush;
+  }
 }
 
 void Report::Write(Row* row, const std::string& more) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "proto_tests/exchange_bench/quantiles.h"
 
@@ -37,6 +38,18 @@ struct BesideRow {
   std::chrono::milliseconds unfed;        ///< the longest that the watchdog had to wait
 };
 
+/// Answer times of several rounds.
+struct RoundsRow {
+  std::string server;
+  std::string load;
+  int clients = 0;
+  uint64_t right = 0;
+  uint64_t wrong = 0;
+  uint64_t lost = 0;
+  uint64_t late = 0;
+  std::vector<Quantiles> rounds = {};
+};
+
 class Report {
  public:
   /// `csv_file` may be empty.
@@ -44,6 +57,8 @@ class Report {
 
   void Add(Row row);
   void Add(BesideRow beside);
+  /// The medians of the rounds' quantiles; of the 99th percentile also the least and the greatest.
+  void Add(RoundsRow rounds);
   /// A readable line only.
   static void Say(const std::string& line);
 

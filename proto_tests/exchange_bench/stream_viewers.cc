@@ -2,19 +2,21 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstring>
 #include <new>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 namespace pheromone::bench {
@@ -93,17 +95,26 @@ int Connect(const std::string& path) {
 
 }  // namespace
 
-StreamViewers::StreamViewers(const std::string& folder, int count, int deaf) {
-  constexpr int kNice = 19;
+StreamViewers::StreamViewers(const std::string& folder, int count, int deaf) : count_(count) {
   void* const shared =
       mmap(nullptr, sizeof(Counts), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   counts_ = new (shared) Counts;
   process_ = fork();
   if (process_ == 0) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    setpriority(PRIO_PROCESS, 0, kNice);
+    const sched_param none{};
+    sched_setscheduler(0, SCHED_IDLE, &none);
     Watch(folder + "/pheromoned.sock", count, deaf, counts_);
   }
+}
+
+void StreamViewers::AwaitFirst() const {
+  constexpr std::chrono::milliseconds kLook{10};
+  constexpr std::chrono::seconds kFirst{1};
+  while (counts_->connections < static_cast<uint64_t>(count_) || counts_->bytes == 0) {
+    std::this_thread::sleep_for(kLook);
+  }
+  std::this_thread::sleep_for(kFirst);
 }
 
 StreamViewers::~StreamViewers() {

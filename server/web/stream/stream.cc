@@ -209,14 +209,15 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
       return;
     }
     const StreamTime now = Now();
-    const std::vector<std::shared_ptr<Viewer>> viewers = viewers_;  // some may leave
-    for (const auto& viewer : viewers) {
-      viewer->Tick(now.steady_ms, now.unix_ns);
-    }
     Needs needs = hub_.Due(now.steady_ms);
     needs.field |= std::any_of(viewers_.begin(), viewers_.end(),
                                [](const auto& viewer) { return viewer->awaits_greeting(); });
-    if (needs.any() && !is_looking_) {
+    const bool looks = needs.any() && !is_looking_;
+    const std::vector<std::shared_ptr<Viewer>> viewers = viewers_;  // some may leave
+    for (const auto& viewer : viewers) {
+      viewer->Tick(now.steady_ms, now.unix_ns, looks);
+    }
+    if (looks) {
       is_looking_ = true;
       Look(needs, now);
     }
@@ -260,6 +261,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
       for (const Update& update : updates) {
         viewer->Offer(update, now.steady_ms);
       }
+      viewer->Pump();
     }
   }
 

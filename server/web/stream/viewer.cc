@@ -38,7 +38,8 @@ void Viewer::Start(const boost::beast::http::request<boost::beast::http::string_
                    std::string subprotocol) {
   error_code ignored;
   // What is in the buffer is old when a slow viewer gets it, and costs memory.
-  socket_.next_layer().set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+  boost::beast::get_lowest_layer(socket_).set_option(
+      asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   websocket::stream_base::timeout patience;
   patience.handshake_timeout = kHandshakePatience;
   patience.idle_timeout = kIdlePatience;
@@ -73,8 +74,7 @@ void Viewer::Close() {
   }
   slots_.clear();
   answers_.clear();
-  error_code ignored;
-  socket_.next_layer().close(ignored);
+  socket_.next_layer().Close();
   parts_.leave(shared_from_this());
 }
 
@@ -213,7 +213,7 @@ void Viewer::Offer(const Update& update, uint64_t now_ms) {
   }
 }
 
-void Viewer::Tick(uint64_t now_ms, uint64_t unix_ns) {
+void Viewer::Tick(uint64_t now_ms, uint64_t unix_ns, bool more_follows) {
   now_ms_ = now_ms;
   unix_ns_ = unix_ns;
   if (is_closed_) {
@@ -229,7 +229,9 @@ void Viewer::Tick(uint64_t now_ms, uint64_t unix_ns) {
   if (conversation_ != nullptr) {
     time_ns_ = unix_ns;
     Read();
-    Pump();
+    if (!more_follows) {
+      Pump();
+    }
   }
 }
 

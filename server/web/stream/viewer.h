@@ -2,9 +2,10 @@
 //
 // A viewer never has more than one write under way. Of each channel it keeps the latest frame only,
 // shared with all other viewers; of events the last kMaxEvents; and answers to what it sent, for
-// which it is not read while many of them wait. So a viewer that does not read costs a frame per
-// channel and its socket's buffer, and is disconnected when a write takes longer than
-// `write_patience`.
+// which it is not read while many of them wait. Small messages are sent together
+// (gathering_socket.h). So a viewer that does not read costs a frame per channel, two buffers of
+// GatheringSocket::kMaxKept and that of its socket, and is disconnected when a write takes longer
+// than `write_patience`.
 //
 // Everything runs on the stream's thread.
 #pragma once
@@ -20,11 +21,11 @@
 #include <string>
 #include <utility>
 
-#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket/stream.hpp>
 
 #include "server/web/stream/conversation.h"
+#include "server/web/stream/gathering_socket.h"
 #include "server/web/stream/hub.h"
 #include "server/web/stream/stream_counters.h"
 #include "server/web/upgrade.h"
@@ -33,7 +34,7 @@ namespace pheromone::web {
 
 class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
-  using Socket = boost::asio::generic::stream_protocol::socket;
+  using Socket = GatheringSocket::Socket;
   static constexpr size_t kMaxEvents = 256;
   static constexpr size_t kMaxAnswers = 64;
   static constexpr size_t kMaxAnswerBytes = size_t{1} << 20;
@@ -65,8 +66,11 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   /// A frame of a channel, or null of tiles, if it has subscribed to that.
   void Offer(const Update& update, uint64_t now_ms);
-  /// About ten times a second.
-  void Tick(uint64_t now_ms, uint64_t unix_ns);
+  /// About ten times a second. What it has to send is sent at once, or with what will be offered
+  /// soon, if `more_follows`.
+  void Tick(uint64_t now_ms, uint64_t unix_ns, bool more_follows);
+  /// Sends what waits, unless something is being sent.
+  void Pump();
 
  private:
   struct Slot {
@@ -85,7 +89,6 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void HandleMessage();
   void Apply(Heard heard);
   void Send(StreamMessage message);
-  void Pump();
   bool PumpSlot(uint32_t subscription, Slot* slot);
   template <typename Buffers>
   void Write(const Buffers& buffers, bool is_binary);
@@ -93,7 +96,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void MakeHeader(uint8_t op, std::optional<uint32_t> subscription, uint64_t time_ns);
   bool MayRead() const;
 
-  boost::beast::websocket::stream<Socket, false> socket_;
+  boost::beast::websocket::stream<GatheringSocket, false> socket_;
   Place place_;
   const Parts parts_;
   const std::string refusal_;
