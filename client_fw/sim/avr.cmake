@@ -27,7 +27,7 @@ pheromone_firmware(avr_echo_image
   SOURCES client_fw/sim/testing/avr_echo_image.cc
   FLAGS -mmcu=atmega1284p -std=c++14 -Os -mrelax -DF_CPU=16000000UL)
 
-pheromone_test(client_avr_machine_test
+pheromone_test(client_avr_machine_test RELEASED
   SOURCES avr_bridge_test.cc avr_machine_test.cc
   LINK client_sim_avr)
 target_compile_definitions(client_avr_machine_test PRIVATE
