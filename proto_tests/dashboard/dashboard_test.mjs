@@ -98,9 +98,8 @@ async function commands(page) {
     await clickMap(page, pose.x_m, pose.y_m);
     return page.isVisible('#robot-card');
   });
-  await page.click('.row[data-robot="radio-a/1"]:not(.selected)').catch(() => {});
   await page.waitForSelector('.row.selected');
-  const selected = await page.evaluate(() => window.pheromone.store.selected.key);
+  const selected = await page.evaluate(() => window.pheromone.store.selected.key);   // the other may be there, too
   const id = Number(selected.split('/')[1]);
   await page.click('#halt');
   await until('the halt is accepted', async () => (await swarm.robot(id)).last_command?.outcome === 'accepted');
@@ -154,17 +153,21 @@ async function brushAndEraser(page) {
   await page.keyboard.press(']');
   await page.keyboard.press(']');
   await drag(page, [[2.6, 6], [4.4, 6]]);
-  await until('the picture lost it', async () => await levelAt(page, 'trail', 3.5, 6) === 0);
   await page.keyboard.press('[');
   await page.keyboard.press('[');
   await page.keyboard.press('Escape');
+  for (const x of [3, 3.5, 4]) await until('the picture lost it', async () => await levelAt(page, 'trail', x, 6) === 0);
+}
+
+async function select(page, key) {
+  await page.evaluate((it) => {
+    if (window.pheromone.store.selected?.key !== it) document.querySelector(`.row[data-robot="${it}"]`).click();
+  }, key);
 }
 
 async function followsAPaintedPath(page, id) {
   begin('a path is painted, and the robot follows it');
-  await page.evaluate((key) => {
-    if (window.pheromone.store.selected?.key !== key) document.querySelector(`.row[data-robot="${key}"]`).click();
-  }, `${id === 1 ? 'radio-a' : 'radio-b'}/${id}`);
+  await select(page, `${id === 1 ? 'radio-a' : 'radio-b'}/${id}`);
   await page.click('#halt');
   await stands(id);
   const {pose} = await swarm.robot(id);
@@ -193,7 +196,7 @@ async function followsAPaintedPath(page, id) {
   await page.keyboard.press('v');
   await page.selectOption('#follow-type', '1');
   await page.click('#follow');
-  await page.click('#resume');
+  await page.click('#resume');   // waits in the page until the robot has acknowledged the other
   const off = (at) => Math.min(...points.map(([x, y]) => Math.hypot(x - at.x_m, y - at.y_m)));
   let worst = 0;
   let last = null;
@@ -256,9 +259,7 @@ async function haltAll(page) {
   await stands(1);
   await stands(2);
   for (const key of ['radio-a/1', 'radio-b/2']) {
-    await page.evaluate((it) => {
-      if (window.pheromone.store.selected?.key !== it) document.querySelector(`.row[data-robot="${it}"]`).click();
-    }, key);
+    await select(page, key);
     await page.click('#resume');
     await page.waitForSelector('.toasts >> text=/resume sent/');
   }
