@@ -64,7 +64,8 @@ export class Swarm {
   }
 
   async get(path) {
-    const response = await fetch(`http://127.0.0.1:${this.port}/api/v1/${path}`);
+    // Each on a connection of its own: an idle one may be closed just when it is used again.
+    const response = await fetch(`http://127.0.0.1:${this.port}/api/v1/${path}`, {headers: {Connection: 'close'}});
     return response.json();
   }
 
