@@ -2,8 +2,9 @@
 // 200 robots with trails of 200 poses, ten times a second, drawn without a GPU. A worker makes the
 // messages, so that the page's thread does only what it does with a real server: it takes them as
 // those of a WebSocket. What counts is that thread: how long its tasks are, by Chromium's own trace,
-// and what messages and drawing take of each frame. On two idle cores, with a window of 1920 x 1080:
-// see the end of this comment.
+// and what messages and drawing take of each frame. A task that runs for more than 16 ms makes a frame
+// late on any machine; one that is longer, but runs for less, waited for a processor. On two cores that
+// were busy with four times as much: none ran for more than 14.8 ms, 99 % below 7 ms.
 //
 // Usage: node frames.mjs BIN_DIR [SECONDS]
 import {launch, open} from './browser.mjs';

@@ -47,6 +47,14 @@ export class SwarmMap {
     const ratio = Math.min(devicePixelRatio || 1, 2);
     const dirty = this.dirty;
     this.dirty = new Set();
+    // Each canvas is copied when it has changed; where nothing moves by hand, not all in one frame.
+    const place = `${this.view.x} ${this.view.y} ${this.view.scale} ${this.view.width} ${this.view.height}`;
+    this.later = dirty.has('base') && dirty.has('top') && place === this.place && !this.later;
+    if (this.later) {
+      dirty.delete('top');
+      this.invalidate('top');
+    }
+    this.place = place;
     for (const name of NAMES.filter((it) => dirty.has(it))) {
       const canvas = this.canvases[name];
       const width = Math.round(this.view.width * ratio);
