@@ -285,6 +285,58 @@ async function cut(page, watch) {
   watch.cut = false;
 }
 
+/** Fingers: each step is where all of them are, [] ends the gesture. */
+async function touch(session, ...steps) {
+  let before = 0;
+  for (const fingers of steps) {
+    const type = fingers.length === 0 ? 'touchEnd' : fingers.length > before ? 'touchStart' : 'touchMove';
+    before = fingers.length;
+    await session.send('Input.dispatchTouchEvent', {type, touchPoints: fingers.map(([x, y], id) => ({x, y, id}))});
+  }
+}
+
+async function fingers(browser) {
+  begin('fingers move and zoom the map, select and paint');
+  const {page, context, checkClean} = await open(browser, swarm.port, {viewport: {width: 390, height: 844}, hasTouch: true});
+  await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
+  await page.waitForFunction(() => window.pheromone.store.tags.length > 0 && window.pheromone.store.layers.get('trail')?.levels);
+  const session = await context.newCDPSession(page);
+  const scale = () => page.evaluate(() => window.pheromone.map.view.scale);
+  const near = async (x, y, [px, py], what) => {
+    const [nowX, nowY] = await pixel(page, x, y);
+    check(Math.hypot(nowX - px, nowY - py) < 6, `${what}: ${[x, y]} is at ${[nowX, nowY]} instead of ${[px, py]}`);
+  };
+  await touch(session, [await pixel(page, 1, 8.5)], []);
+  await page.waitForFunction(() => window.pheromone.store.selected?.kind === 'tag');
+  const [x, y] = await pixel(page, 5, 5);
+  const first = await scale();
+  await touch(session, [[x, y]], [[x + 20, y + 10]], [[x + 40, y + 20]], [[x + 60, y + 30]], []);
+  await near(5, 5, [x + 60, y + 30], 'after a finger moved');
+  check(await scale() === first, 'one finger zoomed');
+  // About the point between the fingers, which moves, too.
+  const [a, b] = [x + 60, y + 30];
+  const apart = (d, dx, dy) => [[a + dx - d, b + dy], [a + dx + d, b + dy]];
+  await touch(session, [[a - 30, b]], apart(30, 0, 0), apart(45, -10, 5), apart(60, -20, 10), apart(75, -30, 15), apart(90, -40, 20), []);
+  await near(5, 5, [a - 40, b + 20], 'after a pinch');
+  check(Math.abs(await scale() / first - 3) < 0.1, `a pinch to three times the size: ${await scale() / first}`);
+  await page.evaluate(() => window.pheromone.map.view.fit());
+
+  const posts = [];
+  page.on('request', (request) => request.method() === 'POST' && posts.push(request.url()));
+  await page.click('[data-tool="brush"]');
+  await page.selectOption('#options select', 'trail');
+  const painted = await sensed(2, 1, 1);
+  const [c, d] = await pixel(page, 2, 1);
+  await touch(session, [[c, d]], [[c, d], [c + 50, d]], [[c - 20, d], [c + 70, d]], [[c - 40, d], [c + 90, d]], []);
+  check(await scale() > 1.5 * first, 'a pinch does not zoom with a brush in hand');
+  await page.evaluate(() => window.pheromone.map.view.fit());
+  check(posts.length === 0 && await sensed(2, 1, 1) === painted, `a pinch paints: ${posts}`);
+  await touch(session, [[c, d]], [[c + 6, d]], [[c + 12, d]], []);
+  await until('a finger paints', async () => await sensed(2, 1, 1) > painted);
+  checkClean();
+  await context.close();
+}
+
 async function screenshots(browser) {
   begin('screenshots');
   for (const theme of ['dark', 'light']) {
@@ -350,6 +402,7 @@ try {
   await haltAll(page);
   await cut(page, watch);
   checkClean();
+  await fingers(browser);
   await screenshots(browser);
   await nets(browser);
   console.log('ok');
