@@ -108,6 +108,7 @@ def check_export(bin_dir, folder):
     check(struct.unpack("<I", grid[4])[0] == field["columns"], "the grid's columns")
     expected = bytes(255 if level is None else max(1, math.floor(level / 0.5 * 254 + 0.5)) if level
                      else 0 for row in reversed(field["values"]) for level in row)
+    check(protobuf(grid[8])[1] == b"254 = 0.5 units", f"the scale is told as {protobuf(grid[8])}")
     check(grid[9] == expected, f"the grid is not the map:\n{grid[9].hex()}\n{expected.hex()}")
     check(Counter(expected)[127] == 11 and Counter(expected)[254] == 1, "the map is as painted")
     return out

@@ -98,9 +98,8 @@ async function commands(page) {
     await clickMap(page, pose.x_m, pose.y_m);
     return page.isVisible('#robot-card');
   });
-  await page.click('.row[data-robot="radio-a/1"]:not(.selected)').catch(() => {});
   await page.waitForSelector('.row.selected');
-  const selected = await page.evaluate(() => window.pheromone.store.selected.key);
+  const selected = await page.evaluate(() => window.pheromone.store.selected.key);   // the other may be there, too
   const id = Number(selected.split('/')[1]);
   await page.click('#halt');
   await until('the halt is accepted', async () => (await swarm.robot(id)).last_command?.outcome === 'accepted');
@@ -154,17 +153,21 @@ async function brushAndEraser(page) {
   await page.keyboard.press(']');
   await page.keyboard.press(']');
   await drag(page, [[2.6, 6], [4.4, 6]]);
-  await until('the picture lost it', async () => await levelAt(page, 'trail', 3.5, 6) === 0);
   await page.keyboard.press('[');
   await page.keyboard.press('[');
   await page.keyboard.press('Escape');
+  for (const x of [3, 3.5, 4]) await until('the picture lost it', async () => await levelAt(page, 'trail', x, 6) === 0);
+}
+
+async function select(page, key) {
+  await page.evaluate((it) => {
+    if (window.pheromone.store.selected?.key !== it) document.querySelector(`.row[data-robot="${it}"]`).click();
+  }, key);
 }
 
 async function followsAPaintedPath(page, id) {
   begin('a path is painted, and the robot follows it');
-  await page.evaluate((key) => {
-    if (window.pheromone.store.selected?.key !== key) document.querySelector(`.row[data-robot="${key}"]`).click();
-  }, `${id === 1 ? 'radio-a' : 'radio-b'}/${id}`);
+  await select(page, `${id === 1 ? 'radio-a' : 'radio-b'}/${id}`);
   await page.click('#halt');
   await stands(id);
   const {pose} = await swarm.robot(id);
@@ -193,7 +196,7 @@ async function followsAPaintedPath(page, id) {
   await page.keyboard.press('v');
   await page.selectOption('#follow-type', '1');
   await page.click('#follow');
-  await page.click('#resume');
+  await page.click('#resume');   // waits in the page until the robot has acknowledged the other
   const off = (at) => Math.min(...points.map(([x, y]) => Math.hypot(x - at.x_m, y - at.y_m)));
   let worst = 0;
   let last = null;
@@ -256,9 +259,7 @@ async function haltAll(page) {
   await stands(1);
   await stands(2);
   for (const key of ['radio-a/1', 'radio-b/2']) {
-    await page.evaluate((it) => {
-      if (window.pheromone.store.selected?.key !== it) document.querySelector(`.row[data-robot="${it}"]`).click();
-    }, key);
+    await select(page, key);
     await page.click('#resume');
     await page.waitForSelector('.toasts >> text=/resume sent/');
   }
@@ -282,6 +283,58 @@ async function cut(page, watch) {
   await page.waitForSelector('#veil', {state: 'hidden'});
   await page.waitForFunction(() => [...window.pheromone.store.robots.values()].some((it) => it.pose && it.silent_s < 1), null, {timeout: 60000});
   watch.cut = false;
+}
+
+/** Fingers: each step is where all of them are, [] ends the gesture. */
+async function touch(session, ...steps) {
+  let before = 0;
+  for (const fingers of steps) {
+    const type = fingers.length === 0 ? 'touchEnd' : fingers.length > before ? 'touchStart' : 'touchMove';
+    before = fingers.length;
+    await session.send('Input.dispatchTouchEvent', {type, touchPoints: fingers.map(([x, y], id) => ({x, y, id}))});
+  }
+}
+
+async function fingers(browser) {
+  begin('fingers move and zoom the map, select and paint');
+  const {page, context, checkClean} = await open(browser, swarm.port, {viewport: {width: 390, height: 844}, hasTouch: true});
+  await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
+  await page.waitForFunction(() => window.pheromone.store.tags.length > 0 && window.pheromone.store.layers.get('trail')?.levels);
+  const session = await context.newCDPSession(page);
+  const scale = () => page.evaluate(() => window.pheromone.map.view.scale);
+  const near = async (x, y, [px, py], what) => {
+    const [nowX, nowY] = await pixel(page, x, y);
+    check(Math.hypot(nowX - px, nowY - py) < 6, `${what}: ${[x, y]} is at ${[nowX, nowY]} instead of ${[px, py]}`);
+  };
+  await touch(session, [await pixel(page, 1, 8.5)], []);
+  await page.waitForFunction(() => window.pheromone.store.selected?.kind === 'tag');
+  const [x, y] = await pixel(page, 5, 5);
+  const first = await scale();
+  await touch(session, [[x, y]], [[x + 20, y + 10]], [[x + 40, y + 20]], [[x + 60, y + 30]], []);
+  await near(5, 5, [x + 60, y + 30], 'after a finger moved');
+  check(await scale() === first, 'one finger zoomed');
+  // About the point between the fingers, which moves, too.
+  const [a, b] = [x + 60, y + 30];
+  const apart = (d, dx, dy) => [[a + dx - d, b + dy], [a + dx + d, b + dy]];
+  await touch(session, [[a - 30, b]], apart(30, 0, 0), apart(45, -10, 5), apart(60, -20, 10), apart(75, -30, 15), apart(90, -40, 20), []);
+  await near(5, 5, [a - 40, b + 20], 'after a pinch');
+  check(Math.abs(await scale() / first - 3) < 0.1, `a pinch to three times the size: ${await scale() / first}`);
+  await page.evaluate(() => window.pheromone.map.view.fit());
+
+  const posts = [];
+  page.on('request', (request) => request.method() === 'POST' && posts.push(request.url()));
+  await page.click('[data-tool="brush"]');
+  await page.selectOption('#options select', 'trail');
+  const painted = await sensed(2, 1, 1);
+  const [c, d] = await pixel(page, 2, 1);
+  await touch(session, [[c, d]], [[c, d], [c + 50, d]], [[c - 20, d], [c + 70, d]], [[c - 40, d], [c + 90, d]], []);
+  check(await scale() > 1.5 * first, 'a pinch does not zoom with a brush in hand');
+  await page.evaluate(() => window.pheromone.map.view.fit());
+  check(posts.length === 0 && await sensed(2, 1, 1) === painted, `a pinch paints: ${posts}`);
+  await touch(session, [[c, d]], [[c + 6, d]], [[c + 12, d]], []);
+  await until('a finger paints', async () => await sensed(2, 1, 1) > painted);
+  checkClean();
+  await context.close();
 }
 
 async function screenshots(browser) {
@@ -349,6 +402,7 @@ try {
   await haltAll(page);
   await cut(page, watch);
   checkClean();
+  await fingers(browser);
   await screenshots(browser);
   await nets(browser);
   console.log('ok');

@@ -12,14 +12,15 @@ export function check(holds, otherwise) {
   if (!holds) throw new Error(otherwise);
 }
 
-/** The first true result of `get`, which may be asynchronous. */
+/** The first true result of `get`, which may be asynchronous. That the machine stood still does not count. */
 export async function until(what, get, patienceMs = PATIENCE_MS) {
-  const end = Date.now() + patienceMs;
-  for (;;) {
+  for (let waited = 0, last = Date.now();;) {
     const result = await get();
     if (result) return result;
-    check(Date.now() < end, `waited in vain: ${what}`);
+    check(waited < patienceMs, `waited in vain: ${what}`);
     await pause(50);
+    waited += Math.min(1000, Date.now() - last);
+    last = Date.now();
   }
 }
 
@@ -63,7 +64,8 @@ export class Swarm {
   }
 
   async get(path) {
-    const response = await fetch(`http://127.0.0.1:${this.port}/api/v1/${path}`);
+    // Each on a connection of its own: an idle one may be closed just when it is used again.
+    const response = await fetch(`http://127.0.0.1:${this.port}/api/v1/${path}`, {headers: {Connection: 'close'}});
     return response.json();
   }
 

@@ -1,5 +1,6 @@
-// The page around Foxglove Studio's front end: one layout, kept in memory, and one data source.
-const {App, FoxgloveWebSocketDataSourceFactory, AppSetting, initI18n} = self;
+// The page around Foxglove Studio's front end: one layout, kept in memory, and one data source: the
+// server, or an MCAP file.
+const {App, FoxgloveWebSocketDataSourceFactory, RemoteDataSourceFactory, AppSetting, initI18n} = self;
 const parameters = new URLSearchParams(location.search);
 const pheromones = parameters.get('pheromones').split(',');
 
@@ -58,11 +59,13 @@ const appConfiguration = {
 };
 
 localStorage.setItem('studio.profile-data', JSON.stringify({currentLayoutId: 'map'}));
+const file = parameters.get('file');
+const source = file ? ['remote-file', file] : ['foxglove-websocket', parameters.get('server')];
 await initI18n();
 ReactDOM.render(React.createElement(App, {
-  deepLinks: [`${location.origin}/?ds=foxglove-websocket&ds.url=${encodeURIComponent(parameters.get('server'))}`],
+  deepLinks: [`${location.origin}/?ds=${source[0]}&ds.url=${encodeURIComponent(source[1])}`],
   appConfiguration,
-  dataSources: [new FoxgloveWebSocketDataSourceFactory()],
+  dataSources: [new FoxgloveWebSocketDataSourceFactory(), new RemoteDataSourceFactory()],
   layoutStorage,
   extensionLoaders: [],
   enableGlobalCss: true,

@@ -1,17 +1,18 @@
 // Foxglove Studio's own front end, from npm, in Debian's Chromium against the real daemon and a
-// simulated robot: it lists the channels, shows the map, and what its Publish panel sends is painted.
-// The page is served from another origin than the daemon's, which web.origins permits. A screenshot is
-// left in OUT.
+// simulated robot: it lists the channels, finds no fault with them, shows the map, and what its Publish
+// panel sends is painted. Then it opens an MCAP file of the same minutes, made by pheromonectl. The page
+// is served from another origin than the daemon's, which web.origins permits. Screenshots are left in OUT.
 //
 // Usage: node studio_test.mjs BIN_DIR OUT
 import {spawnSync} from 'node:child_process';
-import {createReadStream, existsSync, statSync} from 'node:fs';
+import {createReadStream, existsSync, mkdirSync, readdirSync, statSync} from 'node:fs';
 import {createServer} from 'node:http';
 import {extname, join, normalize} from 'node:path';
 import {chromium} from 'playwright-core';
 import {Swarm, TOKEN, check, until} from './swarm.mjs';
 
 const [binDir, out] = process.argv.slice(2);
+mkdirSync(out, {recursive: true});
 const TYPES = {'.js': 'text/javascript', '.html': 'text/html', '.wasm': 'application/wasm', '.json': 'application/json'};
 const PAGE = `<!doctype html><meta charset="utf-8"><title>Studio</title>
 <style>html, body, #root { height: 100%; margin: 0 }</style><div id="root"></div>
@@ -22,10 +23,28 @@ const PAGE = `<!doctype html><meta charset="utf-8"><title>Studio</title>
 const FOLDERS = {'/studio/': 'node_modules/@foxglove/studio-base/assets/', '/react/': 'node_modules/react/',
                  '/react-dom/': 'node_modules/react-dom/'};
 
+// Studio reads a file in parts.
+function sendPart(file, request, response) {
+  const {size} = statSync(file);
+  const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? '') ?? [];
+  const begin = Number(from ?? 0);
+  const end = to ? Math.min(Number(to), size - 1) : size - 1;
+  response.writeHead(from === undefined ? 200 : 206, {
+    'Accept-Ranges': 'bytes', 'Content-Length': end + 1 - begin,
+    ...(from === undefined ? {} : {'Content-Range': `bytes ${begin}-${end}/${size}`}),
+  });
+  if (request.method === 'HEAD') response.end();
+  else createReadStream(file, {start: begin, end}).pipe(response);
+}
+
 const pages = createServer((request, response) => {
   const path = normalize(decodeURIComponent(new URL(request.url, 'http://localhost').pathname));
   if (path === '/') {
     response.writeHead(200, {'Content-Type': 'text/html'}).end(PAGE);
+    return;
+  }
+  if (path === '/recording.mcap') {
+    sendPart(join(swarm.folder, 'recording.mcap'), request, response);
     return;
   }
   const prefix = Object.keys(FOLDERS).find((it) => path.startsWith(it));
@@ -42,7 +61,42 @@ const origin = `http://127.0.0.1:${pages.address().port}`;
 
 const preset = spawnSync(join(binDir, 'pheromoned'), ['--default-config'], {encoding: 'utf8'}).stdout
   .replace(/\n\[web\][\s\S]*$/, '\n');
-const swarm = new Swarm(binDir, preset, `origins = ["${origin}"]\n`);
+const swarm = new Swarm(binDir, `${preset}\n[capture]\nfolder = "captures"\n`, `origins = ["${origin}"]\n`);
+const TOPICS = ['/pheromone/trail', '/robots', '/tf'];
+
+/** The sidebar names the channels that Studio knows, and what it could not read. */
+async function checkTopics(page, more) {
+  for (const topic of [...TOPICS, ...more]) {
+    await page.getByText(topic, {exact: true}).first().waitFor({timeout: 60000});
+  }
+  await page.getByRole('tab', {name: 'Problems'}).click();
+  await page.getByText('No problems found').waitFor({timeout: 10000}).catch(async () => {
+    throw new Error(`Studio has problems:\n${await page.locator('.MuiList-root').allInnerTexts()}`);
+  });
+  await page.getByRole('tab', {name: 'Topics'}).click();
+}
+
+/** Pixels of the map's panel in the colour of what is full, the dark red end of Studio's "turbo". */
+async function fullPixels(page) {
+  const picture = (await page.screenshot({clip: {x: 330, y: 60, width: 700, height: 700}})).toString('base64');
+  return page.evaluate(async (base64) => {
+    const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (it) => it.charCodeAt(0))]));
+    const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
+    context.drawImage(image, 0, 0);
+    const {data} = context.getImageData(0, 0, image.width, image.height);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) count += data[i] > 90 && data[i + 1] < 40 && data[i + 2] < 40 ? 1 : 0;
+    return count;
+  }, picture);
+}
+
+async function capture(action) {
+  const answer = await fetch(`http://127.0.0.1:${swarm.port}/api/v1/capture`, {
+    method: 'POST', headers: {'Content-Type': 'application/json', Authorization: `Bearer ${TOKEN}`},
+    body: JSON.stringify({action})});
+  check(answer.ok, `capture ${action}: ${await answer.text()}`);
+}
+
 let browser;
 let status = 0;
 try {
@@ -62,24 +116,39 @@ try {
   const page = await browser.newPage({viewport: {width: 1400, height: 800}});
   let frames = 0;
   page.on('websocket', (socket) => socket.on('framereceived', () => ++frames));
+  page.setDefaultTimeout(120000);
   page.on('pageerror', (error) => console.log(`  page: ${error}`));
   const began = Date.now();
   await page.goto(`${origin}/?${query}`);
   await page.getByRole('button', {name: 'Paint'}).waitFor({timeout: 60000});
   console.log(`  Studio is there after ${((Date.now() - began) / 1000).toFixed(1)} s`);
   await until('Studio gets frames', () => frames > 100);
-  // The sidebar names the channels that Studio knows.
-  for (const topic of ['/pheromone/trail', '/robots', '/tf']) {
-    await page.getByText(topic, {exact: true}).first().waitFor({timeout: 60000});
-  }
-  console.log('  it lists the channels');
+  await checkTopics(page, ['/pheromone_delta/trail', '/status']);
+  console.log('  it lists the channels and reports no problem');
+  await until('Studio shows the map', async () => await fullPixels(page) > 500);
+  console.log('  it shows the map');
   const sense = (x, y) => swarm.get(`sense?pheromone=trail&x_m=${x}&y_m=${y}`);
+  await capture('start');
   check((await sense(2, 2)).left.intensity === 0, 'something is there before the brush');
   await page.getByRole('button', {name: 'Paint'}).click();
   await until('the brush of the Publish panel paints', async () => (await sense(2, 2)).left.intensity > 0);
   console.log('  its Publish panel paints');
   await page.screenshot({path: join(out, 'studio.png')});
+  await page.goto('about:blank');
+  await capture('stop');
   await swarm.stopDaemon();
+  const captures = readdirSync(join(swarm.folder, 'captures')).map((it) => join(swarm.folder, 'captures', it));
+  const exported = spawnSync(join(binDir, 'pheromonectl'), ['export', '--mcap', join(swarm.folder, 'recording.mcap'), ...captures],
+                             {encoding: 'utf8'});
+  check(exported.status === 0, exported.stderr);
+  console.log(`  exported ${exported.stdout.trim().replace(/.*: /, '')}`);
+  query.set('file', `${origin}/recording.mcap`);
+  await page.goto(`${origin}/?${query}`);
+  await page.getByRole('button', {name: 'Paint'}).waitFor({timeout: 60000});
+  await checkTopics(page, ['/clients']);
+  await until('Studio shows the recording', async () => await fullPixels(page) > 500);
+  console.log('  it shows the recording');
+  await page.screenshot({path: join(out, 'studio-recording.png')});
   console.log('ok');
 } catch (error) {
   console.error(error.stack);

@@ -175,15 +175,7 @@ class Show {
       if (!raster->Update(reader, view.now_ms, true)) {
         continue;
       }
-      const field::PointUm corner = raster->twice_corner_um();
-      const foxglove::Grid grid{
-          .time_ns = time_ns,
-          .corner = {{static_cast<double>(corner.x) / 2e6, static_cast<double>(corner.y) / 2e6, 0},
-                     0},
-          .columns = static_cast<uint32_t>(raster->columns()),
-          .cell_m = static_cast<double>(raster->cell_um()) / 1e6,
-          .data = raster->bytes()};
-      Write("/pheromone/" + law.name, foxglove::kGridSchema, time_ns, foxglove::Encode(grid));
+      Write("/pheromone/" + law.name, foxglove::kGridSchema, time_ns, raster->EncodeGrid(time_ns));
     }
   }
 

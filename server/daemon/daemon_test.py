@@ -9,6 +9,7 @@ import argparse
 import os
 import pathlib
 import pwd
+import re
 import select
 import signal
 import socket
@@ -18,6 +19,7 @@ import tempfile
 import time
 import tty
 import unittest
+import urllib.request
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
 from stranger.client import Client, open_terminal  # noqa: E402
@@ -371,6 +373,17 @@ class DaemonTest(unittest.TestCase):
         """The intensities at many positions, by type."""
         return {(kind, x, y): robot.sense(kind, x, y, 0)
                 for kind in (1, 2) for x in range(500, 9500, 450) for y in (800, 1000, 5000)}
+
+    def test_the_dashboard_of_a_folder_is_served_instead_of_the_built_in_one(self):
+        (self.folder / "page").mkdir()
+        (self.folder / "page/index.html").write_text("mine")
+        self.config.write_text(CONFIG + PTY + '[web]\nlisten = "127.0.0.1:0"\n')
+        with self.start("--config", "test.toml", "--web-root", "page") as server:
+            server.await_log("web: http")
+            address = re.search(r"web: (http://[^/]+/)", server.log)[1]
+            with urllib.request.urlopen(address, timeout=PATIENCE_S) as page:
+                self.assertEqual(page.read(), b"mine")
+            self.assertEqual(server.stop(), 0)
 
     def start_to_save(self, *arguments):
         """A server whose trails last for longer than any test, and a robot."""

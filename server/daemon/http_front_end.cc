@@ -41,6 +41,7 @@ class HttpFrontEnd::Impl {
              {.token = web_settings.token,
               .hosts = web_settings.hosts,
               .origins = web_settings.origins,
+              .web_root = web_settings.root,
               .more_metrics = [this] { return web::StreamMetrics(stream_.counters()); }},
              {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
               .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },

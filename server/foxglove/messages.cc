@@ -121,10 +121,14 @@ std::string Encode(const Grid& grid) {
   WritePoint(5, {grid.cell_m, grid.cell_m}, &to);
   to.Fixed32(6, grid.columns);
   to.Fixed32(7, 1);
-  to.Message(8, [&](ProtobufWriter& it) {
-    it.Text(1, grid.field);
-    it.Varint(3, kUint8);
-  });
+  for (const std::string_view name : {grid.field, grid.meaning}) {
+    if (!name.empty()) {
+      to.Message(8, [name](ProtobufWriter& it) {
+        it.Text(1, name);
+        it.Varint(3, kUint8);
+      });
+    }
+  }
   to.Text(9, grid.data);
   return to.Take();
 }

@@ -44,6 +44,7 @@ struct Grid {
   uint32_t columns = 0;
   double cell_m = 0;
   std::string_view field = "level";  ///< the name of the value
+  std::string_view meaning = {};     ///< another name of the same value, which may change
   std::string_view data = {};        ///< columns * rows
 };
 

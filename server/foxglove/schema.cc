@@ -83,6 +83,7 @@ const std::vector<MessageSpec>& Specs() {
         "5 file string", "6 line fixed32"},
        "Level",
        {"UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"}},
+      {"Tiles", {"1 data bytes"}, {}, {}, "pheromone"},
   };
   return specs;
 }
@@ -139,8 +140,8 @@ const MessageSpec* FindSpec(std::string_view name) {
 
 // As protoc finds them: "foxglove/Grid.proto", "google/protobuf/timestamp.proto".
 std::string FileOf(const MessageSpec& spec) {
-  if (spec.package == "foxglove") {
-    return "foxglove/" + std::string(spec.name) + ".proto";
+  if (spec.package != "google.protobuf") {
+    return std::string(spec.package) + "/" + std::string(spec.name) + ".proto";
   }
   std::string name(spec.name);
   name[0] = static_cast<char>(std::tolower(name[0]));

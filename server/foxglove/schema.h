@@ -8,7 +8,7 @@
 //   mcap_schema.data = SchemaOf(kGridSchema);             // of MCAP
 //
 // The messages are those that Foxglove publishes as its well-known schemas
-// (docs.foxglove.dev/docs/visualization/message-schemas). Any thread.
+// (docs.foxglove.dev/docs/visualization/message-schemas), and one of our own. Any thread.
 #pragma once
 
 #include <string>
@@ -20,6 +20,8 @@ constexpr std::string_view kGridSchema = "foxglove.Grid";
 constexpr std::string_view kSceneUpdateSchema = "foxglove.SceneUpdate";
 constexpr std::string_view kFrameTransformsSchema = "foxglove.FrameTransforms";
 constexpr std::string_view kLogSchema = "foxglove.Log";
+/// Our own: field 1 has the bytes of a message of another format.
+constexpr std::string_view kTilesSchema = "pheromone.Tiles";
 
 /// The FileDescriptorSet, in bytes; `name` is one of the above.
 std::string SchemaOf(std::string_view name);

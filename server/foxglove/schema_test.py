@@ -13,12 +13,12 @@ HERE = pathlib.Path(__file__).parent
 
 
 def described_by_protoc():
-    """Each message of viewer_messages.proto and what it imports, by its full name."""
+    """Each message of the files in testing/ and what they import, by its full name."""
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder) / "set"
         subprocess.run(
             ["protoc", f"--proto_path={HERE / 'testing'}", "--include_imports",
-             f"--descriptor_set_out={out}", "viewer_messages.proto"],
+             f"--descriptor_set_out={out}", "viewer_messages.proto", "tiles.proto"],
             check=True)
         files = descriptor_pb2.FileDescriptorSet.FromString(out.read_bytes())
     return messages_of(files)
@@ -64,7 +64,8 @@ def check_grid(grid):
     assert point(grid.pose.position) == (-0.25, 1.5, 0) and grid.pose.orientation.w == 1
     assert (grid.column_count, grid.row_stride, grid.cell_stride) == (3, 3, 1)
     assert (grid.cell_size.x, grid.cell_size.y) == (0.05, 0.05)
-    assert [(it.name, it.offset, it.type) for it in grid.fields] == [("level", 0, 1)]
+    assert [(it.name, it.offset, it.type) for it in grid.fields] == [
+        ("level", 0, 1), ("254 = 0.5 units", 0, 1)]
     assert grid.data == bytes([0, 1, 254, 255, 0, 7])
 
 
@@ -101,6 +102,10 @@ def check_log(log):
     assert (log.level, log.message, log.name) == (3, "link radio-a is down", "link")
 
 
+def check_tiles(tiles):
+    assert tiles.data == b"tiles" * 100
+
+
 def main():
     printed = subprocess.run([sys.argv[1]], check=True, capture_output=True, text=True).stdout
     schemas, messages = {}, {}
@@ -108,7 +113,8 @@ def main():
         what, name, text = line.split(" ")
         (schemas if what == "schema" else messages)[name] = bytes.fromhex(text)
     checks = {"foxglove.Grid": check_grid, "foxglove.SceneUpdate": check_scene,
-              "foxglove.FrameTransforms": check_transforms, "foxglove.Log": check_log}
+              "foxglove.FrameTransforms": check_transforms, "foxglove.Log": check_log,
+              "pheromone.Tiles": check_tiles}
     assert set(schemas) == set(messages) == set(checks)
     expected = described_by_protoc()
     for name, check in checks.items():

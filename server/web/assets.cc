@@ -23,7 +23,8 @@ constexpr size_t kMaxDepth = 4;
 
 constexpr std::string_view kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "connect-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors "
+    "'none'";
 
 std::string_view TypeOf(std::string_view name) {
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kTypes = {{

@@ -90,7 +90,8 @@ TEST(AssetsTest, HeadersLetThePageReachNothingButTheServer) {
   EXPECT_EQ(page.content_type, "text/html; charset=utf-8");
   EXPECT_EQ(HeaderOf(page, "Content-Security-Policy"),
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
-            "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+            "connect-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'; "
+            "frame-ancestors 'none'");
   EXPECT_EQ(HeaderOf(page, "X-Frame-Options"), "DENY");
   EXPECT_EQ(HeaderOf(page, "Referrer-Policy"), "no-referrer");
   EXPECT_EQ(HeaderOf(page, "Vary"), "Accept-Encoding");

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "server/foxglove/messages.h"
+#include "server/foxglove/protobuf.h"
 #include "server/foxglove/scene.h"
 #include "server/foxglove/schema.h"
 
@@ -23,7 +24,7 @@ void Print(const char* what, std::string_view name, std::string_view bytes) {
 
 void PrintAll() {
   for (const std::string_view name :
-       {kGridSchema, kSceneUpdateSchema, kFrameTransformsSchema, kLogSchema}) {
+       {kGridSchema, kSceneUpdateSchema, kFrameTransformsSchema, kLogSchema, kTilesSchema}) {
     Print("schema", name, SchemaOf(name));
   }
   constexpr uint64_t kTime = 1'700'000'000'000'000'007;
@@ -33,6 +34,7 @@ void PrintAll() {
                     .corner = {{-0.25, 1.5, 0}, 0},
                     .columns = 3,
                     .cell_m = 0.05,
+                    .meaning = "254 = 0.5 units",
                     .data = cells}));
   SceneUpdate update{.time_ns = kTime, .delete_all = true, .deleted = {"radio-a/9"}};
   update.entities.push_back(RobotEntity({.link = "radio-a",
@@ -53,6 +55,13 @@ void PrintAll() {
                    .level = LogLevel::kWarning,
                    .message = "link radio-a is down",
                    .name = "link"}));
+  ProtobufWriter tiles;
+  std::string data;
+  for (int i = 0; i < 100; ++i) {
+    data += "tiles";
+  }
+  tiles.Text(1, data);
+  Print("message", kTilesSchema, tiles.Take());
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Puts the page together: the stream fills the store, and the store is drawn.
 import {api} from './api.js';
+import {commands} from './commands.js';
 import {store} from './store.js';
 import {byId, h, icon, setText, toast} from './dom.js';
 import {Stream} from './stream.js';
@@ -73,6 +74,7 @@ stream.watch((topic) => topic.startsWith(DELTA), (payload, topic) => {
 });
 stream.watch('/clients', (payload) => {
   takeClients(asJson(payload), performance.now());
+  commands.look();
   if (!store.chosen) chooseActive();
   memory.record();
   panelsDue.add('robots');
@@ -273,6 +275,7 @@ api.onToken();
 
 async function haltAll() {
   if (!api.token) { toast('Halting needs the token: "Unlock" above', true); return; }
+  commands.forget();
   try {
     const done = await api.post('halt', {});
     toast(`Halt sent on ${done.links.length === 1 ? done.links[0] : `${done.links.length} links`}`);

@@ -1,20 +1,22 @@
 // The map: three canvases on each other, each redrawn only when what it shows has changed: floor
-// (pheromones, obstacles, grid), trails, and what moves.
+// (pheromones, obstacles, grid), trails (by a worker), and what moves.
 import {store} from './store.js';
 import {byId} from './dom.js';
 import {View} from './view.js';
-import {drawRobots, drawTrails, isMoving} from './robots.js';
+import {drawRobots, isMoving} from './robots.js';
+import {TrailsCanvas} from './trails.js';
 import {drawPlaces} from './places.js';
 import {number} from './format.js';
 
-const NAMES = ['base', 'trails', 'top'];
+const NAMES = ['base', 'top'];   // drawn here
 
 export class SwarmMap {
   constructor() {
     this.stage = byId('stage');
     this.canvases = Object.fromEntries(NAMES.map((name) => [name, byId(name)]));
     this.contexts = Object.fromEntries(NAMES.map((name) => [name, this.canvases[name].getContext('2d')]));
-    this.dirty = new Set(NAMES);
+    this.trails = new TrailsCanvas(byId('trails'));
+    this.dirty = new Set([...NAMES, 'trails']);
     this.overlay = () => {};   // the tool's own drawing
     this.frames = [];          // [start, milliseconds], for measurements
     this.view = new View(this.stage, () => this.invalidate());
@@ -33,7 +35,7 @@ export class SwarmMap {
 
   /** Draws these canvases with the next frame; without a name all. */
   invalidate(...names) {
-    for (const name of names.length ? names : NAMES) this.dirty.add(name);
+    for (const name of names.length ? names : [...NAMES, 'trails']) this.dirty.add(name);
     if (this.scheduled) return;
     this.scheduled = true;
     requestAnimationFrame((now) => this.frame(now));
@@ -45,7 +47,15 @@ export class SwarmMap {
     const ratio = Math.min(devicePixelRatio || 1, 2);
     const dirty = this.dirty;
     this.dirty = new Set();
-    for (const name of dirty) {
+    // Each canvas is copied when it has changed; where nothing moves by hand, not all in one frame.
+    const place = `${this.view.x} ${this.view.y} ${this.view.scale} ${this.view.width} ${this.view.height}`;
+    this.later = dirty.has('base') && dirty.has('top') && place === this.place && !this.later;
+    if (this.later) {
+      dirty.delete('top');
+      this.invalidate('top');
+    }
+    this.place = place;
+    for (const name of NAMES.filter((it) => dirty.has(it))) {
       const canvas = this.canvases[name];
       const width = Math.round(this.view.width * ratio);
       const height = Math.round(this.view.height * ratio);
@@ -58,9 +68,8 @@ export class SwarmMap {
       context.clearRect(0, 0, this.view.width, this.view.height);
     }
     if (dirty.has('base')) this.drawFloor(this.contexts.base);
-    if (dirty.has('trails')) {
-      if (store.shows.trails) drawTrails(this.contexts.trails, this.view, this.theme);
-    }
+    if (dirty.has('trails')) this.trails.draw(this.view, ratio, this.theme);
+    this.trails.place(this.view);
     if (dirty.has('top')) {
       drawPlaces(this.contexts.top, this.view, this.theme);
       if (store.shows.robots) drawRobots(this.contexts.top, this.view, this.theme, now);

@@ -55,17 +55,17 @@ export class Layer {
     this.cellM = message.cellM;
     this.scale = message.scale;
     if (message.full) this.levels.fill(0);
+    // Of many tiles, all at once takes less than each by itself.
+    const whole = message.full || message.tiles.length * message.side ** 2 > columns * rows / 4;
     for (const {x, y, width, height, levels} of message.tiles) {
       for (let row = 0; row < height; row += 1) {
         this.levels.set(levels.subarray(row * width, (row + 1) * width), (y + row) * columns + x);
       }
-      if (!message.full && !this.shown) this.colour(x, y, width, height);
+      if (!whole && !this.shown) this.colour(x, y, width, height);
     }
     if (message.full || message.tiles.length > 0) this.received += 1;
-    if (message.full) {
-      this.walls = null;
-      if (!this.shown) this.colour(0, 0, columns, rows);
-    }
+    if (message.full) this.walls = null;
+    if (whole && !this.shown) this.colour(0, 0, columns, rows);
     this.version += 1;
   }
 

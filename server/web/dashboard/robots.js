@@ -100,52 +100,6 @@ export function isMoving(now) {
 /** Where a robot is drawn now. */
 export const poseNow = (client, now) => (store.past ? client.pose : glide(client, now));
 
-const BANDS = [0.1, 0.2, 0.34, 0.52];   // the opacity of each quarter, from the oldest
-
-export function drawTrails(context, view, theme) {
-  if (store.past) return;
-  context.lineWidth = 1.6;
-  context.lineJoin = 'round';
-  context.strokeStyle = theme.ink;
-  for (let band = 0; band < BANDS.length; band += 1) {
-    context.globalAlpha = BANDS[band];
-    for (const [key, trail] of store.trails) {
-      if (store.selected?.key === key) continue;
-      context.beginPath();  // one path of all trails takes many times as long
-      stroke(context, view, trail, band / BANDS.length, (band + 1) / BANDS.length);
-      context.stroke();
-    }
-  }
-  const chosen = store.selected?.kind === 'robot' ? store.trails.get(store.selected.key) : null;
-  if (chosen) {
-    context.strokeStyle = theme.accent;
-    context.lineWidth = 2.2;
-    context.globalAlpha = 0.9;
-    context.beginPath();
-    stroke(context, view, chosen, 0, 1);
-    context.stroke();
-  }
-  context.globalAlpha = 1;
-}
-
-// Points nearer than three pixels to the last are left out: a line through them looks the same.
-function stroke(context, view, trail, from, to) {
-  const first = Math.floor(from * (trail.length - 1));
-  const last = Math.floor(to * (trail.length - 1));
-  let lastX = NaN;
-  let lastY = NaN;
-  for (let i = first; i <= last; i += 1) {
-    const at = trail.at(i);
-    const x = view.sx(trail.x[at]);
-    const y = view.sy(trail.y[at]);
-    if (i === first) context.moveTo(x, y);
-    else if (i < last && Math.abs(x - lastX) + Math.abs(y - lastY) < 3) continue;
-    else context.lineTo(x, y);
-    lastX = x;
-    lastY = y;
-  }
-}
-
 export function drawRobots(context, view, theme, now) {
   const robots = store.shownRobots;
   const size = Math.max(5, Math.min(13, view.scale * 0.16, robots.size > MANY ? 8 : 13));

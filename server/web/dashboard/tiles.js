@@ -1,11 +1,20 @@
-// The channel "pheromone.tiles": a map's levels in tiles of 32 x 32 cells, only those that changed.
-// The format is in server/web/stream/README.md. Levels: 0 to 254 of `scale`, 255 blocked.
+// The message pheromone.Tiles: a map's levels in tiles of 32 x 32 cells, only those that changed.
+// The format is in server/web/stream/pheromone_raster.h. Levels: 0 to 254 of `scale`, 255 blocked.
 
 const HEADER_BYTES = 42;
 export const BLOCKED = 255;
 
+// Field 1 of the protobuf message, which is all of it.
+function dataOf(message) {
+  let at = 1;
+  while (at < 6 && message[at] >= 128) at += 1;
+  if (message[0] !== 0x0A) throw new Error('tiles: not protobuf');
+  return message.subarray(at + 1);
+}
+
 /** Throws if the message is not one. `tiles` are views into the message. */
-export function decodeTiles(bytes) {
+export function decodeTiles(message) {
+  const bytes = dataOf(message);
   if (bytes.byteLength < HEADER_BYTES) throw new Error(`tiles: ${bytes.byteLength} bytes`);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   if (view.getUint8(0) !== 1) throw new Error(`tiles: version ${view.getUint8(0)}`);

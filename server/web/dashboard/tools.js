@@ -25,7 +25,8 @@ export class Tools {
   constructor(map) {
     this.map = map;
     this.settings = {radius: 0.15, share: 1};
-    this.points = [];
+    this.points = [];    // of the path
+    this.strokes = [];   // of brush and eraser, until they are sent
     this.hover = null;
     this.buttons = new Map();
     for (const tool of TOOLS) {
@@ -136,35 +137,39 @@ export class Tools {
   async finishPath() {
     const points = this.points;
     if (points.length < 2) { toast('A path has at least two points', true); return; }
+    const law = store.laws.get(store.active);
+    if (!law) { toast('Choose a pheromone first', true); return; }
     this.points = [];
     this.map.invalidate('top');
-    const paint = await this.send('paint', points);
-    if (paint) toast(`Path of ${points.length} points: ${paint.nodes} nodes of “${store.active}”`);
+    const paint = await this.send({request: 'paint', law, settings: this.settings}, points);
+    if (paint) toast(`Path of ${points.length} points: ${paint.nodes} nodes of “${law.name}”`);
     this.showOptions();
   }
 
   stroke(request) {
+    const last = () => this.strokes.at(-1);
     return {
       cursor: 'draw',
       hover: (point) => this.hovers(point),
       down: (point) => {
-        this.points = [point];
-        this.drawing = true;
-        this.pump(request);
+        const law = store.laws.get(store.active);
+        if (!law) { toast('Choose a pheromone first', true); return; }
+        this.strokes.push({request, law, settings: {...this.settings}, points: [point], done: 0, open: true});
         this.map.invalidate('top');
       },
       move: (point) => {
         this.hovers(point);
-        const last = this.points.at(-1);
-        if (Math.hypot(point.x - last.x, point.y - last.y) * this.map.view.scale > 3) this.points.push(point);
-        this.pump(request);
+        if (!last()?.open) return;
+        const before = last().points.at(-1);
+        if (Math.hypot(point.x - before.x, point.y - before.y) * this.map.view.scale > 3) last().points.push(point);
+        this.pump();
         this.map.invalidate('top');
       },
-      up: () => {
-        this.drawing = false;
-        this.pump(request);
+      up: () => this.endStroke(),
+      cancel: () => {
+        if (last()?.open) last().points.length = last().done;   // it was the first finger of a pinch
+        this.endStroke();
       },
-      cancel: () => this.cancel(),
     };
   }
 
@@ -194,30 +199,37 @@ export class Tools {
     this.choose('goto');
   }
 
-  // Sends what was drawn since the last time, one request at a time.
-  async pump(request) {
+  endStroke() {
+    for (const stroke of this.strokes) stroke.open = false;
+    this.pump();
+    this.map.invalidate('top');
+  }
+
+  // Sends what was drawn since the last time, one request at a time, also after another tool was
+  // chosen. A stroke's first point waits for the second one, or the end: it may be a pinch.
+  async pump() {
     if (this.sending) return;
     this.sending = true;
-    let done = 0;   // points sent
-    while (this.points.length > done || this.drawing) {
-      const points = this.points.slice(Math.max(0, done - 1), done + MOST_POINTS);
-      if (this.points.length > done) {
-        done += points.length - (done > 0 ? 1 : 0);
-        if (!(await this.send(request, points))) { this.drawing = false; break; }
+    for (let stroke = this.strokes[0]; stroke; stroke = this.strokes[0]) {
+      const points = stroke.points.slice(Math.max(0, stroke.done - 1), stroke.done + MOST_POINTS);
+      if (stroke.points.length > stroke.done && (stroke.points.length > 1 || !stroke.open)) {
+        stroke.done += points.length - (stroke.done > 0 ? 1 : 0);
+        if (!(await this.send(stroke, points))) { stroke.open = false; stroke.points.length = stroke.done; }
+      } else if (!stroke.open) {
+        this.strokes.shift();
+        continue;
+      } else {
+        break;   // until it moves or ends
       }
-      if (!this.drawing && this.points.length <= done) break;
-      await new Promise((resolve) => setTimeout(resolve, SEND_EVERY_MS));
+      if (stroke.open) await new Promise((resolve) => setTimeout(resolve, SEND_EVERY_MS));
     }
-    this.points = [];
     this.sending = false;
     this.map.invalidate('top');
   }
 
-  async send(request, points) {
-    const law = store.laws.get(store.active);
-    if (!law) { toast('Choose a pheromone first', true); return null; }
-    const body = {pheromone: law.name, points_m: points.map((it) => [round(it.x), round(it.y)]), radius_m: round(this.settings.radius)};
-    if (request === 'paint') body.units = Number((law.maximum * this.settings.share).toPrecision(6));
+  async send({request, law, settings}, points) {
+    const body = {pheromone: law.name, points_m: points.map((it) => [round(it.x), round(it.y)]), radius_m: round(settings.radius)};
+    if (request === 'paint') body.units = Number((law.maximum * settings.share).toPrecision(6));
     try {
       return await api.post(request, body);
     } catch (error) {
@@ -228,8 +240,7 @@ export class Tools {
 
   cancel() {
     this.points = [];
-    this.drawing = false;
-    this.map.invalidate('top');
+    this.endStroke();
   }
 
   showOptions() {
@@ -273,8 +284,9 @@ export class Tools {
     context.strokeStyle = colour;
     context.lineCap = 'round';
     context.lineJoin = 'round';
-    const points = this.current === 'path' && this.hover && this.points.length ? [...this.points, this.hover] : this.points;
-    if (points.length > 0) {
+    const path = this.current === 'path' && this.hover && this.points.length ? [...this.points, this.hover] : this.points;
+    for (const points of [path, ...this.strokes.map((it) => it.points)]) {
+      if (points.length === 0) continue;
       context.globalAlpha = 0.3;
       context.lineWidth = Math.max(2, 2 * radius);
       context.beginPath();

@@ -202,6 +202,7 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
       break;
     case Kind::kTiles:
       set(kPicturePeriodMs, {.field = true});
+      schema_name = foxglove::kTilesSchema;
       break;
     case Kind::kRobots:
       set(100, {.clients = true});
@@ -255,10 +256,7 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
   Channel& channel = state->channel;
   channel.id = known->second;
   channel.topic = topic;
-  if (kind == Kind::kTiles) {
-    channel.encoding = "pheromone.tiles";
-    channel.schema_name = "pheromone.Tiles";
-  } else if (!schema_name.empty()) {
+  if (!schema_name.empty()) {
     channel.encoding = "protobuf";
     channel.schema_name = schema_name;
     channel.schema = foxglove::ToBase64(foxglove::SchemaOf(schema_name));
@@ -395,15 +393,7 @@ void Hub::UpdatePictures(const control::FieldView& view, const StreamTime& now,
       updates->push_back({id, nullptr});
       continue;
     }
-    const field::PointUm corner = picture.raster.twice_corner_um();
-    updates->push_back(
-        {id, MakeFrame(foxglove::Encode(foxglove::Grid{
-                           .time_ns = now.unix_ns,
-                           .corner = {{Metres(corner.x) / 2, Metres(corner.y) / 2, 0}, 0},
-                           .columns = static_cast<uint32_t>(picture.raster.columns()),
-                           .cell_m = Metres(picture.raster.cell_um()),
-                           .data = picture.raster.bytes()}),
-                       now.unix_ns)});
+    updates->push_back({id, MakeFrame(picture.raster.EncodeGrid(now.unix_ns), now.unix_ns)});
   }
 }
 

@@ -4,8 +4,11 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <sstream>
 
 #include "server/base/bytes.h"
+#include "server/foxglove/messages.h"
+#include "server/foxglove/protobuf.h"
 
 namespace pheromone::web {
 namespace {
@@ -223,7 +226,28 @@ std::string PheromoneRaster::Encode(uint64_t since) const {
                                 static_cast<size_t>(columns.end - columns.first)));
     }
   }
-  return writer.Take();
+  const std::string data = writer.Take();
+  foxglove::ProtobufWriter message;
+  message.Reserve(data.size() + 8);
+  message.Text(1, data);
+  return message.Take();
+}
+
+std::string PheromoneRaster::EncodeGrid(uint64_t unix_ns) const {
+  constexpr double kUmPerM = 1e6;
+  const field::PointUm corner = twice_corner_um();
+  std::ostringstream meaning;  // in ASCII: it is shown in a menu
+  meaning << int{kFullScale} << " = " << scale_ << " units";
+  const std::string text = meaning.str();
+  return foxglove::Encode(
+      foxglove::Grid{.time_ns = unix_ns,
+                     .corner = {{static_cast<double>(corner.x) / 2 / kUmPerM,
+                                 static_cast<double>(corner.y) / 2 / kUmPerM, 0},
+                                0},
+                     .columns = static_cast<uint32_t>(columns_),
+                     .cell_m = static_cast<double>(cell_um_) / kUmPerM,
+                     .meaning = text,
+                     .data = bytes()});
 }
 
 }  // namespace pheromone::web

@@ -12,7 +12,8 @@
 // nodes shows the highest of them. The scale is 1, 2 or 5 times a power of ten: the least that is
 // not below the peak; it falls only when the peak is well below the lower one.
 //
-// The message "pheromone.tiles", little-endian:
+// The message of tiles is pheromone.Tiles of protobuf, since viewers take every other encoding for
+// a fault: the key 0x0A, the length as a varint, and then, little-endian:
 //   u8 version = 1, u8 pheromone type, u8 side of a tile = 32, u8 flags: bit 0: tiles that are not
 //   listed are 0; u16 columns, u16 rows, i64 x, i64 y in micrometres: the centre of cell (0, 0),
 //   the lower left one; u32 side of a cell in micrometres; f32 scale; u64 field time in ms; u16
@@ -49,6 +50,8 @@ class PheromoneRaster {
   uint64_t version() const { return version_; }
   /// Tiles that changed after a version; all that are not 0, if that is 0 or the scale changed.
   std::string Encode(uint64_t since) const;
+  /// All of it, as foxglove.Grid, which tells the scale as the second name of its values.
+  std::string EncodeGrid(uint64_t unix_ns) const;
 
   int32_t columns() const { return columns_; }
   int32_t rows() const { return rows_; }

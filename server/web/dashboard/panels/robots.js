@@ -1,6 +1,7 @@
 // All robots, and the selected one with its commands.
 import {store} from '../store.js';
 import {api} from '../api.js';
+import {commands} from '../commands.js';
 import {h, pairs, panel, setText, toast} from '../dom.js';
 import {ago, metres, number} from '../format.js';
 import {isFresh, shareOf} from '../robots.js';
@@ -53,7 +54,7 @@ export class RobotsPanel {
   }
 
   command(command, args = []) {
-    return this.post('command', {command, arguments: args}, `${command} sent`);
+    if (store.robots.has(store.selected?.key)) commands.send(store.selected.key, command, args);
   }
 
   show() {

@@ -1,4 +1,4 @@
-// A viewer's picture, from messages "pheromone.tiles", as pheromone_raster.h describes them.
+// A viewer's picture, from messages pheromone.Tiles, as pheromone_raster.h describes them.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct TilesViewer {
 
   /// False if the message is not well-formed.
   bool Take(std::string_view message) {
-    ByteReader reader(message);
+    ByteReader reader(Data(message));
     const bool is_known = reader.U8() == 1;
     type = reader.U8();
     const int side = reader.U8();
@@ -54,6 +54,18 @@ struct TilesViewer {
       }
     }
     return is_known && side == 32 && reader.ok() && reader.AtEnd();
+  }
+
+ private:
+  // Field 1 of the protobuf message, if that is all of it.
+  static std::string_view Data(std::string_view message) {
+    size_t at = 1;
+    size_t length = 0;
+    for (bool more = message.starts_with('\x0A'); more && at < message.size() && at < 6; ++at) {
+      length |= size_t{static_cast<uint8_t>(message[at]) & 0x7Fu} << (7 * (at - 1));
+      more = (static_cast<uint8_t>(message[at]) & 0x80u) != 0;
+    }
+    return message.size() == at + length ? message.substr(at) : std::string_view();
   }
 };
 
