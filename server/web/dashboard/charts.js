@@ -141,6 +141,18 @@ export class Charts {
     if (latency) this.latency.add(timeS, latency);
   }
 
+  /** What was shown goes: another time begins. */
+  clear() {
+    this.lastErrors.clear();
+    for (const chart of [this.latency, this.errors, this.traffic]) {
+      chart.times = [];
+      chart.values = new Map();
+      chart.plot?.destroy();
+      chart.plot = null;
+      chart.heading.replaceChildren(chart.title);
+    }
+  }
+
   themeChanged() {
     for (const chart of [this.latency, this.errors, this.traffic]) if (chart.plot) { chart.make(); chart.draw(); }
   }
