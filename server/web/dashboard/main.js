@@ -94,6 +94,12 @@ stream.watch('/nets', (payload) => {
   store.nets = asJson(payload).nets;
   panelsDue.add('nets');
 });
+// The API is of the present: in a replay, tags come by the stream.
+stream.watch((topic) => topic === '/tag_list' && replay.active, (payload) => {
+  store.tags = asJson(payload).tags;
+  places.load();
+  map.invalidate('top');
+});
 stream.watch('/tag_changes', () => panelsDue.add('tags'));
 stream.watch('/status', (payload) => {
   store.status = asJson(payload);
@@ -114,7 +120,11 @@ stream.onSession = (isNew) => {
   timeline.live();
 };
 const replay = new Replay(stream, {
-  onEnter() { beginAnew(); },
+  onEnter() {
+    byId('side').classList.remove('open');
+    byId('side-toggle').setAttribute('aria-expanded', 'false');
+    beginAnew();
+  },
   onLeave() { beginAnew(); },
   onSeek() {
     store.trails.clear();
@@ -177,7 +187,7 @@ function takeLaws(laws) {
 }
 
 async function loadTags() {
-  if (replay.active) return;   // the API is of the present
+  if (replay.active) return;
   const all = [];
   try {
     for (let first = 1; first !== null;) {
@@ -259,7 +269,7 @@ function showPanels() {
     fact('Map time', duration(store.fieldTimeMs / 1000));
   }
   if (due.has('links')) health.showLinks();
-  if (due.has('status')) {
+  if (due.has('status') && store.status) {
     health.showServer();
     timeline.showRecording();
     fact('Events', count(store.status.sequence));

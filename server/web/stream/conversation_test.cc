@@ -97,7 +97,7 @@ TEST_F(ReplayConversationTest, GreetsWithTheTimesAndWithoutWhatChangesAnything) 
 TEST_F(ReplayConversationTest, TakesPlaybackRequests) {
   // Pause, 1.5, seek to 100.5 s, "some-id".
   const Heard sought = HearBinary(
-      "\x03\x01\x00\x00\xc0\x3f\x01\x00\xe5\x48\x66\x17\x00\x00\x00"
+      "\x03\x01\x00\x00\xc0\x3f\x01\x00\x4d\x44\x66\x17\x00\x00\x00"
       "\x07\x00\x00\x00some-id"s);
   ASSERT_TRUE(sought.playback.has_value());
   EXPECT_FALSE(sought.playback->request.play);
@@ -131,7 +131,7 @@ TEST_F(ReplayConversationTest, NamesWhatIsWrongWithAPlaybackRequest) {
 TEST_F(ReplayConversationTest, TellsTheStateAsTheProtocolHasIt) {
   EXPECT_EQ(EncodePlaybackState({playback::State::Phase::kBuffering, 100'500'000'000, 1.5F, true},
                                 "some-id"),
-            "\x05\x02\x00\xe5\x48\x66\x17\x00\x00\x00\x00\x00\xc0\x3f\x01\x07\x00\x00\x00some-id"s);
+            "\x05\x02\x00\x4d\x44\x66\x17\x00\x00\x00\x00\x00\xc0\x3f\x01\x07\x00\x00\x00some-id"s);
 }
 
 TEST_F(ConversationTest, TheRunningServerCannotBePlayed) {

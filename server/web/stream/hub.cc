@@ -14,6 +14,7 @@
 #include "server/web/json_text.h"
 #include "server/web/names.h"
 #include "server/web/nets.h"
+#include "server/web/tags.h"
 #include "server/web/views.h"
 
 namespace pheromone::web {
@@ -255,6 +256,9 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
     case Kind::kLaws:
       set(1000, {.field = true}, true);
       break;
+    case Kind::kTagList:
+      set(1000, {.tags = true}, true);
+      break;
   }
   Channel& channel = state->channel;
   channel.id = known->second;
@@ -349,6 +353,7 @@ void Hub::Configure(const control::FieldView& view, const std::vector<control::L
   add(Kind::kTagChanges, "/tag_changes");
   add(Kind::kStatus, "/status");
   add(Kind::kLaws, "/laws");
+  add(Kind::kTagList, "/tag_list");
   for (const uint32_t gone : before) {
     states_.erase(gone);
   }
@@ -477,6 +482,8 @@ std::optional<std::string> Hub::PayloadOf(const State& state, const Views& views
       return ToText(StatusWithHealth(views.status));
     case Kind::kLaws:
       return ToText(LawsToJson(views.field.config));
+    case Kind::kTagList:
+      return ToText(TagsToJson(views.tags));
     default:
       return std::nullopt;  // pictures and events are made elsewhere
   }

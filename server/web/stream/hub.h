@@ -140,6 +140,7 @@ class Hub {
     kTagChanges,
     kStatus,
     kLaws,
+    kTagList,
   };
   struct State;
   struct Picture;

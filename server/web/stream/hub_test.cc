@@ -87,7 +87,7 @@ TEST_F(HubTest, OffersTheChannelsOfTheConfiguration) {
                         "/pheromone/trail", "/pheromone_delta/trail", "/pheromone/path",
                         "/pheromone_delta/path", "/robots", "/trails", "/obstacles", "/tags",
                         "/goals", "/tf", "/events", "/stats/engine", "/link/radio-a", "/clients",
-                        "/nets", "/tag_changes", "/status", "/laws"}));
+                        "/nets", "/tag_changes", "/status", "/laws", "/tag_list"}));
   EXPECT_EQ(hub_.catalogue()->parameters.at("/pheromone/trail/tau_s"), 30.0);
   EXPECT_EQ(hub_.catalogue()->click_pheromone, "trail");
 }

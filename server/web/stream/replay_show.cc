@@ -72,7 +72,7 @@ std::shared_ptr<const Catalogue> ReplayShow::catalogue() const {
 
 void ReplayShow::Begin() {
   if (!std::exchange(has_begun_, true) && player_.has_views()) {
-    playback_->Take({.play = true});
+    first_state_ = playback_->Take({.play = true});
   }
 }
 
@@ -126,9 +126,10 @@ std::vector<StreamMessage> ReplayShow::TakeNews() {
   if (playback_ == nullptr || !has_begun_) {
     return news;
   }
-  const std::optional<playback::State> state = playback_->TakeNews();
-  if (state && tells_states_) {
-    news.push_back({EncodePlaybackState(*state, ""), true});
+  for (const auto& state : {std::exchange(first_state_, std::nullopt), playback_->TakeNews()}) {
+    if (state && tells_states_) {
+      news.push_back({EncodePlaybackState(*state, ""), true});
+    }
   }
   if (told_problem_ != player_.problem()) {
     told_problem_ = player_.problem();

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,7 @@ class ReplayShow {
   std::shared_ptr<const Catalogue> empty_;        // if nothing of it can be replayed
   bool tells_states_;
   bool has_begun_ = false;
+  std::optional<playback::State> first_state_;  // that is not yet told
   uint64_t generation_ = 0;
   std::string told_problem_;
 };

@@ -106,6 +106,7 @@ TEST_F(ReplaysTest, ShowsTheMapOfTheMomentThatIsSought) {
   const json::object info = client->Await("serverInfo");
   const uint64_t begin_ns = player.range().begin_ns;
   EXPECT_EQ(info.at("dataStartTime").at("sec").to_number<uint64_t>(), begin_ns / 1'000'000'000);
+  EXPECT_EQ(client->AwaitBinary(kPlaybackStateOp)[1], static_cast<char>(Phase::kPlaying));
   const std::string type_name = "type 1";
   client->SendBinary(Ask(false, begin_ns + 3'000'000'000, "there"));
   client->Subscribe({"/pheromone_delta/" + type_name, "/clients"});
