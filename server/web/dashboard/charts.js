@@ -117,7 +117,7 @@ export class Charts {
   }
 
   /** Once a second, while the stream is live. */
-  tick(nowMs) {
+  tick(nowMs, hasLatency = true) {
     const timeS = nowMs / 1000;
     const links = [...store.links.values()];
     // Only of a channel with a rate is a share known.
@@ -137,7 +137,7 @@ export class Charts {
       this.traffic.add(timeS, traffic);
       this.errors.add(timeS, errors);
     }
-    const latency = latencyOf(store.engine);
+    const latency = hasLatency && latencyOf(store.engine);
     if (latency) this.latency.add(timeS, latency);
   }
 

@@ -105,7 +105,7 @@ stream.watch('/status', (payload) => {
   store.status = asJson(payload);
   panelsDue.add('status');
   if (!replay.active) charts.tick(Date.now());
-  else if (replay.phase === 'playing') charts.tick(Number(replay.at / 1000000n));
+  else if (replay.phase === 'playing') charts.tick(Number(replay.at / 1000000n), false);
 });
 stream.watch('/laws', (payload) => takeLaws(asJson(payload)));
 stream.watch('/stats/engine', (payload) => { store.engine = asJson(payload); });

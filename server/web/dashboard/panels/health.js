@@ -48,15 +48,16 @@ export class HealthPanel {
     const {status, engine} = store;
     if (!status) return;
     const lag = status.sequence - status.durable_sequence;
+    const isPast = api.reason !== '';   // a recording, which knows nothing of the process
     const healthy = status.health?.healthy !== false;
     setText(this.server.count, healthy ? '' : 'trouble');
     this.facts.replaceChildren(pairs([
-      ['State', healthy ? 'healthy' : 'trouble', healthy ? 'good' : 'bad'],
+      !isPast && ['State', healthy ? 'healthy' : 'trouble', healthy ? 'good' : 'bad'],
       ['Log', `${count(status.sequence)} events`],
-      ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
+      !isPast && ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
       ['Field', `${bytes(status.field.used_bytes)} of ${bytes(status.field.limit_bytes)}`],
-      status.process.resident_bytes > 0 && ['Memory', bytes(status.process.resident_bytes)],
-      ['Up for', duration(status.uptime_s)],
+      !isPast && ['Memory', bytes(status.process.resident_bytes)],
+      !isPast && ['Up for', duration(status.uptime_s)],
       ['Version', status.version],
       engine?.viewers && ['Viewers', String(engine.viewers.connected)],
     ]), ...(status.warning ?? status.health?.problem ? [h('p', {class: 'warning'}, status.warning ?? status.health.problem)] : []));
