@@ -57,6 +57,9 @@ std::vector<ClientView> ClientsOf(const engine::Engine& engine, const engine::Tr
   std::vector<ClientView> views;
   views.reserve(clients.size());
   for (auto& [key, client] : clients) {
+    if (key.first >= engine.config().links.size()) {
+      continue;  // its link is no longer configured
+    }
     client.link = engine.config().links[key.first].name;
     client.id = key.second;
     AddPose(engine, key.first, now_ms, &client);

@@ -95,6 +95,14 @@ TEST_F(PlayerTest, GoesBackFromACheckpointInsteadOfTheBeginning) {
   EXPECT_EQ(without.generation(), 2u);
 }
 
+TEST_F(PlayerTest, ShowsNoRobotsOfLinksThatAreNoLongerConfigured) {
+  const Recording made(7, 300'000);  // long enough for configurations with one link
+  Player player = made.MakePlayer();
+  Reach(&player, player.range().end_ns);
+  EXPECT_EQ(player.problem(), "");
+  ExpectAsLive(player, made.moments.rbegin()->first, made.moments.rbegin()->second);
+}
+
 TEST_F(PlayerTest, StaysWithinTheRange) {
   Player player = recording().MakePlayer();
   Reach(&player, 0);
