@@ -187,6 +187,11 @@ def viewers():
         return struct.pack("<BH", flags, len(payload)) + payload
     for name, (flags, payload) in (texts | binaries).items():
         yield name, message(*texts["advertise"]) + message(flags, payload) * 2
+    for name, command, speed, identity in (
+            ("play", 0, 4.0, b""), ("seek", 1, 0.5, b"some-id"), ("too-fast", 0, 1e9, b""),
+            ("no-command", 7, 1.0, b"x")):
+        request = struct.pack("<BBfBQI", 3, command, speed, command, 10**18, len(identity))
+        yield f"playback-{name}", message(9, request + identity) + message(9, request[:-1])
     yield "session", b"".join(message(flags | 4, payload)
                               for flags, payload in (texts | binaries).values())
 

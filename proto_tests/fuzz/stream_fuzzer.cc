@@ -1,6 +1,7 @@
 // What viewers send: any sequence of text and binary messages. Each message is a byte, of which bit
-// 0 says that it is binary, its length in two bytes, and itself. Nothing may be changed without the
-// right to it, and what a viewer makes the server keep is bounded.
+// 0 says that it is binary, its length in two bytes, and itself; bit 3 of the first one says that a
+// recording is replayed. Nothing may be changed without the right to it, and what a viewer makes
+// the server keep is bounded.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 namespace {
 
 using namespace pheromone::web;
+namespace playback = pheromone::playback;
 
 void Expect(bool holds) {
   if (!holds) {
@@ -20,9 +22,12 @@ void Expect(bool holds) {
   }
 }
 
-std::shared_ptr<const Catalogue> MakeCatalogue(bool other) {
+std::shared_ptr<const Catalogue> MakeCatalogue(bool other, bool replays) {
   auto catalogue = std::make_shared<Catalogue>();
   catalogue->click_pheromone = "trail";
+  if (replays) {
+    catalogue->recording = {"lab.pcapng", 1, 2};
+  }
   catalogue->channels = {
       {1, "/robots", "protobuf", "foxglove.SceneUpdate", "", "protobuf"},
       {other ? 3u : 2u, "/status", "json", "pheromone.status", "", "jsonschema"}};
@@ -35,7 +40,8 @@ std::shared_ptr<const Catalogue> MakeCatalogue(bool other) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::string_view input(reinterpret_cast<const char*>(data), size);
   const bool may_change = !input.empty() && (input[0] & 2) != 0;
-  Conversation conversation(MakeCatalogue(false), may_change ? "" : "not permitted");
+  const bool replays = !input.empty() && (input[0] & 8) != 0;
+  Conversation conversation(MakeCatalogue(false, replays), may_change ? "" : "not permitted");
   size_t subscriptions = 0;
   size_t ended = 0;
   constexpr size_t kHeader = 3;
@@ -48,11 +54,16 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::string_view message = input.substr(0, length);
     input.remove_prefix(message.size());
     if (reconfigure) {
-      ended += conversation.Change(MakeCatalogue(length % 2 != 0)).unsubscribed.size();
+      ended += conversation.Change(MakeCatalogue(length % 2 != 0, replays)).unsubscribed.size();
     }
     const Heard heard = conversation.Hear(message, is_binary);
     Expect(may_change || heard.changes.empty());
     Expect(heard.changes.size() <= 1);
+    if (heard.playback) {
+      const playback::Request& request = heard.playback->request;
+      Expect(replays && heard.playback->id.size() <= kMaxPlaybackId);
+      Expect(request.speed >= playback::kMinSpeed && request.speed <= playback::kMaxSpeed);
+    }
     subscriptions += heard.subscribed.size();
     ended += heard.unsubscribed.size();
     Expect(subscriptions - ended <= 2);  // each of two channels once

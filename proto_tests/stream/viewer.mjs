@@ -138,8 +138,80 @@ async function paint() {
   await viewer.next("close");
 }
 
+// Records a stroke of the brush; the name of the recording.
+async function record() {
+  const viewer = new Viewer(`${url}?token=${token}`, "foxglove.websocket.v1");
+  await viewer.next("advertise");
+  const services = await viewer.next("advertiseServices");
+  const call = (name, body) => {
+    viewer.client.sendServiceCallRequest({ serviceId: services.find((it) => it.name === name).id,
+      callId: 1, encoding: "json", data: encoder.encode(JSON.stringify(body)) });
+    return viewer.next("serviceCallResponse");
+  };
+  await call("/erase", { pheromone: "trail", all: true });
+  await call("/capture", { action: "start" });
+  await call("/deposit", { pheromone: "trail", points_m: [[5, 5]], radius_m: 0.5, units: 1 });
+  await call("/capture", { action: "stop" });
+  viewer.client.close();
+  await viewer.next("close");
+  const answer = await fetch(`${url.replace(/^ws/, "http")}api/v1/captures`);
+  return (await answer.json()).captures.at(-1).name;
+}
+
+async function replay(name) {
+  const viewer = new Viewer(`${url}replay/${name}`, "foxglove.websocket.v1");
+  const info = await viewer.next("serverInfo");
+  assert.ok(info.capabilities.includes("playbackControl"));
+  assert.ok(!info.capabilities.includes("services") && !info.capabilities.includes("clientPublish"));
+  const ns = ({ sec, nsec }) => BigInt(sec) * 1000000000n + BigInt(nsec);
+  const [begin, end] = [ns(info.dataStartTime), ns(info.dataEndTime)];
+  assert.ok(begin < end && end <= BigInt(Date.now() + 1) * 1000000n);
+  await viewer.next("advertise");
+  await viewer.message("/pheromone/trail", (it) => it.data.some((cell) => cell === 254));
+  const { timestamp } = await viewer.next("time");
+  assert.ok(timestamp >= begin && timestamp <= end, `${timestamp} is not of the recording`);
+  viewer.client.close();
+  await viewer.next("close");
+  await seek(name, begin);
+}
+
+// The library does not know playbackControl: a request to pause at the beginning, and its answer.
+async function seek(name, begin) {
+  const socket = new WebSocket(`${url}replay/${name}`, ["foxglove.sdk.v1"]);
+  const messages = [];
+  let arrived = () => {};
+  socket.on("message", (data, isBinary) => {
+    if (isBinary && data[0] === 5) {
+      messages.push(data);
+      arrived();
+    }
+  });
+  await new Promise((resolve) => socket.once("message", resolve));  // greeted
+  const request = Buffer.alloc(21);
+  request.writeUInt8(3, 0);
+  request.writeUInt8(1, 1);
+  request.writeFloatLE(2, 2);
+  request.writeUInt8(1, 6);
+  request.writeBigUInt64LE(begin, 7);
+  request.writeUInt32LE(2, 15);
+  request.write("me", 19);
+  socket.send(request);
+  const next = async (accept) => {
+    while (!messages.some(accept)) {
+      await new Promise((resolve) => { arrived = resolve; });
+    }
+    return messages.find(accept);
+  };
+  const answer = await next((it) => it.subarray(19).toString() === "me");
+  assert.deepEqual([answer[1], answer.readBigUInt64LE(2), answer.readFloatLE(10), answer[14]],
+    [2, begin, 2, 1]);  // buffering
+  await next((it) => it[1] === 1 && it.readBigUInt64LE(2) === begin && it.length === 19);
+  socket.close();
+}
+
 await look("foxglove.websocket.v1");
 await look("foxglove.sdk.v1");
 await paint();
-console.log("the viewers' library shows the map, and its strokes are on it");
+await replay(await record());
+console.log("the viewers' library shows the map, its strokes are on it, and a recording of them");
 process.exit(0);

@@ -10,11 +10,14 @@
 namespace pheromone::capture {
 
 CaptureReader::CaptureReader(ByteReader::Source source, std::string name)
-    : reader_(std::move(source)), name_(std::move(name)) {}
+    : CaptureReader(std::move(source), std::move(name), Position{}) {}
+
+CaptureReader::CaptureReader(ByteReader::Source source, std::string name, const Position& from)
+    : reader_(std::move(source)), name_(std::move(name)), at_(from) {}
 
 Error CaptureReader::Wrong(const std::string& what) const {
-  return Error{name_ + ": block " + std::to_string(block_) + ", at byte " +
-               std::to_string(offset_) + ": " + what};
+  return Error{name_ + ": block " + std::to_string(at_.block) + ", at byte " +
+               std::to_string(at_.byte) + ": " + what};
 }
 
 Result<std::optional<Found>> CaptureReader::Next() {
@@ -35,10 +38,10 @@ Result<std::optional<Found>> CaptureReader::Next() {
 
 Result<std::optional<Found>> CaptureReader::Read() {
   while (!reader_.AtEnd()) {
-    ++block_;
+    ++at_.block;
     const uint32_t type = reader_.U32();
     const uint32_t length = reader_.U32();
-    if (block_ == 1 && type != kSectionHeader) {
+    if (at_.block == 1 && type != kSectionHeader) {
       return Wrong("not a pcapng file");
     }
     if (!reader_.ok()) {
@@ -59,53 +62,53 @@ Result<std::optional<Found>> CaptureReader::Read() {
       return Wrong("a damaged block: block length fields differ");
     }
     Found found;
-    found.byte = offset_;
+    found.byte = at_.byte;
     if (type == kSectionHeader) {
       static constexpr char kLittleEndian[] = {0x4D, 0x3C, 0x2B, 0x1A};
-      if (block_ != 1 || body.compare(0, 4, kLittleEndian, 4) != 0) {
+      if (at_.block != 1 || body.compare(0, 4, kLittleEndian, 4) != 0) {
         return Wrong("a section not written by pheromoned");
       }
     } else if (type == kInterface) {
-      ++interfaces_;
+      ++at_.interfaces;
     } else if (IsRecord(type)) {
-      Result<Numbered> decoded = DecodeRecord(type, body, version_);
+      Result<Numbered> decoded = DecodeRecord(type, body, at_.version);
       if (!decoded.ok()) {
         return Wrong(decoded.error());
       }
       found.number = decoded.value().number;
       found.record = std::move(decoded.value().record);
       if (const auto* start = std::get_if<Start>(&found.record)) {
-        version_ = start->format_version;
+        at_.version = start->format_version;
       }
       const auto* packet = std::get_if<Packet>(&found.record);
-      packet_ += packet != nullptr ? 1 : 0;
-      found.packet = packet_;
-      if (number_ == 0 && !std::holds_alternative<Start>(found.record)) {
+      at_.packet += packet != nullptr ? 1 : 0;
+      found.packet = at_.packet;
+      if (at_.number == 0 && !std::holds_alternative<Start>(found.record)) {
         return Wrong("the start record is missing");
       }
-      if (found.number != number_ + 1) {
-        return Wrong("not replayable from here: record " + std::to_string(number_ + 1) +
+      if (found.number != at_.number + 1) {
+        return Wrong("not replayable from here: record " + std::to_string(at_.number + 1) +
                      " is missing; this is " + std::to_string(found.number));
       }
-      if (packet != nullptr && packet->link >= interfaces_) {
+      if (packet != nullptr && packet->link >= at_.interfaces) {
         return Wrong("a packet of an unknown link");
       }
-      number_ = found.number;
-      offset_ += length;
+      at_.number = found.number;
+      at_.byte += length;
       return std::optional(std::move(found));
     } else {
       return Wrong("unexpected block type");
     }
-    offset_ += length;
+    at_.byte += length;
   }
-  if (number_ == 0) {
-    ++block_;
-    return Wrong(block_ == 1 ? "the file is empty" : "the start record is missing");
+  if (at_.number == 0) {
+    ++at_.block;
+    return Wrong(at_.block == 1 ? "the file is empty" : "the start record is missing");
   }
   return std::optional<Found>();
 }
 
-Result<ByteReader::Source> OpenFile(const std::string& path) {
+Result<ByteReader::Source> OpenFile(const std::string& path, uint64_t from) {
   auto file = std::make_shared<std::ifstream>(path, std::ios::binary);
   if (!file->is_open()) {
     return Error{path + ": cannot be opened: " + std::strerror(errno)};
@@ -115,6 +118,7 @@ Result<ByteReader::Source> OpenFile(const std::string& path) {
     return Error{path + ": cannot be read: " + std::strerror(errno)};
   }
   file->clear();  // an empty file is reported when it is read
+  file->seekg(static_cast<std::streamoff>(from));
   auto portion = std::make_shared<std::vector<char>>(size_t{1} << 16);
   return ByteReader::Source([file, portion]() -> std::string_view {
     file->read(portion->data(), static_cast<std::streamsize>(portion->size()));

@@ -32,13 +32,26 @@ struct Found {
 
 class CaptureReader {
  public:
-  /// `name` is the name of the file in messages.
+  /// Where it is in a file, for another reader of the same file to continue from there.
+  struct Position {
+    uint64_t byte = 0;    ///< of the next block
+    uint64_t block = 0;   ///< the number of the last block
+    uint64_t packet = 0;  ///< and of the last packet
+    uint64_t number = 0;  ///< and record
+    uint64_t interfaces = 0;
+    uint8_t version = kFormatVersion;  ///< as its Start says
+  };
+
+  /// `name` is the name of the file in messages. `source` begins at `from.byte`.
   CaptureReader(ByteReader::Source source, std::string name);
+  CaptureReader(ByteReader::Source source, std::string name, const Position& from);
 
   /// The next record; nothing at the end of the file. The first one is a Start.
   Result<std::optional<Found>> Next();
 
   const std::string& name() const { return name_; }
+  /// After the last record that was returned.
+  const Position& position() const { return at_; }
 
  private:
   Result<std::optional<Found>> Read();
@@ -46,18 +59,13 @@ class CaptureReader {
 
   ByteReader reader_;
   const std::string name_;
-  uint64_t offset_ = 0;  // of the block that is read
-  uint64_t block_ = 0;
-  uint64_t packet_ = 0;
-  uint64_t number_ = 0;
-  uint64_t interfaces_ = 0;
-  uint8_t version_ = kFormatVersion;  // as its Start says
+  Position at_;
   std::string error_;
   bool ended_ = false;
 };
 
-/// Reads a file in portions, for a CaptureReader. Errors: it cannot be opened, or is a folder; a
-/// later read error looks like the end of the file.
-Result<ByteReader::Source> OpenFile(const std::string& path);
+/// Reads a file in portions, for a CaptureReader, from an offset on. Errors: it cannot be opened,
+/// or is a folder; a later read error looks like the end of the file.
+Result<ByteReader::Source> OpenFile(const std::string& path, uint64_t from = 0);
 
 }  // namespace pheromone::capture

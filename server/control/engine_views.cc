@@ -19,6 +19,26 @@ void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_
   }
 }
 
+const tags::Store& StoreOf(const engine::Engine& engine) {
+  return engine::FindIn<engine::TagsComponent>(engine.components())->store();
+}
+
+TagView ViewOf(const tags::Store& store, const tags::NamedTag& tag, uint64_t now_ms) {
+  TagView view{.content = tag};
+  if (const tags::Place* const place = store.PlaceOf(tag.number)) {
+    view.place = *place;
+  }
+  for (size_t i = 0; i < tag.tag.slots().size(); ++i) {
+    const tags::Slot& slot = tag.tag.slots()[i];
+    if (store.IsPrivileged(slot.block.author)) {
+      view.privileged.push_back(static_cast<uint8_t>(i));
+    }
+    const uint64_t left_ms = slot.lease_end_ms - std::min(slot.lease_end_ms, now_ms);
+    view.lease_s.push_back(static_cast<double>(left_ms) / 1e3);
+  }
+  return view;
+}
+
 }  // namespace
 
 std::vector<ClientView> ClientsOf(const engine::Engine& engine, const engine::Traffic& traffic,
@@ -37,6 +57,9 @@ std::vector<ClientView> ClientsOf(const engine::Engine& engine, const engine::Tr
   std::vector<ClientView> views;
   views.reserve(clients.size());
   for (auto& [key, client] : clients) {
+    if (key.first >= engine.config().links.size()) {
+      continue;  // its link is no longer configured
+    }
     client.link = engine.config().links[key.first].name;
     client.id = key.second;
     AddPose(engine, key.first, now_ms, &client);
@@ -55,6 +78,44 @@ FieldView FieldOf(const engine::Engine& engine, uint64_t now_ms) {
   view.config.obstacles = present.obstacles;
   view.now_ms = now_ms;
   return view;
+}
+
+TagPage TagsOf(const engine::Engine& engine, uint16_t first, uint64_t now_ms) {
+  const tags::Store& store = StoreOf(engine);
+  TagPage page;
+  size_t number = std::max<size_t>(first, 1);
+  for (; number <= store.last_number() && page.tags.size() < Control::kTagsAtOnce; ++number) {
+    if (const tags::NamedTag* const tag = store.Find(static_cast<uint16_t>(number))) {
+      page.tags.push_back(ViewOf(store, *tag, now_ms));
+    }
+  }
+  if (number <= store.last_number()) {
+    page.next = static_cast<uint16_t>(number);
+  }
+  return page;
+}
+
+std::vector<NetView> NetsOf(const engine::Engine& engine, uint64_t now_ms) {
+  std::vector<NetView> views;
+  for (const auto& [name, it] :
+       engine::FindIn<engine::NetsComponent>(engine.components())->nets()) {
+    views.push_back({it.net, now_ms});
+  }
+  return views;
+}
+
+void AddEngine(const engine::Engine& engine, const engine::Traffic& traffic, StatusView* status) {
+  status->epoch = engine.epoch();
+  status->sequence = engine.sequence();
+  engine.robots().ForEach([&](auto&&...) { ++status->robots; });
+  status->nodes = engine.field().node_count();
+  status->tiles = engine.field().tile_count();
+  status->field_bytes = engine.field().used_bytes();
+  status->field_limit_bytes = engine.field().limit_bytes();
+  status->engine = engine.counters();
+  status->tags = StoreOf(engine).figures();
+  status->tag_counters = StoreOf(engine).counters();
+  status->requests_by_opcode = traffic.by_opcode();
 }
 
 }  // namespace pheromone::control

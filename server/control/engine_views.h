@@ -20,4 +20,13 @@ std::vector<ClientView> ClientsOf(const engine::Engine& engine, const engine::Tr
 /// The engine keeps its field, once it has one.
 FieldView FieldOf(const engine::Engine& engine, uint64_t now_ms);
 
+/// The tags from a number on, at most Control::kTagsAtOnce.
+TagPage TagsOf(const engine::Engine& engine, uint16_t first, uint64_t now_ms);
+
+/// All nets, by name.
+std::vector<NetView> NetsOf(const engine::Engine& engine, uint64_t now_ms);
+
+/// Fills in what of a status follows from the engine, its robots and their traffic.
+void AddEngine(const engine::Engine& engine, const engine::Traffic& traffic, StatusView* status);
+
 }  // namespace pheromone::control

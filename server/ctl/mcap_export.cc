@@ -14,16 +14,13 @@
 
 #include "server/base/descriptor.h"
 #include "server/capture/reader.h"
-#include "server/capture/replay.h"
 #include "server/control/control.h"
-#include "server/control/engine_views.h"
 #include "server/ctl/server_call.h"
-#include "server/engine/tags_component.h"
-#include "server/engine/traffic.h"
 #include "server/field/field.h"
 #include "server/foxglove/messages.h"
 #include "server/foxglove/schema.h"
 #include "server/mcap/writer.h"
+#include "server/playback/player.h"
 #include "server/web/json_text.h"
 #include "server/web/names.h"
 #include "server/web/stream/pheromone_raster.h"
@@ -49,34 +46,30 @@ class Show {
   void Begin() {
     rasters_.clear();
     config_.reset();
-    traffic_ = {};
     robots_ = {};
     next_ns_ = 0;
   }
 
   // Shows all moments before `until_ns`; the engine is as it was since the last event.
-  void Until(const engine::Engine& engine, uint64_t until_ns) {
+  void Until(const playback::Player& player, uint64_t until_ns) {
     if (next_ns_ == 0 || until_ns > next_ns_ + kLongestSilenceNs) {
       next_ns_ = until_ns;
       origin_ns_ = until_ns;
     }
     for (; next_ns_ < until_ns; next_ns_ += kStepNs) {
-      At(engine, next_ns_);
+      At(player, next_ns_);
     }
   }
 
-  void At(const engine::Engine& engine, uint64_t time_ns) {
-    if (!engine.configured()) {
-      return;
-    }
+  void At(const playback::Player& player, uint64_t time_ns) {
+    const engine::Engine& engine = player.engine();
     const bool is_new = config_ != engine.shared_config();
     if (is_new) {
       config_ = engine.shared_config();
       rasters_.clear();
     }
-    const control::FieldView view = control::FieldOf(engine, FieldTimeAt(engine, time_ns));
-    const std::vector<control::ClientView> clients =
-        control::ClientsOf(engine, traffic_, view.now_ms);
+    const control::FieldView view = player.Field(time_ns);
+    const std::vector<control::ClientView> clients = player.Clients(time_ns);
     const uint64_t since_ns = time_ns - origin_ns_;
     Write("/robots", foxglove::kSceneUpdateSchema, time_ns,
           robots_.Robots(clients, view.config, time_ns));
@@ -91,36 +84,27 @@ class Show {
     if (is_new) {
       Write("/obstacles", foxglove::kGridSchema, time_ns, web::ObstacleGrid(view.config, time_ns));
       Write("/tags", foxglove::kSceneUpdateSchema, time_ns,
-            web::TagScenes::Places(Tags(engine), time_ns));
+            web::TagScenes::Places(player.Tags(time_ns), time_ns));
     }
     if (is_new || since_ns % grid_step_ns_ < kStepNs) {
       Grids(view, time_ns);
     }
   }
 
-  void Note(const capture::Batch& batch, const std::vector<capture::LinkInfo>& links) {
-    for (const capture::Handled& handled : batch.messages) {
-      traffic_.Count(batch.link, handled.message, batch.stamp.field_time_ms,
-                     engine::Traffic::Fate::kAnswered);
+  void Note(const capture::Record& record, const std::vector<capture::LinkInfo>& links) {
+    const auto* const batch = std::get_if<capture::Batch>(&record);
+    for (size_t i = 0; batch != nullptr && i < batch->messages.size(); ++i) {
+      const protocol::Message& message = batch->messages[i].message;
       protocol::EventReport event;
-      if (protocol::Decode(handled.message, &event)) {
-        foxglove::Log log{.time_ns = NsOf(batch.stamp)};
-        log.name = batch.link < links.size() ? links[batch.link].name : "?";
-        log.message = fmt::format("robot {}: {} {}", int{handled.message.id},
-                                  web::NameOf(event.code), event.argument);
+      if (protocol::Decode(message, &event)) {
+        foxglove::Log log{
+            .time_ns = static_cast<uint64_t>(std::max<int64_t>(batch->stamp.utc_ms, 0)) * kNsPerMs};
+        log.name = batch->link < links.size() ? links[batch->link].name : "?";
+        log.message = fmt::format("robot {}: {} {}", int{message.id}, web::NameOf(event.code),
+                                  event.argument);
         Write("/events", foxglove::kLogSchema, log.time_ns, foxglove::Encode(log));
       }
     }
-    Note(batch.stamp);
-  }
-
-  void Note(const engine::Stamp& stamp) {
-    stamp_ = stamp;
-    stamp_ns_ = NsOf(stamp);
-  }
-
-  static uint64_t NsOf(const engine::Stamp& stamp) {
-    return static_cast<uint64_t>(std::max<int64_t>(stamp.utc_ms, 0)) * kNsPerMs;
   }
 
   const Status& status() const { return status_; }
@@ -141,25 +125,6 @@ class Show {
       found = channels_.emplace(topic, writer_.AddChannel(channel)).first;
     }
     status_ = writer_.Write(found->second, time_ns, message);
-  }
-
-  // The field time of a moment since the last event.
-  uint64_t FieldTimeAt(const engine::Engine& engine, uint64_t time_ns) const {
-    const uint64_t passed_ns = stamp_ns_ != 0 ? time_ns - std::min(time_ns, stamp_ns_) : 0;
-    return engine.field_time_ms() + passed_ns / kNsPerMs;
-  }
-
-  static std::vector<control::TagView> Tags(const engine::Engine& engine) {
-    const tags::Store& store = engine::FindIn<engine::TagsComponent>(engine.components())->store();
-    std::vector<control::TagView> views;
-    for (size_t number = 1; number <= store.last_number(); ++number) {
-      const auto* const tag = store.Find(static_cast<uint16_t>(number));
-      const auto* const place = tag != nullptr ? store.PlaceOf(tag->number) : nullptr;
-      if (place != nullptr) {
-        views.push_back({.content = *tag, .place = *place});
-      }
-    }
-    return views;
   }
 
   void Grids(const control::FieldView& view, uint64_t time_ns) {
@@ -184,68 +149,39 @@ class Show {
   std::map<std::string, uint16_t> channels_;
   std::map<uint8_t, std::unique_ptr<web::PheromoneRaster>> rasters_;
   std::optional<engine::SharedConfig> config_;
-  engine::Traffic traffic_;
   web::RobotScenes robots_;
-  engine::Stamp stamp_;
-  uint64_t stamp_ns_ = 0;
   uint64_t origin_ns_ = 0;
   uint64_t next_ns_ = 0;
   Status status_ = Ok();
 };
 
-uint64_t TimeOf(const capture::Record& record) {
-  if (const auto* packet = std::get_if<capture::Packet>(&record)) {
-    return packet->utc_ns;
-  }
-  if (const auto* batch = std::get_if<capture::Batch>(&record)) {
-    return Show::NsOf(batch->stamp);
-  }
-  if (const auto* event = std::get_if<capture::EventApplied>(&record)) {
-    return Show::NsOf(event->stamp);
-  }
-  const auto* end = std::get_if<capture::End>(&record);
-  return end != nullptr ? end->utc_ns : 0;
-}
-
 Status ExportOne(const std::string& file, Show* show) {
-  Result<ByteReader::Source> source = capture::OpenFile(file);
-  if (!source.ok()) {
-    return Error{source.error()};
+  std::vector<capture::LinkInfo> links;
+  playback::Player player(file, [&file](uint64_t from) { return capture::OpenFile(file, from); },
+                          {.max_checkpoints = 0, .on_record = [&](const capture::Record& record) {
+                             if (const auto* start = std::get_if<capture::Start>(&record)) {
+                               links = start->links;
+                             }
+                             show->Note(record, links);
+                           }});
+  while (!player.Survey(UINT64_MAX)) {
   }
-  capture::CaptureReader reader(std::move(source).value(), file);
-  capture::Replay replay;
   show->Begin();
-  while (true) {
-    const Result<std::optional<capture::Found>> next = reader.Next();
-    if (!next.ok()) {
-      return Error{next.error()};
+  while (const std::optional<uint64_t> next_ns = player.next_ns()) {
+    if (player.has_views()) {
+      show->Until(player, *next_ns);
     }
-    if (!next.value()) {
-      const Status ended = replay.Finish();
-      return ended.ok() ? Ok() : Status(Error{file + ": " + ended.error()});
-    }
-    const capture::Record& record = next.value()->record;
-    const uint64_t time_ns = TimeOf(record);
-    const bool is_end = std::holds_alternative<capture::End>(record);
-    if (time_ns != 0 && replay.engine() != nullptr) {
-      show->Until(*replay.engine(), time_ns);
-    }
-    if (is_end && replay.engine() != nullptr) {
-      show->At(*replay.engine(), time_ns);  // how it ended
-    }
-    const Status same = replay.Take(*next.value());
-    if (!same.ok()) {
-      return Error{file + ": " + same.error()};
-    }
-    if (const auto* batch = std::get_if<capture::Batch>(&record)) {
-      show->Note(*batch, replay.start().links);
-    } else if (const auto* event = std::get_if<capture::EventApplied>(&record)) {
-      show->Note(event->stamp);
+    if (!player.Step()) {
+      break;
     }
     if (!show->status().ok()) {
       return show->status();
     }
   }
+  if (player.has_views() && !player.has_failed()) {
+    show->At(player, player.range().end_ns);  // how it ended
+  }
+  return player.problem().empty() ? Ok() : Status(Error{player.problem()});
 }
 
 }  // namespace

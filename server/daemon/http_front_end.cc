@@ -18,6 +18,7 @@
 #include "server/web/api.h"
 #include "server/web/metrics.h"
 #include "server/web/server.h"
+#include "server/web/stream/replays.h"
 #include "server/web/stream/stream.h"
 
 namespace pheromone::daemon {
@@ -42,7 +43,8 @@ class HttpFrontEnd::Impl {
               .hosts = web_settings.hosts,
               .origins = web_settings.origins,
               .web_root = web_settings.root,
-              .more_metrics = [this] { return web::StreamMetrics(stream_.counters()); }},
+              .more_metrics =
+                  [this] { return web::StreamMetrics(stream_.counters(), replays_.counters()); }},
              {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
               .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },
               .requests =
@@ -59,6 +61,7 @@ class HttpFrontEnd::Impl {
                   boost::asio::post(io_, std::move(work));
                   return true;
                 }),
+        replays_(control, &api_, {.ros_distro = web_settings.ros_distro}),
         socket_path_(config::ControlSocket(control_settings, std::getenv("RUNTIME_DIRECTORY"))),
         server_(io_,
                 {.socket_path = socket_path_,
@@ -71,6 +74,7 @@ class HttpFrontEnd::Impl {
                 }),
         web_(std::move(web_settings)) {
     server_.OnUpgrade("/", stream_.Handler());
+    server_.OnUpgrade(web::kReplayFolder, replays_.Handler());
   }
 
   void Open() {
@@ -98,14 +102,21 @@ class HttpFrontEnd::Impl {
       YieldToOthers();
       Run("stream", [this] { stream_.Run(); });
     });
+    replay_thread_ = std::thread([this] {
+      YieldToOthers();
+      Run("replay", [this] { replays_.Run(); });
+    });
     thread_ = std::thread([this] { Run("web", [this] { io_.run(); }); });
   }
 
   void Close() {
     server_.Stop();
     stream_.Stop();
-    if (stream_thread_.joinable()) {
-      stream_thread_.join();
+    replays_.Stop();
+    for (std::thread* thread : {&stream_thread_, &replay_thread_}) {
+      if (thread->joinable()) {
+        thread->join();
+      }
     }
     long_work_.Close();
     pictures_.Close();
@@ -133,11 +144,13 @@ class HttpFrontEnd::Impl {
   WorkQueue files_;
   web::Api api_;
   web::Stream stream_;
+  web::Replays replays_;
   const std::string socket_path_;
   web::Server server_;
   const config::WebSettings web_;
   std::thread thread_;
   std::thread stream_thread_;
+  std::thread replay_thread_;
 };
 
 HttpFrontEnd::HttpFrontEnd(control::Control* control, config::ControlSettings control_settings,

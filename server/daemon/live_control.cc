@@ -188,17 +188,8 @@ control::StatusView LiveControl::GetStatus(bool with_hash) const {
   control::StatusView status;
   parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
     status.field_time_ms = parts_.now_ms();
-    status.epoch = engine.epoch();
-    status.sequence = engine.sequence();
+    control::AddEngine(engine, traffic, &status);
     status.durable_sequence = std::min(parts_.log->DurableSequence(), engine.sequence());
-    engine.robots().ForEach([&](auto&&...) { ++status.robots; });
-    status.nodes = engine.field().node_count();
-    status.tiles = engine.field().tile_count();
-    status.field_bytes = engine.field().used_bytes();
-    status.field_limit_bytes = engine.field().limit_bytes();
-    status.engine = engine.counters();
-    CountTags(engine, &status);
-    status.requests_by_opcode = traffic.by_opcode();
     if (with_hash) {
       status.state_hash = engine.StateHash();
     }

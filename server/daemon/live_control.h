@@ -118,7 +118,6 @@ class LiveControl final : public control::Control {
  private:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  static void CountTags(const engine::Engine& engine, control::StatusView* status);
   void EditNow(const field::FieldEdit& edit, const DoneWith<control::EditOutcome>& done);
   void DoneIfDurable(const Status& changed, Done done) const;
   void AwaitDurable(std::chrono::milliseconds patience, Done done) const;

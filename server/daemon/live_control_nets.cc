@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/control/engine_views.h"
 #include "server/daemon/live_control.h"
 #include "server/engine/nets_component.h"
 #include "server/engine/tags_component.h"
@@ -31,13 +32,8 @@ std::string TextOf(const petri::LiveException& it, const petri::LiveRules& rules
 }  // namespace
 
 std::vector<control::NetView> LiveControl::GetNets() const {
-  return parts_.service->Inspect([&](const engine::Engine& engine) {
-    std::vector<control::NetView> views;
-    for (const auto& [name, it] : NetsOf(engine).nets()) {
-      views.push_back({it.net, parts_.now_ms()});
-    }
-    return views;
-  });
+  return parts_.service->Inspect(
+      [this](const engine::Engine& engine) { return control::NetsOf(engine, parts_.now_ms()); });
 }
 
 void LiveControl::ChangeNets(const engine::NetsChanged& change, Done done) {

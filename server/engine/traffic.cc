@@ -27,7 +27,7 @@ void Traffic::Count(LinkIndex link, const protocol::Message& message, uint64_t n
     links_.resize(size_t{link} + 1);
   }
   if (links_[link] == nullptr) {
-    links_[link] = std::make_unique<std::array<RobotTraffic, 256>>();
+    links_[link] = std::make_unique<Robots>();
   }
   RobotTraffic& robot = (*links_[link])[message.id];
   ++robot.requests;

@@ -32,6 +32,17 @@ class Traffic {
  public:
   enum class Fate { kAnswered, kRepeated, kRefused, kIgnored };
 
+  Traffic() = default;
+  Traffic(const Traffic& other) : by_opcode_(other.by_opcode_) {
+    for (const auto& link : other.links_) {
+      links_.push_back(link != nullptr ? std::make_unique<Robots>(*link) : nullptr);
+    }
+  }
+  Traffic(Traffic&&) = default;
+  Traffic& operator=(const Traffic& other) { return *this = Traffic(other); }
+  Traffic& operator=(Traffic&&) = default;
+  ~Traffic() = default;
+
   /// Counts a message from a client.
   void Count(LinkIndex link, const protocol::Message& message, uint64_t now_ms, Fate fate);
 
@@ -54,7 +65,9 @@ class Traffic {
   const std::array<uint64_t, 128>& by_opcode() const { return by_opcode_; }
 
  private:
-  std::vector<std::unique_ptr<std::array<RobotTraffic, 256>>> links_;
+  using Robots = std::array<RobotTraffic, 256>;  // by ID
+
+  std::vector<std::unique_ptr<Robots>> links_;
   std::array<uint64_t, 128> by_opcode_{};
 };
 

@@ -28,12 +28,6 @@ namespace {
 
 namespace json = boost::json;
 
-// Also keeps requests inside the folder.
-bool IsCaptureName(std::string_view name) {
-  return (name.ends_with(".pcapng") || name.ends_with(".mcap")) && !name.starts_with('.') &&
-         name.find('/') == std::string_view::npos && name.find('\0') == std::string_view::npos;
-}
-
 class File final : public Content {
  public:
   File(Descriptor descriptor, Lane lane)
@@ -75,6 +69,24 @@ Response NoSuchCapture(const std::string& name) {
 
 }  // namespace
 
+bool IsCaptureName(std::string_view name) {
+  return (name.ends_with(".pcapng") || name.ends_with(".mcap")) && !name.starts_with('.') &&
+         name.find('/') == std::string_view::npos && name.find('\0') == std::string_view::npos;
+}
+
+Result<Descriptor> OpenCapture(const std::string& folder, const std::string& name) {
+  const std::string path = std::filesystem::path(folder) / name;
+  Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  struct stat facts {};
+  if (!file.valid()) {
+    return SystemError(name);
+  }
+  if (fstat(file.get(), &facts) != 0 || !S_ISREG(facts.st_mode)) {
+    return Error{name + ": not a regular file"};
+  }
+  return file;
+}
+
 Response ListCaptures(const control::Control& control, Parameters* fields) {
   fields->AllowOnly({});
   if (fields->problem()) {
@@ -112,14 +124,15 @@ Response SendCapture(const control::Control& control, const std::string& name,
   if (!IsCaptureName(name)) {
     return NoSuchCapture(name);
   }
-  const std::string path = std::filesystem::path(control.GetCapture().folder) / name;
-  Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
-  struct stat facts {};
-  if (!file.valid() || fstat(file.get(), &facts) != 0 || !S_ISREG(facts.st_mode)) {
+  errno = 0;
+  Result<Descriptor> opened = OpenCapture(control.GetCapture().folder, name);
+  if (!opened.ok()) {
     const bool is_ours = errno == EMFILE || errno == ENFILE || errno == EACCES || errno == EIO;
-    return is_ours && !file.valid() ? Refuse(503, {SystemError(name).message, "", "try again"})
-                                    : NoSuchCapture(name);
+    return is_ours ? Refuse(503, {opened.error(), "", "try again"}) : NoSuchCapture(name);
   }
+  Descriptor file = std::move(opened).value();
+  struct stat facts {};
+  fstat(file.get(), &facts);
   const auto bytes = static_cast<uint64_t>(facts.st_size);
   const std::string tag = TagOf(facts);
   // A part of another version would be useless.

@@ -9,13 +9,23 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
+#include "server/base/descriptor.h"
+#include "server/base/result.h"
 #include "server/control/control.h"
 #include "server/web/http.h"
 #include "server/web/lanes.h"
 #include "server/web/request_parameters.h"
 
 namespace pheromone::web {
+
+/// Whether a recording may have this name; so it names nothing outside of their folder.
+bool IsCaptureName(std::string_view name);
+
+/// Opens one of them. Errors: there is none of this name, or it cannot be opened. Waits for the
+/// disk.
+Result<Descriptor> OpenCapture(const std::string& folder, const std::string& name);
 
 Response ListCaptures(const control::Control& control, Parameters* fields);
 

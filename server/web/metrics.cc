@@ -300,7 +300,7 @@ std::string Metrics(const control::Control& control) {
   return text.Take();
 }
 
-std::string StreamMetrics(const StreamCounters& counters) {
+std::string StreamMetrics(const StreamCounters& counters, const StreamCounters& replays) {
   Text text;
   text.Gauge("viewers", "Viewers connected to the stream.", counters.viewers.load());
   text.Counter("viewers_accepted_total", "Viewers that have connected.", counters.accepted.load());
@@ -314,6 +314,11 @@ std::string StreamMetrics(const StreamCounters& counters) {
   text.Counter("viewer_dropped_frames_total",
                "Frames replaced by newer ones before a viewer could take them.",
                counters.dropped_frames.load());
+  text.Gauge("replays", "Recordings that are being replayed for viewers.", replays.viewers.load());
+  text.Counter("replays_accepted_total", "Replays of recordings that have begun.",
+               replays.accepted.load());
+  text.Counter("replays_refused_total", "Replays refused: too many, or not permitted.",
+               replays.refused.load());
   return text.Take();
 }
 

@@ -19,7 +19,7 @@ constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 
 std::string Metrics(const control::Control& control);
 
-/// Those of the stream for viewers.
-std::string StreamMetrics(const StreamCounters& counters);
+/// Those of the stream for viewers, and of replays.
+std::string StreamMetrics(const StreamCounters& counters, const StreamCounters& replays);
 
 }  // namespace pheromone::web

@@ -67,8 +67,9 @@ class Server {
   ~Server();
 
   /// Passes connections that ask for a WebSocket at `path`, and are not refused by `handler.check`,
-  /// to `handler.take`; beyond `max_connections` they are answered with 503. To be called before
-  /// the server listens.
+  /// to `handler.take`; beyond `max_connections` they are answered with 503. A path such as
+  /// "/replay/", other than "/", also stands for what is in that folder. To be called before the
+  /// server listens.
   void OnUpgrade(std::string path, UpgradeHandler handler);
 
   /// Each starts listening on what it is named after, or returns an error; they are independent.

@@ -180,7 +180,15 @@ const UpgradeHandler* Session::FindUpgrade(const Message& message) const {
   }
   const auto text = message.target();
   const auto target = ParseTarget({text.data(), text.size()});
-  const auto found = target ? upgrades_->find(target->path) : upgrades_->end();
+  if (!target) {
+    return nullptr;
+  }
+  const std::string& path = target->path;
+  auto found = upgrades_->find(path);
+  if (found == upgrades_->end()) {  // or what is in a folder
+    found = upgrades_->find(path.substr(0, path.rfind('/') + 1));
+    found = found != upgrades_->end() && found->first != "/" ? found : upgrades_->end();
+  }
   return found != upgrades_->end() ? &found->second : nullptr;
 }
 

@@ -89,7 +89,7 @@ class SessionBase {
   std::atomic<uint64_t> idle_since_{NextTime()};
 };
 
-/// Handlers of upgraded connections, by path.
+/// Handlers of upgraded connections, by path (Server::OnUpgrade).
 using Upgrades = std::map<std::string, UpgradeHandler>;
 
 /// The properties of a session.

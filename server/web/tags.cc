@@ -138,6 +138,14 @@ void ReadRow(Parameters* fields, tags::Row* row) {
 
 }  // namespace
 
+json::value TagsToJson(const std::vector<control::TagView>& tags) {
+  json::array all;
+  for (const control::TagView& view : tags) {
+    all.push_back(ToJson(view, true));
+  }
+  return json::object{{"tags", std::move(all)}};
+}
+
 Response ReadTags(const control::Control& control, Parameters* fields) {
   const auto first = fields->Integer("first", 1, 0xFFFF, 1);
   const auto with_contents = fields->Integer("contents", 0, 1, 0);

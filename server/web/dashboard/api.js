@@ -6,6 +6,7 @@ const KEY = 'pheromone.token';
 class Api {
   constructor() {
     this.onToken = () => {};
+    this.reason = '';   // why nothing can be changed, whatever the token
     const given = new URLSearchParams(location.hash.slice(1)).get('token');
     if (given) {
       sessionStorage.setItem(KEY, given);
@@ -18,6 +19,14 @@ class Api {
   set token(token) {
     if (token) sessionStorage.setItem(KEY, token);
     else sessionStorage.removeItem(KEY);
+    this.onToken();
+  }
+
+  /** Why nothing can be changed now; empty: it can. */
+  get refusal() { return this.reason || (this.token ? '' : 'needs the token: "Unlock" above'); }
+
+  set refusal(reason) {
+    this.reason = reason;
     this.onToken();
   }
 

@@ -117,7 +117,7 @@ export class Charts {
   }
 
   /** Once a second, while the stream is live. */
-  tick(nowMs) {
+  tick(nowMs, hasLatency = true) {
     const timeS = nowMs / 1000;
     const links = [...store.links.values()];
     // Only of a channel with a rate is a share known.
@@ -137,8 +137,20 @@ export class Charts {
       this.traffic.add(timeS, traffic);
       this.errors.add(timeS, errors);
     }
-    const latency = latencyOf(store.engine);
+    const latency = hasLatency && latencyOf(store.engine);
     if (latency) this.latency.add(timeS, latency);
+  }
+
+  /** What was shown goes: another time begins. */
+  clear() {
+    this.lastErrors.clear();
+    for (const chart of [this.latency, this.errors, this.traffic]) {
+      chart.times = [];
+      chart.values = new Map();
+      chart.plot?.destroy();
+      chart.plot = null;
+      chart.heading.replaceChildren(chart.title);
+    }
   }
 
   themeChanged() {

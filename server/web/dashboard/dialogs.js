@@ -7,6 +7,7 @@ const KEYS = [
   ['[  ]', 'smaller, larger brush'], ['Enter  Backspace  Esc', 'lay the path, remove its last point, cancel'],
   ['1 … 9', 'show or hide a pheromone'], ['R T A G', 'show or hide robots, trails, antennas, grid'],
   ['Arrows  +  −  0', 'move, zoom, fit'], ['Space  L', 'pause or play, back to live'],
+  ['←  →  Home  End', 'in a replay: five seconds back or on, its beginning and end (Shift: move the map)'],
   ['N', 'next robot (Shift: previous)'], ['F', 'follow the selected robot'],
   ['H  U', 'halt, resume the selected robot'], ['Shift+H', 'halt all'], ['D', 'light or dark'], ['?', 'this help'],
 ];

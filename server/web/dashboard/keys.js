@@ -4,7 +4,7 @@ import {store} from './store.js';
 const SHOWS = {r: 'robots', t: 'trails', a: 'antennas', g: 'grid'};
 const PAN_PX = 80;
 
-export function setUpKeys({map, tools, robots, layers, timeline, theme, haltAll, showHelp}) {
+export function setUpKeys({map, tools, robots, layers, timeline, replay, theme, haltAll, showHelp}) {
   const {view} = map;
   const onMap = {
     arrowleft: () => view.pan(PAN_PX, 0), arrowright: () => view.pan(-PAN_PX, 0),
@@ -36,6 +36,8 @@ export function setUpKeys({map, tools, robots, layers, timeline, theme, haltAll,
       nextRobot(event.shiftKey);
     } else if (event.shiftKey && key === 'h') {
       haltAll();
+    } else if (!event.shiftKey && replay.keydown(key)) {
+      // taken: in a replay, arrows move in time; with Shift, the map
     } else if (tools.keydown(key)) {
       // taken
     } else if (/^[1-9]$/.test(key)) {

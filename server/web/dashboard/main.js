@@ -13,6 +13,7 @@ import {MANY, takeClients, isFresh, poseNow} from './robots.js';
 import {Charts} from './charts.js';
 import {History} from './history.js';
 import {Timeline} from './timeline.js';
+import {Replay} from './replay.js';
 import {LayersPanel} from './panels/layers.js';
 import {RobotsPanel} from './panels/robots.js';
 import {PlacesPanel} from './panels/places.js';
@@ -47,7 +48,7 @@ const robots = new RobotsPanel(tools, (key) => {
   follow();
 });
 const places = new PlacesPanel();
-const health = new HealthPanel();
+const health = new HealthPanel((name) => replay.enter(name));
 byId('side').append(layers.panel.element, robots.panel.element, places.tags.element, places.nets.element,
                     health.links.element, health.server.element, health.recordings.element);
 const theme = setUpTheme(() => {
@@ -76,7 +77,7 @@ stream.watch('/clients', (payload) => {
   takeClients(asJson(payload), performance.now());
   commands.look();
   if (!store.chosen) chooseActive();
-  memory.record();
+  if (!replay.active) memory.record();
   panelsDue.add('robots');
   if (!store.past) map.invalidate('top');
   const now = performance.now();
@@ -95,12 +96,20 @@ stream.watch('/nets', (payload) => {
   store.nets = asJson(payload).nets;
   panelsDue.add('nets');
 });
+// The API is of the present: in a replay, tags come by the stream.
+stream.watch((topic) => topic === '/tag_list' && replay.active, (payload) => {
+  store.tags = asJson(payload).tags;
+  places.load();
+  map.invalidate('top');
+});
 stream.watch('/tag_changes', () => panelsDue.add('tags'));
 stream.watch('/status', (payload) => {
   store.status = asJson(payload);
   panelsDue.add('status');
-  charts.tick(Date.now());
+  if (!replay.active) charts.tick(Date.now());
+  else if (replay.phase === 'playing') charts.tick(Number(replay.at / 1000000n), false);
 });
+stream.watch('/laws', (payload) => takeLaws(asJson(payload)));
 stream.watch('/stats/engine', (payload) => { store.engine = asJson(payload); });
 stream.watch('/events', (payload) => events.add(decodeLog(payload)));
 
@@ -112,6 +121,38 @@ stream.onSession = (isNew) => {
   memory.clear();
   timeline.live();
 };
+const replay = new Replay(stream, {
+  onEnter() {
+    byId('side').classList.remove('open');
+    byId('side-toggle').setAttribute('aria-expanded', 'false');
+    beginAnew();
+  },
+  onLeave() { beginAnew(); },
+  onSeek() {
+    store.trails.clear();
+    store.robots.clear();
+    charts.clear();
+    map.invalidate('trails', 'top');
+  },
+});
+
+// Another server, as it were: nothing that is shown is of it.
+function beginAnew() {
+  timeline.live();
+  for (const it of [store.layers, store.robots, store.trails, store.links, store.laws, store.netDetails, store.peaks]) it.clear();
+  Object.assign(store, {tags: [], nets: [], status: null, engine: null, active: null, chosen: false});
+  stream.paused.clear();
+  store.select(null);
+  charts.clear();
+  events.clear();
+  map.readTheme();
+  layers.rebuild();
+  places.showNets();
+  places.show();
+  health.showLinks();
+  byId('veil').dataset.lost = '';
+  map.invalidate();
+}
 stream.onChannel = (topic) => {
   if (topic.startsWith(DELTA)) layerOf(topic.slice(DELTA.length));
 };
@@ -138,21 +179,17 @@ function layerOf(name) {
   return layer;
 }
 
-async function loadLaws() {
-  try {
-    const laws = await api.get('laws');
-    store.map = laws.map;
-    store.laws = new Map(laws.pheromones.map((it) => [it.name, it]));
-    if (!store.laws.has(store.active)) store.active = laws.pheromones.find((it) => !it.blend)?.name ?? null;
-    if (JSON.stringify(map.view.map) !== JSON.stringify(laws.map)) map.view.setMap(laws.map);
-    store.emit('laws');
-    layers.rebuild();
-  } catch (error) {
-    toast(`Cannot read the map: ${error.message}`, true);
-  }
+function takeLaws(laws) {
+  store.map = laws.map;
+  store.laws = new Map(laws.pheromones.map((it) => [it.name, it]));
+  if (!store.laws.has(store.active)) store.active = laws.pheromones.find((it) => !it.blend)?.name ?? null;
+  if (JSON.stringify(map.view.map) !== JSON.stringify(laws.map)) map.view.setMap(laws.map);
+  store.emit('laws');
+  layers.rebuild();
 }
 
 async function loadTags() {
+  if (replay.active) return;
   const all = [];
   try {
     for (let first = 1; first !== null;) {
@@ -168,6 +205,7 @@ async function loadTags() {
 
 async function loadNets() {
   places.showNets();
+  if (replay.active) return;   // the API is of the present
   for (const net of store.nets) {
     try {
       store.netDetails.set(net.name, await api.get(`nets?net=${encodeURIComponent(net.name)}`));
@@ -182,16 +220,15 @@ async function loadNets() {
 
 function showState(state, retryAt) {
   const box = byId('link-state');
-  const told = {connecting: 'Connecting …', live: 'Live', stale: 'No data', lost: 'Connection lost'}[state];
+  const told = {connecting: 'Connecting …', live: replay.active ? 'Replay' : 'Live', stale: 'No data', lost: 'Connection lost'}[state];
   const reconnecting = state === 'connecting' && box.dataset.state === 'lost';
   box.dataset.state = reconnecting ? 'lost' : state;
   setText(box.lastElementChild, told);
   if (state === 'live' && byId('veil').dataset.lost !== 'no') {
     byId('veil').dataset.lost = 'no';
-    loadLaws();
     loadTags();
     health.loadRecordings();
-    setTimeout(() => events.loadOlder(), OLDER_EVENTS_MS);
+    setTimeout(() => { if (!replay.active) events.loadOlder(); }, OLDER_EVENTS_MS);
   } else if (state !== 'live' && state !== 'connecting') {
     byId('veil').dataset.lost = state;
   }
@@ -234,7 +271,7 @@ function showPanels() {
     fact('Map time', duration(store.fieldTimeMs / 1000));
   }
   if (due.has('links')) health.showLinks();
-  if (due.has('status')) {
+  if (due.has('status') && store.status) {
     health.showServer();
     timeline.showRecording();
     fact('Events', count(store.status.sequence));
@@ -266,7 +303,8 @@ api.onToken = () => {
   showToken();
   tools.tokenChanged();
   byId('halt-all').disabled = !api.token;
-  byId('halt-all').title = api.token ? 'Halt every robot (Shift+H)' : 'Halting needs the token: "Unlock"';
+  byId('halt-all').title = !api.token ? 'Halting needs the token: "Unlock"'
+    : api.reason ? 'Halt every robot that is running now, not those of the recording (Shift+H)' : 'Halt every robot (Shift+H)';
   timeline.showRecording();
   health.showServer();
   robots.show();
@@ -293,8 +331,8 @@ byId('zoom').append(...[['Zoom in (+)', ['M12 6v12', 'M6 12h12'], () => map.view
                         ['Fit (0)', ['M5 9V5h4', 'M19 9V5h-4', 'M5 15v4h4', 'M19 15v4h-4'], () => map.view.fit()]]
   .map(([title, paths, go]) => h('button', {type: 'button', title, 'aria-label': title, onclick: go}, icon(...paths))));
 
-setUpKeys({map, tools, robots, layers, timeline, theme, haltAll, showHelp});
+setUpKeys({map, tools, robots, layers, timeline, replay, theme, haltAll, showHelp});
 stream.connect();
 
 // For measurements and tests.
-window.pheromone = {map, store, stream, memory};
+window.pheromone = {map, store, stream, memory, replay};

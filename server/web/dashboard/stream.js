@@ -9,8 +9,11 @@
 const PROTOCOLS = ['foxglove.sdk.v1', 'foxglove.websocket.v1'];
 const STALE_MS = 4000;   // the server tells its status every second
 const DEAD_MS = 9000;
+const READING_MS = 120000;   // a server reads a whole recording before it says anything of it
 const LONGEST_WAIT_MS = 5000;
 const MESSAGE_DATA = 1;
+const TIME = 2;
+const PLAYBACK_STATE = 5;
 
 export class Stream {
   constructor(url, onState) {
@@ -25,12 +28,24 @@ export class Stream {
     this.session = '';
     this.onSession = () => {};
     this.onChannel = () => {};
+    this.onInfo = () => {};
+    this.onStatus = () => {};
+    this.onRefused = () => {};        // the connection was not even opened
+    this.onTime = () => {};           // nanoseconds
+    this.onPlayback = () => {};       // of a recording: {phase, time, speed, sought, id}
     this.received = 0;                // bytes
     setInterval(() => this.look(), 1000);
   }
 
   watch(match, handler) {
     this.watches.push({match: typeof match === 'string' ? (topic) => topic === match : match, handler});
+  }
+
+  /** From another address from now on. */
+  go(url) {
+    this.url = url;
+    this.attempts = 0;
+    this.connect();
   }
 
   connect() {
@@ -52,7 +67,11 @@ export class Stream {
       }
       if (this.state !== 'live') { this.attempts = 0; this.setState('live'); }
     };
-    socket.onclose = () => { if (socket === this.socket) this.retry(); };
+    socket.onclose = () => {
+      if (socket !== this.socket) return;
+      if (this.state === 'connecting') this.onRefused();
+      this.retry();
+    };
   }
 
   close() {
@@ -75,7 +94,7 @@ export class Stream {
   look() {
     if (!this.socket) return;
     const silent = performance.now() - this.heard;
-    if (silent > DEAD_MS) this.retry();
+    if (silent > (this.state === 'connecting' && this.socket.readyState === WebSocket.OPEN ? READING_MS : DEAD_MS)) this.retry();
     else if (silent > STALE_MS && this.state === 'live') this.setState('stale');
   }
 
@@ -89,6 +108,7 @@ export class Stream {
       case 'serverInfo':
         this.onSession(message.sessionId !== this.session);
         this.session = message.sessionId;
+        this.onInfo(message);
         break;
       case 'advertise':
         for (const channel of message.channels) {
@@ -106,6 +126,7 @@ export class Stream {
         break;
       case 'status':
         if (message.level === 2) console.warn(`stream: ${message.message}`);
+        this.onStatus(message);
         break;
     }
   }
@@ -139,8 +160,18 @@ export class Stream {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
+  sendBytes(bytes) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(bytes);
+  }
+
   takeData(buffer) {
     const view = new DataView(buffer);
+    const op = buffer.byteLength > 0 ? view.getUint8(0) : 0;
+    if (op === TIME && buffer.byteLength >= 9) this.onTime(view.getBigUint64(1, true));
+    if (op === PLAYBACK_STATE && buffer.byteLength >= 19) {
+      this.onPlayback({phase: view.getUint8(1), time: view.getBigUint64(2, true), speed: view.getFloat32(10, true),
+                       sought: view.getUint8(14) !== 0, id: new TextDecoder().decode(new Uint8Array(buffer, 19))});
+    }
     if (buffer.byteLength < 13 || view.getUint8(0) !== MESSAGE_DATA) return;
     const to = this.subscriptions.get(view.getUint32(1, true));
     to?.handler(new Uint8Array(buffer, 13), to.topic);

@@ -92,8 +92,8 @@ export class Timeline {
     const on = Boolean(capture?.recording);
     this.record.classList.toggle('on', on);
     setText(this.record.lastChild, on ? 'Stop recording' : 'Record');
-    this.record.disabled = !api.token || !capture;
-    this.record.title = api.token ? 'Record all traffic to files, for Wireshark and pheromonectl replay' : 'Recording needs the token: "Unlock" above';
+    this.record.disabled = api.refusal !== '' || !capture;
+    this.record.title = api.refusal === '' ? 'Record all traffic to files, for Wireshark and pheromonectl replay' : `Recording: ${api.refusal}`;
     setText(this.recordFacts, on ? `${bytes(capture.bytes)}, ${capture.records} records${capture.lost ? `, ${capture.lost} lost` : ''}`
       : capture?.error ?? '');
   }

@@ -45,15 +45,15 @@ export class Tools {
   tokenChanged() {
     for (const tool of TOOLS) {
       const button = this.buttons.get(tool.name);
-      button.disabled = Boolean(tool.changes) && !api.token;
-      button.title = button.disabled ? `${tool.title} – needs the token: "Unlock" above` : tool.title;
+      button.disabled = Boolean(tool.changes) && api.refusal !== '';
+      button.title = button.disabled ? `${tool.title} – ${api.refusal}` : tool.title;
     }
     if (this.current && this.buttons.get(this.current)?.disabled) this.choose('look');
   }
 
   choose(name) {
     if (this.buttons.get(name)?.disabled) {
-      toast('Changes need the token: "Unlock" above', true);
+      toast(`${this.buttons.get(name).title.replace(/ \(.\)/, '')}`, true);
       return;
     }
     this.cancel();

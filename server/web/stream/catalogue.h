@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,12 +31,21 @@ struct Channel {
   bool operator==(const Channel&) const = default;
 };
 
+/// What is replayed: the times of its first and last moment.
+struct ReplayedRecording {
+  std::string name;
+  uint64_t begin_ns = 0;
+  uint64_t end_ns = 0;
+};
+
 struct Catalogue {
   std::string session;     ///< another one after each start of the server
   std::string ros_distro;  ///< empty: none
   std::vector<Channel> channels;
   std::map<std::string, boost::json::value> parameters;  ///< constants of laws, read-only
   std::string click_pheromone;                           ///< of /clicked_point
+  /// A recording is replayed, which viewers control; nothing can be changed. Empty: live.
+  std::optional<ReplayedRecording> recording;
 };
 
 }  // namespace pheromone::web

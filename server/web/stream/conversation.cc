@@ -46,6 +46,11 @@ json::object ChannelToJson(const Channel& channel) {
           {"schemaEncoding", channel.schema_encoding}};
 }
 
+json::object TimeToJson(uint64_t time_ns) {
+  constexpr uint64_t kNsPerSecond = 1'000'000'000;
+  return {{"sec", time_ns / kNsPerSecond}, {"nsec", time_ns % kNsPerSecond}};
+}
+
 std::optional<uint32_t> NumberOf(const json::value& value) {
   boost::system::error_code error;
   const auto number = value.to_number<uint32_t>(error);
@@ -133,16 +138,24 @@ std::vector<StreamMessage> Conversation::Greet() const {
   if (!catalogue_->ros_distro.empty()) {
     metadata["ROS_DISTRO"] = catalogue_->ros_distro;
   }
+  if (const auto& recording = catalogue_->recording) {
+    info["capabilities"] = {"parameters", "parametersSubscribe", "time", "playbackControl"};
+    info["dataStartTime"] = TimeToJson(recording->begin_ns);
+    info["dataEndTime"] = TimeToJson(recording->end_ns);
+    metadata["recording"] = WellFormed(recording->name);
+  }
   info["metadata"] = std::move(metadata);
   json::array channels;
   for (const Channel& channel : catalogue_->channels) {
     channels.push_back(ChannelToJson(channel));
   }
-  return {
-      TextMessage(info),
-      TextMessage({{"op", "advertise"}, {"channels", std::move(channels)}}),
-      TextMessage({{"op", "advertiseServices"}, {"services", DescribeServices()}}),
-  };
+  std::vector<StreamMessage> messages = {
+      TextMessage(info), TextMessage({{"op", "advertise"}, {"channels", std::move(channels)}})};
+  if (!catalogue_->recording) {
+    messages.push_back(
+        TextMessage({{"op", "advertiseServices"}, {"services", DescribeServices()}}));
+  }
+  return messages;
 }
 
 Heard Conversation::Change(std::shared_ptr<const Catalogue> catalogue) {
@@ -402,6 +415,9 @@ void Conversation::HearBinary(std::string_view bytes, Heard* heard) {
   } else if (op == kCallOp) {
     Call(bytes.substr(1), heard);
     return;
+  } else if (op == kPlaybackRequestOp && catalogue_->recording) {
+    Play(bytes.substr(1), heard);
+    return;
   }
   Complain("unknown binary message, op " + std::to_string(op), heard);
 }
@@ -458,6 +474,15 @@ void Conversation::Call(std::string_view bytes, Heard* heard) {
                               .is_call = true,
                               .service = service,
                               .call = call});
+  }
+}
+
+void Conversation::Play(std::string_view bytes, Heard* heard) const {
+  auto parsed = ParsePlaybackRequest(bytes);
+  if (const std::string* wrong = std::get_if<std::string>(&parsed)) {
+    Complain(*wrong, heard);
+  } else {
+    heard->playback = std::get<PlaybackRequest>(std::move(parsed));
   }
 }
 

@@ -28,6 +28,7 @@
 
 #include "server/web/http.h"
 #include "server/web/stream/catalogue.h"
+#include "server/web/stream/playback_messages.h"
 
 namespace pheromone::web {
 
@@ -58,6 +59,7 @@ struct Heard {
   std::vector<std::pair<uint32_t, uint32_t>> subscribed;  ///< subscription and channel
   std::vector<uint32_t> unsubscribed;                     ///< subscriptions
   std::vector<StreamChange> changes;
+  std::optional<PlaybackRequest> playback;  ///< of a recording
 };
 
 class Conversation {
@@ -97,6 +99,7 @@ class Conversation {
   void WatchParameters(const boost::json::object& message, bool watch, Heard* heard);
   void Publish(uint32_t channel, std::string_view payload, Heard* heard);
   void Call(std::string_view bytes, Heard* heard);
+  void Play(std::string_view bytes, Heard* heard) const;
   const Channel* FindChannel(uint32_t id) const;
   std::optional<boost::json::value> ValueOf(const std::string& parameter) const;
   StreamMessage ParameterValues(const std::vector<std::string>& names,

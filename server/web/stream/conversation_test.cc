@@ -70,6 +70,75 @@ TEST_F(ConversationTest, GreetsWithInfoChannelsAndServices) {
   EXPECT_EQ(ObjectOf(greeting[2]).at("op"), "advertiseServices");
 }
 
+// --- Recordings.
+
+class ReplayConversationTest : public ConversationTest {
+ protected:
+  ReplayConversationTest() {
+    auto catalogue = std::make_shared<Catalogue>(*catalogue_);
+    catalogue->recording = {"lab.pcapng", 1'700'000'000'250'000'000, 1'700'000'060'000'000'001};
+    conversation_ = std::make_unique<Conversation>(catalogue, "read-only");
+  }
+};
+
+TEST_F(ReplayConversationTest, GreetsWithTheTimesAndWithoutWhatChangesAnything) {
+  const std::vector<StreamMessage> greeting = conversation_->Greet();
+  ASSERT_EQ(greeting.size(), 2u);
+  EXPECT_EQ(ObjectOf(greeting[0]),
+            json::parse(R"({"op": "serverInfo", "name": "pheromoned", "sessionId": "17",
+                            "capabilities": ["parameters", "parametersSubscribe", "time",
+                                             "playbackControl"],
+                            "supportedEncodings": ["json"],
+                            "dataStartTime": {"sec": 1700000000, "nsec": 250000000},
+                            "dataEndTime": {"sec": 1700000060, "nsec": 1},
+                            "metadata": {"ROS_DISTRO": "humble", "recording": "lab.pcapng"}})"));
+}
+
+TEST_F(ReplayConversationTest, TakesPlaybackRequests) {
+  // Pause, 1.5, seek to 100.5 s, "some-id".
+  const Heard sought = HearBinary(
+      "\x03\x01\x00\x00\xc0\x3f\x01\x00\x4d\x44\x66\x17\x00\x00\x00"
+      "\x07\x00\x00\x00some-id"s);
+  ASSERT_TRUE(sought.playback.has_value());
+  EXPECT_FALSE(sought.playback->request.play);
+  EXPECT_EQ(sought.playback->request.speed, 1.5F);
+  EXPECT_EQ(sought.playback->request.seek_ns, 100'500'000'000u);
+  EXPECT_EQ(sought.playback->id, "some-id");
+  const Heard played = HearBinary("\x03\x00\x00\x00\x00\x40\x00"s + std::string(12, '\0'));
+  ASSERT_TRUE(played.playback.has_value());
+  EXPECT_TRUE(played.playback->request.play);
+  EXPECT_EQ(played.playback->request.speed, 2.0F);
+  EXPECT_FALSE(played.playback->request.seek_ns.has_value());
+}
+
+TEST_F(ReplayConversationTest, NamesWhatIsWrongWithAPlaybackRequest) {
+  const auto request = [](char command, const std::string& speed, const std::string& length) {
+    return "\x03"s + command + speed + std::string(9, '\0') + length;
+  };
+  const std::string one = "\x00\x00\x80\x3f"s;
+  EXPECT_EQ(ErrorIn(HearBinary("\x03\x00")), "truncated playback request");
+  EXPECT_EQ(ErrorIn(HearBinary(request(0, one, "\x01\0\0\0"s))), "truncated playback request");
+  EXPECT_EQ(ErrorIn(HearBinary(request(2, one, "\0\0\0\0"s))),
+            "playback: found command 2, expected 0 (play) or 1 (pause)");
+  for (const std::string& speed : {"\0\0\0\0"s, "\0\0\x80\xbf"s, "\0\0\xc0\x7f"s}) {  // 0, -1, NaN
+    EXPECT_NE(ErrorIn(HearBinary(request(0, speed, "\0\0\0\0"s))).find("expected 0.01 to 1000"),
+              std::string::npos);
+  }
+  EXPECT_EQ(ErrorIn(HearBinary(request(0, one, "\x01\x01\0\0"s) + std::string(257, 'x'))),
+            "playback: an ID of 257 bytes, expected at most 256");
+}
+
+TEST_F(ReplayConversationTest, TellsTheStateAsTheProtocolHasIt) {
+  EXPECT_EQ(EncodePlaybackState({playback::State::Phase::kBuffering, 100'500'000'000, 1.5F, true},
+                                "some-id"),
+            "\x05\x02\x00\x4d\x44\x66\x17\x00\x00\x00\x00\x00\xc0\x3f\x01\x07\x00\x00\x00some-id"s);
+}
+
+TEST_F(ConversationTest, TheRunningServerCannotBePlayed) {
+  EXPECT_EQ(ErrorIn(HearBinary("\x03\x00\x00\x00\x80\x3f"s + std::string(13, '\0'))),
+            "unknown binary message, op 3");
+}
+
 // Studio fails with services whose schemas are not objects.
 TEST_F(ConversationTest, DescribesEachServiceWithSchemasOfObjects) {
   for (const json::value& service : DescribeServices()) {

@@ -14,6 +14,7 @@
 #include "server/web/json_text.h"
 #include "server/web/names.h"
 #include "server/web/nets.h"
+#include "server/web/tags.h"
 #include "server/web/views.h"
 
 namespace pheromone::web {
@@ -24,6 +25,7 @@ namespace json = boost::json;
 constexpr uint64_t kPicturePeriodMs = 200;
 constexpr uint64_t kConfigPeriodMs = 1000;
 constexpr size_t kRecentEvents = 64;
+constexpr uint64_t kNsPerMs = 1'000'000;
 constexpr size_t kMaxTagPages = 32;
 // Pictures of what only evaporates take at most this share of the thread's time.
 constexpr uint64_t kRestPerCost = 9;
@@ -252,6 +254,12 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
     case Kind::kStatus:
       set(1000, {.status = true});
       break;
+    case Kind::kLaws:
+      set(1000, {.field = true}, true);
+      break;
+    case Kind::kTagList:
+      set(1000, {.tags = true}, true);
+      break;
   }
   Channel& channel = state->channel;
   channel.id = known->second;
@@ -270,6 +278,24 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
   }
 }
 
+void Hub::ForgetPictures() {
+  for (auto& [type, picture] : pictures_) {
+    versions_[type] = picture->raster.version();
+  }
+  pictures_.clear();
+}
+
+void Hub::Forget() {
+  ForgetPictures();
+  robots_ = {};
+  tags_ = {};
+  rates_ = {};
+  robot_events_.clear();
+  for (auto& [id, state] : states_) {
+    state->is_new_to_some = state->subscribers > 0;
+  }
+}
+
 void Hub::Configure(const control::FieldView& view, const std::vector<control::LinkView>& links) {
   if (links_.empty()) {
     for (const control::LinkView& link : links) {
@@ -277,14 +303,12 @@ void Hub::Configure(const control::FieldView& view, const std::vector<control::L
     }
   }
   config_ = view.config;
-  for (auto& [type, picture] : pictures_) {
-    versions_[type] = picture->raster.version();
-  }
-  pictures_.clear();
+  ForgetPictures();
   auto catalogue = std::make_shared<Catalogue>();
   catalogue->session = options_.session;
   catalogue->ros_distro = options_.ros_distro;
   catalogue->click_pheromone = options_.click_pheromone;
+  catalogue->recording = recording_;
   std::set<uint32_t> before;
   for (const auto& [id, state] : states_) {
     before.insert(id);
@@ -326,6 +350,8 @@ void Hub::Configure(const control::FieldView& view, const std::vector<control::L
   add(Kind::kNets, "/nets");
   add(Kind::kTagChanges, "/tag_changes");
   add(Kind::kStatus, "/status");
+  add(Kind::kLaws, "/laws");
+  add(Kind::kTagList, "/tag_list");
   for (const uint32_t gone : before) {
     states_.erase(gone);
   }
@@ -427,7 +453,8 @@ std::optional<std::string> Hub::PayloadOf(const State& state, const Views& views
     case Kind::kTransforms:
       return RobotScenes::Transforms(views.clients, now.unix_ns);
     case Kind::kEngine:
-      return ToText(rates_.Take(views.status, options_.counters, now.steady_ms));
+      return ToText(rates_.Take(views.status, options_.counters,
+                                recording_ ? now.unix_ns / kNsPerMs : now.steady_ms));
     case Kind::kLink:
       for (const control::LinkView& link : views.links) {
         if (link.name == state.subject) {
@@ -443,6 +470,10 @@ std::optional<std::string> Hub::PayloadOf(const State& state, const Views& views
       return tags_.Changes(views.tags, state.is_new_to_some);
     case Kind::kStatus:
       return ToText(StatusWithHealth(views.status));
+    case Kind::kLaws:
+      return ToText(LawsToJson(views.field.config));
+    case Kind::kTagList:
+      return ToText(TagsToJson(views.tags));
     default:
       return std::nullopt;  // pictures and events are made elsewhere
   }

@@ -20,6 +20,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/control/control.h"
@@ -91,6 +92,13 @@ class Hub {
   /// Makes it.
   std::vector<Update> Make(Views views, const StreamTime& now);
 
+  /// What is shown is of a recording. Before the first Make.
+  void SetRecording(ReplayedRecording recording) { recording_ = std::move(recording); }
+
+  /// What comes next is of another time or field: nothing that was shown is compared with it, and
+  /// everything is sent anew.
+  void Forget();
+
   /// Null until the first Make. Another one after each change of the configuration.
   std::shared_ptr<const Catalogue> catalogue() const { return catalogue_; }
 
@@ -131,10 +139,13 @@ class Hub {
     kNets,
     kTagChanges,
     kStatus,
+    kLaws,
+    kTagList,
   };
   struct State;
   struct Picture;
 
+  void ForgetPictures();
   void Configure(const control::FieldView& view, const std::vector<control::LinkView>& links);
   void AddChannel(Kind kind, const std::string& topic, uint8_t type, const std::string& subject);
   State* Find(uint32_t channel);
@@ -148,6 +159,7 @@ class Hub {
                 uint64_t unix_ns);
 
   const HubOptions options_;
+  std::optional<ReplayedRecording> recording_;
   std::shared_ptr<const Catalogue> catalogue_;
   field::FieldConfig config_;
   std::vector<std::string> links_;

@@ -7,9 +7,7 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -18,15 +16,11 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/beast/core/buffers_to_string.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/websocket/stream.hpp>
-#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
-#include <boost/json/serialize.hpp>
 
 #include "server/web/stream/conversation.h"
+#include "server/web/stream/testing/client.h"
 #include "server/web/stream/testing/tiles_viewer.h"
 #include "server/web/testing/fake_control.h"
 #include "server/web/testing/listening_server.h"
@@ -36,120 +30,12 @@ namespace {
 
 namespace asio = boost::asio;
 namespace json = boost::json;
-namespace websocket = boost::beast::websocket;
-using boost::system::error_code;
 using std::string_literals::operator""s;
 
 constexpr char kToken[] = "0123456789abcdef";
 
-struct Knock {
-  std::string target = "/";
-  std::string origin = {};
-  std::string host = "127.0.0.1";
-  std::string subprotocol = "foxglove.websocket.v1";
-  bool local = false;
-};
-
-// A viewer that reads when it is told to.
-class Client {
- public:
-  using Socket = asio::generic::stream_protocol::socket;
-
-  explicit Client(Socket socket) : socket_(std::move(socket)) {}
-
-  // The status of the handshake; 101: connected.
-  int Shake(const Knock& knock) {
-    socket_.set_option(
-        websocket::stream_base::decorator([&knock](websocket::request_type& request) {
-          using boost::beast::http::field;
-          if (!knock.origin.empty()) {
-            request.set(field::origin, knock.origin);
-          }
-          if (!knock.subprotocol.empty()) {
-            request.set(field::sec_websocket_protocol, knock.subprotocol);
-          }
-        }));
-    websocket::response_type response;
-    error_code error;
-    socket_.handshake(response, knock.host, knock.target, error);
-    subprotocol = std::string(response[boost::beast::http::field::sec_websocket_protocol]);
-    return static_cast<int>(response.result_int());
-  }
-
-  void Send(const std::string& text) {
-    socket_.binary(false);
-    socket_.write(asio::buffer(text));
-  }
-  void SendBinary(const std::string& bytes) {
-    socket_.binary(true);
-    socket_.write(asio::buffer(bytes));
-  }
-
-  // A text message with this op.
-  json::object Await(const std::string& op) {
-    return json::parse(Next([&](const std::string& bytes, bool is_binary) {
-             return !is_binary && json::parse(bytes).at("op").as_string() == op;
-           }))
-        .as_object();
-  }
-  // A message of this subscription.
-  std::string AwaitMessage(uint32_t subscription) {
-    return Next([&](const std::string& bytes, bool is_binary) {
-             return is_binary && bytes.size() >= 13 && bytes[0] == 1 &&
-                    static_cast<unsigned char>(bytes[1]) == subscription;
-           })
-        .substr(13);
-  }
-  std::string AwaitBinary(char op) {
-    return Next(
-        [&](const std::string& bytes, bool is_binary) { return is_binary && bytes.at(0) == op; });
-  }
-
-  // Subscribes and notes the channels.
-  void Subscribe(const std::vector<std::string>& topics) {
-    std::map<std::string, int64_t> ids;
-    const json::object offer = Await("advertise");
-    for (const json::value& channel : offer.at("channels").as_array()) {
-      ids[std::string(channel.at("topic").as_string())] = channel.at("id").as_int64();
-    }
-    json::array list;
-    for (size_t i = 0; i < topics.size(); ++i) {
-      list.push_back(json::object{{"id", i + 1}, {"channelId", ids.at(topics[i])}});
-    }
-    Send(json::serialize(json::object{{"op", "subscribe"}, {"subscriptions", list}}));
-  }
-
-  // Until the server has closed the connection.
-  void AwaitEnd() {
-    error_code error;
-    while (!error) {
-      boost::beast::flat_buffer buffer;
-      socket_.read(buffer, error);
-    }
-  }
-
-  std::string subprotocol;
-
- private:
-  // The first message that is wanted; others are kept for later.
-  std::string Next(const std::function<bool(const std::string&, bool)>& is_wanted) {
-    for (size_t i = 0;; ++i) {
-      if (i == kept_.size()) {
-        boost::beast::flat_buffer buffer;
-        socket_.read(buffer);
-        kept_.emplace_back(boost::beast::buffers_to_string(buffer.data()), socket_.got_binary());
-      }
-      if (is_wanted(kept_[i].first, kept_[i].second)) {
-        std::string bytes = std::move(kept_[i].first);
-        kept_.erase(kept_.begin() + static_cast<ptrdiff_t>(i));
-        return bytes;
-      }
-    }
-  }
-
-  std::deque<std::pair<std::string, bool>> kept_;
-  websocket::stream<Socket, false> socket_;
-};
+using testing::Client;
+using testing::Knock;
 
 class StreamTest : public testing::ListeningServer {
  protected:

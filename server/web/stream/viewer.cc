@@ -158,6 +158,9 @@ void Viewer::Apply(Heard heard) {
   for (StreamMessage& answer : heard.answers) {
     Send(std::move(answer));
   }
+  if (heard.playback && parts_.play) {
+    parts_.play(*std::move(heard.playback));
+  }
   for (StreamChange& change : heard.changes) {
     ++changes_;
     const StreamChange kept = {.target = {},

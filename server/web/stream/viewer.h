@@ -48,6 +48,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
     std::function<void(StreamChange, Respond)> change;  ///< `respond` on the stream's thread
     std::function<void(const std::shared_ptr<Viewer>&)> leave;
     std::chrono::milliseconds write_patience{30'000};
+    std::function<void(PlaybackRequest)> play = {};  ///< of a recording; null: there is none
   };
 
   Viewer(Socket socket, Place place, Parts parts, std::string refusal, std::string warning);
@@ -63,6 +64,8 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void Greet(const std::shared_ptr<const Catalogue>& catalogue);
   bool awaits_greeting() const { return is_open_ && conversation_ == nullptr; }
   void ChangeCatalogue(const std::shared_ptr<const Catalogue>& catalogue);
+  /// Once it was greeted: a message besides those of the channels.
+  void Send(StreamMessage message);
 
   /// A frame of a channel, or null of tiles, if it has subscribed to that.
   void Offer(const Update& update, uint64_t now_ms);
@@ -88,7 +91,6 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void Read();
   void HandleMessage();
   void Apply(Heard heard);
-  void Send(StreamMessage message);
   bool PumpSlot(uint32_t subscription, Slot* slot);
   template <typename Buffers>
   void Write(const Buffers& buffers, bool is_binary);

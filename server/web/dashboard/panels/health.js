@@ -6,7 +6,8 @@ import {bytes, clock, count, duration, percent} from '../format.js';
 import {errorsOf} from '../charts.js';
 
 export class HealthPanel {
-  constructor() {
+  constructor(onReplay) {
+    this.onReplay = onReplay;
     this.links = panel('links', 'Links');
     this.server = panel('server', 'Server');
     this.recordings = panel('recordings', 'Recordings', false);
@@ -47,19 +48,26 @@ export class HealthPanel {
     const {status, engine} = store;
     if (!status) return;
     const lag = status.sequence - status.durable_sequence;
+    const isPast = api.reason !== '';   // a recording, which knows nothing of the process
     const healthy = status.health?.healthy !== false;
     setText(this.server.count, healthy ? '' : 'trouble');
     this.facts.replaceChildren(pairs([
-      ['State', healthy ? 'healthy' : 'trouble', healthy ? 'good' : 'bad'],
+      !isPast && ['State', healthy ? 'healthy' : 'trouble', healthy ? 'good' : 'bad'],
       ['Log', `${count(status.sequence)} events`],
-      ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
+      !isPast && ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
       ['Field', `${bytes(status.field.used_bytes)} of ${bytes(status.field.limit_bytes)}`],
-      ['Memory', bytes(status.process.resident_bytes)],
-      ['Up for', duration(status.uptime_s)],
+      !isPast && ['Memory', bytes(status.process.resident_bytes)],
+      !isPast && ['Up for', duration(status.uptime_s)],
       ['Version', status.version],
       engine?.viewers && ['Viewers', String(engine.viewers.connected)],
     ]), ...(status.warning ?? status.health?.problem ? [h('p', {class: 'warning'}, status.warning ?? status.health.problem)] : []));
-    this.snapshot.disabled = !api.token;
+    this.snapshot.disabled = api.refusal !== '';
+    this.snapshot.title = api.refusal === '' ? 'Write the state to the journal’s folder now' : `Snapshot: ${api.refusal}`;
+  }
+
+  replayButton({name, recording}) {
+    const title = recording ? `Replay ${name}, up to now` : `Replay ${name}`;
+    return h('button', {type: 'button', class: 'replay', 'data-capture': name, title, onclick: () => this.onReplay(name)}, 'Replay');
   }
 
   /** The files of the server's recordings, if it serves them. */
@@ -70,7 +78,8 @@ export class HealthPanel {
       setText(this.recordings.count, String(captures.length || ''));
       this.recordings.body.replaceChildren(captures.length === 0 ? h('p', {class: 'empty'}, 'None yet') : h('ul', {class: 'files'},
         captures.slice(-20).reverse().map((it) => h('li', {}, h('a', {href: `/api/v1/captures/${encodeURIComponent(it.name)}`, download: it.name}, it.name),
-                                                     h('span', {class: 'dim'}, bytes(it.bytes))))));
+                                                     h('span', {class: 'dim'}, bytes(it.bytes)),
+                                                     it.name.endsWith('.pcapng') ? this.replayButton(it) : null))));
     } catch {
       this.recordings.body.replaceChildren(h('p', {class: 'empty'}, 'This server does not serve them'));
     }
@@ -102,6 +111,10 @@ export class EventList {
                   text: [what, text].filter((it) => it).join(topic === 'arrival' ? ' ' : ': ')});
       }
     } catch { /* then only what comes is shown */ }
+  }
+
+  clear() {
+    this.list.replaceChildren(h('li', {class: 'empty'}, 'Nothing yet'));
   }
 
   add({timeMs, level, text}) {

@@ -62,7 +62,12 @@ export class PlacesPanel {
   /** The blocks of the selected tag. */
   async load() {
     const tag = this.selected;
-    if (!tag) { this.contents = null; this.show(); return; }
+    if (!tag || tag.blocks) {   // as replays have them
+      this.contents = tag;
+      this.symbols = tag ? EMPTY_SYMBOLS : this.symbols;
+      this.show();
+      return;
+    }
     try {
       await this.loadSymbols();
       const page = await api.get(`tags?first=${tag.number}&contents=1`);

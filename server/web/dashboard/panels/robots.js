@@ -34,7 +34,7 @@ export class RobotsPanel {
       act('resume', 'Resume', 'Drive on (U)', () => this.command('resume')),
       act('follow', 'Follow', 'Follow this pheromone', () => this.command('follow', [Number(this.follows.value)])),
     ];
-    this.reason = h('p', {class: 'empty'}, 'Commands need the token: “Unlock” above.');
+    this.reason = h('p', {class: 'empty'});
     this.card.append(h('header', {}, this.title,
                        act('follow-view', 'Centre', 'Keep this robot in the middle (F)', () => this.onFollow(store.selected.key)),
                        act('deselect', '×', 'Close (Esc)', () => store.select(null))),
@@ -123,10 +123,11 @@ export class RobotsPanel {
       this.followsTypes = types;
       this.follows.replaceChildren(...[...store.laws.values()].map((it) => h('option', {value: it.type}, it.name)));
     }
-    const able = Boolean(api.token) && !store.past;
+    const able = api.refusal === '' && !store.past;
     for (const button of this.buttons) button.disabled = !able;
     this.buttons[1].hidden = !goal;
     this.follows.disabled = !able;
-    this.reason.hidden = Boolean(api.token);
+    setText(this.reason, api.reason ? `Commands: ${api.reason}` : 'Commands need the token: “Unlock” above.');
+    this.reason.hidden = api.refusal === '';
   }
 }
