@@ -23,8 +23,8 @@ namespace pheromone::web {
 
 class ReplayShow {
  public:
-  /// About so much of a file is replayed at once: a millisecond or two.
-  static constexpr uint64_t kPortionBytes = uint64_t{32} << 10;
+  /// About so much of a file is replayed at once, in a millisecond or two.
+  static constexpr uint64_t kPortionBytes = uint64_t{8} << 10;
 
   struct Options {
     std::string folder;
