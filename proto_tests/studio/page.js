@@ -17,7 +17,8 @@ const data = {
       transforms: {},
       topics: Object.fromEntries([
         ...pheromones.map((name) => [`/pheromone/${name}`, grid]),
-        ...['/robots', '/trails', '/tags', '/obstacles'].map((topic) => [topic, shown]),
+        // Not /obstacles: of two grids, which are opaque, either may be on top.
+        ...['/robots', '/trails', '/tags'].map((topic) => [topic, shown]),
       ]),
       layers: {},
       publish: {type: 'point', poseTopic: '/pose', pointTopic: '/clicked_point', poseEstimateTopic: '/estimate'},

@@ -105,7 +105,7 @@ try {
   const brush = {pheromone: 'trail', x_m: 2, y_m: 2, radius_m: 0.3, units: 0.2};
   const query = new URLSearchParams({
     server: `ws://127.0.0.1:${swarm.port}/?token=${TOKEN}`,
-    pheromones: 'trail,path',
+    pheromones: 'path',   // one: grids hide each other
     schema: 'pheromone.Brush',
     brush: JSON.stringify(brush),
   });

@@ -33,7 +33,7 @@ constexpr size_t kMaxFileReads = 256;
 
 class HttpFrontEnd::Impl {
  public:
-  Impl(control::Control* control, config::ControlSettings control_settings,
+  Impl(control::Control* control, const config::ControlSettings& control_settings,
        config::WebSettings web_settings)
       : long_work_({.name = "a request", .max_waiting = kMaxWaiting}),
         pictures_({.name = "a picture", .max_waiting = kMaxWaiting, .yields = true}),

@@ -86,7 +86,7 @@ class ProtobufWriter {
   }
   template <size_t kBytes>
   void Fixed(uint64_t value) {
-    std::array<char, kBytes> raw;
+    std::array<char, kBytes> raw = {};
     for (size_t i = 0; i < kBytes; ++i) {
       raw[i] = static_cast<char>(value >> (8 * i));
     }

@@ -58,7 +58,7 @@ uint32_t Crc(uint32_t crc, std::string_view bytes) {
 
 }  // namespace
 
-Writer::Writer(Sink sink, std::string library, size_t chunk_bytes)
+Writer::Writer(Sink sink, const std::string& library, size_t chunk_bytes)
     : sink_(std::move(sink)), chunk_bytes_(chunk_bytes) {
   std::string header;
   AppendString(&header, "");  // no profile

@@ -41,7 +41,7 @@ class Writer {
   static constexpr size_t kChunkBytes = size_t{1} << 20;
 
   /// `library` names the program. A chunk ends with the message that makes it `chunk_bytes` long.
-  explicit Writer(Sink sink, std::string library, size_t chunk_bytes = kChunkBytes);
+  explicit Writer(Sink sink, const std::string& library, size_t chunk_bytes = kChunkBytes);
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 

@@ -64,10 +64,10 @@ std::optional<uint32_t> NumberOf(const json::object& object, std::string_view ke
 
 // An empty list if it is none.
 const json::array& ListOf(const json::object& object, std::string_view key) {
-  static const json::array kNone;
+  static const json::array none;
   const json::value* const value = object.if_contains(key);
   const json::array* const list = value != nullptr ? value->if_array() : nullptr;
-  return list != nullptr ? *list : kNone;
+  return list != nullptr ? *list : none;
 }
 
 std::string TextOf(const json::object& object, std::string_view key) {

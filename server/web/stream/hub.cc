@@ -20,8 +20,6 @@
 namespace pheromone::web {
 namespace {
 
-namespace json = boost::json;
-
 constexpr uint64_t kPicturePeriodMs = 200;
 constexpr uint64_t kConfigPeriodMs = 1000;
 constexpr size_t kRecentEvents = 64;
@@ -479,7 +477,7 @@ std::optional<std::string> Hub::PayloadOf(const State& state, const Views& views
   }
 }
 
-std::vector<Update> Hub::Make(Views views, const StreamTime& now) {
+std::vector<Update> Hub::Make(const Views& views, const StreamTime& now) {
   configured_ms_ = views.taken.field ? now.steady_ms : configured_ms_;
   if (catalogue_ == nullptr || !SameMap(config_, views.field.config)) {
     Configure(views.field, views.links);

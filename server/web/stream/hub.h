@@ -4,7 +4,7 @@
 //   Hub hub(options);
 //   if (const Needs needs = hub.Due(now); needs.any()) {
 //     Views views = TakeViews(control, needs);          // on a thread that may take locks
-//     for (const Update& update : hub.Make(std::move(views), now)) { offer it to the viewers }
+//     for (const Update& update : hub.Make(views, now)) { offer it to the viewers }
 //   }
 //
 // Nothing is made for a channel without subscribers. The control interface's views are taken under
@@ -90,7 +90,7 @@ class Hub {
   /// What is needed for what is due.
   Needs Due(uint64_t now_ms) const;
   /// Makes it.
-  std::vector<Update> Make(Views views, const StreamTime& now);
+  std::vector<Update> Make(const Views& views, const StreamTime& now);
 
   /// What is shown is of a recording. Before the first Make.
   void SetRecording(ReplayedRecording recording) { recording_ = std::move(recording); }

@@ -236,21 +236,21 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
       if (self == nullptr || self->stopping_) {
         return;
       }
-      asio::post(self->io_, [weak, now, views = TakeViews(self->control_, needs)]() mutable {
+      asio::post(self->io_, [weak, now, views = TakeViews(self->control_, needs)] {
         if (const auto still = weak.lock()) {
-          still->Show(std::move(views), now);
+          still->Show(views, now);
         }
       });
     });
   }
 
-  void Show(Views views, const StreamTime& now) {
+  void Show(const Views& views, const StreamTime& now) {
     is_looking_ = false;
     if (stopping_) {
       return;
     }
     const std::shared_ptr<const Catalogue> before = hub_.catalogue();
-    const std::vector<Update> updates = hub_.Make(std::move(views), now);
+    const std::vector<Update> updates = hub_.Make(views, now);
     const std::vector<std::shared_ptr<Viewer>> viewers = viewers_;
     for (const auto& viewer : viewers) {
       if (viewer->awaits_greeting()) {
