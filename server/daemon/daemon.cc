@@ -247,6 +247,9 @@ class Daemon::Impl {
     auto outcome = config_.ReadAgain();
     if (outcome.ok()) {
       control_.TellConfigured();
+      if (const auto certificate = config_.Get().web.tls) {
+        front_end_.SetCertificate(*certificate);
+      }
     }
     if (!stopping_) {
       service_manager::Ready(DescribeState());

@@ -19,6 +19,7 @@
 #include "server/web/metrics.h"
 #include "server/web/server.h"
 #include "server/web/stream/stream.h"
+#include "server/web/tls.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -41,7 +42,11 @@ class HttpFrontEnd::Impl {
              {.token = web_settings.token,
               .hosts = web_settings.hosts,
               .origins = web_settings.origins,
-              .more_metrics = [this] { return web::StreamMetrics(stream_.counters()); }},
+              .more_metrics =
+                  [this] {
+                    return web::StreamMetrics(stream_.counters()) +
+                           (web_.tls ? web::TlsMetrics(tls_.counters()) : "");
+                  }},
              {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
               .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },
               .requests =
@@ -68,6 +73,11 @@ class HttpFrontEnd::Impl {
                 [this](web::Request request, web::Respond respond) {
                   api_.Handle(std::move(request), std::move(respond));
                 }),
+        tls_(tls_io_,
+             {.address = web_settings.listen_address,
+              .port = web_settings.listen_port,
+              .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
+             [this](Descriptor decrypted) { server_.Take(std::move(decrypted)); }),
         web_(std::move(web_settings)) {
     server_.OnUpgrade("/", stream_.Handler());
   }
@@ -83,15 +93,7 @@ class HttpFrontEnd::Impl {
       }
     }
     if (!web_.listen_address.empty()) {
-      const Status listening = server_.ListenOnPort();
-      if (listening.ok()) {
-        const bool v6 = web_.listen_address.find(':') != std::string::npos;
-        spdlog::info("web: http://{}:{}/, {}",
-                     v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server_.port(),
-                     web_.token.empty() ? "read-only" : "changes require the token");
-      } else {
-        spdlog::warn("web: not listening: {}", listening.error());
-      }
+      OpenPort();
     }
     stream_thread_ = std::thread([this] {
       YieldToOthers();
@@ -100,21 +102,54 @@ class HttpFrontEnd::Impl {
     thread_ = std::thread([this] { Run("web", [this] { io_.run(); }); });
   }
 
+  void SetCertificate(const Certificate& certificate) {
+    const CheckedCertificate checked = CheckCertificate(certificate);
+    if (web_.tls && checked.context != nullptr) {
+      tls_.SetCertificate(checked.context);
+      spdlog::info("web: certificate valid until {}", checked.valid_until);
+    }
+  }
+
   void Close() {
     server_.Stop();
     stream_.Stop();
+    tls_.Stop();
     if (stream_thread_.joinable()) {
       stream_thread_.join();
     }
     long_work_.Close();
     pictures_.Close();
     files_.Close();
-    if (thread_.joinable()) {
-      thread_.join();
+    for (std::thread* thread : {&thread_, &tls_thread_}) {
+      if (thread->joinable()) {
+        thread->join();
+      }
     }
   }
 
  private:
+  void OpenPort() {
+    if (web_.tls) {
+      SetCertificate(*web_.tls);
+    }
+    const Status listening = web_.tls ? tls_.Listen() : server_.ListenOnPort();
+    if (!listening.ok()) {
+      spdlog::warn("web: not listening: {}", listening.error());
+      return;
+    }
+    const bool v6 = web_.listen_address.find(':') != std::string::npos;
+    spdlog::info("web: {}://{}:{}/, {}", web_.tls ? "https" : "http",
+                 v6 ? "[" + web_.listen_address + "]" : web_.listen_address,
+                 web_.tls ? tls_.port() : server_.port(),
+                 web_.token.empty() ? "read-only" : "changes require the token");
+    if (web_.tls) {
+      tls_thread_ = std::thread([this] {
+        YieldToOthers();
+        Run("tls", [this] { tls_io_.run(); });
+      });
+    }
+  }
+
   static void Run(const char* name, const std::function<void()>& run) {
     for (;;) {
       try {
@@ -127,6 +162,7 @@ class HttpFrontEnd::Impl {
   }
 
   boost::asio::io_context io_;
+  boost::asio::io_context tls_io_;
   WorkQueue long_work_;
   WorkQueue pictures_;
   WorkQueue files_;
@@ -134,9 +170,11 @@ class HttpFrontEnd::Impl {
   web::Stream stream_;
   const std::string socket_path_;
   web::Server server_;
+  web::TlsListener tls_;
   const config::WebSettings web_;
   std::thread thread_;
   std::thread stream_thread_;
+  std::thread tls_thread_;
 };
 
 HttpFrontEnd::HttpFrontEnd(control::Control* control, config::ControlSettings control_settings,
@@ -148,6 +186,10 @@ HttpFrontEnd::~HttpFrontEnd() = default;
 
 void HttpFrontEnd::Open() {
   impl_->Open();
+}
+
+void HttpFrontEnd::SetCertificate(const Certificate& certificate) {
+  impl_->SetCertificate(certificate);
 }
 
 void HttpFrontEnd::Close() {

@@ -35,7 +35,11 @@ std::vector<std::string> RestartRequired(const config::Config& present,
   if (next.journal != present.journal || next.capture != present.capture) {
     notes.emplace_back("changed [journal] or [capture] settings require a restart");
   }
-  if (next.daemon != present.daemon || next.control != present.control || next.web != present.web) {
+  config::WebSettings web = next.web;
+  if (web.tls && present.web.tls) {
+    web.tls = present.web.tls;  // another certificate does not
+  }
+  if (next.daemon != present.daemon || next.control != present.control || web != present.web) {
     notes.emplace_back("changed [daemon], [control] or [web] settings require a restart");
   }
   return notes;
@@ -80,6 +84,9 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   {
     const std::lock_guard lock(mutex_);
     config_.engine = next.engine;
+    if (next.web.tls && config_.web.tls) {
+      config_.web.tls = next.web.tls;
+    }
   }
   captures_->SetConfigText(next.text);
   Tell(next.warnings);
@@ -104,10 +111,10 @@ Result<engine::Service::Configured> LiveConfig::Configure(const engine::EngineCo
   return service_->Configure(config, RandomEpoch(epoch), state_lost);
 }
 
-// The warnings of --check are not logged at every start, except that others may change settings.
+// The other warnings of --check are not logged at every start.
 void LiveConfig::Tell(const std::vector<config::Warning>& warnings) const {
   for (const config::Warning& warning : warnings) {
-    spdlog::log(warning.exposes ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
+    spdlog::log(warning.urgent ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
   }
   for (const std::string& line : config::DescribeConfig(config_)) {
     spdlog::info("{}", line);

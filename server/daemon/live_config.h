@@ -5,9 +5,9 @@
 //   ...
 //   const auto notes = config.ReadAgain();      // SIGHUP
 //
-// Changes of the map take effect if they are compatible with the present map; the rest requires a
-// restart. Changes and errors are logged. Get may be called from any thread; the other functions by
-// one at a time.
+// Changes of the map take effect if they are compatible with the present map, and so does another
+// certificate; the rest requires a restart. Changes and errors are logged. Get may be called from
+// any thread; the other functions by one at a time.
 #pragma once
 
 #include <functional>

@@ -125,6 +125,19 @@ TEST_F(ApiTest, OverTheNetworkChangesNeedTheTokenAndNoForeignOrigin) {
   for (const char* origin : {"http://evil.example", "http://lab", "null", "http://lab:8377.evil"}) {
     EXPECT_EQ(halt(good, origin), 403) << origin;
   }
+  // This server's own pages have no other origin, if it is the server that encrypts.
+  for (const auto& [origin, status] : {std::pair("https://lab:8377", 200),
+                                       std::pair("http://lab:8377", 403), std::pair("", 200)}) {
+    EXPECT_EQ(testing::AnswerOf(&api_, {.method = "POST",
+                                        .target = "/api/v1/halt",
+                                        .encrypted = true,
+                                        .authorization = good,
+                                        .origin = origin,
+                                        .host = "lab:8377"})
+                  .status,
+              status)
+        << origin;
+  }
   for (const std::string& bad :
        {std::string(), std::string("Bearer "), std::string(kToken), good + "0",
         good.substr(0, good.size() - 1), "Basic " + std::string(kToken)}) {
