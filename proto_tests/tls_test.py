@@ -72,7 +72,7 @@ class TlsTest(unittest.TestCase):
         page = self.curl("/")
         self.assertEqual(page.returncode, 0, page.stderr)
         self.assertIn("<!doctype html>", page.stdout.lower())
-        script = self.curl("--compressed", "/main.js").stdout
+        script = self.curl("--compressed", "/dashboard/main.js").stdout
         self.assertIn("location.protocol === 'https:' ? 'wss' : 'ws'", script)
 
     def test_a_client_without_the_certificate_does_not_trust_it(self):
