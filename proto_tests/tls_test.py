@@ -54,6 +54,7 @@ class TlsTest(unittest.TestCase):
         make_certificate(cls.folder)
         cls.daemon = OperatedDaemon(BIN, cls.folder)
         cls.addClassCleanup(cls.daemon.kill)
+        await_that(lambda: "web: https://" in cls.daemon.log(), "the daemon listens")
         cls.port = int(re.search(r"web: https://127\.0\.0\.1:(\d+)", cls.daemon.log())[1])
 
     def pem(self, name="lab"):
