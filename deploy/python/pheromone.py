@@ -262,6 +262,11 @@ class Server:
         shape = {"all": True} if everything else _shape(points_m, radius_m, area_m)
         return self.post("erase", pheromone=pheromone, **shape)["nodes"]
 
+    def change_law(self, pheromone, tau_s):
+        """Changes how fast a pheromone evaporates, until the server rereads its configuration or
+        restarts; 0: not at all."""
+        self.post("laws", pheromone=pheromone, tau_s=tau_s)
+
     def command(self, link, id, command, *arguments):
         """Sends a robot a command, such as command("radio-a", 7, "speed", 250). The outcome is in
         clients()."""

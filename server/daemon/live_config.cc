@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <random>
 #include <utility>
@@ -98,6 +99,35 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   }
   spdlog::info("configuration reread");
   return notes;
+}
+
+Status LiveConfig::ChangeTau(uint8_t type, int64_t tau_ms) {
+  engine::EngineConfig next = config_.engine;
+  auto& laws = next.field.pheromones;
+  const auto law =
+      std::find_if(laws.begin(), laws.end(), [type](const auto& it) { return it.type == type; });
+  if (law == laws.end() || law->is_blend()) {
+    return Error{"only a pheromone that is no blend evaporates"};
+  }
+  if (law->diffusion.exchange_q16 != 0) {
+    return Error{"pheromone " + law->name +
+                 " diffuses in steps: change its evaporation in the configuration, and reload"};
+  }
+  const int64_t least_ms = law->evaporation == field::Evaporation::kCounter ? 0 : 1;
+  if (tau_ms < least_ms || tau_ms > field::kMaxTauMs) {
+    return Error{"tau of pheromone " + law->name + ": expected " + std::to_string(least_ms) +
+                 " to " + std::to_string(field::kMaxTauMs) + " ms"};
+  }
+  law->tau_ms = tau_ms;
+  const auto configured = Configure(next, false);
+  if (!configured.ok()) {
+    return Error{configured.error()};
+  }
+  spdlog::info("pheromone \"{}\": tau is {} s until the configuration is reread", law->name,
+               static_cast<double>(tau_ms) / 1e3);
+  const std::lock_guard lock(mutex_);
+  config_.engine = std::move(next);
+  return Ok();
 }
 
 config::Config LiveConfig::Get() const {

@@ -122,7 +122,7 @@ constexpr std::array<Route, 26> kRoutes = {{
     {kStatus, Where::kAtOnce, ReadStatus},
     {"/api/v1/links", Where::kAtOnce, ReadLinks},
     {"/api/v1/clients", Where::kLongWork, ReadClients},
-    {"/api/v1/laws", Where::kAtOnce, ReadLaws},
+    {"/api/v1/laws", Where::kAtOnce, ReadLaws, ChangeLaw},
     {"/api/v1/config", Where::kLongWork, ReadConfig},
     {kField, Where::kPictures, nullptr},
     {"/api/v1/sense", Where::kAtOnce, ReadSense},
