@@ -17,6 +17,7 @@ One file, for Python 3.8 or newer. It needs nothing but the standard library; ar
 NumPy is installed. Lengths are metres, times seconds, headings degrees counter-clockwise from +x,
 and pheromone is in units, unless a name says otherwise.
 
+With https:// a certificate that the system does not trust needs Server(..., cafile="lab.pem").
 Reading needs no token. Changes need the server's token, or its Unix socket:
 Server("pheromoned.sock"). A refusal raises Refused, which says what the server found, where, and
 what it expected; a server that cannot be reached raises OSError. A Server may be shared by threads:
@@ -32,6 +33,7 @@ import json
 import math
 import os
 import socket
+import ssl
 import struct
 import urllib.parse
 
@@ -126,14 +128,16 @@ class _UnixConnection(http.client.HTTPConnection):
 class Server:
     """A running pheromoned.
 
-    address       "http://HOST:PORT", "https://..." if a proxy encrypts, or the path of the server's
-                  Unix socket
+    address       "http://HOST:PORT", "https://HOST:PORT", or the path of the server's Unix socket
     token         authorizes changes; token_file: a file with it, as `web.token_file` of the
                   configuration. Not needed for a Unix socket
     timeout_s     of one request
+    cafile        a file in PEM with the authority that signed the server's certificate, or with the
+                  certificate itself; by default the authorities that the system trusts
     """
 
-    def __init__(self, address=DEFAULT_ADDRESS, token=None, token_file=None, timeout_s=30):
+    def __init__(self, address=DEFAULT_ADDRESS, token=None, token_file=None, timeout_s=30,
+                 cafile=None):
         if token_file is not None:
             with open(token_file, encoding="ascii") as file:
                 token = file.read().strip()
@@ -141,7 +145,7 @@ class Server:
         self._timeout = timeout_s
         url = urllib.parse.urlsplit(address)
         self._unix = None if url.scheme in ("http", "https") else address
-        self._encrypted = url.scheme == "https"
+        self._tls = ssl.create_default_context(cafile=cafile) if url.scheme == "https" else None
         self._host = url.hostname
         self._port = url.port
 
@@ -258,6 +262,11 @@ class Server:
         shape = {"all": True} if everything else _shape(points_m, radius_m, area_m)
         return self.post("erase", pheromone=pheromone, **shape)["nodes"]
 
+    def change_law(self, pheromone, tau_s):
+        """Changes how fast a pheromone evaporates, until the server rereads its configuration or
+        restarts; 0: not at all."""
+        self.post("laws", pheromone=pheromone, tau_s=tau_s)
+
     def command(self, link, id, command, *arguments):
         """Sends a robot a command, such as command("radio-a", 7, "speed", 250). The outcome is in
         clients()."""
@@ -310,8 +319,10 @@ class Server:
     def _connection(self):
         if self._unix is not None:
             return _UnixConnection(self._unix, self._timeout)
-        kind = http.client.HTTPSConnection if self._encrypted else http.client.HTTPConnection
-        return kind(self._host, self._port, timeout=self._timeout)
+        if self._tls is not None:
+            return http.client.HTTPSConnection(self._host, self._port, timeout=self._timeout,
+                                               context=self._tls)
+        return http.client.HTTPConnection(self._host, self._port, timeout=self._timeout)
 
     def _call(self, method, target, body=None):
         headers = {"Authorization": "Bearer " + self._token} if self._token and body else {}

@@ -105,6 +105,23 @@ class ServerTest(WithServer):
         self.assertGreater(self.server.erase("path", area_m=(0, 0, 4, 3)), 1000)
         self.assertEqual(self.server.map_as_array("path").at(1, 1), 0)
 
+    def test_evaporation_is_changed_until_the_configuration_is_reread(self):
+        def tau_s():
+            return self.server.laws()["pheromones"][0]["tau_s"]
+
+        def level():
+            return self.server.map_as_array("path").at(1, 2)
+        self.server.paint("path", [(1, 2), (2, 2)], radius_m=0.01)
+        self.server.change_law("path", 1e6)
+        self.assertEqual((tau_s(), level()), (1e6, 1))
+        self.server.change_law("path", 0.001)  # a quantum each millisecond
+        await_that(lambda: level() == 0, "the path evaporates")
+        self.server.post("reload")
+        self.assertEqual(tau_s(), 0)
+        self.server.paint("path", [(1, 2), (2, 2)], radius_m=0.01)
+        self.assertEqual(level(), 1)
+        self.server.erase("path", everything=True)
+
     @contextlib.contextmanager
     def without(self, numpy):
         self.assertIsNotNone(pheromone.numpy)  # both ways are to be tried

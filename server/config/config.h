@@ -25,6 +25,7 @@
 #include "server/base/result.h"
 #include "server/engine/event.h"
 #include "server/maps/geodesy.h"
+#include "server/net/certificate.h"
 
 namespace pheromone::config {
 
@@ -106,6 +107,7 @@ struct WebSettings {
   std::string ros_distro = "humble";  ///< told to viewers; empty: none
   std::string click_pheromone = {};   ///< deposited where viewers click; empty: the first one
   std::string root = {};  ///< a folder with the dashboard, from the command line; empty: built in
+  std::optional<Certificate> tls = {};  ///< checked; none: plain HTTP
   bool operator==(const WebSettings&) const = default;
 };
 
@@ -137,7 +139,7 @@ struct CaptureSettings {
 /// What may be wrong with a configuration that may be used.
 struct Warning {
   std::string text;      ///< in the form of errors
-  bool exposes = false;  ///< that others may change things
+  bool urgent = false;  ///< others may change things, or no one may connect: told at each start
 };
 
 struct Config {

@@ -52,7 +52,7 @@ TEST_F(ControlTest, ATokenThatAllUsersCanReadIsWarnedOf) {
   EXPECT_NE(parsed.value().warnings[0].text.find("f.toml:30:14: web.token_file: "),
             std::string::npos);
   EXPECT_NE(parsed.value().warnings[0].text.find("is readable by all users"), std::string::npos);
-  EXPECT_TRUE(parsed.value().warnings[0].exposes);
+  EXPECT_TRUE(parsed.value().warnings[0].urgent);
 }
 
 TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {
@@ -63,7 +63,7 @@ TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {
             std::string::npos);
   EXPECT_EQ(ErrorOf("[web]\nport = 80\n"),
             "f.toml:30:1: web.port: unknown key, expected one of listen, token_file, hosts, "
-            "origins, max_viewers, ros_distro, click_pheromone");
+            "origins, max_viewers, ros_distro, click_pheromone, tls_certificate, tls_key");
   EXPECT_EQ(ErrorOf("[web]\nlisten = \"localhost:80\"\n"),
             "f.toml:30:10: web.listen: found the string \"localhost:80\", expected a numeric "
             "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\"");

@@ -19,6 +19,9 @@ namespace {
 constexpr size_t kMaxPath = 107;  // of a Unix socket
 constexpr size_t kLeastToken = 16;
 constexpr size_t kMaxToken = 256;
+constexpr const char* kTlsCertificate = "tls_certificate";
+constexpr const char* kTlsKey = "tls_key";
+constexpr size_t kMaxPem = size_t{64} << 10;
 constexpr size_t kMaxNames = 64;
 constexpr int64_t kMaxViewers = 48;  // of 64 connections, so that requests have some
 constexpr size_t kMaxName = 253;     // of a host, by RFC 1035
@@ -43,36 +46,88 @@ std::string WhoMustReadIt(const std::string& path) {
          ", as which the server runs; give the file to that user's group (chgrp) with mode 0640";
 }
 
+struct NamedFile {
+  std::string path;
+  std::string text;
+};
+
+// The file that a key names.
+std::optional<NamedFile> ReadNamedFile(const TableReader& table, const char* key, size_t max_bytes,
+                                       const Notes& notes) {
+  const auto path = ReadFileName(table, key, {}, notes);
+  if (!path) {
+    return std::nullopt;
+  }
+  Result<std::string> text = ReadFile(path->string(), max_bytes);
+  if (!text.ok()) {
+    table.Report(key, text.error() + WhoMustReadIt(path->string()));
+    return std::nullopt;
+  }
+  return NamedFile{path->string(), std::move(text).value()};
+}
+
+void Warn(const TableReader& table, const char* key, const std::string& text, Notes* notes) {
+  notes->warnings.push_back(
+      {FormatProblem(notes->file, table.Find(key)->at, table.KeyOf(key), text), true});
+}
+
+// Of a file with a secret.
+void WarnIfAllUsersCanReadIt(const TableReader& table, const char* key, const std::string& path,
+                             Notes* notes) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) == 0 && (status.st_mode & (S_IRWXO)) != 0) {
+    Warn(table, key, path + " is readable by all users, expected mode 0640 or stricter", notes);
+  }
+}
+
 void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   if (table.Find("token_file") == nullptr) {
     return;
   }
-  const auto path = ReadFileName(table, "token_file", {}, *notes);
-  if (!path) {
+  const auto file = ReadNamedFile(table, "token_file", 4096, *notes);
+  if (!file) {
     return;
   }
-  const Result<std::string> text = ReadFile(path->string(), 4096);
-  if (!text.ok()) {
-    table.Report("token_file", text.error() + WhoMustReadIt(path->string()));
-    return;
-  }
-  web->token = Trimmed(text.value());
+  web->token = Trimmed(file->text);
   const bool printable =
       std::all_of(web->token.begin(), web->token.end(), [](char c) { return c > ' ' && c <= '~'; });
   if (!printable || web->token.size() < kLeastToken || web->token.size() > kMaxToken) {
-    table.Report("token_file", path->string() +
+    table.Report("token_file", file->path +
                                    ": expected 16 to 256 letters, digits and punctuation "
                                    "characters, such as the output of `openssl rand -hex 32`");
     return;
   }
-  struct stat status {};
-  if (stat(path->c_str(), &status) == 0 && (status.st_mode & (S_IRWXO)) != 0) {
-    notes->warnings.push_back(
-        {FormatProblem(
-             notes->file, table.Find("token_file")->at, table.KeyOf("token_file"),
-             path->string() + " is readable by all users, expected mode 0640 or stricter"),
-         true});
+  WarnIfAllUsersCanReadIt(table, "token_file", file->path, notes);
+}
+
+// Both files or none: they are checked together.
+void ReadTls(const TableReader& table, Notes* notes, WebSettings* web) {
+  const bool has_certificate = table.Find(kTlsCertificate) != nullptr;
+  const bool has_key = table.Find(kTlsKey) != nullptr;
+  if (has_certificate != has_key) {
+    table.Missing(has_key ? kTlsCertificate : kTlsKey,
+                  has_key ? "the certificate of tls_key, a file in PEM"
+                          : "the private key of tls_certificate, a file in PEM");
   }
+  const auto chain =
+      has_certificate ? ReadNamedFile(table, kTlsCertificate, kMaxPem, *notes) : std::nullopt;
+  const auto key = has_key ? ReadNamedFile(table, kTlsKey, kMaxPem, *notes) : std::nullopt;
+  if (!chain || !key) {
+    return;
+  }
+  web->tls = Certificate{.chain = chain->text, .key = key->text};
+  const CheckedCertificate checked = CheckCertificate(*web->tls);
+  if (!checked.chain_error.empty()) {
+    table.Report(kTlsCertificate, chain->path + ": " + checked.chain_error);
+  }
+  if (!checked.key_error.empty()) {
+    table.Report(kTlsKey, key->path + ": " + checked.key_error);
+  }
+  if (!checked.warning.empty()) {
+    Warn(table, kTlsCertificate, chain->path + ": " + checked.warning + "; clients will refuse it",
+         notes);
+  }
+  WarnIfAllUsersCanReadIt(table, kTlsKey, key->path, notes);
 }
 
 // The texts of a list, each as `read` returns it: empty if it is not as expected.
@@ -129,14 +184,15 @@ void ReadControl(const Value& root, Notes* notes, ControlSettings* control) {
 
 void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
   const TableReader table(TableOf(root, "web", notes), "web", &notes->problems);
-  table.AllowOnly(
-      {"listen", "token_file", "hosts", "origins", "max_viewers", "ros_distro", "click_pheromone"});
+  table.AllowOnly({"listen", "token_file", "hosts", "origins", "max_viewers", "ros_distro",
+                   "click_pheromone", kTlsCertificate, kTlsKey});
   if (table.Find("listen") != nullptr) {
     const auto endpoint = ReadEndpoint(table, "listen");
     web->listen_address = endpoint ? endpoint->address : "";
     web->listen_port = endpoint ? endpoint->port : uint16_t{0};
   }
   ReadToken(table, notes, web);
+  ReadTls(table, notes, web);
   ReadNames(table, "hosts", "host names without a port, such as [\"lab.local\", \"robots\"]",
             HostName, &web->hosts);
   ReadNames(table, "origins", "origins of web pages, such as [\"https://app.foxglove.dev\"]",

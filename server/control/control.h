@@ -213,6 +213,11 @@ class Control {
   /// respond; no other request delays it. `done` gets the names of the links once the halt was
   /// passed to them.
   virtual void HaltAll(DoneWith<std::vector<std::string>> done) = 0;
+  /// Changes the time constant of a pheromone's evaporation (PheromoneLaw::tau_ms) until the
+  /// configuration is reread or the server restarts: its file stays as it is. Present levels go on
+  /// from where they are. Errors: no such pheromone, it is a blend, it diffuses, the value is out
+  /// of the range of its law.
+  virtual void ChangeTau(uint8_t type, int64_t tau_ms, Done done) = 0;
   /// Rereads the configuration. `done` gets the settings that require a restart, or an error if
   /// nothing was changed.
   virtual void Reload(DoneWith<std::vector<std::string>> done) = 0;

@@ -92,6 +92,14 @@ class Daemon::Impl {
                   .run_edit = [this](auto work) { return edits_.Add(std::move(work)); },
                   .run_operation = [this](auto work) { return operations_.Add(std::move(work)); },
                   .reload = [this] { return ReadConfigurationAgain(); },
+                  .change_tau =
+                      [this](uint8_t type, int64_t tau_ms) {
+                        const Status changed = config_.ChangeTau(type, tau_ms);
+                        if (changed.ok()) {
+                          control_.TellConfigured();
+                        }
+                        return changed;
+                      },
                   .snapshot = [this](auto done) { MakeSnapshot(std::move(done)); }}),
         edits_({.name = "an edit"}),
         operations_({.name = "an operation"}),
@@ -247,6 +255,9 @@ class Daemon::Impl {
     auto outcome = config_.ReadAgain();
     if (outcome.ok()) {
       control_.TellConfigured();
+      if (const auto certificate = config_.Get().web.tls) {
+        front_end_.SetCertificate(*certificate);
+      }
     }
     if (!stopping_) {
       service_manager::Ready(DescribeState());

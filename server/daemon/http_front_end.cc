@@ -20,6 +20,7 @@
 #include "server/web/server.h"
 #include "server/web/stream/replays.h"
 #include "server/web/stream/stream.h"
+#include "server/web/tls.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -44,7 +45,10 @@ class HttpFrontEnd::Impl {
               .origins = web_settings.origins,
               .web_root = web_settings.root,
               .more_metrics =
-                  [this] { return web::StreamMetrics(stream_.counters(), replays_.counters()); }},
+                  [this] {
+                    return web::StreamMetrics(stream_.counters(), replays_.counters()) +
+                           (web_.tls ? web::TlsMetrics(tls_.counters()) : "");
+                  }},
              {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
               .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },
               .requests =
@@ -72,6 +76,11 @@ class HttpFrontEnd::Impl {
                 [this](web::Request request, web::Respond respond) {
                   api_.Handle(std::move(request), std::move(respond));
                 }),
+        tls_(tls_io_,
+             {.address = web_settings.listen_address,
+              .port = web_settings.listen_port,
+              .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
+             [this](Descriptor decrypted) { server_.Take(std::move(decrypted)); }),
         web_(std::move(web_settings)) {
     server_.OnUpgrade("/", stream_.Handler());
     server_.OnUpgrade(web::kReplayFolder, replays_.Handler());
@@ -88,15 +97,7 @@ class HttpFrontEnd::Impl {
       }
     }
     if (!web_.listen_address.empty()) {
-      const Status listening = server_.ListenOnPort();
-      if (listening.ok()) {
-        const bool v6 = web_.listen_address.find(':') != std::string::npos;
-        spdlog::info("web: http://{}:{}/, {}",
-                     v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server_.port(),
-                     web_.token.empty() ? "read-only" : "changes require the token");
-      } else {
-        spdlog::warn("web: not listening: {}", listening.error());
-      }
+      OpenPort();
     }
     stream_thread_ = std::thread([this] {
       YieldToOthers();
@@ -109,10 +110,19 @@ class HttpFrontEnd::Impl {
     thread_ = std::thread([this] { Run("web", [this] { io_.run(); }); });
   }
 
+  void SetCertificate(const Certificate& certificate) {
+    const CheckedCertificate checked = CheckCertificate(certificate);
+    if (web_.tls && checked.context != nullptr) {
+      tls_.SetCertificate(checked.context);
+      spdlog::info("web: certificate valid until {}", checked.valid_until);
+    }
+  }
+
   void Close() {
     server_.Stop();
     stream_.Stop();
     replays_.Stop();
+    tls_.Stop();
     for (std::thread* thread : {&stream_thread_, &replay_thread_}) {
       if (thread->joinable()) {
         thread->join();
@@ -121,12 +131,36 @@ class HttpFrontEnd::Impl {
     long_work_.Close();
     pictures_.Close();
     files_.Close();
-    if (thread_.joinable()) {
-      thread_.join();
+    for (std::thread* thread : {&thread_, &tls_thread_}) {
+      if (thread->joinable()) {
+        thread->join();
+      }
     }
   }
 
  private:
+  void OpenPort() {
+    if (web_.tls) {
+      SetCertificate(*web_.tls);
+    }
+    const Status listening = web_.tls ? tls_.Listen() : server_.ListenOnPort();
+    if (!listening.ok()) {
+      spdlog::warn("web: not listening: {}", listening.error());
+      return;
+    }
+    const bool v6 = web_.listen_address.find(':') != std::string::npos;
+    spdlog::info("web: {}://{}:{}/, {}", web_.tls ? "https" : "http",
+                 v6 ? "[" + web_.listen_address + "]" : web_.listen_address,
+                 web_.tls ? tls_.port() : server_.port(),
+                 web_.token.empty() ? "read-only" : "changes require the token");
+    if (web_.tls) {
+      tls_thread_ = std::thread([this] {
+        YieldToOthers();
+        Run("tls", [this] { tls_io_.run(); });
+      });
+    }
+  }
+
   static void Run(const char* name, const std::function<void()>& run) {
     for (;;) {
       try {
@@ -139,6 +173,7 @@ class HttpFrontEnd::Impl {
   }
 
   boost::asio::io_context io_;
+  boost::asio::io_context tls_io_;
   WorkQueue long_work_;
   WorkQueue pictures_;
   WorkQueue files_;
@@ -147,10 +182,12 @@ class HttpFrontEnd::Impl {
   web::Replays replays_;
   const std::string socket_path_;
   web::Server server_;
+  web::TlsListener tls_;
   const config::WebSettings web_;
   std::thread thread_;
   std::thread stream_thread_;
   std::thread replay_thread_;
+  std::thread tls_thread_;
 };
 
 HttpFrontEnd::HttpFrontEnd(control::Control* control, config::ControlSettings control_settings,
@@ -162,6 +199,10 @@ HttpFrontEnd::~HttpFrontEnd() = default;
 
 void HttpFrontEnd::Open() {
   impl_->Open();
+}
+
+void HttpFrontEnd::SetCertificate(const Certificate& certificate) {
+  impl_->SetCertificate(certificate);
 }
 
 void HttpFrontEnd::Close() {

@@ -1,7 +1,7 @@
 // The HTTP front end for operators, browsers and Prometheus: server/web over the control interface,
 // with threads of its own. One thread reads all requests and answers the short ones, including a
-// halt; one processes long requests; four of low priority draw the map, read recordings that are
-// downloaded, serve the stream for viewers, and replay recordings for them.
+// halt; one processes long requests; the others, of low priority, draw the map, read recordings
+// that are downloaded, serve the stream for viewers, replay recordings for them, and encrypt.
 //
 //   HttpFrontEnd front_end(&control, config.control, config.web);
 //   front_end.Open();      // logs what could not be opened
@@ -26,6 +26,9 @@ class HttpFrontEnd {
   ~HttpFrontEnd();
 
   void Open();
+
+  /// For new connections, if the front end was opened with another one. Any thread.
+  void SetCertificate(const Certificate& certificate);
 
   /// Finishes the answers in progress, and returns when all of its threads have ended. Call
   /// LiveControl::Stop first, to end the other waits of the control interface.

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <random>
 #include <utility>
@@ -35,7 +36,11 @@ std::vector<std::string> RestartRequired(const config::Config& present,
   if (next.journal != present.journal || next.capture != present.capture) {
     notes.emplace_back("changed [journal] or [capture] settings require a restart");
   }
-  if (next.daemon != present.daemon || next.control != present.control || next.web != present.web) {
+  config::WebSettings web = next.web;
+  if (web.tls && present.web.tls) {
+    web.tls = present.web.tls;  // another certificate does not
+  }
+  if (next.daemon != present.daemon || next.control != present.control || web != present.web) {
     notes.emplace_back("changed [daemon], [control] or [web] settings require a restart");
   }
   return notes;
@@ -80,6 +85,9 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   {
     const std::lock_guard lock(mutex_);
     config_.engine = next.engine;
+    if (next.web.tls && config_.web.tls) {
+      config_.web.tls = next.web.tls;
+    }
   }
   captures_->SetConfigText(next.text);
   Tell(next.warnings);
@@ -93,6 +101,35 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   return notes;
 }
 
+Status LiveConfig::ChangeTau(uint8_t type, int64_t tau_ms) {
+  engine::EngineConfig next = config_.engine;
+  auto& laws = next.field.pheromones;
+  const auto law =
+      std::find_if(laws.begin(), laws.end(), [type](const auto& it) { return it.type == type; });
+  if (law == laws.end() || law->is_blend()) {
+    return Error{"only a pheromone that is no blend evaporates"};
+  }
+  if (law->diffusion.exchange_q16 != 0) {
+    return Error{"pheromone " + law->name +
+                 " diffuses in steps: change its evaporation in the configuration, and reload"};
+  }
+  const int64_t least_ms = law->evaporation == field::Evaporation::kCounter ? 0 : 1;
+  if (tau_ms < least_ms || tau_ms > field::kMaxTauMs) {
+    return Error{"tau of pheromone " + law->name + ": expected " + std::to_string(least_ms) +
+                 " to " + std::to_string(field::kMaxTauMs) + " ms"};
+  }
+  law->tau_ms = tau_ms;
+  const auto configured = Configure(next, false);
+  if (!configured.ok()) {
+    return Error{configured.error()};
+  }
+  spdlog::info("pheromone \"{}\": tau is {} s until the configuration is reread", law->name,
+               static_cast<double>(tau_ms) / 1e3);
+  const std::lock_guard lock(mutex_);
+  config_.engine = std::move(next);
+  return Ok();
+}
+
 config::Config LiveConfig::Get() const {
   const std::lock_guard lock(mutex_);
   return config_;
@@ -104,10 +141,10 @@ Result<engine::Service::Configured> LiveConfig::Configure(const engine::EngineCo
   return service_->Configure(config, RandomEpoch(epoch), state_lost);
 }
 
-// The warnings of --check are not logged at every start, except that others may change settings.
+// The other warnings of --check are not logged at every start.
 void LiveConfig::Tell(const std::vector<config::Warning>& warnings) const {
   for (const config::Warning& warning : warnings) {
-    spdlog::log(warning.exposes ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
+    spdlog::log(warning.urgent ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
   }
   for (const std::string& line : config::DescribeConfig(config_)) {
     spdlog::info("{}", line);

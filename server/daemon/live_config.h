@@ -5,11 +5,12 @@
 //   ...
 //   const auto notes = config.ReadAgain();      // SIGHUP
 //
-// Changes of the map take effect if they are compatible with the present map; the rest requires a
-// restart. Changes and errors are logged. Get may be called from any thread; the other functions by
-// one at a time.
+// Changes of the map take effect if they are compatible with the present map, and so does another
+// certificate; the rest requires a restart. Changes and errors are logged. Get may be called from
+// any thread; the other functions by one at a time.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -36,6 +37,9 @@ class LiveConfig {
   /// Returns the settings that require a restart. Errors: the configuration is invalid, or not
   /// compatible with the map; then nothing is changed.
   Result<std::vector<std::string>> ReadAgain();
+
+  /// Changes the law of a pheromone until the configuration is read again (Control::ChangeTau).
+  Status ChangeTau(uint8_t type, int64_t tau_ms);
 
   config::Config Get() const;
 

@@ -418,6 +418,20 @@ void LiveControl::SendHaltsUnlogged(int transmissions) {
   }
 }
 
+void LiveControl::ChangeTau(uint8_t type, int64_t tau_ms, Done done) {
+  const auto change = [this, type, tau_ms, done] {
+    const Status changed = parts_.change_tau(type, tau_ms);
+    if (!changed.ok()) {
+      done(changed);
+      return;
+    }
+    AwaitDurable(parts_.patience, done);
+  };
+  if (!parts_.run_operation(change)) {
+    done(Error{kBusy});
+  }
+}
+
 void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
   const auto reload = [this, done] {
     const Result<std::vector<std::string>> notes = parts_.reload();

@@ -49,6 +49,7 @@ struct LiveParts {
   Run run_edit;                            ///< one edit after the other
   Run run_operation;                       ///< reload, the beginning and end of a recording
   std::function<Result<std::vector<std::string>>()> reload;  ///< called as an operation
+  std::function<Status(uint8_t, int64_t)> change_tau;        ///< likewise
   Snapshot snapshot;                          ///< asks the journal for one; nothing: there is none
   std::chrono::milliseconds patience{5'000};  ///< with a log or a recording that waits for the disk
   std::chrono::milliseconds snapshot_patience{12'000};  ///< below that of the HTTP server
@@ -88,6 +89,7 @@ class LiveControl final : public control::Control {
   void ChangeTags(const engine::TagsChanged& change, Done done) override;
   void ChangeNets(const engine::NetsChanged& change, Done done) override;
   void HaltAll(DoneWith<std::vector<std::string>> done) override;
+  void ChangeTau(uint8_t type, int64_t tau_ms, Done done) override;
   void Reload(DoneWith<std::vector<std::string>> done) override;
   void Snapshot(DoneWith<std::optional<std::string>> done) override;
   void StartCapture(Done done) override;

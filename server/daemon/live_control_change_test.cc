@@ -184,6 +184,26 @@ TEST_F(LiveControlTest, WhatFindsNoRoomInItsQueueIsRefusedAndChangesNothing) {
   EXPECT_EQ(log_.sequence(), sequence);
 }
 
+TEST_F(LiveControlTest, AChangedLawIsDoneWhenItIsDurable) {
+  Outcome<> changed;
+  control_.ChangeTau(3, 2'500, changed.Taker());
+  EXPECT_TRUE(changed.Get().ok());
+  EXPECT_EQ(tau_, (std::pair<uint8_t, int64_t>(3, 2'500)));
+  log_.SetDurable(0);
+  Outcome<> late;
+  hasty_.ChangeTau(3, 2'600, late.Taker());
+  EXPECT_EQ(late.Get().error(), "applied; not yet durable: a crash may undo it");
+  reloaded_ = Error{"it diffuses"};
+  Outcome<> wrong;
+  control_.ChangeTau(3, 2'700, wrong.Taker());
+  EXPECT_EQ(wrong.Get().error(), "it diffuses");
+  has_room_ = false;
+  Outcome<> busy;
+  control_.ChangeTau(3, 2'800, busy.Taker());
+  EXPECT_EQ(busy.Get().error(), "the server is busy with earlier requests; nothing was changed");
+  EXPECT_EQ(tau_.second, 2'700);
+}
+
 TEST_F(LiveControlTest, AReloadIsDoneWhenItIsDurable) {
   Outcome<std::vector<std::string>> reload;
   control_.Reload(reload.Taker());

@@ -122,7 +122,7 @@ constexpr std::array<Route, 26> kRoutes = {{
     {kStatus, Where::kAtOnce, ReadStatus},
     {"/api/v1/links", Where::kAtOnce, ReadLinks},
     {"/api/v1/clients", Where::kLongWork, ReadClients},
-    {"/api/v1/laws", Where::kAtOnce, ReadLaws},
+    {"/api/v1/laws", Where::kAtOnce, ReadLaws, ChangeLaw},
     {"/api/v1/config", Where::kLongWork, ReadConfig},
     {kField, Where::kPictures, nullptr},
     {"/api/v1/sense", Where::kAtOnce, ReadSense},
@@ -164,10 +164,12 @@ bool SameSecret(std::string_view found, std::string_view secret) {
   return difference == 0;
 }
 
-// Empty if the request does not come from another server's web page.
+// Empty if the request does not come from another server's web page. Without TLS a proxy may have
+// ended it.
 std::optional<Response> CheckOrigin(const Request& request) {
-  if (!request.origin.empty() && request.origin != "http://" + request.host &&
-      request.origin != "https://" + request.host) {
+  const bool is_own = request.origin == "https://" + request.host ||
+                      (!request.encrypted && request.origin == "http://" + request.host);
+  if (!request.origin.empty() && !is_own) {
     return Refuse(403, {"the request comes from another web page, " + request.origin, "Origin",
                         "none, or that of this server"});
   }

@@ -53,9 +53,8 @@ class ApiTest : public ::testing::Test {
 };
 
 TEST_F(ApiTest, EveryPathOfTheListAnswersItsMethodAndRefusesOthersWithAllow) {
-  const std::vector<std::string> read = {"/healthz",      "/metrics",     "/api/v1/status",
-                                         "/api/v1/links", "/api/v1/laws", "/api/v1/clients",
-                                         "/api/v1/config"};
+  const std::vector<std::string> read = {"/healthz",      "/metrics",        "/api/v1/status",
+                                         "/api/v1/links", "/api/v1/clients", "/api/v1/config"};
   for (const std::string& path : read) {
     EXPECT_EQ(Get(path).status, 200) << path;
     EXPECT_EQ(testing::AnswerOf(&api_, {.method = "HEAD", .target = path}).status, 200) << path;
@@ -124,6 +123,19 @@ TEST_F(ApiTest, OverTheNetworkChangesNeedTheTokenAndNoForeignOrigin) {
   EXPECT_EQ(halt(good, "https://lab:8377"), 200);
   for (const char* origin : {"http://evil.example", "http://lab", "null", "http://lab:8377.evil"}) {
     EXPECT_EQ(halt(good, origin), 403) << origin;
+  }
+  // This server's own pages have no other origin, if it is the server that encrypts.
+  for (const auto& [origin, status] : {std::pair("https://lab:8377", 200),
+                                       std::pair("http://lab:8377", 403), std::pair("", 200)}) {
+    EXPECT_EQ(testing::AnswerOf(&api_, {.method = "POST",
+                                        .target = "/api/v1/halt",
+                                        .encrypted = true,
+                                        .authorization = good,
+                                        .origin = origin,
+                                        .host = "lab:8377"})
+                  .status,
+              status)
+        << origin;
   }
   for (const std::string& bad :
        {std::string(), std::string("Bearer "), std::string(kToken), good + "0",

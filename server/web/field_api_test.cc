@@ -227,6 +227,22 @@ TEST_F(FieldApiTest, WhatTouchesNoNodeOfTheMapIsNotCalledDone) {
   EXPECT_TRUE(control_.edits.empty());
 }
 
+TEST_F(FieldApiTest, EvaporationIsChangedInMilliseconds) {
+  EXPECT_EQ(Post("laws", R"({"pheromone":"path","tau_s":2.5})"), 200);
+  EXPECT_EQ(control_.changed_tau, (std::pair<uint8_t, int64_t>(2, 2'500)));
+  EXPECT_EQ(Post("laws", R"({"pheromone":1,"tau_s":0})"), 200);
+  EXPECT_EQ(control_.changed_tau, (std::pair<uint8_t, int64_t>(1, 0)));
+  for (const char* bad :
+       {R"({"pheromone":1})", R"({"pheromone":1,"tau_s":-1})", R"({"pheromone":1,"tau_s":"x"})",
+        R"({"pheromone":1,"tau_s":null})", R"({"pheromone":1,"tau_s":1e10})",
+        R"({"pheromone":1,"tau_s":0.0001})", R"({"pheromone":"none","tau_s":1})", R"({"tau_s":1})",
+        R"({"pheromone":1,"tau_s":1,"maximum":1})"}) {
+    EXPECT_EQ(Post("laws", bad), 400) << bad;
+  }
+  control_.outcome = Error{"pheromone trail diffuses"};
+  EXPECT_EQ(Post("laws", R"({"pheromone":1,"tau_s":1})"), 409);
+}
+
 TEST_F(FieldApiTest, ShapesThatAreNoneAreRefused) {
   for (const char* shape :
        {"", R"(,"all":false)", R"(,"all":1)", R"(,"points_m":[])", R"(,"points_m":[[1]])",

@@ -322,4 +322,15 @@ std::string StreamMetrics(const StreamCounters& counters, const StreamCounters& 
   return text.Take();
 }
 
+std::string TlsMetrics(const TlsCounters& counters) {
+  Text text;
+  text.Gauge("tls_connections", "Connections with TLS, also those that are not established yet.",
+             counters.connections.load());
+  text.Counter("tls_handshakes_total", "TLS handshakes that succeeded.", counters.accepted.load());
+  text.Counter("tls_handshakes_failed_total",
+               "TLS handshakes that failed, or took too long; plain HTTP on the port of HTTPS.",
+               counters.failed.load());
+  return text.Take();
+}
+
 }  // namespace pheromone::web

@@ -12,6 +12,7 @@
 
 #include "server/control/control.h"
 #include "server/web/stream/stream_counters.h"
+#include "server/web/tls_counters.h"
 
 namespace pheromone::web {
 
@@ -21,5 +22,8 @@ std::string Metrics(const control::Control& control);
 
 /// Those of the stream for viewers, and of replays.
 std::string StreamMetrics(const StreamCounters& counters, const StreamCounters& replays);
+
+/// Those of HTTPS.
+std::string TlsMetrics(const TlsCounters& counters);
 
 }  // namespace pheromone::web

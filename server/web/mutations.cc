@@ -219,6 +219,32 @@ void GoTo(control::Control* control, Parameters* fields, Respond respond) {
                    static_cast<uint32_t>(std::llround(*tolerance * 1e6)), done);
 }
 
+void ChangeLaw(control::Control* control, Parameters* fields, Respond respond) {
+  const control::FieldView view = control->GetField();
+  const field::PheromoneLaw* law = ReadLaw(view.config, false, fields);
+  const auto tau_s = fields->Number("tau_s", 0, static_cast<double>(field::kMaxTauMs) / 1e3);
+  const int64_t tau_ms = std::llround(tau_s.value_or(0) * 1e3);
+  if (tau_s && tau_ms == 0 && *tau_s != 0) {
+    fields->Expected("tau_s", "at least 0.001, or 0 for no evaporation");
+  }
+  fields->AllowOnly({"pheromone", "tau_s"});
+  if (fields->problem() || law == nullptr) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  const auto answer = [respond = std::move(respond), name = law->name,
+                       tau_ms](const Status& changed) {
+    respond(changed.ok()
+                ? Done({{"pheromone", name},
+                        {"tau_s", static_cast<double>(tau_ms) / 1e3},
+                        {"note",
+                         "until the configuration is reread or the server restarts; its file is "
+                         "unchanged"}})
+                : Refuse(409, {changed.error(), "", ""}));
+  };
+  control->ChangeTau(law->type, tau_ms, answer);
+}
+
 void Halt(control::Control* control, Parameters* fields, Respond respond) {
   fields->AllowOnly({});
   if (fields->problem()) {

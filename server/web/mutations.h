@@ -32,6 +32,9 @@ void Command(control::Control* control, Parameters* fields, Respond respond);
 /// link, id, x_m, y_m, tolerance_m; or link, id, cancel = true.
 void GoTo(control::Control* control, Parameters* fields, Respond respond);
 
+/// pheromone, tau_s: its evaporation, until the configuration is reread.
+void ChangeLaw(control::Control* control, Parameters* fields, Respond respond);
+
 void Halt(control::Control* control, Parameters* fields, Respond respond);
 void Reload(control::Control* control, Parameters* fields, Respond respond);
 void Snapshot(control::Control* control, Parameters* fields, Respond respond);

@@ -1,5 +1,6 @@
 #include "server/web/server.h"
 
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -117,6 +118,20 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     return Ok();
   }
 
+  void Take(Descriptor decrypted) {
+    asio::post(strand_, [self = shared_from_this(), decrypted = std::move(decrypted)]() mutable {
+      error_code error;
+      Session::Protocol::socket socket(asio::make_strand(self->io_));
+      socket.assign(Session::Protocol(AF_UNIX, 0), decrypted.get(), error);
+      if (!error) {
+        (void)decrypted.release();
+      }
+      if (!error && !self->stopping_) {
+        self->Welcome(std::move(socket), &self->tcp_crowd_, true);
+      }
+    });
+  }
+
   void Stop() {
     asio::post(strand_, [self = shared_from_this()] {
       error_code ignored;
@@ -153,7 +168,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         Session::Protocol::socket socket(asio::make_strand(io_));
         co_await acceptor->async_accept(socket, asio::redirect_error(asio::use_awaitable, error));
         if (!error && !stopping_) {
-          Welcome(std::move(socket), crowd);
+          Welcome(std::move(socket), crowd, false);
           taken = true;
         }
       } catch (const std::exception& failure) {  // for example out of memory
@@ -166,7 +181,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     }
   }
 
-  void Welcome(Session::Protocol::socket socket, Crowd* crowd) {
+  void Welcome(Session::Protocol::socket socket, Crowd* crowd, bool encrypted) {
     const size_t limit = options_.max_connections;
     const bool full = crowd->served.size() >= limit && !MakeRoom(&crowd->served);
     Sessions* const sessions = full ? &crowd->beyond : &crowd->served;
@@ -174,7 +189,8 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
       return;  // too many even for an error response: the socket is closed here
     }
     const auto session = std::make_shared<Session>(
-        std::move(socket), SessionTraits{crowd == &local_crowd_, full, options_.patience},
+        std::move(socket),
+        SessionTraits{crowd == &local_crowd_, encrypted, full, options_.patience},
         full ? Refusal() : handle_, full ? nullptr : &upgrades_);
     sessions->insert(session);
     asio::co_spawn(session->executor(), session->Run(),
@@ -249,6 +265,10 @@ Status Server::ListenOnSocket() {
 
 Status Server::ListenOnPort() {
   return impl_->ListenOnPort();
+}
+
+void Server::Take(Descriptor decrypted) {
+  impl_->Take(std::move(decrypted));
 }
 
 void Server::Stop() {

@@ -35,6 +35,7 @@
 
 #include <boost/asio/io_context.hpp>
 
+#include "server/base/descriptor.h"
 #include "server/base/result.h"
 #include "server/web/http.h"
 #include "server/web/upgrade.h"
@@ -75,6 +76,10 @@ class Server {
   /// Each starts listening on what it is named after, or returns an error; they are independent.
   Status ListenOnSocket();
   Status ListenOnPort();
+
+  /// Serves a connection to which another has listened, and which it decrypts: the descriptor is
+  /// one end of a pair of stream sockets. It counts among those of the port. Any thread.
+  void Take(Descriptor decrypted);
 
   /// Closes all connections, after answering the requests passed to the handler, and removes the
   /// Unix socket if it is still ours. Owners of upgraded connections are notified (Place::OnStop).

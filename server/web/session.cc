@@ -56,12 +56,13 @@ std::optional<Problem> ProblemOf(const Message& message) {
   return std::nullopt;
 }
 
-Request ToRequest(const Message& message, bool local) {
+Request ToRequest(const Message& message, const SessionTraits& traits) {
   const auto method = message.method_string();
   const auto target = message.target();
   return {.method = {method.data(), method.size()},
           .target = {target.data(), target.size()},
-          .local = local,
+          .local = traits.local,
+          .encrypted = traits.encrypted,
           .authorization = HeaderOf(message, http::field::authorization),
           .origin = HeaderOf(message, http::field::origin),
           .host = HeaderOf(message, http::field::host),
@@ -145,7 +146,7 @@ asio::awaitable<bool> Session::ServeOne() {
     co_await Write(&answer, message.method() == http::verb::head);
     co_return false;
   }
-  Request request = ToRequest(message, traits_.local);
+  Request request = ToRequest(message, traits_);
   const UpgradeHandler* const upgrade = FindUpgrade(message);
   std::optional<Response> refused = upgrade != nullptr ? upgrade->check(request) : std::nullopt;
   if (upgrade != nullptr && !refused) {

@@ -44,10 +44,18 @@ using Answer = boost::beast::http::response<boost::beast::http::string_body>;
 /// repeated.
 std::optional<Problem> ProblemOf(const Message& message);
 
-Request ToRequest(const Message& message, bool local);
-
 /// Ready to be written. Of the answer to HEAD, the header alone is written.
 Answer ToAnswer(Response response, unsigned version, bool keep_alive);
+
+/// The properties of a session.
+struct SessionTraits {
+  bool local = false;
+  bool encrypted = false;
+  bool once = false;  ///< closes the connection after the first answer
+  std::chrono::milliseconds patience{0};
+};
+
+Request ToRequest(const Message& message, const SessionTraits& traits);
 
 class SessionBase {
  public:
@@ -91,13 +99,6 @@ class SessionBase {
 
 /// Handlers of upgraded connections, by path (Server::OnUpgrade).
 using Upgrades = std::map<std::string, UpgradeHandler>;
-
-/// The properties of a session.
-struct SessionTraits {
-  bool local = false;
-  bool once = false;  ///< closes the connection after the first answer
-  std::chrono::milliseconds patience{0};
-};
 
 class Session final : public SessionBase, public std::enable_shared_from_this<Session> {
  public:

@@ -175,6 +175,11 @@ class LiveControlTest : public ::testing::Test {
             .run_edit = run,
             .run_operation = run,
             .reload = [this] { return reloaded_; },
+            .change_tau =
+                [this](uint8_t type, int64_t tau_ms) {
+                  tau_ = {type, tau_ms};
+                  return reloaded_.ok() ? Ok() : Status(Error{reloaded_.error()});
+                },
             .snapshot = [this](auto done) { snapshot_ = std::move(done); },
             .patience = patience,
             .snapshot_patience = patience};
@@ -182,6 +187,7 @@ class LiveControlTest : public ::testing::Test {
 
   bool has_room_ = true;  // the queues for what takes long
   Result<std::vector<std::string>> reloaded_ = std::vector<std::string>{"links wait"};
+  std::pair<uint8_t, int64_t> tau_{};
   control::Control::DoneWith<std::optional<std::string>> snapshot_;
   // Nothing is waited for until the patience ends, but where a test is about that.
   LiveControl control_{Parts(std::chrono::hours(1))};

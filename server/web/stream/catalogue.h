@@ -42,7 +42,7 @@ struct Catalogue {
   std::string session;     ///< another one after each start of the server
   std::string ros_distro;  ///< empty: none
   std::vector<Channel> channels;
-  std::map<std::string, boost::json::value> parameters;  ///< constants of laws, read-only
+  std::map<std::string, boost::json::value> parameters;  ///< constants of laws
   std::string click_pheromone;                           ///< of /clicked_point
   /// A recording is replayed, which viewers control; nothing can be changed. Empty: live.
   std::optional<ReplayedRecording> recording;

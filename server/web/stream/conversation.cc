@@ -17,6 +17,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::string_view kGridRate = "stream.grid_hz";
+constexpr std::string_view kPheromone = "/pheromone/";
+constexpr std::string_view kTau = "/tau_s";  // of the law; the other constants are the file's
 constexpr double kLeastHz = 0.1;
 constexpr size_t kMaxWatched = 256;
 constexpr uint8_t kPublishOp = 1;
@@ -356,14 +358,31 @@ void Conversation::SetParameters(const json::object& message, Heard* heard) {
     const json::object* const object = item.if_object();
     const std::string name = object != nullptr ? TextOf(*object, "name") : "";
     names.push_back(name);
+    const json::value* const value = object != nullptr ? object->if_contains("value") : nullptr;
     if (name != kGridRate) {
-      Complain(ValueOf(name) ? "parameter " + name +
-                                   " is read-only: change it in the configuration and reload"
-                             : "there is no parameter \"" + name.substr(0, 100) + "\"",
-               heard);
+      const bool is_tau = name.starts_with(kPheromone) && name.ends_with(kTau);
+      if (!ValueOf(name)) {
+        Complain("there is no parameter \"" + name.substr(0, 100) + "\"", heard);
+      } else if (!is_tau) {
+        Complain("parameter " + name +
+                     " is read-only: change it in the file of the configuration, and reload",
+                 heard);
+      } else if (!refusal_.empty()) {
+        Complain("parameter " + name + ": " + refusal_, heard);
+      } else {
+        const std::string pheromone =
+            name.substr(kPheromone.size(), name.size() - kPheromone.size() - kTau.size());
+        heard->changes.push_back(
+            {.target = "/api/v1/laws",
+             .body = ToText(json::object{{"pheromone", pheromone},
+                                         {"tau_s", value != nullptr ? *value : json::value()}}),
+             .name = "parameter " + name,
+             .parameter = name,
+             .request_id = TextOf(message, "id")});
+        names.pop_back();  // its value is reported when it is known
+      }
       continue;
     }
-    const json::value* const value = object->if_contains("value");
     boost::system::error_code error;
     const double hz = value != nullptr ? value->to_number<double>(error) : 0;
     if (error || !(hz >= kLeastHz && hz <= kDefaultGridHz)) {
@@ -376,7 +395,7 @@ void Conversation::SetParameters(const json::object& message, Heard* heard) {
   // them, always.
   const bool is_watched = std::any_of(
       names.begin(), names.end(), [&](const std::string& name) { return watched_.contains(name); });
-  if (message.contains("id") || is_watched) {
+  if (!names.empty() && (message.contains("id") || is_watched)) {
     heard->answers.push_back(ParameterValues(names, message.if_contains("id")));
   }
 }
@@ -486,7 +505,26 @@ void Conversation::Play(std::string_view bytes, Heard* heard) const {
   }
 }
 
+// With an ID, the new value; all who watch the parameter are told by the next catalogue.
+StreamMessage Conversation::ParameterChanged(const StreamChange& change, const Response& response) {
+  boost::system::error_code error;
+  const json::value body = json::parse(response.body, error);
+  const json::object answer = !error && body.is_object() ? body.get_object() : json::object();
+  const json::value* const value = answer.if_contains("tau_s");
+  if (change.request_id.empty() || value == nullptr) {
+    return StatusMessage(Level::kInfo, change.name + " is changed " + TextOf(answer, "note"));
+  }
+  return TextMessage(
+      {{"op", "parameterValues"},
+       {"parameters", json::array{json::object{
+                          {"name", change.parameter}, {"value", *value}, {"type", "float64"}}}},
+       {"id", change.request_id}});
+}
+
 StreamMessage Conversation::Answer(const StreamChange& change, const Response& response) const {
+  if (!change.parameter.empty() && response.status == 200) {
+    return ParameterChanged(change, response);
+  }
   if (!change.is_call) {
     return StatusMessage(Level::kError, change.name + ": " + ErrorOf(response));
   }

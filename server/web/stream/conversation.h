@@ -46,6 +46,8 @@ struct StreamChange {
   bool is_call = false;
   uint32_t service = 0;  ///< of a call
   uint32_t call = 0;
+  std::string parameter = {};  ///< its name, if the change is that of a parameter
+  std::string request_id = {};
 };
 
 struct StreamMessage {
@@ -78,7 +80,7 @@ class Conversation {
 
   /// Whether anything is to be sent in answer: what was published is only reported if it failed.
   static bool NeedsAnswer(const StreamChange& change, const Response& response) {
-    return change.is_call || response.status != 200;
+    return change.is_call || !change.parameter.empty() || response.status != 200;
   }
 
   /// Another catalogue: subscriptions of channels that are gone end.
@@ -102,6 +104,7 @@ class Conversation {
   void Play(std::string_view bytes, Heard* heard) const;
   const Channel* FindChannel(uint32_t id) const;
   std::optional<boost::json::value> ValueOf(const std::string& parameter) const;
+  static StreamMessage ParameterChanged(const StreamChange& change, const Response& response);
   StreamMessage ParameterValues(const std::vector<std::string>& names,
                                 const boost::json::value* id) const;
 

@@ -203,9 +203,12 @@ TEST_F(ConversationTest, TellsAndKeepsParameters) {
                 .size(),
             3u);
   EXPECT_EQ(ErrorIn(Hear(R"({"op": "setParameters", "parameters":
-                            [{"name": "/pheromone/trail/tau_s", "value": 1}]})")),
-            "parameter /pheromone/trail/tau_s is read-only: change it in the configuration and "
-            "reload");
+                            [{"name": "/pheromone/trail/quantum", "value": 1}]})")),
+            "parameter /pheromone/trail/quantum is read-only: change it in the file of the "
+            "configuration, and reload");
+  EXPECT_EQ(ErrorIn(Hear(R"({"op": "setParameters", "parameters":
+                            [{"name": "/pheromone/none/tau_s", "value": 1}]})")),
+            "there is no parameter \"/pheromone/none/tau_s\"");
   EXPECT_EQ(ErrorIn(Hear(R"({"op": "setParameters", "parameters":
                             [{"name": "stream.grid_hz", "value": 50}]})")),
             "parameter stream.grid_hz: expected a number from 0.1 to 5");
@@ -213,6 +216,39 @@ TEST_F(ConversationTest, TellsAndKeepsParameters) {
                        [{"name": "stream.grid_hz", "value": 2}]})")
                   .answers.empty());
   EXPECT_EQ(conversation_->grid_hz(), 2);
+}
+
+TEST_F(ConversationTest, ChangesEvaporationByTheApiAndReportsTheValueThatItHas) {
+  const auto set = [this](const std::string& more) {
+    return Hear(R"({"op": "setParameters")" + more + R"(, "parameters":
+                    [{"name": "/pheromone/trail/tau_s", "value": 12.5}]})");
+  };
+  const Heard heard = set(R"(, "id": "a")");
+  EXPECT_TRUE(heard.answers.empty());  // until it is done
+  ASSERT_EQ(heard.changes.size(), 1u);
+  const StreamChange& change = heard.changes[0];
+  EXPECT_EQ(change.target, "/api/v1/laws");
+  EXPECT_EQ(json::parse(change.body), json::parse(R"({"pheromone": "trail", "tau_s": 12.5})"));
+  const Response done{.body = R"({"done": true, "tau_s": 12.5, "note": "until"})"};
+  ASSERT_TRUE(Conversation::NeedsAnswer(change, done));
+  EXPECT_EQ(ObjectOf(conversation_->Answer(change, done)),
+            json::parse(R"({"op": "parameterValues", "id": "a", "parameters":
+                [{"name": "/pheromone/trail/tau_s", "value": 12.5, "type": "float64"}]})"));
+  EXPECT_EQ(ObjectOf(conversation_->Answer(set("").changes.at(0), done)),
+            json::parse(R"({"op": "status", "level": 0, "message":
+                "parameter /pheromone/trail/tau_s is changed until"})"));
+  const json::object refused =
+      ObjectOf(conversation_->Answer(change, Refuse(400, {"found \"x\"", "tau_s", "a number"})));
+  EXPECT_EQ(refused.at("level"), 2);
+  EXPECT_NE(
+      std::string(refused.at("message").as_string()).find("parameter /pheromone/trail/tau_s: "),
+      std::string::npos);
+  Conversation reader(catalogue_, "no token");
+  const Heard not_permitted = reader.Hear(
+      R"({"op": "setParameters", "parameters": [{"name": "/pheromone/trail/tau_s", "value": 1}]})",
+      false);
+  EXPECT_TRUE(not_permitted.changes.empty());
+  EXPECT_EQ(ErrorIn(not_permitted), "parameter /pheromone/trail/tau_s: no token");
 }
 
 TEST_F(ConversationTest, TellsThoseWhoWatchAParameterThatItChanged) {

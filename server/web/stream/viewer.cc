@@ -168,7 +168,9 @@ void Viewer::Apply(Heard heard) {
                                .name = change.name,
                                .is_call = change.is_call,
                                .service = change.service,
-                               .call = change.call};
+                               .call = change.call,
+                               .parameter = change.parameter,
+                               .request_id = change.request_id};
     parts_.change(std::move(change), [weak = weak_from_this(), kept](const Response& response) {
       const auto self = weak.lock();
       if (self != nullptr && !self->is_closed_) {

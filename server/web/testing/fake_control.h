@@ -128,12 +128,18 @@ class FakeControl final : public control::Control {
   void HaltAll(DoneWith<std::vector<std::string>> done) override {
     done(Or(std::vector<std::string>{"radio-a", "radio-b"}));
   }
+  void ChangeTau(uint8_t type, int64_t tau_ms, Done done) override {
+    changed_tau = {type, tau_ms};
+    done(outcome);
+  }
   void Reload(DoneWith<std::vector<std::string>> done) override {
     done(Or(std::vector<std::string>{"links wait"}));
   }
   void Snapshot(DoneWith<std::optional<std::string>> done) override { done(Or(snapshot)); }
   void StartCapture(Done done) override { Capture(true, done); }
   void StopCapture(Done done) override { Capture(false, done); }
+
+  std::pair<uint8_t, int64_t> changed_tau{};
 
   struct Command {
     std::string link;
