@@ -138,7 +138,7 @@ struct CaptureSettings {
 
 /// What may be wrong with a configuration that may be used.
 struct Warning {
-  std::string text;      ///< in the form of errors
+  std::string text;     ///< in the form of errors
   bool urgent = false;  ///< others may change things, or no one may connect: told at each start
 };
 
