@@ -102,7 +102,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size == 0) {
     return 0;
   }
-  const bool is_local = (data[0] & 1) != 0;
+  SessionTraits traits;
+  traits.local = (data[0] & 1) != 0;
+  traits.encrypted = (data[0] & 2) != 0;
   std::string_view input(reinterpret_cast<const char*>(data) + 1, size - 1);
   for (int i = 0; i < kMaxRequests && !input.empty(); ++i) {
     http::request_parser<http::string_body> parser;
@@ -121,7 +123,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       return 0;
     }
     if (!ProblemOf(parser.get())) {
-      Serve(&bench, ToRequest(parser.get(), is_local));
+      Serve(&bench, ToRequest(parser.get(), traits));
     }
   }
   return 0;
