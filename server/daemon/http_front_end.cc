@@ -107,7 +107,10 @@ class HttpFrontEnd::Impl {
       YieldToOthers();
       Run("replay", [this] { replays_.Run(); });
     });
-    thread_ = std::thread([this] { Run("web", [this] { io_.run(); }); });
+    thread_ = std::thread([this] {
+      TakeShortTurns();  // it takes views under the lock for which robots wait
+      Run("web", [this] { io_.run(); });
+    });
   }
 
   void SetCertificate(const Certificate& certificate) {
