@@ -1,7 +1,6 @@
 #include "server/web/stream/replays.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <exception>
 #include <string_view>
@@ -16,6 +15,7 @@
 #include "server/web/capture_files.h"
 #include "server/web/http.h"
 #include "server/web/stream/conversation.h"
+#include "server/web/stream/entrance.h"
 #include "server/web/stream/replay_show.h"
 #include "server/web/stream/viewer.h"
 
@@ -48,10 +48,13 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
  public:
   Impl(control::Control* control, Api* api, ReplayOptions options)
       : control_(*control),
-        api_(*api),
         options_(std::move(options)),
         work_(asio::make_work_guard(io_)),
-        timer_(io_) {}
+        timer_(io_),
+        entrance_(&io_, api, &counters_,
+                  {.max_guests = options_.max_replays,
+                   .too_many = "too many replays",
+                   .limit = "at most " + std::to_string(options_.max_replays) + " at once"}) {}
 
   UpgradeHandler Handler() {
     return {.check = [this](const Request& request) { return Check(request); },
@@ -61,7 +64,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
   void Run() { io_.run(); }
 
   void Stop() {
-    stopping_ = true;
+    entrance_.Close();
     asio::post(io_, [weak = weak_from_this()] {
       if (const auto self = weak.lock()) {
         self->timer_.cancel();
@@ -87,62 +90,32 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
 
   // On the server's threads.
   std::optional<Response> Check(const Request& request) {
-    auto refused = api_.CheckStream(request);
+    auto refused = entrance_.Check(request);
     const std::string name = NameIn(request.target);
     if (!refused && (!IsCaptureName(name) || !name.ends_with(".pcapng"))) {
       refused = Refuse(404, {"cannot replay \"" + name.substr(0, 100) + "\"", "target",
                              "/replay/NAME, with a name that ends in .pcapng and is listed by "
                              "/api/v1/captures"});
+      ++counters_.refused;
     }
-    if (!refused && ChooseSubprotocol(request.subprotocols).empty()) {
-      refused =
-          Refuse(400, {"found no known WebSocket subprotocol", "Sec-WebSocket-Protocol",
-                       std::string(kSubprotocols[0]) + " or " + std::string(kSubprotocols[1])});
-    }
-    if (!refused && (stopping_ || taken_ >= options_.max_replays)) {
-      refused = Refuse(503, {"too many replays", "",
-                             "at most " + std::to_string(options_.max_replays) + " at once"});
-    }
-    counters_.refused += refused ? 1 : 0;
     return refused;
   }
 
-  // On the server's threads: the socket moves to this thread's context.
+  // On the server's threads.
   void Take(Upgrade upgrade) {
-    using boost::beast::http::field;
-    const auto text = upgrade.message[field::sec_websocket_protocol];
-    const std::string subprotocol(ChooseSubprotocol({text.data(), text.size()}));
-    const std::string name =
-        NameIn({upgrade.message.target().data(), upgrade.message.target().size()});
+    const auto target = upgrade.message.target();
+    const std::string name = NameIn({target.data(), target.size()});
     // Here, since it takes a lock that no thread of low priority may hold.
     const std::string folder = control_.GetCapture().folder;
-    boost::system::error_code error;
-    const auto protocol = upgrade.socket.local_endpoint(error).protocol();
-    const int descriptor = error || stopping_ ? -1 : upgrade.socket.release(error);
-    if (error || descriptor < 0) {
-      return;  // the socket is closed
-    }
-    Viewer::Socket socket(io_, protocol, descriptor);
-    ++taken_;
-    asio::post(io_, [weak = weak_from_this(), socket = std::move(socket), subprotocol, folder, name,
-                     request = std::move(upgrade.message), is_early = !upgrade.rest.empty(),
-                     place = std::move(upgrade.place)]() mutable {
-      const auto self = weak.lock();
-      if (self != nullptr && !is_early && !self->stopping_) {
-        self->Welcome(std::move(socket), std::move(place), folder, name, request, subprotocol);
-      } else if (self != nullptr) {
-        --self->taken_;
-      }
-    });
+    entrance_.Take(
+        std::move(upgrade), weak_from_this(),
+        [this, folder, name](Entrance::Guest guest) { Welcome(std::move(guest), folder, name); });
   }
 
-  void Welcome(Viewer::Socket socket, Place place, const std::string& folder,
-               const std::string& name,
-               const boost::beast::http::request<boost::beast::http::string_body>& request,
-               const std::string& subprotocol) {
+  void Welcome(Entrance::Guest guest, const std::string& folder, const std::string& name) {
     const auto session = std::make_shared<Session>(
         ReplayShow::Options{
-            .folder = folder, .name = name, .knows_states = subprotocol != kSubprotocols[0]},
+            .folder = folder, .name = name, .knows_states = guest.subprotocol != kSubprotocols[0]},
         HubOptions{.session = "replay-" + std::to_string(++number_),
                    .ros_distro = options_.ros_distro,
                    .click_pheromone = {},
@@ -150,7 +123,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
                    .now_us = ReplayNow<std::chrono::microseconds>});
     const std::weak_ptr<Session> weak = session;
     session->viewer = std::make_shared<Viewer>(
-        std::move(socket), std::move(place),
+        std::move(guest.socket), std::move(guest.place),
         Viewer::Parts{.hub = session->show.hub(),
                       .counters = &counters_,
                       .change = [](const StreamChange& /*change*/, const Respond& /*respond*/) {},
@@ -166,7 +139,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
         kReadOnly, "");
     sessions_.push_back(session);
     session->viewer->CloseWithServer();
-    session->viewer->Start(request, subprotocol);
+    session->viewer->Start(guest.message, std::move(guest.subprotocol));
     GoOn(session);
     if (sessions_.size() == 1) {
       Tick();
@@ -175,7 +148,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
 
   void Leave(const std::shared_ptr<Viewer>& viewer) {
     std::erase_if(sessions_, [&](const SessionPtr& it) { return it->viewer == viewer; });
-    --taken_;
+    entrance_.Leave();
   }
 
   // Others have their turn first.
@@ -185,7 +158,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
     }
     asio::post(io_, [this, weak = std::weak_ptr<Session>(session)] {
       const SessionPtr it = weak.lock();
-      if (it == nullptr || stopping_) {
+      if (it == nullptr || entrance_.is_closed()) {
         return;
       }
       it->is_working = false;
@@ -233,7 +206,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
 
   // While there are viewers.
   void Tick() {
-    if (stopping_ || sessions_.empty()) {
+    if (entrance_.is_closed() || sessions_.empty()) {
       return;
     }
     for (const SessionPtr& session : std::vector(sessions_)) {  // some may leave
@@ -249,13 +222,11 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   control::Control& control_;
-  Api& api_;
   const ReplayOptions options_;
-  std::atomic<bool> stopping_ = false;
-  std::atomic<size_t> taken_{0};  // connections
   asio::io_context io_{1};
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   asio::steady_timer timer_;
+  Entrance entrance_;
   std::vector<SessionPtr> sessions_;
   uint64_t number_ = 0;
 };

@@ -1,7 +1,6 @@
 #include "server/web/stream/stream.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <random>
 #include <string_view>
@@ -15,6 +14,7 @@
 
 #include "server/web/http.h"
 #include "server/web/stream/conversation.h"
+#include "server/web/stream/entrance.h"
 #include "server/web/stream/hub.h"
 #include "server/web/stream/viewer.h"
 
@@ -69,6 +69,11 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
         requests_(std::move(requests)),
         work_(asio::make_work_guard(io_)),
         timer_(io_),
+        entrance_(&io_, api, &counters_,
+                  {.max_guests = options_.max_viewers,
+                   .too_many = "too many viewers",
+                   .limit = "at most " + std::to_string(options_.max_viewers) +
+                            ", web.max_viewers of the configuration"}),
         hub_({.session = std::to_string(UnixNs()),
               .ros_distro = options_.ros_distro,
               .click_pheromone = options_.click_pheromone,
@@ -76,14 +81,14 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
               .now_us = SteadyTime<std::chrono::microseconds>}) {}
 
   UpgradeHandler Handler() {
-    return {.check = [this](const Request& request) { return Check(request); },
+    return {.check = [this](const Request& request) { return entrance_.Check(request); },
             .take = [this](Upgrade upgrade) { Take(std::move(upgrade)); }};
   }
 
   void Run() { io_.run(); }
 
   void Stop() {
-    stopping_ = true;
+    entrance_.Close();
     asio::post(io_, [weak = weak_from_this()] {
       const auto self = weak.lock();
       if (self == nullptr) {
@@ -103,63 +108,25 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
 
  private:
   // On the server's threads.
-  std::optional<Response> Check(const Request& request) {
-    auto refused = api_.CheckStream(request);
-    if (!refused && ChooseSubprotocol(request.subprotocols).empty()) {
-      refused =
-          Refuse(400, {"found no known WebSocket subprotocol", "Sec-WebSocket-Protocol",
-                       std::string(kSubprotocols[0]) + " or " + std::string(kSubprotocols[1])});
-    }
-    if (!refused && (stopping_ || taken_ >= options_.max_viewers)) {
-      refused = Refuse(503, {"too many viewers", "",
-                             "at most " + std::to_string(options_.max_viewers) +
-                                 ", web.max_viewers of the configuration"});
-    }
-    counters_.refused += refused ? 1 : 0;
-    return refused;
-  }
-
-  // On the server's threads: the socket moves to this thread's context.
   void Take(Upgrade upgrade) {
     const auto& message = upgrade.message;
-    const std::string subprotocol(
-        ChooseSubprotocol(HeaderText(message[boost::beast::http::field::sec_websocket_protocol])));
-    boost::system::error_code error;
-    const auto protocol = upgrade.socket.local_endpoint(error).protocol();
-    const int descriptor = error || stopping_ ? -1 : upgrade.socket.release(error);
-    if (error || descriptor < 0) {
-      return;  // the socket is closed
-    }
-    Viewer::Socket socket(io_, protocol, descriptor);
-    ++taken_;
     const std::string token = TokenIn(HeaderText(message.target()));
     const std::string header(HeaderText(message[boost::beast::http::field::authorization]));
-    std::string refusal =
+    const std::string refusal =
         api_.WhyReadOnly({.method = "POST",
                           .target = {},
                           .local = upgrade.local,
                           .authorization = token.empty() ? header : "Bearer " + token});
-    std::string warning = token.empty() && header.empty() ? "" : refusal;
-    asio::post(io_, [weak = weak_from_this(), socket = std::move(socket), subprotocol, refusal,
-                     warning, request = std::move(upgrade.message),
-                     is_early = !upgrade.rest.empty(), place = std::move(upgrade.place)]() mutable {
-      if (const auto self = weak.lock()) {
-        self->Welcome(std::move(socket), std::move(place), refusal, warning, request, subprotocol,
-                      is_early);
-      }
-    });
+    const std::string warning = token.empty() && header.empty() ? "" : refusal;
+    entrance_.Take(std::move(upgrade), weak_from_this(),
+                   [this, refusal, warning](Entrance::Guest guest) {
+                     Welcome(std::move(guest), refusal, warning);
+                   });
   }
 
-  void Welcome(Viewer::Socket socket, Place place, const std::string& refusal,
-               const std::string& warning,
-               const boost::beast::http::request<boost::beast::http::string_body>& request,
-               const std::string& subprotocol, bool is_early) {
-    if (stopping_ || is_early) {  // a client must wait for the answer to the handshake
-      --taken_;
-      return;
-    }
+  void Welcome(Entrance::Guest guest, const std::string& refusal, const std::string& warning) {
     const auto viewer = std::make_shared<Viewer>(
-        std::move(socket), std::move(place),
+        std::move(guest.socket), std::move(guest.place),
         Viewer::Parts{.hub = &hub_,
                       .counters = &counters_,
                       .change = [this](const StreamChange& change,
@@ -169,7 +136,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
         refusal, warning);
     viewers_.push_back(viewer);
     viewer->CloseWithServer();
-    viewer->Start(request, subprotocol);
+    viewer->Start(guest.message, std::move(guest.subprotocol));
     if (!is_ticking_) {
       is_ticking_ = true;
       subscription_ = control_.Subscribe({.max_waiting = 256, .wake = [this] { OnNotice(); }});
@@ -180,7 +147,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
 
   void Leave(const std::shared_ptr<Viewer>& viewer) {
     std::erase(viewers_, viewer);
-    --taken_;
+    entrance_.Leave();
   }
 
   // On the thread that publishes it.
@@ -203,7 +170,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
 
   // While there are viewers.
   void Tick() {
-    if (stopping_ || viewers_.empty()) {
+    if (entrance_.is_closed() || viewers_.empty()) {
       is_ticking_ = false;
       subscription_.reset();
       return;
@@ -233,7 +200,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
   void Look(const Needs& needs, const StreamTime& now) {
     is_looking_ = RunIn(requests_, [weak = weak_from_this(), needs, now] {
       const auto self = weak.lock();
-      if (self == nullptr || self->stopping_) {
+      if (self == nullptr || self->entrance_.is_closed()) {
         return;
       }
       asio::post(self->io_, [weak, now, views = TakeViews(self->control_, needs)] {
@@ -246,7 +213,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
 
   void Show(const Views& views, const StreamTime& now) {
     is_looking_ = false;
-    if (stopping_) {
+    if (entrance_.is_closed()) {
       return;
     }
     const std::shared_ptr<const Catalogue> before = hub_.catalogue();
@@ -275,7 +242,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
     };
     if (!RunIn(requests_, [weak = weak_from_this(), request, answer] {
           const auto self = weak.lock();
-          if (self != nullptr && !self->stopping_) {
+          if (self != nullptr && !self->entrance_.is_closed()) {
             self->api_.Handle(request, answer);
           }
         })) {
@@ -287,11 +254,10 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
   Api& api_;
   const StreamOptions options_;
   const Lane requests_;
-  std::atomic<bool> stopping_ = false;
-  std::atomic<size_t> taken_{0};  // connections
   asio::io_context io_{1};
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   asio::steady_timer timer_;
+  Entrance entrance_;
   Hub hub_;
   std::unique_ptr<control::Subscription> subscription_;
   std::vector<std::shared_ptr<Viewer>> viewers_;
