@@ -3,6 +3,8 @@
     daemon = OperatedDaemon(bin_dir, folder, LD_PRELOAD=...)     # with folder/test.toml
     status, text = daemon.call("POST", "/api/v1/halt", {})
     daemon.stop()
+
+A class of tests has one with a token, in setUpClass: serve_class(cls, bin_dir, config).
 """
 
 import json
@@ -12,6 +14,7 @@ import re
 import signal
 import socket
 import subprocess
+import tempfile
 import time
 
 from asking_robot import check
@@ -43,6 +46,8 @@ name = "radio-a"
 kind = "pty"
 path = "radio-a.pty"
 """
+# Of a web port, with token_file = "token".
+TOKEN = "0123456789abcdef0123456789abcdef"
 PATIENCE_S = 120  # of a busy machine; nothing waits this long when things are well
 
 
@@ -51,6 +56,24 @@ def await_that(condition, what, patience_s=PATIENCE_S):
     while not condition():
         check(time.monotonic() < end, f"waited in vain: {what}")
         time.sleep(0.01)
+
+
+def write_config(folder, config):
+    """test.toml, and the file "token"."""
+    (folder / "test.toml").write_text(config)
+    (folder / "token").write_text(TOKEN + "\n")
+    (folder / "token").chmod(0o600)
+
+
+def serve_class(test_class, bin_dir, config, prepare=lambda folder: None):
+    """Gives a class of tests `folder` and `daemon`, which end with it. `prepare` adds files."""
+    folder = tempfile.TemporaryDirectory()
+    test_class.addClassCleanup(folder.cleanup)
+    test_class.folder = pathlib.Path(folder.name)
+    write_config(test_class.folder, config)
+    prepare(test_class.folder)
+    test_class.daemon = OperatedDaemon(bin_dir, test_class.folder)
+    test_class.addClassCleanup(test_class.daemon.kill)
 
 
 class OperatedDaemon:
@@ -86,7 +109,9 @@ class OperatedDaemon:
         return int(re.search(r"link udp: up, udp 127\.0\.0\.1:(\d+)", self.log())[1])
 
     def web_port(self):
-        return int(re.search(r"web: http://127\.0\.0\.1:(\d+)", self.log())[1])
+        listens = re.compile(r"web: https?://127\.0\.0\.1:(\d+)")
+        await_that(lambda: listens.search(self.log()), "the web port listens", self.patience_s)
+        return int(listens.search(self.log())[1])
 
     def rss_kib(self):
         status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()

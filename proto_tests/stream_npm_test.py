@@ -8,10 +8,9 @@ import subprocess
 import sys
 import tempfile
 
-from operated_daemon import OperatedDaemon
+from operated_daemon import TOKEN, OperatedDaemon, write_config
 
 HERE = pathlib.Path(__file__).parent / "stream"
-TOKEN = "0123456789abcdef0123456789abcdef"
 CONFIG = """
 [map]
 width_m = 10.0
@@ -50,9 +49,7 @@ def main():
     install(folder)
     with tempfile.TemporaryDirectory() as place:
         place = pathlib.Path(place)
-        (place / "test.toml").write_text(CONFIG)
-        (place / "token").write_text(TOKEN)
-        (place / "token").chmod(0o600)
+        write_config(place, CONFIG)
         daemon = OperatedDaemon(bin_dir, place)
         try:
             subprocess.run(["node", "viewer.mjs", f"ws://127.0.0.1:{daemon.web_port()}/", TOKEN],

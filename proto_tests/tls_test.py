@@ -9,23 +9,20 @@ The certificates are made by the program openssl, as the manual says.
 import http.client
 import json
 import pathlib
-import re
 import signal
 import socket
 import ssl
 import subprocess
 import sys
-import tempfile
 import unittest
 
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "deploy/python"))
 import pheromone  # noqa: E402
-from operated_daemon import ROOM, OperatedDaemon, await_that  # noqa: E402
+from operated_daemon import ROOM, TOKEN, await_that, serve_class  # noqa: E402
 
 BIN = pathlib.Path()
-TOKEN = "0123456789abcdef0123456789abcdef"
 CONFIG = ROOM + """[web]
 listen = "127.0.0.1:0"
 token_file = "token"
@@ -45,17 +42,8 @@ def make_certificate(folder, name="lab"):
 class TlsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
-        (cls.folder / "test.toml").write_text(CONFIG)
-        (cls.folder / "token").write_text(TOKEN + "\n")
-        (cls.folder / "token").chmod(0o600)
-        make_certificate(cls.folder)
-        cls.daemon = OperatedDaemon(BIN, cls.folder)
-        cls.addClassCleanup(cls.daemon.kill)
-        await_that(lambda: "web: https://" in cls.daemon.log(), "the daemon listens")
-        cls.port = int(re.search(r"web: https://127\.0\.0\.1:(\d+)", cls.daemon.log())[1])
+        serve_class(cls, BIN, CONFIG, make_certificate)
+        cls.port = cls.daemon.web_port()
 
     def pem(self, name="lab"):
         return str(self.folder / f"{name}.pem")

@@ -16,7 +16,6 @@ import socket
 import struct
 import subprocess
 import sys
-import tempfile
 import threading
 import unittest
 
@@ -24,11 +23,10 @@ sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "proto_tests"), str(ROOT / "deploy/python")]
 import pheromone  # noqa: E402
-from operated_daemon import ROOM, OperatedDaemon, await_that  # noqa: E402
+from operated_daemon import ROOM, TOKEN, await_that, serve_class  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
 
 BIN = pathlib.Path()
-TOKEN = "0123456789abcdef0123456789abcdef"
 CONFIG = ROOM + """[[link]]
 name = "udp"
 kind = "udp"
@@ -52,14 +50,7 @@ def tracker_of(daemon):
 class WithServer(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
-        (cls.folder / "test.toml").write_text(CONFIG)
-        (cls.folder / "token").write_text(TOKEN + "\n")
-        (cls.folder / "token").chmod(0o600)
-        cls.daemon = OperatedDaemon(BIN, cls.folder)
-        cls.addClassCleanup(cls.daemon.kill)
+        serve_class(cls, BIN, CONFIG)
         cls.address = f"http://127.0.0.1:{cls.daemon.web_port()}"
         cls.server = pheromone.Server(cls.address, token=TOKEN)
         line = open_terminal(cls.folder / "radio-a.pty")

@@ -3,17 +3,15 @@
 // error on the console, no request to another host. Screenshots are left in OUT.
 //
 // Usage: node dashboard_test.mjs BIN_DIR SOURCE_DIR OUT
-import {spawnSync} from 'node:child_process';
 import {mkdirSync, readFileSync} from 'node:fs';
 import {join} from 'node:path';
-import {launch, open, pixel} from './browser.mjs';
-import {Swarm, TOKEN, check, until} from './swarm.mjs';
+import {open, pixel} from './browser.mjs';
+import {begin, run} from './steps.mjs';
+import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
 
 const [binDir, source, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
-const preset = spawnSync(join(binDir, 'pheromoned'), ['--default-config'], {encoding: 'utf8'}).stdout
-  .replace(/\n\[web\][\s\S]*$/, '\n');
-const swarm = new Swarm(binDir, `${preset}
+const swarm = new Swarm(binDir, `${defaultConfig(binDir)}
 [[link]]
 name = "radio-b"
 kind = "pty"
@@ -29,8 +27,6 @@ rectangles_m = [[4.6, 4.6, 5.4, 5.4]]
 [journal]
 folder = "journal"
 `);
-let step = '';
-const begin = (name) => { step = name; console.log(`  ${name}`); };
 
 const distance = (a, b) => Math.hypot(a.x_m - b.x_m, a.y_m - b.y_m);
 
@@ -385,8 +381,7 @@ for (const file of ['uPlot.iife.min.js', 'uPlot.min.css']) {
   check(readFileSync(`node_modules/uplot/dist/${file}`).equals(readFileSync(join(source, 'server/web/dashboard/vendor', file))),
         `${file} is not that of npm's package`);
 }
-const browser = await launch();
-try {
+await run(swarm, async (browser) => {
   await swarm.start();
   await swarm.drive('radio-a.pty', 1);
   await swarm.drive('radio-b.pty', 2);
@@ -405,12 +400,4 @@ try {
   await fingers(browser);
   await screenshots(browser);
   await nets(browser);
-  console.log('ok');
-} catch (error) {
-  console.log(`failed: ${step}`);
-  console.log(swarm.log().slice(-2000));
-  throw error;
-} finally {
-  await browser.close();
-  await swarm.end();
-}
+});

@@ -8,13 +8,13 @@ import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {setTimeout as pause} from 'node:timers/promises';
 import {launch, open, pixel} from './browser.mjs';
-import {Swarm, TOKEN, check, until} from './swarm.mjs';
+import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
 
 const [binDir, out] = process.argv.slice(2);
 const FRAME_MS = 220;
 const ROBOTS = 5;
-const preset = spawnSync(join(binDir, 'pheromoned'), ['--default-config'], {encoding: 'utf8'}).stdout
-  .replace(/\n\[web\][\s\S]*$/, '\n').replace('[[link]]', '[unused]').replace(/\[unused\][\s\S]*?(?=\n#)/, '');
+const preset = defaultConfig(binDir)
+  .replace('[[link]]', '[unused]').replace(/\[unused\][\s\S]*?(?=\n#)/, '');
 const tags = [['door', 0.9, 8.7, 0.8], ['charger', 9.0, 8.8, 0.7], ['shelf', 4.6, 5.3, 0.7]];
 const swarm = new Swarm(binDir, [preset,
   ...Array.from({length: ROBOTS}, (_, i) => `[[link]]\nname = "radio-${i + 1}"\nkind = "pty"\npath = "radio-${i + 1}.pty"`),

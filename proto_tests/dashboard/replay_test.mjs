@@ -3,22 +3,18 @@
 // replay are left in OUT.
 //
 // Usage: node replay_test.mjs BIN_DIR OUT
-import {spawnSync} from 'node:child_process';
 import {mkdirSync} from 'node:fs';
 import {join} from 'node:path';
-import {launch, open} from './browser.mjs';
-import {Swarm, TOKEN, check, until} from './swarm.mjs';
+import {open} from './browser.mjs';
+import {begin, run} from './steps.mjs';
+import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
 
 const [binDir, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
-const preset = spawnSync(join(binDir, 'pheromoned'), ['--default-config'], {encoding: 'utf8'}).stdout
-  .replace(/\n\[web\][\s\S]*$/, '\n');
-const swarm = new Swarm(binDir, `${preset}
+const swarm = new Swarm(binDir, `${defaultConfig(binDir)}
 [obstacles]
 rectangles_m = [[4.6, 4.6, 5.4, 5.4]]
 `);
-let step = '';
-const begin = (name) => { step = name; console.log(`  ${name}`); };
 const PHEROMONES = ['path', 'trail'];
 
 async function post(path, body) {
@@ -200,19 +196,10 @@ async function screenshots(browser, {name, moments}) {
   }
 }
 
-const browser = await launch();
-try {
+await run(swarm, async (browser) => {
   await swarm.start();
   await swarm.drive('radio-a.pty', 1);
   const recording = await record();
   await replays(browser, recording);
   await screenshots(browser, recording);
-  console.log('ok');
-} catch (error) {
-  console.log(`failed: ${step}`);
-  console.log(swarm.log().slice(-2000));
-  throw error;
-} finally {
-  await browser.close();
-  await swarm.end();
-}
+});

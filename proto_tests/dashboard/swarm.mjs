@@ -1,5 +1,5 @@
 // pheromoned and simulated robots in a folder of their own, for tests in a browser.
-import {spawn} from 'node:child_process';
+import {spawn, spawnSync} from 'node:child_process';
 import {chmodSync, existsSync, mkdirSync, mkdtempSync, openSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
@@ -22,6 +22,12 @@ export async function until(what, get, patienceMs = PATIENCE_MS) {
     waited += Math.min(1000, Date.now() - last);
     last = Date.now();
   }
+}
+
+/** The default configuration, without its section [web], which is the last one. */
+export function defaultConfig(binDir) {
+  return spawnSync(join(binDir, 'pheromoned'), ['--default-config'], {encoding: 'utf8'}).stdout
+    .replace(/\n\[web\][\s\S]*$/, '\n');
 }
 
 export class Swarm {

@@ -9,7 +9,8 @@
 //    TRACE, each in turn with a bare echo of the same datagrams (server_process.h);
 //  * ptys at the pace of modems: from a request's last byte to the answer's first (pty_load.h),
 //    also while somebody looks at the map (viewer.h);
-//  * the same with 20 viewers of the stream, two of which do not read (stream_viewers.h);
+//  * ptys by turns alone and beside 20 viewers of the stream, two of which do not read
+//    (stream_viewers.h);
 //  * robots that roam and leave what evaporates, and the server's memory meanwhile;
 //  * the same for virtual RFID tags, nine and 10 000 of them: SCAN and READ in turn with SENSE,
 //    WRITE with TRACE;

@@ -9,7 +9,7 @@ import {createReadStream, existsSync, mkdirSync, readdirSync, statSync} from 'no
 import {createServer} from 'node:http';
 import {extname, join, normalize} from 'node:path';
 import {chromium} from 'playwright-core';
-import {Swarm, TOKEN, check, until} from './swarm.mjs';
+import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
 
 const [binDir, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
@@ -59,9 +59,7 @@ const pages = createServer((request, response) => {
 await new Promise((resolve) => pages.listen(0, '127.0.0.1', resolve));
 const origin = `http://127.0.0.1:${pages.address().port}`;
 
-const preset = spawnSync(join(binDir, 'pheromoned'), ['--default-config'], {encoding: 'utf8'}).stdout
-  .replace(/\n\[web\][\s\S]*$/, '\n');
-const swarm = new Swarm(binDir, `${preset}\n[capture]\nfolder = "captures"\n`, `origins = ["${origin}"]\n`);
+const swarm = new Swarm(binDir, `${defaultConfig(binDir)}\n[capture]\nfolder = "captures"\n`, `origins = ["${origin}"]\n`);
 const TOPICS = ['/pheromone/trail', '/robots', '/tf'];
 
 /** The sidebar names the channels that Studio knows, and what it could not read. */

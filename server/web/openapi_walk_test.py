@@ -13,7 +13,6 @@ import json
 import pathlib
 import shutil
 import sys
-import tempfile
 import unittest
 import urllib.parse
 
@@ -22,11 +21,10 @@ import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "proto_tests"))
-from operated_daemon import OperatedDaemon  # noqa: E402
+from operated_daemon import TOKEN, serve_class  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
 
 BIN = pathlib.Path()
-TOKEN = "0123456789abcdef0123456789abcdef"
 PHEROMONE = """[[pheromone]]
 type = {}
 name = "{}"
@@ -91,15 +89,8 @@ def strict(schema):
 class Walk(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.folder = pathlib.Path(folder.name)
-        shutil.copytree(ROOT / "deploy/examples/nets", cls.folder / "nets")
-        (cls.folder / "test.toml").write_text(CONFIG)
-        (cls.folder / "token").write_text(TOKEN + "\n")
-        (cls.folder / "token").chmod(0o600)
-        cls.daemon = OperatedDaemon(BIN, cls.folder)
-        cls.addClassCleanup(cls.daemon.kill)
+        serve_class(cls, BIN, CONFIG, lambda folder: shutil.copytree(
+            ROOT / "deploy/examples/nets", folder / "nets"))
         cls.port = cls.daemon.web_port()
         line = open_terminal(cls.folder / "radio-a.pty")
         cls.addClassCleanup(line.close)
