@@ -14,10 +14,10 @@ namespace pheromone::daemon {
 void YieldToOthers();
 
 /// Requests the shortest time slice (0.1 ms), keeping the class and nice value of the thread: for
-/// threads that answer robots, or hold a lock for which these wait. From 6.6 on, Linux lets a running thread finish its slice of a
-/// millisecond or more, including the thread that draws; from 6.12 on, a waking thread with a
-/// shorter slice preempts it. Older kernels ignore the value. Longer slices for the thread that
-/// draws were tried and do not have the same effect.
+/// threads that answer robots, or hold a lock for which these wait. From 6.6 on, Linux lets a
+/// running thread finish its slice of a millisecond or more, including the thread that draws;
+/// from 6.12 on, a waking thread with a shorter slice preempts it. Older kernels ignore the value.
+/// Longer slices for the thread that draws were tried and do not have the same effect.
 void TakeShortTurns();
 
 }  // namespace pheromone::daemon
