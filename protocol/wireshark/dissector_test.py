@@ -92,7 +92,7 @@ class DissectorTest(unittest.TestCase):
 
     def test_reads_the_records_of_nets_in_blocks(self):
         sys.path.insert(0, str(VECTORS))
-        import make_vectors
+        import naive_protocol
         import net_vectors
         names = ["state", "outcome", "robot", "seq", "amount", "left", "action", "transition",
                  "energy", "candidate"]
@@ -101,7 +101,7 @@ class DissectorTest(unittest.TestCase):
         for i, (_, _, _, statement, _, _) in enumerate(records):
             data = bytes.fromhex(statement)
             body = (bytes([7, 0xC2]) + bytes(20) if i % 2 else bytes([7, 0x43]) + bytes(21)) + data
-            packets.append((0, i, INBOUND, make_vectors.wire_of(body), 0))
+            packets.append((0, i, INBOUND, naive_protocol.wire_of(body), 0))
         found = self.dissect(packets, ["pheromone.net_verdict", "pheromone.net_hash"] +
                              ["pheromone.net_" + name for name in names])
         self.assertGreater(len(records), 40)
@@ -109,7 +109,7 @@ class DissectorTest(unittest.TestCase):
         for (name, _, _, statement, verdict, values), [shown, net, *columns] in zip(records, found):
             data = bytes.fromhex(statement)
             own_net = int.from_bytes(data[6:10], "little")
-            expected = net_vectors.judge(data, kinds.get(data[5], "robot"), make_vectors.crc16, own_net)
+            expected = net_vectors.judge(data, kinds.get(data[5], "robot"), naive_protocol.crc16, own_net)
             with self.subTest(name):
                 if expected == "no-record":
                     self.assertEqual(shown + net, [])
