@@ -304,7 +304,7 @@ api.onToken = () => {
   tools.tokenChanged();
   byId('halt-all').disabled = !api.token;
   byId('halt-all').title = !api.token ? 'Halting needs the token: "Unlock"'
-    : api.reason ? 'Halt every robot that is running now, not those of the recording (Shift+H)' : 'Halt every robot (Shift+H)';
+    : replay.active ? 'Halt every robot that is running now, not those of the recording (Shift+H)' : 'Halt every robot (Shift+H)';
   timeline.showRecording();
   health.showServer();
   robots.show();

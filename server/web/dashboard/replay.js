@@ -72,6 +72,7 @@ export class Replay {
   enter(name) {
     this.reset();
     this.name = name;
+    store.isReplay = true;
     this.speeds.value = '1';
     api.refusal = READ_ONLY;
     document.documentElement.dataset.replay = 'on';
@@ -84,6 +85,7 @@ export class Replay {
   leave() {
     if (!this.active) return;
     this.reset();
+    store.isReplay = false;
     api.refusal = '';
     delete document.documentElement.dataset.replay;
     this.banner.hidden = this.bar.hidden = true;

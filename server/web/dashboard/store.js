@@ -23,6 +23,7 @@ class Store {
     this.chosen = false;        // by hand, not by itself
     this.shows = {robots: true, antennas: true, trails: true, tags: true, goals: true, grid: true};
     this.past = null;           // a moment of the time line, or null: live
+    this.isReplay = false;      // the page shows a recording
     this.fieldTimeMs = 0;
   }
 

@@ -53,7 +53,7 @@ export class Tools {
 
   choose(name) {
     if (this.buttons.get(name)?.disabled) {
-      toast(`${this.buttons.get(name).title.replace(/ \(.\)/, '')}`, true);
+      toast(this.buttons.get(name).title.replace(/ \(.\)/, ''), true);
       return;
     }
     this.cancel();

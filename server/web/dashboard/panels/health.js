@@ -48,7 +48,7 @@ export class HealthPanel {
     const {status, engine} = store;
     if (!status) return;
     const lag = status.sequence - status.durable_sequence;
-    const isPast = api.reason !== '';   // a recording, which knows nothing of the process
+    const isPast = store.isReplay;   // a recording knows nothing of the process
     const healthy = status.health?.healthy !== false;
     setText(this.server.count, healthy ? '' : 'trouble');
     this.facts.replaceChildren(pairs([
