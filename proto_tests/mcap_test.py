@@ -30,8 +30,8 @@ SCHEMAS = {"/robots": "foxglove.SceneUpdate", "/trails": "foxglove.SceneUpdate",
            "/pheromone/path": "foxglove.Grid", "/clients": ""}
 
 
-def export(bin_dir, out, *captures, status=0):
-    result = subprocess.run([bin_dir / "pheromonectl", "export", "--mcap", out, *captures],
+def export(bin_dir, out, *captures, status=0, options=()):
+    result = subprocess.run([bin_dir / "pheromonectl", "export", "--mcap", out, *options, *captures],
                             text=True, capture_output=True, check=False, timeout=60)
     check(result.returncode == status, f"{captures}: {result}")
     return result.stdout + result.stderr
@@ -143,6 +143,13 @@ def main():
             files.append(folder / (capture.stem + ".mcap"))
             export(bin_dir, files[-1], capture)
             read_mcap(files[-1])
+        # The last grid is how a recording ended, however seldom grids are.
+        last = {}
+        for rate in ("0.01", "10"):
+            out = folder / "grids.mcap"
+            export(bin_dir, out, HERE / "replay/evaporation.pcapng", options=("--grid-rate", rate))
+            last[rate] = [it for it in read_mcap(out).messages if it.topic.startswith("/pheromone/")][-1]
+        check(last["0.01"].data == last["10"].data, "the last grids")
         two = [it for it in corpus if it.stem in ("evaporation", "traffic")]
         files.append(folder / "two.mcap")
         export(bin_dir, files[-1], *two)

@@ -61,7 +61,8 @@ class Show {
     }
   }
 
-  void At(const playback::Player& player, uint64_t time_ns) {
+  // At the end of a recording everything is shown, whatever is due.
+  void At(const playback::Player& player, uint64_t time_ns, bool is_end = false) {
     const engine::Engine& engine = player.engine();
     const bool is_new = config_ != engine.shared_config();
     if (is_new) {
@@ -74,7 +75,7 @@ class Show {
     Write("/robots", foxglove::kSceneUpdateSchema, time_ns,
           robots_.Robots(clients, view.config, time_ns));
     Write("/clients", "", time_ns, web::ToText(web::ClientsWithAntennas(clients, view)));
-    if (since_ns % kSlowStepNs == 0 || is_new) {
+    if (since_ns % kSlowStepNs == 0 || is_new || is_end) {
       Write("/tf", foxglove::kFrameTransformsSchema, time_ns,
             web::RobotScenes::Transforms(clients, time_ns));
       Write("/trails", foxglove::kSceneUpdateSchema, time_ns, robots_.Trails(clients, time_ns));
@@ -86,7 +87,7 @@ class Show {
       Write("/tags", foxglove::kSceneUpdateSchema, time_ns,
             web::TagScenes::Places(player.Tags(time_ns), time_ns));
     }
-    if (is_new || since_ns % grid_step_ns_ < kStepNs) {
+    if (is_new || is_end || since_ns % grid_step_ns_ < kStepNs) {
       Grids(view, time_ns);
     }
   }
@@ -179,7 +180,7 @@ Status ExportOne(const std::string& file, Show* show) {
     }
   }
   if (player.has_views() && !player.has_failed()) {
-    show->At(player, player.range().end_ns);  // how it ended
+    show->At(player, player.range().end_ns, true);
   }
   return player.problem().empty() ? Ok() : Status(Error{player.problem()});
 }
