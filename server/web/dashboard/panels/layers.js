@@ -46,7 +46,7 @@ export class LayersPanel {
   row(layer) {
     const law = store.laws.get(layer.name);
     const box = h('input', {type: 'checkbox', checked: layer.visible, 'aria-label': `Show ${layer.name}`, onchange: () => this.toggleLayer(layer)});
-    const facts = law?.blend ? 'blend' : law?.tau_s ? `τ ${number(law.tau_s)} s` : law ? 'τ ∞' : '';
+    const facts = law?.blend ? 'blend' : law?.tau_s ? `${law.evaporation === 'exponential' ? 'T½' : 'τ'} ${number(law.tau_s)} s` : law ? 'τ ∞' : '';
     const name = h('button', {type: 'button', class: 'name', title: `Use “${layer.name}” for tools and for what robots show`, onclick: () => {
       store.active = layer.name;
       store.chosen = true;
