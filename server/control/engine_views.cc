@@ -41,29 +41,35 @@ TagView ViewOf(const tags::Store& store, const tags::NamedTag& tag, uint64_t now
 
 }  // namespace
 
-std::vector<ClientView> ClientsOf(const engine::Engine& engine, const engine::Traffic& traffic,
-                                  uint64_t now_ms) {
-  std::map<std::pair<engine::LinkIndex, uint8_t>, ClientView> clients;
-  engine.robots().ForEach([&](engine::LinkIndex link, uint8_t id, const engine::RobotState& robot) {
-    ClientView& client = clients[{link, id}];
+void AddClients(const engine::Engine& engine, const engine::Traffic& traffic,
+                engine::LinkIndex link, uint64_t now_ms, std::vector<ClientView>* views) {
+  if (link >= engine.config().links.size()) {
+    return;
+  }
+  std::map<uint8_t, ClientView> clients;
+  engine.robots().ForEachOf(link, [&](uint8_t id, const engine::RobotState& robot) {
+    ClientView& client = clients[id];
     client.robot = robot;
     client.known = robot.epoch == engine.epoch();
   });
-  traffic.ForEach([&](engine::LinkIndex link, uint8_t id, const engine::RobotTraffic& heard) {
-    ClientView& client = clients[{link, id}];
+  traffic.ForEachOf(link, [&](uint8_t id, const engine::RobotTraffic& heard) {
+    ClientView& client = clients[id];
     client.traffic = heard;
     client.silent_ms = now_ms - std::min(now_ms, heard.last_ms);
   });
+  for (auto& [id, client] : clients) {
+    client.link = engine.config().links[link].name;
+    client.id = id;
+    AddPose(engine, link, now_ms, &client);
+    views->push_back(std::move(client));
+  }
+}
+
+std::vector<ClientView> ClientsOf(const engine::Engine& engine, const engine::Traffic& traffic,
+                                  uint64_t now_ms) {
   std::vector<ClientView> views;
-  views.reserve(clients.size());
-  for (auto& [key, client] : clients) {
-    if (key.first >= engine.config().links.size()) {
-      continue;  // its link is no longer configured
-    }
-    client.link = engine.config().links[key.first].name;
-    client.id = key.second;
-    AddPose(engine, key.first, now_ms, &client);
-    views.push_back(std::move(client));
+  for (size_t link = 0; link < engine.config().links.size(); ++link) {
+    AddClients(engine, traffic, static_cast<engine::LinkIndex>(link), now_ms, &views);
   }
   return views;
 }

@@ -13,7 +13,11 @@
 
 namespace pheromone::control {
 
-/// All robots that have said HELLO or were heard, by link and ID.
+/// Adds the robots of a link that have said HELLO or were heard, by ID.
+void AddClients(const engine::Engine& engine, const engine::Traffic& traffic,
+                engine::LinkIndex link, uint64_t now_ms, std::vector<ClientView>* views);
+
+/// Those of all links.
 std::vector<ClientView> ClientsOf(const engine::Engine& engine, const engine::Traffic& traffic,
                                   uint64_t now_ms);
 

@@ -240,11 +240,17 @@ std::vector<control::LinkView> LiveControl::GetLinks() const {
   return views;
 }
 
+// Link by link, so that robots wait for a copy of 254 robots at the most.
 std::vector<control::ClientView> LiveControl::GetClients() const {
   std::vector<control::ClientView> views;
-  parts_.service->InspectTraffic([&](const engine::Engine& engine, const engine::Traffic& traffic) {
-    views = control::ClientsOf(engine, traffic, parts_.now_ms());
-  });
+  bool is_last = false;
+  for (engine::LinkIndex link = 0; !is_last; ++link) {
+    parts_.service->InspectTraffic(
+        [&](const engine::Engine& engine, const engine::Traffic& traffic) {
+          is_last = link + size_t{1} >= engine.config().links.size();
+          control::AddClients(engine, traffic, link, parts_.now_ms(), &views);
+        });
+  }
   return views;
 }
 

@@ -128,8 +128,19 @@ class RobotTable {
   template <typename Visit>
   void ForEach(Visit&& visit) const {
     for (size_t link = 0; link < by_index_.size(); ++link) {
-      for (const auto& [id, robot] : by_index_[link]->robots) {
+      ForEachOf(static_cast<LinkIndex>(link), [&](uint8_t id, const RobotState& robot) {
         visit(static_cast<LinkIndex>(link), id, robot);
+      });
+    }
+  }
+
+  /// Calls `visit(id, const RobotState&)` for each robot of a link, by ID; none if there is no such
+  /// link.
+  template <typename Visit>
+  void ForEachOf(LinkIndex link, Visit&& visit) const {
+    if (link < by_index_.size()) {
+      for (const auto& [id, robot] : by_index_[link]->robots) {
+        visit(id, robot);
       }
     }
   }

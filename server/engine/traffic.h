@@ -49,14 +49,15 @@ class Traffic {
   /// Null if that robot was not heard.
   const RobotTraffic* Find(LinkIndex link, uint8_t id) const;
 
-  /// Calls `visit(LinkIndex, id, const RobotTraffic&)` for each robot that was heard.
+  /// Calls `visit(id, const RobotTraffic&)` for each robot of a link that was heard, by ID.
   template <typename Visit>
-  void ForEach(Visit&& visit) const {
-    for (size_t link = 0; link < links_.size(); ++link) {
-      for (size_t id = 0; links_[link] != nullptr && id < links_[link]->size(); ++id) {
-        if (const RobotTraffic& robot = (*links_[link])[id]; robot.requests != 0) {
-          visit(static_cast<LinkIndex>(link), static_cast<uint8_t>(id), robot);
-        }
+  void ForEachOf(LinkIndex link, Visit&& visit) const {
+    if (link >= links_.size() || links_[link] == nullptr) {
+      return;
+    }
+    for (size_t id = 0; id < links_[link]->size(); ++id) {
+      if (const RobotTraffic& robot = (*links_[link])[id]; robot.requests != 0) {
+        visit(static_cast<uint8_t>(id), robot);
       }
     }
   }
