@@ -184,6 +184,9 @@ int Main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   app.add_option("--seconds", options.effort.seconds, "Of each half of a round");
   app.add_option("--pty-rounds", options.effort.pty_rounds, "Of ptys with and without viewers");
+  app.add_option("--bytes-at-once", options.effort.bytes_at_once,
+                 "That reach a pty together: 8 are typical of a UART's FIFO; default: 1")
+      ->check(CLI::Range(1, 64));
   app.add_option("--pty-seconds", options.effort.pty_seconds, "Of each case with ptys");
   app.add_option("--roaming-seconds", options.effort.roaming_seconds, "Of robots that roam");
   app.add_option("--syncs", options.effort.syncs, "Of the bare disk");

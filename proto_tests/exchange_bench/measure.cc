@@ -78,7 +78,7 @@ void Measure::CompareTags(Load what, Load with, const TagSites& tags, int client
 }
 
 PtyLoadResult Measure::RunPtys(bool trace, int ptys, int baud) {
-  PtyLoadOptions load{trace, baud, {}, effort_.pty_seconds};
+  PtyLoadOptions load{trace, baud, {}, effort_.pty_seconds, effort_.bytes_at_once};
   for (int i = 1; i <= ptys; ++i) {
     load.ptys.push_back(fmt::format("{}/pty-{}", folder_, i));
   }

@@ -19,7 +19,8 @@ struct Effort {
   int rounds = 5;
   double seconds = 2;  ///< of each half of a round
   double pty_seconds = 10;
-  int pty_rounds = 7;  ///< of those that are compared
+  size_t bytes_at_once = 1;  // PtyLoadOptions
+  int pty_rounds = 7;        ///< of those that are compared
   double roaming_seconds = 30;
   int syncs = 1000;
 };

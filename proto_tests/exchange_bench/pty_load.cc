@@ -25,7 +25,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLostAfter{1000};
 
-// One robot: sends byte after byte, then waits for the answer, then for the line.
+// One robot: sends byte after byte, or some at a time, then waits for the answer, then for the
+// line.
 class Robot {
  public:
   Robot(const Arena& arena, const PtyLoadOptions& options, const std::string& pty, uint32_t seed)
@@ -64,12 +65,14 @@ class Robot {
   /// Sends what is due; gives up an answer that does not come.
   void Act(Clock::time_point now, PtyLoadResult* result) {
     while (!done_ && now >= next_ && sent_ < size_) {
-      if (sent_ + 1 == size_) {
+      const size_t count = Together();
+      if (sent_ + count == size_) {
         asked_at_ = Clock::now();
       }
-      static_cast<void>(!write(handle_, &request_[sent_], 1));
-      ++sent_;
-      next_ += sent_ == size_ ? Clock::duration(kLostAfter) : byte_time_;
+      static_cast<void>(!write(handle_, &request_[sent_], count));
+      sent_ += count;
+      next_ += sent_ == size_ ? Clock::duration(kLostAfter)
+                              : byte_time_ * static_cast<int64_t>(Together());
     }
     if (!done_ && now >= next_) {
       ++result->lost;
@@ -140,7 +143,10 @@ class Robot {
     size_ = protocol::EncodeFrame(message, request_.data(), request_.size());
     sent_ = 0;
     first_byte_at_.reset();
+    next_ += byte_time_ * static_cast<int64_t>(Together() - 1);
   }
+
+  size_t Together() const { return std::min(options_.bytes_at_once, size_ - sent_); }
 
   const Arena& arena_;
   const PtyLoadOptions& options_;

@@ -15,6 +15,8 @@ struct PtyLoadOptions {
   int baud = 9600;                ///< a byte takes ten bits
   std::vector<std::string> ptys;  ///< each with one client, whose ID is 1
   double seconds = 10;
+  size_t bytes_at_once =
+      1;  ///< that a serial port hands over; the last ones of a request may be fewer
 };
 
 struct PtyLoadResult {
@@ -24,8 +26,9 @@ struct PtyLoadResult {
   uint64_t late = 0;  ///< of the lost: answered after all
 };
 
-/// Bytes are written when a modem would have received them, and after an answer the client pauses
-/// for the time that sending it would have taken. Every answer is checked, byte for byte.
+/// Bytes are written when a port would have received and handed them over, and after an answer the
+/// client pauses for the time that sending it would have taken. Every answer is checked, byte for
+/// byte.
 PtyLoadResult RunPtyLoad(const Arena& arena, const PtyLoadOptions& options);
 
 }  // namespace pheromone::bench
