@@ -349,10 +349,12 @@ class Session {
       for (const uint64_t count : traffic.by_opcode()) {
         by_opcode += count;
       }
-      traffic.ForEach([&](LinkIndex link, uint8_t id, const RobotTraffic& robot) {
-        Require(traffic.Find(link, id) == &robot);
-        by_robot += robot.requests;
-      });
+      for (LinkIndex link = 0; link < engine.config().links.size(); ++link) {
+        traffic.ForEachOf(link, [&](uint8_t id, const RobotTraffic& robot) {
+          Require(traffic.Find(link, id) == &robot);
+          by_robot += robot.requests;
+        });
+      }
       Require(traffic.Find(9, 1) == nullptr);
       Require(by_opcode == requests && by_robot <= requests);
       Require(engine.sequence() == log_.events.size());

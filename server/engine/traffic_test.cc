@@ -30,10 +30,12 @@ TEST(TrafficTest, CountsEachRobotOfEachLinkByItself) {
   EXPECT_EQ(traffic.Find(0, 8), nullptr);
   EXPECT_EQ(traffic.Find(9, 7), nullptr);
   std::vector<std::pair<LinkIndex, uint64_t>> seen;
-  traffic.ForEach([&](LinkIndex link, uint8_t id, const RobotTraffic& robot) {
-    EXPECT_EQ(id, 7);
-    seen.emplace_back(link, robot.requests);
-  });
+  for (LinkIndex link = 0; link < 10; ++link) {
+    traffic.ForEachOf(link, [&](uint8_t id, const RobotTraffic& robot) {
+      EXPECT_EQ(id, 7);
+      seen.emplace_back(link, robot.requests);
+    });
+  }
   EXPECT_EQ(seen, (std::vector<std::pair<LinkIndex, uint64_t>>{{0, 1}, {1, 3}}));
   EXPECT_EQ(traffic.by_opcode()[0x71], 1u);
   EXPECT_EQ(traffic.by_opcode()[0x21], 3u);
