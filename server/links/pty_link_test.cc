@@ -200,6 +200,19 @@ TEST_F(PtyLinkTest, ALinkToAnotherFileIsLeftAlone) {
   EXPECT_EQ(TargetOf(path_), other);
 }
 
+// A server that crashed leaves its link behind, and another server may get the terminal's name.
+TEST_F(PtyLinkTest, ALinkToTheTerminalOfAServersOtherLinkIsReplaced) {
+  ASSERT_TRUE(Start().ok());
+  const std::string target = TargetOf(path_);
+  const std::string left = path_ + "-left";
+  ASSERT_EQ(symlink(target.c_str(), left.c_str()), 0);
+  const auto second = MakePtyPort(left);
+  const Result<Descriptor> opened = second->Open();
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  EXPECT_NE(TargetOf(left), target);
+  EXPECT_EQ(TargetOf(path_), target);
+}
+
 TEST_F(PtyLinkTest, TheLinkOfARunningServerIsNotTakenOver) {
   ASSERT_TRUE(Start().ok());
   const std::string target = TargetOf(path_);

@@ -5,11 +5,17 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <climits>
+#include <cstdint>
 #include <cstdlib>
+#include <filesystem>
+#include <iterator>
 #include <string_view>
+#include <system_error>
 
+#include "server/base/hash.h"
 #include "server/links/port.h"
 
 namespace pheromone::links {
@@ -17,21 +23,38 @@ namespace {
 
 constexpr std::string_view kPtyFolder = "/dev/pts/";
 
-// A pseudo-terminal disappears when its master is closed, and its name may soon be reused. Ours are
-// marked with control characters that have no meaning on a raw line and that clients do not change.
-// (A lock would serve as well if clients did not use locks themselves.)
-constexpr cc_t kMark[] = {'P', 'h'};
+// A pseudo-terminal disappears when its master is closed, and its name may soon be reused, perhaps
+// by another server. Ours are marked with control characters that have no meaning on a raw line and
+// that clients do not change: two that are the same for all, and a hash of the link's path. (A lock
+// would serve as well if clients did not use locks themselves.)
+constexpr std::array kMarked = {VEOL2, VREPRINT, VDISCARD, VWERASE, VLNEXT};
 
-void Mark(termios* mode) {
-  mode->c_cc[VEOL2] = kMark[0];
-  mode->c_cc[VREPRINT] = kMark[1];
+std::array<cc_t, kMarked.size()> MarkOf(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, error);
+  const std::filesystem::path folder = std::filesystem::canonical(absolute.parent_path(), error);
+  const uint64_t hash = HashText((folder / absolute.filename()).string());
+  return {'P', 'h', static_cast<cc_t>(hash >> 48), static_cast<cc_t>(hash >> 32),
+          static_cast<cc_t>(hash >> 16)};
 }
 
-bool HeldByAServer(const std::string& slave) {
+void Mark(const std::string& path, termios* mode) {
+  const auto mark = MarkOf(path);
+  for (size_t i = 0; i < mark.size(); ++i) {
+    mode->c_cc[kMarked[i]] = mark[i];
+  }
+}
+
+// Whether the terminal is of a server whose link has this path.
+bool HeldByAServer(const std::string& slave, const std::string& path) {
   const Descriptor other(open(slave.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   termios mode{};
-  return other.valid() && tcgetattr(other.get(), &mode) == 0 && mode.c_cc[VEOL2] == kMark[0] &&
-         mode.c_cc[VREPRINT] == kMark[1];
+  if (!other.valid() || tcgetattr(other.get(), &mode) != 0) {
+    return false;
+  }
+  termios marked = mode;
+  Mark(path, &marked);
+  return std::equal(std::begin(mode.c_cc), std::end(mode.c_cc), std::begin(marked.c_cc));
 }
 
 // The target of a symbolic link; empty if it is not one.
@@ -67,7 +90,7 @@ class PtyPort final : public Port {
       return SystemError(std::string("cannot open ") + name.data());
     }
     cfmakeraw(&mode);
-    Mark(&mode);
+    Mark(path_, &mode);
     if (tcsetattr(slave.get(), TCSANOW, &mode) != 0) {
       return SystemError(std::string("cannot set up ") + name.data());
     }
@@ -102,7 +125,7 @@ class PtyPort final : public Port {
                      " exists and is not a link to a pseudo-terminal; remove it or configure "
                      "another path"};
       }
-      if (target != slave && HeldByAServer(target)) {
+      if (target != slave && HeldByAServer(target, path_)) {
         return Error{path_ + " belongs to another running server"};
       }
     }
