@@ -8,33 +8,23 @@ import json
 import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
 from operated_daemon import ROOM, await_that, serve_class
 from stranger.client import Client, open_terminal
 
 BIN_DIR = pathlib.Path(sys.argv.pop()).resolve() if len(sys.argv) > 1 else None
-CONFIG = ROOM + """
-[[pheromone]]
-type = 2
-name = "fading"
+FADING = """[[pheromone]]
+type = {}
+name = "{}"
 core_m = 0.1
 sigma_m = 0.3
 quantum = 0.125
 maximum = 1.0
 evaporation = "exponential"
 half_life_s = 100
-[[pheromone]]
-type = 3
-name = "scent"
-core_m = 0.1
-sigma_m = 0.3
-quantum = 0.125
-maximum = 1.0
-evaporation = "exponential"
-half_life_s = 100
-diffusion = {coefficient_m2_per_s = 0.001, step_s = 0.2, cutoff = 0.01}
+"""
+CONFIG = ROOM + FADING.format(2, "fading") + FADING.format(3, "scent") + """diffusion = {coefficient_m2_per_s = 0.001, step_s = 0.2, cutoff = 0.01}
 [[pheromone]]
 type = 4
 name = "both"
@@ -45,9 +35,9 @@ folder = "captures"
 
 
 class LawChange(unittest.TestCase):
-    def setUp(self):
-        serve_class(type(self), BIN_DIR, CONFIG)
-        self.addCleanup(self.doClassCleanups)
+    @classmethod
+    def setUpClass(cls):
+        serve_class(cls, BIN_DIR, CONFIG)
 
     def call(self, method, target, body=None, status=200):
         found, text = self.daemon.call(method, target, body)
@@ -94,7 +84,6 @@ class LawChange(unittest.TestCase):
             await_that(lambda: self.level("fading") < 0.01, "it fades within a second, not minutes")
             robot.sense(2, 1500, 2000, 0)  # its answer is compared with that of the replay
             self.call("POST", "/api/v1/capture", {"action": "stop"})
-        self.daemon.stop()
         capture, = (self.folder / "captures").iterdir()
         replay = subprocess.run([BIN_DIR / "pheromonectl", "replay", capture], text=True,
                                 capture_output=True, check=False, timeout=60)

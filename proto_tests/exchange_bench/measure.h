@@ -19,7 +19,7 @@ struct Effort {
   int rounds = 5;
   double seconds = 2;  ///< of each half of a round
   double pty_seconds = 10;
-  size_t bytes_at_once = 1;  // PtyLoadOptions
+  size_t bytes_at_once = 1;  ///< that a pty hands over together
   int pty_rounds = 7;        ///< of those that are compared
   double roaming_seconds = 30;
   int syncs = 1000;

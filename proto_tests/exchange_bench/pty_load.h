@@ -15,8 +15,7 @@ struct PtyLoadOptions {
   int baud = 9600;                ///< a byte takes ten bits
   std::vector<std::string> ptys;  ///< each with one client, whose ID is 1
   double seconds = 10;
-  size_t bytes_at_once =
-      1;  ///< that a serial port hands over; the last ones of a request may be fewer
+  size_t bytes_at_once = 1;  ///< that a port hands over together, but for a request's last ones
 };
 
 struct PtyLoadResult {

@@ -169,7 +169,7 @@ class Control {
 
   virtual StatusView GetStatus(bool with_hash) const = 0;
   virtual std::vector<LinkView> GetLinks() const = 0;
-  /// All robots that have said HELLO or were heard, by link and ID.
+  /// All robots that have said HELLO or were heard, by link and ID; those of a link at one moment.
   virtual std::vector<ClientView> GetClients() const = 0;
   virtual FieldView GetField() const = 0;
   virtual CaptureView GetCapture() const = 0;
