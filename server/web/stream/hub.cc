@@ -393,7 +393,8 @@ void Hub::UpdatePictures(const control::FieldView& view, const StreamTime& now,
     }
     const uint64_t begin_us = options_.now_us();
     const bool evaporates = begin_us >= picture->rest_until_us;
-    picture->has_changed = picture->raster.Update(reader, view.now_ms, evaporates);
+    picture->has_changed =
+        picture->raster.Update(reader, view.now_ms, evaporates, options_.between_pieces);
     const uint64_t end_us = options_.now_us();
     if (evaporates) {
       picture->rest_until_us = end_us + kRestPerCost * (end_us - begin_us);

@@ -21,6 +21,12 @@ int32_t NodesPerCell(const field::MapGeometry& map) {
   return (most + PheromoneRaster::kMaxSide - 1) / PheromoneRaster::kMaxSide;
 }
 
+void Call(const std::function<void()>& function) {
+  if (function) {
+    function();
+  }
+}
+
 int32_t Parts(int32_t whole, int32_t part) {
   return (whole + part - 1) / part;
 }
@@ -83,7 +89,8 @@ void PheromoneRaster::MarkDirty(const field::NodeArea& area) {
   }
 }
 
-bool PheromoneRaster::Update(const field::FieldReader& reader, uint64_t now_ms, bool evaporates) {
+bool PheromoneRaster::Update(const field::FieldReader& reader, uint64_t now_ms, bool evaporates,
+                             const std::function<void()>& between_pieces) {
   now_ms_ = std::max(now_ms_, now_ms);
   seen_ = reader
               .VisitChanged(type_, {{0, 0}, {map_.columns(), map_.rows()}}, seen_,
@@ -94,7 +101,7 @@ bool PheromoneRaster::Update(const field::FieldReader& reader, uint64_t now_ms, 
     for (int32_t column = 0; column < tile_columns_; ++column) {
       Tile& tile = At(column, row);
       if (tile.is_dirty || (evaporates && evaporates_ && tile.peak != 0)) {
-        ReadLevels(reader, column, row);
+        ReadLevels(reader, column, row, between_pieces);
         changed.emplace_back(column, row);
       }
     }
@@ -108,11 +115,13 @@ bool PheromoneRaster::Update(const field::FieldReader& reader, uint64_t now_ms, 
     for (int32_t row = 0; row < tile_rows_; ++row) {
       for (int32_t column = 0; column < tile_columns_; ++column) {
         WriteBytes(column, row, &At(column, row));
+        Call(between_pieces);
       }
     }
   } else {
     for (const auto& [column, row] : changed) {
       any |= WriteBytes(column, row, &At(column, row));
+      Call(between_pieces);
     }
   }
   if (!any) {
@@ -123,7 +132,7 @@ bool PheromoneRaster::Update(const field::FieldReader& reader, uint64_t now_ms, 
 
 // The levels of one tile's cells, and their peak.
 void PheromoneRaster::ReadLevels(const field::FieldReader& reader, int32_t tile_column,
-                                 int32_t tile_row) {
+                                 int32_t tile_row, const std::function<void()>& between_pieces) {
   const Span columns = ColumnsOf(tile_column);
   const Span rows = RowsOf(tile_row);
   for (int32_t row = rows.first; row < rows.end; ++row) {
@@ -133,16 +142,22 @@ void PheromoneRaster::ReadLevels(const field::FieldReader& reader, int32_t tile_
   Tile& tile = At(tile_column, tile_row);
   tile.is_dirty = false;
   tile.peak = 0;
-  reader.VisitLevels(
-      type_,
-      {{columns.first * nodes_per_cell_, rows.first * nodes_per_cell_},
-       {columns.end * nodes_per_cell_, rows.end * nodes_per_cell_}},
-      now_ms_, [&](field::NodeIndex node, uint32_t level) {
-        uint32_t& cell =
-            levels_[IndexOf(node.column / nodes_per_cell_, node.row / nodes_per_cell_)];
-        cell = std::max(cell, level);
-        tile.peak = std::max(tile.peak, level);
-      });
+  const int32_t nodes_in_row = kTileSide * nodes_per_cell_ * nodes_per_cell_;
+  const int32_t rows_at_once = std::max(1, kPieceNodes / nodes_in_row);
+  for (int32_t row = rows.first; row < rows.end; row += rows_at_once) {
+    const int32_t end = std::min(rows.end, row + rows_at_once);
+    reader.VisitLevels(
+        type_,
+        {{columns.first * nodes_per_cell_, row * nodes_per_cell_},
+         {columns.end * nodes_per_cell_, end * nodes_per_cell_}},
+        now_ms_, [&](field::NodeIndex node, uint32_t level) {
+          uint32_t& cell =
+              levels_[IndexOf(node.column / nodes_per_cell_, node.row / nodes_per_cell_)];
+          cell = std::max(cell, level);
+          tile.peak = std::max(tile.peak, level);
+        });
+    Call(between_pieces);
+  }
 }
 
 // Whether it is another one.

@@ -24,6 +24,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,6 +37,7 @@ class PheromoneRaster {
  public:
   static constexpr int32_t kMaxSide = 512;
   static constexpr int32_t kTileSide = 32;
+  static constexpr int32_t kPieceNodes = 16384;  // a row of a tile's cells may have more
   static constexpr uint8_t kBlocked = 255;
   static constexpr uint8_t kFullScale = 254;
 
@@ -43,8 +45,10 @@ class PheromoneRaster {
   PheromoneRaster(const field::FieldConfig& config, uint8_t type, uint64_t version = 0);
 
   /// Reads what changed since the last call, and with `evaporates` also what only evaporates. True
-  /// if a byte changed. `reader` is of the field that has this configuration.
-  bool Update(const field::FieldReader& reader, uint64_t now_ms, bool evaporates);
+  /// if a byte changed. `reader` is of the field that has this configuration. `between_pieces`, if
+  /// not empty, is called about as often as kPieceNodes have been read.
+  bool Update(const field::FieldReader& reader, uint64_t now_ms, bool evaporates,
+              const std::function<void()>& between_pieces = {});
 
   /// Increases when a byte changes, and with the first Update.
   uint64_t version() const { return version_; }
@@ -93,7 +97,8 @@ class PheromoneRaster {
     return static_cast<size_t>(row) * static_cast<size_t>(columns_) + static_cast<size_t>(column);
   }
   void MarkDirty(const field::NodeArea& area);
-  void ReadLevels(const field::FieldReader& reader, int32_t tile_column, int32_t tile_row);
+  void ReadLevels(const field::FieldReader& reader, int32_t tile_column, int32_t tile_row,
+                  const std::function<void()>& between_pieces);
   bool ChooseScale();
   bool WriteBytes(int32_t tile_column, int32_t tile_row, Tile* tile);
   uint8_t ByteOf(size_t cell) const;

@@ -171,6 +171,20 @@ TEST(PheromoneRasterTest, EqualsTheLevelsOfASmallMapWhateverHappens) {
 
 TEST(PheromoneRasterTest, EqualsTheHighestLevelsOfALargeMap) {
   FollowRandomChanges(1100, 300, 1, 12);  // cells of 3 x 3 nodes
+  FollowRandomChanges(3100, 200, 1, 5);   // of 7 x 7: each tile is read in several pieces
+}
+
+TEST(PheromoneRasterTest, LetsItsThreadPauseBetweenPiecesOfATile) {
+  const field::FieldConfig config = ConfigOf(3100, 200);
+  field::Field field(config);
+  const field::FieldReader reader(field);
+  PheromoneRaster raster(config, 1);
+  int calls = 0;
+  raster.Update(reader, 1000, true, [&calls] { ++calls; });
+  EXPECT_GE(calls, 14 * 3);  // 443 x 29 cells: 14 tiles, each of 29 * 32 * 49 nodes
+  calls = 0;
+  raster.Update(reader, 1100, true, [&calls] { ++calls; });
+  EXPECT_EQ(calls, 0);  // nothing to do
 }
 
 TEST(PheromoneRasterTest, PutsItsCellsWhereTheNodesAre) {

@@ -16,6 +16,7 @@
 #include "server/web/stream/conversation.h"
 #include "server/web/stream/entrance.h"
 #include "server/web/stream/hub.h"
+#include "server/web/stream/pacer.h"
 #include "server/web/stream/viewer.h"
 
 namespace pheromone::web {
@@ -40,6 +41,12 @@ template <typename Unit>
 uint64_t SteadyTime() {
   return static_cast<uint64_t>(
       std::chrono::duration_cast<Unit>(Clock::now().time_since_epoch()).count());
+}
+
+// Without the pauses, which do not count as work.
+uint64_t WorkedUs(const Pacer& pacer) {
+  return SteadyTime<std::chrono::microseconds>() -
+         static_cast<uint64_t>(pacer.paused() / std::chrono::microseconds(1));
 }
 
 StreamTime Now() {
@@ -78,14 +85,19 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
               .ros_distro = options_.ros_distro,
               .click_pheromone = options_.click_pheromone,
               .counters = &counters_,
-              .now_us = SteadyTime<std::chrono::microseconds>}) {}
+              .now_us = [this] { return WorkedUs(pacer_); },
+              .between_pieces = [this] { pacer_.MayPause(); }}) {}
 
   UpgradeHandler Handler() {
     return {.check = [this](const Request& request) { return entrance_.Check(request); },
             .take = [this](Upgrade upgrade) { Take(std::move(upgrade)); }};
   }
 
-  void Run() { io_.run(); }
+  void Run() {
+    while (io_.run_one() != 0) {
+      pacer_.MayPause();
+    }
+  }
 
   void Stop() {
     entrance_.Close();
@@ -254,6 +266,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
   Api& api_;
   const StreamOptions options_;
   const Lane requests_;
+  Pacer pacer_;  // of the thread that runs this
   asio::io_context io_{1};
   asio::executor_work_guard<asio::io_context::executor_type> work_;
   asio::steady_timer timer_;
