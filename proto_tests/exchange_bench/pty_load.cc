@@ -24,6 +24,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLostAfter{1000};
+// The load sleeps at least this long unless an answer comes, so that one turn writes bytes of
+// several robots. Without sleep it keeps threads of the kernel and of the server waiting, which
+// robots elsewhere would not do.
+constexpr std::chrono::microseconds kLeastSleep{40};
 
 // One robot: sends byte after byte, or some at a time, then waits for the answer, then for the
 // line.
@@ -193,7 +197,7 @@ PtyLoadResult RunPtyLoad(const Arena& arena, const PtyLoadOptions& options) {
       robot.Act(now, &result);
       next = std::min(next, robot.next());
     }
-    const auto wait = std::max(Clock::duration::zero(), next - Clock::now());
+    const auto wait = std::max<Clock::duration>(kLeastSleep, next - Clock::now());
     const timespec patience{static_cast<time_t>(wait / std::chrono::seconds(1)),
                             static_cast<long>((wait % std::chrono::seconds(1)).count())};
     if (ppoll(polled.data(), polled.size(), &patience, nullptr) <= 0) {
