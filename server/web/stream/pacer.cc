@@ -2,8 +2,6 @@
 
 #include <time.h>
 
-#include <thread>
-
 namespace pheromone::web {
 namespace {
 
@@ -13,12 +11,18 @@ Pacer::Nanoseconds Read(clockid_t clock) {
   return std::chrono::seconds(time.tv_sec) + Pacer::Nanoseconds(time.tv_nsec);
 }
 
+// Returns early if a signal arrives, which does no harm.
+void Sleep(Pacer::Nanoseconds time) {
+  const timespec duration{0, static_cast<long>(time.count())};
+  nanosleep(&duration, nullptr);
+}
+
 }  // namespace
 
 Pacer::Pacer()
     : Pacer({.used = [] { return Read(CLOCK_THREAD_CPUTIME_ID); },
              .now = [] { return Read(CLOCK_MONOTONIC); },
-             .sleep = [](Nanoseconds time) { std::this_thread::sleep_for(time); }}) {}
+             .sleep = Sleep}) {}
 
 void Pacer::MayPause() {
   const Nanoseconds used = parts_.used();
