@@ -80,8 +80,8 @@ struct HubOptions {
   std::string click_pheromone;               ///< empty: the first one
   const StreamCounters* counters = nullptr;  ///< may be null
   std::function<uint64_t()> now_us;          ///< what making pictures costs is measured with it
-  /// Called between small pieces of work on pictures; may be empty.
-  std::function<void()> between_pieces = {};
+  /// Called between small pieces of work on pictures. Pauses that it makes are no cost.
+  std::function<void()> between_pieces = [] {};
 };
 
 class Hub {

@@ -22,9 +22,11 @@ using testing::FakeControl;
 class HubTest : public ::testing::Test {
  protected:
   HubTest()
-      : hub_({.session = "1", .ros_distro = "", .click_pheromone = "", .now_us = [this] {
-                return cost_us_ += 1;
-              }}) {
+      : hub_({.session = "1",
+              .ros_distro = "",
+              .click_pheromone = "",
+              .now_us = [this] { return cost_us_ += 1; },
+              .between_pieces = [this] { ++pieces_; }}) {
     control_.links.emplace_back().name = "radio-a";
     Step();
   }
@@ -74,6 +76,7 @@ class HubTest : public ::testing::Test {
 
   FakeControl control_;
   uint64_t cost_us_ = 0;
+  int pieces_ = 0;
   StreamTime now_{1000, 1'700'000'000'000'000'000};
   Hub hub_;
 };
@@ -90,6 +93,15 @@ TEST_F(HubTest, OffersTheChannelsOfTheConfiguration) {
                         "/nets", "/tag_changes", "/status", "/laws", "/tag_list"}));
   EXPECT_EQ(hub_.catalogue()->parameters.at("/pheromone/trail/tau_s"), 30.0);
   EXPECT_EQ(hub_.catalogue()->click_pheromone, "trail");
+}
+
+TEST_F(HubTest, LetsItsThreadPauseWhileItDraws) {
+  hub_.AddSubscriber(IdOf("/robots"));
+  Step();
+  EXPECT_EQ(pieces_, 0);
+  hub_.AddSubscriber(IdOf("/pheromone_delta/trail"));
+  Step();
+  EXPECT_GT(pieces_, 0);
 }
 
 TEST_F(HubTest, AsksForNothingThatNobodyWants) {

@@ -23,8 +23,8 @@ class Pacer {
   using Nanoseconds = std::chrono::nanoseconds;
 
   /// The processor's time between two pauses, and the least length of a pause. With them, the 99th
-  /// percentile of answer times of 16 robots at 115200 baud is as good beside twenty viewers as
-  /// without; shorter pauses are not enough (proto_tests/exchange_bench/results/README.md).
+  /// percentile of answer times of 16 robots at 115200 baud is about as good beside twenty viewers
+  /// as without (proto_tests/exchange_bench/results/README.md).
   static constexpr Nanoseconds kPiece = std::chrono::microseconds(200);
   static constexpr Nanoseconds kPause = std::chrono::microseconds(300);
 

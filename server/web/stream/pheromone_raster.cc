@@ -21,12 +21,6 @@ int32_t NodesPerCell(const field::MapGeometry& map) {
   return (most + PheromoneRaster::kMaxSide - 1) / PheromoneRaster::kMaxSide;
 }
 
-void Call(const std::function<void()>& function) {
-  if (function) {
-    function();
-  }
-}
-
 int32_t Parts(int32_t whole, int32_t part) {
   return (whole + part - 1) / part;
 }
@@ -115,13 +109,13 @@ bool PheromoneRaster::Update(const field::FieldReader& reader, uint64_t now_ms, 
     for (int32_t row = 0; row < tile_rows_; ++row) {
       for (int32_t column = 0; column < tile_columns_; ++column) {
         WriteBytes(column, row, &At(column, row));
-        Call(between_pieces);
+        between_pieces();
       }
     }
   } else {
     for (const auto& [column, row] : changed) {
       any |= WriteBytes(column, row, &At(column, row));
-      Call(between_pieces);
+      between_pieces();
     }
   }
   if (!any) {
@@ -156,7 +150,7 @@ void PheromoneRaster::ReadLevels(const field::FieldReader& reader, int32_t tile_
           cell = std::max(cell, level);
           tile.peak = std::max(tile.peak, level);
         });
-    Call(between_pieces);
+    between_pieces();
   }
 }
 

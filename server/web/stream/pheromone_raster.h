@@ -45,10 +45,11 @@ class PheromoneRaster {
   PheromoneRaster(const field::FieldConfig& config, uint8_t type, uint64_t version = 0);
 
   /// Reads what changed since the last call, and with `evaporates` also what only evaporates. True
-  /// if a byte changed. `reader` is of the field that has this configuration. `between_pieces`, if
-  /// not empty, is called about as often as kPieceNodes have been read.
-  bool Update(const field::FieldReader& reader, uint64_t now_ms, bool evaporates,
-              const std::function<void()>& between_pieces = {});
+  /// if a byte changed. `reader` is of the field that has this configuration. `between_pieces`
+  /// is called about as often as kPieceNodes have been read.
+  bool Update(
+      const field::FieldReader& reader, uint64_t now_ms, bool evaporates,
+      const std::function<void()>& between_pieces = [] {});
 
   /// Increases when a byte changes, and with the first Update.
   uint64_t version() const { return version_; }

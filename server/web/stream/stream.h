@@ -8,9 +8,9 @@
 //   stream.Stop();                               // then join, before `control` is destroyed
 //
 // One thread reads from and writes to all viewers, and makes what they see (hub.h), so that neither
-// requests nor robots wait for a viewer. Views of the control interface are taken in
-// lanes.requests, since the service's lock must not be held by a thread of low priority. Changes
-// are requests to the API, made in that lane too.
+// requests nor robots wait for a viewer; it pauses between small pieces of work (pacer.h). Views of
+// the control interface are taken in lanes.requests, since the service's lock must not be held by a
+// thread of low priority. Changes are requests to the API, made in that lane too.
 //
 // Access: as for GET (Api::CheckStream); Origins of other pages only if they are listed. Changes
 // over TCP need the token: in the header Authorization, or as token=... in the URL, since browsers
