@@ -98,12 +98,14 @@ class Show {
       const protocol::Message& message = batch->messages[i].message;
       protocol::EventReport event;
       if (protocol::Decode(message, &event)) {
-        foxglove::Log log{
-            .time_ns = static_cast<uint64_t>(std::max<int64_t>(batch->stamp.utc_ms, 0)) * kNsPerMs};
-        log.name = batch->link < links.size() ? links[batch->link].name : "?";
-        log.message = fmt::format("robot {}: {} {}", int{message.id}, web::NameOf(event.code),
-                                  event.argument);
-        Write("/events", foxglove::kLogSchema, log.time_ns, foxglove::Encode(log));
+        const uint64_t time_ns =
+            static_cast<uint64_t>(std::max<int64_t>(batch->stamp.utc_ms, 0)) * kNsPerMs;
+        const foxglove::Log log = foxglove::MakeLog(
+            foxglove::Log::INFO, batch->link < links.size() ? links[batch->link].name : "?",
+            fmt::format("robot {}: {} {}", int{message.id}, web::NameOf(event.code),
+                        event.argument),
+            time_ns);
+        Write("/events", foxglove::kLogSchema, time_ns, log.SerializeAsString());
       }
     }
   }

@@ -1,8 +1,8 @@
-// How robots, their trails and places look in viewers: entities for SceneUpdate. The stream and
+// How robots, their trails and places look in viewers: entities of a SceneUpdate. The stream and
 // recordings for viewers show the same.
 //
-//   RobotLook robot{.link = "radio-a", .id = 7, .pose = ..., .left = ..., .right = ...};
-//   update.entities.push_back(RobotEntity(robot));
+//   AddRobot({.link = "radio-a", .id = 7, .pose = ..., .left = ..., .right = ...}, now_ns,
+//   &update);
 //
 // Units as in messages.h. Functions of their arguments; any thread.
 #pragma once
@@ -18,14 +18,19 @@
 namespace pheromone::foxglove {
 
 /// Without news for this long, viewers remove a robot by themselves.
-constexpr uint64_t kRobotLifetimeNs = 5'000'000'000;
+constexpr uint64_t kRobotLifetimeS = 5;
 
 /// "LINK/ID": what names a robot in entities.
 std::string RobotName(std::string_view link, uint8_t id);
 /// "robot/LINK/ID": its frame.
 std::string RobotFrame(std::string_view link, uint8_t id);
-/// A colour of its own for each of the first few IDs, distinguishable by the colour-blind.
-Colour RobotColour(uint8_t id);
+
+struct Colour {
+  double r = 0;  ///< each from 0 to 1
+  double g = 0;
+  double b = 0;
+  double a = 1;
+};
 
 struct RobotLook {
   std::string link = {};
@@ -38,13 +43,21 @@ struct RobotLook {
 };
 
 /// An arrow, two spheres for the antennas, and the label "ID".
-Entity RobotEntity(const RobotLook& robot);
+void AddRobot(const RobotLook& robot, uint64_t time_ns, SceneUpdate* update);
 
 /// A line along its last positions.
-Entity TrailEntity(std::string_view link, uint8_t id, std::vector<Point> points);
+void AddTrail(std::string_view link, uint8_t id, const std::vector<Point>& points, uint64_t time_ns,
+              SceneUpdate* update);
+
+struct PlaceLook {
+  std::string id = {};
+  std::string label = {};
+  Point centre = {};
+  double radius_m = 0;
+  Colour colour = {};
+};
 
 /// A named place with a circle around it: a tag with its range, a goal with its tolerance.
-Entity PlaceEntity(std::string id, std::string label, Point centre, double radius_m,
-                   const Colour& colour);
+void AddPlace(const PlaceLook& place, uint64_t time_ns, SceneUpdate* update);
 
 }  // namespace pheromone::foxglove

@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "server/foxglove/messages.h"
-#include "server/foxglove/protobuf.h"
 #include "server/foxglove/scene.h"
 #include "server/foxglove/schema.h"
 
@@ -30,38 +29,39 @@ void PrintAll() {
   constexpr uint64_t kTime = 1'700'000'000'000'000'007;
   const std::string cells("\x00\x01\xFE\xFF\x00\x07", 6);
   Print("message", kGridSchema,
-        Encode(Grid{.time_ns = kTime,
-                    .corner = {{-0.25, 1.5, 0}, 0},
-                    .columns = 3,
-                    .cell_m = 0.05,
-                    .meaning = "254 = 0.5 units",
-                    .data = cells}));
-  SceneUpdate update{.time_ns = kTime, .delete_all = true, .deleted = {"radio-a/9"}};
-  update.entities.push_back(RobotEntity({.link = "radio-a",
-                                         .id = 7,
-                                         .pose = {{1, 2, 0}, 1.5707963267948966},
-                                         .left = {0.8, 2, 0},
-                                         .right = {1.2, 2, 0},
-                                         .facts = {{"law", "eq6"}}}));
-  update.entities.push_back(TrailEntity("radio-a", 7, {{1, 1, 0}, {1, 2, 0}}));
-  update.entities.push_back(PlaceEntity("door", "the door", {3, 4, 0}, 0.5, {1, 0, 0, 1}));
-  Print("message", kSceneUpdateSchema, Encode(update));
-  Print("message", kFrameTransformsSchema,
-        Encode(FrameTransforms{.time_ns = kTime,
-                               .transforms = {{.child = RobotFrame("radio-a", 7),
-                                               .pose = {{1, 2, 0}, 3.141592653589793}}}}));
+        MakeGrid(kTime,
+                 {.corner = {-0.25, 1.5, 0},
+                  .columns = 3,
+                  .cell_m = 0.05,
+                  .names = {"level", "254 = 0.5 units"}},
+                 cells)
+            .SerializeAsString());
+  SceneUpdate update;
+  AddDeletionOfAll(kTime, &update);
+  AddDeletion("radio-a/9", kTime, &update);
+  AddRobot({.link = "radio-a",
+            .id = 7,
+            .pose = {{1, 2, 0}, 1.5707963267948966},
+            .left = {0.8, 2, 0},
+            .right = {1.2, 2, 0},
+            .facts = {{"law", "eq6"}}},
+           kTime, &update);
+  AddTrail("radio-a", 7, {{1, 1, 0}, {1, 2, 0}}, kTime, &update);
+  AddPlace({"door", "the door", {3, 4, 0}, 0.5, {1, 0, 0, 1}}, kTime, &update);
+  Print("message", kSceneUpdateSchema, update.SerializeAsString());
+  FrameTransforms transforms;
+  AddTransform(std::string(kMapFrame), RobotFrame("radio-a", 7), {{1, 2, 0}, 3.141592653589793},
+               kTime, &transforms);
+  Print("message", kFrameTransformsSchema, transforms.SerializeAsString());
   Print("message", kLogSchema,
-        Encode(Log{.time_ns = kTime,
-                   .level = LogLevel::kWarning,
-                   .message = "link radio-a is down",
-                   .name = "link"}));
-  ProtobufWriter tiles;
+        MakeLog(Log::WARNING, "link", "link radio-a is down", kTime).SerializeAsString());
   std::string data;
   for (int i = 0; i < 100; ++i) {
     data += "tiles";
   }
-  tiles.Text(1, data);
-  Print("message", kTilesSchema, tiles.Take());
+  Tiles tiles;
+  tiles.set_data(data);
+  Print("message", kTilesSchema, tiles.SerializeAsString());
 }
 
 }  // namespace

@@ -523,11 +523,9 @@ std::vector<Update> Hub::Make(const Views& views, const StreamTime& now) {
 void Hub::AddEvent(const std::string& name, const std::string& text, bool is_warning,
                    uint64_t unix_ns) {
   FramePtr frame =
-      MakeFrame(foxglove::Encode(foxglove::Log{
-                    .time_ns = unix_ns,
-                    .level = is_warning ? foxglove::LogLevel::kWarning : foxglove::LogLevel::kInfo,
-                    .message = WellFormed(text),
-                    .name = WellFormed(name)}),
+      MakeFrame(foxglove::MakeLog(is_warning ? foxglove::Log::WARNING : foxglove::Log::INFO,
+                                  WellFormed(name), WellFormed(text), unix_ns)
+                    .SerializeAsString(),
                 unix_ns);
   recent_events_.push_back(frame);
   if (recent_events_.size() > kRecentEvents) {

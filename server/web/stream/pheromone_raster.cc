@@ -8,7 +8,6 @@
 
 #include "server/base/bytes.h"
 #include "server/foxglove/messages.h"
-#include "server/foxglove/protobuf.h"
 
 namespace pheromone::web {
 namespace {
@@ -235,11 +234,9 @@ std::string PheromoneRaster::Encode(uint64_t since) const {
                                 static_cast<size_t>(columns.end - columns.first)));
     }
   }
-  const std::string data = writer.Take();
-  foxglove::ProtobufWriter message;
-  message.Reserve(data.size() + 8);
-  message.Text(1, data);
-  return message.Take();
+  Tiles message;
+  message.set_data(writer.Take());
+  return message.SerializeAsString();
 }
 
 std::string PheromoneRaster::EncodeGrid(uint64_t unix_ns) const {
@@ -247,16 +244,14 @@ std::string PheromoneRaster::EncodeGrid(uint64_t unix_ns) const {
   const field::PointUm corner = twice_corner_um();
   std::ostringstream meaning;  // in ASCII: it is shown in a menu
   meaning << int{kFullScale} << " = " << scale_ << " units";
-  const std::string text = meaning.str();
-  return foxglove::Encode(
-      foxglove::Grid{.time_ns = unix_ns,
-                     .corner = {{static_cast<double>(corner.x) / 2 / kUmPerM,
-                                 static_cast<double>(corner.y) / 2 / kUmPerM, 0},
-                                0},
-                     .columns = static_cast<uint32_t>(columns_),
-                     .cell_m = static_cast<double>(cell_um_) / kUmPerM,
-                     .meaning = text,
-                     .data = bytes()});
+  return foxglove::MakeGrid(unix_ns,
+                            {.corner = {static_cast<double>(corner.x) / 2 / kUmPerM,
+                                        static_cast<double>(corner.y) / 2 / kUmPerM, 0},
+                             .columns = static_cast<uint32_t>(columns_),
+                             .cell_m = static_cast<double>(cell_um_) / kUmPerM,
+                             .names = {"level", meaning.str()}},
+                            std::string(bytes()))
+      .SerializeAsString();
 }
 
 }  // namespace pheromone::web

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -10,6 +11,7 @@
 #include <boost/json/object.hpp>
 
 #include "server/field/geometry.h"
+#include "server/foxglove/messages.h"
 #include "server/foxglove/scene.h"
 #include "server/web/json_text.h"
 #include "server/web/names.h"
@@ -114,7 +116,7 @@ json::value ClientsWithAntennas(const std::vector<ClientView>& clients,
 
 std::string RobotScenes::Robots(const std::vector<ClientView>& clients,
                                 const field::FieldConfig& config, uint64_t unix_ns) {
-  foxglove::SceneUpdate update{.time_ns = unix_ns};
+  foxglove::SceneUpdate update;
   for (const ClientView& client : clients) {
     if (!HasPose(client)) {
       continue;
@@ -127,22 +129,23 @@ std::string RobotScenes::Robots(const std::vector<ClientView>& clients,
                               .right = PointOf(antennas.right)};
     robot.facts = {{"pose_source", std::string(NameOf(client.pose_source))},
                    {"requests", std::to_string(client.traffic.requests)}};
-    update.entities.push_back(foxglove::RobotEntity(robot));
-    seen_ns_[update.entities.back().id] = unix_ns;
+    foxglove::AddRobot(robot, unix_ns, &update);
+    seen_ns_[foxglove::RobotName(client.link, client.id)] = unix_ns;
   }
   // For as long as a viewer that missed the message would show it.
-  std::erase_if(seen_ns_,
-                [&](const auto& it) { return it.second + foxglove::kRobotLifetimeNs < unix_ns; });
+  constexpr uint64_t kLifetimeNs = foxglove::kRobotLifetimeS * 1'000'000'000;
+  std::erase_if(seen_ns_, [&](const auto& it) { return it.second + kLifetimeNs < unix_ns; });
   for (const auto& [name, seen_ns] : seen_ns_) {
     if (seen_ns != unix_ns) {
-      update.deleted.push_back(name);
+      foxglove::AddDeletion(name, unix_ns, &update);
     }
   }
-  return foxglove::Encode(update);
+  return update.SerializeAsString();
 }
 
 std::string RobotScenes::Trails(const std::vector<ClientView>& clients, uint64_t unix_ns) {
-  foxglove::SceneUpdate update{.time_ns = unix_ns, .delete_all = true};
+  foxglove::SceneUpdate update;
+  foxglove::AddDeletionOfAll(unix_ns, &update);
   std::set<std::string> present;
   for (const ClientView& client : clients) {
     if (!HasPose(client)) {
@@ -150,58 +153,66 @@ std::string RobotScenes::Trails(const std::vector<ClientView>& clients, uint64_t
     }
     const std::string name = foxglove::RobotName(client.link, client.id);
     present.insert(name);
-    std::deque<foxglove::Point>& trail = trails_[name];
-    const foxglove::Point here = PointOf(client.pose.position);
-    if (trail.empty() || trail.back().x != here.x || trail.back().y != here.y) {
-      trail.push_back(here);
+    std::deque<field::PointUm>& trail = trails_[name];
+    if (trail.empty() || trail.back() != client.pose.position) {
+      trail.push_back(client.pose.position);
     }
     if (trail.size() > kMaxTrail) {
       trail.pop_front();
     }
-    update.entities.push_back(
-        foxglove::TrailEntity(client.link, client.id, {trail.begin(), trail.end()}));
+    std::vector<foxglove::Point> points;
+    points.reserve(trail.size());
+    std::transform(trail.begin(), trail.end(), std::back_inserter(points), PointOf);
+    foxglove::AddTrail(client.link, client.id, points, unix_ns, &update);
   }
   std::erase_if(trails_, [&](const auto& it) { return !present.contains(it.first); });
-  return foxglove::Encode(update);
+  return update.SerializeAsString();
 }
 
 std::string RobotScenes::Transforms(const std::vector<ClientView>& clients, uint64_t unix_ns) {
-  foxglove::FrameTransforms transforms{.time_ns = unix_ns};
+  foxglove::FrameTransforms transforms;
   // So that the map's frame is known while there is no robot.
-  transforms.transforms.push_back(
-      {.child = std::string(foxglove::kMapFrame), .pose = {}, .parent = "world"});
+  const std::string map(foxglove::kMapFrame);
+  foxglove::AddTransform("world", map, {}, unix_ns, &transforms);
   for (const ClientView& client : clients) {
     if (HasPose(client)) {
-      transforms.transforms.push_back(
-          {.child = foxglove::RobotFrame(client.link, client.id), .pose = PlanePose(client.pose)});
+      foxglove::AddTransform(map, foxglove::RobotFrame(client.link, client.id),
+                             PlanePose(client.pose), unix_ns, &transforms);
     }
   }
-  return foxglove::Encode(transforms);
+  return transforms.SerializeAsString();
 }
 
 std::string RobotScenes::Goals(const std::vector<ClientView>& clients, uint64_t unix_ns) {
-  foxglove::SceneUpdate update{.time_ns = unix_ns, .delete_all = true};
+  foxglove::SceneUpdate update;
+  foxglove::AddDeletionOfAll(unix_ns, &update);
   for (const ClientView& client : clients) {
     if (client.robot.goal) {
-      const std::string name = foxglove::RobotName(client.link, client.id);
-      update.entities.push_back(foxglove::PlaceEntity(
-          name, std::to_string(client.id), PointOf(client.robot.goal->point()),
-          Metres(client.robot.goal->tolerance_um), kGoalColour));
+      foxglove::AddPlace({.id = foxglove::RobotName(client.link, client.id),
+                          .label = std::to_string(client.id),
+                          .centre = PointOf(client.robot.goal->point()),
+                          .radius_m = Metres(client.robot.goal->tolerance_um),
+                          .colour = kGoalColour},
+                         unix_ns, &update);
     }
   }
-  return foxglove::Encode(update);
+  return update.SerializeAsString();
 }
 
 std::string TagScenes::Places(const std::vector<control::TagView>& tags, uint64_t unix_ns) {
-  foxglove::SceneUpdate update{.time_ns = unix_ns, .delete_all = true};
+  foxglove::SceneUpdate update;
+  foxglove::AddDeletionOfAll(unix_ns, &update);
   for (const control::TagView& tag : tags) {
     if (tag.place) {
-      update.entities.push_back(foxglove::PlaceEntity(tag.content.name, tag.content.name,
-                                                      PointOf({tag.place->x_um, tag.place->y_um}),
-                                                      Metres(tag.place->range_um), kTagColour));
+      foxglove::AddPlace({.id = tag.content.name,
+                          .label = tag.content.name,
+                          .centre = PointOf({tag.place->x_um, tag.place->y_um}),
+                          .radius_m = Metres(tag.place->range_um),
+                          .colour = kTagColour},
+                         unix_ns, &update);
     }
   }
-  return foxglove::Encode(update);
+  return update.SerializeAsString();
 }
 
 std::optional<std::string> TagScenes::Changes(const std::vector<control::TagView>& tags, bool all) {
@@ -238,13 +249,14 @@ std::string ObstacleGrid(const field::FieldConfig& config, uint64_t unix_ns) {
     });
   }
   const double half_m = Metres(map.cell_um) / 2;
-  return foxglove::Encode(foxglove::Grid{
-      .time_ns = unix_ns,
-      .corner = {{Metres(map.origin.x) - half_m, Metres(map.origin.y) - half_m, 0}, 0},
-      .columns = static_cast<uint32_t>(columns),
-      .cell_m = Metres(map.cell_um) * nodes,
-      .field = "blocked",
-      .data = cells});
+  return foxglove::MakeGrid(
+             unix_ns,
+             {.corner = {Metres(map.origin.x) - half_m, Metres(map.origin.y) - half_m, 0},
+              .columns = static_cast<uint32_t>(columns),
+              .cell_m = Metres(map.cell_um) * nodes,
+              .names = {"blocked"}},
+             std::move(cells))
+      .SerializeAsString();
 }
 
 json::value EngineRates::Take(const control::StatusView& status, const StreamCounters* counters,

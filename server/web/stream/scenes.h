@@ -13,7 +13,7 @@
 #include <boost/json/value.hpp>
 
 #include "server/control/control.h"
-#include "server/foxglove/messages.h"
+#include "server/field/geometry.h"
 #include "server/web/stream/stream_counters.h"
 
 namespace pheromone::web {
@@ -36,7 +36,7 @@ class RobotScenes {
 
  private:
   std::map<std::string, uint64_t> seen_ns_;  // robots of late, by name
-  std::map<std::string, std::deque<foxglove::Point>> trails_;
+  std::map<std::string, std::deque<field::PointUm>> trails_;
 };
 
 /// Tags, and which of them have changed.
