@@ -4,16 +4,30 @@
 //   uint32_t crc = Crc32c(bytes);
 //   uint32_t same = Crc32c(second_half, Crc32c(first_half));
 //
-// Pure; any thread. Slicing by eight (Kounavis and Berry 2005), without special instructions: about
-// a byte a cycle, far more than a disk takes.
+// Pure; any thread. By ISA-L, with the processor's own instructions. README.md, "Figures",
+// compares.
 #pragma once
 
+#include <isa-l/crc.h>
+
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
 namespace pheromone::journal {
 
 /// Of what `before` is the checksum of, followed by `bytes`.
-uint32_t Crc32c(std::string_view bytes, uint32_t before = 0);
+inline uint32_t Crc32c(std::string_view bytes, uint32_t before = 0) {
+  constexpr size_t kMaxPiece = size_t{1} << 30;  // its length is an int
+  uint32_t crc = ~before;
+  while (!bytes.empty()) {
+    const std::string_view piece = bytes.substr(0, kMaxPiece);
+    // Not const in its declaration, but only read.
+    auto* const begin = reinterpret_cast<unsigned char*>(const_cast<char*>(piece.data()));
+    crc = crc32_iscsi(begin, static_cast<int>(piece.size()), crc);
+    bytes.remove_prefix(piece.size());
+  }
+  return ~crc;
+}
 
 }  // namespace pheromone::journal
