@@ -20,7 +20,6 @@
 #include "server/web/server.h"
 #include "server/web/stream/replays.h"
 #include "server/web/stream/stream.h"
-#include "server/web/tls.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -47,7 +46,7 @@ class HttpFrontEnd::Impl {
               .more_metrics =
                   [this] {
                     return web::StreamMetrics(stream_.counters(), replays_.counters()) +
-                           (web_.tls ? web::TlsMetrics(tls_.counters()) : "");
+                           (web_.tls ? web::TlsMetrics(tls_server_.tls_counters()) : "");
                   }},
              {.long_work = [this](web::Work work) { return long_work_.Add(std::move(work)); },
               .pictures = [this](web::Work work) { return pictures_.Add(std::move(work)); },
@@ -76,14 +75,24 @@ class HttpFrontEnd::Impl {
                 [this](web::Request request, web::Respond respond) {
                   api_.Handle(std::move(request), std::move(respond));
                 }),
-        tls_(tls_io_,
-             {.address = web_settings.listen_address,
-              .port = web_settings.listen_port,
-              .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
-             [this](Descriptor decrypted) { server_.Take(std::move(decrypted)); }),
+        tls_server_(tls_io_,
+                    {.socket_path = {},
+                     .listen_address = web_settings.listen_address,
+                     .listen_port = web_settings.listen_port,
+                     .is_urgent = web::IsUrgent,
+                     .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
+                    // A thread of low priority must not hold the lock for which robots wait.
+                    [this](web::Request request, web::Respond respond) {
+                      boost::asio::post(io_, [this, request = std::move(request),
+                                              respond = std::move(respond)]() mutable {
+                        api_.Handle(std::move(request), std::move(respond));
+                      });
+                    }),
         web_(std::move(web_settings)) {
-    server_.OnUpgrade("/", stream_.Handler());
-    server_.OnUpgrade(web::kReplayFolder, replays_.Handler());
+    for (web::Server* server : {&server_, &tls_server_}) {
+      server->OnUpgrade("/", stream_.Handler());
+      server->OnUpgrade(web::kReplayFolder, replays_.Handler());
+    }
   }
 
   void Open() {
@@ -116,16 +125,16 @@ class HttpFrontEnd::Impl {
   void SetCertificate(const Certificate& certificate) {
     const CheckedCertificate checked = CheckCertificate(certificate);
     if (web_.tls && checked.context != nullptr) {
-      tls_.SetCertificate(checked.context);
+      tls_server_.SetCertificate(checked.context);
       spdlog::info("web: certificate valid until {}", checked.valid_until);
     }
   }
 
   void Close() {
     server_.Stop();
+    tls_server_.Stop();
     stream_.Stop();
     replays_.Stop();
-    tls_.Stop();
     for (std::thread* thread : {&stream_thread_, &replay_thread_}) {
       if (thread->joinable()) {
         thread->join();
@@ -146,15 +155,15 @@ class HttpFrontEnd::Impl {
     if (web_.tls) {
       SetCertificate(*web_.tls);
     }
-    const Status listening = web_.tls ? tls_.Listen() : server_.ListenOnPort();
+    web::Server& server = web_.tls ? tls_server_ : server_;
+    const Status listening = server.ListenOnPort();
     if (!listening.ok()) {
       spdlog::warn("web: not listening: {}", listening.error());
       return;
     }
     const bool v6 = web_.listen_address.find(':') != std::string::npos;
     spdlog::info("web: {}://{}:{}/, {}", web_.tls ? "https" : "http",
-                 v6 ? "[" + web_.listen_address + "]" : web_.listen_address,
-                 web_.tls ? tls_.port() : server_.port(),
+                 v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server.port(),
                  web_.token.empty() ? "read-only" : "changes require the token");
     if (web_.tls) {
       tls_thread_ = std::thread([this] {
@@ -185,7 +194,7 @@ class HttpFrontEnd::Impl {
   web::Replays replays_;
   const std::string socket_path_;
   web::Server server_;
-  web::TlsListener tls_;
+  web::Server tls_server_;  // of the port, if there is a certificate
   const config::WebSettings web_;
   std::thread thread_;
   std::thread stream_thread_;

@@ -1,10 +1,11 @@
 #include "server/web/server.h"
 
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <exception>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,6 +22,7 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include "server/net/listen.h"
+#include "server/web/connection.h"
 #include "server/web/session.h"
 #include "server/web/unix_socket.h"
 
@@ -118,18 +120,9 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     return Ok();
   }
 
-  void Take(Descriptor decrypted) {
-    asio::post(strand_, [self = shared_from_this(), decrypted = std::move(decrypted)]() mutable {
-      error_code error;
-      Session::Protocol::socket socket(asio::make_strand(self->io_));
-      socket.assign(Session::Protocol(AF_UNIX, 0), decrypted.get(), error);
-      if (!error) {
-        (void)decrypted.release();
-      }
-      if (!error && !self->stopping_) {
-        self->Welcome(std::move(socket), &self->tcp_crowd_, true);
-      }
-    });
+  void SetCertificate(TlsContext context) {
+    const std::lock_guard lock(context_mutex_);
+    context_ = std::move(context);
   }
 
   void Stop() {
@@ -145,6 +138,9 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
           unlink(self->options_.socket_path.c_str());
         }
       }
+      for (const auto& [number, connection] : self->handshakes_) {
+        connection->Close();
+      }
       for (const Crowd* crowd : {&self->local_crowd_, &self->tcp_crowd_}) {
         for (const Sessions* sessions : {&crowd->served, &crowd->beyond}) {
           for (const auto& session : *sessions) {
@@ -156,6 +152,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   uint16_t port() const { return port_; }
+  const TlsCounters& tls_counters() const { return tls_counters_; }
 
  private:
   template <typename Acceptor>
@@ -165,10 +162,17 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
       error_code error;
       bool taken = false;
       try {
-        Session::Protocol::socket socket(asio::make_strand(io_));
+        Connection::Protocol::socket socket(asio::make_strand(io_));
         co_await acceptor->async_accept(socket, asio::redirect_error(asio::use_awaitable, error));
         if (!error && !stopping_) {
-          Welcome(std::move(socket), crowd, false);
+          const TlsContext context = crowd == &tcp_crowd_ ? Context() : nullptr;
+          if (context != nullptr) {
+            error_code ignored;
+            socket.set_option(tcp::no_delay(true), ignored);
+            ShakeHands(std::make_shared<Connection>(std::move(socket), context));
+          } else {
+            Welcome(Connection(std::move(socket)), crowd, false);
+          }
           taken = true;
         }
       } catch (const std::exception& failure) {  // for example out of memory
@@ -181,7 +185,41 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     }
   }
 
-  void Welcome(Session::Protocol::socket socket, Crowd* crowd, bool encrypted) {
+  TlsContext Context() {
+    const std::lock_guard lock(context_mutex_);
+    return context_;
+  }
+
+  void ShakeHands(const std::shared_ptr<Connection>& connection) {
+    if (handshakes_.size() >= options_.max_handshakes) {
+      handshakes_.begin()->second->Close();
+      handshakes_.erase(handshakes_.begin());
+    }
+    const uint64_t number = next_handshake_++;
+    handshakes_.emplace(number, connection);
+    CountTls();
+    asio::co_spawn(connection->get_executor(), connection->ShakeHands(options_.handshake_patience),
+                   asio::bind_executor(strand_, [self = shared_from_this(), connection, number](
+                                                    const std::exception_ptr& failure, bool done) {
+                     self->handshakes_.erase(number);
+                     if (failure == nullptr && done) {
+                       ++self->tls_counters_.accepted;
+                       if (!self->stopping_) {
+                         self->Welcome(std::move(*connection), &self->tcp_crowd_, true);
+                       }
+                     } else {
+                       ++self->tls_counters_.failed;
+                     }
+                     self->CountTls();
+                   }));
+  }
+
+  void CountTls() {
+    tls_counters_.connections =
+        handshakes_.size() + tcp_crowd_.served.size() + tcp_crowd_.beyond.size();
+  }
+
+  void Welcome(Connection connection, Crowd* crowd, bool encrypted) {
     const size_t limit = options_.max_connections;
     const bool full = crowd->served.size() >= limit && !MakeRoom(&crowd->served);
     Sessions* const sessions = full ? &crowd->beyond : &crowd->served;
@@ -189,7 +227,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
       return;  // too many even for an error response: the socket is closed here
     }
     const auto session = std::make_shared<Session>(
-        std::move(socket),
+        std::move(connection),
         SessionTraits{crowd == &local_crowd_, encrypted, full, options_.patience},
         full ? Refusal() : handle_, full ? nullptr : &upgrades_);
     sessions->insert(session);
@@ -208,10 +246,14 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     const std::shared_ptr<PlaceState> place = session->place();
     if (place == nullptr) {
       sessions->erase(session);
+      CountTls();
       return;
     }
     place->OnRelease([self = shared_from_this(), session, sessions] {
-      asio::dispatch(self->strand_, [self, session, sessions] { sessions->erase(session); });
+      asio::dispatch(self->strand_, [self, session, sessions] {
+        sessions->erase(session);
+        self->CountTls();
+      });
     });
   }
 
@@ -246,6 +288,11 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   std::string identity_;  // of the socket's file
   Crowd local_crowd_;
   Crowd tcp_crowd_;
+  std::mutex context_mutex_;
+  TlsContext context_;                                          // null: the port speaks plain HTTP
+  std::map<uint64_t, std::shared_ptr<Connection>> handshakes_;  // the oldest first
+  uint64_t next_handshake_ = 0;
+  TlsCounters tls_counters_;
   std::atomic<uint16_t> port_{0};
   bool stopping_ = false;
 };
@@ -267,8 +314,8 @@ Status Server::ListenOnPort() {
   return impl_->ListenOnPort();
 }
 
-void Server::Take(Descriptor decrypted) {
-  impl_->Take(std::move(decrypted));
+void Server::SetCertificate(TlsContext context) {
+  impl_->SetCertificate(std::move(context));
 }
 
 void Server::Stop() {
@@ -277,6 +324,10 @@ void Server::Stop() {
 
 uint16_t Server::port() const {
   return impl_->port();
+}
+
+const TlsCounters& Server::tls_counters() const {
+  return impl_->tls_counters();
 }
 
 }  // namespace pheromone::web

@@ -12,6 +12,11 @@
 // The handler is called on the threads of `io`, concurrently for different connections. It must not
 // block: requests that take long are answered later, from any thread.
 //
+// With a certificate, the port speaks TLS, and only that. A handshake may take
+// `handshake_patience`; at most `max_handshakes` are under way, of which the oldest makes room for
+// a new one; only then the connection is one of the port's. A client that speaks plain HTTP is told
+// so, with status 400.
+//
 // Limits: headers have at most 8 KiB and a body 1 MiB; receiving a request, answering it and
 // sending the answer may take `patience` each; a missing answer is 504. The socket and the port
 // have `max_connections` each. When these are in use, the connection that has been idle for longest
@@ -35,9 +40,10 @@
 
 #include <boost/asio/io_context.hpp>
 
-#include "server/base/descriptor.h"
 #include "server/base/result.h"
+#include "server/net/certificate.h"
 #include "server/web/http.h"
+#include "server/web/tls_counters.h"
 #include "server/web/upgrade.h"
 
 namespace pheromone::web {
@@ -51,6 +57,8 @@ struct ServerOptions {
   uint16_t listen_port = 0;     ///< 0: the system chooses, see port()
   size_t max_connections = 64;  ///< of each; and as many more that are answered with 503
   std::chrono::milliseconds patience{15'000};
+  size_t max_handshakes = 64;  ///< of TLS
+  std::chrono::milliseconds handshake_patience{10'000};
   /// Of requests that are served however many others there are: those to which the handler has an
   /// answer in no time. Empty: none.
   std::function<bool(const Request&)> is_urgent = {};
@@ -77,9 +85,8 @@ class Server {
   Status ListenOnSocket();
   Status ListenOnPort();
 
-  /// Serves a connection to which another has listened, and which it decrypts: the descriptor is
-  /// one end of a pair of stream sockets. It counts among those of the port. Any thread.
-  void Take(Descriptor decrypted);
+  /// Not null. Before ListenOnPort: the port speaks TLS; later: for new connections. Any thread.
+  void SetCertificate(TlsContext context);
 
   /// Closes all connections, after answering the requests passed to the handler, and removes the
   /// Unix socket if it is still ours. Owners of upgraded connections are notified (Place::OnStop).
@@ -87,6 +94,7 @@ class Server {
 
   /// The TCP port that is listened on; 0: none.
   uint16_t port() const;
+  const TlsCounters& tls_counters() const;
 
  private:
   class Impl;

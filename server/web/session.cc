@@ -1,7 +1,6 @@
 #include "server/web/session.h"
 
 #include <algorithm>
-#include <array>
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/redirect_error.hpp>
@@ -19,6 +18,7 @@ namespace http = boost::beast::http;
 using Parser = http::request_parser<http::string_body>;
 
 constexpr std::chrono::milliseconds kLinger{2'000};
+constexpr std::chrono::milliseconds kHurry{200};        // when the place is needed
 constexpr uint64_t kPortionBytes = uint64_t{64} << 10;  // of a body that is sent while it is read
 
 std::string HeaderOf(const Message& message, http::field name) {
@@ -109,23 +109,23 @@ asio::awaitable<bool> Session::ServeOne() {
   Parser parser;
   parser.header_limit(static_cast<uint32_t>(kMaxHeaderBytes));
   parser.body_limit(kMaxBodyBytes);
-  stream_.expires_after(traits_.patience);
+  connection_.SetPatience(traits_.patience);
   if (buffer_.size() == 0) {
     buffer_.commit(
-        co_await stream_.async_read_some(buffer_.prepare(kMaxHeaderBytes), Into(&error)));
+        co_await connection_.async_read_some(buffer_.prepare(kMaxHeaderBytes), Into(&error)));
   }
   if (!BeginRequest()) {
     co_return false;
   }
   if (!error) {
-    co_await http::async_read_header(stream_, buffer_, parser, Into(&error));
+    co_await http::async_read_header(connection_, buffer_, parser, Into(&error));
   }
   if (!error && parser.get()[http::field::expect] == "100-continue" && !closing_) {
     http::response<http::empty_body> go_on(http::status::continue_, parser.get().version());
-    co_await http::async_write(stream_, go_on, Into(&error));
+    co_await http::async_write(connection_, go_on, Into(&error));
   }
   if (!error && !closing_) {
-    co_await http::async_read(stream_, buffer_, parser, Into(&error));
+    co_await http::async_read(connection_, buffer_, parser, Into(&error));
   }
   if (closing_) {
     co_return false;
@@ -198,15 +198,15 @@ void Session::HandOn(const UpgradeHandler& to, Message message) {
   std::string rest = boost::beast::buffers_to_string(buffer_.data());
   buffer_.clear();
   buffer_.shrink_to_fit();
-  stream_.expires_never();
+  connection_.SetPatience(std::nullopt);
   place_ = std::make_shared<PlaceState>();
   Place place(place_);
-  to.take({stream_.release_socket(), std::move(message), traits_.local, std::move(rest),
+  to.take({std::move(connection_), std::move(message), traits_.local, std::move(rest),
            std::move(place)});
 }
 
 asio::awaitable<Response> Session::Ask(std::function<void(Respond)> ask) {
-  PendingResponse pending(stream_.get_executor(), [this] { answer_timer_.cancel(); });
+  PendingResponse pending(connection_.get_executor(), [this] { answer_timer_.cancel(); });
   ask(pending.MakeRespond());
   std::optional<Response> response = pending.Take();
   if (!response) {
@@ -224,12 +224,12 @@ asio::awaitable<Response> Session::Ask(std::function<void(Respond)> ask) {
 
 asio::awaitable<bool> Session::Write(Answer* answer, bool header_alone) {
   boost::beast::error_code error;
-  stream_.expires_after(traits_.patience);
+  connection_.SetPatience(traits_.patience);
   http::response_serializer<http::string_body> serializer(*answer);
   if (header_alone) {
-    co_await http::async_write_header(stream_, serializer, Into(&error));
+    co_await http::async_write_header(connection_, serializer, Into(&error));
   } else {
-    co_await http::async_write(stream_, serializer, Into(&error));
+    co_await http::async_write(connection_, serializer, Into(&error));
   }
   co_return !error;
 }
@@ -246,8 +246,8 @@ asio::awaitable<bool> Session::WriteContent(std::shared_ptr<Content> content, ui
       co_return false;
     }
     boost::beast::error_code error;
-    stream_.expires_after(traits_.patience);
-    co_await asio::async_write(stream_, asio::buffer(portion.body), Into(&error));
+    connection_.SetPatience(traits_.patience);
+    co_await asio::async_write(connection_, asio::buffer(portion.body), Into(&error));
     if (error) {
       co_return false;
     }
@@ -256,19 +256,12 @@ asio::awaitable<bool> Session::WriteContent(std::shared_ptr<Content> content, ui
   co_return true;
 }
 
-// Closing with unread bytes would make the system discard the last bytes written: remaining bytes
-// are read for a while, unless the place is needed.
+// What the client still sends is read for a while, unless the place is needed.
 asio::awaitable<void> Session::HangUp() {
   EndRequest();
-  boost::beast::error_code error;
-  stream_.socket().shutdown(Protocol::socket::shutdown_send, error);
-  std::array<char, 4096> rest{};
-  constexpr int kMaxReads = 1024;
-  stream_.expires_after(std::min<std::chrono::milliseconds>(traits_.patience, kLinger));
-  for (int i = 0; i < kMaxReads && !error && !closing_; ++i) {
-    co_await stream_.async_read_some(asio::buffer(rest), Into(&error));
-  }
-  stream_.close();
+  const auto patience = closing_ ? kHurry : kLinger;
+  co_await connection_.End(std::min<std::chrono::milliseconds>(traits_.patience, patience),
+                           !closing_);
 }
 
 }  // namespace pheromone::web

@@ -1,11 +1,11 @@
 // One connection of the HTTP server: requests one after the other, until either side hangs up.
 // Internal to this folder; server.h is what others use.
 //
-//   auto session = std::make_shared<Session>(std::move(socket), traits, handle);
+//   auto session = std::make_shared<Session>(std::move(connection), traits, handle);
 //   asio::co_spawn(session->executor(), session->Run(), ...);
 //
-// Everything runs on the socket's executor, a strand. Close, and what tells how idle the session
-// is, may be called from any thread.
+// Everything runs on the connection's executor, a strand. Close, and what tells how idle the
+// session is, may be called from any thread.
 #pragma once
 
 #include <atomic>
@@ -20,13 +20,12 @@
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 
+#include "server/web/connection.h"
 #include "server/web/http.h"
 #include "server/web/pending_response.h"
 #include "server/web/server.h"
@@ -102,29 +101,26 @@ using Upgrades = std::map<std::string, UpgradeHandler>;
 
 class Session final : public SessionBase, public std::enable_shared_from_this<Session> {
  public:
-  /// Of TCP and of Unix sockets alike: one class, for what Beast makes of it takes long to compile.
-  using Protocol = boost::asio::generic::stream_protocol;
-
   /// `upgrades` outlives the session; null: none.
-  Session(Protocol::socket socket, SessionTraits traits, Server::Handle handle,
+  Session(Connection connection, SessionTraits traits, Server::Handle handle,
           const Upgrades* upgrades)
-      : stream_(std::move(socket)),
-        answer_timer_(stream_.get_executor()),
+      : connection_(std::move(connection)),
+        answer_timer_(connection_.get_executor()),
         traits_(traits),
         handle_(std::move(handle)),
         upgrades_(upgrades) {}
 
-  boost::asio::any_io_executor executor() { return stream_.get_executor(); }
+  boost::asio::any_io_executor executor() { return answer_timer_.get_executor(); }
 
   boost::asio::awaitable<void> Run();
 
   void Close() override {
-    boost::asio::post(stream_.get_executor(), [self = shared_from_this()] {
+    boost::asio::post(executor(), [self = shared_from_this()] {
       self->closing_ = true;
       if (self->place_ != nullptr) {
         self->place_->Stop();
       } else {
-        self->stream_.cancel();
+        self->connection_.Cancel();
       }
     });
   }
@@ -143,7 +139,7 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
                                             uint64_t bytes);
   boost::asio::awaitable<void> HangUp();
 
-  boost::beast::basic_stream<Protocol> stream_;
+  Connection connection_;
   boost::asio::steady_timer answer_timer_;
   const SessionTraits traits_;
   const Server::Handle handle_;

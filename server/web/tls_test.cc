@@ -1,6 +1,4 @@
-// TLS on real sockets, in front of a real server. proto_tests/tls_test.py has foreign clients.
-
-#include "server/web/tls.h"
+// TLS on real sockets, of a real server. proto_tests/tls_test.py has foreign clients.
 
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -107,9 +105,13 @@ class TlsClient {
 
 class TlsTest : public testing::ListeningServer {
  protected:
+  TlsTest() {
+    options_.patience = kLong;
+    options_.handshake_patience = kLong;
+  }
+
   // Answers with what it knows of a request; /long has a body of 16 MiB.
   void Start(int threads = 2) {
-    options_.patience = kLong;
     Make([](const Request& request, const Respond& respond) {
       respond(request.target == "/long"
                   ? Response{.body = std::string(size_t{16} << 20, 'x')}
@@ -118,26 +120,11 @@ class TlsTest : public testing::ListeningServer {
                                      (request.encrypted ? " encrypted " : " plain ") +
                                      std::to_string(request.body.size()) + "."});
     });
-    tls_ = std::make_unique<TlsListener>(
-        io_, tls_options_, [this](Descriptor decrypted) { server_->Take(std::move(decrypted)); });
-    tls_->SetCertificate(CheckCertificate(certificate_).context);
-    ASSERT_TRUE(tls_->Listen().ok());
+    server_->SetCertificate(CheckCertificate(certificate_).context);
     Listen(threads);
   }
 
-  void TearDown() override {
-    if (server_ != nullptr) {
-      server_->Stop();
-    }
-    if (tls_ != nullptr) {
-      tls_->Stop();
-    }
-    Stop();
-  }
-
   const Certificate certificate_ = pheromone::testing::MakeCertificate();
-  TlsOptions tls_options_{.address = "127.0.0.1", .handshake_patience = kLong, .patience = kLong};
-  std::unique_ptr<TlsListener> tls_;
 };
 
 constexpr char kGetOnce[] = "GET /a HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
@@ -145,7 +132,7 @@ constexpr char kGetOnce[] = "GET /a HTTP/1.1\r\nHost: x\r\nConnection: close\r\n
 TEST_F(TlsTest, RequestsAreServedAndKnownToBeEncrypted) {
   Start();
   for (const int version : {TLS1_2_VERSION, TLS1_3_VERSION}) {
-    TlsClient client(tls_->port());
+    TlsClient client(server_->port());
     ASSERT_TRUE(client.ShakeHands(certificate_, version));
     client.Send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
     EXPECT_TRUE(client.ReadUntil("0.").ends_with("GET /a encrypted 0."));
@@ -156,24 +143,24 @@ TEST_F(TlsTest, RequestsAreServedAndKnownToBeEncrypted) {
     EXPECT_TRUE(client.ReadAll().ends_with("POST /b encrypted 900000."));
     EXPECT_TRUE(client.server_said_goodbye());  // so that the client knows that it has all
   }
-  EXPECT_EQ(tls_->counters().accepted, 2u);
+  EXPECT_EQ(server_->tls_counters().accepted, 2u);
 }
 
 TEST_F(TlsTest, OlderVersionsAndForeignAuthoritiesAreRefused) {
   Start();
-  EXPECT_FALSE(TlsClient(tls_->port()).ShakeHands(certificate_, TLS1_1_VERSION));
-  EXPECT_FALSE(TlsClient(tls_->port()).ShakeHands(pheromone::testing::MakeCertificate()));
+  EXPECT_FALSE(TlsClient(server_->port()).ShakeHands(certificate_, TLS1_1_VERSION));
+  EXPECT_FALSE(TlsClient(server_->port()).ShakeHands(pheromone::testing::MakeCertificate()));
 }
 
 TEST_F(TlsTest, AnotherCertificateIsForNewConnectionsAndOldOnesStay) {
   Start();
-  TlsClient old(tls_->port());
+  TlsClient old(server_->port());
   ASSERT_TRUE(old.ShakeHands(certificate_));
   const Certificate next = pheromone::testing::MakeCertificate();
-  tls_->SetCertificate(CheckCertificate(next).context);
-  TlsClient client(tls_->port());
+  server_->SetCertificate(CheckCertificate(next).context);
+  TlsClient client(server_->port());
   EXPECT_TRUE(client.ShakeHands(next));
-  EXPECT_FALSE(TlsClient(tls_->port()).ShakeHands(certificate_));
+  EXPECT_FALSE(TlsClient(server_->port()).ShakeHands(certificate_));
   for (TlsClient* each : {&old, &client}) {
     each->Send(kGetOnce);
     EXPECT_TRUE(each->ReadAll().ends_with("GET /a encrypted 0."));
@@ -182,7 +169,7 @@ TEST_F(TlsTest, AnotherCertificateIsForNewConnectionsAndOldOnesStay) {
 
 TEST_F(TlsTest, AClientThatHasNothingMoreToSayStillGetsItsAnswer) {
   Start();
-  TlsClient client(tls_->port());
+  TlsClient client(server_->port());
   ASSERT_TRUE(client.ShakeHands(certificate_));
   client.Send("GET /long HTTP/1.1\r\nHost: x\r\n\r\n");
   client.EndSending();
@@ -191,7 +178,7 @@ TEST_F(TlsTest, AClientThatHasNothingMoreToSayStillGetsItsAnswer) {
 
 TEST_F(TlsTest, WhoIsRefusedWhileSendingGetsTheReason) {
   Start();
-  TlsClient client(tls_->port());
+  TlsClient client(server_->port());
   ASSERT_TRUE(client.ShakeHands(certificate_));
   client.Send("POST /b HTTP/1.1\r\nHost: x\r\nContent-Length: 9000000\r\n\r\n");
   client.Send(std::string(500'000, 'b'));
@@ -200,7 +187,7 @@ TEST_F(TlsTest, WhoIsRefusedWhileSendingGetsTheReason) {
 
 TEST_F(TlsTest, PlainHttpIsToldWhatToSpeak) {
   Start();
-  const TlsClient client(tls_->port());
+  const TlsClient client(server_->port());
   client.SendPlain("GET / HTTP/1.1\r\nHost: x\r\n\r\n");
   const std::string answer = client.ReadAllPlain();
   EXPECT_TRUE(answer.starts_with("HTTP/1.1 400 ")) << answer;
@@ -215,33 +202,33 @@ TEST_F(TlsTest, RubbishEndsTheConnection) {
   for (const std::string& rubbish :
        {std::string("\x16\x03\x01\xff\xff", 5) + std::string(70'000, '\xff'),
         std::string(100, '\0'), std::string("\x80\x2e\x01\x03\x01", 5) + std::string(60, 'a')}) {
-    const TlsClient client(tls_->port());
+    const TlsClient client(server_->port());
     client.SendPlain(rubbish);
     client.ReadAllPlain();  // an alert perhaps, and then the end
   }
-  TlsClient client(tls_->port());  // instead of a record, once it is established
+  TlsClient client(server_->port());  // instead of a record, once it is established
   ASSERT_TRUE(client.ShakeHands(certificate_));
   client.SendPlain(std::string(20'000, '\xff'));
   client.ReadAllPlain();
 }
 
 TEST_F(TlsTest, AHandshakeThatStopsIsEndedAfterItsTime) {
-  tls_options_.handshake_patience = milliseconds{50};
+  options_.handshake_patience = milliseconds{50};
   Start();
-  const TlsClient silent(tls_->port());
-  const TlsClient stopped(tls_->port());
+  const TlsClient silent(server_->port());
+  const TlsClient stopped(server_->port());
   stopped.SendPlain(std::string("\x16\x03\x01\x02\x00\x01", 6));
   EXPECT_EQ(silent.ReadAllPlain(), "");
   EXPECT_EQ(stopped.ReadAllPlain(), "");
 }
 
 TEST_F(TlsTest, AClientThatDoesNotReadHoldsUpTheServersWritingAndIsEndedAfterItsTime) {
-  tls_options_.patience = milliseconds{50};
+  options_.patience = milliseconds{50};
   Start();
-  TlsClient client(tls_->port());
+  TlsClient client(server_->port());
   ASSERT_TRUE(client.ShakeHands(certificate_));
   client.Send("GET /long HTTP/1.1\r\nHost: x\r\n\r\n");
-  while (tls_->counters().connections > 0) {  // at last the listener ends it
+  while (server_->tls_counters().connections > 0) {  // at last the server ends it
     std::this_thread::yield();
   }
   EXPECT_LT(client.ReadAll().size(), size_t{16} << 20);
@@ -249,17 +236,17 @@ TEST_F(TlsTest, AClientThatDoesNotReadHoldsUpTheServersWritingAndIsEndedAfterIts
 
 TEST_F(TlsTest, IdleConnectionsAndHandshakesMakeRoom) {
   options_.max_connections = 10;
-  tls_options_.max_connections = 40;
+  options_.max_handshakes = 20;
   Start();
   std::vector<std::unique_ptr<TlsClient>> others;
   for (int i = 0; i < 100; ++i) {
-    others.push_back(std::make_unique<TlsClient>(tls_->port()));
+    others.push_back(std::make_unique<TlsClient>(server_->port()));
     if (i % 2 == 0) {
       EXPECT_TRUE(others.back()->ShakeHands(certificate_)) << i;
     }
-    EXPECT_LE(tls_->counters().connections, 40u);
+    EXPECT_LE(server_->tls_counters().connections, 40u);
   }
-  TlsClient client(tls_->port());
+  TlsClient client(server_->port());
   ASSERT_TRUE(client.ShakeHands(certificate_));
   client.Send(kGetOnce);
   EXPECT_TRUE(client.ReadAll().ends_with("GET /a encrypted 0."));
@@ -267,10 +254,10 @@ TEST_F(TlsTest, IdleConnectionsAndHandshakesMakeRoom) {
 
 TEST_F(TlsTest, StopEndsIdleClientsHandshakesAndThoseWhoDoNotRead) {
   Start();
-  TlsClient idle(tls_->port());
+  TlsClient idle(server_->port());
   ASSERT_TRUE(idle.ShakeHands(certificate_));
-  const TlsClient silent(tls_->port());
-  TlsClient stuck(tls_->port());
+  const TlsClient silent(server_->port());
+  TlsClient stuck(server_->port());
   ASSERT_TRUE(stuck.ShakeHands(certificate_));
   stuck.Send("GET /long HTTP/1.1\r\nHost: x\r\n\r\n");
   EXPECT_TRUE(stuck.ReadUntil("xxx").ends_with("xxx"));

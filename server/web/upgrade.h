@@ -20,10 +20,10 @@
 #include <string>
 #include <utility>
 
-#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/string_body.hpp>
 
+#include "server/web/connection.h"
 #include "server/web/http.h"
 
 namespace pheromone::web {
@@ -103,8 +103,7 @@ class Place {
 };
 
 struct Upgrade {
-  /// On a strand of its own, with no operation under way; TCP and Unix sockets alike.
-  boost::asio::generic::stream_protocol::socket socket;
+  Connection connection;  ///< on a strand of its own, with no operation under way
   boost::beast::http::request<boost::beast::http::string_body> message;  ///< for the handshake
   bool local = false;                                                    ///< over the Unix socket
   std::string rest;  ///< bytes already read after the request
@@ -116,7 +115,7 @@ struct UpgradeHandler {
   /// requests it must check Origin, since browsers open WebSockets across origins. On the threads
   /// of `io`.
   std::function<std::optional<Response>(const Request&)> check;
-  /// Called on the socket's strand. Must not block.
+  /// Called on the connection's strand. Must not block.
   std::function<void(Upgrade)> take;
 };
 

@@ -52,7 +52,8 @@ constexpr char kAsks[] =
 
 // Says what it hears, until the client or the server has enough.
 asio::awaitable<void> Echo(std::shared_ptr<Upgrade> upgrade) {
-  const auto kept = std::make_shared<WebSocket>(std::move(upgrade->socket));
+  const auto kept = std::make_shared<WebSocket>(
+      upgrade->connection.Release(upgrade->connection.get_executor()).value());
   WebSocket& stream = *kept;
   // The server may stop while the conversation ends by itself.
   upgrade->place.OnStop([weak = std::weak_ptr(kept), executor = stream.get_executor()] {
@@ -95,7 +96,7 @@ class UpgradeTest : public testing::ListeningServer {
   void StartEcho() {
     Start([](Upgrade upgrade) {
       const auto kept = std::make_shared<Upgrade>(std::move(upgrade));
-      asio::co_spawn(kept->socket.get_executor(), Echo(kept), asio::detached);
+      asio::co_spawn(kept->connection.get_executor(), Echo(kept), asio::detached);
     });
   }
 
@@ -161,9 +162,11 @@ TEST_F(UpgradeTest, WhatWasReadBehindTheRequestIsHandedOnAsItCame) {
     const auto target = upgrade.message.target();
     asked.set_value(
         {.method = {}, .target = {target.data(), target.size()}, .local = upgrade.local});
-    upgrade.socket.non_blocking(false);
+    auto socket = upgrade.connection.Release(upgrade.connection.get_executor());
+    ASSERT_TRUE(socket);
+    socket->non_blocking(false);
     error_code error;
-    asio::read(upgrade.socket, asio::dynamic_buffer(all), error);
+    asio::read(*socket, asio::dynamic_buffer(all), error);
     heard.set_value(all);
   });
   Protocol::socket client = Connect(true);
@@ -240,7 +243,7 @@ TEST_F(UpgradeTest, ItCountsAmongThoseOfItsListenerUntilItsPlaceIsGivenBack) {
   EXPECT_EQ(StatusOf(Ask(Connect(false), kAsks)), "503");
   EXPECT_EQ(StatusOf(Ask(Connect(true), get)), "200");
   std::vector<Upgrade> taken = keeper.All();
-  taken[0].socket.close();
+  taken[0].connection.Close();
   EXPECT_EQ(StatusOf(Ask(Connect(false), get)), "503");  // the place is not given back yet
   taken.clear();
   // Which the server hears of in the order of its strand: before the next one comes in.

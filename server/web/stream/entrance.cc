@@ -29,17 +29,14 @@ void Entrance::Take(Upgrade upgrade, std::weak_ptr<const void> owner,
                     std::function<void(Guest)> welcome) {
   const auto offered = upgrade.message[boost::beast::http::field::sec_websocket_protocol];
   std::string subprotocol(ChooseSubprotocol({offered.data(), offered.size()}));
-  boost::system::error_code error;
-  const auto protocol = upgrade.socket.local_endpoint(error).protocol();
-  const int descriptor = error || is_closed_ ? -1 : upgrade.socket.release(error);
-  if (error || descriptor < 0) {
-    return;  // the socket is closed
+  if (is_closed_ || !upgrade.connection.MoveTo(io_)) {
+    return;  // the connection is closed
   }
   ++guests_;
   boost::asio::post(
       io_, [this, owner = std::move(owner), welcome = std::move(welcome),
             is_early = !upgrade.rest.empty(),
-            guest = Guest{Viewer::Socket(io_, protocol, descriptor), std::move(upgrade.place),
+            guest = Guest{std::move(upgrade.connection), std::move(upgrade.place),
                           std::move(upgrade.message), std::move(subprotocol)}]() mutable {
         const auto still = owner.lock();
         if (still == nullptr) {

@@ -32,9 +32,9 @@ struct EntranceOptions {
 
 class Entrance {
  public:
-  /// Its socket is of `io`.
+  /// Its connection is of `io`.
   struct Guest {
-    Viewer::Socket socket;
+    Connection connection;
     Place place;
     boost::beast::http::request<boost::beast::http::string_body> message;
     std::string subprotocol;

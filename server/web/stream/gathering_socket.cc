@@ -35,15 +35,7 @@ class GatheringSocket::Writer : public std::enable_shared_from_this<Writer> {
     }
   }
 
-  // Without waiting: a peer that does not read does without it.
-  void SendLast() {
-    if (!is_sending_ && !kept_.empty()) {
-      error_code ignored;
-      socket.non_blocking(true, ignored);
-      socket.write_some(asio::buffer(kept_), ignored);
-      kept_.clear();
-    }
-  }
+  std::string TakeLast() { return is_sending_ ? std::string() : std::exchange(kept_, {}); }
 
   Socket socket;
 
@@ -130,16 +122,15 @@ const GatheringSocket::Socket& GatheringSocket::next_layer() const {
 }
 
 void GatheringSocket::Close() {
-  error_code ignored;
-  writer_->socket.close(ignored);
+  writer_->socket.Close();
 }
 
 void GatheringSocket::Write(std::vector<asio::const_buffer> buffers, Handler handler) {
   writer_->Write(std::move(buffers), std::move(handler));
 }
 
-void GatheringSocket::SendLast() {
-  writer_->SendLast();
+void GatheringSocket::End(asio::any_completion_handler<void(error_code)> handler) {
+  writer_->socket.EndWith(writer_->TakeLast(), std::move(handler));
 }
 
 }  // namespace pheromone::web

@@ -18,16 +18,17 @@
 #include <boost/asio/any_completion_handler.hpp>
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/beast/core/role.hpp>
 #include <boost/beast/websocket/teardown.hpp>
 #include <boost/system/error_code.hpp>
+
+#include "server/web/connection.h"
 
 namespace pheromone::web {
 
 class GatheringSocket {
  public:
-  using Socket = boost::asio::generic::stream_protocol::socket;
+  using Socket = Connection;
   using next_layer_type = Socket;
   using executor_type = Socket::executor_type;
   static constexpr size_t kMaxSmall = size_t{1} << 15;
@@ -60,17 +61,14 @@ class GatheringSocket {
   }
 
   // What Beast calls when it ends a connection.
-  friend void teardown(boost::beast::role_type role, GatheringSocket& socket,
-                       boost::system::error_code& error) {
-    socket.SendLast();
-    boost::beast::websocket::teardown(role, socket.next_layer(), error);
+  friend void teardown(boost::beast::role_type /*role*/, GatheringSocket& socket,
+                       boost::system::error_code& /*error*/) {
+    socket.Close();
   }
   template <typename Handler>
-  friend void async_teardown(boost::beast::role_type role, GatheringSocket& socket,
+  friend void async_teardown(boost::beast::role_type /*role*/, GatheringSocket& socket,
                              Handler&& handler) {
-    socket.SendLast();
-    boost::beast::websocket::async_teardown(role, socket.next_layer(),
-                                            std::forward<Handler>(handler));
+    socket.End(std::forward<Handler>(handler));
   }
 
  private:
@@ -79,7 +77,7 @@ class GatheringSocket {
   class Writer;
 
   void Write(std::vector<boost::asio::const_buffer> buffers, Handler handler);
-  void SendLast();
+  void End(boost::asio::any_completion_handler<void(boost::system::error_code)> handler);
 
   std::shared_ptr<Writer> writer_;  // also that of what is being sent
 };

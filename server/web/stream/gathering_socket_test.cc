@@ -28,7 +28,7 @@ class GatheringSocketTest : public testing::Test {
   GatheringSocketTest() {
     EXPECT_EQ(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0, ends_.data()), 0);
     socket_.emplace(
-        GatheringSocket::Socket(io_, asio::generic::stream_protocol(AF_UNIX, 0), ends_[0]));
+        Connection(Connection::Protocol::socket(io_, Connection::Protocol(AF_UNIX, 0), ends_[0])));
   }
   ~GatheringSocketTest() override {
     socket_.reset();

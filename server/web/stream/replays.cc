@@ -123,7 +123,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
                    .now_us = ReplayNow<std::chrono::microseconds>});
     const std::weak_ptr<Session> weak = session;
     session->viewer = std::make_shared<Viewer>(
-        std::move(guest.socket), std::move(guest.place),
+        std::move(guest.connection), std::move(guest.place),
         Viewer::Parts{.hub = session->show.hub(),
                       .counters = &counters_,
                       .change = [](const StreamChange& /*change*/, const Respond& /*respond*/) {},

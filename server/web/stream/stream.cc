@@ -138,7 +138,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
 
   void Welcome(Entrance::Guest guest, const std::string& refusal, const std::string& warning) {
     const auto viewer = std::make_shared<Viewer>(
-        std::move(guest.socket), std::move(guest.place),
+        std::move(guest.connection), std::move(guest.place),
         Viewer::Parts{.hub = &hub_,
                       .counters = &counters_,
                       .change = [this](const StreamChange& change,

@@ -25,8 +25,9 @@ constexpr uint8_t kTimeOp = 2;
 
 }  // namespace
 
-Viewer::Viewer(Socket socket, Place place, Parts parts, std::string refusal, std::string warning)
-    : socket_(std::move(socket)),
+Viewer::Viewer(Connection connection, Place place, Parts parts, std::string refusal,
+               std::string warning)
+    : socket_(std::move(connection)),
       place_(std::move(place)),
       parts_(std::move(parts)),
       refusal_(std::move(refusal)),
@@ -36,10 +37,8 @@ Viewer::Viewer(Socket socket, Place place, Parts parts, std::string refusal, std
 
 void Viewer::Start(const boost::beast::http::request<boost::beast::http::string_body>& request,
                    std::string subprotocol) {
-  error_code ignored;
   // What is in the buffer is old when a slow viewer gets it, and costs memory.
-  boost::beast::get_lowest_layer(socket_).set_option(
-      asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+  socket_.next_layer().next_layer().SetSendBuffer(kSendBufferBytes);
   websocket::stream_base::timeout patience;
   patience.handshake_timeout = kHandshakePatience;
   patience.idle_timeout = kIdlePatience;

@@ -34,7 +34,6 @@ namespace pheromone::web {
 
 class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
-  using Socket = GatheringSocket::Socket;
   static constexpr size_t kMaxEvents = 256;
   static constexpr size_t kMaxAnswers = 64;
   static constexpr size_t kMaxAnswerBytes = size_t{1} << 20;
@@ -51,7 +50,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
     std::function<void(PlaybackRequest)> play = {};  ///< of a recording; null: there is none
   };
 
-  Viewer(Socket socket, Place place, Parts parts, std::string refusal, std::string warning);
+  Viewer(Connection connection, Place place, Parts parts, std::string refusal, std::string warning);
 
   /// Performs the handshake, and then reads.
   void Start(const boost::beast::http::request<boost::beast::http::string_body>& request,
