@@ -1,7 +1,13 @@
 #include "server/foxglove/messages.h"
 
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/wire_format_lite.h>
+
+#include <array>
 #include <cmath>
 #include <utility>
+
+#include "server/foxglove/tiles.pb.h"
 
 namespace pheromone::foxglove {
 namespace {
@@ -18,6 +24,21 @@ void Set(double yaw_rad, ::foxglove::Quaternion* to) {
   to->set_w(std::cos(yaw_rad / 2));
 }
 
+// The last field of a message, which is large: it is copied once, not into the message first.
+void AppendBytes(int field, std::string_view bytes, std::string* to) {
+  using google::protobuf::internal::WireFormatLite;
+  using google::protobuf::io::CodedOutputStream;
+  if (bytes.empty()) {
+    return;
+  }
+  std::array<uint8_t, 10> head{};
+  uint8_t* end = CodedOutputStream::WriteTagToArray(
+      WireFormatLite::MakeTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED), head.data());
+  end = CodedOutputStream::WriteVarint32ToArray(static_cast<uint32_t>(bytes.size()), end);
+  to->append(head.data(), end);
+  to->append(bytes);
+}
+
 }  // namespace
 
 void Set(const Point& point, ::foxglove::Vector3* to) {
@@ -31,8 +52,8 @@ void Set(const Pose& pose, ::foxglove::Pose* to) {
   Set(pose.yaw_rad, to->mutable_orientation());
 }
 
-Grid MakeGrid(uint64_t time_ns, const GridLayout& layout, std::string cells) {
-  Grid grid;
+std::string EncodeGrid(uint64_t time_ns, const GridLayout& layout, std::string_view cells) {
+  ::foxglove::Grid grid;
   Set(time_ns, grid.mutable_timestamp());
   grid.set_frame_id(std::string(kMapFrame));
   Set(Pose{layout.corner}, grid.mutable_pose());
@@ -46,8 +67,18 @@ Grid MakeGrid(uint64_t time_ns, const GridLayout& layout, std::string cells) {
     field->set_name(name);
     field->set_type(::foxglove::PackedElementField::UINT8);
   }
-  grid.set_data(std::move(cells));
-  return grid;
+  std::string encoded;
+  encoded.reserve(cells.size() + 256);
+  grid.AppendToString(&encoded);
+  AppendBytes(::foxglove::Grid::kDataFieldNumber, cells, &encoded);
+  return encoded;
+}
+
+std::string EncodeTiles(std::string_view data) {
+  std::string encoded;
+  encoded.reserve(data.size() + 16);
+  AppendBytes(Tiles::kDataFieldNumber, data, &encoded);
+  return encoded;
 }
 
 SceneEntity* AddEntity(std::string id, uint64_t time_ns, SceneUpdate* update) {

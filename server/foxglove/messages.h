@@ -17,13 +17,11 @@
 #include "server/foxglove/grid.pb.h"
 #include "server/foxglove/log.pb.h"
 #include "server/foxglove/scene.pb.h"
-#include "server/foxglove/tiles.pb.h"
 #include "server/foxglove/transforms.pb.h"
 
 namespace pheromone::foxglove {
 
 using ::foxglove::FrameTransforms;
-using ::foxglove::Grid;
 using ::foxglove::Log;
 using ::foxglove::SceneEntity;
 using ::foxglove::SceneUpdate;
@@ -52,7 +50,9 @@ struct GridLayout {
   double cell_m = 0;
   std::vector<std::string> names = {};  ///< of the value
 };
-Grid MakeGrid(uint64_t time_ns, const GridLayout& layout, std::string cells);
+std::string EncodeGrid(uint64_t time_ns, const GridLayout& layout, std::string_view cells);
+/// Message pheromone.Tiles.
+std::string EncodeTiles(std::string_view data);
 
 /// An entity replaces the one with the same ID on the same topic.
 SceneEntity* AddEntity(std::string id, uint64_t time_ns, SceneUpdate* update);

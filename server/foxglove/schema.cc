@@ -7,6 +7,7 @@
 #include <set>
 
 #include "server/foxglove/messages.h"
+#include "server/foxglove/tiles.pb.h"
 
 namespace pheromone::foxglove {
 namespace {
@@ -17,7 +18,7 @@ using google::protobuf::FileDescriptorSet;
 
 const Descriptor* Find(std::string_view name) {
   for (const Descriptor* message :
-       {Grid::descriptor(), SceneUpdate::descriptor(), FrameTransforms::descriptor(),
+       {::foxglove::Grid::descriptor(), SceneUpdate::descriptor(), FrameTransforms::descriptor(),
         Log::descriptor(), Tiles::descriptor()}) {
     if (message->full_name() == name) {
       return message;

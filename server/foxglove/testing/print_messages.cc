@@ -29,13 +29,12 @@ void PrintAll() {
   constexpr uint64_t kTime = 1'700'000'000'000'000'007;
   const std::string cells("\x00\x01\xFE\xFF\x00\x07", 6);
   Print("message", kGridSchema,
-        MakeGrid(kTime,
-                 {.corner = {-0.25, 1.5, 0},
-                  .columns = 3,
-                  .cell_m = 0.05,
-                  .names = {"level", "254 = 0.5 units"}},
-                 cells)
-            .SerializeAsString());
+        EncodeGrid(kTime,
+                   {.corner = {-0.25, 1.5, 0},
+                    .columns = 3,
+                    .cell_m = 0.05,
+                    .names = {"level", "254 = 0.5 units"}},
+                   cells));
   SceneUpdate update;
   AddDeletionOfAll(kTime, &update);
   AddDeletion("radio-a/9", kTime, &update);
@@ -59,9 +58,7 @@ void PrintAll() {
   for (int i = 0; i < 100; ++i) {
     data += "tiles";
   }
-  Tiles tiles;
-  tiles.set_data(data);
-  Print("message", kTilesSchema, tiles.SerializeAsString());
+  Print("message", kTilesSchema, EncodeTiles(data));
 }
 
 }  // namespace

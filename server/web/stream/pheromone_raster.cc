@@ -234,9 +234,7 @@ std::string PheromoneRaster::Encode(uint64_t since) const {
                                 static_cast<size_t>(columns.end - columns.first)));
     }
   }
-  Tiles message;
-  message.set_data(writer.Take());
-  return message.SerializeAsString();
+  return foxglove::EncodeTiles(writer.Take());
 }
 
 std::string PheromoneRaster::EncodeGrid(uint64_t unix_ns) const {
@@ -244,14 +242,13 @@ std::string PheromoneRaster::EncodeGrid(uint64_t unix_ns) const {
   const field::PointUm corner = twice_corner_um();
   std::ostringstream meaning;  // in ASCII: it is shown in a menu
   meaning << int{kFullScale} << " = " << scale_ << " units";
-  return foxglove::MakeGrid(unix_ns,
-                            {.corner = {static_cast<double>(corner.x) / 2 / kUmPerM,
-                                        static_cast<double>(corner.y) / 2 / kUmPerM, 0},
-                             .columns = static_cast<uint32_t>(columns_),
-                             .cell_m = static_cast<double>(cell_um_) / kUmPerM,
-                             .names = {"level", meaning.str()}},
-                            std::string(bytes()))
-      .SerializeAsString();
+  return foxglove::EncodeGrid(unix_ns,
+                              {.corner = {static_cast<double>(corner.x) / 2 / kUmPerM,
+                                          static_cast<double>(corner.y) / 2 / kUmPerM, 0},
+                               .columns = static_cast<uint32_t>(columns_),
+                               .cell_m = static_cast<double>(cell_um_) / kUmPerM,
+                               .names = {"level", meaning.str()}},
+                              bytes());
 }
 
 }  // namespace pheromone::web

@@ -249,14 +249,13 @@ std::string ObstacleGrid(const field::FieldConfig& config, uint64_t unix_ns) {
     });
   }
   const double half_m = Metres(map.cell_um) / 2;
-  return foxglove::MakeGrid(
-             unix_ns,
-             {.corner = {Metres(map.origin.x) - half_m, Metres(map.origin.y) - half_m, 0},
-              .columns = static_cast<uint32_t>(columns),
-              .cell_m = Metres(map.cell_um) * nodes,
-              .names = {"blocked"}},
-             std::move(cells))
-      .SerializeAsString();
+  return foxglove::EncodeGrid(
+      unix_ns,
+      {.corner = {Metres(map.origin.x) - half_m, Metres(map.origin.y) - half_m, 0},
+       .columns = static_cast<uint32_t>(columns),
+       .cell_m = Metres(map.cell_um) * nodes,
+       .names = {"blocked"}},
+      cells);
 }
 
 json::value EngineRates::Take(const control::StatusView& status, const StreamCounters* counters,
