@@ -1,0 +1,132 @@
+#include "client_fw/experiments/laws/command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client_fw/experiments/laws/experiment.h"
+#include "client_fw/swarm/command.h"
+#include "client_fw/swarm/path_experiment.h"
+#include "client_fw/swarm/picture.h"
+
+namespace pheromone::swarm {
+namespace {
+
+constexpr uint64_t kSearchSeed = 1;
+
+struct LawsOptions {
+  int budget = 0;
+  int seeds = 20;
+  std::string out;
+};
+
+void Show(const std::string& what) {
+  if (isatty(STDERR_FILENO) != 0) {
+    fmt::print(stderr, "\r{:60}\r{}", "", what);
+    std::fflush(stderr);
+  }
+}
+
+Tuning TuneAloud(client::Law law, int budget) {
+  const std::string name(law == client::Law::kFuzzy ? "fuzzy" : "differential");
+  Tuning tuning = Tune(law, budget, kSearchSeed, [&](int i) {
+    Show(fmt::format("searching {}: {} of {}", name, i + 1, budget));
+  });
+  Show("");
+  const Tunable tunable = TunableOf(law);
+  const Merit& merit = tuning.merits[tuning.search.best_index];
+  fmt::print("# {}: mean error {:.1f} mm, progress {:.1f} mm/s with", name, merit.error_mm,
+             merit.progress_mm_s);
+  for (size_t i = 0; i < tunable.names.size(); ++i) {
+    fmt::print(" {}={}", tunable.names[i], tuning.search.best().values[i]);
+  }
+  fmt::print("\n");
+  return tuning;
+}
+
+// The runs of seed 1 and 2 on one curve, each law in its colour.
+std::string DrawTracks(const std::vector<Contender>& contenders, Curve curve) {
+  PathExperiment experiment;
+  engine::EngineConfig config = EngineConfigOf(experiment);
+  config.field.paths = {PathOf(curve)};
+  const field::Field field(config.field);
+  std::vector<Way> ways;
+  for (const Contender& contender : contenders) {
+    for (uint64_t seed = 1; seed <= 2; ++seed) {
+      FollowConditions conditions;
+      conditions.curve = curve;
+      conditions.steering = contender.steering;
+      conditions.duration_ms = 40'000;
+      ways.push_back(
+          {"law " + contender.name, contender.colour, Follow(conditions, seed).track, seed == 1});
+    }
+  }
+  return DrawPathPicture(fmt::format("Laws on a curve not used for tuning: {}", NameOf(curve)),
+                         field, PathOf(curve), ways, 0);
+}
+
+int RunLaws(const LawsOptions& options) {
+  std::vector<Tuning> tunings;
+  Steering differential = TunedDifferential();
+  Steering fuzzy = TunedFuzzy();
+  if (options.budget > 0) {
+    tunings.push_back(TuneAloud(client::Law::kDifferential, options.budget));
+    tunings.push_back(TuneAloud(client::Law::kFuzzy, options.budget));
+    differential = tunings[0].steering();
+    fuzzy = tunings[1].steering();
+  }
+  const std::vector<Contender> contenders = ContendersOf(differential, fuzzy);
+  std::vector<Curve> curves = UnseenCurves();
+  curves.insert(curves.begin(), TuningCurves().begin(), TuningCurves().end());
+  std::vector<Comparison> rows;
+  for (const Curve curve : curves) {
+    for (const Contender& contender : contenders) {
+      Show(fmt::format("{}: {}", NameOf(curve), contender.name));
+      rows.push_back(Compare(contender, curve, options.seeds));
+    }
+  }
+  Show("");
+  const std::string csv = ToCsv(rows);
+  fmt::print("{}", csv);
+  if (options.out.empty()) {
+    return 0;
+  }
+  std::vector<std::pair<std::string, std::string>> files = {
+      {"laws.csv", csv},
+      {"laws.svg", DrawLaws(rows, tunings)},
+      {"laws-eight.svg", DrawTracks(contenders, Curve::kEight)}};
+  if (!tunings.empty()) {
+    files.emplace_back("laws-search.csv", ToCsv(tunings));
+  }
+  return WriteFiles(options.out, files);
+}
+
+}  // namespace
+
+void AddLawsCommand(CLI::App* app, int* status) {
+  auto options = std::make_shared<LawsOptions>();
+  CLI::App* command = app->add_subcommand(
+      "laws",
+      "A comparison of the steering laws, on the curves used for tuning and on others, in virtual "
+      "time; prints a table as CSV");
+  command
+      ->add_option(
+          "--search", options->budget,
+          "Retune the differential and fuzzy laws with this many evaluations each (default: "
+          "use the stored parameters)")
+      ->check(CLI::Range(0, 100'000));
+  command->add_option("--seeds", options->seeds, "Runs of each law on each curve (default: 20)")
+      ->check(CLI::Range(1, 10'000));
+  command->add_option("--out", options->out,
+                      "Folder for laws.csv, laws.svg, laws-eight.svg and, with --search, "
+                      "laws-search.csv");
+  command->callback([options, status] { *status = RunLaws(*options); });
+}
+
+}  // namespace pheromone::swarm
