@@ -11,13 +11,11 @@
 #include <vector>
 
 #include "client_fw/experiments/bridge/experiment.h"
-#include "client_fw/experiments/bridge/picture.h"
+#include "client_fw/experiments/bridge/moments.h"
 #include "client_fw/swarm/command.h"
 
 namespace pheromone::swarm {
 namespace {
-
-constexpr size_t kPanels = 6;  // of the picture over time: the base and the controls
 
 struct BridgeOptions {
   int seeds = 30;
@@ -40,9 +38,7 @@ std::vector<BridgeMoment> MomentsOf(const BridgeSeries& series) {
     }
     const auto seed = static_cast<uint64_t>(run - series.runs.begin()) + 1;
     for (const int64_t ms : {std::min<int64_t>(40'000, end_ms), end_ms}) {
-      moments.push_back({series.experiment, seed, ms,
-                         fmt::format("seed {} after {} s, ends on the {} branch", seed, ms / 1000,
-                                     NameOf(outcome))});
+      moments.push_back({series.experiment, seed, ms, outcome});
     }
   }
   return moments;
@@ -73,15 +69,11 @@ int RunBridgeCommand(const BridgeOptions& options) {
   if (options.out.empty()) {
     return 0;
   }
-  const auto panels = static_cast<std::ptrdiff_t>(std::min(all.size(), kPanels));
   return WriteFiles(options.out, {{"bridge.csv", ToCsv(all)},
                                   {"bridge-runs.csv", RunsToCsv(all)},
                                   {"bridge-share.csv", SharesToCsv(all)},
-                                  {"bridge-share.svg", DrawShares(std::vector<BridgeSeries>(
-                                                           all.begin(), all.begin() + panels))},
-                                  {"bridge-outcomes.svg", DrawOutcomes(all)},
-                                  {"bridge-choices.svg", DrawChoices(all.front())},
-                                  {"bridge-arena.svg", DrawTrails(MomentsOf(all.front()))}});
+                                  {"bridge-choices.csv", ChoicesToCsv(all.front())},
+                                  {"bridge-arena.csv", MomentsToCsv(MomentsOf(all.front()))}});
 }
 
 }  // namespace
@@ -110,7 +102,7 @@ void AddBridgeCommand(CLI::App* app, int* status) {
   command->add_flag("--base-only", options->base_only, "Without the controls and sweeps");
   command->add_option("--out", options->out,
                       "Folder for bridge.csv (one row for each experiment), bridge-runs.csv, "
-                      "bridge-share.csv and the pictures");
+                      "bridge-share.csv, and bridge-choices.csv and bridge-arena.csv of the first");
   command->callback([options, status] { *status = RunBridgeCommand(*options); });
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
 
@@ -243,6 +244,25 @@ std::string SharesToCsv(const std::vector<BridgeSeries>& all) {
       csv += fmt::format("\"{}\",{},{:.3f},{:.3f}\n", series.experiment.name, ms / kMinuteMs,
                          share.mean, share.deviation);
     }
+  }
+  return csv;
+}
+
+std::string ChoicesToCsv(const BridgeSeries& series) {
+  constexpr size_t kBins = 20;
+  std::array<int, kBins> all{};
+  std::array<int, kBins> took_short{};
+  for (const BridgeRun& run : series.runs) {
+    for (const Choice& choice : run.choices) {
+      const size_t bin = std::min(kBins - 1, static_cast<size_t>(choice.short_trail * kBins));
+      ++all[bin];
+      took_short[bin] += choice.branch == Branch::kShort ? 1 : 0;
+    }
+  }
+  std::string csv = "trail_from,trail_to,choices,took_short\n";
+  for (size_t bin = 0; bin < kBins; ++bin) {
+    csv += fmt::format("{:.2f},{:.2f},{},{}\n", static_cast<double>(bin) / kBins,
+                       static_cast<double>(bin + 1) / kBins, all[bin], took_short[bin]);
   }
   return csv;
 }

@@ -89,9 +89,11 @@ BridgeSummary Summarise(const BridgeSeries& series);
 /// A readable table with one line per series.
 std::string ToTable(const std::vector<BridgeSeries>& all);
 
-/// A header line, then one line per series; per run; per series and minute.
+/// A header line, then one line per series; per run; per series and minute. ChoicesToCsv counts the
+/// choices of a series by the short branch's share of the trail at the entries.
 std::string ToCsv(const std::vector<BridgeSeries>& all);
 std::string RunsToCsv(const std::vector<BridgeSeries>& all);
 std::string SharesToCsv(const std::vector<BridgeSeries>& all);
+std::string ChoicesToCsv(const BridgeSeries& series);
 
 }  // namespace pheromone::swarm

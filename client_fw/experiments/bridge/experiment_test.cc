@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/experiments/bridge/picture.h"
+#include "client_fw/experiments/bridge/moments.h"
 #include "server/base/testing/count.h"
 
 namespace pheromone::swarm {
@@ -157,7 +157,7 @@ TEST(BridgeTables, TheSummaryCountsSpreadsAndBoundsTheProbability) {
   EXPECT_NEAR(summary.most_probability, 0.7541, 1e-4);
 }
 
-TEST(BridgeTables, TablesAndPicturesHaveAPartForEachSeries) {
+TEST(BridgeTables, TablesHaveALineForEachSeriesRunAndMinute) {
   std::vector<BridgeSeries> all;
   for (const char* name : {"first", "second"}) {
     BridgeExperiment experiment = Minutes(2);
@@ -168,14 +168,13 @@ TEST(BridgeTables, TablesAndPicturesHaveAPartForEachSeries) {
   EXPECT_EQ(CountOf(ToCsv(all), "\n"), 3u);
   EXPECT_EQ(CountOf(RunsToCsv(all), "\n"), 5u);
   EXPECT_EQ(CountOf(SharesToCsv(all), "\n"), 5u);
-  EXPECT_EQ(CountOf(DrawShares(all), "<polyline"), 2u * (2 + 1));  // each swarm, and the mean
-  EXPECT_EQ(CountOf(DrawOutcomes(all), "<circle"), 4u);
-  EXPECT_GT(CountOf(DrawChoices(all[0]), "<circle"), 0u);
-  const std::string trails =
-      DrawTrails({{all[0].experiment, 1, 60'000, "a"}, {all[0].experiment, 2, 60'000, "b"}});
-  EXPECT_EQ(CountOf(trails, "rotate("), 2u * 8);  // the robots
-  EXPECT_EQ(trails,
-            DrawTrails({{all[0].experiment, 1, 60'000, "a"}, {all[0].experiment, 2, 60'000, "b"}}));
+  EXPECT_EQ(CountOf(ChoicesToCsv(all[0]), "\n"), 21u);
+  const std::vector<BridgeMoment> moments = {{all[0].experiment, 1, 60'000, Outcome::kShort},
+                                             {all[0].experiment, 2, 60'000, Outcome::kLong}};
+  const std::string csv = MomentsToCsv(moments);
+  EXPECT_EQ(CountOf(csv, ",robot,"), 2u * 8);
+  EXPECT_EQ(CountOf(csv, ",food,"), 2u);
+  EXPECT_EQ(csv, MomentsToCsv(moments));
 }
 
 TEST(BridgeTables, EachExperimentHasANameOfItsOwn) {

@@ -166,9 +166,8 @@ int RunChannel(const ChannelOptions& options) {
     return 0;
   }
   return WriteFiles(options.out, {{"channel.csv", ToCsv(rows)},
-                                  {"channel.svg", DrawChannelPicture(rows)},
                                   {"rounds.csv", ToCsv(rounds)},
-                                  {"rounds.svg", DrawRoundsPicture(rounds)}});
+                                  {"rounds-gaps.csv", GapsToCsv(rounds)}});
 }
 
 }  // namespace
@@ -215,7 +214,7 @@ void AddChannelCommand(CLI::App* app, int* status) {
   command->add_option("--seconds", options->duration_s, "Measured time of each run (default: 60)")
       ->check(Between(2.0, 36'000.0));
   command->add_option("--out", options->out,
-                      "Folder for channel.csv, rounds.csv and their pictures");
+                      "Folder for channel.csv, rounds.csv and rounds-gaps.csv");
   command->footer(
       "C_1 is the request rate of a single robot limited by the modems alone. The bound is ideal "
       "slotted CSMA, or the offered load if that is less. A request counts as delivered if it is "

@@ -80,7 +80,10 @@ TEST(ChannelExperiment, ReportsHaveALineForEachRow) {
   const size_t head_end = csv.find('\n');
   EXPECT_EQ(commas(csv.substr(0, head_end)),
             commas(csv.substr(head_end + 1, csv.find('\n', head_end + 1) - head_end - 1)));
-  EXPECT_NE(std::string::npos, DrawChannelPicture({row}).find("</svg>"));
+  ChannelSummary sixteen = row;
+  sixteen.experiment.robots = 16;
+  const std::string gaps = GapsToCsv({row, sixteen});
+  EXPECT_EQ(1 + 61, std::count(gaps.begin(), gaps.end(), '\n'));
 }
 
 }  // namespace

@@ -2,14 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "server/chart/panels.h"
-
 namespace pheromone::swarm {
 namespace {
-
-constexpr double kMaxLatencyMs = 1000;  // of the picture
 
 int64_t ToMs(int64_t ns) {
   return ns / 1'000'000;
@@ -41,59 +35,6 @@ std::string OtherOf(const ChannelExperiment& e) {
 // A figure that is meaningless for this row stays empty.
 std::string OnlyIf(bool meaningful, double value, int digits) {
   return meaningful ? fmt::format("{:.{}f}", value, digits) : "";
-}
-
-bool SameTiming(const ChannelTiming& a, const ChannelTiming& b) {
-  return a.turnaround_ns == b.turnaround_ns && a.server_delay_ns == b.server_delay_ns;
-}
-
-struct Figure {
-  const char* label;
-  const char* colour;
-  bool carrier_detect;
-  chart::Mark (*of)(const ChannelSummary& row);
-};
-
-chart::Mark Goodput(const ChannelSummary& row) {
-  return {0, row.goodput, row.worst_goodput, row.goodput};
-}
-chart::Mark Bound(const ChannelSummary& row) {
-  return {0, row.ideal};
-}
-chart::Mark Median(const ChannelSummary& row) {
-  return {0, static_cast<double>(row.p50_ms)};
-}
-chart::Mark Tail(const ChannelSummary& row) {
-  return {0, static_cast<double>(row.p99_ms)};
-}
-
-constexpr const char* kWith = "#2166ac";
-constexpr const char* kWithPale = "#92c5de";
-constexpr const char* kWithout = "#b2182b";
-constexpr const char* kWithoutPale = "#f4a582";
-
-constexpr const char* kFullWith = "with carrier detect (latency: median)";
-constexpr const char* kFullWithout = "without";
-constexpr const char* kPaleWith = "its bound (latency: 99th percentile)";
-constexpr const char* kPaleWithout = "bound without";
-
-chart::Panel PanelOf(const std::vector<const ChannelSummary*>& rows, const std::string& title,
-                     const std::string& y_label, const std::vector<Figure>& figures) {
-  chart::Panel panel;
-  panel.title = title;
-  panel.x_label = "robots";
-  panel.y_label = y_label;
-  for (const Figure& figure : figures) {
-    chart::Series series{figure.label, figure.colour, {}};
-    for (const ChannelSummary* row : rows) {
-      if (row->experiment.timing.carrier_detect == figure.carrier_detect) {
-        series.marks.push_back(figure.of(*row));
-        series.marks.back().x = row->experiment.robots;
-      }
-    }
-    panel.series.push_back(series);
-  }
-  return panel;
 }
 
 }  // namespace
@@ -161,122 +102,23 @@ std::string ToJson(const ChannelSummary& row) {
       row.worst_robot_share);
 }
 
-std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows) {
-  std::vector<ChannelTiming> timings;
-  for (const ChannelSummary& row : rows) {
-    const ChannelTiming& timing = row.experiment.timing;
-    if (std::none_of(timings.begin(), timings.end(),
-                     [&](const ChannelTiming& known) { return SameTiming(known, timing); })) {
-      timings.push_back(timing);
-    }
-  }
-  std::vector<chart::Panel> panels;
-  for (const ChannelTiming& timing : timings) {
-    std::vector<const ChannelSummary*> shown;
-    for (const ChannelSummary& row : rows) {
-      if (row.experiment.period_ms != 0 && row.experiment.hidden_pairs == 0 &&
-          SameTiming(row.experiment.timing, timing)) {
-        shown.push_back(&row);
-      }
-    }
-    if (shown.empty()) {
-      continue;
-    }
-    const std::string title = fmt::format("T_t {} ms, D_s {} ms", ToMs(timing.turnaround_ns),
-                                          ToMs(timing.server_delay_ns));
-    panels.push_back(PanelOf(shown, fmt::format("{}; C_1 = {:.1f}/s", title, shown.front()->peak),
-                             "answers a second",
-                             {{kPaleWith, kWithPale, true, Bound},
-                              {kPaleWithout, kWithoutPale, false, Bound},
-                              {kFullWith, kWith, true, Goodput},
-                              {kFullWithout, kWithout, false, Goodput}}));
-    panels.push_back(PanelOf(shown, title, "from due to answered, ms",
-                             {{kPaleWith, kWithPale, true, Tail},
-                              {kPaleWithout, kWithoutPale, false, Tail},
-                              {kFullWith, kWith, true, Median},
-                              {kFullWithout, kWithout, false, Median}}));
-    panels.back().y_most = kMaxLatencyMs;
-  }
-  return chart::DrawPanels("How many robots a channel can serve: one request every 200 ms", panels,
-                           {.columns = 4});
-}
-
-std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows) {
-  constexpr double kMaxGapMs = 3000;
+std::string GapsToCsv(const std::vector<ChannelSummary>& rows) {
   constexpr size_t kPoints = 60;
-  std::vector<int64_t> turnarounds;
-  for (const ChannelSummary& row : rows) {
-    const int64_t ns = row.experiment.timing.turnaround_ns;
-    if (std::find(turnarounds.begin(), turnarounds.end(), ns) == turnarounds.end()) {
-      turnarounds.push_back(ns);
-    }
-  }
-  const auto is_plain = [](const ChannelExperiment& e) { return OtherOf(e) == "-"; };
-  std::vector<chart::Panel> panels;
-  for (const int64_t turnaround_ns : turnarounds) {
-    chart::Panel rate;
-    rate.title = fmt::format("T_t = {} ms", ToMs(turnaround_ns));
-    rate.x_label = "robots";
-    rate.y_label = "answers a second";
-    chart::Panel gap;
-    gap.title = rate.title;
-    gap.x_label = rate.x_label;
-    gap.y_label = "longest gap between answers, ms";
-    gap.y_most = kMaxGapMs;
-    rate.series = {{"C_1: one exchange after the other", "#999999", {}},
-                   {"contention", kWithout, {}},
-                   {"rounds", kWith, {}},
-                   {"bound of contention", kWithoutPale, {}}};
-    gap.series = {{"contention", kWithout, {}}, {"rounds", kWith, {}}};
-    for (const ChannelSummary& row : rows) {
-      const ChannelExperiment& e = row.experiment;
-      if (!is_plain(e) || e.timing.turnaround_ns != turnaround_ns) {
-        continue;
-      }
-      const size_t which = e.access == Access::kRounds ? 1 : 0;
-      const auto x = static_cast<double>(e.robots);
-      const auto longest = static_cast<double>(row.longest_gap_ms);
-      if (which == 1) {
-        rate.series[0].marks.push_back({x, row.peak});
-        rate.series[3].marks.push_back({x, row.ideal});
-      }
-      rate.series[which + 1].marks.push_back({x, row.goodput, row.worst_goodput, row.goodput});
-      gap.series[which].marks.push_back({x, longest});
-    }
-    panels.push_back(rate);
-    panels.push_back(gap);
-  }
-  chart::Panel cdf;
-  cdf.title = fmt::format("16 robots, T_t = {} ms", ToMs(turnarounds.front()));
-  cdf.x_label = "gap between a robot's answers, ms";
-  cdf.y_label = "share of gaps up to that";
-  const auto add = [&](const ChannelSummary& row, const std::string& label, const char* colour) {
-    chart::Series series{label, colour, {}};
-    for (size_t i = 0; i <= kPoints && !row.gaps_ms.empty(); ++i) {
-      const size_t rank = i * (row.gaps_ms.size() - 1) / kPoints;
-      const auto ms = static_cast<double>(row.gaps_ms[rank]);
-      if (ms <= kMaxGapMs) {
-        series.marks.push_back({ms, static_cast<double>(i) / kPoints});
-      }
-    }
-    cdf.series.push_back(series);
-  };
+  std::string csv = "access,frame_loss_percent,share,gap_ms\n";
   for (const ChannelSummary& row : rows) {
     const ChannelExperiment& e = row.experiment;
-    if (e.robots != 16 || e.timing.turnaround_ns != turnarounds.front()) {
+    const bool is_plain = OtherOf(e) == "-";
+    if (e.robots != 16 || row.gaps_ms.empty() || !(is_plain || e.frame_loss == 0.05) ||
+        e.timing.turnaround_ns != rows.front().experiment.timing.turnaround_ns) {
       continue;
     }
-    const bool rounds = e.access == Access::kRounds;
-    if (is_plain(e)) {
-      add(row, rounds ? "rounds" : "contention", rounds ? kWith : kWithout);
-    } else if (e.frame_loss == 0.05) {
-      add(row, rounds ? "rounds, 5 % lost" : "contention, 5 % lost",
-          rounds ? kWithPale : kWithoutPale);
+    for (size_t i = 0; i <= kPoints; ++i) {
+      const size_t rank = i * (row.gaps_ms.size() - 1) / kPoints;
+      csv += fmt::format("{},{:g},{:.4f},{}\n", NameOf(e.access), 100 * e.frame_loss,
+                         static_cast<double>(i) / kPoints, row.gaps_ms[rank]);
     }
   }
-  panels.push_back(cdf);
-  return chart::DrawPanels("Rounds and contention: one request every 200 ms from each robot",
-                           panels, {.columns = 3});
+  return csv;
 }
 
 }  // namespace pheromone::swarm

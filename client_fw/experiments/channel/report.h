@@ -1,4 +1,4 @@
-// The channel experiment as a table for reading, as CSV and as a picture.
+// The channel experiment as a table for reading and as CSV.
 #pragma once
 
 #include <string>
@@ -18,12 +18,8 @@ std::string ToCsv(const std::vector<ChannelSummary>& rows);
 /// One line: a JSON object with the figures of a row.
 std::string ToJson(const ChannelSummary& row);
 
-/// An SVG of the periodic rows without hidden stations: for each timing, answers a second against
-/// the number of robots, beside the bound, and the latency.
-std::string DrawChannelPicture(const std::vector<ChannelSummary>& rows);
-
-/// An SVG of rounds beside contention: answers a second and the longest gap against the number of
-/// robots, for each turnaround; the distribution of the gaps of 16 robots, also with lost frames.
-std::string DrawRoundsPicture(const std::vector<ChannelSummary>& rows);
+/// The distribution of the gaps between a robot's answers: of 16 robots with the first turnaround,
+/// all frames heard and 5 % lost; 61 quantiles for each row of those.
+std::string GapsToCsv(const std::vector<ChannelSummary>& rows);
 
 }  // namespace pheromone::swarm

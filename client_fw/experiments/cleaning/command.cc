@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "client_fw/experiments/cleaning/experiment.h"
-#include "client_fw/experiments/cleaning/picture.h"
 #include "client_fw/experiments/cleaning/report.h"
 #include "client_fw/experiments/cleaning/sweep.h"
 #include "client_fw/swarm/command.h"
@@ -18,7 +17,7 @@
 namespace pheromone::swarm {
 namespace {
 
-constexpr int64_t kTrackSampleMs = 250;
+constexpr int64_t kTrackSampleMs = 1000;
 
 struct CleaningOptions {
   CleaningExperiment base;
@@ -92,8 +91,7 @@ int RunOnce(const CleaningOptions& options) {
     written = WriteFiles(options.out, {{"cleaning-zones.csv", ZonesToCsv(experiment, run)},
                                        {"cleaning-cleanings.csv", CleaningsToCsv(run)},
                                        {"cleaning-soil.csv", SoilToCsv(experiment, run)},
-                                       {"cleaning-soil.svg", DrawSoil(experiment, run)},
-                                       {"cleaning-floor.svg", DrawFloor(experiment, run)}});
+                                       {"cleaning-tracks.csv", TracksToCsv(experiment, run)}});
   }
   const int status = StatusOf({run});
   return status != 0 ? status : written;
@@ -125,10 +123,8 @@ int RunSweepOfSizes(const CleaningOptions& options) {
     std::fflush(stdout);
     status = status != 0 ? status : StatusOf(all.back().runs);
   }
-  const int written = options.out.empty()
-                          ? 0
-                          : WriteFiles(options.out, {{"cleaning-sweep.csv", ToCsv(all)},
-                                                     {"cleaning-sweep.svg", DrawGaps(all)}});
+  const int written =
+      options.out.empty() ? 0 : WriteFiles(options.out, {{"cleaning-sweep.csv", ToCsv(all)}});
   return status != 0 ? status : written;
 }
 
@@ -219,7 +215,7 @@ void AddCleaningCommand(CLI::App* app, int* status) {
   command->add_option(
       "--out", options->out,
       "Folder for cleaning-zones.csv, cleaning-cleanings.csv, cleaning-soil.csv and "
-      "the pictures; with --sweep for cleaning-sweep.csv and its picture");
+      "cleaning-tracks.csv; with --sweep for cleaning-sweep.csv");
   command->footer(
       "A gap is the time from the end of a zone's cleaning to the begin of the next. An ideal "
       "cycle "

@@ -89,4 +89,16 @@ std::string SoilToCsv(const CleaningExperiment& experiment, const CleaningRun& r
   return csv;
 }
 
+std::string TracksToCsv(const CleaningExperiment& experiment, const CleaningRun& run) {
+  std::string csv = "robot,time_s,x_m,y_m\n";
+  for (size_t robot = 0; robot < run.tracks.size(); ++robot) {
+    int64_t ms = 0;
+    for (const sim::PlanePose& pose : run.tracks[robot]) {
+      csv += fmt::format("{},{:g},{:.3f},{:.3f}\n", robot + 1, InSeconds(ms), pose.x_m, pose.y_m);
+      ms += experiment.sample_ms;
+    }
+  }
+  return csv;
+}
+
 }  // namespace pheromone::swarm

@@ -17,4 +17,7 @@ std::string ZonesToCsv(const CleaningExperiment& experiment, const CleaningRun& 
 std::string CleaningsToCsv(const CleaningRun& run);
 std::string SoilToCsv(const CleaningExperiment& experiment, const CleaningRun& run);
 
+/// A line for each robot and sample, if the run has tracks.
+std::string TracksToCsv(const CleaningExperiment& experiment, const CleaningRun& run);
+
 }  // namespace pheromone::swarm

@@ -9,7 +9,6 @@
 
 #include "client_fw/experiments/cleaning/model.h"
 #include "client_fw/swarm/parallel_runs.h"
-#include "server/chart/panels.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -59,10 +58,6 @@ double ByTrue(const CleaningExperiment& experiment, const CleaningRun& run) {
 
 std::string NameOf(const CleaningGrid& grid) {
   return fmt::format("{}×{}", grid.columns, grid.rows);
-}
-
-chart::Mark MarkOf(size_t place, const Range& range) {
-  return {static_cast<double>(place), range.mean, range.least, range.most};
 }
 
 }  // namespace
@@ -150,28 +145,6 @@ std::string ToCsv(const std::vector<CleaningSeries>& all) {
     }
   }
   return csv;
-}
-
-std::string DrawGaps(const std::vector<CleaningSeries>& all) {
-  chart::Panel panel;
-  panel.x_label = "zones";
-  panel.y_label = "worst gap, cycles";
-  chart::Series by_ideal{.label = "firmware, in ideal cycles", .colour = {}, .marks = {}};
-  chart::Series by_true{.label = "firmware, in its own cycles", .colour = {}, .marks = {}};
-  chart::Series model{.label = "decision alone, in ideal cycles", .colour = {}, .marks = {}};
-  for (size_t i = 0; i < all.size(); ++i) {
-    const CleaningSeries& series = all[i];
-    const CleaningExperiment& it = series.experiment;
-    panel.categories.push_back(fmt::format("{}, {} robots", NameOf(it.grid), it.robots));
-    by_ideal.marks.push_back(
-        MarkOf(i, RangeOver(series, [&](const CleaningRun& run) { return ByIdeal(it, run); })));
-    by_true.marks.push_back(
-        MarkOf(i, RangeOver(series, [&](const CleaningRun& run) { return ByTrue(it, run); })));
-    model.marks.push_back(MarkOf(i, RangeOf(series.model_gaps)));
-  }
-  panel.series = {by_ideal, by_true, model};
-  return chart::DrawPanels("The longest time without a cleaning; whiskers over seeds", {panel},
-                           {.columns = 1, .panel_width = 720, .panel_height = 380});
 }
 
 }  // namespace pheromone::swarm

@@ -2,7 +2,6 @@
 // for each robot, the firmware over the radio beside the decision alone (cleaning_model.h).
 //
 //   const std::vector<CleaningSeries> all = {RunSeries(CleaningSizes(base)[0], cycles, seeds)};
-//   DrawGaps(all);
 //
 // Virtual time. A series runs on all processors; its result does not depend on their number.
 #pragma once
@@ -38,8 +37,5 @@ std::string ToTableRow(const CleaningSeries& series);
 
 /// A header line, then a line for each run.
 std::string ToCsv(const std::vector<CleaningSeries>& all);
-
-/// Worst gaps against size, in ideal cycles and in cycles as they were.
-std::string DrawGaps(const std::vector<CleaningSeries>& all);
 
 }  // namespace pheromone::swarm

@@ -8,7 +8,6 @@
 
 #include "client_fw/experiments/detour/experiment.h"
 #include "client_fw/swarm/command.h"
-#include "client_fw/swarm/picture.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -38,10 +37,10 @@ int RunDetour(const DetourOptions& options) {
   fmt::print("{}", ToTable(all));
   if (!options.out.empty()) {
     // Of the first offset: without the repellent, and with the first weight.
-    const std::vector<DetourSeries> pictured(all.begin(), all.begin() + 2);
-    const field::Field field(EngineConfigOf(pictured.front().experiment).field);
+    const std::vector<DetourSeries> shown(all.begin(), all.begin() + 2);
     return WriteFiles(options.out, {{"detour.csv", ToCsv(all)},
-                                    {"detour.svg", Draw(PictureOf(pictured), field, 0)}});
+                                    {"detour-tracks.csv", TracksToCsv(shown)},
+                                    {"detour-map.csv", MapToCsv(shown.front().experiment)}});
   }
   return 0;
 }
@@ -90,8 +89,8 @@ void AddDetourCommand(CLI::App* app, int* status) {
           "Maximum length of a run, which also ends near the end of the path (default: 40)")
       ->check(Between(1.0, 3600.0));
   detour_command->add_option("--out", options->out,
-                             "Folder for detour.csv (all runs) and detour.svg "
-                             "(those of the first offset and weight)");
+                             "Folder for detour.csv (all runs), detour-tracks.csv and "
+                             "detour-map.csv (those of the first offset and weight)");
   detour_command->footer(
       "The table has the worst values of each series: runs that entered the patch, smallest "
       "distance to it (negative: inside), longest time inside, largest deviation from the path, "

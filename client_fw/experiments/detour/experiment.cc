@@ -238,31 +238,34 @@ std::string ToCsv(const std::vector<DetourSeries>& all) {
   return csv;
 }
 
-Picture PictureOf(const std::vector<DetourSeries>& all) {
-  Picture picture;
-  picture.title = "Around a repellent and back to the path";
-  picture.path = PathOfDetour();
-  picture.shades = {{DetourExperiment::kPathType, "#e08214", "#b35806", 0.07},
-                    {DetourExperiment::kRepellentType, "#8073ac", "#542788", 0.07}};
-  if (!all.empty()) {
-    const DetourExperiment& first = all.front().experiment;
-    picture.outlines = {{fmt::format("core of the repellent, {:.0f} mm beside the path",
-                                     ToMm(first.patch_offset_m)),
-                         PatchCentre(first), ToUm(first.patch_radius_m)}};
-  }
+std::string TracksToCsv(const std::vector<DetourSeries>& all) {
+  constexpr size_t kEach = 2;  // samples: enough for a figure
+  std::string csv = "patch_offset_mm,weight,senses,seed,time_s,x_m,y_m\n";
   for (const DetourSeries& series : all) {
-    const DetourExperiment& experiment = series.experiment;
-    const bool with = WithRepellent(experiment);
-    const std::string label =
-        with ? fmt::format("{} runs that sense path − {:.2f} · repellent", series.runs.size(),
-                           experiment.weight)
-             : fmt::format("{} runs that sense the path alone", series.runs.size());
-    for (const DetourRun& run : series.runs) {
-      picture.ways.push_back(
-          {label, with ? "#2166ac" : "#b2182b", run.track, &run == &series.runs.front()});
+    const bool with = WithRepellent(series.experiment);
+    for (size_t run = 0; run < series.runs.size(); ++run) {
+      const std::vector<Sample>& track = series.runs[run].track;
+      for (size_t i = 0; i < track.size(); i += kEach) {
+        csv += fmt::format(
+            "{:.0f},{},{},{},{:g},{:.3f},{:.3f}\n", ToMm(series.experiment.patch_offset_m),
+            with ? fmt::format("{:.3f}", series.experiment.weight) : "", with ? "way" : "path",
+            run + 1, static_cast<double>(track[i].time_ms) / 1000, track[i].pose.x_m,
+            track[i].pose.y_m);
+      }
     }
   }
-  return picture;
+  return csv;
+}
+
+std::string MapToCsv(const DetourExperiment& experiment) {
+  std::string csv = "what,x_m,y_m,radius_m\n";
+  const auto metres = [](int64_t um) { return static_cast<double>(um) / 1e6; };
+  for (const field::PointUm& point : PathOfDetour().points) {
+    csv += fmt::format("path,{:.3f},{:.3f},\n", metres(point.x), metres(point.y));
+  }
+  const field::PointUm patch = PatchCentre(experiment);
+  return csv + fmt::format("repellent,{:.3f},{:.3f},{:g}\n", metres(patch.x), metres(patch.y),
+                           experiment.patch_radius_m);
 }
 
 }  // namespace pheromone::swarm

@@ -23,7 +23,6 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/swarm/picture.h"
 #include "client_fw/swarm/simulation.h"
 #include "client_fw/swarm/track.h"
 #include "server/field/path.h"
@@ -103,7 +102,8 @@ std::string ToTable(const std::vector<DetourSeries>& all);
 /// A header line, then one line per run.
 std::string ToCsv(const std::vector<DetourSeries>& all);
 
-/// The tracks of all series over the map of the first.
-Picture PictureOf(const std::vector<DetourSeries>& all);
+/// The tracks of all runs; the path and the core of the repellent.
+std::string TracksToCsv(const std::vector<DetourSeries>& all);
+std::string MapToCsv(const DetourExperiment& experiment);
 
 }  // namespace pheromone::swarm

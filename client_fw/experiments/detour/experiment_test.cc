@@ -163,29 +163,16 @@ TEST(Detour, TheWayIsThePathLessTheWeighedRepellent) {
 TEST(Detour, ARepeatedSeriesIsTheSameToTheByte) {
   const std::vector<DetourSeries> first = {MakeDetours(Experiment(0.2, true), 3)};
   const std::vector<DetourSeries> second = {MakeDetours(Experiment(0.2, true), 3)};
-  const field::Field field(EngineConfigOf(first.front().experiment).field);
   EXPECT_EQ(ToCsv(first), ToCsv(second));
   EXPECT_EQ(ToTable(first), ToTable(second));
-  EXPECT_EQ(Draw(PictureOf(first), field, 0), Draw(PictureOf(second), field, 0));
+  EXPECT_EQ(TracksToCsv(first), TracksToCsv(second));
   EXPECT_NE(ToCsv(first[0].runs[0].track), ToCsv(first[0].runs[1].track));
 }
 
-TEST(Detour, ThePictureShowsBothPheromonesTheCoreAndEachRun) {
-  const std::vector<DetourSeries> all = {MakeDetours(Experiment(0.2, false), 2),
-                                         MakeDetours(Experiment(0.2, true), 2)};
-  const field::Field field(EngineConfigOf(all.front().experiment).field);
-  const std::string svg = Draw(PictureOf(all), field, 0);
-  const auto count = [&svg](const std::string& part) {
-    size_t found = 0;
-    for (size_t at = svg.find(part); at != std::string::npos; at = svg.find(part, at + 1)) {
-      ++found;
-    }
-    return found;
-  };
-  EXPECT_EQ(count("<circle"), 2 * field.node_count() + 2);  // the core, and again in the legend
-  EXPECT_EQ(count("<radialGradient"), 2u);
-  EXPECT_EQ(count("<polyline"), 1u + 4u);
-  EXPECT_EQ(count("<text x=\"48\""), 4u);  // the legend: path, core, without, with
+TEST(Detour, TheMapHasThePathAndTheCore) {
+  const std::string csv = MapToCsv(Experiment(0.2, true));
+  EXPECT_EQ(csv.find("what,x_m,y_m,radius_m\npath,1.000,2.000,\npath,"), 0u);
+  EXPECT_NE(csv.find("\nrepellent,5.160,3.727,0.3\n"), std::string::npos);
 }
 
 TEST(Detour, TheTablesHaveALineForEachSeriesAndEachRun) {

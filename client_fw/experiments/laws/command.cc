@@ -12,8 +12,6 @@
 
 #include "client_fw/experiments/laws/experiment.h"
 #include "client_fw/swarm/command.h"
-#include "client_fw/swarm/path_experiment.h"
-#include "client_fw/swarm/picture.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -50,25 +48,31 @@ Tuning TuneAloud(client::Law law, int budget) {
   return tuning;
 }
 
-// The runs of seed 1 and 2 on one curve, each law in its colour.
-std::string DrawTracks(const std::vector<Contender>& contenders, Curve curve) {
-  PathExperiment experiment;
-  engine::EngineConfig config = EngineConfigOf(experiment);
-  config.field.paths = {PathOf(curve)};
-  const field::Field field(config.field);
-  std::vector<Way> ways;
+// The curve, and the runs of seed 1 and 2 of each law on it.
+std::string TracksToCsv(const std::vector<Contender>& contenders, Curve curve) {
+  constexpr size_t kEach = 4;  // samples: enough for a figure
+  std::string csv = "law,seed,time_s,x_m,y_m\n";
+  const field::Path path = PathOf(curve);
+  for (size_t i = 0; i < path.points.size() + (path.closed ? 1 : 0); ++i) {
+    const field::PointUm point = path.points[i % path.points.size()];
+    csv += fmt::format("path,,,{:.3f},{:.3f}\n", static_cast<double>(point.x) / 1e6,
+                       static_cast<double>(point.y) / 1e6);
+  }
   for (const Contender& contender : contenders) {
     for (uint64_t seed = 1; seed <= 2; ++seed) {
       FollowConditions conditions;
       conditions.curve = curve;
       conditions.steering = contender.steering;
       conditions.duration_ms = 40'000;
-      ways.push_back(
-          {"law " + contender.name, contender.colour, Follow(conditions, seed).track, seed == 1});
+      const std::vector<Sample> track = Follow(conditions, seed).track;
+      for (size_t i = 0; i < track.size(); i += kEach) {
+        csv += fmt::format("{},{},{:g},{:.3f},{:.3f}\n", contender.name, seed,
+                           static_cast<double>(track[i].time_ms) / 1000, track[i].pose.x_m,
+                           track[i].pose.y_m);
+      }
     }
   }
-  return DrawPathPicture(fmt::format("Laws on a curve not used for tuning: {}", NameOf(curve)),
-                         field, PathOf(curve), ways, 0);
+  return csv;
 }
 
 int RunLaws(const LawsOptions& options) {
@@ -98,9 +102,7 @@ int RunLaws(const LawsOptions& options) {
     return 0;
   }
   std::vector<std::pair<std::string, std::string>> files = {
-      {"laws.csv", csv},
-      {"laws.svg", DrawLaws(rows, tunings)},
-      {"laws-eight.svg", DrawTracks(contenders, Curve::kEight)}};
+      {"laws.csv", csv}, {"laws-tracks.csv", TracksToCsv(contenders, Curve::kEight)}};
   if (!tunings.empty()) {
     files.emplace_back("laws-search.csv", ToCsv(tunings));
   }
@@ -124,8 +126,8 @@ void AddLawsCommand(CLI::App* app, int* status) {
   command->add_option("--seeds", options->seeds, "Runs of each law on each curve (default: 20)")
       ->check(CLI::Range(1, 10'000));
   command->add_option("--out", options->out,
-                      "Folder for laws.csv, laws.svg, laws-eight.svg and, with --search, "
-                      "laws-search.csv");
+                      "Folder for laws.csv, laws-tracks.csv (two runs of each law on the figure "
+                      "eight) and, with --search, laws-search.csv");
   command->callback([options, status] { *status = RunLaws(*options); });
 }
 

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/chart/panels.h"
-
 namespace pheromone::swarm {
 namespace {
 
@@ -14,11 +12,6 @@ constexpr int64_t kTuningMs = 20'000;
 constexpr int64_t kComparisonMs = 40'000;
 constexpr uint64_t kFirstTuningSeed = 1001;  // far from those of a comparison, which begin at 1
 constexpr int kTuningSeeds = 4;
-
-constexpr const char* kPaperColour = "#b2182b";
-constexpr const char* kDefaultColour = "#92c5de";
-constexpr const char* kDifferentialColour = "#2166ac";
-constexpr const char* kFuzzyColour = "#e08214";
 
 int8_t Byte(int value) {
   return static_cast<int8_t>(value);
@@ -32,15 +25,6 @@ std::string JoinedNames(const Tunable& tunable, const std::vector<int>& values) 
   return text;
 }
 
-chart::Panel Empty(const std::string& title, const std::string& x_label,
-                   const std::string& y_label) {
-  chart::Panel panel;
-  panel.title = title;
-  panel.x_label = x_label;
-  panel.y_label = y_label;
-  return panel;
-}
-
 }  // namespace
 
 Steering TunedDifferential() {
@@ -52,10 +36,10 @@ Steering TunedFuzzy() {
 }
 
 std::vector<Contender> ContendersOf(const Steering& differential, const Steering& fuzzy) {
-  return {{"paper", {.law = client::Law::kPaper}, kPaperColour},
-          {"differential (gain 1)", {}, kDefaultColour},
-          {"differential (tuned)", differential, kDifferentialColour},
-          {"fuzzy (tuned)", fuzzy, kFuzzyColour}};
+  return {{"paper", {.law = client::Law::kPaper}},
+          {"differential (gain 1)", {}},
+          {"differential (tuned)", differential},
+          {"fuzzy (tuned)", fuzzy}};
 }
 
 Tunable TunableOf(client::Law law) {
@@ -155,59 +139,6 @@ std::string ToCsv(const std::vector<Tuning>& tunings) {
     }
   }
   return csv;
-}
-
-std::string DrawLaws(const std::vector<Comparison>& rows, const std::vector<Tuning>& tunings) {
-  chart::Panel searched = Empty("Tried by the searches", "progress, mm/s", "mean error, mm");
-  searched.y_most = 150;
-  for (const Tuning& tuning : tunings) {
-    const bool fuzzy = tuning.law == client::Law::kFuzzy;
-    const std::string colour = fuzzy ? kFuzzyColour : kDifferentialColour;
-    const std::string label = fuzzy ? "fuzzy (tuned)" : "differential (tuned)";
-    chart::Series tried{label, colour, {}, chart::Series::Style::kCloud};
-    for (const Merit& merit : tuning.merits) {
-      tried.marks.push_back({merit.progress_mm_s, merit.error_mm});
-    }
-    const Merit& best = tuning.merits[tuning.search.best_index];
-    searched.series.push_back(std::move(tried));
-    searched.series.push_back(
-        {label, colour, {{best.progress_mm_s, best.error_mm}}, chart::Series::Style::kPoint});
-  }
-  chart::Panel error = Empty("Mean error", "", "mm");
-  chart::Panel progress = Empty("Progress along the curve", "", "mm/s");
-  std::vector<std::string>& curves = error.categories;
-  std::vector<std::string> laws;
-  for (const Comparison& row : rows) {
-    const std::string curve(NameOf(row.summary.conditions.curve));
-    const auto place = std::find(curves.begin(), curves.end(), curve);
-    const auto column = static_cast<double>(place - curves.begin());
-    if (place == curves.end()) {
-      curves.push_back(curve);
-    }
-    auto law = std::find(laws.begin(), laws.end(), row.contender.name);
-    if (law == laws.end()) {
-      laws.push_back(row.contender.name);
-      law = laws.end() - 1;
-      for (chart::Panel* panel : {&error, &progress}) {
-        panel->series.push_back(
-            {row.contender.name, row.contender.colour, {}, chart::Series::Style::kPoint});
-      }
-    }
-    const auto index = static_cast<size_t>(law - laws.begin());
-    const double x = column + 0.18 * (static_cast<double>(index) - 1.5);
-    const Spread& e = row.summary.error_mm;
-    const Spread& p = row.summary.progress_mm_s;
-    error.series[index].marks.push_back({x, e.mean, e.least, e.most});
-    progress.series[index].marks.push_back({x, p.mean, p.least, p.most});
-  }
-  progress.categories = curves;
-  std::vector<chart::Panel> panels = {error, progress};
-  if (!tunings.empty()) {
-    panels.push_back(searched);
-  }
-  return chart::DrawPanels(
-      "Steering laws on curves: whiskers from the best to the worst of the seeds", panels,
-      {.columns = 3});
 }
 
 }  // namespace pheromone::swarm

@@ -27,11 +27,10 @@ namespace pheromone::swarm {
 Steering TunedDifferential();
 Steering TunedFuzzy();
 
-/// A law as it appears in tables and pictures.
+/// A law as it appears in tables.
 struct Contender {
   std::string name;
   Steering steering;
-  std::string colour;
 };
 
 /// The paper's law, the differential law as it is by default, and the two tuned ones.
@@ -78,8 +77,5 @@ Comparison Compare(const Contender& contender, Curve curve, int seeds);
 /// A header line, then one line each.
 std::string ToCsv(const std::vector<Comparison>& rows);
 std::string ToCsv(const std::vector<Tuning>& tunings);
-
-/// The evaluations of the searches, and the rows, as one picture.
-std::string DrawLaws(const std::vector<Comparison>& rows, const std::vector<Tuning>& tunings);
 
 }  // namespace pheromone::swarm

@@ -55,8 +55,7 @@ int RunSweeps(const SweepOptions& options) {
   if (options.out.empty()) {
     return 0;
   }
-  return WriteFiles(options.out,
-                    {{"laws-sweep.csv", csv}, {"laws-sweep.svg", DrawSweeps(all, options.curve)}});
+  return WriteFiles(options.out, {{"laws-sweep.csv", csv}});
 }
 
 }  // namespace
@@ -80,7 +79,7 @@ void AddSweepCommand(CLI::App* app, int* status) {
       ->type_name("NAME");
   command->add_option("--seeds", options->seeds, "Runs per point (default: 10)")
       ->check(CLI::Range(1, 10'000));
-  command->add_option("--out", options->out, "Folder for laws-sweep.csv and laws-sweep.svg");
+  command->add_option("--out", options->out, "Folder for laws-sweep.csv");
   command->callback([options, status] { *status = RunSweeps(*options); });
 }
 

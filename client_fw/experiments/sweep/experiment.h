@@ -18,8 +18,7 @@
 namespace pheromone::swarm {
 
 struct Sweep {
-  std::string name;   ///< on the command line and in the table
-  std::string label;  ///< on the picture's axis, with its unit
+  std::string name;  ///< on the command line and in the table
   std::vector<double> values;
   /// The conditions with the value set.
   std::function<FollowConditions(FollowConditions, double)> at;
@@ -42,8 +41,5 @@ std::vector<SweepPoint> RunSweep(const Sweep& sweep, const std::vector<Contender
 
 /// A header line, then a line a point.
 std::string ToCsv(const std::vector<SweepPoint>& points);
-
-/// Small multiples: for each sweep the error above and the progress below.
-std::string DrawSweeps(const std::vector<SweepPoint>& points, Curve curve);
 
 }  // namespace pheromone::swarm

@@ -23,23 +23,23 @@ MAX_ERROR_MM = 200  # beyond it a robot has lost the path, and the value is mean
 def draw_sweep(rows):
     sweeps = style.groups(rows, "parameter")
     columns = -(-len(sweeps) // 2)
-    figure, panels = pyplot.subplots(4, columns, figsize=(3 * columns, 9), squeeze=False)
+    figure, panels = pyplot.subplots(4, columns, figsize=(3 * columns, 10), squeeze=False)
     for panel in panels.flat[len(sweeps) * 2:]:
         panel.set_visible(False)
     for i, (name, points) in enumerate(sweeps.items()):
-        error, progress = panels[2 * (i // columns)][i % columns], panels[2 * (i // columns) + 1][i % columns]
+        error, progress = panels[2 * (i // columns):2 * (i // columns) + 2, i % columns]
         for law, of_law in style.groups(points, "law").items():
             colour, mark = LAWS[law]
-            for axes, mean, deviation in ((error, "mean_error_mm", "error_deviation_mm"),
-                                          (progress, "progress_mm_s", "progress_deviation_mm_s")):
-                axes.errorbar(style.column(of_law, "value"), style.column(of_law, mean),
-                              style.column(of_law, deviation), color=colour, marker=mark, capsize=2,
+            on_path = [row for row in of_law if row["mean_error_mm"] <= MAX_ERROR_MM]
+            for axes, shown, mean, deviation in ((error, on_path, "mean_error_mm", "error_deviation_mm"),
+                                                 (progress, of_law, "progress_mm_s", "progress_deviation_mm_s")):
+                axes.errorbar(style.column(shown, "value"), style.column(shown, mean),
+                              style.column(shown, deviation), color=colour, marker=mark, capsize=2,
                               elinewidth=0.8, label=law)
             lost = [row["value"] for row in of_law if row["mean_error_mm"] > MAX_ERROR_MM]
             error.plot(lost, [MAX_ERROR_MM] * len(lost), linestyle="", marker=mark, color=colour,
-                       markersize=7, fillstyle="none", clip_on=False,
-                       label="hollow: beyond the axis" if lost else None)
-        error.set_ylim(0, MAX_ERROR_MM)
+                       markersize=7, fillstyle="none", label="hollow: beyond the axis" if lost else None)
+        error.set_ylim(0, 1.06 * MAX_ERROR_MM)
         progress.set_ylim(0)
         progress.set_xlabel(LABELS[name])
         error.set_xlabel(LABELS[name])

@@ -17,7 +17,6 @@
 
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/experiments/trails/experiment.h"
-#include "client_fw/experiments/trails/picture.h"
 #include "client_fw/experiments/trails/report.h"
 #include "client_fw/experiments/trails/story.h"
 #include "client_fw/experiments/trails/sweep.h"
@@ -108,13 +107,7 @@ Result<TrailsRules> RulesOf(const TrailsBench& bench, const TrailsOptions& optio
   return rules;
 }
 
-std::string TitleOf(const TrailsRun& run, const TrailsRules& rules, const char* how) {
-  return fmt::format("Two trails, {} robots, law {}, {}", run.robots, petri::NameOf(rules.law),
-                     how);
-}
-
-int Report(const TrailsOptions& options, const TrailsBench& bench, const TrailsRules& rules,
-           const TrailsRun& run, const char* how) {
+int Report(const TrailsOptions& options, const TrailsBench& bench, const TrailsRun& run) {
   fmt::print("{}", ToTable(run));
   int written = 0;
   if (!options.out.empty()) {
@@ -122,14 +115,11 @@ int Report(const TrailsOptions& options, const TrailsBench& bench, const TrailsR
         {"trails-deposits.csv", DepositsToCsv(run)}};
     if (!run.samples.empty()) {
       files.emplace_back("trails-samples.csv", SamplesToCsv(run.samples));
-      files.emplace_back("trails-concentration.svg",
-                         DrawConcentrations(TitleOf(run, rules, how), run.samples));
-      files.emplace_back("trails-shares.svg", DrawShares(TitleOf(run, rules, how), run));
     }
     if (!run.snapshots.empty()) {
       files.emplace_back(
-          "trails-bench.svg",
-          DrawBench(bench, run.snapshots[std::min(kDrawnSnapshot, run.snapshots.size() - 1)]));
+          "trails-bench.csv",
+          BenchToCsv(bench, run.snapshots[std::min(kDrawnSnapshot, run.snapshots.size() - 1)]));
     }
     written = WriteFiles(options.out, files);
   }
@@ -213,7 +203,7 @@ int RunDriven(const TrailsOptions& options, const TrailsBench& bench, const Trai
   if (!run.ok()) {
     return Fail(run.error(), kFailed);
   }
-  const int written = Report(options, bench, rules, run.value(), live ? "live" : "driven");
+  const int written = Report(options, bench, run.value());
   const bool sound = live ? IsSoundByRobots(run.value()) : IsSound(run.value());
   return sound ? written
                : Fail("robots touched, records were refused, or deposits were lost", kFailed);
@@ -235,7 +225,7 @@ int RunByTimetable(const TrailsOptions& options, const TrailsBench& bench,
   if (!run.ok()) {
     return Fail(run.error(), kFailed);
   }
-  const int written = Report(options, bench, rules, run.value(), "by timetable");
+  const int written = Report(options, bench, run.value());
   return IsSound(run.value()) ? written : Fail("records were refused", kFailed);
 }
 
@@ -257,8 +247,8 @@ int RunSweep(const TrailsOptions& options, const TrailsBench& bench) {
   }
   fmt::print("{}", LockInToTable(rows.value()));
   if (!options.out.empty()) {
-    const int written = WriteFiles(options.out, {{"trails-lock-in.csv", LockInToCsv(rows.value())},
-                                                 {"trails-lock-in.svg", DrawLockIn(rows.value())}});
+    const int written =
+        WriteFiles(options.out, {{"trails-lock-in.csv", LockInToCsv(rows.value())}});
     if (written != 0) {
       return written;
     }
@@ -282,8 +272,7 @@ int RunByRobots(const TrailsOptions& options, const TrailsBench& bench, const Tr
   }
   return options.out.empty()
              ? 0
-             : WriteFiles(options.out, {{"trails-trips.csv", TripsToCsv(points.value())},
-                                        {"trails-trips.svg", DrawTrips(points.value())}});
+             : WriteFiles(options.out, {{"trails-trips.csv", TripsToCsv(points.value())}});
 }
 
 int RunStory(const TrailsOptions& options, const TrailsBench& bench) {
@@ -298,10 +287,7 @@ int RunStory(const TrailsOptions& options, const TrailsBench& bench) {
              ? 0
              : WriteFiles(options.out,
                           {{"trails-story.csv", SamplesToCsv(story.value().samples)},
-                           {"trails-story-marks.csv", MarksToCsv(story.value().marks)},
-                           {"trails-story.svg",
-                            DrawConcentrations("Seven robots and the pheromone tag",
-                                               story.value().samples, story.value().marks)}});
+                           {"trails-story-marks.csv", MarksToCsv(story.value().marks)}});
 }
 
 int Run(const TrailsOptions& options) {
@@ -431,7 +417,7 @@ void AddTrailsCommand(CLI::App* app, int* status) {
       ->delimiter(',')
       ->excludes(timetable)
       ->excludes(sweep);
-  command->add_option("--out", options->out, "Folder for CSV files and pictures");
+  command->add_option("--out", options->out, "Folder for CSV files");
   command->footer("Exit status 1: robots touched, a record was refused, or a deposit was lost.");
   command->callback([=] { *status = Run(*options); });
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 
 namespace pheromone::swarm {
@@ -94,6 +95,60 @@ std::string MarksToCsv(const std::vector<StoryMark>& marks) {
   std::string csv = "time_s,what\n";
   for (const StoryMark& mark : marks) {
     csv += fmt::format("{:.1f},\"{}\"\n", static_cast<double>(mark.time_ms) / 1000, mark.label);
+  }
+  return csv;
+}
+
+std::string BenchToCsv(const TrailsBench& bench, const std::vector<sim::PlanePose>& robots) {
+  // Within an area: from its entrances to its tag, and to its exits.
+  struct Part {
+    int line;
+    const char* from;
+    const char* to;
+  };
+  constexpr std::array<Part, 10> kAreas = {{{kNestLine, "N1", "P"},
+                                            {kTrailAOut, "P", "N5"},
+                                            {kTrailBOut, "P", "N6"},
+                                            {kTrailABack, "N2", "P"},
+                                            {kTrailBBack, "N3", "P"},
+                                            {kHomeLine, "P", "N4"},
+                                            {kTrailAOut, "S1", "Src"},
+                                            {kTrailBOut, "S2", "Src"},
+                                            {kTrailABack, "Src", "S3"},
+                                            {kTrailBBack, "Src", "S4"}}};
+  std::string csv = "what,number,name,x_m,y_m,value\n";
+  const auto add = [&](const char* what, size_t number, std::string_view name, double x_m,
+                       double y_m, const std::string& value = {}) {
+    csv += fmt::format("{},{},{},{:.3f},{:.3f},{}\n", what, number, name, x_m, y_m, value);
+  };
+  const auto add_line = [&](const char* what, size_t number, int line, double from_m, double to_m) {
+    const char* const name = line == kNestLine || line == kHomeLine      ? "nest"
+                             : line == kTrailAOut || line == kTrailABack ? "a"
+                                                                         : "b";
+    for (const sim::PlanePose& pose : bench.PlacesOn(line, from_m, to_m, 0.1)) {
+      add(what, number, name, pose.x_m, pose.y_m);
+    }
+  };
+  for (size_t i = 0; i < kAreas.size(); ++i) {
+    const Part& part = kAreas[i];
+    add_line("area", i + 1, part.line, bench.AlongOf(part.line, *bench.FindTag(part.from)),
+             bench.AlongOf(part.line, *bench.FindTag(part.to)));
+  }
+  for (const auto& [type, line] : bench.lines) {
+    add_line("line", static_cast<size_t>(type), type, 0, field::LengthOf(line.path) / 1e6);
+  }
+  for (size_t i = 0; i < bench.tags.size(); ++i) {
+    const BenchTag& tag = bench.tags[i];
+    const std::string& name = tag.name;
+    const bool is_entrance =
+        name == "N1" || name == "N2" || name == "N3" || name == "S1" || name == "S2";
+    add(is_entrance                    ? "entrance"
+        : name == "P" || name == "Src" ? "tag"
+                                       : "exit",
+        i + 1, name, tag.x_m, tag.y_m);
+  }
+  for (size_t i = 0; i < robots.size(); ++i) {
+    add("robot", i + 1, "", robots[i].x_m, robots[i].y_m, fmt::format("{:g}", kBenchRobotRadiusM));
   }
   return csv;
 }

@@ -20,4 +20,8 @@ std::string DepositsToCsv(const TrailsRun& run);
 std::string SamplesToCsv(const std::vector<TrailsSample>& samples);
 std::string MarksToCsv(const std::vector<StoryMark>& marks);
 
+/// Points of the areas that one robot at a time may enter, and of the lines; entrances, exits and
+/// other tags; robots, whose `value` is their radius.
+std::string BenchToCsv(const TrailsBench& bench, const std::vector<sim::PlanePose>& robots);
+
 }  // namespace pheromone::swarm

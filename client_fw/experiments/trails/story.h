@@ -3,7 +3,7 @@
 // timing is given here; concentrations and advice are the engine's.
 //
 //   Result<TrailsStory> story = TellStory(bench);
-//   DrawStory(story.value());                      // trails_picture.h
+//   SamplesToCsv(story.value().samples);            // report.h
 //
 // Until T1 no robot has come home: advice 00, and robot 5 takes any trail. At T1 robot 1 stores A,
 // and robot 6 is sent along A. At T2 robot 3 has stored B after robot 2, and robot 7 is sent along

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "client_fw/swarm/parallel_runs.h"
-#include "server/chart/svg.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -23,8 +22,6 @@ constexpr std::array kRules = {DepositRule::kEqual, DepositRule::kScaled};
 constexpr std::array kExplored = {0, 5};
 constexpr std::array kSweptRobots = {2, 4, 7};
 constexpr std::array kLifetimesS = {30, 60, 120, 300};
-// Okabe and Ito's, as in server/chart.
-constexpr std::array<const char*, 3> kColours = {"#56b4e9", "#e69f00", "#d55e00"};
 
 const char* NameOf(DepositRule rule) {
   return rule == DepositRule::kEqual ? "equal" : "scaled";
@@ -192,66 +189,6 @@ std::string LockInToTable(const std::vector<LockInRow>& rows) {
     }
   }
   return table;
-}
-
-std::string DrawLockIn(const std::vector<LockInRow>& rows) {
-  constexpr double kLeft = 56;
-  constexpr double kWidth = 420;
-  constexpr double kHeight = 170;
-  constexpr double kTop = 76;
-  constexpr double kBar = 16;
-  chart::Svg svg(2 * (kLeft + kWidth) + 40, kTop + 2 * (kHeight + 70) + 20,
-                 "Locked in on the long trail");
-  svg.Text(12, 46, "t",
-           "share of runs of two hours, %; trails of 20 s and 40 s; lifetimes of one deposit 30 to "
-           "300 s");
-  double most = 10;
-  for (const LockInRow& row : rows) {
-    most = std::max(most, PercentOnB(RowOf(rows, row.its.law, row.its.rule, row.its.explore_percent,
-                                           row.its.robots)));
-  }
-  most *= 1.1;  // room for the numbers above the bars
-  for (size_t rule = 0; rule < kRules.size(); ++rule) {
-    for (size_t explored = 0; explored < kExplored.size(); ++explored) {
-      const double left = kLeft + static_cast<double>(explored) * (kWidth + kLeft + 10);
-      const double top = kTop + static_cast<double>(rule) * (kHeight + 70);
-      const double bottom = top + kHeight;
-      svg.Text(
-          left, top - 8, "b",
-          fmt::format("{} deposits, {} % exploration", NameOf(kRules[rule]), kExplored[explored]));
-      const int step = most > 40 ? 20 : most > 20 ? 10 : 5;
-      for (int tick = 0; tick <= most; tick += step) {
-        const double y = bottom - kHeight * tick / most;
-        svg.Add(R"svg(<path d="M{:.1f} {:.1f}h{:.1f}" stroke="#ddd"/>)svg", left, y, kWidth);
-        svg.Text(left - 6, y + 4, "t e", fmt::format("{}", tick));
-      }
-      for (size_t law = 0; law < kLaws.size(); ++law) {
-        const double x = left + (static_cast<double>(law) + 0.5) * kWidth / kLaws.size();
-        svg.Text(x, bottom + 16, "t m", petri::NameOf(kLaws[law]));
-        for (size_t n = 0; n < kSweptRobots.size(); ++n) {
-          const LockInRow row =
-              RowOf(rows, kLaws[law], kRules[rule], kExplored[explored], kSweptRobots[n]);
-          if (row.runs == 0) {
-            continue;
-          }
-          const double height = kHeight * PercentOnB(row) / most;
-          const double bar = x + (static_cast<double>(n) - 1.5) * kBar;
-          svg.Add(R"svg(<rect x="{:.1f}" y="{:.1f}" width="{}" height="{:.1f}" fill="{}"/>)svg",
-                  bar, bottom - height, kBar - 2, height, kColours[n]);
-          svg.Text(bar + kBar / 2 - 1, bottom - height - 3, "t m",
-                   fmt::format("{:.0f}", PercentOnB(row)));
-        }
-      }
-    }
-  }
-  for (size_t n = 0; n < kSweptRobots.size(); ++n) {
-    const double x = kLeft + 110 * static_cast<double>(n);
-    const double y = kTop + 2 * (kHeight + 70) - 16;
-    svg.Add(R"svg(<rect x="{:.1f}" y="{:.1f}" width="12" height="12" fill="{}"/>)svg", x, y,
-            kColours[n]);
-    svg.Text(x + 18, y + 10, "t", fmt::format("{} robots", kSweptRobots[n]));
-  }
-  return svg.Take();
 }
 
 }  // namespace pheromone::swarm

@@ -2,7 +2,7 @@
 // exploration, numbers of robots and lifetimes of a deposit.
 //
 //   std::vector<LockInRow> rows = CountLockIn(bench, LockInCases({}), /*seeds=*/25);
-//   LockInToCsv(rows); DrawLockIn(rows);
+//   LockInToCsv(rows);
 //
 // A run is locked in if at least nine of ten choices of its last quarter are for one trail. Rows do
 // not depend on the number of processors. Pure; any thread.
@@ -63,6 +63,5 @@ LockInRow Sum(const std::vector<LockInRow>& rows,
 std::string LockInToCsv(const std::vector<LockInRow>& rows);
 /// A table for people: by law, rule and exploration; a column for each number of robots.
 std::string LockInToTable(const std::vector<LockInRow>& rows);
-std::string DrawLockIn(const std::vector<LockInRow>& rows);
 
 }  // namespace pheromone::swarm

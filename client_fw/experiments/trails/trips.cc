@@ -4,7 +4,6 @@
 
 #include "client_fw/experiments/trails/report.h"
 #include "client_fw/experiments/trails/timetable.h"
-#include "server/chart/panels.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -82,27 +81,6 @@ std::string TripsToCsv(const std::vector<TripsPoint>& points) {
                        text(point.driven[1]), text(point.timetable[0]), text(point.timetable[1]));
   }
   return csv;
-}
-
-std::string DrawTrips(const std::vector<TripsPoint>& points) {
-  chart::Panel panel;
-  panel.x_label = "robots";
-  panel.y_label = "round trips an hour";
-  panel.series = {{"trail A, driven", "#0072b2", {}},
-                  {"trail A, by timetable", "#56b4e9", {}},
-                  {"trail B, driven", "#d55e00", {}},
-                  {"trail B, by timetable", "#e69f00", {}}};
-  for (const TripsPoint& point : points) {
-    const std::array<double, 4> values = {point.driven[0], point.timetable[0], point.driven[1],
-                                          point.timetable[1]};
-    for (size_t i = 0; i < values.size(); ++i) {
-      if (values[i] > 0) {
-        panel.series[i].marks.push_back({static_cast<double>(point.robots), values[i]});
-      }
-    }
-  }
-  return chart::DrawPanels("Round trips of robots that have locked in on a trail", {panel},
-                           {.panel_width = 560, .panel_height = 300});
 }
 
 }  // namespace pheromone::swarm

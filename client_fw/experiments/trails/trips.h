@@ -2,7 +2,7 @@
 // driven, and by a timetable of the same ways.
 //
 //   Result<std::vector<TripsPoint>> points = CountTrips(bench, experiment, /*seeds=*/4);
-//   TripsToCsv(points.value()); DrawTrips(points.value());
+//   TripsToCsv(points.value());
 //
 // Pure; any thread.
 #pragma once
@@ -31,6 +31,5 @@ Result<std::vector<TripsPoint>> CountTrips(const TrailsBench& bench, TrailsExper
 
 /// A header line, then a line for each number of robots.
 std::string TripsToCsv(const std::vector<TripsPoint>& points);
-std::string DrawTrips(const std::vector<TripsPoint>& points);
 
 }  // namespace pheromone::swarm

@@ -1,8 +1,8 @@
-#include "server/chart/svg.h"
+#include "client_fw/swarm/svg.h"
 
 #include <gtest/gtest.h>
 
-namespace pheromone::chart {
+namespace pheromone::swarm {
 namespace {
 
 // XML 1.0, 2.4: the characters that markup is made of.
@@ -30,4 +30,4 @@ TEST(Svg, IsOneDocumentOfItsSize) {
 }
 
 }  // namespace
-}  // namespace pheromone::chart
+}  // namespace pheromone::swarm

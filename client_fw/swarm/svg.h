@@ -16,7 +16,7 @@
 #include <string_view>
 #include <utility>
 
-namespace pheromone::chart {
+namespace pheromone::swarm {
 
 /// `text` as the content of an element or of an attribute in double quotes.
 std::string Escaped(std::string_view text);
@@ -43,4 +43,4 @@ class Svg {
   std::string svg_;
 };
 
-}  // namespace pheromone::chart
+}  // namespace pheromone::swarm

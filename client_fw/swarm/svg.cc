@@ -1,6 +1,6 @@
-#include "server/chart/svg.h"
+#include "client_fw/swarm/svg.h"
 
-namespace pheromone::chart {
+namespace pheromone::swarm {
 
 std::string Escaped(std::string_view text) {
   std::string safe;
@@ -44,4 +44,4 @@ std::string Svg::Take() {
   return std::move(svg_);
 }
 
-}  // namespace pheromone::chart
+}  // namespace pheromone::swarm
