@@ -34,12 +34,12 @@ def draw_channel(rows):
                          label=label)
             latency.plot(robots, style.column(of_detect, "p99_ms"), "--", color=colour, marker=mark,
                          fillstyle="none", label=f"99th percentile {label}")
-        rate.set_title(f"$T_t$ {turnaround:g} ms, $D_s$ {delay:g} ms; $C_1$ = {shown[0]['peak_per_s']:.1f}/s")
+        rate.set_title(f"T_t {turnaround:g} ms, D_s {delay:g} ms; C_1 = {shown[0]['peak_per_s']:.1f}/s")
         rate.set_ylim(0)
         latency.set_ylim(0, MAX_LATENCY_MS)
         latency.set_xlabel("robots")
     panels[0][0].set_ylabel("answers a second (whisker: worst seed)")
-    panels[1][0].set_ylabel("due to answered, median, ms")
+    panels[1][0].set_ylabel("from due to answered, median, ms")
     figure.suptitle("How many robots a channel can serve: one request every 200 ms")
     style.legend_below(figure, panels.flat, columns=3)
     return figure
@@ -60,10 +60,10 @@ def draw_rounds(rows, gaps):
             gap.plot(robots, [ms / 1000 for ms in style.column(of_access, "longest_gap_ms")],
                      color=colour, marker=mark, label=access)
         rate.plot(robots, style.column(of_access, "peak_per_s"), "--", color=style.GREY, marker="",
-                  label="$C_1$: one exchange after the other")
+                  label="C_1: one exchange after the other")
         rate.plot(robots, style.column(of_access, "bound_per_s"), ":", color=style.VERMILION,
                   marker="", label="bound of contention")
-        rate.set_title(f"$T_t$ = {turnaround:g} ms")
+        rate.set_title(f"T_t = {turnaround:g} ms")
         rate.set_ylim(0)
         gap.set_ylim(0, MAX_GAP_S)
         gap.set_xlabel("robots")

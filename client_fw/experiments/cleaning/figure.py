@@ -73,9 +73,11 @@ def draw_floor(zones, tracks):
     side = min(abs(a["x_m"] - b["x_m"]) + abs(a["y_m"] - b["y_m"])
                for a in zones for b in zones if a is not b) if len(zones) > 1 else 1
     width = (max(style.column(zones, "x_m")) - min(style.column(zones, "x_m"))) / side + 1
-    figure, axes = pyplot.subplots(figsize=(max(6, min(11, 1.7 * width)),) * 2)
+    height = (max(style.column(zones, "y_m")) - min(style.column(zones, "y_m"))) / side + 1
+    inches = max(6, min(11, 1.7 * width))
+    figure, axes = pyplot.subplots(figsize=(inches, inches * height / width + 1))
     gaps = style.column(zones, "longest_gap_s")
-    shades = pyplot.Normalize(min(0.75 * max(gaps), min(gaps)), 1.6 * max(gaps))
+    shades = pyplot.Normalize(min(0.75 * max(gaps), min(gaps)), 2.5 * max(gaps))
     for row in zones:
         axes.add_patch(pyplot.Rectangle(
             (row["x_m"] - side / 2, row["y_m"] - side / 2), side, side, edgecolor=style.GREY,

@@ -14,7 +14,7 @@ from figure_style import pyplot  # noqa: E402
 
 
 def draw_tracks(tracks, plan):
-    figure, axes = pyplot.subplots(figsize=(9, 4.2))
+    figure, axes = pyplot.subplots(figsize=(9, 5))
     path = [row for row in plan if row["what"] == "path"]
     axes.plot(style.column(path, "x_m"), style.column(path, "y_m"), "--", color=style.BLACK,
               marker="", label="path", zorder=3)
@@ -29,7 +29,8 @@ def draw_tracks(tracks, plan):
         for track in seeds.values():
             axes.plot(style.column(track, "x_m"), style.column(track, "y_m"), marker="",
                       color=style.VERMILION if senses == "path" else style.BLUE, linewidth=0.8,
-                      linestyle=":" if senses == "path" else "-", label=label)
+                      linestyle="--" if senses == "path" else "-", label=label,
+                      zorder=2.5 if senses == "path" else 2)
     style.map_axes(axes)
     axes.set_title("Around a repellent and back to the path")
     style.legend_below(figure, [axes], columns=2)
