@@ -12,7 +12,7 @@ namespace {
 constexpr int kSeeds = 4;
 
 FollowSummary On(Curve curve, const Steering& steering) {
-  return Compare({"", steering, ""}, curve, kSeeds).summary;
+  return Compare({"", steering}, curve, kSeeds).summary;
 }
 
 // The paper's claim, on curves and seeds that neither was tuned on.
