@@ -1,7 +1,7 @@
 // pheromone-experiments: the experiments of the papers. Each command is in NAME/command.cc.
 //
-// Exit status: 0 done; 1 the experiment could not be run, or its result is wrong; 2 the command line
-// or a file is wrong.
+// Exit status: 0 done; 1 the experiment could not be run, or its result is wrong; 2 the command
+// line or a file is wrong.
 #include "client_fw/experiments/bridge/command.h"
 #include "client_fw/experiments/channel/command.h"
 #include "client_fw/experiments/cleaning/command.h"

@@ -1,4 +1,4 @@
-// pheromone-swarm bridge: the double bridge experiment, in virtual time.
+// pheromone-experiments bridge: the double bridge experiment, in virtual time.
 #pragma once
 
 #include <CLI/CLI.hpp>

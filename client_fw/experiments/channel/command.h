@@ -1,4 +1,4 @@
-// pheromone-swarm channel: how many robots a radio channel can serve, in virtual time.
+// pheromone-experiments channel: how many robots a radio channel can serve, in virtual time.
 #pragma once
 
 #include <CLI/CLI.hpp>

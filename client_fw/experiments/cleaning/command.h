@@ -1,4 +1,4 @@
-// pheromone-swarm cleaning: robots that clean a grid of zones, in virtual time.
+// pheromone-experiments cleaning: robots that clean a grid of zones, in virtual time.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// pheromone-swarm detour: around a repellent on a path, in virtual time.
+// pheromone-experiments detour: around a repellent on a path, in virtual time.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// pheromone-swarm laws: the steering laws side by side, and the search that tunes them.
+// pheromone-experiments laws: the steering laws side by side, and the search that tunes them.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// pheromone-swarm sweep: path following against one parameter at a time.
+// pheromone-experiments sweep: path following against one parameter at a time.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,5 @@
-// pheromone-swarm trails: the two-trail bench, driven or by timetable, in virtual or real time.
+// pheromone-experiments trails: the two-trail bench, driven or by timetable, in virtual or real
+// time.
 #pragma once
 
 #include <CLI/CLI.hpp>
