@@ -12,6 +12,7 @@ import unittest
 
 DEPLOY = pathlib.Path(__file__).resolve().parents[1] / "deploy"
 BIN_DIR = pathlib.Path()
+SIMULATIONS = {"pheromone-swarm": 4, "pheromone-experiments": 7}  # and their commands, at least
 
 # Sources the script and prints what it offers for the words given, the last of which is unfinished.
 DRIVER = """source "$1"; shift
@@ -38,6 +39,10 @@ def offered(*words):
                    BIN_DIR / words[0], *words[1:]).split())
 
 
+def commands_of(program):
+    return set(re.findall(r"^  ([a-z]+)", help_of(program).split("Subcommands:\n")[1], re.M))
+
+
 def manual_of(program):
     return (DEPLOY / "man" / f"{program}.1").read_text(encoding="utf-8")
 
@@ -55,24 +60,23 @@ class ClientsManualTest(unittest.TestCase):
         named = {f"-{option}" for item in items for option in re.findall(r"Fl (-[a-z-]+)", item)}
         self.assertEqual(named, options_of("pheromone-robot"))
 
-    def test_every_command_of_the_swarm_is_in_its_manual(self):
-        commands = self.commands()
-        self.assertGreater(len(commands), 8)
-        named = re.findall(r"^\.It Cm ([a-z]+)", manual_of("pheromone-swarm"), re.M)
-        self.assertEqual(set(named), commands)
+    def test_every_command_of_the_simulations_is_in_its_manual(self):
+        for program, least in SIMULATIONS.items():
+            commands = commands_of(program)
+            self.assertGreaterEqual(len(commands), least)
+            named = re.findall(r"^\.It Cm ([a-z]+)", manual_of(program), re.M)
+            self.assertEqual(set(named), commands)
 
     def test_bash_completes_commands_and_options(self):
-        self.assertEqual(offered("pheromone-swarm", ""), self.commands())
+        for program in SIMULATIONS:
+            self.assertEqual(offered(program, ""), commands_of(program))
         self.assertEqual(offered("pheromone-swarm", "pi"), {"pioneer"})
-        for words in [("pheromone-robot",), ("pheromone-swarm",),
-                      *(("pheromone-swarm", command) for command in self.commands())]:
+        for words in [("pheromone-robot",), *((program,) for program in SIMULATIONS),
+                      *((program, command) for program in SIMULATIONS
+                        for command in commands_of(program))]:
             self.assertEqual(offered(*words, "--"), options_of(*words), words)
         self.assertIn(str(DEPLOY / "man"), offered("pheromone-robot", "--robot",
                                                    str(DEPLOY / "m")))
-
-    def commands(self):
-        return set(re.findall(r"^  ([a-z]+)", help_of("pheromone-swarm").split("Subcommands:\n")[1],
-                              re.M))
 
 
 if __name__ == "__main__":

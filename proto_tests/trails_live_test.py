@@ -34,7 +34,7 @@ STATUS = re.compile(r"([\d.]+) s +(\d+) of (\d+) robots got answers +(\d+) round
 
 
 class Status:
-    """A line of pheromone-swarm trails --daemon."""
+    """A line of pheromone-experiments trails --daemon."""
 
     def __init__(self, found):
         self.seconds = float(found[1])
@@ -45,7 +45,7 @@ class Status:
 class Swarm:
     def __init__(self, bin_dir, folder, ports, *arguments):
         self.process = subprocess.Popen(
-            [os.path.join(bin_dir, "pheromone-swarm"), "trails", "--bench", "bench.toml",
+            [os.path.join(bin_dir, "pheromone-experiments"), "trails", "--bench", "bench.toml",
              "--daemon", ",".join(ports), "--out", "out", *arguments],
             cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.lines = []
@@ -92,7 +92,7 @@ def write_bench(bin_dir, folder, avr):
     bench = os.path.join(folder, "bench.toml")
     shutil.copy(os.path.join(ROOT, "deploy/examples/bench.toml"), bench)
     frames = subprocess.run(
-        [os.path.join(bin_dir, "pheromone-swarm"), "trails", "--bench", bench, "--frames", "--avr",
+        [os.path.join(bin_dir, "pheromone-experiments"), "trails", "--bench", bench, "--frames", "--avr",
          str(avr)], check=True, capture_output=True, text=True).stdout
     check(frames.count("[[frame]]") == avr, f"frames: {frames}")
     with open(bench, "a", encoding="utf-8") as file:

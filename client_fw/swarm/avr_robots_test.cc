@@ -8,8 +8,8 @@
 
 #include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/path_experiment.h"
-#include "client_fw/swarm/scenario_report.h"
-#include "client_fw/swarm/scenario_run.h"
+#include "client_fw/swarm/scenario/report.h"
+#include "client_fw/swarm/scenario/run.h"
 #include "client_fw/swarm/simulation.h"
 
 namespace pheromone::swarm {

@@ -6,10 +6,44 @@
 #include <fstream>
 #include <system_error>
 
+#include "client_fw/swarm/robots.h"
+#include "server/base/program.h"
+
 namespace pheromone::swarm {
+namespace {
+
+std::string program_name;  // set once, before any command runs
+
+}  // namespace
+
+int RunCommands(const std::string& program, const std::string& description,
+                std::initializer_list<AddCommand> commands, int argc, char** argv) {
+  program_name = program;
+  return RunProgram(program, [&] {
+    CLI::App app{description};
+    app.require_subcommand(1);
+    const std::string licence =
+        HasAvrRobots()
+            ? "With AVR robots, by libsimavr: this program as a whole is under the GNU "
+              "General Public License, version 3 or later; its own sources are Apache-2.0."
+            : "Without AVR robots; Apache-2.0.";
+    app.set_version_flag("--version", program + " " PHEROMONE_VERSION "\n" + licence);
+    app.footer(licence);
+    int status = 0;
+    for (const AddCommand& add : commands) {
+      add(&app, &status);
+    }
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : kWrongInput;
+    }
+    return status;
+  });
+}
 
 int Fail(const std::string& message, int status) {
-  fmt::print(stderr, "pheromone-swarm: {}\n", message);
+  fmt::print(stderr, "{}: {}\n", program_name, message);
   return status;
 }
 

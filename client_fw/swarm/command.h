@@ -1,11 +1,13 @@
-// Functions shared by the commands of pheromone-swarm. Each command is a pair of files,
-// NAME_command.h and .cc, and adds itself to the command line; main.cc has the list of them.
+// Functions shared by the commands of pheromone-swarm and pheromone-experiments. Each command is a
+// pair of files, NAME_command.h and .cc or NAME/command.h and .cc, and adds itself to the command
+// line; main.cc has the list of them.
 //
 // Exit status of all: 0: success; kFailed: failure; kWrongInput: an error in the command line or a
 // file.
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <map>
 #include <string>
 #include <utility>
@@ -20,7 +22,13 @@ namespace pheromone::swarm {
 constexpr int kFailed = 1;
 constexpr int kWrongInput = 2;
 
-/// Prints an error on standard error, and returns `status`.
+using AddCommand = void (*)(CLI::App* app, int* status);
+
+/// Runs the program of these commands: parses its command line, and returns its exit status.
+int RunCommands(const std::string& program, const std::string& description,
+                std::initializer_list<AddCommand> commands, int argc, char** argv);
+
+/// Prints an error on standard error, after the program's name, and returns `status`.
 int Fail(const std::string& message, int status);
 
 /// Creates the folder if it does not exist, and writes each (name, content). Returns the exit

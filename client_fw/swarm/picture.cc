@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "server/chart/svg.h"
+#include "client_fw/swarm/svg.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -33,7 +33,7 @@ struct Box {
 };
 
 // A document in the map's metres.
-class Canvas : public chart::Svg {
+class Canvas : public Svg {
  public:
   Canvas(const Box& box, size_t legend_lines, const std::string& title)
       : Svg(std::max(420.0, (box.right - box.left) * kPixelsPerMetre),
@@ -186,13 +186,13 @@ void DrawLegend(Canvas* canvas, bool obstacles, const std::vector<Outline>& outl
     y += kLegendLinePx;
     canvas->Add(
         R"svg(<circle cx="25" cy="{:.1f}" r="7" fill="none" stroke="{}" stroke-width="1.5"/><text x="48" y="{:.1f}">{}</text>)svg",
-        y - 4, kOutlineColour, y, chart::Escaped(outline.label));
+        y - 4, kOutlineColour, y, Escaped(outline.label));
   }
   for (const Way* way : ways) {
     y += kLegendLinePx;
     canvas->Add(
         R"svg(<path d="M10 {0:.1f}h30" stroke="{1}" stroke-width="2.5"/><text x="48" y="{2:.1f}">{3}</text>)svg",
-        y - 4, way->colour, y, chart::Escaped(way->label));
+        y - 4, way->colour, y, Escaped(way->label));
   }
 }
 

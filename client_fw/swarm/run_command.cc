@@ -14,9 +14,9 @@
 
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/swarm/command.h"
-#include "client_fw/swarm/scenario.h"
-#include "client_fw/swarm/scenario_report.h"
-#include "client_fw/swarm/scenario_run.h"
+#include "client_fw/swarm/scenario/report.h"
+#include "client_fw/swarm/scenario/run.h"
+#include "client_fw/swarm/scenario/scenario.h"
 
 namespace pheromone::swarm {
 namespace {

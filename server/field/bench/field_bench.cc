@@ -3,7 +3,7 @@
 //   field_bench                                all cases: a few minutes
 //   field_bench --benchmark_filter=robot-step  some of them (a regular expression over names)
 //   field_bench --benchmark_list_tests         their names
-//   field_bench --csv FILE --plot DIR          the figures as CSV, the pictures as SVG
+//   field_bench --csv FILE                     the figures as CSV, which figure.py draws
 //
 // Exit status: 0; 1 if a file cannot be written or a case failed; 2 for arguments that make no
 // sense.
@@ -19,7 +19,6 @@
 #include <vector>
 
 #include "server/field/bench/cases.h"
-#include "server/field/bench/plot.h"
 #include "server/field/bench/tables.h"
 
 namespace pheromone::field::bench {
@@ -124,11 +123,10 @@ bool WriteFile(const std::string& path, const std::string& content) {
 
 int Main(std::vector<char*> arguments) {
   const auto csv = TakeOption("--csv", &arguments);
-  const auto plot = TakeOption("--plot", &arguments);
   int count = static_cast<int>(arguments.size());
   benchmark::Initialize(&count, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) {
-    fmt::print(stderr, "usage: field_bench [--csv FILE] [--plot DIR] [--benchmark_filter=REGEX]\n");
+    fmt::print(stderr, "usage: field_bench [--csv FILE] [--benchmark_filter=REGEX]\n");
     return 2;
   }
   const std::vector<Case> cases = AllCases();
@@ -140,11 +138,6 @@ int Main(std::vector<char*> arguments) {
   bool good = !collector.failed();
   if (csv) {
     good &= WriteFile(*csv, Csv(collector.results()));
-  }
-  if (plot) {
-    for (const Picture& picture : Pictures(collector.results())) {
-      good &= WriteFile(*plot + "/" + picture.file, picture.svg);
-    }
   }
   return good ? 0 : 1;
 }

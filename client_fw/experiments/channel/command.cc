@@ -1,0 +1,226 @@
+#include "client_fw/experiments/channel/command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client_fw/experiments/channel/experiment.h"
+#include "client_fw/experiments/channel/report.h"
+#include "client_fw/swarm/command.h"
+
+namespace pheromone::swarm {
+namespace {
+
+struct ChannelOptions {
+  std::string access = "contention";
+  int simple = 0;
+  int hidden_pairs = 0;
+  double frame_loss_percent = 0;
+  int fail_safe_ms = 480;
+  int period_ms = 200;
+  bool together = false;
+  uint64_t seed = 1;
+  bool json = false;
+  std::vector<int> robots = {1, 2, 3, 4, 6, 8, 12, 16};
+  std::vector<int> turnarounds_ms = {2, 20};
+  std::vector<int> server_delays_ms = {2, 8};
+  int baud = 9600;
+  int seeds = 10;
+  double duration_s = 60;
+  std::string out;
+};
+
+// All at 5 Hz; with the first timing also continuously, and four robots with a hidden pair.
+std::vector<ChannelExperiment> PlanOf(const ChannelOptions& options) {
+  std::vector<ChannelExperiment> plan;
+  ChannelExperiment experiment;
+  experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
+  experiment.timing.baud = options.baud;
+  for (const int turnaround_ms : options.turnarounds_ms) {
+    for (const int server_delay_ms : options.server_delays_ms) {
+      const bool first = plan.empty();
+      experiment.timing.turnaround_ns = int64_t{turnaround_ms} * 1'000'000;
+      experiment.timing.server_delay_ns = int64_t{server_delay_ms} * 1'000'000;
+      for (const uint16_t period_ms : {uint16_t{200}, uint16_t{0}}) {
+        for (const bool carrier_detect : {true, false}) {
+          experiment.timing.carrier_detect = carrier_detect;
+          experiment.period_ms = period_ms;
+          for (const int robots : options.robots) {
+            experiment.robots = robots;
+            if (period_ms != 0 || first) {
+              plan.push_back(experiment);
+            }
+          }
+          if (period_ms != 0 && first) {
+            experiment.robots = 4;
+            experiment.hidden_pairs = 1;
+            plan.push_back(experiment);
+            experiment.hidden_pairs = 0;
+          }
+        }
+      }
+    }
+  }
+  return plan;
+}
+
+// Rounds beside contention, carrier detect as with the first rows: robots at 5 Hz, then what may go
+// wrong.
+std::vector<ChannelExperiment> RoundsPlanOf(const ChannelOptions& options) {
+  std::vector<ChannelExperiment> plan;
+  ChannelExperiment experiment;
+  experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
+  experiment.timing.baud = options.baud;
+  experiment.timing.server_delay_ns = int64_t{options.server_delays_ms.front()} * 1'000'000;
+  for (const int turnaround_ms : options.turnarounds_ms) {
+    experiment.timing.turnaround_ns = int64_t{turnaround_ms} * 1'000'000;
+    for (const Access access : {Access::kContention, Access::kRounds}) {
+      experiment.access = access;
+      for (const int robots : {2, 4, 8, 12, 16, 20, 30, 40}) {
+        experiment.robots = robots;
+        plan.push_back(experiment);
+      }
+    }
+  }
+  experiment.timing.turnaround_ns = int64_t{options.turnarounds_ms.front()} * 1'000'000;
+  for (const Access access : {Access::kContention, Access::kRounds}) {
+    ChannelExperiment base = experiment;
+    base.access = access;
+    base.robots = 16;
+    ChannelExperiment changed = base;
+    changed.together = true;
+    plan.push_back(changed);
+    for (const int pairs : {1, 5}) {
+      changed = base;
+      changed.hidden_pairs = pairs;
+      plan.push_back(changed);
+    }
+    for (const double loss : {0.01, 0.05}) {
+      changed = base;
+      changed.frame_loss = loss;
+      plan.push_back(changed);
+    }
+    if (access == Access::kRounds) {
+      changed = base;
+      changed.simple = 8;
+      plan.push_back(changed);
+    }
+  }
+  return plan;
+}
+
+// One run, as one line of JSON.
+int RunOnce(const ChannelOptions& options) {
+  ChannelExperiment experiment;
+  experiment.robots = options.robots.front();
+  experiment.access = options.access == "rounds" ? Access::kRounds : Access::kContention;
+  experiment.simple = options.simple;
+  experiment.hidden_pairs = options.hidden_pairs;
+  experiment.frame_loss = options.frame_loss_percent / 100;
+  experiment.fail_safe_ms = static_cast<uint16_t>(options.fail_safe_ms);
+  experiment.period_ms = static_cast<uint16_t>(options.period_ms);
+  experiment.together = options.together;
+  experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
+  experiment.timing.baud = options.baud;
+  experiment.timing.turnaround_ns = int64_t{options.turnarounds_ms.front()} * 1'000'000;
+  experiment.timing.server_delay_ns = int64_t{options.server_delays_ms.front()} * 1'000'000;
+  const ChannelSummary row = Summarise(experiment, {MeasureChannel(experiment, options.seed)});
+  fmt::print("{}", ToJson(row));
+  return 0;
+}
+
+std::vector<ChannelSummary> RunPlan(const std::vector<ChannelExperiment>& plan, int seeds) {
+  const bool progress = isatty(STDERR_FILENO) != 0;
+  std::vector<ChannelSummary> rows;
+  for (const ChannelExperiment& experiment : plan) {
+    std::vector<ChannelRun> runs;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      if (progress) {
+        fmt::print(stderr, "\r{}/{}: {} robots, seed {} of {}   ", rows.size() + 1, plan.size(),
+                   experiment.robots, seed, seeds);
+      }
+      runs.push_back(MeasureChannel(experiment, static_cast<uint64_t>(seed)));
+    }
+    if (progress) {
+      fmt::print(stderr, "\r{:60}\r", "");
+    }
+    rows.push_back(Summarise(experiment, runs));
+    fmt::print("{}", ToTableRow(rows.back()));
+    std::fflush(stdout);
+  }
+  return rows;
+}
+
+int RunChannel(const ChannelOptions& options) {
+  if (options.json) {
+    return RunOnce(options);
+  }
+  fmt::print("{}", TableHead());
+  const std::vector<ChannelSummary> rows = RunPlan(PlanOf(options), options.seeds);
+  const std::vector<ChannelSummary> rounds = RunPlan(RoundsPlanOf(options), options.seeds);
+  if (options.out.empty()) {
+    return 0;
+  }
+  return WriteFiles(options.out, {{"channel.csv", ToCsv(rows)},
+                                  {"rounds.csv", ToCsv(rounds)},
+                                  {"rounds-gaps.csv", GapsToCsv(rounds)}});
+}
+
+}  // namespace
+
+void AddChannelCommand(CLI::App* app, int* status) {
+  auto options = std::make_shared<ChannelOptions>();
+  CLI::App* command = app->add_subcommand(
+      "channel", "The capacity of one radio channel in robots, in virtual time; prints a table");
+  command->add_option("--robots", options->robots, "Numbers of robots (default: 1 2 3 4 6 8 12 16)")
+      ->check(CLI::Range(1, 100));
+  command
+      ->add_option("--turnaround-ms", options->turnarounds_ms,
+                   "Modem turnaround times T_t (default: 2 20)")
+      ->check(CLI::Range(1, 100));
+  command
+      ->add_option("--server-delay-ms", options->server_delays_ms,
+                   "Server delays D_s (default: 2 8)")
+      ->check(CLI::Range(0, 100));
+  command->add_option("--access", options->access, "How robots get to send (default: contention)")
+      ->check(CLI::IsMember({"contention", "rounds"}));
+  command->add_option("--simple", options->simple, "With rounds: so many robots only contend")
+      ->check(CLI::Range(0, 100));
+  command
+      ->add_option("--hidden-pairs", options->hidden_pairs,
+                   "Pairs of robots that do not hear each other")
+      ->check(CLI::Range(0, 50));
+  command
+      ->add_option("--frame-loss-percent", options->frame_loss_percent,
+                   "Frames that each listener misses")
+      ->check(CLI::Range(0.0, 100.0));
+  command->add_option("--fail-safe-ms", options->fail_safe_ms, "Of the robots (default: 480)")
+      ->check(CLI::Range(100, 30'000));
+  command
+      ->add_option("--period-ms", options->period_ms, "Between a robot's requests (default: 200)")
+      ->check(CLI::Range(0, 30'000));
+  command->add_flag("--together", options->together, "Switch all robots on at the same time");
+  command->add_option("--seed", options->seed, "Of the run that --json reports (default: 1)");
+  command->add_flag("--json", options->json,
+                    "Run once, with the first of each list, and print one JSON object");
+  command->add_option("--baud", options->baud, "Baud rate of the channel (default: 9600)")
+      ->check(CLI::Range(1200, 115'200));
+  command->add_option("--seeds", options->seeds, "Runs of each combination (default: 10)")
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--seconds", options->duration_s, "Measured time of each run (default: 60)")
+      ->check(Between(2.0, 36'000.0));
+  command->add_option("--out", options->out,
+                      "Folder for channel.csv, rounds.csv and rounds-gaps.csv");
+  command->footer(
+      "C_1 is the request rate of a single robot limited by the modems alone. The bound is ideal "
+      "slotted CSMA, or the offered load if that is less. A request counts as delivered if it is "
+      "answered within 500 ms of its due time. Share: answers of the worst robot divided by the "
+      "mean. Latency and the longest gap between answers are in ms; stops are fail-safe stops.");
+  command->callback([options, status] { *status = RunChannel(*options); });
+}
+
+}  // namespace pheromone::swarm

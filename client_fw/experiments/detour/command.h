@@ -1,0 +1,11 @@
+// pheromone-experiments detour: around a repellent on a path, in virtual time.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace pheromone::swarm {
+
+/// Adds the command; when it is given, it runs in parse(), and its exit status goes to `status`.
+void AddDetourCommand(CLI::App* app, int* status);
+
+}  // namespace pheromone::swarm

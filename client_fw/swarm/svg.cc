@@ -1,0 +1,47 @@
+#include "client_fw/swarm/svg.h"
+
+namespace pheromone::swarm {
+
+std::string Escaped(std::string_view text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '&':
+        safe += "&amp;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      default:
+        safe += c;
+    }
+  }
+  return safe;
+}
+
+Svg::Svg(double width, double height, std::string_view title) {
+  Add(R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)svg",
+      width, height);
+  Add("<style>text{{font-family:sans-serif;font-size:12px;fill:#333}}.h{{font-size:16px;"
+      "font-weight:bold}}.b{{font-weight:bold}}.t{{font-size:11px;fill:#666}}.m{{text-anchor:"
+      "middle}}.e{{text-anchor:end}}</style>");
+  Add(R"svg(<rect width="100%" height="100%" fill="white"/>)svg");
+  Text(12, 24, "h", title);
+}
+
+void Svg::Text(double x, double y, const char* classes, std::string_view text) {
+  Add(R"svg(<text x="{:.1f}" y="{:.1f}" class="{}">{}</text>)svg", x, y, classes, Escaped(text));
+}
+
+std::string Svg::Take() {
+  Add("</svg>");
+  return std::move(svg_);
+}
+
+}  // namespace pheromone::swarm
