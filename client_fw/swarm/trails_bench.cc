@@ -27,7 +27,7 @@ std::vector<BenchTag> TagsOf(const engine::EngineConfig& config) {
     }
     ByteReader reader(component.bytes);
     tags::Settings settings;
-    DecodeFields(&reader, component.version, &settings);
+    DecodeFields(&reader, &settings);
     for (const tags::TagSettings& tag : settings.tags) {
       tags.push_back({tag.name, static_cast<double>(tag.x_um) / kUmInMetre,
                       static_cast<double>(tag.y_um) / kUmInMetre,

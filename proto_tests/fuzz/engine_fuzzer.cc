@@ -75,7 +75,6 @@ class Session {
     const uint8_t choice = input_.U8();
     if (choice % 2 == 0) {
       config_ = testing::SmallConfig();
-      config_.robots_per_link = 3;  // the earlier rules
       config_.frames = {MakeFrame("radio-b", 1, {3'000'000, 0}, 30)};
       using pheromone::field::CellMap;
       config_.field.memory_bytes =
@@ -199,7 +198,6 @@ class Session {
         next.field.memory_bytes = input_.U16() * uint64_t{64};
         break;
       case 13:
-        next.robots_per_link = which;
         next.pose_unit_10um = input_.U16();
         break;
       case 14:

@@ -309,14 +309,13 @@ def frame(robot=1, x=0, y=0, heading=16384, cos=0, sin=2**30):
 
 
 def config(box=(0, 0, 2_000_000, 1_500_000, 100_000), antennas=(330_000, 0, 16384), laws=None,
-           paths=(), prints=(), obstacles=b"\0", memory=1 << 20, unit=100, robots=4,
+           paths=(), prints=(), obstacles=b"\0", memory=1 << 20, unit=100,
            links=(b"radio-a", b"radio-b"), frames=(), components=()):
-    """`components`: None in versions before 3."""
     return (struct.pack("<5q", *box) + struct.pack("<qqH", *antennas) +
             many(*([law(), law(2, b"path", tau=0)] if laws is None else laws)) + many(*paths) +
-            many(*prints) + obstacles + struct.pack("<QHH", memory, unit, robots) +
+            many(*prints) + obstacles + struct.pack("<QH", memory, unit) +
             many(*(text(link) + b"\3\x28" for link in links)) + many(*frames) +
-            (b"" if components is None else many(*components)))
+            many(*components))
 
 
 def configs():
@@ -356,7 +355,6 @@ def configs():
     yield "walls_everywhere", config(
         box=(0, 0, 6_300_000, 6_300_000, 100_000),
         obstacles=walls(64, 64, (0, 0, 64 * [2**64 - 1])))
-    yield "no_robots", config(robots=0)
     yield "no_links", config(links=[])
     yield "frame_of_nobody", config(frames=[frame(0)])
     yield "frame_twice", config(frames=[frame(), frame()])
@@ -364,9 +362,9 @@ def configs():
     yield "frame_bent", config(frames=[frame(cos=5_000_000)])
 
 
-def robot(number, answer=b"\x01\xa1\x01\x01", outcome=0, code=1, sent=0, rest=b"\0\0"):
-    """A robot of a state; `rest`: its last event, and where it was seen."""
-    last = bytes([1, 0, 1, 0x21, 1, 5, 0]) + answer
+def robot(number, answer=b"\x01\xa1\x01\x01", outcome=0, code=1, sent=0, rest=b"\0\0\0"):
+    """A robot of a state; `rest`: its last event, where it was seen, its goal."""
+    last = bytes([1, 0, 0x21, 1, 5, 0]) + answer
     return (bytes([number]) + struct.pack("<HHB", 1, 7, 0) + last +
             struct.pack("<QQB", 2, 3, 1) + bytes([outcome, number, 0, code]) + bytes(5) +
             struct.pack("<hBQ", 0, sent, 0) + rest)
@@ -376,26 +374,15 @@ def states():
     """(name, the beginning of a state). None has its hash, so none is valid."""
 
     def state(*links, broadcasts=(), after=b""):
-        return (b"\1" + config(components=None) + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
+        return (b"\1" + config() + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
                 many(*links) + after)
 
     def link(name, *robots):
         return text(name) + many(*robots)
 
-    seen = b"\1" + bytes([1, 4, 3, 5, 0]) + b"\1" + struct.pack("<qqHQ", 1, 2, 3, 4)
-    def named(*components, robots=3, field=3, after=b""):
-        parts = [(b"robots", bytes([robots]), bytes(9)),
-                 (b"field", bytes([field]), 15 * nothing + sweep + bytes(5)), *components]
-        return (b"\3" + config() + struct.pack("<HQQ", 1, 1000, 3) + b"".join(
-            text(name) + version + content for name, version, content in parts) + text(b"") +
-            bytes(8) + after)
-
+    seen = b"\1" + bytes([1, 4, 3, 5, 0]) + b"\1" + struct.pack("<qqHQ", 1, 2, 3, 4) + b"\0"
     nothing = b"\0" + bytes(4) + bytes(4) + bytes(40) + bytes(8)  # of a type
     sweep = struct.pack("<BiQQQ", 1, 0, 0, 0, 0)
-    yield "named", named()
-    yield "later_version", named(field=4)
-    yield "another_component", named((b"tags", b"\1", b"bytes"))
-    yield "no_component", b"\3" + config() + struct.pack("<HQQ", 1, 1000, 3) + text(b"field")
     yield "version", b"\7"
     yield "robots", state(link(b"radio-a", robot(1, outcome=1), robot(2, rest=seen)), link(b"x"))
     yield "broadcast", state(broadcasts=[struct.pack("<HBBQ", 1, 0, 2, 5)])
@@ -413,15 +400,15 @@ def states():
 def events():
     """(name, event), of each kind, and of none."""
     for kind, data in enumerate([
-            b"", b"\0\0" + bytes([1, HELLO, 4, 1, 0, 1, 0]), b"", b"\7\0\0" + config(components=None),
+            b"", b"\0\0" + bytes([1, HELLO, 4, 1, 0, 1, 0]), b"", b"\7\0\0" + config(),
             b"\0\0\1\1" + bytes(5), struct.pack("<BBBIqIqq", 1, 1, 0, 64, 9, 1, 5, 6),
             b"\0\0\1" + struct.pack("<qqHI", 1, 2, 3, 4), b""]):
         yield f"kind_{kind}", bytes([1, kind]) + data
     yield "version", b"\2\2"
     yield "longer", b"\1\2\3"
-    yield "configuration", b"\3\3" + b"\7\0\0\1" + config()
-    yield "of_component", b"\3\x11" + b"\1" + text(b"bytes")
-    yield "of_no_component", b"\3\x0f"
+    yield "configuration", b"\1\3" + b"\7\0\1" + config()
+    yield "of_component", b"\1\x11" + b"\1" + text(b"bytes")
+    yield "of_no_component", b"\1\x0f"
     yield "sense", b"\1\1\0\0" + bytes([1, SENSE | 1, 6]) + bytes(6)
 
 

@@ -14,7 +14,7 @@
 //
 //   EncodeFields(part, &writer);             // each field, in this order (bytes.h)
 //   BlendPart same;
-//   DecodeFields(&reader, version, &same);   // fails the reader for invalid enumerators
+//   DecodeFields(&reader, &same);            // fails the reader for invalid enumerators
 //   Status good = CheckFields(part, "part"); // "part.weight_milli is 2000000, expected ..."
 //   uint64_t hash = HashFields(part);        // Hash64 of the fields as words
 //   std::string text = DescribeFields<BlendPart>();
@@ -39,14 +39,12 @@
 
 namespace pheromone {
 
-/// What a field may hold, and since when it is written.
+/// What a field may hold.
 struct FieldRule {
   int64_t least = std::numeric_limits<int64_t>::min();
   int64_t most = std::numeric_limits<int64_t>::max();
-  uint8_t since = 0;   ///< in bytes of an older version it is missing
-  int64_t before = 0;  ///< its value there, if it is a number or a flag
 
-  bool bounded() const { return *this != FieldRule{.since = since, .before = before}; }
+  bool bounded() const { return *this != FieldRule{}; }
   bool operator==(const FieldRule&) const = default;
 };
 
@@ -62,16 +60,10 @@ requires std::is_enum_v<Enum>
 constexpr FieldRule UpTo(Enum last) {
   return Within(0, static_cast<int64_t>(last));
 }
-/// Written since `version`; in older bytes it is missing, and its value is `before`.
-constexpr FieldRule Since(uint8_t version, int64_t before = 0, FieldRule rule = {}) {
-  rule.since = version;
-  rule.before = before;
-  return rule;
-}
 
 /// For other types. A specialisation has
 ///   static void Encode(const T&, ByteWriter*);
-///   static void Decode(ByteReader*, uint8_t version, T*);
+///   static void Decode(ByteReader*, T*);
 ///   static uint64_t Hash(const T&);
 ///   static Status Check(const T&, const std::string& name);
 ///   static size_t BytesAtMost(const T&);
@@ -107,15 +99,6 @@ struct IsBytes<std::array<uint8_t, n>> : std::true_type {};
 /// A struct whose fields count as one word in the hash of the one that holds it.
 template <typename T>
 concept HashedAlone = Described<T> && T::kHashedAlone;
-
-template <typename T>
-void SetMissing(int64_t before, T* field) {
-  if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) {
-    *field = static_cast<T>(before);
-  } else {
-    *field = T{};
-  }
-}
 
 template <typename T>
 std::string_view NameOfType() {
@@ -173,25 +156,19 @@ void EncodeFields(const T& it, ByteWriter* writer) {
   }
 }
 
-/// As written by `version`. Checks only enumerators: CheckFields does the rest.
+/// Checks only enumerators: CheckFields does the rest.
 template <typename T>
-void DecodeFields(ByteReader* reader, uint8_t version, T* it, std::string_view name = "",
-                  FieldRule rule = {}) {
+void DecodeFields(ByteReader* reader, T* it, std::string_view name = "", FieldRule rule = {}) {
   if constexpr (fields::HasCodec<T>) {
-    FieldCodec<T>::Decode(reader, version, it);
+    FieldCodec<T>::Decode(reader, it);
   } else if constexpr (fields::Described<T>) {
-    T::Fields(*it,
-              [reader, version](std::string_view its_name, auto& field, FieldRule its_rule = {}) {
-                if (version >= its_rule.since) {
-                  DecodeFields(reader, version, &field, its_name, its_rule);
-                } else {
-                  fields::SetMissing(its_rule.before, &field);
-                }
-              });
+    T::Fields(*it, [reader](std::string_view its_name, auto& field, FieldRule its_rule = {}) {
+      DecodeFields(reader, &field, its_name, its_rule);
+    });
   } else if constexpr (fields::IsList<T>::value) {
     it->clear();
     for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
-      DecodeFields(reader, version, &it->emplace_back());
+      DecodeFields(reader, &it->emplace_back());
     }
   } else if constexpr (fields::IsBytes<T>::value) {
     for (uint8_t& byte : *it) {
@@ -266,19 +243,14 @@ uint64_t HashList(const std::vector<T>& list) {
 }
 
 template <typename T>
-uint64_t HashInto(uint64_t hash, const T& it, FieldRule rule = {}) {
-  if constexpr (IsList<T>::value) {
-    if (rule.since != 0 && it.empty()) {
-      return hash;  // as before there was such a list
-    }
-  }
+uint64_t HashInto(uint64_t hash, const T& it) {
   if constexpr (HasCodec<T>) {
     return HashStep(hash, FieldCodec<T>::Hash(it));
   } else if constexpr (HashedAlone<T>) {
     return HashStep(hash, HashFields(it));
   } else if constexpr (Described<T>) {
-    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule its_rule = {}) {
-      hash = HashInto(hash, field, its_rule);
+    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule = {}) {
+      hash = HashInto(hash, field);
     });
     return hash;
   } else if constexpr (IsList<T>::value) {
@@ -297,14 +269,13 @@ uint64_t HashInto(uint64_t hash, const T& it, FieldRule rule = {}) {
 
 }  // namespace fields
 
-/// Hash64 of the fields as words: a number, sign-extended; a text by HashText; a list as one word,
-/// or none if it is empty and came with a later version.
+/// Hash64 of the fields as words: a number, sign-extended; a text by HashText; a list as one word.
 template <typename T>
 uint64_t HashFields(const T& it) {
   uint64_t hash = 0;
   if constexpr (fields::Described<T>) {
-    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule rule = {}) {
-      hash = fields::HashInto(hash, field, rule);
+    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule = {}) {
+      hash = fields::HashInto(hash, field);
     });
     return hash;
   } else {
@@ -399,9 +370,7 @@ std::string Describe(std::string_view name, const std::string& indent, FieldRule
     });
     return text;
   } else if constexpr (IsList<T>::value) {
-    const std::string since =
-        rule.since != 0 ? " (since version " + std::to_string(rule.since) + ")" : "";
-    return indent + "list " + std::string(name) + since + ", each\n" +
+    return indent + "list " + std::string(name) + ", each\n" +
            Describe<typename T::value_type>("", indent + "  ", {});
   } else if constexpr (IsBytes<T>::value) {
     return indent + std::to_string(T{}.size()) + " bytes " + std::string(name) + "\n";
@@ -412,7 +381,6 @@ std::string Describe(std::string_view name, const std::string& indent, FieldRule
       text += has_most ? ": " + std::to_string(rule.least) + " to " + std::to_string(rule.most)
                        : ": at least " + std::to_string(rule.least);
     }
-    text += rule.since != 0 ? " (since version " + std::to_string(rule.since) + ")" : "";
     return text + "\n";
   }
 }

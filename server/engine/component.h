@@ -123,10 +123,8 @@ class Component {
   virtual ~Component() = default;
   virtual std::unique_ptr<Component> Clone() const = 0;
 
-  /// Its key in saved states and, if it has one, in the configuration.
+  /// Its key in the configuration.
   virtual std::string_view name() const = 0;
-  /// The version that Save writes. Restore also reads all earlier ones.
-  virtual uint8_t version() const = 0;
 
   /// What the engine routes here; called once.
   virtual std::vector<MessageRule> messages() const { return {}; }
@@ -164,14 +162,12 @@ class Component {
   /// Whether a large change is in progress; Advance continues it.
   virtual bool busy() const { return false; }
 
-  /// The sum over its objects of the hash of kind, key and canonical value. 0 as long as nothing
-  /// was configured and nothing happened: older states do not have the component.
+  /// The sum over its objects of the hash of kind, key and canonical value.
   virtual uint64_t Hash() const = 0;
   /// Canonical bytes: equal if and only if the states are.
   virtual void Save(ByteWriter* writer) const = 0;
-  /// Into a new component. Invalid bytes fail the reader; the configuration was checked. Structs of
-  /// other folders are described by the version of the codec (event_codec.h), not by this one.
-  virtual void Restore(const Context& context, uint8_t version, ByteReader* reader) = 0;
+  /// Into a new component. Invalid bytes fail the reader; the configuration was checked.
+  virtual void Restore(const Context& context, ByteReader* reader) = 0;
   /// Save in portions; null if that cannot begin now. By default, in one portion.
   virtual std::unique_ptr<FrozenPart> Freeze(uint64_t most_kept_bytes) const;
 };

@@ -41,8 +41,7 @@ EngineConfig FullConfig() {
 
 // Does not compile once a field is added: it belongs in the hash, and below.
 [[maybe_unused]] void NameEveryField(const EngineConfig& config) {
-  [[maybe_unused]] const auto& [field, pose_unit_10um, robots_per_link, links, frames, components] =
-      config;
+  [[maybe_unused]] const auto& [field, pose_unit_10um, links, frames, components] = config;
   [[maybe_unused]] const auto& [component, version, bytes] = components[0];
   [[maybe_unused]] const auto& [name, slot_ms, response_window_ms] = links[0];
   [[maybe_unused]] const auto& [link, id, x_um, y_um, heading, cos_q30, sin_q30] = frames[0];
@@ -127,7 +126,6 @@ std::map<std::string, Change> EveryChange() {
       {"no obstacles", [](C& c) { c.field.obstacles = {}; }},
       {"memory", [](C& c) { ++c.field.memory_bytes; }},
       {"pose unit", [](C& c) { ++c.pose_unit_10um; }},
-      {"robots per link", [](C& c) { ++c.robots_per_link; }},
       {"link's name", [](C& c) { c.links[0].name = "radio-c"; }},
       {"slot", [](C& c) { ++c.links[1].slot_ms; }},
       {"window", [](C& c) { ++c.links[1].response_window_ms; }},

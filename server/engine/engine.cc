@@ -265,7 +265,7 @@ void Engine::On(const ConfigChanged& change, const Output& out) {
   }
   const std::shared_ptr<const ConfigPlan> plan = std::get<ConfigChanged>(planned).plan;
   // At the maximum time, no later stamp can distinguish new nodes from old ones.
-  const bool in_portions = !is_new && change.in_portions && field_time_ms_ < kMaxFieldTimeMs;
+  const bool in_portions = !is_new && field_time_ms_ < kMaxFieldTimeMs;
   const SharedConfig before = config_;
   const Context context = Now(change.config);
   for (Polymorphic<Component>& component : components_) {
@@ -296,8 +296,7 @@ std::optional<uint64_t> Engine::NextDeadline() const {
 }
 
 uint64_t Engine::StateHash() const {
-  // The broadcast seq was hashed here before there were components.
-  uint64_t hash = Hash64({'E', epoch_, RobotsIn(components_).next_broadcast_seq()});
+  uint64_t hash = Hash64({'E', epoch_});
   for (const Polymorphic<Component>& component : components_) {
     hash += component->Hash();
   }

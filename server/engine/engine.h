@@ -123,6 +123,11 @@ class Engine {
   /// equal hashes, whatever way they came about.
   uint64_t StateHash() const;
 
+  /// As RobotTable::ForgetAsMutant.
+  void ForgetAsMutant(LinkIndex link, uint8_t id) {
+    RobotsIn(components_).ForgetAsMutant(link, id);
+  }
+
   /// As in Field: releases a bounded portion of erased memory; the state does not change.
   bool ReleaseMemory() { return FieldIn(components_).ReleaseMemory(); }
 
@@ -132,8 +137,7 @@ class Engine {
   /// The same for the present state, to be copied in portions (frozen_state.h). Null while another
   /// one is being copied.
   std::unique_ptr<FrozenState> Freeze(uint64_t most_kept_bytes) const;
-  /// Errors: an unknown version; bytes that no engine can have saved; a component that is not in
-  /// `components`.
+  /// Errors: another version; bytes that no engine can have saved.
   static Result<Engine> Restore(ByteReader* reader,
                                 ComponentList components = StandardComponents());
 
@@ -159,7 +163,6 @@ class Engine {
 
   void TakeConfig(SharedConfig config, const ConfigFigures& figures);
   void SaveBeforeComponents(ByteWriter* writer) const;
-  void RestoreComponents(uint8_t version, ByteReader* reader);
 
   ComponentList components_;
   std::array<Route, 128> routes_{};              // by opcode

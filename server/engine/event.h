@@ -70,10 +70,6 @@ struct ComponentConfig {
 struct EngineConfig {
   field::FieldConfig field;
   uint16_t pose_unit_10um = 100;
-  /// 0: no robot is forgotten, nor its last request. Otherwise the rules of earlier logs apply: of
-  /// more than so many robots on a link, the one idle for longest is forgotten; so is the last
-  /// request of a robot that says HELLO with a new nonce.
-  uint16_t robots_per_link = 0;
   std::vector<LinkSettings> links;
   std::vector<RobotFrame> frames;           ///< of robots whose coordinates are not the map's
   std::vector<ComponentConfig> components;  ///< ordered by name; only of those that have any
@@ -83,13 +79,10 @@ struct EngineConfig {
   static void Fields(Self& it, Visit&& visit) {
     visit("field", it.field);
     visit("pose_unit_10um", it.pose_unit_10um, AtLeast(1));
-    visit("robots_per_link", it.robots_per_link);
     visit("links", it.links);
     visit("frames", it.frames);
-    visit("components", it.components, Since(3));
+    visit("components", it.components);
   }
-
-  bool forgets() const { return robots_per_link != 0; }
 
   /// Null if that component has none.
   const ComponentConfig* FindComponent(std::string_view name) const {
@@ -167,15 +160,12 @@ struct WrittenAhead {
 
 /// The first event of a new state, and every change of the configuration after it. `new_epoch` is
 /// used if this begins an epoch: the state is new, what HELLO tells the clients has changed, or
-/// acknowledged changes were lost.
-///
-/// `in_portions`: the map is changed by this and the Advances that follow, each in bounded time;
-/// else all at once, as in version 1 of this event.
+/// acknowledged changes were lost. The map is changed by this and the Advances that follow, each in
+/// bounded time.
 struct ConfigChanged {
   SharedConfig config;
   uint16_t new_epoch = 1;
   bool state_lost = false;
-  bool in_portions = true;
   std::shared_ptr<const ConfigPlan> plan = nullptr;     ///< Engine::Prepare; not encoded
   std::shared_ptr<const WrittenAhead> ahead = nullptr;  ///< the log's; not encoded
 
@@ -183,7 +173,6 @@ struct ConfigChanged {
   static void Fields(Self& it, Visit&& visit) {
     visit("new_epoch", it.new_epoch);
     visit("state_lost", it.state_lost);
-    visit("in_portions", it.in_portions, Since(2));
     visit("config", it.config);
   }
 };
@@ -204,16 +193,14 @@ struct CommandIssued {
   }
 };
 
-/// An operator's edit of the map. `in_portions`: as above.
+/// An operator's edit of the map, made as above.
 struct FieldEdited {
   field::FieldEdit edit;
-  bool in_portions = true;
   std::shared_ptr<const field::Raster> raster = nullptr;  ///< Engine::Prepare; not encoded
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
     visit("edit", it.edit);
-    visit("in_portions", it.in_portions, Since(2));
   }
 };
 
@@ -309,11 +296,10 @@ template <typename T>
 Result<T> FromBytes(std::string_view what, uint8_t version, std::string_view bytes) {
   ByteReader reader(bytes);
   T content;
-  if (version > T::kVersion) {
-    reader.Fail("version " + std::to_string(version) + ", expected at most " +
-                std::to_string(T::kVersion));
+  if (version != T::kVersion) {
+    reader.Fail("version " + std::to_string(version) + ", expected " + std::to_string(T::kVersion));
   }
-  DecodeFields(&reader, version, &content);
+  DecodeFields(&reader, &content);
   reader.ExpectEnd();
   reader.Check(CheckFields(content, ""));
   return reader.ok() ? Result<T>(std::move(content))

@@ -61,11 +61,6 @@ std::unique_ptr<Component> FieldComponent::Clone() const {
   return copy;
 }
 
-// Its encoding is versioned with the codec's.
-uint8_t FieldComponent::version() const {
-  return kCodecVersion;
-}
-
 std::vector<MessageRule> FieldComponent::messages() const {
   std::vector<MessageRule> all;
   for (const uint8_t service : {protocol::kSense, protocol::kSenseWide, protocol::kDeposit,
@@ -247,11 +242,7 @@ Status FieldComponent::Check(const Context& context, const Event& event) const {
 void FieldComponent::Apply(const Context& context, const Event& event, const Output& out) {
   const auto& edited = std::get<FieldEdited>(event);
   assert(CheckEdit(edited.edit).ok());
-  if (edited.in_portions) {
-    field_->BeginEdit(context.sequence, edited.edit, edited.raster, context.now_ms);
-  } else {
-    out.finished->push_back({context.sequence, field_->Edit(edited.edit, context.now_ms)});
-  }
+  field_->BeginEdit(context.sequence, edited.edit, edited.raster, context.now_ms);
   field_->TakeFinished(out.finished);
 }
 
@@ -267,8 +258,8 @@ std::optional<uint64_t> FieldComponent::NextDeadline() const {
   return field_ != nullptr ? field_->NextDeadline() : std::nullopt;
 }
 
-void FieldComponent::Restore(const Context& context, uint8_t version, ByteReader* reader) {
-  field_ = field::Field::Restore(context.config.field(), version, reader);
+void FieldComponent::Restore(const Context& context, ByteReader* reader) {
+  field_ = field::Field::Restore(context.config.field(), reader);
 }
 
 std::unique_ptr<FrozenPart> FieldComponent::Freeze(uint64_t most_kept_bytes) const {

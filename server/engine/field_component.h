@@ -29,7 +29,6 @@ class FieldComponent final : public Component {
 
   std::unique_ptr<Component> Clone() const override;
   std::string_view name() const override { return "field"; }
-  uint8_t version() const override;
   std::vector<MessageRule> messages() const override;
   std::vector<EventKind> event_kinds() const override { return {EventKind::kFieldEdited}; }
   Status CheckConfig(const Context& context, const EngineConfig& next,
@@ -45,7 +44,7 @@ class FieldComponent final : public Component {
   std::optional<uint64_t> NextDeadline() const override;
   uint64_t Hash() const override { return field_ != nullptr ? field_->hash() : 0; }
   void Save(ByteWriter* writer) const override { field_->Save(writer); }
-  void Restore(const Context& context, uint8_t version, ByteReader* reader) override;
+  void Restore(const Context& context, ByteReader* reader) override;
   std::unique_ptr<FrozenPart> Freeze(uint64_t most_kept_bytes) const override;
 
  private:

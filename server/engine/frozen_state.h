@@ -36,13 +36,8 @@ class FrozenState {
     uint64_t state_hash = 0;
     SharedConfig config;
     uint64_t config_bytes = 0;
-    /// Each with the bytes that precede it.
-    struct Named {
-      std::string before;
-      std::unique_ptr<FrozenPart> content;
-    };
-    std::vector<Named> components;
-    std::string end;
+    std::string before;  ///< the bytes between the configuration and the components
+    std::vector<std::unique_ptr<FrozenPart>> components;
   };
 
   explicit FrozenState(Parts parts);

@@ -503,7 +503,7 @@ void NetsComponent::Save(ByteWriter* writer) const {
   }
 }
 
-void NetsComponent::Restore(const Context& context, uint8_t /*version*/, ByteReader* reader) {
+void NetsComponent::Restore(const Context& context, ByteReader* reader) {
   const Result<RulesByName> rules = RulesIn(*context.config);
   reader->Check(rules.ok() ? Ok() : Status(Error{rules.error()}));
   if (!reader->ok()) {
@@ -526,7 +526,7 @@ void NetsComponent::Restore(const Context& context, uint8_t /*version*/, ByteRea
     Instance it{.net = LiveNet(its)};
     it.due_ms = time();
     it.change_ms = time();
-    DecodeFields(reader, version(), &it.seen);
+    DecodeFields(reader, &it.seen);
     if (reader->ok() && it.seen.size() != its->tags.size()) {
       reader->Fail("net \"" + name + "\": not a state of this net");
     }

@@ -77,7 +77,6 @@ class NetsComponent final : public Component {
     return std::make_unique<NetsComponent>(*this);
   }
   std::string_view name() const override { return kName; }
-  uint8_t version() const override { return 1; }
   std::vector<EventKind> event_kinds() const override { return {NetsChanged::kKind}; }
   Status CheckConfig(const Context& context, const EngineConfig& next,
                      const ConfigPlan* plan) const override;
@@ -89,7 +88,7 @@ class NetsComponent final : public Component {
   std::optional<uint64_t> NextDeadline() const override;
   uint64_t Hash() const override;
   void Save(ByteWriter* writer) const override;
-  void Restore(const Context& context, uint8_t version, ByteReader* reader) override;
+  void Restore(const Context& context, ByteReader* reader) override;
 
  private:
   void Act(const Context& context, Instance* it, const Output& out);

@@ -381,16 +381,6 @@ TEST_F(NetsComponentTest, AConfigurationThatItCannotHaveIsRefused) {
   EXPECT_FALSE(bench.engine.CheckConfig(config).ok());
 }
 
-TEST_F(NetsComponentTest, AStateFromBeforeThereWereNetsIsRead) {
-  testing::Bench before(testing::SmallConfig());
-  const std::string bytes = Saved(before.engine);
-  std::string old = bytes;
-  const std::string empty_nets = std::string("\4\0\0\0nets\1\0\0\0\0", 13);
-  ASSERT_NE(old.find(empty_nets), std::string::npos);
-  old.erase(old.find(empty_nets), empty_nets.size());
-  EXPECT_EQ(Saved(Restored(old)), bytes);
-}
-
 TEST_F(NetsComponentTest, AStateOfOtherNetsIsRefused) {
   const std::string bytes = Saved(bench.engine);
   std::string other = bytes;

@@ -19,11 +19,6 @@ std::unique_ptr<Component> RobotsComponent::Clone() const {
   return std::make_unique<RobotsComponent>(*this);
 }
 
-// Its encoding is versioned with the codec's.
-uint8_t RobotsComponent::version() const {
-  return kCodecVersion;
-}
-
 std::vector<MessageRule> RobotsComponent::messages() const {
   return {MessageRuleOf(protocol::kCommandAck), MessageRuleOf(protocol::kEvent),
           MessageRuleOf(protocol::kHello), MessageRuleOf(protocol::kPing)};
@@ -120,22 +115,17 @@ void RobotsComponent::TakeSession(const Context& context, const RequestReceived&
 // has number 0.
 Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const Message& request,
                                    const protocol::HelloRequest& hello) {
-  const EngineConfig& config = *context.config;
-  if (config.forgets() && table_.Find(link, hello.id) == nullptr &&
-      table_.CountOn(link) >= config.robots_per_link) {
-    table_.ForgetIdlest(link);
-  }
   Message message;
   table_.Update(link, hello.id, [&](RobotState& robot) {
     const bool is_known = robot.last_activity != 0;
     const bool has_booted = is_known && robot.nonce != hello.nonce;
     const bool is_previous = has_booted && robot.previous_nonce == hello.nonce;
     const bool is_new = !is_known || (has_booted && !is_previous);
-    if (is_known && is_new && !config.forgets()) {
+    if (is_known && is_new) {
       ++robot.last_seq;
     }
     protocol::Encode(AnswerTo(context, link, hello, robot), &message);
-    if (is_new && !config.forgets()) {
+    if (is_new) {
       robot.StoreAnswer(request, message, context.sequence);
     }
     if (has_booted) {
@@ -144,9 +134,6 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const
       if (robot.has_pending_command()) {
         robot.command.outcome = CommandOutcome::kUnknown;
         ++counters_.commands_unknown;
-      }
-      if (config.forgets()) {
-        robot.ForgetRequest();
       }
     }
     robot.epoch = context.epoch;
@@ -384,7 +371,7 @@ std::optional<uint64_t> RobotsComponent::NextDeadline() const {
 // --- State
 
 uint64_t RobotsComponent::Hash() const {
-  uint64_t hash = table_.hash();
+  uint64_t hash = table_.hash() + Hash64({'N', next_broadcast_seq_});
   for (const Broadcast& broadcast : broadcasts_) {
     hash += Hash64({'B', broadcast.link, broadcast.seq, broadcast.left, broadcast.next_ms});
   }
@@ -403,7 +390,7 @@ void RobotsComponent::Save(ByteWriter* writer) const {
   table_.Save(writer);
 }
 
-void RobotsComponent::Restore(const Context& context, uint8_t version, ByteReader* reader) {
+void RobotsComponent::Restore(const Context& context, ByteReader* reader) {
   next_broadcast_seq_ = reader->U8();
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     Broadcast broadcast{};
@@ -416,7 +403,7 @@ void RobotsComponent::Restore(const Context& context, uint8_t version, ByteReade
     }
     broadcasts_.push_back(broadcast);
   }
-  table_.Restore(version, reader);
+  table_.Restore(reader);
   if (reader->ok()) {
     table_.Configure(*context.config);
   }

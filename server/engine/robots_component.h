@@ -32,8 +32,8 @@ class RobotsComponent final : public Component {
   static constexpr uint64_t kBroadcastIntervalMs = 100;
 
   const RobotTable& table() const { return table_; }
+  void ForgetAsMutant(LinkIndex link, uint8_t id) { table_.ForgetAsMutant(link, id); }
   const RobotCounters& counters() const { return counters_; }
-  uint8_t next_broadcast_seq() const { return next_broadcast_seq_; }
 
   /// Of a HELLO or an ACK.
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
@@ -45,7 +45,6 @@ class RobotsComponent final : public Component {
 
   std::unique_ptr<Component> Clone() const override;
   std::string_view name() const override { return "robots"; }
-  uint8_t version() const override;
   std::vector<MessageRule> messages() const override;
   std::vector<EventKind> event_kinds() const override;
   Status CheckConfig(const Context& context, const EngineConfig& next,
@@ -63,7 +62,7 @@ class RobotsComponent final : public Component {
   std::optional<uint64_t> NextDeadline() const override;
   uint64_t Hash() const override;
   void Save(ByteWriter* writer) const override;
-  void Restore(const Context& context, uint8_t version, ByteReader* reader) override;
+  void Restore(const Context& context, ByteReader* reader) override;
 
  private:
   struct Broadcast {

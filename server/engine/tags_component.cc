@@ -499,7 +499,7 @@ void TagsComponent::Advance(const Context& context, const Output& /*out*/) {
   store_.Expire(context.now_ms, kExpiredInOneStep);
 }
 
-void TagsComponent::Restore(const Context& context, uint8_t /*version*/, ByteReader* reader) {
+void TagsComponent::Restore(const Context& context, ByteReader* reader) {
   const Result<tags::Settings> settings = SettingsIn(*context.config);
   reader->Check(settings.ok() ? Ok() : Error{settings.error()});
   if (reader->ok()) {

@@ -60,7 +60,6 @@ class TagsComponent final : public Component {
     return std::make_unique<TagsComponent>(*this);
   }
   std::string_view name() const override { return kName; }
-  uint8_t version() const override { return 1; }
   std::vector<MessageRule> messages() const override;
   std::vector<EventKind> event_kinds() const override { return {TagsChanged::kKind}; }
   /// Adds the tags' part to a prepared change of the configuration, if they change.
@@ -79,7 +78,7 @@ class TagsComponent final : public Component {
   std::optional<uint64_t> NextDeadline() const override { return store_.NextExpiry(); }
   uint64_t Hash() const override { return store_.hash(); }
   void Save(ByteWriter* writer) const override { store_.Save(writer); }
-  void Restore(const Context& context, uint8_t version, ByteReader* reader) override;
+  void Restore(const Context& context, ByteReader* reader) override;
   std::unique_ptr<FrozenPart> Freeze(uint64_t most_kept_bytes) const override;
 
  private:

@@ -154,7 +154,7 @@ class RandomTraffic {
     edit.points = {AnyPoint()};
     edit.points.push_back({edit.points[0].x + static_cast<int64_t>(Below(300'000)),
                            edit.points[0].y + static_cast<int64_t>(Below(100'000))});
-    return FieldEdited{edit, Below(4) != 0};
+    return FieldEdited{edit};
   }
 
   Event Reconfigure(const Engine& engine) {
@@ -193,7 +193,7 @@ class RandomTraffic {
     }
     const auto epoch = static_cast<uint16_t>(8 + Below(9));
     const bool state_lost = Below(4) == 0;
-    return ConfigChanged{std::move(config), epoch, state_lost, Below(4) != 0};
+    return ConfigChanged{std::move(config), epoch, state_lost};
   }
 
   Event Any(const Engine& engine) {
