@@ -104,11 +104,15 @@ def tags_asked(robot, x, y):
             for kind in range(6) for number in range(3)))
 
 
-def tags_changed(action, row=(1, 1, 1, 4), tag=1, slot=255, lease_ms=0,
+def tags_changed(kind, row=(1, 1, 1, 4), tag=1, slot=255, lease_ms=0,
                  block=(1, 5, -17, 1, 1, 2, -3, 4)):
-    kind, robot, number, length = row
-    return other(9, struct.pack("<BBiiBBBBBBHBI", action, kind, robot, number, length, ord("x"), tag,
-                                slot != 255, slot, 0, 0, 0, lease_ms) + struct.pack("<iI6i", *block))
+    """0: a block is written; 1: erased; 2: a row is defined."""
+    head = struct.pack("<BBBB", kind, tag, slot, slot != 255)
+    if kind == 0:
+        return other(9, head + struct.pack("<I", lease_ms) + struct.pack("<iI6i", *block))
+    row_kind, robot, number, length = row
+    return other(9, head + (struct.pack("<BiiBB", row_kind, robot, number, length, ord("x"))
+                            if kind == 2 else b""))
 
 
 def crc16(data):
@@ -189,9 +193,9 @@ def sessions():
         record(1, 7, 4, *near_tags, 2, PASS, slot=1) + net_reset(False) + net_reset() +
         clocks(far(250)) + RESTARTED)
     yield "tags_of_operators", (
-        RICH + tags_changed(0) + tags_changed(0, (2, 1, 2, 9)) + tags_changed(1) +
-        tags_changed(1, slot=3, lease_ms=900) + tags_changed(2, slot=0) + tags_changed(1, tag=9) +
-        tags_changed(1, block=(9, 0, -17, 1, 1, 2, -3, 4)) + clocks(far(2000)) + RESTARTED)
+        RICH + tags_changed(2) + tags_changed(2, (2, 1, 2, 9)) + tags_changed(0) +
+        tags_changed(0, slot=3, lease_ms=900) + tags_changed(1, slot=0) + tags_changed(0, tag=9) +
+        tags_changed(0, block=(9, 0, -17, 1, 1, 2, -3, 4)) + clocks(far(2000)) + RESTARTED)
     yield "events", SMALL + hello(1) + b"".join(event(1, code + 1, code) for code in range(14))
     yield "strong", SMALL + reconfigured(1, 1, b"\xff\xff") + hello(2) + b"".join(
         deposit(2, seq, 5000 + 100 * seq, 5300, 255, 2) for seq in range(1, 9)) + sense(
@@ -310,12 +314,12 @@ def frame(robot=1, x=0, y=0, heading=16384, cos=0, sin=2**30):
 
 def config(box=(0, 0, 2_000_000, 1_500_000, 100_000), antennas=(330_000, 0, 16384), laws=None,
            paths=(), prints=(), obstacles=b"\0", memory=1 << 20, unit=100,
-           links=(b"radio-a", b"radio-b"), frames=(), components=()):
+           links=(b"radio-a", b"radio-b"), frames=(), tags=(), privileged=()):
     return (struct.pack("<5q", *box) + struct.pack("<qqH", *antennas) +
             many(*([law(), law(2, b"path", tau=0)] if laws is None else laws)) + many(*paths) +
             many(*prints) + obstacles + struct.pack("<QH", memory, unit) +
             many(*(text(link) + b"\3\x28" for link in links)) + many(*frames) +
-            many(*components))
+            many(*tags) + many(*privileged) + many())
 
 
 def configs():
@@ -331,9 +335,7 @@ def configs():
     yield "blend_of_anything", config(laws=[law(), law(
         2, core=2**63 - 1, sigma=2**63 - 1, tau=-1, quantum=-2**63, most=0, weight=-2**31,
         diffusion=(2**32 - 1,) * 4, blend=[(1, 1)])])
-    yield "component", config(components=[text(b"tags") + b"\1" + text(b"bytes")])
-    yield "components_out_of_order", config(
-        components=[text(name) + b"\1" + text(b"") for name in (b"b", b"a")])
+    yield "tag", config(tags=[text(b"door") + struct.pack("<qqqB", 1, 2, 3, 8)], privileged=[text(b"ann")])
     yield "no_map", config(box=(0, 0, 2_000_000, 1_500_000, 0))
     yield "large_map", config(box=(0, 0, 10**12, 10**12, 1))
     yield "far_antennas", config(antennas=(-1, 0, 0))
@@ -407,8 +409,12 @@ def events():
     yield "version", b"\2\2"
     yield "longer", b"\1\2\3"
     yield "configuration", b"\1\3" + b"\7\0\1" + config()
-    yield "of_component", b"\1\x11" + b"\1" + text(b"bytes")
-    yield "of_no_component", b"\1\x0f"
+    yield "tag_written", b"\1\x09" + struct.pack(
+        "<BHBBBBIiI6i", 0, 1, 1, 2, 0, 0, 0, 1, 5, -17, 1, 1, 2, -3, 4)
+    yield "tag_erased", b"\1\x09" + struct.pack("<BHBB", 1, 1, 2, 0)
+    yield "symbol_defined", b"\1\x09" + struct.pack("<BBii", 2, 1, 1, 1) + text(b"ann")
+    yield "net_reset", b"\1\x0a" + text(b"gate")
+    yield "of_no_kind", b"\1\x0f"
     yield "sense", b"\1\1\0\0" + bytes([1, SENSE | 1, 6]) + bytes(6)
 
 

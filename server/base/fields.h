@@ -20,17 +20,20 @@
 //   std::string text = DescribeFields<BlendPart>();
 //
 // A field is an integer, a flag, an enumeration over uint8_t, a string, a struct with Fields (whose
-// fields are inlined), an array of bytes, or a list of these. Other types have a specialisation of
-// FieldCodec. Pure; any thread.
+// fields are inlined), an array of bytes, a list of these, an optional one, or a variant of structs
+// with Fields and kName. Other types have a specialisation of FieldCodec. Pure; any thread.
 #pragma once
 
 #include <array>
 #include <concepts>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "server/base/bytes.h"
@@ -393,5 +396,64 @@ template <typename T>
 std::string DescribeFields(const std::string& indent = "") {
   return fields::Describe<T>("", indent, {});
 }
+
+// --- What may be missing, and what is one of several. Neither has a hash.
+
+template <typename T>
+struct FieldCodec<std::optional<T>> {
+  static void Encode(const std::optional<T>& it, ByteWriter* writer) {
+    writer->Flag(it.has_value());
+    if (it) {
+      EncodeFields(*it, writer);
+    }
+  }
+  static void Decode(ByteReader* reader, std::optional<T>* it) {
+    it->reset();
+    if (reader->Flag()) {
+      DecodeFields(reader, &it->emplace());
+    }
+  }
+  static Status Check(const std::optional<T>& it, const std::string& name) {
+    return it ? CheckFields(*it, name) : Ok();
+  }
+  static size_t BytesAtMost(const std::optional<T>& it) {
+    return 1 + (it ? pheromone::BytesAtMost(*it) : 0);
+  }
+  static std::string Describe(std::string_view name, const std::string& indent) {
+    return indent + "flag " + std::string(name) + "; if it is 1:\n" +
+           fields::Describe<T>(name, indent + "  ", {});
+  }
+};
+
+/// The index of the alternative, and its fields.
+template <typename... Alternatives>
+struct FieldCodec<std::variant<Alternatives...>> {
+  using Variant = std::variant<Alternatives...>;
+
+  static void Encode(const Variant& it, ByteWriter* writer) {
+    writer->U8(static_cast<uint8_t>(it.index()));
+    std::visit([writer](const auto& alternative) { EncodeFields(alternative, writer); }, it);
+  }
+  static void Decode(ByteReader* reader, Variant* it) {
+    const size_t index = reader->U8UpTo(sizeof...(Alternatives) - 1, "the kind of an alternative");
+    size_t next = 0;
+    ((next++ == index ? DecodeFields(reader, &it->template emplace<Alternatives>()) : void()), ...);
+  }
+  static Status Check(const Variant& it, const std::string& name) {
+    return std::visit([&](const auto& alternative) { return CheckFields(alternative, name); }, it);
+  }
+  static size_t BytesAtMost(const Variant& it) {
+    return 1 + std::visit([](const auto& its) { return pheromone::BytesAtMost(its); }, it);
+  }
+  static std::string Describe(std::string_view name, const std::string& indent) {
+    std::string text = indent + "u8 " + std::string(name) + ", and\n";
+    size_t index = 0;
+    ((text += indent + "  if it is " + std::to_string(index++) + ", " +
+              std::string(Alternatives::kName) + ":\n" +
+              fields::Describe<Alternatives>("", indent + "    ", {})),
+     ...);
+    return text;
+  }
+};
 
 }  // namespace pheromone

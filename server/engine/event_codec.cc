@@ -16,20 +16,11 @@ Event DecodeOne(ByteReader* reader) {
   return event;
 }
 
-// The alternatives of Event that have a kind of their own.
-constexpr size_t kPlainKinds = std::variant_size_v<Event> - 1;
-
-// A decoder for each of them, in the same order.
+// A decoder for each alternative of Event, in the same order.
 template <size_t... kIndex>
 Event DecodeKind(uint8_t kind, ByteReader* reader, std::index_sequence<kIndex...> /*all*/) {
   using Decoder = Event (*)(ByteReader*);
   constexpr Decoder kDecoders[] = {DecodeOne<std::variant_alternative_t<kIndex, Event>>...};
-  if (kind >= static_cast<uint8_t>(EventKind::kFirstOfComponents)) {
-    ComponentEvent event;
-    DecodeFields(reader, &event);
-    event.kind = static_cast<EventKind>(kind);
-    return event;
-  }
   if (kind < 1 || kind > sizeof...(kIndex)) {
     reader->Fail("unknown event kind " + std::to_string(kind));
     return Advance{};
@@ -40,11 +31,8 @@ Event DecodeKind(uint8_t kind, ByteReader* reader, std::index_sequence<kIndex...
 }  // namespace
 
 EventKind KindOf(const Event& event) {
-  if (const auto* const of_component = std::get_if<ComponentEvent>(&event)) {
-    return of_component->kind;
-  }
   static_assert(std::is_same_v<std::variant_alternative_t<0, Event>, RequestReceived> &&
-                std::is_same_v<std::variant_alternative_t<7, Event>, GoalEnded>);
+                std::is_same_v<std::variant_alternative_t<9, Event>, NetsChanged>);
   return static_cast<EventKind>(event.index() + 1);
 }
 
@@ -71,7 +59,7 @@ size_t EncodedBytesAtMost(const Event& event) {
 Event DecodeEvent(ByteReader* reader) {
   CheckVersion("an event", reader);
   const uint8_t kind = reader->U8();
-  return DecodeKind(kind, reader, std::make_index_sequence<kPlainKinds>());
+  return DecodeKind(kind, reader, std::make_index_sequence<std::variant_size_v<Event>>());
 }
 
 }  // namespace pheromone::engine

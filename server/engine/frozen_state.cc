@@ -13,18 +13,18 @@ namespace pheromone::engine {
 FrozenState::FrozenState(Parts parts)
     : parts_(std::move(parts)),
       bytes_(1 + parts_.config_bytes + parts_.before.size() + sizeof parts_.state_hash) {
-  for (const std::unique_ptr<FrozenPart>& it : parts_.components) {
+  for (const std::unique_ptr<FrozenPart>& it : parts_.contents) {
     bytes_ += it->bytes();
   }
 }
 
 bool FrozenState::failed() const {
-  return std::any_of(parts_.components.begin(), parts_.components.end(),
+  return std::any_of(parts_.contents.begin(), parts_.contents.end(),
                      [](const std::unique_ptr<FrozenPart>& it) { return it->failed(); });
 }
 
 void FrozenState::LetGo() {
-  for (const std::unique_ptr<FrozenPart>& it : parts_.components) {
+  for (const std::unique_ptr<FrozenPart>& it : parts_.contents) {
     it->LetGo();
   }
 }
@@ -39,7 +39,7 @@ bool FrozenState::CopyConfig(std::string* to) {
   writer.Flush();
   *to += parts_.before;
   parts_.config = {};
-  stage_ = Stage::kComponents;
+  stage_ = Stage::kParts;
   return true;
 }
 
@@ -50,8 +50,8 @@ bool FrozenState::CopySome(std::string* to, int tiles) {
   if (CopyConfig(to)) {
     return true;
   }
-  for (; component_ < parts_.components.size(); ++component_) {
-    if (parts_.components[component_]->CopySome(to, tiles)) {
+  for (; part_ < parts_.contents.size(); ++part_) {
+    if (parts_.contents[part_]->CopySome(to, tiles)) {
       return true;
     }
     if (failed()) {

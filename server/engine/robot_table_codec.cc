@@ -5,7 +5,7 @@
 
 #include "server/engine/event_codec.h"
 #include "server/engine/robot_table.h"
-#include "server/engine/robots_component.h"
+#include "server/engine/robots_part.h"
 
 namespace pheromone::engine {
 namespace {
@@ -46,7 +46,7 @@ CommandState DecodeCommand(ByteReader* reader) {
     byte = reader->U8();
   }
   state.result = reader->I16();
-  state.sent = reader->U8UpTo(RobotsComponent::kCommandTransmissions, "a command's transmissions");
+  state.sent = reader->U8UpTo(RobotsPart::kCommandTransmissions, "a command's transmissions");
   state.next_retry_ms = reader->U64();
   return state;
 }

@@ -13,14 +13,12 @@ namespace pheromone::engine {
 void Engine::Save(ByteWriter* writer) const {
   writer->U8(kCodecVersion);
   EncodeConfig(*config_, writer);
-  SaveBeforeComponents(writer);
-  for (const Polymorphic<Component>& component : components_) {
-    component->Save(writer);
-  }
+  SaveBeforeParts(writer);
+  ForEachPart(*this, [&](const auto& part) { part.Save(writer); });
   writer->U64(StateHash());
 }
 
-void Engine::SaveBeforeComponents(ByteWriter* writer) const {
+void Engine::SaveBeforeParts(ByteWriter* writer) const {
   writer->U16(epoch_);
   writer->U64(field_time_ms_);
   writer->U64(sequence_);
@@ -34,26 +32,25 @@ std::unique_ptr<FrozenState> Engine::Freeze(uint64_t most_kept_bytes) const {
       .config = config_,
       .config_bytes = config_figures_.bytes,
       .before = {},
-      .components = {},
+      .contents = {},
   };
   ByteWriter writer;
-  SaveBeforeComponents(&writer);
+  SaveBeforeParts(&writer);
   parts.before = writer.Take();
-  for (const Polymorphic<Component>& component : components_) {
-    parts.components.push_back(component->Freeze(most_kept_bytes));
-    if (parts.components.back() == nullptr) {
-      return nullptr;
-    }
-  }
-  return std::make_unique<FrozenState>(std::move(parts));
+  bool has_all = true;
+  ForEachPart(*this, [&](const auto& part) {
+    parts.contents.push_back(has_all ? part.Freeze(most_kept_bytes) : nullptr);
+    has_all = parts.contents.back() != nullptr;
+  });
+  return has_all ? std::make_unique<FrozenState>(std::move(parts)) : nullptr;
 }
 
-Result<Engine> Engine::Restore(ByteReader* reader, ComponentList components) {
+Result<Engine> Engine::Restore(ByteReader* reader) {
   CheckVersion("a state", reader);
   if (!reader->ok()) {
     return Error{reader->error()};
   }
-  Engine engine(std::move(components));
+  Engine engine;
   engine.config_ = DecodeConfig(reader);
   engine.epoch_ = reader->U16();
   engine.field_time_ms_ = reader->U64();
@@ -61,9 +58,11 @@ Result<Engine> Engine::Restore(ByteReader* reader, ComponentList components) {
   if (reader->ok()) {
     reader->Check(engine.CheckConfig(*engine.config_));
   }
-  for (size_t i = 0; i < engine.components_.size() && reader->ok(); ++i) {
-    engine.components_[i]->Restore(engine.Now(), reader);
-  }
+  ForEachPart(engine, [&](auto& part) {
+    if (reader->ok()) {
+      part.Restore(engine.Now(), reader);
+    }
+  });
   const uint64_t hash = reader->U64();
   if (reader->ok()) {
     engine.TakeConfig(engine.config_, FiguresOf(*engine.config_));

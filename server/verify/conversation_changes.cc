@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "protocol/tag_messages.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::verify {
 namespace {
@@ -37,8 +36,7 @@ engine::EngineConfig ConfigFor(ChangeKind kind) {
   config.field.memory_bytes = 1 << 20;
   config.links = {{"radio-a", 1, 40}};
   if (kind != ChangeKind::kDeposit) {
-    config.components = {
-        engine::TagsComponent::ConfigOf({.tags = {{.name = "tag", .slots = kMaxWrites}}})};
+    config.tags.tags = {{.name = "tag", .slots = kMaxWrites}};
   }
   return config;
 }
@@ -53,7 +51,7 @@ void Apply(const Request& request, Engine* server) {
 }
 
 const tags::Tag& TagOn(const Engine& server) {
-  return engine::FindIn<engine::TagsComponent>(server.components())->store().Find(kTag)->tag;
+  return server.tags().Find(kTag)->tag;
 }
 
 }  // namespace
