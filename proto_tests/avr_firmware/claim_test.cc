@@ -10,7 +10,6 @@
 #include "client_fw/sim/avr_robot.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::firmware {
 namespace {
@@ -21,8 +20,8 @@ swarm::SimulationConfig TwoRobots() {
   swarm::SimulationConfig config;
   config.engine = swarm::EngineConfigOf(swarm::PathExperiment());
   // Odometry begins at (0, 0): both robots stand in the one zone.
-  config.engine.components = {engine::TagsComponent::ConfigOf(
-      {.tags = {{.name = "dock", .x_um = 50'000, .y_um = 50'000, .range_um = 1'000'000}}})};
+  config.engine.tags.tags = {
+      {.name = "dock", .x_um = 50'000, .y_um = 50'000, .range_um = 1'000'000}};
   config.radio.turnaround_ns = 2 * kMs;
   config.radio.byte_error = 0.004;  // a tenth of the short frames, a fifth of the long ones
   for (uint8_t id = 1; id <= 2; ++id) {

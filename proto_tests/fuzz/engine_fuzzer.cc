@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -75,7 +76,6 @@ class Session {
     const uint8_t choice = input_.U8();
     if (choice % 2 == 0) {
       config_ = testing::SmallConfig();
-      config_.robots_per_link = 3;  // the earlier rules
       config_.frames = {MakeFrame("radio-b", 1, {3'000'000, 0}, 30)};
       using pheromone::field::CellMap;
       config_.field.memory_bytes =
@@ -199,7 +199,6 @@ class Session {
         next.field.memory_bytes = input_.U16() * uint64_t{64};
         break;
       case 13:
-        next.robots_per_link = which;
         next.pose_unit_10um = input_.U16();
         break;
       case 14:
@@ -245,30 +244,38 @@ class Session {
 
   void ResetNet() {
     const bool is_known = input_.U8() % 2 == 0;
-    static_cast<void>(service_->Submit(
-        ToEvent(NetsChanged{NetsChanged::Action::kReset, is_known ? "gate" : "gote"}), &out_));
+    static_cast<void>(service_->Submit(NetsChanged{is_known ? "gate" : "gote"}, &out_));
   }
 
   void ChangeTags() {
+    const uint8_t kind = input_.U8() % 3;
+    const uint16_t tag = input_.U8();
+    const uint8_t slot = input_.U8();
+    const uint8_t has = input_.U8();  // bit 0: a slot; 1: an expected generation; 2: is_state
+    const auto expected = (has & 2) != 0 ? std::optional(input_.U16()) : std::nullopt;
     TagsChanged change;
-    change.action = static_cast<TagsChanged::Action>(input_.U8());
-    change.row = {
-        static_cast<pheromone::tags::RowKind>(input_.U8()), input_.I32(), input_.I32(), {}};
-    const uint8_t length = input_.U8();
-    change.row.text.assign(length, static_cast<char>(input_.U8()));
-    change.tag = input_.U8();
-    change.has_slot = input_.U8() % 2 != 0;
-    change.slot = input_.U8();
-    change.has_expected = input_.U8() % 2 != 0;
-    change.expected = input_.U16();
-    change.is_state = input_.U8() % 2 != 0;
-    change.lease_ms = input_.U32();
-    change.block = {input_.I32(),
-                    input_.U32(),
-                    {input_.I32(), input_.I32()},
-                    {input_.I32(), input_.I32()},
-                    {input_.I32(), input_.I32()}};
-    static_cast<void>(service_->Submit(ToEvent(change), &out_));
+    if (kind == 0) {
+      TagsChanged::Write write{.tag = tag, .expected = expected, .is_state = (has & 4) != 0};
+      if ((has & 1) != 0) {
+        write.slot = slot;
+      }
+      write.lease_ms = input_.U32();
+      write.block = {input_.I32(),
+                     input_.U32(),
+                     {input_.I32(), input_.I32()},
+                     {input_.I32(), input_.I32()},
+                     {input_.I32(), input_.I32()}};
+      change.change = write;
+    } else if (kind == 1) {
+      change.change = TagsChanged::Erase{tag, slot, expected};
+    } else {
+      pheromone::tags::Row row{
+          static_cast<pheromone::tags::RowKind>(input_.U8()), input_.I32(), input_.I32(), {}};
+      const uint8_t length = input_.U8();
+      row.text.assign(length, static_cast<char>(input_.U8()));
+      change.change = TagsChanged::Define{row};
+    }
+    static_cast<void>(service_->Submit(change, &out_));
   }
 
   void Edit() {

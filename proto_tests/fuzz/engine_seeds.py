@@ -104,11 +104,15 @@ def tags_asked(robot, x, y):
             for kind in range(6) for number in range(3)))
 
 
-def tags_changed(action, row=(1, 1, 1, 4), tag=1, slot=255, lease_ms=0,
+def tags_changed(kind, row=(1, 1, 1, 4), tag=1, slot=255, lease_ms=0,
                  block=(1, 5, -17, 1, 1, 2, -3, 4)):
-    kind, robot, number, length = row
-    return other(9, struct.pack("<BBiiBBBBBBHBI", action, kind, robot, number, length, ord("x"), tag,
-                                slot != 255, slot, 0, 0, 0, lease_ms) + struct.pack("<iI6i", *block))
+    """0: a block is written; 1: erased; 2: a row is defined."""
+    head = struct.pack("<BBBB", kind, tag, slot, slot != 255)
+    if kind == 0:
+        return other(9, head + struct.pack("<I", lease_ms) + struct.pack("<iI6i", *block))
+    row_kind, robot, number, length = row
+    return other(9, head + (struct.pack("<BiiBB", row_kind, robot, number, length, ord("x"))
+                            if kind == 2 else b""))
 
 
 def crc16(data):
@@ -189,9 +193,9 @@ def sessions():
         record(1, 7, 4, *near_tags, 2, PASS, slot=1) + net_reset(False) + net_reset() +
         clocks(far(250)) + RESTARTED)
     yield "tags_of_operators", (
-        RICH + tags_changed(0) + tags_changed(0, (2, 1, 2, 9)) + tags_changed(1) +
-        tags_changed(1, slot=3, lease_ms=900) + tags_changed(2, slot=0) + tags_changed(1, tag=9) +
-        tags_changed(1, block=(9, 0, -17, 1, 1, 2, -3, 4)) + clocks(far(2000)) + RESTARTED)
+        RICH + tags_changed(2) + tags_changed(2, (2, 1, 2, 9)) + tags_changed(0) +
+        tags_changed(0, slot=3, lease_ms=900) + tags_changed(1, slot=0) + tags_changed(0, tag=9) +
+        tags_changed(0, block=(9, 0, -17, 1, 1, 2, -3, 4)) + clocks(far(2000)) + RESTARTED)
     yield "events", SMALL + hello(1) + b"".join(event(1, code + 1, code) for code in range(14))
     yield "strong", SMALL + reconfigured(1, 1, b"\xff\xff") + hello(2) + b"".join(
         deposit(2, seq, 5000 + 100 * seq, 5300, 255, 2) for seq in range(1, 9)) + sense(
@@ -309,14 +313,13 @@ def frame(robot=1, x=0, y=0, heading=16384, cos=0, sin=2**30):
 
 
 def config(box=(0, 0, 2_000_000, 1_500_000, 100_000), antennas=(330_000, 0, 16384), laws=None,
-           paths=(), prints=(), obstacles=b"\0", memory=1 << 20, unit=100, robots=4,
-           links=(b"radio-a", b"radio-b"), frames=(), components=()):
-    """`components`: None in versions before 3."""
+           paths=(), prints=(), obstacles=b"\0", memory=1 << 20, unit=100,
+           links=(b"radio-a", b"radio-b"), frames=(), tags=(), privileged=()):
     return (struct.pack("<5q", *box) + struct.pack("<qqH", *antennas) +
             many(*([law(), law(2, b"path", tau=0)] if laws is None else laws)) + many(*paths) +
-            many(*prints) + obstacles + struct.pack("<QHH", memory, unit, robots) +
+            many(*prints) + obstacles + struct.pack("<QH", memory, unit) +
             many(*(text(link) + b"\3\x28" for link in links)) + many(*frames) +
-            (b"" if components is None else many(*components)))
+            many(*tags) + many(*privileged) + many())
 
 
 def configs():
@@ -332,9 +335,7 @@ def configs():
     yield "blend_of_anything", config(laws=[law(), law(
         2, core=2**63 - 1, sigma=2**63 - 1, tau=-1, quantum=-2**63, most=0, weight=-2**31,
         diffusion=(2**32 - 1,) * 4, blend=[(1, 1)])])
-    yield "component", config(components=[text(b"tags") + b"\1" + text(b"bytes")])
-    yield "components_out_of_order", config(
-        components=[text(name) + b"\1" + text(b"") for name in (b"b", b"a")])
+    yield "tag", config(tags=[text(b"door") + struct.pack("<qqqB", 1, 2, 3, 8)], privileged=[text(b"ann")])
     yield "no_map", config(box=(0, 0, 2_000_000, 1_500_000, 0))
     yield "large_map", config(box=(0, 0, 10**12, 10**12, 1))
     yield "far_antennas", config(antennas=(-1, 0, 0))
@@ -356,7 +357,6 @@ def configs():
     yield "walls_everywhere", config(
         box=(0, 0, 6_300_000, 6_300_000, 100_000),
         obstacles=walls(64, 64, (0, 0, 64 * [2**64 - 1])))
-    yield "no_robots", config(robots=0)
     yield "no_links", config(links=[])
     yield "frame_of_nobody", config(frames=[frame(0)])
     yield "frame_twice", config(frames=[frame(), frame()])
@@ -364,9 +364,9 @@ def configs():
     yield "frame_bent", config(frames=[frame(cos=5_000_000)])
 
 
-def robot(number, answer=b"\x01\xa1\x01\x01", outcome=0, code=1, sent=0, rest=b"\0\0"):
-    """A robot of a state; `rest`: its last event, and where it was seen."""
-    last = bytes([1, 0, 1, 0x21, 1, 5, 0]) + answer
+def robot(number, answer=b"\x01\xa1\x01\x01", outcome=0, code=1, sent=0, rest=b"\0\0\0"):
+    """A robot of a state; `rest`: its last event, where it was seen, its goal."""
+    last = bytes([1, 0, 0x21, 1, 5, 0]) + answer
     return (bytes([number]) + struct.pack("<HHB", 1, 7, 0) + last +
             struct.pack("<QQB", 2, 3, 1) + bytes([outcome, number, 0, code]) + bytes(5) +
             struct.pack("<hBQ", 0, sent, 0) + rest)
@@ -376,26 +376,15 @@ def states():
     """(name, the beginning of a state). None has its hash, so none is valid."""
 
     def state(*links, broadcasts=(), after=b""):
-        return (b"\1" + config(components=None) + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
+        return (b"\1" + config() + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
                 many(*links) + after)
 
     def link(name, *robots):
         return text(name) + many(*robots)
 
-    seen = b"\1" + bytes([1, 4, 3, 5, 0]) + b"\1" + struct.pack("<qqHQ", 1, 2, 3, 4)
-    def named(*components, robots=3, field=3, after=b""):
-        parts = [(b"robots", bytes([robots]), bytes(9)),
-                 (b"field", bytes([field]), 15 * nothing + sweep + bytes(5)), *components]
-        return (b"\3" + config() + struct.pack("<HQQ", 1, 1000, 3) + b"".join(
-            text(name) + version + content for name, version, content in parts) + text(b"") +
-            bytes(8) + after)
-
+    seen = b"\1" + bytes([1, 4, 3, 5, 0]) + b"\1" + struct.pack("<qqHQ", 1, 2, 3, 4) + b"\0"
     nothing = b"\0" + bytes(4) + bytes(4) + bytes(40) + bytes(8)  # of a type
     sweep = struct.pack("<BiQQQ", 1, 0, 0, 0, 0)
-    yield "named", named()
-    yield "later_version", named(field=4)
-    yield "another_component", named((b"tags", b"\1", b"bytes"))
-    yield "no_component", b"\3" + config() + struct.pack("<HQQ", 1, 1000, 3) + text(b"field")
     yield "version", b"\7"
     yield "robots", state(link(b"radio-a", robot(1, outcome=1), robot(2, rest=seen)), link(b"x"))
     yield "broadcast", state(broadcasts=[struct.pack("<HBBQ", 1, 0, 2, 5)])
@@ -413,15 +402,19 @@ def states():
 def events():
     """(name, event), of each kind, and of none."""
     for kind, data in enumerate([
-            b"", b"\0\0" + bytes([1, HELLO, 4, 1, 0, 1, 0]), b"", b"\7\0\0" + config(components=None),
+            b"", b"\0\0" + bytes([1, HELLO, 4, 1, 0, 1, 0]), b"", b"\7\0\0" + config(),
             b"\0\0\1\1" + bytes(5), struct.pack("<BBBIqIqq", 1, 1, 0, 64, 9, 1, 5, 6),
             b"\0\0\1" + struct.pack("<qqHI", 1, 2, 3, 4), b""]):
         yield f"kind_{kind}", bytes([1, kind]) + data
     yield "version", b"\2\2"
     yield "longer", b"\1\2\3"
-    yield "configuration", b"\3\3" + b"\7\0\0\1" + config()
-    yield "of_component", b"\3\x11" + b"\1" + text(b"bytes")
-    yield "of_no_component", b"\3\x0f"
+    yield "configuration", b"\1\3" + b"\7\0\1" + config()
+    yield "tag_written", b"\1\x09" + struct.pack(
+        "<BHBBBBIiI6i", 0, 1, 1, 2, 0, 0, 0, 1, 5, -17, 1, 1, 2, -3, 4)
+    yield "tag_erased", b"\1\x09" + struct.pack("<BHBB", 1, 1, 2, 0)
+    yield "symbol_defined", b"\1\x09" + struct.pack("<BBii", 2, 1, 1, 1) + text(b"ann")
+    yield "net_reset", b"\1\x0a" + text(b"gate")
+    yield "of_no_kind", b"\1\x0f"
     yield "sense", b"\1\1\0\0" + bytes([1, SENSE | 1, 6]) + bytes(6)
 
 

@@ -20,8 +20,7 @@
 #include "client_fw/core/robot_net.h"
 #include "protocol/byte_order.h"
 #include "protocol/tag_messages.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
+#include "server/engine/nets_part.h"
 #include "server/engine/testing/bench.h"
 #include "server/nets/robot_tables.h"
 #include "server/nets/system_file.h"
@@ -65,15 +64,15 @@ World MakeWorld(const char* file) {
   world.settings.net.claims.clear();
   world.settings.robot_hash = robot.value().hash;
   tags::Settings tags;
-  tags.privileged = {engine::NetsComponent::AuthorOf(kName)};
+  tags.privileged = {engine::NetsPart::AuthorOf(kName)};
   for (const std::string& name : petri::LiveTagsOf(world.settings.net)) {
     world.settings.tags.push_back({name, name, robot.value().CandidatesOf(name)});
     tags.tags.push_back(
         {name, int64_t{1'000} * PlaceOfTag(tags.tags.size()), 1'000'000, 100'000, 8});
   }
   world.config = engine::testing::SmallConfig();
-  world.config.components = {engine::NetsComponent::ConfigOf({{world.settings}}),
-                             engine::TagsComponent::ConfigOf(tags)};
+  world.config.nets = {world.settings};
+  world.config.tags = std::move(tags);
   return world;
 }
 
@@ -126,10 +125,7 @@ class NetBench {
   }
 
   const petri::LiveNet& net() const {
-    return engine::FindIn<engine::NetsComponent>(bench_.engine.components())
-        ->nets()
-        .find(std::string_view(kName))
-        ->second.net;
+    return bench_.engine.nets().nets().find(std::string_view(kName))->second.net;
   }
   const petri::Marking& replayed() const { return replayed_; }
   uint64_t now_ms() const { return bench_.now_ms; }
@@ -268,8 +264,7 @@ class NetBench {
 
   void Replay() {
     const petri::Net& net = world_.settings.net;
-    for (const engine::NetFiring& it :
-         engine::FindIn<engine::NetsComponent>(bench_.engine.components())->fired()) {
+    for (const engine::NetFiring& it : bench_.engine.nets().fired()) {
       ++firings;
       ASSERT_TRUE(petri::IsEnabled(net, it.transition, replayed_))
           << net.transitions[it.transition].id;

@@ -182,9 +182,10 @@ def retries(lab):
     line.send(frame("DEPOSIT", 1, type=1, seq=4, x=-1000, y=2000, quanta=1))
     line.send(wire.encode(bytes([1, 0x7F])) + wire.encode(bytes([1, 0x01, 0])))
     await_frames(line, 5)
-    robot.hello(8)
-    line.send(frame("TRACE", 1, type=1, seq=2, x=1000, y=2000, heading=0))
-    await_frames(line, 1)
+    robot.hello(8)  # takes number 5: what was sent before is not executed any more
+    for seq in (2, 5, 6):
+        line.send(frame("TRACE", 1, type=1, seq=seq, x=1000, y=2000, heading=0))
+    await_frames(line, 2)
 
 
 def evaporation(lab):

@@ -14,23 +14,26 @@
 //
 //   EncodeFields(part, &writer);             // each field, in this order (bytes.h)
 //   BlendPart same;
-//   DecodeFields(&reader, version, &same);   // fails the reader for invalid enumerators
+//   DecodeFields(&reader, &same);            // fails the reader for invalid enumerators
 //   Status good = CheckFields(part, "part"); // "part.weight_milli is 2000000, expected ..."
 //   uint64_t hash = HashFields(part);        // Hash64 of the fields as words
 //   std::string text = DescribeFields<BlendPart>();
 //
 // A field is an integer, a flag, an enumeration over uint8_t, a string, a struct with Fields (whose
-// fields are inlined), an array of bytes, or a list of these. Other types have a specialisation of
-// FieldCodec. Pure; any thread.
+// fields are inlined), an array of bytes, a list of these, an optional one, or a variant of structs
+// with Fields and kName. Other types have a specialisation of FieldCodec. Pure; any thread.
 #pragma once
 
 #include <array>
 #include <concepts>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "server/base/bytes.h"
@@ -39,14 +42,12 @@
 
 namespace pheromone {
 
-/// What a field may hold, and since when it is written.
+/// What a field may hold.
 struct FieldRule {
   int64_t least = std::numeric_limits<int64_t>::min();
   int64_t most = std::numeric_limits<int64_t>::max();
-  uint8_t since = 0;   ///< in bytes of an older version it is missing
-  int64_t before = 0;  ///< its value there, if it is a number or a flag
 
-  bool bounded() const { return *this != FieldRule{.since = since, .before = before}; }
+  bool bounded() const { return *this != FieldRule{}; }
   bool operator==(const FieldRule&) const = default;
 };
 
@@ -62,16 +63,10 @@ requires std::is_enum_v<Enum>
 constexpr FieldRule UpTo(Enum last) {
   return Within(0, static_cast<int64_t>(last));
 }
-/// Written since `version`; in older bytes it is missing, and its value is `before`.
-constexpr FieldRule Since(uint8_t version, int64_t before = 0, FieldRule rule = {}) {
-  rule.since = version;
-  rule.before = before;
-  return rule;
-}
 
 /// For other types. A specialisation has
 ///   static void Encode(const T&, ByteWriter*);
-///   static void Decode(ByteReader*, uint8_t version, T*);
+///   static void Decode(ByteReader*, T*);
 ///   static uint64_t Hash(const T&);
 ///   static Status Check(const T&, const std::string& name);
 ///   static size_t BytesAtMost(const T&);
@@ -107,15 +102,6 @@ struct IsBytes<std::array<uint8_t, n>> : std::true_type {};
 /// A struct whose fields count as one word in the hash of the one that holds it.
 template <typename T>
 concept HashedAlone = Described<T> && T::kHashedAlone;
-
-template <typename T>
-void SetMissing(int64_t before, T* field) {
-  if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) {
-    *field = static_cast<T>(before);
-  } else {
-    *field = T{};
-  }
-}
 
 template <typename T>
 std::string_view NameOfType() {
@@ -173,25 +159,19 @@ void EncodeFields(const T& it, ByteWriter* writer) {
   }
 }
 
-/// As written by `version`. Checks only enumerators: CheckFields does the rest.
+/// Checks only enumerators: CheckFields does the rest.
 template <typename T>
-void DecodeFields(ByteReader* reader, uint8_t version, T* it, std::string_view name = "",
-                  FieldRule rule = {}) {
+void DecodeFields(ByteReader* reader, T* it, std::string_view name = "", FieldRule rule = {}) {
   if constexpr (fields::HasCodec<T>) {
-    FieldCodec<T>::Decode(reader, version, it);
+    FieldCodec<T>::Decode(reader, it);
   } else if constexpr (fields::Described<T>) {
-    T::Fields(*it,
-              [reader, version](std::string_view its_name, auto& field, FieldRule its_rule = {}) {
-                if (version >= its_rule.since) {
-                  DecodeFields(reader, version, &field, its_name, its_rule);
-                } else {
-                  fields::SetMissing(its_rule.before, &field);
-                }
-              });
+    T::Fields(*it, [reader](std::string_view its_name, auto& field, FieldRule its_rule = {}) {
+      DecodeFields(reader, &field, its_name, its_rule);
+    });
   } else if constexpr (fields::IsList<T>::value) {
     it->clear();
     for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
-      DecodeFields(reader, version, &it->emplace_back());
+      DecodeFields(reader, &it->emplace_back());
     }
   } else if constexpr (fields::IsBytes<T>::value) {
     for (uint8_t& byte : *it) {
@@ -266,19 +246,14 @@ uint64_t HashList(const std::vector<T>& list) {
 }
 
 template <typename T>
-uint64_t HashInto(uint64_t hash, const T& it, FieldRule rule = {}) {
-  if constexpr (IsList<T>::value) {
-    if (rule.since != 0 && it.empty()) {
-      return hash;  // as before there was such a list
-    }
-  }
+uint64_t HashInto(uint64_t hash, const T& it) {
   if constexpr (HasCodec<T>) {
     return HashStep(hash, FieldCodec<T>::Hash(it));
   } else if constexpr (HashedAlone<T>) {
     return HashStep(hash, HashFields(it));
   } else if constexpr (Described<T>) {
-    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule its_rule = {}) {
-      hash = HashInto(hash, field, its_rule);
+    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule = {}) {
+      hash = HashInto(hash, field);
     });
     return hash;
   } else if constexpr (IsList<T>::value) {
@@ -297,14 +272,13 @@ uint64_t HashInto(uint64_t hash, const T& it, FieldRule rule = {}) {
 
 }  // namespace fields
 
-/// Hash64 of the fields as words: a number, sign-extended; a text by HashText; a list as one word,
-/// or none if it is empty and came with a later version.
+/// Hash64 of the fields as words: a number, sign-extended; a text by HashText; a list as one word.
 template <typename T>
 uint64_t HashFields(const T& it) {
   uint64_t hash = 0;
   if constexpr (fields::Described<T>) {
-    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule rule = {}) {
-      hash = fields::HashInto(hash, field, rule);
+    T::Fields(it, [&hash](std::string_view, const auto& field, FieldRule = {}) {
+      hash = fields::HashInto(hash, field);
     });
     return hash;
   } else {
@@ -399,9 +373,7 @@ std::string Describe(std::string_view name, const std::string& indent, FieldRule
     });
     return text;
   } else if constexpr (IsList<T>::value) {
-    const std::string since =
-        rule.since != 0 ? " (since version " + std::to_string(rule.since) + ")" : "";
-    return indent + "list " + std::string(name) + since + ", each\n" +
+    return indent + "list " + std::string(name) + ", each\n" +
            Describe<typename T::value_type>("", indent + "  ", {});
   } else if constexpr (IsBytes<T>::value) {
     return indent + std::to_string(T{}.size()) + " bytes " + std::string(name) + "\n";
@@ -412,7 +384,6 @@ std::string Describe(std::string_view name, const std::string& indent, FieldRule
       text += has_most ? ": " + std::to_string(rule.least) + " to " + std::to_string(rule.most)
                        : ": at least " + std::to_string(rule.least);
     }
-    text += rule.since != 0 ? " (since version " + std::to_string(rule.since) + ")" : "";
     return text + "\n";
   }
 }
@@ -425,5 +396,64 @@ template <typename T>
 std::string DescribeFields(const std::string& indent = "") {
   return fields::Describe<T>("", indent, {});
 }
+
+// --- What may be missing, and what is one of several. Neither has a hash.
+
+template <typename T>
+struct FieldCodec<std::optional<T>> {
+  static void Encode(const std::optional<T>& it, ByteWriter* writer) {
+    writer->Flag(it.has_value());
+    if (it) {
+      EncodeFields(*it, writer);
+    }
+  }
+  static void Decode(ByteReader* reader, std::optional<T>* it) {
+    it->reset();
+    if (reader->Flag()) {
+      DecodeFields(reader, &it->emplace());
+    }
+  }
+  static Status Check(const std::optional<T>& it, const std::string& name) {
+    return it ? CheckFields(*it, name) : Ok();
+  }
+  static size_t BytesAtMost(const std::optional<T>& it) {
+    return 1 + (it ? pheromone::BytesAtMost(*it) : 0);
+  }
+  static std::string Describe(std::string_view name, const std::string& indent) {
+    return indent + "flag " + std::string(name) + "; if it is 1:\n" +
+           fields::Describe<T>(name, indent + "  ", {});
+  }
+};
+
+/// The index of the alternative, and its fields.
+template <typename... Alternatives>
+struct FieldCodec<std::variant<Alternatives...>> {
+  using Variant = std::variant<Alternatives...>;
+
+  static void Encode(const Variant& it, ByteWriter* writer) {
+    writer->U8(static_cast<uint8_t>(it.index()));
+    std::visit([writer](const auto& alternative) { EncodeFields(alternative, writer); }, it);
+  }
+  static void Decode(ByteReader* reader, Variant* it) {
+    const size_t index = reader->U8UpTo(sizeof...(Alternatives) - 1, "the kind of an alternative");
+    size_t next = 0;
+    ((next++ == index ? DecodeFields(reader, &it->template emplace<Alternatives>()) : void()), ...);
+  }
+  static Status Check(const Variant& it, const std::string& name) {
+    return std::visit([&](const auto& alternative) { return CheckFields(alternative, name); }, it);
+  }
+  static size_t BytesAtMost(const Variant& it) {
+    return 1 + std::visit([](const auto& its) { return pheromone::BytesAtMost(its); }, it);
+  }
+  static std::string Describe(std::string_view name, const std::string& indent) {
+    std::string text = indent + "u8 " + std::string(name) + ", and\n";
+    size_t index = 0;
+    ((text += indent + "  if it is " + std::to_string(index++) + ", " +
+              std::string(Alternatives::kName) + ":\n" +
+              fields::Describe<Alternatives>("", indent + "    ", {})),
+     ...);
+    return text;
+  }
+};
 
 }  // namespace pheromone

@@ -66,7 +66,7 @@ struct Whole {
     visit("parts", it.parts);
     visit("plains", it.plains);
     visit("raw", it.raw);
-    visit("late", it.late, Since(2, 5, Within(0, 99)));
+    visit("late", it.late, Within(0, 99));
   }
 };
 
@@ -98,19 +98,10 @@ TEST(Fields, ComeBack) {
   Whole same;
   same.parts.clear();
   same.name = "another";
-  DecodeFields(&reader, 2, &same);
+  DecodeFields(&reader, &same);
   reader.ExpectEnd();
   EXPECT_TRUE(reader.ok()) << reader.error();
   EXPECT_EQ(same, Whole{});
-}
-
-TEST(Fields, OfALaterVersionAreMissingInAnOlderOne) {
-  ByteReader reader(std::string_view(kBytes).substr(0, kBytes.size() - 4));
-  Whole old;
-  DecodeFields(&reader, 1, &old);
-  reader.ExpectEnd();
-  EXPECT_TRUE(reader.ok()) << reader.error();
-  EXPECT_EQ(old.late, 5u);
 }
 
 TEST(Fields, AnEnumeratorThatDoesNotExistFailsTheReader) {
@@ -118,7 +109,7 @@ TEST(Fields, AnEnumeratorThatDoesNotExistFailsTheReader) {
   bytes[1] = 2;
   ByteReader reader(bytes);
   Whole whole;
-  DecodeFields(&reader, 2, &whole);
+  DecodeFields(&reader, &whole);
   EXPECT_EQ(reader.error(), "colour is 2, expected at most 1");
 }
 
@@ -152,7 +143,7 @@ TEST(Fields, AreDescribedForPeople) {
             "list plains, each\n"
             "  i64 x\n"
             "2 bytes raw\n"
-            "u32 late: 0 to 99 (since version 2)\n");
+            "u32 late: 0 to 99\n");
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ std::string EncodeLocal(const Record& record, uint64_t number) {
   return Block(kLocal | static_cast<uint32_t>(record.index()), body.bytes());
 }
 
-Result<Numbered> DecodeLocal(uint32_t type, std::string_view body, uint8_t version) {
+Result<Numbered> DecodeLocal(uint32_t type, std::string_view body) {
   ByteReader outer(body);
   const uint32_t crc = outer.U32();
   const std::string sealed = outer.Text();
@@ -77,7 +77,7 @@ Result<Numbered> DecodeLocal(uint32_t type, std::string_view body, uint8_t versi
   ByteReader reader(sealed);
   Numbered numbered;
   numbered.number = reader.U64();
-  numbered.record = DecodePayload(type & 0xFF, version, &reader);
+  numbered.record = DecodePayload(type & 0xFF, &reader);
   reader.ExpectEnd();
   if (!reader.ok()) {
     return Error{"an invalid record: " + reader.error()};
@@ -85,7 +85,7 @@ Result<Numbered> DecodeLocal(uint32_t type, std::string_view body, uint8_t versi
   return numbered;
 }
 
-// --- Packets. The same in all versions.
+// --- Packets.
 
 std::string EncodePacket(const Packet& it, uint64_t number) {
   ByteWriter body;
@@ -211,11 +211,11 @@ bool IsRecord(uint32_t type) {
           (type & 0xFF) != kPacketKind);
 }
 
-Result<Numbered> DecodeRecord(uint32_t type, std::string_view body, uint8_t version) {
+Result<Numbered> DecodeRecord(uint32_t type, std::string_view body) {
   if (!IsRecord(type)) {
     return Error{"unexpected block type"};
   }
-  return type == kEnhancedPacket ? DecodePacket(body) : DecodeLocal(type, body, version);
+  return type == kEnhancedPacket ? DecodePacket(body) : DecodeLocal(type, body);
 }
 
 }  // namespace pheromone::capture

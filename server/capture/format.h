@@ -18,7 +18,7 @@
 
 namespace pheromone::capture {
 
-/// The version in which files are written. All versions from 1 on can be read (payload.h).
+/// The version of files, which their Start says.
 constexpr uint8_t kFormatVersion = 1;
 
 /// No block is longer: Wireshark refuses a file with a block beyond 16 MiB.
@@ -37,14 +37,12 @@ std::string EncodeFileHeader(const std::vector<LinkInfo>& links, std::string_vie
 std::string EncodeRecord(const Record& record, uint64_t number);
 
 /// Decodes a record and its number from the body of a block, that is what lies between its two
-/// length fields, in a file of format `version` (a Start contains its own version). Blocks of other
-/// types are errors. Error messages do not contain the position.
+/// length fields. Blocks of other types are errors. Error messages do not contain the position.
 struct Numbered {
   uint64_t number = 0;
   Record record;
 };
-Result<Numbered> DecodeRecord(uint32_t type, std::string_view body,
-                              uint8_t version = kFormatVersion);
+Result<Numbered> DecodeRecord(uint32_t type, std::string_view body);
 
 /// Whether a block of this type holds a record.
 bool IsRecord(uint32_t type);

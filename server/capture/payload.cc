@@ -27,7 +27,7 @@ void EncodeSents(const std::vector<Sent>& all, ByteWriter* writer) {
 Sent DecodeSent(ByteReader* reader) {
   Sent sent;
   sent.link = reader->U16();
-  DecodeFields(reader, engine::kCodecVersion, &sent.message);
+  DecodeFields(reader, &sent.message);
   return sent;
 }
 
@@ -77,8 +77,16 @@ void Encode(const Start& it, ByteWriter* writer) {
   writer->U64(it.state_bytes);
 }
 
-// From behind the version.
 void Decode(ByteReader* reader, Start* it) {
+  const std::string magic = reader->Text();
+  const uint8_t version = reader->U8();
+  if (magic != kMagic) {
+    reader->Fail("not a pheromoned capture");
+  } else if (version != kFormatVersion) {
+    reader->Fail("a capture of format version " + std::to_string(version) +
+                 ", but this program reads version " + std::to_string(kFormatVersion) +
+                 "; use the program that recorded it");
+  }
   it->utc_ns = reader->U64();
   it->recording = reader->U64();
   it->part = reader->U32();
@@ -135,7 +143,7 @@ void Decode(ByteReader* reader, Batch* it) {
   it->stamp = DecodeStamp(reader);
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     Handled handled;
-    DecodeFields(reader, engine::kCodecVersion, &handled.message);
+    DecodeFields(reader, &handled.message);
     handled.sequence = reader->U64();
     handled.refused = DecodeReason(reader);
     it->messages.push_back(handled);
@@ -162,7 +170,7 @@ void Encode(const Rejected& it, ByteWriter* writer) {
 
 void Decode(ByteReader* reader, Rejected* it) {
   it->link = reader->U16();
-  DecodeFields(reader, engine::kCodecVersion, &it->message);
+  DecodeFields(reader, &it->message);
   it->answer = DecodeReason(reader);
 }
 
@@ -227,65 +235,20 @@ Record DecodeAs(ByteReader* reader) {
   return it;
 }
 
-using Decoders = std::array<Record (*)(ByteReader*), std::variant_size_v<Record>>;
-
-// The decoders for a file of that version, in the order of Record; packets have blocks of their
-// own. Null: there is no such version. A version that changes a record gets a row with another
-// decoder for it.
-const Decoders* DecodersOf(uint8_t version) {
-  static constexpr Decoders kVersion1 = {
-      DecodeAs<Start>,        DecodeAs<State>,   nullptr,
-      DecodeAs<PartialFrame>, DecodeAs<Batch>,   DecodeAs<EventApplied>,
-      DecodeAs<Rejected>,     DecodeAs<Dropped>, DecodeAs<FromBefore>,
-      DecodeAs<Gap>,          DecodeAs<End>,     DecodeAs<Unlogged>};
-  static_assert(kFormatVersion == 1, "a version of its own needs a row here");
-  switch (version) {
-    case 1:
-      return &kVersion1;
-    default:
-      return nullptr;
-  }
-}
-
-// The common beginning of all versions. Returns 0, and fails the reader, if the version is unknown.
-uint8_t DecodeVersion(ByteReader* reader) {
-  const std::string magic = reader->Text();
-  const uint8_t version = reader->U8();
-  if (magic != kMagic) {
-    reader->Fail("not a pheromoned capture");
-  } else if (!IsKnownVersion(version)) {
-    reader->Fail("a capture of format version " + std::to_string(version) +
-                 ", but this program supports " + std::to_string(kFormatVersion));
-  }
-  return reader->ok() ? version : uint8_t{0};
-}
-
 }  // namespace
 
 void EncodePayload(const Record& record, ByteWriter* writer) {
   std::visit([writer](const auto& it) { Encode(it, writer); }, record);
 }
 
-bool IsKnownVersion(uint8_t version) {
-  return DecodersOf(version) != nullptr;
-}
-
-Record DecodePayload(size_t kind, uint8_t version, ByteReader* reader) {
-  constexpr size_t kStart = 0;
-  static_assert(std::is_same_v<std::variant_alternative_t<kStart, Record>, Start>);
-  if (kind == kStart) {
-    version = DecodeVersion(reader);
-  }
-  const Decoders* decoders = DecodersOf(version);
-  if (decoders == nullptr) {
-    reader->Fail("a record of the unknown version " + std::to_string(version));
-    return Start{};
-  }
-  Record record = (*decoders)[kind](reader);
-  if (auto* start = std::get_if<Start>(&record)) {
-    start->format_version = version;
-  }
-  return record;
+Record DecodePayload(size_t kind, ByteReader* reader) {
+  // In the order of Record; packets have blocks of their own.
+  static constexpr std::array<Record (*)(ByteReader*), std::variant_size_v<Record>> kDecoders = {
+      DecodeAs<Start>,        DecodeAs<State>,   nullptr,
+      DecodeAs<PartialFrame>, DecodeAs<Batch>,   DecodeAs<EventApplied>,
+      DecodeAs<Rejected>,     DecodeAs<Dropped>, DecodeAs<FromBefore>,
+      DecodeAs<Gap>,          DecodeAs<End>,     DecodeAs<Unlogged>};
+  return kDecoders[kind](reader);
 }
 
 }  // namespace pheromone::capture

@@ -3,10 +3,9 @@
 //   ByteWriter writer;
 //   EncodePayload(record, &writer);
 //   ByteReader reader(writer.bytes());
-//   Record same = DecodePayload(record.index(), kFormatVersion, &reader);
+//   Record same = DecodePayload(record.index(), &reader);
 //
-// Every version ever written can be read: DecodersOf selects the decoders by the version in the
-// file's Start. Pure; any thread.
+// Pure; any thread.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +18,8 @@ namespace pheromone::capture {
 
 void EncodePayload(const Record& record, ByteWriter* writer);
 
-/// `kind` is the index of the record in the variant, but not that of a packet. A Start contains its
-/// version; for the others it is `version`. Invalid bytes fail the reader; the result is then
-/// meaningless.
-Record DecodePayload(size_t kind, uint8_t version, ByteReader* reader);
-
-/// Whether files of that version can be read.
-bool IsKnownVersion(uint8_t version);
+/// `kind` is the index of the record in the variant, but not that of a packet. Invalid
+/// bytes, and a Start of another format version, fail the reader; the result is then meaningless.
+Record DecodePayload(size_t kind, ByteReader* reader);
 
 }  // namespace pheromone::capture

@@ -71,15 +71,12 @@ Result<std::optional<Found>> CaptureReader::Read() {
     } else if (type == kInterface) {
       ++at_.interfaces;
     } else if (IsRecord(type)) {
-      Result<Numbered> decoded = DecodeRecord(type, body, at_.version);
+      Result<Numbered> decoded = DecodeRecord(type, body);
       if (!decoded.ok()) {
         return Wrong(decoded.error());
       }
       found.number = decoded.value().number;
       found.record = std::move(decoded.value().record);
-      if (const auto* start = std::get_if<Start>(&found.record)) {
-        at_.version = start->format_version;
-      }
       const auto* packet = std::get_if<Packet>(&found.record);
       at_.packet += packet != nullptr ? 1 : 0;
       found.packet = at_.packet;

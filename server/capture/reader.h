@@ -39,7 +39,6 @@ class CaptureReader {
     uint64_t packet = 0;  ///< and of the last packet
     uint64_t number = 0;  ///< and record
     uint64_t interfaces = 0;
-    uint8_t version = kFormatVersion;  ///< as its Start says
   };
 
   /// `name` is the name of the file in messages. `source` begins at `from.byte`.

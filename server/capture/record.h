@@ -42,7 +42,6 @@ struct Start {
   std::vector<LinkInfo> links;  ///< in the order of their LinkIndex
   std::vector<Sent> under_way;  ///< the messages in flight
   uint64_t state_bytes = 0;     ///< the total size of all portions of State
-  uint8_t format_version = 1;   ///< as read; files are always written with kFormatVersion
 };
 
 /// A portion of Engine::Save at the beginning of the file.

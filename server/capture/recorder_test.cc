@@ -174,7 +174,7 @@ class SmallRecording : public RecorderTest {
     std::vector<engine::Outgoing> out;
     EXPECT_TRUE(live.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
     live.Deliver(out);
-    live.now_ms += engine::RobotsComponent::kFirstRetryMs;
+    live.now_ms += engine::RobotsPart::kFirstRetryMs;
     live.Advance();
     live.Hear(0, FrameOf(Sense(2)));
     live.Finish();

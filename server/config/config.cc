@@ -1,6 +1,5 @@
 #include "server/config/config.h"
 
-#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -60,19 +59,8 @@ void ReadCapture(const Value& root, Notes* notes, CaptureSettings* capture) {
 
 }  // namespace
 
-std::span<const ComponentSection> ComponentSections() {
-  static constexpr ComponentSection kSections[] = {{"tags", ReadTags, "tag"}, {"net", ReadNets}};
-  return kSections;
-}
-
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
                            const std::optional<std::filesystem::path>& folder) {
-  return ParseConfig(text, name, folder, ComponentSections());
-}
-
-Result<Config> ParseConfig(std::string_view text, std::string_view name,
-                           const std::optional<std::filesystem::path>& folder,
-                           std::span<const ComponentSection> components) {
   const Result<Value> document = ParseDocument(text, name);
   if (!document.ok()) {
     return Error{document.error()};
@@ -80,16 +68,10 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   const Value& root = document.value();
   Notes notes{Problems(name), std::string(name), folder, {}, {}};
   Config config;
-  std::vector<std::string_view> known = {"map",     "antennas", "pheromone", "obstacles", "path",
-                                         "print",   "link",     "frame",     "tracker",   "limits",
-                                         "journal", "capture",  "daemon",    "control",   "web"};
-  for (const ComponentSection& section : components) {
-    known.push_back(section.key);
-    if (!section.also.empty()) {
-      known.push_back(section.also);
-    }
-  }
-  TableReader(root, "", &notes.problems).AllowOnly(known);
+  TableReader(root, "", &notes.problems)
+      .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
+                  "tracker", "limits", "journal", "capture", "daemon", "control", "web", "tags",
+                  "tag", "net"});
   field::FieldConfig& field = config.engine.field;
   const bool has_map = ReadMap(root, &notes, &config);
   ReadAntennas(root, &notes, &field);
@@ -109,13 +91,8 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadJournal(root, &notes, &config.journal);
   ReadCapture(root, &notes, &config.capture);
   ReadDaemon(root, &notes, &config.daemon);
-  for (const ComponentSection& section : components) {
-    if (auto its = section.read(root, config, &notes)) {
-      config.engine.components.push_back(std::move(*its));
-    }
-  }
-  std::sort(config.engine.components.begin(), config.engine.components.end(),
-            [](const auto& a, const auto& b) { return a.component < b.component; });
+  ReadTags(root, &notes, &config.engine);
+  ReadNets(root, &notes, &config.engine);
   ReadControl(root, &notes, &config.control);
   ReadWeb(root, &notes, &config.web);
   CheckConflicts(root, &notes, config.control);

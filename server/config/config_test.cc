@@ -56,7 +56,6 @@ TEST(ConfigTest, TheExampleBecomesTheseIntegers) {
   EXPECT_TRUE(field.paths.empty());
   EXPECT_EQ(field.memory_bytes, uint64_t{1} << 30);
   EXPECT_EQ(config.engine.pose_unit_10um, 100);
-  EXPECT_FALSE(config.engine.forgets());
   ASSERT_EQ(config.engine.links.size(), 1u);
   EXPECT_EQ(config.engine.links[0], (engine::LinkSettings{"radio-a", 1, 100}));
   ASSERT_EQ(config.links.size(), 1u);

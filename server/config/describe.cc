@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include "server/config/folders.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
 #include "server/field/path.h"
 
 namespace pheromone::config {
@@ -96,18 +94,12 @@ std::string DescribeLaw(const field::FieldConfig& field, const field::PheromoneL
 // One by one if they are few.
 void AddTags(const engine::EngineConfig& config, std::vector<std::string>* lines) {
   constexpr size_t kFew = 16;
-  const engine::ComponentConfig* const its = config.FindComponent(engine::TagsComponent::kName);
-  if (its == nullptr) {
+  const std::vector<tags::TagSettings>& tags = config.tags.tags;
+  if (tags.size() > kFew) {
+    lines->push_back(fmt::format("tags: {}", tags.size()));
     return;
   }
-  const Result<tags::Settings> settings =
-      engine::FromBytes<tags::Settings>("tags", its->version, its->bytes);
-  if (!settings.ok() || settings.value().tags.size() > kFew) {
-    lines->push_back(settings.ok() ? fmt::format("tags: {}", settings.value().tags.size())
-                                   : settings.error());
-    return;
-  }
-  for (const tags::TagSettings& tag : settings.value().tags) {
+  for (const tags::TagSettings& tag : tags) {
     lines->push_back(fmt::format("tag \"{}\" at ({}, {}), {} slots, in range up to {} m", tag.name,
                                  Metres(tag.x_um), Metres(tag.y_um), tag.slots,
                                  Metres(tag.range_um)));
@@ -115,12 +107,7 @@ void AddTags(const engine::EngineConfig& config, std::vector<std::string>* lines
 }
 
 void AddNets(const engine::EngineConfig& config, std::vector<std::string>* lines) {
-  const Result<petri::AllLiveSettings> settings = engine::NetsComponent::SettingsIn(config);
-  if (!settings.ok()) {
-    lines->push_back(settings.error());
-    return;
-  }
-  for (const petri::LiveSettings& net : settings.value().nets) {
+  for (const petri::LiveSettings& net : config.nets) {
     lines->push_back(fmt::format(
         "net \"{}\": {}, {} places, {} transitions, {} tags, read every {} ms; law {}, rate {}, "
         "dead band {}, source {}",

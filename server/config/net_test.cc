@@ -8,8 +8,6 @@
 #include "server/config/describe.h"
 #include "server/config/testing/folder_test.h"
 #include "server/engine/engine.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::config {
 namespace {
@@ -41,22 +39,21 @@ class NetTest : public FolderTest {
     return text + "[[net]]\nname = \"bench\"\n" + files + keys;
   }
 
-  petri::AllLiveSettings Nets(const std::string& more) const {
+  std::vector<petri::LiveSettings> Nets(const std::string& more) const {
     const Result<Config> parsed = Parse(more);
     EXPECT_TRUE(parsed.ok()) << parsed.error();
-    return parsed.ok() ? engine::NetsComponent::SettingsIn(parsed.value().engine).value()
-                       : petri::AllLiveSettings{};
+    return parsed.ok() ? parsed.value().engine.nets : std::vector<petri::LiveSettings>{};
   }
 };
 
-TEST_F(NetTest, WithoutNetsTheConfigurationIsThatOfBefore) {
-  EXPECT_EQ(Parse("").value().engine.FindComponent("nets"), nullptr);
+TEST_F(NetTest, NeedNotBeThere) {
+  EXPECT_TRUE(Nets("").empty());
 }
 
 TEST_F(NetTest, ANetHasItsFilesAndDefaults) {
-  const petri::AllLiveSettings nets = Nets(WithNet());
-  ASSERT_EQ(nets.nets.size(), 1u);
-  const petri::LiveSettings& net = nets.nets[0];
+  const std::vector<petri::LiveSettings> nets = Nets(WithNet());
+  ASSERT_EQ(nets.size(), 1u);
+  const petri::LiveSettings& net = nets[0];
   EXPECT_EQ(net.name, "bench");
   EXPECT_EQ(net.net.places.size(), 83u);
   EXPECT_EQ(net.net.transitions.size(), 75u);
@@ -78,12 +75,12 @@ TEST_F(NetTest, ANetHasItsFilesAndDefaults) {
 }
 
 TEST_F(NetTest, ItsKeysAreRead) {
-  const petri::AllLiveSettings nets =
+  const std::vector<petri::LiveSettings> nets =
       Nets(WithNet("parameters = { robots = 7 }\nperiod_ms = 100\nlaw = \"e4\"\nrate = 0.25\n"
                    "dead_band = 1.5\nsource = 1000\ntags = { N1 = \"other\" }\n",
                    "file = \"pheromone.toml\"\nrobot_file = \"robot.toml\"\n", "N1"));
-  ASSERT_EQ(nets.nets.size(), 1u);
-  const petri::LiveSettings& net = nets.nets[0];
+  ASSERT_EQ(nets.size(), 1u);
+  const petri::LiveSettings& net = nets[0];
   EXPECT_EQ(net.net.places[petri::PlaceOf(net.net, "nest")].tokens, 7u);
   EXPECT_EQ(net.period_ms, 100u);
   EXPECT_EQ(net.law, petri::EvaporationLaw::kE4);
@@ -97,11 +94,7 @@ TEST_F(NetTest, ItsKeysAreRead) {
 TEST_F(NetTest, ItsAuthorIsPrivilegedOnTags) {
   const Result<Config> parsed = Parse(WithNet() + "[tags]\nprivileged = [\"ann\"]\n");
   ASSERT_TRUE(parsed.ok()) << parsed.error();
-  EXPECT_EQ(engine::FromBytes<tags::Settings>("tags", 1,
-                                              parsed.value().engine.FindComponent("tags")->bytes)
-                .value()
-                .privileged,
-            (std::vector<std::string>{"ann", "net:bench"}));
+  EXPECT_EQ(parsed.value().engine.tags.privileged, (std::vector<std::string>{"ann", "net:bench"}));
 }
 
 TEST_F(NetTest, TheEngineTakesIt) {
@@ -112,9 +105,9 @@ TEST_F(NetTest, TheEngineTakesIt) {
 
 TEST_F(NetTest, TheOtherNetsOfTheBenchCanBeExecutedToo) {
   for (const std::string file : {"motion", "pheromone_exploring"}) {
-    EXPECT_EQ(Nets(WithNet("", "file = \"" + file + ".toml\"\nrobot_file = \"robot.toml\"\n"))
-                  .nets.size(),
-              1u);
+    EXPECT_EQ(
+        Nets(WithNet("", "file = \"" + file + ".toml\"\nrobot_file = \"robot.toml\"\n")).size(),
+        1u);
   }
 }
 

@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "server/config/sections.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
+#include "server/engine/nets_part.h"
 #include "server/nets/robot_tables.h"
 #include "server/nets/system_file.h"
 #include "server/petri/live_rules.h"
@@ -114,24 +113,18 @@ bool ReadRobots(const TableReader& table, const petri::Net& robots, petri::LiveS
 }
 
 // That its tags exist, have enough slots, and are no other net's.
-void CheckTags(const TableReader& table, const petri::LiveSettings& settings, const Config& config,
-               std::set<std::string>* used) {
-  const engine::ComponentConfig* const its =
-      config.engine.FindComponent(engine::TagsComponent::kName);
-  tags::Settings tags;
-  if (its != nullptr) {
-    tags = engine::FromBytes<tags::Settings>("tags", its->version, its->bytes).value();
-  }
+void CheckTags(const TableReader& table, const petri::LiveSettings& settings,
+               const std::vector<tags::TagSettings>& tags, std::set<std::string>* used) {
   for (const petri::LiveTag& tag : settings.tags) {
-    const auto found = std::find_if(tags.tags.begin(), tags.tags.end(),
-                                    [&](const auto& it) { return it.name == tag.tag; });
+    const auto found =
+        std::find_if(tags.begin(), tags.end(), [&](const auto& it) { return it.name == tag.tag; });
     const std::string what = "tag \"" + tag.in_net + "\" of the net is [[tag]] \"" + tag.tag + '"';
-    if (found == tags.tags.end()) {
+    if (found == tags.end()) {
       table.Report("tags", what + ", which is missing");
-    } else if (found->slots < engine::NetsComponent::kLeastSlots) {
+    } else if (found->slots < engine::NetsPart::kLeastSlots) {
       table.Report("tags", what + " with " + std::to_string(found->slots) +
                                " slots, expected at least " +
-                               std::to_string(engine::NetsComponent::kLeastSlots));
+                               std::to_string(engine::NetsPart::kLeastSlots));
     } else if (!used->insert(tag.tag).second) {
       table.Report("tags", what + ", which another tag of a net is already");
     }
@@ -175,10 +168,8 @@ std::optional<petri::LiveSettings> ReadNet(const TableReader& table, const Notes
 
 }  // namespace
 
-std::optional<engine::ComponentConfig> ReadNets(const Value& root, const Config& config,
-                                                Notes* notes) {
+void ReadNets(const Value& root, Notes* notes, engine::EngineConfig* engine) {
   const std::vector<const Value*> tables = TablesOf(root, "net", notes, petri::kMaxLiveNets);
-  petri::AllLiveSettings settings;
   std::set<std::string> names;
   std::set<std::string> used;
   for (size_t i = 0; i < tables.size(); ++i) {
@@ -191,13 +182,9 @@ std::optional<engine::ComponentConfig> ReadNets(const Value& root, const Config&
       table.Report("name", "found " + table.Find("name")->Describe() +
                                " again, expected a value not used by another net");
     }
-    CheckTags(table, *net, config, &used);
-    settings.nets.push_back(std::move(*net));
+    CheckTags(table, *net, engine->tags.tags, &used);
+    engine->nets.push_back(std::move(*net));
   }
-  if (tables.empty()) {
-    return std::nullopt;  // as in configurations from before there were nets
-  }
-  return engine::NetsComponent::ConfigOf(settings);
 }
 
 }  // namespace pheromone::config

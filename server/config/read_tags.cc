@@ -4,8 +4,7 @@
 
 #include "server/config/points.h"
 #include "server/config/sections.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
+#include "server/engine/nets_part.h"
 
 namespace pheromone::config {
 namespace {
@@ -67,29 +66,25 @@ void AddNets(const Value& root, tags::Settings* settings) {
   for (const Value& net : nets != nullptr ? nets->items : std::vector<Value>()) {
     const Value* const name = net.Find("name");
     if (name != nullptr && name->kind == Value::Kind::kString) {
-      settings->privileged.push_back(engine::NetsComponent::AuthorOf(name->text));
+      settings->privileged.push_back(engine::NetsPart::AuthorOf(name->text));
     }
   }
 }
 
 }  // namespace
 
-std::optional<engine::ComponentConfig> ReadTags(const Value& root, const Config& config,
-                                                Notes* notes) {
+void ReadTags(const Value& root, Notes* notes, engine::EngineConfig* engine) {
   const std::vector<const Value*> tables = TablesOf(root, "tag", notes, tags::kMaxTags);
   const Value& common = TableOf(root, "tags", notes);
-  tags::Settings settings{.privileged = {"operator"}};
+  tags::Settings& settings = engine->tags;
+  settings.privileged = {"operator"};
   std::set<std::string> names;
   for (size_t i = 0; i < tables.size(); ++i) {
-    ReadTag(TableReader(*tables[i], PathOf("tag", i), &notes->problems), config.engine, &names,
+    ReadTag(TableReader(*tables[i], PathOf("tag", i), &notes->problems), *engine, &names,
             &settings);
   }
   ReadPrivileged(TableReader(common, "tags", &notes->problems), &settings);
   AddNets(root, &settings);
-  if (tables.empty() && root.Find("tags") == nullptr) {
-    return std::nullopt;  // as in configurations from before there were tags
-  }
-  return engine::TagsComponent::ConfigOf(settings);
 }
 
 }  // namespace pheromone::config

@@ -73,30 +73,11 @@ void ReadJournal(const Value& root, Notes* notes, JournalConfig* journal);
 /// what ReadControl read. What is in the way of what is made is a warning.
 void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& control);
 
-/// The section of a component beyond the field and the robots.
-struct ComponentSection {
-  std::string_view key;  ///< of the file
-  /// The component's configuration, if nothing is wrong. Called whether or not the file has the
-  /// section; `config` has the map, the pheromones and the links.
-  std::optional<engine::ComponentConfig> (*read)(const Value& root, const Config& config,
-                                                 Notes* notes);
-  std::string_view also = {};  ///< another key that it reads; empty: none
-};
-/// [[tag]] and [tags]
-std::optional<engine::ComponentConfig> ReadTags(const Value& root, const Config& config,
-                                                Notes* notes);
+/// [[tag]] and [tags]; after the map, the links and [map]'s pose unit.
+void ReadTags(const Value& root, Notes* notes, engine::EngineConfig* engine);
 
-/// [[net]], which needs the tags
-std::optional<engine::ComponentConfig> ReadNets(const Value& root, const Config& config,
-                                                Notes* notes);
-
-/// Of the components that a server has (server/engine/components.h).
-std::span<const ComponentSection> ComponentSections();
-
-/// ParseConfig with other components, for tests.
-Result<Config> ParseConfig(std::string_view text, std::string_view name,
-                           const std::optional<std::filesystem::path>& folder,
-                           std::span<const ComponentSection> components);
+/// [[net]], after the tags.
+void ReadNets(const Value& root, Notes* notes, engine::EngineConfig* engine);
 
 // --- What several of them have in common.
 

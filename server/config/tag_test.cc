@@ -1,22 +1,16 @@
 // [[tag]] and [tags].
 #include "server/config/describe.h"
 #include "server/config/testing/folder_test.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::config {
 namespace {
 
 class TagTest : public FolderTest {
  protected:
-  // Nothing if the configuration has no part for tags.
-  std::optional<tags::Settings> Tags(std::string_view more) const {
+  tags::Settings Tags(std::string_view more) const {
     const Result<Config> parsed = Parse(more);
     EXPECT_TRUE(parsed.ok()) << parsed.error();
-    const engine::ComponentConfig* const its =
-        parsed.ok() ? parsed.value().engine.FindComponent("tags") : nullptr;
-    return its != nullptr
-               ? std::optional(engine::FromBytes<tags::Settings>("tags", 1, its->bytes).value())
-               : std::nullopt;
+    return parsed.ok() ? parsed.value().engine.tags : tags::Settings{};
   }
   std::string ErrorIn(std::string_view more) const {
     const Result<Config> parsed = Parse(more);
@@ -26,25 +20,24 @@ class TagTest : public FolderTest {
 
 constexpr std::string_view kDoor = "[[tag]]\nname = \"door\"\nx_m = 1.5\ny_m = 2\n";
 
-TEST_F(TagTest, WithoutTagsTheConfigurationIsThatOfBefore) {
-  EXPECT_EQ(Tags(""), std::nullopt);
+TEST_F(TagTest, NeedNotBeThere) {
+  EXPECT_TRUE(Tags("").tags.empty());
 }
 
 TEST_F(TagTest, HaveAPlaceARangeAndSlots) {
   const auto settings =
       Tags(std::string(kDoor) +
            "[[tag]]\nname = \"far\"\nx_m = 10\ny_m = 8\nrange_m = 32.767\nslots = 64\n");
-  ASSERT_TRUE(settings);
-  EXPECT_EQ(settings->tags,
+  EXPECT_EQ(settings.tags,
             (std::vector<tags::TagSettings>{{"door", 1'500'000, 2'000'000, 1'000'000, 8},
                                             {"far", 10'000'000, 8'000'000, 32'767'000, 64}}));
-  EXPECT_EQ(settings->privileged, std::vector<std::string>{"operator"});
+  EXPECT_EQ(settings.privileged, std::vector<std::string>{"operator"});
 }
 
 TEST_F(TagTest, NameTheirPrivilegedAuthors) {
-  EXPECT_EQ(Tags("[tags]\nprivileged = [\"ann\", \"123-233-201\"]\n")->privileged,
+  EXPECT_EQ(Tags("[tags]\nprivileged = [\"ann\", \"123-233-201\"]\n").privileged,
             (std::vector<std::string>{"ann", "123-233-201"}));
-  EXPECT_EQ(Tags("[tags]\nprivileged = []\n")->privileged, std::vector<std::string>{});
+  EXPECT_EQ(Tags("[tags]\nprivileged = []\n").privileged, std::vector<std::string>{});
 }
 
 TEST_F(TagTest, AreDescribed) {

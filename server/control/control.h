@@ -32,9 +32,7 @@
 #include "server/base/result.h"
 #include "server/control/notices.h"
 #include "server/engine/latency.h"
-#include "server/engine/nets_component.h"
 #include "server/engine/service.h"
-#include "server/engine/tags_component.h"
 #include "server/field/field.h"
 #include "server/petri/live_net.h"
 
@@ -205,7 +203,7 @@ class Control {
                        uint32_t tolerance_um, Done done) = 0;
   /// Errors: no such link; the robot has no goal.
   virtual void CancelGoal(std::string_view link, uint8_t id, Done done) = 0;
-  /// Writes or erases a block, or defines a symbol. Errors: refusals of the tags' component.
+  /// Writes or erases a block, or defines a symbol. Errors: the tags' refusals.
   virtual void ChangeTags(const engine::TagsChanged& change, Done done) = 0;
   /// Begins a net anew. Errors: there is no such net.
   virtual void ChangeNets(const engine::NetsChanged& change, Done done) = 0;

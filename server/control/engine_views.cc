@@ -19,10 +19,6 @@ void AddPose(const engine::Engine& engine, engine::LinkIndex link, uint64_t now_
   }
 }
 
-const tags::Store& StoreOf(const engine::Engine& engine) {
-  return engine::FindIn<engine::TagsComponent>(engine.components())->store();
-}
-
 TagView ViewOf(const tags::Store& store, const tags::NamedTag& tag, uint64_t now_ms) {
   TagView view{.content = tag};
   if (const tags::Place* const place = store.PlaceOf(tag.number)) {
@@ -87,7 +83,7 @@ FieldView FieldOf(const engine::Engine& engine, uint64_t now_ms) {
 }
 
 TagPage TagsOf(const engine::Engine& engine, uint16_t first, uint64_t now_ms) {
-  const tags::Store& store = StoreOf(engine);
+  const tags::Store& store = engine.tags();
   TagPage page;
   size_t number = std::max<size_t>(first, 1);
   for (; number <= store.last_number() && page.tags.size() < Control::kTagsAtOnce; ++number) {
@@ -103,8 +99,7 @@ TagPage TagsOf(const engine::Engine& engine, uint16_t first, uint64_t now_ms) {
 
 std::vector<NetView> NetsOf(const engine::Engine& engine, uint64_t now_ms) {
   std::vector<NetView> views;
-  for (const auto& [name, it] :
-       engine::FindIn<engine::NetsComponent>(engine.components())->nets()) {
+  for (const auto& [name, it] : engine.nets().nets()) {
     views.push_back({it.net, now_ms});
   }
   return views;
@@ -119,8 +114,8 @@ void AddEngine(const engine::Engine& engine, const engine::Traffic& traffic, Sta
   status->field_bytes = engine.field().used_bytes();
   status->field_limit_bytes = engine.field().limit_bytes();
   status->engine = engine.counters();
-  status->tags = StoreOf(engine).figures();
-  status->tag_counters = StoreOf(engine).counters();
+  status->tags = engine.tags().figures();
+  status->tag_counters = engine.tags().counters();
   status->requests_by_opcode = traffic.by_opcode();
 }
 

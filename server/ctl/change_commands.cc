@@ -15,7 +15,7 @@ namespace {
 
 namespace json = boost::json;
 
-// The command is repeated for about this long (RobotsComponent::kCommandTransmissions), with a
+// The command is repeated for about this long (RobotsPart::kCommandTransmissions), with a
 // margin.
 constexpr std::chrono::seconds kAckPatience{20};
 constexpr useconds_t kBetweenLooksUs = 100'000;

@@ -162,12 +162,10 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
                                              : recovered.error());
   }
   const journal::Recovered& state = recovered.value();
-  const engine::ComponentList& components = state.engine.components();
-  for (size_t i = engine::kFieldIndex + 1; i < components.size(); ++i) {
-    if (components[i]->Hash() != 0) {
-      return Fail(kFailed, folder + ": has a state of \"" + std::string(components[i]->name()) +
-                               "\", which cannot be resampled");
-    }
+  const bool has_nets = state.engine.nets().Hash() != 0;
+  if (has_nets || state.engine.tags().hash() != 0) {
+    return Fail(kFailed, folder + ": has a state of \"" + (has_nets ? "nets" : "tags") +
+                             "\", which cannot be resampled");
   }
   const engine::EngineConfig& config = loaded.value().engine;
   const Result<maps::Resampled> moved =

@@ -13,9 +13,8 @@
 #include <boost/json/serialize.hpp>
 
 #include "server/ctl/server_call.h"
+#include "server/engine/engine.h"
 #include "server/engine/event_codec.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
 #include "server/journal/event_reader.h"
 #include "server/journal/posix_folder.h"
 #include "server/journal/snapshot.h"
@@ -25,13 +24,8 @@ namespace {
 
 namespace json = boost::json;
 using engine::Engine;
-using engine::NetsComponent;
 using journal::PosixFolder;
 using journal::Record;
-
-const NetsComponent& NetsOf(const Engine& engine) {
-  return *engine::FindIn<NetsComponent>(engine.components());
-}
 
 json::object MarkingOf(const petri::LiveNet& net) {
   json::object marking;
@@ -76,21 +70,19 @@ class Replayer {
     }
     messages_.clear();
     engine_.Apply(record.sequence, record.stamp, event, &messages_);
-    const auto* const change = std::get_if<engine::ComponentEvent>(&event);
     if (std::holds_alternative<engine::Advance>(event)) {
       TellFirings();
     } else if (std::holds_alternative<engine::ConfigChanged>(event)) {
       TellBeginnings("configuration");
-    } else if (change != nullptr && change->kind == engine::NetsChanged::kKind) {
-      known_.erase(
-          engine::FromBytes<engine::NetsChanged>("", change->version, change->bytes).value().net);
+    } else if (const auto* const reset = std::get_if<engine::NetsChanged>(&event)) {
+      known_.erase(reset->net);
       TellBeginnings("reset");
     }
     return Ok();
   }
 
   void TellEnds() {
-    for (const auto& [name, it] : NetsOf(engine_).nets()) {
+    for (const auto& [name, it] : engine_.nets().nets()) {
       Tell(name, [&net = it.net](json::object* line) { (*line)["ends"] = MarkingOf(net); });
     }
   }
@@ -108,7 +100,7 @@ class Replayer {
   }
 
   void TellBeginnings(std::string_view from) {
-    const auto& nets = NetsOf(engine_).nets();
+    const auto& nets = engine_.nets().nets();
     std::erase_if(known_, [&](const std::string& name) { return nets.count(name) == 0; });
     for (const auto& [name, it] : nets) {
       if (known_.insert(name).second) {
@@ -121,10 +113,9 @@ class Replayer {
   }
 
   void TellFirings() {
-    const tags::SymbolTables& symbols =
-        engine::FindIn<engine::TagsComponent>(engine_.components())->store().symbols();
-    for (const engine::NetFiring& it : NetsOf(engine_).fired()) {
-      const petri::LiveNet& net = NetsOf(engine_).nets().find(it.net)->second.net;
+    const tags::SymbolTables& symbols = engine_.tags().symbols();
+    for (const engine::NetFiring& it : engine_.nets().fired()) {
+      const petri::LiveNet& net = engine_.nets().nets().find(it.net)->second.net;
       Tell(it.net, [&](json::object* line) {
         (*line)["transition"] = net.rules().settings.net.transitions[it.transition].id;
         (*line)["robot"] = it.robot;

@@ -387,14 +387,14 @@ void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
   }
   parts_.router->Deliver(out);
   if (!logged) {
-    SendHaltsUnlogged(engine::RobotsComponent::kBroadcastTransmissions);
+    SendHaltsUnlogged(engine::RobotsPart::kBroadcastTransmissions);
     done(names);
     return;
   }
   AwaitDurable(std::min(parts_.patience, kHaltPatience),
                [this, names = std::move(names), done = std::move(done)](const Status& durable) {
                  if (!durable.ok()) {
-                   SendHaltsUnlogged(engine::RobotsComponent::kBroadcastTransmissions);
+                   SendHaltsUnlogged(engine::RobotsPart::kBroadcastTransmissions);
                  }
                  done(names);
                });
@@ -415,7 +415,7 @@ void LiveControl::SendHaltsUnlogged(int transmissions) {
   }
   parts_.router->Deliver(out);
   if (transmissions > 1) {
-    deadlines_->After(std::chrono::milliseconds(engine::RobotsComponent::kBroadcastIntervalMs),
+    deadlines_->After(std::chrono::milliseconds(engine::RobotsPart::kBroadcastIntervalMs),
                       [this, transmissions](bool stopped) {
                         if (!stopped) {
                           SendHaltsUnlogged(transmissions - 1);

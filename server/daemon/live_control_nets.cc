@@ -6,15 +6,9 @@
 
 #include "server/control/engine_views.h"
 #include "server/daemon/live_control.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::daemon {
 namespace {
-
-const engine::NetsComponent& NetsOf(const engine::Engine& engine) {
-  return *engine::FindIn<engine::NetsComponent>(engine.components());
-}
 
 // "robot 15 (123-233-201) at tag P: store A: the net does not permit it"
 std::string TextOf(const petri::LiveException& it, const petri::LiveRules& rules,
@@ -38,7 +32,7 @@ std::vector<control::NetView> LiveControl::GetNets() const {
 
 void LiveControl::ChangeNets(const engine::NetsChanged& change, Done done) {
   std::vector<engine::Outgoing> out;
-  const Result<uint64_t> applied = parts_.service->Submit(engine::ToEvent(change), &out);
+  const Result<uint64_t> applied = parts_.service->Submit(change, &out);
   parts_.router->Deliver(out);
   DoneIfDurable(applied.ok() ? Ok() : Status(Error{applied.error()}), std::move(done));
 }
@@ -46,10 +40,9 @@ void LiveControl::ChangeNets(const engine::NetsChanged& change, Done done) {
 std::vector<std::string> LiveControl::TellRefusals() {
   std::vector<std::pair<std::string, std::string>> refusals;  // net and words
   parts_.service->Inspect([&](const engine::Engine& engine) {
-    const tags::SymbolTables& symbols =
-        engine::FindIn<engine::TagsComponent>(engine.components())->store().symbols();
+    const tags::SymbolTables& symbols = engine.tags().symbols();
     std::map<std::string, uint64_t> told;
-    for (const auto& [name, it] : NetsOf(engine).nets()) {
+    for (const auto& [name, it] : engine.nets().nets()) {
       const uint64_t count = it.net.counts().exceptions;
       const auto before = told_refusals_.find(name);
       const uint64_t known = before != told_refusals_.end() ? std::min(before->second, count)

@@ -8,17 +8,8 @@
 
 #include "server/control/engine_views.h"
 #include "server/daemon/live_control.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::daemon {
-namespace {
-
-const tags::Store& TagsOf(const engine::Engine& engine) {
-  return engine::FindIn<engine::TagsComponent>(engine.components())->store();
-}
-
-}  // namespace
-
 control::TagPage LiveControl::GetTags(uint16_t first) const {
   return parts_.service->Inspect([&](const engine::Engine& engine) {
     return control::TagsOf(engine, first, parts_.now_ms());
@@ -27,12 +18,12 @@ control::TagPage LiveControl::GetTags(uint16_t first) const {
 
 std::optional<uint16_t> LiveControl::FindTag(std::string_view name) const {
   return parts_.service->Inspect(
-      [&](const engine::Engine& engine) { return TagsOf(engine).NumberOf(name); });
+      [&](const engine::Engine& engine) { return engine.tags().NumberOf(name); });
 }
 
 control::SymbolPage LiveControl::GetSymbols(size_t first) const {
   return parts_.service->Inspect([&](const engine::Engine& engine) {
-    const std::vector<tags::Row>& rows = TagsOf(engine).symbols().rows();
+    const std::vector<tags::Row>& rows = engine.tags().symbols().rows();
     const size_t begin = std::min(first, rows.size());
     const size_t end = std::min(begin + kRowsAtOnce, rows.size());
     return control::SymbolPage{
@@ -43,7 +34,7 @@ control::SymbolPage LiveControl::GetSymbols(size_t first) const {
 
 void LiveControl::ChangeTags(const engine::TagsChanged& change, Done done) {
   std::vector<engine::Outgoing> out;
-  const Result<uint64_t> applied = parts_.service->Submit(engine::ToEvent(change), &out);
+  const Result<uint64_t> applied = parts_.service->Submit(change, &out);
   parts_.router->Deliver(out);
   DoneIfDurable(applied.ok() ? Ok() : Status(Error{applied.error()}), std::move(done));
 }

@@ -94,7 +94,7 @@ TEST_F(CommandTest, IsSentAtOnceAndAwaitsItsAck) {
   EXPECT_EQ(command.id, 1);
   EXPECT_EQ(command.code, CommandCode::kHalt);
   EXPECT_EQ(state().outcome, CommandOutcome::kPending);
-  EXPECT_EQ(bench_.engine.NextDeadline(), bench_.now_ms + RobotsComponent::kFirstRetryMs);
+  EXPECT_EQ(bench_.engine.NextDeadline(), bench_.now_ms + RobotsPart::kFirstRetryMs);
   bench_.Handle(Ack(command.seq));
   EXPECT_EQ(state().outcome, CommandOutcome::kAccepted);
   EXPECT_FALSE(bench_.engine.NextDeadline().has_value());
@@ -106,7 +106,7 @@ TEST_F(CommandTest, IsRetriedWithGrowingIntervalsAndThenReported) {
   EXPECT_EQ(SendTimesUntilIdle(), (std::vector<uint64_t>{250, 750, 1750, 3750, 7750}));
   EXPECT_EQ(bench_.now_ms - start_ms, 11'750u);
   EXPECT_EQ(state().outcome, CommandOutcome::kUnanswered);
-  EXPECT_EQ(state().sent, RobotsComponent::kCommandTransmissions);
+  EXPECT_EQ(state().sent, RobotsPart::kCommandTransmissions);
   EXPECT_EQ(state().next_retry_ms, 0u);
   EXPECT_EQ(bench_.engine.counters().commands_unanswered, 1u);
 }
@@ -119,7 +119,7 @@ TEST_F(CommandTest, EachCommandBeginsAnew) {
     EXPECT_EQ(CommandIn(out[0]).seq, i);
     EXPECT_EQ(state().outcome, CommandOutcome::kPending);
     EXPECT_EQ(state().sent, 1);
-    EXPECT_EQ(state().next_retry_ms, bench_.now_ms + RobotsComponent::kFirstRetryMs);
+    EXPECT_EQ(state().next_retry_ms, bench_.now_ms + RobotsPart::kFirstRetryMs);
     EXPECT_EQ(state().result, 0);
     if (i % 3 != 0) {  // and some are never answered
       bench_.Handle(Ack(i, i % 3 == 1 ? 0 : 11));
@@ -149,7 +149,7 @@ TEST_F(CommandTest, CarriesItsArgumentsEachTimeThatItIsSent) {
     for (const Sent& again : SentUntilIdle()) {
       out.push_back(again.out);
     }
-    ASSERT_EQ(out.size(), RobotsComponent::kCommandTransmissions);
+    ASSERT_EQ(out.size(), RobotsPart::kCommandTransmissions);
     for (const Outgoing& sent : out) {
       const protocol::Message& message = sent.message;
       EXPECT_EQ(message.id, 1);
@@ -172,7 +172,7 @@ TEST_F(CommandTest, GoesOutOnTheLinkOfItsRobot) {
   for (const Sent& again : SentUntilIdle()) {
     out.push_back(again.out);
   }
-  ASSERT_EQ(out.size(), RobotsComponent::kCommandTransmissions);
+  ASSERT_EQ(out.size(), RobotsPart::kCommandTransmissions);
   for (const Outgoing& sent : out) {
     EXPECT_EQ(sent.link, 1);
   }
@@ -183,7 +183,7 @@ TEST_F(CommandTest, ALongGapIsOneRetry) {
   Issue(CommandCode::kHalt);
   bench_.now_ms += 3'600'000;
   EXPECT_EQ(bench_.Apply(Advance{}).size(), 1u);
-  EXPECT_EQ(bench_.engine.NextDeadline(), bench_.now_ms + 2 * RobotsComponent::kFirstRetryMs);
+  EXPECT_EQ(bench_.engine.NextDeadline(), bench_.now_ms + 2 * RobotsPart::kFirstRetryMs);
 }
 
 TEST_F(CommandTest, ARefusalIsKeptWithItsReason) {
@@ -222,7 +222,7 @@ TEST_F(CommandTest, HaltToAllIsSentThreeTimesWithoutAck) {
   sent.insert(sent.end(), later.begin(), later.end());
   ASSERT_EQ(sent.size(), 3u);
   for (size_t i = 0; i < sent.size(); ++i) {
-    EXPECT_EQ(sent[i].after_ms, i * RobotsComponent::kBroadcastIntervalMs);
+    EXPECT_EQ(sent[i].after_ms, i * RobotsPart::kBroadcastIntervalMs);
     EXPECT_EQ(sent[i].out.link, 1);
     EXPECT_EQ(sent[i].out.message.id, protocol::kBroadcastId);
     EXPECT_EQ(CommandIn(sent[i].out).code, CommandCode::kHalt);
@@ -260,7 +260,7 @@ TEST_F(CommandTest, AResumeIsSentAfterTheLastTransmissionOfAHaltToAll) {
   bench_.now_ms += 30;
   EXPECT_TRUE(Issue(CommandCode::kResume).empty());
   const std::vector<protocol::Command> sent = CommandsUntilIdle();
-  ASSERT_EQ(sent.size(), 2u + RobotsComponent::kCommandTransmissions);
+  ASSERT_EQ(sent.size(), 2u + RobotsPart::kCommandTransmissions);
   for (size_t i = 0; i < sent.size(); ++i) {
     EXPECT_EQ(sent[i].code, i < 2 ? CommandCode::kHalt : CommandCode::kResume) << i;
   }

@@ -91,21 +91,6 @@ Status CheckLaid(const field::FieldConfig& config) {
   return Ok();
 }
 
-Status CheckComponents(const std::vector<ComponentConfig>& components) {
-  constexpr size_t kMaxName = 32;
-  for (size_t i = 0; i < components.size(); ++i) {
-    const std::string& name = components[i].component;
-    const bool is_name = !name.empty() && name.size() <= kMaxName &&
-                         std::all_of(name.begin(), name.end(),
-                                     [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; });
-    if (!is_name || (i > 0 && name <= components[i - 1].component)) {
-      return Error{"components[" + std::to_string(i) +
-                   "]: expected at most 32 small letters and underscores, in ascending order"};
-    }
-  }
-  return Ok();
-}
-
 }  // namespace
 
 // Each check relies on those before it.
@@ -114,8 +99,7 @@ Status CheckValues(const EngineConfig& config) {
   found = found.ok() ? CheckMap(config.field.map) : found;
   found = found.ok() ? CheckPheromones(config.field) : found;
   found = found.ok() ? CheckLaid(config.field) : found;
-  found = found.ok() ? CheckFrames(config.frames) : found;
-  return found.ok() ? CheckComponents(config.components) : found;
+  return found.ok() ? CheckFrames(config.frames) : found;
 }
 
 }  // namespace pheromone::engine

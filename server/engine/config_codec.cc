@@ -16,9 +16,9 @@ uint64_t EncodedBytes(const EngineConfig& config) {
   return bytes;
 }
 
-EngineConfig DecodeConfig(ByteReader* reader, uint8_t version) {
+EngineConfig DecodeConfig(ByteReader* reader) {
   EngineConfig config;
-  DecodeFields(reader, version, &config);
+  DecodeFields(reader, &config);
   if (reader->ok()) {
     reader->Check(CheckValues(config));
   }

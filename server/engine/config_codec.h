@@ -21,8 +21,8 @@ void EncodeConfig(const EngineConfig& config, ByteWriter* writer);
 /// The length of that.
 uint64_t EncodedBytes(const EngineConfig& config);
 
-/// As encoded in an event or a state of that version. Fails the reader for an invalid configuration
-/// (CheckValues included); the result is then meaningless.
-EngineConfig DecodeConfig(ByteReader* reader, uint8_t version = kCodecVersion);
+/// Fails the reader for an invalid configuration (CheckValues included); the result is then
+/// meaningless.
+EngineConfig DecodeConfig(ByteReader* reader);
 
 }  // namespace pheromone::engine

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "server/engine/testing/bench.h"
+#include "server/petri/testing/live_gate.h"
 
 namespace pheromone::engine {
 namespace {
@@ -35,15 +36,14 @@ EngineConfig FullConfig() {
   config.field.initial_rasters = {{1, Nodes({{{1, 2}, 64}, {{2, 2}, 128}})}};
   config.field.obstacles = Wall(config, 4);
   config.frames = {MakeFrame("radio-a", 3, {10, 20}, 30)};
-  config.components = {{"visits", 1, "bytes"}};
+  config.tags = {.tags = {{"door", 1, 2, 3, 4}}, .privileged = {"ann"}};
+  config.nets = {petri::LiveGateSettings()};
   return config;
 }
 
 // Does not compile once a field is added: it belongs in the hash, and below.
 [[maybe_unused]] void NameEveryField(const EngineConfig& config) {
-  [[maybe_unused]] const auto& [field, pose_unit_10um, robots_per_link, links, frames, components] =
-      config;
-  [[maybe_unused]] const auto& [component, version, bytes] = components[0];
+  [[maybe_unused]] const auto& [field, pose_unit_10um, links, frames, tags, nets] = config;
   [[maybe_unused]] const auto& [name, slot_ms, response_window_ms] = links[0];
   [[maybe_unused]] const auto& [link, id, x_um, y_um, heading, cos_q30, sin_q30] = frames[0];
   [[maybe_unused]] const auto& [map, antennas, pheromones, paths, prints, obstacles, memory_bytes] =
@@ -64,10 +64,27 @@ EngineConfig FullConfig() {
 std::map<std::string, Change> EveryChange() {
   using C = EngineConfig;
   return {
-      {"component", [](C& c) { c.components[0].component += "'"; }},
-      {"component's version", [](C& c) { ++c.components[0].version; }},
-      {"component's bytes", [](C& c) { c.components[0].bytes += "'"; }},
-      {"fewer components", [](C& c) { c.components.clear(); }},
+      {"tag's name", [](C& c) { c.tags.tags[0].name += "'"; }},
+      {"tag's x", [](C& c) { ++c.tags.tags[0].x_um; }},
+      {"tag's y", [](C& c) { ++c.tags.tags[0].y_um; }},
+      {"tag's range", [](C& c) { ++c.tags.tags[0].range_um; }},
+      {"tag's slots", [](C& c) { ++c.tags.tags[0].slots; }},
+      {"fewer tags", [](C& c) { c.tags.tags.clear(); }},
+      {"privileged", [](C& c) { c.tags.privileged[0] += "'"; }},
+      {"nobody privileged", [](C& c) { c.tags.privileged.clear(); }},
+      {"net's name", [](C& c) { c.nets[0].name += "'"; }},
+      {"net's robots", [](C& c) { ++c.nets[0].robot_hash; }},
+      {"net's period", [](C& c) { ++c.nets[0].period_ms; }},
+      {"net's law", [](C& c) { c.nets[0].law = petri::EvaporationLaw::kE4; }},
+      {"net's rate", [](C& c) { ++c.nets[0].rate_milli; }},
+      {"net's dead band", [](C& c) { ++c.nets[0].dead_band_milli; }},
+      {"net has a source", [](C& c) { c.nets[0].has_source = !c.nets[0].has_source; }},
+      {"net's source", [](C& c) { ++c.nets[0].source; }},
+      {"net's tag", [](C& c) { c.nets[0].tags[0].tag += "'"; }},
+      {"fewer tags of a net", [](C& c) { c.nets[0].tags.pop_back(); }},
+      {"net's tokens", [](C& c) { ++c.nets[0].net.places[0].tokens; }},
+      {"net's transition", [](C& c) { c.nets[0].net.transitions[0].id += "'"; }},
+      {"fewer nets", [](C& c) { c.nets.clear(); }},
       {"origin.x", [](C& c) { ++c.field.map.origin.x; }},
       {"origin.y", [](C& c) { ++c.field.map.origin.y; }},
       {"width", [](C& c) { ++c.field.map.width_um; }},
@@ -127,7 +144,6 @@ std::map<std::string, Change> EveryChange() {
       {"no obstacles", [](C& c) { c.field.obstacles = {}; }},
       {"memory", [](C& c) { ++c.field.memory_bytes; }},
       {"pose unit", [](C& c) { ++c.pose_unit_10um; }},
-      {"robots per link", [](C& c) { ++c.robots_per_link; }},
       {"link's name", [](C& c) { c.links[0].name = "radio-c"; }},
       {"slot", [](C& c) { ++c.links[1].slot_ms; }},
       {"window", [](C& c) { ++c.links[1].response_window_ms; }},

@@ -138,22 +138,19 @@ TEST_F(ConfigureTest, AnotherLawIsNothingToBeLaid) {
 // The change is prepared without the lock: a robot or an operator may write on a tag that goes.
 TEST_F(ConfigureTest, ATagThatGoesKeepsWhatIsWrittenOnItMeanwhile) {
   EngineConfig config = testing::SmallConfig();
-  config.components = {TagsComponent::ConfigOf(testing::RichTags())};
+  config.tags = testing::RichTags();
   ASSERT_TRUE(service_.Configure(config, 7).ok());
   std::vector<Outgoing> out;
-  TagsChanged define;
-  define.action = TagsChanged::Action::kDefine;
-  define.row = {tags::RowKind::kRobot, 1, 1, "one"};
-  ASSERT_TRUE(service_.Submit(ToEvent(define), &out).ok());
+  const TagsChanged define{TagsChanged::Define{{tags::RowKind::kRobot, 1, 1, "one"}}};
+  ASSERT_TRUE(service_.Submit(define, &out).ok());
   log_.meanwhile = [&] {
-    TagsChanged write;
-    write.tag = 2;
-    write.block = {1, 1, {-17, 1}, {1, 2}, {-3, 1}};
-    EXPECT_TRUE(service_.Submit(ToEvent(write), &out).ok());
+    const TagsChanged write{
+        TagsChanged::Write{.tag = 2, .block = {1, 1, {-17, 1}, {1, 2}, {-3, 1}}}};
+    EXPECT_TRUE(service_.Submit(write, &out).ok());
   };
   ASSERT_TRUE(service_.Configure(testing::SmallConfig(), 7).ok());
   service_.Inspect([](const Engine& engine) {
-    const tags::Store& store = FindIn<TagsComponent>(engine.components())->store();
+    const tags::Store& store = engine.tags();
     EXPECT_EQ(store.NumberOf("a"), std::nullopt);
     EXPECT_EQ(store.NumberOf("b"), 2);
     EXPECT_EQ(store.figures().blocks, 1u);

@@ -14,43 +14,26 @@ namespace pheromone::engine {
 using protocol::Message;
 using protocol::Reason;
 
-Engine::Engine(ComponentList components) : components_(std::move(components)) {
-  for (size_t i = 0; i < components_.size(); ++i) {
-    for (const MessageRule& rule : components_[i]->messages()) {
-      assert(!protocol::IsFromServer(rule.opcode));
-      assert(!routes_[rule.opcode].rule && "an opcode of two components");
-      assert(rule.effect == MessageRule::Effect::kReads || rule.length.least >= 1);
-      assert(!rule.is_session() || i == kRobotsIndex);
-      routes_[rule.opcode] = {i, rule};
-    }
-    for (const EventKind kind : components_[i]->event_kinds()) {
-      assert(i <= kFieldIndex || kind >= EventKind::kFirstOfComponents);
-      const bool is_new = owners_of_kinds_.emplace(kind, i).second;
-      assert(is_new && "an event kind of two components");
-      (void)is_new;
-    }
-  }
-}
+namespace {
 
-// Null if no component has that kind. Not for kinds that the engine itself handles.
-const Component* Engine::Owner(const Event& event) const {
-  const auto found = owners_of_kinds_.find(KindOf(event));
-  return found != owners_of_kinds_.end() ? &*components_[found->second] : nullptr;
-}
-Component* Engine::Owner(const Event& event) {
-  const auto found = owners_of_kinds_.find(KindOf(event));
-  return found != owners_of_kinds_.end() ? &*components_[found->second] : nullptr;
-}
+template <typename... Functions>
+struct Overloaded : Functions... {
+  using Functions::operator()...;
+};
+template <typename... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
+
+}  // namespace
 
 // --- Requests
 
 // What is wrong with the form of a client's message, if anything.
-Reason Engine::FaultOf(const Message& message) const {
-  if (protocol::IsFromServer(message.opcode) || !routes_[message.opcode].rule) {
+Reason Engine::FaultOf(const Message& message) {
+  const Route& route = RouteOf(message.opcode);
+  if (route.part == Route::Part::kNone) {
     return Reason::kUnknownOpcode;
   }
-  const std::optional<MessageRule>& rule = routes_[message.opcode].rule;
-  const bool fits = message.length >= rule->length.least && message.length <= rule->length.most;
+  const bool fits = message.length >= route.length.least && message.length <= route.length.most;
   return fits ? Reason::kNone : Reason::kBadLength;
 }
 
@@ -60,13 +43,12 @@ Handling Engine::Classify(LinkIndex link, const Message& message) const {
       link >= config_->links.size()) {
     return Handling::kIgnore;
   }
-  const std::optional<MessageRule>& rule = routes_[message.opcode].rule;
+  const Route::Effect effect = RouteOf(message.opcode).effect;
   const bool has_fault = FaultOf(message) != Reason::kNone;
-  if (rule && (rule->effect == MessageRule::Effect::kAck ||
-               (rule->effect == MessageRule::Effect::kHello && !has_fault))) {
-    return RobotsIn(components_).Classify(link, message);
+  if (effect == Route::Effect::kAck || (effect == Route::Effect::kHello && !has_fault)) {
+    return robots_.Classify(link, message);
   }
-  if (has_fault || rule->effect != MessageRule::Effect::kChanges || !SaidHello(link, message.id)) {
+  if (has_fault || effect != Route::Effect::kChanges || !SaidHello(link, message.id)) {
     return Handling::kAnswer;
   }
   const RobotState* robot = robots().Find(link, message.id);
@@ -89,12 +71,17 @@ void Engine::Answer(const Stamp& stamp, LinkIndex link, const Message& message,
     out->push_back({link, 0, ErrorMessage(message, fault)});
     return;
   }
-  const Route& route = routes_[message.opcode];
-  if (route.rule->effect == MessageRule::Effect::kReads) {
+  const Route& route = RouteOf(message.opcode);
+  if (route.effect == Route::Effect::kReads) {
     Context context = Now();
     context.now_ms = std::max(stamp.field_time_ms, field_time_ms_);
     context.utc_ms = stamp.utc_ms;
-    out->push_back({link, 0, components_[route.component]->Answer(context, link, message)});
+    const auto answer = [&](const auto& part) {
+      out->push_back({link, 0, part.Answer(context, link, message)});
+    };
+    route.part == Route::Part::kField  ? answer(field_)
+    : route.part == Route::Part::kTags ? answer(tags_)
+                                       : answer(robots_);
     return;
   }
   if (!SaidHello(link, message.id)) {
@@ -113,41 +100,23 @@ void Engine::Answer(const Stamp& stamp, LinkIndex link, const Message& message,
 
 void Engine::On(const RequestReceived& request, const Output& out) {
   assert(FaultOf(request.message) == Reason::kNone);
-  const Route& route = routes_[request.message.opcode];
+  const Route& route = RouteOf(request.message.opcode);
   const Context context = Now();
-  if (route.rule->is_session()) {
-    RobotsIn(components_).TakeSession(context, request, out);
+  if (route.effect != Route::Effect::kChanges) {
+    robots_.TakeSession(context, request, out);
     return;
   }
-  const Message answer =
-      components_[route.component]->Change(context, request.link, request.message);
-  RobotsIn(components_).Remember(context, request.link, request.message, answer);
+  const auto change = [&](auto& part) {
+    return part.Change(context, request.link, request.message);
+  };
+  const Message answer = route.part == Route::Part::kField  ? change(field_)
+                         : route.part == Route::Part::kTags ? change(tags_)
+                                                            : change(robots_);
+  robots_.Remember(context, request.link, request.message, answer);
   out.Send(context, request.link, answer);
 }
 
 // --- Events
-
-// Of the event that is being applied.
-class Engine::AppliedAtOnce final : public Consequences {
- public:
-  AppliedAtOnce(Engine* engine, Output* out) : engine_(engine), out_(out) {
-    out->consequences = this;
-  }
-  Status Raise(const ComponentEvent& raised) override {
-    const Event event = raised;
-    Component* const owner = engine_->Owner(event);
-    assert(owner != nullptr);
-    const Status possible = owner->Check(engine_->Now(), event);
-    if (possible.ok()) {
-      owner->Apply(engine_->Now(), event, *out_);
-    }
-    return possible;
-  }
-
- private:
-  Engine* engine_;
-  Output* out_;
-};
 
 void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
                    std::vector<Outgoing>* messages) {
@@ -155,24 +124,21 @@ void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
   last_stamp_ = stamp;
   field_time_ms_ = std::max(stamp.field_time_ms, field_time_ms_);
   finished_.clear();
-  Output out{messages, &finished_};
-  AppliedAtOnce consequences(this, &out);
-  if (const auto* const request = std::get_if<RequestReceived>(&event)) {
-    On(*request, out);
-  } else if (const auto* const change = std::get_if<ConfigChanged>(&event)) {
-    On(*change, out);
-  } else if (std::holds_alternative<engine::Advance>(event)) {
-    for (Polymorphic<Component>& component : components_) {
-      component->Advance(Now(), out);
-    }
-  } else {
-    Component* const owner = Owner(event);
-    assert(owner != nullptr && "an event that Check refuses");
-    owner->Apply(Now(), event, out);
-  }
-  for (Polymorphic<Component>& component : components_) {
-    component->Notice(Now());
-  }
+  TagEditor editor = tags_.EditAt(field_time_ms_, stamp.utc_ms);
+  const Output out{messages, &finished_, &editor};
+  std::visit(Overloaded{
+                 [&](const RequestReceived& it) { On(it, out); },
+                 [&](const ConfigChanged& it) { On(it, out); },
+                 [&](const engine::Advance&) {
+                   ForEachPart(*this, [&](auto& part) { part.Advance(Now(), out); });
+                 },
+                 [&](const FieldEdited& it) { field_.Apply(Now(), it, out); },
+                 [&](const NetsChanged& it) { nets_.Apply(Now(), it, out); },
+                 [&](const TagsChanged& it) { tags_.Apply(Now(), it, out); },
+                 [&](const auto& it) { robots_.Apply(Now(), it, out); },
+             },
+             event);
+  nets_.Notice(Now());
 }
 
 std::optional<GoalEnded> Engine::Arrival(const Stamp& stamp, LinkIndex link,
@@ -194,40 +160,34 @@ std::optional<GoalEnded> Engine::Arrival(const Stamp& stamp, LinkIndex link,
 }
 
 Status Engine::Check(const Event& event) const {
-  if (const auto* change = std::get_if<ConfigChanged>(&event)) {
-    return CheckConfig(*change->config, change->plan.get());
-  }
-  if (!configured()) {
+  if (!configured() && !std::holds_alternative<ConfigChanged>(event)) {
     return Error{"an event before the first configuration"};
   }
-  if (const auto* request = std::get_if<RequestReceived>(&event)) {
-    return Classify(request->link, request->message) == Handling::kChange
-               ? Ok()
-               : Error{"the request does not change the state"};
-  }
-  if (std::holds_alternative<Advance>(event)) {
-    return Ok();
-  }
-  const Component* const owner = Owner(event);
-  return owner != nullptr
-             ? owner->Check(Now(), event)
-             : Error{"unknown event kind " + std::to_string(static_cast<int>(KindOf(event)))};
+  return std::visit(
+      Overloaded{
+          [&](const RequestReceived& it) {
+            return Classify(it.link, it.message) == Handling::kChange
+                       ? Ok()
+                       : Error{"the request does not change the state"};
+          },
+          [&](const ConfigChanged& it) { return CheckConfig(*it.config, it.plan.get()); },
+          [&](const engine::Advance&) { return Ok(); },
+          [&](const FieldEdited& it) { return field_.Check(Now(), it); },
+          [&](const NetsChanged& it) { return nets_.Check(Now(), it); },
+          [&](const TagsChanged& it) { return tags_.Check(Now(), it); },
+          [&](const auto& it) { return robots_.Check(Now(), it); },
+      },
+      event);
 }
 
 Status Engine::Prepare(const SharedConfig& present, Event* event) {
-  return FieldComponent::Prepare(present, event);
+  return FieldPart::Prepare(present, event);
 }
 
 Status Engine::Prepare(const SharedConfig& present, const tags::Survey& survey, Event* event) {
-  const Status status = FieldComponent::Prepare(present, event);
+  const Status status = FieldPart::Prepare(present, event);
   auto* const change = std::get_if<ConfigChanged>(event);
-  return status.ok() && change != nullptr ? TagsComponent::Prepare(present, survey, change)
-                                          : status;
-}
-
-tags::Survey Engine::Look() const {
-  const auto* const tags = FindIn<TagsComponent>(components_);
-  return tags != nullptr ? tags->store().Look() : tags::Store().Look();
+  return status.ok() && change != nullptr ? TagsPart::Prepare(present, survey, change) : status;
 }
 
 // --- Configuration
@@ -237,21 +197,11 @@ ConfigFigures FiguresOf(const EngineConfig& config) {
 }
 
 Status Engine::CheckConfig(const EngineConfig& next, const ConfigPlan* plan) const {
-  for (const ComponentConfig& it : next.components) {
-    const bool is_known =
-        std::any_of(components_.begin(), components_.end(),
-                    [&](const auto& component) { return component->name() == it.component; });
-    if (!is_known) {
-      return Error{"unknown component \"" + it.component + "\" in the configuration"};
-    }
-  }
-  for (const Polymorphic<Component>& component : components_) {
-    Status status = component->CheckConfig(Now(), next, plan);
-    if (!status.ok()) {
-      return status;
-    }
-  }
-  return Ok();
+  Status found = Ok();
+  ForEachPart(*this, [&](const auto& part) {
+    found = found.ok() ? part.CheckConfig(Now(), next, plan) : found;
+  });
+  return found;
 }
 
 void Engine::On(const ConfigChanged& change, const Output& out) {
@@ -265,12 +215,11 @@ void Engine::On(const ConfigChanged& change, const Output& out) {
   }
   const std::shared_ptr<const ConfigPlan> plan = std::get<ConfigChanged>(planned).plan;
   // At the maximum time, no later stamp can distinguish new nodes from old ones.
-  const bool in_portions = !is_new && change.in_portions && field_time_ms_ < kMaxFieldTimeMs;
+  const bool in_portions = !is_new && field_time_ms_ < kMaxFieldTimeMs;
   const SharedConfig before = config_;
   const Context context = Now(change.config);
-  for (Polymorphic<Component>& component : components_) {
-    component->Configure(context, {is_new ? nullptr : &*before, plan.get(), in_portions}, out);
-  }
+  const Reconfiguration reconfiguration{is_new ? nullptr : &*before, plan.get(), in_portions};
+  ForEachPart(*this, [&](auto& part) { part.Configure(context, reconfiguration, out); });
   if (in_portions) {
     ++field_time_ms_;  // distinguishes what was stored before from what comes later
   }
@@ -288,19 +237,16 @@ void Engine::TakeConfig(SharedConfig config, const ConfigFigures& figures) {
 
 std::optional<uint64_t> Engine::NextDeadline() const {
   std::optional<uint64_t> next;
-  for (const Polymorphic<Component>& component : components_) {
-    const std::optional<uint64_t> its = component->NextDeadline();
+  ForEachPart(*this, [&](const auto& part) {
+    const std::optional<uint64_t> its = part.NextDeadline();
     next = next && its ? std::min(*next, *its) : next ? next : its;
-  }
+  });
   return next;
 }
 
 uint64_t Engine::StateHash() const {
-  // The broadcast seq was hashed here before there were components.
-  uint64_t hash = Hash64({'E', epoch_, RobotsIn(components_).next_broadcast_seq()});
-  for (const Polymorphic<Component>& component : components_) {
-    hash += component->Hash();
-  }
+  uint64_t hash = Hash64({'E', epoch_});
+  ForEachPart(*this, [&](const auto& part) { hash += part.Hash(); });
   return configured() ? hash + config_figures_.hash : hash;
 }
 

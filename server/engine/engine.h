@@ -10,16 +10,15 @@
 //     case Handling::kChange: engine.Apply(sequence, stamp, RequestReceived{...}, &out); break;
 //   }
 //
-// The state is a list of components (component.h), among which it distributes requests and events.
-// A copy continues as the original does.
+// The state is that of its four parts (part.h): robots, field, nets and tags. The engine passes
+// each request to the part of its opcode (routes.h), each event to that of its type, configurations
+// and time to all of them in that order (nets read what robots have left on tags before the tags
+// end leases), and sums their hashes. A copy continues as the original does.
 //
 // Not thread-safe: Service puts one lock around it.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -27,10 +26,13 @@
 #include "protocol/messages.h"
 #include "server/base/bytes.h"
 #include "server/base/result.h"
-#include "server/engine/component.h"
-#include "server/engine/components.h"
 #include "server/engine/event.h"
+#include "server/engine/field_part.h"
+#include "server/engine/nets_part.h"
 #include "server/engine/refusal.h"
+#include "server/engine/robots_part.h"
+#include "server/engine/routes.h"
+#include "server/engine/tags_part.h"
 #include "server/field/field.h"
 
 namespace pheromone::engine {
@@ -39,17 +41,15 @@ class FrozenState;
 
 class Engine {
  public:
-  Engine() : Engine(StandardComponents()) {}
-  explicit Engine(ComponentList components);
-
   /// Whether a ConfigChanged has been applied; nothing else may come before it.
   bool configured() const { return is_configured_; }
   const EngineConfig& config() const { return *config_; }
   const SharedConfig& shared_config() const { return config_; }
-  const field::Field& field() const { return FieldIn(components_).field(); }
-  const RobotTable& robots() const { return RobotsIn(components_).table(); }
-  const RobotCounters& counters() const { return RobotsIn(components_).counters(); }
-  const ComponentList& components() const { return components_; }
+  const field::Field& field() const { return field_.field(); }
+  const RobotTable& robots() const { return robots_.table(); }
+  const RobotCounters& counters() const { return robots_.counters(); }
+  const NetsPart& nets() const { return nets_; }
+  const tags::Store& tags() const { return tags_.store(); }
   uint16_t epoch() const { return epoch_; }
   uint64_t sequence() const { return sequence_; }  ///< of the last event that was applied
   uint64_t field_time_ms() const { return field_time_ms_; }
@@ -59,9 +59,8 @@ class Engine {
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
   /// Whether client messages with that opcode go through the log, one at a time for each robot.
   bool GoesThroughLog(uint8_t opcode) const {
-    const std::optional<MessageRule>& rule = routes_[opcode & 0x7Fu].rule;
-    return rule && (rule->effect == MessageRule::Effect::kChanges ||
-                    rule->effect == MessageRule::Effect::kHello);
+    const Route::Effect effect = RouteOf(opcode & 0x7Fu).effect;
+    return effect == Route::Effect::kChanges || effect == Route::Effect::kHello;
   }
 
   /// Answers a message of Handling::kAnswer: at most one message is appended to `out`.
@@ -86,7 +85,7 @@ class Engine {
   /// Look gave for this event a moment ago. If that has changed, the event is applied nonetheless,
   /// in time that grows with the number of tags. Errors also: those of tags::MakePlan.
   static Status Prepare(const SharedConfig& present, const tags::Survey& survey, Event* event);
-  tags::Survey Look() const;
+  tags::Survey Look() const { return tags().Look(); }
   /// With the present configuration; does nothing before the first one.
   Status Prepare(Event* event) const { return configured() ? Prepare(config_, event) : Ok(); }
 
@@ -94,18 +93,13 @@ class Engine {
   /// map's contents.
   Status CheckConfig(const EngineConfig& next, const ConfigPlan* plan = nullptr) const;
   /// Checks an edit, except its size: unknown type, blend, level, shape, too many in progress.
-  Status CheckEdit(const field::FieldEdit& edit) const {
-    return FieldIn(components_).CheckEdit(edit);
-  }
+  Status CheckEdit(const field::FieldEdit& edit) const { return field_.CheckEdit(edit); }
   /// The edits and configurations that the last Apply completed, by the sequence numbers of their
   /// events. Whether there is memory for all of an edit shows only when it is made; if not, nothing
   /// was changed. Not part of the state.
   const std::vector<field::FinishedWork>& finished() const { return finished_; }
   /// Whether one of them is still changing the map: Advance continues it.
-  bool is_busy() const {
-    return std::any_of(components_.begin(), components_.end(),
-                       [](const Polymorphic<Component>& it) { return it->busy(); });
-  }
+  bool is_busy() const { return field_.busy(); }
 
   /// The event to be applied next if the robot that sent this SENSE or TRACE is at its goal. The
   /// position is the present one, whether it is the robot's own or a tracker's.
@@ -123,8 +117,11 @@ class Engine {
   /// equal hashes, whatever way they came about.
   uint64_t StateHash() const;
 
+  /// As RobotTable::ForgetAsMutant.
+  void ForgetAsMutant(LinkIndex link, uint8_t id) { robots_.ForgetAsMutant(link, id); }
+
   /// As in Field: releases a bounded portion of erased memory; the state does not change.
-  bool ReleaseMemory() { return FieldIn(components_).ReleaseMemory(); }
+  bool ReleaseMemory() { return field_.ReleaseMemory(); }
 
   /// The whole state as bytes. A restored engine behaves as the saved one would have: the same
   /// answers and the same hashes to any input. Only once configured.
@@ -132,38 +129,35 @@ class Engine {
   /// The same for the present state, to be copied in portions (frozen_state.h). Null while another
   /// one is being copied.
   std::unique_ptr<FrozenState> Freeze(uint64_t most_kept_bytes) const;
-  /// Errors: an unknown version; bytes that no engine can have saved; a component that is not in
-  /// `components`.
-  static Result<Engine> Restore(ByteReader* reader,
-                                ComponentList components = StandardComponents());
+  /// Errors: another version; bytes that no engine can have saved.
+  static Result<Engine> Restore(ByteReader* reader);
 
  private:
-  class AppliedAtOnce;
-
-  // Where a request goes.
-  struct Route {
-    size_t component = 0;
-    std::optional<MessageRule> rule;
-  };
+  // In the order of application.
+  template <typename Self, typename Visit>
+  static void ForEachPart(Self& self, Visit&& visit) {
+    visit(self.robots_);
+    visit(self.field_);
+    visit(self.nets_);
+    visit(self.tags_);
+  }
 
   Context Now(const SharedConfig& config) const {
-    return {config, robots(), components_, epoch_, sequence_, field_time_ms_, last_stamp_.utc_ms};
+    return {config, robots(), tags(), epoch_, sequence_, field_time_ms_, last_stamp_.utc_ms};
   }
   Context Now() const { return Now(config_); }
-  Component* Owner(const Event& event);
-  const Component* Owner(const Event& event) const;
-  protocol::Reason FaultOf(const protocol::Message& message) const;
+  static protocol::Reason FaultOf(const protocol::Message& message);
 
   void On(const RequestReceived& request, const Output& out);
   void On(const ConfigChanged& change, const Output& out);
 
   void TakeConfig(SharedConfig config, const ConfigFigures& figures);
-  void SaveBeforeComponents(ByteWriter* writer) const;
-  void RestoreComponents(uint8_t version, ByteReader* reader);
+  void SaveBeforeParts(ByteWriter* writer) const;
 
-  ComponentList components_;
-  std::array<Route, 128> routes_{};              // by opcode
-  std::map<EventKind, size_t> owners_of_kinds_;  // components by the kinds of their events
+  RobotsPart robots_;
+  FieldPart field_;
+  NetsPart nets_;
+  TagsPart tags_;
   SharedConfig config_;
   ConfigFigures config_figures_;
   bool is_configured_ = false;

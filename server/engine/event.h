@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,7 +21,10 @@
 #include "server/field/config.h"
 #include "server/field/edit.h"
 #include "server/field/work.h"
+#include "server/petri/live_rules.h"
 #include "server/tags/plan.h"
+#include "server/tags/settings.h"
+#include "server/tags/symbols.h"
 
 namespace pheromone::engine {
 
@@ -50,55 +54,24 @@ struct LinkSettings {
   }
 };
 
-/// The configuration of one component beyond the field and the robots, as that component encodes
-/// it.
-struct ComponentConfig {
-  std::string component;  ///< Component::name
-  uint8_t version = 1;    ///< of its bytes; the component's own
-  std::string bytes;
-  bool operator==(const ComponentConfig&) const = default;
-
-  template <typename Self, typename Visit>
-  static void Fields(Self& it, Visit&& visit) {
-    visit("component", it.component);
-    visit("version", it.version);
-    visit("bytes", it.bytes);
-  }
-};
-
 /// The part of the configuration that the state depends on, in integers.
 struct EngineConfig {
   field::FieldConfig field;
   uint16_t pose_unit_10um = 100;
-  /// 0: no robot is forgotten, nor its last request. Otherwise the rules of earlier logs apply: of
-  /// more than so many robots on a link, the one idle for longest is forgotten; so is the last
-  /// request of a robot that says HELLO with a new nonce.
-  uint16_t robots_per_link = 0;
   std::vector<LinkSettings> links;
-  std::vector<RobotFrame> frames;           ///< of robots whose coordinates are not the map's
-  std::vector<ComponentConfig> components;  ///< ordered by name; only of those that have any
+  std::vector<RobotFrame> frames;  ///< of robots whose coordinates are not the map's
+  tags::Settings tags;
+  std::vector<petri::LiveSettings> nets;  ///< that are executed on the tags
   bool operator==(const EngineConfig&) const = default;
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
     visit("field", it.field);
     visit("pose_unit_10um", it.pose_unit_10um, AtLeast(1));
-    visit("robots_per_link", it.robots_per_link);
     visit("links", it.links);
     visit("frames", it.frames);
-    visit("components", it.components, Since(3));
-  }
-
-  bool forgets() const { return robots_per_link != 0; }
-
-  /// Null if that component has none.
-  const ComponentConfig* FindComponent(std::string_view name) const {
-    for (const ComponentConfig& it : components) {
-      if (it.component == name) {
-        return &it;
-      }
-    }
-    return nullptr;
+    visit("tags", it.tags);
+    visit("nets", it.nets);
   }
 };
 
@@ -167,15 +140,12 @@ struct WrittenAhead {
 
 /// The first event of a new state, and every change of the configuration after it. `new_epoch` is
 /// used if this begins an epoch: the state is new, what HELLO tells the clients has changed, or
-/// acknowledged changes were lost.
-///
-/// `in_portions`: the map is changed by this and the Advances that follow, each in bounded time;
-/// else all at once, as in version 1 of this event.
+/// acknowledged changes were lost. The map is changed by this and the Advances that follow, each in
+/// bounded time.
 struct ConfigChanged {
   SharedConfig config;
   uint16_t new_epoch = 1;
   bool state_lost = false;
-  bool in_portions = true;
   std::shared_ptr<const ConfigPlan> plan = nullptr;     ///< Engine::Prepare; not encoded
   std::shared_ptr<const WrittenAhead> ahead = nullptr;  ///< the log's; not encoded
 
@@ -183,7 +153,6 @@ struct ConfigChanged {
   static void Fields(Self& it, Visit&& visit) {
     visit("new_epoch", it.new_epoch);
     visit("state_lost", it.state_lost);
-    visit("in_portions", it.in_portions, Since(2));
     visit("config", it.config);
   }
 };
@@ -204,16 +173,14 @@ struct CommandIssued {
   }
 };
 
-/// An operator's edit of the map. `in_portions`: as above.
+/// An operator's edit of the map, made as above.
 struct FieldEdited {
   field::FieldEdit edit;
-  bool in_portions = true;
   std::shared_ptr<const field::Raster> raster = nullptr;  ///< Engine::Prepare; not encoded
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
     visit("edit", it.edit);
-    visit("in_portions", it.in_portions, Since(2));
   }
 };
 
@@ -265,8 +232,83 @@ struct GoalEnded {
   }
 };
 
-/// The numbers of event kinds, in encoded events and exports; never reused for another kind. Those
-/// from kFirstOfComponents on are ComponentEvents; their components define the numbers.
+/// A block is written.
+struct TagWrite {
+  static constexpr std::string_view kName = "write";
+  uint16_t tag = 0;
+  std::optional<uint8_t> slot{};       ///< none: the drop policy chooses
+  std::optional<uint16_t> expected{};  ///< the generation, as in tags::WriteRequest
+  bool is_state = false;
+  uint32_t lease_ms = 0;
+  tags::Block block{};  ///< of any author; time 0: now
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("tag", it.tag);
+    visit("slot", it.slot);
+    visit("expected", it.expected);
+    visit("is_state", it.is_state);
+    visit("lease_ms", it.lease_ms, Within(0, tags::kMaxLeaseMs));
+    visit("block", it.block);
+  }
+};
+
+/// A block is erased, whoever wrote it.
+struct TagErase {
+  static constexpr std::string_view kName = "erase";
+  uint16_t tag = 0;
+  uint8_t slot = 0;
+  std::optional<uint16_t> expected{};
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("tag", it.tag);
+    visit("slot", it.slot);
+    visit("expected", it.expected);
+  }
+};
+
+/// A row of the symbol tables is added.
+struct SymbolDefinition {
+  static constexpr std::string_view kName = "define";
+  tags::Row row{tags::RowKind::kRobot, 1, 1, {}};
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("row", it.row);
+  }
+};
+
+/// An operator's change of the tags.
+struct TagsChanged {
+  using Write = TagWrite;
+  using Erase = TagErase;
+  using Define = SymbolDefinition;
+
+  std::variant<Write, Erase, Define> change;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("change", it.change);
+  }
+};
+
+/// An operator's change of a net: it begins anew, with all robots where they were at first. What
+/// robots have left on its tags is erased.
+struct NetsChanged {
+  std::string net;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("net", it.net);
+  }
+};
+
+using Event = std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited,
+                           PoseObserved, GoalSet, GoalEnded, TagsChanged, NetsChanged>;
+
+/// The numbers of event kinds, in encoded events and exports; never reused for another kind. The
+/// order is that of Event.
 enum class EventKind : uint8_t {
   kRequestReceived = 1,
   kAdvance = 2,
@@ -276,49 +318,10 @@ enum class EventKind : uint8_t {
   kPoseObserved = 6,
   kGoalSet = 7,
   kGoalEnded = 8,
-  kFirstOfComponents = 16,
+  kTagsChanged = 9,
+  kNetsChanged = 10,
 };
-
-/// An event of one component other than the field and the robots. Opaque to the engine.
-struct ComponentEvent {
-  EventKind kind = EventKind::kFirstOfComponents;
-  uint8_t version = 1;  ///< of its bytes; the component's own
-  std::string bytes;
-
-  template <typename Self, typename Visit>
-  static void Fields(Self& it, Visit&& visit) {
-    visit("version", it.version);
-    visit("bytes", it.bytes);
-  }
-};
-
-using Event = std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited,
-                           PoseObserved, GoalSet, GoalEnded, ComponentEvent>;
 EventKind KindOf(const Event& event);
-
-/// Encodes and decodes a component's event: a struct that describes its fields
-/// (server/base/fields.h) and has kKind and kVersion. Errors: a later version, invalid bytes.
-template <typename T>
-ComponentEvent ToEvent(const T& content) {
-  static_assert(T::kKind >= EventKind::kFirstOfComponents);
-  ByteWriter writer;
-  EncodeFields(content, &writer);
-  return {T::kKind, T::kVersion, writer.Take()};
-}
-template <typename T>
-Result<T> FromBytes(std::string_view what, uint8_t version, std::string_view bytes) {
-  ByteReader reader(bytes);
-  T content;
-  if (version > T::kVersion) {
-    reader.Fail("version " + std::to_string(version) + ", expected at most " +
-                std::to_string(T::kVersion));
-  }
-  DecodeFields(&reader, version, &content);
-  reader.ExpectEnd();
-  reader.Check(CheckFields(content, ""));
-  return reader.ok() ? Result<T>(std::move(content))
-                     : Error{std::string(what) + ": " + reader.error()};
-}
 
 /// The source of a request, and its time: with this a link returns the answer to the source, unless
 /// it comes too late. Neither logged nor recorded; opaque to the engine.

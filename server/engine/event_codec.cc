@@ -10,43 +10,29 @@ namespace pheromone::engine {
 namespace {
 
 template <typename Kind>
-Event DecodeOne(uint8_t version, ByteReader* reader) {
+Event DecodeOne(ByteReader* reader) {
   Kind event;
-  DecodeFields(reader, version, &event);
+  DecodeFields(reader, &event);
   return event;
 }
 
-// The alternatives of Event that have a kind of their own.
-constexpr size_t kPlainKinds = std::variant_size_v<Event> - 1;
-
-// A decoder for each of them, in the same order.
+// A decoder for each alternative of Event, in the same order.
 template <size_t... kIndex>
-Event DecodeKind(uint8_t kind, uint8_t version, ByteReader* reader,
-                 std::index_sequence<kIndex...> /*all*/) {
-  using Decoder = Event (*)(uint8_t, ByteReader*);
+Event DecodeKind(uint8_t kind, ByteReader* reader, std::index_sequence<kIndex...> /*all*/) {
+  using Decoder = Event (*)(ByteReader*);
   constexpr Decoder kDecoders[] = {DecodeOne<std::variant_alternative_t<kIndex, Event>>...};
-  if (version >= 3 && kind >= static_cast<uint8_t>(EventKind::kFirstOfComponents)) {
-    ComponentEvent event;
-    DecodeFields(reader, version, &event);
-    event.kind = static_cast<EventKind>(kind);
-    return event;
-  }
-  constexpr uint8_t kKindsBeforeGoals = 6;
-  if (kind < 1 || kind > (version < 4 ? kKindsBeforeGoals : sizeof...(kIndex))) {
+  if (kind < 1 || kind > sizeof...(kIndex)) {
     reader->Fail("unknown event kind " + std::to_string(kind));
     return Advance{};
   }
-  return kDecoders[kind - 1](version, reader);
+  return kDecoders[kind - 1](reader);
 }
 
 }  // namespace
 
 EventKind KindOf(const Event& event) {
-  if (const auto* const of_component = std::get_if<ComponentEvent>(&event)) {
-    return of_component->kind;
-  }
   static_assert(std::is_same_v<std::variant_alternative_t<0, Event>, RequestReceived> &&
-                std::is_same_v<std::variant_alternative_t<7, Event>, GoalEnded>);
+                std::is_same_v<std::variant_alternative_t<9, Event>, NetsChanged>);
   return static_cast<EventKind>(event.index() + 1);
 }
 
@@ -56,15 +42,13 @@ void EncodeEvent(const Event& event, ByteWriter* writer) {
   std::visit([writer](const auto& it) { EncodeFields(it, writer); }, event);
 }
 
-uint8_t DecodeVersion(std::string_view what, ByteReader* reader) {
+void CheckVersion(std::string_view what, ByteReader* reader) {
   const uint8_t version = reader->U8();
-  if (reader->ok() && (version < kOldestCodecVersion || version > kCodecVersion)) {
-    std::string known = std::to_string(kOldestCodecVersion);
-    known += kOldestCodecVersion == kCodecVersion ? "" : " to " + std::to_string(kCodecVersion);
-    reader->Fail(std::string(what) + " of version " + std::to_string(version) + ", expected " +
-                 known);
+  if (reader->ok() && version != kCodecVersion) {
+    reader->Fail(std::string(what) + " of version " + std::to_string(version) +
+                 ", but this program reads version " + std::to_string(kCodecVersion) +
+                 "; use the program that wrote it");
   }
-  return version;
 }
 
 size_t EncodedBytesAtMost(const Event& event) {
@@ -73,9 +57,9 @@ size_t EncodedBytesAtMost(const Event& event) {
 }
 
 Event DecodeEvent(ByteReader* reader) {
-  const uint8_t version = DecodeVersion("an event", reader);
+  CheckVersion("an event", reader);
   const uint8_t kind = reader->U8();
-  return DecodeKind(kind, version, reader, std::make_index_sequence<kPlainKinds>());
+  return DecodeKind(kind, reader, std::make_index_sequence<std::variant_size_v<Event>>());
 }
 
 }  // namespace pheromone::engine
@@ -93,7 +77,7 @@ void FieldCodec<Message>::Encode(const Message& message, ByteWriter* writer) {
   }
 }
 
-void FieldCodec<Message>::Decode(ByteReader* reader, uint8_t /*version*/, Message* message) {
+void FieldCodec<Message>::Decode(ByteReader* reader, Message* message) {
   message->id = reader->U8();
   message->opcode = reader->U8();
   message->length = reader->U8UpTo(protocol::kMaxData, "a message's length");
@@ -109,9 +93,8 @@ std::string FieldCodec<Message>::Describe(std::string_view name, const std::stri
          indent + "that many bytes " + whole + ".data\n";
 }
 
-void FieldCodec<engine::SharedConfig>::Decode(ByteReader* reader, uint8_t version,
-                                              engine::SharedConfig* config) {
-  *config = engine::DecodeConfig(reader, version);
+void FieldCodec<engine::SharedConfig>::Decode(ByteReader* reader, engine::SharedConfig* config) {
+  *config = engine::DecodeConfig(reader);
 }
 
 }  // namespace pheromone

@@ -19,15 +19,12 @@
 
 namespace pheromone::engine {
 
-/// The version of all encodings in this folder: events, configurations and states. The newest
-/// version is written; all versions from the oldest on can be read. Differences between versions
-/// are conditions on `version` in the decoder concerned, and nowhere else.
-constexpr uint8_t kOldestCodecVersion = 1;
-constexpr uint8_t kCodecVersion = 4;
+/// The version of all encodings in this folder: events, configurations and states.
+constexpr uint8_t kCodecVersion = 1;
 
-/// The first byte of an event or a state. Fails the reader for an unsupported version; `what` names
+/// Reads the first byte of an event or a state. Fails the reader for another version; `what` names
 /// the object, such as "an event".
-uint8_t DecodeVersion(std::string_view what, ByteReader* reader);
+void CheckVersion(std::string_view what, ByteReader* reader);
 
 void EncodeEvent(const Event& event, ByteWriter* writer);
 
@@ -35,8 +32,8 @@ void EncodeEvent(const Event& event, ByteWriter* writer);
 /// not visit points and nodes one by one.
 size_t EncodedBytesAtMost(const Event& event);
 
-/// Reads any version. Fails the reader for an unknown version or kind, or values that no event has;
-/// the result is then meaningless.
+/// Fails the reader for another version, an unknown kind, or values that no event has; the result
+/// is then meaningless.
 Event DecodeEvent(ByteReader* reader);
 
 }  // namespace pheromone::engine
@@ -45,7 +42,7 @@ Event DecodeEvent(ByteReader* reader);
 template <>
 struct pheromone::FieldCodec<pheromone::protocol::Message> {
   static void Encode(const protocol::Message& message, ByteWriter* writer);
-  static void Decode(ByteReader* reader, uint8_t version, protocol::Message* message);
+  static void Decode(ByteReader* reader, protocol::Message* message);
   static Status Check(const protocol::Message& /*message*/, const std::string& /*name*/) {
     return Ok();
   }
@@ -59,7 +56,7 @@ struct pheromone::FieldCodec<pheromone::engine::SharedConfig> {
   static void Encode(const engine::SharedConfig& config, ByteWriter* writer) {
     EncodeFields(*config, writer);
   }
-  static void Decode(ByteReader* reader, uint8_t version, engine::SharedConfig* config);
+  static void Decode(ByteReader* reader, engine::SharedConfig* config);
   static Status Check(const engine::SharedConfig& config, const std::string& name) {
     return CheckFields(*config, name);
   }

@@ -33,16 +33,8 @@ protocol::HelloAnswer Greet(Bench* bench, uint8_t id, uint16_t nonce) {
   return answer;
 }
 
-EngineConfig WithEarlierRules(uint16_t robots_per_link) {
-  EngineConfig config = testing::SmallConfig();
-  config.robots_per_link = robots_per_link;
-  return config;
-}
-
 TEST(CompareSeq, FollowsTheTableOfTheSpecification) {
   RobotState robot;
-  EXPECT_EQ(CompareSeq(robot, 0, 0), SeqVerdict::kNew);  // forgotten, under the earlier rules
-  robot.has_last = true;
   robot.last_crc = 77;
   for (int last = 0; last < 256; ++last) {
     robot.last_seq = static_cast<uint8_t>(last);
@@ -245,45 +237,6 @@ TEST(Hello, NoRobotIsForgottenForAnother) {
   for (int id = 1; id <= 254; ++id) {
     EXPECT_EQ(bench.HandleForReason(Deposit(static_cast<uint8_t>(id), 1)), Reason::kNone) << id;
   }
-}
-
-// Logs and recordings made before nothing was forgotten must give the states that they gave.
-TEST(EarlierRules, BeyondTheLimitTheRobotIdleForLongestIsForgotten) {
-  Bench bench(WithEarlierRules(2));
-  Greet(&bench, 1, 1);
-  Greet(&bench, 2, 1);
-  bench.Handle(Deposit(1, 1));
-  Greet(&bench, 3, 1);
-  EXPECT_EQ(bench.HandleForReason(Deposit(2, 1)), Reason::kSayHello);
-  EXPECT_EQ(bench.HandleForReason(Deposit(1, 2)), Reason::kNone);
-  EXPECT_EQ(bench.HandleForReason(Deposit(3, 1)), Reason::kNone);
-}
-
-TEST(EarlierRules, ANewNonceReportsTheLastChangeAndForgetsIt) {
-  Bench bench(WithEarlierRules(254));
-  Greet(&bench, 1, 9);
-  bench.Handle(Trace(1, 33));
-  const protocol::HelloAnswer answer = Greet(&bench, 1, 10);
-  EXPECT_EQ(answer.last_opcode, 0x31);
-  EXPECT_EQ(answer.last_seq, 33);
-  bench.Handle(Trace(1, 33));
-  EXPECT_EQ(QuantaOnTheMap(bench), 2u);  // another request of a robot that has booted since
-  Greet(&bench, 1, 11);
-  EXPECT_EQ(Greet(&bench, 1, 12).last_opcode, 0);
-}
-
-TEST(EarlierRules, EndWithTheNextConfigurationAndTheEpochGoesOn) {
-  Bench bench(WithEarlierRules(254));
-  Greet(&bench, 1, 9);
-  bench.Handle(Trace(1, 33));
-  Greet(&bench, 2, 1);
-  bench.Handle(Trace(2, 33));
-  Greet(&bench, 2, 2);  // robot 2 is one that has been forgotten
-  bench.Apply(ConfigChanged{testing::SmallConfig(), 8});
-  EXPECT_EQ(bench.engine.epoch(), 7);
-  EXPECT_EQ(Greet(&bench, 1, 10).last_seq, 34);
-  EXPECT_EQ(bench.HandleForReason(Trace(2, 34)), Reason::kNone);
-  EXPECT_EQ(Greet(&bench, 2, 3).last_seq, 35);
 }
 
 TEST(Epoch, ChangesWithWhatHelloTellsAndRobotsMustAskAgain) {

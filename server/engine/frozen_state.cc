@@ -11,20 +11,21 @@ namespace pheromone::engine {
 
 // The same bytes as Engine::Save (state.cc).
 FrozenState::FrozenState(Parts parts)
-    : parts_(std::move(parts)), bytes_(1 + parts_.config_bytes + parts_.end.size()) {
-  for (const Parts::Named& it : parts_.components) {
-    bytes_ += it.before.size() + it.content->bytes();
+    : parts_(std::move(parts)),
+      bytes_(1 + parts_.config_bytes + parts_.before.size() + sizeof parts_.state_hash) {
+  for (const std::unique_ptr<FrozenPart>& it : parts_.contents) {
+    bytes_ += it->bytes();
   }
 }
 
 bool FrozenState::failed() const {
-  return std::any_of(parts_.components.begin(), parts_.components.end(),
-                     [](const Parts::Named& it) { return it.content->failed(); });
+  return std::any_of(parts_.contents.begin(), parts_.contents.end(),
+                     [](const std::unique_ptr<FrozenPart>& it) { return it->failed(); });
 }
 
 void FrozenState::LetGo() {
-  for (const Parts::Named& it : parts_.components) {
-    it.content->LetGo();
+  for (const std::unique_ptr<FrozenPart>& it : parts_.contents) {
+    it->LetGo();
   }
 }
 
@@ -36,8 +37,9 @@ bool FrozenState::CopyConfig(std::string* to) {
   writer.U8(kCodecVersion);
   EncodeConfig(*parts_.config, &writer);
   writer.Flush();
+  *to += parts_.before;
   parts_.config = {};
-  stage_ = Stage::kComponents;
+  stage_ = Stage::kParts;
   return true;
 }
 
@@ -48,17 +50,17 @@ bool FrozenState::CopySome(std::string* to, int tiles) {
   if (CopyConfig(to)) {
     return true;
   }
-  for (; component_ < parts_.components.size(); ++component_) {
-    Parts::Named& part = parts_.components[component_];
-    *to += std::exchange(part.before, {});
-    if (part.content->CopySome(to, tiles)) {
+  for (; part_ < parts_.contents.size(); ++part_) {
+    if (parts_.contents[part_]->CopySome(to, tiles)) {
       return true;
     }
     if (failed()) {
       return false;
     }
   }
-  *to += parts_.end;
+  ByteWriter writer;
+  writer.U64(parts_.state_hash);
+  *to += writer.bytes();
   stage_ = Stage::kDone;
   return true;
 }

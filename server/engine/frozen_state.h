@@ -6,7 +6,7 @@
 //   while (frozen->CopySome(&bytes)) { ... }                              // events between them
 //   if (frozen->failed()) ...                                             // try again
 //
-// The freeze encodes small components and diffusing pheromones; the configuration is encoded when
+// The freeze encodes small parts and diffusing pheromones; the configuration is encoded when
 // it is copied, and cells portion by portion, 100 us each (server/field/frozen_field.h).
 //
 // One owner. CopySome and LetGo are calls to the engine and need what those need (Service has them
@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "server/engine/component.h"
 #include "server/engine/event.h"
+#include "server/engine/part.h"
 #include "server/field/frozen_field.h"
 
 namespace pheromone::engine {
@@ -36,13 +36,8 @@ class FrozenState {
     uint64_t state_hash = 0;
     SharedConfig config;
     uint64_t config_bytes = 0;
-    /// Each with the bytes that precede it.
-    struct Named {
-      std::string before;
-      std::unique_ptr<FrozenPart> content;
-    };
-    std::vector<Named> components;
-    std::string end;
+    std::string before;  ///< the bytes between the configuration and the parts
+    std::vector<std::unique_ptr<FrozenPart>> contents;  ///< of the parts
   };
 
   explicit FrozenState(Parts parts);
@@ -73,12 +68,12 @@ class FrozenState {
   void LetGo();
 
  private:
-  enum class Stage { kConfig, kComponents, kDone };
+  enum class Stage { kConfig, kParts, kDone };
 
   Parts parts_;
   uint64_t bytes_;
   Stage stage_ = Stage::kConfig;
-  size_t component_ = 0;  // the next one
+  size_t part_ = 0;  // the next one
 };
 
 }  // namespace pheromone::engine

@@ -1,7 +1,5 @@
 #include "server/engine/robot_table.h"
 
-#include <algorithm>
-
 #include "server/base/hash.h"
 #include "server/engine/wire_units.h"
 
@@ -33,25 +31,12 @@ uint64_t HashCommand(const CommandState& state) {
 
 void RobotState::StoreAnswer(const protocol::Message& request, const protocol::Message& answer,
                              uint64_t sequence) {
-  has_last = true;
   last_crc = protocol::MessageCrc(request);
   last_answer = answer;
   last_change = sequence;
 }
 
-void RobotState::ForgetRequest() {
-  has_last = false;
-  last_opcode = 0;
-  last_seq = 0;
-  last_crc = 0;
-  last_answer = {};
-  last_change = 0;
-}
-
 SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc) {
-  if (!robot.has_last) {
-    return SeqVerdict::kNew;
-  }
   const auto ahead = static_cast<uint8_t>(seq - robot.last_seq);
   if (ahead == 0) {
     return crc == robot.last_crc ? SeqVerdict::kRepeat : SeqVerdict::kReused;
@@ -113,14 +98,11 @@ field::PointUm RobotTable::DifferenceFor(LinkIndex link, uint8_t id,
   return frame != frames_.end() ? DifferenceFromMap(frame->second, difference) : difference;
 }
 
-void RobotTable::ForgetIdlest(LinkIndex link) {
+void RobotTable::ForgetAsMutant(LinkIndex link, uint8_t id) {
   Robots& robots = *by_index_[link];
-  const auto idlest = std::min_element(
-      robots.robots.begin(), robots.robots.end(),
-      [](const auto& a, const auto& b) { return a.second.last_activity < b.second.last_activity; });
-  if (idlest != robots.robots.end()) {
-    Discount(robots, idlest->first, idlest->second);
-    robots.robots.erase(idlest);
+  if (const auto found = robots.robots.find(id); found != robots.robots.end()) {
+    Discount(robots, id, found->second);
+    robots.robots.erase(found);
   }
 }
 
@@ -135,13 +117,13 @@ uint64_t RobotTable::Hash(const std::string& link_name, uint8_t id, const RobotS
           ? Hash64({1, robot.last_event->seq, static_cast<uint64_t>(robot.last_event->code),
                     static_cast<uint64_t>(robot.last_event->argument)})
           : 0;
-  const uint64_t hash = Hash64(
-      {'R', HashText(link_name), id, robot.epoch, robot.nonce,
-       robot.previous_nonce ? uint64_t{*robot.previous_nonce} + 1 : 0, robot.firmware_version,
-       robot.round_period, robot.has_last ? 1u : 0u, robot.last_opcode, robot.last_seq,
-       robot.last_crc, HashMessage(robot.last_answer), robot.last_change, robot.last_activity,
-       robot.next_command_seq, HashCommand(robot.command), last_event,
-       robot.observed ? HashObserved(*robot.observed) : 0});
+  const uint64_t hash =
+      Hash64({'R', HashText(link_name), id, robot.epoch, robot.nonce,
+              robot.previous_nonce ? uint64_t{*robot.previous_nonce} + 1 : 0,
+              robot.firmware_version, robot.round_period, robot.last_opcode, robot.last_seq,
+              robot.last_crc, HashMessage(robot.last_answer), robot.last_change,
+              robot.last_activity, robot.next_command_seq, HashCommand(robot.command), last_event,
+              robot.observed ? HashObserved(*robot.observed) : 0});
   return robot.goal ? HashStep(hash, HashOf(*robot.goal)) : hash;
 }
 

@@ -21,7 +21,7 @@ namespace pheromone::engine {
 
 /// How a mutating request's seq compares with the last accepted one (modulo 256).
 enum class SeqVerdict {
-  kNew,     ///< 1 to 128 ahead, or the last one is forgotten
+  kNew,     ///< 1 to 128 ahead
   kRepeat,  ///< the same seq and the same content: the answer was lost
   kReused,  ///< the same seq, other content
   kStale,   ///< 1 to 127 behind: a late duplicate
@@ -51,7 +51,6 @@ struct RobotState {
   uint8_t firmware_version = 0;
   uint8_t round_period = 0;  ///< as in HELLO
 
-  bool has_last = false;    ///< false only under the earlier rules: its last request is forgotten
   uint8_t last_opcode = 0;  ///< of its last change; 0: none
   uint8_t last_seq = 0;     ///< of its last change, or taken by a HELLO after that
   uint16_t last_crc = 0;    ///< of the request that has this number, as are the next two
@@ -70,8 +69,6 @@ struct RobotState {
   /// `request` has been answered and has taken the number last_seq.
   void StoreAnswer(const protocol::Message& request, const protocol::Message& answer,
                    uint64_t sequence);
-  /// Under the earlier rules, when it has booted.
-  void ForgetRequest();
 };
 
 SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc);
@@ -119,10 +116,8 @@ class RobotTable {
     pending_commands_ += entry->second.has_pending_command() ? 1u : 0u;
   }
 
-  /// Forgets the robot of a link whose last event is the oldest, under the earlier rules.
-  void ForgetIdlest(LinkIndex link);
-
-  size_t CountOn(LinkIndex link) const { return by_index_[link]->robots.size(); }
+  /// Forgets a robot, which no server does: for the mutants of checkers (server/verify).
+  void ForgetAsMutant(LinkIndex link, uint8_t id);
 
   /// Calls `visit(LinkIndex, id, const RobotState&)` for each robot of the present links.
   template <typename Visit>
@@ -148,7 +143,7 @@ class RobotTable {
   /// All robots, including those of removed links. Restore needs an empty table and comes before
   /// Configure; invalid bytes fail the reader.
   void Save(ByteWriter* writer) const;
-  void Restore(uint8_t version, ByteReader* reader);
+  void Restore(ByteReader* reader);
 
   uint64_t hash() const { return hash_; }
 

@@ -5,12 +5,10 @@
 
 #include "server/engine/event_codec.h"
 #include "server/engine/robot_table.h"
-#include "server/engine/robots_component.h"
+#include "server/engine/robots_part.h"
 
 namespace pheromone::engine {
 namespace {
-
-constexpr uint8_t kFirstVersionWithGoals = 4;
 
 template <typename T, typename Encode>
 void EncodeOptional(const std::optional<T>& value, ByteWriter* writer, Encode&& encode) {
@@ -48,7 +46,7 @@ CommandState DecodeCommand(ByteReader* reader) {
     byte = reader->U8();
   }
   state.result = reader->I16();
-  state.sent = reader->U8UpTo(RobotsComponent::kCommandTransmissions, "a command's transmissions");
+  state.sent = reader->U8UpTo(RobotsPart::kCommandTransmissions, "a command's transmissions");
   state.next_retry_ms = reader->U64();
   return state;
 }
@@ -59,7 +57,6 @@ void EncodeRobot(const RobotState& robot, ByteWriter* writer) {
   EncodeOptional(robot.previous_nonce, writer, [&](uint16_t nonce) { writer->U16(nonce); });
   writer->U8(robot.firmware_version);
   writer->U8(robot.round_period);
-  writer->Flag(robot.has_last);
   writer->U8(robot.last_opcode);
   writer->U8(robot.last_seq);
   writer->U16(robot.last_crc);
@@ -81,7 +78,7 @@ void EncodeRobot(const RobotState& robot, ByteWriter* writer) {
   EncodeOptional(robot.goal, writer, [&](const Goal& goal) { EncodeFields(goal, writer); });
 }
 
-RobotState DecodeRobot(uint8_t version, ByteReader* reader) {
+RobotState DecodeRobot(ByteReader* reader) {
   RobotState robot;
   robot.epoch = reader->U16();
   robot.nonce = reader->U16();
@@ -90,11 +87,10 @@ RobotState DecodeRobot(uint8_t version, ByteReader* reader) {
   }
   robot.firmware_version = reader->U8();
   robot.round_period = reader->U8();
-  robot.has_last = reader->Flag();
   robot.last_opcode = reader->U8();
   robot.last_seq = reader->U8();
   robot.last_crc = reader->U16();
-  DecodeFields(reader, version, &robot.last_answer);
+  DecodeFields(reader, &robot.last_answer);
   robot.last_change = reader->U64();
   robot.last_activity = reader->U64();
   robot.next_command_seq = reader->U8();
@@ -109,13 +105,13 @@ RobotState DecodeRobot(uint8_t version, ByteReader* reader) {
   }
   if (reader->Flag()) {
     ObservedPose observed;
-    DecodeFields(reader, version, &observed.pose);
+    DecodeFields(reader, &observed.pose);
     observed.until_ms = reader->U64();
     robot.observed = observed;
   }
-  if (version >= kFirstVersionWithGoals && reader->Flag()) {
+  if (reader->Flag()) {
     Goal goal;
-    DecodeFields(reader, version, &goal);
+    DecodeFields(reader, &goal);
     if (reader->ok()) {
       reader->Check(CheckRoute(goal));
     }
@@ -138,7 +134,7 @@ void RobotTable::Save(ByteWriter* writer) const {
   }
 }
 
-void RobotTable::Restore(uint8_t version, ByteReader* reader) {
+void RobotTable::Restore(ByteReader* reader) {
   for (uint32_t links = reader->Count(); links > 0 && reader->ok(); --links) {
     const std::string name = reader->Text();
     if (!by_name_.empty() && name <= by_name_.rbegin()->first) {
@@ -153,7 +149,7 @@ void RobotTable::Restore(uint8_t version, ByteReader* reader) {
         reader->Fail("robots out of order");
         return;
       }
-      const RobotState robot = DecodeRobot(version, reader);
+      const RobotState robot = DecodeRobot(reader);
       hash_ += Hash(name, id, robot);
       pending_commands_ += robot.has_pending_command() ? 1u : 0u;
       robots.robots.emplace(id, robot);

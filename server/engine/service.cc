@@ -346,7 +346,7 @@ Status Service::CancelGoal(LinkIndex link, uint8_t id) {
   return acceptable;
 }
 
-Result<uint64_t> Service::Submit(const ComponentEvent& event, std::vector<Outgoing>* out) {
+Result<uint64_t> Service::Submit(const Event& event, std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
   const Status acceptable = engine_.Check(event);
   if (!acceptable.ok()) {

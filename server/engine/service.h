@@ -113,9 +113,9 @@ class Service {
   /// stopped during the edit: then the rest follows when it accepts them again.
   Result<Applied> Edit(const field::FieldEdit& edit);
 
-  /// Logs and applies an operator's change of a component; returns its sequence number in the log.
-  /// Errors: the component refuses it, or the log does not accept changes.
-  Result<uint64_t> Submit(const ComponentEvent& event, std::vector<Outgoing>* out);
+  /// Logs and applies an operator's change of tags or nets; returns its sequence number in the log.
+  /// Errors: it is refused, or the log does not accept changes.
+  Result<uint64_t> Submit(const Event& event, std::vector<Outgoing>* out);
 
   /// Applies the poses of one tracker message; returns how many were accepted. Robots that have not
   /// sent HELLO in this epoch are skipped and counted.

@@ -24,10 +24,10 @@ TEST_F(ServiceTest, CommandsAreRetriedWhenTheirTimeHasCome) {
   issued.id = 1;
   ASSERT_TRUE(service_.Issue(issued, &out).ok());
   EXPECT_EQ(out.size(), 1u);
-  EXPECT_EQ(service_.MillisecondsToDeadline(), RobotsComponent::kFirstRetryMs);
+  EXPECT_EQ(service_.MillisecondsToDeadline(), RobotsPart::kFirstRetryMs);
   service_.AdvanceIfDue(&out);
   EXPECT_EQ(out.size(), 1u);
-  now_.boottime_ms += RobotsComponent::kFirstRetryMs;
+  now_.boottime_ms += RobotsPart::kFirstRetryMs;
   EXPECT_EQ(service_.MillisecondsToDeadline(), 0u);
   service_.AdvanceIfDue(&out);
   EXPECT_EQ(out.size(), 2u);
@@ -54,7 +54,7 @@ TEST_F(ServiceTest, ATimerIsWokenByWhatIsDueSoonerAndByNothingElse) {
   EXPECT_EQ(woken, 2);
   Handle({Deposit(1, 3, 1000, 1000, 1)});  // still later than the command
   EXPECT_EQ(woken, 2);
-  EXPECT_EQ(service_.MillisecondsToDeadline(), RobotsComponent::kFirstRetryMs);
+  EXPECT_EQ(service_.MillisecondsToDeadline(), RobotsPart::kFirstRetryMs);
 }
 
 TEST_F(ServiceTest, WhatEvaporatesIsSweptAtItsTimeWithoutAnyRequest) {

@@ -121,7 +121,7 @@ TEST_F(ServiceTest, AnObserverIsToldOfEventsThatNoMessageIs) {
   ASSERT_TRUE(service_.Edit(edit).ok());
   const PoseObserved seen{0, 1, {{1, 2}, 3}, 100};
   EXPECT_EQ(service_.Observe({&seen, 1}), 1u);
-  now_.boottime_ms += RobotsComponent::kFirstRetryMs;
+  now_.boottime_ms += RobotsPart::kFirstRetryMs;
   service_.AdvanceIfDue(&out);
   EngineConfig config = testing::SmallConfig();
   config.field.pheromones[0].tau_ms = 5;

@@ -124,11 +124,11 @@ struct pheromone::FieldCodec<pheromone::field::Shared<std::vector<T>>> {
       EncodeFields(*list, writer);
     }
   }
-  static void Decode(ByteReader* reader, uint8_t version, List* list) {
+  static void Decode(ByteReader* reader, List* list) {
     *list = {};
     if (reader->Flag()) {
       std::vector<T> items;
-      DecodeFields(reader, version, &items);
+      DecodeFields(reader, &items);
       *list = List(std::move(items));
     }
   }
@@ -152,7 +152,7 @@ struct pheromone::FieldCodec<pheromone::field::Shared<pheromone::field::Obstacle
   using Mask = field::Shared<field::ObstacleMask>;
 
   static void Encode(const Mask& mask, ByteWriter* writer);
-  static void Decode(ByteReader* reader, uint8_t version, Mask* mask);
+  static void Decode(ByteReader* reader, Mask* mask);
   static uint64_t Hash(const Mask& mask);
   static Status Check(const Mask& mask, const std::string& name);
   static size_t BytesAtMost(const Mask& mask);

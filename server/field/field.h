@@ -118,10 +118,8 @@ class Field {
   /// there is one, null. What is changed before it was copied is kept: up to `most_kept_bytes`.
   std::unique_ptr<FrozenField> Freeze(uint64_t most_kept_bytes) const;
   /// A field that continues as the saved one would have, to the bit. Null, and a failure of the
-  /// reader, if this cannot be the state of a field with that configuration. `version`: of the
-  /// bytes, as the reader of a description of fields has it (server/base/fields.h).
-  static constexpr uint8_t kNewestVersion = UINT8_MAX;
-  static std::unique_ptr<Field> Restore(std::shared_ptr<const FieldConfig> config, uint8_t version,
+  /// reader, if this cannot be the state of a field with that configuration.
+  static std::unique_ptr<Field> Restore(std::shared_ptr<const FieldConfig> config,
                                         ByteReader* reader, const Kernel& kernel = BestKernel());
   /// A copy that continues as this one does: Save and Restore.
   std::unique_ptr<Field> Clone() const;
@@ -251,7 +249,7 @@ class Field {
   const Setup& current() const { return *setup_.load(std::memory_order_relaxed); }
   void Publish(std::unique_ptr<Setup> setup);
   void SaveRest(ByteWriter* writer) const;
-  void RestoreWorks(uint8_t version, ByteReader* reader);
+  void RestoreWorks(ByteReader* reader);
   void HashNodes(ByteReader* reader);
 
   template <typename Visit>

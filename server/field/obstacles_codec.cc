@@ -82,7 +82,7 @@ void MaskCodec::Encode(const Mask& mask, ByteWriter* writer) {
   }
 }
 
-void MaskCodec::Decode(ByteReader* reader, uint8_t version, Mask* to) {
+void MaskCodec::Decode(ByteReader* reader, Mask* to) {
   *to = {};
   if (!reader->Flag()) {
     return;
@@ -100,7 +100,7 @@ void MaskCodec::Decode(ByteReader* reader, uint8_t version, Mask* to) {
   int64_t next = 0;  // in order, so that each mask has exactly one encoding
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     NodeIndex block;
-    DecodeFields(reader, version, &block);
+    DecodeFields(reader, &block);
     const bool on_map = block.column >= 0 && block.column < BlocksAlong(columns) &&
                         block.row >= 0 && block.row < BlocksAlong(rows);
     const int64_t key = int64_t{block.row} * BlocksAlong(columns) + block.column;

@@ -12,9 +12,6 @@
 namespace pheromone::field {
 namespace {
 
-// Earlier bytes have no changes in progress.
-constexpr uint8_t kFirstVersionWithWork = 2;
-
 // A tile's position in the order of the sweep, leaf by leaf.
 struct TilePlace {
   uint32_t leaf = 0;
@@ -222,7 +219,7 @@ void Field::SaveRest(ByteWriter* writer) const {
 }
 
 // The earlier laws, and the changes in progress.
-void Field::RestoreWorks(uint8_t version, ByteReader* reader) {
+void Field::RestoreWorks(ByteReader* reader) {
   is_rebasing_ = reader->Flag();
   if (is_rebasing_) {
     rebase_type_ = reader->U8UpTo(kTypes - 1, "a pheromone type");
@@ -246,7 +243,7 @@ void Field::RestoreWorks(uint8_t version, ByteReader* reader) {
     reader->Fail("too many changes in progress");
   }
   for (; left > 0 && reader->ok(); --left) {
-    works_.push_back(RestoreWork(config(), version, reader));
+    works_.push_back(RestoreWork(config(), reader));
     budget_.used_bytes += works_.back().reserved_bytes;
   }
 }
@@ -262,8 +259,8 @@ void Field::HashNodes(ByteReader* reader) {
   });
 }
 
-std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config, uint8_t version,
-                                      ByteReader* reader, const Kernel& kernel) {
+std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config, ByteReader* reader,
+                                      const Kernel& kernel) {
   std::unique_ptr<Field> field(new Field(std::move(config), kernel, Empty{}));
   const MapGeometry& map = field->config().map;
   // The limit may have been lowered below the present use.
@@ -294,8 +291,8 @@ std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config,
       sweep.leaf >= field->layers_.cells[1]->leaf_count()) {
     reader->Fail("the sweep is not on the map");
   }
-  if (version >= kFirstVersionWithWork && reader->ok()) {
-    field->RestoreWorks(version, reader);
+  if (reader->ok()) {
+    field->RestoreWorks(reader);
   }
   if (reader->ok()) {
     field->HashNodes(reader);
@@ -308,7 +305,7 @@ std::unique_ptr<Field> Field::Clone() const {
   ByteWriter writer;
   Save(&writer);
   ByteReader reader(writer.bytes());
-  return Restore(current().shared, kNewestVersion, &reader, kernel_);
+  return Restore(current().shared, &reader, kernel_);
 }
 
 }  // namespace pheromone::field

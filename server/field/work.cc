@@ -20,9 +20,9 @@ uint64_t HashEdit(const FieldEdit& edit) {
   return hash;
 }
 
-FieldEdit RestoreEdit(uint8_t version, ByteReader* reader) {
+FieldEdit RestoreEdit(ByteReader* reader) {
   FieldEdit edit;
-  DecodeFields(reader, version, &edit);
+  DecodeFields(reader, &edit);
   if (edit.type >= kTypes || !CheckShape(edit).ok()) {
     reader->Fail("an edit under way that no edit can be");
   }
@@ -131,7 +131,7 @@ void SaveWork(const Work& work, ByteWriter* writer) {
   }
 }
 
-Work RestoreWork(const FieldConfig& config, uint8_t version, ByteReader* reader) {
+Work RestoreWork(const FieldConfig& config, ByteReader* reader) {
   Work work;
   work.id = reader->U64();
   work.kind = static_cast<Work::Kind>(
@@ -150,7 +150,7 @@ Work RestoreWork(const FieldConfig& config, uint8_t version, ByteReader* reader)
     }
     return work;
   }
-  work.edit = RestoreEdit(version, reader);
+  work.edit = RestoreEdit(reader);
   Result<Raster> raster =
       reader->ok() ? RasterFor(work.edit, config.map) : Result<Raster>(Raster{});
   if (!raster.ok()) {

@@ -83,7 +83,7 @@ struct FinishedWork {
 /// Encodes and decodes a change; the raster is recomputed. Invalid data is a failure of the reader.
 /// `config` is that of the field.
 void SaveWork(const Work& work, ByteWriter* writer);
-Work RestoreWork(const FieldConfig& config, uint8_t version, ByteReader* reader);
+Work RestoreWork(const FieldConfig& config, ByteReader* reader);
 uint64_t HashWork(const Work& work);
 
 }  // namespace pheromone::field

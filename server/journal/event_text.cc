@@ -7,8 +7,6 @@
 
 #include "protocol/tag_messages.h"
 #include "server/engine/event_codec.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::journal {
 namespace {
@@ -129,14 +127,12 @@ struct Describer {
     Add("value", it.edit.level, values);
     Add("code", static_cast<int>(it.edit.shape), values);
   }
-  void operator()(const engine::ComponentEvent& it) const {
-    AddWord("event",
-            it.kind == engine::TagsChanged::kKind   ? "tags_changed"
-            : it.kind == engine::NetsChanged::kKind ? "nets_changed"
-                                                    : "component",
-            values);
-    Add("value", it.bytes.size(), values);
-    Add("code", static_cast<int>(it.kind), values);
+  void operator()(const engine::TagsChanged& it) const {
+    AddWord("event", "tags_changed", values);
+    Add("code", it.change.index(), values);
+  }
+  void operator()(const engine::NetsChanged& /*it*/) const {
+    AddWord("event", "nets_changed", values);
   }
   void operator()(const engine::PoseObserved& it) const {
     AddWord("event", "observed", values);

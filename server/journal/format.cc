@@ -52,18 +52,7 @@ std::string Sealed(ByteWriter* writer) {
   return writer->Take();
 }
 
-struct Versions {
-  uint32_t oldest;
-  uint32_t newest;
-  bool Know(uint32_t version) const { return version >= oldest && version <= newest; }
-  std::string Text() const {
-    return (oldest == newest ? "" : std::to_string(oldest) + " to ") + std::to_string(newest);
-  }
-};
-constexpr Versions kSegmentVersions{kOldestSegmentVersion, kSegmentVersion};
-constexpr Versions kSnapshotVersions{kSnapshotVersion, kSnapshotVersion};
-
-Status CheckHeader(std::string_view bytes, std::string_view magic, size_t size, Versions versions,
+Status CheckHeader(std::string_view bytes, std::string_view magic, size_t size,
                    std::string_view what) {
   if (bytes.size() < size) {
     return Error{"header truncated after " + std::to_string(bytes.size()) + " bytes"};
@@ -75,9 +64,10 @@ Status CheckHeader(std::string_view bytes, std::string_view magic, size_t size, 
     return Error{"damaged header: checksum mismatch"};
   }
   const uint32_t version = U32At(bytes, magic.size());
-  if (!versions.Know(version)) {
-    return Error{"has version " + std::to_string(version) + ", but this program supports " +
-                 versions.Text()};
+  if (version != kFileVersion) {
+    return Error{"has version " + std::to_string(version) + ", but this program reads version " +
+                 std::to_string(kFileVersion) +
+                 "; use the program that wrote it, or another journal folder"};
   }
   return Ok();
 }
@@ -126,7 +116,7 @@ std::string EncodeHeader(const SegmentHeader& header) {
   for (const char c : kSegmentMagic) {
     writer.U8(static_cast<uint8_t>(c));
   }
-  writer.U32(kSegmentVersion);
+  writer.U32(kFileVersion);
   writer.U32(header.relaxed ? kFlagRelaxed : 0);
   writer.U64(header.ordinal);
   writer.U64(header.first_sequence);
@@ -134,8 +124,7 @@ std::string EncodeHeader(const SegmentHeader& header) {
 }
 
 Result<SegmentHeader> DecodeSegmentHeader(std::string_view bytes) {
-  const Status good =
-      CheckHeader(bytes, kSegmentMagic, kSegmentHeaderBytes, kSegmentVersions, "a segment");
+  const Status good = CheckHeader(bytes, kSegmentMagic, kSegmentHeaderBytes, "a segment");
   if (!good.ok()) {
     return Error{good.error()};
   }
@@ -155,7 +144,7 @@ std::string EncodeHeader(const SnapshotHeader& header) {
   for (const char c : kSnapshotMagic) {
     writer.U8(static_cast<uint8_t>(c));
   }
-  writer.U32(kSnapshotVersion);
+  writer.U32(kFileVersion);
   writer.U64(header.sequence);
   writer.U64(header.stamp.field_time_ms);
   writer.I64(header.stamp.utc_ms);
@@ -164,8 +153,7 @@ std::string EncodeHeader(const SnapshotHeader& header) {
 }
 
 Result<SnapshotHeader> DecodeSnapshotHeader(std::string_view bytes) {
-  const Status good =
-      CheckHeader(bytes, kSnapshotMagic, kSnapshotHeaderBytes, kSnapshotVersions, "a snapshot");
+  const Status good = CheckHeader(bytes, kSnapshotMagic, kSnapshotHeaderBytes, "a snapshot");
   if (!good.ok()) {
     return Error{good.error()};
   }
@@ -184,8 +172,7 @@ bool IsOfAnotherVersion(std::string_view bytes) {
                       : bytes.starts_with(kSnapshotMagic) ? kSnapshotHeaderBytes
                                                           : SIZE_MAX;
   return bytes.size() >= size && Crc32c(bytes.substr(0, size - 4)) == U32At(bytes, size - 4) &&
-         !(is_segment ? kSegmentVersions : kSnapshotVersions)
-              .Know(U32At(bytes, kSegmentMagic.size()));
+         U32At(bytes, kSegmentMagic.size()) != kFileVersion;
 }
 
 void AppendEvent(uint64_t sequence, const engine::Stamp& stamp, const engine::Event& event,

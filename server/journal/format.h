@@ -21,10 +21,8 @@
 
 namespace pheromone::journal {
 
-/// Version 1 of a segment has no events in pieces.
-constexpr uint32_t kSegmentVersion = 2;
-constexpr uint32_t kOldestSegmentVersion = 1;
-constexpr uint32_t kSnapshotVersion = 1;
+/// Of segments and snapshots.
+constexpr uint32_t kFileVersion = 1;
 
 /// "00000042.segment": segments in the order in which they were begun.
 std::string SegmentName(uint64_t ordinal);

@@ -54,7 +54,7 @@ TEST(Format, TheBytesAreThoseOfTheDescription) {
   const std::string file = SmallSegment();
   const std::string head = file.substr(0, 32);
   EXPECT_EQ(Hex(head), Hex("PHEROLOG") +
-                           "02000000"
+                           "01000000"
                            "00000000"
                            "0300000000000000"
                            "2900000000000000");
@@ -73,7 +73,7 @@ TEST(Format, TheBytesAreThoseOfTheDescription) {
             "2900000000000000"
             "e803000000000000"
             "fbffffffffffffff"
-            "0402");
+            "0102");
   EXPECT_EQ(Hex(file.substr(96, 17)),
             "03"
             "2900000000000000"
@@ -144,18 +144,12 @@ TEST(Format, AnotherVersionIsNoDamage) {
   std::string file = SmallSegment();
   EXPECT_FALSE(IsOfAnotherVersion(file));
   file[8] = 3;
-  EXPECT_FALSE(IsOfAnotherVersion(file));  // its checksum says that this is a damaged 2
+  EXPECT_FALSE(IsOfAnotherVersion(file));  // its checksum says that this is a damaged 1
   file.replace(32, 4, LittleEndian(Crc32c(file.substr(0, 32))));
   EXPECT_TRUE(IsOfAnotherVersion(file));
-  EXPECT_EQ(DecodeSegmentHeader(file).error(), "has version 3, but this program supports 1 to 2");
-}
-
-TEST(Format, VersionOneIsRead) {
-  std::string file = SmallSegment();
-  file[8] = 1;
-  file.replace(32, 4, LittleEndian(Crc32c(file.substr(0, 32))));
-  EXPECT_FALSE(IsOfAnotherVersion(file));
-  EXPECT_EQ(DecodeSegmentHeader(file).value(), (SegmentHeader{3, 41, false}));
+  EXPECT_EQ(DecodeSegmentHeader(file).error(),
+            "has version 3, but this program reads version 1; use the program that wrote it, or "
+            "another journal folder");
 }
 
 // From README.md, by hand.

@@ -28,7 +28,7 @@ class RecoveryTest : public ::testing::Test {
     JournalSettings settings = SmallJournal();
     settings.segment_bytes = 1 << 20;
     settings.queue_bytes = 1 << 20;
-    lives_ = std::make_unique<Lives>(&folder_, settings, 5);
+    lives_ = std::make_unique<Lives>(&folder_, settings, 7);
     ASSERT_EQ(lives_->Begin(), "");
     for (int group = 0; group < 12; ++group) {
       for (int i = 0; i < 5; ++i) {
@@ -246,7 +246,8 @@ TEST_F(RecoveryTest, AnotherVersionIsRefusedAndLeftAlone) {
   Segment().replace(32, 4, checksum.bytes());
   const std::string before = Segment();
   EXPECT_EQ(Recover(folder_).error(),
-            "journal/00000001.segment: has version 9, but this program supports 1 to 2");
+            "journal/00000001.segment: has version 9, but this program reads version 1; use the "
+            "program that wrote it, or another journal folder");
   EXPECT_NE(lives_->Begin(), "");
   EXPECT_EQ(Segment(), before);
 }

@@ -301,7 +301,7 @@ void LiveNet::Save(ByteWriter* writer) const {
 }
 
 void LiveNet::Restore(ByteReader* reader) {
-  DecodeFields(reader, AllLiveSettings::kVersion, &state_);
+  DecodeFields(reader, &state_);
   if (reader->ok()) {
     reader->Check(CheckState());
   }

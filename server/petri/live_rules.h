@@ -107,17 +107,6 @@ struct LiveSettings {
   static constexpr int64_t kMaxPeriodMs = 60'000;
 };
 
-struct AllLiveSettings {
-  static constexpr uint8_t kVersion = 1;
-  std::vector<LiveSettings> nets{};
-  bool operator==(const AllLiveSettings&) const = default;
-
-  template <typename Self, typename Visit>
-  static void Fields(Self& it, Visit&& visit) {
-    visit("nets", it.nets);
-  }
-};
-
 struct LiveRules {
   struct AtTag {
     std::array<std::vector<uint32_t>, static_cast<size_t>(kLastLiveAction) + 1> by_action{};

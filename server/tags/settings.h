@@ -33,8 +33,6 @@ struct TagSettings {
 };
 
 struct Settings {
-  static constexpr uint8_t kVersion = 1;
-
   std::vector<TagSettings> tags{};
   std::vector<std::string> privileged{};  ///< unique IDs of authors whose blocks are never dropped
   bool operator==(const Settings&) const = default;

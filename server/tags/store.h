@@ -1,5 +1,5 @@
 // All virtual RFID tags of a map with what is written on them, and the symbol tables: the state of
-// the engine's component (server/engine/tags_component.h).
+// the engine's component (server/engine/tags_part.h).
 //
 //   Store store;
 //   store.Configure(settings);

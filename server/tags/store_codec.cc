@@ -150,7 +150,7 @@ void Store::Restore(const Settings& settings, ByteReader* reader) {
   }
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     Row row;
-    DecodeFields(reader, Settings::kVersion, &row);
+    DecodeFields(reader, &row);
     if (reader->ok() && !symbols_.Restore(row)) {
       reader->Fail("a row of the symbol tables contradicts one before it");
     }

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "protocol/tag_messages.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::verify {
 namespace {
@@ -20,7 +19,7 @@ constexpr uint16_t kTag = 1;
 constexpr int32_t kAuthor = 15;
 constexpr uint16_t kEarlierNonce = 0xFFFF;  // of the boot in which the robot told its number
 
-engine::EngineConfig ConfigFor(ChangeKind kind, uint16_t robots_per_link) {
+engine::EngineConfig ConfigFor(ChangeKind kind) {
   field::PheromoneLaw law;
   law.type = kType;
   law.name = "path";
@@ -36,10 +35,8 @@ engine::EngineConfig ConfigFor(ChangeKind kind, uint16_t robots_per_link) {
   config.field.pheromones = {law};
   config.field.memory_bytes = 1 << 20;
   config.links = {{"radio-a", 1, 40}};
-  config.robots_per_link = robots_per_link;
   if (kind != ChangeKind::kDeposit) {
-    config.components = {
-        engine::TagsComponent::ConfigOf({.tags = {{.name = "tag", .slots = kMaxWrites}}})};
+    config.tags.tags = {{.name = "tag", .slots = kMaxWrites}};
   }
   return config;
 }
@@ -54,15 +51,15 @@ void Apply(const Request& request, Engine* server) {
 }
 
 const tags::Tag& TagOn(const Engine& server) {
-  return engine::FindIn<engine::TagsComponent>(server.components())->store().Find(kTag)->tag;
+  return server.tags().Find(kTag)->tag;
 }
 
 }  // namespace
 
-Engine ServerFor(ChangeKind kind, uint16_t robots_per_link) {
+Engine ServerFor(ChangeKind kind) {
   Engine server;
   std::vector<engine::Outgoing> none;
-  server.Apply(1, {1, 0}, engine::ConfigChanged{ConfigFor(kind, robots_per_link), 7}, &none);
+  server.Apply(1, {1, 0}, engine::ConfigChanged{ConfigFor(kind), 7}, &none);
   if (kind != ChangeKind::kDeposit) {
     constexpr std::string_view kId = "123-233-201";
     protocol::SymbolRequest symbol{kChangesRobot,       1, protocol::SymbolKind::kRobot, kAuthor,

@@ -2,7 +2,7 @@
 // server's state tells how often it was made: deposits, of which the level of a node is the number,
 // or WRITEs of a tag, of which the generation of a slot is.
 //
-//   Engine server = ServerFor(ChangeKind::kWrite, 0);
+//   Engine server = ServerFor(ChangeKind::kWrite);
 //   exchange.message = WriteOf(ChangeKind::kWrite, 2);   // the third change
 //   ...
 //   if (TimesMade(ChangeKind::kWrite, server, 2) != 1) ...
@@ -37,8 +37,7 @@ inline bool IsOfTags(uint8_t opcode) {
 }
 
 /// A server that has been started. It knows the robot that is to write on tags from before.
-/// `robots_per_link`: EngineConfig.
-engine::Engine ServerFor(ChangeKind kind, uint16_t robots_per_link);
+engine::Engine ServerFor(ChangeKind kind);
 client::Parameters RobotFor(ChangeKind kind, uint16_t boot_counter);
 /// The request, for client::Conversation::Ask; only of tags.
 protocol::Message WriteOf(ChangeKind kind, int change);

@@ -33,7 +33,6 @@ void WriteRobot(const engine::RobotState* robot, ByteWriter* writer) {
     writer->U16(robot->epoch);
     writer->U16(robot->nonce);
     writer->U16(robot->previous_nonce.value_or(0));
-    writer->Flag(robot->has_last);
     writer->U8(robot->last_opcode);
     writer->U8(robot->last_seq);
     writer->U16(robot->last_crc);

@@ -116,14 +116,15 @@ TEST(Radio, ThroughEverything) {
                 .in_flight = 1});
 }
 
-// The faults that these rules are for come back with the earlier ones.
+// The faults that the server's rules are for come back without them.
 TEST(Mutant, ServerThatForgetsARobot) {
-  ExpectRefuted({.changes = 2, .in_flight = 1, .other_robots = 1, .robots_per_link = 1},
-                "change 0 was made 2 times");
+  ExpectRefuted(
+      {.changes = 2, .in_flight = 1, .other_robots = 1, .server = ServerMutant::kForgetsRobot},
+      "change 0 was made 2 times");
 }
 
 TEST(Mutant, ServerThatForgetsTheLastRequestAtHello) {
-  ExpectRefuted({.changes = 1, .power_losses = 1, .robots_per_link = 254},
+  ExpectRefuted({.changes = 1, .power_losses = 1, .server = ServerMutant::kForgetsRequest},
                 "change 0 was made 2 times");
 }
 
@@ -174,15 +175,17 @@ TEST(TagMutant, ServerThatForgetsARobot) {
                             .changes = 2,
                             .in_flight = 1,
                             .other_robots = 1,
-                            .robots_per_link = 1};
+                            .server = ServerMutant::kForgetsRobot};
   ExpectRefuted(limits, "change 0 was made 2 times");
   limits.kind = ChangeKind::kConditionalWrite;
   ExpectRefuted(limits, "change 0 was refused and is made");  // its generation has changed
 }
 
 TEST(TagMutant, ServerThatForgetsTheLastRequestAtHello) {
-  ConversationLimits limits{
-      .kind = ChangeKind::kWrite, .changes = 1, .power_losses = 1, .robots_per_link = 254};
+  ConversationLimits limits{.kind = ChangeKind::kWrite,
+                            .changes = 1,
+                            .power_losses = 1,
+                            .server = ServerMutant::kForgetsRequest};
   ExpectRefuted(limits, "change 0 was made 2 times");
   limits.kind = ChangeKind::kConditionalWrite;
   ExpectRefuted(limits, "change 0 was refused and is made");

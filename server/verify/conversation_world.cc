@@ -15,12 +15,33 @@ constexpr uint16_t kFirstBoot = 1;
 constexpr uint32_t kPatienceMs = 30'000;
 constexpr uint32_t kSilenceMs = 30'000;
 
+void ForgetRobot(const Message& request, engine::Engine* server) {
+  if (request.opcode == protocol::kHello && request.id != kChangesRobot) {
+    server->ForgetAsMutant(0, kChangesRobot);
+  }
+}
+
+// With the robot: its HELLO is answered as that of an unknown one.
+void ForgetRequest(const Message& request, engine::Engine* server) {
+  protocol::HelloRequest hello;
+  const engine::RobotState* const robot = server->robots().Find(0, request.id);
+  if (protocol::Decode(request, &hello) && robot != nullptr && robot->nonce != hello.nonce) {
+    server->ForgetAsMutant(0, request.id);
+  }
+}
+
+SharedEngine::Mutation MutationOf(ServerMutant mutant) {
+  return mutant == ServerMutant::kForgetsRobot     ? ForgetRobot
+         : mutant == ServerMutant::kForgetsRequest ? ForgetRequest
+                                                   : nullptr;
+}
+
 }  // namespace
 
 ConversationWorld::ConversationWorld(const ConversationLimits& limits)
     : left_(limits),
       robot_(RobotFor(limits.kind, boot_counter_), &memory_),
-      server_(SharedEngine::Of(ServerFor(limits.kind, limits.robots_per_link))),
+      server_(SharedEngine::Of(ServerFor(limits.kind), MutationOf(limits.server))),
       durable_(server_),
       told_(static_cast<size_t>(limits.changes)) {
   AskForChange();

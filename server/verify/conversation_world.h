@@ -28,6 +28,13 @@
 
 namespace pheromone::verify {
 
+/// Servers that are to be refuted.
+enum class ServerMutant : uint8_t {
+  kNone,
+  kForgetsRobot,    ///< when another robot says HELLO
+  kForgetsRequest,  ///< the last one of a robot that says HELLO with a new nonce
+};
+
 /// What may happen, and how often.
 struct ConversationLimits {
   ChangeKind kind = ChangeKind::kDeposit;
@@ -39,8 +46,8 @@ struct ConversationLimits {
   int silences = 0;      ///< after which a robot that was answered before says HELLO again
   size_t in_flight = 2;  ///< frames in each direction
   int other_robots = 0;  ///< that say HELLO
-  /// Mutants. Not 0: the server's rules are the earlier ones (EngineConfig).
-  uint16_t robots_per_link = 0;
+  /// Mutants.
+  ServerMutant server = ServerMutant::kNone;
   bool takes_numbers_back = false;  ///< after a warm reset the robot trusts HELLO's answer alone
   bool repeats_with_pose = false;   ///< the robot repeats a WRITE with its present pose
 };

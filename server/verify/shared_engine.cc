@@ -15,9 +15,12 @@ std::shared_ptr<const SharedEngine> SharedEngine::After(engine::LinkIndex link,
   std::shared_ptr<const SharedEngine> next = successor.server.lock();
   if (next == nullptr) {
     engine::Engine copy = engine_;
+    if (mutation_ != nullptr) {
+      mutation_(request, &copy);
+    }
     successor.out.clear();
     copy.Apply(copy.sequence() + 1, {1, 0}, received, &successor.out);
-    next = Of(std::move(copy));
+    next = Of(std::move(copy), mutation_);
     successor.server = next;
   }
   out->insert(out->end(), successor.out.begin(), successor.out.end());

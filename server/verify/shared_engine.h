@@ -21,10 +21,15 @@ namespace pheromone::verify {
 
 class SharedEngine {
  public:
-  static std::shared_ptr<const SharedEngine> Of(engine::Engine engine) {
-    return std::make_shared<const SharedEngine>(std::move(engine));
+  /// What a mutant does to the engine before it applies a request. Null: nothing.
+  using Mutation = void (*)(const protocol::Message& request, engine::Engine* engine);
+
+  static std::shared_ptr<const SharedEngine> Of(engine::Engine engine,
+                                                Mutation mutation = nullptr) {
+    return std::make_shared<const SharedEngine>(std::move(engine), mutation);
   }
-  explicit SharedEngine(engine::Engine engine) : engine_(std::move(engine)) {}
+  SharedEngine(engine::Engine engine, Mutation mutation)
+      : engine_(std::move(engine)), mutation_(mutation) {}
 
   const engine::Engine& operator*() const { return engine_; }
   const engine::Engine* operator->() const { return &engine_; }
@@ -41,6 +46,7 @@ class SharedEngine {
   };
 
   engine::Engine engine_;
+  Mutation mutation_;
   mutable std::map<std::string, Successor> successors_;  // by link and request
 };
 

@@ -69,23 +69,29 @@ json::object ToJson(const control::TagView& view, bool with_contents) {
 }
 
 // What is missing or wrong is noted.
-void ReadTag(const control::Control& control, Parameters* fields, TagsChanged* change) {
+uint16_t ReadTag(const control::Control& control, Parameters* fields) {
   const auto name = fields->String("tag");
   const auto number = name ? control.FindTag(*name) : std::nullopt;
   if (name && !number) {
     fields->Expected("tag", "the name of a tag");
   }
-  change->tag = number.value_or(0);
+  return number.value_or(0);
 }
 
-void ReadExpected(Parameters* fields, TagsChanged* change) {
-  if (fields->Has("expected")) {
-    change->has_expected = true;
-    change->expected = static_cast<uint16_t>(fields->Integer("expected", 0, 0xFFFF).value_or(0));
-  }
+std::optional<uint8_t> ReadSlot(Parameters* fields) {
+  const auto slot = fields->Integer("slot", 0, tags::kMaxSlots - 1);
+  return slot ? std::optional(static_cast<uint8_t>(*slot)) : std::nullopt;
 }
 
-void ReadWrite(Parameters* fields, TagsChanged* change) {
+std::optional<uint16_t> ReadExpected(Parameters* fields) {
+  return fields->Has("expected") ? std::optional(static_cast<uint16_t>(
+                                       fields->Integer("expected", 0, 0xFFFF).value_or(0)))
+                                 : std::nullopt;
+}
+
+TagsChanged::Write ReadWrite(const control::Control& control, Parameters* fields) {
+  TagsChanged::Write write;
+  write.tag = ReadTag(control, fields);
   const auto author = fields->Integer("author", 1, kMostWord);
   const auto time_s = fields->Integer("time_s", 0, 0xFFFFFFFF, 0);
   const auto words = fields->Integers("block", kStatementWords);
@@ -101,26 +107,28 @@ void ReadWrite(Parameters* fields, TagsChanged* change) {
     const auto term = [&](size_t at) {
       return tags::Term{static_cast<int32_t>((*words)[at]), static_cast<int32_t>((*words)[at + 1])};
     };
-    change->block = {static_cast<int32_t>(author.value_or(0)),
-                     static_cast<uint32_t>(time_s.value_or(0)), term(0), term(2), term(4)};
+    write.block = {static_cast<int32_t>(author.value_or(0)),
+                   static_cast<uint32_t>(time_s.value_or(0)), term(0), term(2), term(4)};
   }
   if (fields->Has("slot")) {
-    change->has_slot = true;
-    change->slot =
-        static_cast<uint8_t>(fields->Integer("slot", 0, tags::kMaxSlots - 1).value_or(0));
+    write.slot = ReadSlot(fields);
   }
-  ReadExpected(fields, change);
-  change->is_state = fields->Boolean("replace", false).value_or(false);
-  change->lease_ms = static_cast<uint32_t>(
+  write.expected = ReadExpected(fields);
+  write.is_state = fields->Boolean("replace", false).value_or(false);
+  write.lease_ms = static_cast<uint32_t>(
       fields->Number("lease_s", 0, tags::kMaxLeaseMs / 1000, 0).value_or(0) * 1000);
   fields->AllowOnly(
       {"action", "tag", "author", "time_s", "block", "slot", "expected", "replace", "lease_s"});
+  return write;
 }
 
-void ReadErase(Parameters* fields, TagsChanged* change) {
-  change->slot = static_cast<uint8_t>(fields->Integer("slot", 0, tags::kMaxSlots - 1).value_or(0));
-  ReadExpected(fields, change);
+TagsChanged::Erase ReadErase(const control::Control& control, Parameters* fields) {
+  TagsChanged::Erase erase;
+  erase.tag = ReadTag(control, fields);
+  erase.slot = ReadSlot(fields).value_or(0);
+  erase.expected = ReadExpected(fields);
   fields->AllowOnly({"action", "tag", "slot", "expected"});
+  return erase;
 }
 
 void ReadRow(Parameters* fields, tags::Row* row) {
@@ -188,15 +196,11 @@ void ChangeTags(control::Control* control, Parameters* fields, Respond respond) 
   TagsChanged change;
   const auto action = fields->String("action");
   if (action == "define") {
-    change.action = TagsChanged::Action::kDefine;
-    ReadRow(fields, &change.row);
+    ReadRow(fields, &change.change.emplace<TagsChanged::Define>().row);
   } else if (action == "erase") {
-    change.action = TagsChanged::Action::kErase;
-    ReadTag(*control, fields, &change);
-    ReadErase(fields, &change);
+    change.change = ReadErase(*control, fields);
   } else if (action == "write") {
-    ReadTag(*control, fields, &change);
-    ReadWrite(fields, &change);
+    change.change = ReadWrite(*control, fields);
   } else if (action) {
     fields->Expected("action", "one of write, erase, define");
   }

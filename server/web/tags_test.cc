@@ -64,12 +64,11 @@ TEST_F(TagsApiTest, ABlockIsWritten) {
                  R"("time_s":5,"slot":0,"expected":65535,"replace":true,"lease_s":60.5})"),
             "{\"done\":true}\n");
   ASSERT_EQ(control_.tag_changes.size(), 1u);
-  const engine::TagsChanged& change = control_.tag_changes[0];
-  EXPECT_EQ(change.action, engine::TagsChanged::Action::kWrite);
+  const auto& change = std::get<engine::TagsChanged::Write>(control_.tag_changes[0].change);
   EXPECT_EQ(change.tag, 4);
   EXPECT_EQ(change.block, (tags::Block{15, 5, {-17, 15}, {3, 4}, {-3, -244}}));
-  EXPECT_TRUE(change.has_slot && change.slot == 0);
-  EXPECT_TRUE(change.has_expected && change.expected == 65'535);
+  EXPECT_EQ(change.slot, 0);
+  EXPECT_EQ(change.expected, 65'535);
   EXPECT_TRUE(change.is_state);
   EXPECT_EQ(change.lease_ms, 60'500u);
 }
@@ -78,10 +77,11 @@ TEST_F(TagsApiTest, ABlockIsErasedAndASymbolDefined) {
   Post(R"({"action":"erase","tag":"door","slot":1})");
   Post(R"({"action":"define","kind":"string","robot":15,"number":7,"text":"x"})");
   ASSERT_EQ(control_.tag_changes.size(), 2u);
-  EXPECT_EQ(control_.tag_changes[0].action, engine::TagsChanged::Action::kErase);
-  EXPECT_EQ(control_.tag_changes[0].slot, 1);
-  EXPECT_FALSE(control_.tag_changes[0].has_expected);
-  EXPECT_EQ(control_.tag_changes[1].row, (tags::Row{tags::RowKind::kString, 15, 7, "x"}));
+  const auto& erased = std::get<engine::TagsChanged::Erase>(control_.tag_changes[0].change);
+  EXPECT_EQ(erased.slot, 1);
+  EXPECT_FALSE(erased.expected);
+  const auto& defined = std::get<engine::TagsChanged::Define>(control_.tag_changes[1].change);
+  EXPECT_EQ(defined.row, (tags::Row{tags::RowKind::kString, 15, 7, "x"}));
 }
 
 TEST_F(TagsApiTest, MistakesAreNamed) {

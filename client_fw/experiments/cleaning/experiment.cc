@@ -7,8 +7,6 @@
 #include <numbers>
 #include <random>
 
-#include "server/engine/tags_component.h"
-
 namespace pheromone::swarm {
 namespace {
 
@@ -39,7 +37,7 @@ engine::EngineConfig ServerOf(const CleaningExperiment& experiment) {
   for (int i = 0; i < experiment.channels; ++i) {
     config.links.push_back(experiment.timing.Link(fmt::format("radio-{}", i + 1)));
   }
-  tags::Settings tags;
+  tags::Settings& tags = config.tags;
   for (int zone = 0; zone < grid.zones(); ++zone) {
     tags.tags.push_back({.name = fmt::format("zone-{}", zone + 1),
                          .x_um = Um(grid.CentreX(zone)),
@@ -47,7 +45,6 @@ engine::EngineConfig ServerOf(const CleaningExperiment& experiment) {
                          .range_um = Um(kRangeOfZone * grid.zone_m),
                          .slots = static_cast<uint8_t>(experiment.slots)});
   }
-  config.components = {engine::TagsComponent::ConfigOf(tags)};
   return config;
 }
 

@@ -7,7 +7,6 @@
 #include "client_fw/core/cleaner.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -18,14 +17,13 @@ constexpr int64_t kMeter = 1'000'000;
 SimulationConfig Row(int zones, int robots) {
   SimulationConfig config;
   config.engine = EngineConfigOf(PathExperiment());
-  tags::Settings tags;
+  tags::Settings& tags = config.engine.tags;
   for (int i = 0; i < zones; ++i) {
     tags.tags.push_back({.name = "zone-" + std::to_string(i + 1),
                          .x_um = kMeter / 2 + i * kMeter,
                          .y_um = kMeter,
                          .range_um = kMeter * 12 / 10});
   }
-  config.engine.components = {engine::TagsComponent::ConfigOf(tags)};
   for (int i = 0; i < robots; ++i) {
     RobotConfig robot;
     robot.client.id = static_cast<uint8_t>(i + 1);

@@ -8,13 +8,11 @@
 #include "client_fw/core/cleaner.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::swarm {
 namespace {
 
 using engine::TagsChanged;
-using engine::TagsComponent;
 using tags::RowKind;
 
 constexpr int64_t kZoneUm = 1'000'000;
@@ -27,9 +25,8 @@ class CleaningSignsTest : public testing::Test {
   static SimulationConfig TwoZones() {
     SimulationConfig config;
     config.engine = EngineConfigOf(PathExperiment());
-    config.engine.components = {TagsComponent::ConfigOf(
-        {.tags = {{"left", kZoneUm / 2, kZoneUm, kZoneUm * 12 / 10},
-                  {"right", kZoneUm * 3 / 2, kZoneUm, kZoneUm * 12 / 10}}})};
+    config.engine.tags.tags = {{"left", kZoneUm / 2, kZoneUm, kZoneUm * 12 / 10},
+                               {"right", kZoneUm * 3 / 2, kZoneUm, kZoneUm * 12 / 10}};
     config.robot.client.id = 1;
     config.robot.client.boot_counter = 100;
     config.robot.client.type = 2;
@@ -41,20 +38,20 @@ class CleaningSignsTest : public testing::Test {
 
   void Change(const TagsChanged& change) {
     std::vector<engine::Outgoing> out;
-    const auto submitted = simulation_.service().Submit(engine::ToEvent(change), &out);
+    const auto submitted = simulation_.service().Submit(change, &out);
     ASSERT_TRUE(submitted.ok()) << submitted.error();
   }
 
   void Define(RowKind kind, int32_t robot, int32_t number, const std::string& text) {
-    Change({.action = TagsChanged::Action::kDefine, .row = {kind, robot, number, text}});
+    Change({TagsChanged::Define{{kind, robot, number, text}}});
   }
 
   // On the tag of the first zone: it is so since `number` words say so.
   void Sign(int32_t author, int32_t name_space, int32_t number, uint32_t lease_ms) {
-    Change({.action = TagsChanged::Action::kWrite,
-            .tag = 1,
-            .lease_ms = lease_ms,
-            .block = {author, 0, {-18, 1}, {name_space, number}, {-17, author}}});
+    Change(
+        {TagsChanged::Write{.tag = 1,
+                            .lease_ms = lease_ms,
+                            .block = {author, 0, {-18, 1}, {name_space, number}, {-17, author}}}});
   }
 
   // Which zones it has cleaned until then; 0: none.
@@ -141,7 +138,7 @@ TEST_F(CleaningSignsTest, NumbersWithAnotherMeaningAreLeftAlone) {
   CleanedUntil(20'000);
   EXPECT_GE(simulation_.robot().cleaner()->cleaned(), 2u);
   simulation_.service().Inspect([](const engine::Engine& engine) {
-    const auto& rows = engine::FindIn<TagsComponent>(engine.components())->store().symbols().rows();
+    const auto& rows = engine.tags().symbols().rows();
     int own = 0;
     for (const tags::Row& row : rows) {
       own += row.kind == RowKind::kString && row.number >= 4 ? 1 : 0;

@@ -8,7 +8,6 @@
 
 #include "server/base/bytes.h"
 #include "server/base/fields.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -21,18 +20,10 @@ constexpr std::array<std::string_view, 12> kTags = {"N1", "N2", "N3", "N4", "N5"
 
 std::vector<BenchTag> TagsOf(const engine::EngineConfig& config) {
   std::vector<BenchTag> tags;
-  for (const engine::ComponentConfig& component : config.components) {
-    if (component.component != engine::TagsComponent::kName) {
-      continue;
-    }
-    ByteReader reader(component.bytes);
-    tags::Settings settings;
-    DecodeFields(&reader, component.version, &settings);
-    for (const tags::TagSettings& tag : settings.tags) {
-      tags.push_back({tag.name, static_cast<double>(tag.x_um) / kUmInMetre,
-                      static_cast<double>(tag.y_um) / kUmInMetre,
-                      static_cast<double>(tag.range_um) / kUmInMetre});
-    }
+  for (const tags::TagSettings& tag : config.tags.tags) {
+    tags.push_back({tag.name, static_cast<double>(tag.x_um) / kUmInMetre,
+                    static_cast<double>(tag.y_um) / kUmInMetre,
+                    static_cast<double>(tag.range_um) / kUmInMetre});
   }
   return tags;
 }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/engine/nets_component.h"
+#include "server/engine/engine.h"
 #include "server/nets/system_file.h"
 
 namespace pheromone::swarm {
@@ -16,15 +16,11 @@ constexpr double kLeftOf = 100;             // 1/100 is left when a lifetime is 
 constexpr double kLocked = 0.9;
 
 Result<petri::LiveSettings> SettingsOf(const TrailsBench& bench) {
-  const Result<petri::AllLiveSettings> all = engine::NetsComponent::SettingsIn(bench.config.engine);
-  if (!all.ok()) {
-    return Error{all.error()};
+  const std::vector<petri::LiveSettings>& nets = bench.config.engine.nets;
+  if (nets.size() != 1) {
+    return Error{fmt::format("{} has {} [[net]], expected one", bench.name, nets.size())};
   }
-  if (all.value().nets.size() != 1) {
-    return Error{
-        fmt::format("{} has {} [[net]], expected one", bench.name, all.value().nets.size())};
-  }
-  return all.value().nets.front();
+  return nets.front();
 }
 
 petri::Place* NestOf(petri::Net* net) {
@@ -80,11 +76,7 @@ Result<engine::EngineConfig> ConfigWith(const TrailsBench& bench, const TrailsRu
   settings.has_source = rules.has_source;
   settings.source = rules.source;
   engine::EngineConfig config = bench.config.engine;
-  for (engine::ComponentConfig& component : config.components) {
-    if (component.component == engine::NetsComponent::kName) {
-      component = engine::NetsComponent::ConfigOf({{settings}});
-    }
-  }
+  config.nets = {std::move(settings)};
   return config;
 }
 
@@ -114,8 +106,8 @@ uint32_t RateForLifetime(petri::EvaporationLaw law, double amount, double lifeti
 }
 
 const petri::LiveNet* NetIn(const engine::Engine& engine) {
-  const auto* const nets = engine::FindIn<engine::NetsComponent>(engine.components());
-  return nets == nullptr || nets->nets().empty() ? nullptr : &nets->nets().begin()->second.net;
+  const auto& nets = engine.nets().nets();
+  return nets.empty() ? nullptr : &nets.begin()->second.net;
 }
 
 TrailsSample SampleOf(const engine::Engine& engine, uint64_t now_ms) {

@@ -14,7 +14,6 @@
 #include "protocol/net_record.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/service.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -158,12 +157,8 @@ class Stage {
   void Note(const std::string& text) { story_.marks.push_back({now_ms_, text, false}); }
   int32_t Unit(double m) const { return static_cast<int32_t>(std::lround(m * 1e5 / unit_10um_)); }
   uint16_t NumberOf(std::string_view tag) {
-    return service_.Inspect([tag](const engine::Engine& engine) {
-      return engine::FindIn<engine::TagsComponent>(engine.components())
-          ->store()
-          .NumberOf(tag)
-          .value_or(0);
-    });
+    return service_.Inspect(
+        [tag](const engine::Engine& engine) { return engine.tags().NumberOf(tag).value_or(0); });
   }
   void Ask(const protocol::Message& message) {
     std::vector<engine::Outgoing> answers;

@@ -19,7 +19,6 @@
 #include "protocol/messages.h"
 #include "server/engine/ordered_log.h"
 #include "server/engine/service.h"
-#include "server/engine/tags_component.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -86,8 +85,7 @@ class Run {
     run_.duration_ms = timetable.duration_ms;
     run_.ledger = TrailsLedger(timetable.rules.robots);
     service_.Inspect([&](const engine::Engine& engine) {
-      const tags::Store& store =
-          engine::FindIn<engine::TagsComponent>(engine.components())->store();
+      const tags::Store& store = engine.tags();
       for (const BenchTag& tag : bench.tags) {
         const auto unit = [&](double m) {
           return static_cast<int32_t>(std::lround(m * 1e5 / config.pose_unit_10um));

@@ -8,12 +8,13 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "protocol/byte_order.h"
 #include "protocol/net_record.h"
 #include "protocol/tag_messages.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
+#include "server/engine/nets_part.h"
+#include "server/engine/tags_part.h"
 #include "server/engine/testing/bench.h"
 #include "server/petri/testing/live_gate.h"
 
@@ -27,15 +28,16 @@ inline tags::Settings GateTags() {
           .privileged = {"operator", "net:gate"}};
 }
 
-inline EngineConfig ConfigWith(const petri::AllLiveSettings& nets,
+inline EngineConfig ConfigWith(const std::vector<petri::LiveSettings>& nets,
                                const tags::Settings& tags = GateTags()) {
   EngineConfig config = SmallConfig();
-  config.components = {NetsComponent::ConfigOf(nets), TagsComponent::ConfigOf(tags)};
+  config.tags = tags;
+  config.nets = nets;
   return config;
 }
 
 inline EngineConfig GateConfig() {
-  return ConfigWith({{petri::LiveGateSettings()}});
+  return ConfigWith({petri::LiveGateSettings()});
 }
 
 class GateBench {
@@ -123,11 +125,9 @@ class GateBench {
     bench.now_ms = until_ms;
   }
 
-  const NetsComponent& nets() const { return *FindIn<NetsComponent>(bench.engine.components()); }
+  const NetsPart& nets() const { return bench.engine.nets(); }
   const petri::LiveNet& net() const { return nets().nets().find("gate")->second.net; }
-  const tags::Store& store() const {
-    return FindIn<TagsComponent>(bench.engine.components())->store();
-  }
+  const tags::Store& store() const { return bench.engine.tags(); }
   const tags::Tag& tag(uint16_t number) const { return store().Find(number)->tag; }
 
   Bench bench;

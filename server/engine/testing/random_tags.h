@@ -3,15 +3,17 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "protocol/byte_order.h"
 #include "protocol/net_record.h"
 #include "protocol/tag_messages.h"
-#include "server/engine/nets_component.h"
-#include "server/engine/tags_component.h"
+#include "server/engine/nets_part.h"
+#include "server/engine/tags_part.h"
 #include "server/engine/testing/bench.h"
 #include "server/petri/testing/live_gate.h"
 
@@ -29,11 +31,11 @@ inline tags::Settings RichTags() {
 /// The tags of the net are numbers 4 to 6.
 inline constexpr uint16_t kFirstNetTag = 4;
 
-inline petri::AllLiveSettings RichNets() {
+inline std::vector<petri::LiveSettings> RichNets() {
   petri::LiveSettings gate = petri::LiveGateSettings();
   gate.has_source = true;
   gate.source = 5'000;
-  return {{gate}};
+  return {gate};
 }
 
 class RandomTags {
@@ -58,25 +60,32 @@ class RandomTags {
   }
 
   TagsChanged Change() {
-    TagsChanged change;
-    change.action = static_cast<TagsChanged::Action>(Below(3));
-    change.row = {static_cast<tags::RowKind>(1 + Below(3)), AnyNumber(), AnyNumber(), AnyText()};
-    if (change.row.kind == tags::RowKind::kRobot) {
-      change.row.number = change.row.robot;
+    switch (Below(3)) {
+      case 0: {
+        tags::Row row{static_cast<tags::RowKind>(1 + Below(3)), AnyNumber(), AnyNumber(),
+                      AnyText()};
+        if (row.kind == tags::RowKind::kRobot) {
+          row.number = row.robot;
+        }
+        return {TagsChanged::Define{row}};
+      }
+      case 1: {
+        TagsChanged::Write write;
+        write.tag = AnyTag();
+        write.slot = Maybe(2, AnySlot());
+        write.expected = Maybe(4, AnyGeneration());
+        write.is_state = Below(2) == 0;
+        write.lease_ms = Below(3) == 0 ? static_cast<uint32_t>(Below(5'000)) : 0;
+        write.block = {AnyNumber(),
+                       static_cast<uint32_t>(Below(200'000)),
+                       {-17, AnyNumber()},
+                       {1, AnyNumber()},
+                       {-3, AnyNumber()}};
+        return {write};
+      }
+      default:
+        return {TagsChanged::Erase{AnyTag(), AnySlot(), Maybe(4, AnyGeneration())}};
     }
-    change.tag = AnyTag();
-    change.has_slot = Below(2) == 0;
-    change.slot = AnySlot();
-    change.has_expected = Below(4) == 0;
-    change.expected = AnyGeneration();
-    change.is_state = Below(2) == 0;
-    change.lease_ms = Below(3) == 0 ? static_cast<uint32_t>(Below(5'000)) : 0;
-    change.block = {AnyNumber(),
-                    static_cast<uint32_t>(Below(200'000)),
-                    {-17, AnyNumber()},
-                    {1, AnyNumber()},
-                    {-3, AnyNumber()}};
-    return change;
   }
 
   /// Another configuration: a tag moves, goes or returns, or has more slots.
@@ -91,19 +100,24 @@ class RandomTags {
   }
 
   /// Another one: the pheromone evaporates by another law, or the source is filled; or no net.
-  petri::AllLiveSettings Nets() {
-    petri::AllLiveSettings nets = RichNets();
-    nets.nets[0].law = static_cast<petri::EvaporationLaw>(Below(6));
-    nets.nets[0].rate_milli = static_cast<uint32_t>(Below(9'000));
-    nets.nets[0].source += static_cast<uint32_t>(Below(2));
+  std::vector<petri::LiveSettings> Nets() {
+    std::vector<petri::LiveSettings> nets = RichNets();
+    nets[0].law = static_cast<petri::EvaporationLaw>(Below(6));
+    nets[0].rate_milli = static_cast<uint32_t>(Below(9'000));
+    nets[0].source += static_cast<uint32_t>(Below(2));
     if (Below(8) == 0) {
-      nets.nets.clear();
+      nets.clear();
     }
     return nets;
   }
 
  private:
   uint64_t Below(uint64_t limit) { return (*random_)() % limit; }
+  // One time in `times`.
+  template <typename T>
+  std::optional<T> Maybe(uint64_t times, T value) {
+    return Below(times) == 0 ? std::optional(value) : std::nullopt;
+  }
   uint16_t AnyTag() { return static_cast<uint16_t>(1 + Below(Below(8) == 0 ? 9 : 3)); }
   uint16_t AnyNetTag() { return static_cast<uint16_t>(kFirstNetTag + Below(3)); }
   uint8_t AnySlot() { return static_cast<uint8_t>(Below(9)); }

@@ -50,7 +50,8 @@ inline EngineConfig RichConfig(bool tight) {
   walls.Set({301 - 1, 301 - 1});
   field.obstacles = field::Shared(std::move(walls));
   config.frames = {MakeFrame("radio-b", 2, {1'000'000, 0}, 30)};
-  config.components = {NetsComponent::ConfigOf(RichNets()), TagsComponent::ConfigOf(RichTags())};
+  config.tags = RichTags();
+  config.nets = RichNets();
   if (tight) {
     using field::CellMap;
     field.memory_bytes = 24 * CellMap::kTileBytes + 8 * CellMap::kLeafBytes +
@@ -154,18 +155,15 @@ class RandomTraffic {
     edit.points = {AnyPoint()};
     edit.points.push_back({edit.points[0].x + static_cast<int64_t>(Below(300'000)),
                            edit.points[0].y + static_cast<int64_t>(Below(100'000))});
-    return FieldEdited{edit, Below(4) != 0};
+    return FieldEdited{edit};
   }
 
   Event Reconfigure(const Engine& engine) {
     EngineConfig config = engine.config();
     switch (Below(7)) {
       case 6:
-        config.components = {TagsComponent::ConfigOf(tags_.Settings())};
-        if (config_.FindComponent(NetsComponent::kName) != nullptr) {
-          config.components.insert(config.components.begin(),
-                                   NetsComponent::ConfigOf(tags_.Nets()));
-        }
+        config.tags = tags_.Settings();
+        config.nets = config_.nets.empty() ? config_.nets : tags_.Nets();
         break;
       case 0:
         config.field.pheromones[0].tau_ms = static_cast<int64_t>(1'000 + Below(5'000));
@@ -193,17 +191,17 @@ class RandomTraffic {
     }
     const auto epoch = static_cast<uint16_t>(8 + Below(9));
     const bool state_lost = Below(4) == 0;
-    return ConfigChanged{std::move(config), epoch, state_lost, Below(4) != 0};
+    return ConfigChanged{std::move(config), epoch, state_lost};
   }
 
   Event Any(const Engine& engine) {
     const auto link = static_cast<LinkIndex>(Below(2));
     switch (Below(26)) {
       case 0:
-        return Below(20) == 0 ? ToEvent(NetsChanged{NetsChanged::Action::kReset, "gate"}) : Edit();
+        return Below(20) == 0 ? Event(NetsChanged{"gate"}) : Edit();
       case 24:
       case 25:
-        return ToEvent(tags_.Change());
+        return tags_.Change();
       case 1: {
         CommandIssued command{link, AnyId(), static_cast<protocol::CommandCode>(1 + Below(9)), {}};
         command.arguments[0] = static_cast<uint8_t>(Below(256));

@@ -40,8 +40,7 @@ inline std::unique_ptr<Field> Restored(const Field& field) {
   ByteWriter writer;
   field.Save(&writer);
   ByteReader reader(writer.bytes());
-  auto restored = Field::Restore(std::make_shared<const FieldConfig>(field.config()),
-                                 Field::kNewestVersion, &reader);
+  auto restored = Field::Restore(std::make_shared<const FieldConfig>(field.config()), &reader);
   EXPECT_NE(restored, nullptr) << reader.error();
   return restored;
 }

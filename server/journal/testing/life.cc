@@ -16,9 +16,7 @@ namespace {
 engine::EngineConfig ConfigOfLives() {
   engine::EngineConfig config = engine::testing::RichConfig(true);
   config.field.obstacles = {};
-  std::erase_if(config.components, [](const engine::ComponentConfig& it) {
-    return it.component == engine::NetsComponent::kName;
-  });
+  config.nets.clear();
   return config;
 }
 

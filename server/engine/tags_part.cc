@@ -1,4 +1,4 @@
-#include "server/engine/tags_component.h"
+#include "server/engine/tags_part.h"
 
 #include <algorithm>
 #include <cassert>
@@ -61,45 +61,29 @@ const Meaning<DefineOutcome>& MeaningOf(DefineOutcome outcome) {
   return FindMeaning(kDefineMeanings, outcome);
 }
 
-Result<tags::Settings> SettingsIn(const EngineConfig& config) {
-  const ComponentConfig* const its = config.FindComponent(TagsComponent::kName);
-  return its != nullptr ? FromBytes<tags::Settings>("tags", its->version, its->bytes)
-                        : Result<tags::Settings>(tags::Settings{});
-}
-
-bool IsSame(const EngineConfig& one, const EngineConfig& other) {
-  const ComponentConfig* const a = one.FindComponent(TagsComponent::kName);
-  const ComponentConfig* const b = other.FindComponent(TagsComponent::kName);
-  return a == nullptr || b == nullptr ? a == b : *a == *b;
-}
-
-Result<TagsChanged> ChangeIn(const Event& event) {
-  const auto& it = std::get<ComponentEvent>(event);
-  return FromBytes<TagsChanged>("a change of tags", it.version, it.bytes);
-}
-
-int64_t UtcSeconds(const Context& context) {
-  return context.utc_ms / 1000;
-}
-
 // The server's clock where a writer has none.
-uint32_t TimeOr(uint32_t time_s, const Context& context) {
-  return time_s != 0 ? time_s
-                     : static_cast<uint32_t>(
-                           std::clamp<int64_t>(UtcSeconds(context), 1, int64_t{0xFFFFFFFF}));
+uint32_t TimeOr(uint32_t time_s, int64_t utc_ms) {
+  return time_s != 0
+             ? time_s
+             : static_cast<uint32_t>(std::clamp<int64_t>(utc_ms / 1000, 1, int64_t{0xFFFFFFFF}));
 }
 
-tags::WriteRequest RequestOf(const TagsChanged& change, const Context& context) {
-  tags::WriteRequest request{
-      .block = change.block, .lease_ms = change.lease_ms, .is_state = change.is_state};
-  request.block.time_s = TimeOr(change.block.time_s, context);
-  if (change.has_slot) {
-    request.slot = change.slot;
-  }
-  if (change.has_expected) {
-    request.expected = change.expected;
-  }
+tags::WriteRequest RequestOf(const TagsChanged::Write& write, const Context& context) {
+  tags::WriteRequest request{.block = write.block,
+                             .slot = write.slot,
+                             .expected = write.expected,
+                             .lease_ms = write.lease_ms,
+                             .is_state = write.is_state};
+  request.block.time_s = TimeOr(write.block.time_s, context.utc_ms);
   return request;
+}
+
+Error NoSuchTag(uint16_t tag) {
+  return Error{"there is no tag " + std::to_string(tag)};
+}
+
+Error Refusal(const tags::NamedTag& tag, std::string_view why) {
+  return Error{"tag \"" + tag.name + "\": " + std::string(why)};
 }
 
 // The generation that a WRITE or ERASE depends on, if it depends on one.
@@ -131,32 +115,37 @@ class FrozenTags final : public FrozenPart {
 
 }  // namespace
 
-ComponentConfig TagsComponent::ConfigOf(const tags::Settings& settings) {
-  ByteWriter writer;
-  EncodeFields(settings, &writer);
-  return {std::string(kName), tags::Settings::kVersion, writer.Take()};
+// --- What nets change
+
+bool TagEditor::Define(const tags::Row& row) {
+  return store_->Define(row) == DefineOutcome::kDone;
 }
 
-std::vector<MessageRule> TagsComponent::messages() const {
-  std::vector<MessageRule> all;
-  for (uint8_t opcode = protocol::kScan; opcode <= protocol::kResolve; ++opcode) {
-    all.push_back(MessageRuleOf(opcode));
+bool TagEditor::Write(uint16_t tag, uint8_t slot, tags::Block block) {
+  block.time_s = TimeOr(block.time_s, utc_ms_);
+  return store_->Find(tag) != nullptr && tags::CheckBlock(block).ok() &&
+         store_->symbols().HasRobot(block.author) &&
+         store_->Write(tag, {.block = block, .slot = slot}, now_ms_, utc_ms_ / 1000).outcome ==
+             WriteOutcome::kDone;
+}
+
+bool TagEditor::Erase(uint16_t tag, uint8_t slot) {
+  const tags::NamedTag* const found = store_->Find(tag);
+  if (found == nullptr || slot >= found->tag.slots().size()) {
+    return false;
   }
-  return all;
+  store_->Clear(tag, slot);
+  return true;
 }
 
 // --- Configuration
 
-Status TagsComponent::Prepare(const SharedConfig& present, const tags::Survey& survey,
-                              ConfigChanged* change) {
-  if (IsSame(*present, *change->config)) {
+Status TagsPart::Prepare(const SharedConfig& present, const tags::Survey& survey,
+                         ConfigChanged* change) {
+  if (present->tags == change->config->tags) {
     return Ok();
   }
-  const Result<tags::Settings> settings = SettingsIn(*change->config);
-  if (!settings.ok()) {
-    return Error{settings.error()};
-  }
-  Result<tags::Plan> tags = tags::MakePlan(survey, settings.value());
+  Result<tags::Plan> tags = tags::MakePlan(survey, change->config->tags);
   if (!tags.ok()) {
     return Error{tags.error()};
   }
@@ -167,44 +156,43 @@ Status TagsComponent::Prepare(const SharedConfig& present, const tags::Survey& s
 }
 
 // Settings of the present state were checked when they came.
-Status TagsComponent::CheckConfig(const Context& context, const EngineConfig& next,
-                                  const ConfigPlan* plan) const {
+Status TagsPart::CheckConfig(const Context& context, const EngineConfig& next,
+                             const ConfigPlan* plan) const {
   if (const tags::Plan* const current = CurrentIn(plan)) {
     return store_.Check(*current);
   }
-  if (IsSame(*context.config, next)) {
+  if (context.config->tags == next.tags) {
     return Ok();
   }
-  const Result<tags::Settings> settings = SettingsIn(next);
-  return settings.ok() ? store_.Check(settings.value()) : Error{settings.error()};
+  const Status in_bounds = CheckFields(next.tags, "");
+  return in_bounds.ok() ? store_.Check(next.tags) : in_bounds;
 }
 
-void TagsComponent::Configure(const Context& context, const Reconfiguration& change,
-                              const Output& /*out*/) {
+void TagsPart::Configure(const Context& context, const Reconfiguration& change,
+                         const Output& /*out*/) {
   if (const tags::Plan* const current = CurrentIn(change.plan)) {
     store_.Take(*current);
-  } else if (change.before == nullptr || !IsSame(*change.before, *context.config)) {
-    store_.Configure(SettingsIn(*context.config).value());
+  } else if (change.before == nullptr || change.before->tags != context.config->tags) {
+    store_.Configure(context.config->tags);
   }
 }
 
 // Null if there is none, or if what it was made for has changed.
-const tags::Plan* TagsComponent::CurrentIn(const ConfigPlan* plan) const {
+const tags::Plan* TagsPart::CurrentIn(const ConfigPlan* plan) const {
   const tags::Plan* const tags = plan != nullptr ? plan->tags.get() : nullptr;
   return tags != nullptr && store_.IsCurrent(*tags) ? tags : nullptr;
 }
 
 // --- Requests that change nothing
 
-bool TagsComponent::IsInRange(const Context& context, LinkIndex link, uint8_t id, int32_t x,
-                              int32_t y, uint16_t tag) const {
+bool TagsPart::IsInRange(const Context& context, LinkIndex link, uint8_t id, int32_t x, int32_t y,
+                         uint16_t tag) const {
   const tags::Place* const place = store_.PlaceOf(tag);
   const field::PointUm at = context.robots.PoseOf(link, id, {x, y, 0}, context.now_ms).position;
   return place != nullptr && place->Reaches(at.x, at.y);
 }
 
-Message TagsComponent::Answer(const Context& context, LinkIndex link,
-                              const Message& request) const {
+Message TagsPart::Answer(const Context& context, LinkIndex link, const Message& request) const {
   protocol::ScanRequest scan;
   if (protocol::Decode(request, &scan)) {
     return Scan(context, link, scan);
@@ -221,8 +209,8 @@ Message TagsComponent::Answer(const Context& context, LinkIndex link,
   return answer ? *answer : ErrorMessage(request, Reason::kUnknownSymbol);
 }
 
-Message TagsComponent::Scan(const Context& context, LinkIndex link,
-                            const protocol::ScanRequest& request) const {
+Message TagsPart::Scan(const Context& context, LinkIndex link,
+                       const protocol::ScanRequest& request) const {
   const field::PointUm at =
       context.robots.PoseOf(link, request.id, {request.x, request.y, 0}, context.now_ms).position;
   const std::vector<uint16_t> all = store_.InRange(at.x, at.y);
@@ -244,7 +232,7 @@ Message TagsComponent::Scan(const Context& context, LinkIndex link,
   return message;
 }
 
-Message TagsComponent::Read(const Context& context, const protocol::TagReadRequest& request) const {
+Message TagsPart::Read(const Context& context, const protocol::TagReadRequest& request) const {
   const tags::Tag& tag = store_.Find(request.tag)->tag;
   const auto used_from = [&](size_t slot) {
     while (slot < tag.slots().size() && tag.slots()[slot].block.is_empty()) {
@@ -276,7 +264,7 @@ Message TagsComponent::Read(const Context& context, const protocol::TagReadReque
   return message;
 }
 
-std::optional<Message> TagsComponent::Resolve(const protocol::ResolveRequest& request) const {
+std::optional<Message> TagsPart::Resolve(const protocol::ResolveRequest& request) const {
   const tags::SymbolTables& symbols = store_.symbols();
   protocol::ResolveAnswer answer;
   answer.id = request.id;
@@ -323,7 +311,7 @@ std::optional<Message> TagsComponent::Resolve(const protocol::ResolveRequest& re
 
 // --- Requests that change the tags
 
-Message TagsComponent::Change(const Context& context, LinkIndex link, const Message& request) {
+Message TagsPart::Change(const Context& context, LinkIndex link, const Message& request) {
   Message answer;
   const Reason reason =
       request.opcode == protocol::kTagWrite   ? Write(context, link, request, &answer)
@@ -332,7 +320,7 @@ Message TagsComponent::Change(const Context& context, LinkIndex link, const Mess
   return reason == Reason::kNone ? answer : ErrorMessage(request, reason);
 }
 
-Message TagsComponent::AnswerToWritten(const Message& request, uint16_t tag, uint8_t slot) const {
+Message TagsPart::AnswerToWritten(const Message& request, uint16_t tag, uint8_t slot) const {
   const tags::Tag& it = store_.Find(tag)->tag;
   protocol::TagWritten written;
   written.id = request.id;
@@ -348,8 +336,8 @@ Message TagsComponent::AnswerToWritten(const Message& request, uint16_t tag, uin
 }
 
 template <typename Request>
-Reason TagsComponent::Admit(const Context& context, LinkIndex link, const Request& request,
-                            uint8_t known_flags, int32_t* author) const {
+Reason TagsPart::Admit(const Context& context, LinkIndex link, const Request& request,
+                       uint8_t known_flags, int32_t* author) const {
   if (!IsInRange(context, link, request.id, request.x, request.y, request.tag)) {
     return Reason::kNoTagInRange;
   }
@@ -361,8 +349,8 @@ Reason TagsComponent::Admit(const Context& context, LinkIndex link, const Reques
   return (request.flags & ~known_flags) == 0 ? Reason::kNone : Reason::kBadValue;
 }
 
-Reason TagsComponent::Write(const Context& context, LinkIndex link, const Message& message,
-                            Message* answer) {
+Reason TagsPart::Write(const Context& context, LinkIndex link, const Message& message,
+                       Message* answer) {
   protocol::TagWriteRequest request;
   protocol::Decode(message, &request);
   int32_t author = 0;
@@ -378,7 +366,7 @@ Reason TagsComponent::Write(const Context& context, LinkIndex link, const Messag
                            .lease_ms = uint32_t{request.lease_s} * 1000,
                            .is_state = (request.flags & protocol::kTagReplace) != 0};
   write.block.author = author;
-  write.block.time_s = TimeOr(request.time, context);
+  write.block.time_s = TimeOr(request.time, context.utc_ms);
   if (request.slot != protocol::kNoSlot) {
     write.slot = request.slot;
   }
@@ -387,15 +375,15 @@ Reason TagsComponent::Write(const Context& context, LinkIndex link, const Messag
     return Reason::kBadValue;
   }
   const tags::Written written =
-      store_.Write(request.tag, write, context.now_ms, UtcSeconds(context));
+      store_.Write(request.tag, write, context.now_ms, context.utc_ms / 1000);
   if (written.outcome == WriteOutcome::kDone) {
     *answer = AnswerToWritten(message, request.tag, written.slot);
   }
   return MeaningOf(written.outcome).reason;
 }
 
-Reason TagsComponent::Erase(const Context& context, LinkIndex link, const Message& message,
-                            Message* answer) {
+Reason TagsPart::Erase(const Context& context, LinkIndex link, const Message& message,
+                       Message* answer) {
   protocol::TagEraseRequest request;
   protocol::Decode(message, &request);
   int32_t author = 0;
@@ -410,8 +398,8 @@ Reason TagsComponent::Erase(const Context& context, LinkIndex link, const Messag
   return MeaningOf(outcome).reason;
 }
 
-Reason TagsComponent::Define(const Context& context, LinkIndex link, const Message& message,
-                             Message* answer) {
+Reason TagsPart::Define(const Context& context, LinkIndex link, const Message& message,
+                        Message* answer) {
   protocol::SymbolRequest request;
   protocol::Decode(message, &request);
   const std::string& link_name = context.config->links[link].name;
@@ -440,74 +428,74 @@ Reason TagsComponent::Define(const Context& context, LinkIndex link, const Messa
 
 // --- The operator's changes
 
-Status TagsComponent::Check(const Context& context, const Event& event) const {
-  const Result<TagsChanged> decoded = ChangeIn(event);
-  if (!decoded.ok()) {
-    return Error{decoded.error()};
+Status TagsPart::Check(const Context& context, const TagsChanged& changed) const {
+  const Status in_bounds = CheckFields(changed, "");
+  if (!in_bounds.ok()) {
+    return Error{"a change of tags: " + in_bounds.error()};
   }
-  const TagsChanged& change = decoded.value();
-  if (change.action == TagsChanged::Action::kDefine) {
-    const DefineOutcome outcome = store_.TryDefine(change.row);
-    return outcome == DefineOutcome::kDone ? Ok() : Error{std::string(MeaningOf(outcome).text)};
+  if (const auto* const write = std::get_if<TagsChanged::Write>(&changed.change)) {
+    return Check(context, *write);
   }
-  const tags::NamedTag* const tag = store_.Find(change.tag);
-  if (tag == nullptr) {
-    return Error{"there is no tag " + std::to_string(change.tag)};
+  if (const auto* const erase = std::get_if<TagsChanged::Erase>(&changed.change)) {
+    return Check(*erase);
   }
-  const auto refuse = [&](std::string_view why) {
-    return Error{"tag \"" + tag->name + "\": " + std::string(why)};
-  };
-  if (change.action == TagsChanged::Action::kErase) {
-    const std::vector<tags::Slot>& slots = tag->tag.slots();
-    if (change.slot >= slots.size()) {
-      return refuse(MeaningOf(WriteOutcome::kNoSuchSlot).text);
-    }
-    return change.has_expected && change.expected != slots[change.slot].generation
-               ? refuse(MeaningOf(WriteOutcome::kGenerationChanged).text)
-               : Ok();
-  }
-  const tags::WriteRequest request = RequestOf(change, context);
-  if (const Status good = tags::CheckBlock(request.block); !good.ok()) {
-    return refuse(good.error());
-  }
-  if (!store_.symbols().HasRobot(request.block.author)) {
-    return refuse("the author, " + std::to_string(request.block.author) + ", is unknown");
-  }
-  const tags::Written written =
-      store_.TryWrite(change.tag, request, context.now_ms, UtcSeconds(context));
-  return written.outcome == WriteOutcome::kDone ? Ok() : refuse(MeaningOf(written.outcome).text);
+  const DefineOutcome outcome = store_.TryDefine(std::get<TagsChanged::Define>(changed.change).row);
+  return outcome == DefineOutcome::kDone ? Ok() : Error{std::string(MeaningOf(outcome).text)};
 }
 
-void TagsComponent::Apply(const Context& context, const Event& event, const Output& /*out*/) {
-  const TagsChanged change = ChangeIn(event).value();
-  switch (change.action) {
-    case TagsChanged::Action::kDefine:
-      store_.Define(change.row);
-      break;
-    case TagsChanged::Action::kWrite:
-      store_.Write(change.tag, RequestOf(change, context), context.now_ms, UtcSeconds(context));
-      break;
-    case TagsChanged::Action::kErase:
-      store_.Clear(change.tag, change.slot);
-      break;
+Status TagsPart::Check(const Context& context, const TagsChanged::Write& write) const {
+  const tags::NamedTag* const tag = store_.Find(write.tag);
+  if (tag == nullptr) {
+    return NoSuchTag(write.tag);
+  }
+  const tags::WriteRequest request = RequestOf(write, context);
+  if (const Status good = tags::CheckBlock(request.block); !good.ok()) {
+    return Refusal(*tag, good.error());
+  }
+  if (!store_.symbols().HasRobot(request.block.author)) {
+    return Refusal(*tag, "the author, " + std::to_string(request.block.author) + ", is unknown");
+  }
+  const tags::Written written =
+      store_.TryWrite(write.tag, request, context.now_ms, context.utc_ms / 1000);
+  return written.outcome == WriteOutcome::kDone ? Ok()
+                                                : Refusal(*tag, MeaningOf(written.outcome).text);
+}
+
+Status TagsPart::Check(const TagsChanged::Erase& erase) const {
+  const tags::NamedTag* const tag = store_.Find(erase.tag);
+  if (tag == nullptr) {
+    return NoSuchTag(erase.tag);
+  }
+  const std::vector<tags::Slot>& slots = tag->tag.slots();
+  if (erase.slot >= slots.size()) {
+    return Refusal(*tag, MeaningOf(WriteOutcome::kNoSuchSlot).text);
+  }
+  return erase.expected && *erase.expected != slots[erase.slot].generation
+             ? Refusal(*tag, MeaningOf(WriteOutcome::kGenerationChanged).text)
+             : Ok();
+}
+
+void TagsPart::Apply(const Context& context, const TagsChanged& changed, const Output& /*out*/) {
+  if (const auto* const write = std::get_if<TagsChanged::Write>(&changed.change)) {
+    store_.Write(write->tag, RequestOf(*write, context), context.now_ms, context.utc_ms / 1000);
+  } else if (const auto* const erase = std::get_if<TagsChanged::Erase>(&changed.change)) {
+    store_.Clear(erase->tag, erase->slot);
+  } else {
+    store_.Define(std::get<TagsChanged::Define>(changed.change).row);
   }
 }
 
 // --- Time and state
 
-void TagsComponent::Advance(const Context& context, const Output& /*out*/) {
+void TagsPart::Advance(const Context& context, const Output& /*out*/) {
   store_.Expire(context.now_ms, kExpiredInOneStep);
 }
 
-void TagsComponent::Restore(const Context& context, uint8_t /*version*/, ByteReader* reader) {
-  const Result<tags::Settings> settings = SettingsIn(*context.config);
-  reader->Check(settings.ok() ? Ok() : Error{settings.error()});
-  if (reader->ok()) {
-    store_.Restore(settings.value(), reader);
-  }
+void TagsPart::Restore(const Context& context, ByteReader* reader) {
+  store_.Restore(context.config->tags, reader);
 }
 
-std::unique_ptr<FrozenPart> TagsComponent::Freeze(uint64_t /*most_kept_bytes*/) const {
+std::unique_ptr<FrozenPart> TagsPart::Freeze(uint64_t /*most_kept_bytes*/) const {
   return std::make_unique<FrozenTags>(store_.Freeze());
 }
 

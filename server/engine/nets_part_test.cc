@@ -1,4 +1,4 @@
-#include "server/engine/nets_component.h"
+#include "server/engine/nets_part.h"
 
 #include <gtest/gtest.h>
 
@@ -33,9 +33,9 @@ Engine Restored(const std::string& bytes) {
   return std::move(engine).value();
 }
 
-class NetsComponentTest : public ::testing::Test, protected GateBench {
+class NetsPartTest : public ::testing::Test, protected GateBench {
  protected:
-  NetsComponentTest() {
+  NetsPartTest() {
     bench.now_ms = 1'000;
     Register(15);
     Register(16);
@@ -65,7 +65,7 @@ class NetsComponentTest : public ::testing::Test, protected GateBench {
   }
 };
 
-TEST_F(NetsComponentTest, ItsTagsTellWhatACaptureFires) {
+TEST_F(NetsPartTest, ItsTagsTellWhatACaptureFires) {
   protocol::TriggerRecord trigger;
   const auto statement = StatementIn(15, kPheromone, protocol::kTriggerSlot);
   ASSERT_EQ(protocol::Decode(statement.data(), kHash, &trigger), protocol::NetRecordFault::kNone);
@@ -75,14 +75,14 @@ TEST_F(NetsComponentTest, ItsTagsTellWhatACaptureFires) {
   EXPECT_EQ(trigger.candidates[2], 7);
   ExpectAck(kNorth, NetOutcome::kNone, 0, 0);
   EXPECT_TRUE(store().IsPrivileged(author()));
-  EXPECT_GE(author(), NetsComponent::kFirstAuthor) << "robots keep the low numbers";
+  EXPECT_GE(author(), NetsPart::kFirstAuthor) << "robots keep the low numbers";
 }
 
-TEST_F(NetsComponentTest, WithoutRecordsNothingIsDue) {
+TEST_F(NetsPartTest, WithoutRecordsNothingIsDue) {
   EXPECT_EQ(bench.engine.NextDeadline(), std::nullopt);
 }
 
-TEST_F(NetsComponentTest, ARecordIsReadAtTheNextInstantAndErased) {
+TEST_F(NetsPartTest, ARecordIsReadAtTheNextInstantAndErased) {
   bench.now_ms = 2'050;
   EXPECT_EQ(Write(15, kNorth, NetAction::kPresent, 1), Reason::kNone);
   EXPECT_FALSE(tag(kNorth).slots()[2].block.is_empty());
@@ -103,7 +103,7 @@ TEST_F(NetsComponentTest, ARecordIsReadAtTheNextInstantAndErased) {
   EXPECT_EQ(fired[2].robot, 0);
 }
 
-TEST_F(NetsComponentTest, AWholeTripIsDoneByRecords) {
+TEST_F(NetsPartTest, AWholeTripIsDoneByRecords) {
   GoInside();
   Write(15, kPheromone, NetAction::kTake, 103, 30);
   Wait(200);
@@ -127,7 +127,7 @@ TEST_F(NetsComponentTest, AWholeTripIsDoneByRecords) {
   EXPECT_EQ(bench.engine.NextDeadline(), std::nullopt);
 }
 
-TEST_F(NetsComponentTest, OfTwoRobotsOneGetsGreen) {
+TEST_F(NetsPartTest, OfTwoRobotsOneGetsGreen) {
   Write(15, kNorth, NetAction::kPresent, 1);
   Write(16, kNorth, NetAction::kPresent, 1);
   Wait(200);
@@ -139,7 +139,7 @@ TEST_F(NetsComponentTest, OfTwoRobotsOneGetsGreen) {
   ExpectAck(kNorth, NetOutcome::kAccepted, 15, 1);
 }
 
-TEST_F(NetsComponentTest, ARecordIsReadBeforeItsLeaseEnds) {
+TEST_F(NetsPartTest, ARecordIsReadBeforeItsLeaseEnds) {
   uint8_t statement[protocol::kNetStatementSize];
   protocol::Encode(protocol::RobotRecord{kHash, 1, NetAction::kPresent, 1, 0, 0}, statement);
   bench.Handle(testing::MessageOf(WriteRequest(15, kNorth, statement, 1)));
@@ -148,7 +148,7 @@ TEST_F(NetsComponentTest, ARecordIsReadBeforeItsLeaseEnds) {
   ExpectAck(kNorth, NetOutcome::kAccepted, 15, 1);
 }
 
-TEST_F(NetsComponentTest, DamagedRecordsAreRefusedAndNamed) {
+TEST_F(NetsPartTest, DamagedRecordsAreRefusedAndNamed) {
   struct Damage {
     petri::Refusal why;
     void (*damage)(uint8_t* statement);
@@ -190,32 +190,25 @@ TEST_F(NetsComponentTest, DamagedRecordsAreRefusedAndNamed) {
   EXPECT_EQ(counts().exceptions, 5u);
 }
 
-TEST_F(NetsComponentTest, ForeignBlocksInItsSlotsAreReplaced) {
-  TagsChanged change;
-  change.action = TagsChanged::Action::kDefine;
-  change.row = {tags::RowKind::kRobot, 99, 99, "operator"};
-  bench.Apply(ToEvent(change));
-  change.action = TagsChanged::Action::kWrite;
-  change.tag = kNorth;
-  change.has_slot = true;
+TEST_F(NetsPartTest, ForeignBlocksInItsSlotsAreReplaced) {
+  bench.Apply(TagsChanged{TagsChanged::Define{{tags::RowKind::kRobot, 99, 99, "operator"}}});
   for (const uint8_t slot : {protocol::kTriggerSlot, protocol::kEnvironmentSlot}) {
-    change.slot = slot;
-    change.block = {99, 0, {1, 1}, {1, 1}, {1, 1}};
-    ASSERT_TRUE(bench.engine.Check(ToEvent(change)).ok());
-    bench.Apply(ToEvent(change));
+    const TagsChanged write{
+        TagsChanged::Write{.tag = kNorth, .slot = slot, .block = {99, 0, {1, 1}, {1, 1}, {1, 1}}}};
+    ASSERT_TRUE(bench.engine.Check(write).ok());
+    bench.Apply(write);
   }
   EXPECT_TRUE(bench.engine.NextDeadline().has_value());
   Wait(200);
   EXPECT_EQ(tag(kNorth).slots()[0].block.author, author());
   ExpectAck(kNorth, NetOutcome::kNone, 0, 0);
   EXPECT_EQ(counts().restored, 2u);
-  change.action = TagsChanged::Action::kErase;
-  bench.Apply(ToEvent(change));
+  bench.Apply(TagsChanged{TagsChanged::Erase{.tag = kNorth, .slot = protocol::kEnvironmentSlot}});
   Wait(200);
   ExpectAck(kNorth, NetOutcome::kNone, 0, 0);
 }
 
-TEST_F(NetsComponentTest, AFullTagIsTriedAgainWhenItChanges) {
+TEST_F(NetsPartTest, AFullTagIsTriedAgainWhenItChanges) {
   // Six leased blocks of others, before the net comes to this tag.
   tags::Settings settings = testing::GateTags();
   testing::Bench other(testing::ConfigWith({}, settings));
@@ -238,7 +231,7 @@ TEST_F(NetsComponentTest, AFullTagIsTriedAgainWhenItChanges) {
   EXPECT_EQ(tag(kNorth).slots()[1].block.author, author());
 }
 
-TEST_F(NetsComponentTest, ACrashBetweenWritingAndReadingLosesNothing) {
+TEST_F(NetsPartTest, ACrashBetweenWritingAndReadingLosesNothing) {
   Write(15, kNorth, NetAction::kPresent, 1);
   const std::string bytes = Saved(bench.engine);
   const auto frozen = bench.engine.Freeze(FrozenState::kMaxKeptBytes);
@@ -255,7 +248,7 @@ TEST_F(NetsComponentTest, ACrashBetweenWritingAndReadingLosesNothing) {
   EXPECT_EQ(Read(15, kNorth)->state, protocol::kNetGreen);
 }
 
-TEST_F(NetsComponentTest, ItsLogLeadsToTheSameStateFromAnywhere) {
+TEST_F(NetsPartTest, ItsLogLeadsToTheSameStateFromAnywhere) {
   std::mt19937_64 random(1);
   std::vector<std::pair<size_t, std::string>> states;  // how much of the log, and what came of it
   for (int step = 0; step < 3'000; ++step) {
@@ -271,7 +264,7 @@ TEST_F(NetsComponentTest, ItsLogLeadsToTheSameStateFromAnywhere) {
           static_cast<uint8_t>(step), static_cast<uint16_t>(random() % 50));
     Wait(random() % 300);
     if (random() % 1'000 == 0) {
-      bench.Apply(ToEvent(NetsChanged{NetsChanged::Action::kReset, "gate"}));
+      bench.Apply(NetsChanged{"gate"});
     }
     if (random() % 100 == 0) {
       states.emplace_back(bench.log.size(), Saved(bench.engine));
@@ -296,21 +289,18 @@ TEST_F(NetsComponentTest, ItsLogLeadsToTheSameStateFromAnywhere) {
   }
 }
 
-TEST_F(NetsComponentTest, AResetBeginsAnew) {
+TEST_F(NetsPartTest, AResetBeginsAnew) {
   GoInside();
   Write(16, kNorth, NetAction::kPresent, 1);
-  bench.Apply(ToEvent(NetsChanged{NetsChanged::Action::kReset, "gate"}));
+  bench.Apply(NetsChanged{"gate"});
   Wait(200);
   EXPECT_EQ(net().marking(), petri::LiveNet(net().shared_rules()).marking());
   EXPECT_EQ(counts().firings, 0u) << "what robots had left is erased";
   ExpectAck(kNorth, NetOutcome::kNone, 0, 0);
-  EXPECT_EQ(bench.engine.Check(ToEvent(NetsChanged{NetsChanged::Action::kReset, "get"})).error(),
-            "there is no net \"get\"");
-  EXPECT_EQ(bench.engine.Check(ComponentEvent{NetsChanged::kKind, 1, "\x07"}).error(),
-            "a change of nets: action is 7, expected at most 0");
+  EXPECT_EQ(bench.engine.Check(NetsChanged{"get"}).error(), "there is no net \"get\"");
 }
 
-TEST_F(NetsComponentTest, AnotherLawGoesOnWithWhatThereIs) {
+TEST_F(NetsPartTest, AnotherLawGoesOnWithWhatThereIs) {
   GoInside();
   Write(15, kPheromone, NetAction::kStoreA, 103, 30);
   Wait(200);
@@ -318,7 +308,7 @@ TEST_F(NetsComponentTest, AnotherLawGoesOnWithWhatThereIs) {
   petri::LiveSettings settings = LiveGateSettings();
   settings.rate_milli = 4'000;
   Wait(since_ms + 10'000 - Now());
-  const EngineConfig config = testing::ConfigWith({{settings}});
+  const EngineConfig config = testing::ConfigWith({settings});
   ASSERT_TRUE(bench.engine.CheckConfig(config).ok());
   bench.Apply(ConfigChanged{config, 7});
   EXPECT_EQ(net().trails().a, (petri::Trail{20'000, since_ms + 10'000}));
@@ -329,17 +319,17 @@ TEST_F(NetsComponentTest, AnotherLawGoesOnWithWhatThereIs) {
   EXPECT_EQ(Read(15, kPheromone)->state, 0);
 }
 
-TEST_F(NetsComponentTest, AnotherNetOfThatNameIsRefusedAndOneOfAnotherNameBegins) {
+TEST_F(NetsPartTest, AnotherNetOfThatNameIsRefusedAndOneOfAnotherNameBegins) {
   petri::LiveSettings settings = LiveGateSettings();
   settings.net.places[0].tokens = 3;
-  EXPECT_EQ(bench.engine.CheckConfig(testing::ConfigWith({{settings}})).error(),
+  EXPECT_EQ(bench.engine.CheckConfig(testing::ConfigWith({settings})).error(),
             "net \"gate\" is running, and robots are on their way in it, but its file, its "
             "parameters or the robots' net are others now; undo that, or give it another name to "
             "begin anew");
   settings.name = "other";
   tags::Settings tags = testing::GateTags();
   tags.privileged.push_back("net:other");
-  const EngineConfig config = testing::ConfigWith({{settings}}, tags);
+  const EngineConfig config = testing::ConfigWith({settings}, tags);
   ASSERT_TRUE(bench.engine.CheckConfig(config).ok());
   bench.Apply(ConfigChanged{config, 7});
   EXPECT_EQ(tag(kNorth).used(), 0u) << "the blocks of the first one are gone";
@@ -348,50 +338,40 @@ TEST_F(NetsComponentTest, AnotherNetOfThatNameIsRefusedAndOneOfAnotherNameBegins
   EXPECT_EQ(tag(kNorth).slots()[0].block.author, *store().symbols().RobotOf("net:other"));
 }
 
-TEST_F(NetsComponentTest, AConfigurationThatItCannotHaveIsRefused) {
-  const auto error = [&](const petri::AllLiveSettings& nets, const tags::Settings& tags) {
+TEST_F(NetsPartTest, AConfigurationThatItCannotHaveIsRefused) {
+  const auto error = [&](const std::vector<petri::LiveSettings>& nets, const tags::Settings& tags) {
     const Status status = bench.engine.CheckConfig(testing::ConfigWith(nets, tags));
     return status.ok() ? "" : status.error();
   };
   const petri::LiveSettings gate = LiveGateSettings();
   tags::Settings tags = testing::GateTags();
   tags.tags.pop_back();
-  EXPECT_EQ(error({{gate}}, tags),
+  EXPECT_EQ(error({gate}, tags),
             "net \"gate\": there is no tag \"pheromone\", which it calls \"P\"");
   tags = testing::GateTags();
   tags.tags[1].slots = 3;
-  EXPECT_EQ(error({{gate}}, tags), "net \"gate\": tag \"exit\" has 3 slots, expected at least 4");
+  EXPECT_EQ(error({gate}, tags), "net \"gate\": tag \"exit\" has 3 slots, expected at least 4");
   tags = testing::GateTags();
   tags.privileged = {"operator"};
-  EXPECT_EQ(error({{gate}}, tags), "net \"gate\": its author \"net:gate\" is not privileged");
+  EXPECT_EQ(error({gate}, tags), "net \"gate\": its author \"net:gate\" is not privileged");
   tags = testing::GateTags();
-  EXPECT_EQ(error({{gate, gate}}, tags), "net \"gate\": expected a name that no other net has");
+  EXPECT_EQ(error({gate, gate}, tags), "net \"gate\": expected a name that no other net has");
   petri::LiveSettings second = gate;
   second.name = "second";
   tags.privileged.push_back("net:second");
-  EXPECT_EQ(error({{gate, second}}, tags),
+  EXPECT_EQ(error({gate, second}, tags),
             "net \"second\": tag \"north\" is used by net \"gate\" already");
   second = gate;
   second.net.transitions[0].owner = "";
-  EXPECT_EQ(error({{second}}, testing::GateTags()),
+  EXPECT_EQ(error({second}, testing::GateTags()),
             "net \"gate\": transition \"arrive\": owner: found \"\", expected robot or "
             "environment");
-  EngineConfig config = testing::GateConfig();
-  config.components[0].bytes = "not it";
-  EXPECT_FALSE(bench.engine.CheckConfig(config).ok());
+  second = gate;
+  second.period_ms = 1;
+  EXPECT_EQ(error({second}, testing::GateTags()), "nets[0].period_ms is 1, expected 2 to 60000");
 }
 
-TEST_F(NetsComponentTest, AStateFromBeforeThereWereNetsIsRead) {
-  testing::Bench before(testing::SmallConfig());
-  const std::string bytes = Saved(before.engine);
-  std::string old = bytes;
-  const std::string empty_nets = std::string("\4\0\0\0nets\1\0\0\0\0", 13);
-  ASSERT_NE(old.find(empty_nets), std::string::npos);
-  old.erase(old.find(empty_nets), empty_nets.size());
-  EXPECT_EQ(Saved(Restored(old)), bytes);
-}
-
-TEST_F(NetsComponentTest, AStateOfOtherNetsIsRefused) {
+TEST_F(NetsPartTest, AStateOfOtherNetsIsRefused) {
   const std::string bytes = Saved(bench.engine);
   std::string other = bytes;
   other.replace(other.rfind("\4\0\0\0gate", std::string::npos, 8), 8, "\4\0\0\0gote", 8);

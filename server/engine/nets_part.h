@@ -1,5 +1,5 @@
-// Petri nets that the server executes on virtual tags: the environment's readers below them, as a
-// component. server/petri/README.md, "Live nets", says what for.
+// Petri nets that the server executes on virtual tags: the environment's readers below them.
+// server/petri/README.md, "Live nets", says what for.
 //
 // Each net has the author "net:NAME" on its tags. In slot 0 it keeps the trigger record of the
 // robots' net, in slot 1 what it tells robots; theirs are in other slots, and are erased when they
@@ -18,28 +18,11 @@
 #include <string_view>
 #include <vector>
 
-#include "server/engine/component.h"
+#include "server/engine/part.h"
 #include "server/petri/live_net.h"
 #include "server/tags/store.h"
 
 namespace pheromone::engine {
-
-/// An operator's change of a net: it begins anew, with all robots where they were at first. What
-/// robots have left on its tags is erased.
-struct NetsChanged {
-  static constexpr EventKind kKind{17};
-  static constexpr uint8_t kVersion = 1;
-  enum class Action : uint8_t { kReset };
-
-  Action action = Action::kReset;
-  std::string net;
-
-  template <typename Self, typename Visit>
-  static void Fields(Self& it, Visit&& visit) {
-    visit("action", it.action, UpTo(Action::kReset));
-    visit("net", it.net);
-  }
-};
 
 /// A firing of a composed net.
 struct NetFiring {
@@ -48,17 +31,13 @@ struct NetFiring {
   int32_t robot = 0;        ///< its author's number; 0: the environment
 };
 
-class NetsComponent final : public Component {
+class NetsPart {
  public:
-  static constexpr std::string_view kName = "nets";
   /// Slots that a tag of a net needs: the reader's two, and some for robots.
   static constexpr uint8_t kLeastSlots = 4;
   /// Numbers of authors from here on are given to nets, so that robots keep the low ones.
   static constexpr int32_t kFirstAuthor = 1'000'001;
 
-  /// Of an engine that has these nets.
-  static ComponentConfig ConfigOf(const petri::AllLiveSettings& settings);
-  static Result<petri::AllLiveSettings> SettingsIn(const EngineConfig& config);
   /// The unique ID of a net's author, which has to be privileged.
   static std::string AuthorOf(std::string_view net) { return "net:" + std::string(net); }
 
@@ -73,23 +52,21 @@ class NetsComponent final : public Component {
   /// What the last event fired, in this order. Not part of the state.
   const std::vector<NetFiring>& fired() const { return fired_; }
 
-  std::unique_ptr<Component> Clone() const override {
-    return std::make_unique<NetsComponent>(*this);
-  }
-  std::string_view name() const override { return kName; }
-  uint8_t version() const override { return 1; }
-  std::vector<EventKind> event_kinds() const override { return {NetsChanged::kKind}; }
   Status CheckConfig(const Context& context, const EngineConfig& next,
-                     const ConfigPlan* plan) const override;
-  void Configure(const Context& context, const Reconfiguration& change, const Output& out) override;
-  Status Check(const Context& context, const Event& event) const override;
-  void Apply(const Context& context, const Event& event, const Output& out) override;
-  void Advance(const Context& context, const Output& out) override;
-  void Notice(const Context& context) override;
-  std::optional<uint64_t> NextDeadline() const override;
-  uint64_t Hash() const override;
-  void Save(ByteWriter* writer) const override;
-  void Restore(const Context& context, uint8_t version, ByteReader* reader) override;
+                     const ConfigPlan* plan) const;
+  void Configure(const Context& context, const Reconfiguration& change, const Output& out);
+  Status Check(const Context& context, const NetsChanged& changed) const;
+  void Apply(const Context& context, const NetsChanged& changed, const Output& out);
+  void Advance(const Context& context, const Output& out);
+  /// After each event, of whatever part: sees what it has changed on tags. Short.
+  void Notice(const Context& context);
+  std::optional<uint64_t> NextDeadline() const;
+  uint64_t Hash() const;
+  void Save(ByteWriter* writer) const;
+  void Restore(const Context& context, ByteReader* reader);
+  std::unique_ptr<FrozenPart> Freeze(uint64_t /*most_kept_bytes*/) const {
+    return std::make_unique<FrozenBytes>(*this);
+  }
 
  private:
   void Act(const Context& context, Instance* it, const Output& out);
@@ -97,5 +74,7 @@ class NetsComponent final : public Component {
   std::map<std::string, Instance, std::less<>> nets_;
   std::vector<NetFiring> fired_;
 };
+
+static_assert(Part<NetsPart>);
 
 }  // namespace pheromone::engine

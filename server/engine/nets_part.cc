@@ -1,4 +1,4 @@
-#include "server/engine/nets_component.h"
+#include "server/engine/nets_part.h"
 
 #include <algorithm>
 #include <cassert>
@@ -8,7 +8,7 @@
 #include "protocol/byte_order.h"
 #include "protocol/net_record.h"
 #include "server/base/hash.h"
-#include "server/engine/tags_component.h"
+#include "server/engine/tags_part.h"
 
 namespace pheromone::engine {
 namespace {
@@ -27,12 +27,6 @@ static_assert(tags::kNetRecordType == protocol::kTypeNetRecord);
 static_assert(petri::kMaxTriggers == protocol::kMaxCandidates);
 
 using Statement = std::array<uint8_t, protocol::kNetStatementSize>;
-
-const tags::Store& StoreIn(const Context& context) {
-  const auto* const tags = FindIn<TagsComponent>(context.components);
-  assert(tags != nullptr);
-  return tags->store();
-}
 
 Statement StatementOf(const tags::Block& block) {
   const tags::Words words = tags::ToWords(block);
@@ -121,39 +115,27 @@ bool NeedsReading(const LiveNet& net, size_t index, const tags::Tag& tag,
          !Has(tag.slots()[protocol::kEnvironmentSlot], *author, SignsOf(net, index));
 }
 
-TagsChanged Erasure(uint16_t tag, uint8_t slot) {
-  TagsChanged change;
-  change.action = TagsChanged::Action::kErase;
-  change.tag = tag;
-  change.has_slot = true;
-  change.slot = slot;
-  return change;
-}
-
 std::optional<int32_t> AuthorNumber(const tags::Store& store, std::string_view net) {
-  return store.symbols().RobotOf(NetsComponent::AuthorOf(net));
+  return store.symbols().RobotOf(NetsPart::AuthorOf(net));
 }
 
 // The author's number, which is defined if it is new. Empty if the tables are full.
 std::optional<int32_t> DefineAuthor(const Context& context, std::string_view net,
                                     const Output& out) {
-  const tags::Store& store = StoreIn(context);
+  const tags::Store& store = context.tags;
   if (const std::optional<int32_t> known = AuthorNumber(store, net)) {
     return known;
   }
-  TagsChanged change;
-  change.action = TagsChanged::Action::kDefine;
-  change.row = {tags::RowKind::kRobot, NetsComponent::kFirstAuthor, 0,
-                NetsComponent::AuthorOf(net)};
-  while (store.symbols().HasRobot(change.row.robot)) {
-    ++change.row.robot;
+  tags::Row row{tags::RowKind::kRobot, NetsPart::kFirstAuthor, 0, NetsPart::AuthorOf(net)};
+  while (store.symbols().HasRobot(row.robot)) {
+    ++row.robot;
   }
-  change.row.number = change.row.robot;
-  return out.Raise(ToEvent(change)).ok() ? std::optional(change.row.robot) : std::nullopt;
+  row.number = row.robot;
+  return out.tags->Define(row) ? std::optional(row.robot) : std::nullopt;
 }
 
 // The numbers of the net's tags; they stay until the configuration changes.
-void Resolve(const tags::Store& store, NetsComponent::Instance* it) {
+void Resolve(const tags::Store& store, NetsPart::Instance* it) {
   if (!it->numbers.empty()) {
     return;
   }
@@ -166,23 +148,16 @@ void Resolve(const tags::Store& store, NetsComponent::Instance* it) {
 
 using RulesByName = std::map<std::string, std::shared_ptr<const LiveRules>>;
 
-Status CheckTags(const petri::AllLiveSettings& nets, const EngineConfig& config) {
-  const ComponentConfig* const its = config.FindComponent(TagsComponent::kName);
-  const Result<tags::Settings> settings =
-      its != nullptr ? FromBytes<tags::Settings>("tags", its->version, its->bytes)
-                     : Result<tags::Settings>(tags::Settings{});
-  if (!settings.ok()) {
-    return Error{settings.error()};
-  }
+Status CheckTags(const EngineConfig& config) {
   std::map<std::string_view, const tags::TagSettings*> by_name;
-  for (const tags::TagSettings& tag : settings.value().tags) {
+  for (const tags::TagSettings& tag : config.tags.tags) {
     by_name.emplace(tag.name, &tag);
   }
   std::map<std::string_view, std::string_view> bound;
-  for (const LiveSettings& net : nets.nets) {
+  for (const LiveSettings& net : config.nets) {
     const std::string who = "net \"" + net.name + "\": ";
-    const std::vector<std::string>& privileged = settings.value().privileged;
-    const std::string author = NetsComponent::AuthorOf(net.name);
+    const std::vector<std::string>& privileged = config.tags.privileged;
+    const std::string author = NetsPart::AuthorOf(net.name);
     if (std::find(privileged.begin(), privileged.end(), author) == privileged.end()) {
       return Error{who + "its author \"" + author + "\" is not privileged"};
     }
@@ -192,9 +167,9 @@ Status CheckTags(const petri::AllLiveSettings& nets, const EngineConfig& config)
         return Error{who + "there is no tag \"" + tag.tag + "\", which it calls \"" + tag.in_net +
                      "\""};
       }
-      if (found->second->slots < NetsComponent::kLeastSlots) {
+      if (found->second->slots < NetsPart::kLeastSlots) {
         return Error{who + "tag \"" + tag.tag + "\" has " + std::to_string(found->second->slots) +
-                     " slots, expected at least " + std::to_string(NetsComponent::kLeastSlots)};
+                     " slots, expected at least " + std::to_string(NetsPart::kLeastSlots)};
       }
       if (const auto [it, is_new] = bound.emplace(tag.tag, net.name); !is_new) {
         return Error{who + "tag \"" + tag.tag + "\" is used by net \"" + std::string(it->second) +
@@ -206,19 +181,16 @@ Status CheckTags(const petri::AllLiveSettings& nets, const EngineConfig& config)
 }
 
 Result<RulesByName> RulesIn(const EngineConfig& config) {
-  const Result<petri::AllLiveSettings> settings = NetsComponent::SettingsIn(config);
-  if (!settings.ok()) {
-    return Error{settings.error()};
+  const Status in_bounds = CheckFields(config.nets, "nets");
+  if (!in_bounds.ok()) {
+    return Error{in_bounds.error()};
   }
   RulesByName rules;
-  if (settings.value().nets.empty()) {
-    return rules;
-  }
-  if (settings.value().nets.size() > petri::kMaxLiveNets) {
-    return Error{std::to_string(settings.value().nets.size()) + " nets, expected " +
+  if (config.nets.size() > petri::kMaxLiveNets) {
+    return Error{std::to_string(config.nets.size()) + " nets, expected " +
                  std::to_string(petri::kMaxLiveNets) + " at most"};
   }
-  for (const LiveSettings& net : settings.value().nets) {
+  for (const LiveSettings& net : config.nets) {
     Result<std::shared_ptr<const LiveRules>> made = petri::MakeLiveRules(net);
     if (!made.ok()) {
       return Error{made.error()};
@@ -227,19 +199,8 @@ Result<RulesByName> RulesIn(const EngineConfig& config) {
       return Error{"net \"" + net.name + "\": expected a name that no other net has"};
     }
   }
-  const Status tags = CheckTags(settings.value(), config);
+  const Status tags = CheckTags(config);
   return tags.ok() ? Result<RulesByName>(std::move(rules)) : Error{tags.error()};
-}
-
-bool HasSame(std::string_view component, const EngineConfig& one, const EngineConfig& other) {
-  const ComponentConfig* const a = one.FindComponent(component);
-  const ComponentConfig* const b = other.FindComponent(component);
-  return a == nullptr || b == nullptr ? a == b : *a == *b;
-}
-
-Result<NetsChanged> NetsChangeIn(const Event& event) {
-  const auto& it = std::get<ComponentEvent>(event);
-  return FromBytes<NetsChanged>("a change of nets", it.version, it.bytes);
 }
 
 // For Hash: one word.
@@ -249,22 +210,10 @@ uint64_t WordOf(const std::optional<uint64_t>& time_ms) {
 
 }  // namespace
 
-ComponentConfig NetsComponent::ConfigOf(const petri::AllLiveSettings& settings) {
-  ByteWriter writer;
-  EncodeFields(settings, &writer);
-  return {std::string(kName), petri::AllLiveSettings::kVersion, writer.Take()};
-}
-
-Result<petri::AllLiveSettings> NetsComponent::SettingsIn(const EngineConfig& config) {
-  const ComponentConfig* const its = config.FindComponent(kName);
-  return its != nullptr ? FromBytes<petri::AllLiveSettings>("nets", its->version, its->bytes)
-                        : Result<petri::AllLiveSettings>(petri::AllLiveSettings{});
-}
-
-Status NetsComponent::CheckConfig(const Context& context, const EngineConfig& next,
-                                  const ConfigPlan* /*plan*/) const {
-  if (&next != &*context.config && HasSame(kName, *context.config, next) &&
-      HasSame(TagsComponent::kName, *context.config, next)) {
+Status NetsPart::CheckConfig(const Context& context, const EngineConfig& next,
+                             const ConfigPlan* /*plan*/) const {
+  if (&next != &*context.config && context.config->nets == next.nets &&
+      context.config->tags == next.tags) {
     return Ok();
   }
   const Result<RulesByName> rules = RulesIn(next);
@@ -283,13 +232,12 @@ Status NetsComponent::CheckConfig(const Context& context, const EngineConfig& ne
   return Ok();
 }
 
-void NetsComponent::Configure(const Context& context, const Reconfiguration& change,
-                              const Output& out) {
+void NetsPart::Configure(const Context& context, const Reconfiguration& change, const Output& out) {
   fired_.clear();
   for (auto& [name, it] : nets_) {
     it.numbers.clear();
   }
-  if (change.before != nullptr && HasSame(kName, *change.before, *context.config)) {
+  if (change.before != nullptr && change.before->nets == context.config->nets) {
     return;
   }
   const RulesByName rules = RulesIn(*context.config).value();
@@ -298,14 +246,14 @@ void NetsComponent::Configure(const Context& context, const Reconfiguration& cha
       ++it;
       continue;
     }
-    const tags::Store& store = StoreIn(context);
+    const tags::Store& store = context.tags;
     Resolve(store, &it->second);
     for (const uint16_t number : it->second.numbers) {
       for (const uint8_t slot : {protocol::kTriggerSlot, protocol::kEnvironmentSlot}) {
         const tags::NamedTag* const tag = store.Find(number);
         if (tag != nullptr &&
             tag->tag.slots()[slot].block.author == AuthorNumber(store, it->first)) {
-          (void)out.Raise(ToEvent(Erasure(number, slot)));
+          (void)out.tags->Erase(number, slot);
         }
       }
     }
@@ -327,26 +275,20 @@ void NetsComponent::Configure(const Context& context, const Reconfiguration& cha
 
 // --- The operator's changes
 
-Status NetsComponent::Check(const Context& /*context*/, const Event& event) const {
-  const Result<NetsChanged> change = NetsChangeIn(event);
-  if (!change.ok()) {
-    return Error{change.error()};
-  }
-  return nets_.count(change.value().net) > 0
-             ? Ok()
-             : Error{"there is no net \"" + change.value().net + "\""};
+Status NetsPart::Check(const Context& /*context*/, const NetsChanged& changed) const {
+  return nets_.count(changed.net) > 0 ? Ok() : Error{"there is no net \"" + changed.net + "\""};
 }
 
-void NetsComponent::Apply(const Context& context, const Event& event, const Output& out) {
+void NetsPart::Apply(const Context& context, const NetsChanged& changed, const Output& out) {
   fired_.clear();
-  const auto found = nets_.find(NetsChangeIn(event).value().net);
+  const auto found = nets_.find(changed.net);
   Instance& it = found->second;
-  const tags::Store& store = StoreIn(context);
+  const tags::Store& store = context.tags;
   Resolve(store, &it);
   for (const uint16_t number : it.numbers) {
     while (const std::optional<uint8_t> slot =
                SlotToRead(store.Find(number)->tag, AuthorNumber(store, found->first))) {
-      (void)out.Raise(ToEvent(Erasure(number, *slot)));
+      (void)out.tags->Erase(number, *slot);
     }
   }
   const std::shared_ptr<const LiveRules> rules = it.net.shared_rules();
@@ -357,9 +299,9 @@ void NetsComponent::Apply(const Context& context, const Event& event, const Outp
 
 // --- Reading
 
-void NetsComponent::Notice(const Context& context) {
+void NetsPart::Notice(const Context& context) {
   for (auto& [name, it] : nets_) {
-    const tags::Store& store = StoreIn(context);
+    const tags::Store& store = context.tags;
     Resolve(store, &it);
     for (size_t i = 0; i < it.numbers.size(); ++i) {
       const tags::NamedTag* const tag = store.Find(it.numbers[i]);
@@ -374,7 +316,7 @@ void NetsComponent::Notice(const Context& context) {
   }
 }
 
-std::optional<uint64_t> NetsComponent::NextDeadline() const {
+std::optional<uint64_t> NetsPart::NextDeadline() const {
   std::optional<uint64_t> next;
   for (const auto& [name, it] : nets_) {
     for (const std::optional<uint64_t>& time_ms : {it.due_ms, it.change_ms}) {
@@ -384,7 +326,7 @@ std::optional<uint64_t> NetsComponent::NextDeadline() const {
   return next;
 }
 
-void NetsComponent::Advance(const Context& context, const Output& out) {
+void NetsPart::Advance(const Context& context, const Output& out) {
   fired_.clear();
   const auto is_over = [&](const std::optional<uint64_t>& time_ms) {
     return time_ms && *time_ms <= context.now_ms;
@@ -400,7 +342,7 @@ namespace {
 
 // Reads and erases one record at a tag, if there is one.
 void ReadOne(const tags::Store& store, const Context& context, size_t index, int32_t author,
-             NetsComponent::Instance* it, const Output& out, std::vector<petri::Firing>* fired) {
+             NetsPart::Instance* it, const Output& out, std::vector<petri::Firing>* fired) {
   const uint16_t number = it->numbers[index];
   const tags::Tag& tag = store.Find(number)->tag;
   const std::optional<uint8_t> slot = SlotToRead(tag, author);
@@ -408,7 +350,7 @@ void ReadOne(const tags::Store& store, const Context& context, size_t index, int
     return;
   }
   const tags::Block block = tag.slots()[*slot].block;
-  (void)out.Raise(ToEvent(Erasure(number, *slot)));
+  (void)out.tags->Erase(number, *slot);
   const Statement statement = StatementOf(block);
   protocol::RobotRecord record{};
   const NetRecordFault fault =
@@ -433,19 +375,13 @@ void ReadOne(const tags::Store& store, const Context& context, size_t index, int
 
 // Writes one of the reader's own blocks, if it is not there.
 void WriteOwn(const tags::Store& store, uint16_t number, uint8_t slot, const Statement& statement,
-              int32_t author, NetsComponent::Instance* it, const Output& out) {
+              int32_t author, NetsPart::Instance* it, const Output& out) {
   const tags::Slot& present = store.Find(number)->tag.slots()[slot];
   if (Has(present, author, statement)) {
     return;
   }
-  TagsChanged change;
-  change.action = TagsChanged::Action::kWrite;
-  change.tag = number;
-  change.has_slot = true;
-  change.slot = slot;
-  change.block = BlockOf(author, statement);
   const bool is_foreign = !present.block.is_empty() && present.block.author != author;
-  if (!out.Raise(ToEvent(change)).ok()) {
+  if (!out.tags->Write(number, slot, BlockOf(author, statement))) {
     it->net.CountBlocked();
   } else if (is_foreign) {
     it->net.CountRestored();
@@ -454,9 +390,9 @@ void WriteOwn(const tags::Store& store, uint16_t number, uint8_t slot, const Sta
 
 }  // namespace
 
-void NetsComponent::Act(const Context& context, Instance* it, const Output& out) {
+void NetsPart::Act(const Context& context, Instance* it, const Output& out) {
   const std::string& name = it->net.rules().settings.name;
-  const tags::Store& store = StoreIn(context);
+  const tags::Store& store = context.tags;
   Resolve(store, it);
   it->due_ms = std::nullopt;
   const std::optional<int32_t> author = DefineAuthor(context, name, out);
@@ -483,7 +419,7 @@ void NetsComponent::Act(const Context& context, Instance* it, const Output& out)
 
 // --- State
 
-uint64_t NetsComponent::Hash() const {
+uint64_t NetsPart::Hash() const {
   uint64_t hash = 0;
   for (const auto& [name, it] : nets_) {
     hash +=
@@ -492,7 +428,7 @@ uint64_t NetsComponent::Hash() const {
   return hash;
 }
 
-void NetsComponent::Save(ByteWriter* writer) const {
+void NetsPart::Save(ByteWriter* writer) const {
   writer->Count(nets_.size());
   for (const auto& [name, it] : nets_) {
     writer->Text(name);
@@ -503,7 +439,7 @@ void NetsComponent::Save(ByteWriter* writer) const {
   }
 }
 
-void NetsComponent::Restore(const Context& context, uint8_t /*version*/, ByteReader* reader) {
+void NetsPart::Restore(const Context& context, ByteReader* reader) {
   const Result<RulesByName> rules = RulesIn(*context.config);
   reader->Check(rules.ok() ? Ok() : Status(Error{rules.error()}));
   if (!reader->ok()) {
@@ -526,7 +462,7 @@ void NetsComponent::Restore(const Context& context, uint8_t /*version*/, ByteRea
     Instance it{.net = LiveNet(its)};
     it.due_ms = time();
     it.change_ms = time();
-    DecodeFields(reader, version(), &it.seen);
+    DecodeFields(reader, &it.seen);
     if (reader->ok() && it.seen.size() != its->tags.size()) {
       reader->Fail("net \"" + name + "\": not a state of this net");
     }

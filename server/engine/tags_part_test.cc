@@ -1,4 +1,4 @@
-#include "server/engine/tags_component.h"
+#include "server/engine/tags_part.h"
 
 #include <gtest/gtest.h>
 
@@ -17,12 +17,6 @@ using protocol::Reason;
 using testing::MessageOf;
 using testing::ReasonOf;
 
-ComponentConfig ConfigOf(const tags::Settings& settings) {
-  ByteWriter writer;
-  EncodeFields(settings, &writer);
-  return {std::string(TagsComponent::kName), tags::Settings::kVersion, writer.Take()};
-}
-
 // Tag 1 at (1 m, 1 m) with a range of 0.5 m, tag 2 beside it, tag 3 far away.
 tags::Settings ThreeTags() {
   return {.tags = {{"door", 1'000'000, 1'000'000, 500'000, 8},
@@ -33,7 +27,7 @@ tags::Settings ThreeTags() {
 
 EngineConfig ConfigWith(const tags::Settings& settings) {
   EngineConfig config = testing::SmallConfig();
-  config.components.push_back(ConfigOf(settings));
+  config.tags = settings;
   return config;
 }
 
@@ -43,9 +37,9 @@ std::string Saved(const Engine& engine) {
   return writer.Take();
 }
 
-class TagsComponentTest : public ::testing::Test {
+class TagsPartTest : public ::testing::Test {
  protected:
-  TagsComponentTest() {
+  TagsPartTest() {
     Register(15, "123-233-201");
     Register(12, "00:11:22:33:44:55");
   }
@@ -93,15 +87,13 @@ class TagsComponentTest : public ::testing::Test {
         MessageOf(protocol::TagReadRequest{id, 1'100, 1'000, tag, slot}));
   }
 
-  const tags::Store& store() const {
-    return FindIn<TagsComponent>(bench_.engine.components())->store();
-  }
+  const tags::Store& store() const { return bench_.engine.tags(); }
 
   testing::Bench bench_{ConfigWith(ThreeTags())};
   std::map<uint8_t, uint8_t> seqs_;
 };
 
-TEST_F(TagsComponentTest, AScanListsTheTagsInRange) {
+TEST_F(TagsPartTest, AScanListsTheTagsInRange) {
   const auto answer =
       Answered<protocol::ScanAnswer>(MessageOf(protocol::ScanRequest{15, 1'100, 900, 0}));
   ASSERT_EQ(answer.count, 2);
@@ -117,7 +109,7 @@ TEST_F(TagsComponentTest, AScanListsTheTagsInRange) {
   EXPECT_EQ(rest.rows[0].tag, 2);
 }
 
-TEST_F(TagsComponentTest, ADistanceIsInTheRobotsOwnFrame) {
+TEST_F(TagsPartTest, ADistanceIsInTheRobotsOwnFrame) {
   EngineConfig config = ConfigWith(ThreeTags());
   // Its x axis points along the map's y axis.
   config.frames = {MakeFrame("radio-a", 15, {1'000'000, 500'000}, 90.0)};
@@ -132,7 +124,7 @@ TEST_F(TagsComponentTest, ADistanceIsInTheRobotsOwnFrame) {
   EXPECT_EQ(answer.rows[1].dy, -200);
 }
 
-TEST_F(TagsComponentTest, AScanTellsHowManyMoreThereAre) {
+TEST_F(TagsPartTest, AScanTellsHowManyMoreThereAre) {
   tags::Settings settings;
   for (int i = 0; i < 10; ++i) {
     settings.tags.push_back({"t" + std::to_string(i), 1'000'000, 1'000'000, 500'000, 8});
@@ -144,7 +136,7 @@ TEST_F(TagsComponentTest, AScanTellsHowManyMoreThereAre) {
   EXPECT_EQ(answer.more, 3);
 }
 
-TEST_F(TagsComponentTest, WhatOneRobotWritesAnotherReads) {
+TEST_F(TagsPartTest, WhatOneRobotWritesAnotherReads) {
   const auto written = Answered<protocol::TagWritten>(MessageOf(WriteRequest(15, 1)));
   EXPECT_EQ(written.slot, 0);
   EXPECT_EQ(written.slot_generation, 1);
@@ -161,7 +153,7 @@ TEST_F(TagsComponentTest, WhatOneRobotWritesAnotherReads) {
   EXPECT_EQ(std::memcmp(read.words, words, sizeof words), 0);
 }
 
-TEST_F(TagsComponentTest, ReadingSkipsEmptySlots) {
+TEST_F(TagsPartTest, ReadingSkipsEmptySlots) {
   protocol::TagWriteRequest request = WriteRequest(15, 1);
   request.slot = 5;
   bench_.Handle(MessageOf(request));
@@ -175,7 +167,7 @@ TEST_F(TagsComponentTest, ReadingSkipsEmptySlots) {
   EXPECT_EQ(Read(12, 1, 255).slot, protocol::kNoSlot);
 }
 
-TEST_F(TagsComponentTest, OutOfRangeIsRefused) {
+TEST_F(TagsPartTest, OutOfRangeIsRefused) {
   protocol::TagWriteRequest request = WriteRequest(15, 3);
   EXPECT_EQ(bench_.HandleForReason(MessageOf(request)), Reason::kNoTagInRange);
   request = WriteRequest(15, 1);
@@ -188,7 +180,7 @@ TEST_F(TagsComponentTest, OutOfRangeIsRefused) {
             Reason::kNoTagInRange);
 }
 
-TEST_F(TagsComponentTest, WritesAreDoneOnce) {
+TEST_F(TagsPartTest, WritesAreDoneOnce) {
   const Message request = MessageOf(WriteRequest(15, 1));
   const auto first = Answered<protocol::TagWritten>(request);
   const auto again = Answered<protocol::TagWritten>(request);
@@ -196,7 +188,7 @@ TEST_F(TagsComponentTest, WritesAreDoneOnce) {
   EXPECT_EQ(store().Find(1)->tag.used(), 1u);
 }
 
-TEST_F(TagsComponentTest, OfTwoClaimsTheSecondIsRefused) {
+TEST_F(TagsPartTest, OfTwoClaimsTheSecondIsRefused) {
   const uint16_t seen = Read(12, 1, 0).tag_generation;
   for (const uint8_t id : {uint8_t{15}, uint8_t{12}}) {
     protocol::TagWriteRequest claim = WriteRequest(id, 1);
@@ -210,7 +202,7 @@ TEST_F(TagsComponentTest, OfTwoClaimsTheSecondIsRefused) {
   EXPECT_EQ(Read(12, 1, 0).lease_s, 60);
 }
 
-TEST_F(TagsComponentTest, ALeaseEndsByAnEvent) {
+TEST_F(TagsPartTest, ALeaseEndsByAnEvent) {
   protocol::TagWriteRequest claim = WriteRequest(15, 1);
   claim.lease_s = 60;
   bench_.Handle(MessageOf(claim));
@@ -224,7 +216,7 @@ TEST_F(TagsComponentTest, ALeaseEndsByAnEvent) {
   EXPECT_EQ(store().counters().expired, 1u);
 }
 
-TEST_F(TagsComponentTest, AWriterWithoutAClockGetsTheServers) {
+TEST_F(TagsPartTest, AWriterWithoutAClockGetsTheServers) {
   protocol::TagWriteRequest request = WriteRequest(15, 1);
   request.time = 0;
   std::vector<Outgoing> out;
@@ -233,7 +225,7 @@ TEST_F(TagsComponentTest, AWriterWithoutAClockGetsTheServers) {
   EXPECT_EQ(Read(15, 1, 0).words[1], 1'700'000'000);
 }
 
-TEST_F(TagsComponentTest, RefusalsSayWhy) {
+TEST_F(TagsPartTest, RefusalsSayWhy) {
   const auto reason_of = [&](auto&& change) {
     protocol::TagWriteRequest request = WriteRequest(15, 1);
     change(request);
@@ -249,7 +241,7 @@ TEST_F(TagsComponentTest, RefusalsSayWhy) {
   EXPECT_EQ(store().Find(1)->tag.used(), 0u);
 }
 
-TEST_F(TagsComponentTest, AnothersProtectedBlockIsNotErased) {
+TEST_F(TagsPartTest, AnothersProtectedBlockIsNotErased) {
   protocol::TagWriteRequest claim = WriteRequest(15, 1);
   claim.lease_s = 60;
   bench_.Handle(MessageOf(claim));
@@ -264,7 +256,7 @@ TEST_F(TagsComponentTest, AnothersProtectedBlockIsNotErased) {
   EXPECT_EQ(store().Find(1)->tag.used(), 0u);
 }
 
-TEST_F(TagsComponentTest, SymbolsAreDefinedAndResolved) {
+TEST_F(TagsPartTest, SymbolsAreDefinedAndResolved) {
   const std::string iri = "http://example.org/ns#";
   const auto defined =
       Answered<protocol::SymbolAnswer>(Symbol(15, protocol::SymbolKind::kString, 3, iri));
@@ -290,7 +282,7 @@ TEST_F(TagsComponentTest, SymbolsAreDefinedAndResolved) {
             Reason::kUnknownSymbol);
 }
 
-TEST_F(TagsComponentTest, ARobotMayAskForANumber) {
+TEST_F(TagsPartTest, ARobotMayAskForANumber) {
   bench_.Handle(testing::Hello(7, 1));
   EXPECT_EQ(Answered<protocol::SymbolAnswer>(Symbol(7, protocol::SymbolKind::kRobot, 0, "new one"))
                 .number,
@@ -299,49 +291,46 @@ TEST_F(TagsComponentTest, ARobotMayAskForANumber) {
             Reason::kNotPermitted);
 }
 
-TEST_F(TagsComponentTest, AnOperatorWritesAndErases) {
-  TagsChanged change{.action = TagsChanged::Action::kDefine,
-                     .row = {tags::RowKind::kRobot, 1, 1, "operator"}};
-  ASSERT_TRUE(bench_.engine.Check(ToEvent(change)).ok());
-  bench_.Apply(ToEvent(change));
-  change = {.tag = 1, .block = {1, 5, {1, 2}, {3, 4}, {-3, 2}}};
-  ASSERT_TRUE(bench_.engine.Check(ToEvent(change)).ok());
-  bench_.Apply(ToEvent(change));
+TEST_F(TagsPartTest, AnOperatorWritesAndErases) {
+  const auto make = [&](const TagsChanged& change) {
+    ASSERT_TRUE(bench_.engine.Check(change).ok());
+    bench_.Apply(change);
+  };
+  make({TagsChanged::Define{{tags::RowKind::kRobot, 1, 1, "operator"}}});
+  make({TagsChanged::Write{.tag = 1, .block = {1, 5, {1, 2}, {3, 4}, {-3, 2}}}});
   EXPECT_EQ(Read(12, 1, 0).flags, protocol::kTagPrivileged);
   EXPECT_EQ(bench_.HandleForReason(
                 MessageOf(protocol::TagEraseRequest{12, NextSeq(12), 1'000, 1'000, 1, 0, 0, 0})),
             Reason::kTagProtected);
-  change = {.action = TagsChanged::Action::kErase, .tag = 1, .slot = 0};
-  ASSERT_TRUE(bench_.engine.Check(ToEvent(change)).ok());
-  bench_.Apply(ToEvent(change));
+  make({TagsChanged::Erase{.tag = 1, .slot = 0}});
   EXPECT_EQ(store().Find(1)->tag.used(), 0u);
 }
 
-TEST_F(TagsComponentTest, AnOperatorIsToldWhatIsWrong) {
-  const auto error_of = [&](const TagsChanged& change) {
-    const Status status = bench_.engine.Check(ToEvent(change));
+TEST_F(TagsPartTest, AnOperatorIsToldWhatIsWrong) {
+  const auto error_of = [&](const auto& change) {
+    const Status status = bench_.engine.Check(TagsChanged{change});
     return status.ok() ? "" : status.error();
   };
+  using Write = TagsChanged::Write;
   const tags::Block block = {15, 5, {1, 2}, {3, 4}, {-3, 2}};
-  EXPECT_EQ(error_of({.tag = 9, .block = block}), "there is no tag 9");
-  EXPECT_EQ(error_of({.tag = 1, .has_slot = true, .slot = 8, .block = block}),
+  EXPECT_EQ(error_of(Write{.tag = 9, .block = block}), "there is no tag 9");
+  EXPECT_EQ(error_of(Write{.tag = 1, .slot = 8, .block = block}),
             "tag \"door\": it has no such slot");
-  EXPECT_EQ(error_of({.tag = 1, .has_expected = true, .expected = 7, .block = block}),
+  EXPECT_EQ(error_of(Write{.tag = 1, .expected = 7, .block = block}),
             "tag \"door\": its generation has changed");
-  EXPECT_EQ(error_of({.tag = 1, .block = {99, 5, {1, 2}, {3, 4}, {-3, 2}}}),
+  EXPECT_EQ(error_of(Write{.tag = 1, .block = {99, 5, {1, 2}, {3, 4}, {-3, 2}}}),
             "tag \"door\": the author, 99, is unknown");
-  EXPECT_EQ(error_of({.tag = 1, .block = {15, 5, {-3, 2}, {3, 4}, {-3, 2}}}),
+  EXPECT_EQ(error_of(Write{.tag = 1, .block = {15, 5, {-3, 2}, {3, 4}, {-3, 2}}}),
             "tag \"door\": the subject is (-3, 2), expected a symbol, a robot or a tag");
-  EXPECT_EQ(error_of({.action = TagsChanged::Action::kErase, .tag = 2, .slot = 2}),
+  EXPECT_EQ(error_of(TagsChanged::Erase{.tag = 2, .slot = 2}),
             "tag \"plant\": it has no such slot");
-  EXPECT_EQ(error_of({.action = TagsChanged::Action::kDefine,
-                      .row = {tags::RowKind::kString, 99, 1, "x"}}),
-            "unknown robot");
-  EXPECT_EQ(error_of({.lease_ms = 3'600'001}),
-            "a change of tags: lease_ms is 3600001, expected 0 to 3600000");
+  EXPECT_EQ(error_of(TagsChanged::Erase{.tag = 9}), "there is no tag 9");
+  EXPECT_EQ(error_of(TagsChanged::Define{{tags::RowKind::kString, 99, 1, "x"}}), "unknown robot");
+  EXPECT_EQ(error_of(Write{.lease_ms = 3'600'001}),
+            "a change of tags: change.lease_ms is 3600001, expected 0 to 3600000");
 }
 
-TEST_F(TagsComponentTest, NumbersStayWhenTheFileChanges) {
+TEST_F(TagsPartTest, NumbersStayWhenTheFileChanges) {
   bench_.Handle(MessageOf(WriteRequest(15, 2)));
   tags::Settings settings = ThreeTags();
   settings.tags = {{"new", 1'000'000, 1'000'000, 500'000, 8}, settings.tags[2]};
@@ -355,7 +344,7 @@ TEST_F(TagsComponentTest, NumbersStayWhenTheFileChanges) {
   EXPECT_EQ(Read(12, 2, 0).words[0], 15);
 }
 
-TEST_F(TagsComponentTest, SlotsInUseAreNotTakenAway) {
+TEST_F(TagsPartTest, SlotsInUseAreNotTakenAway) {
   for (const uint8_t slot : {uint8_t{0}, uint8_t{5}}) {
     protocol::TagWriteRequest request = WriteRequest(15, 1);
     request.slot = slot;
@@ -372,7 +361,7 @@ TEST_F(TagsComponentTest, SlotsInUseAreNotTakenAway) {
   EXPECT_EQ(Read(12, 1, 0).slots, 6);
 }
 
-TEST_F(TagsComponentTest, AStateIsRestoredAndFrozen) {
+TEST_F(TagsPartTest, AStateIsRestoredAndFrozen) {
   protocol::TagWriteRequest claim = WriteRequest(15, 1);
   claim.lease_s = 60;
   bench_.Handle(MessageOf(claim));
@@ -392,7 +381,7 @@ TEST_F(TagsComponentTest, AStateIsRestoredAndFrozen) {
   EXPECT_EQ(restored.value().NextDeadline(), bench_.now_ms + 60'000);
 }
 
-TEST_F(TagsComponentTest, TheHashIsThatOfTheContents) {
+TEST_F(TagsPartTest, TheHashIsThatOfTheContents) {
   const uint64_t before = bench_.engine.StateHash();
   const tags::Store copy = store();
   bench_.Handle(MessageOf(WriteRequest(15, 1)));
@@ -407,12 +396,7 @@ TEST_F(TagsComponentTest, TheHashIsThatOfTheContents) {
   EXPECT_EQ(recomputed.hash(), store().hash());
 }
 
-TEST_F(TagsComponentTest, WithoutTagsTheStateIsThatOfBefore) {
-  const testing::Bench bench;
-  EXPECT_EQ(FindIn<TagsComponent>(bench.engine.components())->Hash(), 0u);
-}
-
-TEST_F(TagsComponentTest, DamagedStatesAreRefused) {
+TEST_F(TagsPartTest, DamagedStatesAreRefused) {
   bench_.Handle(MessageOf(WriteRequest(15, 1)));
   ByteWriter writer;
   store().Save(&writer);

@@ -8,8 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "server/engine/component.h"
+#include "server/engine/part.h"
 #include "server/engine/robot_table.h"
+#include "server/engine/routes.h"
 
 namespace pheromone::engine {
 
@@ -20,7 +21,7 @@ struct RobotCounters {
   uint64_t commands_unknown = 0;  ///< the robot restarted before it acknowledged
 };
 
-class RobotsComponent final : public Component {
+class RobotsPart {
  public:
   /// The intervals between a command's transmissions double from the first to the longest; after
   /// the last one the command is reported unanswered.
@@ -32,8 +33,8 @@ class RobotsComponent final : public Component {
   static constexpr uint64_t kBroadcastIntervalMs = 100;
 
   const RobotTable& table() const { return table_; }
+  void ForgetAsMutant(LinkIndex link, uint8_t id) { table_.ForgetAsMutant(link, id); }
   const RobotCounters& counters() const { return counters_; }
-  uint8_t next_broadcast_seq() const { return next_broadcast_seq_; }
 
   /// Of a HELLO or an ACK.
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
@@ -43,27 +44,32 @@ class RobotsComponent final : public Component {
   /// HELLO is answered, ACK is not.
   void TakeSession(const Context& context, const RequestReceived& request, const Output& out);
 
-  std::unique_ptr<Component> Clone() const override;
-  std::string_view name() const override { return "robots"; }
-  uint8_t version() const override;
-  std::vector<MessageRule> messages() const override;
-  std::vector<EventKind> event_kinds() const override;
   Status CheckConfig(const Context& context, const EngineConfig& next,
-                     const ConfigPlan* plan) const override;
-  void Configure(const Context& context, const Reconfiguration& change, const Output& out) override;
+                     const ConfigPlan* plan) const;
+  void Configure(const Context& context, const Reconfiguration& change, const Output& out);
   /// PING.
   protocol::Message Answer(const Context& context, LinkIndex link,
-                           const protocol::Message& request) const override;
+                           const protocol::Message& request) const;
   /// EVENT.
   protocol::Message Change(const Context& context, LinkIndex link,
-                           const protocol::Message& request) override;
-  Status Check(const Context& context, const Event& event) const override;
-  void Apply(const Context& context, const Event& event, const Output& out) override;
-  void Advance(const Context& context, const Output& out) override;
-  std::optional<uint64_t> NextDeadline() const override;
-  uint64_t Hash() const override;
-  void Save(ByteWriter* writer) const override;
-  void Restore(const Context& context, uint8_t version, ByteReader* reader) override;
+                           const protocol::Message& request);
+  Status Check(const Context& context, const CommandIssued& command) const;
+  Status Check(const Context& context, const PoseObserved& seen) const;
+  Status Check(const Context& context, const GoalSet& set) const;
+  Status Check(const Context& context, const GoalEnded& ended) const;
+  /// A newer command replaces one that is still pending: a halt takes effect now.
+  void Apply(const Context& context, const CommandIssued& issued, const Output& out);
+  void Apply(const Context& context, const PoseObserved& seen, const Output& out);
+  void Apply(const Context& context, const GoalSet& set, const Output& out);
+  void Apply(const Context& context, const GoalEnded& ended, const Output& out);
+  void Advance(const Context& context, const Output& out);
+  std::optional<uint64_t> NextDeadline() const;
+  uint64_t Hash() const;
+  void Save(ByteWriter* writer) const;
+  void Restore(const Context& context, ByteReader* reader);
+  std::unique_ptr<FrozenPart> Freeze(uint64_t /*most_kept_bytes*/) const {
+    return std::make_unique<FrozenBytes>(*this);
+  }
 
  private:
   struct Broadcast {
@@ -73,10 +79,6 @@ class RobotsComponent final : public Component {
     uint64_t next_ms;
   };
 
-  Status CheckCommand(const Context& context, const CommandIssued& command) const;
-  Status CheckGoalSet(const Context& context, const GoalSet& set) const;
-  Status CheckGoalEnded(const GoalEnded& ended) const;
-  void Issue(const Context& context, const CommandIssued& issued, const Output& out);
   protocol::Message TakeHello(const Context& context, LinkIndex link,
                               const protocol::Message& request,
                               const protocol::HelloRequest& hello);
@@ -95,5 +97,7 @@ class RobotsComponent final : public Component {
   uint8_t next_broadcast_seq_ = 0;
   RobotCounters counters_;
 };
+
+static_assert(Part<RobotsPart>);
 
 }  // namespace pheromone::engine

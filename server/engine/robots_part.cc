@@ -1,4 +1,4 @@
-#include "server/engine/robots_component.h"
+#include "server/engine/robots_part.h"
 
 #include <algorithm>
 #include <cassert>
@@ -15,34 +15,15 @@ namespace pheromone::engine {
 using protocol::Message;
 using protocol::Reason;
 
-std::unique_ptr<Component> RobotsComponent::Clone() const {
-  return std::make_unique<RobotsComponent>(*this);
-}
-
-// Its encoding is versioned with the codec's.
-uint8_t RobotsComponent::version() const {
-  return kCodecVersion;
-}
-
-std::vector<MessageRule> RobotsComponent::messages() const {
-  return {MessageRuleOf(protocol::kCommandAck), MessageRuleOf(protocol::kEvent),
-          MessageRuleOf(protocol::kHello), MessageRuleOf(protocol::kPing)};
-}
-
-std::vector<EventKind> RobotsComponent::event_kinds() const {
-  return {EventKind::kCommandIssued, EventKind::kPoseObserved, EventKind::kGoalSet,
-          EventKind::kGoalEnded};
-}
-
 // --- Configuration
 
-Status RobotsComponent::CheckConfig(const Context& /*context*/, const EngineConfig& next,
-                                    const ConfigPlan* /*plan*/) const {
+Status RobotsPart::CheckConfig(const Context& /*context*/, const EngineConfig& next,
+                               const ConfigPlan* /*plan*/) const {
   return CheckFrames(next.frames);
 }
 
-void RobotsComponent::Configure(const Context& context, const Reconfiguration& change,
-                                const Output& /*out*/) {
+void RobotsPart::Configure(const Context& context, const Reconfiguration& change,
+                           const Output& /*out*/) {
   if (change.before != nullptr && change.before->links != context.config->links) {
     broadcasts_.clear();  // their links may have other indices now
   }
@@ -51,7 +32,7 @@ void RobotsComponent::Configure(const Context& context, const Reconfiguration& c
 
 // --- Requests
 
-Handling RobotsComponent::Classify(LinkIndex link, const Message& message) const {
+Handling RobotsPart::Classify(LinkIndex link, const Message& message) const {
   if (message.opcode == protocol::kHello) {
     return Handling::kChange;
   }
@@ -64,8 +45,8 @@ Handling RobotsComponent::Classify(LinkIndex link, const Message& message) const
   return awaited ? Handling::kChange : Handling::kIgnore;
 }
 
-Message RobotsComponent::Answer(const Context& /*context*/, LinkIndex /*link*/,
-                                const Message& request) const {
+Message RobotsPart::Answer(const Context& /*context*/, LinkIndex /*link*/,
+                           const Message& request) const {
   protocol::Ping ping;
   protocol::Decode(request, &ping);
   ping.answer = true;
@@ -74,8 +55,7 @@ Message RobotsComponent::Answer(const Context& /*context*/, LinkIndex /*link*/,
   return answer;
 }
 
-Message RobotsComponent::Change(const Context& /*context*/, LinkIndex /*link*/,
-                                const Message& request) {
+Message RobotsPart::Change(const Context& /*context*/, LinkIndex /*link*/, const Message& request) {
   protocol::EventReport event;
   const bool is_event = protocol::Decode(request, &event);
   assert(is_event);
@@ -88,8 +68,8 @@ Message RobotsComponent::Change(const Context& /*context*/, LinkIndex /*link*/,
   return answer;
 }
 
-void RobotsComponent::Remember(const Context& context, LinkIndex link, const Message& request,
-                               const Message& answer) {
+void RobotsPart::Remember(const Context& context, LinkIndex link, const Message& request,
+                          const Message& answer) {
   table_.Update(link, request.id, [&](RobotState& robot) {
     robot.last_opcode = request.opcode;
     robot.last_seq = request.data[0];
@@ -102,8 +82,8 @@ void RobotsComponent::Remember(const Context& context, LinkIndex link, const Mes
   });
 }
 
-void RobotsComponent::TakeSession(const Context& context, const RequestReceived& request,
-                                  const Output& out) {
+void RobotsPart::TakeSession(const Context& context, const RequestReceived& request,
+                             const Output& out) {
   protocol::HelloRequest hello;
   protocol::CommandAck ack;
   if (protocol::Decode(request.message, &hello)) {
@@ -118,24 +98,19 @@ void RobotsComponent::TakeSession(const Context& context, const RequestReceived&
 // is behind. The same nonce is a warm restart, or a HELLO whose answer was lost; the one before it
 // is a late HELLO of the previous boot, or another robot with the same ID. An unknown robot's HELLO
 // has number 0.
-Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const Message& request,
-                                   const protocol::HelloRequest& hello) {
-  const EngineConfig& config = *context.config;
-  if (config.forgets() && table_.Find(link, hello.id) == nullptr &&
-      table_.CountOn(link) >= config.robots_per_link) {
-    table_.ForgetIdlest(link);
-  }
+Message RobotsPart::TakeHello(const Context& context, LinkIndex link, const Message& request,
+                              const protocol::HelloRequest& hello) {
   Message message;
   table_.Update(link, hello.id, [&](RobotState& robot) {
     const bool is_known = robot.last_activity != 0;
     const bool has_booted = is_known && robot.nonce != hello.nonce;
     const bool is_previous = has_booted && robot.previous_nonce == hello.nonce;
     const bool is_new = !is_known || (has_booted && !is_previous);
-    if (is_known && is_new && !config.forgets()) {
+    if (is_known && is_new) {
       ++robot.last_seq;
     }
     protocol::Encode(AnswerTo(context, link, hello, robot), &message);
-    if (is_new && !config.forgets()) {
+    if (is_new) {
       robot.StoreAnswer(request, message, context.sequence);
     }
     if (has_booted) {
@@ -144,9 +119,6 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const
       if (robot.has_pending_command()) {
         robot.command.outcome = CommandOutcome::kUnknown;
         ++counters_.commands_unknown;
-      }
-      if (config.forgets()) {
-        robot.ForgetRequest();
       }
     }
     robot.epoch = context.epoch;
@@ -158,9 +130,9 @@ Message RobotsComponent::TakeHello(const Context& context, LinkIndex link, const
   return message;
 }
 
-protocol::HelloAnswer RobotsComponent::AnswerTo(const Context& context, LinkIndex link,
-                                                const protocol::HelloRequest& hello,
-                                                const RobotState& robot) {
+protocol::HelloAnswer RobotsPart::AnswerTo(const Context& context, LinkIndex link,
+                                           const protocol::HelloRequest& hello,
+                                           const RobotState& robot) {
   const EngineConfig& config = *context.config;
   protocol::HelloAnswer answer;
   answer.id = hello.id;
@@ -178,8 +150,8 @@ protocol::HelloAnswer RobotsComponent::AnswerTo(const Context& context, LinkInde
   return answer;
 }
 
-void RobotsComponent::TakeCommandAck(const Context& context, LinkIndex link,
-                                     const protocol::CommandAck& ack) {
+void RobotsPart::TakeCommandAck(const Context& context, LinkIndex link,
+                                const protocol::CommandAck& ack) {
   table_.Update(link, ack.id, [&](RobotState& robot) {
     robot.command.outcome = ack.result == 0 ? CommandOutcome::kAccepted : CommandOutcome::kRefused;
     robot.command.result = ack.result;
@@ -190,54 +162,20 @@ void RobotsComponent::TakeCommandAck(const Context& context, LinkIndex link,
 
 // --- Events
 
-Status RobotsComponent::Check(const Context& context, const Event& event) const {
-  if (const auto* const command = std::get_if<CommandIssued>(&event)) {
-    return CheckCommand(context, *command);
-  }
-  if (const auto* const set = std::get_if<GoalSet>(&event)) {
-    return CheckGoalSet(context, *set);
-  }
-  if (const auto* const ended = std::get_if<GoalEnded>(&event)) {
-    return CheckGoalEnded(*ended);
-  }
-  const auto& seen = std::get<PoseObserved>(event);
+Status RobotsPart::Check(const Context& context, const PoseObserved& seen) const {
   return table_.SaidHello(seen.link, seen.id, context.epoch)
              ? Ok()
              : Error{"a pose of robot " + std::to_string(seen.id) + ", which has not said HELLO"};
 }
 
-void RobotsComponent::Apply(const Context& context, const Event& event, const Output& out) {
-  assert(Check(context, event).ok());
-  if (const auto* const command = std::get_if<CommandIssued>(&event)) {
-    Issue(context, *command, out);
-    return;
-  }
-  if (const auto* const set = std::get_if<GoalSet>(&event)) {
-    table_.Update(set->link, set->id, [&](RobotState& robot) { robot.goal = set->goal; });
-    return;
-  }
-  if (const auto* const ended = std::get_if<GoalEnded>(&event)) {
-    table_.Update(ended->link, ended->id, [](RobotState& robot) { robot.goal.reset(); });
-    if (ended->reached) {
-      // Or else it would follow what is on the map.
-      Issue(context, {ended->link, ended->id, protocol::CommandCode::kHalt, {}}, out);
-    }
-    return;
-  }
-  const auto& seen = std::get<PoseObserved>(event);
-  table_.Update(seen.link, seen.id, [&](RobotState& robot) {
-    robot.observed = ObservedPose{seen.pose, context.now_ms + seen.valid_ms};
-  });
-}
-
-Status RobotsComponent::CheckGoalSet(const Context& context, const GoalSet& set) const {
+Status RobotsPart::Check(const Context& context, const GoalSet& set) const {
   if (!table_.SaidHello(set.link, set.id, context.epoch)) {
     return Error{"a goal for robot " + std::to_string(set.id) + ", which has not said HELLO"};
   }
   return CheckGoal(set.goal, context.config->field);
 }
 
-Status RobotsComponent::CheckGoalEnded(const GoalEnded& ended) const {
+Status RobotsPart::Check(const Context& /*context*/, const GoalEnded& ended) const {
   const RobotState* robot = table_.Find(ended.link, ended.id);
   if (robot == nullptr || !robot->goal) {
     return Error{"robot " + std::to_string(ended.id) + " has no goal"};
@@ -245,7 +183,7 @@ Status RobotsComponent::CheckGoalEnded(const GoalEnded& ended) const {
   return Ok();
 }
 
-Status RobotsComponent::CheckCommand(const Context& context, const CommandIssued& command) const {
+Status RobotsPart::Check(const Context& context, const CommandIssued& command) const {
   if (command.link >= context.config->links.size()) {
     return Error{"unknown link " + std::to_string(command.link)};
   }
@@ -264,9 +202,25 @@ Status RobotsComponent::CheckCommand(const Context& context, const CommandIssued
   return Ok();
 }
 
-// A newer command replaces one that is still pending: a halt takes effect now.
-void RobotsComponent::Issue(const Context& context, const CommandIssued& issued,
-                            const Output& out) {
+void RobotsPart::Apply(const Context& context, const PoseObserved& seen, const Output& /*out*/) {
+  table_.Update(seen.link, seen.id, [&](RobotState& robot) {
+    robot.observed = ObservedPose{seen.pose, context.now_ms + seen.valid_ms};
+  });
+}
+
+void RobotsPart::Apply(const Context& /*context*/, const GoalSet& set, const Output& /*out*/) {
+  table_.Update(set.link, set.id, [&](RobotState& robot) { robot.goal = set.goal; });
+}
+
+void RobotsPart::Apply(const Context& context, const GoalEnded& ended, const Output& out) {
+  table_.Update(ended.link, ended.id, [](RobotState& robot) { robot.goal.reset(); });
+  if (ended.reached) {
+    // Or else it would follow what is on the map.
+    Apply(context, CommandIssued{ended.link, ended.id, protocol::CommandCode::kHalt, {}}, out);
+  }
+}
+
+void RobotsPart::Apply(const Context& context, const CommandIssued& issued, const Output& out) {
   if (issued.id == protocol::kBroadcastId) {
     DropPendingResumes(issued.link);
     broadcasts_.push_back({issued.link, next_broadcast_seq_++, kBroadcastTransmissions, 0});
@@ -285,7 +239,7 @@ void RobotsComponent::Issue(const Context& context, const CommandIssued& issued,
 }
 
 // Retried after a broadcast halt, they would undo it.
-void RobotsComponent::DropPendingResumes(LinkIndex link) {
+void RobotsPart::DropPendingResumes(LinkIndex link) {
   std::vector<uint8_t> ids;
   table_.ForEach([&](LinkIndex its_link, uint8_t id, const RobotState& robot) {
     if (its_link == link && robot.has_pending_command() &&
@@ -298,14 +252,14 @@ void RobotsComponent::DropPendingResumes(LinkIndex link) {
   }
 }
 
-void RobotsComponent::GiveUp(CommandState* command) {
+void RobotsPart::GiveUp(CommandState* command) {
   command->outcome = CommandOutcome::kUnanswered;
   command->next_retry_ms = 0;
   ++counters_.commands_unanswered;
 }
 
-void RobotsComponent::SendCommand(const Context& context, LinkIndex link, uint8_t id,
-                                  RobotState* robot, const Output& out) {
+void RobotsPart::SendCommand(const Context& context, LinkIndex link, uint8_t id, RobotState* robot,
+                             const Output& out) {
   CommandState& state = robot->command;
   if (state.sent == kCommandTransmissions) {
     GiveUp(&state);
@@ -328,8 +282,7 @@ void RobotsComponent::SendCommand(const Context& context, LinkIndex link, uint8_
   out.Send(context, link, message);
 }
 
-void RobotsComponent::SendBroadcast(const Context& context, Broadcast* broadcast,
-                                    const Output& out) {
+void RobotsPart::SendBroadcast(const Context& context, Broadcast* broadcast, const Output& out) {
   protocol::Command halt;
   halt.id = protocol::kBroadcastId;
   halt.seq = broadcast->seq;
@@ -344,7 +297,7 @@ void RobotsComponent::SendBroadcast(const Context& context, Broadcast* broadcast
 // --- Time
 
 // A long gap is one bounded step: a command that has missed several retries is sent once.
-void RobotsComponent::Advance(const Context& context, const Output& out) {
+void RobotsPart::Advance(const Context& context, const Output& out) {
   // Before the commands: a resume waits for the last of them.
   for (Broadcast& broadcast : broadcasts_) {
     if (broadcast.next_ms <= context.now_ms) {
@@ -365,7 +318,7 @@ void RobotsComponent::Advance(const Context& context, const Output& out) {
   }
 }
 
-std::optional<uint64_t> RobotsComponent::NextDeadline() const {
+std::optional<uint64_t> RobotsPart::NextDeadline() const {
   std::optional<uint64_t> next;
   const auto consider = [&next](uint64_t at) { next = next ? std::min(*next, at) : at; };
   if (table_.pending_commands() != 0) {
@@ -383,15 +336,15 @@ std::optional<uint64_t> RobotsComponent::NextDeadline() const {
 
 // --- State
 
-uint64_t RobotsComponent::Hash() const {
-  uint64_t hash = table_.hash();
+uint64_t RobotsPart::Hash() const {
+  uint64_t hash = table_.hash() + Hash64({'N', next_broadcast_seq_});
   for (const Broadcast& broadcast : broadcasts_) {
     hash += Hash64({'B', broadcast.link, broadcast.seq, broadcast.left, broadcast.next_ms});
   }
   return hash;
 }
 
-void RobotsComponent::Save(ByteWriter* writer) const {
+void RobotsPart::Save(ByteWriter* writer) const {
   writer->U8(next_broadcast_seq_);
   writer->Count(broadcasts_.size());
   for (const Broadcast& broadcast : broadcasts_) {
@@ -403,7 +356,7 @@ void RobotsComponent::Save(ByteWriter* writer) const {
   table_.Save(writer);
 }
 
-void RobotsComponent::Restore(const Context& context, uint8_t version, ByteReader* reader) {
+void RobotsPart::Restore(const Context& context, ByteReader* reader) {
   next_broadcast_seq_ = reader->U8();
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     Broadcast broadcast{};
@@ -416,7 +369,7 @@ void RobotsComponent::Restore(const Context& context, uint8_t version, ByteReade
     }
     broadcasts_.push_back(broadcast);
   }
-  table_.Restore(version, reader);
+  table_.Restore(reader);
   if (reader->ok()) {
     table_.Configure(*context.config);
   }

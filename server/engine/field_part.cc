@@ -1,4 +1,4 @@
-#include "server/engine/field_component.h"
+#include "server/engine/field_part.h"
 
 #include <algorithm>
 #include <cassert>
@@ -52,34 +52,9 @@ class FrozenFieldPart final : public FrozenPart {
 
 }  // namespace
 
-std::unique_ptr<Component> FieldComponent::Clone() const {
-  auto copy = std::make_unique<FieldComponent>();
-  if (field_ != nullptr) {
-    copy->field_ = field_->Clone();
-    assert(copy->field_ != nullptr);
-  }
-  return copy;
-}
-
-// Its encoding is versioned with the codec's.
-uint8_t FieldComponent::version() const {
-  return kCodecVersion;
-}
-
-std::vector<MessageRule> FieldComponent::messages() const {
-  std::vector<MessageRule> all;
-  for (const uint8_t service : {protocol::kSense, protocol::kSenseWide, protocol::kDeposit,
-                                protocol::kTrace, protocol::kTraceWide}) {
-    for (uint8_t type = protocol::kMinType; type <= protocol::kMaxType; ++type) {
-      all.push_back(MessageRuleOf(static_cast<uint8_t>(service | type)));
-    }
-  }
-  return all;
-}
-
 // --- Configuration
 
-Status FieldComponent::Prepare(const SharedConfig& present, Event* event) {
+Status FieldPart::Prepare(const SharedConfig& present, Event* event) {
   if (auto* edited = std::get_if<FieldEdited>(event)) {
     const Status shape = field::CheckShape(edited->edit);
     if (!shape.ok()) {
@@ -100,8 +75,8 @@ Status FieldComponent::Prepare(const SharedConfig& present, Event* event) {
   return Ok();
 }
 
-Status FieldComponent::CheckConfig(const Context& context, const EngineConfig& next,
-                                   const ConfigPlan* plan) const {
+Status FieldPart::CheckConfig(const Context& context, const EngineConfig& next,
+                              const ConfigPlan* plan) const {
   if (field_ == nullptr) {
     return Ok();
   }
@@ -109,8 +84,8 @@ Status FieldComponent::CheckConfig(const Context& context, const EngineConfig& n
                          : field_->CheckReconfigure(next.field, context.now_ms);
 }
 
-void FieldComponent::Configure(const Context& context, const Reconfiguration& change,
-                               const Output& out) {
+void FieldPart::Configure(const Context& context, const Reconfiguration& change,
+                          const Output& out) {
   if (field_ != nullptr && change.in_portions) {
     field_->BeginReconfigure(context.sequence, context.config.field(), change.plan->laying,
                              context.now_ms);
@@ -129,10 +104,10 @@ void FieldComponent::Configure(const Context& context, const Reconfiguration& ch
 // --- Requests
 
 // Of the field; a robot with a goal is led to it, and at the goal senses nothing.
-std::optional<field::Intensities> FieldComponent::Sense(const Context& context, LinkIndex link,
-                                                        uint8_t id, uint8_t type,
-                                                        const field::PoseUm& pose,
-                                                        field::SenseError* error) const {
+std::optional<field::Intensities> FieldPart::Sense(const Context& context, LinkIndex link,
+                                                   uint8_t id, uint8_t type,
+                                                   const field::PoseUm& pose,
+                                                   field::SenseError* error) const {
   std::optional<field::Intensities> p = field_->Sense(type, pose, context.now_ms, error);
   const RobotState* robot = context.robots.Find(link, id);
   if (!p || robot == nullptr || !robot->goal) {
@@ -141,8 +116,7 @@ std::optional<field::Intensities> FieldComponent::Sense(const Context& context, 
   return IsAt(*robot->goal, pose.position) ? field::Intensities{} : LeadTo(*robot->goal, pose, *p);
 }
 
-Message FieldComponent::Answer(const Context& context, LinkIndex link,
-                               const Message& message) const {
+Message FieldPart::Answer(const Context& context, LinkIndex link, const Message& message) const {
   protocol::SenseRequest request;
   protocol::Decode(message, &request);
   field::SenseError error = field::SenseError::kNone;
@@ -159,13 +133,13 @@ Message FieldComponent::Answer(const Context& context, LinkIndex link,
   return answer;
 }
 
-Message FieldComponent::Change(const Context& context, LinkIndex link, const Message& request) {
+Message FieldPart::Change(const Context& context, LinkIndex link, const Message& request) {
   protocol::DepositRequest deposit;
   return protocol::Decode(request, &deposit) ? Deposit(context, link, request)
                                              : Trace(context, link, request);
 }
 
-Message FieldComponent::Deposit(const Context& context, LinkIndex link, const Message& message) {
+Message FieldPart::Deposit(const Context& context, LinkIndex link, const Message& message) {
   protocol::DepositRequest request;
   protocol::Decode(message, &request);
   const field::PointUm point =
@@ -187,7 +161,7 @@ Message FieldComponent::Deposit(const Context& context, LinkIndex link, const Me
 
 // Senses first, so that a robot does not sense the quantum that it is about to deposit. If the
 // deposit fails, no intensity is reported: a robot that lays a trail must learn that there is none.
-Message FieldComponent::Trace(const Context& context, LinkIndex link, const Message& message) {
+Message FieldPart::Trace(const Context& context, LinkIndex link, const Message& message) {
   protocol::TraceRequest request;
   protocol::Decode(message, &request);
   const field::PheromoneLaw* law = field_->FindLaw(request.type);
@@ -213,7 +187,7 @@ Message FieldComponent::Trace(const Context& context, LinkIndex link, const Mess
 
 // --- Edits
 
-Status FieldComponent::CheckEdit(const field::FieldEdit& edit) const {
+Status FieldPart::CheckEdit(const field::FieldEdit& edit) const {
   const std::string type = "pheromone type " + std::to_string(edit.type);
   const field::PheromoneLaw* law = field_->FindLaw(edit.type);
   if (law == nullptr) {
@@ -234,8 +208,7 @@ Status FieldComponent::CheckEdit(const field::FieldEdit& edit) const {
   return shape;
 }
 
-Status FieldComponent::Check(const Context& context, const Event& event) const {
-  const auto& edited = std::get<FieldEdited>(event);
+Status FieldPart::Check(const Context& context, const FieldEdited& edited) const {
   Status possible = CheckEdit(edited.edit);
   if (!possible.ok() || edited.raster != nullptr) {
     return possible;
@@ -244,34 +217,29 @@ Status FieldComponent::Check(const Context& context, const Event& event) const {
   return Prepare(context.config, &copy);
 }
 
-void FieldComponent::Apply(const Context& context, const Event& event, const Output& out) {
-  const auto& edited = std::get<FieldEdited>(event);
+void FieldPart::Apply(const Context& context, const FieldEdited& edited, const Output& out) {
   assert(CheckEdit(edited.edit).ok());
-  if (edited.in_portions) {
-    field_->BeginEdit(context.sequence, edited.edit, edited.raster, context.now_ms);
-  } else {
-    out.finished->push_back({context.sequence, field_->Edit(edited.edit, context.now_ms)});
-  }
+  field_->BeginEdit(context.sequence, edited.edit, edited.raster, context.now_ms);
   field_->TakeFinished(out.finished);
 }
 
 // --- Time and state
 
 // Does a bounded portion of what is due.
-void FieldComponent::Advance(const Context& context, const Output& out) {
+void FieldPart::Advance(const Context& context, const Output& out) {
   field_->Advance(context.now_ms);
   field_->TakeFinished(out.finished);
 }
 
-std::optional<uint64_t> FieldComponent::NextDeadline() const {
+std::optional<uint64_t> FieldPart::NextDeadline() const {
   return field_ != nullptr ? field_->NextDeadline() : std::nullopt;
 }
 
-void FieldComponent::Restore(const Context& context, uint8_t version, ByteReader* reader) {
-  field_ = field::Field::Restore(context.config.field(), version, reader);
+void FieldPart::Restore(const Context& context, ByteReader* reader) {
+  field_ = field::Field::Restore(context.config.field(), reader);
 }
 
-std::unique_ptr<FrozenPart> FieldComponent::Freeze(uint64_t most_kept_bytes) const {
+std::unique_ptr<FrozenPart> FieldPart::Freeze(uint64_t most_kept_bytes) const {
   std::unique_ptr<field::FrozenField> frozen = field_->Freeze(most_kept_bytes);
   return frozen != nullptr ? std::make_unique<FrozenFieldPart>(std::move(frozen)) : nullptr;
 }
