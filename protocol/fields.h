@@ -138,7 +138,7 @@ constexpr Sizer SizeOf(bool wide = false) {
   return sizer;
 }
 
-/// Finds where in DATA a field begins that stands before all arrays.
+/// Finds where in DATA a field begins, up to the first array whose length varies.
 template <typename Field>
 class OffsetFinder : public IgnoresHeader {
  public:
@@ -155,12 +155,17 @@ class OffsetFinder : public IgnoresHeader {
                          const uint8_t& low) {
     Pass(Is(&high) || Is(&low), 1);
   }
-  template <typename... Any>
-  constexpr void Some(const Any&... /*any*/) {}
-  template <typename... Any>
-  constexpr void Rest(const Any&... /*any*/) {}
+  template <typename T, unsigned size>
+  constexpr void Some(const char* /*name*/, const T (&items)[size], uint8_t /*count*/) {
+    Pass(Is(&items[0]), 0);
+  }
+  template <typename T, unsigned size>
+  constexpr void Rest(const char* /*name*/, const T (&items)[size], const uint8_t& /*count*/) {
+    Pass(Is(&items[0]), 0);
+  }
 
-  constexpr uint8_t offset() const { return offset_; }
+  /// 255 if it is not found.
+  constexpr uint8_t offset() const { return found_ ? offset_ : uint8_t{255}; }
 
  private:
   constexpr bool Is(const Field* field) const { return field == wanted_; }
@@ -182,6 +187,15 @@ template <typename M, typename Field>
 constexpr uint8_t OffsetOf(Field M::*field) {
   const M it{};
   OffsetFinder<Field> finder(&(it.*field));
+  M::Fields(it, finder);
+  return finder.offset();
+}
+
+/// Of an item of an array.
+template <typename M, typename Item, unsigned size>
+constexpr uint8_t OffsetOf(Item (M::*array)[size], unsigned index) {
+  const M it{};
+  OffsetFinder<Item> finder(&(it.*array)[index]);
   M::Fields(it, finder);
   return finder.offset();
 }

@@ -379,6 +379,11 @@ TEST(Fields, OffsetsAreThoseOfTheSpecification) {
   static_assert(OffsetOf(&Round::answer_count) == 5);
   static_assert(OffsetOf(&Round::turn_count) == 5);
   static_assert(OffsetOf(&TagWriteRequest::time) == 17);
+  static_assert(OffsetOf(&TagWriteRequest::words, 0) == 21);
+  static_assert(OffsetOf(&TagReadAnswer::words, kWordObject) == 40);
+  static_assert(OffsetOf(&ResolveAnswer::text, 0) == 14);
+  static_assert(OffsetOf(&ScanAnswer::rows, 0) == 1);
+  static_assert(OffsetOf(&Round::turns, 1) == 255, "depends on the answers");
   static_assert(SizeOf<SenseRequest>(false).least == 6);
   static_assert(SizeOf<SenseRequest>(true).least == 10);
 }
