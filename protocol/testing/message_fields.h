@@ -29,7 +29,7 @@ struct TextSink {
   std::string text;
 };
 
-/// "HELLO id=7 nonce=42 firmware_version=1 ..."
+/// "HELLO id=7 nonce=42 ..."
 template <typename M>
 std::string TextOf(const M& message) {
   TextSink sink{NameOf(message)};
