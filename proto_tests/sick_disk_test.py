@@ -32,7 +32,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from asking_robot import CONFIG, check  # noqa: E402
 from operated_daemon import PATIENCE_S, OperatedDaemon, await_that  # noqa: E402
 from stranger.client import open_terminal  # noqa: E402
-from stranger.wire import Decoder, build, encode, parse  # noqa: E402
+from stranger.wire import Decoder, build, build_hello, encode, parse  # noqa: E402
 
 ROBOTS = 254
 QUANTUM = 0.125
@@ -200,8 +200,7 @@ class Attack:
 
     def hello(self):
         return self.all_robots(
-            lambda robot: encode(build("HELLO", robot, nonce=robot, firmware_version=1,
-                                       round_period=0)), lambda body: body[1] == 0xF1)
+            lambda robot: encode(build_hello(robot, nonce=robot)), lambda body: body[1] == 0xF1)
 
     def next_change(self):
         self.seq += 1

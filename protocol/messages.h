@@ -10,6 +10,9 @@
 // it to say. Encode yields a message whose length is right, given a type from 1 to 15 and a command
 // code that exists; it does not check them.
 //
+// Each struct has one list of its fields in the order of the wire, `Fields`, from which Decode,
+// Encode and LengthOf follow, and everything in fields.h: comparison, names, offsets.
+//
 // Units: coordinates in the map's pose unit (HELLO says how long it is, 1 mm unless configured
 // otherwise); headings as binary angles, 65 536 a turn, counter-clockwise from +x; intensities in
 // 1/4096 of a pheromone unit.
@@ -41,6 +44,15 @@ struct SenseRequest {
   uint8_t type = 0;
   bool wide = false;
   WirePose pose;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Typed(it.type, it.wide, "SENSE", kSense, "SENSE_WIDE", kSenseWide);
+    visit.Coordinate("x", it.pose.x, it.wide);
+    visit.Coordinate("y", it.pose.y, it.wide);
+    visit("heading", it.pose.heading);
+  }
 };
 
 /// P_L and P_R of eq. (4) at the two antennas.
@@ -50,6 +62,15 @@ struct SenseAnswer {
   bool wide = false;
   int16_t left = 0;
   int16_t right = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Typed(it.type, it.wide, "SENSE_ANSWER", kFromServer | kSense, "SENSE_WIDE_ANSWER",
+                kFromServer | kSenseWide);
+    visit("left", it.left);
+    visit("right", it.right);
+  }
 };
 
 struct DepositRequest {
@@ -59,12 +80,29 @@ struct DepositRequest {
   int16_t x = 0;
   int16_t y = 0;
   uint8_t quanta = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Typed(it.type, "DEPOSIT", kDeposit);
+    visit("seq", it.seq);
+    visit("x", it.x);
+    visit("y", it.y);
+    visit("quanta", it.quanta);
+  }
 };
 
 struct DepositAnswer {
   uint8_t id = 0;
   uint8_t type = 0;
   uint8_t seq = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Typed(it.type, "DEPOSIT_ANSWER", kFromServer | kDeposit);
+    visit("seq", it.seq);
+  }
 };
 
 /// TRACE and TRACE_WIDE: sense here, then leave one quantum.
@@ -74,6 +112,16 @@ struct TraceRequest {
   bool wide = false;
   uint8_t seq = 0;
   WirePose pose;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Typed(it.type, it.wide, "TRACE", kTrace, "TRACE_WIDE", kTraceWide);
+    visit("seq", it.seq);
+    visit.Coordinate("x", it.pose.x, it.wide);
+    visit.Coordinate("y", it.pose.y, it.wide);
+    visit("heading", it.pose.heading);
+  }
 };
 
 struct TraceAnswer {
@@ -83,7 +131,24 @@ struct TraceAnswer {
   uint8_t seq = 0;
   int16_t left = 0;
   int16_t right = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Typed(it.type, it.wide, "TRACE_ANSWER", kFromServer | kTrace, "TRACE_WIDE_ANSWER",
+                kFromServer | kTraceWide);
+    visit("seq", it.seq);
+    visit("left", it.left);
+    visit("right", it.right);
+  }
 };
+
+/// How many of a Command's arguments are in use: none if the code is unknown.
+constexpr uint8_t ArgumentsInUse(CommandCode code) {
+  return CommandArgumentLength(static_cast<uint8_t>(code)) <= kMaxCommandArguments
+             ? CommandArgumentLength(static_cast<uint8_t>(code))
+             : uint8_t{0};
+}
 
 /// Server to client. `arguments` are as on the wire; CommandArgumentLength says how many there are.
 struct Command {
@@ -91,6 +156,15 @@ struct Command {
   uint8_t seq = 0;
   CommandCode code = CommandCode::kHalt;
   uint8_t arguments[kMaxCommandArguments] = {};
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("COMMAND", kCommand);
+    visit("seq", it.seq);
+    visit("code", it.code);
+    visit.Some("arguments", it.arguments, ArgumentsInUse(it.code));
+  }
 };
 
 struct CommandAck {
@@ -98,6 +172,15 @@ struct CommandAck {
   uint8_t seq = 0;
   CommandCode code = CommandCode::kHalt;
   int16_t result = 0;  ///< 0 accepted, else a Reason
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("COMMAND_ACK", kCommandAck);
+    visit("seq", it.seq);
+    visit("code", it.code);
+    visit("result", it.result);
+  }
 };
 
 struct EventReport {
@@ -105,11 +188,27 @@ struct EventReport {
   uint8_t seq = 0;
   EventCode code = EventCode::kLoadPicked;
   int16_t argument = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("EVENT", kEvent);
+    visit("seq", it.seq);
+    visit("code", it.code);
+    visit("argument", it.argument);
+  }
 };
 
 struct EventAck {
   uint8_t id = 0;
   uint8_t seq = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("EVENT_ACK", kEventAck);
+    visit("seq", it.seq);
+  }
 };
 
 struct HelloRequest {
@@ -117,6 +216,15 @@ struct HelloRequest {
   uint16_t nonce = 0;  ///< the client's boot counter
   uint8_t firmware_version = 0;
   uint8_t round_period = 0;  ///< it wants turns this often, in kRoundPeriodMs; 0: none
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("HELLO", kHello);
+    visit("nonce", it.nonce);
+    visit("firmware_version", it.firmware_version);
+    visit("round_period", it.round_period);
+  }
 };
 
 struct HelloAnswer {
@@ -131,6 +239,22 @@ struct HelloAnswer {
   uint8_t response_window_ms = 0;
   uint8_t last_opcode = 0;
   uint8_t last_seq = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("HELLO_ANSWER", kHelloAnswer);
+    visit("nonce", it.nonce);
+    visit("protocol_version", it.protocol_version);
+    visit("epoch", it.epoch);
+    visit("pose_unit_10um", it.pose_unit_10um);
+    visit("antenna_distance_mm", it.antenna_distance_mm);
+    visit("type_mask", it.type_mask);
+    visit("slot_ms", it.slot_ms);
+    visit("response_window_ms", it.response_window_ms);
+    visit("last_opcode", it.last_opcode);
+    visit("last_seq", it.last_seq);
+  }
 };
 
 /// Both directions; `answer` tells them apart.
@@ -139,6 +263,13 @@ struct Ping {
   bool answer = false;
   uint8_t length = 0;
   uint8_t payload[kMaxPing] = {};
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("answer", it.answer, "PING", kPing, "PING_ANSWER", kPingAnswer);
+    visit.Rest("payload", it.payload, it.length);
+  }
 };
 
 struct ErrorAnswer {
@@ -146,6 +277,15 @@ struct ErrorAnswer {
   uint8_t refused_opcode = 0;
   Reason reason = Reason::kNone;
   uint8_t seq = 0;  ///< 0 where the refused opcode has none
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("ERROR", kError);
+    visit("refused_opcode", it.refused_opcode);
+    visit("reason", it.reason);
+    visit("seq", it.seq);
+  }
 };
 
 /// An answer in a ROUND. `left` is kNoIntensities where there are none; `right` is then the Reason
@@ -153,6 +293,12 @@ struct ErrorAnswer {
 struct RoundAnswer {
   int16_t left = 0;
   int16_t right = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit("left", it.left);
+    visit("right", it.right);
+  }
 };
 
 /// Server to all: the answers to the robots of the last round, and whose turns follow.
@@ -166,42 +312,31 @@ struct Round {
   uint8_t turn_count = 0;
   RoundAnswer answers[kMaxTurns];  ///< in the order of the last round's turns
   uint8_t turns[kMaxTurns] = {};   ///< whose they are
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.ToAll();
+    visit.Opcode("ROUND", kRound);
+    visit("number", it.number);
+    visit("turn_ms", it.turn_ms);
+    visit("turn_bytes", it.turn_bytes);
+    visit("slot_ms", it.slot_ms);
+    visit("open_slots", it.open_slots);
+    visit.Nibbles("turn_count", it.turn_count, "answer_count", it.answer_count);
+    visit.Some("answers", it.answers, it.answer_count);
+    visit.Some("turns", it.turns, it.turn_count);
+  }
 };
 
-bool Decode(const Message& from, SenseRequest* to);
-bool Decode(const Message& from, SenseAnswer* to);
-bool Decode(const Message& from, DepositRequest* to);
-bool Decode(const Message& from, DepositAnswer* to);
-bool Decode(const Message& from, TraceRequest* to);
-bool Decode(const Message& from, TraceAnswer* to);
-bool Decode(const Message& from, Command* to);
-bool Decode(const Message& from, CommandAck* to);
-bool Decode(const Message& from, EventReport* to);
-bool Decode(const Message& from, EventAck* to);
-bool Decode(const Message& from, HelloRequest* to);
-bool Decode(const Message& from, HelloAnswer* to);
-bool Decode(const Message& from, Ping* to);
-bool Decode(const Message& from, ErrorAnswer* to);
-bool Decode(const Message& from, Round* to);
+/// Whether opcode and length are those of M, which is a message of this file or of tag_messages.h.
+/// If not, `to` stays as it was.
+template <typename M>
+bool Decode(const Message& from, M* to);
 
-/// A pose or position outside of the narrow range must be sent wide: Encode of a narrow message
-/// with such coordinates returns false and leaves `to` unusable. All others return true.
-bool Encode(const SenseRequest& from, Message* to);
-bool Encode(const TraceRequest& from, Message* to);
-void Encode(const SenseAnswer& from, Message* to);
-void Encode(const DepositRequest& from, Message* to);
-void Encode(const DepositAnswer& from, Message* to);
-void Encode(const TraceAnswer& from, Message* to);
-void Encode(const Command& from, Message* to);
-void Encode(const CommandAck& from, Message* to);
-void Encode(const EventReport& from, Message* to);
-void Encode(const EventAck& from, Message* to);
-void Encode(const HelloRequest& from, Message* to);
-void Encode(const HelloAnswer& from, Message* to);
-void Encode(const Ping& from, Message* to);
-void Encode(const ErrorAnswer& from, Message* to);
-/// At most kMaxTurns answers and turns.
-void Encode(const Round& from, Message* to);
+/// False for a narrow message with a pose outside of the narrow range, which must be sent wide:
+/// then `to` is unusable. Counts over the arrays' sizes are cut off.
+template <typename M>
+bool Encode(const M& from, Message* to);
 
 }  // namespace protocol
 }  // namespace pheromone

@@ -153,7 +153,25 @@ struct LengthRule {
 LengthRule LengthOf(uint8_t opcode);
 
 /// Bytes of arguments that a COMMAND's code takes, or 0xFF for an unknown code.
-uint8_t CommandArgumentLength(uint8_t code);
+constexpr uint8_t CommandArgumentLength(uint8_t code) {
+  switch (static_cast<CommandCode>(code)) {
+    case CommandCode::kHalt:
+    case CommandCode::kResume:
+    case CommandCode::kPickLoad:
+    case CommandCode::kDropLoad:
+      return 0;
+    case CommandCode::kFollowType:
+    case CommandCode::kGetParameter:
+      return 1;
+    case CommandCode::kSpeed:
+      return 2;
+    case CommandCode::kGoTo:
+      return 4;
+    case CommandCode::kSetParameter:
+      return 5;
+  }
+  return 0xFF;
+}
 
 }  // namespace protocol
 }  // namespace pheromone

@@ -17,7 +17,7 @@
 
 #include <stdint.h>
 
-#include "protocol/frame.h"
+#include "protocol/messages.h"
 #include "protocol/opcodes.h"
 
 namespace pheromone {
@@ -77,12 +77,32 @@ enum class SymbolKind : uint8_t {
   kRow = 4,      ///< RESOLVE only: any of these, by its place in the tables
 };
 
+/// Subject, predicate and object of a block.
+template <typename Word, typename Visit>
+constexpr void VisitStatement(Word* words, Visit& visit) {
+  visit("subject_namespace", words[0]);
+  visit("subject", words[1]);
+  visit("predicate_namespace", words[2]);
+  visit("predicate", words[3]);
+  visit("object_namespace", words[4]);
+  visit("object", words[5]);
+}
+
 /// Which tags are in range of (x, y), from the first number after `after` on.
 struct ScanRequest {
   uint8_t id = 0;
   int32_t x = 0;
   int32_t y = 0;
   uint16_t after = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("SCAN", kScan);
+    visit("x", it.x);
+    visit("y", it.y);
+    visit("after", it.after);
+  }
 };
 
 /// A row of the answer to SCAN.
@@ -91,6 +111,14 @@ struct TagInRange {
   int16_t dx = 0;  ///< the tag's position minus that of the request
   int16_t dy = 0;
   uint16_t generation = 0;  ///< of the tag
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit("tag", it.tag);
+    visit("dx", it.dx);
+    visit("dy", it.dy);
+    visit("generation", it.generation);
+  }
 };
 
 struct ScanAnswer {
@@ -98,6 +126,14 @@ struct ScanAnswer {
   uint8_t more = 0;   ///< further tags in range, at most kManyMoreTags
   uint8_t count = 0;  ///< rows in use, at most kMaxTagsInRange
   TagInRange rows[kMaxTagsInRange];
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("SCAN_ANSWER", kScanAnswer);
+    visit("more", it.more);
+    visit.Rest("rows", it.rows, it.count);
+  }
 };
 
 /// The first slot of a tag at or after `slot` that is not empty.
@@ -107,6 +143,16 @@ struct TagReadRequest {
   int32_t y = 0;
   uint16_t tag = 0;
   uint8_t slot = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("READ", kTagRead);
+    visit("x", it.x);
+    visit("y", it.y);
+    visit("tag", it.tag);
+    visit("slot", it.slot);
+  }
 };
 
 /// With `slot` kNoSlot, all after `tag_generation` is 0.
@@ -121,6 +167,23 @@ struct TagReadAnswer {
   uint16_t lease_s = 0;  ///< what is left of it, rounded up; 0: no lease
   uint8_t flags = 0;     ///< kTagPrivileged
   int32_t words[kTagWords] = {};
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("READ_ANSWER", kTagReadAnswer);
+    visit("tag", it.tag);
+    visit("slot", it.slot);
+    visit("next", it.next);
+    visit("slots", it.slots);
+    visit("tag_generation", it.tag_generation);
+    visit("slot_generation", it.slot_generation);
+    visit("lease_s", it.lease_s);
+    visit("flags", it.flags);
+    visit("author", it.words[kWordAuthor]);
+    visit("time", it.words[kWordTime]);
+    VisitStatement(it.words + kWordSubjectNamespace, visit);
+  }
 };
 
 struct TagWriteRequest {
@@ -135,6 +198,22 @@ struct TagWriteRequest {
   uint16_t lease_s = 0;   ///< 0: no lease
   uint32_t time = 0;      ///< Unix seconds by the writer's clock; 0: the server's
   int32_t words[kStatementWords] = {};
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("WRITE", kTagWrite);
+    visit("seq", it.seq);
+    visit("x", it.x);
+    visit("y", it.y);
+    visit("tag", it.tag);
+    visit("slot", it.slot);
+    visit("flags", it.flags);
+    visit("expected", it.expected);
+    visit("lease_s", it.lease_s);
+    visit("time", it.time);
+    VisitStatement(it.words, visit);
+  }
 };
 
 struct TagEraseRequest {
@@ -146,6 +225,19 @@ struct TagEraseRequest {
   uint8_t slot = 0;
   uint8_t flags = 0;      ///< kTagExpect
   uint16_t expected = 0;  ///< generation of the slot
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("ERASE", kTagErase);
+    visit("seq", it.seq);
+    visit("x", it.x);
+    visit("y", it.y);
+    visit("tag", it.tag);
+    visit("slot", it.slot);
+    visit("flags", it.flags);
+    visit("expected", it.expected);
+  }
 };
 
 /// The answers to WRITE and to ERASE; `erased` tells them apart.
@@ -157,6 +249,18 @@ struct TagWritten {
   uint8_t slot = 0;
   uint16_t slot_generation = 0;
   uint16_t tag_generation = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("erased", it.erased, "WRITE_ANSWER", kTagWriteAnswer, "ERASE_ANSWER",
+                 kTagEraseAnswer);
+    visit("seq", it.seq);
+    visit("tag", it.tag);
+    visit("slot", it.slot);
+    visit("slot_generation", it.slot_generation);
+    visit("tag_generation", it.tag_generation);
+  }
 };
 
 /// Defines a symbol: `kind` kRobot, kString or kMapping.
@@ -167,6 +271,16 @@ struct SymbolRequest {
   int32_t number = 0;
   uint8_t length = 0;                 ///< bytes of text in use
   uint8_t text[kMaxSymbolText] = {};  ///< UTF-8
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("SYMBOL", kSymbol);
+    visit("seq", it.seq);
+    visit("kind", it.kind);
+    visit("number", it.number);
+    visit.Rest("text", it.text, it.length);
+  }
 };
 
 struct SymbolAnswer {
@@ -174,6 +288,15 @@ struct SymbolAnswer {
   uint8_t seq = 0;
   SymbolKind kind = SymbolKind::kRobot;
   int32_t number = 0;
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("SYMBOL_ANSWER", kSymbolAnswer);
+    visit("seq", it.seq);
+    visit("kind", it.kind);
+    visit("number", it.number);
+  }
 };
 
 struct ResolveRequest {
@@ -182,6 +305,16 @@ struct ResolveRequest {
   int32_t robot = 0;
   int32_t number = 0;
   uint8_t offset = 0;  ///< of the first byte of text wanted
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("RESOLVE", kResolve);
+    visit("kind", it.kind);
+    visit("robot", it.robot);
+    visit("number", it.number);
+    visit("offset", it.offset);
+  }
 };
 
 struct ResolveAnswer {
@@ -193,31 +326,19 @@ struct ResolveAnswer {
   uint8_t length = 0;  ///< of the whole text
   uint8_t count = 0;   ///< bytes of text in use
   uint8_t text[kMaxResolvedText] = {};
+
+  template <typename Self, typename Visit>
+  static constexpr void Fields(Self& it, Visit&& visit) {
+    visit.Id(it.id);
+    visit.Opcode("RESOLVE_ANSWER", kResolveAnswer);
+    visit("kind", it.kind);
+    visit("robot", it.robot);
+    visit("number", it.number);
+    visit("rows", it.rows);
+    visit("text_length", it.length);
+    visit.Rest("text", it.text, it.count);
+  }
 };
-
-bool Decode(const Message& from, ScanRequest* to);
-bool Decode(const Message& from, ScanAnswer* to);
-bool Decode(const Message& from, TagReadRequest* to);
-bool Decode(const Message& from, TagReadAnswer* to);
-bool Decode(const Message& from, TagWriteRequest* to);
-bool Decode(const Message& from, TagEraseRequest* to);
-bool Decode(const Message& from, TagWritten* to);
-bool Decode(const Message& from, SymbolRequest* to);
-bool Decode(const Message& from, SymbolAnswer* to);
-bool Decode(const Message& from, ResolveRequest* to);
-bool Decode(const Message& from, ResolveAnswer* to);
-
-void Encode(const ScanRequest& from, Message* to);
-void Encode(const ScanAnswer& from, Message* to);
-void Encode(const TagReadRequest& from, Message* to);
-void Encode(const TagReadAnswer& from, Message* to);
-void Encode(const TagWriteRequest& from, Message* to);
-void Encode(const TagEraseRequest& from, Message* to);
-void Encode(const TagWritten& from, Message* to);
-void Encode(const SymbolRequest& from, Message* to);
-void Encode(const SymbolAnswer& from, Message* to);
-void Encode(const ResolveRequest& from, Message* to);
-void Encode(const ResolveAnswer& from, Message* to);
 
 }  // namespace protocol
 }  // namespace pheromone

@@ -15,7 +15,6 @@ namespace {
 
 using testing::AcceptedAs;
 using testing::Bytes;
-using testing::Fields;
 using testing::ToBody;
 using testing::ToMessage;
 
@@ -27,7 +26,7 @@ void ExpectSurvives(const Struct& sent, const std::string& name) {
   ASSERT_EQ(AcceptedAs(message), std::vector<std::string>{name});
   Struct received;
   ASSERT_TRUE(Decode(message, &received));
-  ASSERT_EQ(Fields(received), Fields(sent));
+  ASSERT_EQ(received, sent);
 }
 
 TEST(TagMessages, ScanAnswersOfEverySize) {
@@ -95,9 +94,9 @@ TEST(TagMessages, ABlockHasItsWordsInTheirPlaces) {
 TEST(TagMessages, AMessageThatIsNoneLeavesTheLastOneAsItWas) {
   ScanAnswer answer;
   ASSERT_TRUE(Decode(ToMessage({1, kScanAnswer, 9, 8, 7, 6, 5, 4, 3, 2, 1}), &answer));
-  const auto before = Fields(answer);
+  const ScanAnswer before = answer;
   EXPECT_FALSE(Decode(ToMessage({1, kScanAnswer, 1, 1, 1, 1, 1, 1, 1, 1}), &answer));
-  EXPECT_EQ(Fields(answer), before);
+  EXPECT_EQ(answer, before);
 }
 
 TEST(TagMessages, CountsBeyondTheArraysAreCut) {

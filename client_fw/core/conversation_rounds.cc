@@ -10,9 +10,15 @@ constexpr uint16_t kRoundsMs = 2000;  // without a ROUND there are none any more
 constexpr uint8_t kLatestMs = 2;      // after its beginning a turn can still be taken
 
 // Offsets in DATA.
-enum : uint8_t { kNumberAt, kTurnAt, kTurnBytesAt, kRoundSlotAt, kOpenAt, kCountsAt, kRoundHeader };
+constexpr uint8_t kNumberAt = protocol::OffsetOf(&protocol::Round::number);
+constexpr uint8_t kTurnAt = protocol::OffsetOf(&protocol::Round::turn_ms);
+constexpr uint8_t kTurnBytesAt = protocol::OffsetOf(&protocol::Round::turn_bytes);
+constexpr uint8_t kRoundSlotAt = protocol::OffsetOf(&protocol::Round::slot_ms);
+constexpr uint8_t kOpenAt = protocol::OffsetOf(&protocol::Round::open_slots);
+constexpr uint8_t kCountsAt = protocol::OffsetOf(&protocol::Round::turn_count);
+constexpr uint8_t kRoundHeader = protocol::OffsetOf(&protocol::Round::answers, 0);
 
-constexpr uint8_t kAnswerSize = 4;
+constexpr uint8_t kAnswerSize = protocol::SizeOf<protocol::RoundAnswer>().least;
 
 }  // namespace
 

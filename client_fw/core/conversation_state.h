@@ -13,6 +13,7 @@
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
 #include "client_fw/core/tag_exchange.h"
+#include "protocol/fields.h"
 #include "protocol/opcodes.h"
 
 namespace pheromone {
@@ -53,14 +54,14 @@ class ConversationState {
 
   // Offsets in the DATA of HELLO's answer.
   enum : uint8_t {
-    kVersionAt = 2,
-    kEpochAt = 3,
-    kPoseUnitAt = 5,
-    kTypeMaskAt = 9,
-    kSlotAt = 11,
-    kWindowAt = 12,
-    kLastSeqAt = 14,
-    kHelloAnswerSize = 15
+    kVersionAt = protocol::OffsetOf(&protocol::HelloAnswer::protocol_version),
+    kEpochAt = protocol::OffsetOf(&protocol::HelloAnswer::epoch),
+    kPoseUnitAt = protocol::OffsetOf(&protocol::HelloAnswer::pose_unit_10um),
+    kTypeMaskAt = protocol::OffsetOf(&protocol::HelloAnswer::type_mask),
+    kSlotAt = protocol::OffsetOf(&protocol::HelloAnswer::slot_ms),
+    kWindowAt = protocol::OffsetOf(&protocol::HelloAnswer::response_window_ms),
+    kLastSeqAt = protocol::OffsetOf(&protocol::HelloAnswer::last_seq),
+    kHelloAnswerSize = protocol::SizeOf<protocol::HelloAnswer>().least
   };
 
   /// For events_.

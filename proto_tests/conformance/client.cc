@@ -4,8 +4,9 @@
 #include <cstddef>
 #include <stdexcept>
 
-#include "proto_tests/conformance/message_kinds.h"
 #include "protocol/byte_order.h"
+#include "protocol/fields.h"
+#include "protocol/testing/message_fields.h"
 
 namespace pheromone::conformance {
 namespace {
@@ -68,46 +69,29 @@ class Reply {
   size_t at_ = 0;
 };
 
-// The names of the messages and of their fields, in the order in which the image speaks of them.
-struct Kind {
-  std::string name;
-  std::vector<std::string> fields;
-};
-
-class KindCollector {
+// Reads the message with a number, as the image has sent its fields.
+class MessageReader {
  public:
-  template <typename Struct>
-  void Visit(const char* name, const Struct& message) {
-    kinds.push_back({name, {}});
-    ListFields(message, this);
-  }
-  void Add(const char* name, int32_t /*value*/) { kinds.back().fields.emplace_back(name); }
+  MessageReader(uint8_t number, Reply* reply) : left_(number), reply_(reply) {}
 
-  std::vector<Kind> kinds;
+  template <typename M>
+  void Visit(M message) {
+    if (left_-- == 0) {
+      protocol::ForEachField(message, this);
+      text = testing::TextOf(message);
+    }
+  }
+  template <typename Field>
+  void Add(const char* /*name*/, Field& field) {
+    field = static_cast<Field>(reply_->I32());
+  }
+
+  std::string text;
+
+ private:
+  int left_;
+  Reply* reply_;
 };
-
-std::vector<Kind> MakeKinds() {
-  KindCollector collector;
-  ForEachKind(&collector);
-  return collector.kinds;
-}
-
-// fields.txt's name of a message: "SENSE_ANSWER", wide, is "SENSE_WIDE_ANSWER".
-std::string FullName(const std::string& name, const std::vector<Field>& fields) {
-  std::string full = name;
-  for (const Field& field : fields) {
-    if (field.name == "wide" && field.value != 0) {
-      full.insert(std::min(full.find('_'), full.size()), "_WIDE");
-    }
-    if (field.name == "answer" && field.value != 0) {
-      full += "_ANSWER";
-    }
-    if (field.name == "erased" && field.value != 0) {
-      full = "ERASE_ANSWER";
-    }
-  }
-  return full;
-}
 
 // Splits `inputs` so that requests and replies fit; asks for each piece.
 template <typename Output, typename Input, typename Ask, typename Put, typename Take>
@@ -239,18 +223,18 @@ Lengths ConformanceClient::GetLengths() {
 }
 
 std::vector<DecodedMessage> ConformanceClient::DecodeMessage(const Bytes& body) {
-  static const std::vector<Kind> kinds = MakeKinds();
   Bytes request{kDecodeMessage};
   request.insert(request.end(), body.begin(), body.end());
   Reply reply(AskDone(request));
   std::vector<DecodedMessage> all;
   while (!reply.empty()) {
-    const Kind& kind = kinds.at(reply.U8());
-    DecodedMessage decoded;
-    for (const std::string& name : kind.fields) {
-      decoded.fields.push_back({name, reply.I32()});
+    MessageReader reader(reply.U8(), &reply);
+    protocol::ForEachMessage(&reader);
+    if (reader.text.empty()) {
+      throw std::runtime_error("the chip decoded a message of unknown number");
     }
-    decoded.name = FullName(kind.name, decoded.fields);
+    DecodedMessage decoded;
+    decoded.text = reader.text;
     const bool encoded = reply.U8() != 0;
     const size_t length = reply.U8();
     const Bytes again = reply.Some(2 + length);

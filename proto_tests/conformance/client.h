@@ -24,15 +24,9 @@
 
 namespace pheromone::conformance {
 
-struct Field {
-  std::string name;  ///< as in fields.txt and message_kinds.h
-  int32_t value = 0;
-};
-
 /// A message that Decode accepted.
 struct DecodedMessage {
-  std::string name;  ///< as in fields.txt, "SENSE_WIDE_ANSWER" ...
-  std::vector<Field> fields;
+  std::string text;        ///< name and fields, as testing::TextOf
   testing::Bytes encoded;  ///< ID, OPCODE, DATA of Encode; empty if that failed
 };
 

@@ -31,9 +31,9 @@ enum Command : uint8_t {
   kDecodeStream = 'D',
   /// -> for each opcode: known, least, most; then for each code CommandArgumentLength. All u8.
   kLengths = 'L',
-  /// ID, OPCODE, data -> for each message of message_kinds.h as which Decode takes it: its number
-  /// there (u8), its fields (i32), Encode's success (u8), and the message that Encode makes of it:
-  /// length (u8), ID, OPCODE, data.
+  /// ID, OPCODE, data -> for each message as which Decode takes it: its number in ForEachMessage
+  /// (u8), its fields as ForEachField lists them (i32), Encode's success (u8), and the message that
+  /// Encode makes of it: length (u8), ID, OPCODE, data.
   kDecodeMessage = 'M',
   /// Any number of: law (u8), left, right, K (i16), gain (u8) -> left and right wheel (i16) of
   /// each.

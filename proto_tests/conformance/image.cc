@@ -9,13 +9,12 @@
 #include "client_fw/core/net_executor.h"
 #include "client_fw/core/steering.h"
 #include "proto_tests/conformance/commands.h"
-#include "proto_tests/conformance/message_kinds.h"
 #include "proto_tests/conformance/port.h"
 #include "protocol/byte_order.h"
 #include "protocol/crc16.h"
 #include "protocol/decoder.h"
+#include "protocol/fields.h"
 #include "protocol/frame.h"
-#include "protocol/messages.h"
 
 namespace pheromone {
 namespace conformance {
@@ -172,30 +171,17 @@ void TellLengths(Writer* out) {
   } while (++code != 0);
 }
 
-// Encode with one face: some cannot fail and return nothing.
-template <typename Struct>
-bool TryEncode(const Struct& from, protocol::Message* to) {
-  Encode(from, to);
-  return true;
-}
-bool TryEncode(const protocol::SenseRequest& from, protocol::Message* to) {
-  return Encode(from, to);
-}
-bool TryEncode(const protocol::TraceRequest& from, protocol::Message* to) {
-  return Encode(from, to);
-}
-
 class MessageDecoder {
  public:
   MessageDecoder(const protocol::Message& message, Writer* out) : message_(message), out_(out) {}
 
   template <typename Struct>
-  void Visit(const char* /*name*/, Struct decoded) {
+  void Visit(Struct decoded) {
     if (Decode(message_, &decoded)) {
       out_->U8(number_);
-      ListFields(decoded, this);
+      protocol::ForEachField(decoded, this);
       protocol::Message again;
-      out_->U8(TryEncode(decoded, &again) ? 1 : 0);
+      out_->U8(Encode(decoded, &again) ? 1 : 0);
       out_->U8(again.length);
       out_->U8(again.id);
       out_->U8(again.opcode);
@@ -204,7 +190,10 @@ class MessageDecoder {
     ++number_;
   }
 
-  void Add(const char* /*name*/, int32_t value) { out_->I32(value); }
+  template <typename Field>
+  void Add(const char* /*name*/, Field field) {
+    out_->I32(static_cast<int32_t>(field));
+  }
 
  private:
   const protocol::Message& message_;
@@ -224,7 +213,7 @@ void DecodeMessage(Reader* in, Writer* out) {
     message.data[message.length++] = in->U8();
   }
   MessageDecoder decoder(message, out);
-  ForEachKind(&decoder);
+  protocol::ForEachMessage(&decoder);
 }
 
 void Steer(Reader* in, Writer* out) {

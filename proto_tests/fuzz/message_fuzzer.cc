@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "proto_tests/conformance/message_kinds.h"
+#include "protocol/fields.h"
 #include "protocol/net_record.h"
 #include "protocol/testing/listen.h"
-#include "protocol/testing/message_fields.h"
 #include "protocol/testing/message_table.h"
 
 namespace {
@@ -25,10 +24,10 @@ void Require(bool holds) {
 
 struct RoundTrip {
   template <typename Kind>
-  void Visit(const char* /*name*/, Kind decoded) const {
+  void Visit(Kind decoded) const {
     if (Decode(message, &decoded)) {
       Message again;
-      Require(pheromone::testing::TryEncode(decoded, &again));
+      Require(Encode(decoded, &again));
       again.id = message.id;  // a COMMAND's is set by the one who sends it
       Require(pheromone::testing::ToBody(again) == pheromone::testing::ToBody(message));
     }
@@ -45,8 +44,7 @@ void RequireNarrowOnlyIfItFits(const Message& message) {
     request.wide = false;
     const auto fits = [](int32_t at) { return at >= INT16_MIN && at <= INT16_MAX; };
     Message narrow;
-    Require(pheromone::testing::TryEncode(request, &narrow) ==
-            (fits(request.pose.x) && fits(request.pose.y)));
+    Require(Encode(request, &narrow) == (fits(request.pose.x) && fits(request.pose.y)));
   }
 }
 
@@ -105,7 +103,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::copy_n(data + 2, message.length, message.data);
   Require(pheromone::testing::AcceptedAs(message) == pheromone::testing::ExpectedNames(message));
   RoundTrip round_trip{message};
-  pheromone::conformance::ForEachKind(&round_trip);
+  pheromone::protocol::ForEachMessage(&round_trip);
 
   CheckNetRecord(message);
   RequireNarrowOnlyIfItFits<pheromone::protocol::SenseRequest>(message);

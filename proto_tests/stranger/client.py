@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from . import wire
-from .wire import Message, NotAMessage, build, parse
+from .wire import Message, NotAMessage, build, build_hello, parse
 
 
 MOST_AHEAD = 128  # numbers that may follow the last one accepted
@@ -148,18 +148,12 @@ class Client:
         self._ping_tag = secrets.token_bytes(8)
         self._ping_count = 0
 
-    def hello(self, nonce: int, firmware_version: int = 1) -> ServerInfo:
-        """Sends HELLO; required before any change."""
+    def hello(self, nonce: int, **fields: int) -> ServerInfo:
+        """Sends HELLO; required before any change. `fields` as in wire.build_hello."""
         new = nonce != self._nonce
         if new:
             self._last_command = None
-        request = build(
-            "HELLO",
-            self.client_id,
-            nonce=nonce,
-            firmware_version=firmware_version,
-            round_period=0,
-        )
+        request = build_hello(self.client_id, nonce, **fields)
         told = ServerInfo(**self._ask(request, self.tries))
         if told.protocol_version != 1:
             raise ValueError(f"the server speaks version {told.protocol_version}, not 1")

@@ -320,3 +320,16 @@ def build(name: str, client_id: int, **fields: Any) -> bytes:
             raise ValueError(f"{name} carries up to {MOST_TEXT[name]} bytes of text")
         return body + fields["text"]
     return body
+
+
+def build_hello(
+    client_id: int, nonce: int, firmware_version: int = 1, round_period: int = 0
+) -> bytes:
+    """HELLO of a client that does not ask for turns, unless told otherwise."""
+    return build(
+        "HELLO",
+        client_id,
+        nonce=nonce,
+        firmware_version=firmware_version,
+        round_period=round_period,
+    )

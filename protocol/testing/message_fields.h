@@ -1,170 +1,287 @@
-// Messages as comparable, printable tuples of their fields, and Encode with one face. Host only.
+// Messages as text, and from the vectors, by the lists of their fields. Host only.
+//
+//   EXPECT_EQ(decoded, sent);                      // prints "HELLO id=7 nonce=42 ..."
+//   WithMessage(vector, [](const auto& message) { ... });
 #pragma once
 
 #include <cstdint>
-#include <tuple>
+#include <limits>
+#include <ostream>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "protocol/messages.h"
-#include "protocol/tag_messages.h"
+#include "protocol/fields.h"
+#include "protocol/testing/vectors.h"
 
 namespace pheromone::testing {
 
-inline auto Fields(const protocol::WirePose& p) {
-  return std::tuple{p.x, p.y, int{p.heading}};
-}
-
-inline auto Fields(const protocol::SenseRequest& m) {
-  return std::tuple{int{m.id}, int{m.type}, m.wide, Fields(m.pose)};
-}
-
-inline auto Fields(const protocol::SenseAnswer& m) {
-  return std::tuple{int{m.id}, int{m.type}, m.wide, int{m.left}, int{m.right}};
-}
-
-inline auto Fields(const protocol::DepositRequest& m) {
-  return std::tuple{int{m.id}, int{m.type}, int{m.seq}, int{m.x}, int{m.y}, int{m.quanta}};
-}
-
-inline auto Fields(const protocol::DepositAnswer& m) {
-  return std::tuple{int{m.id}, int{m.type}, int{m.seq}};
-}
-
-inline auto Fields(const protocol::TraceRequest& m) {
-  return std::tuple{int{m.id}, int{m.type}, m.wide, int{m.seq}, Fields(m.pose)};
-}
-
-inline auto Fields(const protocol::TraceAnswer& m) {
-  return std::tuple{int{m.id}, int{m.type}, m.wide, int{m.seq}, int{m.left}, int{m.right}};
-}
-
-inline auto Fields(const protocol::Command& m) {
-  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.code),
-                    std::vector<int>(std::begin(m.arguments), std::end(m.arguments))};
-}
-
-inline auto Fields(const protocol::CommandAck& m) {
-  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.code), int{m.result}};
-}
-
-inline auto Fields(const protocol::EventReport& m) {
-  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.code), int{m.argument}};
-}
-
-inline auto Fields(const protocol::EventAck& m) {
-  return std::tuple{int{m.id}, int{m.seq}};
-}
-
-inline auto Fields(const protocol::HelloRequest& m) {
-  return std::tuple{int{m.id}, int{m.nonce}, int{m.firmware_version}, int{m.round_period}};
-}
-
-inline auto Fields(const protocol::HelloAnswer& m) {
-  return std::tuple{int{m.id},          int{m.nonce},          int{m.protocol_version},
-                    int{m.epoch},       int{m.pose_unit_10um}, int{m.antenna_distance_mm},
-                    int{m.type_mask},   int{m.slot_ms},        int{m.response_window_ms},
-                    int{m.last_opcode}, int{m.last_seq}};
-}
-
-inline auto Fields(const protocol::Ping& m) {
-  return std::tuple{int{m.id}, m.answer, std::vector<int>(m.payload, m.payload + m.length)};
-}
-
-inline auto Fields(const protocol::ErrorAnswer& m) {
-  return std::tuple{int{m.id}, int{m.refused_opcode}, static_cast<int>(m.reason), int{m.seq}};
-}
-
-inline auto Fields(const protocol::Round& m) {
-  std::vector<std::pair<int, int>> answers;
-  answers.reserve(m.answer_count);
-  for (int i = 0; i < m.answer_count; ++i) {
-    answers.emplace_back(m.answers[i].left, m.answers[i].right);
+struct TextSink {
+  template <typename Field>
+  void Add(const char* name, Field field) {
+    text += std::string(" ") + name + "=" + std::to_string(static_cast<int64_t>(field));
   }
-  return std::tuple{std::vector<int>{m.number, m.turn_ms, m.turn_bytes, m.slot_ms, m.open_slots},
-                    answers, std::vector<int>(m.turns, m.turns + m.turn_count)};
+
+  std::string text;
+};
+
+/// "HELLO id=7 nonce=42 ..."
+template <typename M>
+std::string TextOf(const M& message) {
+  TextSink sink{NameOf(message)};
+  protocol::ForEachField(message, &sink);
+  return sink.text;
 }
 
-inline auto Fields(const protocol::ScanRequest& m) {
-  return std::tuple{int{m.id}, m.x, m.y, int{m.after}};
-}
+/// Compares a name with those of a message.
+class NameMatcher : public protocol::IgnoresHeader, public protocol::IgnoresData {
+ public:
+  explicit NameMatcher(std::string name) : name_(std::move(name)) {}
 
-inline auto Fields(const protocol::ScanAnswer& m) {
-  std::vector<std::vector<int>> rows;
-  for (int i = 0; i < m.count; ++i) {
-    rows.push_back({m.rows[i].tag, m.rows[i].dx, m.rows[i].dy, m.rows[i].generation});
+  void Opcode(const char* name, uint8_t /*opcode*/) { Compare(name); }
+  void Opcode(const char* /*flag_name*/, const bool& /*flag*/, const char* name, uint8_t /*opcode*/,
+              const char* name_if_set, uint8_t /*opcode_if_set*/) {
+    Compare(name);
+    Compare(name_if_set);
   }
-  return std::tuple{int{m.id}, int{m.more}, rows};
-}
+  void Typed(const uint8_t& /*type*/, const char* name, unsigned /*service*/) { Compare(name); }
+  void Typed(const uint8_t& /*type*/, const bool& /*wide*/, const char* name, unsigned /*service*/,
+             const char* wide_name, unsigned /*wide_service*/) {
+    Compare(name);
+    Compare(wide_name);
+  }
 
-inline auto Fields(const protocol::TagReadRequest& m) {
-  return std::tuple{int{m.id}, m.x, m.y, int{m.tag}, int{m.slot}};
-}
+  bool matches = false;
 
-inline auto Fields(const protocol::TagReadAnswer& m) {
-  return std::tuple{int{m.id},
-                    int{m.tag},
-                    std::vector<int>{m.slot, m.next, m.slots},
-                    int{m.tag_generation},
-                    int{m.slot_generation},
-                    int{m.lease_s},
-                    int{m.flags},
-                    std::vector<int32_t>(std::begin(m.words), std::end(m.words))};
-}
+ private:
+  void Compare(const char* name) { matches = matches || name_ == name; }
 
-inline auto Fields(const protocol::TagWriteRequest& m) {
-  return std::tuple{std::vector<int>{m.id, m.seq, m.tag, m.slot, m.flags, m.expected, m.lease_s},
-                    m.x, m.y, m.time, std::vector<int32_t>(std::begin(m.words), std::end(m.words))};
-}
+  std::string name_;
+};
 
-inline auto Fields(const protocol::TagEraseRequest& m) {
-  return std::tuple{int{m.id},  int{m.seq},  m.x,          m.y,
-                    int{m.tag}, int{m.slot}, int{m.flags}, int{m.expected}};
-}
+/// Reads a vector's fields into a message, each once. Throws std::runtime_error for a field that is
+/// missing, out of range or unknown to the message.
+class VectorReader {
+ public:
+  explicit VectorReader(const FieldsVector& vector) : vector_(vector) {}
 
-inline auto Fields(const protocol::TagWritten& m) {
-  return std::tuple{int{m.id},
-                    m.erased,
-                    int{m.seq},
-                    int{m.tag},
-                    int{m.slot},
-                    int{m.slot_generation},
-                    int{m.tag_generation}};
-}
+  void Id(uint8_t& id) { Get("id", &id); }
+  void ToAll() { Require(Number("id") == protocol::kBroadcastId, "id", "is not 255"); }
+  void Opcode(const char* /*name*/, uint8_t /*opcode*/) {}
+  void Opcode(const char* /*flag_name*/, bool& flag, const char* /*name*/, uint8_t /*opcode*/,
+              const char* name_if_set, uint8_t /*opcode_if_set*/) {
+    flag = vector_.message == name_if_set;
+  }
+  void Typed(uint8_t& type, const char* /*name*/, unsigned /*service*/) { Get("type", &type); }
+  void Typed(uint8_t& type, bool& wide, const char* /*name*/, unsigned /*service*/,
+             const char* wide_name, unsigned /*wide_service*/) {
+    Get("type", &type);
+    wide = vector_.message == wide_name;
+  }
+  template <typename Field>
+  void operator()(const char* name, Field& field) {
+    Get(name, &field);
+  }
+  void Coordinate(const char* name, int32_t& field, bool /*wide*/) { Get(name, &field); }
+  // Their arrays say how many there are.
+  void Nibbles(const char* /*high*/, uint8_t& /*high*/, const char* /*low*/, uint8_t& /*low*/) {}
 
-inline auto Fields(const protocol::SymbolRequest& m) {
-  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.kind), m.number,
-                    std::vector<int>(m.text, m.text + m.length)};
-}
+  /// Numbers or rows, separated by commas.
+  template <typename Item, size_t size>
+  void Some(const char* name, Item (&items)[size], uint8_t& count) {
+    for (count = 0; count < size && ReadItem(name, count, &items[count]);) {
+      ++count;
+    }
+  }
+  /// A COMMAND's, whose code has been read.
+  template <size_t size>
+  void Some(const char* /*name*/, uint8_t (&arguments)[size], uint8_t&& /*count*/) {
+    size_t at = 0;
+    for (const Argument& argument : ArgumentsOf(static_cast<uint8_t>(Number("code")))) {
+      int64_t rest = Number(argument.name);
+      for (int i = 0; i < argument.bytes; ++i, rest >>= 8) {
+        arguments[at++] = static_cast<uint8_t>(rest & 0xFF);
+      }
+    }
+  }
+  template <typename Row, size_t size>
+  void Rest(const char* name, Row (&rows)[size], uint8_t& count) {
+    Some(name, rows, count);
+  }
+  /// Hexadecimal, without spaces; "-" for none.
+  template <size_t size>
+  void Rest(const char* name, uint8_t (&bytes)[size], uint8_t& count) {
+    const std::string& digits = Text(name);
+    count = 0;
+    for (size_t i = 0; digits != "-" && i < digits.size(); i += 2) {
+      Require(count < size, name, "is too long");
+      bytes[count++] = static_cast<uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16));
+    }
+  }
 
-inline auto Fields(const protocol::SymbolAnswer& m) {
-  return std::tuple{int{m.id}, int{m.seq}, static_cast<int>(m.kind), m.number};
-}
+  void ExpectEnd() const {
+    for (const auto& [name, value] : vector_.fields) {
+      Require(used_.count(name) == 1, name, "is no field of " + vector_.message);
+    }
+  }
 
-inline auto Fields(const protocol::ResolveRequest& m) {
-  return std::tuple{int{m.id}, static_cast<int>(m.kind), m.robot, m.number, int{m.offset}};
-}
+ private:
+  struct Argument {
+    const char* name;
+    int bytes;
+  };
 
-inline auto Fields(const protocol::ResolveAnswer& m) {
-  return std::tuple{int{m.id},
-                    static_cast<int>(m.kind),
-                    m.robot,
-                    m.number,
-                    m.rows,
-                    int{m.length},
-                    std::vector<int>(m.text, m.text + m.count)};
-}
+  // Reads the row at an index of each column.
+  class RowReader {
+   public:
+    RowReader(VectorReader* reader, size_t index) : reader_(reader), index_(index) {}
+    template <typename Field>
+    void operator()(const char* name, Field& field) {
+      const bool is_listed = reader_->ReadItem(name, index_, &field);
+      reader_->Require(is_first_ || is_listed == is_there, name, "is not as long as other columns");
+      is_there = is_listed;
+      is_first_ = false;
+    }
+    bool is_there = false;
 
-/// Encode, whether it can fail or not.
-template <typename Struct>
-bool TryEncode(const Struct& from, protocol::Message* to) {
-  if constexpr (std::is_void_v<decltype(Encode(from, to))>) {
-    Encode(from, to);
+   private:
+    VectorReader* reader_;
+    size_t index_;
+    bool is_first_ = true;
+  };
+
+  // By name and size, in the order of the wire.
+  static std::vector<Argument> ArgumentsOf(uint8_t code) {
+    switch (static_cast<protocol::CommandCode>(code)) {
+      case protocol::CommandCode::kSpeed:
+        return {{"speed_mm_s", 2}};
+      case protocol::CommandCode::kGoTo:
+        return {{"x", 2}, {"y", 2}};
+      case protocol::CommandCode::kFollowType:
+        return {{"type_to_follow", 1}};
+      case protocol::CommandCode::kSetParameter:
+        return {{"parameter", 1}, {"value", 4}};
+      case protocol::CommandCode::kGetParameter:
+        return {{"parameter", 1}};
+      default:
+        return {};
+    }
+  }
+
+  void Require(bool holds, const std::string& name, const std::string& what) const {
+    if (!holds) {
+      throw std::runtime_error(vector_.name + ": " + name + " " + what);
+    }
+  }
+
+  const std::string& Text(const std::string& name) {
+    used_.insert(name);
+    const auto found = vector_.fields.find(name);
+    Require(found != vector_.fields.end(), name, "is missing");
+    return found->second;
+  }
+
+  int64_t Number(const std::string& name) { return std::stoll(Text(name)); }
+
+  template <typename Field>
+  void Get(const std::string& name, Field* to) {
+    Set(name, Number(name), to);
+  }
+
+  // Words of 32 bits may be given with or without a sign: what they are depends on others.
+  template <typename Field>
+  void Set(const std::string& name, int64_t value, Field* to) const {
+    if constexpr (std::is_integral_v<Field>) {
+      constexpr int64_t kMost = sizeof(Field) == 4 ? std::numeric_limits<uint32_t>::max()
+                                                   : std::numeric_limits<Field>::max();
+      Require(value >= std::numeric_limits<Field>::min() && value <= kMost, name,
+              "is out of range");
+    } else {
+      Require(value >= 0 && value <= 255, name, "is out of range");
+    }
+    *to = static_cast<Field>(value);
+  }
+
+  // Whether there is one at this place of a list; "-" for an empty list.
+  bool ReadItem(const std::string& name, size_t index, uint8_t* to) {
+    return ReadNumber(name, index, to);
+  }
+  bool ReadItem(const std::string& name, size_t index, uint16_t* to) {
+    return ReadNumber(name, index, to);
+  }
+  bool ReadItem(const std::string& name, size_t index, int16_t* to) {
+    return ReadNumber(name, index, to);
+  }
+  template <typename Row>
+  bool ReadItem(const std::string& /*name*/, size_t index, Row* row) {
+    RowReader reader(this, index);
+    Row::Fields(*row, reader);
+    return reader.is_there;
+  }
+  template <typename Field>
+  bool ReadNumber(const std::string& name, size_t index, Field* to) {
+    std::istringstream stream(Text(name));
+    std::string one;
+    for (size_t i = 0; i <= index; ++i) {
+      if (!std::getline(stream, one, ',') || one == "-") {
+        return false;
+      }
+    }
+    Set(name, std::stoll(one), to);
     return true;
-  } else {
-    return Encode(from, to);
+  }
+
+  const FieldsVector& vector_;
+  std::set<std::string> used_;
+};
+
+template <typename Action>
+struct VectorFinder {
+  template <typename M>
+  void Visit(M message) {
+    NameMatcher matcher(vector.message);
+    M::Fields(message, matcher);
+    if (matcher.matches) {
+      VectorReader reader(vector);
+      M::Fields(message, reader);
+      reader.ExpectEnd();
+      visit(message);
+      ++found;
+    }
+  }
+
+  const FieldsVector& vector;
+  const Action& visit;
+  int found = 0;
+};
+
+/// Calls `visit(message)` with what a vector's fields say. Throws std::runtime_error unless exactly
+/// one message has the vector's name, and its fields.
+template <typename Action>
+void WithMessage(const FieldsVector& vector, const Action& visit) {
+  VectorFinder<Action> finder{vector, visit};
+  protocol::ForEachMessage(&finder);
+  if (finder.found != 1) {
+    throw std::runtime_error(std::to_string(finder.found) + " messages are called " +
+                             vector.message);
   }
 }
 
 }  // namespace pheromone::testing
+
+namespace pheromone::protocol {
+
+/// For GoogleTest.
+template <typename M>
+requires requires(const M& message, Namer namer) {
+  M::Fields(message, namer);
+}
+std::ostream& operator<<(std::ostream& stream, const M& message) {
+  return stream << testing::TextOf(message);
+}
+
+}  // namespace pheromone::protocol

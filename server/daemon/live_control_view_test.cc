@@ -27,7 +27,7 @@ TEST_F(LiveControlTest, ClientsAreThoseThatSaidHelloAndThoseThatWereHeard) {
   EXPECT_EQ(clients[0].link, "radio-a");
   EXPECT_EQ(clients[0].id, 3);
   EXPECT_TRUE(clients[0].known);
-  EXPECT_EQ(clients[0].robot.nonce, 9);
+  EXPECT_EQ(clients[0].robot.hello.nonce, 9);
   EXPECT_EQ(clients[0].traffic.requests, 3u);
   EXPECT_EQ(clients[0].traffic.repeats, 1u);
   EXPECT_EQ(clients[0].silent_ms, 2'500u);

@@ -117,13 +117,20 @@ uint64_t RobotTable::Hash(const std::string& link_name, uint8_t id, const RobotS
           ? Hash64({1, robot.last_event->seq, static_cast<uint64_t>(robot.last_event->code),
                     static_cast<uint64_t>(robot.last_event->argument)})
           : 0;
-  const uint64_t hash =
-      Hash64({'R', HashText(link_name), id, robot.epoch, robot.nonce,
-              robot.previous_nonce ? uint64_t{*robot.previous_nonce} + 1 : 0,
-              robot.firmware_version, robot.round_period, robot.last_opcode, robot.last_seq,
-              robot.last_crc, HashMessage(robot.last_answer), robot.last_change,
-              robot.last_activity, robot.next_command_seq, HashCommand(robot.command), last_event,
-              robot.observed ? HashObserved(*robot.observed) : 0});
+  uint64_t hash = Hash64({'R', HashText(link_name), id, robot.epoch, robot.hello.nonce,
+                          robot.previous_nonce ? uint64_t{*robot.previous_nonce} + 1 : 0});
+  protocol::Message hello;
+  protocol::Encode(robot.hello, &hello);
+  for (uint8_t i = kBehindNonce; i < hello.length; ++i) {
+    hash = HashStep(hash, hello.data[i]);
+  }
+  for (const uint64_t word :
+       {uint64_t{robot.last_opcode}, uint64_t{robot.last_seq}, uint64_t{robot.last_crc},
+        HashMessage(robot.last_answer), robot.last_change, robot.last_activity,
+        uint64_t{robot.next_command_seq}, HashCommand(robot.command), last_event,
+        robot.observed ? HashObserved(*robot.observed) : 0}) {
+    hash = HashStep(hash, word);
+  }
   return robot.goal ? HashStep(hash, HashOf(*robot.goal)) : hash;
 }
 

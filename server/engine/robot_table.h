@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/fields.h"
 #include "protocol/messages.h"
 #include "server/base/bytes.h"
 #include "server/engine/event.h"
@@ -45,11 +46,9 @@ struct ObservedPose {
 };
 
 struct RobotState {
-  uint16_t epoch = 0;  ///< in which it last said HELLO
-  uint16_t nonce = 0;
+  uint16_t epoch = 0;            ///< in which it last said HELLO
+  protocol::HelloRequest hello;  ///< the last one
   std::optional<uint16_t> previous_nonce;
-  uint8_t firmware_version = 0;
-  uint8_t round_period = 0;  ///< as in HELLO
 
   uint8_t last_opcode = 0;  ///< of its last change; 0: none
   uint8_t last_seq = 0;     ///< of its last change, or taken by a HELLO after that
@@ -70,6 +69,9 @@ struct RobotState {
   void StoreAnswer(const protocol::Message& request, const protocol::Message& answer,
                    uint64_t sequence);
 };
+
+/// Where in HELLO's DATA begins what is saved and hashed behind the previous nonce.
+constexpr uint8_t kBehindNonce = protocol::OffsetOf(&protocol::HelloRequest::nonce) + 2;
 
 SeqVerdict CompareSeq(const RobotState& robot, uint8_t seq, uint16_t crc);
 

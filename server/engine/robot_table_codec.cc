@@ -53,10 +53,13 @@ CommandState DecodeCommand(ByteReader* reader) {
 
 void EncodeRobot(const RobotState& robot, ByteWriter* writer) {
   writer->U16(robot.epoch);
-  writer->U16(robot.nonce);
+  writer->U16(robot.hello.nonce);
   EncodeOptional(robot.previous_nonce, writer, [&](uint16_t nonce) { writer->U16(nonce); });
-  writer->U8(robot.firmware_version);
-  writer->U8(robot.round_period);
+  protocol::Message hello;
+  protocol::Encode(robot.hello, &hello);
+  for (uint8_t i = kBehindNonce; i < hello.length; ++i) {
+    writer->U8(hello.data[i]);
+  }
   writer->U8(robot.last_opcode);
   writer->U8(robot.last_seq);
   writer->U16(robot.last_crc);
@@ -78,15 +81,20 @@ void EncodeRobot(const RobotState& robot, ByteWriter* writer) {
   EncodeOptional(robot.goal, writer, [&](const Goal& goal) { EncodeFields(goal, writer); });
 }
 
-RobotState DecodeRobot(ByteReader* reader) {
+RobotState DecodeRobot(uint8_t id, ByteReader* reader) {
   RobotState robot;
   robot.epoch = reader->U16();
-  robot.nonce = reader->U16();
+  robot.hello.id = id;
+  robot.hello.nonce = reader->U16();
   if (reader->Flag()) {
     robot.previous_nonce = reader->U16();
   }
-  robot.firmware_version = reader->U8();
-  robot.round_period = reader->U8();
+  protocol::Message hello;
+  protocol::Encode(robot.hello, &hello);
+  for (uint8_t i = kBehindNonce; i < hello.length; ++i) {
+    hello.data[i] = reader->U8();
+  }
+  protocol::Decode(hello, &robot.hello);
   robot.last_opcode = reader->U8();
   robot.last_seq = reader->U8();
   robot.last_crc = reader->U16();
@@ -149,7 +157,7 @@ void RobotTable::Restore(ByteReader* reader) {
         reader->Fail("robots out of order");
         return;
       }
-      const RobotState robot = DecodeRobot(reader);
+      const RobotState robot = DecodeRobot(id, reader);
       hash_ += Hash(name, id, robot);
       pending_commands_ += robot.has_pending_command() ? 1u : 0u;
       robots.robots.emplace(id, robot);

@@ -22,10 +22,9 @@ using Change = std::function<void(RobotState&)>;
 
 // Does not compile once a field is added: it belongs in the hash, and below.
 [[maybe_unused]] void NameEveryField(const RobotState& robot) {
-  [[maybe_unused]] const auto& [epoch, nonce, previous_nonce, firmware_version, round_period,
-                                last_opcode, last_seq, last_crc, last_answer, last_change,
-                                last_activity, next_command_seq, command, last_event, observed,
-                                goal] = robot;
+  [[maybe_unused]] const auto& [epoch, hello, previous_nonce, last_opcode, last_seq, last_crc,
+                                last_answer, last_change, last_activity, next_command_seq, command,
+                                last_event, observed, goal] = robot;
   [[maybe_unused]] const auto& [outcome, sent_command, result, sent, next_retry_ms] = command;
   [[maybe_unused]] const auto& [id, seq, code, arguments] = sent_command;
   [[maybe_unused]] const auto& [event_id, event_seq, event_code, argument] = *last_event;
@@ -44,10 +43,8 @@ EngineConfig WithLinks(std::vector<LinkSettings> links) {
 RobotState FullRobot() {
   RobotState robot;
   robot.epoch = 7;
-  robot.nonce = 1'000;
   robot.previous_nonce = 2'000;
-  robot.firmware_version = 3;
-  robot.round_period = 1;
+  robot.hello = {1, 1'000, 3, 1};
   robot.last_opcode = 0x20;
   robot.last_seq = 30;
   robot.last_crc = 4'000;
@@ -66,16 +63,24 @@ RobotState FullRobot() {
   return robot;
 }
 
+void ChangeHello(RobotState* robot, uint8_t at) {
+  protocol::Message hello;
+  Encode(robot->hello, &hello);
+  ASSERT_LT(at, hello.length);
+  ++hello.data[at];
+  Decode(hello, &robot->hello);
+}
+
 std::map<std::string, Change> EveryChange() {
   using R = RobotState;
   std::map<std::string, Change> changes = {
       {"epoch", [](R& r) { ++r.epoch; }},
-      {"nonce", [](R& r) { ++r.nonce; }},
+      {"nonce", [](R& r) { ++r.hello.nonce; }},
       {"previous nonce", [](R& r) { ++*r.previous_nonce; }},
       {"no previous nonce", [](R& r) { r.previous_nonce.reset(); }},
       {"previous nonce 0", [](R& r) { r.previous_nonce = 0; }},
-      {"firmware", [](R& r) { ++r.firmware_version; }},
-      {"round_period", [](R& r) { ++r.round_period; }},
+      {"HELLO's first byte", [](R& r) { ChangeHello(&r, kBehindNonce); }},
+      {"HELLO's second byte", [](R& r) { ChangeHello(&r, kBehindNonce + 1); }},
       {"last opcode", [](R& r) { ++r.last_opcode; }},
       {"last seq", [](R& r) { ++r.last_seq; }},
       {"last crc", [](R& r) { ++r.last_crc; }},

@@ -103,7 +103,7 @@ Message RobotsPart::TakeHello(const Context& context, LinkIndex link, const Mess
   Message message;
   table_.Update(link, hello.id, [&](RobotState& robot) {
     const bool is_known = robot.last_activity != 0;
-    const bool has_booted = is_known && robot.nonce != hello.nonce;
+    const bool has_booted = is_known && robot.hello.nonce != hello.nonce;
     const bool is_previous = has_booted && robot.previous_nonce == hello.nonce;
     const bool is_new = !is_known || (has_booted && !is_previous);
     if (is_known && is_new) {
@@ -115,16 +115,14 @@ Message RobotsPart::TakeHello(const Context& context, LinkIndex link, const Mess
     }
     if (has_booted) {
       counters_.id_conflicts += is_previous ? 1u : 0u;
-      robot.previous_nonce = robot.nonce;
+      robot.previous_nonce = robot.hello.nonce;
       if (robot.has_pending_command()) {
         robot.command.outcome = CommandOutcome::kUnknown;
         ++counters_.commands_unknown;
       }
     }
     robot.epoch = context.epoch;
-    robot.nonce = hello.nonce;
-    robot.firmware_version = hello.firmware_version;
-    robot.round_period = hello.round_period;
+    robot.hello = hello;
     robot.last_activity = context.sequence;
   });
   return message;

@@ -31,7 +31,7 @@ void WriteRobot(const engine::RobotState* robot, ByteWriter* writer) {
   writer->Flag(robot != nullptr);
   if (robot != nullptr) {
     writer->U16(robot->epoch);
-    writer->U16(robot->nonce);
+    writer->U16(robot->hello.nonce);
     writer->U16(robot->previous_nonce.value_or(0));
     writer->U8(robot->last_opcode);
     writer->U8(robot->last_seq);

@@ -477,8 +477,8 @@ TEST_F(ApiTest, ClientsTellWhatIsKnownOfThem) {
   client.silent_ms = 2500;
   client.pose_source = control::PoseSource::kTracker;
   client.pose = {{1'500'000, -250'000}, 16384};
-  client.robot.nonce = 9;
-  client.robot.round_period = 10;
+  client.robot.hello.nonce = 9;
+  client.robot.hello.round_period = 10;
   client.robot.last_event = protocol::EventReport{7, 1, protocol::EventCode::kObstacle, -3};
   client.robot.command.outcome = engine::CommandOutcome::kRefused;
   client.robot.command.command.code = protocol::CommandCode::kSpeed;

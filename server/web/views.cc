@@ -88,11 +88,11 @@ json::object ToJson(const control::ClientView& client) {
           {"refusals", client.traffic.refusals},
           {"pose", PoseToJson(client)},
           {"goal", GoalToJson(robot.goal)},
-          {"nonce", robot.nonce},
+          {"nonce", robot.hello.nonce},
           {"previous_nonce",
            robot.previous_nonce ? json::value(*robot.previous_nonce) : json::value(nullptr)},
-          {"firmware_version", robot.firmware_version},
-          {"round_period_ms", robot.round_period * protocol::kRoundPeriodMs},
+          {"firmware_version", robot.hello.firmware_version},
+          {"round_period_ms", robot.hello.round_period * protocol::kRoundPeriodMs},
           {"last_event", EventToJson(robot.last_event)},
           {"last_command", CommandToJson(robot.command)}};
 }

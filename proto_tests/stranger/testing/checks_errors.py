@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..wire import build
+from ..wire import build, build_hello
 from .model import Model, OffTheMap
 from .report import check_equal, log
 from .robot import Robot, refused_as
@@ -35,11 +35,10 @@ def check_errors(robot: Robot, model: Model) -> None:
         },
         "ERASE": {"seq": 99, "x": 0, "y": 0, "tag": 1, "slot": 0, "flags": 0, "expected": 0},
         "RESOLVE": {"kind": 1, "robot": 1, "number": 1, "offset": 0},
-        "HELLO": {"nonce": 9000, "firmware_version": 1, "round_period": 0},
     }
-    for name, fields in whole.items():
-        body = build(name, me, **fields)
-        seq = 99 if "seq" in fields else 0
+    bodies = [(name, build(name, me, **fields)) for name, fields in whole.items()]
+    for name, body in [*bodies, ("HELLO", build_hello(me, nonce=9000))]:
+        seq = 99 if "seq" in whole.get(name, {}) else 0
         for length in (*range(2, len(body)), len(body) + 1, 66):
             wrong = (body + b"\x01" * 64)[:length]
             expected = seq if length > 2 else 0
