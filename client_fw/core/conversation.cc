@@ -17,7 +17,6 @@ constexpr uint16_t kAloneMs = 1000;       // nobody else about for so long: no r
 constexpr uint8_t kAttemptsAPause = 64;   // of a robot that is alone, on the average
 constexpr uint8_t kStalledFrameMs = 200;  // an open frame does not hold us up for longer
 constexpr uint8_t kByteGraceMs = 5;       // a lone DLE is not yet a frame, but its first byte
-constexpr uint16_t kCensusMs = 4000;      // in which every robot in range is heard
 constexpr uint16_t kMaxCarrierMs = 2000;  // and the longest frame: more than a round of all robots
 constexpr uint8_t kSilentSlots = 64;      // without the server are too many for a crowd's noise
 constexpr uint16_t kTurnPatienceMs = 3000;  // without a turn the server has forgotten us
@@ -104,7 +103,8 @@ void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_
   }
   CheckSilence();
   if (timers_[kCensus] == 0) {
-    TakeCensus();
+    timers_[kCensus] = kCensusMs;
+    census_.Begin();
   }
   const bool slot_begins = timers_[kSlot] == 0;
   if (slot_begins) {
@@ -247,20 +247,11 @@ bool Conversation::FrameOpen() {
   return parser_.open() && Sum(framed_ms_, quiet_ms_) <= longest_frame_ms_;
 }
 
-void Conversation::TakeCensus() {
-  timers_[kCensus] = kCensusMs;
-  robots_ = counted_;
-  counted_ = 0;
-  for (uint8_t& eight : seen_) {
-    eight = 0;
-  }
-}
-
 void Conversation::OnMiss() {
   Count(&Counters::timeouts);
   resync_ = parameters_.buffered_link;
   HearOther();  // it may be one that we did not hear, because it began when we did
-  window_.OnMiss(robots_);
+  window_.OnMiss(census_.robots());
   if (asked_opcode_ == protocol::kHello) {
     WaitForHello();
   } else {
@@ -324,12 +315,12 @@ PHEROMONE_OUTLINED uint16_t Conversation::BytesMs(uint8_t bytes) const {
 // drive for a part of each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
   const uint32_t each_ms = BytesMs(26) + WindowMs() + 2u * SlotMs();
-  const uint32_t all_ms = (robots_ + 1u) * each_ms - 2u * SlotMs();
+  const uint32_t all_ms = (census_.robots() + 1u) * each_ms - 2u * SlotMs();
   return all_ms < kLongestStepMs ? static_cast<uint16_t>(all_ms) : kLongestStepMs;
 }
 
 bool Conversation::congested() const {
-  return robots_ != 0 && parameters_.period_ms > 1 && NeededMs() > parameters_.period_ms;
+  return census_.robots() != 0 && parameters_.period_ms > 1 && NeededMs() > parameters_.period_ms;
 }
 
 uint16_t Conversation::PeriodMs() {

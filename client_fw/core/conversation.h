@@ -179,7 +179,6 @@ class Conversation : private ConversationState {
   void ContendFor(uint8_t slots);
   /// The slot with which to begin, counted from 1.
   uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
-  void TakeCensus();
   void Listen(bool was_open, protocol::FrameParser::Result event);
   bool Noisy() const;
   void EndRun();
@@ -222,7 +221,6 @@ class Conversation : private ConversationState {
   // Receiving: conversation_receive.cc.
   void OnFrame();
   void OnDamage();
-  void CountRobot(uint8_t id);
   void OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length);
   // These return false for unexpected messages.
   bool OnAnswer(uint8_t opcode, const uint8_t* data, uint8_t length);

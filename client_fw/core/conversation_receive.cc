@@ -85,21 +85,9 @@ void Conversation::OnFrame() {
   }
 }
 
-void Conversation::CountRobot(uint8_t id) {
-  uint8_t& eight = seen_[id / 8];
-  const uint8_t bit = static_cast<uint8_t>(1u << (id % 8));
-  if (id != protocol::kBroadcastId && (eight & bit) == 0) {
-    eight = static_cast<uint8_t>(eight | bit);
-    ++counted_;
-    if (counted_ > robots_) {
-      robots_ = counted_;
-    }
-  }
-}
-
 void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length) {
   HearOther();
-  CountRobot(id);
+  census_.Hear(id);
   if (!protocol::IsFromServer(opcode)) {
     OnTurnOf(id);
   }
@@ -250,7 +238,7 @@ void Conversation::OnRefusal(Reason reason) {
     SayHello();
     Contend();
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
-    window_.OnMiss(robots_);
+    window_.OnMiss(census_.robots());
     Retry();
   } else if (IsTag(asked_opcode_)) {
     OnTagRefusal(reason);

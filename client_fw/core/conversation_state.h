@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "client_fw/core/angle.h"
+#include "client_fw/core/census.h"
 #include "client_fw/core/drive_status.h"
 #include "client_fw/core/request_memory.h"
 #include "client_fw/core/steering.h"
@@ -100,8 +101,6 @@ class ConversationState {
   uint8_t asked_index_;    // in_turn_: of the turn in which we asked
   uint8_t damaged_;        // frames with a bad CRC, less the valid ones; not below 0
   uint8_t three_bytes_ms_;
-  uint8_t robots_;       // others that were heard in the last census
-  uint8_t counted_;      // in this one
   uint8_t board_value_;  // id of the value that the board is to give; 0: none
   uint8_t attempt_;      // misses since the last success
   uint8_t hello_attempt_;
@@ -128,7 +127,7 @@ class ConversationState {
   uint16_t exception_tag_;  // to be reported by an event
   uint16_t bumped_;         // its word of bumpers when the last one was reported
   uint16_t timers_[kTimers];
-  uint8_t seen_[32];                  // which ones were counted in this census: a bit for each ID
+  Census census_;
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer
   uint8_t tx_[kMaxClientFrame];
 };
