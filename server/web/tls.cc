@@ -261,7 +261,7 @@ class TlsListener::Impl : public std::enable_shared_from_this<Impl> {
           acceptor_.set_option(tcp::acceptor::reuse_address(true), ignored);
         });
     if (!listening.ok()) {
-      return Error{listening.error()};
+      return listening.failure();
     }
     error_code ignored;
     port_ = acceptor_.local_endpoint(ignored).port();
