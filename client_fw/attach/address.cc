@@ -68,9 +68,7 @@ Result<Address> ParseAddress(const std::string& text, uint32_t baud) {
   } else if (rest.starts_with(kTcp)) {
     rest.remove_prefix(kTcp.size());
   }
-  if (const Status resolved = Resolve(rest, &address); !resolved.ok()) {
-    return Error{resolved.error()};
-  }
+  PHEROMONE_TRY_STATUS(Resolve(rest, &address));
   return address;
 }
 

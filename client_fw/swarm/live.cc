@@ -22,9 +22,7 @@ LiveSwarm::LiveSwarm(const SwarmConfig& config, const std::vector<std::string>& 
 
 Status LiveSwarm::Open() {
   for (PortModem& modem : modems_) {
-    if (Status opened = modem.Open(); !opened.ok()) {
-      return opened;
-    }
+    PHEROMONE_TRY_STATUS(modem.Open());
   }
   return Ok();
 }

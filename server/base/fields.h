@@ -331,10 +331,7 @@ Status CheckFields(const T& it, const std::string& name, FieldRule rule = {}) {
       return Ok();
     }
     for (size_t i = 0; i < it.size(); ++i) {
-      Status found = CheckFields(it[i], name + "[" + std::to_string(i) + "]");
-      if (!found.ok()) {
-        return found;
-      }
+      PHEROMONE_TRY_STATUS(CheckFields(it[i], name + "[" + std::to_string(i) + "]"));
     }
     return Ok();
   } else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) {

@@ -5,6 +5,14 @@
 //   if (!config.ok()) { std::cerr << config.error() << '\n'; return 2; }
 //   Use(config.value());
 //
+// A function that hands errors of others on:
+//
+//   Result<Plan> ReadPlan(const std::string& path) {
+//     PHEROMONE_TRY(const std::string text, ReadFile(path));
+//     PHEROMONE_TRY_STATUS(CheckPlan(text));
+//     return ParsePlan(text);
+//   }
+//
 // Calling value() of a failed Result, or error() of a good one, is a bug and asserts.
 #pragma once
 
@@ -40,9 +48,11 @@ class [[nodiscard]] Result {
     return std::move(*std::get_if<0>(&state_));
   }
 
-  const std::string& error() const {
+  const std::string& error() const { return failure().message; }
+  /// The error itself, which every Result can be made of: `return other.failure();`
+  const Error& failure() const {
     assert(!ok());
-    return std::get_if<1>(&state_)->message;
+    return *std::get_if<1>(&state_);
   }
 
  private:
@@ -57,3 +67,26 @@ inline Status Ok() {
 }
 
 }  // namespace pheromone
+
+#define PHEROMONE_JOIN_AGAIN(a, b) a##b
+#define PHEROMONE_JOIN(a, b) PHEROMONE_JOIN_AGAIN(a, b)
+
+#define PHEROMONE_TRY_AS(result, declaration, ...) \
+  auto result = (__VA_ARGS__);                     \
+  if (!result.ok()) {                              \
+    return result.failure();                       \
+  }                                                \
+  declaration = std::move(result).value()
+
+/// Declares a variable with the value of a Result, or returns its error from the function around
+/// it. Two statements: it needs braces around it. A declaration whose type has a comma says `auto`.
+#define PHEROMONE_TRY(declaration, ...) \
+  PHEROMONE_TRY_AS(PHEROMONE_JOIN(tried_, __LINE__), declaration, __VA_ARGS__)
+
+/// Returns the error of a Status, or of a Result whose value is not needed.
+#define PHEROMONE_TRY_STATUS(...)                        \
+  do {                                                   \
+    if (const auto tried = (__VA_ARGS__); !tried.ok()) { \
+      return tried.failure();                            \
+    }                                                    \
+  } while (false)

@@ -38,5 +38,57 @@ TEST(Status, IsGoodOrAnError) {
   EXPECT_FALSE(Status(Error{"no"}).ok());
 }
 
+Result<std::string> HandOn(const Result<std::string>& given) {
+  if (!given.ok()) {
+    return given.failure();
+  }
+  return given.value() + "!";
+}
+
+TEST(Result, HandsAnErrorOfATextOnAsAnError) {
+  EXPECT_EQ(HandOn(Error{"not fine"}).error(), "not fine");
+  EXPECT_EQ(HandOn(std::string("fine")).value(), "fine!");
+}
+
+Result<int> Half(int value) {
+  if (value % 2 != 0) {
+    return Error{"odd"};
+  }
+  return value / 2;
+}
+
+Result<std::string> TwiceHalved(int value) {
+  PHEROMONE_TRY(const int once, Half(value));
+  PHEROMONE_TRY(const int twice, Half(once));
+  return std::to_string(twice);
+}
+
+TEST(Try, DeclaresTheValueOrReturnsTheError) {
+  EXPECT_EQ(TwiceHalved(12).value(), "3");
+  EXPECT_EQ(TwiceHalved(6).error(), "odd");
+}
+
+Result<std::unique_ptr<int>> Moved(Result<std::unique_ptr<int>> given) {
+  PHEROMONE_TRY(std::unique_ptr<int> taken, std::move(given));
+  return taken;
+}
+
+TEST(Try, MovesTheValue) {
+  EXPECT_EQ(*Moved(std::make_unique<int>(4)).value(), 4);
+  EXPECT_EQ(Moved(Error{"none"}).error(), "none");
+}
+
+Status BothEven(int first, int second) {
+  PHEROMONE_TRY_STATUS(Half(first));
+  PHEROMONE_TRY_STATUS(Half(second));
+  return Ok();
+}
+
+TEST(Try, ReturnsTheErrorOfAStatus) {
+  EXPECT_EQ(BothEven(1, 2).error(), "odd");
+  EXPECT_EQ(BothEven(2, 1).error(), "odd");
+  EXPECT_TRUE(BothEven(4, 2).ok());
+}
+
 }  // namespace
 }  // namespace pheromone

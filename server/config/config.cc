@@ -61,11 +61,7 @@ void ReadCapture(const Value& root, Notes* notes, CaptureSettings* capture) {
 
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
                            const std::optional<std::filesystem::path>& folder) {
-  const Result<Value> document = ParseDocument(text, name);
-  if (!document.ok()) {
-    return Error{document.error()};
-  }
-  const Value& root = document.value();
+  PHEROMONE_TRY(const Value root, ParseDocument(text, name));
   Notes notes{Problems(name), std::string(name), folder, {}, {}};
   Config config;
   TableReader(root, "", &notes.problems)
@@ -106,11 +102,8 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
 }
 
 Result<Config> LoadConfig(const std::string& path) {
-  const Result<std::string> text = ReadFile(path, kMaxText);
-  if (!text.ok()) {
-    return Error{text.error()};
-  }
-  return ParseConfig(text.value(), path, std::filesystem::path(path).parent_path());
+  PHEROMONE_TRY(const std::string text, ReadFile(path, kMaxText));
+  return ParseConfig(text, path, std::filesystem::path(path).parent_path());
 }
 
 }  // namespace pheromone::config

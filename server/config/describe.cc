@@ -2,19 +2,12 @@
 
 #include <fmt/format.h>
 
+#include "server/base/units.h"
 #include "server/config/folders.h"
 #include "server/field/path.h"
 
 namespace pheromone::config {
 namespace {
-
-double Metres(int64_t um) {
-  return static_cast<double>(um) / 1e6;
-}
-
-double Degrees(uint16_t binary_angle) {
-  return binary_angle * 360.0 / 65536;
-}
 
 double Seconds(int64_t ms) {
   return static_cast<double>(ms) / 1e3;

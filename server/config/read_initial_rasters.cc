@@ -32,7 +32,7 @@ struct Picture {
 
 Result<Picture> FromImage(Result<maps::GrayImage> image) {
   if (!image.ok()) {
-    return Error{image.error()};
+    return image.failure();
   }
   const double white = image.value().maximum;
   return Picture{std::move(image).value().raster, white};
@@ -40,7 +40,7 @@ Result<Picture> FromImage(Result<maps::GrayImage> image) {
 
 Result<Picture> FromNumbers(Result<maps::Raster> raster) {
   if (!raster.ok()) {
-    return Error{raster.error()};
+    return raster.failure();
   }
   double largest = 0;
   for (const double value : raster.value().values) {
@@ -64,11 +64,8 @@ Result<Picture> Load(const std::filesystem::path& path) {
   if (extension == ".csv") {
     return FromNumbers(maps::LoadCsvGrid(name));
   }
-  Result<maps::Raster> occupancy = maps::LoadRosMap(name);
-  if (!occupancy.ok()) {
-    return Error{occupancy.error()};
-  }
-  return Picture{std::move(occupancy).value(), maps::kOccupied};
+  PHEROMONE_TRY(maps::Raster occupancy, maps::LoadRosMap(name));
+  return Picture{std::move(occupancy), maps::kOccupied};
 }
 
 // The position of the raster. By default, each pixel is centred on a node.

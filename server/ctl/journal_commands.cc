@@ -39,7 +39,7 @@ Result<std::unique_ptr<PosixFolder>> Open(const std::string& path) {
   }
   const auto names = folder.value()->List();
   if (!names.ok()) {
-    return Error{names.error()};
+    return names.failure();
   }
   for (const std::string& name : names.value()) {
     if (journal::OrdinalOf(name) || journal::SnapshotSequenceOf(name)) {

@@ -114,10 +114,7 @@ Status SyncParent(const std::string& folder) {
 
 // At any time there is a complete state at `folder`.
 Status Replace(const std::string& folder, const std::string& next, const std::string& before) {
-  const Status owned = TakeOwner(folder, next);
-  if (!owned.ok()) {
-    return owned;
-  }
+  PHEROMONE_TRY_STATUS(TakeOwner(folder, next));
   const auto exchange = [&] {
     return renameat2(AT_FDCWD, next.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0;
   };

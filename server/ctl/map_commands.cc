@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "server/base/units.h"
 #include "server/config/config.h"
 #include "server/ctl/raster_files.h"
 #include "server/field/field.h"
@@ -23,10 +24,6 @@ constexpr double kUmPerM = 1e6;
 constexpr double kFarthestM = 1e6;
 constexpr int kUsualPixels = 1000;
 constexpr maps::Rgb kObstacleGray = {128, 128, 128};
-
-double Metres(int64_t um) {
-  return static_cast<double>(um) / kUmPerM;
-}
 
 // A map with the contents given by its configuration and a saved field.
 struct Scene {

@@ -129,12 +129,9 @@ Result<petri::Net> CoreOf(petri::Net net) {
   net.claims.clear();
   petri::CheckOptions options;
   options.recurrence = false;
-  const Result<petri::CheckReport> report = petri::Check(net, options);
-  if (!report.ok()) {
-    return Error{report.error()};
-  }
+  PHEROMONE_TRY(const petri::CheckReport report, petri::Check(net, options));
   std::vector<uint32_t> bounds;
-  for (const uint64_t bound : report.value().bounds) {
+  for (const uint64_t bound : report.bounds) {
     const bool is_known = bound <= petri::kMaxTokens;
     bounds.push_back(is_known ? std::max(static_cast<uint32_t>(bound), 1U) : 0);
   }

@@ -84,11 +84,9 @@ class Player {
   Status Send(const capture::Packet& packet) {
     const Key key = is_terminal_ ? Key(0, 0) : Key(packet.link, packet.connection);
     if (!lines_.contains(key)) {
-      Result<Descriptor> opened = is_terminal_ ? OpenTerminal(options_.to) : Connect(options_.to);
-      if (!opened.ok()) {
-        return Error{opened.error()};
-      }
-      lines_[key] = std::move(opened).value();
+      PHEROMONE_TRY(Descriptor opened,
+                    is_terminal_ ? OpenTerminal(options_.to) : Connect(options_.to));
+      lines_[key] = std::move(opened);
     }
     if (!first_ns_) {
       first_ns_ = packet.utc_ns;

@@ -76,13 +76,10 @@ Result<maps::Raster> LoadRaster(const std::string& path, std::optional<double> w
     case Format::kUnknown:
       return Error{CheckRasterEnding(path).error()};
   }
-  Result<maps::GrayImage> image =
-      format == Format::kPgm ? maps::LoadPgm(path) : maps::LoadPng(path);
-  if (!image.ok()) {
-    return Error{image.error()};
-  }
-  const double maximum = image.value().maximum;
-  return maps::ValuesOf(std::move(image).value(), white.value_or(maximum));
+  PHEROMONE_TRY(maps::GrayImage image,
+                format == Format::kPgm ? maps::LoadPgm(path) : maps::LoadPng(path));
+  const double maximum = image.maximum;
+  return maps::ValuesOf(std::move(image), white.value_or(maximum));
 }
 
 Status SaveRaster(const std::string& path, maps::Raster raster, const RasterStyle& style) {
@@ -103,12 +100,8 @@ Status SaveRaster(const std::string& path, maps::Raster raster, const RasterStyl
     case Format::kUnknown:
       return CheckRasterEnding(path);
   }
-  const Result<maps::GrayImage> image = ToGray(path, std::move(raster), style.white);
-  if (!image.ok()) {
-    return Error{image.error()};
-  }
-  return format == Format::kPgm ? maps::SavePgm(path, image.value())
-                                : maps::SaveGrayPng(path, image.value());
+  PHEROMONE_TRY(const maps::GrayImage image, ToGray(path, std::move(raster), style.white));
+  return format == Format::kPgm ? maps::SavePgm(path, image) : maps::SaveGrayPng(path, image);
 }
 
 }  // namespace pheromone::ctl

@@ -271,11 +271,8 @@ Result<RdfContents> RdfReader::Contents() const {
       contents.ignored += thing.triples;
       continue;
     }
-    Result<Fact> fact = FactOf(thing);
-    if (!fact.ok()) {
-      return Error{fact.error()};
-    }
-    contents.facts.push_back(std::move(fact).value());
+    PHEROMONE_TRY(Fact fact, FactOf(thing));
+    contents.facts.push_back(std::move(fact));
     contents.ignored += thing.triples - used;
   }
   return contents;
@@ -293,11 +290,8 @@ Result<RdfContents> ReadRdf(const std::string& name, std::string_view text, RdfF
 Result<RdfContents> LoadRdf(const std::string& path, std::optional<RdfFormat> format,
                             const tags::Naming& naming) {
   if (!format) {
-    const Result<RdfFormat> by_ending = RdfFormatOf(path);
-    if (!by_ending.ok()) {
-      return Error{by_ending.error()};
-    }
-    format = by_ending.value();
+    PHEROMONE_TRY(const RdfFormat by_ending, RdfFormatOf(path));
+    format = by_ending;
   }
   const Result<std::string> text = ReadFile(path);
   return text.ok() ? ReadRdf(path, text.value(), *format, naming) : Error{text.error()};

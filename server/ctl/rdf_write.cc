@@ -149,11 +149,8 @@ Result<std::string> WriteRdf(std::span<const Fact> facts, RdfFormat format,
 Status SaveRdf(const std::string& path, std::span<const Fact> facts, const tags::Naming& naming,
                std::optional<RdfFormat> format) {
   if (!format) {
-    const Result<RdfFormat> by_ending = RdfFormatOf(path);
-    if (!by_ending.ok()) {
-      return Error{by_ending.error()};
-    }
-    format = by_ending.value();
+    PHEROMONE_TRY(const RdfFormat by_ending, RdfFormatOf(path));
+    format = by_ending;
   }
   const Result<std::string> text = WriteRdf(facts, *format, naming);
   return text.ok() ? WriteFile(path, text.value()) : Error{path + ": " + text.error()};

@@ -26,15 +26,12 @@ void PrintAnswer(const std::vector<capture::LinkInfo>& links, uint64_t field_tim
 
 Status ReplayOne(capture::CaptureReader* reader, capture::Replay* replay) {
   while (true) {
-    Result<std::optional<capture::Found>> next = reader->Next();
-    if (!next.ok()) {
-      return Error{next.error()};
-    }
-    Status same = next.value() ? replay->Take(*next.value()) : replay->Finish();
+    PHEROMONE_TRY(std::optional<capture::Found> next, reader->Next());
+    Status same = next ? replay->Take(*next) : replay->Finish();
     if (!same.ok()) {
       return Error{reader->name() + ": " + same.error()};
     }
-    if (!next.value()) {
+    if (!next) {
       return Ok();
     }
   }

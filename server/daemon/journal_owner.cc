@@ -97,7 +97,7 @@ Result<std::unique_ptr<JournalOwner>> JournalOwner::Open(const config::JournalCo
 Status JournalOwner::OpenFolder() {
   auto folder = journal::PosixFolder::Open(folder_name_, journal::PosixFolder::Mode::kOwner);
   if (!folder.ok()) {
-    return Error{folder.error()};
+    return folder.failure();
   }
   folder_ = std::move(folder).value();
   RecoveryReport report(folder_name_);
@@ -105,7 +105,7 @@ Status JournalOwner::OpenFolder() {
       journal::OpenJournal(folder_.get(), SettingsOf(config_), SteadyMicroseconds, TellOfJournal,
                            [&report](const journal::Progress& progress) { report.Tell(progress); });
   if (!opened.ok()) {
-    return Error{opened.error()};
+    return opened.failure();
   }
   journal::Opened& found = opened.value();
   for (const std::string& line : found.report) {
@@ -234,16 +234,13 @@ Result<std::string> JournalOwner::MakeSnapshot() {
     is_to_try = !written.ok() && state->ShouldTryAgain();
   }
   if (!written.ok()) {
-    return Error{written.error()};
+    return written.failure();
   }
   journal::SnapshotWriter& snapshot = *written.value();
   if (!AwaitDisk(snapshot.sequence())) {
     return Error{"the server is stopping"};
   }
-  const Status named = snapshot.GiveName();
-  if (!named.ok()) {
-    return Error{named.error()};
-  }
+  PHEROMONE_TRY_STATUS(snapshot.GiveName());
   const Result<uint64_t> removed =
       journal::RemoveWhatIsNotNeeded(config_.keep_snapshots, folder_.get());
   if (!removed.ok()) {

@@ -58,7 +58,7 @@ LiveConfig::LiveConfig(config::Config config, Reload reload, engine::Service* se
 Status LiveConfig::TakeAtStart(bool state_lost) {
   const auto configured = Configure(config_.engine, state_lost);
   if (!configured.ok()) {
-    return Error{configured.error()};
+    return configured.failure();
   }
   Tell(config_.warnings);
   return Ok();
@@ -68,7 +68,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   Result<config::Config> loaded = reload_();
   if (!loaded.ok()) {
     spdlog::error("the configuration is unchanged:\n{}", loaded.error());
-    return Error{loaded.error()};
+    return loaded.failure();
   }
   config::Config& next = loaded.value();
   std::vector<std::string> notes = RestartRequired(config_, next);
@@ -80,7 +80,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   const auto configured = Configure(next.engine, false);
   if (!configured.ok()) {
     spdlog::error("the configuration is unchanged: {}", configured.error());
-    return Error{configured.error()};
+    return configured.failure();
   }
   {
     const std::lock_guard lock(mutex_);
@@ -121,7 +121,7 @@ Status LiveConfig::ChangeTau(uint8_t type, int64_t tau_ms) {
   law->tau_ms = tau_ms;
   const auto configured = Configure(next, false);
   if (!configured.ok()) {
-    return Error{configured.error()};
+    return configured.failure();
   }
   spdlog::info("pheromone \"{}\": tau is {} s until the configuration is reread", law->name,
                static_cast<double>(tau_ms) / 1e3);

@@ -52,15 +52,12 @@ Result<config::Config> Load(const Options& options) {
 // Adds the field named by --load-field to the initial contents of the configuration.
 Status LayLoaded(const std::string& path, config::Config* config,
                  std::optional<maps::SavedField>* loaded) {
-  Result<maps::SavedField> saved = maps::LoadField(path);
-  if (!saved.ok()) {
-    return Error{saved.error()};
-  }
-  const Status laid = maps::LayOnto(saved.value(), &config->engine.field);
+  PHEROMONE_TRY(maps::SavedField saved, maps::LoadField(path));
+  const Status laid = maps::LayOnto(saved, &config->engine.field);
   if (!laid.ok()) {
     return Error{path + " does not match the configuration: " + laid.error()};
   }
-  *loaded = std::move(saved).value();
+  *loaded = std::move(saved);
   return Ok();
 }
 

@@ -56,13 +56,10 @@ Status CheckShape(const FieldEdit& edit) {
 }
 
 Result<std::vector<NodeIndex>> NodesOf(const FieldEdit& edit, const MapGeometry& map) {
-  const Result<Raster> raster = RasterOf(edit, map);
-  if (!raster.ok()) {
-    return Error{raster.error()};
-  }
+  PHEROMONE_TRY(const Raster raster, RasterOf(edit, map));
   std::vector<NodeIndex> nodes;
-  nodes.reserve(static_cast<size_t>(raster.value().node_count));
-  for (const NodeRun run : raster.value().runs) {
+  nodes.reserve(static_cast<size_t>(raster.node_count));
+  for (const NodeRun run : raster.runs) {
     for (int32_t column = run.first; column <= run.last; ++column) {
       nodes.push_back({column, run.row});
     }

@@ -203,10 +203,7 @@ Status Field::CheckLeaving(const FieldReader& reader, const FieldConfig& present
 }
 
 Status Field::CheckReconfigure(const FieldConfig& next, const LayPlan& plan) const {
-  Status status = CheckMap(current().config, next);
-  if (!status.ok()) {
-    return status;
-  }
+  PHEROMONE_TRY_STATUS(CheckMap(current().config, next));
   if (busy()) {
     return Error{"the map is still being changed by an earlier request"};
   }
@@ -314,15 +311,12 @@ Status Field::Edit(const FieldEdit& edit, uint64_t now_ms) {
     EraseAll(edit.type);
     return Ok();
   }
-  const Result<std::vector<NodeIndex>> nodes = NodesOf(edit, current().config.map);
-  if (!nodes.ok()) {
-    return Error{nodes.error()};
-  }
+  PHEROMONE_TRY(const std::vector<NodeIndex> nodes, NodesOf(edit, current().config.map));
   // Raw states, so that a failed edit can be undone exactly.
   CellMap& cells = *layers_.cells[law->type];
   DiffusionLayer& diffusing = *layers_.diffusing[law->type];
   std::vector<std::pair<NodeIndex, NodeState>> before;
-  for (const NodeIndex node : nodes.value()) {
+  for (const NodeIndex node : nodes) {
     if (edit.action != FieldEdit::Action::kErase && IsBlocked(node)) {
       continue;
     }

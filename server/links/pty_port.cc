@@ -95,10 +95,7 @@ class PtyPort final : public Port {
       return SystemError(std::string("cannot set up ") + name.data());
     }
     OpenToTheGroup(slave.get());
-    const Status linked = MakeLink(name.data());
-    if (!linked.ok()) {
-      return Error{linked.error()};
-    }
+    PHEROMONE_TRY_STATUS(MakeLink(name.data()));
     slave_ = std::move(slave);
     slave_name_ = name.data();
     return master;

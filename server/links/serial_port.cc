@@ -56,39 +56,33 @@ class SerialPort final : public Port {
 
   Result<Descriptor> Open() override {
     Close();
-    const Result<std::string> path = options_.find_path();
-    if (!path.ok()) {
-      return Error{path.error()};
-    }
+    PHEROMONE_TRY(const std::string path, options_.find_path());
     std::array<char, PATH_MAX> real{};
-    if (realpath(path.value().c_str(), real.data()) == nullptr) {
-      return SystemError(path.value());
+    if (realpath(path.c_str(), real.data()) == nullptr) {
+      return SystemError(path);
     }
     sp_port* found = nullptr;
     if (sp_get_port_by_name(real.data(), &found) != SP_OK) {
-      return Error{path.value() + ": not a serial port"};
+      return Error{path + ": not a serial port"};
     }
     std::unique_ptr<sp_port, Closer> port(found);
     // Opening it with libserialport already changes its settings, and another program may be using
     // it: so it is first locked through a separate descriptor.
     Descriptor lock(open(real.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
     if (lock.valid() && flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
-      return Busy(path.value(), real.data());
+      return Busy(path, real.data());
     }
     if (!lock.valid() || sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
-      return errno == EBUSY ? Busy(path.value(), real.data())
-                            : SystemError(path.value() + ": cannot be opened");
+      return errno == EBUSY ? Busy(path, real.data()) : SystemError(path + ": cannot be opened");
     }
     int handle = -1;
     if (sp_get_port_handle(port.get(), &handle) != SP_OK) {
-      return Error{path.value() + ": cannot be opened"};
+      return Error{path + ": cannot be opened"};
     }
-    if (Status status = Configure(port.get(), handle, path.value()); !status.ok()) {
-      return Error{status.error()};
-    }
+    PHEROMONE_TRY_STATUS(Configure(port.get(), handle, path));
     Descriptor own(fcntl(handle, F_DUPFD_CLOEXEC, 0));
     if (!own.valid()) {
-      return SystemError(path.value() + ": cannot be opened");
+      return SystemError(path + ": cannot be opened");
     }
     lock_ = std::move(lock);
     port_ = std::move(port);

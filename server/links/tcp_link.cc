@@ -89,7 +89,7 @@ class TcpLink final : public Link {
         });
     if (!where.ok()) {
       ReportFailure(where.error());
-      return Error{where.error()};
+      return where.failure();
     }
     ReportUp("tcp " + where.value(), where.value());
     return Ok();

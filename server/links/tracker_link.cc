@@ -98,7 +98,7 @@ class TrackerLink::Impl {
       if (record_.SetDown(where.error(), true)) {
         log_({Severity::kWarning, kSource, "down", where.error(), "retrying"});
       }
-      return Error{where.error()};
+      return where.failure();
     }
     const std::string how = "udp " + where.value();
     if (record_.SetUp(how, where.value())) {

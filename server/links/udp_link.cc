@@ -116,7 +116,7 @@ class UdpLink final : public Link {
         });
     if (!where.ok()) {
       ReportFailure(where.error());
-      return Error{where.error()};
+      return where.failure();
     }
     dropped_ = 0;
     tapped_ = NextLine();

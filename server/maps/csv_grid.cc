@@ -44,10 +44,7 @@ Status ForEachLine(std::string_view bytes, const std::function<Status(const Text
     if (text.empty() || text.front() == '#') {
       continue;
     }
-    Status visited = visit(line);
-    if (!visited.ok()) {
-      return visited;
-    }
+    PHEROMONE_TRY_STATUS(visit(line));
   }
   return Ok();
 }
@@ -104,7 +101,7 @@ Result<Raster> ParseCsvGrid(std::string_view bytes, std::string_view name) {
     return problem.empty() ? Ok() : AtLine(name, line.number, 0, problem);
   });
   if (!read.ok()) {
-    return Error{read.error()};
+    return read.failure();
   }
   if (rows == 0) {
     return AtLine(name, 1, 0, "found nothing, expected rows of numbers");
@@ -153,10 +150,7 @@ Result<std::vector<PlacedValue>> ParseCsvPlaces(std::string_view bytes, std::str
                                   "found " + Quoted(line.text) + ", expected x,y,value");
     }
     std::vector<double> numbers;
-    Status status = ReadNumbers(line, name, 3, &numbers);
-    if (!status.ok()) {
-      return status;
-    }
+    PHEROMONE_TRY_STATUS(ReadNumbers(line, name, 3, &numbers));
     const bool in_reach = numbers.size() == 3 && std::abs(numbers[0]) <= kFarthestM &&
                           std::abs(numbers[1]) <= kFarthestM;
     if (!in_reach) {
@@ -172,7 +166,7 @@ Result<std::vector<PlacedValue>> ParseCsvPlaces(std::string_view bytes, std::str
     return Ok();
   });
   if (!read.ok()) {
-    return Error{read.error()};
+    return read.failure();
   }
   if (!header_seen) {
     return AtLine(name, 1, 0, "found nothing, expected x,y,value");

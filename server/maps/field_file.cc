@@ -191,10 +191,7 @@ Status CheckFits(const SavedField& saved, const field::FieldConfig& config) {
   for (const field::InitialRaster& print : saved.initial_rasters) {
     const auto type = std::find_if(saved.types.begin(), saved.types.end(),
                                    [&](const SavedType& it) { return it.type == print.type; });
-    Status fits = CheckType(*type, print, config.FindLaw(print.type));
-    if (!fits.ok()) {
-      return fits;
-    }
+    PHEROMONE_TRY_STATUS(CheckType(*type, print, config.FindLaw(print.type)));
     together.initial_rasters.push_back(print);
   }
   const uint64_t bytes = field::BytesOfLaid(

@@ -72,11 +72,7 @@ Result<Raster> RasterOfSource(const Source& source, const field::FieldConfig& co
         "pheromone type " + std::to_string(type) +
         (law == nullptr ? " is not configured" : " is a blend, which has no content of its own")};
   }
-  Result<Canvas> made = MakeCanvas(config.map, extent);
-  if (!made.ok()) {
-    return Error{made.error()};
-  }
-  Canvas& canvas = made.value();
+  PHEROMONE_TRY(Canvas canvas, MakeCanvas(config.map, extent));
   const double unit = static_cast<double>(law->quantum_micro) / field::kLevelsPerQuantum / kMicro;
   // First without the contents of blocked nodes, so that these are never shown.
   source.VisitLevels(type, now_ms, [&](field::NodeIndex node, uint32_t level) {
@@ -124,11 +120,7 @@ Result<Raster> RasterOf(const field::FieldReader& reader, const field::FieldConf
 }
 
 Result<Raster> ObstaclesOf(const field::FieldConfig& config, const RasterExtent& extent) {
-  Result<Canvas> made = MakeCanvas(config.map, extent);
-  if (!made.ok()) {
-    return Error{made.error()};
-  }
-  Canvas& canvas = made.value();
+  PHEROMONE_TRY(Canvas canvas, MakeCanvas(config.map, extent));
   ForEachBlocked(config, [&](field::NodeIndex node) {
     if (double* const cell = canvas.Find(node); cell != nullptr) {
       *cell = kOccupied;

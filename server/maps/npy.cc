@@ -52,10 +52,7 @@ class HeaderText {
       return Expected("{");
     }
     while (!Take("}")) {
-      const Status entry = ReadEntry();
-      if (!entry.ok()) {
-        return Error{entry.error()};
-      }
+      PHEROMONE_TRY_STATUS(ReadEntry());
       if (!Take(",") && text_.substr(at_, 1) != "}") {
         return Expected(", or }");
       }
@@ -252,11 +249,9 @@ Result<Raster> ParseNpy(std::string_view bytes, std::string_view name) {
                   "found a header of " + std::to_string(length) + " bytes, expected at most " +
                       std::to_string(std::min(kMaxHeader, bytes.size() - header_at)));
   }
-  const Result<Header> header = HeaderText(bytes.substr(header_at, length), header_at, name).Read();
-  if (!header.ok()) {
-    return Error{header.error()};
-  }
-  return ReadElements(header.value(), bytes, header_at + length, name);
+  PHEROMONE_TRY(const Header header,
+                HeaderText(bytes.substr(header_at, length), header_at, name).Read());
+  return ReadElements(header, bytes, header_at + length, name);
 }
 
 Result<Raster> LoadNpy(const std::string& path) {

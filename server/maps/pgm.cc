@@ -75,11 +75,8 @@ Result<Header> ReadHeader(Words& words) {
   const std::array<std::string_view, 3> names = {"the width", "the height", "the white level"};
   for (size_t i = 0; i < numbers.size(); ++i) {
     const uint32_t maximum = i == 2 ? kMaxLevel : static_cast<uint32_t>(kMaxSide);
-    const Result<uint32_t> number = words.Number(names[i], 1, maximum);
-    if (!number.ok()) {
-      return Error{number.error()};
-    }
-    numbers[i] = number.value();
+    PHEROMONE_TRY(const uint32_t number, words.Number(names[i], 1, maximum));
+    numbers[i] = number;
   }
   const std::string problem = SizeProblem(numbers[0], numbers[1]);
   if (!problem.empty()) {
@@ -132,11 +129,8 @@ Result<GrayImage> ReadText(const Header& header, std::string_view bytes, Words& 
   GrayImage image{MakeRaster(header.columns, header.rows), header.maximum};
   for (int32_t row = header.rows - 1; row >= 0; --row) {
     for (int32_t column = 0; column < header.columns; ++column) {
-      const Result<uint32_t> level = words.Number("a level", 0, header.maximum);
-      if (!level.ok()) {
-        return Error{level.error()};
-      }
-      image.raster.At(column, row) = level.value();
+      PHEROMONE_TRY(const uint32_t level, words.Number("a level", 0, header.maximum));
+      image.raster.At(column, row) = level;
     }
   }
   words.SkipBlanks();
@@ -159,17 +153,14 @@ Result<GrayImage> ParsePgm(std::string_view bytes, std::string_view name) {
   if (words.at() < bytes.size() && !IsSpace(bytes[words.at()]) && bytes[words.at()] != '#') {
     return words.ErrorAt(words.at(), "expected white space after " + std::string(magic));
   }
-  const Result<Header> header = ReadHeader(words);
-  if (!header.ok()) {
-    return Error{header.error()};
-  }
+  PHEROMONE_TRY(const Header header, ReadHeader(words));
   if (magic == "P2") {
-    return ReadText(header.value(), bytes, words);
+    return ReadText(header, bytes, words);
   }
   if (words.at() == bytes.size() || !IsSpace(bytes[words.at()])) {
     return words.ErrorAt(words.at(), "expected one white space between the white level and pixels");
   }
-  return ReadBinary(header.value(), bytes, words.at() + 1, name);
+  return ReadBinary(header, bytes, words.at() + 1, name);
 }
 
 Result<GrayImage> LoadPgm(const std::string& path) {

@@ -52,11 +52,8 @@ Result<std::vector<Polyline>> LoadPolylines(const std::filesystem::path& path,
     return Error{path.string() + ": found the extension " + Quoted(extension) +
                  ", expected .csv, .geojson, .json or .svg"};
   }
-  const Result<std::string> text = ReadFile(path.string(), kMaxPolylineFileBytes);
-  if (!text.ok()) {
-    return Error{text.error()};
-  }
-  return ParsePolylines(*format, text.value(), path.string(), options);
+  PHEROMONE_TRY(const std::string text, ReadFile(path.string(), kMaxPolylineFileBytes));
+  return ParsePolylines(*format, text, path.string(), options);
 }
 
 }  // namespace pheromone::maps

@@ -44,10 +44,7 @@ Result<Resampled> Resample(const SavedField& saved, const field::FieldConfig& co
       result.field.initial_rasters.push_back({print.type, field::Shared(std::move(nodes))});
     }
   }
-  Status fits = CheckFits(result.field, config);
-  if (!fits.ok()) {
-    return Error{fits.error()};
-  }
+  PHEROMONE_TRY_STATUS(CheckFits(result.field, config));
   return result;
 }
 

@@ -197,7 +197,7 @@ double OccupancyOfLevel(const RosMapInfo& info, double level, double maximum) {
 }
 
 // Exact to the micrometre.
-std::string Metres(int64_t um) {
+std::string MetresText(int64_t um) {
   return FormatNumber(static_cast<double>(um) / kUmPerM);
 }
 
@@ -256,26 +256,13 @@ Raster OccupancyOf(const RosMapInfo& info, GrayImage image) {
 }
 
 Result<Raster> LoadRosMap(const std::string& yaml_path) {
-  const Result<std::string> yaml = ReadFile(yaml_path, kMaxYamlBytes);
-  if (!yaml.ok()) {
-    return Error{yaml.error()};
-  }
-  const Result<RosMapInfo> info = ParseRosMapInfo(yaml.value(), yaml_path);
-  if (!info.ok()) {
-    return Error{info.error()};
-  }
-  const std::string path =
-      (std::filesystem::path(yaml_path).parent_path() / info.value().image).string();
-  const Result<std::string> bytes = ReadFile(path);
-  if (!bytes.ok()) {
-    return Error{bytes.error()};
-  }
-  Result<GrayImage> image = bytes.value().starts_with('P') ? ParsePgm(bytes.value(), path)
-                                                           : ParsePng(bytes.value(), path);
-  if (!image.ok()) {
-    return Error{image.error()};
-  }
-  return OccupancyOf(info.value(), std::move(image).value());
+  PHEROMONE_TRY(const std::string yaml, ReadFile(yaml_path, kMaxYamlBytes));
+  PHEROMONE_TRY(const RosMapInfo info, ParseRosMapInfo(yaml, yaml_path));
+  const std::string path = (std::filesystem::path(yaml_path).parent_path() / info.image).string();
+  PHEROMONE_TRY(const std::string bytes, ReadFile(path));
+  PHEROMONE_TRY(GrayImage image,
+                bytes.starts_with('P') ? ParsePgm(bytes, path) : ParsePng(bytes, path));
+  return OccupancyOf(info, std::move(image));
 }
 
 Status ForEachBlockedRun(
@@ -344,8 +331,9 @@ RosMapFiles EncodeRosMap(const Raster& occupancy, std::string_view image_name) {
   YAML::Emitter yaml;
   yaml << YAML::BeginMap << YAML::Key << "image" << YAML::Value << std::string(image_name)
        << YAML::EndMap;
-  return {std::string(yaml.c_str()) + "\nresolution: " + Metres(occupancy.cell_um) + "\norigin: [" +
-              Metres(occupancy.origin.x) + ", " + Metres(occupancy.origin.y) +
+  return {std::string(yaml.c_str()) + "\nresolution: " + MetresText(occupancy.cell_um) +
+              "\norigin: [" + MetresText(occupancy.origin.x) + ", " +
+              MetresText(occupancy.origin.y) +
               ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\nmode: " +
               (trinary ? "trinary" : "raw") + "\n",
           EncodePgm(image)};

@@ -62,11 +62,9 @@ Result<std::string> FillIn(std::string_view text, const Parameters& parameters,
     if (close == std::string_view::npos) {
       return Error{"found \"{\" without \"}\", expected a parameter in braces"};
     }
-    Result<std::string> one = FillInOne(text.substr(open + 1, close - open - 1), parameters, as);
-    if (!one.ok()) {
-      return one;
-    }
-    filled += one.value();
+    PHEROMONE_TRY(std::string one,
+                  FillInOne(text.substr(open + 1, close - open - 1), parameters, as));
+    filled += one;
     text.remove_prefix(close + 1);
   }
 }

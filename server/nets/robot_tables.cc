@@ -60,9 +60,7 @@ class Maker {
   explicit Maker(const petri::Net& net) : net_(net) {}
 
   Result<RobotTables> Make() {
-    if (const Status valid = petri::CheckNet(net_); !valid.ok()) {
-      return Error{valid.error()};
-    }
+    PHEROMONE_TRY_STATUS(petri::CheckNet(net_));
     robot_.name = net_.name;
     if (Fits("places", net_.places.size()) && Fits("transitions", net_.transitions.size())) {
       for (const petri::Place& place : net_.places) {

@@ -70,12 +70,9 @@ std::string FirstPlaces(const petri::Net& net) {
 class SystemLoader {
  public:
   Result<petri::Net> Load(const fs::path& path, const Parameters& chosen, const std::string& as) {
-    const Result<std::string> text = ReadFile(path.string(), kMaxSystemBytes);
-    if (!text.ok()) {
-      return Error{text.error()};
-    }
+    PHEROMONE_TRY(const std::string text, ReadFile(path.string(), kMaxSystemBytes));
     reading_.push_back(Canonical(path));
-    Result<petri::Net> net = Parse(path.string(), text.value(), chosen, path.parent_path(), as);
+    Result<petri::Net> net = Parse(path.string(), text, chosen, path.parent_path(), as);
     reading_.pop_back();
     return net;
   }

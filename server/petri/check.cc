@@ -25,9 +25,7 @@ class Checker {
   Checker(const Net& net, const CheckOptions& options) : net_(net), options_(options) {}
 
   Result<CheckReport> Run() {
-    if (const Status status = CheckNet(net_); !status.ok()) {
-      return Error{status.error()};
-    }
+    PHEROMONE_TRY_STATUS(CheckNet(net_));
     if (std::max(net_.places.size(), net_.transitions.size()) > kMaxChecked) {
       return Error{"net \"" + net_.name + "\": " + std::to_string(net_.places.size()) +
                    " places and " + std::to_string(net_.transitions.size()) +
@@ -42,9 +40,7 @@ class Checker {
     }
     CheckStructure();
     FindEager();
-    if (const Status status = Search(); !status.ok()) {
-      return Error{status.error()};
-    }
+    PHEROMONE_TRY_STATUS(Search());
     TakeResults();
     if (IsComplete()) {
       AskForRecurrence();

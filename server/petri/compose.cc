@@ -31,9 +31,7 @@ class Whole {
   explicit Whole(std::string name) { net_.name = std::move(name); }
 
   Status Add(const Instance& instance) {
-    if (Status good = CheckNet(instance.net); !good.ok()) {
-      return good;
-    }
+    PHEROMONE_TRY_STATUS(CheckNet(instance.net));
     for (const auto& [from, to] : instance.with) {
       if (PlaceOf(instance.net, from) == instance.net.places.size()) {
         return Error{NameOf(instance) + " binds \"" + from + "\", expected a place of net \"" +
@@ -43,12 +41,9 @@ class Whole {
     Renaming names;
     std::vector<uint32_t> numbers;
     for (const Place& place : instance.net.places) {
-      const Result<uint32_t> number = AddPlace(instance, place);
-      if (!number.ok()) {
-        return Error{number.error()};
-      }
-      numbers.push_back(number.value());
-      names[place.id] = net_.places[number.value()].id;
+      PHEROMONE_TRY(const uint32_t number, AddPlace(instance, place));
+      numbers.push_back(number);
+      names[place.id] = net_.places[number].id;
     }
     for (const Transition& transition : instance.net.transitions) {
       names[transition.id] = AddTransition(instance, transition, numbers);
@@ -71,9 +66,7 @@ class Whole {
                      net_.places[place].id + "\", which no instance has"};
       }
     }
-    if (Status good = CheckNet(net_); !good.ok()) {
-      return Error{good.error()};
-    }
+    PHEROMONE_TRY_STATUS(CheckNet(net_));
     return std::move(net_);
   }
 
@@ -159,9 +152,7 @@ void KeepArcs(const std::vector<uint32_t>& numbers, std::vector<Arc>* arcs) {
 Result<Net> Compose(std::string name, const std::vector<Instance>& instances) {
   Whole whole(std::move(name));
   for (const Instance& instance : instances) {
-    if (Status added = whole.Add(instance); !added.ok()) {
-      return Error{added.error()};
-    }
+    PHEROMONE_TRY_STATUS(whole.Add(instance));
   }
   return std::move(whole).Take();
 }

@@ -308,9 +308,7 @@ void LiveNet::Restore(ByteReader* reader) {
 }
 
 Status LiveNet::CheckState() const {
-  if (Status good = CheckFields(state_, "net \"" + rules_->settings.name + "\""); !good.ok()) {
-    return good;
-  }
+  PHEROMONE_TRY_STATUS(CheckFields(state_, "net \"" + rules_->settings.name + "\""));
   const auto is_token_count = [](int32_t tokens) {
     return tokens >= 0 && tokens <= static_cast<int32_t>(kMaxTokens);
   };

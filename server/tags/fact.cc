@@ -31,23 +31,15 @@ std::string EventIri(const TagBlock& written, const std::string& robot_id, const
 
 Result<Block> AddBlock(const Fact& fact, int32_t author, const Naming& naming,
                        SymbolTables* tables) {
-  const Result<Term> subject = TermOf({fact.subject, {}}, "subject", author, naming, tables);
-  if (!subject.ok()) {
-    return Error{subject.error()};
-  }
-  const Result<Term> predicate = TermOf({fact.predicate, {}}, "predicate", author, naming, tables);
-  if (!predicate.ok()) {
-    return Error{predicate.error()};
-  }
-  const Result<Term> object = TermOf(fact.object, "object", author, naming, tables);
-  if (!object.ok()) {
-    return Error{object.error()};
-  }
+  PHEROMONE_TRY(const Term subject, TermOf({fact.subject, {}}, "subject", author, naming, tables));
+  PHEROMONE_TRY(const Term predicate,
+                TermOf({fact.predicate, {}}, "predicate", author, naming, tables));
+  PHEROMONE_TRY(const Term object, TermOf(fact.object, "object", author, naming, tables));
   const Block block{.author = author,
                     .time_s = fact.time_s,
-                    .subject = subject.value(),
-                    .predicate = predicate.value(),
-                    .object = object.value()};
+                    .subject = subject,
+                    .predicate = predicate,
+                    .object = object};
   const Status good = CheckBlock(block);
   return good.ok() ? Result<Block>(block) : Error{good.error()};
 }
@@ -79,9 +71,7 @@ Status CheckNaming(const Naming& naming) {
 
 Result<Fact> FactOf(const TagBlock& written, const SymbolTables& tables, const Naming& naming) {
   const Block& block = written.block;
-  if (Status good = CheckBlock(block); !good.ok()) {
-    return Error{good.error()};
-  }
+  PHEROMONE_TRY_STATUS(CheckBlock(block));
   if (block.is_net_record()) {
     return Error{"the block is a record of a Petri net, expected a fact"};
   }

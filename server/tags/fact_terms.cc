@@ -131,17 +131,11 @@ Result<int32_t> Terms::NumberOf(std::string_view text) {
 Result<Term> Terms::Symbol(std::string_view space, std::string_view value) {
   Term term;
   if (!space.empty()) {
-    const Result<int32_t> number = NumberOf(space);
-    if (!number.ok()) {
-      return Error{number.error()};
-    }
-    term.space = number.value();
+    PHEROMONE_TRY(const int32_t number, NumberOf(space));
+    term.space = number;
   }
-  const Result<int32_t> number = NumberOf(value);
-  if (!number.ok()) {
-    return Error{number.error()};
-  }
-  term.value = number.value();
+  PHEROMONE_TRY(const int32_t number, NumberOf(value));
+  term.value = number;
   return term;
 }
 

@@ -67,9 +67,7 @@ void Directory::TakePlaces(const Settings& settings) {
 }
 
 Result<Plan> MakePlan(const Survey& survey, const Settings& settings) {
-  if (Status good = CheckSettings(settings); !good.ok()) {
-    return Error{good.error()};
-  }
+  PHEROMONE_TRY_STATUS(CheckSettings(settings));
   Plan plan;
   plan.before = survey.directory;
   auto next = std::make_shared<Directory>();

@@ -228,13 +228,9 @@ class Parser {
 
   Result<Term> InNamespace(std::string_view term, const std::string& space,
                            const std::string& local) {
-    const Result<int32_t> space_number = NumberOf(term, space);
-    if (!space_number.ok()) {
-      return Error{space_number.error()};
-    }
+    PHEROMONE_TRY(const int32_t space_number, NumberOf(term, space));
     const Result<int32_t> number = NumberOf(term, local);
-    return number.ok() ? Result<Term>(Term{space_number.value(), number.value()})
-                       : Error{number.error()};
+    return number.ok() ? Result<Term>(Term{space_number, number.value()}) : Error{number.error()};
   }
 
   Result<int32_t> NumberOf(std::string_view term, const std::string& text) {
@@ -311,19 +307,10 @@ Result<Block> ParseSentence(std::string_view sentence, int32_t author, SymbolTab
                  " terms, expected subject, predicate and object"};
   }
   Parser parser(author, tables);
-  const Result<Term> subject = parser.Subject((*terms)[0]);
-  if (!subject.ok()) {
-    return Error{subject.error()};
-  }
-  const Result<Term> predicate = parser.Predicate((*terms)[1]);
-  if (!predicate.ok()) {
-    return Error{predicate.error()};
-  }
-  const Result<Term> object = parser.Object((*terms)[2]);
-  if (!object.ok()) {
-    return Error{object.error()};
-  }
-  const Block block{author, 0, subject.value(), predicate.value(), object.value()};
+  PHEROMONE_TRY(const Term subject, parser.Subject((*terms)[0]));
+  PHEROMONE_TRY(const Term predicate, parser.Predicate((*terms)[1]));
+  PHEROMONE_TRY(const Term object, parser.Object((*terms)[2]));
+  const Block block{author, 0, subject, predicate, object};
   const Status good = CheckBlock(block);
   return good.ok() ? Result<Block>(block) : Error{good.error()};
 }

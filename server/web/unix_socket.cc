@@ -46,9 +46,7 @@ Status ListenOnUnixSocket(const std::string& path, Local::acceptor* acceptor) {
     return Error{path + ": has " + std::to_string(path.size()) + " bytes, expected at most " +
                  std::to_string(sizeof(sockaddr_un::sun_path) - 1)};
   }
-  if (Status room = MakeRoom(path, acceptor->get_executor()); !room.ok()) {
-    return room;
-  }
+  PHEROMONE_TRY_STATUS(MakeRoom(path, acceptor->get_executor()));
   error_code error;
   acceptor->open(Local(), error);
   if (!error) {

@@ -12,6 +12,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 
+#include "server/base/units.h"
 #include "server/control/control.h"
 #include "server/maps/raster.h"
 
@@ -35,12 +36,5 @@ boost::json::array RowsOf(const maps::Raster& raster);
 
 /// The maximum content of a node of this type, in units.
 double MaximumOf(const field::PheromoneLaw& law);
-
-inline double Metres(int64_t um) {
-  return static_cast<double>(um) / 1e6;
-}
-inline double Degrees(uint16_t binary_angle) {
-  return binary_angle * 360.0 / 65536;
-}
 
 }  // namespace pheromone::web

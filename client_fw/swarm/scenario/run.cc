@@ -116,9 +116,7 @@ Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<
                              scenario.name, scenario.channels, ports.size())};
   }
   LiveSwarm live(SetUpLive(scenario, links), ports, scenario.timing.adapter_ns);
-  if (const Status opened = live.Open(); !opened.ok()) {
-    return Error{opened.error()};
-  }
+  PHEROMONE_TRY_STATUS(live.Open());
   Recorder recorder(&live.swarm(), scenario.engine.field, scenario.sample_ms);
   live.Run(scenario.duration_ms, stop, [&] {
     if (recorder.Look()) {

@@ -100,11 +100,7 @@ int Scenario::robot_count() const {
 
 Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
                                const std::optional<std::filesystem::path>& folder) {
-  const Result<Value> document = config::ParseDocument(text, name);
-  if (!document.ok()) {
-    return Error{document.error()};
-  }
-  const Value& root = document.value();
+  PHEROMONE_TRY(const Value root, config::ParseDocument(text, name));
   Notes notes{config::Problems(name), std::string(name), folder, {}, {}};
   Scenario scenario;
   scenario.name = std::filesystem::path(name).stem().string();
@@ -140,11 +136,8 @@ Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
 }
 
 Result<Scenario> LoadScenario(const std::string& path) {
-  const Result<std::string> text = ReadFile(path, config::kMaxText);
-  if (!text.ok()) {
-    return Error{text.error()};
-  }
-  return ParseScenario(text.value(), path, std::filesystem::path(path).parent_path());
+  PHEROMONE_TRY(const std::string text, ReadFile(path, config::kMaxText));
+  return ParseScenario(text, path, std::filesystem::path(path).parent_path());
 }
 
 }  // namespace pheromone::swarm

@@ -22,11 +22,8 @@ playback::Player::Open Opener(const std::string& folder, const std::string& name
   return [folder, name, file = std::shared_ptr<const Descriptor>()](
              uint64_t from) mutable -> Result<ByteReader::Source> {
     if (file == nullptr) {
-      Result<Descriptor> opened = OpenCapture(folder, name);
-      if (!opened.ok()) {
-        return Error{opened.error()};
-      }
-      file = std::make_shared<const Descriptor>(std::move(opened).value());
+      PHEROMONE_TRY(Descriptor opened, OpenCapture(folder, name));
+      file = std::make_shared<const Descriptor>(std::move(opened));
     }
     return ByteReader::Source(
         [file, from, portion = std::make_shared<std::string>()]() mutable -> std::string_view {
