@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "client_fw/sim/pioneer_robot.h"
+#include "client_fw/sim/pioneer/pioneer_robot.h"
 #include "client_fw/sim/serial_line.h"
 #include "protocol/decoder.h"
 #include "protocol/messages.h"

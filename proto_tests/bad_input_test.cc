@@ -14,8 +14,8 @@
 #include "protocol/decoder.h"
 #include "protocol/testing/naive_protocol.h"
 #include "protocol/testing/vectors.h"
-#include "server/engine/service.h"
-#include "server/engine/testing/bench.h"
+#include "server/core/engine/service/service.h"
+#include "server/core/engine/testing/bench.h"
 
 namespace pheromone {
 namespace {

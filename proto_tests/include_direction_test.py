@@ -6,7 +6,7 @@
 
 Read from CONTRIBUTING.md: the table "layer | may include" and the table "word | stands for". Only
 what stands in `backticks` counts; the rest is for people. A token is one of
-  folder or file     `server/field`, `server/engine/control.h`
+  folder or file     `server/core/field`, `server/core/engine/control.h`
   header             `<stdint.h>`
   word               `asio`, a row of the second table; `std` is the standard library
   `anything`         no restriction
@@ -207,10 +207,10 @@ SAMPLE = """
 | layer | may include |
 |---|---|
 | `protocol` | `<stdint.h>` only |
-| `server/field` | `std` |
-| `server/field/bench` | `server/field`, `std`, `clock` |
-| `server/engine` | `server/field`, `protocol`, `std` |
-| `server/web` (planned) | `server/engine/control.h`, `asio`, `clock` |
+| `server/core/field` | `std` |
+| `server/core/field/bench` | `server/core/field`, `std`, `clock` |
+| `server/core/engine` | `server/core/field`, `protocol`, `std` |
+| `server/operators/web` (planned) | `server/core/engine/control.h`, `asio`, `clock` |
 | `proto_tests` | `anything` |
 | tests: `*_test.cc`, `testing/` | `std`, `gtest`, `protocol/testing` |
 
@@ -226,7 +226,7 @@ SAMPLE = """
 SAMPLES = (
     ("protocol/frame.h", "<stdint.h>", None),
     ("protocol/frame.h", "<vector>", "protocol may not include std"),
-    ("protocol/frame.h", '"server/field/map.h"', "protocol may not include server/field"),
+    ("protocol/frame.h", '"server/core/field/map.h"', "protocol may not include server/core/field"),
     ("protocol/frame.h", "<mystery.h>", "no word"),
     ("protocol/frame_test.cc", "<vector>", None),
     ("protocol/frame_test.cc", "<gtest/gtest.h>", None),
@@ -235,25 +235,25 @@ SAMPLES = (
     ("protocol/testing/vectors.h", "<fstream>", None),
     ("protocol/frame.cc", '"protocol/testing/vectors.h"', "only tests"),
     ("protocol/frame.cc", "<gtest/gtest.h>", "may not include gtest"),
-    ("server/field/map.h", "<array>  // why", None),
-    ("server/field/map.h", "<chrono>", "may not include clock"),
-    ("server/field/map.h", "<boost/asio/read.hpp>", "may not include asio"),
-    ("server/field/map.cc", '"map.h"', "relative to the project's root"),
-    ("server/field/map.cc", "<protocol/frame.h>", "no word"),
-    ("server/field/map.cc", '"server/engine/engine.h"', "may not include server/engine"),
-    ("server/field/map.cc", "SOME_MACRO", "not a plain file name"),
-    ("server/field/map_test.cc", '"protocol/frame.h"', "may not include protocol"),
-    ("server/field/map_test.cc", '"protocol/testing/vectors.h"', None),
-    ("server/field/bench/tables.cc", '"server/field/map.h"', None),
-    ("server/field/bench/tables.cc", "<chrono>", None),
-    ("server/field/map.cc", '"server/field/bench/tables.h"', "may not include server/field/bench"),
-    ("server/engine/engine.cc", '"server/field/bench/tables.h"', "may not include server/field/b"),
-    ("server/engine/engine.cc", '"server/field/map.h"', None),
-    ("server/engine/engine.cc", '"server/fieldwork/map.h"', "no layer"),
-    ("server/engine/engine.cc", '"proto_tests/peer.h"', "may not include proto_tests"),
-    ("server/web/api.cc", '"server/engine/control.h"', None),
-    ("server/web/api.cc", '"server/engine/engine.h"', "may not include server/engine"),
-    ("server/web/api.cc", "<boost/asio.hpp>", None),
+    ("server/core/field/map.h", "<array>  // why", None),
+    ("server/core/field/map.h", "<chrono>", "may not include clock"),
+    ("server/core/field/map.h", "<boost/asio/read.hpp>", "may not include asio"),
+    ("server/core/field/map.cc", '"map.h"', "relative to the project's root"),
+    ("server/core/field/map.cc", "<protocol/frame.h>", "no word"),
+    ("server/core/field/map.cc", '"server/core/engine/engine.h"', "may not include server/core/engine"),
+    ("server/core/field/map.cc", "SOME_MACRO", "not a plain file name"),
+    ("server/core/field/map_test.cc", '"protocol/frame.h"', "may not include protocol"),
+    ("server/core/field/map_test.cc", '"protocol/testing/vectors.h"', None),
+    ("server/core/field/bench/tables.cc", '"server/core/field/map.h"', None),
+    ("server/core/field/bench/tables.cc", "<chrono>", None),
+    ("server/core/field/map.cc", '"server/core/field/bench/tables.h"', "may not include server/core/field/bench"),
+    ("server/core/engine/engine.cc", '"server/core/field/bench/tables.h"', "may not include server/core/field/b"),
+    ("server/core/engine/engine.cc", '"server/core/field/map.h"', None),
+    ("server/core/engine/engine.cc", '"server/fieldwork/map.h"', "no layer"),
+    ("server/core/engine/engine.cc", '"proto_tests/peer.h"', "may not include proto_tests"),
+    ("server/operators/web/api/api.cc", '"server/core/engine/control.h"', None),
+    ("server/operators/web/api/api.cc", '"server/core/engine/engine.h"', "may not include server/core/engine"),
+    ("server/operators/web/api/api.cc", "<boost/asio.hpp>", None),
     ("server/stray.cc", "<vector>", "belongs to no layer"),
     ("proto_tests/peer.cc", "<mystery.h>", None),
     ("proto_tests/peer.cc", '"protocol/testing/vectors.h"', None),
@@ -261,9 +261,9 @@ SAMPLES = (
 
 BAD_TABLES = (
     ("no layer, no header", SAMPLE.replace("`protocol`, `std`", "`protocl`, `std`")),
-    ("twice", SAMPLE.replace("| `server/web`", "| `protocol`")),
-    ("in a circle", SAMPLE.replace("| `server/field` | `std` |",
-                                   "| `server/field` | `server/engine` |")),
+    ("twice", SAMPLE.replace("| `server/operators/web`", "| `protocol`")),
+    ("in a circle", SAMPLE.replace("| `server/core/field` | `std` |",
+                                   "| `server/core/field` | `server/core/engine` |")),
     ("no table", SAMPLE.replace("| layer |", "| shelf |")),
 )
 

@@ -4,7 +4,7 @@
     link_life_test.py BIN_DIR SHIM [ROUNDS [PEERS]]      default: 10 rounds, 10000 peers
 
 Six serial ports, a TCP and a UDP link, each with a robot that asks all the time. The ports are
-pseudo-terminals that SHIM (server/links/testing/pty_as_serial_shim.c) makes libserialport take for
+pseudo-terminals that SHIM (server/robots/links/testing/pty_as_serial_shim.c) makes libserialport take for
 real ones; pulling one out is closing its other end. In each round first one half of the links is
 torn down and comes back, then the other. Meanwhile each robot of the others gets an answer to each
 request, its own and once; in the end every link serves, and the daemon holds no more descriptors

@@ -23,9 +23,9 @@
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/server_station.h"
 #include "client_fw/swarm/swarm.h"
-#include "server/links/clock.h"
-#include "server/links/link_router.h"
-#include "server/links/port_link.h"
+#include "server/robots/links/clock.h"
+#include "server/robots/links/link_router.h"
+#include "server/robots/links/port_link.h"
 
 namespace pheromone {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "client_fw/core/pioneer_drive.h"
-#include "client_fw/sim/pioneer_robot.h"
+#include "client_fw/sim/pioneer/pioneer_robot.h"
 
 namespace pheromone {
 namespace {

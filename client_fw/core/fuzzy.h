@@ -47,8 +47,8 @@ struct FuzzyGains {
   FuzzyRule rules[3];  ///< Z, P, PB. u_Z is 0: a balanced robot has no side to turn to
 };
 
-/// Made for the path experiment at five answers a second by `pheromone-experiments laws`, which searched
-/// for them (client_fw/experiments/laws/README.md).
+/// Made for the path experiment at five answers a second by `pheromone-experiments laws`, which
+/// searched for them (client_fw/experiments/laws/README.md).
 constexpr FuzzyGains kTunedFuzzy = {19, {{0, 126, 127}, {84, 85, 127}, {127, 93, 52}}};
 
 /// The error of the last answer, or kNoError before the first and after a pause.

@@ -4,9 +4,9 @@
 //   uint32_t marking = 1u << 0;
 //   if (Fire(robot[3], &marking) == Firing::kFired) ...  // or nothing has changed
 //
-// A read arc takes and gives back. The rule is that of server/petri: enabled, and no place gets a
-// second token (Ferreira et al. 2018, section 3: the next marking has to be legal, else it is an
-// exception). The same bits on every chip: the tests fire the same nets on all of them.
+// A read arc takes and gives back. The rule is that of server/core/petri: enabled, and no place
+// gets a second token (Ferreira et al. 2018, section 3: the next marking has to be legal, else it
+// is an exception). The same bits on every chip: the tests fire the same nets on all of them.
 //
 // Pure functions; any thread, any interrupt.
 #pragma once

@@ -15,8 +15,8 @@ endif()
 set(PHEROMONE_AVR_MACHINE TRUE CACHE INTERNAL "Images for the AVR can be run")
 
 pheromone_library(client_sim_avr
-  SOURCES avr_bridge.cc avr_eeprom.cc avr_image.cc avr_machine.cc avr_pins.cc avr_robot.cc
-          avr_settings.cc avr_uart.cc
+  SOURCES avr/avr_bridge.cc avr/avr_eeprom.cc avr/avr_image.cc avr/avr_machine.cc avr/avr_pins.cc avr/avr_robot.cc
+          avr/avr_settings.cc avr/avr_uart.cc
   LINK client_sim client_sim_pioneer)
 target_include_directories(client_sim_avr SYSTEM PRIVATE ${PHEROMONE_SIMAVR_INCLUDE})
 target_link_libraries(client_sim_avr
@@ -28,7 +28,7 @@ pheromone_firmware(avr_echo_image
   FLAGS -mmcu=atmega1284p -std=c++14 -Os -mrelax -DF_CPU=16000000UL)
 
 pheromone_test(client_avr_machine_test RELEASED
-  SOURCES avr_bridge_test.cc avr_machine_test.cc
+  SOURCES avr/avr_bridge_test.cc avr/avr_machine_test.cc
   LINK client_sim_avr)
 target_compile_definitions(client_avr_machine_test PRIVATE
   PHEROMONE_AVR_ECHO_IMAGE="${PHEROMONE_FIRMWARE_DIR}/avr_echo_image.elf")

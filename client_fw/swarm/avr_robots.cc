@@ -2,8 +2,8 @@
 // under the terms of the GPL. Otherwise no_avr_robots.cc replaces it.
 #include <algorithm>
 
-#include "client_fw/sim/avr_robot.h"
-#include "client_fw/sim/avr_settings.h"
+#include "client_fw/sim/avr/avr_robot.h"
+#include "client_fw/sim/avr/avr_settings.h"
 #include "client_fw/swarm/robots.h"
 
 namespace pheromone::swarm {

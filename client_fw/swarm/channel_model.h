@@ -25,8 +25,8 @@
 #include <cstdint>
 #include <string>
 
-#include "server/engine/event.h"
-#include "server/radio/timing.h"
+#include "server/core/engine/event.h"
+#include "server/robots/radio/timing.h"
 
 namespace pheromone::swarm {
 

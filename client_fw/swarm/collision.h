@@ -4,14 +4,14 @@
 //   robot.drive.blocked = BlockedBy(field_config, /*radius_m=*/0.25);
 //   robot.range = RangeTo(field_config);
 //
-// Obstacles are the squares of the field's mask (server/field/obstacles.h), which may extend the
-// configured obstacles by up to a cell. The edge of the map is not an obstacle: robots beyond it
-// stop by themselves. Collisions are computed in whole micrometres. Pure; any thread.
+// Obstacles are the squares of the field's mask (server/core/field/obstacles.h), which may extend
+// the configured obstacles by up to a cell. The edge of the map is not an obstacle: robots beyond
+// it stop by themselves. Collisions are computed in whole micrometres. Pure; any thread.
 #pragma once
 
 #include "client_fw/sim/differential_drive.h"
-#include "client_fw/sim/pioneer_sensors.h"
-#include "server/field/config.h"
+#include "client_fw/sim/pioneer/pioneer_sensors.h"
+#include "server/core/field/config.h"
 
 namespace pheromone::swarm {
 

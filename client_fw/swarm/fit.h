@@ -17,7 +17,7 @@
 #include <string>
 
 #include "client_fw/sim/differential_drive.h"
-#include "client_fw/sim/pioneer_models.h"
+#include "client_fw/sim/pioneer/pioneer_models.h"
 
 namespace pheromone::swarm {
 

@@ -10,7 +10,7 @@
 
 #include "server/base/hash.h"
 #include "server/config/config.h"
-#include "server/field/edit.h"
+#include "server/core/field/edit.h"
 
 namespace pheromone::swarm {
 namespace {

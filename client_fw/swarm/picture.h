@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "client_fw/swarm/track.h"
-#include "server/field/field.h"
+#include "server/core/field/field.h"
 
 namespace pheromone::swarm {
 

@@ -20,12 +20,12 @@
 #include <vector>
 
 #include "client_fw/boards/host/real_time.h"
-#include "client_fw/sim/pioneer_robot.h"
-#include "client_fw/sim/pioneer_server.h"
+#include "client_fw/sim/pioneer/pioneer_robot.h"
+#include "client_fw/sim/pioneer/pioneer_server.h"
 #include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/command.h"
 #include "server/config/config.h"
-#include "server/field/obstacles.h"
+#include "server/core/field/obstacles.h"
 
 namespace pheromone::swarm {
 namespace {

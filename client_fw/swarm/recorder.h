@@ -18,7 +18,7 @@
 #include "client_fw/sim/radio_medium.h"
 #include "client_fw/swarm/swarm.h"
 #include "client_fw/swarm/track.h"
-#include "server/field/config.h"
+#include "server/core/field/config.h"
 
 namespace pheromone::swarm {
 

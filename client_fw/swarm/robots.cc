@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "client_fw/sim/host_pioneer_robot.h"
+#include "client_fw/sim/pioneer/host_pioneer_robot.h"
 
 namespace pheromone::swarm {
 

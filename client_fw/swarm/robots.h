@@ -13,8 +13,8 @@
 #include <string>
 
 #include "client_fw/sim/mobile_robot.h"
-#include "client_fw/sim/pioneer_models.h"
-#include "client_fw/sim/pioneer_robot.h"
+#include "client_fw/sim/pioneer/pioneer_models.h"
+#include "client_fw/sim/pioneer/pioneer_robot.h"
 #include "client_fw/sim/simulated_robot.h"
 
 namespace pheromone::swarm {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "client_fw/sim/radio_medium.h"
-#include "server/engine/service.h"
-#include "server/radio/channel.h"
+#include "server/core/engine/service/service.h"
+#include "server/robots/radio/channel.h"
 
 namespace pheromone::swarm {
 

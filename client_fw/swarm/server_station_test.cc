@@ -6,7 +6,7 @@
 
 #include "client_fw/swarm/path_experiment.h"
 #include "protocol/messages.h"
-#include "server/engine/ordered_log.h"
+#include "server/core/engine/service/ordered_log.h"
 
 namespace pheromone::swarm {
 namespace {

@@ -18,8 +18,8 @@
 
 #include "client_fw/swarm/server_station.h"
 #include "client_fw/swarm/swarm.h"
-#include "server/engine/ordered_log.h"
-#include "server/engine/service.h"
+#include "server/core/engine/service/ordered_log.h"
+#include "server/core/engine/service/service.h"
 
 namespace pheromone::swarm {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "client_fw/sim/mobile_robot.h"
-#include "server/field/path.h"
+#include "server/core/field/path.h"
 
 namespace pheromone::swarm {
 

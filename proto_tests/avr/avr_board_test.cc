@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/sim/avr_machine.h"
+#include "client_fw/sim/avr/avr_machine.h"
 #include "protocol/decoder.h"
 #include "protocol/messages.h"
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/sim/avr_machine.h"
+#include "client_fw/sim/avr/avr_machine.h"
 
 namespace pheromone::core_boundary {
 

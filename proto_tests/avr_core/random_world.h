@@ -18,7 +18,7 @@
 #include <span>
 #include <vector>
 
-#include "client_fw/sim/pioneer_robot.h"
+#include "client_fw/sim/pioneer/pioneer_robot.h"
 #include "protocol/decoder.h"
 #include "protocol/messages.h"
 

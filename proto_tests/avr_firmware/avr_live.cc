@@ -22,9 +22,9 @@
 #include <string>
 #include <thread>
 
-#include "client_fw/sim/avr_bridge.h"
-#include "client_fw/sim/avr_settings.h"
-#include "client_fw/sim/pioneer_robot.h"
+#include "client_fw/sim/avr/avr_bridge.h"
+#include "client_fw/sim/avr/avr_settings.h"
+#include "client_fw/sim/pioneer/pioneer_robot.h"
 
 namespace pheromone::firmware {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "client_fw/core/cleaner.h"
-#include "client_fw/sim/avr_robot.h"
+#include "client_fw/sim/avr/avr_robot.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
 

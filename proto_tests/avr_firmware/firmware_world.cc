@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "client_fw/core/conversation.h"
-#include "client_fw/sim/avr_settings.h"
+#include "client_fw/sim/avr/avr_settings.h"
 #include "protocol/byte_order.h"
 
 namespace pheromone::firmware {

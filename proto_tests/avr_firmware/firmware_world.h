@@ -18,13 +18,13 @@
 #include <vector>
 
 #include "client_fw/core/settings.h"
-#include "client_fw/sim/avr_robot.h"
+#include "client_fw/sim/avr/avr_robot.h"
 #include "client_fw/sim/radio_medium.h"
 #include "client_fw/swarm/server_station.h"
 #include "protocol/decoder.h"
-#include "server/engine/ordered_log.h"
-#include "server/engine/service.h"
-#include "server/field/path.h"
+#include "server/core/engine/service/ordered_log.h"
+#include "server/core/engine/service/service.h"
+#include "server/core/field/path.h"
 
 namespace pheromone::firmware {
 

@@ -8,8 +8,8 @@
 
 #include "client_fw/core/forager.h"
 #include "client_fw/core/testing/naive_server.h"
-#include "client_fw/sim/avr_robot.h"
-#include "client_fw/sim/avr_settings.h"
+#include "client_fw/sim/avr/avr_robot.h"
+#include "client_fw/sim/avr/avr_settings.h"
 #include "client_fw/sim/radio_medium.h"
 #include "protocol/decoder.h"
 #include "protocol/frame.h"

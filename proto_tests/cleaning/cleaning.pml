@@ -1,5 +1,5 @@
 /* Two cleaning robots on a grid of zones (Tammet, Vain and Kuusik 2006, section 4), written by hand
- * from the rules and not from the C++ code, which server/verify explores: see spin_test.cc.
+ * from the rules and not from the C++ code, which client_fw/verify explores: see spin_test.cc.
  *
  * Defined on the command line: COLUMNS, ROWS, D (how long cleaning takes), HORIZON, and START_A and
  * START_B, or neither for any start. SOIL: level of soil at the start, in 5 %; zones are then to stay

@@ -1,4 +1,4 @@
-// The search through the real code (server/verify) against a model of the same rules that Spin
+// The search through the real code (client_fw/verify) against a model of the same rules that Spin
 // judges: the verdicts of the bounded queries, and on small grids each single state.
 //
 // The model keeps times where the search keeps their order, and stops at a horizon where the search
@@ -18,9 +18,9 @@
 #include <tuple>
 #include <vector>
 
+#include "client_fw/verify/cleaning_check.h"
+#include "client_fw/verify/cleaning_world.h"
 #include "server/base/testing/temporary_folder.h"
-#include "server/verify/cleaning_check.h"
-#include "server/verify/cleaning_world.h"
 
 namespace pheromone::verify {
 namespace {

@@ -13,8 +13,8 @@
 #include "client_fw/core/steering.h"
 #include "proto_tests/conformance/chip_test.h"
 #include "proto_tests/conformance/client.h"
-#include "server/nets/system_file.h"
-#include "server/petri/net.h"
+#include "server/core/petri/net.h"
+#include "server/formats/nets/system_file.h"
 
 namespace pheromone::conformance {
 namespace {

@@ -5,11 +5,11 @@
 #include <random>
 
 #include "proto_tests/crash/checks.h"
-#include "server/journal/format.h"
-#include "server/journal/recovery.h"
-#include "server/journal/testing/borders.h"
-#include "server/journal/testing/crash_folder.h"
-#include "server/journal/testing/life.h"
+#include "server/store/journal/format.h"
+#include "server/store/journal/recovery.h"
+#include "server/store/journal/testing/borders.h"
+#include "server/store/journal/testing/crash_folder.h"
+#include "server/store/journal/testing/life.h"
 
 namespace pheromone::crash {
 namespace {

@@ -23,12 +23,12 @@
 #include "proto_tests/crash/checks.h"
 #include "server/base/bytes.h"
 #include "server/base/testing/temporary_folder.h"
-#include "server/engine/testing/random_traffic.h"
-#include "server/journal/open.h"
-#include "server/journal/posix_folder.h"
-#include "server/journal/recovery.h"
-#include "server/journal/retention.h"
-#include "server/journal/snapshot_writer.h"
+#include "server/core/engine/testing/random_traffic.h"
+#include "server/store/journal/open.h"
+#include "server/store/journal/posix_folder.h"
+#include "server/store/journal/recovery.h"
+#include "server/store/journal/retention.h"
+#include "server/store/journal/snapshot_writer.h"
 
 namespace pheromone::crash {
 namespace {

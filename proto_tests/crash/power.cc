@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "proto_tests/crash/checks.h"
-#include "server/journal/testing/crash_folder.h"
-#include "server/journal/testing/life.h"
+#include "server/store/journal/testing/crash_folder.h"
+#include "server/store/journal/testing/life.h"
 
 namespace pheromone::crash {
 namespace {

@@ -378,7 +378,7 @@ async function nets(browser) {
 }
 
 for (const file of ['uPlot.iife.min.js', 'uPlot.min.css']) {
-  check(readFileSync(`node_modules/uplot/dist/${file}`).equals(readFileSync(join(source, 'server/web/dashboard/vendor', file))),
+  check(readFileSync(`node_modules/uplot/dist/${file}`).equals(readFileSync(join(source, 'server/operators/web/dashboard/vendor', file))),
         `${file} is not that of npm's package`);
 }
 await run(swarm, async (browser) => {

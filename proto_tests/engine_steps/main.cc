@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "server/engine/service.h"
-#include "server/engine/testing/bench.h"
+#include "server/core/engine/service/service.h"
+#include "server/core/engine/testing/bench.h"
 
 namespace {
 

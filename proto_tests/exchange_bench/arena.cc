@@ -10,7 +10,7 @@
 
 #include "protocol/opcodes.h"
 #include "server/config/config.h"
-#include "server/engine/engine.h"
+#include "server/core/engine/engine.h"
 
 namespace pheromone::bench {
 namespace {

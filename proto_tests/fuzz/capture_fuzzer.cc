@@ -13,10 +13,10 @@
 #include <string_view>
 #include <utility>
 
-#include "server/capture/payload.h"
-#include "server/capture/reader.h"
-#include "server/capture/replay.h"
-#include "server/engine/testing/bench.h"
+#include "server/core/engine/testing/bench.h"
+#include "server/store/capture/payload.h"
+#include "server/store/capture/reader.h"
+#include "server/store/capture/replay.h"
 
 namespace {
 

@@ -16,9 +16,9 @@
 #include <variant>
 #include <vector>
 
-#include "server/engine/config_codec.h"
-#include "server/engine/event_codec.h"
-#include "server/engine/testing/bench.h"
+#include "server/core/engine/config_codec.h"
+#include "server/core/engine/event_codec.h"
+#include "server/core/engine/testing/bench.h"
 
 namespace {
 

@@ -23,9 +23,9 @@
 #include <vector>
 
 #include "proto_tests/fuzz/service_record.h"
-#include "server/engine/config_check.h"
-#include "server/engine/service.h"
-#include "server/engine/testing/random_traffic.h"
+#include "server/core/engine/config_check.h"
+#include "server/core/engine/service/service.h"
+#include "server/core/engine/testing/random_traffic.h"
 
 namespace {
 

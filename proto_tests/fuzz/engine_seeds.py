@@ -1,6 +1,6 @@
 """Seeds for engine_fuzzer.cc and codec_fuzzer.cc: small sessions with a server, and what an engine
 keeps in files, good and bad. Written from the head of the former, and from the tables in
-server/journal/README.md, without any of the code that they are for.
+server/store/journal/README.md, without any of the code that they are for.
 """
 
 import struct
@@ -124,7 +124,7 @@ def crc16(data):
     return crc
 
 
-NET_HASH = 0x1234  # of the net in server/engine/testing/random_tags.h, on tags 4 to 6
+NET_HASH = 0x1234  # of the net in server/core/engine/testing/random_tags.h, on tags 4 to 6
 PRESENT, PASS, LEAVE, CHOOSE_A, _, STORE_A, _, TAKE = range(1, 9)
 
 

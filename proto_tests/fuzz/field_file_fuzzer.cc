@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "server/maps/field_file.h"
+#include "server/formats/maps/field_file.h"
 
 namespace {
 

@@ -14,10 +14,10 @@
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 
-#include "server/web/api.h"
-#include "server/web/server.h"
-#include "server/web/session.h"
-#include "server/web/testing/fake_control.h"
+#include "server/operators/web/api/api.h"
+#include "server/operators/web/server.h"
+#include "server/operators/web/session.h"
+#include "server/operators/web/testing/fake_control.h"
 
 namespace {
 

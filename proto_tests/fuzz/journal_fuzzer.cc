@@ -12,15 +12,15 @@
 #include <string>
 #include <string_view>
 
-#include "server/engine/event_codec.h"
-#include "server/engine/testing/bench.h"
-#include "server/journal/crc32c.h"
-#include "server/journal/event_reader.h"
-#include "server/journal/format.h"
-#include "server/journal/open.h"
-#include "server/journal/recovery.h"
-#include "server/journal/snapshot.h"
-#include "server/journal/testing/crash_folder.h"
+#include "server/core/engine/event_codec.h"
+#include "server/core/engine/testing/bench.h"
+#include "server/store/journal/crc32c.h"
+#include "server/store/journal/event_reader.h"
+#include "server/store/journal/format.h"
+#include "server/store/journal/open.h"
+#include "server/store/journal/recovery.h"
+#include "server/store/journal/snapshot.h"
+#include "server/store/journal/testing/crash_folder.h"
 
 namespace {
 

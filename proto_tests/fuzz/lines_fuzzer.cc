@@ -10,8 +10,8 @@
 #include <string>
 #include <string_view>
 
-#include "server/maps/polyline_file.h"
-#include "server/maps/svg_path.h"
+#include "server/formats/maps/polyline_file.h"
+#include "server/formats/maps/svg/svg_path.h"
 
 namespace {
 

@@ -199,7 +199,7 @@ def viewers():
 def http_requests():
     """What the description of the HTTP interface shows: over the Unix socket, with the token, and
     without it."""
-    paths = json.loads((ROOT / "server/web/openapi.json").read_text())["paths"]
+    paths = json.loads((ROOT / "server/operators/web/api/openapi.json").read_text())["paths"]
     token = b"Authorization: Bearer 0123456789abcdef\r\n"
     session = b""
     for path, item in paths.items():

@@ -8,11 +8,11 @@
 #include <string>
 #include <string_view>
 
-#include "server/maps/csv_grid.h"
-#include "server/maps/npy.h"
-#include "server/maps/pgm.h"
-#include "server/maps/png_picture.h"
-#include "server/maps/ros_map.h"
+#include "server/formats/maps/csv_grid.h"
+#include "server/formats/maps/npy.h"
+#include "server/formats/maps/pgm.h"
+#include "server/formats/maps/png_picture.h"
+#include "server/formats/maps/ros_map.h"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "server/nets/core_net.h"
-#include "server/nets/pnml.h"
+#include "server/formats/nets/core_net.h"
+#include "server/formats/nets/pnml.h"
 
 namespace {
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
-#include "server/radio/channel.h"
+#include "server/robots/radio/channel.h"
 
 namespace {
 

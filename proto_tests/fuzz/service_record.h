@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "protocol/messages.h"
-#include "server/engine/event.h"
-#include "server/engine/observer.h"
-#include "server/engine/ordered_log.h"
+#include "server/core/engine/event.h"
+#include "server/core/engine/service/observer.h"
+#include "server/core/engine/service/ordered_log.h"
 
 namespace pheromone::fuzz {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/web/stream/conversation.h"
+#include "server/operators/web/stream/conversation.h"
 
 namespace {
 

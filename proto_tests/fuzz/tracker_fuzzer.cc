@@ -8,7 +8,7 @@
 #include <string_view>
 #include <variant>
 
-#include "server/links/tracker_message.h"
+#include "server/robots/links/tracker_message.h"
 
 namespace {
 

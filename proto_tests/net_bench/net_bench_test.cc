@@ -20,10 +20,10 @@
 #include "client_fw/core/robot_net.h"
 #include "protocol/byte_order.h"
 #include "protocol/tag_messages.h"
-#include "server/engine/nets_part.h"
-#include "server/engine/testing/bench.h"
-#include "server/nets/robot_tables.h"
-#include "server/nets/system_file.h"
+#include "server/core/engine/nets_part.h"
+#include "server/core/engine/testing/bench.h"
+#include "server/formats/nets/robot_tables.h"
+#include "server/formats/nets/system_file.h"
 
 namespace pheromone {
 namespace {

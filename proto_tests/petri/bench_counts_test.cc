@@ -1,6 +1,6 @@
 // The bench's reachable markings for as many robots as an independent model was counted for
 // (deploy/examples/nets/README.md), by a search of its own: no layout, no invariants, no reduction
-// of server/petri. Transitions that only enable others are fired first, as that model does.
+// of server/core/petri. Transitions that only enable others are fired first, as that model does.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/base/hash.h"
-#include "server/nets/system_file.h"
+#include "server/formats/nets/system_file.h"
 
 namespace pheromone::nets {
 namespace {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "proto_tests/petri/contest_nets.h"
-#include "server/nets/pnml.h"
-#include "server/nets/system_file.h"
-#include "server/petri/check.h"
+#include "server/core/petri/check.h"
+#include "server/formats/nets/pnml.h"
+#include "server/formats/nets/system_file.h"
 
 namespace pheromone::nets {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "server/base/file.h"
 #include "server/base/testing/temporary_folder.h"
-#include "server/nets/pnml.h"
-#include "server/petri/net.h"
+#include "server/core/petri/net.h"
+#include "server/formats/nets/pnml.h"
 
 namespace pheromone::nets {
 

@@ -7,7 +7,7 @@
 
 #include <sstream>
 
-#include "server/nets/testing/naive_markings.h"
+#include "server/formats/nets/testing/naive_markings.h"
 
 namespace pheromone::nets {
 namespace {

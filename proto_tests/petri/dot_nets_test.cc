@@ -9,8 +9,8 @@
 #include <pugixml.hpp>
 
 #include "proto_tests/petri/contest_nets.h"
-#include "server/nets/dot.h"
-#include "server/nets/testing/random_net.h"
+#include "server/formats/nets/dot.h"
+#include "server/formats/nets/testing/random_net.h"
 
 namespace pheromone::nets {
 namespace {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "proto_tests/petri/contest_nets.h"
-#include "server/nets/four_ti_two.h"
-#include "server/nets/system_file.h"
-#include "server/nets/testing/random_net.h"
-#include "server/petri/flows.h"
+#include "server/core/petri/flows.h"
+#include "server/formats/nets/four_ti_two.h"
+#include "server/formats/nets/system_file.h"
+#include "server/formats/nets/testing/random_net.h"
 
 namespace pheromone::nets {
 namespace {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "proto_tests/petri/contest_nets.h"
-#include "server/nets/core_net.h"
-#include "server/nets/pnml.h"
-#include "server/nets/testing/random_net.h"
+#include "server/formats/nets/core_net.h"
+#include "server/formats/nets/pnml.h"
+#include "server/formats/nets/testing/random_net.h"
 
 namespace pheromone::nets {
 namespace {

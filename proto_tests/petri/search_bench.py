@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The search of pheromonectl net check against Spin's verifier, on the same nets in turn.
 
-    search_bench.py build/release/bin/pheromonectl [--runs 5] [--output server/petri/results/DATE.csv]
+    search_bench.py build/release/bin/pheromonectl [--runs 5] [--output server/core/petri/results/DATE.csv]
 
 Prints for each net the median states per second and the bytes per state of both, and our ratios to
 Spin's. Spin verifies what net export writes for it: compiled with -O2, all reachable markings, no

@@ -7,11 +7,11 @@
 #include <string>
 
 #include "proto_tests/petri/contest_nets.h"
-#include "server/nets/promela.h"
-#include "server/nets/system_file.h"
-#include "server/nets/testing/naive_markings.h"
-#include "server/nets/testing/random_net.h"
-#include "server/petri/check.h"
+#include "server/core/petri/check.h"
+#include "server/formats/nets/promela.h"
+#include "server/formats/nets/system_file.h"
+#include "server/formats/nets/testing/naive_markings.h"
+#include "server/formats/nets/testing/random_net.h"
 
 namespace pheromone::nets {
 namespace {

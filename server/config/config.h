@@ -11,7 +11,7 @@
 // where `pheromone[2].sigma_m` is a key of the second [[pheromone]].
 //
 // A configuration may name other files: maps, pictures, lines. They are read at once, with
-// server/maps, and what they say ends up in the same structs.
+// server/formats/maps, and what they say ends up in the same structs.
 #pragma once
 
 #include <bitset>
@@ -23,8 +23,8 @@
 #include <vector>
 
 #include "server/base/result.h"
-#include "server/engine/event.h"
-#include "server/maps/geodesy.h"
+#include "server/core/engine/event.h"
+#include "server/formats/maps/geodesy.h"
 #include "server/net/certificate.h"
 
 namespace pheromone::config {
@@ -127,7 +127,7 @@ struct JournalConfig {
   bool operator==(const JournalConfig&) const = default;
 };
 
-/// Recording of the traffic (server/capture).
+/// Recording of the traffic (server/store/capture).
 struct CaptureSettings {
   bool start = false;       ///< at the start of the server
   std::string folder;       ///< where its files are; CaptureFolder (folders.h)

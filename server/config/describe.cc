@@ -4,7 +4,7 @@
 
 #include "server/base/units.h"
 #include "server/config/folders.h"
-#include "server/field/path.h"
+#include "server/core/field/path.h"
 
 namespace pheromone::config {
 namespace {

@@ -11,7 +11,7 @@
 namespace pheromone::config {
 namespace {
 
-constexpr const char* kLockName = "lock";  // of a journal (server/journal/posix_folder.h)
+constexpr const char* kLockName = "lock";  // of a journal (server/store/journal/posix_folder.h)
 
 std::string FirstOf(const char* directories) {
   const std::string all = directories != nullptr ? directories : "";

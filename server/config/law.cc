@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "server/base/format.h"
-#include "server/field/diffusion.h"
-#include "server/field/field.h"
+#include "server/core/field/diffusion.h"
+#include "server/core/field/field.h"
 
 namespace pheromone::config {
 namespace {

@@ -1,12 +1,12 @@
-// The law of one pheromone: its [[pheromone]] table as the integers of server/field/law.h. Internal
-// to this folder.
+// The law of one pheromone: its [[pheromone]] table as the integers of server/core/field/law.h.
+// Internal to this folder.
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "server/config/reader.h"
-#include "server/field/config.h"
+#include "server/core/field/config.h"
 
 namespace pheromone::config {
 

@@ -1,5 +1,5 @@
 // [[net]].
-#include "server/petri/net.h"
+#include "server/core/petri/net.h"
 
 #include <gmock/gmock.h>
 
@@ -7,7 +7,7 @@
 
 #include "server/config/describe.h"
 #include "server/config/testing/folder_test.h"
-#include "server/engine/engine.h"
+#include "server/core/engine/engine.h"
 
 namespace pheromone::config {
 namespace {

@@ -1,4 +1,4 @@
-// Obstacles drawn in the configuration and out of maps. What a shape blocks is server/field's
+// Obstacles drawn in the configuration and out of maps. What a shape blocks is server/core/field's
 // matter, and tested there: here, each shape covers the squares of a few nodes.
 #include <set>
 

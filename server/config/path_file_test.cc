@@ -1,4 +1,4 @@
-// Paths out of files. What the files may hold is server/maps' matter, and tested there.
+// Paths out of files. What the files may hold is server/formats/maps' matter, and tested there.
 #include <cmath>
 
 #include "server/config/testing/folder_test.h"

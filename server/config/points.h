@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "server/config/reader.h"
-#include "server/field/geometry.h"
+#include "server/core/field/geometry.h"
 
 namespace pheromone::config {
 

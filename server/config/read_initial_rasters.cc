@@ -6,13 +6,13 @@
 
 #include "server/config/points.h"
 #include "server/config/sections.h"
-#include "server/field/edit.h"
-#include "server/maps/csv_grid.h"
-#include "server/maps/npy.h"
-#include "server/maps/pgm.h"
-#include "server/maps/png_picture.h"
-#include "server/maps/raster.h"
-#include "server/maps/ros_map.h"
+#include "server/core/field/edit.h"
+#include "server/formats/maps/csv_grid.h"
+#include "server/formats/maps/npy.h"
+#include "server/formats/maps/pgm.h"
+#include "server/formats/maps/png_picture.h"
+#include "server/formats/maps/raster.h"
+#include "server/formats/maps/ros_map.h"
 
 namespace pheromone::config {
 namespace {

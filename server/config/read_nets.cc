@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "server/config/sections.h"
-#include "server/engine/nets_part.h"
-#include "server/nets/robot_tables.h"
-#include "server/nets/system_file.h"
-#include "server/petri/live_rules.h"
+#include "server/core/engine/nets_part.h"
+#include "server/core/petri/live_rules.h"
+#include "server/formats/nets/robot_tables.h"
+#include "server/formats/nets/system_file.h"
 
 namespace pheromone::config {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "server/config/points.h"
 #include "server/config/sections.h"
-#include "server/maps/ros_map.h"
+#include "server/formats/maps/ros_map.h"
 
 namespace pheromone::config {
 namespace {

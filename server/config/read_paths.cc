@@ -6,7 +6,7 @@
 
 #include "server/config/points.h"
 #include "server/config/sections.h"
-#include "server/maps/polyline_file.h"
+#include "server/formats/maps/polyline_file.h"
 
 namespace pheromone::config {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "server/config/points.h"
 #include "server/config/sections.h"
-#include "server/engine/nets_part.h"
+#include "server/core/engine/nets_part.h"
 
 namespace pheromone::config {
 namespace {

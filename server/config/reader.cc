@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "server/base/format.h"
-#include "server/field/geometry.h"
+#include "server/core/field/geometry.h"
 
 namespace pheromone::config {
 namespace {

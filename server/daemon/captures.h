@@ -1,5 +1,5 @@
-// The daemon's recordings: connects server/capture to the running server, with a writing thread and
-// a tap for the links.
+// The daemon's recordings: connects server/store/capture to the running server, with a writing
+// thread and a tap for the links.
 //
 //   Captures captures(&service, config);
 //   links ... context.tap = &captures;
@@ -18,11 +18,11 @@
 #include <vector>
 
 #include "server/base/result.h"
-#include "server/capture/recorder.h"
 #include "server/config/config.h"
-#include "server/control/control.h"
-#include "server/engine/service.h"
-#include "server/links/tap.h"
+#include "server/core/engine/service/service.h"
+#include "server/operators/control/control.h"
+#include "server/robots/links/tap.h"
+#include "server/store/capture/recorder.h"
 
 namespace pheromone::daemon {
 

@@ -16,8 +16,8 @@
 
 #include "server/base/file.h"
 #include "server/base/testing/temporary_folder.h"
-#include "server/capture/reader.h"
-#include "server/engine/testing/bench.h"
+#include "server/core/engine/testing/bench.h"
+#include "server/store/capture/reader.h"
 
 namespace pheromone::daemon {
 namespace {

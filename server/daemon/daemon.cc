@@ -18,6 +18,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/strand.hpp>
 
+#include "server/core/engine/service/service.h"
 #include "server/daemon/captures.h"
 #include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
@@ -31,9 +32,8 @@
 #include "server/daemon/system_clock.h"
 #include "server/daemon/watchdog.h"
 #include "server/daemon/work_queue.h"
-#include "server/engine/service.h"
-#include "server/journal/service_state.h"
-#include "server/links/link_router.h"
+#include "server/robots/links/link_router.h"
+#include "server/store/journal/service_state.h"
 
 namespace pheromone::daemon {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "protocol/opcodes.h"
-#include "server/web/names.h"
+#include "server/operators/control/names.h"
 
 namespace pheromone::daemon {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "server/engine/service.h"
-#include "server/links/link.h"
+#include "server/core/engine/service/service.h"
+#include "server/robots/links/link.h"
 
 namespace pheromone::daemon {
 

@@ -17,8 +17,8 @@
 #include <thread>
 
 #include "server/base/result.h"
-#include "server/engine/service.h"
-#include "server/maps/field_file.h"
+#include "server/core/engine/service/service.h"
+#include "server/formats/maps/field_file.h"
 
 namespace pheromone::daemon {
 

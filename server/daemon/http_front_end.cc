@@ -15,11 +15,11 @@
 #include "server/config/folders.h"
 #include "server/daemon/scheduling.h"
 #include "server/daemon/work_queue.h"
-#include "server/web/api.h"
-#include "server/web/metrics.h"
-#include "server/web/server.h"
-#include "server/web/stream/replays.h"
-#include "server/web/stream/stream.h"
+#include "server/operators/web/api/api.h"
+#include "server/operators/web/api/metrics.h"
+#include "server/operators/web/server.h"
+#include "server/operators/web/stream/replays.h"
+#include "server/operators/web/stream/stream.h"
 
 namespace pheromone::daemon {
 namespace {

@@ -1,7 +1,8 @@
-// The HTTP front end for operators, browsers and Prometheus: server/web over the control interface,
-// with threads of its own. One thread reads all requests and answers the short ones, including a
-// halt; one processes long requests; the others, of low priority, draw the map, read recordings
-// that are downloaded, serve the stream for viewers, replay recordings for them, and speak HTTPS.
+// The HTTP front end for operators, browsers and Prometheus: server/operators/web over the control
+// interface, with threads of its own. One thread reads all requests and answers the short ones,
+// including a halt; one processes long requests; the others, of low priority, draw the map, read
+// recordings that are downloaded, serve the stream for viewers, replay recordings for them, and
+// speak HTTPS.
 //
 //   HttpFrontEnd front_end(&control, config.control, config.web);
 //   front_end.Open();      // logs what could not be opened
@@ -12,7 +13,7 @@
 #include <memory>
 
 #include "server/config/config.h"
-#include "server/control/control.h"
+#include "server/operators/control/control.h"
 
 namespace pheromone::daemon {
 

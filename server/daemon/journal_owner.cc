@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "server/config/folders.h"
+#include "server/core/engine/service/field_clock.h"
 #include "server/daemon/service_manager.h"
 #include "server/daemon/system_clock.h"
-#include "server/engine/field_clock.h"
-#include "server/journal/open.h"
-#include "server/journal/retention.h"
+#include "server/store/journal/open.h"
+#include "server/store/journal/retention.h"
 
 namespace pheromone::daemon {
 namespace {

@@ -27,11 +27,11 @@
 
 #include "server/base/result.h"
 #include "server/config/config.h"
-#include "server/engine/engine.h"
-#include "server/engine/ordered_log.h"
-#include "server/journal/local_journal.h"
-#include "server/journal/posix_folder.h"
-#include "server/journal/snapshot_writer.h"
+#include "server/core/engine/engine.h"
+#include "server/core/engine/service/ordered_log.h"
+#include "server/store/journal/local_journal.h"
+#include "server/store/journal/posix_folder.h"
+#include "server/store/journal/snapshot_writer.h"
 
 namespace pheromone::daemon {
 

@@ -17,10 +17,10 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/strand.hpp>
 
+#include "server/core/engine/testing/bench.h"
 #include "server/daemon/watchdog.h"
-#include "server/engine/testing/bench.h"
-#include "server/journal/local_journal.h"
-#include "server/journal/testing/crash_folder.h"
+#include "server/store/journal/local_journal.h"
+#include "server/store/journal/testing/crash_folder.h"
 
 namespace pheromone::daemon {
 namespace {

@@ -16,11 +16,11 @@
 #include <boost/asio/thread_pool.hpp>
 
 #include "server/config/config.h"
-#include "server/engine/service.h"
-#include "server/links/link.h"
-#include "server/links/link_router.h"
-#include "server/links/tap.h"
-#include "server/links/tracker_link.h"
+#include "server/core/engine/service/service.h"
+#include "server/robots/links/link.h"
+#include "server/robots/links/link_router.h"
+#include "server/robots/links/tap.h"
+#include "server/robots/links/tracker_link.h"
 
 namespace pheromone::daemon {
 

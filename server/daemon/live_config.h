@@ -18,8 +18,8 @@
 
 #include "server/base/result.h"
 #include "server/config/config.h"
+#include "server/core/engine/service/service.h"
 #include "server/daemon/captures.h"
-#include "server/engine/service.h"
 
 namespace pheromone::daemon {
 

@@ -11,9 +11,9 @@
 #include "server/base/format.h"
 #include "server/config/describe.h"
 #include "server/config/folders.h"
-#include "server/control/engine_views.h"
+#include "server/core/field/raster.h"
 #include "server/daemon/process_stats.h"
-#include "server/field/raster.h"
+#include "server/operators/control/engine_views.h"
 
 namespace pheromone::daemon {
 namespace {

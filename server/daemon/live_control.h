@@ -25,11 +25,11 @@
 #include <vector>
 
 #include "server/config/config.h"
-#include "server/control/control.h"
 #include "server/daemon/captures.h"
 #include "server/daemon/deadlines.h"
-#include "server/links/link.h"
-#include "server/links/link_router.h"
+#include "server/operators/control/control.h"
+#include "server/robots/links/link.h"
+#include "server/robots/links/link_router.h"
 
 namespace pheromone::daemon {
 

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/control/engine_views.h"
 #include "server/daemon/live_control.h"
+#include "server/operators/control/engine_views.h"
 
 namespace pheromone::daemon {
 control::TagPage LiveControl::GetTags(uint16_t first) const {

@@ -21,7 +21,7 @@
 #include "server/daemon/daemon.h"
 #include "server/daemon/field_saver.h"
 #include "server/daemon/logging.h"
-#include "server/maps/field_file.h"
+#include "server/formats/maps/field_file.h"
 
 namespace pheromone::daemon {
 namespace {

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "server/config/folders.h"
-#include "server/links/port_link.h"
-#include "server/links/tcp_link.h"
-#include "server/links/udp_link.h"
+#include "server/robots/links/port_link.h"
+#include "server/robots/links/tcp_link.h"
+#include "server/robots/links/udp_link.h"
 
 namespace pheromone::daemon {
 namespace {

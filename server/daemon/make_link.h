@@ -8,9 +8,9 @@
 #include <boost/asio/io_context.hpp>
 
 #include "server/config/config.h"
-#include "server/links/link.h"
-#include "server/links/tracker_link.h"
-#include "server/maps/geodesy.h"
+#include "server/formats/maps/geodesy.h"
+#include "server/robots/links/link.h"
+#include "server/robots/links/tracker_link.h"
 
 namespace pheromone::daemon {
 

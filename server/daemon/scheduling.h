@@ -10,9 +10,9 @@ namespace pheromone::daemon {
 /// 16 robots at 115200 baud during ten pictures a second is twice as long (1.8 against 0.8 ms on
 /// two processors). Where other programs keep all processors busy, a picture then takes most of a
 /// second. Not SCHED_IDLE, whose threads take two hundred times as long then. Priority alone is not
-/// enough: the stream's thread also pauses between pieces of its work (server/web/stream/pacer.h).
-/// For threads that take no lock for which a robot may wait, since they may be preempted while
-/// holding it.
+/// enough: the stream's thread also pauses between pieces of its work
+/// (server/operators/web/stream/pacer.h). For threads that take no lock for which a robot may wait,
+/// since they may be preempted while holding it.
 void YieldToOthers();
 
 /// Requests the shortest time slice (0.1 ms), keeping the class and nice value of the thread: for

@@ -1,7 +1,7 @@
 // The machine's clocks, for the engine's service.
 #pragma once
 
-#include "server/engine/field_clock.h"
+#include "server/core/engine/service/field_clock.h"
 
 namespace pheromone::daemon {
 

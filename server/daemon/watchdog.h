@@ -14,8 +14,8 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "server/engine/ordered_log.h"
-#include "server/engine/service.h"
+#include "server/core/engine/service/ordered_log.h"
+#include "server/core/engine/service/service.h"
 
 namespace pheromone::daemon {
 

@@ -12,7 +12,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/strand.hpp>
 
-#include "server/engine/testing/scripted_log.h"
+#include "server/core/engine/testing/scripted_log.h"
 
 namespace pheromone::daemon {
 namespace {

@@ -30,8 +30,8 @@
 #include "client_fw/sim/radio_medium.h"
 #include "client_fw/swarm/server_station.h"
 #include "protocol/decoder.h"
-#include "server/engine/ordered_log.h"
-#include "server/engine/service.h"
+#include "server/core/engine/service/ordered_log.h"
+#include "server/core/engine/service/service.h"
 
 namespace pheromone::swarm {
 

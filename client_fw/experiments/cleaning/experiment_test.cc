@@ -135,7 +135,7 @@ TEST(CleaningModelTest, NoZoneWaitsLessThanTheCycleTakes) {
   for (uint64_t seed = 1; seed <= 5; ++seed) {
     const double worst = ModelWorstGap({}, 2, 100, seed);
     EXPECT_GT(worst, 1);
-    EXPECT_LT(worst, 2.5);  // 102 units of 45 at the worst: server/verify
+    EXPECT_LT(worst, 2.5);  // 102 units of 45 at the worst: client_fw/verify
     EXPECT_EQ(worst, ModelWorstGap({}, 2, 100, seed));
   }
 }

@@ -9,7 +9,7 @@
 #include <random>
 #include <utility>
 
-#include "server/field/edit.h"
+#include "server/core/field/edit.h"
 
 namespace pheromone::swarm {
 namespace {

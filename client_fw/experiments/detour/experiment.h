@@ -25,7 +25,7 @@
 
 #include "client_fw/swarm/simulation.h"
 #include "client_fw/swarm/track.h"
-#include "server/field/path.h"
+#include "server/core/field/path.h"
 
 namespace pheromone::swarm {
 

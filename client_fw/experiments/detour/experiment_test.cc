@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/field/field.h"
+#include "server/core/field/field.h"
 
 namespace pheromone::swarm {
 namespace {

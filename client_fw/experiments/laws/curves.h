@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/field/path.h"
+#include "server/core/field/path.h"
 
 namespace pheromone::swarm {
 

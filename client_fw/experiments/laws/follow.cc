@@ -8,8 +8,8 @@
 
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/server_station.h"
-#include "server/engine/ordered_log.h"
-#include "server/engine/service.h"
+#include "server/core/engine/service/ordered_log.h"
+#include "server/core/engine/service/service.h"
 
 namespace pheromone::swarm {
 namespace {

@@ -20,7 +20,7 @@
 #include "client_fw/sim/differential_drive.h"
 #include "server/base/result.h"
 #include "server/config/config.h"
-#include "server/field/path.h"
+#include "server/core/field/path.h"
 
 namespace pheromone::swarm {
 

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "client_fw/sim/differential_drive.h"
-#include "client_fw/sim/pioneer_sensors.h"
+#include "client_fw/sim/pioneer/pioneer_sensors.h"
 
 namespace pheromone::swarm {
 

@@ -22,7 +22,7 @@
 #include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/swarm.h"
 #include "server/base/result.h"
-#include "server/engine/event.h"
+#include "server/core/engine/event.h"
 
 namespace pheromone::swarm {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/engine/engine.h"
-#include "server/nets/system_file.h"
+#include "server/core/engine/engine.h"
+#include "server/formats/nets/system_file.h"
 
 namespace pheromone::swarm {
 namespace {

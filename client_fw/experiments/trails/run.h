@@ -12,8 +12,8 @@
 #include "client_fw/experiments/trails/ledger.h"
 #include "client_fw/sim/differential_drive.h"
 #include "server/base/result.h"
-#include "server/engine/engine.h"
-#include "server/petri/live_net.h"
+#include "server/core/engine/engine.h"
+#include "server/core/petri/live_net.h"
 
 namespace pheromone::swarm {
 

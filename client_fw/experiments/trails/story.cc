@@ -12,8 +12,8 @@
 #include "client_fw/core/robot_net.h"
 #include "protocol/byte_order.h"
 #include "protocol/net_record.h"
-#include "server/engine/ordered_log.h"
-#include "server/engine/service.h"
+#include "server/core/engine/service/ordered_log.h"
+#include "server/core/engine/service/service.h"
 
 namespace pheromone::swarm {
 namespace {

@@ -17,8 +17,8 @@
 #include "client_fw/core/tag_data.h"
 #include "protocol/byte_order.h"
 #include "protocol/messages.h"
-#include "server/engine/ordered_log.h"
-#include "server/engine/service.h"
+#include "server/core/engine/service/ordered_log.h"
+#include "server/core/engine/service/service.h"
 
 namespace pheromone::swarm {
 namespace {

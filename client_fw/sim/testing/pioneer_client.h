@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/sim/pioneer_robot.h"
+#include "client_fw/sim/pioneer/pioneer_robot.h"
 
 namespace pheromone::sim::testing {
 

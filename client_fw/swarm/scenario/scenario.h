@@ -39,12 +39,12 @@
 
 #include "client_fw/core/parameters.h"
 #include "client_fw/sim/differential_drive.h"
-#include "client_fw/sim/pioneer_models.h"
+#include "client_fw/sim/pioneer/pioneer_models.h"
 #include "client_fw/sim/released.h"
 #include "client_fw/swarm/channel_model.h"
 #include "server/base/result.h"
 #include "server/config/config.h"
-#include "server/engine/event.h"
+#include "server/core/engine/event.h"
 
 namespace pheromone::swarm {
 

@@ -24,9 +24,9 @@
 #include <variant>
 #include <vector>
 
+#include "server/core/engine/testing/bench.h"
+#include "server/core/engine/testing/scripted_log.h"
 #include "server/daemon/live_control.h"
-#include "server/engine/testing/bench.h"
-#include "server/engine/testing/scripted_log.h"
 
 namespace pheromone::daemon::testing {
 

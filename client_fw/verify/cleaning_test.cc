@@ -1,0 +1,146 @@
+// The paper's two queries and what follows for all time, in the real decision and on real tags; and
+// each safeguard taken away in turn. The expected figures were measured beforehand with another
+// program, written without this one.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iostream>
+
+#include "client_fw/verify/cleaning_check.h"
+
+namespace pheromone::verify {
+namespace {
+
+const CleaningResult& Told(const CleaningResult& result) {
+  std::cout << result.states << " states (" << result.unfolded_states << " unfolded), "
+            << result.steps << " steps\n";
+  if (result.verdict == Verdict::kRefuted) {
+    std::cout << TraceText(result);
+  }
+  return result;
+}
+
+CleaningLimits Taking(int time) {
+  return {.clean_min = time, .clean_max = time};
+}
+
+int LongestGap(const CleaningResult& result) {
+  return *std::max_element(result.gaps.begin(), result.gaps.end());
+}
+
+const CleaningStarts kSixAndSeven = {{5, 6}};
+
+TEST(Proof, ForAllTimeAndFromAnyStart) {
+  const CleaningResult proof = Told(ProveCleaning(Taking(5)));
+  ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
+  EXPECT_EQ(LongestGap(proof), 78);
+  EXPECT_EQ(proof.gaps[10], 68);  // of zone 11, the longest of those that soil fast
+  for (size_t zone = 0; zone < 12; ++zone) {
+    EXPECT_LT(HighestPercent(PaperRates()[zone], proof.gaps[zone]), 51) << zone + 1;
+  }
+}
+
+TEST(Proof, OneRobotAloneNeedsNoLease) {
+  const CleaningResult proof = ProveCleaning({.robots = 1, .lease = 0});
+  EXPECT_EQ(proof.verdict, Verdict::kProved);
+  EXPECT_EQ(LongestGap(proof), 115);
+}
+
+TEST(Query, AllZonesBecomeClean) {
+  const CleaningResult four = Told(CheckCleanAfter(Taking(4), {}, 80, 30));
+  EXPECT_EQ(four.verdict, Verdict::kProved);
+  EXPECT_EQ(four.longest, 70);
+  const CleaningResult five = CheckCleanAfter(Taking(5), {}, 80, 30);
+  EXPECT_EQ(five.verdict, Verdict::kProved);
+  EXPECT_EQ(five.longest, 101);
+}
+
+TEST(Query, AllZonesStayBelowTheThreshold) {
+  EXPECT_EQ(Told(CheckLevels(Taking(5), kSixAndSeven, 20, 51, 240)).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckLevels(Taking(6), kSixAndSeven, 20, 51, 240).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckLevels(Taking(8), kSixAndSeven, 20, 51, 240).verdict, Verdict::kProved);
+}
+
+TEST(Query, ALongerHorizonRefutesWhatAShortOneProves) {
+  EXPECT_EQ(CheckLevels(Taking(8), kSixAndSeven, 20, 51, 300).verdict, Verdict::kProved);
+  const CleaningResult later = CheckLevels(Taking(8), kSixAndSeven, 20, 51, 360);
+  EXPECT_EQ(later.verdict, Verdict::kRefuted);
+  EXPECT_GE(later.trace.back().time, 300);
+  EXPECT_LT(later.trace.back().time, 360);
+}
+
+TEST(Query, FromALittleMoreSoil) {
+  EXPECT_EQ(CheckLevels(Taking(5), kSixAndSeven, 25, 51, 240).verdict, Verdict::kProved);
+  for (const int time : {6, 7, 8}) {
+    EXPECT_EQ(CheckLevels(Taking(time), kSixAndSeven, 25, 51, 240).verdict, Verdict::kRefuted)
+        << time;
+  }
+}
+
+// A robot that breaks down while it cleans leaves its sign, until the lease ends.
+TEST(Crash, TheOtherRobotTakesOver) {
+  const CleaningResult proof =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .robots = 2, .crashes = 1}));
+  ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
+  const CleaningResult sound = ProveCleaning({.columns = 3, .rows = 2, .robots = 2});
+  EXPECT_GT(LongestGap(proof), LongestGap(sound));
+}
+
+TEST(Jitter, CleaningMayTakeDifferentTimes) {
+  const CleaningResult proof =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .clean_min = 5, .clean_max = 6}));
+  EXPECT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
+}
+
+TEST(PassersBy, CannotDropASignThatIsLeased) {
+  CleaningLimits limits{.columns = 2, .rows = 2, .passers_by = true};
+  limits.clean_min = limits.clean_max = 2;
+  EXPECT_EQ(Told(ProveCleaning(limits)).verdict, Verdict::kProved);
+}
+
+TEST(Fault, RobotsThatMoveBetweenEqualsCanWanderForEver) {
+  const CleaningResult result =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .moves_between_equals = true}));
+  EXPECT_EQ(result.verdict, Verdict::kRefuted);
+  EXPECT_EQ(result.wrong, "a zone need not be cleaned again");
+  EXPECT_GT(result.repeats_from, 0u);
+}
+
+TEST(Fault, ASignWithoutALeaseStaysForEver) {
+  const CleaningResult result =
+      Told(ProveCleaning({.columns = 2, .rows = 2, .lease = 0, .crashes = 1}));
+  EXPECT_EQ(result.verdict, Verdict::kRefuted);
+  EXPECT_EQ(result.wrong, "a zone need not be cleaned again");
+}
+
+TEST(Fault, ClaimsWithoutAConditionMeet) {
+  const CleaningResult result =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .claims_unconditionally = true}));
+  EXPECT_EQ(result.verdict, Verdict::kRefuted);
+  EXPECT_EQ(result.wrong.substr(0, 10), "two robots");
+}
+
+TEST(Fault, ASignThatMayBeDroppedLetsASecondRobotIn) {
+  const CleaningResult result =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .lease = 0, .passers_by = true}));
+  EXPECT_EQ(result.verdict, Verdict::kRefuted);
+  EXPECT_EQ(result.wrong.substr(0, 10), "two robots");
+}
+
+TEST(Fault, ALeaseShorterThanCleaningLetsASecondRobotIn) {
+  const CleaningResult result =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .clean_min = 2, .clean_max = 7, .lease = 4}));
+  EXPECT_EQ(result.verdict, Verdict::kRefuted);
+  EXPECT_EQ(result.wrong.substr(0, 10), "two robots");
+}
+
+// What is cleaned is never stamped, so that robots stay where they are.
+TEST(Fault, ALeaseThatIsAlwaysShorterCleansTheSameZonesForEver) {
+  const CleaningResult result = Told(ProveCleaning({.columns = 3, .rows = 2, .lease = 4}));
+  EXPECT_EQ(result.verdict, Verdict::kRefuted);
+  EXPECT_EQ(result.wrong, "a zone need not be cleaned again");
+}
+
+}  // namespace
+}  // namespace pheromone::verify

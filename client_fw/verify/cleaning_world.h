@@ -1,0 +1,166 @@
+// Cleaning robots on a grid of zones, one step at a time: the real decision of client_fw/core, and
+// claims, signs and time stamps on the real tags (Tammet, Vain and Kuusik 2006, section 4).
+//
+//   CleaningWorld world({.columns = 4, .rows = 3, .robots = 2, .clean_min = 5, .clean_max = 5});
+//   std::vector<CleaningSuccessor> next;
+//   world.Next(world.Start({5, 6}), &next);  // all that may happen next
+//
+// A robot sees its own zone and those beside it (the paper's figure 1). It decides, goes to a zone
+// and decides there again, or claims its own, cleans it, and writes the time in place of its sign.
+// What is due at the same time happens in any order. Time passes when nothing is due, so that each
+// state has something due; it is in the paper's units.
+//
+// The paper leaves open how long cleaning, moving and waiting take, what happens between equal time
+// stamps and where robots start: the limits below say it, or all possibilities are explored.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client_fw/core/cleaning.h"
+#include "client_fw/verify/cleaning_tag.h"
+
+namespace pheromone::verify {
+
+constexpr size_t kMaxZones = 16;
+constexpr int kSoilingStep = 15;  ///< the paper's time_step
+constexpr int kLevelPercent = 5;  ///< a level's unit
+constexpr int kFullLevel = 20;    ///< 100 %: it does not become dirtier
+constexpr uint8_t kNoSoiling = 255;
+
+/// What is explored.
+struct CleaningLimits {
+  int columns = 4;  ///< zones are numbered from 0, column by column, from the bottom up
+  int rows = 3;
+  int robots = 2;
+  int clean_min = 5;  ///< how long cleaning a zone takes
+  int clean_max = 5;
+  int move_min = 1;  ///< and moving to a zone beside
+  int move_max = 1;
+  int wait = 1;     ///< after which a robot looks again when all zones in sight are occupied
+  int lease = 16;   ///< of the sign "occupied"; 0: it has none
+  int crashes = 0;  ///< robots that may break down, cleaning or not
+  bool passers_by = false;  ///< write on tags as much as they like
+  /// Whether a robot claims its zone in the step in which it decided to. Else others may act
+  /// between reading a tag and writing on it.
+  bool claims_at_once = false;
+  /// Seeded faults, beside a lease of 0 or one shorter than cleaning takes.
+  bool moves_between_equals = false;    ///< a robot's own zone does not win ties
+  bool claims_unconditionally = false;  ///< writes without naming what it has read
+};
+
+enum class CleanerPhase : uint8_t {
+  kDeciding,  ///< in `timer`, when it has arrived or waited
+  kClaiming,  ///< has read its zone's tag, and is about to write
+  kCleaning,  ///< until `timer` is over
+  kBroken,    ///< its sign stays until the lease ends, in `timer`
+  kGone,
+};
+
+struct Cleaner {
+  CleanerPhase phase = CleanerPhase::kGone;
+  uint8_t zone = 0;
+  uint8_t timer = 0;
+  bool is_stale = false;  ///< the tag that it read was written to since
+  bool has_sign = false;  ///< "occupied" is on its zone's tag
+  bool operator==(const Cleaner&) const = default;
+
+  /// Whether it is in the zone with its brushes turning.
+  bool is_cleaning() const { return phase == CleanerPhase::kCleaning; }
+};
+
+struct CleaningState {
+  /// Of each zone's last time stamp, among all: 0 is the oldest, equals are equal.
+  std::array<uint8_t, kMaxZones> rank{};
+  std::array<uint8_t, kMaxZones> level{};  ///< of soil, if it is explored
+  std::array<Cleaner, kMaxCleaners> cleaners{};
+  bool is_newest_now = false;  ///< the newest time stamp is the present time
+  uint8_t tick = kNoSoiling;   ///< time until zones become dirtier
+  uint16_t clock = 0;          ///< time since the start
+};
+
+enum class CleaningAction : uint8_t {
+  kWaits,
+  kMoves,
+  kDecidesToClean,
+  kClaims,
+  kIsRefused,
+  kFinishes,
+  kBreaksDown,
+  kSoils,
+  kCrowds,
+};
+
+struct CleaningStep {
+  CleaningAction action = CleaningAction::kWaits;
+  uint8_t robot = 0;
+  uint8_t zone = 0;    ///< where it acts or goes to
+  uint8_t passed = 0;  ///< time from then until something is due again
+};
+
+struct CleaningSuccessor {
+  CleaningStep step;
+  CleaningState state;
+};
+
+class CleaningWorld {
+ public:
+  explicit CleaningWorld(const CleaningLimits& limits);
+
+  const CleaningLimits& limits() const { return limits_; }
+  size_t zones() const { return zones_; }
+  const std::vector<uint8_t>& neighbours(size_t zone) const { return neighbours_[zone]; }
+
+  /// Robots about to decide in these zones, all zones cleaned at the same time.
+  CleaningState Start(const std::vector<uint8_t>& robots_in) const;
+  /// All unordered choices of zones to start in.
+  std::vector<std::vector<uint8_t>> AllStarts() const;
+
+  /// Lets soil accumulate, at these rates in units of a level for each kSoilingStep.
+  void Soil(const std::array<uint8_t, kMaxZones>& rates) { rates_ = rates; }
+
+  /// What may happen next. States in it are tidy. `next` is emptied first; once it has grown to its
+  /// size, nothing is allocated.
+  void Next(const CleaningState& state, std::vector<CleaningSuccessor>* next);
+
+  /// Numbers ranks from 0 again, and forgets what no longer matters.
+  void Tidy(CleaningState* state) const;
+
+  /// Empty, or what is wrong: two robots that clean one zone.
+  std::string Wrong(const CleaningState& state) const;
+
+ private:
+  void Decide(const CleaningState& state, size_t robot);
+  void Claim(CleaningState state, size_t robot);
+  void Finish(CleaningState state, size_t robot);
+  void SoilAll(CleaningState state);
+  void Crowd(const CleaningState& state);
+  void Break(CleaningState state, size_t robot);
+  void Move(CleaningState state, size_t robot, uint8_t zone);
+
+  bool IsDue(const CleaningState& state, size_t robot) const;
+  bool MayBreak(const CleaningState& state) const;
+  bool ForgetsOccupied() const { return limits_.crashes == 0 && !limits_.passers_by; }
+  /// Passers-by can make a tag forget when its zone was cleaned: rank 0 is kept for that.
+  int StampOfRankZero() const { return limits_.passers_by ? 0 : 1; }
+  int LeaseLeft(const Cleaner& cleaner) const;
+  bool IsOccupied(const CleaningState& state, size_t zone) const;
+  ZoneContent ContentOf(const CleaningState& state, size_t zone) const;
+  void SetContent(CleaningState* state, size_t zone, const ZoneContent& content) const;
+  uint8_t Advance(CleaningState* state);
+  int TimeToNext(const CleaningState& state) const;
+  void Visit(CleaningAction action, size_t robot, size_t zone, CleaningState state);
+
+  CleaningLimits limits_;
+  size_t zones_;
+  size_t robots_;
+  std::vector<std::vector<uint8_t>> neighbours_;
+  std::array<uint8_t, kMaxZones> rates_{};
+  CleaningTag tag_;
+  std::vector<CleaningSuccessor>* next_ = nullptr;  // of the current Next
+};
+
+}  // namespace pheromone::verify

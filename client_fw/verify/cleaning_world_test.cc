@@ -1,0 +1,204 @@
+// The world that the search runs through, against real tags with their whole history, and the
+// search against one that is naive.
+
+#include "client_fw/verify/cleaning_world.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client_fw/verify/cleaning_check.h"
+#include "client_fw/verify/explore.h"
+#include "server/core/tags/tag.h"
+
+namespace pheromone::verify {
+namespace {
+
+TEST(Grid, AZoneSeesThoseBesideIt) {
+  const CleaningWorld world({.columns = 4, .rows = 3});
+  const std::vector<size_t> in_sight = {2, 3, 2, 3, 4, 3,
+                                        3, 4, 3, 2, 3, 2};  // the paper's figure 1
+  for (size_t zone = 0; zone < 12; ++zone) {
+    EXPECT_EQ(world.neighbours(zone).size(), in_sight[zone]) << zone + 1;
+  }
+  EXPECT_EQ(world.neighbours(4), (std::vector<uint8_t>{1, 3, 5, 7}));
+}
+
+TEST(Grid, AllStarts) {
+  EXPECT_EQ(CleaningWorld({.robots = 2}).AllStarts().size(), 78u);
+  EXPECT_EQ(CleaningWorld({.columns = 3, .robots = 3}).AllStarts().size(), 165u);
+}
+
+// One tag for each zone, on which all robots wrote all that they have written.
+class Tags {
+ public:
+  explicit Tags(size_t zones) : tags_(zones) {}
+
+  void Do(const CleaningStep& step, int time, int lease) {
+    const auto now_ms = static_cast<uint64_t>(time) * 1'000;
+    for (tags::Tag& tag : tags_) {
+      tag.Expire(now_ms);
+    }
+    tags::Tag& tag = tags_[step.zone];
+    const int32_t author = step.robot + 1;
+    switch (step.action) {
+      case CleaningAction::kDecidesToClean:
+        seen_[step.robot] = tag.generation();
+        break;
+      case CleaningAction::kBreaksDown:
+      case CleaningAction::kIsRefused:
+      case CleaningAction::kClaims: {
+        if (step.action == CleaningAction::kBreaksDown && !is_claiming_[step.robot]) {
+          break;
+        }
+        const tags::Written written = tag.Write({.block = BlockOf(author, time, kOccupied),
+                                                 .expected = seen_[step.robot],
+                                                 .lease_ms = static_cast<uint32_t>(lease) * 1'000},
+                                                now_ms, {});
+        EXPECT_EQ(written.outcome == tags::WriteOutcome::kDone,
+                  step.action != CleaningAction::kIsRefused);
+        slot_[step.robot] = written.slot;
+        break;
+      }
+      case CleaningAction::kFinishes:
+        tag.Write({.block = BlockOf(author, time, kCleaned), .is_state = true}, now_ms, {});
+        EXPECT_EQ(tag.Erase(slot_[step.robot], author, std::nullopt, {}),
+                  tags::WriteOutcome::kDone);
+        break;
+      default:
+        break;
+    }
+    is_claiming_[step.robot] = step.action == CleaningAction::kDecidesToClean;
+  }
+
+  void ExpireAt(int time) {
+    for (tags::Tag& tag : tags_) {
+      tag.Expire(static_cast<uint64_t>(time) * 1'000);
+    }
+  }
+
+  bool IsOccupied(size_t zone) const { return Newest(zone, kOccupied) > 0; }
+  uint32_t CleanedAt(size_t zone) const { return Newest(zone, kCleaned); }
+
+ private:
+  static constexpr int32_t kOccupied = 11;
+  static constexpr int32_t kCleaned = 12;
+
+  static tags::Block BlockOf(int32_t author, int time, int32_t predicate) {
+    return {author, static_cast<uint32_t>(time) + 1, {0, 1}, {0, predicate}, {0, 1}};
+  }
+
+  uint32_t Newest(size_t zone, int32_t predicate) const {
+    uint32_t newest = 0;
+    for (const tags::Slot& slot : tags_[zone].slots()) {
+      if (!slot.block.is_empty() && slot.block.predicate.value == predicate) {
+        newest = std::max(newest, slot.block.time_s);
+      }
+    }
+    return newest;
+  }
+
+  std::vector<tags::Tag> tags_;
+  std::array<uint16_t, kMaxCleaners> seen_{};
+  std::array<uint8_t, kMaxCleaners> slot_{};
+  std::array<bool, kMaxCleaners> is_claiming_{};
+};
+
+// What a state says of the tags is what is on tags that were never forgotten.
+void ExpectTheTags(const CleaningLimits& limits, uint32_t seed) {
+  CleaningWorld world(limits);
+  Tags tags(world.zones());
+  std::mt19937 random(seed);
+  const std::vector<std::vector<uint8_t>> starts = world.AllStarts();
+  CleaningState state = world.Start(starts[random() % starts.size()]);
+  std::vector<CleaningSuccessor> next;
+  int time = 0;
+  for (int i = 0; i < 2'000; ++i) {
+    world.Next(state, &next);
+    ASSERT_FALSE(next.empty());
+    const CleaningSuccessor chosen = next[random() % next.size()];
+    tags.Do(chosen.step, time, limits.lease);
+    time += chosen.step.passed;
+    tags.ExpireAt(time);
+    state = chosen.state;
+    std::vector<size_t> free;
+    for (size_t zone = 0; zone < world.zones(); ++zone) {
+      const bool is_occupied =
+          std::any_of(state.cleaners.begin(), state.cleaners.end(),
+                      [&](const Cleaner& it) { return it.has_sign && it.zone == zone; });
+      ASSERT_EQ(tags.IsOccupied(zone), is_occupied);
+      if (!is_occupied) {
+        free.push_back(zone);
+      }
+    }
+    for (const size_t a : free) {
+      for (const size_t b : free) {
+        ASSERT_EQ(tags.CleanedAt(a) < tags.CleanedAt(b), state.rank[a] < state.rank[b]);
+      }
+    }
+  }
+}
+
+TEST(World, AgreesWithTagsThatKeepTheirHistory) {
+  for (uint32_t seed = 0; seed < 20; ++seed) {
+    ExpectTheTags({}, seed);
+    ExpectTheTags({.columns = 3, .robots = 4, .clean_max = 7, .move_max = 2}, seed);
+    ExpectTheTags({.columns = 2, .rows = 2, .robots = 3, .crashes = 1}, seed);
+  }
+}
+
+// All that is in a state, robots in any order.
+std::string KeyOf(const CleaningState& state) {
+  std::vector<std::string> robots;
+  for (const Cleaner& it : state.cleaners) {
+    robots.push_back({static_cast<char>(it.phase), static_cast<char>(it.zone),
+                      static_cast<char>(it.timer), it.is_stale, it.has_sign});
+  }
+  std::sort(robots.begin(), robots.end());
+  std::string key(state.rank.begin(), state.rank.end());
+  for (const std::string& robot : robots) {
+    key += robot;
+  }
+  return key + (state.is_newest_now ? '1' : '0');
+}
+
+size_t CountedOneByOne(const CleaningLimits& limits) {
+  CleaningWorld world(limits);
+  std::vector<CleaningSuccessor> successors;
+  bool is_first = true;
+  const Model<CleaningState> model{
+      .key = [&](const CleaningState& state) { return KeyOf(state); },
+      .next =
+          [&](const CleaningState& state, const Model<CleaningState>::Visit& visit) {
+            if (std::exchange(is_first, false)) {
+              for (const std::vector<uint8_t>& start : world.AllStarts()) {
+                visit("start", world.Start(start));
+              }
+            }
+            world.Next(state, &successors);
+            for (const CleaningSuccessor& successor : successors) {
+              visit("", successor.state);
+            }
+          },
+      .wrong = [](const CleaningState&) { return ""; },
+      .max_states = 1'000'000};
+  return Explore(world.Start(world.AllStarts().front()), model).states;
+}
+
+TEST(Search, FindsTheStatesThatANaiveSearchCounts) {
+  for (const CleaningLimits& limits :
+       {CleaningLimits{.columns = 2, .rows = 2}, CleaningLimits{.columns = 3, .rows = 2},
+        CleaningLimits{.columns = 2, .rows = 3, .robots = 3, .clean_min = 2, .clean_max = 2},
+        CleaningLimits{.columns = 3, .rows = 2, .clean_max = 6, .crashes = 1}}) {
+    EXPECT_EQ(ProveCleaning(limits).unfolded_states, CountedOneByOne(limits));
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::verify

@@ -1,0 +1,556 @@
+#include "server/core/engine/service/service.h"
+
+#include <algorithm>
+#include <cassert>
+#include <string>
+#include <utility>
+
+#include "server/core/field/route.h"
+
+namespace pheromone::engine {
+namespace {
+
+using protocol::Message;
+using protocol::Reason;
+
+constexpr char kNoChanges[] = "the log does not accept changes at present";
+// How many times an operator's change retries a busy log: for some seconds.
+constexpr int kBusyPortions = 20'000;
+
+// Whether this answers a request of the kind whose answers wait; a robot has one in flight.
+bool AnswersAChange(const Engine& engine, const Message& message) {
+  protocol::ErrorAnswer error;
+  return engine.GoesThroughLog(protocol::Decode(message, &error) ? error.refused_opcode
+                                                                 : message.opcode);
+}
+
+}  // namespace
+
+Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms, Engine engine)
+    : log_(log), read_clock_(std::move(read_clock)), clock_(start_ms), engine_(std::move(engine)) {}
+
+Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new_epoch,
+                                               bool state_lost) {
+  constexpr int kLooks = 5;
+  Status acceptable = Ok();
+  for (int look = 0; look < kLooks; ++look) {
+    std::optional<SharedConfig> present;
+    std::array<uint64_t, field::kTypes> changes{};
+    const field::Field* field = nullptr;
+    tags::Survey survey;
+    uint64_t now_ms = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      if (engine_.configured()) {
+        survey = engine_.Look();
+        present = engine_.shared_config();
+        field = &engine_.field();
+        now_ms = StampNow().field_time_ms;
+        for (uint8_t type = 1; type < field::kTypes; ++type) {
+          changes[type] = field->changes(type);
+        }
+      }
+    }
+    if (present && *present == config && !state_lost) {
+      return Configured{};
+    }
+    Event event = ConfigChanged{config, new_epoch, state_lost};
+    if (present) {
+      acceptable = Prepare(*present, *config, *field, survey, now_ms, &event);
+      if (!acceptable.ok()) {
+        return Error{acceptable.error()};
+      }
+      acceptable = log_->WriteAhead(&event);
+      if (!acceptable.ok()) {
+        return Error{acceptable.error()};
+      }
+    }
+    uint64_t id = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto goes = [&](uint8_t type) {
+        return present && present->operator->()->field.FindLaw(type) != nullptr &&
+               config->field.FindLaw(type) == nullptr;
+      };
+      bool is_current = true;
+      for (uint8_t type = 1; field != nullptr && type < field::kTypes; ++type) {
+        is_current = is_current && (!goes(type) || field->changes(type) == changes[type]);
+      }
+      if (!is_current) {
+        acceptable = Error{"a removed pheromone is still being deposited by robots"};
+        continue;
+      }
+      const auto& change = std::get<ConfigChanged>(event);
+      acceptable = engine_.CheckConfig(*config, change.plan.get());
+      if (acceptable.ok()) {
+        std::vector<Outgoing> none;
+        const Stamp stamp = StampNow();
+        if (Change(stamp, event, &none) != Reason::kNone) {
+          return Error{kNoChanges};
+        }
+        id = engine_.sequence();
+      } else if (!engine_.is_busy()) {
+        return Error{acceptable.error()};
+      }
+    }
+    std::get<ConfigChanged>(event).ahead.reset();
+    const Result<uint64_t> finished = Finish(id);
+    if (id != 0) {
+      return Configured{finished.ok()};  // it is logged in any case
+    }
+    if (!finished.ok()) {
+      return Error{finished.error()};
+    }
+  }
+  return Error{acceptable.error()};
+}
+
+// Without the lock: its time depends on the size of configuration and map.
+Status Service::Prepare(const SharedConfig& present, const EngineConfig& next,
+                        const field::Field& field, const tags::Survey& survey, uint64_t now_ms,
+                        Event* event) {
+  Status status = Engine::Prepare(present, survey, event);
+  const field::FieldReader reader(field);
+  if (status.ok() && !reader.ok()) {
+    return Error{"too many readers of the field; try again in a moment"};
+  }
+  return status.ok() ? field::Field::CheckLeaving(reader, present->field, next.field, now_ms)
+                     : status;
+}
+
+// An observer that throws, for lack of memory for instance, is detached.
+template <typename Tell>
+void Service::TellObservers(Tell&& tell) {
+  for (size_t i = 0; i < observers_.size();) {
+    Observer* const observer = observers_[i];
+    try {
+      tell(observer);
+      ++i;
+    } catch (...) {
+      std::erase(observers_, observer);
+      observer->OnFailure();
+    }
+  }
+}
+
+void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vector<Outgoing>* out,
+                     std::span<const Asker> askers) {
+  assert(askers.size() <= 1 || askers.size() == messages.size());
+  const std::lock_guard lock(mutex_);
+  const Stamp stamp = StampNow();
+  const size_t before = out->size();
+  std::vector<Observer::Outcome> outcomes;
+  for (size_t i = 0; i < messages.size(); ++i) {
+    const size_t first = out->size();
+    const Observer::Outcome outcome = HandleOne(stamp, link, messages[i], out);
+    for (size_t answer = first; answer < out->size() && !askers.empty(); ++answer) {
+      (*out)[answer].asker = askers[askers.size() == 1 ? 0 : i];
+    }
+    if (!observers_.empty()) {
+      outcomes.push_back(outcome);
+    }
+  }
+  if (!observers_.empty()) {
+    TellObservers([&](Observer* observer) {
+      observer->OnBatch(stamp, link, messages, outcomes, std::span(*out).subspan(before));
+    });
+  }
+  NoticeArrivals(stamp, link, messages, out);
+  HoldBack(out, before);
+}
+
+// After the batch, so that observers see its messages before the events that they cause. If the log
+// refuses one, the robot's next request repeats it.
+void Service::NoticeArrivals(const Stamp& stamp, LinkIndex link, std::span<const Message> messages,
+                             std::vector<Outgoing>* out) {
+  for (const Message& message : messages) {
+    const std::optional<GoalEnded> arrival = engine_.Arrival(stamp, link, message);
+    if (arrival && Change(stamp, *arrival, out) == Reason::kNone && arrived_) {
+      arrived_(*arrival);
+    }
+  }
+}
+
+Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& message,
+                                     std::vector<Outgoing>* out) {
+  ++counters_.requests;
+  Observer::Outcome outcome;
+  const size_t before = out->size();
+  Traffic::Fate fate = Traffic::Fate::kAnswered;
+  switch (engine_.Classify(link, message)) {
+    case Handling::kIgnore:
+      ++counters_.ignored;
+      traffic_.Count(link, message, stamp.field_time_ms, Traffic::Fate::kIgnored);
+      return outcome;
+    case Handling::kAnswer:
+      engine_.Answer(stamp, link, message, out);
+      // Only the answer to a repeated change depends on an event of the log.
+      if (out->size() > before && out->back().durable_at != 0) {
+        outcome.refused = RefusalOfRepeat(out->back());
+        if (outcome.refused != Reason::kNone) {
+          out->back() = {link, 0, ErrorMessage(message, outcome.refused)};
+        } else {
+          ++counters_.repeats;
+          fate = Traffic::Fate::kRepeated;
+        }
+      }
+      break;
+    case Handling::kChange: {
+      outcome.refused = Change(stamp, RequestReceived{link, message}, out);
+      if (outcome.refused != Reason::kNone) {
+        out->push_back({link, 0, ErrorMessage(message, outcome.refused)});
+      } else {
+        outcome.sequence = engine_.sequence();
+      }
+      break;
+    }
+  }
+  for (size_t i = before; i < out->size(); ++i) {
+    protocol::ErrorAnswer error;
+    const Outgoing& sent = (*out)[i];
+    if (protocol::Decode(sent.message, &error)) {
+      ++counters_.errors[std::min<size_t>(static_cast<size_t>(error.reason), kReasons - 1)];
+      fate = Traffic::Fate::kRefused;
+    } else {
+      ++counters_.answers;
+    }
+  }
+  traffic_.Count(link, message, stamp.field_time_ms, fate);
+  return outcome;
+}
+
+// While the log does not accept changes, it is unknown when this answer's change becomes durable.
+// Busy, whatever the log's reason is: the change was made, and any other reason would tell the
+// robot that it was not (protocol/README.md, section 7).
+Reason Service::RefusalOfRepeat(const Outgoing& answer) {
+  const bool waits = answer.durable_at > log_->DurableSequence();
+  return waits && log_->Admit() != Reason::kNone ? Reason::kBusy : Reason::kNone;
+}
+
+Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out) {
+  const Reason refused = log_->Admit();
+  if (refused == Reason::kNone) {
+    ++counters_.changes;
+    if (log_->IsRotationDue() && engine_.configured()) {
+      log_->Rotate(engine_.StateHash());
+    }
+    const size_t before = out->size();
+    const uint64_t sequence = AppendAndApply(stamp, event, out);
+    for (const field::FinishedWork& it : engine_.finished()) {
+      if (const auto awaited = awaited_works_.find(it.id); awaited != awaited_works_.end()) {
+        awaited->second = it.outcome;
+      }
+    }
+    if (!observers_.empty() && !std::holds_alternative<RequestReceived>(event)) {
+      TellObservers([&](Observer* observer) {
+        observer->OnEvent(sequence, stamp, event, std::span(*out).subspan(before));
+      });
+    }
+    put_off_ms_ = 0;
+    WakeIfEarlier();
+  }
+  return refused;
+}
+
+// If log and state differed, robots would be told of changes that were never made. An exception in
+// between, such as out of memory, ends the process, and a restart continues from the log.
+uint64_t Service::AppendAndApply(const Stamp& stamp, const Event& event,
+                                 std::vector<Outgoing>* out) noexcept {
+  const uint64_t sequence = log_->Append(stamp, event);
+  if (std::holds_alternative<FieldEdited>(event) || std::holds_alternative<ConfigChanged>(event)) {
+    awaited_works_.emplace(sequence, std::nullopt);
+  }
+  engine_.Apply(sequence, stamp, event, out);
+  return sequence;
+}
+
+// A configuration change may have put the engine a little ahead of the clock.
+Stamp Service::StampNow() {
+  Stamp stamp = clock_.Read(read_clock_());
+  stamp.field_time_ms = std::max(stamp.field_time_ms, engine_.field_time_ms());
+  return stamp;
+}
+
+void Service::WakeIfEarlier() {
+  const std::optional<uint64_t> deadline = engine_.NextDeadline();
+  if (deadline && *deadline < awaited_ms_) {
+    awaited_ms_ = *deadline;
+    if (wake_) {
+      wake_();
+    }
+  }
+}
+
+Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  Status acceptable = engine_.Check(command);
+  if (!acceptable.ok()) {
+    return acceptable;
+  }
+  if (held_.commands() >= kMaxHeldCommands) {
+    return Error{std::to_string(held_.commands()) + " commands are waiting for the log"};
+  }
+  const size_t before = out->size();
+  if (Change(StampNow(), command, out) != Reason::kNone) {
+    return Error{kNoChanges};
+  }
+  HoldBack(out, before);
+  return Ok();
+}
+
+Status Service::SetGoal(LinkIndex link, uint8_t id, field::PointUm point, uint32_t tolerance_um) {
+  const std::string name = "robot " + std::to_string(id);
+  std::optional<SharedConfig> config;
+  field::PointUm from;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!engine_.SaidHello(link, id)) {
+      return Error{name + " has not said HELLO"};
+    }
+    const RobotTraffic* heard = traffic_.Find(link, id);
+    const protocol::WirePose* pose = heard != nullptr && heard->pose ? &*heard->pose : nullptr;
+    const uint64_t now_ms = StampNow().field_time_ms;
+    const auto& observed = engine_.robots().Find(link, id)->observed;
+    if (pose == nullptr && !(observed && now_ms < observed->until_ms)) {
+      return Error{name + " has not reported its position yet"};
+    }
+    from = engine_.robots()
+               .PoseOf(link, id, pose != nullptr ? *pose : protocol::WirePose{}, now_ms)
+               .position;
+    config = engine_.shared_config();
+  }
+  const field::FieldConfig& field = (*config)->field;
+  Result<std::vector<field::PointUm>> route =
+      field::FindRoute(field.map, field.obstacles, from, point);
+  if (!route.ok()) {
+    return Error{route.error()};
+  }
+  const GoalSet set{link, id, {std::move(route).value(), tolerance_um}};
+  const std::lock_guard lock(mutex_);
+  std::vector<Outgoing> none;
+  Status acceptable = engine_.Check(set);
+  if (acceptable.ok() && Change(StampNow(), set, &none) != Reason::kNone) {
+    return Error{kNoChanges};
+  }
+  return acceptable;
+}
+
+Status Service::CancelGoal(LinkIndex link, uint8_t id) {
+  const std::lock_guard lock(mutex_);
+  const GoalEnded ended{link, id, false, {}};
+  std::vector<Outgoing> none;
+  Status acceptable = engine_.Check(ended);
+  if (acceptable.ok() && Change(StampNow(), ended, &none) != Reason::kNone) {
+    return Error{kNoChanges};
+  }
+  return acceptable;
+}
+
+Result<uint64_t> Service::Submit(const Event& event, std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  const Status acceptable = engine_.Check(event);
+  if (!acceptable.ok()) {
+    return Error{acceptable.error()};
+  }
+  const size_t before = out->size();
+  if (Change(StampNow(), event, out) != Reason::kNone) {
+    return Error{kNoChanges};
+  }
+  HoldBack(out, before);
+  return engine_.sequence();
+}
+
+Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
+  std::optional<SharedConfig> present;
+  {
+    const std::lock_guard lock(mutex_);
+    const Status acceptable = engine_.CheckEdit(edit);
+    if (!acceptable.ok()) {
+      return Error{acceptable.error()};
+    }
+    present = engine_.shared_config();
+  }
+  Event event = FieldEdited{edit};
+  const Status prepared = Engine::Prepare(*present, &event);
+  if (!prepared.ok()) {
+    return Error{prepared.error()};
+  }
+  const bool takes_all = edit.shape == field::FieldEdit::Shape::kAll;
+  const field::MapGeometry& map = (*present)->field.map;
+  const int64_t nodes = takes_all ? int64_t{map.columns()} * map.rows()
+                                  : std::get<FieldEdited>(event).raster->node_count;
+  if (nodes == 0) {
+    return Error{"the shape contains no node of the map"};
+  }
+  uint64_t id = 0;
+  std::vector<Outgoing> none;
+  {
+    const std::lock_guard lock(mutex_);
+    const Status acceptable = engine_.CheckEdit(edit);  // the configuration may have changed
+    if (!acceptable.ok()) {
+      return Error{acceptable.error()};
+    }
+    if (Change(StampNow(), event, &none) != Reason::kNone) {
+      return Error{kNoChanges};
+    }
+    id = engine_.sequence();
+  }
+  const Result<uint64_t> finished = Finish(id);
+  if (!finished.ok()) {
+    return Error{finished.error()};
+  }
+  return Applied{finished.value(), nodes};
+}
+
+// Continues the work in progress until the change that event `id` began is complete; 0: all of it.
+// Returns the sequence number of the last event.
+Result<uint64_t> Service::Finish(uint64_t id) {
+  // A large configuration alone fills the log's queue for a moment.
+  int patience = between_portions_ ? kBusyPortions : 0;
+  for (;;) {
+    std::vector<Outgoing> out;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto awaited = awaited_works_.find(id);
+      if (awaited != awaited_works_.end() && awaited->second) {
+        const Status outcome = *awaited->second;
+        awaited_works_.erase(awaited);
+        return outcome.ok() ? Result<uint64_t>(engine_.sequence()) : Error{outcome.error()};
+      }
+      if (id == 0 && !engine_.is_busy()) {
+        return engine_.sequence();
+      }
+      const Reason refused = Change(StampNow(), Advance{}, &out);
+      if (refused != Reason::kNone && (refused != Reason::kBusy || --patience < 0)) {
+        awaited_works_.erase(id);
+        return Error{
+            "the log stopped accepting changes during the edit; the rest follows when it accepts "
+            "them again"};
+      }
+      HoldBack(&out, 0);
+    }
+    if (between_portions_) {
+      between_portions_(out);
+    }
+  }
+}
+
+size_t Service::Observe(std::span<const PoseObserved> observations) {
+  const std::lock_guard lock(mutex_);
+  const Stamp stamp = StampNow();
+  std::vector<Outgoing> none;
+  size_t taken = 0;
+  for (const PoseObserved& it : observations) {
+    const bool known = engine_.SaidHello(it.link, it.id);
+    taken += known && Change(stamp, it, &none) == Reason::kNone ? 1u : 0u;
+  }
+  counters_.observations += taken;
+  counters_.observations_refused += observations.size() - taken;
+  return taken;
+}
+
+std::optional<LinkIndex> Service::FindLink(std::string_view name) const {
+  const std::lock_guard lock(mutex_);
+  const std::vector<LinkSettings>& links = engine_.config().links;
+  const auto found = std::find_if(links.begin(), links.end(),
+                                  [name](const LinkSettings& it) { return it.name == name; });
+  return found != links.end() ? std::optional(static_cast<LinkIndex>(found - links.begin()))
+                              : std::nullopt;
+}
+
+void Service::AdvanceIfDue(std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  const Stamp stamp = StampNow();
+  const std::optional<uint64_t> deadline = engine_.NextDeadline();
+  if (!deadline || std::max(*deadline, put_off_ms_) > stamp.field_time_ms) {
+    return;
+  }
+  const size_t before = out->size();
+  if (Change(stamp, Advance{}, out) != Reason::kNone) {
+    put_off_ms_ = stamp.field_time_ms + kPutOffMs;
+  }
+  HoldBack(out, before);
+}
+
+std::optional<uint64_t> Service::MillisecondsToDeadline() {
+  const std::lock_guard lock(mutex_);
+  const std::optional<uint64_t> deadline = engine_.NextDeadline();
+  awaited_ms_ = deadline ? std::max(*deadline, put_off_ms_) : UINT64_MAX;
+  if (!deadline) {
+    return std::nullopt;
+  }
+  const uint64_t now_ms = StampNow().field_time_ms;
+  return awaited_ms_ > now_ms ? awaited_ms_ - now_ms : 0;
+}
+
+// Holds back for Release what may not be sent yet. An answer that is sent at once shows that the
+// robot has abandoned its earlier request.
+void Service::HoldBack(std::vector<Outgoing>* out, size_t from) {
+  const uint64_t durable = log_->DurableSequence();
+  size_t end = from;
+  for (size_t i = from; i < out->size(); ++i) {
+    const Outgoing& it = (*out)[i];
+    if (it.durable_at > durable) {
+      if (it.message.opcode == protocol::kCommand) {
+        held_.HoldCommand(it);
+      } else {
+        Drop(held_.Hold(it));
+      }
+      continue;
+    }
+    if (held_.answers() != 0 && AnswersAChange(engine_, it.message)) {
+      Drop(held_.Drop(it.link, it.message.id));
+    }
+    if (end != i) {
+      (*out)[end] = it;
+    }
+    ++end;
+  }
+  out->resize(end);
+}
+
+void Service::Drop(const std::optional<HeldAnswers::Dropped>& dropped) {
+  if (dropped) {
+    TellObservers([&](Observer* observer) {
+      observer->OnDropped(dropped->answer.link, dropped->answer.message, dropped->repeated);
+    });
+  }
+}
+
+void Service::Release(std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  held_.Release(log_->DurableSequence(), out);
+}
+
+size_t Service::held_answers() const {
+  const std::lock_guard lock(mutex_);
+  return held_.answers();
+}
+
+void Service::Thaw::operator()(FrozenState* frozen) const {
+  {
+    const std::lock_guard lock(service->mutex_);
+    frozen->LetGo();
+  }
+  delete frozen;  // frees memory without the lock
+}
+
+bool Service::CopySome(FrozenState* frozen, std::string* to) {
+  if (frozen->CopyConfig(to)) {
+    return true;
+  }
+  const std::lock_guard lock(mutex_);
+  return frozen->CopySome(to);
+}
+
+ServiceCounters Service::counters() const {
+  const std::lock_guard lock(mutex_);
+  return counters_;
+}
+
+uint64_t Service::StateHash() const {
+  const std::lock_guard lock(mutex_);
+  return engine_.StateHash();
+}
+
+}  // namespace pheromone::engine

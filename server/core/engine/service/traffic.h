@@ -1,0 +1,75 @@
+// Traffic statistics of each robot, for operators: the numbers of requests and repetitions, and the
+// last pose. Not part of the state: nothing here is logged, and a restart resets it.
+//
+//   traffic.Count(link, message, now_ms, Traffic::Fate::kAnswered);
+//   const RobotTraffic* robot = traffic.Find(link, 7);
+//
+// Not thread-safe: the service keeps it behind its lock. Memory: 16 KiB for each link on which a
+// robot was heard, independent of the number of robots.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "protocol/messages.h"
+#include "server/core/engine/event.h"
+
+namespace pheromone::engine {
+
+struct RobotTraffic {
+  uint64_t requests = 0;  ///< messages from it, including those that are not answered
+  uint64_t repeats = 0;   ///< of them: the same change again, because the answer was lost
+  uint64_t refusals = 0;  ///< answered with ERROR
+  uint64_t last_ms = 0;   ///< field time of the last one
+  std::optional<protocol::WirePose> pose;  ///< the last one, in the robot's own frame and units
+};
+
+class Traffic {
+ public:
+  enum class Fate { kAnswered, kRepeated, kRefused, kIgnored };
+
+  Traffic() = default;
+  Traffic(const Traffic& other) : by_opcode_(other.by_opcode_) {
+    for (const auto& link : other.links_) {
+      links_.push_back(link != nullptr ? std::make_unique<Robots>(*link) : nullptr);
+    }
+  }
+  Traffic(Traffic&&) = default;
+  Traffic& operator=(const Traffic& other) { return *this = Traffic(other); }
+  Traffic& operator=(Traffic&&) = default;
+  ~Traffic() = default;
+
+  /// Counts a message from a client.
+  void Count(LinkIndex link, const protocol::Message& message, uint64_t now_ms, Fate fate);
+
+  /// Null if that robot was not heard.
+  const RobotTraffic* Find(LinkIndex link, uint8_t id) const;
+
+  /// Calls `visit(id, const RobotTraffic&)` for each robot of a link that was heard, by ID.
+  template <typename Visit>
+  void ForEachOf(LinkIndex link, Visit&& visit) const {
+    if (link >= links_.size() || links_[link] == nullptr) {
+      return;
+    }
+    for (size_t id = 0; id < links_[link]->size(); ++id) {
+      if (const RobotTraffic& robot = (*links_[link])[id]; robot.requests != 0) {
+        visit(static_cast<uint8_t>(id), robot);
+      }
+    }
+  }
+
+  /// Messages by opcode; those with the server's bit, which are echoes, under the same opcode.
+  const std::array<uint64_t, 128>& by_opcode() const { return by_opcode_; }
+
+ private:
+  using Robots = std::array<RobotTraffic, 256>;  // by ID
+
+  std::vector<std::unique_ptr<Robots>> links_;
+  std::array<uint64_t, 128> by_opcode_{};
+};
+
+}  // namespace pheromone::engine

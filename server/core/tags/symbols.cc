@@ -1,0 +1,222 @@
+#include "server/core/tags/symbols.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <limits>
+
+#include "server/base/hash.h"
+
+namespace pheromone::tags {
+namespace {
+
+constexpr std::array<std::string_view, 3> kRowKindNames = {"robot", "string", "mapping"};
+
+// The bytes of the UTF-8 sequence at the beginning of `text`; 0 if there is no well-formed one.
+size_t SequenceLength(std::string_view text) {
+  const auto byte = [&](size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
+  };
+  const auto continues = [&](size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
+  const unsigned first = byte(0);
+  if (first < 0x80) {
+    return 1;
+  }
+  if (first >= 0xC2 && first <= 0xDF) {
+    return continues(1) ? 2 : 0;
+  }
+  if (first >= 0xE0 && first <= 0xEF) {
+    const bool is_overlong = first == 0xE0 && byte(1) < 0xA0;
+    const bool is_surrogate = first == 0xED && byte(1) > 0x9F;
+    return continues(1) && continues(2) && !is_overlong && !is_surrogate ? 3 : 0;
+  }
+  if (first >= 0xF0 && first <= 0xF4) {
+    const bool is_overlong = first == 0xF0 && byte(1) < 0x90;
+    const bool is_too_large = first == 0xF4 && byte(1) > 0x8F;
+    return continues(1) && continues(2) && continues(3) && !is_overlong && !is_too_large ? 4 : 0;
+  }
+  return 0;
+}
+
+bool IsText(std::string_view text) {
+  return !text.empty() && text.size() <= SymbolTables::kMaxTextBytes && IsPlainUtf8(text);
+}
+
+uint64_t HashOf(size_t index, const Row& row) {
+  return Hash64({'S', index, static_cast<uint64_t>(row.kind), static_cast<uint32_t>(row.robot),
+                 static_cast<uint32_t>(row.number), HashText(row.text)});
+}
+
+}  // namespace
+
+std::string_view NameOf(RowKind kind) {
+  const size_t at = static_cast<size_t>(kind) - 1;
+  assert(at < kRowKindNames.size());
+  return kRowKindNames[at];
+}
+
+std::optional<RowKind> RowKindNamed(std::string_view name) {
+  const auto* const found = std::find(kRowKindNames.begin(), kRowKindNames.end(), name);
+  return found != kRowKindNames.end()
+             ? std::optional(static_cast<RowKind>(found - kRowKindNames.begin() + 1))
+             : std::nullopt;
+}
+
+bool IsPlainUtf8(std::string_view text) {
+  while (!text.empty()) {
+    const size_t length = SequenceLength(text);
+    const auto first = static_cast<unsigned char>(text.front());
+    if (length == 0 || first < 0x20 || first == 0x7F) {
+      return false;
+    }
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+// Whether the table has exactly this row.
+bool SymbolTables::Has(const Row& row) const {
+  switch (row.kind) {
+    case RowKind::kRobot: {
+      const auto found = ids_.find(row.robot);
+      return found != ids_.end() && found->second == row.text;
+    }
+    case RowKind::kString: {
+      const auto found = strings_.find({row.robot, row.number});
+      return found != strings_.end() && found->second == row.text;
+    }
+    case RowKind::kMapping: {
+      const auto found = owners_.find(row.robot);
+      return found != owners_.end() && found->second == row.number;
+    }
+  }
+  return false;
+}
+
+DefineOutcome SymbolTables::CheckRobot(const Row& row) const {
+  if (row.robot < 1 || row.number != row.robot || !IsText(row.text)) {
+    return DefineOutcome::kBadValue;
+  }
+  return HasRobot(row.robot) || RobotOf(row.text) ? DefineOutcome::kTaken : DefineOutcome::kDone;
+}
+
+DefineOutcome SymbolTables::CheckString(const Row& row) const {
+  if (row.number < 1 || !IsText(row.text)) {
+    return DefineOutcome::kBadValue;
+  }
+  if (!HasRobot(row.robot)) {
+    return DefineOutcome::kUnknownRobot;
+  }
+  const bool is_bound = strings_.count({row.robot, row.number}) > 0;
+  return is_bound || IsMapped(row.robot) ? DefineOutcome::kTaken : DefineOutcome::kDone;
+}
+
+DefineOutcome SymbolTables::CheckMapping(const Row& row) const {
+  if (row.robot == row.number || !row.text.empty()) {
+    return DefineOutcome::kBadValue;
+  }
+  if (!HasRobot(row.robot) || !HasRobot(row.number)) {
+    return DefineOutcome::kUnknownRobot;
+  }
+  const auto own = strings_.lower_bound({row.robot, std::numeric_limits<int32_t>::min()});
+  const bool has_strings = own != strings_.end() && own->first.first == row.robot;
+  return has_strings || IsMapped(row.robot) ? DefineOutcome::kTaken : DefineOutcome::kDone;
+}
+
+DefineOutcome SymbolTables::TryDefine(const Row& row) const {
+  if (Has(row)) {
+    return DefineOutcome::kDone;
+  }
+  const DefineOutcome outcome = row.kind == RowKind::kRobot    ? CheckRobot(row)
+                                : row.kind == RowKind::kString ? CheckString(row)
+                                                               : CheckMapping(row);
+  if (outcome != DefineOutcome::kDone) {
+    return outcome;
+  }
+  const auto of_robot = rows_of_robot_.find(row.robot);
+  const bool is_full = rows_.size() >= kMaxRows ||
+                       (of_robot != rows_of_robot_.end() && of_robot->second >= kMaxRowsOfRobot);
+  return is_full ? DefineOutcome::kFull : DefineOutcome::kDone;
+}
+
+DefineOutcome SymbolTables::Define(const Row& row) {
+  const DefineOutcome outcome = TryDefine(row);
+  if (outcome == DefineOutcome::kDone && !Has(row)) {
+    Append(row);
+  }
+  return outcome;
+}
+
+void SymbolTables::Append(const Row& row) {
+  ++rows_of_robot_[row.robot];
+  switch (row.kind) {
+    case RowKind::kRobot:
+      ids_.emplace(row.robot, row.text);
+      robots_.emplace(row.text, row.robot);
+      break;
+    case RowKind::kString:
+      strings_.emplace(std::pair(row.robot, row.number), row.text);
+      numbers_.emplace(std::pair(row.robot, row.text), row.number);
+      break;
+    case RowKind::kMapping:
+      owners_.emplace(row.robot, row.number);
+      break;
+  }
+  hash_ += HashOf(rows_.size(), row);
+  encoded_bytes_ += 1 + 4 + 4 + 4 + row.text.size();
+  rows_.push_back(row);
+}
+
+DefineOutcome SymbolTables::AddRobot(std::string_view unique_id, int32_t* robot) {
+  if (const std::optional<int32_t> known = RobotOf(unique_id)) {
+    *robot = *known;
+    return DefineOutcome::kDone;
+  }
+  int32_t free = 1;
+  for (auto it = ids_.begin(); it != ids_.end() && it->first == free; ++it) {
+    ++free;
+  }
+  *robot = free;
+  return DefineRobot(free, unique_id);
+}
+
+const std::string* SymbolTables::UniqueIdOf(int32_t robot) const {
+  const auto found = ids_.find(robot);
+  return found != ids_.end() ? &found->second : nullptr;
+}
+
+std::optional<int32_t> SymbolTables::RobotOf(std::string_view unique_id) const {
+  const auto found = robots_.find(unique_id);
+  return found != robots_.end() ? std::optional(found->second) : std::nullopt;
+}
+
+int32_t SymbolTables::OwnerOf(int32_t robot) const {
+  const auto found = owners_.find(robot);
+  return found != owners_.end() ? found->second : robot;
+}
+
+const std::string* SymbolTables::StringOf(int32_t robot, int32_t number) const {
+  const auto found = strings_.find({OwnerOf(robot), number});
+  return found != strings_.end() ? &found->second : nullptr;
+}
+
+std::optional<int32_t> SymbolTables::NumberOf(int32_t robot, std::string_view text) const {
+  const auto found = numbers_.find({OwnerOf(robot), std::string(text)});
+  return found != numbers_.end() ? std::optional(found->second) : std::nullopt;
+}
+
+int32_t SymbolTables::FreeNumberOf(int32_t owner) const {
+  int32_t free = 1;
+  for (auto it = strings_.lower_bound({owner, 1});
+       it != strings_.end() && it->first == std::pair(owner, free); ++it) {
+    ++free;
+  }
+  return free;
+}
+
+bool SymbolTables::Restore(const Row& row) {
+  const size_t before = rows_.size();
+  return Define(row) == DefineOutcome::kDone && rows_.size() == before + 1;
+}
+
+}  // namespace pheromone::tags

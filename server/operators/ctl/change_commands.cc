@@ -1,0 +1,195 @@
+#include "server/operators/ctl/change_commands.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <utility>
+
+#include <boost/json/serialize.hpp>
+
+#include "server/operators/ctl/json_read.h"
+
+namespace pheromone::ctl {
+namespace {
+
+namespace json = boost::json;
+
+// The command is repeated for about this long (RobotsPart::kCommandTransmissions), with a
+// margin.
+constexpr std::chrono::seconds kAckPatience{20};
+constexpr useconds_t kBetweenLooksUs = 100'000;
+
+// A pheromone's number, or its name.
+json::value PheromoneOf(const std::string& text) {
+  const bool number = !text.empty() && text.size() <= 2 &&
+                      text.find_first_not_of("0123456789") == std::string::npos;
+  return number ? json::value(std::stoi(text)) : json::value(text);
+}
+
+void AddShape(const Shape& shape, json::object* body) {
+  if (shape.all) {
+    (*body)["all"] = true;
+  }
+  if (!shape.area_m.empty()) {
+    (*body)["area_m"] = json::array(shape.area_m.begin(), shape.area_m.end());
+  }
+  if (!shape.points_m.empty()) {
+    json::array points;
+    for (size_t i = 0; i + 1 < shape.points_m.size(); i += 2) {
+      points.push_back(json::array{shape.points_m[i], shape.points_m[i + 1]});
+    }
+    (*body)["points_m"] = std::move(points);
+  }
+  if (shape.radius_m) {
+    (*body)["radius_m"] = *shape.radius_m;
+  }
+}
+
+// Sends the request; prints the answer, or `words`.
+int Change(const ServerOptions& options, const std::string& what, const json::object& body,
+           const std::string& words) {
+  const Reply reply = Call(options, "POST", "/api/v1/" + what, json::serialize(body));
+  if (reply.exit_status == 0) {
+    fmt::print("{}", options.json ? reply.body : words.empty() ? "" : words + '\n');
+  }
+  return reply.exit_status;
+}
+
+// The same for a change of the map: prints the number of nodes changed, so that a misplaced decimal
+// point is noticed.
+int ChangeMap(const ServerOptions& options, const std::string& what, const json::object& body,
+              const std::string& words) {
+  const JsonReply reply = CallJson(options, "POST", "/api/v1/" + what, json::serialize(body));
+  if (reply.exit_status != 0) {
+    return reply.exit_status;
+  }
+  if (options.json) {
+    fmt::print("{}", reply.text);
+    return 0;
+  }
+  const uint64_t nodes = CountAt(reply.value, "nodes");
+  fmt::print("{}: {} node{}{}\n", words, nodes, nodes == 1 ? "" : "s",
+             FlagAt(reply.value, "partly_off_the_map") ? "; part of the shape is off the map" : "");
+  return 0;
+}
+
+// The robot's entry, null if there is none.
+json::value FindClient(const json::value& clients, const RobotCommand& command) {
+  for (const json::value& client : ItemsAt(clients, "clients")) {
+    if (TextAt(client, "link") == command.link &&
+        CountAt(client, "id") == static_cast<uint64_t>(command.id)) {
+      return client;
+    }
+  }
+  return nullptr;
+}
+
+// Waits for the robot's acknowledgement of its last command.
+int AwaitOutcome(const ServerOptions& options, const RobotCommand& command) {
+  const auto deadline = std::chrono::steady_clock::now() + kAckPatience;
+  for (;;) {
+    const JsonReply reply = CallJson(options, "GET", "/api/v1/clients");
+    if (reply.exit_status != 0) {
+      return reply.exit_status;
+    }
+    const json::value client = FindClient(reply.value, command);
+    const json::value& last = At(client, "last_command");
+    const std::string outcome = TextAt(last, "outcome");
+    if (outcome != "pending" || std::chrono::steady_clock::now() > deadline) {
+      const std::string reason = TextAt(last, "reason");
+      if (options.json) {
+        fmt::print("{}\n", json::serialize(last));
+      } else {
+        fmt::print("{}: {}{}\n", command.name, outcome.empty() ? "unknown" : outcome,
+                   reason.empty() ? "" : " (" + reason + ")");
+      }
+      return outcome == "accepted" ? 0 : kFailed;
+    }
+    usleep(kBetweenLooksUs);
+  }
+}
+
+}  // namespace
+
+int Deposit(const ServerOptions& options, const std::string& pheromone, double x_m, double y_m,
+            int quanta) {
+  return Change(
+      options, "deposit",
+      {{"pheromone", PheromoneOf(pheromone)}, {"x_m", x_m}, {"y_m", y_m}, {"quanta", quanta}},
+      fmt::format("{} of \"{}\" at ({}, {}) m",
+                  quanta == 1 ? "a quantum" : fmt::format("{} quanta", quanta), pheromone, x_m,
+                  y_m));
+}
+
+int Erase(const ServerOptions& options, const std::string& pheromone, const Shape& shape) {
+  json::object body{{"pheromone", PheromoneOf(pheromone)}};
+  AddShape(shape, &body);
+  return ChangeMap(options, "erase", body, fmt::format("erased \"{}\"", pheromone));
+}
+
+int Paint(const ServerOptions& options, const std::string& pheromone, const Shape& shape,
+          std::optional<double> units, bool add) {
+  json::object body{{"pheromone", PheromoneOf(pheromone)}, {"add", add}};
+  AddShape(shape, &body);
+  if (units) {
+    body["units"] = *units;
+  }
+  return ChangeMap(options, "paint", body, fmt::format("painted \"{}\"", pheromone));
+}
+
+int GiveCommand(const ServerOptions& options, const RobotCommand& command) {
+  ServerOptions quiet = options;
+  quiet.json = false;
+  const int status =
+      Change(command.wait ? quiet : options, "command",
+             {{"link", command.link},
+              {"id", command.id},
+              {"command", command.name},
+              {"arguments", json::array(command.arguments.begin(), command.arguments.end())}},
+             command.wait ? "" : command.name + ": sent");
+  return status == 0 && command.wait ? AwaitOutcome(options, command) : status;
+}
+
+int GoTo(const ServerOptions& options, const RobotGoal& goal) {
+  json::object body{{"link", goal.link}, {"id", goal.id}};
+  const std::string robot = fmt::format("robot {} on link {}", goal.id, goal.link);
+  if (goal.cancel) {
+    body["cancel"] = true;
+    return Change(options, "goto", body, robot + ": goal cancelled");
+  }
+  body["x_m"] = *goal.x_m;
+  body["y_m"] = *goal.y_m;
+  if (goal.tolerance_m) {
+    body["tolerance_m"] = *goal.tolerance_m;
+  }
+  return Change(options, "goto", body,
+                fmt::format("{}: goal ({}, {}) m", robot, *goal.x_m, *goal.y_m));
+}
+
+int HaltAll(const ServerOptions& options) {
+  return Change(options, "halt", {}, "halt sent to all robots on all links");
+}
+
+int ReloadConfig(const ServerOptions& options) {
+  const JsonReply reply = CallJson(options, "POST", "/api/v1/reload", "{}");
+  if (reply.exit_status != 0 || options.json) {
+    fmt::print("{}", reply.exit_status == 0 ? reply.text : "");
+    return reply.exit_status;
+  }
+  fmt::print("configuration reread\n");
+  for (const json::value& note : ItemsAt(reply.value, "notes")) {
+    fmt::print("  {}\n", TextOf(note));
+  }
+  return 0;
+}
+
+int MakeSnapshot(const ServerOptions& options) {
+  const JsonReply reply = CallJson(options, "POST", "/api/v1/snapshot", "{}");
+  if (reply.exit_status == 0) {
+    fmt::print("{}", options.json ? reply.text : TextAt(reply.value, "snapshot") + '\n');
+  }
+  return reply.exit_status;
+}
+
+}  // namespace pheromone::ctl

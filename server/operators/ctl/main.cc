@@ -1,0 +1,87 @@
+// pheromonectl: the operator's command line. Most commands send requests to a running server over
+// its Unix socket; `map`, `journal`, `net` and `config check` do not need a server.
+//
+// Exit status: 0 success; 1 the server, a robot, a file or standard output refused; 2 an error in
+// the command line or a configuration; 3 no server; 4 a damaged journal.
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "server/base/program.h"
+#include "server/operators/ctl/command_line.h"
+
+namespace pheromone::ctl {
+namespace {
+
+// The name of a systemd instance: the part of pheromoned@lab2 after the @.
+std::string CheckInstance(const std::string& name) {
+  return name.empty() || name.front() == '.' || name.find('/') != std::string::npos
+             ? "found \"" + name + "\", expected the name of a service, such as lab2"
+             : "";
+}
+
+// CLI11's error message with the program's name before it; also reports unknown commands.
+std::string Explain(const CLI::App* app, const CLI::Error& error) {
+  std::string what = error.what();
+  const CLI::App* last = app;
+  std::string words;
+  while (!last->get_subcommands().empty()) {
+    last = last->get_subcommands().front();
+    words += last->get_name() + ' ';
+  }
+  const std::vector<std::string> unknown = app->remaining(true);
+  const auto known = last->get_subcommands([](const CLI::App*) { return true; });
+  if (!unknown.empty() && !known.empty() && unknown.front().front() != '-') {
+    what = "unknown command \"" + words + unknown.front() + "\", expected one of ";
+    for (const CLI::App* it : known) {
+      what += (it == known.front() ? "" : ", ") + it->get_name();
+    }
+  }
+  return "pheromonectl: " + what + "\nTry pheromonectl " + words + "--help\n";
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app("Operate a pheromone server.", "pheromonectl");
+  app.set_version_flag("--version", "pheromonectl " PHEROMONE_VERSION);
+  app.require_subcommand(1);
+  app.failure_message(Explain);
+  app.fallthrough();  // --socket and --json may follow a command
+  int status = 0;
+  ServerOptions options;
+  CLI::Option* socket =
+      app.add_option("--socket", options.socket,
+                     "The server's Unix socket (default: $PHEROMONE_SOCKET, ./pheromoned.sock "
+                     "or /run/pheromone/pheromoned/pheromoned.sock)");
+  socket->type_name("PATH");
+  app.add_option_function<std::string>(
+         "--instance", [&](const std::string& name) { options.socket = SocketOf(name); },
+         "Connect to the service configured by /etc/pheromone/NAME.toml, at "
+         "/run/pheromone/NAME/pheromoned.sock")
+      ->check(CLI::Validator(CheckInstance, ""))
+      ->excludes(socket)
+      ->type_name("NAME");
+  app.add_flag("--json", options.json, "Print the server's answer as JSON");
+  AddShowCommands(&app, &options, &status);
+  AddChangeCommands(&app, &options, &status);
+  AddTagCommands(&app, &options, &status);
+  AddCaptureCommands(&app, &options, &status);
+  AddMapCommands(&app, &status);
+  AddJournalCommands(&app, &status);
+  AddNetCommands(&app, &options, &status);
+  AddReplayCommands(&app, &status);
+  AddExportCommands(&app, &status);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsage;
+  }
+  return status;
+}
+
+}  // namespace
+}  // namespace pheromone::ctl
+
+int main(int argc, char** argv) {
+  return pheromone::RunProgram("pheromonectl", [&] { return pheromone::ctl::Main(argc, argv); });
+}

@@ -1,0 +1,22 @@
+// Recordings for viewers: replays captures in an engine and writes what a viewer of the running
+// server would have been shown, as an MCAP file. The channels are those of the stream
+// (server/operators/web/stream/) that follow from the engine's state.
+//
+//   int status = ExportMcap({"lab.pcapng"}, {.out = "lab.mcap"});
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace pheromone::ctl {
+
+struct McapOptions {
+  std::string out;
+  double grid_hz = 2;  ///< pictures of each pheromone in a second, of those that changed
+};
+
+/// Prints what was written; returns the exit status. A capture that cannot be replayed to its end
+/// is exported up to there, and reported as a failure.
+int ExportMcap(const std::vector<std::string>& captures, const McapOptions& options);
+
+}  // namespace pheromone::ctl

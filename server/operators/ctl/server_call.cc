@@ -1,0 +1,173 @@
+#include "server/operators/ctl/server_call.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+
+namespace pheromone::ctl {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+namespace json = boost::json;
+using Local = asio::local::stream_protocol;
+
+constexpr std::chrono::seconds kPatience{30};
+constexpr size_t kMaxBytes = size_t{256} << 20;
+constexpr int kBadRequest = 400;
+
+struct Exchange {
+  beast::error_code connecting;
+  beast::error_code talking;
+  int status = 0;
+  std::string body;
+};
+
+asio::awaitable<void> Talk(const std::string& socket, http::request<http::string_body> request,
+                           Exchange* exchange) {
+  const auto into = [](beast::error_code* error) {
+    return asio::redirect_error(asio::use_awaitable, *error);
+  };
+  beast::basic_stream<Local> stream(co_await asio::this_coro::executor);
+  stream.expires_after(kPatience);
+  co_await stream.async_connect(Local::endpoint(socket), into(&exchange->connecting));
+  if (exchange->connecting) {
+    co_return;
+  }
+  co_await http::async_write(stream, request, into(&exchange->talking));
+  // A server that refuses early may have answered although not everything could be sent.
+  beast::error_code reading;
+  beast::flat_buffer buffer;
+  http::response_parser<http::string_body> parser;
+  parser.body_limit(kMaxBytes);
+  co_await http::async_read(stream, buffer, parser, into(&reading));
+  if (reading) {
+    exchange->talking = exchange->talking ? exchange->talking : reading;
+    co_return;
+  }
+  exchange->talking = {};
+  exchange->status = static_cast<int>(parser.get().result_int());
+  exchange->body = std::move(parser.get().body());
+}
+
+std::string Advice(const std::string& socket, const beast::error_code& error) {
+  const std::string what = fmt::format("no server at {}: {}", socket, error.message());
+  if (error == asio::error::access_denied) {
+    return what +
+           "; its socket is for the user and group that it runs as: join the group, or use "
+           "sudo";
+  }
+  return what + "; start pheromoned, or specify a running server with --instance or --socket";
+}
+
+// The text of a refusal, in one line.
+std::string WordsOf(const Exchange& exchange) {
+  beast::error_code error;
+  const json::value body = json::parse(exchange.body, error);
+  const json::object* object = error ? nullptr : body.if_object();
+  const json::value* inner = object != nullptr ? object->if_contains("error") : nullptr;
+  if (inner == nullptr || !inner->is_object()) {
+    return fmt::format("the server answered with status {}", exchange.status);
+  }
+  const auto text = [&](std::string_view key) {
+    const json::value* value = inner->get_object().if_contains(key);
+    return value != nullptr && value->is_string() ? std::string(value->get_string())
+                                                  : std::string();
+  };
+  std::string words = text("where");
+  words += (words.empty() ? "" : ": ") + text("what");
+  const std::string expected = text("expected");
+  return words + (expected.empty() ? "" : ", expected " + expected);
+}
+
+}  // namespace
+
+int Fail(int exit_status, const std::string& words) {
+  std::cerr << "pheromonectl: " << words << '\n';
+  return exit_status;
+}
+
+std::string DefaultSocket() {
+  if (const char* named = std::getenv("PHEROMONE_SOCKET"); named != nullptr && *named != '\0') {
+    return named;
+  }
+  std::error_code ignored;
+  return std::filesystem::is_socket("pheromoned.sock", ignored) ? "pheromoned.sock"
+                                                                : SocketOf("pheromoned");
+}
+
+std::string SocketOf(const std::string& instance) {
+  return "/run/pheromone/" + instance + "/pheromoned.sock";
+}
+
+Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
+           const std::string& body) {
+  const std::string socket = options.socket.empty() ? DefaultSocket() : options.socket;
+  if (socket.size() > 107) {
+    return {Fail(kUsage, socket + ": too long for a Unix socket"), ""};
+  }
+  http::request<http::string_body> request;
+  request.method_string({method.data(), method.size()});
+  request.target(target);
+  request.set(http::field::host, "localhost");
+  request.set(http::field::user_agent, "pheromonectl/" PHEROMONE_VERSION);
+  if (method == "POST") {
+    request.set(http::field::content_type, "application/json");
+  }
+  request.body() = body;
+  request.keep_alive(false);
+  request.prepare_payload();
+
+  Exchange exchange;
+  asio::io_context io;
+  asio::co_spawn(io, Talk(socket, std::move(request), &exchange), asio::detached);
+  io.run();
+  if (exchange.connecting) {
+    return {Fail(kNoServer, Advice(socket, exchange.connecting)), ""};
+  }
+  if (exchange.talking) {
+    return {Fail(kNoServer, fmt::format("the server at {} does not answer: {}", socket,
+                                        exchange.talking.message())),
+            ""};
+  }
+  if (exchange.status != 200) {
+    const int exit_status = exchange.status == kBadRequest ? kUsage : kFailed;
+    return {Fail(exit_status, WordsOf(exchange)), ""};
+  }
+  return {0, std::move(exchange.body)};
+}
+
+JsonReply CallJson(const ServerOptions& options, std::string_view method, const std::string& target,
+                   const std::string& body) {
+  Reply reply = Call(options, method, target, body);
+  JsonReply answer{reply.exit_status, nullptr, std::move(reply.body)};
+  if (answer.exit_status == 0) {
+    beast::error_code error;
+    answer.value = json::parse(answer.text, error);
+    if (error) {
+      answer.exit_status = Fail(kFailed, "the server's answer is not JSON: " + error.message());
+    }
+  }
+  return answer;
+}
+
+}  // namespace pheromone::ctl

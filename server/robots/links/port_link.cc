@@ -1,0 +1,320 @@
+#include "server/robots/links/port_link.h"
+
+#include <optional>
+#include <utility>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include "server/robots/links/keep_running.h"
+#include "server/robots/links/port_calls.h"
+#include "server/robots/links/session.h"
+
+namespace pheromone::links {
+namespace {
+
+namespace asio = boost::asio;
+
+// How often the driver's counters are read and silence is checked.
+constexpr std::chrono::milliseconds kBetweenLooks{500};
+
+using Timer = asio::basic_waitable_timer<Clock>;
+
+class PortLink final : public Link {
+ public:
+  /// `options.port` is set here. `silence`: a longer time without received bytes is reported; 0:
+  /// never.
+  PortLink(asio::io_context& io, std::unique_ptr<Port> port, std::string address,
+           const ConversationOptions& options, std::chrono::seconds silence,
+           const BackoffOptions& backoff, LinkContext context)
+      : Link(std::move(context)),
+        strand_(asio::make_strand(io)),
+        port_(std::move(port), aside()),
+        address_(std::move(address)),
+        options_(WithPort(options, &port_)),
+        silence_(silence),
+        backoff_(backoff),
+        longest_wait_(backoff.longest),
+        retry_(strand_),
+        look_(strand_) {}
+
+  Status Start() override {
+    opened_ = OpenAtFirst();
+    Report(opened_);
+    Status status = opened_.ok() ? Ok() : Status(Error{opened_.error()});
+    KeepRunning(
+        strand_, [this] { return Run(); },
+        [this](const Error& error) { ReportError(error, "the link continues"); });
+    return status;
+  }
+
+  void Stop() override {
+    asio::post(strand_, [this] {
+      stopping_ = true;
+      retry_.cancel();
+      look_.cancel();
+      if (session_) {
+        session_->Close();
+      }
+    });
+  }
+
+  void Send(std::vector<engine::Outgoing> messages) override {
+    asio::post(strand_, [this, messages = std::move(messages)] {
+      for (const engine::Outgoing& outgoing : messages) {
+        if (!session_) {
+          CountUndeliverable(outgoing.message);
+        } else if (options_.channel.half_duplex || !IsTooLate(outgoing)) {
+          session_->Send(outgoing);
+        }
+      }
+    });
+  }
+
+  std::string address() const override { return address_; }
+
+ private:
+  Result<Descriptor> OpenAtFirst() {
+    try {
+      return port_.port().Open();
+    } catch (...) {
+      return InternalError(std::current_exception());
+    }
+  }
+
+  void Report(const Result<Descriptor>& opened) {
+    if (opened.ok()) {
+      record()->Count([](LinkCounters& counters) { ++counters.opened; });
+      ReportUp(port_.port().Describe());
+    } else {
+      ReportFailure(opened.error());
+    }
+  }
+
+  asio::awaitable<void> ClosePort() {
+    co_await port_.Make([](Port& port) { port.Close(); });
+  }
+
+  // After any exception, the link continues with a closed port.
+  asio::awaitable<void> Run() {
+    while (!stopping_) {
+      std::optional<Error> failure;
+      try {
+        co_await ConverseAndOpenAgain();
+      } catch (...) {
+        failure = InternalError(std::current_exception());
+      }
+      if (failure) {
+        look_.cancel();
+        session_.reset();
+        ReportDown(failure->message);
+        opened_ = *failure;
+        co_await CloseAfterFailure();
+      }
+    }
+    opened_ = Error{"stopped"};
+    co_await CloseAfterFailure();
+    record()->SetDown("stopped");
+  }
+
+  asio::awaitable<void> CloseAfterFailure() {
+    try {
+      co_await ClosePort();
+    } catch (...) {
+      ReportError(InternalError(std::current_exception()), "the port may still be open");
+    }
+  }
+
+  asio::awaitable<void> ConverseAndOpenAgain() {
+    if (opened_.ok()) {
+      Descriptor descriptor = std::move(opened_).value();
+      opened_ = Error{"closed"};
+      co_await Converse(std::move(descriptor));
+    }
+    if (stopping_) {
+      co_return;
+    }
+    boost::system::error_code ignored;
+    retry_.expires_after(backoff_.Next());
+    record()->SetNextAttempt(retry_.expiry());
+    co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+    if (stopping_) {
+      co_return;
+    }
+    opened_ = co_await port_.Make([](Port& port) { return port.Open(); });
+    if (!stopping_) {
+      Report(opened_);
+    }
+  }
+
+  asio::awaitable<void> Converse(Descriptor descriptor) {
+    const auto begin = Clock::now();
+    const uint32_t frames = record()->counters().received.frames;
+    session_.emplace(
+        strand_, options_,
+        [this](Session* from, auto batch, auto* answers) {
+          const engine::Asker asker = from->asker();
+          Handle(batch, {&asker, 1}, answers);
+        },
+        record(), NextLine());
+    silent_ = false;
+    line_errors_ = {};
+    Look();
+    const std::string why = co_await session_->Run(std::move(descriptor));
+    session_.reset();
+    look_.cancel();
+    co_await CountLineErrors();
+    if (!stopping_) {
+      ReportDown(why);
+    }
+    // A port that fails right after opening is treated like one that does not open; after a port
+    // that has received a message, the delay is reset.
+    if (Clock::now() - begin > longest_wait_ || record()->counters().received.frames != frames) {
+      backoff_.Reset();
+    }
+    co_await ClosePort();
+  }
+
+  // Called periodically while the port is open.
+  void Look() {
+    look_.expires_after(kBetweenLooks);
+    look_.async_wait([this](const boost::system::error_code& error) {
+      if (!error && session_ && !stopping_) {
+        LookForSilence(Clock::now());
+        asio::co_spawn(strand_, LookAtTheDriver(),
+                       [this](const std::exception_ptr& failure) { EndOnException(failure); });
+      }
+    });
+  }
+
+  void EndOnException(const std::exception_ptr& thrown) {
+    if (thrown) {
+      ReportError(InternalError(thrown), "the port is reopened");
+      if (session_) {
+        session_->Close();
+      }
+    }
+  }
+
+  // The port's calls keep their order: it is closed after the last of these has returned.
+  asio::awaitable<void> LookAtTheDriver() {
+    co_await CountLineErrors();
+    if (session_ && !stopping_) {
+      Look();
+    }
+  }
+
+  asio::awaitable<void> CountLineErrors() {
+    const std::optional<LineErrors> now =
+        co_await port_.Make([](Port& port) { return port.errors(); });
+    if (now && *now != line_errors_) {
+      const LineErrors more = *now - line_errors_;
+      line_errors_ = *now;
+      record()->Count([&more](LinkCounters& counters) { counters.line += more; });
+    }
+  }
+
+  // A modem without power looks like an idle line. Reported once.
+  void LookForSilence(Clock::time_point now) {
+    if (silence_ == std::chrono::seconds::zero()) {
+      return;
+    }
+    const bool silent = now - session_->last_read() > silence_;
+    if (silent && !silent_) {
+      ReportSilence(silence_);
+    } else if (!silent && silent_) {
+      ReportHeardAgain();
+    }
+    silent_ = silent;
+  }
+
+  static ConversationOptions WithPort(ConversationOptions options, PortCalls* port) {
+    options.port = port;
+    return options;
+  }
+
+  const asio::strand<asio::io_context::executor_type> strand_;
+  PortCalls port_;
+  Result<Descriptor> opened_ = Error{"not opened yet"};
+  const std::string address_;
+  const ConversationOptions options_;
+  const std::chrono::seconds silence_;
+  Backoff backoff_;
+  const Clock::duration longest_wait_;
+  Timer retry_;
+  Timer look_;
+  LineErrors line_errors_;  // as counted so far, since the port was opened
+  bool silent_ = false;
+  std::optional<Session> session_;  // while the port is open
+  bool stopping_ = false;
+};
+
+void ShareMedium(const MediumOptions& medium, radio::ChannelOptions* channel) {
+  using std::chrono::milliseconds;
+  channel->half_duplex = true;
+  channel->timing.byte = radio::ByteTime(medium.baud);
+  channel->timing.turnaround = milliseconds(medium.turnaround_ms);
+  channel->timing.adapter = milliseconds(medium.adapter_latency_ms);
+  channel->timing.processing = milliseconds(medium.server_delay_ms);
+  channel->response_window = milliseconds(medium.response_window_ms);
+  channel->slot = milliseconds(medium.slot_ms);
+  channel->quiet_start = medium.quiet_start;
+}
+
+}  // namespace
+
+std::unique_ptr<Link> MakePortLink(asio::io_context& io, std::unique_ptr<Port> port,
+                                   const PortLinkOptions& options, LinkContext context) {
+  using std::chrono::milliseconds;
+  ConversationOptions session;
+  session.channel.gap_timeout_ms = options.gap_timeout_ms;
+  radio::Timing& timing = session.channel.timing;
+  timing.byte = radio::ByteTime(options.medium.baud);
+  if (options.lines.ptt != Keying::kNone) {  // by us, or by the driver
+    timing.keyed = true;
+    timing.lead = milliseconds(options.lines.ptt_lead_ms);
+    timing.tail = milliseconds(options.lines.ptt_tail_ms);
+  }
+  if (options.medium_access) {
+    ShareMedium(options.medium, &session.channel);
+  }
+  return std::make_unique<PortLink>(io, std::move(port), options.address, session, options.silence,
+                                    options.backoff, std::move(context));
+}
+
+std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const PtyOptions& options,
+                                  LinkContext context) {
+  PortLinkOptions link;
+  link.address = options.path;
+  link.gap_timeout_ms = options.gap_timeout_ms;
+  link.medium_access = options.medium.has_value();
+  link.medium = options.medium.value_or(MediumOptions{});
+  link.backoff = options.backoff;
+  return MakePortLink(io, MakePtyPort(options.path), link, std::move(context));
+}
+
+std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& options,
+                                     LinkContext context) {
+  SerialPortOptions port;
+  port.name = options.usb ? "USB " + ToText(*options.usb) : options.path;
+  port.baud = options.medium.baud;
+  port.lines = options.lines;
+  port.find_path = [options]() -> Result<std::string> {
+    return options.usb ? ChooseUsbPort(*options.usb, options.list_usb_ports())
+                       : Result<std::string>(options.path);
+  };
+  PortLinkOptions link;
+  link.address = port.name;
+  link.gap_timeout_ms = options.gap_timeout_ms;
+  link.medium_access = options.medium_access;
+  link.medium = options.medium;
+  link.lines = options.lines;
+  link.silence = options.silence;
+  link.backoff = options.backoff;
+  return MakePortLink(io, MakeSerialPort(std::move(port)), link, std::move(context));
+}
+
+}  // namespace pheromone::links

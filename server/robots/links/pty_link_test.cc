@@ -1,0 +1,275 @@
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <termios.h>
+
+#include <fstream>
+
+#include "server/robots/links/port_link.h"
+#include "server/robots/links/testing/link_bench.h"
+
+namespace pheromone::links {
+namespace {
+
+using engine::testing::Deposit;
+using engine::testing::Hello;
+using engine::testing::Sense;
+using std::chrono::milliseconds;
+using testing::Eventually;
+using testing::IsEcho;
+using testing::Peer;
+using testing::PingOf;
+using testing::Wire;
+
+std::string TargetOf(const std::string& path) {
+  char target[256];
+  const ssize_t size = readlink(path.c_str(), target, sizeof target);
+  return size < 0 ? "" : std::string(target, static_cast<size_t>(size));
+}
+
+class PtyLinkTest : public ::testing::Test {
+ protected:
+  Status Start() {
+    PtyOptions options;
+    options.path = path_;
+    options.backoff = {milliseconds(5), milliseconds(20), 1};
+    return server_.Start(MakePtyLink(server_.io(), options, server_.Context(0)));
+  }
+
+  TemporaryFolder folder_;
+  std::string path_ = folder_ / "radio-a.pty";
+  testing::Server server_;
+};
+
+TEST_F(PtyLinkTest, APingIsAnsweredThroughARealPty) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  ASSERT_TRUE(robot.connected());
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 42)), 3, 42));
+  const LinkCounters counters = server_.link().counters();
+  EXPECT_EQ(counters.received.frames, 1u);
+  EXPECT_EQ(counters.bytes_in, Wire(PingOf(3, 42)).size());
+  EXPECT_EQ(counters.opened, 1u);
+  EXPECT_TRUE(server_.link().state().up);
+  EXPECT_EQ(server_.link().address(), path_);
+}
+
+TEST_F(PtyLinkTest, TheServersGroupMayUseItAndNobodyElse) {
+  ASSERT_TRUE(Start().ok());
+  struct stat terminal {};
+  ASSERT_EQ(stat(path_.c_str(), &terminal), 0);
+  EXPECT_EQ(terminal.st_mode & 0777, 0660u);
+  EXPECT_EQ(terminal.st_gid, getegid());
+}
+
+TEST_F(PtyLinkTest, ItIsKnownWhenTheLastByteCame) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  EXPECT_FALSE(server_.link().counters().heard.has_value());
+  const auto before = std::chrono::steady_clock::now();
+  ASSERT_TRUE(robot.Ask(PingOf(3, 1)));
+  ASSERT_TRUE(server_.link().counters().heard.has_value());
+  EXPECT_GE(*server_.link().counters().heard, before);
+}
+
+TEST_F(PtyLinkTest, BytesThatLookLikeTerminalControlPassUnchanged) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  for (int byte = 0; byte < 256; ++byte) {
+    EXPECT_TRUE(
+        IsEcho(robot.Ask(PingOf(3, static_cast<uint8_t>(byte))), 3, static_cast<uint8_t>(byte)));
+  }
+}
+
+TEST_F(PtyLinkTest, TwoFramesInOneWriteAreTwoAnswersInOrder) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  std::vector<uint8_t> both = Wire(PingOf(3, 1));
+  const std::vector<uint8_t> second = Wire(PingOf(4, 2));
+  both.insert(both.end(), second.begin(), second.end());
+  ASSERT_TRUE(robot.SendBytes(both));
+  EXPECT_TRUE(IsEcho(robot.Receive(), 3, 1));
+  EXPECT_TRUE(IsEcho(robot.Receive(), 4, 2));
+}
+
+TEST_F(PtyLinkTest, BytesOneByOneAreAFrame) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  uint64_t sent = 0;
+  for (const uint8_t byte : Wire(PingOf(3, 7))) {
+    ASSERT_TRUE(robot.SendBytes({byte}));
+    ++sent;
+    EXPECT_TRUE(Eventually([&] { return server_.link().counters().bytes_in == sent; }));
+  }
+  EXPECT_TRUE(IsEcho(robot.Receive(), 3, 7));
+}
+
+TEST_F(PtyLinkTest, ABadFrameIsNotAnsweredAndTheNextGoodOneIs) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  std::vector<uint8_t> bytes = Wire(PingOf(3, 1));
+  bytes[5] ^= 0x40;
+  ASSERT_TRUE(robot.SendBytes(bytes));
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 2)), 3, 2));
+  EXPECT_EQ(server_.link().counters().received.crc_errors, 1u);
+}
+
+TEST_F(PtyLinkTest, ClientsComeAndGo) {
+  ASSERT_TRUE(Start().ok());
+  for (uint8_t visit = 1; visit <= 5; ++visit) {
+    Peer robot(path_);
+    EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, visit)), 3, visit));
+  }
+  EXPECT_EQ(server_.link().counters().opened, 1u);  // the line itself never went down
+}
+
+TEST_F(PtyLinkTest, AnswersNobodyReadsAreBoundedAndTheLineStaysUsable) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  std::vector<uint8_t> many;
+  for (int i = 0; i < 200; ++i) {
+    const std::vector<uint8_t> frame = Wire(PingOf(3, 1));
+    many.insert(many.end(), frame.begin(), frame.end());
+  }
+  ASSERT_TRUE(Eventually(
+      [&] { return robot.SendBytes(many) && server_.link().counters().dropped_answers > 0; }));
+  ASSERT_TRUE(robot.Send(PingOf(3, 99)));
+  std::optional<protocol::Message> message;
+  do {
+    message = robot.Receive();
+    ASSERT_TRUE(message);
+  } while (!IsEcho(message, 3, 99));
+}
+
+TEST_F(PtyLinkTest, StopRemovesTheSymbolicLinkAndEndsTheLine) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 1)), 3, 1));
+  server_.Stop();  // returns: nothing is left running
+  EXPECT_EQ(TargetOf(path_), "");
+  EXPECT_TRUE(robot.SeesTheEnd());
+  EXPECT_FALSE(server_.link().state().up);
+}
+
+TEST_F(PtyLinkTest, StopRightAfterStartIsClean) {
+  ASSERT_TRUE(Start().ok());
+  server_.Stop();
+  EXPECT_EQ(TargetOf(path_), "");
+}
+
+TEST_F(PtyLinkTest, AStaleSymbolicLinkIsReplaced) {
+  ASSERT_EQ(symlink("/dev/pts/99999", path_.c_str()), 0);
+  ASSERT_TRUE(Start().ok());
+  EXPECT_NE(TargetOf(path_), "/dev/pts/99999");
+  Peer robot(path_);
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 1)), 3, 1));
+}
+
+TEST_F(PtyLinkTest, ASymbolicLinkToSomebodyElsesTerminalIsReplaced) {
+  const Descriptor terminal(posix_openpt(O_RDWR | O_NOCTTY));
+  ASSERT_EQ(unlockpt(terminal.get()), 0);
+  ASSERT_EQ(symlink(ptsname(terminal.get()), path_.c_str()), 0);
+  EXPECT_TRUE(Start().ok());
+  EXPECT_NE(TargetOf(path_), ptsname(terminal.get()));
+}
+
+TEST_F(PtyLinkTest, ARegularFileIsNotOverwrittenAndTheLinkWaitsForItToGo) {
+  std::ofstream(path_) << "precious";
+  const Status status = Start();
+  ASSERT_FALSE(status.ok());
+  EXPECT_NE(status.error().find("exists and is not a link to a pseudo-terminal"),
+            std::string::npos);
+  EXPECT_FALSE(server_.link().state().up);
+  ASSERT_EQ(server_.lines().size(), 1u);
+  EXPECT_EQ(server_.lines()[0].find("link radio-a: down, "), 0u);
+  std::string text;
+  std::ifstream(path_) >> text;
+  EXPECT_EQ(text, "precious");
+
+  ASSERT_EQ(unlink(path_.c_str()), 0);
+  ASSERT_TRUE(Eventually([&] { return server_.link().state().up; }));
+  Peer robot(path_);
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 1)), 3, 1));
+  EXPECT_EQ(server_.lines().size(), 2u);  // told once, however often it was tried
+}
+
+TEST_F(PtyLinkTest, ALinkToAnotherFileIsLeftAlone) {
+  const std::string other = folder_ / "other";
+  std::ofstream(other) << "x";
+  ASSERT_EQ(symlink(other.c_str(), path_.c_str()), 0);
+  EXPECT_FALSE(Start().ok());
+  EXPECT_EQ(TargetOf(path_), other);
+}
+
+// A server that crashed leaves its link behind, and another server may get the terminal's name.
+TEST_F(PtyLinkTest, ALinkToTheTerminalOfAServersOtherLinkIsReplaced) {
+  ASSERT_TRUE(Start().ok());
+  const std::string target = TargetOf(path_);
+  const std::string left = path_ + "-left";
+  ASSERT_EQ(symlink(target.c_str(), left.c_str()), 0);
+  const auto second = MakePtyPort(left);
+  const Result<Descriptor> opened = second->Open();
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  EXPECT_NE(TargetOf(left), target);
+  EXPECT_EQ(TargetOf(path_), target);
+}
+
+TEST_F(PtyLinkTest, TheLinkOfARunningServerIsNotTakenOver) {
+  ASSERT_TRUE(Start().ok());
+  const std::string target = TargetOf(path_);
+  const auto second = MakePtyPort(path_);
+  const Result<Descriptor> opened = second->Open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error(), path_ + " belongs to another running server");
+  EXPECT_EQ(TargetOf(path_), target);
+  server_.Stop();
+  EXPECT_TRUE(second->Open().ok());
+}
+
+TEST_F(PtyLinkTest, AFolderThatDoesNotExistIsAnError) {
+  path_ = folder_ / "none/radio-a.pty";
+  const Status status = Start();
+  ASSERT_FALSE(status.ok());
+  EXPECT_NE(status.error().find("No such file or directory"), std::string::npos);
+}
+
+// A deposit is answered twice and done once: the robot's memory is the server's, not the line's.
+TEST_F(PtyLinkTest, ARepeatedDepositIsAnsweredAgainAndDoneOnce) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  ASSERT_TRUE(robot.Ask(Hello(1, 5)));
+  const auto first = robot.Ask(Deposit(1, 9));
+  ASSERT_TRUE(first);
+  const uint64_t hash = server_.service().StateHash();
+  robot.HangUp();
+  Peer again(path_);
+  const auto second = again.Ask(Deposit(1, 9));
+  ASSERT_TRUE(second);
+  EXPECT_TRUE(engine::testing::SameMessage(*first, *second));
+  EXPECT_EQ(server_.service().StateHash(), hash);
+  EXPECT_EQ(again.Ask(Sense(1))->opcode, 0x81);
+}
+
+TEST_F(PtyLinkTest, AnAnswerThatNobodyWaitsForAnyLongerIsNotSentButCounted) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  ASSERT_TRUE(robot.Ask(Hello(1, 5)));
+  server_.link().Send({testing::AnswerAfter(kLongestWait + milliseconds(1), PingOf(1, 2)),
+                       testing::AnswerAfter(milliseconds(0), PingOf(1, 3))});
+  EXPECT_EQ(robot.Receive()->data[0], 3);
+  EXPECT_EQ(server_.link().counters().late_answers, 1u);
+}
+
+TEST_F(PtyLinkTest, CommandsReachTheRobotUnasked) {
+  ASSERT_TRUE(Start().ok());
+  Peer robot(path_);
+  ASSERT_TRUE(robot.Ask(Hello(1, 5)));
+  std::vector<engine::Outgoing> out;
+  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
+  server_.router().Deliver(out);
+  const auto command = robot.Receive();
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->opcode, protocol::kCommand);
+}
+
+}  // namespace
+}  // namespace pheromone::links

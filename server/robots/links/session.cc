@@ -1,0 +1,298 @@
+#include "server/robots/links/session.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+
+#include "protocol/messages.h"
+
+namespace pheromone::links {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+// How often the carrier is checked while something waits to be sent.
+constexpr std::chrono::milliseconds kBetweenLooks{1};
+
+// Whether a reported end of the line is real. A kernel may report the end for a terminal that is
+// merely idle: Linux 6.18 once in some thousand reads on a busy machine, and any kernel if VMIN is
+// 0.
+bool IsHungUp(int descriptor) {
+  pollfd line = {descriptor, POLLRDHUP, 0};
+  return poll(&line, 1, 0) < 0 || (line.revents & (POLLHUP | POLLRDHUP)) != 0;
+}
+
+radio::Time At(Clock::time_point point) {
+  return point.time_since_epoch();
+}
+
+Clock::time_point PointAt(radio::Time at) {
+  return Clock::time_point(at);
+}
+
+}  // namespace
+
+Session::Session(const asio::any_io_executor& strand, const ConversationOptions& options,
+                 OnBatch on_batch, LinkRecord* record, const TappedLine& tapped)
+    : options_(options),
+      on_batch_(std::move(on_batch)),
+      record_(record),
+      tapped_(tapped),
+      stream_(strand),
+      wake_(strand),
+      pause_(strand),
+      channel_(options.channel,
+               [this](const protocol::Message& message) {
+                 if (tapped_.tap != nullptr) {
+                   tapped_.tap->Dropped(tapped_.line.link, message);
+                 }
+               }),
+      last_read_(Clock::now()) {}
+
+Session::~Session() {
+  channel_.DropAll();
+}
+
+asio::awaitable<std::string> Session::Run(Descriptor descriptor) {
+  using asio::experimental::awaitable_operators::operator||;
+  error_code error;
+  if (closed_) {
+    co_return "closed";
+  }
+  const int handle = descriptor.get();
+  stream_.assign(handle, error);  // NOLINT(bugprone-unused-return-value)
+  if (error) {
+    co_return "cannot wait for data: " + error.message();
+  }
+  descriptor.release();
+  const auto reason = co_await (ToTheEnd(&Session::Read) || ToTheEnd(&Session::Write));
+  stream_.close(error);
+  if (exception_) {
+    std::rethrow_exception(exception_);
+  }
+  co_return std::visit([](const std::string& why) { return why; }, reason);
+}
+
+void Session::Close() {
+  error_code ignored;
+  closed_ = true;
+  stream_.close(ignored);
+  wake_.cancel();
+  pause_.cancel();
+}
+
+// When reading or writing ends, so does the other. This includes an exception, which by itself
+// would not stop the other one.
+asio::awaitable<std::string> Session::ToTheEnd(asio::awaitable<std::string> (Session::*loop)()) {
+  std::string why;
+  try {
+    why = co_await (this->*loop)();
+  } catch (...) {
+    if (!ended_) {  // otherwise the exception is due to the end of the other one
+      exception_ = std::current_exception();
+    }
+  }
+  ended_ = true;
+  co_return why;
+}
+
+asio::awaitable<std::string> Session::Read() {
+  std::array<uint8_t, 4096> buffer;  // NOLINT: filled by the read
+  while (true) {
+    error_code error;
+    const size_t size = co_await stream_.async_read_some(
+        asio::buffer(buffer), asio::redirect_error(asio::use_awaitable, error));
+    if (error == asio::error::eof && !IsHungUp(stream_.native_handle())) {
+      co_await stream_.async_wait(asio::posix::stream_descriptor::wait_read,
+                                  asio::redirect_error(asio::use_awaitable, error));
+      if (!error) {
+        continue;
+      }
+    }
+    // There are two ways in which the end of a line is reported.
+    if (error == asio::error::eof || error.value() == EIO) {
+      co_return "the other side hung up";
+    }
+    if (error) {
+      co_return error.message();
+    }
+    TakeBytes({buffer.data(), size});
+  }
+}
+
+void Session::TakeBytes(std::span<const uint8_t> bytes) {
+  last_read_ = Clock::now();
+  const Tap::Reading reading(tapped_.tap);
+  const protocol::FrameDecoder& decoder = channel_.decoder();
+  if (tapped_.tap != nullptr) {
+    tapped_.tap->Read(&tapped_.line, bytes, radio::Channel::DecoderTime(At(last_read_)), decoder);
+  }
+  const protocol::DecoderCounters before = decoder.counters();
+  batch_.clear();
+  answers_.clear();
+  channel_.Hear(bytes, At(last_read_), &batch_);
+  const protocol::DecoderCounters received = decoder.counters() - before;
+  record_->Count([&](LinkCounters& counters) {
+    counters.bytes_in += bytes.size();
+    counters.received += received;
+    counters.heard = last_read_;
+  });
+  if (!batch_.empty()) {
+    on_batch_(this, batch_, &answers_);
+  }
+  for (const engine::Outgoing& it : answers_) {
+    Queue(it.message, At(last_read_));
+  }
+  Wake();
+}
+
+engine::Asker Session::asker() const {
+  engine::Asker asker;
+  asker.asked_ns = At(last_read_).count();
+  asker.connection = connection();
+  return asker;
+}
+
+void Session::Send(const engine::Outgoing& outgoing) {
+  std::optional<radio::Time> asked_at;
+  if (outgoing.asker.known()) {
+    asked_at = radio::Time(outgoing.asker.asked_ns);
+  }
+  Queue(outgoing.message, asked_at);
+  Wake();
+}
+
+// A request may lead to a COMMAND, which is not its answer.
+void Session::Queue(const protocol::Message& message, std::optional<radio::Time> asked_at) {
+  if (asked_at && message.opcode != protocol::kCommand) {
+    channel_.Answer(message, *asked_at, At(Clock::now()));
+  } else {
+    channel_.Send(message);
+  }
+}
+
+// Something may be due earlier than before.
+void Session::Wake() {
+  CountWhatHappened();
+  wake_.cancel();
+}
+
+void Session::CountWhatHappened() {
+  const radio::ChannelCounters now = channel_.counters();
+  if (now != counted_) {
+    record_->Count([&](LinkCounters& counters) {
+      counters.late_answers += now.late_answers - counted_.late_answers;
+      counters.dropped_answers += now.dropped_answers - counted_.dropped_answers;
+      counters.withheld_errors += now.withheld_errors - counted_.withheld_errors;
+      counters.ignored_carriers += now.ignored_carriers - counted_.ignored_carriers;
+      counters.rounds += now.rounds.rounds - counted_.rounds.rounds;
+      counters.turns += now.rounds.turns - counted_.rounds.turns;
+      counters.missed_turns += now.rounds.missed - counted_.rounds.missed;
+    });
+    counted_ = now;
+  }
+}
+
+asio::awaitable<void> Session::PauseUntil(Clock::time_point end) {
+  error_code error;
+  pause_.expires_at(end);
+  co_await pause_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+}
+
+asio::awaitable<std::string> Session::Write() {
+  error_code error;
+  const bool senses = options_.port != nullptr && options_.port->port().senses_carrier();
+  const bool keyed = options_.port != nullptr && options_.port->port().is_keyed();
+  while (!ended_ && !closed_) {
+    const Clock::time_point now = Clock::now();
+    const radio::Time start = channel_.NextStart(At(now));
+    CountWhatHappened();
+    if (start > At(now)) {
+      wake_.expires_at(start == radio::kNever ? Clock::time_point::max() : PointAt(start));
+      co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      continue;
+    }
+    // Messages stay in the channel until they are written: the driver may be slow, and the
+    // situation may have changed by then.
+    if (senses) {
+      const bool carrier = co_await options_.port->Make([](Port& port) { return port.carrier(); });
+      const bool clear = channel_.IsClear(carrier, At(Clock::now()));
+      if (ended_ || closed_) {
+        break;
+      }
+      if (!clear) {
+        co_await PauseUntil(Clock::now() + kBetweenLooks);
+      }
+      if (!clear || channel_.NextStart(At(Clock::now())) > At(Clock::now())) {
+        continue;
+      }
+    }
+    Clock::time_point begin = Clock::now();
+    if (keyed) {
+      co_await options_.port->Make([](Port& port) { port.Key(true); });
+      begin = Clock::now();
+      if (options_.channel.timing.lead != radio::Duration::zero() && !ended_ && !closed_) {
+        co_await PauseUntil(begin + options_.channel.timing.lead);
+      }
+      if (ended_ || closed_) {
+        break;
+      }
+    }
+    const std::string why = co_await Transmit(channel_.Begin(At(begin)));
+    if (!why.empty()) {
+      co_return why;
+    }
+    CountWhatHappened();
+    if (keyed && !ended_ && !closed_) {
+      co_await options_.port->Make([](Port& port) { port.Key(false); });
+    }
+  }
+  co_return "closed";
+}
+
+// Returns why it failed; empty if it did not. With a line to key, returns when the last bit has
+// left and the tail is over. When it has left, the driver tells; but some tell too early, so it is
+// not before the bytes have had their time either.
+asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
+  error_code error;
+  if (out.bytes.empty()) {
+    co_return "";
+  }
+  if (tapped_.tap != nullptr) {
+    tapped_.tap->Wrote(tapped_.line, out.bytes);
+  }
+  const size_t size = co_await asio::async_write(stream_, asio::buffer(out.bytes),
+                                                 asio::redirect_error(asio::use_awaitable, error));
+  record_->Count([&](LinkCounters& counters) {
+    counters.bytes_out += size;
+    counters.frames_out += error ? 0 : out.frames;
+  });
+  if (error) {
+    co_return error.value() == EIO ? "the other side hung up" : error.message();
+  }
+  if (options_.port != nullptr && options_.port->port().is_keyed()) {
+    const radio::Duration duration = static_cast<int64_t>(size) * options_.channel.timing.byte;
+    channel_.OnSent(std::max(channel_.sent_at(), At(Clock::now()) + duration));
+    co_await options_.port->Make([](Port& port) { port.WaitUntilSent(); });
+    if (const radio::Time now = At(Clock::now()); now > channel_.sent_at()) {
+      channel_.OnSent(now);
+    }
+    if (!ended_ && !closed_) {
+      co_await PauseUntil(PointAt(channel_.sent_at() + options_.channel.timing.tail));
+    }
+  }
+  co_return "";
+}
+
+}  // namespace pheromone::links

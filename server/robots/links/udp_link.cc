@@ -1,0 +1,316 @@
+#include "server/robots/links/udp_link.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <exception>
+#include <utility>
+#include <vector>
+
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include "protocol/decoder.h"
+#include "protocol/frame.h"
+#include "protocol/frame_parser.h"
+#include "protocol/opcodes.h"
+#include "server/net/listen.h"
+#include "server/robots/links/datagrams.h"
+#include "server/robots/links/keep_running.h"
+
+namespace pheromone::links {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::udp;
+using boost::system::error_code;
+
+// The size of the kernel's buffer while the engine is busy with others; the system may grant less.
+constexpr int kBufferBytes = 4 << 20;
+// The largest batch: others wait for the engine meanwhile.
+constexpr size_t kMaxBatch = 256;
+// Each datagram begins with a new decoder: no frame spans two datagrams.
+const protocol::FrameDecoder kNewDecoder(protocol::kNoGapTimeout);
+// After this many system calls, other links of the thread are served.
+constexpr int kCallsInARow = 16;
+
+protocol::Message MessageOf(const protocol::FrameParser& parser) {
+  constexpr size_t kHead = 2;
+  constexpr size_t kCrc = 2;
+  protocol::Message message;
+  message.id = parser.body()[0];
+  message.opcode = parser.body()[1];
+  message.length = static_cast<uint8_t>(parser.size() - kHead - kCrc);
+  std::copy_n(parser.body() + kHead, message.length, message.data);
+  return message;
+}
+
+engine::Asker AskerAt(const PeerAddress& from, std::chrono::steady_clock::time_point now) {
+  engine::Asker asker;
+  asker.asked_ns = std::chrono::nanoseconds(now.time_since_epoch()).count();
+  static_assert(sizeof from.socket_address == sizeof asker.address);
+  std::memcpy(asker.address.data(), &from.socket_address, sizeof from.socket_address);
+  asker.address_size = from.size;
+  return asker;
+}
+
+PeerAddress AddressOf(const engine::Asker& asker) {
+  PeerAddress address;
+  std::memcpy(&address.socket_address, asker.address.data(), sizeof address.socket_address);
+  address.size = asker.address_size;
+  return address;
+}
+
+// Everything except the record belongs to the strand.
+class UdpLink final : public Link {
+ public:
+  UdpLink(asio::io_context& io, UdpOptions options, LinkContext context)
+      : Link(std::move(context)),
+        options_(std::move(options)),
+        strand_(asio::make_strand(io)),
+        socket_(strand_),
+        retry_(strand_),
+        backoff_(options_.backoff) {}
+
+  Status Start() override {
+    Status listening = Listen();
+    KeepRunning(
+        strand_, [this] { return Run(); },
+        [this](const Error& error) { ReportError(error, "the link continues"); });
+    return listening;
+  }
+
+  void Stop() override {
+    asio::post(strand_, [this] {
+      error_code ignored;
+      stopping_ = true;
+      socket_.close(ignored);
+      retry_.cancel();
+      record()->SetDown("stopped");
+    });
+  }
+
+  void Send(std::vector<engine::Outgoing> messages) override {
+    asio::post(strand_, [this, messages = std::move(messages)] {
+      for (const engine::Outgoing& outgoing : messages) {
+        if (!IsTooLate(outgoing)) {
+          Route(outgoing);
+        }
+      }
+      Flush();
+    });
+  }
+
+ private:
+  Status Listen() {
+    const auto where =
+        pheromone::Listen(options_.listen_address, options_.listen_port, &socket_, [this] {
+          error_code ignored;
+          socket_.set_option(asio::socket_base::receive_buffer_size(kBufferBytes), ignored);
+          socket_.set_option(asio::socket_base::send_buffer_size(kBufferBytes), ignored);
+        });
+    if (!where.ok()) {
+      ReportFailure(where.error());
+      return where.failure();
+    }
+    dropped_ = 0;
+    tapped_ = NextLine();
+    record()->Count([](LinkCounters& counters) { ++counters.opened; });
+    ReportUp("udp " + where.value(), where.value());
+    return Ok();
+  }
+
+  asio::awaitable<void> Run() {
+    while (!stopping_) {
+      error_code error;
+      if (socket_.is_open()) {
+        co_await socket_.async_wait(udp::socket::wait_read,
+                                    asio::redirect_error(asio::use_awaitable, error));
+        if (!error && TryToTakeWhatIsThere()) {
+          continue;
+        }
+      }
+      if (!stopping_) {
+        retry_.expires_after(backoff_.Next());
+        record()->SetNextAttempt(retry_.expiry());
+        co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      }
+      if (!stopping_ && !socket_.is_open()) {
+        static_cast<void>(Listen());
+      }
+    }
+  }
+
+  // False if it threw: then the bytes read are lost, and the link is down until it listens again.
+  bool TryToTakeWhatIsThere() {
+    try {
+      TakeWhatIsThere();
+      return true;
+    } catch (...) {
+      error_code ignored;
+      socket_.close(ignored);
+      parser_ = {};
+      batch_.clear();
+      askers_.clear();
+      ReportDown(InternalError(std::current_exception()).message);
+      return false;
+    }
+  }
+
+  void TakeWhatIsThere() {
+    for (int i = 0; i < kCallsInARow; ++i) {
+      const int count = reader_.Receive(socket_.native_handle());
+      if (count < 0) {
+        return;  // no more datagrams, or an error about an undelivered answer
+      }
+      backoff_.Reset();
+      Take(count);
+      if (count == kDatagramBatch) {  // otherwise none can have been dropped
+        CountDropped();
+      }
+    }
+  }
+
+  void CountDropped() {
+    const uint32_t dropped = DroppedBySystem(socket_.native_handle());
+    const uint32_t more = dropped - dropped_;
+    dropped_ = dropped;
+    record()->Count([more](LinkCounters& counters) { counters.dropped_datagrams += more; });
+  }
+
+  // The frames of these datagrams are one batch for the engine.
+  void Take(int datagrams) {
+    const Tap::Reading reading(tapped_.tap);
+    const auto now = std::chrono::steady_clock::now();
+    protocol::DecoderCounters received = {};
+    uint64_t bytes = 0;
+    uint64_t cut = 0;
+    for (int i = 0; i < datagrams; ++i) {
+      const Datagram datagram = reader_.at(i);
+      bytes += datagram.bytes.size();
+      if (datagram.cut) {
+        ++cut;
+        continue;
+      }
+      if (tapped_.tap != nullptr) {
+        tapped_.tap->Read(&tapped_.line, datagram.bytes, 0, kNewDecoder);
+      }
+      const engine::Asker asker = AskerAt(*datagram.from, now);
+      for (const uint8_t byte : datagram.bytes) {
+        const protocol::FrameParser::Result event = parser_.Push(byte);
+        protocol::Tally(event, &received);
+        if (event == protocol::FrameParser::kFrame) {
+          Note(MessageOf(parser_), *datagram.from, asker);
+        }
+      }
+      if (!parser_.idle()) {
+        protocol::TimeOut(&parser_, &received);
+      }
+    }
+    record()->Count([&](LinkCounters& counters) {
+      counters.heard = now;
+      counters.received += received;
+      counters.bytes_in += bytes;
+      counters.datagrams_in += static_cast<uint64_t>(datagrams);
+      counters.oversize_datagrams += cut;
+    });
+    HandleBatch();
+  }
+
+  void Note(const protocol::Message& message, const PeerAddress& from, const engine::Asker& asker) {
+    if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
+      peers_[message.id] = from;
+    }
+    batch_.push_back(message);
+    askers_.push_back(asker);
+    if (batch_.size() == kMaxBatch) {
+      HandleBatch();
+    }
+  }
+
+  void HandleBatch() {
+    if (batch_.empty()) {
+      return;
+    }
+    answers_.clear();
+    Handle(batch_, askers_, &answers_);
+    batch_.clear();
+    askers_.clear();
+    for (const engine::Outgoing& answer : answers_) {
+      Route(answer);
+    }
+    Flush();
+  }
+
+  void Route(const engine::Outgoing& outgoing) {
+    const protocol::Message& message = outgoing.message;
+    if (!socket_.is_open()) {
+      CountUndeliverable(message);
+    } else if (outgoing.asker.known()) {
+      SendTo(AddressOf(outgoing.asker), message);
+    } else if (message.id == protocol::kBroadcastId) {
+      for (size_t i = 0; i < peers_.size(); ++i) {
+        // Robots behind one address receive it once.
+        const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);
+        if (peers_[i].known() && std::find(peers_.begin(), end, peers_[i]) == end) {
+          SendTo(peers_[i], message);
+        }
+      }
+    } else if (peers_[message.id].known()) {
+      SendTo(peers_[message.id], message);
+    } else {
+      CountUndeliverable(message);
+    }
+  }
+
+  void SendTo(const PeerAddress& peer, const protocol::Message& message) {
+    if (writer_.full()) {
+      Flush();
+    }
+    if (tapped_.tap != nullptr) {
+      uint8_t wire[protocol::kMaxFrame];
+      const size_t size = protocol::EncodeFrame(message, wire, sizeof wire);
+      tapped_.tap->Wrote(tapped_.line, {wire, size});
+    }
+    writer_.Add(message, peer);
+  }
+
+  void Flush() {
+    const DatagramWriter::Outcome outcome = writer_.Flush(socket_.native_handle());
+    record()->Count([&](LinkCounters& counters) {
+      counters.frames_out += outcome.frames;
+      counters.bytes_out += outcome.bytes;
+      counters.dropped_answers += outcome.dropped;
+      counters.undeliverable += outcome.undeliverable;
+    });
+  }
+
+  const UdpOptions options_;
+  const asio::strand<asio::io_context::executor_type> strand_;
+  udp::socket socket_;
+  asio::steady_timer retry_;
+  Backoff backoff_;
+  DatagramReader reader_;
+  DatagramWriter writer_;
+  protocol::FrameParser parser_;
+  std::array<PeerAddress, 256> peers_{};  // by client ID
+  std::vector<protocol::Message> batch_;
+  std::vector<engine::Asker> askers_;  // of the batch
+  std::vector<engine::Outgoing> answers_;
+  TappedLine tapped_;
+  uint32_t dropped_ = 0;  // by the system, as counted so far
+  bool stopping_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Link> MakeUdpLink(asio::io_context& io, UdpOptions options, LinkContext context) {
+  return std::make_unique<UdpLink>(io, std::move(options), std::move(context));
+}
+
+}  // namespace pheromone::links

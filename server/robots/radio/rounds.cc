@@ -1,0 +1,388 @@
+#include "server/robots/radio/rounds.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "protocol/frame.h"
+
+namespace pheromone::radio {
+namespace {
+
+using namespace std::chrono_literals;
+
+// The robots' clocks have steps of a millisecond, and their loops take a part of one.
+constexpr Duration kGuard = 1250us;
+// Robots that are due this soon are asked in the same round.
+constexpr Duration kTogether = 20ms;
+constexpr size_t kMostFrameBytes = 32;
+constexpr size_t kLeastFrameBytes = 15;  // SENSE, with one byte stuffed
+// Which bytes are doubled changes from frame to frame. A longer turn costs time only if nobody
+// sends in it, since the next robot begins when a frame ends.
+constexpr size_t kMoreStuffing = 1;
+constexpr int kShorterFrames = 16;
+constexpr int kPatientMisses = 2;
+constexpr int kLongestWait = 10;  // periods
+constexpr Duration kForgotten = 30s;
+constexpr Duration kOtherIsPresent = 2s;
+constexpr uint8_t kLeastSlots = 4;
+constexpr uint8_t kMostSlots = 64;
+constexpr Duration kLongestOpening = 300ms;
+constexpr Duration kCrowdedOpening = 600ms;  // many are waiting
+constexpr Duration kWidestOpening = 200ms;
+constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
+constexpr int kNewcomers = 8;                // exchanges in an opening, at least
+constexpr Duration kLongestClosed = 3s;
+constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
+
+size_t WireBytes(const protocol::Message& message) {
+  std::array<uint8_t, protocol::kMaxFrame> frame{};
+  return protocol::EncodeFrame(message, frame.data(), frame.size());
+}
+
+// The intensities in an answer to SENSE or TRACE, or the reason of an ERROR.
+std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer) {
+  protocol::SenseAnswer sense;
+  protocol::TraceAnswer trace;
+  protocol::ErrorAnswer error;
+  if (Decode(answer, &sense)) {
+    return protocol::RoundAnswer{sense.left, sense.right};
+  }
+  if (Decode(answer, &trace)) {
+    return protocol::RoundAnswer{trace.left, trace.right};
+  }
+  if (Decode(answer, &error)) {
+    return protocol::RoundAnswer{protocol::kNoIntensities, static_cast<int16_t>(error.reason)};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void Rounds::OnHeard(const protocol::Message& message, Time at) {
+  if (protocol::IsFromServer(message.opcode) || message.id == protocol::kBroadcastId) {
+    return;
+  }
+  last_heard_ = std::max(last_heard_, at);
+  if (message.opcode == protocol::kHello && message.length == 4) {
+    wished_[message.id] = message.data[3];
+  }
+  const auto turn = std::find_if(turns_.begin(), turns_.end(),
+                                 [&](const Turn& it) { return it.id == message.id && !it.heard; });
+  if (turn != turns_.end() && at <= turns_end_) {
+    turn->heard = at;
+    turn->answerable = message.opcode != protocol::kCommandAck;
+  } else if (opening_end_ != Time::min() && at > turns_end_) {
+    ++exchanges_;
+  }
+  const auto robot = robots_.find(message.id);
+  if (robot == robots_.end()) {
+    others_[message.id] = at;
+    return;
+  }
+  Robot& it = robot->second;
+  it.heard = at;
+  const size_t bytes = WireBytes(message) + kMoreStuffing;
+  if (bytes >= it.frame_bytes || ++it.shorter == kShorterFrames) {
+    it.frame_bytes = bytes;
+    it.shorter = 0;
+  }
+}
+
+void Rounds::OnBytes(Time at, bool damaged) {
+  last_heard_ = std::max(last_heard_, at);
+  if (opening_end_ == Time::min() || at <= turns_end_) {
+    return;
+  }
+  used_ = true;
+  collided_ |= damaged;
+  opening_end_ = MayGoOn(at) ? at + options_.response_window + OpeningTime(open_slots_) : at;
+}
+
+void Rounds::OnAnswered(Time end) {
+  if (opening_end_ != Time::min()) {
+    const Time heard = end + options_.timing.Transit();
+    opening_end_ = MayGoOn(heard) ? heard + OpeningTime(open_slots_) : heard;
+  }
+}
+
+// Those with turns wait meanwhile. An opening ends with something that was heard or said in it,
+// when everybody else is silent.
+bool Rounds::MayGoOn(Time now) const {
+  return exchanges_ < ExchangesAnOpening() &&
+         now < turns_end_ + (collided_ ? kCrowdedOpening : kLongestOpening);
+}
+
+bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
+  if (answer.opcode == protocol::kHelloAnswer) {
+    Join(answer.id, asked_at);
+  }
+  for (Turn& turn : turns_) {
+    if (turn.id == answer.id && turn.heard == asked_at && turn.answerable && !turn.answer) {
+      turn.answer = answer;
+      return true;
+    }
+  }
+  return false;
+}
+
+std::vector<protocol::Message> Rounds::DropAnswers() {
+  std::vector<protocol::Message> dropped;
+  for (Turn& turn : turns_) {
+    if (turn.answer) {
+      dropped.push_back(*std::exchange(turn.answer, std::nullopt));
+    }
+  }
+  return dropped;
+}
+
+void Rounds::Join(uint8_t id, Time now) {
+  if (wished_[id] == 0 || MostBytes() < kLeastFrameBytes) {
+    robots_.erase(id);
+    return;
+  }
+  // In step with the others, so that one round serves all.
+  Time due = now;
+  for (const auto& [other, it] : robots_) {
+    if (other != id && it.due > now) {
+      due = due == now ? it.due : std::min(due, it.due);
+    }
+  }
+  begin_ = begin_.value_or(now + options_.quiet_start);
+  Robot& robot = robots_[id];
+  robot.period = wished_[id] * kPeriodUnit;
+  robot.due = due;
+  robot.heard = now;
+  robot.misses = 0;
+  others_.erase(id);
+  if (!active_ && robots_.size() > 1) {
+    active_ = true;
+    sent_at_ = now;
+    for (auto& [other, it] : robots_) {
+      it.due = now;
+    }
+  }
+}
+
+Time Rounds::NextRound() const {
+  if (!active()) {
+    return kNever;
+  }
+  if (turns_.empty()) {
+    Time due = sent_at_ + kLongestSilence;
+    for (const auto& [id, robot] : robots_) {
+      due = std::min(due, robot.due);
+    }
+    return std::max({due, turns_end_, *begin_});
+  }
+  Time end = turns_end_;
+  bool all_heard = true;
+  Time last = Time::min();
+  bool all_answered = true;
+  for (const Turn& turn : turns_) {
+    all_heard &= turn.heard.has_value();
+    last = std::max(last, turn.heard.value_or(Time::min()));
+    all_answered &= !turn.answerable || turn.answer.has_value();
+  }
+  if (opening_end_ != Time::min()) {
+    end = opening_end_;
+  } else if (all_heard) {
+    end = last;
+  }
+  if (all_answered) {
+    return end;
+  }
+  return std::max(end, last + options_.timing.processing);
+}
+
+// Who was heard in the last round, and when each is due again.
+void Rounds::CountTurns(Time now) {
+  for (const Turn& turn : turns_) {
+    const auto found = robots_.find(turn.id);
+    if (found == robots_.end() || turn.for_ack) {
+      continue;
+    }
+    // One that has missed its COMMAND sends its request in the first of its turns.
+    const auto request = std::find_if(turns_.begin(), turns_.end(), [&turn](const Turn& it) {
+      return it.id == turn.id && it.heard && it.answerable;
+    });
+    Robot& robot = found->second;
+    if (request != turns_.end()) {
+      robot.misses = 0;
+      robot.more_bytes = 0;
+      robot.due = std::max(robot.due + robot.period, *request->heard);  // nothing is caught up
+    } else {
+      ++counters_.missed;
+      ++robot.misses;
+      robot.more_bytes += robot.misses > 1 ? 2 : 0;
+      if (robot.misses > 1) {
+        const int doublings = std::clamp(robot.misses - kPatientMisses, 0, 4);
+        robot.due = now + robot.period * std::min(1 << doublings, kLongestWait);
+      }
+      if (now - robot.heard > kForgotten) {
+        robots_.erase(found);
+      }
+    }
+  }
+}
+
+// Those who are due, in equal parts if there are too many for one round.
+std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
+  std::vector<std::pair<Time, uint8_t>> due;
+  bool any = false;
+  for (const auto& [id, robot] : robots_) {
+    any |= robot.due <= now;
+    if (robot.due <= now + kTogether) {
+      due.emplace_back(robot.due, id);
+    }
+  }
+  if (!any) {
+    return {};
+  }
+  std::sort(due.begin(), due.end());
+  const size_t rounds = (due.size() + most - 1) / most;
+  const size_t turns = (due.size() + rounds - 1) / rounds;
+  std::vector<uint8_t> chosen;
+  for (size_t i = 0; i < turns; ++i) {
+    chosen.push_back(due[i].second);
+  }
+  // Two robots that do not hear each other lose time if one follows the other: not always the same.
+  for (size_t i = chosen.size(); i > 1; --i) {
+    order_ = order_ * 1664525u + 1013904223u;
+    std::swap(chosen[i - 1], chosen[(order_ >> 16) % i]);
+  }
+  return chosen;
+}
+
+// Returns how many bytes a turn has to hold. A robot's ACK has the turn directly before its own.
+size_t Rounds::GiveTurns(Time now, std::vector<uint8_t> acks) {
+  std::erase_if(acks, [this](uint8_t id) { return !serves(id); });
+  size_t bytes = acks.empty() ? 0 : kLeastFrameBytes;  // more than an ACK takes
+  const auto give_ack = [this](uint8_t id) { turns_.push_back({id, true, {}, false, {}}); };
+  for (const uint8_t id : Choose(now, protocol::kMaxTurns - acks.size())) {
+    if (std::erase(acks, id) != 0) {
+      give_ack(id);
+    }
+    turns_.push_back({id, false, {}, false, {}});
+    const Robot& robot = robots_[id];
+    bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
+  }
+  std::for_each(acks.begin(), acks.end(), give_ack);
+  return bytes;
+}
+
+uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
+  if (!has_turns) {
+    Time due = kNever;
+    for (const auto& [id, robot] : robots_) {
+      due = std::min(due, robot.due);
+    }
+    // Whoever begins in the last slot is heard before the next ROUND is due.
+    const Time until = due - options_.timing.turnaround - 2 * options_.timing.byte;
+    const Time from = now + round_lasts + options_.timing.Idle();
+    const auto slots = until <= from ? 0 : (until - from) / options_.slot;
+    return static_cast<uint8_t>(std::min<int64_t>(slots, protocol::kOpenUntilNextRound));
+  }
+  return now < next_opening_ ? uint8_t{0} : std::max(width_, kLeastSlots);
+}
+
+// The next opening follows at once if this one was used, and is wider if there were collisions.
+void Rounds::JudgeOpening(Time now) {
+  if (!used_) {
+    next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
+    width_ = static_cast<uint8_t>(width_ / 2);
+  } else if (collided_) {
+    const auto most = std::clamp<int64_t>(kWidestOpening / options_.slot, kLeastSlots, kMostSlots);
+    width_ = static_cast<uint8_t>(std::min<int64_t>(int64_t{2} * open_slots_, most));
+  }
+}
+
+// Until the first byte of a frame that is begun in the last slot has been read.
+Duration Rounds::OpeningTime(uint8_t slots) const {
+  return slots * Duration(options_.slot) + options_.timing.Idle() + kGuard;
+}
+
+Duration Rounds::TurnTime(size_t bytes) const {
+  const Duration least =
+      options_.timing.turnaround + static_cast<int64_t>(bytes) * options_.timing.byte + kGuard;
+  return std::chrono::ceil<std::chrono::milliseconds>(least);
+}
+
+// A ROUND tells the length of a turn in one byte: below 600 baud, no frame fits.
+size_t Rounds::MostBytes() const {
+  constexpr Duration kLongestTurn = std::chrono::milliseconds(UINT8_MAX);
+  const Duration for_bytes = kLongestTurn - options_.timing.turnaround - kGuard;
+  return std::min(kMostFrameBytes,
+                  static_cast<size_t>(std::max(Duration(0), for_bytes) / options_.timing.byte));
+}
+
+// Each client that only contends gets about as many exchanges as a robot has turns.
+int Rounds::ExchangesAnOpening() const {
+  int present = 0;
+  for (const auto& [id, heard] : others_) {
+    present += last_heard_ - heard <= kOtherIsPresent ? 1 : 0;
+  }
+  const size_t rounds =
+      std::max<size_t>(1, (robots_.size() + protocol::kMaxTurns - 1) / protocol::kMaxTurns);
+  return std::max(kNewcomers, present / static_cast<int>(rounds));
+}
+
+std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
+  std::vector<protocol::Message> messages;
+  protocol::Round round;
+  round.number = ++number_;
+  for (Turn& turn : turns_) {
+    protocol::RoundAnswer entry{protocol::kNoIntensities, 0};
+    if (turn.answer) {
+      if (const auto in_round = InRound(*turn.answer)) {
+        entry = *in_round;
+      } else {
+        messages.push_back(*turn.answer);
+      }
+    } else if (turn.answerable) {
+      ++counters_.unanswered;
+    }
+    round.answers[round.answer_count++] = entry;
+  }
+  CountTurns(now);
+  if (opening_end_ != Time::min()) {
+    JudgeOpening(now);
+  }
+  turns_.clear();
+  active_ &= !robots_.empty();
+  const size_t bytes = std::min(GiveTurns(now, acks), MostBytes());
+  turn_ = TurnTime(bytes);
+  round.turn_ms = static_cast<uint8_t>(turn_ / 1ms);
+  round.slot_ms = static_cast<uint8_t>(options_.slot.count());
+  round.turn_bytes = static_cast<uint8_t>(bytes);
+  for (const Turn& turn : turns_) {
+    round.turns[round.turn_count++] = turn.id;
+  }
+  protocol::Message message;
+  Encode(round, &message);
+  const Duration lasts = static_cast<int64_t>(WireBytes(message)) * options_.timing.byte;
+  round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
+  open_slots_ = round.open_slots;
+  used_ = false;
+  collided_ = false;
+  exchanges_ = 0;
+  ++counters_.rounds;
+  counters_.turns += turns_.size();
+  Encode(round, &message);
+  messages.push_back(message);
+  OnSent(now);
+  return messages;
+}
+
+void Rounds::OnSent(Time end) {
+  sent_at_ = end;
+  const auto turns = static_cast<int64_t>(turns_.size());
+  turns_end_ = end + options_.timing.Transit();
+  if (turns != 0) {
+    turns_end_ += std::chrono::milliseconds(protocol::kBeforeTurnsMs) + turns * turn_ +
+                  options_.timing.adapter;
+  }
+  const bool opens = turns != 0 && open_slots_ != 0;
+  opening_end_ = opens ? turns_end_ + OpeningTime(open_slots_) : Time::min();
+}
+
+}  // namespace pheromone::radio

@@ -1,0 +1,146 @@
+// Rounds: the server tells the robots of a half-duplex channel whose turn it is, and answers a
+// whole round with one frame (protocol/README.md, "Rounds").
+//
+//   Rounds rounds(options);
+//   rounds.OnHeard(message, at);                       // everything that was received
+//   if (!rounds.TakeAnswer(answer, asked_at)) ...      // it goes out by itself
+//   if (rounds.NextRound() <= now) Send(rounds.Compose(now)), rounds.OnSent(end);
+//
+// A robot joins by a HELLO that tells how often it wants a turn. Robots are given turns in the
+// order in which they are due, so that a parked robot does not cost what a fast one does. One that
+// misses its turns is asked less and less often, after half a minute no more.
+//
+// After its turns, a round may be open: whoever has no turn contends for the channel, newcomers,
+// robots with an EVENT, and clients that only contend. While every opening is used, each round has
+// one; while none is, openings take a fiftieth of the time.
+//
+// No I/O, no clock. Not thread-safe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "protocol/messages.h"
+#include "server/robots/radio/timing.h"
+
+namespace pheromone::radio {
+
+constexpr Time kNever = Time::max();
+
+/// The unit of the period in HELLO.
+constexpr std::chrono::milliseconds kPeriodUnit{protocol::kRoundPeriodMs};
+
+/// For how long a robot awaits a ROUND.
+constexpr std::chrono::milliseconds kAwaitedRound{2000};
+
+struct RoundOptions {
+  Timing timing;
+  Duration response_window{};         ///< as announced
+  std::chrono::milliseconds slot{1};  ///< of contention, as announced
+  /// From the first HELLO to the first ROUND, at least. While robots may still await the ROUND of
+  /// a server before this one, its numbers could be taken for those: kAwaitedRound then.
+  Duration quiet_start{};
+};
+
+struct RoundCounters {
+  uint64_t rounds = 0;      ///< ROUNDs composed
+  uint64_t turns = 0;       ///< given
+  uint64_t missed = 0;      ///< of these: nothing was heard
+  uint64_t unanswered = 0;  ///< of these: heard, but the answer came too late for the ROUND
+
+  bool operator==(const RoundCounters&) const = default;
+};
+
+class Rounds {
+ public:
+  explicit Rounds(const RoundOptions& options) : options_(options) {}
+
+  /// A message was received whole at `at`.
+  void OnHeard(const protocol::Message& message, Time at);
+  /// Something was heard, whole or not; `damaged`: a frame that was not whole ended.
+  void OnBytes(Time at, bool damaged);
+  /// An answer to a request outside of turns leaves until `end`.
+  void OnAnswered(Time end);
+
+  /// True if `answer`, to what was heard at `asked_at`, goes out with the next ROUND.
+  bool TakeAnswer(const protocol::Message& answer, Time asked_at);
+
+  /// Forgets the answers that it has taken and not composed; returns them.
+  std::vector<protocol::Message> DropAnswers();
+
+  /// Whether robots are given turns: from when there are two until there is none.
+  bool active() const { return active_; }
+  bool serves(uint8_t id) const { return robots_.contains(id); }
+
+  /// The time before which only those with a turn may send, the server included.
+  Time reserved_until() const { return turns_end_; }
+  /// Whether the next ROUND follows the present one, without waiting for a free channel.
+  bool follows() const { return !turns_.empty() || opening_end_ != Time::min(); }
+  /// When the next ROUND is due; kNever if none is.
+  Time NextRound() const;
+  /// What is sent as one transmission: answers that are not two intensities, then the ROUND.
+  /// `acks`: robots that are sent a COMMAND before it, and need a turn for the ACK; fewer than
+  /// kMaxTurns.
+  std::vector<protocol::Message> Compose(Time now, const std::vector<uint8_t>& acks);
+  /// The last bit of what was composed leaves at `end`.
+  void OnSent(Time end);
+
+  const RoundCounters& counters() const { return counters_; }
+
+ private:
+  struct Robot {
+    Duration period{};
+    Time due{};
+    Time heard{};
+    int misses = 0;
+    size_t frame_bytes = 0;  ///< its longest frame lately; 0: unknown
+    int shorter = 0;         ///< how many since were shorter
+    size_t more_bytes = 0;   ///< what it may have lacked in the turns that it missed
+  };
+  struct Turn {
+    uint8_t id = 0;
+    bool for_ack = false;
+    std::optional<Time> heard;
+    bool answerable = false;  ///< what was heard gets an answer
+    std::optional<protocol::Message> answer;
+  };
+
+  void Join(uint8_t id, Time now);
+  void CountTurns(Time now);
+  std::vector<uint8_t> Choose(Time now, size_t most);
+  size_t GiveTurns(Time now, std::vector<uint8_t> acks);
+  uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
+  bool MayGoOn(Time now) const;
+  void JudgeOpening(Time now);
+  Duration OpeningTime(uint8_t slots) const;
+  Duration TurnTime(size_t bytes) const;
+  size_t MostBytes() const;
+  int ExchangesAnOpening() const;
+
+  const RoundOptions options_;
+  std::map<uint8_t, Robot> robots_;
+  std::map<uint8_t, Time> others_;     // when clients without turns were last heard
+  std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each
+  std::vector<Turn> turns_;            // of the round in progress
+  bool active_ = false;
+  std::optional<Time> begin_;  // of the first ROUND at the earliest; empty: there was no HELLO
+  uint32_t order_ = 1;         // a linear congruential generator
+  uint8_t number_ = 0;         // of the last ROUND
+  uint8_t open_slots_ = 0;
+  Duration turn_{};
+  Time sent_at_{};
+  Time turns_end_ = Time::min();
+  Time opening_end_ = Time::min();  // min: there is none
+  Time last_heard_ = Time::min();
+  Time next_opening_ = Time::min();
+  uint8_t width_ = 0;      // of the next opening, in slots
+  int exchanges_ = 0;      // in this opening
+  bool used_ = false;      // something was heard in it
+  bool collided_ = false;  // and some of that was damaged
+  RoundCounters counters_;
+};
+
+}  // namespace pheromone::radio
