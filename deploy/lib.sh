@@ -62,7 +62,7 @@ build() {
 }
 
 # What ./deploy/run shows.
-build_programs() { build release pheromoned pheromonectl pheromone-swarm; }
+build_programs() { build gate pheromoned pheromonectl pheromone-swarm; }
 
 # debian_base FOLDER: a small Debian 12 in FOLDER, made once; tests boot copies of it. Must be root.
 debian_base() {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <tuple>
 
 #include "server/core/field/cell_map.h"
 #include "server/core/field/wide_integer.h"

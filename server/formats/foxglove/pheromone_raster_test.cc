@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "server/operators/web/stream/testing/tiles_viewer.h"
+#include "server/formats/foxglove/testing/tiles_viewer.h"
 
 namespace pheromone::web {
 namespace {

@@ -1,6 +1,7 @@
 // The writing half of rdf_file.h.
 #include <filesystem>
 #include <map>
+#include <tuple>
 #include <utility>
 
 #include "server/base/file.h"

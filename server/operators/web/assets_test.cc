@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 
 #include "server/operators/web/embedded.h"
 #include "server/operators/web/testing/fake_control.h"

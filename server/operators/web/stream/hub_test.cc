@@ -10,7 +10,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 
-#include "server/operators/web/stream/testing/tiles_viewer.h"
+#include "server/formats/foxglove/testing/tiles_viewer.h"
 #include "server/operators/web/testing/fake_control.h"
 
 namespace pheromone::web {

@@ -14,10 +14,10 @@
 
 #include "server/base/bytes.h"
 #include "server/formats/foxglove/pheromone_raster.h"
+#include "server/formats/foxglove/testing/tiles_viewer.h"
 #include "server/operators/playback/testing/recording.h"
 #include "server/operators/web/stream/playback_messages.h"
 #include "server/operators/web/stream/testing/client.h"
-#include "server/operators/web/stream/testing/tiles_viewer.h"
 #include "server/operators/web/testing/fake_control.h"
 #include "server/operators/web/testing/listening_server.h"
 

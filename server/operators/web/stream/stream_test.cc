@@ -19,9 +19,9 @@
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 
+#include "server/formats/foxglove/testing/tiles_viewer.h"
 #include "server/operators/web/stream/conversation.h"
 #include "server/operators/web/stream/testing/client.h"
-#include "server/operators/web/stream/testing/tiles_viewer.h"
 #include "server/operators/web/testing/fake_control.h"
 #include "server/operators/web/testing/listening_server.h"
 
