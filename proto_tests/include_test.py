@@ -225,7 +225,7 @@ STD_USE = re.compile(r"\bstd::(\w+)")
 DEFINITION = re.compile(r"^(?:template\s*<[^;{]*>\s*)?(?:class|struct|enum(?:\s+class)?|union)\s+"
                         r"(?:\[\[\w+\]\]\s*)?([A-Z]\w+)(?:\s+final)?\s*(?::[^:;{][^;{]*)?\{|"
                         r"^using\s+([A-Z]\w+)\s*=", re.MULTILINE)
-DECLARED = re.compile(r"\b(?:class|struct|enum|union|typename|using|concept)\s+(?:class\s+)?([A-Z]\w+)")
+DECLARED = re.compile(r"\b(?:class|struct|enum|union|typename|using|concept)\s+(?:class\s+)?(?:\w+::)*([A-Z]\w+)")
 CALLABLE = re.compile(r"\b([A-Z]\w+)\s*[(;=,{)]")
 NAMESPACE = re.compile(r"^namespace\s+([\w:]+)", re.MULTILINE)
 NAME = re.compile(r"(?<![\w:])((?:\w+::)*)([A-Z]\w+)\b(?=\s*[\w&*<>{]|::)")
