@@ -27,7 +27,7 @@ import threading
 from live_daemon import DEADLINE_S, check, wait_until
 from operated_daemon import OperatedDaemon
 
-README = pathlib.Path(__file__).resolve().parents[1] / "README.md"
+README = pathlib.Path(__file__).resolve().parents[1] / "client_fw/attach/README.md"
 START = (1.5, 2.2, 20.0)  # 0.2 m beside the path, and 20 degrees off, as in the paper's experiment
 PATH_Y = 2.0
 EVERY_S = 0.05  # between the true poses that the Pioneer tells
@@ -353,9 +353,8 @@ def drives_over_udp(bin_dir, folder):
 
 
 def readme_blocks():
-    """The commands of README.md's section on attaching a robot."""
-    section = README.read_text(encoding="utf-8").split("**Attach a robot.**")[1].split("\n**")[0]
-    return re.findall(r"^```sh\n(.*?)^```$", section, re.M | re.S)
+    """The commands of client_fw/attach/README.md."""
+    return re.findall(r"^```sh\n(.*?)^```$", README.read_text(encoding="utf-8"), re.M | re.S)
 
 
 def does_what_the_readme_says(bin_dir, folder):
