@@ -25,7 +25,7 @@ void ForgetRobot(const Message& request, engine::Engine* server) {
 void ForgetRequest(const Message& request, engine::Engine* server) {
   protocol::HelloRequest hello;
   const engine::RobotState* const robot = server->robots().Find(0, request.id);
-  if (protocol::Decode(request, &hello) && robot != nullptr && robot->nonce != hello.nonce) {
+  if (protocol::Decode(request, &hello) && robot != nullptr && robot->hello.nonce != hello.nonce) {
     server->ForgetAsMutant(0, request.id);
   }
 }
