@@ -237,6 +237,10 @@ void Finish(const ResolveAnswer& from, Message* to) {
 
 }  // namespace
 
+uint8_t CommandArgumentLength(uint8_t code) {
+  return ArgumentLengthOf(code);
+}
+
 LengthRule LengthOf(uint8_t opcode) {
   LengthFinder finder{opcode, {false, 0, 0}};
   ForEachMessage(&finder);

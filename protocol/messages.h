@@ -143,10 +143,31 @@ struct TraceAnswer {
   }
 };
 
+/// CommandArgumentLength, for the list of fields below.
+constexpr uint8_t ArgumentLengthOf(uint8_t code) {
+  switch (static_cast<CommandCode>(code)) {
+    case CommandCode::kHalt:
+    case CommandCode::kResume:
+    case CommandCode::kPickLoad:
+    case CommandCode::kDropLoad:
+      return 0;
+    case CommandCode::kFollowType:
+    case CommandCode::kGetParameter:
+      return 1;
+    case CommandCode::kSpeed:
+      return 2;
+    case CommandCode::kGoTo:
+      return 4;
+    case CommandCode::kSetParameter:
+      return 5;
+  }
+  return 0xFF;
+}
+
 /// How many of a Command's arguments are in use: none if the code is unknown.
 constexpr uint8_t ArgumentsInUse(CommandCode code) {
-  return CommandArgumentLength(static_cast<uint8_t>(code)) <= kMaxCommandArguments
-             ? CommandArgumentLength(static_cast<uint8_t>(code))
+  return ArgumentLengthOf(static_cast<uint8_t>(code)) <= kMaxCommandArguments
+             ? ArgumentLengthOf(static_cast<uint8_t>(code))
              : uint8_t{0};
 }
 

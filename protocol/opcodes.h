@@ -152,26 +152,9 @@ struct LengthRule {
 /// by the length of the whole text.
 LengthRule LengthOf(uint8_t opcode);
 
-/// Bytes of arguments that a COMMAND's code takes, or 0xFF for an unknown code.
-constexpr uint8_t CommandArgumentLength(uint8_t code) {
-  switch (static_cast<CommandCode>(code)) {
-    case CommandCode::kHalt:
-    case CommandCode::kResume:
-    case CommandCode::kPickLoad:
-    case CommandCode::kDropLoad:
-      return 0;
-    case CommandCode::kFollowType:
-    case CommandCode::kGetParameter:
-      return 1;
-    case CommandCode::kSpeed:
-      return 2;
-    case CommandCode::kGoTo:
-      return 4;
-    case CommandCode::kSetParameter:
-      return 5;
-  }
-  return 0xFF;
-}
+/// Bytes of arguments that a COMMAND's code takes, or 0xFF for an unknown code. Not inline: that
+/// costs an AVR flash.
+uint8_t CommandArgumentLength(uint8_t code);
 
 }  // namespace protocol
 }  // namespace pheromone

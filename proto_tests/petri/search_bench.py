@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 NETS = [("kanban", 3), ("kanban", 4), ("kanban", 5), ("philosophers", 12), ("fms", 4),
         ("motion.toml", 2), ("motion.toml", 3)]
 
