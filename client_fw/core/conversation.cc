@@ -213,7 +213,7 @@ void Conversation::OnSent(uint32_t now_ms) {
   timers_[kWindow] = static_cast<uint16_t>((patient ? kLongestWindowMs : WindowMs()) + 1);
 }
 
-void Conversation::CheckSilence() {
+PHEROMONE_OUTLINED void Conversation::CheckSilence() {
   if (timers_[kSaving] == 0 && saves_left_ != kMaxSavesAtOnce) {
     ++saves_left_;
     timers_[kSaving] = kSavingMs;
