@@ -161,7 +161,9 @@ asio::awaitable<bool> Session::ServeOne() {
     std::function<void(Respond)> ask = [this, &request](Respond respond) {
       handle_(std::move(request), std::move(respond));
     };
+    is_asking_ = true;
     response = co_await Ask(std::move(ask));
+    is_asking_ = false;
   }
   const std::shared_ptr<Content> content = response.content;
   const uint64_t offset = response.content_offset;

@@ -119,7 +119,7 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
       self->closing_ = true;
       if (self->place_ != nullptr) {
         self->place_->Stop();
-      } else {
+      } else if (!self->is_asking_) {
         self->connection_.Cancel();
       }
     });
@@ -146,6 +146,7 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
   const Upgrades* const upgrades_;
   boost::beast::flat_buffer buffer_{kMaxHeaderBytes + kMaxBodyBytes};
   bool closing_ = false;
+  bool is_asking_ = false;  // a request was passed to the handler: its answer is still written
   std::shared_ptr<PlaceState> place_;  // the connection belongs to another owner
 };
 
