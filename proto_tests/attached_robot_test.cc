@@ -241,11 +241,11 @@ TEST(AttachedRobot, StartsHaltedUnlessItIsReleased) {
   parameters.start_released = false;
   World world(parameters);
   world.Run(8000);
-  EXPECT_EQ(client::kHalted, world.robot.conversation().flags());
+  EXPECT_EQ(client::kHalted, world.robot.conversation().state().flags);
   EXPECT_EQ(0, world.pioneer.drive().true_pose().x_m);
   world.Command(protocol::CommandCode::kResume);
   world.Run(2000);
-  EXPECT_EQ(0, world.robot.conversation().flags());
+  EXPECT_EQ(0, world.robot.conversation().state().flags);
   EXPECT_GT(world.pioneer.drive().true_pose().x_m, 0.1);
 }
 

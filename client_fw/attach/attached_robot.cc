@@ -91,7 +91,7 @@ void AttachedRobot::StepLeaving(uint32_t now_ms) {
 }
 
 client::Pose AttachedRobot::pose() const {
-  return client::StartPose(robot_.conversation().parameters().start)
+  return client::StartPose(robot_.conversation().state().parameters.start)
       .Place(drive_.pioneer().odometry());
 }
 

@@ -89,7 +89,7 @@ std::string Reporter::RobotText() {
   }
   std::string text = prefix + "session open, motors ";
   text += (pioneer.flags() & client::kMotorsOn) != 0 ? "on" : "off";
-  text += AlarmText(robot_->conversation().drive().alarms);
+  text += AlarmText(robot_->conversation().state().drive.alarms);
   return text;
 }
 
@@ -115,7 +115,7 @@ void Reporter::Look(int64_t now_ms) {
   SayIfNew(now_ms, RobotText(), &robot_text_);
   SayIfNew(now_ms, ServerText(), &server_text_);
   const client::Conversation& conversation = robot_->conversation();
-  SayIfNew(now_ms, MotionText(conversation.flags(), conversation.trail_lost()), &motion_text_);
+  SayIfNew(now_ms, MotionText(conversation.state().flags, conversation.state().trail_lost), &motion_text_);
 }
 
 std::string Reporter::Status() const {
@@ -128,7 +128,7 @@ std::string Reporter::Status() const {
                         std::remainder(pose.heading * 360.0 / 65'536, 360.0))
           : "pose unknown";
   return fmt::format("{}, P {:.2f} {:.2f}, wheels {} {} mm/s", place,
-                     conversation.p_left() / 4096.0, conversation.p_right() / 4096.0,
+                     conversation.state().p_left / 4096.0, conversation.state().p_right / 4096.0,
                      wheels.left_mm_s, wheels.right_mm_s);
 }
 

@@ -131,12 +131,12 @@ TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpellWithCommands) {
       harness.FeedEncoded(command);
       Crowd(400, &harness);
     }
-    EXPECT_EQ(kFailSafe, harness.conversation.flags());
+    EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
     const uint32_t answers = harness.counters().answers;
     harness.Serve(4000);
     EXPECT_EQ(1u, harness.counters().hellos);
     EXPECT_GE(harness.counters().answers, answers + 15) << busy_ms;
-    EXPECT_EQ(kStraight, harness.conversation.wheels());
+    EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   }
 }
 
@@ -426,10 +426,10 @@ TEST(ChannelTest, ServerThatAnswersOthersNeedsNoHello) {
     harness.Run(20);
     harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 0, 0});
   }
-  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
   EXPECT_EQ(1u, harness.counters().hellos);
   harness.Serve(1000);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   EXPECT_TRUE(harness.events.empty());
 }
 
@@ -441,7 +441,7 @@ TEST(ChannelTest, OwnEchoIsRecognised) {
   EXPECT_EQ(1u, harness.counters().own_id_heard);
   EXPECT_EQ(0u, harness.counters().heard);
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(ChannelTest, DamagedAnswerIsNotBelieved) {
@@ -453,7 +453,7 @@ TEST(ChannelTest, DamagedAnswerIsNotBelieved) {
   for (const uint8_t byte : frame) {
     harness.FeedByte(byte);
   }
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   EXPECT_EQ(1u, harness.conversation.decoder_counters().crc_errors);
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(1u, harness.counters().retries);
@@ -465,7 +465,7 @@ TEST(ChannelTest, AnswerThatNobodyAwaitsIsCounted) {
   ASSERT_TRUE(harness.RunUntilSent());
   harness.Answer(0, 0);
   harness.Answer(4096, 0);  // once more
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   EXPECT_EQ(1u, harness.counters().late_answers);
 }
 
@@ -475,10 +475,10 @@ TEST(ChannelTest, AnswerOfAnotherTypeIsNotBelieved) {
   ASSERT_TRUE(harness.RunUntilSent());
   harness.FeedEncoded(protocol::SenseAnswer{kTestId, 1, false, 0, 0});
   harness.FeedEncoded(protocol::SenseAnswer{kTestId, 2, true, 0, 0});
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   EXPECT_EQ(2u, harness.counters().late_answers);
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 }  // namespace

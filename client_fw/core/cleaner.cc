@@ -64,16 +64,17 @@ void Cleaner::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conv
     ++lost_claims_;
     Go(Phase::kLooking);
   }
-  if (odometry == nullptr || !conversation->greeted() || (conversation->flags() & kPoseLost) != 0) {
+  if (odometry == nullptr || !conversation->greeted() ||
+      (conversation->state().flags & kPoseLost) != 0) {
     return;
   }
-  pose_ = conversation->PoseOf(*odometry);
+  pose_ = conversation->state().start.Place(*odometry);
   Act(conversation, passed_ms < 1000 ? static_cast<uint16_t>(passed_ms) : uint16_t{1000});
 }
 
 // What is to be done next, when nothing is awaited.
 void Cleaner::Act(Conversation* conversation, uint16_t passed_ms) {
-  const bool drives = conversation->flags() == 0;
+  const bool drives = conversation->state().flags == 0;
   switch (phase_) {
     case Phase::kNaming:
       AskForName(conversation);
@@ -102,7 +103,7 @@ void Cleaner::Act(Conversation* conversation, uint16_t passed_ms) {
       break;
     case Phase::kCleaning:
       if (drives) {
-        const int16_t slow = static_cast<int16_t>(conversation->parameters().speed_mm_s / 4);
+        const int16_t slow = static_cast<int16_t>(conversation->state().parameters.speed_mm_s / 4);
         wheels_ = WheelSpeeds{static_cast<int16_t>(-slow), slow};
         cleaning_left_ms_ = cleaning_left_ms_ > passed_ms
                                 ? static_cast<uint16_t>(cleaning_left_ms_ - passed_ms)
@@ -265,7 +266,7 @@ void Cleaner::Move(const Conversation& conversation) {
     return;
   }
   const int16_t brakes = SpeedToStopIn(left_mm);
-  const int16_t speed = conversation.parameters().speed_mm_s;
+  const int16_t speed = conversation.state().parameters.speed_mm_s;
   wheels_ = SteerTo(dx_mm, dy_mm, pose_.heading, speed < brakes ? speed : brakes);
 }
 
@@ -309,7 +310,7 @@ void Cleaner::Ask(uint8_t opcode, uint8_t length, Conversation* conversation) {
 }
 
 WheelSpeeds Cleaner::Wheels(const Conversation& conversation) const {
-  return conversation.flags() == 0 ? wheels_ : WheelSpeeds{0, 0};
+  return conversation.state().flags == 0 ? wheels_ : WheelSpeeds{0, 0};
 }
 
 }  // namespace client

@@ -18,7 +18,7 @@ class CommandTest : public testing::Test {
     harness_.GreetAndServe(1500);
     EXPECT_TRUE(harness_.RunUntilSent());
     harness_.Answer(0, 0);
-    EXPECT_EQ(kStraight, harness_.conversation.wheels());
+    EXPECT_EQ(kStraight, harness_.conversation.state().wheels);
   }
 
   void Send(uint8_t seq, CommandCode code, int argument = 0) {
@@ -46,15 +46,15 @@ class CommandTest : public testing::Test {
 
 TEST_F(CommandTest, HaltAndResume) {
   Send(1, CommandCode::kHalt);
-  EXPECT_EQ(kStill, harness_.conversation.wheels());
-  EXPECT_EQ(kHalted, harness_.conversation.flags());
+  EXPECT_EQ(kStill, harness_.conversation.state().wheels);
+  EXPECT_EQ(kHalted, harness_.conversation.state().flags);
   ExpectAck(1, CommandCode::kHalt, Reason::kNone);
   harness_.Serve(1000);
   ASSERT_TRUE(harness_.RunUntilSent());
   harness_.Answer(0, 0);
-  EXPECT_EQ(kStill, harness_.conversation.wheels());
+  EXPECT_EQ(kStill, harness_.conversation.state().wheels);
   Send(2, CommandCode::kResume);
-  EXPECT_EQ(kStraight, harness_.conversation.wheels());
+  EXPECT_EQ(kStraight, harness_.conversation.state().wheels);
   ExpectAck(2, CommandCode::kResume, Reason::kNone);
 }
 
@@ -62,13 +62,13 @@ TEST_F(CommandTest, HaltOutlastsAFailSafeStop) {
   Send(1, CommandCode::kHalt);
   harness_.Run(2000);
   harness_.Serve(2000);
-  EXPECT_EQ(kHalted, harness_.conversation.flags());
+  EXPECT_EQ(kHalted, harness_.conversation.state().flags);
 }
 
 TEST_F(CommandTest, SpeedTakesEffectAtOnce) {
   Send(1, CommandCode::kSpeed, 350);
-  EXPECT_EQ((WheelSpeeds{350, 350}), harness_.conversation.wheels());
-  EXPECT_EQ(350, harness_.conversation.parameters().speed_mm_s);
+  EXPECT_EQ((WheelSpeeds{350, 350}), harness_.conversation.state().wheels);
+  EXPECT_EQ(350, harness_.conversation.state().parameters.speed_mm_s);
   ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
 }
 
@@ -77,7 +77,7 @@ TEST_F(CommandTest, SpeedOutOfRangeIsABadValue) {
   ExpectAck(1, CommandCode::kSpeed, Reason::kBadValue);
   Send(2, CommandCode::kSpeed, 1001);
   ExpectAck(2, CommandCode::kSpeed, Reason::kBadValue);
-  EXPECT_EQ(kStraight, harness_.conversation.wheels());
+  EXPECT_EQ(kStraight, harness_.conversation.state().wheels);
   EXPECT_EQ(2u, harness_.counters().refused_commands);
 }
 
@@ -93,7 +93,7 @@ TEST_F(CommandTest, FollowTypeThatDoesNotExistIsRefused) {
   ExpectAck(1, CommandCode::kFollowType, Reason::kUnknownPheromone);
   Send(2, CommandCode::kFollowType, 16);
   ExpectAck(2, CommandCode::kFollowType, Reason::kBadValue);
-  EXPECT_EQ(2, harness_.conversation.parameters().type);
+  EXPECT_EQ(2, harness_.conversation.state().parameters.type);
 }
 
 TEST_F(CommandTest, GoToIsNotPermitted) {
@@ -143,7 +143,7 @@ TEST_F(CommandTest, NewEpochForgetsTheLastCommand) {
   harness_.hello.epoch = 10;
   harness_.AnswerHello();
   Send(1, CommandCode::kSpeed, 100);
-  EXPECT_EQ(100, harness_.conversation.parameters().speed_mm_s);
+  EXPECT_EQ(100, harness_.conversation.state().parameters.speed_mm_s);
 }
 
 TEST_F(CommandTest, SameEpochRemembersTheLastCommand) {
@@ -164,7 +164,7 @@ TEST_F(CommandTest, BroadcastHaltIsObeyedWithoutAck) {
   for (int i = 0; i < 3; ++i) {
     harness_.FeedEncoded(command);
   }
-  EXPECT_EQ(kHalted, harness_.conversation.flags());
+  EXPECT_EQ(kHalted, harness_.conversation.state().flags);
   EXPECT_FALSE(harness_.RunUntilSent(50));
   EXPECT_EQ(0u, harness_.counters().acks);
 }
@@ -178,7 +178,7 @@ TEST_F(CommandTest, BroadcastHaltOfAWrongLengthIsIgnored) {
     message.length = length;
     harness_.Feed(message);
   }
-  EXPECT_EQ(kStraight, harness_.conversation.wheels());
+  EXPECT_EQ(kStraight, harness_.conversation.state().wheels);
 }
 
 TEST_F(CommandTest, OtherBroadcastsAndOthersCommandsAreIgnored) {
@@ -189,7 +189,7 @@ TEST_F(CommandTest, OtherBroadcastsAndOthersCommandsAreIgnored) {
   command.id = kTestId + 1;
   command.code = CommandCode::kHalt;
   harness_.FeedEncoded(command);
-  EXPECT_EQ(kStraight, harness_.conversation.wheels());
+  EXPECT_EQ(kStraight, harness_.conversation.state().wheels);
   EXPECT_EQ(0u, harness_.counters().commands);
 }
 
@@ -206,7 +206,7 @@ TEST_F(CommandTest, AckWaitsForTheChannelButNotLongerThanTheWindow) {
   harness_.busy = false;
   EXPECT_FALSE(harness_.RunUntilSent(50));
   EXPECT_EQ(1u, harness_.counters().dropped_acks);
-  EXPECT_EQ(kStraight, harness_.conversation.wheels());
+  EXPECT_EQ(kStraight, harness_.conversation.state().wheels);
 }
 
 TEST_F(CommandTest, CommandInTheMiddleOfAnExchangeLeavesItIntact) {
@@ -216,7 +216,7 @@ TEST_F(CommandTest, CommandInTheMiddleOfAnExchangeLeavesItIntact) {
   harness_.Run(5);
   EXPECT_FALSE(harness_.leaving);  // the answer's turn
   harness_.Feed(answer);
-  EXPECT_EQ((WheelSpeeds{50, 100}), harness_.conversation.wheels());
+  EXPECT_EQ((WheelSpeeds{50, 100}), harness_.conversation.state().wheels);
   ExpectAck(1, CommandCode::kSpeed, Reason::kNone);
 }
 

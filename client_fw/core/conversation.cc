@@ -1,8 +1,8 @@
-// Time and the channel. The other parts are conversation_send.cc, conversation_receive.cc and
-// conversation_act.cc.
+// Time and the channel. The other parts are conversation_send.cc and conversation_receive.cc.
 #include "client_fw/core/conversation.h"
 
 #include "client_fw/core/outlined.h"
+#include "client_fw/core/run_down.h"
 
 namespace pheromone {
 namespace client {
@@ -42,29 +42,9 @@ RequestMemory* Continue(const Parameters& parameters, RequestMemory* memory) {
 
 Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
     : ConversationState(),
-      memory_(Continue(parameters, memory)),
-      random_(parameters.id, parameters.boot_counter),
-      fuzzy_(FuzzyState{kNoError}),
-      careful_(kCarefulStart),
-      parameters_(parameters),
-      drive_(kNothingToTell),
-      stored_(parameters),
-      start_(memory_->start) {
-  saves_left_ = kMaxSavesAtOnce;
-  flags_ = kNoAnswerYet;
-  if (memory_->type != 0) {
-    parameters_.type = memory_->type;
-  }
-  if (memory_->has_speed) {
-    parameters_.speed_mm_s = memory_->speed_mm_s;
-  }
-  if (parameters.pose_lost) {
-    LosePose();
-  }
-  if (memory_->halted || !parameters.start_released) {
-    Halt();
-  }
-  Seal(memory_);
+      behaviour_(parameters, Continue(parameters, memory)),
+      memory_(memory),
+      random_(parameters.id, parameters.boot_counter) {
   three_bytes_ms_ = static_cast<uint8_t>(BytesMs(3));
   longest_frame_ms_ = static_cast<uint16_t>(BytesMs(protocol::kMaxFrame) +
                                             (parameters.gap_timeout_ms == protocol::kNoGapTimeout
@@ -81,9 +61,8 @@ void Conversation::Advance(uint32_t now_ms) {
   now_ms_ = now_ms;
   const uint16_t elapsed_ms =
       passed_ms < kLongestStepMs ? static_cast<uint16_t>(passed_ms) : kLongestStepMs;
-  for (uint16_t& timer : timers_) {
-    timer = timer > elapsed_ms ? static_cast<uint16_t>(timer - elapsed_ms) : 0;
-  }
+  RunDown(timers_, kTimers, elapsed_ms);
+  behaviour_.Advance(elapsed_ms);
   quiet_ms_ = Sum(quiet_ms_, elapsed_ms);
   if (elapsed_ms >= kAloneMs) {  // a pause: we have not listened
     HearOther();
@@ -93,7 +72,7 @@ void Conversation::Advance(uint32_t now_ms) {
 
 void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_busy) {
   Advance(now_ms);
-  if (odometry != nullptr && !TakePose(*odometry)) {
+  if (odometry != nullptr && !behaviour_.Locate(*odometry)) {
     odometry = nullptr;
   }
   const bool open = FrameOpen();
@@ -101,6 +80,7 @@ void Conversation::Poll(uint32_t now_ms, const Odometry* odometry, bool channel_
       (quiet_ms_ > kByteGraceMs || Noisy())) {
     OnMiss();
   }
+  behaviour_.Check();
   CheckSilence();
   if (timers_[kCensus] == 0) {
     timers_[kCensus] = kCensusMs;
@@ -214,17 +194,8 @@ void Conversation::OnSent(uint32_t now_ms) {
 }
 
 PHEROMONE_OUTLINED void Conversation::CheckSilence() {
-  if (timers_[kSaving] == 0 && saves_left_ != kMaxSavesAtOnce) {
-    ++saves_left_;
-    timers_[kSaving] = kSavingMs;
-  }
-  if (timers_[kAnswered] == 0 && (flags_ & kNoAnswerYet) == 0) {
-    Stop(kFailSafe, 0);
-  }
   if (greeted_ && phase_ != Phase::kAwaiting && timers_[kContacted] == 0) {
-    if ((flags_ & kFailSafe) != 0) {  // Otherwise the channel is merely too full for an event.
-      Report(BitOf(protocol::EventCode::kFailSafeStop));
-    }
+    behaviour_.OnSilence();
     SayHello();
     Contend();
   }
@@ -237,8 +208,8 @@ PHEROMONE_OUTLINED void Conversation::CheckSilence() {
 // Another station is in the middle of a frame. One that stalls or takes too long is not waited for;
 // without a gap timeout, it may still continue.
 bool Conversation::FrameOpen() {
-  if (parameters_.gap_timeout_ms != protocol::kNoGapTimeout) {
-    if (quiet_ms_ > parameters_.gap_timeout_ms) {
+  if (parameters().gap_timeout_ms != protocol::kNoGapTimeout) {
+    if (quiet_ms_ > parameters().gap_timeout_ms) {
       protocol::TimeOut(&parser_, &decoder_counters_);
     }
   } else if (quiet_ms_ > kStalledFrameMs) {
@@ -249,7 +220,7 @@ bool Conversation::FrameOpen() {
 
 void Conversation::OnMiss() {
   Count(&Counters::timeouts);
-  resync_ = parameters_.buffered_link;
+  resync_ = parameters().buffered_link;
   HearOther();  // it may be one that we did not hear, because it began when we did
   window_.OnMiss(census_.robots());
   if (asked_opcode_ == protocol::kHello) {
@@ -307,7 +278,7 @@ void Conversation::Rest() {
 
 // On the radio.
 PHEROMONE_OUTLINED uint16_t Conversation::BytesMs(uint8_t bytes) const {
-  return client::BytesMs(bytes, parameters_.baud);
+  return client::BytesMs(bytes, parameters().baud);
 }
 
 // Long enough for one exchange of every robot heard: 26 bytes, the turnarounds and the server's
@@ -320,7 +291,7 @@ uint16_t Conversation::NeededMs() const {
 }
 
 bool Conversation::congested() const {
-  return census_.robots() != 0 && parameters_.period_ms > 1 && NeededMs() > parameters_.period_ms;
+  return census_.robots() != 0 && parameters().period_ms > 1 && NeededMs() > parameters().period_ms;
 }
 
 uint16_t Conversation::PeriodMs() {
@@ -328,7 +299,7 @@ uint16_t Conversation::PeriodMs() {
     Count(&Counters::stretched_periods);
     return NeededMs();
   }
-  return parameters_.period_ms;
+  return parameters().period_ms;
 }
 
 // A robot that sends without a pause hears no other robot and assumes that it is alone. So it
@@ -362,7 +333,7 @@ uint8_t Conversation::SlotMs() const {
 }
 
 uint8_t Conversation::WindowMs() const {
-  return greeted_ && server_[kWindowAt] != 0 ? server_[kWindowAt] : parameters_.first_window_ms;
+  return greeted_ && server_[kWindowAt] != 0 ? server_[kWindowAt] : parameters().first_window_ms;
 }
 
 // Another station's answer is due. Its window begins when its last byte left its UART, a turnaround
@@ -386,9 +357,9 @@ PHEROMONE_OUTLINED void Conversation::HearOther() {
 
 void Conversation::HearServer() {
   const uint16_t patience_ms = static_cast<uint16_t>(kSilentSlots * SlotMs());
-  timers_[kContacted] = HasTurns()                               ? kTurnPatienceMs
-                        : patience_ms > parameters_.fail_safe_ms ? patience_ms
-                                                                 : parameters_.fail_safe_ms;
+  timers_[kContacted] = HasTurns()                                ? kTurnPatienceMs
+                        : patience_ms > parameters().fail_safe_ms ? patience_ms
+                                                                  : parameters().fail_safe_ms;
 }
 
 }  // namespace client

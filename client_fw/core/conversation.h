@@ -2,11 +2,11 @@
 // go in, frames, wheel speeds and counters come out.
 //
 //   conversation.OnByte(byte, now_ms);                    // each byte from the radio
-//   conversation.OnDrive(status);                         // what the drive has to tell
+//   conversation.behaviour()->OnDrive(status);            // what the drive has to tell
 //   conversation.Poll(now_ms, &odometry, channel_busy);   // every millisecond or so
 //   if (conversation.tx_size() != 0) ...                  // give tx() to the radio, at once
 //   conversation.OnSent(now_ms);                          // when its last byte has left
-//   drive.set_wheel_speeds(conversation.wheels());
+//   drive.set_wheel_speeds(conversation.state().wheels);
 //
 // It sends HELLO until the server answers, then one request per period with the current pose
 // (SENSE, or TRACE to deposit a trail). An unanswered request is repeated after a random number of
@@ -16,14 +16,8 @@
 // request was abandoned; there a PING is sent after every timeout, and everything before its echo
 // is discarded. Access to the channel is described in protocol/README.md, section 9.
 //
-// Fail-safe: wheels() is zero before the first answer, and whenever there have been no intensities
-// for fail_safe_ms, until they arrive. After such a silence HELLO is sent again, on slow modems
-// after 64 slots.
-//
-// Halt: after every reset the robot is halted, unless its settings say otherwise and it was not
-// halted before; so is it by COMMAND 1 and by each alarm of the drive. Only COMMAND 2 releases it,
-// and not while an alarm lasts. A robot that has lost its pose asks for nothing, and stands until
-// it was given one (settings 64 to 66) and released.
+// After a silence of fail_safe_ms, in which the robot stops, HELLO is sent again, on slow modems
+// after 64 slots. A robot that has lost its pose asks for nothing.
 //
 // Tags are read and written beside that: Ask (tag_exchange.h).
 //
@@ -35,17 +29,12 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/angle.h"
 #include "client_fw/core/backoff.h"
-#include "client_fw/core/careful.h"
+#include "client_fw/core/behaviour.h"
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
-#include "client_fw/core/diagnostics.h"
-#include "client_fw/core/drive_status.h"
-#include "client_fw/core/fuzzy.h"
 #include "client_fw/core/parameters.h"
 #include "client_fw/core/request_memory.h"
-#include "client_fw/core/steering.h"
 #include "client_fw/core/tag_exchange.h"
 #include "protocol/byte_order.h"
 #include "protocol/decoder.h"
@@ -57,26 +46,6 @@ namespace client {
 
 constexpr uint8_t kMaxRetries = 5;
 
-/// Reasons for zero wheel speed. Any one of them suffices.
-enum StopFlag : uint8_t {
-  kNoAnswerYet = 0x01,   ///< none since the start
-  kFailSafe = 0x02,      ///< answers stopped coming
-  kHalted = 0x04,        ///< by a reset, a COMMAND or an alarm, until resume
-  kOffTheMap = 0x08,     ///< the pose is not on the map; until an answer arrives
-  kWrongVersion = 0x10,  ///< the server speaks another protocol version
-  kTypeMissing = 0x20,   ///< the server has no such pheromone
-  kTrailLost = 0x40,     ///< nothing sensed, and LostTrail::kStop or kSearch; until something is
-  kPoseLost = 0x80,      ///< by a reset; until a pose was given
-};
-
-/// A pose is given by COMMAND 8 with these ids, the heading last: mm, mm, binary angle. Not stored.
-enum PoseId : uint8_t { kPoseX = 64, kPoseY = 65, kPoseHeading = 66 };
-
-/// Changes of settings are stored so often at once, and then one a minute: an EEPROM wears out.
-/// More are refused as busy.
-constexpr uint8_t kMaxSavesAtOnce = 8;
-constexpr uint16_t kSavingMs = 60000;
-
 class Conversation : private ConversationState {
  public:
   /// `memory` must outlive the conversation.
@@ -84,6 +53,7 @@ class Conversation : private ConversationState {
   /// A copy with a memory and an exchange of its own, for checkers that branch.
   Conversation(const Conversation& other, RequestMemory* memory, TagExchange* exchange = nullptr)
       : Conversation(other) {
+    behaviour_ = Behaviour(other.behaviour_, memory);
     memory_ = memory;
     exchange_ = exchange;
   }
@@ -96,12 +66,9 @@ class Conversation : private ConversationState {
   /// transmission begins meanwhile.
   void Poll(uint32_t now_ms, const Odometry* odometry, bool channel_busy);
 
-  /// What the drive has to tell; call it before Poll.
-  void OnDrive(const DriveStatus& status);
-  /// True once when the drive has to stop without regard to its deceleration.
-  bool TakeEmergency();
-  /// As last told, without alarms that the settings exclude.
-  const DriveStatus& drive() const { return drive_; }
+  /// What the robot does; and what is to be told to it, before Poll.
+  const BehaviourState& state() const { return behaviour_.state(); }
+  Behaviour* behaviour() { return &behaviour_; }
 
   /// The frame to send, without gaps and at once; it is kept until OnSent. Size 0: none.
   const uint8_t* tx() const { return tx_; }
@@ -112,27 +79,9 @@ class Conversation : private ConversationState {
   /// Sends the request of TAG in `exchange` until it is answered, refused or dropped, one at a
   /// time, between the requests for intensities. `exchange` is to outlive that.
   void Ask(TagExchange* exchange);
-  /// Steers by another pheromone, once its intensities have arrived. As COMMAND 5, but for a task;
-  /// a reset forgets it.
-  void Follow(uint8_t type);
-  /// Halts, and tells the server so: an exception of a net at this tag.
-  void RaiseNetException(uint16_t tag);
-  /// Where the robot is on the map if its odometry is this and no flag says kPoseLost.
-  Pose PoseOf(const Odometry& odometry) const { return start_.Place(odometry); }
-
-  WheelSpeeds wheels() const { return wheels_; }
-  /// A set of StopFlag; 0 while driving.
-  uint8_t flags() const { return flags_; }
-  /// The last intensities, 1/4096 of a unit; 0 before the first.
-  int16_t p_left() const { return p_left_; }
-  int16_t p_right() const { return p_right_; }
-  /// Nothing has been sensed for lost_after_ms.
-  bool trail_lost() const { return trail_lost_; }
   /// There are more robots than the channel can serve in a period, so periods are longer: perhaps
   /// longer than fail_safe_ms, which then stops the robot for a part of each.
   bool congested() const;
-  /// Whether the load is to be held, as commanded.
-  bool load() const { return load_; }
 
   /// The opcode of the request that has not been answered yet, 0: none.
   uint8_t awaited_opcode() const { return phase_ == Phase::kAwaiting ? asked_opcode_ : 0; }
@@ -143,19 +92,9 @@ class Conversation : private ConversationState {
   protocol::HelloAnswer server() const;
   /// Of its messages; 0 before the first answer.
   uint16_t pose_unit_10um() const { return protocol::GetU16(server_ + kPoseUnitAt); }
-  /// The parameters given, with the settings changed by COMMANDs.
-  const Parameters& parameters() const { return parameters_; }
-  /// True once after COMMAND 8 has changed a setting: stored() are to be stored.
-  bool TakeSettingsChanged();
-  /// The settings, without values that hold only until the robot is switched off.
-  const Settings& stored() const { return stored_; }
-  /// The Diagnostic that the board is asked for, 0: none; and its answer.
-  uint8_t board_value_wanted() const { return board_value_; }
-  void TellBoardValue(uint16_t value);
-  const Counters& counters() const { return counters_; }
+  Counters counters() const;
   const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
-  /// For checkers, which compare states: an EVENT is to be sent, and it is its turn.
-  bool has_event() const { return events_ != 0; }
+  /// For checkers, which compare states: events and tags have their turn.
   bool event_turn() const { return event_turn_; }
   /// The reason of the last ERROR, kNone before.
   protocol::Reason last_error() const { return last_error_; }
@@ -246,40 +185,20 @@ class Conversation : private ConversationState {
   void GoOnAfterTag();
   void DropTagRequest();
 
-  // Effects on the robot: conversation_act.cc.
   void OnCommand(const uint8_t* data, uint8_t length);
-  protocol::Reason Execute(uint8_t code, const uint8_t* arguments);
-  protocol::Reason Change(uint8_t id, uint32_t value);
-  protocol::Reason Store(uint8_t id, uint32_t value);
-  protocol::Reason GivePose(uint8_t id, uint32_t value);
-  bool TakePose(const Odometry& odometry);
-  protocol::Reason Ask(uint8_t id);
-  uint16_t DiagnosticValue(uint8_t id) const;
-  protocol::Reason Release();
-  void Halt();
-  void LosePose();
-  void WatchBattery();
-  bool HasType(uint8_t type) const;
-  void Smell();
-  void SetFlags(uint8_t set, uint8_t clear);
-  void Stop(StopFlag flag, uint16_t event_bit);
-  void Report(uint16_t event_bit);
+  void TellCounter(uint8_t id);
+  const Parameters& parameters() const { return behaviour_.state().parameters; }
 
   void Hold();
   void Count(uint32_t Counters::*which);
   void HearOther();
   void HearServer();
 
+  Behaviour behaviour_;
   RequestMemory* memory_;
   TagExchange* exchange_ = nullptr;  // the last one asked for
   Random random_;
   ContentionWindow window_;
-  FuzzyState fuzzy_;
-  CarefulState careful_;
-  Parameters parameters_;
-  DriveStatus drive_;  // as last told
-  Settings stored_;    // without what holds only until the robot is switched off
-  StartPose start_;
   protocol::FrameParser parser_;
   Counters counters_ = Counters();
   protocol::DecoderCounters decoder_counters_ = {};

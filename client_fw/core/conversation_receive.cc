@@ -68,7 +68,7 @@ void Conversation::OnFrame() {
     HearOther();
     timers_[kHeld] = 0;
     OnRound(body + 2, length);
-  } else if (id != parameters_.id) {
+  } else if (id != parameters().id) {
     OnForeign(id, opcode, body + 2, length);
   } else if (!protocol::IsFromServer(opcode)) {
     Count(&Counters::own_id_heard);
@@ -99,7 +99,7 @@ void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, ui
   if (opcode == protocol::kCommand && id == protocol::kBroadcastId) {
     if (length == 2 && data[1] == static_cast<uint8_t>(protocol::CommandCode::kHalt)) {
       Count(&Counters::commands);
-      Halt();
+      behaviour_.Execute(data[1], data + 2);
     }
   } else if (timers_[kReserved] == 0 && (opcode == protocol::kCommand || OpensWindow(opcode))) {
     Hold();
@@ -140,14 +140,7 @@ bool Conversation::OnHelloAnswer(const uint8_t* data, uint8_t length) {
     DropPending();  // its coordinates may mean another place now
   }
   Count(&Counters::hello_answers);
-  uint8_t set = 0;
-  if (data[kVersionAt] != protocol::kProtocolVersion) {
-    set = kWrongVersion;
-  } else if (!HasType(parameters_.type)) {
-    set = kTypeMissing;
-  }
-  SetFlags(set, kWrongVersion | kTypeMissing);
-  if (set != 0) {
+  if (!behaviour_.OnServer(data[kVersionAt], protocol::GetU16(data + kTypeMaskAt))) {
     WaitForHello();
     return true;
   }
@@ -198,7 +191,7 @@ bool Conversation::OnDone(const uint8_t* data, uint8_t length) {
     Count(&Counters::events);
     event_turn_ &= timers_[kPeriod] != 0;
   }
-  if (event_turn_ && events_ == 0 && (!kHasTags || !HasTagRequest())) {
+  if (event_turn_ && state().events == 0 && (!kHasTags || !HasTagRequest())) {
     Rest();
   } else {
     Contend();
@@ -212,11 +205,8 @@ void Conversation::OnIntensities(const uint8_t* data) {
     Count(&Counters::stale_answers);
     return;
   }
-  p_left_ = protocol::GetI16(data);
-  p_right_ = protocol::GetI16(data + 2);
-  timers_[kAnswered] = parameters_.fail_safe_ms;
   event_turn_ = true;
-  Smell();
+  behaviour_.OnIntensities(protocol::GetI16(data), protocol::GetI16(data + 2), heading_);
 }
 
 bool Conversation::OnError(const uint8_t* data, uint8_t length) {
@@ -245,15 +235,55 @@ void Conversation::OnRefusal(Reason reason) {
   } else {
     DropPending();
     if (reason == Reason::kOffTheMap) {
-      Stop(kOffTheMap, BitOf(protocol::EventCode::kOffTheMap));
+      behaviour_.OnOffTheMap();
     }
     Rest();
   }
 }
 
+void Conversation::OnCommand(const uint8_t* data, uint8_t length) {
+  if (length < 2 || length != 2 + protocol::CommandArgumentLength(data[1])) {
+    Count(&Counters::malformed);
+    return;
+  }
+  HearServer();
+  // With turns, a ROUND follows, which takes longer than a window, and has a turn for the ACK.
+  timers_[kAckDue] = HasTurns() ? timers_[kRounds] : static_cast<uint16_t>(WindowMs() + 1);
+  ack_due_ = true;
+  uint8_t* const ack = memory_->ack;
+  if (memory_->command_known && data[0] == ack[0]) {
+    Count(&Counters::repeated_commands);
+    return;
+  }
+  memory_->command_known = true;
+  ack[0] = data[0];
+  ack[1] = data[1];
+  const Reason result = behaviour_.Execute(data[1], data + 2);
+  TellCounter(state().value_wanted);
+  ack[2] = static_cast<uint8_t>(result);
+  Count(result == Reason::kNone ? &Counters::commands : &Counters::refused_commands);
+}
+
+// Where the value that was asked for is one of ours.
+void Conversation::TellCounter(uint8_t id) {
+  const uint32_t* const counter = id == kRequestCount    ? &counters_.requests
+                                  : id == kTimeoutCount  ? &counters_.timeouts
+                                  : id == kCrcErrorCount ? &decoder_counters_.crc_errors
+                                                         : nullptr;
+  if (counter != nullptr) {
+    behaviour_.Tell(static_cast<uint16_t>(*counter & UINT16_MAX));
+  }
+}
+
+Counters Conversation::counters() const {
+  Counters all = counters_;
+  static_cast<BehaviourCounters&>(all) = state();
+  return all;
+}
+
 protocol::HelloAnswer Conversation::server() const {
   protocol::Message message;
-  message.id = parameters_.id;
+  message.id = parameters().id;
   message.opcode = protocol::kHelloAnswer;
   message.length = kHelloAnswerSize;
   for (uint8_t i = 0; i < kHelloAnswerSize; ++i) {

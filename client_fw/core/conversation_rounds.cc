@@ -89,7 +89,7 @@ void Conversation::GrantTurns(const uint8_t* turns, uint8_t count, uint8_t turn_
   turns_ = 0;
   for (uint8_t i = 0; i < count; ++i) {
     // The second turn of ours follows the first.
-    if (turns[i] != parameters_.id || (turns_ != 0 && i != turn_index_ + 1)) {
+    if (turns[i] != parameters().id || (turns_ != 0 && i != turn_index_ + 1)) {
       continue;
     }
     const uint16_t begin_ms = static_cast<uint16_t>(protocol::kBeforeTurnsMs + i * turn_ms);
@@ -239,7 +239,7 @@ bool Conversation::MayContend() const {
     return false;
   }
   const bool event = memory_->opcode == protocol::kEvent ||
-                     (memory_->opcode == 0 && event_turn_ && events_ != 0) ||
+                     (memory_->opcode == 0 && event_turn_ && state().events != 0) ||
                      (kHasTags && event_turn_ && HasTagRequest());
   return !HasTurns() || too_long_ || event;
 }

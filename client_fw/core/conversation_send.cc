@@ -11,7 +11,7 @@ void Conversation::Begin(const Odometry* odometry) {
   phase_ = Phase::kAwaiting;
   if (!greeted_) {
     protocol::PutU16(data, memory_->nonce);
-    data[2] = parameters_.firmware_version;
+    data[2] = parameters().firmware_version;
     data[3] = RoundPeriod();
     Count(&Counters::hellos);
     Send(protocol::kHello, data, sizeof(data));
@@ -28,10 +28,10 @@ void Conversation::Begin(const Odometry* odometry) {
 
 // How often we want a turn, in units of 20 ms; 0: never.
 uint8_t Conversation::RoundPeriod() const {
-  if (!parameters_.rounds || parameters_.buffered_link) {
+  if (!parameters().rounds || parameters().buffered_link) {
     return 0;
   }
-  const uint16_t units = parameters_.period_ms / 20;
+  const uint16_t units = parameters().period_ms / 20;
   return units == 0          ? uint8_t{1}
          : units > UINT8_MAX ? uint8_t{UINT8_MAX}
                              : static_cast<uint8_t>(units);
@@ -44,7 +44,7 @@ void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
     *wire++ = 0x00;  // ends any escape or frame that the receiver may be stuck in
   }
   protocol::FrameWriter writer(wire);
-  writer.Put(parameters_.id);
+  writer.Put(parameters().id);
   writer.Put(opcode);
   for (; length != 0; --length) {
     writer.Put(*data++);
@@ -63,7 +63,7 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
   if (opcode != 0 && !IsTag(opcode)) {
     Count(&Counters::duplicates);
   } else if (event_turn_ || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
-    if (events_ != 0 && opcode == 0) {
+    if (state().events != 0 && opcode == 0) {
       opcode = protocol::kEvent;
       MakeEvent();
     } else if (!kHasTags || !MakeTagRequest(odometry, &opcode)) {
@@ -88,25 +88,26 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
 }
 
 bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
+  const StartPose& start = state().start;
   memory_->length = 0;
-  uint8_t service = parameters_.wide ? protocol::kSenseWide : protocol::kSense;
+  uint8_t service = parameters().wide ? protocol::kSenseWide : protocol::kSense;
   // One change at a time: while one of a tag is pending, no trail is laid.
-  const bool lay_trail = parameters_.lay_trail && !IsTag(memory_->opcode);
+  const bool lay_trail = parameters().lay_trail && !IsTag(memory_->opcode);
   if (lay_trail) {
-    service = parameters_.wide ? protocol::kTraceWide : protocol::kTrace;
+    service = parameters().wide ? protocol::kTraceWide : protocol::kTrace;
     AppendSeq();
   }
-  if (!AppendCoordinate(start_.XOf(odometry)) || !AppendCoordinate(start_.YOf(odometry))) {
-    Stop(kOffTheMap, BitOf(protocol::EventCode::kOffTheMap));
+  if (!AppendCoordinate(start.XOf(odometry)) || !AppendCoordinate(start.YOf(odometry))) {
+    behaviour_.OnOffTheMap();
     return false;
   }
-  heading_ = start_.HeadingOf(odometry);
+  heading_ = start.HeadingOf(odometry);
   Append(heading_);
-  *opcode = static_cast<uint8_t>(service | parameters_.type);
+  *opcode = static_cast<uint8_t>(service | parameters().type);
   if (lay_trail) {
     MakePending(*opcode);
   }
-  timers_[kPosed] = parameters_.fail_safe_ms;
+  timers_[kPosed] = parameters().fail_safe_ms;
   return true;
 }
 
@@ -114,12 +115,12 @@ bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
 bool Conversation::AppendCoordinate(int32_t mm) {
   int32_t units = 0;
   if (!ToPoseUnits(mm, protocol::GetU16(server_ + kPoseUnitAt), &units) ||
-      (!parameters_.wide && units != static_cast<int16_t>(units))) {
+      (!parameters().wide && units != static_cast<int16_t>(units))) {
     return false;
   }
   const uint32_t bits = static_cast<uint32_t>(units);
   Append(static_cast<uint16_t>(bits & 0xFFFFu));
-  if (parameters_.wide) {
+  if (parameters().wide) {
     Append(static_cast<uint16_t>(bits >> 16));
   }
   return true;
@@ -137,24 +138,10 @@ PHEROMONE_OUTLINED void Conversation::AppendSeq() {
 }
 
 void Conversation::MakeEvent() {
-  uint8_t code = 1;
-  while ((events_ & BitOf(static_cast<protocol::EventCode>(code))) == 0) {
-    ++code;
-  }
-  const protocol::EventCode event = static_cast<protocol::EventCode>(code);
-  events_ = static_cast<uint16_t>(events_ ^ BitOf(event));
-  int16_t argument = 0;
-  if (event == protocol::EventCode::kParameterValue) {
-    argument = value_;
-  } else if (event == protocol::EventCode::kObstacle) {
-    argument = static_cast<int16_t>(bumped_);
-  } else if (event == protocol::EventCode::kBatteryLow) {
-    argument = drive_.battery_100mv;
-  } else if (kHasTags && event == protocol::EventCode::kNetException) {
-    argument = static_cast<int16_t>(exception_tag_);
-  }
+  protocol::EventCode event = protocol::EventCode();
+  const int16_t argument = behaviour_.TakeEvent(&event);
   AppendSeq();
-  memory_->data[memory_->length++] = code;
+  memory_->data[memory_->length++] = static_cast<uint8_t>(event);
   Append(static_cast<uint16_t>(argument));
   MakePending(protocol::kEvent);
 }

@@ -10,9 +10,7 @@
 
 #include "client_fw/core/angle.h"
 #include "client_fw/core/census.h"
-#include "client_fw/core/drive_status.h"
 #include "client_fw/core/request_memory.h"
-#include "client_fw/core/steering.h"
 #include "client_fw/core/tag_exchange.h"
 #include "protocol/fields.h"
 #include "protocol/opcodes.h"
@@ -29,7 +27,6 @@ class ConversationState {
   /// kAwaiting begins with the request's first byte; tx_size_ is not 0 while a frame is being sent.
   enum class Phase : uint8_t { kResting, kContending, kAwaiting };
   enum Timer : uint8_t {
-    kAnswered,    ///< since the last intensities: fail-safe
     kPosed,       ///< the pose of the request in progress is fresh
     kContacted,   ///< since the last valid frame of the server for us: HELLO
     kOthers,      ///< another station may be present
@@ -40,7 +37,6 @@ class ConversationState {
     kCensus,      ///< until the other robots have been counted
     kPause,       ///< before HELLO is sent again
     kSlot,        ///< until the next slot begins
-    kSmelled,     ///< until the trail counts as lost
     kCarrier,     ///< a carrier may still be a transmission
     kRounds,      ///< the server grants turns
     kReserved,    ///< others have their turns
@@ -48,8 +44,6 @@ class ConversationState {
     kTurn,        ///< until our turn begins
     kTurnLate,    ///< until it is too late for it
     kSecondTurn,  ///< until the second one begins
-    kBatteryDip,  ///< until a battery that is low all the time is reported
-    kSaving,      ///< until one more change of the settings may be stored
     kTimers
   };
 
@@ -65,26 +59,12 @@ class ConversationState {
     kHelloAnswerSize = protocol::SizeOf<protocol::HelloAnswer>().least
   };
 
-  /// For events_.
-  static constexpr uint16_t BitOf(protocol::EventCode event) {
-    return static_cast<uint16_t>(1u << (static_cast<uint8_t>(event) - 1));
-  }
-
   Phase phase_;
-  uint8_t flags_;
   bool greeted_;
   bool resync_;  // buffered link: everything before a PING's echo is discarded
   bool ack_due_;
   bool event_turn_;  // intensities have come in this period, now the events and tags
-  bool trail_lost_;
-  bool searching_;  // nothing is sensed, and lost_trail is kSearch
-  bool load_;
-  bool save_;
-  bool emergency_;      // the drive is to stop as fast as it can
-  bool pose_given_;     // given_pose_ is the present one
-  bool battery_told_;   // to be low
-  uint8_t saves_left_;  // changes of settings that may be stored now
-  bool idle_;           // a slot has begun since the last byte that held the channel
+  bool idle_;        // a slot has begun since the last byte that held the channel
   bool carrier_ignored_;
   uint8_t turns_;          // ours in this round that are still to come
   bool in_turn_;           // kAwaiting: the answer comes with the next ROUND
@@ -101,8 +81,7 @@ class ConversationState {
   uint8_t asked_index_;    // in_turn_: of the turn in which we asked
   uint8_t damaged_;        // frames with a bad CRC, less the valid ones; not below 0
   uint8_t three_bytes_ms_;
-  uint8_t board_value_;  // id of the value that the board is to give; 0: none
-  uint8_t attempt_;      // misses since the last success
+  uint8_t attempt_;  // misses since the last success
   uint8_t hello_attempt_;
   uint8_t asked_opcode_;  // kAwaiting: of the request
   uint8_t tx_size_;
@@ -114,18 +93,9 @@ class ConversationState {
   uint16_t framed_ms_;         // taken by frames since the last valid one
   uint16_t longest_frame_ms_;  // either holds the channel for this long
   protocol::Reason last_error_;
-  uint16_t events_;      // to be reported
-  int16_t value_;        // to be reported by one of them
   BinaryAngle heading_;  // of the last request for intensities
-  int16_t p_left_;
-  int16_t p_right_;
-  WheelSpeeds wheels_;
-  int16_t spiral_;  // the intensity that makes a lost robot turn
   uint16_t pings_;
   uint32_t now_ms_;
-  Pose given_pose_;
-  uint16_t exception_tag_;  // to be reported by an event
-  uint16_t bumped_;         // its word of bumpers when the last one was reported
   uint16_t timers_[kTimers];
   Census census_;
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer

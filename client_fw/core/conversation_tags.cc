@@ -86,22 +86,6 @@ void Conversation::Ask(TagExchange* exchange) {
   }
 }
 
-void Conversation::Follow(uint8_t type) {
-  if (parameters_.type == type) {
-    return;
-  }
-  parameters_.type = type;
-  // Those that have arrived are another pheromone's.
-  SetFlags(HasType(type) ? kNoAnswerYet : kNoAnswerYet | kTypeMissing, kTypeMissing);
-}
-
-void Conversation::RaiseNetException(uint16_t tag) {
-  exception_tag_ = tag;
-  Report(BitOf(protocol::EventCode::kNetException));
-  Halt();
-  Seal(memory_);
-}
-
 // One that a reset has left in the memory is repeated too, though nobody waits for its answer.
 bool Conversation::HasTagRequest() const {
   return IsTag(memory_->opcode) ||
@@ -124,8 +108,8 @@ bool Conversation::MakeTagRequest(const Odometry* odometry, uint8_t* opcode) {
     int32_t x = 0;
     int32_t y = 0;
     const uint16_t unit_10um = protocol::GetU16(server_ + kPoseUnitAt);
-    if (odometry == nullptr || !ToPoseUnits(start_.XOf(*odometry), unit_10um, &x) ||
-        !ToPoseUnits(start_.YOf(*odometry), unit_10um, &y)) {
+    if (odometry == nullptr || !ToPoseUnits(state().start.XOf(*odometry), unit_10um, &x) ||
+        !ToPoseUnits(state().start.YOf(*odometry), unit_10um, &y)) {
       return false;
     }
     protocol::PutI32(request->data + pose_at, x);
@@ -153,7 +137,7 @@ void Conversation::SendTagRequest(uint8_t opcode) {
 
 // Intensities first: a robot drives by them.
 void Conversation::PreferSteering() {
-  if (events_ == 0 && (!HasTagRequest() || (timers_[kPeriod] == 0 && !HasTurns()))) {
+  if (state().events == 0 && (!HasTagRequest() || (timers_[kPeriod] == 0 && !HasTurns()))) {
     event_turn_ = false;
   }
 }
@@ -171,7 +155,7 @@ bool Conversation::OnTagAnswer(uint8_t opcode, const uint8_t* data, uint8_t leng
   }
   if (Awaits(pending)) {
     protocol::Message answer;
-    answer.id = parameters_.id;
+    answer.id = parameters().id;
     answer.opcode = opcode;
     answer.length = length;
     for (uint8_t i = 0; i < length; ++i) {
@@ -207,7 +191,7 @@ void Conversation::OnTagRefusal(protocol::Reason reason) {
 
 void Conversation::GoOnAfterTag() {
   event_turn_ &= timers_[kPeriod] != 0 && !HasTurns();
-  if (event_turn_ && events_ == 0) {
+  if (event_turn_ && state().events == 0) {
     Rest();  // until Ask, or the next period
   } else {
     Contend();

@@ -46,9 +46,9 @@ TEST(ConversationTest, SteersByTheChosenLaw) {
     ASSERT_TRUE(harness.RunUntilSent());
     harness.Answer(1024, 0);
     const WheelSpeeds expected = law == Law::kPaper ? WheelSpeeds{150, 50} : WheelSpeeds{150, 200};
-    EXPECT_EQ(expected, harness.conversation.wheels());
-    EXPECT_EQ(1024, harness.conversation.p_left());
-    EXPECT_EQ(0, harness.conversation.p_right());
+    EXPECT_EQ(expected, harness.conversation.state().wheels);
+    EXPECT_EQ(1024, harness.conversation.state().p_left);
+    EXPECT_EQ(0, harness.conversation.state().p_right);
   }
 }
 
@@ -72,7 +72,7 @@ TEST(ConversationTest, WideRequestsReachFarther) {
   EXPECT_TRUE(harness.SentSense().wide);
   EXPECT_EQ(1000000, harness.SentSense().pose.x);
   harness.Answer(0, 4096);
-  EXPECT_EQ((WheelSpeeds{200, 0}), harness.conversation.wheels());
+  EXPECT_EQ((WheelSpeeds{200, 0}), harness.conversation.state().wheels);
 }
 
 TEST(ConversationTest, SaysNothingWithoutAPose) {
@@ -105,7 +105,7 @@ TEST(ConversationTest, AnswerNeedOnlyBeginInTheWindow) {
   }
   EXPECT_EQ(0u, harness.counters().timeouts);
   EXPECT_EQ(1u, harness.counters().answers);
-  EXPECT_EQ((WheelSpeeds{100, 200}), harness.conversation.wheels());
+  EXPECT_EQ((WheelSpeeds{100, 200}), harness.conversation.state().wheels);
 }
 
 TEST(ConversationTest, AnswerThatBreaksOffIsAMissAfterTheGapTimeout) {
@@ -146,7 +146,7 @@ TEST(ConversationTest, RetryCarriesAFreshPose) {
   EXPECT_EQ(4321, harness.SentSense().pose.x);
   EXPECT_EQ(1u, harness.counters().retries);
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(ConversationTest, FiveRetriesThenTheNextPeriod) {
@@ -273,10 +273,10 @@ TEST(FailSafeTest, StopsWhenAnswersStop) {
   ASSERT_TRUE(harness.RunUntilSent());
   harness.Answer(0, 0);
   harness.Run(499);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   harness.Step();
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
+  EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
   EXPECT_EQ(1u, harness.counters().fail_safe_stops);
 }
 
@@ -284,16 +284,16 @@ TEST(FailSafeTest, SaysHelloAgainAfterTheSilenceAndGoesOnWithAnAnswer) {
   Harness harness;
   harness.GreetAndServe(1500);
   harness.Run(700);
-  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(protocol::kHello, harness.sent.opcode);
   harness.hello.pose_unit_10um = 1000;  // as reconfigured meanwhile
   harness.AnswerHello();
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(100, harness.SentSense().pose.x);
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   EXPECT_EQ(1u, harness.counters().fail_safe_stops);
 }
 
@@ -304,9 +304,9 @@ TEST(FailSafeTest, OthersAnswersDoNotCount) {
     harness.Run(10);
     harness.FeedEncoded(protocol::SenseAnswer{kTestId + 1, 2, false, 4096, 0});
   }
-  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
   EXPECT_EQ(60u, harness.counters().heard);
-  EXPECT_EQ(0, harness.conversation.p_left());
+  EXPECT_EQ(0, harness.conversation.state().p_left);
 }
 
 TEST(FailSafeTest, ErrorsDoNotCountAsAnswersButSpareTheHello) {
@@ -317,7 +317,7 @@ TEST(FailSafeTest, ErrorsDoNotCountAsAnswersButSpareTheHello) {
     ASSERT_EQ(protocol::kSense | 2, harness.sent.opcode);
     harness.AnswerError(Reason::kReadOnly);
   }
-  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
   EXPECT_EQ(Reason::kReadOnly, harness.conversation.last_error());
   EXPECT_EQ(5u, harness.counters().errors);
   EXPECT_EQ(1u, harness.counters().hellos);
@@ -328,13 +328,13 @@ TEST(FailSafeTest, PauseOfTheWholeLoopStopsTheRobot) {
   for (const uint32_t pause_ms : {30001u, 65536u, 65600u, 0x80000000u}) {
     Harness harness;
     harness.GreetAndServe(1500);
-    ASSERT_EQ(kStraight, harness.conversation.wheels());
+    ASSERT_EQ(kStraight, harness.conversation.state().wheels);
     harness.now_ms += pause_ms;
     harness.Step();
-    EXPECT_EQ(kStill, harness.conversation.wheels()) << pause_ms;
+    EXPECT_EQ(kStill, harness.conversation.state().wheels) << pause_ms;
     EXPECT_EQ(1u, harness.counters().fail_safe_stops);
     harness.Serve(1000);
-    EXPECT_EQ(kStraight, harness.conversation.wheels()) << pause_ms;
+    EXPECT_EQ(kStraight, harness.conversation.state().wheels) << pause_ms;
     EXPECT_EQ(2u, harness.counters().hellos);
   }
 }
@@ -347,8 +347,8 @@ TEST(FailSafeTest, LastsAndHelloGoesOnHoweverLongTheServerIsSilent) {
   for (const uint32_t until_ms : {20000u, 40000u, 70000u, 140000u}) {
     for (; silent_ms < until_ms; ++silent_ms) {
       harness.Step();
-      ASSERT_EQ(kFailSafe, harness.conversation.flags()) << silent_ms;
-      ASSERT_EQ(kStill, harness.conversation.wheels()) << silent_ms;
+      ASSERT_EQ(kFailSafe, harness.conversation.state().flags) << silent_ms;
+      ASSERT_EQ(kStill, harness.conversation.state().wheels) << silent_ms;
     }
     const uint32_t hellos = harness.counters().hellos;
     harness.Run(2000);  // HELLO's pauses are up to 1.6 s and the window
@@ -358,18 +358,18 @@ TEST(FailSafeTest, LastsAndHelloGoesOnHoweverLongTheServerIsSilent) {
   }
   EXPECT_EQ(1u, harness.counters().fail_safe_stops);
   harness.Serve(3000);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(FailSafeTest, ClockMayWrap) {
   for (const uint32_t before_ms : {100u, 700u, 1501u, 1620u}) {
     Harness harness(TestParameters(), 0u - before_ms);
     harness.GreetAndServe(5000);
-    EXPECT_EQ(kStraight, harness.conversation.wheels());
+    EXPECT_EQ(kStraight, harness.conversation.state().wheels);
     EXPECT_EQ(0u, harness.counters().fail_safe_stops);
     EXPECT_EQ(1u, harness.counters().hellos);
     harness.Run(700);
-    EXPECT_EQ(kStill, harness.conversation.wheels());
+    EXPECT_EQ(kStill, harness.conversation.state().wheels);
   }
 }
 

@@ -6,14 +6,20 @@
 namespace pheromone {
 namespace client {
 
-struct Counters {              // plain memory: Counters() is all zero
-  uint32_t requests;           ///< SENSE and TRACE sent, retries included
-  uint32_t answers;            ///< intensities received in answer to one of them
-  uint32_t stale_answers;      ///< of those, too old for steering: a TRACE retried for long
-  uint32_t hellos;             ///< HELLO sent
-  uint32_t hello_answers;      ///< HELLO answered, acceptably or not
-  uint32_t epochs;             ///< HELLO's answer had another epoch than the one remembered
-  uint32_t timeouts;           ///< request, HELLO or PING without an answer in its window
+struct BehaviourCounters {
+  uint32_t fail_safe_stops;    ///< stopped because answers were missing
+  uint32_t off_the_map_stops;  ///< stopped because the pose is outside of the map
+  uint32_t lost_trails;        ///< sensed nothing for lost_after_ms
+};
+
+struct Counters : BehaviourCounters {  // plain memory: Counters() is all zero
+  uint32_t requests;                   ///< SENSE and TRACE sent, retries included
+  uint32_t answers;                    ///< intensities received in answer to one of them
+  uint32_t stale_answers;              ///< of those, too old for steering: a TRACE retried for long
+  uint32_t hellos;                     ///< HELLO sent
+  uint32_t hello_answers;              ///< HELLO answered, acceptably or not
+  uint32_t epochs;                     ///< HELLO's answer had another epoch than the one remembered
+  uint32_t timeouts;                   ///< request, HELLO or PING without an answer in its window
   uint32_t retries;            ///< requests sent again because of a timeout or a busy server
   uint32_t duplicates;         ///< of those, byte-identical repetitions of a TRACE or EVENT
   uint32_t abandoned;          ///< periods abandoned after the last retry
@@ -23,9 +29,6 @@ struct Counters {              // plain memory: Counters() is all zero
   uint32_t late_answers;       ///< addressed to this robot, but not expected
   uint32_t resyncs;            ///< PINGs sent to flush a buffered link
   uint32_t echoes;             ///< PINGs answered
-  uint32_t fail_safe_stops;    ///< stopped because answers were missing
-  uint32_t off_the_map_stops;  ///< stopped because the pose is outside of the map
-  uint32_t lost_trails;        ///< sensed nothing for lost_after_ms
   uint32_t events;             ///< EVENTs acknowledged
   uint32_t tag_requests;       ///< requests of TAG sent, retries included
   uint32_t tag_answers;        ///< of those, answered without an error

@@ -54,21 +54,21 @@ class EventTest : public testing::Test {
 };
 
 TEST_F(EventTest, LoadIsPickedAndDroppedAndReported) {
-  EXPECT_FALSE(harness_.conversation.load());
+  EXPECT_FALSE(harness_.conversation.state().load);
   EXPECT_EQ(0, Send(CommandCode::kPickLoad));
-  EXPECT_TRUE(harness_.conversation.load());
+  EXPECT_TRUE(harness_.conversation.state().load);
   ExpectEvent(EventCode::kLoadPicked);
   EXPECT_EQ(0, Send(CommandCode::kDropLoad));
-  EXPECT_FALSE(harness_.conversation.load());
+  EXPECT_FALSE(harness_.conversation.state().load);
   ExpectEvent(EventCode::kLoadDropped);
   EXPECT_EQ(2u, harness_.counters().events);
 }
 
 TEST_F(EventTest, ParameterIsSetAtOnceAndToBeSaved) {
   EXPECT_EQ(0, Send(CommandCode::kSetParameter, kSpeedSetting, 321));
-  EXPECT_EQ((WheelSpeeds{321, 321}), harness_.conversation.wheels());
-  EXPECT_TRUE(harness_.conversation.TakeSettingsChanged());
-  EXPECT_FALSE(harness_.conversation.TakeSettingsChanged());
+  EXPECT_EQ((WheelSpeeds{321, 321}), harness_.conversation.state().wheels);
+  EXPECT_TRUE(harness_.conversation.behaviour()->Take(kSaveSettings));
+  EXPECT_FALSE(harness_.conversation.behaviour()->Take(kSaveSettings));
   EXPECT_EQ(0, Send(CommandCode::kGetParameter, kSpeedSetting));
   ExpectEvent(EventCode::kParameterValue, 321);
 }
@@ -82,9 +82,9 @@ TEST_F(EventTest, WhatIsRefusedIsNotSaved) {
   EXPECT_EQ(static_cast<int>(Reason::kBadValue), Send(CommandCode::kGetParameter, 99));
   EXPECT_EQ(static_cast<int>(Reason::kUnknownPheromone),
             Send(CommandCode::kSetParameter, kTypeSetting, 3));
-  EXPECT_EQ(2, harness_.conversation.parameters().type);
-  EXPECT_EQ(200, harness_.conversation.parameters().speed_mm_s);
-  EXPECT_FALSE(harness_.conversation.TakeSettingsChanged());
+  EXPECT_EQ(2, harness_.conversation.state().parameters.type);
+  EXPECT_EQ(200, harness_.conversation.state().parameters.speed_mm_s);
+  EXPECT_FALSE(harness_.conversation.behaviour()->Take(kSaveSettings));
   harness_.Serve(600);
   EXPECT_TRUE(harness_.events.empty());
 }
@@ -92,8 +92,8 @@ TEST_F(EventTest, WhatIsRefusedIsNotSaved) {
 TEST_F(EventTest, CommandsThatLastForNowAreNotSaved) {
   EXPECT_EQ(0, Send(CommandCode::kFollowType, 1));
   EXPECT_EQ(0, Send(CommandCode::kSpeed, 100));
-  EXPECT_EQ(100, harness_.conversation.parameters().speed_mm_s);
-  EXPECT_FALSE(harness_.conversation.TakeSettingsChanged());
+  EXPECT_EQ(100, harness_.conversation.state().parameters.speed_mm_s);
+  EXPECT_FALSE(harness_.conversation.behaviour()->Take(kSaveSettings));
 }
 
 TEST_F(EventTest, IsRepeatedToTheByteUntilItIsAnsweredAndHoldsUpItsSuccessor) {
@@ -118,7 +118,7 @@ TEST_F(EventTest, IsRepeatedToTheByteUntilItIsAnsweredAndHoldsUpItsSuccessor) {
   ASSERT_TRUE(harness_.RunUntilSent());
   EXPECT_EQ(protocol::kSense | 2, harness_.sent.opcode);
   harness_.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness_.conversation.wheels());
+  EXPECT_EQ(kStraight, harness_.conversation.state().wheels);
   EXPECT_EQ(0u, harness_.counters().lost_traces);
 }
 
@@ -163,12 +163,12 @@ TEST_F(EventTest, OffTheMapIsReportedAlthoughNothingCanBeAsked) {
   harness_.Serve(600);
   ASSERT_EQ(1u, harness_.events.size());  // once, not every period
   EXPECT_EQ(EventCode::kOffTheMap, harness_.events[0].code);
-  EXPECT_EQ(kStill, harness_.conversation.wheels());
+  EXPECT_EQ(kStill, harness_.conversation.state().wheels);
 }
 
 TEST_F(EventTest, FailSafeStopIsReportedWhenTheServerIsBack) {
   harness_.Run(1500);
-  EXPECT_EQ(kFailSafe, harness_.conversation.flags());
+  EXPECT_EQ(kFailSafe, harness_.conversation.state().flags);
   harness_.Serve(1500);
   ASSERT_EQ(1u, harness_.events.size());
   EXPECT_EQ(EventCode::kFailSafeStop, harness_.events[0].code);
@@ -186,18 +186,18 @@ TEST(LostTrailTest, IsReportedOnceAfterTheTimeAndEndsWithASmell) {
   Harness harness(LosingParameters(LostTrail::kStop));
   harness.GreetAndServe(2000, 10, 0);
   harness.Serve(700, 9, -9);
-  EXPECT_FALSE(harness.conversation.trail_lost());
-  EXPECT_NE(kStill, harness.conversation.wheels());
+  EXPECT_FALSE(harness.conversation.state().trail_lost);
+  EXPECT_NE(kStill, harness.conversation.state().wheels);
   harness.Serve(1400, 9, -9);
-  EXPECT_TRUE(harness.conversation.trail_lost());
-  EXPECT_EQ(kTrailLost, harness.conversation.flags());
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_TRUE(harness.conversation.state().trail_lost);
+  EXPECT_EQ(kTrailLost, harness.conversation.state().flags);
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   ASSERT_EQ(1u, harness.events.size());
   EXPECT_EQ(EventCode::kTrailLost, harness.events[0].code);
   harness.Serve(300, 0, -10);  // a repellent is also sensed
-  EXPECT_FALSE(harness.conversation.trail_lost());
-  EXPECT_EQ(0, harness.conversation.flags());
-  EXPECT_NE(kStill, harness.conversation.wheels());
+  EXPECT_FALSE(harness.conversation.state().trail_lost);
+  EXPECT_EQ(0, harness.conversation.state().flags);
+  EXPECT_NE(kStill, harness.conversation.state().wheels);
   EXPECT_EQ(1u, harness.counters().lost_trails);
 }
 
@@ -216,7 +216,7 @@ TEST(LostTrailTest, FromTheFaintestIntensityOnSomethingIsSensed) {
       parameters.faintest = faintest;
       Harness harness(parameters);
       harness.GreetAndServe(3000, it.left, it.right);
-      EXPECT_EQ(faintest == 10 && !it.is_sensed, harness.conversation.trail_lost())
+      EXPECT_EQ(faintest == 10 && !it.is_sensed, harness.conversation.state().trail_lost)
           << it.left << ", " << it.right << " of " << int{faintest};
     }
   }
@@ -228,8 +228,8 @@ TEST(LostTrailTest, StraightIsStraightForEveryLaw) {
     parameters.law = law;
     Harness harness(parameters);
     harness.GreetAndServe(4000, 0, 0);
-    EXPECT_TRUE(harness.conversation.trail_lost());
-    EXPECT_EQ(kStraight, harness.conversation.wheels());
+    EXPECT_TRUE(harness.conversation.state().trail_lost);
+    EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   }
 }
 
@@ -243,17 +243,17 @@ TEST(LostTrailTest, SearchTurnsToTheLastSideFromTheFirstEmptyAnswerAndEndsAtASta
       harness.GreetAndServe(1000, left ? 900 : 800, left ? 800 : 900);
       harness.Serve(300);  // a period and an exchange
       const WheelSpeeds searching = left ? WheelSpeeds{-100, 100} : WheelSpeeds{100, -100};
-      EXPECT_EQ(searching, harness.conversation.wheels());
-      EXPECT_FALSE(harness.conversation.trail_lost());
+      EXPECT_EQ(searching, harness.conversation.state().wheels);
+      EXPECT_FALSE(harness.conversation.state().trail_lost);
       EXPECT_TRUE(harness.events.empty());
       harness.Serve(1300);
-      EXPECT_EQ(kStill, harness.conversation.wheels());
-      EXPECT_EQ(kTrailLost, harness.conversation.flags());
+      EXPECT_EQ(kStill, harness.conversation.state().wheels);
+      EXPECT_EQ(kTrailLost, harness.conversation.state().flags);
       ASSERT_EQ(1u, harness.events.size());
       EXPECT_EQ(EventCode::kTrailLost, harness.events[0].code);
       harness.Serve(300, 4096, 4096);
-      EXPECT_EQ(0, harness.conversation.flags());
-      EXPECT_NE(searching, harness.conversation.wheels());
+      EXPECT_EQ(0, harness.conversation.state().flags);
+      EXPECT_NE(searching, harness.conversation.state().wheels);
     }
   }
 }
@@ -264,7 +264,7 @@ TEST(LostTrailTest, SearchIsNoFasterThanTheRobotMayDrive) {
   Harness harness(parameters);
   harness.GreetAndServe(1000, 800, 900);
   harness.Serve(300);
-  EXPECT_EQ((WheelSpeeds{60, -60}), harness.conversation.wheels());
+  EXPECT_EQ((WheelSpeeds{60, -60}), harness.conversation.state().wheels);
 }
 
 // Switched on where there is nothing, it does not drive away.
@@ -278,13 +278,13 @@ TEST(LostTrailTest, ByDefaultARobotThatNeverSensedATrailLooksAroundAndStands) {
   bool looked = false;
   for (int i = 0; i < 70; ++i) {
     harness.Serve(100);
-    const WheelSpeeds wheels = harness.conversation.wheels();
+    const WheelSpeeds wheels = harness.conversation.state().wheels;
     looked |= wheels.left_mm_s != 0;
     ASSERT_EQ(0, wheels.left_mm_s + wheels.right_mm_s);
   }
   EXPECT_TRUE(looked);
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(kTrailLost, harness.conversation.flags());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
+  EXPECT_EQ(kTrailLost, harness.conversation.state().flags);
 }
 
 TEST(LostTrailTest, SpiralTurnsLeftInWideningCircles) {
@@ -293,7 +293,7 @@ TEST(LostTrailTest, SpiralTurnsLeftInWideningCircles) {
   int last_left = 0;
   for (int i = 0; i < 20; ++i) {
     harness.Serve(1000);
-    const WheelSpeeds wheels = harness.conversation.wheels();
+    const WheelSpeeds wheels = harness.conversation.state().wheels;
     EXPECT_EQ(200, wheels.right_mm_s);
     EXPECT_GT(wheels.left_mm_s, last_left);
     EXPECT_LT(wheels.left_mm_s, 200);
@@ -303,16 +303,16 @@ TEST(LostTrailTest, SpiralTurnsLeftInWideningCircles) {
     }
   }
   harness.Serve(500, 4096, 4096);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(LostTrailTest, FailSafeStopsALostRobotToo) {
   Harness harness(LosingParameters(LostTrail::kSpiral));
   harness.GreetAndServe(3000);
-  EXPECT_NE(kStill, harness.conversation.wheels());
+  EXPECT_NE(kStill, harness.conversation.state().wheels);
   harness.Run(600);
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(kFailSafe, harness.conversation.flags());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
+  EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
 }
 
 TEST(LostTrailTest, NeverMeansNever) {
@@ -320,7 +320,7 @@ TEST(LostTrailTest, NeverMeansNever) {
   parameters.lost_after_ms = 0;
   Harness harness(parameters);
   harness.GreetAndServe(5000);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   EXPECT_TRUE(harness.events.empty());
 }
 

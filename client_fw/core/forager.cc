@@ -15,19 +15,19 @@ void PrepareForForaging(const NetTables& net, Parameters* parameters) {
 void Forager::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conversation) {
   NetStep step = NetStep();
   step.now_ms = now_ms;
-  step.pace_ms = conversation->parameters().period_ms;
+  step.pace_ms = conversation->state().parameters.period_ms;
   step.pose_unit_10um = conversation->pose_unit_10um();
   step.is_held = odometry == nullptr || !conversation->greeted() ||
-                 (conversation->flags() & (kHalted | kPoseLost)) != 0;
+                 (conversation->state().flags & (kHalted | kPoseLost)) != 0;
   if (net_robot_.Step(step)) {
     conversation->Ask(net_robot_.exchange());
   }
   uint16_t tag = 0;
   if (net_robot_.TakeException(&tag)) {
-    conversation->RaiseNetException(tag);
+    conversation->behaviour()->RaiseNetException(tag);
   }
   if (conversation->greeted() && net_robot_.line() != 0) {
-    conversation->Follow(net_robot_.line());
+    conversation->behaviour()->Follow(net_robot_.line());
   }
 }
 

@@ -32,7 +32,7 @@ class Forager {
   void Step(uint32_t now_ms, const Odometry* odometry, Conversation* conversation);
   /// Zero while it stands at a tag.
   WheelSpeeds Wheels(const Conversation& conversation) const {
-    return net_robot_.drives() ? conversation.wheels() : WheelSpeeds{0, 0};
+    return net_robot_.drives() ? conversation.state().wheels : WheelSpeeds{0, 0};
   }
   /// Its energy is where a robot's load is.
   bool HoldsLoad() const { return net_robot_.state().energy != 0; }

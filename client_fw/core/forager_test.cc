@@ -63,7 +63,7 @@ class ForagerTest : public testing::Test {
     const bool moves = !(Wheels() == kStill);
     moved_at_tag_ |= moves && !forager_->net_robot().drives();
     if (moves) {
-      lines_.insert(harness_->conversation.parameters().type);
+      lines_.insert(harness_->conversation.state().parameters.type);
     }
   }
   void Run(uint32_t ms) {
@@ -159,7 +159,7 @@ class ForagerTest : public testing::Test {
 TEST_F(ForagerTest, FollowsTheLineOfItsPlaceAndStandsAtTags) {
   Run(1000);
   EXPECT_EQ(kStraight, Wheels());
-  EXPECT_EQ(1, harness_->conversation.parameters().type);
+  EXPECT_EQ(1, harness_->conversation.state().parameters.type);
   DriveTrip(true);
   ExpectTrip(true);
   EXPECT_EQ((std::set<int>{1, 2, 3, 6}), lines_);
@@ -179,7 +179,7 @@ TEST_F(ForagerTest, DrivesAlongAnotherLineWhenItHasItsIntensities) {
   bool sensed = false;
   for (int i = 0; i < 5000 && !sensed; ++i) {
     const uint32_t answers = harness_->counters().answers;
-    const bool follows = harness_->conversation.parameters().type == 2;
+    const bool follows = harness_->conversation.state().parameters.type == 2;
     Step();
     sensed = follows && harness_->counters().answers != answers;
     if (follows && !sensed) {
@@ -209,7 +209,7 @@ TEST_F(ForagerTest, ExceptionHaltsTellsTheTagAndIsReleasedByACommand) {
   bench_.accepts = [&](const NaiveRecord&) { return bench_.handled.size() != 1; };
   EXPECT_FALSE(Visit("N1", 3000));
   EXPECT_EQ(NetFault::kRefused, net_robot().fault());
-  EXPECT_TRUE((harness_->conversation.flags() & kHalted) != 0);
+  EXPECT_TRUE((harness_->conversation.state().flags & kHalted) != 0);
   ASSERT_EQ(1u, events_.size());
   EXPECT_EQ(protocol::EventCode::kNetException, events_[0].code);
   EXPECT_EQ(bench_.tag("N1"), static_cast<uint16_t>(events_[0].argument));
@@ -259,7 +259,7 @@ TEST_F(ForagerTest, LineThatTheServerDoesNotHaveStopsIt) {
   Visit("N1");
   Visit("P");
   Run(2000);
-  EXPECT_TRUE((harness_->conversation.flags() & kTypeMissing) != 0);
+  EXPECT_TRUE((harness_->conversation.state().flags & kTypeMissing) != 0);
   EXPECT_EQ(kStill, Wheels());
 }
 

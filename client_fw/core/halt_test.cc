@@ -83,12 +83,12 @@ DriveStatus With(uint8_t alarms, uint16_t bumpers = 0) {
 TEST(HaltTest, ARobotThatWasSwitchedOnAsksAndStandsUntilItIsReleased) {
   Harness harness(Halted());
   harness.GreetAndServe(3000);
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(kHalted, harness.conversation.flags());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
+  EXPECT_EQ(kHalted, harness.conversation.state().flags);
   EXPECT_GE(harness.counters().answers, 10u);
   Commander commander(&harness);
   EXPECT_EQ(Reason::kNone, commander.Do(CommandCode::kResume));
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(HaltTest, AWarmResetHaltsARobotThatDroveUnlessItsSettingsSayOtherwise) {
@@ -102,7 +102,7 @@ TEST(HaltTest, AWarmResetHaltsARobotThatDroveUnlessItsSettingsSayOtherwise) {
     ASSERT_TRUE(Trusted(before.memory));
     Harness after(parameters, 9000, before.memory);
     after.GreetAndServe(2000);
-    EXPECT_EQ(start_released ? kStraight : kStill, after.conversation.wheels());
+    EXPECT_EQ(start_released ? kStraight : kStill, after.conversation.state().wheels);
   }
 }
 
@@ -114,7 +114,7 @@ TEST(HaltTest, HaltOutlivesAWarmResetWhateverTheSettingsSay) {
   ASSERT_TRUE(Trusted(before.memory));
   Harness after(TestParameters(), 9000, before.memory);
   after.GreetAndServe(2000);
-  EXPECT_EQ(kHalted, after.conversation.flags());
+  EXPECT_EQ(kHalted, after.conversation.state().flags);
 }
 
 TEST(HaltTest, ACommandThatWasExecutedBeforeAWarmResetIsNotExecutedAgainAfterIt) {
@@ -134,7 +134,7 @@ TEST(HaltTest, ACommandThatWasExecutedBeforeAWarmResetIsNotExecutedAgainAfterIt)
   resume.code = CommandCode::kResume;
   after.FeedEncoded(resume);
   EXPECT_EQ(1u, after.counters().repeated_commands);
-  EXPECT_EQ(kHalted, after.conversation.flags());
+  EXPECT_EQ(kHalted, after.conversation.state().flags);
 }
 
 TEST(HaltTest, ValuesThatAreNotStoredOutliveAWarmResetAndNoPowerLoss) {
@@ -144,13 +144,13 @@ TEST(HaltTest, ValuesThatAreNotStoredOutliveAWarmResetAndNoPowerLoss) {
   ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kSpeed, 0, 350));
   ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kFollowType, 1));
   Harness warm(TestParameters(), 9000, before.memory);
-  EXPECT_EQ(350, warm.conversation.parameters().speed_mm_s);
-  EXPECT_EQ(1, warm.conversation.parameters().type);
+  EXPECT_EQ(350, warm.conversation.state().parameters.speed_mm_s);
+  EXPECT_EQ(1, warm.conversation.state().parameters.type);
   Parameters next = TestParameters();
   next.boot_counter = 0x1235;
   Harness cold(next, 9000, before.memory);
-  EXPECT_EQ(200, cold.conversation.parameters().speed_mm_s);
-  EXPECT_EQ(2, cold.conversation.parameters().type);
+  EXPECT_EQ(200, cold.conversation.state().parameters.speed_mm_s);
+  EXPECT_EQ(2, cold.conversation.state().parameters.type);
 }
 
 TEST(HaltTest, AnAlarmHaltsAtOnceIsReportedAndOutlivesItsEndAndAReset) {
@@ -167,22 +167,22 @@ TEST(HaltTest, AnAlarmHaltsAtOnceIsReportedAndOutlivesItsEndAndAReset) {
     SCOPED_TRACE(int{it.alarm});
     Harness harness;
     harness.GreetAndServe(1000);
-    ASSERT_EQ(kStraight, harness.conversation.wheels());
-    harness.conversation.OnDrive(With(it.alarm, it.bumpers));
-    EXPECT_EQ(kStill, harness.conversation.wheels());
-    EXPECT_TRUE(harness.conversation.TakeEmergency());
-    EXPECT_FALSE(harness.conversation.TakeEmergency());
-    harness.conversation.OnDrive(With(0));
-    EXPECT_FALSE(harness.conversation.TakeEmergency());
+    ASSERT_EQ(kStraight, harness.conversation.state().wheels);
+    harness.conversation.behaviour()->OnDrive(With(it.alarm, it.bumpers));
+    EXPECT_EQ(kStill, harness.conversation.state().wheels);
+    EXPECT_TRUE(harness.conversation.behaviour()->Take(kStopAtOnce));
+    EXPECT_FALSE(harness.conversation.behaviour()->Take(kStopAtOnce));
+    harness.conversation.behaviour()->OnDrive(With(0));
+    EXPECT_FALSE(harness.conversation.behaviour()->Take(kStopAtOnce));
     harness.Serve(2000);
-    EXPECT_EQ(kHalted, harness.conversation.flags()) << "to let go does not release it";
+    EXPECT_EQ(kHalted, harness.conversation.state().flags) << "to let go does not release it";
     ASSERT_EQ(1u, harness.events.size());
     EXPECT_EQ(it.event, harness.events[0].code);
     EXPECT_EQ(it.argument, harness.events[0].argument);
     ASSERT_TRUE(Trusted(harness.memory));
     Harness after(TestParameters(), 9000, harness.memory);
     after.GreetAndServe(2000);
-    EXPECT_EQ(kHalted, after.conversation.flags());
+    EXPECT_EQ(kHalted, after.conversation.state().flags);
   }
 }
 
@@ -190,14 +190,14 @@ TEST(HaltTest, NothingReleasesARobotWhileTheAlarmLasts) {
   Harness harness;
   harness.GreetAndServe(1000);
   Commander commander(&harness);
-  harness.conversation.OnDrive(With(kBumperAlarm));
+  harness.conversation.behaviour()->OnDrive(With(kBumperAlarm));
   EXPECT_EQ(Reason::kBlockedByObstacle, commander.Do(CommandCode::kResume));
-  harness.conversation.OnDrive(With(kStopButtonAlarm));
+  harness.conversation.behaviour()->OnDrive(With(kStopButtonAlarm));
   EXPECT_EQ(Reason::kNotPermitted, commander.Do(CommandCode::kResume));
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  harness.conversation.OnDrive(With(0));
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
+  harness.conversation.behaviour()->OnDrive(With(0));
   EXPECT_EQ(Reason::kNone, commander.Do(CommandCode::kResume));
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(HaltTest, BumpersThatTheRobotDoesNotHaveAreIgnored) {
@@ -205,10 +205,10 @@ TEST(HaltTest, BumpersThatTheRobotDoesNotHaveAreIgnored) {
   parameters.bumpers = false;
   Harness harness(parameters);
   harness.GreetAndServe(1000);
-  harness.conversation.OnDrive(With(kBumperAlarm, 0xFFFF));
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
-  harness.conversation.OnDrive(With(kBumperAlarm | kStallAlarm, 0xFFFF));
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  harness.conversation.behaviour()->OnDrive(With(kBumperAlarm, 0xFFFF));
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
+  harness.conversation.behaviour()->OnDrive(With(kBumperAlarm | kStallAlarm, 0xFFFF));
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
 }
 
 TEST(HaltTest, ARobotThatHasLostItsPoseSaysSoAndAsksForNothingUntilItHasOneAndIsReleased) {
@@ -219,7 +219,7 @@ TEST(HaltTest, ARobotThatHasLostItsPoseSaysSoAndAsksForNothingUntilItHasOneAndIs
   harness.GreetAndServe(3000);
   EXPECT_TRUE(Reported(harness, EventCode::kPoseLost));
   EXPECT_EQ(0u, harness.counters().requests) << "it does not know from where";
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
 
   Commander commander(&harness);
   EXPECT_EQ(Reason::kNone, commander.Do(CommandCode::kSetParameter, kPoseX, 5000));
@@ -227,14 +227,14 @@ TEST(HaltTest, ARobotThatHasLostItsPoseSaysSoAndAsksForNothingUntilItHasOneAndIs
   EXPECT_EQ(0u, harness.counters().requests);
   EXPECT_EQ(Reason::kNone, commander.Do(CommandCode::kSetParameter, kPoseHeading, 0x5000));
   harness.Serve(1000);
-  EXPECT_EQ(kStill, harness.conversation.wheels()) << "a pose alone does not release it";
+  EXPECT_EQ(kStill, harness.conversation.state().wheels) << "a pose alone does not release it";
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(5000, harness.SentSense().pose.x);
   EXPECT_EQ(-1500, harness.SentSense().pose.y);
   EXPECT_EQ(0x5000, harness.SentSense().pose.heading);
   harness.Answer(0, 0);
   EXPECT_EQ(Reason::kNone, commander.Do(CommandCode::kResume));
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 
   // A quarter turn further left than its odometry believes: 10 mm along its x are along y.
   harness.pose.x_mm += 10;
@@ -254,9 +254,9 @@ TEST(HaltTest, ARobotThatHasLostItsPoseSaysSoAndAsksForNothingUntilItHasOneAndIs
 TEST(HaltTest, ADriveThatLostTrackHaltsAndLosesThePose) {
   Harness harness;
   harness.GreetAndServe(1000);
-  harness.conversation.OnDrive(With(kPoseLostAlarm));
-  EXPECT_EQ(kHalted | kPoseLost, harness.conversation.flags());
-  harness.conversation.OnDrive(With(0));
+  harness.conversation.behaviour()->OnDrive(With(kPoseLostAlarm));
+  EXPECT_EQ(kHalted | kPoseLost, harness.conversation.state().flags);
+  harness.conversation.behaviour()->OnDrive(With(0));
   harness.Serve(2000);
   EXPECT_TRUE(Reported(harness, EventCode::kPoseLost));
 }
@@ -272,7 +272,7 @@ TEST(HaltTest, APoseThatCannotBeIsRefusedOrOffTheMap) {
   EXPECT_EQ(Reason::kNone, commander.Do(CommandCode::kSetParameter, kPoseHeading, 0));
   harness.Serve(1000);
   EXPECT_TRUE(Reported(harness, EventCode::kOffTheMap));
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
 }
 
 // --- What is stored.
@@ -283,13 +283,13 @@ TEST(StoredSettingsTest, ValuesThatHoldForNowAreNotStoredWithAnother) {
   Commander commander(&harness);
   ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kSpeed, 0, 350));
   ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kFollowType, 1));
-  EXPECT_FALSE(harness.conversation.TakeSettingsChanged());
+  EXPECT_FALSE(harness.conversation.behaviour()->Take(kSaveSettings));
   ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kSetParameter, kGainSetting, 12));
-  ASSERT_TRUE(harness.conversation.TakeSettingsChanged());
-  EXPECT_EQ(12, harness.conversation.stored().gain_8ths);
-  EXPECT_EQ(200, harness.conversation.stored().speed_mm_s);
-  EXPECT_EQ(2, harness.conversation.stored().type);
-  EXPECT_EQ(350, harness.conversation.parameters().speed_mm_s) << "it goes on to hold";
+  ASSERT_TRUE(harness.conversation.behaviour()->Take(kSaveSettings));
+  EXPECT_EQ(12, harness.conversation.state().stored.gain_8ths);
+  EXPECT_EQ(200, harness.conversation.state().stored.speed_mm_s);
+  EXPECT_EQ(2, harness.conversation.state().stored.type);
+  EXPECT_EQ(350, harness.conversation.state().parameters.speed_mm_s) << "it goes on to hold";
 }
 
 TEST(StoredSettingsTest, AStoredValueReplacesTheOneThatHeldForNow) {
@@ -298,11 +298,11 @@ TEST(StoredSettingsTest, AStoredValueReplacesTheOneThatHeldForNow) {
   Commander commander(&harness);
   ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kSpeed, 0, 350));
   ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kSetParameter, kSpeedSetting, 250));
-  EXPECT_EQ(250, harness.conversation.parameters().speed_mm_s);
+  EXPECT_EQ(250, harness.conversation.state().parameters.speed_mm_s);
   Parameters stored = TestParameters();
   stored.speed_mm_s = 250;
   Harness warm(stored, 9000, harness.memory);
-  EXPECT_EQ(250, warm.conversation.parameters().speed_mm_s);
+  EXPECT_EQ(250, warm.conversation.state().parameters.speed_mm_s);
 }
 
 TEST(StoredSettingsTest, AnUnchangedValueIsAcceptedAndNotStored) {
@@ -311,7 +311,7 @@ TEST(StoredSettingsTest, AnUnchangedValueIsAcceptedAndNotStored) {
   Commander commander(&harness);
   for (int i = 0; i < 20; ++i) {
     ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kSetParameter, kPeriodSetting, 200));
-    EXPECT_FALSE(harness.conversation.TakeSettingsChanged());
+    EXPECT_FALSE(harness.conversation.behaviour()->Take(kSaveSettings));
   }
 }
 
@@ -321,9 +321,9 @@ TEST(StoredSettingsTest, AValueThatDoesNotFitIsRefusedAndNothingChanges) {
   Commander commander(&harness);
   EXPECT_EQ(Reason::kBadValue, commander.Do(CommandCode::kSetParameter, kPeriodSetting, 500));
   EXPECT_EQ(Reason::kUnknownPheromone, commander.Do(CommandCode::kSetParameter, kTypeSetting, 3));
-  EXPECT_FALSE(harness.conversation.TakeSettingsChanged());
-  EXPECT_EQ(2, harness.conversation.stored().type);
-  EXPECT_EQ(2, harness.conversation.parameters().type);
+  EXPECT_FALSE(harness.conversation.behaviour()->Take(kSaveSettings));
+  EXPECT_EQ(2, harness.conversation.state().stored.type);
+  EXPECT_EQ(2, harness.conversation.state().parameters.type);
 }
 
 // An EEPROM wears out after 100 000 writes of a byte.
@@ -337,7 +337,7 @@ TEST(StoredSettingsTest, AfterEightChangesOneAMinuteIsStoredAndMoreAreRefusedAsB
   for (int i = 0; harness.now_ms - begin_ms < 10 * 60000; ++i) {
     const Reason result = commander.Do(CommandCode::kSetParameter, kPeriodSetting, 201 + i % 2);
     busy += result == Reason::kBusy ? 1 : 0;
-    stored += harness.conversation.TakeSettingsChanged() ? 1 : 0;
+    stored += harness.conversation.behaviour()->Take(kSaveSettings) ? 1 : 0;
     harness.Serve(1000);
     if (i == 7) {
       EXPECT_EQ(8, stored);
@@ -357,7 +357,7 @@ TEST(BatteryTest, AVoltageThatStaysLowIsReportedOnceAndAgainAfterItHasRecovered)
     DriveStatus status = kNothingToTell;
     status.battery_100mv = battery_100mv;
     for (int i = 0; i < 10 * seconds; ++i) {
-      harness.conversation.OnDrive(status);
+      harness.conversation.behaviour()->OnDrive(status);
       harness.Serve(100);
     }
     return harness.events.size();
@@ -373,7 +373,7 @@ TEST(BatteryTest, AVoltageThatStaysLowIsReportedOnceAndAgainAfterItHasRecovered)
   EXPECT_EQ(1u, run(114, 10));
   EXPECT_EQ(1u, run(120, 1));
   EXPECT_EQ(2u, run(110, 10));
-  EXPECT_EQ(kStraight, harness.conversation.wheels()) << "it drives on";
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels) << "it drives on";
 }
 
 TEST(BatteryTest, ALimitOfZeroSwitchesTheReportOff) {
@@ -383,9 +383,9 @@ TEST(BatteryTest, ALimitOfZeroSwitchesTheReportOff) {
   harness.GreetAndServe(1000);
   DriveStatus status = kNothingToTell;
   status.battery_100mv = 1;
-  harness.conversation.OnDrive(status);
+  harness.conversation.behaviour()->OnDrive(status);
   harness.Serve(20000);
-  harness.conversation.OnDrive(status);
+  harness.conversation.behaviour()->OnDrive(status);
   harness.Serve(1000);
   EXPECT_TRUE(harness.events.empty());
 }
@@ -406,14 +406,14 @@ TEST(DiagnosticsTest, CountersAreReportedAsAParameterAndUnknownNumbersRefused) {
   status.bumpers = 0x0301;
   status.battery_100mv = 123;
   status.front_mm = 456;
-  harness.conversation.OnDrive(status);
+  harness.conversation.behaviour()->OnDrive(status);
   EXPECT_EQ(0, ask(kStopFlags));
   EXPECT_EQ(0x0301, ask(kBumperWord));
   EXPECT_EQ(123, ask(kBattery));
   EXPECT_EQ(456, ask(kFrontRange));
   EXPECT_GT(ask(kRequestCount), 5);
   status.front_mm = kNoRange;
-  harness.conversation.OnDrive(status);
+  harness.conversation.behaviour()->OnDrive(status);
   EXPECT_EQ(32767, ask(kFrontRange)) << "as much as an EVENT can say";
   for (const int id : {16, 63, 64, 66, 127, int{kEndOfDiagnostics}, 255}) {
     EXPECT_EQ(Reason::kBadValue, commander.Do(CommandCode::kGetParameter, id)) << id;

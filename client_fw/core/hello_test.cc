@@ -86,15 +86,15 @@ TEST(HelloTest, EachRepetitionHasADelayOfItsOwn) {
 TEST(HelloTest, WheelsStandStillUntilTheFirstIntensities) {
   Harness harness;
   harness.Run(700);
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(kNoAnswerYet, harness.conversation.flags());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
+  EXPECT_EQ(kNoAnswerYet, harness.conversation.state().flags);
   harness.Greet();
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   ASSERT_TRUE(harness.RunUntilSent());
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   harness.Answer(0, 0);
-  EXPECT_EQ((WheelSpeeds{200, 200}), harness.conversation.wheels());
-  EXPECT_EQ(0, harness.conversation.flags());
+  EXPECT_EQ((WheelSpeeds{200, 200}), harness.conversation.state().wheels);
+  EXPECT_EQ(0, harness.conversation.state().flags);
   EXPECT_EQ(0u, harness.counters().fail_safe_stops);
 }
 
@@ -124,8 +124,8 @@ TEST(HelloTest, WrongVersionKeepsTheRobotStoppedAndAskingSlowly) {
   harness.hello.protocol_version = protocol::kProtocolVersion + 1;
   harness.Serve(20000);
   EXPECT_FALSE(harness.conversation.greeted());
-  EXPECT_EQ(kNoAnswerYet | kWrongVersion, harness.conversation.flags());
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kNoAnswerYet | kWrongVersion, harness.conversation.state().flags);
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   EXPECT_EQ(0u, harness.counters().requests);
   // 20 s in steps of 0.4 to 0.8 s, the first ones shorter.
   EXPECT_GE(harness.counters().hellos, 24u);
@@ -133,7 +133,7 @@ TEST(HelloTest, WrongVersionKeepsTheRobotStoppedAndAskingSlowly) {
 
   harness.hello.protocol_version = protocol::kProtocolVersion;
   harness.Serve(3000);
-  EXPECT_EQ(0, harness.conversation.flags());
+  EXPECT_EQ(0, harness.conversation.state().flags);
 }
 
 TEST(HelloTest, MissingTypeKeepsTheRobotStopped) {
@@ -141,13 +141,13 @@ TEST(HelloTest, MissingTypeKeepsTheRobotStopped) {
   harness.hello.type_mask = 0x0002;  // type 1 only
   harness.Serve(3000);
   EXPECT_FALSE(harness.conversation.greeted());
-  EXPECT_EQ(kNoAnswerYet | kTypeMissing, harness.conversation.flags());
+  EXPECT_EQ(kNoAnswerYet | kTypeMissing, harness.conversation.state().flags);
   EXPECT_EQ(0u, harness.counters().requests);
 
   harness.hello.type_mask = 0x0004;
   harness.Serve(3000);
-  EXPECT_EQ(0, harness.conversation.flags());
-  EXPECT_EQ((WheelSpeeds{200, 200}), harness.conversation.wheels());
+  EXPECT_EQ(0, harness.conversation.state().flags);
+  EXPECT_EQ((WheelSpeeds{200, 200}), harness.conversation.state().wheels);
 }
 
 TEST(HelloTest, TypeOutsideOfTheProtocolIsMissing) {
@@ -156,7 +156,7 @@ TEST(HelloTest, TypeOutsideOfTheProtocolIsMissing) {
   Harness harness(parameters);
   harness.hello.type_mask = 0xFFFF;
   harness.Serve(1000);
-  EXPECT_EQ(kNoAnswerYet | kTypeMissing, harness.conversation.flags());
+  EXPECT_EQ(kNoAnswerYet | kTypeMissing, harness.conversation.state().flags);
 }
 
 TEST(HelloTest, RefusalIsAnsweredByLaterHellos) {

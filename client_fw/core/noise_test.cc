@@ -67,7 +67,7 @@ TEST(NoiseTest, ConstantNoiseBetweenTheFramesTakesNoPeriodAway) {
     const uint32_t answers = harness.counters().answers;
     RunInNoise(kTenSeconds, RandomNoise(seed), true, &harness);
     EXPECT_GE(harness.counters().answers - answers, kTenSeconds / 200 * 9 / 10) << seed;
-    EXPECT_EQ(kStraight, harness.conversation.wheels());
+    EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   }
 }
 
@@ -181,7 +181,7 @@ TEST(StuckCarrierTest, IsIgnoredAfterTwoSecondsUntilItDrops) {
   EXPECT_EQ(0u, harness.counters().ignored_carriers);
   EXPECT_TRUE(harness.RunUntilSent(kPatienceMs));
   harness.Serve(1000);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   EXPECT_EQ(1u, harness.counters().ignored_carriers);
   const uint32_t answers = harness.counters().answers;
   harness.Serve(kTenSeconds);

@@ -53,17 +53,17 @@ TEST(ResyncTest, LateAnswerIsNotSteeredOn) {
   const protocol::Message late = harness.AnswerToSent(4096, 0);
   harness.Run(kTestWindowMs + 1);
   harness.Feed(late);  // in the back-off
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   ASSERT_TRUE(harness.RunUntilSent());
   ASSERT_EQ(protocol::kPing, harness.sent.opcode);
   harness.Feed(late);  // before the echo
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   EXPECT_EQ(2u, harness.counters().late_answers);
   harness.AnswerPing();
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(2, harness.SentSense().type);
   harness.Answer(0, 4096);
-  EXPECT_EQ((WheelSpeeds{200, 0}), harness.conversation.wheels());
+  EXPECT_EQ((WheelSpeeds{200, 0}), harness.conversation.state().wheels);
 }
 
 // The case the PING is for: without it, the answer to the first request would be taken for the
@@ -83,7 +83,7 @@ TEST(ResyncTest, AnswersOfADelayedStreamAreSortedOut) {
   for (const protocol::Message& message : delayed) {
     harness.Feed(message);
   }
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   EXPECT_EQ(2u, harness.counters().late_answers);
   EXPECT_EQ(2u, harness.counters().resyncs);
   harness.AnswerPing();
@@ -126,7 +126,7 @@ TEST(ResyncTest, SilenceMeansHelloFirstAndThenThePing) {
   harness.AnswerPing();
   ASSERT_TRUE(harness.RunUntilSent());
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(ResyncTest, TraceIsRepeatedAfterTheEcho) {
@@ -143,7 +143,7 @@ TEST(ResyncTest, TraceIsRepeatedAfterTheEcho) {
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(first, harness.wire);  // the server repeats its stored answer
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(ResyncTest, UnbufferedLinkDoesNotPing) {

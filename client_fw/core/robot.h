@@ -52,7 +52,7 @@ constexpr uint16_t kRepeatWheelsMs = 250;
 /// It follows pheromones.
 struct NoTask {
   void Step(uint32_t /*now_ms*/, const Odometry* /*odometry*/, Conversation* /*conversation*/) {}
-  WheelSpeeds Wheels(const Conversation& conversation) const { return conversation.wheels(); }
+  WheelSpeeds Wheels(const Conversation& conversation) const { return conversation.state().wheels; }
   bool HoldsLoad() const { return false; }
 };
 
@@ -74,11 +74,11 @@ class Robot {
     for (int byte = board_->radio_get(); byte >= 0; byte = board_->radio_get()) {
       conversation_.OnByte(static_cast<uint8_t>(byte), now_ms);
     }
-    const uint8_t wanted = conversation_.board_value_wanted();
+    const uint8_t wanted = conversation_.state().value_wanted;
     if (wanted != 0) {
-      conversation_.TellBoardValue(board_->diagnostic(wanted));
+      conversation_.behaviour()->Tell(board_->diagnostic(wanted));
     }
-    conversation_.OnDrive(drive_->status());
+    conversation_.behaviour()->OnDrive(drive_->status());
     Odometry odometry = {0, 0, 0};
     const bool known = drive_->odometry(&odometry);
     conversation_.Poll(now_ms, known ? &odometry : nullptr, board_->channel_busy());
@@ -86,15 +86,15 @@ class Robot {
     while (put_ < conversation_.tx_size() && board_->radio_put(conversation_.tx()[put_])) {
       ++put_;
     }
-    TellDrive(LimitByRange(task_.Wheels(conversation_), conversation_.drive().front_mm),
+    TellDrive(LimitByRange(task_.Wheels(conversation_), conversation_.state().drive.front_mm),
               static_cast<uint16_t>(now_ms));
-    led_.Step(LedCode(conversation_.flags(), conversation_.drive().alarms, known),
+    led_.Step(LedCode(conversation_.state().flags, conversation_.state().drive.alarms, known),
               static_cast<uint16_t>(now_ms));
     board_->set_led(led_.on());
-    board_->set_load(conversation_.load() || task_.HoldsLoad());
-    if (conversation_.TakeSettingsChanged()) {
+    board_->set_load(conversation_.state().load || task_.HoldsLoad());
+    if (conversation_.behaviour()->Take(kSaveSettings)) {
       uint8_t bytes[kSettingsSize];
-      PackSettings(conversation_.stored(), bytes);
+      PackSettings(conversation_.state().stored, bytes);
       board_->save_settings(bytes, sizeof(bytes));
     }
   }
@@ -106,7 +106,7 @@ class Robot {
 
  private:
   void TellDrive(WheelSpeeds wheels, uint16_t now_ms) {
-    if (conversation_.TakeEmergency()) {
+    if (conversation_.behaviour()->Take(kStopAtOnce)) {
       drive_->emergency_stop();
     } else if (driven_ && wheels == told_ &&
                static_cast<uint16_t>(now_ms - told_ms_) < kRepeatWheelsMs) {

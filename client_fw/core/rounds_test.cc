@@ -66,10 +66,10 @@ TEST(RoundsTest, ATurnBeginsAtItsTimeAndIsAnsweredByTheNextRound) {
   EXPECT_EQ(1u + 2 * kTurnMs, harness.TurnAfter());
   harness.SentSense();
   harness.AnswerRound({{1, 2}, {3, 4}, {500, -600}});
-  EXPECT_EQ(500, harness.conversation.p_left());
-  EXPECT_EQ(-600, harness.conversation.p_right());
+  EXPECT_EQ(500, harness.conversation.state().p_left);
+  EXPECT_EQ(-600, harness.conversation.state().p_right);
   EXPECT_EQ(1u, harness.counters().answers);
-  EXPECT_EQ(0, harness.conversation.flags());
+  EXPECT_EQ(0, harness.conversation.state().flags);
   EXPECT_EQ(2u, harness.counters().rounds);
   EXPECT_EQ(1u, harness.counters().turns);
 }
@@ -114,7 +114,7 @@ TEST(RoundsTest, ARoundThatWasMissedLeavesTheRequestUnanswered) {
   ASSERT_NE(0u, harness.TurnAfter());
   EXPECT_EQ(first, harness.wire);  // byte for byte
   harness.AnswerRound({{7, 8}});
-  EXPECT_EQ(7, harness.conversation.p_left());
+  EXPECT_EQ(7, harness.conversation.state().p_left);
 }
 
 TEST(RoundsTest, AnAnswerWithoutIntensitiesMeansOnceMoreOrIsTheReasonOfAnError) {
@@ -129,7 +129,7 @@ TEST(RoundsTest, AnAnswerWithoutIntensitiesMeansOnceMoreOrIsTheReasonOfAnError) 
   const auto off_the_map = static_cast<int16_t>(protocol::Reason::kOffTheMap);
   harness.AnswerRound({{protocol::kNoIntensities, off_the_map}}, {kTestId});
   EXPECT_EQ(protocol::Reason::kOffTheMap, harness.conversation.last_error());
-  EXPECT_NE(0, harness.conversation.flags() & kOffTheMap);
+  EXPECT_NE(0, harness.conversation.state().flags & kOffTheMap);
   ASSERT_NE(0u, harness.TurnAfter());
   EXPECT_NE(first, harness.wire);  // that one is settled
 }
@@ -151,7 +151,7 @@ TEST(RoundsTest, WhoIsListedTwiceAcknowledgesTheCommandFirst) {
   ASSERT_TRUE(harness.RunUntilSent(100));
   harness.SentSense();
   harness.AnswerRound({{protocol::kNoIntensities, 0}, {30, 40}});
-  EXPECT_EQ(30, harness.conversation.p_left());
+  EXPECT_EQ(30, harness.conversation.state().p_left);
 }
 
 TEST(RoundsTest, ASecondTurnThatDoesNotFollowTheFirstIsNotTaken) {

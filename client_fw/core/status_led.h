@@ -1,6 +1,6 @@
 // A robot's LED: steady while it drives, else so many flashes, a pause, and again.
 //
-//   led.Step(LedCode(conversation.flags(), status.alarms, connected), now_ms);
+//   led.Step(LedCode(conversation.state().flags, status.alarms, connected), now_ms);
 //   board->set_led(led.on());
 //
 // | flashes | it stands because |

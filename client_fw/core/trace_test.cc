@@ -27,7 +27,7 @@ TEST(TraceTest, EachHasTheNextSeqAndAFreshPose) {
     EXPECT_EQ(100 + seq, trace.pose.x);
     EXPECT_FALSE(trace.wide);
     harness.Answer(2048, 0);
-    EXPECT_EQ((WheelSpeeds{100, 200}), harness.conversation.wheels());
+    EXPECT_EQ((WheelSpeeds{100, 200}), harness.conversation.state().wheels);
   }
   EXPECT_EQ(0u, harness.counters().duplicates);
 }
@@ -42,7 +42,7 @@ TEST(TraceTest, WideOneHasItsOwnService) {
   EXPECT_TRUE(harness.SentTrace().wide);
   EXPECT_EQ(-70000, harness.SentTrace().pose.x);
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(TraceTest, LongestPossibleFrameFits) {
@@ -87,7 +87,7 @@ TEST(TraceTest, AnswerToAnotherSeqIsNotBelieved) {
   harness.Greet();
   ASSERT_TRUE(harness.RunUntilSent());
   harness.FeedEncoded(protocol::TraceAnswer{kTestId, 2, false, 9, 0, 0});
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   EXPECT_EQ(1u, harness.counters().late_answers);
 }
 
@@ -106,11 +106,11 @@ TEST(TraceTest, AnswerToAnOldPoseSettlesTheRequestButDoesNotSteer) {
   }
   harness.Feed(Harness::AnswerTo(first, 0, 0));
   EXPECT_EQ(1u, harness.counters().stale_answers);
-  EXPECT_EQ(kStill, harness.conversation.wheels());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
   ASSERT_TRUE(harness.RunUntilSent(8 * kTestSlotMs + 16 + 200));
   EXPECT_EQ(2, harness.SentTrace().seq);
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(TraceTest, WarmResetRepeatsThePendingRequest) {
@@ -126,7 +126,7 @@ TEST(TraceTest, WarmResetRepeatsThePendingRequest) {
   ASSERT_TRUE(after.RunUntilSent());
   EXPECT_EQ(before.wire, after.wire);
   after.Answer(0, 0);
-  EXPECT_EQ(kStill, after.conversation.wheels());  // whose pose nobody knows any more
+  EXPECT_EQ(kStill, after.conversation.state().wheels);  // whose pose nobody knows any more
   EXPECT_EQ(1u, after.counters().stale_answers);
   ASSERT_TRUE(after.RunUntilSent());
   EXPECT_EQ(2, after.SentTrace().seq);
@@ -277,7 +277,7 @@ TEST(TraceTest, OldPoseStaysOldWhenTheClockComesRound) {
     ASSERT_LT(harness.now_ms - posed_ms, 0x10000u + 500);
     harness.Feed(Harness::AnswerTo(first, 0, 0));
     EXPECT_EQ(1u, harness.counters().stale_answers);
-    EXPECT_EQ(kStill, harness.conversation.wheels());
+    EXPECT_EQ(kStill, harness.conversation.state().wheels);
   }
 }
 
@@ -299,12 +299,12 @@ TEST(ErrorTest, OffTheMapStopsUntilAnAnswerComes) {
   harness.GreetAndServe(1500);
   ASSERT_TRUE(harness.RunUntilSent());
   harness.AnswerError(Reason::kOffTheMap);
-  EXPECT_EQ(kStill, harness.conversation.wheels());
-  EXPECT_EQ(kOffTheMap, harness.conversation.flags());
+  EXPECT_EQ(kStill, harness.conversation.state().wheels);
+  EXPECT_EQ(kOffTheMap, harness.conversation.state().flags);
   EXPECT_EQ(1u, harness.counters().off_the_map_stops);
   ASSERT_TRUE(harness.RunUntilSent());  // it may have been carried back
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 TEST(ErrorTest, CoordinateOutOfRangeIsNeverSent) {
@@ -317,12 +317,12 @@ TEST(ErrorTest, CoordinateOutOfRangeIsNeverSent) {
     const uint32_t requests = harness.counters().requests;
     harness.Serve(400);
     EXPECT_EQ(requests, harness.counters().requests);
-    EXPECT_EQ(kStill, harness.conversation.wheels());
-    EXPECT_EQ(kOffTheMap, harness.conversation.flags());
+    EXPECT_EQ(kStill, harness.conversation.state().wheels);
+    EXPECT_EQ(kOffTheMap, harness.conversation.state().flags);
     EXPECT_EQ(1u, harness.counters().off_the_map_stops);
     harness.pose.x_mm = 32767;
     harness.Serve(400);
-    EXPECT_EQ(kStraight, harness.conversation.wheels());
+    EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   }
 }
 
@@ -333,7 +333,7 @@ TEST(ErrorTest, FarAwayIsOffTheMapEvenForWideMessages) {
   harness.pose.y_mm = kFarAway;
   harness.GreetAndServe(400);
   EXPECT_EQ(0u, harness.counters().requests);
-  EXPECT_EQ(kNoAnswerYet | kOffTheMap, harness.conversation.flags());
+  EXPECT_EQ(kNoAnswerYet | kOffTheMap, harness.conversation.state().flags);
 }
 
 TEST(ErrorTest, BusyServerIsAskedAgainWithTheSameRequest) {
@@ -382,7 +382,7 @@ TEST(ErrorTest, RefusalOfAnotherRequestIsNotBelieved) {
   EXPECT_EQ(0u, harness.counters().errors);
   EXPECT_EQ(2u, harness.counters().late_answers);
   harness.Answer(0, 0);
-  EXPECT_EQ(kStraight, harness.conversation.wheels());
+  EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
 }  // namespace

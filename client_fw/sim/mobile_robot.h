@@ -34,7 +34,7 @@ class MobileRobot : public Station {
   /// The last speeds given to its drive; if these are unknown, the speeds of its wheels.
   virtual client::WheelSpeeds wheels() const = 0;
   /// If its counters cannot be read, those that its modem can count (RadioTally).
-  virtual const client::Counters& counters() const = 0;
+  virtual client::Counters counters() const = 0;
   /// As last received; 0 before.
   virtual int16_t p_left() const = 0;
   virtual int16_t p_right() const = 0;

@@ -26,7 +26,7 @@ class RadioTally {
   void OnSent(uint8_t byte, int64_t time_ns);
   void OnHeard(uint8_t byte, int64_t time_ns);
 
-  const client::Counters& counters() const { return counters_; }
+  client::Counters counters() const { return counters_; }
   /// Of the last answer, 1/4096 of a unit; 0 before.
   int16_t p_left() const { return p_left_; }
   int16_t p_right() const { return p_right_; }

@@ -49,10 +49,10 @@ class SimulatedRobot final : public MobileRobot {
   int station() const override { return station_; }
   const PlanePose& true_pose() const override { return drive_.true_pose(); }
   client::WheelSpeeds wheels() const override { return robot_.wheels(); }
-  const client::Counters& counters() const override { return conversation().counters(); }
-  int16_t p_left() const override { return conversation().p_left(); }
-  int16_t p_right() const override { return conversation().p_right(); }
-  uint8_t flags() const override { return conversation().flags(); }
+  client::Counters counters() const override { return conversation().counters(); }
+  int16_t p_left() const override { return conversation().state().p_left; }
+  int16_t p_right() const override { return conversation().state().p_right; }
+  uint8_t flags() const override { return conversation().state().flags; }
   uint32_t bumps() const override { return bumps_.count(); }
   bool HoldsLoad() const override { return powered() && board_.load(); }
   const client::Cleaner* cleaner() const override {

@@ -72,7 +72,7 @@ TEST(SimulatedRobotTest, TurnsTowardsTheStrongerSide) {
   world.Run(3000);
   EXPECT_EQ((client::WheelSpeeds{100, 200}), robot->wheels());
   EXPECT_GT(robot->true_pose().heading_rad, 0.3);  // left
-  EXPECT_EQ(2048, robot->conversation().p_left());
+  EXPECT_EQ(2048, robot->conversation().state().p_left);
 }
 
 // A line of pheromone along y = 0, fading over a metre, smelt by antennas 200 mm apart and, as
@@ -123,7 +123,7 @@ TEST(SimulatedRobotTest, StandsWithinTheFailSafeTimeOfTheLastAnswerAndRecovers) 
   EXPECT_EQ((client::WheelSpeeds{200, 200}), robot->wheels());
   world.Run(50);
   EXPECT_EQ(kStill, robot->wheels());
-  EXPECT_EQ(client::kFailSafe, robot->conversation().flags());
+  EXPECT_EQ(client::kFailSafe, robot->conversation().state().flags);
   world.Run(1000);
   EXPECT_EQ(0, robot->drive().left_m_s());
   const double stopped_at_m = robot->true_pose().x_m;
@@ -134,7 +134,7 @@ TEST(SimulatedRobotTest, StandsWithinTheFailSafeTimeOfTheLastAnswerAndRecovers) 
   world.server.silent = false;
   world.Run(2500);  // HELLO is repeated at least every 1.6 s
   EXPECT_EQ((client::WheelSpeeds{200, 200}), robot->wheels());
-  EXPECT_EQ(0, robot->conversation().flags());
+  EXPECT_EQ(0, robot->conversation().state().flags);
   EXPECT_GT(robot->conversation().counters().hellos, hellos);
   EXPECT_EQ(1u, robot->conversation().counters().fail_safe_stops);
 }
@@ -169,7 +169,7 @@ TEST(SimulatedRobotTest, LateAnswerOnABufferedLinkIsDiscarded) {
   world.server.smell = [](const protocol::WirePose&) { return kSameEverywhere; };
   for (int ms = 0; ms < 1000; ++ms) {
     world.Run(1);
-    ASSERT_NE(4096, robot->conversation().p_left());
+    ASSERT_NE(4096, robot->conversation().state().p_left);
   }
   EXPECT_GE(robot->conversation().counters().resyncs, 1u);
   EXPECT_EQ((client::WheelSpeeds{200, 200}), robot->wheels());

@@ -43,7 +43,7 @@ class SimulatedTask {
   client::WheelSpeeds Wheels(const client::Conversation& conversation) const {
     return cleaner_   ? cleaner_->Wheels(conversation)
            : forager_ ? forager_->Wheels(conversation)
-                      : conversation.wheels();
+                      : conversation.state().wheels;
   }
   bool HoldsLoad() const {
     return (cleaner_ && cleaner_->HoldsLoad()) || (forager_ && forager_->HoldsLoad());

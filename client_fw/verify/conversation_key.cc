@@ -60,8 +60,8 @@ std::string ConversationWorld::Key() const {
   }
   writer.Flag(memory_.numbered);
   writer.Flag(robot_.greeted());
-  writer.U8(robot_.flags());
-  writer.Flag(robot_.has_event());
+  writer.U8(robot_.state().flags);
+  writer.Flag(robot_.state().events != 0);
   writer.Flag(robot_.event_turn());
   writer.U8(robot_.awaited_opcode());
   writer.U8(exchange_.state);

@@ -101,12 +101,12 @@ uint16_t CoreTurn::Tell(uint8_t* reply) const {
   Append(board_.to_robot, &to);
   Append(board_.saved, &to);
   const client::Conversation& conversation = robot_.conversation();
-  Append(conversation.wheels().left_mm_s, &to);
-  Append(conversation.wheels().right_mm_s, &to);
-  *to++ = conversation.flags();
+  Append(conversation.state().wheels.left_mm_s, &to);
+  Append(conversation.state().wheels.right_mm_s, &to);
+  *to++ = conversation.state().flags;
   *to++ = board_.load ? 1 : 0;
-  Append(conversation.p_left(), &to);
-  Append(conversation.p_right(), &to);
+  Append(conversation.state().p_left, &to);
+  Append(conversation.state().p_right, &to);
   return static_cast<uint16_t>(to - reply);
 }
 

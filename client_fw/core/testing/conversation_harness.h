@@ -201,7 +201,7 @@ class Harness {
     return trace;
   }
 
-  const Counters& counters() const { return conversation.counters(); }
+  Counters counters() const { return conversation.counters(); }
 
   uint32_t now_ms;
   Pose pose = {1000, -2000, 0x4000};

@@ -34,7 +34,7 @@ void LawRobot::Step() {
   board_.set_millis(static_cast<uint32_t>(medium_->now_ns() / 1'000'000));
   board_.set_carrier(medium_->Busy(station_));
   robot_.Step();
-  if (conversation().flags() != 0) {
+  if (conversation().state().flags != 0) {
     fuzzy_state_ = {client::kNoError};
     wheels_ = {0, 0};
   } else if (conversation().counters().answers != answers_) {
@@ -48,8 +48,8 @@ void LawRobot::Step() {
 }
 
 client::WheelSpeeds LawRobot::Steer() {
-  const int16_t left = conversation().p_left();
-  const int16_t right = conversation().p_right();
+  const int16_t left = conversation().state().p_left;
+  const int16_t right = conversation().state().p_right;
   return steering_.law == client::Law::kFuzzy
              ? client::SteerFuzzy(left, right, steering_.speed_mm_s, steering_.fuzzy, &fuzzy_state_)
              : client::Steer(steering_.law, left, right, steering_.speed_mm_s, steering_.gain_8);

@@ -47,10 +47,10 @@ class LawRobot final : public sim::MobileRobot {
   int station() const override { return station_; }
   const sim::PlanePose& true_pose() const override { return drive_.true_pose(); }
   client::WheelSpeeds wheels() const override { return wheels_; }
-  const client::Counters& counters() const override { return conversation().counters(); }
-  int16_t p_left() const override { return conversation().p_left(); }
-  int16_t p_right() const override { return conversation().p_right(); }
-  uint8_t flags() const override { return conversation().flags(); }
+  client::Counters counters() const override { return conversation().counters(); }
+  int16_t p_left() const override { return conversation().state().p_left; }
+  int16_t p_right() const override { return conversation().state().p_right; }
+  uint8_t flags() const override { return conversation().state().flags; }
   const client::Conversation& conversation() const { return robot_.conversation(); }
 
  private:

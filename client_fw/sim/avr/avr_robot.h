@@ -86,7 +86,7 @@ class AvrRobot final : public MobileRobot {
   const PlanePose& true_pose() const override { return pioneer_.drive().true_pose(); }
   /// As the Pioneer's encoders show them.
   client::WheelSpeeds wheels() const override;
-  const client::Counters& counters() const override { return tally_.counters(); }
+  client::Counters counters() const override { return tally_.counters(); }
   int16_t p_left() const override { return tally_.p_left(); }
   int16_t p_right() const override { return tally_.p_right(); }
   uint32_t bumps() const override { return bumps_.count(); }

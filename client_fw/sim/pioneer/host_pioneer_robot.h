@@ -49,10 +49,10 @@ class HostPioneerRobot final : public MobileRobot {
   int station() const override { return station_; }
   const PlanePose& true_pose() const override { return pioneer_.drive().true_pose(); }
   client::WheelSpeeds wheels() const override { return robot_.wheels(); }
-  const client::Counters& counters() const override { return robot_.conversation().counters(); }
-  int16_t p_left() const override { return robot_.conversation().p_left(); }
-  int16_t p_right() const override { return robot_.conversation().p_right(); }
-  uint8_t flags() const override { return robot_.conversation().flags(); }
+  client::Counters counters() const override { return robot_.conversation().counters(); }
+  int16_t p_left() const override { return robot_.conversation().state().p_left; }
+  int16_t p_right() const override { return robot_.conversation().state().p_right; }
+  uint8_t flags() const override { return robot_.conversation().state().flags; }
   uint32_t bumps() const override { return bumps_.count(); }
   bool HoldsLoad() const override { return board_.load(); }
   const client::Cleaner* cleaner() const override { return robot_.task().cleaner(); }
