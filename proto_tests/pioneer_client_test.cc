@@ -7,7 +7,7 @@
 #include <deque>
 #include <string>
 
-#include "client_fw/core/pioneer_drive.h"
+#include "client_fw/core/pioneer/pioneer_drive.h"
 #include "client_fw/sim/pioneer/pioneer_robot.h"
 
 namespace pheromone {

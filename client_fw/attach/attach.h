@@ -13,7 +13,7 @@
 #include <cstdint>
 
 #include "client_fw/attach/address.h"
-#include "client_fw/core/parameters.h"
+#include "client_fw/core/steering/parameters.h"
 
 namespace pheromone::attach {
 

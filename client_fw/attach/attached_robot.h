@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "client_fw/boards/host/host_board.h"
-#include "client_fw/core/pioneer_drive.h"
+#include "client_fw/core/pioneer/pioneer_drive.h"
 #include "client_fw/core/robot.h"
 
 namespace pheromone::attach {

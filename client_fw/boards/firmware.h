@@ -31,10 +31,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "client_fw/core/parameters.h"
-#include "client_fw/core/pioneer_drive.h"
-#include "client_fw/core/request_memory.h"
+#include "client_fw/core/pioneer/pioneer_drive.h"
+#include "client_fw/core/requests/request_memory.h"
 #include "client_fw/core/robot.h"
+#include "client_fw/core/steering/parameters.h"
 #include "protocol/crc16.h"
 
 namespace pheromone {

@@ -1,8 +1,8 @@
 // Time and the channel. The other parts are conversation_send.cc and conversation_receive.cc.
 #include "client_fw/core/conversation.h"
 
-#include "client_fw/core/outlined.h"
-#include "client_fw/core/run_down.h"
+#include "client_fw/core/base/outlined.h"
+#include "client_fw/core/base/run_down.h"
 
 namespace pheromone {
 namespace client {

@@ -29,13 +29,13 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/backoff.h"
-#include "client_fw/core/behaviour.h"
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
-#include "client_fw/core/parameters.h"
-#include "client_fw/core/request_memory.h"
-#include "client_fw/core/tag_exchange.h"
+#include "client_fw/core/medium/backoff.h"
+#include "client_fw/core/requests/request_memory.h"
+#include "client_fw/core/requests/tag_exchange.h"
+#include "client_fw/core/steering/behaviour.h"
+#include "client_fw/core/steering/parameters.h"
 #include "protocol/byte_order.h"
 #include "protocol/decoder.h"
 #include "protocol/frame_parser.h"

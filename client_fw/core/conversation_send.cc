@@ -1,6 +1,6 @@
 // Sending; see conversation.cc.
+#include "client_fw/core/base/outlined.h"
 #include "client_fw/core/conversation.h"
-#include "client_fw/core/outlined.h"
 
 namespace pheromone {
 namespace client {

@@ -8,10 +8,10 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/angle.h"
-#include "client_fw/core/census.h"
-#include "client_fw/core/request_memory.h"
-#include "client_fw/core/tag_exchange.h"
+#include "client_fw/core/base/angle.h"
+#include "client_fw/core/medium/census.h"
+#include "client_fw/core/requests/request_memory.h"
+#include "client_fw/core/requests/tag_exchange.h"
 #include "protocol/fields.h"
 #include "protocol/opcodes.h"
 

@@ -4,7 +4,7 @@
 // after a turn left out. One that changes a tag is repeated byte for byte, as a TRACE is, but again
 // after the intensities.
 #include "client_fw/core/conversation.h"
-#include "client_fw/core/tag_data.h"
+#include "client_fw/core/requests/tag_data.h"
 #include "protocol/tag_messages.h"
 
 namespace pheromone {

@@ -3,14 +3,10 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/steering/behaviour.h"
+
 namespace pheromone {
 namespace client {
-
-struct BehaviourCounters {
-  uint32_t fail_safe_stops;    ///< stopped because answers were missing
-  uint32_t off_the_map_stops;  ///< stopped because the pose is outside of the map
-  uint32_t lost_trails;        ///< sensed nothing for lost_after_ms
-};
 
 struct Counters : BehaviourCounters {  // plain memory: Counters() is all zero
   uint32_t requests;                   ///< SENSE and TRACE sent, retries included

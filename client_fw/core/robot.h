@@ -37,10 +37,10 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/angle.h"
+#include "client_fw/core/base/angle.h"
 #include "client_fw/core/conversation.h"
-#include "client_fw/core/range_limit.h"
 #include "client_fw/core/status_led.h"
+#include "client_fw/core/steering/range_limit.h"
 
 namespace pheromone {
 namespace client {

@@ -11,9 +11,9 @@
 #include <cstdint>
 #include <functional>
 
-#include "client_fw/core/angle.h"
-#include "client_fw/core/drive_status.h"
-#include "client_fw/core/steering.h"
+#include "client_fw/core/base/angle.h"
+#include "client_fw/core/steering/drive_status.h"
+#include "client_fw/core/steering/steering.h"
 
 namespace pheromone::sim {
 

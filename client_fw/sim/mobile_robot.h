@@ -14,10 +14,10 @@
 
 #include <cstdint>
 
-#include "client_fw/core/cleaner.h"
 #include "client_fw/core/counters.h"
-#include "client_fw/core/forager.h"
-#include "client_fw/core/steering.h"
+#include "client_fw/core/steering/steering.h"
+#include "client_fw/core/tasks/cleaner.h"
+#include "client_fw/core/tasks/forager.h"
 #include "client_fw/sim/differential_drive.h"
 #include "client_fw/sim/radio_medium.h"
 

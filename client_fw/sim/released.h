@@ -2,7 +2,7 @@
 // resume; in a simulation nobody can be run over, and nobody is there to release it.
 #pragma once
 
-#include "client_fw/core/parameters.h"
+#include "client_fw/core/steering/parameters.h"
 
 namespace pheromone::sim {
 

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <optional>
 
-#include "client_fw/core/cleaner.h"
-#include "client_fw/core/forager.h"
 #include "client_fw/core/robot.h"
-#include "client_fw/core/robot_net.h"
+#include "client_fw/core/tasks/cleaner.h"
+#include "client_fw/core/tasks/forager.h"
+#include "client_fw/core/tasks/robot_net.h"
 
 namespace pheromone::sim {
 

@@ -15,7 +15,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "client_fw/core/steering.h"
+#include "client_fw/core/steering/steering.h"
 
 namespace pheromone::swarm {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "client_fw/core/steering.h"
+#include "client_fw/core/steering/steering.h"
 
 namespace pheromone::swarm {
 namespace {

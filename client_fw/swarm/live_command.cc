@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "client_fw/boards/host/real_time.h"
-#include "client_fw/core/settings.h"
+#include "client_fw/core/steering/settings.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/path_experiment.h"

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "client_fw/core/steering.h"
+#include "client_fw/core/steering/steering.h"
 #include "client_fw/swarm/simulation.h"
 #include "client_fw/swarm/track.h"
 #include "server/core/field/path.h"

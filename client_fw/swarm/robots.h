@@ -43,7 +43,7 @@ bool HasAvrRobots();
 
 /// The client's image that was built with this program; empty if none was.
 std::string BuiltAvrImage();
-/// That of a robot with a net (client_fw/core/forager.h).
+/// That of a robot with a net (client_fw/core/tasks/forager.h).
 std::string BuiltForagerImage();
 
 /// MakeRobot for a robot with an image. Its client's settings (core/settings.h) are in its EEPROM,

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/cleaning.h"
+#include "client_fw/core/tasks/cleaning.h"
 #include "client_fw/verify/cleaning_tag.h"
 
 namespace pheromone::verify {

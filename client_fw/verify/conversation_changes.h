@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <string>
 
-#include "client_fw/core/parameters.h"
+#include "client_fw/core/steering/parameters.h"
 #include "protocol/messages.h"
 #include "server/core/engine/engine.h"
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "client_fw/core/conversation.h"
-#include "client_fw/core/tag_exchange.h"
+#include "client_fw/core/requests/tag_exchange.h"
 #include "client_fw/verify/conversation_changes.h"
 #include "client_fw/verify/explore.h"
 #include "client_fw/verify/shared_engine.h"

@@ -18,7 +18,7 @@
 
 #include <stdint.h>
 
-#include "client_fw/core/pioneer_drive.h"
+#include "client_fw/core/pioneer/pioneer_drive.h"
 #include "client_fw/core/robot.h"
 #include "protocol/byte_order.h"
 

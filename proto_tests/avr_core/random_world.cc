@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "client_fw/core/conversation.h"
-#include "client_fw/core/settings.h"
+#include "client_fw/core/steering/settings.h"
 #include "proto_tests/avr_core/core_turn.h"
 #include "protocol/byte_order.h"
 #include "protocol/frame.h"

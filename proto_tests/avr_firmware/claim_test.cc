@@ -6,7 +6,7 @@
 #include <iostream>
 #include <string>
 
-#include "client_fw/core/cleaner.h"
+#include "client_fw/core/tasks/cleaner.h"
 #include "client_fw/sim/avr/avr_robot.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"

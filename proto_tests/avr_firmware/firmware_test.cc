@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "client_fw/core/diagnostics.h"
+#include "client_fw/core/steering/diagnostics.h"
 #include "proto_tests/avr_firmware/firmware_world.h"
 
 namespace pheromone::firmware {

@@ -17,7 +17,7 @@
 #include <optional>
 #include <vector>
 
-#include "client_fw/core/settings.h"
+#include "client_fw/core/steering/settings.h"
 #include "client_fw/sim/avr/avr_robot.h"
 #include "client_fw/sim/radio_medium.h"
 #include "client_fw/swarm/server_station.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/forager.h"
+#include "client_fw/core/tasks/forager.h"
 #include "client_fw/core/testing/naive_server.h"
 #include "client_fw/sim/avr/avr_robot.h"
 #include "client_fw/sim/avr/avr_settings.h"

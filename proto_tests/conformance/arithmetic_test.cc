@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "client_fw/core/angle.h"
-#include "client_fw/core/robot_net.h"
-#include "client_fw/core/steering.h"
+#include "client_fw/core/base/angle.h"
+#include "client_fw/core/steering/steering.h"
+#include "client_fw/core/tasks/robot_net.h"
 #include "proto_tests/conformance/chip_test.h"
 #include "proto_tests/conformance/client.h"
 #include "server/core/petri/net.h"

@@ -3,11 +3,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "client_fw/core/angle.h"
-#include "client_fw/core/careful.h"
-#include "client_fw/core/fuzzy.h"
-#include "client_fw/core/net_executor.h"
-#include "client_fw/core/steering.h"
+#include "client_fw/core/base/angle.h"
+#include "client_fw/core/steering/careful.h"
+#include "client_fw/core/steering/fuzzy.h"
+#include "client_fw/core/steering/steering.h"
+#include "client_fw/core/tasks/net_executor.h"
 #include "proto_tests/conformance/commands.h"
 #include "proto_tests/conformance/port.h"
 #include "protocol/byte_order.h"

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "client_fw/core/pioneer.h"
+#include "client_fw/core/pioneer/pioneer.h"
 #include "client_fw/core/testing/naive_arcos.h"
 
 namespace {

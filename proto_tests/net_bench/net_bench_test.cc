@@ -1,7 +1,7 @@
-// Robots with a net (client_fw/core/net_robot.h) and the server's composed net on virtual tags,
-// without radio and wheels: both sides of protocol/README.md, section 17, as they are shipped.
-// Between tags a robot takes some time. Answers are lost, robots are reset, the server is restarted
-// from its saved state; each firing is looked up in the net.
+// Robots with a net (client_fw/core/tasks/net_robot.h) and the server's composed net on virtual
+// tags, without radio and wheels: both sides of protocol/README.md, section 17, as they are
+// shipped. Between tags a robot takes some time. Answers are lost, robots are reset, the server is
+// restarted from its saved state; each firing is looked up in the net.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "client_fw/core/net_robot.h"
-#include "client_fw/core/robot_net.h"
+#include "client_fw/core/tasks/net_robot.h"
+#include "client_fw/core/tasks/robot_net.h"
 #include "protocol/byte_order.h"
 #include "protocol/tag_messages.h"
 #include "server/core/engine/nets_part.h"

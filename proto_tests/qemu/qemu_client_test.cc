@@ -20,7 +20,7 @@ using Bytes = std::vector<uint8_t>;
 constexpr size_t kRadio = 0;
 constexpr size_t kRobot = 1;
 
-// A frame of ARCOS: client_fw/core/pioneer_packet.h.
+// A frame of ARCOS: client_fw/core/pioneer/pioneer_packet.h.
 Bytes Packet(const Bytes& body) {
   Bytes packet;
   packet.reserve(body.size() + 5);

@@ -2,7 +2,7 @@
 
 #include <avr/interrupt.h>
 
-#include "client_fw/core/outlined.h"
+#include "client_fw/core/base/outlined.h"
 
 namespace pheromone {
 namespace client {

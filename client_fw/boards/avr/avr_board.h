@@ -15,8 +15,8 @@
 #include "client_fw/boards/avr/pins.h"
 #include "client_fw/boards/avr/uarts.h"
 #include "client_fw/boards/nonvolatile.h"
-#include "client_fw/core/diagnostics.h"
-#include "client_fw/core/settings.h"
+#include "client_fw/core/steering/diagnostics.h"
+#include "client_fw/core/steering/settings.h"
 
 namespace pheromone {
 namespace client {

@@ -1,7 +1,7 @@
-// The image of a cleaning robot (client_fw/core/cleaner.h) for the ATmega1284P.
+// The image of a cleaning robot (client_fw/core/tasks/cleaner.h) for the ATmega1284P.
 #include "client_fw/boards/avr/avr_board.h"
 #include "client_fw/boards/firmware.h"
-#include "client_fw/core/cleaner.h"
+#include "client_fw/core/tasks/cleaner.h"
 
 namespace pheromone {
 namespace client {

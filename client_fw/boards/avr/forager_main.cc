@@ -1,9 +1,9 @@
-// The image of a robot with a net (client_fw/core/forager.h) for the ATmega1284P. Another net:
-// client_fw/README.md, "Another net".
+// The image of a robot with a net (client_fw/core/tasks/forager.h) for the ATmega1284P. Another
+// net: client_fw/README.md, "Another net".
 #include "client_fw/boards/avr/avr_board.h"
 #include "client_fw/boards/firmware.h"
-#include "client_fw/core/forager.h"
-#include "client_fw/core/robot_net.h"
+#include "client_fw/core/tasks/forager.h"
+#include "client_fw/core/tasks/robot_net.h"
 
 namespace pheromone {
 namespace client {

@@ -19,8 +19,8 @@
 #include "client_fw/boards/cortex_m/interrupt_uart.h"
 #include "client_fw/boards/cortex_m/registers.h"
 #include "client_fw/boards/nonvolatile.h"
-#include "client_fw/core/diagnostics.h"
-#include "client_fw/core/parameters.h"
+#include "client_fw/core/steering/diagnostics.h"
+#include "client_fw/core/steering/parameters.h"
 
 namespace pheromone {
 namespace client {

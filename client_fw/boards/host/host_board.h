@@ -16,7 +16,7 @@
 
 #include <vector>
 
-#include "client_fw/core/diagnostics.h"
+#include "client_fw/core/steering/diagnostics.h"
 
 namespace pheromone {
 namespace client {

@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/robot_net.h"
-#include "client_fw/core/tag_exchange.h"
+#include "client_fw/core/requests/tag_exchange.h"
+#include "client_fw/core/tasks/robot_net.h"
 #include "protocol/byte_order.h"
 #include "protocol/net_record.h"
 #include "protocol/tag_messages.h"

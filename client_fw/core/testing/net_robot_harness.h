@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/net_robot.h"
+#include "client_fw/core/tasks/net_robot.h"
 #include "client_fw/core/testing/naive_bench.h"
 
 namespace pheromone {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/pioneer.h"
+#include "client_fw/core/pioneer/pioneer.h"
 #include "client_fw/core/testing/naive_arcos.h"
 
 namespace pheromone {

@@ -1,7 +1,7 @@
 // The cleaning swarm: robots that clean a grid of zones, each with a virtual tag in its middle, and
 // coordinate by nothing but what they write on the tags (Tammet, Vain and Kuusik 2006, section 4).
-// The real firmware (client_fw/core/cleaner.h) over simulated radio channels, with the real engine,
-// in virtual time.
+// The real firmware (client_fw/core/tasks/cleaner.h) over simulated radio channels, with the real
+// engine, in virtual time.
 //
 //   const CleaningRun run = RunCleaning(CleaningExperiment{}, /*seed=*/1);
 //   run.together_ms;                      // two robots cleaned one zone: always 0

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "client_fw/core/cleaning.h"
+#include "client_fw/core/tasks/cleaning.h"
 
 namespace pheromone::swarm {
 namespace {

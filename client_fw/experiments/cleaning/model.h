@@ -1,5 +1,5 @@
-// The cleaning swarm without a radio or wheels: the same decision, client_fw/core/cleaning.h, by
-// robots that see and claim at once. What a gap would be if looking, asking and turning took no
+// The cleaning swarm without a radio or wheels: the same decision, client_fw/core/tasks/cleaning.h,
+// by robots that see and claim at once. What a gap would be if looking, asking and turning took no
 // time: what the firmware's gaps are compared with.
 //
 //   ModelWorstGap(grid, /*robots=*/2, /*cycles=*/40, seed);    // 2.1 ideal cycles, say

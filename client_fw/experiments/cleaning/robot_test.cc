@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "client_fw/core/cleaner.h"
+#include "client_fw/core/tasks/cleaner.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
 

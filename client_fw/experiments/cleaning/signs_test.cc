@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/cleaner.h"
+#include "client_fw/core/tasks/cleaner.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
 

@@ -8,7 +8,8 @@
 // `differential` and `fuzzy` are tuned by the same search with the same budget, the same cost, the
 // same curves (line and circle) and the same seeds; the wheels of both turn at 300 mm/s at most.
 // Then they are compared on curves and seeds that the search has not seen. The results of the
-// search are committed: TunedDifferential() here, client::kTunedFuzzy in client_fw/core/fuzzy.h.
+// search are committed: TunedDifferential() here, client::kTunedFuzzy in
+// client_fw/core/steering/fuzzy.h.
 //
 // Virtual time, one thread; the same arguments give the same figures.
 #pragma once

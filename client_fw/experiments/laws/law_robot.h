@@ -12,9 +12,9 @@
 #include <cstdint>
 
 #include "client_fw/boards/host/host_board.h"
-#include "client_fw/core/fuzzy.h"
 #include "client_fw/core/robot.h"
-#include "client_fw/core/steering.h"
+#include "client_fw/core/steering/fuzzy.h"
+#include "client_fw/core/steering/steering.h"
 #include "client_fw/sim/differential_drive.h"
 #include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/radio_medium.h"

@@ -10,7 +10,7 @@
 #include <random>
 #include <utility>
 
-#include "client_fw/core/robot_net.h"
+#include "client_fw/core/tasks/robot_net.h"
 #include "client_fw/experiments/trails/bodies.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/simulation.h"

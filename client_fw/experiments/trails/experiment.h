@@ -1,6 +1,6 @@
 // The two-trail bench with robots that drive: Pioneers with the real firmware
-// (client_fw/core/forager.h) over simulated radio channels, in each other's way. The nets run in
-// the real engine, in virtual time, or in a running daemon, in real time.
+// (client_fw/core/tasks/forager.h) over simulated radio channels, in each other's way. The nets run
+// in the real engine, in virtual time, or in a running daemon, in real time.
 //
 //   Result<TrailsRun> run = RunTrails(bench, TrailsExperiment{}, /*seed=*/1);
 //   Result<TrailsRun> run = RunTrailsLive(bench, experiment, {"radio-1.pty", ...}, stop, show);
@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/net_robot.h"
+#include "client_fw/core/tasks/net_robot.h"
 #include "client_fw/experiments/trails/bench.h"
 #include "client_fw/experiments/trails/run.h"
 #include "client_fw/swarm/channel_model.h"

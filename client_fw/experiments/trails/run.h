@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/net_robot.h"
+#include "client_fw/core/tasks/net_robot.h"
 #include "client_fw/experiments/trails/bench.h"
 #include "client_fw/experiments/trails/ledger.h"
 #include "client_fw/sim/differential_drive.h"

@@ -8,8 +8,8 @@
 #include <optional>
 #include <string_view>
 
-#include "client_fw/core/robot_name.h"
-#include "client_fw/core/robot_net.h"
+#include "client_fw/core/tasks/robot_name.h"
+#include "client_fw/core/tasks/robot_net.h"
 #include "protocol/byte_order.h"
 #include "protocol/net_record.h"
 #include "server/core/engine/service/ordered_log.h"

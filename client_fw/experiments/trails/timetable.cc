@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "client_fw/core/robot_net.h"
-#include "client_fw/core/tag_data.h"
+#include "client_fw/core/requests/tag_data.h"
+#include "client_fw/core/tasks/robot_net.h"
 #include "protocol/byte_order.h"
 #include "protocol/messages.h"
 #include "server/core/engine/service/ordered_log.h"

@@ -1,7 +1,7 @@
 // The two-trail bench by timetable: robots do not drive, but arrive at the next tag after the time
-// that the way takes; all else is real. The robots' core (client_fw/core/net_robot.h) exchanges the
-// protocol's messages with the engine and its readers. Ten thousand times faster than real time,
-// for statistics over hours and seeds.
+// that the way takes; all else is real. The robots' core (client_fw/core/tasks/net_robot.h)
+// exchanges the protocol's messages with the engine and its readers. Ten thousand times faster than
+// real time, for statistics over hours and seeds.
 //
 //   Timetable timetable;
 //   timetable.rules.robots = 7;
@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "client_fw/core/net_robot.h"
+#include "client_fw/core/tasks/net_robot.h"
 #include "client_fw/experiments/trails/bench.h"
 #include "client_fw/experiments/trails/run.h"
 #include "server/base/result.h"

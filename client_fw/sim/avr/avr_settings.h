@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "client_fw/core/settings.h"
+#include "client_fw/core/steering/settings.h"
 
 namespace pheromone::sim {
 

@@ -15,7 +15,7 @@
 #include <optional>
 
 #include "client_fw/boards/host/host_board.h"
-#include "client_fw/core/pioneer_drive.h"
+#include "client_fw/core/pioneer/pioneer_drive.h"
 #include "client_fw/core/robot.h"
 #include "client_fw/sim/bump_counter.h"
 #include "client_fw/sim/mobile_robot.h"

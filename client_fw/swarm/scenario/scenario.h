@@ -37,7 +37,7 @@
 #include <utility>
 #include <vector>
 
-#include "client_fw/core/parameters.h"
+#include "client_fw/core/steering/parameters.h"
 #include "client_fw/sim/differential_drive.h"
 #include "client_fw/sim/pioneer/pioneer_models.h"
 #include "client_fw/sim/released.h"

@@ -18,8 +18,8 @@
 //   A       u rho / kNearUm, within u/4 ... u
 //   P of the side of the target: A;  of the other side: A - u D
 //
-// So D is that of the differential law (client_fw/core/steering.h): one wheel stops where the
-// target is 45 degrees aside or more, near the end the robot turns on the spot; and a law that
+// So D is that of the differential law (client_fw/core/steering/steering.h): one wheel stops where
+// the target is 45 degrees aside or more, near the end the robot turns on the spot; and a law that
 // slows down where it senses less than before slows down before the end. Repellents stay as they
 // are: of the field's own intensities, the negative ones are added.
 //

@@ -295,7 +295,7 @@ std::string HeaderOf(const RobotTables& robot, std::string_view source) {
   std::string text = fmt::format(
       "// The net \"{}\", made by pheromonectl net tables {}; see net_tables.h.\n"
       "#pragma once\n\n"
-      "#include \"client_fw/core/net_tables.h\"\n\n"
+      "#include \"client_fw/core/tasks/net_tables.h\"\n\n"
       "// clang-format off\n"
       "namespace pheromone {{\n"
       "namespace client {{\n\n"

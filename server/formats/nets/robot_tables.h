@@ -65,7 +65,8 @@ struct RobotTables {
 /// away from it by `leave A` and `leave B`.
 Result<RobotTables> MakeRobotTables(const petri::Net& net);
 
-/// A header for firmware (client_fw/core/net_tables.h); `source` is the file named in its comment.
+/// A header for firmware (client_fw/core/tasks/net_tables.h); `source` is the file named in its
+/// comment.
 std::string HeaderOf(const RobotTables& robot, std::string_view source);
 
 }  // namespace pheromone::nets

@@ -268,9 +268,10 @@ TEST(RobotTables, ChoiceHasAWayOutForEachTrail) {
 }
 
 // If this fails:
-//   pheromonectl net tables deploy/examples/nets/robot.toml --output client_fw/core/robot_net.h
+//   pheromonectl net tables deploy/examples/nets/robot.toml --output
+//   client_fw/core/tasks/robot_net.h
 TEST(RobotTables, FirmwareHasTheTablesOfTheShippedNet) {
-  const Result<std::string> header = ReadFile(kSource / "client_fw/core/robot_net.h");
+  const Result<std::string> header = ReadFile(kSource / "client_fw/core/tasks/robot_net.h");
   ASSERT_TRUE(header.ok()) << header.error();
   EXPECT_EQ(header.value(), HeaderOf(Shipped(), "robot.toml"));
 }

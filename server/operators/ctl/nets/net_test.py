@@ -214,7 +214,7 @@ class NetTest(unittest.TestCase):
         root = NETS.parents[2]
         self.written("tables", NETS / "robot.toml", "--output", "robot_net.h")
         self.assertEqual((self.folder / "robot_net.h").read_text(),
-                         (root / "client_fw/core/robot_net.h").read_text())
+                         (root / "client_fw/core/tasks/robot_net.h").read_text())
         self.assertIn("kRobotNet", self.call("tables", NETS / "robot.toml").stdout)
         self.refused("found 71 places, expected 1 to 32", "tables", NETS / "motion.toml")
         self.refused('mutex.toml: transition "enter_a": expected a tag', "tables", "mutex.toml")

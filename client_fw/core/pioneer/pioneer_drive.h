@@ -1,0 +1,69 @@
+// A Pioneer at a board's second UART as the Drive of a Robot (robot.h).
+//
+//   PioneerDrive<Board> drive(&board);
+//   Robot<Board, PioneerDrive<Board>> robot(&board, &drive, parameters, &memory);
+//   for (;;) { drive.Step(); robot.Step(); ... sleep until the next interrupt ... }
+//
+// Board, in addition to the requirements of Robot:
+//   int robot_get();             the next byte from the Pioneer, or -1
+//   bool robot_put(uint8_t);     queues a byte to it; false if there is no room now. With room for
+//                                kMaxPioneerCommand bytes, commands leave without gaps.
+//   uint32_t millis();           the same clock
+//
+// Step() is to be called every millisecond or so, as Robot's.
+#pragma once
+
+#include <stdint.h>
+
+#include "client_fw/core/pioneer/pioneer.h"
+
+namespace pheromone {
+namespace client {
+
+template <class Board>
+class PioneerDrive {
+ public:
+  /// `board` must outlive the drive. The other arguments: see Pioneer.
+  explicit PioneerDrive(Board* board, int16_t count_100nm = kPioneerCount100Nm,
+                        bool with_sonar = false)
+      : board_(board), pioneer_(static_cast<uint16_t>(board->millis()), count_100nm, with_sonar) {}
+
+  /// See Pioneer.
+  void Continue(const PioneerTrack& track) { pioneer_.Continue(track); }
+
+  void Step() {
+    const uint16_t now_ms = static_cast<uint16_t>(board_->millis());
+    for (int byte = board_->robot_get(); byte >= 0; byte = board_->robot_get()) {
+      pioneer_.OnByte(static_cast<uint8_t>(byte), now_ms);
+    }
+    pioneer_.Poll(now_ms);
+    while (pioneer_.tx_size() != 0 && board_->robot_put(*pioneer_.tx())) {
+      pioneer_.OnPut(now_ms);
+    }
+  }
+
+  /// The pose since the drive was created; false, and nothing is written, while the link is down.
+  bool odometry(Odometry* odometry) const {
+    if (!pioneer_.known()) {
+      return false;
+    }
+    *odometry = pioneer_.odometry();
+    return true;
+  }
+
+  void set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s) {
+    pioneer_.set_wheel_speeds(left_mm_s, right_mm_s);
+  }
+
+  void emergency_stop() { pioneer_.emergency_stop(); }
+  const DriveStatus& status() const { return pioneer_.status(); }
+
+  const Pioneer& pioneer() const { return pioneer_; }
+
+ private:
+  Board* board_;
+  Pioneer pioneer_;
+};
+
+}  // namespace client
+}  // namespace pheromone

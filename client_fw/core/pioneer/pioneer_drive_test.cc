@@ -1,0 +1,95 @@
+#include "client_fw/core/pioneer/pioneer_drive.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+
+#include "client_fw/core/testing/naive_arcos.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+// A board whose UART has room for `room` bytes.
+class NarrowBoard {
+ public:
+  int robot_get() {
+    if (in.empty()) {
+      return -1;
+    }
+    const uint8_t byte = in.front();
+    in.pop_front();
+    return byte;
+  }
+  bool robot_put(uint8_t byte) {
+    if (room == 0) {
+      return false;
+    }
+    --room;
+    out.push_back(byte);
+    return true;
+  }
+  uint32_t millis() { return now_ms; }
+
+  void Hear(const Bytes& packet) { in.insert(in.end(), packet.begin(), packet.end()); }
+
+  uint32_t now_ms = 0xFFFFFF00;  // wraps soon
+  std::deque<uint8_t> in;
+  Bytes out;
+  int room = 0;
+};
+
+class PioneerDriveTest : public ::testing::Test {
+ protected:
+  void Run(int ms, int room = 2) {
+    for (int i = 0; i < ms; ++i) {
+      ++board_.now_ms;
+      board_.room = room;
+      drive_.Step();
+    }
+  }
+
+  void Connect() {
+    for (uint8_t sync = 0; sync < 3; ++sync) {
+      Run(30);
+      board_.Hear(NaivePacket({sync}));
+    }
+    Run(30);
+    board_.Hear(NaivePacket(Sip().Body()));
+    Run(90);
+    board_.out.clear();
+  }
+
+  NarrowBoard board_;
+  PioneerDrive<NarrowBoard> drive_{&board_};
+};
+
+TEST_F(PioneerDriveTest, CommandsPassThroughANarrowUart) {
+  Connect();
+  drive_.set_wheel_speeds(-100, 100);
+  Run(4);
+  EXPECT_EQ(Hex("fa fb 06 20 1b fb 04 1b"), board_.out);
+  Run(1);
+  EXPECT_EQ(Hex("fa fb 06 20 1b fb 04 1b 1f"), board_.out);
+}
+
+TEST_F(PioneerDriveTest, OdometryIsKnownFromTheFirstSipUntilSilence) {
+  Odometry odometry = {1, 2, 3};
+  EXPECT_FALSE(drive_.odometry(&odometry));
+  EXPECT_EQ(1, odometry.x_mm);
+  Connect();
+  ASSERT_TRUE(drive_.odometry(&odometry));
+  EXPECT_EQ(0, odometry.x_mm);
+  Sip sip;
+  sip.x = 1000;
+  board_.Hear(NaivePacket(sip.Body()));
+  Run(1);
+  ASSERT_TRUE(drive_.odometry(&odometry));
+  EXPECT_EQ(485, odometry.x_mm);
+  Run(kPioneerSilenceMs);
+  EXPECT_FALSE(drive_.odometry(&odometry));
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone

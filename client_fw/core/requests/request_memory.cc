@@ -1,0 +1,32 @@
+#include "client_fw/core/requests/request_memory.h"
+
+#include <stddef.h>
+
+#include "protocol/crc16.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+static_assert(sizeof(RequestMemory) < offsetof(RequestMemory, crc) + 2 + alignof(RequestMemory),
+              "nothing is behind the CRC but padding");
+
+// Not the plain CRC, which memory full of zeros would pass.
+uint16_t CheckOf(const RequestMemory& memory) {
+  const uint16_t crc =
+      protocol::Crc16(reinterpret_cast<const uint8_t*>(&memory), offsetof(RequestMemory, crc));
+  return static_cast<uint16_t>(~crc);
+}
+
+}  // namespace
+
+void Seal(RequestMemory* memory) {
+  memory->crc = CheckOf(*memory);
+}
+
+bool Trusted(const RequestMemory& memory) {
+  return memory.crc == CheckOf(memory);
+}
+
+}  // namespace client
+}  // namespace pheromone

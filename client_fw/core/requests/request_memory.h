@@ -1,0 +1,59 @@
+// What must survive a warm reset: the requests, so that each is executed exactly once; the last
+// COMMAND, so that a repetition of it is recognised (protocol/README.md, sections 7 and 8); HALT,
+// values that are not stored, and where on the map odometry starts. A board keeps it in RAM that a
+// reset does not clear (.noinit):
+//
+//   if (!ram_was_kept || !Trusted(memory)) {
+//     memory = RequestMemory();
+//     parameters.boot_counter = next boot counter;   // a nonce that was never used
+//   } else {
+//     parameters.boot_counter = memory.nonce;        // the conversation goes on
+//   }
+//
+// Conversation seals it before it sends anything that depends on it, and after it has received
+// something. A reset in the middle of a change therefore leaves it unsealed, and the next boot
+// starts with an empty one: a request that was not sent is dropped, one that was answered is not
+// sent again.
+#pragma once
+
+#include <stdint.h>
+
+#include "client_fw/core/base/angle.h"
+#include "client_fw/core/requests/tag_exchange.h"
+
+namespace pheromone {
+namespace client {
+
+/// DATA of the longest request with a seq that is not one of TAG: TRACE_WIDE.
+constexpr uint8_t kMaxPending = 11;
+
+/// Plain memory, zeroed by the caller when it cannot be trusted. Only Conversation writes to it.
+struct RequestMemory {
+  Pose start;          ///< the pose on the map where odometry starts
+  uint16_t nonce;      ///< of the boot that used it; another boot counter clears the rest
+  uint16_t epoch;      ///< the server's, as last heard
+  int16_t speed_mm_s;  ///< if has_speed: by COMMAND 3
+  uint8_t type;        ///< by COMMAND 5; 0: as stored
+  bool has_speed;
+  bool in_use;         ///< false: all of this is to be set
+  bool halted;         ///< by a COMMAND or an alarm
+  bool command_known;  ///< ack is of a command that was executed
+  uint8_t ack[4];      ///< DATA of the last command's ACK: seq, code, result
+  uint8_t seq;     ///< of the last request that had one; before the first, as HELLO's answer said
+  uint8_t opcode;  ///< of the request not yet answered, 0: none
+  uint8_t length;
+  uint8_t data[kMaxPending];  ///< not of TAG; requests without a seq are also built here
+  uint8_t tag_length;
+  uint8_t tag_data[kMaxTagRequest];  ///< of a request of TAG with a seq
+  bool numbered;                     ///< seq is this boot's own: HELLO has been answered
+  uint16_t crc;                      ///< of all the above
+};
+
+/// To be called after a change.
+void Seal(RequestMemory* memory);
+
+/// Whether it is unchanged since Seal.
+bool Trusted(const RequestMemory& memory);
+
+}  // namespace client
+}  // namespace pheromone
