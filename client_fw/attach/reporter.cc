@@ -102,7 +102,7 @@ std::string Reporter::ServerText() {
     return modem_->trouble().empty() ? "" : prefix + modem_->trouble() + "; trying again";
   }
   const client::Conversation& conversation = robot_->conversation();
-  if (!conversation.greeted()) {
+  if (!conversation.requests().greeted) {
     return greeted_ ? server_text_ : prefix + "connected, HELLO not answered yet";
   }
   greeted_ = true;
@@ -115,7 +115,8 @@ void Reporter::Look(int64_t now_ms) {
   SayIfNew(now_ms, RobotText(), &robot_text_);
   SayIfNew(now_ms, ServerText(), &server_text_);
   const client::Conversation& conversation = robot_->conversation();
-  SayIfNew(now_ms, MotionText(conversation.state().flags, conversation.state().trail_lost), &motion_text_);
+  SayIfNew(now_ms, MotionText(conversation.state().flags, conversation.state().trail_lost),
+           &motion_text_);
 }
 
 std::string Reporter::Status() const {

@@ -31,7 +31,7 @@
 
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
-#include "client_fw/core/medium/backoff.h"
+#include "client_fw/core/medium/medium_access.h"
 #include "client_fw/core/requests/request_memory.h"
 #include "client_fw/core/requests/tag_exchange.h"
 #include "client_fw/core/steering/behaviour.h"
@@ -86,18 +86,13 @@ class Conversation : private ConversationState {
   /// The opcode of the request that has not been answered yet, 0: none.
   uint8_t awaited_opcode() const { return phase_ == Phase::kAwaiting ? asked_opcode_ : 0; }
 
-  /// HELLO has been answered by a compatible server.
-  bool greeted() const { return greeted_; }
+  const RequestState& requests() const { return requests_; }
   /// The server's last HELLO answer; meaningful once there was one.
   protocol::HelloAnswer server() const;
   /// Of its messages; 0 before the first answer.
   uint16_t pose_unit_10um() const { return protocol::GetU16(server_ + kPoseUnitAt); }
   Counters counters() const;
-  const protocol::DecoderCounters& decoder_counters() const { return decoder_counters_; }
-  /// For checkers, which compare states: events and tags have their turn.
-  bool event_turn() const { return event_turn_; }
-  /// The reason of the last ERROR, kNone before.
-  protocol::Reason last_error() const { return last_error_; }
+  const protocol::DecoderCounters& decoder_counters() const { return medium_.state().decoder; }
 
  private:
   enum : uint8_t { kPingSize = 4 };  // nonce and number
@@ -105,43 +100,28 @@ class Conversation : private ConversationState {
   // Time and the channel: conversation.cc.
   void Advance(uint32_t now_ms);
   void CheckSilence();
-  bool FrameOpen();
   void OnMiss();
   void Retry();
   void SayHello();
   void WaitForHello();
   void Rest();
-  uint16_t BytesMs(uint8_t bytes) const;
   uint16_t NeededMs() const;
   uint16_t PeriodMs();
-  void Contend();
-  void ContendFor(uint8_t slots);
-  /// The slot with which to begin, counted from 1.
-  uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
-  void Listen(bool was_open, protocol::FrameParser::Result event);
-  bool Noisy() const;
-  void EndRun();
-  bool DetectCarrier(bool channel_busy);
-  void ForgetCarrier();
-  void RestartSlots();
-  uint16_t IdleMs() const { return static_cast<uint16_t>(SlotMs() + three_bytes_ms_); }
-  uint8_t SlotMs() const;
-  uint8_t WindowMs() const;
+  void Contend(MediumAccess::Delay delay = MediumAccess::kRandom);
+  void Greet(bool greeted);
+  bool IsUrgent() const;
   void OnSuccess();
 
   // Rounds: conversation_rounds.cc.
   void OnRound(const uint8_t* data, uint8_t length);
-  void OnRoundAnswer(int16_t left, const uint8_t* intensities);
-  void GrantTurns(const uint8_t* turns, uint8_t count, uint8_t turn_ms, uint8_t open_slots);
-  void OnTurnOf(uint8_t id);
-  void CheckTurns(const Odometry* odometry, bool clear);
+  void OnRoundAnswer(const uint8_t* answer);
+  void CheckTurns(const Odometry* odometry);
   void TakeTurn(const Odometry* odometry);
   void LeaveRounds();
   /// The server grants turns, and we take part.
-  bool HasTurns() const { return RoundPeriod() != 0 && greeted_ && timers_[kRounds] != 0; }
-  bool MayContend() const;
-  void KeepOpen(uint16_t before_slots_ms);
-  void DrawInOpening();
+  bool HasTurns() const {
+    return RoundPeriod() != 0 && requests_.greeted && medium_.rounds().left_ms() != 0;
+  }
 
   // Sending: conversation_send.cc.
   void Begin(const Odometry* odometry);
@@ -159,7 +139,6 @@ class Conversation : private ConversationState {
 
   // Receiving: conversation_receive.cc.
   void OnFrame();
-  void OnDamage();
   void OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length);
   // These return false for unexpected messages.
   bool OnAnswer(uint8_t opcode, const uint8_t* data, uint8_t length);
@@ -189,19 +168,14 @@ class Conversation : private ConversationState {
   void TellCounter(uint8_t id);
   const Parameters& parameters() const { return behaviour_.state().parameters; }
 
-  void Hold();
   void Count(uint32_t Counters::*which);
-  void HearOther();
   void HearServer();
 
+  MediumAccess medium_;
   Behaviour behaviour_;
   RequestMemory* memory_;
   TagExchange* exchange_ = nullptr;  // the last one asked for
-  Random random_;
-  ContentionWindow window_;
-  protocol::FrameParser parser_;
   Counters counters_ = Counters();
-  protocol::DecoderCounters decoder_counters_ = {};
 };
 
 }  // namespace client

@@ -1,4 +1,5 @@
 // Receiving; see conversation.cc.
+#include "client_fw/core/base/outlined.h"
 #include "client_fw/core/conversation.h"
 
 namespace pheromone {
@@ -7,106 +8,52 @@ namespace {
 
 using protocol::Reason;
 
-constexpr uint8_t kMaxDamaged = 8;  // frames more than valid ones: no traffic, even with collisions
-
-// Whether the server answers this client's request, so that the channel is not free yet.
-bool OpensWindow(uint8_t opcode) {
-  return opcode < 0x50 || opcode == protocol::kEvent || opcode == protocol::kHello ||
-         opcode == protocol::kPing ||
-         (opcode > protocol::kTraceWide && opcode <= protocol::kTraceWide + protocol::kMaxType);
-}
-
 }  // namespace
 
-void Conversation::OnByte(uint8_t byte, uint32_t now_ms) {
+PHEROMONE_OUTLINED void Conversation::OnByte(uint8_t byte, uint32_t now_ms) {
   Advance(now_ms);
-  FrameOpen();  // a gap ends it
-  EndRun();
-  const bool was_open = parser_.open();
-  const protocol::FrameParser::Result event = parser_.Push(byte);
-  protocol::Tally(event, &decoder_counters_);
-  Listen(was_open, event);
-  if (phase_ != Phase::kAwaiting) {
-    HearOther();
-  }
-  if (timers_[kReserved] == 0) {
-    KeepOpen(WindowMs());
-  }
-  if (event == protocol::FrameParser::kFrame) {
+  if (medium_.Hear(byte, phase_ == Phase::kAwaiting) == protocol::FrameParser::kFrame) {
     OnFrame();
     Seal(memory_);
-  } else if (event == protocol::FrameParser::kCrcError) {
-    OnDamage();
   }
-}
-
-// It may have been a request that the server understood. But where most of what is heard is
-// damaged, it is rubbish, and the windows would never end.
-void Conversation::OnDamage() {
-  if (damaged_ == kMaxDamaged) {
-    Count(&Counters::ignored_damage);
-    return;
-  }
-  ++damaged_;
-  Hold();
 }
 
 void Conversation::OnFrame() {
-  const uint8_t* const body = parser_.body();
-  const uint8_t id = body[0];
-  const uint8_t opcode = body[1];
-  const uint8_t length = static_cast<uint8_t>(parser_.size() - 4);
-  if (damaged_ != 0) {
-    --damaged_;
-  }
-  if (protocol::IsFromServer(opcode)) {
-    // It ends an exchange: no station has priority, except for a COMMAND that follows at once.
-    timers_[kSlot] = static_cast<uint16_t>((three_bytes_ms_ + 1u) / 2);
-    KeepOpen(0);
-  }
+  const protocol::FrameParser& parser = medium_.state().parser;
+  const uint8_t* const data = parser.body() + 2;
+  const uint8_t id = parser.body()[0];
+  const uint8_t opcode = parser.body()[1];
+  const uint8_t length = static_cast<uint8_t>(parser.size() - 4);
   if (opcode == protocol::kRound && id == protocol::kBroadcastId) {
-    HearOther();
-    timers_[kHeld] = 0;
-    OnRound(body + 2, length);
+    OnRound(data, length);
   } else if (id != parameters().id) {
-    OnForeign(id, opcode, body + 2, length);
+    OnForeign(id, opcode, data, length);
   } else if (!protocol::IsFromServer(opcode)) {
     Count(&Counters::own_id_heard);
+  } else if (opcode == protocol::kCommand) {
+    OnCommand(data, length);
+  } else if (phase_ == Phase::kAwaiting && tx_size_ == 0 && OnAnswer(opcode, data, length)) {
+    in_turn_ = false;
+    HearServer();
   } else {
-    timers_[kHeld] = 0;
-    if (opcode == protocol::kCommand) {
-      OnCommand(body + 2, length);
-    } else if (phase_ == Phase::kAwaiting && tx_size_ == 0 && OnAnswer(opcode, body + 2, length)) {
-      in_turn_ = false;
-      HearServer();
-    } else {
-      Count(&Counters::late_answers);
-    }
+    Count(&Counters::late_answers);
   }
 }
 
 void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length) {
-  HearOther();
-  census_.Hear(id);
-  if (!protocol::IsFromServer(opcode)) {
-    OnTurnOf(id);
-  }
-  timers_[kHeld] = 0;
   Count(&Counters::heard);
   if (protocol::IsFromServer(opcode) && !HasTurns()) {
     HearServer();  // it is there, though it has not heard us
   }
-  if (opcode == protocol::kCommand && id == protocol::kBroadcastId) {
-    if (length == 2 && data[1] == static_cast<uint8_t>(protocol::CommandCode::kHalt)) {
-      Count(&Counters::commands);
-      behaviour_.Execute(data[1], data + 2);
-    }
-  } else if (timers_[kReserved] == 0 && (opcode == protocol::kCommand || OpensWindow(opcode))) {
-    Hold();
+  if (opcode == protocol::kCommand && id == protocol::kBroadcastId && length == 2 &&
+      data[1] == static_cast<uint8_t>(protocol::CommandCode::kHalt)) {
+    Count(&Counters::commands);
+    behaviour_.Execute(data[1], data + 2);
   }
 }
 
-bool Conversation::OnAnswer(uint8_t opcode, const uint8_t* data, uint8_t length) {
+PHEROMONE_OUTLINED bool Conversation::OnAnswer(uint8_t opcode, const uint8_t* data,
+                                               uint8_t length) {
   if (opcode == protocol::kError) {
     return OnError(data, length);
   }
@@ -140,6 +87,7 @@ bool Conversation::OnHelloAnswer(const uint8_t* data, uint8_t length) {
     DropPending();  // its coordinates may mean another place now
   }
   Count(&Counters::hello_answers);
+  Greet(false);
   if (!behaviour_.OnServer(data[kVersionAt], protocol::GetU16(data + kTypeMaskAt))) {
     WaitForHello();
     return true;
@@ -153,7 +101,7 @@ bool Conversation::OnHelloAnswer(const uint8_t* data, uint8_t length) {
     memory_->numbered = true;
   }
   SayHello();
-  greeted_ = true;
+  Greet(true);
   OnSuccess();
   Contend();
   return true;
@@ -166,7 +114,7 @@ bool Conversation::OnEcho(const uint8_t* data, uint8_t length) {
   }
   Count(&Counters::echoes);
   resync_ = false;
-  window_.OnSuccess();
+  medium_.OnOutcome(MediumAccess::kAnswered);
   Contend();
   return true;
 }
@@ -189,9 +137,9 @@ bool Conversation::OnDone(const uint8_t* data, uint8_t length) {
     OnIntensities(data);
   } else {
     Count(&Counters::events);
-    event_turn_ &= timers_[kPeriod] != 0;
+    requests_.event_turn &= timers_[kPeriod] != 0;
   }
-  if (event_turn_ && state().events == 0 && (!kHasTags || !HasTagRequest())) {
+  if (requests_.event_turn && state().events == 0 && (!kHasTags || !HasTagRequest())) {
     Rest();
   } else {
     Contend();
@@ -205,7 +153,7 @@ void Conversation::OnIntensities(const uint8_t* data) {
     Count(&Counters::stale_answers);
     return;
   }
-  event_turn_ = true;
+  requests_.event_turn = true;
   behaviour_.OnIntensities(protocol::GetI16(data), protocol::GetI16(data + 2), heading_);
 }
 
@@ -221,14 +169,14 @@ bool Conversation::OnError(const uint8_t* data, uint8_t length) {
 // The request was refused.
 void Conversation::OnRefusal(Reason reason) {
   Count(&Counters::errors);
-  last_error_ = reason;
+  requests_.last_error = reason;
   if (asked_opcode_ == protocol::kHello) {
     WaitForHello();
   } else if (reason == Reason::kSayHello) {
     SayHello();
     Contend();
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
-    window_.OnMiss(census_.robots());
+    medium_.OnOutcome(MediumAccess::kBusy);
     Retry();
   } else if (IsTag(asked_opcode_)) {
     OnTagRefusal(reason);
@@ -248,7 +196,8 @@ void Conversation::OnCommand(const uint8_t* data, uint8_t length) {
   }
   HearServer();
   // With turns, a ROUND follows, which takes longer than a window, and has a turn for the ACK.
-  timers_[kAckDue] = HasTurns() ? timers_[kRounds] : static_cast<uint16_t>(WindowMs() + 1);
+  timers_[kAckDue] = HasTurns() ? medium_.rounds()->left_ms()
+                                : static_cast<uint16_t>(medium_.state().window_ms + 1);
   ack_due_ = true;
   uint8_t* const ack = memory_->ack;
   if (memory_->command_known && data[0] == ack[0]) {
@@ -268,7 +217,7 @@ void Conversation::OnCommand(const uint8_t* data, uint8_t length) {
 void Conversation::TellCounter(uint8_t id) {
   const uint32_t* const counter = id == kRequestCount    ? &counters_.requests
                                   : id == kTimeoutCount  ? &counters_.timeouts
-                                  : id == kCrcErrorCount ? &decoder_counters_.crc_errors
+                                  : id == kCrcErrorCount ? &decoder_counters().crc_errors
                                                          : nullptr;
   if (counter != nullptr) {
     behaviour_.Tell(static_cast<uint16_t>(*counter & UINT16_MAX));
@@ -278,6 +227,7 @@ void Conversation::TellCounter(uint8_t id) {
 Counters Conversation::counters() const {
   Counters all = counters_;
   static_cast<BehaviourCounters&>(all) = state();
+  static_cast<MediumCounters&>(all) = medium_.state().counters;
   return all;
 }
 

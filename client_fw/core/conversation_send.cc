@@ -9,7 +9,7 @@ namespace client {
 void Conversation::Begin(const Odometry* odometry) {
   uint8_t data[4];
   phase_ = Phase::kAwaiting;
-  if (!greeted_) {
+  if (!requests_.greeted) {
     protocol::PutU16(data, memory_->nonce);
     data[2] = parameters().firmware_version;
     data[3] = RoundPeriod();
@@ -38,7 +38,7 @@ uint8_t Conversation::RoundPeriod() const {
 }
 
 void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
-  EndRun();  // we are deaf now, which is not silence
+  medium_.OnBegin();
   uint8_t* wire = tx_;
   if (resync_) {
     *wire++ = 0x00;  // ends any escape or frame that the receiver may be stuck in
@@ -62,7 +62,7 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
   }
   if (opcode != 0 && !IsTag(opcode)) {
     Count(&Counters::duplicates);
-  } else if (event_turn_ || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
+  } else if (requests_.event_turn || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
     if (state().events != 0 && opcode == 0) {
       opcode = protocol::kEvent;
       MakeEvent();

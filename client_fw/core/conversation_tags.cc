@@ -80,8 +80,8 @@ void Conversation::Ask(TagExchange* exchange) {
   exchange->is_pending = false;
   exchange_ = exchange;
   tag_bytes_ = 0;
-  if (phase_ == Phase::kResting && greeted_ && timers_[kPeriod] != 0 && !HasTurns()) {
-    event_turn_ = true;  // the intensities of this period are there
+  if (phase_ == Phase::kResting && requests_.greeted && timers_[kPeriod] != 0 && !HasTurns()) {
+    requests_.event_turn = true;  // the intensities of this period are there
     Contend();
   }
 }
@@ -138,7 +138,7 @@ void Conversation::SendTagRequest(uint8_t opcode) {
 // Intensities first: a robot drives by them.
 void Conversation::PreferSteering() {
   if (state().events == 0 && (!HasTagRequest() || (timers_[kPeriod] == 0 && !HasTurns()))) {
-    event_turn_ = false;
+    requests_.event_turn = false;
   }
 }
 
@@ -190,8 +190,8 @@ void Conversation::OnTagRefusal(protocol::Reason reason) {
 }
 
 void Conversation::GoOnAfterTag() {
-  event_turn_ &= timers_[kPeriod] != 0 && !HasTurns();
-  if (event_turn_ && state().events == 0) {
+  requests_.event_turn &= timers_[kPeriod] != 0 && !HasTurns();
+  if (requests_.event_turn && state().events == 0) {
     Rest();  // until Ask, or the next period
   } else {
     Contend();

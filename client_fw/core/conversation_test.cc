@@ -318,7 +318,7 @@ TEST(FailSafeTest, ErrorsDoNotCountAsAnswersButSpareTheHello) {
     harness.AnswerError(Reason::kReadOnly);
   }
   EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
-  EXPECT_EQ(Reason::kReadOnly, harness.conversation.last_error());
+  EXPECT_EQ(Reason::kReadOnly, harness.conversation.requests().last_error);
   EXPECT_EQ(5u, harness.counters().errors);
   EXPECT_EQ(1u, harness.counters().hellos);
 }

@@ -3,19 +3,20 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/medium/medium_access.h"
 #include "client_fw/core/steering/behaviour.h"
 
 namespace pheromone {
 namespace client {
 
-struct Counters : BehaviourCounters {  // plain memory: Counters() is all zero
-  uint32_t requests;                   ///< SENSE and TRACE sent, retries included
-  uint32_t answers;                    ///< intensities received in answer to one of them
-  uint32_t stale_answers;              ///< of those, too old for steering: a TRACE retried for long
-  uint32_t hellos;                     ///< HELLO sent
-  uint32_t hello_answers;              ///< HELLO answered, acceptably or not
-  uint32_t epochs;                     ///< HELLO's answer had another epoch than the one remembered
-  uint32_t timeouts;                   ///< request, HELLO or PING without an answer in its window
+struct Counters : BehaviourCounters, MediumCounters {  // plain memory: Counters() is all zero
+  uint32_t requests;                                   ///< SENSE and TRACE sent, retries included
+  uint32_t answers;            ///< intensities received in answer to one of them
+  uint32_t stale_answers;      ///< of those, too old for steering: a TRACE retried for long
+  uint32_t hellos;             ///< HELLO sent
+  uint32_t hello_answers;      ///< HELLO answered, acceptably or not
+  uint32_t epochs;             ///< HELLO's answer had another epoch than the one remembered
+  uint32_t timeouts;           ///< request, HELLO or PING without an answer in its window
   uint32_t retries;            ///< requests sent again because of a timeout or a busy server
   uint32_t duplicates;         ///< of those, byte-identical repetitions of a TRACE or EVENT
   uint32_t abandoned;          ///< periods abandoned after the last retry
@@ -40,9 +41,6 @@ struct Counters : BehaviourCounters {  // plain memory: Counters() is all zero
   uint32_t turns;              ///< taken in them
   uint32_t skipped_turns;      ///< not taken: the channel was not free
   uint32_t own_id_heard;       ///< client frames with our ID: an echoing modem, or a double
-  uint32_t ignored_carriers;   ///< carriers that stayed too long to be a transmission
-  uint32_t ignored_noise;      ///< runs of bytes that stayed too long without a valid frame
-  uint32_t ignored_damage;     ///< damaged frames that opened no window: most frames were
 };
 
 }  // namespace client

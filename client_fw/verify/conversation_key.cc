@@ -59,10 +59,10 @@ std::string ConversationWorld::Key() const {
     writer.U8(pends_tag ? memory_.tag_data[i] : memory_.data[i]);
   }
   writer.Flag(memory_.numbered);
-  writer.Flag(robot_.greeted());
+  writer.Flag(robot_.requests().greeted);
   writer.U8(robot_.state().flags);
   writer.Flag(robot_.state().events != 0);
-  writer.Flag(robot_.event_turn());
+  writer.Flag(robot_.requests().event_turn);
   writer.U8(robot_.awaited_opcode());
   writer.U8(exchange_.state);
   writer.Flag(exchange_.is_pending);

@@ -118,7 +118,7 @@ void ConversationWorld::AskForChange() {
 // Lets time pass until the robot sends, with its next change if it has one to make. HELLO after a
 // silence is not sent here, but after HearNothing.
 bool ConversationWorld::Send(bool in_next_period) {
-  const bool was_greeted = robot_.greeted();
+  const bool was_greeted = robot_.requests().greeted;
   if (in_next_period) {
     now_ms_ += kTagPeriodMs;
     robot_.Poll(now_ms_, nullptr, true);
@@ -126,7 +126,8 @@ bool ConversationWorld::Send(bool in_next_period) {
   const bool has_pose =
       is_of_tags() ? IsOfTags(memory_.opcode) || exchange_.state == client::TagExchange::kAsked
                    : left_.changes > 0;
-  if (robot_.greeted() && !has_pose && memory_.opcode == 0 && !robot_.state().events != 0) {
+  if (robot_.requests().greeted && !has_pose && memory_.opcode == 0 &&
+      !robot_.state().events != 0) {
     return false;  // it has nothing to send
   }
   for (uint32_t waited = 0; waited < kPatienceMs; ++waited) {
@@ -142,7 +143,7 @@ bool ConversationWorld::Send(bool in_next_period) {
     Message sent;
     decoder.PushBlock(robot_.tx(), robot_.tx_size(), 0, [&](const Message& it) { sent = it; });
     robot_.OnSent(now_ms_);
-    if (was_greeted && !robot_.greeted()) {
+    if (was_greeted && !robot_.requests().greeted) {
       return false;
     }
     if (memory_.seq != seq_before) {
@@ -337,7 +338,8 @@ void ConversationWorld::Next(const Visit& visit) const {
     }
   };
   send(false);
-  if (is_of_tags() && robot_.event_turn()) {  // tags have their turn only until the next period
+  if (is_of_tags() &&
+      robot_.requests().event_turn) {  // tags have their turn only until the next period
     send(true);
   }
   for (size_t i = 0; i < to_server_.size(); ++i) {
@@ -368,7 +370,7 @@ void ConversationWorld::Next(const Visit& visit) const {
       step("the server crashes", [](ConversationWorld* it) { it->Crash(); });
     }
   }
-  if (left_.silences > 0 && robot_.greeted()) {
+  if (left_.silences > 0 && robot_.requests().greeted) {
     step("the robot hears nothing", [](ConversationWorld* it) { it->HearNothing(); });
   }
   if (left_.warm_resets > 0) {

@@ -128,7 +128,7 @@ TEST(RoundsTest, AnAnswerWithoutIntensitiesMeansOnceMoreOrIsTheReasonOfAnError) 
   EXPECT_EQ(first, harness.wire);
   const auto off_the_map = static_cast<int16_t>(protocol::Reason::kOffTheMap);
   harness.AnswerRound({{protocol::kNoIntensities, off_the_map}}, {kTestId});
-  EXPECT_EQ(protocol::Reason::kOffTheMap, harness.conversation.last_error());
+  EXPECT_EQ(protocol::Reason::kOffTheMap, harness.conversation.requests().last_error);
   EXPECT_NE(0, harness.conversation.state().flags & kOffTheMap);
   ASSERT_NE(0u, harness.TurnAfter());
   EXPECT_NE(first, harness.wire);  // that one is settled

@@ -40,10 +40,10 @@ TEST(HelloTest, IsRepeatedWithGrowingBackOffUntilAnswered) {
   }
   EXPECT_EQ(8u, harness.counters().hellos);
   EXPECT_EQ(7u, harness.counters().timeouts);
-  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_FALSE(harness.conversation.requests().greeted);
 
   harness.AnswerHello();
-  EXPECT_TRUE(harness.conversation.greeted());
+  EXPECT_TRUE(harness.conversation.requests().greeted);
   harness.Serve(5000);
   EXPECT_EQ(8u, harness.counters().hellos);
 }
@@ -54,7 +54,7 @@ TEST(HelloTest, AServerWithSlowModemsIsHeardAtTheSecondAttempt) {
   ASSERT_TRUE(harness.RunUntilSent());
   harness.Run(250);
   harness.AnswerHello();
-  EXPECT_TRUE(harness.conversation.greeted());
+  EXPECT_TRUE(harness.conversation.requests().greeted);
 }
 
 // Robots that were switched on together, or that a server's restart has made silent, would say it
@@ -103,11 +103,11 @@ TEST(HelloTest, AnswerToAnotherBootIsNotBelieved) {
   ASSERT_TRUE(harness.RunUntilSent());
   harness.hello.nonce = 0x1235;
   harness.AnswerHello();
-  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_FALSE(harness.conversation.requests().greeted);
   EXPECT_EQ(1u, harness.counters().late_answers);
   harness.hello.nonce = 0x1234;
   harness.AnswerHello();
-  EXPECT_TRUE(harness.conversation.greeted());
+  EXPECT_TRUE(harness.conversation.requests().greeted);
 }
 
 TEST(HelloTest, AnswerForAnotherRobotIsNotBelieved) {
@@ -115,7 +115,7 @@ TEST(HelloTest, AnswerForAnotherRobotIsNotBelieved) {
   ASSERT_TRUE(harness.RunUntilSent());
   harness.hello.id = kTestId + 1;
   harness.AnswerHello();
-  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_FALSE(harness.conversation.requests().greeted);
   EXPECT_EQ(1u, harness.counters().heard);
 }
 
@@ -123,7 +123,7 @@ TEST(HelloTest, WrongVersionKeepsTheRobotStoppedAndAskingSlowly) {
   Harness harness;
   harness.hello.protocol_version = protocol::kProtocolVersion + 1;
   harness.Serve(20000);
-  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_FALSE(harness.conversation.requests().greeted);
   EXPECT_EQ(kNoAnswerYet | kWrongVersion, harness.conversation.state().flags);
   EXPECT_EQ(kStill, harness.conversation.state().wheels);
   EXPECT_EQ(0u, harness.counters().requests);
@@ -140,7 +140,7 @@ TEST(HelloTest, MissingTypeKeepsTheRobotStopped) {
   Harness harness;
   harness.hello.type_mask = 0x0002;  // type 1 only
   harness.Serve(3000);
-  EXPECT_FALSE(harness.conversation.greeted());
+  EXPECT_FALSE(harness.conversation.requests().greeted);
   EXPECT_EQ(kNoAnswerYet | kTypeMissing, harness.conversation.state().flags);
   EXPECT_EQ(0u, harness.counters().requests);
 
@@ -164,7 +164,7 @@ TEST(HelloTest, RefusalIsAnsweredByLaterHellos) {
   ASSERT_TRUE(harness.RunUntilSent());
   harness.AnswerError(Reason::kBusy);
   EXPECT_EQ(1u, harness.counters().errors);
-  EXPECT_EQ(Reason::kBusy, harness.conversation.last_error());
+  EXPECT_EQ(Reason::kBusy, harness.conversation.requests().last_error);
   harness.Greet();
 }
 

@@ -195,7 +195,7 @@ TEST(TraceTest, DroppedRequestHasUsedItsNumber) {
       harness.AnswerError(Reason::kReadOnly, 1);
       do {
         harness.Step();
-      } while (harness.conversation.greeted());
+      } while (harness.conversation.requests().greeted);
     }
     harness.Greet();
     EXPECT_EQ(1u, harness.counters().lost_traces);
@@ -354,7 +354,7 @@ TEST(ErrorTest, OtherReasonsGiveTheRequestUp) {
   ASSERT_TRUE(harness.RunUntilSent());
   const uint32_t period_ms = harness.began_ms;
   harness.AnswerError(Reason::kMapFull, 1);
-  EXPECT_EQ(Reason::kMapFull, harness.conversation.last_error());
+  EXPECT_EQ(Reason::kMapFull, harness.conversation.requests().last_error);
   EXPECT_EQ(1u, harness.counters().lost_traces);
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(2, harness.SentTrace().seq);

@@ -193,14 +193,14 @@ Reason Behaviour::Ask(uint8_t id) {
   return Reason::kNone;
 }
 
-void Behaviour::Tell(uint16_t value) {
+PHEROMONE_OUTLINED void Behaviour::Tell(uint16_t value) {
   state_.value_wanted = 0;
   value_ = value < INT16_MAX ? static_cast<int16_t>(value) : int16_t{INT16_MAX};
   Report(BitOf(EventCode::kParameterValue));
 }
 
 // A robot that is released while it is held, or stopped by hand, would drive off when it is let go.
-Reason Behaviour::Release() {
+PHEROMONE_OUTLINED Reason Behaviour::Release() {
   if (state_.drive.alarms != 0) {
     const bool blocked = (state_.drive.alarms & (kStallAlarm | kBumperAlarm)) != 0;
     return blocked ? Reason::kBlockedByObstacle : Reason::kNotPermitted;
@@ -367,10 +367,9 @@ int16_t Behaviour::TakeEvent(EventCode* event) {
       return static_cast<int16_t>(bumped_);
     case EventCode::kBatteryLow:
       return state_.drive.battery_100mv;
-    case EventCode::kNetException:
-      return static_cast<int16_t>(exception_tag_);
     default:
-      return 0;
+      return kHasTags && *event == EventCode::kNetException ? static_cast<int16_t>(exception_tag_)
+                                                            : int16_t{0};
   }
 }
 

@@ -64,7 +64,7 @@ void Cleaner::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conv
     ++lost_claims_;
     Go(Phase::kLooking);
   }
-  if (odometry == nullptr || !conversation->greeted() ||
+  if (odometry == nullptr || !conversation->requests().greeted ||
       (conversation->state().flags & kPoseLost) != 0) {
     return;
   }

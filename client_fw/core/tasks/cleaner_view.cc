@@ -129,7 +129,7 @@ void Cleaner::Look(uint16_t after, Conversation* conversation) {
 void Cleaner::OnLook(Conversation* conversation) {
   const uint8_t* row = answer() + kScannedRows;
   const uint8_t* const end = answer() + exchange_.message.length;
-  const int32_t unit_10um = conversation->server().pose_unit_10um;
+  const int32_t unit_10um = conversation->pose_unit_10um();
   uint16_t tag = 0;
   for (; row != end; row += kScannedRowSize) {
     tag = GetU16(row + kRowTag);

@@ -17,7 +17,7 @@ void Forager::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conv
   step.now_ms = now_ms;
   step.pace_ms = conversation->state().parameters.period_ms;
   step.pose_unit_10um = conversation->pose_unit_10um();
-  step.is_held = odometry == nullptr || !conversation->greeted() ||
+  step.is_held = odometry == nullptr || !conversation->requests().greeted ||
                  (conversation->state().flags & (kHalted | kPoseLost)) != 0;
   if (net_robot_.Step(step)) {
     conversation->Ask(net_robot_.exchange());
@@ -26,7 +26,7 @@ void Forager::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conv
   if (net_robot_.TakeException(&tag)) {
     conversation->behaviour()->RaiseNetException(tag);
   }
-  if (conversation->greeted() && net_robot_.line() != 0) {
+  if (conversation->requests().greeted && net_robot_.line() != 0) {
     conversation->behaviour()->Follow(net_robot_.line());
   }
 }

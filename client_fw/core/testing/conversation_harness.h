@@ -145,7 +145,7 @@ class Harness {
     ASSERT_TRUE(RunUntilSent());
     ASSERT_EQ(protocol::kHello, sent.opcode);
     AnswerHello();
-    ASSERT_TRUE(conversation.greeted());
+    ASSERT_TRUE(conversation.requests().greeted);
   }
 
   /// HELLO, and answered requests for `ms`.
