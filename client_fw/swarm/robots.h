@@ -46,9 +46,9 @@ std::string BuiltAvrImage();
 /// That of a robot with a net (client_fw/core/tasks/forager.h).
 std::string BuiltForagerImage();
 
-/// MakeRobot for a robot with an image. Its client's settings (core/steering/settings.h) are in its EEPROM,
-/// and `boot_counter` is the number of earlier starts; except for the ID, the rest of `client` is
-/// fixed in the image.
+/// MakeRobot for a robot with an image. Its client's settings (core/steering/settings.h) are in its
+/// EEPROM, and `boot_counter` is the number of earlier starts; except for the ID, the rest of
+/// `client` is fixed in the image.
 std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& config, sim::RadioMedium* medium);
 
 }  // namespace pheromone::swarm

@@ -22,17 +22,24 @@ constexpr size_t kSlots = 4;
 
 // From one question to the next, heard on the channel; 0 if there were none. To be asked for when
 // the robot has just been started or told.
+// A frame's end is heard, and stuffing makes frames of one length differ by a byte.
+int64_t BeginOf(const HeardFrame& heard) {
+  uint8_t frame[protocol::kMaxFrame];
+  const size_t bytes = protocol::EncodeFrame(heard.message, frame, sizeof(frame));
+  return heard.end_ms - static_cast<int64_t>(bytes * 10'000 / 9'600);
+}
+
 int64_t PeriodOf(FirmwareWorld* world) {
   const size_t before = world->heard().size();
   if (!world->RunUntil([&] { return world->CountHeard(kSenseOne, before) >= 3; }, 8'000)) {
     return 0;
   }
-  const int64_t last_ms = world->heard().back().end_ms;
+  const int64_t last_ms = BeginOf(world->heard().back());
   const size_t after = world->heard().size();
   if (!world->RunUntil([&] { return world->CountHeard(kSenseOne, after) != 0; }, 8'000)) {
     return 0;
   }
-  return world->heard().back().end_ms - last_ms;
+  return BeginOf(world->heard().back()) - last_ms;
 }
 
 // Moments are heard in whole ms, and a request waits for a slot of 3 ms and a turn of the loop.
