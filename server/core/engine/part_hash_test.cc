@@ -183,8 +183,13 @@ class PartHashTest : public ::testing::Test, protected GateBench {
     Wait(200);
     Write(16, kNorth, protocol::NetAction::kPass, 105);  // refused: it has not presented itself
     Wait(200);
+    protocol::SymbolRequest text{15, NextSeq(15), protocol::SymbolKind::kString, 7, 2, {}};
+    text.text[0] = 'o';
+    text.text[1] = 'n';
+    bench.Handle(testing::MessageOf(text));
     bench.Apply(GoalSet{0, 15, {{{1'000, -2'000}, {3'000, 4'000}}, 250'000}});
     bench.Handle(testing::Deposit(16, NextSeq(16)));
+    bench.Handle(testing::Hello(15, 1));                    // an event that is no change
     Write(16, kNorth, protocol::NetAction::kPresent, 106);  // still to be read
   }
 };
@@ -211,6 +216,7 @@ TEST_F(PartHashTest, OfTagsTheirSymbolsAndAuthors) {
   EXPECT_GT(blocks, 3u);
   const auto& rows = store().symbols().rows();
   ASSERT_GE(rows.size(), 3u);
+  EXPECT_EQ(rows.back().number, 7) << "a string";
   for (size_t i = 0; i < rows.size(); ++i) {
     sum += Naive({'S', i, static_cast<uint64_t>(rows[i].kind), Unsigned(rows[i].robot),
                   Unsigned(rows[i].number), Text(rows[i].text)});
