@@ -19,7 +19,7 @@ TEST(ToWire, CarriesWhatFitsAsItIs) {
 // The definition, recomputed naively for every saturated pair: floor(|P| * 32767 / max), signed.
 TEST(ToWire, SaturationKeepsTheRatio) {
   std::mt19937_64 random(1);
-  __extension__ using Wide = __int128;
+  __extension__ using Int128 = __int128;
   for (int i = 0; i < 100'000; ++i) {
     const int bits = 17 + static_cast<int>(random() % 44);
     const int64_t left = static_cast<int64_t>(random() >> (64 - bits)) * (random() % 2 ? 1 : -1);
@@ -29,7 +29,7 @@ TEST(ToWire, SaturationKeepsTheRatio) {
       continue;
     }
     const auto expected = [max](int64_t p) {
-      const auto magnitude = static_cast<int64_t>(Wide{std::abs(p)} * 32767 / max);
+      const auto magnitude = static_cast<int64_t>(Int128{std::abs(p)} * 32767 / max);
       return p < 0 ? -magnitude : magnitude;
     };
     const WireIntensities p = ToWire({left, right});
