@@ -130,21 +130,21 @@ class DaemonsDriver : public Driver, public sim::Station {
         number_(medium->AddStation(this, it.keyed ? std::optional<int64_t>(0) : std::nullopt)) {
     now_of_ = medium;
     Clock::Set([] { return Clock::time_point(std::chrono::nanoseconds(now_of_->now_ns())); });
-    links::PortLinkOptions options;
-    options.address = "socketpair";
-    options.gap_timeout_ms = 20;
-    options.medium_access = true;
-    options.medium.baud = static_cast<uint32_t>(it.baud);
-    options.medium.turnaround_ms = static_cast<uint16_t>(it.turnaround_ms);
-    options.medium.slot_ms = announced.slot_ms;
-    options.medium.quiet_start = {};  // as if it had been there before
-    options.medium.response_window_ms = announced.response_window_ms;
-    options.medium.server_delay_ms = 0;
+    links::LinkConfig config;
+    config.name = "radio-a";
+    config.gap_timeout_ms = 20;
+    config.medium_access = true;
+    config.baud = static_cast<uint32_t>(it.baud);
+    config.turnaround_ms = static_cast<uint16_t>(it.turnaround_ms);
+    config.slot_ms = announced.slot_ms;
+    config.response_window_ms = announced.response_window_ms;
     if (it.keyed) {
-      options.lines = {links::CarrierSense::kNone, links::Keying::kRts, kLeadMs, kTailMs};
+      config.lines = {links::CarrierSense::kNone, links::Ptt::kRts, kLeadMs, kTailMs};
     }
-    link_ = links::MakePortLink(io_, std::make_unique<SocketPort>(this, it), options,
-                                {"radio-a", 0, &router_, [](const links::LinkNotice&) {}});
+    link_ = links::MakePortLink(io_, std::make_unique<SocketPort>(this, it), "socketpair", config,
+                                {.router = &router_,
+                                 .log = [](const links::LinkNotice&) {},
+                                 .quiet_start = {}});  // as if it had been there before
     router_.Add(link_.get());
     EXPECT_TRUE(link_->Start().ok());
   }
@@ -169,7 +169,7 @@ class DaemonsDriver : public Driver, public sim::Station {
   }
 
   void Send(std::vector<engine::Outgoing> messages) override { link_->Send(std::move(messages)); }
-  uint64_t rounds() override { return link_->counters().rounds; }
+  uint64_t rounds() override { return link_->counters().rounds.rounds; }
   uint64_t late_answers() override { return link_->counters().late_answers; }
 
   void OnByte(uint8_t byte, int64_t time_ns) override {

@@ -32,9 +32,9 @@ void ReadLimits(const Value& root, Notes* notes, Config* config) {
   }
   const auto per_client = limits.Integer("requests_per_client_s", 0, kMaxRate, 0).value_or(0);
   const auto per_link = limits.Integer("requests_per_link_s", 0, kMaxRate, 0).value_or(0);
-  for (LinkConfig& link : config->links) {
-    link.requests_per_client_s = static_cast<uint32_t>(per_client);
-    link.requests_per_link_s = static_cast<uint32_t>(per_link);
+  for (links::LinkConfig& link : config->links) {
+    link.admission.per_client_per_s = static_cast<uint32_t>(per_client);
+    link.admission.per_link_per_s = static_cast<uint32_t>(per_link);
   }
 }
 

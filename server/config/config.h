@@ -14,7 +14,6 @@
 // server/formats/maps, and what they say ends up in the same structs.
 #pragma once
 
-#include <bitset>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -26,6 +25,8 @@
 #include "server/core/engine/event.h"
 #include "server/formats/maps/geodesy.h"
 #include "server/net/certificate.h"
+#include "server/net/endpoint.h"
+#include "server/robots/links/link_config.h"
 
 namespace pheromone::config {
 
@@ -33,57 +34,6 @@ struct DaemonSettings {
   int io_threads = 1;
   std::string log_level = "info";  ///< trace, debug, info, warn, error, critical or off
   bool operator==(const DaemonSettings&) const = default;
-};
-
-enum class LinkKind { kPty, kSerial, kTcp, kUdp };
-
-/// A USB adapter's identity: the serial number is empty if any will do.
-struct UsbIdentity {
-  uint16_t vendor = 0;
-  uint16_t product = 0;
-  std::string serial;
-  bool operator==(const UsbIdentity&) const = default;
-};
-
-/// What tells that somebody is sending, and what switches to sending; in the order of their names.
-enum class CarrierSense { kNone, kDcd, kCts };
-enum class Ptt { kNone, kRts, kDtr, kRs485 };
-
-/// How a link is reached. Its name, slot and response window are in Config::engine.links too.
-struct LinkConfig {
-  std::string name;
-  LinkKind kind = LinkKind::kPty;
-  std::string path;                ///< kPty: the symbolic link to the slave side; kSerial: the port
-  std::optional<UsbIdentity> usb;  ///< kSerial: instead of a path
-  uint32_t baud = 9600;            ///< kSerial, kPty with medium access
-  bool medium_access = false;      ///< several stations share the medium
-  CarrierSense carrier_sense = CarrierSense::kNone;  ///< kSerial
-  Ptt ptt = Ptt::kNone;                              ///< kSerial
-  uint16_t ptt_lead_ms = 0;
-  uint16_t ptt_tail_ms = 0;
-  uint32_t silence_s = 0;           ///< kSerial: nothing heard for so long is told; 0 = never
-  std::string listen_address;       ///< kTcp, kUdp: numeric, IPv4 or IPv6 without brackets
-  uint16_t listen_port = 0;         ///< kTcp, kUdp: 0 lets the system choose
-  bool required = false;            ///< start-up fails if the link does not come up
-  uint16_t turnaround_ms = 0;       ///< with medium access: T_t, from receiving to sending
-  uint16_t adapter_latency_ms = 0;  ///< likewise: for how long received bytes may be held back
-  uint16_t server_delay_ms = 0;     ///< likewise: from reading a request to its answer, at most
-  uint16_t gap_timeout_ms = 0;      ///< longest silence inside a frame; 0 = no limit
-  uint8_t slot_ms = 1;
-  uint8_t response_window_ms = 100;
-  std::bitset<256> clients = std::bitset<256>().set();  ///< the IDs that are served
-  uint32_t requests_per_client_s = 0;                   ///< [limits]; 0 = no limit
-  uint32_t requests_per_link_s = 0;                     ///< likewise
-  bool operator==(const LinkConfig&) const = default;
-};
-
-/// A place where a camera or another tracking system reports where robots are, over UDP.
-struct TrackerConfig {
-  std::string name;
-  std::string listen_address;  ///< numeric, IPv4 or IPv6 without brackets
-  uint16_t listen_port = 0;    ///< 0 lets the system choose
-  uint32_t valid_ms = 1000;    ///< how long a reported pose counts
-  bool operator==(const TrackerConfig&) const = default;
 };
 
 /// How pheromonectl reaches the server.
@@ -96,9 +46,8 @@ struct ControlSettings {
 
 /// How browsers and programs reach the server over HTTP.
 struct WebSettings {
-  std::string listen_address;  ///< numeric, IPv4 or IPv6 without brackets; empty: not at all
-  uint16_t listen_port = 0;    ///< 0 lets the system choose
-  std::string token;           ///< what changes must carry; empty: none are taken
+  Endpoint listen;    ///< without an address: not at all
+  std::string token;  ///< what changes must carry; empty: none are taken
   /// Names that the server may be asked by, in lower case, beside localhost and all addresses.
   std::vector<std::string> hosts;
   /// Web pages of other servers that may show the stream: "https://app.foxglove.dev".
@@ -144,8 +93,8 @@ struct Warning {
 
 struct Config {
   engine::EngineConfig engine;
-  std::vector<LinkConfig> links;  ///< in the order of engine.links
-  std::vector<TrackerConfig> trackers;
+  std::vector<links::LinkConfig> links;  ///< in the order of engine.links
+  std::vector<links::TrackerConfig> trackers;
   std::optional<maps::Wgs84> datum;  ///< where on the Earth the map's (0, 0) is
   CaptureSettings capture;
   DaemonSettings daemon;

@@ -59,9 +59,9 @@ TEST(ConfigTest, TheExampleBecomesTheseIntegers) {
   ASSERT_EQ(config.engine.links.size(), 1u);
   EXPECT_EQ(config.engine.links[0], (engine::LinkSettings{"radio-a", 1, 100}));
   ASSERT_EQ(config.links.size(), 1u);
-  LinkConfig link;
+  links::LinkConfig link;
   link.name = "radio-a";
-  link.kind = LinkKind::kPty;
+  link.kind = links::LinkKind::kPty;
   link.path = "radio-a.pty";
   EXPECT_EQ(config.links[0], link);
   EXPECT_EQ(config.daemon, DaemonSettings{});
@@ -167,9 +167,9 @@ log_level = "debug"
   EXPECT_TRUE(field.paths[1].closed);
   EXPECT_EQ(field.paths[1].points, field::CirclePoints({0, 5'000'000}, 1'500'000, 25'000));
   ASSERT_EQ(config.links.size(), 3u);
-  LinkConfig usb;
+  links::LinkConfig usb;
   usb.name = "usb";
-  usb.kind = LinkKind::kSerial;
+  usb.kind = links::LinkKind::kSerial;
   usb.path = "/dev/ttyUSB0";
   usb.baud = 250'000;
   usb.medium_access = true;
@@ -181,14 +181,13 @@ log_level = "debug"
   usb.slot_ms = 7;
   usb.response_window_ms = 40;
   EXPECT_EQ(config.links[0], usb);
-  LinkConfig tcp;
+  links::LinkConfig tcp;
   tcp.name = "v4";
-  tcp.kind = LinkKind::kTcp;
-  tcp.listen_address = "127.0.0.1";
-  tcp.listen_port = 4950;
+  tcp.kind = links::LinkKind::kTcp;
+  tcp.listen = {"127.0.0.1", 4950};
   tcp.gap_timeout_ms = 10'000;
   EXPECT_EQ(config.links[1], tcp);
-  EXPECT_EQ(config.links[2].listen_address, "::1");
+  EXPECT_EQ(config.links[2].listen.address, "::1");
   EXPECT_EQ(config.links[2].gap_timeout_ms, 5);
   EXPECT_EQ(config.engine.links[0], (engine::LinkSettings{"usb", 7, 40}));
   engine::RobotFrame frame;
@@ -200,8 +199,8 @@ log_level = "debug"
   frame.cos_q30 = 0;
   frame.sin_q30 = 1 << 30;
   EXPECT_EQ(config.engine.frames, std::vector<engine::RobotFrame>{frame});
-  EXPECT_EQ(config.trackers, (std::vector<TrackerConfig>{{"ceiling", "::1", 4960, 250},
-                                                         {"gps", "0.0.0.0", 4961, 1000}}));
+  EXPECT_EQ(config.trackers, (std::vector<links::TrackerConfig>{{"ceiling", {"::1", 4960}, 250},
+                                                                {"gps", {"0.0.0.0", 4961}, 1000}}));
   EXPECT_EQ(field.memory_bytes, uint64_t{16} << 20);
   EXPECT_EQ(config.daemon, (DaemonSettings{4, "debug"}));
   EXPECT_TRUE(config.warnings.empty());

@@ -10,39 +10,30 @@
 namespace pheromone::config {
 namespace {
 
-std::string DescribeEndpoint(const std::string& address, uint16_t port) {
-  const bool v6 = address.find(':') != std::string::npos;
-  return fmt::format("{}:{}", v6 ? "[" + address + "]" : address, port);
+std::string DescribePort(const links::LinkConfig& link) {
+  return (link.usb ? "usb " + links::ToText(*link.usb) : link.path) +
+         fmt::format(", {} baud", link.baud);
 }
 
-std::string DescribePort(const LinkConfig& link) {
-  std::string text = link.path;
-  if (link.usb) {
-    text = fmt::format("usb {:04x}:{:04x}{}{}", link.usb->vendor, link.usb->product,
-                       link.usb->serial.empty() ? "" : ":", link.usb->serial);
-  }
-  return fmt::format("{}, {} baud", text, link.baud);
-}
-
-std::string DescribeLink(const LinkConfig& link) {
+std::string DescribeLink(const links::LinkConfig& link) {
   switch (link.kind) {
-    case LinkKind::kPty:
+    case links::LinkKind::kPty:
       return "pty " + AbsolutePath(link.path);
-    case LinkKind::kSerial:
+    case links::LinkKind::kSerial:
       return "serial " + DescribePort(link);
-    case LinkKind::kTcp:
-      return "tcp " + DescribeEndpoint(link.listen_address, link.listen_port);
-    case LinkKind::kUdp:
+    case links::LinkKind::kTcp:
+      return "tcp " + ToText(link.listen);
+    case links::LinkKind::kUdp:
       break;
   }
-  return "udp " + DescribeEndpoint(link.listen_address, link.listen_port);
+  return "udp " + ToText(link.listen);
 }
 
 std::string DescribeWeb(const WebSettings& web) {
-  if (web.listen_address.empty()) {
+  if (web.listen.address.empty()) {
     return "none";
   }
-  return "http://" + DescribeEndpoint(web.listen_address, web.listen_port) +
+  return std::string(web.tls ? "https" : "http") + "://" + ToText(web.listen) +
          (web.token.empty() ? ", read-only" : ", changes require the token");
 }
 
@@ -50,13 +41,12 @@ std::string DescribeWeb(const WebSettings& web) {
 
 std::vector<std::string> DescribeReach(const Config& config, const char* runtime_directory) {
   std::vector<std::string> lines;
-  for (const LinkConfig& link : config.links) {
+  for (const links::LinkConfig& link : config.links) {
     lines.push_back("link " + link.name + ": " + DescribeLink(link) +
                     (link.required ? ", required" : ""));
   }
-  for (const TrackerConfig& tracker : config.trackers) {
-    lines.push_back("tracker " + tracker.name + ": udp " +
-                    DescribeEndpoint(tracker.listen_address, tracker.listen_port));
+  for (const links::TrackerConfig& tracker : config.trackers) {
+    lines.push_back("tracker " + tracker.name + ": udp " + ToText(tracker.listen));
   }
   const std::string socket = ControlSocket(config.control, runtime_directory);
   lines.push_back("control: " + (socket.empty() ? "none" : AbsolutePath(socket)));

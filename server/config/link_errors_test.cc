@@ -149,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(
              "42:8: tracker[2].name: found the string \"t\" again, expected a value not used by "
              "tracker \"t\""}));
 
-const LinkConfig& SerialLinkOf(const Result<Config>& config) {
+const links::LinkConfig& SerialLinkOf(const Result<Config>& config) {
   return config.value().links[1];
 }
 
@@ -160,9 +160,10 @@ TEST(LinksTest, APortIsAPathOrANameInByIdOrAUsbAdapter) {
   EXPECT_EQ(SerialLinkOf(parse("port = \"./modem\"")).path, "./modem");
   EXPECT_EQ(SerialLinkOf(parse("port = \"usb-FTDI_FT232R_A50285BI-if00-port0\"")).path,
             "/dev/serial/by-id/usb-FTDI_FT232R_A50285BI-if00-port0");
-  EXPECT_EQ(SerialLinkOf(parse("usb = \"0403:6001\"")).usb, (UsbIdentity{0x0403, 0x6001, ""}));
+  EXPECT_EQ(SerialLinkOf(parse("usb = \"0403:6001\"")).usb,
+            (links::UsbIdentity{0x0403, 0x6001, ""}));
   EXPECT_EQ(SerialLinkOf(parse("usb = \"1A86:7523:A:5\"")).usb,
-            (UsbIdentity{0x1a86, 0x7523, "A:5"}));
+            (links::UsbIdentity{0x1a86, 0x7523, "A:5"}));
   EXPECT_EQ(SerialLinkOf(parse("usb = \"1A86:7523\"")).path, "");
   for (const std::string_view bad : {"", "0403", "0403:", "403:6001", "0403:6001:", "0403:60011",
                                      "0403:6001A", "0x03:6001", "0403:+601", "0403 6001"}) {
@@ -187,11 +188,11 @@ TEST(LinksTest, ModemLinesAreRead) {
                "ptt_tail_ms = 4\nsilence_s = 60\nbaud = 9600\nturnaround_ms = 2"),
       "f.toml");
   ASSERT_TRUE(config.ok()) << config.error();
-  const LinkConfig& link = SerialLinkOf(config);
-  EXPECT_EQ(link.carrier_sense, CarrierSense::kCts);
-  EXPECT_EQ(link.ptt, Ptt::kRs485);
-  EXPECT_EQ(link.ptt_lead_ms, 3);
-  EXPECT_EQ(link.ptt_tail_ms, 4);
+  const links::LinkConfig& link = SerialLinkOf(config);
+  EXPECT_EQ(link.lines.carrier_sense, links::CarrierSense::kCts);
+  EXPECT_EQ(link.lines.ptt, links::Ptt::kRs485);
+  EXPECT_EQ(link.lines.ptt_lead_ms, 3);
+  EXPECT_EQ(link.lines.ptt_tail_ms, 4);
   EXPECT_EQ(link.silence_s, 60u);
   EXPECT_EQ(link.slot_ms, 4);  // 2 ms and a byte of 1.04 ms, rounded up
   EXPECT_EQ(link.response_window_ms, 2 + 3 + 16 + 10 + 3);  // two bytes take 2.08 ms
@@ -201,7 +202,7 @@ TEST(LinksTest, ACableNeedsNoMediumAccess) {
   const Result<Config> config =
       ParseConfig(Replaced(33, "port = \"/dev/ttyS0\"\nmedium_access = false"), "f.toml");
   ASSERT_TRUE(config.ok()) << config.error();
-  const LinkConfig& link = SerialLinkOf(config);
+  const links::LinkConfig& link = SerialLinkOf(config);
   EXPECT_FALSE(link.medium_access);
   EXPECT_EQ(link.turnaround_ms, 0);
   EXPECT_EQ(link.slot_ms, 1);
@@ -220,10 +221,10 @@ TEST(LinksTest, ClientsAreIdsAndRangesOfThem) {
       ParseConfig(Replaced(29, "path = \"a.pty\"\nclients = [1, \"3-5\", 254, \"4-4\"]"), "f.toml");
   ASSERT_TRUE(config.ok()) << config.error();
   for (size_t id = 0; id < 256; ++id) {
-    EXPECT_EQ(config.value().links[0].clients.test(id),
+    EXPECT_EQ(config.value().links[0].admission.clients.test(id),
               id == 1 || id == 3 || id == 4 || id == 5 || id == 254);
   }
-  EXPECT_TRUE(config.value().links[1].clients.all());  // without a list, everyone
+  EXPECT_TRUE(config.value().links[1].admission.clients.all());  // without a list, everyone
 }
 
 // A TCP and a UDP port of one number are two ports.
@@ -232,10 +233,10 @@ TEST(LinksTest, UdpIsReadAndSharesNoPortWithAnotherOfItsKind) {
   const std::string text = Replaced(37, "listen = \"127.0.0.1:4950\"" + udp);
   const Result<Config> config = ParseConfig(text, "f.toml");
   ASSERT_TRUE(config.ok()) << config.error();
-  const LinkConfig& link = config.value().links[3];
-  EXPECT_EQ(link.kind, LinkKind::kUdp);
-  EXPECT_EQ(link.listen_address, "127.0.0.1");
-  EXPECT_EQ(link.listen_port, 4950);
+  const links::LinkConfig& link = config.value().links[3];
+  EXPECT_EQ(link.kind, links::LinkKind::kUdp);
+  EXPECT_EQ(link.listen.address, "127.0.0.1");
+  EXPECT_EQ(link.listen.port, 4950);
   EXPECT_EQ(link.gap_timeout_ms, 0);
   EXPECT_EQ(ErrorOf(text + "[[link]]\nname = \"v\"\nkind = \"udp\"\nlisten = \"127.0.0.1:4950\""),
             "f.toml:45:10: link[5].listen: found the string \"127.0.0.1:4950\" again, expected a "
@@ -247,9 +248,9 @@ TEST(LinksTest, RatesAreThoseOfEveryLink) {
   const Result<Config> config = ParseConfig(
       text + "[limits]\nrequests_per_client_s = 20\nrequests_per_link_s = 500", "f.toml");
   ASSERT_TRUE(config.ok()) << config.error();
-  for (const LinkConfig& link : config.value().links) {
-    EXPECT_EQ(link.requests_per_client_s, 20u);
-    EXPECT_EQ(link.requests_per_link_s, 500u);
+  for (const links::LinkConfig& link : config.value().links) {
+    EXPECT_EQ(link.admission.per_client_per_s, 20u);
+    EXPECT_EQ(link.admission.per_link_per_s, 500u);
   }
   EXPECT_EQ(ErrorOf(text + "[limits]\nrequests_per_link_s = -1"),
             "f.toml:39:23: limits.requests_per_link_s: found -1, expected a whole number from 0 to "

@@ -188,8 +188,7 @@ void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
                    "click_pheromone", kTlsCertificate, kTlsKey});
   if (table.Find("listen") != nullptr) {
     const auto endpoint = ReadEndpoint(table, "listen");
-    web->listen_address = endpoint ? endpoint->address : "";
-    web->listen_port = endpoint ? endpoint->port : uint16_t{0};
+    web->listen = endpoint.value_or(Endpoint{});
   }
   ReadToken(table, notes, web);
   ReadTls(table, notes, web);

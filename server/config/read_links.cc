@@ -10,6 +10,10 @@
 namespace pheromone::config {
 namespace {
 
+using links::LinkConfig;
+using links::LinkKind;
+using links::UsbIdentity;
+
 constexpr std::string_view kKinds[] = {"pty", "serial", "tcp", "udp"};  // in the order of LinkKind
 
 constexpr int kMaxId = 254;
@@ -52,19 +56,55 @@ bool ReadPort(const TableReader& table, LinkConfig* link) {
   return table.Without({"port"}, "usb", "only one of them") && link->usb;
 }
 
+// The keys of a link, and the kinds that have them, in the order in which messages list them.
+constexpr uint8_t Bit(LinkKind kind) {
+  return static_cast<uint8_t>(1 << static_cast<int>(kind));
+}
+constexpr uint8_t kPty = Bit(LinkKind::kPty);
+constexpr uint8_t kSerial = Bit(LinkKind::kSerial);
+constexpr uint8_t kPorts = kPty | kSerial;
+constexpr uint8_t kSockets = Bit(LinkKind::kTcp) | Bit(LinkKind::kUdp);
+constexpr uint8_t kAll = kPorts | kSockets;
+constexpr std::pair<std::string_view, uint8_t> kKeys[] = {
+    {"name", kAll},
+    {"kind", kAll},
+    {"required", kAll},
+    {"clients", kAll},
+    {"path", kPty},
+    {"port", kSerial},
+    {"usb", kSerial},
+    {"listen", kSockets},
+    {"baud", kPorts},
+    {"silence_s", kSerial},
+    {"medium_access", kPorts},
+    {"slot_ms", kAll},
+    {"response_window_ms", kAll},
+    {"turnaround_ms", kPorts},
+    {"adapter_latency_ms", kPorts},
+    {"server_delay_ms", kPorts},
+    {"carrier_sense", kSerial},
+    {"ptt", kSerial},
+    {"ptt_lead_ms", kSerial},
+    {"ptt_tail_ms", kSerial},
+    {"gap_timeout_ms", kPorts | Bit(LinkKind::kTcp)},
+};
+
+std::vector<std::string_view> KeysOf(LinkKind kind) {
+  std::vector<std::string_view> keys;
+  for (const auto& [key, kinds] : kKeys) {
+    if ((kinds & Bit(kind)) != 0) {
+      keys.push_back(key);
+    }
+  }
+  return keys;
+}
+
 bool ReadAddress(const TableReader& table, LinkConfig* link) {
   switch (link->kind) {
     case LinkKind::kPty:
-      table.AllowOnly({"name", "kind", "required", "clients", "path", "baud", "medium_access",
-                       "slot_ms", "response_window_ms", "turnaround_ms", "adapter_latency_ms",
-                       "server_delay_ms", "gap_timeout_ms"});
       link->path = table.String("path").value_or("");
       return !link->path.empty();
     case LinkKind::kSerial: {
-      table.AllowOnly({"name", "kind", "required", "clients", "port", "usb", "baud", "silence_s",
-                       "medium_access", "slot_ms", "response_window_ms", "turnaround_ms",
-                       "adapter_latency_ms", "server_delay_ms", "carrier_sense", "ptt",
-                       "ptt_lead_ms", "ptt_tail_ms", "gap_timeout_ms"});
       const bool has_port = ReadPort(table, link);
       const auto silence = table.Integer("silence_s", 0, 1'000'000, 0);
       if (!has_port || !silence) {
@@ -75,19 +115,11 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
     }
     case LinkKind::kTcp:
     case LinkKind::kUdp: {
-      if (link->kind == LinkKind::kTcp) {
-        table.AllowOnly({"name", "kind", "required", "clients", "listen", "slot_ms",
-                         "response_window_ms", "gap_timeout_ms"});
-      } else {
-        table.AllowOnly(
-            {"name", "kind", "required", "clients", "listen", "slot_ms", "response_window_ms"});
-      }
       const auto endpoint = ReadEndpoint(table, "listen");
       if (!endpoint) {
         return false;
       }
-      link->listen_address = endpoint->address;
-      link->listen_port = endpoint->port;
+      link->listen = *endpoint;
       return true;
     }
   }
@@ -135,7 +167,7 @@ bool ReadClients(const TableReader& table, LinkConfig* link) {
     table.Expected("clients", *list, kExpected);
     return false;
   }
-  link->clients.reset();
+  link->admission.clients.reset();
   bool good = true;
   for (const Value& item : list->items) {
     const auto range = ParseRange(item);
@@ -145,7 +177,7 @@ bool ReadClients(const TableReader& table, LinkConfig* link) {
       continue;
     }
     for (int id = range->first; id <= range->second; ++id) {
-      link->clients.set(static_cast<size_t>(id));
+      link->admission.clients.set(static_cast<size_t>(id));
     }
   }
   return good;
@@ -159,6 +191,7 @@ void ReadLink(const TableReader& table, Config* config) {
   }
   LinkConfig link;
   link.kind = static_cast<LinkKind>(*kind);
+  table.AllowOnly(KeysOf(link.kind));
   const bool has_address = ReadAddress(table, &link);
   const bool has_medium = ReadMedium(table, &link);
   const bool has_clients = ReadClients(table, &link);
@@ -176,7 +209,8 @@ void ReadLink(const TableReader& table, Config* config) {
     }
   }
   config->links.push_back(link);
-  config->engine.links.push_back({link.name, link.slot_ms, link.response_window_ms});
+  config->engine.links.push_back(
+      {link.name, link.slot_ms, static_cast<uint8_t>(link.response_window_ms)});
 }
 
 }  // namespace

@@ -7,6 +7,9 @@
 namespace pheromone::config {
 namespace {
 
+using links::LinkConfig;
+using links::LinkKind;
+
 constexpr int64_t kAdapterLatencyMs = 16;  // of a USB adapter, unless it is told otherwise
 constexpr int64_t kServerDelayMs = 10;     // the disk included, if there is a journal
 constexpr int64_t kSerialGapMs = 20;       // or four bytes, if they take longer
@@ -53,12 +56,11 @@ bool ReadLines(const TableReader& table, LinkConfig* link) {
   if (!carrier_sense || !ptt || !lead || !tail) {
     return false;
   }
-  link->carrier_sense = static_cast<CarrierSense>(*carrier_sense);
-  link->ptt = static_cast<Ptt>(*ptt);
-  link->ptt_lead_ms = static_cast<uint16_t>(*lead);
-  link->ptt_tail_ms = static_cast<uint16_t>(*tail);
-  return link->ptt != Ptt::kNone || table.Without({"ptt_lead_ms", "ptt_tail_ms"}, "ptt = \"none\"",
-                                                  "ptt = \"rts\", \"dtr\" or \"rs485\"");
+  link->lines = {static_cast<links::CarrierSense>(*carrier_sense), static_cast<links::Ptt>(*ptt),
+                 static_cast<uint16_t>(*lead), static_cast<uint16_t>(*tail)};
+  return link->lines.ptt != links::Ptt::kNone ||
+         table.Without({"ptt_lead_ms", "ptt_tail_ms"}, "ptt = \"none\"",
+                       "ptt = \"rts\", \"dtr\" or \"rs485\"");
 }
 
 // The medium access parameters in HELLO's answer.
@@ -76,7 +78,8 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
   const auto byte_times_ms = [link](int64_t n) {
     return (n * 10'000 + int64_t{link->baud} - 1) / int64_t{link->baud};
   };
-  const int64_t key_delay = link->ptt == Ptt::kNone ? *turnaround : int64_t{link->ptt_lead_ms};
+  const int64_t key_delay =
+      link->lines.ptt == links::Ptt::kNone ? *turnaround : int64_t{link->lines.ptt_lead_ms};
   // The robot's modem must have turned round before the answer arrives.
   const int64_t turning = std::max(int64_t{0}, *turnaround - key_delay);
   const int64_t before_answer = *turnaround + key_delay + *adapter + byte_times_ms(2);
@@ -112,14 +115,14 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
   link->adapter_latency_ms = static_cast<uint16_t>(*adapter);
   link->server_delay_ms = static_cast<uint16_t>(*delay);
   link->slot_ms = static_cast<uint8_t>(*slot_ms);
-  link->response_window_ms = static_cast<uint8_t>(*window_ms);
+  link->response_window_ms = static_cast<uint16_t>(*window_ms);
   link->gap_timeout_ms = static_cast<uint16_t>(*gap_ms);
   return true;
 }
 
 }  // namespace
 
-bool ReadMedium(const TableReader& table, LinkConfig* link) {
+bool ReadMedium(const TableReader& table, links::LinkConfig* link) {
   const bool serial = link->kind == LinkKind::kSerial;
   const bool is_line = serial || link->kind == LinkKind::kPty;
   return (!is_line || ReadLine(table, link)) && (!serial || ReadLines(table, link)) &&

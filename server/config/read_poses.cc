@@ -48,7 +48,7 @@ void ReadFrame(const TableReader& table, engine::EngineConfig* engine) {
       engine::MakeFrame(*link, static_cast<uint8_t>(*id), {*x_um, *y_um}, *heading));
 }
 
-void ReadTracker(const TableReader& table, std::vector<TrackerConfig>* trackers) {
+void ReadTracker(const TableReader& table, std::vector<links::TrackerConfig>* trackers) {
   table.AllowOnly({"name", "listen", "valid_s"});
   const auto name = ReadName(table);
   const auto endpoint = ReadEndpoint(table, "listen");
@@ -56,7 +56,7 @@ void ReadTracker(const TableReader& table, std::vector<TrackerConfig>* trackers)
   if (!name || !endpoint || !valid_ms) {
     return;
   }
-  for (const TrackerConfig& other : *trackers) {
+  for (const links::TrackerConfig& other : *trackers) {
     if (other.name == *name) {
       table.Report("name", "found " + table.Find("name")->Describe() +
                                " again, expected a value not used by tracker \"" + other.name +
@@ -64,7 +64,7 @@ void ReadTracker(const TableReader& table, std::vector<TrackerConfig>* trackers)
       return;
     }
   }
-  trackers->push_back({*name, endpoint->address, endpoint->port, static_cast<uint32_t>(*valid_ms)});
+  trackers->push_back({*name, *endpoint, static_cast<uint32_t>(*valid_ms)});
 }
 
 }  // namespace

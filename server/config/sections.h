@@ -52,7 +52,7 @@ void ReadPrints(const Value& root, Notes* notes, field::FieldConfig* field);
 void ReadLinks(const Value& root, Notes* notes, Config* config);
 
 /// Of a link whose kind and baud are known: who may send when. False if a problem was noted.
-bool ReadMedium(const TableReader& table, LinkConfig* link);
+bool ReadMedium(const TableReader& table, links::LinkConfig* link);
 
 /// [[frame]], which needs the links
 void ReadFrames(const Value& root, Notes* notes, engine::EngineConfig* engine);
@@ -107,10 +107,6 @@ std::string PortPath(const std::string& port);
 std::optional<std::string> ReadName(const TableReader& table);
 
 /// A numeric address and a port: "127.0.0.1:4950", "[::1]:4950".
-struct Endpoint {
-  std::string address;  ///< without brackets
-  uint16_t port = 0;
-};
 std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view key);
 
 /// The regular file that `key` names, its extension one of `extensions` (".csv"), in any case; any

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "server/config/describe.h"
 #include "server/config/testing/folder_test.h"
 #include "server/net/testing/make_certificate.h"
 
@@ -37,6 +38,14 @@ TEST_F(TlsSectionTest, BothFilesAreReadAndTheirWholeChain) {
     EXPECT_TRUE(parsed.value().warnings.empty());
   }
   EXPECT_FALSE(Parse("[web]\n").value().web.tls);
+}
+
+TEST_F(TlsSectionTest, TheAddressThatIsToldBeginsWithHttps) {
+  WriteBoth(MakeCertificate());
+  const Result<Config> parsed = Parse(std::string(kKeys) + "listen = \"127.0.0.1:8443\"\n");
+  ASSERT_TRUE(parsed.ok()) << parsed.error();
+  EXPECT_EQ(DescribeReach(parsed.value(), nullptr).back(),
+            "web: https://127.0.0.1:8443, read-only");
 }
 
 TEST_F(TlsSectionTest, OneFileWithoutTheOtherIsRefused) {

@@ -12,11 +12,11 @@
 namespace pheromone::daemon {
 namespace {
 
-std::vector<capture::LinkInfo> Describe(const std::vector<config::LinkConfig>& links) {
+std::vector<capture::LinkInfo> Describe(const std::vector<links::LinkConfig>& links) {
   std::vector<capture::LinkInfo> infos;
   infos.reserve(links.size());
-  for (const config::LinkConfig& link : links) {
-    infos.push_back({link.name, link.gap_timeout_ms, link.kind == config::LinkKind::kUdp});
+  for (const links::LinkConfig& link : links) {
+    infos.push_back({link.name, link.gap_timeout_ms, link.kind == links::LinkKind::kUdp});
   }
   return infos;
 }

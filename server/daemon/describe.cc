@@ -45,36 +45,14 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
   std::string line = fmt::format("link {}: {} frames in {} bytes received, {} in {} bytes sent",
                                  name, counters.received.frames, counters.bytes_in,
                                  counters.frames_out, counters.bytes_out);
-  const std::array<std::pair<std::string_view, uint64_t>, 24> losses = {{
-      {"damaged", counters.received.crc_errors},
-      {"bad escapes", counters.received.bad_escapes},
-      {"oversize", counters.received.oversize},
-      {"runts", counters.received.runts},
-      {"refused", counters.received.refused},
-      {"restarts", counters.received.restarts},
-      {"timeouts", counters.received.timeouts},
-      {"stray bytes", counters.received.ignored_bytes},
-      {"late answers", counters.late_answers},
-      {"dropped answers", counters.dropped_answers},
-      {"withheld errors", counters.withheld_errors},
-      {"ignored carriers", counters.ignored_carriers},
-      {"undeliverable", counters.undeliverable},
-      {"dropped connections", counters.dropped_connections},
-      {"from clients not allowed", counters.not_allowed},
-      {"too many at once", counters.too_many},
-      {"framing errors", counters.line.framing},
-      {"parity errors", counters.line.parity},
-      {"overruns", counters.line.overruns},
-      {"buffer overruns", counters.line.buffer_overruns},
-      {"breaks", counters.line.breaks},
-      {"oversize datagrams", counters.oversize_datagrams},
-      {"dropped datagrams", counters.dropped_datagrams},
-      {"opened again", counters.opened > 0 ? counters.opened - 1 : 0},
-  }};
-  for (const auto& [what, count] : losses) {
-    if (count != 0) {
-      line += fmt::format(", {} {}", what, count);
+  for (const links::LinkCounter& it : links::kLinkCounters) {
+    const uint64_t count = it.count(counters);
+    if (it.is_loss && count != 0) {
+      line += fmt::format(", {} {}", count, it.name);
     }
+  }
+  if (counters.opened > 1) {
+    line += fmt::format(", opened {} times", counters.opened);
   }
   return line;
 }

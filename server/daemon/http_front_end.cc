@@ -68,8 +68,7 @@ class HttpFrontEnd::Impl {
         socket_path_(config::ControlSocket(control_settings, std::getenv("RUNTIME_DIRECTORY"))),
         server_(io_,
                 {.socket_path = socket_path_,
-                 .listen_address = web_settings.listen_address,
-                 .listen_port = web_settings.listen_port,
+                 .listen = web_settings.listen,
                  .is_urgent = web::IsUrgent,
                  .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
                 [this](web::Request request, web::Respond respond) {
@@ -77,8 +76,7 @@ class HttpFrontEnd::Impl {
                 }),
         tls_server_(tls_io_,
                     {.socket_path = {},
-                     .listen_address = web_settings.listen_address,
-                     .listen_port = web_settings.listen_port,
+                     .listen = web_settings.listen,
                      .is_urgent = web::IsUrgent,
                      .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
                     // A thread of low priority must not hold the lock for which robots wait.
@@ -105,7 +103,7 @@ class HttpFrontEnd::Impl {
                      listening.error());
       }
     }
-    if (!web_.listen_address.empty()) {
+    if (!web_.listen.address.empty()) {
       OpenPort();
     }
     stream_thread_ = std::thread([this] {
@@ -161,9 +159,8 @@ class HttpFrontEnd::Impl {
       spdlog::warn("web: not listening: {}", listening.error());
       return;
     }
-    const bool v6 = web_.listen_address.find(':') != std::string::npos;
-    spdlog::info("web: {}://{}:{}/, {}", web_.tls ? "https" : "http",
-                 v6 ? "[" + web_.listen_address + "]" : web_.listen_address, server.port(),
+    spdlog::info("web: {}://{}/, {}", web_.tls ? "https" : "http",
+                 ToText(Endpoint{web_.listen.address, server.port()}),
                  web_.token.empty() ? "read-only" : "changes require the token");
     if (web_.tls) {
       tls_thread_ = std::thread([this] {

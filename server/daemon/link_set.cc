@@ -19,9 +19,9 @@ void LogOfLink(const links::LinkNotice& notice) {
 }
 
 // The number of links that open a port; at least one, since a pool must have a thread.
-size_t CountPorts(const std::vector<config::LinkConfig>& links) {
-  const auto ports = std::count_if(links.begin(), links.end(), [](const config::LinkConfig& it) {
-    return it.kind == config::LinkKind::kSerial || it.kind == config::LinkKind::kPty;
+size_t CountPorts(const std::vector<links::LinkConfig>& links) {
+  const auto ports = std::count_if(links.begin(), links.end(), [](const links::LinkConfig& it) {
+    return it.kind == links::LinkKind::kSerial || it.kind == links::LinkKind::kPty;
   });
   return static_cast<size_t>(std::max<std::ptrdiff_t>(ports, 1));
 }
@@ -34,23 +34,21 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
   std::random_device random;
   for (size_t i = 0; i < config.links.size(); ++i) {
     links_.push_back(MakeLink(io, config.links[i],
-                              {config.links[i].name,
-                               static_cast<engine::LinkIndex>(i),
-                               router,
-                               LogOfLink,
-                               tap,
-                               {},
-                               ports_.get_executor()},
-                              random()));
+                              {.index = static_cast<engine::LinkIndex>(i),
+                               .router = router,
+                               .log = LogOfLink,
+                               .tap = tap,
+                               .aside = ports_.get_executor(),
+                               .backoff = {.seed = random()}}));
     required_.push_back(config.links[i].required);
     router->Add(links_.back().get());
   }
-  for (const config::TrackerConfig& tracker : config.trackers) {
+  for (const links::TrackerConfig& tracker : config.trackers) {
     const auto log = [name = tracker.name](links::LinkNotice notice) {
       notice.source = name + ": " + notice.source;
       LogOfLink(notice);
     };
-    trackers_.push_back(MakeTracker(io, tracker, config.datum, service, log, random()));
+    trackers_.push_back(MakeTracker(io, tracker, config.datum, service, log, {.seed = random()}));
   }
 }
 

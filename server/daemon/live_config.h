@@ -44,7 +44,7 @@ class LiveConfig {
   config::Config Get() const;
 
   /// As at the start, since changes require a restart. Any thread.
-  const std::vector<config::LinkConfig>& links() const { return config_.links; }
+  const std::vector<links::LinkConfig>& links() const { return config_.links; }
 
  private:
   Result<engine::Service::Configured> Configure(const engine::EngineConfig& config,

@@ -41,63 +41,31 @@ std::optional<double> SecondsUntil(std::optional<TimePoint> then) {
   return then ? std::optional(std::max(0.0, -SecondsSince(*then))) : std::nullopt;
 }
 
-std::vector<control::NamedCount> CountsOf(const links::LinkCounters& it) {
-  return {
-      {"received_frames", "Complete frames received.", it.received.frames},
-      {"received_bytes", "Bytes received.", it.bytes_in},
-      {"sent_frames", "Frames sent.", it.frames_out},
-      {"sent_bytes", "Bytes sent.", it.bytes_out},
-      {"crc_errors", "Frames with a wrong CRC.", it.received.crc_errors},
-      {"bad_escapes", "Frames with an invalid byte after a DLE.", it.received.bad_escapes},
-      {"oversize_frames", "Frames longer than any message.", it.received.oversize},
-      {"runt_frames", "Frames shorter than any message.", it.received.runts},
-      {"refused_frames", "Frames with ID or opcode 0.", it.received.refused},
-      {"restarted_frames", "Frames interrupted by the start of another frame.",
-       it.received.restarts},
-      {"gap_timeouts", "Frames abandoned at a gap timeout.", it.received.timeouts},
-      {"stray_bytes", "Bytes outside of frames.", it.received.ignored_bytes},
-      {"openings", "Ports opened, connections accepted.", it.opened},
-      {"late_answers", "Answers not sent because they were too late.", it.late_answers},
-      {"dropped_answers", "Answers not sent because the send queue was full.", it.dropped_answers},
-      {"withheld_errors", "ERRORs not sent because a window permits only one.", it.withheld_errors},
-      {"rounds", "ROUNDs sent.", it.rounds},
-      {"turns", "Turns given to robots in ROUNDs.", it.turns},
-      {"missed_turns", "Turns in which no robot was heard.", it.missed_turns},
-      {"ignored_carriers", "Transmissions in spite of a carrier that did not end.",
-       it.ignored_carriers},
-      {"undeliverable", "Messages not sent because there was no connection.", it.undeliverable},
-      {"dropped_connections", "Connections closed to make room for another.",
-       it.dropped_connections},
-      {"not_allowed", "Messages of clients that the link does not serve.", it.not_allowed},
-      {"too_many", "Messages beyond the limits of the request rate.", it.too_many},
-      {"received_datagrams", "UDP datagrams received.", it.datagrams_in},
-      {"oversize_datagrams", "UDP datagrams above the maximum length.", it.oversize_datagrams},
-      {"dropped_datagrams", "UDP datagrams dropped by the kernel.", it.dropped_datagrams},
-      {"framing_errors", "Framing errors counted by the port's driver.", it.line.framing},
-      {"overruns", "Bytes lost in the port or its driver.",
-       it.line.overruns + it.line.buffer_overruns},
-      {"parity_errors", "Parity errors counted by the port's driver.", it.line.parity},
-      {"breaks", "Break conditions counted by the port's driver.", it.line.breaks},
-  };
+std::vector<control::NamedCount> CountsOf(const links::LinkCounters& counters) {
+  std::vector<control::NamedCount> counts;
+  for (const links::LinkCounter& it : links::kLinkCounters) {
+    counts.push_back({it.name, it.help, it.count(counters), it.is_loss});
+  }
+  return counts;
 }
 
-std::string_view NameOf(config::LinkKind kind) {
+std::string_view NameOf(links::LinkKind kind) {
   switch (kind) {
-    case config::LinkKind::kPty:
+    case links::LinkKind::kPty:
       return "pty";
-    case config::LinkKind::kSerial:
+    case links::LinkKind::kSerial:
       return "serial";
-    case config::LinkKind::kTcp:
+    case links::LinkKind::kTcp:
       return "tcp";
-    case config::LinkKind::kUdp:
+    case links::LinkKind::kUdp:
       break;
   }
   return "udp";
 }
 
 // A byte on a serial line takes ten bits, start and stop included.
-std::optional<double> ByteRateOf(const config::LinkConfig& link) {
-  return link.kind == config::LinkKind::kSerial ? std::optional(link.baud / 10.0) : std::nullopt;
+std::optional<double> ByteRateOf(const links::LinkConfig& link) {
+  return link.kind == links::LinkKind::kSerial ? std::optional(link.baud / 10.0) : std::nullopt;
 }
 
 Error UnknownLink(std::string_view name) {
@@ -214,7 +182,7 @@ control::StatusView LiveControl::GetStatus(bool with_hash) const {
 }
 
 std::vector<control::LinkView> LiveControl::GetLinks() const {
-  const std::vector<config::LinkConfig>& configured = *parts_.link_configs;
+  const std::vector<links::LinkConfig>& configured = *parts_.link_configs;
   const std::lock_guard lock(mutex_);
   std::vector<control::LinkView> views;
   for (size_t i = 0; i < parts_.links->size(); ++i) {

@@ -42,7 +42,7 @@ struct LiveParts {
   engine::OrderedLog* log = nullptr;
   links::LinkRouter* router = nullptr;
   const std::vector<std::unique_ptr<links::Link>>* links = nullptr;
-  const std::vector<config::LinkConfig>* link_configs = nullptr;  ///< as many, in the same order
+  const std::vector<links::LinkConfig>* link_configs = nullptr;  ///< as many, in the same order
   Captures* captures = nullptr;
   std::function<uint64_t()> now_ms;  ///< the present field time; called under the service's lock
   std::function<config::Config()> config;  ///< the one in effect

@@ -85,6 +85,7 @@ struct NamedCount {
   std::string_view name;
   std::string_view help;
   uint64_t count = 0;
+  bool is_loss = false;  ///< something was damaged, lost or refused
 };
 
 struct LinkView {

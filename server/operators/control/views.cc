@@ -181,8 +181,12 @@ json::value ToJson(const std::vector<control::LinkView>& links) {
   json::array array;
   for (const control::LinkView& link : links) {
     json::object counters;
+    json::object losses;
     for (const control::NamedCount& counter : link.counters) {
       counters[counter.name] = counter.count;
+      if (counter.is_loss && counter.count != 0) {
+        losses[counter.name] = counter.count;
+      }
     }
     array.push_back(
         {{"name", link.name},
@@ -200,7 +204,8 @@ json::value ToJson(const std::vector<control::LinkView>& links) {
          {"bytes_per_s", link.bytes_per_s},
          {"utilisation",
           link.byte_rate ? json::value(link.bytes_per_s / *link.byte_rate) : json::value(nullptr)},
-         {"counters", std::move(counters)}});
+         {"counters", std::move(counters)},
+         {"losses", std::move(losses)}});
   }
   return json::object{{"links", std::move(array)}};
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <string_view>
 #include <vector>
 
@@ -22,21 +21,13 @@ std::string Ago(const json::value& object, std::string_view key) {
   return At(object, key).is_null() ? "-" : Duration(NumberAt(object, key)) + " ago";
 }
 
-// The counters of losses that are not 0: "3 crc_errors, 1 late_answers".
-std::string Losses(const json::value& counters) {
-  constexpr std::string_view kTraffic[] = {"received_frames",    "received_bytes",
-                                           "received_datagrams", "sent_frames",
-                                           "sent_bytes",         "openings"};
+// "3 crc_errors, 1 late_answers".
+std::string Losses(const json::value& losses) {
   std::string text;
-  const json::object* object = counters.if_object();
+  const json::object* object = losses.if_object();
   for (const json::key_value_pair& it : object != nullptr ? *object : json::object()) {
-    const std::string_view name = it.key();
-    const bool traffic =
-        std::find(std::begin(kTraffic), std::end(kTraffic), name) != std::end(kTraffic);
-    const uint64_t count = CountAt(counters, it.key());
-    if (!traffic && count != 0) {
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, name);
-    }
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", CountAt(losses, it.key()),
+                        std::string_view(it.key()));
   }
   return text.empty() ? "none" : text;
 }
@@ -153,7 +144,7 @@ int ShowLinks(const ServerOptions& options) {
          std::to_string(CountAt(counters, "received_frames")),
          std::to_string(CountAt(counters, "sent_frames")),
          utilisation.is_null() ? "-" : fmt::format("{:.0f} %", 100 * NumberAt(link, "utilisation")),
-         Losses(counters), StateOf(link)});
+         Losses(At(link, "losses")), StateOf(link)});
   }
   PrintTable(rows);
   return 0;

@@ -106,11 +106,10 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   Status ListenOnPort() {
-    const Result<std::string> listening =
-        Listen(options_.listen_address, options_.listen_port, &tcp_, [this] {
-          error_code ignored;
-          tcp_.set_option(tcp::acceptor::reuse_address(true), ignored);
-        });
+    const Result<std::string> listening = Listen(options_.listen, &tcp_, [this] {
+      error_code ignored;
+      tcp_.set_option(tcp::acceptor::reuse_address(true), ignored);
+    });
     if (!listening.ok()) {
       return listening.failure();
     }

@@ -42,6 +42,7 @@
 
 #include "server/base/result.h"
 #include "server/net/certificate.h"
+#include "server/net/endpoint.h"
 #include "server/operators/web/http.h"
 #include "server/operators/web/tls_counters.h"
 #include "server/operators/web/upgrade.h"
@@ -53,8 +54,7 @@ constexpr size_t kMaxBodyBytes = size_t{1} << 20;
 
 struct ServerOptions {
   std::string socket_path;      ///< of the Unix socket, made with mode 0660; empty: none
-  std::string listen_address;   ///< numeric; empty: no TCP
-  uint16_t listen_port = 0;     ///< 0: the system chooses, see port()
+  Endpoint listen;              ///< see port(); without an address: no TCP
   size_t max_connections = 64;  ///< of each; and as many more that are answered with 503
   std::chrono::milliseconds patience{15'000};
   size_t max_handshakes = 64;  ///< of TLS

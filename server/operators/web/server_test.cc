@@ -560,12 +560,12 @@ TEST_F(ServerTest, TheSocketOfADeadServerIsReplacedAndThatOfALivingOneIsNot) {
 TEST_F(ServerTest, WhatCannotBeListenedOnIsAnErrorInWords) {
   Start();
   ServerOptions options = options_;
-  options.listen_port = server_->port();
+  options.listen.port = server_->port();
   options.socket_path = (folder_ / "file").string();
   std::ofstream(options.socket_path) << "of somebody";
   Server second(io_, options, [](const Request&, const Respond&) {});
   EXPECT_EQ(second.ListenOnPort().error(), "cannot listen on 127.0.0.1 port " +
-                                               std::to_string(options.listen_port) +
+                                               std::to_string(options.listen.port) +
                                                ": Address already in use");
   EXPECT_EQ(second.ListenOnSocket().error(),
             options.socket_path + ": already exists and is not a socket");

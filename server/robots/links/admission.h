@@ -22,6 +22,7 @@ struct AdmissionOptions {
   std::bitset<256> clients = std::bitset<256>().set();  ///< the IDs that are served
   uint32_t per_client_per_s = 0;                        ///< 0: no limit
   uint32_t per_link_per_s = 0;                          ///< 0: no limit
+  bool operator==(const AdmissionOptions&) const = default;
 };
 
 class Admission {

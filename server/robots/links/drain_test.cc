@@ -36,7 +36,7 @@ class DrainTest : public testing::SerialLinkTest {
     options.name = path_;
     options.find_path = [this]() -> Result<std::string> { return path_; };
     options.baud = baud;
-    options.lines.ptt = Keying::kRts;
+    options.lines.ptt = Ptt::kRts;
     port_ = MakeSerialPort(options);
     Result<Descriptor> opened = port_->Open();
     ASSERT_TRUE(opened.ok()) << opened.error();

@@ -56,36 +56,31 @@ class InternalErrorTest : public ::testing::Test {
         [this] { return server_.link().counters().opened == 2 && server_.link().state().up; });
   }
 
-  static constexpr BackoffOptions kSoon{milliseconds(5), milliseconds(20), 1};
   static constexpr char kDown[] = "link radio-a: down, internal error: out of order; retrying";
 
+  const LinkConfig on_localhost_{.name = "radio-a", .listen = {"127.0.0.1", 0}};
   TemporaryFolder folder_;
   ThrowingTap tap_;
   testing::Server server_;
 };
 
 TEST_F(InternalErrorTest, APortIsOpenedAgain) {
-  PtyOptions options;
-  options.path = folder_ / "radio-a.pty";
-  options.backoff = kSoon;
-  ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), options, Context())).ok());
-  Peer robot(options.path);
+  const LinkConfig config{.name = "radio-a", .path = folder_ / "radio-a.pty"};
+  ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), config, Context())).ok());
+  Peer robot(config.path);
   ASSERT_TRUE(robot.Ask(PingOf(1, 1)));
   tap_.throws = true;
   ASSERT_TRUE(robot.Send(PingOf(1, 2)));
   ASSERT_TRUE(Told(kDown));
   ASSERT_TRUE(UpAgain());
-  Peer again(options.path);
+  Peer again(config.path);
   EXPECT_TRUE(IsEcho(again.Ask(PingOf(1, 3)), 1, 3));
   server_.Stop();
   EXPECT_TRUE(tap_.in_order());
 }
 
 TEST_F(InternalErrorTest, ASocketForDatagramsIsOpenedAgain) {
-  UdpOptions options;
-  options.listen_address = "127.0.0.1";
-  options.backoff = kSoon;
-  ASSERT_TRUE(server_.Start(MakeUdpLink(server_.io(), options, Context())).ok());
+  ASSERT_TRUE(server_.Start(MakeUdpLink(server_.io(), on_localhost_, Context())).ok());
   Peer robot = ConnectTo(server_.link(), SOCK_DGRAM);
   ASSERT_TRUE(robot.Ask(PingOf(1, 1)));
   tap_.throws = true;
@@ -99,9 +94,7 @@ TEST_F(InternalErrorTest, ASocketForDatagramsIsOpenedAgain) {
 }
 
 TEST_F(InternalErrorTest, AConnectionIsClosedAndNoOther) {
-  TcpOptions options;
-  options.listen_address = "127.0.0.1";
-  ASSERT_TRUE(server_.Start(MakeTcpLink(server_.io(), options, Context())).ok());
+  ASSERT_TRUE(server_.Start(MakeTcpLink(server_.io(), on_localhost_, Context())).ok());
   Peer robot = ConnectTo(server_.link(), SOCK_STREAM);
   ASSERT_TRUE(robot.Ask(PingOf(1, 1)));
   Peer other = ConnectTo(server_.link(), SOCK_STREAM);

@@ -3,7 +3,8 @@
 //
 //   boost::asio::io_context io;
 //   LinkRouter router(&service);
-//   auto link = MakePtyLink(io, {.path = "radio-a.pty"}, {"radio-a", 0, &router, log});
+//   const LinkConfig config{.name = "radio-a", .path = "radio-a.pty"};
+//   auto link = MakePtyLink(io, config, {.router = &router, .log = log});
 //   router.Add(link.get());
 //   const Status first_try = link->Start();   // keeps retrying if this failed
 //   io.run();                                 // on any number of threads
@@ -29,12 +30,15 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
-#include "protocol/decoder.h"
 #include "server/base/result.h"
 #include "server/core/engine/event.h"
 #include "server/robots/links/admission.h"
-#include "server/robots/links/modem_lines.h"
+#include "server/robots/links/backoff.h"
+#include "server/robots/links/link_config.h"
+#include "server/robots/links/link_counters.h"
 #include "server/robots/links/tap.h"
+#include "server/robots/links/usb_port.h"
+#include "server/robots/radio/rounds.h"
 
 namespace pheromone::links {
 
@@ -54,31 +58,6 @@ std::string ToText(const LinkNotice& notice);
 
 /// Receives them. Called from any thread of the io_context.
 using LinkLog = std::function<void(const LinkNotice&)>;
-
-struct LinkCounters {
-  protocol::DecoderCounters received = {};  ///< decoding results of the received bytes
-  LineErrors line;                          ///< of serial ports whose driver counts errors
-  uint64_t bytes_in = 0;
-  uint64_t bytes_out = 0;
-  uint64_t frames_out = 0;
-  uint64_t opened = 0;               ///< ports opened, connections accepted
-  uint64_t late_answers = 0;         ///< not sent: the response window had passed
-  uint64_t dropped_answers = 0;      ///< not sent: the send queue was full
-  uint64_t withheld_errors = 0;      ///< not sent: a second ERROR within a response window
-  uint64_t rounds = 0;               ///< ROUNDs sent
-  uint64_t turns = 0;                ///< given to robots in them
-  uint64_t missed_turns = 0;         ///< of these: nothing was heard
-  uint64_t ignored_carriers = 0;     ///< on for longer than any transmission lasts
-  uint64_t undeliverable = 0;        ///< not sent: no connection
-  uint64_t dropped_connections = 0;  ///< closed to make room for another
-  uint64_t not_allowed = 0;          ///< messages of clients that this link does not serve
-  uint64_t too_many = 0;             ///< messages above the limits of the request rate
-  uint64_t datagrams_in = 0;         ///< UDP
-  uint64_t oversize_datagrams = 0;   ///< of these: above the maximum length, and discarded
-  uint64_t dropped_datagrams = 0;    ///< dropped by the kernel, as they arrived too fast
-  /// When the last bytes were received; empty if none since the start.
-  std::optional<std::chrono::steady_clock::time_point> heard{};
-};
 
 /// How long a robot is assumed to wait for an answer on links without a response window: on TCP, up
 /// to one second (protocol/README.md, section 8).
@@ -135,24 +114,31 @@ class LinkRecord {
 
 class LinkRouter;
 
-/// What every link is given.
+/// What every link is given beside its configuration.
 struct LinkContext {
-  std::string name;
   engine::LinkIndex index = 0;
   LinkRouter* router = nullptr;  ///< outlives the link
-  LinkLog log;
+  LinkLog log{};
   Tap* tap = nullptr;  ///< outlives the link
-  AdmissionOptions admission = {};
   /// The executor on which ports are opened and closed, which may take a driver seconds: it has one
   /// thread for each link with a port, so that none delays any other. Empty: ports are opened and
   /// closed on the link's own executor.
   boost::asio::any_io_executor aside = {};
+  BackoffOptions backoff = {};
+
+  // Tests change these.
+  std::function<std::vector<UsbPort>()> list_usb_ports = ListUsbPorts;
+  /// From the first HELLO on a shared channel to the first ROUND: radio::ChannelOptions.
+  radio::Duration quiet_start = radio::kAwaitedRound;
+  /// On TCP. When this is exceeded, a connection is closed: the oldest on which no robot has been
+  /// heard, or else the one that has been silent for longest.
+  size_t max_connections = 64;
 };
 
 class Link {
  public:
-  explicit Link(LinkContext context)
-      : context_(std::move(context)), admission_(context_.admission) {}
+  Link(LinkConfig config, LinkContext context)
+      : config_(std::move(config)), context_(std::move(context)), admission_(config_.admission) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
   virtual ~Link() = default;
@@ -169,7 +155,7 @@ class Link {
   /// The address: a path, or ADDRESS:PORT. Empty while it is not known.
   virtual std::string address() const { return state().address; }
 
-  const std::string& name() const { return context_.name; }
+  const std::string& name() const { return config_.name; }
   LinkRecord::State state() const { return record_.state(); }
   LinkCounters counters() const { return record_.counters(); }
 
@@ -200,13 +186,15 @@ class Link {
   /// Counts a message that cannot be delivered.
   void CountUndeliverable(const protocol::Message& message);
   LinkRecord* record() { return &record_; }
-  const boost::asio::any_io_executor& aside() const { return context_.aside; }
+  const LinkConfig& config() const { return config_; }
+  const LinkContext& context() const { return context_; }
 
  private:
   void Tell(Severity severity, const std::string& what, const std::string& why,
             const std::string& then) const;
   void TurnAway(const protocol::Message& message, protocol::Reason answer);
 
+  const LinkConfig config_;
   const LinkContext context_;
   Admission admission_;
   std::vector<protocol::Message> admitted_;

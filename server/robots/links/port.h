@@ -12,7 +12,8 @@
 
 #include "server/base/descriptor.h"
 #include "server/base/result.h"
-#include "server/robots/links/modem_lines.h"
+#include "server/robots/links/line_errors.h"
+#include "server/robots/links/link_config.h"
 
 namespace pheromone::links {
 
@@ -62,7 +63,7 @@ struct SerialPortOptions {
   std::string name;                                ///< for messages
   std::function<Result<std::string>()> find_path;  ///< where it is now; asked at each Open
   uint32_t baud = 9600;
-  MediumLines lines;
+  ModemLines lines;
 };
 
 /// A real serial port, through libserialport: 8N1 without flow control, opened exclusively. The

@@ -9,6 +9,7 @@
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "server/base/counters.h"
 #include "server/robots/links/keep_running.h"
 #include "server/robots/links/port_calls.h"
 #include "server/robots/links/session.h"
@@ -23,21 +24,39 @@ constexpr std::chrono::milliseconds kBetweenLooks{500};
 
 using Timer = asio::basic_waitable_timer<Clock>;
 
+radio::ChannelOptions OptionsOf(const LinkConfig& config, radio::Duration quiet_start) {
+  using std::chrono::milliseconds;
+  radio::ChannelOptions channel;
+  channel.gap_timeout_ms = config.gap_timeout_ms;
+  channel.timing.byte = radio::ByteTime(config.baud);
+  if (config.lines.ptt != Ptt::kNone) {  // by us, or by the driver
+    channel.timing.keyed = true;
+    channel.timing.lead = milliseconds(config.lines.ptt_lead_ms);
+    channel.timing.tail = milliseconds(config.lines.ptt_tail_ms);
+  }
+  if (config.medium_access) {
+    channel.half_duplex = true;
+    channel.timing.turnaround = milliseconds(config.turnaround_ms);
+    channel.timing.adapter = milliseconds(config.adapter_latency_ms);
+    channel.timing.processing = milliseconds(config.server_delay_ms);
+    channel.response_window = milliseconds(config.response_window_ms);
+    channel.slot = milliseconds(config.slot_ms);
+    channel.quiet_start = quiet_start;
+  }
+  return channel;
+}
+
 class PortLink final : public Link {
  public:
-  /// `options.port` is set here. `silence`: a longer time without received bytes is reported; 0:
-  /// never.
   PortLink(asio::io_context& io, std::unique_ptr<Port> port, std::string address,
-           const ConversationOptions& options, std::chrono::seconds silence,
-           const BackoffOptions& backoff, LinkContext context)
-      : Link(std::move(context)),
+           const LinkConfig& config, LinkContext context)
+      : Link(config, std::move(context)),
         strand_(asio::make_strand(io)),
-        port_(std::move(port), aside()),
+        port_(std::move(port), this->context().aside),
         address_(std::move(address)),
-        options_(WithPort(options, &port_)),
-        silence_(silence),
-        backoff_(backoff),
-        longest_wait_(backoff.longest),
+        options_{OptionsOf(config, this->context().quiet_start), &port_},
+        silence_(config.silence_s),
+        backoff_(this->context().backoff),
         retry_(strand_),
         look_(strand_) {}
 
@@ -172,7 +191,8 @@ class PortLink final : public Link {
     }
     // A port that fails right after opening is treated like one that does not open; after a port
     // that has received a message, the delay is reset.
-    if (Clock::now() - begin > longest_wait_ || record()->counters().received.frames != frames) {
+    if (Clock::now() - begin > context().backoff.longest ||
+        record()->counters().received.frames != frames) {
       backoff_.Reset();
     }
     co_await ClosePort();
@@ -211,9 +231,10 @@ class PortLink final : public Link {
     const std::optional<LineErrors> now =
         co_await port_.Make([](Port& port) { return port.errors(); });
     if (now && *now != line_errors_) {
-      const LineErrors more = *now - line_errors_;
+      const LineErrors more = DifferenceOf(*now, line_errors_);
       line_errors_ = *now;
-      record()->Count([&more](LinkCounters& counters) { counters.line += more; });
+      record()->Count(
+          [&more](LinkCounters& counters) { counters.line = SumOf(counters.line, more); });
     }
   }
 
@@ -231,11 +252,6 @@ class PortLink final : public Link {
     silent_ = silent;
   }
 
-  static ConversationOptions WithPort(ConversationOptions options, PortCalls* port) {
-    options.port = port;
-    return options;
-  }
-
   const asio::strand<asio::io_context::executor_type> strand_;
   PortCalls port_;
   Result<Descriptor> opened_ = Error{"not opened yet"};
@@ -243,7 +259,6 @@ class PortLink final : public Link {
   const ConversationOptions options_;
   const std::chrono::seconds silence_;
   Backoff backoff_;
-  const Clock::duration longest_wait_;
   Timer retry_;
   Timer look_;
   LineErrors line_errors_;  // as counted so far, since the port was opened
@@ -252,69 +267,31 @@ class PortLink final : public Link {
   bool stopping_ = false;
 };
 
-void ShareMedium(const MediumOptions& medium, radio::ChannelOptions* channel) {
-  using std::chrono::milliseconds;
-  channel->half_duplex = true;
-  channel->timing.byte = radio::ByteTime(medium.baud);
-  channel->timing.turnaround = milliseconds(medium.turnaround_ms);
-  channel->timing.adapter = milliseconds(medium.adapter_latency_ms);
-  channel->timing.processing = milliseconds(medium.server_delay_ms);
-  channel->response_window = milliseconds(medium.response_window_ms);
-  channel->slot = milliseconds(medium.slot_ms);
-  channel->quiet_start = medium.quiet_start;
-}
-
 }  // namespace
 
 std::unique_ptr<Link> MakePortLink(asio::io_context& io, std::unique_ptr<Port> port,
-                                   const PortLinkOptions& options, LinkContext context) {
-  using std::chrono::milliseconds;
-  ConversationOptions session;
-  session.channel.gap_timeout_ms = options.gap_timeout_ms;
-  radio::Timing& timing = session.channel.timing;
-  timing.byte = radio::ByteTime(options.medium.baud);
-  if (options.lines.ptt != Keying::kNone) {  // by us, or by the driver
-    timing.keyed = true;
-    timing.lead = milliseconds(options.lines.ptt_lead_ms);
-    timing.tail = milliseconds(options.lines.ptt_tail_ms);
-  }
-  if (options.medium_access) {
-    ShareMedium(options.medium, &session.channel);
-  }
-  return std::make_unique<PortLink>(io, std::move(port), options.address, session, options.silence,
-                                    options.backoff, std::move(context));
+                                   const std::string& address, const LinkConfig& config,
+                                   LinkContext context) {
+  return std::make_unique<PortLink>(io, std::move(port), address, config, std::move(context));
 }
 
-std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const PtyOptions& options,
+std::unique_ptr<Link> MakePtyLink(asio::io_context& io, const LinkConfig& config,
                                   LinkContext context) {
-  PortLinkOptions link;
-  link.address = options.path;
-  link.gap_timeout_ms = options.gap_timeout_ms;
-  link.medium_access = options.medium.has_value();
-  link.medium = options.medium.value_or(MediumOptions{});
-  link.backoff = options.backoff;
-  return MakePortLink(io, MakePtyPort(options.path), link, std::move(context));
+  return MakePortLink(io, MakePtyPort(config.path), config.path, config, std::move(context));
 }
 
-std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const SerialOptions& options,
+std::unique_ptr<Link> MakeSerialLink(asio::io_context& io, const LinkConfig& config,
                                      LinkContext context) {
   SerialPortOptions port;
-  port.name = options.usb ? "USB " + ToText(*options.usb) : options.path;
-  port.baud = options.medium.baud;
-  port.lines = options.lines;
-  port.find_path = [options]() -> Result<std::string> {
-    return options.usb ? ChooseUsbPort(*options.usb, options.list_usb_ports())
-                       : Result<std::string>(options.path);
+  port.name = config.usb ? "USB " + ToText(*config.usb) : config.path;
+  port.baud = config.baud;
+  port.lines = config.lines;
+  port.find_path = [path = config.path, usb = config.usb,
+                    list = context.list_usb_ports]() -> Result<std::string> {
+    return usb ? ChooseUsbPort(*usb, list()) : Result<std::string>(path);
   };
-  PortLinkOptions link;
-  link.address = port.name;
-  link.gap_timeout_ms = options.gap_timeout_ms;
-  link.medium_access = options.medium_access;
-  link.medium = options.medium;
-  link.lines = options.lines;
-  link.silence = options.silence;
-  link.backoff = options.backoff;
-  return MakePortLink(io, MakeSerialPort(std::move(port)), link, std::move(context));
+  const std::string name = port.name;
+  return MakePortLink(io, MakeSerialPort(std::move(port)), name, config, std::move(context));
 }
 
 }  // namespace pheromone::links

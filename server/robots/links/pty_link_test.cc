@@ -29,10 +29,8 @@ std::string TargetOf(const std::string& path) {
 class PtyLinkTest : public ::testing::Test {
  protected:
   Status Start() {
-    PtyOptions options;
-    options.path = path_;
-    options.backoff = {milliseconds(5), milliseconds(20), 1};
-    return server_.Start(MakePtyLink(server_.io(), options, server_.Context(0)));
+    const LinkConfig config{.name = "radio-a", .path = path_};
+    return server_.Start(MakePtyLink(server_.io(), config, server_.Context(0)));
   }
 
   TemporaryFolder folder_;

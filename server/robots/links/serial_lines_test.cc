@@ -32,10 +32,9 @@ class SerialLinesTest : public testing::SerialLinkTest {
 
   // A pseudo-terminal as it is, that nothing happens to.
   Peer StartAnother(testing::Server* server) {
-    PtyOptions options;
-    options.path = folder_ / "another.pty";
-    EXPECT_TRUE(server->Start(MakePtyLink(server->io(), options, server->Context(1))).ok());
-    return Peer(options.path);
+    const LinkConfig config{.name = "radio-b", .path = folder_ / "another.pty"};
+    EXPECT_TRUE(server->Start(MakePtyLink(server->io(), config, server->Context(1))).ok());
+    return Peer(config.path);
   }
 
   LinkCounters counters() { return server_.link().counters(); }
@@ -44,7 +43,7 @@ class SerialLinesTest : public testing::SerialLinkTest {
 TEST_F(SerialLinesTest, ADriverThatHangsWhileItsPortIsOpenedHoldsUpNoOtherLink) {
   testing::Server server(1);
   ASSERT_FALSE(
-      server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());  // no port yet
+      server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());  // no port yet
   Peer other = StartAnother(&server);
   PtyShimHang(1);
   Peer radio = PlugIn();
@@ -58,13 +57,13 @@ TEST_F(SerialLinesTest, ADriverThatHangsWhileItsPortIsOpenedHoldsUpNoOtherLink) 
 
 // With one thread for all: whoever kept it would keep the other link waiting.
 TEST_F(SerialLinesTest, ADriverThatHangsWhileSomethingIsSentHoldsUpNoOtherLink) {
-  const MediumLines cases[] = {{CarrierSense::kDcd, Keying::kNone, 0, 0},
-                               {CarrierSense::kNone, Keying::kRts, 0, 0}};
-  for (const MediumLines& lines : cases) {
-    options_.lines = lines;
+  const ModemLines cases[] = {{CarrierSense::kDcd, Ptt::kNone, 0, 0},
+                              {CarrierSense::kNone, Ptt::kRts, 0, 0}};
+  for (const ModemLines& lines : cases) {
+    config_.lines = lines;
     testing::Server server(1);
     Peer radio = PlugIn();
-    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
     Peer other = StartAnother(&server);
     PtyShimHang(1);
     ASSERT_TRUE(radio.Send(PingOf(3, 1)));
@@ -84,10 +83,10 @@ TEST_F(SerialLinesTest, ADriverThatHangsWhileSomethingIsSentHoldsUpNoOtherLink) 
 
 // The last bit of one port does not leave; the other link does not notice.
 TEST_F(SerialLinesTest, WaitingForTheLastBitHoldsUpNoOtherLink) {
-  options_.lines.ptt = Keying::kRts;
+  config_.lines.ptt = Ptt::kRts;
   testing::Server server(1);
   Peer radio = PlugIn();
-  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
   Peer other = StartAnother(&server);
   PtyShimSetUart(testing::kDrainsOnly);
   PtyShimStopUart(1);
@@ -106,10 +105,10 @@ TEST_F(SerialLinesTest, WaitingForTheLastBitHoldsUpNoOtherLink) {
 // Printed, not judged: what another link, which shares the one thread, does meanwhile.
 TEST_F(SerialLinesTest, FigureOfASlowDriverBesideAnotherLink) {
   constexpr int kCalls = 50;
-  options_.lines = {CarrierSense::kDcd, Keying::kRts, 0, 0};
+  config_.lines = {CarrierSense::kDcd, Ptt::kRts, 0, 0};
   testing::Server server(1);
   Peer radio = PlugIn();
-  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
   Peer other = StartAnother(&server);
   PtyShimSlow(5);
   const int before = PtyShimCalls();
@@ -133,7 +132,7 @@ TEST_F(SerialLinesTest, ADriverThatHangsOverItsCountersHoldsUpNotEvenItsOwnLine)
   PtyShimSetCounts({1, 1, 1, 1, 1});
   testing::Server server(1);
   Peer radio = PlugIn();
-  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+  ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
   PtyShimHang(1);
   ASSERT_TRUE(Eventually([] { return PtyShimHeld() == 1; }));
   for (uint8_t i = 1; i <= 20; ++i) {
@@ -145,8 +144,8 @@ TEST_F(SerialLinesTest, ADriverThatHangsOverItsCountersHoldsUpNotEvenItsOwnLine)
 }
 
 TEST_F(SerialLinesTest, AnAnswerThatTheDriverMakesLateIsNotSentButCounted) {
-  options_.lines.ptt = Keying::kRts;
-  options_.medium.response_window_ms = 30;
+  config_.lines.ptt = Ptt::kRts;
+  config_.response_window_ms = 30;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   PtyShimHang(1);
@@ -164,14 +163,14 @@ TEST_F(SerialLinesTest, AnAnswerThatTheDriverMakesLateIsNotSentButCounted) {
 }
 
 TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItsDriverHangsEndsWithTheCall) {
-  const MediumLines cases[] = {{CarrierSense::kDcd, Keying::kNone, 0, 0},
-                               {CarrierSense::kNone, Keying::kRts, 0, 0}};
-  for (const MediumLines& lines : cases) {
+  const ModemLines cases[] = {{CarrierSense::kDcd, Ptt::kNone, 0, 0},
+                              {CarrierSense::kNone, Ptt::kRts, 0, 0}};
+  for (const ModemLines& lines : cases) {
     for (const bool unplugged : {false, true}) {
-      options_.lines = lines;
+      config_.lines = lines;
       testing::Server server(1);
       Peer radio = PlugIn();
-      ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+      ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
       Peer other = StartAnother(&server);
       PtyShimHang(1);
       ASSERT_TRUE(radio.Send(PingOf(3, 1)));
@@ -197,10 +196,10 @@ TEST_F(SerialLinesTest, AnAnswerWaitsForTheCarrierToEnd) {
     int line;
   } const cases[] = {{CarrierSense::kDcd, TIOCM_CAR}, {CarrierSense::kCts, TIOCM_CTS}};
   for (const auto& it : cases) {
-    options_.lines.carrier_sense = it.sense;
+    config_.lines.carrier_sense = it.sense;
     testing::Server server;
     Peer radio = PlugIn();
-    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
     PtyShimSetInputs(it.line);
     ASSERT_TRUE(radio.Send(PingOf(3, 1)));
     EXPECT_FALSE(radio.Receive(milliseconds(50)));
@@ -211,8 +210,8 @@ TEST_F(SerialLinesTest, AnAnswerWaitsForTheCarrierToEnd) {
 }
 
 TEST_F(SerialLinesTest, ACarrierThatOutlastsTheWindowCostsTheAnswer) {
-  options_.lines.carrier_sense = CarrierSense::kDcd;
-  options_.medium.response_window_ms = 30;
+  config_.lines.carrier_sense = CarrierSense::kDcd;
+  config_.response_window_ms = 30;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   PtyShimSetInputs(TIOCM_CAR);
@@ -231,14 +230,14 @@ TEST_F(SerialLinesTest, WithoutCarrierSenseTheLinesMeanNothing) {
 // The line is up before the first byte, for the lead, and after the last one, for the tail.
 TEST_F(SerialLinesTest, ATransceiverIsSwitchedForAsLongAsThereIsSomethingToSend) {
   struct {
-    Keying ptt;
+    Ptt ptt;
     int line;
-  } const cases[] = {{Keying::kRts, TIOCM_RTS}, {Keying::kDtr, TIOCM_DTR}};
+  } const cases[] = {{Ptt::kRts, TIOCM_RTS}, {Ptt::kDtr, TIOCM_DTR}};
   for (const auto& it : cases) {
-    options_.lines = {CarrierSense::kNone, it.ptt, 100, 200};
+    config_.lines = {CarrierSense::kNone, it.ptt, 100, 200};
     testing::Server server;
     Peer radio = PlugIn();
-    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
     EXPECT_EQ(PtyShimOutputs() & it.line, 0);
     ASSERT_TRUE(radio.Send(PingOf(3, 1)));
     ASSERT_TRUE(Eventually([&] { return (PtyShimOutputs() & it.line) != 0; }));
@@ -252,13 +251,13 @@ TEST_F(SerialLinesTest, ATransceiverIsSwitchedForAsLongAsThereIsSomethingToSend)
 
 // From the first bit to the last, without a tail: whatever the driver tells.
 TEST_F(SerialLinesTest, ATransceiverIsKeyedForEveryBitAtEachBaudRate) {
-  options_.lines.ptt = Keying::kRts;
+  config_.lines.ptt = Ptt::kRts;
   for (const PtyShimUart& uart : testing::kUarts) {
     for (const uint32_t baud : {9600u, 19'200u, 38'400u, 57'600u, 115'200u}) {
-      options_.medium.baud = baud;
+      config_.baud = baud;
       testing::Server server;
       Peer radio = PlugIn();
-      ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok());
+      ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
       PtyShimSetUart(uart);
       for (uint8_t i = 1; i <= 3; ++i) {
         EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, i)), 3, i));
@@ -276,7 +275,7 @@ TEST_F(SerialLinesTest, ATransceiverIsKeyedForEveryBitAtEachBaudRate) {
 
 // A UART that is slower than its baud rate, or starts late.
 TEST_F(SerialLinesTest, ATransceiverIsKeyedUntilTheDriverSaysThatTheLastBitHasLeft) {
-  options_.lines.ptt = Keying::kRts;
+  config_.lines.ptt = Ptt::kRts;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   PtyShimSetUart(testing::kDrainsOnly);
@@ -294,7 +293,7 @@ TEST_F(SerialLinesTest, ATransceiverIsKeyedUntilTheDriverSaysThatTheLastBitHasLe
 }
 
 TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsIsSwitchedBack) {
-  options_.lines = {CarrierSense::kNone, Keying::kRts, 0, 20'000};
+  config_.lines = {CarrierSense::kNone, Ptt::kRts, 0, 20'000};
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
@@ -304,8 +303,8 @@ TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsIsSwitchedBack) {
 }
 
 TEST_F(SerialLinesTest, WhatWaitsForTheTransceiverWhenTheLineEndsIsLeftOut) {
-  options_.lines = {CarrierSense::kNone, Keying::kRts, 30'000, 0};
-  options_.medium.response_window_ms = 65'000;
+  config_.lines = {CarrierSense::kNone, Ptt::kRts, 30'000, 0};
+  config_.response_window_ms = 65'000;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Send(PingOf(3, 1)));
@@ -318,7 +317,7 @@ TEST_F(SerialLinesTest, WhatWaitsForTheTransceiverWhenTheLineEndsIsLeftOut) {
 
 TEST_F(SerialLinesTest, TheDriverIsToldToSwitchAnRs485Line) {
   PtyShimSetRs485(1);
-  options_.lines = {CarrierSense::kNone, Keying::kRs485, 3, 4};
+  config_.lines = {CarrierSense::kNone, Ptt::kRs485, 3, 4};
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   const PtyShimRs485 told = PtyShimGetRs485();
@@ -329,7 +328,7 @@ TEST_F(SerialLinesTest, TheDriverIsToldToSwitchAnRs485Line) {
 }
 
 TEST_F(SerialLinesTest, ADriverThatCannotSwitchIsAClearError) {
-  options_.lines.ptt = Keying::kRs485;
+  config_.lines.ptt = Ptt::kRs485;
   Peer radio = PlugIn();
   const Status status = Start();
   ASSERT_FALSE(status.ok());

@@ -26,10 +26,9 @@ using testing::Wire;
 TEST_F(SerialLinkTest, APingIsAnsweredThroughLibserialport) {
   for (const uint32_t baud : {9600u, 115200u, 250000u}) {
     Peer radio = PlugIn();
-    options_.medium.baud = baud;
+    config_.baud = baud;
     testing::Server server;
-    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), options_, server.Context(0))).ok())
-        << baud;
+    ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok()) << baud;
     for (int byte = 0; byte < 256; ++byte) {
       EXPECT_TRUE(
           IsEcho(radio.Ask(PingOf(3, static_cast<uint8_t>(byte))), 3, static_cast<uint8_t>(byte)));
@@ -113,10 +112,10 @@ TEST_F(SerialLinkTest, TheStateTellsSinceWhenHowOftenAndWhenItIsTriedAgain) {
 }
 
 TEST_F(SerialLinkTest, AUsbAdapterIsTakenWhereverItAppears) {
-  options_.path.clear();
-  options_.usb = {0x0403, 0x6001, ""};
+  config_.path.clear();
+  config_.usb = UsbIdentity{0x0403, 0x6001, ""};
   std::atomic<int> adapters = 0;
-  options_.list_usb_ports = [&adapters, this] {
+  const auto list = [&adapters, this] {
     std::vector<UsbPort> ports = {{"/dev/null", {0x1a86, 0x7523, ""}}};
     for (int i = 0; i < adapters; ++i) {
       ports.push_back({i == 0 ? path_ : "/dev/other", {0x0403, 0x6001, std::to_string(i)}});
@@ -127,7 +126,7 @@ TEST_F(SerialLinkTest, AUsbAdapterIsTakenWhereverItAppears) {
     return Eventually([&] { return server_.link().state().reason == reason; });
   };
   Peer radio = PlugIn();
-  EXPECT_EQ(Start().error(), "no USB adapter 0403:6001; found 1a86:7523 at /dev/null");
+  EXPECT_EQ(Start(list).error(), "no USB adapter 0403:6001; found 1a86:7523 at /dev/null");
   EXPECT_EQ(server_.link().address(), "USB 0403:6001");
   adapters = 2;
   EXPECT_TRUE(waits_for(
@@ -139,17 +138,17 @@ TEST_F(SerialLinkTest, AUsbAdapterIsTakenWhereverItAppears) {
 }
 
 TEST_F(SerialLinkTest, AnExceptionWhileAPortIsOpenedIsToldAndItIsTriedAgain) {
-  options_.path.clear();
-  options_.usb = {0x0403, 0x6001, ""};
+  config_.path.clear();
+  config_.usb = UsbIdentity{0x0403, 0x6001, ""};
   std::atomic<int> asked = 0;
-  options_.list_usb_ports = [&asked, this] {
+  const auto list = [&asked, this] {
     if (++asked <= 2) {  // at the start, and when it is tried again
       throw std::runtime_error("the bus is gone");
     }
     return std::vector<UsbPort>{{path_, {0x0403, 0x6001, ""}}};
   };
   Peer radio = PlugIn();
-  EXPECT_EQ(Start().error(), "internal error: the bus is gone");
+  EXPECT_EQ(Start(list).error(), "internal error: the bus is gone");
   ASSERT_TRUE(Up());
   EXPECT_EQ(asked, 3);
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
@@ -174,7 +173,7 @@ TEST_F(SerialLinkTest, APortThatAnotherHoldsIsBusyUntilItIsLetGo) {
 }
 
 TEST_F(SerialLinkTest, AModemThatFallsSilentIsTold) {
-  options_.silence = std::chrono::seconds(1);
+  config_.silence_s = 1;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
@@ -189,12 +188,9 @@ TEST_F(SerialLinkTest, AModemThatFallsSilentIsTold) {
 }
 
 TEST_F(SerialLinkTest, ClientsThatAreNotListedGetNoAnswer) {
-  AdmissionOptions admission;
-  admission.clients.reset().set(3);
-  LinkContext context = server_.Context(0);
-  context.admission = admission;
+  config_.admission.clients.reset().set(3);
   Peer radio = PlugIn();
-  ASSERT_TRUE(server_.Start(MakeSerialLink(server_.io(), options_, context)).ok());
+  ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Send(PingOf(4, 1)));
   EXPECT_TRUE(IsEcho(radio.Ask(PingOf(3, 2)), 3, 2));
   EXPECT_EQ(server_.link().counters().not_allowed, 1u);
@@ -215,15 +211,16 @@ TEST_F(SerialLinkTest, StopWhileUpAndWhileDownIsClean) {
   EXPECT_TRUE(radio.SeesTheEnd());
 
   testing::Server second;
-  options_.path = folder_ / "none";
-  options_.backoff = {milliseconds(60'000), milliseconds(60'000), 1};  // Stop need not wait for it
-  EXPECT_FALSE(second.Start(MakeSerialLink(second.io(), options_, second.Context(0))).ok());
+  config_.path = folder_ / "none";
+  LinkContext context = second.Context(0);
+  context.backoff = {milliseconds(60'000), milliseconds(60'000), 1};  // Stop need not wait for it
+  EXPECT_FALSE(second.Start(MakeSerialLink(second.io(), config_, context)).ok());
 }
 
 // The robot's modem is still turning round. One that is keyed by a line does not add to that.
 TEST_F(SerialLinkTest, AnAnswerWaitsForTheRobotsModem) {
-  options_.medium.turnaround_ms = 150;
-  options_.lines.ptt = Keying::kRts;
+  config_.turnaround_ms = 150;
+  config_.lines.ptt = Ptt::kRts;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   const auto asked = std::chrono::steady_clock::now();
@@ -233,8 +230,8 @@ TEST_F(SerialLinkTest, AnAnswerWaitsForTheRobotsModem) {
 
 // With a gap longer than the window no answer is ever in time.
 TEST_F(SerialLinkTest, AnAnswerThatCannotStartWithinTheWindowIsNotSentButCounted) {
-  options_.medium.turnaround_ms = 50;
-  options_.medium.response_window_ms = 10;
+  config_.turnaround_ms = 50;
+  config_.response_window_ms = 10;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Send(Hello(1, 5)));
@@ -257,7 +254,7 @@ TEST_F(SerialLinkTest, AnAnswerThatHadToWaitIsSentWithinItsWindowAndNotAfterIt) 
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Ask(PingOf(1, 1)));
-  const milliseconds window(options_.medium.response_window_ms);
+  const milliseconds window(config_.response_window_ms);
   server_.link().Send({testing::AnswerAfter(window + milliseconds(1), PingOf(1, 2)),
                        testing::AnswerAfter(window / 2, PingOf(1, 3))});
   EXPECT_EQ(radio.Receive()->data[0], 3);
@@ -269,7 +266,7 @@ TEST_F(SerialLinkTest, AnAnswerThatHadToWaitIsSentWithinItsWindowAndNotAfterIt) 
 // The command is there first, but must wait until the line is idle for G_s + 2 B; the robot that
 // asks meanwhile is answered after G_s.
 TEST_F(SerialLinkTest, AnAnswerGoesBeforeACommandThatWaitsForAnIdleLine) {
-  options_.medium.turnaround_ms = 500;
+  config_.turnaround_ms = 500;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Ask(Hello(1, 5)));
@@ -306,7 +303,7 @@ TEST_F(SerialLinkTest, ErrorsAreSentOnceInAResponseWindow) {
 
 // A frame whose end is lost: the silence after it discards it, and the next one is answered.
 TEST_F(SerialLinkTest, AGapInsideAFrameDiscardsIt) {
-  options_.gap_timeout_ms = 20;
+  config_.gap_timeout_ms = 20;
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   std::vector<uint8_t> half = Wire(PingOf(3, 1));

@@ -15,6 +15,7 @@
 #include <memory>
 #include <utility>
 
+#include "server/base/counters.h"
 #include "server/robots/links/drain.h"
 #include "server/robots/links/port.h"
 #include "server/robots/links/port_holder.h"
@@ -42,7 +43,7 @@ std::optional<LineErrors> ReadCounts(int handle) {
 
 // The driver's counters wrap at 32 bits.
 LineErrors Since(const LineErrors& before, const LineErrors& now) {
-  LineErrors since = now - before;
+  LineErrors since = DifferenceOf(now, before);
   for (uint64_t* count :
        {&since.framing, &since.parity, &since.overruns, &since.buffer_overruns, &since.breaks}) {
     *count &= UINT32_MAX;
@@ -105,7 +106,7 @@ class SerialPort final : public Port {
     return options_.lines.carrier_sense != CarrierSense::kNone;
   }
   bool is_keyed() const override {
-    return options_.lines.ptt == Keying::kRts || options_.lines.ptt == Keying::kDtr;
+    return options_.lines.ptt == Ptt::kRts || options_.lines.ptt == Ptt::kDtr;
   }
 
   bool carrier() const override {
@@ -163,7 +164,7 @@ class SerialPort final : public Port {
     if ((senses_carrier() || is_keyed()) && ioctl(handle, TIOCMGET, &lines) != 0) {
       return SystemError(path + ": has no modem lines for carrier_sense and ptt");
     }
-    if (options_.lines.ptt == Keying::kRs485) {
+    if (options_.lines.ptt == Ptt::kRs485) {
       serial_rs485 settings = {};
       settings.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND;
       settings.delay_rts_before_send = options_.lines.ptt_lead_ms;
@@ -180,9 +181,9 @@ class SerialPort final : public Port {
   }
 
   void Switch(int handle, bool sending) const {
-    const int line = options_.lines.ptt == Keying::kRts   ? TIOCM_RTS
-                     : options_.lines.ptt == Keying::kDtr ? TIOCM_DTR
-                                                          : 0;
+    const int line = options_.lines.ptt == Ptt::kRts   ? TIOCM_RTS
+                     : options_.lines.ptt == Ptt::kDtr ? TIOCM_DTR
+                                                       : 0;
     if (line != 0) {
       ioctl(handle, sending ? TIOCMBIS : TIOCMBIC, &line);
     }

@@ -15,6 +15,7 @@
 #include <boost/asio/write.hpp>
 
 #include "protocol/messages.h"
+#include "server/base/counters.h"
 
 namespace pheromone::links {
 namespace {
@@ -191,14 +192,8 @@ void Session::Wake() {
 void Session::CountWhatHappened() {
   const radio::ChannelCounters now = channel_.counters();
   if (now != counted_) {
-    record_->Count([&](LinkCounters& counters) {
-      counters.late_answers += now.late_answers - counted_.late_answers;
-      counters.dropped_answers += now.dropped_answers - counted_.dropped_answers;
-      counters.withheld_errors += now.withheld_errors - counted_.withheld_errors;
-      counters.ignored_carriers += now.ignored_carriers - counted_.ignored_carriers;
-      counters.rounds += now.rounds.rounds - counted_.rounds.rounds;
-      counters.turns += now.rounds.turns - counted_.rounds.turns;
-      counters.missed_turns += now.rounds.missed - counted_.rounds.missed;
+    record_->Count([&](radio::ChannelCounters& counters) {
+      counters = SumOf(counters, DifferenceOf(now, counted_));
     });
     counted_ = now;
   }

@@ -46,34 +46,24 @@ class TapTest : public ::testing::Test {
  protected:
   void TearDown() override { server_.Stop(); }
 
-  LinkContext Context(const AdmissionOptions& admission = {}) {
+  LinkContext Context() {
     LinkContext context = server_.Context(0);
     context.tap = &tap_;
-    context.admission = admission;
     return context;
   }
 
   // The first link: SOCK_STREAM or SOCK_DGRAM.
   void Listen(int kind, const AdmissionOptions& admission = {}) {
-    TcpOptions tcp;
-    tcp.listen_address = "127.0.0.1";
-    const Status status =
-        kind == SOCK_STREAM
-            ? server_.Start(MakeTcpLink(server_.io(), tcp, Context(admission)))
-            : server_.Start(MakeUdpLink(server_.io(), OnLocalhost(), Context(admission)));
+    const LinkConfig config{.name = "radio-a", .admission = admission, .listen = {"127.0.0.1", 0}};
+    const Status status = kind == SOCK_STREAM
+                              ? server_.Start(MakeTcpLink(server_.io(), config, Context()))
+                              : server_.Start(MakeUdpLink(server_.io(), config, Context()));
     ASSERT_TRUE(status.ok()) << status.error();
   }
 
-  static UdpOptions OnLocalhost() {
-    UdpOptions options;
-    options.listen_address = "127.0.0.1";
-    return options;
-  }
-
   Status StartPty(const std::string& path) {
-    PtyOptions options;
-    options.path = path;
-    return server_.Start(MakePtyLink(server_.io(), options, Context()));
+    const LinkConfig config{.name = "radio-a", .path = path};
+    return server_.Start(MakePtyLink(server_.io(), config, Context()));
   }
 
   Peer OpenPty() {
@@ -182,7 +172,8 @@ TEST_F(TapTest, SeesEachDatagramByItself) {
 TEST_F(TapTest, HearsOfDatagramsThatAreTooLateForTheSocket) {
   Listen(SOCK_DGRAM);
   // Another one, that the threads go on for.
-  ASSERT_TRUE(server_.Start(MakeUdpLink(server_.io(), OnLocalhost(), server_.Context(1))).ok());
+  const LinkConfig other{.name = "radio-b", .listen = {"127.0.0.1", 0}};
+  ASSERT_TRUE(server_.Start(MakeUdpLink(server_.io(), other, server_.Context(1))).ok());
   ASSERT_TRUE(ConnectTo(server_.link(), SOCK_DGRAM).Ask(PingOf(1, 1)));
   server_.link().Stop();
   const protocol::Message message = PingOf(1, 2);

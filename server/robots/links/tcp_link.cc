@@ -10,14 +10,11 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
-#include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
 #include "protocol/opcodes.h"
-#include "server/net/listen.h"
-#include "server/robots/links/keep_running.h"
+#include "server/robots/links/listening_link.h"
 #include "server/robots/links/port.h"
 #include "server/robots/links/session.h"
 
@@ -30,44 +27,10 @@ using boost::system::error_code;
 
 constexpr char kConnectionClosed[] = "the connection is closed";
 
-class TcpLink final : public Link {
+class TcpLink final : public ListeningLink<tcp::acceptor> {
  public:
-  TcpLink(asio::io_context& io, TcpOptions options, LinkContext context)
-      : Link(std::move(context)),
-        options_(std::move(options)),
-        strand_(asio::make_strand(io)),
-        acceptor_(strand_),
-        retry_(strand_),
-        backoff_(options_.backoff) {}
-
-  Status Start() override {
-    Status listening = Listen();
-    KeepRunning(
-        strand_, [this] { return Accept(); },
-        [this](const Error& error) { ReportError(error, "the link continues"); });
-    return listening;
-  }
-
-  void Stop() override {
-    asio::post(strand_, [this] {
-      error_code ignored;
-      stopping_ = true;
-      acceptor_.close(ignored);
-      retry_.cancel();
-      for (Connection& connection : connections_) {
-        connection.session->Close();
-      }
-      record()->SetDown("stopped");
-    });
-  }
-
-  void Send(std::vector<engine::Outgoing> messages) override {
-    asio::post(strand_, [this, messages = std::move(messages)] {
-      for (const engine::Outgoing& outgoing : messages) {
-        Route(outgoing);
-      }
-    });
-  }
+  TcpLink(asio::io_context& io, const LinkConfig& config, LinkContext context)
+      : ListeningLink(io, config, std::move(context), "tcp") {}
 
  private:
   struct Connection {
@@ -81,76 +44,61 @@ class TcpLink final : public Link {
     }
   };
 
-  Status Listen() {
-    const auto where =
-        pheromone::Listen(options_.listen_address, options_.listen_port, &acceptor_, [this] {
-          error_code ignored;
-          acceptor_.set_option(tcp::acceptor::reuse_address(true), ignored);
-        });
-    if (!where.ok()) {
-      ReportFailure(where.error());
-      return where.failure();
-    }
-    ReportUp("tcp " + where.value(), where.value());
-    return Ok();
+  void Prepare() override {
+    error_code ignored;
+    socket().set_option(tcp::acceptor::reuse_address(true), ignored);
   }
 
-  asio::awaitable<void> Accept() {
-    while (!stopping_) {
-      error_code error;
-      if (acceptor_.is_open()) {
-        tcp::socket socket =
-            co_await acceptor_.async_accept(asio::redirect_error(asio::use_awaitable, error));
-        if (!error) {
-          backoff_.Reset();
-          TryToWelcome(std::move(socket));
-          continue;
-        }
-      }
-      if (!stopping_) {  // not listening, or out of descriptors: retry later
-        retry_.expires_after(backoff_.Next());
-        record()->SetNextAttempt(retry_.expiry());
-        co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
-      }
-      if (!stopping_ && !acceptor_.is_open()) {
-        static_cast<void>(Listen());
-      }
+  void OnStop() override {
+    for (Connection& connection : connections_) {
+      connection.session->Close();
     }
+  }
+
+  asio::awaitable<bool> Receive() override {
+    error_code error;
+    tcp::socket accepted =
+        co_await socket().async_accept(asio::redirect_error(asio::use_awaitable, error));
+    if (!error) {
+      ResetBackoff();
+      TryToWelcome(std::move(accepted));
+    }
+    co_return !error;
   }
 
   // An exception ends the connection, not the link.
-  void TryToWelcome(tcp::socket socket) {
+  void TryToWelcome(tcp::socket accepted) {
     try {
-      Welcome(std::move(socket));
+      Welcome(std::move(accepted));
     } catch (...) {
       ReportError(InternalError(std::current_exception()), kConnectionClosed);
     }
   }
 
-  void Welcome(tcp::socket socket) {
+  void Welcome(tcp::socket accepted) {
     error_code error;
-    socket.set_option(tcp::no_delay(true), error);
-    socket.set_option(asio::socket_base::keep_alive(true), error);
-    Descriptor descriptor(socket.release(error));
-    if (error || stopping_) {
+    accepted.set_option(tcp::no_delay(true), error);
+    accepted.set_option(asio::socket_base::keep_alive(true), error);
+    Descriptor descriptor(accepted.release(error));
+    if (error || stopping()) {
       return;
     }
-    if (connections_.size() >= options_.max_connections) {
+    if (connections_.size() >= context().max_connections) {
       MakeRoom();
     }
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
     ConversationOptions options;
-    options.channel.gap_timeout_ms = options_.gap_timeout_ms;
+    options.channel.gap_timeout_ms = config().gap_timeout_ms;
     // List iterators stay valid: `self` refers to the connection as long as it runs.
     const auto self = connections_.emplace(connections_.end());
     try {
       self->session.emplace(
-          strand_, options,
+          strand(), options,
           [this, self](Session* /*from*/, auto batch, auto* answers) {
             Take(&*self, batch, answers);
           },
           record(), NextLine());
-      asio::co_spawn(strand_, Converse(self, std::move(descriptor)),
+      asio::co_spawn(strand(), Converse(self, std::move(descriptor)),
                      [this](const std::exception_ptr& thrown) {
                        if (thrown) {
                          ReportError(InternalError(thrown), kConnectionClosed);
@@ -201,10 +149,7 @@ class TcpLink final : public Link {
     Handle(batch, {&asker, 1}, answers);
   }
 
-  void Route(const engine::Outgoing& outgoing) {
-    if (IsTooLate(outgoing)) {
-      return;
-    }
+  void Route(const engine::Outgoing& outgoing) override {
     const protocol::Message& message = outgoing.message;
     if (message.id == protocol::kBroadcastId) {
       for (Connection& connection : connections_) {
@@ -229,20 +174,15 @@ class TcpLink final : public Link {
     return found != connections_.end() && !found->session->closed() ? &*found : nullptr;
   }
 
-  const TcpOptions options_;
-  const asio::strand<asio::io_context::executor_type> strand_;
-  tcp::acceptor acceptor_;
-  asio::steady_timer retry_;
-  Backoff backoff_;
   std::list<Connection> connections_;          // in the order in which they came
   std::array<Connection*, 256> last_spoke_{};  // by client ID
-  bool stopping_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<Link> MakeTcpLink(asio::io_context& io, TcpOptions options, LinkContext context) {
-  return std::make_unique<TcpLink>(io, std::move(options), std::move(context));
+std::unique_ptr<Link> MakeTcpLink(asio::io_context& io, const LinkConfig& config,
+                                  LinkContext context) {
+  return std::make_unique<TcpLink>(io, config, std::move(context));
 }
 
 }  // namespace pheromone::links

@@ -22,18 +22,17 @@ using testing::Wire;
 
 class TcpLinkTest : public ::testing::Test {
  protected:
-  TcpLinkTest() {
-    options_.listen_address = "127.0.0.1";
-    options_.backoff = {milliseconds(5), milliseconds(20), 1};
-  }
-
   Status Start(engine::LinkIndex index = 0) {
-    return server_.Start(MakeTcpLink(server_.io(), options_, server_.Context(index)));
+    config_.name = index == 0 ? "radio-a" : "radio-b";
+    LinkContext context = server_.Context(index);
+    context.max_connections = max_connections_;
+    return server_.Start(MakeTcpLink(server_.io(), config_, context));
   }
 
   Peer Connect() { return ConnectTo(server_.link(), SOCK_STREAM); }
 
-  TcpOptions options_;
+  LinkConfig config_{.listen = {"127.0.0.1", 0}, .gap_timeout_ms = 10'000};
+  size_t max_connections_ = LinkContext().max_connections;
   testing::Server server_;
 };
 
@@ -45,7 +44,7 @@ TEST_F(TcpLinkTest, APingIsAnswered) {
 }
 
 TEST_F(TcpLinkTest, Ipv6IsListenedOnAndToldInBrackets) {
-  options_.listen_address = "::1";
+  config_.listen.address = "::1";
   if (!Start().ok()) {
     GTEST_SKIP() << "no IPv6 here";
   }
@@ -117,7 +116,7 @@ TEST_F(TcpLinkTest, AnAnswerThatHadToWaitGoesToTheConnectionThatAskedForItLast) 
 }
 
 TEST_F(TcpLinkTest, AnAnswerToAConnectionThatHasEndedGoesToNoOther) {
-  options_.max_connections = 1;
+  max_connections_ = 1;
   ASSERT_TRUE(Start().ok());
   Peer before = Connect();
   ASSERT_TRUE(before.Ask(Hello(1, 5)));
@@ -200,7 +199,7 @@ TEST_F(TcpLinkTest, AClientThatHangsUpBeforeItsAnswersHarmsNobody) {
 }
 
 TEST_F(TcpLinkTest, WhenThereIsNoRoomTheConnectionSilentForLongestGoes) {
-  options_.max_connections = 2;
+  max_connections_ = 2;
   ASSERT_TRUE(Start().ok());
   Peer a = Connect();
   ASSERT_TRUE(a.Ask(PingOf(1, 1)));
@@ -216,10 +215,9 @@ TEST_F(TcpLinkTest, WhenThereIsNoRoomTheConnectionSilentForLongestGoes) {
 
 // Also one that sends what is no frame, or speaks as a client that is not served.
 TEST_F(TcpLinkTest, StrangersGoBeforeARobotThatIsSilentForLonger) {
-  options_.max_connections = 4;
-  LinkContext context = server_.Context(0);
-  context.admission.clients.reset().set(1).set(0).set(protocol::kBroadcastId);
-  ASSERT_TRUE(server_.Start(MakeTcpLink(server_.io(), options_, context)).ok());
+  max_connections_ = 4;
+  config_.admission.clients.reset().set(1).set(0).set(protocol::kBroadcastId);
+  ASSERT_TRUE(Start().ok());
   Peer robot = Connect();
   ASSERT_TRUE(robot.Ask(PingOf(1, 1)));
   std::vector<Peer> strangers;
@@ -244,7 +242,7 @@ TEST_F(TcpLinkTest, StrangersGoBeforeARobotThatIsSilentForLonger) {
 
 TEST_F(TcpLinkTest, APortInUseIsToldAndTriedAgain) {
   ASSERT_TRUE(Start(0).ok());
-  options_.listen_port = PortOf(server_.link(0).address());
+  config_.listen.port = PortOf(server_.link(0).address());
   const Status second = Start(1);
   ASSERT_FALSE(second.ok());
   EXPECT_NE(second.error().find("Address already in use"), std::string::npos);
@@ -266,7 +264,7 @@ TEST(LinkRecordTest, OnlyALinkThatIsDownHasANextAttempt) {
 }
 
 TEST_F(TcpLinkTest, AnAddressThatIsNoneIsAnError) {
-  options_.listen_address = "1.2.3";
+  config_.listen.address = "1.2.3";
   EXPECT_FALSE(Start().ok());
 }
 

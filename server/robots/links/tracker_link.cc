@@ -49,9 +49,9 @@ field::PoseUm ToUm(const PoseFix& fix) {
 // Everything that is not under the lock belongs to the strand.
 class TrackerLink::Impl {
  public:
-  Impl(asio::io_context& io, TrackerOptions options, engine::Service* service, GpsToMap gps_to_map,
-       LinkLog log)
-      : options_(std::move(options)),
+  Impl(asio::io_context& io, TrackerConfig config, engine::Service* service, GpsToMap gps_to_map,
+       LinkLog log, const BackoffOptions& backoff)
+      : config_(std::move(config)),
         service_(service),
         gps_to_map_(std::move(gps_to_map)),
         log_(std::move(log)),
@@ -59,7 +59,7 @@ class TrackerLink::Impl {
         socket_(strand_),
         retry_(strand_),
         report_(strand_),
-        backoff_(options_.backoff),
+        backoff_(backoff),
         buffer_(kMaxDatagram) {}
 
   Status Start() {
@@ -92,8 +92,7 @@ class TrackerLink::Impl {
 
  private:
   Status Listen() {
-    const auto where =
-        pheromone::Listen(options_.listen_address, options_.listen_port, &socket_, [] {});
+    const auto where = pheromone::Listen(config_.listen, &socket_, [] {});
     if (!where.ok()) {
       if (record_.SetDown(where.error(), true)) {
         log_({Severity::kWarning, kSource, "down", where.error(), "retrying"});
@@ -176,7 +175,7 @@ class TrackerLink::Impl {
       const std::optional<field::PoseUm> pose =
           gps != nullptr ? gps_to_map_(*gps) : ToUm(std::get<PoseFix>(line.fix));
       if (pose) {
-        seen_.push_back({*link, line.id, *pose, options_.valid_ms});
+        seen_.push_back({*link, line.id, *pose, config_.valid_ms});
       } else {
         Refuse(TrackerFault::kOutOfRange, text);
       }
@@ -212,7 +211,7 @@ class TrackerLink::Impl {
     });
   }
 
-  const TrackerOptions options_;
+  const TrackerConfig config_;
   engine::Service* const service_;
   const GpsToMap gps_to_map_;
   const LinkLog log_;
@@ -232,10 +231,11 @@ class TrackerLink::Impl {
   TrackerCounters counters_;
 };
 
-TrackerLink::TrackerLink(asio::io_context& io, TrackerOptions options, engine::Service* service,
-                         GpsToMap gps_to_map, LinkLog log)
-    : impl_(std::make_unique<Impl>(io, std::move(options), service, std::move(gps_to_map),
-                                   std::move(log))) {}
+TrackerLink::TrackerLink(asio::io_context& io, const TrackerConfig& config,
+                         engine::Service* service, GpsToMap gps_to_map, LinkLog log,
+                         const BackoffOptions& backoff)
+    : impl_(std::make_unique<Impl>(io, config, service, std::move(gps_to_map), std::move(log),
+                                   backoff)) {}
 
 TrackerLink::~TrackerLink() = default;
 

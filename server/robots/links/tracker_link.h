@@ -28,16 +28,10 @@
 #include "server/core/engine/service/service.h"
 #include "server/robots/links/backoff.h"
 #include "server/robots/links/link.h"
+#include "server/robots/links/link_config.h"
 #include "server/robots/links/tracker_message.h"
 
 namespace pheromone::links {
-
-struct TrackerOptions {
-  std::string listen_address;  ///< numeric, IPv4 or IPv6
-  uint16_t listen_port = 0;    ///< 0: the system chooses, see address()
-  uint32_t valid_ms = 1000;    ///< how long a pose stays valid
-  BackoffOptions backoff;
-};
 
 struct TrackerCounters {
   uint64_t datagrams = 0;
@@ -54,8 +48,8 @@ using GpsToMap = std::function<std::optional<field::PoseUm>(const GpsFix&)>;
 class TrackerLink {
  public:
   /// `service` outlives the tracker.
-  TrackerLink(boost::asio::io_context& io, TrackerOptions options, engine::Service* service,
-              GpsToMap gps_to_map, LinkLog log);
+  TrackerLink(boost::asio::io_context& io, const TrackerConfig& config, engine::Service* service,
+              GpsToMap gps_to_map, LinkLog log, const BackoffOptions& backoff = {});
   TrackerLink(const TrackerLink&) = delete;
   TrackerLink& operator=(const TrackerLink&) = delete;
   ~TrackerLink();

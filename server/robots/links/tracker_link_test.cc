@@ -24,9 +24,6 @@ uint16_t PortOf(const std::string& address) {
 class TrackerLinkTest : public ::testing::Test {
  protected:
   TrackerLinkTest() : service_(&log_, [] { return engine::ClockReading{1'000, 0}; }) {
-    options_.listen_address = "127.0.0.1";
-    options_.valid_ms = 700;
-    options_.backoff = {std::chrono::milliseconds(5), std::chrono::milliseconds(20), 1};
     EXPECT_TRUE(service_.Configure(engine::testing::SmallConfig(), 7).ok());
     std::vector<engine::Outgoing> out;
     service_.Handle(0, std::vector{Hello(1, 1), Hello(2, 1)}, &out);
@@ -36,10 +33,12 @@ class TrackerLinkTest : public ::testing::Test {
   // A second one for tests that need it.
   Status Start(GpsToMap gps_to_map = nullptr) {
     trackers_.push_back(std::make_unique<TrackerLink>(
-        io_, options_, &service_, std::move(gps_to_map), [this](const LinkNotice& notice) {
+        io_, config_, &service_, std::move(gps_to_map),
+        [this](const LinkNotice& notice) {
           const std::lock_guard lock(mutex_);
           lines_.push_back(ToText(notice));
-        }));
+        },
+        BackoffOptions{std::chrono::milliseconds(5), std::chrono::milliseconds(20), 1}));
     Status status = trackers_.back()->Start();
     if (!thread_.joinable()) {
       thread_ = std::thread([this] { io_.run(); });
@@ -87,7 +86,7 @@ class TrackerLinkTest : public ::testing::Test {
   boost::asio::io_context io_;
   engine::VolatileLog log_;
   engine::Service service_;
-  TrackerOptions options_;
+  TrackerConfig config_{.listen = {"127.0.0.1", 0}, .valid_ms = 700};
   std::vector<std::unique_ptr<TrackerLink>> trackers_;
   std::thread thread_;
   std::mutex mutex_;
@@ -207,7 +206,7 @@ TEST_F(TrackerLinkTest, AnEmptyDatagramIsNothing) {
 
 TEST_F(TrackerLinkTest, APortInUseIsToldAndTriedAgain) {
   ASSERT_TRUE(Start().ok());
-  options_.listen_port = PortOf(trackers_[0]->address());
+  config_.listen.port = PortOf(trackers_[0]->address());
   const Status second = Start();
   ASSERT_FALSE(second.ok());
   EXPECT_NE(second.error().find("Address already in use"), std::string::npos);
@@ -217,7 +216,7 @@ TEST_F(TrackerLinkTest, APortInUseIsToldAndTriedAgain) {
 }
 
 TEST_F(TrackerLinkTest, AnAddressThatIsNoneIsAnError) {
-  options_.listen_address = "localhost";
+  config_.listen.address = "localhost";
   EXPECT_FALSE(Start().ok());
 }
 

@@ -9,19 +9,15 @@
 #include <vector>
 
 #include <boost/asio/ip/udp.hpp>
-#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
 #include "protocol/decoder.h"
 #include "protocol/frame.h"
 #include "protocol/frame_parser.h"
 #include "protocol/opcodes.h"
-#include "server/net/listen.h"
 #include "server/robots/links/datagrams.h"
-#include "server/robots/links/keep_running.h"
+#include "server/robots/links/listening_link.h"
 
 namespace pheromone::links {
 namespace {
@@ -67,83 +63,29 @@ PeerAddress AddressOf(const engine::Asker& asker) {
 }
 
 // Everything except the record belongs to the strand.
-class UdpLink final : public Link {
+class UdpLink final : public ListeningLink<udp::socket> {
  public:
-  UdpLink(asio::io_context& io, UdpOptions options, LinkContext context)
-      : Link(std::move(context)),
-        options_(std::move(options)),
-        strand_(asio::make_strand(io)),
-        socket_(strand_),
-        retry_(strand_),
-        backoff_(options_.backoff) {}
-
-  Status Start() override {
-    Status listening = Listen();
-    KeepRunning(
-        strand_, [this] { return Run(); },
-        [this](const Error& error) { ReportError(error, "the link continues"); });
-    return listening;
-  }
-
-  void Stop() override {
-    asio::post(strand_, [this] {
-      error_code ignored;
-      stopping_ = true;
-      socket_.close(ignored);
-      retry_.cancel();
-      record()->SetDown("stopped");
-    });
-  }
-
-  void Send(std::vector<engine::Outgoing> messages) override {
-    asio::post(strand_, [this, messages = std::move(messages)] {
-      for (const engine::Outgoing& outgoing : messages) {
-        if (!IsTooLate(outgoing)) {
-          Route(outgoing);
-        }
-      }
-      Flush();
-    });
-  }
+  UdpLink(asio::io_context& io, const LinkConfig& config, LinkContext context)
+      : ListeningLink(io, config, std::move(context), "udp") {}
 
  private:
-  Status Listen() {
-    const auto where =
-        pheromone::Listen(options_.listen_address, options_.listen_port, &socket_, [this] {
-          error_code ignored;
-          socket_.set_option(asio::socket_base::receive_buffer_size(kBufferBytes), ignored);
-          socket_.set_option(asio::socket_base::send_buffer_size(kBufferBytes), ignored);
-        });
-    if (!where.ok()) {
-      ReportFailure(where.error());
-      return where.failure();
-    }
+  void Prepare() override {
+    error_code ignored;
+    socket().set_option(asio::socket_base::receive_buffer_size(kBufferBytes), ignored);
+    socket().set_option(asio::socket_base::send_buffer_size(kBufferBytes), ignored);
+  }
+
+  void OnListening() override {
     dropped_ = 0;
     tapped_ = NextLine();
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
-    ReportUp("udp " + where.value(), where.value());
-    return Ok();
   }
 
-  asio::awaitable<void> Run() {
-    while (!stopping_) {
-      error_code error;
-      if (socket_.is_open()) {
-        co_await socket_.async_wait(udp::socket::wait_read,
-                                    asio::redirect_error(asio::use_awaitable, error));
-        if (!error && TryToTakeWhatIsThere()) {
-          continue;
-        }
-      }
-      if (!stopping_) {
-        retry_.expires_after(backoff_.Next());
-        record()->SetNextAttempt(retry_.expiry());
-        co_await retry_.async_wait(asio::redirect_error(asio::use_awaitable, error));
-      }
-      if (!stopping_ && !socket_.is_open()) {
-        static_cast<void>(Listen());
-      }
-    }
+  asio::awaitable<bool> Receive() override {
+    error_code error;
+    co_await socket().async_wait(udp::socket::wait_read,
+                                 asio::redirect_error(asio::use_awaitable, error));
+    co_return !error && TryToTakeWhatIsThere();
   }
 
   // False if it threw: then the bytes read are lost, and the link is down until it listens again.
@@ -153,7 +95,7 @@ class UdpLink final : public Link {
       return true;
     } catch (...) {
       error_code ignored;
-      socket_.close(ignored);
+      socket().close(ignored);
       parser_ = {};
       batch_.clear();
       askers_.clear();
@@ -164,11 +106,11 @@ class UdpLink final : public Link {
 
   void TakeWhatIsThere() {
     for (int i = 0; i < kCallsInARow; ++i) {
-      const int count = reader_.Receive(socket_.native_handle());
+      const int count = reader_.Receive(socket().native_handle());
       if (count < 0) {
         return;  // no more datagrams, or an error about an undelivered answer
       }
-      backoff_.Reset();
+      ResetBackoff();
       Take(count);
       if (count == kDatagramBatch) {  // otherwise none can have been dropped
         CountDropped();
@@ -177,7 +119,7 @@ class UdpLink final : public Link {
   }
 
   void CountDropped() {
-    const uint32_t dropped = DroppedBySystem(socket_.native_handle());
+    const uint32_t dropped = DroppedBySystem(socket().native_handle());
     const uint32_t more = dropped - dropped_;
     dropped_ = dropped;
     record()->Count([more](LinkCounters& counters) { counters.dropped_datagrams += more; });
@@ -247,9 +189,9 @@ class UdpLink final : public Link {
     Flush();
   }
 
-  void Route(const engine::Outgoing& outgoing) {
+  void Route(const engine::Outgoing& outgoing) override {
     const protocol::Message& message = outgoing.message;
-    if (!socket_.is_open()) {
+    if (!socket().is_open()) {
       CountUndeliverable(message);
     } else if (outgoing.asker.known()) {
       SendTo(AddressOf(outgoing.asker), message);
@@ -280,8 +222,8 @@ class UdpLink final : public Link {
     writer_.Add(message, peer);
   }
 
-  void Flush() {
-    const DatagramWriter::Outcome outcome = writer_.Flush(socket_.native_handle());
+  void Flush() override {
+    const DatagramWriter::Outcome outcome = writer_.Flush(socket().native_handle());
     record()->Count([&](LinkCounters& counters) {
       counters.frames_out += outcome.frames;
       counters.bytes_out += outcome.bytes;
@@ -290,11 +232,6 @@ class UdpLink final : public Link {
     });
   }
 
-  const UdpOptions options_;
-  const asio::strand<asio::io_context::executor_type> strand_;
-  udp::socket socket_;
-  asio::steady_timer retry_;
-  Backoff backoff_;
   DatagramReader reader_;
   DatagramWriter writer_;
   protocol::FrameParser parser_;
@@ -304,13 +241,13 @@ class UdpLink final : public Link {
   std::vector<engine::Outgoing> answers_;
   TappedLine tapped_;
   uint32_t dropped_ = 0;  // by the system, as counted so far
-  bool stopping_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<Link> MakeUdpLink(asio::io_context& io, UdpOptions options, LinkContext context) {
-  return std::make_unique<UdpLink>(io, std::move(options), std::move(context));
+std::unique_ptr<Link> MakeUdpLink(asio::io_context& io, const LinkConfig& config,
+                                  LinkContext context) {
+  return std::make_unique<UdpLink>(io, config, std::move(context));
 }
 
 }  // namespace pheromone::links

@@ -1,6 +1,6 @@
 // A UDP listener for many robots, real or simulated, each at the source of its last request.
 //
-//   auto link = MakeUdpLink(io, {.listen_address = "127.0.0.1", .listen_port = 4951}, context);
+//   auto link = MakeUdpLink(io, {.listen = {"127.0.0.1", 4951}}, context);
 //
 // A datagram holds one or more complete frames; a partial frame at its end is discarded, and so is
 // a datagram longer than kMaxDatagramBytes. Each answer is a datagram of its own, sent to the
@@ -11,25 +11,16 @@
 // localhost or on a trusted network. Broadcasts go to every remembered address.
 #pragma once
 
-#include <cstdint>
 #include <memory>
-#include <string>
 
 #include <boost/asio/io_context.hpp>
 
-#include "server/robots/links/backoff.h"
 #include "server/robots/links/link.h"
 
 namespace pheromone::links {
 
-struct UdpOptions {
-  std::string listen_address;  ///< numeric, IPv4 or IPv6
-  uint16_t listen_port = 0;    ///< 0: the system chooses, see Link::address
-  BackoffOptions backoff;
-};
-
 /// No medium access.
-std::unique_ptr<Link> MakeUdpLink(boost::asio::io_context& io, UdpOptions options,
+std::unique_ptr<Link> MakeUdpLink(boost::asio::io_context& io, const LinkConfig& config,
                                   LinkContext context);
 
 }  // namespace pheromone::links

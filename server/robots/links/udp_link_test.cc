@@ -28,22 +28,17 @@ std::vector<uint8_t> operator+(std::vector<uint8_t> a, const std::vector<uint8_t
 
 class UdpLinkTest : public ::testing::Test {
  protected:
-  UdpLinkTest() {
-    options_.listen_address = "127.0.0.1";
-    options_.backoff = {milliseconds(5), milliseconds(20), 1};
-  }
-
   Status Start(engine::LinkIndex index = 0, const AdmissionOptions& admission = {}) {
-    LinkContext context = server_.Context(index);
-    context.admission = admission;
-    return server_.Start(MakeUdpLink(server_.io(), options_, context));
+    config_.name = index == 0 ? "radio-a" : "radio-b";
+    config_.admission = admission;
+    return server_.Start(MakeUdpLink(server_.io(), config_, server_.Context(index)));
   }
 
   Peer Connect(size_t link = 0) { return ConnectTo(server_.link(link), SOCK_DGRAM); }
 
   LinkCounters counters(size_t link = 0) { return server_.link(link).counters(); }
 
-  UdpOptions options_;
+  LinkConfig config_{.listen = {"127.0.0.1", 0}};
   testing::Server server_;
 };
 
@@ -58,7 +53,7 @@ TEST_F(UdpLinkTest, APingIsAnsweredWhateverItsBytes) {
 }
 
 TEST_F(UdpLinkTest, Ipv6IsListenedOnAndToldInBrackets) {
-  options_.listen_address = "::1";
+  config_.listen.address = "::1";
   if (!Start().ok()) {
     GTEST_SKIP() << "no IPv6 here";
   }
@@ -348,7 +343,7 @@ TEST_F(UdpLinkTest, AnotherLinkLosesNoAnswerWhileManyPeersFlood) {
 
 TEST_F(UdpLinkTest, APortInUseIsToldAndTriedAgain) {
   ASSERT_TRUE(Start(0).ok());
-  options_.listen_port = PortOf(server_.link(0).address());
+  config_.listen.port = PortOf(server_.link(0).address());
   const Status second = Start(1);
   ASSERT_FALSE(second.ok());
   EXPECT_NE(second.error().find("Address already in use"), std::string::npos);
@@ -360,7 +355,7 @@ TEST_F(UdpLinkTest, APortInUseIsToldAndTriedAgain) {
 }
 
 TEST_F(UdpLinkTest, AnAddressThatIsNoneIsAnError) {
-  options_.listen_address = "1.2.3";
+  config_.listen.address = "1.2.3";
   EXPECT_FALSE(Start().ok());
 }
 

@@ -3,8 +3,6 @@
 #include <libserialport.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
 namespace pheromone::links {
 namespace {
@@ -23,12 +21,6 @@ bool IsWanted(const UsbIdentity& wanted, const UsbIdentity& found) {
 }
 
 }  // namespace
-
-std::string ToText(const UsbIdentity& identity) {
-  std::array<char, 16> numbers{};
-  std::snprintf(numbers.data(), numbers.size(), "%04x:%04x", identity.vendor, identity.product);
-  return numbers.data() + (identity.serial.empty() ? "" : ":" + identity.serial);
-}
 
 std::vector<UsbPort> ListUsbPorts() {
   std::vector<UsbPort> ports;

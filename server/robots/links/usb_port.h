@@ -5,23 +5,14 @@
 // Thread-safe.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "server/base/result.h"
+#include "server/robots/links/link_config.h"
 
 namespace pheromone::links {
-
-struct UsbIdentity {
-  uint16_t vendor = 0;
-  uint16_t product = 0;
-  std::string serial;  ///< empty: any, or unknown
-};
-
-/// "0403:6001:A50285BI", or without the serial number "0403:6001"
-std::string ToText(const UsbIdentity& identity);
 
 struct UsbPort {
   std::string path;

@@ -43,7 +43,7 @@ Channel::Channel(const ChannelOptions& options, OnDropped on_dropped)
     : options_(options),
       on_dropped_(std::move(on_dropped)),
       decoder_(options.gap_timeout_ms),
-      rounds_({options.timing, options.response_window, options.slot, options.quiet_start}),
+      rounds_(options),
       heard_at_(kLongAgo),
       free_at_(kLongAgo) {}
 

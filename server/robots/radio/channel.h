@@ -39,16 +39,6 @@
 
 namespace pheromone::radio {
 
-struct ChannelOptions {
-  uint16_t gap_timeout_ms = protocol::kNoGapTimeout;
-  /// Whether several stations share the line, one sending at a time.
-  bool half_duplex = false;
-  Timing timing;
-  Duration response_window{};         ///< W, as announced
-  std::chrono::milliseconds slot{1};  ///< as announced
-  Duration quiet_start{};             ///< RoundOptions::quiet_start
-};
-
 struct ChannelCounters {
   uint64_t late_answers = 0;      ///< dropped: the response window had passed
   uint64_t dropped_answers = 0;   ///< dropped: the queue was full

@@ -23,6 +23,7 @@
 #include <optional>
 #include <vector>
 
+#include "protocol/decoder.h"
 #include "protocol/messages.h"
 #include "server/robots/radio/timing.h"
 
@@ -36,9 +37,12 @@ constexpr std::chrono::milliseconds kPeriodUnit{protocol::kRoundPeriodMs};
 /// For how long a robot awaits a ROUND.
 constexpr std::chrono::milliseconds kAwaitedRound{2000};
 
-struct RoundOptions {
+struct ChannelOptions {
+  uint16_t gap_timeout_ms = protocol::kNoGapTimeout;
+  /// Whether several stations share the line, one sending at a time. The rest is about that.
+  bool half_duplex = false;
   Timing timing;
-  Duration response_window{};         ///< as announced
+  Duration response_window{};         ///< W, as announced
   std::chrono::milliseconds slot{1};  ///< of contention, as announced
   /// From the first HELLO to the first ROUND, at least. While robots may still await the ROUND of
   /// a server before this one, its numbers could be taken for those: kAwaitedRound then.
@@ -56,7 +60,7 @@ struct RoundCounters {
 
 class Rounds {
  public:
-  explicit Rounds(const RoundOptions& options) : options_(options) {}
+  explicit Rounds(const ChannelOptions& options) : options_(options) {}
 
   /// A message was received whole at `at`.
   void OnHeard(const protocol::Message& message, Time at);
@@ -120,7 +124,7 @@ class Rounds {
   size_t MostBytes() const;
   int ExchangesAnOpening() const;
 
-  const RoundOptions options_;
+  const ChannelOptions options_;
   std::map<uint8_t, Robot> robots_;
   std::map<uint8_t, Time> others_;     // when clients without turns were last heard
   std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each

@@ -434,13 +434,16 @@ TEST_F(ApiTest, LinksTellUtilisationOnlyWhereTheLineHasALimit) {
   serial.up = true;
   serial.byte_rate = 960;
   serial.bytes_per_s = 240;
-  serial.counters = {{"crc_errors", "", 3}};
+  serial.counters = {
+      {"rounds", "", 7, false}, {"crc_errors", "", 3, true}, {"breaks", "", 0, true}};
   control_.links = {serial, {}};
   const json::value view = Parsed(Get("/api/v1/links"));
   const json::array& links = view.at("links").as_array();
   ASSERT_EQ(links.size(), 2u);
   EXPECT_EQ(links[0].at("utilisation").to_number<double>(), 0.25);
-  EXPECT_EQ(links[0].at("counters").at("crc_errors").to_number<int>(), 3);
+  EXPECT_EQ(links[0].at("counters"),
+            (json::object{{"rounds", 7}, {"crc_errors", 3}, {"breaks", 0}}));
+  EXPECT_EQ(links[0].at("losses"), (json::object{{"crc_errors", 3}}));
   EXPECT_TRUE(links[1].at("utilisation").is_null());
 }
 

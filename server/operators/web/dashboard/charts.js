@@ -8,11 +8,8 @@ const POINTS = 600;   // one a second
 const SPANS = [60, 120, 300];
 const MOST_LINES = 6; // more could not be told apart
 
-const ERRORS = ['crc_errors', 'bad_escapes', 'oversize_frames', 'runt_frames', 'gap_timeouts', 'framing_errors', 'overruns',
-                'parity_errors', 'breaks', 'late_answers', 'dropped_answers', 'oversize_datagrams', 'dropped_datagrams'];
-
-/** Damaged and lost frames of a link. */
-export const errorsOf = (link) => ERRORS.reduce((sum, name) => sum + (link.counters?.[name] ?? 0), 0);
+/** What a link damaged, lost or refused. */
+export const errorsOf = (link) => Object.values(link.losses ?? {}).reduce((sum, count) => sum + count, 0);
 
 class Chart {
   /** The axis reaches `least`, at least: what is nearly nothing is to look like it. */

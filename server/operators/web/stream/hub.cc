@@ -33,7 +33,8 @@ constexpr std::string_view kLinkSchema =
     R"({"type":"object","properties":{"name":{"type":"string"},"up":{"type":"boolean"},)"
     R"("state":{"type":"string"},"bytes_per_s":{"type":"number"},)"
     R"("utilisation":{"type":"number"},"silent_s":{"type":"number"},)"
-    R"("counters":{"type":"object","properties":{}}}})";
+    R"("counters":{"type":"object","properties":{}},)"
+    R"("losses":{"type":"object","properties":{}}}})";
 constexpr std::string_view kEngineSchema =
     R"({"type":"object","properties":{"requests_per_s":{"type":"number"},)"
     R"("answers_per_s":{"type":"number"},"changes_per_s":{"type":"number"},)"

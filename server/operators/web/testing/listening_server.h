@@ -24,7 +24,7 @@ class ListeningServer : public ::testing::Test {
   ListeningServer() {
     std::signal(SIGPIPE, SIG_IGN);
     options_.socket_path = folder_ / "s.sock";
-    options_.listen_address = "127.0.0.1";
+    options_.listen.address = "127.0.0.1";
   }
 
   void TearDown() override { Stop(); }

@@ -63,16 +63,15 @@ class Server {
   ~Server() { Stop(); }
 
   LinkContext Context(engine::LinkIndex index) {
-    return {index == 0 ? "radio-a" : "radio-b",
-            index,
-            &router_,
-            [this](const LinkNotice& notice) {
-              const std::lock_guard lock(mutex_);
-              lines_.push_back(ToText(notice));
-            },
-            nullptr,
-            {},
-            aside_.get_executor()};
+    return {.index = index,
+            .router = &router_,
+            .log =
+                [this](const LinkNotice& notice) {
+                  const std::lock_guard lock(mutex_);
+                  lines_.push_back(ToText(notice));
+                },
+            .aside = aside_.get_executor(),
+            .backoff = {std::chrono::milliseconds(5), std::chrono::milliseconds(20), 1}};
   }
 
   /// Starts a link, and with the first one the threads.

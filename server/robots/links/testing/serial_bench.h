@@ -31,9 +31,12 @@ constexpr PtyShimUart kUarts[] = {kTellsAll, kDrainsOnly, kDrainsEarly, kTellsNo
 class SerialLinkTest : public ::testing::Test {
  protected:
   SerialLinkTest() {
-    options_.path = path_;
-    options_.medium.response_window_ms = 10'000;  // a busy machine must not make answers late
-    options_.backoff = {std::chrono::milliseconds(5), std::chrono::milliseconds(20), 1};
+    config_.kind = LinkKind::kSerial;
+    config_.path = path_;
+    config_.gap_timeout_ms = 20;
+    config_.medium_access = true;
+    config_.server_delay_ms = 20;
+    config_.response_window_ms = 10'000;  // a busy machine must not make answers late
   }
 
   Peer PlugIn() {
@@ -45,10 +48,11 @@ class SerialLinkTest : public ::testing::Test {
     return Peer(std::move(master));
   }
 
-  Status Start() {
+  Status Start(std::function<std::vector<UsbPort>()> list_usb_ports = ListUsbPorts) {
     LinkContext context = server_.Context(0);
     context.tap = &tap_;
-    return server_.Start(MakeSerialLink(server_.io(), options_, std::move(context)));
+    context.list_usb_ports = std::move(list_usb_ports);
+    return server_.Start(MakeSerialLink(server_.io(), config_, std::move(context)));
   }
 
   bool Up() {
@@ -58,7 +62,7 @@ class SerialLinkTest : public ::testing::Test {
   TemporaryFolder folder_;
   std::string path_ = folder_ / "modem";
   std::string slave_;
-  SerialOptions options_;
+  LinkConfig config_{.name = "radio-a"};
   RememberingTap tap_;
   Server server_;
 };
