@@ -13,6 +13,7 @@ import select
 import time
 
 from stranger.wire import Decoder, encode
+from test_config import map_of, pheromone
 
 PATIENCE_S = 60  # of a busy machine; nothing waits this long when things are well
 ASK_AGAIN_S = 0.1  # while a link is coming back
@@ -20,22 +21,7 @@ PING, ECHO = 0x72, 0xF2
 EXCHANGES = 20  # that each undisturbed robot makes while others are away
 
 # Of a server; links are to be added.
-CONFIG = """
-[map]
-width_m = 10.0
-height_m = 10.0
-cell_m = 0.1
-[antennas]
-bias_m = 0.33
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 30.0
-quantum = 0.125
-maximum = 0.25
-"""
+CONFIG = map_of() + pheromone(1, "trail", tau_s=30.0, maximum=0.25)
 
 
 def waited_s():

@@ -26,6 +26,7 @@ import threading
 
 from live_daemon import DEADLINE_S, check, wait_until
 from operated_daemon import OperatedDaemon
+from test_config import link, map_of, pheromone, pty
 
 README = pathlib.Path(__file__).resolve().parents[1] / "client_fw/attach/README.md"
 START = (1.5, 2.2, 20.0)  # 0.2 m beside the path, and 20 degrees off, as in the paper's experiment
@@ -33,40 +34,8 @@ PATH_Y = 2.0
 EVERY_S = 0.05  # between the true poses that the Pioneer tells
 MOST_MEAN_MM = 150  # 30 mm on a quiet machine; a starved one makes the robot stop and go
 
-CONFIG = """
-[map]
-width_m = 60.0
-height_m = 4.0
-cell_m = 0.1
-wide = true
-
-[antennas]
-bias_m = 0.33
-
-[[pheromone]]
-type = 1
-name = "path"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-
-[[link]]
-name = "tcp"
-kind = "tcp"
-listen = "127.0.0.1:TCP_PORT"
-
-[[link]]
-name = "udp"
-kind = "udp"
-listen = "127.0.0.1:0"
-"""
+CONFIG = (map_of(60.0, 4.0, wide=True) + pheromone(1, "path") + pty("radio-a")
+          + link("tcp", "tcp", listen="127.0.0.1:TCP_PORT") + link("udp", "udp", listen="127.0.0.1:0"))
 
 
 def free_port():

@@ -18,34 +18,14 @@ import tempfile
 import time
 
 from asking_robot import check
+from test_config import map_of, pheromone, pty, table
 
 # A configuration, to which more may be added: a small map with a wall, a pheromone that stays, a tag and
 # a link.
-ROOM = """[map]
-width_m = 4.0
-height_m = 3.0
-cell_m = 0.1
-[obstacles]
-walls = [{points_m = [[3.5, 2.5], [3.5, 2.9]], thickness_m = 0.1}]
-[antennas]
-bias_m = 0.2
-[[pheromone]]
-type = 1
-name = "path"
-core_m = 0.1
-sigma_m = 0.3
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-[[tag]]
-name = "door"
-x_m = 1.0
-y_m = 1.0
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-"""
+ROOM = (map_of(4.0, 3.0, bias_m=0.2)
+        + table("obstacles", walls=[{"points_m": [[3.5, 2.5], [3.5, 2.9]], "thickness_m": 0.1}])
+        + pheromone(1, "path", sigma_m=0.3) + table("[tag]", name="door", x_m=1.0, y_m=1.0)
+        + pty("radio-a"))
 # Of a web port, with token_file = "token".
 TOKEN = "0123456789abcdef0123456789abcdef"
 PATIENCE_S = 120  # of a busy machine; nothing waits this long when things are well

@@ -20,36 +20,16 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from asking_robot import check  # noqa: E402
 from operated_daemon import OperatedDaemon  # noqa: E402
+from test_config import map_of, pheromone, pty, table  # noqa: E402
 
 PATIENCE_S = 3600  # of a server that takes minutes for an edit
 SLACK_S = 1.0  # of a machine that does other things too
 SIDE_M = 63.24
 BOX_M = 40.0  # its nodes are as many as an edit may span; it may touch a quarter of them
 
-CONFIG = f"""
-[map]
-width_m = {SIDE_M}
-height_m = {SIDE_M}
-cell_m = 0.02
-wide = true
-[antennas]
-bias_m = 0.04
-[[pheromone]]
-type = 1
-name = "paint"
-core_m = 0.05
-sigma_m = 0.05
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-[[link]]
-name = "radio"
-kind = "pty"
-path = "radio.pty"
-[journal]
-folder = "state"
-snapshot_mib = 1024
-"""
+CONFIG = (map_of(SIDE_M, SIDE_M, cell_m=0.02, bias_m=0.04, wide=True)
+          + pheromone(1, "paint", core_m=0.05, sigma_m=0.05) + pty("radio")
+          + table("journal", folder="state", snapshot_mib=1024))
 
 
 def ring(points):

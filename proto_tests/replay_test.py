@@ -30,6 +30,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "proto_tests"))
 from stranger import wire  # noqa: E402
 from stranger.client import Client, Line, NoAnswer, open_terminal  # noqa: E402
+from test_config import link, map_of, pheromone, pty, table  # noqa: E402
 
 BIN = pathlib.Path()
 SECONDS = 10.0
@@ -42,33 +43,10 @@ DISSECTOR = ROOT / "protocol/wireshark/pheromone.lua"
 
 
 def config(tau_s, ports, max_mb=1000):
-    text = f"""[map]
-width_m = 10.0
-height_m = 10.0
-cell_m = 0.1
-[antennas]
-bias_m = 0.33
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = {tau_s:.3f}
-quantum = 0.125
-maximum = 1.0
-[journal]
-folder = "state"
-[capture]
-folder = "captures"
-start = true
-max_mb = {max_mb}
-max_files = 0
-"""
-    for name in PTYS:
-        text += f'[[link]]\nname = "{name}"\nkind = "pty"\npath = "{name}.pty"\n'
-    for name, port in zip(TCPS, ports):
-        text += f'[[link]]\nname = "{name}"\nkind = "tcp"\nlisten = "127.0.0.1:{port}"\n'
-    return text
+    return (map_of() + pheromone(1, "trail", tau_s=round(tau_s, 3)) + table("journal", folder="state")
+            + table("capture", folder="captures", start=True, max_mb=max_mb, max_files=0)
+            + "".join(map(pty, PTYS))
+            + "".join(link(name, "tcp", listen=f"127.0.0.1:{port}") for name, port in zip(TCPS, ports)))
 
 
 def free_port():

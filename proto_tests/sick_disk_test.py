@@ -33,6 +33,7 @@ from asking_robot import CONFIG, check  # noqa: E402
 from operated_daemon import PATIENCE_S, OperatedDaemon, await_that  # noqa: E402
 from stranger.client import open_terminal  # noqa: E402
 from stranger.wire import Decoder, build, build_hello, encode, parse  # noqa: E402
+from test_config import link, pheromone, pty, table  # noqa: E402
 
 ROBOTS = 254
 QUANTUM = 0.125
@@ -46,28 +47,8 @@ IDLE_CONNECTIONS = 500
 BETWEEN_REPEATS_S = 0.2
 NOT_NOW = (7, 8)  # reasons of an ERROR: busy, read-only
 
-EXTRA = """
-[[pheromone]]
-type = 2
-name = "paint"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-[[link]]
-name = "udp"
-kind = "udp"
-listen = "127.0.0.1:0"
-[[link]]
-name = "radio"
-kind = "pty"
-path = "radio.pty"
-[web]
-listen = "127.0.0.1:0"
-[journal]
-folder = "state"
-"""
+EXTRA = (pheromone(2, "paint") + link("udp", "udp", listen="127.0.0.1:0") + pty("radio")
+         + table("web", listen="127.0.0.1:0") + table("journal", folder="state"))
 
 
 class Disk:

@@ -9,31 +9,11 @@ import sys
 import tempfile
 
 from operated_daemon import TOKEN, OperatedDaemon, write_config
+from test_config import map_of, pheromone, pty, table
 
 HERE = pathlib.Path(__file__).parent / "stream"
-CONFIG = """
-[map]
-width_m = 10.0
-height_m = 10.0
-cell_m = 0.1
-[antennas]
-bias_m = 0.33
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 30.0
-quantum = 0.125
-maximum = 1.0
-[[link]]
-name = "a"
-kind = "pty"
-path = "a.pty"
-[web]
-listen = "127.0.0.1:0"
-token_file = "token"
-"""
+CONFIG = (map_of() + pheromone(1, "trail", tau_s=30.0) + pty("a")
+          + table("web", listen="127.0.0.1:0", token_file="token"))
 
 
 def install(folder):

@@ -9,46 +9,23 @@ Usage: avr_live_test.py BIN_DIR AVR_LIVE IMAGE
 """
 
 import os
+import pathlib
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from test_config import map_of, pheromone, pty, table  # noqa: E402
+
 DEADLINE_S = 90.0
 
 # The robot starts at (0, 0), facing along +x: 0.1 m beside a straight path.
-CONFIG = """
-[map]
-width_m = 10.0
-height_m = 4.0
-cell_m = 0.1
-origin_x_m = -1.0
-origin_y_m = -2.0
-
-[antennas]
-bias_m = 0.33
-
-[[pheromone]]
-type = 1
-name = "path"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-
-[[path]]
-name = "line"
-pheromone = "path"
-shape = "polyline"
-points_m = [[0.0, 0.1], [8.5, 0.1]]
-
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-"""
+CONFIG = (map_of(10.0, 4.0, origin_x_m=-1.0, origin_y_m=-2.0) + pheromone(1, "path")
+          + table("[path]", name="line", pheromone="path", shape="polyline",
+                  points_m=[[0.0, 0.1], [8.5, 0.1]])
+          + pty("radio-a"))
 
 
 def check(holds, otherwise):

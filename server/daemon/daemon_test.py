@@ -23,27 +23,14 @@ import urllib.request
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
 from stranger.client import Client, open_terminal  # noqa: E402
+from test_config import map_of, pheromone, pty  # noqa: E402
 
 PHEROMONED = ""
 SHIM = ""
 PATIENCE_S = 30  # of a busy machine; nothing waits this long when things are well
 
-CONFIG = """[map]
-width_m = 10.0
-height_m = 10.0
-cell_m = 0.1
-[antennas]
-bias_m = 0.33
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 30.0
-quantum = 0.125
-maximum = 0.25
-"""
-PTY = '[[link]]\nname = "radio-a"\nkind = "pty"\npath = "radio-a.pty"\n'
+CONFIG = map_of() + pheromone(1, "trail", tau_s=30.0, maximum=0.25)
+PTY = pty("radio-a")
 
 
 def crc16(body):

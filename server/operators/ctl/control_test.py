@@ -27,47 +27,18 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "proto_tests"))
 from stranger import wire  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
+import test_config  # noqa: E402
+from test_config import link, map_of, pheromone, table  # noqa: E402
 
 PHEROMONED = ""
 PHEROMONECTL = ""
 PATIENCE_S = 30
 TOKEN = "0123456789abcdef0123456789abcdef"
 
-CONFIG = """[map]
-width_m = 4.0
-height_m = 3.0
-cell_m = 0.1
-[antennas]
-bias_m = 0.2
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.3
-tau_s = 3000
-quantum = 0.125
-maximum = 1.0
-[[pheromone]]
-type = 2
-name = "path"
-core_m = 0.1
-sigma_m = 0.3
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-[[link]]
-name = "modem"
-kind = "serial"
-port = "./unplugged"
-[web]
-listen = "127.0.0.1:0"
-token_file = "token"
-hosts = ["lab.local"]
-"""
+CONFIG = (map_of(4.0, 3.0, bias_m=0.2) + pheromone(1, "trail", tau_s=3000, sigma_m=0.3)
+          + pheromone(2, "path", sigma_m=0.3) + test_config.pty("radio-a")
+          + link("modem", "serial", port="./unplugged")
+          + table("web", listen="127.0.0.1:0", token_file="token", hosts=["lab.local"]))
 
 
 class Server(unittest.TestCase):

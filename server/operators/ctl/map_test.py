@@ -12,43 +12,17 @@ import unittest
 
 import numpy
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "proto_tests"))
+from test_config import map_of, pheromone, table  # noqa: E402
+
 PHEROMONECTL = ""
 
-CONFIG = """[map]
-width_m = 1.2
-height_m = 0.8
-cell_m = 0.1
-origin_x_m = -0.2
-[antennas]
-bias_m = 0.33
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 30.0
-quantum = 0.125
-maximum = 1.0
-[[pheromone]]
-type = 2
-name = "path"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = 0.25
-maximum = 2.0
-[[pheromone]]
-type = 3
-name = "guide"
-blend = [{pheromone = "path"}]
-[[path]]
-pheromone = "path"
-shape = "polyline"
-points_m = [[0.0, 0.2], [0.5, 0.2]]
-intensity = 1.5
-[obstacles]
-walls = [{points_m = [[0.4, 0.5], [0.6, 0.5]], thickness_m = 0.02}]
-"""
+CONFIG = (map_of(1.2, 0.8, origin_x_m=-0.2) + pheromone(1, "trail", tau_s=30.0)
+          + pheromone(2, "path", quantum=0.25, maximum=2.0)
+          + table("[pheromone]", type=3, name="guide", blend=[{"pheromone": "path"}])
+          + table("[path]", pheromone="path", shape="polyline", points_m=[[0.0, 0.2], [0.5, 0.2]],
+                  intensity=1.5)
+          + table("obstacles", walls=[{"points_m": [[0.4, 0.5], [0.6, 0.5]], "thickness_m": 0.02}]))
 SAVED = """# pheromone-field 1
 # map origin_um -200000 0 size_um 1200000 800000 cell_um 100000
 # type 1 quantum_micro 125000 law counter:30000ms name "trail"

@@ -23,55 +23,22 @@ ROOT = pathlib.Path(__file__).resolve().parents[4]
 sys.path.insert(0, str(ROOT / "proto_tests"))
 from operated_daemon import TOKEN, serve_class  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
+from test_config import link, map_of, pheromone, pty, table  # noqa: E402
 
 BIN = pathlib.Path()
-PHEROMONE = """[[pheromone]]
-type = {}
-name = "{}"
-core_m = 0.1
-sigma_m = 0.3
-tau_s = 3000
-quantum = 0.125
-maximum = 1.0
-"""
-TAG = '[[tag]]\nname = "{}"\nx_m = 1.0\ny_m = 1.0\n'
 CONFIG = "".join([
-    "[map]\nwidth_m = 4.0\nheight_m = 3.0\ncell_m = 0.1\n",
-    "[obstacles]\nwalls = [{points_m = [[3.5, 2.5], [3.5, 2.9]], thickness_m = 0.1}]\n",
-    "[antennas]\nbias_m = 0.2\n",
-    PHEROMONE.format(1, "trail"), PHEROMONE.format(2, "path"),
-    '[[pheromone]]\ntype = 3\nname = "guide"\nblend = [{pheromone = "trail", weight = 1}]\n',
-    *(TAG.format(name) for name in
+    map_of(4.0, 3.0, bias_m=0.2),
+    table("obstacles", walls=[{"points_m": [[3.5, 2.5], [3.5, 2.9]], "thickness_m": 0.1}]),
+    pheromone(1, "trail", tau_s=3000, sigma_m=0.3), pheromone(2, "path", tau_s=3000, sigma_m=0.3),
+    table("[pheromone]", type=3, name="guide", blend=[{"pheromone": "trail", "weight": 1}]),
+    *(table("[tag]", name=name, x_m=1.0, y_m=1.0) for name in
       ["N1", "N2", "N3", "N4", "N5", "N6", "S1", "S2", "S3", "S4", "P", "Src"]),
-    """[[net]]
-name = "bench"
-file = "nets/pheromone.toml"
-robot_file = "nets/robot.toml"
-parameters = { robots = 2 }
-period_ms = 20
-law = "e3"
-rate = 0.001
-source = 100000
-[journal]
-folder = "state"
-[capture]
-folder = "captures"
-[web]
-listen = "127.0.0.1:0"
-token_file = "token"
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-[[link]]
-name = "modem"
-kind = "serial"
-port = "./unplugged"
-[[link]]
-name = "udp"
-kind = "udp"
-listen = "127.0.0.1:0"
-"""])
+    table("[net]", name="bench", file="nets/pheromone.toml", robot_file="nets/robot.toml",
+          parameters={"robots": 2}, period_ms=20, law="e3", rate=0.001, source=100000),
+    table("journal", folder="state"), table("capture", folder="captures"),
+    table("web", listen="127.0.0.1:0", token_file="token"),
+    pty("radio-a"), link("modem", "serial", port="./unplugged"),
+    link("udp", "udp", listen="127.0.0.1:0")])
 
 
 def strict(schema):
