@@ -24,7 +24,7 @@ def replay(*arguments):
 class CorpusTest(unittest.TestCase):
     def test_there_is_a_corpus(self):
         captures = {it.stem for it in HERE.glob("*.pcapng")}
-        self.assertGreaterEqual(len(captures), 7)
+        self.assertGreaterEqual(len(captures), 8)
         self.assertEqual(captures, {it.stem for it in HERE.glob("*.answers")})
 
     def test_all_messages_of_tags_are_answered_and_refused(self):

@@ -10,6 +10,7 @@ begins with is in the engine's format), and look at the difference before commit
 
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -78,6 +79,22 @@ range_m = 0.3
 slots = 2
 """
 
+# Robots that carry energy, guided by a net on tags; the recording begins when it is told to.
+BENCH = TAGS.replace("start = true", "start = false") + "".join(f"""[[tag]]
+name = "{name}"
+x_m = 1.0
+y_m = 3.0
+""" for name in ("N1", "N2", "N3", "N4", "N5", "N6", "S1", "S2", "S3", "S4", "P", "Src")) + """[[net]]
+name = "bench"
+file = "nets/pheromone.toml"
+robot_file = "nets/robot.toml"
+parameters = { robots = 2 }
+period_ms = 50
+law = "e3"
+rate = 0.1
+source = 100000
+"""
+
 
 class Lab:
     """A pheromoned in a folder of its own, a line to each of its links, and a robot on each."""
@@ -86,6 +103,7 @@ class Lab:
         self.bin_dir = bin_dir
         self.folder = folder
         (folder / "lab.toml").write_text(config)
+        shutil.copytree(HERE.parents[1] / "deploy/examples/nets", folder / "nets")
         with open(folder / "log", "wb") as log:
             self.process = subprocess.Popen([bin_dir / "pheromoned", "--config", "lab.toml"],
                                             cwd=folder, stdout=log, stderr=log)
@@ -390,20 +408,57 @@ def lease_and_protect(lab, here, one, two):
     expect_refusal("bad value", one._change, "ERASE", **erase | dict(flags=1), expected=0)
 
 
-SCENARIOS = [traffic, damaged, retries, evaporation, reload, commands, tags]
+def parts(lab):
+    """It begins in the middle, with a state that holds robots, one of them with a goal, pheromone,
+    symbols and blocks on tags, and a net whose pheromones evaporate; all of them go on."""
+    here = (2000, 2000)
+    one, two = lab.robots
+    for robot in (one, two):
+        robot.hello(7)
+    one.register("123-233-201")
+    two.register("00:11:22:33:44:55", 16)
+    for robot in (one, two):
+        robot.define(1, "http://example.org/ns#")
+        robot.define(2, "lookingfortag")
+    one.write(*here, 1, statement(1, 2, 244), time=1138458000)
+    two.write(*here, 1, statement(16, 2, -1), lease_s=600)
+    one.deposit(2, 3000, 1000, 8)
+    for robot in (one, two):
+        robot.trace(1, 1000, 2000, 0x4000)
+    lab.ctl("goto", "radio-a", "1", "3", "3")
+    lab.ctl("capture", "start")
+    one.sense(1, 1000, 2000, 0)
+    one.sense(2, 2900, 1000, 0)
+    two.sense(2, 2900, 1000, 0)
+    expect([it["object"] for it in two.read(*here, 1)], [244, -1])
+    expect(two.resolve(1, 1), "http://example.org/ns#")
+    expect_refusal("tag protected", one.erase, *here, 1, 1)
+    places = [row for row in two.scan(1000, 3000)]
+    for row in places[:3]:
+        two.read(1000, 3000, row[0])
+    time.sleep(0.2)  # the net's pheromones evaporate
+    for row in places[:3]:
+        two.read(1000, 3000, row[0])
+    two.trace(1, 1000, 2000, 0x4000)
+    lab.ctl("goto", "radio-a", "1", "--cancel")
+    one.sense(1, 1000, 2000, 0)
+
+
+SCENARIOS = [(traffic, CONFIG), (damaged, CONFIG), (retries, CONFIG), (evaporation, CONFIG),
+             (reload, CONFIG), (commands, CONFIG), (tags, TAGS), (parts, BENCH)]
 
 
 def main():
     bin_dir = pathlib.Path(sys.argv[1]).resolve()
-    names = sys.argv[2:] or [it.__name__ for it in SCENARIOS]
+    names = sys.argv[2:] or [it.__name__ for it, _ in SCENARIOS]
     version = subprocess.run([bin_dir / "pheromoned", "--version"], text=True, capture_output=True,
                              check=True).stdout.strip()
-    for scenario in SCENARIOS:
+    for scenario, config in SCENARIOS:
         name = scenario.__name__
         if name not in names:
             continue
         with tempfile.TemporaryDirectory() as folder:
-            lab = Lab(bin_dir, pathlib.Path(folder), TAGS if scenario is tags else CONFIG)
+            lab = Lab(bin_dir, pathlib.Path(folder), config)
             scenario(lab)
             capture = lab.end()
             recorded = time.strftime("%Y-%m-%d", time.gmtime(os.stat(capture).st_mtime))
