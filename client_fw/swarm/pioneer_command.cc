@@ -112,11 +112,8 @@ std::string AddObstacles(const PioneerOptions& options, const sim::PlanePose& st
                          sim::PioneerConfig* config) {
   field::FieldConfig field;
   if (!options.surroundings.empty()) {
-    const Result<config::Config> loaded = config::LoadConfig(options.surroundings);
-    if (!loaded.ok()) {
-      return loaded.error();
-    }
-    field = loaded.value().engine.field;
+    PHEROMONE_TRY(const config::Config loaded, config::LoadConfig(options.surroundings));
+    field = loaded.engine.field;
   } else if (!options.walls_m.empty()) {
     if (options.walls_m.size() % 4 != 0) {
       return fmt::format("--wall: found {} numbers, expected four for each wall: X0 Y0 X1 Y1",

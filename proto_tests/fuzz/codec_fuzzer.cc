@@ -16,6 +16,7 @@
 #include <variant>
 #include <vector>
 
+#include "proto_tests/fuzz/lasting.h"
 #include "server/core/engine/config_codec.h"
 #include "server/core/engine/event_codec.h"
 #include "server/core/engine/testing/bench.h"
@@ -25,32 +26,12 @@ namespace {
 using namespace pheromone::engine;  // NOLINT(google-build-using-namespace)
 using pheromone::ByteReader;
 using pheromone::ByteWriter;
+using pheromone::fuzz::Require;
+using pheromone::fuzz::RequireLasting;
 
 // Large maps and many nodes are slow, not wrong; and sanitizers have no memory to spare.
 constexpr uint64_t kMaxMemory = uint64_t{1} << 24;
 constexpr int32_t kMaxSide = 2'000;
-
-void Require(bool condition) {
-  if (!condition) {
-    std::abort();
-  }
-}
-
-std::string Saved(const Engine& engine) {
-  ByteWriter writer;
-  engine.Save(&writer);
-  return writer.Take();
-}
-
-// A state that came from anywhere is saved and restored as itself. Its bytes may have been others:
-// of a link without robots, the hash does not know.
-void RequireLasting(const Engine& engine) {
-  const std::string state = Saved(engine);
-  ByteReader reader(state);
-  const auto again = Engine::Restore(&reader);
-  Require(again.ok() && reader.AtEnd() && Saved(again.value()) == state &&
-          again.value().StateHash() == engine.StateHash());
-}
 
 // Whether all was read, and it was good.
 bool IsWhole(ByteReader* reader) {

@@ -31,30 +31,15 @@ namespace {
 
 using namespace pheromone::engine;  // NOLINT(google-build-using-namespace)
 using pheromone::ByteReader;
-using pheromone::ByteWriter;
 using pheromone::field::FieldEdit;
 using pheromone::field::PheromoneLaw;
 using pheromone::fuzz::MoodyLog;
 using pheromone::fuzz::Recorder;
 using pheromone::fuzz::Require;
+using pheromone::fuzz::RequireLasting;
+using pheromone::fuzz::Saved;
 using pheromone::protocol::Message;
 using pheromone::protocol::Reason;
-
-std::string Saved(const Engine& engine) {
-  ByteWriter writer;
-  engine.Save(&writer);
-  return writer.Take();
-}
-
-// A state that came from anywhere is saved and restored as itself. Its bytes may have been others:
-// of a link without robots, the hash does not know.
-void RequireLasting(const Engine& engine) {
-  const std::string state = Saved(engine);
-  ByteReader reader(state);
-  const auto again = Engine::Restore(&reader);
-  Require(again.ok() && reader.AtEnd() && Saved(again.value()) == state &&
-          again.value().StateHash() == engine.StateHash());
-}
 
 // With a ninth of the nodes, so that what concerns all of them does not take long.
 EngineConfig CoarseConfig(bool tight) {

@@ -10,24 +10,18 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "proto_tests/fuzz/lasting.h"
 #include "protocol/messages.h"
 #include "server/core/engine/event.h"
 #include "server/core/engine/service/observer.h"
 #include "server/core/engine/service/ordered_log.h"
 
 namespace pheromone::fuzz {
-
-inline void Require(bool condition) {
-  if (!condition) {
-    std::abort();
-  }
-}
 
 /// Records the events, and refuses, rotates and lags as configured.
 class MoodyLog final : public engine::OrderedLog {

@@ -6,9 +6,9 @@ namespace pheromone {
 namespace {
 
 TEST(Messages, SayWhereInTheFormAnEditorUnderstands) {
-  EXPECT_EQ(AtLine("a.csv", 3, 7, "no").message, "a.csv:3:7: no");
-  EXPECT_EQ(AtLine("a.csv", 3, 0, "no").message, "a.csv:3: no");
-  EXPECT_EQ(AtByte("a.npy", 0, "no").message, "a.npy: byte 0: no");
+  EXPECT_EQ(AtLine("a.csv", 3, 7, "no"), "a.csv:3:7: no");
+  EXPECT_EQ(AtLine("a.csv", 3, 0, "no"), "a.csv:3: no");
+  EXPECT_EQ(AtByte("a.npy", 0, "no"), "a.npy: byte 0: no");
 }
 
 TEST(Messages, QuoteShortlyAndPrintably) {

@@ -17,15 +17,21 @@
 #pragma once
 
 #include <cassert>
+#include <iosfwd>
 #include <string>
 #include <utility>
 #include <variant>
 
 namespace pheromone {
 
-struct Error {
-  std::string message;
+/// The message. A type of its own, so that a Result of a text tells it from a value.
+class Error : public std::string {
+ public:
+  explicit Error(std::string message) : std::string(std::move(message)) {}
 };
+
+/// For GoogleTest, which would list its characters.
+void PrintTo(const Error& error, std::ostream* out);
 
 template <typename T>
 class [[nodiscard]] Result {
@@ -48,11 +54,14 @@ class [[nodiscard]] Result {
     return std::move(*std::get_if<0>(&state_));
   }
 
-  const std::string& error() const { return failure().message; }
-  /// The error itself, which every Result can be made of: `return other.failure();`
-  const Error& failure() const {
+  /// Every Result can be made of it: `return other.error();`
+  const Error& error() const {
     assert(!ok());
     return *std::get_if<1>(&state_);
+  }
+  /// The error as text, or `good` if there is none.
+  std::string ErrorOr(std::string good) const {
+    return ok() ? std::move(good) : std::string(error());
   }
 
  private:
@@ -74,7 +83,7 @@ inline Status Ok() {
 #define PHEROMONE_TRY_AS(result, declaration, ...) \
   auto result = (__VA_ARGS__);                     \
   if (!result.ok()) {                              \
-    return result.failure();                       \
+    return result.error();                         \
   }                                                \
   declaration = std::move(result).value()
 
@@ -87,6 +96,6 @@ inline Status Ok() {
 #define PHEROMONE_TRY_STATUS(...)                        \
   do {                                                   \
     if (const auto tried = (__VA_ARGS__); !tried.ok()) { \
-      return tried.failure();                            \
+      return tried.error();                              \
     }                                                    \
   } while (false)

@@ -40,7 +40,7 @@ TEST(Status, IsGoodOrAnError) {
 
 Result<std::string> HandOn(const Result<std::string>& given) {
   if (!given.ok()) {
-    return given.failure();
+    return given.error();
   }
   return given.value() + "!";
 }

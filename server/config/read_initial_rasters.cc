@@ -32,7 +32,7 @@ struct Picture {
 
 Result<Picture> FromImage(Result<maps::GrayImage> image) {
   if (!image.ok()) {
-    return image.failure();
+    return image.error();
   }
   const double white = image.value().maximum;
   return Picture{std::move(image).value().raster, white};
@@ -40,7 +40,7 @@ Result<Picture> FromImage(Result<maps::GrayImage> image) {
 
 Result<Picture> FromNumbers(Result<maps::Raster> raster) {
   if (!raster.ok()) {
-    return raster.failure();
+    return raster.error();
   }
   double largest = 0;
   for (const double value : raster.value().values) {

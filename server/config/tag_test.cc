@@ -14,7 +14,7 @@ class TagTest : public FolderTest {
   }
   std::string ErrorIn(std::string_view more) const {
     const Result<Config> parsed = Parse(more);
-    return parsed.ok() ? "" : parsed.error();
+    return parsed.ErrorOr("");
   }
 };
 

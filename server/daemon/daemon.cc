@@ -271,7 +271,7 @@ class Daemon::Impl {
       return;
     }
     journal_->Snapshot([done = std::move(done)](const Result<std::string>& made) {
-      done(made.ok() ? Result<std::optional<std::string>>(made.value()) : Error{made.error()});
+      done(made.ok() ? Result<std::optional<std::string>>(made.value()) : made.error());
     });
   }
 

@@ -93,7 +93,7 @@ Result<maps::SavedField> FieldSaver::CaptureBeside() const {
 }
 
 bool FieldSaver::Write(const Result<maps::SavedField>& saved) const {
-  const Status written = saved.ok() ? maps::SaveField(path_, saved.value()) : Error{saved.error()};
+  const Status written = saved.ok() ? maps::SaveField(path_, saved.value()) : saved.error();
   if (!written.ok()) {
     spdlog::error("the field was not saved: {}", written.error());
     return false;

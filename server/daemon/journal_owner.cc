@@ -95,17 +95,14 @@ Result<std::unique_ptr<JournalOwner>> JournalOwner::Open(const config::JournalCo
 }
 
 Status JournalOwner::OpenFolder() {
-  auto folder = journal::PosixFolder::Open(folder_name_, journal::PosixFolder::Mode::kOwner);
-  if (!folder.ok()) {
-    return folder.failure();
-  }
-  folder_ = std::move(folder).value();
+  PHEROMONE_TRY(folder_,
+                journal::PosixFolder::Open(folder_name_, journal::PosixFolder::Mode::kOwner));
   RecoveryReport report(folder_name_);
   auto opened =
       journal::OpenJournal(folder_.get(), SettingsOf(config_), SteadyMicroseconds, TellOfJournal,
                            [&report](const journal::Progress& progress) { report.Tell(progress); });
   if (!opened.ok()) {
-    return opened.failure();
+    return opened.error();
   }
   journal::Opened& found = opened.value();
   for (const std::string& line : found.report) {
@@ -234,7 +231,7 @@ Result<std::string> JournalOwner::MakeSnapshot() {
     is_to_try = !written.ok() && state->ShouldTryAgain();
   }
   if (!written.ok()) {
-    return written.failure();
+    return written.error();
   }
   journal::SnapshotWriter& snapshot = *written.value();
   if (!AwaitDisk(snapshot.sequence())) {

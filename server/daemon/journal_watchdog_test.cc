@@ -96,11 +96,8 @@ class StuckFolder final : public Folder {
     return folder_.Read(name, offset, most);
   }
   Result<std::unique_ptr<AppendFile>> Create(const std::string& name) override {
-    Result<std::unique_ptr<AppendFile>> file = folder_.Create(name);
-    if (!file.ok()) {
-      return Error{file.error()};
-    }
-    return std::unique_ptr<AppendFile>(std::make_unique<StuckFile>(std::move(file).value(), &gate));
+    PHEROMONE_TRY(std::unique_ptr<AppendFile> file, folder_.Create(name));
+    return std::unique_ptr<AppendFile>(std::make_unique<StuckFile>(std::move(file), &gate));
   }
   Status Rename(const std::string& from, const std::string& to) override {
     return folder_.Rename(from, to);

@@ -56,10 +56,7 @@ LiveConfig::LiveConfig(config::Config config, Reload reload, engine::Service* se
       config_(std::move(config)) {}
 
 Status LiveConfig::TakeAtStart(bool state_lost) {
-  const auto configured = Configure(config_.engine, state_lost);
-  if (!configured.ok()) {
-    return configured.failure();
-  }
+  PHEROMONE_TRY_STATUS(Configure(config_.engine, state_lost));
   Tell(config_.warnings);
   return Ok();
 }
@@ -68,7 +65,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   Result<config::Config> loaded = reload_();
   if (!loaded.ok()) {
     spdlog::error("the configuration is unchanged:\n{}", loaded.error());
-    return loaded.failure();
+    return loaded.error();
   }
   config::Config& next = loaded.value();
   std::vector<std::string> notes = RestartRequired(config_, next);
@@ -80,7 +77,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   const auto configured = Configure(next.engine, false);
   if (!configured.ok()) {
     spdlog::error("the configuration is unchanged: {}", configured.error());
-    return configured.failure();
+    return configured.error();
   }
   {
     const std::lock_guard lock(mutex_);
@@ -119,10 +116,7 @@ Status LiveConfig::ChangeTau(uint8_t type, int64_t tau_ms) {
                  " to " + std::to_string(field::kMaxTauMs) + " ms"};
   }
   law->tau_ms = tau_ms;
-  const auto configured = Configure(next, false);
-  if (!configured.ok()) {
-    return configured.failure();
-  }
+  PHEROMONE_TRY_STATUS(Configure(next, false));
   spdlog::info("pheromone \"{}\": tau is {} s until the configuration is reread", law->name,
                static_cast<double>(tau_ms) / 1e3);
   const std::lock_guard lock(mutex_);

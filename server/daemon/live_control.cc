@@ -272,7 +272,7 @@ void LiveControl::EditNow(const field::FieldEdit& edit,
   }
   const control::EditOutcome outcome{static_cast<uint64_t>(made.value().nodes)};
   AwaitDurable(parts_.patience, [done, outcome](const Status& durable) {
-    done(durable.ok() ? Result<control::EditOutcome>(outcome) : Error{durable.error()});
+    done(durable.ok() ? Result<control::EditOutcome>(outcome) : durable.error());
   });
 }
 
@@ -414,7 +414,7 @@ void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
       return;
     }
     AwaitDurable(parts_.patience, [done, notes](const Status& durable) {
-      done(durable.ok() ? notes : Error{durable.error()});
+      done(durable.ok() ? notes : durable.error());
     });
   };
   if (!parts_.run_operation(reload)) {

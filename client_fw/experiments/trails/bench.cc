@@ -31,7 +31,7 @@ std::vector<BenchTag> TagsOf(const engine::EngineConfig& config) {
 Result<TrailsBench> BenchOf(Result<config::Config> loaded, std::string_view name,
                             const std::filesystem::path& folder) {
   if (!loaded.ok()) {
-    return Error{loaded.error()};
+    return loaded.error();
   }
   TrailsBench bench;
   bench.name = name;

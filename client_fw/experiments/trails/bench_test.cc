@@ -118,7 +118,7 @@ TEST(TrailsBenchTest, SevenRobotsFindAPlaceInTheNest) {
 TEST(TrailsBenchTest, WhatIsMissingIsNamed) {
   const auto error = [](std::string_view text) {
     const Result<TrailsBench> bench = ParseBench(text, "x.toml", std::nullopt);
-    return bench.ok() ? std::string("ok") : bench.error();
+    return bench.ErrorOr("ok");
   };
   const std::string map =
       "[map]\nwidth_m = 5\nheight_m = 5\ncell_m = 0.1\n[antennas]\nbias_m = 0.3\n"

@@ -166,14 +166,11 @@ std::vector<engine::RobotFrame> FramesOf(const TrailsBench& bench,
 
 Result<TrailsRun> RunTrails(const TrailsBench& bench, const TrailsExperiment& experiment,
                             uint64_t seed, const ShowTrails& show) {
-  Result<engine::EngineConfig> configured = ConfigWith(bench, experiment.rules);
-  if (!configured.ok()) {
-    return Error{configured.error()};
-  }
+  PHEROMONE_TRY(engine::EngineConfig configured, ConfigWith(bench, experiment.rules));
   Watch watch(bench, experiment, seed);
   SimulationConfig config;
   static_cast<SwarmConfig&>(config) = watch.config();
-  config.engine = std::move(configured).value();
+  config.engine = std::move(configured);
   config.engine.links.clear();
   for (int i = 0; i < experiment.channel_count(); ++i) {
     config.engine.links.push_back(experiment.timing.Link(LinkName(i)));
@@ -217,7 +214,7 @@ Result<TrailsRun> RunTrailsLive(const TrailsBench& bench, const TrailsExperiment
   }
   LiveSwarm live(watch.config(), ports, experiment.timing.adapter_ns);
   if (const Status opened = live.Open(); !opened.ok()) {
-    return Error{opened.error()};
+    return opened.error();
   }
   std::sig_atomic_t done = 0;
   const volatile std::sig_atomic_t* const until = &done;

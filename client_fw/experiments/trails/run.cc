@@ -32,11 +32,7 @@ petri::Place* NestOf(petri::Net* net) {
 }  // namespace
 
 Result<TrailsRules> RulesOf(const TrailsBench& bench) {
-  Result<petri::LiveSettings> found = SettingsOf(bench);
-  if (!found.ok()) {
-    return Error{found.error()};
-  }
-  petri::LiveSettings& settings = found.value();
+  PHEROMONE_TRY(petri::LiveSettings settings, SettingsOf(bench));
   const petri::Place* const nest = NestOf(&settings.net);
   if (nest == nullptr) {
     return Error{fmt::format("{}: net {} has no place \"{}\", where robots are at first",
@@ -51,15 +47,11 @@ Result<TrailsRules> RulesOf(const TrailsBench& bench) {
 }
 
 Result<engine::EngineConfig> ConfigWith(const TrailsBench& bench, const TrailsRules& rules) {
-  Result<petri::LiveSettings> found = SettingsOf(bench);
-  if (!found.ok()) {
-    return Error{found.error()};
-  }
-  petri::LiveSettings& settings = found.value();
+  PHEROMONE_TRY(petri::LiveSettings settings, SettingsOf(bench));
   if (rules.exploring) {
     Result<petri::Net> net = nets::LoadSystem(bench.folder / "nets/pheromone_exploring.toml");
     if (!net.ok()) {
-      return Error{net.error()};
+      return net.error();
     }
     settings.net = std::move(net).value();
     settings.net.claims.clear();

@@ -182,12 +182,10 @@ class Stage {
 }  // namespace
 
 Result<TrailsStory> TellStory(const TrailsBench& bench) {
-  Result<engine::EngineConfig> config = ConfigWith(
-      bench, {.robots = kStoryRobots, .law = petri::EvaporationLaw::kE1, .rate_milli = 10'000});
-  if (!config.ok()) {
-    return Error{config.error()};
-  }
-  engine::EngineConfig without_lines = std::move(config).value();
+  PHEROMONE_TRY(engine::EngineConfig without_lines,
+                ConfigWith(bench, {.robots = kStoryRobots,
+                                   .law = petri::EvaporationLaw::kE1,
+                                   .rate_milli = 10'000}));
   without_lines.field.paths.clear();
   without_lines.links.resize(1);
   Stage stage(bench, without_lines);

@@ -378,11 +378,7 @@ Timetable TimetableOf(const TrailsBench& bench, double speed_m_s) {
 
 Result<TrailsRun> RunTimetable(const TrailsBench& bench, const Timetable& timetable,
                                uint64_t seed) {
-  Result<engine::EngineConfig> config = ConfigWith(bench, timetable.rules);
-  if (!config.ok()) {
-    return Error{config.error()};
-  }
-  engine::EngineConfig without_lines = std::move(config).value();
+  PHEROMONE_TRY(engine::EngineConfig without_lines, ConfigWith(bench, timetable.rules));
   without_lines.field.paths.clear();  // nobody follows them
   without_lines.links.resize(1);
   Run run(bench, timetable, without_lines, seed);

@@ -39,7 +39,7 @@ Result<Scenario> Parse(const std::string& more) {
 
 std::string ErrorOf(const std::string& more) {
   const Result<Scenario> scenario = Parse(more);
-  return scenario.ok() ? "accepted" : scenario.error();
+  return scenario.ErrorOr("accepted");
 }
 
 TEST(Scenario, WhatARobotDoesWithoutATrailCanBeChosen) {

@@ -70,7 +70,7 @@ inline std::string Replaced(int line, std::string_view with) {
 
 inline std::string ErrorOf(std::string_view text) {
   const Result<Config> parsed = ParseConfig(text, "f.toml");
-  return parsed.ok() ? "" : parsed.error();
+  return parsed.ErrorOr("");
 }
 
 /// Mistakes and their messages; each file of tests has a suite of its own.

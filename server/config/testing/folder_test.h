@@ -46,7 +46,7 @@ class FolderTest : public ::testing::Test {
   std::string ErrorOf(std::string_view more, std::string_view map_keys = "",
                       std::string_view cell_m = "0.1") const {
     const Result<Config> parsed = Parse(more, map_keys, cell_m);
-    std::string error = parsed.ok() ? "" : parsed.error();
+    std::string error = parsed.ErrorOr("");
     const std::string folder = folder_.string() + "/";
     for (size_t at = error.find(folder); at != std::string::npos; at = error.find(folder)) {
       error.erase(at, folder.size());

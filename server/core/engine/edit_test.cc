@@ -77,7 +77,7 @@ TEST(Edit, SaysBeforehandWhatCannotBeDone) {
   const Bench bench(ConfigWithBlend());
   const auto error = [&bench](const FieldEdit& edit) {
     const Status status = bench.engine.CheckEdit(edit);
-    return status.ok() ? std::string("nothing") : status.error();
+    return status.ErrorOr("nothing");
   };
   EXPECT_EQ(error(Square(1, 64)), "nothing");
   EXPECT_EQ(error(Square(4, 64)), "pheromone type 4 is not configured");

@@ -62,7 +62,7 @@ Status FieldPart::Prepare(const SharedConfig& present, Event* event) {
     }
     Result<field::Raster> raster = field::RasterFor(edited->edit, present->field.map);
     if (!raster.ok()) {
-      return Error{raster.error()};
+      return raster.error();
     }
     edited->raster = std::make_shared<const field::Raster>(std::move(raster).value());
   } else if (auto* change = std::get_if<ConfigChanged>(event)) {

@@ -181,26 +181,20 @@ Status CheckTags(const EngineConfig& config) {
 }
 
 Result<RulesByName> RulesIn(const EngineConfig& config) {
-  const Status in_bounds = CheckFields(config.nets, "nets");
-  if (!in_bounds.ok()) {
-    return Error{in_bounds.error()};
-  }
+  PHEROMONE_TRY_STATUS(CheckFields(config.nets, "nets"));
   RulesByName rules;
   if (config.nets.size() > petri::kMaxLiveNets) {
     return Error{std::to_string(config.nets.size()) + " nets, expected " +
                  std::to_string(petri::kMaxLiveNets) + " at most"};
   }
   for (const LiveSettings& net : config.nets) {
-    Result<std::shared_ptr<const LiveRules>> made = petri::MakeLiveRules(net);
-    if (!made.ok()) {
-      return Error{made.error()};
-    }
-    if (net.name.empty() || !rules.emplace(net.name, std::move(made).value()).second) {
+    PHEROMONE_TRY(std::shared_ptr<const LiveRules> made, petri::MakeLiveRules(net));
+    if (net.name.empty() || !rules.emplace(net.name, std::move(made)).second) {
       return Error{"net \"" + net.name + "\": expected a name that no other net has"};
     }
   }
   const Status tags = CheckTags(config);
-  return tags.ok() ? Result<RulesByName>(std::move(rules)) : Error{tags.error()};
+  return tags.ok() ? Result<RulesByName>(std::move(rules)) : tags.error();
 }
 
 // For Hash: one word.
@@ -218,7 +212,7 @@ Status NetsPart::CheckConfig(const Context& context, const EngineConfig& next,
   }
   const Result<RulesByName> rules = RulesIn(next);
   if (!rules.ok()) {
-    return Error{rules.error()};
+    return rules.error();
   }
   for (const auto& [name, it] : rules.value()) {
     const auto running = nets_.find(name);

@@ -341,7 +341,7 @@ TEST_F(NetsPartTest, AnotherNetOfThatNameIsRefusedAndOneOfAnotherNameBegins) {
 TEST_F(NetsPartTest, AConfigurationThatItCannotHaveIsRefused) {
   const auto error = [&](const std::vector<petri::LiveSettings>& nets, const tags::Settings& tags) {
     const Status status = bench.engine.CheckConfig(testing::ConfigWith(nets, tags));
-    return status.ok() ? "" : status.error();
+    return status.ErrorOr("");
   };
   const petri::LiveSettings gate = LiveGateSettings();
   tags::Settings tags = testing::GateTags();

@@ -147,7 +147,7 @@ Status TagsPart::Prepare(const SharedConfig& present, const tags::Survey& survey
   }
   Result<tags::Plan> tags = tags::MakePlan(survey, change->config->tags);
   if (!tags.ok()) {
-    return Error{tags.error()};
+    return tags.error();
   }
   ConfigPlan plan = *change->plan;
   plan.tags = std::make_shared<const tags::Plan>(std::move(tags).value());

@@ -309,7 +309,7 @@ TEST_F(TagsPartTest, AnOperatorWritesAndErases) {
 TEST_F(TagsPartTest, AnOperatorIsToldWhatIsWrong) {
   const auto error_of = [&](const auto& change) {
     const Status status = bench_.engine.Check(TagsChanged{change});
-    return status.ok() ? "" : status.error();
+    return status.ErrorOr("");
   };
   using Write = TagsChanged::Write;
   const tags::Block block = {15, 5, {1, 2}, {3, 4}, {-3, 2}};

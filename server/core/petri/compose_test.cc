@@ -21,7 +21,7 @@ Net Caller() {
 
 std::string ErrorOf(const std::vector<Instance>& instances) {
   const Result<Net> net = Compose("whole", instances);
-  return net.ok() ? "" : net.error();
+  return net.ErrorOr("");
 }
 
 TEST(Compose, PrefixesIdsAndJoinsBoxesAndBoundPlaces) {

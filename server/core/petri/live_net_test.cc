@@ -259,7 +259,7 @@ class LiveRulesTest : public ::testing::Test {
  protected:
   std::string ErrorOf() const {
     const auto rules = MakeLiveRules(settings_);
-    return rules.ok() ? "" : rules.error();
+    return rules.ErrorOr("");
   }
   Transition& At(std::string_view id) {
     return settings_.net.transitions[TransitionOf(settings_.net, id)];

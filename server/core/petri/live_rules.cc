@@ -47,7 +47,7 @@ class Maker {
 
   Result<std::shared_ptr<const LiveRules>> Make() {
     const Status valid = CheckNet(settings_.net);
-    wrong_ = valid.ok() ? "" : valid.error();
+    wrong_ = valid.ErrorOr("");
     CheckSizes();
     CheckTags();
     for (uint32_t i = 0; wrong_.empty() && i < settings_.net.places.size(); ++i) {

@@ -68,7 +68,7 @@ TEST(CheckNet, SaysWhatIsWrong) {
     Net net = Mutex();
     change(&net);
     const Status status = CheckNet(net);
-    return status.ok() ? "" : status.error();
+    return status.ErrorOr("");
   };
   EXPECT_EQ(error([](Net* net) { net->places[1].id = "free"; }),
             "net \"mutex\": the ID \"free\" is given twice");

@@ -61,7 +61,7 @@ TEST(Property, NamesItsKindAndTransitions) {
 TEST(Property, SaysWhereTextIsWrong) {
   const auto error = [](const std::string& text) {
     const Result<Property> parsed = ParseProperty(Crossing(), {"it", text});
-    return parsed.ok() ? "" : parsed.error();
+    return parsed.ErrorOr("");
   };
   EXPECT_EQ(error("sometimes a = 1"),
             "claim \"it\", column 1: found \"sometimes\", expected always, never, reachable, live, "

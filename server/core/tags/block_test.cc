@@ -51,7 +51,7 @@ std::string FaultOf(Term subject, Term predicate, Term object) {
   block.predicate = predicate;
   block.object = object;
   const Status status = CheckBlock(block);
-  return status.ok() ? "" : status.error();
+  return status.ErrorOr("");
 }
 
 TEST(BlockTest, SubjectsAreSymbolsRobotsAndTags) {

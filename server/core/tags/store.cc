@@ -18,7 +18,7 @@ uint64_t HashOf(const std::pair<std::string, uint8_t>& robot, int32_t author) {
 
 Status Store::Check(const Settings& settings) const {
   const Result<Plan> plan = MakePlan(Look(), settings);
-  return plan.ok() ? Check(plan.value()) : Error{plan.error()};
+  return plan.ok() ? Check(plan.value()) : plan.error();
 }
 
 void Store::Configure(const Settings& settings) {

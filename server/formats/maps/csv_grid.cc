@@ -101,7 +101,7 @@ Result<Raster> ParseCsvGrid(std::string_view bytes, std::string_view name) {
     return problem.empty() ? Ok() : AtLine(name, line.number, 0, problem);
   });
   if (!read.ok()) {
-    return read.failure();
+    return read.error();
   }
   if (rows == 0) {
     return AtLine(name, 1, 0, "found nothing, expected rows of numbers");
@@ -119,7 +119,7 @@ Result<Raster> ParseCsvGrid(std::string_view bytes, std::string_view name) {
 
 Result<Raster> LoadCsvGrid(const std::string& path) {
   const Result<std::string> bytes = ReadFile(path);
-  return bytes.ok() ? ParseCsvGrid(bytes.value(), path) : Error{bytes.error()};
+  return bytes.ok() ? ParseCsvGrid(bytes.value(), path) : bytes.error();
 }
 
 std::string EncodeCsvGrid(const Raster& raster) {
@@ -166,7 +166,7 @@ Result<std::vector<PlacedValue>> ParseCsvPlaces(std::string_view bytes, std::str
     return Ok();
   });
   if (!read.ok()) {
-    return read.failure();
+    return read.error();
   }
   if (!header_seen) {
     return AtLine(name, 1, 0, "found nothing, expected x,y,value");
@@ -176,7 +176,7 @@ Result<std::vector<PlacedValue>> ParseCsvPlaces(std::string_view bytes, std::str
 
 Result<std::vector<PlacedValue>> LoadCsvPlaces(const std::string& path) {
   const Result<std::string> bytes = ReadFile(path);
-  return bytes.ok() ? ParseCsvPlaces(bytes.value(), path) : Error{bytes.error()};
+  return bytes.ok() ? ParseCsvPlaces(bytes.value(), path) : bytes.error();
 }
 
 std::string EncodeCsvPlaces(const std::vector<PlacedValue>& places) {

@@ -15,7 +15,7 @@ std::vector<Polyline> Parse(std::string_view text) {
 
 std::string ErrorOf(std::string_view text) {
   const auto lines = ParseCsvLines(text, "course.csv");
-  return lines.ok() ? "no error" : lines.error();
+  return lines.ErrorOr("no error");
 }
 
 TEST(CsvLine, RowsArePointsInMetresAndAnEmptyRowBeginsANewLine) {

@@ -179,7 +179,7 @@ Status SaveField(const std::string& path, const SavedField& saved) {
 
 Result<SavedField> LoadField(const std::string& path) {
   const Result<std::string> text = ReadFile(path);
-  return text.ok() ? ParseField(text.value(), path) : Error{text.error()};
+  return text.ok() ? ParseField(text.value(), path) : text.error();
 }
 
 Status CheckFits(const SavedField& saved, const field::FieldConfig& config) {

@@ -60,7 +60,7 @@ constexpr std::string_view kSmallFile =
 
 std::string ErrorOf(std::string_view text) {
   const Result<SavedField> parsed = ParseField(text, "lab.field");
-  return parsed.ok() ? "no error" : parsed.error();
+  return parsed.ErrorOr("no error");
 }
 
 std::string SmallFileWith(std::string_view what, std::string_view instead) {
@@ -240,7 +240,7 @@ TEST(FieldFileTest, WhatDoesNotFitTheConfigurationIsRefusedWithWords) {
     const FieldConfig before = config;
     const Status laid = LayOnto(saved, &config);
     EXPECT_EQ(config, before);
-    return laid.ok() ? "no error" : laid.error();
+    return laid.ErrorOr("no error");
   };
   // pheromones[0] is the path, [1] the trail, [2] the blend.
   EXPECT_EQ(refusal([](FieldConfig& it) { it.map.cell_um = 50'000; }),

@@ -21,12 +21,12 @@ std::vector<Polyline> Parse(std::string_view text) {
 
 std::string ErrorOf(std::string_view text) {
   const auto lines = Metres(text);
-  return lines.ok() ? "no error" : lines.error();
+  return lines.ErrorOr("no error");
 }
 
 std::string ErrorInDegrees(std::string_view text) {
   const auto lines = ParseGeoJsonLines(text, "site.geojson", GeoJsonUnit::kDegrees, kZurich);
-  return lines.ok() ? "no error" : lines.error();
+  return lines.ErrorOr("no error");
 }
 
 Polyline Open(std::vector<field::PointUm> points) {

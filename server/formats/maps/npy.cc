@@ -256,7 +256,7 @@ Result<Raster> ParseNpy(std::string_view bytes, std::string_view name) {
 
 Result<Raster> LoadNpy(const std::string& path) {
   const Result<std::string> bytes = ReadFile(path);
-  return bytes.ok() ? ParseNpy(bytes.value(), path) : Error{bytes.error()};
+  return bytes.ok() ? ParseNpy(bytes.value(), path) : bytes.error();
 }
 
 std::string EncodeNpy(const Raster& raster) {

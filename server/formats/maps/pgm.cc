@@ -165,7 +165,7 @@ Result<GrayImage> ParsePgm(std::string_view bytes, std::string_view name) {
 
 Result<GrayImage> LoadPgm(const std::string& path) {
   const Result<std::string> bytes = ReadFile(path);
-  return bytes.ok() ? ParsePgm(bytes.value(), path) : Error{bytes.error()};
+  return bytes.ok() ? ParsePgm(bytes.value(), path) : bytes.error();
 }
 
 std::string EncodePgm(const GrayImage& image) {

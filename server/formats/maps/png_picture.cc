@@ -269,7 +269,7 @@ Result<GrayImage> ParsePng(std::string_view bytes, std::string_view name) {
 
 Result<GrayImage> LoadPng(const std::string& path) {
   const Result<std::string> bytes = ReadFile(path);
-  return bytes.ok() ? ParsePng(bytes.value(), path) : Error{bytes.error()};
+  return bytes.ok() ? ParsePng(bytes.value(), path) : bytes.error();
 }
 
 Result<std::string> EncodeGrayPng(const GrayImage& image) {

@@ -2,7 +2,7 @@
 // a number in each.
 //
 //   Result<Raster> raster = LoadNpy("trail.npy");
-//   if (!raster.ok()) { return raster.failure(); }
+//   if (!raster.ok()) { return raster.error(); }
 //   const double value = raster.value().At(3, 0);  // fourth column of the bottom row
 //
 // Rows count from the bottom up, as y does on the map. In a file the first row is the top one, as

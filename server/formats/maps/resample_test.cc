@@ -36,7 +36,7 @@ SavedField Saved(std::string_view map, std::string_view nodes, std::string_view 
                            "# nodes type,column,row,level\n" +
                            std::string(nodes) + "# end " + std::string(end) + "\n";
   Result<SavedField> saved = ParseField(text, "test");
-  EXPECT_TRUE(saved.ok()) << (saved.ok() ? "" : saved.error());
+  EXPECT_TRUE(saved.ok()) << saved.ErrorOr("");
   return saved.ok() ? saved.value() : SavedField();
 }
 

@@ -131,7 +131,7 @@ Result<Net> CoreNet(const Net& net, const std::vector<uint32_t>& bounds) {
     after.inhibitors.clear();
   }
   if (const Status sound = CheckNet(core); !sound.ok()) {  // weights that are too large together
-    return sound.failure();
+    return sound.error();
   }
   return core;
 }

@@ -69,8 +69,7 @@ bool PnmlSource::FailAt(size_t offset, const std::string& found, std::string_vie
   const auto line =
       1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(offset), '\n');
   error_ = AtLine(name_, static_cast<size_t>(line), 0,
-                  "found " + found + ", expected " + std::string(expected))
-               .message;
+                  "found " + found + ", expected " + std::string(expected));
   return false;
 }
 

@@ -36,7 +36,7 @@ Net Parsed(const std::string& text) {
 
 std::string ErrorOf(const std::string& text) {
   const Result<Net> net = ParsePnml("a.pnml", text);
-  return net.ok() ? "no error" : net.error();
+  return net.ErrorOr("no error");
 }
 
 TEST(Pnml, ReadsPlacesTransitionsAndWeights) {

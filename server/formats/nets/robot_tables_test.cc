@@ -49,7 +49,7 @@ petri::Net Shuttle() {
 
 std::string ErrorOf(const petri::Net& net) {
   const Result<RobotTables> robot = MakeRobotTables(net);
-  return robot.ok() ? "" : robot.error();
+  return robot.ErrorOr("");
 }
 
 TEST(RobotTables, HasMasksAndMeaningsOfANet) {

@@ -23,7 +23,7 @@ class SystemErrorsTest : public ::testing::Test {
   }
 
   std::string Told(const Result<petri::Net>& net) const {
-    std::string error = net.ok() ? "" : net.error();
+    std::string error = net.ErrorOr("");
     const std::string folder = folder_.string() + "/";
     for (size_t at = error.find(folder); at != error.npos; at = error.find(folder)) {
       error.erase(at, folder.size());

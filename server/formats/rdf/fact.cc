@@ -41,7 +41,7 @@ Result<Block> AddBlock(const Fact& fact, int32_t author, const Naming& naming,
                     .predicate = predicate,
                     .object = object};
   const Status good = CheckBlock(block);
-  return good.ok() ? Result<Block>(block) : Error{good.error()};
+  return good.ok() ? Result<Block>(block) : good.error();
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ Status CheckFact(const Fact& fact, const Naming& naming) {
   int32_t author = 0;
   scratch.AddRobot(fact.robot_id, &author);
   const Result<Block> block = AddBlock(fact, author, naming, &scratch);
-  return block.ok() ? Ok() : Error{block.error()};
+  return block.ok() ? Ok() : block.error();
 }
 
 Result<Block> BlockOf(const Fact& fact, int32_t author, const Naming& naming,

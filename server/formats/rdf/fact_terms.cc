@@ -93,7 +93,7 @@ class Terms {
 
  private:
   Error Expected(const std::string& found, std::string_view expected) const {
-    return {Join(Join("the ", role_), " is ") + found + ", expected " + std::string(expected)};
+    return Error{Join(Join("the ", role_), " is ") + found + ", expected " + std::string(expected)};
   }
   static std::string Show(const std::string& iri) { return "<" + iri + ">"; }
 
@@ -299,7 +299,7 @@ Result<Term> Terms::OfLiteral(const Node& literal) {
     }
     const Result<int32_t> number = NumberOf(*text);
     return number.ok() ? Result<Term>(TermOfType(TypeCode::kString, number.value()))
-                       : Error{number.error()};
+                       : number.error();
   }
   for (const LiteralType& type : kLiteralTypes) {
     if (literal.datatype == Join(type.prefix, type.name)) {

@@ -33,11 +33,8 @@ Block With(Term object) {
 std::string ObjectOf(Term object) {
   Naming naming;
   naming.tags.Add(7, "dock 7");
-  const Result<Fact> fact = FactOf({"dock", With(object)}, PaperTables(), naming);
-  if (!fact.ok()) {
-    return fact.error();
-  }
-  const Node& node = fact.value().object;
+  PHEROMONE_TRY(const Fact fact, FactOf({"dock", With(object)}, PaperTables(), naming));
+  const Node& node = fact.object;
   if (!node.is_literal()) {
     return "<" + node.text + ">";
   }
@@ -162,7 +159,7 @@ std::string FaultOf(const Node& object) {
   const Result<std::vector<TagBlock>> blocks = BlocksOf(std::vector{fact}, naming, &tables);
   EXPECT_EQ(status.ok(), blocks.ok());
   EXPECT_EQ(tables.rows().empty(), !blocks.ok());
-  return status.ok() ? "" : status.error();
+  return status.ErrorOr("");
 }
 
 TEST(FactTest, ErrorsNameWhatWasFoundAndExpected) {

@@ -296,7 +296,7 @@ std::string FaultOf(const std::string& found, const std::string& replacement) {
   EXPECT_NE(at, std::string::npos) << found;
   text.replace(at, found.size(), replacement);
   const Result<RdfContents> read = ReadRdf("tags.ttl", text, RdfFormat::kTurtle, {});
-  return read.ok() ? "" : read.error();
+  return read.ErrorOr("");
 }
 
 TEST(RdfFileTest, AFactCanBeWrittenByHand) {
@@ -384,7 +384,7 @@ TEST(RdfFileTest, FactsOfNTriplesAreNamedWithTheirLine) {
   bad.replace(bad.find("\"o\""), 3, "\"\"");
   const auto fault = [](const std::string& text) {
     const Result<RdfContents> read = ReadRdf("tags.nt", text, RdfFormat::kNTriples, {});
-    return read.ok() ? "" : read.error();
+    return read.ErrorOr("");
   };
   EXPECT_EQ(fault(good + bad).substr(0, 21), "tags.nt:8: <urn:bad>:");
   EXPECT_EQ(fault("# a comment\n\n" + good + " \t" + bad).substr(0, 22), "tags.nt:10: <urn:bad>:");

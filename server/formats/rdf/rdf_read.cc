@@ -104,8 +104,9 @@ class RdfReader {
     return name_ + (line > 0 ? ":" + std::to_string(line) : "") + ": ";
   }
   Error Wrong(const Thing& thing, Property property, const std::string& found) const {
-    return {At(thing.line) + thing.name + ": the " + std::string(kPropertyNames[property].name) +
-            " is " + found + ", expected " + std::string(kPropertyNames[property].expected)};
+    return Error{At(thing.line) + thing.name + ": the " +
+                 std::string(kPropertyNames[property].name) + " is " + found + ", expected " +
+                 std::string(kPropertyNames[property].expected)};
   }
   Result<Fact> FactOf(const Thing& thing) const;
 
@@ -234,7 +235,7 @@ Result<Fact> RdfReader::FactOf(const Thing& thing) const {
   const auto& values = thing.values;
   const std::optional<std::string> tag = tags::TagNameOf(values[kTag]->text, naming_);
   if (!tag) {
-    return Error{Wrong(thing, kTag, values[kTag]->Describe()).message + ", such as <" +
+    return Error{Wrong(thing, kTag, values[kTag]->Describe()) + ", such as <" +
                  tags::TagIri("7", naming_) + ">"};
   }
   const Value& id = *values[kRobotId];
@@ -284,7 +285,7 @@ Result<RdfContents> ReadRdf(const std::string& name, std::string_view text, RdfF
                             const tags::Naming& naming) {
   RdfReader reader(name, naming);
   const Status parsed = reader.Parse(text, format);
-  return parsed.ok() ? reader.Contents() : Error{parsed.error()};
+  return parsed.ok() ? reader.Contents() : parsed.error();
 }
 
 Result<RdfContents> LoadRdf(const std::string& path, std::optional<RdfFormat> format,
@@ -294,7 +295,7 @@ Result<RdfContents> LoadRdf(const std::string& path, std::optional<RdfFormat> fo
     format = by_ending;
   }
   const Result<std::string> text = ReadFile(path);
-  return text.ok() ? ReadRdf(path, text.value(), *format, naming) : Error{text.error()};
+  return text.ok() ? ReadRdf(path, text.value(), *format, naming) : text.error();
 }
 
 }  // namespace pheromone::ctl

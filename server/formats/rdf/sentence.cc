@@ -132,8 +132,7 @@ class Parser {
     if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
       const Result<int32_t> number =
           NumberOf("object", Unquoted(std::string_view(text).substr(1, text.size() - 2)));
-      return number.ok() ? Result<Term>(of(TypeCode::kString, number.value()))
-                         : Error{number.error()};
+      return number.ok() ? Result<Term>(of(TypeCode::kString, number.value())) : number.error();
     }
     if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'') {
       const auto scalar = ParseChar(std::string_view(text).substr(1, text.size() - 2));
@@ -221,7 +220,7 @@ class Parser {
     }
     if (end == std::string::npos || end + 1 == iri.size()) {
       const Result<int32_t> number = NumberOf(term, iri);
-      return number.ok() ? Result<Term>(Term{0, number.value()}) : Error{number.error()};
+      return number.ok() ? Result<Term>(Term{0, number.value()}) : number.error();
     }
     return InNamespace(term, iri.substr(0, end + 1), iri.substr(end + 1));
   }
@@ -230,7 +229,7 @@ class Parser {
                            const std::string& local) {
     PHEROMONE_TRY(const int32_t space_number, NumberOf(term, space));
     const Result<int32_t> number = NumberOf(term, local);
-    return number.ok() ? Result<Term>(Term{space_number, number.value()}) : Error{number.error()};
+    return number.ok() ? Result<Term>(Term{space_number, number.value()}) : number.error();
   }
 
   Result<int32_t> NumberOf(std::string_view term, const std::string& text) {
@@ -312,7 +311,7 @@ Result<Block> ParseSentence(std::string_view sentence, int32_t author, SymbolTab
   PHEROMONE_TRY(const Term object, parser.Object((*terms)[2]));
   const Block block{author, 0, subject, predicate, object};
   const Status good = CheckBlock(block);
-  return good.ok() ? Result<Block>(block) : Error{good.error()};
+  return good.ok() ? Result<Block>(block) : good.error();
 }
 
 }  // namespace pheromone::tags

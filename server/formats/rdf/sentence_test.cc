@@ -23,7 +23,7 @@ class SentenceTest : public ::testing::Test {
   Term Object(const std::string& text) { return Parsed("15 is " + text).object; }
   std::string ErrorOf(std::string_view sentence) {
     const Result<Block> block = ParseSentence(sentence, 1, &tables_);
-    return block.ok() ? "" : block.error();
+    return block.ErrorOr("");
   }
 
   SymbolTables tables_;

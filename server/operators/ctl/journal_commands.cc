@@ -37,11 +37,8 @@ Result<std::unique_ptr<PosixFolder>> Open(const std::string& path) {
   if (!folder.ok()) {
     return folder;
   }
-  const auto names = folder.value()->List();
-  if (!names.ok()) {
-    return names.failure();
-  }
-  for (const std::string& name : names.value()) {
+  PHEROMONE_TRY(const auto names, folder.value()->List());
+  for (const std::string& name : names) {
     if (journal::OrdinalOf(name) || journal::SnapshotSequenceOf(name)) {
       return folder;
     }

@@ -155,8 +155,8 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
   const Result<journal::Recovered> recovered = journal::Recover(*old.value());
   if (!recovered.ok() || recovered.value().lost || recovered.value().differs ||
       !recovered.value().engine.configured()) {
-    return Fail(kFoundDamage, recovered.ok() ? folder + ": no complete state; see \"journal check\""
-                                             : recovered.error());
+    return Fail(kFoundDamage,
+                recovered.ErrorOr(folder + ": no complete state; see \"journal check\""));
   }
   const journal::Recovered& state = recovered.value();
   const bool has_nets = state.engine.nets().Hash() != 0;

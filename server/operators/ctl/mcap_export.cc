@@ -192,7 +192,7 @@ Status ExportOne(const std::string& file, Show* show) {
 int ExportMcap(const std::vector<std::string>& captures, const McapOptions& options) {
   std::FILE* const file = std::fopen(options.out.c_str(), "wbe");
   if (file == nullptr) {
-    return Fail(kFailed, SystemError(options.out).message);
+    return Fail(kFailed, SystemError(options.out));
   }
   uint64_t bytes = 0;
   mcap::Writer writer(

@@ -55,7 +55,7 @@ Result<Descriptor> Connect(const std::string& to) {
   if (failed != 0) {
     return Error{to + ": " + gai_strerror(failed)};
   }
-  Error error;
+  Error error{to + ": not found"};
   for (const addrinfo* it = found; it != nullptr; it = it->ai_next) {
     Descriptor candidate(socket(it->ai_family, it->ai_socktype | SOCK_CLOEXEC, it->ai_protocol));
     if (candidate.valid() && connect(candidate.get(), it->ai_addr, it->ai_addrlen) == 0) {
@@ -66,7 +66,7 @@ Result<Descriptor> Connect(const std::string& to) {
     const bool refused = errno == ECONNREFUSED;
     error = SystemError(to);
     if (refused) {
-      error.message += "; HOST:PORT must be a TCP link, UDP is not supported";
+      error += "; HOST:PORT must be a TCP link, UDP is not supported";
     }
   }
   freeaddrinfo(found);

@@ -74,7 +74,7 @@ Result<maps::Raster> LoadRaster(const std::string& path, std::optional<double> w
     case Format::kPng:
       break;
     case Format::kUnknown:
-      return Error{CheckRasterEnding(path).error()};
+      return CheckRasterEnding(path).error();
   }
   PHEROMONE_TRY(maps::GrayImage image,
                 format == Format::kPgm ? maps::LoadPgm(path) : maps::LoadPng(path));

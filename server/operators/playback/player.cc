@@ -59,7 +59,7 @@ bool Player::Survey(uint64_t most_bytes) {
   while (!is_surveyed_ && surveyor_->position().byte - begin < most_bytes) {
     const Result<std::optional<capture::Found>> found = surveyor_->Next();
     if (!found.ok() || !found.value()) {
-      problem_ = !found.ok() ? found.error() : "";
+      problem_ = found.ErrorOr("");
       is_surveyed_ = true;
       break;
     }

@@ -111,7 +111,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
       tcp_.set_option(tcp::acceptor::reuse_address(true), ignored);
     });
     if (!listening.ok()) {
-      return listening.failure();
+      return listening.error();
     }
     error_code ignored;
     port_ = tcp_.local_endpoint(ignored).port();

@@ -89,7 +89,7 @@ void Link::ReportFailure(const std::string& why) {
 }
 
 void Link::ReportError(const Error& error, const std::string& consequence) {
-  Tell(Severity::kWarning, error.message, "", consequence);
+  Tell(Severity::kWarning, error, "", consequence);
 }
 
 void Link::ReportSilence(std::chrono::seconds since) {

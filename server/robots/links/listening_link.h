@@ -89,7 +89,7 @@ class ListeningLink : public Link {
     const auto where = pheromone::Listen(config().listen, &socket_, [this] { Prepare(); });
     if (!where.ok()) {
       ReportFailure(where.error());
-      return where.failure();
+      return where.error();
     }
     OnListening();
     ReportUp(protocol_ + " " + where.value(), where.value());

@@ -129,7 +129,7 @@ class PortLink final : public Link {
       if (failure) {
         look_.cancel();
         session_.reset();
-        ReportDown(failure->message);
+        ReportDown(*failure);
         opened_ = *failure;
         co_await CloseAfterFailure();
       }

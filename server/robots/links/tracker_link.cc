@@ -67,7 +67,7 @@ class TrackerLink::Impl {
     KeepRunning(
         strand_, [this] { return Receive(); },
         [this](const Error& error) {
-          log_({Severity::kWarning, kSource, error.message, "", "the tracker continues"});
+          log_({Severity::kWarning, kSource, error, "", "the tracker continues"});
         });
     return listening;
   }
@@ -97,7 +97,7 @@ class TrackerLink::Impl {
       if (record_.SetDown(where.error(), true)) {
         log_({Severity::kWarning, kSource, "down", where.error(), "retrying"});
       }
-      return where.failure();
+      return where.error();
     }
     const std::string how = "udp " + where.value();
     if (record_.SetUp(how, where.value())) {
@@ -134,7 +134,7 @@ class TrackerLink::Impl {
     try {
       Take(datagram);
     } catch (...) {
-      log_({Severity::kWarning, kSource, InternalError(std::current_exception()).message, "",
+      log_({Severity::kWarning, kSource, InternalError(std::current_exception()), "",
             "a datagram was dropped"});
       const std::lock_guard lock(mutex_);
       ++counters_.datagrams;

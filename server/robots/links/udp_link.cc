@@ -99,7 +99,7 @@ class UdpLink final : public ListeningLink<udp::socket> {
       parser_ = {};
       batch_.clear();
       askers_.clear();
-      ReportDown(InternalError(std::current_exception()).message);
+      ReportDown(InternalError(std::current_exception()));
       return false;
     }
   }

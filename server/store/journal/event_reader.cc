@@ -16,12 +16,9 @@ struct Segment {
 };
 
 Result<std::vector<Segment>> WholeSegments(const Folder& folder) {
-  const Result<std::vector<std::string>> names = folder.List();
-  if (!names.ok()) {
-    return Error{names.error()};
-  }
+  PHEROMONE_TRY(const std::vector<std::string> names, folder.List());
   std::vector<Segment> segments;
-  for (const std::string& name : names.value()) {
+  for (const std::string& name : names) {
     if (!OrdinalOf(name)) {
       continue;
     }
@@ -39,11 +36,7 @@ Result<std::vector<Segment>> WholeSegments(const Folder& folder) {
 }  // namespace
 
 Result<Walked> WalkEvents(const Folder& folder, const std::function<void(const Record&)>& visit) {
-  const Result<std::vector<Segment>> listed = WholeSegments(folder);
-  if (!listed.ok()) {
-    return Error{listed.error()};
-  }
-  const std::vector<Segment>& segments = listed.value();
+  PHEROMONE_TRY(const std::vector<Segment> segments, WholeSegments(folder));
   Walked walked;
   for (size_t i = 0; i < segments.size(); ++i) {
     uint64_t end = UINT64_MAX;  // from here on a later segment replaces this one
@@ -70,7 +63,7 @@ Result<Walked> WalkEvents(const Folder& folder, const std::function<void(const R
       walked.last = record.sequence;
     }
     if (!reader.status().ok()) {
-      return Error{reader.status().error()};
+      return reader.status().error();
     }
     if (found == RecordReader::Found::kBad && walked.last + 1 < end) {
       walked.cut_short =

@@ -124,10 +124,7 @@ std::string EncodeHeader(const SegmentHeader& header) {
 }
 
 Result<SegmentHeader> DecodeSegmentHeader(std::string_view bytes) {
-  const Status good = CheckHeader(bytes, kSegmentMagic, kSegmentHeaderBytes, "a segment");
-  if (!good.ok()) {
-    return Error{good.error()};
-  }
+  PHEROMONE_TRY_STATUS(CheckHeader(bytes, kSegmentMagic, kSegmentHeaderBytes, "a segment"));
   ByteReader reader(bytes.substr(kSegmentMagic.size() + 4));
   SegmentHeader header;
   header.relaxed = (reader.U32() & kFlagRelaxed) != 0;
@@ -153,10 +150,7 @@ std::string EncodeHeader(const SnapshotHeader& header) {
 }
 
 Result<SnapshotHeader> DecodeSnapshotHeader(std::string_view bytes) {
-  const Status good = CheckHeader(bytes, kSnapshotMagic, kSnapshotHeaderBytes, "a snapshot");
-  if (!good.ok()) {
-    return Error{good.error()};
-  }
+  PHEROMONE_TRY_STATUS(CheckHeader(bytes, kSnapshotMagic, kSnapshotHeaderBytes, "a snapshot"));
   ByteReader reader(bytes.substr(kSnapshotMagic.size() + 4));
   SnapshotHeader header;
   header.sequence = reader.U64();

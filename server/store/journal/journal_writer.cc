@@ -287,7 +287,7 @@ void LocalJournal::EndSegment() {
   if (!next.ok() || next.value()->Reserve(settings_.queue_bytes + kSlackBytes) ==
                         AppendFile::Reserved::kNoSpace) {
     tell_(true, "journal: cannot start a new segment, continuing with the old one: " +
-                    (next.ok() ? folder_->path() + ": no space left" : next.error()));
+                    next.ErrorOr(folder_->path() + ": no space left"));
     (void)folder_->Remove(name);
     reserved_bytes_ = reserved_before;
     Reserve(file_.get());

@@ -70,7 +70,7 @@ Status LocalJournal::WriteAhead(engine::Event* event) {
     AppendPiece(at, bytes.substr(at, settings_.piece_bytes), &piece);
     const Result<uint64_t> segment = WritePiece(std::move(piece), at == 0 ? 0 : ahead->segment);
     if (!segment.ok()) {
-      return Error{segment.error()};
+      return segment.error();
     }
     // A segment that was begun meanwhile must contain all pieces.
     at = segment.value() != 0 ? at + settings_.piece_bytes : 0;

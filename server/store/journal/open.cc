@@ -10,11 +10,8 @@ namespace pheromone::journal {
 namespace {
 
 Status RemoveUnfinished(Folder* folder) {
-  const Result<std::vector<std::string>> names = folder->List();
-  if (!names.ok()) {
-    return Error{names.error()};
-  }
-  for (const std::string& name : names.value()) {
+  PHEROMONE_TRY(const std::vector<std::string> names, folder->List());
+  for (const std::string& name : names) {
     if (name.ends_with(kUnfinished) &&
         SnapshotSequenceOf(name.substr(0, name.size() - kUnfinished.size()))) {
       Status removed = folder->Remove(name);
@@ -70,17 +67,14 @@ std::vector<std::string> Report(const Recovered& recovered) {
 Result<Opened> OpenJournal(Folder* folder, const JournalSettings& settings,
                            LocalJournal::ReadMicroseconds clock, LocalJournal::Tell tell,
                            const TellProgress& tell_progress) {
-  Result<Recovered> found = Recover(*folder, UINT64_MAX, tell_progress);
-  if (!found.ok()) {
-    return Error{found.error()};
-  }
-  Recovered& recovered = found.value();
+  PHEROMONE_TRY(Recovered found, Recover(*folder, UINT64_MAX, tell_progress));
+  Recovered& recovered = found;
   Status status = RemoveUnfinished(folder);
   if (status.ok() && (!recovered.damaged_files.empty() || recovered.differs)) {
     status = SetAside(&recovered, folder);
   }
   if (!status.ok()) {
-    return Error{status.error()};
+    return status.error();
   }
   Opened opened;
   opened.report = Report(recovered);

@@ -103,10 +103,7 @@ Status MakeFolder(const std::string& path) {
 
 Result<std::unique_ptr<PosixFolder>> PosixFolder::Open(const std::string& path, Mode mode) {
   if (mode == Mode::kOwner) {
-    const Status made = MakeFolder(path);
-    if (!made.ok()) {
-      return Error{made.error()};
-    }
+    PHEROMONE_TRY_STATUS(MakeFolder(path));
   }
   Descriptor fd(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!fd.valid()) {

@@ -35,7 +35,7 @@ class Recovery {
       status = ReadSegment(i);
     }
     if (!status.ok()) {
-      return Error{status.error()};
+      return status.error();
     }
     CompareWithTheNote();
     const bool cut_short = last_is_relaxed_ && !ended_;
@@ -50,11 +50,8 @@ class Recovery {
 
  private:
   Status List(uint64_t before_ordinal) {
-    const Result<std::vector<std::string>> names = folder_.List();
-    if (!names.ok()) {
-      return Error{names.error()};
-    }
-    for (const std::string& name : names.value()) {
+    PHEROMONE_TRY(const std::vector<std::string> names, folder_.List());
+    for (const std::string& name : names) {
       const bool aside = name.ends_with(kDamaged);
       const auto ordinal = OrdinalOf(aside ? name.substr(0, name.size() - kDamaged.size()) : name);
       if (ordinal) {
@@ -88,11 +85,8 @@ class Recovery {
 
   // Entries with the name of a journal file that are not regular files.
   Status ListOthers() {
-    const Result<std::vector<std::string>> names = folder_.ListOthers();
-    if (!names.ok()) {
-      return Error{names.error()};
-    }
-    for (const std::string& name : names.value()) {
+    PHEROMONE_TRY(const std::vector<std::string> names, folder_.ListOthers());
+    for (const std::string& name : names) {
       const auto ordinal = OrdinalOf(name);
       if (ordinal || SnapshotSequenceOf(name) || name == kDurableName) {
         Note(name, 0, "is a folder, a link or a device, expected a regular file; skipped", true);
@@ -130,12 +124,9 @@ class Recovery {
   }
 
   Status ReadHeader(Segment* segment) const {
-    const Result<std::string> head = folder_.Read(segment->name, 0, kSegmentHeaderBytes);
-    if (!head.ok()) {
-      return Error{head.error()};
-    }
-    const Result<SegmentHeader> header = DecodeSegmentHeader(head.value());
-    if (!header.ok() && IsOfAnotherVersion(head.value())) {
+    PHEROMONE_TRY(const std::string head, folder_.Read(segment->name, 0, kSegmentHeaderBytes));
+    const Result<SegmentHeader> header = DecodeSegmentHeader(head);
+    if (!header.ok() && IsOfAnotherVersion(head)) {
       return Error{folder_.path() + "/" + segment->name + ": " + header.error()};
     }
     if (!header.ok()) {
@@ -339,7 +330,7 @@ class Recovery {
       const Result<uint64_t> marked = DurableIn(folder_, segment.name, i == index ? byte : 0,
                                                 [this](uint64_t bytes) { Advance(bytes); });
       if (!marked.ok()) {
-        return Error{marked.error()};
+        return marked.error();
       }
       durable_ = std::max(durable_, marked.value());
     }

@@ -9,13 +9,10 @@
 namespace pheromone::journal {
 
 Result<uint64_t> RemoveWhatIsNotNeeded(size_t keep, Folder* folder) {
-  const Result<std::vector<std::string>> names = folder->List();
-  if (!names.ok()) {
-    return Error{names.error()};
-  }
+  PHEROMONE_TRY(const std::vector<std::string> names, folder->List());
   std::vector<std::pair<uint64_t, std::string>> snapshots;
   std::vector<std::pair<SegmentHeader, std::string>> segments;
-  for (const std::string& name : names.value()) {
+  for (const std::string& name : names) {
     if (const auto sequence = SnapshotSequenceOf(name)) {
       snapshots.emplace_back(*sequence, name);
     } else if (OrdinalOf(name)) {
@@ -40,10 +37,7 @@ Result<uint64_t> RemoveWhatIsNotNeeded(size_t keep, Folder* folder) {
     }
   }
   for (const std::string& name : unneeded) {
-    const Status removed = folder->Remove(name);
-    if (!removed.ok()) {
-      return Error{removed.error()};
-    }
+    PHEROMONE_TRY_STATUS(folder->Remove(name));
   }
   return unneeded.empty() || folder->Sync().ok() ? Result<uint64_t>(unneeded.size())
                                                  : Error{folder->path() + ": cannot be synced"};

@@ -126,7 +126,7 @@ Found SegmentReader::NextAsWritten(Record* record) {
     return Bad("truncated record header");
   }
   if (!Fill(kHeaderBytes)) {
-    return Bad(status_.ok() ? "the file was truncated while being read" : status_.error());
+    return Bad(status_.ErrorOr("the file was truncated while being read"));
   }
   const uint64_t length = ByteReader(std::string_view(window_).substr(at_ - window_at_, 4)).U32();
   if (length > left - kHeaderBytes) {
@@ -136,7 +136,7 @@ Found SegmentReader::NextAsWritten(Record* record) {
     return Bad("record checksum mismatch");
   }
   if (!Fill(kHeaderBytes + length)) {
-    return Bad(status_.ok() ? "the file was truncated while being read" : status_.error());
+    return Bad(status_.ErrorOr("the file was truncated while being read"));
   }
   RecordReader reader(std::string_view(window_).substr(at_ - window_at_, kHeaderBytes + length), 0);
   const Found found = reader.Next(record);
@@ -153,12 +153,9 @@ Result<uint64_t> DurableIn(const Folder& folder, const std::string& name, uint64
   constexpr uint64_t kOverlap = 16;  // a mark is 17 bytes, and may lie across two windows
   uint64_t durable = 0;
   for (;;) {
-    const Result<std::string> window = folder.Read(name, at, kWindowBytes);
-    if (!window.ok()) {
-      return Error{window.error()};
-    }
-    durable = std::max(durable, DurableIn(window.value(), 0));
-    if (window.value().size() < kWindowBytes) {
+    PHEROMONE_TRY(const std::string window, folder.Read(name, at, kWindowBytes));
+    durable = std::max(durable, DurableIn(window, 0));
+    if (window.size() < kWindowBytes) {
       return durable;
     }
     at += kWindowBytes - kOverlap;

@@ -77,12 +77,9 @@ class Portions {
 }  // namespace
 
 Status WriteSnapshot(const engine::Engine& engine, const engine::Stamp& stamp, Folder* folder) {
-  Result<std::unique_ptr<SnapshotWriter>> begun =
-      SnapshotWriter::Begin({engine.sequence(), stamp, engine.StateHash()}, folder);
-  if (!begun.ok()) {
-    return Error{begun.error()};
-  }
-  SnapshotWriter& file = *begun.value();
+  PHEROMONE_TRY(std::unique_ptr<SnapshotWriter> begun,
+                SnapshotWriter::Begin({engine.sequence(), stamp, engine.StateHash()}, folder));
+  SnapshotWriter& file = *begun;
   Status status = Ok();
   ByteWriter writer([&](std::string_view portion) {
     if (status.ok()) {
@@ -100,13 +97,10 @@ Status WriteSnapshot(const engine::Engine& engine, const engine::Stamp& stamp, F
 Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uint64_t* byte,
                               const std::function<void(uint64_t)>& read) {
   *byte = 0;
-  const Result<std::string> head = folder.Read(name, 0, kSnapshotHeaderBytes);
-  if (!head.ok()) {
-    return Error{head.error()};
-  }
-  const Result<SnapshotHeader> header = DecodeSnapshotHeader(head.value());
+  PHEROMONE_TRY(const std::string head, folder.Read(name, 0, kSnapshotHeaderBytes));
+  const Result<SnapshotHeader> header = DecodeSnapshotHeader(head);
   if (!header.ok()) {
-    return Error{header.error()};
+    return header.error();
   }
   Portions portions(folder, name);
   ByteReader reader([&] {
@@ -122,7 +116,7 @@ Result<Snapshot> ReadSnapshot(const Folder& folder, const std::string& name, uin
   const Status ended = portions.AtEnd();
   *byte = portions.at();
   if (!ended.ok()) {
-    return Error{ended.error()};
+    return ended.error();
   }
   if (!engine.ok() || !reader.ok()) {
     return Error{engine.ok() ? reader.error() : engine.error()};

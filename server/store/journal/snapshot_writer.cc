@@ -40,16 +40,10 @@ Result<std::unique_ptr<SnapshotWriter>> SnapshotWriter::Begin(const SnapshotHead
                                                               Folder* folder) {
   std::unique_ptr<SnapshotWriter> writer(new SnapshotWriter(header.sequence, folder));
   (void)folder->Remove(writer->unfinished_);  // possibly left by an earlier attempt
-  Result<std::unique_ptr<AppendFile>> file = folder->Create(writer->unfinished_);
-  if (!file.ok()) {
-    return Error{file.error()};
-  }
+  PHEROMONE_TRY(std::unique_ptr<AppendFile> file, folder->Create(writer->unfinished_));
   writer->is_there_ = true;
-  writer->file_ = std::move(file).value();
-  const Status begun = writer->file_->Append(EncodeHeader(header));
-  if (!begun.ok()) {
-    return Error{begun.error()};
-  }
+  writer->file_ = std::move(file);
+  PHEROMONE_TRY_STATUS(writer->file_->Append(EncodeHeader(header)));
   return writer;
 }
 
@@ -90,15 +84,9 @@ Result<std::unique_ptr<SnapshotWriter>> SnapshotWriter::Write(StateSource* sourc
   }
   SnapshotWriter& writer = *begun.value();
   for (;;) {
-    const Result<std::string> portion = source->Next();
-    if (!portion.ok()) {
-      return Error{portion.error()};
-    }
-    const Status status = portion.value().empty() ? writer.End() : writer.Append(portion.value());
-    if (!status.ok()) {
-      return Error{status.error()};
-    }
-    if (portion.value().empty()) {
+    PHEROMONE_TRY(const std::string portion, source->Next());
+    PHEROMONE_TRY_STATUS(portion.empty() ? writer.End() : writer.Append(portion));
+    if (portion.empty()) {
       return begun;
     }
   }

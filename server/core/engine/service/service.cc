@@ -58,11 +58,11 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
     if (present) {
       acceptable = Prepare(*present, *config, *field, survey, now_ms, &event);
       if (!acceptable.ok()) {
-        return Error{acceptable.error()};
+        return acceptable.error();
       }
       acceptable = log_->WriteAhead(&event);
       if (!acceptable.ok()) {
-        return Error{acceptable.error()};
+        return acceptable.error();
       }
     }
     uint64_t id = 0;
@@ -90,7 +90,7 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
         }
         id = engine_.sequence();
       } else if (!engine_.is_busy()) {
-        return Error{acceptable.error()};
+        return acceptable.error();
       }
     }
     std::get<ConfigChanged>(event).ahead.reset();
@@ -99,10 +99,10 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
       return Configured{finished.ok()};  // it is logged in any case
     }
     if (!finished.ok()) {
-      return Error{finished.error()};
+      return finished.error();
     }
   }
-  return Error{acceptable.error()};
+  return acceptable.error();
 }
 
 // Without the lock: its time depends on the size of configuration and map.
@@ -320,12 +320,9 @@ Status Service::SetGoal(LinkIndex link, uint8_t id, field::PointUm point, uint32
     config = engine_.shared_config();
   }
   const field::FieldConfig& field = (*config)->field;
-  Result<std::vector<field::PointUm>> route =
-      field::FindRoute(field.map, field.obstacles, from, point);
-  if (!route.ok()) {
-    return Error{route.error()};
-  }
-  const GoalSet set{link, id, {std::move(route).value(), tolerance_um}};
+  PHEROMONE_TRY(std::vector<field::PointUm> route,
+                field::FindRoute(field.map, field.obstacles, from, point));
+  const GoalSet set{link, id, {std::move(route), tolerance_um}};
   const std::lock_guard lock(mutex_);
   std::vector<Outgoing> none;
   Status acceptable = engine_.Check(set);
@@ -348,10 +345,7 @@ Status Service::CancelGoal(LinkIndex link, uint8_t id) {
 
 Result<uint64_t> Service::Submit(const Event& event, std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
-  const Status acceptable = engine_.Check(event);
-  if (!acceptable.ok()) {
-    return Error{acceptable.error()};
-  }
+  PHEROMONE_TRY_STATUS(engine_.Check(event));
   const size_t before = out->size();
   if (Change(StampNow(), event, out) != Reason::kNone) {
     return Error{kNoChanges};
@@ -364,17 +358,11 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
   std::optional<SharedConfig> present;
   {
     const std::lock_guard lock(mutex_);
-    const Status acceptable = engine_.CheckEdit(edit);
-    if (!acceptable.ok()) {
-      return Error{acceptable.error()};
-    }
+    PHEROMONE_TRY_STATUS(engine_.CheckEdit(edit));
     present = engine_.shared_config();
   }
   Event event = FieldEdited{edit};
-  const Status prepared = Engine::Prepare(*present, &event);
-  if (!prepared.ok()) {
-    return Error{prepared.error()};
-  }
+  PHEROMONE_TRY_STATUS(Engine::Prepare(*present, &event));
   const bool takes_all = edit.shape == field::FieldEdit::Shape::kAll;
   const field::MapGeometry& map = (*present)->field.map;
   const int64_t nodes = takes_all ? int64_t{map.columns()} * map.rows()
@@ -388,18 +376,15 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
     const std::lock_guard lock(mutex_);
     const Status acceptable = engine_.CheckEdit(edit);  // the configuration may have changed
     if (!acceptable.ok()) {
-      return Error{acceptable.error()};
+      return acceptable.error();
     }
     if (Change(StampNow(), event, &none) != Reason::kNone) {
       return Error{kNoChanges};
     }
     id = engine_.sequence();
   }
-  const Result<uint64_t> finished = Finish(id);
-  if (!finished.ok()) {
-    return Error{finished.error()};
-  }
-  return Applied{finished.value(), nodes};
+  PHEROMONE_TRY(const uint64_t finished, Finish(id));
+  return Applied{finished, nodes};
 }
 
 // Continues the work in progress until the change that event `id` began is complete; 0: all of it.
@@ -415,7 +400,7 @@ Result<uint64_t> Service::Finish(uint64_t id) {
       if (awaited != awaited_works_.end() && awaited->second) {
         const Status outcome = *awaited->second;
         awaited_works_.erase(awaited);
-        return outcome.ok() ? Result<uint64_t>(engine_.sequence()) : Error{outcome.error()};
+        return outcome.ok() ? Result<uint64_t>(engine_.sequence()) : outcome.error();
       }
       if (id == 0 && !engine_.is_busy()) {
         return engine_.sequence();

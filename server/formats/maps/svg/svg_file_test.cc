@@ -28,7 +28,7 @@ std::vector<Polyline> Parse(std::string_view text, const std::string& id = "") {
 
 std::string ErrorOf(std::string_view text, const std::string& id = "") {
   const auto lines = Read(text, id);
-  return lines.ok() ? "no error" : lines.error();
+  return lines.ErrorOr("no error");
 }
 
 // Points in whole millimetres of the map: y upwards.

@@ -29,7 +29,7 @@ std::vector<Polyline> Parse(std::string_view data, int64_t tolerance_um = 10) {
 
 std::string ErrorOf(std::string_view data) {
   const auto lines = Read(data);
-  return lines.ok() ? "no error" : lines.error();
+  return lines.ErrorOr("no error");
 }
 
 // Points in whole millimetres.

@@ -32,12 +32,9 @@ Result<Raster> Load(const std::string& path, double white) {
   if (path.ends_with(".yaml")) {
     return LoadRosMap(path);
   }
-  Result<GrayImage> image = path.ends_with(".pgm") ? LoadPgm(path) : LoadPng(path);
-  if (!image.ok()) {
-    return Error{image.error()};
-  }
-  const double maximum = image.value().maximum;
-  return ValuesOf(std::move(image).value(), white > 0 ? white : maximum);
+  PHEROMONE_TRY(GrayImage image, path.ends_with(".pgm") ? LoadPgm(path) : LoadPng(path));
+  const double maximum = image.maximum;
+  return ValuesOf(std::move(image), white > 0 ? white : maximum);
 }
 
 Status Save(const std::string& path, Raster raster, double white) {

@@ -79,7 +79,7 @@ void ExpectEveryBeginningRefused(std::string_view bytes, const Parse& parse) {
 
 template <typename T>
 std::string ErrorOf(const Result<T>& result) {
-  return result.ok() ? "no error" : result.error();
+  return result.ErrorOr("no error");
 }
 
 }  // namespace pheromone::maps::testing

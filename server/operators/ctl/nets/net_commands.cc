@@ -52,11 +52,10 @@ Result<petri::Net> LoadNet(const NetSource& source) {
       return Error{source.path + ": --set: PNML has no parameters"};
     }
     const Result<std::string> text = ReadFile(source.path);
-    return text.ok() ? nets::ParsePnml(source.path, text.value()) : Error{text.error()};
+    return text.ok() ? nets::ParsePnml(source.path, text.value()) : text.error();
   }
   const Result<nets::Parameters> parameters = ParametersOf(source.parameters);
-  return parameters.ok() ? nets::LoadSystem(source.path, parameters.value())
-                         : Error{parameters.error()};
+  return parameters.ok() ? nets::LoadSystem(source.path, parameters.value()) : parameters.error();
 }
 
 // One line on standard error, once a second, if it is a terminal.

@@ -20,7 +20,7 @@ namespace json = boost::json;
 Result<std::optional<RdfFormat>> FormatOf(const TagFile& file) {
   if (!file.format.empty()) {
     const Result<RdfFormat> format = RdfFormatNamed(file.format);
-    return format.ok() ? Result<std::optional<RdfFormat>>(format.value()) : Error{format.error()};
+    return format.ok() ? Result<std::optional<RdfFormat>>(format.value()) : format.error();
   }
   return file.path.empty() ? std::optional(RdfFormat::kNTriples) : std::nullopt;
 }

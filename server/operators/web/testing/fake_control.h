@@ -184,7 +184,7 @@ class FakeControl final : public control::Control {
 
   template <typename T>
   Result<T> Or(T value) const {
-    return outcome.ok() ? Result<T>(std::move(value)) : Error{outcome.error()};
+    return outcome.ok() ? Result<T>(std::move(value)) : outcome.error();
   }
 };
 

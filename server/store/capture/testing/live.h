@@ -59,16 +59,13 @@ inline std::string ReplayError(const std::string& bytes, ReplayReport* report = 
   const std::vector<Found> records = RecordsOf(bytes, &error);
   Replay replay;
   for (const Found& found : records) {
-    const Status same = replay.Take(found);
-    if (!same.ok()) {
-      return same.error();
-    }
+    PHEROMONE_TRY_STATUS(replay.Take(found));
   }
   if (report != nullptr) {
     *report = replay.report();
   }
   const Status whole = replay.Finish();
-  return !error.empty() ? error : whole.ok() ? "" : whole.error();
+  return !error.empty() ? error : whole.ErrorOr("");
 }
 
 /// A file of these records, numbered anew.

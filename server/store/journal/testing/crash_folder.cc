@@ -223,10 +223,7 @@ Result<uint64_t> CrashFolder::Size(const std::string& name) const {
 Result<std::unique_ptr<SlotFile>> CrashFolder::OpenSlots(const std::string& name, uint64_t bytes) {
   if (!is_off_ && !Has(name)) {
     const auto file = std::make_shared<Inode>();
-    const Status made = Make({"", name, file});
-    if (!made.ok()) {
-      return Error{made.error()};
-    }
+    PHEROMONE_TRY_STATUS(Make({"", name, file}));
   }
   if (is_off_) {
     return Off();
@@ -251,10 +248,7 @@ Result<std::unique_ptr<AppendFile>> CrashFolder::Create(const std::string& name)
     return Error{path_ + "/" + name + ": cannot be created: File exists"};
   }
   const auto file = std::make_shared<Inode>();
-  const Status made = Make({"", name, file});
-  if (!made.ok()) {
-    return Error{made.error()};
-  }
+  PHEROMONE_TRY_STATUS(Make({"", name, file}));
   return std::unique_ptr<AppendFile>(std::make_unique<CrashFile>(this, file));
 }
 
