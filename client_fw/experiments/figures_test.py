@@ -13,7 +13,7 @@ import xml.etree.ElementTree
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 ROOT = next(folder for folder in FOLDER.parents if (folder / "CMakePresets.json").exists())
-sys.path.insert(0, str(FOLDER))
+sys.path.insert(0, str(ROOT / "deploy/pictures"))
 
 import figure_style  # noqa: E402  (after the path)
 

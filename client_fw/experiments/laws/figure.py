@@ -7,7 +7,7 @@
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "deploy/pictures"))
 
 import figure_style as style  # noqa: E402  (after the path)
 from figure_style import pyplot  # noqa: E402

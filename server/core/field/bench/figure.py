@@ -8,8 +8,7 @@ import pathlib
 import sys
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-ROOT = next(folder for folder in FOLDER.parents if (folder / "CMakePresets.json").exists())
-sys.path.insert(0, str(ROOT / "client_fw" / "experiments"))
+sys.path.insert(0, str(FOLDER.parents[3] / "deploy/pictures"))
 
 import figure_style as style  # noqa: E402  (after the path)
 from figure_style import pyplot  # noqa: E402
