@@ -311,7 +311,7 @@ class DaemonTest(unittest.TestCase):
             server.await_log("link radio-b: up, serial ./modem at 9600 baud", 2)
             self.assertEqual(ask(master, PING, len(ECHO)), ECHO)
             self.assertEqual(server.stop(), 0)
-            self.assertIn("opened again 1", server.log)
+            self.assertIn("opened 2 times", server.log)
         os.close(master)
 
     def test_a_required_port_that_does_not_exist_ends_the_start(self):
