@@ -28,7 +28,7 @@ TEST_F(ControlTest, WithoutTablesThereIsASocketAndNoWeb) {
 
 TEST_F(ControlTest, TheDefaultConfigurationIsReadableOnLocalhostAndTakesNoChangesThere) {
   const Config config = ParseConfig(DefaultConfigText(), "default").value();
-  EXPECT_EQ(config.web, (WebSettings{"127.0.0.1", 8377, "", {}}));
+  EXPECT_EQ(config.web, (WebSettings{{"127.0.0.1", 8377}, "", {}}));
 }
 
 TEST_F(ControlTest, EveryKeyIsRead) {
@@ -39,7 +39,7 @@ TEST_F(ControlTest, EveryKeyIsRead) {
   ASSERT_TRUE(parsed.ok()) << parsed.error();
   EXPECT_EQ(parsed.value().control.socket, "/run/lab.sock");
   EXPECT_EQ(parsed.value().web,
-            (WebSettings{"::1", 80, std::string(kToken), {"lab.local", "robots"}}));
+            (WebSettings{{"::1", 80}, std::string(kToken), {"lab.local", "robots"}}));
   EXPECT_TRUE(parsed.value().warnings.empty());
   EXPECT_EQ(Parse("[control]\nenabled = false\n").value().control.socket, "");
 }

@@ -15,13 +15,13 @@ namespace {
 
 constexpr uint8_t kUs = 7;
 constexpr uint8_t kThreeBytesMs = 4;  // at 9600 baud
-constexpr uint8_t kTurnMs = 20;
+constexpr uint8_t kEachTurnMs = 20;
 
 protocol::Message RoundOf(uint8_t number, std::initializer_list<uint8_t> turns,
                           uint8_t open_slots = 0, uint8_t answers = 0) {
   protocol::Round round;
   round.number = number;
-  round.turn_ms = kTurnMs;
+  round.turn_ms = kEachTurnMs;
   round.turn_bytes = 33;
   round.slot_ms = 3;
   round.open_slots = open_slots;
@@ -45,10 +45,10 @@ class TurnsTest : public ::testing::Test {
   }
 
   // ms until it is not kNone any more, looking each ms; -1 if not within `patience_ms`.
-  int Await(Rounds::Turn expected, bool clear = true, int patience_ms = 500) {
+  int Await(client::Rounds::Turn expected, bool clear = true, int patience_ms = 500) {
     for (int ms = 0; ms <= patience_ms; ++ms) {
-      const Rounds::Turn turn = rounds_.TurnDue(clear);
-      if (turn != Rounds::kNone) {
+      const client::Rounds::Turn turn = rounds_.TurnDue(clear);
+      if (turn != client::Rounds::kNone) {
         EXPECT_EQ(turn, expected);
         return ms;
       }
@@ -57,7 +57,7 @@ class TurnsTest : public ::testing::Test {
     return -1;
   }
 
-  Rounds rounds_{kUs, kThreeBytesMs};
+  client::Rounds rounds_{kUs, kThreeBytesMs};
 };
 
 TEST_F(TurnsTest, OursBeginsAfterThoseBeforeIt) {
@@ -65,58 +65,58 @@ TEST_F(TurnsTest, OursBeginsAfterThoseBeforeIt) {
   EXPECT_EQ(rounds_.values().number, 5);
   EXPECT_EQ(rounds_.values().turn_bytes, 33);
   EXPECT_EQ(rounds_.values().slot_ms, 3);
-  EXPECT_EQ(rounds_.reserved_ms(), protocol::kBeforeTurnsMs + 4 * kTurnMs);
-  EXPECT_EQ(Await(Rounds::kDue), protocol::kBeforeTurnsMs + 2 * kTurnMs);
+  EXPECT_EQ(rounds_.reserved_ms(), protocol::kBeforeTurnsMs + 4 * kEachTurnMs);
+  EXPECT_EQ(Await(client::Rounds::kDue), protocol::kBeforeTurnsMs + 2 * kEachTurnMs);
   EXPECT_EQ(rounds_.values().turn, 2);
-  EXPECT_EQ(Await(Rounds::kDue), -1) << "it is told once";
+  EXPECT_EQ(Await(client::Rounds::kDue), -1) << "it is told once";
 }
 
 TEST_F(TurnsTest, NoneIsOursInARoundOfOthers) {
   EXPECT_FALSE(Grant(RoundOf(5, {1, 2})));
-  EXPECT_EQ(Await(Rounds::kDue), -1);
+  EXPECT_EQ(Await(client::Rounds::kDue), -1);
 }
 
 TEST_F(TurnsTest, OursBeginsAtOnceWhenTheOneBeforeHasSent) {
   Grant(RoundOf(1, {1, kUs}));
   rounds_.Advance(9);
   rounds_.OnFrameOf(9);  // not the one before us
-  EXPECT_EQ(rounds_.TurnDue(true), Rounds::kNone);
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone);
   rounds_.OnFrameOf(1);
-  EXPECT_EQ(rounds_.TurnDue(true), Rounds::kDue);
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kDue);
 }
 
 TEST_F(TurnsTest, OneThatHasTwoTurnsBeforeOursSendsTwice) {
   Grant(RoundOf(1, {1, 1, kUs}));
   rounds_.OnFrameOf(1);
-  EXPECT_EQ(rounds_.TurnDue(true), Rounds::kNone);
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone);
   rounds_.OnFrameOf(1);
-  EXPECT_EQ(rounds_.TurnDue(true), Rounds::kDue);
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kDue);
 }
 
 TEST_F(TurnsTest, TwoOfOursFollowEachOther) {
   Grant(RoundOf(1, {kUs, kUs, 1}));
   EXPECT_EQ(rounds_.values().turns, 2);
-  EXPECT_EQ(Await(Rounds::kDue), protocol::kBeforeTurnsMs);
+  EXPECT_EQ(Await(client::Rounds::kDue), protocol::kBeforeTurnsMs);
   EXPECT_EQ(rounds_.values().turn, 0);
-  EXPECT_EQ(Await(Rounds::kDue), 0);
+  EXPECT_EQ(Await(client::Rounds::kDue), 0);
   EXPECT_EQ(rounds_.values().turn, 1);
 }
 
 TEST_F(TurnsTest, AChannelThatIsNotClearMakesUsMissOurs) {
   Grant(RoundOf(1, {1, kUs}));
-  const int late = Await(Rounds::kMissed, false);
-  EXPECT_GT(late, protocol::kBeforeTurnsMs + kTurnMs);
-  EXPECT_LT(late, protocol::kBeforeTurnsMs + 2 * kTurnMs) << "before the next one's";
+  const int late = Await(client::Rounds::kMissed, false);
+  EXPECT_GT(late, protocol::kBeforeTurnsMs + kEachTurnMs);
+  EXPECT_LT(late, protocol::kBeforeTurnsMs + 2 * kEachTurnMs) << "before the next one's";
 }
 
 TEST_F(TurnsTest, AnswersAreThoseOfTheTurnsOfTheRoundBefore) {
   const protocol::Message round = RoundOf(1, {kUs}, 0, 2);
-  const uint8_t* const second = Rounds::AnswerIn(round.data, 1);
+  const uint8_t* const second = client::Rounds::AnswerIn(round.data, 1);
   ASSERT_NE(second, nullptr);
   EXPECT_EQ(static_cast<int16_t>(protocol::GetU16(second)), 101);
   EXPECT_EQ(static_cast<int16_t>(protocol::GetU16(second + 2)), -1);
-  EXPECT_EQ(Rounds::AnswerIn(round.data, 2), nullptr);
-  EXPECT_EQ(Rounds::AnswerIn(round.data, 255), nullptr);
+  EXPECT_EQ(client::Rounds::AnswerIn(round.data, 2), nullptr);
+  EXPECT_EQ(client::Rounds::AnswerIn(round.data, 255), nullptr);
 }
 
 TEST_F(TurnsTest, TheNumbersOfRoundsWrap) {
@@ -138,7 +138,7 @@ TEST_F(TurnsTest, AnOpeningEndsAfterItsSlotsUnlessSomethingIsSentInIt) {
   Grant(RoundOf(1, {1}, 4));
   rounds_.KeepOpen(rounds_.reserved_ms(), 3);
   EXPECT_EQ(rounds_.OpenSlots(), 4);
-  const uint16_t turns_ms = protocol::kBeforeTurnsMs + kTurnMs;
+  const uint16_t turns_ms = protocol::kBeforeTurnsMs + kEachTurnMs;
   rounds_.Advance(turns_ms + 4 * 3);
   EXPECT_TRUE(rounds_.open());
   rounds_.KeepOpen(0, 3);  // somebody has sent: its slots begin again
@@ -164,7 +164,7 @@ TEST_F(TurnsTest, WithoutARoundForTwoSecondsThereAreNone) {
   EXPECT_EQ(rounds_.left_ms(), 2000);
   rounds_.Advance(2000);
   EXPECT_EQ(rounds_.left_ms(), 0);
-  EXPECT_EQ(rounds_.TurnDue(true), Rounds::kNone) << "a turn of long ago";
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone) << "a turn of long ago";
   EXPECT_EQ(rounds_.values().turns, 0);
 }
 

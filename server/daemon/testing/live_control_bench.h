@@ -34,7 +34,7 @@ namespace pheromone::daemon::testing {
 class FakeLink final : public links::Link {
  public:
   FakeLink(std::string name, engine::LinkIndex index)
-      : Link({std::move(name), index, nullptr, [](const links::LinkNotice&) {}}) {}
+      : Link({.name = std::move(name)}, {.index = index, .log = [](const links::LinkNotice&) {}}) {}
   Status Start() override {
     ReportUp("somewhere");
     return Ok();
@@ -133,7 +133,7 @@ class LiveControlTest : public ::testing::Test {
     config_.engine = engine::testing::SmallConfig();
     config_.engine.frames = {engine::MakeFrame("radio-b", 7, {1'000'000, 0}, 90)};
     config_.links.resize(2);
-    config_.links[1].kind = config::LinkKind::kSerial;
+    config_.links[1].kind = links::LinkKind::kSerial;
     config_.links[1].baud = 9600;
     EXPECT_TRUE(service_.Configure(config_.engine, 7).ok());
     for (engine::LinkIndex i = 0; i < 2; ++i) {

@@ -95,9 +95,7 @@ class FakeControl final : public control::Control {
   void Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) override {
     const auto nodes = field::NodesOf(edit, SmallField().map);
     if (!outcome.ok() || !nodes.ok() || nodes.value().empty()) {
-      done(Error{!outcome.ok() ? outcome.error()
-                 : nodes.ok()  ? "the shape contains no node of the map"
-                               : nodes.error()});
+      done(Error{outcome.ErrorOr(nodes.ErrorOr("the shape contains no node of the map"))});
       return;
     }
     edits.push_back(edit);
