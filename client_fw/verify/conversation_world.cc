@@ -126,8 +126,7 @@ bool ConversationWorld::Send(bool in_next_period) {
   const bool has_pose =
       is_of_tags() ? IsOfTags(memory_.opcode) || exchange_.state == client::TagExchange::kAsked
                    : left_.changes > 0;
-  if (robot_.requests().greeted && !has_pose && memory_.opcode == 0 &&
-      robot_.state().events == 0) {
+  if (robot_.requests().greeted && !has_pose && memory_.opcode == 0 && robot_.state().events == 0) {
     return false;  // it has nothing to send
   }
   for (uint32_t waited = 0; waited < kPatienceMs; ++waited) {
