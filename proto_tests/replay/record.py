@@ -433,12 +433,12 @@ def parts(lab):
     expect([it["object"] for it in two.read(*here, 1)], [244, -1])
     expect(two.resolve(1, 1), "http://example.org/ns#")
     expect_refusal("tag protected", one.erase, *here, 1, 1)
-    places = [row for row in two.scan(1000, 3000)]
-    for row in places[:3]:
-        two.read(1000, 3000, row[0])
+    places = [row[0] for row in two.scan(1000, 3000)][:3]
+    for place in places:
+        two.read(1000, 3000, place)
     time.sleep(0.2)  # the net's pheromones evaporate
-    for row in places[:3]:
-        two.read(1000, 3000, row[0])
+    for place in places:
+        two.read(1000, 3000, place)
     two.trace(1, 1000, 2000, 0x4000)
     lab.ctl("goto", "radio-a", "1", "--cancel")
     one.sense(1, 1000, 2000, 0)

@@ -7,7 +7,7 @@
 //   ByteReader reader(writer.bytes());
 //   uint16_t number = reader.U16();
 //   std::string name = reader.Text();
-//   if (!reader.ok()) return reader.error();
+//   if (!reader.ok()) return Error{reader.error()};
 //
 // Data that does not fit into memory is processed in portions: a writer with a sink passes its
 // bytes on, and a reader with a source asks for more.

@@ -47,7 +47,7 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
                                  counters.frames_out, counters.bytes_out);
   for (const links::LinkCounter& it : links::kLinkCounters) {
     const uint64_t count = it.count(counters);
-    if (it.is_loss && count != 0) {
+    if (it.kind != links::CounterKind::kTraffic && count != 0) {
       line += fmt::format(", {} {}", count, it.name);
     }
   }

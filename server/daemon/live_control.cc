@@ -44,7 +44,8 @@ std::optional<double> SecondsUntil(std::optional<TimePoint> then) {
 std::vector<control::NamedCount> CountsOf(const links::LinkCounters& counters) {
   std::vector<control::NamedCount> counts;
   for (const links::LinkCounter& it : links::kLinkCounters) {
-    counts.push_back({it.name, it.help, it.count(counters), it.is_loss});
+    counts.push_back({it.name, it.help, it.count(counters), it.kind != links::CounterKind::kTraffic,
+                      it.kind == links::CounterKind::kLoss});
   }
   return counts;
 }

@@ -165,9 +165,6 @@ TEST_F(MediumAccessTest, WithOthersAboutTheDelayIsRandomWholeSlots) {
     Hear(SenseOf(9));
     Hear(AnswerTo(9));
     Run(100);
-    while (!medium_.MayBegin(false) && i == 0) {
-      Step();
-    }
     medium_.Contend(MediumAccess::kRandom);
     const int slots = (Await() + kSlotMs - 1) / kSlotMs;
     ASSERT_GE(slots, 1);

@@ -1,263 +1,171 @@
-// Turns that the server grants: protocol/README.md, section 9, "Rounds".
+// Rounds by itself: what a ROUND grants, and when a turn of ours has come (protocol/README.md,
+// section 9, "Rounds").
 #include <gtest/gtest.h>
 
-#include <vector>
+#include <cstdint>
+#include <initializer_list>
 
-#include "client_fw/core/testing/conversation_harness.h"
+#include "client_fw/core/medium/rounds.h"
+#include "protocol/byte_order.h"
+#include "protocol/messages.h"
 
 namespace pheromone {
 namespace client {
 namespace {
 
-constexpr uint8_t kOther = 9;
-constexpr uint8_t kTurnMs = 20;
+constexpr uint8_t kUs = 7;
+constexpr uint8_t kThreeBytesMs = 4;  // at 9600 baud
+constexpr uint8_t kEachTurnMs = 20;
 
-struct Rounds : Harness {
-  explicit Rounds(const Parameters& parameters = TestParameters()) : Harness(parameters) {}
+protocol::Message RoundOf(uint8_t number, std::initializer_list<uint8_t> turns,
+                          uint8_t open_slots = 0, uint8_t answers = 0) {
+  protocol::Round round;
+  round.number = number;
+  round.turn_ms = kEachTurnMs;
+  round.turn_bytes = 33;
+  round.slot_ms = 3;
+  round.open_slots = open_slots;
+  round.answer_count = answers;
+  for (uint8_t i = 0; i < answers; ++i) {
+    round.answers[i] = {static_cast<int16_t>(100 + i), static_cast<int16_t>(-i)};
+  }
+  for (const uint8_t id : turns) {
+    round.turns[round.turn_count++] = id;
+  }
+  protocol::Message message;
+  EXPECT_TRUE(Encode(round, &message));
+  return message;
+}
 
-  protocol::Round Next(const std::vector<uint8_t>& turns, uint8_t open_slots = 0) {
-    protocol::Round round;
-    round.number = ++number;
-    round.turn_ms = kTurnMs;
-    round.turn_bytes = 20;
-    round.slot_ms = kTestSlotMs;
-    round.open_slots = open_slots;
-    for (const uint8_t id : turns) {
-      round.turns[round.turn_count++] = id;
+class TurnsTest : public ::testing::Test {
+ protected:
+  bool Grant(const protocol::Message& round) {
+    EXPECT_TRUE(rounds_.OnRound(round.data, round.length));
+    return rounds_.Grant(round.data);
+  }
+
+  // ms until it is not kNone any more, looking each ms; -1 if not within `patience_ms`.
+  int Await(client::Rounds::Turn expected, bool clear = true, int patience_ms = 500) {
+    for (int ms = 0; ms <= patience_ms; ++ms) {
+      const client::Rounds::Turn turn = rounds_.TurnDue(clear);
+      if (turn != client::Rounds::kNone) {
+        EXPECT_EQ(turn, expected);
+        return ms;
+      }
+      rounds_.Advance(1);
     }
-    return round;
+    return -1;
   }
 
-  void Grant(const std::vector<uint8_t>& turns, uint8_t open_slots = 0) {
-    FeedEncoded(Next(turns, open_slots));
-    round_ms = now_ms;
-  }
-
-  void AnswerRound(const std::vector<protocol::RoundAnswer>& answers,
-                   const std::vector<uint8_t>& turns = {}, uint8_t open_slots = 0) {
-    protocol::Round round = Next(turns, open_slots);
-    for (const protocol::RoundAnswer& answer : answers) {
-      round.answers[round.answer_count++] = answer;
-    }
-    FeedEncoded(round);
-    round_ms = now_ms;
-  }
-
-  /// When the frame of the turn began, after the ROUND; 0 if there was none in 200 ms.
-  uint32_t TurnAfter() {
-    const uint32_t from_ms = round_ms;
-    return RunUntilSent(200) ? began_ms - from_ms : 0;
-  }
-
-  uint8_t number = 40;
-  uint32_t round_ms = 0;
+  client::Rounds rounds_{kUs, kThreeBytesMs};
 };
 
-Parameters Tracing() {
-  Parameters parameters = TestParameters();
-  parameters.lay_trail = true;
-  return parameters;
+TEST_F(TurnsTest, OursBeginsAfterThoseBeforeIt) {
+  EXPECT_TRUE(Grant(RoundOf(5, {1, 2, kUs, 9})));
+  EXPECT_EQ(rounds_.values().number, 5);
+  EXPECT_EQ(rounds_.values().turn_bytes, 33);
+  EXPECT_EQ(rounds_.values().slot_ms, 3);
+  EXPECT_EQ(rounds_.reserved_ms(), protocol::kBeforeTurnsMs + 4 * kEachTurnMs);
+  EXPECT_EQ(Await(client::Rounds::kDue), protocol::kBeforeTurnsMs + 2 * kEachTurnMs);
+  EXPECT_EQ(rounds_.values().turn, 2);
+  EXPECT_EQ(Await(client::Rounds::kDue), -1) << "it is told once";
 }
 
-TEST(RoundsTest, ATurnBeginsAtItsTimeAndIsAnsweredByTheNextRound) {
-  Rounds harness;
-  harness.Greet();
-  harness.Grant({kOther, 3, kTestId});
-  EXPECT_EQ(1u + 2 * kTurnMs, harness.TurnAfter());
-  harness.SentSense();
-  harness.AnswerRound({{1, 2}, {3, 4}, {500, -600}});
-  EXPECT_EQ(500, harness.conversation.state().p_left);
-  EXPECT_EQ(-600, harness.conversation.state().p_right);
-  EXPECT_EQ(1u, harness.counters().answers);
-  EXPECT_EQ(0, harness.conversation.state().flags);
-  EXPECT_EQ(2u, harness.counters().rounds);
-  EXPECT_EQ(1u, harness.counters().turns);
+TEST_F(TurnsTest, NoneIsOursInARoundOfOthers) {
+  EXPECT_FALSE(Grant(RoundOf(5, {1, 2})));
+  EXPECT_EQ(Await(client::Rounds::kDue), -1);
 }
 
-TEST(RoundsTest, ATurnBeginsWhenTheOneBeforeIsOver) {
-  Rounds harness;
-  harness.Greet();
-  harness.Grant({3, kOther, kTestId});
-  harness.Run(5);
-  harness.FeedEncoded(protocol::SenseAnswer{kOther, 2, false, 1, 1});  // of the server: no turn
-  harness.Run(2);
-  protocol::Message sense;
-  ASSERT_TRUE(Encode(protocol::SenseRequest{3, 2, false, {0, 0, 0}}, &sense));
-  harness.Feed(sense);  // not the one before
-  harness.Run(3);
-  EXPECT_EQ(1, harness.frames_sent);
-  sense.id = kOther;
-  harness.Feed(sense);
-  EXPECT_EQ(11u, harness.TurnAfter());
+TEST_F(TurnsTest, OursBeginsAtOnceWhenTheOneBeforeHasSent) {
+  Grant(RoundOf(1, {1, kUs}));
+  rounds_.Advance(9);
+  rounds_.OnFrameOf(9);  // not the one before us
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone);
+  rounds_.OnFrameOf(1);
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kDue);
 }
 
-TEST(RoundsTest, WhoHasNoTurnIsSilent) {
-  Rounds harness;
-  harness.Greet();
-  for (int i = 0; i < 10; ++i) {
-    harness.Grant({kOther, 3});
-    harness.Run(150);
+TEST_F(TurnsTest, OneThatHasTwoTurnsBeforeOursSendsTwice) {
+  Grant(RoundOf(1, {1, 1, kUs}));
+  rounds_.OnFrameOf(1);
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone);
+  rounds_.OnFrameOf(1);
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kDue);
+}
+
+TEST_F(TurnsTest, TwoOfOursFollowEachOther) {
+  Grant(RoundOf(1, {kUs, kUs, 1}));
+  EXPECT_EQ(rounds_.values().turns, 2);
+  EXPECT_EQ(Await(client::Rounds::kDue), protocol::kBeforeTurnsMs);
+  EXPECT_EQ(rounds_.values().turn, 0);
+  EXPECT_EQ(Await(client::Rounds::kDue), 0);
+  EXPECT_EQ(rounds_.values().turn, 1);
+}
+
+TEST_F(TurnsTest, AChannelThatIsNotClearMakesUsMissOurs) {
+  Grant(RoundOf(1, {1, kUs}));
+  const int late = Await(client::Rounds::kMissed, false);
+  EXPECT_GT(late, protocol::kBeforeTurnsMs + kEachTurnMs);
+  EXPECT_LT(late, protocol::kBeforeTurnsMs + 2 * kEachTurnMs) << "before the next one's";
+}
+
+TEST_F(TurnsTest, AnswersAreThoseOfTheTurnsOfTheRoundBefore) {
+  const protocol::Message round = RoundOf(1, {kUs}, 0, 2);
+  const uint8_t* const second = client::Rounds::AnswerIn(round.data, 1);
+  ASSERT_NE(second, nullptr);
+  EXPECT_EQ(static_cast<int16_t>(protocol::GetU16(second)), 101);
+  EXPECT_EQ(static_cast<int16_t>(protocol::GetU16(second + 2)), -1);
+  EXPECT_EQ(client::Rounds::AnswerIn(round.data, 2), nullptr);
+  EXPECT_EQ(client::Rounds::AnswerIn(round.data, 255), nullptr);
+}
+
+TEST_F(TurnsTest, TheNumbersOfRoundsWrap) {
+  Grant(RoundOf(255, {kUs}));
+  EXPECT_TRUE(rounds_.Follows(RoundOf(0, {kUs}).data));
+  EXPECT_FALSE(rounds_.Follows(RoundOf(1, {kUs}).data));
+  EXPECT_FALSE(rounds_.Follows(RoundOf(255, {kUs}).data));
+}
+
+TEST_F(TurnsTest, DataOfAnotherLengthIsNoRound) {
+  const protocol::Message round = RoundOf(1, {kUs, 1}, 0, 3);
+  for (int length = 0; length < 256; ++length) {
+    EXPECT_EQ(rounds_.OnRound(round.data, static_cast<uint8_t>(length)), length == round.length)
+        << length;
   }
-  EXPECT_EQ(1, harness.frames_sent);  // HELLO
 }
 
-TEST(RoundsTest, ARoundThatWasMissedLeavesTheRequestUnanswered) {
-  Rounds harness(Tracing());
-  harness.Greet();
-  harness.Grant({kTestId});
-  ASSERT_NE(0u, harness.TurnAfter());
-  const std::vector<uint8_t> first = harness.wire;
-  ++harness.number;  // a ROUND that was not heard
-  harness.AnswerRound({{7, 7}}, {kTestId});
-  EXPECT_EQ(0u, harness.counters().answers);
-  harness.pose.x_mm += 500;
-  ASSERT_NE(0u, harness.TurnAfter());
-  EXPECT_EQ(first, harness.wire);  // byte for byte
-  harness.AnswerRound({{7, 8}});
-  EXPECT_EQ(7, harness.conversation.state().p_left);
+TEST_F(TurnsTest, AnOpeningEndsAfterItsSlotsUnlessSomethingIsSentInIt) {
+  Grant(RoundOf(1, {1}, 4));
+  rounds_.KeepOpen(rounds_.reserved_ms(), 3);
+  EXPECT_EQ(rounds_.OpenSlots(), 4);
+  const uint16_t turns_ms = protocol::kBeforeTurnsMs + kEachTurnMs;
+  rounds_.Advance(turns_ms + 4 * 3);
+  EXPECT_TRUE(rounds_.open());
+  rounds_.KeepOpen(0, 3);  // somebody has sent: its slots begin again
+  rounds_.Advance(4 * 3);
+  EXPECT_TRUE(rounds_.open());
+  rounds_.Advance(kThreeBytesMs);
+  EXPECT_FALSE(rounds_.open());
+  EXPECT_EQ(rounds_.OpenSlots(), 0);
+  rounds_.KeepOpen(0, 3);
+  EXPECT_FALSE(rounds_.open()) << "nothing opens it again";
 }
 
-TEST(RoundsTest, AnAnswerWithoutIntensitiesMeansOnceMoreOrIsTheReasonOfAnError) {
-  Rounds harness(Tracing());
-  harness.Greet();
-  harness.Grant({kTestId});
-  ASSERT_NE(0u, harness.TurnAfter());
-  const std::vector<uint8_t> first = harness.wire;
-  harness.AnswerRound({{protocol::kNoIntensities, 0}}, {kTestId});
-  ASSERT_NE(0u, harness.TurnAfter());
-  EXPECT_EQ(first, harness.wire);
-  const auto off_the_map = static_cast<int16_t>(protocol::Reason::kOffTheMap);
-  harness.AnswerRound({{protocol::kNoIntensities, off_the_map}}, {kTestId});
-  EXPECT_EQ(protocol::Reason::kOffTheMap, harness.conversation.requests().last_error);
-  EXPECT_NE(0, harness.conversation.state().flags & kOffTheMap);
-  ASSERT_NE(0u, harness.TurnAfter());
-  EXPECT_NE(first, harness.wire);  // that one is settled
+TEST_F(TurnsTest, AnOpeningUntilTheNextRoundHasNoSlotsToChooseFrom) {
+  Grant(RoundOf(1, {}, protocol::kOpenUntilNextRound));
+  rounds_.KeepOpen(0, 3);
+  EXPECT_EQ(rounds_.OpenSlots(), 0);
+  rounds_.Advance(kRoundsMs - 1);
+  EXPECT_TRUE(rounds_.open());
 }
 
-TEST(RoundsTest, WhoIsListedTwiceAcknowledgesTheCommandFirst) {
-  Rounds harness;
-  harness.Greet();
-  protocol::Command halt;
-  halt.id = kTestId;
-  halt.seq = 5;
-  halt.code = protocol::CommandCode::kHalt;
-  harness.FeedEncoded(halt);
-  harness.Grant({kTestId, kTestId});
-  harness.Run(2);
-  EXPECT_EQ(harness.round_ms + 1, harness.began_ms);
-  EXPECT_EQ(protocol::kCommandAck, harness.sent.opcode);
-  ASSERT_TRUE(harness.RunUntilSent(100));
-  EXPECT_EQ(harness.sent_ms, harness.began_ms);  // the next one has begun at once
-  ASSERT_TRUE(harness.RunUntilSent(100));
-  harness.SentSense();
-  harness.AnswerRound({{protocol::kNoIntensities, 0}, {30, 40}});
-  EXPECT_EQ(30, harness.conversation.state().p_left);
-}
-
-TEST(RoundsTest, ASecondTurnThatDoesNotFollowTheFirstIsNotTaken) {
-  Rounds harness;
-  harness.Greet();
-  protocol::Command halt;
-  halt.id = kTestId;
-  halt.seq = 5;
-  halt.code = protocol::CommandCode::kHalt;
-  harness.FeedEncoded(halt);
-  harness.Grant({kTestId, kOther, kTestId});
-  ASSERT_TRUE(harness.RunUntilSent(100));
-  EXPECT_EQ(protocol::kCommandAck, harness.sent.opcode);
-  EXPECT_FALSE(harness.RunUntilSent(100));
-}
-
-TEST(RoundsTest, ARequestThatDoesNotFitWaitsForAnOpening) {
-  Rounds harness;
-  harness.Greet();
-  protocol::Round round = harness.Next({kTestId}, 8);
-  round.turn_bytes = 10;
-  harness.FeedEncoded(round);
-  harness.round_ms = harness.now_ms;
-  EXPECT_GT(harness.TurnAfter(), 1u + kTurnMs);
-  harness.SentSense();
-}
-
-TEST(RoundsTest, ANewcomerSaysHelloInAnOpeningOnly) {
-  Rounds harness;
-  harness.Grant({kOther, 3, 4});
-  harness.Run(150);
-  harness.Grant({kOther, 3, 4});
-  harness.Run(150);
-  EXPECT_EQ(0, harness.frames_sent);
-  harness.Grant({kOther}, 4);
-  const uint32_t after_ms = harness.TurnAfter();
-  EXPECT_EQ(protocol::kHello, harness.sent.opcode);
-  EXPECT_GT(after_ms, 1u + kTurnMs);
-}
-
-TEST(RoundsTest, AnEventIsReportedInAnOpening) {
-  Rounds harness;
-  harness.Greet();
-  protocol::Command pick;
-  pick.id = kTestId;
-  pick.seq = 5;
-  pick.code = protocol::CommandCode::kPickLoad;
-  harness.FeedEncoded(pick);
-  harness.Grant({kTestId, kTestId});
-  ASSERT_NE(0u, harness.TurnAfter());
-  ASSERT_TRUE(harness.RunUntilSent(100));
-  harness.AnswerRound({{protocol::kNoIntensities, 0}, {30, 40}}, {kOther}, 8);
-  EXPECT_GT(harness.TurnAfter(), 1u + kTurnMs);
-  harness.AnswerEvent();
-  ASSERT_EQ(1u, harness.events.size());
-  EXPECT_EQ(protocol::EventCode::kLoadPicked, harness.events[0].code);
-}
-
-TEST(RoundsTest, WithoutRoundsForTwoSecondsTheRobotSaysHelloAndContends) {
-  Rounds harness;
-  harness.Greet();
-  harness.Grant({kTestId});
-  ASSERT_NE(0u, harness.TurnAfter());
-  const uint32_t silent_from_ms = harness.round_ms;
-  ASSERT_TRUE(harness.RunUntilSent(4000));
-  EXPECT_EQ(protocol::kHello, harness.sent.opcode);
-  EXPECT_GE(harness.began_ms - silent_from_ms, 2000u);
-  harness.AnswerHello();
-  ASSERT_TRUE(harness.RunUntilSent(1000));
-  harness.SentSense();
-}
-
-TEST(RoundsTest, ASimpleClientContendsInOpenings) {
-  Parameters parameters = TestParameters();
-  parameters.rounds = false;
-  Rounds harness(parameters);
-  ASSERT_TRUE(harness.RunUntilSent());
-  protocol::HelloRequest hello;
-  ASSERT_TRUE(Decode(harness.sent, &hello));
-  EXPECT_EQ(0, hello.round_period);
-  harness.AnswerHello();
-  for (int i = 0; i < 5; ++i) {
-    harness.Grant({kOther, 3, 4, 5});
-    harness.Run(100);
-  }
-  EXPECT_EQ(1, harness.frames_sent);
-  harness.Grant({kOther}, 8);
-  EXPECT_GT(harness.TurnAfter(), 1u + kTurnMs);
-  harness.SentSense();
-}
-
-// Whatever the counts say, nothing beyond the frame is read.
-TEST(RoundsTest, AMalformedRoundIsIgnored) {
-  Rounds harness;
-  harness.Greet();
-  protocol::Message message;
-  Encode(harness.Next({kTestId}), &message);
-  for (int counts = 0; counts < 256; ++counts) {
-    if (counts != 0x10) {
-      message.data[5] = static_cast<uint8_t>(counts);
-      harness.Feed(message);
-    }
-  }
-  message.length = 3;
-  harness.Feed(message);
-  EXPECT_EQ(0u, harness.counters().rounds);
+TEST_F(TurnsTest, WithoutARoundForTwoSecondsThereAreNone) {
+  Grant(RoundOf(1, {kUs}));
+  EXPECT_EQ(rounds_.left_ms(), 2000);
+  rounds_.Advance(2000);
+  EXPECT_EQ(rounds_.left_ms(), 0);
+  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone) << "a turn of long ago";
+  EXPECT_EQ(rounds_.values().turns, 0);
 }
 
 }  // namespace

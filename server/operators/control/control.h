@@ -85,7 +85,8 @@ struct NamedCount {
   std::string_view name;
   std::string_view help;
   uint64_t count = 0;
-  bool is_loss = false;  ///< something was damaged, lost or refused
+  bool is_trouble = false;  ///< a loss, or a sign of one
+  bool is_loss = false;     ///< a frame, a message or a connection was damaged, lost or refused
 };
 
 struct LinkView {

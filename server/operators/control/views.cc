@@ -182,11 +182,13 @@ json::value ToJson(const std::vector<control::LinkView>& links) {
   for (const control::LinkView& link : links) {
     json::object counters;
     json::object losses;
+    uint64_t errors = 0;
     for (const control::NamedCount& counter : link.counters) {
       counters[counter.name] = counter.count;
-      if (counter.is_loss && counter.count != 0) {
+      if (counter.is_trouble && counter.count != 0) {
         losses[counter.name] = counter.count;
       }
+      errors += counter.is_loss ? counter.count : 0;
     }
     array.push_back(
         {{"name", link.name},
@@ -205,7 +207,8 @@ json::value ToJson(const std::vector<control::LinkView>& links) {
          {"utilisation",
           link.byte_rate ? json::value(link.bytes_per_s / *link.byte_rate) : json::value(nullptr)},
          {"counters", std::move(counters)},
-         {"losses", std::move(losses)}});
+         {"losses", std::move(losses)},
+         {"errors", errors}});
   }
   return json::object{{"links", std::move(array)}};
 }

@@ -1,7 +1,7 @@
 // What links have in common that listen on an Internet address: they open their socket, and open it
 // again with back-off when that failed.
 //
-// All but Start is called on the strand.
+// What a link overrides is called on the strand, but Prepare and OnListening also by Start.
 #pragma once
 
 #include <string>

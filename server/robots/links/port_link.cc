@@ -63,7 +63,7 @@ class PortLink final : public Link {
   Status Start() override {
     opened_ = OpenAtFirst();
     Report(opened_);
-    Status status = opened_.ok() ? Ok() : Status(Error{opened_.error()});
+    Status status = opened_.ok() ? Ok() : opened_.error();
     KeepRunning(
         strand_, [this] { return Run(); },
         [this](const Error& error) { ReportError(error, "the link continues"); });

@@ -34,6 +34,7 @@
 #include <vector>
 
 #include "protocol/decoder.h"
+#include "server/robots/radio/channel_options.h"
 #include "server/robots/radio/rounds.h"
 #include "server/robots/radio/timing.h"
 

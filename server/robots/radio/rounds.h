@@ -23,8 +23,8 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/decoder.h"
 #include "protocol/messages.h"
+#include "server/robots/radio/channel_options.h"
 #include "server/robots/radio/timing.h"
 
 namespace pheromone::radio {
@@ -36,18 +36,6 @@ constexpr std::chrono::milliseconds kPeriodUnit{protocol::kRoundPeriodMs};
 
 /// For how long a robot awaits a ROUND.
 constexpr std::chrono::milliseconds kAwaitedRound{2000};
-
-struct ChannelOptions {
-  uint16_t gap_timeout_ms = protocol::kNoGapTimeout;
-  /// Whether several stations share the line, one sending at a time. The rest is about that.
-  bool half_duplex = false;
-  Timing timing;
-  Duration response_window{};         ///< W, as announced
-  std::chrono::milliseconds slot{1};  ///< of contention, as announced
-  /// From the first HELLO to the first ROUND, at least. While robots may still await the ROUND of
-  /// a server before this one, its numbers could be taken for those: kAwaitedRound then.
-  Duration quiet_start{};
-};
 
 struct RoundCounters {
   uint64_t rounds = 0;      ///< ROUNDs composed

@@ -67,8 +67,7 @@ std::vector<std::string> Report(const Recovered& recovered) {
 Result<Opened> OpenJournal(Folder* folder, const JournalSettings& settings,
                            LocalJournal::ReadMicroseconds clock, LocalJournal::Tell tell,
                            const TellProgress& tell_progress) {
-  PHEROMONE_TRY(Recovered found, Recover(*folder, UINT64_MAX, tell_progress));
-  Recovered& recovered = found;
+  PHEROMONE_TRY(Recovered recovered, Recover(*folder, UINT64_MAX, tell_progress));
   Status status = RemoveUnfinished(folder);
   if (status.ok() && (!recovered.damaged_files.empty() || recovered.differs)) {
     status = SetAside(&recovered, folder);

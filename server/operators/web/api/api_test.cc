@@ -434,16 +434,23 @@ TEST_F(ApiTest, LinksTellUtilisationOnlyWhereTheLineHasALimit) {
   serial.up = true;
   serial.byte_rate = 960;
   serial.bytes_per_s = 240;
-  serial.counters = {
-      {"rounds", "", 7, false}, {"crc_errors", "", 3, true}, {"breaks", "", 0, true}};
+  serial.counters = {{"rounds", "", 7, false, false},
+                     {"stray_bytes", "", 90, true, false},
+                     {"crc_errors", "", 3, true, true},
+                     {"breaks", "", 0, true, true},
+                     {"too_many", "", 4, true, true}};
   control_.links = {serial, {}};
   const json::value view = Parsed(Get("/api/v1/links"));
   const json::array& links = view.at("links").as_array();
   ASSERT_EQ(links.size(), 2u);
   EXPECT_EQ(links[0].at("utilisation").to_number<double>(), 0.25);
-  EXPECT_EQ(links[0].at("counters"),
-            (json::object{{"rounds", 7}, {"crc_errors", 3}, {"breaks", 0}}));
-  EXPECT_EQ(links[0].at("losses"), (json::object{{"crc_errors", 3}}));
+  EXPECT_EQ(
+      links[0].at("counters"),
+      (json::object{
+          {"rounds", 7}, {"stray_bytes", 90}, {"crc_errors", 3}, {"breaks", 0}, {"too_many", 4}}));
+  EXPECT_EQ(links[0].at("losses"),
+            (json::object{{"stray_bytes", 90}, {"crc_errors", 3}, {"too_many", 4}}));
+  EXPECT_EQ(links[0].at("errors"), 7);
   EXPECT_TRUE(links[1].at("utilisation").is_null());
 }
 

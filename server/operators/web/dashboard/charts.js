@@ -8,9 +8,6 @@ const POINTS = 600;   // one a second
 const SPANS = [60, 120, 300];
 const MOST_LINES = 6; // more could not be told apart
 
-/** What a link damaged, lost or refused. */
-export const errorsOf = (link) => Object.values(link.losses ?? {}).reduce((sum, count) => sum + count, 0);
-
 class Chart {
   /** The axis reaches `least`, at least: what is nearly nothing is to look like it. */
   constructor(dock, title, format, least) {
@@ -124,7 +121,7 @@ export class Charts {
     const errors = {};
     for (const link of links) {
       traffic[link.name] = shares ? link.utilisation : link.bytes_per_s;
-      const sum = errorsOf(link);
+      const sum = link.errors;
       const last = this.lastErrors.get(link.name);
       const elapsed = last ? timeS - last.timeS : 0;
       errors[link.name] = elapsed > 0.2 && sum >= last.sum ? (sum - last.sum) / elapsed : null;

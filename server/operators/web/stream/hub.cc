@@ -34,7 +34,7 @@ constexpr std::string_view kLinkSchema =
     R"("state":{"type":"string"},"bytes_per_s":{"type":"number"},)"
     R"("utilisation":{"type":"number"},"silent_s":{"type":"number"},)"
     R"("counters":{"type":"object","properties":{}},)"
-    R"("losses":{"type":"object","properties":{}}}})";
+    R"("losses":{"type":"object","properties":{}},"errors":{"type":"integer"}}})";
 constexpr std::string_view kEngineSchema =
     R"({"type":"object","properties":{"requests_per_s":{"type":"number"},)"
     R"("answers_per_s":{"type":"number"},"changes_per_s":{"type":"number"},)"

@@ -3,7 +3,6 @@ import {store} from '../store.js';
 import {api} from '../api.js';
 import {h, pairs, panel, setText, toast} from '../dom.js';
 import {bytes, clock, count, duration, percent} from '../format.js';
-import {errorsOf} from '../charts.js';
 
 export class HealthPanel {
   constructor(onReplay) {
@@ -31,11 +30,10 @@ export class HealthPanel {
     const links = [...store.links.values()];
     setText(this.links.count, links.length ? `${links.filter((it) => it.up).length} of ${links.length} up` : '');
     this.links.body.replaceChildren(...links.map((link) => {
-      const errors = errorsOf(link);
       const used = link.utilisation === null ? `${bytes(link.bytes_per_s)}/s` : percent(link.utilisation);
       const bar = h('i');
       bar.style.transform = `scaleX(${Math.min(1, link.utilisation ?? 0).toFixed(3)})`;
-      const row = h('div', {class: 'row link', title: `${link.kind} ${link.address}: ${link.state}, ${count(errors)} errors`},
+      const row = h('div', {class: 'row link', title: `${link.kind} ${link.address}: ${link.state}, ${count(link.errors)} errors`},
                     h('i', {class: `dot ${!link.up ? 'bad' : link.silent ? 'warn' : 'good'}`}),
                     h('span', {}, link.name, ' ', h('span', {class: 'dim'}, link.up ? link.kind : link.state)),
                     h('span', {class: `meter${link.utilisation > 0.8 ? ' warn' : ''}`, title: 'Share of the channel in use'}, bar),
