@@ -9,16 +9,14 @@
 #include <utility>
 
 #include "server/robots/links/testing/link_bench.h"
+#include "server/robots/links/testing/net_peer.h"
 
 namespace pheromone::links {
 namespace {
 
 using engine::testing::Hello;
 using testing::Eventually;
-
-uint16_t PortOf(const std::string& address) {
-  return static_cast<uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
-}
+using testing::PortOf;
 
 // A tracker for robots 1 and 2 of "radio-a", and a socket that sends to it.
 class TrackerLinkTest : public ::testing::Test {
