@@ -1,11 +1,12 @@
 // Rounds by itself: what a ROUND grants, and when a turn of ours has come (protocol/README.md,
 // section 9, "Rounds").
+#include "client_fw/core/medium/rounds.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <initializer_list>
 
-#include "client_fw/core/medium/rounds.h"
 #include "protocol/byte_order.h"
 #include "protocol/messages.h"
 

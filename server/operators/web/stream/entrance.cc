@@ -15,8 +15,10 @@ Entrance::Entrance(boost::asio::io_context* io, Api* api, StreamCounters* counte
 std::optional<Response> Entrance::Check(const Request& request) {
   auto refused = api_.CheckStream(request);
   if (!refused && ChooseSubprotocol(request.subprotocols).empty()) {
+    std::string expected(kSubprotocols[0]);
+    expected.append(" or ").append(kSubprotocols[1]);
     refused = Refuse(400, {"found no known WebSocket subprotocol", "Sec-WebSocket-Protocol",
-                           std::string(kSubprotocols[0]) + " or " + std::string(kSubprotocols[1])});
+                           std::move(expected)});
   }
   if (!refused && (is_closed_ || guests_ >= options_.max_guests)) {
     refused = Refuse(503, {options_.too_many, "", options_.limit});
