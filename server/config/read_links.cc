@@ -74,6 +74,7 @@ constexpr std::pair<std::string_view, uint8_t> kKeys[] = {
     {"port", kSerial},
     {"usb", kSerial},
     {"listen", kSockets},
+    {"max_connections", Bit(LinkKind::kTcp)},
     {"baud", kPorts},
     {"silence_s", kSerial},
     {"medium_access", kPorts},
@@ -116,10 +117,12 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
     case LinkKind::kTcp:
     case LinkKind::kUdp: {
       const auto endpoint = ReadEndpoint(table, "listen");
-      if (!endpoint) {
+      const auto connections = table.Integer("max_connections", 1, 1000, link->max_connections);
+      if (!endpoint || !connections) {
         return false;
       }
       link->listen = *endpoint;
+      link->max_connections = static_cast<uint16_t>(*connections);
       return true;
     }
   }

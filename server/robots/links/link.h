@@ -130,9 +130,6 @@ struct LinkContext {
   std::function<std::vector<UsbPort>()> list_usb_ports = ListUsbPorts;
   /// From the first HELLO on a shared channel to the first ROUND: radio::ChannelOptions.
   radio::Duration quiet_start = radio::kAwaitedRound;
-  /// On TCP. When this is exceeded, a connection is closed: the oldest on which no robot has been
-  /// heard, or else the one that has been silent for longest.
-  size_t max_connections = 64;
 };
 
 class Link {

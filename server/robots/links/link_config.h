@@ -53,6 +53,9 @@ struct LinkConfig {
   ModemLines lines{};                ///< kSerial
   uint32_t silence_s = 0;            ///< kSerial: nothing received for so long is told; 0: never
   Endpoint listen{};                 ///< kTcp, kUdp
+  /// kTcp. When this is exceeded, a connection is closed: the oldest on which no robot has been
+  /// heard, or else the one that has been silent for longest.
+  uint16_t max_connections = 254;
 
   uint16_t gap_timeout_ms = 0;  ///< longest silence inside a frame; 0: no limit
   /// Several stations share the line, one sending at a time: protocol/README.md, "Sharing a radio

@@ -83,7 +83,7 @@ class TcpLink final : public ListeningLink<tcp::acceptor> {
     if (error || stopping()) {
       return;
     }
-    if (connections_.size() >= context().max_connections) {
+    if (connections_.size() >= config().max_connections) {
       MakeRoom();
     }
     record()->Count([](LinkCounters& counters) { ++counters.opened; });

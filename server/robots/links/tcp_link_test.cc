@@ -24,15 +24,12 @@ class TcpLinkTest : public ::testing::Test {
  protected:
   Status Start(engine::LinkIndex index = 0) {
     config_.name = index == 0 ? "radio-a" : "radio-b";
-    LinkContext context = server_.Context(index);
-    context.max_connections = max_connections_;
-    return server_.Start(MakeTcpLink(server_.io(), config_, context));
+    return server_.Start(MakeTcpLink(server_.io(), config_, server_.Context(index)));
   }
 
   Peer Connect() { return ConnectTo(server_.link(), SOCK_STREAM); }
 
   LinkConfig config_{.listen = {"127.0.0.1", 0}, .gap_timeout_ms = 10'000};
-  size_t max_connections_ = LinkContext().max_connections;
   testing::Server server_;
 };
 
@@ -116,7 +113,7 @@ TEST_F(TcpLinkTest, AnAnswerThatHadToWaitGoesToTheConnectionThatAskedForItLast) 
 }
 
 TEST_F(TcpLinkTest, AnAnswerToAConnectionThatHasEndedGoesToNoOther) {
-  max_connections_ = 1;
+  config_.max_connections = 1;
   ASSERT_TRUE(Start().ok());
   Peer before = Connect();
   ASSERT_TRUE(before.Ask(Hello(1, 5)));
@@ -198,8 +195,21 @@ TEST_F(TcpLinkTest, AClientThatHangsUpBeforeItsAnswersHarmsNobody) {
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(4, 2)), 4, 2));
 }
 
+TEST_F(TcpLinkTest, EveryClientIdMayHaveAConnection) {
+  ASSERT_TRUE(Start().ok());
+  std::vector<Peer> robots;
+  for (uint8_t id = 1; id <= 254; ++id) {
+    robots.push_back(Connect());
+    ASSERT_TRUE(robots.back().Ask(PingOf(id, 1)));
+  }
+  for (uint8_t id = 1; id <= 254; ++id) {
+    EXPECT_TRUE(IsEcho(robots[id - 1u].Ask(PingOf(id, 2)), id, 2));
+  }
+  EXPECT_EQ(server_.link().counters().dropped_connections, 0u);
+}
+
 TEST_F(TcpLinkTest, WhenThereIsNoRoomTheConnectionSilentForLongestGoes) {
-  max_connections_ = 2;
+  config_.max_connections = 2;
   ASSERT_TRUE(Start().ok());
   Peer a = Connect();
   ASSERT_TRUE(a.Ask(PingOf(1, 1)));
@@ -215,7 +225,7 @@ TEST_F(TcpLinkTest, WhenThereIsNoRoomTheConnectionSilentForLongestGoes) {
 
 // Also one that sends what is no frame, or speaks as a client that is not served.
 TEST_F(TcpLinkTest, StrangersGoBeforeARobotThatIsSilentForLonger) {
-  max_connections_ = 4;
+  config_.max_connections = 4;
   config_.admission.clients.reset().set(1).set(0).set(protocol::kBroadcastId);
   ASSERT_TRUE(Start().ok());
   Peer robot = Connect();
