@@ -78,10 +78,9 @@ def rasters():
     yield "i8", 2, npy(">i8", True, (2, 1), struct.pack(">2q", -5, 7), version=2)
     yield "u1", 2, npy("|u1", True, (2, 3), bytes(range(6)))
     yield "grid", 3, b"# c\n1,2.5,nan\n-3e2, 4 ,0\n"
-    yield "places", 4, b"x,y,value\n0.05,-1.2,3\n1e3,0,nan\n"
-    yield "ros", 5, (b"image: lab.pgm\nresolution: 0.05\norigin: [-1.5, 2, 0]\nnegate: 0\n"
+    yield "ros", 4, (b"image: lab.pgm\nresolution: 0.05\norigin: [-1.5, 2, 0]\nnegate: 0\n"
                      b"occupied_thresh: 0.65\nfree_thresh: 0.196\nmode: scale\n")
-    yield "yaml", 5, b"a: &x {b: [1, 'two', \"3\"]}\nc: *x\nd: |\n  text\n? e\n: !!str 5\n"
+    yield "yaml", 4, b"a: &x {b: [1, 'two', \"3\"]}\nc: *x\nd: |\n  text\n? e\n: !!str 5\n"
 
 
 def nets():

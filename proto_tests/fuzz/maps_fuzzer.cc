@@ -83,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     return 0;
   }
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  switch (data[0] % 6) {
+  switch (data[0] % 5) {
     case 0:
       CheckImage(pheromone::maps::ParsePgm(bytes, "fuzz"));
       break;
@@ -102,12 +102,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       }
       break;
     }
-    case 4:
-      if (const auto places = pheromone::maps::ParseCsvPlaces(bytes, "fuzz"); Understood(places)) {
-        const std::string csv = EncodeCsvPlaces(places.value());
-        Check(EncodeCsvPlaces(pheromone::maps::ParseCsvPlaces(csv, "fuzz").value()) == csv);
-      }
-      break;
     default:
       if (const auto info = pheromone::maps::ParseRosMapInfo(bytes, "fuzz"); Understood(info)) {
         Check(info.value().resolution_um >= 1 &&

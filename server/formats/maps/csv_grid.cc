@@ -13,9 +13,6 @@ namespace pheromone::maps {
 
 namespace {
 
-constexpr double kUmPerM = 1e6;
-constexpr double kFarthestM = 1e6;
-
 std::string_view Trimmed(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r";
   const size_t first = text.find_first_not_of(kBlanks);
@@ -135,65 +132,6 @@ std::string EncodeCsvGrid(const Raster& raster) {
 
 Status SaveCsvGrid(const std::string& path, const Raster& raster) {
   return WriteFile(path, EncodeCsvGrid(raster));
-}
-
-Result<std::vector<PlacedValue>> ParseCsvPlaces(std::string_view bytes, std::string_view name) {
-  std::vector<PlacedValue> places;
-  bool header_seen = false;
-  const Status read = ForEachLine(bytes, [&](const TextLine& line) -> Status {
-    if (!header_seen) {
-      std::string header(line.text);
-      std::erase_if(header, [](char byte) { return Trimmed({&byte, 1}).empty(); });
-      header_seen = header == "x,y,value";
-      return header_seen ? Ok()
-                         : AtLine(name, line.number, 1,
-                                  "found " + Quoted(line.text) + ", expected x,y,value");
-    }
-    std::vector<double> numbers;
-    PHEROMONE_TRY_STATUS(ReadNumbers(line, name, 3, &numbers));
-    const bool in_reach = numbers.size() == 3 && std::abs(numbers[0]) <= kFarthestM &&
-                          std::abs(numbers[1]) <= kFarthestM;
-    if (!in_reach) {
-      return AtLine(name, line.number, 0,
-                    "expected x, y and a value, with x and y within 1000 km of the origin");
-    }
-    if (places.size() == static_cast<size_t>(kMaxCells)) {
-      return AtLine(name, line.number, 0,
-                    "expected at most " + std::to_string(kMaxCells) + " places");
-    }
-    places.push_back(
-        {{std::llround(numbers[0] * kUmPerM), std::llround(numbers[1] * kUmPerM)}, numbers[2]});
-    return Ok();
-  });
-  if (!read.ok()) {
-    return read.error();
-  }
-  if (!header_seen) {
-    return AtLine(name, 1, 0, "found nothing, expected x,y,value");
-  }
-  return places;
-}
-
-Result<std::vector<PlacedValue>> LoadCsvPlaces(const std::string& path) {
-  const Result<std::string> bytes = ReadFile(path);
-  return bytes.ok() ? ParseCsvPlaces(bytes.value(), path) : bytes.error();
-}
-
-std::string EncodeCsvPlaces(const std::vector<PlacedValue>& places) {
-  std::string text = "x,y,value\n";
-  for (const PlacedValue& it : places) {
-    text += NumberText(static_cast<double>(it.place.x) / kUmPerM);
-    text += ',';
-    text += NumberText(static_cast<double>(it.place.y) / kUmPerM);
-    text += ',';
-    text += NumberText(it.value);
-    text += '\n';
-  }
-  return text;
-}
-
-Status SaveCsvPlaces(const std::string& path, const std::vector<PlacedValue>& places) {
-  return WriteFile(path, EncodeCsvPlaces(places));
 }
 
 }  // namespace pheromone::maps

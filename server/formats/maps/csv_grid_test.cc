@@ -19,10 +19,6 @@ std::string GridError(std::string_view bytes) {
   return ErrorOf(ParseCsvGrid(bytes, "a.csv"));
 }
 
-std::string PlacesError(std::string_view bytes) {
-  return ErrorOf(ParseCsvPlaces(bytes, "a.csv"));
-}
-
 TEST(CsvGrid, TheFirstLineIsTheTopRow) {
   const auto grid = ParseCsvGrid("1,2,3\n4,5,6\n7,8,9\n", "a");
   ASSERT_TRUE(grid.ok()) << grid.error();
@@ -77,37 +73,6 @@ TEST(CsvGrid, GrowsNoLargerThanARasterMay) {
     tall += "1\n";
   }
   EXPECT_EQ(GridError(tall).substr(0, 45), "a.csv:30001: found 1 columns and 30001 rows, ");
-}
-
-TEST(CsvPlaces, AreMetresToTheNearestMicrometre) {
-  const auto places = ParseCsvPlaces("x, y, value\r\n0.05,-1.2,3\n0.0000014,2e1,nan", "a");
-  ASSERT_TRUE(places.ok()) << places.error();
-  ASSERT_EQ(places.value().size(), 2U);
-  EXPECT_EQ(places.value()[0], (PlacedValue{{50'000, -1'200'000}, 3}));
-  EXPECT_EQ(places.value()[1].place, (field::PointUm{1, 20'000'000}));
-  EXPECT_TRUE(std::isnan(places.value()[1].value));
-}
-
-TEST(CsvPlaces, ComeBackAsTheyWereWritten) {
-  const std::vector<PlacedValue> places = {
-      {{0, 0}, 0}, {{-1, 1}, 0.1}, {{123'456'789'012, -999'999'999'999}, -1e-9}};
-  EXPECT_EQ(EncodeCsvPlaces({places[1]}), "x,y,value\n-1e-06,1e-06,0.1\n");
-  const auto back = ParseCsvPlaces(EncodeCsvPlaces(places), "a");
-  ASSERT_TRUE(back.ok()) << back.error();
-  EXPECT_EQ(back.value(), places);
-}
-
-TEST(CsvPlaces, ErrorsSayWhereAndWhat) {
-  EXPECT_EQ(PlacesError(""), "a.csv:1: found nothing, expected x,y,value");
-  EXPECT_EQ(PlacesError("1,2,3\n"), "a.csv:1:1: found \"1,2,3\", expected x,y,value");
-  EXPECT_EQ(PlacesError("x,y,value\n1,2\n"),
-            "a.csv:2: expected x, y and a value, with x and y within 1000 km of the origin");
-  EXPECT_EQ(PlacesError("x,y,value\n1,2e7,3\n"),
-            "a.csv:2: expected x, y and a value, with x and y within 1000 km of the origin");
-  EXPECT_EQ(PlacesError("x,y,value\nnan,2,3\n"),
-            "a.csv:2: expected x, y and a value, with x and y within 1000 km of the origin");
-  EXPECT_EQ(PlacesError("x,y,value\n1,2,3,4\n"),
-            "a.csv:2:7: found more numbers, expected 3 on this line");
 }
 
 }  // namespace

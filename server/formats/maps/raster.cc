@@ -25,19 +25,6 @@ Raster MakeRaster(int32_t columns, int32_t rows) {
   return raster;
 }
 
-Result<Raster> MakeNodeRaster(const field::MapGeometry& map) {
-  const std::string problem =
-      SizeProblem(static_cast<uint64_t>(map.columns()), static_cast<uint64_t>(map.rows()));
-  if (!problem.empty()) {
-    return Error{"nodes of the map: " + problem};
-  }
-  Raster raster = MakeRaster(map.columns(), map.rows());
-  const int64_t half_um = map.cell_um - map.cell_um / 2;
-  raster.origin = {map.origin.x - half_um, map.origin.y - half_um};
-  raster.cell_um = map.cell_um;
-  return raster;
-}
-
 std::optional<double> ValueAt(const Raster& raster, field::PointUm point) {
   if (raster.cell_um <= 0) {
     return std::nullopt;

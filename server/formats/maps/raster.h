@@ -21,7 +21,6 @@
 #include <string>
 #include <vector>
 
-#include "server/base/result.h"
 #include "server/core/field/geometry.h"
 
 namespace pheromone::maps {
@@ -49,11 +48,6 @@ std::string SizeProblem(uint64_t columns, uint64_t rows);
 
 /// All cells 0. The size has no SizeProblem.
 Raster MakeRaster(int32_t columns, int32_t rows);
-
-/// All cells 0, one around each node of a map: cell (c, r) is the square of side a centred on node
-/// (c, r). If a is odd, the corner lies half a micrometre too far to the lower left. Fails if the
-/// map has too many nodes for a raster.
-Result<Raster> MakeNodeRaster(const field::MapGeometry& map);
 
 /// The value of the cell that contains a point, its left and lower edges included. Empty outside
 /// the raster, or if its cell_um is unknown.

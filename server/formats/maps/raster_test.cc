@@ -48,31 +48,6 @@ TEST(Raster, AValueIsThatOfTheCellAroundThePoint) {
   EXPECT_EQ(ValueAt(raster, {-100, 1100}), std::nullopt);
 }
 
-TEST(Raster, OfNodesHasEachNodeInTheMiddleOfItsCell) {
-  const field::MapGeometry map = {.origin = {-500'000, 200'000},
-                                  .width_um = 1'050'000,
-                                  .height_um = 300'000,
-                                  .cell_um = 100'000};
-  Raster raster = MakeNodeRaster(map).value();
-  ASSERT_EQ(raster.columns, 11);
-  ASSERT_EQ(raster.rows, 4);
-  for (int32_t row = 0; row < 4; ++row) {
-    for (int32_t column = 0; column < 11; ++column) {
-      raster.At(column, row) = 100 * row + column;
-      const field::PointUm node = map.PositionOf({column, row});
-      EXPECT_EQ(ValueAt(raster, node), 100 * row + column);
-      EXPECT_EQ(ValueAt(raster, {node.x - 50'000, node.y + 49'999}), 100 * row + column);
-    }
-  }
-}
-
-TEST(Raster, OfTooManyNodesIsRefused) {
-  const field::MapGeometry map = {
-      .origin = {0, 0}, .width_um = 100'000'000, .height_um = 1'000, .cell_um = 1'000};
-  EXPECT_EQ(testing::ErrorOf(MakeNodeRaster(map)).substr(0, 38),
-            "nodes of the map: found 100001 columns");
-}
-
 TEST(GrayImage, IsScaledSoThatWhiteIsTheMaximum) {
   const GrayImage image{RasterOf({{0, 50, 200}}), 200};
   EXPECT_EQ(RowsOf(ValuesOf(image, 8)), (Rows{{0, 2, 8}}));
