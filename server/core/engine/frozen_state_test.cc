@@ -23,7 +23,7 @@ std::string Saved(const Engine& engine) {
 }
 
 TEST(FrozenState, IsWhatSaveWouldHaveGivenWhateverHappensMeanwhile) {
-  for (uint64_t seed = 0; seed < 30; ++seed) {
+  for (uint64_t seed = 0; seed < 12; ++seed) {
     RandomTraffic traffic(seed, testing::RichConfig(seed % 3 == 0));
     Engine engine;
     std::vector<Outgoing> out;

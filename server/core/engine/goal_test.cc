@@ -93,7 +93,7 @@ PoseUm Pose(double x_m, double y_m, double degrees) {
 TEST(Goal, IntensitiesAreThoseOfTheEquations) {
   std::mt19937 random(3);
   const auto any = [&] { return static_cast<int64_t>(random() % 10'000'000); };
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 100; ++i) {
     Goal goal;
     const auto corners = 1 + random() % 4;
     for (size_t corner = 0; corner <= corners; ++corner) {

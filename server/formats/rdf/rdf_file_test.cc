@@ -219,7 +219,7 @@ TEST(RdfFileTest, RandomBlocksSurviveEachFormat) {
   const SymbolTables tables = RandomTables(&random);
   std::vector<TagBlock> blocks;
   size_t unknown = 0;
-  for (int i = 0; i < 10'000; ++i) {
+  for (int i = 0; i < 2'000; ++i) {
     blocks.push_back(RandomBlock(&random, names));
     const int32_t space = blocks.back().block.object.space;
     unknown += space == -16 || space == -19 ? 1 : 0;
