@@ -117,7 +117,7 @@ required = true
 name = "v4"
 kind = "tcp"
 listen = "127.0.0.1:4950"
-max_connections = 300
+max_connections = 200
 [[link]]
 name = "v6"
 kind = "tcp"
@@ -187,7 +187,7 @@ log_level = "debug"
   tcp.kind = links::LinkKind::kTcp;
   tcp.listen = {"127.0.0.1", 4950};
   tcp.gap_timeout_ms = 10'000;
-  tcp.max_connections = 300;
+  tcp.max_connections = 200;
   EXPECT_EQ(config.links[1], tcp);
   EXPECT_EQ(config.links[2].listen.address, "::1");
   EXPECT_EQ(config.links[2].gap_timeout_ms, 5);

@@ -57,8 +57,8 @@ INSTANTIATE_TEST_SUITE_P(
              "listen = \"127.0.0.1:4951\"\ngap_timeout_ms = 5",
              "42:1: link[4].gap_timeout_ms: unknown key, expected one of name, kind, required, "
              "clients, listen, slot_ms, response_window_ms"},
-        Case{37, "listen = \"127.0.0.1:4950\"\nmax_connections = 0",
-             "38:19: link[3].max_connections: found 0, expected a whole number from 1 to 1000"},
+        Case{37, "listen = \"127.0.0.1:4950\"\nmax_connections = 255",
+             "38:19: link[3].max_connections: found 255, expected a whole number from 1 to 254"},
         Case{33, "usb = \"0403-6001\"",
              "33:7: link[2].usb: found the string \"0403-6001\", expected vendor and product IDs "
              "in hexadecimal and optionally the serial number, such as "

@@ -117,7 +117,7 @@ bool ReadAddress(const TableReader& table, LinkConfig* link) {
     case LinkKind::kTcp:
     case LinkKind::kUdp: {
       const auto endpoint = ReadEndpoint(table, "listen");
-      const auto connections = table.Integer("max_connections", 1, 1000, link->max_connections);
+      const auto connections = table.Integer("max_connections", 1, kMaxId, link->max_connections);
       if (!endpoint || !connections) {
         return false;
       }

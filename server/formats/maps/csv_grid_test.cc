@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "server/formats/maps/testing/rasters.h"
 
 namespace pheromone::maps {

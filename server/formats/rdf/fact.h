@@ -140,6 +140,9 @@ Result<Term> TermOf(const Node& node, std::string_view role, int32_t author, con
 std::string TagIri(std::string_view name, const Naming& naming);
 std::optional<std::string> TagNameOf(std::string_view iri, const Naming& naming);
 
+/// The datatype xsd:NAME.
+std::string XsdType(std::string_view name);
+
 /// A text as a literal: xsd:string, or rob:escaped.
 Node LiteralOf(std::string_view text);
 /// The text of either; empty if it is neither, or not well-formed.

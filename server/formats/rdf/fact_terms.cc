@@ -25,10 +25,6 @@ std::string Join(std::string_view a, std::string_view b) {
   return std::string(a).append(b);
 }
 
-std::string XsdType(std::string_view name) {
-  return Join(kXsd, name);
-}
-
 std::string RobType(std::string_view name) {
   return Join(kRob, name);
 }
@@ -313,6 +309,10 @@ Result<Term> Terms::OfLiteral(const Node& literal) {
 }
 
 }  // namespace
+
+std::string XsdType(std::string_view name) {
+  return Join(kXsd, name);
+}
 
 Node NodeOf(const Term& term, int32_t author, const SymbolTables& tables, const Naming& naming) {
   if (term.is_symbol()) {

@@ -71,13 +71,6 @@ std::string TextOf(raptor_uri* uri) {
   return {reinterpret_cast<const char*>(text), bytes};
 }
 
-// The datatype xsd:NAME.
-std::string XsdIri(std::string_view name) {
-  std::string iri(tags::kXsd);
-  iri += name;
-  return iri;
-}
-
 Value ValueOf(const raptor_term& term) {
   switch (term.type) {
     case RAPTOR_TERM_TYPE_URI:
@@ -86,7 +79,7 @@ Value ValueOf(const raptor_term& term) {
       const raptor_term_literal_value& it = term.value.literal;
       return {.kind = Value::Kind::kLiteral,
               .text = {reinterpret_cast<const char*>(it.string), it.string_len},
-              .datatype = it.datatype != nullptr ? TextOf(it.datatype) : XsdIri("string"),
+              .datatype = it.datatype != nullptr ? TextOf(it.datatype) : tags::XsdType("string"),
               .language = it.language != nullptr ? TextOf(it.language) : ""};
     }
     case RAPTOR_TERM_TYPE_BLANK:
@@ -251,7 +244,7 @@ Result<Fact> RdfReader::FactOf(const Thing& thing) const {
   }
   const Value& time = *values[kDtime];
   const std::optional<uint32_t> time_s = tags::ParseDateTime(time.text);
-  if (time.datatype != XsdIri("dateTime") || !time_s) {
+  if (time.datatype != tags::XsdType("dateTime") || !time_s) {
     return Wrong(thing, kDtime, time.Describe() + " of datatype <" + time.datatype + ">");
   }
   const Value& object = *values[kObject];

@@ -70,14 +70,13 @@ class RdfWriter {
   RdfWriter& operator=(const RdfWriter&) = delete;
 
   void Add(const std::string& event, const Fact& fact, const tags::Naming& naming) {
-    const std::string xsd(tags::kXsd);
     Add(event, kRdfType, {std::string(kRdfStatement), {}});
     Add(event, kRdfSubject, {fact.subject, {}});
     Add(event, kRdfPredicate, {fact.predicate, {}});
     Add(event, kRdfObject, fact.object);
     Add(event, kRobTag, {tags::TagIri(fact.tag, naming), {}});
     Add(event, kRobRobotId, tags::LiteralOf(fact.robot_id));
-    Add(event, kRobDtime, {tags::DateTimeText(fact.time_s), xsd + "dateTime"});
+    Add(event, kRobDtime, {tags::DateTimeText(fact.time_s), tags::XsdType("dateTime")});
   }
 
   Result<std::string> End() {
