@@ -372,6 +372,53 @@ TEST(AttachedRobot, LeavesARobotThatIsGoneAtOnceAndDoesNotClaimThatItStands) {
   EXPECT_FALSE(world.robot.stands());
 }
 
+// It stood until its cable was cut, but whether it stands nobody has seen since it was told to.
+TEST(AttachedRobot, DoesNotTakeSilenceForStanding) {
+  World world(300);
+  world.Run(6000);
+  world.cable_cut = true;
+  world.robot.Leave();
+  world.Run(kLongestStopMs);
+  EXPECT_TRUE(world.robot.left());
+  EXPECT_FALSE(world.robot.stands());
+}
+
+// A hundred connections, each at another moment of the one before: a session within 2 s each time.
+TEST(AttachedRobot, ANewConnectionHasItsSessionWithin2SWhateverTheOldOneWasDoing) {
+  World world(300);
+  for (int round = 0; round < 100; ++round) {
+    SCOPED_TRACE(round);
+    world.cable_cut = true;  // the old connection, and time until the next
+    world.pioneer.HangUp();
+    world.Run(17 * round);
+    world.cable_cut = false;
+    world.robot.OnRobotConnected();
+    const int64_t began_ms = world.now_ms;
+    while (!world.robot.pioneer().known() && world.now_ms - began_ms < 5000) {
+      world.Run(1);
+    }
+    EXPECT_LE(world.now_ms - began_ms, 2000);
+    world.Run(13 * round);
+  }
+}
+
+// A Pioneer on a serial line that is switched on at any moment, which nobody tells the client.
+TEST(AttachedRobot, APioneerThatIsSwitchedOnHasItsSessionWithin2S) {
+  World world(300);
+  for (int round = 0; round < 100; ++round) {
+    SCOPED_TRACE(round);
+    world.cable_cut = true;
+    world.pioneer.HangUp();
+    world.Run(3000 + 17 * round);
+    world.cable_cut = false;
+    const int64_t began_ms = world.now_ms;
+    while (!world.robot.pioneer().known() && world.now_ms - began_ms < 5000) {
+      world.Run(1);
+    }
+    EXPECT_LE(world.now_ms - began_ms, 2000);
+  }
+}
+
 // Reports stop while it waits for the robot to stand.
 TEST(AttachedRobot, WaitsForARobotThatFallsSilentNoLongerThanItHasTo) {
   World world(300);

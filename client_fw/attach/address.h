@@ -22,6 +22,7 @@ struct Address {
   Kind kind = Kind::kSerial;
   std::string text;              ///< as it was written
   uint32_t baud = 9600;          ///< of a serial port
+  bool paced = false;            ///< `baud` is also that of a line behind a network or a pty
   sockaddr_storage socket = {};  ///< of the others
   socklen_t socket_size = 0;
 };

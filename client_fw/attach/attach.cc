@@ -48,6 +48,10 @@ class Attachment {
     now_ms_ = (MonotonicNs() - start_ns_) / kNsPerMs;
     port_.Advance(now_ms_);
     modem_.Advance(now_ms_);
+    if (port_.address().kind != Address::Kind::kSerial && openings_ != port_.openings()) {
+      openings_ = port_.openings();
+      robot_.OnRobotConnected();
+    }
     for (int i = 0; i < kMaxReads; ++i) {
       const std::span<const uint8_t> bytes = port_.Read(now_ms_);
       if (bytes.empty()) {
@@ -88,7 +92,7 @@ class Attachment {
            (!port_.drained(now_ms_) && now_ms_ < left_ms + kLongestPartingMs)) {
       Turn();
     }
-    const bool stands = robot_.stands() && port_.up();
+    const bool stands = robot_.stands();
     SayLine(now_ms_, stands ? "the robot stands" : "the robot did not confirm that it stands");
     SayLine(now_ms_, reporter_.Summary());
     return stands;
@@ -102,7 +106,8 @@ class Attachment {
   int64_t start_ns_ = MonotonicNs();
   int64_t now_ms_ = 0;
   int64_t next_status_ms_ = 0;
-  bool sending_ = false;  // a frame is on its way through the modem
+  uint64_t openings_ = 0;  // of the robot's port
+  bool sending_ = false;   // a frame is on its way through the modem
 };
 
 }  // namespace

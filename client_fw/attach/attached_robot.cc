@@ -5,8 +5,8 @@
 namespace pheromone::attach {
 namespace {
 
-// A Pioneer reports every 100 ms: after three equal poses it stands.
-constexpr uint32_t kStandsMs = 350;
+// A Pioneer stands that has reported the same pose so often after another.
+constexpr int kEqualPoses = 3;
 
 bool Same(const client::Odometry& a, const client::Odometry& b) {
   return a.x_mm == b.x_mm && a.y_mm == b.y_mm && a.heading == b.heading;
@@ -22,6 +22,12 @@ void AttachedRobot::OnRobotBytes(std::span<const uint8_t> bytes) {
   for (const uint8_t byte : bytes) {
     board_.reports.Put(byte);  // bytes that do not fit are lost, as on a UART
   }
+}
+
+void AttachedRobot::OnRobotConnected() {
+  board_.reports = {};
+  board_.commands = {};
+  drive_.Restart();
 }
 
 void AttachedRobot::OnModemBytes(std::span<const uint8_t> bytes) {
@@ -66,18 +72,20 @@ void AttachedRobot::Leave() {
     return;
   }
   leaving_ = Leaving::kStopping;
-  leave_ms_ = moved_ms_ = board_.millis();
+  leave_ms_ = board_.millis();
   odometry_ = drive_.pioneer().odometry();
+  sips_ = drive_.pioneer().sips();
   drive_.set_wheel_speeds(0, 0);  // repeated by the link to the Pioneer
 }
 
 void AttachedRobot::StepLeaving(uint32_t now_ms) {
   const client::Pioneer& pioneer = drive_.pioneer();
-  if (!Same(odometry_, pioneer.odometry())) {
+  if (sips_ != pioneer.sips()) {
+    sips_ = pioneer.sips();
+    equal_poses_ = Same(odometry_, pioneer.odometry()) ? equal_poses_ + 1 : 0;
     odometry_ = pioneer.odometry();
-    moved_ms_ = now_ms;
   }
-  stands_ = pioneer.known() && now_ms - moved_ms_ >= kStandsMs;
+  stands_ = pioneer.known() && equal_poses_ >= kEqualPoses;
   if (pioneer.known() && !stands_ && now_ms - leave_ms_ < kLongestStopMs) {
     return;
   }

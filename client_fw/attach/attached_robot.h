@@ -40,6 +40,8 @@ class AttachedRobot {
   AttachedRobot(const AttachedRobot&) = delete;
   AttachedRobot& operator=(const AttachedRobot&) = delete;
 
+  /// A new connection to the Pioneer: the session of the one before has ended with it.
+  void OnRobotConnected();
   void OnRobotBytes(std::span<const uint8_t> bytes);
   void OnModemBytes(std::span<const uint8_t> bytes);
 
@@ -89,8 +91,10 @@ class AttachedRobot {
   Leaving leaving_ = Leaving::kNo;
   bool stands_ = false;
   uint32_t leave_ms_ = 0;
-  uint32_t moved_ms_ = 0;  // while leaving: when odometry last changed
+  // While leaving: the last reported pose, and how many reports before had the same.
   client::Odometry odometry_{};
+  int equal_poses_ = 0;
+  uint8_t sips_ = 0;
 };
 
 }  // namespace pheromone::attach

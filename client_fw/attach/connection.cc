@@ -29,7 +29,6 @@ bool WouldBlock() {
   return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
 }
 
-// It has no bit rate: a server at its other end answers at once.
 bool IsPseudoTerminal(const std::string& path) {
   std::error_code error;
   return std::filesystem::canonical(path, error).string().starts_with("/dev/pts/");
@@ -98,12 +97,14 @@ Status Connection::OpenSerial() {
     return Error{"cannot be set to " + std::to_string(address_.baud) + " baud"};
   }
   tcflush(descriptor_.get(), TCIOFLUSH);
-  paced_ = !IsPseudoTerminal(address_.text);
+  paced_ = address_.paced || !IsPseudoTerminal(address_.text);
+  ++openings_;
   return Ok();
 }
 
 Status Connection::OpenSocket() {
   const bool tcp = address_.kind == Address::Kind::kTcp;
+  paced_ = tcp && address_.paced;
   const int family = address_.socket.ss_family;
   descriptor_ = Descriptor(
       socket(family, (tcp ? SOCK_STREAM : SOCK_DGRAM) | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
@@ -120,6 +121,8 @@ Status Connection::OpenSocket() {
       return Error{SystemMessage(errno)};
     }
     connecting_ = true;
+  } else {
+    ++openings_;
   }
   return Ok();
 }
@@ -139,6 +142,8 @@ void Connection::FinishConnect(int64_t now_ms) {
     Close();
     trouble_ = SystemMessage(error);
     next_try_ms_ = now_ms + kRetryMs;
+  } else if (!connecting_) {
+    ++openings_;
   }
 }
 
@@ -178,7 +183,8 @@ bool Connection::drained(int64_t now_ms) const {
   int unsent = 0;
   return !paced_ || !descriptor_.valid() ||
          (now_ms >= drained_ms_ &&
-          (ioctl(descriptor_.get(), TIOCOUTQ, &unsent) != 0 || unsent == 0));
+          (address_.kind != Address::Kind::kSerial ||
+           ioctl(descriptor_.get(), TIOCOUTQ, &unsent) != 0 || unsent == 0));
 }
 
 void Connection::Lose(const std::string& why, int64_t now_ms) {

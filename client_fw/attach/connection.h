@@ -14,6 +14,9 @@
 // Attempts are kRetryMs apart. Bytes that cannot be written at once are lost, as on a cable without
 // a robot: what is old must not reach a robot later.
 //
+// A serial port sends at its bit rate. A network or a pseudo-terminal has none, unless the address
+// says that a real line follows behind it (Address::paced).
+//
 // Times are milliseconds of any clock that begins at 0 or later. One thread.
 #pragma once
 
@@ -51,7 +54,7 @@ class Connection {
   std::span<const uint8_t> Read(int64_t now_ms);
   /// All in one call of the system: on UDP, one datagram.
   void Write(std::span<const uint8_t> bytes, int64_t now_ms);
-  /// Everything written has left: on a real serial port, at its bit rate.
+  /// Everything written has left, at the bit rate of the line if it has one.
   bool drained(int64_t now_ms) const;
 
   /// Open. After a silence not before a byte was received, so that one that is silent again and
@@ -59,6 +62,8 @@ class Connection {
   bool up() const { return descriptor_.valid() && !connecting_ && !doubtful_; }
   /// Why it is not up; empty before the first attempt has ended.
   const std::string& trouble() const { return trouble_; }
+  /// How often it was opened.
+  uint64_t openings() const { return openings_; }
   /// How often it was lost.
   uint64_t losses() const { return losses_; }
   const Address& address() const { return address_; }
@@ -79,8 +84,9 @@ class Connection {
   Descriptor descriptor_;
   bool connecting_ = false;
   bool doubtful_ = false;
-  bool paced_ = false;  // a real serial port
+  bool paced_ = false;  // a line with a bit rate
   std::string trouble_;
+  uint64_t openings_ = 0;
   uint64_t losses_ = 0;
   int64_t next_try_ms_ = 0;
   int64_t since_ms_ = 0;  // the attempt began, or something was received

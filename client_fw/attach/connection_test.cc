@@ -262,6 +262,26 @@ TEST(Connection, FrameHasLeftAPseudoTerminalAtOnce) {
   EXPECT_TRUE(connection.drained(1000));
 }
 
+// A modem behind a pseudo-terminal of another program, or behind a TCP serial server: 96 bytes take
+// 100 ms at 9600 baud, and the next frame must not begin before.
+TEST(Connection, FrameLeavesALineBehindAPseudoTerminalOrTcpAtItsBitRate) {
+  const Cable cable;
+  TcpServer server;
+  for (const std::string& where : {cable.name, "127.0.0.1:" + std::to_string(server.port())}) {
+    SCOPED_TRACE(where);
+    Address address = At(where);
+    address.paced = true;
+    Connection connection(address);
+    Connect(&connection, 0);
+    ASSERT_TRUE(connection.up()) << connection.trouble();
+    const Descriptor peer = address.kind == Address::Kind::kTcp ? server.Accept() : Descriptor();
+    Send(&connection, std::string(96, 'x'), 1000);
+    EXPECT_EQ(ReadFrom(peer.valid() ? peer : cable.master).size(), 96u);
+    EXPECT_FALSE(connection.drained(1099));
+    EXPECT_TRUE(connection.drained(1101));
+  }
+}
+
 TEST(Connection, PortServesOneProgram) {
   const Cable cable;
   Connection first(At(cable.name));

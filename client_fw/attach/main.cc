@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -26,13 +27,13 @@ namespace {
 constexpr int kFailed = 1;
 constexpr int kWrongInput = 2;
 constexpr double kBinaryAnglesPerDegree = 65'536 / 360.0;
-constexpr double kFarthestM = client::kMaxCoordinateMm / 1000;
+constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
 
 struct Options {
   std::string robot;
   std::string modem;
   uint32_t robot_baud = 9600;
-  uint32_t modem_baud = 9600;
+  std::optional<uint32_t> modem_baud;
   std::array<double, 3> start{};  // x, y in m, heading in degrees
   client::Parameters client;
   double seconds = 0;
@@ -91,17 +92,19 @@ int Run(const Options& options) {
     return Fail("--robot: a Pioneer is reached by a serial port or by TCP, not by UDP",
                 kWrongInput);
   }
-  Result<Address> modem = ParseAddress(options.modem, options.modem_baud);
+  const uint32_t modem_baud = options.modem_baud.value_or(9600);
+  Result<Address> modem = ParseAddress(options.modem, modem_baud);
   if (!modem.ok()) {
     return Fail("--modem: " + modem.error(), kWrongInput);
   }
   AttachOptions attach;
   attach.robot = std::move(robot).value();
   attach.modem = std::move(modem).value();
+  attach.modem.paced = options.modem_baud.has_value();
   attach.client = options.client;
   attach.client.start = ToPose(options.start);
   attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
-  attach.client.baud = options.modem_baud;
+  attach.client.baud = modem_baud;
   // Adapters and networks deliver late and in pieces.
   attach.client.buffered_link = true;
   attach.client.gap_timeout_ms = attach.modem.kind == Address::Kind::kSerial ? 50 : 0;
@@ -165,7 +168,8 @@ int Main(int argc, char** argv) {
   app.add_flag("--wide", client.wide, "Send 32-bit coordinates, for large maps");
   app.add_option("--robot-baud", options.robot_baud, "Bit rate of the robot's port (default: 9600)")
       ->check(CLI::IsMember(Rates()));
-  app.add_option("--modem-baud", options.modem_baud, "Bit rate of the modem's port (default: 9600)")
+  app.add_option("--modem-baud", options.modem_baud,
+                 "Bit rate of the modem's port (default: 9600), also of one behind TCP or a pty")
       ->check(CLI::IsMember(Rates()));
   app.add_option("--status", options.status_s, "Print pose and speeds every so many seconds")
       ->check(Seconds());

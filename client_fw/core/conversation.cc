@@ -201,10 +201,6 @@ PHEROMONE_OUTLINED void Conversation::OnSuccess() {
   medium_.OnOutcome(MediumAccess::kAnswered);
 }
 
-PHEROMONE_OUTLINED void Conversation::Count(uint32_t Counters::*which) {
-  ++(counters_.*which);
-}
-
 void Conversation::HearServer() {
   const uint16_t patience_ms = static_cast<uint16_t>(kSilentSlots * medium_.state().slot_ms);
   timers_[kContacted] = HasTurns()                                ? kTurnPatienceMs

@@ -168,7 +168,11 @@ class Conversation : private ConversationState {
   void TellCounter(uint8_t id);
   const Parameters& parameters() const { return behaviour_.state().parameters; }
 
-  void Count(uint32_t Counters::*which);
+  void Count(uint32_t Counters::*which) {
+    if (kAllCounters || which == &Counters::requests || which == &Counters::timeouts) {
+      ++(counters_.*which);
+    }
+  }
   void HearServer();
 
   MediumAccess medium_;

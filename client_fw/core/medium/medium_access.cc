@@ -61,7 +61,11 @@ FrameParser::Result MediumAccess::Hear(uint8_t byte, bool awaiting) {
   EndRun();
   const bool was_open = state_.parser.open();
   const FrameParser::Result event = state_.parser.Push(byte);
-  protocol::Tally(event, &state_.decoder);
+  if (kAllCounters) {
+    protocol::Tally(event, &state_.decoder);
+  } else if (event == FrameParser::kCrcError) {
+    ++state_.decoder.crc_errors;
+  }
   Listen(was_open, event);
   if (!awaiting) {
     HearOther();
@@ -81,7 +85,7 @@ FrameParser::Result MediumAccess::Hear(uint8_t byte, bool awaiting) {
 // damaged, it is rubbish, and the windows would never end.
 void MediumAccess::OnDamage() {
   if (damaged_ == kMaxDamaged) {
-    ++state_.counters.ignored_damage;
+    state_.counters.ignored_damage += kAllCounters;
     return;
   }
   ++damaged_;
@@ -141,7 +145,7 @@ void MediumAccess::Listen(bool was_open, FrameParser::Result event) {
   if (*spent_ms <= longest_frame_ms_) {
     RestartSlots();
   } else if (held) {
-    ++state_.counters.ignored_noise;
+    state_.counters.ignored_noise += kAllCounters;
   }
 }
 
@@ -162,7 +166,11 @@ void MediumAccess::EndRun() {
 bool MediumAccess::FrameOpen() {
   if (gap_timeout_ms_ != protocol::kNoGapTimeout) {
     if (quiet_ms_ > gap_timeout_ms_) {
-      protocol::TimeOut(&state_.parser, &state_.decoder);
+      if (kAllCounters) {
+        protocol::TimeOut(&state_.parser, &state_.decoder);
+      } else {
+        state_.parser.Abort();
+      }
     }
   } else if (quiet_ms_ > kStalledFrameMs) {
     return false;
@@ -196,7 +204,7 @@ bool MediumAccess::DetectCarrier(bool channel_busy) {
     ForgetCarrier();
   } else if (timers_[kCarrier] == 0 && !carrier_ignored_) {
     carrier_ignored_ = true;
-    ++state_.counters.ignored_carriers;
+    state_.counters.ignored_carriers += kAllCounters;
   }
   return channel_busy && !carrier_ignored_;
 }

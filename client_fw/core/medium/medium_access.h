@@ -26,6 +26,12 @@
 namespace pheromone {
 namespace client {
 
+#ifndef PHEROMONE_ALL_COUNTERS
+#define PHEROMONE_ALL_COUNTERS 1
+#endif
+/// False: only what an operator can ask a robot for is counted.
+constexpr bool kAllCounters = PHEROMONE_ALL_COUNTERS != 0;
+
 /// All wrap.
 struct MediumCounters {
   uint32_t ignored_carriers;  ///< carriers that stayed too long to be a transmission
@@ -33,7 +39,7 @@ struct MediumCounters {
   uint32_t ignored_damage;    ///< damaged frames that opened no window: most frames were
 };
 
-struct MediumState {
+struct MediumState {  // NOLINT(cppcoreguidelines-pro-type-member-init): MediumState() is all zero
   uint8_t slot_ms;    ///< of contention
   uint8_t window_ms;  ///< of responses
   bool clear;         ///< as of Poll: nobody is sending

@@ -43,6 +43,10 @@ Pioneer::Pioneer(uint16_t now_ms, int16_t count_100nm, bool with_sonar) : Pionee
   last_front_mm_ = kNoRange;
 }
 
+void Pioneer::Restart(uint16_t now_ms) {
+  Enter(kSync0, now_ms);
+}
+
 void Pioneer::Continue(const PioneerTrack& track) {
   track_ = track;
   phase_ = kContinuing;
@@ -70,11 +74,14 @@ void Pioneer::OnPacket(uint16_t now_ms) {
     }
     return;
   }
-  // An echo of a command that was not sent is left over from before.
-  if (phase_ > kSync2 || receiver_.id() != phase_ || due_ != 0) {
+  // An echo of a command that was not sent is left over from before. To a Pioneer without a session
+  // CLOSE is SYNC2: if it answers with its names, it takes itself to be in one.
+  const uint8_t command = phase_ & 0x0Fu;
+  if (phase_ >= kOpen || receiver_.id() != command || due_ != 0 ||
+      (phase_ == kClosing && !receiver_.HasNames())) {
     return;
   }
-  if (phase_ == kSync2) {
+  if (command == kSync2) {
     // Until the first SIP gives the rotation of the axes.
     track_.cos_100nm = receiver_.SubclassIsSh() ? k100NmPerMm : count_100nm_;
     Enter(kOpen, now_ms);

@@ -11,7 +11,8 @@
 //
 // Session. SYNC0, SYNC1 and SYNC2 are sent, each after the echo of the one before. If an echo does
 // not come within kPioneerSilenceMs, or if a SIP comes, which shows that the Pioneer is still in an
-// older session, CLOSE is sent, and after a pause SYNC0 again. After the last echo come OPEN,
+// older session, CLOSE is sent, and after a pause SYNC0 again; a Pioneer without a session may take
+// CLOSE for SYNC2 and answer with its names, as MobileSim does. After the last echo come OPEN,
 // SONAR, SETA with kDecelerationMmS2, ENABLE 1 and zero speed. ENABLE is repeated only if motors
 // are off, nobody presses the STOP button, and the robot is to move; SONAR while sonars are not as
 // wanted. After kPioneerSilenceMs without a SIP the session is closed, which stops a Pioneer that
@@ -108,8 +109,8 @@ class PioneerState {
     kSync1 = 1,
     kSync2 = 2,
     kClosing = 0x12,
-    kOpen = 0x11,
-    kContinuing = 0x20,  // waits for a SIP of the session of before a warm reset
+    kOpen = 0x21,
+    kContinuing = 0x30,  // waits for a SIP of the session of before a warm reset
   };
   // The commands to be sent, in this order.
   enum Due : uint8_t {
@@ -153,6 +154,9 @@ class Pioneer : private PioneerState {
   /// After a warm reset, before anything else: goes on with the session in which this was the
   /// track.
   void Continue(const PioneerTrack& track);
+
+  /// A new connection to the Pioneer, whose other end has no session: begins with SYNC0.
+  void Restart(uint16_t now_ms);
 
   /// A byte from the Pioneer, read at `now_ms`.
   void OnByte(uint8_t byte, uint16_t now_ms);

@@ -30,6 +30,7 @@ class PioneerDrive {
 
   /// See Pioneer.
   void Continue(const PioneerTrack& track) { pioneer_.Continue(track); }
+  void Restart() { pioneer_.Restart(static_cast<uint16_t>(board_->millis())); }
 
   void Step() {
     const uint16_t now_ms = static_cast<uint16_t>(board_->millis());

@@ -88,6 +88,8 @@ class PioneerReceiver {
   /// The shortest range of the sonars ahead in this packet, mm; kNoRange if it has none of them.
   uint16_t FrontRange() const { return front_; }
 
+  /// A third string, as in the answer to SYNC2.
+  bool HasNames() const { return subclass_end_ != 0; }
   /// In the answer to SYNC2: the subclass, its third string, ends in "sh" or "SH".
   bool SubclassIsSh() const { return subclass_end_ == ('s' << 8 | 'h'); }
 

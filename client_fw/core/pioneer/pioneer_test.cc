@@ -84,6 +84,37 @@ TEST(PioneerTest, ClosesTheSessionThatSomebodyLeftOpen) {
   EXPECT_EQ(1, harness.closed);
 }
 
+// MobileSim then takes SYNC0 for PULSE, which it does not answer.
+TEST(PioneerTest, OpensTheSessionThatCloseHasBegunOutOfSequence) {
+  PioneerHarness harness;
+  harness.lost_replies = 1;
+  harness.Run(1200);
+  EXPECT_EQ((Commands{kSync0, kClose, kOpen, kSonarOff, kDecelerate, kEnable, kStandStill}),
+            harness.heard);
+  EXPECT_TRUE(harness.pioneer.known());
+}
+
+TEST(PioneerTest, AnAnswerToCloseWithoutNamesIsNoSession) {
+  PioneerHarness harness;
+  harness.on = false;
+  harness.Run(1100);
+  ASSERT_EQ((Commands{kSync0, kClose}), harness.heard);
+  harness.ToClient(NaivePacket({2}));
+  harness.Run(300);
+  EXPECT_EQ((Commands{kSync0, kClose, kSync0}), harness.heard);
+}
+
+TEST(PioneerTest, ANewConnectionBeginsWithSync0) {
+  PioneerHarness harness;
+  harness.Connect();
+  harness.synced = 0;
+  harness.open = false;
+  harness.pioneer.Restart(harness.now16());
+  harness.Run(300);
+  EXPECT_EQ((Commands{kSync0, kSync1, kSync2, kOpen, kSonarOff, kDecelerate, kEnable, kStandStill}),
+            harness.heard);
+}
+
 TEST(PioneerTest, LetsTheLastSipsOfAnOldSessionPass) {
   PioneerHarness harness;
   harness.RunUntilHeard();  // SYNC0, and its echo

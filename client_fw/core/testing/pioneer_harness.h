@@ -139,8 +139,8 @@ class PioneerHarness {
     }
     if (synced == 3) {
       Obey(command);
-    } else if (command.command == synced && body.size() == 1) {
-      ++synced;
+    } else if (command.command < 3 && body.size() == 1) {  // in sequence or not, as by MobileSim
+      synced = command.command + 1;
       Reply();
     } else {
       synced = 0;

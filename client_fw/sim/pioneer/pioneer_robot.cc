@@ -146,23 +146,25 @@ void PioneerRobot::TickMotion() {
   rotation_.OnCovered(drive_.odometry().heading_rad - heading_rad, drive_.motion().turn_rad_s);
 }
 
-// A client that missed an echo repeats its SYNC, or begins again at SYNC0.
+// A client that missed an echo repeats its SYNC, or begins again at SYNC0. After SYNC2 the same
+// numbers are commands.
 void PioneerRobot::Synchronise(const Packet& packet) {
-  if (session_ == Session::kSynchronised && packet.id == kSync1Open) {
-    Open();
-    return;
-  }
-  if (packet.id > next_sync_) {
-    ++counters_.ignored;
-    return;
-  }
-  next_sync_ = std::min<uint8_t>(packet.id + 1, kSync2Close);
-  if (packet.id == kSync2Close) {
+  if (session_ == Session::kSynchronised) {
+    if (packet.id == kSync1Open) {
+      Open();
+    } else if (packet.id == kSync2Close) {
+      Close();
+      ++counters_.closes;
+    } else if (packet.id != kSync0Pulse) {
+      ++counters_.ignored;
+    }
+  } else if (packet.id == kSync2Close) {
     session_ = Session::kSynchronised;
     Send(MakeNamesPacket(config_.model, config_.name));
-  } else {
-    session_ = Session::kSynchronising;
+  } else if (packet.id < kSync2Close) {
     Send(MakePacket(packet.id, {}));
+  } else {
+    ++counters_.ignored;
   }
 }
 
@@ -177,7 +179,6 @@ void PioneerRobot::Open() {
 
 void PioneerRobot::Close() {
   session_ = Session::kSynchronising;
-  next_sync_ = kSync0Pulse;
   motors_enabled_ = false;
   silent_ = false;
   encoder_packets_ = 0;
@@ -220,6 +221,7 @@ void PioneerRobot::Obey(const Packet& packet) {
       break;
     case kSync2Close:
       Close();
+      ++counters_.closes;
       break;
     case kSetO:
       drive_.ResetOdometry();

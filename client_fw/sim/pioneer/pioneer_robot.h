@@ -8,11 +8,13 @@
 //   robot.AdvanceTo(now_ns);
 //   Send(robot.TakeOutput());                         // echoes at once, a SIP every 100 ms
 //
-// Session: SYNC0, SYNC1, SYNC2 are echoed in this order, the last with three names; a repeated one
-// is echoed again; OPEN, with an argument or without, starts the stream of SIPs; CLOSE or HangUp
-// ends it. Between SYNC2 and OPEN, SYNC0 restarts the sequence. A silent line does not end the
-// session. Motors are off and settings (SETV, SETA ...) are those of the model at each OPEN and
-// after each end; odometry continues. Motion commands while the motors are off are ignored.
+// Session: SYNC0, SYNC1, SYNC2 are echoed, the last with three names, also repeated or out of
+// sequence; OPEN, with an argument or without, starts the stream of SIPs; CLOSE or HangUp ends it.
+// From SYNC2 on the same numbers are commands, as for MobileSim: SYNC0 is PULSE, which nobody
+// answers, and a CLOSE that comes before SYNC0 begins a session that only another CLOSE ends. A
+// silent line does not end the session. Motors are off and settings (SETV, SETA ...) are those of
+// the model at each OPEN and after each end; odometry continues. Motion commands while the motors
+// are off are ignored.
 //
 // Commands: PULSE, OPEN, CLOSE, ENABLE, SETA, SETV, SETO, MOVE, ROTATE, SETRV, VEL, HEAD, DHEAD,
 // CONFIG (answered with a packet 0x20, or not), ENCODER, RVEL, SETRA, SONAR, STOP, VEL2, IOREQUEST,
@@ -87,8 +89,9 @@ struct PioneerConfig {
 struct PioneerCounters {
   uint64_t packets = 0;        ///< valid ones received
   uint64_t bad_checksums = 0;  ///< dropped
-  uint64_t ignored = 0;        ///< valid, but unknown, out of sequence or without their argument
+  uint64_t ignored = 0;        ///< valid, but unknown, before a session or without their argument
   uint64_t sessions = 0;       ///< OPENs that began one
+  uint64_t closes = 0;         ///< CLOSEs that ended one, or what SYNC2 had begun
   uint64_t sips = 0;           ///< sent
   uint64_t lost_sips = 0;      ///< not sent because the output was not taken
   uint64_t watchdog_stops = 0;
@@ -158,7 +161,6 @@ class PioneerRobot {
   int64_t last_packet_ns_ = 0;
   int64_t last_command_ns_ = 0;  // other than PULSE
   Session session_ = Session::kSynchronising;
-  uint8_t next_sync_ = 0;  // SYNC0, 1 or 2
   bool motors_enabled_ = false;
   bool sonar_enabled_ = false;
   bool silent_ = false;

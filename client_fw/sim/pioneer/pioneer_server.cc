@@ -156,7 +156,11 @@ void PioneerServer::Read(int64_t now_ns) {
     const ssize_t size = read(line_, buffer.data(), buffer.size());
     if (size > 0) {
       connected_ = true;
+      const uint64_t closes = robot_->counters().closes;
       robot_->OnBytes({buffer.data(), static_cast<size_t>(size)}, now_ns);
+      if (listener_ >= 0 && robot_->counters().closes != closes) {
+        Disconnect();
+      }
     } else if (size < 0 && WouldBlock()) {
       connected_ = true;  // of a pty: opened, and nothing to read
       return;

@@ -9,9 +9,10 @@
 //   }
 //
 // A pty's symbolic link is removed at the end. TCP listens on 127.0.0.1 and serves one client; the
-// connections of others are closed. A client whose connection ends, or who closes the pty, as one
-// that was killed does, has hung up: that ends the session. Only if the next one has opened the pty
-// before that is noticed does it find the old session, as on a serial line.
+// connections of others are closed, and its own by CLOSE, as MobileSim does. A client whose
+// connection ends, or who closes the pty, as one that was killed does, has hung up: that ends the
+// session. Only if the next one has opened the pty before that is noticed does it find the old
+// session, as on a serial line.
 //
 // Bytes move as fast as the system moves them: no baud rate is modelled. Errors are messages, empty
 // if there is none. Blocks only in Wait. One thread.

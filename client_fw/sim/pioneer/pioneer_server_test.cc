@@ -175,6 +175,16 @@ TEST_F(PioneerServerTest, AClientThatDiesWhileDrivingIsReplacedOverAPtyAndOverTc
   }
 }
 
+TEST_F(PioneerServerTest, CloseEndsATcpConnection) {
+  PioneerServer server(&robot_);
+  ASSERT_EQ(server.ServeTcp(0), "");
+  const int client = ConnectTcp(server);
+  Put(client, kHandshake + Command(2));
+  ASSERT_TRUE(StepUntil(&server, [&] { return robot_.counters().closes == 1; }));
+  EXPECT_FALSE(server.connected());
+  close(client);
+}
+
 TEST_F(PioneerServerTest, TheLinkGoesWithTheServerAndOnlyAPtysLinkIsReplaced) {
   ASSERT_EQ(symlink("/dev/pts/99999", link_.c_str()), 0);
   {
