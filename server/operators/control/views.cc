@@ -54,7 +54,8 @@ json::value EventToJson(const std::optional<protocol::EventReport>& event) {
   if (!event) {
     return nullptr;
   }
-  return json::object{{"event", NameOf(event->code)}, {"argument", event->argument}};
+  return json::object{
+      {"event", NameOf(event->code)}, {"seq", event->seq}, {"argument", event->argument}};
 }
 
 json::value PoseToJson(const control::ClientView& client) {

@@ -4,11 +4,13 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <string_view>
 #include <utility>
 
 #include <boost/json/serialize.hpp>
 
 #include "server/operators/ctl/json_read.h"
+#include "server/operators/ctl/parameters.h"
 
 namespace pheromone::ctl {
 namespace {
@@ -18,7 +20,11 @@ namespace json = boost::json;
 // The command is repeated for about this long (RobotsPart::kCommandTransmissions), with a
 // margin.
 constexpr std::chrono::seconds kAckPatience{20};
+// An EVENT is repeated as well; a robot that contends for a busy channel may need some tries.
+constexpr std::chrono::seconds kValuePatience{10};
 constexpr useconds_t kBetweenLooksUs = 100'000;
+
+constexpr std::string_view kGet = "get";
 
 // A pheromone's number, or its name.
 json::value PheromoneOf(const std::string& text) {
@@ -85,8 +91,42 @@ json::value FindClient(const json::value& clients, const RobotCommand& command) 
   return nullptr;
 }
 
-// Waits for the robot's acknowledgement of its last command.
-int AwaitOutcome(const ServerOptions& options, const RobotCommand& command) {
+// The seq of the robot's last EVENT, -1 if it has sent none.
+int64_t LastEvent(const json::value& client) {
+  const json::value& event = At(client, "last_event");
+  return event.is_object() ? static_cast<int64_t>(CountAt(event, "seq")) : -1;
+}
+
+// Waits for the EVENT by which the robot answers "get"; `before` is the seq of the one before.
+int AwaitValue(const ServerOptions& options, const RobotCommand& command, int64_t before) {
+  const auto deadline = std::chrono::steady_clock::now() + kValuePatience;
+  while (std::chrono::steady_clock::now() < deadline) {
+    const JsonReply reply = CallJson(options, "GET", "/api/v1/clients");
+    if (reply.exit_status != 0) {
+      return reply.exit_status;
+    }
+    const json::value client = FindClient(reply.value, command);
+    const json::value& event = At(client, "last_event");
+    if (LastEvent(client) != before && TextAt(event, "event") == "parameter value") {
+      const json::value& value = At(event, "argument");
+      fmt::print("{}\n", options.json
+                             ? json::serialize(json::object{
+                                   {"parameter", command.arguments.front()}, {"value", value}})
+                             : DescribeParameter(command.arguments.front(), value.as_int64()));
+      return 0;
+    }
+    usleep(kBetweenLooksUs);
+  }
+  fmt::print(
+      stderr,
+      "pheromonectl: the robot has accepted \"get\", but its value has not come within {} s; "
+      "try again\n",
+      kValuePatience.count());
+  return kFailed;
+}
+
+// Waits for the robot's acknowledgement of its last command, and for the value that it asks for.
+int AwaitOutcome(const ServerOptions& options, const RobotCommand& command, int64_t last_event) {
   const auto deadline = std::chrono::steady_clock::now() + kAckPatience;
   for (;;) {
     const JsonReply reply = CallJson(options, "GET", "/api/v1/clients");
@@ -98,6 +138,9 @@ int AwaitOutcome(const ServerOptions& options, const RobotCommand& command) {
     const std::string outcome = TextAt(last, "outcome");
     if (outcome != "pending" || std::chrono::steady_clock::now() > deadline) {
       const std::string reason = TextAt(last, "reason");
+      if (command.name == kGet && outcome == "accepted") {
+        return AwaitValue(options, command, last_event);
+      }
       if (options.json) {
         fmt::print("{}\n", json::serialize(last));
       } else {
@@ -141,6 +184,14 @@ int Paint(const ServerOptions& options, const std::string& pheromone, const Shap
 int GiveCommand(const ServerOptions& options, const RobotCommand& command) {
   ServerOptions quiet = options;
   quiet.json = false;
+  int64_t last_event = -1;
+  if (command.wait && command.name == kGet) {
+    const JsonReply reply = CallJson(options, "GET", "/api/v1/clients");
+    if (reply.exit_status != 0) {
+      return reply.exit_status;
+    }
+    last_event = LastEvent(FindClient(reply.value, command));
+  }
   const int status =
       Change(command.wait ? quiet : options, "command",
              {{"link", command.link},
@@ -148,7 +199,7 @@ int GiveCommand(const ServerOptions& options, const RobotCommand& command) {
               {"command", command.name},
               {"arguments", json::array(command.arguments.begin(), command.arguments.end())}},
              command.wait ? "" : command.name + ": sent");
-  return status == 0 && command.wait ? AwaitOutcome(options, command) : status;
+  return status == 0 && command.wait ? AwaitOutcome(options, command, last_event) : status;
 }
 
 int GoTo(const ServerOptions& options, const RobotGoal& goal) {

@@ -255,6 +255,21 @@ class ControlTest(Server):
             self.assertEqual(ctl.communicate(timeout=PATIENCE_S)[0], "speed: accepted\n")
             self.assertEqual(ctl.returncode, 0)
 
+    def test_get_prints_the_value_with_its_name_and_unit(self):
+        robot = self.robot(26)
+        for seq, number, value, words in ((41, 136, 125, "battery: 12.5 V"),
+                                          (42, 136, 125, "battery: 12.5 V"),
+                                          (43, 7, 250, "speed_mm_s: 250 mm/s"),
+                                          (44, 133, 6, "why it stands: 6 (fail-safe, halted)")):
+            with subprocess.Popen([PHEROMONECTL, "command", "radio-a", "26", "get", str(number)],
+                                  cwd=self.folder, stdout=subprocess.PIPE, text=True) as ctl:
+                message = self.receive(robot, 26)
+                self.assertEqual(message[3:], bytes([9, number]))
+                robot.line.send(wire.encode(bytes([26, 0x51, message[2], 9, 0, 0])))
+                robot.line.send(wire.encode(bytes([26, 0x52, seq, 8, value, 0])))
+                self.assertEqual(ctl.communicate(timeout=PATIENCE_S)[0], words + "\n")
+                self.assertEqual(ctl.returncode, 0)
+
     def test_a_goal_is_shown_and_ends_with_a_halt(self):
         robot = self.robot(28)
         self.assertIn("robot 28 has not reported its position yet",
