@@ -48,7 +48,7 @@ class Reader {
     high = static_cast<uint8_t>(*at_ >> 4);
     low = *at_++ & 0x0Fu;
   }
-  template <typename Item, unsigned size>
+  template <typename Item, uint8_t size>
   void Some(const char* /*name*/, Item (&items)[size], uint8_t count) {
     uint8_t i = 0;
     for (; i < count; ++i) {
@@ -276,11 +276,13 @@ bool Encode(const M& from, Message* to) {
   return writer.fits();
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): M* is a type
 #define PHEROMONE_CODEC(M)                  \
   template bool Decode(const Message&, M*); \
   template bool Encode(const M&, Message*);
 PHEROMONE_MESSAGES(PHEROMONE_CODEC)
 #undef PHEROMONE_CODEC
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace protocol
 }  // namespace pheromone

@@ -226,7 +226,7 @@ void Conversation::TellCounter(uint8_t id) {
 
 Counters Conversation::counters() const {
   Counters all = counters_;
-  static_cast<BehaviourCounters&>(all) = state();
+  static_cast<BehaviourCounters&>(all) = static_cast<const BehaviourCounters&>(state());
   static_cast<MediumCounters&>(all) = medium_.state().counters;
   return all;
 }

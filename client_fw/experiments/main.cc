@@ -12,7 +12,7 @@
 #include "client_fw/swarm/command.h"
 
 int main(int argc, char** argv) {
-  using namespace pheromone::swarm;
+  using namespace pheromone::swarm;  // NOLINT(google-build-using-namespace)
   return RunCommands(
       "pheromone-experiments",
       "Experiments with simulated robots that follow virtual pheromones, in virtual time.",

@@ -46,8 +46,8 @@ double CastRay(const field::MapGeometry& map, const field::ObstacleMask& mask,
                const sim::PlanePose& from, double reach_m) {
   const double cell_m = static_cast<double>(map.cell_um) / 1e6;
   struct Axis {
-    double at;
-    double direction;
+    double at = 0;
+    double direction = 0;
     int32_t index = static_cast<int32_t>(std::floor(at));
     int32_t step = direction > 0 ? 1 : -1;
     double per_cell =

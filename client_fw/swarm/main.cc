@@ -8,7 +8,7 @@
 #include "client_fw/swarm/run_command.h"
 
 int main(int argc, char** argv) {
-  using namespace pheromone::swarm;
+  using namespace pheromone::swarm;  // NOLINT(google-build-using-namespace)
   return RunCommands("pheromone-swarm", "Simulated robots that follow virtual pheromones.",
                      {AddPathCommand, AddRunCommand, AddLiveCommand, AddPioneerCommand}, argc,
                      argv);

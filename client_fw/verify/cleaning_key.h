@@ -26,6 +26,9 @@ inline std::vector<ZoneMap> GridSymmetries(int columns, int rows) {
   std::vector<ZoneMap> maps;
   for (int way = 0; way < (columns == rows ? 8 : 4); ++way) {
     ZoneMap map{};
+    const auto zone = [rows](int column, int row) {
+      return static_cast<uint8_t>(column * rows + row);
+    };
     for (int column = 0; column < columns; ++column) {
       for (int row = 0; row < rows; ++row) {
         int c = (way & 1) != 0 ? columns - 1 - column : column;
@@ -33,7 +36,7 @@ inline std::vector<ZoneMap> GridSymmetries(int columns, int rows) {
         if ((way & 4) != 0) {
           std::swap(c, r);
         }
-        map[static_cast<size_t>(column * rows + row)] = static_cast<uint8_t>(c * rows + r);
+        map[zone(column, row)] = zone(c, r);
       }
     }
     if (std::find(maps.begin(), maps.end(), map) == maps.end()) {
@@ -69,7 +72,7 @@ class CleaningKeys {
 
   Packed Pack(const CleaningState& state) const {
     Packed least{PackAs(state, maps_[0]), 0, 1};
-    for (uint8_t way = 1; way < maps_.size(); ++way) {
+    for (uint8_t way = 1; way < static_cast<uint8_t>(maps_.size()); ++way) {
       const Key key = PackAs(state, maps_[way]);
       if (key < least.key) {
         least = {key, way, 1};

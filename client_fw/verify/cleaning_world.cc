@@ -22,12 +22,14 @@ CleaningWorld::CleaningWorld(const CleaningLimits& limits)
       robots_(static_cast<size_t>(limits.robots)),
       neighbours_(zones_) {
   assert(zones_ <= kMaxZones && robots_ <= kMaxCleaners && limits.crashes < limits.robots);
+  const auto zone = [&](int column, int row) {
+    return static_cast<uint8_t>(column * limits.rows + row);
+  };
   for (int column = 0; column < limits.columns; ++column) {
     for (int row = 0; row < limits.rows; ++row) {
       const auto add = [&](int c, int r) {
         if (c >= 0 && c < limits.columns && r >= 0 && r < limits.rows) {
-          neighbours_[static_cast<size_t>(column * limits.rows + row)].push_back(
-              static_cast<uint8_t>(c * limits.rows + r));
+          neighbours_[zone(column, row)].push_back(zone(c, r));
         }
       };
       add(column - 1, row);

@@ -111,7 +111,7 @@ class CleaningWorld {
   explicit CleaningWorld(const CleaningLimits& limits);
 
   const CleaningLimits& limits() const { return limits_; }
-  size_t zones() const { return zones_; }
+  uint8_t zones() const { return static_cast<uint8_t>(zones_); }
   const std::vector<uint8_t>& neighbours(size_t zone) const { return neighbours_[zone]; }
 
   /// Robots about to decide in these zones, all zones cleaned at the same time.

@@ -84,7 +84,7 @@ inline void AddPredecessors(const std::vector<uint32_t>& from, const std::vector
 template <typename State>
 Explored Explore(const State& first, const Model<State>& model) {
   struct Came {
-    size_t from;
+    size_t from = 0;
     std::string step;
   };
   Explored found;

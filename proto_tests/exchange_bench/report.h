@@ -58,7 +58,7 @@ class Report {
   void Add(Row row);
   void Add(BesideRow beside);
   /// The medians of the rounds' quantiles; of the 99th percentile also the least and the greatest.
-  void Add(RoundsRow rounds);
+  void Add(RoundsRow row);
   /// A readable line only.
   static void Say(const std::string& line);
 

@@ -72,7 +72,7 @@ ServerProcess::ServerProcess(const std::string& program, const std::string& conf
                              const std::vector<std::string>& arguments, const std::string& folder,
                              const Environment& environment) {
   const std::string log_file = folder + "/pheromoned.log";
-  std::ofstream{log_file};  // what one before it said is not its own
+  std::ofstream(log_file).close();  // what one before it said is not its own
   std::vector<std::string> words = {program, "--config", config_file};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;

@@ -20,7 +20,10 @@ int32_t TagSites::CoordinateOf(size_t index) const {
 }
 
 std::string TagTables(int per_side, int map_mm) {
-  const auto metres = [&](int index) { return (2 * index + 1) * map_mm / (2 * per_side) / 1000.0; };
+  const auto metres = [&](int index) {
+    const int millimetres = (2 * index + 1) * map_mm / (2 * per_side);
+    return millimetres / 1000.0;
+  };
   std::string text;
   for (int row = 0; row < per_side; ++row) {
     for (int column = 0; column < per_side; ++column) {

@@ -341,7 +341,8 @@ class Session {
       for (const uint64_t count : traffic.by_opcode()) {
         by_opcode += count;
       }
-      for (LinkIndex link = 0; link < engine.config().links.size(); ++link) {
+      const auto links = static_cast<LinkIndex>(engine.config().links.size());
+      for (LinkIndex link = 0; link < links; ++link) {
         traffic.ForEachOf(link, [&](uint8_t id, const RobotTraffic& robot) {
           Require(traffic.Find(link, id) == &robot);
           by_robot += robot.requests;

@@ -21,7 +21,7 @@
 
 namespace {
 
-using namespace pheromone::web;
+using namespace pheromone::web;  // NOLINT(google-build-using-namespace)
 namespace http = boost::beast::http;
 
 constexpr char kToken[] = "0123456789abcdef";

@@ -13,7 +13,7 @@
 
 namespace {
 
-using namespace pheromone::web;
+using namespace pheromone::web;  // NOLINT(google-build-using-namespace)
 namespace playback = pheromone::playback;
 
 void Expect(bool holds) {

@@ -94,7 +94,7 @@ class Daemon::Impl {
                   .reload = [this] { return ReadConfigurationAgain(); },
                   .change_tau =
                       [this](uint8_t type, int64_t tau_ms) {
-                        const Status changed = config_.ChangeTau(type, tau_ms);
+                        Status changed = config_.ChangeTau(type, tau_ms);
                         if (changed.ok()) {
                           control_.TellConfigured();
                         }

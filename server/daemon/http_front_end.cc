@@ -199,10 +199,10 @@ class HttpFrontEnd::Impl {
   std::thread tls_thread_;
 };
 
-HttpFrontEnd::HttpFrontEnd(control::Control* control, config::ControlSettings control_settings,
+HttpFrontEnd::HttpFrontEnd(control::Control* control,
+                           const config::ControlSettings& control_settings,
                            config::WebSettings web_settings)
-    : impl_(std::make_unique<Impl>(control, std::move(control_settings), std::move(web_settings))) {
-}
+    : impl_(std::make_unique<Impl>(control, control_settings, std::move(web_settings))) {}
 
 HttpFrontEnd::~HttpFrontEnd() = default;
 

@@ -20,7 +20,7 @@ namespace pheromone::daemon {
 class HttpFrontEnd {
  public:
   /// `control` outlives it.
-  HttpFrontEnd(control::Control* control, config::ControlSettings control_settings,
+  HttpFrontEnd(control::Control* control, const config::ControlSettings& control_settings,
                config::WebSettings web_settings);
   HttpFrontEnd(const HttpFrontEnd&) = delete;
   HttpFrontEnd& operator=(const HttpFrontEnd&) = delete;

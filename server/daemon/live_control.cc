@@ -429,14 +429,14 @@ void LiveControl::Snapshot(DoneWith<std::optional<std::string>> done) {
 }
 
 void LiveControl::StartCapture(Done done) {
-  ChangeCapture(&Captures::Start, std::move(done));
+  ChangeCapture(&Captures::Start, done);
 }
 
 void LiveControl::StopCapture(Done done) {
-  ChangeCapture(&Captures::Stop, std::move(done));
+  ChangeCapture(&Captures::Stop, done);
 }
 
-void LiveControl::ChangeCapture(Status (Captures::*change)(), Done done) {
+void LiveControl::ChangeCapture(Status (Captures::*change)(), const Done& done) {
   const auto operation = [this, change, done] {
     const Status changed = (parts_.captures->*change)();
     if (changed.ok()) {

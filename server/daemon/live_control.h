@@ -124,7 +124,7 @@ class LiveControl final : public control::Control {
   void DoneIfDurable(const Status& changed, Done done) const;
   void AwaitDurable(std::chrono::milliseconds patience, Done done) const;
   void SendHaltsUnlogged(int transmissions);
-  void ChangeCapture(Status (Captures::*change)(), Done done);
+  void ChangeCapture(Status (Captures::*change)(), const Done& done);
   void AwaitCapture(TimePoint deadline, const Done& done);
   void TellCapture();
 

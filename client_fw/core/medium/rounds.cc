@@ -36,7 +36,7 @@ bool Rounds::OnRound(const uint8_t* data, uint8_t length) {
 }
 
 const uint8_t* Rounds::AnswerIn(const uint8_t* data, uint8_t turn) {
-  return turn < Answers(data) ? data + kRoundHeader + kAnswerSize * turn : nullptr;
+  return turn < Answers(data) ? &data[kRoundHeader + kAnswerSize * turn] : nullptr;
 }
 
 bool Rounds::Follows(const uint8_t* data) const {
@@ -50,7 +50,7 @@ bool Rounds::Grant(const uint8_t* data) {
   values_.turns = 0;
   const uint8_t turn_ms = data[kTurnAt];
   const uint8_t count = Turns(data);
-  const uint8_t* const turns = data + kRoundHeader + kAnswerSize * Answers(data);
+  const uint8_t* const turns = &data[kRoundHeader + kAnswerSize * Answers(data)];
   for (uint8_t i = 0; i < count; ++i) {
     // The second turn of ours follows the first.
     if (turns[i] != id_ || (values_.turns != 0 && i != next_turn_ + 1)) {

@@ -83,7 +83,7 @@ struct BehaviourState : BehaviourValues {
   BehaviourState(const Parameters& given, const Pose& start_pose)
       : BehaviourValues(),
         parameters(given),
-        stored(given),
+        stored(static_cast<const Settings&>(given)),
         drive(kNothingToTell),
         start(start_pose) {}
 

@@ -151,8 +151,8 @@ bool ReadSetting(uint8_t id, const Settings& settings, int16_t* value) {
 }
 
 void PackSettings(const Settings& settings, uint8_t* to) {
-  for (uint8_t id = 1; id < kEndOfSettings; ++id) {
-    protocol::PutU16(to + 2 * (id - 1), Get(id, settings));
+  for (uint8_t id = 1; id < kEndOfSettings; ++id, to += 2) {
+    protocol::PutU16(to, Get(id, settings));
   }
 }
 

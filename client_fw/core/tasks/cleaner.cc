@@ -236,7 +236,7 @@ void Cleaner::Choose() {
       zones_[0] = own;
     }
   }
-  CleaningView view;
+  CleaningView view{};
   view.count = zone_count_;
   for (uint8_t i = 0; i < zone_count_; ++i) {
     view.tags[i].is_occupied = zones_[i].is_occupied;
@@ -288,7 +288,7 @@ void Cleaner::Write(uint8_t string, uint8_t slot, uint16_t expected, uint16_t le
                            first_string_ + kBase, first_string_ + string,
                            protocol::kTypeRobot,  number_};
   for (uint8_t i = 0; i < protocol::kStatementWords; ++i) {
-    PutI32(data + kWriteWords + 4 * i, words[i]);
+    PutI32(&data[kWriteWords + 4 * i], words[i]);
   }
   Ask(protocol::kTagWrite, kWriteSize, conversation);
 }

@@ -242,7 +242,7 @@ void Cleaner::OnRead(Conversation* conversation) {
 }
 
 int32_t Cleaner::Word(protocol::TagWord word) const {
-  return GetI32(block_ + kBlockWords + 4 * word);
+  return GetI32(&block_[kBlockWords + 4 * word]);
 }
 
 // False if what the block's predicate means has yet to be asked.

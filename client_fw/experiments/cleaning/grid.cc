@@ -8,8 +8,8 @@
 namespace pheromone::swarm {
 namespace {
 
-constexpr int kPaperColumns = 4;
-constexpr int kPaperRows = 3;
+constexpr size_t kPaperColumns = 4;
+constexpr size_t kPaperRows = 3;
 constexpr std::array<int, kPaperColumns* kPaperRows> kPaperRates = {5,  5,  5, 5, 10, 10,
                                                                     10, 10, 5, 5, 10, 5};
 
@@ -23,9 +23,9 @@ int CleaningGrid::ZoneAt(double x_m, double y_m) const {
 }
 
 int CleaningGrid::RatePercent(int zone) const {
-  const int column = zone / rows % kPaperColumns;
-  const int row = zone % rows % kPaperRows;
-  return kPaperRates[static_cast<size_t>(column * kPaperRows + row)];
+  const size_t column = static_cast<size_t>(ColumnOf(zone)) % kPaperColumns;
+  const size_t row = static_cast<size_t>(RowOf(zone)) % kPaperRows;
+  return kPaperRates[column * kPaperRows + row];
 }
 
 std::vector<SoilStep> SoilOf(const CleaningGrid& grid, const SoilRule& rule, int zone,

@@ -23,9 +23,11 @@ struct CleaningGrid {
   double zone_m = 1;  ///< the side of a zone
 
   int zones() const { return columns * rows; }
+  int ColumnOf(int zone) const { return zone / rows; }
+  int RowOf(int zone) const { return zone % rows; }
   /// The middle of a zone, from the grid's lower left corner.
-  double CentreX(int zone) const { return (zone / rows + 0.5) * zone_m; }
-  double CentreY(int zone) const { return (zone % rows + 0.5) * zone_m; }
+  double CentreX(int zone) const { return (ColumnOf(zone) + 0.5) * zone_m; }
+  double CentreY(int zone) const { return (RowOf(zone) + 0.5) * zone_m; }
   /// The zone that a point is in; beyond the edge, the nearest.
   int ZoneAt(double x_m, double y_m) const;
   /// What a zone soils in each step: 10 in the paper's zones 5 to 8 and 11, else 5. The pattern of

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -31,10 +32,8 @@ class CleaningModel {
  public:
   CleaningModel(const CleaningGrid& grid, int robots, uint64_t seed)
       : grid_(grid), random_(seed), zones_(static_cast<size_t>(grid.zones())) {
-    std::vector<int> starts;
-    for (int zone = 0; zone < grid.zones(); ++zone) {
-      starts.push_back(zone);
-    }
+    std::vector<int> starts(zones_.size());
+    std::iota(starts.begin(), starts.end(), 0);
     for (int i = 0; i < robots; ++i) {
       std::swap(starts[static_cast<size_t>(i)],
                 starts[static_cast<size_t>(Below(i, grid.zones() - 1))]);
@@ -75,8 +74,8 @@ class CleaningModel {
   }
 
   void Act(ModelRobot* robot) {
-    const int column = robot->zone / grid_.rows;
-    const int row = robot->zone % grid_.rows;
+    const int column = grid_.ColumnOf(robot->zone);
+    const int row = grid_.RowOf(robot->zone);
     std::vector<int> seen = {robot->zone};
     for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
       const int x = column + dx;

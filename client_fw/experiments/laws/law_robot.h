@@ -56,7 +56,7 @@ class LawRobot final : public sim::MobileRobot {
  private:
   // The firmware's drive: it has the odometry, but its wheel speeds are ignored.
   struct Passenger {
-    const sim::DifferentialDrive* drive;
+    const sim::DifferentialDrive* drive = nullptr;
     bool odometry(client::Odometry* odometry) const { return drive->odometry(odometry); }
     void set_wheel_speeds(int16_t /*left_mm_s*/, int16_t /*right_mm_s*/) {}
     void emergency_stop() {}

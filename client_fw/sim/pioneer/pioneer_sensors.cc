@@ -10,7 +10,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 // Rays that look for what touches a ring are this far apart; at the rim of the largest robot that
 // is less than the bumpers' travel, so that no corner slips between two.
-constexpr double kRayDeg = 1;
+constexpr int kRays = 360;
 
 }  // namespace
 
@@ -37,7 +37,8 @@ PressedBumpers FindPressedBumpers(const PioneerModel& model, int segments, const
     return pressed;
   }
   const double touching_m = (model.radius_mm + kBumperTravelMm) / 1000.0;
-  for (double clockwise_deg = kRayDeg / 2; clockwise_deg < 360; clockwise_deg += kRayDeg) {
+  for (int ray = 0; ray < kRays; ++ray) {
+    const double clockwise_deg = (ray + 0.5) * 360 / kRays;
     const double bearing_rad = (90 - clockwise_deg) * kDegree;  // from the left around the front
     if (range({robot.x_m, robot.y_m, robot.heading_rad + bearing_rad}, touching_m) <= touching_m) {
       const bool front = clockwise_deg < 180;

@@ -56,10 +56,7 @@ class FrozenFieldPart final : public FrozenPart {
 
 Status FieldPart::Prepare(const SharedConfig& present, Event* event) {
   if (auto* edited = std::get_if<FieldEdited>(event)) {
-    const Status shape = field::CheckShape(edited->edit);
-    if (!shape.ok()) {
-      return shape;
-    }
+    PHEROMONE_TRY_STATUS(field::CheckShape(edited->edit));
     Result<field::Raster> raster = field::RasterFor(edited->edit, present->field.map);
     if (!raster.ok()) {
       return raster.error();
@@ -116,20 +113,19 @@ std::optional<field::Intensities> FieldPart::Sense(const Context& context, LinkI
   return IsAt(*robot->goal, pose.position) ? field::Intensities{} : LeadTo(*robot->goal, pose, *p);
 }
 
-Message FieldPart::Answer(const Context& context, LinkIndex link, const Message& message) const {
-  protocol::SenseRequest request;
-  protocol::Decode(message, &request);
+Message FieldPart::Answer(const Context& context, LinkIndex link, const Message& request) const {
+  protocol::SenseRequest sense;
+  protocol::Decode(request, &sense);
   field::SenseError error = field::SenseError::kNone;
-  const field::PoseUm pose = context.robots.PoseOf(link, request.id, request.pose, context.now_ms);
-  const auto p = Sense(context, link, request.id, request.type, pose, &error);
+  const field::PoseUm pose = context.robots.PoseOf(link, sense.id, sense.pose, context.now_ms);
+  const auto p = Sense(context, link, sense.id, sense.type, pose, &error);
   if (!p) {
-    return ErrorMessage(message, ToReason(error));
+    return ErrorMessage(request, ToReason(error));
   }
   const WireIntensities wire = ToWire(*p);
   Message answer;
-  protocol::Encode(
-      protocol::SenseAnswer{request.id, request.type, request.wide, wire.left, wire.right},
-      &answer);
+  protocol::Encode(protocol::SenseAnswer{sense.id, sense.type, sense.wide, wire.left, wire.right},
+                   &answer);
   return answer;
 }
 

@@ -328,7 +328,7 @@ TEST_F(NetsPartTest, AnotherNetOfThatNameIsRefusedAndOneOfAnotherNameBegins) {
             "begin anew");
   settings.name = "other";
   tags::Settings tags = testing::GateTags();
-  tags.privileged.push_back("net:other");
+  tags.privileged.emplace_back("net:other");
   const EngineConfig config = testing::ConfigWith({settings}, tags);
   ASSERT_TRUE(bench.engine.CheckConfig(config).ok());
   bench.Apply(ConfigChanged{config, 7});
@@ -358,7 +358,7 @@ TEST_F(NetsPartTest, AConfigurationThatItCannotHaveIsRefused) {
   EXPECT_EQ(error({gate, gate}, tags), "net \"gate\": expected a name that no other net has");
   petri::LiveSettings second = gate;
   second.name = "second";
-  tags.privileged.push_back("net:second");
+  tags.privileged.emplace_back("net:second");
   EXPECT_EQ(error({gate, second}, tags),
             "net \"second\": tag \"north\" is used by net \"gate\" already");
   second = gate;

@@ -172,7 +172,8 @@ class CellMap {
     int tiles = 0;
     const Leaf* leaf = FindLeaf(leaf_column, leaf_row);
     for (int32_t i = 0; i < kLeafSide && leaf != nullptr; ++i) {
-      const Place& place = leaf->place[static_cast<size_t>(leaf_tile_row * kLeafSide + i)];
+      const Place& place =
+          leaf->place[static_cast<size_t>(leaf_tile_row) * kLeafSide + static_cast<size_t>(i)];
       if (place.occupied.load(std::memory_order_acquire) != 0) {
         const NodeIndex at{(leaf_column * kLeafSide + i) * kTileSide,
                            (leaf_row * kLeafSide + leaf_tile_row) * kTileSide};

@@ -101,7 +101,7 @@ void Change(Random& random, CellMap* map, Naive* naive) {
 
 void Check(const CellMap& map, const Naive& naive, const NodeArea& area, uint64_t since) {
   const auto index = [](NodeIndex node) {
-    return static_cast<size_t>(node.row * kColumns + node.column);
+    return static_cast<size_t>(node.row) * kColumns + static_cast<size_t>(node.column);
   };
   std::vector<bool> told(size_t{kColumns} * kRows);
   const CellMap::Changes changes = map.VisitChanged(area, since, [&](const NodeArea& part) {

@@ -152,7 +152,7 @@ struct pheromone::FieldCodec<pheromone::field::Shared<pheromone::field::Obstacle
   using Mask = field::Shared<field::ObstacleMask>;
 
   static void Encode(const Mask& mask, ByteWriter* writer);
-  static void Decode(ByteReader* reader, Mask* mask);
+  static void Decode(ByteReader* reader, Mask* to);
   static uint64_t Hash(const Mask& mask);
   static Status Check(const Mask& mask, const std::string& name);
   static size_t BytesAtMost(const Mask& mask);

@@ -83,7 +83,7 @@ struct SweepState {
 class FieldReader;
 class FrozenField;
 
-class Field {
+class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belongs together
  public:
   /// About how many tiles one portion of a sweep looks at, and a deposit that finds no memory: it
   /// may be refused although something has evaporated elsewhere.

@@ -28,7 +28,7 @@ void Put(uint64_t value, size_t bytes, char** to) {
 // `word(i, slot)` is that of the i-th of the occupied nodes.
 template <typename Word>
 void AppendTile(int32_t leaf, size_t place, uint64_t occupied, Word&& word, std::string* to) {
-  std::array<char, kTileHeadBytes + 64 * kNodeBytes> raw;
+  std::array<char, kTileHeadBytes + 64 * kNodeBytes> raw;  // NOLINT(*-member-init): set below
   char* at = raw.data();
   Put(static_cast<uint32_t>(leaf), 4, &at);
   Put(place, 1, &at);

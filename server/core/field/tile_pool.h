@@ -98,7 +98,7 @@ class TilePool {
   static constexpr size_t kTilesPerChunk =
       BlockPool::kChunkBytes / sizeof(Tile) - BlockPool::BlocksBefore(sizeof(Tile), true);
   /// A leaf is as large as eight tiles.
-  static constexpr size_t kLeafBytes = 65 * 64;
+  static constexpr size_t kLeafBytes = size_t{65} * 64;
   /// Tiles of garbage released for each allocated tile.
   static constexpr int kTilesForATile = 2;
   static constexpr int kTilesForALeaf = 18;
@@ -126,7 +126,8 @@ class TilePool {
   /// A leaf of a directory, all zeros.
   template <typename Leaf>
   Leaf* TakeLeaf() {
-    static_assert(sizeof(Leaf) <= kLeafBytes && alignof(Leaf) <= 64);
+    static_assert(sizeof(Leaf) <= kLeafBytes);
+    static_assert(alignof(Leaf) <= 64);
     ReleaseSome(kTilesForALeaf);
     return new (leaves_.Take()) Leaf{};
   }

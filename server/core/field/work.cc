@@ -89,7 +89,7 @@ LayPlan RestorePlan(const FieldConfig& config, ByteReader* reader) {
 void FindPlace(Work* work) {
   uint64_t left = work->done;
   for (const NodeRun& run : work->raster->runs) {
-    const auto nodes = static_cast<uint64_t>(run.last - run.first + 1);
+    const uint64_t nodes = static_cast<uint64_t>(run.last - run.first) + 1;
     if (left < nodes) {
       break;
     }

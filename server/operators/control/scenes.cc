@@ -274,6 +274,7 @@ json::value EngineRates::Take(const control::StatusView& status, const StreamCou
     batches += counts[i];
   }
   const uint64_t sum_ns = status.latency.sum_ns - (last_ ? before.latency.sum_ns : 0);
+  const uint64_t mean_ns = batches != 0 ? sum_ns / batches : 0;
   json::object stats{
       {"uptime_s", status.uptime_s},
       {"field_time_ms", status.field_time_ms},
@@ -282,8 +283,8 @@ json::value EngineRates::Take(const control::StatusView& status, const StreamCou
       {"changes_per_s", rate(status.service.changes, before.service.changes)},
       {"errors_per_s", rate(ErrorsOf(status.service), ErrorsOf(before.service))},
       {"latency_us",
-       {{"mean", batches != 0 ? json::value(static_cast<double>(sum_ns / batches) / 1e3)
-                              : json::value(nullptr)},
+       {{"mean",
+         batches != 0 ? json::value(static_cast<double>(mean_ns) / 1e3) : json::value(nullptr)},
         {"p50", Quantile(counts, 0.5)},
         {"p90", Quantile(counts, 0.9)},
         {"p99", Quantile(counts, 0.99)}}},

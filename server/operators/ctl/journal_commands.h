@@ -17,12 +17,12 @@ constexpr int kFoundDamage = 4;
 Status HoldsJournal(const std::string& folder);
 
 /// Reads every byte of every file, then recovers the state, as the server would at start-up.
-int CheckJournal(const std::string& folder);
+int CheckJournal(const std::string& path);
 
 /// Prints every record of every segment as text, with its position.
-int DumpJournal(const std::string& folder);
+int DumpJournal(const std::string& path);
 
 /// Prints the events, each once, as "csv" or "jsonl".
-int ExportJournal(const std::string& folder, const std::string& format);
+int ExportJournal(const std::string& path, const std::string& format);
 
 }  // namespace pheromone::ctl

@@ -13,6 +13,6 @@ namespace pheromone::ctl {
 /// Prints what was done, or an error to standard error. Returns the exit status: 0; 1 if the folder
 /// cannot be used, or a server uses it; 2 for an error in the configuration, or a state that does
 /// not match it; 4 if the journal is damaged.
-int ResampleJournal(const std::string& config, const std::string& folder);
+int ResampleJournal(const std::string& config_file, const std::string& name);
 
 }  // namespace pheromone::ctl

@@ -93,10 +93,7 @@ Result<std::unique_ptr<SnapshotWriter>> SnapshotWriter::Write(StateSource* sourc
 }
 
 Status SnapshotWriter::GiveName() {
-  const Status renamed = folder_->Rename(unfinished_, name_);
-  if (!renamed.ok()) {
-    return renamed;
-  }
+  PHEROMONE_TRY_STATUS(folder_->Rename(unfinished_, name_));
   is_there_ = false;
   return folder_->Sync();
 }

@@ -94,7 +94,7 @@ class GateBench {
   /// What slot 1 tells; nothing if it is not the environment's.
   std::optional<protocol::EnvironmentRecord> Read(uint8_t id, uint16_t tag) {
     const auto statement = StatementIn(id, tag, protocol::kEnvironmentSlot);
-    protocol::EnvironmentRecord record;
+    protocol::EnvironmentRecord record{};
     return protocol::Decode(statement.data(), kHash, &record) == protocol::NetRecordFault::kNone
                ? std::optional(record)
                : std::nullopt;

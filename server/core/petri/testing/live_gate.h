@@ -41,6 +41,7 @@ inline Net LiveGate() {
   place("chose");
   const auto arcs = [&](const std::vector<std::string>& ids) {
     std::vector<Arc> list;
+    list.reserve(ids.size());
     for (const std::string& id : ids) {
       list.push_back({static_cast<uint32_t>(PlaceOf(net, id))});
     }

@@ -241,6 +241,7 @@ bool IsRead(const Request& request) {
 
 std::vector<Resource> Resources() {
   std::vector<Resource> all;
+  all.reserve(std::size(kRoutes));
   for (const Route& route : kRoutes) {
     all.push_back({route.path, CanRead(route), route.change != nullptr});
   }
@@ -303,7 +304,7 @@ void Api::ShowDashboard(const std::string& file, Request request, const Respond&
   }
 }
 
-void Api::Handle(Request request, Respond respond) {
+void Api::Handle(Request request, const Respond& respond) {
   if (auto refused = CheckHost(request)) {
     respond(*std::move(refused));
     return;

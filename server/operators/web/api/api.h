@@ -74,7 +74,7 @@ class Api {
   Api(control::Control* control, ApiOptions options, Lanes lanes = {});
 
   /// `respond` is called once, at once or later.
-  void Handle(Request request, Respond respond);
+  void Handle(Request request, const Respond& respond);
 
   /// Why a stream that only tells may not be opened, or nothing: as for a GET, and no page of
   /// another server may unless it is listed, since browsers let those open WebSockets and read

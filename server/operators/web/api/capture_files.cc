@@ -51,8 +51,8 @@ class File final : public Content {
 };
 
 double ModifiedSeconds(const struct stat& facts) {
-  return static_cast<double>(facts.st_mtim.tv_sec) +
-         static_cast<double>(facts.st_mtim.tv_nsec / 1'000'000) / 1e3;
+  const int64_t milliseconds = facts.st_mtim.tv_nsec / 1'000'000;
+  return static_cast<double>(facts.st_mtim.tv_sec) + static_cast<double>(milliseconds) / 1e3;
 }
 
 // Changes whenever the file does.

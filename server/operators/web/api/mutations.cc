@@ -38,6 +38,11 @@ Response Outcome(const std::string& name, const Result<std::vector<std::string>>
                     : Refuse(409, {notes.error(), "", ""});
 }
 
+// Answers with what became of it.
+control::Control::Done Report(Respond respond) {
+  return [respond = std::move(respond)](const Status& done) { respond(Outcome(done)); };
+}
+
 // Whether a shape reaches beyond the map: its corners or points do, or the discs around them.
 bool IsPartlyOff(const FieldEdit& edit, const field::MapGeometry& map) {
   const int64_t margin = edit.shape == FieldEdit::Shape::kStroke ? edit.radius_um : 0;
@@ -189,21 +194,19 @@ void Command(control::Control* control, Parameters* fields, Respond respond) {
     return;
   }
   control->Issue(*link, static_cast<uint8_t>(*id), command->code,
-                 EncodeArguments(*command, *arguments),
-                 [respond = std::move(respond)](const Status& done) { respond(Outcome(done)); });
+                 EncodeArguments(*command, *arguments), Report(std::move(respond)));
 }
 
 void GoTo(control::Control* control, Parameters* fields, Respond respond) {
   const auto link = fields->String("link");
   const auto id = fields->Integer("id", 1, 254);
-  const auto done = [respond](const Status& status) { respond(Outcome(status)); };
   if (fields->Boolean("cancel", false).value_or(false)) {
     fields->AllowOnly({"link", "id", "cancel"});
     if (fields->problem()) {
       respond(Refuse(400, *fields->problem()));
       return;
     }
-    control->CancelGoal(*link, static_cast<uint8_t>(*id), done);
+    control->CancelGoal(*link, static_cast<uint8_t>(*id), Report(std::move(respond)));
     return;
   }
   const auto x = fields->Metres("x_m", -1e6);
@@ -216,7 +219,8 @@ void GoTo(control::Control* control, Parameters* fields, Respond respond) {
     return;
   }
   control->SetGoal(*link, static_cast<uint8_t>(*id), {*x, *y},
-                   static_cast<uint32_t>(std::llround(*tolerance * 1e6)), done);
+                   static_cast<uint32_t>(std::llround(*tolerance * 1e6)),
+                   Report(std::move(respond)));
 }
 
 void ChangeLaw(control::Control* control, Parameters* fields, Respond respond) {

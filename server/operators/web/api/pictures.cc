@@ -74,7 +74,7 @@ void Pictures::Close(const std::shared_ptr<Order>& order) {
   }
 }
 
-void Pictures::Answer(const std::shared_ptr<Order>& order, Response response) {
+void Pictures::Answer(const std::shared_ptr<Order>& order, const Response& response) {
   Close(order);
   for (const Respond& respond : order->waiting) {
     respond(response);

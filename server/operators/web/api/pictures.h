@@ -48,7 +48,7 @@ class Pictures {
   void Finish(const std::shared_ptr<Order>& order, const Picture& picture, Response response,
               int looks_left);
   void Close(const std::shared_ptr<Order>& order);
-  void Answer(const std::shared_ptr<Order>& order, Response response);
+  void Answer(const std::shared_ptr<Order>& order, const Response& response);
 
   const control::Control& control_;
   const Lanes& lanes_;

@@ -116,7 +116,7 @@ TagsChanged::Write ReadWrite(const control::Control& control, Parameters* fields
   write.expected = ReadExpected(fields);
   write.is_state = fields->Boolean("replace", false).value_or(false);
   write.lease_ms = static_cast<uint32_t>(
-      fields->Number("lease_s", 0, tags::kMaxLeaseMs / 1000, 0).value_or(0) * 1000);
+      fields->Number("lease_s", 0, tags::kMaxLeaseMs / 1000.0, 0).value_or(0) * 1000);
   fields->AllowOnly(
       {"action", "tag", "author", "time_s", "block", "slot", "expected", "replace", "lease_s"});
   return write;

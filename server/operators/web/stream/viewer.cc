@@ -36,14 +36,10 @@ Viewer::Viewer(Connection connection, Place place, Parts parts, std::string refu
 }
 
 void Viewer::Start(const boost::beast::http::request<boost::beast::http::string_body>& request,
-                   std::string subprotocol) {
+                   const std::string& subprotocol) {
   // What is in the buffer is old when a slow viewer gets it, and costs memory.
   socket_.next_layer().next_layer().SetSendBuffer(kSendBufferBytes);
-  websocket::stream_base::timeout patience;
-  patience.handshake_timeout = kHandshakePatience;
-  patience.idle_timeout = kIdlePatience;
-  patience.keep_alive_pings = true;
-  socket_.set_option(patience);
+  socket_.set_option(websocket::stream_base::timeout{kHandshakePatience, kIdlePatience, true});
   socket_.set_option(
       websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
         response.set(boost::beast::http::field::sec_websocket_protocol, subprotocol);

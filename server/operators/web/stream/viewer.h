@@ -54,7 +54,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   /// Performs the handshake, and then reads.
   void Start(const boost::beast::http::request<boost::beast::http::string_body>& request,
-             std::string subprotocol);
+             const std::string& subprotocol);
   void Close();
   /// Closes it on its thread when the server stops.
   void CloseWithServer();
