@@ -6,7 +6,6 @@
 #include <exception>
 #include <map>
 #include <optional>
-#include <ranges>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -236,8 +235,9 @@ std::optional<petri::Net> SystemLoader::LoadInstance(const Keys& keys, const fs:
 
 fs::path SystemLoader::Replaced(const fs::path& path) {
   fs::path now = path;
-  for (auto& level : std::views::reverse(replacements_)) {
-    if (const auto found = level.find(Canonical(now)); found != level.end()) {
+  // NOLINTNEXTLINE(modernize-loop-convert): clang 14 cannot compile std::views::reverse
+  for (auto level = replacements_.rbegin(); level != replacements_.rend(); ++level) {
+    if (const auto found = level->find(Canonical(now)); found != level->end()) {
       found->second.used = true;
       now = found->second.by;
     }
