@@ -144,8 +144,9 @@ field::Intensities LeadTo(const Goal& goal, const field::PoseUm& pose,
   const int64_t rest_um = Length(goal.point() - pose.position);
   const int64_t most = rest_um <= kNearUm ? 2 * kUnit : kUnit;
   const int64_t difference = std::min(2 * TurnOf(ahead, left), most);
+  const int64_t braked_um = std::min(rest_um, kBrakingUm);
   const int64_t strength =
-      std::clamp(kUnit * std::min(rest_um, kNearUm) / kNearUm, kUnit / 4, kUnit);
+      std::max<int64_t>(kUnit * braked_um / kBrakingUm * braked_um / kBrakingUm, 1);
   const int64_t weaker = strength - difference;
   field::Intensities p =
       left >= 0 ? field::Intensities{strength, weaker} : field::Intensities{weaker, strength};

@@ -76,7 +76,7 @@ Naive NaiveLead(const Goal& goal, const PoseUm& pose) {
   const double turn = ahead >= 0 ? share : 2 - share;
   const double rho = Distance(InMetres(goal.point()), robot);
   const double difference = std::min(2 * turn, rho <= 1 ? 2.0 : 1.0);
-  const double strength = std::min(1.0, std::max(rho, 0.25));
+  const double strength = std::clamp(rho * rho / (1.4 * 1.4), 1.0 / 4096, 1.0);
   const double weaker = strength - difference;
   return left >= 0 ? Naive{4096 * strength, 4096 * weaker} : Naive{4096 * weaker, 4096 * strength};
 }
@@ -113,14 +113,14 @@ TEST(Goal, IntensitiesAreThoseOfTheEquations) {
 TEST(Goal, ARobotThatFacesItDrivesStraightOnAndTurnsTowardsItOtherwise) {
   EXPECT_EQ(LeadTo(To(5, 5), Pose(1, 5, 0), {}), (Intensities{4096, 4096}));
   EXPECT_EQ(LeadTo(To(5, 5), Pose(5, 1, 90), {}), (Intensities{4096, 4096}));
-  EXPECT_EQ(LeadTo(To(5, 5), Pose(4.5, 5, 0), {}), (Intensities{2048, 2048}));  // slower
+  EXPECT_EQ(LeadTo(To(5, 5), Pose(4.3, 5, 0), {}), (Intensities{1024, 1024}));  // slower
   // Half a right angle and more: the wheel on that side stops.
   EXPECT_EQ(LeadTo(To(5, 5), Pose(5, 1, 45), {}), (Intensities{4096, 0}));
   EXPECT_EQ(LeadTo(To(5, 5), Pose(5, 1, 135), {}), (Intensities{0, 4096}));
   EXPECT_EQ(LeadTo(To(5, 5), Pose(5, 1, 0), {}), (Intensities{4096, 0}));
   EXPECT_EQ(LeadTo(To(5, 5), Pose(9, 5, 0), {}), (Intensities{4096, 0}));  // behind: to the left
   // Near it, the robot turns on the spot.
-  EXPECT_EQ(LeadTo(To(5, 5), Pose(5, 4.5, 0), {}), (Intensities{2048, 2048 - 8192}));
+  EXPECT_EQ(LeadTo(To(5, 5), Pose(5, 4.5, 0), {}), (Intensities{522, 522 - 8192}));
 }
 
 TEST(Goal, RepellentsStayAndTrailsDoNot) {
