@@ -16,7 +16,7 @@ uint16_t NumberOf(size_t tag) {
 }  // namespace
 
 int32_t TagSites::CoordinateOf(size_t index) const {
-  return static_cast<int32_t>((2 * static_cast<int64_t>(index) + 1) * map_mm_ / (2 * per_side_));
+  return static_cast<int32_t>((2 * static_cast<int64_t>(index) + 1) * map_mm_ / per_side_ / 2);
 }
 
 std::string TagTables(int per_side, int map_mm) {

@@ -63,9 +63,9 @@ void CheckError(const Response& response) {
 }
 
 void CheckAnswer(const Response& response) {
-  static const std::set<int> kStatuses = {200, 206, 400, 401, 403, 404, 405,
-                                          409, 416, 421, 500, 501, 503};
-  Expect(kStatuses.count(response.status) == 1);
+  static const std::set<int> statuses = {200, 206, 400, 401, 403, 404, 405,
+                                         409, 416, 421, 500, 501, 503};
+  Expect(statuses.count(response.status) == 1);
   if (response.status >= 400) {
     CheckError(response);
   }

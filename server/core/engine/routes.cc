@@ -34,8 +34,8 @@ Routes MakeRoutes() {
 }  // namespace
 
 const Route& RouteOf(uint8_t opcode) {
-  static const Routes kRoutes = MakeRoutes();
-  return kRoutes[opcode];
+  static const Routes routes = MakeRoutes();
+  return routes[opcode];
 }
 
 }  // namespace pheromone::engine

@@ -273,7 +273,7 @@ std::optional<Message> TagsPart::Resolve(const protocol::ResolveRequest& request
   answer.number = request.number;
   answer.rows = static_cast<uint32_t>(symbols.rows().size());
   const std::string* text = nullptr;
-  static const std::string kNoText;
+  static const std::string no_text;
   switch (request.kind) {
     case protocol::SymbolKind::kRobot:
       answer.number = request.robot;
@@ -284,7 +284,7 @@ std::optional<Message> TagsPart::Resolve(const protocol::ResolveRequest& request
       break;
     case protocol::SymbolKind::kMapping:
       answer.number = symbols.OwnerOf(request.robot);
-      text = symbols.IsMapped(request.robot) ? &kNoText : nullptr;
+      text = symbols.IsMapped(request.robot) ? &no_text : nullptr;
       break;
     case protocol::SymbolKind::kRow:
       if (request.number >= 0 && static_cast<size_t>(request.number) < symbols.rows().size()) {

@@ -338,8 +338,8 @@ HWY_AFTER_NAMESPACE();
 namespace pheromone::field {
 
 void AppendVectorDiffusion(DiffusionKernelList* list) {
-  static const Compiled<DiffusionKernel> kCompiled[] = PHEROMONE_COMPILED(kVectorKernel);
-  AppendRunning(kCompiled, list);
+  static const Compiled<DiffusionKernel> compiled[] = PHEROMONE_COMPILED(kVectorKernel);
+  AppendRunning(compiled, list);
 }
 
 }  // namespace pheromone::field

@@ -244,7 +244,7 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   friend class FrozenField;
 
   struct Empty {};  // with nothing laid
-  Field(std::shared_ptr<const FieldConfig> config, const Kernel& kernel, Empty empty);
+  Field(std::shared_ptr<const FieldConfig> shared, const Kernel& kernel, Empty empty);
 
   const Setup& current() const { return *setup_.load(std::memory_order_relaxed); }
   void Publish(std::unique_ptr<Setup> setup);

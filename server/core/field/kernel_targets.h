@@ -7,7 +7,7 @@
 //   #include <hwy/foreach_target.h>
 //   ...
 //   #if HWY_ONCE
-//   static const Compiled<Kernel> kCompiled[] = PHEROMONE_COMPILED(kVectorKernel);
+//   static const Compiled<Kernel> compiled[] = PHEROMONE_COMPILED(kVectorKernel);
 //
 // Thread-safe.
 #pragma once

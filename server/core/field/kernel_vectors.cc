@@ -236,8 +236,8 @@ HWY_AFTER_NAMESPACE();
 namespace pheromone::field {
 
 void AppendVectorKernels(KernelList* list) {
-  static const Compiled<Kernel> kCompiled[] = PHEROMONE_COMPILED(kVectorKernel);
-  AppendRunning(kCompiled, list);
+  static const Compiled<Kernel> compiled[] = PHEROMONE_COMPILED(kVectorKernel);
+  AppendRunning(compiled, list);
 }
 
 }  // namespace pheromone::field

@@ -54,10 +54,10 @@ void Pictures::Draw(const std::shared_ptr<Order>& order, const Picture& picture,
 }
 
 void Pictures::Finish(const std::shared_ptr<Order>& order, const Picture& picture,
-                      Response response, int looks_left) {
+                      const Response& response, int looks_left) {
   // Levels that were read under one law must not be shown under another.
   if (control_.GetField().config.pheromones == picture.view.config.pheromones) {
-    Answer(order, std::move(response));
+    Answer(order, response);
   } else if (looks_left > 1) {
     Begin(order, looks_left - 1);
   } else {

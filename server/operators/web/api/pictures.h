@@ -45,7 +45,7 @@ class Pictures {
 
   void Begin(const std::shared_ptr<Order>& order, int looks_left);
   void Draw(const std::shared_ptr<Order>& order, const Picture& picture, int looks_left);
-  void Finish(const std::shared_ptr<Order>& order, const Picture& picture, Response response,
+  void Finish(const std::shared_ptr<Order>& order, const Picture& picture, const Response& response,
               int looks_left);
   void Close(const std::shared_ptr<Order>& order);
   void Answer(const std::shared_ptr<Order>& order, const Response& response);

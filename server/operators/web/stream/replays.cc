@@ -51,7 +51,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
         options_(std::move(options)),
         work_(asio::make_work_guard(io_)),
         timer_(io_),
-        entrance_(&io_, api, &counters_,
+        entrance_(&io_, api, &counters,
                   {.max_guests = options_.max_replays,
                    .too_many = "too many replays",
                    .limit = "at most " + std::to_string(options_.max_replays) + " at once"}) {}
@@ -76,7 +76,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  StreamCounters counters_;
+  StreamCounters counters;
 
  private:
   struct Session {
@@ -96,7 +96,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
       refused = Refuse(404, {"cannot replay \"" + name.substr(0, 100) + "\"", "target",
                              "/replay/NAME, with a name that ends in .pcapng and is listed by "
                              "/api/v1/captures"});
-      ++counters_.refused;
+      ++counters.refused;
     }
     return refused;
   }
@@ -125,7 +125,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
     session->viewer = std::make_shared<Viewer>(
         std::move(guest.connection), std::move(guest.place),
         Viewer::Parts{.hub = session->show.hub(),
-                      .counters = &counters_,
+                      .counters = &counters,
                       .change = [](const StreamChange& /*change*/, const Respond& /*respond*/) {},
                       .leave = [this](const std::shared_ptr<Viewer>& it) { Leave(it); },
                       .write_patience = options_.write_patience,
@@ -139,7 +139,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
         kReadOnly, "");
     sessions_.push_back(session);
     session->viewer->CloseWithServer();
-    session->viewer->Start(guest.message, std::move(guest.subprotocol));
+    session->viewer->Start(guest.message, guest.subprotocol);
     GoOn(session);
     if (sessions_.size() == 1) {
       Tick();
@@ -249,7 +249,7 @@ void Replays::Stop() {
 }
 
 const StreamCounters& Replays::counters() const {
-  return impl_->counters_;
+  return impl_->counters;
 }
 
 }  // namespace pheromone::web

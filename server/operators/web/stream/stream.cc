@@ -76,7 +76,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
         requests_(std::move(requests)),
         work_(asio::make_work_guard(io_)),
         timer_(io_),
-        entrance_(&io_, api, &counters_,
+        entrance_(&io_, api, &counters,
                   {.max_guests = options_.max_viewers,
                    .too_many = "too many viewers",
                    .limit = "at most " + std::to_string(options_.max_viewers) +
@@ -84,7 +84,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
         hub_({.session = std::to_string(UnixNs()),
               .ros_distro = options_.ros_distro,
               .click_pheromone = options_.click_pheromone,
-              .counters = &counters_,
+              .counters = &counters,
               .now_us = [this] { return WorkedUs(pacer_); },
               .between_pieces = [this] { pacer_.MayPause(); }}) {}
 
@@ -116,7 +116,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  StreamCounters counters_;
+  StreamCounters counters;
 
  private:
   // On the server's threads.
@@ -140,7 +140,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
     const auto viewer = std::make_shared<Viewer>(
         std::move(guest.connection), std::move(guest.place),
         Viewer::Parts{.hub = &hub_,
-                      .counters = &counters_,
+                      .counters = &counters,
                       .change = [this](const StreamChange& change,
                                        Respond respond) { Change(change, std::move(respond)); },
                       .leave = [this](const std::shared_ptr<Viewer>& it) { Leave(it); },
@@ -148,7 +148,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
         refusal, warning);
     viewers_.push_back(viewer);
     viewer->CloseWithServer();
-    viewer->Start(guest.message, std::move(guest.subprotocol));
+    viewer->Start(guest.message, guest.subprotocol);
     if (!is_ticking_) {
       is_ticking_ = true;
       subscription_ = control_.Subscribe({.max_waiting = 256, .wake = [this] { OnNotice(); }});
@@ -245,7 +245,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   // A request to the API; `respond` is called on this thread.
-  void Change(const StreamChange& change, Respond respond) {
+  void Change(const StreamChange& change, const Respond& respond) {
     Request request{.method = "POST", .target = change.target, .local = true, .body = change.body};
     auto answer = [weak = weak_from_this(), respond](Response response) {
       if (const auto self = weak.lock()) {
@@ -297,7 +297,7 @@ void Stream::Stop() {
 }
 
 const StreamCounters& Stream::counters() const {
-  return impl_->counters_;
+  return impl_->counters;
 }
 
 }  // namespace pheromone::web
