@@ -142,7 +142,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
         Viewer::Parts{.hub = &hub_,
                       .counters = &counters,
                       .change = [this](const StreamChange& change,
-                                       Respond respond) { Change(change, std::move(respond)); },
+                                       const Respond& respond) { Change(change, respond); },
                       .leave = [this](const std::shared_ptr<Viewer>& it) { Leave(it); },
                       .write_patience = options_.write_patience},
         refusal, warning);
