@@ -71,8 +71,8 @@ class HttpFrontEnd::Impl {
                  .listen = web_settings.listen,
                  .is_urgent = web::IsUrgent,
                  .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
-                [this](web::Request request, web::Respond respond) {
-                  api_.Handle(std::move(request), std::move(respond));
+                [this](web::Request request, const web::Respond& respond) {
+                  api_.Handle(std::move(request), respond);
                 }),
         tls_server_(tls_io_,
                     {.socket_path = {},
@@ -83,7 +83,7 @@ class HttpFrontEnd::Impl {
                     [this](web::Request request, web::Respond respond) {
                       boost::asio::post(io_, [this, request = std::move(request),
                                               respond = std::move(respond)]() mutable {
-                        api_.Handle(std::move(request), std::move(respond));
+                        api_.Handle(std::move(request), respond);
                       });
                     }),
         web_(std::move(web_settings)) {
