@@ -281,8 +281,9 @@ class ControlTest(Server):
         self.assertEqual([it["goal"] for it in self.view("clients")["clients"] if it["id"] == 28],
                          [{"x_m": 2, "y_m": 1, "tolerance_m": 0.05}])
         self.assertRegex(self.ctl("clients"), r"\nradio-a +28 .* 2\.00 1\.00 m ")
-        self.assertEqual(tuple(robot.sense(1, 1000, 1000, 0)), (4096, 4096))
-        self.assertEqual(tuple(robot.sense(1, 1000, 1000, 16384)), (-4096, 4096))
+        strength = int(4096 * (1.0 / 1.4) ** 2)  # a metre before the goal
+        self.assertEqual(tuple(robot.sense(1, 1000, 1000, 0)), (strength, strength))
+        self.assertEqual(tuple(robot.sense(1, 1000, 1000, 16384)), (strength - 8192, strength))
         self.assertEqual(tuple(robot.sense(1, 1960, 1000, 0)), (0, 0))
         message = self.receive(robot, 28)
         self.assertEqual(message[3], 1)  # halt

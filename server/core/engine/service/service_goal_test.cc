@@ -59,7 +59,8 @@ TEST_F(GoalTest, ARobotIsLedToItsGoalAndHaltedThere) {
   EXPECT_EQ(ToldBy(Handle({Sense(3, 1'000, 5'000, 0x4000)}).at(0).message), (Told{0, 4096}));
   EXPECT_EQ(ToldBy(Handle({Sense(4, 1'000, 5'000)}).at(0).message), (Told{0, 0}))
       << "another robot";
-  EXPECT_EQ(ToldBy(Handle({Trace(3, 2, 4'500, 5'000)}).at(0).message), (Told{2048, 2048}));
+  EXPECT_EQ(ToldBy(Handle({Trace(3, 2, 4'500, 5'000)}).at(0).message), (Told{522, 522}))
+      << "u (0.5 m / 1.4 m)^2";
   EXPECT_GT(service_.Inspect([](const Engine& engine) { return engine.field().node_count(); }), 0u)
       << "TRACE deposits as without a goal";
 
