@@ -59,12 +59,12 @@ Point NaiveTarget(const std::vector<PointUm>& route, Point robot) {
   return fine[nearest];
 }
 
-struct Naive {
+struct NaiveSides {
   double left = 0;
   double right = 0;
 };
 
-Naive NaiveLead(const Goal& goal, const PoseUm& pose) {
+NaiveSides NaiveLead(const Goal& goal, const PoseUm& pose) {
   const Point robot = InMetres(pose.position);
   const Point target = NaiveTarget(goal.route, robot);
   const double heading = pose.heading * 2 * std::numbers::pi / 65'536;
@@ -78,7 +78,8 @@ Naive NaiveLead(const Goal& goal, const PoseUm& pose) {
   const double difference = std::min(2 * turn, rho <= 1 ? 2.0 : 1.0);
   const double strength = std::clamp(rho * rho / (1.4 * 1.4), 1.0 / 4096, 1.0);
   const double weaker = strength - difference;
-  return left >= 0 ? Naive{4096 * strength, 4096 * weaker} : Naive{4096 * weaker, 4096 * strength};
+  return left >= 0 ? NaiveSides{4096 * strength, 4096 * weaker}
+                   : NaiveSides{4096 * weaker, 4096 * strength};
 }
 
 Goal To(double x_m, double y_m) {
@@ -101,7 +102,7 @@ TEST(Goal, IntensitiesAreThoseOfTheEquations) {
     }
     const PoseUm pose{{any(), any()}, static_cast<uint16_t>(random())};
     const Intensities p = LeadTo(goal, pose, {});
-    const Naive naive = NaiveLead(goal, pose);
+    const NaiveSides naive = NaiveLead(goal, pose);
     // Ahead or behind, left and right are the same; the naive target is off by up to 0.1 mm.
     if (naive.left != naive.right) {
       EXPECT_NEAR(static_cast<double>(p.left), naive.left, 8) << i;
