@@ -213,7 +213,7 @@ void Conversation::OnCommand(const uint8_t* data, uint8_t length) {
   Count(result == Reason::kNone ? &Counters::commands : &Counters::refused_commands);
 }
 
-// Where the value that was asked for is one of ours.
+// Where the value that was asked for is one of ours. These are counted also without kAllCounters.
 void Conversation::TellCounter(uint8_t id) {
   const uint32_t* const counter = id == kRequestCount    ? &counters_.requests
                                   : id == kTimeoutCount  ? &counters_.timeouts

@@ -21,7 +21,8 @@ endif()
 # The field's arithmetic is defined to the bit (protocol/README.md): a fused multiply-add would
 # round once where the definition rounds twice.
 add_compile_options(-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow
-                    $<$<COMPILE_LANGUAGE:CXX>:-Wold-style-cast> -ffp-contract=off $<$<BOOL:${PHEROMONE_WERROR}>:-Werror>)
+                    $<$<COMPILE_LANGUAGE:CXX>:-Wold-style-cast>
+                    -ffp-contract=off $<$<BOOL:${PHEROMONE_WERROR}>:-Werror>)
 # At -O3, g++ 12 takes "text" + string for a copy onto itself (GCC bug 105651, fixed in 13).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   add_compile_options($<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-Wno-restrict>)

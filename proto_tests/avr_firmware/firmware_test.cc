@@ -316,6 +316,21 @@ TEST(AvrDiagnosticsTest, FramingErrorsAndOverrunsOfBothUartsAreCounted) {
   }
 }
 
+// The image counts nothing else of the conversation and the channel (PHEROMONE_ALL_COUNTERS=0).
+TEST(AvrDiagnosticsTest, RequestsMissingAnswersAndDamagedFramesAreCounted) {
+  for (const double byte_error : {0.0, 0.01}) {
+    SCOPED_TRACE(byte_error);
+    FirmwareWorld world(1, {.byte_error = byte_error});
+    ASSERT_TRUE(Served(&world));
+    world.RunFor(10'000);
+    const size_t heard = world.CountHeard(protocol::kSense | 1);  // intact
+    ASSERT_GT(heard, 0u);
+    EXPECT_GE(Ask(&world, client::kRequestCount), static_cast<int>(heard));
+    EXPECT_EQ(Ask(&world, client::kTimeoutCount) > 0, byte_error > 0);
+    EXPECT_EQ(Ask(&world, client::kCrcErrorCount) > 0, byte_error > 0);
+  }
+}
+
 TEST(AvrDiagnosticsTest, TheCauseOfTheLastResetIsToldOverTheRadio) {
   FirmwareWorld world;
   ASSERT_TRUE(Served(&world));

@@ -29,7 +29,8 @@ namespace client {
 #ifndef PHEROMONE_ALL_COUNTERS
 #define PHEROMONE_ALL_COUNTERS 1
 #endif
-/// False: only what an operator can ask a robot for is counted.
+/// False: of the conversation and the channel, only what an operator can ask for is counted
+/// (Conversation::TellCounter).
 constexpr bool kAllCounters = PHEROMONE_ALL_COUNTERS != 0;
 
 /// All wrap.

@@ -100,7 +100,10 @@ void PioneerRobot::OnBytes(std::span<const uint8_t> bytes, int64_t time_ns) {
     ++counters_.packets;
     last_packet_ns_ = now_ns_;
     silent_ = false;
-    if (open()) {
+    if (session_ != Session::kSynchronising && packet->id == kSync2Close) {
+      Close();
+      ++counters_.closes;
+    } else if (open()) {
       Obey(*packet);
     } else {
       Synchronise(*packet);
@@ -147,14 +150,11 @@ void PioneerRobot::TickMotion() {
 }
 
 // A client that missed an echo repeats its SYNC, or begins again at SYNC0. After SYNC2 the same
-// numbers are commands.
+// numbers are commands: PULSE, OPEN, and CLOSE, which has been dealt with.
 void PioneerRobot::Synchronise(const Packet& packet) {
   if (session_ == Session::kSynchronised) {
     if (packet.id == kSync1Open) {
       Open();
-    } else if (packet.id == kSync2Close) {
-      Close();
-      ++counters_.closes;
     } else if (packet.id != kSync0Pulse) {
       ++counters_.ignored;
     }
@@ -218,10 +218,6 @@ void PioneerRobot::Obey(const Packet& packet) {
     case kSync0Pulse:
     case kSync1Open:
     case kHostBaud:
-      break;
-    case kSync2Close:
-      Close();
-      ++counters_.closes;
       break;
     case kSetO:
       drive_.ResetOdometry();

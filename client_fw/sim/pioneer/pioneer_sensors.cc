@@ -8,8 +8,8 @@ namespace pheromone::sim {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-// Rays that look for what touches a ring are this far apart; at the rim of the largest robot that
-// is less than the bumpers' travel, so that no corner slips between two.
+// So many rays look for what touches a ring; at the rim of the largest robot they are closer to
+// each other than the bumpers' travel, so that no corner slips between two.
 constexpr int kRays = 360;
 
 }  // namespace

@@ -67,10 +67,9 @@ class Engine {
   void Answer(const Stamp& stamp, LinkIndex link, const protocol::Message& message,
               std::vector<Outgoing>* out) const;
 
-  /// Applies an event; appends to `messages` what is to be sent because of it. `sequence` numbers
-  /// the events from
-  /// 1. A RequestReceived must be of Handling::kChange; the others, but for Advance, must have been
-  /// accepted by the checks below.
+  /// Applies an event; appends to `messages` what is to be sent because of it. The first event has
+  /// `sequence` 1. A RequestReceived must be of Handling::kChange; the others, but for Advance,
+  /// must have been accepted by the checks below.
   void Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
              std::vector<Outgoing>* messages);
 

@@ -38,5 +38,26 @@ TEST(ParametersTest, SettingsHaveTheNamesOfTheFirmwaresManual) {
   EXPECT_EQ(settings, 15);
 }
 
+// | 134 | alarms, sum of 1 stall, 2 bumper, ... |
+TEST(ParametersTest, SetsHaveTheWordsOfTheFirmwaresManual) {
+  std::ifstream manual(CLIENT_README);
+  const std::regex row(R"(\| (\d+) \| [^|]*sum of (.*) \|)");
+  const std::regex word(R"((\d+) ([^,]+))");
+  std::smatch found;
+  int words = 0;
+  for (std::string line; std::getline(manual, line);) {
+    if (!std::regex_match(line, found, row)) {
+      continue;
+    }
+    const int number = std::stoi(found[1]);
+    const std::string list = found[2];
+    for (std::sregex_iterator it(list.begin(), list.end(), word), end; it != end; ++it, ++words) {
+      const std::string text = DescribeParameter(number, std::stoi((*it)[1]));
+      EXPECT_TRUE(text.ends_with(": " + (*it)[1].str() + " (" + (*it)[2].str() + ")")) << text;
+    }
+  }
+  EXPECT_EQ(words, 4 + 8 + 5);
+}
+
 }  // namespace
 }  // namespace pheromone::ctl
