@@ -50,7 +50,7 @@ TEST(ParseAddress, TellsWhatIsWrong) {
   const struct {
     const char* text;
     const char* told;
-  } kCases[] = {
+  } cases[] = {
       {"", "empty address"},
       {"127.0.0.1:", "port \"\", expected 1 to 65535"},
       {"127.0.0.1:0", "port \"0\", expected 1 to 65535"},
@@ -63,7 +63,7 @@ TEST(ParseAddress, TellsWhatIsWrong) {
       {"::1:8101", "expected an IPv6 address in brackets"},
       {"256.256.256.256:1", "host \"256.256.256.256\""},
   };
-  for (const auto& wrong : kCases) {
+  for (const auto& wrong : cases) {
     const Result<Address> address = ParseAddress(wrong.text, 9600);
     ASSERT_FALSE(address.ok()) << wrong.text;
     EXPECT_NE(std::string::npos, address.error().find(wrong.told))

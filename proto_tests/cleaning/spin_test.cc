@@ -175,7 +175,7 @@ std::set<std::string> StatesOfTheCode(const CleaningLimits& limits) {
 
 void ExpectTheStates(int columns, int rows, int time, int horizon) {
   const std::set<std::string> spin =
-      StatesBySpin(static_cast<size_t>(columns * rows),
+      StatesBySpin(static_cast<size_t>(columns) * static_cast<size_t>(rows),
                    "-DCOLUMNS=" + std::to_string(columns) + " -DROWS=" + std::to_string(rows) +
                        " -DD=" + std::to_string(time) + " -DHORIZON=" + std::to_string(horizon));
   const std::set<std::string> code =

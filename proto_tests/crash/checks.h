@@ -9,8 +9,9 @@ namespace pheromone::crash {
 /// kill -9 of a process that serves random traffic, `rounds` times on one journal, in every second
 /// round while it makes a snapshot. `program` is this program, run as the process to be killed.
 bool CheckKills(const std::string& program, int rounds, uint64_t seed);
-/// That process: serves the journal in `folder` and reports on standard output until it is killed.
-int ServeUntilKilled(const std::string& folder, uint64_t seed);
+/// That process: serves the journal in the folder `path` and reports on standard output until it is
+/// killed.
+int ServeUntilKilled(const std::string& path, uint64_t seed);
 
 /// `cuts` simulated power failures, each on a disk of its own that loses or tears unsynced data;
 /// then the same with mutants, which must be detected.

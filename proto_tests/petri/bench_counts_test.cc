@@ -80,8 +80,8 @@ class Seen {
 
 bool OnlyEnablesOthers(const std::string& id) {
   const bool of_exit = id[0] == 'S' ? id[1] > '2' : id[1] > '3';
-  return id.ends_with(".present") || id.ends_with(".WriteRed") || id.find(".release") != id.npos ||
-         (id.ends_with(".sense") && of_exit);
+  return id.ends_with(".present") || id.ends_with(".WriteRed") ||
+         id.find(".release") != std::string::npos || (id.ends_with(".sense") && of_exit);
 }
 
 bool CanFire(const petri::Transition& transition, const Tokens& tokens) {

@@ -23,7 +23,7 @@ CleaningView ViewOf(const std::vector<ZoneTag>& tags) {
 // The rule again, one zone at a time: a zone is oldest if no free one is older.
 std::set<uint8_t> FreeAndOldest(const std::vector<ZoneTag>& tags) {
   std::set<uint8_t> zones;
-  for (uint8_t i = 0; i < tags.size(); ++i) {
+  for (uint8_t i = 0; i < static_cast<uint8_t>(tags.size()); ++i) {
     bool is_oldest = !tags[i].is_occupied;
     for (const ZoneTag& other : tags) {
       is_oldest = is_oldest && (other.is_occupied || tags[i].cleaned_s <= other.cleaned_s);

@@ -9,7 +9,7 @@ namespace pheromone {
 /// Occurrences may overlap. `part` is not empty.
 inline size_t CountOf(std::string_view text, std::string_view part) {
   size_t count = 0;
-  for (size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) {
+  for (size_t at = text.find(part); at != std::string_view::npos; at = text.find(part, at + 1)) {
     ++count;
   }
   return count;

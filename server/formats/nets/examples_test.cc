@@ -38,8 +38,9 @@ std::vector<size_t> Choices(const petri::Net& net, bool reduced, const petri::Ma
       continue;
     }
     const bool of_exit = id[0] == 'S' ? id[1] > '2' : id[1] > '3';
-    if (reduced && (id.ends_with(".present") || id.ends_with(".WriteRed") ||
-                    id.find(".release") != id.npos || (id.ends_with(".sense") && of_exit))) {
+    if (reduced &&
+        (id.ends_with(".present") || id.ends_with(".WriteRed") ||
+         id.find(".release") != std::string::npos || (id.ends_with(".sense") && of_exit))) {
       return {i};
     }
     choices.push_back(i);

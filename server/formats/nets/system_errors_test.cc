@@ -25,7 +25,7 @@ class SystemErrorsTest : public ::testing::Test {
   std::string Told(const Result<petri::Net>& net) const {
     std::string error = net.ErrorOr("");
     const std::string folder = folder_.string() + "/";
-    for (size_t at = error.find(folder); at != error.npos; at = error.find(folder)) {
+    for (size_t at = error.find(folder); at != std::string::npos; at = error.find(folder)) {
       error.erase(at, folder.size());
     }
     return error;

@@ -50,26 +50,26 @@ inline petri::Net RandomNet(std::mt19937* random, const RandomNetLimits& limits 
 
 /// Any bytes but mostly letters, and what XML and Graphviz treat specially.
 inline std::string RandomText(std::mt19937* random) {
-  static const std::vector<std::string> kPieces = {"a",      "B",
-                                                   "7",      " ",
-                                                   "-",      ".",
-                                                   "_",      ":",
-                                                   "<",      ">",
-                                                   "&",      "\"",
-                                                   "'",      "\n",
-                                                   "\t",     "\r",
-                                                   "]]>",    "&amp;",
-                                                   "%41",    "\\",
-                                                   "\\n",    "µ",
-                                                   "\u4E2D", "🐜",
-                                                   "\xFF",   "\x01",
-                                                   "{|}",    "\xC3",
-                                                   "n1",     "<!--",
-                                                   "#",      "\x7F",
-                                                   "=",      std::string(1, '\0')};
+  static const std::vector<std::string> pieces = {"a",      "B",
+                                                  "7",      " ",
+                                                  "-",      ".",
+                                                  "_",      ":",
+                                                  "<",      ">",
+                                                  "&",      "\"",
+                                                  "'",      "\n",
+                                                  "\t",     "\r",
+                                                  "]]>",    "&amp;",
+                                                  "%41",    "\\",
+                                                  "\\n",    "µ",
+                                                  "\u4E2D", "🐜",
+                                                  "\xFF",   "\x01",
+                                                  "{|}",    "\xC3",
+                                                  "n1",     "<!--",
+                                                  "#",      "\x7F",
+                                                  "=",      std::string(1, '\0')};
   std::string text;
   for (uint32_t left = static_cast<uint32_t>((*random)() % 6); left > 0; --left) {
-    text += kPieces[(*random)() % kPieces.size()];
+    text += pieces[(*random)() % pieces.size()];
   }
   return text;
 }

@@ -116,7 +116,7 @@ TEST_F(ReplayConversationTest, NamesWhatIsWrongWithAPlaybackRequest) {
     return "\x03"s + command + speed + std::string(9, '\0') + length;
   };
   const std::string one = "\x00\x00\x80\x3f"s;
-  EXPECT_EQ(ErrorIn(HearBinary("\x03\x00")), "truncated playback request");
+  EXPECT_EQ(ErrorIn(HearBinary("\x03\x00"s)), "truncated playback request");
   EXPECT_EQ(ErrorIn(HearBinary(request(0, one, "\x01\0\0\0"s))), "truncated playback request");
   EXPECT_EQ(ErrorIn(HearBinary(request(2, one, "\0\0\0\0"s))),
             "playback: found command 2, expected 0 (play) or 1 (pause)");

@@ -108,7 +108,8 @@ class Live {
     now_ms = start_ms;
     std::filesystem::create_directories(folder_);
     static_cast<void>(service_.Configure(config, 7));
-    for (engine::LinkIndex link = 0; link < config.links.size(); ++link) {
+    const auto links = static_cast<engine::LinkIndex>(config.links.size());
+    for (engine::LinkIndex link = 0; link < links; ++link) {
       conversations.push_back({{link, 1, 0}, protocol::FrameDecoder(kGapTimeoutMs), {}});
     }
   }
