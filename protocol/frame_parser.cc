@@ -1,11 +1,25 @@
 #include "protocol/frame_parser.h"
 
 #include "protocol/crc16.h"
+#include "protocol/fields.h"
+#include "protocol/messages.h"
 
 namespace pheromone {
 namespace protocol {
 
+namespace {
+
+// In the DATA of a ROUND.
+constexpr uint8_t kCountsAt = OffsetOf(&Round::turn_count);
+constexpr uint8_t kHeader = OffsetOf(&Round::answers, 0);
+constexpr uint8_t kAnswerSize = SizeOf<RoundAnswer>().least;
+
+}  // namespace
+
 FrameParser::Result FrameParser::Push(uint8_t byte) {
+  if (coded_left_ != 0) {
+    return TakeCoded(byte);
+  }
   if (!escaped_) {
     if (byte == kDle) {
       escaped_ = true;
@@ -40,7 +54,38 @@ FrameParser::Result FrameParser::Take(uint8_t byte) {
     return kOversize;
   }
   body_[size_++] = byte;
+  if (size_ == kCodedLead - 2 && body_[0] == kBroadcastId &&
+      (body_[1] == kCodedRound || body_[1] == kCodedRoundAgain)) {
+    const uint8_t rows = ReadRows(byte);
+    if (rows != 0) {
+      size_ = rows;
+      coded_left_ = CodedSize(rows);
+      if (body_[1] == kCodedRound) {
+        coded_left_ = static_cast<uint8_t>(coded_left_ + kCodedLead);
+      }
+    }
+  }
   return kNothing;
+}
+
+// size_ is the number of rows.
+FrameParser::Result FrameParser::TakeCoded(uint8_t byte) {
+  const uint8_t rows = size_;
+  const uint8_t all = CodedSize(rows);
+  uint8_t* const data = body_ + 2;
+  if (coded_left_ <= all) {  // else of the second beginning
+    data[all - coded_left_] = byte;
+  }
+  if (--coded_left_ != 0) {
+    return kNothing;
+  }
+  RepairCodedRound(data, rows);
+  open_ = false;
+  body_[1] = kRound;
+  const uint8_t answers = data[kCountsAt] & 0x0Fu;
+  const uint8_t turns = static_cast<uint8_t>(data[kCountsAt] >> 4);
+  size_ = static_cast<uint8_t>(2 + kHeader + kAnswerSize * answers + turns + 2);
+  return size_ > 2 + kCodedColumns * rows ? kCrcError : Judge();
 }
 
 FrameParser::Result FrameParser::Judge() const {

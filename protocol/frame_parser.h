@@ -6,12 +6,15 @@
 //
 // The rules are those of decoder.h; the gap timeout is the caller's: it calls Abort().
 //
-// Trust: bytes may come from anyone. Memory is bounded by kMaxBody; no input makes the parser read
-// or write outside of it.
+// A coded ROUND is delivered as the ROUND that it stands for.
+//
+// Trust: bytes may come from anyone. Memory is bounded; no input makes the parser read or write
+// outside of it.
 #pragma once
 
 #include <stdint.h>
 
+#include "protocol/coded_round.h"
 #include "protocol/frame.h"
 
 namespace pheromone {
@@ -39,6 +42,7 @@ class FrameParser {
   void Abort() {
     open_ = false;
     escaped_ = false;
+    coded_left_ = 0;
   }
 
   /// Between DLE STX and the frame's end: a station is sending.
@@ -48,6 +52,9 @@ class FrameParser {
   /// The last byte was a DLE that waits for its second half.
   bool escaped() const { return escaped_; }
 
+  /// What is open is a coded ROUND, whose body is not known before its end.
+  bool coded() const { return coded_left_ != 0; }
+
   /// After kFrame and until the next Push: ID, OPCODE, DATA and CRC, unstuffed; at least 4 bytes.
   /// While a frame is open: what has come of it.
   const uint8_t* body() const { return body_; }
@@ -55,12 +62,14 @@ class FrameParser {
 
  private:
   Result Take(uint8_t byte);
+  Result TakeCoded(uint8_t byte);
   Result Judge() const;
 
   bool open_ = false;
   bool escaped_ = false;
   uint8_t size_ = 0;
-  uint8_t body_[kMaxBody];  // the first size_ bytes mean something
+  uint8_t coded_left_ = 0;                      // bytes of a coded ROUND that are still to come
+  uint8_t body_[2 + CodedSize(kMaxCodedRows)];  // the first size_ bytes mean something
 };
 
 }  // namespace protocol

@@ -13,7 +13,7 @@ constexpr uint8_t kHalfFirstHelloMs = 50;
 constexpr uint8_t kLongestWindowMs = 255;  // that a server can announce
 constexpr uint8_t kHelloDoublings = 3;
 constexpr uint8_t kSilentSlots = 64;        // without the server are too many for a crowd's noise
-constexpr uint16_t kTurnPatienceMs = 3000;  // without a turn the server has forgotten us
+constexpr uint16_t kTurnPatienceMs = 8000;  // without a turn the server has forgotten us
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
 // After a warm reset the memory goes on; otherwise it begins here.

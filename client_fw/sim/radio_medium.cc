@@ -235,7 +235,8 @@ void RadioMedium::Deliver(const Arrival& arrival) {
     }
   }
   for (const size_t i : listeners) {
-    const uint8_t heard = Damaged(Collides(arrival, i) ? arrival.mangled : arrival.byte);
+    const uint8_t byte = Collides(arrival, i) ? arrival.mangled : arrival.byte;
+    const uint8_t heard = Damaged(byte, arrival.from, i);
     transmitters_[i].station->OnByte(heard, now_ns_);
   }
 }
@@ -253,10 +254,14 @@ bool RadioMedium::Collides(const Arrival& arrival, size_t listener) const {
   return false;
 }
 
-uint8_t RadioMedium::Damaged(uint8_t byte) {
+uint8_t RadioMedium::Damaged(uint8_t byte, size_t from, size_t listener) {
   uint8_t heard = byte;
-  if (Happens(config_.byte_error)) {
+  if (HappensInBursts(&transmitters_[listener].in_burst)) {
     heard = Mangle(heard);
+  }
+  if (config_.path_error &&
+      Happens(config_.path_error(static_cast<int>(from), static_cast<int>(listener), now_ns_))) {
+    heard = Mangle(byte);
   }
   for (unsigned bit = 0; bit < 8 && config_.bit_error > 0; ++bit) {
     if (Happens(config_.bit_error)) {
@@ -265,6 +270,16 @@ uint8_t RadioMedium::Damaged(uint8_t byte) {
   }
   counters_.damaged_bytes += heard != byte ? 1 : 0;
   return heard;
+}
+
+// byte_error, as a chain of two states: within a burst, every byte is damaged.
+bool RadioMedium::HappensInBursts(bool* in_burst) {
+  if (config_.burst_bytes <= 1 || config_.byte_error <= 0) {
+    return Happens(config_.byte_error);
+  }
+  const double begins = config_.byte_error / (config_.burst_bytes * (1 - config_.byte_error));
+  *in_burst = Happens(*in_burst ? 1 - 1 / config_.burst_bytes : begins);
+  return *in_burst;
 }
 
 // Draws random numbers only for enabled kinds of damage, so that enabling one does not change the

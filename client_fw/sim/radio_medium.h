@@ -27,6 +27,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <random>
@@ -52,8 +53,11 @@ struct RadioConfig {
   bool carrier_detect = true;         ///< Busy reports others on the air
   int64_t carrier_delay_ns = 0;       ///< until a modem reports that they are, or no longer are
   double byte_error = 0;              ///< probability that a listener gets a byte wrong
-  double bit_error = 0;   ///< probability that a listener gets a data bit of a byte wrong
-  double block_loss = 0;  ///< probability that a listener misses a block altogether
+  double bit_error = 0;    ///< probability that a listener gets a data bit of a byte wrong
+  double burst_bytes = 1;  ///< mean length of the runs of bytes that byte_error damages
+  double block_loss = 0;   ///< probability that a listener misses a block altogether
+  /// Besides, if set: the probability that a byte from one station arrives wrong at another.
+  std::function<double(int from, int to, int64_t time_ns)> path_error{};
   uint64_t seed = 1;
 };
 
@@ -124,6 +128,7 @@ class RadioMedium {
     Stations met;               // others on the air during the byte in progress
     bool block_collides = false;
     int64_t deaf_until_ns = -1;  // end of its last transmission
+    bool in_burst = false;       // of damaged bytes that it receives
     bool carrier = false;        // as others see it
   };
   struct CarrierEdge {
@@ -152,7 +157,8 @@ class RadioMedium {
   void Deliver(const Arrival& arrival);
   bool Hears(size_t listener, size_t speaker) const;
   bool Collides(const Arrival& arrival, size_t listener) const;
-  uint8_t Damaged(uint8_t byte);
+  uint8_t Damaged(uint8_t byte, size_t from, size_t listener);
+  bool HappensInBursts(bool* in_burst);
   bool Happens(double probability);
   uint8_t Mangle(uint8_t byte);
 

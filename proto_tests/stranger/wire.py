@@ -45,12 +45,21 @@ class Decoder:
         self.dropped: Counter[str] = Counter()
         self._open: bytearray | None = None  # what the frame holds so far; None outside of frames
         self._after_dle = False
+        self._counted = 0  # bytes of a coded ROUND that are still to come
+        self._rows = 0
 
     def feed(self, data: bytes) -> list[bytes]:
         """Accepts some bytes and returns the bodies of the frames that they complete."""
         return [body for byte in data if (body := self._take(byte)) is not None]
 
     def _take(self, byte: int) -> bytes | None:
+        if self._counted and self._open is not None:
+            self._open.append(byte)
+            self._counted -= 1
+            if self._counted:
+                return None
+            code, self._open = self._open, None
+            return self._judge(decode_round(bytes(code[-10 * (self._rows + 1):]), self._rows))
         after_dle, self._after_dle = self._after_dle, False
         if self._open is None:
             if after_dle and byte == STX:
@@ -64,6 +73,7 @@ class Decoder:
                 self._drop("oversize")
             else:
                 self._open.append(byte)
+                self._count()
         elif byte == STX:
             self._drop("begun-again")
             self._open = bytearray()
@@ -73,6 +83,14 @@ class Decoder:
         else:
             self._drop("bad-escape")
         return None
+
+    def _count(self) -> None:
+        if self._open is None or len(self._open) != 3 or self._open[0] != EVERYBODY:
+            return
+        rows = self._open[2] & 0x0F
+        if self._open[1] in (0xF4, 0xF5) and self._open[2] >> 4 == 15 - rows and 1 <= rows <= 8:
+            self._rows = rows
+            self._counted = 10 * (rows + 1) + (5 if self._open[1] == 0xF4 else 0)
 
     def _judge(self, complete: bytes) -> bytes | None:
         if len(complete) < 4:
@@ -86,6 +104,40 @@ class Decoder:
     def _drop(self, why: str) -> None:
         self.dropped[why] += 1
         self._open = None
+
+
+def _double(value: int) -> int:
+    return value << 1 if value < 0x80 else (value << 1 & 0xFF) ^ 0x1D
+
+
+def decode_round(code: bytes, rows: int) -> bytes:
+    """What a coded ROUND stands for, its CRC included: section 4."""
+    lines = [list(code[row:8 * rows:rows]) for row in range(rows)]
+    lines.append(list(code[8 * rows:8 * rows + 8]))
+    all_p, all_q = code[8 * rows + 8:9 * rows + 9], code[9 * rows + 9:]
+    lost = None
+    for number, (line, p, q) in enumerate(zip(lines, all_p, all_q)):
+        weighted = 0
+        for byte in reversed(line):
+            p ^= byte
+            weighted = _double(weighted) ^ byte
+        q ^= weighted
+        if p and q:
+            column, power = 0, p
+            while column < 8 and power != q:
+                column, power = column + 1, _double(power)
+            if column < 8:
+                line[column] ^= p
+            else:
+                lost = number
+    if lost is not None:
+        for column in range(8):
+            lines[lost][column] = 0
+            for number, line in enumerate(lines):
+                if number != lost:
+                    lines[lost][column] ^= line[column]
+    data = [lines[i % rows][i // rows] for i in range(8 * rows)]
+    return bytes((EVERYBODY, 0xF3, *data[: 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2]))
 
 
 # ---------------------------------------------------------------- messages: section 4

@@ -4,6 +4,7 @@
 // Host only.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -42,6 +43,72 @@ inline Bytes NaiveEncode(const Bytes& body) {
   wire.push_back(0x10);
   wire.push_back(0x03);
   return wire;
+}
+
+/// A coded ROUND's bytes after its beginnings, whose number of rows is known, as ROUND, or nothing
+/// if there is too much damage: of each row every byte, with every value, is tried.
+inline Bytes NaiveReadCodedRound(const Bytes& code, size_t rows) {
+  const auto p_of = [](const Bytes& row) {
+    uint8_t sum = 0;
+    for (const uint8_t byte : row) {
+      sum = static_cast<uint8_t>(sum ^ byte);
+    }
+    return sum;
+  };
+  // The sum of 2^column times each byte, as polynomials over GF(2), modulo 0x11D.
+  const auto q_of = [](const Bytes& row) {
+    unsigned sum = 0;
+    for (size_t column = 0; column < row.size(); ++column) {
+      sum ^= static_cast<unsigned>(row[column]) << column;
+    }
+    for (int bit = 15; bit >= 8; --bit) {
+      sum ^= ((sum >> bit) & 1u) != 0 ? 0x11Du << (bit - 8) : 0u;
+    }
+    return static_cast<uint8_t>(sum);
+  };
+  std::vector<Bytes> lines(rows + 1, Bytes(8));
+  for (size_t i = 0; i < 8 * rows; ++i) {
+    lines[i % rows][i / rows] = code[i];
+  }
+  std::copy_n(code.begin() + static_cast<std::ptrdiff_t>(8 * rows), 8, lines[rows].begin());
+  std::vector<size_t> lost;
+  for (size_t row = 0; row <= rows; ++row) {
+    Bytes& line = lines[row];
+    const uint8_t p = code[8 * rows + 8 + row];
+    const uint8_t q = code[9 * rows + 9 + row];
+    bool good = p_of(line) == p || q_of(line) == q;
+    for (size_t at = 0; at < 8 * 256u && !good; ++at) {
+      Bytes changed = line;
+      changed[at / 256] = static_cast<uint8_t>(at % 256);
+      if (p_of(changed) == p && q_of(changed) == q) {
+        line = changed;
+        good = true;
+      }
+    }
+    if (!good) {
+      lost.push_back(row);
+    }
+  }
+  if (!lost.empty()) {  // of several, only the last, and the CRC tells whether the others matter
+    for (size_t column = 0; column < 8; ++column) {
+      Bytes others;
+      for (size_t row = 0; row <= rows; ++row) {
+        others.push_back(row == lost.back() ? uint8_t{0} : lines[row][column]);
+      }
+      lines[lost.back()][column] = p_of(others);
+    }
+  }
+  Bytes body{0xFF, 0xF3};
+  for (size_t i = 0; i < 8 * rows; ++i) {
+    body.push_back(lines[i % rows][i / rows]);
+  }
+  const size_t data = 6u + 4u * (body[7] % 16u) + body[7] / 16u;
+  if (data + 2 > 8 * rows) {
+    return {};
+  }
+  const unsigned sent = body[2 + data] + 256u * body[3 + data];
+  body.resize(2 + data);
+  return NaiveCrc16(body) == sent ? body : Bytes{};
 }
 
 struct TimedByte {
@@ -90,6 +157,9 @@ class NaiveDecoder {
   // From behind a DLE STX; returns where to go on.
   size_t ReadFrame(size_t at) {
     protocol::DecoderCounters& counters = result_.counters;
+    if (IsCoded(at)) {
+      return ReadCoded(at);
+    }
     Bytes inside;
     while (at < stream_.size()) {
       if (GapBefore(at)) {
@@ -124,6 +194,46 @@ class NaiveDecoder {
     }
     result_.frame_open = true;
     return stream_.size();
+  }
+
+  // Whether a coded ROUND begins behind a DLE STX.
+  bool IsCoded(size_t at) const {
+    return at + 2 < stream_.size() && stream_[at].byte == 0xFF &&
+           (stream_[at + 1].byte == 0xF4 || stream_[at + 1].byte == 0xF5) &&
+           stream_[at + 2].byte % 16 + stream_[at + 2].byte / 16 == 15 &&
+           stream_[at + 2].byte % 16 >= 1 && stream_[at + 2].byte % 16 <= 8 && !GapBefore(at) &&
+           !GapBefore(at + 1) && !GapBefore(at + 2);
+  }
+
+  size_t ReadCoded(size_t at) {
+    protocol::DecoderCounters& counters = result_.counters;
+    const bool first = stream_[at + 1].byte == 0xF4;
+    const size_t rows = stream_[at + 2].byte % 16;
+    at += 3;
+    const size_t begin = at + (first ? 5 : 0);
+    const size_t end = begin + 10 * (rows + 1);
+    Bytes code;
+    for (; at < end; ++at) {
+      if (at == stream_.size()) {
+        result_.frame_open = true;
+        return at;
+      }
+      if (GapBefore(at)) {
+        ++counters.timeouts;
+        return at;
+      }
+      if (at >= begin) {
+        code.push_back(stream_[at].byte);
+      }
+    }
+    const Bytes body = NaiveReadCodedRound(code, rows);
+    if (body.empty()) {
+      ++counters.crc_errors;
+    } else {
+      ++counters.frames;
+      result_.bodies.push_back(body);
+    }
+    return end;
   }
 
   void Finish(const Bytes& inside) {

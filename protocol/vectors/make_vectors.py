@@ -15,7 +15,7 @@ import sys
 
 import net_vectors
 import tag_vectors
-from naive_protocol import MAX_DATA, NO_INTENSITIES, body_of, crc16, read, wire_of
+from naive_protocol import (MAX_DATA, NO_INTENSITIES, body_of, coded_round_of, crc16, read, wire_of)
 
 # --------------------------------------------------------------------------------------------------
 # The list. Good frames: name, message, fields.
@@ -237,6 +237,7 @@ DAMAGED = [
 
 # Bytes as they may arrive without a pause, and the frames that come out: name, pieces, frames.
 # "@name" is a frame of the lists above, "@name[n:]" the rest of it from byte n, counted from 0.
+# "coded NAME" is the coded form of a ROUND, "coded NAME damaged n ..." the same with these bytes wrong.
 STREAMS = [
     ("nothing", [], []),
     ("two_frames", ["@sense_at_the_origin", "@ping_empty"],
@@ -264,6 +265,34 @@ STREAMS = [
     ("oversize_then_good", ["@longest_and_one_more", "AA 10 03", "@ping_nonce"], ["@ping_nonce"]),
     ("oversize_hides_nothing", ["@longest_and_one_more", "10", "@ping_nonce"], ["@ping_nonce"]),
     ("zero_line_then_good", ["00 " * 20, "@zero_line", "@ping_nonce"], ["@ping_nonce"]),
+    ("coded_round_empty", ["coded round_empty"], ["@round_empty"]),
+    ("coded_round_several", ["coded round_several"], ["@round_several"]),
+    ("coded_round_dle", ["coded round_dle"], ["@round_dle"]),
+    ("coded_round_largest", ["coded round_largest"], ["@round_largest"]),
+    ("coded_round_longest", ["coded round_longest_on_the_wire", "@ping_nonce"],
+     ["@round_longest_on_the_wire", "@ping_nonce"]),
+    ("coded_round_begins_badly", ["coded round_several damaged 0"], ["@round_several"]),
+    ("coded_round_rows_first_wrong", ["coded round_several damaged 4"], ["@round_several"]),
+    ("coded_round_second_beginning_wrong", ["coded round_several damaged 5 6 7 8 9"],
+     ["@round_several"]),
+    ("coded_round_both_beginnings_wrong", ["coded round_several damaged 2 7", "@ping_nonce"],
+     ["@ping_nonce"]),
+    # round_several has three rows: bytes 10 to 33 of its coded form are DATA and CRC, 34 to 41 the
+    # sum, 42 to 45 P, 46 to 49 Q.
+    ("coded_round_one_byte_a_row", ["coded round_several damaged 10 14 33 41"], ["@round_several"]),
+    ("coded_round_burst", ["coded round_several damaged 30 31 32"], ["@round_several"]),
+    ("coded_round_a_row_lost", ["coded round_several damaged 11 14 17 20 23"], ["@round_several"]),
+    ("coded_round_the_sum_lost", ["coded round_several damaged 34 35 36 37 38 39 40 41"],
+     ["@round_several"]),
+    ("coded_round_p_and_q_wrong", ["coded round_several damaged 42 43 48 49"], ["@round_several"]),
+    ("coded_round_p_and_q_of_a_row_wrong", ["coded round_several damaged 43 47"],
+     ["@round_several"]),
+    ("coded_round_two_rows_lost", ["coded round_several damaged 10 13 16 11 14 17", "@ping_nonce"],
+     ["@ping_nonce"]),
+    ("coded_round_second_half", ["coded round_several[5:]", "@ping_nonce"],
+     ["@round_several", "@ping_nonce"]),
+    ("coded_round_of_no_rows", ["10 02 FF F4 F0", "@ping_nonce"], ["@ping_nonce"]),
+    ("coded_round_of_nine_rows", ["10 02 FF F5 69", "@ping_nonce"], ["@ping_nonce"]),
 ]
 
 CRCS = ["", "00", "00 00 00 00", "01", "80", "FF", "10", "31 32 33 34 35 36 37 38 39",
@@ -371,7 +400,17 @@ def fields_file():
 
 
 def streams_file(table):
+    def coded(name, *damaged):
+        name, _, part = name.partition("[")
+        wire = bytearray(coded_round_of(table[name][0]))
+        for at in map(int, damaged[1:]):
+            wire[at] ^= 0x5A + at
+        first, _, last = part.rstrip("]").partition(":")
+        return bytes(wire[int(first or 0):int(last or len(wire))])
+
     def bytes_of(piece, column):
+        if piece.startswith("coded "):
+            return coded(*piece.split()[1:])
         if not piece.startswith("@"):
             return bytes.fromhex(piece)
         name, _, start = piece[1:].partition("[")

@@ -119,6 +119,90 @@ def wire_of(body):
     return bytes(out + [DLE, ETX])
 
 
+# A coded ROUND: rows of eight bytes of DATA and CRC, a row that is their sum, and of each row P and Q,
+# so that sum(bytes) + P = 0 and sum(2 ** column * byte) + Q = 0 in GF(256).
+
+COLUMNS = 8
+MOST_ROWS = 8
+
+
+def times(a, b):
+    """The product in GF(256), modulo x^8 + x^4 + x^3 + x^2 + 1."""
+    product = 0
+    for bit in range(8):
+        if b >> bit & 1:
+            product ^= a << bit
+    for bit in range(14, 7, -1):
+        if product >> bit & 1:
+            product ^= 0x11D << bit - 8
+    return product
+
+
+def p_of(row):
+    p = 0
+    for byte in row:
+        p ^= byte
+    return p
+
+
+def q_of(row):
+    q, weight = 0, 1
+    for byte in row:
+        q ^= times(weight, byte)
+        weight = times(weight, 2)
+    return q
+
+
+def coded_round_of(body):
+    crc = crc16(body)
+    data = list(body[2:]) + [crc & 0xFF, crc >> 8]
+    rows = -(-len(data) // COLUMNS)
+    data += [0] * (rows * COLUMNS - len(data))
+    total = [p_of(data[rows * column:rows * (column + 1)]) for column in range(COLUMNS)]
+    lines = [data[row::rows] for row in range(rows)] + [total]
+    said = rows | (15 - rows) << 4
+    return bytes([DLE, STX, EVERYBODY, 0xF4, said, DLE, STX, EVERYBODY, 0xF5, said] + data + total +
+                 [p_of(line) for line in lines] + [q_of(line) for line in lines])
+
+
+def corrected(row, p, q):
+    """The row in which P and Q are right with at most one byte changed, P and Q included; else None."""
+    if p_of(row) == p or q_of(row) == q:
+        return row
+    for column in range(COLUMNS):
+        fixed = list(row)
+        fixed[column] ^= p_of(row) ^ p
+        if q_of(fixed) == q:
+            return fixed
+    return None
+
+
+def read_coded_round(stream, at):
+    """From behind a DLE STX: (ID, OPCODE, DATA and CRC; whether it is whole; where to go on), or None if
+    it is no coded ROUND. What is not whole has no bytes."""
+    if len(stream) < at + 3 or stream[at] != EVERYBODY or stream[at + 1] not in (0xF4, 0xF5):
+        return None
+    rows = stream[at + 2] & 0x0F
+    if rows + (stream[at + 2] >> 4) != 15 or not 1 <= rows <= MOST_ROWS:
+        return None
+    begin = at + 3 + (5 if stream[at + 1] == 0xF4 else 0)
+    end = begin + (COLUMNS + 2) * (rows + 1)
+    if end > len(stream):
+        return [], False, len(stream)
+    code = list(stream[begin:end])
+    data, total, checks = code[:8 * rows], code[8 * rows:8 * rows + 8], code[8 * rows + 8:]
+    lines = [data[row::rows] for row in range(rows)] + [total]
+    found = [corrected(line, checks[row], checks[rows + 1 + row]) for row, line in enumerate(lines)]
+    lost = [row for row, line in enumerate(found) if line is None]
+    found = [line or lines[row] for row, line in enumerate(found)]
+    if lost:  # of several, only the last, and the CRC tells whether the others matter
+        others = [line for row, line in enumerate(found) if row != lost[-1]]
+        found[lost[-1]] = [p_of(line[column] for line in others) for column in range(COLUMNS)]
+    data = [found[i % rows][i // rows] for i in range(8 * rows)]
+    size = 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2
+    return [EVERYBODY, 0xF3] + data[:size] if size <= len(data) else [], True, end
+
+
 def judge_round(to, data):
     """Six bytes, of which the last counts turns and answers, of four bytes each; then these."""
     if len(data) < 6:
@@ -165,6 +249,10 @@ def judge(body, crc_included):
 def read_inside(stream, at):
     """From behind a DLE STX: (bytes inside, unstuffed; how it ended, if it did; where to go on)."""
     inside = []
+    coded = read_coded_round(stream, at)
+    if coded:
+        inside, whole, at = coded
+        return inside, ("complete" if inside else "bad-crc") if whole else None, at
     while at < len(stream):
         pair = list(stream[at:at + 2])
         if pair[0] != DLE:

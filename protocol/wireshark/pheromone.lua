@@ -372,6 +372,61 @@ local function judge(body)
   return "ok"
 end
 
+-- A coded ROUND (section 4): rows of eight bytes, one more that is their sum, P and Q of each.
+local CODED, CODED_AGAIN, CODED_COLUMNS, MAX_CODED_ROWS, LEAD = 0xF4, 0xF5, 8, 8, 5
+
+local function double(value)
+  value = 2 * value
+  return value > 255 and bit32.bxor(value, 0x11D) or value
+end
+
+-- How many bytes follow the first three of a body, and the number of rows, if it is one.
+local function coded_size(body)
+  if body[1] ~= EVERYBODY or body[2] ~= CODED and body[2] ~= CODED_AGAIN then return nil end
+  local rows = body[3] % 16
+  if math.floor(body[3] / 16) ~= 15 - rows or rows < 1 or rows > MAX_CODED_ROWS then return nil end
+  return (CODED_COLUMNS + 2) * (rows + 1) + (body[2] == CODED and LEAD or 0), rows
+end
+
+-- The ROUND in these bytes, as a frame's body; they may be damaged.
+local function decode_round(code, rows)
+  local function place(row, column)  -- counted from 0
+    return row < rows and rows * column + row + 1 or CODED_COLUMNS * rows + column + 1
+  end
+  local checks = CODED_COLUMNS * (rows + 1) + 1
+  local lost
+  for row = 0, rows do
+    local p, q = code[checks + row], 0
+    for column = CODED_COLUMNS - 1, 0, -1 do
+      local value = code[place(row, column)]
+      p = bit32.bxor(p, value)
+      q = bit32.bxor(double(q), value)
+    end
+    q = bit32.bxor(q, code[checks + rows + 1 + row])
+    if p ~= 0 and q ~= 0 then
+      local column, power = 0, p
+      while column < CODED_COLUMNS and power ~= q do column, power = column + 1, double(power) end
+      if column < CODED_COLUMNS then
+        code[place(row, column)] = bit32.bxor(code[place(row, column)], p)
+      else
+        lost = row
+      end
+    end
+  end
+  for column = 0, lost and CODED_COLUMNS - 1 or -1 do
+    local sum = 0
+    for row = 0, rows do
+      if row ~= lost then sum = bit32.bxor(sum, code[place(row, column)]) end
+    end
+    code[place(lost, column)] = sum
+  end
+  local body = { EVERYBODY, ROUND }
+  local counts = code[ROUND_HEADER]
+  local size = ROUND_HEADER + 4 * (counts % 16) + math.floor(counts / 16) + 2
+  for i = 1, math.min(size, CODED_COLUMNS * rows) do body[#body + 1] = code[i] end
+  return body
+end
+
 -- A receiver as section 2 of the specification has it. Byte by byte; `ended(body, verdict, first,
 -- last)` is called for each frame that ends, with the places of its bytes in this packet.
 local Receiver = {}
@@ -389,12 +444,19 @@ function Receiver:take(bytes, time, gap_timeout_ms, ended)
   end
   if gap_timeout_ms > 0 and self.last_time and (time - self.last_time) * 1000 > gap_timeout_ms then
     if self.inside then finish("timed-out", -1) end
-    self.escaped = false
+    self.escaped, self.coded = false, nil
   end
   self.last_time = time
   for i = 0, bytes:len() - 1 do
     local value = bytes:get_index(i)
-    if self.escaped then
+    if self.coded then
+      self.code[#self.code + 1] = value
+      if #self.code == self.coded then
+        while #self.code > (CODED_COLUMNS + 2) * (self.rows + 1) do table.remove(self.code, 1) end
+        self.body, self.coded = decode_round(self.code, self.rows), nil
+        finish(judge(self.body), i)
+      end
+    elseif self.escaped then
       self.escaped = false
       if value == STX then
         if self.inside then finish("restarted", i - 2) end
@@ -414,6 +476,10 @@ function Receiver:take(bytes, time, gap_timeout_ms, ended)
       self.escaped = true
     elseif self.inside then
       self.body[#self.body + 1] = value
+    end
+    if self.inside and #self.body == LEAD - 2 and not self.escaped and not self.coded then
+      self.coded, self.rows = coded_size(self.body)
+      self.code = {}
     end
     if self.inside and #self.body > MAX_FRAME then finish("oversize", i) end
   end

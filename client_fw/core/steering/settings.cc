@@ -1,123 +1,61 @@
 #include "client_fw/core/steering/settings.h"
 
+#include <stddef.h>
+
 #include "protocol/byte_order.h"
 
 namespace pheromone {
 namespace client {
 namespace {
 
-struct Range {
+// Where a setting is, of one byte or two, and what it may be.
+struct Row {
+  uint8_t at;
+  bool wide;
   uint8_t least;
   uint16_t most;
 };
 
-const Range kRanges[kEndOfSettings - 1] = {
-    {1, 15},        // type
-    {0, 3},         // law
-    {0, 1},         // lay_trail
-    {0, 3},         // lost_trail
-    {0, kMaxGain},  // gain_8ths
-    {0, 255},       // faintest
-    {0, 1000},      // speed_mm_s
-    {0, 2000},      // period_ms
-    {100, 2000},    // fail_safe_ms
-    {0, 30000},     // lost_after_ms
-    {100, 30000},   // drive_scale
-    {0, 1},         // start_released
-    {0, 1},         // bumpers
-    {0, 1},         // sonar
-    {0, 255},       // low_battery_100mv
+#define PHEROMONE_SETTING(field, least, most) \
+  { offsetof(Settings, field), sizeof(Settings::field) == 2, least, most }
+const Row kRows[kEndOfSettings - 1] = {
+    PHEROMONE_SETTING(type, 1, 15),
+    PHEROMONE_SETTING(law, 0, 3),
+    PHEROMONE_SETTING(lay_trail, 0, 1),
+    PHEROMONE_SETTING(lost_trail, 0, 3),
+    PHEROMONE_SETTING(gain_8ths, 0, kMaxGain),
+    PHEROMONE_SETTING(faintest, 0, 255),
+    PHEROMONE_SETTING(speed_mm_s, 0, 1000),
+    PHEROMONE_SETTING(period_ms, 0, 2000),
+    PHEROMONE_SETTING(fail_safe_ms, 100, 2000),
+    PHEROMONE_SETTING(lost_after_ms, 0, 30000),
+    PHEROMONE_SETTING(drive_scale, 100, 30000),
+    PHEROMONE_SETTING(start_released, 0, 1),
+    PHEROMONE_SETTING(bumpers, 0, 1),
+    PHEROMONE_SETTING(sonar, 0, 1),
+    PHEROMONE_SETTING(low_battery_100mv, 0, 255),
 };
+#undef PHEROMONE_SETTING
 
 bool InRange(uint8_t id, uint16_t value) {
   const uint8_t index = static_cast<uint8_t>(id - 1);
-  return index < kEndOfSettings - 1 && value >= kRanges[index].least &&
-         value <= kRanges[index].most;
+  return index < kEndOfSettings - 1 && value >= kRows[index].least && value <= kRows[index].most;
 }
 
 uint16_t Get(uint8_t id, const Settings& from) {
-  switch (id) {
-    case kTypeSetting:
-      return from.type;
-    case kLawSetting:
-      return static_cast<uint8_t>(from.law);
-    case kLayTrailSetting:
-      return from.lay_trail;
-    case kLostTrailSetting:
-      return static_cast<uint8_t>(from.lost_trail);
-    case kGainSetting:
-      return from.gain_8ths;
-    case kFaintestSetting:
-      return from.faintest;
-    case kSpeedSetting:
-      return static_cast<uint16_t>(from.speed_mm_s);
-    case kPeriodSetting:
-      return from.period_ms;
-    case kFailSafeSetting:
-      return from.fail_safe_ms;
-    case kLostAfterSetting:
-      return from.lost_after_ms;
-    case kDriveScaleSetting:
-      return from.drive_scale;
-    case kStartReleasedSetting:
-      return from.start_released;
-    case kBumpersSetting:
-      return from.bumpers;
-    case kSonarSetting:
-      return from.sonar;
-    default:
-      return from.low_battery_100mv;
-  }
+  const Row& row = kRows[id - 1];
+  const uint8_t* const at = reinterpret_cast<const uint8_t*>(&from) + row.at;
+  return row.wide ? *reinterpret_cast<const uint16_t*>(at) : *at;
 }
 
 // `value` is in range.
 void Put(uint8_t id, uint16_t value, Settings* to) {
-  const uint8_t byte = static_cast<uint8_t>(value & 0xFFu);
-  switch (id) {
-    case kTypeSetting:
-      to->type = byte;
-      break;
-    case kLawSetting:
-      to->law = static_cast<Law>(byte);
-      break;
-    case kLayTrailSetting:
-      to->lay_trail = byte != 0;
-      break;
-    case kLostTrailSetting:
-      to->lost_trail = static_cast<LostTrail>(byte);
-      break;
-    case kGainSetting:
-      to->gain_8ths = byte;
-      break;
-    case kFaintestSetting:
-      to->faintest = byte;
-      break;
-    case kSpeedSetting:
-      to->speed_mm_s = static_cast<int16_t>(value);
-      break;
-    case kPeriodSetting:
-      to->period_ms = value;
-      break;
-    case kFailSafeSetting:
-      to->fail_safe_ms = value;
-      break;
-    case kLostAfterSetting:
-      to->lost_after_ms = value;
-      break;
-    case kDriveScaleSetting:
-      to->drive_scale = value;
-      break;
-    case kStartReleasedSetting:
-      to->start_released = byte != 0;
-      break;
-    case kBumpersSetting:
-      to->bumpers = byte != 0;
-      break;
-    case kSonarSetting:
-      to->sonar = byte != 0;
-      break;
-    default:
-      to->low_battery_100mv = byte;
+  const Row& row = kRows[id - 1];
+  uint8_t* const at = reinterpret_cast<uint8_t*>(to) + row.at;
+  if (row.wide) {
+    *reinterpret_cast<uint16_t*>(at) = value;
+  } else {
+    *at = static_cast<uint8_t>(value & 0xFFu);
   }
 }
 

@@ -20,6 +20,7 @@ struct ChannelOptions {
   int simple = 0;
   int hidden_pairs = 0;
   double frame_loss_percent = 0;
+  double byte_error_percent = 0;
   int fail_safe_ms = 480;
   int period_ms = 200;
   bool together = false;
@@ -113,6 +114,46 @@ std::vector<ChannelExperiment> RoundsPlanOf(const ChannelOptions& options) {
   return plan;
 }
 
+// Damaged bytes, with rounds and with contention: independent, in bursts, in fades, of one robot,
+// in one direction.
+std::vector<ChannelExperiment> AirPlanOf(const ChannelOptions& options) {
+  std::vector<Air> airs;
+  for (const double byte_error : {0.0, 0.001, 0.003, 0.01, 0.03, 0.05}) {
+    airs.push_back({.byte_error = byte_error});
+  }
+  for (const double burst_bytes : {4.0, 8.0}) {
+    for (const double byte_error : {0.01, 0.03, 0.05}) {
+      airs.push_back({.byte_error = byte_error, .burst_bytes = burst_bytes});
+    }
+  }
+  airs.push_back({.fades = true});
+  airs.push_back({.byte_error = 0.01, .fades = true});
+  airs.push_back({.bad_robot = 0.05});
+  airs.push_back({.from_server = 0.03});
+  airs.push_back({.to_server = 0.03});
+  std::vector<ChannelExperiment> plan;
+  ChannelExperiment experiment;
+  experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
+  experiment.timing.baud = options.baud;
+  for (const int turnaround_ms : options.turnarounds_ms) {
+    experiment.timing.turnaround_ns = int64_t{turnaround_ms} * 1'000'000;
+    for (const int adapter_ms : {1, 16}) {
+      experiment.timing.adapter_ns = int64_t{adapter_ms} * 1'000'000;
+      for (const Air& air : airs) {
+        experiment.air = air;
+        for (const int robots : {4, 8, 16}) {
+          experiment.robots = robots;
+          for (const Access access : {Access::kContention, Access::kRounds}) {
+            experiment.access = access;
+            plan.push_back(experiment);
+          }
+        }
+      }
+    }
+  }
+  return plan;
+}
+
 // One run, as one line of JSON.
 int RunOnce(const ChannelOptions& options) {
   ChannelExperiment experiment;
@@ -121,6 +162,7 @@ int RunOnce(const ChannelOptions& options) {
   experiment.simple = options.simple;
   experiment.hidden_pairs = options.hidden_pairs;
   experiment.frame_loss = options.frame_loss_percent / 100;
+  experiment.air.byte_error = options.byte_error_percent / 100;
   experiment.fail_safe_ms = static_cast<uint16_t>(options.fail_safe_ms);
   experiment.period_ms = static_cast<uint16_t>(options.period_ms);
   experiment.together = options.together;
@@ -162,12 +204,14 @@ int RunChannel(const ChannelOptions& options) {
   fmt::print("{}", TableHead());
   const std::vector<ChannelSummary> rows = RunPlan(PlanOf(options), options.seeds);
   const std::vector<ChannelSummary> rounds = RunPlan(RoundsPlanOf(options), options.seeds);
+  const std::vector<ChannelSummary> air = RunPlan(AirPlanOf(options), options.seeds);
   if (options.out.empty()) {
     return 0;
   }
   return WriteFiles(options.out, {{"channel.csv", ToCsv(rows)},
                                   {"rounds.csv", ToCsv(rounds)},
-                                  {"rounds-gaps.csv", GapsToCsv(rounds)}});
+                                  {"rounds-gaps.csv", GapsToCsv(rounds)},
+                                  {"air.csv", AirToCsv(air)}});
 }
 
 }  // namespace
@@ -198,6 +242,10 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->add_option("--frame-loss-percent", options->frame_loss_percent,
                    "Frames that each listener misses")
       ->check(CLI::Range(0.0, 100.0));
+  command
+      ->add_option("--byte-error-percent", options->byte_error_percent,
+                   "Bytes that each listener gets wrong")
+      ->check(CLI::Range(0.0, 50.0));
   command->add_option("--fail-safe-ms", options->fail_safe_ms, "Of the robots (default: 480)")
       ->check(CLI::Range(100, 30'000));
   command
@@ -214,7 +262,7 @@ void AddChannelCommand(CLI::App* app, int* status) {
   command->add_option("--seconds", options->duration_s, "Measured time of each run (default: 60)")
       ->check(Between(2.0, 36'000.0));
   command->add_option("--out", options->out,
-                      "Folder for channel.csv, rounds.csv and rounds-gaps.csv");
+                      "Folder for channel.csv, rounds.csv, rounds-gaps.csv and air.csv");
   command->footer(
       "C_1 is the request rate of a single robot limited by the modems alone. The bound is ideal "
       "slotted CSMA, or the offered load if that is less. A request counts as delivered if it is "

@@ -1,7 +1,11 @@
 #include "client_fw/experiments/channel/experiment.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <numbers>
 #include <random>
 
@@ -91,6 +95,70 @@ class Watch {
   uint32_t answers_ = 0;
 };
 
+// When a robot is out of reach: alternately in and out, for random times.
+class Fades {
+ public:
+  explicit Fades(uint64_t seed) : random_(seed) {}
+
+  bool At(int64_t time_ns) {
+    while (time_ns >= until_ns_) {
+      faded_ = !faded_;
+      const double share = static_cast<double>(random_() >> 11) * 0x1p-53;
+      // Logarithmically even between 0.2 and 2 s: 0.78 s in the mean. In reach for 9 times that.
+      const double s = 0.2 * std::pow(10.0, share);
+      until_ns_ += static_cast<int64_t>((faded_ ? s : 9 * s) * 1e9);
+    }
+    return faded_;
+  }
+
+ private:
+  std::mt19937_64 random_;
+  bool faded_ = true;
+  int64_t until_ns_ = 0;
+};
+
+// The server is station 0, the robots follow.
+std::function<double(int, int, int64_t)> PathError(const ChannelExperiment& experiment,
+                                                   uint64_t seed) {
+  const Air air = experiment.air;
+  if (air.bad_robot == 0 && air.from_server == 0 && air.to_server == 0 && !air.fades) {
+    return nullptr;
+  }
+  auto fades = std::make_shared<std::vector<Fades>>();
+  for (int i = 0; i <= experiment.robots; ++i) {
+    fades->emplace_back(seed * 1000 + static_cast<uint64_t>(i));
+  }
+  return [air, fades](int from, int to, int64_t time_ns) {
+    const auto faded = [&](int robot) {
+      return robot != 0 && (*fades)[static_cast<size_t>(robot)].At(time_ns);
+    };
+    if (air.fades && (faded(from) || faded(to))) {
+      return 1.0;
+    }
+    double arrives = 1;
+    arrives *= from == 1 || to == 1 ? 1 - air.bad_robot : 1;
+    arrives *= from == 0 ? 1 - air.from_server : 1;
+    arrives *= to == 0 ? 1 - air.to_server : 1;
+    return 1 - arrives;
+  };
+}
+
+// The share of exchanges of which both frames arrive, in the mean of the robots.
+double WholeExchanges(const ChannelExperiment& experiment) {
+  const Air& air = experiment.air;
+  const auto frame = [&](int bytes, double besides) {
+    // A burst may begin with each byte, or be in progress.
+    const double begins = air.byte_error / (air.burst_bytes * (1 - air.byte_error));
+    const double next = air.burst_bytes > 1 ? 1 - begins : 1 - air.byte_error;
+    return (1 - air.byte_error) * std::pow(next, bytes - 1) * std::pow(1 - besides, bytes);
+  };
+  const double good = frame(kSenseExchange.request, air.to_server) *
+                      frame(kSenseExchange.answer, air.from_server) * (air.fades ? 0.9 : 1.0);
+  const double bad =
+      good * std::pow(1 - air.bad_robot, kSenseExchange.request + kSenseExchange.answer);
+  return (good * (experiment.robots - 1) + bad) / experiment.robots;
+}
+
 SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
   std::mt19937_64 random(seed);
   SimulationConfig config;
@@ -99,7 +167,9 @@ SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
   config.radio.baud = experiment.timing.baud;
   config.radio.turnaround_ns = experiment.timing.turnaround_ns;
   config.radio.carrier_detect = experiment.timing.carrier_detect;
-  config.radio.bit_error = experiment.bit_error;
+  config.radio.byte_error = experiment.air.byte_error;
+  config.radio.burst_bytes = experiment.air.burst_bytes;
+  config.radio.path_error = PathError(experiment, seed);
   config.radio.block_loss = experiment.frame_loss;
   config.radio.seed = random();
   config.server.delay_ns = experiment.timing.server_delay_ns;
@@ -155,6 +225,24 @@ uint64_t HashOf(const ChannelRun& run, uint64_t state_hash) {
 
 }  // namespace
 
+std::string NameOf(const Air& air) {
+  std::string name;
+  const auto add = [&name](double share, const char* what) {
+    if (share > 0) {
+      name += fmt::format("{}{:g} %{}", name.empty() ? "" : ", ", 100 * share, what);
+    }
+  };
+  add(air.byte_error, "");
+  if (air.burst_bytes > 1) {
+    name += fmt::format(" in bursts of {:g}", air.burst_bytes);
+  }
+  add(air.bad_robot, " of one robot");
+  add(air.from_server, " from the server");
+  add(air.to_server, " to the server");
+  add(air.fades ? 0.1 : 0, " of the time in fades");
+  return name.empty() ? "-" : name;
+}
+
 ChannelRun MeasureChannel(const ChannelExperiment& experiment, uint64_t seed) {
   Simulation simulation(SetUp(experiment, seed));
   std::vector<Watch> watches;
@@ -197,7 +285,12 @@ ChannelSummary Summarise(const ChannelExperiment& experiment, const std::vector<
   sum.seeds = static_cast<int>(runs.size());
   sum.peak = experiment.timing.PeakRate(kSenseExchange);
   sum.ideal = experiment.timing.IdealRate(kSenseExchange, experiment.robots);
+  const double peak_s = 1 / sum.peak + static_cast<double>(experiment.timing.adapter_ns) * 1e-9;
+  sum.lossy_bound = WholeExchanges(experiment) / peak_s;
   if (experiment.period_ms != 0) {
+    const double in_reach = experiment.air.fades ? 0.9 : 1.0;
+    sum.lossy_bound =
+        std::min(sum.lossy_bound, in_reach * experiment.robots * 1000.0 / experiment.period_ms);
     sum.ideal = std::min(sum.ideal, experiment.robots * 1000.0 / experiment.period_ms);
   }
   sum.worst_goodput = sum.worst_delivered = sum.worst_robot_delivered = sum.worst_robot_share = 1e9;

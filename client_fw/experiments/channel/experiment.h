@@ -28,15 +28,30 @@ constexpr int64_t kDeadlineMs = 500;
 /// How robots get to send: each for itself, or in turns that the server grants.
 enum class Access : uint8_t { kContention, kRounds };
 
+/// Shares of bytes that arrive wrong. Everything applies to each listener for itself.
+struct Air {
+  double byte_error = 0;   ///< of all
+  double burst_bytes = 1;  ///< mean length of the runs of wrong bytes
+  double bad_robot = 0;    ///< what the first robot sends and hears, besides
+  double from_server = 0;  ///< what the server sends, besides
+  double to_server = 0;    ///< what the server hears, besides
+  bool fades = false;      ///< each robot is out of reach for 0.2 to 2 s, a tenth of the time
+
+  bool operator==(const Air&) const = default;
+};
+
+/// "3 % in bursts of 4"; "-": nothing is damaged.
+std::string NameOf(const Air& air);
+
 struct ChannelExperiment {
   int robots = 1;  ///< 1 to 100
   Access access = Access::kContention;
-  int simple = 0;                ///< with rounds: so many of the robots only contend
-  uint16_t period_ms = 200;      ///< 0: continuously
-  uint16_t fail_safe_ms = 480;   ///< of the robots
-  int hidden_pairs = 0;          ///< of robots that do not hear each other, the first ones
-  double bit_error = 0;          ///< of each listener
-  double frame_loss = 0;         ///< of each listener
+  int simple = 0;               ///< with rounds: so many of the robots only contend
+  uint16_t period_ms = 200;     ///< 0: continuously
+  uint16_t fail_safe_ms = 480;  ///< of the robots
+  int hidden_pairs = 0;         ///< of robots that do not hear each other, the first ones
+  double frame_loss = 0;        ///< of each listener
+  Air air = {};
   bool together = false;         ///< all are switched on at 0, instead of within a second
   int64_t duration_ms = 60'000;  ///< counted, after the warm-up
   ChannelTiming timing = {};
@@ -73,6 +88,8 @@ struct ChannelSummary {
   int seeds = 0;
   double peak = 0;   ///< C_1, exchanges a second
   double ideal = 0;  ///< the bound of channel_model.h, or the offered load if that is less
+  /// B_1: one exchange at a time, with instant knowledge of what was lost; or the offered load.
+  double lossy_bound = 0;
   double goodput = 0;
   double worst_goodput = 0;
   double delivered = 0;  ///< share of the requests due

@@ -199,5 +199,32 @@ TEST(RoundLimits, ClientsThatOnlyContendAreServedBesideTheOthers) {
 INSTANTIATE_TEST_SUITE_P(CarrierDetect, ChannelLimits, testing::Bool());
 INSTANTIATE_TEST_SUITE_P(CarrierDetect, SlowModems, testing::Bool());
 
+// Rounds in bad air, against one exchange at a time with instant knowledge of what was lost.
+TEST(BadAir, RoundsCarryFourFifthsOfTheBoundAndMoreThanContention) {
+  for (const int64_t turnaround_ms : {2, 20}) {
+    for (const double byte_error : {0.003, 0.01, 0.03, 0.05}) {
+      SCOPED_TRACE(testing::Message() << turnaround_ms << " ms, " << byte_error);
+      ChannelExperiment experiment = Robots(8, true);
+      experiment.timing.turnaround_ns = turnaround_ms * 1'000'000;
+      experiment.timing.adapter_ns = 16'000'000;
+      experiment.air.byte_error = byte_error;
+      const ChannelSummary contention = OverSeeds(experiment);
+      experiment.access = Access::kRounds;
+      const ChannelSummary rounds = OverSeeds(experiment);
+      EXPECT_GE(rounds.goodput, 0.8 * rounds.lossy_bound);
+      EXPECT_GE(rounds.goodput, 0.95 * contention.goodput);
+    }
+  }
+}
+
+TEST(BadAir, OneRobotInItIsServedAmongOthersInGoodAir) {
+  ChannelExperiment experiment = Robots(8, true);
+  experiment.access = Access::kRounds;
+  experiment.air.bad_robot = 0.03;
+  const ChannelSummary rounds = OverSeeds(experiment);
+  EXPECT_GE(rounds.worst_robot_share, 0.25);
+  EXPECT_GE(rounds.goodput, 0.8 * rounds.lossy_bound);
+}
+
 }  // namespace
 }  // namespace pheromone::swarm

@@ -26,6 +26,9 @@ std::string OtherOf(const ChannelExperiment& e) {
   if (e.frame_loss > 0) {
     return fmt::format("{:g} % lost", 100 * e.frame_loss);
   }
+  if (e.air != Air{}) {
+    return NameOf(e.air);
+  }
   if (e.simple > 0) {
     return fmt::format("{} simple", e.simple);
   }
@@ -83,6 +86,24 @@ std::string ToCsv(const std::vector<ChannelSummary>& rows) {
         OnlyIf(clocked, 100 * row.worst_robot_delivered, 2), row.worst_robot_share, row.p50_ms,
         row.p99_ms, row.longest_gap_ms, row.fail_safe_stops, row.time_to_order_ms,
         row.pose_age_p50_ms, row.requests_per_answer, 100 * row.utilisation, row.hash);
+  }
+  return csv;
+}
+
+std::string AirToCsv(const std::vector<ChannelSummary>& rows) {
+  std::string csv =
+      "air,byte_error_percent,burst_bytes,robots,access,turnaround_ms,adapter_ms,seeds,"
+      "b1_per_s,goodput_per_s,of_b1,worst_goodput_per_s,worst_robot_of_mean,p99_ms,longest_gap_ms,"
+      "fail_safe_stops,hash\n";
+  for (const ChannelSummary& row : rows) {
+    const ChannelExperiment& e = row.experiment;
+    csv += fmt::format(
+        "\"{}\",{:g},{:g},{},{},{},{},{},{:.2f},{:.2f},{:.3f},{:.2f},{:.3f},{},{},{},"
+        "{:016x}\n",
+        NameOf(e.air), 100 * e.air.byte_error, e.air.burst_bytes, e.robots, NameOf(e.access),
+        ToMs(e.timing.turnaround_ns), ToMs(e.timing.adapter_ns), row.seeds, row.lossy_bound,
+        row.goodput, row.goodput / row.lossy_bound, row.worst_goodput, row.worst_robot_share,
+        row.p99_ms, row.longest_gap_ms, row.fail_safe_stops, row.hash);
   }
   return csv;
 }

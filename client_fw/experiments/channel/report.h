@@ -15,6 +15,9 @@ std::string ToTableRow(const ChannelSummary& row);
 /// A header line, then one line per row; numbers with fixed digits.
 std::string ToCsv(const std::vector<ChannelSummary>& rows);
 
+/// The rows with damaged bytes, beside their bound B_1.
+std::string AirToCsv(const std::vector<ChannelSummary>& rows);
+
 /// One line: a JSON object with the figures of a row.
 std::string ToJson(const ChannelSummary& row);
 

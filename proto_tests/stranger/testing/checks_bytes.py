@@ -53,8 +53,9 @@ def check_every_vector(line: Line) -> None:
     streams = vectors.streams()
     for name, data, bodies in streams:
         said = robot.say(data)
-        check_equal(len(said), len(bodies), f"answers to stream {name}")
-        for answer, body in zip(said, bodies):
+        asked = [body for body in bodies if calls_for_an_answer(body)]
+        check_equal(len(said), len(asked), f"answers to stream {name}")
+        for answer, body in zip(said, asked):
             same = (answer.client_id, rebuilt(answer)[1]) == (body[0], body[1] | ANSWER)
             is_error = (answer.name, answer.fields.get("refused_opcode")) == ("ERROR", body[1])
             assert same or is_error, f"stream {name}: {answer} is no answer to {body.hex(' ')}"

@@ -81,6 +81,8 @@ inline constexpr LinkCounter kLinkCounters[] = {
      [](const LinkCounters& it) { return it.withheld_errors; }},
     {"rounds", "ROUNDs sent.", CounterKind::kTraffic,
      [](const LinkCounters& it) { return it.rounds.rounds; }},
+    {"coded_rounds", "ROUNDs coded against damaged bytes.", CounterKind::kTraffic,
+     [](const LinkCounters& it) { return it.rounds.coded; }},
     {"turns", "Turns given to robots in ROUNDs.", CounterKind::kTraffic,
      [](const LinkCounters& it) { return it.rounds.turns; }},
     {"missed_turns", "Turns in which no robot was heard.", CounterKind::kSign,

@@ -22,7 +22,7 @@ TEST(LinkCountersTest, EachNameTellsItsCounter) {
                        .ignored_bytes = 9};
   counters.line = {
       .framing = 10, .parity = 11, .overruns = 100, .buffer_overruns = 1000, .breaks = 12};
-  counters.rounds = {.rounds = 13, .turns = 14, .missed = 15, .unanswered = 16};
+  counters.rounds = {.rounds = 13, .coded = 1300, .turns = 14, .missed = 15, .unanswered = 16};
   counters.late_answers = 17;
   counters.dropped_answers = 18;
   counters.withheld_errors = 19;
@@ -57,6 +57,7 @@ TEST(LinkCountersTest, EachNameTellsItsCounter) {
       {"overruns", 1100},
       {"breaks", 12},
       {"rounds", 13},
+      {"coded_rounds", 1300},
       {"turns", 14},
       {"missed_turns", 15},
       {"unanswered_turns", 16},

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "protocol/coded_round.h"
 #include "protocol/messages.h"
 
 namespace pheromone::radio {
@@ -14,6 +15,12 @@ constexpr Time kLongAgo = -std::chrono::hours(1);
 std::vector<uint8_t> FrameOf(const protocol::Message& message) {
   std::vector<uint8_t> frame(protocol::kMaxFrame);
   frame.resize(protocol::EncodeFrame(message, frame.data(), frame.size()));
+  return frame;
+}
+
+std::vector<uint8_t> CodedFrameOf(const protocol::Message& round) {
+  std::vector<uint8_t> frame(protocol::kMaxCodedRound);
+  frame.resize(protocol::EncodeCodedRound(round, frame.data()));
   return frame;
 }
 
@@ -240,7 +247,14 @@ void Channel::AppendRound(Time now, Transmission* out) {
     Append(Take(command).bytes, out);
   }
   for (const protocol::Message& message : rounds_.Compose(now, acks)) {
-    Append(FrameOf(message), out);
+    if (!rounds_.coded()) {
+      Append(FrameOf(message), out);
+    } else if (message.opcode == protocol::kRound) {
+      Append(CodedFrameOf(message), out);
+    } else {  // only ROUNDs can be coded
+      Append(FrameOf(message), out);
+      Append(FrameOf(message), out);
+    }
   }
   sent_round_ = true;
 }

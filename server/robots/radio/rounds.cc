@@ -1,8 +1,10 @@
 #include "server/robots/radio/rounds.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "protocol/coded_round.h"
 #include "protocol/frame.h"
 
 namespace pheromone::radio {
@@ -20,7 +22,11 @@ constexpr size_t kLeastFrameBytes = 15;  // SENSE, with one byte stuffed
 // sends in it, since the next robot begins when a frame ends.
 constexpr size_t kMoreStuffing = 1;
 constexpr int kShorterFrames = 16;
-constexpr int kPatientMisses = 2;
+// A robot counts as gone when so many turns in succession have been silent that this would be an
+// accident of so little probability, if it were there.
+constexpr double kAccident = 0.001;
+constexpr int kLeastPatience = 4;
+constexpr int kMostPatience = 24;
 constexpr int kLongestWait = 10;  // periods
 constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 2s;
@@ -37,6 +43,12 @@ constexpr int kQuietInterval = 49;  // of the length of an opening, until the ne
 size_t WireBytes(const protocol::Message& message) {
   std::array<uint8_t, protocol::kMaxFrame> frame{};
   return protocol::EncodeFrame(message, frame.data(), frame.size());
+}
+
+// For how many silent turns in succession a robot may be there that misses this share of ROUNDs.
+int PatienceFor(double lost) {
+  const double turns = std::log(kAccident) / std::log(std::clamp(lost, 1e-9, 0.999));
+  return static_cast<int>(std::clamp<double>(std::ceil(turns), kLeastPatience, kMostPatience));
 }
 
 // The intensities in an answer to SENSE or TRACE, or the reason of an ERROR.
@@ -81,6 +93,7 @@ void Rounds::OnHeard(const protocol::Message& message, Time at) {
   }
   Robot& it = robot->second;
   it.heard = at;
+  CountUnused(&it);
   const size_t bytes = WireBytes(message) + kMoreStuffing;
   if (bytes >= it.frame_bytes || ++it.shorter == kShorterFrames) {
     it.frame_bytes = bytes;
@@ -90,12 +103,32 @@ void Rounds::OnHeard(const protocol::Message& message, Time at) {
 
 void Rounds::OnBytes(Time at, bool damaged) {
   last_heard_ = std::max(last_heard_, at);
-  if (opening_end_ == Time::min() || at <= turns_end_) {
+  if (at <= turns_end_) {
+    if (damaged) {
+      OnDamage(at);
+    }
+    return;
+  }
+  if (opening_end_ == Time::min()) {
     return;
   }
   used_ = true;
   collided_ |= damaged;
   opening_end_ = MayGoOn(at) ? at + options_.response_window + OpeningTime(open_slots_) : at;
+}
+
+// Of a damaged frame there may be several signs. It was in the first turn that is still open: not
+// for sure, but turns are in another order in each round.
+void Rounds::OnDamage(Time at) {
+  if (damaged_at_ != Time::min() && at - damaged_at_ < turn_ / 2) {
+    return;
+  }
+  const auto turn = std::find_if(turns_.begin(), turns_.end(),
+                                 [](const Turn& it) { return !it.heard && !it.damaged; });
+  if (turn != turns_.end()) {
+    turn->damaged = true;
+    damaged_at_ = at;
+  }
 }
 
 void Rounds::OnAnswered(Time end) {
@@ -109,7 +142,7 @@ void Rounds::OnAnswered(Time end) {
 // when everybody else is silent.
 bool Rounds::MayGoOn(Time now) const {
   return exchanges_ < ExchangesAnOpening() &&
-         now < turns_end_ + (collided_ ? kCrowdedOpening : kLongestOpening);
+         now < turns_end_ + (collided_ && !coded() ? kCrowdedOpening : kLongestOpening);
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
@@ -207,22 +240,45 @@ void Rounds::CountTurns(Time now) {
     });
     Robot& robot = found->second;
     if (request != turns_.end()) {
-      robot.misses = 0;
       robot.more_bytes = 0;
       robot.due = std::max(robot.due + robot.period, *request->heard);  // nothing is caught up
+      CountHeard(&robot);
+    } else if (turn.damaged) {
+      CountHeard(&robot);  // it is there, and still due
     } else {
       ++counters_.missed;
-      ++robot.misses;
-      robot.more_bytes += robot.misses > 1 ? 2 : 0;
-      if (robot.misses > 1) {
-        const int doublings = std::clamp(robot.misses - kPatientMisses, 0, 4);
-        robot.due = now + robot.period * std::min(1 << doublings, kLongestWait);
-      }
+      CountMissed(&robot, now);
       if (now - robot.heard > kForgotten) {
         robots_.erase(found);
       }
     }
   }
+}
+
+// What it missed before says something of the air: while it was silent, it could be gone.
+void Rounds::CountUnused(Robot* robot) {
+  for (const RoundForm form : {RoundForm::kPlain, RoundForm::kCoded}) {
+    int& unused = robot->unused[static_cast<size_t>(form)];
+    for (unused = std::min(unused, kMostPatience); unused > 0; --unused) {
+      air_.Count(form, false, &robot->reception);
+    }
+  }
+}
+
+void Rounds::CountHeard(Robot* robot) {
+  CountUnused(robot);
+  air_.Count(form_, true, &robot->reception);
+  robot->misses = 0;
+}
+
+void Rounds::CountMissed(Robot* robot, Time now) {
+  ++robot->unused[static_cast<size_t>(form_)];
+  const int over = ++robot->misses - PatienceFor(robot->reception.LostOf(air_.form()));
+  if (over < 0) {
+    return;  // still due
+  }
+  robot->more_bytes += 2;  // its requests may not fit the turn
+  robot->due = now + robot->period * std::min(1 << std::min(over, 4), kLongestWait);
 }
 
 // Those who are due, in equal parts if there are too many for one round.
@@ -257,12 +313,12 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
 size_t Rounds::GiveTurns(Time now, std::vector<uint8_t> acks) {
   std::erase_if(acks, [this](uint8_t id) { return !serves(id); });
   size_t bytes = acks.empty() ? 0 : kLeastFrameBytes;  // more than an ACK takes
-  const auto give_ack = [this](uint8_t id) { turns_.push_back({id, true, {}, false, {}}); };
+  const auto give_ack = [this](uint8_t id) { turns_.push_back({.id = id, .for_ack = true}); };
   for (const uint8_t id : Choose(now, protocol::kMaxTurns - acks.size())) {
     if (std::erase(acks, id) != 0) {
       give_ack(id);
     }
-    turns_.push_back({id, false, {}, false, {}});
+    turns_.push_back({.id = id});
     const Robot& robot = robots_[id];
     bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
   }
@@ -290,6 +346,9 @@ void Rounds::JudgeOpening(Time now) {
   if (!used_) {
     next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
     width_ = static_cast<uint8_t>(width_ / 2);
+  } else if (coded()) {
+    // What is damaged need not have collided: those with turns get two thirds of the time.
+    next_opening_ = now + 2 * (now - turns_end_);
   } else if (collided_) {
     const auto most = std::clamp<int64_t>(kWidestOpening / options_.slot, kLeastSlots, kMostSlots);
     width_ = static_cast<uint8_t>(std::min<int64_t>(int64_t{2} * open_slots_, most));
@@ -344,12 +403,20 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
     round.answers[round.answer_count++] = entry;
   }
   CountTurns(now);
+  form_ = air_.Choose([this](const auto& use) {
+    for (const auto& [id, robot] : robots_) {
+      use(robot.reception);
+    }
+  });
   if (opening_end_ != Time::min()) {
     JudgeOpening(now);
   }
   turns_.clear();
   active_ &= !robots_.empty();
   const size_t bytes = std::min(GiveTurns(now, acks), MostBytes());
+  if (now >= next_opening_ && number_ % 4 == 0) {
+    form_ = RoundForm::kCoded;  // for newcomers, who may be in worse air
+  }
   turn_ = TurnTime(bytes);
   round.turn_ms = static_cast<uint8_t>(turn_ / 1ms);
   round.slot_ms = static_cast<uint8_t>(options_.slot.count());
@@ -359,13 +426,15 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   }
   protocol::Message message;
   Encode(round, &message);
-  const Duration lasts = static_cast<int64_t>(WireBytes(message)) * options_.timing.byte;
+  const size_t wire = coded() ? protocol::CodedRoundBytes(message.length) : WireBytes(message);
+  const Duration lasts = static_cast<int64_t>(wire) * options_.timing.byte;
   round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
   open_slots_ = round.open_slots;
   used_ = false;
   collided_ = false;
   exchanges_ = 0;
   ++counters_.rounds;
+  counters_.coded += coded() ? 1u : 0u;
   counters_.turns += turns_.size();
   Encode(round, &message);
   messages.push_back(message);

@@ -8,7 +8,8 @@
 //
 // A robot joins by a HELLO that tells how often it wants a turn. Robots are given turns in the
 // order in which they are due, so that a parked robot does not cost what a fast one does. One that
-// misses its turns is asked less and less often, after half a minute no more.
+// misses more turns than the air explains is asked less and less often, after half a minute no
+// more. In bad air ROUNDs are coded (air_quality.h).
 //
 // After its turns, a round may be open: whoever has no turn contends for the channel, newcomers,
 // robots with an EVENT, and clients that only contend. While every opening is used, each round has
@@ -24,6 +25,7 @@
 #include <vector>
 
 #include "protocol/messages.h"
+#include "server/robots/radio/air_quality.h"
 #include "server/robots/radio/channel_options.h"
 #include "server/robots/radio/timing.h"
 
@@ -39,6 +41,7 @@ constexpr std::chrono::milliseconds kAwaitedRound{2000};
 
 struct RoundCounters {
   uint64_t rounds = 0;      ///< ROUNDs composed
+  uint64_t coded = 0;       ///< of these: against damaged bytes
   uint64_t turns = 0;       ///< given
   uint64_t missed = 0;      ///< of these: nothing was heard
   uint64_t unanswered = 0;  ///< of these: heard, but the answer came too late for the ROUND
@@ -77,6 +80,8 @@ class Rounds {
   /// `acks`: robots that are sent a COMMAND before it, and need a turn for the ACK; fewer than
   /// kMaxTurns.
   std::vector<protocol::Message> Compose(Time now, const std::vector<uint8_t>& acks);
+  /// Whether the ROUND that was composed last is to be coded.
+  bool coded() const { return form_ == RoundForm::kCoded; }
   /// The last bit of what was composed leaves at `end`.
   void OnSent(Time end);
 
@@ -87,20 +92,27 @@ class Rounds {
     Duration period{};
     Time due{};
     Time heard{};
-    int misses = 0;
-    size_t frame_bytes = 0;  ///< its longest frame lately; 0: unknown
-    int shorter = 0;         ///< how many since were shorter
-    size_t more_bytes = 0;   ///< what it may have lacked in the turns that it missed
+    int misses = 0;  ///< turns in succession in which nothing was heard
+    Reception reception;
+    std::array<int, 2> unused{};  ///< turns not used since it was heard, by the ROUNDs' form
+    size_t frame_bytes = 0;       ///< its longest frame lately; 0: unknown
+    int shorter = 0;              ///< how many since were shorter
+    size_t more_bytes = 0;        ///< what it may have lacked in the turns that it missed
   };
   struct Turn {
     uint8_t id = 0;
     bool for_ack = false;
-    std::optional<Time> heard;
+    std::optional<Time> heard{};
+    bool damaged = false;     ///< something was, but not whole
     bool answerable = false;  ///< what was heard gets an answer
-    std::optional<protocol::Message> answer;
+    std::optional<protocol::Message> answer{};
   };
 
   void Join(uint8_t id, Time now);
+  void OnDamage(Time at);
+  void CountUnused(Robot* robot);
+  void CountHeard(Robot* robot);
+  void CountMissed(Robot* robot, Time now);
   void CountTurns(Time now);
   std::vector<uint8_t> Choose(Time now, size_t most);
   size_t GiveTurns(Time now, std::vector<uint8_t> acks);
@@ -121,6 +133,9 @@ class Rounds {
   std::optional<Time> begin_;  // of the first ROUND at the earliest; empty: there was no HELLO
   uint32_t order_ = 1;         // a linear congruential generator
   uint8_t number_ = 0;         // of the last ROUND
+  AirQuality air_;
+  RoundForm form_ = RoundForm::kPlain;  // of the last ROUND
+  Time damaged_at_ = Time::min();       // the last turn in which something was not whole
   uint8_t open_slots_ = 0;
   Duration turn_{};
   Time sent_at_{};

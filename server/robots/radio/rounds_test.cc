@@ -322,6 +322,91 @@ TEST_F(RoundsTest, ASilentRobotIsAskedLessAndLessOftenAndForgottenAfterHalfAMinu
   EXPECT_GT(TurnsOf(1, from), 400u) << "the others do not suffer";
 }
 
+// --- Bad air.
+
+TEST_F(RoundsTest, InGoodAirRoundsAreCodedOnlyForNewcomers) {
+  Join(1, 8, 100ms);  // more than the channel carries
+  const RoundCounters before = air_.channel().counters().rounds;
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 60s);
+  const RoundCounters after = air_.channel().counters().rounds;
+  size_t open = 0;
+  for (const protocol::Round& round : air_.Rounds(from)) {
+    open += round.open_slots != 0 ? 1u : 0u;
+  }
+  EXPECT_GT(after.coded, before.coded);
+  EXPECT_LT(after.coded - before.coded, open / 2);
+}
+
+TEST_F(RoundsTest, WhereRobotsDoNotReceiveThemRoundsAreCoded) {
+  Join(1, 8, 200ms);
+  uint64_t coded = 0;
+  unsigned turn = 0;
+  bool is_coded = false;
+  uint64_t rounds = 0;
+  for (auto& [id, message] : air_.in_turn) {
+    message = [&, as_id = id]() -> std::optional<protocol::Message> {
+      const RoundCounters counters = air_.channel().counters().rounds;
+      if (counters.rounds != rounds) {
+        is_coded = counters.coded != coded;
+        coded = counters.coded;
+        rounds = counters.rounds;
+      }
+      return is_coded || ++turn % 3 == 0 ? std::optional(Sense(as_id)) : std::nullopt;
+    };
+  }
+  air_.AdvanceTo(air_.now() + 20s);
+  const RoundCounters before = air_.channel().counters().rounds;
+  air_.AdvanceTo(air_.now() + 20s);
+  const RoundCounters after = air_.channel().counters().rounds;
+  EXPECT_GT(after.coded - before.coded, (after.rounds - before.rounds) * 9 / 10);
+}
+
+// It is there, and its next turn may be whole.
+TEST_F(RoundsTest, ATurnInWhichSomethingDamagedWasHeardIsNotMissed) {
+  Join(1, 4, 200ms);
+  const uint64_t missed = air_.channel().counters().rounds.missed;
+  air_.damages = [](uint8_t id) { return id == 3; };
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 20s);
+  EXPECT_EQ(air_.channel().counters().rounds.missed, missed);
+  EXPECT_GE(TurnsOf(3, from), TurnsOf(1, from));
+}
+
+TEST_F(RoundsTest, ARobotThatHearsEachThirdRoundKeepsItsTurns) {
+  Join(1, 4, 200ms);
+  unsigned turn = 0;
+  air_.in_turn[2] = [&turn]() -> std::optional<protocol::Message> {
+    return ++turn % 3 == 0 ? std::optional(Sense(2)) : std::nullopt;
+  };
+  air_.AdvanceTo(air_.now() + 20s);
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 20s);
+  EXPECT_GE(TurnsOf(2, from), TurnsOf(1, from));
+}
+
+// In a coded round, an answer of its own goes out twice: it is not coded.
+TEST_F(RoundsTest, InBadAirAnAnswerOfItsOwnGoesOutTwice) {
+  Join(1, 4, 200ms);
+  for (uint8_t id = 1; id <= 4; ++id) {
+    air_.in_turn[id] = [id, turn = 0]() mutable -> std::optional<protocol::Message> {
+      return ++turn % 3 != 0 ? std::nullopt
+             : turn % 2 == 0 ? std::optional(Hello(id, 200ms))
+                             : std::optional(Sense(id));
+    };
+  }
+  air_.AdvanceTo(air_.now() + 20s);
+  size_t twice = 0;
+  for (const Sent& sent : air_.sent()) {
+    for (size_t i = 0; i + 2 < sent.messages.size(); ++i) {
+      const bool same =
+          testing::FrameOf(sent.messages[i]) == testing::FrameOf(sent.messages[i + 1]);
+      twice += same && sent.messages[i].opcode == protocol::kHelloAnswer ? 1u : 0u;
+    }
+  }
+  EXPECT_GT(twice, 10u);
+}
+
 TEST_F(RoundsTest, ARobotThatWasSilentAndIsHeardAgainHasItsTurnsAgain) {
   Join(1, 3, 200ms);
   air_.in_turn[3] = [] { return std::nullopt; };

@@ -126,6 +126,8 @@ class Air {
 
   /// What robot `id` sends in its turns; nothing: it is silent.
   std::map<uint8_t, std::function<std::optional<protocol::Message>()>> in_turn;
+  /// Whether what robot `id` sends in this turn is damaged.
+  std::function<bool(uint8_t id)> damages = [](uint8_t) { return false; };
   /// Sent by clients that contend, one in each opening.
   std::deque<protocol::Message> contenders;
   /// For how long the server thinks about an answer.
@@ -139,8 +141,9 @@ class Air {
   }
 
   /// The last byte of a frame arrives at `end`, the others before it.
-  void HearAt(Time end, const protocol::Message& message) {
-    const std::vector<uint8_t> frame = FrameOf(message);
+  void HearAt(Time end, const protocol::Message& message, bool damaged = false) {
+    std::vector<uint8_t> frame = FrameOf(message);
+    frame[4] ^= damaged ? 0x40 : 0;
     auto left = static_cast<int64_t>(frame.size());
     for (const uint8_t byte : frame) {
       arrivals_.emplace(std::max(now_, end - --left * options_.timing.byte), byte);
@@ -241,7 +244,8 @@ class Air {
       const auto message = robot != in_turn.end() ? robot->second() : std::nullopt;
       if (message) {
         EXPECT_LE(FrameOf(*message).size(), round.turn_bytes);
-        HearAt(TurnBegins(sent, i) + options_.timing.turnaround + Lasts(*message), *message);
+        HearAt(TurnBegins(sent, i) + options_.timing.turnaround + Lasts(*message), *message,
+               damages(round.turns[i]));
       }
     }
     if (round.open_slots > 1 && !contenders.empty()) {

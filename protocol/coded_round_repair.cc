@@ -1,0 +1,56 @@
+#include "protocol/coded_round.h"
+
+namespace pheromone {
+namespace protocol {
+
+void RepairCodedRound(uint8_t* bytes, uint8_t rows) {
+  uint8_t* const sum = bytes + kCodedColumns * rows;
+  const uint8_t* p = sum + kCodedColumns;
+  uint8_t* beyond = nullptr;  // the row with more damage than one byte
+  for (uint8_t row = 0; row <= rows; ++row, ++p) {
+    // Its bytes: the last row's are one after the other.
+    uint8_t* const first = row < rows ? bytes + row : sum;
+    const uint8_t step = row < rows ? rows : uint8_t{1};
+    uint8_t difference = *p;
+    uint8_t weighted = 0;
+    uint8_t* at = first + kCodedColumns * step;
+    do {
+      at -= step;
+      difference ^= *at;
+      weighted = static_cast<uint8_t>(CodedDouble(weighted) ^ *at);
+    } while (at != first);
+    weighted ^= p[rows + 1];
+    // If only one of them is not 0, P or Q is damaged itself.
+    if (difference == 0 || weighted == 0) {
+      continue;
+    }
+    // The damaged byte is where doubling leads from one to the other.
+    uint8_t left = kCodedColumns;
+    for (uint8_t power = difference; power != weighted && left != 0; --left) {
+      power = CodedDouble(power);
+      at += step;
+    }
+    if (left != 0) {
+      *at ^= difference;
+    } else {
+      beyond = first;
+    }
+  }
+  if (beyond == nullptr || beyond == sum) {
+    return;
+  }
+  for (uint8_t column = 0; column < kCodedColumns; ++column, beyond += rows) {
+    uint8_t restored = sum[column];
+    for (uint8_t row = 0; row < rows; ++row) {
+      uint8_t* const at = bytes + row;
+      if (at != beyond) {
+        restored ^= *at;
+      }
+    }
+    *beyond = restored;
+    bytes += rows;
+  }
+}
+
+}  // namespace protocol
+}  // namespace pheromone
