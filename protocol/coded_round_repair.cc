@@ -4,7 +4,7 @@ namespace pheromone {
 namespace protocol {
 
 void RepairCodedRound(uint8_t* bytes, uint8_t rows) {
-  uint8_t* const sum = bytes + kCodedColumns * rows;
+  uint8_t* sum = bytes + kCodedColumns * rows;
   const uint8_t* p = sum + kCodedColumns;
   uint8_t* beyond = nullptr;  // the row with more damage than one byte
   for (uint8_t row = 0; row <= rows; ++row, ++p) {
@@ -39,16 +39,14 @@ void RepairCodedRound(uint8_t* bytes, uint8_t rows) {
   if (beyond == nullptr || beyond == sum) {
     return;
   }
-  for (uint8_t column = 0; column < kCodedColumns; ++column, beyond += rows) {
-    uint8_t restored = sum[column];
-    for (uint8_t row = 0; row < rows; ++row) {
-      uint8_t* const at = bytes + row;
-      if (at != beyond) {
-        restored ^= *at;
-      }
+  // The bytes of a column are one after the other; with the sum's they give 0.
+  for (uint8_t column = kCodedColumns; column != 0; --column) {
+    uint8_t missing = *sum++;
+    for (uint8_t row = rows; row != 0; --row) {
+      missing = static_cast<uint8_t>(missing ^ *bytes++);
     }
-    *beyond = restored;
-    bytes += rows;
+    *beyond ^= missing;
+    beyond += rows;
   }
 }
 

@@ -126,6 +126,9 @@ void Conversation::Retry() {
     medium_.OnOutcome(MediumAccess::kAbandoned);
     Rest();
   } else {
+    if (RequestPending() && (attempt_ != 0 || query_ != Query::kNone)) {
+      query_ = Query::kDue;
+    }
     ++attempt_;
     Contend(MediumAccess::kBackOff);
   }

@@ -177,11 +177,16 @@ void Conversation::OnRefusal(Reason reason) {
     Contend();
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
     medium_.OnOutcome(MediumAccess::kBusy);
+    if (RequestPending()) {
+      query_ = Query::kDue;
+    }
     Retry();
   } else if (IsTag(asked_opcode_)) {
     OnTagRefusal(reason);
   } else {
-    DropPending();
+    if (RequestPending()) {
+      DropPending();
+    }
     if (reason == Reason::kOffTheMap) {
       behaviour_.OnOffTheMap();
     }

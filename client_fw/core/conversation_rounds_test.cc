@@ -117,6 +117,30 @@ TEST(RoundsTest, ARoundThatWasMissedLeavesTheRequestUnanswered) {
   EXPECT_EQ(7, harness.conversation.state().p_left);
 }
 
+// It was heard, but is not on disk yet: the robot drives on by queries.
+TEST(RoundsTest, WhileAChangeWaitsEverySecondTurnIsForAQuery) {
+  Rounds harness(Tracing());
+  harness.Greet();
+  harness.Grant({kTestId});
+  ASSERT_NE(0u, harness.TurnAfter());
+  const std::vector<uint8_t> first = harness.wire;
+  const auto busy = static_cast<int16_t>(protocol::Reason::kBusy);
+  for (int16_t i = 0; i < 10; ++i) {
+    harness.pose.x_mm += 50;
+    harness.AnswerRound({{protocol::kNoIntensities, busy}}, {kTestId});
+    ASSERT_NE(0u, harness.TurnAfter());
+    EXPECT_EQ(harness.pose.x_mm, harness.SentSense().pose.x);
+    harness.AnswerRound({{static_cast<int16_t>(5 + i), 6}}, {kTestId});
+    EXPECT_EQ(5 + i, harness.conversation.state().p_left);
+    ASSERT_NE(0u, harness.TurnAfter());
+    EXPECT_EQ(first, harness.wire);
+  }
+  harness.AnswerRound({{70, 80}}, {kTestId});  // of the pose where it was then
+  EXPECT_EQ(14, harness.conversation.state().p_left);
+  ASSERT_NE(0u, harness.TurnAfter());
+  EXPECT_EQ(2, harness.SentTrace().seq);
+}
+
 TEST(RoundsTest, AnAnswerWithoutIntensitiesMeansOnceMoreOrIsTheReasonOfAnError) {
   Rounds harness(Tracing());
   harness.Greet();

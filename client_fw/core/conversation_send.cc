@@ -61,7 +61,14 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
     PreferSteering();
   }
   if (opcode != 0 && !IsTag(opcode)) {
-    Count(&Counters::duplicates);
+    if (query_ == Query::kDue && odometry != nullptr && MakeFresh(*odometry, &opcode)) {
+      query_ = Query::kMade;
+    } else {
+      Count(&Counters::duplicates);
+      if (query_ == Query::kMade) {
+        timers_[kPosed] = 0;
+      }
+    }
   } else if (requests_.event_turn || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
     if (state().events != 0 && opcode == 0) {
       opcode = protocol::kEvent;
@@ -83,16 +90,16 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
     timers_[kPeriod] = PeriodMs();  // from here, so that it moves to where the channel is free
   }
   Seal(memory_);
-  Send(opcode, memory_->data, memory_->length);
+  const bool pending = opcode == memory_->opcode;
+  Send(opcode, pending ? memory_->data : fresh_, pending ? memory_->length : fresh_length_);
   return true;
 }
 
 bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
   const StartPose& start = state().start;
-  memory_->length = 0;
+  fresh_length_ = 0;
   uint8_t service = parameters().wide ? protocol::kSenseWide : protocol::kSense;
-  // One change at a time: while one of a tag is pending, no trail is laid.
-  const bool lay_trail = parameters().lay_trail && !IsTag(memory_->opcode);
+  const bool lay_trail = parameters().lay_trail && memory_->opcode == 0;  // one change at a time
   if (lay_trail) {
     service = parameters().wide ? protocol::kTraceWide : protocol::kTrace;
     AppendSeq();
@@ -127,28 +134,33 @@ bool Conversation::AppendCoordinate(int32_t mm) {
 }
 
 void Conversation::Append(uint16_t value) {
-  protocol::PutU16(memory_->data + memory_->length, value);
-  memory_->length = static_cast<uint8_t>(memory_->length + 2);
+  protocol::PutU16(fresh_ + fresh_length_, value);
+  fresh_length_ = static_cast<uint8_t>(fresh_length_ + 2);
 }
 
 // Requests with a seq begin with it; it is used up once the request is pending.
 PHEROMONE_OUTLINED void Conversation::AppendSeq() {
-  memory_->data[0] = static_cast<uint8_t>(memory_->seq + 1u);
-  memory_->length = 1;
+  fresh_[0] = static_cast<uint8_t>(memory_->seq + 1u);
+  fresh_length_ = 1;
 }
 
 void Conversation::MakeEvent() {
   protocol::EventCode event = protocol::EventCode();
   const int16_t argument = behaviour_.TakeEvent(&event);
   AppendSeq();
-  memory_->data[memory_->length++] = static_cast<uint8_t>(event);
+  fresh_[fresh_length_++] = static_cast<uint8_t>(event);
   Append(static_cast<uint16_t>(argument));
   MakePending(protocol::kEvent);
 }
 
 PHEROMONE_OUTLINED void Conversation::MakePending(uint8_t opcode) {
+  query_ = Query::kNone;
   ++memory_->seq;
   memory_->opcode = opcode;
+  memory_->length = fresh_length_;
+  for (uint8_t i = 0; i < kMaxPending; ++i) {
+    memory_->data[i] = fresh_[i];
+  }
 }
 
 void Conversation::SendAck() {

@@ -53,7 +53,15 @@ class ConversationState {
     kHelloAnswerSize = protocol::SizeOf<protocol::HelloAnswer>().least
   };
 
+  /// While a change waits, the robot drives on by queries, one after each repetition.
+  enum class Query : uint8_t {
+    kNone,  ///< none since the change was made
+    kDue,   ///< the server is busy with the change, or has been silent twice
+    kMade,  ///< and the query has been sent: the change's own intensities are old from now on
+  };
+
   Phase phase_;
+  Query query_;
   RequestState requests_;
   bool resync_;  // buffered link: everything before a PING's echo is discarded
   bool ack_due_;
@@ -71,6 +79,8 @@ class ConversationState {
   uint16_t pings_;
   uint32_t now_ms_;
   uint16_t timers_[kTimers];
+  uint8_t fresh_length_;
+  uint8_t fresh_[kMaxPending];        // DATA of a request in the making; of one without a seq
   uint8_t server_[kHelloAnswerSize];  // DATA of HELLO's last answer
   uint8_t tx_[kMaxClientFrame];
 };

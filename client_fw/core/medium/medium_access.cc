@@ -30,7 +30,8 @@ bool OpensWindow(uint8_t opcode) {
 }  // namespace
 
 MediumAccess::MediumAccess(const Parameters& parameters)
-    : id_(parameters.id),
+    : MediumVariables(),
+      id_(parameters.id),
       gap_timeout_ms_(parameters.gap_timeout_ms),
       first_window_ms_(parameters.first_window_ms),
       byte_ms_(static_cast<uint8_t>(BytesMs(1, parameters.baud))),

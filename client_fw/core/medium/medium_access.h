@@ -51,7 +51,32 @@ struct MediumState {  // NOLINT(cppcoreguidelines-pro-type-member-init): MediumS
   protocol::DecoderCounters decoder;
 };
 
-class MediumAccess {
+/// What begins at zero, separate so that one loop can clear it as plain memory.
+class MediumVariables {
+ protected:
+  enum Timer : uint8_t {
+    kOthers,   // another station may be present
+    kHeld,     // another station's answer or ACK is due
+    kCensus,   // until the other robots have been counted
+    kSlot,     // until the next slot begins
+    kCarrier,  // a carrier may still be a transmission
+    kTimers
+  };
+
+  uint16_t timers_[kTimers];
+  uint8_t server_slot_ms_;
+  uint8_t countdown_;  // the slot that is ours; 0: not drawn, begin at once
+  uint8_t damaged_;    // frames with a bad CRC, less the valid ones; not below 0
+  bool idle_;          // a slot has begun since the last byte that held the channel
+  bool slot_begins_;
+  bool carrier_ignored_;
+  uint16_t quiet_ms_;  // since the last byte heard or sent; stays at the largest value
+  // Of this run of bytes, which ends with the idle time:
+  uint16_t stray_ms_;   // taken by bytes outside of frames
+  uint16_t framed_ms_;  // taken by frames since the last valid one
+};
+
+class MediumAccess : private MediumVariables {
  public:
   enum Delay : uint8_t {
     kAtOnce,   ///< in the next slot
@@ -92,15 +117,6 @@ class MediumAccess {
   uint8_t Draw(uint8_t bound) { return random_.Below(bound); }
 
  private:
-  enum Timer : uint8_t {
-    kOthers,   // another station may be present
-    kHeld,     // another station's answer or ACK is due
-    kCensus,   // until the other robots have been counted
-    kSlot,     // until the next slot begins
-    kCarrier,  // a carrier may still be a transmission
-    kTimers
-  };
-
   bool FrameOpen();
   void Listen(bool was_open, protocol::FrameParser::Result event);
   bool Noisy() const;
@@ -119,23 +135,12 @@ class MediumAccess {
 
   enum : uint16_t { kAloneMs = 1000 };  // nobody else about for so long: no random delay
 
-  uint16_t timers_[kTimers] = {};
   uint8_t id_;
   uint8_t gap_timeout_ms_;
   uint8_t first_window_ms_;
-  uint8_t server_slot_ms_ = 0;
   uint8_t byte_ms_;
   uint8_t three_bytes_ms_;
-  uint8_t countdown_ = 0;  // the slot that is ours; 0: not drawn, begin at once
-  uint8_t damaged_ = 0;    // frames with a bad CRC, less the valid ones; not below 0
-  bool idle_ = false;      // a slot has begun since the last byte that held the channel
-  bool slot_begins_ = false;
-  bool carrier_ignored_ = false;
-  uint16_t quiet_ms_ = 0;  // since the last byte heard or sent; stays at the largest value
-  // Of this run of bytes, which ends with the idle time:
-  uint16_t stray_ms_ = 0;      // taken by bytes outside of frames
-  uint16_t framed_ms_ = 0;     // taken by frames since the last valid one
-  uint16_t longest_frame_ms_;  // either holds the channel for this long
+  uint16_t longest_frame_ms_;  // stray or framed bytes hold the channel for this long
   Random random_;
   ContentionWindow window_;
   Rounds rounds_;

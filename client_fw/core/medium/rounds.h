@@ -30,11 +30,33 @@ struct RoundValues {   // plain memory: all zero
   uint8_t turn;        ///< index in the round of the one that is due
 };
 
-class Rounds {
+/// What begins at zero, separate so that one loop can clear it as plain memory.
+class RoundVariables {
+ protected:
+  enum Timer : uint8_t {
+    kRounds,
+    kReserved,
+    kOpen,
+    kTurn,        // until our turn begins
+    kTurnLate,    // until it is too late for it
+    kSecondTurn,  // until the second one begins
+    kTimers
+  };
+
+  RoundValues values_;
+  uint8_t next_turn_;     // index in the round
+  uint8_t before_us_;     // ID of the robot whose turn precedes ours; 0: the server
+  uint8_t before_turns_;  // of it, not heard yet
+  uint8_t open_slots_;    // of this round
+  uint16_t timers_[kTimers];
+};
+
+class Rounds : private RoundVariables {
  public:
   enum Turn : uint8_t { kNone, kDue, kMissed };
 
-  Rounds(uint8_t id, uint8_t three_bytes_ms) : id_(id), three_bytes_ms_(three_bytes_ms) {}
+  Rounds(uint8_t id, uint8_t three_bytes_ms)
+      : RoundVariables(), id_(id), three_bytes_ms_(three_bytes_ms) {}
 
   void Advance(uint16_t elapsed_ms) { RunDown(timers_, kTimers, elapsed_ms); }
 
@@ -67,24 +89,8 @@ class Rounds {
   const RoundValues& values() const { return values_; }
 
  private:
-  enum Timer : uint8_t {
-    kRounds,
-    kReserved,
-    kOpen,
-    kTurn,        // until our turn begins
-    kTurnLate,    // until it is too late for it
-    kSecondTurn,  // until the second one begins
-    kTimers
-  };
-
-  RoundValues values_ = RoundValues();
   uint8_t id_;
   uint8_t three_bytes_ms_;
-  uint8_t next_turn_ = 0;     // index in the round
-  uint8_t before_us_ = 0;     // ID of the robot whose turn precedes ours; 0: the server
-  uint8_t before_turns_ = 0;  // of it, not heard yet
-  uint8_t open_slots_ = 0;    // of this round
-  uint16_t timers_[kTimers] = {};
 };
 
 /// Without a ROUND for so long there are none any more.

@@ -42,7 +42,7 @@ struct RequestMemory {
   uint8_t seq;     ///< of the last request that had one; before the first, as HELLO's answer said
   uint8_t opcode;  ///< of the request not yet answered, 0: none
   uint8_t length;
-  uint8_t data[kMaxPending];  ///< not of TAG; requests without a seq are also built here
+  uint8_t data[kMaxPending];  ///< not of TAG
   uint8_t tag_length;
   uint8_t tag_data[kMaxTagRequest];  ///< of a request of TAG with a seq
   bool numbered;                     ///< seq is this boot's own: HELLO has been answered

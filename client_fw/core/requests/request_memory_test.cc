@@ -59,7 +59,8 @@ TEST(RequestMemoryTest, IsSealedWheneverAFrameLeavesOrHasCome) {
     } else if (i % 3 == 0) {
       harness.Answer(0, 0);
     } else if (i % 7 == 0) {
-      harness.AnswerError(protocol::Reason::kBusy, harness.SentTrace().seq);
+      const bool is_trace = protocol::ServiceOf(harness.sent.opcode) == protocol::kTrace;
+      harness.AnswerError(protocol::Reason::kBusy, is_trace ? harness.SentTrace().seq : 0);
     }
     EXPECT_TRUE(Trusted(harness.memory));
   }

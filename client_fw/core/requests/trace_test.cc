@@ -59,27 +59,89 @@ TEST(TraceTest, LongestPossibleFrameFits) {
   EXPECT_GE(harness.wire.size(), 4u + 15u + 10u);  // ten bytes doubled at least
 }
 
+// Sends until it is something else than HELLO, which is answered.
+void RunUntilAsked(Harness* harness) {
+  do {
+    ASSERT_TRUE(harness->RunUntilSent());
+    if (harness->sent.opcode == protocol::kHello) {
+      harness->AnswerHello();
+    }
+  } while (harness->sent.opcode == protocol::kHello);
+}
+
 TEST(TraceTest, RetryIsTheSameToTheByte) {
   Harness harness(TraceParameters());
   harness.Greet();
   ASSERT_TRUE(harness.RunUntilSent());
   const std::vector<uint8_t> first = harness.wire;
-  for (int i = 0; i < 8; ++i) {  // over the end of the first period's retries
+  uint32_t repeated = 0;
+  for (int i = 0; i < 16; ++i) {  // over the end of the first period's retries
     harness.pose.x_mm += 10;
-    do {
-      ASSERT_TRUE(harness.RunUntilSent());
-      if (harness.sent.opcode == protocol::kHello) {
-        harness.AnswerHello();
-      }
-    } while (harness.sent.opcode == protocol::kHello);
-    EXPECT_EQ(first, harness.wire);
+    RunUntilAsked(&harness);
+    if (protocol::ServiceOf(harness.sent.opcode) == protocol::kTrace) {
+      EXPECT_EQ(first, harness.wire);
+      ++repeated;
+    } else {
+      EXPECT_EQ(harness.pose.x_mm, harness.SentSense().pose.x);
+    }
   }
-  EXPECT_EQ(8u, harness.counters().duplicates);
+  EXPECT_GE(repeated, 7u);
+  EXPECT_EQ(repeated, harness.counters().duplicates);
+  while (harness.wire != first) {
+    RunUntilAsked(&harness);
+  }
   harness.Answer(0, 0);
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_NE(first, harness.wire);
   EXPECT_EQ(2, harness.SentTrace().seq);
   EXPECT_EQ(harness.pose.x_mm, harness.SentTrace().pose.x);
+}
+
+// A slow log is no reason to stop: protocol/README.md, section 8.
+TEST(TraceTest, WhileItWaitsTheRobotDrivesOnByQueries) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Answer(0, 0);
+  ASSERT_TRUE(harness.RunUntilSent());
+  const std::vector<uint8_t> first = harness.wire;
+  const uint32_t since_ms = harness.now_ms;
+  uint8_t before = harness.sent.opcode;
+  int repeated = 0;
+  while (harness.now_ms - since_ms < 5'000) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    if (harness.sent.opcode == protocol::kSense + 2) {
+      harness.Answer(0, 0);
+    } else {
+      EXPECT_EQ(first, harness.wire);
+      repeated += before == harness.sent.opcode ? 1 : 0;
+    }
+    before = harness.sent.opcode;
+    EXPECT_EQ(kStraight, harness.conversation.state().wheels);
+  }
+  EXPECT_EQ(0u, harness.counters().fail_safe_stops);
+  EXPECT_EQ(1, repeated);  // then it is each second one
+  while (harness.sent.opcode == protocol::kSense + 2) {
+    ASSERT_TRUE(harness.RunUntilSent());
+  }
+  harness.Answer(0, 0);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(3, harness.SentTrace().seq);
+}
+
+// The query's refusal is not the change's.
+TEST(TraceTest, ARefusedQueryLeavesTheChangeWaiting) {
+  Harness harness(TraceParameters());
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  const std::vector<uint8_t> first = harness.wire;
+  harness.AnswerError(Reason::kBusy, 1);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.SentSense();
+  harness.AnswerError(Reason::kOffTheMap, 0);
+  RunUntilAsked(&harness);
+  EXPECT_EQ(first, harness.wire);
+  EXPECT_EQ(0u, harness.counters().lost_traces);
 }
 
 TEST(TraceTest, AnswerToAnotherSeqIsNotBelieved) {
@@ -100,7 +162,7 @@ TEST(TraceTest, AnswerToAnOldPoseSettlesTheRequestButDoesNotSteer) {
     ASSERT_TRUE(harness.RunUntilSent());
     if (harness.sent.opcode == protocol::kHello) {
       harness.AnswerHello();
-    } else if (harness.counters().hellos > 1) {
+    } else if (harness.counters().hellos > 1 && harness.sent.opcode == first.opcode) {
       break;
     }
   }
@@ -343,6 +405,9 @@ TEST(ErrorTest, BusyServerIsAskedAgainWithTheSameRequest) {
   const std::vector<uint8_t> first = harness.wire;
   harness.AnswerError(Reason::kBusy, 1);
   ASSERT_TRUE(harness.RunUntilSent(16 * kTestSlotMs + 16));
+  harness.SentSense();  // meanwhile
+  harness.Answer(0, 0);
+  ASSERT_TRUE(harness.RunUntilSent(16 * kTestSlotMs + 200));
   EXPECT_EQ(first, harness.wire);
   EXPECT_EQ(1u, harness.counters().retries);
   EXPECT_EQ(0u, harness.counters().timeouts);

@@ -22,7 +22,8 @@ constexpr uint8_t kBatteryRecovers100mv = 5;
 }  // namespace
 
 Behaviour::Behaviour(const Parameters& parameters, RequestMemory* memory)
-    : memory_(memory),
+    : BehaviourVariables(),
+      memory_(memory),
       fuzzy_(FuzzyState{kNoError}),
       careful_(kCarefulStart),
       state_(parameters, memory->start) {

@@ -93,7 +93,32 @@ struct BehaviourState : BehaviourValues {
   StartPose start;        ///< places odometry on the map, if no flag says kPoseLost
 };
 
-class Behaviour {
+/// What begins at zero, separate so that one loop can clear it as plain memory.
+class BehaviourVariables {
+ protected:
+  enum Timer : uint8_t {
+    kAnswered,    // since the last intensities: fail-safe
+    kSmelled,     // until the trail counts as lost
+    kBatteryDip,  // until a battery that is low all the time is reported
+    kSaving,      // until one more change of the settings may be stored
+    kTimers
+  };
+
+  uint16_t timers_[kTimers];
+  uint8_t orders_;
+  bool searching_;     // nothing is sensed, and lost_trail is kSearch
+  bool pose_given_;    // given_pose_ is the present one
+  bool battery_told_;  // to be low
+  bool types_known_;
+  int16_t value_;    // arguments of events
+  uint16_t bumped_;  // the word of bumpers when the last one was reported
+  uint16_t exception_tag_;
+  int16_t spiral_;  // the intensity that makes a lost robot turn
+  uint16_t types_;  // the server's pheromones
+  Pose given_pose_;
+};
+
+class Behaviour : private BehaviourVariables {
  public:
   /// `memory`, which must outlive it, is of this boot.
   Behaviour(const Parameters& parameters, RequestMemory* memory);
@@ -136,13 +161,6 @@ class Behaviour {
   bool Take(Order order);
 
  private:
-  enum Timer : uint8_t {
-    kAnswered,    // since the last intensities: fail-safe
-    kSmelled,     // until the trail counts as lost
-    kBatteryDip,  // until a battery that is low all the time is reported
-    kSaving,      // until one more change of the settings may be stored
-    kTimers
-  };
   static constexpr uint16_t BitOf(protocol::EventCode event) {
     return static_cast<uint16_t>(1u << (static_cast<uint8_t>(event) - 1));
   }
@@ -160,22 +178,10 @@ class Behaviour {
   void Stop(StopFlag flag, uint16_t event_bit);
   void Report(uint16_t event_bit);
 
-  uint16_t timers_[kTimers] = {};
   RequestMemory* memory_;
-  uint8_t orders_ = 0;
-  bool searching_ = false;     // nothing is sensed, and lost_trail is kSearch
-  bool pose_given_ = false;    // given_pose_ is the present one
-  bool battery_told_ = false;  // to be low
-  bool types_known_ = false;
   uint8_t saves_left_ = kMaxSavesAtOnce;  // changes of settings that may be stored now
-  int16_t value_ = 0;                     // arguments of events
-  uint16_t bumped_ = 0;                   // the word of bumpers when the last one was reported
-  uint16_t exception_tag_ = 0;
-  int16_t spiral_ = 0;  // the intensity that makes a lost robot turn
-  uint16_t types_ = 0;  // the server's pheromones
   FuzzyState fuzzy_;
   CarefulState careful_;
-  Pose given_pose_ = Pose{0, 0, 0};
   BehaviourState state_;
 };
 

@@ -8,16 +8,17 @@ namespace pheromone {
 namespace client {
 namespace {
 
-// Where a setting is, of one byte or two, and what it may be.
+// Where a setting is, with kWide if it has two bytes, and what it may be.
 struct Row {
   uint8_t at;
-  bool wide;
   uint8_t least;
   uint16_t most;
 };
+constexpr uint8_t kWide = 0x80;
+static_assert(sizeof(Settings) <= kWide, "each offset leaves a bit for kWide");
 
 #define PHEROMONE_SETTING(field, least, most) \
-  { offsetof(Settings, field), sizeof(Settings::field) == 2, least, most }
+  { offsetof(Settings, field) | (sizeof(Settings::field) == 2 ? kWide : 0), least, most }
 const Row kRows[kEndOfSettings - 1] = {
     PHEROMONE_SETTING(type, 1, 15),
     PHEROMONE_SETTING(law, 0, 3),
@@ -44,15 +45,15 @@ bool InRange(uint8_t id, uint16_t value) {
 
 uint16_t Get(uint8_t id, const Settings& from) {
   const Row& row = kRows[id - 1];
-  const uint8_t* const at = reinterpret_cast<const uint8_t*>(&from) + row.at;
-  return row.wide ? *reinterpret_cast<const uint16_t*>(at) : *at;
+  const uint8_t* const at = reinterpret_cast<const uint8_t*>(&from) + (row.at & (kWide - 1));
+  return row.at >= kWide ? *reinterpret_cast<const uint16_t*>(at) : *at;
 }
 
 // `value` is in range.
 void Put(uint8_t id, uint16_t value, Settings* to) {
   const Row& row = kRows[id - 1];
-  uint8_t* const at = reinterpret_cast<uint8_t*>(to) + row.at;
-  if (row.wide) {
+  uint8_t* const at = reinterpret_cast<uint8_t*>(to) + (row.at & (kWide - 1));
+  if (row.at >= kWide) {
     *reinterpret_cast<uint16_t*>(at) = value;
   } else {
     *at = static_cast<uint8_t>(value & 0xFFu);

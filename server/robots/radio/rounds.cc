@@ -399,6 +399,7 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
       }
     } else if (turn.answerable) {
       ++counters_.unanswered;
+      entry.right = static_cast<int16_t>(protocol::Reason::kBusy);  // the log takes its time
     }
     round.answers[round.answer_count++] = entry;
   }
