@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Figures of the channel: contention (channel.csv) and rounds (rounds.csv, rounds-gaps.csv).
+"""Figures of the channel: contention (channel.csv), rounds (rounds.csv, rounds-gaps.csv) and bad air
+(air.csv).
 
     figure.py [RESULTS] [--out FOLDER] [--pdf]
 """
@@ -86,7 +87,35 @@ def draw_rounds(rows, gaps):
     return figure
 
 
-FIGURES = {"channel": (draw_channel, "channel.csv"),
+def draw_air(rows):
+    independent = [row for row in rows if row["air"] == "-" or
+                   row["air"] == f"{row['byte_error_percent']:g} %"]
+    shown = [row for row in independent if row["robots"] == 8]
+    timings = style.groups(shown, "turnaround_ms", "adapter_ms")
+    figure, panels = pyplot.subplots(2, len(timings), figsize=(3 * len(timings), 6), squeeze=False)
+    for (rate, gap), ((turnaround, adapter), of_timing) in zip(panels.T, timings.items()):
+        for access, of_access in style.groups(of_timing, "access").items():
+            colour, mark = ACCESS[access]
+            damaged = style.column(of_access, "byte_error_percent")
+            style.whiskers(rate, damaged, of_access, "goodput_per_s", "worst_goodput_per_s",
+                           "goodput_per_s", color=colour, marker=mark, label=access)
+            gap.plot(damaged, [ms / 1000 for ms in style.column(of_access, "longest_gap_ms")],
+                     color=colour, marker=mark, label=access)
+        rate.plot(damaged, style.column(of_access, "b1_per_s"), "--", color=style.GREY, marker="",
+                  label="B_1: one exchange at a time, losses known at once")
+        rate.set_title(f"T_t {turnaround:g} ms, adapter {adapter:g} ms")
+        rate.set_ylim(0, 42)
+        gap.set_ylim(0, 12)
+        gap.set_xlabel("bytes damaged, %")
+    panels[0][0].set_ylabel("answers a second (whisker: worst seed)")
+    panels[1][0].set_ylabel("longest gap between answers, s")
+    figure.suptitle("Eight robots in bad air: one request every 200 ms from each")
+    style.legend_below(figure, panels.flat)
+    return figure
+
+
+FIGURES = {"air": (draw_air, "air.csv"),
+           "channel": (draw_channel, "channel.csv"),
            "rounds": (draw_rounds, "rounds.csv", "rounds-gaps.csv")}
 
 if __name__ == "__main__":
