@@ -138,6 +138,10 @@ TEST(RoundsTest, WhileAChangeWaitsEverySecondTurnIsForAQuery) {
   harness.AnswerRound({{70, 80}}, {kTestId});  // of the pose where it was then
   EXPECT_EQ(14, harness.conversation.state().p_left);
   ASSERT_NE(0u, harness.TurnAfter());
+  harness.SentSense();
+  harness.AnswerRound({{7, 8}}, {kTestId});
+  EXPECT_EQ(7, harness.conversation.state().p_left);
+  ASSERT_NE(0u, harness.TurnAfter());
   EXPECT_EQ(2, harness.SentTrace().seq);
 }
 

@@ -61,9 +61,7 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
     PreferSteering();
   }
   if (opcode != 0 && !IsTag(opcode)) {
-    if (query_ == Query::kDue && odometry != nullptr && MakeFresh(*odometry, &opcode)) {
-      query_ = Query::kMade;
-    } else {
+    if (query_ != Query::kDue || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
       Count(&Counters::duplicates);
       if (query_ == Query::kMade) {
         timers_[kPosed] = 0;
@@ -99,7 +97,9 @@ bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
   const StartPose& start = state().start;
   fresh_length_ = 0;
   uint8_t service = parameters().wide ? protocol::kSenseWide : protocol::kSense;
-  const bool lay_trail = parameters().lay_trail && memory_->opcode == 0;  // one change at a time
+  // One change at a time; after one that was too slow to be steered by, a query once more.
+  const bool lay_trail = parameters().lay_trail && memory_->opcode == 0 && query_ == Query::kNone;
+  query_ = memory_->opcode == 0 ? Query::kNone : Query::kMade;
   if (lay_trail) {
     service = parameters().wide ? protocol::kTraceWide : protocol::kTrace;
     AppendSeq();
@@ -176,6 +176,7 @@ void Conversation::DropPending() {
   if (memory_->opcode != 0) {
     Count(&Counters::lost_traces);
     memory_->opcode = 0;
+    query_ = Query::kNone;
   }
 }
 

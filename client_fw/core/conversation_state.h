@@ -53,7 +53,8 @@ class ConversationState {
     kHelloAnswerSize = protocol::SizeOf<protocol::HelloAnswer>().least
   };
 
-  /// While a change waits, the robot drives on by queries, one after each repetition.
+  /// While a change waits, the robot drives on by queries, one after each repetition, and one more
+  /// when it has been settled.
   enum class Query : uint8_t {
     kNone,  ///< none since the change was made
     kDue,   ///< the server is busy with the change, or has been silent twice

@@ -71,13 +71,41 @@ void ServerStation::Read() {
   held_.clear();
   read_at_ns_ = sim::RadioMedium::kNever;
   service_->Handle(link_, messages, &out);
+  NoteChanges(messages);
   for (const engine::Outgoing& outgoing : out) {
     if (outgoing.message.opcode == protocol::kCommand) {
       channel_.Send(outgoing.message);
     } else {
-      pending_.push_back({now.count() + timing_.delay_ns, now, outgoing.message});
+      const int64_t at_ns = AnswerAt(outgoing.message);
+      const auto later = std::find_if(pending_.begin(), pending_.end(),
+                                      [at_ns](const Pending& it) { return it.at_ns > at_ns; });
+      pending_.insert(later, {at_ns, now, outgoing.message});
     }
   }
+}
+
+// A repetition is on disk when the first was.
+void ServerStation::NoteChanges(const std::vector<protocol::Message>& messages) {
+  if (!timing_.durable_at) {
+    return;
+  }
+  for (const protocol::Message& message : messages) {
+    if (protocol::IsMutating(message.opcode)) {
+      const uint16_t crc = protocol::MessageCrc(message);
+      Change& last = changes_[message.id];
+      if (last.opcode != message.opcode || last.crc != crc) {
+        last = {message.opcode, crc, timing_.durable_at(medium_->now_ns())};
+      }
+    }
+  }
+}
+
+int64_t ServerStation::AnswerAt(const protocol::Message& answer) const {
+  const int64_t at_ns = medium_->now_ns() + timing_.delay_ns;
+  const auto change = changes_.find(answer.id);
+  const bool waits =
+      change != changes_.end() && answer.opcode == (change->second.opcode | protocol::kFromServer);
+  return waits ? std::max(at_ns, change->second.durable_ns) : at_ns;
 }
 
 void ServerStation::Queue(const engine::Outgoing& outgoing) {

@@ -9,6 +9,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -24,6 +26,8 @@ struct ServerTiming {
   bool keyed = false;            ///< the server's modem is keyed by a line, not by the first byte
   int64_t lead_ns = 0;           ///< keyed: from keying to the first byte
   int64_t tail_ns = 0;           ///< keyed: from the last bit to unkeying
+  /// If set: when a change that was read then is on disk, before which it is not answered.
+  std::function<int64_t(int64_t read_ns)> durable_at{};
 };
 
 class ServerStation final : public sim::Station {
@@ -56,6 +60,8 @@ class ServerStation final : public sim::Station {
     protocol::Message message;
   };
 
+  int64_t AnswerAt(const protocol::Message& answer) const;
+  void NoteChanges(const std::vector<protocol::Message>& messages);
   int64_t NextStep();
   void Act();
   void Transmit(radio::Time begin);
@@ -68,7 +74,13 @@ class ServerStation final : public sim::Station {
   radio::Channel channel_;
   std::vector<uint8_t> held_;  // by the adapter
   int64_t read_at_ns_ = sim::RadioMedium::kNever;
-  std::deque<Pending> pending_;
+  std::deque<Pending> pending_;  // by at_ns
+  struct Change {
+    uint8_t opcode = 0;
+    uint16_t crc = 0;
+    int64_t durable_ns = 0;
+  };
+  std::map<uint8_t, Change> changes_;  // the last one of each robot, with durable_at
   int64_t look_at_ns_ = 0;             // at the carrier, again
   std::optional<radio::Time> keyed_;   // when, before the first byte
   int64_t unkeyed_at_ns_ = INT64_MIN;  // after the last one

@@ -92,7 +92,9 @@ TEST(TraceTest, RetryIsTheSameToTheByte) {
   }
   harness.Answer(0, 0);
   ASSERT_TRUE(harness.RunUntilSent());
-  EXPECT_NE(first, harness.wire);
+  harness.SentSense();  // its intensities were old
+  harness.Answer(0, 0);
+  ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(2, harness.SentTrace().seq);
   EXPECT_EQ(harness.pose.x_mm, harness.SentTrace().pose.x);
 }
@@ -124,6 +126,9 @@ TEST(TraceTest, WhileItWaitsTheRobotDrivesOnByQueries) {
   while (harness.sent.opcode == protocol::kSense + 2) {
     ASSERT_TRUE(harness.RunUntilSent());
   }
+  harness.Answer(0, 0);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.SentSense();  // since the intensities of the change were old
   harness.Answer(0, 0);
   ASSERT_TRUE(harness.RunUntilSent());
   EXPECT_EQ(3, harness.SentTrace().seq);
@@ -169,6 +174,9 @@ TEST(TraceTest, AnswerToAnOldPoseSettlesTheRequestButDoesNotSteer) {
   harness.Feed(Harness::AnswerTo(first, 0, 0));
   EXPECT_EQ(1u, harness.counters().stale_answers);
   EXPECT_EQ(kStill, harness.conversation.state().wheels);
+  ASSERT_TRUE(harness.RunUntilSent(8 * kTestSlotMs + 16 + 200));
+  harness.SentSense();
+  harness.Answer(0, 0);
   ASSERT_TRUE(harness.RunUntilSent(8 * kTestSlotMs + 16 + 200));
   EXPECT_EQ(2, harness.SentTrace().seq);
   harness.Answer(0, 0);

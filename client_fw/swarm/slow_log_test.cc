@@ -1,0 +1,98 @@
+// Robots that lay trails, and a log that is slow, and then stuck: they drive on by queries. In
+// virtual time, with the clients' and the server's own code.
+#include <gtest/gtest.h>
+
+#include "client_fw/swarm/channel_model.h"
+#include "client_fw/swarm/path_experiment.h"
+#include "client_fw/swarm/simulation.h"
+
+namespace pheromone::swarm {
+namespace {
+
+constexpr int64_t kMsInNs = 1'000'000;
+constexpr int64_t kSlowSyncMs = 300;
+constexpr int64_t kSlowFromMs = 10'000;
+constexpr int64_t kStuckFromMs = 20'000;
+constexpr int64_t kStuckToMs = 23'000;
+constexpr int64_t kEndMs = 30'000;
+
+// Changes are synced together, each 300 ms; for 3 s, not at all.
+int64_t DurableAt(int64_t read_ns) {
+  const int64_t ms = read_ns / kMsInNs;
+  if (ms < kSlowFromMs || ms >= kStuckToMs) {
+    return read_ns;
+  }
+  return (ms < kStuckFromMs ? (ms / kSlowSyncMs + 1) * kSlowSyncMs : kStuckToMs) * kMsInNs;
+}
+
+struct Outcome {
+  uint32_t stops = 0;    // by the fail-safe
+  uint32_t answers = 0;  // by which robots steer, while the log is stuck
+};
+
+Outcome WithASlowLog(int robots, bool rounds) {
+  ChannelTiming timing;
+  SimulationConfig config;
+  config.engine = EngineConfigOf(PathExperiment{});
+  config.engine.links = {timing.Link("radio-a")};
+  config.server.delay_ns = timing.server_delay_ns;
+  config.server.durable_at = DurableAt;
+  for (int i = 0; i < robots; ++i) {
+    RobotConfig robot;
+    robot.client.id = static_cast<uint8_t>(3 + i);
+    robot.client.boot_counter = static_cast<uint16_t>(7 + i);
+    robot.client.type = 2;
+    robot.client.speed_mm_s = 0;
+    robot.client.period_ms = 200;
+    robot.client.rounds = rounds;
+    robot.client.lay_trail = true;
+    robot.start = {2, 2.5, 0.4};
+    robot.power_on_ms = 61 * i;
+    config.robots.push_back(robot);
+  }
+  Simulation simulation(config);
+  Outcome outcome;
+  const auto stops = [&] {
+    uint32_t sum = 0;
+    for (size_t i = 0; i < simulation.robot_count(); ++i) {
+      sum += simulation.robot(i).counters().fail_safe_stops;
+    }
+    return sum;
+  };
+  const auto answers = [&] {
+    uint32_t sum = 0;
+    for (size_t i = 0; i < simulation.robot_count(); ++i) {
+      const client::Counters counters = simulation.robot(i).counters();
+      sum += counters.answers - counters.stale_answers;
+    }
+    return sum;
+  };
+  simulation.RunTo(kSlowFromMs);
+  const uint32_t stops_before = stops();
+  simulation.RunTo(kStuckFromMs);
+  const uint32_t answers_before = answers();
+  simulation.RunTo(kStuckToMs);
+  outcome.answers = answers() - answers_before;
+  simulation.RunTo(kEndMs);
+  outcome.stops = stops() - stops_before;
+  return outcome;
+}
+
+TEST(SlowLog, RobotsThatLayTrailsNeverStopInRounds) {
+  for (const int robots : {2, 4, 6}) {
+    const Outcome outcome = WithASlowLog(robots, true);
+    EXPECT_EQ(outcome.stops, 0u) << robots;
+    EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;  // in 3 s
+  }
+}
+
+TEST(SlowLog, NorWhereTheyContend) {
+  for (const int robots : {1, 2}) {
+    const Outcome outcome = WithASlowLog(robots, false);
+    EXPECT_EQ(outcome.stops, 0u) << robots;
+    EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::swarm
