@@ -86,6 +86,11 @@ class Conversation : private ConversationState {
   /// The opcode of the request that has not been answered yet, 0: none.
   uint8_t awaited_opcode() const { return phase_ == Phase::kAwaiting ? asked_opcode_ : 0; }
 
+  /// On what it depends whether the next request is a query, for checkers that compare states.
+  uint8_t query_phase() const {
+    return static_cast<uint8_t>(2 * static_cast<uint8_t>(query_) + (attempt_ != 0 ? 1 : 0));
+  }
+
   const RequestState& requests() const { return requests_; }
   /// The server's last HELLO answer; meaningful once there was one.
   protocol::HelloAnswer server() const;

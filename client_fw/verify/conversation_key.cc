@@ -64,6 +64,7 @@ std::string ConversationWorld::Key() const {
   writer.Flag(robot_.state().events != 0);
   writer.Flag(robot_.requests().event_turn);
   writer.U8(robot_.awaited_opcode());
+  writer.U8(robot_.query_phase());
   writer.U8(exchange_.state);
   writer.Flag(exchange_.is_pending);
   if (exchange_.state == client::TagExchange::kAsked) {
