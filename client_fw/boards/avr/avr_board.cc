@@ -17,7 +17,7 @@ void AvrBoard::Start() {
       (cause & (1u << EXTRF | 1u << WDRF)) != 0 && (cause & (1u << PORF | 1u << BORF)) == 0;
   PORTA = 0xFF;
   PORTD = kRadioRxd | kRobotRxd | kCarrier;  // pull-ups: unconnected inputs are idle
-  DDRD = kPtt | kLoad | kLed;
+  DDRD = kPtt | kLed;
   StartUarts();
   StartClock();
   sei();

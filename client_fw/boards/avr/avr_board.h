@@ -39,12 +39,14 @@ class AvrBoard {
   uint32_t millis();
   int robot_get() { return uarts[kRobot].Get(); }
   bool robot_put(uint8_t byte) { return SendRobot(byte); }
+  /// The pin is driven from the first call on: until then a resistor holds its level.
   void set_load(bool hold) {
     if (hold) {
       PORTD |= kLoad;
     } else {
       PORTD &= static_cast<uint8_t>(~kLoad);
     }
+    DDRD |= kLoad;
   }
   void set_led(bool on) {
     if (on) {

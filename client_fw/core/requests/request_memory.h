@@ -1,6 +1,6 @@
 // What must survive a warm reset: the requests, so that each is executed exactly once; the last
-// COMMAND, so that a repetition of it is recognised (protocol/README.md, sections 7 and 8); HALT,
-// values that are not stored, and where on the map odometry starts. A board keeps it in RAM that a
+// COMMAND, so that a repetition of it is recognised (protocol/README.md, sections 7 and 8); HALT and
+// the load, values that are not stored, and where on the map odometry starts. A board keeps it in RAM that a
 // reset does not clear (.noinit):
 //
 //   if (!ram_was_kept || !Trusted(memory)) {
@@ -37,6 +37,7 @@ struct RequestMemory {
   bool has_speed;
   bool in_use;         ///< false: all of this is to be set
   bool halted;         ///< by a COMMAND or an alarm
+  bool load;           ///< it is held
   bool command_known;  ///< ack is of a command that was executed
   uint8_t ack[4];      ///< DATA of the last command's ACK: seq, code, result
   uint8_t seq;     ///< of the last request that had one; before the first, as HELLO's answer said

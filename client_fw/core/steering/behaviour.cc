@@ -28,6 +28,7 @@ Behaviour::Behaviour(const Parameters& parameters, RequestMemory* memory)
       careful_(kCarefulStart),
       state_(parameters, memory->start) {
   state_.flags = kNoAnswerYet;
+  state_.load = memory_->load;
   if (memory_->type != 0) {
     state_.parameters.type = memory_->type;
   }
@@ -67,11 +68,11 @@ Reason Behaviour::Execute(uint8_t code, const uint8_t* arguments) {
       return result;
     }
     case CommandCode::kPickLoad:
-      state_.load = true;
+      memory_->load = state_.load = true;
       Report(BitOf(EventCode::kLoadPicked));
       break;
     case CommandCode::kDropLoad:
-      state_.load = false;
+      memory_->load = state_.load = false;
       Report(BitOf(EventCode::kLoadDropped));
       break;
     case CommandCode::kSetParameter: {

@@ -153,6 +153,30 @@ TEST(HaltTest, ValuesThatAreNotStoredOutliveAWarmResetAndNoPowerLoss) {
   EXPECT_EQ(2, cold.conversation.state().parameters.type);
 }
 
+// And a repetition of the COMMAND, whose ACK was lost, is not acknowledged for nothing.
+TEST(HaltTest, TheLoadOutlivesAWarmResetAndNoPowerLoss) {
+  Harness before;
+  before.GreetAndServe(1000);
+  Commander commander(&before);
+  ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kPickLoad));
+  Harness warm(TestParameters(), 9000, before.memory);
+  EXPECT_TRUE(warm.conversation.state().load);
+  warm.GreetAndServe(1000);
+  protocol::Command again;
+  again.id = kTestId;
+  again.seq = 1;
+  again.code = CommandCode::kPickLoad;
+  warm.FeedEncoded(again);
+  EXPECT_EQ(1u, warm.counters().repeated_commands);
+  EXPECT_TRUE(warm.conversation.state().load);
+  Parameters next = TestParameters();
+  next.boot_counter = 0x1235;
+  Harness cold(next, 9000, before.memory);
+  EXPECT_FALSE(cold.conversation.state().load);
+  ASSERT_EQ(Reason::kNone, commander.Do(CommandCode::kDropLoad));
+  EXPECT_FALSE(Harness(TestParameters(), 9000, before.memory).conversation.state().load);
+}
+
 TEST(HaltTest, AnAlarmHaltsAtOnceIsReportedAndOutlivesItsEndAndAReset) {
   const struct {
     uint8_t alarm;
