@@ -29,7 +29,7 @@ constexpr int kLeastPatience = 4;
 constexpr int kMostPatience = 24;
 constexpr int kLongestWait = 10;  // periods
 constexpr Duration kForgotten = 30s;
-constexpr Duration kOtherIsPresent = 2s;
+constexpr Duration kOtherIsPresent = 5s;
 constexpr uint8_t kLeastSlots = 4;
 constexpr uint8_t kMostSlots = 64;
 constexpr Duration kLongestOpening = 300ms;
@@ -332,13 +332,11 @@ uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
     for (const auto& [id, robot] : robots_) {
       due = std::min(due, robot.due);
     }
-    // Whoever begins in the last slot is heard before the next ROUND is due.
-    const Time until = due - options_.timing.turnaround - 2 * options_.timing.byte;
+    // Simple clients ask when they like, and the ROUND waits for whoever has begun.
     const Time from = now + round_lasts + options_.timing.Idle();
-    const auto slots = until <= from ? 0 : (until - from) / options_.slot;
-    return static_cast<uint8_t>(std::min<int64_t>(slots, protocol::kOpenUntilNextRound));
+    return due - from < ExchangeTime() ? uint8_t{0} : protocol::kOpenUntilNextRound;
   }
-  return now < next_opening_ ? uint8_t{0} : std::max(width_, kLeastSlots);
+  return now < next_opening_ && OthersPresent() == 0 ? uint8_t{0} : std::max(width_, kLeastSlots);
 }
 
 // The next opening follows at once if this one was used, and is wider if there were collisions.
@@ -353,6 +351,11 @@ void Rounds::JudgeOpening(Time now) {
     const auto most = std::clamp<int64_t>(kWidestOpening / options_.slot, kLeastSlots, kMostSlots);
     width_ = static_cast<uint8_t>(std::min<int64_t>(int64_t{2} * open_slots_, most));
   }
+}
+
+// A SENSE and its answer, in a window.
+Duration Rounds::ExchangeTime() const {
+  return options_.response_window + 2 * kLeastFrameBytes * options_.timing.byte;
 }
 
 // Until the first byte of a frame that is begun in the last slot has been read.
@@ -374,12 +377,15 @@ size_t Rounds::MostBytes() const {
                   static_cast<size_t>(std::max(Duration(0), for_bytes) / options_.timing.byte));
 }
 
+int Rounds::OthersPresent() const {
+  return static_cast<int>(std::count_if(others_.begin(), others_.end(), [this](const auto& other) {
+    return last_heard_ - other.second <= kOtherIsPresent;
+  }));
+}
+
 // Each client that only contends gets about as many exchanges as a robot has turns.
 int Rounds::ExchangesAnOpening() const {
-  int present = 0;
-  for (const auto& [id, heard] : others_) {
-    present += last_heard_ - heard <= kOtherIsPresent ? 1 : 0;
-  }
+  const int present = OthersPresent();
   const size_t rounds =
       std::max<size_t>(1, (robots_.size() + protocol::kMaxTurns - 1) / protocol::kMaxTurns);
   return std::max(kNewcomers, present / static_cast<int>(rounds));

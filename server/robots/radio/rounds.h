@@ -120,8 +120,10 @@ class Rounds {
   bool MayGoOn(Time now) const;
   void JudgeOpening(Time now);
   Duration OpeningTime(uint8_t slots) const;
+  Duration ExchangeTime() const;
   Duration TurnTime(size_t bytes) const;
   size_t MostBytes() const;
+  int OthersPresent() const;
   int ExchangesAnOpening() const;
 
   const ChannelOptions options_;

