@@ -36,6 +36,7 @@ client::Parameters WithStart(int speed_mm_s, double y_m, double heading_rad) {
   client::Parameters parameters;
   parameters.boot_counter = 7;
   parameters.buffered_link = true;
+  parameters.rounds = false;
   parameters.start_released = true;
   parameters.fail_safe_ms = 400;  // as pheromone-robot's default
   parameters.speed_mm_s = static_cast<int16_t>(speed_mm_s);

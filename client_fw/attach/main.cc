@@ -16,8 +16,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "client_fw/attach/adapter.h"
 #include "client_fw/attach/attach.h"
 #include "client_fw/attach/connection.h"
+#include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/real_time.h"
 #include "server/base/program.h"
 
@@ -107,6 +109,18 @@ int Run(const Options& options) {
   attach.client.baud = modem_baud;
   // Adapters and networks deliver late and in pieces.
   attach.client.buffered_link = true;
+  const bool serial = attach.modem.kind == Address::Kind::kSerial;
+  attach.client.adapter_ms = serial ? AdapterLatencyMs(attach.modem.text) : uint8_t{0};
+  attach.client.rounds = serial && attach.client.adapter_ms <= kRoundsLatencyMs;
+  if (serial) {
+    SayLine(
+        0, fmt::format("modem {}: its adapter {}, so the robot {}", attach.modem.text,
+                       attach.client.adapter_ms == 0
+                           ? "delivers at once"
+                           : fmt::format("may hold bytes back for {} ms", attach.client.adapter_ms),
+                       attach.client.rounds ? "takes turns if the server grants them"
+                                            : "contends for the channel"));
+  }
   attach.client.gap_timeout_ms = attach.modem.kind == Address::Kind::kSerial ? 50 : 0;
   attach.duration_ms = static_cast<int64_t>(options.seconds * 1000);
   attach.status_every_ms = static_cast<int64_t>(options.status_s * 1000);

@@ -90,7 +90,7 @@ void Conversation::OnSent(uint32_t now_ms) {
   // A HELLO that stays unanswered may be that of a server with slow modems.
   const bool patient = !requests_.greeted && hello_attempt_ != 0;
   const uint8_t window_ms = patient ? kLongestWindowMs : medium_.state().window_ms;
-  timers_[kWindow] = static_cast<uint16_t>(window_ms + 1);
+  timers_[kWindow] = static_cast<uint16_t>(window_ms + 1u + parameters().adapter_ms);
 }
 
 void Conversation::CheckSilence() {

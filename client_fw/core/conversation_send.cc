@@ -28,7 +28,7 @@ void Conversation::Begin(const Odometry* odometry) {
 
 // How often we want a turn, in units of 20 ms; 0: never.
 uint8_t Conversation::RoundPeriod() const {
-  if (!parameters().rounds || parameters().buffered_link) {
+  if (!parameters().rounds) {
     return 0;
   }
   const uint16_t units = parameters().period_ms / 20;

@@ -94,6 +94,18 @@ TEST(ConversationTest, MissIsCountedOneMillisecondAfterTheWindow) {
   EXPECT_EQ(1u, harness.counters().timeouts);
 }
 
+TEST(ConversationTest, AnAdapterOfOurOwnMakesTheWindowLonger) {
+  Parameters parameters = TestParameters();
+  parameters.adapter_ms = 16;
+  Harness harness(parameters);
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.Run(kTestWindowMs + 16);
+  EXPECT_EQ(0u, harness.counters().timeouts);
+  harness.Run(1);
+  EXPECT_EQ(1u, harness.counters().timeouts);
+}
+
 TEST(ConversationTest, AnswerNeedOnlyBeginInTheWindow) {
   Harness harness;
   harness.Greet();

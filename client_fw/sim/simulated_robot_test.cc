@@ -155,6 +155,7 @@ TEST(SimulatedRobotTest, LateAnswerOnABufferedLinkIsDiscarded) {
   World world;
   SimulatedRobotConfig config = RobotConfig();
   config.client.buffered_link = true;
+  config.client.rounds = false;
   SimulatedRobot* robot = world.Add(config);
   world.Run(3000);
   world.server.smell = [](const protocol::WirePose&) {

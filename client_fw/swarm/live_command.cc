@@ -132,6 +132,7 @@ int RunLiveCommand(const LiveOptions& options) {
   swarm.robot.client.speed_mm_s = static_cast<int16_t>(options.speed_mm_s);
   swarm.robot.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
   swarm.robot.client.buffered_link = !options.medium_access;
+  swarm.robot.client.rounds = options.medium_access;
   swarm.robot.client.gap_timeout_ms = kBufferedGapMs;
   swarm.robot.start = StartBeside(path);
 

@@ -10,6 +10,7 @@ namespace {
 Parameters BufferedParameters() {
   Parameters parameters = TestParameters();
   parameters.buffered_link = true;
+  parameters.rounds = false;
   parameters.gap_timeout_ms = protocol::kNoGapTimeout;
   return parameters;
 }

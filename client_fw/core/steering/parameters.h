@@ -23,6 +23,7 @@ struct Parameters : Settings {
   bool pose_lost = false;         ///< a reset has lost the pose: stand until one is given
   uint8_t gap_timeout_ms = 20;    ///< longest silence inside a frame; 0 on links without gaps
   uint8_t first_window_ms = 100;  ///< response window until HELLO's answer gives the server's
+  uint8_t adapter_ms = 0;         ///< for how long our adapter may hold back what it received
   uint32_t baud = 9600;           ///< of the radio, 300 to 4 000 000
   bool wide = false;              ///< 32-bit coordinates
   bool buffered_link = false;     ///< pty, TCP, UDP, USB: answers may be late, so resynchronise

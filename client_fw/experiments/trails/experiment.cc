@@ -210,6 +210,7 @@ Result<TrailsRun> RunTrailsLive(const TrailsBench& bench, const TrailsExperiment
   Watch watch(bench, experiment, random());
   for (RobotConfig& robot : watch.config().robots) {
     robot.client.buffered_link = true;
+    robot.client.rounds = false;
     robot.client.gap_timeout_ms = kBufferedGapMs;
   }
   LiveSwarm live(watch.config(), ports, experiment.timing.adapter_ns);

@@ -84,6 +84,7 @@ SwarmConfig SetUpLive(const Scenario& scenario, LinkKind links) {
   for (RobotConfig& robot : config.robots) {
     robot.client.boot_counter = static_cast<uint16_t>(random());
     robot.client.buffered_link = links == LinkKind::kBuffered;
+    robot.client.rounds &= links != LinkKind::kBuffered;
     robot.client.gap_timeout_ms = kBufferedGapMs;
   }
   return config;
