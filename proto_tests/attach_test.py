@@ -22,7 +22,9 @@ import socket
 import subprocess
 import sys
 import tempfile
+import termios
 import threading
+import tty
 
 from live_daemon import DEADLINE_S, check, wait_until
 from operated_daemon import OperatedDaemon
@@ -309,6 +311,46 @@ def drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed(bin_di
         await_no_session(pioneer)
 
 
+class RatedCable:
+    """A terminal for pheromone-robot that carries bytes to and from the Pioneer's terminal only at one
+    rate; at others, what it sends is garbled, and nothing comes back."""
+
+    def __init__(self, pioneer_pty, speed):
+        self.speed = speed
+        self.inner = os.open(pioneer_pty, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.inner)
+        self.master, self.slave = os.openpty()
+        self.path = os.ttyname(self.slave)
+        threading.Thread(target=self._carry, daemon=True).start()
+
+    def _carry(self):
+        while True:
+            ready, _, _ = select.select((self.inner, self.master), (), ())
+            for port in ready:
+                try:
+                    data = os.read(port, 4096)
+                except OSError:
+                    return
+                fits = termios.tcgetattr(self.slave)[5] == self.speed
+                if port == self.master:
+                    os.write(self.inner, data if fits else bytes(0x55 for _ in data))
+                elif fits:
+                    os.write(self.master, data)
+
+
+def finds_a_robot_that_was_left_at_another_rate(bin_dir, folder):
+    with World(bin_dir, folder) as world:
+        port = folder / "pioneer.pty"
+        pioneer = world.start(Pioneer(bin_dir, "--pty", port))
+        cable = RatedCable(port, termios.B38400)
+        robot = world.robot(cable.path, "radio-a.pty")
+        robot.await_line("no answer at 9600 baud, trying 38400")
+        robot.await_line("session open")
+        robot.await_line("drives")
+        ends(robot, signal.SIGTERM)
+        await_no_session(pioneer)
+
+
 def drives_over_udp(bin_dir, folder):
     with World(bin_dir, folder) as world:
         pioneer = world.start(Pioneer(bin_dir, "--tcp", "0"))
@@ -419,7 +461,8 @@ def main():
     tests = {"others": (says_what_is_wrong_with_the_command_line,
                         says_that_a_robot_that_was_never_there_was_not_stopped, drives_over_udp,
                         does_what_the_readme_says,
-                        drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed),
+                        drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed,
+                        finds_a_robot_that_was_left_at_another_rate),
              "tcp": (follows_a_path_over_tcp_and_goes_on_after_every_cut,)}
     for test in tests[sys.argv[2]] if len(sys.argv) > 2 else tests["others"] + tests["tcp"]:
         print(f"--- {test.__name__}", flush=True)

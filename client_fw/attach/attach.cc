@@ -1,5 +1,6 @@
 #include "client_fw/attach/attach.h"
 
+#include <fmt/format.h>
 #include <poll.h>
 
 #include <array>
@@ -8,6 +9,7 @@
 
 #include "client_fw/attach/attached_robot.h"
 #include "client_fw/attach/connection.h"
+#include "client_fw/attach/rate_search.h"
 #include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/real_time.h"
 
@@ -27,6 +29,7 @@ class Attachment {
         port_(options.robot),
         modem_(options.modem),
         robot_(options.client),
+        rates_(options.robot.baud),
         reporter_(&port_, &modem_, &robot_) {}
 
   bool Run(const volatile std::sig_atomic_t* stop) {
@@ -70,6 +73,7 @@ class Attachment {
       sending_ = false;
       robot_.OnFrameSent();
     }
+    LookForTheRate();
     robot_.Step(static_cast<uint32_t>(now_ms_));
     port_.Write(robot_.TakeCommands(), now_ms_);
     if (const std::vector<uint8_t> frame = robot_.TakeFrame(); !frame.empty()) {
@@ -79,6 +83,18 @@ class Attachment {
     std::array<pollfd, 2> waited = {{{port_.descriptor(), port_.poll_events(), 0},
                                      {modem_.descriptor(), modem_.poll_events(), 0}}};
     poll(waited.data(), waited.size(), 1);
+  }
+
+  void LookForTheRate() {
+    const bool silent =
+        port_.address().kind == Address::Kind::kSerial && port_.up() && !robot_.pioneer().known();
+    const uint32_t before = rates_.rate();
+    if (const uint32_t rate = rates_.Next(silent, now_ms_); rate != 0 && rate != before) {
+      SayLine(now_ms_, fmt::format("robot {}: no answer at {} baud, trying {}",
+                                   port_.address().text, before, rate));
+      port_.SetBaud(rate);
+      robot_.OnRobotConnected();
+    }
   }
 
   bool Leave() {
@@ -102,6 +118,7 @@ class Attachment {
   Connection port_;
   Connection modem_;
   AttachedRobot robot_;
+  RateSearch rates_;
   Reporter reporter_;
   int64_t start_ns_ = MonotonicNs();
   int64_t now_ms_ = 0;

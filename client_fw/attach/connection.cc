@@ -34,6 +34,12 @@ bool IsPseudoTerminal(const std::string& path) {
   return std::filesystem::canonical(path, error).string().starts_with("/dev/pts/");
 }
 
+bool SetSpeed(uint32_t rate, termios* mode) {
+  const auto* const baud = std::find(kBauds.begin(), kBauds.end(), rate);
+  return baud != kBauds.end() &&
+         cfsetspeed(mode, kSpeeds[static_cast<size_t>(baud - kBauds.begin())]) == 0;
+}
+
 std::string SystemMessage(int error) {
   return std::generic_category().message(error);
 }
@@ -90,16 +96,20 @@ Status Connection::OpenSerial() {
   mode.c_cflag |= CLOCAL | CREAD;
   mode.c_cc[VMIN] = 1;  // with 0, an idle line would look like a lost one
   mode.c_cc[VTIME] = 0;
-  const auto* const baud = std::find(kBauds.begin(), kBauds.end(), address_.baud);
-  if (baud == kBauds.end() ||
-      cfsetspeed(&mode, kSpeeds[static_cast<size_t>(baud - kBauds.begin())]) != 0 ||
-      tcsetattr(descriptor_.get(), TCSANOW, &mode) != 0) {
+  if (!SetSpeed(address_.baud, &mode) || tcsetattr(descriptor_.get(), TCSANOW, &mode) != 0) {
     return Error{"cannot be set to " + std::to_string(address_.baud) + " baud"};
   }
   tcflush(descriptor_.get(), TCIOFLUSH);
   paced_ = address_.paced || !IsPseudoTerminal(address_.text);
   ++openings_;
   return Ok();
+}
+
+bool Connection::SetBaud(uint32_t baud) {
+  termios mode = {};
+  address_.baud = baud;
+  return tcgetattr(descriptor_.get(), &mode) == 0 && SetSpeed(baud, &mode) &&
+         tcsetattr(descriptor_.get(), TCSAFLUSH, &mode) == 0;
 }
 
 Status Connection::OpenSocket() {

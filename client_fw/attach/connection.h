@@ -54,6 +54,8 @@ class Connection {
   std::span<const uint8_t> Read(int64_t now_ms);
   /// All in one call of the system: on UDP, one datagram.
   void Write(std::span<const uint8_t> bytes, int64_t now_ms);
+  /// Changes the rate of an open serial port, and of the next one. False: it cannot have this rate.
+  bool SetBaud(uint32_t baud);
   /// Everything written has left, at the bit rate of the line if it has one.
   bool drained(int64_t now_ms) const;
 

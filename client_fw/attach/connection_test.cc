@@ -314,5 +314,24 @@ TEST(Connection, WhatDoesNotFitIsLostAndBlocksNobody) {
   EXPECT_TRUE(connection.up());
 }
 
+TEST(SerialConnection, ItsRateCanBeChangedWhileItIsOpen) {
+  const Cable cable;
+  Address address;
+  address.kind = Address::Kind::kSerial;
+  address.text = cable.name;
+  address.baud = 9600;
+  Connection connection(address);
+  connection.Advance(0);
+  ASSERT_TRUE(connection.up()) << connection.trouble();
+  termios mode = {};
+  ASSERT_EQ(0, tcgetattr(cable.master.get(), &mode));
+  EXPECT_EQ(speed_t{B9600}, cfgetospeed(&mode));
+  EXPECT_TRUE(connection.SetBaud(38'400));
+  ASSERT_EQ(0, tcgetattr(cable.master.get(), &mode));
+  EXPECT_EQ(speed_t{B38400}, cfgetospeed(&mode));
+  EXPECT_EQ(speed_t{B38400}, cfgetispeed(&mode));
+  EXPECT_FALSE(connection.SetBaud(12'345));
+}
+
 }  // namespace
 }  // namespace pheromone::attach
