@@ -1,7 +1,7 @@
 // What must survive a warm reset: the requests, so that each is executed exactly once; the last
-// COMMAND, so that a repetition of it is recognised (protocol/README.md, sections 7 and 8); HALT and
-// the load, values that are not stored, and where on the map odometry starts. A board keeps it in RAM that a
-// reset does not clear (.noinit):
+// COMMAND, so that a repetition of it is recognised (protocol/README.md, sections 7 and 8); HALT
+// and the load, values that are not stored, and where on the map odometry starts. A board keeps it
+// in RAM that a reset does not clear (.noinit):
 //
 //   if (!ram_was_kept || !Trusted(memory)) {
 //     memory = RequestMemory();
