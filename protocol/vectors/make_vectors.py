@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes the protocol's test vectors: crc.txt, frames.txt, fields.txt, streams.txt, net_records.txt.
+"""Writes the protocol's test vectors: crc.txt, frames.txt, fields.txt, streams.txt, traces.txt,
+net_records.txt.
 
     python3 make_vectors.py            write the files, beside this script
     python3 make_vectors.py --check    compare them with what would be written; exit 1 if different
@@ -10,6 +11,7 @@ anything is written. What is about tags is listed in tag_vectors.py, and what ro
 there in net_vectors.py.
 """
 
+import math
 import pathlib
 import sys
 
@@ -295,6 +297,44 @@ STREAMS = [
     ("coded_round_of_nine_rows", ["10 02 FF F5 69", "@ping_nonce"], ["@ping_nonce"]),
 ]
 
+# What client 7 hears on a shared channel and at what time, in ms, the last byte of it; and what it sends
+# when: "MESSAGE from to", when its first byte leaves, or "nothing until". The first piece begins at once, and
+# all times count from its end. The header of traces.txt has the rest.
+
+
+def turns(*ids):
+    return ("ROUND", dict(id=255, number=1, turn_ms=20, turn_bytes=20, slot_ms=3, open_slots=0, left=[],
+                          right=[], turns=list(ids)))
+
+
+OTHERS_SENSE = ("SENSE", dict(id=9, type=2, x=1, y=2, heading=3))
+OTHERS_ANSWER = ("SENSE_ANSWER", dict(id=9, type=2, left=1, right=2))
+HALT = ("COMMAND", dict(id=7, seq=1, code=1))
+OTHERS_HALT = ("COMMAND", dict(id=9, seq=1, code=1))
+
+TRACES = [
+    ("asks_within_its_window", [], ["SENSE 1 80"]),
+    ("request_of_another", [(0, OTHERS_SENSE)], ["nothing 30", "SENSE 31 107"]),
+    ("its_answer_ends_the_window", [(0, OTHERS_SENSE), (19, OTHERS_ANSWER)],
+     ["nothing 20", "SENSE 21 77"]),
+    ("any_frame_ends_the_window", [(0, OTHERS_SENSE), (19, OTHERS_HALT), (27, ("COMMAND_ACK", dict(
+        id=9, seq=1, code=1, result=0)))], ["nothing 27", "SENSE 28 97"]),
+    ("damaged_frame_opens_a_window", [(0, "10 02 09 02 01 00 02 00 03 00 55 55 10 03")],
+     ["nothing 30", "SENSE 31 107"]),
+    ("frame_that_never_ends", [(0, "10 02 09 02 01 00")], ["nothing 20", "SENSE 21 107"]),
+    ("ack_at_once", [(0, HALT)], ["COMMAND_ACK 0 2"]),
+    ("ack_after_three_bytes_with_rounds", [(0, turns()), (27, HALT)], ["COMMAND_ACK 30 33"]),
+    ("ack_in_its_turn", [(0, HALT), (17, turns(7, 7))], ["COMMAND_ACK 0 2"]),
+    ("first_turn", [(0, turns(7))], ["SENSE 1 3"]),
+    ("turn_after_a_frame_that_was_heard", [(0, turns(9, 7)), (18, OTHERS_SENSE)], ["SENSE 18 20"]),
+    ("turn_after_one_who_is_silent", [(0, turns(9, 7))], ["SENSE 21 23"]),
+    ("turn_does_not_wait_for_the_idle_time", [(0, turns(9, 7)), (20, "55")], ["SENSE 21 23"]),
+    ("turn_is_lost_to_an_incomplete_frame", [(0, turns(9, 7)), (20, "10 02 09 02")], ["nothing 97"]),
+    ("turns_in_succession_without_an_ack", [(0, turns(7, 7))], ["SENSE 1 3", "nothing 57"]),
+    ("second_turn_not_in_succession", [(0, turns(7, 9, 7))], ["SENSE 1 3", "nothing 77"]),
+    ("others_have_turns", [(0, turns(9, 3))], ["nothing 197"]),
+]
+
 CRCS = ["", "00", "00 00 00 00", "01", "80", "FF", "10", "31 32 33 34 35 36 37 38 39",
         "01 02 40 6E", "C1 C7 10 02 05 20 11 22", "07 01 E8 03 F4 01 00 00",
         "31 32 33 34 35 36 37 38 39 3D BB", "07 11 41 00 53 B9" + " 00" * 12,
@@ -430,6 +470,28 @@ def streams_file(table):
     return text
 
 
+def traces_file():
+    text = header(
+        "What a client hears on a shared channel, and when it sends.", "",
+        "name | ms: bytes; ... | MESSAGE from to; nothing until; ...", "",
+        "The client has ID 7, asks SENSE of type 2, once in 200 ms, and takes part in rounds. At time 0 it",
+        "has received the answer to its HELLO: slot 3 ms, window 30 ms. 9600 baud: the bytes of a piece",
+        "follow each other, 1.04 ms each, and the last one of them is read at the time that is given. No",
+        "carrier; a gap timeout of 20 ms. Nobody else was heard before. The first column of what is expected",
+        "is in the order of time: a message whose first byte leaves from ... to ..., in ms, or \"nothing\"",
+        "until then. 1 ms more is permitted where a clock has such steps. \"nothing\" counts from the frame",
+        "before, if there is one.")
+    for name, heard, expected in TRACES:
+        data = [bytes.fromhex(piece) if isinstance(piece, str) else wire_of(body_of(*piece))
+                for _, piece in heard]
+        first_ms = math.ceil(len(data[0]) * 10_000 / 9600) if data else 0
+        pieces = [f"{first_ms + at}: {hexadecimal(one)}" for (at, _), one in zip(heard, data)]
+        sent = [" ".join([what, *(str(first_ms + int(ms)) for ms in times)])
+                for what, *times in map(str.split, expected)]
+        text += f"{name} | {'; '.join(pieces) or '-'} | {'; '.join(sent)}\n"
+    return text
+
+
 def net_records_file():
     text = header(
         "Records of nets in blocks of tags, one by one: their bytes, and what a reader says.", "",
@@ -459,6 +521,7 @@ def main(arguments):
         "frames.txt": frames_file(table),
         "fields.txt": fields_file(),
         "streams.txt": streams_file(table),
+        "traces.txt": traces_file(),
         "net_records.txt": net_records_file(),
     }
     here = pathlib.Path(__file__).resolve().parent

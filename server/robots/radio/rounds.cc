@@ -142,7 +142,7 @@ void Rounds::OnAnswered(Time end) {
 // when everybody else is silent.
 bool Rounds::MayGoOn(Time now) const {
   return exchanges_ < ExchangesAnOpening() &&
-         now < turns_end_ + (collided_ && !coded() ? kCrowdedOpening : kLongestOpening);
+         now < turns_end_ + (collided_ && !in_bad_air() ? kCrowdedOpening : kLongestOpening);
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
@@ -344,7 +344,7 @@ void Rounds::JudgeOpening(Time now) {
   if (!used_) {
     next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
     width_ = static_cast<uint8_t>(width_ / 2);
-  } else if (coded()) {
+  } else if (in_bad_air()) {
     // What is damaged need not have collided: those with turns get two thirds of the time.
     next_opening_ = now + 2 * (now - turns_end_);
   } else if (collided_) {

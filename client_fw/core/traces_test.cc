@@ -1,0 +1,124 @@
+// The timed traces of protocol/vectors/traces.txt, played to a conversation.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "client_fw/core/testing/conversation_harness.h"
+#include "protocol/testing/vectors.h"
+
+namespace pheromone {
+namespace client {
+namespace {
+
+constexpr double kByteMs = 10'000.0 / 9600;
+constexpr uint32_t kClockMs = 1;  // the step of ours
+
+struct Expected {
+  std::string what;  // of the names below, or "nothing"
+  uint32_t from_ms = 0;
+  uint32_t to_ms = 0;
+};
+
+struct Trace {
+  std::string name;
+  std::multimap<uint32_t, uint8_t> heard;  // by the time at which it is read
+  std::vector<Expected> expected;
+};
+
+std::vector<Trace> LoadTraces() {
+  std::vector<Trace> traces;
+  testing::internal::ForEachLine("traces.txt", 3, [&](const std::vector<std::string>& columns) {
+    Trace trace;
+    trace.name = columns[0];
+    for (const std::string& piece : testing::internal::Split(columns[1], ';')) {
+      std::istringstream words(piece);
+      uint32_t at_ms = 0;
+      char colon = 0;
+      if (!(words >> at_ms >> colon)) {
+        continue;  // "-"
+      }
+      std::vector<uint8_t> bytes;
+      for (std::string byte; words >> byte;) {
+        bytes.push_back(static_cast<uint8_t>(std::stoul(byte, nullptr, 16)));
+      }
+      for (size_t i = 0; i < bytes.size(); ++i) {
+        const double before = static_cast<double>(bytes.size() - 1 - i) * kByteMs;
+        trace.heard.emplace(static_cast<uint32_t>(at_ms - before), bytes[i]);
+      }
+    }
+    for (const std::string& one : testing::internal::Split(columns[2], ';')) {
+      Expected expected;
+      std::istringstream words(one);
+      words >> expected.what >> expected.from_ms;
+      words >> expected.to_ms;
+      trace.expected.push_back(expected);
+    }
+    traces.push_back(trace);
+  });
+  return traces;
+}
+
+uint8_t OpcodeOf(const std::string& message) {
+  return message == "SENSE" ? uint8_t{0x02} : message == "COMMAND_ACK" ? uint8_t{0x51} : uint8_t{0};
+}
+
+class Player {
+ public:
+  explicit Player(const Trace& trace) : trace_(trace), harness_(TestParameters()) {
+    harness_.Greet();
+    begin_ms_ = harness_.now_ms;
+  }
+
+  void Play() {
+    for (const Expected& expected : trace_.expected) {
+      SCOPED_TRACE(expected.what);
+      if (expected.what == "nothing") {
+        while (Now() < expected.from_ms) {
+          ASSERT_FALSE(Begins()) << Now() << " ms";
+        }
+      } else {
+        while (!Begins()) {
+          ASSERT_LE(Now(), expected.to_ms + kClockMs);
+        }
+        EXPECT_GE(Now() + kClockMs, expected.from_ms);
+        EXPECT_LE(Now(), expected.to_ms + kClockMs);
+        EXPECT_EQ(harness_.sent.opcode, OpcodeOf(expected.what));
+      }
+    }
+  }
+
+ private:
+  uint32_t Now() const { return harness_.now_ms - begin_ms_; }
+
+  // A millisecond; whether a frame begins in it.
+  bool Begins() {
+    const auto [first, last] = trace_.heard.equal_range(Now());
+    for (auto it = first; it != last; ++it) {
+      harness_.FeedByte(it->second);
+    }
+    const bool leaving = harness_.leaving;
+    harness_.Step();
+    return harness_.leaving && !leaving;
+  }
+
+  const Trace& trace_;
+  Harness harness_;
+  uint32_t begin_ms_ = 0;
+};
+
+TEST(Traces, AreFollowed) {
+  const std::vector<Trace> traces = LoadTraces();
+  EXPECT_GE(traces.size(), 15u);
+  for (const Trace& trace : traces) {
+    SCOPED_TRACE(trace.name);
+    Player(trace).Play();
+  }
+}
+
+}  // namespace
+}  // namespace client
+}  // namespace pheromone
