@@ -11,7 +11,8 @@
 // It sends HELLO until the server answers, then one request per period with the current pose
 // (SENSE, or TRACE to deposit a trail). An unanswered request is repeated after a random number of
 // slots, five times, then the next period begins. A TRACE is repeated byte for byte under its seq
-// until it is answered, so that the server executes it once; so is an EVENT, which is sent after
+// until it is answered, so that the server executes it once; while it waits, every second request
+// is a SENSE, by which the robot drives on. So is an EVENT repeated, which is sent after
 // the intensities of a period have arrived. On a buffered link an answer may arrive after its
 // request was abandoned; there a PING is sent after every timeout, and everything before its echo
 // is discarded. Access to the channel is described in protocol/README.md, section 9.
