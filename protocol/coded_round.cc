@@ -21,7 +21,7 @@ size_t EncodeCodedRound(const Message& round, uint8_t* wire) {
   const uint16_t crc = MessageCrc(round);
   data[round.length] = static_cast<uint8_t>(crc & 0xFFu);
   data[round.length + 1] = static_cast<uint8_t>(crc >> 8);
-  uint8_t* const sum = data + kCodedColumns * rows;
+  uint8_t* const sum = data + static_cast<uint8_t>(kCodedColumns * rows);
   for (uint8_t i = 0; i < kCodedColumns * rows; ++i) {
     sum[i / rows] ^= data[i];
   }

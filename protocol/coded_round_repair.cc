@@ -4,7 +4,7 @@ namespace pheromone {
 namespace protocol {
 
 void RepairCodedRound(uint8_t* bytes, uint8_t rows) {
-  uint8_t* sum = bytes + kCodedColumns * rows;
+  uint8_t* sum = bytes + static_cast<uint8_t>(kCodedColumns * rows);
   const uint8_t* p = sum + kCodedColumns;
   uint8_t* beyond = nullptr;  // the row with more damage than one byte
   for (uint8_t row = 0; row <= rows; ++row, ++p) {
@@ -13,7 +13,7 @@ void RepairCodedRound(uint8_t* bytes, uint8_t rows) {
     const uint8_t step = row < rows ? rows : uint8_t{1};
     uint8_t difference = *p;
     uint8_t weighted = 0;
-    uint8_t* at = first + kCodedColumns * step;
+    uint8_t* at = first + static_cast<uint8_t>(kCodedColumns * step);
     do {
       at -= step;
       difference ^= *at;

@@ -10,12 +10,14 @@ namespace {
 
 // A sysfs and a /dev with a port of that name; `latency` is what its driver tells.
 class AdapterTest : public testing::Test {
+ public:
+  ~AdapterTest() override { std::filesystem::remove_all(root_); }
+
  protected:
   AdapterTest() : root_(std::filesystem::path(testing::TempDir()) / "adapter_test") {
     std::filesystem::remove_all(root_);
     std::filesystem::create_directories(root_ / "dev");
   }
-  ~AdapterTest() override { std::filesystem::remove_all(root_); }
 
   uint8_t LatencyOf(const std::string& name, const std::string& latency) {
     const auto device = root_ / "class/tty" / name / "device";

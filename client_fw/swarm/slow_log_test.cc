@@ -47,7 +47,7 @@ Outcome WithASlowLog(int robots, bool rounds) {
     robot.client.rounds = rounds;
     robot.client.lay_trail = true;
     robot.start = {2, 2.5, 0.4};
-    robot.power_on_ms = 61 * i;
+    robot.power_on_ms = int64_t{61} * i;
     config.robots.push_back(robot);
   }
   Simulation simulation(config);

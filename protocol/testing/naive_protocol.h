@@ -102,7 +102,7 @@ inline Bytes NaiveReadCodedRound(const Bytes& code, size_t rows) {
   for (size_t i = 0; i < 8 * rows; ++i) {
     body.push_back(lines[i % rows][i / rows]);
   }
-  const size_t data = 6u + 4u * (body[7] % 16u) + body[7] / 16u;
+  const size_t data = 6 + size_t{4} * (body[7] % 16u) + body[7] / 16u;
   if (data + 2 > 8 * rows) {
     return {};
   }
