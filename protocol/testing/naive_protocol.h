@@ -77,7 +77,7 @@ inline Bytes NaiveReadCodedRound(const Bytes& code, size_t rows) {
     const uint8_t p = code[8 * rows + 8 + row];
     const uint8_t q = code[9 * rows + 9 + row];
     bool good = p_of(line) == p || q_of(line) == q;
-    for (size_t at = 0; at < 8 * 256u && !good; ++at) {
+    for (size_t at = 0; at < size_t{8} * 256 && !good; ++at) {
       Bytes changed = line;
       changed[at / 256] = static_cast<uint8_t>(at % 256);
       if (p_of(changed) == p && q_of(changed) == q) {
