@@ -261,6 +261,9 @@ class Driver {
       Require(!has_round);
     }
     for (size_t i = 0; i + (has_round ? 1 : 0) < messages.size(); ++i) {
+      if (has_round && i != 0 && Same(messages[i], messages[i - 1])) {
+        continue;  // before a coded ROUND, an answer goes out twice
+      }
       const auto asked_at = TakeExact(messages[i]);
       if (asked_at && options_.half_duplex && !has_round) {
         Require(now_ >= *asked_at + options_.timing.EarliestAnswer());
@@ -275,9 +278,13 @@ class Driver {
   void TakeRound(const protocol::Round& round) {
     Require(round.number == static_cast<uint8_t>(number_ + 1));
     Require(round.answer_count == turns_.size());
+    constexpr auto kNotYet = static_cast<int16_t>(protocol::Reason::kBusy);  // nothing here is busy
     for (size_t i = 0; i < turns_.size(); ++i) {
-      if (round.answers[i].left != protocol::kNoIntensities || round.answers[i].right != 0) {
-        TakeAnswer(turns_[i], round.answers[i]);
+      const protocol::RoundAnswer& answer = round.answers[i];
+      if (answer.left == protocol::kNoIntensities && answer.right == kNotYet) {
+        Require(heard_[turns_[i]] > 0);
+      } else if (answer.left != protocol::kNoIntensities || answer.right != 0) {
+        TakeAnswer(turns_[i], answer);
       }
     }
     number_ = round.number;
