@@ -36,6 +36,14 @@ def frames():
             yield name, None if body == "-" else bytes.fromhex(body), bytes.fromhex(wire)
 
 
+def coded_rounds():
+    """(name, pairs of a pause and a byte) of each stream with a coded ROUND."""
+    for line in (ROOT / "protocol/vectors/streams.txt").read_text(encoding="ascii").splitlines():
+        if line.startswith("coded_round"):
+            name, stream, _ = (column.strip() for column in line.split("|"))
+            yield name, b"".join(bytes([0, byte]) for byte in bytes.fromhex(stream))
+
+
 def noises():
     """(name, pairs of a pause and a byte): what no frame alone has."""
     begun = bytes([0, 0x10, 0, 0x02, 0, 0x07])
@@ -247,7 +255,7 @@ def main(folder):
             event = bytes([1, 1, 0, 0, *robot[:2], len(robot) - 2]) + robot[2:]
             (folder / "journal" / name).write_bytes(
                 b"\0" + 2 * (bytes([len(event), 3]) + event + bytes([2, 20, 1, 2])))
-    for name, heard in noises():
+    for name, heard in (*noises(), *coded_rounds()):
         (folder / "decoder" / name).write_bytes(bytes([20]) + heard)
     for name, statement in net_records():
         body = bytes([7, 0x43]) + bytes(21) + statement
