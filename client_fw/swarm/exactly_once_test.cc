@@ -20,7 +20,7 @@
 namespace pheromone::swarm {
 namespace {
 
-constexpr int64_t kMsInNs = 1'000'000;
+constexpr int64_t kNsPerMillisecond = 1'000'000;
 constexpr uint8_t kType = 1;
 constexpr int32_t kCellMm = 100;
 constexpr int kColumns = 300;
@@ -68,7 +68,7 @@ class Changer final : public sim::Station {
   void OnTransmitted(int64_t /*time_ns*/) override { sent_ = true; }
 
   void Step() {
-    const auto now_ms = static_cast<uint32_t>(medium_->now_ns() / kMsInNs);
+    const auto now_ms = static_cast<uint32_t>(medium_->now_ns() / kNsPerMillisecond);
     if (std::exchange(sent_, false)) {
       conversation_->OnSent(now_ms);
     }
@@ -159,7 +159,7 @@ void CheckExactlyOnce(const Air& air) {
   sim::RadioMedium medium(radio);
   engine::VolatileLog log;
   engine::Service service(&log, [&medium] {
-    const auto now_ms = medium.now_ns() / kMsInNs;
+    const auto now_ms = medium.now_ns() / kNsPerMillisecond;
     return engine::ClockReading{static_cast<uint64_t>(now_ms), now_ms};
   });
   const engine::EngineConfig config = ServerConfig(timing);
@@ -171,7 +171,7 @@ void CheckExactlyOnce(const Air& air) {
   }
   std::mt19937_64 random(9);
   for (int64_t ms = 1; ms <= air.duration_ms; ++ms) {
-    server.AdvanceTo(ms * kMsInNs);
+    server.AdvanceTo(ms * kNsPerMillisecond);
     for (Changer& robot : robots) {
       robot.Step();
     }
