@@ -182,7 +182,7 @@ bool Conversation::congested() const {
 }
 
 uint16_t Conversation::PeriodMs() {
-  if (congested() && !HasTurns()) {
+  if (congested() && medium_.rounds()->left_ms() == 0) {
     Count(&Counters::stretched_periods);
     return NeededMs();
   }

@@ -30,6 +30,7 @@ constexpr int kMostPatience = 24;
 constexpr int kLongestWait = 10;  // periods
 constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 5s;
+constexpr Duration kTheirAdapter = 16ms;
 constexpr uint8_t kLeastSlots = 4;
 constexpr uint8_t kMostSlots = 64;
 constexpr Duration kLongestOpening = 300ms;
@@ -358,9 +359,11 @@ Duration Rounds::ExchangeTime() const {
   return options_.response_window + 2 * kLeastFrameBytes * options_.timing.byte;
 }
 
-// Until the first byte of a frame that is begun in the last slot has been read.
+// Until the first byte of a frame that is begun in the last slot has been read. A client without
+// turns may be behind an adapter, and see the opening begin that much later.
 Duration Rounds::OpeningTime(uint8_t slots) const {
-  return slots * Duration(options_.slot) + options_.timing.Idle() + kGuard;
+  const Duration late = OthersPresent() != 0 ? kTheirAdapter : Duration(0);
+  return slots * Duration(options_.slot) + options_.timing.Idle() + late + kGuard;
 }
 
 Duration Rounds::TurnTime(size_t bytes) const {
