@@ -302,13 +302,21 @@ STREAMS = [
 # all times count from its end. The header of traces.txt has the rest.
 
 
-def turns(*ids):
-    return ("ROUND", dict(id=255, number=1, turn_ms=20, turn_bytes=20, slot_ms=3, open_slots=0, left=[],
-                          right=[], turns=list(ids)))
+def turns(*ids, open_slots=0):
+    return ("ROUND", dict(id=255, number=1, turn_ms=20, turn_bytes=20, slot_ms=3, open_slots=open_slots,
+                          left=[], right=[], turns=list(ids)))
+
+
+def dripping(begin_ms, text):
+    """A frame whose bytes come in steps of 15 ms, the first four and the last four together."""
+    data = text.split()
+    pieces = [data[:4], *([byte] for byte in data[4:-4]), data[-4:]]
+    return [(begin_ms + 15 * i, " ".join(piece)) for i, piece in enumerate(pieces)]
 
 
 OTHERS_SENSE = ("SENSE", dict(id=9, type=2, x=1, y=2, heading=3))
 OTHERS_ANSWER = ("SENSE_ANSWER", dict(id=9, type=2, left=1, right=2))
+DAMAGED_SENSE = "10 02 09 02 01 00 02 00 03 00 55 55 10 03"
 HALT = ("COMMAND", dict(id=7, seq=1, code=1))
 OTHERS_HALT = ("COMMAND", dict(id=9, seq=1, code=1))
 
@@ -319,9 +327,19 @@ TRACES = [
      ["nothing 20", "SENSE 21 77"]),
     ("any_frame_ends_the_window", [(0, OTHERS_SENSE), (19, OTHERS_HALT), (27, ("COMMAND_ACK", dict(
         id=9, seq=1, code=1, result=0)))], ["nothing 27", "SENSE 28 97"]),
-    ("damaged_frame_opens_a_window", [(0, "10 02 09 02 01 00 02 00 03 00 55 55 10 03")],
+    ("damaged_frame_opens_a_window", [(0, DAMAGED_SENSE)],
      ["nothing 30", "SENSE 31 107"]),
+    ("eighth_damaged_frame_opens_a_window", [(25 * i, DAMAGED_SENSE) for i in range(8)],
+     ["nothing 205", "SENSE 206 282"]),
+    ("tenth_damaged_frame_opens_none",
+     [*((25 * i, DAMAGED_SENSE) for i in range(9)), (218, DAMAGED_SENSE)],
+     ["nothing 223", "SENSE 224 247"]),
     ("frame_that_never_ends", [(0, "10 02 09 02 01 00")], ["nothing 20", "SENSE 21 107"]),
+    ("frame_that_drips_for_longer_than_the_longest", dripping(0, "10 02 09 02" + " 01" * 24),
+     ["nothing 160", "SENSE 162 210"]),
+    ("silence_begins_the_longest_frame_again",
+     [*dripping(0, DAMAGED_SENSE), *dripping(130, "10 02 09 02 01 00 02 00 03 00 01 02 03 04")],
+     ["nothing 255", "SENSE 256 332"]),
     ("ack_at_once", [(0, HALT)], ["COMMAND_ACK 0 2"]),
     ("ack_after_three_bytes_with_rounds", [(0, turns()), (27, HALT)], ["COMMAND_ACK 30 33"]),
     ("ack_in_its_turn", [(0, HALT), (17, turns(7, 7))], ["COMMAND_ACK 0 2"]),
@@ -333,6 +351,10 @@ TRACES = [
     ("turns_in_succession_without_an_ack", [(0, turns(7, 7))], ["SENSE 1 3", "nothing 57"]),
     ("second_turn_not_in_succession", [(0, turns(7, 9, 7))], ["SENSE 1 3", "nothing 77"]),
     ("others_have_turns", [(0, turns(9, 3))], ["nothing 197"]),
+    ("simple_waits_for_an_opening", [(0, turns(9))], ["nothing 1999"]),
+    ("simple_draws_among_the_slots", [(0, turns(9, open_slots=8))], ["nothing 20", "SENSE 21 49"]),
+    ("simple_contends_in_an_opening_of_255", [(0, turns(9, open_slots=255))],
+     ["nothing 20", "SENSE 21 98"]),
 ]
 
 CRCS = ["", "00", "00 00 00 00", "01", "80", "FF", "10", "31 32 33 34 35 36 37 38 39",
@@ -480,7 +502,8 @@ def traces_file():
         "carrier; a gap timeout of 20 ms. Nobody else was heard before. The first column of what is expected",
         "is in the order of time: a message whose first byte leaves from ... to ..., in ms, or \"nothing\"",
         "until then. 1 ms more is permitted where a clock has such steps. \"nothing\" counts from the frame",
-        "before, if there is one.")
+        "before, if there is one. In traces whose names begin with simple_ the client has sent period 0 in",
+        "HELLO.")
     for name, heard, expected in TRACES:
         data = [bytes.fromhex(piece) if isinstance(piece, str) else wire_of(body_of(*piece))
                 for _, piece in heard]
