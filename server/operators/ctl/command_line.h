@@ -33,6 +33,9 @@ void AddJournalCommands(CLI::App* program, int* exit_status);
 /// net ...: Petri nets in files, without a server.
 void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
+/// modem ...: radio modems on two serial ports, without a server.
+void AddModemCommands(CLI::App* program, int* exit_status);
+
 /// replay: replays recordings.
 void AddReplayCommands(CLI::App* program, int* exit_status);
 

@@ -69,6 +69,7 @@ int Main(int argc, char** argv) {
   AddMapCommands(&app, &status);
   AddJournalCommands(&app, &status);
   AddNetCommands(&app, &options, &status);
+  AddModemCommands(&app, &status);
   AddReplayCommands(&app, &status);
   AddExportCommands(&app, &status);
   try {
