@@ -95,8 +95,7 @@ class Changer final : public sim::Station {
     heard_.clear();
     if (!keeps_memory || !client::Trusted(memory_)) {
       memory_ = client::RequestMemory();
-      ++parameters_.boot_counter;
-      parameters_.boot_counter = static_cast<uint16_t>(parameters_.boot_counter + 0x100);
+      parameters_.boot_counter = static_cast<uint16_t>(parameters_.boot_counter + 0x101);
       open_.reset();  // nobody will ever know
     }
     Boot();

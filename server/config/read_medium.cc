@@ -67,10 +67,12 @@ bool ReadLines(const TableReader& table, LinkConfig* link) {
 bool ReadTimes(const TableReader& table, LinkConfig* link) {
   const bool serial = link->kind == LinkKind::kSerial;
   const bool shared = link->medium_access;
-  const auto turnaround = shared ? table.Integer("turnaround_ms", 0, 200, 2) : 0;
-  const auto adapter =
-      shared ? table.Integer("adapter_latency_ms", 0, 200, serial ? kAdapterLatencyMs : 0) : 0;
-  const auto delay = shared ? table.Integer("server_delay_ms", 0, 200, kServerDelayMs) : 0;
+  const auto turnaround = shared ? table.Integer("turnaround_ms", 0, links::kMostMediumMs, 2) : 0;
+  const auto adapter = shared ? table.Integer("adapter_latency_ms", 0, links::kMostMediumMs,
+                                              serial ? kAdapterLatencyMs : 0)
+                              : 0;
+  const auto delay =
+      shared ? table.Integer("server_delay_ms", 0, links::kMostMediumMs, kServerDelayMs) : 0;
   if (!turnaround || !adapter || !delay) {
     return false;
   }

@@ -14,6 +14,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,7 @@
 #include "server/base/result.h"
 #include "server/operators/ctl/modem_figures.h"
 #include "server/operators/ctl/server_call.h"
+#include "server/robots/links/link_config.h"
 #include "server/robots/links/port.h"
 
 namespace pheromone::ctl {
@@ -37,12 +39,47 @@ constexpr size_t kOneByOne = 30;  // frames with a pause before each
 constexpr size_t kExchanges = 10;
 constexpr size_t kFirstFrames = 5;    // if none of them arrives, none will
 constexpr int64_t kPatienceMs = 300;  // longer than any modem that fits
-constexpr int64_t kPauseMs = 60;      // until everybody listens again
+constexpr unsigned kPauseMs = 60;     // until everybody listens again
 constexpr std::array kPausesMs = {0u, 8u, 32u, 128u};
-constexpr unsigned kMostSettingMs = 200;  // server/config/read_medium.cc
 
 Clock::duration OfMs(double ms) {
   return std::chrono::duration_cast<Clock::duration>(Milliseconds(ms));
+}
+
+using Payload = std::array<uint8_t, protocol::kMaxPing>;
+
+// Tells a frame from others by its number; the rest are bytes of all kinds.
+Payload PayloadOf(uint32_t number) {
+  Payload payload{};
+  for (size_t i = 0; i < payload.size(); ++i) {
+    payload[i] = static_cast<uint8_t>(i < sizeof number ? number >> (8 * i) : number * 31 + 37 * i);
+  }
+  return payload;
+}
+
+std::vector<uint8_t> FrameOf(uint32_t number) {
+  protocol::Ping ping;
+  ping.id = kId;
+  ping.length = protocol::kMaxPing;
+  std::ranges::copy(PayloadOf(number), ping.payload);
+  protocol::Message message;
+  std::vector<uint8_t> wire(protocol::kMaxFrame);
+  Encode(ping, &message);
+  wire.resize(protocol::EncodeFrame(message, wire.data(), wire.size()));
+  return wire;
+}
+
+// 0, which no frame has, if it is none of FrameOf.
+uint32_t NumberOf(const protocol::Message& frame) {
+  protocol::Ping ping;
+  if (!Decode(frame, &ping) || ping.length != protocol::kMaxPing) {
+    return 0;
+  }
+  uint32_t number = 0;
+  for (size_t i = 0; i < sizeof number; ++i) {
+    number |= uint32_t{ping.payload[i]} << (8 * i);
+  }
+  return std::ranges::equal(PayloadOf(number), ping.payload) ? number : 0;
 }
 
 // A port, and what came in through it since Expect.
@@ -66,7 +103,7 @@ class Side {
     decoder_ = protocol::FrameDecoder(protocol::kNoGapTimeout);
     bytes_ = 0;
     chunks_.clear();
-    frames_.clear();
+    numbers_.clear();
   }
 
   Status Read() {
@@ -82,7 +119,7 @@ class Side {
     chunks_.push_back({Milliseconds(Clock::now() - begin_).count(), bytes_});
     for (const uint8_t byte : std::span(buffer).first(static_cast<size_t>(size))) {
       if (decoder_.Push(byte, 0)) {
-        frames_.push_back(decoder_.message());
+        numbers_.insert(NumberOf(decoder_.message()));
       }
     }
     return Ok();
@@ -107,16 +144,7 @@ class Side {
     return Ok();
   }
 
-  // Whether the frame with this number is among those that came.
-  bool Has(uint32_t number) const {
-    return std::any_of(frames_.begin(), frames_.end(), [=](const protocol::Message& frame) {
-      protocol::Ping ping;
-      return Decode(frame, &ping) && ping.length == protocol::kMaxPing &&
-             std::equal(ping.payload, ping.payload + sizeof number,
-                        reinterpret_cast<const uint8_t*>(&number));
-    });
-  }
-
+  bool Has(uint32_t number) const { return numbers_.contains(number); }
   int descriptor() const { return line_.get(); }
   size_t bytes() const { return bytes_; }
   const std::vector<Chunk>& chunks() const { return chunks_; }
@@ -129,24 +157,8 @@ class Side {
   protocol::FrameDecoder decoder_{protocol::kNoGapTimeout};
   size_t bytes_ = 0;
   std::vector<Chunk> chunks_;
-  std::vector<protocol::Message> frames_;
+  std::unordered_set<uint32_t> numbers_;  // of the frames
 };
-
-// A frame that is told from others by its number; the rest of its payload are bytes of all kinds.
-std::vector<uint8_t> FrameOf(uint32_t number) {
-  protocol::Ping ping;
-  ping.id = kId;
-  ping.length = protocol::kMaxPing;
-  for (size_t i = 0; i < protocol::kMaxPing; ++i) {
-    ping.payload[i] =
-        static_cast<uint8_t>(i < sizeof number ? number >> (8 * i) : number * 31 + 37 * i);
-  }
-  protocol::Message message;
-  std::vector<uint8_t> wire(protocol::kMaxFrame);
-  Encode(ping, &message);
-  wire.resize(protocol::EncodeFrame(message, wire.data(), wire.size()));
-  return wire;
-}
 
 struct Way {
   size_t one_by_one = 0;
@@ -212,9 +224,9 @@ class ModemTest {
   }
 
   // Until nobody sends. What comes now was sent by nobody, or late.
-  Status BeQuiet(int64_t pause_ms = kPauseMs) {
+  Status BeQuiet(unsigned pause_ms = kPauseMs) {
     Expect();
-    PHEROMONE_TRY_STATUS(Listen(Clock::now() + OfMs(static_cast<double>(pause_ms))));
+    PHEROMONE_TRY_STATUS(Listen(Clock::now() + OfMs(pause_ms)));
     noise_ += sides_[0].bytes() + sides_[1].bytes();
     Expect();
     return Ok();
@@ -388,8 +400,8 @@ void PrintLink(const ModemTest& test, const ModemTestOptions& options) {
       "= "
       "\"serial\"\nport = \"{}\"\nbaud = {}\nturnaround_ms = {}\nadapter_latency_ms = {}\n",
       options.ports[0], options.baud, turnaround_ms, adapter_ms);
-  if (std::max(turnaround_ms, adapter_ms) > kMostSettingMs) {
-    fmt::print("\nA link takes {} ms at most: these modems do not fit.\n", kMostSettingMs);
+  if (std::max(turnaround_ms, adapter_ms) > links::kMostMediumMs) {
+    fmt::print("\nA link takes {} ms at most: these modems do not fit.\n", links::kMostMediumMs);
   }
   for (const size_t from : {size_t{0}, size_t{1}}) {
     const Way& way = test.way(from);
@@ -410,8 +422,12 @@ void PrintLink(const ModemTest& test, const ModemTestOptions& options) {
 }  // namespace
 
 int TestModems(const ModemTestOptions& options) {
-  fmt::print("1: {}, 2: {}, {} baud, {} frames of about {} bytes each way\n", options.ports[0],
-             options.ports[1], options.baud, kOneByOne + options.frames, FrameOf(1).size());
+  const size_t bytes = FrameOf(1).size();
+  const size_t frames = kOneByOne + kExchanges + options.frames;
+  fmt::print(
+      "1: {}, 2: {}, {} baud, {} frames of about {} bytes each way: {} s or longer\n",
+      options.ports[0], options.ports[1], options.baud, frames, bytes,
+      2 * frames * bytes * 10 / options.baud + 2 * (kOneByOne + kExchanges) * kPauseMs / 1000);
   static_cast<void>(std::fflush(stdout));
   ModemTest test(options);
   if (const Status run = test.Run(); !run.ok()) {

@@ -40,6 +40,9 @@ struct ModemLines {
   bool operator==(const ModemLines&) const = default;
 };
 
+/// At most, each of a shared medium's turnaround, adapter latency and server delay.
+constexpr unsigned kMostMediumMs = 200;
+
 struct LinkConfig {
   std::string name{};
   LinkKind kind = LinkKind::kPty;
