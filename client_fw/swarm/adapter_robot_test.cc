@@ -10,6 +10,7 @@
 #include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
+#include "client_fw/swarm/testing/standing_robots.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -69,12 +70,7 @@ Served Serve(int others, uint8_t adapter_ms, int64_t servers_adapter_ms) {
   config.server.delay_ns = timing.server_delay_ns;
   config.server.adapter_ns = timing.adapter_ns;
   for (int i = 0; i < others; ++i) {
-    RobotConfig robot;
-    robot.client.id = static_cast<uint8_t>(3 + i);
-    robot.client.boot_counter = static_cast<uint16_t>(7 + i);
-    robot.client.type = 2;
-    robot.client.speed_mm_s = 0;
-    robot.start = {2, 2.5, 0.4};
+    RobotConfig robot = StandingRobot(i);
     robot.power_on_ms = int64_t{61} * i;
     config.robots.push_back(robot);
   }
@@ -92,13 +88,6 @@ Served Serve(int others, uint8_t adapter_ms, int64_t servers_adapter_ms) {
     robot = std::make_unique<AdapterRobot>(parameters, medium);
   };
   Simulation simulation(config);
-  const auto others_stops = [&simulation] {
-    uint32_t stops = 0;
-    for (size_t i = 0; i < simulation.robot_count(); ++i) {
-      stops += simulation.robot(i).counters().fail_safe_stops;
-    }
-    return stops;
-  };
   client::Counters before{};
   uint32_t others_before = 0;
   for (int64_t ms = 1; ms <= kWarmMs + kFiveMinutesMs; ++ms) {
@@ -106,12 +95,13 @@ Served Serve(int others, uint8_t adapter_ms, int64_t servers_adapter_ms) {
     robot->Step(ms);
     if (ms == kWarmMs) {
       before = robot->counters();
-      others_before = others_stops();
+      others_before = FailSafeStops(simulation);
     }
   }
   const client::Counters after = robot->counters();
   return {(after.answers - before.answers) * 1000.0 / kFiveMinutesMs,
-          after.fail_safe_stops - before.fail_safe_stops, others_stops() - others_before};
+          after.fail_safe_stops - before.fail_safe_stops,
+          FailSafeStops(simulation) - others_before};
 }
 
 // It asks for five answers per second; two in three of them is the least.

@@ -5,6 +5,7 @@
 #include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
+#include "client_fw/swarm/testing/standing_robots.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -38,27 +39,14 @@ Outcome WithASlowLog(int robots, bool rounds) {
   config.server.delay_ns = timing.server_delay_ns;
   config.server.durable_at = DurableAt;
   for (int i = 0; i < robots; ++i) {
-    RobotConfig robot;
-    robot.client.id = static_cast<uint8_t>(3 + i);
-    robot.client.boot_counter = static_cast<uint16_t>(7 + i);
-    robot.client.type = 2;
-    robot.client.speed_mm_s = 0;
-    robot.client.period_ms = 200;
+    RobotConfig robot = StandingRobot(i);
     robot.client.rounds = rounds;
     robot.client.lay_trail = true;
-    robot.start = {2, 2.5, 0.4};
     robot.power_on_ms = int64_t{61} * i;
     config.robots.push_back(robot);
   }
   Simulation simulation(config);
   Outcome outcome;
-  const auto stops = [&] {
-    uint32_t sum = 0;
-    for (size_t i = 0; i < simulation.robot_count(); ++i) {
-      sum += simulation.robot(i).counters().fail_safe_stops;
-    }
-    return sum;
-  };
   const auto answers = [&] {
     uint32_t sum = 0;
     for (size_t i = 0; i < simulation.robot_count(); ++i) {
@@ -68,13 +56,13 @@ Outcome WithASlowLog(int robots, bool rounds) {
     return sum;
   };
   simulation.RunTo(kSlowFromMs);
-  const uint32_t stops_before = stops();
+  const uint32_t stops_before = FailSafeStops(simulation);
   simulation.RunTo(kStuckFromMs);
   const uint32_t answers_before = answers();
   simulation.RunTo(kStuckToMs);
   outcome.answers = answers() - answers_before;
   simulation.RunTo(kEndMs);
-  outcome.stops = stops() - stops_before;
+  outcome.stops = FailSafeStops(simulation) - stops_before;
   return outcome;
 }
 

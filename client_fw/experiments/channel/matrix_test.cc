@@ -9,6 +9,7 @@
 #include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
+#include "client_fw/swarm/testing/standing_robots.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -50,14 +51,8 @@ SimulationConfig ConfigOf(const Case& it, int robots) {
   config.server.keyed = timing.keyed;
   config.server.lead_ns = timing.lead_ns;
   for (int i = 0; i < robots; ++i) {
-    RobotConfig robot;
-    robot.client.id = static_cast<uint8_t>(3 + i);
-    robot.client.boot_counter = static_cast<uint16_t>(7 + i);
-    robot.client.type = 2;
-    robot.client.speed_mm_s = 0;
-    robot.client.period_ms = 200;
+    RobotConfig robot = StandingRobot(i);
     robot.client.rounds = robots > 1;
-    robot.start = {2, 2.5, 0.4};
     robot.power_on_ms = 130 * i;
     config.robots.push_back(robot);
   }
