@@ -10,6 +10,7 @@
 // Board is what client_fw/core/robot.h and pioneer_drive.h ask for, and
 //   uint8_t id();                                   what the robot is called, 1-254
 //   uint32_t radio_baud();                          bit rate of the radio
+//   void set_keying(uint16_t lead_ms, uint16_t tail_ms);   of the radio's transmitter, once
 //   bool ram_was_kept();                            the last reset was warm
 //   bool load_settings(uint8_t* to, uint8_t size);  as they were saved last; false if never. To be
 //                                                   called once, before save_settings.
@@ -105,6 +106,7 @@ __attribute__((noreturn)) void RunFirmware(Board* board, WarmMemory* memory) {
   parameters.boot_counter = requests->nonce;
   parameters.id = board->id();
   parameters.baud = board->radio_baud();
+  board->set_keying(parameters.ptt_lead_ms, parameters.ptt_tail_ms);
   // In static memory, so that the budget counts them; constructed here, because they need
   // arguments.
   using Drive = PioneerDrive<Board>;

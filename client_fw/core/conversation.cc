@@ -39,8 +39,8 @@ Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
 }
 
 // Advances the timers.
-void Conversation::Advance(uint32_t now_ms) {
-  const uint32_t passed_ms = static_cast<uint32_t>(now_ms - now_ms_);
+void Conversation::Advance(Moment now_ms) {
+  const Moment passed_ms = now_ms - now_ms_;
   now_ms_ = now_ms;
   const uint16_t elapsed_ms =
       passed_ms < kLongestStepMs ? static_cast<uint16_t>(passed_ms) : kLongestStepMs;
@@ -49,7 +49,7 @@ void Conversation::Advance(uint32_t now_ms) {
   medium_.Advance(elapsed_ms);
 }
 
-PHEROMONE_OUTLINED void Conversation::Poll(uint32_t now_ms, const Odometry* odometry,
+PHEROMONE_OUTLINED void Conversation::Poll(Moment now_ms, const Odometry* odometry,
                                            bool channel_busy) {
   Advance(now_ms);
   if (odometry != nullptr && !behaviour_.Locate(*odometry)) {
@@ -83,7 +83,7 @@ PHEROMONE_OUTLINED void Conversation::Poll(uint32_t now_ms, const Odometry* odom
   }
 }
 
-void Conversation::OnSent(uint32_t now_ms) {
+void Conversation::OnSent(Moment now_ms) {
   Advance(now_ms);
   tx_size_ = 0;
   medium_.OnSent();

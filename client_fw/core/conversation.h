@@ -30,6 +30,7 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/conversation_state.h"
 #include "client_fw/core/counters.h"
 #include "client_fw/core/medium/medium_access.h"
@@ -60,12 +61,12 @@ class Conversation : private ConversationState {
   }
 
   /// A byte from the radio, read at `now_ms`. After a transmission, call OnSent first.
-  void OnByte(uint8_t byte, uint32_t now_ms);
+  void OnByte(uint8_t byte, Moment now_ms);
 
   /// Advances to `now_ms`. `odometry` is the drive's at that time, or null while there is none;
   /// then no intensities are requested. `channel_busy`: the radio detects a carrier; no
   /// transmission begins meanwhile.
-  void Poll(uint32_t now_ms, const Odometry* odometry, bool channel_busy);
+  void Poll(Moment now_ms, const Odometry* odometry, bool channel_busy);
 
   /// What the robot does; and what is to be told to it, before Poll.
   const BehaviourState& state() const { return behaviour_.state(); }
@@ -75,7 +76,7 @@ class Conversation : private ConversationState {
   const uint8_t* tx() const { return tx_; }
   uint8_t tx_size() const { return tx_size_; }
   /// The last byte of tx() has left.
-  void OnSent(uint32_t now_ms);
+  void OnSent(Moment now_ms);
 
   /// Sends the request of TAG in `exchange` until it is answered, refused or dropped, one at a
   /// time, between the requests for intensities. `exchange` is to outlive that.
@@ -104,7 +105,7 @@ class Conversation : private ConversationState {
   enum : uint8_t { kPingSize = 4 };  // nonce and number
 
   // Time and the channel: conversation.cc.
-  void Advance(uint32_t now_ms);
+  void Advance(Moment now_ms);
   void CheckSilence();
   void OnMiss();
   void Retry();
@@ -174,7 +175,7 @@ class Conversation : private ConversationState {
   void TellCounter(uint8_t id);
   const Parameters& parameters() const { return behaviour_.state().parameters; }
 
-  void Count(uint32_t Counters::*which) {
+  void Count(unsigned Counters::*which) {
     if (kAllCounters || which == &Counters::requests || which == &Counters::timeouts) {
       ++(counters_.*which);
     }

@@ -10,7 +10,7 @@ using protocol::Reason;
 
 }  // namespace
 
-PHEROMONE_OUTLINED void Conversation::OnByte(uint8_t byte, uint32_t now_ms) {
+PHEROMONE_OUTLINED void Conversation::OnByte(uint8_t byte, Moment now_ms) {
   Advance(now_ms);
   if (medium_.Hear(byte, phase_ == Phase::kAwaiting) == protocol::FrameParser::kFrame) {
     OnFrame();
@@ -220,13 +220,16 @@ void Conversation::OnCommand(const uint8_t* data, uint8_t length) {
 
 // Where the value that was asked for is one of ours. These are counted also without kAllCounters.
 void Conversation::TellCounter(uint8_t id) {
-  const uint32_t* const counter = id == kRequestCount    ? &counters_.requests
-                                  : id == kTimeoutCount  ? &counters_.timeouts
-                                  : id == kCrcErrorCount ? &decoder_counters().crc_errors
-                                                         : nullptr;
-  if (counter != nullptr) {
-    behaviour_.Tell(static_cast<uint16_t>(*counter & UINT16_MAX));
+  static_assert(kTimeoutCount == kRequestCount + 1 && kCrcErrorCount == kRequestCount + 2,
+                "they are tested as a range");
+  if (id < kRequestCount || id > kCrcErrorCount) {
+    return;
   }
+  const unsigned value = id == kRequestCount ? counters_.requests
+                         : id == kTimeoutCount
+                             ? counters_.timeouts
+                             : static_cast<unsigned>(decoder_counters().crc_errors);
+  behaviour_.Tell(static_cast<uint16_t>(value & UINT16_MAX));
 }
 
 Counters Conversation::counters() const {

@@ -64,7 +64,7 @@ void Conversation::CheckTurns(const Odometry* odometry) {
   if (medium_.rounds()->left_ms() == 0) {
     LeaveRounds();
   }
-  const Rounds::Turn turn = medium_.rounds()->TurnDue(medium_.state().clear);
+  const Rounds::Turn turn = medium_.rounds()->TurnDue(medium_.state().receiving);
   if (turn == Rounds::kDue) {
     TakeTurn(odometry);
   } else if (turn == Rounds::kMissed) {

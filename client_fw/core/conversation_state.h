@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "client_fw/core/base/angle.h"
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/requests/request_memory.h"
 #include "client_fw/core/requests/tag_exchange.h"
 #include "protocol/fields.h"
@@ -78,7 +79,7 @@ class ConversationState {
   uint8_t tag_bytes_;    // of the frame with this request of TAG; 0: not known
   BinaryAngle heading_;  // of the last request for intensities
   uint16_t pings_;
-  uint32_t now_ms_;
+  Moment now_ms_;
   uint16_t timers_[kTimers];
   uint8_t fresh_length_;
   uint8_t fresh_[kMaxPending];        // DATA of a request in the making; of one without a seq

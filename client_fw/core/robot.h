@@ -11,7 +11,7 @@
 //                                modems require.
 //   bool radio_tx_idle();        every byte put has left, its stop bit included
 //   bool channel_busy();         carrier detected, or bytes of our own still leaving
-//   uint32_t millis();       a clock; may wrap
+//   Moment millis();             a clock (run_down.h)
 //   void set_load(bool);         holds or releases the load; called at each Step
 //   void set_led(bool);          switches the LED (status_led.h); called at each Step
 //   void save_settings(const uint8_t*, uint8_t size);
@@ -26,7 +26,7 @@
 //   const DriveStatus& status();  what else there is to tell
 //
 // Task: what the robot does besides following pheromones, such as Cleaner. NoTask: nothing.
-//   void Step(uint32_t now_ms, const Odometry* odometry, Conversation*);
+//   void Step(Moment now_ms, const Odometry* odometry, Conversation*);
 //                                after each Poll, with the same odometry; it may Ask
 //   WheelSpeeds Wheels(const Conversation&);
 //   bool HoldsLoad();            besides COMMANDs
@@ -38,6 +38,7 @@
 #include <stdint.h>
 
 #include "client_fw/core/base/angle.h"
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/conversation.h"
 #include "client_fw/core/status_led.h"
 #include "client_fw/core/steering/range_limit.h"
@@ -51,7 +52,7 @@ constexpr uint16_t kRepeatWheelsMs = 250;
 
 /// It follows pheromones.
 struct NoTask {
-  void Step(uint32_t /*now_ms*/, const Odometry* /*odometry*/, Conversation* /*conversation*/) {}
+  void Step(Moment /*now_ms*/, const Odometry* /*odometry*/, Conversation* /*conversation*/) {}
   WheelSpeeds Wheels(const Conversation& conversation) const { return conversation.state().wheels; }
   bool HoldsLoad() const { return false; }
 };
@@ -65,7 +66,7 @@ class Robot {
       : board_(board), drive_(drive), conversation_(parameters, memory), task_(task) {}
 
   void Step() {
-    const uint32_t now_ms = board_->millis();
+    const Moment now_ms = board_->millis();
     // First the end of our own frame, then the bytes received after it.
     if (put_ != 0 && put_ == conversation_.tx_size() && board_->radio_tx_idle()) {
       put_ = 0;

@@ -46,6 +46,22 @@ void RadioMedium::Transmit(int station, std::span<const uint8_t> bytes) {
   }
 }
 
+void RadioMedium::Key(int station, bool on) {
+  const auto number = static_cast<size_t>(station);
+  Transmitter& transmitter = transmitters_[number];
+  if (transmitter.keyed == on) {
+    return;
+  }
+  transmitter.keyed = on;
+  if (!transmitter.on_air) {
+    if (on) {
+      Radiate(number);
+    } else {
+      FallSilent(number);
+    }
+  }
+}
+
 void RadioMedium::AdvanceTo(int64_t time_ns) {
   assert(time_ns >= now_ns_);
   for (;;) {
@@ -90,7 +106,7 @@ int64_t RadioMedium::NextEventTime() const {
 }
 
 bool RadioMedium::Busy(int station) const {
-  if (Sending(station)) {
+  if (Sending(station) || transmitters_[static_cast<size_t>(station)].keyed) {
     return true;
   }
   if (config_.carrier_detect) {
@@ -133,9 +149,10 @@ int64_t RadioMedium::EventTimeOf(const Transmitter& transmitter) const {
 
 // Whether the station is on the air now and will be in the next instant.
 bool RadioMedium::GoesOn(const Transmitter& transmitter) const {
-  return transmitter.on_air &&
-         (EventTimeOf(transmitter) > now_ns_ || transmitter.blocks.size() > 1 ||
-          transmitter.byte + 1 < transmitter.blocks.front().bytes.size());
+  return transmitter.keyed ||
+         (transmitter.on_air &&
+          (EventTimeOf(transmitter) > now_ns_ || transmitter.blocks.size() > 1 ||
+           transmitter.byte + 1 < transmitter.blocks.front().bytes.size()));
 }
 
 void RadioMedium::BeginBlock(Transmitter* transmitter, int64_t start_ns) {
@@ -146,6 +163,16 @@ void RadioMedium::BeginBlock(Transmitter* transmitter, int64_t start_ns) {
 }
 
 void RadioMedium::GoOnAir(size_t number) {
+  if (!transmitters_[number].keyed) {
+    Radiate(number);
+  }
+  transmitters_[number].on_air = true;
+  MeetOthers(number);
+  StartBlock(number);
+}
+
+// From now on others' bytes are mangled, and the channel is in use.
+void RadioMedium::Radiate(size_t number) {
   for (size_t i = 0; i < transmitters_.size(); ++i) {
     Transmitter& other = transmitters_[i];
     // A byte of another station that ends at this instant is over before this station begins.
@@ -153,13 +180,18 @@ void RadioMedium::GoOnAir(size_t number) {
       other.met[number] = true;
     }
   }
-  MeetOthers(number);
-  transmitters_[number].on_air = true;
   ShowCarrier(number, true);
   if (on_air_++ == 0) {
     busy_since_ns_ = now_ns_;
   }
-  StartBlock(number);
+}
+
+void RadioMedium::FallSilent(size_t number) {
+  ShowCarrier(number, false);
+  transmitters_[number].deaf_until_ns = now_ns_;
+  if (--on_air_ == 0) {
+    busy_ns_ += now_ns_ - busy_since_ns_;
+  }
 }
 
 // A byte begins: the stations with which it overlaps from the start.
@@ -215,10 +247,8 @@ void RadioMedium::EndByte(size_t number) {
     return;
   }
   transmitter.on_air = false;
-  ShowCarrier(number, false);
-  transmitter.deaf_until_ns = now_ns_;
-  if (--on_air_ == 0) {
-    busy_ns_ += now_ns_ - busy_since_ns_;
+  if (!transmitter.keyed) {
+    FallSilent(number);
   }
   transmitter.station->OnTransmitted(now_ns_);
 }
@@ -228,7 +258,8 @@ void RadioMedium::Deliver(const Arrival& arrival) {
   std::vector<size_t> listeners;
   for (size_t i = 0; i < transmitters_.size(); ++i) {
     const Transmitter& listener = transmitters_[i];
-    const bool deaf = !listener.blocks.empty() || listener.deaf_until_ns > arrival.begin_ns;
+    const bool deaf =
+        !listener.blocks.empty() || listener.keyed || listener.deaf_until_ns > arrival.begin_ns;
     const bool lost = i < arrival.lost_for.size() && arrival.lost_for[i];
     if (Hears(i, arrival.from) && !deaf && !lost) {
       listeners.push_back(i);

@@ -11,8 +11,9 @@
 //  * a block given to Transmit is on the air from the station's turnaround later, ten bits a byte,
 //    without gaps; what is given while the station is still sending follows directly;
 //  * everything arrives `propagation_ns` after it left, at every listener alike;
-//  * from Transmit until its last byte is sent, a station receives nothing, not even a byte of
-//    which it missed a part;
+//  * from Transmit until its last byte is sent, and while it is keyed, a station receives nothing,
+//    not even a byte of which it missed a part;
+//  * a transmitter that is keyed by a line is on the air from Key to Key, whatever it sends;
 //  * a byte arrives mangled at a listener if another station in its range was on the air meanwhile,
 //    however briefly. Two stations hidden from each other may thus collide at a third without
 //    noticing. There is no capture effect: the nearer of two stations is not received either,
@@ -44,6 +45,12 @@ class Station {
   virtual void OnByte(uint8_t byte, int64_t time_ns) = 0;
   /// The last byte of everything given to Transmit was sent.
   virtual void OnTransmitted(int64_t time_ns) = 0;
+};
+
+/// A transmitter that is keyed by a line.
+struct KeyedModem {
+  int64_t rise_ns = 0;  ///< from being keyed until it can send
+  int64_t hold_ns = 0;  ///< a bit leaves so long after it came
 };
 
 struct RadioConfig {
@@ -87,6 +94,9 @@ class RadioMedium {
   /// Sends `bytes`, which are copied; none is a no-op.
   void Transmit(int station, std::span<const uint8_t> bytes);
 
+  /// Keys the station's transmitter, or ends that; with bytes on the air, after these.
+  void Key(int station, bool on);
+
   /// Processes all events up to and including `time_ns`, which is not before now.
   void AdvanceTo(int64_t time_ns);
 
@@ -95,7 +105,7 @@ class RadioMedium {
   int64_t NextEventTime() const;
 
   /// Carrier as reported by the station's modem: another station in its range is on the air (with
-  /// carrier detect), or the station itself is sending.
+  /// carrier detect), or the station itself is sending or keyed.
   bool Busy(int station) const;
   /// From Transmit to the last byte.
   bool Sending(int station) const;
@@ -121,6 +131,7 @@ class RadioMedium {
     int64_t turnaround_ns = 0;
     Stations hidden;           // from it
     std::deque<Block> blocks;  // the first is on the air, or will be
+    bool keyed = false;
     bool on_air = false;
     int64_t start_ns = 0;       // of the first block
     int64_t byte_start_ns = 0;  // of the byte in progress
@@ -149,6 +160,8 @@ class RadioMedium {
   int64_t EventTimeOf(const Transmitter& transmitter) const;
   bool GoesOn(const Transmitter& transmitter) const;
   void GoOnAir(size_t number);
+  void Radiate(size_t number);
+  void FallSilent(size_t number);
   void EndByte(size_t number);
   void BeginBlock(Transmitter* transmitter, int64_t start_ns);
   void StartBlock(size_t number);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/robot.h"
 #include "client_fw/core/tasks/cleaner.h"
 #include "client_fw/core/tasks/forager.h"
@@ -33,7 +34,8 @@ class SimulatedTask {
     }
   }
 
-  void Step(uint32_t now_ms, const client::Odometry* odometry, client::Conversation* conversation) {
+  void Step(client::Moment now_ms, const client::Odometry* odometry,
+            client::Conversation* conversation) {
     if (cleaner_) {
       cleaner_->Step(now_ms, odometry, conversation);
     } else if (forager_) {

@@ -30,6 +30,7 @@ std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& config,
   avr.id = config.client.id;
   avr.pioneer = PioneerOf(config);
   avr.start = config.start;
+  avr.keyed = config.keyed;
   return std::make_unique<sim::AvrRobot>(avr, medium);
 }
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <iostream>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client_fw/swarm/channel_model.h"
@@ -176,6 +178,85 @@ TEST(AvrRobots, ImagesTakeTheirTurnsAmongOthers) {
   EXPECT_GE(least * kRobots, 0.95 * all);
   std::cout << all / 20.0 << " exchanges a second, " << all / 20.0 / kPeak << " of C_1; "
             << least * kRobots / static_cast<double>(all) << " of the mean at least\n";
+}
+
+// Three images and a server whose transmitters are all keyed by a line, and need 40 ms from that to
+// the first bit, and 10 ms from the last one.
+class KeyedImages {
+ public:
+  KeyedImages(uint16_t lead_ms, uint16_t tail_ms) {
+    constexpr int64_t kMs = 1'000'000;
+    SimulationConfig config;
+    config.engine = Example().engine;
+    ChannelTiming timing;
+    timing.turnaround_ns = 53 * kMs;  // with the two above, and a simulated modem's steps
+    timing.keyed = true;
+    timing.lead_ns = 40 * kMs;
+    config.engine.links = {timing.Link("radio-a")};
+    config.radio.turnaround_ns = timing.turnaround_ns;
+    config.server.keyed = true;
+    config.server.lead_ns = timing.lead_ns;
+    config.server.tail_ns = 10 * kMs;
+    for (int i = 0; i < kRobots; ++i) {
+      RobotConfig robot;
+      robot.client = Example().groups[0].client;
+      robot.client.id = static_cast<uint8_t>(i + 1);
+      robot.client.boot_counter = static_cast<uint16_t>(100 + i);
+      robot.client.speed_mm_s = 0;
+      robot.client.ptt_lead_ms = lead_ms;
+      robot.client.ptt_tail_ms = tail_ms;
+      robot.start = {1.5 + 0.1 * i, 2, 0};
+      robot.image = BuiltAvrImage();
+      robot.keyed = sim::KeyedModem{40 * kMs, 10 * kMs};
+      robot.pioneer = sim::FindPioneerModel("p3dx");
+      config.robots.push_back(robot);
+    }
+    simulation.emplace(config);
+    simulation->RunTo(10'000);
+    early_answers = Answers();
+    early = simulation->server().decoder_counters();
+    early_rounds = simulation->server().counters().rounds;
+    simulation->RunTo(30'000);
+  }
+
+  uint32_t Answers() const {
+    uint32_t all = 0;
+    for (size_t i = 0; i < kRobots; ++i) {
+      all += simulation->robot(i).counters().answers;
+    }
+    return all;
+  }
+
+  static constexpr int kRobots = 3;
+  std::optional<Simulation> simulation;
+  uint32_t early_answers = 0;  // of the first ten seconds, in which they find each other
+  protocol::DecoderCounters early;
+  radio::RoundCounters early_rounds;
+};
+
+TEST(AvrRobots, ImagesWithKeyedTransmittersLoseNoByteOfTheirsOrTheServers) {
+  const KeyedImages images(40, 10);
+  const protocol::DecoderCounters& heard = images.simulation->server().decoder_counters();
+  const radio::RoundCounters rounds = images.simulation->server().counters().rounds;
+  const uint32_t answers = images.Answers() - images.early_answers;
+  const uint64_t turns = rounds.turns - images.early_rounds.turns;
+  std::cout << answers / 20.0 << " exchanges a second of three keyed robots, " << turns
+            << " turns\n";
+  EXPECT_GT(turns, 100u);
+  EXPECT_EQ(images.early_rounds.missed, rounds.missed);
+  EXPECT_NEAR(static_cast<double>(turns), heard.frames - images.early.frames, KeyedImages::kRobots);
+  EXPECT_EQ(images.early.crc_errors, heard.crc_errors);
+  EXPECT_EQ(images.early.ignored_bytes, heard.ignored_bytes);
+  EXPECT_NEAR(static_cast<double>(turns), answers, KeyedImages::kRobots);
+}
+
+TEST(AvrRobots, ALeadOrTailThatIsTooShortDamagesEveryFrame) {
+  for (const auto& [lead_ms, tail_ms] : {std::pair(39, 10), std::pair(40, 9)}) {
+    const KeyedImages images(static_cast<uint16_t>(lead_ms), static_cast<uint16_t>(tail_ms));
+    EXPECT_EQ(0u, images.Answers()) << lead_ms << ' ' << tail_ms;
+    EXPECT_EQ(0u, images.simulation->server().decoder_counters().frames);
+    EXPECT_GT(images.simulation->medium().counters().blocks, 0u);
+  }
 }
 
 }  // namespace

@@ -10,11 +10,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "client_fw/sim/mobile_robot.h"
 #include "client_fw/sim/pioneer/pioneer_models.h"
 #include "client_fw/sim/pioneer/pioneer_robot.h"
+#include "client_fw/sim/radio_medium.h"
 #include "client_fw/sim/simulated_robot.h"
 
 namespace pheromone::swarm {
@@ -25,6 +27,7 @@ namespace pheromone::swarm {
 struct RobotConfig : sim::SimulatedRobotConfig {
   const sim::PioneerModel* pioneer = nullptr;  ///< null: an ideal differential drive
   std::string image = {};                      ///< of an AVR, which needs a Pioneer; empty: none
+  std::optional<sim::KeyedModem> keyed = {};   ///< of an AVR; none: it keys itself
   sim::RangeFinder range = {};                 ///< of a Pioneer's sonars and bumpers; may be empty
   double radius_m = 0.25;                      ///< of the disc that `drive.blocked` stops
 };

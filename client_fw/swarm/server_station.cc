@@ -44,15 +44,7 @@ ServerStation::ServerStation(engine::Service* service, engine::LinkIndex link,
       number_(medium->AddStation(this, timing.keyed ? std::optional<int64_t>(0) : std::nullopt)),
       link_(link) {}
 
-// A transmitter that is keyed receives nothing, though it sends no bytes yet, or no more.
-bool ServerStation::IsDeaf(int64_t byte_begin_ns) const {
-  return keyed_.has_value() || byte_begin_ns < unkeyed_at_ns_;
-}
-
 void ServerStation::OnByte(uint8_t byte, int64_t time_ns) {
-  if (IsDeaf(time_ns - medium_->byte_ns())) {
-    return;
-  }
   held_.push_back(byte);
   read_at_ns_ = std::min(read_at_ns_, time_ns + timing_.adapter_ns);
   if (held_.size() >= kAdapterBytes) {
@@ -130,7 +122,7 @@ int64_t ServerStation::NextStep() {
   const int64_t start_ns =
       keyed_ ? keyed_->count() + timing_.lead_ns
              : std::max(channel_.NextStart(Time(medium_->now_ns())).count(), look_at_ns_);
-  return std::min({read_at_ns_, answered_ns, start_ns});
+  return std::min({read_at_ns_, answered_ns, start_ns, unkey_at_ns_});
 }
 
 void ServerStation::Act() {
@@ -142,6 +134,10 @@ void ServerStation::Act() {
   while (!pending_.empty() && pending_.front().at_ns <= now_ns) {
     channel_.Answer(pending_.front().message, pending_.front().asked_at, now);
     pending_.pop_front();
+  }
+  if (unkey_at_ns_ <= now_ns) {
+    unkey_at_ns_ = sim::RadioMedium::kNever;
+    medium_->Key(number_, false);
   }
   if (keyed_) {
     if (keyed_->count() + timing_.lead_ns <= now_ns) {
@@ -157,6 +153,7 @@ void ServerStation::Act() {
     look_at_ns_ = now_ns + kBetweenLooksNs;
   } else if (timing_.keyed && timing_.lead_ns != 0) {
     keyed_ = now;
+    medium_->Key(number_, true);
   } else {
     Transmit(now);
   }
@@ -167,9 +164,11 @@ void ServerStation::Transmit(Time begin) {
   keyed_.reset();
   const radio::Transmission out = channel_.Begin(begin);
   medium_->Transmit(number_, out.bytes);
-  if (timing_.keyed && !out.bytes.empty()) {
-    unkeyed_at_ns_ = channel_.sent_at().count() + timing_.tail_ns;
-    look_at_ns_ = unkeyed_at_ns_;
+  if (timing_.keyed) {
+    const int64_t sent_ns = out.bytes.empty() ? medium_->now_ns() : channel_.sent_at().count();
+    unkey_at_ns_ = sent_ns + timing_.tail_ns;
+    look_at_ns_ = unkey_at_ns_;
+    medium_->Key(number_, true);
   }
 }
 

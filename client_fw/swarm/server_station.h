@@ -65,7 +65,6 @@ class ServerStation final : public sim::Station {
   int64_t NextStep();
   void Act();
   void Transmit(radio::Time begin);
-  bool IsDeaf(int64_t byte_begin_ns) const;
   void Read();
 
   engine::Service* service_;
@@ -80,10 +79,10 @@ class ServerStation final : public sim::Station {
     uint16_t crc = 0;
     int64_t durable_ns = 0;
   };
-  std::map<uint8_t, Change> changes_;  // the last one of each robot, with durable_at
-  int64_t look_at_ns_ = 0;             // at the carrier, again
-  std::optional<radio::Time> keyed_;   // when, before the first byte
-  int64_t unkeyed_at_ns_ = INT64_MIN;  // after the last one
+  std::map<uint8_t, Change> changes_;               // the last one of each robot, with durable_at
+  int64_t look_at_ns_ = 0;                          // at the carrier, again
+  std::optional<radio::Time> keyed_;                // when, before the first byte
+  int64_t unkey_at_ns_ = sim::RadioMedium::kNever;  // after the last one
   int number_;
   engine::LinkIndex link_;
 };

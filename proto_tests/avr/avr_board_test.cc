@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "client_fw/core/steering/settings.h"
 #include "client_fw/sim/avr/avr_machine.h"
+#include "client_fw/sim/avr/avr_settings.h"
 #include "protocol/decoder.h"
 #include "protocol/messages.h"
 
@@ -20,6 +22,7 @@ using sim::AvrPin;
 
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kByteNs = 1'040'000;  // as the chip has it: 9615 baud
+constexpr int64_t kBitNs = kByteNs / 10;
 constexpr AvrPin kPtt = {'D', 4};
 constexpr AvrPin kCarrier = {'D', 5};
 
@@ -159,6 +162,42 @@ TEST(AvrBoard, RaisesPttForTheWholeTransmissionAndNoLonger) {
   EXPECT_LE(board.ptt[0].time_ns, first_bit_ns);
   EXPECT_GE(board.ptt[1].time_ns, end_ns);
   EXPECT_LT(board.ptt[1].time_ns, end_ns + kMs / 10);
+}
+
+// From PTT's edge to the first start bit, and from the last stop bit to PTT's other edge.
+TEST(AvrBoard, KeysTheTransmitterForItsLeadAndTail) {
+  struct Case {
+    uint16_t lead_ms;
+    uint16_t tail_ms;
+  };
+  for (const auto& [lead_ms, tail_ms] : {Case{0, 0}, Case{1, 1}, Case{0, 30}, Case{25, 0},
+                                         Case{50, 7}, Case{255, 256}, Case{500, 500}}) {
+    client::Settings settings;
+    settings.ptt_lead_ms = lead_ms;
+    settings.ptt_tail_ms = tail_ms;
+    AvrMachineConfig config = Config();
+    config.eeprom = sim::AvrEepromWith(settings, 1);
+    Board board(config);
+    for (size_t transmission = 0; transmission < 3; ++transmission) {
+      const std::string which = std::to_string(lead_ms) + ", " + std::to_string(tail_ms) + ", " +
+                                std::to_string(transmission);
+      const size_t began = board.radio.size();
+      ASSERT_TRUE(board.NextHello()) << which;
+      board.RunFor(tail_ms + 2);
+      ASSERT_EQ(board.ptt.size(), 2 * transmission + 2) << which;
+      const Edge keyed = board.ptt[2 * transmission];
+      const Edge unkeyed = board.ptt[2 * transmission + 1];
+      EXPECT_TRUE(keyed.high && !unkeyed.high) << which;
+      const int64_t lead_ns = board.radio[began].time_ns - kByteNs - keyed.time_ns;
+      EXPECT_NEAR(static_cast<double>(lead_ns), lead_ms * 1e6, kBitNs) << which;
+      const int64_t tail_ns = unkeyed.time_ns - board.radio.back().time_ns;
+      EXPECT_NEAR(static_cast<double>(tail_ns), tail_ms * 1e6, kBitNs) << which;
+      // No gap within it.
+      EXPECT_EQ(board.radio.back().time_ns - board.radio[began].time_ns,
+                static_cast<int64_t>(board.radio.size() - began - 1) * kByteNs)
+          << which;
+    }
+  }
 }
 
 TEST(AvrBoard, SendsAFrameWithoutGaps) {

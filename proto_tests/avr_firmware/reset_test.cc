@@ -90,6 +90,7 @@ class ResetTest : public ::testing::Test {
     EXPECT_TRUE(world_.Set(client::kSpeedSetting, 0));
     EXPECT_TRUE(world_.Set(client::kPeriodSetting, 100));
     EXPECT_TRUE(world_.Set(client::kLayTrailSetting, 1));
+    world_.RunFor(200);  // 38 bytes of 3.4 ms, until they are stored
     EXPECT_TRUE(RunUntilSent());
   }
 

@@ -2,8 +2,6 @@
 
 #include <avr/interrupt.h>
 
-#include "client_fw/core/base/outlined.h"
-
 namespace pheromone {
 namespace client {
 
@@ -21,11 +19,6 @@ void AvrBoard::Start() {
   StartUarts();
   StartClock();
   sei();
-}
-
-PHEROMONE_OUTLINED uint32_t AvrBoard::millis() {
-  now_ms_ += static_cast<uint16_t>(Millis() - static_cast<uint16_t>(now_ms_));
-  return now_ms_;
 }
 
 uint16_t AvrBoard::diagnostic(uint8_t id) const {

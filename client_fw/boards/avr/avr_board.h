@@ -15,6 +15,7 @@
 #include "client_fw/boards/avr/pins.h"
 #include "client_fw/boards/avr/uarts.h"
 #include "client_fw/boards/nonvolatile.h"
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/steering/diagnostics.h"
 #include "client_fw/core/steering/settings.h"
 
@@ -32,11 +33,10 @@ class AvrBoard {
   // Required by the core: client_fw/core/robot.h and pioneer.h.
   int radio_get() { return uarts[kRadio].Get(); }
   bool radio_put(uint8_t byte) { return SendRadio(byte); }
-  /// PTT is high from the first byte queued to the end of the last stop bit.
+  /// PTT is high from the first byte queued to the end of the tail.
   bool radio_tx_idle() const { return (PORTD & kPtt) == 0; }
   bool channel_busy() const { return (PIND & kCarrier) == 0 || !radio_tx_idle(); }
-  /// The interrupt counts 16 bits; the watchdog keeps calls closer than that.
-  uint32_t millis();
+  static Moment millis() { return Millis(); }
   int robot_get() { return uarts[kRobot].Get(); }
   bool robot_put(uint8_t byte) { return SendRobot(byte); }
   /// The pin is driven from the first call on: until then a resistor holds its level.
@@ -67,6 +67,7 @@ class AvrBoard {
   uint16_t saves() const { return nonvolatile_.version(); }
   /// 1 to 254.
   uint8_t id() const;
+  static void set_keying(uint16_t lead_ms, uint16_t tail_ms) { keying = {lead_ms, tail_ms}; }
   static constexpr uint32_t radio_baud() { return PHEROMONE_RADIO_BAUD; }
   /// Whether the last reset kept RAM: the reset pin or the watchdog, not the supply.
   bool ram_was_kept() const { return ram_was_kept_; }
@@ -79,7 +80,6 @@ class AvrBoard {
 
  private:
   Nonvolatile<Eeprom, kSettingsSize> nonvolatile_;
-  uint32_t now_ms_ = 0;
   uint8_t reset_cause_ = 0;  // MCUSR
   bool ram_was_kept_ = false;
 };

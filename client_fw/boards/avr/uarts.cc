@@ -6,6 +6,7 @@
 #include "client_fw/boards/avr/clock.h"
 #include "client_fw/boards/avr/loop.h"
 #include "client_fw/boards/avr/pins.h"
+#include "client_fw/core/base/outlined.h"
 
 namespace pheromone {
 namespace client {
@@ -48,7 +49,8 @@ void Receive(volatile Registers* registers, Uart* uart) {
 }
 
 void Send(volatile Registers* registers, Uart* uart) {
-  if ((registers->status & 1u << UDRE0) == 0) {
+  // Without the second, it is a lead: the interrupt may be the other UART's.
+  if ((registers->status & 1u << UDRE0) == 0 || (registers->control & 1u << UDRIE0) == 0) {
     return;
   }
   const uint8_t at = uart->to_send_out;
@@ -62,9 +64,21 @@ void Send(volatile Registers* registers, Uart* uart) {
   uart->to_send_out = After(at);
 }
 
+// Of a lead or a tail.
+volatile uint16_t left_ms;
+
+// Timer 1's second compare interrupts as long after each millisecond as the wait began after one.
+#define PHEROMONE_BEGIN_WAIT()            \
+  do {                                    \
+    OCR1B = TCNT1;                        \
+    TIFR1 = 1u << OCF1B;                  \
+    TIMSK1 = 1u << OCIE1A | 1u << OCIE1B; \
+  } while (false)
+
 }  // namespace
 
 Uart uarts[2];
+Keying keying;
 
 void StartUarts() {
   // U2X before UBRR: the simulator works out a byte's time when UBRR is written.
@@ -96,7 +110,7 @@ int Uart::Get() {
   return byte;
 }
 
-bool Uart::Put(uint8_t byte) {
+PHEROMONE_OUTLINED bool Uart::Put(uint8_t byte) {
   const uint8_t at = to_send_in;
   if (After(at) == to_send_out) {
     return false;
@@ -108,8 +122,16 @@ bool Uart::Put(uint8_t byte) {
 
 bool SendRadio(uint8_t byte) {
   const bool queued = uarts[kRadio].Put(byte);
-  PORTD |= kPtt;  // before the interrupt that sends the first byte
-  UCSR0B = kEnabled | 1u << TXCIE0 | 1u << UDRIE0;
+  if ((PORTD & kPtt) == 0) {
+    PORTD |= kPtt;  // before the interrupt that sends the first byte
+    if (keying.lead_ms != 0) {
+      left_ms = keying.lead_ms;
+      PHEROMONE_BEGIN_WAIT();
+    }
+  }
+  if ((TIMSK1 & 1u << OCIE1B) == 0) {
+    UCSR0B = kEnabled | 1u << TXCIE0 | 1u << UDRIE0;
+  }
   return queued;
 }
 
@@ -138,9 +160,26 @@ ISR(USART0_UDRE_vect, ISR_ALIASOF(USART0_RX_vect));
 ISR(USART1_RX_vect, ISR_ALIASOF(USART0_RX_vect));
 ISR(USART1_UDRE_vect, ISR_ALIASOF(USART0_RX_vect));
 
-// The radio has sent its last stop bit.
+// The radio has sent its last stop bit, and the tail begins; or another millisecond has passed of
+// the tail, or of a lead, after which there is something to send.
 ISR(USART0_TX_vect) {
   using namespace pheromone::client;
-  PORTD &= static_cast<uint8_t>(~kPtt);
-  WakeLoop();
+  uint16_t left = keying.tail_ms;
+  if ((TIMSK1 & 1u << OCIE1B) != 0) {
+    left = static_cast<uint16_t>(left_ms - 1u);
+  } else if (left != 0) {
+    PHEROMONE_BEGIN_WAIT();
+  }
+  left_ms = left;
+  if (left != 0) {
+    return;
+  }
+  TIMSK1 = 1u << OCIE1A;
+  if (uarts[kRadio].to_send_in != uarts[kRadio].to_send_out) {
+    UCSR0B = kEnabled | 1u << TXCIE0 | 1u << UDRIE0;
+  } else {
+    PORTD &= static_cast<uint8_t>(~kPtt);
+    WakeLoop();
+  }
 }
+ISR(TIMER1_COMPB_vect, ISR_ALIASOF(USART0_TX_vect));

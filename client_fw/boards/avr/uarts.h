@@ -1,6 +1,6 @@
 // The two UARTs of an ATmega1284P, driven by interrupts through rings of bytes: 0 is the radio, 1
-// the robot. Also controls the radio's PTT line: high before the first bit of a transmission, low
-// after its last.
+// the robot. Also keys the radio's transmitter (PTT): high for the lead before the first bit of a
+// transmission, and for the tail after its last one, both to the cycle.
 //
 //   StartUarts();                                // then sei()
 //   const int byte = uarts[kRadio].Get();        // -1: none
@@ -38,6 +38,13 @@ struct Uart {
 
 enum : uint8_t { kRadio, kRobot };
 extern Uart uarts[2];
+
+/// Milliseconds. To be set while PTT is low.
+struct Keying {
+  uint16_t lead_ms;
+  uint16_t tail_ms;
+};
+extern Keying keying;
 
 void StartUarts();
 bool SendRadio(uint8_t byte);

@@ -7,7 +7,7 @@ namespace {
 constexpr uint32_t kRobotBaud = 9600;
 /// This UART does not tell when its shift register is empty, only when its buffer is: the last byte
 /// takes so long from then on. The first millisecond may be a short one.
-constexpr uint8_t kLastByteMs = static_cast<uint8_t>(BytesMs(1, CortexMBoard::radio_baud()) + 1);
+constexpr uint16_t kLastByteMs = BytesMs(1, CortexMBoard::radio_baud()) + 1;
 
 constexpr uint32_t kStraps = 0xFF;
 constexpr uint32_t kCarrier = 1u << 8;
@@ -47,8 +47,12 @@ void CortexMBoard::Start() {
 }
 
 bool CortexMBoard::radio_put(uint8_t byte) {
+  if (!transmitting_ && lead_ms_ != 0) {
+    radio_.Hold();
+    lead_left_ms_ = static_cast<uint16_t>(lead_ms_ + 1u);
+  }
   SetPin(kPtt, true);
-  line_busy_ms_ = kLastByteMs;
+  line_busy_ms_ = static_cast<uint16_t>(kLastByteMs + tail_ms_);
   transmitting_ = true;
   return radio_.Put(byte);
 }
@@ -98,8 +102,14 @@ void CortexMBoard::OnSent(InterruptUart* uart) {
 void CortexMBoard::OnMillisecond() {
   happened_ = true;
   now_ms_ = now_ms_ + 1;
+  if (lead_left_ms_ != 0) {
+    lead_left_ms_ = static_cast<uint16_t>(lead_left_ms_ - 1u);
+    if (lead_left_ms_ == 0) {
+      radio_.Release();
+    }
+  }
   if (!radio_.sending() && line_busy_ms_ != 0) {
-    line_busy_ms_ = static_cast<uint8_t>(line_busy_ms_ - 1);
+    line_busy_ms_ = static_cast<uint16_t>(line_busy_ms_ - 1u);
     if (line_busy_ms_ == 0) {
       SetPin(kPtt, false);
     }

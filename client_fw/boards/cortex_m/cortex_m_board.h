@@ -19,6 +19,7 @@
 #include "client_fw/boards/cortex_m/interrupt_uart.h"
 #include "client_fw/boards/cortex_m/registers.h"
 #include "client_fw/boards/nonvolatile.h"
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/steering/diagnostics.h"
 #include "client_fw/core/steering/parameters.h"
 
@@ -50,7 +51,7 @@ class CortexMBoard {
     return !transmitting_;
   }
   bool channel_busy();
-  uint32_t millis() const { return now_ms_; }
+  Moment millis() const { return now_ms_; }
   int robot_get() { return robot_.Get(); }
   bool robot_put(uint8_t byte) { return robot_.Put(byte); }
   void set_load(bool hold);
@@ -68,6 +69,11 @@ class CortexMBoard {
   bool saved() const { return nonvolatile_.saved(); }
   uint16_t saves() const { return nonvolatile_.version(); }
   uint8_t id() const;
+  /// A lead or tail may take a millisecond longer.
+  void set_keying(uint16_t lead_ms, uint16_t tail_ms) {
+    lead_ms_ = lead_ms;
+    tail_ms_ = tail_ms;
+  }
   static constexpr uint32_t radio_baud() { return 9600; }
   bool ram_was_kept() const { return ram_was_kept_; }
   void EndTurn();
@@ -84,9 +90,12 @@ class CortexMBoard {
   InterruptUart robot_{1};
   Nonvolatile<ResetProofRam, kSettingsSize> nonvolatile_;
   volatile uint32_t now_ms_ = 0;
-  volatile uint8_t line_busy_ms_ = 0;  // after the last byte has gone to the shift register
-  volatile bool happened_ = false;     // an interrupt, since the last EndTurn
-  bool transmitting_ = false;          // the last value reported
+  uint16_t lead_ms_ = 0;
+  uint16_t tail_ms_ = 0;
+  volatile uint16_t lead_left_ms_ = 0;
+  volatile uint16_t line_busy_ms_ = 0;  // after the last byte has gone to the shift register
+  volatile bool happened_ = false;      // an interrupt, since the last EndTurn
+  bool transmitting_ = false;           // the last value reported
   bool ram_was_kept_ = false;
 };
 

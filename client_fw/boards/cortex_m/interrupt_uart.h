@@ -66,15 +66,24 @@ class InterruptUart {
       return false;
     }
     DisableInterrupts();
-    if (!sending_) {
+    if (!sending_ && !held_) {
       SendNext();
     }
     EnableInterrupts();
     return true;
   }
 
+  /// What is put is queued only, until released; for the main loop and interrupts.
+  void Hold() { held_ = true; }
+  void Release() {
+    held_ = false;
+    if (!sending_) {
+      SendNext();
+    }
+  }
+
   /// Bytes are queued, or in the UART's buffer; the last may still be on the line when this ends.
-  bool sending() const { return sending_; }
+  bool sending() const { return sending_ || !to_send_.empty(); }
 
   // For the interrupts' handlers.
   void OnReceived() {
@@ -103,6 +112,7 @@ class InterruptUart {
   InterruptRing received_;
   InterruptRing to_send_;
   volatile bool sending_ = false;
+  volatile bool held_ = false;
   uint8_t number_;
 };
 

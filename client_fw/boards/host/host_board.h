@@ -16,6 +16,7 @@
 
 #include <vector>
 
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/steering/diagnostics.h"
 
 namespace pheromone {
@@ -60,7 +61,7 @@ class HostBoard {
   bool radio_put(uint8_t byte) { return outgoing_.Put(byte); }
   bool radio_tx_idle() const { return !leaving_ && outgoing_.size() == 0; }
   bool channel_busy() const { return carrier_ || !radio_tx_idle(); }
-  uint32_t millis() const { return now_ms_; }
+  Moment millis() const { return now_ms_; }
   void set_load(bool load) { load_ = load; }
   void set_led(bool on) { led_ = on; }
   uint16_t diagnostic(uint8_t id) const {
@@ -69,7 +70,7 @@ class HostBoard {
   void save_settings(const uint8_t* bytes, uint8_t size) { settings_.assign(bytes, bytes + size); }
 
   // The host's side.
-  void set_millis(uint32_t now_ms) { now_ms_ = now_ms; }
+  void set_millis(Moment now_ms) { now_ms_ = now_ms; }
   /// Carrier detect; always false if the link has none.
   void set_carrier(bool carrier) { carrier_ = carrier; }
 
@@ -110,7 +111,7 @@ class HostBoard {
  private:
   ByteRing<4096> received_;
   ByteRing<256> outgoing_;
-  uint32_t now_ms_ = 0;
+  Moment now_ms_ = 0;
   uint32_t overruns_ = 0;
   bool carrier_ = false;
   bool leaving_ = false;

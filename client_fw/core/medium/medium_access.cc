@@ -184,7 +184,7 @@ bool MediumAccess::Silent() {
 }
 
 void MediumAccess::Poll(bool channel_busy) {
-  const bool open = FrameOpen();
+  state_.receiving = FrameOpen();
   if (timers_[kCensus] == 0) {
     timers_[kCensus] = kCensusMs;
     state_.census.Begin();
@@ -194,7 +194,7 @@ void MediumAccess::Poll(bool channel_busy) {
     timers_[kSlot] = state_.slot_ms;
     idle_ = true;
   }
-  state_.clear = !DetectCarrier(channel_busy) && !open;
+  state_.clear = !DetectCarrier(channel_busy) && !state_.receiving;
   state_.pause = state_.clear && (rounds_.left_ms() == 0 || quiet_ms_ >= three_bytes_ms_);
 }
 

@@ -35,14 +35,15 @@ constexpr bool kAllCounters = PHEROMONE_ALL_COUNTERS != 0;
 
 /// All wrap.
 struct MediumCounters {
-  uint32_t ignored_carriers;  ///< carriers that stayed too long to be a transmission
-  uint32_t ignored_noise;     ///< runs of bytes that stayed too long without a valid frame
-  uint32_t ignored_damage;    ///< damaged frames that opened no window: most frames were
+  unsigned ignored_carriers;  ///< carriers that stayed too long to be a transmission
+  unsigned ignored_noise;     ///< runs of bytes that stayed too long without a valid frame
+  unsigned ignored_damage;    ///< damaged frames that opened no window: most frames were
 };
 
 struct MediumState {  // NOLINT(cppcoreguidelines-pro-type-member-init): MediumState() is all zero
   uint8_t slot_ms;    ///< of contention
   uint8_t window_ms;  ///< of responses
+  bool receiving;     ///< as of Poll: another station is in the middle of a frame
   bool clear;         ///< as of Poll: nobody is sending
   bool pause;         ///< clear, and a ROUND that follows a COMMAND would have begun
   Census census;      ///< the other robots

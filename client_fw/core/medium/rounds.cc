@@ -99,13 +99,13 @@ void Rounds::OnFrameOf(uint8_t id) {
   }
 }
 
-Rounds::Turn Rounds::TurnDue(bool clear) {
+Rounds::Turn Rounds::TurnDue(bool receiving) {
   if (timers_[kRounds] == 0) {
     values_.turns = 0;
   }
   const bool late = timers_[kTurnLate] == 0;
-  if (values_.turns == 0 || timers_[kTurn] != 0 || (!clear && !late)) {
-    return kNone;  // or the station before us may be about to end
+  if (values_.turns == 0 || timers_[kTurn] != 0 || (receiving && !late)) {
+    return kNone;
   }
   values_.turn = next_turn_;
   if (--values_.turns != 0) {

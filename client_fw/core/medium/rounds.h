@@ -8,7 +8,7 @@
 //     rounds.KeepOpen(rounds.reserved_ms(), slot_ms);
 //   }
 //   rounds.OnFrameOf(id);                        // each frame of another robot
-//   if (rounds.TurnDue(clear) == Rounds::kDue) ... send, at most values().turn_bytes
+//   if (rounds.TurnDue(receiving) == Rounds::kDue) ... send, at most values().turn_bytes
 //
 // Time is told by Advance. Nothing is allocated; one loop.
 #pragma once
@@ -72,8 +72,9 @@ class Rounds : private RoundVariables {
 
   /// A frame of another robot: its turn is over with it.
   void OnFrameOf(uint8_t id);
-  /// Whether it is our turn; each one is told once. `clear`: nobody is sending.
-  Turn TurnDue(bool clear);
+  /// Whether it is our turn; each one is told once. `receiving`: a frame of somebody else, which
+  /// may be about to end; a carrier without one may be the tail of a keyed transmitter.
+  Turn TurnDue(bool receiving);
 
   /// An opening lasts for its slots after whatever was sent in it.
   void KeepOpen(uint16_t before_slots_ms, uint8_t slot_ms);

@@ -46,9 +46,9 @@ class TurnsTest : public ::testing::Test {
   }
 
   // ms until it is not kNone any more, looking each ms; -1 if not within `patience_ms`.
-  int Await(client::Rounds::Turn expected, bool clear = true, int patience_ms = 500) {
+  int Await(client::Rounds::Turn expected, bool receiving = false, int patience_ms = 500) {
     for (int ms = 0; ms <= patience_ms; ++ms) {
-      const client::Rounds::Turn turn = rounds_.TurnDue(clear);
+      const client::Rounds::Turn turn = rounds_.TurnDue(receiving);
       if (turn != client::Rounds::kNone) {
         EXPECT_EQ(turn, expected);
         return ms;
@@ -81,17 +81,17 @@ TEST_F(TurnsTest, OursBeginsAtOnceWhenTheOneBeforeHasSent) {
   Grant(RoundOf(1, {1, kUs}));
   rounds_.Advance(9);
   rounds_.OnFrameOf(9);  // not the one before us
-  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone);
+  EXPECT_EQ(rounds_.TurnDue(false), client::Rounds::kNone);
   rounds_.OnFrameOf(1);
-  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kDue);
+  EXPECT_EQ(rounds_.TurnDue(false), client::Rounds::kDue);
 }
 
 TEST_F(TurnsTest, OneThatHasTwoTurnsBeforeOursSendsTwice) {
   Grant(RoundOf(1, {1, 1, kUs}));
   rounds_.OnFrameOf(1);
-  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone);
+  EXPECT_EQ(rounds_.TurnDue(false), client::Rounds::kNone);
   rounds_.OnFrameOf(1);
-  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kDue);
+  EXPECT_EQ(rounds_.TurnDue(false), client::Rounds::kDue);
 }
 
 TEST_F(TurnsTest, TwoOfOursFollowEachOther) {
@@ -103,9 +103,9 @@ TEST_F(TurnsTest, TwoOfOursFollowEachOther) {
   EXPECT_EQ(rounds_.values().turn, 1);
 }
 
-TEST_F(TurnsTest, AChannelThatIsNotClearMakesUsMissOurs) {
+TEST_F(TurnsTest, AFrameThatDoesNotEndMakesUsMissOurs) {
   Grant(RoundOf(1, {1, kUs}));
-  const int late = Await(client::Rounds::kMissed, false);
+  const int late = Await(client::Rounds::kMissed, true);
   EXPECT_GT(late, protocol::kBeforeTurnsMs + kEachTurnMs);
   EXPECT_LT(late, protocol::kBeforeTurnsMs + 2 * kEachTurnMs) << "before the next one's";
 }
@@ -165,7 +165,7 @@ TEST_F(TurnsTest, WithoutARoundForTwoSecondsThereAreNone) {
   EXPECT_EQ(rounds_.left_ms(), 2000);
   rounds_.Advance(2000);
   EXPECT_EQ(rounds_.left_ms(), 0);
-  EXPECT_EQ(rounds_.TurnDue(true), client::Rounds::kNone) << "a turn of long ago";
+  EXPECT_EQ(rounds_.TurnDue(false), client::Rounds::kNone) << "a turn of long ago";
   EXPECT_EQ(rounds_.values().turns, 0);
 }
 

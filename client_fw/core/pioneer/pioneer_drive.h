@@ -8,7 +8,7 @@
 //   int robot_get();             the next byte from the Pioneer, or -1
 //   bool robot_put(uint8_t);     queues a byte to it; false if there is no room now. With room for
 //                                kMaxPioneerCommand bytes, commands leave without gaps.
-//   uint32_t millis();           the same clock
+//   Moment millis();             the same clock
 //
 // Step() is to be called every millisecond or so, as Robot's.
 #pragma once

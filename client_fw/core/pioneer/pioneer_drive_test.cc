@@ -29,7 +29,7 @@ class NarrowBoard {
     out.push_back(byte);
     return true;
   }
-  uint32_t millis() { return now_ms; }
+  Moment millis() { return now_ms; }
 
   void Hear(const Bytes& packet) { in.insert(in.end(), packet.begin(), packet.end()); }
 

@@ -63,9 +63,9 @@ enum Order : uint8_t {
 
 /// All wrap.
 struct BehaviourCounters {
-  uint32_t fail_safe_stops;    ///< stopped because answers were missing
-  uint32_t off_the_map_stops;  ///< stopped because the pose is outside of the map
-  uint32_t lost_trails;        ///< sensed nothing for lost_after_ms
+  unsigned fail_safe_stops;    ///< stopped because answers were missing
+  unsigned off_the_map_stops;  ///< stopped because the pose is outside of the map
+  unsigned lost_trails;        ///< sensed nothing for lost_after_ms
 };
 
 struct BehaviourValues : BehaviourCounters {  // plain memory: all zero

@@ -5,13 +5,14 @@
 #include <stdint.h>
 
 #include "client_fw/core/base/angle.h"
+#include "client_fw/core/base/outlined.h"
 #include "client_fw/core/steering/settings.h"
 
 namespace pheromone {
 namespace client {
 
 /// The time of `bytes` on a line of `baud`, ten bits each, in whole ms, rounded up: at least 1.
-constexpr uint16_t BytesMs(uint16_t bytes, uint32_t baud) {
+PHEROMONE_OUTLINED constexpr uint16_t BytesMs(uint16_t bytes, uint32_t baud) {
   return static_cast<uint16_t>((uint32_t{10000} * bytes + baud - 1u) / baud);
 }
 

@@ -35,6 +35,8 @@ const Row kRows[kEndOfSettings - 1] = {
     PHEROMONE_SETTING(bumpers, 0, 1),
     PHEROMONE_SETTING(sonar, 0, 1),
     PHEROMONE_SETTING(low_battery_100mv, 0, 255),
+    PHEROMONE_SETTING(ptt_lead_ms, 0, 500),
+    PHEROMONE_SETTING(ptt_tail_ms, 0, 500),
 };
 #undef PHEROMONE_SETTING
 

@@ -50,8 +50,18 @@ enum SettingId : uint8_t {
   kBumpersSetting = 13,
   kSonarSetting = 14,
   kLowBatterySetting = 15,
+  kPttLeadSetting = 16,
+  kPttTailSetting = 17,
   kEndOfSettings
 };
+
+/// What a board begins with: a transmitter that needs a lead is not reached without.
+#ifndef PHEROMONE_PTT_LEAD_MS
+#define PHEROMONE_PTT_LEAD_MS 0
+#endif
+#ifndef PHEROMONE_PTT_TAIL_MS
+#define PHEROMONE_PTT_TAIL_MS 0
+#endif
 
 /// The longest way without an answer: speed_mm_s * fail_safe_ms.
 constexpr uint16_t kMaxBlindMm = 1000;
@@ -80,6 +90,10 @@ struct Settings {
   bool bumpers = true;  ///< a pressed bumper halts; false: the robot has none, and the bits float
   bool sonar = false;   ///< sonars are on, and what is ahead limits the speed
   uint8_t low_battery_100mv = 115;  ///< below it for some seconds: EVENT 9; 0: never
+  /// Of a transmitter keyed by PTT, 0-500: from keying to the first bit, and from the last bit to
+  /// unkeying. Effective from the next start.
+  uint16_t ptt_lead_ms = PHEROMONE_PTT_LEAD_MS;
+  uint16_t ptt_tail_ms = PHEROMONE_PTT_TAIL_MS;
 };
 
 /// False, without a change, if there is no such setting, `value` is out of range, or the settings

@@ -30,6 +30,8 @@ const Row kRows[] = {
     {13, 0, 1, [](const Settings& s) { return int{s.bumpers}; }},
     {14, 0, 1, [](const Settings& s) { return int{s.sonar}; }},
     {15, 0, 255, [](const Settings& s) { return int{s.low_battery_100mv}; }},
+    {16, 0, 500, [](const Settings& s) { return int{s.ptt_lead_ms}; }},
+    {17, 0, 500, [](const Settings& s) { return int{s.ptt_tail_ms}; }},
 };
 
 // Settings with which every value of every row fits.

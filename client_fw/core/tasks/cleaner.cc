@@ -39,9 +39,9 @@ int16_t SpeedToStopIn(uint16_t distance_mm) {
 
 }  // namespace
 
-void Cleaner::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conversation) {
-  const uint32_t passed_ms = now_ms - now_ms_;
-  now_ms_ = now_ms;
+void Cleaner::Step(Moment now_ms, const Odometry* odometry, Conversation* conversation) {
+  const Moment passed_ms = now_ms - static_cast<Moment>(now_ms_);
+  now_ms_ += passed_ms;
   wheels_ = WheelSpeeds{0, 0};
   if (asked_) {
     if (exchange_.state == TagExchange::kAsked) {

@@ -21,6 +21,7 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/conversation.h"
 #include "client_fw/core/medium/backoff.h"
 #include "client_fw/core/requests/tag_data.h"
@@ -54,7 +55,7 @@ class Cleaner {
       : parameters_(parameters), random_(static_cast<uint8_t>(id + 101u), boot_counter), id_(id) {}
 
   // What Robot asks of a Task.
-  void Step(uint32_t now_ms, const Odometry* odometry, Conversation* conversation);
+  void Step(Moment now_ms, const Odometry* odometry, Conversation* conversation);
 
   /// Zero unless the conversation lets the robot drive.
   WheelSpeeds Wheels(const Conversation& conversation) const;

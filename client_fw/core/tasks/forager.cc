@@ -12,7 +12,7 @@ void PrepareForForaging(const NetTables& net, Parameters* parameters) {
   }
 }
 
-void Forager::Step(uint32_t now_ms, const Odometry* odometry, Conversation* conversation) {
+void Forager::Step(Moment now_ms, const Odometry* odometry, Conversation* conversation) {
   NetStep step = NetStep();
   step.now_ms = now_ms;
   step.pace_ms = conversation->state().parameters.period_ms;

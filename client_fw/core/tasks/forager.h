@@ -11,6 +11,7 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/conversation.h"
 #include "client_fw/core/tasks/net_robot.h"
 
@@ -29,7 +30,7 @@ class Forager {
       : net_robot_(net, parameters, id, boot_counter, memory) {}
 
   // What Robot asks of a Task.
-  void Step(uint32_t now_ms, const Odometry* odometry, Conversation* conversation);
+  void Step(Moment now_ms, const Odometry* odometry, Conversation* conversation);
   /// Zero while it stands at a tag.
   WheelSpeeds Wheels(const Conversation& conversation) const {
     return net_robot_.drives() ? conversation.state().wheels : WheelSpeeds{0, 0};

@@ -62,9 +62,10 @@ void NetRobot::Save() {
 }
 
 bool NetRobot::Step(const NetStep& step) {
-  Carry(has_time_ ? step.now_ms - now_ms_ : 0);
+  const Moment passed_ms = step.now_ms - static_cast<Moment>(now_ms_);
+  Carry(has_time_ ? passed_ms : 0);
   has_time_ = true;
-  now_ms_ = step.now_ms;
+  now_ms_ += passed_ms;
   pace_ms_ = step.pace_ms;
   pose_unit_10um_ = step.pose_unit_10um;
   if (asked_) {

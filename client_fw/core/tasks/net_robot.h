@@ -21,6 +21,7 @@
 
 #include <stdint.h>
 
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/medium/backoff.h"
 #include "client_fw/core/requests/tag_exchange.h"
 #include "client_fw/core/tasks/net_tables.h"
@@ -99,7 +100,7 @@ struct NetCounters {
 
 /// What a robot's loop tells NetRobot.
 struct NetStep {
-  uint32_t now_ms;
+  Moment now_ms;
   uint16_t pace_ms;         ///< between looks for tags, and between two reads of an outcome
   uint16_t pose_unit_10um;  ///< the server's
   bool is_held;             ///< halted, or without a pose: nothing new is begun

@@ -8,6 +8,9 @@ namespace pheromone::sim {
 namespace {
 
 constexpr int64_t kTenBitsNs = 10'000'000'000;
+// A keyed modem's bytes come at each Step, and are to follow each other.
+constexpr int64_t kHandOverNs = 1'000'000;
+constexpr uint8_t kMangled = 0xA5;
 
 AvrMachineConfig Strapped(const AvrRobotConfig& config) {
   AvrMachineConfig machine = config.machine;
@@ -29,11 +32,12 @@ AvrRobot::AvrRobot(const AvrRobotConfig& config, RadioMedium* medium)
       machine_(Strapped(config)),
       pioneer_(config.pioneer, config.start),
       tally_(config.id),
-      station_(medium->AddStation(this)) {
-  machine_.OnSent(AvrMachine::kRadio, [this](uint8_t byte, int64_t time_ns) {
-    outgoing_.push_back(byte);
-    tally_.OnSent(byte, time_ns);
-  });
+      modem_(config.keyed),
+      byte_ns_(kTenBitsNs / config.machine.radio_baud),
+      station_(medium->AddStation(this, modem_ ? std::optional(kHandOverNs) : std::nullopt)) {
+  machine_.OnSent(AvrMachine::kRadio,
+                  [this](uint8_t byte, int64_t time_ns) { Send(byte, time_ns); });
+  machine_.OnPin(config.pins.ptt, [this](bool high, int64_t time_ns) { Key(high, time_ns); });
   machine_.OnSent(AvrMachine::kRobot,
                   [this](uint8_t byte, int64_t time_ns) { ToPioneer(byte, time_ns); });
   machine_.OnPin(config.pins.load, [this](bool high, int64_t /*time_ns*/) { load_ = high; });
@@ -43,8 +47,39 @@ AvrRobot::AvrRobot(const AvrRobotConfig& config, RadioMedium* medium)
 void AvrRobot::Step() {
   ShowCarrier();
   RunTo(medium_->now_ns());
+  HandOver(medium_->now_ns());
   medium_->Transmit(station_, outgoing_);
   outgoing_.clear();
+  if (modem_) {
+    medium_->Key(station_, ptt_);
+  }
+}
+
+void AvrRobot::Send(uint8_t byte, int64_t time_ns) {
+  tally_.OnSent(byte, time_ns);
+  if (!modem_) {
+    outgoing_.push_back(byte);
+    return;
+  }
+  const bool early = !ptt_ || time_ns - byte_ns_ < keyed_at_ns_ + modem_->rise_ns;
+  held_.push_back({byte, time_ns, early});
+}
+
+void AvrRobot::Key(bool high, int64_t time_ns) {
+  HandOver(time_ns);
+  for (Held& held : held_) {  // a part of it has not left
+    held.damaged = true;
+  }
+  ptt_ = high;
+  keyed_at_ns_ = time_ns;
+}
+
+// What has left a keyed modem.
+void AvrRobot::HandOver(int64_t time_ns) {
+  for (; !held_.empty() && held_.front().time_ns + modem_->hold_ns <= time_ns; held_.pop_front()) {
+    const Held& held = held_.front();
+    outgoing_.push_back(held.damaged ? static_cast<uint8_t>(held.byte ^ kMangled) : held.byte);
+  }
 }
 
 void AvrRobot::RunAhead(int64_t ns) {

@@ -14,12 +14,15 @@
 //
 // The modem is transparent: it keys with the first byte, begins to send after the turnaround, and
 // shows a carrier until its own last byte is sent, which is a turnaround later than the AVR
-// assumes. Odometry begins at (0, 0, 0) wherever the Pioneer is; the firmware's settings give that
-// position on the map. One thread. Throws as AvrMachine does.
+// assumes. Or it is keyed by PTT, and mangles what comes too early or is cut off. Odometry begins
+// at (0, 0, 0) wherever the Pioneer is; the firmware's settings give that position on the map. One
+// thread. Throws as AvrMachine does.
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -47,6 +50,7 @@ struct AvrRobotConfig {
   PioneerConfig pioneer;
   PlanePose start;
   AvrBoardPins pins;
+  std::optional<KeyedModem> keyed;  ///< none: it keys itself
 };
 
 class AvrRobot final : public MobileRobot {
@@ -97,6 +101,9 @@ class AvrRobot final : public MobileRobot {
 
  private:
   void RunTo(int64_t end_ns);
+  void Send(uint8_t byte, int64_t time_ns);
+  void Key(bool high, int64_t time_ns);
+  void HandOver(int64_t time_ns);
   void ToPioneer(uint8_t byte, int64_t time_ns);
   void FromPioneer(int64_t time_ns);
   void ShowCarrier();
@@ -110,6 +117,16 @@ class AvrRobot final : public MobileRobot {
   RadioTally tally_;
   BumpCounter bumps_;
   std::vector<uint8_t> outgoing_;  // to the modem, since the last Step
+  struct Held {
+    uint8_t byte;
+    int64_t time_ns;  // of its stop bit
+    bool damaged;
+  };
+  std::optional<KeyedModem> modem_;
+  int64_t byte_ns_;
+  std::deque<Held> held_;    // by a keyed modem
+  int64_t keyed_at_ns_ = 0;  // PTT's last edge
+  bool ptt_ = false;
   std::function<void(uint8_t, int64_t)> tap_;
   bool cable_ = true;
   bool carrier_ = false;

@@ -34,6 +34,8 @@ const Parameter* Find(int64_t number) {
       {13, "bumpers", "", {"no", "yes"}},
       {14, "sonar", "", {"no", "yes"}},
       {15, "low_battery_100mv", "0.1 V", {}},
+      {16, "ptt_lead_ms", "ms", {}},
+      {17, "ptt_tail_ms", "ms", {}},
       {128, "last reset", "", {"power-on", "reset pin", "brown-out", "watchdog"}, true},
       {129, "framing errors of the radio's UART", "", {}},
       {130, "overruns of the radio's UART", "", {}},

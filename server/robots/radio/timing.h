@@ -6,8 +6,8 @@
 //   read + timing.EarliestAnswer() <= begin <= read + timing.LatestAnswer(window)
 //
 // A modem that keys itself on the first byte puts everything on the air T_t after it left the UART.
-// One that is keyed by a line puts bytes on the air at once, `lead` after it was keyed. The robots'
-// modems are assumed to key themselves.
+// One that is keyed by a line puts bytes on the air at once, `lead` after it was keyed. Robots'
+// modems either key themselves, or need a lead and a tail that are T_t together, at most.
 #pragma once
 
 #include <algorithm>
