@@ -93,6 +93,15 @@ class Conversation : private ConversationState {
     return static_cast<uint8_t>(2 * static_cast<uint8_t>(query_) + (attempt_ != 0 ? 1 : 0));
   }
 
+  /// The number of the ROUND that is to bring the answer to what was sent in a turn; -1: none.
+  int awaited_round() const {
+    return in_turn_ ? static_cast<uint8_t>(medium_.rounds().values().number + 1u) : -1;
+  }
+
+  /// The place of its answer there.
+  uint8_t awaited_place() const { return in_turn_ ? asked_index_ : uint8_t{0}; }
+  bool in_rounds() const { return in_rounds_; }
+
   const RequestState& requests() const { return requests_; }
   /// The server's last HELLO answer; meaningful once there was one.
   protocol::HelloAnswer server() const;

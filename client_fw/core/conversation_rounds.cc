@@ -85,8 +85,11 @@ void Conversation::TakeTurn(const Odometry* odometry) {
   const uint8_t turn_bytes = medium_.rounds()->values().turn_bytes;
   const bool may_leave_out = medium_.rounds()->open() && !left_out_;
   left_out_ = false;
-  requests_.event_turn = kHasTags && requests_.event_turn && HasTagRequest() &&
-                         (tag_bytes_ <= turn_bytes || may_leave_out);
+  // An EVENT goes here only if there was no opening since the last answer.
+  if (state().events == 0 &&
+      (!kHasTags || !HasTagRequest() || (tag_bytes_ > turn_bytes && !may_leave_out))) {
+    requests_.event_turn = false;
+  }
   Begin(odometry);
   if (kHasTags && IsTag(asked_opcode_) && tx_size_ > turn_bytes) {
     tag_bytes_ = tx_size_;

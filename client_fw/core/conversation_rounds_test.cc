@@ -238,6 +238,28 @@ TEST(RoundsTest, AnEventIsReportedInAnOpening) {
   EXPECT_EQ(protocol::EventCode::kLoadPicked, harness.events[0].code);
 }
 
+// On a full channel every robot has a turn in every round, and whoever takes one waits for the answer
+// until the opening is over: an opening alone would never do.
+TEST(RoundsTest, AnEventForWhichThereWasNoOpeningTakesATurn) {
+  for (const uint8_t open_slots : {uint8_t{0}, uint8_t{4}}) {
+    Rounds harness;
+    harness.Greet();
+    harness.Grant({kTestId}, open_slots);
+    ASSERT_NE(0u, harness.TurnAfter());
+    harness.SentSense();
+    harness.conversation.behaviour()->Tell(77);
+    harness.AnswerRound({{1, 2}}, {kTestId}, open_slots);
+    EXPECT_EQ(1u, harness.TurnAfter());
+    harness.AnswerEvent();
+    ASSERT_EQ(1u, harness.events.size());
+    EXPECT_EQ(77, harness.events[0].argument);
+    EXPECT_EQ(1u, harness.counters().events);
+    harness.AnswerRound({{protocol::kNoIntensities, 0}}, {kTestId}, open_slots);
+    EXPECT_EQ(1u, harness.TurnAfter());
+    harness.SentSense();  // and the next turn is for driving, whatever there is to tell
+  }
+}
+
 TEST(RoundsTest, WithoutRoundsForTwoSecondsTheRobotSaysHelloAndContends) {
   Rounds harness;
   harness.Greet();

@@ -79,6 +79,17 @@ std::string ConversationWorld::Key() const {
     writer.U16(is_of_tags() ? GenerationOn(***engine) : uint16_t{0});
   }
   writer.Flag(server_ == durable_);
+  writer.U8(static_cast<uint8_t>(left_.rounds));
+  writer.Flag(robot_.in_rounds());
+  const int awaited = robot_.awaited_round();
+  writer.U8(awaited < 0 ? uint8_t{0} : static_cast<uint8_t>(awaited - number_));
+  writer.Flag(awaited >= 0);
+  writer.U8(robot_.awaited_place());
+  writer.U8(static_cast<uint8_t>(4 * turns_ + 2 * place_ + (other_was_heard_ ? 1 : 0)));
+  for (const engine::Outgoing& answer : answered_) {
+    writer.Flag(answer.durable_at > (*durable_)->sequence());
+    EncodeFields(answer.message, &writer);
+  }
   WriteMessages(held_, &writer);
   WriteMessages(to_server_, &writer);
   WriteMessages(to_robot_, &writer);

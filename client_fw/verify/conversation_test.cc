@@ -133,6 +133,44 @@ TEST(Mutant, RobotThatTakesItsNumberFromALateHelloAnswer) {
                 "change 1 was acknowledged and is gone");
 }
 
+// Answers in ROUNDs, at the places of the turns before, with another robot in the same rounds.
+TEST(InRounds, ThroughLosses) {
+  ExpectProved({.changes = 2, .silences = 1, .in_flight = 1, .rounds = 5});
+}
+
+TEST(InRounds, ThroughACrashOfTheServer) {
+  ExpectProved({.changes = 2, .crashes = 1, .silences = 1, .in_flight = 1, .rounds = 4});
+}
+
+TEST(InRounds, ThroughAWarmResetAndPowerLoss) {
+  ExpectProved({.changes = 2, .warm_resets = 1, .power_losses = 1, .in_flight = 1, .rounds = 4});
+}
+
+TEST(InRoundsMutant, ServerThatAnswersInTheNewOrder) {
+  ExpectRefuted(
+      {.changes = 2, .in_flight = 1, .rounds = 4, .server = ServerMutant::kAnswersInNewOrder},
+      "change 0 was acknowledged and is gone");
+}
+
+TEST(InRoundsMutant, ServerThatAnswersWhatIsNotDurable) {
+  ExpectRefuted({.changes = 1,
+                 .crashes = 1,
+                 .in_flight = 1,
+                 .rounds = 4,
+                 .server = ServerMutant::kAnswersUnsynced},
+                "change 0 was acknowledged and is gone");
+}
+
+// Whoever still awaits a ROUND takes the answer to another robot for its own.
+TEST(InRoundsMutant, ServerWhoseNumbersAreStillAwaited) {
+  ExpectRefuted({.changes = 1,
+                 .crashes = 1,
+                 .in_flight = 1,
+                 .rounds = 4,
+                 .server = ServerMutant::kNumbersAgain},
+                "change 0 was acknowledged and is gone");
+}
+
 // Log: the changes that arrive meanwhile are refused as busy or read-only.
 TEST(Network, WhileTheLogAcceptsNothing) {
   ExpectProved({.changes = 2, .turned_away = 1});

@@ -14,6 +14,7 @@ using protocol::Message;
 constexpr uint16_t kFirstBoot = 1;
 constexpr uint32_t kPatienceMs = 30'000;
 constexpr uint32_t kSilenceMs = 30'000;
+constexpr uint32_t kQuietStartMs = 2'001;
 
 void ForgetRobot(const Message& request, engine::Engine* server) {
   if (request.opcode == protocol::kHello && request.id != kChangesRobot) {
@@ -28,6 +29,13 @@ void ForgetRequest(const Message& request, engine::Engine* server) {
   if (protocol::Decode(request, &hello) && robot != nullptr && robot->hello.nonce != hello.nonce) {
     server->ForgetAsMutant(0, request.id);
   }
+}
+
+// A ROUND does if it ends the pending request with intensities; its refusals count as requests
+// lost.
+bool Acknowledges(const Message& message, uint8_t pending_opcode) {
+  return message.opcode == (pending_opcode | protocol::kFromServer) ||
+         message.opcode == protocol::kRound;
 }
 
 SharedEngine::Mutation MutationOf(ServerMutant mutant) {
@@ -62,7 +70,12 @@ ConversationWorld::ConversationWorld(const ConversationWorld& other)
       made_(other.made_),
       told_(other.told_),
       pending_(other.pending_),
-      fault_(other.fault_) {}
+      fault_(other.fault_),
+      number_(other.number_),
+      turns_(other.turns_),
+      place_(other.place_),
+      other_was_heard_(other.other_was_heard_),
+      answered_(other.answered_) {}
 
 ConversationWorld::ConversationWorld(ConversationWorld&& other) noexcept
     : left_(other.left_),
@@ -79,7 +92,12 @@ ConversationWorld::ConversationWorld(ConversationWorld&& other) noexcept
       made_(other.made_),
       told_(std::move(other.told_)),
       pending_(other.pending_),
-      fault_(std::move(other.fault_)) {}
+      fault_(std::move(other.fault_)),
+      number_(other.number_),
+      turns_(other.turns_),
+      place_(other.place_),
+      other_was_heard_(other.other_was_heard_),
+      answered_(std::move(other.answered_)) {}
 
 std::string ConversationWorld::Wrong() const {
   uint32_t all = 0;
@@ -138,25 +156,31 @@ bool ConversationWorld::Send(bool in_next_period) {
     if (robot_.tx_size() == 0) {
       continue;
     }
-    protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
-    Message sent;
-    decoder.PushBlock(robot_.tx(), robot_.tx_size(), 0, [&](const Message& it) { sent = it; });
-    robot_.OnSent(now_ms_);
+    const Message sent = TakeSent(seq_before);
     if (was_greeted && !robot_.requests().greeted) {
       return false;
-    }
-    if (memory_.seq != seq_before) {
-      const bool is_change = sent.opcode == protocol::kTagWrite ||
-                             protocol::ServiceOf(sent.opcode) == protocol::kTrace;
-      left_.changes -= is_change ? 1 : 0;
-      pending_ = is_change ? made_++ : -1;  // or an EVENT
-    } else if (left_.repeats_with_pose && sent.opcode == protocol::kTagWrite) {
-      ++sent.data[1];  // of x
     }
     to_server_.push_back(sent);
     return true;
   }
   return false;
+}
+
+// What the robot has in its transmitter is sent.
+Message ConversationWorld::TakeSent(uint8_t seq_before) {
+  protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+  Message sent;
+  decoder.PushBlock(robot_.tx(), robot_.tx_size(), 0, [&](const Message& it) { sent = it; });
+  robot_.OnSent(now_ms_);
+  if (memory_.seq != seq_before) {
+    const bool is_change =
+        sent.opcode == protocol::kTagWrite || protocol::ServiceOf(sent.opcode) == protocol::kTrace;
+    left_.changes -= is_change ? 1 : 0;
+    pending_ = is_change ? made_++ : -1;  // or an EVENT
+  } else if (left_.repeats_with_pose && sent.opcode == protocol::kTagWrite) {
+    ++sent.data[1];  // of x
+  }
+  return sent;
 }
 
 // The channel is busy so long that all its timers run down.
@@ -172,24 +196,33 @@ void ConversationWorld::Arrive(size_t frame, bool also_later) {
     to_server_.erase(to_server_.begin() + static_cast<ptrdiff_t>(frame));
   }
   std::vector<engine::Outgoing> out;
-  switch ((*server_)->Classify(0, message)) {
+  Handle(message, &out);
+  for (const engine::Outgoing& answer : out) {
+    Deliver(answer);
+  }
+}
+
+void ConversationWorld::Handle(const Message& request, std::vector<engine::Outgoing>* out) {
+  switch ((*server_)->Classify(0, request)) {
     case Handling::kIgnore:
       break;
     case Handling::kAnswer:
-      (*server_)->Answer({1, 0}, 0, message, &out);
+      (*server_)->Answer({1, 0}, 0, request, out);
       break;
     case Handling::kChange:
-      server_ = server_->After(0, message, &out);
+      server_ = server_->After(0, request, out);
       break;
   }
-  for (const engine::Outgoing& answer : out) {
-    const bool waits = answer.durable_at > (*durable_)->sequence();
-    std::vector<Message>& to = waits ? held_ : to_robot_;
-    if (waits) {
-      to.clear();  // one for each robot, to its latest request (held_answers.h)
-    }
-    to.push_back(answer.message);
+}
+
+// In a frame of its own, now or when the log is synced.
+void ConversationWorld::Deliver(const engine::Outgoing& answer) {
+  const bool waits = answer.durable_at > (*durable_)->sequence();
+  std::vector<Message>& to = waits ? held_ : to_robot_;
+  if (waits) {
+    to.clear();  // one for each robot, to its latest request (held_answers.h)
   }
+  to.push_back(answer.message);
 }
 
 // Service refuses it like this (section 7 of the protocol, step 5).
@@ -225,7 +258,7 @@ void ConversationWorld::Take(const Message& message) {
   if (pending_opcode != 0 && memory_.opcode == 0) {
     if (pending_ >= 0 && is_of_tags()) {
       Settle(message, was_asked);
-    } else if (pending_ >= 0 && message.opcode == (pending_opcode | protocol::kFromServer)) {
+    } else if (pending_ >= 0 && Acknowledges(message, pending_opcode)) {
       told_[static_cast<size_t>(pending_)] = Told::kMade;
     }
     pending_ = -1;
@@ -285,6 +318,15 @@ void ConversationWorld::Crash() {
   --left_.crashes;
   server_ = durable_;
   held_.clear();
+  answered_.clear();
+  other_was_heard_ = false;
+  turns_ = 0;
+  if (left_.server == ServerMutant::kNumbersAgain) {
+    --number_;
+  } else if (robot_.in_rounds()) {
+    now_ms_ += kQuietStartMs;
+    robot_.Poll(now_ms_, nullptr, true);
+  }
 }
 
 void ConversationWorld::Reset(bool keeps_memory) {
@@ -336,7 +378,12 @@ void ConversationWorld::Next(const Visit& visit) const {
       visit("the robot sends " + std::to_string(sent.opcode), std::move(next));
     }
   };
-  send(false);
+  if (left_.rounds > 0) {
+    NextRounds(visit);
+  }
+  if (!robot_.in_rounds()) {
+    send(false);
+  }
   if (is_of_tags() &&
       robot_.requests().event_turn) {  // tags have their turn only until the next period
     send(true);

@@ -7,6 +7,12 @@
 // request is lost: SENSE changes nothing, and its answer has no number, so that a late one is as
 // good as one in time. They come first in each period, so that the end of a period is a choice too.
 //
+// With `rounds`, robot and server share a radio channel, and the answer to what was sent in a turn
+// is in the next ROUND, at the place of that turn: another robot has a turn, too, before or after,
+// and what it sends is heard or not. A ROUND is lost or heard, and so is what is sent in its turns;
+// what the log has not synced yet is answered *busy*. A server that was restarted waits until
+// nobody awaits a ROUND any more (ChannelOptions::quiet_start).
+//
 // Left out of Key, since they decide only when something happens, which is open here anyway: the
 // client's timers and random numbers, the log's sequence numbers, the time. So that the robot also
 // gives up repeating a request and says HELLO, silence is a step of its own.
@@ -15,6 +21,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +40,10 @@ enum class ServerMutant : uint8_t {
   kNone,
   kForgetsRobot,    ///< when another robot says HELLO
   kForgetsRequest,  ///< the last one of a robot that says HELLO with a new nonce
+  // In rounds:
+  kAnswersInNewOrder,  ///< at the places of the turns that it gives, not of those before
+  kAnswersUnsynced,    ///< what is not durable yet
+  kNumbersAgain,       ///< after a crash it begins at once, with numbers that are still awaited
 };
 
 /// What may happen, and how often.
@@ -46,6 +57,7 @@ struct ConversationLimits {
   int silences = 0;      ///< after which a robot that was answered before says HELLO again
   size_t in_flight = 2;  ///< frames in each direction
   int other_robots = 0;  ///< that say HELLO
+  int rounds = 0;        ///< in which the robot has a turn; 0: it contends
   /// Mutants.
   ServerMutant server = ServerMutant::kNone;
   bool takes_numbers_back = false;  ///< after a warm reset the robot trusts HELLO's answer alone
@@ -85,6 +97,10 @@ class ConversationWorld {
 
   // The robot's next frame is sent, now or when the present period has ended; false: none.
   bool Send(bool in_next_period);
+  std::optional<protocol::Message> TakeTurn();
+  protocol::Message TakeSent(uint8_t seq_before);
+  void Handle(const protocol::Message& request, std::vector<engine::Outgoing>* out);
+  void Deliver(const engine::Outgoing& answer);
   void AskForChange();
   void HearNothing();
   void Sense(const protocol::Message& request);
@@ -97,6 +113,11 @@ class ConversationWorld {
   void Crash();
   void Reset(bool keeps_memory);
   void OtherHello();
+  // conversation_rounds.cc
+  struct Turn;
+  protocol::Round Answers() const;
+  void Round(const Turn& turn, bool heard, bool arrives);
+  void NextRounds(const Visit& visit) const;
 
   ConversationLimits left_;
   client::RequestMemory memory_{};
@@ -115,6 +136,13 @@ class ConversationWorld {
   std::vector<Told> told_;  // by change
   int pending_ = -1;        // the change that the robot's request memory holds
   std::string fault_;       // what Settle has found, for Wrong
+
+  // Of the round in progress.
+  uint8_t number_ = 0;
+  int turns_ = 0;  // 0: there is none
+  int place_ = 0;  // of the robot's turn
+  bool other_was_heard_ = false;
+  std::vector<engine::Outgoing> answered_;  // to what the robot sent in its turn
 };
 
 /// All that may happen within the limits, from a robot and a server that have just been started.

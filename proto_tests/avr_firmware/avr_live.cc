@@ -1,11 +1,14 @@
 // The client's AVR image in real time: its radio is a terminal, a modem's or a pty of pheromoned,
 // and a simulated Pioneer is on its other UART.
 //
-//   avr_live IMAGE MODEM
+//   avr_live IMAGE MODEM [ID [PTT [SETTING=VALUE...]]]
+//
+// ID: of the straps. PTT: a FIFO, into which a '1' goes when the line rises, a '0' when it falls;
+// "-": none. SETTING: a number of client_fw/README.md.
 //
 // Prints a line every half second, "x_m y_m degrees" and how many bytes the radio has sent and
-// received, until SIGTERM or SIGINT, and ends with status 0 then. Another status, and a reason, if
-// the image or the terminal fails.
+// received, until SIGTERM or SIGINT, and ends with status 0 then. SIGUSR1 is the reset pin. Another
+// status, and a reason, if the image or the terminal fails.
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <termios.h>
@@ -21,8 +24,10 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "client_fw/sim/avr/avr_bridge.h"
+#include "client_fw/sim/avr/avr_robot.h"
 #include "client_fw/sim/avr/avr_settings.h"
 #include "client_fw/sim/pioneer/pioneer_robot.h"
 
@@ -34,9 +39,14 @@ using Clock = std::chrono::steady_clock;
 constexpr int64_t kLineNs = 500'000'000;
 
 volatile std::sig_atomic_t stop_requested = 0;
+volatile std::sig_atomic_t reset_requested = 0;
 
 void OnStopSignal(int /*signal*/) {
   stop_requested = 1;
+}
+
+void OnResetSignal(int /*signal*/) {
+  reset_requested = 1;
 }
 
 std::runtime_error Failure(const std::string& what) {
@@ -71,13 +81,48 @@ void Serve(int fd, int64_t now_ns, sim::PioneerRobot* pioneer) {
   }
 }
 
-void Run(const char* image, const char* modem) {
+void Set(const std::string& assignment, client::Settings* settings) {
+  const size_t equals = assignment.find('=');
+  if (equals == std::string::npos ||
+      !client::WriteSetting(static_cast<uint8_t>(std::stoi(assignment)),
+                            static_cast<uint32_t>(std::stoi(assignment.substr(equals + 1))),
+                            settings)) {
+    throw std::runtime_error(assignment + ": expected the number of a setting, and its value");
+  }
+}
+
+// PTT on FIFO. The reader may be late, or gone.
+void TellPtt(const std::string& path, sim::AvrMachine* machine) {
+  const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK);
+  if (fd < 0) {
+    throw Failure(path);
+  }
+  machine->OnPin(sim::AvrBoardPins{}.ptt, [fd](bool high, int64_t /*time_ns*/) {
+    [[maybe_unused]] const ssize_t size = write(fd, high ? "1" : "0", 1);
+  });
+}
+
+void Run(const std::vector<std::string>& words) {
+  const char* const modem = words[1].c_str();
   sim::AvrMachineConfig config;
-  config.image = image;
+  config.image = words[0];
+  const int id = words.size() > 2 ? std::stoi(words[2]) : 0;
+  for (int bit = 0; bit < 8; ++bit) {
+    if ((id >> bit & 1) != 0) {
+      config.grounded.push_back({sim::AvrBoardPins{}.id_port, bit});
+    }
+  }
   client::Settings settings;
   settings.start_released = true;  // nobody is there to release it
-  config.eeprom = sim::AvrEepromWith(settings, 1);
+  for (size_t i = 4; i < words.size(); ++i) {
+    Set(words[i], &settings);
+  }
+  config.eeprom = sim::AvrEepromWith(settings, static_cast<uint16_t>(1 + id));
   sim::AvrMachine machine(config);
+  machine.SetPin(sim::AvrBoardPins{}.carrier, true);
+  if (words.size() > 3 && words[3] != "-") {
+    TellPtt(words[3], &machine);
+  }
   sim::PioneerRobot pioneer({}, {});
   std::array<int, 2> cable{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, cable.data()) != 0) {
@@ -89,8 +134,12 @@ void Run(const char* image, const char* modem) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     const int64_t now_ns =
         std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
+    if (reset_requested != 0) {
+      reset_requested = 0;
+      machine.Reset(sim::AvrMachine::Cause::kExternal);
+    }
     if (!bridge.Step(now_ns)) {
-      throw std::runtime_error(std::string(modem) + " is gone");
+      throw std::runtime_error(words[1] + " is gone");
     }
     Serve(cable[1], now_ns, &pioneer);
     if (now_ns >= line_ns) {
@@ -111,14 +160,15 @@ void Run(const char* image, const char* modem) {
 }  // namespace pheromone::firmware
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "Usage: %s IMAGE MODEM\n", argv[0]);
+  if (argc < 3) {
+    std::fprintf(stderr, "Usage: %s IMAGE MODEM [ID [PTT [SETTING=VALUE...]]]\n", argv[0]);
     return 2;
   }
   std::signal(SIGTERM, &pheromone::firmware::OnStopSignal);
   std::signal(SIGINT, &pheromone::firmware::OnStopSignal);
+  std::signal(SIGUSR1, &pheromone::firmware::OnResetSignal);
   try {
-    pheromone::firmware::Run(argv[1], argv[2]);
+    pheromone::firmware::Run({argv + 1, argv + argc});
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

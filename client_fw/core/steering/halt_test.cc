@@ -439,7 +439,7 @@ TEST(DiagnosticsTest, CountersAreReportedAsAParameterAndUnknownNumbersRefused) {
   status.front_mm = kNoRange;
   harness.conversation.behaviour()->OnDrive(status);
   EXPECT_EQ(32767, ask(kFrontRange)) << "as much as an EVENT can say";
-  for (const int id : {16, 63, 64, 66, 127, int{kEndOfDiagnostics}, 255}) {
+  for (const int id : {18, 63, 64, 66, 127, int{kEndOfDiagnostics}, 255}) {
     EXPECT_EQ(Reason::kBadValue, commander.Do(CommandCode::kGetParameter, id)) << id;
   }
 }

@@ -77,7 +77,7 @@ TEST(SettingsTest, ValueOutOfRangeIsRefusedAndChangesNothing) {
 }
 
 TEST(SettingsTest, UnknownIdIsRefused) {
-  for (const uint8_t id : {uint8_t{0}, uint8_t{16}, uint8_t{127}, uint8_t{255}}) {
+  for (const uint8_t id : {uint8_t{0}, uint8_t{18}, uint8_t{127}, uint8_t{255}}) {
     Settings settings;
     int16_t value = 77;
     EXPECT_FALSE(WriteSetting(id, 1, &settings));

@@ -35,7 +35,7 @@ TEST(ParametersTest, SettingsHaveTheNamesOfTheFirmwaresManual) {
       EXPECT_EQ(text.substr(0, text.find(':')), found[2].str());
     }
   }
-  EXPECT_EQ(settings, 15);
+  EXPECT_EQ(settings, 17);
 }
 
 // | 134 | alarms, sum of 1 stall, 2 bumper, ... |

@@ -4,6 +4,9 @@
  *
  *   LD_PRELOAD=build/release/tests/libpty_as_serial_shim.so pheromoned ...
  *
+ * PTY_SHIM_KEY names a FIFO into which a '1' goes when the program raises RTS, a '0' when it lowers
+ * it; the UART then has a FIFO of 16 bytes, whose bits take their time.
+ *
  * A test that is linked with it may play the modem and the driver (pty_as_serial_shim.h).
  *
  * Everything else goes to the system as it is. */
@@ -40,6 +43,7 @@ static struct PtyShimRs485 rs485;
 static struct PtyShimUart uart;
 static struct PtyShimSent sent;
 static int asked;
+static int key_fd = -1;
 static long long byte_ns;
 static long long busy_until_ns; /* the end of the last bit given to the UART */
 static int stopped;
@@ -236,8 +240,20 @@ int tcdrain(int descriptor) {
   }
 }
 
+__attribute__((constructor)) static void OpenKey(void) {
+  const char* const path = getenv("PTY_SHIM_KEY");
+  if (path != NULL) {
+    key_fd = open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    uart = (struct PtyShimUart){.fifo = 16, .key_line = TIOCM_RTS, .has_lsr = 1};
+  }
+}
+
 /* The program changes the lines; under the lock. */
 static void SetOutputs(int lines) {
+  if (key_fd >= 0 && ((outputs ^ lines) & TIOCM_RTS) != 0) {
+    const ssize_t written = (ssize_t)syscall(SYS_write, key_fd, lines & TIOCM_RTS ? "1" : "0", 1);
+    (void)written;
+  }
   if (uart.fifo != 0 && (outputs & uart.key_line) != 0 && (lines & uart.key_line) == 0) {
     const long long unsent = Unsent();
     sent.cut += unsent;

@@ -1,0 +1,316 @@
+#!/usr/bin/env python3
+"""AVR images and pheromone-robot on a strict radio channel, and the real daemon with its journal.
+
+    strict_air_live_test.py BIN_DIR TESTS_DIR IMAGE [--seconds N] [CASE...]
+
+strict_air plays modems and air: T_t is 2 ms, the daemon's adapter holds bytes back for 16 ms. Robots
+leave trails, so that each answer waits for the journal. Cases:
+
+  damage   eight and four AVR images, 1 and 3 % of the bytes damaged
+  mixed    three AVR images in rounds, and a pheromone-robot behind an adapter of 16 ms
+  once     changes in damaged air, 1 and 3 %, while the daemon is killed and images are reset: each is
+           on the map once. Four images in rounds, then four pheromone-robots that contend
+  keyed    two AVR images and a daemon whose transmitters are keyed by a line; no byte may be cut
+
+What robots count is asked over the air, as an operator would. Rates are printed, and asserted nowhere:
+a robot must be answered, and everything must end in an orderly way.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import pathlib
+import random
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from operated_daemon import OperatedDaemon, await_that, check  # noqa: E402
+from test_config import link, map_of, pheromone, table  # noqa: E402
+
+# Settings by number: period, fail-safe and all else as a flashed image has them.
+STANDS, LAYS_TRAIL, NEVER_LOST, PTT_LEAD, PTT_TAIL = "7=0", "3=1", "10=0", "16=%d", "17=%d"
+REQUESTS, UNANSWERED, FAIL_SAFE_STOPS = 138, 139, 141
+TRACE_BYTES = 15 + 13
+MOST_QUANTA = 24_000
+BYTE_S = 10 / 9600
+
+
+class Channel:
+    """The daemon, the air, and the robots, until the end of a with statement."""
+
+    def __init__(self, arguments, name):
+        self.arguments = arguments
+        self.name = name
+        self.stack = contextlib.ExitStack()
+        self.ids = []
+        self.robots = []
+
+    def __enter__(self):
+        self.folder = pathlib.Path(self.stack.enter_context(tempfile.TemporaryDirectory()))
+        return self
+
+    def __exit__(self, *exception):
+        self.stack.close()
+
+    def serve(self, kind="pty", environment=None, **keys):
+        config = map_of(origin_x_m=-5.0, origin_y_m=-5.0) + pheromone(
+            1, "trail", maximum=MOST_QUANTA / 8) + link(
+            "radio-a", kind, medium_access=True, baud=9600, adapter_latency_ms=16, **keys)
+        (self.folder / "test.toml").write_text(config + table("journal", folder="journal"))
+        self.daemon = OperatedDaemon(self.arguments.bin_dir, self.folder, **(environment or {}))
+        self.stack.callback(self.daemon.kill)
+
+    def kill_daemon(self):
+        """And starts it again, from its journal."""
+        self.daemon.kill()
+        self.daemon = OperatedDaemon(self.arguments.bin_dir, self.folder)
+        self.stack.callback(self.daemon.kill)
+
+    def attached(self, count):
+        """Robots behind adapters of 16 ms: they contend."""
+        for robot in range(1, count + 1):
+            pioneer, port = self.folder / f"pioneer{robot}", self.folder / f"ttyUSB{robot}"
+            self.run(self.arguments.bin_dir / "pheromone-swarm", "pioneer", "--pty", pioneer,
+                     stdin=subprocess.PIPE)
+            await_that(pioneer.exists, "the Pioneer is there")
+            # The name of a USB adapter, which tells no latency, and so is taken for one of 16 ms.
+            port.touch()
+            self.robots.append(self.run(
+                "unshare", "--mount", "sh", "-c", 'mount --bind "$1" "$2" && shift 2 && exec "$@"',
+                "sh", os.path.realpath(self.folder / f"modem{robot}"), port,
+                self.arguments.bin_dir / "pheromone-robot", "--robot", pioneer, "--modem", port,
+                "--start", 0, 0, 0, "--id", 100 + robot, "--speed", 20, "--released",
+                "--lay-trail"))
+            self.ids.append(100 + robot)
+
+    def run(self, *words, **options):
+        process = subprocess.Popen([str(word) for word in words], text=True,
+                                   stdout=options.pop("stdout", subprocess.DEVNULL), **options)
+        self.stack.callback(lambda: end(process))
+        return process
+
+    def on_air(self, *stations, damaged=0.0):
+        self.air = self.run(self.arguments.tests_dir / "strict_air", "--damage", damaged, *stations,
+                            stdout=subprocess.PIPE)
+        check("on air" in self.air.stdout.readline(), "the air did not begin")
+
+    def images(self, count, *settings, ptt=None):
+        for robot in range(1, count + 1):
+            self.robots.append(self.run(
+                self.arguments.tests_dir / "avr_live", self.arguments.image,
+                self.folder / f"robot{robot}", robot,
+                self.folder / f"key{robot}" if ptt else "-", *settings))
+            self.ids.append(robot)
+
+    def get(self, robot, value):
+        """Asked until it is told: the air is bad."""
+        for _ in range(20):
+            told = subprocess.run(
+                [self.arguments.bin_dir / "pheromonectl", "--socket",
+                 self.folder / "pheromoned.sock", "command", "radio-a", str(robot), "get",
+                 str(value)], capture_output=True, text=True, check=False)
+            found = re.search(r"(-?\d+)\s*$", told.stdout.strip())
+            if told.returncode == 0 and found:
+                return int(found[1])
+        raise AssertionError(f"robot {robot} does not tell {value}: {told.stdout}{told.stderr}")
+
+    def counts(self, robot):
+        unanswered = self.get(robot, UNANSWERED)
+        return {"at": time.monotonic(), "answers": self.get(robot, REQUESTS) - unanswered,
+                "stops": self.get(robot, FAIL_SAFE_STOPS)}
+
+    def measure(self, seconds):
+        """Answers a second and fail-safe stops of each robot, once all are there."""
+        await_that(lambda: self.clients() >= set(self.ids), "all robots are there")
+        before = {robot: self.counts(robot) for robot in self.ids}
+        time.sleep(seconds)
+        rates, stops = {}, {}
+        for robot in self.ids:
+            now = self.counts(robot)
+            rates[robot] = ((now["answers"] - before[robot]["answers"])
+                            / (now["at"] - before[robot]["at"]))
+            stops[robot] = now["stops"] - before[robot]["stops"]
+        check(min(rates.values()) > 0, f"{self.name}: a robot has no answers: {rates}")
+        return rates, stops
+
+    def quanta(self):
+        status, told = self.daemon.call("GET", "/api/v1/field?pheromone=trail")
+        check(status == 200, told)
+        return round(sum(map(sum, json.loads(told)["values"])) / 0.125)
+
+    def set(self, robot, setting, value):
+        for _ in range(20):
+            if subprocess.run(
+                    [self.arguments.bin_dir / "pheromonectl", "--socket",
+                     self.folder / "pheromoned.sock", "command", "radio-a", str(robot), "set",
+                     str(setting), str(value)], capture_output=True, check=False).returncode == 0:
+                return
+        raise AssertionError(f"robot {robot} does not acknowledge setting {setting}")
+
+    def clients(self):
+        status, told = self.daemon.call("GET", "/api/v1/clients")
+        check(status == 200, told)
+        return {client["id"] for client in json.loads(told)["clients"]}
+
+    def finish(self):
+        """What the air says at its end."""
+        for robot in self.robots:
+            end(robot)
+        self.daemon.stop()
+        self.air.send_signal(signal.SIGTERM)
+        told = self.air.communicate(timeout=30)[0]
+        check(self.air.returncode == 0, f"the air ended with {self.air.returncode}")
+        return told
+
+
+def end(process):
+    if process.poll() is None:
+        process.terminate()
+        try:
+            process.wait(30)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def tell(name, rates, stops, most=None):
+    total = sum(rates.values())
+    beside = f", {total / most:.2f} of B_1" if most else ""
+    print(f"{name}: {total:.1f} answers/s{beside}; of each "
+          + " ".join(f"{rate:.1f}" for rate in rates.values())
+          + "; fail-safe stops " + " ".join(map(str, stops.values())), flush=True)
+
+
+def of_images(folder, count):
+    # An image has its own UART, and is stepped each millisecond.
+    return [f"{folder}/robot{robot},uart=0,turn=1.5" for robot in range(1, count + 1)]
+
+
+def damage(arguments):
+    for damaged in (0.0, 0.01, 0.03):
+        for count in (8, 4):
+            name = f"{count} AVR images, {100 * damaged:g} % of bytes damaged"
+            with Channel(arguments, name) as channel:
+                channel.serve(path="radio-a.pty", turnaround_ms=2)
+                channel.on_air(f"{channel.folder}/radio-a.pty,open=1,adapter=16",
+                               *of_images(channel.folder, count), damaged=damaged)
+                channel.images(count, STANDS, LAYS_TRAIL)
+                rates, stops = channel.measure(arguments.seconds)
+                print(channel.finish() if arguments.verbose else "", end="")
+                bound = (1 - damaged) ** TRACE_BYTES / (TRACE_BYTES * BYTE_S + 2 * 0.002)
+                tell(name, rates, stops, min(bound, 5 * count))
+
+
+def mixed(arguments):
+    name = "three AVR images, and pheromone-robot behind an adapter of 16 ms"
+    with Channel(arguments, name) as channel:
+        channel.serve(path="radio-a.pty", turnaround_ms=2)
+        folder = channel.folder
+        channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16", *of_images(folder, 3),
+                       f"{folder}/modem1,adapter=16")
+        channel.images(3, STANDS, LAYS_TRAIL)
+        channel.attached(1)
+        rates, stops = channel.measure(arguments.seconds)
+        print(channel.finish() if arguments.verbose else "", end="")
+        tell(name, rates, stops)
+
+
+def once(arguments):
+    for damaged in (0.01, 0.03):
+        for contends in (False, True):
+            count_once(arguments, damaged, contends)
+
+
+def count_once(arguments, damaged, contends):
+    name = (f"{'pheromone-robots that contend' if contends else 'AVR images in rounds'}, "
+            f"{100 * damaged:g} % of bytes damaged")
+    chance = random.Random(f"{damaged} {contends}")
+    with Channel(arguments, name) as channel:
+        channel.serve(path="radio-a.pty", turnaround_ms=2)
+        folder = channel.folder
+        robots = ([f"{folder}/modem{robot},adapter=16" for robot in range(1, 5)] if contends
+                  else of_images(folder, 4))
+        channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16", *robots, damaged=damaged)
+        if contends:
+            channel.attached(4)
+        else:
+            channel.images(4, STANDS, LAYS_TRAIL)
+        await_that(lambda: channel.clients() >= set(channel.ids), "all robots are there")
+        kills, resets = 0, 0
+        before = 0
+        while before < arguments.changes:
+            for _ in range(chance.randrange(1, 5)):
+                time.sleep(chance.uniform(0.5, 4))
+                if not contends:
+                    chance.choice(channel.robots).send_signal(signal.SIGUSR1)
+                    resets += 1
+            channel.kill_daemon()
+            kills += 1
+            quanta = channel.quanta()
+            check(quanta >= before, f"{name}: {before - quanta} changes are gone after kill {kills}")
+            before = quanta
+            if arguments.verbose:
+                print(f"{name}: {quanta} changes, {kills} kills, {resets} resets", flush=True)
+        for robot in channel.ids:
+            channel.set(robot, 3, 0)  # no more trail, once the last change is made
+        # A query is only sent when no change waits.
+        settled = {robot: channel.get(robot, REQUESTS) for robot in channel.ids}
+        check(len(settled) == 4, "not all have settled")
+        time.sleep(3)
+        quanta = channel.quanta()
+        told = channel.finish()
+        made = [int(found) for found in re.findall(r" traces (\d+)", told)]
+        check(sum(made) == quanta, f"{name}: {sum(made)} changes were made, the map has {quanta}:"
+              f"\n{told}")
+        print(f"{name}: {quanta} changes, {kills} kills of the daemon, {resets} resets of robots: "
+              "each is on the map once", flush=True)
+
+
+def keyed(arguments):
+    name = "two AVR images and a daemon, keyed by a line (40 ms to rise, 10 ms to leave)"
+    with Channel(arguments, name) as channel:
+        folder = channel.folder
+        for key in ("key0", "key1", "key2"):
+            os.mkfifo(folder / key)
+        modem = "turn=5,rise=40,hold=10"
+        channel.on_air(f"{folder}/server,{modem},key={folder}/key0,adapter=16",
+                       *(f"{folder}/robot{robot},uart=0,{modem},key={folder}/key{robot}"
+                         for robot in (1, 2)))
+        channel.serve(kind="serial", port=os.path.realpath(folder / "server"), turnaround_ms=60,
+                      ptt="rts", ptt_lead_ms=42, ptt_tail_ms=14, environment={
+                          "LD_PRELOAD": str(arguments.tests_dir / "libpty_as_serial_shim.so"),
+                          "PTY_SHIM_KEY": str(folder / "key0")})
+        channel.images(2, STANDS, LAYS_TRAIL, PTT_LEAD % 45, PTT_TAIL % 15, ptt=True)
+        rates, stops = channel.measure(arguments.seconds)
+        told = channel.finish()
+        cut = [int(found) for found in re.findall(r" cut (\d+)", told)]
+        check(cut == [0, 0, 0], f"bytes were cut by their own modems:\n{told}")
+        print(told if arguments.verbose else "", end="")
+        tell(name, rates, stops)
+
+
+CASES = {"damage": damage, "mixed": mixed, "once": once, "keyed": keyed}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    for folder in ("bin_dir", "tests_dir", "image"):
+        parser.add_argument(folder, type=lambda path: pathlib.Path(path).resolve())
+    parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--changes", type=int, default=10_000, help="of each run of once")
+    parser.add_argument("--verbose", action="store_true")
+    parser.add_argument("cases", nargs="*", metavar="CASE", help=" ".join(CASES))
+    arguments = parser.parse_intermixed_args()
+    for case in arguments.cases or CASES:
+        CASES[case](arguments)
+    print("ok")
+
+
+if __name__ == "__main__":
+    main()
