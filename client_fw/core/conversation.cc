@@ -90,7 +90,8 @@ void Conversation::OnSent(Moment now_ms) {
   // A HELLO that stays unanswered may be that of a server with slow modems.
   const bool patient = !requests_.greeted && hello_attempt_ != 0;
   const uint8_t window_ms = patient ? kLongestWindowMs : medium_.state().window_ms;
-  timers_[kWindow] = static_cast<uint16_t>(window_ms + 1u + parameters().adapter_ms);
+  const uint8_t adapter_ms = kHasAdapters ? parameters().adapter_ms : uint8_t{0};
+  timers_[kWindow] = static_cast<uint16_t>(window_ms + 1u + adapter_ms);
 }
 
 void Conversation::CheckSilence() {

@@ -34,6 +34,7 @@ MediumAccess::MediumAccess(const Parameters& parameters)
       id_(parameters.id),
       gap_timeout_ms_(parameters.gap_timeout_ms),
       first_window_ms_(parameters.first_window_ms),
+      adapter_ms_(parameters.adapter_ms),
       byte_ms_(static_cast<uint8_t>(BytesMs(1, parameters.baud))),
       three_bytes_ms_(static_cast<uint8_t>(BytesMs(3, parameters.baud))),
       longest_frame_ms_(static_cast<uint16_t>(
@@ -245,6 +246,21 @@ PHEROMONE_OUTLINED void MediumAccess::DrawInOpening() {
   if (slots != 0) {
     countdown_ = static_cast<uint8_t>(1 + random_.Below(slots));
   }
+}
+
+// Who hears others late, behind an adapter, cannot tell neighbouring slots apart; nor does it know
+// when a slot begins, which is counted from a byte. It draws from those that are twice as far apart
+// as it hears late.
+PHEROMONE_OUTLINED uint8_t MediumAccess::RandomSlots() {
+  const uint8_t slots = window_.slots();
+  uint8_t apart = 1;
+  if (kHasAdapters) {
+    const uint16_t wanted =
+        static_cast<uint16_t>(1u + (2u * adapter_ms_ + state_.slot_ms - 1u) / state_.slot_ms);
+    const uint8_t most = static_cast<uint8_t>(UINT8_MAX / slots);
+    apart = wanted < most ? static_cast<uint8_t>(wanted) : most;
+  }
+  return static_cast<uint8_t>(1 + apart * random_.Below(slots));
 }
 
 bool MediumAccess::MayBegin(bool urgent) {

@@ -40,6 +40,12 @@ struct MediumCounters {
   unsigned ignored_damage;    ///< damaged frames that opened no window: most frames were
 };
 
+#ifndef PHEROMONE_ADAPTERS
+#define PHEROMONE_ADAPTERS 1
+#endif
+/// False: bytes come from a UART of our own, and Parameters::adapter_ms is not looked at.
+constexpr bool kHasAdapters = PHEROMONE_ADAPTERS != 0;
+
 struct MediumState {  // NOLINT(cppcoreguidelines-pro-type-member-init): MediumState() is all zero
   uint8_t slot_ms;    ///< of contention
   uint8_t window_ms;  ///< of responses
@@ -132,13 +138,14 @@ class MediumAccess : private MediumVariables {
   void ChooseSlotMs();
   void DrawInOpening();
   uint16_t IdleMs() const { return static_cast<uint16_t>(state_.slot_ms + three_bytes_ms_); }
-  uint8_t RandomSlots() { return static_cast<uint8_t>(1 + random_.Below(window_.slots())); }
+  uint8_t RandomSlots();
 
   enum : uint16_t { kAloneMs = 1000 };  // nobody else about for so long: no random delay
 
   uint8_t id_;
   uint8_t gap_timeout_ms_;
   uint8_t first_window_ms_;
+  uint8_t adapter_ms_;
   uint8_t byte_ms_;
   uint8_t three_bytes_ms_;
   uint16_t longest_frame_ms_;  // stray or framed bytes hold the channel for this long

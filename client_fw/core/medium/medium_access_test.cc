@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <climits>
 #include <cstdint>
+#include <set>
 #include <vector>
 
 #include "protocol/frame.h"
@@ -96,6 +98,29 @@ TEST_F(MediumAccessTest, ACarrierThatNeverEndsIsIgnoredAfterTwoSeconds) {
   EXPECT_GT(waited, 2000);
   EXPECT_LT(waited, 2500) << "two seconds and the longest frame";
   EXPECT_EQ(medium_.state().counters.ignored_carriers, 1u);
+}
+
+// Two that drew different delays are so far apart that the second has heard the first.
+TEST_F(MediumAccessTest, BehindAnAdapterDelaysAreTwiceAsFarApartAsItHoldsBytesBack) {
+  for (const uint8_t adapter_ms : {uint8_t{0}, uint8_t{1}, uint8_t{4}, uint8_t{16}}) {
+    Parameters parameters = Ours();
+    parameters.adapter_ms = adapter_ms;
+    medium_ = MediumAccess(parameters);
+    medium_.Tune(kSlotMs, kWindowMs);
+    std::set<int> delays;
+    for (int i = 0; i < 200; ++i) {
+      medium_.OnSent();
+      Run(kIdleMs);
+      medium_.Contend(MediumAccess::kBackOff);
+      delays.insert(Await());
+    }
+    EXPECT_EQ(delays.size(), kMinWindow) << int{adapter_ms};
+    int before = INT_MIN / 2;
+    for (const int delay : delays) {
+      EXPECT_GE(delay - before, kSlotMs + 2 * adapter_ms) << int{adapter_ms};
+      before = delay;
+    }
+  }
 }
 
 TEST_F(MediumAccessTest, AFrameOfAnotherOpensAWindowForItsAnswer) {
