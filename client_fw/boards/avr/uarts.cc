@@ -150,10 +150,13 @@ ISR(USART0_RX_vect) {
   using namespace pheromone::client;
   WakeLoop();
   volatile Registers* registers = reinterpret_cast<volatile Registers*>(&UCSR0A);
-  for (Uart& uart : uarts) {
-    Receive(registers, &uart);
-    Send(registers, &uart);
+  Uart* uart = uarts;
+  for (uint8_t left = 2; left != 0; --left) {
+    asm("" : "+z"(registers), "+y"(uart));
+    Receive(registers, uart);
+    Send(registers, uart);
     ++registers;
+    ++uart;
   }
 }
 ISR(USART0_UDRE_vect, ISR_ALIASOF(USART0_RX_vect));
