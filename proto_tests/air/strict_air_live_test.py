@@ -120,22 +120,25 @@ class Channel:
                 return int(found[1])
         raise AssertionError(f"robot {robot} does not tell {value}: {told.stdout}{told.stderr}")
 
-    def counts(self, robot):
+    def answers(self, robot):
+        """And when."""
         unanswered = self.get(robot, UNANSWERED)
-        return {"at": time.monotonic(), "answers": self.get(robot, REQUESTS) - unanswered,
-                "stops": self.get(robot, FAIL_SAFE_STOPS)}
+        return time.monotonic(), self.get(robot, REQUESTS) - unanswered
 
     def measure(self, seconds):
         """Answers a second and fail-safe stops of each robot, once all are there."""
         await_that(lambda: self.clients() >= set(self.ids), "all robots are there")
-        before = {robot: self.counts(robot) for robot in self.ids}
+        # Each question takes a turn of its robot, and on a full channel that can be a stop: they are
+        # asked for last, and then first.
+        before = {robot: self.answers(robot) for robot in self.ids}
+        stops = {robot: -self.get(robot, FAIL_SAFE_STOPS) for robot in self.ids}
         time.sleep(seconds)
-        rates, stops = {}, {}
         for robot in self.ids:
-            now = self.counts(robot)
-            rates[robot] = ((now["answers"] - before[robot]["answers"])
-                            / (now["at"] - before[robot]["at"]))
-            stops[robot] = now["stops"] - before[robot]["stops"]
+            stops[robot] += self.get(robot, FAIL_SAFE_STOPS)
+        rates = {}
+        for robot in self.ids:
+            at, answers = self.answers(robot)
+            rates[robot] = (answers - before[robot][1]) / (at - before[robot][0])
         check(min(rates.values()) > 0, f"{self.name}: a robot has no answers: {rates}")
         return rates, stops
 

@@ -302,9 +302,10 @@ STREAMS = [
 # all times count from its end. The header of traces.txt has the rest.
 
 
-def turns(*ids, open_slots=0):
-    return ("ROUND", dict(id=255, number=1, turn_ms=20, turn_bytes=20, slot_ms=3, open_slots=open_slots,
-                          left=[], right=[], turns=list(ids)))
+def turns(*ids, open_slots=0, number=1, answers=()):
+    return ("ROUND", dict(id=255, number=number, turn_ms=20, turn_bytes=20, slot_ms=3, open_slots=open_slots,
+                          left=[left for left, _ in answers], right=[right for _, right in answers],
+                          turns=list(ids)))
 
 
 def dripping(begin_ms, text):
@@ -334,6 +335,11 @@ TRACES = [
     ("tenth_damaged_frame_opens_none",
      [*((25 * i, DAMAGED_SENSE) for i in range(9)), (218, DAMAGED_SENSE)],
      ["nothing 223", "SENSE 224 247"]),
+    ("slow_request_of_another", [(0, OTHERS_SENSE)], ["nothing 51", "SENSE 52 152"]),
+    # The server is heard meanwhile, so that no HELLO is due.
+    ("five_retries_and_the_next_period", [(0, OTHERS_ANSWER), (300, OTHERS_ANSWER)],
+     ["SENSE 1 80", *["nothing +30", "SENSE +31 +100"] * 5, "nothing +183", "SENSE +184 +200"]),
+    ("adapter_waits_for_its_own", [], ["SENSE 1 320", "nothing +46", "SENSE +47 +330"]),
     ("frame_that_never_ends", [(0, "10 02 09 02 01 00")], ["nothing 20", "SENSE 21 107"]),
     ("frame_that_drips_for_longer_than_the_longest", dripping(0, "10 02 09 02" + " 01" * 24),
      ["nothing 160", "SENSE 162 210"]),
@@ -350,6 +356,10 @@ TRACES = [
     ("turn_is_lost_to_an_incomplete_frame", [(0, turns(9, 7)), (20, "10 02 09 02")], ["nothing 97"]),
     ("turns_in_succession_without_an_ack", [(0, turns(7, 7))], ["SENSE 1 3", "nothing 57"]),
     ("second_turn_not_in_succession", [(0, turns(7, 9, 7))], ["SENSE 1 3", "nothing 77"]),
+    ("turn_without_an_answer_goes_again",
+     [(0, turns(7)), (40, turns(7, number=2, answers=[(-32768, 0)])),
+      (80, turns(7, number=3, answers=[(-32768, 7)])), (120, turns(7, number=5, answers=[(1, 2)]))],
+     ["SENSE 1 3", "SENSE 41 43", "SENSE 81 83", "SENSE 121 123"]),
     ("others_have_turns", [(0, turns(9, 3))], ["nothing 197"]),
     ("simple_waits_for_an_opening", [(0, turns(9))], ["nothing 1999"]),
     ("simple_draws_among_the_slots", [(0, turns(9, open_slots=8))], ["nothing 20", "SENSE 21 49"]),
@@ -501,15 +511,16 @@ def traces_file():
         "follow each other, 1.04 ms each, and the last one of them is read at the time that is given. No",
         "carrier; a gap timeout of 20 ms. Nobody else was heard before. The first column of what is expected",
         "is in the order of time: a message whose first byte leaves from ... to ..., in ms, or \"nothing\"",
-        "until then. 1 ms more is permitted where a clock has such steps. \"nothing\" counts from the frame",
-        "before, if there is one. In traces whose names begin with simple_ the client has sent period 0 in",
-        "HELLO.")
+        "until then; with +, from the end of its last frame on. 1 ms more is permitted where a clock has such",
+        "steps. \"nothing\" counts from the frame before, if there is one. Where a name begins with simple_, the",
+        "client has sent period 0 in HELLO; with slow_, slot and window are 12 and 60 ms; with adapter_, the",
+        "client has an adapter that may hold bytes back for 16 ms.")
     for name, heard, expected in TRACES:
         data = [bytes.fromhex(piece) if isinstance(piece, str) else wire_of(body_of(*piece))
                 for _, piece in heard]
         first_ms = math.ceil(len(data[0]) * 10_000 / 9600) if data else 0
         pieces = [f"{first_ms + at}: {hexadecimal(one)}" for (at, _), one in zip(heard, data)]
-        sent = [" ".join([what, *(str(first_ms + int(ms)) for ms in times)])
+        sent = [" ".join([what, *(ms if ms[0] == "+" else str(first_ms + int(ms)) for ms in times)])
                 for what, *times in map(str.split, expected)]
         text += f"{name} | {'; '.join(pieces) or '-'} | {'; '.join(sent)}\n"
     return text
