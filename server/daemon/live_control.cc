@@ -167,6 +167,7 @@ control::StatusView LiveControl::GetStatus(bool with_hash) const {
   status.version = PHEROMONE_VERSION;
   status.uptime_s = SecondsSince(started_);
   status.service = parts_.service->counters();
+  status.is_kept = parts_.snapshot != nullptr;
   status.links = parts_.links->size();
   for (const auto& link : *parts_.links) {
     status.links_up += link->state().up ? 1u : 0u;

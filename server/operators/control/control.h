@@ -35,6 +35,7 @@
 #include "server/core/engine/service/service.h"
 #include "server/core/field/field.h"
 #include "server/core/petri/live_net.h"
+#include "server/operators/control/condition.h"
 #include "server/operators/control/notices.h"
 
 namespace pheromone::control {
@@ -59,6 +60,7 @@ struct StatusView {
   uint16_t epoch = 0;
   uint64_t sequence = 0;               ///< of the last event of the log
   uint64_t durable_sequence = 0;       ///< of the last durable event
+  bool is_kept = false;                ///< there is a journal: what is durable outlives the server
   std::optional<uint64_t> state_hash;  ///< if requested: it may require a pass over a layer
   size_t links = 0;
   size_t links_up = 0;
@@ -116,7 +118,9 @@ struct ClientView {
   engine::RobotTraffic traffic;
   std::optional<uint64_t> silent_ms;  ///< since its last message; nothing: not heard since a start
   PoseSource pose_source = PoseSource::kNone;
-  field::PoseUm pose;  ///< on the map, unless the source is kNone
+  field::PoseUm pose;                      ///< on the map, unless the source is kNone
+  std::optional<uint64_t> halt_of_all_ms;  ///< when all robots of its link were last told to halt
+  RobotCondition condition;
 };
 
 /// What is needed to read the field.
@@ -212,7 +216,8 @@ class Control {
   virtual void ChangeNets(const engine::NetsChanged& change, Done done) = 0;
   /// Halts all robots on all links, even while the log does not accept changes or the disk does not
   /// respond; no other request delays it. `done` gets the names of the links once the halt was
-  /// passed to them.
+  /// passed to them; GetLinks tells which are down, and GetClients who stands: no robot
+  /// acknowledges it.
   virtual void HaltAll(DoneWith<std::vector<std::string>> done) = 0;
   /// Changes the time constant of a pheromone's evaporation (PheromoneLaw::tau_ms) until the
   /// configuration is reread or the server restarts: its file stays as it is. Present levels go on

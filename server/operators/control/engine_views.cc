@@ -57,6 +57,8 @@ void AddClients(const engine::Engine& engine, const engine::Traffic& traffic,
     client.link = engine.config().links[link].name;
     client.id = id;
     AddPose(engine, link, now_ms, &client);
+    client.halt_of_all_ms = traffic.HaltOfAll(link);
+    client.condition = ConditionOf(client, now_ms);
     views->push_back(std::move(client));
   }
 }

@@ -77,11 +77,25 @@ json::value GoalToJson(const std::optional<engine::Goal>& goal) {
                       {"tolerance_m", Metres(goal->tolerance_um)}};
 }
 
+json::value StateToJson(const control::ClientView& client) {
+  const control::RobotCondition& it = client.condition;
+  const uint64_t now_ms = client.traffic.last_ms + client.silent_ms.value_or(0);
+  return json::object{
+      {"is", control::NameOf(it.state)},
+      {"reason", it.reason.empty() ? json::value(nullptr) : json::value(it.reason)},
+      {"since_s", it.since_ms == 0 ? json::value(nullptr)
+                                   : json::value(static_cast<double>(now_ms - it.since_ms) / 1e3)},
+      {"told_by", it.told ? "robot" : "server"},
+      {"moves", it.moves},
+      {"held", control::IsHeld(it.state)}};
+}
+
 json::object ToJson(const control::ClientView& client) {
   const engine::RobotState& robot = client.robot;
   return {{"link", client.link},
           {"id", client.id},
           {"known", client.known},
+          {"state", StateToJson(client)},
           {"silent_s", client.silent_ms ? json::value(static_cast<double>(*client.silent_ms) / 1e3)
                                         : json::value(nullptr)},
           {"requests", client.traffic.requests},
@@ -154,7 +168,8 @@ json::value ToJson(const control::StatusView& status) {
       {"field_time_s", static_cast<double>(status.field_time_ms) / 1e3},
       {"epoch", status.epoch},
       {"sequence", status.sequence},
-      {"durable_sequence", status.durable_sequence},
+      {"durable_sequence",
+       status.is_kept ? json::value(status.durable_sequence) : json::value(nullptr)},
       {"state_hash",
        status.state_hash ? json::value(HexText(*status.state_hash)) : json::value(nullptr)},
       {"links", status.links},

@@ -7,6 +7,7 @@
 
 #include "server/operators/ctl/change_commands.h"
 #include "server/operators/ctl/command_line.h"
+#include "server/operators/ctl/halt_commands.h"
 #include "server/operators/ctl/number_check.h"
 
 namespace pheromone::ctl {
@@ -24,6 +25,7 @@ struct ChangeArguments {
   bool add = false;
   RobotCommand command;
   bool no_wait = false;
+  bool all = false;
   RobotGoal goal;
 };
 
@@ -144,6 +146,10 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
   program->add_subcommand("halt", "Halt all robots on all links")->callback([=] {
     *exit_status = HaltAll(*options);
   });
+  CLI::App* resume = program->add_subcommand("resume", "Tell robots to drive on");
+  resume->add_flag("--all", it->all, "All robots that are heard; one: command LINK ID resume")
+      ->required();
+  resume->callback([=] { *exit_status = ResumeAll(*options); });
   program->add_subcommand("reload", "Make the server reread its configuration")->callback([=] {
     *exit_status = ReloadConfig(*options);
   });

@@ -218,10 +218,6 @@ int GoTo(const ServerOptions& options, const RobotGoal& goal) {
                 fmt::format("{}: goal ({}, {}) m", robot, *goal.x_m, *goal.y_m));
 }
 
-int HaltAll(const ServerOptions& options) {
-  return Change(options, "halt", {}, "halt sent to all robots on all links");
-}
-
 int ReloadConfig(const ServerOptions& options) {
   const JsonReply reply = CallJson(options, "POST", "/api/v1/reload", "{}");
   if (reply.exit_status != 0 || options.json) {

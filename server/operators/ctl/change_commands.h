@@ -1,4 +1,4 @@
-// pheromonectl deposit, erase, paint, command, goto, halt, reload, snapshot: an operator's changes
+// pheromonectl deposit, erase, paint, command, goto, reload, snapshot: an operator's changes
 // of a running server. Each prints what was done, or an error on standard error, and returns the
 // exit status (server_call.h). Lengths are in metres, from the map's origin of coordinates.
 #pragma once
@@ -46,7 +46,6 @@ struct RobotGoal {
 };
 int GoTo(const ServerOptions& options, const RobotGoal& goal);
 
-int HaltAll(const ServerOptions& options);
 int ReloadConfig(const ServerOptions& options);
 int MakeSnapshot(const ServerOptions& options);
 

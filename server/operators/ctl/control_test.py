@@ -16,6 +16,7 @@ import select
 import shutil
 import socket
 import stat
+import struct
 import subprocess
 import sys
 import tempfile
@@ -25,6 +26,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "proto_tests"))
+from operated_daemon import await_that  # noqa: E402
 from stranger import wire  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
 import test_config  # noqa: E402
@@ -82,6 +84,13 @@ class Server(unittest.TestCase):
             return result.stdout
         self.assertEqual(result.stdout, "")
         return result.stderr
+
+    def halt(self):
+        """Its exit status, and what it tells: the modem is unplugged."""
+        result = subprocess.run([PHEROMONECTL, "halt"], cwd=self.folder, text=True,
+                                capture_output=True, timeout=PATIENCE_S, check=False)
+        self.assertEqual(result.stderr, "")
+        return result.returncode, result.stdout
 
     def view(self, *arguments):
         return json.loads(self.ctl(*arguments, "--json"))
@@ -177,7 +186,7 @@ class ControlTest(Server):
             it = socket.socket(socket.AF_UNIX)
             it.connect(str(self.folder / "pheromoned.sock"))
             idle.append(it)
-        self.assertIn("halt sent", self.ctl("halt"))
+        self.assertIn("halt sent", self.halt()[1])
         self.assertEqual(self.request("GET", "/healthz")[0].status, 200)
         for it in idle:
             it.close()
@@ -310,8 +319,47 @@ class ControlTest(Server):
 
     def test_halt_reaches_all_robots(self):
         robot = self.robot(25)
-        self.ctl("halt")
+        self.halt()
         self.assertEqual(self.receive(robot, 0xFF)[3], 1)
+
+    def test_halt_names_the_dead_link_and_who_moves_on_or_is_silent(self):
+        line = open_terminal(self.folder / "radio-a.pty")
+        self.addCleanup(line.close)
+        for identifier in (51, 52, 53):
+            Client(line, identifier, timeout=PATIENCE_S, tries=1).hello(nonce=1)
+        over = threading.Event()
+
+        def drive():  # 51 stands, 52 moves on, 53 is silent
+            x_mm = 1000
+            while not over.wait(0.03):
+                x_mm += 5
+                for identifier, x in ((51, 1000), (52, x_mm)):
+                    line.send(wire.encode(bytes([identifier, 0x01])
+                                          + struct.pack("<hhH", x, 1000, 0)))
+
+        robots = threading.Thread(target=drive)
+        robots.start()
+        try:
+            await_that(lambda: self.state(53)["is"] == "silent", "robot 53 is silent")
+            self.assertTrue(self.state(52)["moves"])
+            self.assertFalse(self.state(51)["moves"])
+            status, told = self.halt()
+            self.assertEqual(self.state(51)["is"], "halted")
+            self.assertEqual((self.state(52)["is"], self.state(52)["reason"]),
+                             ("alarm", "it was told to halt, and moves"))
+        finally:
+            over.set()
+            robots.join()
+        self.assertEqual(status, 1)
+        self.assertIn("halt sent on 1 of 2 links\n  modem is down: ./unplugged: No such file or "
+                      "directory; its robots were not told\n", told)
+        self.assertIn("  robot 52 on radio-a was not seen to stand\n", told)
+        self.assertIn("  robot 53 on radio-a has been silent for ", told)
+        self.assertNotIn("robot 51", told)
+
+    def state(self, identifier):
+        return next(client["state"] for client in self.view("clients")["clients"]
+                    if client["id"] == identifier)
 
     def receive(self, robot, identifier):
         """The next COMMAND for an ID: ID, opcode, seq, code, arguments."""

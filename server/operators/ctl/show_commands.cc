@@ -7,6 +7,7 @@
 
 #include "server/base/percent.h"
 #include "server/operators/ctl/capture_commands.h"
+#include "server/operators/ctl/halt_commands.h"
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/table.h"
 #include "server/operators/ctl/units.h"
@@ -95,16 +96,21 @@ int ShowStatus(const ServerOptions& options, bool with_hash) {
     fmt::print("WARNING   {}\n", warning);
   }
   fmt::print("links     {} of {} up\n", CountAt(status, "links_up"), CountAt(status, "links"));
-  fmt::print("robots    {}\n", CountAt(status, "robots"));
+  const JsonReply clients = CallJson(options, "GET", "/api/v1/clients");
+  fmt::print("robots    {}\n",
+             clients.exit_status == 0 ? CountStates(ItemsAt(clients.value, "clients")) : "unknown");
   fmt::print("field     {} nodes in {} tiles, {} of {}\n", CountAt(field, "nodes"),
              CountAt(field, "tiles"), Size(NumberAt(field, "used_bytes")),
              Size(NumberAt(field, "limit_bytes")));
   fmt::print("requests  {}, answered {}, of these repeats {}; ignored {}\n",
              CountAt(counters, "requests"), CountAt(counters, "answers"),
              CountAt(counters, "repeats"), CountAt(counters, "ignored"));
-  fmt::print("log       event {}, durable up to {}; epoch {}, field time {:.3f} s\n",
-             CountAt(status, "sequence"), CountAt(status, "durable_sequence"),
-             CountAt(status, "epoch"), NumberAt(status, "field_time_s"));
+  const std::string kept =
+      At(status, "durable_sequence").is_null()
+          ? "not kept: no journal"
+          : fmt::format("durable up to {}", CountAt(status, "durable_sequence"));
+  fmt::print("log       event {}, {}; epoch {}, field time {:.3f} s\n", CountAt(status, "sequence"),
+             kept, CountAt(status, "epoch"), NumberAt(status, "field_time_s"));
   if (with_hash) {
     fmt::print("state     hash {}\n", TextAt(status, "state_hash"));
   }
@@ -155,16 +161,18 @@ int ShowClients(const ServerOptions& options, const std::string& link) {
   if (IsDone(options, reply)) {
     return reply.exit_status;
   }
-  std::vector<std::vector<std::string>> rows = {{"LINK", "ID", "LAST SEEN", "REQUESTS", "REPEATS",
-                                                 "REFUSALS", "POSE", "GOAL", "LAST EVENT",
-                                                 "LAST COMMAND"}};
+  std::vector<std::vector<std::string>> rows = {{"LINK", "ID", "STATE", "SINCE", "LAST SEEN",
+                                                 "REQUESTS", "REPEATS", "REFUSALS", "POSE", "GOAL",
+                                                 "LAST EVENT", "LAST COMMAND"}};
   for (const json::value& client : ItemsAt(reply.value, "clients")) {
     if (!link.empty() && TextAt(client, "link") != link) {
       continue;
     }
     const json::value& event = At(client, "last_event");
+    const json::value& state = At(client, "state");
     rows.push_back({TextAt(client, "link"), std::to_string(CountAt(client, "id")),
-                    Ago(client, "silent_s"), std::to_string(CountAt(client, "requests")),
+                    DescribeState(client), Ago(state, "since_s"), Ago(client, "silent_s"),
+                    std::to_string(CountAt(client, "requests")),
                     std::to_string(CountAt(client, "repeats")),
                     std::to_string(CountAt(client, "refusals")), PoseOf(client), GoalOf(client),
                     event.is_null() ? "-" : TextAt(event, "event"), CommandOf(client)});

@@ -165,8 +165,11 @@ void Service::NoticeArrivals(const Stamp& stamp, LinkIndex link, std::span<const
                              std::vector<Outgoing>* out) {
   for (const Message& message : messages) {
     const std::optional<GoalEnded> arrival = engine_.Arrival(stamp, link, message);
-    if (arrival && Change(stamp, *arrival, out) == Reason::kNone && arrived_) {
-      arrived_(*arrival);
+    if (arrival && Change(stamp, *arrival, out) == Reason::kNone) {
+      traffic_.NoteArrival(link, message.id, stamp.field_time_ms);
+      if (arrived_) {
+        arrived_(*arrival);
+      }
     }
   }
 }
@@ -177,6 +180,7 @@ Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const M
   Observer::Outcome outcome;
   const size_t before = out->size();
   Traffic::Fate fate = Traffic::Fate::kAnswered;
+  Reason refusal = Reason::kNone;
   switch (engine_.Classify(link, message)) {
     case Handling::kIgnore:
       ++counters_.ignored;
@@ -211,11 +215,12 @@ Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const M
     if (protocol::Decode(sent.message, &error)) {
       ++counters_.errors[std::min<size_t>(static_cast<size_t>(error.reason), kReasons - 1)];
       fate = Traffic::Fate::kRefused;
+      refusal = error.reason;
     } else {
       ++counters_.answers;
     }
   }
-  traffic_.Count(link, message, stamp.field_time_ms, fate);
+  traffic_.Count(link, message, stamp.field_time_ms, fate, refusal);
   return outcome;
 }
 
@@ -286,6 +291,9 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
   Status acceptable = engine_.Check(command);
   if (!acceptable.ok()) {
     return acceptable;
+  }
+  if (command.id == protocol::kBroadcastId) {  // it is sent in any case (LiveControl::HaltAll)
+    traffic_.NoteHaltOfAll(command.link, StampNow().field_time_ms);
   }
   if (held_.commands() >= kMaxHeldCommands) {
     return Error{std::to_string(held_.commands()) + " commands are waiting for the log"};

@@ -1,5 +1,7 @@
 #include "server/core/engine/service/traffic.h"
 
+#include <algorithm>
+
 namespace pheromone::engine {
 namespace {
 
@@ -16,27 +18,83 @@ std::optional<protocol::WirePose> PoseIn(const protocol::Message& message) {
   return std::nullopt;
 }
 
+void NotePose(const protocol::WirePose& pose, uint64_t now_ms, RobotTraffic* robot) {
+  if (!robot->pose) {
+    robot->first_pose_ms = now_ms;
+  } else if (pose.x != robot->pose->x || pose.y != robot->pose->y ||
+             pose.heading != robot->pose->heading) {
+    robot->moved_ms = now_ms;
+  }
+  robot->pose = pose;
+}
+
+// What the robot says of itself.
+void NoteWords(const protocol::Message& message, uint64_t now_ms, RobotTraffic* robot) {
+  protocol::EventReport event;
+  protocol::CommandAck ack;
+  protocol::HelloRequest hello;
+  if (protocol::Decode(message, &event)) {
+    if (!robot->event || robot->event->what.seq != event.seq) {
+      robot->event = {event, now_ms};
+    }
+  } else if (protocol::Decode(message, &ack)) {
+    const bool stops = ack.code == protocol::CommandCode::kHalt;
+    if (ack.result == 0 && (stops || ack.code == protocol::CommandCode::kResume)) {
+      robot->obeyed = {ack.code, now_ms};
+    }
+  } else if (protocol::Decode(message, &hello) &&
+             (robot->hello_ms == 0 || robot->nonce != hello.nonce)) {
+    robot->nonce = hello.nonce;
+    robot->hello_ms = now_ms;
+  }
+}
+
 }  // namespace
 
-void Traffic::Count(LinkIndex link, const protocol::Message& message, uint64_t now_ms, Fate fate) {
-  ++by_opcode_[message.opcode & 0x7Fu];
-  if (protocol::IsFromServer(message.opcode) || message.id == protocol::kBroadcastId) {
-    return;  // an echo, or invalid ID
-  }
+RobotTraffic& Traffic::At(LinkIndex link, uint8_t id) {
   if (link >= links_.size()) {
     links_.resize(size_t{link} + 1);
   }
   if (links_[link] == nullptr) {
     links_[link] = std::make_unique<Robots>();
   }
-  RobotTraffic& robot = (*links_[link])[message.id];
+  return (*links_[link])[id];
+}
+
+void Traffic::Count(LinkIndex link, const protocol::Message& message, uint64_t now_ms, Fate fate,
+                    protocol::Reason refusal) {
+  ++by_opcode_[message.opcode & 0x7Fu];
+  if (protocol::IsFromServer(message.opcode) || message.id == protocol::kBroadcastId) {
+    return;  // an echo, or invalid ID
+  }
+  RobotTraffic& robot = At(link, message.id);
   ++robot.requests;
   robot.repeats += fate == Fate::kRepeated ? 1u : 0u;
   robot.refusals += fate == Fate::kRefused ? 1u : 0u;
   robot.last_ms = now_ms;
-  if (const auto pose = PoseIn(message)) {
-    robot.pose = pose;
+  const auto pose = PoseIn(message);
+  if (refusal != robot.refusal && (pose || refusal != protocol::Reason::kNone)) {
+    robot.refusal = refusal;
+    robot.refused_ms = now_ms;
   }
+  if (pose) {
+    NotePose(*pose, now_ms, &robot);
+  } else {
+    NoteWords(message, now_ms, &robot);
+  }
+}
+
+void Traffic::NoteHaltOfAll(LinkIndex link, uint64_t now_ms) {
+  halts_.resize(std::max(halts_.size(), size_t{link} + 1));
+  halts_[link] = now_ms;
+}
+
+void Traffic::NoteArrival(LinkIndex link, uint8_t id, uint64_t now_ms) {
+  At(link, id).arrived_ms = now_ms;
+}
+
+std::optional<uint64_t> Traffic::HaltOfAll(LinkIndex link) const {
+  return link < halts_.size() ? halts_[link] : std::nullopt;
 }
 
 const RobotTraffic* Traffic::Find(LinkIndex link, uint8_t id) const {

@@ -1,7 +1,9 @@
 #include "server/operators/web/api/metrics.h"
 
+#include <array>
 #include <initializer_list>
 #include <map>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -264,6 +266,8 @@ void AddCapture(const control::CaptureView& capture, Text* text) {
               "Records of that recording dropped because the disk was too slow.", capture.lost);
 }
 
+constexpr size_t kRobotStates = static_cast<size_t>(control::kLastRobotState) + 1;
+
 void AddRobots(const std::vector<control::ClientView>& clients, Text* text) {
   const auto family = [&](std::string_view name, std::string_view help, auto value_of) {
     text->Family(name, "counter", help);
@@ -275,6 +279,19 @@ void AddRobots(const std::vector<control::ClientView>& clients, Text* text) {
          [](const control::ClientView& it) { return it.traffic.requests; });
   family("robot_repeats_total", "Changes that a robot had to repeat.",
          [](const control::ClientView& it) { return it.traffic.repeats; });
+  text->Family("robot_states", "gauge", "Robots of a link, by what they are doing.");
+  std::map<std::string, std::array<uint64_t, kRobotStates>> by_link;
+  for (const control::ClientView& client : clients) {
+    ++by_link[client.link][static_cast<size_t>(client.condition.state)];
+  }
+  for (const auto& [link, counts] : by_link) {
+    for (size_t state = 0; state < kRobotStates; ++state) {
+      text->Sample(
+          {{"link", link},
+           {"state", std::string(control::NameOf(static_cast<control::RobotState>(state)))}},
+          counts[state]);
+    }
+  }
   text->Family("robot_silent_seconds", "gauge", "Time since a robot's last message.");
   for (const control::ClientView& client : clients) {
     if (client.silent_ms) {

@@ -255,9 +255,23 @@ void Halt(control::Control* control, Parameters* fields, Respond respond) {
     respond(Refuse(400, *fields->problem()));
     return;
   }
-  control->HaltAll([respond = std::move(respond)](const Result<std::vector<std::string>>& links) {
-    respond(Outcome("links", links));
-  });
+  control->HaltAll(
+      [control, respond = std::move(respond)](const Result<std::vector<std::string>>& links) {
+        if (!links.ok()) {
+          respond(Outcome("links", links));
+          return;
+        }
+        json::array told;
+        json::array down;
+        for (const control::LinkView& link : control->GetLinks()) {
+          if (link.up) {
+            told.emplace_back(link.name);
+          } else {
+            down.push_back({{"name", link.name}, {"state", link.state}});
+          }
+        }
+        respond(Done({{"links", std::move(told)}, {"down", std::move(down)}}));
+      });
 }
 
 void Reload(control::Control* control, Parameters* fields, Respond respond) {
