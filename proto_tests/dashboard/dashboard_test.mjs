@@ -16,6 +16,10 @@ const swarm = new Swarm(binDir, `${defaultConfig(binDir)}
 name = "radio-b"
 kind = "pty"
 path = "radio-b.pty"
+[[link]]
+name = "modem"
+kind = "serial"
+port = "./unplugged"
 [[tag]]
 name = "door"
 x_m = 1.0
@@ -83,6 +87,19 @@ async function withoutToken(browser) {
   await page.click('#lock');
   await page.waitForSelector('#halt-all:disabled');
   checkClean();
+  await context.close();
+}
+
+async function wrongToken(browser) {
+  begin('a wrong token is refused when unlocking');
+  const {page, context} = await open(browser, swarm.port);   // its console tells the 401
+  await page.goto(`http://127.0.0.1:${swarm.port}/`);
+  await live(page);
+  await page.click('#lock');
+  await page.fill('#token-dialog input', 'not the token');
+  await page.click('#token-dialog button[type="submit"]');
+  await page.waitForFunction(() => document.querySelector('#token-dialog .problem').textContent === 'This is not the server’s token.');
+  check(await page.isVisible('#token-dialog') && await page.isDisabled('#halt-all'), 'a wrong token unlocks');
   await context.close();
 }
 
@@ -252,13 +269,18 @@ async function panels(page) {
 async function haltAll(page) {
   begin('all robots are halted');
   await page.click('#halt-all');
+  await page.waitForSelector('.toasts >> text=/Halt sent on 2 of 3 links; modem is down: its robots were not told/');
   await stands(1);
   await stands(2);
-  for (const key of ['radio-a/1', 'radio-b/2']) {
-    await select(page, key);
-    await page.click('#resume');
-    await page.waitForSelector('.toasts >> text=/resume sent/');
-  }
+  await page.waitForSelector('#halted >> text=2 of 2 halted');
+  await page.waitForFunction(() => document.querySelectorAll('.row .dot.held').length === 2);
+  await page.waitForFunction(() => document.querySelector('#facts').textContent.includes('2 halted'));
+  await page.screenshot({path: join(out, 'halted.png')});
+  await page.click('#resume-all');
+  await moved(1, 0.05);
+  await moved(2, 0.05);
+  await page.waitForSelector('#halted', {state: 'hidden'});
+  await page.waitForFunction(() => document.querySelectorAll('.row .dot.held').length === 0);
 }
 
 async function cut(page, watch) {
@@ -386,6 +408,7 @@ await run(swarm, async (browser) => {
   await swarm.drive('radio-a.pty', 1);
   await swarm.drive('radio-b.pty', 2);
   await withoutToken(browser);
+  await wrongToken(browser);
   const {page, watch, checkClean} = await open(browser, swarm.port);
   await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
   await live(page);

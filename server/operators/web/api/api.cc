@@ -113,10 +113,11 @@ constexpr std::string_view kStatus = "/api/v1/status";
 constexpr std::string_view kField = "/api/v1/field";
 constexpr std::string_view kCommand = "/api/v1/command";
 constexpr std::string_view kHalt = "/api/v1/halt";
+constexpr std::string_view kUnlock = "/api/v1/unlock";
 constexpr std::string_view kCaptureFile = "/api/v1/captures/";  // and the file's name
 
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
-constexpr std::array<Route, 26> kRoutes = {{
+constexpr std::array<Route, 27> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
     {kMetrics, Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},
@@ -141,6 +142,7 @@ constexpr std::array<Route, 26> kRoutes = {{
     {kCommand, Where::kAtOnce, nullptr, Command},
     {"/api/v1/goto", Where::kAtOnce, nullptr, GoTo},
     {kHalt, Where::kAtOnce, nullptr, Halt},
+    {kUnlock, Where::kAtOnce, nullptr, Unlock},
     {"/api/v1/reload", Where::kAtOnce, nullptr, Reload},
     {"/api/v1/snapshot", Where::kAtOnce, nullptr, Snapshot},
 }};
@@ -251,7 +253,7 @@ std::vector<Resource> Resources() {
 bool IsUrgent(const Request& request) {
   const std::string_view target = request.target;
   const std::string_view path = target.substr(0, target.find('?'));
-  return path == kHealth || path == kHalt || path == kCommand;
+  return path == kHealth || path == kHalt || path == kUnlock || path == kCommand;
 }
 
 Api::Api(control::Control* control, ApiOptions options, Lanes lanes)

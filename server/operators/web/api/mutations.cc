@@ -274,6 +274,11 @@ void Halt(control::Control* control, Parameters* fields, Respond respond) {
       });
 }
 
+void Unlock(control::Control* /*control*/, Parameters* fields, Respond respond) {
+  fields->AllowOnly({});
+  respond(fields->problem() ? Refuse(400, *fields->problem()) : Done({}));
+}
+
 void Reload(control::Control* control, Parameters* fields, Respond respond) {
   fields->AllowOnly({});
   if (fields->problem()) {

@@ -36,6 +36,8 @@ void GoTo(control::Control* control, Parameters* fields, Respond respond);
 void ChangeLaw(control::Control* control, Parameters* fields, Respond respond);
 
 void Halt(control::Control* control, Parameters* fields, Respond respond);
+/// Changes nothing: tells whoever has the right token so, before it is needed.
+void Unlock(control::Control* control, Parameters* fields, Respond respond);
 void Reload(control::Control* control, Parameters* fields, Respond respond);
 void Snapshot(control::Control* control, Parameters* fields, Respond respond);
 

@@ -45,6 +45,16 @@ class Api {
     }
   }
 
+  /** Why the server does not take this token; empty: it does. */
+  async whyNot(token) {
+    try {
+      await this.ask('unlock', {method: 'POST', headers: {'Authorization': `Bearer ${token}`, 'Content-Type': 'application/json'}, body: '{}'});
+    } catch (error) {
+      return error.status === 401 ? 'This is not the server’s token.' : error.message;
+    }
+    return '';
+  }
+
   async ask(path, options) {
     let response;
     try {

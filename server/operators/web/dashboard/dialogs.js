@@ -26,19 +26,31 @@ export function setUpHelp() {
 
 export function setUpToken() {
   const input = h('input', {type: 'password', autocomplete: 'off', name: 'token', 'aria-label': 'Token', spellcheck: 'false'});
+  const problem = h('p', {class: 'problem', role: 'alert'});
+  const unlock = h('button', {type: 'submit', class: 'primary'}, 'Unlock');
   const dialog = h('dialog', {id: 'token-dialog'},
     h('h2', {}, 'Unlock changes'),
     h('p', {}, 'The token is in the file that web.token_file of the configuration names. It is kept until this tab is closed.'),
-    h('form', {method: 'dialog', onsubmit: () => { api.token = input.value.trim(); input.value = ''; }},
-      input,
+    h('form', {onsubmit: (event) => { event.preventDefault(); tryToken(); }},
+      input, problem,
       h('div', {class: 'actions'},
-        h('button', {type: 'button', onclick: () => dialog.close()}, 'Cancel'),
-        h('button', {type: 'submit', class: 'primary'}, 'Unlock'))));
+        h('button', {type: 'button', onclick: () => dialog.close()}, 'Cancel'), unlock)));
+  async function tryToken() {
+    unlock.disabled = true;
+    setText(problem, 'Asking the server …');
+    const refused = await api.whyNot(input.value.trim());
+    unlock.disabled = false;
+    setText(problem, refused);
+    if (refused) return;
+    api.token = input.value.trim();
+    input.value = '';
+    dialog.close();
+  }
   document.body.append(dialog);
   const lock = byId('lock');
   lock.addEventListener('click', () => {
     if (api.token) api.token = '';
-    else dialog.showModal();
+    else { setText(problem, ''); dialog.showModal(); }
   });
   return () => {
     setText(lock, api.token ? 'Lock' : 'Unlock');

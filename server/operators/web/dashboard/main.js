@@ -9,7 +9,7 @@ import {decodeLog} from './protobuf.js';
 import {Layer} from './raster.js';
 import {SwarmMap} from './map.js';
 import {Tools} from './tools.js';
-import {MANY, takeClients, isFresh, poseNow} from './robots.js';
+import {MANY, countStates, isHalted, poseNow, stateOf, takeClients} from './robots.js';
 import {Charts} from './charts.js';
 import {History} from './history.js';
 import {Timeline} from './timeline.js';
@@ -266,8 +266,8 @@ function showPanels() {
   if (due.has('robots')) {
     robots.show();
     layers.show();
-    const heard = [...store.robots.values()].filter(isFresh).length;
-    fact('Robots', store.robots.size === heard ? String(heard) : `${heard} of ${store.robots.size}`);
+    fact('Robots', countStates(store.robots.values()) || '0');
+    showHalted();
     fact('Map time', duration(store.fieldTimeMs / 1000));
   }
   if (due.has('links')) health.showLinks();
@@ -315,13 +315,31 @@ async function haltAll() {
   if (!api.token) { toast('Halting needs the token: "Unlock" above', true); return; }
   commands.forget();
   try {
-    const done = await api.post('halt', {});
-    toast(`Halt sent on ${done.links.length === 1 ? done.links[0] : `${done.links.length} links`}`);
+    const {links, down} = await api.post('halt', {});
+    const missed = down.map((it) => `${it.name} is down: its robots were not told`);
+    toast([`Halt sent on ${links.length} of ${links.length + down.length} link${links.length + down.length === 1 ? '' : 's'}`, ...missed].join('; '), missed.length > 0);
   } catch (error) {
     toast(`NOT halted: ${error.message}`, true);
   }
 }
 byId('halt-all').addEventListener('click', haltAll);
+
+// While anybody is halted, and of whom it is not sure.
+function showHalted() {
+  const all = [...store.robots.values()];
+  const halted = all.filter(isHalted);
+  const unsure = all.filter((it) => stateOf(it) === 'alarm' && /halt/.test(it.state?.reason ?? ''));
+  const box = byId('halted');
+  box.hidden = replay.active || halted.length + unsure.length === 0;
+  setText(box.firstElementChild, `${halted.length} of ${all.length} halted` +
+    (unsure.length ? `; not yet: ${unsure.map((it) => `robot ${it.id}`).join(', ')}` : ''));
+  byId('resume-all').disabled = api.refusal !== '';
+  byId('resume-all').title = api.refusal ? 'Resuming needs the token: "Unlock"' : 'Every halted robot drives on';
+}
+
+byId('resume-all').addEventListener('click', () => {
+  for (const robot of store.robots.values()) if (isHalted(robot)) commands.send(robot.key, 'resume');
+});
 byId('side-toggle').addEventListener('click', () => {
   const open = byId('side').classList.toggle('open');
   byId('side-toggle').setAttribute('aria-expanded', String(open));

@@ -39,6 +39,25 @@ export class Trail {
 
 export const isFresh = (client) => client.known !== false && client.silent_s !== null && client.silent_s < FRESH_S;
 
+// How each state is shown: colour, and a shape of its own for who cannot tell colours.
+const SHOWN = {
+  'driving': 'good', 'going to its goal': 'good', 'at its goal': 'goal', 'halted': 'held', 'standing': 'held',
+  'trail lost': 'warn', 'off the map': 'warn', 'refused': 'warn', 'alarm': 'bad', 'silent': '',
+};
+const ORDER = Object.keys(SHOWN);
+
+/** What a robot is doing; the server computes it (control/condition.h). Old recordings do not tell. */
+export const stateOf = (robot) => robot.state?.is ?? (isFresh(robot) ? 'standing' : 'silent');
+export const shownAs = (robot) => SHOWN[stateOf(robot)] ?? 'warn';
+export const isHalted = (robot) => stateOf(robot) === 'halted';
+
+/** "4 driving · 2 halted". */
+export function countStates(robots) {
+  const counts = new Map();
+  for (const robot of robots) counts.set(stateOf(robot), (counts.get(stateOf(robot)) ?? 0) + 1);
+  return [...counts].sort((a, b) => ORDER.indexOf(a[0]) - ORDER.indexOf(b[0])).map(([state, count]) => `${count} ${state}`).join(' · ');
+}
+
 /** What share of the most that any antenna has sensed of the active pheromone this is. */
 export function shareOf(sensed) {
   const most = Math.max(store.peaks.get(store.active) ?? 0, 1e-9);
@@ -126,7 +145,7 @@ export function drawRobots(context, view, theme, now) {
       context.stroke();
     }
     if (client.antennas && (selected || hasAntennas)) drawAntennas(context, view, theme, client, x, y, hue, selected);
-    drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected, labels);
+    drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected ? theme.accent : colourOf(client, theme), labels, shownAs(client) === 'held');
     if (labels || selected) {
       context.fillStyle = selected ? theme.accent : theme['ink-2'];
       write(context, theme, String(client.id), x + size + 4, y - size - 3);
@@ -143,7 +162,13 @@ function antennaPx(robots, view) {
   return 0;
 }
 
-function drawBody(context, theme, x, y, angle, size, selected, outlined) {
+function colourOf(client, theme) {
+  const shown = shownAs(client);
+  return shown === 'warn' ? theme.warn : shown === 'bad' ? theme.bad : theme.ink;
+}
+
+// Hollow: it is held.
+function drawBody(context, theme, x, y, angle, size, colour, outlined, hollow) {
   const cos = Math.cos(angle) * size;
   const sin = Math.sin(angle) * size;
   const point = (a, b) => [x + a * cos - b * sin, y + a * sin + b * cos];
@@ -159,8 +184,13 @@ function drawBody(context, theme, x, y, angle, size, selected, outlined) {
     context.strokeStyle = theme.map;
     context.stroke();
   }
-  context.fillStyle = selected ? theme.accent : theme.ink;
+  context.fillStyle = hollow ? theme.map : colour;
   context.fill();
+  if (hollow) {
+    context.lineWidth = 1.6;
+    context.strokeStyle = colour;
+    context.stroke();
+  }
 }
 
 // The positions are those of the message's pose; on screen the robot is between two.

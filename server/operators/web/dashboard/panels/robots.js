@@ -4,7 +4,7 @@ import {api} from '../api.js';
 import {commands} from '../commands.js';
 import {h, pairs, panel, setText, toast} from '../dom.js';
 import {ago, metres, number} from '../format.js';
-import {isFresh, shareOf} from '../robots.js';
+import {countStates, isFresh, shareOf, shownAs, stateOf} from '../robots.js';
 
 const MOST_ROWS = 60;
 
@@ -59,8 +59,7 @@ export class RobotsPanel {
 
   show() {
     const robots = [...store.shownRobots.values()].sort((a, b) => a.link.localeCompare(b.link) || a.id - b.id);
-    const fresh = robots.filter(isFresh).length;
-    setText(this.panel.count, robots.length ? `${fresh} of ${robots.length} heard` : '');
+    setText(this.panel.count, countStates(robots));
     const shown = robots.slice(0, MOST_ROWS);
     if (shown.length !== this.rows.size || shown.some((it) => !this.rows.has(it.key))) this.rebuild(shown);
     for (const robot of shown) this.update(robot);
@@ -87,14 +86,16 @@ export class RobotsPanel {
 
   update(robot) {
     const {element, dot, meters, end} = this.rows.get(robot.key);
-    const fresh = isFresh(robot);
-    dot.className = `dot ${fresh ? 'good' : robot.silent_s === null ? '' : 'warn'}`;
+    const state = stateOf(robot);
+    dot.className = `dot ${shownAs(robot)}`;
+    element.title = robot.state?.reason ? `${state}: ${robot.state.reason}` : state;
+    element.setAttribute('aria-label', `Robot ${robot.id}, ${element.title}`);
     element.classList.toggle('selected', store.selected?.key === robot.key);
     const sensed = robot.antennas?.pheromones?.[store.active];
     ['left', 'right'].forEach((side, i) => {
       meters[i].style.transform = `scaleX(${shareOf(sensed?.[side]).toFixed(3)})`;
     });
-    setText(end, fresh ? (robot.pose ? '' : 'no pose') : ago(robot.silent_s));
+    setText(end, state === 'driving' ? '' : state === 'silent' && robot.silent_s !== null ? `silent ${ago(robot.silent_s)}` : state);
   }
 
   showCard() {
@@ -104,7 +105,11 @@ export class RobotsPanel {
     setText(this.title, `Robot ${selected.id} on ${selected.link}`);
     const {pose, goal, last_command: command, last_event: event} = selected;
     const senses = Object.entries(selected.antennas?.pheromones ?? {});
+    const state = selected.state;
     this.facts.replaceChildren(pairs([
+      ['State', `${stateOf(selected)}${state?.reason ? `, ${state.reason}` : ''}${state?.since_s > 0 ? `, for ${ago(state.since_s)}` : ''}`,
+       shownAs(selected) === 'good' ? 'good' : shownAs(selected) === 'bad' ? 'bad' : 'warn'],
+      state && state.told_by === 'server' && ['Known from', 'its poses; it has not told'],
       ['Position', pose ? `${metres(pose.x_m)}, ${metres(pose.y_m)}` : 'unknown'],
       pose && ['Heading', `${pose.heading_deg.toFixed(0)}°${pose.source === 'tracker' ? ', by tracker' : ''}`],
       goal && ['Goal', `${metres(goal.x_m)}, ${metres(goal.y_m)}`],
