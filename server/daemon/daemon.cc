@@ -125,9 +125,9 @@ class Daemon::Impl {
     boost::asio::post(strand_, [this] { Tick(); });
     ReportTrouble();
     signals_.Start();
-    const bool started = links_.Start();
+    // First: a second server beside a running one must not drive its robots.
+    const bool started = front_end_.Open() && links_.Start();
     if (started) {
-      front_end_.Open();
       boost::asio::post(strand_, [this] { BeReady(); });
     } else {
       boost::asio::post(strand_, [this] { Stop(); });

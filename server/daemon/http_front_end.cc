@@ -93,18 +93,20 @@ class HttpFrontEnd::Impl {
     }
   }
 
-  void Open() {
+  bool Open() {
+    if (!web_.listen.address.empty() && !OpenPort()) {
+      return false;
+    }
     if (!socket_path_.empty()) {
       const Status listening = server_.ListenOnSocket();
-      if (listening.ok()) {
-        spdlog::info("control: {}", socket_path_);
-      } else {
-        spdlog::warn("control: no socket, so pheromonectl cannot reach this server: {}",
-                     listening.error());
+      if (!listening.ok()) {
+        spdlog::critical(
+            "control: {}; a server that pheromonectl cannot reach does not start: see socket in "
+            "[control]",
+            listening.error());
+        return false;
       }
-    }
-    if (!web_.listen.address.empty()) {
-      OpenPort();
+      spdlog::info("control: {}", socket_path_);
     }
     stream_thread_ = std::thread([this] {
       YieldToOthers();
@@ -118,6 +120,7 @@ class HttpFrontEnd::Impl {
       TakeShortTurns();  // it takes views under the lock for which robots wait
       Run("web", [this] { io_.run(); });
     });
+    return true;
   }
 
   void SetCertificate(const Certificate& certificate) {
@@ -149,15 +152,15 @@ class HttpFrontEnd::Impl {
   }
 
  private:
-  void OpenPort() {
+  bool OpenPort() {
     if (web_.tls) {
       SetCertificate(*web_.tls);
     }
     web::Server& server = web_.tls ? tls_server_ : server_;
     const Status listening = server.ListenOnPort();
     if (!listening.ok()) {
-      spdlog::warn("web: not listening: {}", listening.error());
-      return;
+      spdlog::critical("web: {}; choose another one with listen in [web]", listening.error());
+      return false;
     }
     spdlog::info("web: {}://{}/, {}", web_.tls ? "https" : "http",
                  ToText(Endpoint{web_.listen.address, server.port()}),
@@ -168,6 +171,7 @@ class HttpFrontEnd::Impl {
         Run("tls", [this] { tls_io_.run(); });
       });
     }
+    return true;
   }
 
   static void Run(const char* name, const std::function<void()>& run) {
@@ -206,8 +210,8 @@ HttpFrontEnd::HttpFrontEnd(control::Control* control,
 
 HttpFrontEnd::~HttpFrontEnd() = default;
 
-void HttpFrontEnd::Open() {
-  impl_->Open();
+bool HttpFrontEnd::Open() {
+  return impl_->Open();
 }
 
 void HttpFrontEnd::SetCertificate(const Certificate& certificate) {

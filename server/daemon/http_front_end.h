@@ -5,7 +5,7 @@
 // speak HTTPS.
 //
 //   HttpFrontEnd front_end(&control, config.control, config.web);
-//   front_end.Open();      // logs what could not be opened
+//   if (!front_end.Open()) ...   // a server that nobody can command does not start
 //   ...
 //   front_end.Close();     // before anything that the control interface uses is destroyed
 #pragma once
@@ -26,7 +26,8 @@ class HttpFrontEnd {
   HttpFrontEnd& operator=(const HttpFrontEnd&) = delete;
   ~HttpFrontEnd();
 
-  void Open();
+  /// False, and the reason is logged, if the control socket or the port cannot be had.
+  bool Open();
 
   /// For new connections, if the front end was opened with another one. Any thread.
   void SetCertificate(const Certificate& certificate);

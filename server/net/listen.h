@@ -1,12 +1,15 @@
 // Listening on an Internet address: opening, and the words for it.
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include <boost/asio/error.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/socket_base.hpp>
 #include <boost/system/error_code.hpp>
 
+#include "server/base/holders.h"
 #include "server/base/result.h"
 #include "server/net/endpoint.h"
 
@@ -38,8 +41,15 @@ Result<std::string> Listen(const Endpoint& where, Socket* socket, const Prepare&
     return ToText(Endpoint{listens.address().to_string(), listens.port()});
   }
   socket->close(ignored);
+  std::string why = error.message();
+  if constexpr (requires { socket->listen(kQueue, error); }) {
+    if (error == boost::asio::error::address_in_use) {
+      const std::optional<int> holder = HolderOfPort(where.port);
+      why += holder ? " by " + DescribeProcess(*holder) : "";
+    }
+  }
   return Error{"cannot listen on " + where.address + " port " + std::to_string(where.port) + ": " +
-               error.message()};
+               why};
 }
 
 }  // namespace pheromone

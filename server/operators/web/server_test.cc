@@ -24,6 +24,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/base/holders.h"
 #include "server/operators/web/testing/listening_server.h"
 
 namespace pheromone::web {
@@ -551,7 +552,7 @@ TEST_F(ServerTest, TheSocketOfADeadServerIsReplacedAndThatOfALivingOneIsNot) {
   Server second(io_, options_, [](const Request&, const Respond&) {});
   const Status refused = second.ListenOnSocket();
   ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error(), options_.socket_path + ": in use by a running server");
+  EXPECT_EQ(refused.error(), options_.socket_path + ": in use by " + DescribeProcess(getpid()));
   const Client client(options_.socket_path);
   client.Send("GET / HTTP/1.0\r\n\r\n");
   EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));

@@ -9,6 +9,7 @@
 #include <cerrno>
 
 #include "server/base/descriptor.h"
+#include "server/base/holders.h"
 
 namespace pheromone::web {
 namespace {
@@ -31,7 +32,12 @@ Status MakeRoom(const std::string& path, const boost::asio::any_io_executor& exe
   Local::socket probe(executor);
   probe.connect(Local::endpoint(path), error);
   if (!error) {
-    return Error{path + ": in use by a running server"};
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    const bool known =
+        getsockopt(probe.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
+    return Error{path + ": in use by " +
+                 (known ? DescribeProcess(peer.pid) : std::string("a running server"))};
   }
   return error != boost::asio::error::connection_refused
              ? Status(Error{path + ": " + error.message()})
