@@ -238,8 +238,8 @@ TEST(RoundsTest, AnEventIsReportedInAnOpening) {
   EXPECT_EQ(protocol::EventCode::kLoadPicked, harness.events[0].code);
 }
 
-// On a full channel every robot has a turn in every round, and whoever takes one waits for the answer
-// until the opening is over: an opening alone would never do.
+// On a full channel every robot has a turn in every round, and whoever takes one waits for the
+// answer until the opening is over: an opening alone would never do.
 TEST(RoundsTest, AnEventForWhichThereWasNoOpeningTakesATurnInEveryEighthRound) {
   for (const uint8_t open_slots : {uint8_t{0}, uint8_t{4}}) {
     Rounds harness;
