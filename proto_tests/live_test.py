@@ -49,7 +49,7 @@ class Robot:
 
 def drives(line):
     speeds = re.search(r"wheels +(-?\d+) +(-?\d+) mm/s", line)
-    return bool(speeds) and "STOPPED" not in line and int(speeds[1]) + int(speeds[2]) > 0
+    return bool(speeds) and "stands" not in line and int(speeds[1]) + int(speeds[2]) > 0
 
 
 def stands(line):

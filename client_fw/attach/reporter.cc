@@ -9,6 +9,8 @@
 #include <span>
 #include <utility>
 
+#include "client_fw/boards/host/stop_text.h"
+
 namespace pheromone::attach {
 namespace {
 
@@ -16,16 +18,6 @@ struct BitText {
   uint8_t bit;
   const char* text;
 };
-
-constexpr std::array<BitText, 8> kFlagTexts = {
-    {{client::kNoAnswerYet, "no answer from the server yet"},
-     {client::kFailSafe, "answers have stopped (fail-safe)"},
-     {client::kHalted, "halted, until it is told to resume"},
-     {client::kOffTheMap, "off the map"},
-     {client::kWrongVersion, "the server speaks another protocol version"},
-     {client::kTypeMissing, "the server does not have its pheromone type"},
-     {client::kTrailLost, "trail lost"},
-     {client::kPoseLost, "its pose is lost"}}};
 
 constexpr std::array<BitText, 5> kAlarmTexts = {
     {{client::kStallAlarm, "wheels stalled"},
@@ -68,7 +60,7 @@ std::string MotionText(uint8_t flags, bool trail_lost) {
   if (flags == 0) {
     return trail_lost ? "drives, trail lost" : "drives";
   }
-  return Join(flags, kFlagTexts, "stands: ", "; ");
+  return "stands: " + client::StopText(flags);
 }
 
 std::string AlarmText(uint8_t alarms) {

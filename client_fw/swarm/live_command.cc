@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/boards/host/stop_text.h"
 #include "client_fw/core/steering/settings.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/live.h"
@@ -61,7 +62,9 @@ class LiveLine {
         std::remainder(s.pose.heading_rad * 180 / std::numbers::pi, 360.0), s.p_left / 4096.0,
         s.p_right / 4096.0, s.wheels.left_mm_s, s.wheels.right_mm_s, s.distance_m * 1000, rate,
         live_->swarm().medium(0).Utilisation() * 100,
-        live_->modem(0).connected() ? (robot.flags() != 0 ? "  STOPPED" : "") : "  NO MODEM",
+        !live_->modem(0).connected() ? "  no modem"
+        : robot.flags() != 0         ? "  stands: " + client::StopText(robot.flags())
+                                     : "",
         terminal_ ? "\x1b[K\x1b[?7h" : "\n");
     std::fflush(stdout);
   }
