@@ -172,10 +172,8 @@ class DaemonsDriver : public Driver, public sim::Station {
   uint64_t rounds() override { return link_->counters().rounds.rounds; }
   uint64_t late_answers() override { return link_->counters().late_answers; }
 
-  void OnByte(uint8_t byte, int64_t time_ns) override {
-    if (!keyed_ && time_ns - medium_->byte_ns() >= unkeyed_at_ns_) {
-      EXPECT_EQ(write(line_.modem.get(), &byte, 1), 1);
-    }
+  void OnByte(uint8_t byte, int64_t /*time_ns*/) override {
+    EXPECT_EQ(write(line_.modem.get(), &byte, 1), 1);
   }
   void OnTransmitted(int64_t /*time_ns*/) override {}
 
@@ -195,10 +193,7 @@ class DaemonsDriver : public Driver, public sim::Station {
       return driver_->medium_->Busy(driver_->number_) &&
              !driver_->medium_->Sending(driver_->number_);
     }
-    void Key(bool sending) override {
-      driver_->keyed_ = sending;
-      driver_->unkeyed_at_ns_ = driver_->medium_->now_ns();
-    }
+    void Key(bool sending) override { driver_->medium_->Key(driver_->number_, sending); }
     std::string Describe() const override { return "socketpair"; }
 
    private:
@@ -222,8 +217,6 @@ class DaemonsDriver : public Driver, public sim::Station {
 
   sim::RadioMedium* medium_;
   Line line_;
-  bool keyed_ = false;
-  int64_t unkeyed_at_ns_ = INT64_MIN;
   boost::asio::io_context io_;
   links::LinkRouter router_;
   std::unique_ptr<links::Link> link_;

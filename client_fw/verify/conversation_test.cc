@@ -139,7 +139,7 @@ TEST(InRounds, ThroughLosses) {
 }
 
 TEST(InRounds, ThroughACrashOfTheServer) {
-  ExpectProved({.changes = 2, .crashes = 1, .silences = 1, .in_flight = 1, .rounds = 4});
+  ExpectProved({.changes = 2, .crashes = 1, .silences = 1, .in_flight = 1, .rounds = 3});
 }
 
 TEST(InRounds, ThroughAWarmResetAndPowerLoss) {

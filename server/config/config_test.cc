@@ -205,7 +205,8 @@ log_level = "debug"
                                                                 {"gps", {"0.0.0.0", 4961}, 1000}}));
   EXPECT_EQ(field.memory_bytes, uint64_t{16} << 20);
   EXPECT_EQ(config.daemon, (DaemonSettings{4, "debug"}));
-  EXPECT_TRUE(config.warnings.empty());
+  ASSERT_EQ(config.warnings.size(), 1u);
+  EXPECT_NE(config.warnings[0].text.find("less than a cell"), std::string::npos);
 }
 
 // T_t = 2 ms and a byte of 1.04 ms at 9600 baud, rounded up: slot T_t + B, window 2 T_t + 26 + 2 B.

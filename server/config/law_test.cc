@@ -311,6 +311,40 @@ TEST(BlendTest, NothingCanBeLaidInABlend) {
       "or \"repellent\": a blend has no pheromone of its own");
 }
 
+// --- What can hardly be meant.
+
+TEST(LawTest, AReachOfLessThanACellOrOfManyMetresIsAWarning) {
+  const auto warnings_of = [](const std::string& law) {
+    std::vector<std::string> texts;
+    const Result<Config> parsed = ParseConfig(With(Law(law)), "f");
+    for (const Warning& it : parsed.value().warnings) {
+      texts.push_back(it.text);
+    }
+    return texts;
+  };
+  using Texts = std::vector<std::string>;
+  EXPECT_EQ(warnings_of("core_m = 0.04\nsigma_m = 0.05\ntau_s = 1\n"),
+            Texts{"f:7:1: pheromone[1]: is sensed up to 0.09 m ahead, less than a cell of 0.1 m: "
+                  "between nodes, nothing is sensed"});
+  EXPECT_EQ(warnings_of("core_m = 1.0\nsigma_m = 4.1\ntau_s = 1\n"),
+            Texts{"f:7:1: pheromone[1]: is sensed up to 5.1 m ahead, usual is 0.2 to 2 m: lengths "
+                  "are in metres"});
+  EXPECT_EQ(warnings_of("core_m = 0.05\nsigma_m = 0.05\ntau_s = 1\n"), Texts{});
+  EXPECT_EQ(warnings_of("core_m = 1.0\nsigma_m = 4.0\ntau_s = 1\n"), Texts{});
+}
+
+TEST(LawTest, AntennasThatAreMetresApartAreAWarning) {
+  std::string text = With(Law("core_m = 0.1\nsigma_m = 0.2\ntau_s = 1\n"));
+  text.replace(text.find("0.33"), 4, "2.01");
+  const auto warnings = ParseConfig(text, "f").value().warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].text,
+            "f:6:10: antennas.bias_m: found 2.01, usual is 0.1 to 1 m between the antennas of a "
+            "robot");
+  text.replace(text.find("2.01"), 4, "2.00");
+  EXPECT_TRUE(ParseConfig(text, "f").value().warnings.empty());
+}
+
 // --- Saturation.
 
 // The pheromone of the text: c = 0.1 m, sigma = 0.4 m, cells of 0.1 m, directional. Naively: each
@@ -322,14 +356,14 @@ TEST(LawTest, SaturationIsANoteWithTheStrengthThatCanBeReached) {
       sum += std::clamp((0.5 - std::hypot(x, y) / 10) / 0.4, 0.0, 1.0);
     }
   }
-  EXPECT_LT(0.375 * sum, 7.99);
-  EXPECT_TRUE(ParseConfig(Replaced(14, "maximum = 0.375"), "f").value().notes.empty());
-  EXPECT_GT(0.5 * sum, 8);
-  const auto notes = ParseConfig(Replaced(14, "maximum = 0.5"), "f").value().notes;
+  EXPECT_LT(1.5 * sum, 4 * 7.99);
+  EXPECT_TRUE(ParseConfig(Replaced(14, "maximum = 1.5"), "f").value().notes.empty());
+  EXPECT_GT(2 * sum, 4 * 8);
+  const auto notes = ParseConfig(Replaced(14, "maximum = 2.0"), "f").value().notes;
   ASSERT_EQ(notes.size(), 1u);
   std::ostringstream expected;
   expected << "f:7:1: pheromone[1]: if all nearby nodes are at their maximum, an antenna senses "
-           << std::floor(0.5 * sum * 10) / 10
+           << std::floor(2 * sum * 10) / 10
            << " units, but a message can hold only 7.99; both sides are then scaled down by the "
               "same factor, which does not affect steering. A smaller `maximum` avoids this";
   EXPECT_EQ(notes[0], expected.str());
@@ -362,12 +396,12 @@ TEST(LawTest, SaturationCountsTheWeightAndTheBell) {
   constexpr std::string_view kBell =
       "profile = \"gaussian\"\nsigma_m = 0.2\ntau_s = 0\ndirectional = false\nweight = ";
   const double one = Smell(1, 2, 6);
-  ASSERT_GT(one * 0.4, 8);
-  ASSERT_LT(one * 0.3, 7.9);
-  const auto notes = NotesOf(Law(std::string(kBell) + "-0.4\n"));
+  ASSERT_GT(one * 1.6, 4 * 8);
+  ASSERT_LT(one * 1.2, 4 * 7.9);
+  const auto notes = NotesOf(Law(std::string(kBell) + "-1.6\n"));
   ASSERT_EQ(notes.size(), 1u);
-  EXPECT_NE(notes[0].find(Units(one * 0.4)), std::string::npos) << notes[0];
-  EXPECT_TRUE(NotesOf(Law(std::string(kBell) + "0.3\n")).empty());
+  EXPECT_NE(notes[0].find(Units(one * 1.6)), std::string::npos) << notes[0];
+  EXPECT_TRUE(NotesOf(Law(std::string(kBell) + "1.2\n")).empty());
 }
 
 // Parts of opposite signs need not lie in the same place: their strengths add up.
@@ -378,12 +412,16 @@ TEST(LawTest, SaturationOfABlendIsThatOfItsPartsTogether) {
       half_disc += std::max(0.0, 1 - std::hypot(x, y) / 2);
     }
   }
-  ASSERT_LT(2.5 * half_disc, 7.99);
-  ASSERT_GT(3 * half_disc, 8);
-  const auto notes = NotesOf(kTwo);
+  ASSERT_LT(10 * half_disc, 4 * 7.99);
+  ASSERT_GT(12 * half_disc, 4 * 8);
+  std::string four(kTwo);
+  for (size_t at = 0; (at = four.find("maximum = 1", at)) != std::string::npos; ++at) {
+    four.replace(at, 11, "maximum = 4");
+  }
+  const auto notes = NotesOf(four);
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_EQ(notes[0].substr(0, 19), "f:7:1: pheromone[1]");
-  EXPECT_NE(notes[0].find(Units(3 * half_disc)), std::string::npos) << notes[0];
+  EXPECT_NE(notes[0].find(Units(12 * half_disc)), std::string::npos) << notes[0];
 }
 
 }  // namespace

@@ -9,6 +9,8 @@
 namespace pheromone::config {
 namespace {
 
+constexpr int64_t kUsualBiasUm = 2'000'000;  // at most
+
 constexpr double kMaxHeightM = 100'000;
 
 // The first coordinate of the map that a message cannot represent, if there is one. Robots report
@@ -119,6 +121,13 @@ void CheckAntennas(const Value& root, Notes* notes, const field::FieldConfig& fi
   }
   if (farthest == nullptr) {
     return;
+  }
+  if (field.antennas.distance_um > kUsualBiasUm) {
+    const TableReader table(TableOf(root, "antennas", notes), "antennas", &notes->problems);
+    notes->warnings.push_back(
+        {FormatProblem(notes->file, table.Find("bias_m")->at, "antennas.bias_m",
+                       "found " + FormatScaled(field.antennas.distance_um, kMetresToUm) +
+                           ", usual is 0.1 to 1 m between the antennas of a robot")});
   }
   const int64_t forward_um = std::abs(field.antennas.forward_um);
   const int64_t most_um = field.antennas.distance_um / 2 + forward_um + farthest->reach_um();

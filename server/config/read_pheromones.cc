@@ -12,6 +12,8 @@ namespace pheromone::config {
 namespace {
 
 constexpr double kLargestOnWire = 32767.0 / 4096.0;
+constexpr double kNotedFrom = 4;
+constexpr int64_t kUsualReachUm = 5'000'000;  // at most
 
 // The type and the name, which must be unique.
 bool ReadIdentity(const TableReader& table, const std::vector<field::PheromoneLaw>& others,
@@ -103,8 +105,8 @@ bool ReadBlend(const TableReader& table, const field::FieldConfig& field,
   return good;
 }
 
-// A message can hold +-7.99 units. Only a note, not a warning: with the paper's law and cells, this
-// can always be exceeded.
+// A message can hold +-7.99 units. With the paper's law and cells, this can always be exceeded, by
+// some times, and costs nothing that could be seen: a note says so only beyond that.
 void NoteSaturation(const TableReader& table, const field::FieldConfig& field,
                     const field::PheromoneLaw& law, Notes* notes) {
   std::vector<field::BlendPart> parts = law.blend;
@@ -116,13 +118,33 @@ void NoteSaturation(const TableReader& table, const field::FieldConfig& field,
     most +=
         std::abs(part.weight_milli) / 1e3 * StrongestSmell(field.map, *field.FindLaw(part.type));
   }
-  if (most > kLargestOnWire) {
+  if (most > kNotedFrom * kLargestOnWire) {
     notes->notes.push_back(FormatProblem(
         notes->file, table.at(), table.path(),
         "if all nearby nodes are at their maximum, an antenna senses " +
             FormatNumber(std::floor(most * 10) / 10) +
             " units, but a message can hold only 7.99; both sides are then scaled down by the same "
             "factor, which does not affect steering. A smaller `maximum` avoids this"));
+  }
+}
+
+// What is valid, but can hardly be meant: millimetres for metres, a cell that hides the shape.
+void WarnOfReach(const TableReader& table, const field::FieldConfig& field,
+                 const field::PheromoneLaw& law, Notes* notes) {
+  if (law.is_blend()) {
+    return;
+  }
+  const std::string reach =
+      "is sensed up to " + FormatScaled(law.reach_um(), kMetresToUm) + " m ahead, ";
+  std::string why;
+  if (law.reach_um() < field.map.cell_um) {
+    why = reach + "less than a cell of " + FormatScaled(field.map.cell_um, kMetresToUm) +
+          " m: between nodes, nothing is sensed";
+  } else if (law.reach_um() > kUsualReachUm) {
+    why = reach + "usual is 0.2 to 2 m: lengths are in metres";
+  }
+  if (!why.empty()) {
+    notes->warnings.push_back({FormatProblem(notes->file, table.at(), table.path(), why)});
   }
 }
 
@@ -162,6 +184,7 @@ bool ReadPheromones(const Value& root, bool has_map, Notes* notes, field::FieldC
   }
   for (size_t i = 0; has_map && good && i < readers.size(); ++i) {
     NoteSaturation(readers[i], *field, laws[i], notes);
+    WarnOfReach(readers[i], *field, laws[i], notes);
   }
   return good;
 }

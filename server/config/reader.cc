@@ -243,8 +243,9 @@ std::string_view Nearest(std::string_view word, std::span<const std::string_view
   std::string_view best;
   size_t best_distance = std::max<size_t>(2, word.size() / 3) + 1;
   for (const std::string_view candidate : known) {
-    // A part of a key is also a likely mistake: "width" for "width_m".
-    const bool begins = word.size() >= 3 && candidate.substr(0, word.size()) == word;
+    // So is a part of a key, "width" for "width_m", or one that goes on: "baudrate" for "baud".
+    const size_t both = std::min(word.size(), candidate.size());
+    const bool begins = both >= 3 && candidate.substr(0, both) == word.substr(0, both);
     const size_t distance = begins ? 1 : EditDistance(word, candidate);
     if (distance < best_distance) {
       best = candidate;

@@ -189,6 +189,12 @@ int Main(int argc, char** argv) {
   app.set_version_flag("--version", "pheromoned " PHEROMONE_VERSION);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    std::fprintf(stderr,
+                 "pheromoned: found \"%s\", expected an option; a configuration is given with "
+                 "--config FILE\n",
+                 app.remaining().empty() ? "" : app.remaining().front().c_str());
+    return kUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsage;
   }

@@ -9,6 +9,7 @@
 
 #include <boost/json/serialize.hpp>
 
+#include "server/operators/ctl/halt_commands.h"
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/parameters.h"
 
@@ -185,12 +186,17 @@ int GiveCommand(const ServerOptions& options, const RobotCommand& command) {
   ServerOptions quiet = options;
   quiet.json = false;
   int64_t last_event = -1;
-  if (command.wait && command.name == kGet) {
+  if (command.wait) {
     const JsonReply reply = CallJson(options, "GET", "/api/v1/clients");
     if (reply.exit_status != 0) {
       return reply.exit_status;
     }
-    last_event = LastEvent(FindClient(reply.value, command));
+    const json::value client = FindClient(reply.value, command);
+    last_event = LastEvent(client);
+    if (client.is_object() && TextAt(At(client, "state"), "is") == "silent") {
+      fmt::print(stderr, "{}; waiting for it, up to {} s\n", SilenceOf(client),
+                 kAckPatience.count());
+    }
   }
   const int status =
       Change(command.wait ? quiet : options, "command",

@@ -36,13 +36,6 @@ bool IsSilent(const json::value& client) {
   return TextAt(At(client, "state"), "is") == "silent";
 }
 
-std::string SilenceOf(const json::value& client) {
-  const json::value& silent_s = At(client, "silent_s");
-  return NameOf(client) + (silent_s.is_null() ? " was not heard since the server started"
-                                              : fmt::format(" has been silent for {:.0f} s",
-                                                            NumberAt(client, "silent_s")));
-}
-
 // Whether each robot stands, looked at again and again.
 class Watch {
  public:
@@ -187,6 +180,13 @@ int ResumeAll(const ServerOptions& options) {
   }
   fmt::print("{} of {} robots resume\n", resumed, ItemsAt(before.value, "clients").size());
   return TellFailures(failures);
+}
+
+std::string SilenceOf(const json::value& client) {
+  const json::value& silent_s = At(client, "silent_s");
+  return NameOf(client) + (silent_s.is_null() ? " was not heard since the server started"
+                                              : fmt::format(" has been silent for {:.0f} s",
+                                                            NumberAt(client, "silent_s")));
 }
 
 std::string CountStates(const json::array& clients) {

@@ -21,6 +21,8 @@ int ResumeAll(const ServerOptions& options);
 
 /// "8: 4 driving, 2 halted, 2 off the map".
 std::string CountStates(const boost::json::array& clients);
+/// "robot 7 on radio-a has been silent for 12 s".
+std::string SilenceOf(const boost::json::value& client);
 /// "halted (by an operator)".
 std::string DescribeState(const boost::json::value& client);
 
