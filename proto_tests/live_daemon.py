@@ -25,6 +25,14 @@ def wait_until(holds, what):
         time.sleep(0.02)
 
 
+def default_config(bin_dir):
+    """With any free port: other tests have servers, too, and one that does not get its port ends."""
+    text = subprocess.run([os.path.join(bin_dir, "pheromoned"), "--default-config"], check=True,
+                          capture_output=True, text=True).stdout
+    check('"127.0.0.1:8377"' in text, "the default configuration has another port")
+    return text.replace('"127.0.0.1:8377"', '"127.0.0.1:0"')
+
+
 class Daemon:
     """pheromoned with its default configuration, unless `arguments` name another. `ports` are the
     virtual modems that it makes."""
@@ -32,6 +40,10 @@ class Daemon:
     def __init__(self, bin_dir, folder, ports, arguments=()):
         self.ports = ports
         self.log = open(os.path.join(folder, "pheromoned.log"), "ab")
+        if not arguments:
+            with open(os.path.join(folder, "default.toml"), "w", encoding="utf-8") as file:
+                file.write(default_config(bin_dir))
+            arguments = ("--config", "default.toml")
         self.process = subprocess.Popen(
             [os.path.join(bin_dir, "pheromoned"), *arguments], cwd=folder, stdout=self.log,
             stderr=self.log)

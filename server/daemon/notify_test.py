@@ -16,6 +16,12 @@ PATIENCE_S = 30  # of a busy machine; nothing waits this long when things are we
 ABSENT = '\n[[link]]\nname = "spare"\nkind = "serial"\nport = "/dev/not-there"\n'
 
 
+def default_config():
+    """With any free port, since a server that does not get its own ends."""
+    return subprocess.run([PHEROMONED, "--default-config"], capture_output=True, text=True,
+                          check=True).stdout.replace("127.0.0.1:8377", "127.0.0.1:0")
+
+
 class Manager:
     """A service manager that started one pheromoned, and hears what it says."""
 
@@ -61,7 +67,9 @@ class NotifyTest(unittest.TestCase):
         self.folder = pathlib.Path(temporary.name)
 
     def start(self, watchdog_ms=0, config=()):
-        return Manager(self.folder, watchdog_ms, config)
+        if not config:
+            (self.folder / "default.toml").write_text(default_config())
+        return Manager(self.folder, watchdog_ms, config or ("--config", "default.toml"))
 
     def test_ready_comes_with_a_status(self):
         with self.start() as manager:
@@ -70,16 +78,14 @@ class NotifyTest(unittest.TestCase):
 
     def test_a_link_that_is_not_required_does_not_hold_up_the_start(self):
         config = self.folder / "test.toml"
-        default = subprocess.run([PHEROMONED, "--default-config"], capture_output=True, text=True,
-                                 check=True).stdout
+        default = default_config()
         config.write_text(default + ABSENT)
         with self.start(config=("--config", "test.toml")) as manager:
             self.assertEqual(manager.await_key("READY")["STATUS"], "1 of 2 links up, robots 0")
 
     def test_a_required_link_that_is_missing_means_never_ready(self):
         config = self.folder / "test.toml"
-        default = subprocess.run([PHEROMONED, "--default-config"], capture_output=True, text=True,
-                                 check=True).stdout
+        default = default_config()
         config.write_text(default + ABSENT + "required = true\n")
         with self.start(config=("--config", "test.toml")) as manager:
             self.assertEqual(manager.process.wait(PATIENCE_S), 1)
@@ -94,8 +100,7 @@ class NotifyTest(unittest.TestCase):
 
     def test_a_start_that_reads_a_journal_asks_for_time(self):
         config = self.folder / "test.toml"
-        default = subprocess.run([PHEROMONED, "--default-config"], capture_output=True, text=True,
-                                 check=True).stdout
+        default = default_config()
         config.write_text(default + '\n[journal]\nfolder = "state"\n')
         with self.start(config=("--config", "test.toml")) as manager:
             manager.await_key("READY")
@@ -132,8 +137,7 @@ class NotifyTest(unittest.TestCase):
 
     def test_the_watchdog_of_a_server_with_a_journal_is_fed(self):
         config = self.folder / "test.toml"
-        default = subprocess.run([PHEROMONED, "--default-config"], capture_output=True, text=True,
-                                 check=True).stdout
+        default = default_config()
         config.write_text(default + '\n[journal]\nfolder = "state"\n')
         with self.start(watchdog_ms=20, config=("--config", "test.toml")) as manager:
             manager.await_key("READY")

@@ -4,6 +4,7 @@
 
 #include <deque>
 
+#include "client_fw/core/base/moment.h"
 #include "client_fw/core/testing/naive_arcos.h"
 
 namespace pheromone {
@@ -29,7 +30,7 @@ class NarrowBoard {
     out.push_back(byte);
     return true;
   }
-  Moment millis() { return now_ms; }
+  Moment millis() const { return now_ms; }
 
   void Hear(const Bytes& packet) { in.insert(in.end(), packet.begin(), packet.end()); }
 
