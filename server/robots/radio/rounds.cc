@@ -81,7 +81,8 @@ void Rounds::OnHeard(const protocol::Message& message, Time at) {
   }
   const auto turn = std::find_if(turns_.begin(), turns_.end(),
                                  [&](const Turn& it) { return it.id == message.id && !it.heard; });
-  if (turn != turns_.end() && at <= turns_end_) {
+  // Before the ROUND has left, it is something of before it.
+  if (turn != turns_.end() && at > sent_at_ && at <= turns_end_) {
     turn->heard = at;
     turn->answerable = message.opcode != protocol::kCommandAck;
   } else if (opening_end_ != Time::min() && at > turns_end_) {

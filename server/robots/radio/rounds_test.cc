@@ -172,6 +172,33 @@ TEST_F(RoundsTest, ARobotThatWasNotHeardIsToldToSendAgain) {
   }
 }
 
+// What was sent in a turn of the ROUND before, and was held back or read late, is no answer's cause
+// in this one: its robot may send a change meanwhile, which the ROUND would acknowledge.
+TEST_F(RoundsTest, WhatIsReadBeforeARoundHasLeftBelongsToNoTurnOfIt) {
+  Join(1, 2, 200ms);
+  air_.in_turn[2] = [] { return std::nullopt; };
+  const Time from = air_.now();
+  while (air_.TurnsOf(2, from).empty()) {
+    air_.AdvanceTo(air_.now() + 1ms);
+  }
+  const Sent round = air_.sent().back();
+  ASSERT_GT(round.end, air_.now() + 16ms);
+  air_.HearAt(air_.now() + 16ms, Sense(2, 77));
+  air_.AdvanceTo(from + 1s);
+  const auto next = std::find_if(air_.sent().begin(), air_.sent().end(), [&](const Sent& it) {
+    return it.begin > round.begin && it.round();
+  });
+  ASSERT_NE(next, air_.sent().end());
+  int turns = 0;
+  for (int i = 0; i < round.round()->turn_count; ++i) {
+    if (round.round()->turns[i] == 2) {
+      ++turns;
+      EXPECT_EQ(next->round()->answers[i].left, protocol::kNoIntensities);
+    }
+  }
+  EXPECT_EQ(turns, 1);
+}
+
 TEST_F(RoundsTest, AnErrorIsAnsweredByItsReason) {
   Join(1, 2, 100ms);
   air_.in_turn[2] = [] { return MessageOf(protocol::SenseRequest{2, 15, false, {}}); };
