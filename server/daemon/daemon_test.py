@@ -186,8 +186,7 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual(self.call("--check", "--config", "test.toml").returncode, 0)
         result = self.call("--check")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertIn("  note: default configuration:33:1: pheromone[1]: if all nearby nodes are "
-                      "at their maximum, an antenna senses ", result.stdout)
+        self.assertNotIn("note: ", result.stdout)  # or notes are not read any more
 
     def test_command_line_mistakes_and_help(self):
         for arguments in (["--confg", "x"], ["--log-level", "loud"], ["stray"], ["--config"],
