@@ -59,7 +59,7 @@ void ServerStation::Read() {
   const Time now(medium_->now_ns());
   std::vector<protocol::Message> messages;
   std::vector<engine::Outgoing> out;
-  channel_.Hear(held_, now, &messages);
+  channel_.Hear(held_, now, now, &messages);
   held_.clear();
   read_at_ns_ = sim::RadioMedium::kNever;
   service_->Handle(link_, messages, &out);

@@ -160,7 +160,7 @@ class Driver {
 
   void HearBytes(const std::vector<uint8_t>& bytes) {
     std::vector<protocol::Message> messages;
-    channel_.Hear(bytes, now_, &messages);
+    channel_.Hear(bytes, now_, now_, &messages);
     for (const protocol::Message& message : messages) {
       ++heard_[message.id];
       requests_.push_back({message, now_});

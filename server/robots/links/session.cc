@@ -34,6 +34,11 @@ bool IsHungUp(int descriptor) {
   return poll(&line, 1, 0) < 0 || (line.revents & (POLLHUP | POLLRDHUP)) != 0;
 }
 
+bool HasUnread(int descriptor) {
+  pollfd line = {descriptor, POLLIN, 0};
+  return poll(&line, 1, 0) != 0;
+}
+
 radio::Time At(Clock::time_point point) {
   return point.time_since_epoch();
 }
@@ -59,7 +64,8 @@ Session::Session(const asio::any_io_executor& strand, const ConversationOptions&
                    tapped_.tap->Dropped(tapped_.line.link, message);
                  }
                }),
-      last_read_(Clock::now()) {}
+      last_read_(Clock::now()),
+      all_read_(last_read_) {}
 
 Session::~Session() {
   channel_.DropAll();
@@ -142,7 +148,7 @@ void Session::TakeBytes(std::span<const uint8_t> bytes) {
   const protocol::DecoderCounters before = decoder.counters();
   batch_.clear();
   answers_.clear();
-  channel_.Hear(bytes, At(last_read_), &batch_);
+  channel_.Hear(bytes, At(last_read_), At(all_read_), &batch_);
   const protocol::DecoderCounters received = decoder.counters() - before;
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_in += bytes.size();
@@ -211,10 +217,15 @@ asio::awaitable<std::string> Session::Write() {
   const bool keyed = options_.port != nullptr && options_.port->port().is_keyed();
   while (!ended_ && !closed_) {
     const Clock::time_point now = Clock::now();
+    if (!HasUnread(stream_.native_handle())) {
+      all_read_ = now;
+    }
     const radio::Time start = channel_.NextStart(At(now));
     CountWhatHappened();
     if (start > At(now)) {
-      wake_.expires_at(start == radio::kNever ? Clock::time_point::max() : PointAt(start));
+      const radio::Time look = channel_.LookAt();
+      const radio::Time wake = look > At(now) ? std::min(start, look) : start;
+      wake_.expires_at(wake == radio::kNever ? Clock::time_point::max() : PointAt(wake));
       co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       continue;
     }
@@ -276,9 +287,9 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   if (error) {
     co_return error.value() == EIO ? "the other side hung up" : error.message();
   }
+  const radio::Duration duration = static_cast<int64_t>(size) * options_.channel.timing.byte;
+  channel_.OnSent(std::max(channel_.sent_at(), At(Clock::now()) + duration));
   if (options_.port != nullptr && options_.port->port().is_keyed()) {
-    const radio::Duration duration = static_cast<int64_t>(size) * options_.channel.timing.byte;
-    channel_.OnSent(std::max(channel_.sent_at(), At(Clock::now()) + duration));
     co_await options_.port->Make([](Port& port) { port.WaitUntilSent(); });
     if (const radio::Time now = At(Clock::now()); now > channel_.sent_at()) {
       channel_.OnSent(now);

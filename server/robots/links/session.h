@@ -93,6 +93,7 @@ class Session {
   radio::Channel channel_;
   radio::ChannelCounters counted_;  // what the record has of them
   Clock::time_point last_read_;
+  Clock::time_point all_read_;  // what arrived before has been read
   std::vector<protocol::Message> batch_;
   std::vector<engine::Outgoing> answers_;
   bool closed_ = false;

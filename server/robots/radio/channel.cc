@@ -58,7 +58,7 @@ uint32_t Channel::DecoderTime(Time at) {
   return static_cast<uint32_t>(std::chrono::floor<std::chrono::milliseconds>(at).count());
 }
 
-void Channel::Hear(std::span<const uint8_t> bytes, Time now,
+void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
                    std::vector<protocol::Message>* messages) {
   heard_at_ = now;
   const uint32_t damaged = Damaged(decoder_.counters());
@@ -66,7 +66,7 @@ void Channel::Hear(std::span<const uint8_t> bytes, Time now,
                      [&](const protocol::Message& message) {
                        messages->push_back(message);
                        if (options_.half_duplex) {
-                         rounds_.OnHeard(message, now);
+                         rounds_.OnHeard(message, now, since);
                        }
                      });
   if (options_.half_duplex) {

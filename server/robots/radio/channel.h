@@ -3,7 +3,7 @@
 // (protocol/README.md, "Sharing a radio channel"); on any other line everything may leave at once.
 //
 //   Channel channel(options, on_dropped);
-//   channel.Hear(bytes, now, &messages);              // bytes were read
+//   channel.Hear(bytes, now, since, &messages);       // bytes were read
 //   channel.Answer(answer, asked_at, now);            // asked_at: when its request was read
 //   channel.Send(command);                            // nobody asked for it
 //   if (channel.NextStart(now) <= now && channel.IsClear(carrier, now)) {
@@ -66,8 +66,10 @@ class Channel {
 
   Channel(const ChannelOptions& options, OnDropped on_dropped);
 
-  /// Decodes bytes read at `now`, and appends the messages in them.
-  void Hear(std::span<const uint8_t> bytes, Time now, std::vector<protocol::Message>* messages);
+  /// Decodes bytes read at `now`, and appends the messages in them. What had arrived at `since` was
+  /// read before: a busy machine may read something of before a ROUND after it.
+  void Hear(std::span<const uint8_t> bytes, Time now, Time since,
+            std::vector<protocol::Message>* messages);
 
   /// An answer to a request that was read at `asked_at`.
   void Answer(const protocol::Message& message, Time asked_at, Time now);
@@ -80,6 +82,9 @@ class Channel {
   /// When a transmission may begin; `now` or earlier: at once. kNever if nothing waits. Drops the
   /// answers that are too late.
   Time NextStart(Time now);
+  /// When to see whether something that arrived is not read yet: between what may have come before
+  /// a ROUND and its turns. May be past, or kNever.
+  Time LookAt() const { return rounds_.active() ? free_at_ : kNever; }
   /// Whether a transmission may begin with the modem's carrier as it is at `now`. To be asked
   /// before each one, every few milliseconds while the answer is no.
   bool IsClear(bool carrier, Time now);

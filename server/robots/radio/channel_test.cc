@@ -42,7 +42,7 @@ class ChannelTest : public ::testing::Test {
 
   void Hear(const std::vector<uint8_t>& bytes, Time at) {
     std::vector<protocol::Message> messages;
-    channel_.Hear(bytes, at, &messages);
+    channel_.Hear(bytes, at, at, &messages);
   }
 
   /// Robot `id` asks at `at`, and the answer is there at `answered_at`.

@@ -71,7 +71,7 @@ std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer) {
 
 }  // namespace
 
-void Rounds::OnHeard(const protocol::Message& message, Time at) {
+void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
   if (protocol::IsFromServer(message.opcode) || message.id == protocol::kBroadcastId) {
     return;
   }
@@ -81,8 +81,9 @@ void Rounds::OnHeard(const protocol::Message& message, Time at) {
   }
   const auto turn = std::find_if(turns_.begin(), turns_.end(),
                                  [&](const Turn& it) { return it.id == message.id && !it.heard; });
-  // Before the ROUND has left, it is something of before it.
-  if (turn != turns_.end() && at > sent_at_ && at <= turns_end_) {
+  // What may have arrived before the ROUND had left is no answer's cause in the next: its robot may
+  // have sent a change in the turn, which the ROUND would acknowledge, heard or not.
+  if (turn != turns_.end() && since >= sent_at_ && at <= turns_end_) {
     turn->heard = at;
     turn->answerable = message.opcode != protocol::kCommandAck;
   } else if (opening_end_ != Time::min() && at > turns_end_) {

@@ -2,7 +2,7 @@
 // whole round with one frame (protocol/README.md, "Rounds").
 //
 //   Rounds rounds(options);
-//   rounds.OnHeard(message, at);                       // everything that was received
+//   rounds.OnHeard(message, at, since);                // everything that was received
 //   if (!rounds.TakeAnswer(answer, asked_at)) ...      // it goes out by itself
 //   if (rounds.NextRound() <= now) Send(rounds.Compose(now)), rounds.OnSent(end);
 //
@@ -53,8 +53,8 @@ class Rounds {
  public:
   explicit Rounds(const ChannelOptions& options) : options_(options) {}
 
-  /// A message was received whole at `at`.
-  void OnHeard(const protocol::Message& message, Time at);
+  /// A message was read whole at `at`; its last byte arrived after `since`.
+  void OnHeard(const protocol::Message& message, Time at, Time since);
   /// Something was heard, whole or not; `damaged`: a frame that was not whole ended.
   void OnBytes(Time at, bool damaged);
   /// An answer to a request outside of turns leaves until `end`.

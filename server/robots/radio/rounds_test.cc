@@ -174,29 +174,45 @@ TEST_F(RoundsTest, ARobotThatWasNotHeardIsToldToSendAgain) {
 
 // What was sent in a turn of the ROUND before, and was held back or read late, is no answer's cause
 // in this one: its robot may send a change meanwhile, which the ROUND would acknowledge.
-TEST_F(RoundsTest, WhatIsReadBeforeARoundHasLeftBelongsToNoTurnOfIt) {
-  Join(1, 2, 200ms);
-  air_.in_turn[2] = [] { return std::nullopt; };
-  const Time from = air_.now();
-  while (air_.TurnsOf(2, from).empty()) {
-    air_.AdvanceTo(air_.now() + 1ms);
-  }
-  const Sent round = air_.sent().back();
-  ASSERT_GT(round.end, air_.now() + 16ms);
-  air_.HearAt(air_.now() + 16ms, Sense(2, 77));
-  air_.AdvanceTo(from + 1s);
-  const auto next = std::find_if(air_.sent().begin(), air_.sent().end(), [&](const Sent& it) {
-    return it.begin > round.begin && it.round();
-  });
-  ASSERT_NE(next, air_.sent().end());
-  int turns = 0;
-  for (int i = 0; i < round.round()->turn_count; ++i) {
-    if (round.round()->turns[i] == 2) {
-      ++turns;
-      EXPECT_EQ(next->round()->answers[i].left, protocol::kNoIntensities);
+class ReadLate : public RoundsTest {
+ protected:
+  // Robot 2 is given a turn. Something of it is read `after` the ROUND has left, by a server that
+  // looked for the last time at `looked`, counted from there, too. Returns whether the next ROUND
+  // has intensities for it.
+  bool IsAnswered(Duration after, Duration looked) {
+    Join(1, 2, 200ms);
+    air_.in_turn[2] = [] { return std::nullopt; };
+    const Time from = air_.now();
+    while (air_.TurnsOf(2, from).empty()) {
+      air_.AdvanceTo(air_.now() + 1ms);
     }
+    const Sent round = air_.sent().back();
+    EXPECT_GT(round.end, air_.now());
+    air_.HearAt(round.end + after, Sense(2, 77));
+    air_.not_read_since = round.end + looked;
+    air_.AdvanceTo(round.end + after);
+    air_.not_read_since = std::nullopt;
+    air_.AdvanceTo(from + 1s);
+    const auto next = std::find_if(air_.sent().begin(), air_.sent().end(), [&](const Sent& it) {
+      return it.begin > round.begin && it.round();
+    });
+    EXPECT_NE(next, air_.sent().end());
+    const protocol::Round granted = *round.round();
+    const auto* turn = std::find(granted.turns, granted.turns + granted.turn_count, 2);
+    return next->round()->answers[turn - granted.turns].left != protocol::kNoIntensities;
   }
-  EXPECT_EQ(turns, 1);
+};
+
+TEST_F(ReadLate, BeforeTheRoundHasLeft) {
+  EXPECT_FALSE(IsAnswered(-4ms, -4ms));
+}
+
+TEST_F(ReadLate, ByAServerThatStoodStillWhileTheRoundLeft) {
+  EXPECT_FALSE(IsAnswered(20ms, -1ms));
+}
+
+TEST_F(ReadLate, ButSentInTheTurn) {
+  EXPECT_TRUE(IsAnswered(20ms, 0ms));
 }
 
 TEST_F(RoundsTest, AnErrorIsAnsweredByItsReason) {

@@ -130,6 +130,8 @@ class Air {
   std::function<bool(uint8_t id)> damages = [](uint8_t) { return false; };
   /// Sent by clients that contend, one in each opening.
   std::deque<protocol::Message> contenders;
+  /// Since when the server has not looked what arrived; nothing: it reads each byte at once.
+  std::optional<Time> not_read_since;
   /// For how long the server thinks about an answer.
   Duration processing{};
 
@@ -213,7 +215,7 @@ class Air {
 
   void Hear(uint8_t byte) {
     std::vector<protocol::Message> messages;
-    channel_.Hear({&byte, 1}, now_, &messages);
+    channel_.Hear({&byte, 1}, now_, not_read_since.value_or(now_), &messages);
     for (const protocol::Message& message : messages) {
       if (const auto answer = AnswerTo(message)) {
         answers_.emplace(now_ + processing, std::pair{now_, *answer});
