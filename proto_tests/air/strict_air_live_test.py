@@ -36,7 +36,7 @@ from test_config import link, map_of, pheromone, table  # noqa: E402
 
 # Settings by number: period, fail-safe and all else as a flashed image has them.
 STANDS, LAYS_TRAIL, NEVER_LOST, PTT_LEAD, PTT_TAIL = "7=0", "3=1", "10=0", "16=%d", "17=%d"
-REQUESTS, UNANSWERED, FAIL_SAFE_STOPS = 138, 139, 141
+REQUESTS, UNANSWERED = 138, 139
 TRACE_BYTES = 15 + 13
 MOST_QUANTA = 24_000
 BYTE_S = 10 / 9600
@@ -127,15 +127,19 @@ class Channel:
         return time.monotonic(), self.get(robot, REQUESTS) - unanswered
 
     def measure(self, seconds):
-        """Answers a second and fail-safe stops of each robot, once all are there."""
-        await_that(lambda: self.clients() >= set(self.ids), "all robots are there")
-        # Each question takes a turn of its robot, and on a full channel that can be a stop: they are
-        # asked for last, and then first.
+        """Answers a second and fail-safe stops of each robot, once all are there. What they count is
+        asked over the air, which itself can cost a stop: the stops are those that they report between
+        the questions."""
+        await_that(lambda: self.present() >= set(self.ids), "all robots are there")
         before = {robot: self.answers(robot) for robot in self.ids}
-        stops = {robot: -self.get(robot, FAIL_SAFE_STOPS) for robot in self.ids}
-        time.sleep(seconds)
-        for robot in self.ids:
-            stops[robot] += self.get(robot, FAIL_SAFE_STOPS)
+        time.sleep(5)
+        before_stops = self.last_stops()
+        stops = set()
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            stops |= self.last_stops() - before_stops
+            time.sleep(0.2)
+        stops = {robot: sum(stop[0] == robot for stop in stops) for robot in self.ids}
         rates = {}
         for robot in self.ids:
             at, answers = self.answers(robot)
@@ -160,7 +164,15 @@ class Channel:
     def clients(self):
         status, told = self.daemon.call("GET", "/api/v1/clients")
         check(status == 200, told)
-        return {client["id"] for client in json.loads(told)["clients"]}
+        return json.loads(told)["clients"]
+
+    def present(self):
+        return {client["id"] for client in self.clients()}
+
+    def last_stops(self):
+        """The last stop that each robot has reported, by robot and number."""
+        return {(client["id"], client["last_event"]["seq"]) for client in self.clients()
+                if client["last_event"] and client["last_event"]["event"] == "fail-safe stop"}
 
     def finish(self):
         """What the air says at its end."""
@@ -245,11 +257,12 @@ def count_once(arguments, damaged, contends):
             channel.attached(4)
         else:
             channel.images(4, STANDS, LAYS_TRAIL)
-        await_that(lambda: channel.clients() >= set(channel.ids), "all robots are there")
+        await_that(lambda: channel.present() >= set(channel.ids), "all robots are there")
         kills, resets = 0, 0
         before = 0
         while before < arguments.changes:
-            for _ in range(chance.randrange(1, 5)):
+            # Those that contend take long to say HELLO to each daemon.
+            for _ in range(chance.randrange(1, 5) * (6 if contends else 1)):
                 time.sleep(chance.uniform(0.5, 4))
                 if not contends:
                     chance.choice(channel.robots).send_signal(signal.SIGUSR1)

@@ -69,8 +69,13 @@ class Judge {
     if (const auto halted = Halted()) {
       return *halted;
     }
-    if (const auto stopped = StoppedByEvent()) {
+    const auto stopped = StoppedByEvent();
+    const auto started = HaltedSinceStart();
+    if (stopped && (!started || stopped->since_ms >= started->since_ms)) {
       return *stopped;
+    }
+    if (started) {
+      return *started;
     }
     return moves_ ? Moving() : Standing();
   }
@@ -108,7 +113,11 @@ class Judge {
                   is_braking ? "by the halt of all, not seen to stand yet" : "by the halt of all",
                   halt_ms);
     }
-    // Each start halts a robot, unless it is set otherwise: then it has moved.
+    return std::nullopt;
+  }
+
+  // Each start halts a robot, unless it is set otherwise: then it has moved.
+  std::optional<RobotCondition> HaltedSinceStart() const {
     if (heard_.hello_ms > resumed_ms_ && !MovedSince(heard_.hello_ms) && !moves_) {
       return Make(RobotState::kHalted, "since its start", heard_.hello_ms);
     }

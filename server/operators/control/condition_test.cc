@@ -80,6 +80,16 @@ TEST(ConditionTest, SaysWhatIsKnownOfARobot) {
          it->traffic.obeyed.reset();
          it->traffic.moved_ms = 0;
        }},
+      {"halted: it does not know where it is", 11'000,  // a warm reset: HELLO, then that
+       [](ClientView* it) {
+         *it = Told(EventCode::kPoseLost, 11'000, 9'000);
+         it->traffic.obeyed.reset();
+       }},
+      {"halted: since its start", 10'000,  // of before
+       [](ClientView* it) {
+         *it = Told(EventCode::kObstacle, 9'000, 9'000);
+         it->traffic.obeyed.reset();
+       }},
       {"halted: since its start", 95'000,  // a reset after the resume
        [](ClientView* it) {
          it->traffic.hello_ms = 95'000;
