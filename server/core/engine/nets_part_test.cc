@@ -208,6 +208,17 @@ TEST_F(NetsPartTest, ForeignBlocksInItsSlotsAreReplaced) {
   ExpectAck(kNorth, NetOutcome::kNone, 0, 0);
 }
 
+TEST_F(NetsPartTest, FourLeasedNotesLeaveRoomForARobotsRecord) {
+  for (int i = 0; i < 5; ++i) {
+    auto note = WriteRequest(16, kNorth, StatementIn(15, kNorth, 7).data());
+    const int32_t words[] = {1, 2 + i, 3, 4, -3, 244};
+    std::copy(std::begin(words), std::end(words), note.words);
+    EXPECT_EQ(bench.HandleForReason(testing::MessageOf(note)),
+              i < 4 ? Reason::kNone : Reason::kTagFull);
+  }
+  GoInside();
+}
+
 TEST_F(NetsPartTest, AFullTagIsTriedAgainWhenItChanges) {
   // Six leased blocks of others, before the net comes to this tag.
   tags::Settings settings = testing::GateTags();
@@ -224,11 +235,11 @@ TEST_F(NetsPartTest, AFullTagIsTriedAgainWhenItChanges) {
   }
   bench.Apply(ConfigChanged{testing::GateConfig(), 7});
   Wait(1'000);
+  EXPECT_EQ(tag(kNorth).slots()[0].block.author, author()) << "the slot that notes leave";
   EXPECT_EQ(counts().blocked, 2u) << "not at each instant";
   EXPECT_EQ(tag(kExit).slots()[0].block.author, author());
   Wait(20'000);
-  EXPECT_EQ(tag(kNorth).slots()[0].block.author, author()) << "the leases have ended";
-  EXPECT_EQ(tag(kNorth).slots()[1].block.author, author());
+  EXPECT_EQ(tag(kNorth).slots()[1].block.author, author()) << "the leases have ended";
 }
 
 TEST_F(NetsPartTest, ACrashBetweenWritingAndReadingLosesNothing) {

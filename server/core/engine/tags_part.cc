@@ -30,8 +30,7 @@ constexpr Meaning<WriteOutcome> kWriteMeanings[] = {
     {WriteOutcome::kDone, Reason::kNone, ""},
     {WriteOutcome::kGenerationChanged, Reason::kGenerationChanged, "its generation has changed"},
     {WriteOutcome::kProtected, Reason::kTagProtected, "the block there is protected"},
-    {WriteOutcome::kFull, Reason::kTagFull,
-     "it is full: nothing on it may be dropped, or no more of it may be protected"},
+    {WriteOutcome::kFull, Reason::kTagFull, "it is full"},
     {WriteOutcome::kNoSuchSlot, Reason::kBadValue, "it has no such slot"},
 };
 
@@ -84,6 +83,18 @@ Error NoSuchTag(uint16_t tag) {
 
 Error Refusal(const tags::NamedTag& tag, std::string_view why) {
   return Error{"tag \"" + tag.name + "\": " + std::string(why)};
+}
+
+// Why: with how many of its slots are protected.
+Error RefusalOfFull(const tags::NamedTag& tag, const tags::Store& store) {
+  const std::vector<tags::Slot>& slots = tag.tag.slots();
+  const auto taken = std::count_if(slots.begin(), slots.end(), [&](const tags::Slot& slot) {
+    return slot.is_leased() || store.IsPrivileged(slot.block.author);
+  });
+  return Refusal(tag, std::string(MeaningOf(WriteOutcome::kFull).text) +
+                          ": leased and privileged blocks take " + std::to_string(taken) +
+                          " of its " + std::to_string(slots.size()) + " slots, and may take " +
+                          std::to_string(tag.tag.quota()));
 }
 
 // The generation that a WRITE or ERASE depends on, if it depends on one.
@@ -457,6 +468,9 @@ Status TagsPart::Check(const Context& context, const TagsChanged::Write& write) 
   }
   const tags::Written written =
       store_.TryWrite(write.tag, request, context.now_ms, context.utc_ms / 1000);
+  if (written.outcome == WriteOutcome::kFull) {
+    return RefusalOfFull(*tag, store_);
+  }
   return written.outcome == WriteOutcome::kDone ? Ok()
                                                 : Refusal(*tag, MeaningOf(written.outcome).text);
 }

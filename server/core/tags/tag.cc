@@ -6,17 +6,16 @@
 namespace pheromone::tags {
 namespace {
 
-// By which blocks are dropped: the oldest first.
-int64_t AgeKey(const Block& block, int64_t utc_s) {
-  const int64_t time_s = block.time_s;
-  return time_s > utc_s + kMaxAheadS ? -1 : time_s;
-}
-
 bool IsSameFact(const Block& a, const Block& b) {
   return a.author == b.author && a.subject == b.subject && a.predicate == b.predicate;
 }
 
 }  // namespace
+
+int64_t AgeKey(const Block& block, int64_t utc_s) {
+  const int64_t time_s = block.time_s;
+  return time_s > utc_s + kMaxAheadS ? -1 : time_s;
+}
 
 bool Policy::IsPrivileged(int32_t author) const {
   return std::binary_search(privileged.begin(), privileged.end(), author);
@@ -83,12 +82,15 @@ Written Tag::Write(const WriteRequest& request, uint64_t now_ms, const Policy& p
       IsProtected(slot, policy)) {
     return {WriteOutcome::kProtected};
   }
-  if (is_privileged || request.lease_ms > 0) {
+  const bool is_record = request.block.is_net_record();
+  const bool was_protected =
+      IsProtected(slot, policy) && (is_record || !slot.block.is_net_record());
+  if ((is_privileged || request.lease_ms > 0) && !was_protected) {
     size_t others = 0;
     for (size_t i = 0; i < slots_.size(); ++i) {
       others += i != *chosen && !slots_[i].block.is_empty() && IsProtected(slots_[i], policy);
     }
-    if (others >= quota()) {
+    if (others >= quota() + (is_record ? 1 : 0)) {
       return {WriteOutcome::kFull};
     }
   }

@@ -45,6 +45,10 @@ struct Policy {
   bool IsPrivileged(int32_t author) const;
 };
 
+/// By which blocks are dropped, the lowest first: the time of writing, or -1 if that is too far
+/// ahead of the server's clock.
+int64_t AgeKey(const Block& block, int64_t utc_s);
+
 struct Slot {
   Block block;
   uint16_t generation = 0;    ///< of the slot: one more with each change; wraps
@@ -68,7 +72,8 @@ enum class WriteOutcome : uint8_t {
   kDone,
   kGenerationChanged,  ///< it was written to since
   kProtected,          ///< the slot's block is privileged, or leased, and another author's
-  kFull,               ///< nothing may be dropped, or the quota of protected blocks is used up
+  kFull,               ///< nothing may be dropped, or the quota of protected blocks is used up:
+                       ///< of net records with one slot more
   kNoSuchSlot,
 };
 
@@ -88,7 +93,8 @@ class Tag {
   uint16_t generation() const { return generation_; }
   size_t used() const;
   size_t leased() const;
-  /// How many privileged and leased blocks it takes.
+  /// How many privileged and leased blocks it takes; a record of a net may be one more, so that
+  /// notes cannot block a net's tag.
   size_t quota() const { return slots_.size() * kProtectedOfEight / 8; }
 
   /// Writes a block that CheckBlock accepts. Where no slot is named: the block that `is_state`

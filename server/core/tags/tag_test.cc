@@ -83,6 +83,32 @@ TEST(TagTest, ProtectedBlocksLeaveTwoOfEightSlots) {
             WriteOutcome::kDone);
 }
 
+TEST(TagTest, NotesLeaveASlotForARecordOfANet) {
+  const auto record = [](int32_t author) {
+    Block block = Fact(author, kNowS);
+    block.subject = {kNetRecordType, 0};
+    return block;
+  };
+  Tag tag;
+  tag.Write({.block = record(kOperator), .slot = 0}, 0, kPolicy);
+  tag.Write({.block = record(kOperator), .slot = 1}, 0, kPolicy);
+  for (int32_t author = 10; author < 14; ++author) {
+    EXPECT_EQ(tag.Write({.block = Fact(author, kNowS), .lease_ms = 9'000}, 0, kPolicy).outcome,
+              WriteOutcome::kDone);
+  }
+  EXPECT_EQ(tag.Write({.block = Fact(14, kNowS), .lease_ms = 9'000}, 0, kPolicy).outcome,
+            WriteOutcome::kFull);
+  EXPECT_EQ(tag.Write({.block = record(15), .lease_ms = 9'000}, 0, kPolicy).outcome,
+            WriteOutcome::kDone);
+  EXPECT_EQ(tag.Write({.block = record(16), .lease_ms = 9'000}, 0, kPolicy).outcome,
+            WriteOutcome::kFull);
+  EXPECT_EQ(
+      tag.Write({.block = Fact(10, kNowS + 1), .lease_ms = 9'000, .is_state = true}, 0, kPolicy)
+          .outcome,
+      WriteOutcome::kDone)
+      << "a lease can be extended meanwhile";
+}
+
 TEST(TagTest, AWildClockCannotPinASlot) {
   Tag tag = FullTag(3);
   tag.Write({.block = Fact(20, kNowS + 86'401)}, 0, kPolicy);  // in slot 0
@@ -204,6 +230,9 @@ TEST(TagTest, RandomOperationsFollowTheRules) {
                              .is_state = below(2) == 0};
         if (below(10) == 0) {
           request.block.time_s += 86'400 + static_cast<uint32_t>(below(100));
+        }
+        if (below(3) == 0) {
+          request.block.subject = {kNetRecordType, 7};
         }
         if (below(2) == 0) {
           request.slot = slot;

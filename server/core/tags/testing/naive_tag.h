@@ -74,9 +74,14 @@ struct NaiveTag {
     if (writer_is_privileged || request.lease_ms > 0) {
       std::vector<NaiveSlot> after = slots;
       after[*at] = {request.block, 1, 0};
-      if (static_cast<size_t>(std::count_if(after.begin(), after.end(), [&](const NaiveSlot& it) {
-            return IsProtected(it);
-          })) > slots.size() * 6 / 8) {
+      const bool is_record = request.block.subject.space == -32;
+      const auto count = [&](const std::vector<NaiveSlot>& of, bool with_records) {
+        return std::count_if(of.begin(), of.end(), [&](const NaiveSlot& it) {
+          return IsProtected(it) && (with_records || it.block->subject.space != -32);
+        });
+      };
+      const auto limit = static_cast<ptrdiff_t>(slots.size() * 6 / 8 + (is_record ? 1 : 0));
+      if (count(after, true) > limit && count(after, is_record) > count(slots, is_record)) {
         return WriteOutcome::kFull;
       }
     }
