@@ -17,5 +17,23 @@ TEST(Messages, QuoteShortlyAndPrintably) {
   EXPECT_EQ(Quoted(std::string(33, 'x')), "\"" + std::string(32, 'x') + "...\"");
 }
 
+TEST(Messages, AByteOrderMarkIsSkippedOrNamed) {
+  std::string_view text =
+      "\xEF\xBB\xBF"
+      "a = 1";
+  EXPECT_TRUE(SkipByteOrderMark(&text).ok());
+  EXPECT_EQ(text, "a = 1");
+  EXPECT_TRUE(SkipByteOrderMark(&text).ok());
+  EXPECT_EQ(text, "a = 1");
+  for (std::string_view wide :
+       {std::string_view("\xFF\xFE"
+                         "a\0",
+                         4),
+        std::string_view("\xFE\xFF\0a", 4), std::string_view("\0\0\xFE\xFF", 4)}) {
+    EXPECT_EQ(SkipByteOrderMark(&wide).ErrorOr(""),
+              "found the byte order mark of UTF-16 or UTF-32, expected UTF-8");
+  }
+}
+
 }  // namespace
 }  // namespace pheromone

@@ -192,6 +192,14 @@ TEST(ConfigErrorsTest, ATableInThePlaceOfTablesAndTheReverseAreTold) {
             std::string::npos);
 }
 
+TEST(ConfigErrorsTest, AByteOrderMarkIsNoError) {
+  EXPECT_EQ(ErrorOf("\xEF\xBB\xBF"
+                    "map = 3\n"),
+            ErrorOf("map = 3\n"));
+  EXPECT_EQ(ErrorOf("\xFF\xFEm"),
+            "f.toml:1:1: syntax: found the byte order mark of UTF-16 or UTF-32, expected UTF-8");
+}
+
 TEST(ConfigErrorsTest, HugeFilesLongLinesAndDeepNestsAreRefused) {
   EXPECT_EQ(ErrorOf(std::string((1 << 20) + 1, '\n')),
             "f.toml:1:1: syntax: the file is larger than 1 MiB");

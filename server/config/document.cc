@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "server/base/format.h"
+#include "server/base/message.h"
 
 namespace pheromone::config {
 namespace {
@@ -139,6 +140,9 @@ Result<Value> ParseDocument(std::string_view text, std::string_view name) {
   };
   if (text.size() > kMaxText) {
     return fail({1, 1}, "the file is larger than 1 MiB");
+  }
+  if (const Status utf8 = SkipByteOrderMark(&text); !utf8.ok()) {
+    return fail({1, 1}, utf8.error());
   }
   if (const uint32_t line = LongLine(text); line != 0) {
     return fail({line, 1}, "the line is longer than 16384 bytes");

@@ -147,6 +147,9 @@ TEST_F(SystemErrorsTest, OfFiles) {
   EXPECT_EQ(Told(ParseSystem("f.toml", "[net\n")).substr(0, 12), "f.toml:1:5: ");
   EXPECT_EQ(Told(ParseSystem("f.toml", "[net]\n#" + std::string(17'000, '-') + "\n")),
             "f.toml:2:1: syntax: the line is longer than 16384 bytes");
+  EXPECT_EQ(Told(ParseSystem("f.toml", "\xFE\xFF[net]\n")),
+            "f.toml:1:1: syntax: found the byte order mark of UTF-16 or UTF-32, expected UTF-8");
+  EXPECT_EQ(Told(ParseSystem("f.toml", "\xEF\xBB\xBF[net\n")).substr(0, 12), "f.toml:1:5: ");
 }
 
 // Each file asks for the next one 100 times: a billion instances in a few lines.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/base/file.h"
+#include "server/base/message.h"
 #include "server/core/petri/compose.h"
 #include "server/formats/nets/keys.h"
 #include "server/formats/nets/own_part.h"
@@ -105,6 +106,10 @@ Result<petri::Net> SystemLoader::Parse(std::string_view name, std::string_view t
                                        const Parameters& chosen, const fs::path& folder,
                                        const std::string& as) {
   FileProblems problems(name);
+  if (const Status utf8 = SkipByteOrderMark(&text); !utf8.ok()) {
+    problems.Add({1, 1}, "syntax", utf8.error());
+    return Error{problems.Text()};
+  }
   if (const size_t line = LongLineOf(text); line != 0) {
     problems.Add({static_cast<toml::source_index>(line), 1}, "syntax",
                  "the line is longer than " + std::to_string(kMaxSystemLine) + " bytes");
