@@ -136,6 +136,10 @@ Node NodeOf(const Term& term, int32_t author, const SymbolTables& tables, const 
 Result<Term> TermOf(const Node& node, std::string_view role, int32_t author, const Naming& naming,
                     SymbolTables* tables);
 
+/// The symbol of the author's strings that are this IRI together: split behind its last # or / if
+/// the author has those, else where the author has split it. Empty if it has no such strings.
+std::optional<Term> KnownSymbol(std::string_view iri, int32_t author, const SymbolTables& tables);
+
 /// BASE/tag/NAME, and the name again; empty if it is another IRI.
 std::string TagIri(std::string_view name, const Naming& naming);
 std::optional<std::string> TagNameOf(std::string_view iri, const Naming& naming);

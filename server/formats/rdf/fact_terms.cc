@@ -1,5 +1,6 @@
 // The terms of fact.h: numbers to IRIs and literals, and back.
 #include <array>
+#include <limits>
 #include <utility>
 
 #include "server/base/percent.h"
@@ -78,6 +79,17 @@ std::string RobotIri(int32_t robot, const SymbolTables& tables, const Naming& na
 
 // --- Text to terms
 
+// A symbol of strings that the author has, split there.
+std::optional<Term> KnownAt(std::string_view iri, size_t split, int32_t author,
+                            const SymbolTables& tables) {
+  const auto value = tables.NumberOf(author, iri.substr(split));
+  if (!value || split == 0) {
+    return value ? std::optional(Term{0, *value}) : std::nullopt;
+  }
+  const auto space = tables.NumberOf(author, iri.substr(0, split));
+  return space ? std::optional(Term{*space, *value}) : std::nullopt;
+}
+
 // Reads the terms of one author, and adds rows.
 class Terms {
  public:
@@ -99,7 +111,6 @@ class Terms {
   Result<Term> Unresolved(const std::string& iri) const;
   std::optional<Result<Term>> OfText(std::string_view path);
   std::optional<Result<Term>> OfThing(const std::string& iri);
-  std::optional<Term> Known(std::string_view iri, size_t split) const;
 
   std::string_view role_;
   int32_t author_;
@@ -205,16 +216,6 @@ std::optional<Result<Term>> Terms::OfText(std::string_view path) {
   return Symbol(*space, *value);
 }
 
-// A symbol of strings that the author has, split there.
-std::optional<Term> Terms::Known(std::string_view iri, size_t split) const {
-  const auto value = tables_.NumberOf(author_, iri.substr(split));
-  if (!value || split == 0) {
-    return value ? std::optional(Term{0, *value}) : std::nullopt;
-  }
-  const auto space = tables_.NumberOf(author_, iri.substr(0, split));
-  return space ? std::optional(Term{*space, *value}) : std::nullopt;
-}
-
 Result<Term> Terms::OfIri(const std::string& iri) {
   if (role_ != "predicate") {
     if (std::optional<Result<Term>> thing = OfThing(iri)) {
@@ -238,15 +239,10 @@ Result<Term> Terms::OfIri(const std::string& iri) {
         "an IRI of " + std::to_string(iri.size()) + " bytes, <" + iri.substr(0, 40) + "...>",
         "a namespace and a local part of at most 255 bytes each");
   }
-  if (const std::optional<Term> known = Known(iri, *split)) {
+  if (const std::optional<Term> known = KnownSymbol(iri, author_, tables_)) {
     return *known;
   }
   const std::string_view all = iri;
-  for (size_t at = 0; at < all.size(); ++at) {  // the author's own split, if there is one
-    if (const std::optional<Term> known = Known(iri, at)) {
-      return *known;
-    }
-  }
   return Symbol(all.substr(0, *split), all.substr(*split));
 }
 
@@ -264,6 +260,28 @@ std::optional<int32_t> ParseUtcSeconds(std::string_view text) {
   const std::optional<uint32_t> utc_s = ParseDateTime(text);
   return utc_s ? std::optional(static_cast<int32_t>(*utc_s)) : std::nullopt;
 }
+
+// Of any datatype that is derived from xsd:integer and within its bounds, and of 32 bits.
+std::optional<int32_t> ParseWhole(std::string_view text, int64_t least, int64_t most) {
+  const std::optional<int32_t> number = ParseInt(text);
+  return number && *number >= least && *number <= most ? number : std::nullopt;
+}
+
+struct WholeType {
+  std::string_view name;
+  int64_t least;
+  int64_t most;
+};
+
+constexpr int64_t kAny = std::numeric_limits<int64_t>::max();
+constexpr std::array kWholeTypes = {
+    WholeType{"integer", -kAny, kAny},         WholeType{"long", -kAny, kAny},
+    WholeType{"short", -32'768, 32'767},       WholeType{"byte", -128, 127},
+    WholeType{"unsignedLong", 0, kAny},        WholeType{"unsignedInt", 0, kAny},
+    WholeType{"unsignedShort", 0, 65'535},     WholeType{"unsignedByte", 0, 255},
+    WholeType{"nonNegativeInteger", 0, kAny},  WholeType{"positiveInteger", 1, kAny},
+    WholeType{"nonPositiveInteger", -kAny, 0}, WholeType{"negativeInteger", -kAny, -1},
+};
 
 struct LiteralType {
   std::string_view prefix;
@@ -284,6 +302,9 @@ constexpr std::array kLiteralTypes = {
                 "a day of the calendar without a time zone, such as 2006-01-28"},
     LiteralType{kXsd, "time", TypeCode::kTime, ParseUtcTime,
                 "UTC with at most milliseconds, such as 14:20:00Z"},
+    LiteralType{kXsd, "double", TypeCode::kFloat, ParseDoubleAsFloat,
+                "a number that 32 bits hold without loss, such as 0.1 or 1e10, or INF, -INF, NaN"},
+    LiteralType{kXsd, "boolean", TypeCode::kInt, ParseBoolean, "true, false, 1 or 0"},
     LiteralType{kRob, "char", TypeCode::kChar, ParseChar, "one character, or U+ and its number"},
 };
 
@@ -304,11 +325,39 @@ Result<Term> Terms::OfLiteral(const Node& literal) {
                    : Expected(Quote(literal.text), type.expected);
     }
   }
+  for (const WholeType& type : kWholeTypes) {
+    if (literal.datatype == XsdType(type.name)) {
+      const std::optional<int32_t> value = ParseWhole(literal.text, type.least, type.most);
+      return value ? Result<Term>(TermOfType(TypeCode::kInt, *value))
+                   : Expected(Quote(literal.text) + " of datatype xsd:" + std::string(type.name),
+                              "a whole number of that datatype and of 32 bits");
+    }
+  }
+  if (literal.datatype == XsdType("decimal")) {
+    if (const std::optional<int32_t> whole = ParseWholeDecimal(literal.text)) {
+      return TermOfType(TypeCode::kInt, *whole);
+    }
+    const bool is_decimal = literal.text.find_first_of("eEIN") == std::string::npos;
+    const auto value = is_decimal ? ParseDoubleAsFloat(literal.text) : std::nullopt;
+    return value ? Result<Term>(TermOfType(TypeCode::kFloat, *value))
+                 : Expected(Quote(literal.text) + " of datatype xsd:decimal",
+                            "a decimal number that 32 bits hold without loss, such as 244 or 0.1");
+  }
   return Expected(Quote(literal.text) + " of datatype <" + literal.datatype + ">",
-                  "xsd:string, int, float, dateTime, date or time, or rob:char or escaped");
+                  "xsd:string, boolean, decimal, integer or a type derived from it, float, double, "
+                  "dateTime, date or time, or rob:char or escaped");
 }
 
 }  // namespace
+
+std::optional<Term> KnownSymbol(std::string_view iri, int32_t author, const SymbolTables& tables) {
+  const size_t split = SplitOf(iri, SymbolTables::kMaxTextBytes).value_or(0);
+  std::optional<Term> known = KnownAt(iri, split, author, tables);
+  for (size_t at = 0; !known && at < iri.size(); ++at) {
+    known = KnownAt(iri, at, author, tables);
+  }
+  return known;
+}
 
 std::string XsdType(std::string_view name) {
   return Join(kXsd, name);

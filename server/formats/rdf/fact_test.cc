@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pheromone::tags {
@@ -146,6 +147,65 @@ TEST(FactTest, AnIriIsSplitAsTheAuthorSplitsIt) {
   EXPECT_EQ(TermOf(book, "object", 15, {}, &tables).value(), (Term{0, 10}));
 }
 
+// The numbers in IRIs begin with 1, but for the namespace of a whole IRI.
+TEST(FactTest, IrisOfTheLowestNumbersAreRead) {
+  SymbolTables tables;
+  tables.DefineRobot(1, "x");
+  const auto read = [&](const std::string& path, const std::string& role) {
+    const Result<Term> term = TermOf({"http://robots.org/" + path, {}}, role, 1, {}, &tables);
+    return term.ok() ? term.value() : Term{-99, 0};
+  };
+  const Term none{-99, 0};
+  EXPECT_EQ(read("robot-number/1", "subject"), (Term{-17, 1}));
+  EXPECT_EQ(read("tag-number/1", "object"), (Term{-18, 1}));
+  EXPECT_EQ(read("unresolved/x/1", "object"), (Term{-1, 1}));
+  EXPECT_EQ(read("unresolved/x/1/1", "predicate"), (Term{1, 1}));
+  EXPECT_EQ(read("unresolved/x/0/1", "subject"), (Term{0, 1}));
+  for (const std::string path : {"robot-number/0", "tag-number/0", "unresolved/x/0",
+                                 "unresolved/x/1/0", "unresolved/x/-1/1", "robot-number/01"}) {
+    EXPECT_EQ(read(path, "object"), none) << path;
+  }
+  EXPECT_EQ(tables.rows().size(), 1u);
+}
+
+// What other makers' programs write for a number.
+TEST(FactTest, NumbersOfOtherDatatypesComeInWhereTheyFit) {
+  const auto term = [](const std::string& text, const std::string& type) {
+    SymbolTables tables;
+    tables.DefineRobot(1, "x");
+    const Result<Term> read = TermOf({text, std::string(kXsd) + type}, "object", 1, {}, &tables);
+    return read.ok() ? std::to_string(read.value().space) + " " + std::to_string(read.value().value)
+                     : read.ErrorOr("");
+  };
+  for (const char* const type :
+       {"integer", "long", "short", "unsignedLong", "unsignedInt", "unsignedShort", "unsignedByte",
+        "nonNegativeInteger", "positiveInteger", "decimal"}) {
+    EXPECT_EQ(term("244", type), "-3 244") << type;
+  }
+  for (const char* const type : {"byte", "nonPositiveInteger", "negativeInteger"}) {
+    EXPECT_EQ(term("-5", type), "-3 -5") << type;
+  }
+  EXPECT_EQ(term("2147483648", "integer"),
+            "the object is \"2147483648\" of datatype xsd:integer, expected a whole number of that "
+            "datatype and of 32 bits");
+  EXPECT_EQ(term("+7", "integer"), "-3 7");
+  for (const auto& [text, type] :
+       {std::pair("128", "byte"), std::pair("-1", "unsignedInt"), std::pair("0", "positiveInteger"),
+        std::pair("4.0", "integer"), std::pair("", "integer"), std::pair("1e2", "decimal"),
+        std::pair("INF", "decimal"), std::pair("yes", "boolean"),
+        std::pair("3.141592653589793", "double"), std::pair("16777217.5", "decimal"),
+        std::pair("1e300", "double")}) {
+    EXPECT_TRUE(term(text, type).starts_with("the object is ")) << text << " " << type;
+  }
+  EXPECT_EQ(term("244.00", "decimal"), "-3 244");
+  EXPECT_EQ(term("0.5", "decimal"), "-4 " + std::to_string(0x3F000000));
+  EXPECT_EQ(term("0.5E0", "double"), "-4 " + std::to_string(0x3F000000));
+  EXPECT_EQ(term("0.1", "double"), "-4 " + std::to_string(0x3DCCCCCD));
+  EXPECT_EQ(term("-INF", "double"), "-4 " + std::to_string(static_cast<int32_t>(0xFF800000)));
+  EXPECT_EQ(term("true", "boolean"), "-3 1");
+  EXPECT_EQ(term("0", "boolean"), "-3 0");
+}
+
 std::string FaultOf(const Node& object) {
   Naming naming;
   const Fact fact{.event = "urn:e",
@@ -167,10 +227,11 @@ TEST(FactTest, ErrorsNameWhatWasFoundAndExpected) {
   EXPECT_EQ(FaultOf({"244", xsd + "int"}), "");
   EXPECT_EQ(FaultOf({" 244", xsd + "int"}),
             "the object is \" 244\", expected a whole number from -2147483648 to 2147483647");
-  EXPECT_EQ(
-      FaultOf({"244", xsd + "decimal"}),
-      "the object is \"244\" of datatype <http://www.w3.org/2001/XMLSchema#decimal>, expected "
-      "xsd:string, int, float, dateTime, date or time, or rob:char or escaped");
+  EXPECT_EQ(FaultOf({"244", xsd + "gYear"}),
+            "the object is \"244\" of datatype <http://www.w3.org/2001/XMLSchema#gYear>, expected "
+            "xsd:string, boolean, decimal, integer or a type derived from it, float, double, "
+            "dateTime, date "
+            "or time, or rob:char or escaped");
   EXPECT_EQ(
       FaultOf({"14:20:00", xsd + "time"}),
       "the object is \"14:20:00\", expected UTC with at most milliseconds, such as 14:20:00Z");

@@ -1,5 +1,6 @@
 #include "server/formats/rdf/lexical.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -207,6 +208,33 @@ std::optional<int32_t> ParseFloat(std::string_view text) {
   float number = 0;
   const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
   return result.ec == std::errc() ? std::optional(std::bit_cast<int32_t>(number)) : std::nullopt;
+}
+
+std::optional<int32_t> ParseDoubleAsFloat(std::string_view text) {
+  const std::optional<int32_t> bits = ParseFloat(text);
+  if (!bits || !std::isfinite(std::bit_cast<float>(*bits))) {
+    return bits;
+  }
+  const auto number = [](std::string_view digits) {
+    Take(&digits, '+');
+    double value = 0;
+    std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    return value;
+  };
+  return number(text) == number(FloatText(*bits)) ? bits : std::nullopt;
+}
+
+std::optional<int32_t> ParseWholeDecimal(std::string_view text) {
+  const size_t point = std::min(text.find('.'), text.size());
+  const std::string_view fraction = text.substr(std::min(point + 1, text.size()));
+  return fraction.find_first_not_of('0') == std::string_view::npos ? ParseInt(text.substr(0, point))
+                                                                   : std::nullopt;
+}
+
+std::optional<int32_t> ParseBoolean(std::string_view text) {
+  return text == "true" || text == "1"    ? std::optional(1)
+         : text == "false" || text == "0" ? std::optional(0)
+                                          : std::nullopt;
 }
 
 std::string DateTimeText(uint32_t utc_s) {

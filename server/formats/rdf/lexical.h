@@ -33,6 +33,14 @@ std::string FloatText(int32_t bits);
 /// Rounds to the nearest binary32; empty if that overflows or underflows.
 std::optional<int32_t> ParseFloat(std::string_view text);
 
+/// Of an xsd:double: only if the shortest text of the binary32 is the same double again, such as
+/// "0.1", but not "3.141592653589793".
+std::optional<int32_t> ParseDoubleAsFloat(std::string_view text);
+/// Of an xsd:decimal without a fraction, such as "244" or "244.0", of 32 bits.
+std::optional<int32_t> ParseWholeDecimal(std::string_view text);
+/// "true" and "1" are 1, "false" and "0" are 0.
+std::optional<int32_t> ParseBoolean(std::string_view text);
+
 /// "2006-01-28T14:20:00Z".
 std::string DateTimeText(uint32_t utc_s);
 /// Whole seconds with a time zone, Z or +hh:mm, from 1970 to 2106.

@@ -341,11 +341,11 @@ TEST(RdfFileTest, WrongPropertiesAreNamedWithFileAndLine) {
   EXPECT_EQ(FaultOf("'o'", "'o'@en"),
             "tags.ttl:6: <urn:e>: the rdf:object is \"o\" in the language en, expected an IRI or a "
             "literal without a language");
-  EXPECT_EQ(
-      FaultOf("'o'", "'244'^^xsd:decimal"),
-      "tags.ttl:6: <urn:e>: the object is \"244\" of datatype "
-      "<http://www.w3.org/2001/XMLSchema#decimal>, expected xsd:string, int, float, dateTime, date "
-      "or time, or rob:char or escaped");
+  EXPECT_EQ(FaultOf("'o'", "'244'^^xsd:gYear"),
+            "tags.ttl:6: <urn:e>: the object is \"244\" of datatype "
+            "<http://www.w3.org/2001/XMLSchema#gYear>, expected xsd:string, boolean, decimal, "
+            "integer or a "
+            "type derived from it, float, double, dateTime, date or time, or rob:char or escaped");
   EXPECT_EQ(
       FaultOf("'o'", "'\\n244'^^xsd:int"),
       "tags.ttl:6: <urn:e>: the object is \"\n244\", expected a whole number from -2147483648 "
@@ -390,6 +390,30 @@ TEST(RdfFileTest, FactsOfNTriplesAreNamedWithTheirLine) {
   EXPECT_EQ(fault("# a comment\n\n" + good + " \t" + bad).substr(0, 22), "tags.nt:10: <urn:bad>:");
   // Turtle that is no N-Triples is read too; a line that is named is about that subject.
   EXPECT_EQ(fault("<urn:o>\n <urn:p>\n 5 .\n" + good + bad).substr(0, 19), "tags.nt: <urn:bad>:");
+}
+
+TEST(RdfFileTest, AByteOrderMarkIsNoPartOfTheText) {
+  const std::vector<tags::Fact> facts =
+      ReadRdf("tags.ttl", std::string(kPrefixes) + kGood, RdfFormat::kTurtle, {}).value().facts;
+  for (const RdfFormat format : kFormats) {
+    const std::string text = WriteRdf(facts, format, {}).value();
+    const Result<RdfContents> read = ReadRdf("tags", "\xEF\xBB\xBF" + text, format, {});
+    ASSERT_TRUE(read.ok()) << read.error();
+    EXPECT_EQ(read.value().facts, facts);
+    EXPECT_EQ(ReadRdf("tags", "\xFF\xFE" + text, format, {}).ErrorOr(""),
+              "tags:1: found the byte order mark of UTF-16 or UTF-32, expected UTF-8");
+  }
+}
+
+TEST(RdfFileTest, ElementsThatAreNestedTooDeepAreRefused) {
+  std::string xml = "<rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">\n";
+  for (int i = 0; i < 8'000; ++i) {
+    xml += i % 2 == 0 ? "<rdf:Description>\n" : "<rdf:value>\n";
+  }
+  EXPECT_EQ(
+      ReadRdf("deep.rdf", xml, RdfFormat::kRdfXml, {}).ErrorOr(""),
+      "deep.rdf:65: found elements nested deeper than 64, or in an entity, expected RDF/XML of "
+      "facts");
 }
 
 TEST(RdfFileTest, AByteOfZeroIsNotTheEnd) {

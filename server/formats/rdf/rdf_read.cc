@@ -5,15 +5,19 @@
 #include <utility>
 
 #include "server/base/file.h"
+#include "server/base/message.h"
 #include "server/formats/rdf/lexical.h"
 #include "server/formats/rdf/raptor.h"
 #include "server/formats/rdf/rdf_file.h"
 #include "server/formats/rdf/rdf_names.h"
+#include "server/formats/rdf/xml_depth.h"
 
 namespace pheromone::ctl {
 namespace {
 
 using tags::Fact;
+
+constexpr size_t kMaxXmlDepth = 64;
 
 // What is at the end of a triple.
 struct Value {
@@ -138,10 +142,20 @@ std::string_view Title(RdfFormat format) {
 }
 
 Status RdfReader::Parse(std::string_view text, RdfFormat format) {
+  if (const Status utf8 = SkipByteOrderMark(&text); !utf8.ok()) {
+    return Error{At(1) + utf8.error()};
+  }
   if (const size_t end = text.find('\0'); end != std::string_view::npos) {
     const std::string_view before = text.substr(0, end);  // all that Raptor would read
     const auto line = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
     return Error{At(line) + "found a byte of 0, expected " + std::string(Title(format))};
+  }
+  if (const size_t deep = format == RdfFormat::kRdfXml ? TooDeepAt(text) : text.size();
+      deep < text.size()) {
+    return Error{At(1 + static_cast<int>(std::count(
+                            text.begin(), text.begin() + static_cast<ptrdiff_t>(deep), '\n'))) +
+                 "found elements nested deeper than " + std::to_string(kMaxXmlDepth) +
+                 ", or in an entity, expected RDF/XML of facts"};
   }
   has_line_each_ = format == RdfFormat::kNTriples;
   lines_ = text;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "server/formats/rdf/fact.h"
 #include "server/formats/rdf/lexical.h"
 
 namespace pheromone::tags {
@@ -29,17 +30,18 @@ std::string Quoted(std::string_view text) {
   return quoted + '"';
 }
 
+bool IsWord(std::string_view text) {
+  return !text.empty() && text.find_first_not_of(kWordLetters) == std::string_view::npos &&
+         !IsDigit(text.front()) && text.front() != '-' && text.front() != '.';
+}
+
 std::string SymbolText(const Term& term, int32_t author, const SymbolTables& tables) {
   const std::string* const local = tables.StringOf(author, term.value);
   const std::string* const space = term.space > 0 ? tables.StringOf(author, term.space) : nullptr;
   if (local == nullptr || (term.space > 0 && space == nullptr)) {
     return "unknown:" + std::to_string(term.space) + '/' + std::to_string(term.value);
   }
-  const bool is_word = space != nullptr && *space == kDefaultNamespace &&
-                       local->find_first_not_of(kWordLetters) == std::string::npos &&
-                       !(local->front() >= '0' && local->front() <= '9') && local->front() != '-' &&
-                       local->front() != '.' && *local != "NaN" && *local != "INF";
-  return is_word ? *local : '<' + (space != nullptr ? *space : "") + *local + '>';
+  return IriText((space != nullptr ? *space : "") + *local);
 }
 
 std::string UnknownText(const Term& term) {
@@ -204,32 +206,27 @@ class Parser {
     if (text.size() > 2 && text.front() == '<' && text.back() == '>') {
       return Iri(term, text.substr(1, text.size() - 2));
     }
-    const bool is_word = text.find_first_not_of(kWordLetters) == std::string::npos &&
-                         !(text.front() >= '0' && text.front() <= '9') && text.front() != '-' &&
-                         text.front() != '.';
-    return is_word ? InNamespace(term, std::string(kDefaultNamespace), text)
-                   : Wrong(term, text, expected);
+    return IsWord(text) ? Iri(term, std::string(kDefaultNamespace) + text)
+                        : Wrong(term, text, expected);
   }
 
-  // Split behind the last # or /, so that IRIs of one namespace share its string.
   Result<Term> Iri(std::string_view term, const std::string& iri) {
     const size_t end = iri.find_last_of("#/");
     if (iri.find_first_of(" \"<>{}|\\^`") != std::string::npos ||
         iri.find(':') == std::string::npos) {
       return Wrong(term, '<' + iri + '>', "an absolute IRI");
     }
+    if (const std::optional<Term> known = KnownSymbol(iri, author_, *tables_)) {
+      return *known;
+    }
     if (end == std::string::npos || end + 1 == iri.size()) {
       const Result<int32_t> number = NumberOf(term, iri);
       return number.ok() ? Result<Term>(Term{0, number.value()}) : number.error();
     }
-    return InNamespace(term, iri.substr(0, end + 1), iri.substr(end + 1));
-  }
-
-  Result<Term> InNamespace(std::string_view term, const std::string& space,
-                           const std::string& local) {
-    PHEROMONE_TRY(const int32_t space_number, NumberOf(term, space));
-    const Result<int32_t> number = NumberOf(term, local);
-    return number.ok() ? Result<Term>(Term{space_number, number.value()}) : number.error();
+    // Split behind the last # or /, so that IRIs of one namespace share its string.
+    PHEROMONE_TRY(const int32_t space, NumberOf(term, iri.substr(0, end + 1)));
+    const Result<int32_t> number = NumberOf(term, iri.substr(end + 1));
+    return number.ok() ? Result<Term>(Term{space, number.value()}) : number.error();
   }
 
   Result<int32_t> NumberOf(std::string_view term, const std::string& text) {
@@ -255,6 +252,16 @@ class Parser {
 };
 
 }  // namespace
+
+std::string IriText(std::string_view iri) {
+  if (iri.starts_with(kDefaultNamespace)) {
+    const std::string_view local = iri.substr(kDefaultNamespace.size());
+    if (IsWord(local) && local != "NaN" && local != "INF") {
+      return std::string(local);
+    }
+  }
+  return '<' + std::string(iri) + '>';
+}
 
 std::string ObjectText(const Term& object, int32_t author, const SymbolTables& tables) {
   if (object.is_symbol()) {

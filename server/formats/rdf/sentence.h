@@ -23,9 +23,11 @@ namespace pheromone::tags {
 
 constexpr std::string_view kDefaultNamespace = "http://example.org/ns#";
 
-/// One term of a block. A number of which the tables know nothing is "unknown:NAMESPACE/NUMBER", a
-/// value of an unknown type "type-99:NUMBER".
+/// One term of a block. A symbol is told by its IRI (IriText). A number of which the tables know
+/// nothing is "unknown:NAMESPACE/NUMBER", a value of an unknown type "type-99:NUMBER".
 std::string ObjectText(const Term& object, int32_t author, const SymbolTables& tables);
+/// An IRI as ObjectText has it, however its maker has split it: a word, or <IRI>.
+std::string IriText(std::string_view iri);
 /// The same for a subject: a robot is its number alone.
 std::string SubjectText(const Term& subject, int32_t author, const SymbolTables& tables);
 

@@ -71,6 +71,22 @@ TEST_F(SentenceTest, IrisAreSplitBehindTheirNamespace) {
   EXPECT_EQ(Object("<http://example.org/ns#open>"), Object("open"));
 }
 
+TEST_F(SentenceTest, AnIriIsTheSameHoweverItIsSplit) {
+  tables_.DefineString(15, 4, "http://example.org/");
+  tables_.DefineString(15, 5, "ns#open");
+  tables_.DefineString(15, 6, "http://example.org/ns#open");
+  EXPECT_EQ(ObjectText({4, 5}, 15, tables_), "open");
+  EXPECT_EQ(ObjectText({0, 6}, 15, tables_), "open");
+  EXPECT_EQ(ObjectText({4, 4}, 15, tables_), "<http://example.org/http://example.org/>");
+  EXPECT_EQ(IriText("http://example.org/ns#open"), "open");
+  EXPECT_EQ(IriText("http://example.org/ns#7"), "<http://example.org/ns#7>");
+  EXPECT_EQ(IriText("http://example.org/ns#"), "<http://example.org/ns#>");
+  // What an author has said before, it says with the same numbers: so that --replace finds it.
+  tables_.DefineString(1, 8, "http://example.org/");
+  tables_.DefineString(1, 9, "ns#shut");
+  EXPECT_EQ(Object("shut"), (Term{8, 9}));
+}
+
 TEST_F(SentenceTest, PrintedSentencesReadBackTheSame) {
   for (const std::string_view sentence :
        {"15 lookingfortag 244",
