@@ -8,6 +8,7 @@
 #include <optional>
 #include <type_traits>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 
 #include "server/base/message.h"
 #include "server/formats/nets/pnml_arc.h"
+#include "server/formats/nets/pnml_firing.h"
 #include "server/formats/nets/pnml_source.h"
 #include "server/formats/nets/pnml_xml.h"
 
@@ -28,6 +30,7 @@ using petri::Transition;
 using pugi::xml_node;
 
 constexpr size_t kMaxDepth = 64;
+constexpr size_t kMaxShownType = 200;
 constexpr size_t kMaxReferences = 1000;  // from one to the next
 
 // Our own <toolspecific> of a net, place or transition, if there is one.
@@ -41,12 +44,15 @@ class PnmlReader {
  public:
   PnmlReader(std::string_view name, std::string_view text) : name_(name), source_(name, text) {}
 
-  Result<Net> Read() && {
+  Result<Net> Read(std::string* warning) && {
     if (!source_.Parse() || !ReadDocument(source_.document().document_element())) {
       return Error{source_.error()};
     }
     if (const Status sound = CheckNet(net_); !sound.ok()) {
       return Error{std::string(name_) + ": " + sound.error()};
+    }
+    if (warning != nullptr) {
+      *warning = std::move(warning_);
     }
     return std::move(net_);
   }
@@ -87,7 +93,9 @@ class PnmlReader {
   bool ReadNet(const xml_node& net) {
     const std::string_view type = net.attribute("type").value();
     if (!IsPtNetType(type)) {
-      return Fail(net, type.empty() ? "a net without a type" : "a net of the type " + Quoted(type),
+      return Fail(net,
+                  type.empty() ? "a net without a type"
+                               : "a net of the type " + Quoted(type, kMaxShownType),
                   "a P/T net: " + std::string(kPtNetType));
     }
     const xml_node label = FindChild(net, "name");
@@ -95,6 +103,7 @@ class PnmlReader {
     if (!AddId(net, {.element = net}) || !CollectPage(net, 0) || !ReadNetProperties(net)) {
       return false;
     }
+    CheckArcIds();
     return std::all_of(arcs_.begin(), arcs_.end(),
                        [this](const xml_node& arc) { return ReadArc(arc); });
   }
@@ -143,7 +152,7 @@ class PnmlReader {
         return Fail(child, "<" + std::string(name) + ">", "<arc>");
       }
       arcs_.push_back(child);
-      return child.attribute("id").empty() || AddId(child, node);
+      return true;
     }
     if (name == "place") {
       node.kind = Node::Kind::kPlace;
@@ -160,6 +169,25 @@ class PnmlReader {
       return AddId(child, node);
     }
     return true;
+  }
+
+  // Nothing refers to an arc: editors such as WoPeD, which give an ID twice, do no harm.
+  void CheckArcIds() {
+    std::unordered_set<std::string_view> ids;
+    size_t repeated = 0;
+    std::string_view first;
+    for (const xml_node& arc : arcs_) {
+      const std::string_view id = arc.attribute("id").value();
+      if (!id.empty() && (nodes_.count(id) > 0 || !ids.insert(id).second)) {
+        first = repeated++ == 0 ? id : first;
+      }
+    }
+    if (repeated > 0) {
+      warning_ = std::string(name_) + ": " + std::to_string(repeated) +
+                 (repeated == 1 ? " arc has" : " arcs have") +
+                 " the ID of another element, such as " + Quoted(first) +
+                 ": each is an arc of its own";
+    }
   }
 
   bool AddId(const xml_node& element, const Node& node) {
@@ -223,6 +251,27 @@ class PnmlReader {
   }
 
   bool ReadTransition(const xml_node& element) {
+    const auto with = [&](const std::string& what) {
+      return "transition " + IdOf(element) + " with the " + what;
+    };
+    if (const std::string guard = GuardOf(element); !guard.empty()) {
+      return Fail(element, with("guard " + Quoted(guard)), "a net without guards");
+    }
+    if (const std::string time = TimeOf(element); !time.empty()) {
+      return Fail(element, with("time " + Quoted(time)), "a net without time");
+    }
+    const std::string priority = PriorityOf(element);
+    if (net_.transitions.empty()) {
+      first_transition_ = element;
+    } else if (const std::string first = PriorityOf(first_transition_); priority != first) {
+      const auto words = [](const std::string& text) {
+        return text.empty() ? std::string("no priority") : text;
+      };
+      return Fail(element,
+                  "transition " + IdOf(element) + " (" + words(priority) + ") beside " +
+                      IdOf(first_transition_) + " (" + words(first) + ")",
+                  "a net without priorities: the same of all transitions");
+    }
     net_.transitions.emplace_back();
     return ReadProperties(element, &net_.transitions.back());
   }
@@ -355,6 +404,8 @@ class PnmlReader {
   std::string_view name_;
   PnmlSource source_;
   Net net_;
+  std::string warning_;
+  xml_node first_transition_;
   std::unordered_map<std::string_view, Node> nodes_;  // of all IDs
   std::vector<xml_node> arcs_;
   std::unordered_map<std::pair<std::vector<Arc>*, uint32_t>, size_t, ArcKeyHash> arc_at_;
@@ -362,9 +413,9 @@ class PnmlReader {
 
 }  // namespace
 
-Result<Net> ParsePnml(std::string_view name, std::string_view text) {
+Result<Net> ParsePnml(std::string_view name, std::string_view text, std::string* warning) {
   try {
-    return PnmlReader(name, text).Read();
+    return PnmlReader(name, text).Read(warning);
   } catch (const std::exception& error) {  // such as no memory
     return AtLine(name, 1, 0, error.what());
   }

@@ -5,8 +5,8 @@
 //
 // The standard knows neither inhibitor nor read arcs; tools write them in three ways (PnmlDialect),
 // all of which are read. PIPE's "Default,1", TAPAAL's attributes and the files of 2003 are read
-// too. The net is untimed and without priorities: rates, delays and priorities of transitions are
-// ignored; capacities, intervals of time and arcs of other kinds are refused.
+// too. The net is untimed and without priorities: capacities, time, priorities, guards and arcs of
+// other kinds, which would change what can happen, are refused; rates are ignored.
 //
 // Any thread. Errors begin with the name, if possible with the line, and say what was expected.
 #pragma once
@@ -27,8 +27,10 @@ enum class PnmlDialect {
 };
 
 /// The only net of a document, its pages joined. Parallel arcs are one with the sum of the weights;
-/// of parallel read or inhibitor arcs, the strictest remains. The net passes petri::CheckNet.
-Result<petri::Net> ParsePnml(std::string_view name, std::string_view text);
+/// of parallel read or inhibitor arcs, the strictest remains. The net passes petri::CheckNet. IDs
+/// of arcs that are not unique are no error but a warning, which is empty otherwise.
+Result<petri::Net> ParsePnml(std::string_view name, std::string_view text,
+                             std::string* warning = nullptr);
 
 /// ParsePnml returns an equal net: what PNML has no words for, such as owners, is in
 /// <toolspecific>. But only kTypeElement has read arcs; the other dialects take and give instead

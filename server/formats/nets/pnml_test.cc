@@ -166,6 +166,67 @@ TEST(Pnml, UnderstandsPipe) {
            .transitions = {{.id = "T0", .name = "T0", .takes = {{0, 2}}, .gives = {{0, 1}}}}}));
 }
 
+// What a transition says, on line 6, beside one that says nothing.
+std::string OfTransition(const std::string& inside, const std::string& attributes = "") {
+  return ErrorOf(Document("<place id=\"p\"/>\n\n<transition id=\"t\" " + attributes + ">" + inside +
+                          "</transition>"));
+}
+
+TEST(Pnml, RefusesTimeThatWouldChangeTheAnswer) {
+  const std::string tina =
+      "<delay><interval xmlns=\"http://www.w3.org/1998/Math/MathML\" closure=\"closed-open\">"
+      "<cn>0</cn><ci>infty</ci></interval></delay>";
+  EXPECT_EQ(OfTransition(tina), "no error");
+  std::string late = tina;
+  late.replace(late.find("<cn>0"), 5, "<cn>2");
+  EXPECT_EQ(
+      OfTransition(late),
+      "a.pnml:6: found transition \"t\" with the time \"2,infty\", expected a net without time");
+  std::string soon = tina;
+  soon.replace(soon.find("<ci>infty</ci>"), 14, "<cn>5</cn>");
+  EXPECT_THAT(OfTransition(soon), HasSubstr("the time \"0,5\""));
+  EXPECT_THAT(OfTransition("<delay><text>3</text></delay>"), HasSubstr("the time \"3\""));
+  EXPECT_THAT(OfTransition("<time>[1,4]</time>"), HasSubstr("the time \"[1,4]\""));
+  EXPECT_THAT(OfTransition("", R"(eft="1" lft="inf")"), HasSubstr("the time \"1\""));
+  EXPECT_EQ(OfTransition("", R"(eft="0" lft="inf")"), "no error");
+  EXPECT_EQ(OfTransition("<time><text>0</text></time>"), "no error");
+}
+
+TEST(Pnml, RefusesGuards) {
+  EXPECT_EQ(
+      OfTransition("", R"(guard="x &gt; 3")"),
+      "a.pnml:6: found transition \"t\" with the guard \"x > 3\", expected a net without guards");
+  EXPECT_THAT(OfTransition("<condition><text>x = y</text><structure/></condition>"),
+              HasSubstr("the guard \"x = y\""));
+  EXPECT_EQ(OfTransition("<guard><text>true</text></guard>"), "no error");
+  EXPECT_EQ(OfTransition("<condition/>"), "no error");
+}
+
+TEST(Pnml, RefusesPrioritiesThatDiffer) {
+  const auto two = [](const std::string& first, const std::string& second) {
+    return ErrorOf(Document("<transition id=\"t\">" + first +
+                            "</transition>\n<transition id=\"u\">" + second + "</transition>"));
+  };
+  const auto priority = [](const std::string& value) {
+    return "<priority><value>" + value + "</value></priority>";
+  };
+  const auto timed = [](const std::string& value) {
+    return "<timed><value>" + value + "</value></timed>";
+  };
+  EXPECT_EQ(
+      two(priority("1"), priority("2")),
+      "a.pnml:5: found transition \"u\" (priority 2) beside \"t\" (priority 1), expected a net "
+      "without priorities: the same of all transitions");
+  EXPECT_THAT(two("", priority("2")), HasSubstr("beside \"t\" (no priority)"));
+  EXPECT_EQ(two(priority("7"), priority("7")), "no error");
+  // PIPE fires immediate transitions before timed ones.
+  EXPECT_THAT(two(timed("false"), timed("true")),
+              HasSubstr("\"u\" (timed) beside \"t\" (immediate)"));
+  EXPECT_EQ(two(timed("true") + "<rate><value>1.0</value></rate>",
+                timed("true") + "<rate><value>9.0</value></rate>"),
+            "no error");
+}
+
 TEST(Pnml, UnderstandsTapaal) {
   const Net net = Parsed(R"x(<pnml xmlns="http://www.informatik.hu-berlin.de/top/pnml/ptNetb">
       <net active="true" id="TAPN1" type="P/T net">
@@ -194,10 +255,10 @@ TEST(Pnml, ReadsTheNetTypesOfPlaceTransitionNetsOnly) {
                                  "http://www.pnml.org/version-2009/grammar/pnmlcoremodel"}) {
     EXPECT_EQ(ErrorOf(Document("", type)), "no error") << type;
   }
-  EXPECT_EQ(
-      ErrorOf(Document("", "http://www.pnml.org/version-2009/grammar/symmetricnet")),
-      "a.pnml:3: found a net of the type \"http://www.pnml.org/version-2009...\", expected a P/T "
-      "net: http://www.pnml.org/version-2009/grammar/ptnet");
+  EXPECT_EQ(ErrorOf(Document("", "http://www.pnml.org/version-2009/grammar/symmetricnet")),
+            "a.pnml:3: found a net of the type "
+            "\"http://www.pnml.org/version-2009/grammar/symmetricnet\", "
+            "expected a P/T net: http://www.pnml.org/version-2009/grammar/ptnet");
   EXPECT_THAT(ErrorOf("<pnml><net id='n'/></pnml>"), HasSubstr("found a net without a type"));
 }
 
@@ -229,15 +290,38 @@ TEST(Pnml, RefusesIdsThatAreNotUnique) {
   EXPECT_EQ(ErrorOf(Around("\n<transition id=\"p\"/>")),
             "a.pnml:8: found the ID \"p\" of another element, expected one that is unique in the "
             "document");
-  EXPECT_THAT(ErrorOf(Around("<arc id=\"n\" source=\"p\" target=\"t\"/>")),
-              HasSubstr("the ID \"n\""));
   EXPECT_THAT(ErrorOf(Document("<place/>")), HasSubstr("found <place> without an ID"));
+}
+
+// As WoPeD writes them.
+TEST(Pnml, WarnsOfArcsWhoseIdsAreNotUnique) {
+  std::string warning;
+  const auto net = [&](const std::string& arcs) {
+    Result<Net> read = ParsePnml("a.pnml", Around(arcs), &warning);
+    EXPECT_TRUE(read.ok()) << read.error();
+    return std::move(read).value();
+  };
+  net(R"(<arc id="a" source="p" target="t"/><arc id="b" source="t" target="q"/>)");
+  EXPECT_EQ(warning, "");
+  const Net same = net(R"(<arc id="a" source="p" target="t"/><arc id="a" source="t" target="q"/>)");
+  EXPECT_EQ(same.transitions[0], (petri::Transition{.id = "t", .takes = {{0}}, .gives = {{1}}}));
+  EXPECT_EQ(warning,
+            "a.pnml: 1 arc has the ID of another element, such as \"a\": each is an arc of its "
+            "own");
+  net(R"(<arc id="p" source="p" target="t"/><arc id="n" source="t" target="q"/>)");
+  EXPECT_EQ(warning,
+            "a.pnml: 2 arcs have the ID of another element, such as \"p\": each is an arc of "
+            "its own");
 }
 
 TEST(Pnml, ReadsOneNetOnly) {
   EXPECT_EQ(ErrorOf("<pnml>\n<net id='a' type='P/T net'/>\n<net id='b' type='P/T net'/></pnml>"),
             "a.pnml:3: found 2 nets: \"a\", \"b\", expected one");
   EXPECT_EQ(ErrorOf("<pnml/>"), "a.pnml:1: found 0 nets, expected one");
+}
+
+TEST(Pnml, SkipsAByteOrderMark) {
+  EXPECT_EQ(Parsed("\xEF\xBB\xBF" + Document("<place id=\"p\"/>")).places.size(), 1u);
 }
 
 TEST(Pnml, SaysWhereXmlIsWrong) {
