@@ -51,7 +51,7 @@ export class Replay {
   }
 
   makeBar() {
-    const button = (id, title, text, go) => h('button', {type: 'button', id, title, 'aria-label': title, onclick: go}, text);
+    const button = (id, title, text, go) => h('button', {type: 'button', id, title, 'aria-label': /\w/.test(text) ? null : title, onclick: go}, text);
     this.play = button('replay-play', 'Play or pause (Space)', PAUSE, () => this.toggle());
     this.speeds = h('select', {id: 'replay-speed', 'aria-label': 'Speed', title: 'Speed', onchange: () => {
       this.speed = Number(this.speeds.value);
@@ -208,7 +208,7 @@ export class Replay {
     const ms = (ns) => Number(ns / 1000000n);
     const isKnown = this.end !== 0n;
     setText(this.title, `Replay of ${this.name} – not live`);
-    const what = {playing: '', paused: 'paused', buffering: isKnown ? 'seeking …' : 'reading …', ended: 'ended'}[this.phase];
+    const what = !isKnown ? (this.problem ? '' : 'reading …') : {playing: '', paused: 'paused', buffering: 'seeking …', ended: 'ended'}[this.phase];
     setText(this.detail, [isKnown ? day(ms(this.shown)) : '', what].filter((it) => it).join(', '));
     setText(this.trouble, this.problem);
     setText(this.play, this.plays ? PAUSE : PLAY);
