@@ -325,7 +325,8 @@ async function fingers(browser) {
     check(Math.hypot(nowX - px, nowY - py) < 6, `${what}: ${[x, y]} is at ${[nowX, nowY]} instead of ${[px, py]}`);
   };
   await touch(session, [await pixel(page, 1, 8.5)], []);
-  await page.waitForFunction(() => window.pheromone.store.selected?.kind === 'tag');
+  await page.waitForSelector('#sheet #tag-card');   // which leaves less room for the map
+  await page.evaluate(() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go))));
   const [x, y] = await pixel(page, 5, 5);
   const first = await scale();
   await touch(session, [[x, y]], [[x + 20, y + 10]], [[x + 40, y + 20]], [[x + 60, y + 30]], []);

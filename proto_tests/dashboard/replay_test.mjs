@@ -5,6 +5,7 @@
 // Usage: node replay_test.mjs BIN_DIR OUT
 import {mkdirSync} from 'node:fs';
 import {join} from 'node:path';
+import {checkAccessible} from './axe.mjs';
 import {open} from './browser.mjs';
 import {begin, run} from './steps.mjs';
 import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
@@ -165,6 +166,11 @@ async function replays(browser, {name, moments}) {
   await page.waitForFunction(() => window.pheromone.replay.phase === 'ended', null, {timeout: 60000});
   check(await page.evaluate(() => window.pheromone.replay.at === window.pheromone.replay.end), 'it did not end at the end');
   await page.keyboard.press('Escape');
+
+  for (const key of ['d', 'd']) {   // both themes
+    await checkAccessible(page, `replay, ${await page.getAttribute('html', 'data-theme')}`);
+    await page.keyboard.press(key);
+  }
 
   begin('back to live');
   await page.click('#back-to-live');

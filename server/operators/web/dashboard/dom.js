@@ -49,7 +49,7 @@ export function panel(key, title, open = true) {
   const count = h('span', {class: 'count'});
   const body = h('div');
   const element = h('details', {class: 'panel', id: `panel-${key}`},
-                    h('summary', {}, title, count), body);
+                    h('summary', {}, h('h2', {}, title), count), body);
   element.open = (localStorage.getItem(`panel.${key}`) ?? (open ? '1' : '0')) === '1';
   element.addEventListener('toggle',
                            () => localStorage.setItem(`panel.${key}`, element.open ? '1' : '0'));
@@ -59,8 +59,8 @@ export function panel(key, title, open = true) {
 let toasts = null;
 export function toast(text, failure = false) {
   toasts ??= byId('toasts');
-  const note = h('div', {class: failure ? 'failure' : ''}, text);
+  const note = h('div', failure ? {class: 'failure', role: 'alert'} : {}, text);   // failures interrupt a screen reader
   toasts.append(note);
   while (toasts.children.length > 4) toasts.firstChild.remove();
-  setTimeout(() => note.remove(), failure ? 7000 : 3000);
+  setTimeout(() => note.remove(), failure ? 15000 : 3000);
 }

@@ -10,7 +10,7 @@ export function setUpKeys({map, tools, robots, layers, timeline, replay, theme, 
     arrowleft: () => view.pan(PAN_PX, 0), arrowright: () => view.pan(-PAN_PX, 0),
     arrowup: () => view.pan(0, PAN_PX), arrowdown: () => view.pan(0, -PAN_PX),
     '+': () => view.zoom(1.25), '=': () => view.zoom(1.25), '-': () => view.zoom(0.8), 0: () => view.fit(),
-    ' ': () => timeline.toggle(), l: () => timeline.live(), d: () => theme.toggle(), '?': showHelp,
+    ' ': () => timeline.toggle(), l: () => timeline.live(), d: () => theme.toggle(), '?': showHelp, '/': showHelp,
     h: () => ofRobot(() => robots.command('halt')), u: () => ofRobot(() => robots.command('resume')),
     f: () => ofRobot(() => robots.onFollow(store.selected.key)),
   };

@@ -21,10 +21,13 @@ import {EventList, HealthPanel} from './panels/health.js';
 import {setUpHelp, setUpToken} from './dialogs.js';
 import {setUpTheme} from './appearance.js';
 import {setUpKeys} from './keys.js';
+import {mapText} from './describe.js';
+import {setUpSheet} from './sheet.js';
 import {duration, count} from './format.js';
 
 const DELTA = '/pheromone_delta/';
 const PANELS_EVERY_MS = 400;
+const MAP_TEXT_EVERY_MS = 2000;
 const OLDER_EVENTS_MS = 1500;   // the stream tells recent ones by itself, if it has any
 const text = new TextDecoder();
 const asJson = (payload) => JSON.parse(text.decode(payload));
@@ -51,6 +54,7 @@ const places = new PlacesPanel();
 const health = new HealthPanel((name) => replay.enter(name));
 byId('side').append(layers.panel.element, robots.panel.element, places.tags.element, places.nets.element,
                     health.links.element, health.server.element, health.recordings.element);
+const showSide = setUpSheet([robots, places]);
 const theme = setUpTheme(() => {
   map.readTheme();
   for (const layer of store.layers.values()) layer.setTheme(theme.name);
@@ -123,8 +127,7 @@ stream.onSession = (isNew) => {
 };
 const replay = new Replay(stream, {
   onEnter() {
-    byId('side').classList.remove('open');
-    byId('side-toggle').setAttribute('aria-expanded', 'false');
+    showSide(false);
     beginAnew();
   },
   onLeave() { beginAnew(); },
@@ -282,6 +285,7 @@ function showPanels() {
 }
 setInterval(showPanels, PANELS_EVERY_MS);
 setInterval(showVeil, 500);
+setInterval(() => byId('top').setAttribute('aria-label', mapText()), MAP_TEXT_EVERY_MS);
 
 function follow() {
   const robot = following && store.robots.get(following);
@@ -339,10 +343,6 @@ function showHalted() {
 
 byId('resume-all').addEventListener('click', () => {
   for (const robot of store.robots.values()) if (isHalted(robot)) commands.send(robot.key, 'resume');
-});
-byId('side-toggle').addEventListener('click', () => {
-  const open = byId('side').classList.toggle('open');
-  byId('side-toggle').setAttribute('aria-expanded', String(open));
 });
 byId('zoom').append(...[['Zoom in (+)', ['M12 6v12', 'M6 12h12'], () => map.view.zoom(1.4)],
                         ['Zoom out (−)', ['M6 12h12'], () => map.view.zoom(1 / 1.4)],

@@ -58,6 +58,7 @@ export class Tools {
     }
     this.cancel();
     this.current = name;
+    this.map.stage.dataset.tool = name;
     for (const [it, button] of this.buttons) button.setAttribute('aria-pressed', String(it === name));
     this.map.view.tool = this[name]();
     this.map.view.cursor();
@@ -134,6 +135,20 @@ export class Tools {
     };
   }
 
+  /** Of a path without a mouse: "1, 2; 3.5, 2". */
+  addPoints(text) {
+    const numbers = (text.match(/[-−]?\d+(\.\d+)?/g) ?? []).map((it) => Number(it.replace('−', '-')));
+    if (numbers.length === 0 || numbers.length % 2 !== 0) {
+      toast(`Found ${numbers.length} numbers, expected x, y of each point, in metres: 1, 2; 3.5, 2`, true);
+      return;
+    }
+    for (let i = 0; i < numbers.length; i += 2) this.points.push({x: numbers[i], y: numbers[i + 1]});
+    this.points.length = Math.min(this.points.length, MOST_POINTS);
+    this.showOptions();
+    byId('path-points').focus();
+    this.map.invalidate('top');
+  }
+
   async finishPath() {
     const points = this.points;
     if (points.length < 2) { toast('A path has at least two points', true); return; }
@@ -188,7 +203,7 @@ export class Tools {
           await api.post('goto', {link: robot.link, id: robot.id, x_m: round(point.x), y_m: round(point.y)});
           toast(`Robot ${robot.id} goes to ${metres(point.x)}, ${metres(point.y)}`);
         } catch (error) {
-          toast(`Not sent: ${error.message}`, true);
+          toast(`Robot ${robot.id} is not sent there: ${error.message}`, true);
         }
       },
     };
@@ -273,6 +288,9 @@ export class Tools {
       ...(this.current === 'eraser' ? [] : [slider('share', 'Level', 0.02, 1, 0.02, (it) => number(it * (law?.maximum ?? 1)))]),
       ...(this.current === 'path'
         ? [h('span', {class: 'hint'}, this.points.length ? `${this.points.length} points` : 'Click points; Enter or double-click lays the path'),
+           h('form', {class: 'points', onsubmit: (event) => { event.preventDefault(); this.addPoints(event.target.firstChild.value); }},
+             h('input', {type: 'text', id: 'path-points', size: 12, placeholder: 'x, y; x, y', 'aria-label': 'Points in metres: x, y; x, y', autocomplete: 'off'}),
+             h('button', {type: 'submit'}, 'Add')),
            h('button', {type: 'button', class: 'primary', id: 'finish-path', disabled: this.points.length < 2, onclick: () => this.finishPath()}, 'Lay path')]
         : []));
   }

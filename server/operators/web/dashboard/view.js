@@ -94,7 +94,7 @@ export class View {
   }
 
   down(event) {
-    if (event.target.closest('button, label, input, select, .options')) return;
+    if (event.target.closest('button, label, input, select, form, .options')) return;
     this.element.focus({preventScroll: true});
     this.element.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});

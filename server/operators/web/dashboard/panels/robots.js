@@ -4,9 +4,11 @@ import {api} from '../api.js';
 import {commands} from '../commands.js';
 import {h, pairs, panel, setText, toast} from '../dom.js';
 import {ago, metres, number} from '../format.js';
+import {robotText} from '../describe.js';
 import {countStates, isFresh, shareOf, shownAs, stateOf} from '../robots.js';
 
-const MOST_ROWS = 60;
+const SEARCH_FROM = 9;      // robots; fewer are seen at once
+const UPDATES_AT_ONCE = 60; // rows besides those that are in view
 
 export class RobotsPanel {
   constructor(tools, onFollow) {
@@ -14,17 +16,20 @@ export class RobotsPanel {
     this.onFollow = onFollow;
     this.panel = panel('robots', 'Robots');
     this.card = h('div', {class: 'card', id: 'robot-card', hidden: true});
-    this.list = h('div', {class: 'rows', id: 'robot-rows'});
-    this.more = h('p', {class: 'empty'});
+    this.search = h('input', {type: 'search', id: 'robot-search', placeholder: 'Find: number, link or state', 'aria-label': 'Find robots by number, link or state',
+                              hidden: true, oninput: () => this.show()});
+    this.list = h('div', {class: 'rows', id: 'robot-rows', onscroll: () => this.show()});
+    this.none = h('p', {class: 'empty'});
     this.rows = new Map();
-    this.panel.body.append(this.list, this.more, this.card);
+    this.turn = 0;
+    this.panel.body.append(this.search, this.list, this.none, this.card);
     this.makeCard();
   }
 
   makeCard() {
     const act = (id, name, title, go) => h('button', {type: 'button', id, title, onclick: go}, name);
     this.title = h('h3');
-    this.facts = h('div');
+    this.facts = h('div', {class: 'about'});
     this.follows = h('select', {'aria-label': 'Pheromone to follow', id: 'follow-type'});
     this.followsTypes = '';
     this.buttons = [
@@ -34,12 +39,19 @@ export class RobotsPanel {
       act('resume', 'Resume', 'Drive on (U)', () => this.command('resume')),
       act('follow', 'Follow', 'Follow this pheromone', () => this.command('follow', [Number(this.follows.value)])),
     ];
+    this.goal = ['x', 'y'].map((it) => h('input', {type: 'number', step: 'any', required: true, id: `goal-${it}`, placeholder: `${it} in m`, 'aria-label': `${it} of the goal, in metres`}));
+    this.goButton = h('button', {type: 'submit', id: 'go-to', title: 'Send this robot to these coordinates'}, 'Go');
+    const [x, y] = this.goal;
+    const goal = h('form', {class: 'actions', onsubmit: (event) => {
+      event.preventDefault();
+      this.post('goto', {x_m: x.valueAsNumber, y_m: y.valueAsNumber}, `goes to ${metres(x.valueAsNumber)}, ${metres(y.valueAsNumber)}`);
+    }}, x, y, this.goButton);
     this.reason = h('p', {class: 'empty'});
     this.card.append(h('header', {}, this.title,
                        act('follow-view', 'Centre', 'Keep this robot in the middle (F)', () => this.onFollow(store.selected.key)),
                        act('deselect', '×', 'Close (Esc)', () => store.select(null))),
                      this.facts, h('div', {class: 'actions'}, this.buttons.slice(0, 4)),
-                     h('div', {class: 'actions'}, this.buttons[4], this.follows), this.reason);
+                     h('div', {class: 'actions'}, this.buttons[4], this.follows), goal, this.reason);
   }
 
   async post(path, body, done) {
@@ -60,12 +72,28 @@ export class RobotsPanel {
   show() {
     const robots = [...store.shownRobots.values()].sort((a, b) => a.link.localeCompare(b.link) || a.id - b.id);
     setText(this.panel.count, countStates(robots));
-    const shown = robots.slice(0, MOST_ROWS);
+    this.search.hidden = robots.length < SEARCH_FROM && !this.search.value;
+    const words = this.search.value.toLowerCase().split(/\s+/).filter((it) => it);
+    const shown = robots.filter((it) => words.every((word) => /^\d+$/.test(word) ? String(it.id).startsWith(word)
+      : `robot ${it.id} ${it.link} ${stateOf(it)}`.toLowerCase().includes(word)));
     if (shown.length !== this.rows.size || shown.some((it) => !this.rows.has(it.key))) this.rebuild(shown);
-    for (const robot of shown) this.update(robot);
-    setText(this.more, robots.length === 0 ? 'No robot has been heard yet' : robots.length > MOST_ROWS ? `and ${robots.length - MOST_ROWS} more, on the map` : '');
-    this.more.hidden = !this.more.textContent;
+    for (const robot of this.due(shown)) this.update(robot);
+    setText(this.none, robots.length === 0 ? 'No robot has been heard yet' : shown.length === 0 ? `None of ${robots.length} robots` : '');
+    this.none.hidden = !this.none.textContent;
     this.showCard();
+  }
+
+  /** Those in view, and of the others some in turn: a thousand rows are not written each time. */
+  due(robots) {
+    const height = this.list.scrollHeight / Math.max(1, robots.length);
+    const first = Math.floor(this.list.scrollTop / height) || 0;
+    const last = Math.ceil((this.list.scrollTop + this.list.clientHeight) / height) || 0;
+    const others = [...robots.slice(0, first), ...robots.slice(last)];
+    if (others.length <= UPDATES_AT_ONCE) return robots;
+    this.turn = this.turn >= others.length ? 0 : this.turn;
+    const some = others.slice(this.turn, this.turn + UPDATES_AT_ONCE);
+    this.turn += UPDATES_AT_ONCE;
+    return [...robots.slice(first, last), ...some];
   }
 
   rebuild(robots) {
@@ -74,22 +102,23 @@ export class RobotsPanel {
     this.list.replaceChildren(...robots.map((robot) => {
       const dot = h('i', {class: 'dot'});
       const meters = ['left', 'right'].map(() => h('i'));
-      const end = h('span', {class: 'end'});
+      const end = h('span', {class: 'end', 'aria-hidden': 'true'});
+      const words = h('span', {class: 'only-read'});
       const element = h('button', {type: 'button', class: 'row', 'data-robot': robot.key, onclick: () =>
         store.select(store.selected?.key === robot.key ? null : {kind: 'robot', key: robot.key})},
-        dot, h('span', {}, `Robot ${robot.id}`, many ? h('span', {class: 'dim'}, `  ${robot.link}`) : null),
+        dot, h('span', {}, `Robot ${robot.id}`, many ? h('span', {class: 'dim'}, `  ${robot.link}`) : null, words),
         h('span', {class: 'pair', title: 'What the left and the right antenna sense'}, meters.map((it) => h('span', {class: 'meter'}, it))), end);
-      this.rows.set(robot.key, {element, dot, meters, end});
+      this.rows.set(robot.key, {element, dot, meters, end, words});
       return element;
     }));
   }
 
   update(robot) {
-    const {element, dot, meters, end} = this.rows.get(robot.key);
+    const {element, dot, meters, end, words} = this.rows.get(robot.key);
     const state = stateOf(robot);
     dot.className = `dot ${shownAs(robot)}`;
     element.title = robot.state?.reason ? `${state}: ${robot.state.reason}` : state;
-    element.setAttribute('aria-label', `Robot ${robot.id}, ${element.title}`);
+    setText(words, robotText(robot));
     element.classList.toggle('selected', store.selected?.key === robot.key);
     const sensed = robot.antennas?.pheromones?.[store.active];
     ['left', 'right'].forEach((side, i) => {
@@ -129,7 +158,7 @@ export class RobotsPanel {
       this.follows.replaceChildren(...[...store.laws.values()].map((it) => h('option', {value: it.type}, it.name)));
     }
     const able = api.refusal === '' && !store.past;
-    for (const button of this.buttons) button.disabled = !able;
+    for (const it of [...this.buttons, this.goButton, ...this.goal]) it.disabled = !able;
     this.buttons[1].hidden = !goal;
     this.follows.disabled = !able;
     setText(this.reason, api.reason ? `Commands: ${api.reason}` : 'Commands need the token: “Unlock” above.');

@@ -1,0 +1,237 @@
+// The dashboard's panels, and whether everybody can use them: against the real daemon and simulated
+// robots, in both themes, locked, on a phone, without a mouse. Screenshots are left in OUT.
+//
+// Usage: node panels_test.mjs BIN_DIR OUT
+import {mkdirSync} from 'node:fs';
+import {join} from 'node:path';
+import {checkAccessible} from './axe.mjs';
+import {open, pixel} from './browser.mjs';
+import {begin, run} from './steps.mjs';
+import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
+
+const [binDir, out] = process.argv.slice(2);
+mkdirSync(out, {recursive: true});
+const swarm = new Swarm(binDir, `${defaultConfig(binDir)}
+[[link]]
+name = "modem"
+kind = "serial"
+port = "./unplugged"
+[[tag]]
+name = "door"
+x_m = 1.0
+y_m = 8.5
+range_m = 0.8
+slots = 8
+[journal]
+folder = "journal"
+[capture]
+folder = "captures"
+`);
+
+const live = (page) => page.waitForSelector('#link-state[data-state="live"]', {timeout: 60000});
+
+/** The page with the robot's card open, or at least its row. */
+async function ready(browser, options, address = `#token=${TOKEN}`) {
+  const opened = await open(browser, swarm.port, options);
+  await opened.page.goto(`http://127.0.0.1:${swarm.port}/${address}`);
+  await live(opened.page);
+  await opened.page.waitForFunction(() => window.pheromone.store.robots.get('radio-a/1')?.pose && window.pheromone.store.tags.length > 0);
+  return opened;
+}
+
+async function accessible(browser) {
+  for (const colorScheme of ['dark', 'light']) {
+    begin(`axe: ${colorScheme}`);
+    const {page, context, checkClean} = await ready(browser, {colorScheme});
+    await page.click('.row[data-robot]');
+    for (const panel of await page.$$('details.panel:not([open]) summary')) await panel.click();
+    await checkAccessible(page, `${colorScheme}, a robot selected, all panels open`);
+    await page.click('[data-tool="path"]');
+    await checkAccessible(page, `${colorScheme}, drawing a path`);
+    await page.keyboard.press('Escape');
+    await page.click('#help');
+    await checkAccessible(page, `${colorScheme}, help`);
+    await page.keyboard.press('Escape');
+    await page.click('#halt-all');
+    await page.waitForSelector('#halted:not([hidden])');
+    await checkAccessible(page, `${colorScheme}, halted`);
+    await page.click('#resume-all');
+    await page.waitForSelector('#halted', {state: 'hidden'});
+    checkClean();
+    await context.close();
+
+    const locked = await ready(browser, {colorScheme}, '');
+    await locked.page.click('.row[data-robot]');
+    await checkAccessible(locked.page, `${colorScheme}, locked`);
+    await locked.page.click('#lock');
+    await checkAccessible(locked.page, `${colorScheme}, unlocking`);
+    locked.checkClean();
+    await locked.context.close();
+
+    const phone = await ready(browser, {colorScheme, viewport: {width: 390, height: 844}, hasTouch: true});
+    await checkAccessible(phone.page, `${colorScheme}, 390 px`);
+    await phone.page.click('#side-toggle');
+    await checkAccessible(phone.page, `${colorScheme}, 390 px, panels`);
+    await phone.page.click('.row[data-robot]');
+    await phone.page.waitForSelector('#sheet #robot-card');
+    await checkAccessible(phone.page, `${colorScheme}, 390 px, a robot selected`);
+    phone.checkClean();
+    await phone.context.close();
+  }
+}
+
+const boxOf = (page, selector) => page.locator(selector).boundingBox();
+const goalOf = (x, y) => until(`the goal ${x}, ${y}`, async () => {
+  const {goal} = await swarm.robot(1);
+  return goal && Math.hypot(goal.x_m - x, goal.y_m - y) < 0.02;
+});
+
+async function tapRobot(page) {
+  await until('the card opens', async () => {
+    const {pose} = await swarm.robot(1);
+    await page.touchscreen.tap(...await pixel(page, pose.x_m, pose.y_m));
+    return page.isVisible('#robot-card');
+  });
+}
+
+/** Whether a click in the middle of each button reaches it. */
+async function reachable(page, selector) {
+  const covered = await page.$$eval(selector, (elements) => elements.filter((it) => it.offsetParent && !it.disabled).filter((it) => {
+    const box = it.getBoundingClientRect();
+    return !it.contains(document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2));
+  }).map((it) => it.title || it.id));
+  check(covered.length === 0, `covered: ${covered}`);
+}
+
+async function phone(browser) {
+  begin('a phone: a tap opens the card, "Go here" leaves the map free');
+  const {page, context, checkClean} = await ready(browser, {viewport: {width: 390, height: 844}, hasTouch: true});
+  await reachable(page, '.bar button, #tools button');
+  const bar = await boxOf(page, '#halt-all');
+  check(bar.x + bar.width <= 390, `"Halt all" ends at ${bar.x + bar.width}`);
+  await tapRobot(page);
+  await page.screenshot({path: join(out, 'phone-card.png')});
+  const sheet = await boxOf(page, '#sheet');
+  check(sheet.y > (await pixel(page, 5, 5))[1], 'the card covers the middle of the map');
+  await reachable(page, '#robot-card button');
+  await page.click('#go-here');
+  check(!(await page.isVisible('#sheet')), '"Go here" leaves the card over the map');
+  await page.touchscreen.tap(...await pixel(page, 3, 5));
+  await goalOf(3, 5);
+  await page.waitForSelector('#robot-card');
+  await page.click('#cancel-goal');
+  await page.click('#help');
+  await page.waitForSelector('#help-dialog[open]');
+  checkClean();
+  await context.close();
+
+  for (const [what, width, height, tool] of [['a phone on its side', 844, 390, 'path'], ['a laptop at 200 %', 720, 450, 'brush'], ['1024 px', 1024, 768, 'path']]) {
+    begin(`${what}: nothing covers the tools`);
+    const {page: wide, context: itsContext, checkClean: itsCheck} = await ready(browser, {viewport: {width, height}, hasTouch: true});
+    await reachable(wide, '.bar button, #tools button, #zoom button');
+    await wide.click(`[data-tool="${tool}"]`);
+    await reachable(wide, '.bar button, #tools button, #zoom button, #options button');
+    await wide.keyboard.press('v');
+    await tapRobot(wide);
+    await reachable(wide, '.bar button, #tools button');
+    itsCheck();
+    await itsContext.close();
+  }
+}
+
+async function keyboard(browser) {
+  begin('without a mouse: a robot, its goal, a path');
+  const {page, context, checkClean} = await ready(browser, {});
+  await page.focus('#stage');
+  await page.keyboard.press('n');
+  await page.waitForSelector('#robot-card:not([hidden])');
+  await page.focus('#goal-x');
+  await page.keyboard.type('4.5');
+  await page.keyboard.press('Tab');
+  await page.keyboard.type('6.25');
+  await page.keyboard.press('Enter');
+  await goalOf(4.5, 6.25);
+  await page.focus('#stage');
+  await page.keyboard.press('p');
+  await page.selectOption('#options select', 'trail');
+  await page.focus('#path-points');
+  await page.keyboard.type('7, 7; 8.5');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('.toasts [role="alert"] >> text=/Found 3 numbers, expected x, y of each point/');
+  await page.focus('#path-points');
+  await page.keyboard.press('Control+a');
+  await page.keyboard.type('7, 7; 8.5, 7');
+  await page.keyboard.press('Enter');
+  await page.keyboard.type('8.5 8');
+  await page.keyboard.press('Enter');
+  await page.focus('#finish-path');
+  await page.keyboard.press('Enter');
+  for (const [x, y] of [[7.5, 7], [8.5, 7.5]]) {
+    await until(`the path is at ${x}, ${y}`, async () => (await swarm.get(`sense?x_m=${x}&y_m=${y}&pheromone=trail`)).left.intensity > 0);
+  }
+  await page.keyboard.press('Escape');
+  for (const key of ['?', '/']) {
+    await page.focus('#stage');
+    await page.keyboard.press(key);
+    await page.waitForSelector('#help-dialog[open]');
+    await page.keyboard.press('Escape');
+  }
+
+  begin('what the map shows, and each robot, in words');
+  await page.click('#halt');
+  await page.waitForFunction(() => /^Robot 1, halted.*, left [\d.]+, right [\d.]+$/.test(document.querySelector('.row[data-robot] > span').textContent));
+  await page.waitForFunction(() => /^Map, 10 m by 10 m\. 1 robot: 1 halted\. Robot 1 at [\d.]+ m, [\d.]+ m, heading .*halted/.test(document.querySelector('#top').getAttribute('aria-label')));
+  await page.click('#cancel-goal');
+  await page.click('#resume');
+  checkClean();
+  await context.close();
+}
+
+/** That somebody is not told to halt interrupts what a screen reader says. */
+async function notHalted(browser) {
+  begin('a halt that fails');
+  const {page, context} = await ready(browser, {});   // its console tells of the request
+  await page.route('**/api/v1/halt', (route) => route.abort());
+  await page.click('#halt-all');
+  await page.waitForSelector('.toasts [role="alert"] >> text=NOT halted: the server does not answer');
+  await context.close();
+}
+
+/** With the colours of the system alone, states are still shapes. */
+async function forcedColours(browser) {
+  begin('forced colours');
+  const {page, context, checkClean} = await ready(browser, {forcedColors: 'active'});
+  for (const selector of ['.row[data-robot] .dot', '.row[data-robot] .meter', '#panel-links .dot']) {
+    const border = await page.$eval(selector, (it) => getComputedStyle(it).borderTopWidth);
+    check(parseFloat(border) >= 1, `${selector} cannot be seen: its border is ${border}`);
+  }
+  await page.screenshot({path: join(out, 'forced-colours.png')});
+  checkClean();
+  await context.close();
+}
+
+async function screenshots(browser) {
+  begin('screenshots');
+  for (const colorScheme of ['dark', 'light']) {
+    for (const [width, height] of [[2560, 1440], [1440, 900], [1024, 768], [844, 390], [390, 844]]) {
+      const {page, context, checkClean} = await ready(browser, {colorScheme, viewport: {width, height}, hasTouch: width < 900});
+      if (width < 900) await tapRobot(page);
+      else await page.click('.row[data-robot]');
+      await page.waitForTimeout(5000);   // for something to be on the charts
+      await page.screenshot({path: join(out, `panels-${width}-${colorScheme}.png`)});
+      checkClean();
+      await context.close();
+    }
+  }
+}
+
+await run(swarm, async (browser) => {
+  await swarm.start();
+  await swarm.drive('radio-a.pty', 1);
+  await accessible(browser);
+  await phone(browser);
+  await keyboard(browser);
+  await notHalted(browser);
+  await forcedColours(browser);
+  await screenshots(browser);
+});
