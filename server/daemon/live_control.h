@@ -79,6 +79,7 @@ class LiveControl final : public control::Control {
   std::unique_ptr<control::Subscription> Subscribe(control::ListenerOptions options) override {
     return board_.Subscribe(std::move(options));
   }
+  void Announce(const control::Notice& notice) override { board_.Publish(notice); }
 
   void Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) override;
   void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,

@@ -196,6 +196,8 @@ class Control {
   /// Notifies a listener of what happens from now on, without blocking anybody. Ask for the present
   /// state after this, so that nothing is missed in between.
   virtual std::unique_ptr<Subscription> Subscribe(ListenerOptions options) = 0;
+  /// Notifies them, as of a change that an operator has made.
+  virtual void Announce(const Notice& notice) = 0;
 
   /// Changes the map. Errors: the shape contains no node of the map; refusals of the engine.
   virtual void Edit(const field::FieldEdit& edit, DoneWith<EditOutcome> done) = 0;

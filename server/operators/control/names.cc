@@ -172,9 +172,11 @@ std::string_view NameOf(control::Notice::Topic topic) {
     case control::Notice::Topic::kArrival:
       return "arrival";
     case control::Notice::Topic::kNet:
+      return "net";
+    case control::Notice::Topic::kOperator:
       break;
   }
-  return "net";
+  return "operator";
 }
 
 std::string_view NameOf(control::PoseSource source) {

@@ -35,10 +35,12 @@ struct Notice {
     kHealth,         ///< on: the log is durable again; off: it is not
     kArrival,        ///< on: a robot has reached its goal, and is halted
     kNet,            ///< off: a net has refused what a robot left on a tag
+    kOperator,       ///< an operator has changed something
   };
   Topic topic = Topic::kConfiguration;
   bool is_on = true;
-  /// The link's name, with the robot's ID at an arrival; the net's name; or empty.
+  /// The link's name, with the robot's ID at an arrival; the net's name; where an operator's request
+  /// came from; or empty.
   std::string subject = {};
   std::string text = {};  ///< the reason or the place; may be empty
   bool operator==(const Notice&) const = default;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <exception>
 #include <optional>
 #include <string_view>
@@ -10,6 +11,7 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
 
 #include "server/operators/control/json_text.h"
 #include "server/operators/control/views.h"
@@ -306,6 +308,25 @@ void Api::ShowDashboard(const std::string& file, Request request, const Respond&
   }
 }
 
+Respond Api::AndTell(std::string path, json::object body, bool is_local, Respond respond) {
+  return [this, path = std::move(path), body = std::move(body), is_local,
+          respond = std::move(respond)](Response response) {
+    boost::system::error_code not_json;
+    const json::value answer = json::parse(response.body, not_json);
+    if (response.status == 200 && answer.is_object()) {
+      using std::chrono::milliseconds;
+      const auto now = std::chrono::steady_clock::now().time_since_epoch();
+      const auto done = actions_.Note(
+          path, body, answer.get_object(), is_local ? "control socket" : "web",
+          static_cast<uint64_t>(std::chrono::duration_cast<milliseconds>(now).count()));
+      if (done) {
+        control_->Announce(*done);
+      }
+    }
+    respond(std::move(response));
+  };
+}
+
 void Api::Handle(Request request, const Respond& respond) {
   if (auto refused = CheckHost(request)) {
     respond(*std::move(refused));
@@ -348,7 +369,7 @@ void Api::Handle(Request request, const Respond& respond) {
     json::object& object = std::get<json::object>(input);
     Parameters fields(object);
     if (!reads) {
-      route->change(control_, &fields, respond);
+      route->change(control_, &fields, AndTell(target.path, object, request.local, respond));
     } else if (route->where == Where::kPictures) {
       pictures_.Show(request.target, std::move(object), respond);
     } else if (route->where == Where::kEvents) {

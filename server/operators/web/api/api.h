@@ -37,6 +37,7 @@
 
 #include "server/operators/control/control.h"
 #include "server/operators/web/api/event_log.h"
+#include "server/operators/web/api/operator_actions.h"
 #include "server/operators/web/api/pictures.h"
 #include "server/operators/web/assets.h"
 #include "server/operators/web/http.h"
@@ -87,6 +88,8 @@ class Api {
  private:
   std::optional<Response> CheckHost(const Request& request) const;
   void ShowDashboard(const std::string& file, Request request, const Respond& respond);
+  /// Responds, and tells what has been done, if it has.
+  Respond AndTell(std::string path, boost::json::object body, bool is_local, Respond respond);
 
   control::Control* const control_;
   const ApiOptions options_;
@@ -94,6 +97,7 @@ class Api {
   const Assets assets_;
   Pictures pictures_;
   EventLog events_;
+  OperatorActions actions_;
 };
 
 }  // namespace pheromone::web

@@ -98,6 +98,20 @@ TEST_F(ApiTest, ARecordingIsLookedAtStartedAndStoppedAtOnePath) {
   EXPECT_EQ(testing::AnswerOf(&api_, {.method = "POST", .target = "/api/v1/capture"}).status, 401);
 }
 
+TEST_F(ApiTest, WhatAnOperatorHasDoneIsAnEventAndWhatWasRefusedIsNone) {
+  EXPECT_EQ(
+      Post("paint", R"({"pheromone":"trail","points_m":[[2,1],[3,1]],"radius_m":0.1})").status,
+      200);
+  EXPECT_EQ(Post("paint", R"({"pheromone":"no such","points_m":[[2,1],[3,1]]})").status, 400);
+  control_.outcome = Error{"no such robot"};
+  EXPECT_EQ(Post("goto", R"({"link":"radio-a","id":7,"cancel":true})").status, 409);
+  const json::value events = Parsed(Get("/api/v1/events")).at("events");
+  ASSERT_EQ(events.as_array().size(), 1u);
+  EXPECT_EQ(events.at(0).at("topic"), "operator");
+  EXPECT_EQ(events.at(0).at("subject"), "control socket");
+  EXPECT_EQ(events.at(0).at("text"), "painted \"trail\" at (2, 1)");
+}
+
 TEST_F(ApiTest, UnknownPathsAre404AndTargetsThatAreNone400) {
   for (const char* path :
        {"/dashboard", "/api/v1", "/api/v1/status/", "/api/v2/status", "/../etc/passwd"}) {

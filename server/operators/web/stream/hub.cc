@@ -1,6 +1,7 @@
 #include "server/operators/web/stream/hub.h"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <set>
 #include <utility>
@@ -51,6 +52,16 @@ bool SameMap(const field::FieldConfig& a, const field::FieldConfig& b) {
          a.obstacles == b.obstacles;
 }
 
+// What an operator may have to see to.
+bool IsTrouble(protocol::EventCode code) {
+  using protocol::EventCode;
+  constexpr std::array kTrouble = {EventCode::kOffTheMap,     EventCode::kTrailLost,
+                                   EventCode::kFailSafeStop,  EventCode::kBatteryLow,
+                                   EventCode::kStoppedByHand, EventCode::kPoseLost,
+                                   EventCode::kNetException};
+  return std::find(kTrouble.begin(), kTrouble.end(), code) != kTrouble.end();
+}
+
 std::string NoticeText(const control::Notice& notice) {
   const std::string what = notice.text.empty() ? "" : ": " + notice.text;
   switch (notice.topic) {
@@ -65,9 +76,11 @@ std::string NoticeText(const control::Notice& notice) {
     case control::Notice::Topic::kArrival:
       return "robot " + notice.subject + " " + notice.text;
     case control::Notice::Topic::kNet:
+      return "net " + notice.subject + what;
+    case control::Notice::Topic::kOperator:
       break;
   }
-  return "net " + notice.subject + what;
+  return notice.subject + what;
 }
 
 }  // namespace
@@ -556,7 +569,7 @@ void Hub::NoteRobotEvents(const std::vector<control::ClientView>& clients, uint6
       AddEvent("robot",
                "robot " + name + ": " + std::string(NameOf(event.code)) + ' ' +
                    std::to_string(event.argument),
-               false, unix_ns);
+               IsTrouble(event.code), unix_ns);
     }
     present[name] = event;
   }

@@ -91,6 +91,7 @@ class FakeControl final : public control::Control {
   std::unique_ptr<control::Subscription> Subscribe(control::ListenerOptions options) override {
     return board.Subscribe(std::move(options));
   }
+  void Announce(const control::Notice& notice) override { board.Publish(notice); }
 
   void Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) override {
     const auto nodes = field::NodesOf(edit, SmallField().map);

@@ -1,0 +1,129 @@
+#include "server/operators/web/api/operator_actions.h"
+
+#include <utility>
+
+#include <boost/json/array.hpp>
+#include <boost/json/value.hpp>
+
+#include "server/operators/control/json_text.h"
+
+namespace pheromone::web {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::string_view kApi = "/api/v1/";
+
+// A string without quotes, anything else as JSON; nothing if there is no such member.
+std::string TextOf(const json::object& object, std::string_view name) {
+  const json::value* const found = object.if_contains(name);
+  if (found == nullptr) {
+    return "";
+  }
+  if (const json::string* const text = found->if_string()) {
+    return std::string(*text);
+  }
+  std::string text = ToText(*found);
+  text.pop_back();  // the end of the line
+  return text;
+}
+
+std::string Quoted(const json::object& object, std::string_view name) {
+  return '"' + TextOf(object, name) + '"';
+}
+
+// Where an edit begins: a point, the first one of a stroke, the lower left corner of an area.
+std::string PlaceOf(const json::object& body) {
+  if (body.contains("x_m")) {
+    return " at (" + TextOf(body, "x_m") + ", " + TextOf(body, "y_m") + ')';
+  }
+  const json::value* at = body.if_contains("points_m");
+  at = at != nullptr && at->is_array() && !at->get_array().empty() ? &at->get_array().front()
+                                                                   : body.if_contains("area_m");
+  if (at == nullptr || !at->is_array() || at->get_array().size() < 2) {
+    return "";
+  }
+  json::object point{{"x_m", at->get_array()[0]}, {"y_m", at->get_array()[1]}};
+  return PlaceOf(point);
+}
+
+std::string RobotOf(const json::object& body) {
+  return "robot " + TextOf(body, "link") + ' ' + TextOf(body, "id") + ": ";
+}
+
+struct Words {
+  std::string what;
+  std::string place;
+};
+
+Words WordsOf(std::string_view name, const json::object& body, const json::object& answer) {
+  if (name == "paint" || name == "deposit") {
+    return {(name == "paint" ? "painted " : "deposited ") + Quoted(body, "pheromone"),
+            PlaceOf(body)};
+  }
+  if (name == "erase") {
+    return {"erased " + Quoted(body, "pheromone") + (body.contains("all") ? " everywhere" : ""),
+            PlaceOf(body)};
+  }
+  if (name == "halt") {
+    const json::value* const links = answer.if_contains("links");
+    const json::value* const down = answer.if_contains("down");
+    const size_t told = links != nullptr && links->is_array() ? links->get_array().size() : 0;
+    const size_t missed = down != nullptr && down->is_array() ? down->get_array().size() : 0;
+    return {"halted all robots, on " + std::to_string(told) + " of " +
+                std::to_string(told + missed) + " links",
+            ""};
+  }
+  if (name == "command") {
+    const std::string arguments = body.contains("arguments") ? TextOf(body, "arguments") : "[]";
+    return {RobotOf(body) + TextOf(body, "command") + (arguments == "[]" ? "" : ' ' + arguments),
+            ""};
+  }
+  if (name == "goto") {
+    return body.contains("cancel") ? Words{RobotOf(body) + "goal cancelled", ""}
+                                   : Words{RobotOf(body) + "sent to a goal", PlaceOf(body)};
+  }
+  if (name == "laws") {
+    return {"changed " + Quoted(body, "pheromone") + ": tau " + TextOf(body, "tau_s") + " s", ""};
+  }
+  if (name == "snapshot") {
+    return {"snapshot " + TextOf(answer, "snapshot"), ""};
+  }
+  if (name == "tags" || name == "nets") {
+    const std::string subject = name == "tags" ? TextOf(body, "tag") : TextOf(body, "net");
+    return {std::string(name) + ": " + TextOf(body, "action") +
+                (subject.empty() ? "" : " \"" + subject + '"'),
+            ""};
+  }
+  if (name == "unlock" || name == "reload" || name == "capture") {
+    return {};
+  }
+  return {std::string(name), PlaceOf(body)};
+}
+
+}  // namespace
+
+std::optional<control::Notice> OperatorActions::Note(std::string_view path,
+                                                     const json::object& body,
+                                                     const json::object& answer, std::string from,
+                                                     uint64_t now_ms) {
+  if (!path.starts_with(kApi)) {
+    return std::nullopt;
+  }
+  Words words = WordsOf(path.substr(kApi.size()), body, answer);
+  if (words.what.empty()) {
+    return std::nullopt;
+  }
+  const bool is_stroke = body.contains("points_m");
+  const std::lock_guard lock(mutex_);
+  const bool goes_on = is_stroke && words.what == last_ && now_ms - last_ms_ < kPauseMs;
+  last_ = is_stroke ? words.what : "";
+  last_ms_ = now_ms;
+  if (goes_on) {
+    return std::nullopt;
+  }
+  return control::Notice{control::Notice::Topic::kOperator, true, std::move(from),
+                         words.what + words.place};
+}
+
+}  // namespace pheromone::web

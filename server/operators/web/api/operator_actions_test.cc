@@ -1,0 +1,82 @@
+#include "server/operators/web/api/operator_actions.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+
+namespace pheromone::web {
+namespace {
+
+namespace json = boost::json;
+
+std::string Text(OperatorActions* actions, const std::string& path, const std::string& body,
+                 uint64_t now_ms, const std::string& answer = "{}") {
+  const auto notice = actions->Note(path, json::parse(body).as_object(),
+                                    json::parse(answer).as_object(), "web", now_ms);
+  if (!notice) {
+    return "";
+  }
+  EXPECT_EQ(notice->topic, control::Notice::Topic::kOperator);
+  EXPECT_EQ(notice->subject, "web");
+  return notice->text;
+}
+
+TEST(OperatorActions, SayWhatWasDoneAndWhere) {
+  struct Case {
+    std::string path, body, answer, text;
+  };
+  for (const Case& it : std::initializer_list<Case>{
+           {"paint", R"({"pheromone":"trail","points_m":[[3.5,6],[4,6]],"radius_m":0.1})", "{}",
+            "painted \"trail\" at (3.5, 6)"},
+           {"paint", R"({"pheromone":"trail","area_m":[1,2,3,4]})", "{}",
+            "painted \"trail\" at (1, 2)"},
+           {"erase", R"({"pheromone":"path","all":true})", "{}", "erased \"path\" everywhere"},
+           {"deposit", R"({"pheromone":"trail","x_m":-1.5,"y_m":2})", "{}",
+            "deposited \"trail\" at (-1.5, 2)"},
+           {"command", R"({"link":"radio-a","id":7,"command":"halt","arguments":[]})", "{}",
+            "robot radio-a 7: halt"},
+           {"command", R"({"link":"radio-a","id":7,"command":"follow","arguments":[2]})", "{}",
+            "robot radio-a 7: follow [2]"},
+           {"goto", R"({"link":"radio-a","id":7,"x_m":3,"y_m":5})", "{}",
+            "robot radio-a 7: sent to a goal at (3, 5)"},
+           {"goto", R"({"link":"radio-a","id":7,"cancel":true})", "{}",
+            "robot radio-a 7: goal cancelled"},
+           {"halt", "{}", R"({"done":true,"links":["a","b"],"down":[{"name":"c"}]})",
+            "halted all robots, on 2 of 3 links"},
+           {"laws", R"({"pheromone":"trail","tau_s":30})", "{}", "changed \"trail\": tau 30 s"},
+           {"snapshot", "{}", R"({"snapshot":"17.snapshot"})", "snapshot 17.snapshot"},
+           {"tags", R"({"action":"erase","tag":"door","slot":1})", "{}", "tags: erase \"door\""},
+           {"nets", R"({"action":"reset","net":"bench"})", "{}", "nets: reset \"bench\""},
+           {"something-new", "{}", "{}", "something-new"},
+           {"unlock", "{}", "{}", ""},      // changes nothing
+           {"capture", "{}", "{}", ""}}) {  // has a notice of its own
+    OperatorActions actions;
+    EXPECT_EQ(Text(&actions, "/api/v1/" + it.path, it.body, 0, it.answer), it.text) << it.body;
+  }
+}
+
+TEST(OperatorActions, TellOneStrokeOnce) {
+  OperatorActions actions;
+  const std::string stroke = R"({"pheromone":"trail","points_m":[[1,1],[2,2]]})";
+  const std::string on = R"({"pheromone":"trail","points_m":[[2,2],[3,3]]})";
+  const std::string other = R"({"pheromone":"path","points_m":[[2,2],[3,3]]})";
+  const std::string area = R"({"pheromone":"trail","area_m":[1,1,2,2]})";
+  const auto paint = [&](const std::string& body, uint64_t now_ms) {
+    return Text(&actions, "/api/v1/paint", body, now_ms);
+  };
+  EXPECT_EQ(paint(stroke, 0), "painted \"trail\" at (1, 1)");
+  EXPECT_EQ(paint(on, 1999), "");
+  EXPECT_EQ(paint(on, 3998), "");  // since the last part, not since the first
+  EXPECT_EQ(paint(on, 5998), "painted \"trail\" at (2, 2)");
+  EXPECT_EQ(paint(other, 5999), "painted \"path\" at (2, 2)");
+  EXPECT_EQ(paint(on, 6000), "painted \"trail\" at (2, 2)");
+  EXPECT_EQ(paint(area, 6001), "painted \"trail\" at (1, 1)");  // not by a brush: each is told
+  EXPECT_EQ(paint(area, 6002), "painted \"trail\" at (1, 1)");
+  EXPECT_EQ(Text(&actions, "/api/v1/erase", on, 6003), "erased \"trail\" at (2, 2)");
+}
+
+}  // namespace
+}  // namespace pheromone::web
