@@ -187,6 +187,72 @@ async function keyboard(browser) {
   await context.close();
 }
 
+/** What is drawn on a chart is of the links that are there, though one is not. */
+async function charts(browser) {
+  begin('charts: traffic with a dead link, the values under the pointer, one robot');
+  const {page, context, checkClean} = await ready(browser, {});
+  const traffic = page.locator('.dock > div', {has: page.locator('h2', {hasText: 'Bytes a second'})});
+  await page.waitForFunction(() => [...document.querySelectorAll('.dock h2')].some((it) => /^Bytes a second.*[1-9]\d* B$/.test(it.textContent)));
+  check(!/modem/.test(await traffic.locator('h2').textContent()), 'a link that was never there is on the chart');
+  await until('two points', async () => (await traffic.locator('.u-over').boundingBox()) !== null);
+  const over = await traffic.locator('.u-over').boundingBox();
+  await page.mouse.move(over.x + over.width - 12, over.y + over.height / 2);
+  await page.waitForFunction(() => [...document.querySelectorAll('.dock h2 .at')].some((it) => /^−\d+ s|^−now/.test(it.textContent)));
+  await page.click('.row[data-robot]');
+  await page.waitForFunction(() => {
+    const [sensed, speed] = [...document.querySelectorAll('.robot-charts h4')].map((it) => it.textContent);
+    return /P_L [\d.]+P_R [\d.]+$/.test(sensed) && /^Speed0\.\d+ m\/s$/.test(speed);
+  });
+  checkClean();
+  await context.close();
+}
+
+async function events(browser) {
+  begin('events: what operators did, warnings, a filter, and where it was');
+  const {page, context, checkClean} = await ready(browser, {});
+  const shown = (pattern) => page.waitForFunction((it) => [...document.querySelectorAll('#events li')].some((row) => new RegExp(it).test(row.textContent)), pattern);
+  const post = async (path, body, status = 200) => {
+    const response = await fetch(`http://127.0.0.1:${swarm.port}/api/v1/${path}`, {method: 'POST', headers: {Authorization: `Bearer ${TOKEN}`}, body: JSON.stringify(body)});
+    check(response.status === status, `${path}: ${await response.text()}`);
+  };
+  await post('paint', {pheromone: 'trail', points_m: [[2, 9], [3, 9]], radius_m: 0.1});
+  await post('paint', {pheromone: 'no such', points_m: [[2, 9], [3, 9]], radius_m: 0.1}, 400);
+  await post('goto', {link: 'radio-a', id: 1, x_m: 6.5, y_m: 8.25});
+  await post('goto', {link: 'radio-a', id: 1, cancel: true});
+  await shown('web: painted "trail" at \\(2, 9\\)$');
+  await shown('web: robot radio-a 1: sent to a goal at \\(6.5, 8.25\\)$');
+  await shown('web: robot radio-a 1: goal cancelled$');
+  check(!/no such/.test(await page.textContent('#events')), 'what was refused is told as done');
+  await shown('link radio-a is up');   // before any page was opened
+  await page.click('#events .jump >> text=painted "trail" at (2, 9)');
+  const [x, y] = await pixel(page, 2, 9);
+  const stage = await boxOf(page, '#stage');
+  check(Math.hypot(x - stage.x - stage.width / 2, y - stage.y - stage.height / 2) < 2, 'the place is not in the middle');
+  await page.click('#events .jump >> text=goal cancelled');
+  await page.waitForSelector('#robot-card:not([hidden])');
+
+  await page.selectOption('#event-filter', 'operator');
+  const kinds = await page.$$eval('#events li', (rows) => [...new Set(rows.map((it) => it.dataset.name))]);
+  check(kinds.length === 1 && kinds[0] === 'operator', `shown as operators' actions: ${kinds}`);
+  check(/^\d+ of \d+/.test(await page.textContent('#event-count')), 'the count does not say that some are not shown');
+  await page.selectOption('#event-filter', 'all');
+  // A robot that is killed is told by nobody; one whose link is silent stops by itself, and says so later.
+  swarm.robots[0].kill('SIGSTOP');
+  swarm.daemon.kill('SIGSTOP');
+  swarm.robots[0].kill('SIGCONT');
+  await new Promise((resolve) => setTimeout(resolve, 1500));
+  swarm.daemon.kill('SIGCONT');
+  await shown('robot radio-a 1: (fail-safe stop|trail lost)');
+  await page.waitForFunction(() => /\d+ new warnings?$/.test(document.querySelector('#event-count').textContent));
+  await page.screenshot({path: join(out, 'events.png')});
+  await page.selectOption('#event-filter', 'trouble');
+  check((await page.$$eval('#events li .dot', (dots) => dots.every((it) => it.classList.contains('warn') || it.classList.contains('bad')))), 'something else is shown as a warning');
+  await page.click('#acknowledge');
+  await page.waitForFunction(() => !/new warning/.test(document.querySelector('#event-count').textContent) && !document.querySelector('#events .unseen'));
+  checkClean();
+  await context.close();
+}
+
 /** That somebody is not told to halt interrupts what a screen reader says. */
 async function notHalted(browser) {
   begin('a halt that fails');
@@ -231,6 +297,8 @@ await run(swarm, async (browser) => {
   await accessible(browser);
   await phone(browser);
   await keyboard(browser);
+  await charts(browser);
+  await events(browser);
   await notHalted(browser);
   await forcedColours(browser);
   await screenshots(browser);

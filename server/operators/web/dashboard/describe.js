@@ -1,13 +1,13 @@
 // In words what the map shows, for who does not see it.
 import {store} from './store.js';
 import {metres, number} from './format.js';
-import {countStates, stateOf} from './robots.js';
+import {countStates, sensedOf, stateOf} from './robots.js';
 
 const MOST_PLACES = 12;   // more than that nobody listens to
 
 /** ", driving, left 2.4, right 2.1", after a robot's name. */
 export function robotText(robot) {
-  const sensed = robot.antennas?.pheromones?.[store.active];
+  const sensed = sensedOf(robot);
   return [stateOf(robot), robot.state?.reason, sensed && `left ${number(sensed.left)}`, sensed && `right ${number(sensed.right)}`]
     .filter((it) => it).map((it) => `, ${it}`).join('');
 }

@@ -17,13 +17,14 @@ import {Replay} from './replay.js';
 import {LayersPanel} from './panels/layers.js';
 import {RobotsPanel} from './panels/robots.js';
 import {PlacesPanel} from './panels/places.js';
-import {EventList, HealthPanel} from './panels/health.js';
+import {EventList} from './panels/events.js';
+import {HealthPanel} from './panels/health.js';
 import {setUpHelp, setUpToken} from './dialogs.js';
 import {setUpTheme} from './appearance.js';
 import {setUpKeys} from './keys.js';
 import {mapText} from './describe.js';
 import {setUpSheet} from './sheet.js';
-import {duration, count} from './format.js';
+import {duration} from './format.js';
 
 const DELTA = '/pheromone_delta/';
 const PANELS_EVERY_MS = 400;
@@ -35,7 +36,7 @@ const asJson = (payload) => JSON.parse(text.decode(payload));
 const map = new SwarmMap();
 const tools = new Tools(map);
 const charts = new Charts(byId('dock'));
-const events = new EventList(byId('dock'));
+const events = new EventList(byId('dock'), showPlace);
 const memory = new History();
 const timeline = new Timeline(memory, map);
 let following = null;
@@ -49,7 +50,7 @@ const layers = new LayersPanel((layer) => {
 const robots = new RobotsPanel(tools, (key) => {
   following = following === key ? null : key;
   follow();
-});
+}, memory);
 const places = new PlacesPanel();
 const health = new HealthPanel((name) => replay.enter(name));
 byId('side').append(layers.panel.element, robots.panel.element, places.tags.element, places.nets.element,
@@ -60,6 +61,7 @@ const theme = setUpTheme(() => {
   for (const layer of store.layers.values()) layer.setTheme(theme.name);
   layers.rebuild();
   charts.themeChanged();
+  robots.charts.themeChanged();
 });
 map.readTheme();
 const showToken = setUpToken();
@@ -277,8 +279,7 @@ function showPanels() {
   if (due.has('status') && store.status) {
     health.showServer();
     timeline.showRecording();
-    fact('Events', count(store.status.sequence));
-    fact('Links', `${store.status.links_up} of ${store.status.links}`);
+    if (!replay.active) fact('Links', `${store.status.links_up} of ${store.status.links} up`);
   }
   if (due.has('tags')) loadTags();
   if (due.has('nets')) loadNets();
@@ -286,6 +287,13 @@ function showPanels() {
 setInterval(showPanels, PANELS_EVERY_MS);
 setInterval(showVeil, 500);
 setInterval(() => byId('top').setAttribute('aria-label', mapText()), MAP_TEXT_EVERY_MS);
+
+/** Of an event: a robot, or a point of the map. */
+function showPlace({robot, x, y}) {
+  const pose = store.shownRobots.get(robot)?.pose;
+  if (robot) store.select({kind: 'robot', key: robot});
+  if (robot ? pose : true) map.view.centre(pose?.x_m ?? x, pose?.y_m ?? y);
+}
 
 function follow() {
   const robot = following && store.robots.get(following);
@@ -296,6 +304,7 @@ function follow() {
 }
 
 store.on('robots', () => panelsDue.add('robots'));
+store.on('events', () => fact('New warnings', String(events.unseen)));
 store.on('active', () => { layers.show(); robots.show(); map.invalidate('top'); });
 store.on('selected', () => {
   if (following && store.selected?.key !== following) following = null;

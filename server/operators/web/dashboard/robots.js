@@ -58,6 +58,11 @@ export function countStates(robots) {
   return [...counts].sort((a, b) => ORDER.indexOf(a[0]) - ORDER.indexOf(b[0])).map(([state, count]) => `${count} ${state}`).join(' · ');
 }
 
+/** The pheromone that a robot's antennas show. */
+export const pheromoneOf = () => store.active;
+/** What it senses of that: {left, right}, in units. */
+export const sensedOf = (robot) => robot.antennas?.pheromones?.[pheromoneOf(robot)];
+
 /** What share of the most that any antenna has sensed of the active pheromone this is. */
 export function shareOf(sensed) {
   const most = Math.max(store.peaks.get(store.active) ?? 0, 1e-9);

@@ -1,8 +1,8 @@
-// The server: journal, disk, memory, links, recordings, events.
+// The server: journal, disk, memory, links, recordings.
 import {store} from '../store.js';
 import {api} from '../api.js';
 import {h, pairs, panel, setText, toast} from '../dom.js';
-import {bytes, clock, count, duration, percent} from '../format.js';
+import {bytes, count, duration, percent} from '../format.js';
 
 export class HealthPanel {
   constructor(onReplay) {
@@ -28,14 +28,16 @@ export class HealthPanel {
 
   showLinks() {
     const links = [...store.links.values()];
-    setText(this.links.count, links.length ? `${links.filter((it) => it.up).length} of ${links.length} up` : '');
+    const isRecorded = links.some((it) => it.kind === 'recorded');   // bytes alone: not whether it was up
+    const working = links.filter((it) => (isRecorded ? it.bytes_per_s > 0 : it.up));
+    setText(this.links.count, links.length ? `${working.length} of ${links.length} ${isRecorded ? 'with traffic' : 'up'}` : '');
     this.links.body.replaceChildren(...links.map((link) => {
       const used = link.utilisation === null ? `${bytes(link.bytes_per_s)}/s` : percent(link.utilisation);
       const bar = h('i');
       bar.style.transform = `scaleX(${Math.min(1, link.utilisation ?? 0).toFixed(3)})`;
       const row = h('div', {class: 'row link', title: `${link.kind} ${link.address}: ${link.state}, ${count(link.errors)} errors`},
-                    h('i', {class: `dot ${!link.up ? 'bad' : link.silent ? 'warn' : 'good'}`}),
-                    h('span', {}, link.name, ' ', h('span', {class: 'dim'}, link.up ? link.kind : link.state)),
+                    h('i', {class: `dot ${working.includes(link) ? (link.silent ? 'warn' : 'good') : isRecorded ? '' : 'bad'}`}),
+                    h('span', {}, link.name, ' ', h('span', {class: 'dim'}, isRecorded ? (working.includes(link) ? '' : 'no traffic') : link.up ? link.kind : link.state)),
                     h('span', {class: `meter${link.utilisation > 0.8 ? ' warn' : ''}`, title: 'Share of the channel in use'}, bar),
                     h('span', {class: 'end'}, used));
       return link.up || !link.last_error ? row : [row, h('p', {class: 'trouble'}, link.last_error)];
@@ -51,7 +53,7 @@ export class HealthPanel {
     setText(this.server.count, healthy ? '' : 'trouble');
     this.facts.replaceChildren(pairs([
       !isPast && ['State', healthy ? 'healthy' : 'trouble', healthy ? 'good' : 'bad'],
-      ['Log', `${count(status.sequence)} events`],
+      ['Log', `${count(status.sequence)} entries`],
       !isPast && ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
       ['Field', `${bytes(status.field.used_bytes)} of ${bytes(status.field.limit_bytes)}`],
       !isPast && ['Memory', bytes(status.process.resident_bytes)],
@@ -81,44 +83,5 @@ export class HealthPanel {
     } catch {
       this.recordings.body.replaceChildren(h('p', {class: 'empty'}, 'This server does not serve them'));
     }
-  }
-}
-
-const MOST_EVENTS = 200;
-const MARKS = {warning: 'warn', error: 'bad', fatal: 'bad'};
-
-export class EventList {
-  constructor(dock) {
-    this.list = h('ol', {class: 'events', id: 'events', tabindex: '0', 'aria-label': 'Events'});
-    this.heading = h('h2', {}, 'Events');
-    dock.append(h('div', {}, this.heading, this.list));
-    this.list.append(h('li', {class: 'empty'}, 'Nothing yet'));
-  }
-
-  /** What happened before this page was opened, if the stream did not tell. */
-  async loadOlder() {
-    if (!this.list.querySelector('.empty')) return;
-    try {
-      const {events} = await api.get('events');
-      if (!this.list.querySelector('.empty')) return;
-      for (const {time_s: timeS, topic, on, subject, text} of events.slice(-50)) {
-        const what = {link: `link ${subject} is ${on ? 'up' : 'down'}`, capture: `recording ${on ? 'started' : 'stopped'}`,
-                      health: on ? 'the log is durable again' : 'the log is not durable', arrival: `robot ${subject}`, net: `net ${subject}`,
-                      configuration: 'another configuration is in effect'}[topic] ?? topic;
-        this.add({timeMs: timeS * 1000, level: (topic === 'link' || topic === 'health') && !on ? 'warning' : 'info',
-                  text: [what, text].filter((it) => it).join(topic === 'arrival' ? ' ' : ': ')});
-      }
-    } catch { /* then only what comes is shown */ }
-  }
-
-  clear() {
-    this.list.replaceChildren(h('li', {class: 'empty'}, 'Nothing yet'));
-  }
-
-  add({timeMs, level, text}) {
-    this.list.querySelector('.empty')?.remove();
-    this.list.prepend(h('li', {}, h('time', {}, clock(timeMs || Date.now())), h('i', {class: `dot ${MARKS[level] ?? ''}`}),
-                        h('span', {class: MARKS[level] ?? ''}, text)));
-    while (this.list.children.length > MOST_EVENTS) this.list.lastChild.remove();
   }
 }

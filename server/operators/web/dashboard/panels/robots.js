@@ -4,6 +4,7 @@ import {api} from '../api.js';
 import {commands} from '../commands.js';
 import {h, pairs, panel, setText, toast} from '../dom.js';
 import {ago, metres, number} from '../format.js';
+import {RobotCharts} from '../charts.js';
 import {robotText} from '../describe.js';
 import {countStates, isFresh, shareOf, shownAs, stateOf} from '../robots.js';
 
@@ -11,7 +12,8 @@ const SEARCH_FROM = 9;      // robots; fewer are seen at once
 const UPDATES_AT_ONCE = 60; // rows besides those that are in view
 
 export class RobotsPanel {
-  constructor(tools, onFollow) {
+  constructor(tools, onFollow, memory) {
+    this.memory = memory;
     this.tools = tools;
     this.onFollow = onFollow;
     this.panel = panel('robots', 'Robots');
@@ -47,11 +49,13 @@ export class RobotsPanel {
       this.post('goto', {x_m: x.valueAsNumber, y_m: y.valueAsNumber}, `goes to ${metres(x.valueAsNumber)}, ${metres(y.valueAsNumber)}`);
     }}, x, y, this.goButton);
     this.reason = h('p', {class: 'empty'});
+    this.chartHolder = h('div', {class: 'robot-charts'});
+    this.charts = new RobotCharts(this.chartHolder);
     this.card.append(h('header', {}, this.title,
                        act('follow-view', 'Centre', 'Keep this robot in the middle (F)', () => this.onFollow(store.selected.key)),
                        act('deselect', '×', 'Close (Esc)', () => store.select(null))),
                      this.facts, h('div', {class: 'actions'}, this.buttons.slice(0, 4)),
-                     h('div', {class: 'actions'}, this.buttons[4], this.follows), goal, this.reason);
+                     h('div', {class: 'actions'}, this.buttons[4], this.follows), goal, this.reason, this.chartHolder);
   }
 
   async post(path, body, done) {
@@ -157,6 +161,8 @@ export class RobotsPanel {
       this.followsTypes = types;
       this.follows.replaceChildren(...[...store.laws.values()].map((it) => h('option', {value: it.type}, it.name)));
     }
+    this.chartHolder.hidden = store.isReplay;   // of recordings the page remembers nothing
+    if (!store.isReplay) this.charts.show(selected, this.memory.moments);
     const able = api.refusal === '' && !store.past;
     for (const it of [...this.buttons, this.goButton, ...this.goal]) it.disabled = !able;
     this.buttons[1].hidden = !goal;
