@@ -1,9 +1,10 @@
 // Foxglove Studio's own front end, from npm, in Debian's Chromium against the real daemon and a
-// simulated robot: it lists the channels, finds no fault with them, shows the map, and what its Publish
+// simulated robot, with the layout of deploy/examples: it lists the channels, finds no fault with them,
+// shows the map, and what its Publish
 // panel sends is painted. Then it opens an MCAP file of the same minutes, made by pheromonectl. The page
 // is served from another origin than the daemon's, which web.origins permits. Screenshots are left in OUT.
 //
-// Usage: node studio_test.mjs BIN_DIR OUT
+// Usage: node studio_test.mjs BIN_DIR LAYOUT OUT
 import {spawnSync} from 'node:child_process';
 import {createReadStream, existsSync, mkdirSync, readdirSync, statSync} from 'node:fs';
 import {createServer} from 'node:http';
@@ -11,7 +12,7 @@ import {extname, join, normalize} from 'node:path';
 import {chromium} from 'playwright-core';
 import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
 
-const [binDir, out] = process.argv.slice(2);
+const [binDir, layout, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
 const TYPES = {'.js': 'text/javascript', '.html': 'text/html', '.wasm': 'application/wasm', '.json': 'application/json'};
 const PAGE = `<!doctype html><meta charset="utf-8"><title>Studio</title>
@@ -41,6 +42,10 @@ const pages = createServer((request, response) => {
   const path = normalize(decodeURIComponent(new URL(request.url, 'http://localhost').pathname));
   if (path === '/') {
     response.writeHead(200, {'Content-Type': 'text/html'}).end(PAGE);
+    return;
+  }
+  if (path === '/layout.json') {
+    sendPart(layout, request, response);
     return;
   }
   if (path === '/recording.mcap') {
@@ -74,7 +79,7 @@ async function checkTopics(page, more) {
   await page.getByRole('tab', {name: 'Topics'}).click();
 }
 
-/** Pixels of the map's panel in the colour of what is full, the dark red end of Studio's "turbo". */
+/** Pixels of the map's panel in the orange of what is full of "path". */
 async function fullPixels(page) {
   const picture = (await page.screenshot({clip: {x: 330, y: 60, width: 700, height: 700}})).toString('base64');
   return page.evaluate(async (base64) => {
@@ -83,7 +88,7 @@ async function fullPixels(page) {
     context.drawImage(image, 0, 0);
     const {data} = context.getImageData(0, 0, image.width, image.height);
     let count = 0;
-    for (let i = 0; i < data.length; i += 4) count += data[i] > 90 && data[i + 1] < 40 && data[i + 2] < 40 ? 1 : 0;
+    for (let i = 0; i < data.length; i += 4) count += data[i] > 180 && data[i + 1] > 110 && data[i + 1] < 200 && data[i + 2] < 90 ? 1 : 0;
     return count;
   }, picture);
 }
@@ -103,7 +108,6 @@ try {
   const brush = {pheromone: 'trail', x_m: 2, y_m: 2, radius_m: 0.3, units: 0.2};
   const query = new URLSearchParams({
     server: `ws://127.0.0.1:${swarm.port}/?token=${TOKEN}`,
-    pheromones: 'path',   // one: grids hide each other
     schema: 'pheromone.Brush',
     brush: JSON.stringify(brush),
   });

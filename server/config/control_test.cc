@@ -84,16 +84,19 @@ TEST_F(ControlTest, AHostIsANameWithoutSchemeAndPort) {
 
 TEST_F(ControlTest, ReadsWhatConcernsViewers) {
   const Result<Config> parsed = Parse(
-      "[web]\norigins = [\"https://app.foxglove.dev\", \"http://lab:8080\"]\n"
+      "[web]\norigins = [\"https://app.foxglove.dev\", \"http://lab:8080\", \"null\", "
+      "\"file://\"]\n"
       "max_viewers = 5\nros_distro = \"none\"\nclick_pheromone = \"path\"\n");
   ASSERT_TRUE(parsed.ok()) << parsed.error();
-  EXPECT_EQ(parsed.value().web.origins,
-            (std::vector<std::string>{"https://app.foxglove.dev", "http://lab:8080"}));
+  EXPECT_EQ(
+      parsed.value().web.origins,
+      (std::vector<std::string>{"https://app.foxglove.dev", "http://lab:8080", "null", "file://"}));
   EXPECT_EQ(parsed.value().web.max_viewers, 5u);
   EXPECT_EQ(parsed.value().web.ros_distro, "");
   EXPECT_EQ(parsed.value().web.click_pheromone, "path");
-  for (const char* bad : {"\"https://a\"", "[1]", "[\"app.foxglove.dev\"]", "[\"https://\"]",
-                          "[\"https://a/b\"]", "[\"*\"]", "[\"https://*.a\"]"}) {
+  for (const char* bad :
+       {"\"https://a\"", "[1]", "[\"app.foxglove.dev\"]", "[\"https://\"]", "[\"https://a/b\"]",
+        "[\"*\"]", "[\"https://*.a\"]", "[\"file://a\"]", "[\"NULL\"]"}) {
     EXPECT_NE(ErrorOf("[web]\norigins = " + std::string(bad) + "\n").find("web.origins: found "),
               std::string::npos)
         << bad;

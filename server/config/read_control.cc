@@ -160,8 +160,12 @@ std::string HostName(const std::string& text) {
   return name.find_first_not_of(kAllowed) == std::string::npos ? name : "";
 }
 
-// As browsers send them: scheme and host, and a port unless it is the usual one.
+// As browsers send them: scheme and host, and a port unless it is the usual one; of pages from
+// files one of these two.
 std::string Origin(const std::string& text) {
+  if (text == "null" || text == "file://") {
+    return text;
+  }
   const size_t host = text.starts_with("https://") ? 8 : text.starts_with("http://") ? 7 : 0;
   const bool is_origin =
       host != 0 && host != text.size() && text.find_first_of("/ *", host) == std::string::npos;
@@ -194,7 +198,9 @@ void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
   ReadTls(table, notes, web);
   ReadNames(table, "hosts", "host names without a port, such as [\"lab.local\", \"robots\"]",
             HostName, &web->hosts);
-  ReadNames(table, "origins", "origins of web pages, such as [\"https://app.foxglove.dev\"]",
+  ReadNames(table, "origins",
+            "origins of web pages, such as [\"https://app.foxglove.dev\"]; \"null\" and "
+            "\"file://\" for pages from files",
             Origin, &web->origins);
   web->max_viewers = static_cast<uint32_t>(
       table.Integer("max_viewers", 0, kMaxViewers, web->max_viewers).value_or(web->max_viewers));

@@ -17,6 +17,7 @@
 #include "server/operators/control/views.h"
 #include "server/operators/web/api/nets.h"
 #include "server/operators/web/api/tags.h"
+#include "server/operators/web/stream/json_schemas.h"
 
 namespace pheromone::web {
 namespace {
@@ -28,20 +29,6 @@ constexpr uint64_t kNsPerMs = 1'000'000;
 constexpr size_t kMaxTagPages = 32;
 // Pictures of what only evaporates take at most this share of the thread's time.
 constexpr uint64_t kRestPerCost = 9;
-
-constexpr std::string_view kObjectSchema = R"({"type":"object","properties":{}})";
-constexpr std::string_view kLinkSchema =
-    R"({"type":"object","properties":{"name":{"type":"string"},"up":{"type":"boolean"},)"
-    R"("state":{"type":"string"},"bytes_per_s":{"type":"number"},)"
-    R"("utilisation":{"type":"number"},"silent_s":{"type":"number"},)"
-    R"("counters":{"type":"object","properties":{}},)"
-    R"("losses":{"type":"object","properties":{}},"errors":{"type":"integer"}}})";
-constexpr std::string_view kEngineSchema =
-    R"({"type":"object","properties":{"requests_per_s":{"type":"number"},)"
-    R"("answers_per_s":{"type":"number"},"changes_per_s":{"type":"number"},)"
-    R"("errors_per_s":{"type":"number"},"latency_us":{"type":"object","properties":{)"
-    R"("mean":{"type":"number"},"p50":{"type":"number"},"p90":{"type":"number"},)"
-    R"("p99":{"type":"number"}}},"cpu":{"type":"number"},"resident_bytes":{"type":"number"}}})";
 
 FramePtr MakeFrame(std::string payload, uint64_t unix_ns) {
   return std::make_shared<const Frame>(Frame{unix_ns, std::move(payload)});
@@ -208,7 +195,7 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
     state->only_changes = only_changes;
   };
   std::string_view schema_name;  // of protobuf
-  std::string_view json_schema = kObjectSchema;
+  std::string_view component;    // whose schema it has, of JSON (json_schemas.h)
   switch (kind) {
     case Kind::kGrid:
       set(kPicturePeriodMs, {.field = true});
@@ -248,29 +235,35 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
       break;
     case Kind::kEngine:
       set(1000, {.status = true});
-      json_schema = kEngineSchema;
+      component = "Engine";
       break;
     case Kind::kLink:
       set(1000, {.links = true});
-      json_schema = kLinkSchema;
+      component = "Link";
       break;
     case Kind::kClients:
       set(100, {.clients = true});
+      component = "Clients";
       break;
     case Kind::kNets:
       set(500, {.nets = true}, true);
+      component = "Nets";
       break;
     case Kind::kTagChanges:
       set(500, {.tags = true});
+      component = "TagChanges";
       break;
     case Kind::kStatus:
       set(1000, {.status = true});
+      component = "Status";
       break;
     case Kind::kLaws:
       set(1000, {.field = true}, true);
+      component = "Laws";
       break;
     case Kind::kTagList:
       set(1000, {.tags = true}, true);
+      component = "Tags";
       break;
   }
   Channel& channel = state->channel;
@@ -285,7 +278,7 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
     channel.encoding = "json";
     channel.schema_name = "pheromone" + topic.substr(0, topic.find('/', 1));
     std::replace(channel.schema_name.begin(), channel.schema_name.end(), '/', '.');
-    channel.schema = json_schema;
+    channel.schema = JsonSchemaOf(component, config_);
     channel.schema_encoding = "jsonschema";
   }
 }

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <vector>
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
 
 #include "server/formats/foxglove/testing/tiles_viewer.h"
 #include "server/operators/web/testing/fake_control.h"
@@ -93,6 +95,73 @@ TEST_F(HubTest, OffersTheChannelsOfTheConfiguration) {
                         "/nets", "/tag_changes", "/status", "/laws", "/tag_list"}));
   EXPECT_EQ(hub_.catalogue()->parameters.at("/pheromone/trail/tau_s"), 30.0);
   EXPECT_EQ(hub_.catalogue()->click_pheromone, "trail");
+}
+
+// Whether each member of a message is in its schema, with its type; where not, goes to `wrong`.
+void CompareWithSchema(const json::value& schema, const json::value& message,
+                       const std::string& where, std::vector<std::string>* wrong) {
+  const json::string& type = schema.at("type").as_string();
+  const bool fits = message.is_null()   ? true
+                    : type == "object"  ? message.is_object()
+                    : type == "array"   ? message.is_array()
+                    : type == "string"  ? message.is_string()
+                    : type == "boolean" ? message.is_bool()
+                    : type == "integer" ? message.is_int64() || message.is_uint64()
+                                        : /* "number" */ type == "number" && message.is_number();
+  if (!fits) {
+    wrong->push_back(where + ": " + json::serialize(message) + " is no " + std::string(type));
+  } else if (message.is_object() && !schema.at("properties").as_object().empty()) {
+    for (const auto& [name, member] : message.as_object()) {
+      const json::value* const known = schema.at("properties").as_object().if_contains(name);
+      if (known != nullptr) {
+        CompareWithSchema(*known, member, where + '.' + std::string(name), wrong);
+      } else {
+        wrong->push_back(where + '.' + std::string(name) + " is not in the schema");
+      }
+    }
+  } else if (message.is_array()) {
+    for (const json::value& it : message.as_array()) {
+      CompareWithSchema(schema.at("items"), it, where + "[]", wrong);
+    }
+  }
+}
+
+TEST_F(HubTest, JsonSchemasHaveAllThatMessagesHave) {
+  AddRobot();
+  control::TagView tag;
+  tag.content.number = 1;
+  tag.content.name = "door";
+  control_.tags = {tag};
+  std::map<std::string, json::value> schemas;
+  for (const Channel& channel : hub_.catalogue()->channels) {
+    if (channel.encoding == "json") {
+      schemas[channel.topic] = json::parse(channel.schema);
+      hub_.AddSubscriber(channel.id);
+    }
+  }
+  EXPECT_EQ(schemas.size(), 8u);
+  std::map<std::string, FramePtr> messages;
+  for (int i = 0; i < 20; ++i) {
+    for (auto& [topic, frame] : Step()) {
+      messages.insert_or_assign(topic, std::move(frame));
+    }
+  }
+  for (const auto& [topic, schema] : schemas) {
+    EXPECT_FALSE(schema.at("properties").as_object().empty()) << topic;
+    if (topic == "/nets") {
+      continue;  // there is none, and so no message
+    }
+    ASSERT_TRUE(messages.contains(topic)) << topic;
+    std::vector<std::string> wrong;
+    CompareWithSchema(schema, json::parse(messages[topic]->payload), topic, &wrong);
+    EXPECT_EQ(wrong, std::vector<std::string>());
+  }
+  const json::value& robot = schemas["/clients"].at_pointer("/properties/clients/items/properties");
+  EXPECT_EQ(
+      robot.at_pointer("/antennas/properties/pheromones/properties/trail/properties/left/type"),
+      "number");
+  EXPECT_EQ(robot.at_pointer("/state/properties/is/type"), "string");
+  EXPECT_EQ(robot.at_pointer("/silent_s/type"), "number");
 }
 
 TEST_F(HubTest, LetsItsThreadPauseWhileItDraws) {
