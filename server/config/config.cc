@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "server/base/file.h"
+#include "server/config/folders.h"
 #include "server/config/sections.h"
 
 namespace pheromone::config {
@@ -103,7 +104,11 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
 
 Result<Config> LoadConfig(const std::string& path) {
   PHEROMONE_TRY(const std::string text, ReadFile(path, kMaxText));
-  return ParseConfig(text, path, std::filesystem::path(path).parent_path());
+  Result<Config> config = ParseConfig(text, path, std::filesystem::path(path).parent_path());
+  if (config.ok()) {
+    config.value().file = AbsolutePath(path);
+  }
+  return config;
 }
 
 }  // namespace pheromone::config

@@ -46,8 +46,9 @@ struct ControlSettings {
 
 /// How browsers and programs reach the server over HTTP.
 struct WebSettings {
-  Endpoint listen;    ///< without an address: not at all
-  std::string token;  ///< what changes must carry; empty: none are taken
+  Endpoint listen;              ///< without an address: not at all
+  std::string token;            ///< what changes must carry; empty: none are taken
+  std::string token_file = {};  ///< where it was read from
   /// Names that the server may be asked by, in lower case, beside localhost and all addresses.
   std::vector<std::string> hosts;
   /// Web pages of other servers that may show the stream: "https://app.foxglove.dev".
@@ -102,6 +103,7 @@ struct Config {
   WebSettings web;
   JournalConfig journal;
   std::string text;  ///< of the file
+  std::string file;  ///< its absolute path; empty: a text without a file
   std::vector<Warning> warnings;
   std::vector<std::string> notes;  ///< nothing is wrong, but it is good to know
 };

@@ -85,6 +85,7 @@ class Daemon::Impl {
                   .log = journal_->log(),
                   .router = &router_,
                   .links = &links_.links(),
+                  .trackers = &links_.trackers(),
                   .link_configs = &config_.links(),
                   .captures = &captures_,
                   .now_ms = [this] { return FieldTime(); },

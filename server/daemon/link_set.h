@@ -37,6 +37,8 @@ class LinkSet {
 
   /// In the order of the configuration; always the same.
   const std::vector<std::unique_ptr<links::Link>>& links() const { return links_; }
+  /// Likewise.
+  const std::vector<std::unique_ptr<links::TrackerLink>>& trackers() const { return trackers_; }
   /// How many are up; any thread.
   size_t CountUp() const;
 

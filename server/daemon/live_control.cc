@@ -210,6 +210,29 @@ std::vector<control::LinkView> LiveControl::GetLinks() const {
   return views;
 }
 
+std::vector<control::TrackerView> LiveControl::GetTrackers() const {
+  std::vector<control::TrackerView> views;
+  for (const auto& tracker : *parts_.trackers) {
+    const links::LinkRecord::State state = tracker->state();
+    const links::TrackerCounters counters = tracker->counters();
+    control::TrackerView& view = views.emplace_back();
+    view.name = tracker->name();
+    view.address = state.address;
+    view.up = state.up;
+    view.state = state.reason;
+    view.datagrams = counters.datagrams;
+    view.poses = counters.poses;
+    view.last_refusal = counters.last_fault;
+    for (size_t i = 0; i < counters.faults.size(); ++i) {
+      if (counters.faults[i] != 0) {
+        const auto fault = static_cast<links::TrackerFault>(i);
+        view.refusals.push_back({std::string(links::TextOf(fault)), counters.faults[i]});
+      }
+    }
+  }
+  return views;
+}
+
 // Link by link, so that robots wait for a copy of 254 robots at the most.
 std::vector<control::ClientView> LiveControl::GetClients() const {
   std::vector<control::ClientView> views;
@@ -229,7 +252,7 @@ control::FieldView LiveControl::GetField() const {
       [this](const engine::Engine& engine) { return control::FieldOf(engine, parts_.now_ms()); });
 }
 
-std::vector<std::string> LiveControl::GetConfig() const {
+control::ConfigView LiveControl::GetConfig() const {
   const config::Config config = parts_.config();
   std::vector<std::string> lines = config::DescribeConfig(config);
   const std::vector<std::string> reach =
@@ -238,7 +261,8 @@ std::vector<std::string> LiveControl::GetConfig() const {
       config::LookAtFolders(config, std::getenv("STATE_DIRECTORY"));
   lines.insert(lines.end(), reach.begin(), reach.end());
   lines.insert(lines.end(), folders.lines.begin(), folders.lines.end());
-  return lines;
+  return {std::move(lines), config.file,
+          config::JournalFolder(config.journal, std::getenv("STATE_DIRECTORY"))};
 }
 
 Status LiveControl::CheckHealth() const {

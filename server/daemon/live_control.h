@@ -30,6 +30,7 @@
 #include "server/operators/control/control.h"
 #include "server/robots/links/link.h"
 #include "server/robots/links/link_router.h"
+#include "server/robots/links/tracker_link.h"
 
 namespace pheromone::daemon {
 
@@ -42,6 +43,7 @@ struct LiveParts {
   engine::OrderedLog* log = nullptr;
   links::LinkRouter* router = nullptr;
   const std::vector<std::unique_ptr<links::Link>>* links = nullptr;
+  const std::vector<std::unique_ptr<links::TrackerLink>>* trackers = nullptr;
   const std::vector<links::LinkConfig>* link_configs = nullptr;  ///< as many, in the same order
   Captures* captures = nullptr;
   std::function<uint64_t()> now_ms;  ///< the present field time; called under the service's lock
@@ -66,6 +68,7 @@ class LiveControl final : public control::Control {
 
   control::StatusView GetStatus(bool with_hash) const override;
   std::vector<control::LinkView> GetLinks() const override;
+  std::vector<control::TrackerView> GetTrackers() const override;
   std::vector<control::ClientView> GetClients() const override;
   control::FieldView GetField() const override;
   control::CaptureView GetCapture() const override { return parts_.captures->View(); }
@@ -73,7 +76,7 @@ class LiveControl final : public control::Control {
   std::optional<uint16_t> FindTag(std::string_view name) const override;
   control::SymbolPage GetSymbols(size_t first) const override;
   std::vector<control::NetView> GetNets() const override;
-  std::vector<std::string> GetConfig() const override;
+  control::ConfigView GetConfig() const override;
   Status CheckHealth() const override;
 
   std::unique_ptr<control::Subscription> Subscribe(control::ListenerOptions options) override {

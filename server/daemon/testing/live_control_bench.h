@@ -155,6 +155,7 @@ class LiveControlTest : public ::testing::Test {
   links::LinkRouter router_;
   config::Config config_;
   Captures captures_{&service_, config_};  // none is begun here; captures_test.cc
+  std::vector<std::unique_ptr<links::TrackerLink>> trackers_;
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<FakeLink*> fakes_;
   LiveParts Parts(std::chrono::milliseconds patience) {
@@ -168,6 +169,7 @@ class LiveControlTest : public ::testing::Test {
             .log = &log_,
             .router = &router_,
             .links = &links_,
+            .trackers = &trackers_,
             .link_configs = &config_.links,
             .captures = &captures_,
             .now_ms = [this] { return now_ms_.load(); },

@@ -108,6 +108,29 @@ struct LinkView {
   std::vector<NamedCount> counters;
 };
 
+/// What was reported where cameras and other trackers report poses.
+struct TrackerView {
+  struct Refusal {
+    std::string reason;
+    uint64_t count = 0;  ///< of lines
+  };
+  std::string name;
+  std::string address;  ///< empty while it does not listen
+  bool up = false;
+  std::string state;  ///< as text: its address, or why it is down
+  uint64_t datagrams = 0;
+  uint64_t poses = 0;  ///< accepted
+  std::vector<Refusal> refusals;
+  std::string last_refusal;  ///< the reason and the line; empty if there was none
+};
+
+/// The configuration in effect.
+struct ConfigView {
+  std::vector<std::string> lines;  ///< in words
+  std::string file;                ///< absolute; empty: the default configuration
+  std::string journal;             ///< the folder, absolute; empty: the state is not kept
+};
+
 enum class PoseSource { kNone, kRobot, kTracker };
 
 struct ClientView {
@@ -174,6 +197,7 @@ class Control {
 
   virtual StatusView GetStatus(bool with_hash) const = 0;
   virtual std::vector<LinkView> GetLinks() const = 0;
+  virtual std::vector<TrackerView> GetTrackers() const = 0;
   /// All robots that have said HELLO or were heard, by link and ID; those of a link at one moment.
   virtual std::vector<ClientView> GetClients() const = 0;
   virtual FieldView GetField() const = 0;
@@ -187,8 +211,7 @@ class Control {
   static constexpr size_t kRowsAtOnce = 1024;
   /// All nets, by name.
   virtual std::vector<NetView> GetNets() const = 0;
-  /// A description of the current configuration, line by line.
-  virtual std::vector<std::string> GetConfig() const = 0;
+  virtual ConfigView GetConfig() const = 0;
   /// Whether changes are accepted at present and become durable; if not, why. Takes no lock that is
   /// held for long.
   virtual Status CheckHealth() const = 0;

@@ -19,6 +19,10 @@ json::value OrNull(const std::optional<double>& number) {
   return number ? json::value(*number) : json::value(nullptr);
 }
 
+json::value TextOrNull(const std::string& text) {
+  return text.empty() ? json::value(nullptr) : json::value(text);
+}
+
 json::object ToJson(const engine::ServiceCounters& counters) {
   json::object errors;
   for (size_t reason = 1; reason < counters.errors.size(); ++reason) {
@@ -152,13 +156,10 @@ double MaximumOf(const field::PheromoneLaw& law) {
 }
 
 json::value ToJson(const control::CaptureView& capture) {
-  const auto text = [](const std::string& it) {
-    return it.empty() ? json::value(nullptr) : json::value(it);
-  };
-  return json::object{{"recording", capture.recording}, {"folder", capture.folder},
-                      {"file", text(capture.file)},     {"error", text(capture.error)},
-                      {"files", capture.files},         {"bytes", capture.bytes},
-                      {"records", capture.records},     {"lost", capture.lost}};
+  return json::object{{"recording", capture.recording},   {"folder", capture.folder},
+                      {"file", TextOrNull(capture.file)}, {"error", TextOrNull(capture.error)},
+                      {"files", capture.files},           {"bytes", capture.bytes},
+                      {"records", capture.records},       {"lost", capture.lost}};
 }
 
 json::value ToJson(const control::StatusView& status) {
@@ -227,6 +228,31 @@ json::value ToJson(const std::vector<control::LinkView>& links) {
          {"errors", errors}});
   }
   return json::object{{"links", std::move(array)}};
+}
+
+json::value ToJson(const std::vector<control::TrackerView>& trackers) {
+  json::array array;
+  for (const control::TrackerView& tracker : trackers) {
+    json::array refusals;
+    for (const control::TrackerView::Refusal& refusal : tracker.refusals) {
+      refusals.push_back({{"reason", refusal.reason}, {"count", refusal.count}});
+    }
+    array.push_back({{"name", tracker.name},
+                     {"address", tracker.address},
+                     {"up", tracker.up},
+                     {"state", tracker.state},
+                     {"datagrams", tracker.datagrams},
+                     {"poses", tracker.poses},
+                     {"refusals", std::move(refusals)},
+                     {"last_refusal", TextOrNull(tracker.last_refusal)}});
+  }
+  return json::object{{"trackers", std::move(array)}};
+}
+
+json::value ToJson(const control::ConfigView& config) {
+  return json::object{{"lines", json::array(config.lines.begin(), config.lines.end())},
+                      {"file", TextOrNull(config.file)},
+                      {"journal", TextOrNull(config.journal)}};
 }
 
 json::value ToJson(const std::vector<control::ClientView>& clients) {

@@ -21,6 +21,8 @@ namespace pheromone::web {
 boost::json::value ToJson(const control::StatusView& status);
 boost::json::value ToJson(const control::CaptureView& capture);
 boost::json::value ToJson(const std::vector<control::LinkView>& links);
+boost::json::value ToJson(const std::vector<control::TrackerView>& trackers);
+boost::json::value ToJson(const control::ConfigView& config);
 boost::json::value ToJson(const std::vector<control::ClientView>& clients);
 
 /// The map, the antennas and the pheromone types.

@@ -83,7 +83,9 @@ class TrackerLink::Impl {
     });
   }
 
-  std::string address() const { return record_.state().address; }
+  const std::string& name() const { return config_.name; }
+
+  LinkRecord::State state() const { return record_.state(); }
 
   TrackerCounters counters() const {
     const std::lock_guard lock(mutex_);
@@ -144,6 +146,7 @@ class TrackerLink::Impl {
   // One datagram is one batch for the engine.
   void Take(std::string_view datagram) {
     seen_.clear();
+    lines_.clear();
     size_t lines = 0;
     ForEachTrackerLine(datagram, [&](std::string_view line) {
       if (++lines > kMaxTrackerLines) {
@@ -157,11 +160,29 @@ class TrackerLink::Impl {
         Note(std::get<TrackerLine>(parsed), line);
       }
     });
+    const size_t strangers = RefuseStrangers();
     const size_t taken = seen_.empty() ? 0 : service_->Observe(seen_);
     const std::lock_guard lock(mutex_);
     ++counters_.datagrams;
     counters_.poses += taken;
-    counters_.not_taken += seen_.size() - taken;
+    counters_.not_taken += seen_.size() - taken - strangers;
+  }
+
+  // How many poses are of robots that have not said HELLO; the engine leaves them out.
+  size_t RefuseStrangers() {
+    const std::vector<size_t> strangers = service_->Inspect([this](const engine::Engine& engine) {
+      std::vector<size_t> found;
+      for (size_t i = 0; i < seen_.size(); ++i) {
+        if (!engine.SaidHello(seen_[i].link, seen_[i].id)) {
+          found.push_back(i);
+        }
+      }
+      return found;
+    });
+    for (const size_t i : strangers) {
+      Refuse(TrackerFault::kNoHello, lines_[i]);
+    }
+    return strangers.size();
   }
 
   void Note(const TrackerLine& line, std::string_view text) {
@@ -176,6 +197,7 @@ class TrackerLink::Impl {
           gps != nullptr ? gps_to_map_(*gps) : ToUm(std::get<PoseFix>(line.fix));
       if (pose) {
         seen_.push_back({*link, line.id, *pose, config_.valid_ms});
+        lines_.push_back(text);
       } else {
         Refuse(TrackerFault::kOutOfRange, text);
       }
@@ -185,12 +207,13 @@ class TrackerLink::Impl {
   // Logged at once if nothing was logged in the last second, otherwise together at the end of that
   // second.
   void Refuse(TrackerFault fault, std::string_view line) {
+    ++untold_;
+    last_fault_ = std::string(TextOf(fault)) + ": " + Quoted(line);
     {
       const std::lock_guard lock(mutex_);
       ++counters_.faults[static_cast<size_t>(fault)];
+      counters_.last_fault = last_fault_;
     }
-    ++untold_;
-    last_fault_ = std::string(TextOf(fault)) + ": " + Quoted(line);
     if (!reporting_) {
       Report();
     }
@@ -222,6 +245,7 @@ class TrackerLink::Impl {
   Backoff backoff_;
   std::vector<char> buffer_;
   std::vector<engine::PoseObserved> seen_;
+  std::vector<std::string_view> lines_;  // of the datagram, as many
   uint64_t untold_ = 0;
   std::string last_fault_;
   bool reporting_ = false;
@@ -247,8 +271,12 @@ void TrackerLink::Stop() {
   impl_->Stop();
 }
 
-std::string TrackerLink::address() const {
-  return impl_->address();
+const std::string& TrackerLink::name() const {
+  return impl_->name();
+}
+
+LinkRecord::State TrackerLink::state() const {
+  return impl_->state();
 }
 
 TrackerCounters TrackerLink::counters() const {

@@ -35,9 +35,10 @@ namespace pheromone::links {
 
 struct TrackerCounters {
   uint64_t datagrams = 0;
-  uint64_t poses = 0;      ///< accepted by the engine
-  uint64_t not_taken = 0;  ///< of robots that have not said HELLO, or while the log is closed
-  std::array<uint64_t, kTrackerFaults> faults{};  ///< invalid lines, by TrackerFault
+  uint64_t poses = 0;                             ///< accepted by the engine
+  uint64_t not_taken = 0;                         ///< while the log is closed
+  std::array<uint64_t, kTrackerFaults> faults{};  ///< refused lines, by TrackerFault
+  std::string last_fault = {};                    ///< with its line; empty: there was none
 };
 
 /// Converts a geographic position to a pose on the map; nothing if it is out of range, such as on
@@ -58,8 +59,11 @@ class TrackerLink {
   Status Start();
   void Stop();
 
+  const std::string& name() const;
+  /// Whether it listens, and where, or why not.
+  LinkRecord::State state() const;
   /// ADDRESS:PORT; empty while it does not listen.
-  std::string address() const;
+  std::string address() const { return state().address; }
   TrackerCounters counters() const;
 
  private:

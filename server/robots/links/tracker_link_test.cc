@@ -124,7 +124,19 @@ TEST_F(TrackerLinkTest, OneDatagramMayHoldManyRobots) {
   EXPECT_EQ(SeenOf(1)->pose.position, (field::PointUm{1'000'000, 1'000'000}));
   EXPECT_EQ(SeenOf(2)->pose.position, (field::PointUm{2'000'000, 2'000'000}));
   EXPECT_EQ(trackers_[0]->counters().poses, 2u);
-  EXPECT_EQ(trackers_[0]->counters().not_taken, 1u);  // 3 has not said HELLO
+  EXPECT_EQ(trackers_[0]->counters().not_taken, 0u);
+}
+
+TEST_F(TrackerLinkTest, APoseOfARobotThatHasNotSaidHelloIsRefusedByName) {
+  ASSERT_TRUE(Start().ok());
+  Send("pose radio-a 1 1 1 0\npose radio-a 3 3 3 0\n");
+  EXPECT_EQ(Faults(TrackerFault::kNoHello), 1u);
+  EXPECT_EQ(trackers_[0]->counters().poses, 1u);
+  EXPECT_EQ(trackers_[0]->counters().last_fault,
+            "the robot has not said HELLO: \"pose radio-a 3 3 3 0\"");
+  EXPECT_EQ(lines().back(),
+            "tracker: 1 lines refused, the last one: the robot has not said HELLO: "
+            "\"pose radio-a 3 3 3 0\"");
 }
 
 TEST_F(TrackerLinkTest, PlacesOnTheEarthGoThroughTheMapsOwnConversion) {

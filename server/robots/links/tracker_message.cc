@@ -78,6 +78,8 @@ std::string_view TextOf(TrackerFault fault) {
       return "unknown link";
     case TrackerFault::kNoDatum:
       return "gps, but the map has no datum";
+    case TrackerFault::kNoHello:
+      return "the robot has not said HELLO";
   }
   return "";
 }

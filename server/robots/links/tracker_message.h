@@ -56,8 +56,9 @@ enum class TrackerFault : uint8_t {
   kTooManyLines,  ///< beyond kMaxTrackerLines of a datagram
   kUnknownLink,   ///< not configured
   kNoDatum,       ///< a geographic position, but the map has no datum
+  kNoHello,       ///< the robot has not said HELLO
 };
-constexpr size_t kTrackerFaults = 8;
+constexpr size_t kTrackerFaults = 9;
 constexpr size_t kMaxTrackerLines = 1024;
 
 /// "not a plain decimal number", and so on.

@@ -57,6 +57,10 @@ Response ReadLinks(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] { return ToJson(control.GetLinks()); });
 }
 
+Response ReadTrackers(const control::Control& control, Parameters* fields) {
+  return Plain(fields, [&] { return ToJson(control.GetTrackers()); });
+}
+
 Response ReadClients(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] { return ToJson(control.GetClients()); });
 }
@@ -70,10 +74,7 @@ Response ReadCapture(const control::Control& control, Parameters* fields) {
 }
 
 Response ReadConfig(const control::Control& control, Parameters* fields) {
-  return Plain(fields, [&] {
-    const std::vector<std::string> lines = control.GetConfig();
-    return json::value(json::object{{"lines", json::array(lines.begin(), lines.end())}});
-  });
+  return Plain(fields, [&] { return ToJson(control.GetConfig()); });
 }
 
 Response ReadMetrics(const control::Control& control, Parameters* /*fields*/) {
@@ -119,11 +120,12 @@ constexpr std::string_view kUnlock = "/api/v1/unlock";
 constexpr std::string_view kCaptureFile = "/api/v1/captures/";  // and the file's name
 
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
-constexpr std::array<Route, 27> kRoutes = {{
+constexpr std::array<Route, 28> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
     {kMetrics, Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},
     {"/api/v1/links", Where::kAtOnce, ReadLinks},
+    {"/api/v1/trackers", Where::kAtOnce, ReadTrackers},
     {"/api/v1/clients", Where::kLongWork, ReadClients},
     {"/api/v1/laws", Where::kAtOnce, ReadLaws, ChangeLaw},
     {"/api/v1/config", Where::kLongWork, ReadConfig},

@@ -439,7 +439,32 @@ TEST_F(ApiTest, StatusWarnsOfWhatMakesTheServerUnhealthy) {
 }
 
 TEST_F(ApiTest, ConfigurationsAreLines) {
-  EXPECT_EQ(Get("/api/v1/config").body, "{\"lines\":[\"a \\\"map\\\"\",\"two\\nlines\"]}\n");
+  EXPECT_EQ(Get("/api/v1/config").body,
+            "{\"lines\":[\"a \\\"map\\\"\",\"two\\nlines\"],\"file\":\"/lab.toml\","
+            "\"journal\":null}\n");
+}
+
+TEST_F(ApiTest, TrackersTellWhatTheyRefuseAndWhy) {
+  control_.trackers = {{.name = "ceiling",
+                        .address = "127.0.0.1:4960",
+                        .up = true,
+                        .state = "udp 127.0.0.1:4960",
+                        .datagrams = 9,
+                        .poses = 5,
+                        .refusals = {{"unknown link", 4}},
+                        .last_refusal = "unknown link: \"pose x 1 0 0 0\""},
+                       {}};
+  const json::value view = Parsed(Get("/api/v1/trackers"));
+  EXPECT_EQ(view.at("trackers").at(0),
+            (json::object{{"name", "ceiling"},
+                          {"address", "127.0.0.1:4960"},
+                          {"up", true},
+                          {"state", "udp 127.0.0.1:4960"},
+                          {"datagrams", 9},
+                          {"poses", 5},
+                          {"refusals", json::array{{{"reason", "unknown link"}, {"count", 4}}}},
+                          {"last_refusal", "unknown link: \"pose x 1 0 0 0\""}}));
+  EXPECT_TRUE(view.at("trackers").at(1).at("last_refusal").is_null());
 }
 
 TEST_F(ApiTest, LinksTellUtilisationOnlyWhereTheLineHasALimit) {

@@ -60,6 +60,7 @@ class FakeControl final : public control::Control {
     return view;
   }
   std::vector<control::LinkView> GetLinks() const override { return links; }
+  std::vector<control::TrackerView> GetTrackers() const override { return trackers; }
   std::vector<control::ClientView> GetClients() const override { return clients; }
   control::FieldView GetField() const override { return {&field, config, now_ms}; }
   control::CaptureView GetCapture() const override { return status.capture; }
@@ -85,7 +86,9 @@ class FakeControl final : public control::Control {
     return {{rows.begin() + static_cast<ptrdiff_t>(begin), rows.end()}, rows.size()};
   }
   std::vector<control::NetView> GetNets() const override { return nets; }
-  std::vector<std::string> GetConfig() const override { return {"a \"map\"", "two\nlines"}; }
+  control::ConfigView GetConfig() const override {
+    return {.lines = {"a \"map\"", "two\nlines"}, .file = "/lab.toml", .journal = {}};
+  }
   Status CheckHealth() const override { return outcome; }
 
   std::unique_ptr<control::Subscription> Subscribe(control::ListenerOptions options) override {
@@ -161,6 +164,7 @@ class FakeControl final : public control::Control {
   std::optional<std::string> snapshot = "snapshot-7";
   control::StatusView status;
   std::vector<control::LinkView> links;
+  std::vector<control::TrackerView> trackers;
   std::vector<control::ClientView> clients;
   field::FieldConfig config;
   field::Field field;
