@@ -16,8 +16,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kStartField = 22;           // of /proc/PID/stat
-constexpr const char* kListening = "0A";  // of /proc/net/tcp
+constexpr int kStartField = 22;  // of /proc/PID/stat
+
+// A table of sockets, and the state of one that receives from anybody.
+struct SocketTable {
+  const char* name;
+  const char* state;
+};
+constexpr std::array<SocketTable, 2> kTcpTables = {{{"net/tcp", "0A"}, {"net/tcp6", "0A"}}};
+constexpr std::array<SocketTable, 2> kUdpTables = {{{"net/udp", "07"}, {"net/udp6", "07"}}};
 
 std::string FirstLineOf(const fs::path& path) {
   std::ifstream file(path);
@@ -66,8 +73,8 @@ bool Holds(const fs::path& process, const std::string& target) {
 }
 
 // Of the socket that listens on `port`; empty if there is none in that table.
-std::string InodeIn(const fs::path& table, uint16_t port) {
-  std::ifstream file(table);
+std::string InodeIn(const fs::path& proc, const SocketTable& table, uint16_t port) {
+  std::ifstream file(proc / table.name);
   std::string line;
   std::getline(file, line);  // the titles
   while (std::getline(file, line)) {
@@ -77,7 +84,7 @@ std::string InodeIn(const fs::path& table, uint16_t port) {
       fields >> it;
     }
     const size_t colon = field[1].rfind(':');
-    if (fields && field[3] == kListening && colon != std::string::npos &&
+    if (fields && field[3] == table.state && colon != std::string::npos &&
         std::stoul(field[1].substr(colon + 1), nullptr, 16) == port) {
       return field[9];
     }
@@ -116,9 +123,9 @@ std::vector<int> HoldersOf(const std::string& target, const std::string& proc) {
   return holders;
 }
 
-std::optional<int> HolderOfPort(uint16_t port, const std::string& proc) {
-  for (const char* table : {"net/tcp", "net/tcp6"}) {
-    const std::string inode = InodeIn(fs::path(proc) / table, port);
+std::optional<int> HolderOfPort(uint16_t port, Transport transport, const std::string& proc) {
+  for (const SocketTable& table : transport == Transport::kTcp ? kTcpTables : kUdpTables) {
+    const std::string inode = InodeIn(proc, table, port);
     if (inode.empty()) {
       continue;
     }

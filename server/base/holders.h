@@ -20,7 +20,10 @@ std::string DescribeProcess(int pid, const std::string& proc = "/proc");
 /// symbolic links, or "socket:[4711]".
 std::vector<int> HoldersOf(const std::string& target, const std::string& proc = "/proc");
 
-/// The process that listens on a TCP port, whatever the address; nothing if it cannot be seen.
-std::optional<int> HolderOfPort(uint16_t port, const std::string& proc = "/proc");
+enum class Transport { kTcp, kUdp };
+
+/// The process that listens on a port, whatever the address; nothing if it cannot be seen.
+std::optional<int> HolderOfPort(uint16_t port, Transport transport = Transport::kTcp,
+                                const std::string& proc = "/proc");
 
 }  // namespace pheromone

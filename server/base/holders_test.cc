@@ -15,14 +15,14 @@ namespace {
 // A child that holds a listening port until the test ends.
 class PortHolderProcess {
  public:
-  PortHolderProcess() {
-    const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  explicit PortHolderProcess(int type = SOCK_STREAM) {
+    const int fd = socket(AF_INET, type, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t size = sizeof address;
     EXPECT_EQ(bind(fd, reinterpret_cast<sockaddr*>(&address), size), 0);
-    EXPECT_EQ(listen(fd, 1), 0);
+    EXPECT_TRUE(type == SOCK_DGRAM || listen(fd, 1) == 0);
     EXPECT_EQ(getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size), 0);
     port = ntohs(address.sin_port);
     EXPECT_EQ(pipe(ends_.data()), 0);
@@ -51,6 +51,12 @@ TEST(HoldersTest, TheProcessThatListensOnAPortIsFound) {
   const PortHolderProcess holder;
   EXPECT_EQ(HolderOfPort(holder.port), holder.pid);
   EXPECT_EQ(HolderOfPort(1), std::nullopt);
+}
+
+TEST(HoldersTest, AUdpPortIsAnotherThanTheTcpPortOfThatNumber) {
+  const PortHolderProcess holder(SOCK_DGRAM);
+  EXPECT_EQ(HolderOfPort(holder.port, Transport::kUdp), holder.pid);
+  EXPECT_NE(HolderOfPort(holder.port), holder.pid);
 }
 
 TEST(HoldersTest, AProcessIsToldWithItsNameNumberAndStart) {

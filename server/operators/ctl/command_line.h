@@ -12,7 +12,7 @@ class App;
 
 namespace pheromone::ctl {
 
-/// Queries: status, links, clients, laws, sense, watch, config, version.
+/// Queries: status, links, clients, laws, sense, doctor, watch, config, version.
 void AddShowCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
 /// Changes: deposit, erase, paint, command, halt, reload, snapshot.

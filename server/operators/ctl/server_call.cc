@@ -119,11 +119,11 @@ std::string SocketOf(const std::string& instance) {
   return "/run/pheromone/" + instance + "/pheromoned.sock";
 }
 
-Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
-           const std::string& body) {
+Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
+          const std::string& body) {
   const std::string socket = options.socket.empty() ? DefaultSocket() : options.socket;
   if (socket.size() > 107) {
-    return {Fail(kUsage, socket + ": too long for a Unix socket"), ""};
+    return {kUsage, "", socket + ": too long for a Unix socket"};
   }
   http::request<http::string_body> request;
   request.method_string({method.data(), method.size()});
@@ -142,18 +142,27 @@ Reply Call(const ServerOptions& options, std::string_view method, const std::str
   asio::co_spawn(io, Talk(socket, std::move(request), &exchange), asio::detached);
   io.run();
   if (exchange.connecting) {
-    return {Fail(kNoServer, Advice(socket, exchange.connecting)), ""};
+    return {kNoServer, "", Advice(socket, exchange.connecting)};
   }
   if (exchange.talking) {
-    return {Fail(kNoServer, fmt::format("the server at {} does not answer: {}", socket,
-                                        exchange.talking.message())),
-            ""};
+    return {
+        kNoServer, "",
+        fmt::format("the server at {} does not answer: {}", socket, exchange.talking.message())};
   }
   if (exchange.status != 200) {
     const int exit_status = exchange.status == kBadRequest ? kUsage : kFailed;
-    return {Fail(exit_status, WordsOf(exchange)), ""};
+    return {exit_status, "", WordsOf(exchange)};
   }
   return {0, std::move(exchange.body)};
+}
+
+Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
+           const std::string& body) {
+  Reply reply = Ask(options, method, target, body);
+  if (reply.exit_status != 0) {
+    Fail(reply.exit_status, reply.error);
+  }
+  return reply;
 }
 
 JsonReply CallJson(const ServerOptions& options, std::string_view method, const std::string& target,

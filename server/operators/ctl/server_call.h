@@ -38,9 +38,14 @@ std::string SocketOf(const std::string& instance);
 struct Reply {
   int exit_status = 0;
   std::string body;
+  std::string error = {};  ///< unless the exit status is 0
 };
 
-/// Sends a request, and waits for the answer for at most half a minute.
+/// Sends a request, and waits for the answer for at most half a minute. Reports nothing.
+Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
+          const std::string& body = "");
+
+/// The same; an error is reported.
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
            const std::string& body = "");
 

@@ -5,6 +5,7 @@
 
 #include "server/operators/ctl/command_line.h"
 #include "server/operators/ctl/config_commands.h"
+#include "server/operators/ctl/doctor/doctor.h"
 #include "server/operators/ctl/number_check.h"
 #include "server/operators/ctl/show_commands.h"
 #include "server/operators/ctl/watch.h"
@@ -82,6 +83,14 @@ void AddShowCommands(CLI::App* program, const ServerOptions* options, int* exit_
       ->check(Number(-360, 360));
   sense->callback(
       [=] { *exit_status = Sense(*options, it->pheromone, it->x_m, it->y_m, it->heading_deg); });
+
+  CLI::App* doctor = program->add_subcommand(
+      "doctor", "Look at configuration, ports, links and robots, and say what mends them");
+  doctor
+      ->add_option("--config", it->file,
+                   "The configuration (default: that of the running server, or of the service)")
+      ->type_name("FILE");
+  doctor->callback([=] { *exit_status = Examine(*options, it->file); });
 
   AddWatch(program, options, it, exit_status);
   AddConfigCommands(program, options, it, exit_status);

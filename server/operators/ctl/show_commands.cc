@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include <boost/json/parse.hpp>
+
 #include "server/base/percent.h"
 #include "server/operators/ctl/capture_commands.h"
 #include "server/operators/ctl/halt_commands.h"
@@ -70,6 +72,34 @@ std::string StateOf(const json::value& link) {
   return text;
 }
 
+uint64_t RefusalsOf(const json::value& tracker) {
+  uint64_t refused = 0;
+  for (const json::value& it : ItemsAt(tracker, "refusals")) {
+    refused += CountAt(it, "count");
+  }
+  return refused;
+}
+
+// Prints nothing if there is no tracker.
+void ShowTrackers(const ServerOptions& options) {
+  const Reply reply = Ask(options, "GET", "/api/v1/trackers");
+  boost::system::error_code error;
+  const json::value trackers = json::parse(reply.body, error);
+  std::vector<std::vector<std::string>> rows = {
+      {"TRACKER", "STATE", "DATAGRAMS", "POSES", "REFUSED", "HOW", "LAST REFUSAL"}};
+  for (const json::value& it : ItemsAt(trackers, "trackers")) {
+    const std::string refusal = TextAt(it, "last_refusal");
+    rows.push_back({TextAt(it, "name"), FlagAt(it, "up") ? "up" : "down",
+                    std::to_string(CountAt(it, "datagrams")), std::to_string(CountAt(it, "poses")),
+                    std::to_string(RefusalsOf(it)), TextAt(it, "state"),
+                    refusal.empty() ? "-" : refusal});
+  }
+  if (rows.size() > 1) {
+    fmt::print("\n");
+    PrintTable(rows);
+  }
+}
+
 // Prints the answer unchanged if requested. True: nothing more to do.
 bool IsDone(const ServerOptions& options, const JsonReply& reply) {
   if (reply.exit_status == 0 && options.json) {
@@ -105,6 +135,10 @@ int ShowStatus(const ServerOptions& options, bool with_hash) {
   fmt::print("requests  {}, answered {}, of these repeats {}; ignored {}\n",
              CountAt(counters, "requests"), CountAt(counters, "answers"),
              CountAt(counters, "repeats"), CountAt(counters, "ignored"));
+  if (const uint64_t refused = CountAt(counters, "observations_refused"); refused != 0) {
+    fmt::print("WARNING   {} poses of trackers were refused: pheromonectl links tells why\n",
+               refused);
+  }
   const std::string kept =
       At(status, "durable_sequence").is_null()
           ? "not kept: no journal"
@@ -153,6 +187,7 @@ int ShowLinks(const ServerOptions& options) {
          Losses(At(link, "losses")), StateOf(link)});
   }
   PrintTable(rows);
+  ShowTrackers(options);
   return 0;
 }
 
