@@ -252,6 +252,11 @@ control::FieldView LiveControl::GetField() const {
       [this](const engine::Engine& engine) { return control::FieldOf(engine, parts_.now_ms()); });
 }
 
+std::vector<field::Path> LiveControl::GetPaths() const {
+  return parts_.service->Inspect(
+      [](const engine::Engine& engine) { return engine.config().field.paths; });
+}
+
 control::ConfigView LiveControl::GetConfig() const {
   const config::Config config = parts_.config();
   std::vector<std::string> lines = config::DescribeConfig(config);

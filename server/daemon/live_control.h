@@ -71,6 +71,7 @@ class LiveControl final : public control::Control {
   std::vector<control::TrackerView> GetTrackers() const override;
   std::vector<control::ClientView> GetClients() const override;
   control::FieldView GetField() const override;
+  std::vector<field::Path> GetPaths() const override;
   control::CaptureView GetCapture() const override { return parts_.captures->View(); }
   control::TagPage GetTags(uint16_t first) const override;
   std::optional<uint16_t> FindTag(std::string_view name) const override;

@@ -142,6 +142,7 @@ struct ClientView {
   std::optional<uint64_t> silent_ms;  ///< since its last message; nothing: not heard since a start
   PoseSource pose_source = PoseSource::kNone;
   field::PoseUm pose;                      ///< on the map, unless the source is kNone
+  std::string follows;                     ///< the pheromone that it asked for last; may be empty
   std::optional<uint64_t> halt_of_all_ms;  ///< when all robots of its link were last told to halt
   RobotCondition condition;
 };
@@ -201,6 +202,8 @@ class Control {
   /// All robots that have said HELLO or were heard, by link and ID; those of a link at one moment.
   virtual std::vector<ClientView> GetClients() const = 0;
   virtual FieldView GetField() const = 0;
+  /// The predefined paths, with curves as polylines.
+  virtual std::vector<field::Path> GetPaths() const = 0;
   virtual CaptureView GetCapture() const = 0;
   /// The tags from a number on, at most kTagsAtOnce.
   virtual TagPage GetTags(uint16_t first) const = 0;

@@ -57,6 +57,9 @@ void AddClients(const engine::Engine& engine, const engine::Traffic& traffic,
     client.link = engine.config().links[link].name;
     client.id = id;
     AddPose(engine, link, now_ms, &client);
+    const field::PheromoneLaw* const law =
+        engine.config().field.FindLaw(client.traffic.sensed_type);
+    client.follows = law != nullptr ? law->name : "";
     client.halt_of_all_ms = traffic.HaltOfAll(link);
     client.condition = ConditionOf(client, now_ms);
     views->push_back(std::move(client));

@@ -107,6 +107,7 @@ json::object ToJson(const control::ClientView& client) {
           {"refusals", client.traffic.refusals},
           {"pose", PoseToJson(client)},
           {"goal", GoalToJson(robot.goal)},
+          {"follows", client.follows.empty() ? json::value(nullptr) : json::value(client.follows)},
           {"nonce", robot.hello.nonce},
           {"previous_nonce",
            robot.previous_nonce ? json::value(*robot.previous_nonce) : json::value(nullptr)},
@@ -143,6 +144,9 @@ json::object ToJson(const field::PheromoneLaw& law) {
   object["weight"] = law.weight_milli / 1e3;
   object["evaporation"] = law.tau_ms == 0 ? "permanent" : NameOf(law.evaporation);
   object["tau_s"] = static_cast<double>(law.tau_ms) / 1e3;
+  object["profile"] = law.profile == field::Profile::kGaussian ? "gaussian" : "z-shape";
+  object["core_m"] = Metres(law.core_um);
+  object["sigma_m"] = Metres(law.sigma_um);
   object["reach_m"] = Metres(law.reach_um());
   object["directional"] = law.directional;
   object["diffuses"] = law.diffuses();
@@ -280,6 +284,21 @@ json::value LawsToJson(const field::FieldConfig& config) {
                         {"forward_m", Metres(config.antennas.forward_um)},
                         {"angle_deg", Degrees(config.antennas.angle)}}},
                       {"pheromones", std::move(laws)}};
+}
+
+json::value PathsToJson(const std::vector<field::Path>& paths, const field::FieldConfig& config) {
+  json::array array;
+  for (const field::Path& path : paths) {
+    json::array points;
+    for (const field::PointUm point : path.points) {
+      points.push_back({Metres(point.x), Metres(point.y)});
+    }
+    const field::PheromoneLaw* const law = config.FindLaw(path.type);
+    array.push_back({{"pheromone", law != nullptr ? json::value(law->name) : json::value(nullptr)},
+                     {"closed", path.closed},
+                     {"points_m", std::move(points)}});
+  }
+  return json::object{{"paths", std::move(array)}};
 }
 
 json::object DescribeRaster(const maps::Raster& raster) {

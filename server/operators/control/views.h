@@ -28,6 +28,10 @@ boost::json::value ToJson(const std::vector<control::ClientView>& clients);
 /// The map, the antennas and the pheromone types.
 boost::json::value LawsToJson(const field::FieldConfig& config);
 
+/// The predefined paths as they were configured: curves, not nodes. `config` names the pheromones.
+boost::json::value PathsToJson(const std::vector<field::Path>& paths,
+                               const field::FieldConfig& config);
+
 /// What the numbers of a raster are, for one type, and where its cells are; or the latter alone.
 boost::json::object DescribeRaster(const maps::Raster& raster, const field::PheromoneLaw& law,
                                    uint64_t field_time_ms);

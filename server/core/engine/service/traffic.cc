@@ -5,15 +5,20 @@
 namespace pheromone::engine {
 namespace {
 
-// The pose in a message, if there is one.
-std::optional<protocol::WirePose> PoseIn(const protocol::Message& message) {
+struct Asked {
+  protocol::WirePose pose;
+  uint8_t type = 0;
+};
+
+// The pose and the pheromone in a message that asks for intensities.
+std::optional<Asked> AskedIn(const protocol::Message& message) {
   protocol::SenseRequest sense;
   protocol::TraceRequest trace;
   if (protocol::Decode(message, &sense)) {
-    return sense.pose;
+    return Asked{sense.pose, sense.type};
   }
   if (protocol::Decode(message, &trace)) {
-    return trace.pose;
+    return Asked{trace.pose, trace.type};
   }
   return std::nullopt;
 }
@@ -72,13 +77,14 @@ void Traffic::Count(LinkIndex link, const protocol::Message& message, uint64_t n
   robot.repeats += fate == Fate::kRepeated ? 1u : 0u;
   robot.refusals += fate == Fate::kRefused ? 1u : 0u;
   robot.last_ms = now_ms;
-  const auto pose = PoseIn(message);
-  if (refusal != robot.refusal && (pose || refusal != protocol::Reason::kNone)) {
+  const auto asked = AskedIn(message);
+  if (refusal != robot.refusal && (asked || refusal != protocol::Reason::kNone)) {
     robot.refusal = refusal;
     robot.refused_ms = now_ms;
   }
-  if (pose) {
-    NotePose(*pose, now_ms, &robot);
+  if (asked) {
+    NotePose(asked->pose, now_ms, &robot);
+    robot.sensed_type = asked->type;
   } else {
     NoteWords(message, now_ms, &robot);
   }

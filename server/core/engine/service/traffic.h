@@ -44,6 +44,7 @@ struct RobotTraffic {
   std::optional<Told<protocol::EventReport>> event;    ///< the last EVENT
   std::optional<Told<protocol::CommandCode>> obeyed;   ///< halt or resume, acknowledged last
   uint64_t arrived_ms = 0;                             ///< at a goal; 0: not yet
+  uint8_t sensed_type = 0;  ///< what its last SENSE or TRACE asked for; 0: it has not asked
 };
 
 class Traffic {

@@ -52,6 +52,22 @@ TEST(TrafficTest, RemembersThePoseThatWasReportedLast) {
   EXPECT_EQ(traffic.Find(0, 3)->pose->heading, 5);
 }
 
+TEST(TrafficTest, RemembersWhichPheromoneIsAskedFor) {
+  Traffic traffic;
+  traffic.Count(0, testing::Deposit(3, 2), 1, Fate::kAnswered);
+  EXPECT_EQ(traffic.Find(0, 3)->sensed_type, 0);
+  protocol::Message sense = testing::Sense(3);
+  sense.opcode = 0x05;
+  traffic.Count(0, sense, 2, Fate::kAnswered);
+  EXPECT_EQ(traffic.Find(0, 3)->sensed_type, 5);
+  protocol::Message trace = testing::Trace(3, 1, 300, 400, 5);
+  trace.opcode = 0x32;
+  traffic.Count(0, trace, 3, Fate::kRefused);
+  EXPECT_EQ(traffic.Find(0, 3)->sensed_type, 2);
+  traffic.Count(0, testing::Deposit(3, 2), 4, Fate::kAnswered);  // laying is not following
+  EXPECT_EQ(traffic.Find(0, 3)->sensed_type, 2);
+}
+
 TEST(TrafficTest, AnEchoOfTheServersOwnFramesIsNoRobot) {
   Traffic traffic;
   protocol::Message echo = testing::Sense(3);

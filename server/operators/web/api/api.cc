@@ -69,6 +69,10 @@ Response ReadLaws(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] { return LawsToJson(control.GetField().config); });
 }
 
+Response ReadPaths(const control::Control& control, Parameters* fields) {
+  return Plain(fields, [&] { return PathsToJson(control.GetPaths(), control.GetField().config); });
+}
+
 Response ReadCapture(const control::Control& control, Parameters* fields) {
   return Plain(fields, [&] { return ToJson(control.GetCapture()); });
 }
@@ -128,6 +132,7 @@ constexpr std::array<Route, 28> kRoutes = {{
     {"/api/v1/trackers", Where::kAtOnce, ReadTrackers},
     {"/api/v1/clients", Where::kLongWork, ReadClients},
     {"/api/v1/laws", Where::kAtOnce, ReadLaws, ChangeLaw},
+    {"/api/v1/paths", Where::kLongWork, ReadPaths},
     {"/api/v1/config", Where::kLongWork, ReadConfig},
     {kField, Where::kPictures, nullptr},
     {"/api/v1/sense", Where::kAtOnce, ReadSense},

@@ -7,7 +7,7 @@
 //   GET  /healthz                 200 or 503
 //   GET  /metrics                 Prometheus, text format 0.0.4
 //   GET  /api/v1/status           hash = 1 adds the state hash
-//   GET  /api/v1/links  trackers  clients  laws  config  capture
+//   GET  /api/v1/links  trackers  clients  laws  paths  config  capture
 //   GET  /api/v1/openapi.json     the description of all of them (openapi.json)
 //   GET  /api/v1/field            a raster as JSON, CSV, .npy or PNG (pictures.h)
 //   GET  /api/v1/obstacles

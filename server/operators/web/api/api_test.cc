@@ -518,6 +518,19 @@ TEST_F(ApiTest, LinksTellWhyTheyAreDownAndWhatIsTriedOrHowLongTheyAreSilent) {
   EXPECT_TRUE(second.at("silent").as_bool());
 }
 
+TEST_F(ApiTest, PathsAreTheCurvesThatWereConfigured) {
+  control_.config.paths = {{.type = 1, .closed = true, .points = {{0, 0}, {1'500'000, -250'000}}},
+                           {.type = 14, .points = {{7, 7}}}};
+  const json::value view = Parsed(Get("/api/v1/paths"));
+  ASSERT_EQ(view.at("paths").as_array().size(), 2u);
+  const json::value& first = view.at("paths").as_array()[0];
+  EXPECT_EQ(first.at("pheromone").as_string(), control_.config.FindLaw(1)->name);
+  EXPECT_TRUE(first.at("closed").as_bool());
+  EXPECT_EQ(first.at("points_m").as_array()[1].as_array()[0].to_number<double>(), 1.5);
+  EXPECT_EQ(first.at("points_m").as_array()[1].as_array()[1].to_number<double>(), -0.25);
+  EXPECT_TRUE(view.at("paths").as_array()[1].at("pheromone").is_null());  // there is no type 14
+}
+
 TEST_F(ApiTest, ClientsTellWhatIsKnownOfThem) {
   control::ClientView client;
   client.link = "radio-a";
@@ -526,6 +539,7 @@ TEST_F(ApiTest, ClientsTellWhatIsKnownOfThem) {
   client.silent_ms = 2500;
   client.pose_source = control::PoseSource::kTracker;
   client.pose = {{1'500'000, -250'000}, 16384};
+  client.follows = "path";
   client.robot.hello.nonce = 9;
   client.robot.hello.round_period = 10;
   client.robot.last_event = protocol::EventReport{7, 1, protocol::EventCode::kObstacle, -3};
@@ -536,6 +550,8 @@ TEST_F(ApiTest, ClientsTellWhatIsKnownOfThem) {
   const json::value view = Parsed(Get("/api/v1/clients"));
   const json::value& first = view.at("clients").as_array()[0];
   EXPECT_EQ(first.at("silent_s").to_number<double>(), 2.5);
+  EXPECT_EQ(first.at("follows").as_string(), "path");
+  EXPECT_TRUE(view.at("clients").as_array()[1].at("follows").is_null());
   EXPECT_EQ(first.at("pose").at("x_m").to_number<double>(), 1.5);
   EXPECT_EQ(first.at("pose").at("heading_deg").to_number<double>(), 90);
   EXPECT_EQ(first.at("pose").at("source").as_string(), "tracker");

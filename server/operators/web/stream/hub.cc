@@ -113,6 +113,9 @@ Views TakeViews(const control::Control& control, const Needs& needs) {
   if (needs.nets) {
     views.nets = control.GetNets();
   }
+  if (needs.paths) {
+    views.paths = control.GetPaths();
+  }
   std::optional<uint16_t> next = 1;
   for (size_t page = 0; needs.tags && next && page < kMaxTagPages; ++page) {
     control::TagPage tags = control.GetTags(*next);
@@ -173,6 +176,7 @@ Needs Hub::Due(uint64_t now_ms) const {
       all.status |= state->needs.status;
       all.nets |= state->needs.nets;
       all.tags |= state->needs.tags;
+      all.paths |= state->needs.paths;
     }
   }
   all.field |= !new_events_.empty();
@@ -264,6 +268,9 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
     case Kind::kTagList:
       set(1000, {.tags = true}, true);
       component = "Tags";
+      break;
+    case Kind::kPaths:
+      set(1000, {.field = true, .paths = true}, true);
       break;
   }
   Channel& channel = state->channel;
@@ -357,6 +364,7 @@ void Hub::Configure(const control::FieldView& view, const std::vector<control::L
   add(Kind::kStatus, "/status");
   add(Kind::kLaws, "/laws");
   add(Kind::kTagList, "/tag_list");
+  add(Kind::kPaths, "/paths");
   for (const uint32_t gone : before) {
     states_.erase(gone);
   }
@@ -480,6 +488,8 @@ std::optional<std::string> Hub::PayloadOf(const State& state, const Views& views
       return ToText(LawsToJson(views.field.config));
     case Kind::kTagList:
       return ToText(TagsToJson(views.tags));
+    case Kind::kPaths:
+      return ToText(PathsToJson(views.paths, views.field.config));
     default:
       return std::nullopt;  // pictures and events are made elsewhere
   }
@@ -495,10 +505,10 @@ std::vector<Update> Hub::Make(const Views& views, const StreamTime& now) {
   for (auto& [id, state] : states_) {
     // What a channel needs may have been asked for only after the views were taken.
     const Needs& needs = state->needs;
-    const bool has_views = (!needs.clients || views.taken.clients) &&
-                           (!needs.links || views.taken.links) &&
-                           (!needs.status || views.taken.status) &&
-                           (!needs.nets || views.taken.nets) && (!needs.tags || views.taken.tags);
+    const bool has_views =
+        (!needs.clients || views.taken.clients) && (!needs.links || views.taken.links) &&
+        (!needs.status || views.taken.status) && (!needs.nets || views.taken.nets) &&
+        (!needs.tags || views.taken.tags) && (!needs.paths || views.taken.paths);
     if (IsPicture(id) || !state->IsDue(now.steady_ms) || !has_views) {
       continue;
     }

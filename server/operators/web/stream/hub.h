@@ -39,7 +39,8 @@ struct Needs {
   bool status = false;
   bool nets = false;
   bool tags = false;
-  bool any() const { return field || clients || links || status || nets || tags; }
+  bool paths = false;
+  bool any() const { return field || clients || links || status || nets || tags || paths; }
 };
 
 /// Copies, as of one moment each.
@@ -51,6 +52,7 @@ struct Views {
   control::StatusView status;
   std::vector<control::NetView> nets;
   std::vector<control::TagView> tags;
+  std::vector<field::Path> paths;
 };
 
 Views TakeViews(const control::Control& control, const Needs& needs);
@@ -143,6 +145,7 @@ class Hub {
     kStatus,
     kLaws,
     kTagList,
+    kPaths,
   };
   struct State;
   struct Picture;

@@ -88,11 +88,26 @@ TEST_F(HubTest, OffersTheChannelsOfTheConfiguration) {
   for (const Channel& channel : hub_.catalogue()->channels) {
     topics.push_back(channel.topic);
   }
-  EXPECT_EQ(topics, (std::vector<std::string>{
-                        "/pheromone/trail", "/pheromone_delta/trail", "/pheromone/path",
-                        "/pheromone_delta/path", "/robots", "/trails", "/obstacles", "/tags",
-                        "/goals", "/tf", "/events", "/stats/engine", "/link/radio-a", "/clients",
-                        "/nets", "/tag_changes", "/status", "/laws", "/tag_list"}));
+  EXPECT_EQ(topics, (std::vector<std::string>{"/pheromone/trail",
+                                              "/pheromone_delta/trail",
+                                              "/pheromone/path",
+                                              "/pheromone_delta/path",
+                                              "/robots",
+                                              "/trails",
+                                              "/obstacles",
+                                              "/tags",
+                                              "/goals",
+                                              "/tf",
+                                              "/events",
+                                              "/stats/engine",
+                                              "/link/radio-a",
+                                              "/clients",
+                                              "/nets",
+                                              "/tag_changes",
+                                              "/status",
+                                              "/laws",
+                                              "/tag_list",
+                                              "/paths"}));
   EXPECT_EQ(hub_.catalogue()->parameters.at("/pheromone/trail/tau_s"), 30.0);
   EXPECT_EQ(hub_.catalogue()->click_pheromone, "trail");
 }

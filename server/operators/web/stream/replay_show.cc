@@ -93,6 +93,9 @@ Views ReplayShow::ViewsOf(const Needs& needs) const {
   if (needs.tags) {
     views.tags = player_.Tags(at_ns);
   }
+  if (needs.paths) {
+    views.paths = player_.engine().config().field.paths;
+  }
   return views;
 }
 

@@ -63,6 +63,7 @@ class FakeControl final : public control::Control {
   std::vector<control::TrackerView> GetTrackers() const override { return trackers; }
   std::vector<control::ClientView> GetClients() const override { return clients; }
   control::FieldView GetField() const override { return {&field, config, now_ms}; }
+  std::vector<field::Path> GetPaths() const override { return config.paths; }
   control::CaptureView GetCapture() const override { return status.capture; }
   control::TagPage GetTags(uint16_t first) const override {
     control::TagPage page;
