@@ -234,6 +234,9 @@ async function panels(page) {
   await page.waitForFunction(() => window.pheromone.store.layers.get('path').visible);
   for (let i = 0; i < 3; i += 1) await page.click('.layer[data-layer="path"] .ramp');
   await page.click('.layer[data-layer="path"] .name');
+  check(await page.inputValue('#senses') === 'path', 'the name does not choose what antennas show');
+  await page.click('.layer[data-layer="path"] .name');
+  check(await page.inputValue('#senses') === '', 'the name does not take that back');
   for (const key of ['r', 'r', 't', 't', 'a', 'a', 'g', 'g', '+', '-', 'ArrowLeft', 'ArrowUp', '0', 'n', 'N', 'Escape']) await page.keyboard.press(key);
   await page.keyboard.press('d');
   check(await page.getAttribute('html', 'data-theme') === 'light', 'the theme did not change');
@@ -260,10 +263,136 @@ async function panels(page) {
   await page.waitForFunction(() => window.pheromone.store.past !== null);
   await page.fill('#scrub', '300');
   const past = await page.evaluate(() => window.pheromone.store.past.at);
+  await page.waitForSelector('#past-banner >> text=/not live, and its tools are off/');
+  check(await page.getAttribute('html', 'data-past') !== null, 'the past looks like the present');
+  for (const it of ['path', 'brush', 'eraser']) {
+    await page.waitForSelector(`[data-tool="${it}"]:disabled`);
+    await page.keyboard.press(it[0]);
+    check(await page.getAttribute('[data-tool="look"]', 'aria-pressed') === 'true', `${it} is in hand while the past is shown`);
+  }
+  await page.screenshot({path: join(out, 'past.png')});
   await page.click('#play');
   await page.waitForFunction((at) => window.pheromone.store.past?.at > at, past);
   await page.click('#live');
   await page.waitForFunction(() => window.pheromone.store.past === null);
+  await page.waitForSelector('#past-banner', {state: 'hidden'});
+  await page.waitForSelector('[data-tool="brush"]:not(:disabled)');
+}
+
+/** Robot 1 is told to follow *trail*; robot 2 follows *path*. */
+async function antennas(page) {
+  begin('antennas show what each robot follows, or what is chosen for all; tools have a pheromone of their own');
+  const keys = ['radio-a/1', 'radio-b/2'];
+  await select(page, keys[0]);
+  await page.selectOption('#follow-type', '1');
+  await page.click('#follow');
+  await select(page, keys[1]);
+  await page.selectOption('#follow-type', '2');
+  await page.click('#follow');
+  const shown = () => page.evaluate(async (robots) => {
+    const {pheromoneOf} = await import('/dashboard/robots.js');
+    return robots.map((it) => pheromoneOf(window.pheromone.store.robots.get(it))).join();
+  }, keys);
+  await until('each shows its own', async () => await shown() === 'trail,path');
+  check((await swarm.robot(1)).follows === 'trail' && (await swarm.robot(2)).follows === 'path', 'the API says otherwise');
+  await page.waitForSelector('.legend .antennas >> text=/path 0–3.5, trail 0–3.5/');
+  await page.keyboard.press('b');
+  await page.selectOption('#options select', 'trail');
+  check(await shown() === 'trail,path', 'the pheromone of a tool changes the antennas');
+  await page.keyboard.press('Escape');
+  await page.selectOption('#senses', 'path');
+  check(await shown() === 'path,path', 'what is chosen for all is not shown');
+  await page.selectOption('#senses', '');
+  check(await shown() === 'trail,path', 'they do not show their own again');
+  // On the map and on the card, of one message.
+  await page.waitForFunction(() => {
+    const [, left, right] = [...document.querySelectorAll('.senses tr')].map((it) => it.textContent).find((it) => it.startsWith('path (follows)'))?.match(/^path \(follows\)([\d.]+?)([\d.]+)$/) ?? [];
+    return left !== undefined && right !== undefined;
+  });
+  await page.waitForSelector('.senses th >> text=P_L (left)');
+}
+
+async function measure(page) {
+  begin('distances are measured, also of the past');
+  await page.locator('#stage').focus();
+  await page.keyboard.press('m');
+  await clickMap(page, 2, 2);
+  await clickMap(page, 5, 2);
+  await page.mouse.move(...await pixel(page, 5, 6));
+  await page.waitForFunction(() => /^(4\.0|3\.9)\d m at 90°, (7\.0|6\.9)\d m in all$/.test(document.getElementById('measured').textContent));
+  await page.keyboard.press('Backspace');
+  await page.mouse.move(...await pixel(page, 2, 3));
+  await page.waitForFunction(() => /^(1\.0|0\.9)\d m at (89|90|91)°$/.test(document.getElementById('measured').textContent));
+  await page.keyboard.press('Escape');
+}
+
+async function addressOf(browser, page) {
+  begin('the address has what is shown; a reload and another browser get it back');
+  await page.click('.layer[data-layer="trail"] input');
+  await page.uncheck('.switches [name="grid"]');
+  await select(page, 'radio-a/1');
+  await page.evaluate(() => window.pheromone.map.view.set(4, 6, 120));
+  const is = (it) => it.waitForFunction(() => {
+    const {store, map} = window.pheromone;
+    return store.layers.get('trail')?.visible === false && store.layers.get('path')?.visible && !store.shows.grid && store.shows.robots &&
+      store.selected?.key === 'radio-a/1' && map.view.x === 4 && map.view.y === 6 && map.view.scale === 120;
+  });
+  await page.waitForFunction(() => /at=4.00,6.00,120/.test(location.hash));
+  const url = page.url();
+  check(!url.includes(TOKEN), 'the token is in the address');
+  const length = () => page.evaluate(() => window.pheromone.store.trails.get('radio-a/1')?.length ?? 0);
+  const trail = await length();
+  check(trail > 12, `a trail of ${trail} points`);
+  await page.reload();
+  await live(page);
+  await is(page);
+  await until('the trail is kept', async () => await length() >= trail);
+  const other = await open(browser, swarm.port);
+  await other.page.goto(url);
+  await is(other.page);
+  other.checkClean();
+  await other.context.close();
+  await page.check('.layer[data-layer="trail"] input');
+  await page.check('.switches [name="grid"]');
+  await page.locator('#stage').focus();
+  await page.keyboard.press('0');
+  await page.keyboard.press('Escape');
+  await page.waitForFunction(() => location.hash === '');
+}
+
+/** The colour of the map at a place, as it is on screen. */
+async function colourAt(page, x, y) {
+  return page.evaluate(([mapX, mapY]) => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => {
+    const {view, canvases: {base}} = window.pheromone.map;
+    const ratio = base.width / view.width;
+    resolve([...base.getContext('2d').getImageData(view.sx(mapX) * ratio, view.sy(mapY) * ratio, 1, 1).data].slice(0, 3));
+  }))), [x, y]);
+}
+
+async function scaleIsFixed(page) {
+  begin('the colours end at the maximum of the law; what is half looks like half; auto is an option');
+  const law = await page.evaluate(() => window.pheromone.store.laws.get('path'));
+  const post = (path, body) => fetch(`http://127.0.0.1:${swarm.port}/api/v1/${path}`, {method: 'POST', headers: {Authorization: `Bearer ${TOKEN}`}, body: JSON.stringify(body)});
+  const paint = (y, units) => post('paint', {pheromone: 'path', points_m: [[0.6, y]], radius_m: 0.25, units});
+  await paint(0.6, 0.5);
+  await paint(1.3, 0.25);
+  await until('the picture has both', async () => await levelAt(page, 'path', 0.6, 0.6) > 0.4 && await levelAt(page, 'path', 0.6, 1.3) > 0.2);
+  const [half, quarter] = [await colourAt(page, 0.6, 0.6), await colourAt(page, 0.6, 1.3)];
+  check(Math.hypot(...half.map((it, i) => it - quarter[i])) > 60, `0.5 is ${half}, 0.25 is ${quarter}`);
+  check(await page.evaluate(() => window.pheromone.store.layers.get('path').range) === law.maximum, 'the scale does not end at the maximum of the law');
+  // The server renormalises its bytes when the peak falls; the colour stays.
+  await post('erase', {pheromone: 'path', all: true});
+  await paint(1.3, 0.25);
+  await until('the server has another scale', async () => page.evaluate(() => window.pheromone.store.layers.get('path').scale < 1));
+  await until('the picture has it', async () => await levelAt(page, 'path', 0.6, 1.3) > 0.2);
+  const again = await colourAt(page, 0.6, 1.3);
+  check(Math.hypot(...again.map((it, i) => it - quarter[i])) < 12, `0.25 was ${quarter} and is ${again} beside nothing else`);
+  check(await page.textContent('.layer[data-layer="path"] .scale') === '0–1', 'the scale is not told');
+  await page.click('.layer[data-layer="path"] .scale');
+  const auto = await colourAt(page, 0.6, 1.3);
+  check(Math.hypot(...auto.map((it, i) => it - again[i])) > 60, 'auto has no effect');
+  await page.waitForSelector('.legend >> text=/auto/');
+  await page.click('.layer[data-layer="path"] .scale');
 }
 
 async function haltAll(page) {
@@ -391,6 +520,8 @@ async function nets(browser) {
     await page.goto(`http://127.0.0.1:${bench.port}/#token=${TOKEN}`);
     await page.waitForSelector('.net h3');
     await page.waitForSelector('.row .sign.go, .row .sign.stop');
+    await page.waitForSelector('.net-tags .sign');
+    await page.click('.net summary');
     await page.waitForSelector('.net .marks');
     await page.screenshot({path: join(out, 'bench.png')});
     checkClean();
@@ -419,6 +550,10 @@ await run(swarm, async (browser) => {
   await agreesWithTheEngine(page);
   await followsAPaintedPath(page, id);
   await haltAll(page);
+  await antennas(page);
+  await measure(page);
+  await addressOf(browser, page);
+  await scaleIsFixed(page);
   await cut(page, watch);
   checkClean();
   await fingers(browser);

@@ -7,10 +7,12 @@ class Api {
   constructor() {
     this.onToken = () => {};
     this.reason = '';   // why nothing can be changed, whatever the token
-    const given = new URLSearchParams(location.hash.slice(1)).get('token');
+    const fragment = new URLSearchParams(location.hash.slice(1));
+    const given = fragment.get('token');
     if (given) {
       sessionStorage.setItem(KEY, given);
-      history.replaceState(null, '', location.pathname + location.search);
+      fragment.delete('token');   // the rest is what is shown (address.js)
+      history.replaceState(null, '', location.pathname + location.search + (fragment.size ? `#${fragment}` : ''));
     }
   }
 

@@ -22,7 +22,7 @@ export class History {
     if (now - this.lastPicture >= PICTURE_EVERY_MS) {
       pictures = new Map();
       for (const layer of store.layers.values()) {
-        if (!layer.levels || !layer.visible) continue;
+        if (!layer.levels || layer.isBlend || !layer.isNeeded) continue;
         const last = this.lastOf(layer.name);
         // What did not change is kept once.
         const same = last && last.version === layer.received && last.levels.length === layer.levels.length;
@@ -36,7 +36,7 @@ export class History {
     }
     const robots = new Map();
     for (const [key, it] of store.robots) {
-      robots.set(key, {key, link: it.link, id: it.id, pose: it.pose, antennas: it.antennas, goal: it.goal, silent_s: it.silent_s});
+      robots.set(key, {key, link: it.link, id: it.id, pose: it.pose, antennas: it.antennas, goal: it.goal, follows: it.follows, state: it.state, silent_s: it.silent_s});
     }
     this.moments.push({at: now, robots, pictures});
     while (this.moments.length > 1 && (now - this.moments[0].at > KEEP_MS || this.bytes > MOST_BYTES)) this.drop();

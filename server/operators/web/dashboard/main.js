@@ -6,10 +6,11 @@ import {byId, h, icon, setText, toast} from './dom.js';
 import {Stream} from './stream.js';
 import {decodeTiles} from './tiles.js';
 import {decodeLog} from './protobuf.js';
-import {Layer} from './raster.js';
+import {Blend, Layer} from './raster.js';
 import {SwarmMap} from './map.js';
 import {Tools} from './tools.js';
-import {MANY, countStates, isHalted, poseNow, stateOf, takeClients} from './robots.js';
+import {MANY, Trail, countStates, isHalted, poseNow, stateOf, takeClients} from './robots.js';
+import {Address, keepTrails, keptTrails} from './address.js';
 import {Charts} from './charts.js';
 import {History} from './history.js';
 import {Timeline} from './timeline.js';
@@ -34,6 +35,7 @@ const text = new TextDecoder();
 const asJson = (payload) => JSON.parse(text.decode(payload));
 
 const map = new SwarmMap();
+const address = new Address(map.view);
 const tools = new Tools(map);
 const charts = new Charts(byId('dock'));
 const events = new EventList(byId('dock'), showPlace);
@@ -42,11 +44,10 @@ const timeline = new Timeline(memory, map);
 let following = null;
 let trailsDrawn = 0;
 
-const layers = new LayersPanel((layer) => {
-  if (layer.visible) stream.resume(DELTA + layer.name);
-  else stream.pause(DELTA + layer.name);
+const layers = new LayersPanel(() => {
+  subscribeLayers();
   map.invalidate('base');
-}, () => map.invalidate());
+}, () => { map.invalidate(); panelsDue.add('robots'); });
 const robots = new RobotsPanel(tools, (key) => {
   following = following === key ? null : key;
   follow();
@@ -77,14 +78,14 @@ stream.watch((topic) => topic.startsWith(DELTA), (payload, topic) => {
   const first = !layer.levels;
   layer.take(message);
   if (first) layers.rebuild();
-  if (layer.visible) map.invalidate('base');
+  if (layer.isNeeded) map.invalidate('base');
 });
 stream.watch('/clients', (payload) => {
   takeClients(asJson(payload), performance.now());
   commands.look();
-  if (!store.chosen) chooseActive();
   if (!replay.active) memory.record();
   panelsDue.add('robots');
+  if (store.selected?.kind === 'robot' && !store.past) robots.showCard();   // the same as on the map
   if (!store.past) map.invalidate('top');
   const now = performance.now();
   if (!store.past && now - trailsDrawn > (store.robots.size > MANY ? 300 : 90)) {
@@ -116,13 +117,18 @@ stream.watch('/status', (payload) => {
   else if (replay.phase === 'playing') charts.tick(Number(replay.at / 1000000n), false);
 });
 stream.watch('/laws', (payload) => takeLaws(asJson(payload)));
+stream.watch('/paths', (payload) => {
+  store.paths = asJson(payload).paths;
+  map.invalidate('base');
+});
 stream.watch('/stats/engine', (payload) => { store.engine = asJson(payload); });
 stream.watch('/events', (payload) => events.add(decodeLog(payload)));
 
-stream.onSession = (isNew) => {
+stream.onSession = (isNew, session) => {
   if (!isNew) return;
   store.links.clear();
   store.trails.clear();
+  for (const [key, points] of keptTrails(session)) store.trails.set(key, Trail.from(points));
   store.netDetails.clear();
   memory.clear();
   timeline.live();
@@ -144,8 +150,8 @@ const replay = new Replay(stream, {
 // Another server, as it were: nothing that is shown is of it.
 function beginAnew() {
   timeline.live();
-  for (const it of [store.layers, store.robots, store.trails, store.links, store.laws, store.netDetails, store.peaks]) it.clear();
-  Object.assign(store, {tags: [], nets: [], status: null, engine: null, active: null, chosen: false});
+  for (const it of [store.layers, store.robots, store.trails, store.links, store.laws, store.netDetails]) it.clear();
+  Object.assign(store, {tags: [], nets: [], paths: [], status: null, engine: null, tool: null, senses: null});
   stream.paused.clear();
   store.select(null);
   charts.clear();
@@ -162,33 +168,55 @@ stream.onChannel = (topic) => {
   if (topic.startsWith(DELTA)) layerOf(topic.slice(DELTA.length));
 };
 
-// Until a pheromone is chosen, the one that robots sense most of.
-function chooseActive() {
-  const [best] = [...store.peaks].filter(([name, peak]) => peak > 0 && store.layers.has(name)).sort((a, b) => b[1] - a[1]);
-  if (!best) return;
-  store.chosen = true;
-  store.active = best[0];
-  store.emit('active');
+// Of those that are shown, or are part of a blend that is.
+function subscribeLayers() {
+  const all = [...store.layers.values()];
+  for (const layer of all) {
+    if (layer.isBlend) continue;
+    layer.isNeeded = layer.visible || all.some((it) => it.isBlend && it.visible && it.parts.some((part) => part.layer === layer));
+    if (layer.isNeeded) stream.resume(DELTA + layer.name);
+    else stream.pause(DELTA + layer.name);
+  }
 }
 
 function layerOf(name) {
   let layer = store.layers.get(name);
   if (!layer) {
     layer = new Layer(name, store.layers.size);
-    layer.palette = localStorage.getItem(`palette.${name}`) ?? 'hue';
-    layer.setTheme(theme.name);
-    store.layers.set(name, layer);
-    store.active ??= name;
-    layers.rebuild();
+    layer.isNeeded = true;
+    addLayer(layer);
   }
   return layer;
+}
+
+function addLayer(layer) {
+  layer.palette = localStorage.getItem(`palette.${layer.name}`) ?? 'hue';
+  layer.setTheme(theme.name);
+  address.applyTo(layer);
+  store.layers.set(layer.name, layer);
+  layers.rebuild();
 }
 
 function takeLaws(laws) {
   store.map = laws.map;
   store.laws = new Map(laws.pheromones.map((it) => [it.name, it]));
-  if (!store.laws.has(store.active)) store.active = laws.pheromones.find((it) => !it.blend)?.name ?? null;
-  if (JSON.stringify(map.view.map) !== JSON.stringify(laws.map)) map.view.setMap(laws.map);
+  if (!store.laws.has(store.tool)) store.tool = null;
+  if (!store.laws.has(store.senses)) store.senses = null;
+  const named = (type) => laws.pheromones.find((it) => it.type === type)?.name;
+  for (const law of laws.pheromones) {
+    if (law.blend) {
+      store.layers.delete(law.name);
+      const parts = law.blend.map(({type, weight}) => ({layer: layerOf(named(type)), weight}));
+      addLayer(new Blend(law.name, store.layers.size, parts));
+    } else {
+      layerOf(law.name).setLaw(law);
+    }
+  }
+  subscribeLayers();
+  if (JSON.stringify(map.view.map) !== JSON.stringify(laws.map)) {
+    map.view.setMap(laws.map);
+    address.applyView();
+  }
   store.emit('laws');
   layers.rebuild();
 }
@@ -305,7 +333,6 @@ function follow() {
 
 store.on('robots', () => panelsDue.add('robots'));
 store.on('events', () => fact('New warnings', String(events.unseen)));
-store.on('active', () => { layers.show(); robots.show(); map.invalidate('top'); });
 store.on('selected', () => {
   if (following && store.selected?.key !== following) following = null;
   robots.show();
@@ -359,6 +386,7 @@ byId('zoom').append(...[['Zoom in (+)', ['M12 6v12', 'M6 12h12'], () => map.view
   .map(([title, paths, go]) => h('button', {type: 'button', title, 'aria-label': title, onclick: go}, icon(...paths))));
 
 setUpKeys({map, tools, robots, layers, timeline, replay, theme, haltAll, showHelp});
+keepTrails(() => stream.session);
 stream.connect();
 
 // For measurements and tests.

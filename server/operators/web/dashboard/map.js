@@ -1,12 +1,11 @@
 // The map: three canvases on each other, each redrawn only when what it shows has changed: floor
-// (pheromones, obstacles, grid), trails (by a worker), and what moves.
+// (pheromones, paths, obstacles, grid), trails (by a worker), and what moves.
 import {store} from './store.js';
 import {byId} from './dom.js';
 import {View} from './view.js';
 import {drawRobots, isMoving} from './robots.js';
 import {TrailsCanvas} from './trails.js';
-import {drawPlaces} from './places.js';
-import {number} from './format.js';
+import {drawPlaces, write} from './places.js';
 
 const NAMES = ['base', 'top'];   // drawn here
 
@@ -19,7 +18,10 @@ export class SwarmMap {
     this.dirty = new Set([...NAMES, 'trails']);
     this.overlay = () => {};   // the tool's own drawing
     this.frames = [];          // [start, milliseconds], for measurements
-    this.view = new View(this.stage, () => this.invalidate());
+    this.view = new View(this.stage, () => {
+      this.invalidate();
+      store.emit('shown');
+    });
     this.readTheme();
   }
 
@@ -93,72 +95,155 @@ export class SwarmMap {
     context.fillRect(0, 0, view.width, view.height);
     context.fillStyle = theme.map;
     context.fillRect(left, top, width, height);
-    if (store.shows.grid) this.drawGrid(context, left, top, width, height);
+    const grid = store.shows.grid ? this.gridLines() : null;
+    if (grid) this.drawGrid(context, grid, left, top, width, height);
 
     let walls = null;
     for (const layer of store.layers.values()) {
       if (!layer.levels) continue;
       walls ??= layer;
-      if (!layer.visible) continue;
-      context.globalAlpha = layer.opacity;
-      this.drawImage(context, layer, layer.canvas, layer.cellM * view.scale < 24);
+      const cells = layer.visible ? this.cellsOnScreen(layer) : null;
+      if (!cells) continue;
+      for (const picture of layer.pictures(cells, layer.cellM * view.scale)) {
+        if (picture.repels) this.hatch(context, (on) => this.drawPicture(on, layer, picture));
+        else this.drawPicture(context, layer, picture);
+      }
     }
-    context.globalAlpha = 1;
+    if (store.shows.paths) this.drawPaths(context);
     const image = walls?.wallsIn(theme.wall);
-    if (image) this.drawImage(context, walls, image, false);
+    if (image) {
+      const {columns, rows} = walls;
+      this.drawPicture(context, walls, {canvas: image, area: {first: 0, last: columns, bottom: 0, top: rows}, factor: 1}, false);
+    }
     context.strokeStyle = theme['ink-3'];
     context.lineWidth = 1;
     context.strokeRect(Math.round(left) - 0.5, Math.round(top) - 0.5, Math.round(width) + 1, Math.round(height) + 1);
+    if (grid) this.writeGrid(context, grid, left, top, width, height);
+  }
+
+  /** {first, last, bottom, top} of a layer, or null. */
+  cellsOnScreen({xM, yM, cellM, columns, rows}) {
+    const {view} = this;
+    const column = (px) => ((px - view.width / 2) / view.scale + view.x - xM) / cellM;
+    const row = (px) => (view.y - (px - view.height / 2) / view.scale - yM) / cellM;
+    const cells = {first: Math.max(0, Math.floor(column(0))), last: Math.min(columns, Math.ceil(column(view.width))),
+                   bottom: Math.max(0, Math.floor(row(view.height))), top: Math.min(rows, Math.ceil(row(0)))};
+    return cells.last > cells.first && cells.top > cells.bottom ? cells : null;
   }
 
   // Only the part on screen: scaling what is outside costs as much.
-  drawImage(context, layer, image, smooth) {
+  drawPicture(context, layer, {canvas, area, factor}, smooth = true) {
     const {view} = this;
-    const {columns, rows, cellM, xM, yM} = layer;
-    const step = cellM * view.scale;
-    const left = view.sx(xM);
-    const top = view.sy(yM + rows * cellM);
-    const first = Math.max(0, Math.floor(-left / step) - 1);
-    const last = Math.min(columns, Math.ceil((view.width - left) / step) + 1);
-    const above = Math.max(0, Math.floor(-top / step) - 1);
-    const below = Math.min(rows, Math.ceil((view.height - top) / step) + 1);
-    if (last <= first || below <= above) return;
-    context.imageSmoothingEnabled = smooth;
-    context.drawImage(image, first, above, last - first, below - above,
-                      left + first * step, top + above * step, (last - first) * step, (below - above) * step);
+    const cells = this.cellsOnScreen(layer);
+    if (!cells) return;
+    const {first, last, bottom, top} = {first: Math.max(area.first, cells.first), last: Math.min(area.last, cells.last),
+                                        bottom: Math.max(area.bottom, cells.bottom), top: Math.min(area.top, cells.top)};
+    const step = layer.cellM * view.scale;
+    context.imageSmoothingEnabled = smooth && step / factor < 24;
+    context.drawImage(canvas, (first - area.first) * factor, (area.top - top) * factor, (last - first) * factor, (top - bottom) * factor,
+                      view.sx(layer.xM) + first * step, view.sy(layer.yM + top * layer.cellM), (last - first) * step, (top - bottom) * step);
   }
 
-  drawGrid(context, left, top, width, height) {
+  // With stripes left out, which tell what repels from what attracts, whatever their colours.
+  hatch(context, draw) {
+    const {width, height} = context.canvas;
+    if (!this.scratch || this.scratch.width !== width || this.scratch.height !== height) this.scratch = new OffscreenCanvas(width, height);
+    const on = this.scratch.getContext('2d');
+    on.setTransform(1, 0, 0, 1, 0, 0);
+    on.globalCompositeOperation = 'source-over';
+    on.clearRect(0, 0, width, height);
+    on.setTransform(context.getTransform());
+    draw(on);
+    on.setTransform(1, 0, 0, 1, 0, 0);
+    on.globalCompositeOperation = 'destination-out';
+    this.stripes ??= on.createPattern(stripes(Math.round(9 * context.getTransform().a)), 'repeat');
+    on.fillStyle = this.stripes;
+    on.fillRect(0, 0, width, height);
+    context.save();
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(this.scratch, 0, 0);
+    context.restore();
+  }
+
+  // The curves as configured; what lies on the map are nodes near them.
+  drawPaths(context) {
     const {view, theme} = this;
-    const [x0, y0] = store.map.origin_m;
-    const step = gridStep(view.scale);
-    const right = left + width;
-    const bottom = top + height;
-    context.lineWidth = 1;
-    context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
-    context.strokeStyle = theme['line-soft'];
-    context.fillStyle = theme['ink-3'];
-    context.beginPath();
-    context.textAlign = 'center';
-    context.textBaseline = 'top';
-    for (let n = Math.ceil(x0 / step); n * step <= x0 + store.map.width_m + 1e-9; n += 1) {
-      const at = Math.round(view.sx(n * step)) + 0.5;
-      if (at < -40 || at > view.width + 40) continue;
-      context.moveTo(at, Math.max(0, top));
-      context.lineTo(at, Math.min(view.height, bottom));
-      context.fillText(number(n * step), at, Math.min(bottom + 5, view.height - 16));
+    context.lineWidth = 1.4;
+    context.lineJoin = 'round';
+    context.strokeStyle = theme.ink;
+    context.globalAlpha = 0.55;
+    context.setLineDash([7, 4]);
+    for (const {closed, points_m: points} of store.paths) {
+      context.beginPath();
+      points.forEach(([x, y], i) => context[i ? 'lineTo' : 'moveTo'](view.sx(x), view.sy(y)));
+      if (closed) context.closePath();
+      context.stroke();
     }
-    context.textAlign = 'right';
-    context.textBaseline = 'middle';
-    for (let n = Math.ceil(y0 / step); n * step <= y0 + store.map.height_m + 1e-9; n += 1) {
-      const at = Math.round(view.sy(n * step)) + 0.5;
-      if (at < -20 || at > view.height + 20) continue;
-      context.moveTo(Math.max(0, left), at);
-      context.lineTo(Math.min(view.width, right), at);
-      if (left > 56) context.fillText(number(n * step), left - 6, at);
+    context.setLineDash([]);
+    context.globalAlpha = 1;
+  }
+
+  /** Where lines are, in pixels, with the coordinate that is written at each. */
+  gridLines() {
+    const {view} = this;
+    const {origin_m: [x0, y0], width_m: width, height_m: height} = store.map;
+    const step = gridStep(view.scale);
+    const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    const along = (from, length, px, most) => {
+      const lines = [];
+      for (let n = Math.ceil(from / step - 1e-9); n * step <= from + length + 1e-9; n += 1) {
+        const at = Math.round(px(n * step)) + 0.5;
+        if (at > -20 && at < most + 20) lines.push([at, (n * step).toFixed(decimals).replace(/^-(0(\.0*)?)$/, '$1').replace('-', '−')]);
+      }
+      return lines;
+    };
+    return {x: along(x0, width, (it) => view.sx(it), view.width), y: along(y0, height, (it) => view.sy(it), view.height)};
+  }
+
+  drawGrid(context, grid, left, top, width, height) {
+    const {view, theme} = this;
+    context.lineWidth = 1;
+    context.strokeStyle = theme['line-soft'];
+    context.beginPath();
+    for (const [x] of grid.x) {
+      context.moveTo(x, Math.max(0, top));
+      context.lineTo(x, Math.min(view.height, top + height));
+    }
+    for (const [y] of grid.y) {
+      context.moveTo(Math.max(0, left), y);
+      context.lineTo(Math.min(view.width, left + width), y);
     }
     context.stroke();
   }
+
+  // Last, so that neither lines nor pheromones cross the numbers. Where the map goes on beyond the
+  // screen, they are on it: x at its lower edge, y at the right, where there are no tools.
+  writeGrid(context, grid, left, top, width, height) {
+    const {view, theme} = this;
+    context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
+    context.fillStyle = theme['ink-2'];
+    context.textBaseline = 'middle';
+    context.textAlign = 'center';
+    const y = Math.min(top + height + 11, view.height - 10);
+    for (const [x, label] of grid.x) if (x > 12 && x < view.width - 40) write(context, theme, label, x, y);
+    const isInside = left < 46;
+    context.textAlign = 'right';
+    const x = isInside ? Math.min(view.width - 6, Math.max(left + width + 30, 40)) : left - 6;
+    for (const [at, label] of grid.y) if (at > 8 && at < view.height - 24) write(context, theme, label, x, at);
+  }
+}
+
+function stripes(side) {
+  const canvas = new OffscreenCanvas(side, side);
+  const context = canvas.getContext('2d');
+  context.strokeStyle = 'rgb(0 0 0 / 0.85)';
+  context.lineWidth = side * 0.3;
+  for (const shift of [-side, 0, side]) {
+    context.moveTo(shift - 1, side + 1);
+    context.lineTo(shift + side + 1, -1);
+  }
+  context.stroke();
+  return canvas;
 }
 
 /** Metres between lines: 1, 2 or 5 times a power of ten, 70 pixels or more. */

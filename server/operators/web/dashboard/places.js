@@ -43,14 +43,14 @@ function drawTag(context, view, theme, tag) {
   context.setLineDash([]);
   context.globalAlpha = 1;
   const sign = signOf(tag.name);
-  if (sign) drawSign(context, theme, x, y, sign.green);
+  if (sign) drawSign(context, theme, x, y, sign);
   else drawSlots(context, theme, x, y, tag, selected);
   if (range > 12 || store.tags.length < 30) {
     context.fillStyle = selected ? theme.accent : theme['ink-2'];
     context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
     context.textAlign = 'left';
     context.textBaseline = 'middle';
-    write(context, theme, tag.name, x + 11, y);
+    write(context, theme, sign?.waiting ? `${tag.name}: robot ${sign.waiting} waits` : tag.name, x + 11, y);
   }
 }
 
@@ -67,9 +67,10 @@ function drawSlots(context, theme, x, y, tag, selected) {
   context.strokeRect(x - half, y - half, 2 * half, 2 * half);
 }
 
-// Told apart by shape as well as by colour: go is round with an arrow, stop square with a bar.
-export function drawSign(context, theme, x, y, green) {
-  context.fillStyle = green ? '#0b8a68' : '#c8371f';
+// Told apart by shape as well as by colour: go is round with an arrow, stop square with a bar. Stop is
+// no alarm, and so not red; amber only while a robot waits there.
+export function drawSign(context, theme, x, y, {green, waiting}) {
+  context.fillStyle = green ? '#0b8a68' : waiting ? '#a86a00' : '#5b6b76';
   context.beginPath();
   if (green) context.arc(x, y, 7.5, 0, 2 * Math.PI);
   else context.roundRect(x - 7, y - 7, 14, 14, 2.5);

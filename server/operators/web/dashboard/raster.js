@@ -1,11 +1,43 @@
-// A pheromone's picture: levels as received, and an image of one pixel a cell, of which only what
-// changed is coloured anew.
+// A pheromone's picture: levels as received, in colours of a scale that ends at the maximum of its law,
+// so that half of a level looks like half; or, if so chosen, at the end of what is there now.
+//
+//   layer.take(decodeTiles(message));  layer.sheets()  ->  what the map draws
 import {BLOCKED} from './tiles.js';
-import {lutOf} from './palettes.js';
+import {hueOf, lutOf} from './palettes.js';
+import {factorOf, paint} from './smooth.js';
 
-function blank(columns, rows) {
-  const canvas = new OffscreenCanvas(columns, rows);
-  return {canvas, context: canvas.getContext('2d')};
+/** Levels in the colours of one scale, drawn as far as they are on screen. */
+class Sheet {
+  constructor(repels) {
+    this.repels = repels;
+    this.lut = null;
+    this.version = 0;
+  }
+
+  /** An image of at least the cells {first, last, bottom, top} and which it covers. */
+  picture(levels, columns, rows, wanted, cellPx) {
+    const factor = factorOf(cellPx);
+    const key = `${this.version} ${factor}`;
+    const has = this.area;
+    if (this.key === key && has.first <= wanted.first && has.last >= wanted.last && has.bottom <= wanted.bottom && has.top >= wanted.top) return this;
+    // Somewhat more, so that a map that is moved is not painted anew each time.
+    const more = (from, to) => Math.ceil((to - from) / 8);
+    const area = {
+      first: Math.max(0, wanted.first - more(wanted.first, wanted.last)), last: Math.min(columns, wanted.last + more(wanted.first, wanted.last)),
+      bottom: Math.max(0, wanted.bottom - more(wanted.bottom, wanted.top)), top: Math.min(rows, wanted.top + more(wanted.bottom, wanted.top)),
+    };
+    const width = (area.last - area.first) * factor;
+    const height = (area.top - area.bottom) * factor;
+    if (!this.canvas || this.canvas.width !== width || this.canvas.height !== height) {
+      this.canvas = new OffscreenCanvas(width, height);
+      this.context = this.canvas.getContext('2d');
+      this.image = this.context.createImageData(width, height);
+    }
+    paint(new Uint32Array(this.image.data.buffer), levels, columns, rows, area, factor, this.lut);
+    this.context.putImageData(this.image, 0, 0);
+    Object.assign(this, {key, area, factor});
+    return this;
+  }
 }
 
 export class Layer {
@@ -14,13 +46,21 @@ export class Layer {
     this.index = index;
     this.visible = true;
     this.palette = 'hue';
-    this.opacity = 1;
+    this.isAuto = false;
+    this.maximum = null;  // of the law
     this.levels = null;   // rows from the bottom up
-    this.peak = 0;
-    this.scale = 1;
+    this.scale = 1;       // of level 254
     this.version = 0;     // changes with every picture
     this.received = 0;    // messages that changed something
-    this.shown = null;    // levels of the past, or null
+    this.past = null;     // {levels, scale} of a moment, or null
+    this.sheet = new Sheet(false);
+  }
+
+  setLaw(law) {
+    this.maximum = law?.maximum ?? null;
+    this.weight = law?.weight ?? 1;
+    this.sheet.repels = this.weight < 0;
+    this.recolour();
   }
 
   setTheme(theme) {
@@ -33,9 +73,29 @@ export class Layer {
     this.recolour();
   }
 
+  setAuto(isAuto) {
+    this.isAuto = isAuto;
+    this.recolour();
+  }
+
+  get repels() { return this.sheet.repels; }
+  /** The colours of the scale from 0 to its end. */
+  get rampLut() { return lutOf(this.palette, this.hue, this.theme ?? 'dark'); }
+  get hue() { return hueOf(this.index, this.theme ?? 'dark', this.repels); }
+  /** Levels and the scale as shown: now, or in the past. */
+  get shown() { return this.past ?? this; }
+  /** The level that has the last colour. */
+  get range() { return this.isAuto || !this.maximum ? this.shown.scale : this.maximum; }
+
   recolour() {
-    this.lut = lutOf(this.palette, this.index, this.theme ?? 'dark');
-    if (this.levels) this.colour(0, 0, this.columns, this.rows);
+    this.coloured = `${this.shown.scale} ${this.range}`;
+    this.sheet.lut = lutOf(this.palette, this.hue, this.theme ?? 'dark', this.shown.scale / this.range);
+    this.touch();
+  }
+
+  touch() {
+    this.version += 1;
+    this.sheet.version += 1;
   }
 
   /** Takes a decoded message of tiles.js. */
@@ -45,9 +105,6 @@ export class Layer {
       this.columns = columns;
       this.rows = rows;
       this.levels = new Uint8Array(columns * rows);
-      Object.assign(this, blank(columns, rows));
-      this.image = this.context.createImageData(columns, rows);
-      this.pixels = new Uint32Array(this.image.data.buffer);
       this.walls = null;
     }
     this.xM = message.xM - message.cellM / 2;
@@ -55,38 +112,22 @@ export class Layer {
     this.cellM = message.cellM;
     this.scale = message.scale;
     if (message.full) this.levels.fill(0);
-    // Of many tiles, all at once takes less than each by itself.
-    const whole = message.full || message.tiles.length * message.side ** 2 > columns * rows / 4;
     for (const {x, y, width, height, levels} of message.tiles) {
       for (let row = 0; row < height; row += 1) {
         this.levels.set(levels.subarray(row * width, (row + 1) * width), (y + row) * columns + x);
       }
-      if (!whole && !this.shown) this.colour(x, y, width, height);
     }
     if (message.full || message.tiles.length > 0) this.received += 1;
     if (message.full) this.walls = null;
-    if (whole && !this.shown) this.colour(0, 0, columns, rows);
-    this.version += 1;
+    if (this.coloured !== `${this.shown.scale} ${this.range}`) this.recolour();
+    else this.touch();
   }
 
-  /** Shows levels of the past instead; null: the present ones. */
-  show(levels) {
-    if (this.shown === levels) return;
-    this.shown = levels && levels.length === this.levels?.length ? levels : null;
-    if (this.levels) this.colour(0, 0, this.columns, this.rows);
-    this.version += 1;
-  }
-
-  colour(x, y, width, height) {
-    const {columns, rows, pixels, lut} = this;
-    const levels = this.shown ?? this.levels;
-    for (let row = y; row < y + height; row += 1) {
-      let from = row * columns + x;
-      let to = (rows - 1 - row) * columns + x;
-      for (const end = from + width; from < end; from += 1, to += 1) pixels[to] = lut[levels[from]];
-    }
-    this.context.putImageData(this.image, 0, 0, x, rows - y - height, width, height);
-    this.version += 1;
+  /** Shows {levels, scale} of the past instead; null: the present ones. */
+  show(past) {
+    if (this.past === past) return;
+    this.past = past && past.levels.length === this.levels?.length ? past : null;
+    this.recolour();
   }
 
   /** In the law's units; null: off the map, or blocked. */
@@ -95,15 +136,22 @@ export class Layer {
     const column = Math.floor((xM - this.xM) / this.cellM);
     const row = Math.floor((yM - this.yM) / this.cellM);
     if (column < 0 || row < 0 || column >= this.columns || row >= this.rows) return null;
-    const level = (this.shown ?? this.levels)[row * this.columns + column];
-    return level === BLOCKED ? null : (level / 254) * this.scale;
+    const {levels, scale} = this.shown;
+    const level = levels[row * this.columns + column];
+    return level === BLOCKED ? null : (level / 254) * scale;
+  }
+
+  /** What is to be drawn: images with {area, factor, canvas, repels}, for the cells that are wanted. */
+  pictures(wanted, cellPx) {
+    return [this.sheet.picture(this.shown.levels, this.columns, this.rows, wanted, cellPx)];
   }
 
   /** An image of what is blocked, or null if nothing is. Made when it is first asked for. */
   wallsIn(colour) {
     if (!this.levels) return null;
     if (!this.walls || this.walls.colour !== colour) {
-      const {canvas, context} = blank(this.columns, this.rows);
+      const canvas = new OffscreenCanvas(this.columns, this.rows);
+      const context = canvas.getContext('2d');
       context.fillStyle = colour;
       let any = false;
       for (let row = 0; row < this.rows; row += 1) {
@@ -117,4 +165,89 @@ export class Layer {
     }
     return this.walls.any ? this.walls.canvas : null;
   }
+}
+
+/**
+ * A weighted sum of other layers, which has no levels of its own: what attracts in its hue, what
+ * repels hatched. `parts`: [{layer, weight}].
+ */
+export class Blend {
+  constructor(name, index, parts) {
+    Object.assign(this, {name, index, parts, visible: false, palette: 'hue', isAuto: false, isBlend: true, version: 0});
+    this.attracts = new Sheet(false);
+    this.repelsSheet = new Sheet(true);
+    this.isSigned = parts.some((it) => it.weight < 0);
+    this.repels = parts.every((it) => it.weight < 0);
+  }
+
+  setTheme(theme) {
+    this.theme = theme;
+    this.recolour();
+  }
+
+  setPalette(palette) {
+    this.palette = palette;
+    this.recolour();
+  }
+
+  recolour() {
+    const theme = this.theme ?? 'dark';
+    this.attracts.lut = lutOf(this.palette, hueOf(this.index, theme), theme);
+    this.repelsSheet.lut = lutOf('hue', hueOf(0, theme, true), theme);
+    this.summed = null;
+  }
+
+  get hue() { return hueOf(this.index, this.theme ?? 'dark', this.repels); }
+  get shown() { return this; }
+  get first() { return this.parts.find((it) => it.layer?.levels)?.layer; }
+  get levels() { return this.first?.levels; }
+  get columns() { return this.first?.columns; }
+  get rows() { return this.first?.rows; }
+  get xM() { return this.first?.xM; }
+  get yM() { return this.first?.yM; }
+  get cellM() { return this.first?.cellM; }
+  /** The most that it can be, to either side. */
+  get range() {
+    const side = (sign) => this.parts.reduce((sum, {layer, weight}) => sum + Math.max(0, sign * weight) * (layer?.range ?? 0), 0);
+    return Math.max(side(1), side(-1), 1e-9);
+  }
+
+  get rampLut() { return this.repels ? this.repelsSheet.lut : this.attracts.lut; }
+  get repelsLut() { return this.repelsSheet.lut; }
+
+  valueAt(xM, yM) {
+    let sum = 0;
+    for (const {layer, weight} of this.parts) {
+      const value = layer?.valueAt(xM, yM);
+      if (value === null || value === undefined) return null;
+      sum += weight * value;
+    }
+    return sum;
+  }
+
+  // Adds the parts up, if they changed.
+  sum() {
+    const of = this.parts.map(({layer}) => layer?.version).join();
+    if (of === this.summed) return;
+    this.summed = of;
+    const size = this.columns * this.rows;
+    const sum = new Float32Array(size);
+    for (const {layer, weight} of this.parts) {
+      if (!layer?.levels || layer.levels.length !== size) continue;
+      const {levels, scale} = layer.shown;
+      const by = ((weight * scale) / 254 / this.range) * 254;
+      for (let i = 0; i < size; i += 1) if (levels[i] !== BLOCKED) sum[i] += by * levels[i];
+    }
+    this.above = Uint8Array.from(sum, (it) => (it > 0.5 ? Math.min(254, Math.round(it)) : 0));
+    this.below = Uint8Array.from(sum, (it) => (it < -0.5 ? Math.min(254, Math.round(-it)) : 0));
+    for (const it of [this.attracts, this.repelsSheet]) it.version += 1;
+  }
+
+  pictures(wanted, cellPx) {
+    this.sum();
+    return [this.attracts.picture(this.above, this.columns, this.rows, wanted, cellPx),
+            ...(this.isSigned ? [this.repelsSheet.picture(this.below, this.columns, this.rows, wanted, cellPx)] : [])];
+  }
+
+  wallsIn() { return null; }
 }

@@ -1,7 +1,7 @@
 // Robots on the map: heading, antennas with what they sense, and a trail that fades. A robot is drawn
 // between its last two poses, so that ten reports a second look like movement.
 import {store, keyOf} from './store.js';
-import {hueOf, css} from './palettes.js';
+import {css} from './palettes.js';
 import {number} from './format.js';
 import {write} from './places.js';
 
@@ -19,6 +19,12 @@ export class Trail {
     this.length = 0;
   }
 
+  static from(points) {
+    const trail = new Trail();
+    for (let i = 0; i < points.length; i += 2) trail.add(points[i], points[i + 1]);
+    return trail;
+  }
+
   add(x, y) {
     if (this.length > 0) {
       const last = (this.next + TRAIL_POINTS - 1) % TRAIL_POINTS;
@@ -30,6 +36,11 @@ export class Trail {
     this.y[this.next] = y;
     this.next = (this.next + 1) % TRAIL_POINTS;
     this.length = Math.min(this.length + 1, TRAIL_POINTS);
+  }
+
+  /** x, y, ... from the oldest on. */
+  get points() {
+    return Array.from({length: 2 * this.length}, (_, i) => (i % 2 ? this.y : this.x)[this.at(i >> 1)]);
   }
 
   at(i) {  // 0: the oldest
@@ -58,22 +69,33 @@ export function countStates(robots) {
   return [...counts].sort((a, b) => ORDER.indexOf(a[0]) - ORDER.indexOf(b[0])).map(([state, count]) => `${count} ${state}`).join(' · ');
 }
 
-/** The pheromone that a robot's antennas show. */
-export const pheromoneOf = () => store.active;
+/** The pheromone that a robot's antennas show: what it follows, unless one is chosen for all. */
+export const pheromoneOf = (robot) => store.senses ?? robot.follows ?? null;
 /** What it senses of that: {left, right}, in units. */
 export const sensedOf = (robot) => robot.antennas?.pheromones?.[pheromoneOf(robot)];
 
-/** What share of the most that any antenna has sensed of the active pheromone this is. */
-export function shareOf(sensed) {
-  const most = Math.max(store.peaks.get(store.active) ?? 0, 1e-9);
-  return sensed ? Math.min(1, Math.abs(sensed) / most) : 0;
+/**
+ * What an antenna senses in the middle of a straight line of full nodes: the end of the antennas'
+ * scale. (Intensity is a sum over the nodes in reach; a wide patch of full nodes gives more.)
+ */
+export function fullLine(law, laws, cellM) {
+  if (!law) return 1;
+  if (law.blend) {
+    const parts = law.blend.map(({type, weight}) => [[...laws.values()].find((it) => it.type === type), weight]);
+    return parts.reduce((sum, [part, weight]) => sum + (part?.weight ? Math.abs(weight / part.weight) * fullLine(part, laws, cellM) : 0), 0) || 1;
+  }
+  const strength = (d) => (law.profile === 'gaussian' ? Math.exp(-(d * d) / (2 * law.sigma_m ** 2))
+    : Math.max(0, Math.min(1, (law.core_m + law.sigma_m - d) / law.sigma_m)));
+  let sum = strength(0);
+  for (let i = 1; i * cellM <= law.reach_m + 1e-9; i += 1) sum += (law.directional ? 1 : 2) * strength(i * cellM);
+  return sum * law.maximum * Math.abs(law.weight);
 }
 
-// What antennas sense has no upper limit that a law names: it is a sum over the nodes in reach.
-function notePeaks(client) {
-  for (const [name, {left, right}] of Object.entries(client.antennas?.pheromones ?? {})) {
-    store.peaks.set(name, Math.max(store.peaks.get(name) ?? 0, Math.abs(left), Math.abs(right)));
-  }
+/** What share of the antennas' scale this is. */
+export function shareOf(robot, side) {
+  const sensed = sensedOf(robot)?.[side];
+  if (!sensed) return 0;
+  return Math.min(1, Math.abs(sensed) / fullLine(store.laws.get(pheromoneOf(robot)), store.laws, store.map?.cell_m ?? 0.1));
 }
 
 /** Takes a message of /clients. */
@@ -85,7 +107,6 @@ export function takeClients(message, now) {
     seen.add(key);
     const before = store.robots.get(key);
     client.key = key;
-    notePeaks(client);
     if (client.pose) {
       const last = before?.pose ? glide(before, now) : client.pose;
       const jumps = Math.hypot(last.x_m - client.pose.x_m, last.y_m - client.pose.y_m) > 1;
@@ -128,7 +149,6 @@ export function drawRobots(context, view, theme, now) {
   const robots = store.shownRobots;
   const size = Math.max(5, Math.min(13, view.scale * 0.16, robots.size > MANY ? 8 : 13));
   const labels = robots.size <= MANY || view.scale > 90;
-  const hue = store.laws.has(store.active) ? hueOf(store.layers.get(store.active)?.index ?? 0, theme.dark ? 'dark' : 'light') : null;
   // Where they would lie on the robot itself, they tell nothing.
   const hasAntennas = store.shows.antennas && antennaPx(robots, view) > 0.6 * size;
   context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
@@ -149,11 +169,15 @@ export function drawRobots(context, view, theme, now) {
       context.arc(x, y, size + 7, 0, 2 * Math.PI);
       context.stroke();
     }
-    if (client.antennas && (selected || hasAntennas)) drawAntennas(context, view, theme, client, x, y, hue, selected);
+    if (selected) drawReach(context, view, theme, client, pose);
+    if (client.antennas && (selected || hasAntennas)) drawAntennas(context, view, theme, client, x, y, selected);
     drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected ? theme.accent : colourOf(client, theme), labels, shownAs(client) === 'held');
     if (labels || selected) {
-      context.fillStyle = selected ? theme.accent : theme['ink-2'];
-      write(context, theme, String(client.id), x + size + 4, y - size - 3);
+      context.fillStyle = selected ? theme.accent : theme.ink;
+      // Behind it, where its antennas and what they sense are not.
+      const back = ((pose.heading_deg + 180) * Math.PI) / 180;
+      context.textAlign = 'center';
+      write(context, theme, String(client.id), x + (size + 9) * Math.cos(back), y - (size + 9) * Math.sin(back));
     }
   }
   context.globalAlpha = 1;
@@ -198,11 +222,47 @@ function drawBody(context, theme, x, y, angle, size, colour, outlined, hollow) {
   }
 }
 
+// From where nodes count for a robot's antennas: around each, as far as the pheromone reaches; of one
+// that is sensed ahead only, before the axle line.
+function drawReach(context, view, theme, client, pose) {
+  const law = store.laws.get(pheromoneOf(client));
+  if (!client.antennas || !law?.reach_m) return;
+  const heading = (pose.heading_deg * Math.PI) / 180;
+  const x = view.sx(pose.x_m);
+  const y = view.sy(pose.y_m);
+  context.save();
+  if (law.directional) {
+    const far = 4 * (law.reach_m + Math.hypot(client.antennas.left.x_m - client.pose.x_m, client.antennas.left.y_m - client.pose.y_m)) * view.scale;
+    const [cos, sin] = [Math.cos(heading) * far, -Math.sin(heading) * far];
+    context.beginPath();
+    context.moveTo(x - sin, y + cos);
+    context.lineTo(x - sin + cos, y + cos + sin);
+    context.lineTo(x + sin + cos, y - cos + sin);
+    context.lineTo(x + sin, y - cos);
+    context.clip();
+  }
+  context.strokeStyle = theme.accent;
+  context.fillStyle = theme.accent;
+  for (const side of ['left', 'right']) {
+    const at = client.antennas[side];
+    context.beginPath();
+    context.arc(x + (at.x_m - client.pose.x_m) * view.scale, y - (at.y_m - client.pose.y_m) * view.scale, law.reach_m * view.scale, 0, 2 * Math.PI);
+    context.globalAlpha = 0.06;
+    context.fill();
+    context.globalAlpha = 0.6;
+    context.setLineDash([3, 4]);
+    context.lineWidth = 1.2;
+    context.stroke();
+  }
+  context.restore();
+}
+
 // The positions are those of the message's pose; on screen the robot is between two.
-function drawAntennas(context, view, theme, client, x, y, hue, selected) {
+function drawAntennas(context, view, theme, client, x, y, selected) {
   const dx = x - view.sx(client.pose.x_m);
   const dy = y - view.sy(client.pose.y_m);
-  const sensed = client.antennas.pheromones?.[store.active];
+  const sensed = sensedOf(client);
+  const hue = store.layers.get(pheromoneOf(client))?.hue;
   for (const side of ['left', 'right']) {
     const at = client.antennas[side];
     if (!at) continue;
@@ -214,7 +274,7 @@ function drawAntennas(context, view, theme, client, x, y, hue, selected) {
     context.moveTo(x, y);
     context.lineTo(ax, ay);
     context.stroke();
-    const share = shareOf(sensed?.[side]);
+    const share = shareOf(client, side);
     context.beginPath();
     context.arc(ax, ay, 3 + 3.5 * Math.sqrt(share), 0, 2 * Math.PI);
     context.fillStyle = theme.map;
@@ -227,9 +287,11 @@ function drawAntennas(context, view, theme, client, x, y, hue, selected) {
     context.lineWidth = 1.3;
     context.stroke();
     if (selected && sensed) {
+      // Away from the robot, in the direction of the antenna.
+      const away = Math.atan2(ay - y, ax - x);
       context.fillStyle = theme.ink;
-      context.textAlign = ax < x ? 'right' : 'left';
-      write(context, theme, number(sensed[side]), ax + (ax < x ? -9 : 9), ay);
+      context.textAlign = Math.cos(away) > 0.3 ? 'left' : Math.cos(away) < -0.3 ? 'right' : 'center';
+      write(context, theme, `${side === 'left' ? 'L' : 'R'} ${number(sensed[side])}`, ax + 11 * Math.cos(away), ay + 13 * Math.sin(away));
       context.textAlign = 'left';
     }
   }

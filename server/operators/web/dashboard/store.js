@@ -8,6 +8,7 @@ class Store {
     this.map = null;            // of GET /api/v1/laws: origin_m, width_m, height_m, cell_m
     this.laws = new Map();      // name -> law
     this.layers = new Map();    // name -> Layer (raster.js)
+    this.paths = [];            // of GET /api/v1/paths: the configured curves
     this.robots = new Map();    // "link/id" -> client, as in GET /api/v1/clients, with antennas
     this.trails = new Map();    // "link/id" -> Trail (robots.js)
     this.tags = [];
@@ -17,11 +18,10 @@ class Store {
     this.status = null;
     this.engine = null;
     this.events = [];
-    this.peaks = new Map();     // name -> the most that an antenna has sensed
     this.selected = null;       // {kind: 'robot' | 'tag', key}
-    this.active = null;         // the pheromone that tools use and that robots' senses show
-    this.chosen = false;        // by hand, not by itself
-    this.shows = {robots: true, antennas: true, trails: true, tags: true, goals: true, grid: true};
+    this.tool = null;           // the pheromone that path, brush and eraser change
+    this.senses = null;         // the pheromone that all robots' antennas show; null: each what it follows
+    this.shows = {robots: true, antennas: true, trails: true, paths: true, tags: true, goals: true, grid: true};
     this.past = null;           // a moment of the time line, or null: live
     this.isReplay = false;      // the page shows a recording
     this.fieldTimeMs = 0;
@@ -30,6 +30,16 @@ class Store {
   on(topic, listener) {
     if (!this.listeners.has(topic)) this.listeners.set(topic, []);
     this.listeners.get(topic).push(listener);
+  }
+
+  /** The pheromones that path, brush and eraser can change. */
+  get paintable() { return [...this.laws.values()].filter((it) => !it.blend); }
+
+  /** A moment of the time line, or null; for whoever needs to know when it becomes past or present. */
+  goTo(past) {
+    const was = Boolean(this.past);
+    this.past = past;
+    if (was !== Boolean(past)) this.emit('past');
   }
 
   emit(topic, value) {

@@ -106,7 +106,7 @@ export class Stream {
   take(message) {
     switch (message.op) {
       case 'serverInfo':
-        this.onSession(message.sessionId !== this.session);
+        this.onSession(message.sessionId !== this.session, message.sessionId);
         this.session = message.sessionId;
         this.onInfo(message);
         break;

@@ -2,7 +2,7 @@
 import {store} from './store.js';
 import {api} from './api.js';
 import {byId, h, setText, toast} from './dom.js';
-import {bytes, duration} from './format.js';
+import {bytes, clock, duration} from './format.js';
 
 const STEPS = 1000;
 const SPEEDS = [1, 4, 16];
@@ -24,6 +24,11 @@ export class Timeline {
     this.when = h('span', {class: 'when'});
     this.record = h('button', {type: 'button', class: 'rec', id: 'record', onclick: () => this.toggleRecording()}, h('i'), h('span'));
     this.recordFacts = h('span', {class: 'rec-facts'});
+    this.past = h('b');
+    this.banner = h('div', {class: 'replay-banner', id: 'past-banner', role: 'status', hidden: true},
+      h('span', {class: 'replay-words'}, this.past, ' The map is not live, and its tools are off.'),
+      h('button', {type: 'button', class: 'primary', onclick: () => this.live()}, 'Go live'));
+    byId('stage').before(this.banner);
     byId('timeline').append(this.liveButton, this.playButton, this.speedButton, this.slider, this.when, this.recordFacts, this.record);
     setInterval(() => this.tick(), 250);
     this.show();
@@ -41,9 +46,9 @@ export class Timeline {
 
   go(at) {
     this.want = at;
-    store.past = this.history.at(at);
+    store.goTo(this.history.at(at));
     if (!store.past) return;
-    for (const layer of store.layers.values()) layer.show(store.past.pictures.get(layer.name)?.levels ?? null);
+    for (const layer of store.layers.values()) layer.show?.(store.past.pictures.get(layer.name) ?? null);
     this.map.invalidate();
     this.show();
     store.emit('robots');
@@ -51,8 +56,8 @@ export class Timeline {
 
   live() {
     this.playing = false;
-    store.past = null;
-    for (const layer of store.layers.values()) layer.show(null);
+    store.goTo(null);
+    for (const layer of store.layers.values()) layer.show?.(null);
     this.map.invalidate();
     this.show();
     store.emit('robots');
@@ -80,6 +85,9 @@ export class Timeline {
     if (document.activeElement !== this.slider || this.playing || !past) {
       this.slider.value = past ? Math.round(((past.at - start) / Math.max(1, now - start)) * STEPS) : STEPS;
     }
+    this.banner.hidden = !past;
+    document.documentElement.toggleAttribute('data-past', Boolean(past));
+    if (past) setText(this.past, `The past: ${clock(past.at)}, ${duration((now - past.at) / 1000)} ago.`);
     this.liveButton.setAttribute('aria-pressed', String(!past));
     setText(this.liveButton, past ? 'Go live' : byId('link-state').dataset.state === 'live' ? '● Live' : 'No data');
     setText(this.playButton, past && !this.playing ? 'Play' : 'Pause');

@@ -1,11 +1,12 @@
-// The tools of the map: look, path, brush, eraser, and "go here" for the selected robot. All that
-// change something need the token, and say so while there is none.
+// The tools of the map: look, measure, path, brush, eraser, and "go here" for the selected robot. All that
+// change something need the token and the present, and say so while one of them is missing: who sees
+// the past must not change what is not seen.
 import {api} from './api.js';
 import {store} from './store.js';
 import {byId, h, icon, toast} from './dom.js';
 import {metres, number} from './format.js';
 import {robotAt} from './robots.js';
-import {tagAt, tagKey} from './places.js';
+import {tagAt, tagKey, write} from './places.js';
 
 const SEND_EVERY_MS = 150;
 const MOST_POINTS = 1000;   // the server takes 1024
@@ -13,6 +14,8 @@ const MOST_POINTS = 1000;   // the server takes 1024
 const TOOLS = [
   {name: 'look', key: 'v', title: 'Move the map, select robots and tags (V)',
    icon: ['M5 3l14 8-6 1.8L10 19z']},
+  {name: 'measure', key: 'm', title: 'Measure distances (M)',
+   icon: ['M3.5 15.5L15.5 3.5l5 5-12 12z', 'M7 12l2 2', 'M10 9l2.5 2.5', 'M13 6l2 2']},
   {name: 'path', key: 'p', title: 'Draw a path (P)', changes: true,
    icon: ['M4 18c6 0 3-11 9-11h3', 'M18.5 7a2 2 0 1 0-.01 0', 'M4 20.5a2 2 0 1 0-.01-4']},
   {name: 'brush', key: 'b', title: 'Paint pheromone (B)', changes: true,
@@ -37,18 +40,23 @@ export class Tools {
     }
     map.overlay = (context, view, theme) => this.draw(context, view, theme);
     store.on('laws', () => this.showOptions());
-    store.on('active', () => this.showOptions());
+    store.on('past', () => this.tokenChanged());
     this.tokenChanged();
     this.choose('look');
   }
 
+  /** Why nothing can be changed now; empty: it can. */
+  get refusal() { return api.refusal || (store.past ? 'not while the time line shows the past: "Go live" first' : ''); }
+
   tokenChanged() {
+    const {refusal} = this;
     for (const tool of TOOLS) {
       const button = this.buttons.get(tool.name);
-      button.disabled = Boolean(tool.changes) && api.refusal !== '';
-      button.title = button.disabled ? `${tool.title} – ${api.refusal}` : tool.title;
+      button.disabled = Boolean(tool.changes) && refusal !== '';
+      button.title = button.disabled ? `${tool.title} – ${refusal}` : tool.title;
     }
-    if (this.current && this.buttons.get(this.current)?.disabled) this.choose('look');
+    const needs = this.current === 'goto' || TOOLS.some((it) => it.changes && it.name === this.current);
+    if (refusal && needs) this.choose('look');
   }
 
   choose(name) {
@@ -70,8 +78,9 @@ export class Tools {
     const tool = TOOLS.find((it) => it.key === key);
     if (tool) { this.choose(tool.name); return true; }
     if (this.current === 'path' && key === 'enter') { this.finishPath(); return true; }
-    if (this.current === 'path' && key === 'backspace') {
+    if ((this.current === 'path' || this.current === 'measure') && key === 'backspace') {
       this.points.pop();
+      this.showOptions();
       this.map.invalidate('top');
       return true;
     }
@@ -119,6 +128,25 @@ export class Tools {
     };
   }
 
+  measure() {
+    return {
+      cursor: 'draw',
+      hover: (point) => {
+        this.hovers(point);
+        this.showOptions();
+      },
+      click: (point) => {
+        if (this.points.length < MOST_POINTS) this.points.push(point);
+        this.showOptions();
+        this.map.invalidate('top');
+      },
+      double: () => {
+        this.points = [];
+        this.showOptions();
+      },
+    };
+  }
+
   path() {
     return {
       cursor: 'draw',
@@ -148,11 +176,13 @@ export class Tools {
     byId('path-points').focus();
     this.map.invalidate('top');
   }
+  /** Of the pheromone that the tools change: the one that was chosen, or the first. */
+  get law() { return store.paintable.find((it) => it.name === store.tool) ?? store.paintable[0]; }
 
   async finishPath() {
     const points = this.points;
     if (points.length < 2) { toast('A path has at least two points', true); return; }
-    const law = store.laws.get(store.active);
+    const {law} = this;
     if (!law) { toast('Choose a pheromone first', true); return; }
     this.points = [];
     this.map.invalidate('top');
@@ -167,7 +197,7 @@ export class Tools {
       cursor: 'draw',
       hover: (point) => this.hovers(point),
       down: (point) => {
-        const law = store.laws.get(store.active);
+        const {law} = this;
         if (!law) { toast('Choose a pheromone first', true); return; }
         this.strokes.push({request, law, settings: {...this.settings}, points: [point], done: 0, open: true});
         this.map.invalidate('top');
@@ -198,7 +228,7 @@ export class Tools {
       click: async (point) => {
         const robot = store.robots.get(this.target);
         this.choose('look');
-        if (!robot) return;
+        if (!robot || this.refusal) return;
         try {
           await api.post('goto', {link: robot.link, id: robot.id, x_m: round(point.x), y_m: round(point.y)});
           toast(`Robot ${robot.id} goes to ${metres(point.x)}, ${metres(point.y)}`);
@@ -267,12 +297,18 @@ export class Tools {
                           h('button', {type: 'button', onclick: () => this.choose('look')}, 'Cancel'));
       return;
     }
-    const paintable = [...store.laws.values()].filter((it) => !it.blend);
+    if (this.current === 'measure') {
+      const points = this.hover ? [...this.points, this.hover] : this.points;
+      box.replaceChildren(h('output', {id: 'measured'}, this.points.length ? lengthOf(points) : 'Click points; double-click begins anew'),
+                          h('button', {type: 'button', disabled: this.points.length === 0, onclick: () => { this.points = []; this.showOptions(); this.map.invalidate('top'); }}, 'Clear'));
+      return;
+    }
+    const {law} = this;
     const select = h('select', {'aria-label': 'Pheromone', onchange: (event) => {
-      store.active = event.target.value;
-      store.chosen = true;
-      store.emit('active');
-    }}, paintable.map((it) => h('option', {value: it.name, selected: it.name === store.active}, it.name)));
+      store.tool = event.target.value;
+      this.showOptions();
+      store.emit('shown');
+    }}, store.paintable.map((it) => h('option', {value: it.name, selected: it === law}, it.name)));
     const slider = (name, title, from, to, step, text) => {
       const output = h('output', {}, text(this.settings[name]));
       return h('label', {}, title, h('input', {type: 'range', min: from, max: to, step, value: this.settings[name], name,
@@ -282,7 +318,6 @@ export class Tools {
           this.map.invalidate('top');
         }}), output);
     };
-    const law = store.laws.get(store.active);
     box.replaceChildren(
       select, slider('radius', 'Radius', 0.02, 2, 0.01, (it) => metres(it)),
       ...(this.current === 'eraser' ? [] : [slider('share', 'Level', 0.02, 1, 0.02, (it) => number(it * (law?.maximum ?? 1)))]),
@@ -295,8 +330,32 @@ export class Tools {
         : []));
   }
 
+  drawMeasure(context, view, theme) {
+    const points = this.hover && this.points.length ? [...this.points, this.hover] : this.points;
+    if (points.length === 0) return;
+    context.strokeStyle = theme.accent;
+    context.lineWidth = 2;
+    context.beginPath();
+    points.forEach((it, i) => context[i ? 'lineTo' : 'moveTo'](view.sx(it.x), view.sy(it.y)));
+    context.stroke();
+    context.font = '12px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
+    context.textAlign = 'center';
+    context.textBaseline = 'middle';
+    points.forEach((it, i) => {
+      context.beginPath();
+      context.arc(view.sx(it.x), view.sy(it.y), 3.5, 0, 2 * Math.PI);
+      context.fillStyle = theme.accent;
+      context.fill();
+      const last = points[i - 1];
+      if (!last || Math.hypot(it.x - last.x, it.y - last.y) * view.scale < 40) return;
+      context.fillStyle = theme.ink;
+      write(context, theme, metres(Math.hypot(it.x - last.x, it.y - last.y)), view.sx((it.x + last.x) / 2), view.sy((it.y + last.y) / 2) - 10);
+    });
+  }
+
   draw(context, view, theme) {
     if (this.current === 'look') return;
+    if (this.current === 'measure') { this.drawMeasure(context, view, theme); return; }
     const radius = this.settings.radius * view.scale;
     const colour = this.current === 'eraser' ? theme.bad : theme.accent;
     context.strokeStyle = colour;
@@ -327,6 +386,16 @@ export class Tools {
       context.stroke();
     }
   }
+}
+
+/** "1.20 m, of 3.40 m at 45°": of the last part, of all, and its direction as headings are told. */
+function lengthOf(points) {
+  if (points.length < 2) return '0.00 m';
+  const parts = points.slice(1).map((it, i) => Math.hypot(it.x - points[i].x, it.y - points[i].y));
+  const [a, b] = points.slice(-2);
+  const heading = ((Math.atan2(b.y - a.y, b.x - a.x) * 180) / Math.PI + 360) % 360;
+  const all = parts.length > 1 ? `, ${metres(parts.reduce((sum, it) => sum + it))} in all` : '';
+  return `${metres(parts.at(-1))} at ${heading.toFixed(0)}°${all}`;
 }
 
 const round = (x) => Math.round(x * 1e6) / 1e6;

@@ -80,6 +80,11 @@ export class View {
     this.onChange();
   }
 
+  set(x, y, scale) {
+    Object.assign(this, {x, y, scale: Math.min(MOST_SCALE, Math.max(LEAST_SCALE, scale)), fitted: false});
+    this.onChange();
+  }
+
   centre(x, y) {
     this.x = x;
     this.y = y;

@@ -1,10 +1,12 @@
-// A row for each pheromone: shown or not, which tools use, its scale; and what else is drawn.
+// A row for each pheromone: shown or not, its colours, its scale; and what else is drawn.
 import {store} from '../store.js';
 import {byId, h, panel, setText} from '../dom.js';
 import {PALETTES, paintRamp} from '../palettes.js';
 import {number} from '../format.js';
+import {fullLine, pheromoneOf} from '../robots.js';
 
-const SHOWS = {robots: 'Robots', antennas: 'Antennas', trails: 'Trails', tags: 'Tags', goals: 'Goals', grid: 'Grid'};
+const SHOWS = {robots: 'Robots', antennas: 'Antennas', trails: 'Trails', paths: 'Paths', tags: 'Tags', goals: 'Goals', grid: 'Grid'};
+const OWN = 'what each robot follows';
 
 export class LayersPanel {
   constructor(onVisible, onChange) {
@@ -13,25 +15,39 @@ export class LayersPanel {
     this.panel = panel('layers', 'Pheromones');
     this.list = h('div');
     this.boxes = new Map();
+    this.senses = h('select', {id: 'senses', onchange: () => this.showSenses(this.senses.value || null)});
     this.panel.body.append(this.list, h('div', {class: 'switches'}, Object.entries(SHOWS).map(([key, name]) => {
-      const box = h('input', {type: 'checkbox', checked: true, name: key, onchange: () => this.toggleShow(key)});
+      const box = h('input', {type: 'checkbox', checked: store.shows[key], name: key, onchange: () => this.toggleShow(key)});
       this.boxes.set(key, box);
       return h('label', {}, box, name);
-    })));
+    })), h('label', {class: 'senses-of'}, 'Antennas show', this.senses));
     this.rows = new Map();
   }
 
   toggleShow(key) {
     store.shows[key] = !store.shows[key];
     this.boxes.get(key).checked = store.shows[key];
-    this.onChange();
+    this.changed();
   }
 
   toggleLayer(layer) {
     if (!layer) return;
     layer.visible = !layer.visible;
-    this.onVisible(layer);
+    this.onVisible();
     this.show();
+    this.changed();
+  }
+
+  /** Of which pheromone robots' antennas and meters show what is sensed; null: of what each follows. */
+  showSenses(name) {
+    store.senses = name;
+    this.show();
+    this.changed();
+  }
+
+  changed() {
+    this.onChange();
+    store.emit('shown');
   }
 
   /** After the list of layers, their palettes or the theme changed. */
@@ -39,6 +55,7 @@ export class LayersPanel {
     this.rows.clear();
     this.list.replaceChildren(...[...store.layers.values()].map((layer) => this.row(layer)));
     if (store.layers.size === 0) this.list.replaceChildren(h('p', {class: 'empty'}, 'No pheromones yet'));
+    this.senses.replaceChildren(h('option', {value: ''}, OWN), ...[...store.laws.keys()].map((it) => h('option', {value: it}, it)));
     this.show();
     this.legend();
   }
@@ -46,47 +63,81 @@ export class LayersPanel {
   row(layer) {
     const law = store.laws.get(layer.name);
     const box = h('input', {type: 'checkbox', checked: layer.visible, 'aria-label': `Show ${layer.name}`, onchange: () => this.toggleLayer(layer)});
-    const facts = law?.blend ? 'blend' : law?.tau_s ? `${law.evaporation === 'exponential' ? 'T½' : 'τ'} ${number(law.tau_s)} s` : law ? 'τ ∞' : '';
-    const name = h('button', {type: 'button', class: 'name', title: `Use “${layer.name}” for tools and for what robots show`, onclick: () => {
-      store.active = layer.name;
-      store.chosen = true;
-      store.emit('active');
-    }}, layer.name, h('small', {}, facts));
-    const ramp = h('canvas');
-    paintRamp(ramp, layer.lut);
-    const swatch = h('button', {type: 'button', class: 'ramp', title: 'Change the colours', 'aria-label': `Colours of ${layer.name}`, onclick: () => {
+    const name = h('button', {type: 'button', class: 'name', title: `${factsOf(law)}\nAll antennas show “${layer.name}”, or again what each robot follows`,
+                              onclick: () => this.showSenses(store.senses === layer.name ? null : layer.name)},
+                   layer.name, h('small', {}, factsOf(law, true)));
+    const ramp = this.ramp(layer);
+    const swatch = h('button', {type: 'button', class: `ramp${layer.repels ? ' repels' : ''}`, title: 'Change the colours', 'aria-label': `Colours of ${layer.name}`, onclick: () => {
       layer.setPalette(PALETTES[(PALETTES.indexOf(layer.palette) + 1) % PALETTES.length]);
       localStorage.setItem(`palette.${layer.name}`, layer.palette);
-      paintRamp(ramp, layer.lut);
+      swatch.replaceChildren(this.ramp(layer));
       this.legend();
       this.onChange();
     }}, ramp);
-    const scale = h('span', {class: 'scale', title: 'Full colour means this level'});
+    const scale = h('button', {type: 'button', class: 'scale', disabled: Boolean(layer.isBlend), onclick: () => {
+      layer.setAuto(!layer.isAuto);
+      this.show();
+      this.changed();
+    }});
     const element = h('div', {class: 'layer', 'data-layer': layer.name}, box, name, swatch, scale);
     this.rows.set(layer.name, {element, box, scale, layer});
     return element;
   }
 
+  /** The scale's colours, of its whole range, whatever part of it is there now. */
+  ramp(layer) {
+    const canvas = h('canvas');
+    paintRamp(canvas, layer.rampLut, layer.isSigned && !layer.repels ? layer.repelsLut : null);
+    return canvas;
+  }
+
   show() {
     for (const {element, box, scale, layer} of this.rows.values()) {
       box.checked = layer.visible;
-      element.classList.toggle('active', layer.name === store.active);
-      setText(scale, layer.levels ? `0–${number(layer.scale)}` : '–');
+      element.classList.toggle('active', layer.name === store.senses);
+      setText(scale, layer.levels ? (layer.isAuto ? `auto ${number(layer.range)}` : endsOf(layer).join('–')) : '–');
+      scale.title = layer.isBlend ? 'The weighted sum of its parts at their maxima'
+        : layer.isAuto ? 'The colours end at what is on the map now. Click: at the maximum of its law'
+          : 'The colours end at the maximum of its law. Click: at what is on the map now (auto)';
+      scale.setAttribute('aria-pressed', String(layer.isAuto));
     }
-    const signature = [...store.layers.values()].map((it) => `${it.name}${it.visible}${it.scale}`).join() + store.active;
+    this.senses.value = store.senses ?? '';
+    const signature = [...store.layers.values()].map((it) => `${it.name}${it.visible}${it.range}${it.isAuto}`).join() + this.antennas();
     if (signature !== this.signature) this.legend();
     this.signature = signature;
+  }
+
+  // What the antennas show, and the end of their scale.
+  antennas() {
+    if (!store.shows.antennas || !store.shows.robots || !store.map) return '';
+    const names = [...new Set([...store.shownRobots.values()].map(pheromoneOf))].filter((it) => store.laws.has(it)).sort();
+    return names.slice(0, 3).map((it) => `${it} 0–${number(fullLine(store.laws.get(it), store.laws, store.map.cell_m))}`).join(', ');
   }
 
   // On the map, for whoever sees it from afar.
   legend() {
     const visible = [...store.layers.values()].filter((it) => it.visible && it.levels);
-    const shown = visible.length <= 4 ? visible : visible.filter((it) => it.name === store.active);
-    byId('legend').replaceChildren(...shown.map((layer) => {
-      const canvas = h('canvas');
-      paintRamp(canvas, layer.lut);
-      return h('div', {}, h('b', {}, layer.name), canvas,
-               h('span', {class: 'ticks'}, ...[0, 0.5, 1].map((it) => h('span', {}, number(it * layer.scale)))));
-    }));
+    const antennas = this.antennas();
+    byId('legend').replaceChildren(...visible.slice(0, 6).map((layer) => {
+      const ends = endsOf(layer);
+      return h('div', {class: layer.repels ? 'repels' : ''},
+               h('b', {}, layer.name, layer.repels ? h('small', {}, ' repels') : layer.isBlend ? h('small', {}, ' blend') : null), h('span', {class: `ramp${layer.repels ? ' repels' : layer.isSigned ? ' half-repels' : ''}`}, this.ramp(layer)),
+               h('span', {class: 'ticks'}, h('span', {}, ends[0]), h('span', {}, number(middleOf(layer))), h('span', {}, ends[1], layer.isAuto ? ' auto' : '')));
+    }), ...(visible.length > 6 ? [h('div', {}, `and ${visible.length - 6} more`)] : []),
+    ...(antennas ? [h('div', {class: 'antennas', title: 'Full: in the middle of a straight line of full nodes'}, h('b', {}, 'Antennas'), h('span', {}, `P of ${antennas}`))] : []));
   }
+}
+
+const lowOf = (layer) => (layer.isSigned && !layer.repels ? -layer.range : 0);
+const middleOf = (layer) => (lowOf(layer) + layer.range) / 2;
+const endsOf = (layer) => [number(lowOf(layer)).replace('-', '−'), number(layer.range)];
+
+function factsOf(law, short = false) {
+  if (!law) return '';
+  if (law.blend) {
+    const parts = law.blend.map(({type, weight}) => `${weight === 1 ? '' : `${number(weight).replace('-', '−')} `}${[...store.laws.values()].find((it) => it.type === type)?.name ?? type}`);
+    return short ? 'blend' : `blend: ${parts.join(' + ').replaceAll('+ −', '− ')}`;
+  }
+  const time = law.tau_s ? `${law.evaporation === 'exponential' ? 'T½' : 'τ'} ${number(law.tau_s)} s` : 'τ ∞';
+  return law.weight < 0 ? `repels${short ? '' : `, ${time}`}` : time;
 }

@@ -7,6 +7,7 @@ import {signOf, tagKey} from '../places.js';
 
 const EMPTY_SYMBOLS = {robots: new Map(), strings: new Map(), mappings: new Map()};
 const NET_RECORD = -32;
+const signClass = ({green, waiting}) => `sign ${green ? 'go' : waiting ? 'stop waits' : 'stop'}`;
 
 /** A term of a block as words; the namespaces are those of server/core/tags/README.md. */
 export function textOf([space, value], author, symbols) {
@@ -39,6 +40,7 @@ export class PlacesPanel {
     this.tags.body.append(this.list, this.card);
     this.symbols = EMPTY_SYMBOLS;
     this.contents = null;
+    this.opened = new Set();   // nets whose marking is shown
     store.on('selected', () => this.load());
   }
 
@@ -49,7 +51,7 @@ export class PlacesPanel {
       const sign = signOf(tag.name);
       return h('button', {type: 'button', class: `row two${store.selected?.key === tagKey(tag) ? ' selected' : ''}`, 'data-tag': tag.name, onclick: () =>
         store.select(store.selected?.key === tagKey(tag) ? null : {kind: 'tag', key: tagKey(tag)})},
-        sign ? h('i', {class: `sign ${sign.green ? 'go' : 'stop'}`}, sign.green ? '▲' : '–') : h('i', {class: `dot${tag.used ? ' good' : ''}`}),
+        sign ? h('i', {class: signClass(sign)}, sign.green ? '▲' : '–') : h('i', {class: `dot${tag.used ? ' good' : ''}`}),
         h('span', {}, tag.name), h('span', {class: 'end'}, `${tag.used} of ${tag.slots}`));
     }));
     this.showCard();
@@ -103,7 +105,7 @@ export class PlacesPanel {
       pairs([
         tag.x_m !== null && ['Position', `${metres(tag.x_m)}, ${metres(tag.y_m)}`],
         tag.range_m !== null && ['Range', metres(tag.range_m)],
-        sign && ['Semaphore', `${sign.green ? 'go' : 'stop'}${sign.waiting ? `, robot ${sign.waiting} waits` : ''}`, sign.green ? 'good' : 'bad'],
+        sign && ['Semaphore', `${sign.green ? 'go' : 'stop'}${sign.waiting ? `, robot ${sign.waiting} waits` : ''}`, sign.green ? 'good' : sign.waiting ? 'warn' : ''],
         ['Blocks', `${tag.used} of ${tag.slots}, generation ${tag.generation}`]]),
       ...blocks.map((it) => this.block(it)));
   }
@@ -130,13 +132,30 @@ export class PlacesPanel {
       };
       const detail = store.netDetails.get(net.name);
       const advice = {'00': 'no advice', '01': 'advises A', '10': 'advises B'}[net.advice] ?? net.advice;
-      const marking = Object.entries(detail?.marking ?? {}).map(([place, n]) => (n > 1 ? `${place} ×${n}` : place)).join(', ');
       return h('div', {class: 'net'}, h('h3', {}, net.name, h('small', {}, advice)),
         h('div', {class: 'bars'}, h('span', {}, 'A'), meter(net.A.concentration), h('span', {}, number(net.A.concentration)),
           h('span', {}, 'B'), meter(net.B.concentration), h('span', {}, number(net.B.concentration))),
         pairs([['Firings', String(net.firings)], ['Deposits', String(net.deposits)], net.source !== null && ['Source', String(net.source)],
                net.exceptions > 0 && ['Exceptions', String(net.exceptions), 'bad']]),
-        marking ? h('p', {class: 'marks', title: 'Places with tokens'}, marking) : null);
+        detail ? this.netTags(detail) : null, detail ? this.marking(net.name, detail.marking) : null);
     }));
+  }
+
+  /** What the net does at each of its tags: the sign that robots read, who waits, what it answered last. */
+  netTags(net) {
+    const last = ({robot, outcome, amount}) => `${outcome === 'refused' ? 'refused' : 'accepted'} robot ${robot}${amount ? `, ${number(amount)}` : ''}`;
+    return h('ul', {class: 'net-tags'}, net.tags.map((it) => h('li', {},
+      it.fires.length ? h('i', {class: signClass(it), title: it.green ? 'go' : 'stop'}, it.green ? '▲' : '–') : h('i', {class: 'dot'}),
+      h('span', {title: it.fires.length ? `Fires ${it.fires.join(', ')}` : ''}, it.tag),
+      h('span', {}, it.waiting ? `robot ${it.waiting} waits` : it.last ? last(it.last) : '–'))));
+  }
+
+  // A net may have a hundred places; which of them have tokens is for whoever wrote it.
+  marking(name, marking) {
+    const places = Object.entries(marking ?? {});
+    const tokens = places.reduce((sum, [, n]) => sum + n, 0);
+    return h('details', {open: this.opened.has(name), ontoggle: (event) => this.opened[event.target.open ? 'add' : 'delete'](name)},
+      h('summary', {}, `Marking: ${tokens} token${tokens === 1 ? '' : 's'} on ${places.length} place${places.length === 1 ? '' : 's'}`),
+      h('p', {class: 'marks'}, places.map(([place, n]) => h('span', {}, place, n > 1 ? h('b', {}, ` ×${n}`) : null))));
   }
 }

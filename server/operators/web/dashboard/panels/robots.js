@@ -124,9 +124,8 @@ export class RobotsPanel {
     element.title = robot.state?.reason ? `${state}: ${robot.state.reason}` : state;
     setText(words, robotText(robot));
     element.classList.toggle('selected', store.selected?.key === robot.key);
-    const sensed = robot.antennas?.pheromones?.[store.active];
     ['left', 'right'].forEach((side, i) => {
-      meters[i].style.transform = `scaleX(${shareOf(sensed?.[side]).toFixed(3)})`;
+      meters[i].style.transform = `scaleX(${shareOf(robot, side).toFixed(3)})`;
     });
     setText(end, state === 'driving' ? '' : state === 'silent' && robot.silent_s !== null ? `silent ${ago(robot.silent_s)}` : state);
   }
@@ -154,8 +153,8 @@ export class RobotsPanel {
       selected.repeats > 0 && ['Repeated', String(selected.repeats)],
       ['Last heard', isFresh(selected) ? 'now' : `${ago(selected.silent_s)} ago`, isFresh(selected) ? '' : 'warn'],
     ]), ...(senses.length ? [h('table', {class: 'senses'},
-      h('tr', {}, h('th', {}, 'senses'), h('th', {}, 'P_L'), h('th', {}, 'P_R')),
-      senses.map(([name, {left, right}]) => h('tr', {}, h('td', {}, name), h('td', {}, number(left)), h('td', {}, number(right)))))] : []));
+      h('tr', {}, h('th', {}, 'senses, in units'), h('th', {}, 'P_L (left)'), h('th', {}, 'P_R (right)')),
+      senses.map(([name, {left, right}]) => h('tr', {}, h('td', {}, name === selected.follows ? `${name} (follows)` : name), h('td', {}, number(left)), h('td', {}, number(right)))))] : []));
     const types = [...store.laws.values()].map((it) => `${it.type} ${it.name}`).join();
     if (types !== this.followsTypes) {
       this.followsTypes = types;
