@@ -32,6 +32,17 @@ class Attachment {
         rates_(options.robot.baud),
         reporter_(&port_, &modem_, &robot_) {}
 
+  // What is not there may come; whoever has it does not expect us.
+  Status Open() {
+    for (Connection* connection : {&port_, &modem_}) {
+      connection->Advance(now_ms_);
+      if (connection->in_use()) {
+        return Error{connection->address().text + ": " + connection->trouble()};
+      }
+    }
+    return Ok();
+  }
+
   bool Run(const volatile std::sig_atomic_t* stop) {
     while (*stop == 0 && (options_.duration_ms == 0 || now_ms_ < options_.duration_ms)) {
       Turn();
@@ -129,8 +140,9 @@ class Attachment {
 
 }  // namespace
 
-bool Attach(const AttachOptions& options, const volatile std::sig_atomic_t* stop) {
+Result<bool> Attach(const AttachOptions& options, const volatile std::sig_atomic_t* stop) {
   Attachment attachment(options);
+  PHEROMONE_TRY_STATUS(attachment.Open());
   return attachment.Run(stop);
 }
 

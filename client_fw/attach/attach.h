@@ -4,7 +4,7 @@
 //   options.robot = ParseAddress("192.168.1.7:8101", 9600).value();
 //   options.modem = ParseAddress("udp:192.168.1.2:4951", 9600).value();
 //   options.client.start = ...;
-//   const bool stopped = Attach(options, StopOnSignals());
+//   const Result<bool> stands = Attach(options, StopOnSignals());
 //
 // Prints what happens (Reporter). Blocks until it is told to stop; nothing else in it blocks.
 #pragma once
@@ -14,6 +14,7 @@
 
 #include "client_fw/attach/address.h"
 #include "client_fw/core/steering/parameters.h"
+#include "server/base/result.h"
 
 namespace pheromone::attach {
 
@@ -26,7 +27,8 @@ struct AttachOptions {
 };
 
 /// Runs until `*stop` is not 0, or for the duration; then stops the robot and closes its session.
-/// False: the robot could not be told, or did not confirm that it stands.
-bool Attach(const AttachOptions& options, const volatile std::sig_atomic_t* stop);
+/// False: the robot could not be told, or did not confirm that it stands. Error: another program
+/// has one of the two terminals, whom the message names; nothing was begun.
+Result<bool> Attach(const AttachOptions& options, const volatile std::sig_atomic_t* stop);
 
 }  // namespace pheromone::attach

@@ -1,10 +1,8 @@
 #include "client_fw/attach/connection.h"
 
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <termios.h>
@@ -15,6 +13,8 @@
 #include <filesystem>
 #include <system_error>
 #include <utility>
+
+#include "server/base/terminal.h"
 
 namespace pheromone::attach {
 namespace {
@@ -80,17 +80,12 @@ void Connection::Open(int64_t now_ms) {
 }
 
 Status Connection::OpenSerial() {
-  descriptor_ = Descriptor(open(address_.text.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  OpenedTerminal opened = OpenTerminal(address_.text);
+  in_use_ = opened.in_use;
+  PHEROMONE_TRY_STATUS(opened.status);
+  descriptor_ = std::move(opened.descriptor);
   termios mode = {};
-  if (!descriptor_.valid()) {
-    return Error{SystemMessage(errno)};
-  }
-  if (tcgetattr(descriptor_.get(), &mode) != 0) {
-    return Error{"not a terminal device (" + SystemMessage(errno) + ")"};
-  }
-  if (flock(descriptor_.get(), LOCK_EX | LOCK_NB) != 0) {
-    return Error{"in use by another program"};
-  }
+  tcgetattr(descriptor_.get(), &mode);
   cfmakeraw(&mode);
   mode.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
   mode.c_cflag |= CLOCAL | CREAD;

@@ -64,6 +64,8 @@ class Connection {
   bool up() const { return descriptor_.valid() && !connecting_ && !doubtful_; }
   /// Why it is not up; empty before the first attempt has ended.
   const std::string& trouble() const { return trouble_; }
+  /// It is a terminal that another program has, whom `trouble` names.
+  bool in_use() const { return in_use_; }
   /// How often it was opened.
   uint64_t openings() const { return openings_; }
   /// How often it was lost.
@@ -86,6 +88,7 @@ class Connection {
   Descriptor descriptor_;
   bool connecting_ = false;
   bool doubtful_ = false;
+  bool in_use_ = false;
   bool paced_ = false;  // a line with a bit rate
   std::string trouble_;
   uint64_t openings_ = 0;

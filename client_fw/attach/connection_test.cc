@@ -18,6 +18,8 @@
 #include <string>
 #include <string_view>
 
+#include "server/base/holders.h"
+
 namespace pheromone::attach {
 namespace {
 
@@ -290,7 +292,8 @@ TEST(Connection, PortServesOneProgram) {
   Connection second(At(cable.name));
   second.Advance(0);
   EXPECT_FALSE(second.up());
-  EXPECT_EQ("in use by another program", second.trouble());
+  EXPECT_TRUE(second.in_use());
+  EXPECT_EQ("in use by " + DescribeProcess(getpid()), second.trouble());
 }
 
 TEST(Connection, TellsWhatIsNotATerminal) {

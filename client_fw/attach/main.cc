@@ -1,7 +1,7 @@
 // pheromone-robot: drives a real Pioneer from this computer, as the server's intensities tell.
 //
-// Exit status: 0 ended as told, and the robot stands; 1 the robot did not confirm that it stands;
-// 2 the command line is wrong.
+// Exit status: 0 ended as told, and the robot stands; 1 the robot did not confirm that it stands,
+// or another program has its port or the modem; 2 the command line is wrong.
 #include <fmt/format.h>
 
 #include <array>
@@ -126,7 +126,8 @@ int Run(const Options& options) {
   attach.status_every_ms = static_cast<int64_t>(options.status_s * 1000);
   std::signal(SIGPIPE,
               SIG_IGN);  // whoever read our lines may go, the robot still has to be stopped
-  return Attach(attach, StopOnSignals()) ? 0 : kFailed;
+  const Result<bool> stands = Attach(attach, StopOnSignals());
+  return !stands.ok() ? Fail(stands.error(), kFailed) : stands.value() ? 0 : kFailed;
 }
 
 std::vector<uint32_t> Rates() {

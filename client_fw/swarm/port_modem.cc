@@ -1,14 +1,14 @@
 #include "client_fw/swarm/port_modem.h"
 
-#include <fcntl.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <utility>
+
+#include "server/base/terminal.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -53,16 +53,13 @@ PortModem::~PortModem() {
 }
 
 Status PortModem::Open() {
-  const int descriptor = open(device_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) {
-    return Error{device_ + ": " + std::strerror(errno)};
+  OpenedTerminal opened = OpenTerminal(device_);
+  if (!opened.status.ok()) {
+    return Error{device_ + ": " + opened.status.error()};
   }
+  const int descriptor = opened.descriptor.release();
   termios settings{};
-  if (tcgetattr(descriptor, &settings) != 0) {
-    const int error = errno;
-    close(descriptor);
-    return Error{device_ + ": not a terminal device (" + std::strerror(error) + ")"};
-  }
+  tcgetattr(descriptor, &settings);
   cfmakeraw(&settings);
   settings.c_cc[VMIN] = 1;
   settings.c_cc[VTIME] = 0;

@@ -32,7 +32,7 @@ class PortModem final : public sim::Station {
   PortModem& operator=(const PortModem&) = delete;
 
   /// Opens the device, raw and at the medium's bit rate if serial ports know it. Errors: those of
-  /// the system.
+  /// the system, and which other program has it.
   Status Open();
   /// Advances the medium to `time_ns`, then reads bytes from the device and sends them.
   void AdvanceTo(int64_t time_ns);

@@ -27,7 +27,7 @@ if not __package__:  # run as a folder, in the source tree, which is left as it 
     shutil.rmtree(Path(__file__).with_name("__pycache__"), ignore_errors=True)  # of this very file
     sys.path[0] = str(Path(__file__).resolve().parents[1])
     __package__ = "stranger"
-from .client import Client, NoAnswer, Refused, Smell, open_terminal  # noqa: E402
+from .client import Client, InUse, NoAnswer, Refused, Smell, open_terminal  # noqa: E402
 
 INSTALLED = not Path(__file__).with_name("testing").is_dir()
 
@@ -110,7 +110,7 @@ def main() -> int:
     try:
         with open_terminal(options.path) as line:
             print(carry_out(options, Client(line, options.id, options.timeout)))
-    except (Refused, NoAnswer, OSError, ValueError, struct.error, termios.error) as error:
+    except (InUse, Refused, NoAnswer, OSError, ValueError, struct.error, termios.error) as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
     return 0

@@ -5,6 +5,7 @@ For a line without other talkers: the listening and the random delays of section
 
 from __future__ import annotations
 
+import fcntl
 import os
 import secrets
 import select
@@ -12,6 +13,7 @@ import termios
 import time
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from . import wire
@@ -59,10 +61,36 @@ class Line:
         self.close()
 
 
+class InUse(Exception):
+    """Another program has the terminal."""
+
+
+def user_of(fd: int) -> str:
+    """The program that has the lock of an open file, as far as Linux tells."""
+    file = os.fstat(fd)
+    name = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
+    try:
+        locks = [line.split() for line in Path("/proc/locks").read_text().splitlines()]
+        pid = next(lock[4] for lock in locks if lock[1] == "FLOCK" and lock[5] == name)
+        program = Path(f"/proc/{pid}/comm").read_text().strip()
+        ticks = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
+        lines = Path("/proc/stat").read_text().splitlines()
+        boot = next(int(line.split()[1]) for line in lines if line.startswith("btime "))
+    except (OSError, StopIteration, ValueError):
+        return "another program"
+    since = time.localtime(boot + ticks // os.sysconf("SC_CLK_TCK"))
+    return f"{program} (process {pid}, since {time.strftime('%Y-%m-%d %H:%M:%S', since)})"
+
+
 def open_terminal(path: str | os.PathLike[str]) -> Line:
-    """Opens a terminal, real or pseudo, and makes it pass all bytes as they are."""
+    """Opens a terminal, real or pseudo, for this program alone, and makes it pass all bytes as they
+    are. Raises InUse."""
     line = Line(os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_CLOEXEC))
     try:
+        try:
+            fcntl.flock(line.fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InUse(f"{path}: in use by {user_of(line.fd)}") from None
         settings = termios.tcgetattr(line.fd)
         settings[0] = settings[1] = settings[3] = 0  # nothing done to input, to output, locally
         settings[2] &= ~(termios.CSIZE | termios.PARENB)

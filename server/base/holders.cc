@@ -1,9 +1,12 @@
 #include "server/base/holders.h"
 
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -121,6 +124,31 @@ std::vector<int> HoldersOf(const std::string& target, const std::string& proc) {
   }
   std::sort(holders.begin(), holders.end());
   return holders;
+}
+
+std::optional<int> HolderOfLock(int descriptor, const std::string& proc) {
+  struct stat file {};
+  if (fstat(descriptor, &file) != 0) {
+    return std::nullopt;
+  }
+  std::array<char, 64> name{};
+  std::snprintf(name.data(), name.size(), "%02x:%02x:%ju", major(file.st_dev), minor(file.st_dev),
+                static_cast<uintmax_t>(file.st_ino));
+  // "1: FLOCK  ADVISORY  WRITE 4711 00:1a:4 0 EOF"; of one that waits, the second field is "->".
+  std::ifstream locks(fs::path(proc) / "locks");
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream fields(line);
+    std::array<std::string, 4> skipped;
+    int pid = 0;
+    std::string inode;
+    for (std::string& field : skipped) {
+      fields >> field;
+    }
+    if (fields >> pid >> inode && skipped[1] == "FLOCK" && inode == name.data() && pid > 0) {
+      return pid;
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<int> HolderOfPort(uint16_t port, Transport transport, const std::string& proc) {

@@ -20,6 +20,9 @@ std::string DescribeProcess(int pid, const std::string& proc = "/proc");
 /// symbolic links, or "socket:[4711]".
 std::vector<int> HoldersOf(const std::string& target, const std::string& proc = "/proc");
 
+/// The process that has the lock (flock) of an open file; nothing if it cannot be seen.
+std::optional<int> HolderOfLock(int descriptor, const std::string& proc = "/proc");
+
 enum class Transport { kTcp, kUdp };
 
 /// The process that listens on a port, whatever the address; nothing if it cannot be seen.

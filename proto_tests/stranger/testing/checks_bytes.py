@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import random
 import time
 from collections.abc import Iterator
 
-from ..client import Line, answer_in, open_terminal
+from ..client import Line, answer_in
 from ..wire import (
     ANSWER,
     DLE,
@@ -157,7 +158,7 @@ def check_odd_pieces(daemon: Daemon, link: str, line: Line) -> None:
         check_echoes(1, robot.say(wire[cut:] + PAD + wire), f"a frame from byte {cut} on")
         check_echoes(1, robot.say(wire[:cut] + PAD + wire), f"a frame up to byte {cut}")
     line.send(wire[:20])
-    with open_terminal(daemon.path(link)) as second:
+    with Line(os.open(daemon.path(link), os.O_RDWR | os.O_NOCTTY)) as second:
         second.send(wire[20:])
         check_echoes(1, robot.say(b""), "a frame sent through two openings of the terminal")
     log("odd pieces: dribbled, two in one write, from the middle, cut short")

@@ -56,7 +56,7 @@ class Server(unittest.TestCase):
         cls.process = subprocess.Popen([PHEROMONED, "--config", "lab.toml"], cwd=cls.folder,
                                        stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
         log = b""
-        while b"web: http" not in log:
+        while not (b"web: http" in log and b"link radio-a: up" in log):
             if not select.select([cls.process.stderr], [], [], PATIENCE_S)[0]:
                 raise AssertionError(log.decode())
             log += os.read(cls.process.stderr.fileno(), 65536)

@@ -67,16 +67,18 @@ def decode(block, kind):
 class Robot:
     """Goes from tag to tag, as its net says."""
 
-    def __init__(self, test, client_id):
+    def __init__(self, test, client_id, line=None):
         self.test = test
         self.client_id = client_id
         self.seq = 0
         self.net = 0
-        self.connect()
+        self.connect(line)
 
-    def connect(self):
-        line = open_terminal(self.test.folder / "radio-a.pty")
-        self.test.addCleanup(line.close)
+    def connect(self, line=None):
+        """On a terminal of its own, or on another robot's."""
+        if line is None:
+            line = open_terminal(self.test.folder / "radio-a.pty")
+            self.test.addCleanup(line.close)
         self.client = Client(line, self.client_id, timeout=30)
         self.client.hello(self.client_id)
         self.number = self.client.register(f"robot {self.client_id}")
@@ -191,7 +193,7 @@ class LiveNetTest(unittest.TestCase):
         trail = one.leave_nest()
         energy = one.fetch(trail)
         self.assertEqual((trail, energy), ("A", 50))
-        two = Robot(self, 8)
+        two = Robot(self, 8, one.client.line)
         one.seq += 1  # a record that the server has not read when it is killed
         one.leave_record("N2", encode(one.net, one.seq, PRESENT))
         self.crash()
@@ -202,7 +204,7 @@ class LiveNetTest(unittest.TestCase):
         one.say("P", STORE_A, energy)
         self.assertEqual(one.signs("P")[0], ADVICE_A)
         one.say("N4", LEAVE)
-        two.connect()
+        two.connect(one.client.line)
         for robot in (two, one, two, one):
             trail = robot.leave_nest()
             self.assertEqual(trail, "A", "it was advised")

@@ -61,8 +61,8 @@ class TagsTest(unittest.TestCase):
         self.server.process.wait()
         self.start()
 
-    def robot(self, client_id, unique_id, nonce=1):
-        robot = Client(open_terminal(self.folder / "radio-a.pty"), client_id, timeout=30)
+    def robot(self, client_id, unique_id, nonce=1, line=None):
+        robot = Client(line or open_terminal(self.folder / "radio-a.pty"), client_id, timeout=30)
         self.addCleanup(robot.line.close)
         robot.hello(nonce)
         return robot, robot.register(unique_id)
@@ -154,7 +154,7 @@ class TagsTest(unittest.TestCase):
     def test_of_two_claims_one_is_refused(self):
         self.ctl("write", "door", "15 is here")
         one, number = self.robot(7, "one")
-        two, other = self.robot(8, "two")
+        two, other = self.robot(8, "two", line=one.line)
         seen = one.scan(1500, 2000)[0][3]
         claim = dict(flags=EXPECT, expected=seen, lease_s=60)
         one.define(1, "http://example.org/ns#")
