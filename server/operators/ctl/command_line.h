@@ -39,7 +39,7 @@ void AddModemCommands(CLI::App* program, int* exit_status);
 /// replay: replays recordings.
 void AddReplayCommands(CLI::App* program, int* exit_status);
 
-/// export: converts recordings for viewers.
-void AddExportCommands(CLI::App* program, int* exit_status);
+/// export: recordings as tables and for viewers.
+void AddExportCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
 }  // namespace pheromone::ctl

@@ -71,7 +71,7 @@ int Main(int argc, char** argv) {
   AddNetCommands(&app, &options, &status);
   AddModemCommands(&app, &status);
   AddReplayCommands(&app, &status);
-  AddExportCommands(&app, &status);
+  AddExportCommands(&app, &options, &status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -102,7 +102,17 @@ bool Player::Reopen(const capture::CaptureReader::Position& from) {
 void Player::Restart() {
   ++generation_;
   replay_problem_.clear();
-  replay_ = std::make_unique<capture::Replay>();
+  replay_ =
+      std::make_unique<capture::Replay>([errors = errors_, on_answer = options_.on_answer](
+                                            uint64_t /*field_ms*/, const capture::Sent& sent) {
+        protocol::ErrorAnswer error;
+        if (protocol::Decode(sent.message, &error)) {
+          errors->push_back(error);
+        }
+        if (on_answer) {
+          on_answer(sent);
+        }
+      });
   progress_ = {};
   progress_.last_ns = range_.begin_ns;
   Reopen({});
@@ -183,6 +193,7 @@ bool Player::Step() {
     return false;
   }
   const capture::Found found = *std::exchange(next_, std::nullopt);
+  errors_->clear();
   const Status same = replay_->Take(found);
   if (!same.ok()) {
     replay_problem_ = name_ + ": " + same.error();
@@ -206,9 +217,37 @@ void Player::Note(const capture::Record& record) {
   if (const auto* packet = std::get_if<capture::Packet>(&record)) {
     Count(*packet);
   } else if (const auto* batch = std::get_if<capture::Batch>(&record)) {
-    for (const capture::Handled& handled : batch->messages) {
-      progress_.traffic.Count(batch->link, handled.message, batch->stamp.field_time_ms,
-                              engine::Traffic::Fate::kAnswered);
+    NoteBatch(*batch);
+  } else if (const auto* applied = std::get_if<capture::EventApplied>(&record)) {
+    NoteEvent(*applied);
+  } else if (const auto* halt = std::get_if<capture::Unlogged>(&record)) {
+    progress_.traffic.NoteHaltOfAll(halt->sent.link, progress_.anchor.field_ms);
+  }
+}
+
+void Player::NoteBatch(const capture::Batch& batch) {
+  for (const capture::Handled& handled : batch.messages) {
+    const auto error =
+        std::find_if(errors_->begin(), errors_->end(), [&](const protocol::ErrorAnswer& it) {
+          return it.id == handled.message.id && it.refused_opcode == handled.message.opcode;
+        });
+    const bool refused = error != errors_->end();
+    progress_.traffic.Count(
+        batch.link, handled.message, batch.stamp.field_time_ms,
+        refused ? engine::Traffic::Fate::kRefused : engine::Traffic::Fate::kAnswered,
+        refused ? error->reason : protocol::Reason::kNone);
+  }
+}
+
+void Player::NoteEvent(const capture::EventApplied& applied) {
+  const uint64_t at_ms = applied.stamp.field_time_ms;
+  if (const auto* command = std::get_if<engine::CommandIssued>(&applied.event)) {
+    if (command->id == protocol::kBroadcastId && command->code == protocol::CommandCode::kHalt) {
+      progress_.traffic.NoteHaltOfAll(command->link, at_ms);
+    }
+  } else if (const auto* ended = std::get_if<engine::GoalEnded>(&applied.event)) {
+    if (ended->reached) {
+      progress_.traffic.NoteArrival(ended->link, ended->id, at_ms);
     }
   }
 }

@@ -48,6 +48,8 @@ struct PlayerOptions {
   uint64_t checkpoint_bytes = uint64_t{64} << 20;  ///< of the map, in all checkpoints together
   /// Called with each record after it was replayed.
   std::function<void(const capture::Record&)> on_record = nullptr;
+  /// Called before that with each message that the engine gives for it.
+  std::function<void(const capture::Sent&)> on_answer = nullptr;
 };
 
 class Player {
@@ -132,6 +134,8 @@ class Player {
   bool Reopen(const capture::CaptureReader::Position& from);
   void ReadNext();
   void Note(const capture::Record& record);
+  void NoteBatch(const capture::Batch& batch);
+  void NoteEvent(const capture::EventApplied& applied);
   void Count(const capture::Packet& packet);
   void KeepCheckpoint();
 
@@ -149,6 +153,9 @@ class Player {
   std::optional<capture::CaptureReader> reader_;
   std::optional<capture::Found> next_;
   std::unique_ptr<capture::Replay> replay_;
+  // Given for the present record; shared, since replays add to it.
+  std::shared_ptr<std::vector<protocol::ErrorAnswer>> errors_ =
+      std::make_shared<std::vector<protocol::ErrorAnswer>>();
   Progress progress_;
   uint64_t time_ns_ = 0;
   uint64_t target_ns_ = 0;

@@ -44,10 +44,13 @@ class PlayerTest : public ::testing::Test {
     EXPECT_EQ(levels, live.levels);
     // The recording began when no robot had been heard.
     std::vector<std::pair<uint8_t, uint64_t>> requests;
+    std::vector<std::string> states;
     for (const control::ClientView& client : player.Clients(time_ns)) {
       requests.emplace_back(client.id, client.traffic.requests);
+      states.push_back(testing::StateText(client));
     }
     EXPECT_EQ(requests, live.requests);
+    EXPECT_EQ(states, live.states);
   }
 };
 

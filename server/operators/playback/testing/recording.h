@@ -29,11 +29,17 @@ struct Moment {
   uint64_t field_ms = 0;
   std::vector<int64_t> levels;  ///< of type 1, as they were sensed at some places
   std::vector<std::pair<uint8_t, uint64_t>> requests;  ///< of each robot of link 0
+  std::vector<std::string> states;                     ///< and what it is doing, and why
 };
+
+inline std::string StateText(const control::ClientView& client) {
+  return std::string(control::NameOf(client.condition.state)) + ": " + client.condition.reason;
+}
 
 inline Moment MomentOf(const engine::Engine& engine, const engine::Traffic& traffic,
                        uint64_t field_ms) {
-  Moment moment{.hash = engine.StateHash(), .field_ms = field_ms, .levels = {}, .requests = {}};
+  Moment moment{
+      .hash = engine.StateHash(), .field_ms = field_ms, .levels = {}, .requests = {}, .states = {}};
   const field::FieldReader reader(engine.field());
   for (int i = 0; i < 25; ++i) {
     const field::PoseUm pose{{i % 5 * 900'000, i / 5 * 900'000}, 0};
@@ -42,6 +48,7 @@ inline Moment MomentOf(const engine::Engine& engine, const engine::Traffic& traf
   }
   for (const control::ClientView& client : control::ClientsOf(engine, traffic, field_ms)) {
     moment.requests.emplace_back(client.id, client.traffic.requests);
+    moment.states.push_back(StateText(client));
   }
   return moment;
 }

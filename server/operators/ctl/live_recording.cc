@@ -1,0 +1,72 @@
+#include "server/operators/ctl/live_recording.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+
+#include <boost/json/parse.hpp>
+
+#include "server/operators/ctl/json_read.h"
+
+namespace pheromone::ctl {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// More often than files are full.
+constexpr useconds_t kLookEveryUs = 100'000;
+
+volatile std::sig_atomic_t g_stop = 0;
+
+// The recording as the server shows it.
+Result<boost::json::value> AskCapture(const ServerOptions& options, const char* method,
+                                      const std::string& body) {
+  const Reply reply = Ask(options, method, "/api/v1/capture", body);
+  boost::system::error_code malformed;
+  boost::json::value view = boost::json::parse(reply.body, malformed);
+  if (reply.exit_status != 0 || malformed) {
+    return Error{reply.exit_status != 0 ? reply.error : "the server's answer is not JSON"};
+  }
+  return view;
+}
+
+void AddFile(const boost::json::value& view, std::vector<std::string>* files) {
+  const std::filesystem::path name = TextAt(view, "file");
+  const std::string path = (std::filesystem::path(TextAt(view, "folder")) / name).string();
+  if (!name.empty() && (files->empty() || files->back() != path)) {
+    files->push_back(path);
+  }
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> RecordLive(const ServerOptions& options, double seconds) {
+  std::vector<std::string> files;
+  for (const int signal : {SIGINT, SIGTERM}) {
+    std::signal(signal, [](int) { g_stop = 1; });
+  }
+  PHEROMONE_TRY(boost::json::value view, AskCapture(options, "POST", R"({"action":"start"})"));
+  AddFile(view, &files);
+  std::cerr << "recording into " << files.back() << (seconds == 0 ? "; Ctrl-C ends it\n" : "\n");
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  while (g_stop == 0 && (seconds == 0 || Clock::now() < end) && FlagAt(view, "recording")) {
+    usleep(kLookEveryUs);
+    PHEROMONE_TRY(view, AskCapture(options, "GET", ""));
+    AddFile(view, &files);
+  }
+  PHEROMONE_TRY(view, AskCapture(options, "POST", R"({"action":"stop"})"));
+  AddFile(view, &files);
+  for (const std::string& file : files) {
+    if (access(file.c_str(), R_OK) != 0) {
+      return Error{file +
+                   ": recorded, but not readable for you: it is of the user that the server "
+                   "runs as; export it as that user, or with sudo"};
+    }
+  }
+  return files;
+}
+
+}  // namespace pheromone::ctl
