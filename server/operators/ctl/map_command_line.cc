@@ -54,12 +54,14 @@ void AddMapCommands(CLI::App* program, int* exit_status) {
       program->add_subcommand("map", "Maps in files: draw, export, convert, resample, info");
   map->require_subcommand(1);
 
-  CLI::App* draw = map->add_subcommand("draw", "Draw a pheromone as a PNG image");
+  CLI::App* draw =
+      map->add_subcommand("draw", "Draw a pheromone as a PNG image, or with axes as SVG");
   AddSource(draw, &it->source);
   draw->add_option("--pixels-per-cell", it->pixels, "Side of a cell in pixels")
       ->check(WholeNumber(1, 1000))
       ->type_name("K");
-  draw->add_option("OUT", it->out, "A .png file")->required();
+  draw->add_option("OUT", it->out, "A .png file, or .svg: with axes, colour scale and legend")
+      ->required();
   draw->callback([arguments, exit_status] {
     *exit_status = DrawMap(arguments->source, arguments->pixels, arguments->out);
   });

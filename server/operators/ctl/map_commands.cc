@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "server/base/file.h"
 #include "server/base/units.h"
 #include "server/config/config.h"
 #include "server/core/field/field.h"
@@ -15,6 +16,7 @@
 #include "server/formats/maps/field_raster.h"
 #include "server/formats/maps/png_picture.h"
 #include "server/formats/maps/resample.h"
+#include "server/operators/ctl/map_svg.h"
 #include "server/operators/ctl/raster_files.h"
 
 namespace pheromone::ctl {
@@ -103,6 +105,7 @@ const field::PheromoneLaw* ChooseType(const field::Field& field, const std::stri
 struct Drawn {
   maps::Raster raster;
   double maximum = 1;
+  std::string name;  // of the pheromone
   std::string what;
   int status = 0;
 };
@@ -123,6 +126,7 @@ Drawn DrawPheromone(const MapSource& source) {
   }
   drawn.raster = std::move(raster).value();
   drawn.maximum = static_cast<double>(law->quantum_micro) * law->max_count / kUmPerM;
+  drawn.name = law->name;
   drawn.what = fmt::format("pheromone {} \"{}\", {} x {} cells", law->type, law->name,
                            drawn.raster.columns, drawn.raster.rows);
   return drawn;
@@ -185,8 +189,9 @@ Status KeepTypes(const std::vector<std::string>& wanted, maps::SavedField* saved
 }  // namespace
 
 int DrawMap(const MapSource& source, int pixels_per_cell, const std::string& out) {
-  if (!out.ends_with(".png")) {
-    return Fail(kUsage, out + ": unknown ending, expected .png");
+  const bool is_svg = out.ends_with(".svg");
+  if (!is_svg && !out.ends_with(".png")) {
+    return Fail(kUsage, out + ": unknown ending, expected .svg or .png");
   }
   const Drawn drawn = DrawPheromone(source);
   if (drawn.status != 0) {
@@ -195,7 +200,19 @@ int DrawMap(const MapSource& source, int pixels_per_cell, const std::string& out
   const int32_t side = std::max(drawn.raster.columns, drawn.raster.rows);
   maps::PictureStyle style{.low = 0, .high = drawn.maximum, .unknown = kObstacleGray};
   style.pixels_per_cell = pixels_per_cell != 0 ? pixels_per_cell : std::max(1, kUsualPixels / side);
-  return Report(maps::SavePicture(out, drawn.raster, style), out,
+  Status saved = Ok();
+  if (is_svg) {
+    const Result<std::string> svg =
+        MapToSvg(drawn.raster, {.title = "Pheromone \"" + drawn.name + "\"",
+                                .scale_label = "content of a node in units",
+                                .maximum = drawn.maximum,
+                                .obstacle = kObstacleGray,
+                                .pixels_per_cell = style.pixels_per_cell});
+    saved = svg.ok() ? WriteFile(out, svg.value()) : Status(svg.error());
+  } else {
+    saved = maps::SavePicture(out, drawn.raster, style);
+  }
+  return Report(saved, out,
                 fmt::format("{} of {} pixels, from 0 to {}", drawn.what, style.pixels_per_cell,
                             drawn.maximum));
 }

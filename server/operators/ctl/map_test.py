@@ -4,11 +4,14 @@
 Usage: map_test.py build/release/bin/pheromonectl
 """
 
+import base64
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 import numpy
 
@@ -130,6 +133,37 @@ class MapTest(unittest.TestCase):
         self.good("draw", "big.png")
         self.assertEqual(netpbm(self.folder / "big.png").shape, (909, 909, 3))
 
+    def test_a_figure_has_axes_in_metres_and_a_scale(self):
+        options = ("--config", "lab.toml", "--pixels-per-cell", "4")
+        self.good("draw", *options, "a.png")
+        self.good("draw", *options, "a.svg")
+        root = xml.etree.ElementTree.parse(self.folder / "a.svg").getroot()
+        spaced = "{http://www.w3.org/2000/svg}"
+        image = root.find(spaced + "image")
+        kind, _, data = image.get("href").partition(",")
+        self.assertEqual(kind, "data:image/png;base64")
+        self.assertEqual(base64.b64decode(data), (self.folder / "a.png").read_bytes())
+        box = {it: float(image.get(it)) for it in ("x", "y", "width", "height")}
+        self.assertAlmostEqual(box["height"] / box["width"], 9 / 13, 3)  # square cells
+        texts = [(it.text, it) for it in root.iter(spaced + "text")]
+        self.assertLessEqual({'Pheromone "path"', "x in m", "y in m", "content of a node in units",
+                              "obstacle"}, {it for it, _ in texts})
+        # The left edge of the cells is half a cell before the map's: of the ROS map below, -0.25 m.
+        scale = box["width"] / 1.3
+        ticks = [(float(text), float(it.get("x"))) for text, it in texts
+                 if it.get("text-anchor") == "middle" and re.fullmatch(r"-?[0-9.]+", text)]
+        self.assertGreater(len(ticks), 3)
+        for metres, at in ticks:
+            self.assertAlmostEqual(at, box["x"] + (metres + 0.25) * scale, delta=0.1)
+        ticks = [(float(text), float(it.get("y")) - 4) for text, it in texts
+                 if it.get("text-anchor") == "end"]
+        self.assertGreater(len(ticks), 3)
+        for metres, at in ticks:
+            self.assertAlmostEqual(at, box["y"] + box["height"] - (metres + 0.05) * scale, delta=0.1)
+        marks = [float(text) for text, it in texts
+                 if it.get("text-anchor") == "start" and text != "obstacle"]
+        self.assertEqual((min(marks), max(marks)), (0, 2))  # the maximum of the law
+
     def test_the_obstacles_as_a_ros_map(self):
         self.good("export", "--config", "lab.toml", "lab.yaml")
         info = dict(line.split(": ", 1)
@@ -175,7 +209,7 @@ class MapTest(unittest.TestCase):
 
     def test_mistakes_are_told_and_leave_no_file(self):
         config = ("--config", "lab.toml")
-        self.refused(2, "unknown ending, expected .png", "draw", *config, "out.gif")
+        self.refused(2, "unknown ending, expected .svg or .png", "draw", *config, "out.gif")
         self.refused(2, "expected .npy, .csv or .yaml", "export", *config, "out.png")
         self.refused(2, "expected no --type or --field", "export", "--type", 1, *config, "out.yaml")
         self.refused(2, 'found "9", expected one of 1 ("trail"), 2 ("path"), 3 ("guide")', "draw",
