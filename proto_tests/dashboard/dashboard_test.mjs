@@ -248,7 +248,7 @@ async function panels(page) {
   await page.waitForSelector('#tag-card:not([hidden])');
   await page.mouse.move(...await pixel(page, 5, 5));
   await page.mouse.wheel(0, -400);
-  await page.click('#zoom button:last-child');
+  await page.click('#zoom [aria-label^="Fit"]');
 
   await page.click('#record');
   await until('the recording begins', async () => (await swarm.get('capture')).recording);
@@ -369,30 +369,36 @@ async function colourAt(page, x, y) {
   }))), [x, y]);
 }
 
-async function scaleIsFixed(page) {
-  begin('the colours end at the maximum of the law; what is half looks like half; auto is an option');
-  const law = await page.evaluate(() => window.pheromone.store.laws.get('path'));
-  const post = (path, body) => fetch(`http://127.0.0.1:${swarm.port}/api/v1/${path}`, {method: 'POST', headers: {Authorization: `Bearer ${TOKEN}`}, body: JSON.stringify(body)});
-  const paint = (y, units) => post('paint', {pheromone: 'path', points_m: [[0.6, y]], radius_m: 0.25, units});
-  await paint(0.6, 0.5);
-  await paint(1.3, 0.25);
-  await until('the picture has both', async () => await levelAt(page, 'path', 0.6, 0.6) > 0.4 && await levelAt(page, 'path', 0.6, 1.3) > 0.2);
-  const [half, quarter] = [await colourAt(page, 0.6, 0.6), await colourAt(page, 0.6, 1.3)];
-  check(Math.hypot(...half.map((it, i) => it - quarter[i])) > 60, `0.5 is ${half}, 0.25 is ${quarter}`);
-  check(await page.evaluate(() => window.pheromone.store.layers.get('path').range) === law.maximum, 'the scale does not end at the maximum of the law');
-  // The server renormalises its bytes when the peak falls; the colour stays.
-  await post('erase', {pheromone: 'path', all: true});
-  await paint(1.3, 0.25);
-  await until('the server has another scale', async () => page.evaluate(() => window.pheromone.store.layers.get('path').scale < 1));
-  await until('the picture has it', async () => await levelAt(page, 'path', 0.6, 1.3) > 0.2);
-  const again = await colourAt(page, 0.6, 1.3);
-  check(Math.hypot(...again.map((it, i) => it - quarter[i])) < 12, `0.25 was ${quarter} and is ${again} beside nothing else`);
-  check(await page.textContent('.layer[data-layer="path"] .scale') === '0–1', 'the scale is not told');
-  await page.click('.layer[data-layer="path"] .scale');
-  const auto = await colourAt(page, 0.6, 1.3);
-  check(Math.hypot(...auto.map((it, i) => it - again[i])) > 60, 'auto has no effect');
-  await page.waitForSelector('.legend >> text=/auto/');
-  await page.click('.layer[data-layer="path"] .scale');
+async function exports(page) {
+  begin('what is shown is saved: a picture, a figure with axes, tables');
+  const saved = async (name) => {
+    const [download] = await Promise.all([page.waitForEvent('download'), page.click(`[data-export="${name}"]`)]);
+    const path = join(out, `saved-${name}.${download.suggestedFilename().split('.').at(-1)}`);
+    await download.saveAs(path);
+    return readFileSync(path);
+  };
+  const png = await saved('png');
+  const {width, height} = await page.evaluate(() => window.pheromone.map.view);
+  check(png.readUInt32BE(16) === Math.round(width) && png.readUInt32BE(20) > height, `a PNG of ${png.readUInt32BE(16)} x ${png.readUInt32BE(20)}`);
+  const svg = (await saved('svg')).toString();
+  const figure = await page.evaluate((text) => {
+    const it = new DOMParser().parseFromString(text, 'image/svg+xml');
+    return {error: it.querySelector('parsererror')?.textContent, texts: [...it.querySelectorAll('text')].map((t) => t.textContent), images: it.querySelectorAll('image').length};
+  }, svg);
+  check(!figure.error, `the SVG is broken: ${figure.error}`);
+  for (const text of ['x in m', 'y in m', '0', '10', 'path, units', 'trail, units', 'door', '1', '2']) check(figure.texts.includes(text), `the figure does not say ${text}: ${figure.texts}`);
+  check(figure.images === 3, `${figure.images} pictures: of the map, and of two scales`);
+  const table = (await saved('robots-csv')).toString().trim().split('\n').map((it) => it.split(','));
+  check(table.length === 3 && table[0].join() === 'utc,link,id,x_m,y_m,heading_deg,state,follows,trail_left,trail_right,path_left,path_right', `the robots: ${table}`);
+  const {pose} = await swarm.robot(1);
+  const row = table.find((it) => it[1] === 'radio-a');
+  check(row[7] === 'trail' && Math.hypot(row[3] - pose.x_m, row[4] - pose.y_m) < 3, `robot 1: ${row}`);
+  const levels = (await saved('levels-csv')).toString().trim().split('\n');
+  check(levels[0] === 'pheromone,x_m,y_m,units' && levels.length > 150, `${levels.length} levels`);
+  const field = await swarm.get('field?pheromone=path&format=json');
+  const [, x, y, units] = levels.find((it) => it.startsWith('path,')).split(',').map(Number);
+  const value = field.values[field.rows - 1 - Math.round(y / 0.1)][Math.round(x / 0.1)];
+  check(Math.abs(value - units) < 0.01, `at ${x}, ${y} there is ${value}, the table has ${units}`);
 }
 
 async function haltAll(page) {
@@ -508,6 +514,127 @@ async function screenshots(browser) {
   }
 }
 
+async function scaleIsFixed(page, lab) {
+  begin('the colours end at the maximum of the law; what is half looks like half; auto is an option');
+  const law = await page.evaluate(() => window.pheromone.store.laws.get('path'));
+  const paint = (y, units) => lab.post('paint', {pheromone: 'path', points_m: [[0.6, y]], radius_m: 0.25, units});
+  await paint(0.6, 0.5);
+  await paint(1.3, 0.25);
+  await until('the picture has both', async () => await levelAt(page, 'path', 0.6, 0.6) > 0.4 && await levelAt(page, 'path', 0.6, 1.3) > 0.2);
+  const [half, quarter] = [await colourAt(page, 0.6, 0.6), await colourAt(page, 0.6, 1.3)];
+  check(Math.hypot(...half.map((it, i) => it - quarter[i])) > 60, `0.5 is ${half}, 0.25 is ${quarter}`);
+  check(await page.evaluate(() => window.pheromone.store.layers.get('path').range) === law.maximum, 'the scale does not end at the maximum of the law');
+  // The server renormalises its bytes when the peak falls; the colour stays.
+  await lab.post('erase', {pheromone: 'path', all: true});
+  await paint(1.3, 0.25);
+  await until('the server has another scale', async () => page.evaluate(() => window.pheromone.store.layers.get('path').scale < 1));
+  await until('the picture has it', async () => await levelAt(page, 'path', 0.6, 1.3) > 0.2);
+  const again = await colourAt(page, 0.6, 1.3);
+  check(Math.hypot(...again.map((it, i) => it - quarter[i])) < 12, `0.25 was ${quarter} and is ${again} beside nothing else`);
+  check(await page.textContent('.layer[data-layer="path"] .scale') === '0–1', 'the scale is not told');
+  await page.click('.layer[data-layer="path"] .scale');
+  const auto = await colourAt(page, 0.6, 1.3);
+  check(Math.hypot(...auto.map((it, i) => it - again[i])) > 60, 'auto has no effect');
+  await page.waitForSelector('.legend >> text=/auto/');
+  await page.click('.layer[data-layer="path"] .scale');
+}
+
+/** The colours of the pixels around a place of the map. */
+async function pixelsAround(page, x, y, sidePx) {
+  return page.evaluate(([mapX, mapY, side]) => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => {
+    const {view, canvases: {base}} = window.pheromone.map;
+    const ratio = base.width / view.width;
+    const {data} = base.getContext('2d').getImageData(view.sx(mapX) * ratio - side / 2, view.sy(mapY) * ratio - side / 2, side, side);
+    resolve(Array.from({length: side * side}, (_, i) => [...data.slice(4 * i, 4 * i + 3)]));
+  }))), [x, y, sidePx]);
+}
+
+async function pheromones(browser) {
+  const lab = new Swarm(binDir, `${defaultConfig(binDir)}
+[[pheromone]]
+type = 3
+name = "danger"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 0
+quantum = 0.125
+maximum = 1.0
+weight = -1.0
+[[pheromone]]
+type = 4
+name = "guide"
+blend = [{pheromone = "path"}, {pheromone = "danger", weight = -0.5}]
+`);
+  try {
+    await lab.start();
+    const {page, context, checkClean} = await open(browser, lab.port);
+    await page.goto(`http://127.0.0.1:${lab.port}/#token=${TOKEN}`);
+    await page.waitForSelector('.layer[data-layer="guide"]');
+    await scaleIsFixed(page, lab);
+    begin('a repellent is hatched, a blend is a layer, the curve of a path is drawn; a floor plan; wall mode');
+    await lab.post('erase', {pheromone: 'path', all: true});
+    for (const [name, x] of [['path', 2], ['danger', 2], ['danger', 4], ['path', 6]]) await lab.post('paint', {pheromone: name, points_m: [[x, 6]], radius_m: 0.5, units: 1});
+    check(!await page.isChecked('.layer[data-layer="guide"] input'), 'a blend hides its parts from the beginning');
+    await page.waitForSelector('.layer[data-layer="danger"] .ramp.repels');
+    await page.waitForSelector('.legend >> text=/danger repels/');
+    await page.check('.layer[data-layer="guide"] input');
+    for (const name of ['path', 'danger', 'trail']) await page.uncheck(`.layer[data-layer="${name}"] input`);
+    const value = (x) => page.evaluate((at) => window.pheromone.store.layers.get('guide').valueAt(at, 6), x);
+    await until('the blend is there', async () => Math.abs(await value(2) - 0.5) < 0.01);
+    check(Math.abs(await value(4) + 0.5) < 0.01 && Math.abs(await value(6) - 1) < 0.01, `the blend is ${await value(4)} and ${await value(6)}`);
+    const spread = (pixels) => Math.max(...[0, 1, 2].map((i) => Math.max(...pixels.map((it) => it[i])) - Math.min(...pixels.map((it) => it[i]))));
+    check(spread(await pixelsAround(page, 6, 6, 16)) < 20, 'what attracts is hatched');
+    check(spread(await pixelsAround(page, 4, 6, 16)) > 60, 'what repels is not hatched');
+    await page.waitForSelector('.legend >> text=/guide blend/');
+    await page.screenshot({path: join(out, 'blend.png')});
+
+    // All of the path was erased, but its curve can be seen: where it begins, at (5, 3).
+    check(await page.evaluate(() => window.pheromone.store.paths.length === 1 && window.pheromone.store.paths[0].points_m.length > 100), 'the path is not a curve');
+    check(spread(await pixelsAround(page, 5, 3, 24)) > 40, 'the curve of the path is not drawn');
+    await page.uncheck('.switches [name="grid"]');
+    await page.uncheck('.switches [name="paths"]');
+    check(spread(await pixelsAround(page, 5, 3, 24)) === 0, 'the curve of the path cannot be hidden');
+
+    const plan = Buffer.from((await page.evaluate(() => {
+      const canvas = document.createElement('canvas');
+      canvas.width = canvas.height = 40;
+      const on = canvas.getContext('2d');
+      on.fillStyle = '#f00';
+      on.fillRect(0, 0, 40, 40);
+      return canvas.toDataURL('image/png');
+    })).split(',')[1], 'base64');
+    await page.click('.floorplan summary');
+    await page.setInputFiles('#floorplan-file', {name: 'room.png', mimeType: 'image/png', buffer: plan});
+    const isRed = async (x, y) => { const [r, g, b] = await colourAt(page, x, y); return r > 100 && g < 30 && b < 30; };
+    await until('the plan is under the map', () => isRed(8, 2));
+    await page.fill('[name="floorplan-width"]', '4');
+    check(await isRed(3, 3) && !await isRed(8, 2), 'the width of the plan has no effect');
+    await page.reload();
+    await until('the plan is kept', () => isRed(3, 3));
+    await page.click('.floorplan summary');
+    await page.click('#floorplan-remove');
+    check(!await isRed(3, 3), 'the plan is not removed');
+
+    await page.locator('#stage').focus();
+    const width = () => page.evaluate(() => window.pheromone.map.view.width);
+    const before = await width();
+    await page.keyboard.press('w');
+    await page.waitForSelector('#side', {state: 'hidden'});
+    await until('the map is the page', async () => await width() > before + 300);
+    await page.waitForFunction(() => /wall=1/.test(location.hash));
+    await page.screenshot({path: join(out, 'wall-mode.png')});
+    await page.reload();
+    await page.waitForSelector('#side', {state: 'hidden'});
+    await page.waitForFunction(() => window.pheromone.store.map);
+    await page.keyboard.press('w');
+    await page.waitForSelector('#side');
+    checkClean();
+    await context.close();
+  } finally {
+    await lab.end();
+  }
+}
+
 /** Nets and their semaphores, on the bench of the paper. */
 async function nets(browser) {
   begin('nets and semaphores');
@@ -553,10 +680,11 @@ await run(swarm, async (browser) => {
   await antennas(page);
   await measure(page);
   await addressOf(browser, page);
-  await scaleIsFixed(page);
+  await exports(page);
   await cut(page, watch);
   checkClean();
   await fingers(browser);
   await screenshots(browser);
   await nets(browser);
+  await pheromones(browser);
 });

@@ -75,6 +75,12 @@ export class Swarm {
     return response.json();
   }
 
+  async post(path, body) {
+    const response = await fetch(`http://127.0.0.1:${this.port}/api/v1/${path}`, {
+      method: 'POST', headers: {Authorization: `Bearer ${TOKEN}`, Connection: 'close'}, body: JSON.stringify(body)});
+    check(response.ok, `${path}: ${await response.text()}`);
+  }
+
   async robot(id) {
     return (await this.get('clients')).clients.find((it) => it.id === id);
   }

@@ -18,6 +18,7 @@ export class Address {
     this.shown = list(this.wanted.get('show'));
     this.auto = list(this.wanted.get('auto'));
     for (const key of list(this.wanted.get('off'))) if (key in store.shows) store.shows[key] = false;
+    store.isWall = this.wanted.has('wall');
     store.senses = this.wanted.get('antennas');
     store.tool = this.wanted.get('tool');
     const [, kind, key] = /^(robot|tag) (.+)$/.exec(this.wanted.get('selected') ?? '') ?? [];
@@ -55,6 +56,7 @@ export class Address {
       at: view.fitted ? '' : [view.x.toFixed(2), view.y.toFixed(2), Number(view.scale.toPrecision(4))].join(','),
       hide: names((it) => !it.isBlend && !it.visible), show: names((it) => it.isBlend && it.visible), auto: names((it) => it.isAuto),
       off: Object.keys(store.shows).filter((it) => !store.shows[it]).join(','), antennas: store.senses ?? '', tool: store.tool === store.paintable[0]?.name ? '' : store.tool ?? '',
+      wall: store.isWall ? '1' : '',
       selected: store.selected ? (store.selected.kind === 'tag' ? store.selected.key : `robot ${store.selected.key}`) : '',
     };
     this.hidden = list(state.hide);

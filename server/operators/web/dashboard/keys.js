@@ -4,13 +4,13 @@ import {store} from './store.js';
 const SHOWS = {r: 'robots', t: 'trails', a: 'antennas', g: 'grid'};
 const PAN_PX = 80;
 
-export function setUpKeys({map, tools, robots, layers, timeline, replay, theme, haltAll, showHelp}) {
+export function setUpKeys({map, tools, robots, layers, timeline, replay, theme, wall, haltAll, showHelp}) {
   const {view} = map;
   const onMap = {
     arrowleft: () => view.pan(PAN_PX, 0), arrowright: () => view.pan(-PAN_PX, 0),
     arrowup: () => view.pan(0, PAN_PX), arrowdown: () => view.pan(0, -PAN_PX),
     '+': () => view.zoom(1.25), '=': () => view.zoom(1.25), '-': () => view.zoom(0.8), 0: () => view.fit(),
-    ' ': () => timeline.toggle(), l: () => timeline.live(), d: () => theme.toggle(), '?': showHelp, '/': showHelp,
+    ' ': () => timeline.toggle(), l: () => timeline.live(), d: () => theme.toggle(), w: () => wall.toggle(), '?': showHelp, '/': showHelp,
     h: () => ofRobot(() => robots.command('halt')), u: () => ofRobot(() => robots.command('resume')),
     f: () => ofRobot(() => robots.onFollow(store.selected.key)),
   };

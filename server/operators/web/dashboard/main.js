@@ -11,6 +11,8 @@ import {SwarmMap} from './map.js';
 import {Tools} from './tools.js';
 import {MANY, Trail, countStates, isHalted, poseNow, stateOf, takeClients} from './robots.js';
 import {Address, keepTrails, keptTrails} from './address.js';
+import {exportButtons} from './export.js';
+import {FloorPlan} from './floorplan.js';
 import {Charts} from './charts.js';
 import {History} from './history.js';
 import {Timeline} from './timeline.js';
@@ -21,7 +23,7 @@ import {PlacesPanel} from './panels/places.js';
 import {EventList} from './panels/events.js';
 import {HealthPanel} from './panels/health.js';
 import {setUpHelp, setUpToken} from './dialogs.js';
-import {setUpTheme} from './appearance.js';
+import {setUpTheme, setUpWall} from './appearance.js';
 import {setUpKeys} from './keys.js';
 import {mapText} from './describe.js';
 import {setUpSheet} from './sheet.js';
@@ -48,6 +50,8 @@ const layers = new LayersPanel(() => {
   subscribeLayers();
   map.invalidate('base');
 }, () => { map.invalidate(); panelsDue.add('robots'); });
+map.plan = new FloorPlan(() => map.invalidate('base'));
+layers.append(exportButtons(map, layers), map.plan.element);
 const robots = new RobotsPanel(tools, (key) => {
   following = following === key ? null : key;
   follow();
@@ -65,6 +69,10 @@ const theme = setUpTheme(() => {
   robots.charts.themeChanged();
 });
 map.readTheme();
+const wall = setUpWall(() => {
+  map.invalidate();
+  store.emit('shown');
+});
 const showToken = setUpToken();
 const showHelp = setUpHelp();
 
@@ -253,7 +261,7 @@ async function loadNets() {
 
 function showState(state, retryAt) {
   const box = byId('link-state');
-  const told = {connecting: 'Connecting …', live: replay.active ? 'Replay' : 'Live', stale: 'No data', lost: 'Connection lost'}[state];
+  const told = {connecting: 'Connecting …', live: replay.active ? 'Replay' : store.past ? 'The past' : 'Live', stale: 'No data', lost: 'Connection lost'}[state];
   const reconnecting = state === 'connecting' && box.dataset.state === 'lost';
   box.dataset.state = reconnecting ? 'lost' : state;
   setText(box.lastElementChild, told);
@@ -333,6 +341,7 @@ function follow() {
 
 store.on('robots', () => panelsDue.add('robots'));
 store.on('events', () => fact('New warnings', String(events.unseen)));
+store.on('past', () => showState(stream.state, showState.retryAt));
 store.on('selected', () => {
   if (following && store.selected?.key !== following) following = null;
   robots.show();
@@ -382,10 +391,11 @@ byId('resume-all').addEventListener('click', () => {
 });
 byId('zoom').append(...[['Zoom in (+)', ['M12 6v12', 'M6 12h12'], () => map.view.zoom(1.4)],
                         ['Zoom out (−)', ['M6 12h12'], () => map.view.zoom(1 / 1.4)],
-                        ['Fit (0)', ['M5 9V5h4', 'M19 9V5h-4', 'M5 15v4h4', 'M19 15v4h-4'], () => map.view.fit()]]
+                        ['Fit (0)', ['M5 9V5h4', 'M19 9V5h-4', 'M5 15v4h4', 'M19 15v4h-4'], () => map.view.fit()],
+                        ['Wall mode: large type, the map alone (W)', ['M3.5 5h17v11h-17z', 'M9 20h6'], () => wall.toggle()]]
   .map(([title, paths, go]) => h('button', {type: 'button', title, 'aria-label': title, onclick: go}, icon(...paths))));
 
-setUpKeys({map, tools, robots, layers, timeline, replay, theme, haltAll, showHelp});
+setUpKeys({map, tools, robots, layers, timeline, replay, theme, wall, haltAll, showHelp});
 keepTrails(() => stream.session);
 stream.connect();
 

@@ -5,7 +5,7 @@ import {byId} from './dom.js';
 import {View} from './view.js';
 import {drawRobots, isMoving} from './robots.js';
 import {TrailsCanvas} from './trails.js';
-import {drawPlaces, write} from './places.js';
+import {drawPlaces, fontOf, write} from './places.js';
 
 const NAMES = ['base', 'top'];   // drawn here
 
@@ -17,6 +17,7 @@ export class SwarmMap {
     this.trails = new TrailsCanvas(byId('trails'));
     this.dirty = new Set([...NAMES, 'trails']);
     this.overlay = () => {};   // the tool's own drawing
+    this.plan = null;          // a picture under all (floorplan.js)
     this.frames = [];          // [start, milliseconds], for measurements
     this.view = new View(this.stage, () => {
       this.invalidate();
@@ -95,9 +96,21 @@ export class SwarmMap {
     context.fillRect(0, 0, view.width, view.height);
     context.fillStyle = theme.map;
     context.fillRect(left, top, width, height);
+    this.plan?.draw(context, view);
     const grid = store.shows.grid ? this.gridLines() : null;
     if (grid) this.drawGrid(context, grid, left, top, width, height);
 
+    if (store.shows.paths) this.drawPaths(context, theme['ink-2'], [7, 5]);
+    this.drawField(context);
+    if (store.shows.paths && view.scale * map.cell_m > 5) this.drawPaths(context, theme.map, []);
+    context.strokeStyle = theme['ink-3'];
+    context.lineWidth = 1;
+    context.strokeRect(Math.round(left) - 0.5, Math.round(top) - 0.5, Math.round(width) + 1, Math.round(height) + 1);
+    if (grid) this.writeGrid(context, grid, left, top, width, height);
+  }
+
+  drawField(context) {
+    const {view, theme} = this;
     let walls = null;
     for (const layer of store.layers.values()) {
       if (!layer.levels) continue;
@@ -109,16 +122,21 @@ export class SwarmMap {
         else this.drawPicture(context, layer, picture);
       }
     }
-    if (store.shows.paths) this.drawPaths(context);
     const image = walls?.wallsIn(theme.wall);
     if (image) {
       const {columns, rows} = walls;
       this.drawPicture(context, walls, {canvas: image, area: {first: 0, last: columns, bottom: 0, top: rows}, factor: 1}, false);
     }
-    context.strokeStyle = theme['ink-3'];
-    context.lineWidth = 1;
-    context.strokeRect(Math.round(left) - 0.5, Math.round(top) - 0.5, Math.round(width) + 1, Math.round(height) + 1);
-    if (grid) this.writeGrid(context, grid, left, top, width, height);
+  }
+
+  /** Pheromones and obstacles of a part of the map alone, in an image of `scale` pixels a metre. */
+  fieldOf(left, right, low, high, scale) {
+    const canvas = new OffscreenCanvas(Math.ceil((right - left) * scale), Math.ceil((high - low) * scale));
+    const {view} = this;
+    this.view = Object.assign(Object.create(View.prototype), {x: (left + right) / 2, y: (low + high) / 2, scale, width: canvas.width, height: canvas.height});
+    this.drawField(canvas.getContext('2d'));
+    this.view = view;
+    return canvas;
   }
 
   /** {first, last, bottom, top} of a layer, or null. */
@@ -165,14 +183,14 @@ export class SwarmMap {
     context.restore();
   }
 
-  // The curves as configured; what lies on the map are nodes near them.
-  drawPaths(context) {
-    const {view, theme} = this;
-    context.lineWidth = 1.4;
+  // The curves as configured; what lies on the map are nodes near them. Once below, to be seen where
+  // nothing lies any more, and once above, thin.
+  drawPaths(context, colour, dash) {
+    const {view} = this;
     context.lineJoin = 'round';
-    context.strokeStyle = theme.ink;
-    context.globalAlpha = 0.55;
-    context.setLineDash([7, 4]);
+    context.lineWidth = 1;
+    context.strokeStyle = colour;
+    context.setLineDash(dash);
     for (const {closed, points_m: points} of store.paths) {
       context.beginPath();
       points.forEach(([x, y], i) => context[i ? 'lineTo' : 'moveTo'](view.sx(x), view.sy(y)));
@@ -180,14 +198,13 @@ export class SwarmMap {
       context.stroke();
     }
     context.setLineDash([]);
-    context.globalAlpha = 1;
   }
 
   /** Where lines are, in pixels, with the coordinate that is written at each. */
   gridLines() {
     const {view} = this;
     const {origin_m: [x0, y0], width_m: width, height_m: height} = store.map;
-    const step = gridStep(view.scale);
+    const step = tickStep(view.scale);
     const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     const along = (from, length, px, most) => {
       const lines = [];
@@ -220,15 +237,15 @@ export class SwarmMap {
   // screen, they are on it: x at its lower edge, y at the right, where there are no tools.
   writeGrid(context, grid, left, top, width, height) {
     const {view, theme} = this;
-    context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
+    context.font = fontOf(11);
     context.fillStyle = theme['ink-2'];
     context.textBaseline = 'middle';
     context.textAlign = 'center';
-    const y = Math.min(top + height + 11, view.height - 10);
+    const y = Math.min(top + height + 11 * store.typeScale, view.height - 10 * store.typeScale);
     for (const [x, label] of grid.x) if (x > 12 && x < view.width - 40) write(context, theme, label, x, y);
-    const isInside = left < 46;
+    const isInside = left < 46 * store.typeScale;
     context.textAlign = 'right';
-    const x = isInside ? Math.min(view.width - 6, Math.max(left + width + 30, 40)) : left - 6;
+    const x = isInside ? Math.min(view.width - 6, Math.max(left + width + 30 * store.typeScale, 40)) : left - 6;
     for (const [at, label] of grid.y) if (at > 8 && at < view.height - 24) write(context, theme, label, x, at);
   }
 }
@@ -247,7 +264,7 @@ function stripes(side) {
 }
 
 /** Metres between lines: 1, 2 or 5 times a power of ten, 70 pixels or more. */
-export function gridStep(scale) {
+export function tickStep(scale) {
   const least = 70 / scale;
   const power = 10 ** Math.floor(Math.log10(least));
   return [1, 2, 5, 10].map((it) => it * power).find((it) => it >= least);

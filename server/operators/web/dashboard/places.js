@@ -17,6 +17,9 @@ export function drawPlaces(context, view, theme) {
   if (store.shows.goals) for (const client of store.shownRobots.values()) drawGoal(context, view, theme, client);
 }
 
+/** For what is written on the map. */
+export const fontOf = (px) => `${Math.round(px * store.typeScale)}px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif`;
+
 /** Text that stays legible on whatever is below it. */
 export function write(context, theme, text, x, y) {
   context.strokeStyle = theme.map;
@@ -47,7 +50,7 @@ function drawTag(context, view, theme, tag) {
   else drawSlots(context, theme, x, y, tag, selected);
   if (range > 12 || store.tags.length < 30) {
     context.fillStyle = selected ? theme.accent : theme['ink-2'];
-    context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
+    context.font = fontOf(11);
     context.textAlign = 'left';
     context.textBaseline = 'middle';
     write(context, theme, sign?.waiting ? `${tag.name}: robot ${sign.waiting} waits` : tag.name, x + 11, y);

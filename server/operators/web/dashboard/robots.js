@@ -3,7 +3,7 @@
 import {store, keyOf} from './store.js';
 import {css} from './palettes.js';
 import {number} from './format.js';
-import {write} from './places.js';
+import {fontOf, write} from './places.js';
 
 const TRAIL_POINTS = 200;
 const TRAIL_STEP_M = 0.02;   // less is no movement worth a point
@@ -147,11 +147,12 @@ export const poseNow = (client, now) => (store.past ? client.pose : glide(client
 
 export function drawRobots(context, view, theme, now) {
   const robots = store.shownRobots;
-  const size = Math.max(5, Math.min(13, view.scale * 0.16, robots.size > MANY ? 8 : 13));
+  const most = (robots.size > MANY ? 8 : 13) * store.typeScale;
+  const size = Math.max(5 * store.typeScale, Math.min(most, view.scale * 0.16));
   const labels = robots.size <= MANY || view.scale > 90;
   // Where they would lie on the robot itself, they tell nothing.
   const hasAntennas = store.shows.antennas && antennaPx(robots, view) > 0.6 * size;
-  context.font = '11px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
+  context.font = fontOf(11);
   context.textAlign = 'left';
   context.textBaseline = 'middle';
   for (const client of robots.values()) {

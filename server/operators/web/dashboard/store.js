@@ -23,8 +23,10 @@ class Store {
     this.senses = null;         // the pheromone that all robots' antennas show; null: each what it follows
     this.shows = {robots: true, antennas: true, trails: true, paths: true, tags: true, goals: true, grid: true};
     this.past = null;           // a moment of the time line, or null: live
+    this.isWall = false;        // large type, the map alone
     this.isReplay = false;      // the page shows a recording
     this.fieldTimeMs = 0;
+    this.typeScale = 1;         // of what is written on the map (appearance.js)
   }
 
   on(topic, listener) {

@@ -6,7 +6,7 @@ import {store} from './store.js';
 import {byId, h, icon, toast} from './dom.js';
 import {metres, number} from './format.js';
 import {robotAt} from './robots.js';
-import {tagAt, tagKey, write} from './places.js';
+import {fontOf, tagAt, tagKey, write} from './places.js';
 
 const SEND_EVERY_MS = 150;
 const MOST_POINTS = 1000;   // the server takes 1024
@@ -338,7 +338,7 @@ export class Tools {
     context.beginPath();
     points.forEach((it, i) => context[i ? 'lineTo' : 'moveTo'](view.sx(it.x), view.sy(it.y)));
     context.stroke();
-    context.font = '12px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
+    context.font = fontOf(12);
     context.textAlign = 'center';
     context.textBaseline = 'middle';
     points.forEach((it, i) => {

@@ -50,6 +50,8 @@ export class LayersPanel {
     store.emit('shown');
   }
 
+  append(...elements) { this.panel.body.append(...elements); }
+
   /** After the list of layers, their palettes or the theme changed. */
   rebuild() {
     this.rows.clear();
@@ -124,7 +126,7 @@ export class LayersPanel {
                h('b', {}, layer.name, layer.repels ? h('small', {}, ' repels') : layer.isBlend ? h('small', {}, ' blend') : null), h('span', {class: `ramp${layer.repels ? ' repels' : layer.isSigned ? ' half-repels' : ''}`}, this.ramp(layer)),
                h('span', {class: 'ticks'}, h('span', {}, ends[0]), h('span', {}, number(middleOf(layer))), h('span', {}, ends[1], layer.isAuto ? ' auto' : '')));
     }), ...(visible.length > 6 ? [h('div', {}, `and ${visible.length - 6} more`)] : []),
-    ...(antennas ? [h('div', {class: 'antennas', title: 'Full: in the middle of a straight line of full nodes'}, h('b', {}, 'Antennas'), h('span', {}, `P of ${antennas}`))] : []));
+    ...(antennas ? [h('div', {class: 'antennas', title: 'Full: in the middle of a straight line of full nodes'}, h('b', {}, 'Antennas'), h('span', {}, `P of ${antennas} units`))] : []));
   }
 }
 
