@@ -7,7 +7,7 @@
     print(server.sense("path", x_m=2, y_m=1.05, heading_deg=0))
     level = server.map_as_array("path").at(2, 1)
 
-    camera = pheromone.Tracker("127.0.0.1:7777")      # [[tracker]] of the configuration
+    camera = pheromone.Tracker("127.0.0.1:4960")      # [[tracker]] of the configuration
     camera.pose("radio-a", 7, x_m=2.35, y_m=0.9, heading_deg=90)
 
     for message in server.watch("/clients", "/events"):

@@ -133,6 +133,18 @@ class ServerTest(WithServer):
             await_that(tracked, "the pose that the camera reports")
         self.assertAlmostEqual(self.client(9)["pose"]["heading_deg"], 90, places=2)
 
+    def test_a_robot_that_a_camera_sees_and_that_has_not_said_hello_is_told(self):
+        def told_by(command):
+            return subprocess.run([BIN / "pheromonectl", command], cwd=self.folder, text=True,
+                                  capture_output=True, check=True, timeout=60).stdout
+
+        with pheromone.Tracker(tracker_of(self.daemon)) as camera:
+            camera.pose("radio-a", 88, 1, 1, 0)
+            await_that(lambda: "poses of trackers were refused: pheromonectl links tells why"
+                       in told_by("status"), "the status warns")
+        self.assertIn("the robot has not said HELLO", told_by("links"))
+        await_that(lambda: "the robot has not said HELLO" in self.daemon.log(), "the log tells it")
+
     def client(self, number=7):
         return [it for it in self.server.clients() if it["id"] == number][0]
 
@@ -312,19 +324,25 @@ class ExamplesTest(WithServer):
         self.server.paint("path", [(1, 1), (2, 1)], radius_m=0.01)
         result = subprocess.run(
             [sys.executable, ROOT / "deploy/examples/python/plot_map.py", "--server", self.address,
-             "--text", "path"], text=True, capture_output=True, check=False, timeout=60,
-            env={**os.environ, "PYTHONPATH": str(ROOT / "deploy/python")})
+             "--text", "path"], text=True, capture_output=True, check=False, timeout=60)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertEqual(result.stdout.count("#"), 11)
         self.assertEqual(result.stdout.splitlines()[31 - 1 - 10].find("#"), 10)
+
+    def test_their_help_needs_nothing(self):
+        for name in ("plot_map.py", "camera_poses.py"):
+            result = subprocess.run([ROOT / "deploy/examples/python" / name, "--help"], text=True,
+                                    capture_output=True, check=False, timeout=60, cwd="/",
+                                    env={"PATH": os.environ["PATH"]})
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertTrue(result.stdout.startswith(f"usage: {name}"), result.stdout)
 
     def test_a_camera_without_a_camera(self):
         self.robot.sense(1, 500, 500, 0)
         result = subprocess.run(
             [sys.executable, ROOT / "deploy/examples/python/camera_poses.py", "--demo",
              "--tracker", tracker_of(self.daemon), "--pictures", "2"], text=True,
-            capture_output=True, check=False, timeout=60,
-            env={**os.environ, "PYTHONPATH": str(ROOT / "deploy/python")})
+            capture_output=True, check=False, timeout=60)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         await_that(lambda: self.server.clients()[0]["pose"]["source"] == "tracker", "its pose")
         pose = self.server.clients()[0]["pose"]

@@ -1,15 +1,13 @@
 #!/usr/bin/env python3
 """Tells the server where robots are, as an overhead camera sees them by ArUco markers.
 
-    camera_poses.py --tracker 127.0.0.1:7777 --link radio-a --corners 0,0,4,3
-
-In the source tree: PYTHONPATH=deploy/python deploy/examples/python/camera_poses.py ...
+    camera_poses.py --tracker 127.0.0.1:4960 --link radio-a --corners 0,0,4,3
 
 The configuration needs a port for it:
 
     [[tracker]]
     name = "camera"
-    listen = "127.0.0.1:7777"
+    listen = "127.0.0.1:4960"
 
 A robot carries the marker whose number is its ID, with the marker's upper edge to the front. The
 camera looks straight down; its picture's lower left and upper right corners are at --corners on the
@@ -19,9 +17,12 @@ four corners on the map. Needs python3-opencv; --demo drives a marker in a circl
 
 import argparse
 import math
+import pathlib
+import sys
 import time
 
-import pheromone
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "python"))  # in the source tree
+import pheromone  # noqa: E402
 
 
 class Camera:
@@ -80,7 +81,7 @@ def pose_of(corners):
 
 def main():
     parser = argparse.ArgumentParser(description="Report robots' poses as a camera sees them.")
-    parser.add_argument("--tracker", default="127.0.0.1:7777", help="`listen` of the [[tracker]]")
+    parser.add_argument("--tracker", default="127.0.0.1:4960", help="`listen` of the [[tracker]]")
     parser.add_argument("--link", default="radio-a", help="the link of the robots")
     parser.add_argument("--corners", default="0,0,4,3", help="x,y,x,y of the picture on the map")
     parser.add_argument("--camera", type=int, default=0, help="its number")

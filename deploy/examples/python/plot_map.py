@@ -4,14 +4,15 @@
     plot_map.py trail                       in a window; needs python3-matplotlib
     plot_map.py trail --output map.png      as a file
     plot_map.py trail --text                in the terminal, without NumPy and matplotlib
-
-In the source tree: PYTHONPATH=deploy/python deploy/examples/python/plot_map.py ...
 """
 
 import argparse
 import math
+import pathlib
+import sys
 
-import pheromone
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "python"))  # in the source tree
+import pheromone  # noqa: E402
 
 SHADES = " .:-=+*#"
 
