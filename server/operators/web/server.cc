@@ -37,6 +37,12 @@ using boost::system::error_code;
 // For example out of descriptors: retry later.
 constexpr std::chrono::milliseconds kAfterTrouble{200};
 
+// The acceptor itself has failed, not one connection.
+bool IsLost(const error_code& error) {
+  return error == asio::error::operation_aborted || error == asio::error::bad_descriptor ||
+         error == asio::error::invalid_argument || error == asio::error::not_socket;
+}
+
 using Sessions = std::set<std::shared_ptr<SessionBase>>;
 
 // The connections of one listener.
@@ -90,33 +96,28 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         local_(strand_),
         tcp_(strand_),
         local_pause_(strand_),
-        tcp_pause_(strand_) {}
+        tcp_pause_(strand_),
+        watch_(strand_) {}
 
   void OnUpgrade(std::string path, UpgradeHandler handler) {
     upgrades_.insert_or_assign(std::move(path), std::move(handler));
   }
 
   Status ListenOnSocket() {
-    Status listening = ListenOnUnixSocket(options_.socket_path, &local_);
+    Status listening = Open(&local_);
     if (listening.ok()) {
-      identity_ = IdentityOf(options_.socket_path);
       asio::co_spawn(strand_, Accept(&local_, &local_crowd_, &local_pause_), asio::detached);
+      asio::co_spawn(strand_, WatchSocket(), asio::detached);
     }
     return listening;
   }
 
   Status ListenOnPort() {
-    const Result<std::string> listening = Listen(options_.listen, &tcp_, [this] {
-      error_code ignored;
-      tcp_.set_option(tcp::acceptor::reuse_address(true), ignored);
-    });
-    if (!listening.ok()) {
-      return listening.error();
+    Status listening = Open(&tcp_);
+    if (listening.ok()) {
+      asio::co_spawn(strand_, Accept(&tcp_, &tcp_crowd_, &tcp_pause_), asio::detached);
     }
-    error_code ignored;
-    port_ = tcp_.local_endpoint(ignored).port();
-    asio::co_spawn(strand_, Accept(&tcp_, &tcp_crowd_, &tcp_pause_), asio::detached);
-    return Ok();
+    return listening;
   }
 
   void SetCertificate(TlsContext context) {
@@ -129,6 +130,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
       error_code ignored;
       self->stopping_ = true;
       self->local_pause_.cancel();
+      self->watch_.cancel();
       self->tcp_pause_.cancel();
       self->tcp_.close(ignored);
       if (self->local_.is_open()) {
@@ -154,6 +156,76 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   const TlsCounters& tls_counters() const { return tls_counters_; }
 
  private:
+  Status Open(Local::acceptor* acceptor) {
+    Status listening = ListenOnUnixSocket(options_.socket_path, acceptor);
+    if (listening.ok()) {
+      identity_ = IdentityOf(options_.socket_path);
+    }
+    return listening;
+  }
+
+  Status Open(tcp::acceptor* acceptor) {
+    Endpoint where = options_.listen;
+    where.port = port_ != 0 ? port_.load() : where.port;
+    const Result<std::string> listening = Listen(where, acceptor, [acceptor] {
+      error_code ignored;
+      acceptor->set_option(tcp::acceptor::reuse_address(true), ignored);
+    });
+    if (!listening.ok()) {
+      return listening.error();
+    }
+    error_code ignored;
+    port_ = acceptor->local_endpoint(ignored).port();
+    return Ok();
+  }
+
+  // As the log calls them.
+  static std::string KindOf(const Local::acceptor* /*acceptor*/) { return "control: "; }
+  static std::string KindOf(const tcp::acceptor* /*acceptor*/) { return "web: "; }
+  std::string NameOf(const Local::acceptor* acceptor) const {
+    return KindOf(acceptor) + options_.socket_path;
+  }
+  std::string NameOf(const tcp::acceptor* acceptor) const {
+    return KindOf(acceptor) + ToText(Endpoint{options_.listen.address, port_});
+  }
+
+  // Whoever removes the file of a socket takes it from those who come; nobody is told.
+  asio::awaitable<void> WatchSocket() {
+    const auto self = shared_from_this();
+    while (!stopping_) {
+      error_code ignored;
+      watch_.expires_after(options_.listen_again);
+      co_await watch_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+      if (!stopping_ && local_.is_open() && IdentityOf(options_.socket_path) != identity_) {
+        local_.close(ignored);  // ends Accept's wait
+      }
+    }
+  }
+
+  template <typename Acceptor>
+  asio::awaitable<void> ListenAgain(Acceptor* acceptor, asio::steady_timer* pause) {
+    error_code ignored;
+    acceptor->close(ignored);
+    Tell(NameOf(acceptor) + ": lost, nobody can connect; trying to listen again");
+    std::string told;
+    for (;;) {
+      const Status listening = Open(acceptor);
+      if (listening.ok()) {
+        Tell(NameOf(acceptor) + ": listening again");
+        co_return;
+      }
+      if (listening.error() != told) {
+        told = listening.error();
+        Tell(KindOf(acceptor) + told + "; trying again");
+      }
+      pause->expires_after(options_.listen_again);
+      co_await pause->async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+      if (stopping_) {
+        co_return;
+      }
+    }
+  }
+
   template <typename Acceptor>
   asio::awaitable<void> Accept(Acceptor* acceptor, Crowd* crowd, asio::steady_timer* pause) {
     const auto self = shared_from_this();
@@ -175,9 +247,11 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
           taken = true;
         }
       } catch (const std::exception& failure) {  // for example out of memory
-        Tell(std::string("a connection was not accepted: ") + failure.what());
+        Tell(std::string("web: a connection was not accepted: ") + failure.what());
       }
-      if (!taken && !stopping_) {
+      if (!stopping_ && IsLost(error)) {
+        co_await ListenAgain(acceptor, pause);
+      } else if (!taken && !stopping_) {
         pause->expires_after(kAfterTrouble);
         co_await pause->async_wait(asio::redirect_error(asio::use_awaitable, error));
       }
@@ -235,7 +309,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
                                                  sessions](const std::exception_ptr& failure) {
                      self->Leave(session, sessions);
                      if (failure != nullptr) {
-                       self->Tell("a connection was dropped: " + WordsOf(failure));
+                       self->Tell("web: a connection was dropped: " + WordsOf(failure));
                      }
                    }));
   }
@@ -284,6 +358,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   // One each: restarting a timer would end the other's wait for it.
   asio::steady_timer local_pause_;
   asio::steady_timer tcp_pause_;
+  asio::steady_timer watch_;
   std::string identity_;  // of the socket's file
   Crowd local_crowd_;
   Crowd tcp_crowd_;

@@ -24,6 +24,9 @@
 // request is urgent. A client that violates a limit gets 400, 413, 431 or 503 if possible, and is
 // disconnected.
 //
+// If the socket's file is removed or replaced, or the port fails, both listen again, at the same
+// place; that is told once, and when it has succeeded. Attempts are `listen_again` apart.
+//
 // If a handler is registered, a client may request a WebSocket; then the connection is handed over,
 // with the bytes already read (upgrade.h). Elsewhere such a request is treated like any other, and
 // the upgrade is ignored.
@@ -57,12 +60,14 @@ struct ServerOptions {
   Endpoint listen;              ///< see port(); without an address: no TCP
   size_t max_connections = 64;  ///< of each; and as many more that are answered with 503
   std::chrono::milliseconds patience{15'000};
+  std::chrono::milliseconds listen_again{1'000};
   size_t max_handshakes = 64;  ///< of TLS
   std::chrono::milliseconds handshake_patience{10'000};
   /// Of requests that are served however many others there are: those to which the handler has an
   /// answer in no time. Empty: none.
   std::function<bool(const Request&)> is_urgent = {};
-  /// Receives messages about internal errors, on any thread of `io`.
+  /// Receives messages about internal errors, and about a socket or port that is lost or back, on
+  /// any thread of `io`.
   std::function<void(const std::string&)> tell = {};
 };
 

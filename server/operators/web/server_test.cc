@@ -558,6 +558,88 @@ TEST_F(ServerTest, TheSocketOfADeadServerIsReplacedAndThatOfALivingOneIsNot) {
   EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));
 }
 
+// What a server tells, in order.
+class Told {
+ public:
+  void Add(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    texts_.push_back(text);
+    wake_.notify_one();
+  }
+  // The next one that was not returned yet.
+  std::string Next() {
+    std::unique_lock lock(mutex_);
+    wake_.wait(lock, [this] { return next_ < texts_.size(); });
+    return texts_[next_++];
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<std::string> texts_;
+  size_t next_ = 0;
+};
+
+TEST_F(ServerTest, ASocketWhoseFileIsRemovedOrReplacedComesBackAndThatIsTold) {
+  Told told;
+  options_.listen_again = std::chrono::milliseconds(5);
+  options_.tell = [&told](const std::string& text) { told.Add(text); };
+  Start();
+  const std::string path = options_.socket_path;
+  const std::string name = "control: " + path;
+  const std::string lost = name + ": lost, nobody can connect; trying to listen again";
+  std::filesystem::remove(path);
+  EXPECT_EQ(told.Next(), lost);
+  EXPECT_EQ(told.Next(), name + ": listening again");
+  const Client client(path);
+  client.Send("GET / HTTP/1.0\r\n\r\n");
+  EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));
+
+  const std::string file = (folder_ / "file");
+  std::ofstream(file) << "of somebody";
+  std::filesystem::rename(file, path);
+  EXPECT_EQ(told.Next(), lost);
+  EXPECT_EQ(told.Next(), name + ": already exists and is not a socket; trying again");
+  std::filesystem::remove(path);
+  EXPECT_EQ(told.Next(), name + ": listening again");  // and nothing in between, however many tries
+  const Client again(path);
+  again.Send("GET / HTTP/1.0\r\n\r\n");
+  EXPECT_TRUE(again.ReadAll().ends_with("GET / local ."));
+  Stop();  // while `told` is there
+}
+
+// The descriptor of this process that listens on the port.
+int ListenerOf(uint16_t port) {
+  for (int fd = 3; fd < 1024; ++fd) {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    int listens = 0;
+    socklen_t flag_size = sizeof listens;
+    if (getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0 &&
+        address.sin_family == AF_INET && ntohs(address.sin_port) == port &&
+        getsockopt(fd, SOL_SOCKET, SO_ACCEPTCONN, &listens, &flag_size) == 0 && listens != 0) {
+      return fd;
+    }
+  }
+  return -1;
+}
+
+TEST_F(ServerTest, APortThatFailsComesBackWithTheSameNumberAndThatIsTold) {
+  Told told;
+  options_.tell = [&told](const std::string& text) { told.Add(text); };
+  Start();
+  const uint16_t port = server_->port();
+  const std::string name = "web: 127.0.0.1:" + std::to_string(port);
+  ASSERT_EQ(shutdown(ListenerOf(port), SHUT_RDWR), 0);
+  EXPECT_EQ(told.Next(), name + ": lost, nobody can connect; trying to listen again");
+  EXPECT_EQ(told.Next(), name + ": listening again");
+  EXPECT_EQ(server_->port(), port);
+  const Client client(port);
+  client.Send("GET / HTTP/1.0\r\n\r\n");
+  EXPECT_TRUE(client.ReadAll().ends_with("GET / remote ."));
+  Stop();
+}
+
 TEST_F(ServerTest, WhatCannotBeListenedOnIsAnErrorInWords) {
   Start();
   ServerOptions options = options_;
