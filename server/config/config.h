@@ -57,6 +57,7 @@ struct WebSettings {
   std::string ros_distro = "humble";  ///< told to viewers; empty: none
   std::string click_pheromone = {};   ///< deposited where viewers click; empty: the first one
   std::string root = {};  ///< a folder with the dashboard, from the command line; empty: built in
+  std::string token_file = {};  ///< where the token is, or is to be made if there is none yet
   std::optional<Certificate> tls = {};  ///< checked; none: plain HTTP
   bool operator==(const WebSettings&) const = default;
 };
@@ -112,7 +113,7 @@ struct Config {
 Result<Config> LoadConfig(const std::string& path);
 
 /// Parses a text; `name` stands for the file in messages. The names of other files are relative to
-/// `folder`; without one, the text may name none.
+/// `folder`; without one, the text may name none, and token_file is not read.
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
                            const std::optional<std::filesystem::path>& folder = std::nullopt);
 

@@ -26,9 +26,11 @@ TEST_F(ControlTest, WithoutTablesThereIsASocketAndNoWeb) {
   EXPECT_EQ(config.web, WebSettings());
 }
 
-TEST_F(ControlTest, TheDefaultConfigurationIsReadableOnLocalhostAndTakesNoChangesThere) {
-  const Config config = ParseConfig(DefaultConfigText(), "default").value();
-  EXPECT_EQ(config.web, (WebSettings{{"127.0.0.1", 8377}, "", {}}));
+TEST_F(ControlTest, TheDefaultConfigurationIsReadableOnLocalhostAndNamesATokenToBeMade) {
+  WebSettings expected{{"127.0.0.1", 8377}, "", {}};
+  EXPECT_EQ(ParseConfig(DefaultConfigText(), "default").value().web, expected);  // of no server
+  expected.token_file = (folder_ / "web-token").string();
+  EXPECT_EQ(ParseConfig(DefaultConfigText(), "default", folder_).value().web, expected);
 }
 
 TEST_F(ControlTest, EveryKeyIsRead) {
@@ -38,8 +40,9 @@ TEST_F(ControlTest, EveryKeyIsRead) {
       "token_file = \"token\"\nhosts = [\"Lab.Local\", \"robots\"]\n");
   ASSERT_TRUE(parsed.ok()) << parsed.error();
   EXPECT_EQ(parsed.value().control.socket, "/run/lab.sock");
-  EXPECT_EQ(parsed.value().web,
-            (WebSettings{{"::1", 80}, std::string(kToken), {"lab.local", "robots"}}));
+  WebSettings expected{{"::1", 80}, std::string(kToken), {"lab.local", "robots"}};
+  expected.token_file = (folder_ / "token").string();
+  EXPECT_EQ(parsed.value().web, expected);
   EXPECT_TRUE(parsed.value().warnings.empty());
   EXPECT_EQ(Parse("[control]\nenabled = false\n").value().control.socket, "");
 }
@@ -67,8 +70,9 @@ TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {
   EXPECT_EQ(ErrorOf("[web]\nlisten = \"localhost:80\"\n"),
             "f.toml:30:10: web.listen: found the string \"localhost:80\", expected a numeric "
             "address and a port such as \"127.0.0.1:4950\" or \"[::1]:4950\"");
-  EXPECT_EQ(ErrorOf("[web]\ntoken_file = \"none\"\n"),
-            "f.toml:30:14: web.token_file: none: No such file or directory, expected a file");
+  EXPECT_EQ(ErrorOf("[web]\ntoken_file = \"/nonexistent/token\"\n"),
+            "f.toml:30:14: web.token_file: /nonexistent/token: No such file or directory, expected "
+            "a file");
 }
 
 TEST_F(ControlTest, AHostIsANameWithoutSchemeAndPort) {

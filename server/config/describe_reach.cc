@@ -34,7 +34,10 @@ std::string DescribeWeb(const WebSettings& web) {
     return "none";
   }
   return std::string(web.tls ? "https" : "http") + "://" + ToText(web.listen) +
-         (web.token.empty() ? ", read-only" : ", changes require the token");
+         (web.token_file.empty()
+              ? ", read-only"
+              : ", changes require the token in " + AbsolutePath(web.token_file) +
+                    (web.token.empty() ? ", to be created" : ""));
 }
 
 }  // namespace

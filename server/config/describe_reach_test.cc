@@ -52,7 +52,14 @@ TEST_F(DescribeReachTest, ATokenIsMentionedAndNotTold) {
   Write("token", "0123456789abcdef");
   const auto lines = DescribeReach(
       Parse("[web]\nlisten = \"[::1]:80\"\ntoken_file = \"token\"\n").value(), nullptr);
-  EXPECT_EQ(lines.back(), "web: http://[::1]:80, changes require the token");
+  EXPECT_EQ(lines.back(),
+            "web: http://[::1]:80, changes require the token in " + (folder_ / "token").string());
+  std::filesystem::remove(folder_ / "token");
+  EXPECT_EQ(DescribeReach(Parse("[web]\nlisten = \"[::1]:80\"\ntoken_file = \"token\"\n").value(),
+                          nullptr)
+                .back(),
+            "web: http://[::1]:80, changes require the token in " + (folder_ / "token").string() +
+                ", to be created");
 }
 
 TEST_F(DescribeReachTest, ACheckOutsideOfAServiceSaysWhereAServiceHasRelativePaths) {

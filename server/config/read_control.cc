@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "server/base/file.h"
@@ -83,6 +84,17 @@ void WarnIfAllUsersCanReadIt(const TableReader& table, const char* key, const st
 void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   if (table.Find("token_file") == nullptr) {
     return;
+  }
+  const auto name = table.String("token_file");
+  if (!name || !notes->folder) {  // what was not read from a file is not for a server
+    return;
+  }
+  const std::filesystem::path path = *notes->folder / *name;
+  web->token_file = path.string();
+  std::error_code error;
+  if (!std::filesystem::exists(path, error) &&
+      std::filesystem::is_directory(path.has_parent_path() ? path.parent_path() : ".", error)) {
+    return;  // the server makes it
   }
   const auto file = ReadNamedFile(table, "token_file", 4096, *notes);
   if (!file) {

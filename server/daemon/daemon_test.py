@@ -6,6 +6,7 @@
 """
 
 import argparse
+import http.client
 import os
 import pathlib
 import pwd
@@ -540,6 +541,70 @@ class DaemonTest(unittest.TestCase):
         self.assertIn("web.token_file: ", result.stderr)
         self.assertIn(f"Permission denied for the user {user}, as which the server runs; give the "
                       "file to that user's group (chgrp) with mode 0640", result.stderr)
+
+    def test_a_token_is_made_where_there_is_none_and_kept(self):
+        token = self.folder / "web-token"
+        configuration = self.call("--default-config").stdout.replace("127.0.0.1:8377", "127.0.0.1:0")
+        self.config.write_text(configuration)
+        self.assertIn(f"changes require the token in {token}, to be created\n",
+                      self.call("--check", "--config", "test.toml").stdout)
+        self.assertFalse(token.exists())
+        made = []
+        for _ in range(2):
+            with self.start("--config", "test.toml") as server:
+                server.await_log("ready")
+                made.append(token.read_text())
+                port = int(re.search(r"web: http://127.0.0.1:(\d+)/, changes require the token in "
+                                     + re.escape(str(token)) + "\n", server.log)[1])
+                self.assertEqual(self.unlock(port, made[0].strip()), 200)
+                self.assertEqual(self.unlock(port, "0" * 32), 401)
+                self.assertEqual(f"web: made a token, {token}\n" in server.log, len(made) == 1)
+                self.assertEqual(server.stop(), 0)
+        self.assertRegex(made[0], "^[0-9a-f]{32}\n$")
+        self.assertEqual(made[1], made[0])
+        self.assertEqual(token.stat().st_mode & 0o777, 0o600)
+
+    def unlock(self, port, token):
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+        connection.request("POST", "/api/v1/unlock", "{}", {"Authorization": "Bearer " + token})
+        status = connection.getresponse().status
+        connection.close()
+        return status
+
+    def test_without_a_token_the_log_says_how_to_get_one(self):
+        self.config.write_text(CONFIG + PTY + '[web]\nlisten = "127.0.0.1:0"\n')
+        with self.start("--config", "test.toml") as server:
+            server.await_log("/, read-only; with token_file in [web] the server makes a token for "
+                             "changes\n")
+            self.assertEqual(server.stop(), 0)
+
+    def test_where_no_token_can_be_made_robots_are_served_all_the_same(self):
+        (self.folder / "web-token").symlink_to("/nonexistent/token")
+        self.config.write_text(CONFIG + PTY
+                               + '[web]\nlisten = "127.0.0.1:0"\ntoken_file = "web-token"\n')
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready: 1 of 1 links up")
+            self.assertIn(
+                "web-token: cannot be created: File exists; until somebody writes a token there, "
+                "such as by `openssl rand -hex 32`, nothing can be changed over the network\n",
+                server.log)
+            self.assertRegex(server.log, r"web: http://127.0.0.1:\d+/, read-only\n")
+            self.assertEqual(server.stop(), 0)
+
+    def test_a_control_socket_that_somebody_removes_comes_back(self):
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            path = self.folder / "pheromoned.sock"
+            path.unlink()
+            server.await_log("control: pheromoned.sock: lost, nobody can connect; trying to "
+                             "listen again\n")
+            server.await_log("control: pheromoned.sock: listening again\n")
+            with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
+                control.connect(str(path))
+                control.sendall(b"GET /healthz HTTP/1.0\r\nHost: localhost\r\n\r\n")
+                self.assertEqual(control.recv(64).split()[1], b"200")
+            self.assertEqual(server.stop(), 0)
+            self.assertFalse(path.exists())
 
     def test_log_level_silences(self):
         with self.start("--config", "test.toml", "--log-level", "warn") as server:

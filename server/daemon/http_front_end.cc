@@ -70,7 +70,7 @@ class HttpFrontEnd::Impl {
                 {.socket_path = socket_path_,
                  .listen = web_settings.listen,
                  .is_urgent = web::IsUrgent,
-                 .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
+                 .tell = [](const std::string& text) { spdlog::warn("{}", text); }},
                 [this](web::Request request, const web::Respond& respond) {
                   api_.Handle(std::move(request), respond);
                 }),
@@ -78,7 +78,7 @@ class HttpFrontEnd::Impl {
                     {.socket_path = {},
                      .listen = web_settings.listen,
                      .is_urgent = web::IsUrgent,
-                     .tell = [](const std::string& text) { spdlog::warn("web: {}", text); }},
+                     .tell = [](const std::string& text) { spdlog::warn("{}", text); }},
                     // A thread of low priority must not hold the lock for which robots wait.
                     [this](web::Request request, web::Respond respond) {
                       boost::asio::post(io_, [this, request = std::move(request),
@@ -164,7 +164,11 @@ class HttpFrontEnd::Impl {
     }
     spdlog::info("web: {}://{}/, {}", web_.tls ? "https" : "http",
                  ToText(Endpoint{web_.listen.address, server.port()}),
-                 web_.token.empty() ? "read-only" : "changes require the token");
+                 !web_.token.empty()
+                     ? "changes require the token in " + config::AbsolutePath(web_.token_file)
+                 : web_.token_file.empty()
+                     ? "read-only; with token_file in [web] the server makes a token for changes"
+                     : std::string("read-only"));
     if (web_.tls) {
       tls_thread_ = std::thread([this] {
         YieldToOthers();

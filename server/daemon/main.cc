@@ -3,10 +3,16 @@
 // Exit status: 0 after an orderly stop, 1 if it could not run, 2 for errors that a restart does not
 // cure: in the command line or the configuration, or a configuration that does not match the
 // folders or the state.
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <malloc.h>
 #include <spdlog/spdlog.h>
+#include <sys/random.h>
+#include <sys/stat.h>
 
+#include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -14,6 +20,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/descriptor.h"
 #include "server/base/program.h"
 #include "server/config/config.h"
 #include "server/config/describe.h"
@@ -41,8 +48,9 @@ struct Options {
 
 Result<config::Config> Load(const Options& options) {
   Result<config::Config> config =
-      options.config_path.empty() ? config::ParseConfig(config::DefaultConfigText(), kDefaultName)
-                                  : config::LoadConfig(options.config_path);
+      options.config_path.empty()
+          ? config::ParseConfig(config::DefaultConfigText(), kDefaultName, std::filesystem::path())
+          : config::LoadConfig(options.config_path);
   if (config.ok()) {
     config.value().web.root = options.web_root;
   }
@@ -106,6 +114,33 @@ void WarnOfWhatIsNotKept(const config::Config& config, const std::string& save_f
   }
 }
 
+// In the file that the configuration names, if there is none yet. Without one, robots are served
+// all the same.
+void MakeToken(config::WebSettings* web) {
+  if (web->listen.address.empty() || web->token_file.empty() || !web->token.empty()) {
+    return;
+  }
+  std::array<unsigned char, 16> random{};
+  const Descriptor file(
+      open(web->token_file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR));
+  std::string token;
+  if (file.valid() &&
+      getrandom(random.data(), random.size(), 0) == static_cast<ssize_t>(random.size())) {
+    for (const unsigned char byte : random) {
+      token += fmt::format("{:02x}", byte);
+    }
+  }
+  if (token.empty() || !WriteAll(file.get(), token + '\n')) {
+    spdlog::warn(
+        "{}; until somebody writes a token there, such as by `openssl rand -hex 32`, nothing can "
+        "be changed over the network",
+        SystemError(web->token_file + ": cannot be created"));
+    return;
+  }
+  web->token = token;
+  spdlog::info("web: made a token, {}", config::AbsolutePath(web->token_file));
+}
+
 int Run(const Options& options) {
   const char* state_directory = std::getenv("STATE_DIRECTORY");
   if (options.print_default) {
@@ -148,6 +183,7 @@ int Run(const Options& options) {
     spdlog::critical("{}", usable.error());
     return kUsage;
   }
+  MakeToken(&config.web);
   auto journal = JournalOwner::Open(config.journal);
   if (!journal.ok()) {
     spdlog::critical("{}", journal.error());

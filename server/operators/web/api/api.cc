@@ -197,7 +197,8 @@ std::optional<Response> CheckAccess(const Request& request, const std::string& t
   }
   if (token.empty()) {
     return Refuse(403, {"this server does not accept changes over the network", "web.token_file",
-                        "the Unix socket, or a token in the configuration"});
+                        "its Unix socket, or token_file = \"web-token\" in [web], with which it "
+                        "makes a token at its next start"});
   }
   const std::string_view found = request.authorization;
   if (!found.starts_with(kBearer) || !SameSecret(found.substr(kBearer.size()), token)) {
@@ -297,7 +298,8 @@ std::string Api::WhyReadOnly(const Request& request) const {
     return {};
   }
   return options_.token.empty()
-             ? "this server does not accept changes over the network: see web.token_file"
+             ? "this server does not accept changes over the network: with token_file in [web] it "
+               "makes a token at its next start"
          : request.authorization.empty()
              ? "changes need the server's token: ws://HOST:PORT/?token=TOKEN"
              : "found an invalid token: this connection is read-only";

@@ -201,8 +201,9 @@ TEST_F(ApiTest, WithoutATokenOnlyTheUnixSocketChangesThings) {
   Request request{.method = "POST", .target = "/api/v1/halt", .authorization = "Bearer "};
   EXPECT_EQ(
       Refusal(testing::AnswerOf(&api, request)),
-      "403 web.token_file: this server does not accept changes over the network, expected the Unix "
-      "socket, or a token in the configuration");
+      "403 web.token_file: this server does not accept changes over the network, expected its Unix "
+      "socket, or token_file = \"web-token\" in [web], with which it makes a token at its next "
+      "start");
   request.local = true;
   EXPECT_EQ(testing::AnswerOf(&api, request).status, 200);
 }
@@ -345,11 +346,31 @@ TEST_F(LanesTest, AHaltACommandAndHealthWaitForNoLane) {
 }
 
 TEST_F(LanesTest, WhatIsUrgentIsKnownByItsPathAlone) {
-  for (const char* target : {"/healthz", "/healthz?x=1", "/api/v1/halt", "/api/v1/command"}) {
+  for (const char* target :
+       {"/healthz", "/healthz?x=1", "/api/v1/halt", "/api/v1/unlock", "/api/v1/command"}) {
     EXPECT_TRUE(IsUrgent({.method = "GET", .target = target})) << target;
   }
   for (const char* target : {"", "/", "/healthz/", "/metrics", "/api/v1/field?/healthz"}) {
     EXPECT_FALSE(IsUrgent({.method = "GET", .target = target})) << target;
+  }
+}
+
+TEST_F(LanesTest, AWrongTokenIsRefusedAtOnceHoweverBusyTheServerIs) {
+  long_work_.room = 0;
+  pictures_.room = 0;
+  requests_.room = 0;
+  Api api(
+      &control_, {.token = kToken},
+      {.long_work = long_work_.lane(), .pictures = pictures_.lane(), .requests = requests_.lane()});
+  for (const auto& [token, status] :
+       {std::pair(std::string("not the token"), 401), std::pair(std::string(kToken), 200)}) {
+    int answered = 0;  // before Handle has returned
+    api.Handle({.method = "POST",
+                .target = "/api/v1/unlock",
+                .authorization = "Bearer " + token,
+                .body = "{}"},
+               [&answered](const Response& response) { answered = response.status; });
+    EXPECT_EQ(answered, status);
   }
 }
 
@@ -436,6 +457,13 @@ TEST_F(ApiTest, StatusWarnsOfWhatMakesTheServerUnhealthy) {
   control_.status.warning = "no response from the disk for 2.1 s";
   EXPECT_EQ(Parsed(Get("/api/v1/status")).at("warning").as_string(),
             "no response from the disk for 2.1 s");
+}
+
+TEST_F(ApiTest, StatusListsRobotsWhosePosesAreNotUsed) {
+  EXPECT_TRUE(Parsed(Get("/api/v1/status")).at("untracked").as_array().empty());
+  control_.status.untracked = {{"radio-a", 7}};
+  EXPECT_EQ(Parsed(Get("/api/v1/status")).at("untracked"),
+            json::parse(R"([{"link": "radio-a", "id": 7}])"));
 }
 
 TEST_F(ApiTest, ConfigurationsAreLines) {

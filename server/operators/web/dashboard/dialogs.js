@@ -30,7 +30,7 @@ export function setUpToken() {
   const unlock = h('button', {type: 'submit', class: 'primary'}, 'Unlock');
   const dialog = h('dialog', {id: 'token-dialog'},
     h('h2', {}, 'Unlock changes'),
-    h('p', {}, 'The token is in the file that web.token_file of the configuration names. It is kept until this tab is closed.'),
+    h('p', {}, 'The token is in the file that web.token_file of the configuration names; the server’s log says where that is. It is kept until this tab is closed.'),
     h('form', {onsubmit: (event) => { event.preventDefault(); tryToken(); }},
       input, problem,
       h('div', {class: 'actions'},
