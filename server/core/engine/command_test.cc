@@ -254,6 +254,19 @@ TEST_F(CommandTest, TwoHaltsToAllAtOnceAreBothSentToTheEnd) {
             (std::vector<std::pair<uint64_t, uint8_t>>{{70, 0}, {100, 1}, {170, 0}, {200, 1}}));
 }
 
+// A robot that missed the first still gets the others.
+TEST_F(CommandTest, AReloadLeavesTheTransmissionsOfAHaltToAll) {
+  IssueHaltToAll();
+  EngineConfig next = testing::SmallConfig();
+  next.field.pheromones[0].tau_ms = 60'000;
+  bench_.Apply(ConfigChanged{next, 7});
+  const std::vector<protocol::Command> sent = CommandsUntilIdle();
+  ASSERT_EQ(sent.size(), RobotsPart::kBroadcastTransmissions - 1u);
+  for (const protocol::Command& command : sent) {
+    EXPECT_EQ(command.code, CommandCode::kHalt);
+  }
+}
+
 // Robots obey each transmission of a halt: one after the resume would undo it.
 TEST_F(CommandTest, AResumeIsSentAfterTheLastTransmissionOfAHaltToAll) {
   EXPECT_EQ(IssueHaltToAll().size(), 1u);

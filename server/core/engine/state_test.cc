@@ -131,6 +131,50 @@ TEST(State, ATableThatOutlivesItsTilesIsPartOfTheState) {
   EXPECT_EQ(restored.value().field().used_bytes(), bench.engine.field().used_bytes());
 }
 
+// The saved bytes with one part of them replaced.
+std::string Replaced(std::string bytes, ByteWriter* from, ByteWriter* to) {
+  const std::string before = from->Take();
+  const std::string after = to->Take();
+  const size_t at = bytes.find(before);
+  EXPECT_NE(at, std::string::npos);
+  EXPECT_EQ(bytes.find(before, at + 1), std::string::npos);
+  EXPECT_EQ(before.size(), after.size());
+  return bytes.replace(at, before.size(), after);
+}
+
+TEST(State, AHaltToAllOfALinkThatThereIsNotIsRefused) {
+  testing::Bench bench;
+  bench.Apply(CommandIssued{1, protocol::kBroadcastId, protocol::CommandCode::kHalt, {}});
+  const auto broadcast = [&](uint16_t link) {
+    ByteWriter writer;
+    writer.U16(link);
+    writer.U8(0);  // its seq
+    writer.U8(RobotsPart::kBroadcastTransmissions - 1);
+    writer.U64(bench.now_ms + RobotsPart::kBroadcastIntervalMs);
+    return writer;
+  };
+  ByteWriter good = broadcast(1);
+  ByteWriter bad = broadcast(2);
+  const Result<Engine> restored = Restored(Replaced(Saved(bench.engine), &good, &bad));
+  ASSERT_FALSE(restored.ok());
+  EXPECT_EQ(restored.error(), "a broadcast that has ended or has no link");
+}
+
+TEST(State, AGoalThatNoMapHasIsRefused) {
+  testing::Bench bench;
+  bench.Handle(testing::Hello(1, 1));
+  Goal goal{.route = {{4'000'000, 5'000'000}, {6'000'000, 7'000'000}}};
+  bench.Apply(GoalSet{0, 1, goal});
+  ByteWriter good;
+  EncodeFields(goal, &good);
+  goal.route[0].x = int64_t{1} << 62;
+  ByteWriter bad;
+  EncodeFields(goal, &bad);
+  const Result<Engine> restored = Restored(Replaced(Saved(bench.engine), &good, &bad));
+  ASSERT_FALSE(restored.ok());
+  EXPECT_EQ(restored.error(), "a route through a point that no map has");
+}
+
 TEST(State, BytesThatNoEngineSavedAreRefusedWithWords) {
   RandomTraffic traffic(7);
   Engine engine;

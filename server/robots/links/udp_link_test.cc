@@ -79,10 +79,16 @@ TEST_F(UdpLinkTest, EveryFrameOfADatagramIsAnsweredInOrder) {
     datagram = datagram + Wire(PingOf(id, id));
   }
   ASSERT_TRUE(gateway.SendBytes(datagram));
+  uint64_t bytes = 0;
   for (uint8_t id = 1; id <= 50; ++id) {
-    EXPECT_TRUE(IsEcho(gateway.Receive(), id, id));
+    const auto answer = gateway.Receive();
+    ASSERT_TRUE(answer);
+    EXPECT_TRUE(IsEcho(answer, id, id));
+    bytes += Wire(*answer).size();
   }
   EXPECT_EQ(counters().datagrams_in, 1u);
+  EXPECT_TRUE(Eventually([this] { return counters().frames_out == 50; }));
+  EXPECT_EQ(counters().bytes_out, bytes);
 }
 
 TEST_F(UdpLinkTest, AFloodFromManyIsAnsweredToEachWithItsOwn) {

@@ -154,6 +154,9 @@ TEST_F(ConversationTest, DescribesEachServiceWithSchemasOfObjects) {
 TEST_F(ConversationTest, ChoosesAKnownSubprotocol) {
   EXPECT_EQ(ChooseSubprotocol("foxglove.websocket.v1"), "foxglove.websocket.v1");
   EXPECT_EQ(ChooseSubprotocol("x, \tfoxglove.sdk.v1 ,foxglove.websocket.v1"), "foxglove.sdk.v1");
+  EXPECT_EQ(ChooseSubprotocol("foxglove.websocket.v1, foxglove.sdk.v1"), "foxglove.websocket.v1");
+  EXPECT_EQ(ChooseSubprotocol("chat, foxglove.sdk.v1"), "foxglove.sdk.v1");
+  EXPECT_EQ(ChooseSubprotocol("chat,foxglove.sdk.v1 "), "foxglove.sdk.v1");
   EXPECT_EQ(ChooseSubprotocol(""), "");
   EXPECT_EQ(ChooseSubprotocol("foxglove.websocket.v2"), "");
 }
@@ -258,6 +261,28 @@ TEST_F(ConversationTest, TellsThoseWhoWatchAParameterThatItChanged) {
   const Heard heard = conversation_->Change(next);
   ASSERT_EQ(heard.answers.size(), 1u);
   EXPECT_EQ(ObjectOf(heard.answers[0]).at("parameters").as_array()[0].at("value"), 60);
+}
+
+TEST_F(ConversationTest, WatchesEveryParameterThatItWasAskedTo) {
+  const std::string first = "/pheromone/trail/tau_s";
+  const std::string second = "/pheromone/trail/quantum";
+  const auto watch = [this](const std::string& op, const std::string& name) {
+    EXPECT_TRUE(
+        Hear(R"({"op": ")" + op + R"(", "parameterNames": [")" + name + "\"]}").answers.empty());
+  };
+  const auto changed = [this](const std::string& name, double value) {
+    auto next = std::make_shared<Catalogue>(*catalogue_);
+    next->parameters[name] = value;
+    catalogue_ = next;
+    return conversation_->Change(next).answers.size();
+  };
+  watch("subscribeParameterUpdates", first);
+  watch("subscribeParameterUpdates", second);
+  EXPECT_EQ(changed(first, 61), 1u);
+  EXPECT_EQ(changed(second, 0.5), 1u);
+  watch("unsubscribeParameterUpdates", first);
+  EXPECT_EQ(changed(first, 62), 0u);
+  EXPECT_EQ(changed(second, 0.6), 1u);
 }
 
 TEST_F(ConversationTest, EndsSubscriptionsOfChannelsThatAreGone) {

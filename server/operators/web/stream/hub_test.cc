@@ -30,6 +30,7 @@ class HubTest : public ::testing::Test {
               .now_us = [this] { return cost_us_ += 1; },
               .between_pieces = [this] { ++pieces_; }}) {
     control_.links.emplace_back().name = "radio-a";
+    control_.links.emplace_back().name = "radio-b";
     Step();
   }
 
@@ -101,6 +102,7 @@ TEST_F(HubTest, OffersTheChannelsOfTheConfiguration) {
                                               "/events",
                                               "/stats/engine",
                                               "/link/radio-a",
+                                              "/link/radio-b",
                                               "/clients",
                                               "/nets",
                                               "/tag_changes",
@@ -225,6 +227,35 @@ TEST_F(HubTest, SendsTheLatestToNewSubscribersAtOnce) {
   EXPECT_EQ(Step().count("/obstacles"), 1u);
 }
 
+TEST_F(HubTest, ShowsOnTheChannelOfALinkThatLink) {
+  control_.links[0].state = "open";
+  control_.links[1].state = "unplugged";
+  for (const char* topic : {"/link/radio-a", "/link/radio-b"}) {
+    hub_.AddSubscriber(IdOf(topic));
+  }
+  const auto made = Step();
+  const json::value first = json::parse(made.at("/link/radio-a")->payload);
+  const json::value second = json::parse(made.at("/link/radio-b")->payload);
+  EXPECT_EQ(first.at("name"), "radio-a");
+  EXPECT_EQ(first.at("state"), "open");
+  EXPECT_EQ(second.at("name"), "radio-b");
+  EXPECT_EQ(second.at("state"), "unplugged");
+}
+
+// After a leap in a replay, viewers have nothing of what was there before.
+TEST_F(HubTest, SendsEverythingAnewOnceItHasForgotten) {
+  hub_.AddSubscriber(IdOf("/obstacles"));
+  hub_.AddSubscriber(IdOf("/laws"));
+  Step();
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_TRUE(Step().empty());
+  }
+  hub_.Forget();
+  const auto made = Step();
+  EXPECT_EQ(made.count("/obstacles"), 1u);
+  EXPECT_EQ(made.count("/laws"), 1u);
+}
+
 TEST_F(HubTest, EncodesTheSameTilesOnceForAll) {
   const uint32_t tiles = IdOf("/pheromone_delta/trail");
   hub_.AddSubscriber(tiles);
@@ -299,6 +330,10 @@ TEST_F(HubTest, TellsEventsOfTheServerAndOfRobots) {
   Step();
   ASSERT_EQ(hub_.RecentEvents().size(), 2u);
   EXPECT_NE(hub_.RecentEvents()[1]->payload.find("robot radio-a 7"), std::string::npos);
+  for (int i = 0; i < 10; ++i) {  // it is still the robot's last one
+    EXPECT_EQ(Step().count("/events"), 0u);
+  }
+  EXPECT_EQ(hub_.RecentEvents().size(), 2u);
 }
 
 TEST_F(HubTest, NamesTheTagsThatChanged) {

@@ -133,6 +133,20 @@ TEST_F(ReplaysTest, ShowsTheMapOfTheMomentThatIsSought) {
   }
 }
 
+TEST_F(ReplaysTest, ShowsTheObstaclesAgainAfterALeap) {
+  Start();
+  const uint64_t begin_ns = recording().MakePlayer().range().begin_ns;
+  const auto client = Connect({.subprotocol = "foxglove.sdk.v1"});
+  client->SendBinary(Ask(false, begin_ns + 1'000'000'000, "there"));
+  client->Subscribe({"/obstacles"});
+  const std::string before = client->AwaitMessage(1);
+  EXPECT_FALSE(before.empty());
+  for (const uint64_t after_ms : {3'000u, 2'000u}) {  // forwards and backwards
+    client->SendBinary(Ask(false, begin_ns + after_ms * 1'000'000, "leap"));
+    EXPECT_FALSE(client->AwaitMessage(1).empty());
+  }
+}
+
 TEST_F(ReplaysTest, PlaysByItselfForViewersThatKnowNoPlayback) {
   Start();
   const auto client = Connect();

@@ -22,6 +22,7 @@
 #include "server/formats/foxglove/testing/tiles_viewer.h"
 #include "server/operators/web/stream/conversation.h"
 #include "server/operators/web/stream/testing/client.h"
+#include "server/operators/web/stream/viewer.h"
 #include "server/operators/web/testing/fake_control.h"
 #include "server/operators/web/testing/listening_server.h"
 
@@ -218,6 +219,37 @@ TEST_F(StreamTest, AnswersEachMessageOfAFloodAndReadsNoMoreThanItCanAnswer) {
   for (int i = 0; i < kMessages; ++i) {
     client->Await("status");
   }
+}
+
+TEST_F(StreamTest, HearsOneThatWasToldOfDroppedEvents) {
+  control_.clients.resize(1000);  // more than the sockets' buffers in a few messages
+  Start({.write_patience = std::chrono::hours(1)});
+  const auto slow = Connect();
+  slow->Subscribe({"/clients", "/events"});
+  const auto reader = Connect();
+  reader->Subscribe({"/events", "/clients"});
+  const auto publish = [&](size_t count) {
+    With([&] {
+      for (size_t i = 0; i < count; ++i) {
+        control_.board.Publish({.topic = control::Notice::Topic::kCapture, .is_on = true});
+      }
+    });
+    for (size_t i = 0; i < count; ++i) {
+      reader->AwaitMessage(1);
+    }
+  };
+  publish(1);
+  slow->AwaitMessage(2);  // it is subscribed
+  while (stream_->counters().dropped_frames == 0) {
+    reader->AwaitMessage(2);  // until it has not read for too long
+  }
+  for (size_t published = 0; published <= Viewer::kMaxEvents; published += 100) {
+    publish(100);
+  }
+  const json::object status = slow->Await("status");
+  EXPECT_NE(status.at("message").as_string().find("events were dropped"), std::string::npos);
+  slow->Send("{}");
+  EXPECT_EQ(slow->Await("status").at("message"), "unknown op \"\"");
 }
 
 TEST_F(StreamTest, EndsConnectionsWhenItStops) {
