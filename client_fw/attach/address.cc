@@ -56,6 +56,9 @@ Result<Address> ParseAddress(const std::string& text, uint32_t baud) {
   if (text.empty()) {
     return Error{"empty address, expected a serial port, HOST:PORT or udp:HOST:PORT"};
   }
+  if (text.find("://") != std::string::npos) {
+    return Error{text + ": expected a serial port, HOST:PORT or udp:HOST:PORT, without slashes"};
+  }
   const bool is_path = text.find('/') != std::string::npos || text.find(':') == std::string::npos;
   if (is_path) {
     return address;

@@ -21,6 +21,7 @@
 #include "client_fw/attach/connection.h"
 #include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/real_time.h"
+#include "server/base/command_line.h"
 #include "server/base/program.h"
 
 namespace pheromone::attach {
@@ -152,7 +153,9 @@ int Main(int argc, char** argv) {
   client.fail_safe_ms = 400;
   CLI::App app{
       "Drives a real Pioneer robot (ARCOS) from this computer: reports its pose to a pheromone "
-      "server over a modem or a network, and steers by the answers."};
+      "server over a modem or a network, and steers by the answers.",
+      "pheromone-robot"};
+  Standardise(&app);
   app.set_version_flag("--version", "pheromone-robot " PHEROMONE_VERSION);
   app.add_option("--robot", options.robot, "The Pioneer: /dev/ttyUSB0, or HOST:PORT for TCP")
       ->required();

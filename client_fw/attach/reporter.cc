@@ -95,7 +95,7 @@ std::string Reporter::ServerText() {
   }
   const client::Conversation& conversation = robot_->conversation();
   if (!conversation.requests().greeted) {
-    return greeted_ ? server_text_ : prefix + "connected, HELLO not answered yet";
+    return greeted_ ? server_text_ : prefix + "no answer yet; HELLO is repeated";
   }
   greeted_ = true;
   const protocol::HelloAnswer hello = conversation.server();

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "client_fw/swarm/robots.h"
+#include "server/base/command_line.h"
 #include "server/base/program.h"
 
 namespace pheromone::swarm {
@@ -20,7 +21,8 @@ int RunCommands(const std::string& program, const std::string& description,
                 std::initializer_list<AddCommand> commands, int argc, char** argv) {
   program_name = program;
   return RunProgram(program, [&] {
-    CLI::App app{description};
+    CLI::App app(description, program);
+    Standardise(&app);
     app.require_subcommand(1);
     const std::string licence =
         HasAvrRobots()
@@ -28,7 +30,6 @@ int RunCommands(const std::string& program, const std::string& description,
               "General Public License, version 3 or later; its own sources are Apache-2.0."
             : "Without AVR robots; Apache-2.0.";
     app.set_version_flag("--version", program + " " PHEROMONE_VERSION "\n" + licence);
-    app.footer(licence);
     int status = 0;
     for (const AddCommand& add : commands) {
       add(&app, &status);
@@ -74,6 +75,20 @@ CLI::Validator Between(double least, double most) {
                         : fmt::format("{} is not a number from {} to {}", text, least, most);
           },
           fmt::format("{} to {}", least, most)};
+}
+
+CLI::Validator TerminalDevice() {
+  return {[](const std::string& text) {
+            const bool is_address = text.find("://") != std::string::npos ||
+                                    text.starts_with("udp:") || text.starts_with("tcp:");
+            return is_address ? fmt::format(
+                                    "found \"{}\", expected the path of a terminal device, such as "
+                                    "radio-a.pty: simulated robots use links of kind \"pty\" and "
+                                    "\"serial\" only",
+                                    text)
+                              : std::string();
+          },
+          ""};
 }
 
 const std::map<std::string, client::Law>& LawsByName() {

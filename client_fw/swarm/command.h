@@ -39,6 +39,9 @@ int WriteFiles(const std::filesystem::path& folder,
 /// Numbers from `least` to `most`; unlike CLI::Range, it rejects "nan".
 CLI::Validator Between(double least, double most);
 
+/// The path of a terminal device, not an address: links of kind "tcp" and "udp" have none.
+CLI::Validator TerminalDevice();
+
 /// The steering laws of the firmware, by their names on the command line.
 const std::map<std::string, client::Law>& LawsByName();
 

@@ -178,11 +178,14 @@ int RunLiveCommand(const LiveOptions& options) {
 void AddLiveCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<LiveOptions>();
   CLI::App* live_command =
-      app->add_subcommand("live", "One simulated robot against a running pheromoned, in real time");
-  live_command->add_option("--modem", options->modem, "Terminal device of the daemon's link")
-      ->required();
+      app->add_subcommand("live", "One simulated robot against a running server, in real time");
+  live_command
+      ->add_option("--modem", options->modem,
+                   "Terminal device of the server's link: radio-a.pty, /dev/ttyUSB0")
+      ->required()
+      ->check(TerminalDevice());
   live_command->add_option("--config", options->config,
-                           "The daemon's configuration, whose first [[path]] is followed "
+                           "The server's configuration, whose first [[path]] is followed "
                            "(default: the built-in configuration)");
   live_command
       ->add_option("--seconds", options->seconds, "Stop after this time (default: on Ctrl-C)")
@@ -196,7 +199,7 @@ void AddLiveCommand(CLI::App* app, int* status) {
       ->type_name("NAME");
   live_command->add_option("--id", options->id, "Robot ID (default: 1)")->check(CLI::Range(1, 254));
   live_command->add_flag("--medium-access", options->medium_access,
-                         "The daemon's link has medium_access = true, so the robot takes turns");
+                         "The server's link has medium_access = true, so the robot takes turns");
   live_command->callback([options, status] { *status = RunLiveCommand(*options); });
 }
 

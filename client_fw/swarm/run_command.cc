@@ -90,7 +90,7 @@ Result<SwarmRecord> RunAgainstDaemon(const Scenario& scenario, const RunOptions&
   if (const std::string frames = FramesForDaemon(scenario); !frames.empty()) {
     fmt::print(stderr,
                "These robots report coordinates relative to where they are switched on. Add their "
-               "frames to the daemon's configuration, with the names of its links:\n{}",
+               "frames to the server's configuration, with the names of its links:\n{}",
                frames);
   }
   StatusLine line;
@@ -156,20 +156,24 @@ void AddRunCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = app->add_subcommand(
       "run",
-      "Run a scenario from a file, in virtual time or against a running pheromoned; prints a "
-      "summary");
+      "Run a scenario from a file, in virtual time or against a running server; prints a summary");
   command
       ->add_option("scenario", options->file,
-                   "A TOML file; examples are in client_fw/swarm/examples")
+                   "A TOML file, pheromone-scenario(5); examples are in client_fw/swarm/examples")
       ->required();
   command->add_option("--seed", options->seed, "Override the seed of the file");
+  CLI::Option* daemon =
+      command
+          ->add_option("--daemon", options->ports,
+                       "Run in real time against a running server, until Ctrl-C or the end of the "
+                       "scenario: for each channel, the terminal device of its link")
+          ->delimiter(',')
+          ->check(TerminalDevice())
+          ->type_name("PORT[,PORT...]");
   command
-      ->add_option("--daemon", options->ports,
-                   "Run in real time against a running pheromoned, until Ctrl-C or the end of the "
-                   "scenario: PORT[,PORT...], for each channel the terminal device of its link")
-      ->delimiter(',');
-  command->add_flag("--medium-access", options->medium_access,
-                    "With --daemon: its links have medium_access = true, so robots take turns");
+      ->add_flag("--medium-access", options->medium_access,
+                 "With --daemon: its links have medium_access = true, so robots take turns")
+      ->needs(daemon);
   command->add_option("--out", options->out,
                       "Folder for summary.txt, robots.csv, tracks.csv, exchanges.csv and map.svg");
   command->callback([options, status] { *status = Run(*options); });

@@ -42,11 +42,18 @@ OpenedTerminal InUse(const std::optional<int>& holder) {
 
 }  // namespace
 
+std::string WhyNotOpened(int error) {
+  return Message(error) + (error == EACCES
+                               ? "; serial ports are for members of the group dialout: sudo adduser "
+                                 "$USER dialout, then log in again"
+                               : "");
+}
+
 OpenedTerminal OpenTerminal(const std::string& path) {
   Descriptor descriptor(open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   termios mode{};
   if (!descriptor.valid()) {
-    return errno == EBUSY ? InUse(HolderOfDevice(path)) : NotOpened(Message(errno));
+    return errno == EBUSY ? InUse(HolderOfDevice(path)) : NotOpened(WhyNotOpened(errno));
   }
   if (tcgetattr(descriptor.get(), &mode) != 0) {
     return NotOpened("not a terminal device (" + Message(errno) + ")");

@@ -20,6 +20,10 @@ struct OpenedTerminal {
   bool in_use = false;    ///< that is why
 };
 
+/// The system's message for an error of opening a terminal device, and what to do if it is a matter
+/// of permissions.
+std::string WhyNotOpened(int error);
+
 /// Opens and locks it until the descriptor is closed.
 OpenedTerminal OpenTerminal(const std::string& path);
 

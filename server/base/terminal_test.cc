@@ -70,5 +70,12 @@ TEST_F(TerminalTest, OtherFailuresAreTheSystems) {
   EXPECT_EQ(file.status.error(), "not a terminal device (Inappropriate ioctl for device)");
 }
 
+TEST(WhyNotOpenedTest, WhoMayNotOpenAPortIsToldOfTheGroup) {
+  EXPECT_EQ(WhyNotOpened(EACCES),
+            "Permission denied; serial ports are for members of the group dialout: sudo adduser "
+            "$USER dialout, then log in again");
+  EXPECT_EQ(WhyNotOpened(ENOENT), "No such file or directory");
+}
+
 }  // namespace
 }  // namespace pheromone

@@ -153,6 +153,12 @@ CheckReport DescribeCheck(const std::string& name, const Config& config,
   for (const std::string& warning : folders.warnings) {
     report.warnings += "warning: " + warning + '\n';
   }
+  for (const std::string& error : folders.errors) {
+    report.errors += name + ": " + error + '\n';
+  }
+  if (!report.errors.empty()) {
+    return report;
+  }
   report.text = name + ": ok\n";
   const std::vector<std::string> described = DescribeConfig(config);
   const std::vector<std::string> reach = DescribeReach(config, nullptr);

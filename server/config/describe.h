@@ -14,12 +14,13 @@ std::vector<std::string> DescribeConfig(const Config& config);
 /// Links, trackers, control socket and web. `runtime_directory` is $RUNTIME_DIRECTORY (folders.h).
 std::vector<std::string> DescribeReach(const Config& config, const char* runtime_directory);
 
-/// What `pheromoned --check` and `pheromonectl config check` say of a configuration without
-/// mistakes: `name`, that it is good, and what it means, to standard output; warnings to standard
-/// error. `state_directory` is $STATE_DIRECTORY (folders.h).
+/// What `pheromoned --check` and `pheromonectl config check` say of a configuration that could be
+/// read: `name`, that it is good, and what it means, to standard output; warnings and errors to
+/// standard error. With errors there is no text. `state_directory` is $STATE_DIRECTORY (folders.h).
 struct CheckReport {
   std::string text;
   std::string warnings;
+  std::string errors;
 };
 CheckReport DescribeCheck(const std::string& name, const Config& config,
                           const char* state_directory);

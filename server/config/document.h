@@ -12,7 +12,7 @@
 
 namespace pheromone::config {
 
-/// Polyline and column, counted from 1.
+/// Line and column, counted from 1.
 struct Position {
   uint32_t line = 1;
   uint32_t column = 1;

@@ -1,6 +1,5 @@
 #include "server/config/folders.h"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -27,6 +26,17 @@ bool IsWithin(const std::string& path, const std::string& folder) {
 bool IsThere(const std::string& path) {
   std::error_code error;
   return std::filesystem::exists(path, error);
+}
+
+bool IsFolder(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_directory(path, error);
+}
+
+// Itself, or its parent: the server creates a missing folder if its parent exists.
+std::string PlaceOf(const std::string& folder) {
+  return IsThere(folder) ? folder
+                         : std::filesystem::path(AbsolutePath(folder)).parent_path().string();
 }
 
 // Restrictions of systemd, which apply whatever the ownership of files, look like a fault of the
@@ -80,11 +90,8 @@ std::string ControlSocket(const ControlSettings& config, const char* runtime_dir
 }
 
 std::string WhyUnusable(const std::string& folder, const char* state_directory) {
-  // The server creates a missing folder if its parent exists.
-  const std::string place =
-      IsThere(folder) ? folder : std::filesystem::path(AbsolutePath(folder)).parent_path().string();
-  struct stat status {};
-  if (stat(place.c_str(), &status) == 0 && !S_ISDIR(status.st_mode)) {
+  const std::string place = PlaceOf(folder);
+  if (IsThere(place) && !IsFolder(place)) {
     return place + ": is not a folder";
   }
   if (access(place.c_str(), R_OK | W_OK | X_OK) == 0) {
@@ -118,7 +125,8 @@ FolderReport LookAtFolders(const Config& config, const char* state_directory) {
       why = lock + ": " + std::strerror(errno) + ", expected a file owned by the server's user";
     }
     if (!why.empty()) {
-      report.warnings.push_back("journal.folder: " + why);
+      (IsFolder(PlaceOf(journal)) ? report.warnings : report.errors)
+          .push_back("journal.folder: " + why);
     }
     report.lines.push_back(LineOf("journal", journal));
   }

@@ -47,6 +47,7 @@ std::string WhyNotKept(const std::string& path, const char* runtime_directory);
 struct FolderReport {
   std::vector<std::string> lines;     ///< where each is, in words
   std::vector<std::string> warnings;  ///< why one cannot be used by the user who asks
+  std::vector<std::string> errors;    ///< why the server could not start, whoever runs it
 };
 
 FolderReport LookAtFolders(const Config& config, const char* state_directory);

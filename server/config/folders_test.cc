@@ -84,10 +84,14 @@ TEST_F(FoldersTest, AFileInItsPlaceOrAMissingFolderAboveIsWarnedOf) {
   Write("journal", "");
   config_.capture.folder = "none/captures";
   const FolderReport report = Look();
+  EXPECT_THAT(report.errors, ElementsAre("journal.folder: " + In("journal") + ": is not a folder"));
   EXPECT_THAT(report.warnings,
-              ElementsAre("journal.folder: " + In("journal") + ": is not a folder",
-                          "capture.folder: " + In("none") +
-                              ": No such file or directory, expected a writable folder"));
+              ElementsAre("capture.folder: " + In("none") +
+                          ": No such file or directory, expected a writable folder"));
+  config_.journal.folder = "none/journal";
+  EXPECT_THAT(Look().errors,
+              ElementsAre("journal.folder: " + In("none") +
+                          ": No such file or directory, expected a writable folder"));
 }
 
 TEST_F(FoldersTest, WithoutAJournalThatIsSaid) {

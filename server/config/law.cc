@@ -171,6 +171,11 @@ bool ReadEvaporation(const TableReader& table, field::PheromoneLaw* law) {
     return alone && half_life_ms;
   }
   const bool linear = *evaporation == kLinear;
+  if (table.Find("evaporation") == nullptr && table.Find("tau_s") == nullptr &&
+      table.Find("half_life_s") != nullptr) {
+    table.Missing("evaporation", "\"exponential\", to which half_life_s belongs");
+    return false;
+  }
   const bool alone = table.Without({"half_life_s"}, choice, "tau_s");
   const auto tau_ms = table.Scaled("tau_s", kSecondsToMs, linear ? 1 : 0, field::kMaxTauMs);
   law->evaporation = linear ? field::Evaporation::kLinear : field::Evaporation::kCounter;

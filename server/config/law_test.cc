@@ -184,6 +184,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "\"counter\", \"linear\", \"exponential\", \"permanent\""},
         LawCase{"core_m = 0\nsigma_m = 1\n",
                 "7:1: pheromone[1].tau_s: missing, expected a number from 0 to 1000000000"},
+        LawCase{"core_m = 0\nsigma_m = 1\nhalf_life_s = 3\n",
+                "7:1: pheromone[1].evaporation: missing, expected \"exponential\", to which "
+                "half_life_s belongs"},
         LawCase{"core_m = 0\nsigma_m = 1\nhalf_life_s = 3\ntau_s = 1\n",
                 "14:1: pheromone[1].half_life_s: not permitted with evaporation = \"counter\", "
                 "expected "
@@ -331,6 +334,15 @@ TEST(LawTest, AReachOfLessThanACellOrOfManyMetresIsAWarning) {
                   "are in metres"});
   EXPECT_EQ(warnings_of("core_m = 0.05\nsigma_m = 0.05\ntau_s = 1\n"), Texts{});
   EXPECT_EQ(warnings_of("core_m = 1.0\nsigma_m = 4.0\ntau_s = 1\n"), Texts{});
+}
+
+TEST(LawTest, AMaximumThatNoMessageHoldsIsAWarning) {
+  EXPECT_TRUE(ParseConfig(Replaced(14, "maximum = 7.5"), "f").value().warnings.empty());
+  const auto warnings = ParseConfig(Replaced(14, "maximum = 100.0"), "f").value().warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].text,
+            "f:14:11: pheromone[1].maximum: found 100, usual is 0.25 to 2: a message can hold only "
+            "7.99 units, which one node alone would exceed");
 }
 
 TEST(LawTest, AntennasThatAreMetresApartAreAWarning) {

@@ -128,7 +128,8 @@ void NoteSaturation(const TableReader& table, const field::FieldConfig& field,
   }
 }
 
-// What is valid, but can hardly be meant: millimetres for metres, a cell that hides the shape.
+// What is valid, but can hardly be meant: millimetres for metres, a cell that hides the shape, a
+// node that no message can tell.
 void WarnOfReach(const TableReader& table, const field::FieldConfig& field,
                  const field::PheromoneLaw& law, Notes* notes) {
   if (law.is_blend()) {
@@ -145,6 +146,15 @@ void WarnOfReach(const TableReader& table, const field::FieldConfig& field,
   }
   if (!why.empty()) {
     notes->warnings.push_back({FormatProblem(notes->file, table.at(), table.path(), why)});
+  }
+  const int64_t maximum_micro = int64_t{law.max_count} * law.quantum_micro;
+  if (static_cast<double>(maximum_micro) > kLargestOnWire * 1e6) {
+    const Value* const maximum = table.Find("maximum");
+    notes->warnings.push_back({FormatProblem(
+        notes->file, maximum != nullptr ? maximum->at : table.at(), table.KeyOf("maximum"),
+        "found " + FormatScaled(maximum_micro, kToMicro) +
+            ", usual is 0.25 to 2: a message can hold only 7.99 units, which one "
+            "node alone would exceed")});
   }
 }
 

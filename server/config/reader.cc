@@ -241,7 +241,8 @@ uint16_t ToBinaryAngle(int64_t microdegrees) {
 
 std::string_view Nearest(std::string_view word, std::span<const std::string_view> known) {
   std::string_view best;
-  size_t best_distance = std::max<size_t>(2, word.size() / 3) + 1;
+  // Of three letters, one may be wrong: "map" is no better for "tag" than a list is.
+  size_t best_distance = std::max<size_t>(word.size() <= 3 ? 1 : 2, word.size() / 3) + 1;
   for (const std::string_view candidate : known) {
     // So is a part of a key, "width" for "width_m", or one that goes on: "baudrate" for "baud".
     const size_t both = std::min(word.size(), candidate.size());

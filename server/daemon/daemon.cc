@@ -101,7 +101,8 @@ class Daemon::Impl {
                         }
                         return changed;
                       },
-                  .snapshot = [this](auto done) { MakeSnapshot(std::move(done)); }}),
+                  .snapshot = [this](auto done) { MakeSnapshot(std::move(done)); },
+                  .is_kept = !journal_->folder().empty()}),
         edits_({.name = "an edit"}),
         operations_({.name = "an operation"}),
         front_end_(&control_, config_.Get().control, config_.Get().web) {

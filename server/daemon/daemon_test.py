@@ -138,6 +138,13 @@ class DaemonTest(unittest.TestCase):
         self.assertIn("test.toml:11:11: pheromone[1].sigma_m: found the string \"wide\", expected "
                       "a number", result.stderr)
 
+    def test_check_refuses_a_journal_whose_folder_cannot_be_made_by_anybody(self):
+        self.config.write_text(CONFIG + PTY + '[journal]\nfolder = "none/state"\n')
+        result = self.call("--check", "--config", "test.toml")
+        self.assertEqual((result.returncode, result.stdout), (2, ""))
+        self.assertEqual(result.stderr, f"test.toml: journal.folder: {self.folder}/none: No such "
+                         "file or directory, expected a writable folder\n")
+
     def test_check_says_whether_the_folders_can_be_used_and_leaves_them_alone(self):
         self.config.write_text(CONFIG + PTY + '[journal]\nfolder = "state"\n')
         result = self.call("--check", "--config", "test.toml")

@@ -150,7 +150,10 @@ class JournalTest(unittest.TestCase):
                                  cwd=self.folder, text=True, capture_output=True,
                                  timeout=PATIENCE_S, check=False)
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("the map's origin, extent or cell size differ", refused.stderr)
+        extent = "the map: x from 0 to 10 m, y from 0 to 10 m, cells of"
+        self.assertIn(f"the state is of {extent} 0.1 m; the configuration has {extent} 0.2 m\n",
+                      refused.stderr)
+        self.assertIn("pheromonectl journal resample --config FILE", refused.stderr)
         self.assertIn(f"the state in {self.folder}/state is unchanged", refused.stderr)
         self.config.write_text(text)
         self.assertEqual(self.start().stop(), 0)

@@ -76,8 +76,14 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   next.engine.links = config_.engine.links;
   const auto configured = Configure(next.engine, false);
   if (!configured.ok()) {
-    spdlog::error("the configuration is unchanged: {}", configured.error());
-    return configured.error();
+    const bool is_other_map = next.engine.field.map != config_.engine.field.map;
+    const Error error{configured.error() +
+                      (is_other_map
+                           ? "; a running server keeps its map: restart it, with a journal after "
+                             "pheromonectl journal resample"
+                           : "")};
+    spdlog::error("the configuration is unchanged: {}", error);
+    return error;
   }
   {
     const std::lock_guard lock(mutex_);

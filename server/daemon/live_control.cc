@@ -69,8 +69,12 @@ std::optional<double> ByteRateOf(const links::LinkConfig& link) {
   return link.kind == links::LinkKind::kSerial ? std::optional(link.baud / 10.0) : std::nullopt;
 }
 
-Error UnknownLink(std::string_view name) {
-  return Error{"unknown link \"" + std::string(name) + "\""};
+Error UnknownLink(std::string_view name, const std::vector<links::LinkConfig>& configured) {
+  std::string text = "unknown link \"" + std::string(name) + "\", expected one of ";
+  for (const links::LinkConfig& it : configured) {
+    text += (&it == &configured.front() ? "" : ", ") + it.name;
+  }
+  return Error{text};
 }
 
 uint64_t BytesOf(const links::Link& link) {
@@ -167,7 +171,7 @@ control::StatusView LiveControl::GetStatus(bool with_hash) const {
   status.version = PHEROMONE_VERSION;
   status.uptime_s = SecondsSince(started_);
   status.service = parts_.service->counters();
-  status.is_kept = parts_.snapshot != nullptr;
+  status.is_kept = parts_.is_kept;
   status.links = parts_.links->size();
   for (const auto& link : *parts_.links) {
     status.links_up += link->state().up ? 1u : 0u;
@@ -323,7 +327,7 @@ void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode
                         std::span<const uint8_t> arguments, Done done) {
   const auto index = parts_.service->FindLink(link);
   if (!index) {
-    done(UnknownLink(link));
+    done(UnknownLink(link, *parts_.link_configs));
     return;
   }
   engine::CommandIssued command{*index, id, code, {}};
@@ -348,7 +352,7 @@ void LiveControl::SetGoal(std::string_view link, uint8_t id, field::PointUm poin
                           uint32_t tolerance_um, Done done) {
   const auto index = parts_.service->FindLink(link);
   if (!index) {
-    done(UnknownLink(link));
+    done(UnknownLink(link, *parts_.link_configs));
     return;
   }
   const auto set = [this, index = *index, id, point, tolerance_um, done] {
@@ -362,7 +366,7 @@ void LiveControl::SetGoal(std::string_view link, uint8_t id, field::PointUm poin
 void LiveControl::CancelGoal(std::string_view link, uint8_t id, Done done) {
   const auto index = parts_.service->FindLink(link);
   if (!index) {
-    done(UnknownLink(link));
+    done(UnknownLink(link, *parts_.link_configs));
     return;
   }
   DoneIfDurable(parts_.service->CancelGoal(*index, id), std::move(done));

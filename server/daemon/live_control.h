@@ -52,7 +52,8 @@ struct LiveParts {
   Run run_operation;                       ///< reload, the beginning and end of a recording
   std::function<Result<std::vector<std::string>>()> reload;  ///< called as an operation
   std::function<Status(uint8_t, int64_t)> change_tau;        ///< likewise
-  Snapshot snapshot;                          ///< asks the journal for one; nothing: there is none
+  Snapshot snapshot;                                         ///< asks the journal for one
+  bool is_kept = false;                                      ///< there is a journal
   std::chrono::milliseconds patience{5'000};  ///< with a log or a recording that waits for the disk
   std::chrono::milliseconds snapshot_patience{12'000};  ///< below that of the HTTP server
 };

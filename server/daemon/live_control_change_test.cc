@@ -93,7 +93,8 @@ TEST_F(LiveControlTest, ACommandIsSentWithItsArguments) {
     control_.Issue(link, 3, code, arguments, outcome.Taker());
     return outcome.Get();
   };
-  EXPECT_EQ(issue("radio-c", protocol::CommandCode::kHalt, {}).error(), "unknown link \"radio-c\"");
+  EXPECT_EQ(issue("radio-c", protocol::CommandCode::kHalt, {}).error(),
+            "unknown link \"radio-c\", expected one of radio-a, radio-b");
   EXPECT_FALSE(issue("radio-a", protocol::CommandCode::kHalt, {}).ok());
   Handle(0, {Hello(3, 9)});
   EXPECT_TRUE(issue("radio-a", protocol::CommandCode::kSpeed, {0x2C, 0x01}).ok());
@@ -157,7 +158,8 @@ TEST_F(LiveControlTest, AnEditThatTouchesNoNodeChangesNothing) {
   beside.points = {{-200'000, 0}};
   Outcome<control::EditOutcome> edit;
   control_.Edit(beside, edit.Taker());
-  EXPECT_EQ(edit.Get().error(), "the shape contains no node of the map");
+  EXPECT_EQ(edit.Get().error(),
+            "the shape contains no node of the map: x from 0 to 10 m, y from 0 to 10 m");
   EXPECT_EQ(log_.sequence(), sequence);
   field::FieldEdit all = Dot();
   all.shape = field::FieldEdit::Shape::kAll;

@@ -20,6 +20,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/command_line.h"
 #include "server/base/descriptor.h"
 #include "server/base/program.h"
 #include "server/config/config.h"
@@ -171,9 +172,9 @@ int Run(const Options& options) {
   const std::string name = options.config_path.empty() ? kDefaultName : options.config_path;
   if (options.check) {
     const config::CheckReport report = config::DescribeCheck(name, config, state_directory);
-    std::cerr << report.warnings;
+    std::cerr << report.warnings << report.errors;
     std::cout << report.text;
-    return 0;
+    return report.errors.empty() ? 0 : kUsage;
   }
   SetUpLogging(options.log_level.empty() ? config.daemon.log_level : options.log_level);
   spdlog::info("pheromoned {}, {}", PHEROMONE_VERSION, name);
@@ -198,6 +199,7 @@ int Run(const Options& options) {
 int Main(int argc, char** argv) {
   Options options;
   CLI::App app("The pheromone server: virtual pheromone trails for robot swarms.", "pheromoned");
+  Standardise(&app);
   const auto not_empty = [](const std::string& path) {
     return path.empty() ? std::string("is empty, expected a file name") : std::string();
   };

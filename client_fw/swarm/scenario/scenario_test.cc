@@ -74,6 +74,16 @@ TEST(Scenario, ASpeedThatDoesNotFitTheTrailIsAWarning) {
   EXPECT_TRUE(slow.value().warnings.empty());
 }
 
+TEST(Scenario, ATableOfTheServerAloneIsToldWithThoseThatAScenarioMayHave) {
+  const Result<Scenario> parsed =
+      Parse("[[robots]]\npheromone = 2\nstarts = [[1, 2, 90]]\n[[tag]]\nname = \"door\"\n");
+  ASSERT_FALSE(parsed.ok());
+  EXPECT_NE(parsed.error().find("tag: unknown key, expected one of run, radio, robots, map, "
+                                "antennas, pheromone, obstacles, path, print"),
+            std::string::npos)
+      << parsed.error();
+}
+
 TEST(Scenario, WhatIsLeftOutHasItsDefault) {
   const Result<Scenario> parsed = Parse("[[robots]]\npheromone = 2\nstarts = [[1, 2, 90]]\n");
   ASSERT_TRUE(parsed.ok()) << parsed.error();

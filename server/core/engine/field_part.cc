@@ -8,6 +8,7 @@
 #include "server/core/engine/event_codec.h"
 #include "server/core/engine/refusal.h"
 #include "server/core/engine/wire_units.h"
+#include "server/core/field/extent.h"
 #include "server/core/field/frozen_field.h"
 
 namespace pheromone::engine {
@@ -197,11 +198,14 @@ Status FieldPart::CheckEdit(const field::FieldEdit& edit) const {
                  std::to_string(law->max_level()) + "/64 quanta, not " +
                  std::to_string(edit.level) + "/64"};
   }
-  Status shape = field::CheckShape(edit);
-  if (shape.ok() && !field_->accepts_work()) {
+  const Status shape = field::CheckShape(edit);
+  if (!shape.ok()) {
+    return Error{shape.error() + "; " + field::DescribeExtent(field_->config().map)};
+  }
+  if (!field_->accepts_work()) {
     return Error{"too many map edits are pending; try again in a moment"};
   }
-  return shape;
+  return Ok();
 }
 
 Status FieldPart::Check(const Context& context, const FieldEdited& edited) const {

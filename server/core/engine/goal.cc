@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/base/hash.h"
+#include "server/core/field/extent.h"
 #include "server/core/field/heading.h"
 #include "server/core/field/route.h"
 
@@ -115,7 +116,7 @@ Status CheckGoal(const Goal& goal, const field::FieldConfig& field) {
   }
   for (const PointUm point : goal.route) {
     if (!field.map.Contains(point)) {
-      return Error{"the goal or its route is off the map"};
+      return Error{"the goal or its route is off " + field::DescribeExtent(field.map)};
     }
   }
   if (field.obstacles && field.obstacles->Blocked(field.map.NearestNode(goal.point()))) {

@@ -159,7 +159,8 @@ TEST(Goal, IsChecked) {
   field.obstacles = field::Shared(std::move(mask));
   EXPECT_TRUE(CheckGoal(To(5, 5), field).ok());
   EXPECT_EQ(CheckGoal(To(3, 3), field).error(), "the goal is blocked by an obstacle");
-  EXPECT_EQ(CheckGoal(To(10.1, 3), field).error(), "the goal or its route is off the map");
+  EXPECT_EQ(CheckGoal(To(10.1, 3), field).error(),
+            "the goal or its route is off the map: x from 0 to 10 m, y from 0 to 10 m");
   EXPECT_EQ(CheckGoal(Goal{}, field).error(), "a route of 0 points, expected 1 to 256");
   EXPECT_EQ(CheckGoal(Goal{std::vector<PointUm>(257), 100'000}, field).error(),
             "a route of 257 points, expected 1 to 256");

@@ -9,6 +9,7 @@
 #include "server/core/engine/config_hash.h"
 #include "server/core/engine/event_codec.h"
 #include "server/core/engine/refusal.h"
+#include "server/core/engine/unknown_robot.h"
 
 namespace pheromone::engine {
 
@@ -194,8 +195,7 @@ Status RobotsPart::Check(const Context& context, const CommandIssued& command) c
     return Error{"only halt can be sent to all robots"};
   }
   if (!broadcast && table_.Find(command.link, command.id) == nullptr) {
-    return Error{"no robot " + std::to_string(command.id) + " has said HELLO on link \"" +
-                 context.config->links[command.link].name + "\""};
+    return UnknownRobot(table_, context.config->links, command.link, command.id);
   }
   return Ok();
 }

@@ -50,7 +50,7 @@ Status CheckShape(const FieldEdit& edit) {
   }
   const bool is_stroke = edit.shape == FieldEdit::Shape::kStroke;
   if (is_stroke && !edit.points.empty() && !IsShort(edit.points, edit.radius_um)) {
-    return Error{"a stroke that spans more than 2 km: make it in parts"};
+    return Error{"a stroke that spans more than 2 km: coordinates are in metres"};
   }
   return Ok();
 }

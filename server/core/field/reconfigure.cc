@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "server/base/format.h"
+#include "server/core/field/extent.h"
 #include "server/core/field/field.h"
 
 namespace pheromone::field {
@@ -153,12 +155,13 @@ void Field::EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64
 namespace {
 
 Status CheckMap(const FieldConfig& present, const FieldConfig& next) {
-  return next.map == present.map
-             ? Ok()
-             : Error{
-                   "the map's origin, extent or cell size differ from the running map's, which "
-                   "keeps them, empty or not, until a restart; with a journal, until its state is "
-                   "moved to the new map (pheromonectl journal resample)"};
+  const auto words = [](const MapGeometry& map) {
+    return DescribeExtent(map) + ", cells of " +
+           FormatNumber(static_cast<double>(map.cell_um) / 1e6) + " m";
+  };
+  return next.map == present.map ? Ok()
+                                 : Error{"the state is of " + words(present.map) +
+                                         "; the configuration has " + words(next.map)};
 }
 
 // `visit_levels(type, visit)`: the nodes of a type that have content.

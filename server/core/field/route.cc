@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/base/format.h"
+#include "server/core/field/extent.h"
 
 namespace pheromone::field {
 namespace {
@@ -179,7 +180,7 @@ Result<std::vector<PointUm>> FindRoute(const MapGeometry& map,
                                        PointUm to, int64_t clearance_um) {
   for (const PointUm end : {from, to}) {
     if (!map.Contains(end)) {
-      return Error{TextOf(end) + " is off the map"};
+      return Error{TextOf(end) + " is off " + DescribeExtent(map)};
     }
   }
   if (!obstacles || obstacles->empty()) {

@@ -160,8 +160,10 @@ TEST(Route, SaysWhyThereIsNone) {
             "there is no way around the obstacles from (1, 1) m to (5, 3) m");
   EXPECT_EQ(FindRoute(kMap, box, from, {5'000'000, 2'050'000}).error(),
             "(5, 2.05) m is blocked by an obstacle");
-  EXPECT_EQ(FindRoute(kMap, box, from, {10'000'001, 0}).error(), "(10.000001, 0) m is off the map");
-  EXPECT_EQ(FindRoute(kMap, box, {-1, 0}, from).error(), "(-0.000001, 0) m is off the map");
+  EXPECT_EQ(FindRoute(kMap, box, from, {10'000'001, 0}).error(),
+            "(10.000001, 0) m is off the map: x from 0 to 10 m, y from 0 to 6 m");
+  EXPECT_EQ(FindRoute(kMap, box, {-1, 0}, from).error(),
+            "(-0.000001, 0) m is off the map: x from 0 to 10 m, y from 0 to 6 m");
 }
 
 TEST(Route, GivesUpOnALargeMaze) {

@@ -15,7 +15,7 @@ std::span<const CommandSpec> Commands() {
   static const std::vector<CommandSpec> commands = {
       {"halt", CommandCode::kHalt, {}},
       {"resume", CommandCode::kResume, {}},
-      {"speed", CommandCode::kSpeed, {{"mm_per_s", INT16_MIN, INT16_MAX, 2}}},
+      {"speed", CommandCode::kSpeed, {{"mm_per_s", 0, 1000, 2}}},
       {"go-to",
        CommandCode::kGoTo,
        {{"x", INT16_MIN, INT16_MAX, 2}, {"y", INT16_MIN, INT16_MAX, 2}}},

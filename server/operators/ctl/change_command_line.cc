@@ -129,13 +129,13 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
       ->required()
       ->check(WholeNumber(1, 254));
   command
-      ->add_option("COMMAND", it->command.name,
-                   "halt, resume, speed MM_PER_S, go-to X Y, follow TYPE, pick, drop, "
-                   "set PARAMETER VALUE or get PARAMETER")
+      ->add_option(
+          "COMMAND", it->command.name,
+          "halt, resume, speed MM_PER_S, follow TYPE, pick, drop, set PARAMETER VALUE, get "
+          "PARAMETER, or go-to X Y for robots that find their way themselves; the others "
+          "are led by goto")
       ->required();
-  command
-      ->add_option("ARGUMENTS", it->command.arguments, "Whole numbers, as required by the command")
-      ->check(WholeNumber(INT32_MIN, INT32_MAX));
+  command->add_option("ARGUMENTS", it->command.words, "Whole numbers, as required by the command");
   command->add_flag("--no-wait", it->no_wait, "Do not wait for the robot's acknowledgement");
   command->callback([=] {
     it->command.wait = !it->no_wait;

@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <charconv>
 #include <chrono>
+#include <cstdint>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <boost/json/serialize.hpp>
 
+#include "server/base/result.h"
+#include "server/operators/control/names.h"
 #include "server/operators/ctl/halt_commands.h"
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/parameters.h"
@@ -82,10 +87,9 @@ int ChangeMap(const ServerOptions& options, const std::string& what, const json:
 }
 
 // The robot's entry, null if there is none.
-json::value FindClient(const json::value& clients, const RobotCommand& command) {
+json::value FindClient(const json::value& clients, const std::string& link, int id) {
   for (const json::value& client : ItemsAt(clients, "clients")) {
-    if (TextAt(client, "link") == command.link &&
-        CountAt(client, "id") == static_cast<uint64_t>(command.id)) {
+    if (TextAt(client, "link") == link && CountAt(client, "id") == static_cast<uint64_t>(id)) {
       return client;
     }
   }
@@ -106,7 +110,7 @@ int AwaitValue(const ServerOptions& options, const RobotCommand& command, int64_
     if (reply.exit_status != 0) {
       return reply.exit_status;
     }
-    const json::value client = FindClient(reply.value, command);
+    const json::value client = FindClient(reply.value, command.link, command.id);
     const json::value& event = At(client, "last_event");
     if (LastEvent(client) != before && TextAt(event, "event") == "parameter value") {
       const json::value& value = At(event, "argument");
@@ -134,7 +138,7 @@ int AwaitOutcome(const ServerOptions& options, const RobotCommand& command, int6
     if (reply.exit_status != 0) {
       return reply.exit_status;
     }
-    const json::value client = FindClient(reply.value, command);
+    const json::value client = FindClient(reply.value, command.link, command.id);
     const json::value& last = At(client, "last_command");
     const std::string outcome = TextAt(last, "outcome");
     if (outcome != "pending" || std::chrono::steady_clock::now() > deadline) {
@@ -152,6 +156,26 @@ int AwaitOutcome(const ServerOptions& options, const RobotCommand& command, int6
     }
     usleep(kBetweenLooksUs);
   }
+}
+
+// Their number, and the command itself, are for the server to check.
+Status ReadArguments(RobotCommand* command) {
+  const web::CommandSpec* spec = web::FindCommand(command->name);
+  for (size_t i = 0; i < command->words.size(); ++i) {
+    const bool known = spec != nullptr && i < spec->arguments.size();
+    const int64_t least = known ? spec->arguments[i].least : INT32_MIN;
+    const int64_t most = known ? spec->arguments[i].most : INT32_MAX;
+    const std::string& word = command->words[i];
+    int64_t value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size() || value < least || value > most) {
+      return Error{fmt::format(
+          "{}: found \"{}\"{}, expected a whole number from {} to {}", command->name, word,
+          known ? fmt::format(" for {}", spec->arguments[i].name) : "", least, most)};
+    }
+    command->arguments.push_back(value);
+  }
+  return Ok();
 }
 
 }  // namespace
@@ -182,7 +206,10 @@ int Paint(const ServerOptions& options, const std::string& pheromone, const Shap
   return ChangeMap(options, "paint", body, fmt::format("painted \"{}\"", pheromone));
 }
 
-int GiveCommand(const ServerOptions& options, const RobotCommand& command) {
+int GiveCommand(const ServerOptions& options, RobotCommand command) {
+  if (const Status read = ReadArguments(&command); !read.ok()) {
+    return Fail(kUsage, read.error());
+  }
   ServerOptions quiet = options;
   quiet.json = false;
   int64_t last_event = -1;
@@ -191,7 +218,7 @@ int GiveCommand(const ServerOptions& options, const RobotCommand& command) {
     if (reply.exit_status != 0) {
       return reply.exit_status;
     }
-    const json::value client = FindClient(reply.value, command);
+    const json::value client = FindClient(reply.value, command.link, command.id);
     last_event = LastEvent(client);
     if (client.is_object() && TextAt(At(client, "state"), "is") == "silent") {
       fmt::print(stderr, "{}; waiting for it, up to {} s\n", SilenceOf(client),
@@ -220,8 +247,17 @@ int GoTo(const ServerOptions& options, const RobotGoal& goal) {
   if (goal.tolerance_m) {
     body["tolerance_m"] = *goal.tolerance_m;
   }
-  return Change(options, "goto", body,
-                fmt::format("{}: goal ({}, {}) m", robot, *goal.x_m, *goal.y_m));
+  const int status = Change(options, "goto", body,
+                            fmt::format("{}: goal ({}, {}) m", robot, *goal.x_m, *goal.y_m));
+  if (status == 0) {
+    const JsonReply clients = CallJson(options, "GET", "/api/v1/clients");
+    const json::value client = FindClient(clients.value, goal.link, goal.id);
+    if (TextAt(At(client, "state"), "is") == "silent") {
+      fmt::print(stderr, "pheromonectl: {}; it goes there once it is heard again\n",
+                 SilenceOf(client));
+    }
+  }
+  return status;
 }
 
 int ReloadConfig(const ServerOptions& options) {

@@ -31,10 +31,11 @@ struct RobotCommand {
   std::string link;
   int id = 0;
   std::string name;
-  std::vector<int64_t> arguments;
+  std::vector<std::string> words = {};  ///< its arguments, as they were typed
+  std::vector<int64_t> arguments = {};  ///< the same, once they were read
   bool wait = true;  ///< until the robot has acknowledged it or the server has given up
 };
-int GiveCommand(const ServerOptions& options, const RobotCommand& command);
+int GiveCommand(const ServerOptions& options, RobotCommand command);
 
 struct RobotGoal {
   std::string link;

@@ -17,9 +17,9 @@ int CheckConfig(const std::string& path) {
   }
   const config::CheckReport report =
       config::DescribeCheck(path, loaded.value(), std::getenv("STATE_DIRECTORY"));
-  std::cerr << report.warnings;
+  std::cerr << report.warnings << report.errors;
   std::cout << report.text;
-  return 0;
+  return report.errors.empty() ? 0 : kUsage;
 }
 
 }  // namespace pheromone::ctl

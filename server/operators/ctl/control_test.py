@@ -56,7 +56,7 @@ class Server(unittest.TestCase):
         cls.process = subprocess.Popen([PHEROMONED, "--config", "lab.toml"], cwd=cls.folder,
                                        stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
         log = b""
-        while not (b"web: http" in log and b"link radio-a: up" in log):
+        while b"ready: " not in log:
             if not select.select([cls.process.stderr], [], [], PATIENCE_S)[0]:
                 raise AssertionError(log.decode())
             log += os.read(cls.process.stderr.fileno(), 65536)
@@ -127,8 +127,9 @@ class StatusTest(Server):
         after = self.view("status")
         self.assertEqual(after["counters"]["requests"] - before["counters"]["requests"], 1)
         self.assertEqual(after["sequence"], before["sequence"])  # PING is none
-        self.assertEqual(after["durable_sequence"], after["sequence"])
+        self.assertIsNone(after["durable_sequence"])  # there is no journal
         self.assertIn("links     1 of 2 up\n", self.ctl("status"))
+        self.assertIn(f"event {after['sequence']}, not kept: no journal; ", self.ctl("status"))
         self.assertRegex(self.ctl("status", "--hash"), r"hash [0-9a-f]{16}\n")
         self.assertGreater(after["process"]["resident_bytes"], 1 << 20)
 
@@ -151,7 +152,7 @@ class ControlTest(Server):
         self.assertGreaterEqual(client["requests"], 2)
         self.assertLess(client["silent_s"], PATIENCE_S)
         self.assertRegex(self.ctl("clients", "--link", "radio-a"), r"\nradio-a +22 ")
-        self.assertNotIn("radio-a", self.ctl("clients", "--link", "other"))
+        self.assertNotIn("radio-a", self.ctl("clients", "--link", "modem"))
 
     def test_what_is_painted_is_smelled_by_operator_and_robot_alike(self):
         self.ctl("erase", "path", "--all")
@@ -213,11 +214,29 @@ class ControlTest(Server):
     def test_what_is_wrong_is_told_with_its_status(self):
         self.assertIn('found "moss", expected one of 1 (trail), 2 (path)',
                       self.ctl("sense", "moss", 1, 1, status=2))
-        self.assertIn("off the map", self.ctl("deposit", "trail", -1, 1, status=1))
-        self.assertIn("no robot 250 has said HELLO",
-                      self.ctl("command", "radio-a", 250, "halt", status=1))
+        extent = "the map: x from 0 to 4 m, y from 0 to 3 m"
+        for arguments, words in (
+                (("deposit", "trail", -1, 1),
+                 f"x_m, y_m: the position is off the map, expected a position on {extent}"),
+                (("sense", "trail", 4.1, 1),
+                 f"x_m, y_m: the pose is off the map, expected a position on {extent}"),
+                (("paint", "path", 2000, 1500, 3000, 1500),
+                 f"the shape contains no node of {extent}"),
+                (("paint", "path", 2000, 1500, 4001, 1500),
+                 f"a stroke that spans more than 2 km: coordinates are in metres; {extent}"),
+                (("clients", "--link", "radio-z"),
+                 'unknown link "radio-z", expected one of radio-a, modem'),
+                (("command", "radio-z", 1, "halt"),
+                 'unknown link "radio-z", expected one of radio-a, modem')):
+            self.assertEqual(self.ctl(*arguments, status=1), f"pheromonectl: {words}\n")
+        self.robot(23)
+        self.assertRegex(self.ctl("command", "radio-a", 250, "halt", status=1),
+                         r'no robot 250 has said HELLO on link "radio-a", expected one of [0-9, ]*23')
         self.assertIn("expected 1 argument: mm_per_s from",
                       self.ctl("command", "radio-a", 1, "speed", status=2))
+        self.assertEqual(self.ctl("command", "radio-a", 1, "speed", 0.3, status=2),
+                         'pheromonectl: speed: found "0.3" for mm_per_s, expected a whole number '
+                         "from 0 to 1000\n")
         self.assertIn("keeps no journal", self.ctl("snapshot", status=1))
         for arguments in ((), ("nothing",), ("erase", "trail"), ("erase", "trail", 1, 2, 3),
                           ("command", "radio-a", 0, "halt"), ("deposit", "trail", 1),
@@ -309,7 +328,7 @@ class ControlTest(Server):
         self.robot(29).sense(1, 1000, 1000, 0)
         for arguments, words in (
                 (("radio-a", 29, 50, 1), "(50, 1) m is off the map"),
-                (("radio-a", 30, 1, 1), "robot 30 has not said HELLO"),
+                (("radio-a", 30, 1, 1), 'no robot 30 has said HELLO on link "radio-a", expected one of '),
                 (("nowhere", 29, 1, 1), 'unknown link "nowhere"'),
                 (("radio-a", 29, "--cancel"), "robot 29 has no goal")):
             self.assertIn(words, self.ctl("goto", *arguments, status=1))
@@ -326,7 +345,9 @@ class ControlTest(Server):
         line = open_terminal(self.folder / "radio-a.pty")
         self.addCleanup(line.close)
         for identifier in (51, 52, 53):
-            Client(line, identifier, timeout=PATIENCE_S, tries=1).hello(nonce=1)
+            client = Client(line, identifier, timeout=PATIENCE_S, tries=1)
+            client.hello(nonce=1)
+        client.sense(1, 1500, 1500, 0)
         over = threading.Event()
 
         def drive():  # 51 stands, 52 moves on, 53 is silent
@@ -356,6 +377,10 @@ class ControlTest(Server):
         self.assertIn("  robot 52 on radio-a was not seen to stand\n", told)
         self.assertIn("  robot 53 on radio-a has been silent for ", told)
         self.assertNotIn("robot 51", told)
+        sent = subprocess.run([PHEROMONECTL, "goto", "radio-a", "53", "2", "2"], cwd=self.folder,
+                              text=True, capture_output=True, timeout=PATIENCE_S, check=False)
+        self.assertRegex(sent.stderr, r"^pheromonectl: robot 53 on radio-a has been silent for .*"
+                         r"; it goes there once it is heard again\n$")
 
     def state(self, identifier):
         return next(client["state"] for client in self.view("clients")["clients"]
@@ -378,7 +403,11 @@ class ControlTest(Server):
                          "[control] or [web] settings require a restart\n")
         self.assertIn("loses one quantum every 2000 s", self.ctl("config", "show"))
         file.write_text(CONFIG.replace("cell_m = 0.1", "cell_m = 0.2"))
-        self.assertIn("pheromonectl: ", self.ctl("reload", status=1))
+        extent = "the map: x from 0 to 4 m, y from 0 to 3 m, cells of"
+        self.assertEqual(self.ctl("reload", status=1),
+                         f"pheromonectl: the state is of {extent} 0.1 m; the configuration has "
+                         f"{extent} 0.2 m; a running server keeps its map: restart it, with a "
+                         "journal after pheromonectl journal resample\n")
         file.write_text(CONFIG)
         self.ctl("reload")
 
@@ -444,6 +473,17 @@ class ControlTest(Server):
         mode = (self.folder / "pheromoned.sock").stat().st_mode
         self.assertTrue(stat.S_ISSOCK(mode))
         self.assertEqual(stat.S_IMODE(mode), 0o660)
+
+    @unittest.skipIf(os.geteuid() != 0, "only root can become somebody else")
+    def test_who_may_not_use_the_socket_is_told_of_the_group(self):
+        self.folder.chmod(0o755)
+        result = subprocess.run([PHEROMONECTL, "status"], cwd=self.folder, text=True, user=65534,
+                                group=65534, extra_groups=[], capture_output=True,
+                                timeout=PATIENCE_S, check=False)
+        self.assertEqual((result.returncode, result.stdout), (3, ""))
+        self.assertEqual(result.stderr, "pheromonectl: pheromoned.sock: Permission denied; the "
+                         "server may be used by members of its group, of the service: pheromone. "
+                         "Join it (sudo adduser $USER pheromone, then log in again), or use sudo\n")
 
     def second(self, config):
         """What a server beside this one says, which ends with status 1."""

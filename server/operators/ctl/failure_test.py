@@ -141,8 +141,6 @@ class NumbersTest(Folder):
                 ("sense trail 1 1 {}", "HEADING", "a number from -360 to 360"),
                 ("watch --columns {}", "--columns", "a whole number from 20 to 1000"),
                 ("command a {} halt", "ID", "a whole number from 1 to 254"),
-                ("command a 1 speed {}", "ARGUMENTS",
-                 "a whole number from -2147483648 to 2147483647"),
                 ("map draw --area 0 {} 1 1 x.png", "--area", far),
                 ("map draw --pixels-per-cell {} x.png", "--pixels-per-cell",
                  "a whole number from 1 to 1000"),

@@ -4,10 +4,10 @@
 // Exit status: 0 success; 1 the server, a robot, a file or standard output refused; 2 an error in
 // the command line or a configuration; 3 no server; 4 a damaged journal.
 #include <string>
-#include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/command_line.h"
 #include "server/base/program.h"
 #include "server/operators/ctl/command_line.h"
 
@@ -21,31 +21,11 @@ std::string CheckInstance(const std::string& name) {
              : "";
 }
 
-// CLI11's error message with the program's name before it; also reports unknown commands.
-std::string Explain(const CLI::App* app, const CLI::Error& error) {
-  std::string what = error.what();
-  const CLI::App* last = app;
-  std::string words;
-  while (!last->get_subcommands().empty()) {
-    last = last->get_subcommands().front();
-    words += last->get_name() + ' ';
-  }
-  const std::vector<std::string> unknown = app->remaining(true);
-  const auto known = last->get_subcommands([](const CLI::App*) { return true; });
-  if (!unknown.empty() && !known.empty() && unknown.front().front() != '-') {
-    what = "unknown command \"" + words + unknown.front() + "\", expected one of ";
-    for (const CLI::App* it : known) {
-      what += (it == known.front() ? "" : ", ") + it->get_name();
-    }
-  }
-  return "pheromonectl: " + what + "\nTry pheromonectl " + words + "--help\n";
-}
-
 int Main(int argc, char** argv) {
   CLI::App app("Operate a pheromone server.", "pheromonectl");
+  Standardise(&app);
   app.set_version_flag("--version", "pheromonectl " PHEROMONE_VERSION);
   app.require_subcommand(1);
-  app.failure_message(Explain);
   app.fallthrough();  // --socket and --json may follow a command
   int status = 0;
   ServerOptions options;

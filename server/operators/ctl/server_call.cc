@@ -70,13 +70,14 @@ asio::awaitable<void> Talk(const std::string& socket, http::request<http::string
 }
 
 std::string Advice(const std::string& socket, const beast::error_code& error) {
-  const std::string what = fmt::format("no server at {}: {}", socket, error.message());
   if (error == asio::error::access_denied) {
-    return what +
-           "; its socket is for the user and group that it runs as: join the group, or use "
-           "sudo";
+    return fmt::format(
+        "{}: {}; the server may be used by members of its group, of the service: pheromone. Join "
+        "it (sudo adduser $USER pheromone, then log in again), or use sudo",
+        socket, error.message());
   }
-  return what + "; start pheromoned, or specify a running server with --instance or --socket";
+  return fmt::format("no server at {}: {}", socket, error.message()) +
+         "; start pheromoned, or specify a running server with --instance or --socket";
 }
 
 // The text of a refusal, in one line.

@@ -1,7 +1,9 @@
 #include "server/operators/ctl/show_commands.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <string_view>
 #include <vector>
 
@@ -195,6 +197,17 @@ int ShowClients(const ServerOptions& options, const std::string& link) {
   const JsonReply reply = CallJson(options, "GET", "/api/v1/clients");
   if (IsDone(options, reply)) {
     return reply.exit_status;
+  }
+  if (!link.empty()) {
+    const JsonReply links = CallJson(options, "GET", "/api/v1/links");
+    std::vector<std::string> names;
+    for (const json::value& it : ItemsAt(links.value, "links")) {
+      names.push_back(TextAt(it, "name"));
+    }
+    if (std::find(names.begin(), names.end(), link) == names.end()) {
+      return Fail(kFailed, fmt::format("unknown link \"{}\", expected one of {}", link,
+                                       fmt::join(names, ", ")));
+    }
   }
   std::vector<std::vector<std::string>> rows = {{"LINK", "ID", "STATE", "SINCE", "LAST SEEN",
                                                  "REQUESTS", "REPEATS", "REFUSALS", "POSE", "GOAL",

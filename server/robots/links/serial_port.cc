@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "server/base/counters.h"
+#include "server/base/terminal.h"
 #include "server/robots/links/drain.h"
 #include "server/robots/links/port.h"
 #include "server/robots/links/port_holder.h"
@@ -74,7 +75,8 @@ class SerialPort final : public Port {
       return Busy(path, real.data());
     }
     if (!lock.valid() || sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
-      return errno == EBUSY ? Busy(path, real.data()) : SystemError(path + ": cannot be opened");
+      return errno == EBUSY ? Busy(path, real.data())
+                            : Error{path + ": cannot be opened: " + WhyNotOpened(errno)};
     }
     int handle = -1;
     if (sp_get_port_handle(port.get(), &handle) != SP_OK) {

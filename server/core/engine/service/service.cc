@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "server/core/engine/unknown_robot.h"
+#include "server/core/field/extent.h"
 #include "server/core/field/route.h"
 
 namespace pheromone::engine {
@@ -313,7 +315,7 @@ Status Service::SetGoal(LinkIndex link, uint8_t id, field::PointUm point, uint32
   {
     const std::lock_guard lock(mutex_);
     if (!engine_.SaidHello(link, id)) {
-      return Error{name + " has not said HELLO"};
+      return UnknownRobot(engine_.robots(), engine_.config().links, link, id);
     }
     const RobotTraffic* heard = traffic_.Find(link, id);
     const protocol::WirePose* pose = heard != nullptr && heard->pose ? &*heard->pose : nullptr;
@@ -376,7 +378,7 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
   const int64_t nodes = takes_all ? int64_t{map.columns()} * map.rows()
                                   : std::get<FieldEdited>(event).raster->node_count;
   if (nodes == 0) {
-    return Error{"the shape contains no node of the map"};
+    return Error{"the shape contains no node of " + field::DescribeExtent(map)};
   }
   uint64_t id = 0;
   std::vector<Outgoing> none;

@@ -114,13 +114,16 @@ TEST_F(GoalTest, AGoalReplacesTheOneBefore) {
 }
 
 TEST_F(GoalTest, ErrorsNameRobotAndPlace) {
-  EXPECT_EQ(GoTo({5'000'000, 5'000'000}, 9).error(), "robot 9 has not said HELLO");
+  EXPECT_EQ(GoTo({5'000'000, 5'000'000}, 9).error(),
+            "no robot 9 has said HELLO on link \"radio-a\", expected one of 3");
   Handle({Hello(5, 1)});
   EXPECT_EQ(GoTo({5'000'000, 5'000'000}, 5).error(), "robot 5 has not reported its position yet");
-  EXPECT_EQ(GoTo({5'000'000, 10'000'001}).error(), "(5, 10.000001) m is off the map");
+  EXPECT_EQ(GoTo({5'000'000, 10'000'001}).error(),
+            "(5, 10.000001) m is off the map: x from 0 to 10 m, y from 0 to 10 m");
   EXPECT_EQ(service_.CancelGoal(0, 9).error(), "robot 9 has no goal");
   EXPECT_EQ(service_.CancelGoal(7, 9).error(), "robot 9 has no goal");
-  EXPECT_EQ(service_.SetGoal(7, 3, {0, 0}, 100'000).error(), "robot 3 has not said HELLO");
+  EXPECT_EQ(service_.SetGoal(7, 3, {0, 0}, 100'000).error(),
+            "no robot 3 has said HELLO on link \"7\", nor has any other");
   EXPECT_FALSE(HasGoal());
 }
 

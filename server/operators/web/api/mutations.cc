@@ -8,6 +8,7 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
+#include "server/core/field/extent.h"
 #include "server/operators/control/json_text.h"
 #include "server/operators/control/names.h"
 #include "server/operators/control/views.h"
@@ -110,7 +111,8 @@ void Deposit(control::Control* control, Parameters* fields, Respond respond) {
   const field::PointUm point{*x, *y};
   const field::MapGeometry& map = view.config.map;
   if (!map.Contains(point)) {
-    respond(Refuse(409, {"the position is off the map", "x_m, y_m", "a position on the map"}));
+    respond(Refuse(409, {"the position is off the map", "x_m, y_m",
+                         "a position on " + field::DescribeExtent(map)}));
     return;
   }
   const field::NodeIndex node = map.NearestNode(point);

@@ -8,6 +8,7 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
+#include "server/core/field/extent.h"
 #include "server/formats/maps/csv_grid.h"
 #include "server/formats/maps/field_raster.h"
 #include "server/formats/maps/npy.h"
@@ -187,7 +188,8 @@ Response ReadSense(const control::Control& control, Parameters* fields) {
   const field::PoseUm pose{{*x, *y}, angle};
   const auto sensed = reader.Sense(law->type, pose, view.now_ms);
   if (!sensed) {
-    return Refuse(409, {"the pose is off the map", "x_m, y_m", "a position on the map"});
+    return Refuse(409, {"the pose is off the map", "x_m, y_m",
+                        "a position on " + field::DescribeExtent(view.config.map)});
   }
   const field::Antennas antennas = field::AntennasOf(pose, view.config.antennas);
   const auto side = [](int64_t intensity, field::PointUm place) {

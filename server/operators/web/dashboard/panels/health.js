@@ -47,14 +47,15 @@ export class HealthPanel {
   showServer() {
     const {status, engine} = store;
     if (!status) return;
-    const lag = status.sequence - status.durable_sequence;
+    const lag = status.durable_sequence === null
+      ? null : status.sequence - status.durable_sequence;   // null: there is no journal
     const isPast = store.isReplay;   // a recording knows nothing of the process
     const healthy = status.health?.healthy !== false;
     setText(this.server.count, healthy ? '' : 'trouble');
     this.facts.replaceChildren(pairs([
       !isPast && ['State', healthy ? 'healthy' : 'trouble', healthy ? 'good' : 'bad'],
       ['Log', `${count(status.sequence)} entries`],
-      !isPast && ['Not yet on disk', lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
+      !isPast && ['Not yet on disk', lag === null ? 'nothing is kept: no journal' : lag === 0 ? 'none' : count(lag), lag > 1000 ? 'warn' : ''],
       ['Field', `${bytes(status.field.used_bytes)} of ${bytes(status.field.limit_bytes)}`],
       !isPast && ['Memory', bytes(status.process.resident_bytes)],
       !isPast && ['Up for', duration(status.uptime_s)],
