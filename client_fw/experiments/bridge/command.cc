@@ -52,6 +52,11 @@ int RunBridgeCommand(const BridgeOptions& options) {
       options.base_only ? std::vector<BridgeExperiment>{base} : BridgeExperiments(base);
   const bool progress = isatty(STDERR_FILENO) != 0;
   std::vector<BridgeSeries> all;
+  const std::string head = ToTable({});
+  fmt::print(stderr, "{} experiments of {} swarms, each of {} min of virtual time\n",
+             experiments.size(), options.seeds, options.minutes);
+  fmt::print("{}", head);
+  std::fflush(stdout);
   for (const BridgeExperiment& experiment : experiments) {
     int done = 0;
     all.push_back(RunBridges(experiment, options.seeds, [&] {
@@ -61,19 +66,26 @@ int RunBridgeCommand(const BridgeOptions& options) {
                    experiment.name, done, options.seeds);
       }
     }));
+    if (progress) {
+      fmt::print(stderr, "\r\x1b[K");
+    }
+    fmt::print("{}", ToTable({all.back()}).substr(head.size()));
+    std::fflush(stdout);
+    // After each, so that nothing is lost when the command is cut off.
+    const int written = options.out.empty()
+                            ? 0
+                            : WriteFiles(options.out, {{"bridge.csv", ToCsv(all)},
+                                                       {"bridge-runs.csv", RunsToCsv(all)},
+                                                       {"bridge-share.csv", SharesToCsv(all)}});
+    if (written != 0) {
+      return written;
+    }
   }
-  if (progress) {
-    fmt::print(stderr, "\r\x1b[K");
-  }
-  fmt::print("{}", ToTable(all));
-  if (options.out.empty()) {
-    return 0;
-  }
-  return WriteFiles(options.out, {{"bridge.csv", ToCsv(all)},
-                                  {"bridge-runs.csv", RunsToCsv(all)},
-                                  {"bridge-share.csv", SharesToCsv(all)},
-                                  {"bridge-choices.csv", ChoicesToCsv(all.front())},
-                                  {"bridge-arena.csv", MomentsToCsv(MomentsOf(all.front()))}});
+  return options.out.empty()
+             ? 0
+             : WriteFiles(options.out,
+                          {{"bridge-choices.csv", ChoicesToCsv(all.front())},
+                           {"bridge-arena.csv", MomentsToCsv(MomentsOf(all.front()))}});
 }
 
 }  // namespace

@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client_fw/experiments/channel/experiment.h"
@@ -175,9 +177,14 @@ int RunOnce(const ChannelOptions& options) {
   return 0;
 }
 
-std::vector<ChannelSummary> RunPlan(const std::vector<ChannelExperiment>& plan, int seeds) {
+using Rows = std::vector<ChannelSummary>;
+
+// Prints each row when it is finished, and hands all so far to `keep`, so that nothing is lost when
+// the command is cut off. Returns the exit status.
+int RunPlan(const std::vector<ChannelExperiment>& plan, int seeds,
+            const std::function<int(const Rows&)>& keep) {
   const bool progress = isatty(STDERR_FILENO) != 0;
-  std::vector<ChannelSummary> rows;
+  Rows rows;
   for (const ChannelExperiment& experiment : plan) {
     std::vector<ChannelRun> runs;
     for (int seed = 1; seed <= seeds; ++seed) {
@@ -193,25 +200,38 @@ std::vector<ChannelSummary> RunPlan(const std::vector<ChannelExperiment>& plan, 
     rows.push_back(Summarise(experiment, runs));
     fmt::print("{}", ToTableRow(rows.back()));
     std::fflush(stdout);
+    if (const int status = keep(rows); status != 0) {
+      return status;
+    }
   }
-  return rows;
+  return 0;
 }
 
 int RunChannel(const ChannelOptions& options) {
   if (options.json) {
     return RunOnce(options);
   }
+  const auto write = [&](const std::vector<std::pair<std::string, std::string>>& files) {
+    return options.out.empty() ? 0 : WriteFiles(options.out, files);
+  };
+  const std::vector<ChannelExperiment> plans[] = {PlanOf(options), RoundsPlanOf(options),
+                                                  AirPlanOf(options)};
+  fmt::print(stderr, "{} rows of {} runs, each of {} s of virtual time\n",
+             plans[0].size() + plans[1].size() + plans[2].size(), options.seeds,
+             options.duration_s);
   fmt::print("{}", TableHead());
-  const std::vector<ChannelSummary> rows = RunPlan(PlanOf(options), options.seeds);
-  const std::vector<ChannelSummary> rounds = RunPlan(RoundsPlanOf(options), options.seeds);
-  const std::vector<ChannelSummary> air = RunPlan(AirPlanOf(options), options.seeds);
-  if (options.out.empty()) {
-    return 0;
+  std::fflush(stdout);
+  int status = RunPlan(plans[0], options.seeds, [&](const Rows& rows) {
+    return write({{"channel.csv", ToCsv(rows)}});
+  });
+  if (status == 0) {
+    status = RunPlan(plans[1], options.seeds, [&](const Rows& rows) {
+      return write({{"rounds.csv", ToCsv(rows)}, {"rounds-gaps.csv", GapsToCsv(rows)}});
+    });
   }
-  return WriteFiles(options.out, {{"channel.csv", ToCsv(rows)},
-                                  {"rounds.csv", ToCsv(rounds)},
-                                  {"rounds-gaps.csv", GapsToCsv(rounds)},
-                                  {"air.csv", AirToCsv(air)}});
+  return status != 0 ? status : RunPlan(plans[2], options.seeds, [&](const Rows& rows) {
+    return write({{"air.csv", AirToCsv(rows)}});
+  });
 }
 
 }  // namespace
@@ -230,39 +250,52 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->add_option("--server-delay-ms", options->server_delays_ms,
                    "Server delays D_s (default: 2 8)")
       ->check(CLI::Range(0, 100));
+  CLI::Option* json = command->add_flag(
+      "--json", options->json, "Run once, with the first of each list, and print one JSON object");
   command->add_option("--access", options->access, "How robots get to send (default: contention)")
-      ->check(CLI::IsMember({"contention", "rounds"}));
+      ->check(CLI::IsMember({"contention", "rounds"}))
+      ->needs(json);
   command->add_option("--simple", options->simple, "With rounds: so many robots only contend")
-      ->check(CLI::Range(0, 100));
+      ->check(CLI::Range(0, 100))
+      ->needs(json);
   command
       ->add_option("--hidden-pairs", options->hidden_pairs,
                    "Pairs of robots that do not hear each other")
-      ->check(CLI::Range(0, 50));
+      ->check(CLI::Range(0, 50))
+      ->needs(json);
   command
       ->add_option("--frame-loss-percent", options->frame_loss_percent,
                    "Frames that each listener misses")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(CLI::Range(0.0, 100.0))
+      ->needs(json);
   command
       ->add_option("--byte-error-percent", options->byte_error_percent,
                    "Bytes that each listener gets wrong")
-      ->check(CLI::Range(0.0, 50.0));
+      ->check(CLI::Range(0.0, 50.0))
+      ->needs(json);
   command->add_option("--fail-safe-ms", options->fail_safe_ms, "Of the robots (default: 480)")
-      ->check(CLI::Range(100, 30'000));
+      ->check(CLI::Range(100, 30'000))
+      ->needs(json);
   command
       ->add_option("--period-ms", options->period_ms, "Between a robot's requests (default: 200)")
-      ->check(CLI::Range(0, 30'000));
-  command->add_flag("--together", options->together, "Switch all robots on at the same time");
-  command->add_option("--seed", options->seed, "Of the run that --json reports (default: 1)");
-  command->add_flag("--json", options->json,
-                    "Run once, with the first of each list, and print one JSON object");
+      ->check(CLI::Range(0, 30'000))
+      ->needs(json);
+  command->add_flag("--together", options->together, "Switch all robots on at the same time")
+      ->needs(json);
+  command->add_option("--seed", options->seed, "Of the run that --json reports (default: 1)")
+      ->needs(json);
   command->add_option("--baud", options->baud, "Baud rate of the channel (default: 9600)")
       ->check(CLI::Range(1200, 115'200));
   command->add_option("--seeds", options->seeds, "Runs of each combination (default: 10)")
-      ->check(CLI::Range(1, 1000));
+      ->check(CLI::Range(1, 1000))
+      ->excludes(json);
   command->add_option("--seconds", options->duration_s, "Measured time of each run (default: 60)")
       ->check(Between(2.0, 36'000.0));
-  command->add_option("--out", options->out,
-                      "Folder for channel.csv, rounds.csv, rounds-gaps.csv and air.csv");
+  command
+      ->add_option("--out", options->out,
+                   "Folder for channel.csv, rounds.csv, rounds-gaps.csv and air.csv, which grow "
+                   "with each row")
+      ->excludes(json);
   command->footer(
       "C_1 is the request rate of a single robot limited by the modems alone. The bound is ideal "
       "slotted CSMA, or the offered load if that is less. A request counts as delivered if it is "

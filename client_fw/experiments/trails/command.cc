@@ -320,23 +320,24 @@ void AddTrailsCommand(CLI::App* app, int* status) {
       "over the radio, in virtual time or against a running pheromoned, or by timetable");
   command
       ->add_option("--bench", options->bench,
-                   "The bench: a daemon's configuration (deploy/examples/bench.toml)")
+                   "The server's configuration with floor, trails, tags and nets, such as "
+                   "deploy/examples/bench.toml")
       ->required();
-  command->add_option("--robots", options->robots, "Robots (default: the bench's)")
+  command->add_option("--robots", options->robots, "Robots (default: the file's)")
       ->check(CLI::Range(1, 254));
   command
       ->add_option("--law", options->law,
-                   "Evaporation: e1, e2, e3, e4, exponential or counter (default: the bench's)")
+                   "Evaporation: e1, e2, e3, e4, exponential or counter (default: the file's)")
       ->transform(OneOf(EvaporationLaws()))
       ->type_name("NAME");
-  command->add_option("--rate", options->rate, "Its rate k (default: the bench's)")
+  command->add_option("--rate", options->rate, "Its rate k (default: the file's)")
       ->check(Between(0.0, 1e6));
   command
       ->add_option("--dead-band", options->dead_band,
-                   "A trail is better by more than so many units (default: the bench's)")
+                   "A trail is better by more than so many units (default: the file's)")
       ->check(Between(0.0, 1e6));
   command->add_option("--source", options->source,
-                      "Energy in the source (default: the bench's; not given there: without end)");
+                      "Energy in the source (default: the file's; not given there: without end)");
   const std::map<std::string, client::DepositRule> rules = {
       {"equal", client::DepositRule::kEqual}, {"scaled", client::DepositRule::kScaled}};
   command
@@ -349,8 +350,9 @@ void AddTrailsCommand(CLI::App* app, int* status) {
   command->add_option("--capacity", options->capacity, "Units that a robot takes (default: 100)")
       ->check(CLI::Range(1, 65'535));
   command
-      ->add_option("--explore-percent", options->explore_percent,
-                   "How often a robot takes any trail, whatever the advice (default: 0)")
+      ->add_option(
+          "--explore-percent", options->explore_percent,
+          "How often, at the fork, a robot ignores the advice and draws a trail (default: 0)")
       ->check(CLI::Range(0, 100));
   command->add_option("--speed", options->speed_mm_s, "Speed, mm/s (default: 400)")
       ->check(CLI::Range(50, 1000));
@@ -400,7 +402,7 @@ void AddTrailsCommand(CLI::App* app, int* status) {
       ->check(CLI::Range(1, 10'000));
   command
       ->add_flag("--story", options->story,
-                 "Seven robots whose timing is given: the paper's Fig. 5")
+                 "Seven robots whose timing is given: Fig. 5 of Ferreira, Tavares and Silva (2018)")
       ->excludes(timetable)
       ->excludes(sweep);
   command
@@ -409,12 +411,14 @@ void AddTrailsCommand(CLI::App* app, int* status) {
       ->excludes(timetable)
       ->excludes(sweep);
   command->add_flag("--frames", options->frames,
-                    "Print the [[frame]] that a daemon needs for each AVR robot");
+                    "Print the [[frame]] that a server needs for each AVR robot");
   command
       ->add_option("--daemon", options->ports,
-                   "Run in real time against a running pheromoned of the same bench: "
-                   "PORT[,PORT...], for each channel the terminal device of its link")
+                   "Run in real time against a running server of the same configuration: for each "
+                   "channel, the terminal device of its link")
       ->delimiter(',')
+      ->check(TerminalDevice())
+      ->type_name("PORT[,PORT...]")
       ->excludes(timetable)
       ->excludes(sweep);
   command->add_option("--out", options->out, "Folder for CSV files");
