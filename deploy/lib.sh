@@ -12,7 +12,8 @@ is_installed() {
   [[ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" == installed ]]
 }
 
-# install_packages LIST...: installs what is missing, and touches nothing if all is there.
+# install_packages LIST...: installs what is missing, and touches nothing if all is there. Says before
+# what is installed, and what that upgrades.
 install_packages() {
   local package missing=()
   if command -v dpkg-query >/dev/null; then
@@ -35,10 +36,22 @@ install_packages() {
     fi
     as_root=(sudo)
   fi
-  say "Installing: ${missing[*]}"
+  say "To be installed, with what they depend on: ${missing[*]}"
   local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive
              apt-get -q -y -o DPkg::Lock::Timeout=300)
-  if ! "${apt[@]}" update || ! "${apt[@]}" install --no-install-recommends "${missing[@]}"; then
+  local upgrades
+  if ! "${apt[@]}" update ||
+    ! upgrades="$("${apt[@]}" --simulate install --no-install-recommends "${missing[@]}")"; then
+    complain "apt-get could not find the packages above"
+    return 1
+  fi
+  # "Inst NAME [VERSION] (NEW ...": the version is there only of what is installed.
+  upgrades="$(sed -n 's/^Inst \([^ ]*\) \[\([^]]*\)\] (\([^ ]*\) .*/  \1 \2 -> \3/p' <<<"$upgrades")"
+  if [[ -n "$upgrades" ]]; then
+    say "They need newer versions of these installed packages, which are upgraded:"
+    say "$upgrades"
+  fi
+  if ! "${apt[@]}" install --no-install-recommends "${missing[@]}"; then
     complain "apt-get could not install the packages above"
     return 1
   fi
@@ -62,7 +75,7 @@ build() {
 }
 
 # What ./deploy/run shows.
-build_programs() { build gate pheromoned pheromonectl pheromone-swarm; }
+build_programs() { build gate pheromoned pheromonectl pheromone-swarm pheromone-robot; }
 
 # debian_base FOLDER: a small Debian 12 in FOLDER, made once; tests boot copies of it. Must be root.
 debian_base() {

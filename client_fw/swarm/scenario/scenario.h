@@ -3,25 +3,7 @@
 //   Result<Scenario> scenario = LoadScenario("two-on-a-circuit.toml");
 //   if (!scenario.ok()) { std::cerr << scenario.error() << '\n'; return 2; }
 //
-// The tables [map], [antennas], [[pheromone]], [obstacles], [[path]] and [[print]] are those of the
-// server's configuration (pheromoned.toml(5)). To these come
-//
-//   [run]      duration_s (60), sample_s (0.2), seed (1)
-//   [radio]    baud (9600), channels (1), turnaround_s (0.002), server_delay_s (0.002),
-//              adapter_latency_s (0: of a USB adapter at the server), carrier_detect (true), loss,
-//              bit_error (0: shares of frames, of bits), hidden_pairs (robots out of each other's
-//              range, counted from 1: [[1, 2]])
-//   [[robots]] pheromone, starts ([x_m, y_m, heading_deg] each), count (as many as starts; more
-//              begin again at the first), spread_m (0: moved at random by up to this in x and y),
-//              law ("careful"; "differential", "paper" or "fuzzy"), speed_m_per_s (0.2),
-//              period_s (0.2), lost_trail ("search": where nothing is sensed look around, then
-//              stop; "stop", "straight" or "spiral"),
-//              trail (false; true: deposit a quantum with each request),
-//              radius_m (0.25: of the disc that obstacles stop),
-//              drive ("ideal"; "p3dx", "p3dx-sh", "peoplebot-sh", "p3at", "p3at-sh", "amigo" or
-//              "amigo-sh": a simulated Pioneer),
-//              client ("core": the client compiled for this machine; "avr": the image that one
-//              would flash, which drives a Pioneer), image (the ELF file; the one of this build)
+// deploy/man/pheromone-scenario.5 has the format.
 //
 // Robots of all [[robots]] are numbered from 1, are assigned to the channels in turn, and their
 // number is their ID. Errors are one line for each mistake, FILE:LINE:COLUMN: KEY: found ...,

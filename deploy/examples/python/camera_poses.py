@@ -21,8 +21,11 @@ import pathlib
 import sys
 import time
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "python"))  # in the source tree
-import pheromone  # noqa: E402
+try:
+    import pheromone
+except ImportError:  # in the source tree, where it is not installed
+    sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "python"))
+    import pheromone
 
 
 class Camera:

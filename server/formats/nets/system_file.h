@@ -3,37 +3,7 @@
 //
 //   Result<petri::Net> bench = LoadSystem("motion.toml", {{"robots", 3}});
 //
-//   [net]
-//   name = "gate"
-//
-//   [parameters]
-//   robots = { value = 4, least = 1, most = 40 }   # or robots = 4
-//
-//   [[place]]
-//   id = "lane"
-//   tokens = "{robots}"          # or a number; {robots - 1} and {robots + 1} are possible too
-//   box = "RobotWaits{as}"       # optional: a pseudo-box; {as} is the instance's name
-//                                # optional too: name, owner, tag, does
-//   [[transition]]
-//   id = "pass"
-//   takes = ["lane", "2 ticket"] # a place, or a weight and a place
-//   gives = ["N1.lane"]          # a place of an instance
-//   reads = ["open"]
-//   inhibited_by = ["closed"]    # optional too: name, owner, tag, does
-//
-//   [[claim]]
-//   id = "few"
-//   text = "always lane <= {robots}"     # see server/core/petri/property.h; instead of what an
-//                                        # instance claims with the same ID
-//
-//   [[instance]]
-//   net = "gate.toml"            # beside this file
-//   as = "N1"                    # its lane is N1.lane; without it, IDs stay as they are
-//   with = { lane = "nest" }     # its lane is the place nest of this file or of another instance
-//   parameters = { robots = "{robots}" }
-//   count = "{robots}"           # instances N11, N12, ...
-//   replace = { "a.toml" = "b.toml" }    # in all that it is made of, one file for another
-//
+// deploy/man/pheromone-net.5 has the format.
 // How places are joined, and what boxes are for, is in server/core/petri/compose.h.
 //
 // Errors are lines FILE:LINE:COLUMN: KEY: what was found, and what was expected. Unknown keys are
