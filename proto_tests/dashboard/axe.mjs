@@ -8,6 +8,7 @@ const RULES = {'target-size': {enabled: true}, 'label-content-name-mismatch': {e
 
 /** Fails with each element that breaks a rule, and why. */
 export async function checkAccessible(page, what) {
+  await page.emulateMedia({reducedMotion: 'reduce'});   // no colours on their way
   await page.evaluate(source);   // not as a script: the page's security policy forbids foreign ones
   const {violations, passes} = await page.evaluate((rules) => window.axe.run(document, {rules, resultTypes: ['violations']}), RULES);
   check(passes.length > 5, `${what}: only ${passes.length} rules of axe found something to check`);

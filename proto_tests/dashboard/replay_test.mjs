@@ -13,6 +13,10 @@ import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
 const [binDir, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
 const swarm = new Swarm(binDir, `${defaultConfig(binDir)}
+[[link]]
+name = "modem"
+kind = "serial"
+port = "./unplugged"
 [obstacles]
 rectangles_m = [[4.6, 4.6, 5.4, 5.4]]
 `);
@@ -142,6 +146,12 @@ async function replays(browser, {name, moments}) {
   await page.keyboard.press(' ');
   await page.waitForFunction(() => window.pheromone.replay.phase === 'paused');
 
+  begin('a link without traffic is not shown as one that works; a file that is not there is not being read');
+  const dots = () => page.$$eval('#panel-links .row.link', (rows) => rows.map((it) => [it.children[1].textContent.trim(), it.children[0].className]));
+  await until('the links', async () => (await dots()).length === 2);
+  const [, [name2, dot]] = await dots();
+  check(name2 === 'modem no traffic' && dot === 'dot ', `${name2}: ${dot}`);
+
   begin('at each moment it shows what there was');
   await compare(page, moments[1], 'second moment');
   await compare(page, moments[0], 'first moment, backwards');
@@ -182,6 +192,17 @@ async function replays(browser, {name, moments}) {
   await context.close();
 }
 
+async function missing(browser) {
+  const {page, context} = await open(browser, swarm.port);   // its console tells of the refusal
+  await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
+  await page.waitForSelector('#link-state[data-state="live"]');
+  await page.evaluate(() => window.pheromone.replay.enter('nothing.pcapng'));
+  await page.waitForFunction(() => document.querySelector('#replay-banner .trouble').textContent);
+  const told = await page.textContent('#replay-banner .replay-words');
+  check(!/reading/.test(told) && /nothing\.pcapng/.test(told), told);
+  await context.close();
+}
+
 async function screenshots(browser, {name, moments}) {
   begin('screenshots');
   for (const theme of ['dark', 'light']) {
@@ -207,5 +228,6 @@ await run(swarm, async (browser) => {
   await swarm.drive('radio-a.pty', 1);
   const recording = await record();
   await replays(browser, recording);
+  await missing(browser);
   await screenshots(browser, recording);
 });

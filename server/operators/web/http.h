@@ -22,6 +22,7 @@ struct Request {
   std::string method;              ///< "GET"
   std::string target;              ///< as sent: "/api/v1/sense?x_m=1"
   bool local = false;              ///< over the Unix socket, which grants full access
+  bool of_viewer = false;          ///< of a stream for viewers, which has shown its token
   bool encrypted = false;          ///< by this server: the pages it serves have origins with https
   std::string authorization = {};  ///< the headers of these names; empty: none
   std::string origin = {};

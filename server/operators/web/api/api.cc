@@ -245,6 +245,10 @@ std::string MethodsOf(const Route& route) {
   return allowed;
 }
 
+std::string SourceOf(const Request& request) {
+  return request.of_viewer ? "viewer" : request.local ? "control socket" : "web";
+}
+
 bool IsRead(const Request& request) {
   return request.method == "GET" || request.method == "HEAD";
 }
@@ -317,8 +321,8 @@ void Api::ShowDashboard(const std::string& file, Request request, const Respond&
   }
 }
 
-Respond Api::AndTell(std::string path, json::object body, bool is_local, Respond respond) {
-  return [this, path = std::move(path), body = std::move(body), is_local,
+Respond Api::AndTell(std::string path, json::object body, std::string from, Respond respond) {
+  return [this, path = std::move(path), body = std::move(body), from = std::move(from),
           respond = std::move(respond)](Response response) {
     boost::system::error_code not_json;
     const json::value answer = json::parse(response.body, not_json);
@@ -326,7 +330,7 @@ Respond Api::AndTell(std::string path, json::object body, bool is_local, Respond
       using std::chrono::milliseconds;
       const auto now = std::chrono::steady_clock::now().time_since_epoch();
       const auto done = actions_.Note(
-          path, body, answer.get_object(), is_local ? "control socket" : "web",
+          path, body, answer.get_object(), from,
           static_cast<uint64_t>(std::chrono::duration_cast<milliseconds>(now).count()));
       if (done) {
         control_->Announce(*done);
@@ -378,7 +382,7 @@ void Api::Handle(Request request, const Respond& respond) {
     json::object& object = std::get<json::object>(input);
     Parameters fields(object);
     if (!reads) {
-      route->change(control_, &fields, AndTell(target.path, object, request.local, respond));
+      route->change(control_, &fields, AndTell(target.path, object, SourceOf(request), respond));
     } else if (route->where == Where::kPictures) {
       pictures_.Show(request.target, std::move(object), respond);
     } else if (route->where == Where::kEvents) {

@@ -89,7 +89,7 @@ class Api {
   std::optional<Response> CheckHost(const Request& request) const;
   void ShowDashboard(const std::string& file, Request request, const Respond& respond);
   /// Responds, and tells what has been done, if it has.
-  Respond AndTell(std::string path, boost::json::object body, bool is_local, Respond respond);
+  Respond AndTell(std::string path, boost::json::object body, std::string from, Respond respond);
 
   control::Control* const control_;
   const ApiOptions options_;

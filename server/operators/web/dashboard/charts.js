@@ -97,11 +97,12 @@ export class Chart {
     this.names = [...this.values.keys()];
     this.at = null;
     const style = getComputedStyle(document.documentElement);
+    const tiny = parseInt(style.getPropertyValue('--tiny'), 10);
     const axis = {
       stroke: style.getPropertyValue('--ink-3').trim(),
       grid: {stroke: style.getPropertyValue('--line-soft').trim(), width: 1},
       ticks: {show: false},
-      font: `${style.getPropertyValue('--tiny').trim()} Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif`,
+      font: `${tiny}px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif`,
     };
     this.plot = new uPlot({
       width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight),
@@ -109,9 +110,9 @@ export class Chart {
       hooks: {setCursor: [(plot) => { this.at = plot.cursor.left >= 0 ? plot.cursor.idx : null; this.showValues(); }]},
       scales: {x: {time: false, range: (_, __, max) => [max - this.span, max]}, y: {range: (_, min, max) => [Math.min(0, min ?? 0), Math.max((max ?? 0) * 1.15, this.least)]}},
       axes: [
-        {...axis, size: 8 + parseInt(style.getPropertyValue('--tiny'), 10), gap: 2, values: (plot, at) => at.map((it) => ago(plot.scales.x.max - it)).map((it) => `−${it}`),
+        {...axis, size: 8 + tiny, gap: 2, values: (plot, at) => at.map((it) => ago(plot.scales.x.max - it)).map((it) => `−${it}`),
          splits: (plot) => (this.holder.clientWidth > 300 ? [0.8, 0.6, 0.4, 0.2] : [0.8, 0.4]).map((it) => plot.scales.x.max - it * this.span)},
-        {...axis, size: 50, gap: 3, space: 26, values: (_, at) => at.map((it) => this.format(it))},
+        {...axis, size: 4.6 * tiny, gap: 3, space: 26, values: (_, at) => at.map((it) => this.format(it))},
       ],
       series: [{}, ...this.names.map((label, i) => ({label, stroke: this.colour(i), width: 1.5, dash: DASHES[i], points: {show: false}, spanGaps: false}))],
     }, this.data, this.holder);

@@ -246,7 +246,11 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
 
   // A request to the API; `respond` is called on this thread.
   void Change(const StreamChange& change, const Respond& respond) {
-    Request request{.method = "POST", .target = change.target, .local = true, .body = change.body};
+    Request request{.method = "POST",
+                    .target = change.target,
+                    .local = true,
+                    .of_viewer = true,
+                    .body = change.body};
     auto answer = [weak = weak_from_this(), respond](Response response) {
       if (const auto self = weak.lock()) {
         asio::post(self->io_, [respond, response = std::move(response)] { respond(response); });
