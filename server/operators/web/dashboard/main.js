@@ -340,8 +340,8 @@ function follow() {
 }
 
 store.on('robots', () => panelsDue.add('robots'));
-store.on('events', () => fact('New warnings', String(events.unseen)));
 store.on('past', () => showState(stream.state, showState.retryAt));
+store.on('events', () => fact('New warnings', String(events.unseen)));
 store.on('selected', () => {
   if (following && store.selected?.key !== following) following = null;
   robots.show();

@@ -163,6 +163,9 @@ export class Tools {
     };
   }
 
+  /** Of the pheromone that the tools change: the one that was chosen, or the first. */
+  get law() { return store.paintable.find((it) => it.name === store.tool) ?? store.paintable[0]; }
+
   /** Of a path without a mouse: "1, 2; 3.5, 2". */
   addPoints(text) {
     const numbers = (text.match(/[-−]?\d+(\.\d+)?/g) ?? []).map((it) => Number(it.replace('−', '-')));
@@ -176,8 +179,6 @@ export class Tools {
     byId('path-points').focus();
     this.map.invalidate('top');
   }
-  /** Of the pheromone that the tools change: the one that was chosen, or the first. */
-  get law() { return store.paintable.find((it) => it.name === store.tool) ?? store.paintable[0]; }
 
   async finishPath() {
     const points = this.points;
