@@ -42,6 +42,23 @@ const grounds = Object.fromEntries(['dark', 'light'].map((theme) => {
   const block = css.slice(css.indexOf(`data-theme="${theme}"] {`));
   return [theme, [...block.match(/--map: #(\w\w)(\w\w)(\w\w)/).slice(1)].map((it) => parseInt(it, 16))];
 }));
+
+// ---- hues are told apart, also by deuteranopes: Machado, Oliveira and Fernandes 2009, severity 1 ----
+
+const DEUTERANOPIA = [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]];
+function asDeuteranope(colour) {
+  const linear = colour.map((it) => (it / 255 <= 0.04045 ? it / 255 / 12.92 : ((it / 255 + 0.055) / 1.055) ** 2.4));
+  return DEUTERANOPIA.map((row) => Math.min(1, Math.max(0, row.reduce((sum, it, i) => sum + it * linear[i], 0))))
+    .map((it) => 255 * (it <= 0.0031308 ? 12.92 * it : 1.055 * it ** (1 / 2.4) - 0.055));
+}
+for (const theme of ['dark', 'light']) {
+  const hues = [0, 1, 2, 3, 4, 5].map((index) => hueOf(index, theme, index === 5));
+  for (const see of [(colour) => colour, asDeuteranope]) {
+    const pairs = hues.flatMap((one, i) => hues.slice(i + 1).map((other) => distance(see(one), see(other))));
+    check(pairs.length === 15 && Math.min(...pairs) >= 25, `${theme}, ${see.name}: two hues differ by ${Math.min(...pairs).toFixed(1)}`);
+  }
+}
+
 let least = Infinity;
 for (const theme of ['dark', 'light']) {
   for (const palette of PALETTES) {

@@ -1,16 +1,16 @@
-// Colours of pheromones: by default one hue for each (Okabe and Ito, which colour-blind people tell
-// apart), from transparent to strong, so that layers can lie on each other; or a scale of many
+// Colours of pheromones: by default one hue for each, near to those of Okabe and Ito, and so different
+// in lightness that deuteranopes tell all of them apart, from transparent to strong, so that layers can lie on each other; or a scale of many
 // colours, of equal steps in lightness. Half of a level is another colour, on every scale
-// (proto_tests/dashboard/palettes_test.mjs). Repellents have a hue of their own, and are hatched.
+// (proto_tests/dashboard/drawing_test.mjs). Repellents have a hue of their own, and are hatched.
 
 const HUES = [
-  {name: 'sky', dark: [86, 190, 240], light: [0, 104, 172]},
-  {name: 'orange', dark: [240, 168, 30], light: [196, 104, 0]},
-  {name: 'green', dark: [40, 196, 142], light: [0, 122, 88]},
-  {name: 'purple', dark: [222, 140, 186], light: [158, 62, 120]},
-  {name: 'yellow', dark: [240, 228, 90], light: [132, 116, 0]},
+  {name: 'sky', dark: [13, 144, 223], light: [18, 94, 177]},
+  {name: 'orange', dark: [215, 128, 1], light: [218, 116, 2]},
+  {name: 'green', dark: [33, 248, 150], light: [43, 146, 108]},
+  {name: 'purple', dark: [200, 125, 168], light: [118, 66, 116]},
+  {name: 'yellow', dark: [254, 249, 52], light: [64, 58, 22]},
 ];
-const REPELLENT = {name: 'vermilion', dark: [245, 120, 60], light: [190, 66, 0]};
+const REPELLENT = {name: 'vermilion', dark: [173, 62, 43], light: [156, 50, 6]};
 const SCALES = {
   viridis: ['440154', '482878', '3e4989', '31688e', '26828e', '1f9e89', '35b779', '6ece58', 'b5de2b', 'fde725'],
   cividis: ['00224e', '123570', '3b496c', '575d6d', '707173', '8a8678', 'a59c74', 'c3b369', 'e1cc55', 'fee838'],

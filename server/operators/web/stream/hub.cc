@@ -271,6 +271,7 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
       break;
     case Kind::kPaths:
       set(1000, {.field = true, .paths = true}, true);
+      component = "Paths";
       break;
   }
   Channel& channel = state->channel;

@@ -132,7 +132,8 @@ void CompareWithSchema(const json::value& schema, const json::value& message,
       const json::value* const known = schema.at("properties").as_object().if_contains(name);
       if (known != nullptr) {
         CompareWithSchema(*known, member, where + '.' + std::string(name), wrong);
-      } else {
+      } else if (!member.is_array() || member.as_array().empty() || !member.at(0).is_array()) {
+        // viewers cannot read arrays of arrays
         wrong->push_back(where + '.' + std::string(name) + " is not in the schema");
       }
     }
@@ -156,7 +157,7 @@ TEST_F(HubTest, JsonSchemasHaveAllThatMessagesHave) {
       hub_.AddSubscriber(channel.id);
     }
   }
-  EXPECT_EQ(schemas.size(), 8u);
+  EXPECT_EQ(schemas.size(), 9u);
   std::map<std::string, FramePtr> messages;
   for (int i = 0; i < 20; ++i) {
     for (auto& [topic, frame] : Step()) {
