@@ -8,6 +8,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 
 DEPLOY = pathlib.Path(__file__).resolve().parents[1] / "deploy"
@@ -77,6 +78,44 @@ class ClientsManualTest(unittest.TestCase):
             self.assertEqual(offered(*words, "--"), options_of(*words), words)
         self.assertIn(str(DEPLOY / "man"), offered("pheromone-robot", "--robot",
                                                    str(DEPLOY / "m")))
+    def test_mistakes_are_told_with_what_is_expected(self):
+        for words, told in (
+                ("pheromone-swarm simulate",
+                 'unknown command "simulate", expected one of path, run, live, pioneer'),
+                ("pheromone-swarm live --modem udp://127.0.0.1:4951",
+                 '--modem: found "udp://127.0.0.1:4951", expected the path of a terminal device'),
+                ("pheromone-swarm run --medium-access x.toml",
+                 "--medium-access requires --daemon"),
+                ("pheromone-experiments", "a command is missing, expected one of detour, laws, "),
+                ("pheromone-experiments trails",
+                 "--bench is required: The server's configuration with floor, trails, tags and "
+                 "nets, such as deploy/examples/bench.toml"),
+                *((f"pheromone-experiments channel {option}",
+                   f"{option.split()[0]} requires --json")
+                  for option in ("--access rounds", "--simple 1", "--hidden-pairs 1",
+                                 "--frame-loss-percent 1", "--byte-error-percent 1",
+                                 "--period-ms 100", "--fail-safe-ms 400", "--together",
+                                 "--seed 2")),
+                ("pheromone-experiments channel --json --out x", "--json excludes --out"),
+                ("pheromone-robot --start 0 0 0 --robot 127.0.0.1:1 --modem udp://127.0.0.1:4951",
+                 "--modem: udp://127.0.0.1:4951: expected a serial port, HOST:PORT or "
+                 "udp:HOST:PORT, without slashes")):
+            with self.subTest(words):
+                program, *arguments = words.split()
+                result = subprocess.run([BIN_DIR / program, *arguments], text=True,
+                                        capture_output=True, check=False)
+                self.assertEqual((result.returncode, result.stdout), (2, ""))
+                self.assertTrue(result.stderr.startswith(f"{program}: {told}"), result.stderr)
+
+    def test_an_experiment_that_is_cut_off_leaves_the_rows_that_it_has_printed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with subprocess.Popen([BIN_DIR / "pheromone-experiments", "channel", "--seeds", "1",
+                                   "--seconds", "2", "--out", folder], text=True,
+                                  stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as run:
+                lines = [run.stdout.readline() for _ in range(4)]
+                run.kill()
+            rows = (pathlib.Path(folder) / "channel.csv").read_text().splitlines()
+            self.assertGreaterEqual(len(rows), 3, lines)  # the head, and all rows but the last
 
 
 if __name__ == "__main__":

@@ -56,10 +56,15 @@ int WriteFiles(const std::filesystem::path& folder,
     return Fail(folder.string() + ": " + error.message(), kFailed);
   }
   for (const auto& [name, content] : contents) {
-    std::ofstream file(folder / name, std::ios::binary);
+    // Whole or not at all: a command may be cut off while it writes its results once more.
+    const std::filesystem::path part = folder / (name + ".part");
+    std::ofstream file(part, std::ios::binary);
     file << content;
     file.close();
-    if (!file) {
+    if (file) {
+      std::filesystem::rename(part, folder / name, error);
+    }
+    if (!file || error) {
       return Fail((folder / name).string() + ": cannot be written", kFailed);
     }
   }
