@@ -279,22 +279,16 @@ async function panels(page) {
   await page.waitForSelector('[data-tool="brush"]:not(:disabled)');
 }
 
-/** Robot 1 is told to follow *trail*; robot 2 follows *path*. */
-async function antennas(page) {
+/** Robot `id` was told to follow *trail*; the other one follows *path*. */
+async function antennas(page, id) {
   begin('antennas show what each robot follows, or what is chosen for all; tools have a pheromone of their own');
-  const keys = ['radio-a/1', 'radio-b/2'];
-  await select(page, keys[0]);
-  await page.selectOption('#follow-type', '1');
-  await page.click('#follow');
-  await select(page, keys[1]);
-  await page.selectOption('#follow-type', '2');
-  await page.click('#follow');
+  const keys = [id, 3 - id].map((it) => `${it === 1 ? 'radio-a' : 'radio-b'}/${it}`);
   const shown = () => page.evaluate(async (robots) => {
     const {pheromoneOf} = await import('/dashboard/robots.js');
     return robots.map((it) => pheromoneOf(window.pheromone.store.robots.get(it))).join();
   }, keys);
   await until('each shows its own', async () => await shown() === 'trail,path');
-  check((await swarm.robot(1)).follows === 'trail' && (await swarm.robot(2)).follows === 'path', 'the API says otherwise');
+  check((await swarm.robot(id)).follows === 'trail' && (await swarm.robot(3 - id)).follows === 'path', 'the API says otherwise');
   await page.waitForSelector('.legend .antennas >> text=/path 0–3.5, trail 0–3.5/');
   await page.keyboard.press('b');
   await page.selectOption('#options select', 'trail');
@@ -304,6 +298,7 @@ async function antennas(page) {
   check(await shown() === 'path,path', 'what is chosen for all is not shown');
   await page.selectOption('#senses', '');
   check(await shown() === 'trail,path', 'they do not show their own again');
+  await select(page, keys[1]);
   // On the map and on the card, of one message.
   await page.waitForFunction(() => {
     const [, left, right] = [...document.querySelectorAll('.senses tr')].map((it) => it.textContent).find((it) => it.startsWith('path (follows)'))?.match(/^path \(follows\)([\d.]+?)([\d.]+)$/) ?? [];
@@ -369,7 +364,7 @@ async function colourAt(page, x, y) {
   }))), [x, y]);
 }
 
-async function exports(page) {
+async function exports(page, id) {
   begin('what is shown is saved: a picture, a figure with axes, tables');
   const saved = async (name) => {
     const [download] = await Promise.all([page.waitForEvent('download'), page.click(`[data-export="${name}"]`)]);
@@ -390,9 +385,9 @@ async function exports(page) {
   check(figure.images === 3, `${figure.images} pictures: of the map, and of two scales`);
   const table = (await saved('robots-csv')).toString().trim().split('\n').map((it) => it.split(','));
   check(table.length === 3 && table[0].join() === 'utc,link,id,x_m,y_m,heading_deg,state,follows,trail_left,trail_right,path_left,path_right', `the robots: ${table}`);
-  const {pose} = await swarm.robot(1);
-  const row = table.find((it) => it[1] === 'radio-a');
-  check(row[7] === 'trail' && Math.hypot(row[3] - pose.x_m, row[4] - pose.y_m) < 3, `robot 1: ${row}`);
+  const {pose} = await swarm.robot(id);
+  const row = table.find((it) => it[2] === String(id));
+  check(row[7] === 'trail' && Math.hypot(row[3] - pose.x_m, row[4] - pose.y_m) < 3, `robot ${id}: ${row}`);
   const levels = (await saved('levels-csv')).toString().trim().split('\n');
   check(levels[0] === 'pheromone,x_m,y_m,units' && levels.length > 150, `${levels.length} levels`);
   const field = await swarm.get('field?pheromone=path&format=json');
@@ -677,10 +672,10 @@ await run(swarm, async (browser) => {
   await agreesWithTheEngine(page);
   await followsAPaintedPath(page, id);
   await haltAll(page);
-  await antennas(page);
+  await antennas(page, id);
   await measure(page);
   await addressOf(browser, page);
-  await exports(page);
+  await exports(page, id);
   await cut(page, watch);
   checkClean();
   await fingers(browser);

@@ -13,6 +13,7 @@ writeFileSync(join(folder, 'package.json'), '{"type": "module"}');   // so that 
 const {PALETTES, hueOf, lutOf} = await import(join(folder, 'palettes.js'));
 const {factorOf, paint, weightsOf} = await import(join(folder, 'smooth.js'));
 const {fullLine} = await import(join(folder, 'robots.js'));
+const {distanceFrom} = await import(join(folder, 'charts.js'));
 rmSync(folder, {recursive: true});
 
 let failures = 0;
@@ -42,6 +43,16 @@ const grounds = Object.fromEntries(['dark', 'light'].map((theme) => {
   const block = css.slice(css.indexOf(`data-theme="${theme}"] {`));
   return [theme, [...block.match(/--map: #(\w\w)(\w\w)(\w\w)/).slice(1)].map((it) => parseInt(it, 16))];
 }));
+
+// ---- distance from a path: of a square, by hand ----
+
+const corners = [[0, 0], [2, 0], [2, 2], [0, 2]];
+for (const [x, y, open, closed] of [[1, 0, 0, 0], [1, -0.5, 0.5, 0.5], [3, 3, Math.SQRT2, Math.SQRT2], [0, 1, 1, 0], [0.25, 1, 1, 0.25], [-3, -4, 5, 5]]) {
+  for (const [isClosed, expected] of [[false, open], [true, closed]]) {
+    const found = distanceFrom([{closed: isClosed, points_m: corners}], {x_m: x, y_m: y});
+    check(Math.abs(found - expected) < 1e-9, `(${x}, ${y}) is ${found} m from the ${isClosed ? 'closed' : 'open'} path, not ${expected} m`);
+  }
+}
 
 // ---- hues are told apart, also by deuteranopes: Machado, Oliveira and Fernandes 2009, severity 1 ----
 

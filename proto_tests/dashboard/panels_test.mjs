@@ -46,6 +46,10 @@ async function accessible(browser) {
     await page.click('.row[data-robot]');
     for (const panel of await page.$$('details.panel:not([open]) summary')) await panel.click();
     await checkAccessible(page, `${colorScheme}, a robot selected, all panels open`);
+    await page.click('#play');
+    await page.waitForFunction(() => window.pheromone.store.past);
+    await checkAccessible(page, `${colorScheme}, in the past`);
+    await page.click('#live');
     await page.click('[data-tool="path"]');
     await checkAccessible(page, `${colorScheme}, drawing a path`);
     await page.keyboard.press('Escape');
@@ -187,6 +191,40 @@ async function keyboard(browser) {
   await context.close();
 }
 
+/** Three hundred robots, told by the test in place of the server. */
+async function manyRobots(browser) {
+  begin('a list of three hundred robots, with a search');
+  const {page, context, checkClean} = await ready(browser, {});
+  await page.evaluate(() => {
+    const {stream} = window.pheromone;
+    stream.pause('/clients');
+    const client = (link, id) => ({link, id, known: true, silent_s: 0.1, requests: 1, refusals: 0, repeats: 0, goal: null, last_event: null, last_command: null,
+      antennas: null, pose: {x_m: id / 30, y_m: link === 'a' ? 2 : 8, heading_deg: 0, source: 'robot'},
+      state: {is: id % 10 === 0 ? 'halted' : 'driving', reason: null, since_s: 1, told_by: 'robot', moves: true, held: false}});
+    const clients = [...Array.from({length: 200}, (_, i) => client('a', i + 1)), ...Array.from({length: 100}, (_, i) => client('b', i + 1))];
+    const {handler} = stream.watches.find((it) => it.match('/clients'));
+    window.tell = () => handler(new TextEncoder().encode(JSON.stringify({field_time_ms: 1, clients})));
+    window.halt = (link, id) => { clients.find((it) => it.link === link && it.id === id).state.is = 'halted'; };
+    window.tell();
+  });
+  const rows = (count) => page.waitForFunction((it) => document.querySelectorAll('.row[data-robot]').length === it, count);
+  await rows(300);
+  await page.fill('#robot-search', 'b 7');
+  await rows(11);   // 7 and 70 to 79
+  check(await page.$('.row[data-robot="b/7"]') && !(await page.$('.row[data-robot="a/7"]')), 'the search shows others');
+  await page.fill('#robot-search', 'halted');
+  await rows(30);
+  await page.fill('#robot-search', 'no such');
+  await rows(0);
+  await page.waitForSelector('#panel-robots >> text=None of 300 robots');
+  await page.fill('#robot-search', '');
+  await rows(300);
+  await page.evaluate(() => { window.halt('b', 99); window.tell(); });   // far below what is in view
+  await page.waitForFunction(() => /halted/.test(document.querySelector('.row[data-robot="b/99"]').textContent));
+  checkClean();
+  await context.close();
+}
+
 /** What is drawn on a chart is of the links that are there, though one is not. */
 async function charts(browser) {
   begin('charts: traffic with a dead link, the values under the pointer, one robot');
@@ -200,8 +238,8 @@ async function charts(browser) {
   await page.waitForFunction(() => [...document.querySelectorAll('.dock h2 .at')].some((it) => /^−\d+ s|^−now/.test(it.textContent)));
   await page.click('.row[data-robot]');
   await page.waitForFunction(() => {
-    const [sensed, speed] = [...document.querySelectorAll('.robot-charts h4')].map((it) => it.textContent);
-    return /P_L [\d.]+P_R [\d.]+$/.test(sensed) && /^Speed0\.\d+ m\/s$/.test(speed);
+    const [sensed, speed, away] = [...document.querySelectorAll('.robot-charts h4')].map((it) => it.textContent);
+    return /P_L [\d.]+P_R [\d.]+$/.test(sensed) && /^Speed0\.\d+ m\/s$/.test(speed) && /^From the path0(\.\d+)? m$/.test(away);
   });
   checkClean();
   await context.close();
@@ -297,6 +335,7 @@ await run(swarm, async (browser) => {
   await accessible(browser);
   await phone(browser);
   await keyboard(browser);
+  await manyRobots(browser);
   await charts(browser);
   await events(browser);
   await notHalted(browser);

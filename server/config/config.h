@@ -48,7 +48,6 @@ struct ControlSettings {
 struct WebSettings {
   Endpoint listen;              ///< without an address: not at all
   std::string token;            ///< what changes must carry; empty: none are taken
-  std::string token_file = {};  ///< where it was read from
   /// Names that the server may be asked by, in lower case, beside localhost and all addresses.
   std::vector<std::string> hosts;
   /// Web pages of other servers that may show the stream: "https://app.foxglove.dev".

@@ -101,7 +101,6 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
     return;
   }
   web->token = Trimmed(file->text);
-  web->token_file = file->path;
   const bool printable =
       std::all_of(web->token.begin(), web->token.end(), [](char c) { return c > ' ' && c <= '~'; });
   if (!printable || web->token.size() < kLeastToken || web->token.size() > kMaxToken) {

@@ -164,7 +164,7 @@ class WithoutServerTest(Laboratory):
 
     def test_no_token(self):
         self.configure(SOUND.replace('token_file = "token"\n', ""))
-        self.assert_found("warning", "token", "there is none", "openssl rand", self.examine_file())
+        self.assert_found("warning", "token", "there is none", "token_file = ", self.examine_file())
 
     def test_a_token_that_everybody_reads(self):
         (self.folder / "token").chmod(0o644)

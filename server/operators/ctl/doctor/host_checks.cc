@@ -271,10 +271,11 @@ void CheckToken(const config::Config& config, Findings* findings) {
     return;
   }
   struct stat status {};
-  if (config.web.token.empty()) {
+  if (file.empty()) {
     findings->Warning(kToken, "[web]", "there is none: browsers can look, but change nothing",
-                      "Make one, (umask 027; openssl rand -hex 32 > web-token), and name it with "
-                      "token_file in [web].");
+                      "With token_file = \"web-token\" in [web] the server makes one.");
+  } else if (config.web.token.empty()) {
+    findings->Ok(kToken, file, "there is none yet: the server makes it when it starts");
   } else if (stat(file.c_str(), &status) == 0 && (status.st_mode & S_IRWXO) != 0) {
     findings->Warning(
         kToken, file,

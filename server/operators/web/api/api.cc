@@ -124,7 +124,7 @@ constexpr std::string_view kUnlock = "/api/v1/unlock";
 constexpr std::string_view kCaptureFile = "/api/v1/captures/";  // and the file's name
 
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
-constexpr std::array<Route, 28> kRoutes = {{
+constexpr std::array<Route, 29> kRoutes = {{
     {kHealth, Where::kAtOnce, ReadHealth},
     {kMetrics, Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},

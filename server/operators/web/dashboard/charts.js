@@ -193,11 +193,29 @@ function latencyOf(engine) {
   return Object.fromEntries(['p50', 'p99'].map((it) => [it, typeof found[it] === 'number' ? found[it] / 1000 : null]));
 }
 
-/** One robot: what its antennas sense, and how fast it is; from what the page remembers (history.js). */
+/** How far a point is from the nearest of the configured paths (GET /api/v1/paths). */
+export function distanceFrom(paths, {x_m: x, y_m: y}) {
+  let least = Infinity;
+  for (const {closed, points_m: points} of paths) {
+    for (let i = closed ? 0 : 1; i < points.length; i += 1) {
+      const [[ax, ay], [bx, by]] = [points.at(i - 1), points[i]];
+      const square = (bx - ax) ** 2 + (by - ay) ** 2;
+      const t = square > 0 ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / square)) : 0;
+      least = Math.min(least, Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y));
+    }
+  }
+  return least;
+}
+
+/**
+ * One robot: what its antennas sense, how fast it is, and how far from the path of the pheromone that
+ * it follows, if that has one; from what the page remembers (history.js).
+ */
 export class RobotCharts {
   constructor(holder) {
     this.sensed = new Chart(holder, 'Senses', (x) => (x === null ? '–' : number(x)), 0.1, 'h4');
     this.speed = new Chart(holder, 'Speed', (x) => (x === null ? '–' : `${number(x)} m/s`), 0.1, 'h4');
+    this.away = new Chart(holder, 'From the path', (x) => (x === null ? '–' : `${number(x)} m`), 0.1, 'h4');
     this.key = '';
   }
 
@@ -214,11 +232,18 @@ export class RobotCharts {
     });
     this.sensed.set(pheromone ? `Senses ${pheromone}` : 'Senses', times, [['P_L', side('left')], ['P_R', side('right')]], key !== this.key);
     this.speed.set('Speed', times, [['speed', speed]], key !== this.key);
+    const paths = store.paths.filter((it) => it.pheromone === pheromone);
+    this.away.element.hidden = paths.length === 0;
+    if (paths.length) {
+      const away = seen.map((it) => it.robots.get(robot.key).pose).map((it) => (it ? distanceFrom(paths, it) : null));
+      this.away.set('From the path', times, [['distance', away]], key !== this.key);
+    }
     this.key = key;
   }
 
   themeChanged() {
     this.sensed.themeChanged();
     this.speed.themeChanged();
+    this.away.themeChanged();
   }
 }
