@@ -39,8 +39,8 @@ struct Notice {
   };
   Topic topic = Topic::kConfiguration;
   bool is_on = true;
-  /// The link's name, with the robot's ID at an arrival; the net's name; where an operator's request
-  /// came from; or empty.
+  /// The link's name, with the robot's ID at an arrival; the net's name; where an operator's
+  /// request came from; or empty.
   std::string subject = {};
   std::string text = {};  ///< the reason or the place; may be empty
   bool operator==(const Notice&) const = default;
