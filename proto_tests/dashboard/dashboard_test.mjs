@@ -268,7 +268,7 @@ async function panels(page) {
   for (const it of ['path', 'brush', 'eraser']) {
     await page.waitForSelector(`[data-tool="${it}"]:disabled`);
     await page.keyboard.press(it[0]);
-    check(await page.getAttribute('[data-tool="look"]', 'aria-pressed') === 'true', `${it} is in hand while the past is shown`);
+    check(await page.getAttribute('button[data-tool="look"]', 'aria-pressed') === 'true', `${it} is in hand while the past is shown`);
   }
   await page.screenshot({path: join(out, 'past.png')});
   await page.click('#play');

@@ -459,13 +459,6 @@ TEST_F(ApiTest, StatusWarnsOfWhatMakesTheServerUnhealthy) {
             "no response from the disk for 2.1 s");
 }
 
-TEST_F(ApiTest, StatusListsRobotsWhosePosesAreNotUsed) {
-  EXPECT_TRUE(Parsed(Get("/api/v1/status")).at("untracked").as_array().empty());
-  control_.status.untracked = {{"radio-a", 7}};
-  EXPECT_EQ(Parsed(Get("/api/v1/status")).at("untracked"),
-            json::parse(R"([{"link": "radio-a", "id": 7}])"));
-}
-
 TEST_F(ApiTest, ConfigurationsAreLines) {
   EXPECT_EQ(Get("/api/v1/config").body,
             "{\"lines\":[\"a \\\"map\\\"\",\"two\\nlines\"],\"file\":\"/lab.toml\","
