@@ -15,6 +15,7 @@ namespace {
 void AddNet(CLI::App* command, NetSource* source) {
   command->add_option("FILE", source->path, "A net: .toml, .pnml or .xml")->required();
   command->add_option("--set", source->parameters, "Give a parameter of the file another value")
+      ->allow_extra_args(false)
       ->type_name("NAME=NUMBER");
 }
 
@@ -23,6 +24,7 @@ void AddCheck(CLI::App* command, NetCheck* check) {
   command
       ->add_option("--claim", check->claims,
                    "Check this, too, such as \"never red = 1 and green = 1\"")
+      ->allow_extra_args(false)
       ->type_name("TEXT");
   command->add_flag("--no-claims", check->no_claims, "Without the claims of the file");
   command->add_flag("--reduce", check->reduce,

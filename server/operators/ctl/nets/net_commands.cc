@@ -52,7 +52,15 @@ Result<petri::Net> LoadNet(const NetSource& source) {
       return Error{source.path + ": --set: PNML has no parameters"};
     }
     const Result<std::string> text = ReadFile(source.path);
-    return text.ok() ? nets::ParsePnml(source.path, text.value()) : text.error();
+    if (!text.ok()) {
+      return text.error();
+    }
+    std::string warning;
+    Result<petri::Net> net = nets::ParsePnml(source.path, text.value(), &warning);
+    if (!warning.empty()) {
+      std::cerr << "pheromonectl: warning: " << warning << '\n';
+    }
+    return net;
   }
   const Result<nets::Parameters> parameters = ParametersOf(source.parameters);
   return parameters.ok() ? nets::LoadSystem(source.path, parameters.value()) : parameters.error();

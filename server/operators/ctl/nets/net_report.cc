@@ -24,6 +24,9 @@ using petri::Verdict;
 // Longer lists are in the JSON.
 constexpr size_t kMaxFlowsShown = 30;
 constexpr size_t kMaxStepsShown = 200;
+constexpr size_t kMaxNamed = 3;  // in the summary
+constexpr size_t kMaxLine = 100;
+constexpr size_t kVerdictWidth = 9;
 
 struct Named {
   std::string name;
@@ -33,12 +36,13 @@ struct Named {
 
 // What is asked of each net, and then its claims.
 std::vector<Named> FindingsOf(const CheckReport& report) {
-  std::vector<Named> all = {{"bounded", "", &report.bounded},
-                            {"safe", "one token at most in each place", &report.safe},
-                            {"deadlock-free", "", &report.deadlock_free},
-                            {"quasi-live", "each transition can be fired", &report.quasi_live},
-                            {"live", "and again, whatever happened", &report.live},
-                            {"reversible", "", &report.reversible}};
+  std::vector<Named> all = {
+      {"bounded", "no place gets more and more tokens", &report.bounded},
+      {"safe", "at most one token in each place", &report.safe},
+      {"deadlock-free", "some transition can always fire", &report.deadlock_free},
+      {"quasi-live", "each transition can fire at least once", &report.quasi_live},
+      {"live", "each transition can always fire again later", &report.live},
+      {"reversible", "the initial marking can always be reached again", &report.reversible}};
   for (const petri::CheckedClaim& claim : report.claims) {
     all.push_back({claim.property.id, claim.property.text, &claim.finding});
   }
@@ -86,13 +90,17 @@ std::string TextOfSteps(const Net& net, const std::vector<uint32_t>& steps) {
              : text;
 }
 
+std::string TextOfLength(const std::vector<uint32_t>& steps) {
+  return fmt::format("{} step{}", steps.size(), steps.size() == 1 ? "" : "s");
+}
+
 std::string TextOfTrace(const Net& net, const Finding& finding) {
   if (!finding.trace) {
     return "";
   }
   std::string text = fmt::format(
-      "    {} {}{}: {}\n", finding.is_shortest ? "shortest trace," : "trace,",
-      finding.trace->size(), finding.trace->size() == 1 ? " step" : " steps",
+      "    {} {}: {}\n", finding.is_shortest ? "shortest trace," : "trace,",
+      TextOfLength(*finding.trace),
       finding.trace->empty() ? "the initial marking" : TextOfSteps(net, *finding.trace));
   if (!finding.cycle.empty()) {
     text += fmt::format("    then for ever: {}\n", TextOfSteps(net, finding.cycle));
@@ -110,6 +118,98 @@ std::string TextOfFlows(const Net& net, const petri::Semiflows& semiflows) {
     text += fmt::format("  ... ({} more: --json)\n", semiflows.flows.size() - kMaxFlowsShown);
   }
   return text;
+}
+
+// Breaks lines at spaces; what continues a line is indented further.
+std::string Wrapped(const std::string& text) {
+  std::string wrapped;
+  for (size_t at = 0; at < text.size();) {
+    const size_t end = std::min(text.find('\n', at), text.size());
+    std::string line = text.substr(at, end - at);
+    const size_t indent = line.starts_with(' ') ? line.find_first_not_of(' ') + 2 : kVerdictWidth;
+    while (line.size() > kMaxLine) {
+      const size_t space = line.rfind(' ', kMaxLine);
+      const bool is_inside = space != std::string::npos && line.find_first_not_of(' ') < space;
+      const size_t cut = is_inside ? space : line.find(' ', kMaxLine);
+      if (cut == std::string::npos) {
+        break;
+      }
+      wrapped += line.substr(0, cut) + '\n';
+      line = std::string(indent, ' ') + line.substr(cut + 1);
+    }
+    wrapped += line + '\n';
+    at = end + 1;
+  }
+  return wrapped;
+}
+
+std::string ListOf(const std::vector<std::string>& names) {
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kMaxNamed); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  return names.size() > kMaxNamed ? fmt::format("{} and {} more", text, names.size() - kMaxNamed)
+                                  : text;
+}
+
+std::string SummaryOfClaims(const CheckReport& report) {
+  std::vector<std::string> refuted;
+  std::vector<std::string> unknown;
+  for (const petri::CheckedClaim& claim : report.claims) {
+    if (claim.finding.verdict != Verdict::kProved) {
+      (claim.finding.verdict == Verdict::kRefuted ? refuted : unknown).push_back(claim.property.id);
+    }
+  }
+  const size_t count = report.claims.size();
+  if (count == 0) {
+    return "no claims";
+  }
+  if (refuted.empty() && unknown.empty()) {
+    return count == 1 ? "the claim proved" : fmt::format("all {} claims proved", count);
+  }
+  std::string text;
+  for (const auto& [verdict, names] : {std::pair("refuted", &refuted), {"unknown", &unknown}}) {
+    if (!names->empty()) {
+      text += fmt::format("{}{} of {} claim{} {}: {}", text.empty() ? "" : "; ", names->size(),
+                          count, count == 1 ? "" : "s", verdict, ListOf(*names));
+    }
+  }
+  return text;
+}
+
+// Where a trace to a marking that is not safe puts more than one token.
+std::string UnsafePlace(const Net& net, const std::vector<uint32_t>& trace) {
+  std::vector<int64_t> tokens;
+  for (const petri::Place& place : net.places) {
+    tokens.push_back(place.tokens);
+  }
+  for (const uint32_t step : trace) {
+    for (const petri::Arc& arc : net.transitions[step].takes) {
+      tokens[arc.place] -= arc.weight;
+    }
+    for (const petri::Arc& arc : net.transitions[step].gives) {
+      tokens[arc.place] += arc.weight;
+    }
+  }
+  const auto most = std::max_element(tokens.begin(), tokens.end());
+  return fmt::format("place {} can have {} tokens",
+                     net.places[static_cast<size_t>(most - tokens.begin())].id, *most);
+}
+
+std::string WhyRefuted(const Net& net, const CheckReport& report, const Finding& finding) {
+  if (&finding == &report.safe && finding.trace) {
+    return ": " + UnsafePlace(net, *finding.trace);
+  }
+  if (&finding == &report.deadlock_free && finding.trace) {
+    return ": stuck after " + TextOfLength(*finding.trace);
+  }
+  std::vector<std::string> names;
+  for (const uint32_t transition : &finding == &report.quasi_live ? report.dead
+                                   : &finding == &report.live     ? report.not_live
+                                                                  : std::vector<uint32_t>()) {
+    names.push_back(net.transitions[transition].id);
+  }
+  return names.empty() ? "" : ": " + ListOf(names);
 }
 
 json::array IdsOf(const Net& net, const std::vector<uint32_t>& transitions) {
@@ -177,7 +277,33 @@ std::string TextOfReport(const Net& net, const CheckReport& report, double secon
   }
   text += fmt::format("{} independent P-invariants{}\n", report.invariants.flows.size(),
                       report.invariants.complete ? "" : " were not found: numbers too large");
-  return text + TextOfFlows(net, report.place_semiflows);
+  text += TextOfFlows(net, report.place_semiflows);
+  return Wrapped(text + SummaryOf(net, report) + '\n');
+}
+
+std::string SummaryOf(const Net& net, const CheckReport& report) {
+  std::vector<std::string> unknown;
+  std::string proved;
+  std::string refuted;
+  for (const Named& named : FindingsOf(report)) {
+    const Finding& finding = *named.finding;
+    if (finding.verdict == Verdict::kUnknown) {
+      unknown.push_back(named.name);
+    } else if (finding.verdict == Verdict::kRefuted) {
+      refuted += "; not " + named.name + WhyRefuted(net, report, finding);
+    } else {
+      proved += (proved.empty() ? "" : ", ") + named.name;
+    }
+    if (named.finding == &report.reversible) {
+      break;  // what comes next are claims
+    }
+  }
+  std::string text = SummaryOfClaims(report) + refuted;
+  text += !refuted.empty() || proved.empty() ? "" : "; " + proved;
+  for (size_t i = 0; i < unknown.size(); ++i) {
+    text += (i == 0 ? "; unknown: " : ", ") + unknown[i];
+  }
+  return text;
 }
 
 std::string JsonOfReport(const Net& net, const CheckReport& report, double seconds) {
@@ -193,6 +319,7 @@ std::string JsonOfReport(const Net& net, const CheckReport& report, double secon
   }
   const json::object all{
       {"name", net.name},
+      {"summary", SummaryOf(net, report)},
       {"net", json::object{{"places", net.places.size()}, {"transitions", net.transitions.size()}}},
       {"states", report.explored.states},
       {"transitions", report.explored.transitions},

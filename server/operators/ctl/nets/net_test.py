@@ -160,6 +160,52 @@ class NetTest(unittest.TestCase):
         self.assertIn("refuted  --claim 1: always free = 1 (exhaustive)\n"
                       "    shortest trace, 1 step: enter_a\n", text)
         self.assertIn("  free + busy_a + busy_b = 1\n", text)
+        self.assertEqual(text.splitlines()[-1], "1 of 1 claim refuted: --claim 1; " + self.ALL_WELL)
+
+    ALL_WELL = "bounded, safe, deadlock-free, quasi-live, live, reversible"
+
+    def last_line(self, status, *arguments):
+        result = self.call("check", *arguments)
+        self.assertEqual((result.returncode, result.stderr), (status, ""), arguments)
+        lines = result.stdout.splitlines()
+        self.assertLessEqual(max(len(line) for line in lines), 100)
+        summary = self.check(status, *arguments)["summary"]
+        self.assertTrue(summary.replace(" ", "").endswith(lines[-1].replace(" ", "")), lines[-1])
+        return summary
+
+    def test_it_ends_with_a_sentence_that_fits_the_exit_status(self):
+        self.assertEqual(self.last_line(0, "mutex.toml"), "no claims; " + self.ALL_WELL)
+        self.assertEqual(self.last_line(0, "mutex.toml", "--claim", "always free <= 1"),
+                         "the claim proved; " + self.ALL_WELL)
+        claims = len(self.check(0, NETS / "motion.toml")["properties"]) - 6
+        self.assertEqual(self.last_line(0, NETS / "motion.toml", "--set", "robots=2", "--reduce"),
+                         f"all {claims} claims proved; not safe: place nest can have 2 tokens")
+        self.assertTrue(self.last_line(1, BROKEN / "red_by_timer.toml").endswith(
+            "; not deadlock-free: stuck after 5 steps; not live: read_A, read_B, store_A and 55 more; "
+            "not reversible"))
+        self.assertEqual(
+            self.last_line(1, "mutex.toml", "--states", 1, "--claim", "reversible", "--claim",
+                           "never free = 1"),
+            "1 of 2 claims refuted: --claim 2; 1 of 2 claims unknown: --claim 1; bounded, safe; "
+            "unknown: deadlock-free, quasi-live, live, reversible")
+
+    def test_an_option_takes_one_value(self):
+        for arguments in (("--set", "robots=1", NETS / "motion.toml"),
+                          ("--claim", "reachable nest = 0", "--set", "robots=1", NETS / "motion.toml"),
+                          ("--set", "robots=1", "--no-claims", NETS / "motion.toml")):
+            self.check(0, *arguments)
+        self.refused_at_the_command_line("check", "--set", "robots=1", "robots=2",
+                                         NETS / "motion.toml")
+
+    def test_arcs_with_the_same_id_are_warned_of(self):
+        (self.folder / "woped.pnml").write_text(
+            '<pnml><net id="n" type="http://www.pnml.org/version-2009/grammar/ptnet">'
+            '<place id="p"/><transition id="t"/><arc id="a" source="p" target="t"/>'
+            '<arc id="a" source="t" target="p"/></net></pnml>')
+        result = self.call("check", "woped.pnml")
+        self.assertEqual(result.returncode, 0)
+        self.assertEqual(result.stderr, "pheromonectl: warning: woped.pnml: 1 arc has the ID of another "
+                                        'element, such as "a": each is an arc of its own\n')
 
     def test_an_exported_net_has_the_same_counts(self):
         def counts(path, *arguments):
