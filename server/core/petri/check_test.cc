@@ -69,6 +69,28 @@ TEST(Check, PhilosophersDeadlockWhenEachHasOneFork) {
   }
 }
 
+// What may be fired first need not be fired at all: the trace that is told is the shortest without
+// it.
+TEST(Check, TracesOfAReducedSearchAreShortestToo) {
+  Net net{.name = "n",
+          .places = {{.id = "early", .tokens = 1},
+                     {.id = "earlier"},
+                     {.id = "earliest"},
+                     {.id = "ready", .tokens = 1},
+                     {.id = "done"}}};
+  net.transitions = {
+      {.id = "first", .takes = ArcsOf(net, {"early"}), .gives = ArcsOf(net, {"earlier"})},
+      {.id = "second", .takes = ArcsOf(net, {"earlier"}), .gives = ArcsOf(net, {"earliest"})},
+      {.id = "work", .takes = ArcsOf(net, {"ready"}), .gives = ArcsOf(net, {"done"})}};
+  net.claims = {{"idle", "never done = 1"}};
+  const CheckReport report = Checked(net, {.reduce = true});
+  EXPECT_EQ(report.eager.size(), 2u);
+  const Finding& finding = report.claims[0].finding;
+  EXPECT_EQ(finding.verdict, Verdict::kRefuted);
+  EXPECT_TRUE(finding.is_shortest);
+  EXPECT_EQ(finding.trace, (std::vector<uint32_t>{2}));
+}
+
 TEST(Check, ProvesAndRefutesClaims) {
   Net net = Philosophers(4);
   net.claims = {{"neighbours", "never eats0 = 1 and eats1 = 1"},

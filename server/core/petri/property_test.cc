@@ -45,6 +45,19 @@ TEST(Property, AndBindsCloserThanOr) {
   EXPECT_TRUE(HoldsFor("not (a = 0 and b-1 = 1)", {0, 0, 0, 0}));
 }
 
+// What is bounded is how deep they are nested, not how many there are.
+TEST(Property, MayCompareTwoHundredAndFiftyTimes) {
+  for (const std::string word : {" or ", " and "}) {
+    std::string text = "a = 1";
+    for (int i = 1; i < 250; ++i) {
+      text += word + "(not a = " + std::to_string(i + 1) + ")";
+    }
+    EXPECT_TRUE(HoldsFor(text, {1, 0, 0, 0})) << word;
+    EXPECT_EQ(HoldsFor(text, {2, 0, 0, 0}), word == " or ");
+  }
+  EXPECT_TRUE(HoldsFor(std::string(100, '(') + "a = 1" + std::string(100, ')'), {1, 0, 0, 0}));
+}
+
 TEST(Property, NamesItsKindAndTransitions) {
   EXPECT_EQ(Parsed("never a > 1").kind, Property::Kind::kNever);
   EXPECT_EQ(Parsed("reachable a > 1").kind, Property::Kind::kReachable);
