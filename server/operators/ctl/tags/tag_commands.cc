@@ -92,6 +92,13 @@ struct Example {
   std::string value;
 };
 
+// What is printed of a term is one text for each value: an IRI may also be given in full.
+bool IsText(const std::string& printed, const std::string& asked) {
+  const bool is_iri = asked.size() > 2 && asked.front() == '<' && asked.back() == '>';
+  const std::string_view iri = is_iri ? std::string_view(asked).substr(1, asked.size() - 2) : asked;
+  return printed == asked || printed == tags::IriText(iri);
+}
+
 bool Agrees(const Example& example, const TagData& tag, const tags::Block& block,
             const tags::SymbolTables& tables) {
   const auto object = [&](const tags::Term& term) {
@@ -108,9 +115,9 @@ bool Agrees(const Example& example, const TagData& tag, const tags::Block& block
     return false;
   }
   if (example.key == "subject") {
-    return tags::SubjectText(block.subject, block.author, tables) == example.value;
+    return IsText(tags::SubjectText(block.subject, block.author, tables), example.value);
   }
-  return object(example.key == "predicate" ? block.predicate : block.object) == example.value;
+  return IsText(object(example.key == "predicate" ? block.predicate : block.object), example.value);
 }
 
 // KEY=VALUE; nothing if it is none, which is reported.

@@ -19,8 +19,9 @@ struct TagFile {
 int ExportTags(const ServerOptions& options, const TagFile& file,
                const std::vector<std::string>& names);
 
-/// Writes each fact on its tag, with its author and time, unless it is there. Nothing is written if
-/// the file has an error.
+/// Writes each fact on its tag, with its author and time, unless a tag has it: whose numbers say it
+/// does not matter. Where a tag has no room for all, the latest remain; the others are reported
+/// with the reason, and the exit status is kFailed. Nothing is written if the file has an error.
 int ImportTags(const ServerOptions& options, const TagFile& file);
 
 }  // namespace pheromone::ctl
