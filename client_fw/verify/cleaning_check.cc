@@ -81,7 +81,7 @@ CleaningResult Prove(const CleaningLimits& limits, bool symmetric, size_t max_st
 }  // namespace
 
 CleaningResult ProveCleaning(const CleaningLimits& limits, size_t max_states) {
-  return Prove(limits, true, max_states);
+  return Prove(limits, limits.closed == 0, max_states);  // closed zones are where they are
 }
 
 CleaningResult CheckCleanAfter(const CleaningLimits& limits, const CleaningStarts& starts,
@@ -125,9 +125,16 @@ int HighestPercent(int rate_percent, int gap) {
 }
 
 std::string TraceText(const CleaningResult& result) {
-  static constexpr const char* kWhat[] = {"waits in",       "goes to",    "decides to clean",
-                                          "claims",         "is refused", "has cleaned",
-                                          "breaks down in", "",           "passers-by write in"};
+  static constexpr const char* kWhat[] = {"waits in",
+                                          "goes to",
+                                          "decides to clean",
+                                          "claims",
+                                          "is refused",
+                                          "has cleaned",
+                                          "breaks down in",
+                                          "",
+                                          "passers-by write in",
+                                          "an operator asks for"};
   std::string text;
   for (size_t i = 1; i < result.trace.size(); ++i) {
     const CleaningMoment& moment = result.trace[i];
@@ -139,7 +146,7 @@ std::string TraceText(const CleaningResult& result) {
       text += "zones become dirtier\n";
       continue;
     }
-    if (moment.step.action != CleaningAction::kCrowds) {
+    if (moment.step.action < CleaningAction::kCrowds) {
       text += std::string(1, static_cast<char>('A' + moment.step.robot)) + " ";
     }
     text += std::string(kWhat[static_cast<size_t>(moment.step.action)]) + " zone " +

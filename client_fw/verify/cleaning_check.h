@@ -47,7 +47,8 @@ struct CleaningResult {
 using CleaningStarts = std::vector<std::vector<uint8_t>>;
 
 /// From all starts and for all time: two robots never clean one zone, something can always happen,
-/// and, without passers-by, each zone is cleaned again and again.
+/// and, without passers-by, each zone that is not closed is cleaned again and again, and no robot
+/// is in a closed one.
 CleaningResult ProveCleaning(const CleaningLimits& limits, size_t max_states = 100'000'000);
 
 /// The paper's first query: from `start_percent` everywhere, all zones are eventually below

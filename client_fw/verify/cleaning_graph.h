@@ -84,12 +84,15 @@ class CleaningGraph {
   const std::string& wrong() const { return wrong_; }
   uint32_t last() const { return last_; }
 
-  /// By zone, the longest from the end of a cleaning until the begin of the next. The cycle is that
-  /// of the first zone that need never be cleaned again.
+  /// By zone, the longest from the end of a cleaning until the begin of the next; 0 if it is
+  /// closed. The cycle is that of the first zone that need never be cleaned again.
   std::vector<int> LongestGaps(std::vector<uint32_t>* cycle) {
     std::vector<int> gaps(world_->zones());
     values_.assign(states_.size() * lanes(), kUnknown);
     for (uint8_t zone = 0; zone < world_->zones(); ++zone) {
+      if (world_->IsClosed(zone)) {
+        continue;
+      }
       if (lanes() == 1) {
         values_.assign(states_.size(), kUnknown);
       }

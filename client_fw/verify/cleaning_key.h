@@ -61,10 +61,12 @@ class CleaningKeys {
       : maps_(GridSymmetries(world.limits().columns, world.limits().rows)),
         zones_(world.zones()),
         robots_(static_cast<size_t>(world.limits().robots)),
-        has_clock_(has_clock) {
+        has_clock_(has_clock),
+        has_asks_(world.limits().asks > 0) {
     if (!symmetric) {
       maps_.resize(1);
     }
+    assert(kWords == 2 || !has_asks_);
     assert(kWords == 2 || (zones_ <= kLeveledZones && robots_ < kMaxCleaners && !symmetric));
   }
 
@@ -100,6 +102,12 @@ class CleaningKeys {
                                .has_sign = (bits >> 14 & 1) != 0};
     }
     state.is_newest_now = (key[1] >> 15 & 1) != 0;
+    if constexpr (kWords == 2) {
+      if (has_asks_) {
+        state.wanted = static_cast<uint16_t>(key[1] >> 48 & ((1u << kAskedZones) - 1));
+        state.asks_left = static_cast<uint8_t>(key[1] >> 60 & 15);
+      }
+    }
     if constexpr (kWords == 3) {
       state.tick = key[2] >> 60 & 15;
       state.clock = static_cast<uint16_t>(key[1] >> 48);
@@ -146,6 +154,12 @@ class CleaningKeys {
       key[1] |= robots[robot] << (robot * 16);
     }
     key[1] |= uint64_t{state.is_newest_now} << 15;
+    if (has_asks_) {
+      key[1] |= uint64_t{state.asks_left} << 60;
+      for (size_t zone = 0; zone < zones_; ++zone) {
+        key[1] |= uint64_t{state.wanted >> zone & 1u} << (48 + map[zone]);
+      }
+    }
     if constexpr (kWords == 3) {
       key[2] |= uint64_t{state.tick} << 60;
       key[1] |= has_clock_ ? uint64_t{state.clock} << 48 : 0;
@@ -157,6 +171,7 @@ class CleaningKeys {
   size_t zones_;
   size_t robots_;
   bool has_clock_;  // else the states at all times are the same
+  bool has_asks_;
 };
 
 }  // namespace pheromone::verify

@@ -99,6 +99,41 @@ TEST(PassersBy, CannotDropASignThatIsLeased) {
   EXPECT_EQ(Told(ProveCleaning(limits)).verdict, Verdict::kProved);
 }
 
+// An operator's sign in the middle of 3 x 3 zones, and in a corner.
+TEST(Signs, KeepAllRobotsAwayFromAClosedZoneForAllTime) {
+  for (const uint16_t closed : {uint16_t{1u << 4}, uint16_t{1}}) {
+    const CleaningResult proof =
+        Told(ProveCleaning({.columns = 3, .rows = 3, .robots = 2, .closed = closed}));
+    ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
+    for (size_t zone = 0; zone < 9; ++zone) {
+      EXPECT_EQ(proof.gaps[zone] == 0, (closed >> zone & 1) != 0) << zone + 1;
+    }
+  }
+}
+
+TEST(Signs, ThatCutTheFloorInTwoLetOnePartBeForgotten) {
+  const CleaningResult proof =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .robots = 2, .closed = 0b001100}));
+  EXPECT_EQ(proof.verdict, Verdict::kRefuted);
+  EXPECT_EQ(proof.wrong, "a zone need not be cleaned again");
+}
+
+// At any moment an operator asks for any zone, twice.
+TEST(Signs, ToCleanAgainForgetNoZone) {
+  const CleaningResult proof =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .robots = 2, .asks = 2}));
+  ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
+  const CleaningResult without = ProveCleaning({.columns = 3, .rows = 2, .robots = 2});
+  EXPECT_GE(LongestGap(proof), LongestGap(without)) << "who is asked for goes first";
+}
+
+TEST(Fault, ASignThatIsNotOutdatedByACleaningKeepsARobotForEver) {
+  const CleaningResult result =
+      Told(ProveCleaning({.columns = 3, .rows = 2, .robots = 1, .asks = 1, .asks_for_ever = true}));
+  EXPECT_EQ(result.verdict, Verdict::kRefuted);
+  EXPECT_EQ(result.wrong, "a zone need not be cleaned again");
+}
+
 TEST(Fault, RobotsThatMoveBetweenEqualsCanWanderForEver) {
   const CleaningResult result =
       Told(ProveCleaning({.columns = 3, .rows = 2, .moves_between_equals = true}));

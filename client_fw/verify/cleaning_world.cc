@@ -13,6 +13,7 @@ using client::CleaningDecision;
 using client::CleaningView;
 
 constexpr int kNever = 1'000;
+constexpr uint32_t kAfterAll = 1'000;  // later than all ranks
 
 }  // namespace
 
@@ -22,6 +23,7 @@ CleaningWorld::CleaningWorld(const CleaningLimits& limits)
       robots_(static_cast<size_t>(limits.robots)),
       neighbours_(zones_) {
   assert(zones_ <= kMaxZones && robots_ <= kMaxCleaners && limits.crashes < limits.robots);
+  assert(limits.asks == 0 || (zones_ <= kAskedZones && robots_ < kMaxCleaners));
   const auto zone = [&](int column, int row) {
     return static_cast<uint8_t>(column * limits.rows + row);
   };
@@ -43,6 +45,7 @@ CleaningWorld::CleaningWorld(const CleaningLimits& limits)
 CleaningState CleaningWorld::Start(const std::vector<uint8_t>& robots_in) const {
   assert(robots_in.size() == robots_);
   CleaningState state;
+  state.asks_left = static_cast<uint8_t>(limits_.asks);
   for (size_t robot = 0; robot < robots_; ++robot) {
     state.cleaners[robot].phase = CleanerPhase::kDeciding;
     state.cleaners[robot].zone = robots_in[robot];
@@ -54,7 +57,9 @@ std::vector<std::vector<uint8_t>> CleaningWorld::AllStarts() const {
   std::vector<std::vector<uint8_t>> starts;
   std::vector<uint8_t> start(robots_);
   while (true) {
-    starts.push_back(start);
+    if (std::none_of(start.begin(), start.end(), [&](uint8_t zone) { return IsClosed(zone); })) {
+      starts.push_back(start);
+    }
     size_t robot = robots_;
     while (robot > 0 && start[robot - 1] + 1u == zones_) {
       --robot;
@@ -90,13 +95,20 @@ void CleaningWorld::Next(const CleaningState& state, std::vector<CleaningSuccess
   if (limits_.passers_by) {
     Crowd(state);
   }
+  if (state.asks_left > 0) {
+    AskFor(state);
+  }
 }
 
 void CleaningWorld::Decide(const CleaningState& state, size_t robot) {
   const uint8_t zone = state.cleaners[robot].zone;
   CleaningView view{};
   const auto see = [&](size_t seen) {
-    view.tags[view.count++] = {IsOccupied(state, seen), state.rank[seen]};
+    const bool is_wanted = (state.wanted >> seen & 1) != 0;
+    view.tags[view.count++] = {.is_occupied = IsOccupied(state, seen),
+                               .is_closed = IsClosed(seen),
+                               .cleaned_s = state.rank[seen] + 1u,
+                               .wanted_s = is_wanted ? kAfterAll : 0u};
   };
   see(zone);
   for (const uint8_t beside : neighbours_[zone]) {
@@ -201,6 +213,9 @@ void CleaningWorld::Finish(CleaningState state, size_t robot) {
   if (is_stamped) {
     state.level[zone] = 0;
     state.is_newest_now = true;
+    if (!limits_.asks_for_ever) {
+      state.wanted &= static_cast<uint16_t>(~(1u << zone));
+    }
   }
   state.cleaners[robot] = {.phase = CleanerPhase::kDeciding, .zone = static_cast<uint8_t>(zone)};
   Visit(is_stamped ? CleaningAction::kFinishes : CleaningAction::kIsRefused, robot, zone, state);
@@ -243,6 +258,15 @@ void CleaningWorld::Crowd(const CleaningState& state) {
     CleaningState after = state;
     SetContent(&after, zone, tag_.Get());
     Visit(CleaningAction::kCrowds, 0, zone, after);
+  }
+}
+
+void CleaningWorld::AskFor(const CleaningState& state) {
+  for (size_t zone = 0; zone < zones_; ++zone) {
+    CleaningState after = state;
+    after.wanted |= static_cast<uint16_t>(1u << zone);
+    --after.asks_left;
+    Visit(CleaningAction::kAsks, 0, zone, after);
   }
 }
 
@@ -381,6 +405,9 @@ std::string CleaningWorld::Wrong(const CleaningState& state) const {
   uint32_t cleaned = 0;
   for (size_t robot = 0; robot < robots_; ++robot) {
     const Cleaner& it = state.cleaners[robot];
+    if (it.phase != CleanerPhase::kGone && IsClosed(it.zone)) {
+      return "a robot is in zone " + std::to_string(it.zone + 1) + ", which is closed";
+    }
     if (it.is_cleaning()) {
       if ((cleaned >> it.zone & 1) != 0) {
         return "two robots clean zone " + std::to_string(it.zone + 1);

@@ -26,9 +26,10 @@
 namespace pheromone::verify {
 
 constexpr size_t kMaxZones = 16;
-constexpr int kSoilingStep = 15;  ///< the paper's time_step
-constexpr int kLevelPercent = 5;  ///< a level's unit
-constexpr int kFullLevel = 20;    ///< 100 %: it does not become dirtier
+constexpr size_t kAskedZones = 12;  ///< at most, if an operator may ask; and three robots
+constexpr int kSoilingStep = 15;    ///< the paper's time_step
+constexpr int kLevelPercent = 5;    ///< a level's unit
+constexpr int kFullLevel = 20;      ///< 100 %: it does not become dirtier
 constexpr uint8_t kNoSoiling = 255;
 
 /// What is explored.
@@ -44,12 +45,15 @@ struct CleaningLimits {
   int lease = 16;   ///< of the sign "occupied"; 0: it has none
   int crashes = 0;  ///< robots that may break down, cleaning or not
   bool passers_by = false;  ///< write on tags as much as they like
+  uint16_t closed = 0;      ///< zones from which an operator's sign keeps robots away, as bits
+  int asks = 0;  ///< how often an operator may write that a zone is to be cleaned again; at most 15
   /// Whether a robot claims its zone in the step in which it decided to. Else others may act
   /// between reading a tag and writing on it.
   bool claims_at_once = false;
   /// Seeded faults, beside a lease of 0 or one shorter than cleaning takes.
   bool moves_between_equals = false;    ///< a robot's own zone does not win ties
   bool claims_unconditionally = false;  ///< writes without naming what it has read
+  bool asks_for_ever = false;           ///< that a zone was cleaned since does not count
 };
 
 enum class CleanerPhase : uint8_t {
@@ -80,6 +84,8 @@ struct CleaningState {
   bool is_newest_now = false;  ///< the newest time stamp is the present time
   uint8_t tick = kNoSoiling;   ///< time until zones become dirtier
   uint16_t clock = 0;          ///< time since the start
+  uint16_t wanted = 0;         ///< zones that are to be cleaned again, and were not yet; as bits
+  uint8_t asks_left = 0;
 };
 
 enum class CleaningAction : uint8_t {
@@ -92,6 +98,7 @@ enum class CleaningAction : uint8_t {
   kBreaksDown,
   kSoils,
   kCrowds,
+  kAsks,
 };
 
 struct CleaningStep {
@@ -116,7 +123,7 @@ class CleaningWorld {
 
   /// Robots about to decide in these zones, all zones cleaned at the same time.
   CleaningState Start(const std::vector<uint8_t>& robots_in) const;
-  /// All unordered choices of zones to start in.
+  /// All unordered choices of zones to start in, but for closed ones.
   std::vector<std::vector<uint8_t>> AllStarts() const;
 
   /// Lets soil accumulate, at these rates in units of a level for each kSoilingStep.
@@ -129,7 +136,9 @@ class CleaningWorld {
   /// Numbers ranks from 0 again, and forgets what no longer matters.
   void Tidy(CleaningState* state) const;
 
-  /// Empty, or what is wrong: two robots that clean one zone.
+  bool IsClosed(size_t zone) const { return (limits_.closed >> zone & 1) != 0; }
+
+  /// Empty, or what is wrong: two robots that clean one zone, or one in a closed zone.
   std::string Wrong(const CleaningState& state) const;
 
  private:
@@ -138,6 +147,7 @@ class CleaningWorld {
   void Finish(CleaningState state, size_t robot);
   void SoilAll(CleaningState state);
   void Crowd(const CleaningState& state);
+  void AskFor(const CleaningState& state);
   void Break(CleaningState state, size_t robot);
   void Move(CleaningState state, size_t robot, uint8_t zone);
 

@@ -239,8 +239,7 @@ void Cleaner::Choose() {
   CleaningView view{};
   view.count = zone_count_;
   for (uint8_t i = 0; i < zone_count_; ++i) {
-    view.tags[i].is_occupied = zones_[i].is_occupied;
-    view.tags[i].cleaned_s = zones_[i].cleaned_s;
+    view.tags[i] = zones_[i].signs;
   }
   const CleaningDecision decision = Decide(view, random_.Below(255));
   if (decision.act == CleaningAct::kWait) {

@@ -10,6 +10,11 @@
 //   the tag, <base>occupiedBy, a robot    leased: until then nobody else cleans there
 //   the tag, <base>cleanedBy, a robot     when that was is the block's time, by the server's clock
 //
+// and what an operator may write there, to stay:
+//
+//   the tag, <base>keepAway, anything     nobody goes there to clean
+//   the tag, <base>cleanAgain, anything   whoever cleans there has to do so after the block's time
+//
 // To claim a zone it writes the first on condition that nobody has written on the tag since it was
 // read, so that of two robots one gets it. Cleaning over, it writes the second into the same slot,
 // on condition that its own claim is still there: stamp and release are one. Before its lease ends
@@ -33,7 +38,7 @@
 namespace pheromone {
 namespace client {
 
-/// What comes before "occupiedBy" and "cleanedBy".
+/// What comes before "occupiedBy", "cleanedBy", "keepAway" and "cleanAgain".
 constexpr char kCleaningBase[] = "http://robots.org/cleaning#";
 
 struct CleanerParameters {
@@ -82,7 +87,8 @@ class Cleaner {
     kTidying,  // its own stamp of before goes
     kPausing,
   };
-  enum class Meaning : uint8_t { kOther, kOccupied, kCleaned };
+  // By the places of the strings.
+  enum class Meaning : uint8_t { kOther, kOccupied, kCleaned, kKeepAway, kCleanAgain };
 
   // What is known of a tag: `is_read` as of its generation.
   struct Zone {
@@ -90,10 +96,9 @@ class Cleaner {
     uint16_t generation;
     int16_t dx_mm;  // from where the robot looked
     int16_t dy_mm;
-    uint32_t cleaned_s;
     bool is_seen;  // in this look
     bool is_read;
-    bool is_occupied;    // by another robot
+    ZoneTag signs;       // occupied: by another robot
     uint8_t claim_slot;  // our own claim, or kNoSlot
     uint16_t claim_generation;
     uint8_t stamp_slot;  // our own stamp, or kNoSlot
@@ -106,7 +111,7 @@ class Cleaner {
     int32_t number;
     Meaning meaning;
   };
-  enum : uint8_t { kZones = kMaxVisibleTags, kKnown = 8, kStrings = 3 };
+  enum : uint8_t { kZones = kMaxVisibleTags, kKnown = 8, kStrings = 3, kPredicates = 4 };
   // Places of our strings, after first_string_.
   enum : uint8_t { kBase, kOccupiedBy, kCleanedBy };
 
@@ -154,10 +159,10 @@ class Cleaner {
   uint8_t name_ = 0;      // kNaming: 0 the robot's number, then the strings
   bool defined_ = false;  // kNaming: the string is to be read back
   uint8_t zone_count_ = 0;
-  uint8_t reading_ = 0;      // kReading: of zones_
-  bool goes_on_ = false;     // kReading: beyond the tag's first block
-  uint8_t part_ = 0;         // kResolving: 0 the namespace, 1 the number
-  uint8_t matched_[2] = {};  // kResolving: characters of "occupiedBy" and "cleanedBy" met so far
+  uint8_t reading_ = 0;                // kReading: of zones_
+  bool goes_on_ = false;               // kReading: beyond the tag's first block
+  uint8_t part_ = 0;                   // kResolving: 0 the namespace, 1 the number
+  uint8_t matched_[kPredicates] = {};  // kResolving: characters of each predicate met so far
   uint8_t next_known_ = 0;
   uint8_t moving_to_ = 0;  // kMoving: of zones_
   uint8_t claim_slot_ = 0;

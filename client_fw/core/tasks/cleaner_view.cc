@@ -17,9 +17,13 @@ using protocol::SymbolKind;
 
 constexpr uint8_t kNotMet = 255;
 
-// The strings of this robot, by their place: the namespace, and the two predicates.
+// The namespace, the two predicates that this robot writes, and those that it only reads.
 const char* StringOf(uint8_t place) {
-  return place == 0 ? kCleaningBase : place == 1 ? "occupiedBy" : "cleanedBy";
+  return place == 0   ? kCleaningBase
+         : place == 1 ? "occupiedBy"
+         : place == 2 ? "cleanedBy"
+         : place == 3 ? "keepAway"
+                      : "cleanAgain";
 }
 
 uint8_t LengthOf(const char* text) {
@@ -217,8 +221,7 @@ void Cleaner::OnRead(Conversation* conversation) {
   const uint16_t generation = GetU16(block_ + kBlockTagGeneration);
   if (!goes_on_) {
     zone.generation = generation;
-    zone.cleaned_s = 0;
-    zone.is_occupied = false;
+    zone.signs = ZoneTag();
     zone.claim_slot = kNoSlot;
     zone.stamp_slot = kNoSlot;
   } else if (zone.generation != generation) {
@@ -235,8 +238,9 @@ void Cleaner::OnRead(Conversation* conversation) {
     Note(meaning, conversation);
   } else {
     part_ = Word(protocol::kWordPredicateNamespace) == 0 ? 1 : 0;
-    matched_[0] = 0;
-    matched_[1] = 0;
+    for (uint8_t& matched : matched_) {
+      matched = 0;
+    }
     Go(Phase::kResolving);
   }
 }
@@ -277,11 +281,15 @@ void Cleaner::Note(Meaning meaning, Conversation* conversation) {
     zone.claim_slot = block_[kBlockSlot];
     zone.claim_generation = GetU16(block_ + kBlockSlotGeneration);
   } else if (meaning == Meaning::kOccupied) {
-    zone.is_occupied = true;
-  } else if (meaning == Meaning::kCleaned) {
+    zone.signs.is_occupied = true;
+  } else if (meaning == Meaning::kKeepAway) {
+    zone.signs.is_closed = true;
+  } else if (meaning != Meaning::kOther) {
+    const bool is_stamp = meaning == Meaning::kCleaned;
     const uint32_t time_s = static_cast<uint32_t>(Word(protocol::kWordTime));
-    zone.cleaned_s = time_s > zone.cleaned_s ? time_s : zone.cleaned_s;
-    if (own) {
+    uint32_t& latest_s = is_stamp ? zone.signs.cleaned_s : zone.signs.wanted_s;
+    latest_s = time_s > latest_s ? time_s : latest_s;
+    if (own && is_stamp) {
       zone.stamp_slot = block_[kBlockSlot];
       zone.stamp_generation = GetU16(block_ + kBlockSlotGeneration);
     }
@@ -303,7 +311,7 @@ void Cleaner::Resolve(Conversation* conversation) {
 
 void Cleaner::OnResolved(Conversation* conversation) {
   const uint8_t length = answer()[kResolvedLength];
-  for (uint8_t i = 0; i < 2; ++i) {
+  for (uint8_t i = 0; i < kPredicates; ++i) {
     matched_[i] = length > protocol::kMaxResolvedText
                       ? kNotMet  // longer than any of ours
                       : Match(static_cast<uint8_t>(kOccupiedBy + i), matched_[i],
@@ -318,9 +326,12 @@ void Cleaner::OnResolved(Conversation* conversation) {
   known.author = Word(protocol::kWordAuthor);
   known.name_space = Word(protocol::kWordPredicateNamespace);
   known.number = Word(protocol::kWordPredicate);
-  known.meaning = IsWhole(kOccupiedBy, matched_[0])  ? Meaning::kOccupied
-                  : IsWhole(kCleanedBy, matched_[1]) ? Meaning::kCleaned
-                                                     : Meaning::kOther;
+  known.meaning = Meaning::kOther;
+  for (uint8_t i = 0; i < kPredicates; ++i) {
+    if (IsWhole(static_cast<uint8_t>(kOccupiedBy + i), matched_[i])) {
+      known.meaning = static_cast<Meaning>(kOccupiedBy + i);
+    }
+  }
   Note(known.meaning, conversation);
 }
 

@@ -6,15 +6,18 @@ namespace client {
 CleaningDecision Decide(const CleaningView& view, uint8_t pick) {
   uint8_t oldest[kMaxVisibleTags];
   uint8_t choices = 0;
+  uint32_t oldest_s = 0;
   for (uint8_t i = 0; i < view.count; ++i) {
     const ZoneTag& tag = view.tags[i];
-    if (tag.is_occupied) {
+    if (tag.is_occupied || tag.is_closed) {
       continue;
     }
-    if (choices > 0 && tag.cleaned_s < view.tags[oldest[0]].cleaned_s) {
+    const uint32_t cleaned_s = tag.cleaned_s > tag.wanted_s ? tag.cleaned_s : 0;
+    if (choices > 0 && cleaned_s < oldest_s) {
       choices = 0;
     }
-    if (choices == 0 || tag.cleaned_s == view.tags[oldest[0]].cleaned_s) {
+    if (choices == 0 || cleaned_s == oldest_s) {
+      oldest_s = cleaned_s;
       oldest[choices++] = i;
     }
   }

@@ -12,6 +12,10 @@ namespace pheromone {
 namespace client {
 namespace {
 
+ZoneTag Tag(bool is_occupied, uint32_t cleaned_s, bool is_closed = false, uint32_t wanted_s = 0) {
+  return {is_occupied, is_closed, cleaned_s, wanted_s};
+}
+
 CleaningView ViewOf(const std::vector<ZoneTag>& tags) {
   CleaningView view{};
   for (const ZoneTag& tag : tags) {
@@ -20,13 +24,25 @@ CleaningView ViewOf(const std::vector<ZoneTag>& tags) {
   return view;
 }
 
+bool MayBeCleaned(const ZoneTag& tag) {
+  return !tag.is_occupied && !tag.is_closed;
+}
+
+// Whether the first goes before the second or at the same time: one that waits to be cleaned again,
+// or was never cleaned, before any other.
+bool IsNoYounger(const ZoneTag& a, const ZoneTag& b) {
+  const bool a_waits = a.cleaned_s == 0 || a.wanted_s >= a.cleaned_s;
+  const bool b_waits = b.cleaned_s == 0 || b.wanted_s >= b.cleaned_s;
+  return a_waits || (!b_waits && a.cleaned_s <= b.cleaned_s);
+}
+
 // The rule again, one zone at a time: a zone is oldest if no free one is older.
 std::set<uint8_t> FreeAndOldest(const std::vector<ZoneTag>& tags) {
   std::set<uint8_t> zones;
   for (uint8_t i = 0; i < static_cast<uint8_t>(tags.size()); ++i) {
-    bool is_oldest = !tags[i].is_occupied;
+    bool is_oldest = MayBeCleaned(tags[i]);
     for (const ZoneTag& other : tags) {
-      is_oldest = is_oldest && (other.is_occupied || tags[i].cleaned_s <= other.cleaned_s);
+      is_oldest = is_oldest && (!MayBeCleaned(other) || IsNoYounger(tags[i], other));
     }
     if (is_oldest) {
       zones.insert(i);
@@ -62,43 +78,67 @@ void ExpectTheRule(const std::vector<ZoneTag>& tags) {
 }
 
 TEST(Cleaning, CleansItsOwnZoneIfNoneIsOlder) {
-  const CleaningDecision decision = Decide(ViewOf({{false, 5}, {false, 6}, {true, 1}}), 1);
+  const CleaningDecision decision = Decide(ViewOf({Tag(false, 5), Tag(false, 6), Tag(true, 1)}), 1);
   EXPECT_EQ(decision.act, CleaningAct::kClean);
 }
 
 TEST(Cleaning, MovesToAnOlderZone) {
-  const CleaningDecision decision = Decide(ViewOf({{false, 5}, {false, 6}, {false, 4}}), 7);
+  const CleaningDecision decision =
+      Decide(ViewOf({Tag(false, 5), Tag(false, 6), Tag(false, 4)}), 7);
   EXPECT_EQ(decision.act, CleaningAct::kMove);
   EXPECT_EQ(decision.tag, 2);
   EXPECT_EQ(decision.choices, 1);
 }
 
 TEST(Cleaning, StaysWhereItIsBetweenEquals) {
-  const CleaningDecision decision = Decide(ViewOf({{false, 5}, {false, 5}, {false, 5}}), 1);
+  const CleaningDecision decision =
+      Decide(ViewOf({Tag(false, 5), Tag(false, 5), Tag(false, 5)}), 1);
   EXPECT_EQ(decision.act, CleaningAct::kClean);
 }
 
 TEST(Cleaning, WaitsWhereAllIsOccupied) {
-  EXPECT_EQ(Decide(ViewOf({{true, 1}, {true, 2}}), 0).act, CleaningAct::kWait);
+  EXPECT_EQ(Decide(ViewOf({Tag(true, 1), Tag(true, 2)}), 0).act, CleaningAct::kWait);
   EXPECT_EQ(Decide(ViewOf({}), 0).act, CleaningAct::kWait);
 }
 
+TEST(Cleaning, KeepsAwayFromClosedZones) {
+  const CleaningDecision decision = Decide(ViewOf({Tag(false, 1, true), Tag(false, 9)}), 0);
+  EXPECT_EQ(decision.act, CleaningAct::kMove);
+  EXPECT_EQ(decision.tag, 1);
+  EXPECT_EQ(Decide(ViewOf({Tag(false, 9), Tag(false, 1, true)}), 0).act, CleaningAct::kClean);
+  EXPECT_EQ(Decide(ViewOf({Tag(false, 1, true), Tag(true, 1)}), 0).act, CleaningAct::kWait);
+}
+
+TEST(Cleaning, CleansAgainWhereThatIsWantedSinceTheLastCleaning) {
+  const CleaningDecision wanted = Decide(ViewOf({Tag(false, 5), Tag(false, 8, false, 9)}), 0);
+  EXPECT_EQ(wanted.act, CleaningAct::kMove);
+  EXPECT_EQ(Decide(ViewOf({Tag(false, 5), Tag(false, 9, false, 9)}), 0).act, CleaningAct::kMove)
+      << "in the same second, which came first is not known";
+  EXPECT_EQ(Decide(ViewOf({Tag(false, 5), Tag(false, 10, false, 9)}), 0).act, CleaningAct::kClean)
+      << "it was cleaned since";
+  EXPECT_EQ(Decide(ViewOf({Tag(false, 0), Tag(false, 8, false, 9)}), 0).act, CleaningAct::kClean)
+      << "as one that was never cleaned";
+  EXPECT_EQ(Decide(ViewOf({Tag(false, 5), Tag(false, 8, true, 9)}), 0).act, CleaningAct::kClean)
+      << "a closed zone stays closed";
+}
+
 TEST(Cleaning, TimeStampsBeyond2038AreNotOld) {
-  const CleaningDecision decision = Decide(ViewOf({{false, 0x80000000}, {false, 0x7FFFFFFF}}), 0);
+  const CleaningDecision decision =
+      Decide(ViewOf({Tag(false, 0x80000000), Tag(false, 0x7FFFFFFF)}), 0);
   EXPECT_EQ(decision.act, CleaningAct::kMove);
 }
 
 TEST(Cleaning, FollowsTheRuleInAllSmallViews) {
-  // Up to four zones, each occupied or of one of four time stamps.
-  for (size_t zones = 0; zones <= 4; ++zones) {
-    size_t views = 1;
-    for (size_t i = 0; i < zones; ++i) {
-      views *= 8;
-    }
+  // Up to three zones, each occupied or not, closed or not, of one of three time stamps, and one of
+  // three signs.
+  constexpr size_t kKinds = 2 * 2 * 3 * 3;
+  for (size_t zones = 0, views = 1; zones <= 3; ++zones, views *= kKinds) {
     for (size_t view = 0; view < views; ++view) {
       std::vector<ZoneTag> tags;
-      for (size_t i = 0, rest = view; i < zones; ++i, rest /= 8) {
-        tags.push_back({rest % 8 >= 4, static_cast<uint32_t>(rest % 4)});
+      for (size_t i = 0, rest = view; i < zones; ++i, rest /= kKinds) {
+        const size_t kind = rest % kKinds;
+        tags.push_back(Tag(kind % 2 == 1, static_cast<uint32_t>(kind / 4 % 3), kind / 2 % 2 == 1,
+                           static_cast<uint32_t>(kind / 12)));
       }
       ExpectTheRule(tags);
     }
@@ -111,7 +151,7 @@ TEST(Cleaning, FollowsTheRuleInFullViews) {
   for (int i = 0; i < 2'000; ++i) {
     std::vector<ZoneTag> tags(kMaxVisibleTags);
     for (ZoneTag& tag : tags) {
-      tag = {random() % 3 == 0, stamps[random() % 4]};
+      tag = Tag(random() % 3 == 0, stamps[random() % 4], random() % 5 == 0, stamps[random() % 4]);
     }
     ExpectTheRule(tags);
   }

@@ -87,7 +87,9 @@ class CleaningModel {
     client::CleaningView view{};
     for (const int zone : seen) {
       const ModelZone& it = zones_[static_cast<size_t>(zone)];
-      view.tags[view.count++] = {it.is_occupied, static_cast<uint32_t>(it.cleaned)};
+      client::ZoneTag& tag = view.tags[view.count++];
+      tag.is_occupied = it.is_occupied;
+      tag.cleaned_s = static_cast<uint32_t>(it.cleaned);
     }
     const client::CleaningDecision decision =
         client::Decide(view, static_cast<uint8_t>(random_() % 240));

@@ -120,6 +120,35 @@ TEST_F(CleaningSignsTest, WhenAnotherHasCleanedCounts) {
   EXPECT_EQ(zones.front(), 2) << "the first one was cleaned just now";
 }
 
+TEST_F(CleaningSignsTest, AnOperatorKeepsItAway) {
+  Define(RowKind::kRobot, kOther, kOther, "operator");
+  Define(RowKind::kString, kOther, 1, client::kCleaningBase);
+  Define(RowKind::kString, kOther, 2, "keepAway");
+  Sign(kOther, 1, 2, 0);
+  EXPECT_FALSE(Has(CleanedUntil(60'000), 1));
+  EXPECT_GE(simulation_.robot().cleaner()->cleaned(), 3u) << "of the other zone";
+  Change({TagsChanged::Erase{.tag = 1, .slot = 0}});
+  EXPECT_TRUE(Has(CleanedUntil(80'000), 1)) << "the sign is gone";
+}
+
+TEST_F(CleaningSignsTest, AnOperatorWantsItCleanedAgain) {
+  Define(RowKind::kRobot, kOther, kOther, "operator");
+  Define(RowKind::kString, kOther, 6, std::string(client::kCleaningBase) + "cleanAgain");
+  // It has just cleaned the first zone, and would go on with the other.
+  const client::Cleaner& cleaner = *simulation_.robot().cleaner();
+  for (uint32_t before = 0; before == cleaner.cleaned() || cleaner.target() != 1;) {
+    before = cleaner.cleaned();
+    simulation_.RunTo(simulation_.now_ms() + 1);
+    ASSERT_LT(simulation_.now_ms(), 60'000);
+  }
+  Sign(kOther, 0, 6, 0);
+  const std::vector<uint16_t> zones = CleanedUntil(simulation_.now_ms() + 60'000);
+  ASSERT_GE(zones.size(), 4u) << testing::PrintToString(zones);
+  EXPECT_EQ((std::vector<uint16_t>{zones.begin(), zones.begin() + 4}),
+            (std::vector<uint16_t>{1, 2, 1, 2}))
+      << "the sign counts once";
+}
+
 TEST_F(CleaningSignsTest, AfterAResetItGoesOnWithItsOwnClaim) {
   Define(RowKind::kRobot, kOther, kOther, "cleaner-001");  // its number from before
   Define(RowKind::kString, kOther, 1, client::kCleaningBase);
