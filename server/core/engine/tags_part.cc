@@ -94,7 +94,8 @@ Error RefusalOfFull(const tags::NamedTag& tag, const tags::Store& store) {
   return Refusal(tag, std::string(MeaningOf(WriteOutcome::kFull).text) +
                           ": leased and privileged blocks take " + std::to_string(taken) +
                           " of its " + std::to_string(slots.size()) + " slots, and may take " +
-                          std::to_string(tag.tag.quota()));
+                          std::to_string(tag.tag.quota()) +
+                          (taken > 0 ? ": erase one of them, or wait until a lease ends" : ""));
 }
 
 // The generation that a WRITE or ERASE depends on, if it depends on one.

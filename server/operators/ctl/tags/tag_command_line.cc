@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +19,7 @@ namespace {
 
 struct TagArguments {
   TagNote note;
+  std::vector<std::string> words;
   std::optional<int> slot;
   bool all = false;
   std::vector<std::string> examples;
@@ -28,7 +32,7 @@ void AddWrite(CLI::App* tags, const ServerOptions* options, const std::shared_pt
   CLI::App* write = tags->add_subcommand("write", "Write a sentence on a tag");
   write->add_option("NAME", it->note.tag, "Name of the tag")->required();
   write
-      ->add_option("SENTENCE", it->note.sentence,
+      ->add_option("SENTENCE", it->words,
                    "Subject, predicate and object, such as \"15 lookingfortag 244\"")
       ->required();
   write->add_option("--author", it->note.author, "Unique ID of the author (default: operator)")
@@ -41,7 +45,15 @@ void AddWrite(CLI::App* tags, const ServerOptions* options, const std::shared_pt
   write->add_option("--slot", it->note.slot, "Into this slot (default: the tag's drop policy)")
       ->check(WholeNumber(0, tags::kMaxSlots - 1))
       ->type_name("N");
-  write->callback([=] { *exit_status = WriteTag(*options, it->note); });
+  write->callback([=] {
+    it->note.sentence = fmt::to_string(fmt::join(it->words, " "));
+    *exit_status =
+        it->words.size() == 1
+            ? WriteTag(*options, it->note)
+            : Fail(kUsage, fmt::format("found a sentence of {} arguments, expected it in "
+                                       "quotes, as one: '{}'",
+                                       it->words.size(), it->note.sentence));
+  });
 }
 
 void AddErase(CLI::App* tags, const ServerOptions* options, const std::shared_ptr<TagArguments>& it,

@@ -209,10 +209,16 @@ class TagsTest(unittest.TestCase):
                        'errors_total{reason="no tag in range"} 1'):
             self.assertIn("pheromone_" + sample, lines)
 
+    def test_a_sentence_without_quotes_is_refused_with_quotes(self):
+        self.assertEqual(self.ctl("write", "door", "15", "lookingfortag", "244", status=2),
+                         "pheromonectl: found a sentence of 3 arguments, expected it in quotes, as one: "
+                         "'15 lookingfortag 244'\n")
+        self.assertEqual(self.sentences("door"), [])
+
     def test_a_full_tag_says_so(self):
         self.ctl("write", "plant-7", "15 keeps out")
         self.assertIn('tag "plant-7": it is full: leased and privileged blocks take 1 of its 2 slots, '
-                      "and may take 1",
+                      "and may take 1: erase one of them, or wait until a lease ends\n",
                       self.ctl("write", "plant-7", "16 keeps out", status=1))
 
     def test_what_is_exported_is_imported(self):
@@ -308,7 +314,7 @@ class TagsTest(unittest.TestCase):
         output, words = self.imported(name, status=1)
         self.assertEqual(output, self.summary(unfit=1, refused=1))
         self.assertIn('"plant-7": it is full: leased and privileged blocks take 1 of its 2 slots, and '
-                      "may take 1\n", words)
+                      "may take 1: erase", words)
         self.assertIn('"plant-7": 1 of 2 new facts did not fit', words)
 
     def test_a_file_with_an_error_changes_nothing(self):
