@@ -256,7 +256,7 @@ TEST(RdfFileTest, BlocksOfPlainSymbolsKeepTheirNumbers) {
   std::vector<TagBlock> blocks;
   for (int i = 0; i < 1000; ++i) {
     TagBlock it = RandomBlock(&random, {"dock"});
-    it.block.time_s = static_cast<uint32_t>(i);
+    it.block.time_s = static_cast<uint32_t>(1 + i);
     it.block.subject = {Between(&random, 1, 4), Between(&random, 5, 30)};
     it.block.predicate = {Between(&random, 1, 4), Between(&random, 5, 30)};
     it.block.object = {-1 * Between(&random, 5, 6), Between(&random, 0, 1'000'000)};
@@ -338,6 +338,9 @@ TEST(RdfFileTest, WrongPropertiesAreNamedWithFileAndLine) {
             "tags.ttl:6: <urn:e>: the rob:dtime is \"2006-01-28T14:20\" of datatype "
             "<http://www.w3.org/2001/XMLSchema#dateTime>, expected an xsd:dateTime such as "
             "2006-01-28T14:20:00Z");
+  EXPECT_EQ(FaultOf("'2006-01-28T14:20:00Z'", "'1970-01-01T00:00:00Z'"),
+            "tags.ttl:6: <urn:e>: the rob:dtime is \"1970-01-01T00:00:00Z\", expected an "
+            "xsd:dateTime such as 2006-01-28T14:20:00Z, after 1970-01-01T00:00:00Z");
   EXPECT_EQ(FaultOf("'o'", "'o'@en"),
             "tags.ttl:6: <urn:e>: the rdf:object is \"o\" in the language en, expected an IRI or a "
             "literal without a language");

@@ -261,6 +261,9 @@ Result<Fact> RdfReader::FactOf(const Thing& thing) const {
   if (time.datatype != tags::XsdType("dateTime") || !time_s) {
     return Wrong(thing, kDtime, time.Describe() + " of datatype <" + time.datatype + ">");
   }
+  if (*time_s == 0) {  // a block without a time gets that of writing, and another one each time
+    return Error{Wrong(thing, kDtime, time.Describe()) + ", after 1970-01-01T00:00:00Z"};
+  }
   const Value& object = *values[kObject];
   const bool is_iri = thing.name.starts_with('<');
   Fact fact{.event = is_iri ? thing.name.substr(1, thing.name.size() - 2) : thing.name,
