@@ -8,6 +8,8 @@
 #include <set>
 #include <vector>
 
+#include "server/core/tags/tag.h"
+
 namespace pheromone::ctl {
 namespace {
 
@@ -103,6 +105,51 @@ TEST(ImportPlanTest, TheLatestOfBothRemainAndNothingIsLeftToDo) {
                               [&](const ImportedFact& fact) { return fact.index == it.index; }));
     }
     ASSERT_TRUE(PlanImport(again, rest).writes.empty()) << "a second import changes something";
+  }
+}
+
+// No write names a slot: the tag's own drop policy puts each where the plan says.
+TEST(ImportPlanTest, ATagPutsEachFactWhereItWasPlanned) {
+  constexpr uint64_t kNowMs = 1000;
+  constexpr int32_t kPrivileged[] = {1};
+  const tags::Policy policy{.utc_s = 100, .privileged = kPrivileged};
+  const auto block_of = [](int32_t author, uint32_t time_s, int32_t value) {
+    return tags::Block{.author = author,
+                       .time_s = time_s,
+                       .subject = {-18, 1},
+                       .predicate = {0, 1},
+                       .object = {-3, value}};
+  };
+  std::mt19937 random(11);
+  const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
+  for (int round = 0; round < 2'000; ++round) {
+    tags::Tag tag(1 + below(8));
+    for (uint32_t left = below(9); left > 0; --left) {
+      tag.Write({.block = block_of(1 + static_cast<int32_t>(below(3)), 1 + below(12), -1),
+                 .lease_ms = below(4) == 0 ? 60'000u : 0u},
+                kNowMs, policy);
+    }
+    std::vector<PresentSlot> slots(tag.slots().size());
+    for (size_t i = 0; i < slots.size(); ++i) {
+      const tags::Slot& slot = tag.slots()[i];
+      if (!slot.block.is_empty()) {
+        const bool is_protected = slot.is_leased() || policy.IsPrivileged(slot.block.author);
+        slots[i] = {is_protected ? Content::kProtected : Content::kDroppable,
+                    tags::AgeKey(slot.block, policy.utc_s)};
+      }
+    }
+    std::vector<ImportedFact> facts(below(12));
+    for (size_t i = 0; i < facts.size(); ++i) {
+      facts[i] = {i, 1 + static_cast<int64_t>(below(12))};
+    }
+    for (const PlannedWrite& it : PlanImport(slots, facts).writes) {
+      const tags::Written written =
+          tag.Write({.block = block_of(2, static_cast<uint32_t>(facts[it.index].time_key),
+                                       static_cast<int32_t>(it.index))},
+                    kNowMs, policy);
+      ASSERT_EQ(written.outcome, tags::WriteOutcome::kDone);
+      ASSERT_EQ(written.slot, it.slot);
+    }
   }
 }
 
