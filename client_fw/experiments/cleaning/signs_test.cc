@@ -131,6 +131,25 @@ TEST_F(CleaningSignsTest, AnOperatorKeepsItAway) {
   EXPECT_TRUE(Has(CleanedUntil(80'000), 1)) << "the sign is gone";
 }
 
+// A sign may come at any moment of a cycle: before a look, between reading and claiming, on the
+// way.
+class CleaningSignMomentTest : public CleaningSignsTest, public testing::WithParamInterface<int> {};
+
+TEST_P(CleaningSignMomentTest, OnlyWhoHasClaimedTheZoneCleansThereAfterwards) {
+  Define(RowKind::kRobot, kOther, kOther, "operator");
+  Define(RowKind::kString, kOther, 6, std::string(client::kCleaningBase) + "keepAway");
+  CleanedUntil(GetParam());
+  Sign(kOther, 0, 6, 0);
+  const bool is_claimed = simulation_.service().Inspect(
+      [](const engine::Engine& engine) { return engine.tags().Find(1)->tag.leased() > 0; });
+  const std::vector<uint16_t> zones = CleanedUntil(GetParam() + 40'000);
+  const auto times = std::count(zones.begin(), zones.end(), 1);
+  EXPECT_LE(times, is_claimed ? 1 : 0);
+  EXPECT_GE(zones.size(), 2u) << "of the other zone";
+}
+
+INSTANTIATE_TEST_SUITE_P(Cycle, CleaningSignMomentTest, testing::Range(10'000, 30'000, 250));
+
 TEST_F(CleaningSignsTest, AnOperatorWantsItCleanedAgain) {
   Define(RowKind::kRobot, kOther, kOther, "operator");
   Define(RowKind::kString, kOther, 6, std::string(client::kCleaningBase) + "cleanAgain");
