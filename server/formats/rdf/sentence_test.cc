@@ -63,6 +63,16 @@ TEST_F(SentenceTest, ObjectsOfEachType) {
   EXPECT_EQ(Object("type-99:-7"), (Term{-99, -7}));
 }
 
+TEST_F(SentenceTest, NumbersBeginWithOne) {
+  EXPECT_EQ(Parsed("1 is tag:1").subject, (Term{-17, 1}));
+  EXPECT_EQ(Parsed("tag:1 is robot:1").subject, (Term{-18, 1}));
+  EXPECT_EQ(Object("tag:1"), (Term{-18, 1}));
+  EXPECT_EQ(Object("robot:1"), (Term{-17, 1}));
+  for (const char* const sentence : {"0 is 1", "tag:0 is 1", "1 is tag:0", "1 is robot:0"}) {
+    EXPECT_NE(ErrorOf(sentence), "") << sentence;
+  }
+}
+
 TEST_F(SentenceTest, IrisAreSplitBehindTheirNamespace) {
   const Term term = Object("<http://robots.org/robot/door>");
   EXPECT_EQ(*tables_.StringOf(1, term.space), "http://robots.org/robot/");
