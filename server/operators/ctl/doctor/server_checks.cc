@@ -38,7 +38,7 @@ std::string WhyNothingComes(const json::value& link) {
            "and `pheromonectl modem test` measures them.";
   }
   if (kind == "pty") {
-    return "Start a robot there, such as pheromone-swarm live --modem " + TextAt(link, "address") +
+    return "Start a robot there, such as pheromone-swarm live --modem " + TextAt(link, "terminal") +
            ".";
   }
   return "Start a robot that sends to " + TextAt(link, "address") +
@@ -49,7 +49,7 @@ std::string WhyNothingComes(const json::value& link) {
 void CheckTerminal(const Place& place, const json::value& link, const std::string& looked_at,
                    Findings* findings) {
   std::error_code error;
-  const std::string device = std::filesystem::canonical(TextAt(link, "address"), error).string();
+  const std::string device = std::filesystem::canonical(TextAt(link, "terminal"), error).string();
   std::vector<int> holders = error ? std::vector<int>() : HoldersOf(device);
   std::erase(holders, place.server.value_or(-1));
   if (holders.size() > 1) {
