@@ -167,13 +167,10 @@ void Conversation::Rest() {
   }
 }
 
-// Long enough for one exchange of every robot heard: 26 bytes, the turnarounds and the server's
-// delay, and two slots in which to find an order. If this is more than fail_safe_ms, robots
-// drive for a part of each period; with less, all would collide and hardly drive at all.
+// Long enough for every robot heard. If this is more than fail_safe_ms, robots drive for a part of
+// each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
-  const MediumState& medium = medium_.state();
-  const uint32_t each_ms = BytesMs(26, parameters().baud) + medium.window_ms + 2u * medium.slot_ms;
-  const uint32_t all_ms = (medium.census.robots() + 1u) * each_ms - 2u * medium.slot_ms;
+  const uint32_t all_ms = ContentionPeriodMs(medium_.state(), parameters().baud);
   return all_ms < kLongestStepMs ? static_cast<uint16_t>(all_ms) : kLongestStepMs;
 }
 

@@ -58,6 +58,14 @@ struct MediumState {  // NOLINT(cppcoreguidelines-pro-type-member-init): MediumS
   protocol::DecoderCounters decoder;
 };
 
+/// The period in ms in which this robot and all that it hears find time for an exchange each by
+/// contention: 26 bytes, the turnarounds and the server's delay, and two slots in which to find an
+/// order.
+inline uint32_t ContentionPeriodMs(const MediumState& medium, uint32_t baud) {
+  const uint32_t each_ms = BytesMs(26, baud) + medium.window_ms + 2u * medium.slot_ms;
+  return (medium.census.robots() + 1u) * each_ms - 2u * medium.slot_ms;
+}
+
 /// What begins at zero, separate so that one loop can clear it as plain memory.
 class MediumVariables {
  protected:
