@@ -1,8 +1,10 @@
 #include "client_fw/swarm/run_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -13,7 +15,9 @@
 #include <vector>
 
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/swarm/capacity.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/own_server.h"
 #include "client_fw/swarm/scenario/report.h"
 #include "client_fw/swarm/scenario/run.h"
 #include "client_fw/swarm/scenario/scenario.h"
@@ -23,6 +27,7 @@ namespace {
 
 struct RunOptions {
   std::string file;
+  SwarmWish wish{.robots = 0};  // or so many for one's own server
   std::optional<uint64_t> seed;
   std::vector<std::string> ports;  // of a daemon; none: an engine in process
   bool medium_access = false;
@@ -86,7 +91,32 @@ SwarmRecord RunInVirtualTime(const Scenario& scenario) {
   return record;
 }
 
-Result<SwarmRecord> RunAgainstDaemon(const Scenario& scenario, const RunOptions& options) {
+// Says once that robots are stopped because they are too many for the channel.
+class StopReason {
+ public:
+  explicit StopReason(const ChannelLoad& load) : why_(WhyItDoesNotFit(load)) {}
+
+  void Show(const Swarm& swarm) {
+    for (size_t i = 0; i < swarm.robot_count() && !why_.empty(); ++i) {
+      if (swarm.robot(i).counters().fail_safe_stops != 0) {
+        fmt::print(stderr, "{}{}\n", isatty(STDOUT_FILENO) != 0 ? "\n" : "",
+                   std::exchange(why_, ""));
+      }
+    }
+  }
+
+ private:
+  std::string why_;
+};
+
+// A scenario, and its load if it runs against a server.
+struct Task {
+  Scenario scenario;
+  ChannelLoad load;
+};
+
+Result<SwarmRecord> RunAgainstDaemon(const Task& task, const RunOptions& options) {
+  const auto& [scenario, load] = task;
   if (const std::string frames = FramesForDaemon(scenario); !frames.empty()) {
     fmt::print(stderr,
                "These robots report coordinates relative to where they are switched on. Add their "
@@ -94,17 +124,20 @@ Result<SwarmRecord> RunAgainstDaemon(const Scenario& scenario, const RunOptions&
                frames);
   }
   StatusLine line;
-  Result<SwarmRecord> record =
-      RunScenarioLive(scenario, options.ports,
-                      options.medium_access ? LinkKind::kMediumAccess : LinkKind::kBuffered,
-                      StopOnSignals(), [&line](const LiveSwarm& live) { line.Show(live); });
+  StopReason reason(load);
+  Result<SwarmRecord> record = RunScenarioLive(scenario, options.ports, load.access,
+                                               StopOnSignals(), [&](const LiveSwarm& live) {
+                                                 line.Show(live);
+                                                 reason.Show(live.swarm());
+                                               });
   line.End();
   return record;
 }
 
-Result<SwarmRecord> RunOrTellWhyNot(const Scenario& scenario, const RunOptions& options) {
+Result<SwarmRecord> RunOrTellWhyNot(const Task& task, const RunOptions& options) {
   try {
-    return options.ports.empty() ? RunInVirtualTime(scenario) : RunAgainstDaemon(scenario, options);
+    return options.ports.empty() ? RunInVirtualTime(task.scenario)
+                                 : RunAgainstDaemon(task, options);
   } catch (const std::runtime_error& error) {
     return Error{error.what()};
   }
@@ -120,17 +153,64 @@ int CheckAnswers(const SwarmRecord& record) {
   return 0;
 }
 
-int Run(const RunOptions& options) {
-  Result<Scenario> loaded = LoadScenario(options.file);
-  if (!loaded.ok()) {
-    return Fail(loaded.error(), kWrongInput);
+// Of a live run: that robots were stopped, and why.
+void TellStops(const SwarmRecord& record, const ChannelLoad& load) {
+  uint64_t stops = 0;
+  size_t stopped = 0;
+  for (const RobotRecord& robot : record.robots) {
+    stops += robot.counters.fail_safe_stops;
+    stopped += robot.counters.fail_safe_stops != 0 ? 1u : 0u;
   }
-  Scenario scenario = std::move(loaded.value());
+  if (stops == 0) {
+    return;
+  }
+  const std::string why = WhyItDoesNotFit(load);
+  fmt::print(stderr,
+             "{} of {} robots had no answer for {:.2f} s and stopped, {} stops in all. {}\n",
+             stopped, record.robots.size(), static_cast<double>(load.fail_safe_ms) / 1000, stops,
+             !why.empty() ? why
+                          : "The channel has room for them; `pheromonectl doctor` looks for other "
+                            "causes.");
+}
+
+Result<Task> TaskForServer(RunOptions* options) {
+  PHEROMONE_TRY(OwnSwarm swarm, SwarmForServer(options->wish));
+  options->ports = swarm.ports;
+  fmt::print(stderr, "{} robots on {}, {}, asking every {:.2f} s\n", options->wish.robots,
+             fmt::join(swarm.links, ", "),
+             swarm.access == LinkKind::kMediumAccess ? "in rounds" : "by contention",
+             static_cast<double>(swarm.load.period_ms) / 1000);
+  if (!swarm.why_slower.empty()) {
+    fmt::print(stderr, "At 0.2 s, they would stop: {}\n", swarm.why_slower);
+  }
+  return Task{std::move(swarm.scenario), swarm.load};
+}
+
+Result<Task> TaskOf(RunOptions* options) {
+  if (options->wish.robots != 0) {
+    return TaskForServer(options);
+  }
+  PHEROMONE_TRY(Scenario scenario, LoadScenario(options->file));
+  const ChannelLoad load =
+      LoadOf(scenario, options->medium_access ? LinkKind::kMediumAccess : LinkKind::kBuffered);
+  return Task{std::move(scenario), load};
+}
+
+int Run(RunOptions options) {
+  const bool own_server = options.wish.robots != 0;
+  if (options.file.empty() != own_server) {
+    return Fail("expected either a scenario or --robots", kWrongInput);
+  }
+  Result<Task> task = TaskOf(&options);
+  if (!task.ok()) {
+    return Fail(task.error(), own_server ? kFailed : kWrongInput);
+  }
+  Scenario& scenario = task.value().scenario;
   scenario.seed = options.seed.value_or(scenario.seed);
   for (const config::Warning& warning : scenario.warnings) {
     fmt::print(stderr, "{}\n", warning.text);
   }
-  const Result<SwarmRecord> run = RunOrTellWhyNot(scenario, options);
+  const Result<SwarmRecord> run = RunOrTellWhyNot(task.value(), options);
   if (!run.ok()) {
     return Fail(run.error(), kFailed);
   }
@@ -147,7 +227,11 @@ int Run(const RunOptions& options) {
       return written;
     }
   }
-  return options.ports.empty() ? 0 : CheckAnswers(record);
+  if (options.ports.empty()) {
+    return 0;
+  }
+  TellStops(record, task.value().load);
+  return CheckAnswers(record);
 }
 
 }  // namespace
@@ -157,10 +241,34 @@ void AddRunCommand(CLI::App* app, int* status) {
   CLI::App* command = app->add_subcommand(
       "run",
       "Run a scenario from a file, in virtual time or against a running server; prints a summary");
+  command->add_option("scenario", options->file,
+                      "A TOML file, pheromone-scenario(5); examples are in "
+                      "client_fw/swarm/examples");
+  CLI::Option* robots = command->add_option(
+      "--robots", options->wish.robots,
+      "Instead of a scenario: so many robots on the first path of your running server, which is "
+      "asked for its map, its pheromones and its virtual modems");
+  robots->check(CLI::Range(1, 254));
   command
-      ->add_option("scenario", options->file,
-                   "A TOML file, pheromone-scenario(5); examples are in client_fw/swarm/examples")
-      ->required();
+      ->add_option("--server", options->wish.socket,
+                   "The server's control socket (default: as pheromonectl finds it)")
+      ->needs(robots)
+      ->type_name("SOCKET");
+  command->add_option("--pheromone", options->wish.pheromone, "With --robots: which they follow")
+      ->needs(robots)
+      ->type_name("N|NAME");
+  command
+      ->add_option(
+          "--period", options->wish.period_s,
+          "With --robots: seconds between two requests of a robot (default: 0.2, or the least "
+          "that the server's links hold)")
+      ->needs(robots)
+      ->check(Between(0.02, 15));
+  command
+      ->add_option("--seconds", options->wish.seconds,
+                   "With --robots: stop after this time (default: on Ctrl-C)")
+      ->needs(robots)
+      ->check(Between(0.1, 1e5));
   command->add_option("--seed", options->seed, "Override the seed of the file");
   CLI::Option* daemon =
       command
@@ -169,7 +277,8 @@ void AddRunCommand(CLI::App* app, int* status) {
                        "scenario: for each channel, the terminal device of its link")
           ->delimiter(',')
           ->check(TerminalDevice())
-          ->type_name("PORT[,PORT...]");
+          ->type_name("PORT[,PORT...]")
+          ->excludes(robots);
   command
       ->add_flag("--medium-access", options->medium_access,
                  "With --daemon: its links have medium_access = true, so robots take turns")

@@ -1,0 +1,72 @@
+#include "client_fw/swarm/capacity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "client_fw/core/medium/medium_access.h"
+
+namespace pheromone::swarm {
+namespace {
+
+constexpr double kRoundsShare = 1.2;  // of PeakRate
+constexpr double kGapShare = 0.9;     // of the fail-safe time; the rest is for lost frames
+
+double LeastPeriodS(const ChannelLoad& load) {
+  return static_cast<double>(LeastPeriodMs(load)) / 1000;
+}
+
+}  // namespace
+
+int64_t LeastPeriodMs(const ChannelLoad& load) {
+  if (load.access == LinkKind::kMediumAccess) {
+    return std::llround(load.robots * 1000 / (kRoundsShare * load.timing.PeakRate(kSenseExchange)));
+  }
+  client::MediumState medium{};  // of a robot that has heard all others
+  medium.window_ms = load.window_ms;
+  medium.slot_ms = load.slot_ms;
+  for (int id = 1; id < load.robots; ++id) {
+    medium.census.Hear(static_cast<uint8_t>(id));
+  }
+  return client::ContentionPeriodMs(medium, static_cast<uint32_t>(load.timing.baud));
+}
+
+bool Fits(const ChannelLoad& load) {
+  return static_cast<double>(std::max(load.period_ms, LeastPeriodMs(load))) <=
+         kGapShare * static_cast<double>(load.fail_safe_ms);
+}
+
+std::string WhyItDoesNotFit(const ChannelLoad& load) {
+  if (Fits(load)) {
+    return "";
+  }
+  const bool rounds = load.access == LinkKind::kMediumAccess;
+  std::string text = fmt::format(
+      "{} robots on a channel of {} baud{} are answered every {:.2f} s each, {}, but they stop if "
+      "they are not answered for {:.2f} s (fail-safe).",
+      load.robots, load.timing.baud,
+      rounds ? "" : fmt::format(" with a response window of {} ms", load.window_ms),
+      LeastPeriodS(load), rounds ? "in rounds" : "by contention",
+      static_cast<double>(load.fail_safe_ms) / 1000);
+  ChannelLoad better = load;
+  better.access = LinkKind::kMediumAccess;
+  if (!rounds && LeastPeriodMs(better) < LeastPeriodMs(load)) {
+    text += fmt::format(
+        " What helps: medium_access = true in the server's [[link]], and a restart: in rounds they "
+        "are answered every {:.2f} s.",
+        LeastPeriodS(better));
+  }
+  int fitting = load.robots;
+  for (better = load; fitting > 1 && !Fits(better);) {
+    better.robots = --fitting;
+  }
+  if (Fits(better)) {
+    text += fmt::format(" Or {} such links: {} robots fit on one.",
+                        (load.robots + fitting - 1) / fitting, fitting);
+  }
+  return text + fmt::format(" Or a period of {:.2f} s, with a fail-safe of twice that.",
+                            std::ceil(LeastPeriodS(load) * 20) / 20);
+}
+
+}  // namespace pheromone::swarm

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""pheromone-swarm run --robots N: a swarm on one's own running server, in one line.
+
+    own_swarm_test.py BIN_DIR
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from live_daemon import default_config  # noqa: E402
+from operated_daemon import OperatedDaemon, write_config  # noqa: E402
+
+BIN = pathlib.Path()
+PATIENCE_S = 120
+ROUNDS = """medium_access = true
+turnaround_ms = 2
+server_delay_ms = 20
+adapter_latency_ms = 0
+"""
+
+
+class OwnSwarmTest(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+        self.config = default_config(BIN)
+
+    def serve(self, config):
+        write_config(self.folder, config)
+        daemon = OperatedDaemon(BIN, self.folder)
+        self.addCleanup(daemon.kill)
+
+    def run_swarm(self, *arguments, folder=None, status=0):
+        result = subprocess.run([BIN / "pheromone-swarm", "run", *map(str, arguments)],
+                                cwd=folder or self.folder, text=True, capture_output=True,
+                                timeout=PATIENCE_S, check=False)
+        self.assertEqual(result.returncode, status, result)
+        return result
+
+    def assert_all_drive(self, result, robots):
+        driven = re.findall(r"robot \d+: ([0-9.]+) m along .* (\d+) answers", result.stdout)
+        self.assertEqual(len(driven), robots, result.stdout)
+        for along, answers in driven:
+            self.assertGreater(float(along), 0.3)
+            self.assertGreater(int(answers), 2)
+
+    def test_robots_drive_on_the_servers_path_in_rounds(self):
+        self.serve(self.config.replace('path = "radio-a.pty"', ROUNDS + 'path = "radio-a.pty"', 1))
+        result = self.run_swarm("--robots", 6, "--seconds", 8, "--out", "out")
+        self.assertIn("6 robots on radio-a, in rounds, asking every 0.20 s\n", result.stderr)
+        self.assertNotIn("are answered every", result.stderr)
+        self.assert_all_drive(result, 6)
+        clients = subprocess.run([BIN / "pheromonectl", "clients"], cwd=self.folder, text=True,
+                                 capture_output=True, check=True).stdout
+        self.assertEqual(len(re.findall(r"\nradio-a +\d+ ", clients)), 6)
+        self.assertTrue((self.folder / "out" / "map.svg").exists())
+
+    def test_too_many_robots_for_a_plain_link_ask_less_often_and_say_why(self):
+        self.serve(self.config)
+        result = self.run_swarm("--robots", 12, "--seconds", 8)
+        self.assertIn("12 robots on radio-a, by contention, asking every 1.60 s\n"
+                      "At 0.2 s, they would stop: 12 robots on a channel of 9600 baud with a response "
+                      "window of 100 ms are answered every 1.56 s each", result.stderr)
+        self.assertIn("medium_access = true", result.stderr)
+        self.assertEqual(result.stdout.count(" 0 fail-safe stops"), 12, result)
+        self.assert_all_drive(result, 12)
+
+    def test_a_swarm_that_cannot_work_says_why_and_what_helps(self):
+        self.serve(self.config)
+        with tempfile.TemporaryDirectory() as elsewhere:
+            result = self.run_swarm("--robots", 12, "--seconds", 6, "--period", 0.2, "--server",
+                                    self.folder / "pheromoned.sock", folder=elsewhere)
+        at_first, end, at_the_end = result.stderr.partition(" robots had no answer for 0.48 s and stopped")
+        self.assertTrue(end, result)
+        self.assertRegex(at_first, r"\n\d+ of 12$")
+        for part in (at_first, at_the_end):
+            self.assertIn("are answered every 1.56 s each", part)
+            self.assertIn("they stop if they are not answered for 0.48 s (fail-safe)", part)
+            self.assertIn("medium_access = true", part)
+
+    def test_a_terminal_that_another_program_drives_is_not_taken(self):
+        self.serve(self.config)
+        first = subprocess.Popen([BIN / "pheromone-swarm", "live", "--modem", "radio-a.pty"],
+                                 cwd=self.folder, text=True, stdout=subprocess.PIPE)
+        self.addCleanup(first.communicate)
+        self.addCleanup(first.kill)
+        first.stdout.readline()  # it drives
+        self.assertRegex(self.run_swarm("--robots", 2, status=1).stderr,
+                         rf"/radio-a\.pty: in use by pheromone-swarm \(process {first.pid}, since ")
+
+    def test_without_a_server_or_with_both_it_says_what_it_needs(self):
+        self.assertIn("no server at none.sock: No such file or directory; start pheromoned",
+                      self.run_swarm("--robots", 2, "--server", "none.sock", status=1).stderr)
+        self.assertIn("expected either a scenario or --robots", self.run_swarm(status=2).stderr)
+        self.assertIn("expected either a scenario or --robots",
+                      self.run_swarm("x.toml", "--robots", 2, status=2).stderr)
+
+
+if __name__ == "__main__":
+    BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+    unittest.main()
