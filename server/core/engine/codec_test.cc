@@ -41,17 +41,17 @@ std::string Hex(const std::string& bytes) {
 // Written by hand from server/store/journal/README.md, so that a changed layout is noticed.
 TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   EXPECT_EQ(Hex(Encoded(RequestReceived{0x0201, testing::Hello(7, 0x0403)})),
-            "0101"
+            "0201"
             "0102"
             "07"
             "71"
             "04"
             "03040100");
-  EXPECT_EQ(Hex(Encoded(Advance{})), "0102");
+  EXPECT_EQ(Hex(Encoded(Advance{})), "0202");
   CommandIssued command{1, 9, protocol::CommandCode::kSpeed, {}};
   command.arguments[0] = 0xAB;
   EXPECT_EQ(Hex(Encoded(command)),
-            "0104"
+            "0204"
             "0100"
             "09"
             "03"
@@ -63,8 +63,9 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   edit.level = 64;
   edit.radius_um = 3;
   edit.points = {{-1, 2}};
+  edit.continues = 4;
   EXPECT_EQ(Hex(Encoded(FieldEdited{edit})),
-            "0105"
+            "0205"
             "02"
             "01"
             "01"
@@ -72,10 +73,11 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0300000000000000"
             "01000000"
             "ffffffffffffffff"
-            "0200000000000000");
+            "0200000000000000"
+            "0400000000000000");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Write{
                 1, 2, std::nullopt, true, 3, {4, 5, {6, 7}, {8, 9}, {-3, 11}}}})),
-            "0109"
+            "0209"
             "00"
             "0100"
             "0102"
@@ -91,13 +93,13 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "fdffffff"
             "0b000000");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Erase{1, 2, 3}})),
-            "0109"
+            "0209"
             "01"
             "0100"
             "02"
             "010300");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Define{{tags::RowKind::kString, 1, 2, "ab"}}})),
-            "0109"
+            "0209"
             "02"
             "02"
             "01000000"
@@ -105,11 +107,11 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "02000000"
             "6162");
   EXPECT_EQ(Hex(Encoded(NetsChanged{"ab"})),
-            "010a"
+            "020a"
             "02000000"
             "6162");
   EXPECT_EQ(Hex(Encoded(PoseObserved{1, 2, {{3, 4}, 5}, 6})),
-            "0106"
+            "0206"
             "0100"
             "02"
             "0300000000000000"
@@ -117,7 +119,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0500"
             "06000000");
   EXPECT_EQ(Hex(Encoded(GoalSet{1, 2, {{{3, 4}}, 100'000}})),
-            "0107"
+            "0207"
             "0100"
             "02"
             "01000000"
@@ -125,7 +127,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0400000000000000"
             "a0860100");
   EXPECT_EQ(Hex(Encoded(GoalEnded{1, 2, true, {3, 4}})),
-            "0108"
+            "0208"
             "0100"
             "02"
             "01"
@@ -157,14 +159,14 @@ TEST(EventCodec, EveryEventComesBack) {
 }
 
 TEST(EventCodec, AnUnknownVersionOrKindIsNamed) {
-  EXPECT_EQ(ErrorOf("\xC8\x02").find("an event of version 200, but this program reads version 1"),
+  EXPECT_EQ(ErrorOf("\xC8\x02").find("an event of version 200, but this program reads version 2"),
             0u);
   EXPECT_EQ(ErrorOf(std::string("\0\x02", 2))
-                .find("an event of version 0, but this program reads version 1"),
+                .find("an event of version 0, but this program reads version 2"),
             0u);
-  EXPECT_EQ(ErrorOf("\x01\x0B"), "unknown event kind 11");
-  EXPECT_EQ(ErrorOf(std::string("\x01\0", 2)), "unknown event kind 0");
-  EXPECT_EQ(ErrorOf("\x01\x02\x03"), "trailing bytes");
+  EXPECT_EQ(ErrorOf("\x02\x0B"), "unknown event kind 11");
+  EXPECT_EQ(ErrorOf(std::string("\x02\0", 2)), "unknown event kind 0");
+  EXPECT_EQ(ErrorOf("\x02\x02\x03"), "trailing bytes");
   EXPECT_EQ(ErrorOf(""), "unexpected end of data");
 }
 

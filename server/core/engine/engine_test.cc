@@ -307,7 +307,7 @@ TEST(StateHash, TheSameEventsGiveTheSameStateAndTheSameAnswers) {
   for (const auto& [now_ms, event] : bench.log) {
     std::vector<Outgoing> out;
     ++sequence;
-    replayed.Apply(sequence, {now_ms, static_cast<int64_t>(sequence)}, event, &out);
+    replayed.Apply(sequence, {now_ms, 0}, event, &out);
     answers += out.size();
   }
   EXPECT_GT(answers, 1'000u);
@@ -335,7 +335,8 @@ TEST(StateHash, TheKeptSumsEqualThoseOfADump) {
     });
     const field::SweepState& sweep = engine.field().sweep();
     nodes += Hash64({'W', sweep.type, static_cast<uint64_t>(sweep.leaf), sweep.earliest_ms,
-                     sweep.cycle_ms, sweep.next_ms});
+                     sweep.cycle_ms, sweep.next_ms}) +
+             engine.field().history().Hash();
     EXPECT_EQ(nodes, engine.field().hash());
     uint64_t robots = 0;
     engine.robots().ForEach([&](LinkIndex link, uint8_t id, const RobotState& robot) {

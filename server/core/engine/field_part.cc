@@ -86,7 +86,7 @@ void FieldPart::Configure(const Context& context, const Reconfiguration& change,
                           const Output& out) {
   if (field_ != nullptr && change.in_portions) {
     field_->BeginReconfigure(context.sequence, context.config.field(), change.plan->laying,
-                             context.now_ms);
+                             context.now_ms, context.utc_ms);
     field_->TakeFinished(out.finished);
     return;
   }
@@ -96,7 +96,7 @@ void FieldPart::Configure(const Context& context, const Reconfiguration& change,
   } else {
     field_->Reconfigure(context.config->field, context.now_ms);
   }
-  out.finished->push_back({context.sequence, Ok()});
+  out.finished->push_back({.id = context.sequence});
 }
 
 // --- Requests
@@ -219,7 +219,7 @@ Status FieldPart::Check(const Context& context, const FieldEdited& edited) const
 
 void FieldPart::Apply(const Context& context, const FieldEdited& edited, const Output& out) {
   assert(CheckEdit(edited.edit).ok());
-  field_->BeginEdit(context.sequence, edited.edit, edited.raster, context.now_ms);
+  field_->BeginEdit(context.sequence, edited.edit, edited.raster, context.now_ms, context.utc_ms);
   field_->TakeFinished(out.finished);
 }
 

@@ -194,6 +194,7 @@ class CellMap {
   std::unique_ptr<FrozenCells> Freeze(KeptBytes* kept) const;
 
   int32_t leaf_count() const { return leaf_columns_ * leaf_rows_; }
+  int32_t leaf_columns() const { return leaf_columns_; }
   size_t node_count() const { return node_count_; }
   size_t tile_count() const { return tile_count_; }
   size_t tiles_in_leaf(int32_t leaf_index) const {

@@ -29,6 +29,9 @@ struct FieldEdit {
   uint32_t level = 0;  ///< in 1/64 quantum
   int64_t radius_um = 0;
   std::vector<PointUm> points;
+  /// The ID of the last edit, if this one is the next part of it, such as of a stroke: they are
+  /// undone together (edit_history.h). 0, or that of another edit: it is one of its own.
+  uint64_t continues = 0;
   bool operator==(const FieldEdit&) const = default;
 
   template <typename Self, typename Visit>
@@ -39,6 +42,7 @@ struct FieldEdit {
     visit("level", it.level);
     visit("radius_um", it.radius_um);
     visit("points", it.points);
+    visit("continues", it.continues);
   }
 };
 

@@ -75,9 +75,10 @@ Field::Field(std::shared_ptr<const FieldConfig> config, const Kernel& kernel, ui
 }
 
 Field::Field(std::shared_ptr<const FieldConfig> shared, const Kernel& kernel, Empty /*empty*/)
-    : kernel_(kernel) {
+    : kernel_(kernel), history_(shared->map.columns(), shared->map.rows(), &reclaimer_, &pool_) {
   const FieldConfig& config = *shared;
   budget_.limit_bytes = config.memory_bytes;
+  history_.SetLimit(EditHistory::LimitOf(config.memory_bytes));
   for (size_t type = 1; type < kTypes; ++type) {
     layers_.cells[type] = std::make_unique<CellMap>(config.map.columns(), config.map.rows(),
                                                     &budget_, &reclaimer_, &pool_);
@@ -143,11 +144,23 @@ DepositResult Field::Deposit(uint8_t type, PointUm point, uint16_t quanta, uint6
     const bool done = layer.Add(node, amount, most) ||
                       (SweepPortion(now_ms, kTilesForADeposit) && layer.Add(node, amount, most));
     layers_.cells[type]->MarkAll();
-    return done ? DepositResult::kDone : DepositResult::kMapFull;
+    if (!done) {
+      return DepositResult::kMapFull;
+    }
+    history_.Change(type, node, [&](NodeState other) {
+      const uint64_t room = most - std::min(most, other.level);
+      return NodeState{other.level + static_cast<uint32_t>(std::min(amount, room)), 0};
+    });
+    return DepositResult::kDone;
   }
   const NodeState present = Present(type, layers_.cells[type]->Read(node));
   const NodeState next = AfterDeposit(*law, present, quanta, now_ms);
-  return Store(*law, node, next, now_ms) ? DepositResult::kDone : DepositResult::kMapFull;
+  if (!Store(*law, node, next, now_ms)) {
+    return DepositResult::kMapFull;
+  }
+  history_.Change(type, node,
+                  [&](NodeState other) { return AfterDeposit(*law, other, quanta, now_ms); });
+  return DepositResult::kDone;
 }
 
 uint32_t Field::LevelOf(uint8_t type, NodeIndex node, uint64_t now_ms) const {
@@ -169,7 +182,7 @@ uint64_t Field::NodeHash(const PheromoneLaw& law, NodeIndex node, NodeState stat
 uint64_t Field::hash() const {
   uint64_t sum = Hash64({'W', sweep_.type, static_cast<uint64_t>(sweep_.leaf), sweep_.earliest_ms,
                          sweep_.cycle_ms, sweep_.next_ms}) +
-                 HashOfWork();
+                 HashOfWork() + history_.Hash();
   for (const uint64_t hash : hashes_) {
     sum += hash;
   }

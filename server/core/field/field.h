@@ -32,6 +32,7 @@
 #include "server/base/result.h"
 #include "server/core/field/config.h"
 #include "server/core/field/edit.h"
+#include "server/core/field/edit_history.h"
 #include "server/core/field/heading.h"
 #include "server/core/field/kernel.h"
 #include "server/core/field/memory.h"
@@ -145,13 +146,19 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   DepositResult Deposit(uint8_t type, PointUm point, uint16_t quanta, uint64_t now_ms);
 
   /// Fills, brushes or erases, at once, however long that takes. All or nothing; errors: edit.h.
+  /// Not to be undone: the edits of that type are forgotten.
   Status Edit(const FieldEdit& edit, uint64_t now_ms);
 
   /// The same in portions (work.h): the first one now, if nothing else is under way; Advance makes
   /// the others. `edit` is one that RasterOf accepts; `raster` may be null. `id` is told when it is
-  /// finished.
+  /// finished. It is recorded in the history, with `utc_ms`.
   void BeginEdit(uint64_t id, const FieldEdit& edit, std::shared_ptr<const Raster> raster,
-                 uint64_t now_ms);
+                 uint64_t now_ms, int64_t utc_ms = 0);
+  /// Whether there is an edit to be undone or redone, and no change under way.
+  Status CheckReverse(bool redo) const;
+  /// Undoes or redoes an edit, in portions as above: if CheckReverse accepts it.
+  void BeginReverse(uint64_t id, bool redo, uint64_t now_ms);
+  const EditHistory& history() const { return history_; }
   /// Whether more changes may be begun.
   bool accepts_work() const { return works_.size() < kMaxWorks; }
   /// Whether a change is under way, or nodes of an earlier law are left.
@@ -184,7 +191,7 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   /// else is done. At once, laws change and values are what they were; Advance rewrites nodes that
   /// were stored under an earlier law, and erases and lays. Not while busy().
   void BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> next,
-                        std::shared_ptr<const LayPlan> plan, uint64_t now_ms);
+                        std::shared_ptr<const LayPlan> plan, uint64_t now_ms, int64_t utc_ms = 0);
 
   /// Does what is due by `now_ms`, in a bounded portion: looks for what has evaporated, and steps
   /// the types that diffuse.
@@ -313,8 +320,20 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   }
   void MakePortion(uint64_t now_ms);
   bool ReserveForEdit(Work* work, uint64_t now_ms);
+  bool ReserveForReverse(Work* work, uint64_t now_ms);
+  bool ReserveCounted(Work* work, uint64_t now_ms);
   bool ApplyEdit(Work* work, uint64_t now_ms);
+  bool ApplyReverse(Work* work, uint64_t now_ms);
   bool ApplyPlan(Work* work, uint64_t now_ms);
+  bool EraseRecorded(Work* work, uint64_t now_ms);
+  template <typename HasTiles, typename VisitRow>
+  bool VisitRows(uint64_t* position, HasTiles&& has_tiles, VisitRow&& visit_row) const;
+  NodeState StateOf(const PheromoneLaw& law, NodeIndex node, uint64_t now_ms) const;
+  static uint32_t LevelOfState(const PheromoneLaw& law, NodeState state, uint64_t now_ms);
+  void Replace(Work* work, const PheromoneLaw& law, NodeIndex node, NodeState before,
+               NodeState state, uint64_t now_ms);
+  void SetForEdit(Work* work, const PheromoneLaw& law, NodeIndex node, uint32_t level,
+                  uint64_t now_ms);
   void Finish(Status outcome);
   void RebasePortion();
 
@@ -324,6 +343,7 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   mutable Reclaimer reclaimer_;
   std::atomic<const Setup*> setup_{nullptr};
   Layers layers_;
+  EditHistory history_;
   std::array<uint64_t, kTypes> hashes_{};  // of each type's nodes
   SweepState sweep_;
   std::array<uint64_t, kTypes> stepped_ms_{};  // of diffusing types: the time of the last step

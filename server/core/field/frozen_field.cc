@@ -29,6 +29,8 @@ FrozenField::FrozenField(const Field* field, uint64_t most_kept_bytes) : field_(
     field->layers_.diffusing[type]->Save(&text);
     text.U64(field->stepped_ms_[type]);
   }
+  field->history_.SaveParts([&](const auto& write) { write(&text); },
+                            [&](const CellMap& cells) { add(cells.Freeze(&kept_)); });
   field->SaveRest(&text);
   add(nullptr);
 }

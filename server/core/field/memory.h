@@ -20,8 +20,10 @@ namespace pheromone::field {
 
 struct MemoryBudget {
   uint64_t limit_bytes = 0;
-  uint64_t used_bytes = 0;          ///< including reservations
-  uint64_t* reservation = nullptr;  ///< if not null, it is used up first
+  uint64_t used_bytes = 0;  ///< including reservations
+  /// Of a change in progress: it is used up first, and what the change releases is added, so that
+  /// nobody else takes what the change needs again. Null: there is none.
+  uint64_t* reservation = nullptr;
 
   /// False, changing nothing, if that much is not left.
   bool Take(uint64_t bytes) {
@@ -35,7 +37,13 @@ struct MemoryBudget {
     used_bytes += bytes;
     return true;
   }
-  void Give(uint64_t bytes) { used_bytes -= bytes; }
+  void Give(uint64_t bytes) {
+    if (reservation != nullptr) {
+      *reservation += bytes;
+    } else {
+      used_bytes -= bytes;
+    }
+  }
 };
 
 class Reclaimer {  // NOLINT(clang-analyzer-optin.performance.Padding): a line for each slot

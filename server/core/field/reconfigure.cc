@@ -225,6 +225,7 @@ void Field::MarkAll() {
 
 void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
   const FieldConfig before = current().config;
+  history_.ForgetAll();
   EraseLaid(before, next, now_ms);
   // All present values are kept under the new laws: neither a memory limit below the present use,
   // nor the directory of a type that begins to diffuse, may lose any.
@@ -245,10 +246,11 @@ void Field::Reconfigure(const FieldConfig& next, uint64_t now_ms) {
   sweep_ = {.earliest_ms = 0, .cycle_ms = UINT64_MAX, .next_ms = now_ms};
   LayAll(current().config, &before, now_ms);  // fits, as checked by CheckReconfigure
   budget_.limit_bytes = current().config.memory_bytes;
+  history_.SetLimit(EditHistory::LimitOf(budget_.limit_bytes));
 }
 
 void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> next,
-                             std::shared_ptr<const LayPlan> plan, uint64_t now_ms) {
+                             std::shared_ptr<const LayPlan> plan, uint64_t now_ms, int64_t utc_ms) {
   auto setup = std::make_unique<Setup>(std::move(next));
   const FieldConfig& config = setup->config;
   budget_.limit_bytes = UINT64_MAX;  // a lower limit must not remove present contents
@@ -257,10 +259,12 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
     if (law.is_blend()) {
       continue;
     }
+    if (successor != nullptr && SameSubstance(law, *successor)) {
+      continue;
+    }
+    history_.Forget(law.type);
     if (successor == nullptr || successor->is_blend()) {
       EraseAll(law.type);
-    } else if (SameSubstance(law, *successor)) {
-      continue;
     } else if (law.diffuses() || successor->diffuses()) {
       Rebase(law, *successor, now_ms);  // costs about as much as one step
     } else if (layers_.cells[law.type]->node_count() != 0) {
@@ -271,12 +275,14 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
   rebase_type_ = 1;
   rebase_row_ = 0;
   budget_.limit_bytes = config.memory_bytes;
+  history_.SetLimit(EditHistory::LimitOf(config.memory_bytes));
   Publish(std::move(setup));
   MarkAll();
   sweep_ = {.earliest_ms = 0, .cycle_ms = UINT64_MAX, .next_ms = now_ms + 1};
   if (!plan->empty()) {
     Work work;
     work.id = id;
+    work.utc_ms = utc_ms;
     work.kind = Work::Kind::kLay;
     work.phase = Work::Phase::kApply;
     work.reserved_bytes = plan->bytes;  // available, as checked by CheckReconfigure
@@ -285,7 +291,7 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
     works_.push_back(std::move(work));
     MakePortion(now_ms + 1);
   } else {
-    finished_.push_back({id, Ok()});
+    finished_.push_back({.id = id});
   }
 }
 
@@ -310,6 +316,7 @@ Status Field::Edit(const FieldEdit& edit, uint64_t now_ms) {
         "type " + std::to_string(edit.type) +
         (law == nullptr ? " is not configured" : " is a blend, which has no content of its own")};
   }
+  history_.Forget(edit.type);
   if (edit.action == FieldEdit::Action::kErase && edit.shape == FieldEdit::Shape::kAll) {
     EraseAll(edit.type);
     return Ok();

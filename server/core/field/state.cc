@@ -1,6 +1,7 @@
 // Encoding and decoding of a field's state. In the order of types: the nodes, tile by tile; whether
 // there is memory that outlives its tiles; the diffusing contents, with their totals; then the
-// sweep. The addresses of tiles are not part of the state: no answer depends on them.
+// edits to be undone, the sweep, and the changes under way. The addresses of tiles are not part of
+// the state: no answer depends on them.
 
 #include <bit>
 #include <memory>
@@ -195,6 +196,7 @@ void Field::Save(ByteWriter* writer) const {
     layers_.diffusing[type]->Save(writer);
     writer->U64(stepped_ms_[type]);
   }
+  history_.Save(writer);
   SaveRest(writer);
 }
 
@@ -243,7 +245,10 @@ void Field::RestoreWorks(ByteReader* reader) {
     reader->Fail("too many changes in progress");
   }
   for (; left > 0 && reader->ok(); --left) {
-    works_.push_back(RestoreWork(config(), reader));
+    works_.push_back(RestoreWork(config(), history_, reader));
+    if (works_.size() > 1 && works_.back().reverses()) {
+      reader->Fail("an undoing that waits for another change");
+    }
     budget_.used_bytes += works_.back().reserved_bytes;
   }
 }
@@ -280,6 +285,9 @@ std::unique_ptr<Field> Field::Restore(std::shared_ptr<const FieldConfig> config,
     if (field->stepped_ms_[type] > kTimeMask) {
       reader->Fail("timestamp out of range");
     }
+  }
+  if (reader->ok()) {
+    field->history_.Restore(field->config(), reader);
   }
   SweepState& sweep = field->sweep_;
   sweep.type = reader->U8();

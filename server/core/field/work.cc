@@ -1,7 +1,9 @@
 #include "server/core/field/work.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
+#include <string>
 #include <utility>
 
 #include "server/base/hash.h"
@@ -11,9 +13,9 @@ namespace pheromone::field {
 namespace {
 
 uint64_t HashEdit(const FieldEdit& edit) {
-  uint64_t hash =
-      Hash64({edit.type, static_cast<uint64_t>(edit.shape), static_cast<uint64_t>(edit.action),
-              edit.level, static_cast<uint64_t>(edit.radius_um), edit.points.size()});
+  uint64_t hash = Hash64(
+      {edit.type, static_cast<uint64_t>(edit.shape), static_cast<uint64_t>(edit.action), edit.level,
+       static_cast<uint64_t>(edit.radius_um), edit.continues, edit.points.size()});
   for (const PointUm point : edit.points) {
     hash = HashStep(HashStep(hash, static_cast<uint64_t>(point.x)), static_cast<uint64_t>(point.y));
   }
@@ -124,18 +126,21 @@ void SaveWork(const Work& work, ByteWriter* writer) {
   writer->Flag(work.swept);
   writer->U64(work.done);
   writer->U64(work.reserved_bytes);
+  writer->I64(work.utc_ms);
+  writer->Flag(work.is_recorded);
+  writer->U64(work.changed);
   if (work.kind == Work::Kind::kEdit) {
     EncodeFields(work.edit, writer);
-  } else {
+  } else if (work.kind == Work::Kind::kLay) {
     SavePlan(*work.plan, writer);
   }
 }
 
-Work RestoreWork(const FieldConfig& config, ByteReader* reader) {
+Work RestoreWork(const FieldConfig& config, const EditHistory& history, ByteReader* reader) {
   Work work;
   work.id = reader->U64();
   work.kind = static_cast<Work::Kind>(
-      reader->U8UpTo(static_cast<uint8_t>(Work::Kind::kLay), "the kind of a change under way"));
+      reader->U8UpTo(static_cast<uint8_t>(Work::Kind::kRedo), "the kind of a change under way"));
   work.phase = static_cast<Work::Phase>(
       reader->U8UpTo(static_cast<uint8_t>(Work::Phase::kApply), "the phase of a change"));
   work.counted = reader->U64();
@@ -143,6 +148,15 @@ Work RestoreWork(const FieldConfig& config, ByteReader* reader) {
   work.swept = reader->Flag();
   work.done = reader->U64();
   work.reserved_bytes = reader->U64();
+  work.utc_ms = reader->I64();
+  work.is_recorded = reader->Flag();
+  work.changed = reader->U64();
+  if (work.reverses()) {
+    if (history.Next(work.kind == Work::Kind::kRedo) == nullptr) {
+      reader->Fail("an undoing under way of an edit that is not there");
+    }
+    return work;
+  }
   if (work.kind == Work::Kind::kLay) {
     work.plan = std::make_shared<const LayPlan>(RestorePlan(config, reader));
     if (work.done > work.plan->size() || work.phase != Work::Phase::kApply) {
@@ -157,7 +171,7 @@ Work RestoreWork(const FieldConfig& config, ByteReader* reader) {
     reader->Fail(raster.error());
     raster = Raster{};
   }
-  if (work.done > static_cast<uint64_t>(raster.value().node_count) ||
+  if ((!work.erases_all() && work.done > static_cast<uint64_t>(raster.value().node_count)) ||
       work.counted > raster.value().tiles.size()) {
     reader->Fail("an edit under way has done more than there is to do");
     work.done = 0;
@@ -170,17 +184,21 @@ Work RestoreWork(const FieldConfig& config, ByteReader* reader) {
 uint64_t HashWork(const Work& work) {
   return Hash64({'J', work.id, static_cast<uint64_t>(work.kind), static_cast<uint64_t>(work.phase),
                  work.counted, work.missing_bytes, work.swept ? 1u : 0u, work.done,
-                 work.reserved_bytes,
-                 work.kind == Work::Kind::kEdit ? HashEdit(work.edit) : work.plan->size()});
+                 work.reserved_bytes, static_cast<uint64_t>(work.utc_ms),
+                 work.is_recorded ? 1u : 0u, work.changed,
+                 work.kind == Work::Kind::kEdit  ? HashEdit(work.edit)
+                 : work.kind == Work::Kind::kLay ? work.plan->size()
+                                                 : 0});
 }
 
 // --- The field's part.
 
 void Field::BeginEdit(uint64_t id, const FieldEdit& edit, std::shared_ptr<const Raster> raster,
-                      uint64_t now_ms) {
+                      uint64_t now_ms, int64_t utc_ms) {
   assert(accepts_work());
   Work work;
   work.id = id;
+  work.utc_ms = utc_ms;
   work.edit = edit;
   work.raster = std::move(raster);
   if (work.raster == nullptr) {
@@ -192,9 +210,49 @@ void Field::BeginEdit(uint64_t id, const FieldEdit& edit, std::shared_ptr<const 
   }
 }
 
+Status Field::CheckReverse(bool redo) const {
+  if (!works_.empty()) {
+    return Error{"the map is still being changed by an earlier request; try again in a moment"};
+  }
+  if (history_.Next(redo) != nullptr) {
+    return Ok();
+  }
+  const std::string nothing = redo ? "nothing to redo" : "nothing to undo";
+  if (redo || history_.forgotten() == 0) {
+    return Error{nothing};
+  }
+  constexpr uint64_t kMiB = uint64_t{1} << 20;
+  return Error{nothing + ": " + std::to_string(history_.forgotten()) +
+               (history_.forgotten() == 1 ? " earlier edit is" : " earlier edits are") +
+               " forgotten; the last " + std::to_string(EditHistory::kMaxEdits) +
+               " are kept, as far as they fit into " +
+               std::to_string(history_.limit_bytes() / kMiB) +
+               " MiB and until the law of their pheromone changes"};
+}
+
+void Field::BeginReverse(uint64_t id, bool redo, uint64_t now_ms) {
+  assert(CheckReverse(redo).ok());
+  Work work;
+  work.id = id;
+  work.kind = redo ? Work::Kind::kRedo : Work::Kind::kUndo;
+  works_.push_back(std::move(work));
+  MakePortion(now_ms);
+}
+
 // One portion of the first pending change.
 void Field::MakePortion(uint64_t now_ms) {
   Work& work = works_.front();
+  if (work.reverses()) {
+    const bool redo = work.kind == Work::Kind::kRedo;
+    if (work.phase == Work::Phase::kReserve && !ReserveForReverse(&work, now_ms)) {
+      return;
+    }
+    if (ApplyReverse(&work, now_ms)) {
+      history_.Moved(redo);
+      Finish(Ok());
+    }
+    return;
+  }
   if (work.kind == Work::Kind::kLay) {
     if (ApplyPlan(&work, now_ms)) {
       Finish(Ok());
@@ -215,20 +273,20 @@ void Field::MakePortion(uint64_t now_ms) {
 }
 
 void Field::Finish(Status outcome) {
-  budget_.Give(works_.front().reserved_bytes);
-  finished_.push_back({works_.front().id, std::move(outcome)});
+  const Work& work = works_.front();
+  budget_.Give(work.reserved_bytes);
+  const bool has_entry = outcome.ok() && work.is_recorded && !work.reverses();
+  finished_.push_back({work.id, std::move(outcome), work.changed,
+                       has_entry ? history_.IdOf(work.id, work.edit.continues) : 0});
   works_.pop_front();
 }
 
 // True once the memory for the complete edit is reserved. False: not yet, or the edit has failed
 // for lack of memory.
 bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
-  const auto apply = [work] {
+  if (work->edit.action == FieldEdit::Action::kErase) {
     work->phase = Work::Phase::kApply;
     return true;
-  };
-  if (work->edit.action == FieldEdit::Action::kErase) {
-    return apply();
   }
   const uint8_t type = work->edit.type;
   const std::vector<TileIndex>& tiles = work->raster->tiles;
@@ -250,9 +308,15 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
   if (work->counted < tiles.size()) {
     return false;
   }
+  return ReserveCounted(work, now_ms);
+}
+
+// Reserves what was counted; true if it is there.
+bool Field::ReserveCounted(Work* work, uint64_t now_ms) {
   if (budget_.Take(work->missing_bytes)) {
     work->reserved_bytes = work->missing_bytes;
-    return apply();
+    work->phase = Work::Phase::kApply;
+    return true;
   }
   if (!work->swept) {
     work->swept = true;
@@ -267,13 +331,191 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
   return false;
 }
 
+// Calls `visit_row(leaf, row)` for rows of tiles from number `*position` on, until it has returned
+// kNodesOfPortion nodes. True if there are no more.
+template <typename HasTiles, typename VisitRow>
+bool Field::VisitRows(uint64_t* position, HasTiles&& has_tiles, VisitRow&& visit_row) const {
+  constexpr int kRow = 16;  // of the work for a node, in 64ths
+  int64_t left = int64_t{kNodesOfPortion} * 64;
+  const auto end = static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
+  while (*position < end) {
+    if (left <= 0) {
+      return false;
+    }
+    const auto leaf = static_cast<int32_t>(*position / kLeafSide);
+    if (!has_tiles(leaf)) {
+      *position = (*position / kLeafSide + 1) * kLeafSide;
+      left -= 1;
+      continue;
+    }
+    left -= kRow + int64_t{64} * visit_row(leaf, static_cast<int32_t>(*position % kLeafSide));
+    ++*position;
+  }
+  return true;
+}
+
+// The tiles of nodes that get something back.
+bool Field::ReserveForReverse(Work* work, uint64_t now_ms) {
+  const EditHistory::Entry& entry = *history_.Next(work->kind == Work::Kind::kRedo);
+  const auto rows = static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
+  while (work->counted < rows * entry.sheets.size()) {
+    const EditHistory::Sheet& sheet = entry.sheets[work->counted / rows];
+    const PheromoneLaw& law = *FindLaw(sheet.type);
+    uint64_t position = work->counted % rows;
+    int32_t counted_leaf = -1;
+    TileIndex counted{-1, -1};
+    const bool all = VisitRows(
+        &position, [&](int32_t leaf) { return sheet.cells->tiles_in_leaf(leaf) != 0; },
+        [&](int32_t leaf, int32_t row) {
+          return EditHistory::VisitRow(sheet, leaf, row, [&](NodeIndex node, NodeState other) {
+            const TileIndex tile{node.column / kTileSide, node.row / kTileSide};
+            if (tile == counted || LevelOfState(law, other, now_ms) == 0) {
+              return;
+            }
+            counted = tile;
+            const bool leaf_counted = std::exchange(counted_leaf, leaf) == leaf;
+            work->missing_bytes += law.diffuses()
+                                       ? layers_.diffusing[law.type]->BytesMissing(
+                                             tile.column, tile.row, leaf_counted, leaf_counted)
+                                       : layers_.cells[law.type]->BytesMissing(
+                                             tile.column, tile.row, leaf_counted, leaf_counted);
+          });
+        });
+    work->counted += all ? rows - work->counted % rows : position - work->counted % rows;
+    if (!all) {
+      return false;
+    }
+  }
+  return ReserveCounted(work, now_ms);
+}
+
+// Exchanges the states of the edit's nodes on both sides of it.
+bool Field::ApplyReverse(Work* work, uint64_t now_ms) {
+  EditHistory::Entry& entry = *history_.Next(work->kind == Work::Kind::kRedo);
+  const auto rows = static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
+  budget_.reservation = &work->reserved_bytes;
+  bool all = true;
+  while (all && work->done < rows * entry.sheets.size()) {
+    EditHistory::Sheet& sheet = entry.sheets[work->done / rows];
+    const PheromoneLaw& law = *FindLaw(sheet.type);
+    uint64_t position = work->done % rows;
+    all = VisitRows(
+        &position, [&](int32_t leaf) { return sheet.cells->tiles_in_leaf(leaf) != 0; },
+        [&](int32_t leaf, int32_t row) {
+          return EditHistory::VisitRow(sheet, leaf, row, [&](NodeIndex node, NodeState other) {
+            const NodeState present = StateOf(law, node, now_ms);
+            EditHistory::Exchange(&sheet, node, present);
+            Replace(work, law, node, present, other, now_ms);
+          });
+        });
+    work->done += all ? rows - work->done % rows : position - work->done % rows;
+  }
+  budget_.reservation = nullptr;
+  return all;
+}
+
+// The state of a node under the present law, empty if it has evaporated; of a diffusing type, its
+// content.
+NodeState Field::StateOf(const PheromoneLaw& law, NodeIndex node, uint64_t now_ms) const {
+  if (law.diffuses()) {
+    return {layers_.diffusing[law.type]->Read(node), 0};
+  }
+  const NodeState state = Present(law.type, layers_.cells[law.type]->Read(node));
+  return LevelAt(law, state, now_ms) != 0 ? state : NodeState{};
+}
+
+uint32_t Field::LevelOfState(const PheromoneLaw& law, NodeState state, uint64_t now_ms) {
+  return law.diffuses() ? LevelOfDiffusing(state.level) : LevelAt(law, state, now_ms);
+}
+
+// Replaces a node's state; its memory was reserved.
+void Field::Replace(Work* work, const PheromoneLaw& law, NodeIndex node, NodeState before,
+                    NodeState state, uint64_t now_ms) {
+  const uint32_t level = LevelOfState(law, state, now_ms);
+  work->changed += level != LevelOfState(law, before, now_ms) ? 1u : 0u;
+  bool stored = false;
+  if (law.diffuses()) {
+    BeginDiffusion(law.type, now_ms);
+    stored = layers_.diffusing[law.type]->Set(node, state.level);
+    layers_.cells[law.type]->MarkAll();
+  } else {
+    stored = Store(law, node, level != 0 ? state : NodeState{}, now_ms);
+  }
+  assert(stored);
+  (void)stored;
+}
+
+// Sets a node's level for an edit, and records what it held.
+void Field::SetForEdit(Work* work, const PheromoneLaw& law, NodeIndex node, uint32_t level,
+                       uint64_t now_ms) {
+  const NodeState before = StateOf(law, node, now_ms);
+  const NodeState next = law.diffuses() ? NodeState{level << (16 - kLevelBits), 0}
+                         : level != 0   ? NodeState{level, now_ms}
+                                        : NodeState{};
+  const bool same = law.tau_ms == 0 ? before.level == next.level : before == next;
+  if (work->is_recorded && !same) {
+    const bool lays = work->kind == Work::Kind::kLay;
+    const EditInfo info = lays ? EditInfo{work->id, work->utc_ms, true}
+                               : EditInfo{work->id, work->utc_ms,     false,
+                                          law.type, work->edit.shape, work->edit.action};
+    work->is_recorded = history_.Record(info, work->edit.continues, law, node, before);
+  }
+  Replace(work, law, node, before, next, now_ms);
+}
+
+// Erases what there is. What is too much to be recorded is erased at once.
+bool Field::EraseRecorded(Work* work, uint64_t now_ms) {
+  const uint8_t type = work->edit.type;
+  const PheromoneLaw& law = *FindLaw(type);
+  CellMap& cells = *layers_.cells[type];
+  if (work->done == 0 && !law.diffuses() &&
+      cells.tile_count() * CellMap::kTileBytes > history_.limit_bytes()) {
+    history_.ForgetAll();
+    work->is_recorded = false;
+    work->changed = cells.node_count();
+    EraseAll(type);
+    return true;
+  }
+  const auto erase = [&](NodeIndex node) { SetForEdit(work, law, node, 0, now_ms); };
+  if (!law.diffuses()) {
+    return VisitRows(
+        &work->done, [&](int32_t leaf) { return cells.tiles_in_leaf(leaf) != 0; },
+        [&](int32_t leaf, int32_t row) {
+          int nodes = 0;
+          cells.ForEachInLeafRow(leaf, row, [&](NodeIndex node, NodeState) {
+            ++nodes;
+            erase(node);
+          });
+          return nodes;
+        });
+  }
+  const DiffusionLayer& layer = *layers_.diffusing[type];
+  const int32_t leaf_columns = cells.leaf_columns();
+  return VisitRows(
+      &work->done, [&](int32_t) { return !layer.empty(); },
+      [&](int32_t leaf, int32_t row) {
+        int nodes = 0;
+        for (int32_t i = 0; i < kLeafSide; ++i) {
+          const NodeIndex tile{leaf % leaf_columns * kLeafSide + i,
+                               leaf / leaf_columns * kLeafSide + row};
+          for (uint64_t rest = layer.Find(tile.column, tile.row).occupied; rest != 0;
+               rest &= rest - 1) {
+            const int slot = std::countr_zero(rest);
+            erase({tile.column * kTileSide + slot % kTileSide,
+                   tile.row * kTileSide + slot / kTileSide});
+            ++nodes;
+          }
+        }
+        return nodes;
+      });
+}
+
 // True when everything is done. No node can fail: its memory was reserved, and no tile is removed
 // meanwhile.
 bool Field::ApplyEdit(Work* work, uint64_t now_ms) {
   const FieldEdit& edit = work->edit;
-  if (edit.shape == FieldEdit::Shape::kAll && edit.action == FieldEdit::Action::kErase) {
-    EraseAll(edit.type);
-    return true;
+  if (work->erases_all()) {
+    return EraseRecorded(work, now_ms);
   }
   const PheromoneLaw& law = *FindLaw(edit.type);
   const std::vector<NodeRun>& runs = work->raster->runs;
@@ -289,14 +531,12 @@ bool Field::ApplyEdit(Work* work, uint64_t now_ms) {
     }
     ++work->done;
     if (edit.action == FieldEdit::Action::kErase) {
-      SetLevel(law, node, 0, now_ms);
+      SetForEdit(work, law, node, 0, now_ms);
     } else if (!IsBlocked(node)) {
       uint64_t level = edit.level;
       level += edit.action == FieldEdit::Action::kAdd ? LevelOf(edit.type, node, now_ms) : 0;
       level = std::min<uint64_t>(level, law.max_level());
-      const bool stored = SetLevel(law, node, static_cast<uint32_t>(level), now_ms);
-      assert(stored);
-      (void)stored;
+      SetForEdit(work, law, node, static_cast<uint32_t>(level), now_ms);
     }
   }
   budget_.reservation = nullptr;
@@ -310,7 +550,7 @@ bool Field::ApplyPlan(Work* work, uint64_t now_ms) {
   for (; left > 0 && work->done < plan.erase.size(); --left, ++work->done) {
     const auto& [type, node] = plan.erase[work->done];
     if (const PheromoneLaw* law = FindLaw(type); law != nullptr && !law->is_blend()) {
-      SetLevel(*law, node, 0, now_ms);
+      SetForEdit(work, *law, node, 0, now_ms);
     }
   }
   uint64_t begin = plan.erase.size();  // of a list, in steps
@@ -321,7 +561,7 @@ bool Field::ApplyPlan(Work* work, uint64_t now_ms) {
       const InitialNode& it = nodes[work->done - begin];
       const uint32_t wanted = std::min(it.level, law->max_level());
       if (!IsBlocked(it.node) && LevelOf(laid.type, it.node, now_ms) < wanted) {
-        SetLevel(*law, it.node, wanted, now_ms);
+        SetForEdit(work, *law, it.node, wanted, now_ms);
       }
     }
     begin += nodes.size();

@@ -22,7 +22,7 @@
 namespace pheromone::journal {
 
 /// Of segments and snapshots.
-constexpr uint32_t kFileVersion = 1;
+constexpr uint32_t kFileVersion = 2;
 
 /// "00000042.segment": segments in the order in which they were begun.
 std::string SegmentName(uint64_t ordinal);

@@ -54,7 +54,7 @@ TEST(Format, TheBytesAreThoseOfTheDescription) {
   const std::string file = SmallSegment();
   const std::string head = file.substr(0, 32);
   EXPECT_EQ(Hex(head), Hex("PHEROLOG") +
-                           "01000000"
+                           "02000000"
                            "00000000"
                            "0300000000000000"
                            "2900000000000000");
@@ -73,7 +73,7 @@ TEST(Format, TheBytesAreThoseOfTheDescription) {
             "2900000000000000"
             "e803000000000000"
             "fbffffffffffffff"
-            "0102");
+            "0202");
   EXPECT_EQ(Hex(file.substr(96, 17)),
             "03"
             "2900000000000000"
@@ -144,11 +144,11 @@ TEST(Format, AnotherVersionIsNoDamage) {
   std::string file = SmallSegment();
   EXPECT_FALSE(IsOfAnotherVersion(file));
   file[8] = 3;
-  EXPECT_FALSE(IsOfAnotherVersion(file));  // its checksum says that this is a damaged 1
+  EXPECT_FALSE(IsOfAnotherVersion(file));  // its checksum says that this is a damaged 2
   file.replace(32, 4, LittleEndian(Crc32c(file.substr(0, 32))));
   EXPECT_TRUE(IsOfAnotherVersion(file));
   EXPECT_EQ(DecodeSegmentHeader(file).error(),
-            "has version 3, but this program reads version 1; use the program that wrote it, or "
+            "has version 3, but this program reads version 2; use the program that wrote it, or "
             "another journal folder");
 }
 

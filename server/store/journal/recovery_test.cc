@@ -246,7 +246,7 @@ TEST_F(RecoveryTest, AnotherVersionIsRefusedAndLeftAlone) {
   Segment().replace(32, 4, checksum.bytes());
   const std::string before = Segment();
   EXPECT_EQ(Recover(folder_).error(),
-            "journal/00000001.segment: has version 9, but this program reads version 1; use the "
+            "journal/00000001.segment: has version 9, but this program reads version 2; use the "
             "program that wrote it, or another journal folder");
   EXPECT_NE(lives_->Begin(), "");
   EXPECT_EQ(Segment(), before);

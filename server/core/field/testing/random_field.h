@@ -101,7 +101,7 @@ inline uint64_t HashFromADump(const Field& field) {
   const SweepState& sweep = field.sweep();
   uint64_t sum = Hash64({'W', sweep.type, static_cast<uint64_t>(sweep.leaf), sweep.earliest_ms,
                          sweep.cycle_ms, sweep.next_ms}) +
-                 field.HashOfWork();
+                 field.HashOfWork() + field.history().Hash();
   field.ForEach([&](uint8_t type, NodeIndex node, NodeState state) {
     sum += Field::NodeHash(field.StoredLaw(type, state), node, state);
   });
