@@ -271,9 +271,17 @@ class Session {
     edit.level = input_.U32();
     edit.radius_um = Far();
     const uint8_t points = input_.U8();
+    if (points == 253 || points == 254) {
+      static_cast<void>(service_->Reverse(points == 254));
+      return;
+    }
+    if (points >= 128) {
+      edit.continues = last_edit_;
+    }
     edit.points.resize(points == 255 ? 1025 : points % 8);
     std::generate_n(edit.points.begin(), points % 8, [this] { return FarPoint(); });
-    static_cast<void>(service_->Edit(edit));
+    const auto made = service_->Edit(edit);
+    last_edit_ = made.ok() ? made.value().edit : last_edit_;
   }
 
   void TurnClocks() {
@@ -381,6 +389,7 @@ class Session {
   Recorder recorder_;
   uint64_t boottime_ms_ = 1;
   int64_t utc_ms_ = 0;
+  uint64_t last_edit_ = 0;
   std::unique_ptr<Service> service_;
   std::vector<Outgoing> out_;
 };

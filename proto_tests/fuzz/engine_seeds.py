@@ -63,9 +63,12 @@ def observed(link, robot, x, y, valid_ms=60_000):
     return other(2, bytes([link, robot]) + x + y + struct.pack("<HI", 8192, valid_ms))
 
 
-def edit(kind, shape, action, level, radius, *points):
+def edit(kind, shape, action, level, radius, *points, continues=False):
     head = struct.pack("<BBBI", kind, shape, action, level) + radius
-    return other(3, head + bytes([len(points)]) + b"".join(x + y for x, y in points))
+    return other(3, head + bytes([len(points) + 128 * continues]) + b"".join(x + y for x, y in points))
+
+
+UNDO, REDO = (other(3, bytes(12) + bytes([it])) for it in (253, 254))
 
 
 def clocks(boottime, utc=far(0)):
@@ -231,6 +234,18 @@ def sessions():
         edit(1, 1, 0, 1, far(2**30, 3), near), edit(1, 0, 0, 1, far(0)),
         edit(1, 1, 0, 1, far(0), near, (far(2**30, 2), far(2**30, 2))),
         other(3, struct.pack("<BBBI", 1, 1, 0, 1) + far(0) + b"\xff")])
+    undone = [UNDO, REDO, deposit(2, 1, 1000, 1000, 2), UNDO, UNDO, REDO]
+    yield "undone", RICH + hello(2) + b"".join([
+        UNDO, REDO, edit(1, 0, 0, 64, far(0), near, across), *undone,
+        edit(2, 1, 1, 64, far(90_000), near, across),
+        edit(2, 1, 1, 64, far(90_000), across, continues=True), *undone,
+        edit(3, 1, 0, 64, far(50_000), near), edit(1, 2, 2, 0, far(0)), edit(3, 2, 2, 0, far(0)),
+        *undone, RESTARTED, UNDO, UNDO, reconfigured(0, 0, far(9_000)), *undone,
+        reconfigured(11, 1, struct.pack("<hhI", 3, 4, 640)), *undone, reconfigured(5, 0),
+        reconfigured(12, 0, b"\0\1"), *undone, damaged(1)])
+    yield "undone_tight", TIGHT + hello(2) + b"".join([
+        edit(1, 0, 0, 64, far(0), near, across), edit(1, 2, 0, 64, far(0)), UNDO,
+        edit(1, 1, 0, 64, far(0), near), edit(1, 1, 2, 64, far(0), near), *undone])
     yield "edit_full", TIGHT + edit(1, 0, 0, 64, far(0), (far(0), far(0)), (far(4_000_000),) * 2)
     yield "laws", RICH + two + trace(1, 1, 400, 400) + b"".join([
         reconfigured(0, 0, far(9_000)), reconfigured(1, 2, b"\x04\0"), reconfigured(2, 1 + 32),

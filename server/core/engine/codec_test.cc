@@ -75,6 +75,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "ffffffffffffffff"
             "0200000000000000"
             "0400000000000000");
+  EXPECT_EQ(Hex(Encoded(EditReversed{true})), "020b01");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Write{
                 1, 2, std::nullopt, true, 3, {4, 5, {6, 7}, {8, 9}, {-3, 11}}}})),
             "0209"
@@ -164,7 +165,7 @@ TEST(EventCodec, AnUnknownVersionOrKindIsNamed) {
   EXPECT_EQ(ErrorOf(std::string("\0\x02", 2))
                 .find("an event of version 0, but this program reads version 2"),
             0u);
-  EXPECT_EQ(ErrorOf("\x02\x0B"), "unknown event kind 11");
+  EXPECT_EQ(ErrorOf("\x02\x0C"), "unknown event kind 12");
   EXPECT_EQ(ErrorOf(std::string("\x02\0", 2)), "unknown event kind 0");
   EXPECT_EQ(ErrorOf("\x02\x02\x03"), "trailing bytes");
   EXPECT_EQ(ErrorOf(""), "unexpected end of data");
@@ -283,6 +284,7 @@ std::string LayoutOfEverything() {
   text += "8 GoalEnded\n" + DescribeFields<GoalEnded>("  ");
   text += "9 TagsChanged\n" + DescribeFields<TagsChanged>("  ");
   text += "10 NetsChanged\n" + DescribeFields<NetsChanged>("  ");
+  text += "11 EditReversed\n" + DescribeFields<EditReversed>("  ");
   return text + "configuration\n" + DescribeFields<EngineConfig>("  ");
 }
 

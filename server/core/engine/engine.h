@@ -95,9 +95,9 @@ class Engine {
   Status CheckConfig(const EngineConfig& next, const ConfigPlan* plan = nullptr) const;
   /// Checks an edit, except its size: unknown type, blend, level, shape, too many in progress.
   Status CheckEdit(const field::FieldEdit& edit) const { return field_.CheckEdit(edit); }
-  /// The edits and configurations that the last Apply completed, by the sequence numbers of their
-  /// events. Whether there is memory for all of an edit shows only when it is made; if not, nothing
-  /// was changed. Not part of the state.
+  /// The edits, undoings and configurations that the last Apply completed, by the sequence numbers
+  /// of their events. Whether there is memory for all of an edit shows only when it is made; if
+  /// not, nothing was changed. Not part of the state.
   const std::vector<field::FinishedWork>& finished() const { return finished_; }
   /// Whether one of them is still changing the map: Advance continues it.
   bool is_busy() const { return field_.busy(); }

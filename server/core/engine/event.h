@@ -304,8 +304,20 @@ struct NetsChanged {
   }
 };
 
-using Event = std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited,
-                           PoseObserved, GoalSet, GoalEnded, TagsChanged, NetsChanged>;
+/// An operator undoes the last edit of the map that is not yet undone, or redoes the one undone
+/// last (server/core/field/edit_history.h). Made as above.
+struct EditReversed {
+  bool redo = false;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("redo", it.redo);
+  }
+};
+
+using Event =
+    std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited, PoseObserved,
+                 GoalSet, GoalEnded, TagsChanged, NetsChanged, EditReversed>;
 
 /// The numbers of event kinds, in encoded events and exports; never reused for another kind. The
 /// order is that of Event.
@@ -320,6 +332,7 @@ enum class EventKind : uint8_t {
   kGoalEnded = 8,
   kTagsChanged = 9,
   kNetsChanged = 10,
+  kEditReversed = 11,
 };
 EventKind KindOf(const Event& event);
 

@@ -223,6 +223,15 @@ void FieldPart::Apply(const Context& context, const FieldEdited& edited, const O
   field_->TakeFinished(out.finished);
 }
 
+Status FieldPart::Check(const Context& /*context*/, const EditReversed& reversed) const {
+  return field_->CheckReverse(reversed.redo);
+}
+
+void FieldPart::Apply(const Context& context, const EditReversed& reversed, const Output& out) {
+  field_->BeginReverse(context.sequence, reversed.redo, context.now_ms);
+  field_->TakeFinished(out.finished);
+}
+
 // --- Time and state
 
 // Does a bounded portion of what is due.

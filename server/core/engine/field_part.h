@@ -44,6 +44,8 @@ class FieldPart {
                            const protocol::Message& request);
   Status Check(const Context& context, const FieldEdited& edited) const;
   void Apply(const Context& context, const FieldEdited& edited, const Output& out);
+  Status Check(const Context& context, const EditReversed& reversed) const;
+  void Apply(const Context& context, const EditReversed& reversed, const Output& out);
   void Advance(const Context& context, const Output& out);
   std::optional<uint64_t> NextDeadline() const;
   uint64_t Hash() const { return field_ != nullptr ? field_->hash() : 0; }

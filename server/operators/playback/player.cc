@@ -278,9 +278,12 @@ void Player::KeepCheckpoint() {
   if (part >= options_.max_checkpoints || checkpoints_.contains(part)) {
     return;
   }
-  uint64_t bytes = engine().field().used_bytes();
+  const auto bytes_of = [](const field::Field& field) {
+    return field.used_bytes() + field.history().used_bytes();
+  };
+  uint64_t bytes = bytes_of(engine().field());
   for (const auto& [number, it] : checkpoints_) {
-    bytes += it.replay->engine()->field().used_bytes();
+    bytes += bytes_of(it.replay->engine()->field());
   }
   if (bytes <= options_.checkpoint_bytes) {
     checkpoints_.emplace(part,

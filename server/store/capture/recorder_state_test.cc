@@ -138,6 +138,8 @@ TEST_F(RecorderStateTest, SmallStatesMayBeStreamedToo) {
       live.Hear(request->link, FrameOf(request->message));
     } else if (const auto* edited = std::get_if<engine::FieldEdited>(&event)) {
       static_cast<void>(live.service().Edit(edited->edit));
+    } else if (const auto* reversed = std::get_if<engine::EditReversed>(&event)) {
+      static_cast<void>(live.service().Reverse(reversed->redo));
     }
     live.Advance();
   }

@@ -131,6 +131,9 @@ struct Describer {
     AddWord("event", "tags_changed", values);
     Add("code", it.change.index(), values);
   }
+  void operator()(const engine::EditReversed& it) const {
+    AddWord("event", it.redo ? "redo" : "undo", values);
+  }
   void operator()(const engine::NetsChanged& /*it*/) const {
     AddWord("event", "nets_changed", values);
   }

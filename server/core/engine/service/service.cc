@@ -96,7 +96,7 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
       }
     }
     std::get<ConfigChanged>(event).ahead.reset();
-    const Result<uint64_t> finished = Finish(id);
+    const Result<Finished> finished = Finish(id);
     if (id != 0) {
       return Configured{finished.ok()};  // it is logged in any case
     }
@@ -245,7 +245,7 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
     const uint64_t sequence = AppendAndApply(stamp, event, out);
     for (const field::FinishedWork& it : engine_.finished()) {
       if (const auto awaited = awaited_works_.find(it.id); awaited != awaited_works_.end()) {
-        awaited->second = it.outcome;
+        awaited->second = it;
       }
     }
     if (!observers_.empty() && !std::holds_alternative<RequestReceived>(event)) {
@@ -264,7 +264,8 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
 uint64_t Service::AppendAndApply(const Stamp& stamp, const Event& event,
                                  std::vector<Outgoing>* out) noexcept {
   const uint64_t sequence = log_->Append(stamp, event);
-  if (std::holds_alternative<FieldEdited>(event) || std::holds_alternative<ConfigChanged>(event)) {
+  if (std::holds_alternative<FieldEdited>(event) || std::holds_alternative<EditReversed>(event) ||
+      std::holds_alternative<ConfigChanged>(event)) {
     awaited_works_.emplace(sequence, std::nullopt);
   }
   engine_.Apply(sequence, stamp, event, out);
@@ -393,13 +394,34 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
     }
     id = engine_.sequence();
   }
-  PHEROMONE_TRY(const uint64_t finished, Finish(id));
-  return Applied{finished, nodes};
+  PHEROMONE_TRY(const Finished finished, Finish(id));
+  return Applied{finished.sequence, nodes, finished.work.changed, finished.work.edit};
+}
+
+Result<Service::Reversed> Service::Reverse(bool redo) {
+  Reversed reversed;
+  uint64_t id = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    const EditReversed event{redo};
+    PHEROMONE_TRY_STATUS(engine_.Check(event));
+    reversed.edit = engine_.field().history().Next(redo)->info;
+    const field::PheromoneLaw* law = engine_.field().FindLaw(reversed.edit.type);
+    reversed.pheromone = law != nullptr ? law->name : "";
+    std::vector<Outgoing> none;
+    if (Change(StampNow(), event, &none) != Reason::kNone) {
+      return Error{kNoChanges};
+    }
+    id = engine_.sequence();
+  }
+  PHEROMONE_TRY(const Finished finished, Finish(id));
+  reversed.changed = finished.work.changed;
+  return reversed;
 }
 
 // Continues the work in progress until the change that event `id` began is complete; 0: all of it.
 // Returns the sequence number of the last event.
-Result<uint64_t> Service::Finish(uint64_t id) {
+Result<Service::Finished> Service::Finish(uint64_t id) {
   // A large configuration alone fills the log's queue for a moment.
   int patience = between_portions_ ? kBusyPortions : 0;
   for (;;) {
@@ -408,12 +430,13 @@ Result<uint64_t> Service::Finish(uint64_t id) {
       const std::lock_guard lock(mutex_);
       const auto awaited = awaited_works_.find(id);
       if (awaited != awaited_works_.end() && awaited->second) {
-        const Status outcome = *awaited->second;
+        const Finished finished{engine_.sequence(), *awaited->second};
         awaited_works_.erase(awaited);
-        return outcome.ok() ? Result<uint64_t>(engine_.sequence()) : outcome.error();
+        return finished.work.outcome.ok() ? Result<Finished>(finished)
+                                          : finished.work.outcome.error();
       }
       if (id == 0 && !engine_.is_busy()) {
-        return engine_.sequence();
+        return Finished{engine_.sequence(), {}};
       }
       const Reason refused = Change(StampNow(), Advance{}, &out);
       if (refused != Reason::kNone && (refused != Reason::kBusy || --patience < 0)) {

@@ -99,6 +99,8 @@ class Service {
   struct Applied {
     uint64_t sequence = 0;  ///< in the log, of the last event that it took
     int64_t nodes = 0;      ///< of the map, in the edit's shape
+    uint64_t changed = 0;   ///< of them: their level is another one now
+    uint64_t edit = 0;      ///< its ID in the history; 0: there is nothing to undo
   };
   /// Sends a robot to a point of the map, along a route around the obstacles from where it was last
   /// seen, which is searched for without the lock. The robot is led there from its next request on;
@@ -112,6 +114,15 @@ class Service {
   /// is impossible, or the log does not accept changes; then the map is unchanged, unless the log
   /// stopped during the edit: then the rest follows when it accepts them again.
   Result<Applied> Edit(const field::FieldEdit& edit);
+
+  /// Undoes the last edit that is not yet undone, or redoes the one that was undone last: logged
+  /// and applied as above (server/core/field/edit_history.h). Errors: there is none; those of Edit.
+  struct Reversed {
+    field::EditInfo edit;
+    std::string pheromone;  ///< its name
+    uint64_t changed = 0;   ///< nodes whose level is another one now
+  };
+  Result<Reversed> Reverse(bool redo);
 
   /// Logs and applies an operator's change of tags or nets; returns its sequence number in the log.
   /// Errors: it is refused, or the log does not accept changes.
@@ -215,7 +226,11 @@ class Service {
   static Status Prepare(const SharedConfig& present, const EngineConfig& next,
                         const field::Field& field, const tags::Survey& survey, uint64_t now_ms,
                         Event* event);
-  Result<uint64_t> Finish(uint64_t id);
+  struct Finished {
+    uint64_t sequence = 0;  ///< of the last event
+    field::FinishedWork work;
+  };
+  Result<Finished> Finish(uint64_t id);
   protocol::Reason RefusalOfRepeat(const Outgoing& answer);
   void Drop(const std::optional<HeldAnswers::Dropped>& dropped);
   template <typename Tell>
@@ -236,8 +251,8 @@ class Service {
   std::function<void()> wake_;
   BetweenPortions between_portions_;
   Arrived arrived_;
-  std::map<uint64_t, std::optional<Status>> awaited_works_;  // by their sequence
-  std::vector<Observer*> observers_;                         // few: in the order of attachment
+  std::map<uint64_t, std::optional<field::FinishedWork>> awaited_works_;  // by their sequence
+  std::vector<Observer*> observers_;  // few: in the order of attachment
   uint64_t awaited_ms_ = UINT64_MAX;  // the last reported deadline, in field time
   uint64_t put_off_ms_ = 0;           // the log refused an Advance: not before this
   HeldAnswers held_;

@@ -1,7 +1,7 @@
 // Random events for tests of properties of every state: robots that connect, deposit, trace,
-// restart and repeat requests; an operator's edits and commands; a tracker; passing time; changed
-// configurations. Everything can also happen live: an event that the engine would refuse is drawn
-// again.
+// restart and repeat requests; an operator's edits, their undoing, and commands; a tracker; passing
+// time; changed configurations. Everything can also happen live: an event that the engine would
+// refuse is drawn again.
 //
 //   RandomTraffic traffic(seed);
 //   engine.Apply(1, traffic.stamp(), traffic.First(), &out);
@@ -145,7 +145,7 @@ class RandomTraffic {
     }
   }
 
-  Event Edit() {
+  Event Edit(const Engine& engine) {
     field::FieldEdit edit;
     edit.type = static_cast<uint8_t>(1 + Below(6));
     edit.shape = static_cast<field::FieldEdit::Shape>(Below(20) == 0 ? 2 : Below(2));
@@ -155,6 +155,8 @@ class RandomTraffic {
     edit.points = {AnyPoint()};
     edit.points.push_back({edit.points[0].x + static_cast<int64_t>(Below(300'000)),
                            edit.points[0].y + static_cast<int64_t>(Below(100'000))});
+    const field::EditHistory::Entry* last = engine.field().history().Next(false);
+    edit.continues = last != nullptr && Below(3) == 0 ? last->info.id : 0;
     return FieldEdited{edit};
   }
 
@@ -198,7 +200,9 @@ class RandomTraffic {
     const auto link = static_cast<LinkIndex>(Below(2));
     switch (Below(26)) {
       case 0:
-        return Below(20) == 0 ? Event(NetsChanged{"gate"}) : Edit();
+        return Below(20) == 0  ? Event(NetsChanged{"gate"})
+               : Below(3) == 0 ? Event(EditReversed{Below(3) == 0})
+                               : Edit(engine);
       case 24:
       case 25:
         return tags_.Change();

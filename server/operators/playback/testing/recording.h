@@ -76,6 +76,8 @@ class Recording {
         static_cast<void>(live.service().Issue(*command, &out));
       } else if (const auto* edited = std::get_if<engine::FieldEdited>(&event)) {
         static_cast<void>(live.service().Edit(edited->edit));
+      } else if (const auto* reversed = std::get_if<engine::EditReversed>(&event)) {
+        static_cast<void>(live.service().Reverse(reversed->redo));
       } else if (const auto* change = std::get_if<engine::ConfigChanged>(&event)) {
         static_cast<void>(live.service().Configure(change->config, change->new_epoch));
       }
