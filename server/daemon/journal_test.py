@@ -127,6 +127,37 @@ class JournalTest(unittest.TestCase):
                          (before["sequence"], before["state_hash"]))
         self.assertEqual(again.stop(), 0)
 
+    def test_edits_are_undone_and_redone_after_restarts(self):
+        server = self.start()
+        server.await_log("control: ")
+        robot = self.robot()
+        robot.hello(1)
+        for i in range(5):
+            robot.deposit(1, 5000 + 100 * i, 5000)
+        before = self.smells(robot)
+        status, made = self.ask("POST", "/api/v1/erase",
+                                '{"pheromone": 1, "area_m": [4.5, 4.5, 5.2, 5.5]}')
+        self.assertEqual((status, made["changed"]), (200, 3), made)
+        erased = self.smells(robot)
+        self.assertNotEqual(erased, before)
+        server.stop(signal.SIGKILL)  # the journal has the edit
+        server = self.start()
+        server.await_log("control: ")
+        status, undone = self.ask("POST", "/api/v1/undo", "{}")
+        self.assertEqual((status, undone["edit"], undone["changed"]), (200, made["edit"], 3))
+        self.assertEqual(self.smells(self.robot()), before)
+        self.assertEqual(self.ask("POST", "/api/v1/snapshot", "{}")[0], 200)
+        server.stop(signal.SIGKILL)  # the snapshot has what was undone
+        server = self.start()
+        server.await_log("control: ")
+        self.assertEqual(self.ask("POST", "/api/v1/redo", "{}")[0], 200)
+        self.assertEqual(self.smells(self.robot()), erased)
+        self.assertEqual(self.ask("POST", "/api/v1/undo", "{}")[0], 200)
+        self.assertEqual(self.smells(self.robot()), before)
+        status, nothing = self.ask("POST", "/api/v1/undo", "{}")
+        self.assertEqual((status, nothing["error"]["what"]), (409, "nothing to undo"))
+        self.assertEqual(server.stop(), 0)
+
     def test_two_servers_cannot_share_a_folder(self):
         server = self.start()
         second = subprocess.run([daemon_test.PHEROMONED, "--config", "test.toml"], cwd=self.folder,

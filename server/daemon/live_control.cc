@@ -301,13 +301,27 @@ void LiveControl::Edit(const field::FieldEdit& edit, DoneWith<control::EditOutco
 void LiveControl::EditNow(const field::FieldEdit& edit,
                           const DoneWith<control::EditOutcome>& done) {
   const Result<engine::Service::Applied> made = parts_.service->Edit(edit);
+  DoneIfDurable(made.ok() ? Result(control::EditOutcome{static_cast<uint64_t>(made.value().nodes),
+                                                        made.value().changed, made.value().edit})
+                          : made.error(),
+                done);
+}
+
+void LiveControl::Reverse(bool redo, DoneWith<control::ReverseOutcome> done) {
+  const auto reverse = [this, redo, done] { DoneIfDurable(parts_.service->Reverse(redo), done); };
+  if (!parts_.run_edit(reverse)) {
+    done(Error{kBusy});
+  }
+}
+
+template <typename T>
+void LiveControl::DoneIfDurable(const Result<T>& made, const DoneWith<T>& done) const {
   if (!made.ok()) {
-    done(Error{made.error()});
+    done(made);
     return;
   }
-  const control::EditOutcome outcome{static_cast<uint64_t>(made.value().nodes)};
-  AwaitDurable(parts_.patience, [done, outcome](const Status& durable) {
-    done(durable.ok() ? Result<control::EditOutcome>(outcome) : durable.error());
+  AwaitDurable(parts_.patience, [done, made](const Status& durable) {
+    done(durable.ok() ? made : Result<T>(durable.error()));
   });
 }
 

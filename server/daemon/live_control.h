@@ -87,6 +87,7 @@ class LiveControl final : public control::Control {
   void Announce(const control::Notice& notice) override { board_.Publish(notice); }
 
   void Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) override;
+  void Reverse(bool redo, DoneWith<control::ReverseOutcome> done) override;
   void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
              std::span<const uint8_t> arguments, Done done) override;
   void SetGoal(std::string_view link, uint8_t id, field::PointUm point, uint32_t tolerance_um,
@@ -127,6 +128,8 @@ class LiveControl final : public control::Control {
   using TimePoint = std::chrono::steady_clock::time_point;
 
   void EditNow(const field::FieldEdit& edit, const DoneWith<control::EditOutcome>& done);
+  template <typename T>
+  void DoneIfDurable(const Result<T>& made, const DoneWith<T>& done) const;
   void DoneIfDurable(const Status& changed, Done done) const;
   void AwaitDurable(std::chrono::milliseconds patience, Done done) const;
   void SendHaltsUnlogged(int transmissions);

@@ -156,8 +156,13 @@ struct FieldView {
 
 /// What an edit did.
 struct EditOutcome {
-  uint64_t nodes = 0;  ///< of the map in the edit's shape; blocked ones are not changed
+  uint64_t nodes = 0;    ///< of the map in the edit's shape; blocked ones are not changed
+  uint64_t changed = 0;  ///< of them: their level is another one now
+  uint64_t edit = 0;     ///< its ID, for the next part of it; 0: there is nothing to undo
 };
+
+/// What was undone or redone.
+using ReverseOutcome = engine::Service::Reversed;
 
 /// A virtual RFID tag with what is written on it.
 struct TagView {
@@ -227,6 +232,9 @@ class Control {
 
   /// Changes the map. Errors: the shape contains no node of the map; refusals of the engine.
   virtual void Edit(const field::FieldEdit& edit, DoneWith<EditOutcome> done) = 0;
+  /// Undoes the last edit that is not yet undone, or redoes the one that was undone last: exactly,
+  /// also after deposits (server/core/field/edit_history.h). Errors: there is none.
+  virtual void Reverse(bool redo, DoneWith<ReverseOutcome> done) = 0;
   /// Sends a command to a robot; its outcome is in its ClientView. Errors: no such link or
   /// robot.
   virtual void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,

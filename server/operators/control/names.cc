@@ -141,6 +141,20 @@ std::string_view NameOf(Reason reason) {
   return "unknown";
 }
 
+std::string NameOf(const field::EditInfo& edit, std::string_view pheromone) {
+  if (edit.is_configuration) {
+    return "paths and rasters of the configuration";
+  }
+  constexpr std::array<std::string_view, 3> kPainted = {"area of ", "stroke of ", "whole map of "};
+  constexpr std::array<std::string_view, 3> kErased = {" in an area", " along a line",
+                                                       " on the whole map"};
+  const std::string quoted = '"' + std::string(pheromone) + '"';
+  const auto shape = static_cast<size_t>(edit.shape);
+  return edit.action == field::FieldEdit::Action::kErase
+             ? "erasure of " + quoted + std::string(kErased[shape])
+             : std::string(kPainted[shape]) + quoted;
+}
+
 std::string_view NameOf(engine::CommandOutcome outcome) {
   switch (outcome) {
     case engine::CommandOutcome::kNone:

@@ -41,6 +41,8 @@ std::string_view NameOf(protocol::CommandCode code);
 std::string_view NameOf(protocol::EventCode code);
 std::string_view NameOf(protocol::Reason reason);
 std::string_view NameOf(engine::CommandOutcome outcome);
+/// Of an edit of the map, as in "undid: stroke of "trail"".
+std::string NameOf(const field::EditInfo& edit, std::string_view pheromone);
 std::string_view NameOf(control::PoseSource source);
 std::string_view NameOf(control::Notice::Topic topic);
 

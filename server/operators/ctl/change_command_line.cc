@@ -123,6 +123,13 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
         IsShape(it->shape) ? Paint(*options, it->pheromone, it->shape, it->units, it->add) : kUsage;
   });
 
+  program->add_subcommand("undo", "Undo the last edit of the map")->callback([=] {
+    *exit_status = Reverse(*options, false);
+  });
+  program->add_subcommand("redo", "Redo the edit that was undone last")->callback([=] {
+    *exit_status = Reverse(*options, true);
+  });
+
   CLI::App* command = program->add_subcommand("command", "Send a command to a robot");
   command->add_option("LINK", it->command.link, "Name of the robot's link")->required();
   command->add_option("ID", it->command.id, "Robot ID on that link")

@@ -1,11 +1,13 @@
 #include "server/operators/ctl/change_commands.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <charconv>
 #include <chrono>
 #include <cstdint>
+#include <ctime>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -68,6 +70,10 @@ int Change(const ServerOptions& options, const std::string& what, const json::ob
   return reply.exit_status;
 }
 
+std::string Nodes(uint64_t nodes) {
+  return fmt::format("{} node{}", nodes, nodes == 1 ? "" : "s");
+}
+
 // The same for a change of the map: prints the number of nodes changed, so that a misplaced decimal
 // point is noticed.
 int ChangeMap(const ServerOptions& options, const std::string& what, const json::object& body,
@@ -81,8 +87,13 @@ int ChangeMap(const ServerOptions& options, const std::string& what, const json:
     return 0;
   }
   const uint64_t nodes = CountAt(reply.value, "nodes");
-  fmt::print("{}: {} node{}{}\n", words, nodes, nodes == 1 ? "" : "s",
-             FlagAt(reply.value, "partly_off_the_map") ? "; part of the shape is off the map" : "");
+  const uint64_t changed = CountAt(reply.value, "changed");
+  fmt::print("{}: {}{} changed{}{}\n", words,
+             nodes != changed ? fmt::format("{} of ", changed) : "", Nodes(nodes),
+             FlagAt(reply.value, "partly_off_the_map") ? "; part of the shape is off the map" : "",
+             changed != 0 && At(reply.value, "edit").is_null()
+                 ? "; too large to be undone, like all edits before it"
+                 : "");
   return 0;
 }
 
@@ -204,6 +215,19 @@ int Paint(const ServerOptions& options, const std::string& pheromone, const Shap
     body["units"] = *units;
   }
   return ChangeMap(options, "paint", body, fmt::format("painted \"{}\"", pheromone));
+}
+
+int Reverse(const ServerOptions& options, bool redo) {
+  const JsonReply reply = CallJson(options, "POST", redo ? "/api/v1/redo" : "/api/v1/undo", "{}");
+  if (reply.exit_status != 0 || options.json) {
+    fmt::print("{}", reply.exit_status == 0 ? reply.text : "");
+    return reply.exit_status;
+  }
+  const auto made_at = static_cast<std::time_t>(NumberAt(reply.value, "time_s"));
+  fmt::print("{}: {}, made at {:%H:%M:%S}: {} changed\n", redo ? "redid" : "undid",
+             TextAt(reply.value, "what"), fmt::localtime(made_at),
+             Nodes(CountAt(reply.value, "changed")));
+  return 0;
 }
 
 int GiveCommand(const ServerOptions& options, RobotCommand command) {

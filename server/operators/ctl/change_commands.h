@@ -1,6 +1,7 @@
-// pheromonectl deposit, erase, paint, command, goto, reload, snapshot: an operator's changes
-// of a running server. Each prints what was done, or an error on standard error, and returns the
-// exit status (server_call.h). Lengths are in metres, from the map's origin of coordinates.
+// pheromonectl deposit, erase, paint, undo, redo, command, goto, reload, snapshot: an operator's
+// changes of a running server. Each prints what was done, or an error on standard error, and
+// returns the exit status (server_call.h). Lengths are in metres, from the map's origin of
+// coordinates.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +27,9 @@ int Erase(const ServerOptions& options, const std::string& pheromone, const Shap
 /// `units`: empty is the pheromone's maximum.
 int Paint(const ServerOptions& options, const std::string& pheromone, const Shape& shape,
           std::optional<double> units, bool add);
+
+/// Undoes the last edit, or redoes the one that was undone last.
+int Reverse(const ServerOptions& options, bool redo);
 
 struct RobotCommand {
   std::string link;

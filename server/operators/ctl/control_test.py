@@ -170,13 +170,39 @@ class ControlTest(Server):
 
     def test_paint_and_erase_say_what_they_touched(self):
         self.assertEqual(self.ctl("paint", "path", "--area", 0, 0, 0.1, 0.1),
-                         'painted "path": 4 nodes\n')
+                         'painted "path": 4 nodes changed\n')
+        self.assertEqual(self.ctl("paint", "path", "--area", 0, 0, 0.1, 0.2),
+                         'painted "path": 2 of 6 nodes changed\n')
+        self.assertEqual(self.ctl("paint", "path", "--area", 0, 0, 0.1, 0.2),
+                         'painted "path": 0 of 6 nodes changed\n')
         self.assertEqual(self.ctl("erase", "path", 4, 3, "--radius", 0.05),
-                         'erased "path": 1 node; part of the shape is off the map\n')
+                         'erased "path": 0 of 1 node changed; part of the shape is off the map\n')
         self.assertIn("the shape contains no node of the map",
                       self.ctl("paint", "path", "--area", 5, 5, 6, 6, status=1))
         self.assertIn("the shape contains no node of the map",
                       self.ctl("erase", "path", 1.05, 1.05, "--radius", 0.01, status=1))
+        self.ctl("erase", "path", "--all")
+
+    def test_edits_are_undone_and_redone_also_after_deposits(self):
+        self.ctl("erase", "path", "--all")
+        self.ctl("paint", "path", 1, 1, 1.2, 1, "--radius", 0.02, "--units", 0.5)
+        painted = self.raster("path")["values"]
+        self.ctl("erase", "path", "--area", 0, 0, 4, 3)
+        self.assertRegex(self.ctl("undo"), r'^undid: erasure of "path" in an area, made at '
+                                           r'[0-2]\d:[0-5]\d:[0-5]\d: 3 nodes changed\n$')
+        self.assertEqual(self.raster("path")["values"], painted)
+        # What a robot deposits stays, with and without the stroke.
+        self.robot(29).deposit(2, 1000, 1000)
+        with_both = self.raster("path")["values"]
+        self.assertIn('undid: stroke of "path", made at', self.ctl("undo"))
+        left = [value for row in self.raster("path")["values"] for value in row if value]
+        self.assertEqual(len(left), 1)
+        self.assertIn(': 3 nodes changed', self.ctl("redo"))
+        self.assertEqual(self.raster("path")["values"], with_both)
+        self.assertIn("redid: erasure", self.ctl("redo"))
+        self.assertIn("nothing to redo", self.ctl("redo", status=1))
+        self.ctl("undo")
+        self.assertEqual(json.loads(self.ctl("--json", "undo"))["what"], 'stroke of "path"')
         self.ctl("erase", "path", "--all")
 
     def test_idle_connections_lock_nobody_out(self):

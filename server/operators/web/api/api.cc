@@ -145,6 +145,8 @@ constexpr std::array<Route, 29> kRoutes = {{
     {"/api/v1/deposit", Where::kLongWork, nullptr, Deposit},
     {"/api/v1/erase", Where::kLongWork, nullptr, Erase},
     {"/api/v1/paint", Where::kLongWork, nullptr, Paint},
+    {"/api/v1/undo", Where::kAtOnce, nullptr, Undo},
+    {"/api/v1/redo", Where::kAtOnce, nullptr, Redo},
     {"/api/v1/tags", Where::kLongWork, ReadTags, ChangeTags},
     {"/api/v1/symbols", Where::kLongWork, ReadSymbols},
     {"/api/v1/nets", Where::kLongWork, ReadNets, ChangeNets},

@@ -26,10 +26,13 @@ class FieldApiTest : public ::testing::Test {
   Response Get(const std::string& target) {
     return testing::AnswerOf(&api_, {.method = "GET", .target = "/api/v1/" + target});
   }
-  int Post(const std::string& path, const std::string& body) {
+  Response Answer(const std::string& path, const std::string& body) {
     return testing::AnswerOf(
-               &api_, {.method = "POST", .target = "/api/v1/" + path, .local = true, .body = body})
-        .status;
+        &api_, {.method = "POST", .target = "/api/v1/" + path, .local = true, .body = body});
+  }
+  int Post(const std::string& path, const std::string& body) { return Answer(path, body).status; }
+  json::value PostForJson(const std::string& path, const std::string& body) {
+    return json::parse(Answer(path, body).body);
   }
 
   testing::FakeControl control_;
@@ -163,6 +166,29 @@ TEST_F(FieldApiTest, ADepositGoesToTheNearestNodeAsADepositOfARobotDoes) {
   EXPECT_EQ(Post("deposit", R"({"pheromone":1,"x_m":9,"y_m":0})"), 409);    // off the map
   EXPECT_EQ(Post("deposit", R"({"pheromone":1,"x_m":0.1,"y_m":0})"), 409);  // in the wall
   EXPECT_EQ(control_.edits.size(), 1u);
+}
+
+TEST_F(FieldApiTest, AnEditSaysWhatItChangedAndMayContinueTheLastOne) {
+  const json::value made = PostForJson("paint", R"({"pheromone":2,"area_m":[0.5,0.5,1,1]})");
+  EXPECT_EQ(made.at("edit").to_number<int>(), 41);  // by the fake
+  EXPECT_EQ(made.at("changed").to_number<int>(), made.at("nodes").to_number<int>() - 1);
+  EXPECT_EQ(Post("erase", R"({"pheromone":2,"area_m":[1,1,2,2],"continues":41})"), 200);
+  EXPECT_EQ(control_.edits[0].continues, 0u);
+  EXPECT_EQ(control_.edits[1].continues, 41u);
+  EXPECT_EQ(Post("erase", R"({"pheromone":2,"area_m":[1,1,2,2],"continues":-1})"), 400);
+}
+
+TEST_F(FieldApiTest, UndoAndRedoSayWhatItWas) {
+  const json::value undone = PostForJson("undo", "{}");
+  EXPECT_TRUE(undone.at("done").as_bool());
+  EXPECT_EQ(undone.at("edit").to_number<int>(), 41);
+  EXPECT_EQ(undone.at("what").as_string(), "stroke of \"path\"");
+  EXPECT_EQ(undone.at("time_s").to_number<double>(), 1'700'000'000.5);
+  EXPECT_EQ(undone.at("changed").to_number<int>(), 84);
+  EXPECT_EQ(PostForJson("redo", "{}").at("changed").to_number<int>(), 85);
+  EXPECT_EQ(Post("undo", R"({"edit":41})"), 400);
+  control_.outcome = Error{"nothing to undo"};
+  EXPECT_EQ(Post("undo", "{}"), 409);
 }
 
 TEST_F(FieldApiTest, PaintAndEraseTakeOneOfThreeShapes) {

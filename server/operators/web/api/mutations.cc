@@ -60,7 +60,11 @@ void MakeEdit(control::Control* control, const FieldEdit& edit, const field::Map
   control->Edit(edit, [respond = std::move(respond), is_partly_off = IsPartlyOff(edit, map)](
                           const Result<control::EditOutcome>& outcome) {
     respond(outcome.ok()
-                ? Done({{"nodes", outcome.value().nodes}, {"partly_off_the_map", is_partly_off}})
+                ? Done({{"nodes", outcome.value().nodes},
+                        {"changed", outcome.value().changed},
+                        {"edit", outcome.value().edit != 0 ? json::value(outcome.value().edit)
+                                                           : json::value(nullptr)},
+                        {"partly_off_the_map", is_partly_off}})
                 : Refuse(409, {outcome.error(), "", ""}));
   });
 }
@@ -93,6 +97,28 @@ void ReadShape(Parameters* fields, FieldEdit* edit) {
     }
   }
   edit->points = points.value_or(std::vector<field::PointUm>());
+  edit->continues =
+      static_cast<uint64_t>(fields->Integer("continues", 0, int64_t{1} << 53, 0).value_or(0));
+}
+
+void Reverse(bool redo, control::Control* control, Parameters* fields, Respond respond) {
+  fields->AllowOnly({});
+  if (fields->problem()) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  control->Reverse(redo,
+                   [respond = std::move(respond)](const Result<control::ReverseOutcome>& reversed) {
+                     if (!reversed.ok()) {
+                       respond(Refuse(409, {reversed.error(), "", ""}));
+                       return;
+                     }
+                     const control::ReverseOutcome& it = reversed.value();
+                     respond(Done({{"edit", it.edit.id},
+                                   {"what", NameOf(it.edit, it.pheromone)},
+                                   {"time_s", static_cast<double>(it.edit.utc_ms) / 1e3},
+                                   {"changed", it.changed}}));
+                   });
 }
 
 }  // namespace
@@ -138,7 +164,7 @@ void Erase(control::Control* control, Parameters* fields, Respond respond) {
   FieldEdit edit;
   edit.action = FieldEdit::Action::kErase;
   ReadShape(fields, &edit);
-  fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all"});
+  fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all", "continues"});
   if (fields->problem() || law == nullptr) {
     respond(Refuse(400, *fields->problem()));
     return;
@@ -155,7 +181,8 @@ void Paint(control::Control* control, Parameters* fields, Respond respond) {
   const double maximum = law != nullptr ? MaximumOf(*law) : 0;
   const auto units = fields->Number("units", 0, maximum, maximum);
   const auto add = fields->Boolean("add", false);
-  fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all", "units", "add"});
+  fields->AllowOnly(
+      {"pheromone", "area_m", "points_m", "radius_m", "all", "units", "add", "continues"});
   if (fields->problem() || law == nullptr) {
     respond(Refuse(400, *fields->problem()));
     return;
@@ -166,6 +193,14 @@ void Paint(control::Control* control, Parameters* fields, Respond respond) {
       *units * 1e6 * field::kLevelsPerQuantum / static_cast<double>(law->quantum_micro);
   edit.level = static_cast<uint32_t>(std::llround(levels));
   MakeEdit(control, edit, view.config.map, std::move(respond));
+}
+
+void Undo(control::Control* control, Parameters* fields, Respond respond) {
+  Reverse(false, control, fields, std::move(respond));
+}
+
+void Redo(control::Control* control, Parameters* fields, Respond respond) {
+  Reverse(true, control, fields, std::move(respond));
 }
 
 void Command(control::Control* control, Parameters* fields, Respond respond) {

@@ -18,13 +18,19 @@ namespace pheromone::web {
 void Deposit(control::Control* control, Parameters* fields, Respond respond);
 
 /// pheromone and a shape: area_m = [x, y, x, y], or points_m = [[x, y], ...] and radius_m, or
-/// all = true. Answers with the number of map nodes in the shape, and whether part of it is off the
-/// map.
+/// all = true. Answers with the number of map nodes in the shape, of those whose level has changed,
+/// the edit's ID, and whether part of it is off the map. continues = the ID of the last edit, to be
+/// undone together with it.
 void Erase(control::Control* control, Parameters* fields, Respond respond);
 
 /// The same with units, the value for each node (default: the maximum), and add = true to add it to
 /// the present value.
 void Paint(control::Control* control, Parameters* fields, Respond respond);
+
+/// Undo the last edit of the map that is not yet undone; redo the one that was undone last. Answer
+/// with its ID, its name, when it was made, and how many nodes have changed.
+void Undo(control::Control* control, Parameters* fields, Respond respond);
+void Redo(control::Control* control, Parameters* fields, Respond respond);
 
 /// link, id, command, arguments = [...].
 void Command(control::Control* control, Parameters* fields, Respond respond);

@@ -104,7 +104,13 @@ class FakeControl final : public control::Control {
       return;
     }
     edits.push_back(edit);
-    done(control::EditOutcome{nodes.value().size()});
+    done(control::EditOutcome{nodes.value().size(), nodes.value().size() - 1, 40 + edits.size()});
+  }
+  void Reverse(bool redo, DoneWith<control::ReverseOutcome> done) override {
+    control::ReverseOutcome reversed{
+        {.id = 41, .utc_ms = 1'700'000'000'500, .type = 1}, "path", redo ? uint64_t{85} : 84};
+    reversed.edit.shape = field::FieldEdit::Shape::kStroke;
+    done(Or(reversed));
   }
   void Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
              std::span<const uint8_t> arguments, Done done) override {
