@@ -76,7 +76,7 @@ async function withoutToken(browser) {
   const {page, context, checkClean} = await open(browser, swarm.port);
   await page.goto(`http://127.0.0.1:${swarm.port}/`);
   await live(page);
-  for (const it of ['[data-tool="path"]', '[data-tool="brush"]', '[data-tool="eraser"]', '#halt-all', '#record', '#snapshot']) {
+  for (const it of ['[data-tool="path"]', '[data-tool="brush"]', '[data-tool="eraser"]', '#undo', '#redo', '#halt-all', '#record', '#snapshot']) {
     await page.waitForSelector(`${it}:disabled`);
   }
   check(/token/.test(await page.getAttribute('[data-tool="path"]', 'title')), 'the reason is not told');
@@ -170,6 +170,22 @@ async function brushAndEraser(page) {
   await page.keyboard.press('[');
   await page.keyboard.press('Escape');
   for (const x of [3, 3.5, 4]) await until('the picture lost it', async () => await levelAt(page, 'trail', x, 6) === 0);
+
+  begin('strokes are undone and redone as a whole');
+  const everywhere = async (what, fits) => {
+    for (const x of [3, 3.5, 4]) await until(`${what} at ${x}`, async () => fits(await levelAt(page, 'trail', x, 6)));
+  };
+  await page.keyboard.press('Control+z');
+  await page.waitForSelector('.toasts >> text=/^Undid: erasure of "trail" along a line, made at [0-9:]{8}: [1-9][0-9]* nodes? changed$/');
+  await everywhere('the erasure is undone', (level) => level > 0);
+  await page.keyboard.press('Control+z');
+  await page.waitForSelector('.toasts >> text=/^Undid: stroke of "trail"/');
+  await everywhere('the stroke is undone', (level) => level === 0);
+  await page.keyboard.press('Control+Shift+z');
+  await everywhere('the stroke is redone', (level) => level > 0);
+  await page.click('#undo');
+  await everywhere('the stroke is undone by the button', (level) => level === 0);
+  check(await page.isEnabled('#redo'), 'the button to redo is disabled');
 }
 
 async function select(page, key) {

@@ -28,8 +28,13 @@ export function setUpKeys({map, tools, robots, layers, timeline, replay, theme, 
 
   addEventListener('keydown', (event) => {
     const typing = event.target.matches('input:not([type="range"]):not([type="checkbox"]), select, textarea');
-    if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
     const key = event.key.toLowerCase();
+    if (key === 'z' && (event.ctrlKey || event.metaKey) && !event.altKey && !typing && !document.querySelector('dialog[open]')) {
+      tools.reverse(event.shiftKey ? 'redo' : 'undo');
+      event.preventDefault();
+      return;
+    }
+    if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
     const inControl = event.target.matches('button, summary, input, a');
     if (inControl && [' ', 'enter', 'arrowleft', 'arrowright', 'arrowup', 'arrowdown'].includes(key)) return;
     if (key === 'n') {

@@ -4,12 +4,17 @@
 import {api} from './api.js';
 import {store} from './store.js';
 import {byId, h, icon, toast} from './dom.js';
-import {metres, number} from './format.js';
+import {clock, metres, number} from './format.js';
 import {robotAt} from './robots.js';
 import {fontOf, tagAt, tagKey, write} from './places.js';
 
 const SEND_EVERY_MS = 150;
 const MOST_POINTS = 1000;   // the server takes 1024
+
+const REVERSALS = {
+  undo: {title: 'Undo the last edit of the map (Ctrl+Z)', done: 'Undid', icon: ['M9 14L4 9l5-5', 'M4 9h10a6 6 0 0 1 0 12h-3']},
+  redo: {title: 'Redo the edit undone last (Ctrl+Shift+Z)', done: 'Redid', icon: ['M15 14l5-5-5-5', 'M20 9H10a6 6 0 0 0 0 12h3']},
+};
 
 const TOOLS = [
   {name: 'look', key: 'v', title: 'Move the map, select robots and tags (V)',
@@ -38,6 +43,9 @@ export class Tools {
       this.buttons.set(tool.name, button);
       byId('tools').append(button);
     }
+    this.reversals = Object.entries(REVERSALS).map(([request, {title, icon: paths}]) =>
+      h('button', {type: 'button', id: request, title, 'aria-label': title, onclick: () => this.reverse(request)}, icon(...paths)));
+    byId('tools').append(...this.reversals);
     map.overlay = (context, view, theme) => this.draw(context, view, theme);
     store.on('laws', () => this.showOptions());
     store.on('past', () => this.tokenChanged());
@@ -55,6 +63,7 @@ export class Tools {
       button.disabled = Boolean(tool.changes) && refusal !== '';
       button.title = button.disabled ? `${tool.title} – ${refusal}` : tool.title;
     }
+    for (const button of this.reversals) button.disabled = refusal !== '';
     const needs = this.current === 'goto' || TOOLS.some((it) => it.changes && it.name === this.current);
     if (refusal && needs) this.choose('look');
   }
@@ -188,7 +197,7 @@ export class Tools {
     this.points = [];
     this.map.invalidate('top');
     const paint = await this.send({request: 'paint', law, settings: this.settings}, points);
-    if (paint) toast(`Path of ${points.length} points: ${paint.nodes} nodes of “${law.name}”`);
+    if (paint) toast(`Path of ${points.length} points: ${nodesOf(paint.changed)} of “${law.name}” changed`);
     this.showOptions();
   }
 
@@ -200,7 +209,7 @@ export class Tools {
       down: (point) => {
         const {law} = this;
         if (!law) { toast('Choose a pheromone first', true); return; }
-        this.strokes.push({request, law, settings: {...this.settings}, points: [point], done: 0, open: true});
+        this.strokes.push({request, law, settings: {...this.settings}, points: [point], done: 0, open: true, changed: 0});
         this.map.invalidate('top');
       },
       move: (point) => {
@@ -260,9 +269,17 @@ export class Tools {
       const points = stroke.points.slice(Math.max(0, stroke.done - 1), stroke.done + MOST_POINTS);
       if (stroke.points.length > stroke.done && (stroke.points.length > 1 || !stroke.open)) {
         stroke.done += points.length - (stroke.done > 0 ? 1 : 0);
-        if (!(await this.send(stroke, points))) { stroke.open = false; stroke.points.length = stroke.done; }
+        const sent = await this.send(stroke, points);
+        if (sent) {
+          stroke.edit = sent.edit ?? stroke.edit;
+          stroke.changed += sent.changed;
+        } else {
+          stroke.open = false;
+          stroke.points.length = stroke.done;
+        }
       } else if (!stroke.open) {
         this.strokes.shift();
+        if (stroke.done) toast(`${stroke.request === 'paint' ? 'Painted' : 'Erased'}: ${nodesOf(stroke.changed)} of “${stroke.law.name}” changed`);
         continue;
       } else {
         break;   // until it moves or ends
@@ -273,8 +290,10 @@ export class Tools {
     this.map.invalidate('top');
   }
 
-  async send({request, law, settings}, points) {
+  // The parts of a stroke are undone together.
+  async send({request, law, settings, edit}, points) {
     const body = {pheromone: law.name, points_m: points.map((it) => [round(it.x), round(it.y)]), radius_m: round(settings.radius)};
+    if (edit) body.continues = edit;
     if (request === 'paint') body.units = Number((law.maximum * settings.share).toPrecision(6));
     try {
       return await api.post(request, body);
@@ -287,6 +306,19 @@ export class Tools {
   cancel() {
     this.points = [];
     this.endStroke();
+  }
+
+  /** Undoes or redoes the last edit of the map, after what was drawn was sent. */
+  async reverse(request) {
+    if (this.refusal) { toast(`Not possible – ${this.refusal}`, true); return; }
+    this.endStroke();
+    while (this.sending) await new Promise((resolve) => setTimeout(resolve, 50));
+    try {
+      const {what, time_s: made, changed} = await api.post(request, {});
+      toast(`${REVERSALS[request].done}: ${what}, made at ${clock(made * 1000)}: ${nodesOf(changed)} changed`);
+    } catch (error) {
+      toast(error.message, true);
+    }
   }
 
   showOptions() {
@@ -399,4 +431,5 @@ function lengthOf(points) {
   return `${metres(parts.at(-1))} at ${heading.toFixed(0)}°${all}`;
 }
 
+const nodesOf = (count) => `${count} node${count === 1 ? '' : 's'}`;
 const round = (x) => Math.round(x * 1e6) / 1e6;
