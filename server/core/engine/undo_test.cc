@@ -209,6 +209,8 @@ class Twins {
     }
   }
 
+  uint64_t forgotten() const { return bench_.engine.field().history().forgotten(); }
+
   int undone = 0;
   int redone = 0;
   int refused = 0;
@@ -323,6 +325,7 @@ TEST(Undo, LeavesTheMapAsIfTheEditHadNeverBeenMade) {
   EXPECT_GT(twins.refused, 50);
   EXPECT_GT(twins.restarts, 50);
   EXPECT_GT(twins.joined, 200);
+  EXPECT_GT(twins.forgotten(), 10u);
 }
 
 }  // namespace

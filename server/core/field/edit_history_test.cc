@@ -203,7 +203,7 @@ TEST(Undo, IsMadeInPortionsBetweenWhichRobotsDepositAndAServerRestarts) {
     field->BeginReverse(2, redo, 5);
     size_t nodes = field->node_count();
     while (field->busy()) {
-      ASSERT_EQ(field->CheckReverse(redo).error(),
+      ASSERT_EQ(field->CheckReverse(redo).ErrorOr(""),
                 "the map is still being changed by an earlier request; try again in a moment");
       ASSERT_NO_FATAL_FAILURE(between());
       nodes = field->node_count();
@@ -232,7 +232,7 @@ TEST(Undo, TakesBackTheLastEditsOneByOne) {
     Reverse(&field, false, 0);
     ASSERT_EQ(Levels(field, 0), maps[left - 1]) << left;
   }
-  EXPECT_EQ(field.CheckReverse(false).error(),
+  EXPECT_EQ(field.CheckReverse(false).ErrorOr(""),
             "nothing to undo: 3 earlier edits are forgotten; the last 32 are kept, as far as they "
             "fit into 16 MiB and until the law of their pheromone changes");
   for (size_t made = 4; made <= kMade; ++made) {
@@ -249,9 +249,9 @@ TEST(Undo, AnotherEditDiscardsWhatWasUndoneUnlessItChangesNothing) {
   EXPECT_EQ(nothing.changed, 0u);
   EXPECT_EQ(nothing.edit, 0u);
   EXPECT_TRUE(field.CheckReverse(true).ok());
-  EXPECT_EQ(field.CheckReverse(false).error(), "nothing to undo");
+  EXPECT_EQ(field.CheckReverse(false).ErrorOr(""), "nothing to undo");
   Make(&field, 3, EditOf(Shape::kRectangle, Action::kSet), 0);
-  EXPECT_EQ(field.CheckReverse(true).error(), "nothing to redo");
+  EXPECT_EQ(field.CheckReverse(true).ErrorOr(""), "nothing to redo");
   Reverse(&field, false, 0);
   EXPECT_TRUE(Levels(field, 0).empty());
 }
@@ -287,7 +287,7 @@ TEST(Undo, AnEditThatIsTooLargeIsMadeAndAllIsForgotten) {
   EXPECT_EQ(large.edit, 0u);
   EXPECT_EQ(field.node_count(), 301u * 301u);
   EXPECT_LE(field.history().used_bytes(), field.history().limit_bytes());
-  EXPECT_NE(field.CheckReverse(false).error().find("2 earlier edits are forgotten"),
+  EXPECT_NE(field.CheckReverse(false).ErrorOr("").find("2 earlier edits are forgotten"),
             std::string::npos);
   const FinishedWork erased = Make(&field, 3, EditOf(Shape::kAll, Action::kErase), 0);
   EXPECT_EQ(erased.changed, 301u * 301u);

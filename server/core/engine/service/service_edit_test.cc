@@ -81,6 +81,48 @@ TEST_F(ServiceTest, RobotsAreAnsweredBetweenThePortionsOfAnEdit) {
   EXPECT_EQ(HashOfReplay(log_, &replayed), service_.StateHash());
 }
 
+// Three portions, too; robots are answered between them.
+TEST_F(ServiceTest, AnUndoingIsLoggedUnlessThereIsNothingToUndo) {
+  EXPECT_EQ(service_.Reverse(false).error(), "nothing to undo");
+  EXPECT_EQ(log_.events.size(), 1u);
+  field::FieldEdit edit;
+  edit.level = 64;
+  edit.shape = field::FieldEdit::Shape::kAll;
+  const auto made = service_.Edit(edit);
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ(made.value().changed, 101u * 101u);
+  Handle({Hello(1, 1)});
+  int portions = 0;
+  service_.OnPortion([&](std::span<const Outgoing> /*out*/) {
+    ++portions;
+    EXPECT_EQ(Handle({Deposit(1, static_cast<uint8_t>(portions))}).size(), 1u);
+    EXPECT_FALSE(service_.Reverse(false).ok());  // one at a time
+  });
+  const size_t logged = log_.events.size();
+  const auto undone = service_.Reverse(false);
+  ASSERT_TRUE(undone.ok()) << undone.error();
+  EXPECT_FALSE(std::get<EditReversed>(log_.events[logged].second).redo);
+  EXPECT_EQ(undone.value().edit.id, made.value().edit);
+  EXPECT_EQ(undone.value().edit.shape, edit.shape);
+  EXPECT_EQ(undone.value().pheromone,
+            service_.Inspect([](const Engine& it) { return it.field().FindLaw(1)->name; }));
+  EXPECT_GE(portions, 3);
+  EXPECT_EQ(service_.Inspect([](const Engine& it) { return it.field().node_count(); }), 1u);
+  Engine replayed;
+  EXPECT_EQ(HashOfReplay(log_, &replayed), service_.StateHash());
+  service_.OnPortion([](std::span<const Outgoing> /*out*/) {});
+
+  log_.admit = Reason::kReadOnly;
+  const uint64_t hash = service_.StateHash();
+  EXPECT_NE(service_.Reverse(true).error().find("log"), std::string::npos);
+  EXPECT_EQ(service_.StateHash(), hash);
+  log_.admit = Reason::kNone;
+  const auto redone = service_.Reverse(true);
+  ASSERT_TRUE(redone.ok());
+  EXPECT_EQ(redone.value().edit.id, made.value().edit);
+  EXPECT_EQ(service_.Reverse(true).error(), "nothing to redo");
+}
+
 TEST_F(ServiceTest, AConfigurationWaitsForTheEditBeforeIt) {
   bool reconfigured = false;
   service_.OnPortion([&](std::span<const Outgoing> /*out*/) {
