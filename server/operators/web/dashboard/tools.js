@@ -63,7 +63,10 @@ export class Tools {
       button.disabled = Boolean(tool.changes) && refusal !== '';
       button.title = button.disabled ? `${tool.title} – ${refusal}` : tool.title;
     }
-    for (const button of this.reversals) button.disabled = refusal !== '';
+    for (const button of this.reversals) {
+      button.disabled = refusal !== '';
+      button.title = REVERSALS[button.id].title + (button.disabled ? ` – ${refusal}` : '');
+    }
     const needs = this.current === 'goto' || TOOLS.some((it) => it.changes && it.name === this.current);
     if (refusal && needs) this.choose('look');
   }
@@ -197,7 +200,7 @@ export class Tools {
     this.points = [];
     this.map.invalidate('top');
     const paint = await this.send({request: 'paint', law, settings: this.settings}, points);
-    if (paint) toast(`Path of ${points.length} points: ${nodesOf(paint.changed)} of “${law.name}” changed`);
+    if (paint) toast(`Path of ${points.length} points: ${changeOf(law, paint.changed, isLost(paint))}`);
     this.showOptions();
   }
 
@@ -273,13 +276,14 @@ export class Tools {
         if (sent) {
           stroke.edit = sent.edit ?? stroke.edit;
           stroke.changed += sent.changed;
+          stroke.lost ||= isLost(sent);
         } else {
           stroke.open = false;
           stroke.points.length = stroke.done;
         }
       } else if (!stroke.open) {
         this.strokes.shift();
-        if (stroke.done) toast(`${stroke.request === 'paint' ? 'Painted' : 'Erased'}: ${nodesOf(stroke.changed)} of “${stroke.law.name}” changed`);
+        if (stroke.done) toast(`${stroke.request === 'paint' ? 'Painted' : 'Erased'}: ${changeOf(stroke.law, stroke.changed, stroke.lost)}`);
         continue;
       } else {
         break;   // until it moves or ends
@@ -431,5 +435,8 @@ function lengthOf(points) {
   return `${metres(parts.at(-1))} at ${heading.toFixed(0)}°${all}`;
 }
 
+const isLost = ({changed, edit}) => changed > 0 && edit === null;
+const changeOf = (law, changed, lost) =>
+  `${nodesOf(changed)} of “${law.name}” changed${lost ? '; too large to be undone, like all edits before it' : ''}`;
 const nodesOf = (count) => `${count} node${count === 1 ? '' : 's'}`;
 const round = (x) => Math.round(x * 1e6) / 1e6;
