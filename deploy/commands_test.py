@@ -170,17 +170,17 @@ class Page(unittest.TestCase):
             elif command.startswith("python3 ") and "figure.py" in command and not HAS_MATPLOTLIB:
                 print(f"not run, there is no matplotlib: {command}")
             elif LASTING.match(command.removesuffix(" &")):
-                if "--daemon" in command:
-                    self.free_the_modem(statuses)
+                self.free_the_modem_for(command, statuses)
                 self.begin(command.removesuffix(" &"))
             else:
-                if "--daemon" in command:
-                    self.free_the_modem(statuses)
+                self.free_the_modem_for(command, statuses)
                 self.run_it(command, 1 if command in REFUTED else 0)
         while self.lasting:
             self.end(self.lasting[-1], statuses)
 
-    def free_the_modem(self, statuses):
+    def free_the_modem_for(self, command, statuses):
+        if "--daemon" not in command and "--robots" not in command:
+            return
         for it in [it for it in self.lasting if "pheromone-swarm live" in it.command]:
             self.end(it, statuses)
 

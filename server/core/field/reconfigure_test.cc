@@ -52,7 +52,7 @@ TEST(Reconfigure, RefusesAnotherGeometryAndAPheromoneStillOnTheMap) {
   wider.map.width_um += 1;
   const Status refused = field.CheckReconfigure(wider, 0);  // though nothing lies on it
   ASSERT_FALSE(refused.ok());
-  EXPECT_NE(refused.error().find("empty or not"), std::string::npos) << refused.error();
+  EXPECT_NE(refused.error().find("the state is of the map"), std::string::npos) << refused.error();
   FieldConfig without = TrailConfig();
   without.pheromones.clear();
   EXPECT_TRUE(field.CheckReconfigure(without, 0).ok());

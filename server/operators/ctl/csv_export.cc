@@ -244,6 +244,9 @@ class CsvTables {
         edit.shape == field::FieldEdit::Shape::kStroke ? fmt::format("{}", Metres(edit.radius_um))
                                                        : ""));
   }
+  void operator()(const engine::EditReversed& it) {
+    AddEvent(NsOf(*time_), "operator", std::nullopt, 0, it.redo ? "redo" : "undo", "", "");
+  }
   void operator()(const engine::CommandIssued& it) {
     const std::string name(web::NameOf(it.code));
     AddEvent(NsOf(*time_), "operator", it.link, it.id == protocol::kBroadcastId ? 0 : it.id,

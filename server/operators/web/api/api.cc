@@ -124,7 +124,7 @@ constexpr std::string_view kUnlock = "/api/v1/unlock";
 constexpr std::string_view kCaptureFile = "/api/v1/captures/";  // and the file's name
 
 // Changes with a possibly long body are parsed on another thread; none waits for its completion.
-constexpr std::array<Route, 29> kRoutes = {{
+constexpr auto kRoutes = std::to_array<Route>({
     {kHealth, Where::kAtOnce, ReadHealth},
     {kMetrics, Where::kLongWork, ReadMetrics},
     {kStatus, Where::kAtOnce, ReadStatus},
@@ -156,7 +156,7 @@ constexpr std::array<Route, 29> kRoutes = {{
     {kUnlock, Where::kAtOnce, nullptr, Unlock},
     {"/api/v1/reload", Where::kAtOnce, nullptr, Reload},
     {"/api/v1/snapshot", Where::kAtOnce, nullptr, Snapshot},
-}};
+});
 
 const Route* FindRoute(std::string_view path) {
   if (path.starts_with(kCaptureFile)) {

@@ -86,6 +86,9 @@ Words WordsOf(std::string_view name, const json::object& body, const json::objec
   if (name == "laws") {
     return {"changed " + Quoted(body, "pheromone") + ": tau " + TextOf(body, "tau_s") + " s", ""};
   }
+  if (name == "undo" || name == "redo") {
+    return {(name == "undo" ? "undid: " : "redid: ") + TextOf(answer, "what"), ""};
+  }
   if (name == "snapshot") {
     return {"snapshot " + TextOf(answer, "snapshot"), ""};
   }

@@ -50,6 +50,8 @@ TEST(OperatorActions, SayWhatWasDoneAndWhere) {
            {"snapshot", "{}", R"({"snapshot":"17.snapshot"})", "snapshot 17.snapshot"},
            {"tags", R"({"action":"erase","tag":"door","slot":1})", "{}", "tags: erase \"door\""},
            {"nets", R"({"action":"reset","net":"bench"})", "{}", "nets: reset \"bench\""},
+           {"undo", "{}", R"({"what":"paint \"trail\"","changed":3})", "undid: paint \"trail\""},
+           {"redo", "{}", R"({"what":"paint \"trail\"","changed":3})", "redid: paint \"trail\""},
            {"something-new", "{}", "{}", "something-new"},
            {"unlock", "{}", "{}", ""},      // changes nothing
            {"capture", "{}", "{}", ""}}) {  // has a notice of its own
