@@ -99,6 +99,9 @@ class Engine {
   /// of their events. Whether there is memory for all of an edit shows only when it is made; if
   /// not, nothing was changed. Not part of the state.
   const std::vector<field::FinishedWork>& finished() const { return finished_; }
+  /// For a state that was put together from edits: none of them can be undone, or is told as
+  /// forgotten. Not an event.
+  void ForgetEdits() { field_.ForgetEdits(); }
   /// Whether one of them is still changing the map: Advance continues it.
   bool is_busy() const { return field_.busy(); }
 

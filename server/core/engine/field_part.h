@@ -46,6 +46,7 @@ class FieldPart {
   void Apply(const Context& context, const FieldEdited& edited, const Output& out);
   Status Check(const Context& context, const EditReversed& reversed) const;
   void Apply(const Context& context, const EditReversed& reversed, const Output& out);
+  void ForgetEdits() { field_->ForgetEdits(); }
   void Advance(const Context& context, const Output& out);
   std::optional<uint64_t> NextDeadline() const;
   uint64_t Hash() const { return field_ != nullptr ? field_->hash() : 0; }

@@ -142,6 +142,11 @@ class EditHistory {
   /// Forgets the edits of a type, or all.
   void Forget(uint8_t type);
   void ForgetAll();
+  /// As if there had been none.
+  void Clear() {
+    ForgetAll();
+    forgotten_ = 0;
+  }
 
   /// Canonical bytes; the cells are in portions of their own (frozen_field.h).
   void Save(ByteWriter* writer) const;

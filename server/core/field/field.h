@@ -159,6 +159,8 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   /// Undoes or redoes an edit, in portions as above: if CheckReverse accepts it.
   void BeginReverse(uint64_t id, bool redo, uint64_t now_ms);
   const EditHistory& history() const { return history_; }
+  /// What is on the map is its beginning: as if it were no edit's.
+  void ForgetEdits() { history_.Clear(); }
   /// Whether more changes may be begun.
   bool accepts_work() const { return works_.size() < kMaxWorks; }
   /// Whether a change is under way, or nodes of an earlier law are left.

@@ -72,10 +72,13 @@ engine::Engine BeginWith(const engine::EngineConfig& config, uint16_t epoch,
       edit.action = field::FieldEdit::Action::kAdd;
       edit.level = it.level;
       edit.points = {at, at};
+      const field::EditHistory::Entry* last = engine.field().history().Next(false);
+      edit.continues = last != nullptr ? last->info.id : 0;
       engine.Apply(++sequence, stamp, engine::FieldEdited{std::move(edit)}, &out);
       out.clear();
     }
   }
+  engine.ForgetEdits();
   return engine;
 }
 

@@ -165,6 +165,12 @@ intensity = 0.125
         self.assertIn(f"state: {len(coarse) - 1} nodes with pheromone, 0 dropped off the map", told)
         self.assertEqual(self.field_of("fine.toml"),
                          [(2 * column, 2 * row, level) for column, row, level in coarse])
+        with daemon_test.Running(self.folder, "--config", "fine.toml") as server:
+            server.await_log("ready")
+            undone = subprocess.run([BIN / "pheromonectl", "--socket", "pheromoned.sock", "undo"],
+                                    cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual(undone.stderr, "pheromonectl: nothing to undo\n")
+            self.assertEqual(server.stop(signal.SIGTERM), 0)
         again = self.call("resample", "--config", "test.toml", "state", status=1)
         self.assertIn("state.before: already exists", again.stderr)
         for folder in ("state.before", "state"):
