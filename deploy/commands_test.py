@@ -32,6 +32,7 @@ SKIPPED = 77
 
 # Commands that last until Ctrl-C.
 LASTING = re.compile(r"pheromoned --config \S+$"
+                     r"|pheromone-swarm run --robots \d+$"
                      r"|pheromone-swarm live (?!.*--seconds)"
                      r"|pheromone-swarm pioneer "
                      r"|pheromone-robot "
@@ -217,6 +218,8 @@ class ManualTest(Page):
         self.follow(self.commands("pheromonectl.1"))
 
     def test_pheromone_swarm(self):
+        self.run_it("pheromoned --default-config > lab.toml")
+        self.begin("pheromoned --config lab.toml")
         self.follow(self.commands("pheromone-swarm.1"))
 
     def test_pheromone_robot(self):

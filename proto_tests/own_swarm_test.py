@@ -11,7 +11,8 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+SOURCE = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(SOURCE / "proto_tests"))
 from live_daemon import default_config  # noqa: E402
 from operated_daemon import OperatedDaemon, write_config  # noqa: E402
 
@@ -74,7 +75,7 @@ class OwnSwarmTest(unittest.TestCase):
     def test_a_swarm_that_cannot_work_says_why_and_what_helps(self):
         self.serve(self.config)
         with tempfile.TemporaryDirectory() as elsewhere:
-            result = self.run_swarm("--robots", 12, "--seconds", 6, "--period", 0.2, "--server",
+            result = self.run_swarm("--robots", 12, "--seconds", 6, "--period", 0.2, "--socket",
                                     self.folder / "pheromoned.sock", folder=elsewhere)
         at_first, end, at_the_end = result.stderr.partition(" robots had no answer for 0.48 s and stopped")
         self.assertTrue(end, result)
@@ -83,6 +84,20 @@ class OwnSwarmTest(unittest.TestCase):
             self.assertIn("are answered every 1.56 s each", part)
             self.assertIn("they stop if they are not answered for 0.48 s (fail-safe)", part)
             self.assertIn("medium_access = true", part)
+
+    def test_a_scenario_with_too_many_robots_for_the_link_says_why(self):
+        self.serve(self.config)
+        text = (SOURCE / "client_fw/swarm/examples/live.toml").read_text(encoding="utf-8")
+        self.assertIn("duration_s = 30\n", text)
+        (self.folder / "many.toml").write_text(
+            text.replace("duration_s = 30\n", "duration_s = 6\n").replace(
+                "[[robots]]\n", "[[robots]]\ncount = 6\n"), encoding="utf-8")
+        result = self.run_swarm("many.toml", "--daemon", "radio-a.pty")
+        at_first, end, at_the_end = result.stderr.partition(" had no answer for 0.48 s and stopped")
+        self.assertTrue(end, result)
+        for part in (at_first, at_the_end):
+            self.assertIn("12 robots on a channel of 9600 baud with a response window of 100 ms are "
+                          "answered every 1.56 s each", part)
 
     def test_a_terminal_that_another_program_drives_is_not_taken(self):
         self.serve(self.config)
@@ -96,10 +111,19 @@ class OwnSwarmTest(unittest.TestCase):
 
     def test_without_a_server_or_with_both_it_says_what_it_needs(self):
         self.assertIn("no server at none.sock: No such file or directory; start pheromoned",
-                      self.run_swarm("--robots", 2, "--server", "none.sock", status=1).stderr)
-        self.assertIn("expected either a scenario or --robots", self.run_swarm(status=2).stderr)
-        self.assertIn("expected either a scenario or --robots",
+                      self.run_swarm("--robots", 2, "--socket", "none.sock", status=1).stderr)
+        self.assertIn("found neither a scenario nor --robots, expected one of them",
+                      self.run_swarm(status=2).stderr)
+        self.assertIn("found a scenario and --robots, expected one of them",
                       self.run_swarm("x.toml", "--robots", 2, status=2).stderr)
+
+    def test_a_server_without_virtual_modem_is_told_what_to_add(self):
+        pty = '[[link]]\nname = "radio-a"\nkind = "pty"\npath = "radio-a.pty"'
+        self.assertIn(pty, self.config)
+        self.serve(self.config.replace(
+            pty, '[[link]]\nname = "wifi"\nkind = "udp"\nlisten = "127.0.0.1:0"'))
+        self.assertIn("found the links wifi, expected one that is a virtual modem (kind = \"pty\") and up",
+                      self.run_swarm("--robots", 2, status=1).stderr)
 
 
 if __name__ == "__main__":

@@ -1,20 +1,23 @@
 #include "client_fw/swarm/capacity.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "client_fw/core/medium/medium_access.h"
 
 namespace pheromone::swarm {
 namespace {
 
+constexpr int64_t kStepMs = 50;
 constexpr double kRoundsShare = 1.2;  // of PeakRate
 constexpr double kGapShare = 0.9;     // of the fail-safe time; the rest is for lost frames
 
-double LeastPeriodS(const ChannelLoad& load) {
-  return static_cast<double>(LeastPeriodMs(load)) / 1000;
+double MsToS(int64_t ms) {
+  return static_cast<double>(ms) / 1000;
 }
 
 }  // namespace
@@ -32,6 +35,10 @@ int64_t LeastPeriodMs(const ChannelLoad& load) {
   return client::ContentionPeriodMs(medium, static_cast<uint32_t>(load.timing.baud));
 }
 
+int64_t FittingPeriodMs(const ChannelLoad& load) {
+  return (LeastPeriodMs(load) + kStepMs - 1) / kStepMs * kStepMs;
+}
+
 bool Fits(const ChannelLoad& load) {
   return static_cast<double>(std::max(load.period_ms, LeastPeriodMs(load))) <=
          kGapShare * static_cast<double>(load.fail_safe_ms);
@@ -47,26 +54,30 @@ std::string WhyItDoesNotFit(const ChannelLoad& load) {
       "they are not answered for {:.2f} s (fail-safe).",
       load.robots, load.timing.baud,
       rounds ? "" : fmt::format(" with a response window of {} ms", load.window_ms),
-      LeastPeriodS(load), rounds ? "in rounds" : "by contention",
-      static_cast<double>(load.fail_safe_ms) / 1000);
+      MsToS(LeastPeriodMs(load)), rounds ? "in rounds" : "by contention", MsToS(load.fail_safe_ms));
+  std::vector<std::string> remedies;
   ChannelLoad better = load;
   better.access = LinkKind::kMediumAccess;
   if (!rounds && LeastPeriodMs(better) < LeastPeriodMs(load)) {
-    text += fmt::format(
-        " What helps: medium_access = true in the server's [[link]], and a restart: in rounds they "
-        "are answered every {:.2f} s.",
-        LeastPeriodS(better));
+    remedies.push_back(fmt::format(
+        "medium_access = true in the server's [[link]], and a restart (in rounds they are answered "
+        "every {:.2f} s)",
+        MsToS(LeastPeriodMs(better))));
   }
   int fitting = load.robots;
   for (better = load; fitting > 1 && !Fits(better);) {
     better.robots = --fitting;
   }
   if (Fits(better)) {
-    text += fmt::format(" Or {} such links: {} robots fit on one.",
-                        (load.robots + fitting - 1) / fitting, fitting);
+    remedies.push_back(fmt::format("{} such links ({} robots fit on one)",
+                                   (load.robots + fitting - 1) / fitting, fitting));
   }
-  return text + fmt::format(" Or a period of {:.2f} s, with a fail-safe of twice that.",
-                            std::ceil(LeastPeriodS(load) * 20) / 20);
+  if (const int64_t period_ms = FittingPeriodMs(load); period_ms <= kMaxPeriodMs) {
+    remedies.push_back(fmt::format("a period of {:.2f} s with a fail-safe of {:.2f} s",
+                                   MsToS(period_ms), MsToS(2 * period_ms)));
+  }
+  return text +
+         (remedies.empty() ? "" : fmt::format(" What helps: {}.", fmt::join(remedies, "; or ")));
 }
 
 }  // namespace pheromone::swarm

@@ -18,6 +18,8 @@
 
 namespace pheromone::swarm {
 
+constexpr int64_t kMaxPeriodMs = 15'000;  ///< the fail-safe time, twice that, is at most 30 s
+
 /// Robots on one channel, all with the same period.
 struct ChannelLoad {
   int robots = 1;
@@ -28,10 +30,15 @@ struct ChannelLoad {
   // What the server announces; for contention. A link without medium_access, if not configured:
   uint8_t window_ms = static_cast<uint8_t>(links::LinkConfig().response_window_ms);
   uint8_t slot_ms = links::LinkConfig().slot_ms;
+
+  bool operator==(const ChannelLoad&) const = default;
 };
 
 /// The least period in which each robot is answered once.
 int64_t LeastPeriodMs(const ChannelLoad& load);
+
+/// The same in steps of 50 ms, rounded up. With a fail-safe time of twice that, it fits.
+int64_t FittingPeriodMs(const ChannelLoad& load);
 
 /// Whether each robot is answered before its fail-safe stops it.
 bool Fits(const ChannelLoad& load);

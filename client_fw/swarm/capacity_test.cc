@@ -63,12 +63,14 @@ TEST(CapacityTest, SaysWhatHelps) {
                         "answered every 1.56 s each, by contention, but they stop if they are not "
                         "answered for 0.48 s (fail-safe)"));
   EXPECT_THAT(twelve, HasSubstr("medium_access = true in the server's [[link]]"));
-  EXPECT_THAT(twelve, HasSubstr("Or 4 such links: 3 robots fit on one"));
-  EXPECT_THAT(twelve, HasSubstr("Or a period of 1.60 s"));
+  EXPECT_THAT(twelve, HasSubstr("4 such links (3 robots fit on one)"));
+  EXPECT_THAT(twelve, HasSubstr("or a period of 1.60 s with a fail-safe of 3.20 s."));
   const std::string forty = WhyItDoesNotFit({.robots = 40, .access = LinkKind::kMediumAccess});
   EXPECT_THAT(forty, HasSubstr("in rounds"));
   EXPECT_THAT(forty, Not(HasSubstr("medium_access")));
-  EXPECT_THAT(forty, HasSubstr("3 such links: 16 robots fit on one"));
+  EXPECT_THAT(forty, HasSubstr("What helps: 3 such links (16 robots fit on one); or a period of "));
+  // A robot's longest period is 15 s: 200 need 200 * 130 ms.
+  EXPECT_THAT(WhyItDoesNotFit({.robots = 200}), Not(HasSubstr("a period of")));
   // What it says helps.
   EXPECT_TRUE(Fits({.robots = 12, .access = LinkKind::kMediumAccess}));
   EXPECT_TRUE(Fits({.robots = 12, .period_ms = 1600, .fail_safe_ms = 3200}));

@@ -61,6 +61,8 @@ struct ChannelTiming {
   double PeakRate(const ExchangeSize& size) const;
   /// The bound above for `stations` >= 1. A single station has nobody to wait for: 1 / T_s.
   double IdealRate(const ExchangeSize& size, int stations) const;
+
+  bool operator==(const ChannelTiming&) const = default;
 };
 
 }  // namespace pheromone::swarm

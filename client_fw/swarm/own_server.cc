@@ -19,8 +19,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr int64_t kNsPerMilli = 1'000'000;
-constexpr int64_t kPeriodStepMs = 50;
-constexpr int64_t kMaxPeriodMs = 15'000;  // the fail-safe time is at most 30 s
 
 // Where a robot is that has gone `along_um` of the path, looking along it.
 sim::PlanePose PoseAlong(const field::Path& path, double along_um) {
@@ -96,25 +94,39 @@ ChannelTiming TimingOf(const links::LinkConfig& link) {
 Status ChooseLinks(const config::Config& server, const std::vector<ServerTerminal>& terminals,
                    OwnSwarm* swarm) {
   for (const bool medium_access : {true, false}) {
+    const LinkKind access = medium_access ? LinkKind::kMediumAccess : LinkKind::kBuffered;
     for (const ServerTerminal& terminal : terminals) {
       const links::LinkConfig* link = FindLinkConfig(server, terminal.link);
-      if (link != nullptr && link->medium_access == medium_access) {
+      if (link == nullptr || link->medium_access != medium_access) {
+        continue;
+      }
+      const ChannelLoad load{.access = access,
+                             .timing = TimingOf(*link),
+                             .window_ms = static_cast<uint8_t>(link->response_window_ms),
+                             .slot_ms = link->slot_ms};
+      if (swarm->ports.empty()) {
+        swarm->load = load;
+      }
+      if (load == swarm->load) {
         swarm->ports.push_back(terminal.path);
         swarm->links.push_back(terminal.link);
-        swarm->scenario.timing = TimingOf(*link);
-        swarm->load.window_ms = static_cast<uint8_t>(link->response_window_ms);
-        swarm->load.slot_ms = link->slot_ms;
       }
     }
     if (!swarm->ports.empty()) {
-      swarm->access = medium_access ? LinkKind::kMediumAccess : LinkKind::kBuffered;
+      swarm->scenario.timing = swarm->load.timing;
       swarm->scenario.channels = static_cast<int>(swarm->ports.size());
       return Ok();
     }
   }
-  return Error{
-      "the server has no virtual modem that is up: add a [[link]] with kind = \"pty\" to its "
-      "configuration, and restart it"};
+  std::string names;
+  for (const links::LinkConfig& link : server.links) {
+    names += (names.empty() ? "" : ", ") + link.name;
+  }
+  return Error{fmt::format(
+      "found the links {}, expected one that is a virtual modem (kind = \"pty\") and up: add "
+      "[[link]] with name = \"robots\", kind = \"pty\", path = \"robots.pty\" to the server's "
+      "configuration, and restart it",
+      names.empty() ? "(none)" : names)};
 }
 
 // As wished, or 0.2 s if the channels hold the robots, or the least at which they do. The fail-safe
@@ -123,13 +135,11 @@ Status SetPeriod(const SwarmWish& wish, RobotGroup* group, OwnSwarm* swarm) {
   const int channels = swarm->scenario.channels;
   ChannelLoad& load = swarm->load;
   load.robots = (wish.robots + channels - 1) / channels;
-  load.access = swarm->access;
-  load.timing = swarm->scenario.timing;
   load.period_ms = wish.period_s ? std::llround(*wish.period_s * 1000) : group->client.period_ms;
   load.fail_safe_ms = std::max<int64_t>(group->client.fail_safe_ms, 2 * load.period_ms);
   if (!wish.period_s && !Fits(load)) {
     swarm->why_slower = WhyItDoesNotFit(load);
-    load.period_ms = (LeastPeriodMs(load) + kPeriodStepMs - 1) / kPeriodStepMs * kPeriodStepMs;
+    load.period_ms = FittingPeriodMs(load);
     if (load.period_ms > kMaxPeriodMs) {
       return Error{"--robots: " + swarm->why_slower};
     }

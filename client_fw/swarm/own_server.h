@@ -39,14 +39,14 @@ struct OwnSwarm {
   Scenario scenario;               ///< a channel for each terminal
   std::vector<std::string> ports;  ///< of the terminals
   std::vector<std::string> links;  ///< their names
-  LinkKind access = LinkKind::kBuffered;
-  ChannelLoad load;             ///< of the channel with most robots
-  std::string why_slower = {};  ///< unless the period is 0.2 s or as wished
+  ChannelLoad load;                ///< of the channel with most robots
+  std::string why_slower = {};     ///< unless the period is 0.2 s or as wished
 };
 
-/// Robots in turn on the terminals, along the paths of the pheromone that they follow. Of links
-/// with and without medium access those with it are used. Errors: no such pheromone, no path of it,
-/// no terminal.
+/// Robots in turn on the terminals, along the paths of the pheromone that they follow. Of the links
+/// those with medium access are used, if there are any, and of these all like the first one.
+/// Errors: no such pheromone, no path of it,
+/// no terminal, more robots than the links hold at any period.
 Result<OwnSwarm> MakeSwarm(const config::Config& server,
                            const std::vector<ServerTerminal>& terminals, const SwarmWish& wish);
 

@@ -98,7 +98,7 @@ TEST(OwnServerTest, LinksThatGrantTurnsAreUsedIfThereAreAny) {
   ASSERT_TRUE(swarm.ok()) << swarm.error();
   EXPECT_THAT(swarm.value().ports, ElementsAre("/a", "/b"));
   EXPECT_THAT(swarm.value().links, ElementsAre("radio-a", "radio-b"));
-  EXPECT_EQ(swarm.value().access, LinkKind::kMediumAccess);
+  EXPECT_EQ(swarm.value().load.access, LinkKind::kMediumAccess);
   EXPECT_EQ(swarm.value().scenario.channels, 2);
   EXPECT_EQ(swarm.value().scenario.timing.baud, 19200);
   EXPECT_EQ(swarm.value().scenario.timing.turnaround_ns, 5'000'000);
@@ -106,9 +106,15 @@ TEST(OwnServerTest, LinksThatGrantTurnsAreUsedIfThereAreAny) {
   EXPECT_EQ(swarm.value().load.robots, 3);
   EXPECT_EQ(swarm.value().load.period_ms, 200);
 
+  // Channels are alike: one with another rate is left out.
+  config::Config mixed = server;
+  mixed.links[2].baud = 9600;
+  EXPECT_THAT(MakeSwarm(mixed, {{"radio-a", "/a"}, {"radio-b", "/b"}}, {.robots = 5}).value().ports,
+              ElementsAre("/a"));
+
   const auto plain = MakeSwarm(server, {{"plain", "/plain"}}, {.robots = 5});
   ASSERT_TRUE(plain.ok());
-  EXPECT_EQ(plain.value().access, LinkKind::kBuffered);
+  EXPECT_EQ(plain.value().load.access, LinkKind::kBuffered);
 }
 
 TEST(OwnServerTest, ALongerPeriodHasALongerFailSafeAndASpeedThatFits) {
@@ -142,8 +148,9 @@ TEST(OwnServerTest, RobotsThatTheLinkDoesNotHoldAtTheUsualPeriodAskLessOften) {
 
 TEST(OwnServerTest, WhatIsMissingIsSaidWithWhatThereIs) {
   const config::Config server = Parse(std::string(kMap) + kSquare + kLinks);
-  EXPECT_THAT(MakeSwarm(server, {}, {.robots = 1}).error(),
-              HasSubstr("no virtual modem that is up: add a [[link]] with kind = \"pty\""));
+  EXPECT_THAT(
+      MakeSwarm(server, {}, {.robots = 1}).error(),
+      HasSubstr("found the links plain, radio-a, radio-b, expected one that is a virtual modem"));
   EXPECT_THAT(MakeSwarm(server, {{"plain", "/p"}}, {.robots = 1, .pheromone = "moss"}).error(),
               HasSubstr("found \"moss\", expected one of 1 (\"trail\"), 2 (\"path\")"));
   EXPECT_THAT(MakeSwarm(server, {{"plain", "/p"}}, {.robots = 1, .pheromone = "trail"}).error(),

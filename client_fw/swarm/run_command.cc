@@ -169,8 +169,8 @@ void TellStops(const SwarmRecord& record, const ChannelLoad& load) {
              "{} of {} robots had no answer for {:.2f} s and stopped, {} stops in all. {}\n",
              stopped, record.robots.size(), static_cast<double>(load.fail_safe_ms) / 1000, stops,
              !why.empty() ? why
-                          : "The channel has room for them; `pheromonectl doctor` looks for other "
-                            "causes.");
+                          : "The channel has room for so many: frames were lost, or the server was "
+                            "late (pheromonectl doctor).");
 }
 
 Result<Task> TaskForServer(RunOptions* options) {
@@ -178,7 +178,7 @@ Result<Task> TaskForServer(RunOptions* options) {
   options->ports = swarm.ports;
   fmt::print(stderr, "{} robots on {}, {}, asking every {:.2f} s\n", options->wish.robots,
              fmt::join(swarm.links, ", "),
-             swarm.access == LinkKind::kMediumAccess ? "in rounds" : "by contention",
+             swarm.load.access == LinkKind::kMediumAccess ? "in rounds" : "by contention",
              static_cast<double>(swarm.load.period_ms) / 1000);
   if (!swarm.why_slower.empty()) {
     fmt::print(stderr, "At 0.2 s, they would stop: {}\n", swarm.why_slower);
@@ -199,7 +199,10 @@ Result<Task> TaskOf(RunOptions* options) {
 int Run(RunOptions options) {
   const bool own_server = options.wish.robots != 0;
   if (options.file.empty() != own_server) {
-    return Fail("expected either a scenario or --robots", kWrongInput);
+    return Fail(own_server ? "found a scenario and --robots, expected one of them"
+                           : "found neither a scenario nor --robots, expected one of them: "
+                             "pheromone-swarm run --robots 12 drives on your running server",
+                kWrongInput);
   }
   Result<Task> task = TaskOf(&options);
   if (!task.ok()) {
@@ -250,10 +253,10 @@ void AddRunCommand(CLI::App* app, int* status) {
       "asked for its map, its pheromones and its virtual modems");
   robots->check(CLI::Range(1, 254));
   command
-      ->add_option("--server", options->wish.socket,
+      ->add_option("--socket", options->wish.socket,
                    "The server's control socket (default: as pheromonectl finds it)")
       ->needs(robots)
-      ->type_name("SOCKET");
+      ->type_name("PATH");
   command->add_option("--pheromone", options->wish.pheromone, "With --robots: which they follow")
       ->needs(robots)
       ->type_name("N|NAME");
@@ -263,7 +266,7 @@ void AddRunCommand(CLI::App* app, int* status) {
           "With --robots: seconds between two requests of a robot (default: 0.2, or the least "
           "that the server's links hold)")
       ->needs(robots)
-      ->check(Between(0.02, 15));
+      ->check(Between(0.02, kMaxPeriodMs / 1000.0));
   command
       ->add_option("--seconds", options->wish.seconds,
                    "With --robots: stop after this time (default: on Ctrl-C)")

@@ -273,7 +273,7 @@ class ControlTest(Server):
     def test_without_a_server_it_says_where_it_looked_and_what_to_do(self):
         words = self.ctl("status", "--socket", "none.sock", status=3)
         self.assertEqual(words, "pheromonectl: no server at none.sock: No such file or directory; "
-                                "start pheromoned, or specify a running server with --instance or "
+                                "start pheromoned, or name the socket of a running server with "
                                 "--socket\n")
         dead = socket.socket(socket.AF_UNIX)
         dead.bind(str(self.folder / "dead.sock"))

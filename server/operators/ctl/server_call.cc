@@ -77,7 +77,7 @@ std::string Advice(const std::string& socket, const beast::error_code& error) {
         socket, error.message());
   }
   return fmt::format("no server at {}: {}", socket, error.message()) +
-         "; start pheromoned, or specify a running server with --instance or --socket";
+         "; start pheromoned, or name the socket of a running server with --socket";
 }
 
 // The text of a refusal, in one line.
