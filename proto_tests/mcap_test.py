@@ -149,7 +149,8 @@ def main():
             out = folder / "grids.mcap"
             export(bin_dir, out, HERE / "replay/evaporation.pcapng", options=("--grid-rate", rate))
             last[rate] = [it for it in read_mcap(out).messages if it.topic.startswith("/pheromone/")][-1]
-        check(last["0.01"].data == last["10"].data, "the last grids")
+        # Without its first field, the time: a grid that is still the same is not written again.
+        check(len({it.data[2 + it.data[1]:] for it in last.values()}) == 1, "the last grids")
         two = [it for it in corpus if it.stem in ("evaporation", "traffic")]
         files.append(folder / "two.mcap")
         export(bin_dir, files[-1], *two)

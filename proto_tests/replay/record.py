@@ -126,9 +126,9 @@ class Lab:
         self.await_log("configuration reread", times)
 
     def ctl(self, *arguments, status=0):
-        result = subprocess.run([self.bin_dir / "pheromonectl", *arguments], cwd=self.folder,
-                                check=False)
-        assert result.returncode == status, result
+        result = subprocess.run([self.bin_dir / "pheromonectl", *arguments], cwd=self.folder)
+        if result.returncode != status:
+            sys.exit(f"{arguments} ended with {result.returncode} instead of {status}")
 
     def end(self):
         """The capture."""
@@ -240,7 +240,7 @@ def reload(lab):
 
 
 def commands(lab):
-    """A command that is repeated until it is acknowledged, and deposits of the operator."""
+    """A command that is repeated until it is acknowledged, and a deposit of the operator, undone."""
     acknowledged = []
     robot = Client(lab.lines[0], 1, timeout=5, on_command=lambda it: acknowledged.append(it) or 0)
     robot.hello(7)
@@ -249,7 +249,9 @@ def commands(lab):
     robot.listen(0.2)
     lab.ctl("deposit", "trail", "2", "2", "--quanta", "8")
     robot.sense(1, 1900, 2000, 0)
-    lab.ctl("halt", status=1)  # nobody confirms it
+    lab.ctl("undo")
+    robot.sense(1, 1900, 2000, 0)
+    lab.ctl("halt", status=1)  # the robot does not listen while it waits
     robot.listen(0.5)
 
 
