@@ -31,12 +31,19 @@ async function post(path, body) {
 
 const paint = (pheromone, points, units) => post('paint', {pheromone, points_m: points, radius_m: 0.3, units});
 
-/** What the API says of now. Robots stand: nothing but evaporation changes meanwhile. */
+/**
+ * What the API says of now. Robots stand: nothing but evaporation changes meanwhile, nor within 20 ms,
+ * since a recording's clock and ours may differ by a few.
+ */
 async function moment() {
+  const begun = Date.now();
+  await until('20 ms', async () => Date.now() > begun + 20);
   const fields = {};
   for (const name of PHEROMONES) fields[name] = await swarm.get(`field?pheromone=${name}&format=json`);
   const {pose} = await swarm.robot(1);
-  return {ms: Date.now(), fields, pose};
+  const ms = Date.now();
+  await until('20 ms', async () => Date.now() > ms + 20);
+  return {ms, fields, pose};
 }
 
 /** The page shows this moment, and nothing is under way. */
@@ -44,12 +51,12 @@ async function seek(page, ms) {
   const before = await page.evaluate((at) => {
     const {replay, store} = window.pheromone;
     replay.seek(at);
-    return [...store.layers].map(([name, it]) => [name, it.version]);
+    return [...store.layers].map(([name, it]) => [name, it.received]);
   }, ms);
-  await page.waitForFunction(([at, versions]) => {
+  await page.waitForFunction(([at, messages]) => {
     const {replay, store} = window.pheromone;
     return replay.phase === 'paused' && Number(replay.at / 1000000n) === at && store.robots.size > 0 &&
-           versions.every(([name, version]) => store.layers.get(name).version > version);
+           messages.every(([name, received]) => store.layers.get(name).received > received);
   }, [ms, before], {timeout: 60000});
 }
 

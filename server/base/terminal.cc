@@ -43,10 +43,10 @@ OpenedTerminal InUse(const std::optional<int>& holder) {
 }  // namespace
 
 std::string WhyNotOpened(int error) {
-  return Message(error) + (error == EACCES
-                               ? "; serial ports are for members of the group dialout: sudo adduser "
-                                 "$USER dialout, then log in again"
-                               : "");
+  return Message(error) +
+         (error == EACCES ? "; serial ports are for members of the group dialout: sudo adduser "
+                            "$USER dialout, then log in again"
+                          : "");
 }
 
 OpenedTerminal OpenTerminal(const std::string& path) {

@@ -46,8 +46,8 @@ struct ControlSettings {
 
 /// How browsers and programs reach the server over HTTP.
 struct WebSettings {
-  Endpoint listen;              ///< without an address: not at all
-  std::string token;            ///< what changes must carry; empty: none are taken
+  Endpoint listen;    ///< without an address: not at all
+  std::string token;  ///< what changes must carry; empty: none are taken
   /// Names that the server may be asked by, in lower case, beside localhost and all addresses.
   std::vector<std::string> hosts;
   /// Web pages of other servers that may show the stream: "https://app.foxglove.dev".
