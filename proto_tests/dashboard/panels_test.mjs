@@ -120,6 +120,7 @@ async function phone(browser) {
   await reachable(page, '#robot-card button');
   await page.click('#go-here');
   check(!(await page.isVisible('#sheet')), '"Go here" leaves the card over the map');
+  await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));   // the map has its new size
   await page.touchscreen.tap(...await pixel(page, 3, 5));
   await goalOf(3, 5);
   await page.waitForSelector('#robot-card');
@@ -219,8 +220,8 @@ async function manyRobots(browser) {
   await page.waitForSelector('#panel-robots >> text=None of 300 robots');
   await page.fill('#robot-search', '');
   await rows(300);
-  await page.evaluate(() => { window.halt('b', 99); window.tell(); });   // far below what is in view
-  await page.waitForFunction(() => /halted/.test(document.querySelector('.row[data-robot="b/99"]').textContent));
+  await page.evaluate(() => window.halt('b', 99));   // far below what is in view: after some messages
+  await page.waitForFunction(() => window.tell() ?? /halted/.test(document.querySelector('.row[data-robot="b/99"]').textContent));
   checkClean();
   await context.close();
 }

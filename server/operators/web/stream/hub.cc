@@ -303,7 +303,7 @@ void Hub::Forget() {
   robots_ = {};
   tags_ = {};
   rates_ = {};
-  robot_events_.clear();
+  robot_events_.reset();
   for (auto& [id, state] : states_) {
     state->is_new_to_some = state->subscribers > 0;
   }
@@ -566,8 +566,12 @@ void Hub::NoteRobotEvents(const std::vector<control::ClientView>& clients, uint6
     }
     const protocol::EventReport& event = *client.robot.last_event;
     const std::string name = client.link + ' ' + std::to_string(client.id);
-    const auto before = robot_events_.find(name);
-    if (before != robot_events_.end() &&
+    present[name] = event;
+    if (!robot_events_) {
+      continue;  // it is from before
+    }
+    const auto before = robot_events_->find(name);
+    if (before == robot_events_->end() ||
         (before->second.seq != event.seq || before->second.code != event.code ||
          before->second.argument != event.argument)) {
       AddEvent("robot",
@@ -575,7 +579,6 @@ void Hub::NoteRobotEvents(const std::vector<control::ClientView>& clients, uint6
                    std::to_string(event.argument),
                IsTrouble(event.code), unix_ns);
     }
-    present[name] = event;
   }
   robot_events_ = std::move(present);
 }

@@ -175,7 +175,8 @@ class Hub {
   RobotScenes robots_;
   TagScenes tags_;
   EngineRates rates_;
-  std::map<std::string, protocol::EventReport> robot_events_;
+  // The last one of each robot that has reported any; nothing: not yet looked.
+  std::optional<std::map<std::string, protocol::EventReport>> robot_events_;
   std::vector<FramePtr> new_events_;
   std::vector<FramePtr> recent_events_;
   uint64_t configured_ms_ = 0;

@@ -329,12 +329,22 @@ TEST_F(HubTest, TellsEventsOfTheServerAndOfRobots) {
   control_.clients[0].robot.last_event->seq = 2;
   Step();
   Step();
-  ASSERT_EQ(hub_.RecentEvents().size(), 2u);
+  ASSERT_EQ(hub_.RecentEvents().size(), 3u);  // of the robot both, the first one too
   EXPECT_NE(hub_.RecentEvents()[1]->payload.find("robot radio-a 7"), std::string::npos);
   for (int i = 0; i < 10; ++i) {  // it is still the robot's last one
     EXPECT_EQ(Step().count("/events"), 0u);
   }
-  EXPECT_EQ(hub_.RecentEvents().size(), 2u);
+  EXPECT_EQ(hub_.RecentEvents().size(), 3u);
+}
+
+TEST_F(HubTest, DoesNotTellWhatRobotsReportedBeforeItLooked) {
+  AddRobot();
+  control_.clients[0].robot.last_event =
+      protocol::EventReport{7, 1, protocol::EventCode::kLoadPicked, 3};
+  hub_.AddSubscriber(IdOf("/events"));
+  Step();
+  Step();
+  EXPECT_TRUE(hub_.RecentEvents().empty());
 }
 
 TEST_F(HubTest, NamesTheTagsThatChanged) {

@@ -11,6 +11,13 @@ import {countStates, isFresh, shareOf, shownAs, stateOf} from '../robots.js';
 const SEARCH_FROM = 9;      // robots; fewer are seen at once
 const UPDATES_AT_ONCE = 60; // rows besides those that are in view
 
+/** Whether a word of the search is the beginning of a robot's number, or of a word of its link or state. */
+function isOf(robot, word) {
+  if (/^\d+$/.test(word)) return String(robot.id).startsWith(word);
+  const text = `robot ${robot.link} ${stateOf(robot)}`.toLowerCase();
+  return [robot.link.toLowerCase(), ...text.split(/[^\p{L}\p{N}]+/u)].some((it) => it.startsWith(word));
+}
+
 export class RobotsPanel {
   constructor(tools, onFollow, memory) {
     this.memory = memory;
@@ -78,8 +85,7 @@ export class RobotsPanel {
     setText(this.panel.count, countStates(robots));
     this.search.hidden = robots.length < SEARCH_FROM && !this.search.value;
     const words = this.search.value.toLowerCase().split(/\s+/).filter((it) => it);
-    const shown = robots.filter((it) => words.every((word) => /^\d+$/.test(word) ? String(it.id).startsWith(word)
-      : `robot ${it.id} ${it.link} ${stateOf(it)}`.toLowerCase().includes(word)));
+    const shown = robots.filter((it) => words.every((word) => isOf(it, word)));
     if (shown.length !== this.rows.size || shown.some((it) => !this.rows.has(it.key))) this.rebuild(shown);
     for (const robot of this.due(shown)) this.update(robot);
     setText(this.none, robots.length === 0 ? 'No robot has been heard yet' : shown.length === 0 ? `None of ${robots.length} robots` : '');
