@@ -140,14 +140,17 @@ class Page(unittest.TestCase):
         if command.startswith("pheromoned "):
             self.await_that(lambda: "ready: " in it.text() or it.process.poll() is not None, words)
         elif "pheromone-swarm live" in command:
-            self.await_that(lambda: self.has_pose() or it.process.poll() is not None, words)
+            self.await_that(lambda: self.poses() or it.process.poll() is not None, words)
+        elif number := re.search(r"--robots (\d+)", command):
+            self.await_that(lambda: self.poses() == int(number[1]) or it.process.poll() is not None,
+                            words)
         else:
             self.await_that(lambda: it.text() or it.process.poll() is not None, words)
         self.assertIsNone(it.process.poll(), words + it.text())
         return it
 
-    def has_pose(self):
-        return '"pose":{' in self.run_it("pheromonectl clients --json").replace(" ", "")
+    def poses(self):
+        return self.run_it("pheromonectl clients --json").replace(" ", "").count('"pose":{')
 
     def end(self, it, statuses=(0,)):
         self.lasting.remove(it)

@@ -355,7 +355,7 @@ TEST(ConfigChange, RefusesAnotherGeometryWithAReason) {
   config.field.map.cell_um = 50'000;
   const Status status = bench.engine.CheckConfig(config);
   ASSERT_FALSE(status.ok());
-  EXPECT_NE(status.error().find("cell size"), std::string::npos);
+  EXPECT_NE(status.error().find("cells of 0.05 m"), std::string::npos);
 }
 
 TEST(ConfigChange, ALinkThatReturnsFindsItsRobotsAgain) {

@@ -137,7 +137,8 @@ class LiveControlTest : public ::testing::Test {
     config_.links[1].baud = 9600;
     EXPECT_TRUE(service_.Configure(config_.engine, 7).ok());
     for (engine::LinkIndex i = 0; i < 2; ++i) {
-      auto link = std::make_unique<FakeLink>(config_.engine.links[i].name, i);
+      config_.links[i].name = config_.engine.links[i].name;
+      auto link = std::make_unique<FakeLink>(config_.links[i].name, i);
       fakes_.push_back(link.get());
       router_.Add(link.get());
       links_.push_back(std::move(link));

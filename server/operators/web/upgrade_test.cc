@@ -290,7 +290,7 @@ TEST_F(UpgradeTest, AnOwnerWhoFailsLosesTheConnectionAndNobodyElseDoes) {
   options_.tell = [&](const std::string& text) { told.set_value(text); };
   Start([](const Upgrade& /*upgrade*/) { throw std::runtime_error("no room"); });
   EXPECT_EQ(Ask(Connect(false), kAsks), "");
-  EXPECT_EQ(told.get_future().get(), "a connection was dropped: no room");
+  EXPECT_EQ(told.get_future().get(), "web: a connection was dropped: no room");
   EXPECT_EQ(StatusOf(Ask(Connect(false), "GET /a HTTP/1.1\r\nConnection: close\r\n\r\n")), "200");
 }
 

@@ -285,7 +285,7 @@ TEST_F(FieldApiTest, ShapesThatAreNoneAreRefused) {
 }
 
 TEST_F(FieldApiTest, CommandsCarryTheirArgumentsAsOnTheWire) {
-  EXPECT_EQ(Post("command", R"({"link":"a","id":7,"command":"speed","arguments":[-300]})"), 200);
+  EXPECT_EQ(Post("command", R"({"link":"a","id":7,"command":"speed","arguments":[300]})"), 200);
   EXPECT_EQ(Post("command", R"({"link":"a","id":1,"command":"go-to","arguments":[258,-2]})"), 200);
   EXPECT_EQ(Post("command", R"({"link":"b","id":254,"command":"set","arguments":[5,-2]})"), 200);
   EXPECT_EQ(Post("command", R"({"link":"b","id":2,"command":"halt"})"), 200);
@@ -293,13 +293,14 @@ TEST_F(FieldApiTest, CommandsCarryTheirArgumentsAsOnTheWire) {
   using protocol::CommandCode;
   EXPECT_EQ(
       control_.commands,
-      (std::vector<Command>{{"a", 7, CommandCode::kSpeed, {0xD4, 0xFE}},
+      (std::vector<Command>{{"a", 7, CommandCode::kSpeed, {0x2C, 0x01}},
                             {"a", 1, CommandCode::kGoTo, {0x02, 0x01, 0xFE, 0xFF}},
                             {"b", 254, CommandCode::kSetParameter, {5, 0xFE, 0xFF, 0xFF, 0xFF}},
                             {"b", 2, CommandCode::kHalt, {}}}));
   for (const char* bad :
        {R"("id":0,"command":"halt")", R"("id":255,"command":"halt")", R"("id":1,"command":"jump")",
         R"("id":1,"command":"speed")", R"("id":1,"command":"speed","arguments":[40000])",
+        R"("id":1,"command":"speed","arguments":[-300])",
         R"("id":1,"command":"halt","arguments":[1])",
         R"("id":1,"command":"speed","arguments":[1.5])"}) {
     EXPECT_EQ(Post("command", R"({"link":"a",)" + std::string(bad) + "}"), 400) << bad;

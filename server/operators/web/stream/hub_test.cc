@@ -157,7 +157,7 @@ TEST_F(HubTest, JsonSchemasHaveAllThatMessagesHave) {
       hub_.AddSubscriber(channel.id);
     }
   }
-  EXPECT_EQ(schemas.size(), 9u);
+  EXPECT_EQ(schemas.size(), 10u);
   std::map<std::string, FramePtr> messages;
   for (int i = 0; i < 20; ++i) {
     for (auto& [topic, frame] : Step()) {
