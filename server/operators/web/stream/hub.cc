@@ -575,8 +575,8 @@ void Hub::NoteRobotEvents(const std::vector<control::ClientView>& clients, uint6
         (before->second.seq != event.seq || before->second.code != event.code ||
          before->second.argument != event.argument)) {
       AddEvent("robot",
-               "robot " + name + ": " + std::string(NameOf(event.code)) + ' ' +
-                   std::to_string(event.argument),
+               "robot " + name + ": " + std::string(NameOf(event.code)) +
+                   (event.argument != 0 ? ' ' + std::to_string(event.argument) : ""),
                IsTrouble(event.code), unix_ns);
     }
   }
