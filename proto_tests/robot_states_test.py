@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Robots brought into each of their states, as API, pheromonectl and metrics show them.
+"""Robots brought into each of their states, as API, pheromonectl, metrics and the page show them.
 
-    robot_states_test.py BIN_DIR
+    robot_states_test.py BIN_DIR [COMMAND...]
+
+COMMAND, with the web port after it, runs dashboard/robots_shown.mjs; without it, there is no page.
 
 Robots are simulated Pioneers with pheromone-robot, which tell where they truly are; what a healthy
 robot never does, a client in Python does. All along, no robot that has truly stood still for long is
@@ -34,7 +36,7 @@ STANDS_S = 3.0 + 4.0
 CONFIG = (map_of(30.0, 30.0) + pheromone(1, "path")
           + table("[path]", pheromone="path", closed=True,
                   points_m=[[2.0, PATH_Y_M], [28.0, PATH_Y_M], [28.0, 25.0], [2.0, 25.0]])
-          + link("udp", "udp", listen="127.0.0.1:0"))
+          + link("udp", "udp", listen="127.0.0.1:0") + table("web", listen="127.0.0.1:0"))
 
 
 class Robot:
@@ -96,13 +98,44 @@ class Played:
         self.say(self.kind, *struct.pack("<hhH", self.x_mm, 20_000, 0))
 
 
+class Page:
+    """The dashboard in a browser; without one, nobody looks."""
+
+    def __init__(self, stack, command, port):
+        self.browser = None
+        if command:
+            self.browser = subprocess.Popen([*command, str(port)], stdin=subprocess.PIPE,
+                                            stdout=subprocess.PIPE, text=True)
+            stack.callback(self.end)
+            self.read()
+
+    def read(self):
+        line = self.browser.stdout.readline()
+        check(line, "the page is gone")
+        return json.loads(line)
+
+    def end(self):
+        self.browser.stdin.close()
+        check(self.browser.wait(PATIENCE_S) == 0, "the page is not clean")
+
+    def await_text(self, identifier, text):
+        end = time.monotonic() + PATIENCE_S
+        shown = ""
+        while self.browser and text not in shown:
+            check(time.monotonic() < end, f"the page shows \"{shown}\", not \"{text}\"")
+            self.browser.stdin.write("\n")
+            self.browser.stdin.flush()
+            shown = self.read().get(f"udp/{identifier}", "")
+
+
 class Swarm:
-    def __init__(self, stack, bin_dir, folder):
+    def __init__(self, stack, bin_dir, folder, page):
         self.stack, self.bin_dir, self.folder = stack, bin_dir, folder
         (folder / "test.toml").write_text(CONFIG)
         self.daemon = OperatedDaemon(bin_dir, folder)
         stack.callback(self.daemon.kill)
         self.port = self.daemon.udp_port()
+        self.page = Page(stack, page, self.daemon.web_port())
         self.robots, self.played = {}, {}
         self.over = threading.Event()
         self.player = threading.Thread(target=self.play, daemon=True)
@@ -156,6 +189,7 @@ class Swarm:
         alike = sum(it["is"] == state for it in self.clients().values())
         check(counted and int(counted[0]) >= 1 and alike >= 1,
               f"metrics count {counted} robots as {state}, the API {alike}")
+        self.page.await_text(identifier, f", {state}" + (f", {reason}" if reason else ""))
         print(f"robot {identifier}: {shown}", flush=True)
 
     def tool(self, *words, status=0):
@@ -230,7 +264,7 @@ def by_operators(swarm):
 def main():
     bin_dir = pathlib.Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
-        swarm = Swarm(stack, bin_dir, pathlib.Path(folder))
+        swarm = Swarm(stack, bin_dir, pathlib.Path(folder), sys.argv[2:])
         for part in (by_themselves, played, silent, by_operators):
             part(swarm)
     print("ok")

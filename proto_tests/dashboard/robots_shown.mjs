@@ -1,0 +1,18 @@
+// What the page of the server at PORT shows of each robot: a line of JSON for each line that is read.
+//
+//   robots_shown.mjs PORT
+import {createInterface} from 'node:readline';
+import {launch, open} from './browser.mjs';
+
+const port = Number(process.argv[2]);
+const browser = await launch();
+const {page, checkClean} = await open(browser, port);
+await page.goto(`http://127.0.0.1:${port}/`);
+await page.waitForSelector('#link-state[data-state="live"]');
+console.log('{}');
+for await (const line of createInterface({input: process.stdin})) {
+  console.log(JSON.stringify(await page.$$eval('.row[data-robot]', (rows) =>
+    Object.fromEntries(rows.map((it) => [it.dataset.robot, it.textContent])))));
+}
+checkClean();
+await browser.close();
