@@ -34,7 +34,7 @@ bool IsFolder(const std::string& path) {
 }
 
 // Itself, or its parent: the server creates a missing folder if its parent exists.
-std::string PlaceOf(const std::string& folder) {
+std::string SelfOrParent(const std::string& folder) {
   return IsThere(folder) ? folder
                          : std::filesystem::path(AbsolutePath(folder)).parent_path().string();
 }
@@ -90,7 +90,7 @@ std::string ControlSocket(const ControlSettings& config, const char* runtime_dir
 }
 
 std::string WhyUnusable(const std::string& folder, const char* state_directory) {
-  const std::string place = PlaceOf(folder);
+  const std::string place = SelfOrParent(folder);
   if (IsThere(place) && !IsFolder(place)) {
     return place + ": is not a folder";
   }
@@ -125,7 +125,7 @@ FolderReport LookAtFolders(const Config& config, const char* state_directory) {
       why = lock + ": " + std::strerror(errno) + ", expected a file owned by the server's user";
     }
     if (!why.empty()) {
-      (IsFolder(PlaceOf(journal)) ? report.warnings : report.errors)
+      (IsFolder(SelfOrParent(journal)) ? report.warnings : report.errors)
           .push_back("journal.folder: " + why);
     }
     report.lines.push_back(LineOf("journal", journal));

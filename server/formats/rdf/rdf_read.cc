@@ -17,8 +17,6 @@ namespace {
 
 using tags::Fact;
 
-constexpr size_t kMaxXmlDepth = 64;
-
 // What is at the end of a triple.
 struct Value {
   enum class Kind { kIri, kLiteral, kBlank } kind = Kind::kIri;
