@@ -118,14 +118,14 @@ class Page:
         self.browser.stdin.close()
         check(self.browser.wait(PATIENCE_S) == 0, "the page is not clean")
 
-    def await_text(self, identifier, text):
+    def await_text(self, where, text):
         end = time.monotonic() + PATIENCE_S
         shown = ""
         while self.browser and text not in shown:
             check(time.monotonic() < end, f"the page shows \"{shown}\", not \"{text}\"")
             self.browser.stdin.write("\n")
             self.browser.stdin.flush()
-            shown = self.read().get(f"udp/{identifier}", "")
+            shown = self.read().get(where, "")
 
 
 class Swarm:
@@ -189,7 +189,7 @@ class Swarm:
         alike = sum(it["is"] == state for it in self.clients().values())
         check(counted and int(counted[0]) >= 1 and alike >= 1,
               f"metrics count {counted} robots as {state}, the API {alike}")
-        self.page.await_text(identifier, f", {state}" + (f", {reason}" if reason else ""))
+        self.page.await_text(f"udp/{identifier}", f", {state}" + (f", {reason}" if reason else ""))
         print(f"robot {identifier}: {shown}", flush=True)
 
     def tool(self, *words, status=0):
@@ -259,6 +259,9 @@ def by_operators(swarm):
     check("robot 101 on udp was not seen to stand" in swarm.tool("halt", status=1), "101 stands")
     swarm.await_state(1, "halted", "by the halt of all")
     swarm.await_state(101, "alarm", "it was told to halt, and moves")
+    swarm.robots[4].driver.process.send_signal(signal.SIGSTOP)
+    swarm.await_state(4, "silent")
+    swarm.page.await_text("halted", "; not yet: robot 101; silent: robot 4")
 
 
 def main():

@@ -378,10 +378,12 @@ function showHalted() {
   const all = [...store.robots.values()];
   const halted = all.filter(isHalted);
   const unsure = all.filter((it) => stateOf(it) === 'alarm' && /halt/.test(it.state?.reason ?? ''));
+  const silent = all.filter((it) => stateOf(it) === 'silent');
+  const namesOf = (robots) => robots.map((it) => `robot ${it.id}`).join(', ');
   const box = byId('halted');
   box.hidden = replay.active || halted.length + unsure.length === 0;
   setText(box.firstElementChild, `${halted.length} of ${all.length} halted` +
-    (unsure.length ? `; not yet: ${unsure.map((it) => `robot ${it.id}`).join(', ')}` : ''));
+    (unsure.length ? `; not yet: ${namesOf(unsure)}` : '') + (silent.length ? `; silent: ${namesOf(silent)}` : ''));
   byId('resume-all').disabled = api.refusal !== '';
   byId('resume-all').title = api.refusal ? 'Resuming needs the token: "Unlock"' : 'Every halted robot drives on';
 }
