@@ -113,6 +113,13 @@ int64_t LastEvent(const json::value& client) {
   return event.is_object() ? static_cast<int64_t>(CountAt(event, "seq")) : -1;
 }
 
+// `then`: what becomes of the order.
+void TellIfSilent(const json::value& client, const std::string& then) {
+  if (client.is_object() && TextAt(At(client, "state"), "is") == "silent") {
+    fmt::print(stderr, "pheromonectl: {}; {}\n", SilenceOf(client), then);
+  }
+}
+
 // Waits for the EVENT by which the robot answers "get"; `before` is the seq of the one before.
 int AwaitValue(const ServerOptions& options, const RobotCommand& command, int64_t before) {
   const auto deadline = std::chrono::steady_clock::now() + kValuePatience;
@@ -236,19 +243,15 @@ int GiveCommand(const ServerOptions& options, RobotCommand command) {
   }
   ServerOptions quiet = options;
   quiet.json = false;
-  int64_t last_event = -1;
-  if (command.wait) {
-    const JsonReply reply = CallJson(options, "GET", "/api/v1/clients");
-    if (reply.exit_status != 0) {
-      return reply.exit_status;
-    }
-    const json::value client = FindClient(reply.value, command.link, command.id);
-    last_event = LastEvent(client);
-    if (client.is_object() && TextAt(At(client, "state"), "is") == "silent") {
-      fmt::print(stderr, "{}; waiting for it, up to {} s\n", SilenceOf(client),
-                 kAckPatience.count());
-    }
+  const JsonReply reply = CallJson(options, "GET", "/api/v1/clients");
+  if (reply.exit_status != 0) {
+    return reply.exit_status;
   }
+  const json::value client = FindClient(reply.value, command.link, command.id);
+  const int64_t last_event = LastEvent(client);
+  TellIfSilent(client, command.wait
+                           ? fmt::format("waiting for it, up to {} s", kAckPatience.count())
+                           : "it may not receive this");
   const int status =
       Change(command.wait ? quiet : options, "command",
              {{"link", command.link},
@@ -275,11 +278,8 @@ int GoTo(const ServerOptions& options, const RobotGoal& goal) {
                             fmt::format("{}: goal ({}, {}) m", robot, *goal.x_m, *goal.y_m));
   if (status == 0) {
     const JsonReply clients = CallJson(options, "GET", "/api/v1/clients");
-    const json::value client = FindClient(clients.value, goal.link, goal.id);
-    if (TextAt(At(client, "state"), "is") == "silent") {
-      fmt::print(stderr, "pheromonectl: {}; it goes there once it is heard again\n",
-                 SilenceOf(client));
-    }
+    TellIfSilent(FindClient(clients.value, goal.link, goal.id),
+                 "it goes there once it is heard again");
   }
   return status;
 }

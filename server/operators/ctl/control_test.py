@@ -407,6 +407,12 @@ class ControlTest(Server):
                               text=True, capture_output=True, timeout=PATIENCE_S, check=False)
         self.assertRegex(sent.stderr, r"^pheromonectl: robot 53 on radio-a has been silent for .*"
                          r"; it goes there once it is heard again\n$")
+        sent = subprocess.run([PHEROMONECTL, "command", "radio-a", "53", "halt", "--no-wait"],
+                              cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE_S,
+                              check=False)
+        self.assertRegex(sent.stderr, r"^pheromonectl: robot 53 on radio-a has been silent for .*"
+                         r"; it may not receive this\n$")
+        self.assertEqual(sent.stdout, "halt: sent\n")
 
     def state(self, identifier):
         return next(client["state"] for client in self.view("clients")["clients"]

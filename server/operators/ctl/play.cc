@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "server/base/descriptor.h"
+#include "server/base/terminal.h"
 #include "server/operators/ctl/map_commands.h"
 #include "server/operators/ctl/replay_commands.h"
 #include "server/store/capture/reader.h"
@@ -29,17 +30,18 @@ using Clock = std::chrono::steady_clock;
 // How long to wait for the last answers.
 constexpr std::chrono::milliseconds kLastAnswers{200};
 
-Result<Descriptor> OpenTerminal(const std::string& path) {
-  Descriptor terminal(open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
+Result<Descriptor> OpenRaw(const std::string& path) {
+  OpenedTerminal opened = OpenTerminal(path);
+  if (!opened.status.ok()) {
+    return Error{path + ": " + opened.status.error()};
+  }
   termios settings{};
-  if (!terminal.valid() || tcgetattr(terminal.get(), &settings) != 0) {
-    return SystemError(path);
-  }
+  tcgetattr(opened.descriptor.get(), &settings);
   cfmakeraw(&settings);
-  if (tcsetattr(terminal.get(), TCSANOW, &settings) != 0) {
+  if (tcsetattr(opened.descriptor.get(), TCSANOW, &settings) != 0) {
     return SystemError(path);
   }
-  return terminal;
+  return std::move(opened.descriptor);
 }
 
 Result<Descriptor> Connect(const std::string& to) {
@@ -84,8 +86,7 @@ class Player {
   Status Send(const capture::Packet& packet) {
     const Key key = is_terminal_ ? Key(0, 0) : Key(packet.link, packet.connection);
     if (!lines_.contains(key)) {
-      PHEROMONE_TRY(Descriptor opened,
-                    is_terminal_ ? OpenTerminal(options_.to) : Connect(options_.to));
+      PHEROMONE_TRY(Descriptor opened, is_terminal_ ? OpenRaw(options_.to) : Connect(options_.to));
       lines_[key] = std::move(opened);
     }
     if (!first_ns_) {

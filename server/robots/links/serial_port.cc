@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <libserialport.h>
 #include <linux/serial.h>
-#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
@@ -70,13 +69,15 @@ class SerialPort final : public Port {
     std::unique_ptr<sp_port, Closer> port(found);
     // Opening it with libserialport already changes its settings, and another program may be using
     // it: so it is first locked through a separate descriptor.
-    Descriptor lock(open(real.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-    if (lock.valid() && flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
+    OpenedTerminal lock = OpenTerminal(real.data());
+    if (lock.in_use) {
       return Busy(path, real.data());
     }
-    if (!lock.valid() || sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
-      return errno == EBUSY ? Busy(path, real.data())
-                            : Error{path + ": cannot be opened: " + WhyNotOpened(errno)};
+    if (!lock.status.ok()) {
+      return Error{path + ": cannot be opened: " + lock.status.error()};
+    }
+    if (sp_open(port.get(), SP_MODE_READ_WRITE) != SP_OK) {
+      return errno == EBUSY ? Busy(path, real.data()) : SystemError(path + ": cannot be opened");
     }
     int handle = -1;
     if (sp_get_port_handle(port.get(), &handle) != SP_OK) {
@@ -87,7 +88,7 @@ class SerialPort final : public Port {
     if (!own.valid()) {
       return SystemError(path + ": cannot be opened");
     }
-    lock_ = std::move(lock);
+    lock_ = std::move(lock.descriptor);
     port_ = std::move(port);
     handle_ = handle;
     counts_at_first_ = ReadCounts(handle);
