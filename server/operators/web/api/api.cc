@@ -327,8 +327,9 @@ Respond Api::AndTell(std::string path, json::object body, std::string from, Resp
   return [this, path = std::move(path), body = std::move(body), from = std::move(from),
           respond = std::move(respond)](Response response) {
     boost::system::error_code not_json;
-    const json::value answer = json::parse(response.body, not_json);
-    if (response.status == 200 && answer.is_object()) {
+    const json::value answer =
+        response.status == 200 ? json::parse(response.body, not_json) : json::value();
+    if (answer.is_object()) {
       using std::chrono::milliseconds;
       const auto now = std::chrono::steady_clock::now().time_since_epoch();
       const auto done = actions_.Note(

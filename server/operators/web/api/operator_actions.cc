@@ -14,28 +14,34 @@ namespace json = boost::json;
 
 constexpr std::string_view kApi = "/api/v1/";
 
-// A string without quotes, anything else as JSON; nothing if there is no such member.
-std::string TextOf(const json::object& object, std::string_view name) {
-  const json::value* const found = object.if_contains(name);
-  if (found == nullptr) {
-    return "";
-  }
-  if (const json::string* const text = found->if_string()) {
+// A string without quotes, anything else as JSON.
+std::string TextOf(const json::value& value) {
+  if (const json::string* const text = value.if_string()) {
     return std::string(*text);
   }
-  std::string text = ToText(*found);
+  std::string text = ToText(value);
   text.pop_back();  // the end of the line
   return text;
+}
+
+// Nothing if there is no such member.
+std::string TextOf(const json::object& object, std::string_view name) {
+  const json::value* const found = object.if_contains(name);
+  return found != nullptr ? TextOf(*found) : "";
 }
 
 std::string Quoted(const json::object& object, std::string_view name) {
   return '"' + TextOf(object, name) + '"';
 }
 
+std::string At(const std::string& x_m, const std::string& y_m) {
+  return " at (" + x_m + ", " + y_m + ')';
+}
+
 // Where an edit begins: a point, the first one of a stroke, the lower left corner of an area.
 std::string PlaceOf(const json::object& body) {
   if (body.contains("x_m")) {
-    return " at (" + TextOf(body, "x_m") + ", " + TextOf(body, "y_m") + ')';
+    return At(TextOf(body, "x_m"), TextOf(body, "y_m"));
   }
   const json::value* at = body.if_contains("points_m");
   at = at != nullptr && at->is_array() && !at->get_array().empty() ? &at->get_array().front()
@@ -43,8 +49,7 @@ std::string PlaceOf(const json::object& body) {
   if (at == nullptr || !at->is_array() || at->get_array().size() < 2) {
     return "";
   }
-  json::object point{{"x_m", at->get_array()[0]}, {"y_m", at->get_array()[1]}};
-  return PlaceOf(point);
+  return At(TextOf(at->get_array()[0]), TextOf(at->get_array()[1]));
 }
 
 std::string RobotOf(const json::object& body) {
@@ -80,8 +85,10 @@ Words WordsOf(std::string_view name, const json::object& body, const json::objec
             ""};
   }
   if (name == "goto") {
-    return body.contains("cancel") ? Words{RobotOf(body) + "goal cancelled", ""}
-                                   : Words{RobotOf(body) + "sent to a goal", PlaceOf(body)};
+    const json::value* const cancel = body.if_contains("cancel");  // it may be false
+    return cancel != nullptr && *cancel == true
+               ? Words{RobotOf(body) + "goal cancelled", ""}
+               : Words{RobotOf(body) + "sent to a goal", PlaceOf(body)};
   }
   if (name == "laws") {
     return {"changed " + Quoted(body, "pheromone") + ": tau " + TextOf(body, "tau_s") + " s", ""};

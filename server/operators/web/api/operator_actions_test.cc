@@ -44,6 +44,8 @@ TEST(OperatorActions, SayWhatWasDoneAndWhere) {
             "robot radio-a 7: sent to a goal at (3, 5)"},
            {"goto", R"({"link":"radio-a","id":7,"cancel":true})", "{}",
             "robot radio-a 7: goal cancelled"},
+           {"goto", R"({"link":"radio-a","id":7,"x_m":3,"y_m":5,"cancel":false})", "{}",
+            "robot radio-a 7: sent to a goal at (3, 5)"},
            {"halt", "{}", R"({"done":true,"links":["a","b"],"down":[{"name":"c"}]})",
             "halted all robots, on 2 of 3 links"},
            {"laws", R"({"pheromone":"trail","tau_s":30})", "{}", "changed \"trail\": tau 30 s"},
