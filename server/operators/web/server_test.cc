@@ -3,19 +3,15 @@
 #include "server/operators/web/server.h"
 
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -24,77 +20,13 @@
 #include <utility>
 #include <vector>
 
-#include "server/base/holders.h"
+#include "server/operators/web/testing/client.h"
 #include "server/operators/web/testing/listening_server.h"
 
 namespace pheromone::web {
 namespace {
 
-// A connection of a client, blocking. What is waited for comes, or the test runs into its limit.
-class Client {
- public:
-  explicit Client(uint16_t port) : Client(Family{AF_INET}) { ConnectTo(port); }
-  explicit Client(const std::string& path) : Client(Family{AF_UNIX}) { ConnectTo(path); }
-  struct Family {
-    int number;
-  };
-  // With a descriptor, and not connected yet.
-  explicit Client(Family family) : socket_(socket(family.number, SOCK_STREAM, 0)) {}
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
-  ~Client() { close(socket_); }
-
-  void ConnectTo(uint16_t port) const {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    Connect(reinterpret_cast<sockaddr*>(&address), sizeof address);
-  }
-  void ConnectTo(const std::string& path) const {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.copy(address.sun_path, sizeof address.sun_path - 1);
-    Connect(reinterpret_cast<sockaddr*>(&address), sizeof address);
-  }
-
-  void Send(std::string_view bytes) const {
-    while (!bytes.empty()) {
-      const ssize_t sent = send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-      if (sent <= 0) {
-        return;  // the server has hung up
-      }
-      bytes.remove_prefix(static_cast<size_t>(sent));
-    }
-  }
-
-  // All bytes until the server hangs up.
-  std::string ReadAll() const {
-    std::string all;
-    char buffer[4096];
-    for (ssize_t size = 0; (size = read(socket_, buffer, sizeof buffer)) > 0;) {
-      all.append(buffer, static_cast<size_t>(size));
-    }
-    return all;
-  }
-
-  // Until `end` came in.
-  std::string ReadUntil(std::string_view end) const {
-    std::string all;
-    char byte = 0;
-    while (!all.ends_with(end) && read(socket_, &byte, 1) == 1) {
-      all += byte;
-    }
-    return all;
-  }
-
- private:
-  void Connect(const sockaddr* address, size_t size) const {
-    EXPECT_EQ(connect(socket_, address, static_cast<socklen_t>(size)), 0);
-  }
-
-  const int socket_;
-};
+using testing::Client;
 
 class ServerTest : public testing::ListeningServer {
  protected:
@@ -539,122 +471,6 @@ TEST_F(ServerTest, StopEndsConversationsThatAreUnderWay) {
   Stop();
   EXPECT_EQ(idle.ReadAll(), "");
   EXPECT_EQ(halfway.ReadAll(), "");
-}
-
-TEST_F(ServerTest, TheSocketOfADeadServerIsReplacedAndThatOfALivingOneIsNot) {
-  const int dead = socket(AF_UNIX, SOCK_STREAM, 0);
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  options_.socket_path.copy(address.sun_path, sizeof address.sun_path - 1);
-  ASSERT_EQ(bind(dead, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  close(dead);
-  Start();
-  Server second(io_, options_, [](const Request&, const Respond&) {});
-  const Status refused = second.ListenOnSocket();
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error(), options_.socket_path + ": in use by " + DescribeProcess(getpid()));
-  const Client client(options_.socket_path);
-  client.Send("GET / HTTP/1.0\r\n\r\n");
-  EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));
-}
-
-// What a server tells, in order.
-class Told {
- public:
-  void Add(const std::string& text) {
-    const std::lock_guard lock(mutex_);
-    texts_.push_back(text);
-    wake_.notify_one();
-  }
-  // The next one that was not returned yet.
-  std::string Next() {
-    std::unique_lock lock(mutex_);
-    wake_.wait(lock, [this] { return next_ < texts_.size(); });
-    return texts_[next_++];
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  std::vector<std::string> texts_;
-  size_t next_ = 0;
-};
-
-TEST_F(ServerTest, ASocketWhoseFileIsRemovedOrReplacedComesBackAndThatIsTold) {
-  Told told;
-  options_.listen_again = std::chrono::milliseconds(5);
-  options_.tell = [&told](const std::string& text) { told.Add(text); };
-  Start();
-  const std::string path = options_.socket_path;
-  const std::string name = "control: " + path;
-  const std::string lost = name + ": lost, nobody can connect; trying to listen again";
-  std::filesystem::remove(path);
-  EXPECT_EQ(told.Next(), lost);
-  EXPECT_EQ(told.Next(), name + ": listening again");
-  const Client client(path);
-  client.Send("GET / HTTP/1.0\r\n\r\n");
-  EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));
-
-  const std::string file = (folder_ / "file");
-  std::ofstream(file) << "of somebody";
-  std::filesystem::rename(file, path);
-  EXPECT_EQ(told.Next(), lost);
-  EXPECT_EQ(told.Next(), name + ": already exists and is not a socket; trying again");
-  std::filesystem::remove(path);
-  EXPECT_EQ(told.Next(), name + ": listening again");  // and nothing in between, however many tries
-  const Client again(path);
-  again.Send("GET / HTTP/1.0\r\n\r\n");
-  EXPECT_TRUE(again.ReadAll().ends_with("GET / local ."));
-  Stop();  // while `told` is there
-}
-
-// The descriptor of this process that listens on the port.
-int ListenerOf(uint16_t port) {
-  for (int fd = 3; fd < 1024; ++fd) {
-    sockaddr_in address{};
-    socklen_t size = sizeof address;
-    int listens = 0;
-    socklen_t flag_size = sizeof listens;
-    if (getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0 &&
-        address.sin_family == AF_INET && ntohs(address.sin_port) == port &&
-        getsockopt(fd, SOL_SOCKET, SO_ACCEPTCONN, &listens, &flag_size) == 0 && listens != 0) {
-      return fd;
-    }
-  }
-  return -1;
-}
-
-TEST_F(ServerTest, APortThatFailsComesBackWithTheSameNumberAndThatIsTold) {
-  Told told;
-  options_.tell = [&told](const std::string& text) { told.Add(text); };
-  Start();
-  const uint16_t port = server_->port();
-  const std::string name = "web: 127.0.0.1:" + std::to_string(port);
-  ASSERT_EQ(shutdown(ListenerOf(port), SHUT_RDWR), 0);
-  EXPECT_EQ(told.Next(), name + ": lost, nobody can connect; trying to listen again");
-  EXPECT_EQ(told.Next(), name + ": listening again");
-  EXPECT_EQ(server_->port(), port);
-  const Client client(port);
-  client.Send("GET / HTTP/1.0\r\n\r\n");
-  EXPECT_TRUE(client.ReadAll().ends_with("GET / remote ."));
-  Stop();
-}
-
-TEST_F(ServerTest, WhatCannotBeListenedOnIsAnErrorInWords) {
-  Start();
-  ServerOptions options = options_;
-  options.listen.port = server_->port();
-  options.socket_path = (folder_ / "file").string();
-  std::ofstream(options.socket_path) << "of somebody";
-  Server second(io_, options, [](const Request&, const Respond&) {});
-  EXPECT_EQ(second.ListenOnPort().error(), "cannot listen on 127.0.0.1 port " +
-                                               std::to_string(options.listen.port) +
-                                               ": Address already in use");
-  EXPECT_EQ(second.ListenOnSocket().error(),
-            options.socket_path + ": already exists and is not a socket");
-  options.socket_path = (folder_ / std::string(200, 'a')).string();
-  Server third(io_, options, [](const Request&, const Respond&) {});
-  EXPECT_NE(third.ListenOnSocket().error().find("expected at most 107"), std::string::npos);
 }
 
 }  // namespace

@@ -151,11 +151,7 @@ std::string JsonSchemaOf(std::string_view component, const field::FieldConfig& c
     return std::string(kTagChanges);
   }
   const bool is_link = component == "Link";  // one of Links
-  const json::value* const found = Components().if_contains(is_link ? "Links" : component);
-  if (found == nullptr) {
-    return R"({"type":"object","properties":{}})";
-  }
-  json::object schema = Simplify(found->as_object());
+  json::object schema = Simplify(Components().at(is_link ? "Links" : component).as_object());
   if (is_link) {
     json::object link = schema.at("properties").at("links").at("items").as_object();
     schema = std::move(link);

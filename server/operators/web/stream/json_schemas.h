@@ -15,8 +15,7 @@
 namespace pheromone::web {
 
 /// `component` is that of the API, or "Link", "Engine", "TagChanges", which only the stream has;
-/// the members of "Clients" that are named after pheromones are those of `config`. An object
-/// without members if it is none of them.
+/// the members of "Clients" that are named after pheromones are those of `config`.
 std::string JsonSchemaOf(std::string_view component, const field::FieldConfig& config);
 
 }  // namespace pheromone::web
