@@ -23,6 +23,8 @@ constexpr uint8_t kFormatVersion = 1;
 
 /// No block is longer: Wireshark refuses a file with a block beyond 16 MiB.
 constexpr uint32_t kMaxBlock = 8u << 20;
+/// Of the blocks before the first record: one for each link.
+constexpr uint32_t kMaxFileHeader = 1u << 20;
 /// The maximum payload of a block.
 constexpr size_t kStatePortion = 1u << 20;
 

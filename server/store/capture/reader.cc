@@ -50,6 +50,10 @@ Result<std::optional<Found>> CaptureReader::Read() {
     if (length < 12 || length % 4 != 0 || length > kMaxBlock) {
       return Wrong("a block of " + std::to_string(length) + " bytes");
     }
+    if (!IsRecord(type) && at_.byte + length > kMaxFileHeader) {
+      return Wrong(at_.number != 0 ? "unexpected block type"
+                                   : "more than 1 MiB before the start record");
+    }
     std::string body;
     for (uint32_t left = length - 12; left > 0 && reader_.ok(); --left) {
       body += static_cast<char>(reader_.U8());

@@ -8,7 +8,8 @@
 // error
 // ("not replayable from here").
 //
-// Safe for untrusted input. Memory: one block, at most kMaxBlock. One thread at a time.
+// Safe for untrusted input. Memory: one block, at most kMaxBlock; so much, or kMaxFileHeader, is
+// also the most that one call reads. One thread at a time.
 #pragma once
 
 #include <cstdint>

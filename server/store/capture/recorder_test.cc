@@ -229,6 +229,21 @@ TEST_F(SmallRecording, TwoRecordsThatChangedPlacesAreFoundWhereverTheyAre) {
   }
 }
 
+TEST(CaptureReader, ReadsNoMoreThanAFileHeaderMayHaveBeforeTheStart) {
+  const std::string section = EncodeFileHeader({}, "test");
+  const std::string link = EncodeFileHeader({{"radio-a", 0, false}}, "test").substr(section.size());
+  size_t read = 0;
+  CaptureReader reader(
+      [&]() -> std::string_view {
+        const std::string& next = read == 0 ? section : link;
+        read += next.size();
+        return next;  // without end
+      },
+      "lab.pcapng");
+  EXPECT_THAT(reader.Next().ErrorOr(""), HasSubstr("more than 1 MiB before the start record"));
+  EXPECT_LE(read, kMaxFileHeader + 2 * link.size());
+}
+
 TEST_F(SmallRecording, TwoBatchesThatChangedPlacesAreFoundAlsoIfNumberedAnew) {
   std::vector<Found> records = Make();
   const std::vector<size_t> at = PlacesOf<Batch>(records);

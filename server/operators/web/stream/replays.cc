@@ -136,7 +136,7 @@ class Replays::Impl : public std::enable_shared_from_this<Impl> {
                               GoOn(it);
                             }
                           }},
-        kReadOnly, "");
+        kReadOnly, "", ReplayNow<std::chrono::milliseconds>());
     sessions_.push_back(session);
     session->viewer->CloseWithServer();
     session->viewer->Start(guest.message, guest.subprotocol);

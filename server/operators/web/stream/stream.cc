@@ -145,7 +145,7 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
                                        const Respond& respond) { Change(change, respond); },
                       .leave = [this](const std::shared_ptr<Viewer>& it) { Leave(it); },
                       .write_patience = options_.write_patience},
-        refusal, warning);
+        refusal, warning, Now().steady_ms);
     viewers_.push_back(viewer);
     viewer->CloseWithServer();
     viewer->Start(guest.message, guest.subprotocol);

@@ -26,12 +26,13 @@ constexpr uint8_t kTimeOp = 2;
 }  // namespace
 
 Viewer::Viewer(Connection connection, Place place, Parts parts, std::string refusal,
-               std::string warning)
+               std::string warning, uint64_t now_ms)
     : socket_(std::move(connection)),
       place_(std::move(place)),
       parts_(std::move(parts)),
       refusal_(std::move(refusal)),
-      warning_(std::move(warning)) {
+      warning_(std::move(warning)),
+      now_ms_(now_ms) {
   ++parts_.counters->viewers;
 }
 

@@ -50,7 +50,9 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
     std::function<void(PlaybackRequest)> play = {};  ///< of a recording; null: there is none
   };
 
-  Viewer(Connection connection, Place place, Parts parts, std::string refusal, std::string warning);
+  /// From `now_ms` on its time is what Offer and Tick say.
+  Viewer(Connection connection, Place place, Parts parts, std::string refusal, std::string warning,
+         uint64_t now_ms);
 
   /// Performs the handshake, and then reads.
   void Start(const boost::beast::http::request<boost::beast::http::string_body>& request,
@@ -109,7 +111,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   bool is_reading_ = false;
   bool is_writing_ = false;
   uint64_t write_began_ms_ = 0;
-  uint64_t now_ms_ = 0;
+  uint64_t now_ms_;
   uint64_t unix_ns_ = 0;
   uint64_t time_ns_ = 0;  // to be sent; 0: nothing
   int messages_left_ = kMaxMessages;

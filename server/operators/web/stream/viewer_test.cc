@@ -45,7 +45,7 @@ class ViewerTest : public ::testing::Test {
                                                        .counters = &counters_,
                                                        .change = {},
                                                        .leave = [](const auto& /*viewer*/) {}},
-                                         "", "");
+                                         "", "", kBeginMs);
       viewer_->Start(request, "foxglove.websocket.v1");
       io_.run();
     });
@@ -56,6 +56,8 @@ class ViewerTest : public ::testing::Test {
         greeted = viewer_->awaits_greeting();
         if (greeted) {
           viewer_->Greet(hub_.catalogue());
+          // Before any of it can have left.
+          viewer_->Tick(kBeginMs + 100, 1, false);
         }
       });
     }
@@ -105,6 +107,8 @@ class ViewerTest : public ::testing::Test {
     return sent;
   }
 
+  // Longer than the patience for a write after 0.
+  static constexpr uint64_t kBeginMs = 100'000;
   static constexpr const char* kTopic = "/pheromone/trail";
   testing::FakeControl control_;
   StreamCounters counters_;
@@ -121,24 +125,29 @@ class ViewerTest : public ::testing::Test {
   std::thread thread_;
 };
 
+TEST_F(ViewerTest, IsNotTakenForSlowBeforeItsFirstTick) {
+  EXPECT_EQ(counters_.stalled, 0u);
+  With([this] { EXPECT_EQ(counters_.viewers, 1); });
+}
+
 // A tenth less than the period, so that a tick that is early does not halve the rate.
 TEST_F(ViewerTest, GetsPicturesAtTheRateThatItHasAskedFor) {
   SetRate("0.5");
-  Offer("first", 10'000);
+  Offer("first", 110'000);
   EXPECT_EQ(client_->AwaitMessage(1), "first");
   SetRate("0.5");
-  Offer("second", 11'799);
-  Offer("third", 11'799);
+  Offer("second", 111'799);
+  Offer("third", 111'799);
   EXPECT_EQ(Sent(), 1u);
-  With([this] { viewer_->Tick(11'800, 1, false); });
+  With([this] { viewer_->Tick(111'800, 1, false); });
   EXPECT_EQ(client_->AwaitMessage(1), "third");
   SetRate("5");  // what is next comes at the time that was set before
-  Offer("fourth", 13'600);
+  Offer("fourth", 113'600);
   EXPECT_EQ(client_->AwaitMessage(1), "fourth");
   SetRate("5");
-  Offer("fifth", 13'779);
+  Offer("fifth", 113'779);
   EXPECT_EQ(Sent(), 3u);
-  Offer("sixth", 13'780);
+  Offer("sixth", 113'780);
   EXPECT_EQ(client_->AwaitMessage(1), "sixth");
 }
 
