@@ -40,3 +40,9 @@ export function pixel(page, x, y) {
     return [box.left + view.sx(mapX), box.top + view.sy(mapY)];
   }, [x, y]);
 }
+
+/** The page has heard the server. */
+export const live = (page) => page.waitForSelector('#link-state[data-state="live"]', {timeout: 60000});
+
+/** What the page draws next is on the screen. */
+export const drawn = (page) => page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));

@@ -4,10 +4,11 @@
 //
 // Usage: node dashboard_test.mjs BIN_DIR SOURCE_DIR OUT
 import {mkdirSync, readFileSync} from 'node:fs';
+import {open as openFile} from 'node:fs/promises';
 import {join} from 'node:path';
-import {open, pixel} from './browser.mjs';
+import {drawn, live, open, pixel} from './browser.mjs';
 import {begin, run} from './steps.mjs';
-import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
+import {DOOR, Swarm, TOKEN, UNPLUGGED, check, defaultConfig, until} from './swarm.mjs';
 
 const [binDir, source, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
@@ -16,17 +17,7 @@ const swarm = new Swarm(binDir, `${defaultConfig(binDir)}
 name = "radio-b"
 kind = "pty"
 path = "radio-b.pty"
-[[link]]
-name = "modem"
-kind = "serial"
-port = "./unplugged"
-[[tag]]
-name = "door"
-x_m = 1.0
-y_m = 8.5
-range_m = 0.8
-slots = 8
-[obstacles]
+${UNPLUGGED}${DOOR}[obstacles]
 rectangles_m = [[4.6, 4.6, 5.4, 5.4]]
 [journal]
 folder = "journal"
@@ -63,7 +54,6 @@ async function drag(page, points) {
   await page.mouse.up();
 }
 
-const live = (page) => page.waitForSelector('#link-state[data-state="live"]', {timeout: 60000});
 const sensed = async (x, y, type) => {
   const answer = await swarm.get(`sense?x_m=${x}&y_m=${y}&heading_deg=0&pheromone=${type}`);
   return answer.left.intensity + answer.right.intensity;
@@ -323,6 +313,120 @@ async function antennas(page, id) {
   await page.waitForSelector('.senses th >> text=P_L (left)');
 }
 
+/** With the mouse, in the list, from the keyboard: commands and goals are of all that are selected. */
+async function several(browser) {
+  begin('several robots: a rectangle, Ctrl and Shift, Ctrl+A; they are commanded together');
+  const {page, context, checkClean} = await open(browser, swarm.port);
+  await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
+  await live(page);
+  await page.waitForFunction(() => [...window.pheromone.store.robots.values()].filter((it) => it.pose).length === 2);
+  const selected = () => page.evaluate(() => [...window.pheromone.store.group].sort().join());
+  const both = 'radio-a/1,radio-b/2';
+  const view = await page.evaluate(() => { const {x, y, scale} = window.pheromone.map.view; return [x, y, scale].join(); });
+  await page.keyboard.down('Shift');
+  await drag(page, [[0.2, 0.2], [9.8, 9.8]]);
+  await page.keyboard.up('Shift');
+  check(await selected() === both, `a rectangle around both selects ${await selected()}`);
+  check(await page.evaluate(() => { const {x, y, scale} = window.pheromone.map.view; return [x, y, scale].join(); }) === view, 'the rectangle moved the map');
+  check(await page.textContent('#robot-card h3') === '2 robots', 'the card is not of both');
+  await page.waitForFunction(() => /selected=robot\+radio-a\/1,radio-b\/2|selected=robot\+radio-b\/2,radio-a\/1/.test(location.hash));
+  await page.reload();
+  await until('a reload keeps both', async () => await selected() === both);
+  await until('both rows are marked', async () => (await page.$$('.row.selected')).length === 2);
+  await page.screenshot({path: join(out, 'several.png')});
+  await page.click('#halt');
+  await page.waitForSelector('.toasts >> text=2 robots: halt sent');
+  await stands(1);
+  await stands(2);
+  await page.click('.row[data-robot="radio-a/1"]', {modifiers: ['Control']});
+  check(await selected() === 'radio-b/2', `Ctrl+click leaves ${await selected()}`);
+  await page.click('.row[data-robot="radio-b/2"]');
+  check(await selected() === '', 'a click on the selected one keeps it');
+  await page.click('.row[data-robot="radio-a/1"]');
+  await page.click('.row[data-robot="radio-b/2"]', {modifiers: ['Shift']});
+  check(await selected() === both, `Shift+click selects ${await selected()}`);
+  await page.keyboard.press('Escape');
+  await page.locator('#stage').focus();
+  await page.keyboard.press('Control+a');
+  check(await selected() === both, `Ctrl+A selects ${await selected()}`);
+
+  // They keep their places to each other.
+  const before = await Promise.all([1, 2].map((it) => swarm.robot(it)));
+  await page.fill('#goal-x', '7');
+  await page.fill('#goal-y', '6');
+  await page.click('#go-to');
+  await page.waitForSelector('.toasts >> text=2 robots go to 7.00 m, 6.00 m');
+  const goals = (await Promise.all([1, 2].map((it) => until('a goal', async () => (await swarm.robot(it)).goal))));
+  const poses = before.map((it) => it.pose);
+  for (const axis of ['x_m', 'y_m']) {
+    check(Math.abs((goals[0][axis] + goals[1][axis]) / 2 - (axis === 'x_m' ? 7 : 6)) < 0.01, `the middle of the goals: ${JSON.stringify(goals)}`);
+    check(Math.abs(goals[0][axis] - goals[1][axis] - poses[0][axis] + poses[1][axis]) < 0.02, `goals ${JSON.stringify(goals)} of ${JSON.stringify(poses)}`);
+  }
+  await page.click('#cancel-goal');
+  await page.waitForSelector('.toasts >> text=2 robots: goal cancelled');
+  // One of the two is refused: it is named, and why.
+  await page.route('**/api/v1/goto', (route) => (route.request().postDataJSON().id === 2
+    ? route.fulfill({status: 409, contentType: 'application/json', body: '{"error": {"what": "radio-b is down"}}'}) : route.continue()));
+  await page.click('#go-to');
+  await page.waitForSelector('.toasts >> text=1 of 2 robots go to 7.00 m, 6.00 m');
+  await page.waitForSelector('.toasts [role="alert"] >> text=Robot 2: radio-b is down');
+  await page.unroute('**/api/v1/goto');
+  await page.click('#cancel-goal');
+  await page.locator('#stage').focus();
+  await page.keyboard.press('u');
+  await page.waitForSelector('.toasts >> text=2 robots: resume sent');
+  await moved(1, 0.05);
+  await moved(2, 0.05);
+  await context.close();
+}
+
+/** Read by the library of the format itself, with what the API says. */
+async function mcap(page, id) {
+  begin('what is shown is saved as MCAP, from one press to the next');
+  await page.click('.layer[data-layer="trail"] input');
+  await page.uncheck('.switches [name="trails"]');
+  await page.click('[data-export="mcap"]');
+  await page.waitForFunction(() => /^Save (\d+ kB|\d+\.\d MB|[1-9]\d\.\d kB)$/.test(document.querySelector('[data-export="mcap"]').textContent));
+  const {pose} = await swarm.robot(id);
+  await until('the robot moves on', async () => distance((await swarm.robot(id)).pose, pose) > 0.1);
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('[data-export="mcap"]')]);
+  const path = join(out, 'saved.mcap');
+  await download.saveAs(path);
+  await page.click('.layer[data-layer="trail"] input');
+  await page.check('.switches [name="trails"]');
+  const {McapIndexedReader} = await import('@mcap/core');
+  const file = await openFile(path);
+  try {
+    const reader = await McapIndexedReader.Initialize({readable: {
+      size: async () => BigInt((await file.stat()).size),
+      read: async (offset, size) => {
+        const buffer = new Uint8Array(Number(size));
+        await file.read(buffer, 0, Number(size), Number(offset));
+        return buffer;
+      }}});
+    const count = {};
+    const path1 = [];
+    for await (const message of reader.readMessages({validateCrcs: true})) {
+      const {topic, schemaId} = reader.channelsById.get(message.channelId);
+      const schema = reader.schemasById.get(schemaId);
+      check(schema.data.length > 10, `${topic} has no schema`);
+      count[topic] = [(count[topic]?.[0] ?? 0) + 1, schema.name];
+      if (topic !== '/clients') continue;
+      const at = JSON.parse(Buffer.from(message.data)).clients.find((it) => it.id === id).pose;
+      path1.push(distance(at, pose));
+      check(Math.abs(Number(message.logTime / 1000000n) - Date.now()) < 600000, `its time is ${message.logTime}`);
+    }
+    const topics = Object.keys(count).sort().join();
+    check(topics.includes('/clients,') && topics.includes('/pheromone/path') && topics.includes('/robots') && topics.includes('/obstacles'), `topics: ${topics}`);
+    check(!topics.includes('trail') && !topics.includes('delta'), `what is not shown is saved: ${topics}`);
+    check(count['/robots'][1] === 'foxglove.SceneUpdate' && count['/pheromone/path'][1] === 'foxglove.Grid', `schemas: ${JSON.stringify(count)}`);
+    check(Number(reader.statistics.messageCount) === Object.values(count).reduce((sum, [it]) => sum + it, 0), 'the index counts others');
+    check(Math.min(...path1) < 0.05 && Math.max(...path1) > 0.09, `the robot's way: ${path1}`);
+  } finally {
+    await file.close();
+  }
+}
+
 async function measure(page) {
   begin('distances are measured, also of the past');
   await page.locator('#stage').focus();
@@ -373,11 +477,7 @@ async function addressOf(browser, page) {
 
 /** The colour of the map at a place, as it is on screen. */
 async function colourAt(page, x, y) {
-  return page.evaluate(([mapX, mapY]) => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => {
-    const {view, canvases: {base}} = window.pheromone.map;
-    const ratio = base.width / view.width;
-    resolve([...base.getContext('2d').getImageData(view.sx(mapX) * ratio, view.sy(mapY) * ratio, 1, 1).data].slice(0, 3));
-  }))), [x, y]);
+  return (await pixelsAround(page, x, y, 1))[0];
 }
 
 async function exports(page, id) {
@@ -470,9 +570,11 @@ async function fingers(browser) {
     const [nowX, nowY] = await pixel(page, x, y);
     check(Math.hypot(nowX - px, nowY - py) < 6, `${what}: ${[x, y]} is at ${[nowX, nowY]} instead of ${[px, py]}`);
   };
-  await touch(session, [await pixel(page, 1, 8.5)], []);
-  await page.waitForSelector('#sheet #tag-card');   // which leaves less room for the map
-  await page.evaluate(() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go))));
+  await until('the card opens', async () => {   // a robot that passes by is before it
+    await touch(session, [await pixel(page, 1, 8.5)], []);
+    return page.isVisible('#sheet #tag-card');
+  });   // which leaves less room for the map
+  await drawn(page);
   const [x, y] = await pixel(page, 5, 5);
   const first = await scale();
   await touch(session, [[x, y]], [[x + 20, y + 10]], [[x + 40, y + 20]], [[x + 60, y + 30]], []);
@@ -552,12 +654,24 @@ async function scaleIsFixed(page, lab) {
 
 /** The colours of the pixels around a place of the map. */
 async function pixelsAround(page, x, y, sidePx) {
-  return page.evaluate(([mapX, mapY, side]) => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => {
+  await drawn(page);
+  return page.evaluate(([mapX, mapY, side]) => {
     const {view, canvases: {base}} = window.pheromone.map;
     const ratio = base.width / view.width;
-    const {data} = base.getContext('2d').getImageData(view.sx(mapX) * ratio - side / 2, view.sy(mapY) * ratio - side / 2, side, side);
-    resolve(Array.from({length: side * side}, (_, i) => [...data.slice(4 * i, 4 * i + 3)]));
-  }))), [x, y, sidePx]);
+    const {data} = base.getContext('2d').getImageData(view.sx(mapX) * ratio - (side >> 1), view.sy(mapY) * ratio - (side >> 1), side, side);
+    return Array.from({length: side * side}, (_, i) => [...data.slice(4 * i, 4 * i + 3)]);
+  }, [x, y, sidePx]);
+}
+
+/** Also when the server tells the laws again. */
+async function coloursStay(page, lab) {
+  begin('each pheromone and each blend has a hue of its own, also after a law was changed');
+  const hues = () => page.evaluate(() => Object.fromEntries([...window.pheromone.store.layers].map(([name, it]) => [name, String(it.hue)])));
+  const before = await hues();
+  check(new Set(Object.values(before)).size === 5, `hues: ${JSON.stringify(before)}`);
+  await lab.post('laws', {pheromone: 'trail', tau_s: 77});
+  await page.waitForFunction(() => window.pheromone.store.laws.get('trail').tau_s === 77);
+  check(JSON.stringify(Object.entries(await hues()).sort()) === JSON.stringify(Object.entries(before).sort()), `hues: ${JSON.stringify(before)}, then ${JSON.stringify(await hues())}`);
 }
 
 async function pheromones(browser) {
@@ -575,12 +689,17 @@ weight = -1.0
 type = 4
 name = "guide"
 blend = [{pheromone = "path"}, {pheromone = "danger", weight = -0.5}]
+[[pheromone]]
+type = 5
+name = "both"
+blend = [{pheromone = "path"}, {pheromone = "trail"}]
 `);
   try {
     await lab.start();
     const {page, context, checkClean} = await open(browser, lab.port);
     await page.goto(`http://127.0.0.1:${lab.port}/#token=${TOKEN}`);
     await page.waitForSelector('.layer[data-layer="guide"]');
+    await coloursStay(page, lab);
     await scaleIsFixed(page, lab);
     begin('a repellent is hatched, a blend is a layer, the curve of a path is drawn; a floor plan; wall mode');
     await lab.post('erase', {pheromone: 'path', all: true});
@@ -692,6 +811,8 @@ await run(swarm, async (browser) => {
   await measure(page);
   await addressOf(browser, page);
   await exports(page, id);
+  await mcap(page, id);
+  await several(browser);
   await cut(page, watch);
   checkClean();
   await fingers(browser);

@@ -5,30 +5,18 @@
 import {mkdirSync} from 'node:fs';
 import {join} from 'node:path';
 import {checkAccessible} from './axe.mjs';
-import {open, pixel} from './browser.mjs';
+import {drawn, live, open, pixel} from './browser.mjs';
 import {begin, run} from './steps.mjs';
-import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
+import {DOOR, Swarm, TOKEN, UNPLUGGED, check, defaultConfig, until} from './swarm.mjs';
 
 const [binDir, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
 const swarm = new Swarm(binDir, `${defaultConfig(binDir)}
-[[link]]
-name = "modem"
-kind = "serial"
-port = "./unplugged"
-[[tag]]
-name = "door"
-x_m = 1.0
-y_m = 8.5
-range_m = 0.8
-slots = 8
-[journal]
+${UNPLUGGED}${DOOR}[journal]
 folder = "journal"
 [capture]
 folder = "captures"
 `);
-
-const live = (page) => page.waitForSelector('#link-state[data-state="live"]', {timeout: 60000});
 
 /** The page with the robot's card open, or at least its row. */
 async function ready(browser, options, address = `#token=${TOKEN}`) {
@@ -36,6 +24,7 @@ async function ready(browser, options, address = `#token=${TOKEN}`) {
   await opened.page.goto(`http://127.0.0.1:${swarm.port}/${address}`);
   await live(opened.page);
   await opened.page.waitForFunction(() => window.pheromone.store.robots.get('radio-a/1')?.pose && window.pheromone.store.tags.length > 0);
+  await opened.page.waitForSelector('.row[data-robot]', {state: 'attached'});
   return opened;
 }
 
@@ -120,7 +109,7 @@ async function phone(browser) {
   await reachable(page, '#robot-card button');
   await page.click('#go-here');
   check(!(await page.isVisible('#sheet')), '"Go here" leaves the card over the map');
-  await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));   // the map has its new size
+  await drawn(page);   // the map has its new size
   await page.touchscreen.tap(...await pixel(page, 3, 5));
   await goalOf(3, 5);
   await page.waitForSelector('#robot-card');
@@ -213,6 +202,11 @@ async function manyRobots(browser) {
   await page.fill('#robot-search', 'b 7');
   await rows(11);   // 7 and 70 to 79
   check(await page.$('.row[data-robot="b/7"]') && !(await page.$('.row[data-robot="a/7"]')), 'the search shows others');
+  await page.click('#select-all >> text=Select these 11');
+  check(await page.textContent('#robot-card h3') === '11 robots', 'those that were found are not selected');
+  check(await page.$$eval('#robot-card .about dd', ([state]) => state.textContent) === '10 driving · 1 halted', 'the states of the group');
+  await checkAccessible(page, 'eleven robots selected');
+  await page.screenshot({path: join(out, 'group.png')});
   await page.fill('#robot-search', 'halted');
   await rows(30);
   await page.fill('#robot-search', 'no such');
@@ -250,10 +244,7 @@ async function events(browser) {
   begin('events: what operators did, warnings, a filter, and where it was');
   const {page, context, checkClean} = await ready(browser, {});
   const shown = (pattern) => page.waitForFunction((it) => [...document.querySelectorAll('#events li')].some((row) => new RegExp(it).test(row.textContent)), pattern);
-  const post = async (path, body, status = 200) => {
-    const response = await fetch(`http://127.0.0.1:${swarm.port}/api/v1/${path}`, {method: 'POST', headers: {Authorization: `Bearer ${TOKEN}`}, body: JSON.stringify(body)});
-    check(response.status === status, `${path}: ${await response.text()}`);
-  };
+  const post = (...request) => swarm.post(...request);
   await post('paint', {pheromone: 'trail', points_m: [[2, 9], [3, 9]], radius_m: 0.1});
   await post('paint', {pheromone: 'no such', points_m: [[2, 9], [3, 9]], radius_m: 0.1}, 400);
   await post('goto', {link: 'radio-a', id: 1, x_m: 6.5, y_m: 8.25});
@@ -276,18 +267,35 @@ async function events(browser) {
   check(/^\d+ of \d+/.test(await page.textContent('#event-count')), 'the count does not say that some are not shown');
   await page.selectOption('#event-filter', 'all');
   // A robot that is killed is told by nobody; one whose link is silent stops by itself, and says so later.
+  const stops = () => page.$$eval('#events li', (rows) => rows.filter((it) => /robot radio-a 1: (fail-safe stop|trail lost)/.test(it.textContent)).length);
+  const stopsBefore = await stops();
   swarm.robots[0].kill('SIGSTOP');
   swarm.daemon.kill('SIGSTOP');
   swarm.robots[0].kill('SIGCONT');
-  await new Promise((resolve) => setTimeout(resolve, 1500));
+  await new Promise((resolve) => setTimeout(resolve, 1500));   // the fault's length
   swarm.daemon.kill('SIGCONT');
-  await shown('robot radio-a 1: (fail-safe stop|trail lost)');
+  await until('the stop is told', async () => await stops() > stopsBefore);
   await page.waitForFunction(() => /\d+ new warnings?$/.test(document.querySelector('#event-count').textContent));
   await page.screenshot({path: join(out, 'events.png')});
   await page.selectOption('#event-filter', 'trouble');
   check((await page.$$eval('#events li .dot', (dots) => dots.every((it) => it.classList.contains('warn') || it.classList.contains('bad')))), 'something else is shown as a warning');
   await page.click('#acknowledge');
   await page.waitForFunction(() => !/new warning/.test(document.querySelector('#event-count').textContent) && !document.querySelector('#events .unseen'));
+  checkClean();
+  await context.close();
+}
+
+/** After a lost connection the stream tells the last ones again. */
+async function toldAgain(browser) {
+  begin('an event that is told again is shown once, also of several in one millisecond');
+  const {page, context, checkClean} = await ready(browser, {});
+  const texts = await page.evaluate(async () => {
+    const {EventList} = await import('/dashboard/panels/events.js');
+    const list = new EventList(document.createElement('div'), () => {});
+    for (const text of ['a', 'b', 'c', 'a', 'b', 'c']) list.add({timeMs: 1000, level: 'info', text, name: 'link'});
+    return list.events.map((it) => it.text).sort().join('');
+  });
+  check(texts === 'abc', `shown: ${texts}`);
   checkClean();
   await context.close();
 }
@@ -339,6 +347,7 @@ await run(swarm, async (browser) => {
   await manyRobots(browser);
   await charts(browser);
   await events(browser);
+  await toldAgain(browser);
   await notHalted(browser);
   await forcedColours(browser);
   await screenshots(browser);

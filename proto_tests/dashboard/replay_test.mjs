@@ -6,29 +6,19 @@
 import {mkdirSync} from 'node:fs';
 import {join} from 'node:path';
 import {checkAccessible} from './axe.mjs';
-import {open} from './browser.mjs';
+import {live, open} from './browser.mjs';
 import {begin, run} from './steps.mjs';
-import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
+import {Swarm, TOKEN, UNPLUGGED, check, defaultConfig, until} from './swarm.mjs';
 
 const [binDir, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
 const swarm = new Swarm(binDir, `${defaultConfig(binDir)}
-[[link]]
-name = "modem"
-kind = "serial"
-port = "./unplugged"
-[obstacles]
+${UNPLUGGED}[obstacles]
 rectangles_m = [[4.6, 4.6, 5.4, 5.4]]
 `);
 const PHEROMONES = ['path', 'trail'];
 
-async function post(path, body) {
-  const response = await fetch(`http://127.0.0.1:${swarm.port}/api/v1/${path}`,
-    {method: 'POST', headers: {'Authorization': `Bearer ${TOKEN}`}, body: JSON.stringify(body)});
-  check(response.ok, `${path}: ${await response.clone().text()}`);
-  return response.json();
-}
-
+const post = (path, body) => swarm.post(path, body);
 const paint = (pheromone, points, units) => post('paint', {pheromone, points_m: points, radius_m: 0.3, units});
 
 /**
@@ -140,7 +130,7 @@ async function disabled(page) {
 async function replays(browser, {name, moments}) {
   const {page, context, checkClean} = await open(browser, swarm.port);
   await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
-  await page.waitForSelector('#link-state[data-state="live"]');
+  await live(page);
   begin('a recording is replayed');
   await page.click('#panel-recordings summary');
   await page.click(`button.replay[data-capture="${name}"]`);
@@ -153,7 +143,7 @@ async function replays(browser, {name, moments}) {
   await page.keyboard.press(' ');
   await page.waitForFunction(() => window.pheromone.replay.phase === 'paused');
 
-  begin('a link without traffic is not shown as one that works; a file that is not there is not being read');
+  begin('a link without traffic is not shown as one that works');
   const dots = () => page.$$eval('#panel-links .row.link', (rows) => rows.map((it) => [it.children[1].textContent.trim(), it.children[0].className]));
   await until('the links', async () => (await dots()).length === 2);
   const [, [name2, dot]] = await dots();
@@ -200,9 +190,10 @@ async function replays(browser, {name, moments}) {
 }
 
 async function missing(browser) {
+  begin('a file that is not there is not being read');
   const {page, context} = await open(browser, swarm.port);   // its console tells of the refusal
   await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
-  await page.waitForSelector('#link-state[data-state="live"]');
+  await live(page);
   await page.evaluate(() => window.pheromone.replay.enter('nothing.pcapng'));
   await page.waitForFunction(() => document.querySelector('#replay-banner .trouble').textContent);
   const told = await page.textContent('#replay-banner .replay-words');
@@ -216,7 +207,7 @@ async function screenshots(browser, {name, moments}) {
     for (const [size, width, height] of [['wall', 1920, 1080], ['laptop', 1280, 800], ['phone', 390, 844]]) {
       const {page, context, checkClean} = await open(browser, swarm.port, {viewport: {width, height}, colorScheme: theme});
       await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
-      await page.waitForSelector('#link-state[data-state="live"]');
+      await live(page);
       await page.evaluate((it) => window.pheromone.replay.enter(it), name);
       await page.waitForFunction(() => window.pheromone.replay.phase === 'playing' && window.pheromone.store.layers.get('path')?.levels);
       await page.keyboard.press(' ');

@@ -30,6 +30,22 @@ export function defaultConfig(binDir) {
     .replace(/\n\[web\][\s\S]*$/, '\n');
 }
 
+/** Parts of configurations: a modem that is not plugged in, so a link that is down; a tag. */
+export const UNPLUGGED = `
+[[link]]
+name = "modem"
+kind = "serial"
+port = "./unplugged"
+`;
+export const DOOR = `
+[[tag]]
+name = "door"
+x_m = 1.0
+y_m = 8.5
+range_m = 0.8
+slots = 8
+`;
+
 export class Swarm {
   /** `config` is the text of a configuration; a section [web] with a token and `web` is added. */
   constructor(binDir, config, web = '') {
@@ -75,10 +91,12 @@ export class Swarm {
     return response.json();
   }
 
-  async post(path, body) {
+  async post(path, body, status = 200) {
     const response = await fetch(`http://127.0.0.1:${this.port}/api/v1/${path}`, {
       method: 'POST', headers: {Authorization: `Bearer ${TOKEN}`, Connection: 'close'}, body: JSON.stringify(body)});
-    check(response.ok, `${path}: ${await response.text()}`);
+    const answer = await response.text();
+    check(response.status === status, `${path}: ${answer}`);
+    return JSON.parse(answer);
   }
 
   async robot(id) {

@@ -66,8 +66,8 @@ struct Resource {
 /// All that the API has.
 std::vector<Resource> Resources();
 
-/// Whether a request must be answered at once, however busy the server is: /healthz, halt and
-/// command.
+/// Whether a request must be answered at once, however busy the server is: /healthz, halt,
+/// command, and unlock, without which a browser can do neither.
 bool IsUrgent(const Request& request);
 
 class Api {

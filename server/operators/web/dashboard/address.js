@@ -2,7 +2,7 @@
 // part of the map, layers, what else is drawn, what antennas show, the selection. What is as by default
 // is left out.
 //
-//   #at=5.00,4.20,75&hide=trail&show=guide&auto=path&off=grid&antennas=path&selected=robot+radio-a/1
+//   #at=5.00,4.20,75&hide=trail&show=guide&auto=path&off=grid&antennas=path&selected=robot+radio-a/1,radio-b/2
 import {store} from './store.js';
 
 const WRITE_AFTER_MS = 400;
@@ -22,7 +22,8 @@ export class Address {
     store.senses = this.wanted.get('antennas');
     store.tool = this.wanted.get('tool');
     const [, kind, key] = /^(robot|tag) (.+)$/.exec(this.wanted.get('selected') ?? '') ?? [];
-    if (kind) store.selected = {kind, key: kind === 'tag' ? `tag ${key}` : key};
+    if (kind === 'tag') store.select({kind, key: `tag ${key}`});
+    else if (kind) store.selectRobots([...list(key)]);
     addEventListener('hashchange', () => location.reload());   // typed in, or a bookmark of this page
     for (const topic of ['shown', 'selected']) store.on(topic, () => this.changed());
   }
@@ -57,7 +58,7 @@ export class Address {
       hide: names((it) => !it.isBlend && !it.visible), show: names((it) => it.isBlend && it.visible), auto: names((it) => it.isAuto),
       off: Object.keys(store.shows).filter((it) => !store.shows[it]).join(','), antennas: store.senses ?? '', tool: store.tool === store.paintable[0]?.name ? '' : store.tool ?? '',
       wall: store.isWall ? '1' : '',
-      selected: store.selected ? (store.selected.kind === 'tag' ? store.selected.key : `robot ${store.selected.key}`) : '',
+      selected: store.selected ? (store.selected.kind === 'tag' ? store.selected.key : `robot ${[...store.group].join(',')}`) : '',
     };
     this.hidden = list(state.hide);
     this.shown = list(state.show);

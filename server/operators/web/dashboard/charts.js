@@ -3,6 +3,7 @@
 import {store} from './store.js';
 import {h} from './dom.js';
 import {hueOf, css} from './palettes.js';
+import {FONT} from './places.js';
 import {pheromoneOf} from './robots.js';
 import {ago, bytes, percent, number} from './format.js';
 
@@ -12,7 +13,7 @@ const MOST_LINES = 6; // more could not be told apart
 const DASHES = [[], [6, 3], [2, 3], [8, 3, 2, 3], [12, 4], [4, 6]];   // nothing is told by colour alone
 const ROBOT_SPAN_S = 120;
 
-export class Chart {
+class Chart {
   /** The axis reaches `least`, at least: what is nearly nothing is to look like it. */
   constructor(dock, title, format, least, heading = 'h2') {
     this.at = null;   // the number of the moment that the pointer is on
@@ -102,7 +103,7 @@ export class Chart {
       stroke: style.getPropertyValue('--ink-3').trim(),
       grid: {stroke: style.getPropertyValue('--line-soft').trim(), width: 1},
       ticks: {show: false},
-      font: `${tiny}px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif`,
+      font: `${tiny}px ${FONT}`,
     };
     this.plot = new uPlot({
       width: this.holder.clientWidth, height: Math.max(40, this.holder.clientHeight),

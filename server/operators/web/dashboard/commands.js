@@ -1,27 +1,65 @@
-// Commands to robots. The server replaces one that its robot has not yet acknowledged by the next one,
-// so the next one waits here until then: "follow" and then "resume" are both obeyed. Halts do not wait.
+// Commands to robots, and their goals; what became of them is told once, however many robots they are.
+//
+// The server replaces a command that its robot has not yet acknowledged by the next one, so the next
+// one waits here until then: "follow" and then "resume" are both obeyed. Halts do not wait.
 import {api} from './api.js';
 import {store} from './store.js';
 import {toast} from './dom.js';
+import {metres} from './format.js';
 
 const PATIENCE_MS = 15000;   // later, what waits would come as a surprise
+
+const robotsOf = (keys) => [...keys].map((it) => store.robots.get(it)).filter((it) => it);
+const nameOf = (robots) => (robots.length === 1 ? `Robot ${robots[0].id}` : `${robots.length} robots`);
+const addressOf = ({link, id}) => ({link, id});
+
+/** Calls `act` for each robot; it returns whether that is done now. */
+async function tell(robots, done, act) {
+  const problems = new Map();   // text -> robots
+  const reached = [];
+  await Promise.all(robots.map(async (robot) => {
+    try {
+      if (await act(robot)) reached.push(robot);
+    } catch ({message}) {
+      problems.set(message, [...(problems.get(message) ?? []), robot]);
+    }
+  }));
+  if (reached.length) toast(`${reached.length < robots.length ? `${reached.length} of ` : ''}${nameOf(robots)}${done}`);
+  for (const [message, those] of problems) toast(`Robot${those.length > 1 ? 's' : ''} ${those.map((it) => it.id).join(', ')}: ${message}`, true);
+}
 
 class Commands {
   constructor() {
     this.lines = new Map();   // robot -> {before: number of the command before, waiting: [], until}
   }
 
-  send(key, command, args = []) {
+  send(keys, command, args = []) {
+    return tell(robotsOf(keys), `: ${command} sent`, (robot) => this.sendOrWait(robot, command, args));
+  }
+
+  /** Each to this point; several to where they stand to each other, with their middle there. */
+  goTo(keys, {x, y}) {
+    const robots = robotsOf(keys);
+    const placed = robots.filter((it) => it.pose);
+    const middle = (axis) => placed.reduce((sum, {pose}) => sum + pose[axis], 0) / placed.length;
+    const goal = (at, robot, axis) => Math.round((at + (robot.pose ? robot.pose[axis] - middle(axis) : 0)) * 1e6) / 1e6;
+    return tell(robots, ` go${robots.length === 1 ? 'es' : ''} to ${metres(x)}, ${metres(y)}`, (robot) =>
+      api.post('goto', {...addressOf(robot), x_m: goal(x, robot, 'x_m'), y_m: goal(y, robot, 'y_m')}));
+  }
+
+  cancelGoals(keys) {
+    return tell(robotsOf(keys).filter((it) => it.goal), ': goal cancelled', (robot) => api.post('goto', {...addressOf(robot), cancel: true}));
+  }
+
+  // False: it waits for the robot's command before.
+  async sendOrWait({key, last_command: last}, command, args) {
     if (command === 'halt') this.forget(key);
-    const last = store.robots.get(key)?.last_command;
-    if (command === 'halt' || (!this.lines.has(key) && last?.outcome !== 'pending')) {
-      this.post(key, command, args, []);
-      return;
-    }
+    if (command === 'halt' || (!this.lines.has(key) && last?.outcome !== 'pending')) return this.post(key, command, args, []);
     if (!this.lines.has(key)) this.lines.set(key, {before: undefined, command: last.command, waiting: []});
     const line = this.lines.get(key);
     line.waiting.push({command, args});
     line.until = performance.now() + PATIENCE_MS;
+    return false;
   }
 
   /** What waits is not sent: for this robot, or for all. */
@@ -32,15 +70,13 @@ class Commands {
 
   async post(key, command, args, waiting) {
     const robot = store.robots.get(key);
-    if (!robot) return;
     const line = {before: robot.last_command?.seq, command, waiting, until: performance.now() + PATIENCE_MS};
     this.lines.set(key, line);
     try {
-      await api.post('command', {link: robot.link, id: robot.id, command, arguments: args});
-      toast(`Robot ${robot.id}: ${command} sent`);
+      return await api.post('command', {...addressOf(robot), command, arguments: args});
     } catch (error) {
-      toast(`Robot ${robot.id}: ${error.message}`, true);
       if (this.lines.get(key) === line) this.drop(key, `${command} failed`);
+      throw error;
     }
   }
 
@@ -52,7 +88,7 @@ class Commands {
       const outcome = last && last.seq !== line.before ? last.outcome : 'pending';
       if (outcome === 'accepted') {
         const next = line.waiting.shift();
-        if (next) this.post(key, next.command, next.args, line.waiting);
+        if (next) tell(robotsOf([key]), `: ${next.command} sent`, () => this.post(key, next.command, next.args, line.waiting));
         else this.lines.delete(key);
       } else if (outcome !== 'pending') {
         this.drop(key, `${last.command} was not obeyed`);

@@ -20,7 +20,7 @@ export function mapText() {
   return [
     `Map, ${number(store.map.width_m)} m by ${number(store.map.height_m)} m${store.past ? ', in the past' : store.isReplay ? ', of a recording' : ''}`,
     robots.length ? `${robots.length} robot${robots.length === 1 ? '' : 's'}: ${countStates(robots)}` : 'No robots',
-    ...(placed.length <= MOST_PLACES ? placed : placed.filter((it) => it.key === store.selected?.key))
+    ...(placed.length <= MOST_PLACES ? placed : placed.filter((it) => store.group.has(it.key)))
       .map((it) => `Robot ${it.id} at ${metres(it.pose.x_m)}, ${metres(it.pose.y_m)}, heading ${it.pose.heading_deg.toFixed(0)}°${robotText(it)}`),
     layers.length ? `Pheromones shown: ${layers.map((it) => it.name).join(', ')}` : 'No pheromone is shown',
     store.tags.length ? `${store.tags.length} tags` : '',

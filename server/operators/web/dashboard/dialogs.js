@@ -3,14 +3,14 @@ import {api} from './api.js';
 import {byId, h, setText} from './dom.js';
 
 const KEYS = [
-  ['V', 'look: drag to move, click a robot or a tag'], ['P  B  E  M', 'path, brush, eraser, measure'],
+  ['V', 'look: drag to move, click a robot or a tag'], ['Shift+drag  Shift+click  Ctrl+A', 'select several robots'], ['P  B  E  M', 'path, brush, eraser, measure'],
   ['[  ]', 'smaller, larger brush'], ['Enter  Backspace  Esc', 'lay the path, remove its last point, cancel'],
   ['1 … 9', 'show or hide a pheromone'], ['R T A G', 'show or hide robots, trails, antennas, grid'],
   ['Arrows  +  −  0', 'move, zoom, fit'], ['Space  L', 'pause or play, back to live'],
   ['←  →  Home  End', 'in a replay: five seconds back or on, its beginning and end (Shift: move the map)'],
   ['Ctrl+Z  Ctrl+Shift+Z', 'undo, redo the last edit of the map'],
   ['N', 'next robot (Shift: previous)'], ['F', 'follow the selected robot'],
-  ['H  U', 'halt, resume the selected robot'], ['Shift+H', 'halt all'], ['D', 'light or dark'], ['W', 'wall mode: large type, the map alone'], ['?', 'this help'],
+  ['H  U', 'halt, resume the selected robots'], ['Shift+H', 'halt all'], ['D', 'light or dark'], ['W', 'wall mode: large type, the map alone'], ['?', 'this help'],
 ];
 
 export function setUpHelp() {

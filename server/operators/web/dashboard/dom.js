@@ -31,6 +31,13 @@ export function icon(...paths) {
   return svg;
 }
 
+/** Of a file or blob. */
+export const dataUrl = (blob) => new Promise((resolve) => {
+  const reader = new FileReader();
+  reader.onload = () => resolve(reader.result);
+  reader.readAsDataURL(blob);
+});
+
 export const byId = (id) => document.getElementById(id);
 
 /** Writes only what differs, so that a list that is redrawn does not lose focus or selection. */

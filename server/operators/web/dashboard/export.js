@@ -1,16 +1,19 @@
 // What the map shows, as files: a picture; a figure with axes and scales, to be edited further or put
 // into a paper; tables of the robots, and of the levels of the nodes that are in view. Of the present,
-// of a moment of the time line or of a recording, whichever is shown.
+// of a moment of the time line or of a recording, whichever is shown. And MCAP, for Foxglove: from one
+// press of its button to the next.
 import {store} from './store.js';
-import {h, toast} from './dom.js';
-import {number} from './format.js';
+import {bytes, number} from './format.js';
 import {poseNow, stateOf} from './robots.js';
-import {tickStep} from './map.js';
+import {ticksOf} from './map.js';
+import {McapFile} from './mcap.js';
+import {FONT} from './places.js';
+import {dataUrl, h, setText, toast} from './dom.js';
 
-const FONT = 'Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
 const MARGIN = {left: 52, top: 16, right: 16, bottom: 46};
 const SCALE_PX = 120;
 const FIGURE_PX = 640;
+const MOST_BYTES = 256 << 20;   // of an MCAP file, which is in the page's memory until it is saved
 
 const shownAt = () => new Date(store.past?.at ?? Date.now());
 
@@ -22,11 +25,61 @@ function save(blob, name) {
 
 const stamp = () => shownAt().toISOString().slice(0, 19).replaceAll(':', '-');
 const visibleLayers = () => [...store.layers.values()].filter((it) => it.visible && it.levels);
-const ends = (layer) => [layer.isSigned && !layer.repels ? -layer.range : 0, layer.range];
 const unitText = (layer) => `${layer.name}${layer.repels ? ' (repels)' : layer.isBlend ? ' (blend)' : ''}, units`;
 
-/** The buttons. `map`: the SwarmMap, `layers`: who draws ramps. */
-export function exportButtons(map, layers) {
+/** Whether a topic of the stream is of what is shown. */
+function isShown(topic) {
+  if (topic.startsWith('/pheromone/')) return Boolean(store.layers.get(topic.slice('/pheromone/'.length))?.isNeeded);
+  const of = {'/robots': 'robots', '/clients': 'robots', '/tf': 'robots', '/trails': 'trails', '/paths': 'paths', '/tags': 'tags', '/goals': 'goals'};
+  return topic in of ? store.shows[of[topic]] : topic === '/obstacles' || topic === '/events';
+}
+
+/** The button that begins and ends an MCAP file. */
+export class McapButton {
+  constructor(stream) {
+    this.stream = stream;
+    this.file = null;
+    this.element = h('button', {type: 'button', 'data-export': 'mcap', title: 'What is shown, from now until this is pressed again, for Foxglove', onclick: () => this.press()}, 'MCAP');
+    setInterval(() => this.show(), 500);
+  }
+
+  press() {
+    if (this.file) this.end();
+    else if (store.past) toast('Not saved: the time line shows the past: "Go live" first', true);
+    else this.begin();
+  }
+
+  begin() {
+    this.file = new McapFile();
+    this.stream.record(isShown, (channel, time, payload) => {
+      this.file.add(channel, time, payload);
+      if (this.file.bytes > MOST_BYTES) {
+        this.end();
+        toast(`MCAP: ended at ${bytes(MOST_BYTES)}; longer recordings: "Record" below, then pheromonectl export --mcap`, true);
+      }
+    });
+    this.show();
+  }
+
+  /** Saves what there is. */
+  end() {
+    if (!this.file) return;
+    const {file} = this;
+    this.file = null;
+    this.stream.record(null);
+    if (file.count > 0) save(file.end(), `map-${stamp()}.mcap`);
+    else toast('Not saved: nothing came from the server', true);
+    this.show();
+  }
+
+  show() {
+    setText(this.element, this.file ? `Save ${bytes(this.file.bytes + this.file.chunk.bytes)}` : 'MCAP');
+    this.element.setAttribute('aria-pressed', String(Boolean(this.file)));
+  }
+}
+
+/** The buttons. `map`: the SwarmMap, `layers`: who draws ramps, `mcap`: the McapButton. */
+export function exportButtons(map, layers, mcap) {
   const act = (name, title, go) => h('button', {type: 'button', 'data-export': name.toLowerCase().replace(' ', '-'), title, onclick: async () => {
     try {
       await go();
@@ -38,13 +91,13 @@ export function exportButtons(map, layers) {
     act('PNG', 'The map as it is shown, with its scales', async () => save(await picture(map, layers), `map-${stamp()}.png`)),
     act('SVG', 'A figure of what is in view, with axes and scales', async () => save(new Blob([await figure(map, layers)], {type: 'image/svg+xml'}), `map-${stamp()}.svg`)),
     act('Robots CSV', 'A row for each robot: pose, state, what it senses', () => save(new Blob([robotsTable()], {type: 'text/csv'}), `robots-${stamp()}.csv`)),
-    act('Levels CSV', 'A row for each node in view that has something', () => save(new Blob([levelsTable(map)], {type: 'text/csv'}), `levels-${stamp()}.csv`)));
+    act('Levels CSV', 'A row for each node in view that has something', () => save(new Blob([levelsTable(map)], {type: 'text/csv'}), `levels-${stamp()}.csv`)), mcap.element);
 }
 
 const quote = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 const rows = (all) => all.map((row) => row.map((it) => (it === null || it === undefined ? '' : quote(String(it)))).join(',')).join('\n') + '\n';
 
-export function robotsTable() {
+function robotsTable() {
   const names = [...store.laws.keys()];
   const table = [['utc', 'link', 'id', 'x_m', 'y_m', 'heading_deg', 'state', 'follows', ...names.flatMap((it) => [`${it}_left`, `${it}_right`])]];
   for (const robot of store.shownRobots.values()) {
@@ -55,7 +108,7 @@ export function robotsTable() {
   return rows(table);
 }
 
-export function levelsTable(map) {
+function levelsTable(map) {
   const table = [['pheromone', 'x_m', 'y_m', 'units']];
   for (const layer of visibleLayers()) {
     const cells = map.cellsOnScreen(layer);
@@ -88,7 +141,7 @@ async function picture(map, layers) {
   context.fillStyle = map.theme.ink;
   let x = 12;
   for (const layer of scales) {
-    const [low, high] = ends(layer);
+    const [low, high] = layer.ends;
     context.drawImage(layers.ramp(layer), x, 20, SCALE_PX, 8);
     context.fillText(unitText(layer), x, 14);
     context.fillText(number(low), x, 40);
@@ -118,12 +171,6 @@ function onWhite(image) {
   context.drawImage(image, 0, 0);
   return canvas;
 }
-
-const dataUrl = (blob) => new Promise((resolve) => {
-  const reader = new FileReader();
-  reader.onload = () => resolve(reader.result);
-  reader.readAsDataURL(blob);
-});
 
 const escaped = (text) => String(text).replace(/[&<>"]/g, (it) => ({'&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;'}[it]));
 
@@ -174,15 +221,13 @@ async function figure(map, layers) {
   }
   out.push('</g>', `<rect width="${w}" height="${t.toFixed(2)}" fill="none" stroke="#333"/>`);
 
-  const step = tickStep(scale);
-  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  for (let n = Math.ceil(left / step - 1e-9); n * step <= right + 1e-9; n += 1) {
-    out.push(`<path d="M${sx(n * step)} ${t.toFixed(2)}v5" stroke="#333"/>`);
-    text(sx(n * step), (t + 17).toFixed(2), (n * step).toFixed(decimals), 'text-anchor="middle"');
+  for (const [x, label] of ticksOf(left, right, scale)) {
+    out.push(`<path d="M${sx(x)} ${t.toFixed(2)}v5" stroke="#333"/>`);
+    text(sx(x), (t + 17).toFixed(2), label, 'text-anchor="middle"');
   }
-  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + 1e-9; n += 1) {
-    out.push(`<path d="M0 ${sy(n * step)}h-5" stroke="#333"/>`);
-    text(-9, Number(sy(n * step)) + 4, (n * step).toFixed(decimals), 'text-anchor="end"');
+  for (const [y, label] of ticksOf(low, high, scale)) {
+    out.push(`<path d="M0 ${sy(y)}h-5" stroke="#333"/>`);
+    text(-9, Number(sy(y)) + 4, label, 'text-anchor="end"');
   }
   text(w / 2, (t + 34).toFixed(2), 'x in m', 'text-anchor="middle"');
   text(0, 0, 'y in m', `text-anchor="middle" transform="translate(-38 ${(t / 2).toFixed(2)}) rotate(-90)"`);
@@ -193,8 +238,8 @@ async function figure(map, layers) {
     const y = top + Math.floor(i / 4) * 46;
     out.push(`<image href="${await dataUrl(await ramps[i].convertToBlob())}" x="${x}" y="${y + 6}" width="${SCALE_PX}" height="9" preserveAspectRatio="none"/>`);
     text(x, y, unitText(layer));
-    text(x, y + 27, number(ends(layer)[0]));
-    text(x + SCALE_PX, y + 27, number(ends(layer)[1]), 'text-anchor="end"');
+    text(x, y + 27, number(layer.ends[0]));
+    text(x + SCALE_PX, y + 27, number(layer.ends[1]), 'text-anchor="end"');
   }
   const full = [w + MARGIN.left + MARGIN.right, top + Math.ceil(scales.length / 4) * 46 + MARGIN.top];
   return `<?xml version="1.0" encoding="UTF-8"?>

@@ -2,7 +2,7 @@
 // this machine's files, placed by its lower left corner and its width. It is kept in this browser alone,
 // and never sent to the server.
 import {store} from './store.js';
-import {h, toast} from './dom.js';
+import {dataUrl, h, toast} from './dom.js';
 
 const KEY = 'floorplan';
 const PLACES = {x: 'x', y: 'y', width: 'Width'};
@@ -45,12 +45,8 @@ export class FloorPlan {
       toast(`${file.name} is not a picture that this browser can show`, true);
       return;
     }
-    const reader = new FileReader();
-    reader.onload = () => {
-      this.url = reader.result;
-      this.keep();
-    };
-    reader.readAsDataURL(file);
+    this.url = await dataUrl(file);
+    this.keep();
   }
 
   async use(source, place) {

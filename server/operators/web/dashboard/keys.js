@@ -34,6 +34,11 @@ export function setUpKeys({map, tools, robots, layers, timeline, replay, theme, 
       event.preventDefault();
       return;
     }
+    if (key === 'a' && (event.ctrlKey || event.metaKey) && !typing && !document.querySelector('dialog[open]')) {
+      robots.selectAll();
+      event.preventDefault();
+      return;
+    }
     if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
     const inControl = event.target.matches('button, summary, input, a');
     if (inControl && [' ', 'enter', 'arrowleft', 'arrowright', 'arrowup', 'arrowdown'].includes(key)) return;

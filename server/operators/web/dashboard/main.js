@@ -11,7 +11,7 @@ import {SwarmMap} from './map.js';
 import {Tools} from './tools.js';
 import {MANY, Trail, countStates, isHalted, poseNow, stateOf, takeClients} from './robots.js';
 import {Address, keepTrails, keptTrails} from './address.js';
-import {exportButtons} from './export.js';
+import {McapButton, exportButtons} from './export.js';
 import {FloorPlan} from './floorplan.js';
 import {Charts} from './charts.js';
 import {History} from './history.js';
@@ -51,7 +51,6 @@ const layers = new LayersPanel(() => {
   map.invalidate('base');
 }, () => { map.invalidate(); panelsDue.add('robots'); });
 map.plan = new FloorPlan(() => map.invalidate('base'));
-layers.append(exportButtons(map, layers), map.plan.element);
 const robots = new RobotsPanel(tools, (key) => {
   following = following === key ? null : key;
   follow();
@@ -79,6 +78,8 @@ const showHelp = setUpHelp();
 // ---- the stream -------------------------------------------------------------------------------
 
 const stream = new Stream(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`, showState);
+const mcap = new McapButton(stream);
+layers.append(exportButtons(map, layers, mcap), map.plan.element);
 
 stream.watch((topic) => topic.startsWith(DELTA), (payload, topic) => {
   const layer = layerOf(topic.slice(DELTA.length));
@@ -134,6 +135,7 @@ stream.watch('/events', (payload) => events.add(decodeLog(payload)));
 
 stream.onSession = (isNew, session) => {
   if (!isNew) return;
+  mcap.end();
   store.links.clear();
   store.trails.clear();
   for (const [key, points] of keptTrails(session)) store.trails.set(key, Trail.from(points));
@@ -157,6 +159,7 @@ const replay = new Replay(stream, {
 
 // Another server, as it were: nothing that is shown is of it.
 function beginAnew() {
+  mcap.end();
   timeline.live();
   for (const it of [store.layers, store.robots, store.trails, store.links, store.laws, store.netDetails]) it.clear();
   Object.assign(store, {tags: [], nets: [], paths: [], status: null, engine: null, tool: null, senses: null});
@@ -213,9 +216,8 @@ function takeLaws(laws) {
   const named = (type) => laws.pheromones.find((it) => it.type === type)?.name;
   for (const law of laws.pheromones) {
     if (law.blend) {
-      store.layers.delete(law.name);
       const parts = law.blend.map(({type, weight}) => ({layer: layerOf(named(type)), weight}));
-      addLayer(new Blend(law.name, store.layers.size, parts));
+      addLayer(new Blend(law.name, store.layers.get(law.name)?.index ?? store.layers.size, parts));
     } else {
       layerOf(law.name).setLaw(law);
     }
@@ -389,7 +391,7 @@ function showHalted() {
 }
 
 byId('resume-all').addEventListener('click', () => {
-  for (const robot of store.robots.values()) if (isHalted(robot)) commands.send(robot.key, 'resume');
+  commands.send([...store.robots.values()].filter(isHalted).map((it) => it.key), 'resume');
 });
 byId('zoom').append(...[['Zoom in (+)', ['M12 6v12', 'M6 12h12'], () => map.view.zoom(1.4)],
                         ['Zoom out (−)', ['M6 12h12'], () => map.view.zoom(1 / 1.4)],

@@ -204,16 +204,8 @@ export class SwarmMap {
   gridLines() {
     const {view} = this;
     const {origin_m: [x0, y0], width_m: width, height_m: height} = store.map;
-    const step = tickStep(view.scale);
-    const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    const along = (from, length, px, most) => {
-      const lines = [];
-      for (let n = Math.ceil(from / step - 1e-9); n * step <= from + length + 1e-9; n += 1) {
-        const at = Math.round(px(n * step)) + 0.5;
-        if (at > -20 && at < most + 20) lines.push([at, (n * step).toFixed(decimals).replace(/^-(0(\.0*)?)$/, '$1').replace('-', '−')]);
-      }
-      return lines;
-    };
+    const along = (from, length, px, most) => ticksOf(from, from + length, view.scale)
+      .map(([it, label]) => [Math.round(px(it)) + 0.5, label]).filter(([at]) => at > -20 && at < most + 20);
     return {x: along(x0, width, (it) => view.sx(it), view.width), y: along(y0, height, (it) => view.sy(it), view.height)};
   }
 
@@ -263,9 +255,15 @@ function stripes(side) {
   return canvas;
 }
 
-/** Metres between lines: 1, 2 or 5 times a power of ten, 70 pixels or more. */
-export function tickStep(scale) {
+/** [metres, label] of lines between two coordinates: 1, 2 or 5 times a power of ten, 70 pixels or more. */
+export function ticksOf(from, to, scale) {
   const least = 70 / scale;
   const power = 10 ** Math.floor(Math.log10(least));
-  return [1, 2, 5, 10].map((it) => it * power).find((it) => it >= least);
+  const step = [1, 2, 5, 10].map((it) => it * power).find((it) => it >= least);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const ticks = [];
+  for (let n = Math.ceil(from / step - 1e-9); n * step <= to + 1e-9; n += 1) {
+    ticks.push([n * step, (n * step).toFixed(decimals).replace(/^-(0(\.0*)?)$/, '$1').replace('-', '−')]);
+  }
+  return ticks;
 }

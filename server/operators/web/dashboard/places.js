@@ -17,8 +17,11 @@ export function drawPlaces(context, view, theme) {
   if (store.shows.goals) for (const client of store.shownRobots.values()) drawGoal(context, view, theme, client);
 }
 
+/** As in theme.css. */
+export const FONT = 'Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif';
+
 /** For what is written on the map. */
-export const fontOf = (px) => `${Math.round(px * store.typeScale)}px Inter, "Segoe UI", system-ui, "Liberation Sans", sans-serif`;
+export const fontOf = (px) => `${Math.round(px * store.typeScale)}px ${FONT}`;
 
 /** Text that stays legible on whatever is below it. */
 export function write(context, theme, text, x, y) {
@@ -72,7 +75,7 @@ function drawSlots(context, theme, x, y, tag, selected) {
 
 // Told apart by shape as well as by colour: go is round with an arrow, stop square with a bar. Stop is
 // no alarm, and so not red; amber only while a robot waits there.
-export function drawSign(context, theme, x, y, {green, waiting}) {
+function drawSign(context, theme, x, y, {green, waiting}) {
   context.fillStyle = green ? '#0b8a68' : waiting ? '#a86a00' : '#5b6b76';
   context.beginPath();
   if (green) context.arc(x, y, 7.5, 0, 2 * Math.PI);

@@ -1,7 +1,7 @@
 // A pheromone's picture: levels as received, in colours of a scale that ends at the maximum of its law,
 // so that half of a level looks like half; or, if so chosen, at the end of what is there now.
 //
-//   layer.take(decodeTiles(message));  layer.sheets()  ->  what the map draws
+//   layer.take(decodeTiles(message));  layer.pictures(cells, pixelsPerCell)  ->  what the map draws
 import {BLOCKED} from './tiles.js';
 import {hueOf, lutOf} from './palettes.js';
 import {factorOf, paint} from './smooth.js';
@@ -40,27 +40,10 @@ class Sheet {
   }
 }
 
-export class Layer {
-  constructor(name, index) {
-    this.name = name;
-    this.index = index;
-    this.visible = true;
-    this.palette = 'hue';
-    this.isAuto = false;
-    this.maximum = null;  // of the law
-    this.levels = null;   // rows from the bottom up
-    this.scale = 1;       // of level 254
-    this.version = 0;     // changes with every picture
-    this.received = 0;    // messages that changed something
-    this.past = null;     // {levels, scale} of a moment, or null
-    this.sheet = new Sheet(false);
-  }
-
-  setLaw(law) {
-    this.maximum = law?.maximum ?? null;
-    this.weight = law?.weight ?? 1;
-    this.sheet.repels = this.weight < 0;
-    this.recolour();
+/** What a pheromone and a blend have in common: a name, colours, and where its cells are. */
+class Coloured {
+  constructor(name, index, visible) {
+    Object.assign(this, {name, index, visible, palette: 'hue', theme: 'dark', isAuto: false});
   }
 
   setTheme(theme) {
@@ -73,6 +56,29 @@ export class Layer {
     this.recolour();
   }
 
+  get hue() { return hueOf(this.index, this.theme, this.repels); }
+  /** The values of the scale's ends. */
+  get ends() { return [this.isSigned && !this.repels ? -this.range : 0, this.range]; }
+}
+
+export class Layer extends Coloured {
+  constructor(name, index) {
+    super(name, index, true);
+    this.maximum = null;  // of the law
+    this.levels = null;   // rows from the bottom up
+    this.scale = 1;       // of level 254
+    this.version = 0;     // changes with every picture
+    this.received = 0;    // messages that changed something
+    this.past = null;     // {levels, scale} of a moment, or null
+    this.sheet = new Sheet(false);
+  }
+
+  setLaw(law) {
+    this.maximum = law?.maximum ?? null;
+    this.sheet.repels = law?.weight < 0;
+    this.recolour();
+  }
+
   setAuto(isAuto) {
     this.isAuto = isAuto;
     this.recolour();
@@ -80,8 +86,7 @@ export class Layer {
 
   get repels() { return this.sheet.repels; }
   /** The colours of the scale from 0 to its end. */
-  get rampLut() { return lutOf(this.palette, this.hue, this.theme ?? 'dark'); }
-  get hue() { return hueOf(this.index, this.theme ?? 'dark', this.repels); }
+  get rampLut() { return lutOf(this.palette, this.hue, this.theme); }
   /** Levels and the scale as shown: now, or in the past. */
   get shown() { return this.past ?? this; }
   /** The level that has the last colour. */
@@ -89,7 +94,7 @@ export class Layer {
 
   recolour() {
     this.coloured = `${this.shown.scale} ${this.range}`;
-    this.sheet.lut = lutOf(this.palette, this.hue, this.theme ?? 'dark', this.shown.scale / this.range);
+    this.sheet.lut = lutOf(this.palette, this.hue, this.theme, this.shown.scale / this.range);
     this.touch();
   }
 
@@ -171,34 +176,23 @@ export class Layer {
  * A weighted sum of other layers, which has no levels of its own: what attracts in its hue, what
  * repels hatched. `parts`: [{layer, weight}].
  */
-export class Blend {
+export class Blend extends Coloured {
   constructor(name, index, parts) {
-    Object.assign(this, {name, index, parts, visible: false, palette: 'hue', isAuto: false, isBlend: true, version: 0});
+    super(name, index, false);
+    Object.assign(this, {parts, isBlend: true});
     this.attracts = new Sheet(false);
     this.repelsSheet = new Sheet(true);
     this.isSigned = parts.some((it) => it.weight < 0);
     this.repels = parts.every((it) => it.weight < 0);
   }
 
-  setTheme(theme) {
-    this.theme = theme;
-    this.recolour();
-  }
-
-  setPalette(palette) {
-    this.palette = palette;
-    this.recolour();
-  }
-
   recolour() {
-    const theme = this.theme ?? 'dark';
+    const {theme} = this;
     this.attracts.lut = lutOf(this.palette, hueOf(this.index, theme), theme);
     this.repelsSheet.lut = lutOf('hue', hueOf(0, theme, true), theme);
     this.summed = null;
   }
 
-  get hue() { return hueOf(this.index, this.theme ?? 'dark', this.repels); }
-  get shown() { return this; }
   get first() { return this.parts.find((it) => it.layer?.levels)?.layer; }
   get levels() { return this.first?.levels; }
   get columns() { return this.first?.columns; }

@@ -161,7 +161,8 @@ export function drawRobots(context, view, theme, now) {
     const x = view.sx(pose.x_m);
     const y = view.sy(pose.y_m);
     if (x < -60 || y < -60 || x > view.width + 60 || y > view.height + 60) continue;
-    const selected = store.selected?.kind === 'robot' && store.selected.key === client.key;
+    const selected = store.group.has(client.key);
+    const alone = selected && store.group.size === 1;   // several are only marked
     context.globalAlpha = isFresh(client) || store.past ? 1 : 0.4;
     if (selected) {
       context.strokeStyle = theme.accent;
@@ -170,8 +171,8 @@ export function drawRobots(context, view, theme, now) {
       context.arc(x, y, size + 7, 0, 2 * Math.PI);
       context.stroke();
     }
-    if (selected) drawReach(context, view, theme, client, pose);
-    if (client.antennas && (selected || hasAntennas)) drawAntennas(context, view, theme, client, x, y, selected);
+    if (alone) drawReach(context, view, theme, client, pose);
+    if (client.antennas && (selected || hasAntennas)) drawAntennas(context, view, theme, client, x, y, alone);
     drawBody(context, theme, x, y, (-pose.heading_deg * Math.PI) / 180, size, selected ? theme.accent : colourOf(client, theme), labels, shownAs(client) === 'held');
     if (labels || selected) {
       context.fillStyle = selected ? theme.accent : theme.ink;
@@ -259,7 +260,7 @@ function drawReach(context, view, theme, client, pose) {
 }
 
 // The positions are those of the message's pose; on screen the robot is between two.
-function drawAntennas(context, view, theme, client, x, y, selected) {
+function drawAntennas(context, view, theme, client, x, y, hasValues) {
   const dx = x - view.sx(client.pose.x_m);
   const dy = y - view.sy(client.pose.y_m);
   const sensed = sensedOf(client);
@@ -287,7 +288,7 @@ function drawAntennas(context, view, theme, client, x, y, selected) {
     context.strokeStyle = hue ? css(hue) : theme['ink-3'];
     context.lineWidth = 1.3;
     context.stroke();
-    if (selected && sensed) {
+    if (hasValues && sensed) {
       // Away from the robot, in the direction of the antenna.
       const away = Math.atan2(ay - y, ax - x);
       context.fillStyle = theme.ink;
@@ -296,6 +297,12 @@ function drawAntennas(context, view, theme, client, x, y, selected) {
       context.textAlign = 'left';
     }
   }
+}
+
+/** Keys of the robots in a rectangle of the map, given by two corners. */
+export function robotsIn(a, b) {
+  const isBetween = (x, from, to) => x >= Math.min(from, to) && x <= Math.max(from, to);
+  return [...store.shownRobots.values()].filter(({pose}) => pose && isBetween(pose.x_m, a.x, b.x) && isBetween(pose.y_m, a.y, b.y)).map((it) => it.key);
 }
 
 export function robotAt(view, point, reachPx = 16) {

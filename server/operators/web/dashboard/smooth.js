@@ -7,10 +7,11 @@
 // nodes of a line one node wide are those nearest to it, so they lie to either side: they are moved onto
 // the mean of their neighbours along the line, by no more than the rounding.
 
+import {BLOCKED} from './tiles.js';
+
 const SIGMA = 0.65;   // of the Gaussian, in cells
 const REACH = 2;      // nodes to either side
 const EDGE = [0.17, 0.36];
-const BLOCKED = 255;
 const ROUNDS = 12;    // a line is smoothed over sqrt(ROUNDS / 2) nodes to either side
 const ROUNDING = 0.7; // cells; half of a cell's diagonal
 
@@ -35,7 +36,7 @@ export function weightsOf(factor) {
 export const factorOf = (cellPx) => (cellPx < 3 ? 1 : Math.min(8, Math.max(2, Math.round(cellPx / 2))));
 
 /** The nodes of lines that are one node wide, moved onto the line: Map from index to [column, row]. */
-export function linesOf(levels, columns, rows, {first, last, bottom, top}) {
+function linesOf(levels, columns, rows, {first, last, bottom, top}) {
   const there = (column, row) => {
     if (column < 0 || row < 0 || column >= columns || row >= rows) return false;
     const level = levels[row * columns + column];

@@ -17,8 +17,8 @@ class Store {
     this.links = new Map();
     this.status = null;
     this.engine = null;
-    this.events = [];
-    this.selected = null;       // {kind: 'robot' | 'tag', key}
+    this.selected = null;       // {kind: 'robot' | 'tag', key}: whose card is shown
+    this.group = new Set();     // keys of the robots that are selected, this one among them
     this.tool = null;           // the pheromone that path, brush and eraser change
     this.senses = null;         // the pheromone that all robots' antennas show; null: each what it follows
     this.shows = {robots: true, antennas: true, trails: true, paths: true, tags: true, goals: true, grid: true};
@@ -48,10 +48,28 @@ class Store {
     for (const listener of this.listeners.get(topic) ?? []) listener(value);
   }
 
+  /** One robot, one tag, or null. */
   select(selected) {
+    this.group = new Set(selected?.kind === 'robot' ? [selected.key] : []);
     this.selected = selected;
     this.emit('selected');
   }
+
+  /** These robots and no others; the last one is the one in view. */
+  selectRobots(keys) {
+    this.group = new Set(keys);
+    this.selected = keys.length ? {kind: 'robot', key: keys.at(-1)} : null;
+    this.emit('selected');
+  }
+
+  /** One more robot, or one less. */
+  toggleRobot(key) {
+    const others = [...this.group].filter((it) => it !== key);
+    this.selectRobots(this.group.has(key) ? others : [...others, key]);
+  }
+
+  /** Those of the group that are there. */
+  get selectedRobots() { return [...this.group].map((it) => this.shownRobots.get(it)).filter((it) => it); }
 
   get shownRobots() {
     return this.past ? this.past.robots : this.robots;

@@ -3,6 +3,7 @@
 //   const stream = new Stream(url, (state, detail) => ...);
 //   stream.watch('/status', (payload) => ...);           // a topic, or a function of it
 //   stream.pause('/pheromone_delta/trail');              // nothing more of it, until resume()
+//   stream.record(wants, (channel, time, payload) => ...);  // other topics, too, until record(null)
 //
 // States: connecting, live, stale (open, but silent), lost (detail: when the next attempt is).
 
@@ -22,7 +23,8 @@ export class Stream {
     this.watches = [];
     this.paused = new Set();
     this.channels = new Map();        // topic -> channel
-    this.subscriptions = new Map();   // id -> {topic, handler}
+    this.subscriptions = new Map();   // id -> {channel, handler}
+    this.recording = null;            // {wants, take}
     this.nextId = 1;
     this.attempts = 0;
     this.session = '';
@@ -121,7 +123,7 @@ export class Stream {
         for (const [topic, channel] of this.channels) {
           if (!message.channelIds.includes(channel.id)) continue;
           this.channels.delete(topic);
-          for (const [id, it] of this.subscriptions) if (it.topic === topic) this.subscriptions.delete(id);
+          for (const [id, it] of this.subscriptions) if (it.channel.topic === topic) this.subscriptions.delete(id);
         }
         break;
       case 'status':
@@ -132,22 +134,36 @@ export class Stream {
   }
 
   subscribe(channel) {
-    const watch = this.watches.find((it) => it.match(channel.topic));
-    if (!watch || this.paused.has(channel.topic)) return;
-    for (const it of this.subscriptions.values()) if (it.topic === channel.topic) return;
+    if (!this.isWanted(channel.topic)) return;
+    for (const it of this.subscriptions.values()) if (it.channel.topic === channel.topic) return;
     const id = this.nextId;
     this.nextId += 1;
-    this.subscriptions.set(id, {topic: channel.topic, handler: watch.handler});
+    this.subscriptions.set(id, {channel, handler: this.watchOf(channel.topic)?.handler});
     this.send({op: 'subscribe', subscriptions: [{id, channelId: channel.id}]});
   }
 
+  watchOf(topic) { return this.watches.find((it) => it.match(topic)); }
+
+  isWanted(topic) { return Boolean(this.recording?.wants(topic) || (this.watchOf(topic) && !this.paused.has(topic))); }
+
   pause(topic) {
     this.paused.add(topic);
+    this.dropUnwanted();
+  }
+
+  dropUnwanted() {
     for (const [id, it] of this.subscriptions) {
-      if (it.topic !== topic) continue;
+      if (this.isWanted(it.channel.topic)) continue;
       this.subscriptions.delete(id);
       this.send({op: 'unsubscribe', subscriptionIds: [id]});
     }
+  }
+
+  /** `take` is given what comes of the topics that `wants` says, from now on; null: nothing more. */
+  record(wants, take) {
+    this.recording = wants ? {wants, take} : null;
+    this.dropUnwanted();
+    for (const channel of this.channels.values()) this.subscribe(channel);
   }
 
   resume(topic) {
@@ -174,6 +190,9 @@ export class Stream {
     }
     if (buffer.byteLength < 13 || view.getUint8(0) !== MESSAGE_DATA) return;
     const to = this.subscriptions.get(view.getUint32(1, true));
-    to?.handler(new Uint8Array(buffer, 13), to.topic);
+    if (!to) return;
+    const payload = new Uint8Array(buffer, 13);
+    to.handler?.(payload, to.channel.topic);
+    if (this.recording?.wants(to.channel.topic)) this.recording.take(to.channel, view.getBigUint64(5, true), payload);
   }
 }

@@ -1,15 +1,17 @@
-// The tools of the map: look, measure, path, brush, eraser, and "go here" for the selected robot. All that
+// The tools of the map: look, measure, path, brush, eraser, and "go here" for the selected robots. All that
 // change something need the token and the present, and say so while one of them is missing: who sees
 // the past must not change what is not seen.
 import {api} from './api.js';
 import {store} from './store.js';
 import {byId, h, icon, toast} from './dom.js';
 import {clock, metres, number} from './format.js';
-import {robotAt} from './robots.js';
+import {commands} from './commands.js';
+import {robotAt, robotsIn} from './robots.js';
 import {fontOf, tagAt, tagKey, write} from './places.js';
 
 const SEND_EVERY_MS = 150;
 const MOST_POINTS = 1000;   // the server takes 1024
+const CLICK_PX = 4;         // less is not a rectangle
 
 const REVERSALS = {
   undo: {title: 'Undo the last edit of the map (Ctrl+Z)', done: 'Undid', icon: ['M9 14L4 9l5-5', 'M4 9h10a6 6 0 0 1 0 12h-3']},
@@ -17,7 +19,7 @@ const REVERSALS = {
 };
 
 const TOOLS = [
-  {name: 'look', key: 'v', title: 'Move the map, select robots and tags (V)',
+  {name: 'look', key: 'v', title: 'Move the map, select robots and tags; Shift: several robots (V)',
    icon: ['M5 3l14 8-6 1.8L10 19z']},
   {name: 'measure', key: 'm', title: 'Measure distances (M)',
    icon: ['M3.5 15.5L15.5 3.5l5 5-12 12z', 'M7 12l2 2', 'M10 9l2.5 2.5', 'M13 6l2 2']},
@@ -36,6 +38,7 @@ export class Tools {
     this.points = [];    // of the path
     this.strokes = [];   // of brush and eraser, until they are sent
     this.hover = null;
+    this.band = null;    // {from, to}: a rectangle that selects robots
     this.buttons = new Map();
     for (const tool of TOOLS) {
       const button = h('button', {type: 'button', 'aria-label': tool.title, 'data-tool': tool.name,
@@ -132,11 +135,33 @@ export class Tools {
         this.hovers(point);
         this.map.view.cursor(point && (robotAt(this.map.view, point) || tagAt(this.map.view, point)));
       },
-      click: (point) => {
+      click: (point, {shiftKey, ctrlKey, metaKey}) => {
         const robot = robotAt(this.map.view, point);
+        if (shiftKey || ctrlKey || metaKey) {
+          if (robot) store.toggleRobot(robot.key);
+          return;
+        }
         const tag = robot ? null : tagAt(this.map.view, point);
         store.select(robot ? {kind: 'robot', key: robot.key} : tag ? {kind: 'tag', key: tagKey(tag)} : null);
       },
+      // With Shift, a rectangle; otherwise the map is moved.
+      drags: (event) => event.shiftKey,
+      down: (point) => { this.band = {from: point, to: point}; },
+      move: (point) => {
+        if (!this.band) return;   // the tool was chosen anew meanwhile
+        this.band.to = point;
+        this.map.invalidate('top');
+      },
+      up: (point, event) => {
+        if (!this.band) return;
+        const {from} = this.band;
+        this.band = null;
+        const {scale} = this.map.view;
+        if (Math.hypot(point.x - from.x, point.y - from.y) * scale > CLICK_PX) store.selectRobots([...new Set([...store.group, ...robotsIn(from, point)])]);
+        else this.map.view.tool.click(point, event);
+        this.map.invalidate('top');
+      },
+      cancel: () => { this.band = null; },
     };
   }
 
@@ -238,22 +263,15 @@ export class Tools {
     return {
       cursor: 'draw',
       hover: (point) => this.hovers(point),
-      click: async (point) => {
-        const robot = store.robots.get(this.target);
+      click: (point) => {
         this.choose('look');
-        if (!robot || this.refusal) return;
-        try {
-          await api.post('goto', {link: robot.link, id: robot.id, x_m: round(point.x), y_m: round(point.y)});
-          toast(`Robot ${robot.id} goes to ${metres(point.x)}, ${metres(point.y)}`);
-        } catch (error) {
-          toast(`Robot ${robot.id} is not sent there: ${error.message}`, true);
-        }
+        if (!this.refusal) commands.goTo(this.targets, point);
       },
     };
   }
 
-  sendTo(key) {
-    this.target = key;
+  sendTo(keys) {
+    this.targets = [...keys];
     this.choose('goto');
   }
 
@@ -265,9 +283,14 @@ export class Tools {
 
   // Sends what was drawn since the last time, one request at a time, also after another tool was
   // chosen. A stroke's first point waits for the second one, or the end: it may be a pinch.
-  async pump() {
-    if (this.sending) return;
-    this.sending = true;
+  pump() {
+    this.sending ??= this.sendStrokes().finally(() => {
+      this.sending = null;
+      this.map.invalidate('top');
+    });
+  }
+
+  async sendStrokes() {
     for (let stroke = this.strokes[0]; stroke; stroke = this.strokes[0]) {
       const points = stroke.points.slice(Math.max(0, stroke.done - 1), stroke.done + MOST_POINTS);
       if (stroke.points.length > stroke.done && (stroke.points.length > 1 || !stroke.open)) {
@@ -290,8 +313,6 @@ export class Tools {
       }
       if (stroke.open) await new Promise((resolve) => setTimeout(resolve, SEND_EVERY_MS));
     }
-    this.sending = false;
-    this.map.invalidate('top');
   }
 
   // The parts of a stroke are undone together.
@@ -309,6 +330,7 @@ export class Tools {
 
   cancel() {
     this.points = [];
+    this.band = null;
     this.endStroke();
   }
 
@@ -316,7 +338,7 @@ export class Tools {
   async reverse(request) {
     if (this.refusal) { toast(`Not possible – ${this.refusal}`, true); return; }
     this.endStroke();
-    while (this.sending) await new Promise((resolve) => setTimeout(resolve, 50));
+    await this.sending;
     try {
       const {what, time_s: made, changed} = await api.post(request, {});
       toast(`${REVERSALS[request].done}: ${what}, made at ${clock(made * 1000)}: ${nodesOf(changed)} changed`);
@@ -330,7 +352,7 @@ export class Tools {
     box.hidden = !this.current || this.current === 'look';
     if (box.hidden) return;
     if (this.current === 'goto') {
-      box.replaceChildren(h('span', {}, 'Click where ', h('b', {}, this.target), ' is to go'),
+      box.replaceChildren(h('span', {}, 'Click where ', h('b', {}, this.targets.length === 1 ? this.targets[0] : `the middle of ${this.targets.length} robots`), ' is to go'),
                           h('button', {type: 'button', onclick: () => this.choose('look')}, 'Cancel'));
       return;
     }
@@ -391,6 +413,7 @@ export class Tools {
   }
 
   draw(context, view, theme) {
+    if (this.band) drawBand(context, view, theme, this.band);
     if (this.current === 'look') return;
     if (this.current === 'measure') { this.drawMeasure(context, view, theme); return; }
     const radius = this.settings.radius * view.scale;
@@ -425,7 +448,18 @@ export class Tools {
   }
 }
 
-/** "1.20 m, of 3.40 m at 45°": of the last part, of all, and its direction as headings are told. */
+function drawBand(context, view, theme, {from, to}) {
+  const box = [view.sx(from.x), view.sy(from.y), (to.x - from.x) * view.scale, (from.y - to.y) * view.scale];
+  context.strokeStyle = theme.accent;
+  context.fillStyle = theme.accent;
+  context.lineWidth = 1;
+  context.globalAlpha = 0.12;
+  context.fillRect(...box);
+  context.globalAlpha = 1;
+  context.strokeRect(...box);
+}
+
+/** "1.20 m at 45°, 3.40 m in all": of the last part, its direction as headings are told, and of all. */
 function lengthOf(points) {
   if (points.length < 2) return '0.00 m';
   const parts = points.slice(1).map((it, i) => Math.hypot(it.x - points[i].x, it.y - points[i].y));

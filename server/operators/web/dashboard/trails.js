@@ -55,7 +55,7 @@ function pack() {
   let selected = -1;
   let at = 0;
   for (const [key, trail] of trails) {
-    if (store.selected?.kind === 'robot' && store.selected.key === key) selected = ends.length;
+    if (store.selected?.key === key) selected = ends.length;
     for (let i = 0; i < trail.length; i += 1) {
       const from = trail.at(i);
       points[at] = trail.x[from];

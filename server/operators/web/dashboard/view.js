@@ -16,7 +16,7 @@ export class View {
     this.height = 1;
     this.fitted = true;      // follows the size of the window until moved by hand
     this.pointers = new Map();
-    this.tool = null;        // {down, move, up, click, hover, cancel}: each may be missing
+    this.tool = null;        // {drags, down, move, up, click, hover, cancel}: each may be missing
     new ResizeObserver(() => this.resize()).observe(element);
     element.addEventListener('wheel', (event) => this.wheel(event), {passive: false});
     element.addEventListener('pointerdown', (event) => this.down(event));
@@ -106,7 +106,7 @@ export class View {
     if (this.pointers.size === 1) {
       this.moved = 0;
       this.pinched = false;
-      this.pans = !this.tool?.down || event.button === 1 || event.button === 2 || this.holdPan;
+      this.pans = !this.tool?.down || event.button === 1 || event.button === 2 || this.tool.drags?.(event) === false;
       if (!this.pans) this.tool.down(this.toMap(event));
     } else {
       if (!this.pans) this.tool.cancel?.();
@@ -144,9 +144,9 @@ export class View {
     if (this.pointers.size > 0) return;
     if (!this.pans) {
       if (cancelled) this.tool.cancel?.();
-      else this.tool.up?.(this.toMap(event));
+      else this.tool.up?.(this.toMap(event), event);
     } else if (!cancelled && !this.pinched && this.moved <= CLICK_PX && event.button === 0) {
-      this.tool?.click?.(this.toMap(event));
+      this.tool?.click?.(this.toMap(event), event);
     }
     this.pans = false;
     this.cursor();

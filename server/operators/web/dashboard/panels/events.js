@@ -11,8 +11,8 @@ const MARKS = {warning: 'warn', error: 'bad', fatal: 'bad'};
 const FILTERS = {all: 'All', trouble: 'Warnings', operator: 'Operators', robot: 'Robots', link: 'Links'};
 const ACKNOWLEDGED = 'events.acknowledged';
 
-/** Where something happened: a robot ("robot radio-a 7"), a tag, a point of the map; or nothing. */
-export function placeOf(text) {
+/** Where something happened: a robot ("robot radio-a 7"), a point of the map; or nothing. */
+function placeOf(text) {
   const robot = /\brobot (\S+) (\d+)\b/.exec(text);
   if (robot && store.robots.has(`${robot[1]}/${robot[2]}`)) return {robot: `${robot[1]}/${robot[2]}`};
   const point = /\((-?\d+(?:\.\d+)?(?:e-?\d+)?), (-?\d+(?:\.\d+)?(?:e-?\d+)?)\)/.exec(text);
@@ -72,8 +72,8 @@ export class EventList {
 
   insert({timeMs, level, text, name}) {
     const event = {timeMs: timeMs || Date.now(), level, text, name};
+    if (this.events.some((it) => it.timeMs === event.timeMs && it.text === text)) return;   // told again after a lost connection
     const at = this.events.findIndex((it) => it.timeMs <= event.timeMs);
-    if (this.events[at]?.timeMs === event.timeMs && this.events[at].text === text) return;   // told again after a lost connection
     this.events.splice(at < 0 ? this.events.length : at, 0, event);
     this.events.length = Math.min(this.events.length, MOST_EVENTS);
   }

@@ -130,9 +130,8 @@ export class LayersPanel {
   }
 }
 
-const lowOf = (layer) => (layer.isSigned && !layer.repels ? -layer.range : 0);
-const middleOf = (layer) => (lowOf(layer) + layer.range) / 2;
-const endsOf = (layer) => [number(lowOf(layer)).replace('-', '−'), number(layer.range)];
+const middleOf = ({ends: [low, high]}) => (low + high) / 2;
+const endsOf = (layer) => layer.ends.map((it) => number(it).replace('-', '−'));
 
 function factsOf(law, short = false) {
   if (!law) return '';

@@ -10,7 +10,7 @@ const NET_RECORD = -32;
 const signClass = ({green, waiting}) => `sign ${green ? 'go' : waiting ? 'stop waits' : 'stop'}`;
 
 /** A term of a block as words; the namespaces are those of server/core/tags/README.md. */
-export function textOf([space, value], author, symbols) {
+function textOf([space, value], author, symbols) {
   const string = (number) => symbols.strings.get(`${symbols.mappings.get(author) ?? author}/${number}`) ?? symbols.strings.get(`${author}/${number}`);
   if (space > 0) {
     const tail = string(value);

@@ -1,8 +1,8 @@
-// All robots, and the selected one with its commands.
+// All robots, and those that are selected, with their commands.
 import {store} from '../store.js';
 import {api} from '../api.js';
 import {commands} from '../commands.js';
-import {h, pairs, panel, setText, toast} from '../dom.js';
+import {h, pairs, panel, setText} from '../dom.js';
 import {ago, metres, number} from '../format.js';
 import {RobotCharts} from '../charts.js';
 import {robotText} from '../describe.js';
@@ -27,11 +27,12 @@ export class RobotsPanel {
     this.card = h('div', {class: 'card', id: 'robot-card', hidden: true});
     this.search = h('input', {type: 'search', id: 'robot-search', placeholder: 'Find: number, link or state', 'aria-label': 'Find robots by number, link or state',
                               hidden: true, oninput: () => this.show()});
+    this.all = h('button', {type: 'button', id: 'select-all', title: 'Select all robots of this list (Ctrl+A); single ones: Ctrl+click', hidden: true, onclick: () => this.selectAll()}, 'Select all');
     this.list = h('div', {class: 'rows', id: 'robot-rows', onscroll: () => this.show()});
     this.none = h('p', {class: 'empty'});
     this.rows = new Map();
     this.turn = 0;
-    this.panel.body.append(this.search, this.list, this.none, this.card);
+    this.panel.body.append(h('div', {class: 'find'}, this.search, this.all), this.list, this.none, this.card);
     this.makeCard();
   }
 
@@ -42,9 +43,9 @@ export class RobotsPanel {
     this.follows = h('select', {'aria-label': 'Pheromone to follow', id: 'follow-type'});
     this.followsTypes = '';
     this.buttons = [
-      act('go-here', 'Go here …', 'Then click on the map', () => this.tools.sendTo(store.selected.key)),
-      act('cancel-goal', 'Cancel goal', 'Forget the goal', () => this.post('goto', {cancel: true}, 'Goal cancelled')),
-      act('halt', 'Halt', 'Stop this robot (H)', () => this.command('halt')),
+      act('go-here', 'Go here …', 'Then click on the map', () => this.tools.sendTo(store.group)),
+      act('cancel-goal', 'Cancel goal', 'Forget the goal', () => commands.cancelGoals(store.group)),
+      act('halt', 'Halt', 'Stop (H)', () => this.command('halt')),
       act('resume', 'Resume', 'Drive on (U)', () => this.command('resume')),
       act('follow', 'Follow', 'Follow this pheromone', () => this.command('follow', [Number(this.follows.value)])),
     ];
@@ -53,31 +54,29 @@ export class RobotsPanel {
     const [x, y] = this.goal;
     const goal = h('form', {class: 'actions', onsubmit: (event) => {
       event.preventDefault();
-      this.post('goto', {x_m: x.valueAsNumber, y_m: y.valueAsNumber}, `goes to ${metres(x.valueAsNumber)}, ${metres(y.valueAsNumber)}`);
+      commands.goTo(store.group, {x: x.valueAsNumber, y: y.valueAsNumber});
     }}, x, y, this.goButton);
     this.reason = h('p', {class: 'empty'});
     this.chartHolder = h('div', {class: 'robot-charts'});
     this.charts = new RobotCharts(this.chartHolder);
-    this.card.append(h('header', {}, this.title,
-                       act('follow-view', 'Centre', 'Keep this robot in the middle (F)', () => this.onFollow(store.selected.key)),
+    this.centre = act('follow-view', 'Centre', 'Keep this robot in the middle (F)', () => this.onFollow(store.selected.key));
+    this.card.append(h('header', {}, this.title, this.centre,
                        act('deselect', '×', 'Close (Esc)', () => store.select(null))),
                      this.facts, h('div', {class: 'actions'}, this.buttons.slice(0, 4)),
                      h('div', {class: 'actions'}, this.buttons[4], this.follows), goal, this.reason, this.chartHolder);
   }
 
-  async post(path, body, done) {
-    const robot = store.robots.get(store.selected?.key);
-    if (!robot) return;
-    try {
-      await api.post(path, {link: robot.link, id: robot.id, ...body});
-      toast(`Robot ${robot.id}: ${done}`);
-    } catch (error) {
-      toast(`Robot ${robot.id}: ${error.message}`, true);
-    }
-  }
+  command(command, args = []) { commands.send(store.group, command, args); }
 
-  command(command, args = []) {
-    if (store.robots.has(store.selected?.key)) commands.send(store.selected.key, command, args);
+  selectAll() { store.selectRobots([...this.rows.keys()]); }
+
+  /** A row was clicked: with Ctrl one robot more or less, with Shift all from the last one on. */
+  pick(key, {ctrlKey, metaKey, shiftKey}) {
+    const keys = [...this.rows.keys()];
+    const [from, to] = [keys.indexOf(store.selected?.key), keys.indexOf(key)];
+    if (ctrlKey || metaKey) store.toggleRobot(key);
+    else if (shiftKey && from >= 0) store.selectRobots([...store.group, ...keys.slice(Math.min(from, to), Math.max(from, to) + 1).filter((it) => it !== key), key]);
+    else store.select(store.group.size === 1 && store.selected.key === key ? null : {kind: 'robot', key});
   }
 
   show() {
@@ -86,6 +85,8 @@ export class RobotsPanel {
     this.search.hidden = robots.length < SEARCH_FROM && !this.search.value;
     const words = this.search.value.toLowerCase().split(/\s+/).filter((it) => it);
     const shown = robots.filter((it) => words.every((word) => isOf(it, word)));
+    this.all.hidden = shown.length < 2;
+    setText(this.all, words.length ? `Select these ${shown.length}` : 'Select all');
     if (shown.length !== this.rows.size || shown.some((it) => !this.rows.has(it.key))) this.rebuild(shown);
     for (const robot of this.due(shown)) this.update(robot);
     setText(this.none, robots.length === 0 ? 'No robot has been heard yet' : shown.length === 0 ? `None of ${robots.length} robots` : '');
@@ -114,8 +115,7 @@ export class RobotsPanel {
       const meters = ['left', 'right'].map(() => h('i'));
       const end = h('span', {class: 'end', 'aria-hidden': 'true'});
       const words = h('span', {class: 'only-read'});
-      const element = h('button', {type: 'button', class: 'row', 'data-robot': robot.key, onclick: () =>
-        store.select(store.selected?.key === robot.key ? null : {kind: 'robot', key: robot.key})},
+      const element = h('button', {type: 'button', class: 'row', 'data-robot': robot.key, onclick: (event) => this.pick(robot.key, event)},
         dot, h('span', {}, `Robot ${robot.id}`, many ? h('span', {class: 'dim'}, `  ${robot.link}`) : null, words),
         h('span', {class: 'pair', title: 'What the left and the right antenna sense'}, meters.map((it) => h('span', {class: 'meter'}, it))), end);
       this.rows.set(robot.key, {element, dot, meters, end, words});
@@ -129,7 +129,8 @@ export class RobotsPanel {
     dot.className = `dot ${shownAs(robot)}`;
     element.title = robot.state?.reason ? `${state}: ${robot.state.reason}` : state;
     setText(words, robotText(robot));
-    element.classList.toggle('selected', store.selected?.key === robot.key);
+    element.classList.toggle('selected', store.group.has(robot.key));
+    element.setAttribute('aria-pressed', String(store.group.has(robot.key)));
     ['left', 'right'].forEach((side, i) => {
       meters[i].style.transform = `scaleX(${shareOf(robot, side).toFixed(3)})`;
     });
@@ -137,9 +138,39 @@ export class RobotsPanel {
   }
 
   showCard() {
-    const selected = store.selected?.kind === 'robot' ? store.shownRobots.get(store.selected.key) : null;
-    this.card.hidden = !selected;
-    if (!selected) return;
+    const robots = store.selectedRobots;
+    this.card.hidden = robots.length === 0;
+    if (robots.length === 0) return;
+    const isOne = robots.length === 1;
+    if (isOne) this.showOne(robots[0]);
+    else this.showGroup(robots);
+    const types = [...store.laws.values()].map((it) => `${it.type} ${it.name}`).join();
+    if (types !== this.followsTypes) {
+      this.followsTypes = types;
+      this.follows.replaceChildren(...[...store.laws.values()].map((it) => h('option', {value: it.type}, it.name)));
+    }
+    this.centre.hidden = !isOne;
+    this.chartHolder.hidden = store.isReplay || !isOne;   // of recordings the page remembers nothing
+    if (!this.chartHolder.hidden) this.charts.show(robots[0], this.memory.moments);
+    const able = api.refusal === '' && !store.past;
+    for (const it of [...this.buttons, this.goButton, ...this.goal]) it.disabled = !able;
+    this.buttons[1].hidden = robots.every((it) => !it.goal);
+    this.follows.disabled = !able;
+    setText(this.reason, api.reason ? `Commands: ${api.reason}` : 'Commands need the token: “Unlock” above.');
+    this.reason.hidden = api.refusal === '';
+  }
+
+  showGroup(robots) {
+    setText(this.title, `${robots.length} robots`);
+    const goals = robots.filter((it) => it.goal).length;
+    this.facts.replaceChildren(pairs([
+      ['State', countStates(robots)],
+      ['Robots', robots.map((it) => it.id).join(', ')],
+      goals > 0 && ['Goals', `${goals} of ${robots.length}`],
+    ]));
+  }
+
+  showOne(selected) {
     setText(this.title, `Robot ${selected.id} on ${selected.link}`);
     const {pose, goal, last_command: command, last_event: event} = selected;
     const senses = Object.entries(selected.antennas?.pheromones ?? {});
@@ -161,18 +192,5 @@ export class RobotsPanel {
     ]), ...(senses.length ? [h('table', {class: 'senses'},
       h('tr', {}, h('th', {}, 'senses, in units'), h('th', {}, 'P_L (left)'), h('th', {}, 'P_R (right)')),
       senses.map(([name, {left, right}]) => h('tr', {}, h('td', {}, name === selected.follows ? `${name} (follows)` : name), h('td', {}, number(left)), h('td', {}, number(right)))))] : []));
-    const types = [...store.laws.values()].map((it) => `${it.type} ${it.name}`).join();
-    if (types !== this.followsTypes) {
-      this.followsTypes = types;
-      this.follows.replaceChildren(...[...store.laws.values()].map((it) => h('option', {value: it.type}, it.name)));
-    }
-    this.chartHolder.hidden = store.isReplay;   // of recordings the page remembers nothing
-    if (!store.isReplay) this.charts.show(selected, this.memory.moments);
-    const able = api.refusal === '' && !store.past;
-    for (const it of [...this.buttons, this.goButton, ...this.goal]) it.disabled = !able;
-    this.buttons[1].hidden = !goal;
-    this.follows.disabled = !able;
-    setText(this.reason, api.reason ? `Commands: ${api.reason}` : 'Commands need the token: “Unlock” above.');
-    this.reason.hidden = api.refusal === '';
   }
 }
