@@ -11,7 +11,8 @@ from many addresses in 127.0.0.0/8, as byte for byte the same request. Whatever 
     asked for;
   * the server's memory does not grow after the first second;
   * a halt reaches the robots within 100 ms, and /healthz says within 2 s that the disk does not
-    advance, also while two edits wait for the disk and 500 idle connections hold the web's port.
+    advance, also while two edits wait for the disk and 500 idle connections hold the web's port;
+  * the service's watchdog is fed all the time: a server that senses and halts is not killed.
 
 Times are asserted here, for they are what is promised; the best of some attempts counts, since the
 machine may be busy.
@@ -63,6 +64,33 @@ class Disk:
     def heal(self):
         for how in ("stuck", "full"):
             (self.folder / how).unlink(missing_ok=True)
+
+
+class ServiceManager:
+    """Hears WATCHDOG=1 in time, or would kill the server: sd_notify(3)."""
+
+    def __init__(self, folder, limit_s):
+        self.limit_s = limit_s
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.socket.bind(str(folder / "notify"))
+        self.environment = {"NOTIFY_SOCKET": str(folder / "notify"),
+                            "WATCHDOG_USEC": str(int(1e6 * limit_s))}
+        self.fed = []
+        threading.Thread(target=self.hear, daemon=True).start()
+
+    def hear(self):
+        while True:
+            if b"WATCHDOG=1" in self.socket.recv(4096):
+                self.fed.append(time.monotonic())
+
+    def check_fed(self, since):
+        """From then until now, never later than the limit."""
+        times = [since, *(it for it in self.fed if it > since), time.monotonic()]
+        longest_s = max(later - earlier for earlier, later in zip(times, times[1:]))
+        print(f"watchdog of {self.limit_s:.0f} s: fed {len(times) - 2} times in "
+              f"{times[-1] - since:.0f} s, {longest_s:.1f} s apart at most", flush=True)
+        check(times[-1] - since > 1.5 * self.limit_s, "the disk was not stuck for long enough")
+        check(longest_s < self.limit_s, "the server would have been killed")
 
 
 class Daemon(OperatedDaemon):
@@ -156,7 +184,9 @@ def is_done(body, seq):
 
 class Attack:
     def __init__(self, bin_dir, shim, folder, addresses, seconds):
-        self.start = lambda: Daemon(bin_dir, folder, LD_PRELOAD=str(shim), SICK_DISK=str(folder))
+        self.manager = ServiceManager(folder, min(20, max(4, seconds / 3)))
+        self.start = lambda: Daemon(bin_dir, folder, LD_PRELOAD=str(shim), SICK_DISK=str(folder),
+                                    **self.manager.environment)
         self.disk = Disk(folder)
         self.addresses = addresses
         self.seconds = seconds
@@ -280,6 +310,7 @@ class Attack:
 
     def stuck_for_long(self):
         requests = self.next_change()
+        begin = time.monotonic()
         self.disk.fall_ill("stuck")
         for robot in range(1, ROBOTS + 1):
             self.crowd.send(robot, requests[robot])
@@ -287,6 +318,7 @@ class Attack:
         self.flood(requests, "stuck")
         for _, body in self.crowd.listen(MOST_AGE_S + 1):  # nobody asks any more
             check(not is_done(body, self.seq), "told before it was durable")
+        self.manager.check_fed(begin)
         self.disk.heal()
         await_that(self.daemon.healthy, "the disk has come back")
         late = [body for _, body in self.crowd.listen(1) if is_done(body, self.seq)]

@@ -214,8 +214,7 @@ class Daemon::Impl {
     told_ = DescribeState();
     service_manager::Ready(told_);
     if (const auto interval = service_manager::AliveInterval()) {
-      watchdog_ = std::make_unique<Watchdog>(strand_, &service_, journal_->log(), *interval,
-                                             service_manager::Alive);
+      watchdog_ = std::make_unique<Watchdog>(strand_, &service_, *interval, service_manager::Alive);
       watchdog_->Start();
     }
   }

@@ -32,7 +32,6 @@ using journal::SlotFile;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kInterval{1};
-constexpr milliseconds kWhile{50};         // long against the interval
 constexpr std::chrono::seconds kLong{60};  // for the failure of a test, not for its success
 
 // Stops whoever comes by while it is closed.
@@ -124,7 +123,7 @@ class JournalWatchdogTest : public ::testing::Test {
             &folder_, {}, SteadyUs, [](bool, const std::string&) {}, LocalJournal::Start{}),
         service_(&journal_, [] { return engine::ClockReading{}; }),
         strand_(boost::asio::make_strand(io_)),
-        watchdog_(strand_, &service_, &journal_, kInterval, [this] { Feed(); }) {}
+        watchdog_(strand_, &service_, kInterval, [this] { Feed(); }) {}
 
   void SetUp() override {
     journal_.WriteOnce();
@@ -189,16 +188,12 @@ TEST_F(JournalWatchdogTest, IsFedWhileNothingIsWrittenAndWhileMuchIs) {
   }
 }
 
-TEST_F(JournalWatchdogTest, IsNotFedWhileTheDiskIsStuckAndIsAfterwards) {
+TEST_F(JournalWatchdogTest, IsFedWhileTheDiskIsStuck) {
   ASSERT_TRUE(AwaitFedMoreThan(0));
   folder_.gate.Close();
   Change(1);
   ASSERT_TRUE(folder_.gate.AwaitSomebody());
-  const int before = fed();
-  std::this_thread::sleep_for(kWhile);
-  EXPECT_LE(fed(), before + 1);  // one may have been on its way
-  folder_.gate.Open();
-  ASSERT_TRUE(AwaitFedMoreThan(before + 1));
+  ASSERT_TRUE(AwaitFedMoreThan(fed() + 10));
 }
 
 }  // namespace

@@ -2,19 +2,11 @@
 
 #include <utility>
 
-#include <boost/asio/post.hpp>
-
 namespace pheromone::daemon {
 
 Watchdog::Watchdog(boost::asio::any_io_executor strand, const engine::Service* service,
-                   engine::OrderedLog* log, std::chrono::milliseconds interval,
-                   std::function<void()> alive)
-    : strand_(std::move(strand)),
-      service_(service),
-      log_(log),
-      interval_(interval),
-      alive_(std::move(alive)),
-      timer_(strand_) {}
+                   std::chrono::milliseconds interval, std::function<void()> alive)
+    : service_(service), interval_(interval), alive_(std::move(alive)), timer_(std::move(strand)) {}
 
 void Watchdog::Start() {
   Probe();
@@ -27,13 +19,6 @@ void Watchdog::Stop() {
 
 void Watchdog::Probe() {
   service_->Inspect([](const engine::Engine&) {});  // returns when it had the lock
-  log_->Probe([this, strand = strand_] { boost::asio::post(strand, [this] { Return(); }); });
-}
-
-void Watchdog::Return() {
-  if (stopped_) {
-    return;
-  }
   alive_();
   timer_.expires_after(interval_);
   timer_.async_wait([this](const boost::system::error_code& error) {

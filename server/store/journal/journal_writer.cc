@@ -42,29 +42,16 @@ bool LocalJournal::IsNoted() const {
 void LocalJournal::WriteUntilStopped() {
   for (;;) {
     while (WriteOnce()) {
-      AnswerProbes();
     }
-    AnswerProbes();
     std::unique_lock lock(mutex_);
     if (stopped_) {
       return;
     }
     const uint64_t now_us = clock_();
     const uint64_t due_us = WorkDueUs();
-    if (due_us > now_us && probes_.empty()) {
+    if (due_us > now_us) {
       work_.wait_for(lock, std::chrono::microseconds(std::min(due_us - now_us, kLookAgainUs)));
     }
-  }
-}
-
-void LocalJournal::AnswerProbes() {
-  std::vector<std::function<void()>> waiting;
-  {
-    const std::lock_guard lock(mutex_);
-    waiting.swap(probes_);
-  }
-  for (const auto& done : waiting) {
-    done();
   }
 }
 

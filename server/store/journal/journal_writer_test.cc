@@ -1,13 +1,9 @@
-// The writing thread's duties beside writing: probes are answered, segments end in time, and
-// snapshots become due.
+// The writing thread's duties beside writing: segments end in time, and snapshots become due.
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <future>
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -24,98 +20,6 @@ using protocol::Reason;
 using testing::CrashFolder;
 using testing::Lives;
 using testing::SmallJournal;
-
-// For the failure of a test, not for its success.
-constexpr std::chrono::seconds kPatience{30};
-
-// A journal with its writing thread.
-class ProbeTest : public ::testing::Test {
- protected:
-  ~ProbeTest() override {
-    journal_.Stop();
-    if (writer_.joinable()) {
-      writer_.join();
-    }
-  }
-
-  void StartWriting() {
-    writer_ = std::thread([this] { journal_.WriteUntilStopped(); });
-  }
-
-  std::future<void> Probe() {
-    const auto answered = std::make_shared<std::promise<void>>();
-    journal_.Probe([answered] { answered->set_value(); });
-    return answered->get_future();
-  }
-  static bool IsAnswered(const std::future<void>& probe) {
-    return probe.wait_for(kPatience) == std::future_status::ready;
-  }
-
-  CrashFolder folder_{1};
-  LocalJournal journal_{&folder_, JournalSettings{}, [] { return uint64_t{1'000'000}; },
-                        [](bool, const std::string&) {}, LocalJournal::Start{}};
-  std::thread writer_;
-};
-
-// The watchdog's: without an answer systemd ends the server.
-TEST_F(ProbeTest, IsAnsweredByAWriterThatHasNothingElseToDo) {
-  StartWriting();
-  for (int i = 0; i < 100; ++i) {
-    ASSERT_TRUE(IsAnswered(Probe())) << i;
-  }
-}
-
-TEST_F(ProbeTest, IsAnsweredWhileEventsAreWritten) {
-  StartWriting();
-  ASSERT_TRUE(IsAnswered(Probe()));
-  for (uint64_t i = 0; i < 500; ++i) {
-    ASSERT_EQ(journal_.Admit(), Reason::kNone);
-    journal_.Append({i, 0}, engine::Advance{});
-    if (i % 10 == 0) {
-      ASSERT_TRUE(IsAnswered(Probe())) << i;
-    }
-  }
-}
-
-TEST_F(ProbeTest, OfBeforeTheWriterBeganIsAnsweredByIt) {
-  std::future<void> early = Probe();
-  EXPECT_EQ(early.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
-  StartWriting();
-  EXPECT_TRUE(IsAnswered(early));
-}
-
-// It comes when the writer has looked for probes and does not wait for work yet.
-TEST_F(ProbeTest, OfAnAnswerIsAnsweredToo) {
-  StartWriting();
-  const auto answered = std::make_shared<std::promise<void>>();
-  journal_.Probe([this, answered] { journal_.Probe([answered] { answered->set_value(); }); });
-  EXPECT_TRUE(IsAnswered(answered->get_future()));
-}
-
-// The server lives on beside a disk that fails; what is refused is told otherwise.
-TEST_F(ProbeTest, IsAnsweredWhileTheDiskFails) {
-  folder_.FailAppends(1'000'000);
-  StartWriting();
-  for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(IsAnswered(Probe())) << i;
-  }
-  EXPECT_EQ(journal_.Admit(), Reason::kReadOnly);
-}
-
-TEST_F(ProbeTest, IsAnsweredOnceAndByTheWritingThread) {
-  StartWriting();
-  ASSERT_TRUE(IsAnswered(Probe()));
-  std::vector<std::thread::id> answers;  // the writing thread's
-  const std::thread::id writer = writer_.get_id();
-  for (int i = 0; i < 20; ++i) {
-    journal_.Probe([&answers] { answers.push_back(std::this_thread::get_id()); });
-  }
-  ASSERT_TRUE(IsAnswered(Probe()));
-  ASSERT_TRUE(IsAnswered(Probe()));
-  journal_.Stop();
-  writer_.join();
-  EXPECT_EQ(answers, std::vector<std::thread::id>(20, writer));
-}
 
 // A journal by hand, whose clock the test turns.
 class RotationTest : public ::testing::Test {

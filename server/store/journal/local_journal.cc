@@ -194,12 +194,6 @@ void LocalJournal::WhenOnDisk(uint64_t sequence, std::function<void()> done) {
   done();
 }
 
-void LocalJournal::Probe(std::function<void()> done) {
-  const std::lock_guard lock(mutex_);
-  probes_.push_back(std::move(done));
-  work_.notify_one();
-}
-
 JournalStatus LocalJournal::status() const {
   const std::lock_guard lock(mutex_);
   JournalStatus status = status_;

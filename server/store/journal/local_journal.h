@@ -118,8 +118,6 @@ class LocalJournal final : public engine::OrderedLog {
   /// A relaxed journal's changes count as durable when they are appended. Called back by the
   /// writing thread, after the callback of OnDurable.
   bool WhenDurable(uint64_t sequence, std::function<void()> done) override;
-  /// Called back by the writing thread.
-  void Probe(std::function<void()> done) override;
   std::string Trouble() const override;
 
   /// Like WhenDurable, but waits for the disk in a relaxed journal too, and is not bounded: it is
@@ -174,7 +172,6 @@ class LocalJournal final : public engine::OrderedLog {
   std::string RecordsOf(const Chunk& chunk) const;
   void TakePiece(std::string* piece);  // under mutex_
   void TellPiece(bool is_written);
-  void AnswerProbes();
   void CallWaiters();
   void NoteDurable();
   bool IsNoted() const;
@@ -211,7 +208,6 @@ class LocalJournal final : public engine::OrderedLog {
   bool rotation_due_ = false;
   bool rotation_queued_ = false;
   bool stopped_ = false;
-  std::vector<std::function<void()>> probes_;
   std::vector<Waiter> waiters_;  // of them at most kMaxDurableWaiters not for the disk
   JournalStatus status_;
   ByteWriter scratch_;

@@ -62,10 +62,6 @@ class OrderedLog {
   /// wrong and for how long, such as "no response from the disk for 2.1 s", once changes have
   /// waited for a second. Never waits for the disk. Any thread.
   virtual std::string Trouble() const { return {}; }
-
-  /// Calls `done` once the log's worker has processed this request: immediately, or from a thread
-  /// of the log. A log whose disk is stuck never does.
-  virtual void Probe(std::function<void()> done) = 0;
 };
 
 /// Stores nothing: the state is lost when the process ends, and each event counts as durable at
@@ -80,7 +76,6 @@ class VolatileLog final : public OrderedLog {
     done();
     return true;
   }
-  void Probe(std::function<void()> done) override { done(); }
 
  private:
   uint64_t sequence_ = 0;

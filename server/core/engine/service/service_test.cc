@@ -211,7 +211,6 @@ class FailingLog final : public OrderedLog {
   }
   uint64_t DurableSequence() const override { return sequence_; }
   bool WhenDurable(uint64_t /*sequence*/, std::function<void()> /*done*/) override { return false; }
-  void Probe(std::function<void()> done) override { done(); }
 
  private:
   uint64_t sequence_ = 0;

@@ -54,17 +54,6 @@ class ScriptedLog : public OrderedLog {
     return true;
   }
   std::string Trouble() const override { return trouble; }
-  /// Waits as long as the log is stuck.
-  void Probe(std::function<void()> done) override {
-    {
-      const std::lock_guard lock(mutex_);
-      if (durable_ != UINT64_MAX) {
-        waiting_.emplace_back(UINT64_MAX, std::move(done));
-        return;
-      }
-    }
-    done();
-  }
 
   void SetDurable(uint64_t durable) {
     std::vector<std::function<void()>> ready;
