@@ -27,12 +27,15 @@ struct Request {
   std::string authorization = {};  ///< the headers of these names; empty: none
   std::string origin = {};
   std::string host = {};
+  std::string fetch_site = {};    ///< Sec-Fetch-Site: of the page that asks; browsers tell
+  std::string fetch_dest = {};    ///< Sec-Fetch-Dest: "document" where a link was followed
   std::string subprotocols = {};  ///< Sec-WebSocket-Protocol
   std::string accept_encoding = {};
   std::string if_none_match = {};
   std::string range = {};
   std::string if_range = {};
   std::string body = {};
+  std::string client = {};  ///< who: the address, or over the Unix socket "uid 1000"
 };
 
 struct Response;
@@ -52,6 +55,8 @@ class Content {
   /// other status, or no byte, ends the connection. Does not block; a caller waits for the response
   /// before the next call.
   virtual void Read(uint64_t offset, size_t count, Respond respond) = 0;
+  /// What it holds while it exists; 0 of what is read from a file.
+  virtual uint64_t bytes_in_memory() const { return 0; }
 };
 
 struct Response {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cstring>
 #include <exception>
 #include <map>
 #include <mutex>
@@ -50,6 +51,20 @@ struct Crowd {
   Sessions served;
   Sessions beyond;  // connections above the limit: each gets an error
 };
+
+// As in Request.
+std::string ClientOf(Connection::Protocol::socket* socket) {
+  error_code error;
+  const auto peer = socket->remote_endpoint(error);
+  const int family = error ? AF_UNSPEC : peer.protocol().family();
+  if (family == AF_INET || family == AF_INET6) {
+    tcp::endpoint endpoint;
+    endpoint.resize(peer.size());
+    std::memcpy(endpoint.data(), peer.data(), peer.size());
+    return endpoint.address().to_string();
+  }
+  return family == AF_UNIX ? PeerOf(socket->native_handle()) : "";
+}
 
 std::string WordsOf(const std::exception_ptr& failure) {
   try {
@@ -240,9 +255,11 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
           if (context != nullptr) {
             error_code ignored;
             socket.set_option(tcp::no_delay(true), ignored);
-            ShakeHands(std::make_shared<Connection>(std::move(socket), context));
+            std::string client = ClientOf(&socket);
+            ShakeHands(std::make_shared<Connection>(std::move(socket), context), std::move(client));
           } else {
-            Welcome(Connection(std::move(socket)), crowd, false);
+            std::string client = ClientOf(&socket);
+            Welcome(Connection(std::move(socket)), crowd, std::move(client));
           }
           taken = true;
         }
@@ -263,7 +280,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     return context_;
   }
 
-  void ShakeHands(const std::shared_ptr<Connection>& connection) {
+  void ShakeHands(const std::shared_ptr<Connection>& connection, std::string client) {
     if (handshakes_.size() >= options_.max_handshakes) {
       handshakes_.begin()->second->Close();
       handshakes_.erase(handshakes_.begin());
@@ -272,13 +289,14 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     handshakes_.emplace(number, connection);
     CountTls();
     asio::co_spawn(connection->get_executor(), connection->ShakeHands(options_.handshake_patience),
-                   asio::bind_executor(strand_, [self = shared_from_this(), connection, number](
+                   asio::bind_executor(strand_, [self = shared_from_this(), connection, number,
+                                                 client = std::move(client)](
                                                     const std::exception_ptr& failure, bool done) {
                      self->handshakes_.erase(number);
                      if (failure == nullptr && done) {
                        ++self->tls_counters_.accepted;
                        if (!self->stopping_) {
-                         self->Welcome(std::move(*connection), &self->tcp_crowd_, true);
+                         self->Welcome(std::move(*connection), &self->tcp_crowd_, client, true);
                        }
                      } else {
                        ++self->tls_counters_.failed;
@@ -292,7 +310,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         handshakes_.size() + tcp_crowd_.served.size() + tcp_crowd_.beyond.size();
   }
 
-  void Welcome(Connection connection, Crowd* crowd, bool encrypted) {
+  void Welcome(Connection connection, Crowd* crowd, std::string client, bool encrypted = false) {
     const size_t limit = options_.max_connections;
     const bool full = crowd->served.size() >= limit && !MakeRoom(&crowd->served);
     Sessions* const sessions = full ? &crowd->beyond : &crowd->served;
@@ -301,7 +319,8 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     }
     const auto session = std::make_shared<Session>(
         std::move(connection),
-        SessionTraits{crowd == &local_crowd_, encrypted, full, options_.patience},
+        SessionTraits{crowd == &local_crowd_, encrypted, full, options_.patience, std::move(client),
+                      options_.long_answers},
         full ? Refusal() : handle_, full ? nullptr : &upgrades_);
     sessions->insert(session);
     asio::co_spawn(session->executor(), session->Run(),

@@ -21,8 +21,9 @@
 // sending the answer may take `patience` each; a missing answer is 504. The socket and the port
 // have `max_connections` each. When these are in use, the connection that has been idle for longest
 // is closed for a new one; if none is idle, the new one is answered with 503 and closed, unless its
-// request is urgent. A client that violates a limit gets 400, 413, 431 or 503 if possible, and is
-// disconnected.
+// request is urgent. A long answer is sent in portions, with other requests in between; beyond what
+// `long_answers` permits it is 503. A client that violates a limit gets 400, 413, 431 or 503 if
+// possible, and is disconnected.
 //
 // If the socket's file is removed or replaced, or the port fails, both listen again, at the same
 // place; that is told once, and when it has succeeded. Attempts are `listen_again` apart.
@@ -47,6 +48,7 @@
 #include "server/net/certificate.h"
 #include "server/net/endpoint.h"
 #include "server/operators/web/http.h"
+#include "server/operators/web/long_answers.h"
 #include "server/operators/web/tls_counters.h"
 #include "server/operators/web/upgrade.h"
 
@@ -62,6 +64,8 @@ struct ServerOptions {
   std::chrono::milliseconds patience{15'000};
   std::chrono::milliseconds listen_again{1'000};
   size_t max_handshakes = 64;  ///< of TLS
+  /// May be shared with other servers.
+  std::shared_ptr<LongAnswers> long_answers = std::make_shared<LongAnswers>();
   std::chrono::milliseconds handshake_patience{10'000};
   /// Of requests that are served however many others there are: those to which the handler has an
   /// answer in no time. Empty: none.

@@ -449,6 +449,34 @@ TEST_F(ServerTest, WhoeverDoesNotReadAContentIsHungUpOn) {
   gone.wait(false);
 }
 
+TEST_F(ServerTest, OneClientGetsOnlySoManyLongAnswersAtATime) {
+  options_.long_answers =
+      std::make_shared<LongAnswers>(LongAnswers::Limits{.each_client = 2, .bytes = 1 << 30});
+  Make([](const Request& request, const Respond& respond) {
+    respond({.body = std::string(request.target == "/short" ? 5 : 16 << 20, 'a')});
+  });
+  Listen(1);
+  constexpr char kGetLong[] = "GET /long HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+  std::vector<std::unique_ptr<Client>> slow;
+  for (int i = 0; i < 2; ++i) {
+    slow.push_back(std::make_unique<Client>(server_->port()));
+    slow.back()->Send(kGetLong);
+    EXPECT_TRUE(slow.back()->ReadUntil("\r\n\r\n").starts_with("HTTP/1.1 200"));
+  }
+  EXPECT_EQ(StatusOf(Once(kGetLong)), "503");
+  // Others, and what is short, have their turn between the portions.
+  EXPECT_TRUE(Once("GET /short HTTP/1.0\r\n\r\n").ends_with("aaaaa"));
+  const Client local(options_.socket_path);
+  local.Send(kGetLong);
+  EXPECT_TRUE(local.ReadUntil("\r\n\r\n").starts_with("HTTP/1.1 200"));
+  EXPECT_EQ(slow[0]->ReadAll().size(), size_t{16} << 20);
+  std::string status;
+  do {  // once the server knows that it has been sent
+    status = StatusOf(Once(kGetLong));
+  } while (status == "503");
+  EXPECT_EQ(status, "200");
+}
+
 TEST_F(ServerTest, AHeaderThatDecidesAboutAccessMayComeOnlyOnce) {
   Start();
   for (const std::string name : {"Host", "Authorization", "Origin"}) {

@@ -18,8 +18,7 @@ namespace http = boost::beast::http;
 using Parser = http::request_parser<http::string_body>;
 
 constexpr std::chrono::milliseconds kLinger{2'000};
-constexpr std::chrono::milliseconds kHurry{200};        // when the place is needed
-constexpr uint64_t kPortionBytes = uint64_t{64} << 10;  // of a body that is sent while it is read
+constexpr std::chrono::milliseconds kHurry{200};  // when the place is needed
 
 std::string HeaderOf(const Message& message, http::field name) {
   const auto value = message[name];
@@ -66,12 +65,15 @@ Request ToRequest(const Message& message, const SessionTraits& traits) {
           .authorization = HeaderOf(message, http::field::authorization),
           .origin = HeaderOf(message, http::field::origin),
           .host = HeaderOf(message, http::field::host),
+          .fetch_site = HeaderOf(message, http::field::sec_fetch_site),
+          .fetch_dest = HeaderOf(message, http::field::sec_fetch_dest),
           .subprotocols = HeaderOf(message, http::field::sec_websocket_protocol),
           .accept_encoding = HeaderOf(message, http::field::accept_encoding),
           .if_none_match = HeaderOf(message, http::field::if_none_match),
           .range = HeaderOf(message, http::field::range),
           .if_range = HeaderOf(message, http::field::if_range),
-          .body = message.body()};
+          .body = message.body(),
+          .client = traits.client};
 }
 
 Answer ToAnswer(Response response, unsigned version, bool keep_alive) {
@@ -164,6 +166,15 @@ asio::awaitable<bool> Session::ServeOne() {
     is_asking_ = true;
     response = co_await Ask(std::move(ask));
     is_asking_ = false;
+  }
+  ShareLongBody(&response);
+  std::shared_ptr<void> permit;
+  if (response.content != nullptr) {
+    permit = traits_.long_answers->Enter(traits_.client, response.content);
+    if (permit == nullptr) {
+      response = Refuse(503, {"the server is sending as many long answers as it may", "",
+                              "fewer at a time, or parts of them; try again in a moment"});
+    }
   }
   const std::shared_ptr<Content> content = response.content;
   const uint64_t offset = response.content_offset;

@@ -28,6 +28,7 @@
 #include "server/operators/web/api/pending_response.h"
 #include "server/operators/web/connection.h"
 #include "server/operators/web/http.h"
+#include "server/operators/web/long_answers.h"
 #include "server/operators/web/server.h"
 #include "server/operators/web/upgrade.h"
 
@@ -52,6 +53,8 @@ struct SessionTraits {
   bool encrypted = false;
   bool once = false;  ///< closes the connection after the first answer
   std::chrono::milliseconds patience{0};
+  std::string client = {};  ///< as in Request
+  std::shared_ptr<LongAnswers> long_answers;
 };
 
 Request ToRequest(const Message& message, const SessionTraits& traits);
@@ -106,7 +109,7 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
           const Upgrades* upgrades)
       : connection_(std::move(connection)),
         answer_timer_(connection_.get_executor()),
-        traits_(traits),
+        traits_(std::move(traits)),
         handle_(std::move(handle)),
         upgrades_(upgrades) {}
 

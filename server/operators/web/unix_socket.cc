@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <optional>
 
 #include "server/base/descriptor.h"
 #include "server/base/holders.h"
@@ -18,6 +19,13 @@ using Local = boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
 constexpr mode_t kMode = 0660;
+
+std::optional<ucred> CredentialsOf(int socket) {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 ? std::optional(peer)
+                                                                        : std::nullopt;
+}
 
 // Makes room for a socket at `path`, if nobody needs what is there.
 Status MakeRoom(const std::string& path, const boost::asio::any_io_executor& executor) {
@@ -32,12 +40,9 @@ Status MakeRoom(const std::string& path, const boost::asio::any_io_executor& exe
   Local::socket probe(executor);
   probe.connect(Local::endpoint(path), error);
   if (!error) {
-    ucred peer{};
-    socklen_t size = sizeof peer;
-    const bool known =
-        getsockopt(probe.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
+    const auto peer = CredentialsOf(probe.native_handle());
     return Error{path + ": in use by " +
-                 (known ? DescribeProcess(peer.pid) : std::string("a running server"))};
+                 (peer ? DescribeProcess(peer->pid) : std::string("a running server"))};
   }
   return error != boost::asio::error::connection_refused
              ? Status(Error{path + ": " + error.message()})
@@ -72,6 +77,11 @@ Status ListenOnUnixSocket(const std::string& path, Local::acceptor* acceptor) {
     return Error{path + ": " + error.message()};
   }
   return Ok();
+}
+
+std::string PeerOf(int socket) {
+  const auto peer = CredentialsOf(socket);
+  return peer ? "uid " + std::to_string(peer->uid) : "";
 }
 
 std::string IdentityOf(const std::string& path) {

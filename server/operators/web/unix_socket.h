@@ -15,6 +15,10 @@ namespace pheromone::web {
 Status ListenOnUnixSocket(const std::string& path,
                           boost::asio::local::stream_protocol::acceptor* acceptor);
 
+/// Who is at the other end of a connected Unix socket: "uid 1000". A number, since its name may
+/// have to be asked of another machine.
+std::string PeerOf(int socket);
+
 /// Which file a path is at the moment, so that only our own is removed at the end. Empty: none.
 std::string IdentityOf(const std::string& path);
 

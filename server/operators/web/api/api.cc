@@ -189,6 +189,22 @@ std::optional<Response> CheckOrigin(const Request& request) {
   return std::nullopt;
 }
 
+// Empty if the answer may take the server long or be long: not for a page of somebody else, which
+// could ask for many of them with a line of HTML each. A link that was followed is no such page.
+std::optional<Response> CheckPage(const Request& request) {
+  if (request.local) {
+    return std::nullopt;
+  }
+  if (auto refused = CheckOrigin(request)) {
+    return refused;
+  }
+  const bool is_foreign = request.fetch_site == "cross-site" || request.fetch_site == "same-site";
+  return is_foreign && request.fetch_dest != "document"
+             ? std::optional(Refuse(403, {"another web page has embedded this", "Sec-Fetch-Site",
+                                          "none, or a page of this server"}))
+             : std::nullopt;
+}
+
 // Empty if the request may make changes.
 std::optional<Response> CheckAccess(const Request& request, const std::string& token) {
   if (request.local) {
@@ -292,9 +308,12 @@ std::optional<Response> Api::CheckStream(const Request& request) const {
   if (auto refused = CheckHost(request)) {
     return refused;
   }
-  const bool is_listed = std::find(options_.origins.begin(), options_.origins.end(),
-                                   request.origin) != options_.origins.end();
-  return request.local || is_listed ? std::nullopt : CheckOrigin(request);
+  return request.local || IsListed(request) ? std::nullopt : CheckOrigin(request);
+}
+
+bool Api::IsListed(const Request& request) const {
+  return std::find(options_.origins.begin(), options_.origins.end(), request.origin) !=
+         options_.origins.end();
 }
 
 std::string Api::WhyReadOnly(const Request& request) const {
@@ -369,11 +388,12 @@ void Api::Handle(Request request, const Respond& respond) {
     respond(WrongMethod(request, MethodsOf(*route)));
     return;
   }
-  if (!reads) {
-    if (auto refused = CheckAccess(request, options_.token)) {
-      respond(*std::move(refused));
-      return;
-    }
+  auto refused = !reads ? CheckAccess(request, options_.token)
+                 : route->where == Where::kAtOnce || IsListed(request) ? std::nullopt
+                                                                       : CheckPage(request);
+  if (refused) {
+    respond(*std::move(refused));
+    return;
   }
   const bool is_short = IsShort(*route, *target) && request.body.size() <= kMaxShortBody;
   auto serve = [this, route, reads, target = *target, request = std::move(request), respond] {

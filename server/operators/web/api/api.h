@@ -90,6 +90,7 @@ class Api {
   std::optional<Response> CheckHost(const Request& request) const;
   void ShowDashboard(const std::string& file, Request request, const Respond& respond);
   /// Responds, and tells what has been done, if it has.
+  bool IsListed(const Request& request) const;  // among the origins that may read
   Respond AndTell(std::string path, boost::json::object body, std::string from, Respond respond);
 
   control::Control* const control_;

@@ -180,6 +180,50 @@ TEST_F(ApiTest, WhoAsksOverTheNetworkForAnotherServerLearnsNothing) {
   EXPECT_EQ(testing::AnswerOf(&api_, halt).status, 421);
 }
 
+// A line of HTML each would be enough to keep the server busy.
+TEST_F(ApiTest, WhatIsLongIsNotForPagesOfOthers) {
+  Api api(&control_, {.token = "",
+                      .hosts = {"lab"},
+                      .origins = {"https://app.foxglove.dev"},
+                      .web_root = "",
+                      .more_metrics = {}});
+  struct Page {
+    std::string origin, site, dest;
+    int status;
+  };
+  for (const char* target : {"/api/v1/field?pheromone=1", "/api/v1/clients", "/metrics"}) {
+    for (const Page& page : std::initializer_list<Page>{
+             {"", "", "", 200},
+             {"", "none", "document", 200},
+             {"", "same-origin", "empty", 200},
+             {"http://lab:8377", "same-origin", "empty", 200},
+             {"https://app.foxglove.dev", "cross-site", "empty", 200},
+             {"", "cross-site", "document", 200},  // a link that was followed
+             {"http://evil.example", "cross-site", "empty", 403},
+             {"null", "cross-site", "empty", 403},
+             {"", "cross-site", "image", 403},
+             {"", "cross-site", "iframe", 403},
+             {"", "same-site", "image", 403}}) {
+      Request request{.method = "GET",
+                      .target = target,
+                      .origin = page.origin,
+                      .host = "lab:8377",
+                      .fetch_site = page.site,
+                      .fetch_dest = page.dest};
+      EXPECT_EQ(testing::AnswerOf(&api, request).status, page.status)
+          << target << ' ' << page.origin << ' ' << page.site << ' ' << page.dest;
+      request.local = true;
+      EXPECT_EQ(testing::AnswerOf(&api, request).status, 200);
+    }
+  }
+  EXPECT_EQ(testing::AnswerOf(&api, {.method = "GET",
+                                     .target = "/api/v1/status",
+                                     .origin = "http://evil.example",
+                                     .host = "lab"})
+                .status,
+            200);
+}
+
 TEST_F(ApiTest, AStreamIsForThoseWhoMayReadAndForNoPageOfAnotherServer) {
   const auto status = [this](const std::string& host, const std::string& origin, bool local) {
     const auto refused = api_.CheckStream(

@@ -112,6 +112,29 @@ TEST(LargeFieldApi, LongAreasHaveSeveralNodesACell) {
   EXPECT_EQ(size("0,3,1000,3.5"), std::pair(667, 1));
 }
 
+// However large it is, it is in memory once.
+TEST(LargeFieldApi, WhoWaitsForTheSamePictureSharesIt) {
+  testing::FakeControl control(LargeField());
+  std::vector<Work> held;
+  Lanes lanes;
+  lanes.pictures = [&held](Work work) {
+    held.push_back(std::move(work));
+    return true;
+  };
+  Api api(&control, {}, lanes);
+  std::vector<Response> responses;
+  for (int i = 0; i < 3; ++i) {
+    api.Handle({.method = "GET", .target = "/api/v1/field?pheromone=2", .local = true},
+               [&](const Response& response) { responses.push_back(response); });
+  }
+  ASSERT_EQ(held.size(), 1u);
+  held[0]();
+  ASSERT_EQ(responses.size(), 3u);
+  ASSERT_NE(responses[0].content, nullptr) << responses[0].body;
+  EXPECT_EQ(responses[1].content, responses[0].content);
+  EXPECT_EQ(responses[2].content, responses[0].content);
+}
+
 TEST(LargeFieldApi, AnAreaOfAsManyPixelsAsThereMayBeAndNotOneRowMore) {
   testing::FakeControl control(LargeField());
   Api api(&control, {});

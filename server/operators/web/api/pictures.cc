@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/operators/web/api/request_parameters.h"
+#include "server/operators/web/long_answers.h"
 
 namespace pheromone::web {
 namespace {
@@ -46,6 +47,7 @@ void Pictures::Begin(const std::shared_ptr<Order>& order, int looks_left) {
 void Pictures::Draw(const std::shared_ptr<Order>& order, const Picture& picture, int looks_left) {
   Close(order);
   Response response = DrawPicture(picture);
+  ShareLongBody(&response);  // by all who wait for it
   if (!RunIn(lanes_.requests, [this, order, picture, response, looks_left] {
         Finish(order, picture, response, looks_left);
       })) {
