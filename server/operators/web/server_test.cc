@@ -262,6 +262,24 @@ TEST_F(ServerTest, TheConnectionThatWasIdleForLongestGivesWayToANewOne) {
   serve(third);
 }
 
+// Whoever sends half of a request keeps nobody from being served.
+TEST_F(ServerTest, AnIncompleteRequestGivesWayLikeAnIdleConnection) {
+  options_.max_connections = 2;
+  Start(1);
+  std::vector<std::unique_ptr<Client>> halfway;
+  for (int i = 0; i < 4; ++i) {
+    halfway.push_back(std::make_unique<Client>(server_->port()));
+    halfway.back()->Send(
+        "POST /a HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 9\r\n\r\n");
+    EXPECT_TRUE(halfway.back()->ReadUntil("\r\n\r\n").starts_with("HTTP/1.1 100"));
+    halfway.back()->Send("abc");
+  }
+  EXPECT_TRUE(Once("GET /a HTTP/1.0\r\n\r\n").ends_with("GET /a remote ."));
+  EXPECT_EQ(halfway[0]->ReadAll(), "");
+  halfway.back()->Send("defghi");  // the youngest goes on
+  EXPECT_TRUE(halfway.back()->ReadUntil("ghi.").ends_with("POST /a remote abcdefghi."));
+}
+
 TEST_F(ServerTest, SocketAndPortDoNotFillEachOther) {
   options_.max_connections = 1;
   is_held_ = [](const Request& request) { return request.target == "/held"; };

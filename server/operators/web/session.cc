@@ -116,10 +116,7 @@ asio::awaitable<bool> Session::ServeOne() {
     buffer_.commit(
         co_await connection_.async_read_some(buffer_.prepare(kMaxHeaderBytes), Into(&error)));
   }
-  if (!BeginRequest()) {
-    co_return false;
-  }
-  if (!error) {
+  if (!error && !closing_) {
     co_await http::async_read_header(connection_, buffer_, parser, Into(&error));
   }
   if (!error && parser.get()[http::field::expect] == "100-continue" && !closing_) {
@@ -140,6 +137,9 @@ asio::awaitable<bool> Session::ServeOne() {
                                11, false);
       co_await Write(&answer, false);
     }
+    co_return false;
+  }
+  if (!BeginRequest()) {
     co_return false;
   }
   const Message& message = parser.get();

@@ -70,7 +70,7 @@ class SessionBase {
   virtual void Close() = 0;
 
   /// A number that increases with the time since which the session is idle; empty while a request
-  /// is in progress.
+  /// that has come in whole is in progress.
   std::optional<uint64_t> idle_since() const {
     const uint64_t since = idle_since_;
     return since > kClaimed ? std::optional(since) : std::nullopt;
