@@ -152,8 +152,9 @@ class CsvTables {
     begin_ns_ = begin_ns_.value_or(player->range().begin_ns);
   }
 
-  // The rows of all moments before `until_ns`.
+  // The rows of all moments before the next record, which is at `until_ns`.
   void Until(uint64_t until_ns) {
+    record_ns_ = until_ns;
     if (next_ns_ == 0 || until_ns > next_ns_ + kLongestGapNs) {
       next_ns_ = until_ns;
     }
@@ -218,7 +219,7 @@ class CsvTables {
       time_ = &applied->stamp;
       std::visit(*this, applied->event);
     } else if (const auto* unlogged = std::get_if<capture::Unlogged>(&record)) {
-      AddEvent(player_->next_ns().value_or(0), "operator", unlogged->sent.link, 0, "command", "",
+      AddEvent(record_ns_, "operator", unlogged->sent.link, 0, "command", "",
                "halt, of all; not logged");
     }
     accepted_.clear();
@@ -366,6 +367,7 @@ class CsvTables {
   const playback::Player* player_ = nullptr;
   std::optional<uint64_t> begin_ns_;
   uint64_t next_ns_ = 0;
+  uint64_t record_ns_ = 0;               // of the record that is noted
   const engine::Stamp* time_ = nullptr;  // of the event that is visited
   std::map<RobotKey, SensedLast> sensed_;
   std::vector<std::pair<uint8_t, uint8_t>> accepted_;  // IDs and seqs, for the present record
