@@ -68,7 +68,8 @@ bool Holds(const fs::path& process, const std::string& target) {
   for (fs::directory_iterator it(process / "fd", error), end; !error && it != end;
        it.increment(error)) {
     std::error_code unreadable;
-    if (fs::read_symlink(it->path(), unreadable) == target) {
+    const fs::path opened = fs::read_symlink(it->path(), unreadable);
+    if (!unreadable && opened == target) {
       return true;
     }
   }
@@ -112,13 +113,15 @@ std::string DescribeProcess(int pid, const std::string& proc) {
 }
 
 std::vector<int> HoldersOf(const std::string& target, const std::string& proc) {
-  std::vector<int> holders;
   std::error_code error;
+  const fs::path canonical = fs::canonical(target, error);
+  const std::string shown = error ? target : canonical.string();  // in /proc
+  std::vector<int> holders;
   for (fs::directory_iterator it(proc, error), end; !error && it != end; it.increment(error)) {
     const std::string id = it->path().filename().string();
     const bool is_process = id.find_first_not_of("0123456789") == std::string::npos &&
                             id.size() < std::numeric_limits<int>::digits10;
-    if (is_process && id != std::to_string(getpid()) && Holds(it->path(), target)) {
+    if (is_process && id != std::to_string(getpid()) && Holds(it->path(), shown)) {
       holders.push_back(std::stoi(id));
     }
   }

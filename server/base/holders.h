@@ -16,7 +16,7 @@ namespace pheromone {
 /// "pheromoned (process 4711, since 2026-11-26 15:22:14)", local time; less where /proc tells less.
 std::string DescribeProcess(int pid, const std::string& proc = "/proc");
 
-/// The processes that have `target` open, by number, without this one: a device's path without
+/// The processes that have `target` open, by number, without this one: a path, which may have
 /// symbolic links, or "socket:[4711]".
 std::vector<int> HoldersOf(const std::string& target, const std::string& proc = "/proc");
 

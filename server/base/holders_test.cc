@@ -1,6 +1,7 @@
 #include "server/base/holders.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -9,6 +10,10 @@
 #include <array>
 #include <cerrno>
 #include <ctime>
+#include <filesystem>
+
+#include "server/base/descriptor.h"
+#include "server/base/testing/temporary_folder.h"
 
 namespace pheromone {
 namespace {
@@ -58,6 +63,17 @@ TEST(HoldersTest, AUdpPortIsAnotherThanTheTcpPortOfThatNumber) {
   const PortHolderProcess holder(SOCK_DGRAM);
   EXPECT_EQ(HolderOfPort(holder.port, Transport::kUdp), holder.pid);
   EXPECT_NE(HolderOfPort(holder.port), holder.pid);
+}
+
+TEST(HoldersTest, TheProcessThatHasAFileOpenIsFoundThroughASymbolicLink) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "there");
+  std::filesystem::create_directory_symlink("there", folder / "here");
+  const std::string file = folder / "there/lock";
+  const Descriptor own(open(file.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600));
+  const PortHolderProcess holder;  // its descriptors are copies of this process's
+  EXPECT_EQ(HoldersOf(file), std::vector<int>{holder.pid});
+  EXPECT_EQ(HoldersOf(folder / "here/lock"), std::vector<int>{holder.pid});
 }
 
 TEST(HoldersTest, AProcessIsToldWithItsNameNumberAndStart) {

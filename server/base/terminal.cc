@@ -5,7 +5,6 @@
 #include <termios.h>
 
 #include <cerrno>
-#include <filesystem>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -28,8 +27,7 @@ OpenedTerminal NotOpened(const std::string& why) {
 
 // Of a port that is open exclusively: one of those who have it open.
 std::optional<int> HolderOfDevice(const std::string& path) {
-  std::error_code error;
-  const std::vector<int> holders = HoldersOf(std::filesystem::canonical(path, error).string());
+  const std::vector<int> holders = HoldersOf(path);
   return holders.empty() ? std::nullopt : std::optional(holders.front());
 }
 

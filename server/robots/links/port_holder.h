@@ -12,7 +12,7 @@ namespace pheromone::links {
 
 /// "held by picocom (process 4711, since 2026-11-26 15:22:14)". If no process can be found, the
 /// text says so, and whether ModemManager runs, which opens new serial ports to find mobile modems.
-/// `device` must not contain symbolic links. This process is not listed.
+/// This process is not listed.
 std::string DescribeHolders(const std::string& device, const std::string& proc = "/proc");
 
 }  // namespace pheromone::links

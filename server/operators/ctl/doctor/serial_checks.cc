@@ -54,9 +54,7 @@ bool CheckDevice(const Place& place, const std::string& link, const std::string&
                     "Name the port of the adapter in [[link]]; " + ListPorts(ports) + ".");
     return false;
   }
-  std::error_code error;
-  const std::string device = fs::canonical(path, error).string();
-  std::vector<int> holders = HoldersOf(device);
+  std::vector<int> holders = HoldersOf(path);
   std::erase(holders, place.server.value_or(-1));
   if (!holders.empty()) {
     findings->Fault(kSerial, looked_at, "in use by " + DescribeProcess(holders.front()),

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <string_view>
 #include <system_error>
@@ -48,9 +47,7 @@ std::string WhyNothingComes(const json::value& link) {
 // Programs that have a virtual modem open beside the server: two would collide.
 void CheckTerminal(const Place& place, const json::value& link, const std::string& looked_at,
                    Findings* findings) {
-  std::error_code error;
-  const std::string device = std::filesystem::canonical(TextAt(link, "terminal"), error).string();
-  std::vector<int> holders = error ? std::vector<int>() : HoldersOf(device);
+  std::vector<int> holders = HoldersOf(TextAt(link, "terminal"));
   std::erase(holders, place.server.value_or(-1));
   if (holders.size() > 1) {
     findings->Fault(kLinks, looked_at,
