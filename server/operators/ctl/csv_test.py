@@ -6,8 +6,11 @@
 
 import csv
 import datetime
+import http.server
 import json
 import pathlib
+import re
+import socketserver
 import subprocess
 import sys
 import tempfile
@@ -140,6 +143,50 @@ class LiveTest(Tables):
         self.assertIn("out/deposits.csv: 3 rows\n", told)
         self.check_tables(sensed, (state["is"], state["reason"] or ""))
         self.assertFalse(json.loads(self.ctl("capture", "status", "--json"))["recording"])
+
+    def test_a_file_that_the_server_has_removed_meanwhile_is_told(self):
+        exporter = subprocess.Popen([BIN / "pheromonectl", "export", "--csv", "out", "--live"],
+                                    cwd=self.folder, text=True, stderr=subprocess.PIPE)
+        self.addCleanup(exporter.kill)
+        self.addCleanup(exporter.stderr.close)
+        recording = re.fullmatch("recording into (.*); Ctrl-C ends it\n", exporter.stderr.readline())
+        (self.folder / recording[1]).unlink()
+        exporter.terminate()
+        words = exporter.stderr.read()
+        self.assertEqual(exporter.wait(PATIENCE_S), 1)
+        self.assertRegex(words, "recorded, but no longer there: the server keeps max_files of ")
+
+
+class NamelessServer(http.server.BaseHTTPRequestHandler):
+    """Records, but says nothing about where."""
+
+    def do_POST(self):
+        body = b'{"recording": true}'
+        self.send_response(200)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, *_):  # not to the test's output
+        pass
+
+    def address_string(self):  # of a Unix socket there is none
+        return ""
+
+
+class OtherServerTest(unittest.TestCase):
+    def test_a_server_that_does_not_name_its_file_is_an_error(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "other.sock"
+            with socketserver.UnixStreamServer(str(path), NamelessServer) as server:
+                exporter = subprocess.Popen(
+                    [BIN / "pheromonectl", "export", "--csv", "out", "--live", "--socket", path],
+                    cwd=folder, text=True, stderr=subprocess.PIPE)
+                self.addCleanup(exporter.kill)
+                server.handle_request()
+                words = exporter.communicate(timeout=PATIENCE_S)[1]
+        self.assertEqual(exporter.returncode, 1)
+        self.assertIn("does not name its file", words)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -50,6 +51,9 @@ Result<std::vector<std::string>> RecordLive(const ServerOptions& options, double
   }
   PHEROMONE_TRY(boost::json::value view, AskCapture(options, "POST", R"({"action":"start"})"));
   AddFile(view, &files);
+  if (files.empty()) {
+    return Error{"the server has started a recording, but does not name its file"};
+  }
   std::cerr << "recording into " << files.back() << (seconds == 0 ? "; Ctrl-C ends it\n" : "\n");
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   while (g_stop == 0 && (seconds == 0 || Clock::now() < end) && FlagAt(view, "recording")) {
@@ -61,9 +65,11 @@ Result<std::vector<std::string>> RecordLive(const ServerOptions& options, double
   AddFile(view, &files);
   for (const std::string& file : files) {
     if (access(file.c_str(), R_OK) != 0) {
-      return Error{file +
-                   ": recorded, but not readable for you: it is of the user that the server "
-                   "runs as; export it as that user, or with sudo"};
+      return Error{file + (errno == ENOENT
+                               ? ": recorded, but no longer there: the server keeps max_files of "
+                                 "[capture]; export the files that are left by their names"
+                               : ": recorded, but not readable for you: it is of the user that "
+                                 "the server runs as; export it as that user, or with sudo")};
     }
   }
   return files;

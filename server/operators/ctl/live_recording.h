@@ -13,7 +13,7 @@
 namespace pheromone::ctl {
 
 /// The files, in order. `seconds` 0: until Ctrl-C. Errors: the server is not there, records
-/// already, or cannot write; the files cannot be read from here.
+/// already, or cannot write; a file cannot be read from here, or is there no longer.
 Result<std::vector<std::string>> RecordLive(const ServerOptions& options, double seconds);
 
 }  // namespace pheromone::ctl
