@@ -224,7 +224,7 @@ ChannelLoad LoadOf(const Scenario& scenario, LinkKind access) {
   ChannelLoad load{.access = access, .timing = scenario.timing};
   load.robots = (scenario.robot_count() + scenario.channels - 1) / scenario.channels;
   double requests_per_s = 0;
-  load.fail_safe_ms = INT16_MAX;
+  load.fail_safe_ms = UINT16_MAX;
   for (const RobotGroup& group : scenario.groups) {
     requests_per_s += group.count * 1000.0 / group.client.period_ms;
     load.fail_safe_ms = std::min<int64_t>(load.fail_safe_ms, group.client.fail_safe_ms);

@@ -146,6 +146,16 @@ TEST(OwnServerTest, RobotsThatTheLinkDoesNotHoldAtTheUsualPeriodAskLessOften) {
               HasSubstr("--robots: 254 robots on a channel of 9600 baud"));
 }
 
+TEST(OwnServerTest, TheLoadHasTheShortestFailSafeOfAllGroupsHoweverLong) {
+  Scenario scenario;
+  for (const uint16_t fail_safe_ms : {uint16_t{60'000}, uint16_t{40'000}}) {
+    RobotGroup group;
+    group.client.fail_safe_ms = fail_safe_ms;
+    scenario.groups.push_back(group);
+  }
+  EXPECT_EQ(LoadOf(scenario, LinkKind::kBuffered).fail_safe_ms, 40'000);
+}
+
 TEST(OwnServerTest, WhatIsMissingIsSaidWithWhatThereIs) {
   const config::Config server = Parse(std::string(kMap) + kSquare + kLinks);
   EXPECT_THAT(
