@@ -54,14 +54,15 @@ ECHO = frame(3, 0xF2, b"\x2a")
 
 
 class Running:
-    """A pheromoned in a folder of its own, and what it says."""
+    """A pheromoned in a folder of its own, and what it says. `before`: a command that starts it."""
 
-    def __init__(self, folder, *arguments, **kwargs):
+    def __init__(self, folder, *arguments, before=(), **kwargs):
         environment = {key: value for key, value in os.environ.items()
                        if key not in ("JOURNAL_STREAM", "INVOCATION_ID")}
         environment.update(kwargs)
-        self.process = subprocess.Popen([PHEROMONED, *arguments], cwd=folder, env=environment,
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        self.process = subprocess.Popen([*before, PHEROMONED, *arguments], cwd=folder,
+                                        env=environment, stdout=subprocess.DEVNULL,
+                                        stderr=subprocess.PIPE)
         self.log = ""
 
     def __enter__(self):
@@ -597,6 +598,16 @@ class DaemonTest(unittest.TestCase):
                 server.log)
             self.assertRegex(server.log, r"web: http://127.0.0.1:\d+/, read-only\n")
             self.assertEqual(server.stop(), 0)
+
+    def test_a_token_that_cannot_be_written_leaves_no_file_that_stops_the_next_start(self):
+        self.config.write_text(CONFIG + PTY
+                               + '[web]\nlisten = "127.0.0.1:0"\ntoken_file = "web-token"\n')
+        no_file_takes_a_byte = ["sh", "-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "sh"]
+        with self.start("--config", "test.toml", before=no_file_takes_a_byte) as server:
+            server.await_log("web-token: cannot be created: File too large; until somebody")
+            server.await_log("ready: 1 of 1 links up")
+            self.assertEqual(server.stop(), 0)
+        self.assertFalse((self.folder / "web-token").exists())
 
     def test_a_control_socket_that_somebody_removes_comes_back(self):
         with self.start("--config", "test.toml") as server:

@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdlib>
@@ -132,10 +133,14 @@ void MakeToken(config::WebSettings* web) {
     }
   }
   if (token.empty() || !WriteAll(file.get(), token + '\n')) {
+    const Error why = SystemError(web->token_file + ": cannot be created");
+    if (file.valid()) {  // not that of somebody else
+      unlink(web->token_file.c_str());
+    }
     spdlog::warn(
         "{}; until somebody writes a token there, such as by `openssl rand -hex 32`, nothing can "
         "be changed over the network",
-        SystemError(web->token_file + ": cannot be created"));
+        why);
     return;
   }
   web->token = token;
