@@ -116,10 +116,7 @@ sim::PlanePose StartBeside(const field::Path& path) {
 }
 
 int RunLiveCommand(const LiveOptions& options) {
-  const Result<config::Config> loaded =
-      options.config.empty()
-          ? config::ParseConfig(config::DefaultConfigText(), "default configuration")
-          : config::LoadConfig(options.config);
+  const Result<config::Config> loaded = config::LoadConfigOrDefault(options.config);
   if (!loaded.ok()) {
     return Fail(loaded.error(), kWrongInput);
   }

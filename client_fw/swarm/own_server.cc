@@ -203,10 +203,7 @@ Result<OwnSwarm> MakeSwarm(const config::Config& server,
 
 Result<OwnSwarm> SwarmForServer(const SwarmWish& wish) {
   PHEROMONE_TRY(const json::value view, AskServer(wish.socket, "/api/v1/config"));
-  const std::string file = ctl::TextAt(view, "file");
-  const Result<config::Config> server =
-      file.empty() ? config::ParseConfig(config::DefaultConfigText(), "default configuration")
-                   : config::LoadConfig(file);
+  const Result<config::Config> server = config::LoadConfigOrDefault(ctl::TextAt(view, "file"));
   if (!server.ok()) {
     return Error{server.error()};
   }

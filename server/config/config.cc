@@ -111,4 +111,10 @@ Result<Config> LoadConfig(const std::string& path) {
   return config;
 }
 
+Result<Config> LoadConfigOrDefault(const std::string& path) {
+  return path.empty()
+             ? ParseConfig(DefaultConfigText(), "default configuration", std::filesystem::path())
+             : LoadConfig(path);
+}
+
 }  // namespace pheromone::config

@@ -111,6 +111,10 @@ struct Config {
 /// Reads a file. Errors: it cannot be read, or what ParseConfig finds.
 Result<Config> LoadConfig(const std::string& path);
 
+/// The same; for an empty path, the default configuration as a server reads it that is started
+/// without a file: it names other files relative to the working directory.
+Result<Config> LoadConfigOrDefault(const std::string& path);
+
 /// Parses a text; `name` stands for the file in messages. The names of other files are relative to
 /// `folder`; without one, the text may name none, and token_file is not read.
 Result<Config> ParseConfig(std::string_view text, std::string_view name,

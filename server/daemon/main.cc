@@ -36,7 +36,6 @@ namespace pheromone::daemon {
 namespace {
 
 constexpr int kUsage = Daemon::kMisconfigured;
-constexpr const char* kDefaultName = "default configuration";
 
 struct Options {
   std::string config_path;  // empty: the default configuration
@@ -49,10 +48,7 @@ struct Options {
 };
 
 Result<config::Config> Load(const Options& options) {
-  Result<config::Config> config =
-      options.config_path.empty()
-          ? config::ParseConfig(config::DefaultConfigText(), kDefaultName, std::filesystem::path())
-          : config::LoadConfig(options.config_path);
+  Result<config::Config> config = config::LoadConfigOrDefault(options.config_path);
   if (config.ok()) {
     config.value().web.root = options.web_root;
   }
@@ -174,7 +170,8 @@ int Run(const Options& options) {
       return kUsage;
     }
   }
-  const std::string name = options.config_path.empty() ? kDefaultName : options.config_path;
+  const std::string name =
+      options.config_path.empty() ? "default configuration" : options.config_path;
   if (options.check) {
     const config::CheckReport report = config::DescribeCheck(name, config, state_directory);
     std::cerr << report.warnings << report.errors;

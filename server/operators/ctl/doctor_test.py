@@ -166,6 +166,11 @@ class WithoutServerTest(Laboratory):
         self.configure(SOUND.replace('token_file = "token"\n', ""))
         self.assert_found("warning", "token", "there is none", "token_file = ", self.examine_file())
 
+    def test_the_default_configuration_names_a_token_to_be_made(self):
+        self.assertIn(("ok", "web-token", "there is none yet: the server makes it when it starts"),
+                      [(it["level"], it["looked_at"], it["found"]) for it in self.examine()
+                       if it["subject"] == "token"])
+
     def test_a_token_that_everybody_reads(self):
         (self.folder / "token").chmod(0o644)
         self.assert_found("warning", "token", "mode 0644: each user", "chmod o= ",

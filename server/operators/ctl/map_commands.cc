@@ -41,10 +41,7 @@ Scene Failed(int status, const std::string& words) {
 }
 
 Scene MakeScene(const MapSource& source) {
-  Result<config::Config> loaded =
-      source.config.empty()
-          ? config::ParseConfig(config::DefaultConfigText(), "default configuration")
-          : config::LoadConfig(source.config);
+  Result<config::Config> loaded = config::LoadConfigOrDefault(source.config);
   if (!loaded.ok()) {
     return Failed(kUsage, loaded.error());
   }

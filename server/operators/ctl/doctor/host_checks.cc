@@ -210,10 +210,7 @@ std::string DescribeUser() {
 }
 
 std::optional<config::Config> CheckConfiguration(const Place& place, Findings* findings) {
-  Result<config::Config> loaded =
-      place.config_file.empty()
-          ? config::ParseConfig(config::DefaultConfigText(), NameOfFile(place))
-          : config::LoadConfig(place.config_file);
+  Result<config::Config> loaded = config::LoadConfigOrDefault(place.config_file);
   if (!loaded.ok()) {
     std::istringstream lines(loaded.error());
     for (std::string line; std::getline(lines, line);) {
