@@ -55,12 +55,12 @@ void AddMapCommands(CLI::App* program, int* exit_status) {
   map->require_subcommand(1);
 
   CLI::App* draw =
-      map->add_subcommand("draw", "Draw a pheromone as a PNG image, or with axes as SVG");
+      map->add_subcommand("draw", "Draw a pheromone as a PNG image, or with axes as PDF or SVG");
   AddSource(draw, &it->source);
   draw->add_option("--pixels-per-cell", it->pixels, "Side of a cell in pixels")
       ->check(WholeNumber(1, 1000))
       ->type_name("K");
-  draw->add_option("OUT", it->out, "A .png file, or .svg: with axes, colour scale and legend")
+  draw->add_option("OUT", it->out, "A .png file; or .pdf, .svg: with axes, colour scale and legend")
       ->required();
   draw->callback([arguments, exit_status] {
     *exit_status = DrawMap(arguments->source, arguments->pixels, arguments->out);

@@ -17,6 +17,7 @@
 #include "server/formats/maps/png_picture.h"
 #include "server/formats/maps/resample.h"
 #include "server/operators/ctl/map_svg.h"
+#include "server/operators/ctl/pdf.h"
 #include "server/operators/ctl/raster_files.h"
 
 namespace pheromone::ctl {
@@ -186,9 +187,9 @@ Status KeepTypes(const std::vector<std::string>& wanted, maps::SavedField* saved
 }  // namespace
 
 int DrawMap(const MapSource& source, int pixels_per_cell, const std::string& out) {
-  const bool is_svg = out.ends_with(".svg");
-  if (!is_svg && !out.ends_with(".png")) {
-    return Fail(kUsage, out + ": unknown ending, expected .svg or .png");
+  const bool is_pdf = out.ends_with(".pdf");
+  if (!is_pdf && !out.ends_with(".svg") && !out.ends_with(".png")) {
+    return Fail(kUsage, out + ": unknown ending, expected .pdf, .svg or .png");
   }
   const Drawn drawn = DrawPheromone(source);
   if (drawn.status != 0) {
@@ -198,16 +199,19 @@ int DrawMap(const MapSource& source, int pixels_per_cell, const std::string& out
   maps::PictureStyle style{.low = 0, .high = drawn.maximum, .unknown = kObstacleGray};
   style.pixels_per_cell = pixels_per_cell != 0 ? pixels_per_cell : std::max(1, kUsualPixels / side);
   Status saved = Ok();
-  if (is_svg) {
-    const Result<std::string> svg =
+  if (out.ends_with(".png")) {
+    saved = maps::SavePicture(out, drawn.raster, style);
+  } else {
+    Result<std::string> figure =
         MapToSvg(drawn.raster, {.title = "Pheromone \"" + drawn.name + "\"",
                                 .scale_label = "content of a node in units",
                                 .maximum = drawn.maximum,
                                 .obstacle = kObstacleGray,
                                 .pixels_per_cell = style.pixels_per_cell});
-    saved = svg.ok() ? WriteFile(out, svg.value()) : Status(svg.error());
-  } else {
-    saved = maps::SavePicture(out, drawn.raster, style);
+    if (figure.ok() && is_pdf) {
+      figure = SvgToPdf(figure.value());
+    }
+    saved = figure.ok() ? WriteFile(out, figure.value()) : Status(figure.error());
   }
   return Report(saved, out,
                 fmt::format("{} of {} pixels, from 0 to {}", drawn.what, style.pixels_per_cell,

@@ -5,6 +5,7 @@ Usage: map_test.py build/release/bin/pheromonectl
 """
 
 import base64
+import os
 import pathlib
 import re
 import subprocess
@@ -65,17 +66,18 @@ class MapTest(unittest.TestCase):
             CONFIG + '[[link]]\nname = "a"\nkind = "pty"\npath = "a.pty"\n')
         (self.folder / "lab.field").write_text(SAVED)
 
-    def call(self, *arguments):
+    def call(self, *arguments, **environment):
         return subprocess.run([PHEROMONECTL, "map", *(str(it) for it in arguments)],
-                              cwd=self.folder, text=True, capture_output=True, check=False)
+                              cwd=self.folder, text=True, capture_output=True, check=False,
+                              env={**os.environ, **environment})
 
     def good(self, *arguments):
         result = self.call(*arguments)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         return result.stdout
 
-    def refused(self, status, words, *arguments):
-        result = self.call(*arguments)
+    def refused(self, status, words, *arguments, **environment):
+        result = self.call(*arguments, **environment)
         self.assertEqual((result.returncode, result.stdout), (status, ""), result.stderr)
         self.assertIn(words, result.stderr)
 
@@ -164,6 +166,36 @@ class MapTest(unittest.TestCase):
                  if it.get("text-anchor") == "start" and text != "obstacle"]
         self.assertEqual((min(marks), max(marks)), (0, 2))  # the maximum of the law
 
+    def test_the_figure_as_a_pdf_has_lines_and_text_around_the_cells(self):
+        draw = ("draw", "--config", "lab.toml", "--pixels-per-cell", "4")
+        self.good(*draw, "a.svg")
+        self.assertIn("a.pdf: pheromone 2", self.good(*draw, "a.pdf"))
+
+        def poppler(*command):
+            return subprocess.run(command, cwd=self.folder, text=True, capture_output=True,
+                                  check=True).stdout
+        page = re.search(r"Page size: +([0-9.]+) x ([0-9.]+) pts", poppler("pdfinfo", "a.pdf"))
+        root = xml.etree.ElementTree.parse(self.folder / "a.svg").getroot()
+        for points, name in zip(page.groups(), ("width", "height")):
+            pixels = float(root.get(name))  # of 1/96 inch, as CSS defines them
+            self.assertAlmostEqual(float(points), pixels * 72 / 96, delta=0.1)
+        words = poppler("pdftotext", "-layout", "a.pdf", "-")
+        for text in ('Pheromone "path"', "x in m", "y in m", "content of a node in units",
+                     "obstacle", "0.8", "2.0"):
+            self.assertIn(text, words)
+        images = [it.split() for it in poppler("pdfimages", "-list", "a.pdf").splitlines()[2:]]
+        self.assertEqual([(it[3], it[4]) for it in images], [("52", "36")])  # the cells, no more
+        self.assertNotIn("Type 3", poppler("pdffonts", "a.pdf"))
+
+    def test_without_rsvg_convert_a_pdf_names_its_package_and_nothing_is_written(self):
+        draw = ("draw", "--config", "lab.toml", "a.pdf")
+        self.refused(1, "sudo apt install librsvg2-bin", *draw, PATH=str(self.folder))
+        program = self.folder / "rsvg-convert"
+        program.write_text("#!/bin/sh\necho half of a page\nexit 1\n")
+        program.chmod(0o755)
+        self.refused(1, "rsvg-convert failed", *draw, PATH=str(self.folder))
+        self.assertFalse((self.folder / "a.pdf").exists())
+
     def test_the_obstacles_as_a_ros_map(self):
         self.good("export", "--config", "lab.toml", "lab.yaml")
         info = dict(line.split(": ", 1)
@@ -209,7 +241,7 @@ class MapTest(unittest.TestCase):
 
     def test_mistakes_are_told_and_leave_no_file(self):
         config = ("--config", "lab.toml")
-        self.refused(2, "unknown ending, expected .svg or .png", "draw", *config, "out.gif")
+        self.refused(2, "unknown ending, expected .pdf, .svg or .png", "draw", *config, "out.gif")
         self.refused(2, "expected .npy, .csv or .yaml", "export", *config, "out.png")
         self.refused(2, "expected no --type or --field", "export", "--type", 1, *config, "out.yaml")
         self.refused(2, 'found "9", expected one of 1 ("trail"), 2 ("path"), 3 ("guide")', "draw",
