@@ -23,9 +23,8 @@
 #include "server/core/field/law.h"
 #include "server/operators/control/control.h"
 #include "server/operators/control/names.h"
+#include "server/operators/ctl/export_recording.h"
 #include "server/operators/ctl/server_call.h"
-#include "server/operators/playback/player.h"
-#include "server/store/capture/reader.h"
 
 namespace pheromone::ctl {
 namespace {
@@ -136,7 +135,7 @@ std::string_view NameOf(field::FieldEdit::Shape shape) {
   return "all";
 }
 
-class CsvTables {
+class CsvTables : public RecordingExport {
  public:
   CsvTables(const std::filesystem::path& folder, double rate_hz)
       : robots_(folder / "robots.csv", kRobotColumns),
@@ -144,16 +143,14 @@ class CsvTables {
         events_(folder / "events.csv", kEventColumns),
         step_ns_(static_cast<uint64_t>(1e9 / rate_hz)) {}
 
-  // Another recording.
-  void Begin(const playback::Player* player) {
+  void Begin(const playback::Player* player) override {
     player_ = player;
     next_ns_ = 0;
     sensed_.clear();
     begin_ns_ = begin_ns_.value_or(player->range().begin_ns);
   }
 
-  // The rows of all moments before the next record, which is at `until_ns`.
-  void Until(uint64_t until_ns) {
+  void Until(uint64_t until_ns) override {
     record_ns_ = until_ns;
     if (next_ns_ == 0 || until_ns > next_ns_ + kLongestGapNs) {
       next_ns_ = until_ns;
@@ -162,6 +159,8 @@ class CsvTables {
       AddRobots(next_ns_);
     }
   }
+
+  void End(uint64_t end_ns) override { AddRobots(end_ns); }
 
   void AddRobots(uint64_t time_ns) {
     const engine::EngineConfig& config = player_->engine().config();
@@ -193,8 +192,7 @@ class CsvTables {
     }
   }
 
-  // Called before Note with what the engine gives for that record.
-  void Answer(const capture::Sent& sent) {
+  void Answer(const capture::Sent& sent) override {
     protocol::SenseAnswer sense;
     protocol::TraceAnswer trace;
     protocol::DepositAnswer deposit;
@@ -208,7 +206,7 @@ class CsvTables {
     }
   }
 
-  void Note(const capture::Record& record) {
+  void Note(const capture::Record& record) override {
     if (const auto* batch = std::get_if<capture::Batch>(&record)) {
       for (const capture::Handled& handled : batch->messages) {
         if (handled.sequence != 0) {
@@ -275,7 +273,7 @@ class CsvTables {
   void operator()(const engine::Advance& /*it*/) {}
   void operator()(const engine::RequestReceived& /*it*/) {}  // robots' are in batches
 
-  bool has_failed() const {
+  bool has_failed() const override {
     return robots_.has_failed() || deposits_.has_failed() || events_.has_failed();
   }
   Status Close() {
@@ -373,39 +371,13 @@ class CsvTables {
   std::vector<std::pair<uint8_t, uint8_t>> accepted_;  // IDs and seqs, for the present record
 };
 
-Status ExportOneRecording(const std::string& file, CsvTables* tables) {
-  playback::Player player(
-      file, [&file](uint64_t from) { return capture::OpenFile(file, from); },
-      {.max_checkpoints = 0,
-       .on_record = [tables](const capture::Record& record) { tables->Note(record); },
-       .on_answer = [tables](const capture::Sent& sent) { tables->Answer(sent); }});
-  while (!player.Survey(UINT64_MAX)) {
-  }
-  tables->Begin(&player);
-  while (const std::optional<uint64_t> next_ns = player.next_ns()) {
-    if (player.has_views()) {
-      tables->Until(*next_ns);
-    }
-    if (tables->has_failed() || !player.Step()) {
-      break;
-    }
-  }
-  if (player.has_views() && !player.has_failed()) {
-    tables->AddRobots(player.range().end_ns);
-  }
-  return player.problem().empty() ? Ok() : Status(Error{player.problem()});
-}
-
 }  // namespace
 
 int ExportCsv(const std::vector<std::string>& captures, const CsvOptions& options) {
   std::error_code error;
   std::filesystem::create_directory(options.folder, error);  // else no file can be made
   CsvTables tables(options.folder, options.rate_hz);
-  Status exported = Ok();
-  for (const std::string& capture : captures) {
-    exported = exported.ok() ? ExportOneRecording(capture, &tables) : exported;
-  }
+  const Status exported = ExportRecordings(captures, &tables);
   if (const Status written = tables.Close(); !written.ok()) {
     return Fail(kFailed, written.error());
   }

@@ -22,9 +22,8 @@
 #include "server/operators/control/json_text.h"
 #include "server/operators/control/names.h"
 #include "server/operators/control/scenes.h"
+#include "server/operators/ctl/export_recording.h"
 #include "server/operators/ctl/server_call.h"
-#include "server/operators/playback/player.h"
-#include "server/store/capture/reader.h"
 
 namespace pheromone::ctl {
 namespace {
@@ -37,32 +36,35 @@ constexpr uint64_t kSlowStepNs = 1000 * kNsPerMs;  // of trails and of what seld
 constexpr uint64_t kLongestSilenceNs = uint64_t{3600} * 1000 * kNsPerMs;
 
 // The messages of one file.
-class Show {
+class Show : public RecordingExport {
  public:
   Show(mcap::Writer* writer, uint64_t grid_step_ns)
       : writer_(*writer), grid_step_ns_(grid_step_ns) {}
 
   // Everything is new: the engine is another one.
-  void Begin() {
+  void Begin(const playback::Player* player) override {
+    player_ = player;
     rasters_.clear();
     config_.reset();
     robots_ = {};
     next_ns_ = 0;
   }
 
-  // Shows all moments before `until_ns`; the engine is as it was since the last event.
-  void Until(const playback::Player& player, uint64_t until_ns) {
+  void Until(uint64_t until_ns) override {
     if (next_ns_ == 0 || until_ns > next_ns_ + kLongestSilenceNs) {
       next_ns_ = until_ns;
       origin_ns_ = until_ns;
     }
     for (; next_ns_ < until_ns; next_ns_ += kStepNs) {
-      At(player, next_ns_);
+      At(next_ns_);
     }
   }
 
   // At the end of a recording everything is shown, whatever is due.
-  void At(const playback::Player& player, uint64_t time_ns, bool is_end = false) {
+  void End(uint64_t end_ns) override { At(end_ns, true); }
+
+  void At(uint64_t time_ns, bool is_end = false) {
+    const playback::Player& player = *player_;
     const engine::Engine& engine = player.engine();
     const bool is_new = config_ != engine.shared_config();
     if (is_new) {
@@ -92,7 +94,8 @@ class Show {
     }
   }
 
-  void Note(const capture::Record& record, const std::vector<capture::LinkInfo>& links) {
+  void Note(const capture::Record& record) override {
+    const std::vector<capture::LinkInfo>& links = player_->start().links;
     const auto* const batch = std::get_if<capture::Batch>(&record);
     for (size_t i = 0; batch != nullptr && i < batch->messages.size(); ++i) {
       const protocol::Message& message = batch->messages[i].message;
@@ -110,6 +113,7 @@ class Show {
     }
   }
 
+  bool has_failed() const override { return !status_.ok(); }
   const Status& status() const { return status_; }
 
  private:
@@ -149,6 +153,7 @@ class Show {
 
   mcap::Writer& writer_;
   const uint64_t grid_step_ns_;
+  const playback::Player* player_ = nullptr;
   std::map<std::string, uint16_t> channels_;
   std::map<uint8_t, std::unique_ptr<web::PheromoneRaster>> rasters_;
   std::optional<engine::SharedConfig> config_;
@@ -157,35 +162,6 @@ class Show {
   uint64_t next_ns_ = 0;
   Status status_ = Ok();
 };
-
-Status ExportOne(const std::string& file, Show* show) {
-  std::vector<capture::LinkInfo> links;
-  playback::Player player(file, [&file](uint64_t from) { return capture::OpenFile(file, from); },
-                          {.max_checkpoints = 0, .on_record = [&](const capture::Record& record) {
-                             if (const auto* start = std::get_if<capture::Start>(&record)) {
-                               links = start->links;
-                             }
-                             show->Note(record, links);
-                           }});
-  while (!player.Survey(UINT64_MAX)) {
-  }
-  show->Begin();
-  while (const std::optional<uint64_t> next_ns = player.next_ns()) {
-    if (player.has_views()) {
-      show->Until(player, *next_ns);
-    }
-    if (!player.Step()) {
-      break;
-    }
-    if (!show->status().ok()) {
-      return show->status();
-    }
-  }
-  if (player.has_views() && !player.has_failed()) {
-    show->At(player, player.range().end_ns, true);
-  }
-  return player.problem().empty() ? Ok() : Status(Error{player.problem()});
-}
 
 }  // namespace
 
@@ -204,9 +180,9 @@ int ExportMcap(const std::vector<std::string>& captures, const McapOptions& opti
       },
       "pheromonectl " PHEROMONE_VERSION);
   Show show(&writer, std::max(kStepNs, static_cast<uint64_t>(1e9 / options.grid_hz)));
-  Status exported = Ok();
-  for (const std::string& capture : captures) {
-    exported = exported.ok() ? ExportOne(capture, &show) : exported;
+  Status exported = ExportRecordings(captures, &show);
+  if (exported.ok()) {
+    exported = show.status();
   }
   Status written = writer.Finish();
   if (std::fclose(file) != 0 && written.ok()) {
