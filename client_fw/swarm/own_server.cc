@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include <boost/json/parse.hpp>
+#include <boost/json/value.hpp>
 
 #include "client_fw/swarm/fit.h"
 #include "client_fw/swarm/scenario/robots.h"
@@ -150,17 +150,6 @@ Status SetPeriod(const SwarmWish& wish, RobotGroup* group, OwnSwarm* swarm) {
   return Ok();
 }
 
-Result<json::value> AskServer(const std::string& socket, const std::string& target) {
-  const ctl::Reply reply = ctl::Ask({.socket = socket}, "GET", target);
-  if (reply.exit_status != 0) {
-    return Error{reply.error};
-  }
-  boost::system::error_code malformed;
-  json::value view = json::parse(reply.body, malformed);
-  return malformed ? Result<json::value>(Error{"the server's answer is not JSON"})
-                   : Result<json::value>(std::move(view));
-}
-
 }  // namespace
 
 Result<OwnSwarm> MakeSwarm(const config::Config& server,
@@ -202,12 +191,13 @@ Result<OwnSwarm> MakeSwarm(const config::Config& server,
 }
 
 Result<OwnSwarm> SwarmForServer(const SwarmWish& wish) {
-  PHEROMONE_TRY(const json::value view, AskServer(wish.socket, "/api/v1/config"));
+  const ctl::ServerOptions options{.socket = wish.socket};
+  PHEROMONE_TRY(const json::value view, ctl::AskJson(options, "GET", "/api/v1/config"));
   const Result<config::Config> server = config::LoadConfigOrDefault(ctl::TextAt(view, "file"));
   if (!server.ok()) {
     return Error{server.error()};
   }
-  PHEROMONE_TRY(const json::value links, AskServer(wish.socket, "/api/v1/links"));
+  PHEROMONE_TRY(const json::value links, ctl::AskJson(options, "GET", "/api/v1/links"));
   std::vector<ServerTerminal> terminals;
   for (const json::value& link : ctl::ItemsAt(links, "links")) {
     if (ctl::TextAt(link, "kind") == "pty" && ctl::FlagAt(link, "up")) {

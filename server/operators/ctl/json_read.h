@@ -54,4 +54,13 @@ inline const boost::json::array& ItemsAt(const boost::json::value& value, std::s
   return items != nullptr ? *items : none;
 }
 
+/// How many lines of a tracker's datagrams were refused.
+inline uint64_t RefusalsOf(const boost::json::value& tracker) {
+  uint64_t refused = 0;
+  for (const boost::json::value& it : ItemsAt(tracker, "refusals")) {
+    refused += CountAt(it, "count");
+  }
+  return refused;
+}
+
 }  // namespace pheromone::ctl

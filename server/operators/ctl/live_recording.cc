@@ -8,8 +8,6 @@
 #include <filesystem>
 #include <iostream>
 
-#include <boost/json/parse.hpp>
-
 #include "server/operators/ctl/json_read.h"
 
 namespace pheromone::ctl {
@@ -19,20 +17,9 @@ using Clock = std::chrono::steady_clock;
 
 // More often than files are full.
 constexpr useconds_t kLookEveryUs = 100'000;
+constexpr const char* kCapture = "/api/v1/capture";
 
 volatile std::sig_atomic_t g_stop = 0;
-
-// The recording as the server shows it.
-Result<boost::json::value> AskCapture(const ServerOptions& options, const char* method,
-                                      const std::string& body) {
-  const Reply reply = Ask(options, method, "/api/v1/capture", body);
-  boost::system::error_code malformed;
-  boost::json::value view = boost::json::parse(reply.body, malformed);
-  if (reply.exit_status != 0 || malformed) {
-    return Error{reply.exit_status != 0 ? reply.error : "the server's answer is not JSON"};
-  }
-  return view;
-}
 
 void AddFile(const boost::json::value& view, std::vector<std::string>* files) {
   const std::filesystem::path name = TextAt(view, "file");
@@ -49,7 +36,8 @@ Result<std::vector<std::string>> RecordLive(const ServerOptions& options, double
   for (const int signal : {SIGINT, SIGTERM}) {
     std::signal(signal, [](int) { g_stop = 1; });
   }
-  PHEROMONE_TRY(boost::json::value view, AskCapture(options, "POST", R"({"action":"start"})"));
+  PHEROMONE_TRY(boost::json::value view,
+                AskJson(options, "POST", kCapture, R"({"action":"start"})"));
   AddFile(view, &files);
   if (files.empty()) {
     return Error{"the server has started a recording, but does not name its file"};
@@ -58,10 +46,10 @@ Result<std::vector<std::string>> RecordLive(const ServerOptions& options, double
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   while (g_stop == 0 && (seconds == 0 || Clock::now() < end) && FlagAt(view, "recording")) {
     usleep(kLookEveryUs);
-    PHEROMONE_TRY(view, AskCapture(options, "GET", ""));
+    PHEROMONE_TRY(view, AskJson(options, "GET", kCapture));
     AddFile(view, &files);
   }
-  PHEROMONE_TRY(view, AskCapture(options, "POST", R"({"action":"stop"})"));
+  PHEROMONE_TRY(view, AskJson(options, "POST", kCapture, R"({"action":"stop"})"));
   AddFile(view, &files);
   for (const std::string& file : files) {
     if (access(file.c_str(), R_OK) != 0) {

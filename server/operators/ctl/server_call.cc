@@ -157,6 +157,20 @@ Reply Ask(const ServerOptions& options, std::string_view method, const std::stri
   return {0, std::move(exchange.body)};
 }
 
+Result<json::value> AskJson(const ServerOptions& options, std::string_view method,
+                            const std::string& target, const std::string& body) {
+  const Reply reply = Ask(options, method, target, body);
+  if (reply.exit_status != 0) {
+    return Error{reply.error};
+  }
+  beast::error_code malformed;
+  json::value value = json::parse(reply.body, malformed);
+  if (malformed) {
+    return Error{"the server's answer is not JSON: " + malformed.message()};
+  }
+  return value;
+}
+
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
            const std::string& body) {
   Reply reply = Ask(options, method, target, body);

@@ -13,6 +13,8 @@
 
 #include <boost/json/value.hpp>
 
+#include "server/base/result.h"
+
 namespace pheromone::ctl {
 
 constexpr int kFailed = 1;    ///< the server, or the system, refused
@@ -45,7 +47,11 @@ struct Reply {
 Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
           const std::string& body = "");
 
-/// The same; an error is reported.
+/// The same for an answer in JSON.
+Result<boost::json::value> AskJson(const ServerOptions& options, std::string_view method,
+                                   const std::string& target, const std::string& body = "");
+
+/// As Ask; an error is reported.
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
            const std::string& body = "");
 

@@ -74,22 +74,15 @@ std::string StateOf(const json::value& link) {
   return text;
 }
 
-uint64_t RefusalsOf(const json::value& tracker) {
-  uint64_t refused = 0;
-  for (const json::value& it : ItemsAt(tracker, "refusals")) {
-    refused += CountAt(it, "count");
-  }
-  return refused;
-}
-
 // Prints nothing if there is no tracker.
 void ShowTrackers(const ServerOptions& options) {
-  const Reply reply = Ask(options, "GET", "/api/v1/trackers");
-  boost::system::error_code error;
-  const json::value trackers = json::parse(reply.body, error);
+  const Result<json::value> trackers = AskJson(options, "GET", "/api/v1/trackers");
+  if (!trackers.ok()) {
+    return;
+  }
   std::vector<std::vector<std::string>> rows = {
       {"TRACKER", "STATE", "DATAGRAMS", "POSES", "REFUSED", "HOW", "LAST REFUSAL"}};
-  for (const json::value& it : ItemsAt(trackers, "trackers")) {
+  for (const json::value& it : ItemsAt(trackers.value(), "trackers")) {
     const std::string refusal = TextAt(it, "last_refusal");
     rows.push_back({TextAt(it, "name"), FlagAt(it, "up") ? "up" : "down",
                     std::to_string(CountAt(it, "datagrams")), std::to_string(CountAt(it, "poses")),

@@ -13,8 +13,7 @@
 #include <set>
 #include <string_view>
 #include <system_error>
-
-#include <boost/json/parse.hpp>
+#include <utility>
 
 #include "server/base/descriptor.h"
 #include "server/base/holders.h"
@@ -78,15 +77,13 @@ std::optional<ServerViews> AskServer(const ServerOptions& options, Findings* fin
                    {"/api/v1/trackers", &views.trackers},
                    {"/api/v1/config", &views.config}};
   for (const auto& question : questions) {
-    const Reply reply = Ask(options, "GET", question.target);
-    boost::system::error_code malformed;
-    *question.view = boost::json::parse(reply.body, malformed);
-    if (reply.exit_status != 0 || malformed) {
-      findings->Fault(kServer, question.target,
-                      reply.exit_status != 0 ? reply.error : "the answer is not JSON",
+    Result<boost::json::value> answer = AskJson(options, "GET", question.target);
+    if (!answer.ok()) {
+      findings->Fault(kServer, question.target, answer.error(),
                       "Look at the server's log; restart it if it does not answer.");
       return std::nullopt;
     }
+    *question.view = std::move(answer).value();
   }
   return views;
 }

@@ -221,10 +221,9 @@ void CheckTrackers(const ServerViews& views, Findings* findings) {
                         "Start the program that reports poses, and let it send there by UDP.");
       continue;
     }
-    uint64_t refused = 0;
+    const uint64_t refused = RefusalsOf(tracker);
     std::vector<std::string> reasons;
     for (const json::value& it : ItemsAt(tracker, "refusals")) {
-      refused += CountAt(it, "count");
       reasons.push_back(fmt::format("{} ({})", TextAt(it, "reason"), CountAt(it, "count")));
     }
     if (refused == 0) {
