@@ -40,6 +40,7 @@ TOKEN = "0123456789abcdef0123456789abcdef"
 CONFIG = (map_of(4.0, 3.0, bias_m=0.2) + pheromone(1, "trail", tau_s=3000, sigma_m=0.3)
           + pheromone(2, "path", sigma_m=0.3) + test_config.pty("radio-a")
           + link("modem", "serial", port="./unplugged")
+          + table("[tracker]", name="ceiling", listen="127.0.0.1:0")
           + table("web", listen="127.0.0.1:0", token_file="token", hosts=["lab.local"]))
 
 
@@ -132,6 +133,17 @@ class StatusTest(Server):
         self.assertIn(f"event {after['sequence']}, not kept: no journal; ", self.ctl("status"))
         self.assertRegex(self.ctl("status", "--hash"), r"hash [0-9a-f]{16}\n")
         self.assertGreater(after["process"]["resident_bytes"], 1 << 20)
+
+    def test_links_and_status_tell_of_refused_poses(self):
+        host, port = re.search(r"\nceiling +up .* udp ([0-9.]+):(\d+) ", self.ctl("links")).groups()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.sendto(b"pose radio-a 8 1 1 0", (host, int(port)))
+        await_that(lambda: "the robot has not said HELLO" in self.ctl("links"), "the pose arrives")
+        self.assertRegex(self.ctl("links"),
+                         r"\nceiling +up +1 +0 +1 +udp 127\.0\.0\.1:\d+ +the robot has not said "
+                         r'HELLO: "pose radio-a 8 1 1 0"\n')
+        self.assertIn("WARNING   1 poses of trackers were refused: pheromonectl links",
+                      self.ctl("status"))
 
 
 class ControlTest(Server):

@@ -320,16 +320,6 @@ class WithServerTest(Laboratory):
                           r"1 poses accepted, 1 lines refused: the robot has not said HELLO",
                           "has said HELLO", self.examine())
 
-    def test_links_and_status_tell_of_refused_poses(self):
-        daemon = self.serve(TRACKED)
-        self.track(daemon, "pose radio-a 8 1 1 0")
-        shown = [subprocess.run([BIN / "pheromonectl", command], cwd=self.folder, text=True,
-                                capture_output=True, check=True).stdout
-                 for command in ("links", "status")]
-        self.assertRegex(shown[0], r"\nceiling +up +1 +0 +1 +udp 127\.0\.0\.1:\d+ +the robot has not "
-                         r'said HELLO: "pose radio-a 8 1 1 0"\n')
-        self.assertIn("WARNING   1 poses of trackers were refused: pheromonectl links", shown[1])
-
     def test_a_tracker_that_reports_nothing(self):
         self.serve(TRACKED)
         self.assert_found("warning", "trackers", "nothing was received at 127", "by UDP",
