@@ -33,13 +33,12 @@ class Findings {
   void Warning(std::string subject, std::string looked_at, std::string found, std::string mend);
   void Fault(std::string subject, std::string looked_at, std::string found, std::string mend);
 
-  const std::vector<Finding>& all() const { return all_; }
-  size_t Count(Level level) const;
-
   /// Prints all of them, as text or as JSON; returns the exit status: kFailed if there is a fault.
   int Print(bool as_json) const;
 
  private:
+  size_t Count(Level level) const;
+
   std::vector<Finding> all_;
 };
 

@@ -53,11 +53,6 @@ std::string UserName(uid_t id) {
   return user != nullptr ? user->pw_name : std::to_string(id);
 }
 
-std::string GroupName(gid_t id) {
-  const group* found = getgrgid(id);
-  return found != nullptr ? found->gr_name : std::to_string(id);
-}
-
 // The last that exists of a path and the folders that it is in.
 fs::path ExistingPart(fs::path path) {
   std::error_code error;
@@ -198,11 +193,16 @@ void CheckPort(const Place& place, const ListeningPort& port, Findings* findings
 
 }  // namespace
 
+std::string NameOfGroup(gid_t id) {
+  const group* found = getgrgid(id);
+  return found != nullptr ? found->gr_name : std::to_string(id);
+}
+
 bool IsInGroup(const std::string& name) {
   std::vector<gid_t> ids(static_cast<size_t>(std::max(getgroups(0, nullptr), 0)));
   getgroups(static_cast<int>(ids.size()), ids.data());
   ids.push_back(getegid());
-  return std::any_of(ids.begin(), ids.end(), [&](gid_t id) { return GroupName(id) == name; });
+  return std::any_of(ids.begin(), ids.end(), [&](gid_t id) { return NameOfGroup(id) == name; });
 }
 
 std::string DescribeUser() {
@@ -282,7 +282,7 @@ void CheckToken(const config::Config& config, Findings* findings) {
     findings->Ok(
         kToken, file,
         fmt::format("mode {:04o}, read by the user {} and the group {}", status.st_mode & 07777u,
-                    UserName(status.st_uid), GroupName(status.st_gid)));
+                    UserName(status.st_uid), NameOfGroup(status.st_gid)));
   }
 }
 

@@ -6,6 +6,8 @@
 //   if (config) { CheckJournal(place, *config, &findings); ... }
 #pragma once
 
+#include <sys/types.h>
+
 #include <optional>
 #include <set>
 #include <string>
@@ -35,8 +37,10 @@ std::set<std::string> CheckSerialPorts(const Place& place, const config::Config&
 void CheckGroups(const config::Config& config, Findings* findings);
 void CheckClock(Findings* findings);
 
-/// "lab, in the groups lab and dialout", and whether it is in one of them.
+/// The name of the user that this program runs as, and whether it is in a group.
 std::string DescribeUser();
 bool IsInGroup(const std::string& name);
+/// The name of a group; without one, its number.
+std::string NameOfGroup(gid_t id);
 
 }  // namespace pheromone::ctl

@@ -1,8 +1,6 @@
 // The serial devices of links: whether they exist, may be opened, and who has them open.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <grp.h>
-#include <pwd.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -33,12 +31,6 @@ std::string ListPorts(const std::vector<links::UsbPort>& ports) {
                        : fmt::format("plugged in: {}", fmt::join(names, ", "));
 }
 
-// The group that may open a device.
-std::string GroupOf(const struct stat& status) {
-  const group* found = getgrgid(status.st_gid);
-  return found != nullptr ? found->gr_name : std::to_string(status.st_gid);
-}
-
 // False: told that it cannot be used.
 bool CheckDevice(const Place& place, const std::string& link, const std::string& path,
                  const std::vector<links::UsbPort>& ports, Findings* findings) {
@@ -66,7 +58,7 @@ bool CheckDevice(const Place& place, const std::string& link, const std::string&
     return true;
   }
   if (access(path.c_str(), R_OK | W_OK) != 0) {
-    const std::string group = GroupOf(status);
+    const std::string group = NameOfGroup(status.st_gid);
     findings->Fault(
         kSerial, looked_at,
         fmt::format("not permitted for the user {}, mode {:04o}, group {}", DescribeUser(),
