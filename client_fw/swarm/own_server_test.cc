@@ -5,77 +5,42 @@
 
 #include <cmath>
 
+#include "server/core/engine/testing/bench.h"
+
 namespace pheromone::swarm {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr char kMap[] = R"(
-[map]
-width_m = 10.0
-height_m = 10.0
-cell_m = 0.1
-[antennas]
-bias_m = 0.33
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 30
-quantum = 0.125
-maximum = 1.0
-[[pheromone]]
-type = 2
-name = "path"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = 0.125
-maximum = 1.0
-)";
-constexpr char kSquare[] = R"(
-[[path]]
-pheromone = "path"
-shape = "polyline"
-closed = true
-points_m = [[2, 2], [4, 2], [4, 4], [2, 4]]
-)";
-constexpr char kLinks[] = R"(
-[[link]]
-name = "plain"
-kind = "pty"
-path = "plain.pty"
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-medium_access = true
-baud = 19200
-turnaround_ms = 5
-adapter_latency_ms = 1
-server_delay_ms = 3
-[[link]]
-name = "radio-b"
-kind = "pty"
-path = "radio-b.pty"
-medium_access = true
-baud = 19200
-turnaround_ms = 5
-adapter_latency_ms = 1
-server_delay_ms = 3
-)";
-
-config::Config Parse(const std::string& text) {
-  Result<config::Config> parsed = config::ParseConfig(text, "lab.toml");
-  EXPECT_TRUE(parsed.ok()) << parsed.ErrorOr("");
-  return std::move(parsed).value();
+// 10 m x 10 m, with a square of "path", a virtual modem without medium access, and two with it.
+config::Config ServerWithASquare() {
+  config::Config server;
+  server.engine = engine::testing::SmallConfig();
+  server.engine.field.pheromones[0].name = "trail";
+  server.engine.field.pheromones[1].name = "path";
+  field::Path square;
+  square.type = 2;
+  square.closed = true;
+  square.points = {{2'000'000, 2'000'000},
+                   {4'000'000, 2'000'000},
+                   {4'000'000, 4'000'000},
+                   {2'000'000, 4'000'000}};
+  server.engine.field.paths = {square};
+  server.links = {{.name = "plain"}};
+  for (const char* const name : {"radio-a", "radio-b"}) {
+    server.links.push_back({.name = name,
+                            .baud = 19200,
+                            .medium_access = true,
+                            .turnaround_ms = 5,
+                            .adapter_latency_ms = 1,
+                            .server_delay_ms = 3});
+  }
+  return server;
 }
 
 TEST(OwnServerTest, RobotsStartEvenlyAlongThePathAndLookAlongIt) {
-  const auto swarm = MakeSwarm(Parse(std::string(kMap) + kSquare + kLinks),
-                               {{"plain", "/lab/plain.pty"}}, {.robots = 8});
+  const auto swarm = MakeSwarm(ServerWithASquare(), {{"plain", "/lab/plain.pty"}}, {.robots = 8});
   ASSERT_TRUE(swarm.ok()) << swarm.error();
   const RobotGroup& group = swarm.value().scenario.groups.at(0);
   EXPECT_EQ(group.count, 8);
@@ -92,7 +57,7 @@ TEST(OwnServerTest, RobotsStartEvenlyAlongThePathAndLookAlongIt) {
 }
 
 TEST(OwnServerTest, LinksThatGrantTurnsAreUsedIfThereAreAny) {
-  const config::Config server = Parse(std::string(kMap) + kSquare + kLinks);
+  const config::Config server = ServerWithASquare();
   const auto swarm =
       MakeSwarm(server, {{"plain", "/plain"}, {"radio-a", "/a"}, {"radio-b", "/b"}}, {.robots = 5});
   ASSERT_TRUE(swarm.ok()) << swarm.error();
@@ -118,8 +83,8 @@ TEST(OwnServerTest, LinksThatGrantTurnsAreUsedIfThereAreAny) {
 }
 
 TEST(OwnServerTest, ALongerPeriodHasALongerFailSafeAndASpeedThatFits) {
-  const auto swarm = MakeSwarm(Parse(std::string(kMap) + kSquare + kLinks), {{"plain", "/p"}},
-                               {.robots = 12, .period_s = 2});
+  const auto swarm =
+      MakeSwarm(ServerWithASquare(), {{"plain", "/p"}}, {.robots = 12, .period_s = 2});
   ASSERT_TRUE(swarm.ok());
   EXPECT_EQ(swarm.value().scenario.groups[0].client.period_ms, 2000);
   EXPECT_EQ(swarm.value().scenario.groups[0].client.fail_safe_ms, 4000);
@@ -129,7 +94,7 @@ TEST(OwnServerTest, ALongerPeriodHasALongerFailSafeAndASpeedThatFits) {
 }
 
 TEST(OwnServerTest, RobotsThatTheLinkDoesNotHoldAtTheUsualPeriodAskLessOften) {
-  const config::Config server = Parse(std::string(kMap) + kSquare + kLinks);
+  const config::Config server = ServerWithASquare();
   const auto swarm = MakeSwarm(server, {{"plain", "/p"}}, {.robots = 12});
   ASSERT_TRUE(swarm.ok());
   // 130 ms for each: 28 ms for 26 bytes, the window of 100 ms, two slots of 1 ms.
@@ -157,7 +122,7 @@ TEST(OwnServerTest, TheLoadHasTheShortestFailSafeOfAllGroupsHoweverLong) {
 }
 
 TEST(OwnServerTest, WhatIsMissingIsSaidWithWhatThereIs) {
-  const config::Config server = Parse(std::string(kMap) + kSquare + kLinks);
+  const config::Config server = ServerWithASquare();
   EXPECT_THAT(
       MakeSwarm(server, {}, {.robots = 1}).error(),
       HasSubstr("found the links plain, radio-a, radio-b, expected one that is a virtual modem"));
