@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
 #include <system_error>
 
 #include "client_fw/swarm/robots.h"
 #include "server/base/command_line.h"
+#include "server/base/file.h"
 #include "server/base/program.h"
 
 namespace pheromone::swarm {
@@ -56,16 +56,9 @@ int WriteFiles(const std::filesystem::path& folder,
     return Fail(folder.string() + ": " + error.message(), kFailed);
   }
   for (const auto& [name, content] : contents) {
-    // Whole or not at all: a command may be cut off while it writes its results once more.
-    const std::filesystem::path part = folder / (name + ".part");
-    std::ofstream file(part, std::ios::binary);
-    file << content;
-    file.close();
-    if (file) {
-      std::filesystem::rename(part, folder / name, error);
-    }
-    if (!file || error) {
-      return Fail((folder / name).string() + ": cannot be written", kFailed);
+    const Status written = WriteFile((folder / name).string(), content);
+    if (!written.ok()) {
+      return Fail(written.error(), kFailed);
     }
   }
   return 0;
