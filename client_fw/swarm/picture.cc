@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client_fw/swarm/svg.h"
+#include "server/base/xml_text.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -186,13 +187,13 @@ void DrawLegend(Canvas* canvas, bool obstacles, const std::vector<Outline>& outl
     y += kLegendLinePx;
     canvas->Add(
         R"svg(<circle cx="25" cy="{:.1f}" r="7" fill="none" stroke="{}" stroke-width="1.5"/><text x="48" y="{:.1f}">{}</text>)svg",
-        y - 4, kOutlineColour, y, Escaped(outline.label));
+        y - 4, kOutlineColour, y, EscapeXml(outline.label));
   }
   for (const Way* way : ways) {
     y += kLegendLinePx;
     canvas->Add(
         R"svg(<path d="M10 {0:.1f}h30" stroke="{1}" stroke-width="2.5"/><text x="48" y="{2:.1f}">{3}</text>)svg",
-        y - 4, way->colour, y, Escaped(way->label));
+        y - 4, way->colour, y, EscapeXml(way->label));
   }
 }
 

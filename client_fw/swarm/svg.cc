@@ -1,29 +1,8 @@
 #include "client_fw/swarm/svg.h"
 
-namespace pheromone::swarm {
+#include "server/base/xml_text.h"
 
-std::string Escaped(std::string_view text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '&':
-        safe += "&amp;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += c;
-    }
-  }
-  return safe;
-}
+namespace pheromone::swarm {
 
 Svg::Svg(double width, double height, std::string_view title) {
   Add(R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)svg",
@@ -36,7 +15,7 @@ Svg::Svg(double width, double height, std::string_view title) {
 }
 
 void Svg::Text(double x, double y, const char* classes, std::string_view text) {
-  Add(R"svg(<text x="{:.1f}" y="{:.1f}" class="{}">{}</text>)svg", x, y, classes, Escaped(text));
+  Add(R"svg(<text x="{:.1f}" y="{:.1f}" class="{}">{}</text>)svg", x, y, classes, EscapeXml(text));
 }
 
 std::string Svg::Take() {

@@ -18,15 +18,12 @@
 
 namespace pheromone::swarm {
 
-/// `text` as the content of an element or of an attribute in double quotes.
-std::string Escaped(std::string_view text);
-
 class Svg {
  public:
   /// A white page with its title in the first 30 pixels.
   Svg(double width, double height, std::string_view title);
 
-  /// One line of markup: what is not markup has to be Escaped.
+  /// One line of markup: what is not markup needs EscapeXml.
   template <typename... Args>
   void Add(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(svg_), format, std::forward<Args>(args)...);

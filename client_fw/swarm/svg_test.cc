@@ -5,13 +5,6 @@
 namespace pheromone::swarm {
 namespace {
 
-// XML 1.0, 2.4: the characters that markup is made of.
-TEST(Svg, EscapesWhatWouldBeMarkup) {
-  EXPECT_EQ(Escaped("a < b > c & \"d\" 'e' µ"), "a &lt; b &gt; c &amp; &quot;d&quot; 'e' µ");
-  EXPECT_EQ(Escaped("&lt;"), "&amp;lt;");
-  EXPECT_EQ(Escaped(""), "");
-}
-
 TEST(Svg, IsOneDocumentOfItsSize) {
   Svg svg(320, 200.4, "x & y");
   svg.Add(R"svg(<path d="M0 {:.1f}"/>)svg", 2.25);

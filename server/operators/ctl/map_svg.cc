@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/base/format.h"
+#include "server/base/xml_text.h"
 #include "server/formats/foxglove/base64.h"
 #include "server/formats/maps/png_picture.h"
 
@@ -24,26 +25,6 @@ constexpr double kBarGap = 24;
 constexpr double kBarWidth = 18;
 constexpr double kTick = 5;
 constexpr int kStops = 32;  // of the colour scale
-
-std::string Escape(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
 
 std::string ColourOf(const maps::Rgb& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", colour.red, colour.green, colour.blue);
@@ -106,12 +87,13 @@ class Figure {
     svg_ += '\n';
   }
   void Text(double x, double y, const char* anchor, std::string_view text) {
-    Add("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>", x, y, anchor, Escape(text));
+    Add("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>", x, y, anchor,
+        EscapeXml(text));
   }
   // Upwards.
   void TurnedText(double x, double y, std::string_view text) {
     Add("<text transform=\"translate({:.1f} {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-        x, y, Escape(text));
+        x, y, EscapeXml(text));
   }
   void Line(double x1, double y1, double x2, double y2) {
     Add("<path d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}\" stroke=\"#000\"/>", x1, y1, x2, y2);
