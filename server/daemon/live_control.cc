@@ -199,6 +199,7 @@ std::vector<control::LinkView> LiveControl::GetLinks() const {
     view.name = link.name();
     view.kind = NameOf(configured[i].kind);
     view.address = link.address();
+    view.terminal = configured[i].path.empty() ? "" : config::AbsolutePath(configured[i].path);
     view.up = state.up;
     view.state = state.reason;
     view.since_s = SecondsSince(state.since);

@@ -88,6 +88,13 @@ TEST_F(LiveControlTest, ALinkThatIsDownTellsHowOftenItTriedAndWhenItTriesAgain) 
   EXPECT_FALSE(up.next_attempt_s.has_value());
 }
 
+TEST_F(LiveControlTest, LinksTellWhereOtherProgramsOpenThem) {
+  config_.links[0].path = "/dev/../dev/ttyUSB0";
+  EXPECT_EQ(control_.GetLinks()[0].terminal, "/dev/ttyUSB0");
+  config_.links[0].path = "";  // found by the numbers of its adapter
+  EXPECT_EQ(control_.GetLinks()[0].terminal, "");
+}
+
 TEST_F(LiveControlTest, LinksTellHowLongTheyWereSilent) {
   EXPECT_TRUE(links_[0]->Start().ok());
   EXPECT_FALSE(control_.GetLinks()[0].silent_s.has_value());

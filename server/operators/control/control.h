@@ -95,6 +95,9 @@ struct LinkView {
   std::string name;
   std::string kind;     ///< "pty", "serial", "tcp"
   std::string address;  ///< empty while it is not known
+  /// The absolute path for programs in other folders that open it; empty: it has none, such as a
+  /// serial port that is found by its USB adapter's numbers.
+  std::string terminal;
   bool up = false;
   std::string state;                     ///< as text: its address, or why it is down
   double since_s = 0;                    ///< time since it came up or went down

@@ -1,9 +1,7 @@
 #include "server/operators/control/views.h"
 
 #include <cmath>
-#include <filesystem>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include <boost/json/array.hpp>
@@ -23,17 +21,6 @@ json::value OrNull(const std::optional<double>& number) {
 
 json::value TextOrNull(const std::string& text) {
   return text.empty() ? json::value(nullptr) : json::value(text);
-}
-
-// Absolute, for programs in other folders that open it. A serial port that is found by its USB
-// adapter's numbers has no path.
-json::value TerminalOf(const control::LinkView& link) {
-  const bool serial_path = link.kind == "serial" && link.address.find('/') != std::string::npos;
-  if (link.kind != "pty" && !serial_path) {
-    return nullptr;
-  }
-  std::error_code error;
-  return TextOrNull(std::filesystem::absolute(link.address, error).lexically_normal().string());
 }
 
 json::object ToJson(const engine::ServiceCounters& counters) {
@@ -228,7 +215,7 @@ json::value ToJson(const std::vector<control::LinkView>& links) {
         {{"name", link.name},
          {"kind", link.kind},
          {"address", link.address},
-         {"terminal", TerminalOf(link)},
+         {"terminal", TextOrNull(link.terminal)},
          {"up", link.up},
          {"state", link.state},
          {"since_s", link.since_s},
