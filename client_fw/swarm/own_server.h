@@ -1,7 +1,7 @@
 // A swarm for one's own running server, which is asked for its map, pheromones, paths and links.
 //
 //   const Result<OwnSwarm> swarm = SwarmForServer({.robots = 12});
-//   RunScenarioLive(swarm.value().scenario, swarm.value().ports, swarm.value().access, ...);
+//   RunScenarioLive(swarm.value().scenario, swarm.value().ports, swarm.value().load.access, ...);
 //
 // The server runs on this machine: the swarm opens the terminals of its virtual modems, and reads
 // the configuration file that the server names. One thread.
@@ -45,8 +45,8 @@ struct OwnSwarm {
 
 /// Robots in turn on the terminals, along the paths of the pheromone that they follow. Of the links
 /// those with medium access are used, if there are any, and of these all like the first one.
-/// Errors: no such pheromone, no path of it,
-/// no terminal, more robots than the links hold at any period.
+/// Errors: no such pheromone, no path of it, no terminal, more robots than the links hold at any
+/// period.
 Result<OwnSwarm> MakeSwarm(const config::Config& server,
                            const std::vector<ServerTerminal>& terminals, const SwarmWish& wish);
 
