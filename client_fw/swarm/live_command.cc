@@ -180,21 +180,28 @@ void AddLiveCommand(CLI::App* app, int* status) {
       ->add_option("--modem", options->modem,
                    "Terminal device of the server's link: radio-a.pty, /dev/ttyUSB0")
       ->required()
-      ->check(TerminalDevice());
-  live_command->add_option("--config", options->config,
-                           "The server's configuration, whose first [[path]] is followed "
-                           "(default: the built-in configuration)");
+      ->check(TerminalDevice())
+      ->type_name("TERMINAL");
+  live_command
+      ->add_option("--config", options->config,
+                   "The server's configuration, whose first [[path]] is followed "
+                   "(default: the built-in configuration)")
+      ->type_name("FILE");
   live_command
       ->add_option("--seconds", options->seconds, "Stop after this time (default: on Ctrl-C)")
-      ->check(Between(0.1, 1e7));
-  live_command->add_option("--out", options->out,
-                           "Folder for track.csv and track.svg (default: .)");
+      ->check(Between(0.1, 1e7))
+      ->type_name("S");
+  live_command->add_option("--out", options->out, "Folder for track.csv and track.svg (default: .)")
+      ->type_name("FOLDER");
   live_command->add_option("--speed", options->speed_mm_s, "K, mm/s (default: 300)")
-      ->check(CLI::Range(20, 2000));
+      ->check(CLI::Range(20, 2000))
+      ->type_name("MM_PER_S");
   live_command->add_option("--law", options->law, "differential, paper, careful (default: careful)")
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
-  live_command->add_option("--id", options->id, "Robot ID (default: 1)")->check(CLI::Range(1, 254));
+  live_command->add_option("--id", options->id, "Robot ID (default: 1)")
+      ->check(CLI::Range(1, 254))
+      ->type_name("ID");
   live_command->add_flag("--medium-access", options->medium_access,
                          "The server's link has medium_access = true, so the robot takes turns");
   live_command->callback([options, status] { *status = RunLiveCommand(*options); });

@@ -146,25 +146,33 @@ void AddPathCommand(CLI::App* app, int* status) {
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
   path_command->add_option("--seeds", options->seeds, "Runs of each combination (default: 20)")
-      ->check(CLI::Range(1, 10'000));
+      ->check(CLI::Range(1, 10'000))
+      ->type_name("N");
   path_command->add_option("--seconds", options->duration_s, "Length of a run (default: 10)")
-      ->check(Between(1.0, 3600.0));
+      ->check(Between(1.0, 3600.0))
+      ->type_name("S");
   path_command->add_option("--speed", experiment.speed_mm_s, "K, mm/s (default: 300)")
-      ->check(CLI::Range(20, 2000));
+      ->check(CLI::Range(20, 2000))
+      ->type_name("MM_PER_S");
   path_command
       ->add_option("--period-ms", experiment.period_ms, "Time between requests, ms (default: 200)")
-      ->check(CLI::Range(50, 5000));
+      ->check(CLI::Range(50, 5000))
+      ->type_name("MS");
   path_command->add_option("--cell", experiment.cell_m, "Side of a cell, a, m (default: 0.1)")
-      ->check(Between(0.01, 1.0));
+      ->check(Between(0.01, 1.0))
+      ->type_name("METRES");
   path_command->add_option("--core", experiment.core_m, "Core radius, c, m (default: 0.1)")
-      ->check(Between(0.0, 2.0));
+      ->check(Between(0.0, 2.0))
+      ->type_name("METRES");
   path_command
       ->add_option("--sigma", experiment.sigma_m, "Width of the slope, sigma, m (default: 0.4)")
-      ->check(Between(0.01, 5.0));
+      ->check(Between(0.01, 5.0))
+      ->type_name("METRES");
   path_command
       ->add_option("--bias", experiment.antenna_distance_m,
                    "Distance of the antennas, b, m (default: 0.33)")
-      ->check(Between(0.01, 2.0));
+      ->check(Between(0.01, 2.0))
+      ->type_name("METRES");
   path_command
       ->add_option("--drive", options->drive,
                    "ideal (default), or a simulated Pioneer: p3dx, p3dx-sh, peoplebot-sh")
@@ -176,9 +184,10 @@ void AddPathCommand(CLI::App* app, int* status) {
       ->check(CLI::IsMember({"core", "avr"}))
       ->type_name("NAME");
   path_command->add_option("--loss", experiment.frame_loss, "Fraction of frames lost (default: 0)")
-      ->check(Between(0.0, 1.0));
-  path_command->add_option("--out", options->out,
-                           "Folder for path.csv, path-runs.csv and pictures");
+      ->check(Between(0.0, 1.0))
+      ->type_name("FRACTION");
+  path_command->add_option("--out", options->out, "Folder for path.csv, path-runs.csv and pictures")
+      ->type_name("FOLDER");
   path_command->callback([options, status] {
     options->experiment.duration_ms = static_cast<int64_t>(options->duration_s * 1000);
     *status = RunPath(*options);

@@ -317,8 +317,10 @@ void AddPioneerCommand(CLI::App* app, int* status) {
   command->add_option("--model", options->model, "Robot model (default: p3dx)")->check(ModelName());
   CLI::Option_group* port = command->add_option_group("port", "How clients connect");
   options->pty_option =
-      port->add_option("--pty", options->pty, "Symbolic link to create for a pseudo-terminal");
-  port->add_option("--tcp", options->tcp, "Port on 127.0.0.1, for one client (0: any free port)");
+      port->add_option("--pty", options->pty, "Symbolic link to create for a pseudo-terminal")
+          ->type_name("PATH");
+  port->add_option("--tcp", options->tcp, "Port on 127.0.0.1, for one client (0: any free port)")
+      ->type_name("PORT");
   port->require_option(1);
   CLI::Option* walls =
       command
@@ -329,7 +331,8 @@ void AddPioneerCommand(CLI::App* app, int* status) {
   command
       ->add_option("--config", options->surroundings,
                    "A server's configuration, whose [obstacles] stand in the robot's way")
-      ->excludes(walls);
+      ->excludes(walls)
+      ->type_name("FILE");
   command
       ->add_option("--start", options->start,
                    "True pose at the start on that map: m, m, degrees (default: 0 0 0)")
@@ -337,38 +340,48 @@ void AddPioneerCommand(CLI::App* app, int* status) {
       ->check(Between(-1e6, 1e6))
       ->type_name("X Y HEADING");
   command->add_option("--battery", options->config.battery_v, "Battery, V (default: 12.8)")
-      ->check(Between(0, kMaxBatteryV));
+      ->check(Between(0, kMaxBatteryV))
+      ->type_name("VOLTS");
   command
       ->add_option("--bumpers", options->config.bumpers,
                    "Segments of the bumpers in front and behind (default: 5; 0: no bumpers)")
-      ->check(CLI::Range(0, 7));
+      ->check(CLI::Range(0, 7))
+      ->type_name("N");
   command
       ->add_option(
           "--poses", options->poses_s,
           "Print the true pose at this interval, s (default: on a terminal, in a line that "
           "is renewed)")
-      ->check(Between(0.01, 1e6));
-  command->add_option("--name", options->config.name,
-                      "Name reported to clients (default: Simulated)");
+      ->check(Between(0.01, 1e6))
+      ->type_name("S");
+  command
+      ->add_option("--name", options->config.name, "Name reported to clients (default: Simulated)")
+      ->type_name("NAME");
   command
       ->add_option("--drift", options->drift_percent,
                    "Maximum scale error of odometry, percent (default: 0)")
-      ->check(Between(0, 50));
+      ->check(Between(0, 50))
+      ->type_name("PERCENT");
   command
       ->add_option("--heading-drift", options->heading_drift_deg_m,
                    "Maximum heading drift of odometry, degrees per metre (default: 0)")
-      ->check(Between(0, 45));
+      ->check(Between(0, 45))
+      ->type_name("DEGREES");
   command->add_option("--slip", options->slip_percent, "Maximum wheel slip, percent (default: 0)")
-      ->check(Between(0, 100));
+      ->check(Between(0, 100))
+      ->type_name("PERCENT");
   command
       ->add_option("--wheelbase", options->wheelbase_mm,
                    "True distance between the wheels, mm (default: as configured in the firmware)")
-      ->check(Between(50, 2000));
-  command->add_option("--seed", options->seed, "Random seed of drift and slip (default: 1)");
+      ->check(Between(50, 2000))
+      ->type_name("MM");
+  command->add_option("--seed", options->seed, "Random seed of drift and slip (default: 1)")
+      ->type_name("N");
   command
       ->add_option("--sonars", options->config.sonars,
                    "Sonar readings in a SIP, of which more sonars take turns (default: 16)")
-      ->check(CLI::Range(0, static_cast<int>(sim::kMaxSonarReadings)));
+      ->check(CLI::Range(0, static_cast<int>(sim::kMaxSonarReadings)))
+      ->type_name("N");
   command->add_option("--wrap", options->config.position_bits, "X and Y wrap at 15 or 16 bits")
       ->check(CLI::IsMember({15, 16}));
   command->add_flag("--short-sips", options->short_sips, "Send the shorter SIPs of older firmware");

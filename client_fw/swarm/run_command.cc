@@ -244,14 +244,16 @@ void AddRunCommand(CLI::App* app, int* status) {
   CLI::App* command = app->add_subcommand(
       "run",
       "Run a scenario from a file, in virtual time or against a running server; prints a summary");
-  command->add_option("scenario", options->file,
-                      "A TOML file, pheromone-scenario(5); examples are in "
-                      "client_fw/swarm/examples");
+  command
+      ->add_option("scenario", options->file,
+                   "A TOML file, pheromone-scenario(5); examples are in "
+                   "client_fw/swarm/examples")
+      ->type_name("FILE");
   CLI::Option* robots = command->add_option(
       "--robots", options->wish.robots,
-      "Instead of a scenario: so many robots on the first path of your running server, which is "
+      "Instead of a scenario: so many robots on the paths of your running server, which is "
       "asked for its map, its pheromones and its virtual modems");
-  robots->check(CLI::Range(1, 254));
+  robots->check(CLI::Range(1, 254))->type_name("N");
   command
       ->add_option("--socket", options->wish.socket,
                    "The server's control socket (default: as pheromonectl finds it)")
@@ -266,13 +268,15 @@ void AddRunCommand(CLI::App* app, int* status) {
           "With --robots: seconds between two requests of a robot (default: 0.2, or the least "
           "that the server's links hold)")
       ->needs(robots)
-      ->check(Between(0.02, kMaxPeriodMs / 1000.0));
+      ->check(Between(0.02, kMaxPeriodMs / 1000.0))
+      ->type_name("S");
   command
       ->add_option("--seconds", options->wish.seconds,
                    "With --robots: stop after this time (default: on Ctrl-C)")
       ->needs(robots)
-      ->check(Between(0.1, 1e5));
-  command->add_option("--seed", options->seed, "Override the seed of the file");
+      ->check(Between(0.1, 1e5))
+      ->type_name("S");
+  command->add_option("--seed", options->seed, "Override the seed of the file")->type_name("N");
   CLI::Option* daemon =
       command
           ->add_option("--daemon", options->ports,
@@ -286,8 +290,10 @@ void AddRunCommand(CLI::App* app, int* status) {
       ->add_flag("--medium-access", options->medium_access,
                  "With --daemon: its links have medium_access = true, so robots take turns")
       ->needs(daemon);
-  command->add_option("--out", options->out,
-                      "Folder for summary.txt, robots.csv, tracks.csv, exchanges.csv and map.svg");
+  command
+      ->add_option("--out", options->out,
+                   "Folder for summary.txt, robots.csv, tracks.csv, exchanges.csv and map.svg")
+      ->type_name("FOLDER");
   command->callback([options, status] { *status = Run(*options); });
 }
 

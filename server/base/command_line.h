@@ -22,12 +22,12 @@ class HelpFormatter final : public CLI::Formatter {
   }
 
   std::string make_option_opts(const CLI::Option* option) const override {
-    static const std::regex range(R"((\w+:)?\w+ in \[(\S+) - (\S+)\])");
+    static const std::regex range(R"(\w+ in \[(\S+) - (\S+)\])");
     static const std::regex choice(R"((\w+:)?\{([^}]*)\})");
     static const std::regex twice(R"((\w+):\1\b)");
     static const std::regex kind(R"(\b(INT|UINT|FLOAT|TEXT):)");
     std::string text = CLI::Formatter::make_option_opts(option);
-    text = std::regex_replace(text, range, "$2 to $3");
+    text = std::regex_replace(text, range, "$1 to $2");
     text = std::regex_replace(text, choice, "$2");
     text = std::regex_replace(text, twice, "$1");
     return std::regex_replace(text, kind, "");

@@ -12,6 +12,7 @@ struct Program {
     CLI::App* drive = app.add_subcommand("drive", "Drive");
     drive->add_option("--id", id, "Robot ID")->check(CLI::Range(1, 254));
     drive->add_option("--speed", speed, "mm/s")->check(CLI::Validator("0 to 1000"));
+    drive->add_option("--slip", slip, "Slip")->check(CLI::Range(0, 50))->type_name("PERCENT");
     drive->add_option("--law", law, "Steering law")->check(CLI::IsMember({"paper", "careful"}));
     drive->add_option("--out", out, "Folder")->check(CLI::ExistingDirectory)->type_name("DIR");
     drive->add_option("--modem", modem, "The way to the server")->required();
@@ -31,6 +32,7 @@ struct Program {
   CLI::App app{"Robots.", "robots"};
   int id = 1;
   int speed = 200;
+  int slip = 0;
   std::string law;
   std::string out;
   std::string modem;
@@ -55,6 +57,7 @@ TEST(CommandLine, HelpNamesAValueOnce) {
   const std::string help = program.app.get_subcommand("drive")->help();
   EXPECT_NE(help.find("--id 1 to 254 "), std::string::npos) << help;
   EXPECT_NE(help.find("--speed 0 to 1000 "), std::string::npos) << help;
+  EXPECT_NE(help.find("--slip PERCENT:0 to 50 "), std::string::npos) << help;
   EXPECT_NE(help.find("--law paper,careful "), std::string::npos) << help;
   EXPECT_NE(help.find("--out DIR "), std::string::npos) << help;
   EXPECT_NE(help.find("--modem TEXT REQUIRED "), std::string::npos) << help;

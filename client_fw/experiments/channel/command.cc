@@ -241,15 +241,18 @@ void AddChannelCommand(CLI::App* app, int* status) {
   CLI::App* command = app->add_subcommand(
       "channel", "The capacity of one radio channel in robots, in virtual time; prints a table");
   command->add_option("--robots", options->robots, "Numbers of robots (default: 1 2 3 4 6 8 12 16)")
-      ->check(CLI::Range(1, 100));
+      ->check(CLI::Range(1, 100))
+      ->type_name("N");
   command
       ->add_option("--turnaround-ms", options->turnarounds_ms,
                    "Modem turnaround times T_t (default: 2 20)")
-      ->check(CLI::Range(1, 100));
+      ->check(CLI::Range(1, 100))
+      ->type_name("MS");
   command
       ->add_option("--server-delay-ms", options->server_delays_ms,
                    "Server delays D_s (default: 2 8)")
-      ->check(CLI::Range(0, 100));
+      ->check(CLI::Range(0, 100))
+      ->type_name("MS");
   CLI::Option* json = command->add_flag(
       "--json", options->json, "Run once, with the first of each list, and print one JSON object");
   command->add_option("--access", options->access, "How robots get to send (default: contention)")
@@ -257,45 +260,56 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->needs(json);
   command->add_option("--simple", options->simple, "With rounds: so many robots only contend")
       ->check(CLI::Range(0, 100))
-      ->needs(json);
+      ->needs(json)
+      ->type_name("N");
   command
       ->add_option("--hidden-pairs", options->hidden_pairs,
                    "Pairs of robots that do not hear each other")
       ->check(CLI::Range(0, 50))
-      ->needs(json);
+      ->needs(json)
+      ->type_name("N");
   command
       ->add_option("--frame-loss-percent", options->frame_loss_percent,
                    "Frames that each listener misses")
       ->check(CLI::Range(0.0, 100.0))
-      ->needs(json);
+      ->needs(json)
+      ->type_name("PERCENT");
   command
       ->add_option("--byte-error-percent", options->byte_error_percent,
                    "Bytes that each listener gets wrong")
       ->check(CLI::Range(0.0, 50.0))
-      ->needs(json);
+      ->needs(json)
+      ->type_name("PERCENT");
   command->add_option("--fail-safe-ms", options->fail_safe_ms, "Of the robots (default: 480)")
       ->check(CLI::Range(100, 30'000))
-      ->needs(json);
+      ->needs(json)
+      ->type_name("MS");
   command
       ->add_option("--period-ms", options->period_ms, "Between a robot's requests (default: 200)")
       ->check(CLI::Range(0, 30'000))
-      ->needs(json);
+      ->needs(json)
+      ->type_name("MS");
   command->add_flag("--together", options->together, "Switch all robots on at the same time")
       ->needs(json);
   command->add_option("--seed", options->seed, "Of the run that --json reports (default: 1)")
-      ->needs(json);
+      ->needs(json)
+      ->type_name("N");
   command->add_option("--baud", options->baud, "Baud rate of the channel (default: 9600)")
-      ->check(CLI::Range(1200, 115'200));
+      ->check(CLI::Range(1200, 115'200))
+      ->type_name("BAUD");
   command->add_option("--seeds", options->seeds, "Runs of each combination (default: 10)")
       ->check(CLI::Range(1, 1000))
-      ->excludes(json);
+      ->excludes(json)
+      ->type_name("N");
   command->add_option("--seconds", options->duration_s, "Measured time of each run (default: 60)")
-      ->check(Between(2.0, 36'000.0));
+      ->check(Between(2.0, 36'000.0))
+      ->type_name("S");
   command
       ->add_option("--out", options->out,
                    "Folder for channel.csv, rounds.csv, rounds-gaps.csv and air.csv, which grow "
                    "with each row")
-      ->excludes(json);
+      ->excludes(json)
+      ->type_name("FOLDER");
   command->footer(
       "C_1 is the request rate of a single robot limited by the modems alone. The bound is ideal "
       "slotted CSMA, or the offered load if that is less. A request counts as delivered if it is "
