@@ -13,8 +13,8 @@ import sys
 import tempfile
 import time
 
-import daemon_test
-from daemon_test import CONFIG, PATIENCE_S, PTY, Running
+import running_daemon
+from running_daemon import CONFIG, PATIENCE_S, PTY, Running
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
 from stranger.client import Client, Refused, open_terminal  # noqa: E402
@@ -51,7 +51,7 @@ def await_that(condition, what):
 
 
 def ctl(folder, *command):
-    program = pathlib.Path(daemon_test.PHEROMONED).with_name("pheromonectl")
+    program = pathlib.Path(running_daemon.PHEROMONED).with_name("pheromonectl")
     result = subprocess.run([program, *command], cwd=folder, text=True, capture_output=True,
                             timeout=PATIENCE_S, check=False)
     # Of a halt, 1 says that a robot was not seen to stand: this one only answers.
@@ -115,7 +115,7 @@ def run(folder, disk):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pheromoned", required=True)
-    daemon_test.PHEROMONED = str(pathlib.Path(parser.parse_args().pheromoned).resolve())
+    running_daemon.PHEROMONED = str(pathlib.Path(parser.parse_args().pheromoned).resolve())
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         disk = folder / "disk"

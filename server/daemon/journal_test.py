@@ -17,8 +17,8 @@ import sys
 import tempfile
 import unittest
 
-import daemon_test
-from daemon_test import CONFIG, PATIENCE_S, PTY, Running, ask, frame
+import running_daemon
+from running_daemon import CONFIG, PATIENCE_S, PTY, Running, ask, frame
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
 from stranger.client import Client, open_terminal  # noqa: E402
@@ -161,7 +161,7 @@ class JournalTest(unittest.TestCase):
 
     def test_two_servers_cannot_share_a_folder(self):
         server = self.start()
-        second = subprocess.run([daemon_test.PHEROMONED, "--config", "test.toml"], cwd=self.folder,
+        second = subprocess.run([running_daemon.PHEROMONED, "--config", "test.toml"], cwd=self.folder,
                                 text=True, capture_output=True, timeout=PATIENCE_S, check=False)
         self.assertEqual(second.returncode, 1)
         self.assertIn(f"journal: {self.folder}/state: in use by another server", second.stderr)
@@ -178,7 +178,7 @@ class JournalTest(unittest.TestCase):
         server = self.start()
         self.assertEqual(server.stop(), 0)
         self.config.write_text(text.replace("cell_m = 0.1", "cell_m = 0.2"))
-        refused = subprocess.run([daemon_test.PHEROMONED, "--config", "test.toml"],
+        refused = subprocess.run([running_daemon.PHEROMONED, "--config", "test.toml"],
                                  cwd=self.folder, text=True, capture_output=True,
                                  timeout=PATIENCE_S, check=False)
         self.assertEqual(refused.returncode, 2)
@@ -244,7 +244,7 @@ class JournalTest(unittest.TestCase):
                            (f'[capture]\nfolder = "{closed}"\nstart = true\n', closed)):
             self.config.write_text(PERMANENT + PTY + text)
             result = subprocess.run(
-                [daemon_test.PHEROMONED, "--config", "test.toml"], cwd=self.folder, text=True,
+                [running_daemon.PHEROMONED, "--config", "test.toml"], cwd=self.folder, text=True,
                 capture_output=True, timeout=PATIENCE_S, check=False,
                 env={"STATE_DIRECTORY": str(kept)}, **other)
             self.assertEqual(result.returncode, 2, result.stderr)
@@ -317,7 +317,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pheromoned", required=True)
     arguments, rest = parser.parse_known_args()
-    daemon_test.PHEROMONED = str(pathlib.Path(arguments.pheromoned).resolve())
+    running_daemon.PHEROMONED = str(pathlib.Path(arguments.pheromoned).resolve())
     unittest.main(argv=[sys.argv[0], *rest])
 
 

@@ -18,7 +18,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "server/daemon"))
-import daemon_test  # noqa: E402
+import running_daemon  # noqa: E402
 
 BIN = pathlib.Path()
 PATIENCE_S = 60
@@ -32,11 +32,11 @@ class Folder(unittest.TestCase):
         self.addCleanup(temporary.cleanup)
         self.folder = pathlib.Path(temporary.name)
         (self.folder / "test.toml").write_text(
-            daemon_test.CONFIG + daemon_test.PTY + '[journal]\nfolder = "state"\n')
+            running_daemon.CONFIG + running_daemon.PTY + '[journal]\nfolder = "state"\n')
         self.good("map", "export", "a.npy")
 
     def serve(self):
-        server = daemon_test.Running(self.folder, "--config", "test.toml")
+        server = running_daemon.Running(self.folder, "--config", "test.toml")
         self.addCleanup(server.__exit__)
         server.await_log("control: ")
         return server
@@ -228,7 +228,7 @@ class FilesTest(Folder):
 def main():
     global BIN
     BIN = pathlib.Path(sys.argv.pop(1)).resolve()
-    daemon_test.PHEROMONED = BIN / "pheromoned"
+    running_daemon.PHEROMONED = BIN / "pheromoned"
     unittest.main()
 
 

@@ -18,7 +18,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "server/daemon"), str(ROOT / "proto_tests")]
-import daemon_test  # noqa: E402
+import running_daemon  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
 
 BIN = pathlib.Path()
@@ -31,8 +31,9 @@ class JournalTest(unittest.TestCase):
         self.addCleanup(self.temporary.cleanup)
         self.folder = pathlib.Path(self.temporary.name)
         (self.folder / "test.toml").write_text(
-            daemon_test.CONFIG.replace("tau_s = 30.0", "tau_s = 0") + daemon_test.PTY + '[journal]\nfolder = "state"\n')
-        self.server = daemon_test.Running(self.folder, "--config", "test.toml")
+            running_daemon.CONFIG.replace("tau_s = 30.0", "tau_s = 0") + running_daemon.PTY
+            + '[journal]\nfolder = "state"\n')
+        self.server = running_daemon.Running(self.folder, "--config", "test.toml")
         self.addCleanup(self.server.__exit__)
         self.server.await_log("ready")
         robot = Client(open_terminal(self.folder / "radio-a.pty"), 7, timeout=30)
@@ -133,7 +134,7 @@ class JournalTest(unittest.TestCase):
 
     def field_of(self, config):
         """What lies on the map at a start with this configuration: sorted (column, row, level)."""
-        with daemon_test.Running(self.folder, "--config", config, "--save-field",
+        with running_daemon.Running(self.folder, "--config", config, "--save-field",
                                  str(self.folder / "saved.field")) as server:
             server.await_log("ready")
             self.assertEqual(server.stop(signal.SIGTERM), 0)
@@ -158,14 +159,14 @@ intensity = 0.125
         coarse = self.field_of("test.toml")
         self.assertIn((10, 10, 64), coarse)
         self.assertGreater(len(coarse), 2)
-        with daemon_test.Running(self.folder, "--config", "fine.toml") as server:
+        with running_daemon.Running(self.folder, "--config", "fine.toml") as server:
             self.assertEqual(server.end(), 2)
             self.assertIn("pheromonectl journal resample", server.log)
         told = self.call("resample", "--config", "fine.toml", "state").stdout
         self.assertIn(f"state: {len(coarse) - 1} nodes with pheromone, 0 dropped off the map", told)
         self.assertEqual(self.field_of("fine.toml"),
                          [(2 * column, 2 * row, level) for column, row, level in coarse])
-        with daemon_test.Running(self.folder, "--config", "fine.toml") as server:
+        with running_daemon.Running(self.folder, "--config", "fine.toml") as server:
             server.await_log("ready")
             undone = subprocess.run([BIN / "pheromonectl", "--socket", "pheromoned.sock", "undo"],
                                     cwd=self.folder, capture_output=True, text=True)
@@ -188,5 +189,5 @@ intensity = 0.125
 
 if __name__ == "__main__":
     BIN = pathlib.Path(sys.argv.pop(1)).resolve()
-    daemon_test.PHEROMONED = str(BIN / "pheromoned")
+    running_daemon.PHEROMONED = str(BIN / "pheromoned")
     unittest.main()

@@ -18,7 +18,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 sys.path[:0] = [str(ROOT / "server/daemon"), str(ROOT / "proto_tests")]
-import daemon_test  # noqa: E402
+import running_daemon  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
 from stranger.wire import crc16  # noqa: E402
 
@@ -148,11 +148,11 @@ class LiveNetTest(unittest.TestCase):
         self.folder = pathlib.Path(self.temporary.name)
         shutil.copytree(ROOT / "deploy/examples/nets", self.folder / "nets")
         tags = "".join(f'[[tag]]\nname = "{name}"\nx_m = 5\ny_m = 5\n' for name in NAMES)
-        (self.folder / "test.toml").write_text(daemon_test.CONFIG + daemon_test.PTY + tags + NET)
+        (self.folder / "test.toml").write_text(running_daemon.CONFIG + running_daemon.PTY + tags + NET)
         self.start()
 
     def start(self):
-        self.server = daemon_test.Running(self.folder, "--config", "test.toml")
+        self.server = running_daemon.Running(self.folder, "--config", "test.toml")
         self.addCleanup(self.server.__exit__)
         self.server.await_log("ready")
         await_that(lambda: self.net()["firings"] or self.has_signs("Src"))
@@ -292,5 +292,5 @@ def await_that(condition):
 
 if __name__ == "__main__":
     BIN = pathlib.Path(sys.argv.pop(1)).resolve()
-    daemon_test.PHEROMONED = BIN / "pheromoned"
+    running_daemon.PHEROMONED = BIN / "pheromoned"
     unittest.main()

@@ -15,7 +15,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 sys.path[:0] = [str(ROOT / "server/daemon"), str(ROOT / "proto_tests")]
-import daemon_test  # noqa: E402
+import running_daemon  # noqa: E402
 from stranger import wire  # noqa: E402
 from stranger.client import Client, Refused, open_terminal  # noqa: E402
 
@@ -48,11 +48,11 @@ class TagsTest(unittest.TestCase):
         self.temporary = tempfile.TemporaryDirectory()
         self.addCleanup(self.temporary.cleanup)
         self.folder = pathlib.Path(self.temporary.name)
-        (self.folder / "test.toml").write_text(daemon_test.CONFIG + daemon_test.PTY + TAGS)
+        (self.folder / "test.toml").write_text(running_daemon.CONFIG + running_daemon.PTY + TAGS)
         self.start()
 
     def start(self):
-        self.server = daemon_test.Running(self.folder, "--config", "test.toml")
+        self.server = running_daemon.Running(self.folder, "--config", "test.toml")
         self.addCleanup(self.server.__exit__)
         self.server.await_log("ready")
 
@@ -355,5 +355,5 @@ class TagsTest(unittest.TestCase):
 
 if __name__ == "__main__":
     BIN = pathlib.Path(sys.argv.pop(1)).resolve()
-    daemon_test.PHEROMONED = BIN / "pheromoned"
+    running_daemon.PHEROMONED = BIN / "pheromoned"
     unittest.main()
