@@ -1,7 +1,6 @@
 #include "server/core/field/edit_history.h"
 
 #include <algorithm>
-#include <cassert>
 #include <utility>
 
 #include "server/base/hash.h"

@@ -28,6 +28,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "server/base/bytes.h"
@@ -86,7 +87,6 @@ class EditHistory {
   EditHistory& operator=(const EditHistory&) = delete;
   ~EditHistory() = default;
 
-  bool empty() const { return entries_.empty(); }
   /// The edit that undo or redo would take; null: there is none.
   const Entry* Next(bool redo) const;
   Entry* Next(bool redo) { return const_cast<Entry*>(std::as_const(*this).Next(redo)); }
