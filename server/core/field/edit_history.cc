@@ -19,7 +19,7 @@ const EditHistory::Entry* EditHistory::Next(bool redo) const {
 void EditHistory::SetLimit(uint64_t bytes) {
   budget_.limit_bytes = bytes;
   while (!entries_.empty() && budget_.used_bytes > bytes) {
-    DropFirst();
+    done_ != 0 ? DropFirst() : DropLast();
   }
 }
 
@@ -31,8 +31,8 @@ EditHistory::Entry* EditHistory::Open(const EditInfo& info, uint64_t continues) 
   if (IsLast(info.id) || IsLast(continues)) {
     return &entries_.back();
   }
-  for (; entries_.size() > done_; entries_.pop_back()) {
-    Release(&entries_.back());
+  while (entries_.size() > done_) {
+    DropLast();
   }
   if (entries_.size() == kMaxEdits) {
     DropFirst();
@@ -105,6 +105,11 @@ void EditHistory::DropFirst() {
     --done_;
     ++forgotten_;
   }
+}
+
+void EditHistory::DropLast() {
+  Release(&entries_.back());
+  entries_.pop_back();
 }
 
 void EditHistory::Forget(uint8_t type) {

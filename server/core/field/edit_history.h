@@ -94,7 +94,7 @@ class EditHistory {
   uint64_t forgotten() const { return forgotten_; }
   uint64_t used_bytes() const { return budget_.used_bytes; }
   uint64_t limit_bytes() const { return budget_.limit_bytes; }
-  /// Forgets what does not fit.
+  /// Forgets what does not fit: what was done first, then what would be redone last.
   void SetLimit(uint64_t bytes);
 
   /// Records a node's state before it is changed by an edit, unless a part of the edit has recorded
@@ -197,6 +197,7 @@ class EditHistory {
   std::unique_ptr<CellMap> MakeCells();
   void Release(Entry* entry);
   void DropFirst();
+  void DropLast();  // of those that are undone
   bool IsLast(uint64_t id) const {
     return id != 0 && !entries_.empty() && done_ == entries_.size() &&
            entries_.back().info.id == id;

@@ -311,6 +311,27 @@ TEST(Undo, TheOldestAreForgottenWhenMemoryIsShort) {
   EXPECT_FALSE(field.CheckReverse(false).ok());
 }
 
+// A redo leads from the map that the edits before it left: these must stay.
+TEST(Undo, OfUndoneEditsTheLastIsForgottenFirstWhenTheLimitIsLowered) {
+  FieldConfig config = LargeConfig();
+  Field field(config);
+  Make(&field, 1, EditOf(Shape::kStroke, Action::kSet), 0);
+  const auto first = Levels(field, 0);
+  Make(&field, 2, EditOf(Shape::kAll, Action::kSet), 0);
+  Reverse(&field, false, 0);
+  Reverse(&field, false, 0);
+  config.memory_bytes = 1'400'000;  // a quarter holds the first edit, not the second
+  field.BeginReconfigure(3, std::make_shared<const FieldConfig>(config),
+                         std::make_shared<const LayPlan>(), 4);
+  Complete(&field, 5);
+  EXPECT_EQ(field.history().forgotten(), 0u);  // of those that could be undone
+  ASSERT_TRUE(field.CheckReverse(true).ok());
+  Reverse(&field, true, 5);
+  EXPECT_EQ(Levels(field, 5), first);
+  EXPECT_EQ(field.CheckReverse(true).ErrorOr(""), "nothing to redo");
+  EXPECT_EQ(HashFromADump(field), field.hash());
+}
+
 TEST(Undo, OfAnErasureNeedsMemoryForAllOfIt) {
   FieldConfig config = LargeConfig();
   config.pheromones.push_back(TrailLaw());
