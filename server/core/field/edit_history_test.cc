@@ -218,6 +218,41 @@ TEST(Undo, IsMadeInPortionsBetweenWhichRobotsDepositAndAServerRestarts) {
   EXPECT_EQ(HashFromADump(*field), field->hash());
 }
 
+// One portion does not become as many as there are pheromones with a few nodes each.
+TEST(Undo, OfManyPheromonesIsMadeInPortionsToo) {
+  FieldConfig config = LargeConfig();
+  config.pheromones.assign(15, config.pheromones[0]);
+  for (size_t i = 0; i < config.pheromones.size(); ++i) {
+    config.pheromones[i].type = static_cast<uint8_t>(i + 1);
+  }
+  std::vector<InitialNode> nodes;
+  for (int32_t place = 0; place < 3'000; ++place) {
+    nodes.push_back({{place % 300, place / 300}, 64});
+  }
+  Field field(config);
+  FieldConfig next = config;
+  for (const PheromoneLaw& law : config.pheromones) {
+    next.initial_rasters.push_back({law.type, Shared(std::vector(nodes))});
+  }
+  field.BeginReconfigure(7, std::make_shared<const FieldConfig>(next),
+                         std::make_shared<const LayPlan>(PlanLaying(config, next)), 4);
+  Complete(&field, 5);
+  const size_t all = 15 * nodes.size();
+  ASSERT_EQ(field.node_count(), all);
+  constexpr size_t kMost = size_t{Field::kNodesOfPortion} + 1024;  // it ends with a row of 16 tiles
+  for (const bool redo : {false, true}) {
+    field.BeginReverse(8, redo, 5);
+    size_t portions = 1;
+    for (; field.busy(); ++portions) {
+      const size_t before = field.node_count();
+      field.Advance(5);
+      EXPECT_LE(std::max(before, field.node_count()) - std::min(before, field.node_count()), kMost);
+    }
+    EXPECT_EQ(field.node_count(), redo ? all : 0);
+    EXPECT_GE(portions, 2 * all / kMost);  // they are counted, too
+  }
+}
+
 TEST(Undo, TakesBackTheLastEditsOneByOne) {
   Field field(TrailConfig());
   std::vector<std::map<NodeIndex, uint32_t>> maps = {Levels(field, 0)};

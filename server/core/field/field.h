@@ -328,8 +328,18 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   bool ApplyReverse(Work* work, uint64_t now_ms);
   bool ApplyPlan(Work* work, uint64_t now_ms);
   bool EraseRecorded(Work* work, uint64_t now_ms);
+  static constexpr int64_t kWorkOfNode = 64;
+  uint64_t RowsOfTiles() const {
+    return static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
+  }
   template <typename HasTiles, typename VisitRow>
-  bool VisitRows(uint64_t* position, HasTiles&& has_tiles, VisitRow&& visit_row) const;
+  bool VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
+                 VisitRow&& visit_row) const;
+  template <typename Visit, typename EndSheet>
+  bool VisitSheets(EditHistory::Entry* entry, uint64_t* position, Visit&& visit,
+                   EndSheet&& end_sheet) const;
+  uint64_t BytesMissing(const PheromoneLaw& law, TileIndex tile, bool leaf_counted,
+                        bool top_counted) const;
   NodeState StateOf(const PheromoneLaw& law, NodeIndex node, uint64_t now_ms) const;
   static uint32_t LevelOfState(const PheromoneLaw& law, NodeState state, uint64_t now_ms);
   void Replace(Work* work, const PheromoneLaw& law, NodeIndex node, NodeState before,

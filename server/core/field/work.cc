@@ -281,6 +281,14 @@ void Field::Finish(Status outcome) {
   works_.pop_front();
 }
 
+uint64_t Field::BytesMissing(const PheromoneLaw& law, TileIndex tile, bool leaf_counted,
+                             bool top_counted) const {
+  const auto its = [&](const auto& layer) {
+    return layer.BytesMissing(tile.column, tile.row, leaf_counted, top_counted);
+  };
+  return law.diffuses() ? its(*layers_.diffusing[law.type]) : its(*layers_.cells[law.type]);
+}
+
 // True once the memory for the complete edit is reserved. False: not yet, or the edit has failed
 // for lack of memory.
 bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
@@ -288,9 +296,8 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
     work->phase = Work::Phase::kApply;
     return true;
   }
-  const uint8_t type = work->edit.type;
+  const PheromoneLaw& law = *FindLaw(work->edit.type);
   const std::vector<TileIndex>& tiles = work->raster->tiles;
-  const bool diffuses = FindLaw(type)->diffuses();
   const auto leaf_of = [](TileIndex tile) {
     return std::pair(tile.column / kLeafSide, tile.row / kLeafSide);
   };
@@ -300,10 +307,7 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
     const bool leaf_counted =
         work->counted > 0 && leaf_of(tiles[work->counted - 1]) == leaf_of(tile);
     const bool top_counted = work->missing_bytes != 0;
-    work->missing_bytes += diffuses ? layers_.diffusing[type]->BytesMissing(
-                                          tile.column, tile.row, leaf_counted, top_counted)
-                                    : layers_.cells[type]->BytesMissing(tile.column, tile.row,
-                                                                        leaf_counted, top_counted);
+    work->missing_bytes += BytesMissing(law, tile, leaf_counted, top_counted);
   }
   if (work->counted < tiles.size()) {
     return false;
@@ -331,85 +335,93 @@ bool Field::ReserveCounted(Work* work, uint64_t now_ms) {
   return false;
 }
 
-// Calls `visit_row(leaf, row)` for rows of tiles from number `*position` on, until it has returned
-// kNodesOfPortion nodes. True if there are no more.
+// Calls `visit_row(leaf, row)` for rows of tiles from number `*position` on, as far as what is left
+// of the portion goes: it returns how many nodes it visited. True if there are no more.
 template <typename HasTiles, typename VisitRow>
-bool Field::VisitRows(uint64_t* position, HasTiles&& has_tiles, VisitRow&& visit_row) const {
-  constexpr int kRow = 16;  // of the work for a node, in 64ths
-  int64_t left = int64_t{kNodesOfPortion} * 64;
-  const auto end = static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
+bool Field::VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
+                      VisitRow&& visit_row) const {
+  constexpr int kRow = kWorkOfNode / 4;
+  const uint64_t end = RowsOfTiles();
   while (*position < end) {
-    if (left <= 0) {
+    if (*left <= 0) {
       return false;
     }
     const auto leaf = static_cast<int32_t>(*position / kLeafSide);
     if (!has_tiles(leaf)) {
       *position = (*position / kLeafSide + 1) * kLeafSide;
-      left -= 1;
+      *left -= 1;
       continue;
     }
-    left -= kRow + int64_t{64} * visit_row(leaf, static_cast<int32_t>(*position % kLeafSide));
+    *left -= kRow + kWorkOfNode * visit_row(leaf, static_cast<int32_t>(*position % kLeafSide));
     ++*position;
   }
   return true;
 }
 
-// The tiles of nodes that get something back.
-bool Field::ReserveForReverse(Work* work, uint64_t now_ms) {
-  const EditHistory::Entry& entry = *history_.Next(work->kind == Work::Kind::kRedo);
-  const auto rows = static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
-  while (work->counted < rows * entry.sheets.size()) {
-    const EditHistory::Sheet& sheet = entry.sheets[work->counted / rows];
+// Calls `visit(sheet, law, leaf, node, other)` for one portion of an edit's nodes: from row of
+// tiles number `*position` on, counted through all sheets. `end_sheet()` after each of these: if it
+// returns false, nothing more is done. True if there are no more.
+template <typename Visit, typename EndSheet>
+bool Field::VisitSheets(EditHistory::Entry* entry, uint64_t* position, Visit&& visit,
+                        EndSheet&& end_sheet) const {
+  const uint64_t rows = RowsOfTiles();
+  int64_t left = kNodesOfPortion * kWorkOfNode;
+  while (*position < rows * entry->sheets.size()) {
+    EditHistory::Sheet& sheet = entry->sheets[*position / rows];
     const PheromoneLaw& law = *FindLaw(sheet.type);
-    uint64_t position = work->counted % rows;
-    int32_t counted_leaf = -1;
-    TileIndex counted{-1, -1};
+    const uint64_t first = *position % rows;
+    uint64_t row = first;
     const bool all = VisitRows(
-        &position, [&](int32_t leaf) { return sheet.cells->tiles_in_leaf(leaf) != 0; },
-        [&](int32_t leaf, int32_t row) {
-          return EditHistory::VisitRow(sheet, leaf, row, [&](NodeIndex node, NodeState other) {
-            const TileIndex tile{node.column / kTileSide, node.row / kTileSide};
-            if (tile == counted || LevelOfState(law, other, now_ms) == 0) {
-              return;
-            }
-            counted = tile;
-            const bool leaf_counted = std::exchange(counted_leaf, leaf) == leaf;
-            work->missing_bytes += law.diffuses()
-                                       ? layers_.diffusing[law.type]->BytesMissing(
-                                             tile.column, tile.row, leaf_counted, leaf_counted)
-                                       : layers_.cells[law.type]->BytesMissing(
-                                             tile.column, tile.row, leaf_counted, leaf_counted);
+        &row, &left, [&](int32_t leaf) { return sheet.cells->tiles_in_leaf(leaf) != 0; },
+        [&](int32_t leaf, int32_t leaf_row) {
+          return EditHistory::VisitRow(sheet, leaf, leaf_row, [&](NodeIndex node, NodeState other) {
+            visit(&sheet, law, leaf, node, other);
           });
         });
-    work->counted += all ? rows - work->counted % rows : position - work->counted % rows;
-    if (!all) {
+    *position += row - first;
+    if (!all || !end_sheet()) {
       return false;
     }
   }
-  return ReserveCounted(work, now_ms);
+  return true;
+}
+
+// The tiles of nodes that get something back. True once the memory for all of them is reserved.
+bool Field::ReserveForReverse(Work* work, uint64_t now_ms) {
+  int32_t counted_leaf = -1;
+  TileIndex counted{-1, -1};
+  const auto count = [&](const EditHistory::Sheet*, const PheromoneLaw& law, int32_t leaf,
+                         NodeIndex node, NodeState other) {
+    const TileIndex tile{node.column / kTileSide, node.row / kTileSide};
+    if (tile == counted || LevelOfState(law, other, now_ms) == 0) {
+      return;
+    }
+    counted = tile;
+    const bool leaf_counted = std::exchange(counted_leaf, leaf) == leaf;
+    work->missing_bytes += BytesMissing(law, tile, leaf_counted, leaf_counted);
+  };
+  const auto end_sheet = [&] {
+    counted_leaf = -1;
+    counted = {-1, -1};
+    return true;
+  };
+  return VisitSheets(history_.Next(work->kind == Work::Kind::kRedo), &work->counted, count,
+                     end_sheet) &&
+         ReserveCounted(work, now_ms);
 }
 
 // Exchanges the states of the edit's nodes on both sides of it.
 bool Field::ApplyReverse(Work* work, uint64_t now_ms) {
-  EditHistory::Entry& entry = *history_.Next(work->kind == Work::Kind::kRedo);
-  const auto rows = static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
   budget_.reservation = &work->reserved_bytes;
-  bool all = true;
-  while (all && work->done < rows * entry.sheets.size()) {
-    EditHistory::Sheet& sheet = entry.sheets[work->done / rows];
-    const PheromoneLaw& law = *FindLaw(sheet.type);
-    uint64_t position = work->done % rows;
-    all = VisitRows(
-        &position, [&](int32_t leaf) { return sheet.cells->tiles_in_leaf(leaf) != 0; },
-        [&](int32_t leaf, int32_t row) {
-          return EditHistory::VisitRow(sheet, leaf, row, [&](NodeIndex node, NodeState other) {
-            const NodeState present = StateOf(law, node, now_ms);
-            EditHistory::Exchange(&sheet, node, present);
-            Replace(work, law, node, present, other, now_ms);
-          });
-        });
-    work->done += all ? rows - work->done % rows : position - work->done % rows;
-  }
+  const bool all = VisitSheets(
+      history_.Next(work->kind == Work::Kind::kRedo), &work->done,
+      [&](EditHistory::Sheet* sheet, const PheromoneLaw& law, int32_t /*leaf*/, NodeIndex node,
+          NodeState other) {
+        const NodeState present = StateOf(law, node, now_ms);
+        EditHistory::Exchange(sheet, node, present);
+        Replace(work, law, node, present, other, now_ms);
+      },
+      [] { return true; });
   budget_.reservation = nullptr;
   return all;
 }
@@ -476,10 +488,11 @@ bool Field::EraseRecorded(Work* work, uint64_t now_ms) {
     EraseAll(type);
     return true;
   }
+  int64_t left = kNodesOfPortion * kWorkOfNode;
   const auto erase = [&](NodeIndex node) { SetForEdit(work, law, node, 0, now_ms); };
   if (!law.diffuses()) {
     return VisitRows(
-        &work->done, [&](int32_t leaf) { return cells.tiles_in_leaf(leaf) != 0; },
+        &work->done, &left, [&](int32_t leaf) { return cells.tiles_in_leaf(leaf) != 0; },
         [&](int32_t leaf, int32_t row) {
           int nodes = 0;
           cells.ForEachInLeafRow(leaf, row, [&](NodeIndex node, NodeState) {
@@ -492,7 +505,7 @@ bool Field::EraseRecorded(Work* work, uint64_t now_ms) {
   const DiffusionLayer& layer = *layers_.diffusing[type];
   const int32_t leaf_columns = cells.leaf_columns();
   return VisitRows(
-      &work->done, [&](int32_t) { return !layer.empty(); },
+      &work->done, &left, [&](int32_t) { return !layer.empty(); },
       [&](int32_t leaf, int32_t row) {
         int nodes = 0;
         for (int32_t i = 0; i < kLeafSide; ++i) {
