@@ -491,6 +491,44 @@ TEST(Undo, OfAPheromoneThatDiffusesPutsBackTheContentsFromBefore) {
   EXPECT_EQ(field->LevelOf(1, node, 3'000), 8u * 64);  // 3 + 7, at most 8
 }
 
+// Two paths through many leaves are erased where the map has no memory to spare: it is enough to
+// put them back, for the table of each type is needed once.
+TEST(Undo, OfAnErasureOfPheromonesThatDiffuseNeedsTheMemoryThatItReleased) {
+  FieldConfig config = LargeConfig();
+  config.map.width_um = config.map.height_um = 12'000'000;  // 5 x 5 leaves
+  config.pheromones[0].evaporation = Evaporation::kExponential;
+  config.pheromones[0].tau_ms = 30'000;
+  config.pheromones[0].diffusion = {8'000, 1'000, 0xFF00'0000, 512};
+  config.pheromones.resize(3, config.pheromones[0]);
+  config.pheromones[1].type = 2;
+  config.pheromones[2] = TrailLaw();
+  config.pheromones[2].type = 3;
+  config.pheromones[2].tau_ms = 0;
+  const FieldConfig without = config;
+  for (const uint8_t type : {uint8_t{1}, uint8_t{2}}) {
+    config.paths.push_back({type, 3, false, {{0, 6'000'000}, {12'000'000, 6'000'000}}});
+  }
+  FieldEdit ballast = EditOf(Shape::kAll, Action::kSet);  // a quarter holds the edit
+  ballast.type = 3;
+  Field measured(config);
+  ASSERT_TRUE(measured.Edit(ballast, 0).ok());
+  const auto before = std::pair(Levels(measured, 0, 1), Levels(measured, 0, 2));
+  config.memory_bytes = measured.used_bytes();
+
+  Field field(config);
+  ASSERT_TRUE(field.Edit(ballast, 0).ok());
+  FieldConfig next = without;
+  next.memory_bytes = config.memory_bytes;
+  field.BeginReconfigure(7, std::make_shared<const FieldConfig>(next),
+                         std::make_shared<const LayPlan>(PlanLaying(config, next)), 0);
+  EXPECT_EQ(Complete(&field, 1).edit, 7u);
+  ASSERT_TRUE(Levels(field, 1, 1).empty() && Levels(field, 1, 2).empty());
+  const FinishedWork undone = Reverse(&field, false, 1);
+  EXPECT_TRUE(undone.outcome.ok()) << undone.outcome.ErrorOr("");
+  EXPECT_EQ(std::pair(Levels(field, 1, 1), Levels(field, 1, 2)), before);
+  EXPECT_EQ(field.used_bytes(), config.memory_bytes);
+}
+
 // A frozen copy has the edits as they were, whatever happens to them meanwhile.
 TEST(Undo, AFrozenCopyHasTheEdits) {
   Random random(6);

@@ -306,20 +306,23 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
     const TileIndex tile = tiles[work->counted];
     const bool leaf_counted =
         work->counted > 0 && leaf_of(tiles[work->counted - 1]) == leaf_of(tile);
-    const bool top_counted = work->missing_bytes != 0;
-    work->missing_bytes += BytesMissing(law, tile, leaf_counted, top_counted);
+    work->missing_bytes += BytesMissing(law, tile, leaf_counted, work->missing_bytes != 0);
   }
   if (work->counted < tiles.size()) {
     return false;
   }
-  return ReserveCounted(work, now_ms);
+  if (!ReserveCounted(work, now_ms)) {
+    return false;
+  }
+  work->phase = Work::Phase::kApply;
+  return true;
 }
 
-// Reserves what was counted; true if it is there.
+// Reserves what was counted. False: there is no memory, and all is counted again, or the edit has
+// failed.
 bool Field::ReserveCounted(Work* work, uint64_t now_ms) {
   if (budget_.Take(work->missing_bytes)) {
-    work->reserved_bytes = work->missing_bytes;
-    work->phase = Work::Phase::kApply;
+    work->reserved_bytes += std::exchange(work->missing_bytes, 0);
     return true;
   }
   if (!work->swept) {
@@ -327,6 +330,7 @@ bool Field::ReserveCounted(Work* work, uint64_t now_ms) {
     // Some of the counted tiles may have been removed: count again.
     work->counted = 0;
     work->missing_bytes = 0;
+    budget_.Give(std::exchange(work->reserved_bytes, 0));
     if (SweepPortion(now_ms, kTilesAtOnce)) {
       return false;
     }
@@ -398,16 +402,20 @@ bool Field::ReserveForReverse(Work* work, uint64_t now_ms) {
     }
     counted = tile;
     const bool leaf_counted = std::exchange(counted_leaf, leaf) == leaf;
-    work->missing_bytes += BytesMissing(law, tile, leaf_counted, leaf_counted);
+    work->missing_bytes += BytesMissing(law, tile, leaf_counted, work->missing_bytes != 0);
   };
+  // Reserved by type, so that it shows whether a type's table is counted.
   const auto end_sheet = [&] {
     counted_leaf = -1;
     counted = {-1, -1};
-    return true;
+    return ReserveCounted(work, now_ms);
   };
-  return VisitSheets(history_.Next(work->kind == Work::Kind::kRedo), &work->counted, count,
-                     end_sheet) &&
-         ReserveCounted(work, now_ms);
+  if (!VisitSheets(history_.Next(work->kind == Work::Kind::kRedo), &work->counted, count,
+                   end_sheet)) {
+    return false;
+  }
+  work->phase = Work::Phase::kApply;
+  return true;
 }
 
 // Exchanges the states of the edit's nodes on both sides of it.
