@@ -103,6 +103,11 @@ class EditHistory {
   /// forgotten; do not record the rest of it.
   bool Record(const EditInfo& info, uint64_t continues, const PheromoneLaw& law, NodeIndex node,
               NodeState before);
+  /// The same for an edit that is known to be too large, instead of recording any of it.
+  void Refuse(uint64_t id, uint64_t continues) {
+    forgotten_ += IdOf(id, continues) == 0 ? 1u : 0u;
+    ForgetAll();
+  }
   /// The ID under which an edit is recorded; 0 if it is not.
   uint64_t IdOf(uint64_t id, uint64_t continues) const;
 

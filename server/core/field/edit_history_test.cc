@@ -329,7 +329,23 @@ TEST(Undo, AnEditThatIsTooLargeIsMadeAndAllIsForgotten) {
   EXPECT_EQ(erased.edit, 0u);
   EXPECT_EQ(field.node_count(), 0u);
   EXPECT_EQ(field.history().used_bytes(), 0u);
+  EXPECT_EQ(field.history().forgotten(), 3u);
   EXPECT_EQ(HashFromADump(field), field.hash());
+}
+
+// Which was counted when it began, and is forgotten as one.
+TEST(Undo, AnErasureThatIsTooLargeAndContinuesAnEditIsForgottenOnce) {
+  FieldConfig config = LargeConfig();
+  config.memory_bytes = 1'400'000;
+  Field field(config);
+  ASSERT_EQ(Make(&field, 1, EditOf(Shape::kAll, Action::kSet), 0).edit, 0u);
+  ASSERT_EQ(field.history().forgotten(), 1u);
+  ASSERT_EQ(Make(&field, 2, EditOf(Shape::kStroke, Action::kErase), 0).edit, 2u);
+  FieldEdit rest = EditOf(Shape::kAll, Action::kErase);
+  rest.continues = 2;
+  EXPECT_EQ(Make(&field, 3, rest, 0).edit, 0u);
+  EXPECT_EQ(field.node_count(), 0u);
+  EXPECT_EQ(field.history().forgotten(), 2u);
 }
 
 TEST(Undo, TheOldestAreForgottenWhenMemoryIsShort) {

@@ -483,14 +483,15 @@ void Field::SetForEdit(Work* work, const PheromoneLaw& law, NodeIndex node, uint
   Replace(work, law, node, before, next, now_ms);
 }
 
-// Erases what there is. What is too much to be recorded is erased at once.
+// Erases what there is. What is too much to be recorded is erased at once, unless it diffuses: then
+// it shows only on the way.
 bool Field::EraseRecorded(Work* work, uint64_t now_ms) {
   const uint8_t type = work->edit.type;
   const PheromoneLaw& law = *FindLaw(type);
   CellMap& cells = *layers_.cells[type];
   if (work->done == 0 && !law.diffuses() &&
       cells.tile_count() * CellMap::kTileBytes > history_.limit_bytes()) {
-    history_.ForgetAll();
+    history_.Refuse(work->id, work->edit.continues);
     work->is_recorded = false;
     work->changed = cells.node_count();
     EraseAll(type);
