@@ -295,6 +295,14 @@ def sessions():
 
 # --- What stands in files.
 
+VERSION = b"\2"  # of events and states
+
+
+def logged(kind, data):
+    """An event."""
+    return VERSION + bytes([kind]) + data
+
+
 def text(value):
     return struct.pack("<I", len(value)) + value
 
@@ -390,16 +398,21 @@ def robot(number, answer=b"\x01\xa1\x01\x01", outcome=0, code=1, sent=0, rest=b"
 def states():
     """(name, the beginning of a state). None has its hash, so none is valid."""
 
-    def state(*links, broadcasts=(), after=b""):
-        return (b"\1" + config() + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
-                many(*links) + after)
+    nothing = b"\0" + bytes(4) + bytes(4) + bytes(40) + bytes(8)  # of a type
+    no_edits = struct.pack("<QII", 0, 0, 0)
+    sweep = struct.pack("<BiQQQ", 1, 0, 0, 0, 0)
+    no_changes = b"\0" + many()
+    field = 15 * nothing + no_edits + sweep + no_changes
+
+    def state(*links, broadcasts=(), field=field):
+        no_nets, no_tags = many(), many() + many() + many()
+        return (VERSION + config() + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
+                many(*links) + field + no_nets + no_tags + bytes(8))
 
     def link(name, *robots):
         return text(name) + many(*robots)
 
     seen = b"\1" + bytes([1, 4, 3, 5, 0]) + b"\1" + struct.pack("<qqHQ", 1, 2, 3, 4) + b"\0"
-    nothing = b"\0" + bytes(4) + bytes(4) + bytes(40) + bytes(8)  # of a type
-    sweep = struct.pack("<BiQQQ", 1, 0, 0, 0, 0)
     yield "version", b"\7"
     yield "robots", state(link(b"radio-a", robot(1, outcome=1), robot(2, rest=seen)), link(b"x"))
     yield "broadcast", state(broadcasts=[struct.pack("<HBBQ", 1, 0, 2, 5)])
@@ -408,29 +421,41 @@ def states():
     yield "robots_out_of_order", state(link(b"b", robot(2), robot(2)))
     yield "command", state(link(b"b", robot(2, code=77)))
     yield "answer", state(link(b"b", robot(2, answer=b"\1\1\xff")))
-    yield "no_pheromone", state(after=15 * nothing + sweep + bytes(8))
-    yield "no_sweep", state(after=15 * nothing + bytes(29) + bytes(8))
-    tile = struct.pack("<BIIBQQ", 1, 1, 0, 0, 1, (64 << 42) | 500)
-    yield "node", state(after=tile + nothing[5:] + 14 * nothing + sweep + bytes(8))
+    yield "no_pheromone", state()
+    yield "no_sweep", state(field=15 * nothing + no_edits + bytes(29) + no_changes)
+    cells = b"\1" + many(struct.pack("<IBQQ", 0, 0, 1, (64 << 42) | 500))
+    node = cells + nothing[5:]
+    yield "node", state(field=node + 14 * nothing + no_edits + sweep + no_changes)
+    info = struct.pack("<QqBBBB", 3, 0, 0, 1, 0, 0)
+    edit = struct.pack("<QII", 2, 1, 1) + info + many(b"\1" + cells)
+    yield "edit", state(field=node + 14 * nothing + edit + sweep + no_changes)
+    undoing = struct.pack("<QBBQQBQQqBQ", 4, 2, 1, 0, 0, 0, 16, 0, 0, 1, 0)
+    yield "undoing", state(field=15 * nothing + edit + sweep + b"\0" + many(undoing))
+    yield "undoing_of_nothing", state(field=15 * nothing + no_edits + sweep + b"\0" + many(undoing))
 
 
 def events():
     """(name, event), of each kind, and of none."""
+    point = struct.pack("<qq", 1, 2)
     for kind, data in enumerate([
             b"", b"\0\0" + bytes([1, HELLO, 4, 1, 0, 1, 0]), b"", b"\7\0\0" + config(),
-            b"\0\0\1\1" + bytes(5), struct.pack("<BBBIqIqq", 1, 1, 0, 64, 9, 1, 5, 6),
-            b"\0\0\1" + struct.pack("<qqHI", 1, 2, 3, 4), b""]):
-        yield f"kind_{kind}", bytes([1, kind]) + data
-    yield "version", b"\2\2"
-    yield "longer", b"\1\2\3"
-    yield "configuration", b"\1\3" + b"\7\0\1" + config()
-    yield "tag_written", b"\1\x09" + struct.pack(
-        "<BHBBBBIiI6i", 0, 1, 1, 2, 0, 0, 0, 1, 5, -17, 1, 1, 2, -3, 4)
-    yield "tag_erased", b"\1\x09" + struct.pack("<BHBB", 1, 1, 2, 0)
-    yield "symbol_defined", b"\1\x09" + struct.pack("<BBii", 2, 1, 1, 1) + text(b"ann")
-    yield "net_reset", b"\1\x0a" + text(b"gate")
-    yield "of_no_kind", b"\1\x0f"
-    yield "sense", b"\1\1\0\0" + bytes([1, SENSE | 1, 6]) + bytes(6)
+            b"\0\0\1\1" + bytes(5),
+            struct.pack("<BBBIq", 1, 1, 0, 64, 9) + many(point, point) + bytes(8),
+            b"\0\0\1" + point + struct.pack("<HI", 3, 4),
+            b"\0\0\1" + many(point) + struct.pack("<I", 10_000), b"\0\0\1\1" + point]):
+        yield f"kind_{kind}", logged(kind, data)
+    yield "version", b"\7\2"
+    yield "longer", logged(2, b"\3")
+    yield "configuration", logged(3, b"\7\0\1" + config())
+    yield "tag_written", logged(9, struct.pack(
+        "<BHBBBBIiI6i", 0, 1, 1, 2, 0, 0, 0, 1, 5, -17, 1, 1, 2, -3, 4))
+    yield "tag_erased", logged(9, struct.pack("<BHBB", 1, 1, 2, 0))
+    yield "symbol_defined", logged(9, struct.pack("<BBii", 2, 1, 1, 1) + text(b"ann"))
+    yield "net_reset", logged(10, text(b"gate"))
+    yield "undone", logged(11, b"\0")
+    yield "redone", logged(11, b"\1")
+    yield "of_no_kind", logged(15, b"")
+    yield "sense", logged(1, b"\0\0" + bytes([1, SENSE | 1, 6]) + bytes(6))
 
 
 def codec():

@@ -250,11 +250,12 @@ def main(folder):
             again = 2 * engine_seeds.message(body[0], body[1], body[2:])
             (folder / "engine" / name).write_bytes(
                 engine_seeds.SMALL + engine_seeds.hello(body[0]) + again)
-            # journal: records, each length, time and the event: version, kind, link, message.
+            # journal: records, each length, time and the event: link and message; Advance.
             robot = bytes([1]) + body[1:]
-            event = bytes([1, 1, 0, 0, *robot[:2], len(robot) - 2]) + robot[2:]
+            event = engine_seeds.logged(1, bytes([0, 0, *robot[:2], len(robot) - 2]) + robot[2:])
+            advance = engine_seeds.logged(2, b"")
             (folder / "journal" / name).write_bytes(
-                b"\0" + 2 * (bytes([len(event), 3]) + event + bytes([2, 20, 1, 2])))
+                b"\0" + 2 * (bytes([len(event), 3]) + event + bytes([len(advance), 20]) + advance))
     for name, heard in (*noises(), *coded_rounds()):
         (folder / "decoder" / name).write_bytes(bytes([20]) + heard)
     for name, statement in net_records():
