@@ -233,16 +233,15 @@ void Field::BeginDiffusion(uint8_t type, uint64_t now_ms) {
   }
 }
 
-// Replaces the content of a node, in either kind of layer.
-bool Field::SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, uint64_t now_ms) {
+// Replaces what a node holds, in either kind of layer.
+bool Field::SetState(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms) {
   if (!law.diffuses()) {
-    return Store(law, node, {level, now_ms}, now_ms);
+    return Store(law, node, state, now_ms);
   }
   DiffusionLayer& layer = *layers_.diffusing[law.type];
   BeginDiffusion(law.type, now_ms);
-  const uint32_t content = level << (16 - kLevelBits);
-  const bool done = layer.Set(node, content) ||
-                    (SweepPortion(now_ms, kTilesForADeposit) && layer.Set(node, content));
+  const bool done = layer.Set(node, state.level) ||
+                    (SweepPortion(now_ms, kTilesForADeposit) && layer.Set(node, state.level));
   layers_.cells[law.type]->MarkAll();
   return done;
 }

@@ -304,7 +304,16 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   }
 
   bool Store(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms);
-  bool SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, uint64_t now_ms);
+  // What a node of that level holds that is set now; of a diffusing type, its content.
+  static NodeState StateAt(const PheromoneLaw& law, uint32_t level, uint64_t now_ms) {
+    return law.diffuses() ? NodeState{level << (16 - kLevelBits), 0}
+           : level != 0   ? NodeState{level, now_ms}
+                          : NodeState{};
+  }
+  bool SetState(const PheromoneLaw& law, NodeIndex node, NodeState state, uint64_t now_ms);
+  bool SetLevel(const PheromoneLaw& law, NodeIndex node, uint32_t level, uint64_t now_ms) {
+    return SetState(law, node, StateAt(law, level, now_ms), now_ms);
+  }
   bool IsBlocked(NodeIndex node) const;
   bool SweepPortion(uint64_t now_ms, int tiles);
   void BeginDiffusion(uint8_t type, uint64_t now_ms);

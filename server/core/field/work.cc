@@ -453,14 +453,8 @@ void Field::Replace(Work* work, const PheromoneLaw& law, NodeIndex node, NodeSta
                     NodeState state, uint64_t now_ms) {
   const uint32_t level = LevelOfState(law, state, now_ms);
   work->changed += level != LevelOfState(law, before, now_ms) ? 1u : 0u;
-  bool stored = false;
-  if (law.diffuses()) {
-    BeginDiffusion(law.type, now_ms);
-    stored = layers_.diffusing[law.type]->Set(node, state.level);
-    layers_.cells[law.type]->MarkAll();
-  } else {
-    stored = Store(law, node, level != 0 ? state : NodeState{}, now_ms);
-  }
+  const bool is_gone = level == 0 && !law.diffuses();
+  const bool stored = SetState(law, node, is_gone ? NodeState{} : state, now_ms);
   assert(stored);
   (void)stored;
 }
@@ -469,9 +463,7 @@ void Field::Replace(Work* work, const PheromoneLaw& law, NodeIndex node, NodeSta
 void Field::SetForEdit(Work* work, const PheromoneLaw& law, NodeIndex node, uint32_t level,
                        uint64_t now_ms) {
   const NodeState before = StateOf(law, node, now_ms);
-  const NodeState next = law.diffuses() ? NodeState{level << (16 - kLevelBits), 0}
-                         : level != 0   ? NodeState{level, now_ms}
-                                        : NodeState{};
+  const NodeState next = StateAt(law, level, now_ms);
   const bool same = law.tau_ms == 0 ? before.level == next.level : before == next;
   if (work->is_recorded && !same) {
     const bool lays = work->kind == Work::Kind::kLay;
