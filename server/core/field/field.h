@@ -325,18 +325,22 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   void EraseLaid(const FieldConfig& before, const FieldConfig& next, uint64_t now_ms);
   void Rebase(const PheromoneLaw& from, const PheromoneLaw& to, uint64_t now_ms);
 
-  // work.cc
   NodeState Present(uint8_t type, NodeState stored) const {
     return current().Present(type, stored);
   }
+
+  // work.cc
   void MakePortion(uint64_t now_ms);
   bool ReserveForEdit(Work* work, uint64_t now_ms);
-  bool ReserveForReverse(Work* work, uint64_t now_ms);
   bool ReserveCounted(Work* work, uint64_t now_ms);
+  uint64_t BytesMissing(const PheromoneLaw& law, TileIndex tile, bool leaf_counted,
+                        bool top_counted) const;
   bool ApplyEdit(Work* work, uint64_t now_ms);
-  bool ApplyReverse(Work* work, uint64_t now_ms);
   bool ApplyPlan(Work* work, uint64_t now_ms);
-  bool EraseRecorded(Work* work, uint64_t now_ms);
+  void Finish(Status outcome);
+  void RebasePortion();
+
+  // reverse.cc
   static constexpr int64_t kWorkOfNode = 64;
   uint64_t RowsOfTiles() const {
     return static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
@@ -347,16 +351,15 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   template <typename Visit, typename EndSheet>
   bool VisitSheets(EditHistory::Entry* entry, uint64_t* position, Visit&& visit,
                    EndSheet&& end_sheet) const;
-  uint64_t BytesMissing(const PheromoneLaw& law, TileIndex tile, bool leaf_counted,
-                        bool top_counted) const;
+  bool ReserveForReverse(Work* work, uint64_t now_ms);
+  bool ApplyReverse(Work* work, uint64_t now_ms);
   NodeState StateOf(const PheromoneLaw& law, NodeIndex node, uint64_t now_ms) const;
   static uint32_t LevelOfState(const PheromoneLaw& law, NodeState state, uint64_t now_ms);
   void Replace(Work* work, const PheromoneLaw& law, NodeIndex node, NodeState before,
                NodeState state, uint64_t now_ms);
   void SetForEdit(Work* work, const PheromoneLaw& law, NodeIndex node, uint32_t level,
                   uint64_t now_ms);
-  void Finish(Status outcome);
-  void RebasePortion();
+  bool EraseRecorded(Work* work, uint64_t now_ms);
 
   const Kernel& kernel_;
   MemoryBudget budget_;
