@@ -170,7 +170,7 @@ void Cleaner::OnRefusal(Reason reason, Conversation* conversation) {
     return;
   }
   if (phase_ == Phase::kResolving) {  // it may be defined later
-    Note(GetU16(block_ + kBlockLease) != 0 ? Meaning::kOccupied : Meaning::kOther, conversation);
+    Note(GetU16(block_ + kBlockLease) != 0 ? kOccupiedBy : kBase, conversation);
     return;
   }
   if (reason == Reason::kUnknownSymbol) {  // the server's tables are others now
@@ -277,14 +277,14 @@ void Cleaner::Claim(Conversation* conversation) {
         parameters_.lease_s, conversation);
 }
 
-void Cleaner::Write(uint8_t string, uint8_t slot, uint16_t expected, uint16_t lease_s,
+void Cleaner::Write(Term predicate, uint8_t slot, uint16_t expected, uint16_t lease_s,
                     Conversation* conversation) {
   PutChange(slot, expected);
   uint8_t* const data = exchange_.message.data;
   PutU16(data + kWriteLease, lease_s);
   protocol::PutU32(data + kWriteTime, 0);  // the server's
   const int32_t words[] = {protocol::kTypeTag,    target_,
-                           first_string_ + kBase, first_string_ + string,
+                           first_string_ + kBase, first_string_ + predicate,
                            protocol::kTypeRobot,  number_};
   for (uint8_t i = 0; i < protocol::kStatementWords; ++i) {
     PutI32(&data[kWriteWords + 4 * i], words[i]);

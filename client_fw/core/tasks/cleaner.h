@@ -87,8 +87,9 @@ class Cleaner {
     kTidying,  // its own stamp of before goes
     kPausing,
   };
-  // By the places of the strings.
-  enum class Meaning : uint8_t { kOther, kOccupied, kCleaned, kKeepAway, kCleanAgain };
+  // Our strings, by their places after first_string_, and predicates that others write. What a
+  // predicate means is one of them, too: kBase is any other.
+  enum Term : uint8_t { kBase, kOccupiedBy, kCleanedBy, kKeepAway, kCleanAgain };
 
   // What is known of a tag: `is_read` as of its generation.
   struct Zone {
@@ -109,11 +110,14 @@ class Cleaner {
     int32_t author;
     int32_t name_space;
     int32_t number;
-    Meaning meaning;
+    Term meaning;
   };
-  enum : uint8_t { kZones = kMaxVisibleTags, kKnown = 8, kStrings = 3, kPredicates = 4 };
-  // Places of our strings, after first_string_.
-  enum : uint8_t { kBase, kOccupiedBy, kCleanedBy };
+  enum : uint8_t {
+    kZones = kMaxVisibleTags,
+    kKnown = 8,
+    kStrings = kCleanedBy + 1,
+    kPredicates = kCleanAgain,
+  };
 
   void Act(Conversation* conversation, uint16_t passed_ms);
   void OnAnswer(Conversation* conversation);
@@ -121,6 +125,7 @@ class Cleaner {
   void Go(Phase phase);
 
   void AskForName(Conversation* conversation);
+  static const char* TextOf(uint8_t term);
   const char* OwnString() const;
   void AskForString(int32_t robot, int32_t number, Conversation* conversation);
   void OnName();
@@ -133,13 +138,13 @@ class Cleaner {
   void Read(uint8_t slot, Conversation* conversation);
   void OnRead(Conversation* conversation);
   int32_t Word(protocol::TagWord word) const;
-  bool Understand(Meaning* meaning) const;
-  void Note(Meaning meaning, Conversation* conversation);
+  bool Understand(Term* meaning) const;
+  void Note(Term meaning, Conversation* conversation);
   void Resolve(Conversation* conversation);
   void OnResolved(Conversation* conversation);
   void Choose();
   void Move(const Conversation& conversation);
-  void Write(uint8_t string, uint8_t slot, uint16_t expected, uint16_t lease_s,
+  void Write(Term predicate, uint8_t slot, uint16_t expected, uint16_t lease_s,
              Conversation* conversation);
   void Claim(Conversation* conversation);
   void Pause();

@@ -17,15 +17,6 @@ using protocol::SymbolKind;
 
 constexpr uint8_t kNotMet = 255;
 
-// The namespace, the two predicates that this robot writes, and those that it only reads.
-const char* StringOf(uint8_t place) {
-  return place == 0   ? kCleaningBase
-         : place == 1 ? "occupiedBy"
-         : place == 2 ? "cleanedBy"
-         : place == 3 ? "keepAway"
-                      : "cleanAgain";
-}
-
 uint8_t LengthOf(const char* text) {
   uint8_t length = 0;
   while (text[length] != 0) {
@@ -36,15 +27,14 @@ uint8_t LengthOf(const char* text) {
 
 // How much of base + predicate has been met after `text`, of which `matched` was before; kNotMet if
 // it differs.
-uint8_t Match(uint8_t predicate, uint8_t matched, const uint8_t* text, uint8_t length) {
-  const char* const name = StringOf(predicate);
+uint8_t Match(const char* predicate, uint8_t matched, const uint8_t* text, uint8_t length) {
   const uint8_t base = static_cast<uint8_t>(sizeof(kCleaningBase) - 1);
-  const uint8_t whole = static_cast<uint8_t>(base + LengthOf(name));
+  const uint8_t whole = static_cast<uint8_t>(base + LengthOf(predicate));
   for (uint8_t i = 0; i < length; ++i) {
     if (matched >= whole) {
       return kNotMet;
     }
-    const char wanted = matched < base ? kCleaningBase[matched] : name[matched - base];
+    const char wanted = matched < base ? kCleaningBase[matched] : predicate[matched - base];
     if (static_cast<char>(text[i]) != wanted) {
       return kNotMet;
     }
@@ -53,8 +43,8 @@ uint8_t Match(uint8_t predicate, uint8_t matched, const uint8_t* text, uint8_t l
   return matched;
 }
 
-bool IsWhole(uint8_t predicate, uint8_t matched) {
-  return matched == sizeof(kCleaningBase) - 1 + LengthOf(StringOf(predicate));
+bool IsWhole(const char* predicate, uint8_t matched) {
+  return matched == sizeof(kCleaningBase) - 1 + LengthOf(predicate);
 }
 
 }  // namespace
@@ -81,8 +71,16 @@ void Cleaner::AskForName(Conversation* conversation) {
   Ask(protocol::kSymbol, length, conversation);
 }
 
+const char* Cleaner::TextOf(uint8_t term) {
+  return term == kBase         ? kCleaningBase
+         : term == kOccupiedBy ? "occupiedBy"
+         : term == kCleanedBy  ? "cleanedBy"
+         : term == kKeepAway   ? "keepAway"
+                               : "cleanAgain";
+}
+
 const char* Cleaner::OwnString() const {
-  return StringOf(static_cast<uint8_t>(name_ - 1));
+  return TextOf(static_cast<uint8_t>(name_ - 1));
 }
 
 void Cleaner::AskForString(int32_t robot, int32_t number, Conversation* conversation) {
@@ -233,7 +231,7 @@ void Cleaner::OnRead(Conversation* conversation) {
     zone.is_read = true;
     return;
   }
-  Meaning meaning = Meaning::kOther;
+  Term meaning = kBase;
   if (Understand(&meaning)) {
     Note(meaning, conversation);
   } else {
@@ -250,7 +248,7 @@ int32_t Cleaner::Word(protocol::TagWord word) const {
 }
 
 // False if what the block's predicate means has yet to be asked.
-bool Cleaner::Understand(Meaning* meaning) const {
+bool Cleaner::Understand(Term* meaning) const {
   const int32_t author = Word(protocol::kWordAuthor);
   const int32_t name_space = Word(protocol::kWordPredicateNamespace);
   const int32_t predicate = Word(protocol::kWordPredicate);
@@ -259,9 +257,9 @@ bool Cleaner::Understand(Meaning* meaning) const {
     return true;  // not about this zone
   }
   if (author == number_ && name_space == first_string_ + kBase) {
-    *meaning = predicate == first_string_ + kOccupiedBy  ? Meaning::kOccupied
-               : predicate == first_string_ + kCleanedBy ? Meaning::kCleaned
-                                                         : Meaning::kOther;
+    *meaning = predicate == first_string_ + kOccupiedBy  ? kOccupiedBy
+               : predicate == first_string_ + kCleanedBy ? kCleanedBy
+                                                         : kBase;
     return true;
   }
   for (const Known& known : known_) {
@@ -274,18 +272,18 @@ bool Cleaner::Understand(Meaning* meaning) const {
 }
 
 // Takes the block in, and goes on to the next.
-void Cleaner::Note(Meaning meaning, Conversation* conversation) {
+void Cleaner::Note(Term meaning, Conversation* conversation) {
   Zone& zone = zones_[reading_];
   const bool own = Word(protocol::kWordAuthor) == number_;
-  if (meaning == Meaning::kOccupied && own) {
+  if (meaning == kOccupiedBy && own) {
     zone.claim_slot = block_[kBlockSlot];
     zone.claim_generation = GetU16(block_ + kBlockSlotGeneration);
-  } else if (meaning == Meaning::kOccupied) {
+  } else if (meaning == kOccupiedBy) {
     zone.signs.is_occupied = true;
-  } else if (meaning == Meaning::kKeepAway) {
+  } else if (meaning == kKeepAway) {
     zone.signs.is_closed = true;
-  } else if (meaning != Meaning::kOther) {
-    const bool is_stamp = meaning == Meaning::kCleaned;
+  } else if (meaning != kBase) {
+    const bool is_stamp = meaning == kCleanedBy;
     const uint32_t time_s = static_cast<uint32_t>(Word(protocol::kWordTime));
     uint32_t& latest_s = is_stamp ? zone.signs.cleaned_s : zone.signs.wanted_s;
     latest_s = time_s > latest_s ? time_s : latest_s;
@@ -314,7 +312,7 @@ void Cleaner::OnResolved(Conversation* conversation) {
   for (uint8_t i = 0; i < kPredicates; ++i) {
     matched_[i] = length > protocol::kMaxResolvedText
                       ? kNotMet  // longer than any of ours
-                      : Match(static_cast<uint8_t>(kOccupiedBy + i), matched_[i],
+                      : Match(TextOf(static_cast<uint8_t>(kOccupiedBy + i)), matched_[i],
                               answer() + kResolvedText, length);
   }
   if (part_ == 0) {
@@ -326,10 +324,10 @@ void Cleaner::OnResolved(Conversation* conversation) {
   known.author = Word(protocol::kWordAuthor);
   known.name_space = Word(protocol::kWordPredicateNamespace);
   known.number = Word(protocol::kWordPredicate);
-  known.meaning = Meaning::kOther;
+  known.meaning = kBase;
   for (uint8_t i = 0; i < kPredicates; ++i) {
-    if (IsWhole(static_cast<uint8_t>(kOccupiedBy + i), matched_[i])) {
-      known.meaning = static_cast<Meaning>(kOccupiedBy + i);
+    if (IsWhole(TextOf(static_cast<uint8_t>(kOccupiedBy + i)), matched_[i])) {
+      known.meaning = static_cast<Term>(kOccupiedBy + i);
     }
   }
   Note(known.meaning, conversation);
