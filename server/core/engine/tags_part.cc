@@ -88,9 +88,8 @@ Error Refusal(const tags::NamedTag& tag, std::string_view why) {
 // Why: with how many of its slots are protected.
 Error RefusalOfFull(const tags::NamedTag& tag, const tags::Store& store) {
   const std::vector<tags::Slot>& slots = tag.tag.slots();
-  const auto taken = std::count_if(slots.begin(), slots.end(), [&](const tags::Slot& slot) {
-    return slot.is_leased() || store.IsPrivileged(slot.block.author);
-  });
+  const auto taken = std::count_if(slots.begin(), slots.end(),
+                                   [&](const tags::Slot& slot) { return store.IsProtected(slot); });
   return Refusal(tag, std::string(MeaningOf(WriteOutcome::kFull).text) +
                           ": leased and privileged blocks take " + std::to_string(taken) +
                           " of its " + std::to_string(slots.size()) + " slots, and may take " +

@@ -82,6 +82,7 @@ class Store {
 
   const SymbolTables& symbols() const { return symbols_; }
   bool IsPrivileged(int32_t author) const { return PolicyAt(0).IsPrivileged(author); }
+  bool IsProtected(const Slot& slot) const { return PolicyAt(0).IsProtected(slot); }
 
   /// As Tag::Write and Tag::Erase; the tag exists.
   Written Write(uint16_t number, const WriteRequest& request, uint64_t now_ms, int64_t utc_s);

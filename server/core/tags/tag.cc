@@ -31,10 +31,6 @@ size_t Tag::leased() const {
                                            [](const Slot& slot) { return slot.is_leased(); }));
 }
 
-bool Tag::IsProtected(const Slot& slot, const Policy& policy) const {
-  return slot.is_leased() || policy.IsPrivileged(slot.block.author);
-}
-
 std::optional<size_t> Tag::SlotFor(const WriteRequest& request, const Policy& policy) const {
   const auto begin = slots_.begin();
   if (request.is_state) {
@@ -52,7 +48,7 @@ std::optional<size_t> Tag::SlotFor(const WriteRequest& request, const Policy& po
   }
   std::optional<size_t> oldest;
   for (size_t i = 0; i < slots_.size(); ++i) {
-    if (!IsProtected(slots_[i], policy) &&
+    if (!policy.IsProtected(slots_[i]) &&
         (!oldest ||
          AgeKey(slots_[i].block, policy.utc_s) < AgeKey(slots_[*oldest].block, policy.utc_s))) {
       oldest = i;
@@ -79,16 +75,15 @@ Written Tag::Write(const WriteRequest& request, uint64_t now_ms, const Policy& p
   const Slot& slot = slots_[*chosen];
   const bool is_own = slot.block.author == author;
   if (request.slot && !slot.block.is_empty() && !is_own && !is_privileged &&
-      IsProtected(slot, policy)) {
+      policy.IsProtected(slot)) {
     return {WriteOutcome::kProtected};
   }
   const bool is_record = request.block.is_net_record();
-  const bool was_protected =
-      IsProtected(slot, policy) && (is_record || !slot.block.is_net_record());
+  const bool was_protected = policy.IsProtected(slot) && (is_record || !slot.block.is_net_record());
   if ((is_privileged || request.lease_ms > 0) && !was_protected) {
     size_t others = 0;
     for (size_t i = 0; i < slots_.size(); ++i) {
-      others += i != *chosen && !slots_[i].block.is_empty() && IsProtected(slots_[i], policy);
+      others += i != *chosen && !slots_[i].block.is_empty() && policy.IsProtected(slots_[i]);
     }
     if (others >= quota() + (is_record ? 1 : 0)) {
       return {WriteOutcome::kFull};

@@ -37,14 +37,6 @@ constexpr int64_t kMaxAheadS = 86'400;
 /// Of eight slots, how many privileged and leased blocks may take.
 constexpr size_t kProtectedOfEight = 6;
 
-/// What a write depends on beside the tag.
-struct Policy {
-  int64_t utc_s = 0;                    ///< the server's clock
-  std::span<const int32_t> privileged;  ///< authors whose blocks are never dropped; sorted
-
-  bool IsPrivileged(int32_t author) const;
-};
-
 /// By which blocks are dropped, the lowest first: the time of writing, or -1 if that is too far
 /// ahead of the server's clock.
 int64_t AgeKey(const Block& block, int64_t utc_s);
@@ -56,6 +48,18 @@ struct Slot {
   bool operator==(const Slot&) const = default;
 
   bool is_leased() const { return lease_end_ms != 0; }
+};
+
+/// What a write depends on beside the tag.
+struct Policy {
+  int64_t utc_s = 0;                    ///< the server's clock
+  std::span<const int32_t> privileged;  ///< authors whose blocks are never dropped; sorted
+
+  bool IsPrivileged(int32_t author) const;
+  /// Leased or privileged.
+  bool IsProtected(const Slot& slot) const {
+    return slot.is_leased() || IsPrivileged(slot.block.author);
+  }
 };
 
 struct WriteRequest {
@@ -122,7 +126,6 @@ class Tag {
   bool operator==(const Tag&) const = default;
 
  private:
-  bool IsProtected(const Slot& slot, const Policy& policy) const;
   std::optional<size_t> SlotFor(const WriteRequest& request, const Policy& policy) const;
   void Set(size_t slot, const Block& block, uint64_t lease_end_ms);
 
