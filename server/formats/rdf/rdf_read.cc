@@ -127,6 +127,12 @@ const char* ParserOf(RdfFormat format) {
   return format == RdfFormat::kRdfXml ? "rdfxml" : "turtle";
 }
 
+// Of the character at `offset`, from 1 on.
+int LineAt(std::string_view text, size_t offset) {
+  const std::string_view before = text.substr(0, offset);
+  return 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
+}
+
 std::string_view Title(RdfFormat format) {
   switch (format) {
     case RdfFormat::kNTriples:
@@ -144,16 +150,14 @@ Status RdfReader::Parse(std::string_view text, RdfFormat format) {
     return Error{At(1) + utf8.error()};
   }
   if (const size_t end = text.find('\0'); end != std::string_view::npos) {
-    const std::string_view before = text.substr(0, end);  // all that Raptor would read
-    const auto line = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
-    return Error{At(line) + "found a byte of 0, expected " + std::string(Title(format))};
+    // Raptor would read no further.
+    return Error{At(LineAt(text, end)) + "found a byte of 0, expected " +
+                 std::string(Title(format))};
   }
   if (const size_t deep = format == RdfFormat::kRdfXml ? TooDeepAt(text) : text.size();
       deep < text.size()) {
-    return Error{At(1 + static_cast<int>(std::count(
-                            text.begin(), text.begin() + static_cast<ptrdiff_t>(deep), '\n'))) +
-                 "found elements nested deeper than " + std::to_string(kMaxXmlDepth) +
-                 ", or in an entity, expected RDF/XML of facts"};
+    return Error{At(LineAt(text, deep)) + "found elements nested deeper than " +
+                 std::to_string(kMaxXmlDepth) + ", or in an entity, expected RDF/XML of facts"};
   }
   has_line_each_ = format == RdfFormat::kNTriples;
   lines_ = text;

@@ -48,7 +48,7 @@ size_t TooDeepAt(std::string_view text) {
       at = EndOfTag(text, at);
     } else {
       const size_t end = EndOfTag(text, at);
-      if (text[end - (end > 0 ? 1 : 0)] != '/' && ++depth > kMaxXmlDepth) {
+      if (text[end - 1] != '/' && ++depth > kMaxXmlDepth) {
         return at;
       }
       at = end;
