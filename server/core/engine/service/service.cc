@@ -15,7 +15,6 @@ namespace {
 using protocol::Message;
 using protocol::Reason;
 
-constexpr char kNoChanges[] = "the log does not accept changes at present";
 // How many times an operator's change retries a busy log: for some seconds.
 constexpr int kBusyPortions = 20'000;
 
@@ -86,11 +85,7 @@ Result<Service::Configured> Service::Configure(SharedConfig config, uint16_t new
       acceptable = engine_.CheckConfig(*config, change.plan.get());
       if (acceptable.ok()) {
         std::vector<Outgoing> none;
-        const Stamp stamp = StampNow();
-        if (Change(stamp, event, &none) != Reason::kNone) {
-          return Error{kNoChanges};
-        }
-        id = engine_.sequence();
+        PHEROMONE_TRY(id, ChangeNow(event, &none));
       } else if (!engine_.is_busy()) {
         return acceptable.error();
       }
@@ -259,6 +254,19 @@ Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgo
   return refused;
 }
 
+// An operator's change: its sequence number in the log.
+Result<uint64_t> Service::ChangeNow(const Event& event, std::vector<Outgoing>* out) {
+  if (Change(StampNow(), event, out) != Reason::kNone) {
+    return Error{"the log does not accept changes at present"};
+  }
+  return engine_.sequence();
+}
+
+Result<uint64_t> Service::CheckAndChange(const Event& event, std::vector<Outgoing>* out) {
+  PHEROMONE_TRY_STATUS(engine_.Check(event));
+  return ChangeNow(event, out);
+}
+
 // If log and state differed, robots would be told of changes that were never made. An exception in
 // between, such as out of memory, ends the process, and a restart continues from the log.
 uint64_t Service::AppendAndApply(const Stamp& stamp, const Event& event,
@@ -291,10 +299,7 @@ void Service::WakeIfEarlier() {
 
 Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
-  Status acceptable = engine_.Check(command);
-  if (!acceptable.ok()) {
-    return acceptable;
-  }
+  PHEROMONE_TRY_STATUS(engine_.Check(command));
   if (command.id == protocol::kBroadcastId) {  // it is sent in any case (LiveControl::HaltAll)
     traffic_.NoteHaltOfAll(command.link, StampNow().field_time_ms);
   }
@@ -302,9 +307,7 @@ Status Service::Issue(const CommandIssued& command, std::vector<Outgoing>* out) 
     return Error{std::to_string(held_.commands()) + " commands are waiting for the log"};
   }
   const size_t before = out->size();
-  if (Change(StampNow(), command, out) != Reason::kNone) {
-    return Error{kNoChanges};
-  }
+  PHEROMONE_TRY_STATUS(ChangeNow(command, out));
   HoldBack(out, before);
   return Ok();
 }
@@ -336,33 +339,23 @@ Status Service::SetGoal(LinkIndex link, uint8_t id, field::PointUm point, uint32
   const GoalSet set{link, id, {std::move(route), tolerance_um}};
   const std::lock_guard lock(mutex_);
   std::vector<Outgoing> none;
-  Status acceptable = engine_.Check(set);
-  if (acceptable.ok() && Change(StampNow(), set, &none) != Reason::kNone) {
-    return Error{kNoChanges};
-  }
-  return acceptable;
+  PHEROMONE_TRY_STATUS(CheckAndChange(set, &none));
+  return Ok();
 }
 
 Status Service::CancelGoal(LinkIndex link, uint8_t id) {
   const std::lock_guard lock(mutex_);
-  const GoalEnded ended{link, id, false, {}};
   std::vector<Outgoing> none;
-  Status acceptable = engine_.Check(ended);
-  if (acceptable.ok() && Change(StampNow(), ended, &none) != Reason::kNone) {
-    return Error{kNoChanges};
-  }
-  return acceptable;
+  PHEROMONE_TRY_STATUS(CheckAndChange(GoalEnded{link, id, false, {}}, &none));
+  return Ok();
 }
 
 Result<uint64_t> Service::Submit(const Event& event, std::vector<Outgoing>* out) {
   const std::lock_guard lock(mutex_);
-  PHEROMONE_TRY_STATUS(engine_.Check(event));
   const size_t before = out->size();
-  if (Change(StampNow(), event, out) != Reason::kNone) {
-    return Error{kNoChanges};
-  }
+  PHEROMONE_TRY(const uint64_t sequence, CheckAndChange(event, out));
   HoldBack(out, before);
-  return engine_.sequence();
+  return sequence;
 }
 
 Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
@@ -385,14 +378,7 @@ Result<Service::Applied> Service::Edit(const field::FieldEdit& edit) {
   std::vector<Outgoing> none;
   {
     const std::lock_guard lock(mutex_);
-    const Status acceptable = engine_.CheckEdit(edit);  // the configuration may have changed
-    if (!acceptable.ok()) {
-      return acceptable.error();
-    }
-    if (Change(StampNow(), event, &none) != Reason::kNone) {
-      return Error{kNoChanges};
-    }
-    id = engine_.sequence();
+    PHEROMONE_TRY(id, CheckAndChange(event, &none));  // the configuration may have changed
   }
   PHEROMONE_TRY(const Finished finished, Finish(id));
   return Applied{finished.sequence, nodes, finished.work.changed, finished.work.edit};
@@ -403,16 +389,13 @@ Result<Service::Reversed> Service::Reverse(bool redo) {
   uint64_t id = 0;
   {
     const std::lock_guard lock(mutex_);
-    const EditReversed event{redo};
-    PHEROMONE_TRY_STATUS(engine_.Check(event));
-    reversed.edit = engine_.field().history().Next(redo)->info;
-    const field::PheromoneLaw* law = engine_.field().FindLaw(reversed.edit.type);
-    reversed.pheromone = law != nullptr ? law->name : "";
-    std::vector<Outgoing> none;
-    if (Change(StampNow(), event, &none) != Reason::kNone) {
-      return Error{kNoChanges};
+    if (const auto* next = engine_.field().history().Next(redo); next != nullptr) {
+      reversed.edit = next->info;
+      const field::PheromoneLaw* law = engine_.field().FindLaw(reversed.edit.type);
+      reversed.pheromone = law != nullptr ? law->name : "";
     }
-    id = engine_.sequence();
+    std::vector<Outgoing> none;
+    PHEROMONE_TRY(id, CheckAndChange(EditReversed{redo}, &none));
   }
   PHEROMONE_TRY(const Finished finished, Finish(id));
   reversed.changed = finished.work.changed;
@@ -420,7 +403,8 @@ Result<Service::Reversed> Service::Reverse(bool redo) {
 }
 
 // Continues the work in progress until the change that event `id` began is complete; 0: all of it.
-// Returns the sequence number of the last event.
+// Returns what became of that change, and the number of the last event. Errors: the change was not
+// possible, or the log stopped accepting events.
 Result<Service::Finished> Service::Finish(uint64_t id) {
   // A large configuration alone fills the log's queue for a moment.
   int patience = between_portions_ ? kBusyPortions : 0;

@@ -223,6 +223,8 @@ class Service {
   Observer::Outcome HandleOne(const Stamp& stamp, LinkIndex link, const protocol::Message& message,
                               std::vector<Outgoing>* out);
   protocol::Reason Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
+  Result<uint64_t> ChangeNow(const Event& event, std::vector<Outgoing>* out);
+  Result<uint64_t> CheckAndChange(const Event& event, std::vector<Outgoing>* out);
   static Status Prepare(const SharedConfig& present, const EngineConfig& next,
                         const field::Field& field, const tags::Survey& survey, uint64_t now_ms,
                         Event* event);
