@@ -1,4 +1,4 @@
-// Which tags a cleaning robot reads when those in range come and go, and what it takes from signs.
+// Which tags a cleaning robot reads when those in range come and go.
 
 #include <gtest/gtest.h>
 

@@ -69,7 +69,7 @@ struct Work {
   bool is_recorded = true;      ///< to be undone: it is not too large
   uint64_t changed = 0;         ///< nodes whose level became another one
   uint64_t counted = 0;         ///< kReserve: tiles visited; kUndo, kRedo: rows of tiles
-  uint64_t missing_bytes = 0;   ///< memory for the missing ones among them
+  uint64_t missing_bytes = 0;   ///< of the missing ones among them; not yet reserved
   bool swept = false;           ///< memory was short and evaporated nodes were removed
   uint64_t done = 0;            ///< kApply: nodes, steps of the plan, or rows of tiles
   uint64_t reserved_bytes = 0;  ///< not yet used
