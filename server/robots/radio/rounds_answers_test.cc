@@ -1,0 +1,164 @@
+// What a ROUND answers, and what is answered by a frame of its own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "server/robots/radio/testing/rounds_fixture.h"
+
+namespace pheromone::radio {
+namespace {
+
+using testing::Hello;
+using testing::IntensitiesOf;
+using testing::MessageOf;
+using testing::RoundsTest;
+using testing::Sense;
+using testing::Sent;
+using namespace std::chrono_literals;
+
+TEST_F(RoundsTest, ARoundAnswersTheLastOneInTheOrderOfItsTurns) {
+  Join(1, 5, 300ms);
+  int16_t x = 0;
+  for (auto& [id, message] : air_.in_turn) {
+    message = [as_id = id, &x] { return Sense(as_id, ++x); };
+  }
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 5s);
+  int compared = 0;
+  const std::vector<protocol::Round> rounds = air_.Rounds(from);
+  int16_t asked = 0;
+  for (size_t i = 0; i + 1 < rounds.size(); ++i) {
+    ASSERT_EQ(rounds[i + 1].answer_count, rounds[i].turn_count);
+    ASSERT_EQ(rounds[i + 1].number, static_cast<uint8_t>(rounds[i].number + 1));
+    for (int turn = 0; turn < rounds[i].turn_count; ++turn, ++compared) {
+      const auto expected = IntensitiesOf(rounds[i].turns[turn], ++asked);
+      ASSERT_EQ(rounds[i + 1].answers[turn].left, expected.left);
+      ASSERT_EQ(rounds[i + 1].answers[turn].right, expected.right);
+    }
+  }
+  EXPECT_GT(compared, 50);
+  EXPECT_TRUE(air_.dropped().empty());
+}
+
+TEST_F(RoundsTest, ARobotThatWasNotHeardIsToldToSendAgain) {
+  Join(1, 2, 100ms);
+  air_.in_turn[2] = [] { return std::nullopt; };
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 1s);
+  const auto [first, next] = TwoRounds(from + 200ms);
+  for (int i = 0; i < first.round()->turn_count; ++i) {
+    const protocol::RoundAnswer answer = next.round()->answers[i];
+    const bool silent = first.round()->turns[i] == 2;
+    EXPECT_EQ(answer.left, silent ? protocol::kNoIntensities : IntensitiesOf(1, 0).left);
+    EXPECT_EQ(answer.right, 0);
+  }
+}
+
+// What was sent in a turn of the ROUND before, and was held back or read late, is no answer's cause
+// in this one: its robot may send a change meanwhile, which the ROUND would acknowledge.
+class ReadLate : public RoundsTest {
+ protected:
+  // Robot 2 is given a turn. Something of it is read `after` the ROUND has left, by a server that
+  // looked for the last time at `looked`, counted from there, too. Returns whether the next ROUND
+  // has intensities for it.
+  bool IsAnswered(Duration after, Duration looked) {
+    Join(1, 2, 200ms);
+    air_.in_turn[2] = [] { return std::nullopt; };
+    const Time from = air_.now();
+    while (air_.TurnsOf(2, from).empty()) {
+      air_.AdvanceTo(air_.now() + 1ms);
+    }
+    const Sent round = air_.sent().back();
+    EXPECT_GT(round.end, air_.now());
+    air_.HearAt(round.end + after, Sense(2, 77));
+    air_.not_read_since = round.end + looked;
+    air_.AdvanceTo(round.end + after);
+    air_.not_read_since = std::nullopt;
+    air_.AdvanceTo(from + 1s);
+    const auto next = std::find_if(air_.sent().begin(), air_.sent().end(), [&](const Sent& it) {
+      return it.begin > round.begin && it.round();
+    });
+    EXPECT_NE(next, air_.sent().end());
+    const protocol::Round granted = *round.round();
+    const auto* turn = std::find(granted.turns, granted.turns + granted.turn_count, 2);
+    return next->round()->answers[turn - granted.turns].left != protocol::kNoIntensities;
+  }
+};
+
+TEST_F(ReadLate, BeforeTheRoundHasLeft) {
+  EXPECT_FALSE(IsAnswered(-4ms, -4ms));
+}
+
+TEST_F(ReadLate, ByAServerThatStoodStillWhileTheRoundLeft) {
+  EXPECT_FALSE(IsAnswered(20ms, -1ms));
+}
+
+TEST_F(ReadLate, ButSentInTheTurn) {
+  EXPECT_TRUE(IsAnswered(20ms, 0ms));
+}
+
+TEST_F(RoundsTest, AnErrorIsAnsweredByItsReason) {
+  Join(1, 2, 100ms);
+  air_.in_turn[2] = [] { return MessageOf(protocol::SenseRequest{2, 15, false, {}}); };
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 1s);
+  int errors = 0;
+  for (const protocol::Round& round : air_.Rounds(from + 200ms)) {
+    for (int i = 0; i < round.answer_count; ++i) {
+      if (round.answers[i].left == protocol::kNoIntensities) {
+        EXPECT_EQ(round.answers[i].right,
+                  static_cast<int16_t>(protocol::Reason::kUnknownPheromone));
+        ++errors;
+      }
+    }
+  }
+  EXPECT_GE(errors, 5);
+  EXPECT_EQ(air_.channel().counters().withheld_errors, 0u);
+}
+
+TEST_F(RoundsTest, AnAnswerThatIsNoIntensitiesIsAFrameOfItsOwnBeforeTheRound) {
+  Join(1, 2, 100ms);
+  air_.in_turn[1] = [] { return Hello(1, 100ms); };
+  air_.in_turn[2] = [] {
+    return MessageOf(protocol::EventReport{2, 7, protocol::EventCode::kLoadPicked, 0});
+  };
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 1s);
+  std::map<int, int> answers;
+  for (size_t i = 0; i + 1 < air_.sent().size(); ++i) {
+    const auto round = air_.sent()[i].round();
+    if (air_.sent()[i].begin < from + 300ms || !round || round->turn_count == 0) {
+      continue;
+    }
+    const Sent& next = air_.sent()[i + 1];
+    ASSERT_EQ(next.messages.size(), round->turn_count + 1u);
+    for (int turn = 0; turn < round->turn_count; ++turn) {
+      const protocol::Message& own = next.messages[static_cast<size_t>(turn)];
+      const uint8_t id = round->turns[turn];
+      ASSERT_EQ(own.id, id);
+      ASSERT_EQ(own.opcode, id == 1 ? protocol::kHelloAnswer : protocol::kEventAck);
+      ASSERT_EQ(next.round()->answers[turn].left, protocol::kNoIntensities);
+      ASSERT_EQ(next.round()->answers[turn].right, 0);
+      ++answers[id];
+    }
+  }
+  EXPECT_GE(answers[1], 4);
+  EXPECT_GE(answers[2], 4);
+}
+
+TEST_F(RoundsTest, AnAnswerThatTakesTooLongIsLeftToTheNextRequest) {
+  Join(1, 2, 200ms);
+  air_.processing = 150ms;
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 5s);
+  EXPECT_GT(TurnsOf(1, from + 1s), 5u) << "the rounds go on";
+  EXPECT_GT(air_.channel().counters().rounds.unanswered, 5u);
+  for (const Sent& sent : air_.sent()) {
+    ASSERT_TRUE(sent.begin < from || sent.round()) << "an answer nobody waits for";
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::radio
