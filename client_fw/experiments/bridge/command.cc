@@ -52,10 +52,9 @@ int RunBridgeCommand(const BridgeOptions& options) {
       options.base_only ? std::vector<BridgeExperiment>{base} : BridgeExperiments(base);
   const bool progress = isatty(STDERR_FILENO) != 0;
   std::vector<BridgeSeries> all;
-  const std::string head = ToTable({});
   fmt::print(stderr, "{} experiments of {} swarms, each of {} min of virtual time\n",
              experiments.size(), options.seeds, options.minutes);
-  fmt::print("{}", head);
+  fmt::print("{}", BridgeTableHead());
   std::fflush(stdout);
   for (const BridgeExperiment& experiment : experiments) {
     int done = 0;
@@ -69,7 +68,7 @@ int RunBridgeCommand(const BridgeOptions& options) {
     if (progress) {
       fmt::print(stderr, "\r\x1b[K");
     }
-    fmt::print("{}", ToTable({all.back()}).substr(head.size()));
+    fmt::print("{}", BridgeTableRow(all.back()));
     std::fflush(stdout);
     // After each, so that nothing is lost when the command is cut off.
     const int written = options.out.empty()

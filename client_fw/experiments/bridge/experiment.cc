@@ -189,17 +189,16 @@ BridgeSummary Summarise(const BridgeSeries& series) {
   return summary;
 }
 
-std::string ToTable(const std::vector<BridgeSeries>& all) {
-  std::string table =
-      "experiment            runs  short  long  undecided  final share  presence  choices\n";
-  for (const BridgeSeries& series : all) {
-    const BridgeSummary s = Summarise(series);
-    table += fmt::format("{:<20}  {:4}  {:5}  {:4}  {:9}  {:.2f} ± {:.2f}  {:8.2f}  {:7.0f}\n",
-                         series.experiment.name, s.runs, s.ended_short, s.ended_long,
-                         s.runs - s.ended_short - s.ended_long, s.final_share.mean,
-                         s.final_share.deviation, s.presence, s.choices);
-  }
-  return table;
+std::string BridgeTableHead() {
+  return "experiment            runs  short  long  undecided  final share  presence  choices\n";
+}
+
+std::string BridgeTableRow(const BridgeSeries& series) {
+  const BridgeSummary s = Summarise(series);
+  return fmt::format("{:<20}  {:4}  {:5}  {:4}  {:9}  {:.2f} ± {:.2f}  {:8.2f}  {:7.0f}\n",
+                     series.experiment.name, s.runs, s.ended_short, s.ended_long,
+                     s.runs - s.ended_short - s.ended_long, s.final_share.mean,
+                     s.final_share.deviation, s.presence, s.choices);
 }
 
 std::string ToCsv(const std::vector<BridgeSeries>& all) {

@@ -86,8 +86,9 @@ struct BridgeSummary {
 
 BridgeSummary Summarise(const BridgeSeries& series);
 
-/// A readable table with one line per series.
-std::string ToTable(const std::vector<BridgeSeries>& all);
+/// The lines of a readable table: its head, then one per series.
+std::string BridgeTableHead();
+std::string BridgeTableRow(const BridgeSeries& series);
 
 /// A header line, then one line per series; per run; per series and minute. ChoicesToCsv counts the
 /// choices of a series by the short branch's share of the trail at the entries.
