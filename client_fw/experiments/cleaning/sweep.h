@@ -1,5 +1,5 @@
 // How long zones wait on larger floors: the worst gap against the grid's size, with about six zones
-// for each robot, the firmware over the radio beside the decision alone (cleaning_model.h).
+// for each robot, the firmware over the radio beside the decision alone (model.h).
 //
 //   const std::vector<CleaningSeries> all = {RunSeries(CleaningSizes(base)[0], cycles, seeds)};
 //
